@@ -1,0 +1,2 @@
+//! Controller firmware.
+#![no_std]

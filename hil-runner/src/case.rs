@@ -1,0 +1,123 @@
+//! One run, checked and in SI units: what a run file says.
+
+use plant::{Amplifier, AxisParameters, Dac, Encoder, Motion, PidGains};
+
+/// A run that is complete and within every allowed range.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Case {
+    /// Name of the run; the stem of its file unless the file says otherwise.
+    pub name: String,
+    /// Motor, transmission and carriage.
+    pub axis: AxisParameters,
+    /// D/A converter. `bits` acts from rung `quantised` up.
+    pub dac: Dac,
+    /// Power amplifier.
+    pub amplifier: Amplifier,
+    /// Encoder on the motor shaft.
+    pub encoder: Encoder,
+    /// Control law and its timing.
+    pub controller: ControllerSettings,
+    /// Motion command of the carriage.
+    pub motion: Motion,
+    /// Duration, solver and what is recorded.
+    pub run: RunSettings,
+    /// Limits on summary figures; `None` takes the default budget.
+    pub budget: Option<Vec<Limit>>,
+}
+
+/// Which controller runs: the rungs of the ladder.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Law {
+    /// The paper's own model: no sampling (eq. 27-37).
+    Continuous,
+    /// f64 PID at the sample time with a zero-order hold.
+    Sampled,
+    /// The same on encoder counts and DAC codes.
+    Quantised,
+    /// The `firmware` crate, fixed point.
+    Firmware,
+}
+
+impl Law {
+    /// All rungs from the bottom up.
+    pub const ALL: [Self; 4] = [
+        Self::Continuous,
+        Self::Sampled,
+        Self::Quantised,
+        Self::Firmware,
+    ];
+
+    /// The rung's name in run files, traces and summaries.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Continuous => "continuous",
+            Self::Sampled => "sampled",
+            Self::Quantised => "quantised",
+            Self::Firmware => "firmware",
+        }
+    }
+}
+
+/// How the integrator is kept from winding up.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AntiWindup {
+    /// Not at all: the paper's law.
+    None,
+}
+
+/// Control law and its timing (`[controller]`).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ControllerSettings {
+    /// The rung.
+    pub law: Law,
+    /// Gains per encoder count.
+    pub gains: PidGains,
+    /// Sample time Δt \[ns\], greater than 0; `None` only where the run file
+    /// leaves it out, which only rung `continuous` allows.
+    pub sample_time_ns: Option<u64>,
+    /// From sample to new voltage \[ns\], at most the sample time.
+    pub computation_delay_ns: u64,
+    /// Integrator treatment.
+    pub anti_windup: AntiWindup,
+}
+
+/// Which method solves the plant (`run.solver`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SolverChoice {
+    /// The best method that is exact for the plant at hand.
+    Auto,
+    /// Matrix exponentials between events; affine plants only.
+    Exact,
+    /// Adaptive Runge-Kutta 5(4) with located events.
+    Dopri5,
+    /// Fixed-step Runge-Kutta without event location: the paper's way.
+    Rk4,
+}
+
+/// Duration, solver and what is recorded (`[run]`).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RunSettings {
+    /// Simulated time \[ns\], greater than 0.
+    pub duration_ns: u64,
+    /// Method for the plant.
+    pub solver: SolverChoice,
+    /// Row interval of rung `continuous` \[ns\].
+    pub row_interval_ns: u64,
+    /// Step of solver `rk4` \[ns\].
+    pub rk4_step_ns: u64,
+    /// Error tolerance of solver `dopri5`.
+    pub tolerance: f64,
+    /// Half width of the settling band at the carriage \[µm\].
+    pub settling_band_um: f64,
+    /// Whether the summary lists every contact change.
+    pub events: bool,
+}
+
+/// One entry of `[budget]`: the magnitude of a summary figure must not exceed it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Limit {
+    /// Key of the summary figure, such as `final_error_um`.
+    pub figure: String,
+    /// Largest allowed magnitude, in the figure's own unit, at least 0.
+    pub limit: f64,
+}

@@ -1,0 +1,3 @@
+//! Runs the controller and the plant in lockstep and reports what came out.
+
+pub mod case;
