@@ -238,12 +238,20 @@ impl Motion {
         breaks
     }
 
-    /// Largest magnitude of the commanded acceleration \[m/s²\].
-    pub fn peak_acceleration_mps2(&self) -> f64 {
+    /// Largest magnitude of the commanded acceleration from 0 to `time_s`
+    /// \[m/s²\], both one-sided limits at its jumps included.
+    pub fn peak_acceleration_until_mps2(&self, time_s: f64) -> f64 {
         self.segments
             .iter()
-            .filter(|s| s.duration_s > 0.0)
-            .fold(0.0, |peak: f64, s| peak.max(s.amplitude_mps2.abs()))
+            .filter(|s| s.duration_s > 0.0 && s.start_s <= time_s)
+            .fold(0.0, |peak: f64, s| {
+                // A rise is largest at its end, which may not be reached.
+                let tau_s = match s.shape {
+                    Shape::Rise => (time_s - s.start_s).min(s.duration_s),
+                    Shape::Constant | Shape::Fall => 0.0,
+                };
+                peak.max(s.at(tau_s).acceleration_mps2.abs())
+            })
     }
 
     /// The command at `time_s`.

@@ -1,0 +1,328 @@
+//! The parts put together: the only place that knows them all (paper,
+//! eq. 11, 14-15, 19, 32-37).
+//!
+//! ```text
+//! J1·β̈ = k_m·I/z − Ψ        J1 = J_m/z²
+//! J2·γ̈ = Ψ − p·F_r(γ̇)       J2 = J_v + M·p²
+//! L·İ  = V − R·I − k_m·β̇/z
+//! ```
+
+use crate::joint::{Flank, JointMode};
+use crate::mode::{AmplifierMode, Direction, Guard, Mode};
+use crate::parameters::{AxisParameters, ElasticJoint, Joint};
+use crate::pid::{ContinuousPid, Side};
+use crate::resistance::GuideMode;
+use crate::state::{BETA_INTEGRAL, CURRENT, EPSILON, EPSILON_DOT, GAMMA, GAMMA_DOT, State, Vector};
+
+/// Where the motor voltage comes from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Drive<'a> {
+    /// Constant \[V\], already within the amplifier's limit: a sampled law.
+    Held(f64),
+    /// The continuous law, behind the amplifier's limit.
+    Feedback(&'a ContinuousPid),
+}
+
+/// The axis with what its equations need over and over.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Axis {
+    parameters: AxisParameters,
+    /// `J1 = J_m/z²` \[kg m²\].
+    gear_inertia: f64,
+    /// `J2 = J_v + M·p²` \[kg m²\].
+    screw_inertia: f64,
+    /// `p·a0`, the torque that dry friction can hold at the screw \[N m\].
+    holding_torque_nm: f64,
+    joint: Option<ElasticJoint>,
+}
+
+impl Axis {
+    pub(crate) fn new(parameters: &AxisParameters) -> Self {
+        let (t, c) = (&parameters.transmission, &parameters.carriage);
+        let (z, p) = (t.gear_ratio, t.screw_pitch_m_per_rad);
+        Self {
+            parameters: *parameters,
+            gear_inertia: parameters.motor.inertia_kg_m2 / (z * z),
+            screw_inertia: t.screw_inertia_kg_m2 + c.mass_kg * p * p,
+            holding_torque_nm: p * c.resistance.constant_n,
+            joint: match t.joint {
+                Joint::Rigid => None,
+                Joint::Elastic(joint) => Some(joint),
+            },
+        }
+    }
+
+    /// Whether a loaded flank lets go where it would pull.
+    pub(crate) fn releases(&self) -> bool {
+        self.joint.is_some_and(|joint| joint.releases())
+    }
+
+    pub(crate) fn pitch_m_per_rad(&self) -> f64 {
+        self.parameters.transmission.screw_pitch_m_per_rad
+    }
+
+    fn gear_ratio(&self) -> f64 {
+        self.parameters.transmission.gear_ratio
+    }
+
+    /// At rest with the joint centred in its gap.
+    pub(crate) fn mode_at_rest(&self) -> Mode {
+        Mode {
+            joint: match self.joint {
+                None => JointMode::Rigid,
+                Some(joint) => joint.mode_of_state(0.0, 0.0),
+            },
+            guide: self.parameters.carriage.resistance.mode_at_rest(),
+            amplifier: AmplifierMode::Linear,
+        }
+    }
+
+    /// The mode that the state alone suggests.
+    pub(crate) fn mode_of_state(&self, drive: &Drive<'_>, time_s: f64, y: &Vector) -> Mode {
+        let mut mode = self.mode_at_rest();
+        if let Some(joint) = self.joint {
+            mode.joint = joint.mode_of_state(y[EPSILON], y[EPSILON_DOT]);
+        }
+        mode.guide = self.parameters.carriage.resistance.mode_of_state(
+            y[GAMMA_DOT],
+            self.moving_torque_nm(&mode, y),
+            self.holding_torque_nm,
+        );
+        if let Drive::Feedback(pid) = drive {
+            let demand_v = demand_v(pid, time_s, y);
+            mode.amplifier = match pid.voltage_limit_v() {
+                limit_v if demand_v >= limit_v => AmplifierMode::AtUpper,
+                limit_v if demand_v <= -limit_v => AmplifierMode::AtLower,
+                _ => AmplifierMode::Linear,
+            };
+        }
+        mode
+    }
+
+    /// Motor voltage `V_m` \[V\].
+    pub(crate) fn voltage_v(&self, mode: &Mode, drive: &Drive<'_>, time_s: f64, y: &Vector) -> f64 {
+        match (drive, mode.amplifier) {
+            (Drive::Held(voltage_v), _) => *voltage_v,
+            (Drive::Feedback(pid), AmplifierMode::Linear) => demand_v(pid, time_s, y),
+            (Drive::Feedback(pid), AmplifierMode::AtUpper) => pid.voltage_limit_v(),
+            (Drive::Feedback(pid), AmplifierMode::AtLower) => -pid.voltage_limit_v(),
+        }
+    }
+
+    /// `dy/dt`, eq. 34 and 37 in the state of [`crate::State`].
+    pub(crate) fn derivative(
+        &self,
+        mode: &Mode,
+        drive: &Drive<'_>,
+        time_s: f64,
+        y: &Vector,
+    ) -> Vector {
+        let (z, motor) = (self.gear_ratio(), &self.parameters.motor);
+        let (gamma_dot, epsilon_dot, current) = (y[GAMMA_DOT], y[EPSILON_DOT], y[CURRENT]);
+        let beta = y[GAMMA] + y[EPSILON];
+        let beta_dot = gamma_dot + epsilon_dot;
+        let gamma_ddot = self.screw_acceleration(mode, y);
+        let epsilon_ddot = match self.joint {
+            None => 0.0,
+            Some(joint) => {
+                // β̈ = (k_m·I/z − Ψ)/J1, eq. 11 and 15.
+                let psi = joint.torque_nm(mode.joint, y[EPSILON], epsilon_dot);
+                let beta_ddot = (motor.torque_nm(current) / z - psi) / self.gear_inertia;
+                beta_ddot - gamma_ddot
+            }
+        };
+        let voltage_v = self.voltage_v(mode, drive, time_s, y);
+        let current_rate = motor.current_rate(voltage_v, current, beta_dot / z);
+        Vector::new(
+            gamma_dot,
+            gamma_ddot,
+            epsilon_dot,
+            epsilon_ddot,
+            current_rate,
+            beta,
+        )
+    }
+
+    /// `γ̈` \[rad/s²\]: eq. 15 with a joint, eq. 19 without, 0 while stuck.
+    pub(crate) fn screw_acceleration(&self, mode: &Mode, y: &Vector) -> f64 {
+        if mode.guide == GuideMode::Stuck {
+            return 0.0;
+        }
+        let resistance = &self.parameters.carriage.resistance;
+        let force_n = resistance.force_n(mode.guide, y[GAMMA_DOT]);
+        (self.moving_torque_nm(mode, y) - self.pitch_m_per_rad() * force_n) / self.moved_inertia()
+    }
+
+    /// `d³γ/dt³` \[rad/s³\] from the state and its derivative.
+    pub(crate) fn screw_jerk(&self, mode: &Mode, y: &Vector, dy: &Vector) -> f64 {
+        if mode.guide == GuideMode::Stuck {
+            return 0.0;
+        }
+        let resistance = &self.parameters.carriage.resistance;
+        let force_rate = resistance.slope(mode.guide, y[GAMMA_DOT]) * dy[GAMMA_DOT];
+        (self.moving_torque_rate(mode, dy) - self.pitch_m_per_rad() * force_rate)
+            / self.moved_inertia()
+    }
+
+    /// What turns the screw: Ψ, or `k_m·I/z` without a joint \[N m\].
+    fn moving_torque_nm(&self, mode: &Mode, y: &Vector) -> f64 {
+        match self.joint {
+            None => self.parameters.motor.torque_nm(y[CURRENT]) / self.gear_ratio(),
+            Some(joint) => joint.torque_nm(mode.joint, y[EPSILON], y[EPSILON_DOT]),
+        }
+    }
+
+    fn moving_torque_rate(&self, mode: &Mode, dy: &Vector) -> f64 {
+        match (self.joint, mode.joint) {
+            (None, _) => self.parameters.motor.torque_nm(dy[CURRENT]) / self.gear_ratio(),
+            (Some(joint), JointMode::Gapless | JointMode::Loaded(_)) => {
+                joint.flank_torque_rate(dy[EPSILON], dy[EPSILON_DOT])
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// J2, or `J_eq = J_v + J_m/z² + M·p²` without a joint (eq. 19).
+    fn moved_inertia(&self) -> f64 {
+        match self.joint {
+            None => self.screw_inertia + self.gear_inertia,
+            Some(_) => self.screw_inertia,
+        }
+    }
+
+    /// A guard's value and its rate at one instant.
+    pub(crate) fn guard(
+        &self,
+        guard: Guard,
+        mode: &Mode,
+        drive: &Drive<'_>,
+        instant: Instant<'_>,
+    ) -> (f64, f64) {
+        let Instant {
+            time_s,
+            side,
+            y,
+            dy,
+        } = instant;
+        let gap = |flank: Flank, b: f64| {
+            let s = flank.sign();
+            (s * y[EPSILON] - b, s * dy[EPSILON])
+        };
+        let torque = |joint: ElasticJoint, flank: Flank| {
+            let s = flank.sign();
+            (
+                s * joint.flank_torque_nm(flank, y[EPSILON], y[EPSILON_DOT]),
+                s * joint.flank_torque_rate(dy[EPSILON], dy[EPSILON_DOT]),
+            )
+        };
+        let limit = |direction: Direction| match drive {
+            // A held voltage has no limit left to reach.
+            Drive::Held(_) => (1.0, 0.0),
+            Drive::Feedback(pid) => {
+                let beta = y[GAMMA] + y[EPSILON];
+                let (beta_dot, beta_ddot) =
+                    (dy[GAMMA] + dy[EPSILON], dy[GAMMA_DOT] + dy[EPSILON_DOT]);
+                let s = direction.sign();
+                (
+                    pid.voltage_limit_v() - s * demand_v(pid, time_s, y),
+                    -s * pid.demand_rate(time_s, side, beta, beta_dot, beta_ddot),
+                )
+            }
+        };
+        let negated = |(value, rate): (f64, f64)| (-value, -rate);
+        match (guard, self.joint) {
+            (Guard::Meet(flank), Some(joint)) => negated(gap(flank, joint.backlash_half_rad)),
+            (Guard::Part(flank), Some(joint)) => gap(flank, joint.backlash_half_rad),
+            (Guard::Release(flank), Some(joint)) => torque(joint, flank),
+            (Guard::Reload(flank), Some(joint)) => negated(torque(joint, flank)),
+            (Guard::Stop(direction), _) => {
+                let s = direction.sign();
+                (s * y[GAMMA_DOT], s * dy[GAMMA_DOT])
+            }
+            (Guard::Break(direction), _) => {
+                let s = direction.sign();
+                (
+                    self.holding_torque_nm - s * self.moving_torque_nm(mode, y),
+                    -s * self.moving_torque_rate(mode, dy),
+                )
+            }
+            (Guard::Limit(direction), _) => limit(direction),
+            (Guard::Unlimit(direction), _) => negated(limit(direction)),
+            // A rigid axis has no joint guards.
+            (_, None) => (1.0, 0.0),
+        }
+    }
+
+    /// The mode after `guard` has reached zero. Puts the state exactly onto
+    /// the surface, so that the next mode starts there.
+    pub(crate) fn switch(&self, guard: Guard, mode: &Mode, y: &mut Vector) -> Mode {
+        let mut next = *mode;
+        let b = self.joint.map_or(0.0, |joint| joint.backlash_half_rad);
+        match guard {
+            Guard::Meet(flank) => {
+                y[EPSILON] = flank.sign() * b;
+                next.joint = JointMode::Loaded(flank);
+            }
+            Guard::Part(flank) => {
+                y[EPSILON] = flank.sign() * b;
+                next.joint = JointMode::Open;
+            }
+            Guard::Release(flank) => next.joint = JointMode::Released(flank),
+            Guard::Reload(flank) => next.joint = JointMode::Loaded(flank),
+            Guard::Stop(direction) => {
+                // The screw rests; the gear output keeps its speed.
+                if self.joint.is_some() {
+                    y[EPSILON_DOT] += y[GAMMA_DOT];
+                }
+                y[GAMMA_DOT] = 0.0;
+                let torque_nm = direction.sign() * self.moving_torque_nm(mode, y);
+                next.guide = match (torque_nm, direction) {
+                    (t, _) if t.abs() <= self.holding_torque_nm => GuideMode::Stuck,
+                    (t, Direction::Positive) if t < 0.0 => GuideMode::Backward,
+                    (t, Direction::Negative) if t < 0.0 => GuideMode::Forward,
+                    _ => mode.guide,
+                };
+            }
+            Guard::Break(Direction::Positive) => next.guide = GuideMode::Forward,
+            Guard::Break(Direction::Negative) => next.guide = GuideMode::Backward,
+            Guard::Limit(Direction::Positive) => next.amplifier = AmplifierMode::AtUpper,
+            Guard::Limit(Direction::Negative) => next.amplifier = AmplifierMode::AtLower,
+            Guard::Unlimit(_) => next.amplifier = AmplifierMode::Linear,
+        }
+        next
+    }
+
+    /// `ẍ = p·γ̈` \[m/s²\].
+    pub(crate) fn carriage_acceleration_mps2(&self, mode: &Mode, y: &Vector) -> f64 {
+        self.pitch_m_per_rad() * self.screw_acceleration(mode, y)
+    }
+
+    /// Kinetic energy and the energy stored in the joint, eq. 4-5 \[J\].
+    pub(crate) fn mechanical_energy_j(&self, state: &State) -> f64 {
+        let (w1, w2) = (state.beta_dot_radps(), state.gamma_dot_radps);
+        0.5 * self.gear_inertia * w1 * w1
+            + 0.5 * self.screw_inertia * w2 * w2
+            + self
+                .joint
+                .map_or(0.0, |j| j.stored_energy_j(state.epsilon_rad))
+    }
+}
+
+/// One instant at which a guard is looked at.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Instant<'a> {
+    pub(crate) time_s: f64,
+    pub(crate) side: Side,
+    pub(crate) y: &'a Vector,
+    pub(crate) dy: &'a Vector,
+}
+
+/// The continuous law's demand before the amplifier's limit \[V\].
+pub(crate) fn demand_v(pid: &ContinuousPid, time_s: f64, y: &Vector) -> f64 {
+    pid.demand_v(
+        time_s,
+        y[BETA_INTEGRAL],
+        y[GAMMA] + y[EPSILON],
+        y[GAMMA_DOT] + y[EPSILON_DOT],
+    )
+}

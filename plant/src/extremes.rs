@@ -1,0 +1,108 @@
+//! Largest values over the continuous solution, without a trace.
+//!
+//! Every span of the solution is searched between its ends; the limits on
+//! both sides of a contact change are ends of spans. Memory does not grow
+//! with the run.
+
+use crate::motion::Motion;
+use crate::quartic::Polynomial;
+use crate::span::{ContactChange, Span, Watch};
+
+/// What is measured besides the plain peaks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ExtremesSettings {
+    /// The commanded motion.
+    pub motion: Motion,
+    /// Half width of the settling band around the travel \[m\].
+    pub settling_band_m: f64,
+}
+
+/// Extremes of a run so far. Starts at rest at zero.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Extremes {
+    settings: ExtremesSettings,
+    breaks_s: [f64; 7],
+    /// sup of |ẍ| \[m/s²\], both one-sided limits at events included.
+    pub peak_abs_acceleration_mps2: f64,
+    /// sup of |x_ref − x| \[m\].
+    pub peak_following_error_m: f64,
+    /// sup of |x_ref − p·β| \[m\].
+    pub peak_motor_following_error_m: f64,
+    /// sup of |I| \[A\].
+    pub peak_abs_current_a: f64,
+    /// sup of |V_m| in force \[V\].
+    pub peak_abs_voltage_v: f64,
+    /// Time at the amplifier's limit under the continuous law \[s\].
+    pub voltage_limited_s: f64,
+    /// Last instant at which the carriage was outside the settling band \[s\].
+    pub last_outside_band_s: Option<f64>,
+    /// Changes of contact.
+    pub contact_changes: u64,
+    /// Closings of the gap.
+    pub impacts: u64,
+}
+
+impl Extremes {
+    /// Nothing seen yet.
+    pub fn new(settings: ExtremesSettings) -> Self {
+        Self {
+            settings,
+            breaks_s: settings.motion.breaks_s(),
+            peak_abs_acceleration_mps2: 0.0,
+            peak_following_error_m: 0.0,
+            peak_motor_following_error_m: 0.0,
+            peak_abs_current_a: 0.0,
+            peak_abs_voltage_v: 0.0,
+            voltage_limited_s: 0.0,
+            last_outside_band_s: None,
+            contact_changes: 0,
+            impacts: 0,
+        }
+    }
+
+    fn settle(&mut self, span: &Span<'_>) {
+        let distance = span.distance_to(self.settings.motion.travel_m());
+        let band_m = self.settings.settling_band_m;
+        if let Some(theta) = last_outside(distance, band_m) {
+            self.last_outside_band_s = Some(span.start_s() + theta * span.length_s());
+        }
+    }
+}
+
+impl Watch for Extremes {
+    fn span(&mut self, span: &Span<'_>) {
+        let peak = |now: &mut f64, quantity: Polynomial<5>| *now = quantity.peak_above(*now);
+        peak(&mut self.peak_abs_acceleration_mps2, span.acceleration());
+        peak(&mut self.peak_abs_current_a, span.current());
+        peak(&mut self.peak_abs_voltage_v, span.voltage());
+        let motion = &self.settings.motion;
+        let (carriage, motor) = (
+            &mut self.peak_following_error_m,
+            &mut self.peak_motor_following_error_m,
+        );
+        span.split_at(&self.breaks_s, |piece| {
+            peak(carriage, piece.following_error(motion, false));
+            peak(motor, piece.following_error(motion, true));
+        });
+        if span.is_voltage_limited() {
+            self.voltage_limited_s += span.length_s();
+        }
+        self.settle(span);
+    }
+
+    fn contact_change(&mut self, change: &ContactChange) {
+        self.contact_changes += 1;
+        self.impacts += u64::from(change.impact);
+    }
+}
+
+/// The last θ in \[0, 1\] at which |distance| exceeds the band.
+fn last_outside(distance: Polynomial<5>, band_m: f64) -> Option<f64> {
+    let backwards = distance.reversed();
+    let above = backwards.affine(band_m, -1.0).first_negative();
+    let below = backwards.affine(band_m, 1.0).first_negative();
+    match (above, below) {
+        (Some(a), Some(b)) => Some(1.0 - a.min(b)),
+        (one, other) => one.or(other).map(|theta| 1.0 - theta),
+    }
+}

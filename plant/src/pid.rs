@@ -1,0 +1,93 @@
+//! The paper's continuous PID law (eq. 27-31): rung `continuous`.
+
+use crate::motion::{Motion, MotionPoint};
+use crate::parameters::{Amplifier, Dac, Encoder, PidGains, Transmission};
+
+/// Which side of an instant: the reference's acceleration can jump.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Side {
+    Before,
+    After,
+}
+
+/// Continuous position controller together with its motion command.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContinuousPid {
+    gains: PidGains,
+    /// `K_0 = K_a·K_enc·K_dac` of eq. 27 \[V/rad per unit of gain\].
+    loop_gain: f64,
+    voltage_limit_v: f64,
+    gear_ratio: f64,
+    /// Carriage displacement to motor angle: `α = x/(p·z)`.
+    radians_per_m: f64,
+    motion: Motion,
+}
+
+impl ContinuousPid {
+    /// Puts the parts of Fig. 4 together.
+    pub fn new(
+        gains: PidGains,
+        encoder: Encoder,
+        dac: Dac,
+        amplifier: Amplifier,
+        transmission: &Transmission,
+        motion: Motion,
+    ) -> Self {
+        Self {
+            gains,
+            loop_gain: amplifier.gain * encoder.counts_per_rad * dac.step_v,
+            voltage_limit_v: amplifier.voltage_limit_v,
+            gear_ratio: transmission.gear_ratio,
+            radians_per_m: 1.0 / (transmission.screw_pitch_m_per_rad * transmission.gear_ratio),
+            motion,
+        }
+    }
+
+    /// The motion command that the controller follows.
+    pub fn motion(&self) -> &Motion {
+        &self.motion
+    }
+
+    /// `±V_max` of the amplifier \[V\].
+    pub fn voltage_limit_v(&self) -> f64 {
+        self.voltage_limit_v
+    }
+
+    /// `V_m = K_0·[K_p·e + K_i·∫e + K_d·ė]` before the amplifier's limit,
+    /// eq. 27-28 \[V\].
+    pub(crate) fn demand_v(&self, time_s: f64, beta_hat: f64, beta: f64, beta_dot: f64) -> f64 {
+        let r = self.motion.at(time_s);
+        let (s, z) = (self.radians_per_m, self.gear_ratio);
+        let e = r.displacement_m * s - beta / z;
+        let e_dot = r.velocity_mps * s - beta_dot / z;
+        let e_hat = r.displacement_integral_ms * s - beta_hat / z;
+        let (kp, ki, kd) = (self.gains.kp, self.gains.ki_per_s, self.gains.kd_s);
+        self.loop_gain * (kp * e + ki * e_hat + kd * e_dot)
+    }
+
+    /// Time derivative of the demand \[V/s\].
+    pub(crate) fn demand_rate(
+        &self,
+        time_s: f64,
+        side: Side,
+        beta: f64,
+        beta_dot: f64,
+        beta_ddot: f64,
+    ) -> f64 {
+        let r = self.reference(time_s, side);
+        let (s, z) = (self.radians_per_m, self.gear_ratio);
+        let e = r.displacement_m * s - beta / z;
+        let e_dot = r.velocity_mps * s - beta_dot / z;
+        let e_ddot = r.acceleration_mps2 * s - beta_ddot / z;
+        let (kp, ki, kd) = (self.gains.kp, self.gains.ki_per_s, self.gains.kd_s);
+        self.loop_gain * (kp * e_dot + ki * e + kd * e_ddot)
+    }
+
+    fn reference(&self, time_s: f64, side: Side) -> MotionPoint {
+        let mut point = self.motion.at(time_s);
+        if side == Side::Before {
+            point.acceleration_mps2 = self.motion.acceleration_before_mps2(time_s);
+        }
+        point
+    }
+}

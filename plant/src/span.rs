@@ -1,0 +1,267 @@
+//! What an observer of the plant sees: one smooth piece of the solution at a
+//! time, and the contact changes between them.
+
+use crate::axis::{Axis, Drive, demand_v};
+use crate::joint::Contact;
+use crate::mode::Mode;
+use crate::pid::Side;
+use crate::quartic::{Polynomial, Samples};
+use crate::state::{CURRENT, EPSILON, GAMMA, GAMMA_DOT, State, Vector};
+
+/// Follows the plant as it is advanced.
+pub trait Watch {
+    /// A smooth piece of the solution, in order and without holes.
+    fn span(&mut self, span: &Span<'_>);
+    /// The joint took load or let go, between two spans.
+    fn contact_change(&mut self, change: &ContactChange);
+}
+
+/// Watches nothing.
+impl Watch for () {
+    fn span(&mut self, _: &Span<'_>) {}
+    fn contact_change(&mut self, _: &ContactChange) {}
+}
+
+/// One change of contact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContactChange {
+    /// When \[s\].
+    pub time_s: f64,
+    /// Contact before.
+    pub from: Contact,
+    /// Contact after.
+    pub to: Contact,
+    /// Whether the gap closed: taking load again after `no_pull` let go is a
+    /// change, but no impact.
+    pub impact: bool,
+    /// Carriage acceleration just before \[m/s²\].
+    pub acceleration_before_mps2: f64,
+    /// Carriage acceleration just after \[m/s²\].
+    pub acceleration_after_mps2: f64,
+}
+
+/// How the solution runs between the ends of a span.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Interior<'a> {
+    /// A dense output of the solver.
+    Dense(&'a crate::dopri5::Step),
+    /// Nothing but the ends (solver `rk4`).
+    Unknown,
+}
+
+/// A smooth piece of the solution.
+#[derive(Debug, Clone, Copy)]
+pub struct Span<'a> {
+    pub(crate) axis: &'a Axis,
+    pub(crate) drive: &'a Drive<'a>,
+    /// Mode at the start and, where it differs (solver `rk4`), at the end.
+    pub(crate) modes: (Mode, Mode),
+    pub(crate) start_s: f64,
+    pub(crate) length_s: f64,
+    pub(crate) y: (&'a Vector, &'a Vector),
+    pub(crate) dy: (&'a Vector, &'a Vector),
+    pub(crate) interior: Interior<'a>,
+}
+
+/// A quantity with its rate at one end of a span.
+type Probe = (f64, f64);
+
+impl Span<'_> {
+    /// Start of the span \[s\].
+    pub fn start_s(&self) -> f64 {
+        self.start_s
+    }
+
+    /// End of the span \[s\].
+    pub fn end_s(&self) -> f64 {
+        self.start_s + self.length_s
+    }
+
+    /// Length of the span \[s\].
+    pub fn length_s(&self) -> f64 {
+        self.length_s
+    }
+
+    /// State at `start + θ·length`, 0 ≤ θ ≤ 1. Solver `rk4` has only the ends
+    /// and a cubic between them.
+    pub fn state_at(&self, theta: f64) -> State {
+        State::from_vector(&self.vector_at(theta))
+    }
+
+    /// Carriage acceleration at `start + θ·length` \[m/s²\].
+    pub fn acceleration_at_mps2(&self, theta: f64) -> f64 {
+        let mode = if theta < 1.0 {
+            &self.modes.0
+        } else {
+            &self.modes.1
+        };
+        self.axis
+            .carriage_acceleration_mps2(mode, &self.vector_at(theta))
+    }
+
+    /// Contact within the span.
+    pub fn contact(&self) -> Contact {
+        self.modes.0.joint.contact()
+    }
+
+    /// Motor voltage at `start + θ·length` \[V\].
+    pub fn voltage_at_v(&self, theta: f64) -> f64 {
+        let mode = if theta < 1.0 {
+            &self.modes.0
+        } else {
+            &self.modes.1
+        };
+        let time_s = self.start_s + theta * self.length_s;
+        self.axis
+            .voltage_v(mode, self.drive, time_s, &self.vector_at(theta))
+    }
+
+    /// Whether the amplifier stands at its limit under the continuous law.
+    pub fn is_voltage_limited(&self) -> bool {
+        self.modes.0.amplifier != crate::mode::AmplifierMode::Linear
+    }
+
+    fn vector_at(&self, theta: f64) -> Vector {
+        let (y0, y1) = self.y;
+        match self.interior {
+            _ if theta <= 0.0 => *y0,
+            _ if theta >= 1.0 => *y1,
+            Interior::Dense(step) => step.at(theta * self.length_s / step.h),
+            Interior::Unknown => {
+                // Cubic Hermite through both ends.
+                let (h, rest) = (self.length_s, 1.0 - theta);
+                let (f0, f1) = self.dy;
+                let chord = y1 - y0;
+                let (u, v) = (f0 * h - chord, f1 * h - chord);
+                y0 + chord * theta + (u * rest - v * theta) * (theta * rest)
+            }
+        }
+    }
+
+    /// The quartic of a quantity, from its values and rates at the ends
+    /// (`side`, state, derivative, mode, time) and its value in the middle.
+    fn quartic(
+        &self,
+        probe: impl Fn(Side, f64, &Vector, &Vector, &Mode) -> Probe,
+        value: impl Fn(f64, &Vector) -> f64,
+    ) -> Polynomial<5> {
+        let (start_s, h) = (self.start_s, self.length_s);
+        let ((m0, m1), (y0, y1), (f0, f1)) = (&self.modes, self.y, self.dy);
+        let (start, start_rate) = probe(Side::After, start_s, y0, f0, m0);
+        let (end, end_rate) = probe(Side::Before, start_s + h, y1, f1, m1);
+        let middle = value(start_s + 0.5 * h, &self.vector_at(0.5));
+        Samples {
+            start,
+            start_slope: start_rate * h,
+            middle,
+            end,
+            end_slope: end_rate * h,
+        }
+        .quartic()
+    }
+
+    /// Carriage acceleration `p·γ̈` over the span \[m/s²\].
+    pub(crate) fn acceleration(&self) -> Polynomial<5> {
+        let (axis, p) = (self.axis, self.axis.pitch_m_per_rad());
+        self.quartic(
+            |_, _, y, dy, mode| {
+                (
+                    axis.carriage_acceleration_mps2(mode, y),
+                    p * axis.screw_jerk(mode, y, dy),
+                )
+            },
+            |_, y| axis.carriage_acceleration_mps2(&self.modes.0, y),
+        )
+    }
+
+    /// Armature current over the span \[A\].
+    pub(crate) fn current(&self) -> Polynomial<5> {
+        self.quartic(
+            |_, _, y, dy, _| (y[CURRENT], dy[CURRENT]),
+            |_, y| y[CURRENT],
+        )
+    }
+
+    /// Motor voltage over the span \[V\].
+    pub(crate) fn voltage(&self) -> Polynomial<5> {
+        let axis = self.axis;
+        let rate = |time_s: f64, side: Side, y: &Vector, dy: &Vector| match self.drive {
+            Drive::Feedback(pid) if !self.is_voltage_limited() => pid.demand_rate(
+                time_s,
+                side,
+                y[GAMMA] + y[EPSILON],
+                dy[GAMMA] + dy[EPSILON],
+                dy[GAMMA_DOT] + dy[crate::state::EPSILON_DOT],
+            ),
+            _ => 0.0,
+        };
+        self.quartic(
+            |side, t, y, dy, mode| (axis.voltage_v(mode, self.drive, t, y), rate(t, side, y, dy)),
+            |t, y| match self.drive {
+                Drive::Feedback(pid) if !self.is_voltage_limited() => demand_v(pid, t, y),
+                _ => axis.voltage_v(&self.modes.0, self.drive, t, y),
+            },
+        )
+    }
+
+    /// `x_ref − p·angle` over the span \[m\], the angle being γ for the
+    /// carriage or β = γ + ε for the motor. The command must be smooth
+    /// within the span.
+    pub(crate) fn following_error(&self, motion: &crate::Motion, of_motor: bool) -> Polynomial<5> {
+        let p = self.axis.pitch_m_per_rad();
+        let angle = |v: &Vector| v[GAMMA] + if of_motor { v[EPSILON] } else { 0.0 };
+        self.quartic(
+            |_, t, y, dy, _| {
+                let r = motion.at(t);
+                (
+                    r.displacement_m - p * angle(y),
+                    r.velocity_mps - p * angle(dy),
+                )
+            },
+            |t, y| motion.at(t).displacement_m - p * angle(y),
+        )
+    }
+
+    /// Distance of the carriage from `target_m` over the span \[m\].
+    pub(crate) fn distance_to(&self, target_m: f64) -> Polynomial<5> {
+        let p = self.axis.pitch_m_per_rad();
+        self.quartic(
+            |_, _, y, dy, _| (target_m - p * y[GAMMA], -p * dy[GAMMA]),
+            |_, y| target_m - p * y[GAMMA],
+        )
+    }
+
+    /// Calls `piece` with the parts of this span between the given instants.
+    pub(crate) fn split_at(&self, breaks_s: &[f64], mut piece: impl FnMut(&Span<'_>)) {
+        let inside = |t: f64| t > self.start_s && t < self.end_s();
+        if !breaks_s.iter().any(|&t| inside(t)) {
+            piece(self);
+            return;
+        }
+        let mut from = 0.0;
+        let ends = breaks_s.iter().filter(|&&t| inside(t));
+        let thetas = ends.map(|t| (t - self.start_s) / self.length_s);
+        for to in thetas.chain([1.0]) {
+            if to > from {
+                self.part(from, to, &mut piece);
+                from = to;
+            }
+        }
+    }
+
+    fn part(&self, from: f64, to: f64, piece: &mut impl FnMut(&Span<'_>)) {
+        let start_s = self.start_s + from * self.length_s;
+        let length_s = (to - from) * self.length_s;
+        let (y0, y1) = (self.vector_at(from), self.vector_at(to));
+        let rate = |t: f64, y: &Vector| self.axis.derivative(&self.modes.0, self.drive, t, y);
+        let (f0, f1) = (rate(start_s, &y0), rate(start_s + length_s, &y1));
+        piece(&Span {
+            start_s,
+            length_s,
+            y: (&y0, &y1),
+            dy: (&f0, &f1),
+            interior: Interior::Unknown,
+            ..*self
+        });
+    }
+}
