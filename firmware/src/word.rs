@@ -1,0 +1,93 @@
+//! A gain as a word: a mantissa and its own binary exponent.
+//!
+//! ```text
+//! gain = mantissa · 2^(−fraction_bits)
+//! ```
+//!
+//! Each gain has an exponent of its own, so that each uses its mantissa to the
+//! full. A common format would not do: at `Δt` = 0.1 ms the paper's `Kd/Δt` is
+//! 500, which leaves a word of 24 bits and sign 14 fraction bits, and in these
+//! its `Ki·Δt` = 0.0005 is 8.19, rounded to 8: 2 % off. The mantissa is an
+//! `i32` because its product with a 32-bit count is then exact in 64 bits.
+
+use core::fmt;
+
+/// A gain as a word, in DAC codes per encoder count.
+///
+/// Plain data: any mantissa and exponent can be written here, and
+/// [`crate::Pid::accept`] decides whether they can serve as a gain.
+///
+/// ```
+/// use firmware::GainWord;
+///
+/// let half = GainWord::new(1, 1);
+/// assert_eq!(half.to_string(), "1·2^-1");
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct GainWord {
+    /// Mantissa, in units of 2^−`fraction_bits` codes per count.
+    pub mantissa: i32,
+    /// Number of fraction bits of the mantissa.
+    pub fraction_bits: u8,
+}
+
+impl GainWord {
+    /// The word `mantissa·2^(−fraction_bits)` codes per count.
+    pub const fn new(mantissa: i32, fraction_bits: u8) -> Self {
+        Self {
+            mantissa,
+            fraction_bits,
+        }
+    }
+
+    /// Number of bits that the mantissa occupies: 0 to 31, or 32 where it is
+    /// negative.
+    pub(crate) const fn mantissa_bits(self) -> u32 {
+        u32::BITS.saturating_sub(self.mantissa.leading_zeros())
+    }
+
+    /// The mantissa that stands for the same gain with `fraction_bits`
+    /// fraction bits: an exact shift to the left. `None` where that would take
+    /// a shift to the right or more than 64 bits.
+    pub(crate) fn aligned(self, fraction_bits: u8) -> Option<i64> {
+        let shift = fraction_bits.checked_sub(self.fraction_bits)?;
+        let factor = 2_i64.checked_pow(u32::from(shift))?;
+        i64::from(self.mantissa).checked_mul(factor)
+    }
+}
+
+impl fmt::Display for GainWord {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}·2^-{}", self.mantissa, self.fraction_bits)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn aligning_shifts_to_the_left_only() {
+        let word = GainWord::new(-3, 4);
+        assert_eq!(word.aligned(4), Some(-3));
+        assert_eq!(word.aligned(6), Some(-12));
+        assert_eq!(word.aligned(3), None);
+    }
+
+    #[test]
+    fn aligning_never_loses_the_top_bits() {
+        // 2^31 − 1 has 31 bits: 32 more are its limit in a signed 64-bit word.
+        let word = GainWord::new(i32::MAX, 0);
+        assert_eq!(word.aligned(32), Some(i64::from(i32::MAX) << 32));
+        assert_eq!(word.aligned(33), None);
+        assert_eq!(GainWord::new(1, 0).aligned(200), None);
+    }
+
+    #[test]
+    fn mantissa_bits_count_from_the_top_one() {
+        assert_eq!(GainWord::new(0, 0).mantissa_bits(), 0);
+        assert_eq!(GainWord::new(1 << 29, 0).mantissa_bits(), 30);
+        assert_eq!(GainWord::new(i32::MAX, 0).mantissa_bits(), 31);
+        assert_eq!(GainWord::new(i32::MIN, 0).mantissa_bits(), 32);
+    }
+}
