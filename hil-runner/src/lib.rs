@@ -1,3 +1,29 @@
 //! Runs the controller and the plant in lockstep and reports what came out.
+//!
+//! ```text
+//! run file ──► Case ──► run ──► rows ──► trace (CSV)
+//!                        │ └──► Outcome ──► summary (JSON), verdicts, report (HTML)
+//!          controller ◄──┴──► plant
+//! ```
+//!
+//! This crate is the only place that knows both the controller, in counts and
+//! codes, and the plant, in SI units; [`link`] joins them.
 
+pub mod bench;
+pub mod budget;
 pub mod case;
+pub mod figures;
+pub mod ladder;
+pub mod law;
+pub mod link;
+pub mod output;
+pub mod quantise;
+pub mod record;
+pub mod report;
+pub mod report_data;
+pub mod run;
+pub mod runfile;
+pub mod summary;
+pub mod time;
+pub mod timing;
+pub mod trace;

@@ -1,3 +1,20 @@
-//! Command line of the servo bench.
+//! Command line of the servo bench: the controller firmware against the
+//! simulated axis, in lockstep.
 
-fn main() {}
+mod command;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use command::CommandLine;
+
+fn main() -> ExitCode {
+    match CommandLine::parse().execute() {
+        Ok(all_pass) if all_pass => ExitCode::SUCCESS,
+        Ok(_) => ExitCode::from(1),
+        Err(error) => {
+            eprintln!("{error:#}");
+            ExitCode::from(2)
+        }
+    }
+}

@@ -1,0 +1,227 @@
+"use strict";
+
+// One plot: axes, curves, reference lines and shading on top of uPlot.
+// Colours are CSS variables, looked up at every draw, so that a redraw is all
+// that a change of the colour scheme needs.
+
+const MISSING = "–";
+const minus = (text) => text.replace("-", "−");
+const cssColour = (name) =>
+  getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+const tickFont = '12px system-ui, -apple-system, "Segoe UI", Roboto, Arial, sans-serif';
+
+// Four significant digits and no more decimals than the unit deserves.
+function reading(value, unit) {
+  if (value == null) return MISSING;
+  const size = Math.abs(value);
+  const text =
+    size === 0 ? "0" : size >= 1e-3 ? String(+value.toPrecision(4)) : value.toExponential(2);
+  return minus(text) + (unit ? ` ${unit}` : "");
+}
+
+// Ticks with as many decimals as the step between them has, not the
+// browser's language: two readers of one report see the same numbers.
+function ticks(u, splits, axis, space, step) {
+  const decimals = Math.max(0, Math.ceil(-Math.log10(step) - 1e-9));
+  if (decimals > 5) return splits.map((v) => (v == null ? null : v === 0 ? "0" : minus(v.toExponential(1))));
+  const digits = (v) => {
+    for (let d = decimals; d < decimals + 3; d++) {
+      if (Math.abs(step - +step.toFixed(d)) < step * 1e-6) return v.toFixed(d);
+    }
+    return v.toFixed(decimals);
+  };
+  return splits.map((v) => (v == null ? null : minus(digits(Math.abs(v) < step / 1e6 ? 0 : v))));
+}
+
+function axis(label, size, space) {
+  return {
+    label,
+    space,
+    labelSize: 18,
+    labelGap: 0,
+    labelFont: tickFont,
+    font: tickFont,
+    size,
+    gap: 3,
+    stroke: () => cssColour("muted"),
+    grid: { stroke: () => cssColour("grid"), width: 1 },
+    ticks: { stroke: () => cssColour("rule"), width: 1, size: 4 },
+    values: ticks,
+  };
+}
+
+// Smallest and largest of several columns, holes skipped.
+function extent(...columns) {
+  let [low, high] = [Infinity, -Infinity];
+  for (const column of columns) {
+    for (const v of column) {
+      if (v == null) continue;
+      if (v < low) low = v;
+      if (v > high) high = v;
+    }
+  }
+  return low <= high ? [low, high] : [0, 0];
+}
+
+// The range of the vertical axis. `include` belongs to the whole picture
+// (limits, the partner plot's range); a reader who zooms in wants the curve.
+function verticalRange(include) {
+  return (u, low, high) => {
+    const [first, last] = u.series[0].idxs ?? [0, u.data[0].length - 1];
+    const whole = first === 0 && last === u.data[0].length - 1;
+    const values = [low, high, ...(whole ? include : [])].filter((v) => v != null);
+    low = Math.min(...values);
+    high = Math.max(...values);
+    if (!(high > low)) {
+      const half = Math.abs(low) * 0.1 || 1;
+      return values.length ? [low - half, high + half] : [-1, 1];
+    }
+    const margin = 0.06 * (high - low);
+    return [low - margin, high + margin];
+  };
+}
+
+// A dashed line across the plot with its name at the right end.
+function drawLimit(u, { value, label, below, colour = "c-limit" }) {
+  const { ctx, bbox } = u;
+  const y = Math.round(u.valToPos(value, "y", true));
+  if (y < bbox.top || y > bbox.top + bbox.height) return;
+  const px = devicePixelRatio;
+  ctx.strokeStyle = ctx.fillStyle = cssColour(colour);
+  ctx.lineWidth = px;
+  ctx.setLineDash([6 * px, 4 * px]);
+  ctx.beginPath();
+  ctx.moveTo(bbox.left, y);
+  ctx.lineTo(bbox.left + bbox.width, y);
+  ctx.stroke();
+  ctx.setLineDash([]);
+  ctx.font = tickFont.replace("12px", `${11 * px}px`);
+  ctx.textAlign = "right";
+  ctx.textBaseline = below ? "top" : "bottom";
+  ctx.fillText(label, bbox.left + bbox.width - 4 * px, y + (below ? 3 : -2) * px);
+}
+
+// Shades a rectangle given in data; null reaches to the plot's edge.
+function shade(u, colour, [x0, x1], [y0, y1]) {
+  const { ctx, bbox } = u;
+  const clampX = (x) => Math.min(Math.max(x, bbox.left), bbox.left + bbox.width);
+  const clampY = (y) => Math.min(Math.max(y, bbox.top), bbox.top + bbox.height);
+  const left = x0 == null ? bbox.left : clampX(u.valToPos(x0, "x", true));
+  const right = x1 == null ? bbox.left + bbox.width : clampX(u.valToPos(x1, "x", true));
+  const top = y1 == null ? bbox.top : clampY(u.valToPos(y1, "y", true));
+  const bottom = y0 == null ? bbox.top + bbox.height : clampY(u.valToPos(y0, "y", true));
+  ctx.fillStyle = cssColour(colour);
+  ctx.fillRect(left, top, right - left, bottom - top);
+}
+
+// uPlot remembers what it last set on the canvas and would not notice ours.
+function apart(paint) {
+  return (u) => {
+    u.ctx.save();
+    paint(u);
+    u.ctx.restore();
+  };
+}
+
+// The zero line, a little stronger than the grid.
+function drawZero(u) {
+  const { ctx, bbox } = u;
+  const y = u.valToPos(0, "y", true);
+  if (y < bbox.top || y > bbox.top + bbox.height) return;
+  ctx.fillStyle = cssColour("rule");
+  ctx.fillRect(bbox.left, Math.round(y), bbox.width, Math.max(1, Math.round(devicePixelRatio)));
+}
+
+// Short marks on the lower edge.
+function drawMarks(u, times) {
+  const { ctx, bbox } = u;
+  const [px, bottom] = [devicePixelRatio, bbox.top + bbox.height];
+  ctx.fillStyle = cssColour("text");
+  for (const t of times) {
+    const x = Math.round(u.valToPos(t, "x", true));
+    if (x < bbox.left || x > bbox.left + bbox.width) continue;
+    ctx.fillRect(x, bottom - 7 * px, Math.max(1, Math.round(px)), 7 * px);
+  }
+}
+
+// A path builder for uPlot: every point, at fractions of a pixel; a hole where
+// a value is null.
+function polyline(u, series, first, last) {
+  const [xs, ys] = [u.data[0], u.data[series]];
+  const stroke = new Path2D();
+  let pen = false;
+  // One point more on either side, so that a zoomed curve reaches the edge.
+  for (let i = Math.max(0, first - 1); i <= Math.min(xs.length - 1, last + 1); i++) {
+    if (ys[i] == null) {
+      pen = false;
+      continue;
+    }
+    const point = [u.valToPos(xs[i], "x", true), u.valToPos(ys[i], "y", true)];
+    if (pen) stroke.lineTo(...point);
+    else stroke.moveTo(...point);
+    pen = true;
+  }
+  return { stroke, fill: null, clip: null, band: null, gaps: null, flags: 1 };
+}
+
+// Draws `plot` = { x, curves: [{ label, y, unit, colour, width, dash, held }],
+// yLabel, include, limits, marks, behind } into `figure`.
+function drawChart(figure, plot, group) {
+  const box = figure.querySelector(".plot");
+  const caption = figure.querySelector("figcaption");
+  // Steps on whole pixels are crisp, slopes on whole pixels are stairs; but
+  // only on whole pixels does uPlot merge points, which long runs need.
+  const smooth = plot.x.length > 20000 ? {} : { paths: polyline, pxAlign: 0 };
+  const options = {
+    width: box.clientWidth,
+    height: box.clientHeight,
+    padding: [6, 14, 0, 0],
+    cursor: {
+      y: false,
+      points: { size: 6 },
+      drag: { x: true, y: false, setScale: true },
+      sync: { key: group, scales: ["x", null], setSeries: false },
+    },
+    legend: {
+      show: true,
+      live: true,
+      mount: (u, element) => caption.appendChild(element),
+      markers: { show: true, width: 0 },
+    },
+    scales: { x: { time: false }, y: { range: verticalRange(plot.include ?? []) } },
+    axes: [axis("t [s]", 22, 50), axis(plot.yLabel, 46, 20)],
+    series: [
+      { label: "t", value: (u, t) => (t == null ? MISSING : `${+t.toFixed(6)} s`) },
+      ...plot.curves.map((curve) => ({
+        label: curve.label,
+        value: (u, v) => reading(v, curve.unit),
+        stroke: () => cssColour(curve.colour),
+        width: curve.width ?? 1.4,
+        dash: curve.dash,
+        points: { show: false },
+        ...(curve.held ? { paths: uPlot.paths.stepped({ align: 1 }) } : smooth),
+      })),
+    ],
+    hooks: {
+      setLegend: [(u) => caption.classList.toggle("reading", u.cursor.idx != null)],
+      drawClear: [apart((u) => plot.behind?.(u))],
+      drawAxes: [apart(drawZero)],
+      draw: [
+        apart((u) => {
+          for (const limit of plot.limits ?? []) drawLimit(u, limit);
+          if (plot.marks) drawMarks(u, plot.marks);
+        }),
+      ],
+    },
+  };
+  const chart = new uPlot(options, [plot.x, ...plot.curves.map((curve) => curve.y)], box);
+  caption.classList.toggle("alone", plot.curves.length === 1);
+  // The legend is the document's, not the canvas's: CSS colours it.
+  caption.querySelectorAll(".u-marker").forEach((marker, i) => {
+    const curve = plot.curves[i - (caption.querySelectorAll(".u-marker").length - plot.curves.length)];
+    if (!curve) return;
+    marker.style.borderTopColor = `var(--${curve.colour})`;
+    if (curve.dash) marker.style.borderTopStyle = "dashed";
+  });
+  return chart;
+}

@@ -1,0 +1,105 @@
+//! Budgets: limits on summary figures, and the verdicts on them.
+
+use serde::Serialize;
+
+use crate::case::{Case, Limit};
+use crate::figures::HOST_STEP_P99;
+use crate::summary::Summary;
+use crate::time::seconds;
+
+/// One limit and whether it holds.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Verdict {
+    /// Key of the figure.
+    pub figure: String,
+    /// Its value, signed; null if the run gave none, which fails.
+    pub value: Option<f64>,
+    /// Largest allowed magnitude.
+    pub limit: f64,
+    /// Limit less magnitude; negative where the limit is exceeded.
+    pub margin: Option<f64>,
+    /// Whether the magnitude is within the limit.
+    pub pass: bool,
+    /// Whether the limit is a default, the run file having no `[budget]`.
+    pub default: bool,
+}
+
+impl Verdict {
+    /// The verdict on a value; no value fails.
+    pub fn new(limit: &Limit, value: Option<f64>, default: bool) -> Self {
+        let margin = value.map(|value| limit.limit - value.abs());
+        Self {
+            figure: limit.figure.clone(),
+            value,
+            limit: limit.limit,
+            margin,
+            pass: margin.is_some_and(|margin| margin >= 0.0),
+            default,
+        }
+    }
+}
+
+/// The limits that a case is held to, and whether they are the defaults.
+pub fn limits(case: &Case) -> (Vec<Limit>, bool) {
+    match &case.budget {
+        Some(limits) => (limits.clone(), false),
+        None => (default_limits(case), true),
+    }
+}
+
+/// Without `[budget]`: no saturation, at most twice the commanded
+/// acceleration, at most 2 % of the travel as following error.
+fn default_limits(case: &Case) -> Vec<Limit> {
+    let limit = |figure: &str, limit: f64| Limit {
+        figure: figure.to_owned(),
+        limit,
+    };
+    let end_s = seconds(case.run.duration_ns);
+    vec![
+        limit("voltage_saturated_s", 0.0),
+        limit(
+            "peak_abs_acc_mps2",
+            2.0 * case.motion.peak_acceleration_until_mps2(end_s),
+        ),
+        limit(
+            "peak_following_error_mm",
+            1e3 * 0.02 * case.motion.travel_m().abs(),
+        ),
+    ]
+}
+
+/// The verdicts that follow from the summary alone. The host's step time is
+/// measured elsewhere and never enters a summary.
+pub(crate) fn verdicts(case: &Case, summary: &Summary) -> Vec<Verdict> {
+    let (limits, default) = limits(case);
+    limits
+        .iter()
+        .filter(|limit| limit.figure != HOST_STEP_P99.key)
+        .map(|limit| Verdict::new(limit, summary.figure(&limit.figure), default))
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn limit(limit: f64) -> Limit {
+        Limit {
+            figure: "final_error_um".into(),
+            limit,
+        }
+    }
+
+    #[test]
+    fn limits_the_magnitude() {
+        assert!(Verdict::new(&limit(50.0), Some(-50.0), false).pass);
+        let over = Verdict::new(&limit(50.0), Some(-51.0), false);
+        assert_eq!((over.pass, over.margin), (false, Some(-1.0)));
+    }
+
+    #[test]
+    fn null_and_nan_fail() {
+        assert!(!Verdict::new(&limit(50.0), None, false).pass);
+        assert!(!Verdict::new(&limit(50.0), Some(f64::NAN), false).pass);
+    }
+}

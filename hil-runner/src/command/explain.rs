@@ -1,0 +1,29 @@
+//! Points errors of a run at the key of the run file that caused them.
+
+use anyhow::anyhow;
+use firmware::SetpointError;
+use hil_runner::quantise::QuantiseError;
+use hil_runner::run::RunError;
+use hil_runner::runfile::RunFile;
+
+/// The error as the user should read it.
+pub(super) fn explain(file: &RunFile, error: RunError) -> anyhow::Error {
+    let refuse = |key: &str, because: &str| match key.split_once('.') {
+        Some((section, key)) => file.refuse(section, key, because).to_string(),
+        None => because.to_owned(),
+    };
+    match error {
+        RunError::Quantise(QuantiseError::Gains(unfit)) => {
+            let lines = unfit.iter().map(|gain| refuse(gain.key, &gain.because()));
+            anyhow!(lines.collect::<Vec<_>>().join("\n"))
+        }
+        RunError::Quantise(QuantiseError::Travel(_)) => {
+            anyhow!(refuse("motion.travel_mm", &error.to_string()))
+        }
+        RunError::Quantise(QuantiseError::Setpoints(SetpointError::TooLong { .. })) => {
+            anyhow!(refuse("controller.sample_time_s", &error.to_string()))
+        }
+        RunError::Solver => anyhow!(refuse("run.solver", &error.to_string())),
+        error => anyhow!("{}: {error}", file.case.name),
+    }
+}

@@ -1,0 +1,82 @@
+//! `hil-runner ladder`: one case on every rung.
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, anyhow};
+use clap::Args;
+use hil_runner::case::{Case, Law};
+use hil_runner::ladder::climb;
+use hil_runner::output::OutputFile;
+use hil_runner::run::RunOptions;
+use hil_runner::runfile::RunFile;
+use hil_runner::{report, report_data};
+
+use super::explain::explain;
+use super::terminal;
+
+const REPORT: &str = "out/ladder.html";
+
+/// Run one case on every rung and show what each rung adds
+///
+/// Each rung adds one effect to the one below it, so the difference of two
+/// neighbours is what that effect costs: sampling, encoder and DAC steps,
+/// word lengths. Differences are taken on common 1 ms rows.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  \
+                  hil-runner ladder paper-1\n  \
+                  hil-runner ladder axis.toml --report out/axis-ladder.html --set controller.sample_time_s=2e-4")]
+pub(crate) struct Ladder {
+    /// Run file or built-in case
+    case: String,
+    /// Page with the plots
+    #[arg(long, value_name = "F.html", default_value = REPORT)]
+    report: PathBuf,
+    /// Override a key of the run file; the value is TOML, a bare word a string
+    #[arg(long = "set", value_name = "KEY.PATH=VALUE")]
+    sets: Vec<String>,
+}
+
+impl Ladder {
+    pub(crate) fn execute(&self) -> anyhow::Result<bool> {
+        let files = self.load_rungs()?;
+        if self.report == Path::new(REPORT) {
+            std::fs::create_dir_all("out").context("the folder out cannot be made")?;
+        }
+        let mut page = OutputFile::create(&self.report)?;
+        let cases: Vec<Case> = files.iter().map(|file| file.case.clone()).collect();
+        let rungs = climb(&cases, RunOptions::default()).map_err(|(number, error)| {
+            let Some(file) = files.get(number) else {
+                return anyhow!("{error}");
+            };
+            let rung = format!("rung {}", file.case.controller.law.name());
+            explain(file, error).context(rung)
+        })?;
+        let data = report_data::ladder_report(&self.command_line(), &rungs);
+        page.write_all(report::render(&data)?.as_bytes())?;
+        page.commit()?;
+        terminal::print(&terminal::ladder_table(&rungs))?;
+        eprintln!("plots: {}", self.report.display());
+        Ok(true)
+    }
+
+    /// The case with each law, checked as if the run file had asked for it.
+    fn load_rungs(&self) -> anyhow::Result<Vec<RunFile>> {
+        let mut files = Vec::with_capacity(Law::ALL.len());
+        for law in Law::ALL {
+            let mut sets = self.sets.clone();
+            sets.push(format!("controller.law={}", law.name()));
+            files.extend(super::run::load(std::slice::from_ref(&self.case), &sets)?);
+        }
+        Ok(files)
+    }
+
+    fn command_line(&self) -> String {
+        let sets = self.sets.iter().map(|set| format!(" --set {set}"));
+        format!(
+            "hil-runner ladder {}{}",
+            self.case,
+            sets.collect::<String>()
+        )
+    }
+}

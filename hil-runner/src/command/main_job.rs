@@ -1,0 +1,44 @@
+//! Without a command: the paper's four simulations on the firmware rung.
+
+use std::io::Write;
+use std::path::Path;
+
+use anyhow::Context;
+use hil_runner::bench::CaseRun;
+use hil_runner::output::OutputFile;
+use hil_runner::run::RunOptions;
+use hil_runner::{report, report_data};
+
+use super::explain::explain;
+use super::terminal;
+
+const CASES: [&str; 4] = ["paper-1", "paper-2", "paper-3", "paper-4"];
+const REPORT: &str = "out/report.html";
+
+pub(crate) fn execute() -> anyhow::Result<bool> {
+    let folder = Path::new("out");
+    std::fs::create_dir_all(folder).with_context(|| "the folder out cannot be made".to_owned())?;
+    let mut page = OutputFile::create(Path::new(REPORT))?;
+    let options = RunOptions {
+        plot: true,
+        ..RunOptions::default()
+    };
+    let mut runs = Vec::with_capacity(CASES.len());
+    for file in super::run::load(&CASES.map(str::to_owned), &[])? {
+        eprintln!("running {} …", file.case.name);
+        let run = CaseRun::new(&file.case, options, &mut |_| Ok(()));
+        runs.push(run.map_err(|error| explain(&file, error))?);
+    }
+    let title = "The paper's four simulations";
+    let data = report_data::report(title, "hil-runner", &runs);
+    page.write_all(report::render(&data)?.as_bytes())?;
+    page.commit()?;
+    terminal::print(
+        &(terminal::figure_table(&runs)
+            + &terminal::verdict_table(&runs)
+            + &terminal::timing_lines(&runs)
+            + &format!("plots and all figures: {REPORT}\n")),
+    )?;
+    super::warn(&runs);
+    Ok(runs.iter().all(CaseRun::passes))
+}

@@ -1,0 +1,66 @@
+//! The commands, one file each.
+
+mod explain;
+mod init;
+mod ladder;
+mod main_job;
+mod run;
+mod schema;
+mod terminal;
+
+use clap::{Parser, Subcommand};
+use hil_runner::bench::CaseRun;
+
+/// Position-controlled servo axis on the bench: the controller firmware runs
+/// in lockstep with motor, gear, joint with backlash, screw and carriage.
+#[derive(Debug, Parser)]
+#[command(
+    version,
+    after_help = "Without a command: the paper's four simulations on the firmware rung, budgets \
+                  checked, out/report.html written.\n\n\
+                  Built-in cases: paper-1, paper-2, paper-3, paper-4, paper-2-12bit. \
+                  Exit status: 0 all verdicts pass, 1 a verdict fails, 2 the run could not be made.\n\n\
+                  Examples:\n  \
+                  hil-runner\n  \
+                  hil-runner run paper-2 --trace trace.csv --summary summary.json\n  \
+                  hil-runner ladder paper-1\n  \
+                  hil-runner init paper-2 > axis.toml"
+)]
+pub(crate) struct CommandLine {
+    #[command(subcommand)]
+    command: Option<Command>,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Run one or more cases and check their budgets
+    Run(run::Run),
+    /// Run one case on every rung and show what each rung adds
+    Ladder(ladder::Ladder),
+    /// Print a commented run file to start from
+    Init(init::Init),
+    /// Print the JSON schema of run files, for editors
+    Schema(schema::Schema),
+}
+
+impl CommandLine {
+    /// Does what was asked. `Ok(false)` if a verdict fails.
+    pub(crate) fn execute(self) -> anyhow::Result<bool> {
+        match self.command {
+            None => main_job::execute(),
+            Some(Command::Run(run)) => run.execute(),
+            Some(Command::Ladder(ladder)) => ladder.execute(),
+            Some(Command::Init(init)) => init.execute(),
+            Some(Command::Schema(schema)) => schema.execute(),
+        }
+    }
+}
+
+/// Tells on stderr what the user should know besides the figures.
+fn warn(runs: &[CaseRun]) {
+    for run in runs {
+        for warning in &run.warnings {
+            eprintln!("{}: warning: {warning}", run.outcome.summary.name);
+        }
+    }
+}

@@ -1,0 +1,180 @@
+//! `hil-runner run`: one or more cases with their outputs.
+
+use std::io::Write;
+use std::path::PathBuf;
+
+use anyhow::bail;
+use clap::{Args, ValueEnum};
+use hil_runner::bench::CaseRun;
+use hil_runner::output::OutputFile;
+use hil_runner::run::{LinkKind, RunOptions};
+use hil_runner::runfile::RunFile;
+use hil_runner::trace::TraceWriter;
+use hil_runner::{report, report_data};
+
+use super::explain::explain;
+use super::terminal;
+
+/// Run one or more cases and check their budgets
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  \
+                  hil-runner run paper-2 --trace trace.csv --summary summary.json\n  \
+                  hil-runner run axis.toml --report axis.html --set controller.kp=4\n  \
+                  hil-runner run paper-2 paper-2-12bit --report compare.html\n  \
+                  hil-runner run paper-1 --set controller.law=quantised --set budget.final_error_um=50")]
+pub(crate) struct Run {
+    /// Run files or built-in cases (paper-1 … paper-4, paper-2-12bit)
+    #[arg(required = true)]
+    cases: Vec<String>,
+    /// Write every row as CSV; `-` is standard output
+    #[arg(long, value_name = "F.csv")]
+    trace: Option<PathBuf>,
+    /// Write the key figures as JSON; `-` is standard output
+    #[arg(long, value_name = "F.json")]
+    summary: Option<PathBuf>,
+    /// Write a self-contained page with plots, all cases side by side
+    #[arg(long, value_name = "F.html")]
+    report: Option<PathBuf>,
+    /// Override a key of the run file; the value is TOML, a bare word a string
+    #[arg(long = "set", value_name = "KEY.PATH=VALUE")]
+    sets: Vec<String>,
+    /// How controller and plant are connected; the results are the same
+    #[arg(long, value_enum, default_value_t = LinkName::InProcess)]
+    link: LinkName,
+}
+
+/// Names of the links on the command line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum LinkName {
+    /// A function call
+    InProcess,
+    /// Two threads and a pair of channels
+    Channel,
+}
+
+impl Run {
+    pub(crate) fn execute(&self) -> anyhow::Result<bool> {
+        if self.cases.len() > 1 && (self.trace.is_some() || self.summary.is_some()) {
+            bail!("--trace and --summary take one case; give several cases with --report");
+        }
+        self.refuse_shared_paths()?;
+        let files = load(&self.cases, &self.sets)?;
+        // Every path is opened before the first run.
+        let mut trace = open(self.trace.as_ref())?.map(TraceWriter::new);
+        let summary = open(self.summary.as_ref())?;
+        let report = open(self.report.as_ref())?;
+        let options = RunOptions {
+            link: match self.link {
+                LinkName::InProcess => LinkKind::InProcess,
+                LinkName::Channel => LinkKind::Channel,
+            },
+            plot: report.is_some(),
+            ..RunOptions::default()
+        };
+        let mut runs = Vec::with_capacity(files.len());
+        for file in &files {
+            let mut sink = |row: &_| trace.as_mut().map_or(Ok(()), |trace| trace.row(row));
+            let run = CaseRun::new(&file.case, options, &mut sink);
+            // What was traced before an error is kept all the same.
+            if let Some(trace) = trace.take() {
+                trace.finish()?.commit()?;
+            }
+            runs.push(run.map_err(|error| explain(file, error))?);
+        }
+        if let Some(mut file) = summary
+            && let Some(run) = runs.first()
+        {
+            serde_json::to_writer_pretty(&mut file, &run.outcome.summary)?;
+            file.write_all(b"\n")?;
+            file.commit()?;
+        }
+        if let Some(mut file) = report {
+            let page = report::render(&report_data::report(
+                &title(&runs),
+                &self.command_line(),
+                &runs,
+            ))?;
+            file.write_all(page.as_bytes())?;
+            file.commit()?;
+        }
+        self.show(&runs)?;
+        Ok(runs.iter().all(CaseRun::passes))
+    }
+
+    fn show(&self, runs: &[CaseRun]) -> anyhow::Result<()> {
+        let text = terminal::figure_table(runs)
+            + &terminal::verdict_table(runs)
+            + &terminal::timing_lines(runs);
+        // Data on standard output stays alone there.
+        let data_on_stdout = [&self.trace, &self.summary, &self.report]
+            .into_iter()
+            .flatten()
+            .any(|path| path.as_os_str() == "-");
+        if data_on_stdout {
+            eprint!("{text}");
+        } else {
+            terminal::print(&text)?;
+        }
+        super::warn(runs);
+        Ok(())
+    }
+
+    fn refuse_shared_paths(&self) -> anyhow::Result<()> {
+        let paths = [&self.trace, &self.summary, &self.report];
+        for (i, path) in paths.iter().enumerate() {
+            if let Some(path) = path
+                && paths
+                    .iter()
+                    .skip(i + 1)
+                    .any(|other| other.as_ref() == Some(path))
+            {
+                bail!(
+                    "{} is given for two outputs; each needs its own",
+                    path.display()
+                );
+            }
+        }
+        Ok(())
+    }
+
+    fn command_line(&self) -> String {
+        let sets = self.sets.iter().map(|set| format!(" --set {set}"));
+        format!(
+            "hil-runner run {}{}",
+            self.cases.join(" "),
+            sets.collect::<String>()
+        )
+    }
+}
+
+/// Reads the run files; all that is wrong with any of them in one message.
+pub(super) fn load(cases: &[String], sets: &[String]) -> anyhow::Result<Vec<RunFile>> {
+    let mut files = Vec::with_capacity(cases.len());
+    let mut errors = Vec::new();
+    for case in cases {
+        match RunFile::load(case, sets) {
+            Ok(file) => files.push(file),
+            Err(error) => errors.push(error.to_string()),
+        }
+    }
+    if !errors.is_empty() {
+        // The same wrong --set is wrong for every case; once is enough.
+        let mut lines: Vec<&str> = Vec::new();
+        for line in errors.iter().flat_map(|error| error.lines()) {
+            if !lines.contains(&line) {
+                lines.push(line);
+            }
+        }
+        bail!("{}", lines.join("\n"));
+    }
+    Ok(files)
+}
+
+pub(super) fn open(path: Option<&PathBuf>) -> anyhow::Result<Option<OutputFile>> {
+    Ok(path.map(|path| OutputFile::create(path)).transpose()?)
+}
+
+fn title(runs: &[CaseRun]) -> String {
+    let names = runs.iter().map(|run| run.outcome.summary.name.as_str());
+    names.collect::<Vec<_>>().join(", ")
+}

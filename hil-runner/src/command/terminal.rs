@@ -1,0 +1,165 @@
+//! Tables for the terminal, at most 100 columns wide.
+
+use std::io::Write;
+
+use comfy_table::{CellAlignment, ContentArrangement, LineStyle, Table, TableStyle};
+use hil_runner::bench::CaseRun;
+use hil_runner::ladder::Rung;
+use hil_runner::report::number;
+use hil_runner::{figures, time};
+
+const WIDTH: u16 = 100;
+
+/// Lines around the table and under its header only.
+const STYLE: TableStyle = {
+    let line = LineStyle::none().fill('─').junction('─');
+    TableStyle::new()
+        .top_border(line)
+        .header_separator(line)
+        .bottom_border(line)
+};
+
+/// Writes to standard output; a reader that hangs up is no error.
+pub(crate) fn print(text: &str) -> std::io::Result<()> {
+    let mut stdout = std::io::stdout().lock();
+    match stdout
+        .write_all(text.as_bytes())
+        .and_then(|()| stdout.flush())
+    {
+        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+        result => result,
+    }
+}
+
+/// The first `names` columns left, the others right.
+fn table(header: &[&str], names: usize) -> Table {
+    let mut table = Table::new();
+    table
+        .load_style(STYLE)
+        .set_content_arrangement(ContentArrangement::Dynamic)
+        .set_width(WIDTH)
+        .set_header(header);
+    for (i, column) in table.column_iter_mut().enumerate() {
+        column.set_padding((0, 1));
+        if i >= names {
+            column.set_cell_alignment(CellAlignment::Right);
+        }
+    }
+    table
+}
+
+fn shown(value: Option<f64>) -> String {
+    value.map_or_else(|| number::MISSING.to_owned(), number::table)
+}
+
+/// Every verdict of every run.
+pub(crate) fn verdict_table(runs: &[CaseRun]) -> String {
+    let header = [
+        "case", "figure", "value", "limit", "margin", "unit", "verdict",
+    ];
+    let mut table = table(&header, 2);
+    for run in runs {
+        for verdict in run.verdicts() {
+            let limit = number::table(verdict.limit);
+            table.add_row([
+                run.outcome.summary.name.clone(),
+                verdict.figure.clone(),
+                shown(verdict.value),
+                if verdict.default {
+                    format!("{limit} (default)")
+                } else {
+                    limit
+                },
+                shown(verdict.margin),
+                figures::unit(&verdict.figure).to_owned(),
+                if verdict.pass { "pass" } else { "FAIL" }.to_owned(),
+            ]);
+        }
+    }
+    format!("{table}\n")
+}
+
+/// The figures that a reader looks for first, a line a run.
+pub(crate) fn figure_table(runs: &[CaseRun]) -> String {
+    let header = [
+        "case",
+        "law",
+        "solver",
+        "peak acc\nm/s²",
+        "following\nerror mm",
+        "final\nerror µm",
+        "settled\nafter s",
+        "contact\nchanges",
+        "peak\nvolts",
+        "peak\ncode",
+    ];
+    let mut table = table(&header, 3);
+    for run in runs {
+        let summary = &run.outcome.summary;
+        let figure = |key: &str| shown(summary.figure(key));
+        table.add_row([
+            summary.name.clone(),
+            summary.law.to_owned(),
+            summary.solver.to_owned(),
+            figure("peak_abs_acc_mps2"),
+            figure("peak_following_error_mm"),
+            figure("final_error_um"),
+            figure("settling_time_s"),
+            figure("contact_changes"),
+            figure("peak_abs_voltage_v"),
+            figure("max_abs_dac_code"),
+        ]);
+    }
+    format!("{table}\n")
+}
+
+/// Host step times, apart from everything that is reproducible.
+pub(crate) fn timing_lines(runs: &[CaseRun]) -> String {
+    let mut lines = String::new();
+    for run in runs {
+        let (Some(timing), Some(period_ns)) = (run.timing, run.case.controller.sample_time_ns)
+        else {
+            continue;
+        };
+        lines += &format!(
+            "{}: controller step on this host {:.3} µs median, {:.3} p99, {:.3} max of Δt = {} µs \
+             (clock {:.3})\n",
+            run.outcome.summary.name,
+            timing.median_us,
+            timing.p99_us,
+            timing.max_us,
+            number::table(1e6 * time::seconds(period_ns)),
+            timing.clock_us,
+        );
+    }
+    lines
+}
+
+/// The rungs of a ladder.
+pub(crate) fn ladder_table(rungs: &[Rung]) -> String {
+    let header = [
+        "rung",
+        "adds",
+        "peak acc\nm/s²",
+        "following\nerror mm",
+        "final\nerror µm",
+        "contact\nchanges",
+        "rms Δacc\nm/s²",
+        "rms Δx\nµm",
+    ];
+    let mut table = table(&header, 2);
+    for rung in rungs {
+        let figure = |key: &str| shown(rung.outcome.summary.figure(key));
+        table.add_row([
+            rung.law.name().to_owned(),
+            rung.law.adds().to_owned(),
+            figure("peak_abs_acc_mps2"),
+            figure("peak_following_error_mm"),
+            figure("final_error_um"),
+            figure("contact_changes"),
+            shown(rung.difference.map(|d| d.rms_acc_mps2)),
+            shown(rung.difference.map(|d| d.rms_position_um)),
+        ]);
+    }
+    format!("{table}\n")
+}

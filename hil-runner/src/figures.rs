@@ -1,0 +1,64 @@
+//! The figures of a summary: key, words and unit, for tables, reports and
+//! budgets.
+
+/// One figure that a summary has and a budget can limit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Figure {
+    /// Key in the summary and in `[budget]`, unit as suffix.
+    pub key: &'static str,
+    /// The same in words.
+    pub label: &'static str,
+    /// Unit as it is shown; empty for counts of things.
+    pub unit: &'static str,
+}
+
+const fn figure(key: &'static str, label: &'static str, unit: &'static str) -> Figure {
+    Figure { key, label, unit }
+}
+
+/// Every numeric figure of the summary, in its order.
+pub const SUMMARY_FIGURES: [Figure; 14] = [
+    figure("peak_abs_acc_mps2", "Peak carriage acceleration", "m/s²"),
+    figure(
+        "peak_acc_overshoot_mps2",
+        "Peak acceleration over the commanded peak",
+        "m/s²",
+    ),
+    figure("rms_acc_error_mps2", "RMS acceleration error", "m/s²"),
+    figure("peak_following_error_mm", "Peak following error", "mm"),
+    figure("final_error_um", "Final error", "µm"),
+    figure(
+        "peak_motor_following_error_mm",
+        "Peak following error at the motor",
+        "mm",
+    ),
+    figure("final_motor_error_um", "Final error at the motor", "µm"),
+    figure("settling_time_s", "Settling time", "s"),
+    figure("contact_changes", "Contact changes", ""),
+    figure("impacts", "Impacts", ""),
+    figure("peak_abs_voltage_v", "Peak motor voltage", "V"),
+    figure(
+        "voltage_saturated_s",
+        "Time at the voltage or code limit",
+        "s",
+    ),
+    figure("peak_abs_current_a", "Peak current", "A"),
+    figure("max_abs_dac_code", "Largest DAC code", "codes"),
+];
+
+/// The controller's step time on the host: a matter of this machine's clock,
+/// in no summary, judged only where a budget names it.
+pub const HOST_STEP_P99: Figure = figure(
+    "host_step_p99_us",
+    "99th percentile of the controller step on the host",
+    "µs",
+);
+
+/// Unit of the figure with this key; empty where there is none.
+pub fn unit(key: &str) -> &'static str {
+    SUMMARY_FIGURES
+        .iter()
+        .chain([&HOST_STEP_P99])
+        .find(|figure| figure.key == key)
+        .map_or("", |figure| figure.unit)
+}

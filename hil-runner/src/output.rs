@@ -1,0 +1,171 @@
+//! Output files: found writable before the run, complete or not there at all
+//! after it. What stood at the path before stays until the new file is whole.
+
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use tempfile::NamedTempFile;
+
+/// A file that appears under its name when it is committed.
+#[derive(Debug)]
+pub struct OutputFile {
+    sink: BufWriter<Sink>,
+    path: PathBuf,
+}
+
+#[derive(Debug)]
+enum Sink {
+    /// `-`: standard output.
+    Stdout(io::Stdout),
+    /// A device or pipe, written as it is.
+    Direct(File),
+    /// A new file beside the target, renamed on commit.
+    Renamed(NamedTempFile),
+}
+
+impl OutputFile {
+    /// Prepares to write to `path`; `-` is standard output.
+    ///
+    /// # Errors
+    /// If the path cannot be written: the sentence names it.
+    pub fn create(path: &Path) -> io::Result<Self> {
+        let sink = sink(path).map_err(|error| {
+            let path = path.display();
+            io::Error::new(error.kind(), format!("{path} cannot be written: {error}"))
+        })?;
+        Ok(Self {
+            sink: BufWriter::new(sink),
+            path: path.to_owned(),
+        })
+    }
+
+    /// Where the file will be.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Makes what was written so far appear at the path.
+    ///
+    /// # Errors
+    /// If the last bytes cannot be written or the file cannot be renamed.
+    pub fn commit(self) -> io::Result<()> {
+        let path = self.path;
+        let commit = |sink: BufWriter<Sink>| -> io::Result<()> {
+            match sink.into_inner().map_err(|error| error.into_error())? {
+                Sink::Stdout(mut stdout) => stdout.flush(),
+                Sink::Direct(mut file) => file.flush(),
+                Sink::Renamed(file) => {
+                    file.persist(resolved(&path)).map_err(|error| error.error)?;
+                    Ok(())
+                }
+            }
+        };
+        commit(self.sink).map_err(|error| {
+            io::Error::new(
+                error.kind(),
+                format!("{} cannot be written: {error}", path.display()),
+            )
+        })
+    }
+}
+
+impl Write for OutputFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.sink.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.sink.flush()
+    }
+}
+
+impl Write for Sink {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match self {
+            Self::Stdout(stdout) => stdout.write(bytes),
+            Self::Direct(file) => file.write(bytes),
+            Self::Renamed(file) => file.write(bytes),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        match self {
+            Self::Stdout(stdout) => stdout.flush(),
+            Self::Direct(file) => file.flush(),
+            Self::Renamed(file) => file.flush(),
+        }
+    }
+}
+
+fn sink(path: &Path) -> io::Result<Sink> {
+    if path == Path::new("-") {
+        return Ok(Sink::Stdout(io::stdout()));
+    }
+    let path = resolved(path);
+    match fs::metadata(&path) {
+        Ok(meta) if meta.is_dir() => Err(io::Error::other("it is a folder")),
+        Ok(meta) if meta.is_file() && meta.permissions().readonly() => {
+            Err(io::Error::other("the file is read-only"))
+        }
+        Ok(meta) if !meta.is_file() => Ok(Sink::Direct(File::options().write(true).open(&path)?)),
+        _ => Ok(Sink::Renamed(beside(&path)?)),
+    }
+}
+
+/// A new file in the folder of `path`, with the permissions that any new
+/// file would have.
+fn beside(path: &Path) -> io::Result<NamedTempFile> {
+    let folder = match path.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
+    };
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".hil-runner-");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(fs::Permissions::from_mode(0o666));
+    }
+    builder.tempfile_in(folder)
+}
+
+/// The path with links followed, so that a rename replaces what the link
+/// points at and not the link.
+fn resolved(path: &Path) -> PathBuf {
+    fs::canonicalize(path).unwrap_or_else(|_| path.to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keeps_the_old_file_until_the_new_one_is_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("trace.csv");
+        fs::write(&path, "old").unwrap();
+        let mut file = OutputFile::create(&path).unwrap();
+        file.write_all(b"new").unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "old");
+        file.commit().unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "new");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn names_a_path_that_cannot_be_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let missing = folder.path().join("no/such/trace.csv");
+        let error = OutputFile::create(&missing).unwrap_err().to_string();
+        assert!(
+            error.contains("no/such/trace.csv cannot be written"),
+            "{error}"
+        );
+        let error = OutputFile::create(folder.path()).unwrap_err().to_string();
+        assert!(
+            error.ends_with("cannot be written: it is a folder"),
+            "{error}"
+        );
+    }
+}

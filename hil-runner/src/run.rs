@@ -1,0 +1,344 @@
+//! One run: controller and plant in lockstep, figures and verdicts at the end.
+
+use core::fmt;
+
+use plant::{ContactChange, ContinuousPid, Drive, Plant, PlantError, Solver, State};
+
+use crate::budget;
+use crate::case::{Case, Law, SolverChoice};
+use crate::law::Controller;
+use crate::link::{Command, Link, LinkError, Measurement, channel_pair};
+use crate::quantise::QuantiseError;
+use crate::record::{GridPoint, PlotPoint, PlotRecorder, Recorder};
+use crate::summary::{EndOfRun, RowFigures, Summary};
+use crate::time::seconds;
+use crate::trace::{Row, Sample};
+
+/// How controller and plant are connected.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum LinkKind {
+    /// A function call: the fast path of everything.
+    #[default]
+    InProcess,
+    /// Two threads and a pair of channels: the shape that real time needs.
+    Channel,
+}
+
+/// What a run keeps besides its summary.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct RunOptions {
+    /// Connection of controller and plant.
+    pub link: LinkKind,
+    /// Whether the points for the report's curves are kept.
+    pub plot: bool,
+    /// Whether what the controller was fed is kept, for the timing pass.
+    pub inputs: bool,
+    /// Interval of a common grid on which the carriage is kept \[ns\].
+    pub grid_ns: Option<u64>,
+}
+
+/// What came out of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// Key figures and verdicts.
+    pub summary: Summary,
+    /// Points for curves, if asked for.
+    pub plot: Vec<PlotPoint>,
+    /// Contact changes, if the case lists them or a plot was asked for.
+    pub contact_changes: Vec<ContactChange>,
+    /// What the controller was fed, if asked for.
+    pub inputs: Vec<Measurement>,
+    /// The carriage on the common grid, if asked for.
+    pub grid: Vec<GridPoint>,
+    /// Samples at which the firmware worked outside its declared ranges.
+    pub out_of_range_samples: u64,
+}
+
+/// Why a run could not be made or finished. Rows up to there were delivered.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum RunError {
+    /// The plant could not be advanced.
+    Plant(PlantError),
+    /// The controller did not answer.
+    Link(LinkError),
+    /// The gains or the motion do not fit the firmware.
+    Quantise(QuantiseError),
+    /// A solver that this version does not have.
+    Solver,
+    /// A sampled rung without a sample time.
+    NoSampleTime,
+    /// A row could not be written.
+    Row(csv::Error),
+    /// The controller's or the plant's thread ended abnormally.
+    Thread,
+}
+
+impl fmt::Display for RunError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Plant(error) => error.fmt(f),
+            Self::Link(error) => error.fmt(f),
+            Self::Quantise(error) => error.fmt(f),
+            Self::Solver => f.write_str(
+                "run.solver = \"exact\" is not available in this version; allowed are \
+                 \"auto\", \"dopri5\" and \"rk4\"",
+            ),
+            Self::NoSampleTime => f.write_str("a sampled law needs controller.sample_time_s"),
+            Self::Row(error) => write!(f, "the trace could not be written: {error}"),
+            Self::Thread => f.write_str("the controller's or the plant's thread ended abnormally"),
+        }
+    }
+}
+
+impl std::error::Error for RunError {}
+
+impl From<PlantError> for RunError {
+    fn from(error: PlantError) -> Self {
+        Self::Plant(error)
+    }
+}
+
+/// Where the rows of a run go, one call a row.
+pub type RowSink<'a> = dyn FnMut(&Row) -> Result<(), csv::Error> + Send + 'a;
+
+/// Runs a case and delivers its rows to `sink`.
+///
+/// # Errors
+/// [`RunError`] if the case cannot be started or a state leaves the finite
+/// numbers; the rows up to there have been delivered.
+pub fn run(case: &Case, options: RunOptions, sink: &mut RowSink<'_>) -> Result<Outcome, RunError> {
+    let (solver, solver_name) = solver(case)?;
+    let mut bench = Bench {
+        case,
+        plant: Plant::new(&case.axis, solver),
+        recorder: Recorder::new(case, options.plot, options.grid_ns),
+        rows: RowFigures::default(),
+        inputs: options.inputs.then(Vec::new),
+        held_limit_ns: 0,
+        out_of_range_samples: 0,
+        sink,
+    };
+    match (case.controller.law, case.controller.sample_time_ns) {
+        (Law::Continuous, _) => bench.continuous()?,
+        (_, None) => return Err(RunError::NoSampleTime),
+        (_, Some(period_ns)) => {
+            let controller = Controller::new(case).map_err(RunError::Quantise)?;
+            let Some(mut controller) = controller else {
+                return Err(RunError::NoSampleTime);
+            };
+            match options.link {
+                LinkKind::InProcess => bench.lockstep(&mut controller, period_ns)?,
+                LinkKind::Channel => bench.lockstep_between_threads(controller, period_ns)?,
+            }
+        }
+    }
+    Ok(bench.outcome(solver_name))
+}
+
+/// The solver that a case gets, and its name in the summary.
+fn solver(case: &Case) -> Result<(Solver, &'static str), RunError> {
+    let tolerance = case.run.tolerance;
+    let step_ns = case.run.rk4_step_ns;
+    match case.run.solver {
+        SolverChoice::Auto | SolverChoice::Dopri5 => Ok((Solver::Dopri5 { tolerance }, "dopri5")),
+        SolverChoice::Rk4 => Ok((Solver::Rk4 { step_ns }, "rk4")),
+        SolverChoice::Exact => Err(RunError::Solver),
+    }
+}
+
+/// A run in progress.
+struct Bench<'a, 's> {
+    case: &'a Case,
+    plant: Plant,
+    recorder: Recorder,
+    rows: RowFigures,
+    inputs: Option<Vec<Measurement>>,
+    held_limit_ns: u64,
+    out_of_range_samples: u64,
+    sink: &'a mut RowSink<'s>,
+}
+
+impl Bench<'_, '_> {
+    /// Rung `continuous`: no samples, a row every row interval.
+    fn continuous(&mut self) -> Result<(), RunError> {
+        let case = self.case;
+        let pid = ContinuousPid::new(
+            case.controller.gains,
+            case.encoder,
+            case.dac,
+            case.amplifier,
+            &case.axis.transmission,
+            case.motion,
+        );
+        let drive = Drive::Feedback(&pid);
+        let (interval_ns, duration_ns) = (case.run.row_interval_ns, case.run.duration_ns);
+        let mut time_ns = 0;
+        while time_ns <= duration_ns {
+            let voltage_v = self.plant.voltage_v(&drive);
+            self.row(time_ns, None, voltage_v)?;
+            time_ns += interval_ns;
+            self.plant
+                .advance(&drive, time_ns.min(duration_ns), &mut self.recorder)?;
+        }
+        Ok(())
+    }
+
+    /// Plant thread here, controller thread beside it.
+    fn lockstep_between_threads(
+        &mut self,
+        controller: Controller,
+        period_ns: u64,
+    ) -> Result<(), RunError> {
+        let (mut plant_end, controller_end) = channel_pair();
+        std::thread::scope(|scope| {
+            let controller_thread = scope.spawn(move || controller_end.serve(controller));
+            let plant_thread = scope.spawn(move || {
+                let result = self.lockstep(&mut plant_end, period_ns);
+                // Hanging up ends the controller's thread.
+                drop(plant_end);
+                result
+            });
+            let result = plant_thread.join().map_err(|_| RunError::Thread)?;
+            controller_thread.join().map_err(|_| RunError::Thread)?;
+            result
+        })
+    }
+
+    /// Sampled rungs. At t_k the controller gets the encoder's position; its
+    /// code acts from t_k + delay to t_(k+1) + delay.
+    fn lockstep(&mut self, link: &mut impl Link, period_ns: u64) -> Result<(), RunError> {
+        let case = self.case;
+        let duration_ns = case.run.duration_ns;
+        let delay_ns = case.controller.computation_delay_ns;
+        let z = case.axis.transmission.gear_ratio;
+        let mut in_force = Held::default();
+        for tick in 0.. {
+            let time_ns = tick * period_ns;
+            if time_ns > duration_ns {
+                break;
+            }
+            // 1. Sample.
+            let alpha_rad = self.plant.state().beta_rad() / z;
+            let position_counts = match case.controller.law {
+                Law::Sampled => case.encoder.position_counts(alpha_rad),
+                _ => case.encoder.count(alpha_rad),
+            };
+            let measurement = Measurement {
+                tick,
+                position_counts,
+            };
+            // 2. Compute.
+            let command = link.exchange(measurement).map_err(RunError::Link)?;
+            if let Some(inputs) = &mut self.inputs {
+                inputs.push(measurement);
+            }
+            self.out_of_range_samples += u64::from(command.out_of_range);
+            let next = self.held(command);
+            // 3. Record.
+            let sample = Sample {
+                error_counts: command.error_counts,
+                dac_code: command.dac_code,
+            };
+            self.row(time_ns, Some(sample), next.voltage_v)?;
+            // 4. Move: first under the code still in force, then under the new.
+            self.hold(in_force, (time_ns + delay_ns).min(duration_ns))?;
+            in_force = next;
+            self.hold(in_force, (time_ns + period_ns).min(duration_ns))?;
+        }
+        Ok(())
+    }
+
+    /// The voltage that a code gives.
+    fn held(&self, command: Command) -> Held {
+        let (dac, amplifier, code) = (&self.case.dac, &self.case.amplifier, command.dac_code);
+        let input_v = dac.output_v(code);
+        let code_limited = self.case.controller.law != Law::Sampled
+            && (code <= f64::from(dac.code_min()) || code >= f64::from(dac.code_max()));
+        Held {
+            voltage_v: amplifier.output_v(input_v),
+            dac_code: code,
+            limited: code_limited || amplifier.is_limited(input_v),
+        }
+    }
+
+    /// Advances the plant under a held voltage.
+    fn hold(&mut self, held: Held, until_ns: u64) -> Result<(), RunError> {
+        let length_ns = until_ns.saturating_sub(self.plant.time_ns());
+        if held.limited {
+            self.held_limit_ns += length_ns;
+        }
+        if let Some(plot) = &mut self.recorder.plot {
+            plot.dac_code = Some(held.dac_code);
+        }
+        let drive = Drive::Held(held.voltage_v);
+        self.plant.advance(&drive, until_ns, &mut self.recorder)?;
+        Ok(())
+    }
+
+    /// Records the row of `time_ns`, the plant standing there.
+    fn row(
+        &mut self,
+        time_ns: u64,
+        sample: Option<Sample>,
+        motor_voltage_v: f64,
+    ) -> Result<(), RunError> {
+        let t_s = seconds(time_ns);
+        let command = self.case.motion.at(t_s);
+        let state: State = self.plant.state();
+        let row = Row {
+            t_s,
+            x_ref_m: command.displacement_m,
+            acc_ref_mps2: command.acceleration_mps2,
+            sample,
+            motor_voltage_v,
+            current_a: state.current_a,
+            beta_rad: state.beta_rad(),
+            beta_dot_radps: state.beta_dot_radps(),
+            gamma_rad: state.gamma_rad,
+            gamma_dot_radps: state.gamma_dot_radps,
+            acc_mps2: self.plant.acceleration_mps2(),
+            contact: self.plant.contact().sign(),
+        };
+        self.rows.add(&row);
+        (self.sink)(&row).map_err(RunError::Row)
+    }
+
+    fn outcome(mut self, solver: &'static str) -> Outcome {
+        if let Some(grid) = &mut self.recorder.grid {
+            grid.finish(self.case.run.duration_ns, &self.plant);
+        }
+        let events = self.recorder.events.unwrap_or_default();
+        let mut summary = EndOfRun {
+            case: self.case,
+            solver,
+            state: self.plant.state(),
+            extremes: &self.recorder.extremes,
+            rows: &self.rows,
+            held_limit_ns: self.held_limit_ns,
+            events: &events,
+        }
+        .summary();
+        summary.verdicts = budget::verdicts(self.case, &summary);
+        Outcome {
+            summary,
+            plot: self
+                .recorder
+                .plot
+                .map_or_else(Vec::new, PlotRecorder::finish),
+            contact_changes: events,
+            inputs: self.inputs.unwrap_or_default(),
+            grid: self.recorder.grid.map_or_else(Vec::new, |grid| grid.points),
+            out_of_range_samples: self.out_of_range_samples,
+        }
+    }
+}
+
+/// A code and the voltage it gives; 0 V before the first.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Held {
+    voltage_v: f64,
+    dac_code: f64,
+    /// Whether the code or the amplifier stands at its limit.
+    limited: bool,
+}

@@ -1,0 +1,215 @@
+//! Checks that concern several keys at once.
+
+use plant::Motion;
+
+use super::assemble::{encoder, law, motion, solver, transmission};
+use super::check::path;
+use super::errors::{Findings, Place, Problem};
+use super::keys::show_number;
+use super::values::Values;
+use crate::case::{Law, SolverChoice};
+
+/// Most rows that a run may have: a day at 1 ms. More would not fit into
+/// memory and are rather a slip of the keyboard.
+pub const MOST_ROWS: u64 = 100_000_000;
+
+/// Most steps that solver `rk4` may take in a run: minutes of computing.
+pub const MOST_RK4_STEPS: u64 = 1_000_000_000;
+
+/// Most encoder counts that a motion may cover, far above any axis: 2^50. Up
+/// there `f64` still resolves a quarter of a count.
+pub const MOST_COUNTS: f64 = 1_125_899_906_842_624.0;
+
+/// Reports what does not go together. A value that was refused on its own is
+/// left out of it.
+pub(super) fn check(values: &Values, findings: &mut Findings) {
+    let mut consistency = Consistency { values, findings };
+    consistency.only_one_of("drive", "dac_lsb_v", "dac_range_v");
+    consistency.only_one_of("encoder", "counts_per_rad", "lines");
+    consistency.resistance();
+    consistency.delay();
+    match motion(values) {
+        Some(Ok(motion)) => {
+            consistency.setpoint_table(&motion);
+            consistency.travel(&motion);
+        }
+        Some(Err(error)) => consistency.refuse("motion", "intervals_s", error.to_string()),
+        None => {}
+    }
+    consistency.solver();
+    consistency.length();
+}
+
+struct Consistency<'a> {
+    values: &'a Values,
+    findings: &'a mut Findings,
+}
+
+impl Consistency<'_> {
+    fn refuse(&mut self, section: &str, key: &str, because: String) {
+        let (place, problem) = refusal(self.values, section, key, because);
+        self.findings.push(place, problem);
+    }
+
+    fn only_one_of(&mut self, section: &str, key: &str, partner: &str) {
+        let place = |key| self.values.entry(section, key)?.place.clone();
+        let (Some(one), Some(other)) = (place(key), place(partner)) else {
+            return;
+        };
+        let line = |place: &Place| match place {
+            Place::Line(line) => *line,
+            _ => usize::MAX,
+        };
+        // The message stands with the one that is easier taken back: the
+        // override, or else the later line.
+        let (key, partner, first, last) = if line(&one) > line(&other) {
+            (key, partner, other, one)
+        } else {
+            (partner, key, one, other)
+        };
+        let advice = match (first, last) {
+            (Place::Line(_), Place::Set(_)) => {
+                "; --set does not replace its partner, take that out of the file"
+            }
+            _ => "",
+        };
+        let quoted = self.values.quote(section, partner);
+        let because = format!("{quoted} says the same; give one of the two{advice}");
+        self.refuse(section, key, because);
+    }
+
+    fn resistance(&mut self) {
+        let v = self.values;
+        if v.flag("carriage", "resistance_opposes_motion") != Some(true) {
+            return;
+        }
+        let switch = v.quote("carriage", "resistance_opposes_motion");
+        for (key, meaning) in [
+            ("resistance_constant_n", "constant resistance a0"),
+            (
+                "resistance_quadratic_ns2_per_rad2",
+                "quadratic resistance a2",
+            ),
+        ] {
+            if v.number("carriage", key).is_some_and(|a| a < 0.0) {
+                let because = format!("the {meaning} must be at least 0 with {switch}");
+                self.refuse("carriage", key, because);
+            }
+        }
+    }
+
+    fn delay(&mut self) {
+        let v = self.values;
+        let sample_ns = v.nanoseconds("controller", "sample_time_s");
+        let delay_ns = v.nanoseconds("controller", "computation_delay_s");
+        if let (Some(sample_ns), Some(delay_ns)) = (sample_ns, delay_ns)
+            && delay_ns > sample_ns
+        {
+            let sample = v.quote("controller", "sample_time_s");
+            let because = format!("the delay must be at most the sample time, {sample}");
+            self.refuse("controller", "computation_delay_s", because);
+        }
+    }
+
+    /// One setpoint a sample from k = 0 to the motion's end must fit into the
+    /// firmware's table.
+    fn setpoint_table(&mut self, motion: &Motion) {
+        let v = self.values;
+        let Some(sample_ns) = v.nanoseconds("controller", "sample_time_s") else {
+            return;
+        };
+        // The sum of seven decimal intervals may miss a whole sample by a few
+        // units in the last place; a millionth of a sample is rounding.
+        let samples = motion.end_s() * 1e9 / sample_ns as f64 - 1e-6;
+        let setpoints = samples.ceil().max(0.0) + 1.0;
+        let capacity = firmware::setpoint::CAPACITY;
+        if law(v) == Some(Law::Firmware) && setpoints > capacity as f64 {
+            let (end, setpoints) = (show_number(motion.end_s()), show_number(setpoints));
+            let because = format!(
+                "the motion of {end} s would make {setpoints} setpoints; the firmware's table holds {capacity}"
+            );
+            self.refuse("controller", "sample_time_s", because);
+        }
+    }
+
+    /// On the rungs with an encoder every position is a whole number of
+    /// counts, which `f64` must be able to tell from its neighbours.
+    fn travel(&mut self, motion: &Motion) {
+        let v = self.values;
+        let counted = matches!(law(v), Some(Law::Quantised | Law::Firmware));
+        let (Some(encoder), Some(transmission)) = (encoder(v), transmission(v)) else {
+            return;
+        };
+        // α = x/(p·z), eq. 3
+        let shaft_rad =
+            motion.travel_m() / (transmission.screw_pitch_m_per_rad * transmission.gear_ratio);
+        let counts = (encoder.counts_per_rad * shaft_rad).abs();
+        if counted && counts > MOST_COUNTS {
+            let (counts, most) = (show_number(counts), show_number(MOST_COUNTS));
+            let because = format!("it makes {counts} encoder counts; at most {most} are allowed");
+            self.refuse("motion", "travel_mm", because);
+        }
+    }
+
+    fn solver(&mut self) {
+        let v = self.values;
+        let quadratic = v.number("carriage", "resistance_quadratic_ns2_per_rad2");
+        if solver(v) == Some(SolverChoice::Exact) && quadratic.is_some_and(|a2| a2 != 0.0) {
+            let quoted = v.quote("carriage", "resistance_quadratic_ns2_per_rad2");
+            let because = format!(
+                "it solves plants without quadratic resistance, and {quoted}; take \"auto\", \"dopri5\" or \"rk4\""
+            );
+            self.refuse("run", "solver", because);
+        }
+    }
+
+    fn length(&mut self) {
+        let rows = match law(self.values) {
+            Some(Law::Continuous) => Some(("run", "row_interval_s")),
+            Some(_) => Some(("controller", "sample_time_s")),
+            None => None,
+        };
+        if let Some((section, key)) = rows {
+            // The row at t = 0 comes on top.
+            self.limit_count(section, key, 1, MOST_ROWS, "rows");
+        }
+        if solver(self.values) == Some(SolverChoice::Rk4) {
+            self.limit_count("run", "rk4_step_s", 0, MOST_RK4_STEPS, "steps");
+        }
+    }
+
+    /// Refuses a duration that makes more than `most` rows or steps.
+    fn limit_count(&mut self, section: &str, key: &str, extra: u64, most: u64, what: &str) {
+        let v = self.values;
+        let duration_ns = v.nanoseconds("run", "duration_s");
+        let interval_ns = v.nanoseconds(section, key);
+        if let (Some(duration_ns), Some(interval_ns)) = (duration_ns, interval_ns)
+            && let Some(count) = duration_ns.checked_div(interval_ns)
+            && count + extra > most
+        {
+            let (count, quoted) = (count + extra, v.quote(section, key));
+            let because =
+                format!("with {quoted} it makes {count} {what}; at most {most} are allowed");
+            self.refuse("run", "duration_s", because);
+        }
+    }
+}
+
+/// Place and words for a value that is refused after its own check.
+pub(super) fn refusal(
+    values: &Values,
+    section: &str,
+    key: &str,
+    because: String,
+) -> (Place, Problem) {
+    let entry = values.entry(section, key);
+    let place = entry.and_then(|entry| entry.place.clone());
+    let text = match entry {
+        Some(entry) if entry.place.is_none() => format!("{} (the default)", entry.text),
+        Some(entry) => entry.text.clone(),
+        None => "(not given)".to_owned(),
+    };
+    let key = path(section, key);
+    let problem = Problem::NotAllowed { key, text, because };
+    (place.unwrap_or(Place::File), problem)
+}

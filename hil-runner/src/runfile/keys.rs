@@ -1,0 +1,264 @@
+//! What a key of the run file is: kind, range, unit, when it must be given,
+//! and the words for all of that. The keys themselves stand in
+//! [`SECTIONS`](super::SECTIONS).
+
+/// One section of the run file; the name of the first one is empty, its keys
+/// stand at the top of the file.
+#[derive(Debug)]
+pub struct Section {
+    /// Name without brackets.
+    pub name: &'static str,
+    /// What the section describes.
+    pub meaning: &'static str,
+    /// Its keys.
+    pub keys: &'static [Key],
+}
+
+impl Section {
+    /// The key of that name.
+    pub fn key(&self, name: &str) -> Option<&'static Key> {
+        self.keys.iter().find(|key| key.name == name)
+    }
+
+    /// Whether the section must be there for every run.
+    pub fn is_required(&self) -> bool {
+        self.keys
+            .iter()
+            .any(|key| matches!(key.need, Need::Always | Need::OneOf(_)))
+    }
+}
+
+/// One key of the run file.
+#[derive(Debug, Clone, Copy)]
+pub struct Key {
+    /// Name within its section; ends in the unit.
+    pub name: &'static str,
+    /// Type and range of the value.
+    pub kind: Kind,
+    /// Unit as it is printed; empty where there is none.
+    pub unit: &'static str,
+    /// When it must be given, and what holds if it is not.
+    pub need: Need,
+    /// What it is, so that `the {meaning} must be …` reads well; of a limit,
+    /// the figure that it limits.
+    pub meaning: &'static str,
+}
+
+/// Type and range of a value.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Kind {
+    /// A string, not empty.
+    Text,
+    /// `true` or `false`.
+    Flag,
+    /// One of these strings.
+    Choice(&'static [&'static str]),
+    /// A finite number; integers serve.
+    Number(Range),
+    /// A whole number within these limits, both included.
+    Whole(u32, u32),
+    /// A time of the run: a number of seconds that is a whole number of
+    /// nanoseconds.
+    Time(Range),
+    /// The seven durations of the motion, each a finite number of at least 0.
+    Intervals,
+}
+
+/// Range of a number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Range {
+    /// Any finite number.
+    Any,
+    /// Greater than 0.
+    Positive,
+    /// At least 0.
+    NotNegative,
+    /// Within these limits, both included.
+    Between(f64, f64),
+}
+
+/// When a key must be given, and what holds if it is not.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Need {
+    /// Required.
+    Always,
+    /// Required unless `transmission.joint = "rigid"`.
+    ElasticJoint,
+    /// Required on the rungs that sample: all but `continuous`.
+    SampledLaw,
+    /// Exactly one of this key and the named one of the same section.
+    OneOf(&'static str),
+    /// May be left out; then nothing takes its place.
+    Optional,
+    /// A limit of the budget: may be left out; then the figure is not limited.
+    Limit,
+    /// May be left out; then the stem of the file's name holds.
+    FileStem,
+    /// May be left out; then this holds.
+    Default(DefaultValue),
+}
+
+/// A default.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum DefaultValue {
+    /// Of a [`Kind::Flag`].
+    Flag(bool),
+    /// Of a [`Kind::Choice`].
+    Choice(&'static str),
+    /// Of a [`Kind::Number`].
+    Number(f64),
+    /// Of a [`Kind::Whole`].
+    Whole(u32),
+    /// Of a [`Kind::Time`] \[ns\].
+    Nanoseconds(u64),
+}
+
+impl DefaultValue {
+    /// The default as a run file would say it.
+    pub fn to_toml(self) -> String {
+        match self {
+            Self::Flag(flag) => flag.to_string(),
+            Self::Choice(choice) => format!("\"{choice}\""),
+            Self::Number(number) => show_number(number),
+            Self::Whole(whole) => whole.to_string(),
+            Self::Nanoseconds(ns) => show_number(ns as f64 / 1e9),
+        }
+    }
+}
+
+/// Largest time that a run file may give \[s\]: 31 years. 1e18 ns fit well
+/// into 64 bits, so no time of a run can overflow the count.
+pub const LONGEST_TIME_S: f64 = 1e9;
+
+/// Numbers other than 0 must lie between 1e-50 and 1e50 in magnitude. No axis
+/// has others, and with these bounds none of the products and quotients of up
+/// to six parameters that the equations form can overflow or vanish.
+pub const LARGEST_MAGNITUDE: f64 = 1e50;
+
+/// See [`LARGEST_MAGNITUDE`].
+pub const SMALLEST_MAGNITUDE: f64 = 1e-50;
+
+impl Key {
+    /// What the value must be, unit included: `greater than 0 kg m²`.
+    pub fn allowed(&self) -> String {
+        let unit = |words: String| {
+            if self.unit.is_empty() {
+                words
+            } else {
+                format!("{words} {}", self.unit)
+            }
+        };
+        match self.kind {
+            Kind::Number(Range::Any) if self.unit.is_empty() => self.range_words(),
+            Kind::Number(Range::Any) => format!("a finite number of {}", self.unit),
+            Kind::Number(_) | Kind::Time(_) => unit(self.range_words()),
+            _ => self.range_words(),
+        }
+    }
+
+    /// What a sentence says something about: `rotor inertia J_m`.
+    pub fn subject(&self) -> &'static str {
+        match self.need {
+            Need::Limit => "limit",
+            _ => self.meaning,
+        }
+    }
+
+    /// Meaning, unit and range in one line, for lists of keys.
+    pub fn description(&self) -> String {
+        let unit = match self.kind {
+            Kind::Intervals => "",
+            _ => self.unit,
+        };
+        let meaning = self.meaning.trim_end_matches(',');
+        let words = [meaning, unit, &self.range_words()];
+        let words: Vec<&str> = words.into_iter().filter(|word| !word.is_empty()).collect();
+        words.join(", ")
+    }
+
+    /// What the value must be, without its unit.
+    pub fn range_words(&self) -> String {
+        match self.kind {
+            Kind::Text => "a string that is not empty".to_owned(),
+            Kind::Flag => "true or false".to_owned(),
+            Kind::Choice(choices) => {
+                let quoted: Vec<String> = choices.iter().map(|c| format!("\"{c}\"")).collect();
+                either(&quoted)
+            }
+            Kind::Number(range) | Kind::Time(range) => match range {
+                Range::Any => "a finite number".to_owned(),
+                Range::Positive => "greater than 0".to_owned(),
+                Range::NotNegative => "at least 0".to_owned(),
+                Range::Between(low, high) => {
+                    format!("from {} to {}", show_number(low), show_number(high))
+                }
+            },
+            Kind::Whole(low, high) => format!("a whole number from {low} to {high}"),
+            Kind::Intervals => "seven numbers of seconds t1 to t7, each at least 0".to_owned(),
+        }
+    }
+
+    pub(super) const fn or(mut self, default: DefaultValue) -> Self {
+        self.need = Need::Default(default);
+        self
+    }
+
+    pub(super) const fn needed(mut self, need: Need) -> Self {
+        self.need = need;
+        self
+    }
+}
+
+/// A required number.
+pub(super) const fn number(
+    name: &'static str,
+    range: Range,
+    unit: &'static str,
+    meaning: &'static str,
+) -> Key {
+    value(name, Kind::Number(range), unit, meaning)
+}
+
+/// A required time of the run.
+pub(super) const fn time(name: &'static str, range: Range, meaning: &'static str) -> Key {
+    value(name, Kind::Time(range), "s", meaning)
+}
+
+/// A flag that is off unless it is set.
+pub(super) const fn flag(name: &'static str, meaning: &'static str) -> Key {
+    value(name, Kind::Flag, "", meaning).or(DefaultValue::Flag(false))
+}
+
+/// A required value of any kind.
+pub(super) const fn value(
+    name: &'static str,
+    kind: Kind,
+    unit: &'static str,
+    meaning: &'static str,
+) -> Key {
+    Key {
+        name,
+        kind,
+        unit,
+        need: Need::Always,
+        meaning,
+    }
+}
+
+/// `a`, `a or b`, `a, b or c`.
+pub(super) fn either(words: &[String]) -> String {
+    match words {
+        [] => String::new(),
+        [one] => one.clone(),
+        [most @ .., last] => format!("{} or {last}", most.join(", ")),
+    }
+}
+
+/// A number in its shorter notation: 1e-11 rather than 0.00000000001.
+pub(super) fn show_number(number: f64) -> String {
+    if number == 0.0 || (1e-4..1e6).contains(&number.abs()) {
+        number.to_string()
+    } else {
+        format!("{number:e}")
+    }
+}

@@ -1,0 +1,242 @@
+//! A TOML document as a tree in which every value keeps its line and the text
+//! that stands for it in the file.
+
+use core::ops::Range;
+
+use toml::de::{DeTable, DeValue};
+
+use super::errors::{Place, Problem, one_line};
+
+/// Longest piece of a value that a message repeats \[characters\].
+const ECHO: usize = 60;
+
+/// A value and where it stands.
+#[derive(Debug, Clone)]
+pub(super) struct Node {
+    pub(super) place: Place,
+    /// The value as it was written, in one line.
+    pub(super) text: String,
+    pub(super) value: Value,
+}
+
+/// A TOML value.
+#[derive(Debug, Clone)]
+pub(super) enum Value {
+    Text(String),
+    Flag(bool),
+    Number(Number),
+    Date,
+    Array(Vec<Node>),
+    Table(Table),
+}
+
+impl Value {
+    /// The type, to say what a value is not.
+    pub(super) fn type_words(&self) -> &'static str {
+        match self {
+            Self::Text(_) => "a string",
+            Self::Flag(_) => "a boolean",
+            Self::Number(_) => "a number",
+            Self::Date => "a date",
+            Self::Array(_) => "an array",
+            Self::Table(_) => "a table",
+        }
+    }
+}
+
+/// An integer or float. The decimal text is kept because times are judged to
+/// 1e-6 ns, which `f64` cannot do from 10 s on.
+#[derive(Debug, Clone)]
+pub(super) struct Number {
+    pub(super) value: f64,
+    pub(super) decimal: String,
+}
+
+/// Keys in the order of the file, each with its value.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Table {
+    pub(super) entries: Vec<(String, Node)>,
+}
+
+impl Table {
+    pub(super) fn get(&self, key: &str) -> Option<&Node> {
+        self.entries
+            .iter()
+            .find(|(name, _)| name == key)
+            .map(|(_, node)| node)
+    }
+
+    pub(super) fn get_mut(&mut self, key: &str) -> Option<&mut Node> {
+        self.entries
+            .iter_mut()
+            .find(|(name, _)| name == key)
+            .map(|(_, node)| node)
+    }
+
+    /// The keys of a section that is there and is a table.
+    pub(super) fn section(&self, name: &str) -> Option<&Self> {
+        if name.is_empty() {
+            return Some(self);
+        }
+        match self.get(name) {
+            Some(Node {
+                value: Value::Table(table),
+                ..
+            }) => Some(table),
+            _ => None,
+        }
+    }
+
+    /// Sets a key, in its old place if it is there.
+    pub(super) fn set(&mut self, key: &str, node: Node) {
+        match self.get_mut(key) {
+            Some(old) => *old = node,
+            None => self.entries.push((key.to_owned(), node)),
+        }
+    }
+}
+
+/// Reads a whole file.
+///
+/// # Errors
+/// Line and problem if the text is not TOML.
+pub(super) fn parse_document(text: &str) -> Result<Table, (Place, Problem)> {
+    let lines = Lines::new(text);
+    match DeTable::parse(text) {
+        Ok(document) => Ok(table(document.get_ref(), &|span| place_in(&lines, span))),
+        Err(error) => {
+            let span = error.span().unwrap_or(text.len()..text.len());
+            let (line, column) = lines.position(span.start);
+            let message = syntax_message(error.message(), text.get(span).unwrap_or(""));
+            let problem = Problem::Syntax { column, message };
+            Err((Place::Line(line), problem))
+        }
+    }
+}
+
+fn place_in<'t>(lines: &Lines<'t>, span: Range<usize>) -> (Place, &'t str) {
+    let (line, _) = lines.position(span.start);
+    (Place::Line(line), lines.text.get(span).unwrap_or(""))
+}
+
+/// Reads one value that was given on the command line.
+///
+/// # Errors
+/// The parser's message if the text is not a TOML value.
+pub(super) fn parse_value(text: &str, place: &Place) -> Result<Node, String> {
+    match DeValue::parse(text) {
+        Ok(value) => {
+            let locate = |span: Range<usize>| (place.clone(), text.get(span).unwrap_or(""));
+            Ok(node(value.get_ref(), value.span(), &locate))
+        }
+        Err(error) => {
+            let span = error.span().unwrap_or(text.len()..text.len());
+            Err(syntax_message(
+                error.message(),
+                text.get(span).unwrap_or(""),
+            ))
+        }
+    }
+}
+
+/// The parser's message, with what it leaves out.
+fn syntax_message(message: &str, unexpected: &str) -> String {
+    let unexpected = one_line(unexpected, ECHO);
+    match message {
+        "duplicate key" => format!("{unexpected} is given twice"),
+        _ if message.starts_with("string values must be quoted") => {
+            if unexpected.is_empty() {
+                "a value is missing here".to_owned()
+            } else {
+                format!("{unexpected} is no TOML value; strings stand in quotes")
+            }
+        }
+        _ if message.starts_with("unexpected key or value") => {
+            "there is more than one value on this line".to_owned()
+        }
+        _ => one_line(message.trim_end_matches(", expected nothing"), usize::MAX),
+    }
+}
+
+/// Place and text of a span.
+type Locate<'a> = &'a dyn Fn(Range<usize>) -> (Place, &'a str);
+
+fn table(source: &DeTable<'_>, locate: Locate<'_>) -> Table {
+    // The parser sorts by name; the file's own order is that of the spans.
+    let mut keys: Vec<_> = source.iter().collect();
+    keys.sort_by_key(|(key, _)| key.span().start);
+    let entries = keys
+        .into_iter()
+        .map(|(key, value)| {
+            let name = key.get_ref().to_string();
+            (name, node(value.get_ref(), value.span(), locate))
+        })
+        .collect();
+    Table { entries }
+}
+
+fn node(value: &DeValue<'_>, span: Range<usize>, locate: Locate<'_>) -> Node {
+    let (place, text) = locate(span);
+    Node {
+        place,
+        text: one_line(text, ECHO),
+        value: match value {
+            DeValue::String(text) => Value::Text(text.to_string()),
+            DeValue::Integer(integer) => Value::Number(integer_number(integer)),
+            DeValue::Float(float) => Value::Number(decimal_number(float.as_str())),
+            DeValue::Boolean(flag) => Value::Flag(*flag),
+            DeValue::Datetime(_) => Value::Date,
+            DeValue::Array(array) => Value::Array(
+                array
+                    .iter()
+                    .map(|item| node(item.get_ref(), item.span(), locate))
+                    .collect(),
+            ),
+            DeValue::Table(inner) => Value::Table(table(inner, locate)),
+        },
+    }
+}
+
+fn integer_number(integer: &toml::de::DeInteger<'_>) -> Number {
+    if integer.radix() == 10 {
+        return decimal_number(integer.as_str());
+    }
+    match i128::from_str_radix(integer.as_str(), integer.radix()) {
+        Ok(value) => decimal_number(&value.to_string()),
+        // More than 127 bits: as good as infinite.
+        Err(_) => decimal_number("inf"),
+    }
+}
+
+fn decimal_number(text: &str) -> Number {
+    Number {
+        // The sum turns −0 into 0, so that no sign hides in a zero. What is
+        // no number cannot pass the parser; NaN is refused further on.
+        value: text.parse().unwrap_or(f64::NAN) + 0.0,
+        decimal: text.to_owned(),
+    }
+}
+
+/// Line and column of an offset.
+struct Lines<'t> {
+    text: &'t str,
+    starts: Vec<usize>,
+}
+
+impl<'t> Lines<'t> {
+    fn new(text: &'t str) -> Self {
+        let breaks = text.bytes().enumerate().filter(|(_, byte)| *byte == b'\n');
+        let starts = core::iter::once(0)
+            .chain(breaks.map(|(at, _)| at + 1))
+            .collect();
+        Self { text, starts }
+    }
+
+    /// Line and column, both from 1, the column in characters.
+    fn position(&self, offset: usize) -> (usize, usize) {
+        let line = self.starts.partition_point(|start| *start <= offset);
+        let start = self.starts.get(line.saturating_sub(1)).copied();
+        let before = self.text.get(start.unwrap_or(0)..offset).unwrap_or("");
+        (line, before.chars().count() + 1)
+    }
+}

@@ -1,0 +1,155 @@
+//! The checked values of a run file, each with its place for messages that
+//! concern several of them.
+
+use super::check::path;
+use super::errors::Place;
+use super::keys::DefaultValue;
+use super::tree::Node;
+
+/// A value of the type and in the range that its key asks for.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Checked {
+    Text(String),
+    Flag(bool),
+    Choice(&'static str),
+    Number(f64),
+    Whole(u32),
+    Nanoseconds(u64),
+    Intervals([f64; 7]),
+}
+
+impl From<DefaultValue> for Checked {
+    fn from(default: DefaultValue) -> Self {
+        match default {
+            DefaultValue::Flag(flag) => Self::Flag(flag),
+            DefaultValue::Choice(choice) => Self::Choice(choice),
+            DefaultValue::Number(number) => Self::Number(number),
+            DefaultValue::Whole(whole) => Self::Whole(whole),
+            DefaultValue::Nanoseconds(ns) => Self::Nanoseconds(ns),
+        }
+    }
+}
+
+/// A key that is given or has a default.
+#[derive(Debug, Clone)]
+pub(super) struct Entry {
+    /// Where it is given; [`None`] for a default.
+    pub(super) place: Option<Place>,
+    /// As it was written.
+    pub(super) text: String,
+    /// [`None`] if it was refused.
+    checked: Option<Checked>,
+}
+
+impl Entry {
+    pub(super) fn given(node: &Node, checked: Checked) -> Self {
+        Self {
+            checked: Some(checked),
+            ..Self::refused(node)
+        }
+    }
+
+    pub(super) fn refused(node: &Node) -> Self {
+        Self {
+            place: Some(node.place.clone()),
+            text: node.text.clone(),
+            checked: None,
+        }
+    }
+
+    pub(super) fn default_value(checked: Checked, text: String) -> Self {
+        Self {
+            place: None,
+            text,
+            checked: Some(checked),
+        }
+    }
+}
+
+/// All keys that are given or have a default.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Values {
+    entries: Vec<(&'static str, &'static str, Entry)>,
+}
+
+impl Values {
+    pub(super) fn insert(&mut self, section: &'static str, key: &'static str, entry: Entry) {
+        self.entries.push((section, key, entry));
+    }
+
+    pub(super) fn entry(&self, section: &str, key: &str) -> Option<&Entry> {
+        self.entries
+            .iter()
+            .find(|(s, k, _)| *s == section && *k == key)
+            .map(|(_, _, entry)| entry)
+    }
+
+    /// `controller.sample_time_s = 0.001 (line 40)`, for a sentence about
+    /// another key.
+    pub(super) fn quote(&self, section: &str, key: &str) -> String {
+        let path = path(section, key);
+        let Some(entry) = self.entry(section, key) else {
+            return path;
+        };
+        let origin = match &entry.place {
+            None => "the default".to_owned(),
+            Some(Place::File) => "the file".to_owned(),
+            Some(Place::Line(line)) => format!("line {line}"),
+            Some(Place::Set(_)) => "by --set".to_owned(),
+        };
+        format!("{path} = {} ({origin})", entry.text)
+    }
+
+    fn checked(&self, section: &str, key: &str) -> Option<&Checked> {
+        self.entry(section, key)?.checked.as_ref()
+    }
+
+    pub(super) fn number(&self, section: &str, key: &str) -> Option<f64> {
+        match self.checked(section, key)? {
+            Checked::Number(number) => Some(*number),
+            _ => None,
+        }
+    }
+
+    pub(super) fn whole(&self, section: &str, key: &str) -> Option<u32> {
+        match self.checked(section, key)? {
+            Checked::Whole(whole) => Some(*whole),
+            _ => None,
+        }
+    }
+
+    pub(super) fn nanoseconds(&self, section: &str, key: &str) -> Option<u64> {
+        match self.checked(section, key)? {
+            Checked::Nanoseconds(ns) => Some(*ns),
+            _ => None,
+        }
+    }
+
+    pub(super) fn flag(&self, section: &str, key: &str) -> Option<bool> {
+        match self.checked(section, key)? {
+            Checked::Flag(flag) => Some(*flag),
+            _ => None,
+        }
+    }
+
+    pub(super) fn choice(&self, section: &str, key: &str) -> Option<&'static str> {
+        match self.checked(section, key)? {
+            Checked::Choice(choice) => Some(choice),
+            _ => None,
+        }
+    }
+
+    pub(super) fn text(&self, section: &str, key: &str) -> Option<&str> {
+        match self.checked(section, key)? {
+            Checked::Text(text) => Some(text),
+            _ => None,
+        }
+    }
+
+    pub(super) fn intervals(&self, section: &str, key: &str) -> Option<[f64; 7]> {
+        match self.checked(section, key)? {
+            Checked::Intervals(intervals) => Some(*intervals),
+            _ => None,
+        }
+    }
+}

@@ -1,0 +1,165 @@
+//! Key figures of a run.
+
+use plant::{ContactChange, Extremes};
+use serde::Serialize;
+
+use crate::budget::Verdict;
+use crate::case::Case;
+use crate::time::seconds;
+use crate::trace::Row;
+
+/// Key figures of a run; the keys are those of the summary file.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Summary {
+    /// Name of the run.
+    pub name: String,
+    /// The rung.
+    pub law: &'static str,
+    /// The solver really used.
+    pub solver: &'static str,
+    /// sup of |ẍ|, contact spikes included \[m/s²\].
+    pub peak_abs_acc_mps2: f64,
+    /// sup of |ẍ| − sup of |ẍ_ref| \[m/s²\].
+    pub peak_acc_overshoot_mps2: f64,
+    /// RMS of ẍ − ẍ_ref over the rows \[m/s²\].
+    pub rms_acc_error_mps2: f64,
+    /// sup of |x_ref − x| \[mm\].
+    pub peak_following_error_mm: f64,
+    /// x_ref − x at the end \[µm\].
+    pub final_error_um: f64,
+    /// sup of |x_ref − p·β| \[mm\].
+    pub peak_motor_following_error_mm: f64,
+    /// x_ref − p·β at the end \[µm\].
+    pub final_motor_error_um: f64,
+    /// From the motion's end until the carriage stays in the settling band
+    /// \[s\]; `None` if it is outside at the end.
+    pub settling_time_s: Option<f64>,
+    /// Changes of `contact`.
+    pub contact_changes: u64,
+    /// Changes 0 → ±1 at |ε| = b.
+    pub impacts: u64,
+    /// Largest voltage in force \[V\].
+    pub peak_abs_voltage_v: f64,
+    /// Time at the amplifier's or the code's limit \[s\].
+    pub voltage_saturated_s: f64,
+    /// Largest current \[A\].
+    pub peak_abs_current_a: f64,
+    /// Largest code after its clamp; `None` on rung `continuous`.
+    pub max_abs_dac_code: Option<f64>,
+    /// Every change of contact: `[t_s, from, to]`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub events: Option<Vec<(f64, i8, i8)>>,
+    /// Limits and whether they hold.
+    pub verdicts: Vec<Verdict>,
+}
+
+impl Summary {
+    /// A figure by its key; `None` for null and for keys that are no figure.
+    pub fn figure(&self, key: &str) -> Option<f64> {
+        match key {
+            "peak_abs_acc_mps2" => Some(self.peak_abs_acc_mps2),
+            "peak_acc_overshoot_mps2" => Some(self.peak_acc_overshoot_mps2),
+            "rms_acc_error_mps2" => Some(self.rms_acc_error_mps2),
+            "peak_following_error_mm" => Some(self.peak_following_error_mm),
+            "final_error_um" => Some(self.final_error_um),
+            "peak_motor_following_error_mm" => Some(self.peak_motor_following_error_mm),
+            "final_motor_error_um" => Some(self.final_motor_error_um),
+            "settling_time_s" => self.settling_time_s,
+            "contact_changes" => Some(whole(self.contact_changes)),
+            "impacts" => Some(whole(self.impacts)),
+            "peak_abs_voltage_v" => Some(self.peak_abs_voltage_v),
+            "voltage_saturated_s" => Some(self.voltage_saturated_s),
+            "peak_abs_current_a" => Some(self.peak_abs_current_a),
+            "max_abs_dac_code" => self.max_abs_dac_code,
+            _ => None,
+        }
+    }
+}
+
+/// Collects over the rows what the plant's own observer does not see.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct RowFigures {
+    rows: u64,
+    squared_acc_error: f64,
+    max_abs_dac_code: Option<f64>,
+}
+
+impl RowFigures {
+    pub(crate) fn add(&mut self, row: &Row) {
+        self.rows += 1;
+        let error = row.acc_mps2 - row.acc_ref_mps2;
+        self.squared_acc_error += error * error;
+        if let Some(sample) = row.sample {
+            let before = self.max_abs_dac_code.unwrap_or(0.0);
+            self.max_abs_dac_code = Some(before.max(sample.dac_code.abs()));
+        }
+    }
+}
+
+/// What is known at the end of a run.
+#[derive(Debug)]
+pub(crate) struct EndOfRun<'a> {
+    pub(crate) case: &'a Case,
+    pub(crate) solver: &'static str,
+    pub(crate) state: plant::State,
+    pub(crate) extremes: &'a Extremes,
+    pub(crate) rows: &'a RowFigures,
+    /// Time under a held voltage at its limit \[ns\].
+    pub(crate) held_limit_ns: u64,
+    pub(crate) events: &'a [ContactChange],
+}
+
+impl EndOfRun<'_> {
+    /// The figures, without verdicts.
+    pub(crate) fn summary(&self) -> Summary {
+        let (case, extremes) = (self.case, self.extremes);
+        let end_s = seconds(case.run.duration_ns);
+        let pitch = case.axis.transmission.screw_pitch_m_per_rad;
+        let x_ref_m = case.motion.at(end_s).displacement_m;
+        let x_m = pitch * self.state.gamma_rad;
+        let peak_abs_acc_mps2 = extremes.peak_abs_acceleration_mps2;
+        let peak_command_mps2 = case.motion.peak_acceleration_until_mps2(end_s);
+        let events = self.events.iter();
+        Summary {
+            name: case.name.clone(),
+            law: case.controller.law.name(),
+            solver: self.solver,
+            peak_abs_acc_mps2,
+            peak_acc_overshoot_mps2: peak_abs_acc_mps2 - peak_command_mps2,
+            rms_acc_error_mps2: (self.rows.squared_acc_error / whole(self.rows.rows.max(1))).sqrt(),
+            peak_following_error_mm: 1e3 * extremes.peak_following_error_m,
+            final_error_um: 1e6 * (x_ref_m - x_m),
+            peak_motor_following_error_mm: 1e3 * extremes.peak_motor_following_error_m,
+            final_motor_error_um: 1e6 * (x_ref_m - pitch * self.state.beta_rad()),
+            settling_time_s: self.settling_time_s(x_m),
+            contact_changes: extremes.contact_changes,
+            impacts: extremes.impacts,
+            peak_abs_voltage_v: extremes.peak_abs_voltage_v,
+            voltage_saturated_s: seconds(self.held_limit_ns) + extremes.voltage_limited_s,
+            peak_abs_current_a: extremes.peak_abs_current_a,
+            max_abs_dac_code: self.rows.max_abs_dac_code,
+            events: case.run.events.then(|| {
+                events
+                    .map(|e| (e.time_s, e.from.sign(), e.to.sign()))
+                    .collect()
+            }),
+            verdicts: Vec::new(),
+        }
+    }
+
+    fn settling_time_s(&self, x_m: f64) -> Option<f64> {
+        let (motion, band_um) = (&self.case.motion, self.case.run.settling_band_um);
+        let outside = |x_m: f64| (motion.travel_m() - x_m).abs() > 1e-6 * band_um;
+        if outside(x_m) {
+            return None;
+        }
+        let last_s = self.extremes.last_outside_band_s.unwrap_or(0.0);
+        Some((last_s - motion.end_s()).max(0.0))
+    }
+}
+
+/// A count as a figure; exact below 2^53.
+#[expect(clippy::cast_precision_loss, reason = "counts stay below 2^53")]
+fn whole(n: u64) -> f64 {
+    n as f64
+}

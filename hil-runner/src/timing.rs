@@ -1,0 +1,71 @@
+//! Time of one controller step on the host, measured in a second pass over
+//! the recorded inputs so that the clock never touches the run itself.
+
+use std::hint::black_box;
+use std::time::{Duration, Instant};
+
+use crate::law::Controller;
+use crate::link::Measurement;
+
+/// Step times on the host.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HostTiming {
+    /// Steps measured.
+    pub steps: usize,
+    /// Median \[µs\], the clock's own share included.
+    pub median_us: f64,
+    /// 99th percentile \[µs\].
+    pub p99_us: f64,
+    /// Slowest step \[µs\].
+    pub max_us: f64,
+    /// Median of an empty measurement, the clock's own share \[µs\].
+    pub clock_us: f64,
+}
+
+impl HostTiming {
+    /// Feeds `inputs` to `controller` once more; `None` without inputs.
+    pub fn measure(mut controller: Controller, inputs: &[Measurement]) -> Option<Self> {
+        let mut steps: Vec<Duration> = Vec::with_capacity(inputs.len());
+        for &measurement in inputs {
+            let start = Instant::now();
+            black_box(controller.step(black_box(measurement)));
+            steps.push(start.elapsed());
+        }
+        let mut empty: Vec<Duration> = inputs
+            .iter()
+            .map(|measurement| {
+                let start = Instant::now();
+                black_box(measurement);
+                start.elapsed()
+            })
+            .collect();
+        steps.sort_unstable();
+        empty.sort_unstable();
+        Some(Self {
+            steps: steps.len(),
+            median_us: percentile_us(&steps, 50)?,
+            p99_us: percentile_us(&steps, 99)?,
+            max_us: percentile_us(&steps, 100)?,
+            clock_us: percentile_us(&empty, 50)?,
+        })
+    }
+}
+
+/// Nearest-rank percentile of sorted durations \[µs\].
+fn percentile_us(sorted: &[Duration], percent: usize) -> Option<f64> {
+    let rank = (sorted.len() * percent).div_ceil(100).max(1);
+    sorted.get(rank - 1).map(|d| d.as_secs_f64() * 1e6)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn takes_the_nearest_rank() {
+        let sorted: Vec<Duration> = (1..=200).map(Duration::from_micros).collect();
+        let at = |percent| percentile_us(&sorted, percent).unwrap().round();
+        assert_eq!((at(50), at(99), at(100)), (100.0, 198.0, 200.0));
+        assert_eq!(percentile_us(&[], 50), None);
+    }
+}

@@ -1,0 +1,152 @@
+//! Trace of a run: one row per sample.
+
+use std::io::Write;
+
+/// One row: the plant at t_k and what the controller computed from it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Row {
+    /// `t_k` \[s\].
+    pub t_s: f64,
+    /// Commanded displacement of the carriage \[m\].
+    pub x_ref_m: f64,
+    /// Commanded acceleration \[m/s²\], right-continuous.
+    pub acc_ref_mps2: f64,
+    /// Position error and DAC code; `None` on rung `continuous`.
+    pub sample: Option<Sample>,
+    /// Motor voltage of this row's code, in force or not yet; on rung
+    /// `continuous` the voltage at t \[V\].
+    pub motor_voltage_v: f64,
+    /// Armature current \[A\].
+    pub current_a: f64,
+    /// Gear output angle β \[rad\].
+    pub beta_rad: f64,
+    /// Gear output speed \[rad/s\].
+    pub beta_dot_radps: f64,
+    /// Screw angle γ \[rad\].
+    pub gamma_rad: f64,
+    /// Screw speed \[rad/s\].
+    pub gamma_dot_radps: f64,
+    /// Carriage acceleration \[m/s²\].
+    pub acc_mps2: f64,
+    /// −1, 0 or +1.
+    pub contact: i8,
+}
+
+/// The controller's part of a row.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sample {
+    /// `e` \[counts\].
+    pub error_counts: f64,
+    /// DAC code after its clamp.
+    pub dac_code: f64,
+}
+
+/// Writes rows as CSV, numbers so that they read back exactly.
+#[derive(Debug)]
+pub struct TraceWriter<W: Write> {
+    csv: csv::Writer<W>,
+    header_written: bool,
+}
+
+impl<W: Write> TraceWriter<W> {
+    /// Writes to `sink`.
+    pub fn new(sink: W) -> Self {
+        Self {
+            csv: csv::Writer::from_writer(sink),
+            header_written: false,
+        }
+    }
+
+    /// Writes one row, and the header before the first.
+    ///
+    /// # Errors
+    /// Whatever the sink reports.
+    pub fn row(&mut self, row: &Row) -> Result<(), csv::Error> {
+        if !self.header_written {
+            let controller: &[&str] = match row.sample {
+                Some(_) => &["error_counts", "dac_code"],
+                None => &[],
+            };
+            self.csv.write_record(
+                [
+                    &["t_s", "x_ref_m", "acc_ref_mps2"],
+                    controller,
+                    &PLANT_COLUMNS,
+                ]
+                .concat(),
+            )?;
+            self.header_written = true;
+        }
+        let controller: &[f64] = match &row.sample {
+            Some(sample) => &[sample.error_counts, sample.dac_code],
+            None => &[],
+        };
+        let plant = [
+            row.motor_voltage_v,
+            row.current_a,
+            row.beta_rad,
+            row.beta_dot_radps,
+            row.gamma_rad,
+            row.gamma_dot_radps,
+            row.acc_mps2,
+            f64::from(row.contact),
+        ];
+        let command = [row.t_s, row.x_ref_m, row.acc_ref_mps2];
+        for value in command.iter().chain(controller).chain(&plant) {
+            self.csv.write_field(shortest(*value))?;
+        }
+        self.csv.write_record(None::<&[u8]>)
+    }
+
+    /// Writes out what is still buffered and returns the sink.
+    ///
+    /// # Errors
+    /// Whatever the sink reports.
+    pub fn finish(self) -> std::io::Result<W> {
+        self.csv.into_inner().map_err(|error| error.into_error())
+    }
+}
+
+const PLANT_COLUMNS: [&str; 8] = [
+    "motor_voltage_v",
+    "current_a",
+    "beta_rad",
+    "beta_dot_radps",
+    "gamma_rad",
+    "gamma_dot_radps",
+    "acc_mps2",
+    "contact",
+];
+
+/// The shortest text that reads back as the same number; whole numbers
+/// without a fraction, very small and very large ones with an exponent.
+fn shortest(value: f64) -> String {
+    // Adding 0 turns −0 into 0, which is what a reader expects to see.
+    let value = value + 0.0;
+    match value.abs() {
+        magnitude if magnitude != 0.0 && !(1e-5..1e16).contains(&magnitude) => format!("{value:e}"),
+        _ => format!("{value}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_read_back_exactly() {
+        for value in [
+            0.1,
+            1.0 / 3.0,
+            5e-324,
+            1e22,
+            -6.02e-7,
+            12345678.9,
+            2.0_f64.powi(60),
+        ] {
+            assert_eq!(shortest(value).parse::<f64>().unwrap(), value);
+        }
+        assert_eq!(shortest(-0.0), "0");
+        assert_eq!(shortest(-6200.0), "-6200");
+    }
+}

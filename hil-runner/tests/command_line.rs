@@ -1,0 +1,301 @@
+//! The program as a script sees it: exit status, files, standard output.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// Runs the program in `folder`.
+fn hil_runner(folder: &Path, args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_hil-runner"))
+        .args(args)
+        .current_dir(folder)
+        .output()
+        .unwrap()
+}
+
+fn status(output: &Output) -> i32 {
+    output.status.code().unwrap()
+}
+
+fn stdout(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).unwrap()
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+fn folder() -> tempfile::TempDir {
+    tempfile::tempdir().unwrap()
+}
+
+/// Names of the files in a folder.
+fn files(folder: &Path) -> Vec<String> {
+    let entries = std::fs::read_dir(folder).unwrap();
+    let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let mut names: Vec<String> = names.collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn main_job_passes_and_writes_the_report() {
+    let folder = folder();
+    let output = hil_runner(folder.path(), &[]);
+    assert_eq!(status(&output), 0, "{}", stderr(&output));
+    let text = stdout(&output);
+    for name in ["paper-1", "paper-2", "paper-3", "paper-4"] {
+        assert!(text.contains(name), "{text}");
+    }
+    assert_eq!(text.matches(" pass").count(), 12, "{text}");
+    assert!(!text.contains("FAIL"));
+    let page = std::fs::read_to_string(folder.path().join("out/report.html")).unwrap();
+    assert!(page.contains("paper-4"));
+    assert_eq!(files(&folder.path().join("out")), ["report.html"]);
+}
+
+#[test]
+fn honest_converter_fails_its_budget() {
+    let folder = folder();
+    let output = hil_runner(
+        folder.path(),
+        &["run", "paper-2-12bit", "--summary", "s.json"],
+    );
+    assert_eq!(status(&output), 1);
+    assert_eq!(stdout(&output).matches("FAIL").count(), 2);
+    let summary = std::fs::read_to_string(folder.path().join("s.json")).unwrap();
+    let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
+    assert_eq!(summary["max_abs_dac_code"], 2047.0);
+    assert_eq!(summary["verdicts"][0]["pass"], false);
+}
+
+#[test]
+fn tables_fit_a_hundred_columns() {
+    let folder = folder();
+    for args in [
+        &["run", "paper-1", "paper-2-12bit"][..],
+        &["ladder", "paper-2"],
+    ] {
+        let output = hil_runner(folder.path(), args);
+        for line in stdout(&output).lines().filter(|line| !line.contains(':')) {
+            assert!(line.trim_end().chars().count() <= 100, "{line}");
+        }
+    }
+}
+
+#[test]
+fn budget_of_the_run_file_decides() {
+    let folder = folder();
+    let run = |limit: &str| {
+        let set = format!("budget.final_error_um={limit}");
+        status(&hil_runner(
+            folder.path(),
+            &["run", "paper-1", "--set", &set],
+        ))
+    };
+    assert_eq!((run("651"), run("650")), (0, 1));
+}
+
+#[test]
+fn host_step_time_is_judged_only_where_it_is_asked_for() {
+    let folder = folder();
+    let run = |limit: &str| {
+        let set = format!("budget.host_step_p99_us={limit}");
+        let output = hil_runner(
+            folder.path(),
+            &["run", "paper-1", "--set", &set, "--summary", "s.json"],
+        );
+        assert!(stdout(&output).contains("host_step_p99_us"));
+        // It is a matter of this machine's clock and in no summary.
+        let summary = std::fs::read_to_string(folder.path().join("s.json")).unwrap();
+        assert!(!summary.contains("host_step"));
+        status(&output)
+    };
+    assert_eq!((run("1e6"), run("0")), (0, 1));
+}
+
+#[test]
+fn data_on_standard_output_stays_alone() {
+    let folder = folder();
+    let output = hil_runner(folder.path(), &["run", "paper-1", "--trace", "-"]);
+    assert_eq!(status(&output), 0);
+    let mut reader = csv::Reader::from_reader(output.stdout.as_slice());
+    assert_eq!(reader.records().map(Result::unwrap).count(), 1501);
+    assert!(stderr(&output).contains("peak_abs_acc_mps2"));
+}
+
+#[test]
+fn trace_has_the_columns_of_its_rung() {
+    let folder = folder();
+    let header = |law: &str| {
+        let set = format!("controller.law={law}");
+        let output = hil_runner(
+            folder.path(),
+            &["run", "paper-1", "--set", &set, "--trace", "-"],
+        );
+        stdout(&output).lines().next().unwrap().to_owned()
+    };
+    let plant = "motor_voltage_v,current_a,beta_rad,beta_dot_radps,gamma_rad,gamma_dot_radps,acc_mps2,contact";
+    assert_eq!(
+        header("continuous"),
+        format!("t_s,x_ref_m,acc_ref_mps2,{plant}")
+    );
+    assert_eq!(
+        header("firmware"),
+        format!("t_s,x_ref_m,acc_ref_mps2,error_counts,dac_code,{plant}")
+    );
+}
+
+#[test]
+fn same_input_gives_the_same_bytes() {
+    let folder = folder();
+    for (trace, link) in [("a.csv", "in-process"), ("b.csv", "channel")] {
+        let args = ["run", "paper-3", "--trace", trace, "--link", link];
+        assert_eq!(status(&hil_runner(folder.path(), &args)), 0);
+    }
+    let read = |name| std::fs::read(folder.path().join(name)).unwrap();
+    assert_eq!(read("a.csv"), read("b.csv"));
+}
+
+#[test]
+fn bad_input_is_status_2_and_touches_nothing() {
+    let folder = folder();
+    std::fs::write(folder.path().join("t.csv"), "precious").unwrap();
+    std::fs::write(
+        folder.path().join("bad.toml"),
+        "[motor]\ninertia_kg_m2 = -1\nspeed = 3\n",
+    )
+    .unwrap();
+    let output = hil_runner(folder.path(), &["run", "bad.toml", "--trace", "t.csv"]);
+    assert_eq!(status(&output), 2);
+    let text = stderr(&output);
+    assert!(
+        text.contains("bad.toml:2: motor.inertia_kg_m2 = -1 is not allowed"),
+        "{text}"
+    );
+    assert!(
+        text.contains("bad.toml:3: unknown key motor.speed"),
+        "{text}"
+    );
+    assert!(stdout(&output).is_empty());
+    assert_eq!(
+        std::fs::read_to_string(folder.path().join("t.csv")).unwrap(),
+        "precious"
+    );
+    assert_eq!(files(folder.path()), ["bad.toml", "t.csv"]);
+}
+
+#[test]
+fn unfit_gains_and_tables_name_their_key() {
+    let folder = folder();
+    let refused = |set: &str| {
+        let output = hil_runner(folder.path(), &["run", "paper-1", "--set", set]);
+        assert_eq!(status(&output), 2, "{set}");
+        stderr(&output)
+    };
+    let text = refused("controller.kp=1e9");
+    assert!(
+        text.starts_with("--set controller.kp=1e9: controller.kp = 1e9 is not allowed"),
+        "{text}"
+    );
+    let text = refused("controller.sample_time_s=2e-5");
+    assert!(text.contains("controller.sample_time_s = 2e-5"), "{text}");
+    assert!(
+        text.contains("49951 setpoints") && text.contains("16384"),
+        "{text}"
+    );
+    let text = refused("run.solver=exact");
+    assert!(text.contains("run.solver"), "{text}");
+}
+
+#[test]
+fn unwritable_path_is_found_before_the_run() {
+    let folder = folder();
+    let args = [
+        "run",
+        "paper-1",
+        "--trace",
+        "t.csv",
+        "--summary",
+        "no/such/s.json",
+    ];
+    let output = hil_runner(folder.path(), &args);
+    assert_eq!(status(&output), 2);
+    assert!(stderr(&output).contains("no/such/s.json cannot be written"));
+    assert!(files(folder.path()).is_empty());
+}
+
+#[test]
+fn two_outputs_need_two_paths() {
+    let folder = folder();
+    let args = ["run", "paper-1", "--trace", "x", "--summary", "x"];
+    let output = hil_runner(folder.path(), &args);
+    assert_eq!(status(&output), 2);
+    assert!(stderr(&output).contains("x is given for two outputs"));
+}
+
+#[test]
+fn state_that_leaves_the_finite_numbers_keeps_the_trace_so_far() {
+    let folder = folder();
+    // A guide that pushes harder the faster the carriage moves.
+    let set = "carriage.resistance_linear_ns_per_rad=-1000";
+    let args = [
+        "run",
+        "paper-1",
+        "--set",
+        set,
+        "--trace",
+        "t.csv",
+        "--summary",
+        "s.json",
+    ];
+    let output = hil_runner(folder.path(), &args);
+    assert_eq!(status(&output), 2);
+    let text = stderr(&output);
+    assert!(text.contains("left the finite numbers at t = 0."), "{text}");
+    let trace = std::fs::read_to_string(folder.path().join("t.csv")).unwrap();
+    assert!(trace.lines().count() > 100);
+    assert_eq!(files(folder.path()), ["t.csv"]);
+}
+
+#[test]
+fn init_prints_a_case_that_runs() {
+    let folder = folder();
+    let output = hil_runner(folder.path(), &["init", "paper-4"]);
+    std::fs::write(folder.path().join("mine.toml"), &output.stdout).unwrap();
+    let output = hil_runner(folder.path(), &["run", "mine.toml"]);
+    assert_eq!(status(&output), 0, "{}", stderr(&output));
+    let output = hil_runner(folder.path(), &["init", "paper-9"]);
+    assert_eq!(status(&output), 2);
+    assert!(stderr(&output).contains("paper-2-12bit"));
+}
+
+#[test]
+fn ladder_compares_the_rungs() {
+    let folder = folder();
+    let output = hil_runner(folder.path(), &["ladder", "paper-2", "--report", "l.html"]);
+    assert_eq!(status(&output), 0, "{}", stderr(&output));
+    for law in ["continuous", "sampled", "quantised", "firmware"] {
+        assert!(stdout(&output).contains(law));
+    }
+    assert_eq!(files(folder.path()), ["l.html"]);
+}
+
+#[test]
+fn schema_is_json() {
+    let output = hil_runner(folder().path(), &["schema"]);
+    let schema: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(schema["additionalProperties"], false);
+}
+
+#[test]
+fn help_has_an_example_for_every_command() {
+    for args in [&[][..], &["run"], &["ladder"], &["init"], &["schema"]] {
+        let args = [args, &["--help"]].concat();
+        let output = hil_runner(folder().path(), &args);
+        assert_eq!(status(&output), 0);
+        assert!(stdout(&output).contains("Example"), "{args:?}");
+        assert!(stdout(&output).contains("\n  hil-runner"), "{args:?}");
+    }
+}
