@@ -1,0 +1,132 @@
+//! Orders of convergence of the plant's solvers, each with its contrast.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+use plant::{
+    AxisParameters, Carriage, Drive, ElasticJoint, Joint, Motor, Plant, Resistance, Solver, Span,
+    State, Transmission, Watch,
+};
+
+/// The paper's axis with half a gap of `b_rad`.
+fn axis(joint: Joint) -> AxisParameters {
+    AxisParameters {
+        motor: Motor {
+            inertia_kg_m2: 2e-4,
+            torque_constant_nm_per_a: 0.25,
+            resistance_ohm: 1.5,
+            inductance_h: 0.0065,
+        },
+        transmission: Transmission {
+            gear_ratio: 2.0,
+            joint,
+            screw_inertia_kg_m2: 8.5e-4,
+            screw_pitch_m_per_rad: 5e-3 / (2.0 * std::f64::consts::PI),
+        },
+        carriage: Carriage {
+            mass_kg: 50.0,
+            resistance: Resistance::default(),
+        },
+    }
+}
+
+fn elastic(stiffness_nm_per_rad: f64, backlash_half_rad: f64) -> Joint {
+    Joint::Elastic(ElasticJoint {
+        stiffness_nm_per_rad,
+        damping_nms_per_rad: 0.2,
+        backlash_half_rad,
+        no_pull: false,
+    })
+}
+
+/// Counts the solver's accepted steps.
+#[derive(Default)]
+struct Steps(u32);
+
+impl Watch for Steps {
+    fn span(&mut self, _: &Span<'_>) {
+        self.0 += 1;
+    }
+    fn contact_change(&mut self, _: &plant::ContactChange) {}
+}
+
+/// State after 60 ms: 20 V for 30 ms, then −20 V, so that the gap is crossed
+/// on the way there and back; and the number of steps that it took.
+fn there_and_back(joint: Joint, solver: Solver) -> (State, u32) {
+    let mut plant = Plant::new(&axis(joint), solver);
+    let mut steps = Steps::default();
+    for (voltage_v, until_ns) in [(20.0, 30_000_000), (-20.0, 60_000_000)] {
+        plant
+            .advance(&Drive::Held(voltage_v), until_ns, &mut steps)
+            .unwrap();
+    }
+    (plant.state(), steps.0)
+}
+
+fn distance(a: &State, b: &State) -> f64 {
+    (a.gamma_rad - b.gamma_rad).abs() + (a.epsilon_rad - b.epsilon_rad).abs()
+}
+
+fn truth(joint: Joint) -> State {
+    there_and_back(joint, Solver::Dopri5 { tolerance: 1e-14 }).0
+}
+
+/// Order of rk4 from two step lengths a factor of four apart. Where a step
+/// falls on a contact is chance, so the worst of a few close lengths counts.
+fn rk4_order(joint: Joint) -> f64 {
+    let truth = truth(joint);
+    let error = |step_ns: u64| {
+        let lengths_ns = [1000, 990, 980, 970, 960].map(|share| step_ns * share / 1000);
+        let errors = lengths_ns.map(|step_ns| {
+            let (state, _) = there_and_back(joint, Solver::Rk4 { step_ns });
+            distance(&state, &truth)
+        });
+        errors.into_iter().fold(0.0, f64::max)
+    };
+    (error(160_000) / error(40_000)).log2() / 2.0
+}
+
+/// Order of dopri5: error against the number of steps it took.
+fn dopri5_order(joint: Joint) -> f64 {
+    let work = |tolerance| {
+        let (state, steps) = there_and_back(joint, Solver::Dopri5 { tolerance });
+        (distance(&state, &truth(joint)), f64::from(steps))
+    };
+    let ((loose, few), (tight, many)) = (work(1e-8), work(1e-11));
+    (loose / tight).ln() / (many / few).ln()
+}
+
+#[test]
+fn rk4_has_order_four_without_a_gap_and_loses_it_at_a_contact() {
+    let smooth = rk4_order(elastic(350.0, 0.0));
+    let contact = rk4_order(elastic(350.0, 0.01));
+    assert!((3.7..4.3).contains(&smooth), "order {smooth}");
+    assert!(contact < 2.2, "order {contact}");
+}
+
+#[test]
+fn dopri5_keeps_its_order_across_contacts() {
+    let smooth = dopri5_order(elastic(350.0, 0.0));
+    let contact = dopri5_order(elastic(350.0, 0.01));
+    assert!((4.7..5.5).contains(&smooth), "order {smooth}");
+    assert!((4.7..5.5).contains(&contact), "order {contact}");
+}
+
+/// A stiffer joint approaches the rigid axis with 1/k.
+#[test]
+fn stiff_joint_approaches_the_rigid_axis() {
+    let rigid = truth(Joint::Rigid);
+    let error = |k| (truth(elastic(k, 0.0)).gamma_rad - rigid.gamma_rad).abs();
+    let (soft, stiff) = (error(1e5), error(1e6));
+    assert!((8.0..12.0).contains(&(soft / stiff)), "{soft} {stiff}");
+    assert!(stiff < 1e-6, "{stiff}");
+}
+
+/// A shrinking gap approaches the joint without one, proportionally.
+#[test]
+fn small_gap_approaches_the_joint_without_one() {
+    let gapless = truth(elastic(350.0, 0.0));
+    let error = |b| distance(&truth(elastic(350.0, b)), &gapless);
+    let (wide, narrow) = (error(1e-5), error(1e-6));
+    assert!((7.0..14.0).contains(&(wide / narrow)), "{wide} {narrow}");
+    assert!(error(1e-15) < 1e-10, "{}", error(1e-15));
+}

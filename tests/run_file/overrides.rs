@@ -1,0 +1,143 @@
+//! `--set section.key=value`.
+
+use hil_runner::case::{Law, Limit};
+
+use super::{BASE, messages, parse};
+
+#[test]
+fn values_are_toml_and_a_bare_word_is_a_string() {
+    let case = parse(
+        BASE,
+        &[
+            "controller.law=firmware",
+            "controller.kp = 4",
+            "transmission.joint=\"rigid\"",
+            "run.events=false",
+            "motion.intervals_s=[0.5, 0, 0, 0, 0, 0, 0.5]",
+            "name=my run",
+            "budget.impacts=3",
+        ],
+    )
+    .unwrap();
+    assert_eq!(case.controller.law, Law::Firmware);
+    assert_eq!(case.controller.gains.kp, 4.0);
+    assert_eq!(case.axis.transmission.joint, plant::Joint::Rigid);
+    assert!(!case.run.events);
+    assert_eq!(case.motion.end_s(), 1.0);
+    assert_eq!(case.name, "my run");
+    let impacts = Limit {
+        figure: "impacts".to_owned(),
+        limit: 3.0,
+    };
+    assert_eq!(case.budget, Some(vec![impacts]));
+}
+
+#[test]
+fn the_last_override_wins_and_a_wrong_value_of_the_file_is_replaced() {
+    let case = parse(BASE, &["controller.kp=4", "controller.kp=5"]).unwrap();
+    assert_eq!(case.controller.gains.kp, 5.0);
+    let wrong = BASE.replace("kp = 3.2", "kp = -1");
+    assert!(parse(&wrong, &[]).is_err());
+    assert_eq!(
+        parse(&wrong, &["controller.kp=5"])
+            .unwrap()
+            .controller
+            .gains
+            .kp,
+        5.0
+    );
+}
+
+#[test]
+fn a_missing_section_can_be_given_and_a_whole_one_replaced() {
+    let without = BASE.replace("[carriage]\nmass_kg = 50.0\n", "");
+    let case = parse(&without, &["carriage.mass_kg=20"]).unwrap();
+    assert_eq!(case.axis.carriage.mass_kg, 20.0);
+    let limited = format!("{BASE}[budget]\nimpacts = 1\n");
+    assert_eq!(
+        parse(&limited, &["budget={}"]).unwrap().budget,
+        Some(vec![])
+    );
+}
+
+#[test]
+fn a_budget_figure_keeps_its_place() {
+    let text = format!("{BASE}[budget]\nimpacts = 1\nfinal_error_um = 2\n");
+    let limits = parse(&text, &["budget.impacts=7"]).unwrap().budget.unwrap();
+    let shown: Vec<_> = limits
+        .iter()
+        .map(|l| (l.figure.as_str(), l.limit))
+        .collect();
+    assert_eq!(shown, [("impacts", 7.0), ("final_error_um", 2.0)]);
+}
+
+#[test]
+fn wrong_overrides_have_their_sentences() {
+    for (set, sentence) in [
+        (
+            "controller.kp",
+            ": there is no =; write --set section.key=value",
+        ),
+        ("", ": there is no =; write --set section.key=value"),
+        (
+            "=3",
+            ": the key is incomplete; write --set section.key=value",
+        ),
+        (
+            "controller.=3",
+            ": the key is incomplete; write --set section.key=value",
+        ),
+        (
+            ".kp=3",
+            ": the key is incomplete; write --set section.key=value",
+        ),
+        ("controller.kp=", ": there is no value after the ="),
+        (
+            "a.b.c=3",
+            ": the key is too deep; write --set section.key=value",
+        ),
+        (
+            "motor=3",
+            ": motor is a section; set one of its keys, such as motor.inertia_kg_m2",
+        ),
+        (
+            "moter.inertia_kg_m2=3",
+            ": unknown section [moter]; did you mean [motor]?",
+        ),
+        ("kp=3", ": unknown key kp; kp belongs to [controller]"),
+        (
+            "controller.kpp=3",
+            ": unknown key controller.kpp; did you mean kp?",
+        ),
+        (
+            "motion.intervals_s=[1, 2",
+            ": the value is not TOML: unclosed array, expected `]`",
+        ),
+        (
+            "controller.kp=abc",
+            ": controller.kp = abc is not allowed: the proportional gain K_p must be a number, at least 0 codes/count, not a string",
+        ),
+        (
+            "controller.kp=3,2",
+            ": controller.kp = 3,2 is not allowed: the proportional gain K_p must be a number, at least 0 codes/count, not a string",
+        ),
+        (
+            "controller.law=firmwar",
+            ": controller.law = firmwar is not allowed: the control law must be \"continuous\", \"sampled\", \"quantised\" or \"firmware\"",
+        ),
+        (
+            "drive.dac_range_v=20",
+            ": drive.dac_range_v = 20 is not allowed: drive.dac_lsb_v = 0.00488 (line 19) says the same; give one of the two; --set does not replace its partner, take that out of the file",
+        ),
+        (
+            "controller.computation_delay_s=1",
+            ": controller.computation_delay_s = 1 is not allowed: the delay must be at most the sample time, controller.sample_time_s = 0.001 (line 31)",
+        ),
+        (
+            "name=3",
+            ": name = 3 is not allowed: the name of the run must be a string that is not empty, not a number",
+        ),
+    ] {
+        assert_eq!(messages(BASE, &[set]), [format!("--set {set}{sentence}")]);
+    }
+}
