@@ -2,9 +2,11 @@
 
 use crate::budget::{self, Verdict};
 use crate::case::Case;
+use crate::error::RunError;
 use crate::figures::HOST_STEP_P99;
 use crate::law::Controller;
-use crate::run::{Outcome, RowSink, RunError, RunOptions, run};
+use crate::quantise::QuantisedGains;
+use crate::run::{Outcome, RowSink, RunOptions, run};
 use crate::timing::HostTiming;
 
 /// A case with everything that came out of it.
@@ -18,6 +20,8 @@ pub struct CaseRun {
     pub timing: Option<HostTiming>,
     /// Verdict on the step time, where the budget names it.
     pub timing_verdict: Option<Verdict>,
+    /// The gains in the firmware's words; `None` on the other rungs.
+    pub words: Option<QuantisedGains>,
     /// What the user should know besides the figures.
     pub warnings: Vec<String>,
 }
@@ -35,6 +39,10 @@ impl CaseRun {
         };
         let outcome = run(case, options, sink)?;
         let controller = Controller::new(case).map_err(RunError::Quantise)?;
+        let words = match &controller {
+            Some(Controller::Firmware(law)) => Some(*law.gains()),
+            _ => None,
+        };
         let timing = controller.and_then(|c| HostTiming::measure(c, &outcome.inputs));
         let (limits, default) = budget::limits(case);
         let timing_verdict = limits
@@ -47,6 +55,7 @@ impl CaseRun {
             outcome,
             timing,
             timing_verdict,
+            words,
             warnings,
         })
     }

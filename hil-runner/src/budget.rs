@@ -4,7 +4,6 @@ use serde::Serialize;
 
 use crate::case::{Case, Limit};
 use crate::figures::HOST_STEP_P99;
-use crate::summary::Summary;
 use crate::time::seconds;
 
 /// One limit and whether it holds.
@@ -68,14 +67,15 @@ fn default_limits(case: &Case) -> Vec<Limit> {
     ]
 }
 
-/// The verdicts that follow from the summary alone. The host's step time is
-/// measured elsewhere and never enters a summary.
-pub(crate) fn verdicts(case: &Case, summary: &Summary) -> Vec<Verdict> {
+/// The verdicts that follow from the figures of a summary, which `figure`
+/// gives by key. The host's step time is measured elsewhere and never enters
+/// a summary.
+pub(crate) fn verdicts(case: &Case, figure: impl Fn(&str) -> Option<f64>) -> Vec<Verdict> {
     let (limits, default) = limits(case);
     limits
         .iter()
         .filter(|limit| limit.figure != HOST_STEP_P99.key)
-        .map(|limit| Verdict::new(limit, summary.figure(&limit.figure), default))
+        .map(|limit| Verdict::new(limit, figure(&limit.figure), default))
         .collect()
 }
 

@@ -2,8 +2,9 @@
 //! below it.
 
 use crate::case::{Case, Law};
+use crate::error::RunError;
 use crate::record::GridPoint;
-use crate::run::{Outcome, RunError, RunOptions, run};
+use crate::run::{Outcome, RunOptions, run};
 
 /// Interval of the rows that all rungs have in common \[ns\].
 pub const GRID_NS: u64 = 1_000_000;

@@ -12,10 +12,12 @@
 pub mod bench;
 pub mod budget;
 pub mod case;
+pub mod error;
 pub mod figures;
 pub mod ladder;
 pub mod law;
 pub mod link;
+pub mod message;
 pub mod output;
 pub mod quantise;
 pub mod record;

@@ -11,29 +11,7 @@ use core::fmt;
 use crossbeam_channel::{Receiver, Sender};
 
 use crate::law::Controller;
-
-/// What the encoder shows at one sample.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Measurement {
-    /// Number of the sample, k.
-    pub tick: u64,
-    /// Position of the motor shaft \[counts\]: whole on every rung that has an
-    /// encoder, `K_enc·α` itself on rung `sampled`.
-    pub position_counts: f64,
-}
-
-/// What the controller answers.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Command {
-    /// Number of the sample that this answers.
-    pub tick: u64,
-    /// `e = r − c` \[counts\].
-    pub error_counts: f64,
-    /// DAC code; a real number on rung `sampled`.
-    pub dac_code: f64,
-    /// Whether the firmware worked outside its declared ranges.
-    pub out_of_range: bool,
-}
+use crate::message::{Command, Measurement};
 
 /// Why the controller gave no answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -6,6 +6,7 @@ use crate::bench::CaseRun;
 use crate::case::{Case, Law};
 use crate::figures;
 use crate::ladder::{GRID_NS, Rung};
+use crate::quantise::QuantisedGains;
 use crate::record::PlotPoint;
 use crate::report::{
     CaseReport, ContactInterval, FigureRow, HostTiming, LadderReport, LadderRung, Parameter,
@@ -42,7 +43,10 @@ fn case_report(run: &CaseRun) -> CaseReport {
         name: summary.name.clone(),
         law: summary.law.to_owned(),
         solver: summary.solver.to_owned(),
-        parameters: parameters(case),
+        parameters: parameters(case)
+            .into_iter()
+            .chain(run.words.iter().flat_map(words))
+            .collect(),
         verdicts: run
             .verdicts()
             .map(|verdict| VerdictRow {
@@ -124,6 +128,21 @@ fn parameters(case: &Case) -> Vec<Parameter> {
         "kg",
     ));
     parameters
+}
+
+/// The gains in the firmware's words, with what rounding costs.
+fn words(words: &QuantisedGains) -> Vec<Parameter> {
+    let gains = words.gains.iter().map(|gain| Parameter {
+        label: format!("Word of {}", gain.name()),
+        value: format!("{} ({:+.1e})", gain.word, gain.relative_error()),
+        unit: "codes/count (rounding)".to_owned(),
+    });
+    let limit = Parameter {
+        label: "Declared range of |e|".to_owned(),
+        value: words.pid.error_limit().to_string(),
+        unit: "counts".to_owned(),
+    };
+    gains.chain([limit]).collect()
 }
 
 fn traces(case: &Case, points: &[PlotPoint], changes: &[ContactChange]) -> Traces {

@@ -1,14 +1,13 @@
 //! One run: controller and plant in lockstep, figures and verdicts at the end.
 
-use core::fmt;
-
-use plant::{ContactChange, ContinuousPid, Drive, Plant, PlantError, Solver, State};
+use plant::{ContactChange, ContinuousPid, Drive, Plant, Solver, State};
 
 use crate::budget;
 use crate::case::{Case, Law, SolverChoice};
+use crate::error::RunError;
 use crate::law::Controller;
-use crate::link::{Command, Link, LinkError, Measurement, channel_pair};
-use crate::quantise::QuantiseError;
+use crate::link::{Link, channel_pair};
+use crate::message::{Command, Measurement};
 use crate::record::{GridPoint, PlotPoint, PlotRecorder, Recorder};
 use crate::summary::{EndOfRun, RowFigures, Summary};
 use crate::time::seconds;
@@ -52,51 +51,6 @@ pub struct Outcome {
     pub grid: Vec<GridPoint>,
     /// Samples at which the firmware worked outside its declared ranges.
     pub out_of_range_samples: u64,
-}
-
-/// Why a run could not be made or finished. Rows up to there were delivered.
-#[derive(Debug)]
-#[non_exhaustive]
-pub enum RunError {
-    /// The plant could not be advanced.
-    Plant(PlantError),
-    /// The controller did not answer.
-    Link(LinkError),
-    /// The gains or the motion do not fit the firmware.
-    Quantise(QuantiseError),
-    /// A solver that this version does not have.
-    Solver,
-    /// A sampled rung without a sample time.
-    NoSampleTime,
-    /// A row could not be written.
-    Row(csv::Error),
-    /// The controller's or the plant's thread ended abnormally.
-    Thread,
-}
-
-impl fmt::Display for RunError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Plant(error) => error.fmt(f),
-            Self::Link(error) => error.fmt(f),
-            Self::Quantise(error) => error.fmt(f),
-            Self::Solver => f.write_str(
-                "run.solver = \"exact\" is not available in this version; allowed are \
-                 \"auto\", \"dopri5\" and \"rk4\"",
-            ),
-            Self::NoSampleTime => f.write_str("a sampled law needs controller.sample_time_s"),
-            Self::Row(error) => write!(f, "the trace could not be written: {error}"),
-            Self::Thread => f.write_str("the controller's or the plant's thread ended abnormally"),
-        }
-    }
-}
-
-impl std::error::Error for RunError {}
-
-impl From<PlantError> for RunError {
-    fn from(error: PlantError) -> Self {
-        Self::Plant(error)
-    }
 }
 
 /// Where the rows of a run go, one call a row.
@@ -319,7 +273,7 @@ impl Bench<'_, '_> {
             events: &events,
         }
         .summary();
-        summary.verdicts = budget::verdicts(self.case, &summary);
+        summary.verdicts = budget::verdicts(self.case, |key| summary.figure(key));
         Outcome {
             summary,
             plot: self

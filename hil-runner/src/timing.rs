@@ -5,7 +5,7 @@ use std::hint::black_box;
 use std::time::{Duration, Instant};
 
 use crate::law::Controller;
-use crate::link::Measurement;
+use crate::message::Measurement;
 
 /// Step times on the host.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -7,10 +7,10 @@
 //! L·İ  = V − R·I − k_m·β̇/z
 //! ```
 
-use crate::joint::{Flank, JointMode};
-use crate::mode::{AmplifierMode, Direction, Guard, Mode};
+use crate::joint::JointMode;
+use crate::mode::{AmplifierMode, Mode};
 use crate::parameters::{AxisParameters, ElasticJoint, Joint};
-use crate::pid::{ContinuousPid, Side};
+use crate::pid::ContinuousPid;
 use crate::resistance::GuideMode;
 use crate::state::{BETA_INTEGRAL, CURRENT, EPSILON, EPSILON_DOT, GAMMA, GAMMA_DOT, State, Vector};
 
@@ -32,8 +32,8 @@ pub(crate) struct Axis {
     /// `J2 = J_v + M·p²` \[kg m²\].
     screw_inertia: f64,
     /// `p·a0`, the torque that dry friction can hold at the screw \[N m\].
-    holding_torque_nm: f64,
-    joint: Option<ElasticJoint>,
+    pub(crate) holding_torque_nm: f64,
+    pub(crate) joint: Option<ElasticJoint>,
 }
 
 impl Axis {
@@ -165,14 +165,14 @@ impl Axis {
     }
 
     /// What turns the screw: Ψ, or `k_m·I/z` without a joint \[N m\].
-    fn moving_torque_nm(&self, mode: &Mode, y: &Vector) -> f64 {
+    pub(crate) fn moving_torque_nm(&self, mode: &Mode, y: &Vector) -> f64 {
         match self.joint {
             None => self.parameters.motor.torque_nm(y[CURRENT]) / self.gear_ratio(),
             Some(joint) => joint.torque_nm(mode.joint, y[EPSILON], y[EPSILON_DOT]),
         }
     }
 
-    fn moving_torque_rate(&self, mode: &Mode, dy: &Vector) -> f64 {
+    pub(crate) fn moving_torque_rate(&self, mode: &Mode, dy: &Vector) -> f64 {
         match (self.joint, mode.joint) {
             (None, _) => self.parameters.motor.torque_nm(dy[CURRENT]) / self.gear_ratio(),
             (Some(joint), JointMode::Gapless | JointMode::Loaded(_)) => {
@@ -190,108 +190,6 @@ impl Axis {
         }
     }
 
-    /// A guard's value and its rate at one instant.
-    pub(crate) fn guard(
-        &self,
-        guard: Guard,
-        mode: &Mode,
-        drive: &Drive<'_>,
-        instant: Instant<'_>,
-    ) -> (f64, f64) {
-        let Instant {
-            time_s,
-            side,
-            y,
-            dy,
-        } = instant;
-        let gap = |flank: Flank, b: f64| {
-            let s = flank.sign();
-            (s * y[EPSILON] - b, s * dy[EPSILON])
-        };
-        let torque = |joint: ElasticJoint, flank: Flank| {
-            let s = flank.sign();
-            (
-                s * joint.flank_torque_nm(flank, y[EPSILON], y[EPSILON_DOT]),
-                s * joint.flank_torque_rate(dy[EPSILON], dy[EPSILON_DOT]),
-            )
-        };
-        let limit = |direction: Direction| match drive {
-            // A held voltage has no limit left to reach.
-            Drive::Held(_) => (1.0, 0.0),
-            Drive::Feedback(pid) => {
-                let beta = y[GAMMA] + y[EPSILON];
-                let (beta_dot, beta_ddot) =
-                    (dy[GAMMA] + dy[EPSILON], dy[GAMMA_DOT] + dy[EPSILON_DOT]);
-                let s = direction.sign();
-                (
-                    pid.voltage_limit_v() - s * demand_v(pid, time_s, y),
-                    -s * pid.demand_rate(time_s, side, beta, beta_dot, beta_ddot),
-                )
-            }
-        };
-        let negated = |(value, rate): (f64, f64)| (-value, -rate);
-        match (guard, self.joint) {
-            (Guard::Meet(flank), Some(joint)) => negated(gap(flank, joint.backlash_half_rad)),
-            (Guard::Part(flank), Some(joint)) => gap(flank, joint.backlash_half_rad),
-            (Guard::Release(flank), Some(joint)) => torque(joint, flank),
-            (Guard::Reload(flank), Some(joint)) => negated(torque(joint, flank)),
-            (Guard::Stop(direction), _) => {
-                let s = direction.sign();
-                (s * y[GAMMA_DOT], s * dy[GAMMA_DOT])
-            }
-            (Guard::Break(direction), _) => {
-                let s = direction.sign();
-                (
-                    self.holding_torque_nm - s * self.moving_torque_nm(mode, y),
-                    -s * self.moving_torque_rate(mode, dy),
-                )
-            }
-            (Guard::Limit(direction), _) => limit(direction),
-            (Guard::Unlimit(direction), _) => negated(limit(direction)),
-            // A rigid axis has no joint guards.
-            (_, None) => (1.0, 0.0),
-        }
-    }
-
-    /// The mode after `guard` has reached zero. Puts the state exactly onto
-    /// the surface, so that the next mode starts there.
-    pub(crate) fn switch(&self, guard: Guard, mode: &Mode, y: &mut Vector) -> Mode {
-        let mut next = *mode;
-        let b = self.joint.map_or(0.0, |joint| joint.backlash_half_rad);
-        match guard {
-            Guard::Meet(flank) => {
-                y[EPSILON] = flank.sign() * b;
-                next.joint = JointMode::Loaded(flank);
-            }
-            Guard::Part(flank) => {
-                y[EPSILON] = flank.sign() * b;
-                next.joint = JointMode::Open;
-            }
-            Guard::Release(flank) => next.joint = JointMode::Released(flank),
-            Guard::Reload(flank) => next.joint = JointMode::Loaded(flank),
-            Guard::Stop(direction) => {
-                // The screw rests; the gear output keeps its speed.
-                if self.joint.is_some() {
-                    y[EPSILON_DOT] += y[GAMMA_DOT];
-                }
-                y[GAMMA_DOT] = 0.0;
-                let torque_nm = direction.sign() * self.moving_torque_nm(mode, y);
-                next.guide = match (torque_nm, direction) {
-                    (t, _) if t.abs() <= self.holding_torque_nm => GuideMode::Stuck,
-                    (t, Direction::Positive) if t < 0.0 => GuideMode::Backward,
-                    (t, Direction::Negative) if t < 0.0 => GuideMode::Forward,
-                    _ => mode.guide,
-                };
-            }
-            Guard::Break(Direction::Positive) => next.guide = GuideMode::Forward,
-            Guard::Break(Direction::Negative) => next.guide = GuideMode::Backward,
-            Guard::Limit(Direction::Positive) => next.amplifier = AmplifierMode::AtUpper,
-            Guard::Limit(Direction::Negative) => next.amplifier = AmplifierMode::AtLower,
-            Guard::Unlimit(_) => next.amplifier = AmplifierMode::Linear,
-        }
-        next
-    }
-
     /// `ẍ = p·γ̈` \[m/s²\].
     pub(crate) fn carriage_acceleration_mps2(&self, mode: &Mode, y: &Vector) -> f64 {
         self.pitch_m_per_rad() * self.screw_acceleration(mode, y)
@@ -306,15 +204,6 @@ impl Axis {
                 .joint
                 .map_or(0.0, |j| j.stored_energy_j(state.epsilon_rad))
     }
-}
-
-/// One instant at which a guard is looked at.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Instant<'a> {
-    pub(crate) time_s: f64,
-    pub(crate) side: Side,
-    pub(crate) y: &'a Vector,
-    pub(crate) dy: &'a Vector,
 }
 
 /// The continuous law's demand before the amplifier's limit \[V\].

@@ -19,6 +19,8 @@ pub(crate) struct Step {
     pub(crate) f1: Vector,
     /// Difference of the two embedded solutions.
     pub(crate) error: Vector,
+    /// State in the middle of the step, by the dense output.
+    pub(crate) middle: Vector,
     /// Highest coefficient of the dense output.
     dense: Vector,
 }
@@ -73,15 +75,18 @@ pub(crate) fn step(
         - k6 * (1_453_857_185.0 / 822_651_844.0)
         + k7 * (69_997_945.0 / 29_380_423.0))
         * h;
-    Step {
+    let mut step = Step {
         h,
         y0: *y0,
         f0: k1,
         y1,
         f1: k7,
         error,
+        middle: y1,
         dense,
-    }
+    };
+    step.middle = step.at(0.5);
+    step
 }
 
 impl Step {

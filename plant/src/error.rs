@@ -1,4 +1,4 @@
-//! Why the plant could not be advanced.
+//! Why a motion could not be made or the plant not advanced.
 
 use core::fmt;
 
@@ -45,3 +45,47 @@ impl fmt::Display for PlantError {
 }
 
 impl core::error::Error for PlantError {}
+
+/// Why seven intervals and a travel make no motion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum MotionError {
+    /// An interval is negative or not finite.
+    Interval {
+        /// Number of the interval, 1 to 7.
+        number: usize,
+        /// The offending duration \[s\].
+        duration_s: f64,
+    },
+    /// The travel is not finite \[m\].
+    Travel(f64),
+    /// All seven intervals are zero.
+    NoDuration,
+    /// `t1` to `t3` are all zero: nothing accelerates the axis.
+    NoAcceleration,
+    /// `t5` to `t7` are all zero: nothing stops the axis.
+    NoDeceleration,
+}
+
+impl fmt::Display for MotionError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Interval { number, duration_s } => write!(
+                f,
+                "interval t{number} is {duration_s} s; every interval must be finite and at least 0"
+            ),
+            Self::Travel(travel_m) => write!(f, "the travel is {travel_m} m; it must be finite"),
+            Self::NoDuration => {
+                f.write_str("all seven intervals are 0; the motion needs a duration")
+            }
+            Self::NoAcceleration => {
+                f.write_str("t1, t2 and t3 are all 0; the motion needs an acceleration")
+            }
+            Self::NoDeceleration => {
+                f.write_str("t5, t6 and t7 are all 0; the motion needs a deceleration")
+            }
+        }
+    }
+}
+
+impl core::error::Error for MotionError {}

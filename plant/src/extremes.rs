@@ -4,7 +4,7 @@
 //! both sides of a contact change are ends of spans. Memory does not grow
 //! with the run.
 
-use crate::motion::Motion;
+use crate::motion::{Motion, MotionPoint};
 use crate::quartic::Polynomial;
 use crate::span::{ContactChange, Span, Watch};
 
@@ -22,6 +22,7 @@ pub struct ExtremesSettings {
 pub struct Extremes {
     settings: ExtremesSettings,
     breaks_s: [f64; 7],
+    command_at_end: Option<(f64, MotionPoint)>,
     /// sup of |ẍ| \[m/s²\], both one-sided limits at events included.
     pub peak_abs_acceleration_mps2: f64,
     /// sup of |x_ref − x| \[m\].
@@ -48,6 +49,7 @@ impl Extremes {
         Self {
             settings,
             breaks_s: settings.motion.breaks_s(),
+            command_at_end: None,
             peak_abs_acceleration_mps2: 0.0,
             peak_following_error_m: 0.0,
             peak_motor_following_error_m: 0.0,
@@ -61,29 +63,42 @@ impl Extremes {
     }
 
     fn settle(&mut self, span: &Span<'_>) {
-        let distance = span.distance_to(self.settings.motion.travel_m());
         let band_m = self.settings.settling_band_m;
-        if let Some(theta) = last_outside(distance, band_m) {
+        let distance = span.distance_to(self.settings.motion.travel_m());
+        if distance.ends.end.abs() > band_m {
+            self.last_outside_band_s = Some(span.end_s());
+        } else if distance.ends.bound() > band_m
+            && let Some(theta) = last_outside(distance.quartic(), band_m)
+        {
             self.last_outside_band_s = Some(span.start_s() + theta * span.length_s());
         }
+    }
+
+    fn follow(&mut self, span: &Span<'_>) {
+        let motion = &self.settings.motion;
+        // The end of one span is the start of the next.
+        let start = match self.command_at_end {
+            Some((time_s, command)) if time_s == span.start_s() => command,
+            _ => motion.at(span.start_s()),
+        };
+        let end = motion.at(span.end_s());
+        let command = (start, end);
+        let of_carriage = span.following_error(motion, &command, false);
+        of_carriage.raise(&mut self.peak_following_error_m);
+        let of_motor = span.following_error(motion, &command, true);
+        of_motor.raise(&mut self.peak_motor_following_error_m);
+        self.command_at_end = Some((span.end_s(), end));
     }
 }
 
 impl Watch for Extremes {
     fn span(&mut self, span: &Span<'_>) {
-        let peak = |now: &mut f64, quantity: Polynomial<5>| *now = quantity.peak_above(*now);
-        peak(&mut self.peak_abs_acceleration_mps2, span.acceleration());
-        peak(&mut self.peak_abs_current_a, span.current());
-        peak(&mut self.peak_abs_voltage_v, span.voltage());
-        let motion = &self.settings.motion;
-        let (carriage, motor) = (
-            &mut self.peak_following_error_m,
-            &mut self.peak_motor_following_error_m,
-        );
-        span.split_at(&self.breaks_s, |piece| {
-            peak(carriage, piece.following_error(motion, false));
-            peak(motor, piece.following_error(motion, true));
-        });
+        span.acceleration()
+            .raise(&mut self.peak_abs_acceleration_mps2);
+        span.current().raise(&mut self.peak_abs_current_a);
+        span.voltage().raise(&mut self.peak_abs_voltage_v);
+        let breaks_s = self.breaks_s;
+        span.split_at(&breaks_s, |piece| self.follow(piece));
         if span.is_voltage_limited() {
             self.voltage_limited_s += span.length_s();
         }

@@ -15,6 +15,7 @@
 //! multiply-add, transcendental functions from the `libm` crate, a fixed
 //! order of every sum.
 
+mod adaptive;
 mod amplifier;
 mod armature;
 mod axis;
@@ -23,6 +24,7 @@ mod dopri5;
 mod encoder;
 mod error;
 mod extremes;
+mod guard;
 mod joint;
 mod mode;
 mod motion;
@@ -34,12 +36,13 @@ mod resistance;
 mod rk4;
 mod span;
 mod state;
+mod transition;
 
 pub use axis::Drive;
-pub use error::PlantError;
+pub use error::{MotionError, PlantError};
 pub use extremes::{Extremes, ExtremesSettings};
 pub use joint::Contact;
-pub use motion::{Motion, MotionError, MotionPoint};
+pub use motion::{Motion, MotionPoint};
 pub use parameters::{
     Amplifier, AxisParameters, Carriage, Dac, ElasticJoint, Encoder, Joint, Motor, PidGains,
     Resistance, Transmission,

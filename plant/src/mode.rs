@@ -76,9 +76,9 @@ pub(crate) enum Guard {
 pub(crate) type Guards = [Option<Guard>; 6];
 
 impl Mode {
-    /// The guards of this mode. `pull_only_released` says whether a loaded
-    /// flank lets go when it would pull; `feedback` whether the voltage
-    /// follows the continuous law.
+    /// The guards of this mode. `releases` says whether a loaded flank lets
+    /// go where it would pull, `feedback` whether the voltage follows the
+    /// continuous law.
     pub(crate) fn guards(&self, releases: bool, feedback: bool) -> Guards {
         let joint = match self.joint {
             JointMode::Rigid | JointMode::Gapless => [None, None],

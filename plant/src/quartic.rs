@@ -17,25 +17,33 @@ pub(crate) struct Polynomial<const N: usize> {
     bernstein: [f64; N],
 }
 
-/// Values and slopes at both ends and the value in the middle of a step.
+/// Values and slopes of a quantity at both ends of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Samples {
+pub(crate) struct Ends {
     pub(crate) start: f64,
     /// Change over the whole step if the slope at its start lasted.
     pub(crate) start_slope: f64,
-    pub(crate) middle: f64,
     pub(crate) end: f64,
     /// As `start_slope`, for the slope at the end.
     pub(crate) end_slope: f64,
 }
 
-impl Samples {
-    /// Monomial coefficients of the quartic through the samples.
-    fn coefficients(&self) -> [f64; 5] {
+impl Ends {
+    /// Bound of |q| of the cubic through the ends: its Bernstein coefficients.
+    pub(crate) fn bound(&self) -> f64 {
+        let inner = (self.start + self.start_slope / 3.0)
+            .abs()
+            .max((self.end - self.end_slope / 3.0).abs());
+        self.start.abs().max(self.end.abs()).max(inner)
+    }
+
+    /// Monomial coefficients of the quartic through the ends and the value
+    /// in the middle.
+    fn coefficients(&self, middle: f64) -> [f64; 5] {
         let (a0, a1) = (self.start, self.start_slope);
         let r1 = self.end - a0 - a1;
         let rd = self.end_slope - a1;
-        let rm = self.middle - a0 - 0.5 * a1;
+        let rm = middle - a0 - 0.5 * a1;
         let a4 = 16.0 * rm - 8.0 * r1 + 2.0 * rd;
         let a3 = rd - 2.0 * r1 - 2.0 * a4;
         let a2 = r1 - a3 - a4;
@@ -43,15 +51,15 @@ impl Samples {
     }
 
     /// The quartic `q(θ)`, 0 ≤ θ ≤ 1.
-    pub(crate) fn quartic(&self) -> Polynomial<5> {
-        Polynomial::from_monomials(self.coefficients())
+    pub(crate) fn quartic(&self, middle: f64) -> Polynomial<5> {
+        Polynomial::from_monomials(self.coefficients(middle))
     }
 
     /// `(q(θ) − q(0))/θ`: the quartic with the root at its start divided out,
     /// so that rounding cannot find the crossing that began the step again.
     /// Its value at θ = 0 is known to be at least 0, and is held there.
-    pub(crate) fn without_root_at_start(&self) -> Polynomial<4> {
-        let [_, a1, a2, a3, a4] = self.coefficients();
+    pub(crate) fn without_root_at_start(&self, middle: f64) -> Polynomial<4> {
+        let [_, a1, a2, a3, a4] = self.coefficients(middle);
         Polynomial::from_monomials([a1.max(0.0), a2, a3, a4])
     }
 }
@@ -154,24 +162,24 @@ fn index(i: usize) -> f64 {
 mod tests {
     use super::*;
 
-    fn sampled(q: impl Fn(f64) -> f64, slope: impl Fn(f64) -> f64) -> Samples {
-        Samples {
+    fn sampled(q: impl Fn(f64) -> f64, slope: impl Fn(f64) -> f64) -> (Ends, f64) {
+        let ends = Ends {
             start: q(0.0),
             start_slope: slope(0.0),
-            middle: q(0.5),
             end: q(1.0),
             end_slope: slope(1.0),
-        }
+        };
+        (ends, q(0.5))
     }
 
     #[test]
     fn reproduces_a_quartic() {
-        let samples = sampled(
+        let (ends, middle) = sampled(
             |t| 3.0 - t + 2.0 * t * t - 5.0 * t.powi(3) + 7.0 * t.powi(4),
             |t| -1.0 + 4.0 * t - 15.0 * t * t + 28.0 * t.powi(3),
         );
         let expected = [3.0, -1.0, 2.0, -5.0, 7.0];
-        for (a, b) in samples.coefficients().iter().zip(expected) {
+        for (a, b) in ends.coefficients(middle).iter().zip(expected) {
             assert!((a - b).abs() < 1e-12, "{a} for {b}");
         }
     }
@@ -180,39 +188,39 @@ mod tests {
     fn finds_a_dip_that_the_ends_do_not_show() {
         // (t − 0.4)(t − 0.4001): below zero for a ten-thousandth of the step.
         let (r, s) = (0.4, 0.4001);
-        let samples = sampled(|t| (t - r) * (t - s), |t| 2.0 * t - r - s);
-        let root = samples.quartic().first_negative().unwrap();
+        let (ends, middle) = sampled(|t| (t - r) * (t - s), |t| 2.0 * t - r - s);
+        let root = ends.quartic(middle).first_negative().unwrap();
         assert!((root - r).abs() < 1e-11, "{root}");
-        assert!(samples.start > 0.0 && samples.end > 0.0);
+        assert!(ends.start > 0.0 && ends.end > 0.0);
         // The contrast: lifted off zero there is nothing to find.
-        let lifted = samples.quartic().affine(1e-8, 1.0);
+        let lifted = ends.quartic(middle).affine(1e-8, 1.0);
         assert_eq!(lifted.first_negative(), None);
     }
 
     #[test]
     fn does_not_find_the_root_at_its_start_again() {
         // θ·(1 − θ)·(θ + 1) shifted by a rounding error below zero.
-        let samples = sampled(
+        let (ends, middle) = sampled(
             |t| t * (1.2 - t) * (t + 1.0) - 1e-17,
             |t| 1.2 + 0.4 * t - 3.0 * t * t,
         );
-        assert_eq!(samples.quartic().first_negative(), Some(0.0));
-        assert_eq!(samples.without_root_at_start().first_negative(), None);
+        assert_eq!(ends.quartic(middle).first_negative(), Some(0.0));
+        assert_eq!(ends.without_root_at_start(middle).first_negative(), None);
     }
 
     #[test]
     fn finds_the_peak_between_the_ends() {
-        let samples = sampled(|t| t * (1.0 - t), |t| 1.0 - 2.0 * t);
-        assert!((samples.quartic().peak_above(0.0) - 0.25).abs() < 1e-15);
-        assert_eq!(samples.quartic().peak_above(0.3), 0.3);
-        let negative = samples.quartic().affine(0.0, -1.0);
+        let (ends, middle) = sampled(|t| t * (1.0 - t), |t| 1.0 - 2.0 * t);
+        assert!((ends.quartic(middle).peak_above(0.0) - 0.25).abs() < 1e-15);
+        assert_eq!(ends.quartic(middle).peak_above(0.3), 0.3);
+        let negative = ends.quartic(middle).affine(0.0, -1.0);
         assert!((negative.peak_above(0.0) - 0.25).abs() < 1e-15);
     }
 
     #[test]
     fn runs_backwards() {
-        let samples = sampled(|t| 0.7 - t, |_| -1.0);
-        let last = samples.quartic().affine(0.0, -1.0).reversed();
+        let (ends, middle) = sampled(|t| 0.7 - t, |_| -1.0);
+        let last = ends.quartic(middle).affine(0.0, -1.0).reversed();
         assert!((last.first_negative().unwrap() - 0.0).abs() < 1e-12 || last.bernstein[0] > 0.0);
         let root = last.affine(0.0, 1.0).first_negative().unwrap();
         assert!((root - 0.3).abs() < 1e-11, "{root}");

@@ -3,15 +3,75 @@
 //! It locates nothing: every stage takes the mode of the axis from the state
 //! it is evaluated at, so a step that crosses a contact smears it.
 
+use crate::axis::Drive;
+use crate::error::PlantError;
+use crate::joint::JointMode;
+use crate::plant::{Plant, count, seconds};
+use crate::span::{ContactChange, Interior, Span, Watch};
 use crate::state::Vector;
 
 /// One step of `dy/dt = f(t, y)` from `(t, y)`.
-pub(crate) fn step(f: impl Fn(f64, &Vector) -> Vector, t: f64, y: &Vector, h: f64) -> Vector {
+fn step(f: impl Fn(f64, &Vector) -> Vector, t: f64, y: &Vector, h: f64) -> Vector {
     let k1 = f(t, y);
     let k2 = f(t + h / 2.0, &(y + k1 * (h / 2.0)));
     let k3 = f(t + h / 2.0, &(y + k2 * (h / 2.0)));
     let k4 = f(t + h, &(y + k3 * h));
     y + (k1 + (k2 + k3) * 2.0 + k4) * (h / 6.0)
+}
+
+impl Plant {
+    /// Solver `rk4`: equal steps, the mode from the state at every stage.
+    pub(crate) fn advance_fixed(
+        &mut self,
+        drive: &Drive<'_>,
+        length_ns: u64,
+        step_ns: u64,
+        watch: &mut impl Watch,
+    ) -> Result<(), PlantError> {
+        let axis = self.axis;
+        let f = |t: f64, y: &Vector| axis.derivative(&axis.mode_of_state(drive, t, y), drive, t, y);
+        let start_s = seconds(self.time_ns);
+        let steps = length_ns.div_ceil(step_ns.max(1));
+        let h = seconds(length_ns) / count(steps);
+        let mut dy0 = f(start_s, &self.y);
+        self.mode = axis.mode_of_state(drive, start_s, &self.y);
+        for i in 0..steps {
+            let time_s = start_s + count(i) * h;
+            let y0 = self.y;
+            let y1 = step(f, time_s, &y0, h);
+            if !y1.iter().all(|v| v.is_finite()) {
+                return Err(PlantError::NonFinite { time_s });
+            }
+            let (before, end_s) = (self.mode, time_s + h);
+            let acceleration_before_mps2 = self.acceleration_mps2();
+            let dy1 = f(end_s, &y1);
+            self.y = y1;
+            self.mode = axis.mode_of_state(drive, end_s, &y1);
+            watch.span(&Span {
+                axis: &axis,
+                drive,
+                modes: (before, self.mode),
+                start_s: time_s,
+                length_s: h,
+                y: (&y0, &y1),
+                dy: (&dy0, &dy1),
+                interior: Interior::Unknown,
+            });
+            let (from, to) = (before.joint.contact(), self.contact());
+            if from != to {
+                watch.contact_change(&ContactChange {
+                    time_s: end_s,
+                    from,
+                    to,
+                    impact: before.joint == JointMode::Open,
+                    acceleration_before_mps2,
+                    acceleration_after_mps2: self.acceleration_mps2(),
+                });
+            }
+            dy0 = dy1;
+        }
+        Ok(())
+    }
 }
 
 #[cfg(test)]

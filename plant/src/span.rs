@@ -1,12 +1,13 @@
 //! What an observer of the plant sees: one smooth piece of the solution at a
 //! time, and the contact changes between them.
 
-use crate::axis::{Axis, Drive, demand_v};
+use crate::axis::{Axis, Drive};
 use crate::joint::Contact;
 use crate::mode::Mode;
+use crate::motion::{Motion, MotionPoint};
 use crate::pid::Side;
-use crate::quartic::{Polynomial, Samples};
-use crate::state::{CURRENT, EPSILON, GAMMA, GAMMA_DOT, State, Vector};
+use crate::quartic::{Ends, Polynomial};
+use crate::state::{CURRENT, EPSILON, EPSILON_DOT, GAMMA, GAMMA_DOT, State, Vector};
 
 /// Follows the plant as it is advanced.
 pub trait Watch {
@@ -65,6 +66,32 @@ pub struct Span<'a> {
 
 /// A quantity with its rate at one end of a span.
 type Probe = (f64, f64);
+
+/// A quantity over a span. Its value in the middle costs more than the ends,
+/// which most questions can do without.
+#[derive(Debug)]
+pub(crate) struct Quantity<'a, V> {
+    span: &'a Span<'a>,
+    pub(crate) ends: Ends,
+    value: V,
+}
+
+impl<V: Fn(f64, &Vector) -> f64> Quantity<'_, V> {
+    /// The quartic through the ends and the middle.
+    pub(crate) fn quartic(&self) -> Polynomial<5> {
+        let middle_s = self.span.start_s + 0.5 * self.span.length_s;
+        self.ends
+            .quartic((self.value)(middle_s, &self.span.vector_at(0.5)))
+    }
+
+    /// Raises `peak` to the supremum of |q| over the span.
+    pub(crate) fn raise(&self, peak: &mut f64) {
+        // Cubic and quartic differ far less than this margin.
+        if self.ends.bound() > *peak * (1.0 - 1e-6) {
+            *peak = self.quartic().peak_above(*peak);
+        }
+    }
+}
 
 impl Span<'_> {
     /// Start of the span \[s\].
@@ -126,7 +153,8 @@ impl Span<'_> {
         match self.interior {
             _ if theta <= 0.0 => *y0,
             _ if theta >= 1.0 => *y1,
-            Interior::Dense(step) => step.at(theta * self.length_s / step.h),
+            Interior::Dense(step) if theta == 0.5 => step.middle,
+            Interior::Dense(step) => step.at(theta),
             Interior::Unknown => {
                 // Cubic Hermite through both ends.
                 let (h, rest) = (self.length_s, 1.0 - theta);
@@ -138,52 +166,53 @@ impl Span<'_> {
         }
     }
 
-    /// The quartic of a quantity, from its values and rates at the ends
-    /// (`side`, state, derivative, mode, time) and its value in the middle.
-    fn quartic(
+    /// A quantity over the span, from its value and rate at both ends (given
+    /// side, time, state, derivative, mode) and its value in the middle.
+    fn quantity<V: Fn(f64, &Vector) -> f64>(
         &self,
         probe: impl Fn(Side, f64, &Vector, &Vector, &Mode) -> Probe,
-        value: impl Fn(f64, &Vector) -> f64,
-    ) -> Polynomial<5> {
+        value: V,
+    ) -> Quantity<'_, V> {
         let (start_s, h) = (self.start_s, self.length_s);
         let ((m0, m1), (y0, y1), (f0, f1)) = (&self.modes, self.y, self.dy);
         let (start, start_rate) = probe(Side::After, start_s, y0, f0, m0);
         let (end, end_rate) = probe(Side::Before, start_s + h, y1, f1, m1);
-        let middle = value(start_s + 0.5 * h, &self.vector_at(0.5));
-        Samples {
-            start,
-            start_slope: start_rate * h,
-            middle,
-            end,
-            end_slope: end_rate * h,
+        Quantity {
+            span: self,
+            ends: Ends {
+                start,
+                start_slope: start_rate * h,
+                end,
+                end_slope: end_rate * h,
+            },
+            value,
         }
-        .quartic()
     }
 
     /// Carriage acceleration `p·γ̈` over the span \[m/s²\].
-    pub(crate) fn acceleration(&self) -> Polynomial<5> {
+    pub(crate) fn acceleration(&self) -> Quantity<'_, impl Fn(f64, &Vector) -> f64> {
         let (axis, p) = (self.axis, self.axis.pitch_m_per_rad());
-        self.quartic(
-            |_, _, y, dy, mode| {
+        self.quantity(
+            move |_, _, y, dy, mode| {
                 (
                     axis.carriage_acceleration_mps2(mode, y),
                     p * axis.screw_jerk(mode, y, dy),
                 )
             },
-            |_, y| axis.carriage_acceleration_mps2(&self.modes.0, y),
+            move |_, y| axis.carriage_acceleration_mps2(&self.modes.0, y),
         )
     }
 
     /// Armature current over the span \[A\].
-    pub(crate) fn current(&self) -> Polynomial<5> {
-        self.quartic(
+    pub(crate) fn current(&self) -> Quantity<'_, impl Fn(f64, &Vector) -> f64> {
+        self.quantity(
             |_, _, y, dy, _| (y[CURRENT], dy[CURRENT]),
             |_, y| y[CURRENT],
         )
     }
 
     /// Motor voltage over the span \[V\].
-    pub(crate) fn voltage(&self) -> Polynomial<5> {
+    pub(crate) fn voltage(&self) -> Quantity<'_, impl Fn(f64, &Vector) -> f64> {
         let axis = self.axis;
         let rate = |time_s: f64, side: Side, y: &Vector, dy: &Vector| match self.drive {
             Drive::Feedback(pid) if !self.is_voltage_limited() => pid.demand_rate(
@@ -191,43 +220,48 @@ impl Span<'_> {
                 side,
                 y[GAMMA] + y[EPSILON],
                 dy[GAMMA] + dy[EPSILON],
-                dy[GAMMA_DOT] + dy[crate::state::EPSILON_DOT],
+                dy[GAMMA_DOT] + dy[EPSILON_DOT],
             ),
             _ => 0.0,
         };
-        self.quartic(
+        self.quantity(
             |side, t, y, dy, mode| (axis.voltage_v(mode, self.drive, t, y), rate(t, side, y, dy)),
-            |t, y| match self.drive {
-                Drive::Feedback(pid) if !self.is_voltage_limited() => demand_v(pid, t, y),
-                _ => axis.voltage_v(&self.modes.0, self.drive, t, y),
-            },
+            move |t, y| axis.voltage_v(&self.modes.0, self.drive, t, y),
         )
     }
 
     /// `x_ref − p·angle` over the span \[m\], the angle being γ for the
-    /// carriage or β = γ + ε for the motor. The command must be smooth
-    /// within the span.
-    pub(crate) fn following_error(&self, motion: &crate::Motion, of_motor: bool) -> Polynomial<5> {
+    /// carriage or β = γ + ε for the motor; `command` holds x_ref and v_ref at
+    /// both ends. The command must be smooth within the span.
+    pub(crate) fn following_error<'s>(
+        &'s self,
+        motion: &'s Motion,
+        command: &'s (MotionPoint, MotionPoint),
+        of_motor: bool,
+    ) -> Quantity<'s, impl Fn(f64, &Vector) -> f64> {
         let p = self.axis.pitch_m_per_rad();
-        let angle = |v: &Vector| v[GAMMA] + if of_motor { v[EPSILON] } else { 0.0 };
-        self.quartic(
-            |_, t, y, dy, _| {
-                let r = motion.at(t);
+        let angle = move |v: &Vector| v[GAMMA] + if of_motor { v[EPSILON] } else { 0.0 };
+        self.quantity(
+            move |side, _, y, dy, _| {
+                let r = match side {
+                    Side::After => &command.0,
+                    Side::Before => &command.1,
+                };
                 (
                     r.displacement_m - p * angle(y),
                     r.velocity_mps - p * angle(dy),
                 )
             },
-            |t, y| motion.at(t).displacement_m - p * angle(y),
+            move |t, y| motion.at(t).displacement_m - p * angle(y),
         )
     }
 
     /// Distance of the carriage from `target_m` over the span \[m\].
-    pub(crate) fn distance_to(&self, target_m: f64) -> Polynomial<5> {
+    pub(crate) fn distance_to(&self, target_m: f64) -> Quantity<'_, impl Fn(f64, &Vector) -> f64> {
         let p = self.axis.pitch_m_per_rad();
-        self.quartic(
-            |_, _, y, dy, _| (target_m - p * y[GAMMA], -p * dy[GAMMA]),
-            |_, y| target_m - p * y[GAMMA],
+        self.quantity(
+            move |_, _, y, dy, _| (target_m - p * y[GAMMA], -p * dy[GAMMA]),
+            move |_, y| target_m - p * y[GAMMA],
         )
     }
 

@@ -2,8 +2,8 @@
 
 use anyhow::anyhow;
 use firmware::SetpointError;
+use hil_runner::error::RunError;
 use hil_runner::quantise::QuantiseError;
-use hil_runner::run::RunError;
 use hil_runner::runfile::RunFile;
 
 /// The error as the user should read it.

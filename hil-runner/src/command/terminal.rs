@@ -113,6 +113,25 @@ pub(crate) fn figure_table(runs: &[CaseRun]) -> String {
     format!("{table}\n")
 }
 
+/// What the firmware's words make of the gains; equal ones once.
+pub(crate) fn word_lines(runs: &[CaseRun]) -> String {
+    let mut lines: Vec<String> = Vec::new();
+    for words in runs.iter().filter_map(|run| run.words) {
+        let gains = words.gains.iter().map(|gain| {
+            let (name, word) = (gain.name(), gain.word);
+            format!("{name} = {word} ({:+.1e})", gain.relative_error())
+        });
+        let line = format!(
+            "words (rounding): {}\n",
+            gains.collect::<Vec<_>>().join(", ")
+        );
+        if !lines.contains(&line) {
+            lines.push(line);
+        }
+    }
+    lines.concat()
+}
+
 /// Host step times, apart from everything that is reproducible.
 pub(crate) fn timing_lines(runs: &[CaseRun]) -> String {
     let mut lines = String::new();
@@ -122,8 +141,7 @@ pub(crate) fn timing_lines(runs: &[CaseRun]) -> String {
             continue;
         };
         lines += &format!(
-            "{}: controller step on this host {:.3} µs median, {:.3} p99, {:.3} max of Δt = {} µs \
-             (clock {:.3})\n",
+            "{}: host step {:.3} µs median, {:.3} p99, {:.3} max of {} µs (clock alone {:.3})\n",
             run.outcome.summary.name,
             timing.median_us,
             timing.p99_us,

@@ -5,7 +5,7 @@ use firmware::{CAPACITY, Controller, ControllerState, Dac, SetpointError, counts
 
 use super::Setpoint;
 use crate::case::Case;
-use crate::link::{Command, Measurement};
+use crate::message::{Command, Measurement};
 use crate::quantise::{QuantiseError, QuantisedGains, quantise, setpoint_table};
 use crate::time::seconds;
 

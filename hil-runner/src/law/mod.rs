@@ -6,7 +6,7 @@ mod quantised;
 mod sampled;
 
 use crate::case::{Case, Law};
-use crate::link::{Command, Measurement};
+use crate::message::{Command, Measurement};
 use crate::quantise::QuantiseError;
 use plant::{Encoder, Motion};
 

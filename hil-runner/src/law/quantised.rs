@@ -6,7 +6,7 @@ use plant::Dac;
 use super::Setpoint;
 use super::sampled::Pid;
 use crate::case::Case;
-use crate::link::{Command, Measurement};
+use crate::message::{Command, Measurement};
 
 /// The controller of rung `quantised`.
 #[derive(Debug, Clone, Copy, PartialEq)]

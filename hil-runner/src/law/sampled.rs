@@ -5,7 +5,7 @@ use plant::PidGains;
 
 use super::Setpoint;
 use crate::case::Case;
-use crate::link::{Command, Measurement};
+use crate::message::{Command, Measurement};
 
 /// The sum of the three terms and its memory, shared by the rungs in f64.
 #[derive(Debug, Clone, Copy, PartialEq)]

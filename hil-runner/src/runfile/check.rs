@@ -6,6 +6,7 @@ use std::path::Path;
 use super::check_value::check_value;
 use super::errors::{Findings, Place, Problem, one_line};
 use super::key_table::SECTIONS;
+use super::keys::path;
 use super::keys::{Key, Need, Section};
 use super::suggest;
 use super::tree::{Node, Table, Value};
@@ -63,15 +64,6 @@ fn fill_in(section: &Section, source_name: &str, values: &mut Values) {
         if let Some(entry) = default(key, source_name) {
             values.insert(section.name, key.name, entry);
         }
-    }
-}
-
-/// `motor.inertia_kg_m2`, or `name` at the top of the file.
-pub(super) fn path(section: &str, key: &str) -> String {
-    if section.is_empty() {
-        key.to_owned()
-    } else {
-        format!("{section}.{key}")
     }
 }
 

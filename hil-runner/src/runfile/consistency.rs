@@ -3,8 +3,8 @@
 use plant::Motion;
 
 use super::assemble::{encoder, law, motion, solver, transmission};
-use super::check::path;
 use super::errors::{Findings, Place, Problem};
+use super::keys::path;
 use super::keys::show_number;
 use super::values::Values;
 use crate::case::{Law, SolverChoice};

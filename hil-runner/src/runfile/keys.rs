@@ -262,3 +262,12 @@ pub(super) fn show_number(number: f64) -> String {
         format!("{number:e}")
     }
 }
+
+/// `motor.inertia_kg_m2`, or `name` at the top of the file.
+pub(super) fn path(section: &str, key: &str) -> String {
+    if section.is_empty() {
+        key.to_owned()
+    } else {
+        format!("{section}.{key}")
+    }
+}

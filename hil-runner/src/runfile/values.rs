@@ -1,9 +1,9 @@
 //! The checked values of a run file, each with its place for messages that
 //! concern several of them.
 
-use super::check::path;
 use super::errors::Place;
 use super::keys::DefaultValue;
+use super::keys::path;
 use super::tree::Node;
 
 /// A value of the type and in the range that its key asks for.

@@ -1,0 +1,53 @@
+//! Why a run could not be made or finished.
+
+use core::fmt;
+
+use plant::PlantError;
+
+use crate::link::LinkError;
+use crate::quantise::QuantiseError;
+
+/// Why a run could not be made or finished. Rows up to there were delivered.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum RunError {
+    /// The plant could not be advanced.
+    Plant(PlantError),
+    /// The controller did not answer.
+    Link(LinkError),
+    /// The gains or the motion do not fit the firmware.
+    Quantise(QuantiseError),
+    /// A solver that this version does not have.
+    Solver,
+    /// A sampled rung without a sample time.
+    NoSampleTime,
+    /// A row could not be written.
+    Row(csv::Error),
+    /// The controller's or the plant's thread ended abnormally.
+    Thread,
+}
+
+impl fmt::Display for RunError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Plant(error) => error.fmt(f),
+            Self::Link(error) => error.fmt(f),
+            Self::Quantise(error) => error.fmt(f),
+            Self::Solver => f.write_str(
+                "run.solver = \"exact\" is not available in this version; allowed are \
+                 \"auto\", \"dopri5\" and \"rk4\"",
+            ),
+            Self::NoSampleTime => f.write_str("a sampled law needs controller.sample_time_s"),
+            Self::Row(error) => write!(f, "the trace could not be written: {error}"),
+            Self::Thread => f.write_str("the controller's or the plant's thread ended abnormally"),
+        }
+    }
+}
+
+impl std::error::Error for RunError {}
+
+impl From<PlantError> for RunError {
+    fn from(error: PlantError) -> Self {
+        Self::Plant(error)
+    }
+}
