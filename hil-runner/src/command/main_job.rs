@@ -36,7 +36,7 @@ pub(crate) fn execute() -> anyhow::Result<bool> {
     terminal::print(
         &(terminal::figure_table(&runs)
             + &terminal::verdict_table(&runs)
-            + &terminal::word_lines(&runs)
+            + &terminal::word_tables(&runs)
             + &terminal::timing_lines(&runs)
             + &format!("plots and all figures: {REPORT}\n")),
     )?;

@@ -104,7 +104,7 @@ impl Run {
     fn show(&self, runs: &[CaseRun]) -> anyhow::Result<()> {
         let text = terminal::figure_table(runs)
             + &terminal::verdict_table(runs)
-            + &terminal::word_lines(runs)
+            + &terminal::word_tables(runs)
             + &terminal::timing_lines(runs);
         // Data on standard output stays alone there.
         let data_on_stdout = [&self.trace, &self.summary, &self.report]

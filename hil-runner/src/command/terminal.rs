@@ -114,22 +114,30 @@ pub(crate) fn figure_table(runs: &[CaseRun]) -> String {
 }
 
 /// What the firmware's words make of the gains; equal ones once.
-pub(crate) fn word_lines(runs: &[CaseRun]) -> String {
-    let mut lines: Vec<String> = Vec::new();
+pub(crate) fn word_tables(runs: &[CaseRun]) -> String {
+    let mut tables: Vec<String> = Vec::new();
     for words in runs.iter().filter_map(|run| run.words) {
-        let gains = words.gains.iter().map(|gain| {
-            let (name, word) = (gain.name(), gain.word);
-            format!("{name} = {word} ({:+.1e})", gain.relative_error())
-        });
-        let line = format!(
-            "words (rounding): {}\n",
-            gains.collect::<Vec<_>>().join(", ")
-        );
-        if !lines.contains(&line) {
-            lines.push(line);
+        let header = [
+            "gain per sample",
+            "codes/count",
+            "firmware word",
+            "rounding",
+        ];
+        let mut table = table(&header, 1);
+        for gain in words.gains {
+            table.add_row([
+                gain.name().to_owned(),
+                number::table(gain.wanted),
+                gain.word.to_string(),
+                format!("{:+.1e}", gain.relative_error()),
+            ]);
+        }
+        let table = format!("{table}\n");
+        if !tables.contains(&table) {
+            tables.push(table);
         }
     }
-    lines.concat()
+    tables.concat()
 }
 
 /// Host step times, apart from everything that is reproducible.

@@ -1,0 +1,91 @@
+//! What the sources themselves must not contain.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+use std::path::{Path, PathBuf};
+
+/// Every Rust file below a folder of the project.
+fn rust_files(folder: &str) -> Vec<PathBuf> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let mut folders = vec![root.join(folder)];
+    let mut files = Vec::new();
+    while let Some(folder) = folders.pop() {
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "rs") {
+                files.push(path);
+            }
+        }
+    }
+    assert!(!files.is_empty(), "{folder}");
+    files
+}
+
+/// The program text of a file, without comments and without its unit tests.
+fn program(text: &str) -> String {
+    let text = text.split("#[cfg(test)]").next().unwrap_or_default();
+    let lines = text
+        .lines()
+        .map(|line| line.split("//").next().unwrap_or_default());
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+/// The first of `words` that stands in the text as a whole word.
+fn finds<'a>(text: &str, words: &[&'a str]) -> Option<&'a str> {
+    let of_word = |c: char| c.is_alphanumeric() || c == '_';
+    words.iter().copied().find(|&word| {
+        text.match_indices(word).any(|(at, _)| {
+            let before = text[..at].chars().next_back();
+            let after = text[at + word.len()..].chars().next();
+            !before.is_some_and(of_word) && !after.is_some_and(of_word)
+        })
+    })
+}
+
+/// The firmware has no float, no unsafe code, no heap and no way to panic
+/// that is written out.
+#[test]
+fn firmware_is_integers_only() {
+    let words = [
+        "f32", "f64", "unsafe", "std", "alloc", "Box", "panic", "unwrap", "expect", "todo",
+    ];
+    let files = rust_files("firmware/src");
+    for file in &files {
+        let text = program(&std::fs::read_to_string(file).unwrap());
+        assert_eq!(finds(&text, &words), None, "{}", file.display());
+    }
+    let lib = files.iter().find(|file| file.ends_with("lib.rs")).unwrap();
+    assert!(std::fs::read_to_string(lib).unwrap().contains("#![no_std]"));
+}
+
+/// The plant and the control laws use nothing whose last bit depends on the
+/// machine: no fused multiply-add, no function of the platform's math
+/// library (square roots and floors are exact everywhere).
+#[test]
+fn results_do_not_depend_on_the_platform() {
+    let functions = [
+        "mul_add", "sin", "cos", "tan", "sin_cos", "exp", "exp2", "exp_m1", "ln", "ln_1p", "log",
+        "log2", "log10", "powf", "powi", "cbrt", "hypot", "atan", "atan2",
+    ];
+    // As a method; `libm::sin` is the crate's and the same everywhere.
+    let calls = functions.map(|function| format!(".{function}("));
+    for file in ["plant/src", "hil-runner/src/law"]
+        .into_iter()
+        .flat_map(rust_files)
+    {
+        let text = program(&std::fs::read_to_string(&file).unwrap());
+        let found = calls.iter().find(|call| text.contains(call.as_str()));
+        assert_eq!(found, None, "{}", file.display());
+    }
+}
+
+/// The contrast: the search finds what it looks for, and only whole words.
+#[test]
+fn the_search_finds_whole_words() {
+    assert_eq!(finds("let x: f64 = 1.0;", &["f64"]), Some("f64"));
+    assert_eq!(finds("let if64 = 1;", &["f64"]), None);
+    assert_eq!(finds(&program("// f64\nlet x = 1;"), &["f64"]), None);
+    assert_eq!(finds(&program("#[cfg(test)]\nf64"), &["f64"]), None);
+}
