@@ -65,6 +65,8 @@ pub enum MotionError {
     NoAcceleration,
     /// `t5` to `t7` are all zero: nothing stops the axis.
     NoDeceleration,
+    /// Interval and travel are finite, but the motion they make is not.
+    OutOfRange,
 }
 
 impl fmt::Display for MotionError {
@@ -84,6 +86,9 @@ impl fmt::Display for MotionError {
             Self::NoDeceleration => {
                 f.write_str("t5, t6 and t7 are all 0; the motion needs a deceleration")
             }
+            Self::OutOfRange => f.write_str(
+                "the intervals or the travel are too large or too small to compute with",
+            ),
         }
     }
 }

@@ -135,7 +135,8 @@ impl ElasticJoint {
         self.no_pull && self.damping_nms_per_rad > 0.0
     }
 
-    /// Energy stored in the contact, `½·k·(|ε| − b)²` outside the gap \[J\].
+    /// `U = ½·k·(|ε| − b)²` outside the gap, energy stored in the contact:
+    /// eq. 5 less the gap \[J\].
     pub fn stored_energy_j(&self, epsilon_rad: f64) -> f64 {
         let (k, _, b) = self.coefficients();
         let squeeze = (epsilon_rad.abs() - b).max(0.0);

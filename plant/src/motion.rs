@@ -72,22 +72,19 @@ impl Segment {
             Shape::Constant => (1.0, t, t * t / 2.0, t * t * t / 6.0),
             Shape::Rise => {
                 let w = FRAC_PI_2 / self.duration_s;
-                let (sin, cos) = (libm::sin(w * t), libm::cos(w * t));
-                // 1 − cos ωτ without cancellation.
-                let half = libm::sin(w * t / 2.0);
-                let versine = 2.0 * half * half;
+                let sin = libm::sin(w * t);
+                let versine = versine(w * t);
                 (
                     sin,
                     versine / w,
                     (t - sin / w) / w,
-                    (t * t / 2.0 - (1.0 - cos) / (w * w)) / w,
+                    (t * t / 2.0 - versine / (w * w)) / w,
                 )
             }
             Shape::Fall => {
                 let w = FRAC_PI_2 / self.duration_s;
                 let (sin, cos) = (libm::sin(w * t), libm::cos(w * t));
-                let half = libm::sin(w * t / 2.0);
-                let versine = 2.0 * half * half;
+                let versine = versine(w * t);
                 (cos, sin / w, versine / (w * w), (t - sin / w) / (w * w))
             }
         };
@@ -117,7 +114,8 @@ impl Motion {
     ///
     /// # Errors
     /// [`MotionError`] if an interval or the travel is not finite, an interval
-    /// is negative, or there is no acceleration or no deceleration.
+    /// is negative, there is no acceleration or no deceleration, or the
+    /// numbers are so extreme that the motion is not finite.
     ///
     /// ```
     /// let motion = plant::Motion::new(0.25, [0.25, 0.0, 0.25, 0.0, 0.25, 0.0, 0.25])?;
@@ -161,6 +159,12 @@ impl Motion {
             ..MotionPoint::default()
         };
         let end_s = end_of(&segments);
+        let finite = segments.iter().all(|s| s.amplitude_mps2.is_finite())
+            && end.displacement_integral_ms.is_finite()
+            && end_s.is_finite();
+        if !finite {
+            return Err(MotionError::OutOfRange);
+        }
         Ok(Self {
             travel_m,
             intervals_s,
@@ -228,7 +232,8 @@ impl Motion {
     }
 
     /// The left-hand limit of the commanded acceleration at `time_s` \[m/s²\]:
-    /// differs from [`Motion::at`] only where the command jumps.
+    /// differs from [`Motion::at`] only where the command jumps (but for
+    /// rounding).
     pub fn acceleration_before_mps2(&self, time_s: f64) -> f64 {
         for segment in self.segments.iter().rev() {
             if segment.duration_s > 0.0 && time_s > segment.start_s {
@@ -250,6 +255,12 @@ impl Motion {
             ..self.end
         }
     }
+}
+
+/// `1 − cos φ` without cancellation.
+fn versine(phi: f64) -> f64 {
+    let half = libm::sin(phi / 2.0);
+    2.0 * half * half
 }
 
 /// Strings the seven segments together and returns them with the end point.

@@ -7,26 +7,27 @@
 /// Permanent-magnet DC motor (paper, section 3, Fig. 5).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motor {
-    /// `J_m`, rotor inertia \[kg m²\], greater than 0.
+    /// `J_m`, rotor inertia, eq. 2 \[kg m²\], greater than 0.
     pub inertia_kg_m2: f64,
-    /// `k_m`, torque and back-e.m.f. constant \[N m/A = V s/rad\].
+    /// `k_m`, torque and back-e.m.f. constant, eq. 12 and 25
+    /// \[N m/A = V s/rad\].
     pub torque_constant_nm_per_a: f64,
-    /// `R`, armature resistance \[Ω\], greater than 0.
+    /// `R`, armature resistance, eq. 25 \[Ω\], greater than 0.
     pub resistance_ohm: f64,
-    /// `L`, armature inductance \[H\], greater than 0.
+    /// `L`, armature inductance, eq. 25 \[H\], greater than 0.
     pub inductance_h: f64,
 }
 
 /// Gear, joint and screw (paper, section 2, Fig. 2).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Transmission {
-    /// `z = β̇/α̇`, gear ratio \[1\]: gear output speed over motor speed.
+    /// `z = β̇/α̇`, gear ratio, eq. 3 \[1\]: gear output speed over motor speed.
     pub gear_ratio: f64,
     /// What couples the gear output to the screw.
     pub joint: Joint,
-    /// `J_v`, screw inertia \[kg m²\].
+    /// `J_v`, screw inertia, eq. 2 \[kg m²\].
     pub screw_inertia_kg_m2: f64,
-    /// `p`, carriage travel per screw angle \[m/rad\]: 5 mm per turn is 5e-3/2π.
+    /// `p = ẋ/γ̇`, screw pitch, eq. 3 \[m/rad\]: 5 mm per turn is 5e-3/2π.
     pub screw_pitch_m_per_rad: f64,
 }
 
@@ -56,7 +57,7 @@ pub struct ElasticJoint {
 /// Carriage on its guide.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Carriage {
-    /// `M`, carriage mass \[kg\].
+    /// `M`, carriage mass, eq. 2 \[kg\].
     pub mass_kg: f64,
     /// Resistance of the guide against motion.
     pub resistance: Resistance,

@@ -24,7 +24,7 @@ pub struct State {
     pub gamma_rad: f64,
     /// `γ̇`, screw speed \[rad/s\].
     pub gamma_dot_radps: f64,
-    /// `ε = β − γ`, relative rotation of the joint \[rad\].
+    /// `ε = β − γ`, relative rotation of the joint (eq. 8) \[rad\].
     pub epsilon_rad: f64,
     /// `ε̇` \[rad/s\].
     pub epsilon_dot_radps: f64,
