@@ -415,3 +415,18 @@ fn no_travel_is_a_rest_of_that_length() {
         assert_eq!(motion.peak_acceleration_until_mps2(2.0), 0.0);
     }
 }
+
+/// Intervals of 0.1 s add up to 0.30000000000000004 s: the row at 0.3 s is on
+/// the right of the jump all the same, and the row before it on the left.
+#[test]
+fn jumps_at_decimal_times_are_right_continuous() {
+    let motion = Motion::new(0.25, [0.0, 0.1, 0.0, 0.2, 0.0, 0.1, 0.0]).unwrap();
+    let peak = motion.peak_acceleration_until_mps2(1.0);
+    assert_eq!(motion.breaks_s()[4], 0.1 + 0.2);
+    assert_eq!(motion.at(0.3).acceleration_mps2, -peak);
+    assert_eq!(motion.acceleration_before_mps2(0.3), 0.0);
+    assert_eq!(motion.at(0.3 - 1e-12).acceleration_mps2, 0.0);
+    assert_eq!(motion.at(0.4).acceleration_mps2, 0.0);
+    assert_eq!(motion.acceleration_before_mps2(0.4), -peak);
+    assert_eq!(motion.at(0.4).displacement_m, 0.25);
+}

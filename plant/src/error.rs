@@ -13,7 +13,8 @@ pub enum PlantError {
         time_s: f64,
     },
     /// The adaptive step fell below what the clock resolves, or one interval
-    /// took more steps than [`crate::Plant`] allows.
+    /// took more steps than [`crate::Plant`] allows: the plant is too stiff,
+    /// or the state runs away in finite time.
     TooStiff {
         /// When \[s\].
         time_s: f64,
@@ -33,8 +34,9 @@ impl fmt::Display for PlantError {
             }
             Self::TooStiff { time_s } => write!(
                 f,
-                "the plant is too stiff for this solver at t = {time_s} s: look for a tiny \
-                 inductance or inertia, or a huge stiffness, damping or gain"
+                "the solver's step became too short at t = {time_s} s: either the state runs away \
+                 there (a resistance that drives the carriage), or something is too stiff for it \
+                 (a tiny inductance or inertia, a huge stiffness, damping or gain)"
             ),
             Self::TooManyEvents { time_s } => write!(
                 f,

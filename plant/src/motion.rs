@@ -220,12 +220,13 @@ impl Motion {
         if time_s < 0.0 {
             return MotionPoint::default();
         }
-        if time_s >= self.end_s {
+        let now_s = time_s + self.rounding_s();
+        if now_s >= self.end_s {
             return self.after_end(time_s);
         }
         for segment in self.segments.iter().rev() {
-            if segment.duration_s > 0.0 && time_s >= segment.start_s {
-                return segment.at(time_s - segment.start_s);
+            if segment.duration_s > 0.0 && now_s >= segment.start_s {
+                return segment.at((time_s - segment.start_s).max(0.0));
             }
         }
         MotionPoint::default()
@@ -236,9 +237,9 @@ impl Motion {
     /// rounding).
     pub fn acceleration_before_mps2(&self, time_s: f64) -> f64 {
         for segment in self.segments.iter().rev() {
-            if segment.duration_s > 0.0 && time_s > segment.start_s {
+            if segment.duration_s > 0.0 && time_s > segment.start_s + self.rounding_s() {
                 let tau_s = time_s - segment.start_s;
-                return if time_s <= self.end_s {
+                return if time_s <= self.end_s + self.rounding_s() {
                     segment.at(tau_s.min(segment.duration_s)).acceleration_mps2
                 } else {
                     0.0
@@ -246,6 +247,12 @@ impl Motion {
             }
         }
         0.0
+    }
+
+    /// What the sums of the intervals may be off by. Intervals of 0.1 s add up
+    /// to 0.30000000000000004 s; the row at 0.3 s belongs to the next one.
+    fn rounding_s(&self) -> f64 {
+        8.0 * f64::EPSILON * self.end_s
     }
 
     fn after_end(&self, time_s: f64) -> MotionPoint {
