@@ -6,7 +6,9 @@ use crate::error::RunError;
 use crate::figures::HOST_STEP_P99;
 use crate::law::Controller;
 use crate::quantise::QuantisedGains;
+use crate::report::number;
 use crate::run::{Outcome, RowSink, RunOptions, run};
+use crate::time::seconds;
 use crate::timing::HostTiming;
 
 /// A case with everything that came out of it.
@@ -49,7 +51,7 @@ impl CaseRun {
             .iter()
             .find(|limit| limit.figure == HOST_STEP_P99.key)
             .map(|limit| Verdict::new(limit, timing.map(|t| t.p99_us), default));
-        let warnings = warnings(&outcome);
+        let warnings = warnings(case, &outcome);
         Ok(Self {
             case: case.clone(),
             outcome,
@@ -72,8 +74,23 @@ impl CaseRun {
     }
 }
 
-fn warnings(outcome: &Outcome) -> Vec<String> {
+/// What the figures alone do not make plain.
+fn warnings(case: &Case, outcome: &Outcome) -> Vec<String> {
     let mut warnings = Vec::new();
+    let (end_s, motion_end_s) = (seconds(case.run.duration_ns), case.motion.end_s());
+    if end_s < motion_end_s {
+        warnings.push(format!(
+            "the run ends at {end_s} s, before the motion does ({motion_end_s} s): final, settling \
+             and peak figures are those of a part of the move"
+        ));
+    } else if outcome.summary.settling_time_s.is_none() {
+        warnings.push(format!(
+            "not settled: the carriage ends {} µm from its command, outside the band of ±{} µm \
+             (run.settling_band_um); no default limit looks at that",
+            number::table(outcome.summary.final_error_um),
+            number::table(case.run.settling_band_um)
+        ));
+    }
     if outcome.out_of_range_samples > 0 {
         warnings.push(format!(
             "the firmware worked outside its declared ranges in {} samples: the position error \

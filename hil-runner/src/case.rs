@@ -84,10 +84,8 @@ pub struct ControllerSettings {
 /// Which method solves the plant (`run.solver`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SolverChoice {
-    /// The best method that is exact for the plant at hand.
+    /// The best method there is for the plant at hand.
     Auto,
-    /// Matrix exponentials between events; affine plants only.
-    Exact,
     /// Adaptive Runge-Kutta 5(4) with located events.
     Dopri5,
     /// Fixed-step Runge-Kutta without event location: the paper's way.

@@ -17,8 +17,6 @@ pub enum RunError {
     Link(LinkError),
     /// The gains or the motion do not fit the firmware.
     Quantise(QuantiseError),
-    /// A solver that this version does not have.
-    Solver,
     /// A sampled rung without a sample time.
     NoSampleTime,
     /// A row could not be written.
@@ -33,10 +31,6 @@ impl fmt::Display for RunError {
             Self::Plant(error) => error.fmt(f),
             Self::Link(error) => error.fmt(f),
             Self::Quantise(error) => error.fmt(f),
-            Self::Solver => f.write_str(
-                "run.solver = \"exact\" is not available in this version; allowed are \
-                 \"auto\", \"dopri5\" and \"rk4\"",
-            ),
             Self::NoSampleTime => f.write_str("a sampled law needs controller.sample_time_s"),
             Self::Row(error) => write!(f, "the trace could not be written: {error}"),
             Self::Thread => f.write_str("the controller's or the plant's thread ended abnormally"),

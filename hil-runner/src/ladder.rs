@@ -4,7 +4,7 @@
 use crate::case::{Case, Law};
 use crate::error::RunError;
 use crate::record::GridPoint;
-use crate::run::{Outcome, RunOptions, run};
+use crate::run::{Outcome, RowSink, RunOptions, run};
 
 /// Interval of the rows that all rungs have in common \[ns\].
 pub const GRID_NS: u64 = 1_000_000;
@@ -42,18 +42,22 @@ impl Law {
 }
 
 /// Runs the cases of a ladder, one for each rung from the bottom up; they
-/// differ in their law alone.
+/// differ in their law alone. The rows of all of them go to `sink`.
 ///
 /// # Errors
 /// The number of the case that could not be run, and why.
-pub fn climb(cases: &[Case], options: RunOptions) -> Result<Vec<Rung>, (usize, RunError)> {
+pub fn climb(
+    cases: &[Case],
+    options: RunOptions,
+    sink: &mut RowSink<'_>,
+) -> Result<Vec<Rung>, (usize, RunError)> {
     let options = RunOptions {
         grid_ns: Some(GRID_NS),
         ..options
     };
     let mut rungs: Vec<Rung> = Vec::with_capacity(cases.len());
     for (number, case) in cases.iter().enumerate() {
-        let outcome = run(case, options, &mut |_| Ok(())).map_err(|error| (number, error))?;
+        let outcome = run(case, options, sink).map_err(|error| (number, error))?;
         let difference = rungs
             .last()
             .map(|below| difference(&outcome.grid, &below.outcome.grid));

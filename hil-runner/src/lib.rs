@@ -19,6 +19,7 @@ pub mod law;
 pub mod link;
 pub mod message;
 pub mod output;
+mod parameters;
 pub mod quantise;
 pub mod record;
 pub mod report;

@@ -127,7 +127,15 @@ fn beside(path: &Path) -> io::Result<NamedTempFile> {
         use std::os::unix::fs::PermissionsExt;
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
-    builder.tempfile_in(folder)
+    builder.tempfile_in(folder).map_err(|error| {
+        // Without the name of the temporary file, which means nothing to a
+        // reader.
+        let why = match error.kind() {
+            io::ErrorKind::NotFound => "its folder does not exist".to_owned(),
+            kind => kind.to_string(),
+        };
+        io::Error::new(error.kind(), why)
+    })
 }
 
 /// The path with links followed, so that a rename replaces what the link
@@ -159,7 +167,7 @@ mod tests {
         let missing = folder.path().join("no/such/trace.csv");
         let error = OutputFile::create(&missing).unwrap_err().to_string();
         assert!(
-            error.contains("no/such/trace.csv cannot be written"),
+            error.ends_with("no/such/trace.csv cannot be written: its folder does not exist"),
             "{error}"
         );
         let error = OutputFile::create(folder.path()).unwrap_err().to_string();

@@ -6,11 +6,11 @@ use crate::bench::CaseRun;
 use crate::case::{Case, Law};
 use crate::figures;
 use crate::ladder::{GRID_NS, Rung};
-use crate::quantise::QuantisedGains;
+use crate::parameters;
 use crate::record::PlotPoint;
 use crate::report::{
-    CaseReport, ContactInterval, FigureRow, HostTiming, LadderReport, LadderRung, Parameter,
-    Report, Traces, VerdictRow,
+    CaseReport, ContactInterval, FigureRow, HostTiming, LadderReport, LadderRung, Report, Traces,
+    VerdictRow,
 };
 
 use crate::time::seconds;
@@ -43,9 +43,9 @@ fn case_report(run: &CaseRun) -> CaseReport {
         name: summary.name.clone(),
         law: summary.law.to_owned(),
         solver: summary.solver.to_owned(),
-        parameters: parameters(case)
+        parameters: parameters::of(case)
             .into_iter()
-            .chain(run.words.iter().flat_map(words))
+            .chain(run.words.iter().flat_map(parameters::of_words))
             .collect(),
         verdicts: run
             .verdicts()
@@ -67,6 +67,12 @@ fn case_report(run: &CaseRun) -> CaseReport {
                 unit: figure.unit.to_owned(),
                 value: summary.figure(figure.key),
             })
+            .chain(run.timing_verdict.iter().map(|verdict| FigureRow {
+                key: figures::HOST_STEP_P99.key.to_owned(),
+                label: figures::HOST_STEP_P99.label.to_owned(),
+                unit: figures::HOST_STEP_P99.unit.to_owned(),
+                value: verdict.value,
+            }))
             .collect(),
         host_timing: run.timing.map(|timing| HostTiming {
             steps: u64::try_from(timing.steps).unwrap_or(u64::MAX),
@@ -78,71 +84,6 @@ fn case_report(run: &CaseRun) -> CaseReport {
         warnings: run.warnings.clone(),
         traces: traces(case, &outcome.plot, &outcome.contact_changes),
     }
-}
-
-/// The settings worth seeing beside the result.
-fn parameters(case: &Case) -> Vec<Parameter> {
-    let parameter = |label: &str, value: f64, unit: &str| Parameter {
-        label: label.to_owned(),
-        value: crate::report::number::table(value),
-        unit: unit.to_owned(),
-    };
-    let mut parameters = vec![
-        parameter("Travel h", 1e3 * case.motion.travel_m(), "mm"),
-        parameter("Motion time", case.motion.end_s(), "s"),
-        parameter("Gain Kp", case.controller.gains.kp, "codes/count"),
-        parameter("Gain Ki", case.controller.gains.ki_per_s, "codes/(count·s)"),
-        parameter("Gain Kd", case.controller.gains.kd_s, "codes·s/count"),
-        parameter("Encoder K_enc", case.encoder.counts_per_rad, "counts/rad"),
-        parameter("DAC step K_dac", 1e3 * case.dac.step_v, "mV"),
-        parameter("Amplifier limit", case.amplifier.voltage_limit_v, "V"),
-    ];
-    if let (Some(period_ns), false) = (
-        case.controller.sample_time_ns,
-        case.controller.law == Law::Continuous,
-    ) {
-        let delay_s = seconds(case.controller.computation_delay_ns);
-        parameters.push(parameter("Sample time Δt", 1e3 * seconds(period_ns), "ms"));
-        parameters.push(parameter("Computation delay", 1e3 * delay_s, "ms"));
-    }
-    if case.controller.law >= Law::Quantised {
-        parameters.push(parameter("DAC bits", f64::from(case.dac.bits), ""));
-    }
-    if let Joint::Elastic(joint) = case.axis.transmission.joint {
-        let b_deg = joint.backlash_half_rad.to_degrees();
-        parameters.push(parameter("Half backlash b", b_deg, "°"));
-        parameters.push(parameter(
-            "Joint stiffness k",
-            joint.stiffness_nm_per_rad,
-            "N·m/rad",
-        ));
-        parameters.push(parameter(
-            "Joint damping c",
-            joint.damping_nms_per_rad,
-            "N·m·s/rad",
-        ));
-    }
-    parameters.push(parameter(
-        "Carriage mass M",
-        case.axis.carriage.mass_kg,
-        "kg",
-    ));
-    parameters
-}
-
-/// The gains in the firmware's words, with what rounding costs.
-fn words(words: &QuantisedGains) -> Vec<Parameter> {
-    let gains = words.gains.iter().map(|gain| Parameter {
-        label: format!("Word of {}", gain.name()),
-        value: format!("{} ({:+.1e})", gain.word, gain.relative_error()),
-        unit: "codes/count (rounding)".to_owned(),
-    });
-    let limit = Parameter {
-        label: "Declared range of |e|".to_owned(),
-        value: words.pid.error_limit().to_string(),
-        unit: "counts".to_owned(),
-    };
-    gains.chain([limit]).collect()
 }
 
 fn traces(case: &Case, points: &[PlotPoint], changes: &[ContactChange]) -> Traces {

@@ -62,7 +62,7 @@ pub type RowSink<'a> = dyn FnMut(&Row) -> Result<(), csv::Error> + Send + 'a;
 /// [`RunError`] if the case cannot be started or a state leaves the finite
 /// numbers; the rows up to there have been delivered.
 pub fn run(case: &Case, options: RunOptions, sink: &mut RowSink<'_>) -> Result<Outcome, RunError> {
-    let (solver, solver_name) = solver(case)?;
+    let (solver, solver_name) = solver(case);
     let mut bench = Bench {
         case,
         plant: Plant::new(&case.axis, solver),
@@ -91,13 +91,12 @@ pub fn run(case: &Case, options: RunOptions, sink: &mut RowSink<'_>) -> Result<O
 }
 
 /// The solver that a case gets, and its name in the summary.
-fn solver(case: &Case) -> Result<(Solver, &'static str), RunError> {
+fn solver(case: &Case) -> (Solver, &'static str) {
     let tolerance = case.run.tolerance;
     let step_ns = case.run.rk4_step_ns;
     match case.run.solver {
-        SolverChoice::Auto | SolverChoice::Dopri5 => Ok((Solver::Dopri5 { tolerance }, "dopri5")),
-        SolverChoice::Rk4 => Ok((Solver::Rk4 { step_ns }, "rk4")),
-        SolverChoice::Exact => Err(RunError::Solver),
+        SolverChoice::Auto | SolverChoice::Dopri5 => (Solver::Dopri5 { tolerance }, "dopri5"),
+        SolverChoice::Rk4 => (Solver::Rk4 { step_ns }, "rk4"),
     }
 }
 

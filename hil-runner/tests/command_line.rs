@@ -205,8 +205,6 @@ fn unfit_gains_and_tables_name_their_key() {
         text.contains("49951 setpoints") && text.contains("16384"),
         "{text}"
     );
-    let text = refused("run.solver=exact");
-    assert!(text.contains("run.solver"), "{text}");
 }
 
 #[test]

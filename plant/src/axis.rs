@@ -34,21 +34,38 @@ pub(crate) struct Axis {
     /// `p·a0`, the torque that dry friction can hold at the screw \[N m\].
     pub(crate) holding_torque_nm: f64,
     pub(crate) joint: Option<ElasticJoint>,
+    /// How far below b a loaded flank must fall before it has come away \[rad\].
+    ///
+    /// A torque that dies away (the axis cruises, or rests on dry friction)
+    /// leaves ε at b to within rounding and the solver's error, and neither may
+    /// make contacts: without a margin such runs reported hundreds of changes,
+    /// or never ended. A real separation is shifted by this angle over its
+    /// speed, far below what is asked of the time of an event.
+    pub(crate) parting_noise_rad: f64,
 }
 
+/// Share of the tolerance that the error of ε reaches at rest, and units in
+/// the last place of b for its rounding; some 5 times what was seen.
+const NOISE_PER_TOLERANCE: f64 = 0.01;
+const NOISE_PER_BACKLASH: f64 = 16.0 * f64::EPSILON;
+
 impl Axis {
-    pub(crate) fn new(parameters: &AxisParameters) -> Self {
+    /// `tolerance` is the error of ε that the solver allows itself \[rad\].
+    pub(crate) fn new(parameters: &AxisParameters, tolerance: f64) -> Self {
         let (t, c) = (&parameters.transmission, &parameters.carriage);
         let (z, p) = (t.gear_ratio, t.screw_pitch_m_per_rad);
+        let joint = match t.joint {
+            Joint::Rigid => None,
+            Joint::Elastic(joint) => Some(joint),
+        };
         Self {
             parameters: *parameters,
             gear_inertia: parameters.motor.inertia_kg_m2 / (z * z),
             screw_inertia: t.screw_inertia_kg_m2 + c.mass_kg * p * p,
             holding_torque_nm: p * c.resistance.constant_n,
-            joint: match t.joint {
-                Joint::Rigid => None,
-                Joint::Elastic(joint) => Some(joint),
-            },
+            joint,
+            parting_noise_rad: NOISE_PER_TOLERANCE * tolerance
+                + NOISE_PER_BACKLASH * joint.map_or(0.0, |joint| joint.backlash_half_rad),
         }
     }
 

@@ -18,14 +18,6 @@ pub(crate) struct Instant<'a> {
     pub(crate) dy: &'a Vector,
 }
 
-/// How far below b a loaded flank must fall before it has come away, as a
-/// share of b: 16 units in the last place. A torque that dies away (the axis
-/// runs freely at constant speed) leaves ε at b to within rounding, and
-/// rounding alone must not make contacts: without this margin such a run
-/// reported 770 changes instead of 1. The time of a real separation moves by
-/// less than 1e-13 s.
-const PARTING_NOISE: f64 = 16.0 * f64::EPSILON;
-
 impl Axis {
     /// A guard's value and its rate at one instant.
     pub(crate) fn guard(
@@ -70,9 +62,13 @@ impl Axis {
         match (guard, self.joint) {
             (Guard::Meet(flank), Some(joint)) => negated(gap(flank, joint.backlash_half_rad)),
             (Guard::Part(flank), Some(joint)) => {
-                gap(flank, joint.backlash_half_rad * (1.0 - PARTING_NOISE))
+                gap(flank, joint.backlash_half_rad - self.parting_noise_rad)
             }
-            (Guard::Release(flank), Some(joint)) => torque(joint, flank),
+            (Guard::Release(flank), Some(joint)) => {
+                let (value, rate) = torque(joint, flank);
+                let noise_nm = joint.stiffness_nm_per_rad * self.parting_noise_rad;
+                (value + noise_nm, rate)
+            }
             (Guard::Reload(flank), Some(joint)) => negated(torque(joint, flank)),
             (Guard::Stop(direction), _) => {
                 let s = direction.sign();
@@ -92,8 +88,8 @@ impl Axis {
         }
     }
 
-    /// The mode after `guard` has reached zero. Puts the state exactly onto
-    /// the surface, so that the next mode starts there.
+    /// The mode after `guard` has reached zero. Where the next mode starts on
+    /// the same surface, the state is put exactly onto it.
     pub(crate) fn switch(&self, guard: Guard, mode: &Mode, y: &mut Vector) -> Mode {
         let mut next = *mode;
         let b = self.joint.map_or(0.0, |joint| joint.backlash_half_rad);
@@ -102,10 +98,9 @@ impl Axis {
                 y[EPSILON] = flank.sign() * b;
                 next.joint = JointMode::Loaded(flank);
             }
-            Guard::Part(flank) => {
-                y[EPSILON] = flank.sign() * b;
-                next.joint = JointMode::Open;
-            }
+            // Not moved back by the parting noise: the torque of that last
+            // stretch is nothing, the angle would add up.
+            Guard::Part(_) => next.joint = JointMode::Open,
             Guard::Release(flank) => next.joint = JointMode::Released(flank),
             Guard::Reload(flank) => next.joint = JointMode::Loaded(flank),
             Guard::Stop(direction) => {

@@ -15,8 +15,8 @@ use crate::state::{State, Vector};
 pub enum Solver {
     /// Adaptive Dormand-Prince 5(4), events located.
     Dopri5 {
-        /// Local error per step: absolute for states below 1 (rad, rad/s,
-        /// A), relative for larger ones.
+        /// Local error per step: absolute for states below 100 (rad, rad/s,
+        /// A), relative to a hundredth of larger ones.
         tolerance: f64,
     },
     /// Fixed-step Runge-Kutta of order 4 that locates nothing.
@@ -67,7 +67,11 @@ impl Plant {
     /// # Ok::<(), plant::PlantError>(())
     /// ```
     pub fn new(parameters: &AxisParameters, solver: Solver) -> Self {
-        let axis = Axis::new(parameters);
+        let tolerance = match solver {
+            Solver::Dopri5 { tolerance } => tolerance,
+            Solver::Rk4 { .. } => 0.0,
+        };
+        let axis = Axis::new(parameters, tolerance);
         Self {
             axis,
             solver,

@@ -47,11 +47,6 @@ impl Resistance {
         self.opposes_motion && (a0 != 0.0 || a2 != 0.0)
     }
 
-    /// Whether the force is an affine function of the speed in every mode.
-    pub fn is_affine(&self) -> bool {
-        self.quadratic_ns2_per_rad2 == 0.0
-    }
-
     /// The mode of an axis at rest.
     pub(crate) fn mode_at_rest(&self) -> GuideMode {
         if self.has_stiction() {

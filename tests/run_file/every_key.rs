@@ -90,7 +90,7 @@ pub(crate) fn samples(key: &Key) -> (String, String) {
         Kind::Text => pair("\"one\"", "\"two\""),
         Kind::Flag => pair("true", "false"),
         Kind::Choice(choices) => {
-            // "continuous" needs no sample time, and "exact" no a2.
+            // "continuous" needs no sample time.
             let first = if key.name == "law" {
                 choices[1]
             } else {

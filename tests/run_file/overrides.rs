@@ -127,7 +127,7 @@ fn wrong_overrides_have_their_sentences() {
         ),
         (
             "drive.dac_range_v=20",
-            ": drive.dac_range_v = 20 is not allowed: drive.dac_lsb_v = 0.00488 (line 19) says the same; give one of the two; --set does not replace its partner, take that out of the file",
+            ": drive.dac_range_v = 20 is not allowed: drive.dac_lsb_v = 0.00488 (line 19) sets the same quantity; give one of the two; --set does not replace its partner: take that out of the file, or set the whole section at once as in --set 'encoder={lines=1000}'",
         ),
         (
             "controller.computation_delay_s=1",

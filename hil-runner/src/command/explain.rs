@@ -23,7 +23,6 @@ pub(super) fn explain(file: &RunFile, error: RunError) -> anyhow::Error {
         RunError::Quantise(QuantiseError::Setpoints(SetpointError::TooLong { .. })) => {
             anyhow!(refuse("controller.sample_time_s", &error.to_string()))
         }
-        RunError::Solver => anyhow!(refuse("run.solver", &error.to_string())),
         error => anyhow!("{}: {error}", file.case.name),
     }
 }

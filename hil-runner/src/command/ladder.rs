@@ -13,6 +13,7 @@ use hil_runner::runfile::RunFile;
 use hil_runner::{report, report_data};
 
 use super::explain::explain;
+use super::progress::Progress;
 use super::terminal;
 
 const REPORT: &str = "out/ladder.html";
@@ -21,7 +22,8 @@ const REPORT: &str = "out/ladder.html";
 ///
 /// Each rung adds one effect to the one below it, so the difference of two
 /// neighbours is what that effect costs: sampling, encoder and DAC steps,
-/// word lengths. Differences are taken on common 1 ms rows.
+/// word lengths. Differences are taken on common 1 ms rows. A ladder judges
+/// nothing: budgets are for `run`.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  \
                   hil-runner ladder paper-1\n  \
@@ -45,7 +47,16 @@ impl Ladder {
         }
         let mut page = OutputFile::create(&self.report)?;
         let cases: Vec<Case> = files.iter().map(|file| file.case.clone()).collect();
-        let rungs = climb(&cases, RunOptions::default()).map_err(|(number, error)| {
+        let mut progress = files.first().map(|file| Progress::of(&file.case));
+        let mut sink = |row: &_| {
+            if let Some(progress) = &mut progress {
+                progress.row(row);
+            }
+            Ok(())
+        };
+        let rungs = climb(&cases, RunOptions::default(), &mut sink);
+        drop(progress);
+        let rungs = rungs.map_err(|(number, error)| {
             let Some(file) = files.get(number) else {
                 return anyhow!("{error}");
             };
@@ -62,11 +73,15 @@ impl Ladder {
 
     /// The case with each law, checked as if the run file had asked for it.
     fn load_rungs(&self) -> anyhow::Result<Vec<RunFile>> {
+        // What is wrong on any rung is said without naming one.
+        super::run::load(std::slice::from_ref(&self.case), &self.sets)?;
         let mut files = Vec::with_capacity(Law::ALL.len());
         for law in Law::ALL {
             let mut sets = self.sets.clone();
             sets.push(format!("controller.law={}", law.name()));
-            files.extend(super::run::load(std::slice::from_ref(&self.case), &sets)?);
+            let rung = super::run::load(std::slice::from_ref(&self.case), &sets)
+                .with_context(|| format!("rung {}", law.name()))?;
+            files.extend(rung);
         }
         Ok(files)
     }

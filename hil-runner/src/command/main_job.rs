@@ -10,6 +10,7 @@ use hil_runner::run::RunOptions;
 use hil_runner::{report, report_data};
 
 use super::explain::explain;
+use super::progress::Progress;
 use super::terminal;
 
 const CASES: [&str; 4] = ["paper-1", "paper-2", "paper-3", "paper-4"];
@@ -25,8 +26,12 @@ pub(crate) fn execute() -> anyhow::Result<bool> {
     };
     let mut runs = Vec::with_capacity(CASES.len());
     for file in super::run::load(&CASES.map(str::to_owned), &[])? {
-        eprintln!("running {} …", file.case.name);
-        let run = CaseRun::new(&file.case, options, &mut |_| Ok(()));
+        let mut progress = Progress::of(&file.case);
+        let run = CaseRun::new(&file.case, options, &mut |row| {
+            progress.row(row);
+            Ok(())
+        });
+        drop(progress);
         runs.push(run.map_err(|error| explain(&file, error))?);
     }
     let title = "The paper's four simulations";

@@ -4,6 +4,7 @@ mod explain;
 mod init;
 mod ladder;
 mod main_job;
+mod progress;
 mod run;
 mod schema;
 mod terminal;

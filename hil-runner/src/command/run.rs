@@ -13,6 +13,7 @@ use hil_runner::trace::TraceWriter;
 use hil_runner::{report, report_data};
 
 use super::explain::explain;
+use super::progress::Progress;
 use super::terminal;
 
 /// Run one or more cases and check their budgets
@@ -73,8 +74,13 @@ impl Run {
         };
         let mut runs = Vec::with_capacity(files.len());
         for file in &files {
-            let mut sink = |row: &_| trace.as_mut().map_or(Ok(()), |trace| trace.row(row));
+            let mut progress = Progress::of(&file.case);
+            let mut sink = |row: &_| {
+                progress.row(row);
+                trace.as_mut().map_or(Ok(()), |trace| trace.row(row))
+            };
             let run = CaseRun::new(&file.case, options, &mut sink);
+            drop(progress);
             // What was traced before an error is kept all the same.
             if let Some(trace) = trace.take() {
                 trace.finish()?.commit()?;

@@ -48,12 +48,20 @@ fn table(header: &[&str], names: usize) -> Table {
     table
 }
 
+/// The table without the padding at the ends of its lines.
+fn text(table: &Table) -> String {
+    table.trim_fmt() + "\n"
+}
+
 fn shown(value: Option<f64>) -> String {
     value.map_or_else(|| number::MISSING.to_owned(), number::table)
 }
 
 /// Every verdict of every run.
 pub(crate) fn verdict_table(runs: &[CaseRun]) -> String {
+    if runs.iter().all(|run| run.verdicts().next().is_none()) {
+        return "no limits in the budget, no verdicts\n".to_owned();
+    }
     let header = [
         "case", "figure", "value", "limit", "margin", "unit", "verdict",
     ];
@@ -76,7 +84,7 @@ pub(crate) fn verdict_table(runs: &[CaseRun]) -> String {
             ]);
         }
     }
-    format!("{table}\n")
+    text(&table)
 }
 
 /// The figures that a reader looks for first, a line a run.
@@ -110,13 +118,14 @@ pub(crate) fn figure_table(runs: &[CaseRun]) -> String {
             figure("max_abs_dac_code"),
         ]);
     }
-    format!("{table}\n")
+    text(&table)
 }
 
-/// What the firmware's words make of the gains; equal ones once.
+/// What the firmware's words make of the gains, once for cases that agree.
 pub(crate) fn word_tables(runs: &[CaseRun]) -> String {
-    let mut tables: Vec<String> = Vec::new();
-    for words in runs.iter().filter_map(|run| run.words) {
+    let mut tables: Vec<(String, String)> = Vec::new();
+    for run in runs {
+        let Some(words) = run.words else { continue };
         let header = [
             "gain per sample",
             "codes/count",
@@ -132,12 +141,17 @@ pub(crate) fn word_tables(runs: &[CaseRun]) -> String {
                 format!("{:+.1e}", gain.relative_error()),
             ]);
         }
-        let table = format!("{table}\n");
-        if !tables.contains(&table) {
-            tables.push(table);
+        let table = text(&table);
+        let name = &run.outcome.summary.name;
+        match tables.iter_mut().find(|(_, known)| *known == table) {
+            Some((names, _)) => *names += &format!(", {name}"),
+            None => tables.push((format!("words of {name}"), table)),
         }
     }
-    tables.concat()
+    let titled = tables
+        .iter()
+        .map(|(names, table)| format!("{names}\n{table}"));
+    titled.collect()
 }
 
 /// Host step times, apart from everything that is reproducible.
@@ -187,5 +201,5 @@ pub(crate) fn ladder_table(rungs: &[Rung]) -> String {
             shown(rung.difference.map(|d| d.rms_position_um)),
         ]);
     }
-    format!("{table}\n")
+    text(&table)
 }

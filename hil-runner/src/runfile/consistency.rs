@@ -36,7 +36,6 @@ pub(super) fn check(values: &Values, findings: &mut Findings) {
         Some(Err(error)) => consistency.refuse("motion", "intervals_s", error.to_string()),
         None => {}
     }
-    consistency.solver();
     consistency.length();
 }
 
@@ -69,12 +68,13 @@ impl Consistency<'_> {
         };
         let advice = match (first, last) {
             (Place::Line(_), Place::Set(_)) => {
-                "; --set does not replace its partner, take that out of the file"
+                "; --set does not replace its partner: take that out of the file, or set the whole \
+                 section at once as in --set 'encoder={lines=1000}'"
             }
             _ => "",
         };
         let quoted = self.values.quote(section, partner);
-        let because = format!("{quoted} says the same; give one of the two{advice}");
+        let because = format!("{quoted} sets the same quantity; give one of the two{advice}");
         self.refuse(section, key, because);
     }
 
@@ -148,18 +148,6 @@ impl Consistency<'_> {
             let (counts, most) = (show_number(counts), show_number(MOST_COUNTS));
             let because = format!("it makes {counts} encoder counts; at most {most} are allowed");
             self.refuse("motion", "travel_mm", because);
-        }
-    }
-
-    fn solver(&mut self) {
-        let v = self.values;
-        let quadratic = v.number("carriage", "resistance_quadratic_ns2_per_rad2");
-        if solver(v) == Some(SolverChoice::Exact) && quadratic.is_some_and(|a2| a2 != 0.0) {
-            let quoted = v.quote("carriage", "resistance_quadratic_ns2_per_rad2");
-            let because = format!(
-                "it solves plants without quadratic resistance, and {quoted}; take \"auto\", \"dopri5\" or \"rk4\""
-            );
-            self.refuse("run", "solver", because);
         }
     }
 

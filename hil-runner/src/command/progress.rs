@@ -1,0 +1,50 @@
+//! Progress of a long run on the terminal; silent where stderr is none.
+
+use hil_runner::case::Case;
+use hil_runner::time::seconds;
+use hil_runner::trace::Row;
+use indicatif::{ProgressBar, ProgressStyle};
+
+/// Rows between two looks at the bar: a look costs more than a sample.
+const ROWS_A_LOOK: u32 = 256;
+
+/// Follows a run by its rows; gone when dropped.
+#[derive(Debug)]
+pub(super) struct Progress {
+    bar: ProgressBar,
+    rows: u32,
+}
+
+impl Progress {
+    pub(super) fn of(case: &Case) -> Self {
+        let microseconds = case.run.duration_ns / 1000;
+        let bar = ProgressBar::new(microseconds).with_prefix(case.name.clone());
+        let template = "{prefix}: {bar:30} t = {msg} s, {eta} left";
+        // A template that does not parse would leave the plain bar.
+        if let Ok(style) = ProgressStyle::with_template(template) {
+            bar.set_style(style);
+        }
+        Self { bar, rows: 0 }
+    }
+
+    /// A row was computed.
+    pub(super) fn row(&mut self, row: &Row) {
+        self.rows += 1;
+        if self.rows.is_multiple_of(ROWS_A_LOOK) {
+            let share = row.t_s / seconds(1000);
+            #[expect(
+                clippy::cast_possible_truncation,
+                clippy::cast_sign_loss,
+                reason = "a time of the run in whole microseconds"
+            )]
+            self.bar.set_position(share as u64);
+            self.bar.set_message(format!("{:.3}", row.t_s));
+        }
+    }
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}
