@@ -2,32 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
-use plant::{
-    AxisParameters, Carriage, Drive, ElasticJoint, Joint, Motor, Plant, Resistance, Solver, Span,
-    State, Transmission, Watch,
-};
-
-/// The paper's axis with half a gap of `b_rad`.
-fn axis(joint: Joint) -> AxisParameters {
-    AxisParameters {
-        motor: Motor {
-            inertia_kg_m2: 2e-4,
-            torque_constant_nm_per_a: 0.25,
-            resistance_ohm: 1.5,
-            inductance_h: 0.0065,
-        },
-        transmission: Transmission {
-            gear_ratio: 2.0,
-            joint,
-            screw_inertia_kg_m2: 8.5e-4,
-            screw_pitch_m_per_rad: 5e-3 / (2.0 * std::f64::consts::PI),
-        },
-        carriage: Carriage {
-            mass_kg: 50.0,
-            resistance: Resistance::default(),
-        },
-    }
-}
+use bench_tests::paper_axis;
+use plant::{Drive, ElasticJoint, Joint, Plant, Resistance, Solver, Span, State, Watch};
 
 fn elastic(stiffness_nm_per_rad: f64, backlash_half_rad: f64) -> Joint {
     Joint::Elastic(ElasticJoint {
@@ -52,7 +28,7 @@ impl Watch for Steps {
 /// State after 60 ms: 20 V for 30 ms, then −20 V, so that the gap is crossed
 /// on the way there and back; and the number of steps that it took.
 fn there_and_back(joint: Joint, solver: Solver) -> (State, u32) {
-    let mut plant = Plant::new(&axis(joint), solver);
+    let mut plant = Plant::new(&paper_axis(joint, Resistance::default()), solver);
     let mut steps = Steps::default();
     for (voltage_v, until_ns) in [(20.0, 30_000_000), (-20.0, 60_000_000)] {
         plant

@@ -2,35 +2,13 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
-use plant::{
-    AxisParameters, Carriage, Drive, ElasticJoint, Joint, Motor, Plant, Resistance, Solver, State,
-    Transmission,
-};
+use bench_tests::paper_axis;
+use plant::{AxisParameters, Drive, ElasticJoint, Joint, Plant, Resistance, Solver, State};
 use proptest::prelude::*;
-
-/// Inductance of the test motor \[H\].
-const INDUCTANCE_H: f64 = 0.0065;
 
 /// The paper's axis with another joint and resistance.
 fn axis(joint: ElasticJoint, resistance: Resistance) -> AxisParameters {
-    AxisParameters {
-        motor: Motor {
-            inertia_kg_m2: 2e-4,
-            torque_constant_nm_per_a: 0.25,
-            resistance_ohm: 1.5,
-            inductance_h: INDUCTANCE_H,
-        },
-        transmission: Transmission {
-            gear_ratio: 2.0,
-            joint: Joint::Elastic(joint),
-            screw_inertia_kg_m2: 8.5e-4,
-            screw_pitch_m_per_rad: 5e-3 / (2.0 * std::f64::consts::PI),
-        },
-        carriage: Carriage {
-            mass_kg: 50.0,
-            resistance,
-        },
-    }
+    paper_axis(Joint::Elastic(joint), resistance)
 }
 
 fn joint(k: f64, c: f64, b: f64, no_pull: bool) -> ElasticJoint {
@@ -44,23 +22,23 @@ fn joint(k: f64, c: f64, b: f64, no_pull: bool) -> ElasticJoint {
 
 /// Mechanical energy and the energy in the armature's field \[J\]. With the
 /// terminals shorted nothing feeds it.
-fn energy_j(plant: &Plant) -> f64 {
+fn energy_j(axis: &AxisParameters, plant: &Plant) -> f64 {
     let current_a = plant.state().current_a;
-    plant.mechanical_energy_j() + 0.5 * INDUCTANCE_H * current_a * current_a
+    plant.mechanical_energy_j() + 0.5 * axis.motor.inductance_h * current_a * current_a
 }
 
 /// Largest gain of energy between two of 200 instants 100 µs apart, relative
 /// to the energy at the start.
 fn largest_gain(axis: &AxisParameters, solver: Solver, state: &State) -> f64 {
     let mut plant = Plant::with_state(axis, solver, state);
-    let start_j = energy_j(&plant);
+    let start_j = energy_j(axis, &plant);
     let (mut before_j, mut gain) = (start_j, 0.0_f64);
     for i in 1..=200 {
         plant
             .advance(&Drive::Held(0.0), i * 100_000, &mut ())
             .unwrap();
-        gain = gain.max((energy_j(&plant) - before_j) / start_j);
-        before_j = energy_j(&plant);
+        gain = gain.max((energy_j(axis, &plant) - before_j) / start_j);
+        before_j = energy_j(axis, &plant);
     }
     gain
 }
@@ -114,9 +92,9 @@ proptest! {
         // A motor that neither drives nor brakes.
         axis.motor.torque_constant_nm_per_a = 1e-12;
         let mut plant = Plant::with_state(&axis, DOPRI5, &state);
-        let start_j = energy_j(&plant);
+        let start_j = energy_j(&axis, &plant);
         plant.advance(&Drive::Held(0.0), 20_000_000, &mut ()).unwrap();
-        prop_assert!((energy_j(&plant) / start_j - 1.0).abs() < 1e-8);
+        prop_assert!((energy_j(&axis, &plant) / start_j - 1.0).abs() < 1e-8);
     }
 }
 

@@ -6,6 +6,7 @@ use hil_runner::case::Case;
 use hil_runner::run::{LinkKind, Outcome, RunOptions, run};
 use hil_runner::runfile;
 use hil_runner::trace::Row;
+use plant::{AxisParameters, Carriage, Joint, Motor, Resistance, Transmission};
 
 /// Folder with the reference runs.
 pub fn reference_folder() -> PathBuf {
@@ -43,5 +44,27 @@ pub fn rows(case: &Case, link: LinkKind) -> (Vec<Row>, Outcome) {
     match result {
         Ok(outcome) => (rows, outcome),
         Err(error) => panic!("{}: {error}", case.name),
+    }
+}
+
+/// The paper's axis (Table 1) with another joint and resistance.
+pub fn paper_axis(joint: Joint, resistance: Resistance) -> AxisParameters {
+    AxisParameters {
+        motor: Motor {
+            inertia_kg_m2: 2e-4,
+            torque_constant_nm_per_a: 0.25,
+            resistance_ohm: 1.5,
+            inductance_h: 0.0065,
+        },
+        transmission: Transmission {
+            gear_ratio: 2.0,
+            joint,
+            screw_inertia_kg_m2: 8.5e-4,
+            screw_pitch_m_per_rad: 5e-3 / (2.0 * std::f64::consts::PI),
+        },
+        carriage: Carriage {
+            mass_kg: 50.0,
+            resistance,
+        },
     }
 }
