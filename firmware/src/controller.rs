@@ -84,16 +84,6 @@ impl<const N: usize> Controller<N> {
     pub const fn pid(&self) -> &Pid {
         &self.pid
     }
-
-    /// The converter's range.
-    pub const fn dac(&self) -> Dac {
-        self.dac
-    }
-
-    /// The setpoints.
-    pub const fn setpoints(&self) -> &SetpointTable<N> {
-        &self.setpoints
-    }
 }
 
 /// Memory of a [`Controller`]. The default is the state before sample 0.

@@ -19,8 +19,8 @@ pub enum RunError {
     Quantise(QuantiseError),
     /// A sampled rung without a sample time.
     NoSampleTime,
-    /// A row could not be written.
-    Row(csv::Error),
+    /// A row was not taken: it could not be written, or the user ended the run.
+    Row(std::io::Error),
     /// The controller's or the plant's thread ended abnormally.
     Thread,
 }
@@ -32,7 +32,7 @@ impl fmt::Display for RunError {
             Self::Link(error) => error.fmt(f),
             Self::Quantise(error) => error.fmt(f),
             Self::NoSampleTime => f.write_str("a sampled law needs controller.sample_time_s"),
-            Self::Row(error) => write!(f, "the trace could not be written: {error}"),
+            Self::Row(error) => error.fmt(f),
             Self::Thread => f.write_str("the controller's or the plant's thread ended abnormally"),
         }
     }

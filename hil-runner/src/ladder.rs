@@ -75,7 +75,7 @@ fn difference(upper: &[GridPoint], lower: &[GridPoint]) -> Difference {
         let squares = upper
             .iter()
             .zip(lower)
-            .map(|(u, l)| (of(u) - of(l)).powi(2));
+            .map(|(u, l)| (of(u) - of(l)) * (of(u) - of(l)));
         let rows = u32::try_from(upper.len().max(1)).unwrap_or(u32::MAX);
         (squares.sum::<f64>() / f64::from(rows)).sqrt()
     };

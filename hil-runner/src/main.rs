@@ -13,7 +13,7 @@ fn main() -> ExitCode {
         Ok(all_pass) if all_pass => ExitCode::SUCCESS,
         Ok(_) => ExitCode::from(1),
         Err(error) => {
-            eprintln!("{error:#}");
+            command::tell(&format!("{error:#}\n"));
             ExitCode::from(2)
         }
     }

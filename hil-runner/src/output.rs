@@ -30,19 +30,11 @@ impl OutputFile {
     /// # Errors
     /// If the path cannot be written: the sentence names it.
     pub fn create(path: &Path) -> io::Result<Self> {
-        let sink = sink(path).map_err(|error| {
-            let path = path.display();
-            io::Error::new(error.kind(), format!("{path} cannot be written: {error}"))
-        })?;
+        let sink = sink(path).map_err(|error| named(path, &error))?;
         Ok(Self {
             sink: BufWriter::new(sink),
             path: path.to_owned(),
         })
-    }
-
-    /// Where the file will be.
-    pub fn path(&self) -> &Path {
-        &self.path
     }
 
     /// Makes what was written so far appear at the path.
@@ -53,7 +45,7 @@ impl OutputFile {
         let path = self.path;
         let commit = |sink: BufWriter<Sink>| -> io::Result<()> {
             match sink.into_inner().map_err(|error| error.into_error())? {
-                Sink::Stdout(mut stdout) => stdout.flush(),
+                Sink::Stdout(mut stdout) => hung_up_is_fine(stdout.flush(), ()),
                 Sink::Direct(mut file) => file.flush(),
                 Sink::Renamed(file) => {
                     file.persist(resolved(&path)).map_err(|error| error.error)?;
@@ -61,29 +53,68 @@ impl OutputFile {
                 }
             }
         };
-        commit(self.sink).map_err(|error| {
-            io::Error::new(
-                error.kind(),
-                format!("{} cannot be written: {error}", path.display()),
-            )
-        })
+        commit(self.sink).map_err(|error| named(&path, &error))
+    }
+}
+
+/// The error with the path that it is about.
+fn named(path: &Path, error: &io::Error) -> io::Error {
+    let path = path.display();
+    io::Error::new(error.kind(), format!("{path} cannot be written: {error}"))
+}
+
+/// Whether two paths lead to the same file, be it there yet or not. A device
+/// or pipe is no file: nothing is lost if two outputs go there.
+pub fn same_file(one: &Path, other: &Path) -> bool {
+    let place = |path: &Path| -> Option<PathBuf> {
+        if path == Path::new("-") {
+            return Some(path.to_owned());
+        }
+        match fs::metadata(path) {
+            Ok(meta) if !meta.is_file() => None,
+            Ok(_) => fs::canonicalize(path).ok(),
+            Err(_) => Some(
+                fs::canonicalize(folder_of(path))
+                    .ok()?
+                    .join(path.file_name()?),
+            ),
+        }
+    };
+    place(one).is_some_and(|one| place(other) == Some(one))
+}
+
+/// The folder that a path lies in.
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
     }
 }
 
 impl Write for OutputFile {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.sink.write(bytes)
+        self.sink
+            .write(bytes)
+            .map_err(|error| named(&self.path, &error))
     }
 
     fn flush(&mut self) -> io::Result<()> {
-        self.sink.flush()
+        self.sink.flush().map_err(|error| named(&self.path, &error))
+    }
+}
+
+/// A reader of standard output that hangs up has what it wanted.
+fn hung_up_is_fine<T>(result: io::Result<T>, otherwise: T) -> io::Result<T> {
+    match result {
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(otherwise),
+        result => result,
     }
 }
 
 impl Write for Sink {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
         match self {
-            Self::Stdout(stdout) => stdout.write(bytes),
+            Self::Stdout(stdout) => hung_up_is_fine(stdout.write(bytes), bytes.len()),
             Self::Direct(file) => file.write(bytes),
             Self::Renamed(file) => file.write(bytes),
         }
@@ -91,7 +122,7 @@ impl Write for Sink {
 
     fn flush(&mut self) -> io::Result<()> {
         match self {
-            Self::Stdout(stdout) => stdout.flush(),
+            Self::Stdout(stdout) => hung_up_is_fine(stdout.flush(), ()),
             Self::Direct(file) => file.flush(),
             Self::Renamed(file) => file.flush(),
         }
@@ -113,21 +144,20 @@ fn sink(path: &Path) -> io::Result<Sink> {
     }
 }
 
-/// A new file in the folder of `path`, with the permissions that any new
-/// file would have.
+/// A new file beside `path`, named after it, with the permissions of the file
+/// that it will replace, or those that any new file would have.
 fn beside(path: &Path) -> io::Result<NamedTempFile> {
-    let folder = match path.parent() {
-        Some(folder) if folder != Path::new("") => folder,
-        _ => Path::new("."),
-    };
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".hil-runner-");
+    let name = path.file_name().unwrap_or_default();
+    let mut prefix = name.to_owned();
+    prefix.push(".");
+    builder.prefix(&prefix).suffix(".part");
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
-    builder.tempfile_in(folder).map_err(|error| {
+    let file = builder.tempfile_in(folder_of(path)).map_err(|error| {
         // Without the name of the temporary file, which means nothing to a
         // reader.
         let why = match error.kind() {
@@ -135,7 +165,11 @@ fn beside(path: &Path) -> io::Result<NamedTempFile> {
             kind => kind.to_string(),
         };
         io::Error::new(error.kind(), why)
-    })
+    })?;
+    if let Ok(meta) = fs::metadata(path) {
+        file.as_file().set_permissions(meta.permissions())?;
+    }
+    Ok(file)
 }
 
 /// The path with links followed, so that a rename replaces what the link

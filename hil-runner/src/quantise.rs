@@ -297,7 +297,7 @@ mod tests {
         let error = quantise(&PAPER, 1_000_000, 300_000_000).unwrap_err();
         assert_eq!(
             error.to_string(),
-            "motion.travel_mm makes 300000000 encoder counts; the firmware takes at most 268435456"
+            "the travel makes 300000000 encoder counts; the firmware takes at most 268435456"
         );
     }
 

@@ -30,7 +30,8 @@ pub struct RunOptions {
     pub link: LinkKind,
     /// Whether the points for the report's curves are kept.
     pub plot: bool,
-    /// Whether what the controller was fed is kept, for the timing pass.
+    /// Whether what the controller was fed in the first 100,000 samples is
+    /// kept, for the timing pass.
     pub inputs: bool,
     /// Interval of a common grid on which the carriage is kept \[ns\].
     pub grid_ns: Option<u64>,
@@ -53,8 +54,12 @@ pub struct Outcome {
     pub out_of_range_samples: u64,
 }
 
+/// Inputs that a run keeps at most: enough for percentiles of the step time,
+/// and no more memory for a longer run.
+const MOST_INPUTS: usize = 100_000;
+
 /// Where the rows of a run go, one call a row.
-pub type RowSink<'a> = dyn FnMut(&Row) -> Result<(), csv::Error> + Send + 'a;
+pub type RowSink<'a> = dyn FnMut(&Row) -> std::io::Result<()> + Send + 'a;
 
 /// Runs a case and delivers its rows to `sink`.
 ///
@@ -183,7 +188,9 @@ impl Bench<'_, '_> {
             };
             // 2. Compute.
             let command = link.exchange(measurement).map_err(RunError::Link)?;
-            if let Some(inputs) = &mut self.inputs {
+            if let Some(inputs) = &mut self.inputs
+                && inputs.len() < MOST_INPUTS
+            {
                 inputs.push(measurement);
             }
             self.out_of_range_samples += u64::from(command.out_of_range);

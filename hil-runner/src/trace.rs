@@ -61,20 +61,22 @@ impl<W: Write> TraceWriter<W> {
     ///
     /// # Errors
     /// Whatever the sink reports.
-    pub fn row(&mut self, row: &Row) -> Result<(), csv::Error> {
+    pub fn row(&mut self, row: &Row) -> std::io::Result<()> {
         if !self.header_written {
             let controller: &[&str] = match row.sample {
                 Some(_) => &["error_counts", "dac_code"],
                 None => &[],
             };
-            self.csv.write_record(
-                [
-                    &["t_s", "x_ref_m", "acc_ref_mps2"],
-                    controller,
-                    &PLANT_COLUMNS,
-                ]
-                .concat(),
-            )?;
+            self.csv
+                .write_record(
+                    [
+                        &["t_s", "x_ref_m", "acc_ref_mps2"],
+                        controller,
+                        &PLANT_COLUMNS,
+                    ]
+                    .concat(),
+                )
+                .map_err(io_error)?;
             self.header_written = true;
         }
         let controller: &[f64] = match &row.sample {
@@ -93,9 +95,9 @@ impl<W: Write> TraceWriter<W> {
         ];
         let command = [row.t_s, row.x_ref_m, row.acc_ref_mps2];
         for value in command.iter().chain(controller).chain(&plant) {
-            self.csv.write_field(shortest(*value))?;
+            self.csv.write_field(shortest(*value)).map_err(io_error)?;
         }
-        self.csv.write_record(None::<&[u8]>)
+        self.csv.write_record(None::<&[u8]>).map_err(io_error)
     }
 
     /// Writes out what is still buffered and returns the sink.
@@ -104,6 +106,14 @@ impl<W: Write> TraceWriter<W> {
     /// Whatever the sink reports.
     pub fn finish(self) -> std::io::Result<W> {
         self.csv.into_inner().map_err(|error| error.into_error())
+    }
+}
+
+/// What the sink said; a row of equal length each time leaves nothing else.
+fn io_error(error: csv::Error) -> std::io::Error {
+    match error.into_kind() {
+        csv::ErrorKind::Io(error) => error,
+        other => std::io::Error::other(format!("{other:?}")),
     }
 }
 

@@ -75,6 +75,12 @@ fn tables_fit_a_hundred_columns() {
     let folder = folder();
     for args in [
         &["run", "paper-1", "paper-2-12bit"][..],
+        &[
+            "run",
+            "paper-2-12bit",
+            "--set",
+            "name=a-name-that-is-longer-than-any-table",
+        ],
         &["ladder", "paper-2"],
     ] {
         let output = hil_runner(folder.path(), args);
@@ -222,6 +228,74 @@ fn unwritable_path_is_found_before_the_run() {
     assert_eq!(status(&output), 2);
     assert!(stderr(&output).contains("no/such/s.json cannot be written"));
     assert!(files(folder.path()).is_empty());
+}
+
+/// A run file and another output are never replaced, however the path is
+/// spelled; a device may serve twice.
+#[test]
+fn outputs_replace_neither_a_run_file_nor_each_other() {
+    let folder = folder();
+    let init = hil_runner(folder.path(), &["init", "paper-1"]);
+    let mine = folder.path().join("mine.toml");
+    std::fs::write(&mine, &init.stdout).unwrap();
+    for args in [
+        &["run", "mine.toml", "--trace", "./mine.toml"][..],
+        &["run", "paper-1", "mine.toml", "--report", "mine.toml"],
+        &["ladder", "mine.toml", "--report", "./mine.toml"],
+    ] {
+        let output = hil_runner(folder.path(), args);
+        assert_eq!(status(&output), 2, "{args:?}");
+        assert!(stderr(&output).contains("is a run file of this command"));
+        assert_eq!(std::fs::read(&mine).unwrap(), init.stdout);
+    }
+    let args = ["run", "paper-1", "--trace", "x", "--summary", "./x"];
+    let output = hil_runner(folder.path(), &args);
+    assert_eq!(status(&output), 2);
+    assert!(stderr(&output).contains("is given for two outputs"));
+}
+
+/// An interrupt ends the run, keeps the trace so far and leaves no file behind.
+#[cfg(unix)]
+#[test]
+fn an_interrupt_keeps_the_trace_so_far() {
+    let folder = folder();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_hil-runner"))
+        .args(["run", "paper-1", "--set", "run.duration_s=90000"])
+        .args(["--trace", "t.csv", "--summary", "s.json"])
+        .current_dir(folder.path())
+        .spawn()
+        .unwrap();
+    // Until it is under way: the first block of rows has been written.
+    let long = |folder: &Path| {
+        let entries = std::fs::read_dir(folder).unwrap().flatten();
+        entries.map(|entry| entry.metadata().unwrap().len()).max() > Some(10_000)
+    };
+    while !long(folder.path()) {
+        std::thread::sleep(std::time::Duration::from_millis(10));
+    }
+    let id = child.id().to_string();
+    let killed = Command::new("kill").args(["-INT", &id]).status().unwrap();
+    assert!(killed.success());
+    assert_eq!(child.wait().unwrap().code(), Some(2));
+    assert_eq!(files(folder.path()), ["t.csv"]);
+    let trace = std::fs::read_to_string(folder.path().join("t.csv")).unwrap();
+    assert!(trace.lines().count() > 10 && trace.ends_with('\n'));
+}
+
+#[cfg(unix)]
+#[test]
+fn a_reader_that_hangs_up_is_no_error() {
+    let folder = folder();
+    let program = env!("CARGO_BIN_EXE_hil-runner");
+    for command in ["run paper-1 --trace -", "run paper-1 2>/dev/full"] {
+        let line = format!("{program} {command} | head -1; exit ${{PIPESTATUS[0]}}");
+        let output = Command::new("bash")
+            .args(["-c", &line])
+            .current_dir(folder.path())
+            .output()
+            .unwrap();
+        assert_eq!(status(&output), 0, "{command}: {}", stderr(&output));
+    }
 }
 
 #[test]

@@ -42,17 +42,18 @@ pub(crate) struct Ladder {
 impl Ladder {
     pub(crate) fn execute(&self) -> anyhow::Result<bool> {
         let files = self.load_rungs()?;
-        if self.report == Path::new(REPORT) {
+        super::run::refuse_shared_paths(std::slice::from_ref(&self.case), &[&self.report])?;
+        // The folder that this program makes by itself.
+        if self.report.parent() == Path::new(REPORT).parent() {
             std::fs::create_dir_all("out").context("the folder out cannot be made")?;
         }
         let mut page = OutputFile::create(&self.report)?;
         let cases: Vec<Case> = files.iter().map(|file| file.case.clone()).collect();
         let mut progress = files.first().map(|file| Progress::of(&file.case));
         let mut sink = |row: &_| {
-            if let Some(progress) = &mut progress {
-                progress.row(row);
-            }
-            Ok(())
+            progress
+                .as_mut()
+                .map_or(Ok(()), |progress| progress.row(row))
         };
         let rungs = climb(&cases, RunOptions::default(), &mut sink);
         drop(progress);
@@ -66,8 +67,12 @@ impl Ladder {
         let data = report_data::ladder_report(&self.command_line(), &rungs);
         page.write_all(report::render(&data)?.as_bytes())?;
         page.commit()?;
-        terminal::print(&terminal::ladder_table(&rungs))?;
-        eprintln!("plots: {}", self.report.display());
+        if self.report.as_os_str() == "-" {
+            terminal::tell(&terminal::ladder_table(&rungs));
+        } else {
+            terminal::print(&terminal::ladder_table(&rungs))?;
+            terminal::tell(&format!("plots: {}\n", self.report.display()));
+        }
         Ok(true)
     }
 

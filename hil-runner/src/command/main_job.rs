@@ -27,10 +27,7 @@ pub(crate) fn execute() -> anyhow::Result<bool> {
     let mut runs = Vec::with_capacity(CASES.len());
     for file in super::run::load(&CASES.map(str::to_owned), &[])? {
         let mut progress = Progress::of(&file.case);
-        let run = CaseRun::new(&file.case, options, &mut |row| {
-            progress.row(row);
-            Ok(())
-        });
+        let run = CaseRun::new(&file.case, options, &mut |row| progress.row(row));
         drop(progress);
         runs.push(run.map_err(|error| explain(&file, error))?);
     }

@@ -2,6 +2,7 @@
 
 mod explain;
 mod init;
+mod interrupt;
 mod ladder;
 mod main_job;
 mod progress;
@@ -11,6 +12,8 @@ mod terminal;
 
 use clap::{Parser, Subcommand};
 use hil_runner::bench::CaseRun;
+
+pub(crate) use terminal::tell;
 
 /// Position-controlled servo axis on the bench: the controller firmware runs
 /// in lockstep with motor, gear, joint with backlash, screw and carriage.
@@ -61,7 +64,10 @@ impl CommandLine {
 fn warn(runs: &[CaseRun]) {
     for run in runs {
         for warning in &run.warnings {
-            eprintln!("{}: warning: {warning}", run.outcome.summary.name);
+            tell(&format!(
+                "{}: warning: {warning}\n",
+                run.outcome.summary.name
+            ));
         }
     }
 }

@@ -1,9 +1,13 @@
 //! Progress of a long run on the terminal; silent where stderr is none.
 
+use std::io;
+
 use hil_runner::case::Case;
 use hil_runner::time::seconds;
 use hil_runner::trace::Row;
 use indicatif::{ProgressBar, ProgressStyle};
+
+use super::interrupt;
 
 /// Rows between two looks at the bar: a look costs more than a sample.
 const ROWS_A_LOOK: u32 = 256;
@@ -17,6 +21,7 @@ pub(super) struct Progress {
 
 impl Progress {
     pub(super) fn of(case: &Case) -> Self {
+        interrupt::watch();
         let microseconds = case.run.duration_ns / 1000;
         let bar = ProgressBar::new(microseconds).with_prefix(case.name.clone());
         let template = "{prefix}: {bar:30} t = {msg} s, {eta} left";
@@ -28,7 +33,10 @@ impl Progress {
     }
 
     /// A row was computed.
-    pub(super) fn row(&mut self, row: &Row) {
+    ///
+    /// # Errors
+    /// If the user has interrupted the run.
+    pub(super) fn row(&mut self, row: &Row) -> io::Result<()> {
         self.rows += 1;
         if self.rows.is_multiple_of(ROWS_A_LOOK) {
             let share = row.t_s / seconds(1000);
@@ -40,6 +48,7 @@ impl Progress {
             self.bar.set_position(share as u64);
             self.bar.set_message(format!("{:.3}", row.t_s));
         }
+        interrupt::check()
     }
 }
 

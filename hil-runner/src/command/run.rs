@@ -1,16 +1,16 @@
 //! `hil-runner run`: one or more cases with their outputs.
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use hil_runner::bench::CaseRun;
-use hil_runner::output::OutputFile;
+use hil_runner::output::{OutputFile, same_file};
 use hil_runner::run::{LinkKind, RunOptions};
 use hil_runner::runfile::RunFile;
 use hil_runner::trace::TraceWriter;
-use hil_runner::{report, report_data};
+use hil_runner::{report, report_data, runfile};
 
 use super::explain::explain;
 use super::progress::Progress;
@@ -58,7 +58,7 @@ impl Run {
         if self.cases.len() > 1 && (self.trace.is_some() || self.summary.is_some()) {
             bail!("--trace and --summary take one case; give several cases with --report");
         }
-        self.refuse_shared_paths()?;
+        refuse_shared_paths(&self.cases, &self.outputs().collect::<Vec<_>>())?;
         let files = load(&self.cases, &self.sets)?;
         // Every path is opened before the first run.
         let mut trace = open(self.trace.as_ref())?.map(TraceWriter::new);
@@ -76,7 +76,7 @@ impl Run {
         for file in &files {
             let mut progress = Progress::of(&file.case);
             let mut sink = |row: &_| {
-                progress.row(row);
+                progress.row(row)?;
                 trace.as_mut().map_or(Ok(()), |trace| trace.row(row))
             };
             let run = CaseRun::new(&file.case, options, &mut sink);
@@ -113,12 +113,9 @@ impl Run {
             + &terminal::word_tables(runs)
             + &terminal::timing_lines(runs);
         // Data on standard output stays alone there.
-        let data_on_stdout = [&self.trace, &self.summary, &self.report]
-            .into_iter()
-            .flatten()
-            .any(|path| path.as_os_str() == "-");
+        let data_on_stdout = self.outputs().any(|path| path.as_os_str() == "-");
         if data_on_stdout {
-            eprint!("{text}");
+            terminal::tell(&text);
         } else {
             terminal::print(&text)?;
         }
@@ -126,22 +123,10 @@ impl Run {
         Ok(())
     }
 
-    fn refuse_shared_paths(&self) -> anyhow::Result<()> {
-        let paths = [&self.trace, &self.summary, &self.report];
-        for (i, path) in paths.iter().enumerate() {
-            if let Some(path) = path
-                && paths
-                    .iter()
-                    .skip(i + 1)
-                    .any(|other| other.as_ref() == Some(path))
-            {
-                bail!(
-                    "{} is given for two outputs; each needs its own",
-                    path.display()
-                );
-            }
-        }
-        Ok(())
+    fn outputs(&self) -> impl Iterator<Item = &PathBuf> {
+        [&self.trace, &self.summary, &self.report]
+            .into_iter()
+            .flatten()
     }
 
     fn command_line(&self) -> String {
@@ -152,6 +137,27 @@ impl Run {
             sets.collect::<String>()
         )
     }
+}
+
+/// An output must not replace a run file that is read, nor another output.
+pub(super) fn refuse_shared_paths(cases: &[String], outputs: &[&PathBuf]) -> anyhow::Result<()> {
+    for (i, output) in outputs.iter().enumerate() {
+        let path = output.display();
+        if outputs
+            .iter()
+            .skip(i + 1)
+            .any(|other| same_file(output, other))
+        {
+            bail!("{path} is given for two outputs; each needs its own");
+        }
+        let is_read = |case: &&String| {
+            runfile::builtin_text(case).is_none() && same_file(Path::new(case), output)
+        };
+        if cases.iter().any(|case| is_read(&case)) {
+            bail!("{path} is a run file of this command; an output would replace it");
+        }
+    }
+    Ok(())
 }
 
 /// Reads the run files; all that is wrong with any of them in one message.

@@ -31,6 +31,22 @@ pub(crate) fn print(text: &str) -> std::io::Result<()> {
     }
 }
 
+/// Writes a message to standard error; nobody there to read it is no error.
+pub(crate) fn tell(text: &str) {
+    let mut stderr = std::io::stderr().lock();
+    // There is nowhere left to complain.
+    let _ = stderr.write_all(text.as_bytes());
+}
+
+/// A name that leaves room for the other columns.
+fn short(name: &str) -> String {
+    const LONGEST: usize = 20;
+    if name.chars().count() <= LONGEST {
+        return name.to_owned();
+    }
+    name.chars().take(LONGEST - 1).chain(['…']).collect()
+}
+
 /// The first `names` columns left, the others right.
 fn table(header: &[&str], names: usize) -> Table {
     let mut table = Table::new();
@@ -70,7 +86,7 @@ pub(crate) fn verdict_table(runs: &[CaseRun]) -> String {
         for verdict in run.verdicts() {
             let limit = number::table(verdict.limit);
             table.add_row([
-                run.outcome.summary.name.clone(),
+                short(&run.outcome.summary.name),
                 verdict.figure.clone(),
                 shown(verdict.value),
                 if verdict.default {
@@ -106,7 +122,7 @@ pub(crate) fn figure_table(runs: &[CaseRun]) -> String {
         let summary = &run.outcome.summary;
         let figure = |key: &str| shown(summary.figure(key));
         table.add_row([
-            summary.name.clone(),
+            short(&summary.name),
             summary.law.to_owned(),
             summary.solver.to_owned(),
             figure("peak_abs_acc_mps2"),

@@ -76,7 +76,7 @@ fn last_tick(case: &Case, period_ns: u64) -> u64 {
 /// A whole number of counts as an integer.
 #[expect(
     clippy::cast_possible_truncation,
-    reason = "whole by construction; `as` saturates beyond 2^63, which no run file allows"
+    reason = "whole by construction; beyond 2^63, far past any travel, `as` saturates"
 )]
 fn whole(counts: f64) -> i64 {
     counts as i64

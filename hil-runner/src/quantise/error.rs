@@ -68,7 +68,7 @@ impl fmt::Display for QuantiseError {
         match self {
             Self::Travel(counts) => write!(
                 f,
-                "motion.travel_mm makes {counts} encoder counts; the firmware takes at most {}",
+                "the travel makes {counts} encoder counts; the firmware takes at most {}",
                 MAX_ERROR / 2
             ),
             Self::Gains(unfit) => {

@@ -78,22 +78,18 @@ fn resistance(v: &Values) -> Option<Resistance> {
 
 fn dac(v: &Values) -> Option<Dac> {
     let bits = v.whole("drive", "dac_bits")?;
-    let step_v = match v.number("drive", "dac_lsb_v") {
-        Some(step_v) => step_v,
-        // K_dac = ΔV/2^n (eq. 24)
-        None => v.number("drive", "dac_range_v")? / f64::from(1_u32 << bits),
-    };
-    Some(Dac { bits, step_v })
+    Some(match v.number("drive", "dac_lsb_v") {
+        Some(step_v) => Dac { bits, step_v },
+        None => Dac::with_range(bits, v.number("drive", "dac_range_v")?),
+    })
 }
 
 /// The encoder.
 pub(super) fn encoder(v: &Values) -> Option<Encoder> {
-    let counts_per_rad = match v.number("encoder", "counts_per_rad") {
-        Some(counts_per_rad) => counts_per_rad,
-        // K_enc = 4N/2π (eq. 21)
-        None => 4.0 * f64::from(v.whole("encoder", "lines")?) / TAU,
-    };
-    Some(Encoder { counts_per_rad })
+    Some(match v.number("encoder", "counts_per_rad") {
+        Some(counts_per_rad) => Encoder { counts_per_rad },
+        None => Encoder::with_lines(f64::from(v.whole("encoder", "lines")?)),
+    })
 }
 
 fn controller(v: &Values) -> Option<ControllerSettings> {

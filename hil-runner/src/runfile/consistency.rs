@@ -124,7 +124,7 @@ impl Consistency<'_> {
         let setpoints = samples.ceil().max(0.0) + 1.0;
         let capacity = firmware::setpoint::CAPACITY;
         if law(v) == Some(Law::Firmware) && setpoints > capacity as f64 {
-            let (end, setpoints) = (show_number(motion.end_s()), show_number(setpoints));
+            let end = show_number(motion.end_s());
             let because = format!(
                 "the motion of {end} s would make {setpoints} setpoints; the firmware's table holds {capacity}"
             );
