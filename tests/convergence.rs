@@ -68,7 +68,7 @@ fn dopri5_order(joint: Joint) -> f64 {
         (distance(&state, &truth(joint)), f64::from(steps))
     };
     // Looser, steps are few and their ends chance; tighter, rounding shows.
-    let ((loose, few), (tight, many)) = (work(1e-7), work(1e-10));
+    let ((loose, few), (tight, many)) = (work(1e-6), work(1e-9));
     (loose / tight).ln() / (many / few).ln()
 }
 

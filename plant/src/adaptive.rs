@@ -259,11 +259,19 @@ impl Interval {
     }
 }
 
+/// What a step may add to a state's error, as shares of the tolerance: of 1
+/// rad, rad/s or A, and of the state itself. A run of a second takes tens of
+/// thousands of steps, and a joint that rattles multiplies the error of each:
+/// over 240 random cases against a program in extended precision the largest
+/// error of β was 9.5e-8 rad with shares of 1 and 0.01, and 1.2e-8 with these.
+const ABSOLUTE_SHARE: f64 = 0.1;
+const RELATIVE_SHARE: f64 = 0.001;
+
 /// Largest error of a component relative to what the tolerance allows it.
 fn error_norm(step: &Step, tolerance: f64) -> f64 {
     let mut norm = 0.0_f64;
     for (error, y) in step.error.iter().zip(step.y1.iter()) {
-        let allowed = tolerance * (1.0 + 0.01 * y.abs());
+        let allowed = tolerance * (ABSOLUTE_SHARE + RELATIVE_SHARE * y.abs());
         let share = error.abs() / allowed;
         // `max` would hide a NaN.
         norm = if share > norm || share.is_nan() {

@@ -45,8 +45,8 @@ pub(crate) struct Axis {
 }
 
 /// Share of the tolerance that the error of ε reaches at rest, and units in
-/// the last place of b for its rounding; some 5 times what was seen.
-const NOISE_PER_TOLERANCE: f64 = 0.01;
+/// the last place of b for its rounding: above what was seen.
+const NOISE_PER_TOLERANCE: f64 = 0.001;
 const NOISE_PER_BACKLASH: f64 = 16.0 * f64::EPSILON;
 
 impl Axis {

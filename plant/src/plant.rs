@@ -15,8 +15,8 @@ use crate::state::{State, Vector};
 pub enum Solver {
     /// Adaptive Dormand-Prince 5(4), events located.
     Dopri5 {
-        /// Local error per step: absolute for states below 100 (rad, rad/s,
-        /// A), relative to a hundredth of larger ones.
+        /// Error that is aimed at; a step may add a tenth of it to states
+        /// below 100 (rad, rad/s, A), a thousandth relative to larger ones.
         tolerance: f64,
     },
     /// Fixed-step Runge-Kutta of order 4 that locates nothing.
