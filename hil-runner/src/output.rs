@@ -1,5 +1,7 @@
-//! Output files: found writable before the run, complete or not there at all
-//! after it. What stood at the path before stays until the new file is whole.
+//! Output files: found writable before the run, and renamed into place after
+//! it. What stood at the path before stays until then; a file that is never
+//! committed is removed, unless the program is killed outright and leaves a
+//! `.part` beside it.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Write};

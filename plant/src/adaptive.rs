@@ -16,8 +16,8 @@ use crate::quartic::Ends;
 use crate::span::{Interior, Span, Watch};
 use crate::state::Vector;
 
-/// Mode changes within one interval after which the plant gives up. The
-/// liveliest rattle seen changes a few times per sample.
+/// Mode changes within one interval after which the plant gives up: ten
+/// thousand in a sample or a row are no rattle that anyone could use.
 const MAX_EVENTS: u32 = 10_000;
 
 /// Steps that any interval may take, and steps per second of simulated time

@@ -1,8 +1,8 @@
 //! The parameters of the axis, as the paper's Table 1 lists them, in SI units.
 //!
 //! Plain data without checks: whoever fills these in from a run file has
-//! checked sign and range (`hil-runner`), and [`crate::Plant`] refuses what
-//! would make the equations meaningless.
+//! checked sign and range (`hil-runner`). Values outside the ranges given here
+//! make the equations meaningless, and [`crate::Plant`] does not notice.
 
 /// Permanent-magnet DC motor (paper, section 3, Fig. 5).
 #[derive(Debug, Clone, Copy, PartialEq)]

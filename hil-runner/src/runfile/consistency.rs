@@ -9,8 +9,8 @@ use super::keys::show_number;
 use super::values::Values;
 use crate::case::{Law, SolverChoice};
 
-/// Most rows that a run may have: a day at 1 ms. More would not fit into
-/// memory and are rather a slip of the keyboard.
+/// Most rows that a run may have: a day at 1 ms. More are rather a slip of the
+/// keyboard than a wish for tens of gigabytes of trace.
 pub const MOST_ROWS: u64 = 100_000_000;
 
 /// Most steps that solver `rk4` may take in a run: minutes of computing.
