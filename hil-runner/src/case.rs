@@ -84,12 +84,38 @@ pub struct ControllerSettings {
 /// Which method solves the plant (`run.solver`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SolverChoice {
-    /// The best method there is for the plant at hand.
+    /// `exact` where the plant allows it, else `dopri5`.
     Auto,
+    /// Exact between two voltage updates; no quadratic resistance.
+    Exact,
     /// Adaptive Runge-Kutta 5(4) with located events.
     Dopri5,
     /// Fixed-step Runge-Kutta without event location: the paper's way.
     Rk4,
+}
+
+/// The method that a case really gets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Method {
+    /// Exact between two voltage updates.
+    Exact,
+    /// Adaptive Runge-Kutta with located events.
+    Dopri5,
+    /// Fixed-step Runge-Kutta without event location.
+    Rk4,
+}
+
+impl Case {
+    /// The method for this case: what `run.solver` names, or for `auto` the
+    /// exact solution where the plant is affine between events.
+    pub fn method(&self) -> Method {
+        match self.run.solver {
+            SolverChoice::Auto if self.axis.is_affine() => Method::Exact,
+            SolverChoice::Exact => Method::Exact,
+            SolverChoice::Auto | SolverChoice::Dopri5 => Method::Dopri5,
+            SolverChoice::Rk4 => Method::Rk4,
+        }
+    }
 }
 
 /// Duration, solver and what is recorded (`[run]`).

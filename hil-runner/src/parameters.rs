@@ -2,7 +2,7 @@
 
 use plant::Joint;
 
-use crate::case::{Case, Law, SolverChoice};
+use crate::case::{Case, Law, Method};
 use crate::quantise::QuantisedGains;
 use crate::report::{Parameter, number};
 use crate::time::seconds;
@@ -129,12 +129,14 @@ fn mechanics(case: &Case) -> Vec<Parameter> {
 
 fn run(case: &Case) -> Vec<Parameter> {
     let mut rows = vec![value("Duration", seconds(case.run.duration_ns), "s")];
-    rows.push(match case.run.solver {
-        SolverChoice::Auto | SolverChoice::Dopri5 => {
-            value("Solver tolerance", case.run.tolerance, "")
+    match case.method() {
+        Method::Exact => {}
+        Method::Dopri5 => rows.push(value("Solver tolerance", case.run.tolerance, "")),
+        Method::Rk4 => {
+            let step_us = 1e6 * seconds(case.run.rk4_step_ns);
+            rows.push(value("Solver step", step_us, "µs"));
         }
-        SolverChoice::Rk4 => value("Solver step", 1e6 * seconds(case.run.rk4_step_ns), "µs"),
-    });
+    }
     rows.push(value("Settling band ±", case.run.settling_band_um, "µm"));
     rows
 }

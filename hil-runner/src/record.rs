@@ -210,7 +210,7 @@ impl GridRecorder {
     pub(crate) fn finish(&mut self, end_ns: u64, plant: &Plant) {
         if self.next_s() <= seconds(end_ns) {
             self.points.push(GridPoint {
-                x_m: self.pitch_m_per_rad * plant.state().gamma_rad,
+                x_m: self.pitch_m_per_rad * plant.state().gamma_rad(),
                 acc_mps2: plant.acceleration_mps2(),
             });
         }
@@ -225,7 +225,7 @@ impl GridRecorder {
         while self.next_s() < span.end_s() {
             let theta = ((self.next_s() - span.start_s()) / span.length_s()).clamp(0.0, 1.0);
             self.points.push(GridPoint {
-                x_m: self.pitch_m_per_rad * span.state_at(theta).gamma_rad,
+                x_m: self.pitch_m_per_rad * span.state_at(theta).gamma_rad(),
                 acc_mps2: span.acceleration_at_mps2(theta),
             });
         }

@@ -108,7 +108,7 @@ fn traces(case: &Case, points: &[PlotPoint], changes: &[ContactChange]) -> Trace
         acc_ref_mps2: points.iter().enumerate().map(acc_ref).collect(),
         acc_mps2: column(&|p| p.acc_mps2),
         following_error_mm: column(&|p| {
-            1e3 * (case.motion.at(p.t_s).displacement_m - pitch * p.state.gamma_rad)
+            1e3 * (case.motion.at(p.t_s).displacement_m - pitch * p.state.gamma_rad())
         }),
         motor_voltage_v: column(&|p| p.voltage_v),
         voltage_held: has_codes,

@@ -3,7 +3,7 @@
 use plant::{ContactChange, ContinuousPid, Drive, Plant, Solver, State};
 
 use crate::budget;
-use crate::case::{Case, Law, SolverChoice};
+use crate::case::{Case, Law, Method};
 use crate::error::RunError;
 use crate::law::Controller;
 use crate::link::{Link, channel_pair};
@@ -99,9 +99,10 @@ pub fn run(case: &Case, options: RunOptions, sink: &mut RowSink<'_>) -> Result<O
 fn solver(case: &Case) -> (Solver, &'static str) {
     let tolerance = case.run.tolerance;
     let step_ns = case.run.rk4_step_ns;
-    match case.run.solver {
-        SolverChoice::Auto | SolverChoice::Dopri5 => (Solver::Dopri5 { tolerance }, "dopri5"),
-        SolverChoice::Rk4 => (Solver::Rk4 { step_ns }, "rk4"),
+    match case.method() {
+        Method::Exact => (Solver::Exact, "exact"),
+        Method::Dopri5 => (Solver::Dopri5 { tolerance }, "dopri5"),
+        Method::Rk4 => (Solver::Rk4 { step_ns }, "rk4"),
     }
 }
 
@@ -177,7 +178,7 @@ impl Bench<'_, '_> {
                 break;
             }
             // 1. Sample.
-            let alpha_rad = self.plant.state().beta_rad() / z;
+            let alpha_rad = self.plant.state().beta_rad / z;
             let position_counts = match case.controller.law {
                 Law::Sampled => case.encoder.position_counts(alpha_rad),
                 _ => case.encoder.count(alpha_rad),
@@ -253,10 +254,10 @@ impl Bench<'_, '_> {
             sample,
             motor_voltage_v,
             current_a: state.current_a,
-            beta_rad: state.beta_rad(),
-            beta_dot_radps: state.beta_dot_radps(),
-            gamma_rad: state.gamma_rad,
-            gamma_dot_radps: state.gamma_dot_radps,
+            beta_rad: state.beta_rad,
+            beta_dot_radps: state.beta_dot_radps,
+            gamma_rad: state.gamma_rad(),
+            gamma_dot_radps: state.gamma_dot_radps(),
             acc_mps2: self.plant.acceleration_mps2(),
             contact: self.plant.contact().sign(),
         };

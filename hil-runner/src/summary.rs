@@ -116,7 +116,7 @@ impl EndOfRun<'_> {
         let end_s = seconds(case.run.duration_ns);
         let pitch = case.axis.transmission.screw_pitch_m_per_rad;
         let x_ref_m = case.motion.at(end_s).displacement_m;
-        let x_m = pitch * self.state.gamma_rad;
+        let x_m = pitch * self.state.gamma_rad();
         let peak_abs_acc_mps2 = extremes.peak_abs_acceleration_mps2;
         let peak_command_mps2 = case.motion.peak_acceleration_until_mps2(end_s);
         let events = self.events.iter();
@@ -130,7 +130,7 @@ impl EndOfRun<'_> {
             peak_following_error_mm: 1e3 * extremes.peak_following_error_m,
             final_error_um: 1e6 * (x_ref_m - x_m),
             peak_motor_following_error_mm: 1e3 * extremes.peak_motor_following_error_m,
-            final_motor_error_um: 1e6 * (x_ref_m - pitch * self.state.beta_rad()),
+            final_motor_error_um: 1e6 * (x_ref_m - pitch * self.state.beta_rad),
             settling_time_s: self.settling_time_s(x_m),
             contact_changes: extremes.contact_changes,
             impacts: extremes.impacts,

@@ -120,7 +120,6 @@ impl Plant {
             start_s: time_s,
             length_s: step.h,
             y: (&step.y0, &step.y1),
-            dy: (&step.f0, &step.f1),
             interior: Interior::Dense(step),
         });
         self.y = step.y1;
@@ -248,7 +247,21 @@ impl Interval {
         self.start_s + self.done_s
     }
 
-    fn count_event(&mut self) -> Result<(), PlantError> {
+    /// Time gone since the interval's start \[s\].
+    pub(crate) fn done_s(&self) -> f64 {
+        self.done_s
+    }
+
+    /// Time left to the interval's end \[s\].
+    pub(crate) fn left_s(&self) -> f64 {
+        self.length_s - self.done_s
+    }
+
+    pub(crate) fn move_by(&mut self, time_s: f64) {
+        self.done_s += time_s;
+    }
+
+    pub(crate) fn count_event(&mut self) -> Result<(), PlantError> {
         self.events += 1;
         if self.events > MAX_EVENTS {
             return Err(PlantError::TooManyEvents {

@@ -9,10 +9,12 @@
 
 use crate::joint::JointMode;
 use crate::mode::{AmplifierMode, Mode};
-use crate::parameters::{AxisParameters, ElasticJoint, Joint};
+use crate::parameters::{AxisParameters, ElasticJoint, Joint, Motor, Resistance};
 use crate::pid::ContinuousPid;
 use crate::resistance::GuideMode;
-use crate::state::{BETA_INTEGRAL, CURRENT, EPSILON, EPSILON_DOT, GAMMA, GAMMA_DOT, State, Vector};
+use crate::state::{
+    BETA, BETA_DOT, BETA_INTEGRAL, CURRENT, EPSILON, EPSILON_DOT, State, Vector, gamma_dot,
+};
 
 /// Where the motor voltage comes from.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -69,6 +71,16 @@ impl Axis {
         }
     }
 
+    /// b, 0 without a joint \[rad\].
+    pub(crate) fn backlash_half_rad(&self) -> f64 {
+        self.joint.map_or(0.0, |joint| joint.backlash_half_rad)
+    }
+
+    /// Sets the margin to the rounding of b and `noise_rad` more.
+    pub(crate) fn set_parting_noise(&mut self, noise_rad: f64) {
+        self.parting_noise_rad = noise_rad + NOISE_PER_BACKLASH * self.backlash_half_rad();
+    }
+
     /// Whether a loaded flank lets go where it would pull.
     pub(crate) fn releases(&self) -> bool {
         self.joint.is_some_and(|joint| joint.releases())
@@ -78,8 +90,25 @@ impl Axis {
         self.parameters.transmission.screw_pitch_m_per_rad
     }
 
-    fn gear_ratio(&self) -> f64 {
+    pub(crate) fn gear_ratio(&self) -> f64 {
         self.parameters.transmission.gear_ratio
+    }
+
+    pub(crate) fn parameters(&self) -> &AxisParameters {
+        &self.parameters
+    }
+
+    pub(crate) fn motor(&self) -> &Motor {
+        &self.parameters.motor
+    }
+
+    pub(crate) fn resistance(&self) -> &Resistance {
+        &self.parameters.carriage.resistance
+    }
+
+    /// `J1` \[kg m²\].
+    pub(crate) fn gear_inertia(&self) -> f64 {
+        self.gear_inertia
     }
 
     /// At rest with the joint centred in its gap.
@@ -101,7 +130,7 @@ impl Axis {
             mode.joint = joint.mode_of_state(y[EPSILON], y[EPSILON_DOT]);
         }
         mode.guide = self.parameters.carriage.resistance.mode_of_state(
-            y[GAMMA_DOT],
+            gamma_dot(y),
             self.moving_torque_nm(&mode, y),
             self.holding_torque_nm,
         );
@@ -135,28 +164,31 @@ impl Axis {
         y: &Vector,
     ) -> Vector {
         let (z, motor) = (self.gear_ratio(), &self.parameters.motor);
-        let (gamma_dot, epsilon_dot, current) = (y[GAMMA_DOT], y[EPSILON_DOT], y[CURRENT]);
-        let beta = y[GAMMA] + y[EPSILON];
-        let beta_dot = gamma_dot + epsilon_dot;
+        let (beta_dot, epsilon_dot, current) = (y[BETA_DOT], y[EPSILON_DOT], y[CURRENT]);
         let gamma_ddot = self.screw_acceleration(mode, y);
-        let epsilon_ddot = match self.joint {
-            None => 0.0,
+        let (beta_ddot, epsilon_ddot) = match self.joint {
+            None => (gamma_ddot, 0.0),
             Some(joint) => {
                 // β̈ = (k_m·I/z − Ψ)/J1, eq. 11 and 15.
                 let psi = joint.torque_nm(mode.joint, y[EPSILON], epsilon_dot);
                 let beta_ddot = (motor.torque_nm(current) / z - psi) / self.gear_inertia;
-                beta_ddot - gamma_ddot
+                (beta_ddot, beta_ddot - gamma_ddot)
             }
         };
         let voltage_v = self.voltage_v(mode, drive, time_s, y);
         let current_rate = motor.current_rate(voltage_v, current, beta_dot / z);
+        // β̂ is the continuous law's memory; a held voltage has none.
+        let beta_integral_rate = match drive {
+            Drive::Held(_) => 0.0,
+            Drive::Feedback(_) => y[BETA],
+        };
         Vector::new(
-            gamma_dot,
-            gamma_ddot,
+            beta_dot,
+            beta_ddot,
             epsilon_dot,
             epsilon_ddot,
             current_rate,
-            beta,
+            beta_integral_rate,
         )
     }
 
@@ -166,7 +198,7 @@ impl Axis {
             return 0.0;
         }
         let resistance = &self.parameters.carriage.resistance;
-        let force_n = resistance.force_n(mode.guide, y[GAMMA_DOT]);
+        let force_n = resistance.force_n(mode.guide, gamma_dot(y));
         (self.moving_torque_nm(mode, y) - self.pitch_m_per_rad() * force_n) / self.moved_inertia()
     }
 
@@ -176,7 +208,7 @@ impl Axis {
             return 0.0;
         }
         let resistance = &self.parameters.carriage.resistance;
-        let force_rate = resistance.slope(mode.guide, y[GAMMA_DOT]) * dy[GAMMA_DOT];
+        let force_rate = resistance.slope(mode.guide, gamma_dot(y)) * gamma_dot(dy);
         (self.moving_torque_rate(mode, dy) - self.pitch_m_per_rad() * force_rate)
             / self.moved_inertia()
     }
@@ -200,7 +232,7 @@ impl Axis {
     }
 
     /// J2, or `J_eq = J_v + J_m/z² + M·p²` without a joint (eq. 19).
-    fn moved_inertia(&self) -> f64 {
+    pub(crate) fn moved_inertia(&self) -> f64 {
         match self.joint {
             None => self.screw_inertia + self.gear_inertia,
             Some(_) => self.screw_inertia,
@@ -214,7 +246,7 @@ impl Axis {
 
     /// Kinetic energy and the energy stored in the joint, eq. 4-5 \[J\].
     pub(crate) fn mechanical_energy_j(&self, state: &State) -> f64 {
-        let (w1, w2) = (state.beta_dot_radps(), state.gamma_dot_radps);
+        let (w1, w2) = (state.beta_dot_radps, state.gamma_dot_radps());
         0.5 * self.gear_inertia * w1 * w1
             + 0.5 * self.screw_inertia * w2 * w2
             + self
@@ -225,10 +257,5 @@ impl Axis {
 
 /// The continuous law's demand before the amplifier's limit \[V\].
 pub(crate) fn demand_v(pid: &ContinuousPid, time_s: f64, y: &Vector) -> f64 {
-    pid.demand_v(
-        time_s,
-        y[BETA_INTEGRAL],
-        y[GAMMA] + y[EPSILON],
-        y[GAMMA_DOT] + y[EPSILON_DOT],
-    )
+    pid.demand_v(time_s, y[BETA_INTEGRAL], y[BETA], y[BETA_DOT])
 }

@@ -19,6 +19,8 @@ pub enum PlantError {
         /// When \[s\].
         time_s: f64,
     },
+    /// Solver `exact` was asked to solve a plant with a quadratic resistance.
+    NotAffine,
     /// More mode changes in one interval than [`crate::Plant`] allows.
     TooManyEvents {
         /// When \[s\].
@@ -37,6 +39,9 @@ impl fmt::Display for PlantError {
                 "the solver's step became too short at t = {time_s} s: either the state runs away \
                  there (a resistance that drives the carriage), or something is too stiff for it \
                  (a tiny inductance or inertia, a huge stiffness, damping or gain)"
+            ),
+            Self::NotAffine => f.write_str(
+                "solver exact needs a plant without quadratic resistance; dopri5 solves it",
             ),
             Self::TooManyEvents { time_s } => write!(
                 f,

@@ -4,9 +4,10 @@
 //! both sides of a contact change are ends of spans. Memory does not grow
 //! with the run.
 
+use crate::exact::Sights;
 use crate::motion::{Motion, MotionPoint};
 use crate::quartic::Polynomial;
-use crate::span::{ContactChange, Span, Watch};
+use crate::span::{ContactChange, Interior, Span, Watch};
 
 /// What is measured besides the plain peaks.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -91,18 +92,56 @@ impl Extremes {
     }
 }
 
-impl Watch for Extremes {
-    fn span(&mut self, span: &Span<'_>) {
+impl Extremes {
+    /// A piece of the exact solution.
+    fn look<const D: usize>(&mut self, span: &Span<'_>, sights: &Sights<'_, D>) {
+        sights.raise(&sights.acceleration, &mut self.peak_abs_acceleration_mps2);
+        sights.raise(&sights.current, &mut self.peak_abs_current_a);
+        if let Some(voltage) = &sights.voltage {
+            sights.raise(voltage, &mut self.peak_abs_voltage_v);
+        }
+        let (motion, start_s) = (self.settings.motion, span.start_s());
+        let carriage = &mut self.peak_following_error_m;
+        sights.raise_behind(&sights.carriage, &motion, start_s, carriage);
+        let motor = &mut self.peak_motor_following_error_m;
+        sights.raise_behind(&sights.motor, &motion, start_s, motor);
+        let band_m = self.settings.settling_band_m;
+        if let Some(after_s) = sights.last_outside(motion.travel_m(), band_m) {
+            self.last_outside_band_s = Some(span.start_s() + after_s);
+        }
+    }
+
+    /// A step of a Runge-Kutta solver.
+    fn look_between_ends(&mut self, span: &Span<'_>) {
         span.acceleration()
             .raise(&mut self.peak_abs_acceleration_mps2);
         span.current().raise(&mut self.peak_abs_current_a);
         span.voltage().raise(&mut self.peak_abs_voltage_v);
         let breaks_s = self.breaks_s;
         span.split_at(&breaks_s, |piece| self.follow(piece));
+        self.settle(span);
+    }
+}
+
+impl Watch for Extremes {
+    fn span(&mut self, span: &Span<'_>) {
         if span.is_voltage_limited() {
             self.voltage_limited_s += span.length_s();
         }
-        self.settle(span);
+        match span.interior {
+            Interior::Held(piece) => {
+                let voltage_v = span.voltage_at_v(0.0).abs();
+                self.peak_abs_voltage_v = self.peak_abs_voltage_v.max(voltage_v);
+                self.look(span, &piece.sights(span.axis, span.length_s));
+            }
+            Interior::Feedback(piece) => {
+                let voltage_v = span.voltage_at_v(0.0).abs();
+                self.peak_abs_voltage_v = self.peak_abs_voltage_v.max(voltage_v);
+                let amplifier = span.modes.0.amplifier;
+                self.look(span, &piece.sights(span.axis, amplifier, span.length_s));
+            }
+            Interior::Dense(_) | Interior::Unknown(..) => self.look_between_ends(span),
+        }
     }
 
     fn contact_change(&mut self, change: &ContactChange) {

@@ -7,7 +7,7 @@ use crate::mode::{AmplifierMode, Direction, Guard, Mode};
 use crate::parameters::ElasticJoint;
 use crate::pid::Side;
 use crate::resistance::GuideMode;
-use crate::state::{EPSILON, EPSILON_DOT, GAMMA, GAMMA_DOT, Vector};
+use crate::state::{BETA, BETA_DOT, EPSILON, EPSILON_DOT, Vector, gamma_dot};
 
 /// One instant at which a guard is looked at.
 #[derive(Debug, Clone, Copy)]
@@ -16,6 +16,13 @@ pub(crate) struct Instant<'a> {
     pub(crate) side: Side,
     pub(crate) y: &'a Vector,
     pub(crate) dy: &'a Vector,
+}
+
+/// What γ̇ = β̇ − ε̇ may be off by through rounding \[rad/s\]: a screw that has
+/// just begun to slide behind a running gear must not stop because of it. Nor
+/// must one at the very start of a run, where both speeds are next to nothing.
+pub(crate) fn speed_noise(y: &Vector) -> f64 {
+    1e-15 + 4.0 * f64::EPSILON * y[BETA_DOT].abs()
 }
 
 impl Axis {
@@ -48,9 +55,7 @@ impl Axis {
             // A held voltage has no limit left to reach.
             Drive::Held(_) => (1.0, 0.0),
             Drive::Feedback(pid) => {
-                let beta = y[GAMMA] + y[EPSILON];
-                let (beta_dot, beta_ddot) =
-                    (dy[GAMMA] + dy[EPSILON], dy[GAMMA_DOT] + dy[EPSILON_DOT]);
+                let (beta, beta_dot, beta_ddot) = (y[BETA], dy[BETA], dy[BETA_DOT]);
                 let s = direction.sign();
                 (
                     pid.voltage_limit_v() - s * demand_v(pid, time_s, y),
@@ -72,7 +77,7 @@ impl Axis {
             (Guard::Reload(flank), Some(joint)) => negated(torque(joint, flank)),
             (Guard::Stop(direction), _) => {
                 let s = direction.sign();
-                (s * y[GAMMA_DOT], s * dy[GAMMA_DOT])
+                (speed_noise(y) + s * gamma_dot(y), s * gamma_dot(dy))
             }
             (Guard::Break(direction), _) => {
                 let s = direction.sign();
@@ -104,11 +109,12 @@ impl Axis {
             Guard::Release(flank) => next.joint = JointMode::Released(flank),
             Guard::Reload(flank) => next.joint = JointMode::Loaded(flank),
             Guard::Stop(direction) => {
-                // The screw rests; the gear output keeps its speed.
+                // The screw rests; behind a joint the gear output keeps its speed.
                 if self.joint.is_some() {
-                    y[EPSILON_DOT] += y[GAMMA_DOT];
+                    y[EPSILON_DOT] = y[BETA_DOT];
+                } else {
+                    y[BETA_DOT] = 0.0;
                 }
-                y[GAMMA_DOT] = 0.0;
                 let torque_nm = direction.sign() * self.moving_torque_nm(mode, y);
                 next.guide = match (torque_nm, direction) {
                     (t, _) if t.abs() <= self.holding_torque_nm => GuideMode::Stuck,

@@ -23,6 +23,7 @@ mod dac;
 mod dopri5;
 mod encoder;
 mod error;
+mod exact;
 mod extremes;
 mod guard;
 mod joint;

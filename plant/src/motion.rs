@@ -32,6 +32,17 @@ pub struct MotionPoint {
     pub displacement_integral_ms: f64,
 }
 
+/// The command as a linear oscillator: within one interval of Fig. 6 its
+/// acceleration obeys `ȧ = ω·w`, `ẇ = −ω·a` (with ω = 0 it is constant).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Oscillator {
+    pub(crate) point: MotionPoint,
+    /// `w` \[m/s²\].
+    pub(crate) quadrature_mps2: f64,
+    /// `ω` \[rad/s\].
+    pub(crate) omega_radps: f64,
+}
+
 /// Shape of the acceleration within one interval.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Shape {
@@ -220,16 +231,94 @@ impl Motion {
         if time_s < 0.0 {
             return MotionPoint::default();
         }
-        let now_s = time_s + self.rounding_s();
-        if now_s >= self.end_s {
+        if time_s + self.rounding_s() >= self.end_s {
             return self.after_end(time_s);
         }
-        for segment in self.segments.iter().rev() {
-            if segment.duration_s > 0.0 && now_s >= segment.start_s {
-                return segment.at((time_s - segment.start_s).max(0.0));
+        self.segment_at(time_s)
+            .map_or_else(MotionPoint::default, |segment| {
+                segment.at((time_s - segment.start_s).max(0.0))
+            })
+    }
+
+    /// The interval that `time_s` belongs to; none before and after the motion.
+    fn segment_at(&self, time_s: f64) -> Option<&Segment> {
+        let now_s = time_s + self.rounding_s();
+        if time_s < 0.0 || now_s >= self.end_s {
+            return None;
+        }
+        self.segments
+            .iter()
+            .rev()
+            .find(|segment| segment.duration_s > 0.0 && now_s >= segment.start_s)
+    }
+
+    /// The command at `time_s` as an oscillator, right-continuous.
+    pub(crate) fn oscillator(&self, time_s: f64) -> Oscillator {
+        let still = |point: MotionPoint| Oscillator {
+            point,
+            quadrature_mps2: 0.0,
+            omega_radps: 0.0,
+        };
+        match self.segment_at(time_s) {
+            None => still(self.at(time_s)),
+            Some(segment) => {
+                let tau_s = (time_s - segment.start_s).max(0.0);
+                let point = segment.at(tau_s);
+                let w = FRAC_PI_2 / segment.duration_s;
+                let a = segment.amplitude_mps2;
+                match segment.shape {
+                    Shape::Constant => still(point),
+                    Shape::Rise => Oscillator {
+                        point,
+                        quadrature_mps2: a * libm::cos(w * tau_s),
+                        omega_radps: w,
+                    },
+                    Shape::Fall => Oscillator {
+                        point,
+                        quadrature_mps2: -a * libm::sin(w * tau_s),
+                        omega_radps: w,
+                    },
+                }
             }
         }
-        MotionPoint::default()
+    }
+
+    /// Coefficients of x_ref as a power series in θ = t/length from `time_s`
+    /// on, valid until the interval of the command ends.
+    pub(crate) fn series(&self, time_s: f64, length_s: f64, coefficients: &mut [f64]) {
+        let Oscillator {
+            point,
+            quadrature_mps2,
+            omega_radps,
+        } = self.oscillator(time_s);
+        let phase = omega_radps * length_s;
+        // x, v·h and then a·h²/2!, ω·w·h³/3!, −ω²·a·h⁴/4!, …
+        let mut scale = length_s * length_s / 2.0;
+        let derivatives = [
+            point.acceleration_mps2,
+            quadrature_mps2,
+            -point.acceleration_mps2,
+            -quadrature_mps2,
+        ];
+        for (n, c) in (0_u16..).zip(coefficients.iter_mut()) {
+            *c = match n {
+                0 => point.displacement_m,
+                1 => point.velocity_mps * length_s,
+                _ => {
+                    let term = derivatives[usize::from(n - 2) % 4] * scale;
+                    scale *= phase / f64::from(n + 1);
+                    term
+                }
+            };
+        }
+    }
+
+    /// Largest magnitude of the commanded acceleration \[m/s²\].
+    pub(crate) fn peak_acceleration_mps2(&self) -> f64 {
+        self.segments
+            .iter()
+            .filter(|s| s.duration_s > 0.0)
+            .fold(0.0, |peak: f64, s| peak.max(s.amplitude_mps2.abs()))
     }
 
     /// The left-hand limit of the commanded acceleration at `time_s` \[m/s²\]:

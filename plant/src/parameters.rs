@@ -88,6 +88,13 @@ pub struct AxisParameters {
     pub carriage: Carriage,
 }
 
+impl AxisParameters {
+    /// Whether the plant is affine between events: no quadratic resistance.
+    pub fn is_affine(&self) -> bool {
+        self.carriage.resistance.quadratic_ns2_per_rad2 == 0.0
+    }
+}
+
 /// Power amplifier (paper, Fig. 4).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Amplifier {

@@ -53,6 +53,24 @@ impl ContinuousPid {
         self.voltage_limit_v
     }
 
+    pub(crate) fn gains(&self) -> &PidGains {
+        &self.gains
+    }
+
+    /// `K_0` of eq. 27 \[V/rad per unit of gain\].
+    pub(crate) fn loop_gain(&self) -> f64 {
+        self.loop_gain
+    }
+
+    pub(crate) fn gear_ratio(&self) -> f64 {
+        self.gear_ratio
+    }
+
+    /// Carriage displacement to motor angle \[rad/m\].
+    pub(crate) fn radians_per_m(&self) -> f64 {
+        self.radians_per_m
+    }
+
     /// `V_m = K_0·[K_p·e + K_i·∫e + K_d·ė]` before the amplifier's limit,
     /// eq. 27-28 \[V\].
     pub(crate) fn demand_v(&self, time_s: f64, beta_hat: f64, beta: f64, beta_dot: f64) -> f64 {

@@ -18,7 +18,7 @@ pub(crate) enum GuideMode {
 
 impl GuideMode {
     /// Sign of the motion: of γ̇, or of what γ̇ is about to become.
-    fn direction(self) -> f64 {
+    pub(crate) fn direction(self) -> f64 {
         match self {
             Self::Backward => -1.0,
             Self::AsWritten | Self::Forward => 1.0,

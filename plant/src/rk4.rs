@@ -54,8 +54,7 @@ impl Plant {
                 start_s: time_s,
                 length_s: h,
                 y: (&y0, &y1),
-                dy: (&dy0, &dy1),
-                interior: Interior::Unknown,
+                interior: Interior::Unknown(&dy0, &dy1),
             });
             let (from, to) = (before.joint.contact(), self.contact());
             if from != to {

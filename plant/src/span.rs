@@ -2,12 +2,13 @@
 //! time, and the contact changes between them.
 
 use crate::axis::{Axis, Drive};
+use crate::exact::{FeedbackPiece, HeldPiece, to_plant_vector};
 use crate::joint::Contact;
 use crate::mode::Mode;
 use crate::motion::{Motion, MotionPoint};
 use crate::pid::Side;
 use crate::quartic::{Ends, Polynomial};
-use crate::state::{CURRENT, EPSILON, EPSILON_DOT, GAMMA, GAMMA_DOT, State, Vector};
+use crate::state::{BETA, BETA_DOT, CURRENT, EPSILON, State, Vector, gamma};
 
 /// Follows the plant as it is advanced.
 pub trait Watch {
@@ -46,8 +47,12 @@ pub struct ContactChange {
 pub(crate) enum Interior<'a> {
     /// A dense output of the solver.
     Dense(&'a crate::dopri5::Step),
-    /// Nothing but the ends (solver `rk4`).
-    Unknown,
+    /// Nothing but the ends with their rates (solver `rk4`).
+    Unknown(&'a Vector, &'a Vector),
+    /// The solution itself, under a held voltage.
+    Held(&'a HeldPiece<'a>),
+    /// The solution itself, under the continuous law.
+    Feedback(&'a FeedbackPiece<'a>),
 }
 
 /// A smooth piece of the solution.
@@ -60,7 +65,6 @@ pub struct Span<'a> {
     pub(crate) start_s: f64,
     pub(crate) length_s: f64,
     pub(crate) y: (&'a Vector, &'a Vector),
-    pub(crate) dy: (&'a Vector, &'a Vector),
     pub(crate) interior: Interior<'a>,
 }
 
@@ -155,10 +159,19 @@ impl Span<'_> {
             _ if theta >= 1.0 => *y1,
             Interior::Dense(step) if theta == 0.5 => step.middle,
             Interior::Dense(step) => step.at(theta),
-            Interior::Unknown => {
+            Interior::Held(piece) => {
+                let x = piece.flow().at(theta * self.length_s);
+                to_plant_vector(&x, piece.offset_rad, piece.beta_integral_rads)
+            }
+            Interior::Feedback(piece) => {
+                let x = piece.flow().at(theta * self.length_s);
+                let mut y = x.fixed_rows::<6>(0).into_owned();
+                y[EPSILON] += piece.offset_rad;
+                y
+            }
+            Interior::Unknown(f0, f1) => {
                 // Cubic Hermite through both ends.
                 let (h, rest) = (self.length_s, 1.0 - theta);
-                let (f0, f1) = self.dy;
                 let chord = y1 - y0;
                 let (u, v) = (f0 * h - chord, f1 * h - chord);
                 y0 + chord * theta + (u * rest - v * theta) * (theta * rest)
@@ -174,7 +187,16 @@ impl Span<'_> {
         value: V,
     ) -> Quantity<'_, V> {
         let (start_s, h) = (self.start_s, self.length_s);
-        let ((m0, m1), (y0, y1), (f0, f1)) = (&self.modes, self.y, self.dy);
+        let ((m0, m1), (y0, y1)) = (&self.modes, self.y);
+        let (f0, f1) = &match self.interior {
+            Interior::Dense(step) => (step.f0, step.f1),
+            Interior::Unknown(f0, f1) => (*f0, *f1),
+            // Not needed: figures look at the solution itself.
+            Interior::Held(_) | Interior::Feedback(_) => {
+                let rate = |t: f64, y: &Vector| self.axis.derivative(m0, self.drive, t, y);
+                (rate(start_s, y0), rate(start_s + h, y1))
+            }
+        };
         let (start, start_rate) = probe(Side::After, start_s, y0, f0, m0);
         let (end, end_rate) = probe(Side::Before, start_s + h, y1, f1, m1);
         Quantity {
@@ -215,13 +237,9 @@ impl Span<'_> {
     pub(crate) fn voltage(&self) -> Quantity<'_, impl Fn(f64, &Vector) -> f64> {
         let axis = self.axis;
         let rate = |time_s: f64, side: Side, y: &Vector, dy: &Vector| match self.drive {
-            Drive::Feedback(pid) if !self.is_voltage_limited() => pid.demand_rate(
-                time_s,
-                side,
-                y[GAMMA] + y[EPSILON],
-                dy[GAMMA] + dy[EPSILON],
-                dy[GAMMA_DOT] + dy[EPSILON_DOT],
-            ),
+            Drive::Feedback(pid) if !self.is_voltage_limited() => {
+                pid.demand_rate(time_s, side, y[BETA], dy[BETA], dy[BETA_DOT])
+            }
             _ => 0.0,
         };
         self.quantity(
@@ -240,7 +258,7 @@ impl Span<'_> {
         of_motor: bool,
     ) -> Quantity<'s, impl Fn(f64, &Vector) -> f64> {
         let p = self.axis.pitch_m_per_rad();
-        let angle = move |v: &Vector| v[GAMMA] + if of_motor { v[EPSILON] } else { 0.0 };
+        let angle = move |v: &Vector| if of_motor { v[BETA] } else { gamma(v) };
         self.quantity(
             move |side, _, y, dy, _| {
                 let r = match side {
@@ -260,8 +278,8 @@ impl Span<'_> {
     pub(crate) fn distance_to(&self, target_m: f64) -> Quantity<'_, impl Fn(f64, &Vector) -> f64> {
         let p = self.axis.pitch_m_per_rad();
         self.quantity(
-            move |_, _, y, dy, _| (target_m - p * y[GAMMA], -p * dy[GAMMA]),
-            move |_, y| target_m - p * y[GAMMA],
+            move |_, _, y, dy, _| (target_m - p * gamma(y), -p * gamma(dy)),
+            move |_, y| target_m - p * gamma(y),
         )
     }
 
@@ -293,8 +311,7 @@ impl Span<'_> {
             start_s,
             length_s,
             y: (&y0, &y1),
-            dy: (&f0, &f1),
-            interior: Interior::Unknown,
+            interior: Interior::Unknown(&f0, &f1),
             ..*self
         });
     }

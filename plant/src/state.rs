@@ -1,54 +1,67 @@
 //! State of the axis.
 //!
-//! The relative rotation ε = β − γ is a state of its own and β follows from
+//! The relative rotation ε = β − γ is a state of its own and γ follows from
 //! it: near a contact change β − γ would lose the digits that decide it (β
-//! reaches hundreds of radians, the gap can be 1e-15 rad). The paper's vector
-//! (eq. 33) is `u0 = β̂, u1 = β, u2 = β̇, u3 = γ, u4 = γ̇, u5 = I`.
+//! reaches hundreds of radians, the gap can be 1e-15 rad). β is kept and not
+//! γ because the encoder sees β: a motor at rest stands at exactly 0 counts
+//! whatever the carriage does. The paper's vector (eq. 33) is `u0 = β̂, u1 = β,
+//! u2 = β̇, u3 = γ, u4 = γ̇, u5 = I`.
 
 use nalgebra::Vector6;
 
 /// Components of the vector that the solvers advance.
 pub(crate) type Vector = Vector6<f64>;
 
-pub(crate) const GAMMA: usize = 0;
-pub(crate) const GAMMA_DOT: usize = 1;
+pub(crate) const BETA: usize = 0;
+pub(crate) const BETA_DOT: usize = 1;
 pub(crate) const EPSILON: usize = 2;
 pub(crate) const EPSILON_DOT: usize = 3;
 pub(crate) const CURRENT: usize = 4;
 pub(crate) const BETA_INTEGRAL: usize = 5;
 
+/// `γ = β − ε` of a vector of the plant.
+pub(crate) fn gamma(y: &Vector) -> f64 {
+    y[BETA] - y[EPSILON]
+}
+
+/// `γ̇ = β̇ − ε̇` of a vector of the plant, γ̈ of its derivative.
+pub(crate) fn gamma_dot(y: &Vector) -> f64 {
+    y[BETA_DOT] - y[EPSILON_DOT]
+}
+
 /// State of the axis at one instant.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct State {
-    /// `γ`, screw angle \[rad\].
-    pub gamma_rad: f64,
-    /// `γ̇`, screw speed \[rad/s\].
-    pub gamma_dot_radps: f64,
+    /// `β`, angle of the gear output \[rad\].
+    pub beta_rad: f64,
+    /// `β̇`, speed of the gear output \[rad/s\].
+    pub beta_dot_radps: f64,
     /// `ε = β − γ`, relative rotation of the joint (eq. 8) \[rad\].
     pub epsilon_rad: f64,
     /// `ε̇` \[rad/s\].
     pub epsilon_dot_radps: f64,
     /// `I`, armature current \[A\].
     pub current_a: f64,
-    /// `β̂ = ∫β dt` \[rad s\] (eq. 29).
+    /// `β̂ = ∫β dt` \[rad s\] (eq. 29), the memory of the continuous law: a held
+    /// voltage leaves it as it is.
     pub beta_integral_rads: f64,
 }
 
 impl State {
-    /// `β = γ + ε`, angle of the gear output \[rad\].
-    pub fn beta_rad(&self) -> f64 {
-        self.gamma_rad + self.epsilon_rad
+    /// `γ = β − ε`, screw angle \[rad\].
+    pub fn gamma_rad(&self) -> f64 {
+        self.beta_rad - self.epsilon_rad
     }
 
-    /// `β̇` \[rad/s\].
-    pub fn beta_dot_radps(&self) -> f64 {
-        self.gamma_dot_radps + self.epsilon_dot_radps
+    /// `γ̇`, screw speed \[rad/s\].
+    pub fn gamma_dot_radps(&self) -> f64 {
+        self.beta_dot_radps - self.epsilon_dot_radps
     }
 
     pub(crate) fn to_vector(self) -> Vector {
         Vector::new(
-            self.gamma_rad,
-            self.gamma_dot_radps,
+            self.beta_rad,
+            self.beta_dot_radps,
             self.epsilon_rad,
             self.epsilon_dot_radps,
             self.current_a,
@@ -58,8 +71,8 @@ impl State {
 
     pub(crate) fn from_vector(y: &Vector) -> Self {
         Self {
-            gamma_rad: y[GAMMA],
-            gamma_dot_radps: y[GAMMA_DOT],
+            beta_rad: y[BETA],
+            beta_dot_radps: y[BETA_DOT],
             epsilon_rad: y[EPSILON],
             epsilon_dot_radps: y[EPSILON_DOT],
             current_a: y[CURRENT],

@@ -137,6 +137,7 @@ pub(super) fn motion(v: &Values) -> Option<Result<Motion, MotionError>> {
 pub(super) fn solver(v: &Values) -> Option<SolverChoice> {
     match v.choice("run", "solver")? {
         "auto" => Some(SolverChoice::Auto),
+        "exact" => Some(SolverChoice::Exact),
         "dopri5" => Some(SolverChoice::Dopri5),
         "rk4" => Some(SolverChoice::Rk4),
         _ => None,

@@ -27,6 +27,7 @@ pub(super) fn check(values: &Values, findings: &mut Findings) {
     consistency.only_one_of("drive", "dac_lsb_v", "dac_range_v");
     consistency.only_one_of("encoder", "counts_per_rad", "lines");
     consistency.resistance();
+    consistency.exact_needs_affine();
     consistency.delay();
     match motion(values) {
         Some(Ok(motion)) => {
@@ -95,6 +96,20 @@ impl Consistency<'_> {
                 let because = format!("the {meaning} must be at least 0 with {switch}");
                 self.refuse("carriage", key, because);
             }
+        }
+    }
+
+    fn exact_needs_affine(&mut self) {
+        let v = self.values;
+        let key = "resistance_quadratic_ns2_per_rad2";
+        if solver(v) == Some(SolverChoice::Exact)
+            && v.number("carriage", key).is_some_and(|a2| a2 != 0.0)
+        {
+            let quoted = v.quote("carriage", key);
+            let because = format!(
+                "the exact solution exists only without quadratic resistance, and {quoted}; \"auto\" and \"dopri5\" solve it"
+            );
+            self.refuse("run", "solver", because);
         }
     }
 

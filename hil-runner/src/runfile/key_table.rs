@@ -249,7 +249,7 @@ const RUN: &[Key] = &[
     time("duration_s", Positive, "duration of the run"),
     value(
         "solver",
-        Kind::Choice(&["auto", "dopri5", "rk4"]),
+        Kind::Choice(&["auto", "exact", "dopri5", "rk4"]),
         "",
         "method that solves the plant",
     )

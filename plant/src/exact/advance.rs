@@ -1,0 +1,391 @@
+//! Solver `exact`: one interval with every change of mode located.
+//!
+//! Under a held voltage an interval without a change costs one step with the
+//! table's kernel and one look at the bound of [`super::levels`]. Everything
+//! else is walked through ([`super::crossing`]) from change to change.
+
+use super::crossing::{LinearGuard, Stop};
+use super::system::{Column, DELTA, FEEDBACK, HELD, feedback_state, held_state, to_plant_vector};
+use super::tables::{FeedbackTable, HeldTable, Quantity, Table, Tables};
+use super::walk::Flow;
+use crate::adaptive::Interval;
+use crate::axis::Drive;
+use crate::error::PlantError;
+use crate::guard::speed_noise;
+use crate::joint::{Flank, JointMode};
+use crate::mode::{Direction, Guard, Guards};
+use crate::pid::ContinuousPid;
+use crate::plant::{Plant, seconds};
+use crate::resistance::GuideMode;
+use crate::span::{Interior, Span, Watch};
+use crate::state::{BETA_DOT, BETA_INTEGRAL, EPSILON_DOT, Vector};
+
+/// What the chord bound is raised by for its own rounding.
+const BOUND_MARGIN: f64 = 1.0 + 1e-9;
+
+/// Units in the last place of the terms of δ that its rounding may reach.
+const NOISE_ULPS: f64 = 4.0 * f64::EPSILON;
+
+/// A smooth piece of the solution under a held voltage.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct HeldPiece<'a> {
+    pub(crate) table: &'a HeldTable,
+    pub(crate) input: Column<HELD>,
+    pub(crate) start: Column<HELD>,
+    pub(crate) offset_rad: f64,
+    /// β̂, which a held voltage does not advance.
+    pub(crate) beta_integral_rads: f64,
+}
+
+/// A smooth piece of the solution under the continuous law.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct FeedbackPiece<'a> {
+    pub(crate) table: &'a FeedbackTable,
+    pub(crate) start: Column<FEEDBACK>,
+    pub(crate) offset_rad: f64,
+}
+
+impl HeldPiece<'_> {
+    pub(crate) fn flow(&self) -> Flow<'_, HELD> {
+        Flow {
+            table: &self.table.table,
+            input: &self.input,
+            start: &self.start,
+        }
+    }
+}
+
+impl FeedbackPiece<'_> {
+    pub(crate) fn flow(&self) -> Flow<'_, FEEDBACK> {
+        Flow {
+            table: &self.table.table,
+            input: &self.table.input,
+            start: &self.start,
+        }
+    }
+}
+
+impl Plant {
+    /// Solver `exact` over `length_ns` from now.
+    pub(crate) fn advance_exactly(
+        &mut self,
+        tables: &mut Tables,
+        drive: &Drive<'_>,
+        length_ns: u64,
+        watch: &mut impl Watch,
+    ) -> Result<(), PlantError> {
+        if !self.axis.is_affine() {
+            return Err(PlantError::NotAffine);
+        }
+        match drive {
+            Drive::Held(voltage_v) => {
+                if !self.keeps_mode(tables, drive, *voltage_v, length_ns, watch) {
+                    self.advance_held(tables, drive, *voltage_v, length_ns, watch)?;
+                }
+                Ok(())
+            }
+            Drive::Feedback(pid) => self.advance_feedback(tables, drive, pid, length_ns, watch),
+        }
+    }
+
+    /// Takes the whole interval in one step if the bound excludes a change.
+    #[inline]
+    fn keeps_mode(
+        &mut self,
+        tables: &mut Tables,
+        drive: &Drive<'_>,
+        voltage_v: f64,
+        length_ns: u64,
+        watch: &mut impl Watch,
+    ) -> bool {
+        if self.fresh.is_some() || self.axis.releases() || self.mode.guide == GuideMode::Stuck {
+            return false;
+        }
+        let place = tables.held(&self.axis, &self.mode, length_ns);
+        let table = &tables.held[place];
+        let offset_rad = self.axis.offset_rad(&self.mode);
+        let start = held_state(&self.y, offset_rad);
+        let end = table.kernel.step(&start, voltage_v);
+        let change = end - start;
+        let stray = |quantity: Quantity| {
+            let bound = &table.table.quantity(quantity).bounds.per_change;
+            BOUND_MARGIN * bound.dot(&change.abs())
+        };
+        let (d0, d1) = (start[DELTA], end[DELTA]);
+        let joint_keeps = match self.mode.joint {
+            JointMode::Rigid | JointMode::Gapless => end.iter().all(|x| x.is_finite()),
+            JointMode::Open => {
+                let b = self.axis.backlash_half_rad();
+                b - d0.abs().max(d1.abs()) > stray(Quantity::Delta)
+            }
+            JointMode::Loaded(flank) => {
+                let s = flank.sign();
+                (s * d0).min(s * d1) > stray(Quantity::Delta)
+            }
+            JointMode::Released(_) => false,
+        };
+        let slides = |s: f64| {
+            let speed = |x: &Column<HELD>| s * (x[BETA_DOT] - x[EPSILON_DOT]);
+            speed(&start).min(speed(&end)) > stray(Quantity::ScrewSpeed)
+        };
+        let guide_keeps = match self.mode.guide {
+            GuideMode::AsWritten => true,
+            GuideMode::Forward => slides(1.0),
+            GuideMode::Backward => slides(-1.0),
+            GuideMode::Stuck => false,
+        };
+        if !(joint_keeps && guide_keeps) {
+            return false;
+        }
+        let y = to_plant_vector(&end, offset_rad, self.y[BETA_INTEGRAL]);
+        let piece = HeldPiece {
+            table,
+            input: table.system.input(voltage_v),
+            start,
+            offset_rad,
+            beta_integral_rads: self.y[BETA_INTEGRAL],
+        };
+        watch.span(&Span {
+            axis: &self.axis,
+            drive,
+            modes: (self.mode, self.mode),
+            start_s: seconds(self.time_ns),
+            length_s: seconds(length_ns),
+            y: (&self.y, &y),
+            interior: Interior::Held(&piece),
+        });
+        self.y = y;
+        true
+    }
+
+    /// The interval under a held voltage from change to change.
+    #[cold]
+    #[inline(never)]
+    fn advance_held(
+        &mut self,
+        tables: &mut Tables,
+        drive: &Drive<'_>,
+        voltage_v: f64,
+        length_ns: u64,
+        watch: &mut impl Watch,
+    ) -> Result<(), PlantError> {
+        let mut interval = Interval::new(seconds(self.time_ns), seconds(length_ns));
+        let place = tables.held(&self.axis, &self.mode, length_ns);
+        self.set_parting_noise(&tables.held[place], voltage_v);
+        self.settle(drive, &interval, watch)?;
+        loop {
+            let (mode, offset_rad) = (self.mode, self.axis.offset_rad(&self.mode));
+            let place = tables.held(&self.axis, &mode, length_ns);
+            let table = &tables.held[place];
+            let piece = HeldPiece {
+                table,
+                input: table.system.input(voltage_v),
+                start: held_state(&self.y, offset_rad),
+                offset_rad,
+                beta_integral_rads: self.y[BETA_INTEGRAL],
+            };
+            let left_s = interval.left_s();
+            let guards = self.guards(drive);
+            let linear = guards.map(|g| Some(self.linear_guard(g?, &table.table, 0.0)));
+            let stop =
+                piece
+                    .flow()
+                    .first_zero(&linear, left_s, 0)
+                    .map_err(|_| PlantError::TooStiff {
+                        time_s: interval.now_s(),
+                    })?;
+            let mut end = stop.x;
+            if stop.guard.is_none() && interval.done_s() == 0.0 {
+                // The very step that the bound would have allowed.
+                end = table.kernel.step(&piece.start, voltage_v);
+            }
+            let y = to_plant_vector(&end, offset_rad, piece.beta_integral_rads);
+            let interior = Interior::Held(&piece);
+            self.move_over(drive, &interval, &stop, y, interior, watch)?;
+            if self.end_of_piece(&mut interval, &stop, &guards, drive, watch)? {
+                return Ok(());
+            }
+        }
+    }
+
+    /// Emits the span up to `stop` and moves there.
+    fn move_over<const D: usize>(
+        &mut self,
+        drive: &Drive<'_>,
+        interval: &Interval,
+        stop: &Stop<D>,
+        y: Vector,
+        interior: Interior<'_>,
+        watch: &mut impl Watch,
+    ) -> Result<(), PlantError> {
+        let time_s = interval.now_s();
+        if !y.iter().all(|v| v.is_finite()) {
+            return Err(PlantError::NonFinite { time_s });
+        }
+        if stop.time_s > 0.0 {
+            watch.span(&Span {
+                axis: &self.axis,
+                drive,
+                modes: (self.mode, self.mode),
+                start_s: time_s,
+                length_s: stop.time_s,
+                y: (&self.y, &y),
+                interior,
+            });
+            self.fresh = None;
+        }
+        self.y = y;
+        if self.mode.guide == GuideMode::Stuck {
+            // γ̇ = 0 to the last bit.
+            match self.axis.joint {
+                Some(_) => self.y[EPSILON_DOT] = self.y[BETA_DOT],
+                None => self.y[BETA_DOT] = 0.0,
+            }
+        }
+        Ok(())
+    }
+
+    /// Switches at the guard that stopped the piece; `true` at the end of the
+    /// interval.
+    fn end_of_piece<const D: usize>(
+        &mut self,
+        interval: &mut Interval,
+        stop: &Stop<D>,
+        guards: &Guards,
+        drive: &Drive<'_>,
+        watch: &mut impl Watch,
+    ) -> Result<bool, PlantError> {
+        interval.move_by(stop.time_s);
+        match stop.guard.and_then(|place| guards[place]) {
+            None => Ok(true),
+            Some(guard) => {
+                interval.count_event()?;
+                self.switch(guard, drive, interval, watch);
+                self.settle(drive, interval, watch)?;
+                Ok(false)
+            }
+        }
+    }
+
+    /// The interval under the continuous law, cut at the command's breaks.
+    fn advance_feedback(
+        &mut self,
+        tables: &mut Tables,
+        drive: &Drive<'_>,
+        pid: &ContinuousPid,
+        length_ns: u64,
+        watch: &mut impl Watch,
+    ) -> Result<(), PlantError> {
+        let (start_s, length_s) = (seconds(self.time_ns), seconds(length_ns));
+        let mut interval = Interval::new(start_s, length_s);
+        for break_s in pid.motion().breaks_s() {
+            let offset_s = break_s - start_s;
+            if offset_s > interval.done_s() && offset_s < length_s {
+                self.advance_feedback_to(
+                    tables,
+                    drive,
+                    pid,
+                    length_ns,
+                    offset_s,
+                    &mut interval,
+                    watch,
+                )?;
+            }
+        }
+        self.advance_feedback_to(
+            tables,
+            drive,
+            pid,
+            length_ns,
+            length_s,
+            &mut interval,
+            watch,
+        )
+    }
+
+    /// The same up to `end_s` after the interval's start, within one interval
+    /// of the command.
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "all of it changes from call to call"
+    )]
+    fn advance_feedback_to(
+        &mut self,
+        tables: &mut Tables,
+        drive: &Drive<'_>,
+        pid: &ContinuousPid,
+        length_ns: u64,
+        end_s: f64,
+        interval: &mut Interval,
+        watch: &mut impl Watch,
+    ) -> Result<(), PlantError> {
+        self.settle(drive, interval, watch)?;
+        loop {
+            let (mode, offset_rad) = (self.mode, self.axis.offset_rad(&self.mode));
+            let command = pid.motion().oscillator(interval.now_s());
+            let place = tables.feedback(&self.axis, &mode, pid, command.omega_radps, length_ns);
+            let table = &tables.feedback[place];
+            let piece = FeedbackPiece {
+                table,
+                start: feedback_state(&self.y, offset_rad, &command),
+                offset_rad,
+            };
+            let (guards, limit_v) = (self.guards(drive), pid.voltage_limit_v());
+            let linear = guards.map(|guard| Some(self.linear_guard(guard?, &table.table, limit_v)));
+            let left_s = end_s - interval.done_s();
+            let stop =
+                piece
+                    .flow()
+                    .first_zero(&linear, left_s, 0)
+                    .map_err(|_| PlantError::TooStiff {
+                        time_s: interval.now_s(),
+                    })?;
+            let mut y: Vector = stop.x.fixed_rows::<6>(0).into_owned();
+            y[DELTA] += offset_rad;
+            self.move_over(drive, interval, &stop, y, Interior::Feedback(&piece), watch)?;
+            if self.end_of_piece(interval, &stop, &guards, drive, watch)? {
+                return Ok(());
+            }
+        }
+    }
+
+    /// Sets how far a loaded flank must fall to have come away: above the
+    /// rounding of the terms that make up δ, and of b itself.
+    fn set_parting_noise(&mut self, table: &HeldTable, voltage_v: f64) {
+        let x = held_state(&self.y, self.axis.offset_rad(&self.mode));
+        let terms = table.kernel.terms_of_delta(&x, voltage_v);
+        self.axis.set_parting_noise(NOISE_ULPS * terms);
+    }
+
+    /// A guard of the present mode as a linear function of the table's state.
+    fn linear_guard<'t, const D: usize>(
+        &self,
+        guard: Guard,
+        table: &'t Table<D>,
+        limit_v: f64,
+    ) -> LinearGuard<'t, D> {
+        let joint = self.axis.joint;
+        let b = self.axis.backlash_half_rad();
+        let noise_rad = self.axis.parting_noise_rad;
+        let stiffness = joint.map_or(0.0, |joint| joint.stiffness_nm_per_rad);
+        let flank = |flank: Flank| flank.sign();
+        let way = |direction: Direction| direction.sign();
+        let (quantity, sign, offset) = match guard {
+            // In the gap δ = ε.
+            Guard::Meet(f) => (Quantity::Delta, -flank(f), b),
+            Guard::Part(f) => (Quantity::Delta, flank(f), noise_rad),
+            Guard::Release(f) => (Quantity::FlankTorque, flank(f), stiffness * noise_rad),
+            Guard::Reload(f) => (Quantity::FlankTorque, -flank(f), 0.0),
+            Guard::Stop(d) => (Quantity::ScrewSpeed, way(d), speed_noise(&self.y)),
+            Guard::Break(d) => (Quantity::MovingTorque, -way(d), self.axis.holding_torque_nm),
+            Guard::Limit(d) => (Quantity::Demand, -way(d), limit_v),
+            Guard::Unlimit(d) => (Quantity::Demand, way(d), -limit_v),
+        };
+        LinearGuard {
+            linear: table.quantity(quantity),
+            sign,
+            offset,
+            fresh: self.fresh == Some(guard),
+        }
+    }
+}

@@ -1,0 +1,263 @@
+//! Roots and extremes of a polynomial on \[0, 1\], found for certain.
+//!
+//! A polynomial lies within the range of its Bernstein coefficients, and has
+//! at most as many roots as they change sign (Descartes' rule in Bernstein
+//! form; G. Farin, "Curves and Surfaces for CAGD", section 6). No change of
+//! sign excludes a root, one proves that there is exactly one; anything else
+//! is halved (de Casteljau).
+
+use super::taylor::{Coefficients, TERMS};
+
+const N: usize = TERMS + 1;
+
+/// Halvings after which an undecided stretch is called a touch, not a
+/// crossing: its depth is then below the rounding of the coefficients.
+const MAX_HALVINGS: u32 = 40;
+
+/// `C(i,j)/C(n,j)`: Bernstein coefficients `b_i = Σ_{j≤i} C(i,j)/C(n,j)·a_j`.
+const WEIGHTS: [[f64; N]; N] = weights();
+
+const fn weights() -> [[f64; N]; N] {
+    let mut weights = [[0.0; N]; N];
+    let mut i = 0;
+    while i < N {
+        let mut weight = 1.0;
+        let mut j = 0;
+        while j <= i {
+            weights[i][j] = weight;
+            if j < i {
+                weight *= (i - j) as f64 / (N - 1 - j) as f64;
+            }
+            j += 1;
+        }
+        i += 1;
+    }
+    weights
+}
+
+/// A polynomial in both forms.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Polynomial {
+    monomial: Coefficients,
+}
+
+type Bernstein = [f64; N];
+
+impl Polynomial {
+    pub(crate) fn new(monomial: Coefficients) -> Self {
+        Self { monomial }
+    }
+
+    /// `(q(θ) − q(0))/θ`: the root at the start divided out, so that rounding
+    /// cannot find the crossing that began the stretch again. Its value at 0,
+    /// the slope, is known to be at least 0 and is held there.
+    pub(crate) fn without_root_at_start(mut self) -> Self {
+        self.monomial.rotate_left(1);
+        self.monomial[TERMS] = 0.0;
+        self.monomial[0] = self.monomial[0].max(0.0);
+        self
+    }
+
+    fn bernstein(&self) -> Bernstein {
+        let mut b = [0.0; N];
+        for (j, &a) in self.monomial.iter().enumerate() {
+            for (b, row) in b.iter_mut().zip(&WEIGHTS) {
+                *b += row[j] * a;
+            }
+        }
+        b
+    }
+
+    fn value_and_slope(&self, theta: f64) -> (f64, f64) {
+        let (mut value, mut slope) = (self.monomial[TERMS], 0.0);
+        for &a in self.monomial.iter().rev().skip(1) {
+            slope = slope * theta + value;
+            value = value * theta + a;
+        }
+        (value, slope)
+    }
+
+    /// The first θ in \[0, `end`\] at which the polynomial falls below zero.
+    pub(crate) fn first_negative(&self, end: f64) -> Option<f64> {
+        let mut sum = 0.0;
+        for a in &self.monomial[1..] {
+            sum += a.abs();
+        }
+        // The cheapest bound of all: |q(θ) − q(0)| ≤ Σ|a_n|.
+        if self.monomial[0] > sum {
+            return None;
+        }
+        let root = self.first_negative_in(&self.bernstein(), 0.0, 1.0, MAX_HALVINGS)?;
+        (root <= end).then_some(root)
+    }
+
+    fn first_negative_in(&self, b: &Bernstein, from: f64, to: f64, halvings: u32) -> Option<f64> {
+        match sign_changes(b) {
+            _ if b[0] < 0.0 => return Some(from),
+            0 => return None,
+            1 => return Some(self.root_between(from, to)),
+            _ if halvings == 0 => return (b[TERMS] < 0.0).then_some(to),
+            _ => {}
+        }
+        let (left, right) = halves(b);
+        let middle = 0.5 * (from + to);
+        self.first_negative_in(&left, from, middle, halvings - 1)
+            .or_else(|| self.first_negative_in(&right, middle, to, halvings - 1))
+    }
+
+    /// The root between a value that is not negative and one that is: Newton,
+    /// held within the bracket.
+    fn root_between(&self, from: f64, to: f64) -> f64 {
+        let (mut low, mut high) = (from, to);
+        let (at_low, at_high) = (self.value_and_slope(low).0, self.value_and_slope(high).0);
+        let mut theta = low + (high - low) * (at_low / (at_low - at_high)).clamp(0.0, 1.0);
+        for _ in 0..100 {
+            let (value, slope) = self.value_and_slope(theta);
+            if value == 0.0 {
+                return theta;
+            }
+            if value > 0.0 {
+                low = theta;
+            } else {
+                high = theta;
+            }
+            let newton = theta - value / slope;
+            let next = if newton > low && newton < high {
+                newton
+            } else {
+                0.5 * (low + high)
+            };
+            // The last bits of θ are decided by the rounding of the value.
+            if (next - theta).abs() <= 4.0 * f64::EPSILON * next || next <= low || next >= high {
+                return next;
+            }
+            theta = next;
+        }
+        theta
+    }
+
+    /// The supremum of |q| on \[0, `end`\].
+    pub(crate) fn peak(&self, end: f64) -> f64 {
+        let stretched = self.stretched(end);
+        let b = stretched.bernstein();
+        stretched.peak_in(&b, 0.0, 1.0, b[0].abs().max(b[TERMS].abs()), MAX_HALVINGS)
+    }
+
+    /// `q(end·θ)`.
+    fn stretched(&self, end: f64) -> Self {
+        let mut monomial = self.monomial;
+        let mut power = 1.0;
+        if end < 1.0 {
+            for a in &mut monomial {
+                *a *= power;
+                power *= end;
+            }
+        }
+        Self { monomial }
+    }
+
+    fn peak_in(&self, b: &Bernstein, from: f64, to: f64, floor: f64, halvings: u32) -> f64 {
+        let bound = b.iter().fold(0.0, |m: f64, b| m.max(b.abs()));
+        // Rounding of the coefficients themselves is not worth halving for.
+        if bound <= floor * (1.0 + 2e-15) || halvings == 0 {
+            return floor;
+        }
+        // Bent one way throughout: one extreme, where the slope changes sign.
+        let mut bends = [0.0; N];
+        for (bend, three) in bends.iter_mut().zip(b.windows(3)) {
+            *bend = (three[2] - three[1]) - (three[1] - three[0]);
+        }
+        let one_way = bends.iter().all(|&c| c <= 0.0) || bends.iter().all(|&c| c >= 0.0);
+        if one_way {
+            return floor.max(self.extreme_between(b, from, to).abs());
+        }
+        let (left, right) = halves(b);
+        let middle = 0.5 * (from + to);
+        let floor = floor.max(right[0].abs());
+        let floor = self.peak_in(&left, from, middle, floor, halvings - 1);
+        self.peak_in(&right, middle, to, floor, halvings - 1)
+    }
+
+    /// The value where the slope is zero, or the end beyond which it would be.
+    fn extreme_between(&self, b: &Bernstein, from: f64, to: f64) -> f64 {
+        let (first, last) = (b[1] - b[0], b[TERMS] - b[TERMS - 1]);
+        if first == 0.0 || first * last >= 0.0 {
+            let ends = [b[0], b[TERMS]];
+            return if ends[0].abs() > ends[1].abs() {
+                ends[0]
+            } else {
+                ends[1]
+            };
+        }
+        let mut slope = [0.0; N];
+        for (n, (s, &a)) in (1_u32..).zip(slope.iter_mut().zip(&self.monomial[1..])) {
+            *s = f64::from(n) * a * first.signum();
+        }
+        let theta = Self { monomial: slope }.root_between(from, to);
+        self.value_and_slope(theta).0
+    }
+
+    /// The last θ in \[0, `end`\] at which |q| exceeds `band`, if any.
+    pub(crate) fn last_outside(&self, band: f64, end: f64) -> Option<f64> {
+        let q = self.stretched(end);
+        let theta = [1.0, -1.0]
+            .into_iter()
+            .filter_map(|sign| {
+                // Negative where ±q exceeds the band.
+                let mut inside = q;
+                for a in &mut inside.monomial {
+                    *a *= -sign;
+                }
+                inside.monomial[0] += band;
+                let mut b = inside.bernstein();
+                b.reverse();
+                last_negative(&b, 0.0, 1.0, MAX_HALVINGS)
+            })
+            .fold(None, |last: Option<f64>, t| {
+                Some(last.map_or(t, |l| l.max(t)))
+            })?;
+        Some(theta * end)
+    }
+}
+
+/// The last θ at which a polynomial is negative, its Bernstein coefficients
+/// given backwards.
+fn last_negative(backwards: &Bernstein, from: f64, to: f64, halvings: u32) -> Option<f64> {
+    if backwards.iter().all(|&b| b >= 0.0) {
+        return None;
+    }
+    if backwards[0] < 0.0 {
+        return Some(to);
+    }
+    if halvings == 0 {
+        return None;
+    }
+    let (late, early) = halves(backwards);
+    let middle = 0.5 * (from + to);
+    last_negative(&late, middle, to, halvings - 1)
+        .or_else(|| last_negative(&early, from, middle, halvings - 1))
+}
+
+/// Changes of sign along the coefficients, zeros left out.
+fn sign_changes(b: &Bernstein) -> u32 {
+    let (mut changes, mut negative) = (0, b[0] < 0.0);
+    for &b in &b[1..] {
+        if b != 0.0 && (b < 0.0) != negative {
+            changes += 1;
+            negative = !negative;
+        }
+    }
+    changes
+}
+
+/// De Casteljau at θ = ½.
+fn halves(b: &Bernstein) -> (Bernstein, Bernstein) {
+    let (mut left, mut right) = ([0.0; N], *b);
+    for (i, corner) in left.iter_mut().enumerate() {
+        *corner = right[0];
+        for j in 0..N - 1 - i {
+            right[j] = 0.5 * (right[j] + right[j + 1]);
+        }
+    }
+    (left, right)
+}

@@ -1,0 +1,283 @@
+//! Everything about a step that the state does not change: matrices, rows of
+//! the quantities that guards and figures look at, and their bounds.
+//!
+//! Under a held voltage none of it depends on b, on the voltage or on which
+//! flank carries: two tables serve an axis, six one with dry friction.
+
+use super::levels::{ChordBounds, ExactStep, Levels};
+use super::system::{
+    AxisSystem, Column, DELTA, FEEDBACK, HELD, Matrix, demand_row, feedback_system,
+};
+use crate::axis::Axis;
+use crate::joint::JointMode;
+use crate::mode::Mode;
+use crate::pid::ContinuousPid;
+use crate::plant::seconds;
+use crate::resistance::GuideMode;
+use crate::state::{BETA, BETA_DOT, CURRENT, EPSILON_DOT};
+
+/// What guards and figures look at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Quantity {
+    /// `δ = ε − m·b`.
+    Delta,
+    /// `k·δ + c·ε̇`, whether or not the flank carries.
+    FlankTorque,
+    /// What turns the screw: Ψ, or `k_m·I/z` without a joint.
+    MovingTorque,
+    /// γ̇.
+    ScrewSpeed,
+    /// I.
+    Current,
+    /// `β − δ`: γ and the flank's offset.
+    ScrewAngle,
+    /// β.
+    GearAngle,
+    /// `γ̈` less its constant part.
+    ScrewAcceleration,
+    /// The continuous law's demand.
+    Demand,
+}
+
+/// Quantities under a held voltage, and all of them.
+const OF_HELD: usize = 8;
+const OF_FEEDBACK: usize = 9;
+
+/// A quantity's coefficients and bounds.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Linear<const D: usize> {
+    pub(crate) row: Column<D>,
+    pub(crate) bounds: ChordBounds<D>,
+}
+
+/// A system with its exact steps and quantities.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Table<const D: usize> {
+    pub(crate) levels: Levels<D>,
+    quantities: Vec<Linear<D>>,
+}
+
+impl<const D: usize> Table<D> {
+    fn new(a: &Matrix<D>, length_s: f64, rows: &[Column<D>]) -> Self {
+        let levels = Levels::new(a, length_s);
+        let linear = |row: &Column<D>| Linear {
+            row: *row,
+            bounds: levels.bounds(row),
+        };
+        let quantities = rows.iter().map(linear).collect();
+        Self { levels, quantities }
+    }
+
+    pub(crate) fn quantity(&self, quantity: Quantity) -> &Linear<D> {
+        &self.quantities[quantity as usize]
+    }
+}
+
+/// A table for a held voltage.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct HeldTable {
+    length_ns: u64,
+    closed: bool,
+    guide: GuideMode,
+    pub(crate) system: AxisSystem,
+    pub(crate) table: Table<HELD>,
+    pub(crate) kernel: Kernel,
+}
+
+/// The exact step over the whole length, `x(T) = Φ·x + ψ(T)·load + Γ·V`, with
+/// the entries that are not zero: β drives nothing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Kernel {
+    /// Φ, the columns of β̇, δ, ε̇ and I.
+    transition: [[f64; 4]; HELD],
+    /// `ψ(T)·load`.
+    drift: [f64; HELD],
+    /// `Γ = ψ(T)·(0, 0, 0, 0, 1/L)`.
+    per_volt: [f64; HELD],
+}
+
+impl Kernel {
+    fn new(system: &AxisSystem, whole: &ExactStep<HELD>) -> Self {
+        let mut volt = Column::<HELD>::zeros();
+        volt[CURRENT] = system.per_volt;
+        let (drift, per_volt) = (whole.integral * system.load, whole.integral * volt);
+        let column = |j: usize| whole.transition.column(j).into_owned();
+        let (w, d, e, i) = (
+            column(BETA_DOT),
+            column(DELTA),
+            column(EPSILON_DOT),
+            column(CURRENT),
+        );
+        Self {
+            transition: core::array::from_fn(|row| [w[row], d[row], e[row], i[row]]),
+            drift: drift.into(),
+            per_volt: per_volt.into(),
+        }
+    }
+
+    /// Sum of the magnitudes of the terms that make up δ after a step.
+    pub(crate) fn terms_of_delta(&self, x: &Column<HELD>, voltage_v: f64) -> f64 {
+        let phi = &self.transition[DELTA];
+        let terms = [
+            phi[0] * x[BETA_DOT],
+            phi[1] * x[DELTA],
+            phi[2] * x[EPSILON_DOT],
+            phi[3] * x[CURRENT],
+            self.per_volt[DELTA] * voltage_v,
+        ];
+        terms.iter().map(|term| term.abs()).sum()
+    }
+
+    /// One step. The order of the sums is part of the results: the voltage
+    /// comes last because it is known last.
+    pub(crate) fn step(&self, x: &Column<HELD>, voltage_v: f64) -> Column<HELD> {
+        let mut end = Column::<HELD>::zeros();
+        for (row, end) in end.iter_mut().enumerate() {
+            let phi = &self.transition[row];
+            let base = if row == BETA {
+                x[BETA] + self.drift[row]
+            } else {
+                self.drift[row]
+            };
+            let rotor = phi[0] * x[BETA_DOT] + phi[1] * x[DELTA];
+            let joint = phi[2] * x[EPSILON_DOT] + phi[3] * x[CURRENT];
+            *end = ((rotor + joint) + base) + self.per_volt[row] * voltage_v;
+        }
+        end
+    }
+}
+
+/// A table for the continuous law over one length in one mode.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct FeedbackTable {
+    length_ns: u64,
+    mode: Mode,
+    omega: f64,
+    pub(crate) table: Table<FEEDBACK>,
+    pub(crate) input: Column<FEEDBACK>,
+    /// Constant part of γ̈.
+    pub(crate) screw_load: f64,
+}
+
+/// The tables made so far. They are made when first needed; a sampled run
+/// needs two, one for each state of the joint.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct Tables {
+    pub(crate) held: Vec<HeldTable>,
+    pub(crate) feedback: Vec<FeedbackTable>,
+    pid: Option<ContinuousPid>,
+}
+
+/// Tables kept at most of each kind; a run with a delay uses twice three, a
+/// continuous one with all modes and segments about twenty.
+const MOST_TABLES: usize = 64;
+
+/// Whether the joint carries torque in `mode`.
+fn closed(mode: &Mode) -> bool {
+    matches!(mode.joint, JointMode::Gapless | JointMode::Loaded(_))
+}
+
+impl Tables {
+    /// The place of the table for `mode` and `length_ns`, made if need be.
+    pub(crate) fn held(&mut self, axis: &Axis, mode: &Mode, length_ns: u64) -> usize {
+        let key = (closed(mode), mode.guide, length_ns);
+        let found = self
+            .held
+            .iter()
+            .position(|t| (t.closed, t.guide, t.length_ns) == key);
+        if let Some(place) = found {
+            return place;
+        }
+        if self.held.len() >= MOST_TABLES {
+            self.held.clear();
+        }
+        self.held.push(HeldTable::new(axis, mode, length_ns));
+        self.held.len() - 1
+    }
+
+    /// The same for the continuous law; `omega` is that of the command's
+    /// interval.
+    pub(crate) fn feedback(
+        &mut self,
+        axis: &Axis,
+        mode: &Mode,
+        pid: &ContinuousPid,
+        omega: f64,
+        length_ns: u64,
+    ) -> usize {
+        if self.pid.as_ref() != Some(pid) {
+            self.feedback.clear();
+            self.pid = Some(*pid);
+        }
+        let found = self
+            .feedback
+            .iter()
+            .position(|t| (t.mode, t.omega, t.length_ns) == (*mode, omega, length_ns));
+        if let Some(place) = found {
+            return place;
+        }
+        if self.feedback.len() >= MOST_TABLES {
+            self.feedback.clear();
+        }
+        self.feedback
+            .push(FeedbackTable::new(axis, mode, pid, omega, length_ns));
+        self.feedback.len() - 1
+    }
+}
+
+/// The rows of the quantities that need no command.
+fn held_rows(axis: &Axis, mode: &Mode, system: &AxisSystem) -> [Column<HELD>; OF_HELD] {
+    let unit = |place: usize| {
+        let mut row = Column::<HELD>::zeros();
+        row[place] = 1.0;
+        row
+    };
+    // In the order of `Quantity`.
+    [
+        unit(DELTA),
+        axis.flank_torque_row(),
+        axis.moving_torque_row(mode),
+        axis.screw_speed_row(),
+        unit(CURRENT),
+        unit(BETA) - unit(DELTA),
+        unit(BETA),
+        system.screw,
+    ]
+}
+
+impl HeldTable {
+    fn new(axis: &Axis, mode: &Mode, length_ns: u64) -> Self {
+        let system = axis.system(mode);
+        let rows = held_rows(axis, mode, &system);
+        let table = Table::new(&system.a, seconds(length_ns), &rows);
+        Self {
+            length_ns,
+            closed: closed(mode),
+            guide: mode.guide,
+            kernel: Kernel::new(&system, &table.levels.steps[0]),
+            system,
+            table,
+        }
+    }
+}
+
+impl FeedbackTable {
+    fn new(axis: &Axis, mode: &Mode, pid: &ContinuousPid, omega: f64, length_ns: u64) -> Self {
+        let (a, input) = feedback_system(axis, mode, pid, omega);
+        let system = axis.system(mode);
+        let mut rows = [Column::<FEEDBACK>::zeros(); OF_FEEDBACK];
+        for (row, held) in rows.iter_mut().zip(held_rows(axis, mode, &system)) {
+            row.fixed_rows_mut::<HELD>(0).copy_from(&held);
+        }
+        rows[Quantity::Demand as usize] = demand_row(pid);
+        let table = Table::new(&a, seconds(length_ns), &rows);
+        Self {
+            length_ns,
+            mode: *mode,
+            omega,
+            table,
+            input,
+            screw_load: system.screw_load,
+        }
+    }
+}
