@@ -8,6 +8,7 @@ use crate::exact::Sights;
 use crate::motion::{Motion, MotionPoint};
 use crate::quartic::Polynomial;
 use crate::span::{ContactChange, Interior, Span, Watch};
+use crate::state::{BETA, CURRENT, Vector, gamma};
 
 /// What is measured besides the plain peaks.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -77,11 +78,7 @@ impl Extremes {
 
     fn follow(&mut self, span: &Span<'_>) {
         let motion = &self.settings.motion;
-        // The end of one span is the start of the next.
-        let start = match self.command_at_end {
-            Some((time_s, command)) if time_s == span.start_s() => command,
-            _ => motion.at(span.start_s()),
-        };
+        let start = self.command_at(span.start_s());
         let end = motion.at(span.end_s());
         let command = (start, end);
         let of_carriage = span.following_error(motion, &command, false);
@@ -95,6 +92,15 @@ impl Extremes {
 impl Extremes {
     /// A piece of the exact solution.
     fn look<const D: usize>(&mut self, span: &Span<'_>, sights: &Sights<'_, D>) {
+        let ends = (
+            self.command_at(span.start_s()),
+            self.settings.motion.at(span.end_s()),
+        );
+        for (y, command) in [(span.y.0, ends.0), (span.y.1, ends.1)] {
+            self.look_at(span, y, &command);
+        }
+        self.command_at_end = Some((span.end_s(), ends.1));
+
         sights.raise(&sights.acceleration, &mut self.peak_abs_acceleration_mps2);
         sights.raise(&sights.current, &mut self.peak_abs_current_a);
         if let Some(voltage) = &sights.voltage {
@@ -108,6 +114,29 @@ impl Extremes {
         let band_m = self.settings.settling_band_m;
         if let Some(after_s) = sights.last_outside(motion.travel_m(), band_m) {
             self.last_outside_band_s = Some(span.start_s() + after_s);
+        }
+    }
+
+    /// One end of a piece of the exact solution.
+    fn look_at(&mut self, span: &Span<'_>, y: &Vector, command: &MotionPoint) {
+        let (axis, p) = (span.axis, span.axis.pitch_m_per_rad());
+        let raise = |peak: &mut f64, value: f64| *peak = peak.max(value.abs());
+        let acceleration_mps2 = axis.carriage_acceleration_mps2(&span.modes.0, y);
+        raise(&mut self.peak_abs_acceleration_mps2, acceleration_mps2);
+        raise(&mut self.peak_abs_current_a, y[CURRENT]);
+        let x_ref_m = command.displacement_m;
+        raise(&mut self.peak_following_error_m, x_ref_m - p * gamma(y));
+        raise(
+            &mut self.peak_motor_following_error_m,
+            x_ref_m - p * y[BETA],
+        );
+    }
+
+    /// The command at the start of a span, which is the end of the last.
+    fn command_at(&self, start_s: f64) -> MotionPoint {
+        match self.command_at_end {
+            Some((time_s, command)) if time_s == start_s => command,
+            _ => self.settings.motion.at(start_s),
         }
     }
 
@@ -132,11 +161,13 @@ impl Watch for Extremes {
             Interior::Held(piece) => {
                 let voltage_v = span.voltage_at_v(0.0).abs();
                 self.peak_abs_voltage_v = self.peak_abs_voltage_v.max(voltage_v);
-                self.look(span, &piece.sights(span.axis, span.length_s));
+                self.look(span, &piece.sights(span.axis, span.y.1, span.length_s));
             }
             Interior::Feedback(piece) => {
-                let voltage_v = span.voltage_at_v(0.0).abs();
-                self.peak_abs_voltage_v = self.peak_abs_voltage_v.max(voltage_v);
+                for theta in [0.0, 1.0] {
+                    let voltage_v = span.voltage_at_v(theta).abs();
+                    self.peak_abs_voltage_v = self.peak_abs_voltage_v.max(voltage_v);
+                }
                 let amplifier = span.modes.0.amplifier;
                 self.look(span, &piece.sights(span.axis, amplifier, span.length_s));
             }

@@ -98,6 +98,16 @@ impl Plant {
         plant
     }
 
+    /// Back to the start, at rest at zero; what solver `exact` has computed
+    /// about the axis is kept.
+    pub fn reset(&mut self) {
+        self.mode = self.axis.mode_at_rest();
+        self.y = Vector::zeros();
+        self.time_ns = 0;
+        self.fresh = None;
+        self.next_step_s = 1e-5;
+    }
+
     /// State now.
     pub fn state(&self) -> State {
         State::from_vector(&self.y)

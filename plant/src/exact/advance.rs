@@ -7,7 +7,7 @@
 use super::crossing::{LinearGuard, Stop};
 use super::system::{Column, DELTA, FEEDBACK, HELD, feedback_state, held_state, to_plant_vector};
 use super::tables::{FeedbackTable, HeldTable, Quantity, Table, Tables};
-use super::walk::Flow;
+use super::walk::{BOUND_MARGIN, Flow};
 use crate::adaptive::Interval;
 use crate::axis::Drive;
 use crate::error::PlantError;
@@ -19,9 +19,6 @@ use crate::plant::{Plant, seconds};
 use crate::resistance::GuideMode;
 use crate::span::{Interior, Span, Watch};
 use crate::state::{BETA_DOT, BETA_INTEGRAL, EPSILON_DOT, Vector};
-
-/// What the chord bound is raised by for its own rounding.
-const BOUND_MARGIN: f64 = 1.0 + 1e-9;
 
 /// Units in the last place of the terms of δ that its rounding may reach.
 const NOISE_ULPS: f64 = 4.0 * f64::EPSILON;
@@ -42,6 +39,7 @@ pub(crate) struct HeldPiece<'a> {
 pub(crate) struct FeedbackPiece<'a> {
     pub(crate) table: &'a FeedbackTable,
     pub(crate) start: Column<FEEDBACK>,
+    pub(crate) end: Column<FEEDBACK>,
     pub(crate) offset_rad: f64,
 }
 
@@ -325,9 +323,10 @@ impl Plant {
             let command = pid.motion().oscillator(interval.now_s());
             let place = tables.feedback(&self.axis, &mode, pid, command.omega_radps, length_ns);
             let table = &tables.feedback[place];
-            let piece = FeedbackPiece {
+            let mut piece = FeedbackPiece {
                 table,
                 start: feedback_state(&self.y, offset_rad, &command),
+                end: Column::zeros(),
                 offset_rad,
             };
             let (guards, limit_v) = (self.guards(drive), pid.voltage_limit_v());
@@ -340,6 +339,7 @@ impl Plant {
                     .map_err(|_| PlantError::TooStiff {
                         time_s: interval.now_s(),
                     })?;
+            piece.end = stop.x;
             let mut y: Vector = stop.x.fixed_rows::<6>(0).into_owned();
             y[DELTA] += offset_rad;
             self.move_over(drive, interval, &stop, y, Interior::Feedback(&piece), watch)?;

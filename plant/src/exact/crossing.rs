@@ -11,11 +11,7 @@ use super::roots::Polynomial;
 use super::system::Column;
 use super::tables::Linear;
 use super::taylor::Taylor;
-use super::walk::{Flow, Leg, Stretch, TooManySteps};
-
-/// What the chord bound is raised by, so that its own rounding cannot make it
-/// too small.
-const BOUND_MARGIN: f64 = 1.0 + 1e-9;
+use super::walk::{BOUND_MARGIN, Flow, Leg, Stretch, TooManySteps};
 
 /// A guard `offset + sign·row·x`, positive within the mode.
 #[derive(Debug, Clone, Copy)]

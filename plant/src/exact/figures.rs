@@ -2,20 +2,24 @@
 
 use super::advance::{FeedbackPiece, HeldPiece};
 use super::peak::Sought;
-use super::system::Column;
+use super::system::{Column, FEEDBACK, HELD, held_state};
 use super::tables::{Linear, Quantity, Table};
 use super::walk::{Flow, Leg};
 use crate::axis::Axis;
 use crate::mode::AmplifierMode;
 use crate::motion::Motion;
+use crate::state::Vector;
 
 /// One piece of the solution with the quantities that figures are made of.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Sights<'a, const D: usize> {
     flow: Flow<'a, D>,
-    length_s: f64,
-    /// The whole piece as one step, where it is as long as the table's.
-    whole: Option<Leg<D>>,
+    /// The piece from end to end, with the shortest of the table's steps that
+    /// is no shorter.
+    leg: Leg<D>,
+    /// 1 where the piece is as long as that step. The chord of a shorter one
+    /// lies up to once the deviation from the longer one's, which makes 2.
+    slack: f64,
     /// ẍ.
     pub(crate) acceleration: Sought<'a, D>,
     /// I.
@@ -43,26 +47,33 @@ impl<'a, const D: usize> Sights<'a, D> {
         flow: Flow<'a, D>,
         table: &'a Table<D>,
         (offset_rad, screw_load): (f64, f64),
+        end: &Column<D>,
         length_s: f64,
     ) -> Self {
         let p = axis.pitch_m_per_rad();
-        let step = &table.levels.steps[0];
-        let whole = (length_s == step.length_s).then(|| {
-            let rate = table.levels.a * flow.start + flow.input;
-            Leg {
-                start_s: 0.0,
-                length_s,
-                from: *flow.start,
-                rate,
-                to: flow.start + step.integral * rate,
-                level: 0,
-            }
-        });
+        let steps = &table.levels.steps;
+        let level = steps
+            .iter()
+            .rposition(|step| step.length_s >= length_s)
+            .unwrap_or(0);
+        let leg = Leg {
+            start_s: 0.0,
+            length_s,
+            from: *flow.start,
+            rate: table.levels.a * flow.start + flow.input,
+            to: *end,
+            level,
+        };
+        let slack = if steps[level].length_s == length_s {
+            1.0
+        } else {
+            2.0
+        };
         let of = |quantity, scale, offset| sought(table.quantity(quantity), scale, offset);
         Self {
             flow,
-            length_s,
-            whole,
+            leg,
+            slack,
             acceleration: of(Quantity::ScrewAcceleration, p, p * screw_load),
             current: of(Quantity::Current, 1.0, 0.0),
             voltage: None,
@@ -71,18 +82,18 @@ impl<'a, const D: usize> Sights<'a, D> {
         }
     }
 
-    /// Raises `peak` to the supremum of the quantity's magnitude.
+    /// Raises `peak` to the supremum of the quantity's magnitude within the
+    /// piece; the ends are known.
     pub(crate) fn raise(&self, sought: &Sought<'a, D>, peak: &mut f64) {
-        if let Some(leg) = &self.whole
-            && sought.upper_bound(leg) <= *peak
+        if !sought.stays_below(&self.leg, self.slack, *peak)
+            && let Some(within) = self.flow.peak_within(sought, self.leg.length_s)
         {
-            return;
+            *peak = peak.max(within);
         }
-        *peak = peak.max(self.flow.peak(sought, self.length_s));
     }
 
-    /// Raises `peak` to the supremum of |command − quantity|; `breaks_s` are
-    /// the instants at which the command is not smooth.
+    /// Raises `peak` to the supremum of |command − quantity| within the piece;
+    /// where the command is not smooth, that of its parts.
     pub(crate) fn raise_behind(
         &self,
         sought: &Sought<'a, D>,
@@ -90,26 +101,34 @@ impl<'a, const D: usize> Sights<'a, D> {
         start_s: f64,
         peak: &mut f64,
     ) {
+        let behind = Sought {
+            command: Some((motion, start_s)),
+            ..*sought
+        };
+        if behind.stays_below(&self.leg, self.slack, *peak) {
+            return;
+        }
+        let length_s = self.leg.length_s;
         let mut from_s = 0.0;
-        let breaks_s = motion.breaks_s();
-        let inner = breaks_s.iter().map(|t| t - start_s);
-        for to_s in inner.chain([self.length_s]) {
-            if to_s <= from_s || to_s > self.length_s {
+        let inner = motion.breaks_s().map(|t| t - start_s);
+        for to_s in inner.into_iter().chain([length_s]) {
+            if to_s <= from_s || to_s > length_s {
                 continue;
             }
-            let behind = Sought {
+            let start: Column<D> = self.flow.at(from_s);
+            let flow = Flow {
+                start: &start,
+                ..self.flow
+            };
+            let part = Sought {
                 command: Some((motion, start_s + from_s)),
                 ..*sought
             };
-            if from_s == 0.0 && to_s == self.length_s {
-                self.raise(&behind, peak);
-            } else {
-                let start: Column<D> = self.flow.at(from_s);
-                let flow = Flow {
-                    start: &start,
-                    ..self.flow
-                };
-                *peak = peak.max(flow.peak(&behind, to_s - from_s));
+            if to_s < length_s {
+                *peak = peak.max(part.value(&self.flow.at(to_s), to_s - from_s).abs());
+            }
+            if let Some(within) = flow.peak_within(&part, to_s - from_s) {
+                *peak = peak.max(within);
             }
             from_s = to_s;
         }
@@ -123,20 +142,25 @@ impl<'a, const D: usize> Sights<'a, D> {
             offset: target_m - self.carriage.offset,
             ..self.carriage
         };
-        if let Some(leg) = &self.whole
-            && distance.upper_bound(leg) <= band_m
-        {
+        let length_s = self.leg.length_s;
+        if distance.value(&self.leg.to, length_s).abs() > band_m {
+            return Some(length_s);
+        }
+        let (chord, _) = distance.strays(&self.leg);
+        let from = distance.value(&self.leg.from, 0.0).abs();
+        if from.max(distance.value(&self.leg.to, length_s).abs()) + self.slack * chord <= band_m {
             return None;
         }
-        self.flow.last_outside(&distance, band_m, self.length_s)
+        self.flow.last_outside(&distance, band_m, length_s)
     }
 }
 
 impl HeldPiece<'_> {
-    pub(crate) fn sights(&self, axis: &Axis, length_s: f64) -> Sights<'_, { super::system::HELD }> {
+    pub(crate) fn sights(&self, axis: &Axis, end: &Vector, length_s: f64) -> Sights<'_, HELD> {
         let table = &self.table.table;
         let constants = (self.offset_rad, self.table.system.screw_load);
-        Sights::new(axis, self.flow(), table, constants, length_s)
+        let end = held_state(end, self.offset_rad);
+        Sights::new(axis, self.flow(), table, constants, &end, length_s)
     }
 }
 
@@ -146,10 +170,11 @@ impl FeedbackPiece<'_> {
         axis: &Axis,
         amplifier: AmplifierMode,
         length_s: f64,
-    ) -> Sights<'_, { super::system::FEEDBACK }> {
+    ) -> Sights<'_, FEEDBACK> {
         let table = &self.table.table;
         let constants = (self.offset_rad, self.table.screw_load);
-        let mut sights = Sights::new(axis, self.flow(), table, constants, length_s);
+        let end = self.end;
+        let mut sights = Sights::new(axis, self.flow(), table, constants, &end, length_s);
         if amplifier == AmplifierMode::Linear {
             let demand = table.quantity(Quantity::Demand);
             sights.voltage = Some(sought(demand, 1.0, 0.0));

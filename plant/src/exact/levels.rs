@@ -29,6 +29,11 @@
 //! Hence `H_2τ = max(H_τ, H_τ·|e^{Aτ}|) + |d|`, the maximum entry by entry.
 //! For a parabola this is 4/3 of the truth, whatever the number of halvings.
 //!
+//! *Slopes.* The same for `T·g_T'`, by which the slope of q strays from that of
+//! its chord: at the start `E_h = h²/2·|f|·e^{|A|h}·|A|`, and then
+//! `E_2τ = 2·max(E_τ, E_τ·|e^{Aτ}|) + 2·|d|`. A quantity that changes by more
+//! than `Σ_j E_j·|v_j|` over a step is monotone within it.
+//!
 //! If both ends of a guard lie further from zero, on the positive side, than
 //! `Σ_j H_j·|v_j|`, the guard has no zero in between.
 //!
@@ -70,8 +75,12 @@ pub(crate) struct Levels<const D: usize> {
 pub(crate) struct ChordBounds<const D: usize> {
     /// `H` of every level.
     pub(crate) per_rate: Vec<Column<D>>,
+    /// `E` of every level.
+    pub(crate) slope_per_rate: Vec<Column<D>>,
     /// `G` of the longest step; infinite where there is none.
     pub(crate) per_change: Column<D>,
+    /// `E` of the longest step for the change of the state; infinite likewise.
+    pub(crate) slope_per_change: Column<D>,
 }
 
 impl<const D: usize> Levels<D> {
@@ -104,40 +113,48 @@ impl<const D: usize> Levels<D> {
 
     /// The bounds for a quantity with coefficients `row`.
     pub(crate) fn bounds(&self, row: &Column<D>) -> ChordBounds<D> {
-        let mut per_rate = self.bounds_times(row, &Matrix::identity());
-        let per_change = self.steps[0]
+        let (mut per_rate, mut slope_per_rate) = self.bounds_times(row, &Matrix::identity());
+        per_rate.reverse();
+        slope_per_rate.reverse();
+        let last = |bounds: Vec<Column<D>>| bounds.last().copied();
+        let (per_change, slope_per_change) = self.steps[0]
             .integral
             .try_inverse()
-            .and_then(|inverse| self.bounds_times(row, &inverse).pop())
-            .filter(|bound| bound.iter().all(|b| b.is_finite()))
-            .unwrap_or_else(|| Column::repeat(f64::INFINITY));
-        per_rate.reverse();
+            .map(|inverse| self.bounds_times(row, &inverse))
+            .and_then(|(chords, slopes)| Some((last(chords)?, last(slopes)?)))
+            .filter(|(chord, slope)| chord.iter().chain(slope.iter()).all(|b| b.is_finite()))
+            .unwrap_or_else(|| (Column::repeat(f64::INFINITY), Column::repeat(f64::INFINITY)));
         ChordBounds {
             per_rate,
+            slope_per_rate,
             per_change,
+            slope_per_change,
         }
     }
 
-    /// Bounds of `g(t)·m`, the shortest step first; `m` commutes with A.
-    fn bounds_times(&self, row: &Column<D>, m: &Matrix<D>) -> Vec<Column<D>> {
+    /// `H` and `E` of `g(t)·m`, the shortest step first; `m` commutes with A.
+    fn bounds_times(&self, row: &Column<D>, m: &Matrix<D>) -> (Vec<Column<D>>, Vec<Column<D>>) {
         let leaf = self.steps[self.steps.len() - 1];
         let h = leaf.length_s;
         let magnitude = self.a.abs();
         // e^{|A|h} = 1 + |A|·ψ_|A|(h)
         let grown = Matrix::<D>::identity() + magnitude * integral(&magnitude, h);
         let curved = (self.a * m).abs();
-        let mut bound = (curved.transpose() * (grown.transpose() * row.abs())) * (h * h / 8.0);
-        let mut bounds = vec![bound];
+        let curvature = (curved.transpose() * (grown.transpose() * row.abs())) * (h * h);
+        let (mut chord, mut slope) = (curvature / 8.0, curvature / 2.0);
+        let (mut chords, mut slopes) = (vec![chord], vec![slope]);
         for pair in self.steps.windows(2).rev() {
             let (long, short) = (&pair[0], &pair[1]);
             // d = f·ψ(τ) − ½·f·ψ(2τ)
             let middle = short.integral - long.integral * 0.5;
-            let d = m.transpose() * (middle.transpose() * row);
-            let carried = short.transition.abs().transpose() * bound;
-            bound = bound.sup(&carried) + d.abs();
-            bounds.push(bound);
+            let d = (m.transpose() * (middle.transpose() * row)).abs();
+            let carry = short.transition.abs().transpose();
+            chord = chord.sup(&(carry * chord)) + d;
+            slope = (slope.sup(&(carry * slope)) + d) * 2.0;
+            chords.push(chord);
+            slopes.push(slope);
         }
-        bounds
+        (chords, slopes)
     }
 }
 
@@ -146,5 +163,10 @@ impl<const D: usize> ChordBounds<D> {
     /// `rate`.
     pub(crate) fn over(&self, level: usize, rate: &Column<D>) -> f64 {
         self.per_rate[level].dot(&rate.abs())
+    }
+
+    /// Change over a step of level `level` above which a quantity is monotone.
+    pub(crate) fn slope_over(&self, level: usize, rate: &Column<D>) -> f64 {
+        self.slope_per_rate[level].dot(&rate.abs())
     }
 }

@@ -3,7 +3,7 @@
 use super::roots::Polynomial;
 use super::tables::Linear;
 use super::taylor::{Coefficients, TERMS, Taylor};
-use super::walk::{Flow, Leg, Stretch};
+use super::walk::{BOUND_MARGIN, Flow, Leg, Stretch};
 use crate::motion::Motion;
 
 /// A quantity `scale·row·x + offset`, or the command less that.
@@ -18,29 +18,38 @@ pub(crate) struct Sought<'a, const D: usize> {
 }
 
 impl<const D: usize> Sought<'_, D> {
-    fn value(&self, x: &super::system::Column<D>, time_s: f64) -> f64 {
-        let q = self.scale * self.linear.row.dot(x) + self.offset;
+    pub(crate) fn value(&self, x: &super::system::Column<D>, time_s: f64) -> f64 {
+        let q = self.scale * self.linear.value(x) + self.offset;
         match self.command {
             None => q,
             Some((motion, start_s)) => motion.at(start_s + time_s).displacement_m - q,
         }
     }
 
-    /// Bound of the deviation from the chord over a leg: that of the plant's
-    /// part, and `T²/8·sup|a_ref|` for the command.
-    fn deviation(&self, leg: &Leg<D>) -> f64 {
-        let own = self.scale.abs() * self.linear.bounds.over(leg.level, &leg.rate);
-        let command = self.command.map_or(0.0, |(motion, _)| {
-            motion.peak_acceleration_mps2() * leg.length_s * leg.length_s / 8.0
+    /// How far the quantity may stray from its chord over a leg, and the change
+    /// above which it is monotone: those of the plant's part, and `T²/8` and
+    /// `T²/2` times sup|a_ref| for the command.
+    pub(crate) fn strays(&self, leg: &Leg<D>) -> (f64, f64) {
+        let (bounds, scale) = (&self.linear.bounds, self.scale.abs());
+        let bend = self.command.map_or(0.0, |(motion, _)| {
+            motion.peak_acceleration_mps2() * leg.length_s * leg.length_s
         });
-        (own + command) * (1.0 + 1e-9)
+        let chord = scale * bounds.over(leg.level, &leg.rate) + bend / 8.0;
+        let slope = scale * bounds.slope_over(leg.level, &leg.rate) + bend / 2.0;
+        (chord * BOUND_MARGIN, slope * BOUND_MARGIN)
     }
 
-    /// Upper bound of the magnitude over a leg.
-    pub(crate) fn upper_bound(&self, leg: &Leg<D>) -> f64 {
+    /// Whether the quantity's magnitude stays below `floor` within a leg, but
+    /// for its ends; `slack` is how many times its bound the chord may be off.
+    pub(crate) fn stays_below(&self, leg: &Leg<D>, slack: f64, floor: f64) -> bool {
         let end_s = leg.start_s + leg.length_s;
-        let ends = self.value(&leg.from, leg.start_s).abs();
-        ends.max(self.value(&leg.to, end_s).abs()) + self.deviation(leg)
+        let (from, to) = (
+            self.value(&leg.from, leg.start_s),
+            self.value(&leg.to, end_s),
+        );
+        let (chord, slope) = self.strays(leg);
+        let monotone = slack == 1.0 && (to - from).abs() >= slope;
+        monotone || from.abs().max(to.abs()) + slack * chord <= floor
     }
 
     fn polynomial(&self, leg: &Leg<D>, series: &Taylor<D>, end: f64) -> Polynomial {
@@ -60,23 +69,33 @@ impl<const D: usize> Sought<'_, D> {
     }
 }
 
+/// An extreme counts if it exceeds the ends by more than their rounding.
+const ABOVE_THE_ENDS: f64 = 1.0 + 1e-14;
+
 impl<const D: usize> Flow<'_, D> {
-    /// The supremum of the quantity's magnitude over `length_s`. It depends on
-    /// nothing but the solution: the largest of several is the same whichever
-    /// of them a bound has spared.
-    pub(crate) fn peak(&self, sought: &Sought<'_, D>, length_s: f64) -> f64 {
-        let mut peak = sought.value(self.start, 0.0).abs();
+    /// The supremum of the quantity's magnitude within `length_s`, if it is
+    /// larger than at both ends. It depends on nothing but the solution: the
+    /// largest of several is the same whichever of them a bound has spared.
+    pub(crate) fn peak_within(&self, sought: &Sought<'_, D>, length_s: f64) -> Option<f64> {
+        let ends = sought.value(self.start, 0.0).abs();
+        let ends = ends.max(sought.value(&self.at(length_s), length_s).abs()) * ABOVE_THE_ENDS;
+        let mut peak = ends;
         let mut walk = self.walk(length_s, 0);
-        loop {
-            match walk.next(|leg| sought.upper_bound(leg) <= peak) {
-                Ok(Some(Stretch::Leaf { leg, series, end })) => {
+        // A walk as long as this one has been taken before, so it ends.
+        while let Ok(Some(stretch)) = walk.next(|leg| sought.stays_below(leg, 1.0, peak)) {
+            match stretch {
+                Stretch::Settled(leg) => {
+                    let end_s = leg.start_s + leg.length_s;
+                    if end_s < length_s {
+                        peak = peak.max(sought.value(&leg.to, end_s).abs());
+                    }
+                }
+                Stretch::Leaf { leg, series, end } => {
                     peak = peak.max(sought.polynomial(&leg, &series, end).peak(end));
                 }
-                Ok(Some(Stretch::Settled(_))) => {}
-                // A walk as long as this one has been taken before.
-                Ok(None) | Err(_) => return peak,
             }
         }
+        (peak > ends).then_some(peak)
     }
 
     /// When within `length_s` the quantity's magnitude is last above `band`.
@@ -88,7 +107,13 @@ impl<const D: usize> Flow<'_, D> {
     ) -> Option<f64> {
         let mut last = None;
         let mut walk = self.walk(length_s, 0);
-        while let Ok(Some(stretch)) = walk.next(|leg| sought.upper_bound(leg) <= band) {
+        let inside = |leg: &Leg<D>| {
+            let end_s = leg.start_s + leg.length_s;
+            let ends = sought.value(&leg.from, leg.start_s).abs();
+            let ends = ends.max(sought.value(&leg.to, end_s).abs());
+            ends + sought.strays(leg).0 <= band
+        };
+        while let Ok(Some(stretch)) = walk.next(inside) {
             if let Stretch::Leaf { leg, series, end } = stretch
                 && let Some(theta) = sought
                     .polynomial(&leg, &series, end)

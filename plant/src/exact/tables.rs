@@ -50,6 +50,18 @@ pub(crate) struct Linear<const D: usize> {
     pub(crate) bounds: ChordBounds<D>,
 }
 
+impl<const D: usize> Linear<D> {
+    /// `f·x`, summed in the order of the states.
+    #[inline]
+    pub(crate) fn value(&self, x: &Column<D>) -> f64 {
+        let mut sum = 0.0;
+        for (f, x) in self.row.iter().zip(x.iter()) {
+            sum += f * x;
+        }
+        sum
+    }
+}
+
 /// A system with its exact steps and quantities.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Table<const D: usize> {
