@@ -71,6 +71,15 @@ impl Axis {
         }
     }
 
+    /// The same axis with another b; a rigid one is as it was.
+    pub(crate) fn with_backlash(mut self, backlash_half_rad: f64) -> Self {
+        if let Some(joint) = &mut self.joint {
+            joint.backlash_half_rad = backlash_half_rad;
+        }
+        self.set_parting_noise(0.0);
+        self
+    }
+
     /// b, 0 without a joint \[rad\].
     pub(crate) fn backlash_half_rad(&self) -> f64 {
         self.joint.map_or(0.0, |joint| joint.backlash_half_rad)

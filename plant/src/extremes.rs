@@ -64,6 +64,16 @@ impl Extremes {
         }
     }
 
+    /// Peaks of ẍ, I and the two following errors.
+    pub(crate) fn peaks_mut(&mut self) -> [&mut f64; 4] {
+        [
+            &mut self.peak_abs_acceleration_mps2,
+            &mut self.peak_abs_current_a,
+            &mut self.peak_following_error_m,
+            &mut self.peak_motor_following_error_m,
+        ]
+    }
+
     fn settle(&mut self, span: &Span<'_>) {
         let band_m = self.settings.settling_band_m;
         let distance = span.distance_to(self.settings.motion.travel_m());
@@ -100,20 +110,24 @@ impl Extremes {
             self.look_at(span, y, &command);
         }
         self.command_at_end = Some((span.end_s(), ends.1));
+        self.look_within(span.start_s(), sights);
+    }
 
+    /// Between the ends of a piece of the exact solution.
+    pub(crate) fn look_within<const D: usize>(&mut self, start_s: f64, sights: &Sights<'_, D>) {
         sights.raise(&sights.acceleration, &mut self.peak_abs_acceleration_mps2);
         sights.raise(&sights.current, &mut self.peak_abs_current_a);
         if let Some(voltage) = &sights.voltage {
             sights.raise(voltage, &mut self.peak_abs_voltage_v);
         }
-        let (motion, start_s) = (self.settings.motion, span.start_s());
+        let motion = self.settings.motion;
         let carriage = &mut self.peak_following_error_m;
         sights.raise_behind(&sights.carriage, &motion, start_s, carriage);
         let motor = &mut self.peak_motor_following_error_m;
         sights.raise_behind(&sights.motor, &motion, start_s, motor);
         let band_m = self.settings.settling_band_m;
         if let Some(after_s) = sights.last_outside(motion.travel_m(), band_m) {
-            self.last_outside_band_s = Some(span.start_s() + after_s);
+            self.last_outside_band_s = Some(start_s + after_s);
         }
     }
 

@@ -19,6 +19,7 @@ mod adaptive;
 mod amplifier;
 mod armature;
 mod axis;
+mod batch;
 mod dac;
 mod dopri5;
 mod encoder;
@@ -40,6 +41,7 @@ mod state;
 mod transition;
 
 pub use axis::Drive;
+pub use batch::{Batch, Eight, LaneSetup, One, Width};
 pub use error::{MotionError, PlantError};
 pub use extremes::{Extremes, ExtremesSettings};
 pub use joint::Contact;

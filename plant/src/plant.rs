@@ -98,6 +98,39 @@ impl Plant {
         plant
     }
 
+    /// At rest at zero, solver `exact`.
+    pub(crate) fn of_axis(axis: Axis) -> Self {
+        Self {
+            axis,
+            solver: Solver::Exact,
+            mode: axis.mode_at_rest(),
+            y: Vector::zeros(),
+            time_ns: 0,
+            fresh: None,
+            next_step_s: 1e-5,
+            tables: Tables::default(),
+        }
+    }
+
+    /// Takes over a state within the present mode.
+    pub(crate) fn set(&mut self, state: &State, time_ns: u64) {
+        self.y = state.to_vector();
+        self.time_ns = time_ns;
+    }
+
+    pub(crate) fn axis(&self) -> &Axis {
+        &self.axis
+    }
+
+    pub(crate) fn mode(&self) -> &Mode {
+        &self.mode
+    }
+
+    /// Whether the state lies on the surface of the last change of mode.
+    pub(crate) fn is_fresh(&self) -> bool {
+        self.fresh.is_some()
+    }
+
     /// Back to the start, at rest at zero; what solver `exact` has computed
     /// about the axis is kept.
     pub fn reset(&mut self) {
@@ -106,6 +139,18 @@ impl Plant {
         self.time_ns = 0;
         self.fresh = None;
         self.next_step_s = 1e-5;
+    }
+
+    /// A plant that goes on from here with another solver: state, mode and
+    /// time are this one's, `parameters` as in [`Plant::new`].
+    pub fn resolved_with(&self, parameters: &AxisParameters, solver: Solver) -> Self {
+        Self {
+            mode: self.mode,
+            y: self.y,
+            time_ns: self.time_ns,
+            fresh: self.fresh,
+            ..Self::new(parameters, solver)
+        }
     }
 
     /// State now.

@@ -11,6 +11,7 @@ use super::walk::{BOUND_MARGIN, Flow};
 use crate::adaptive::Interval;
 use crate::axis::Drive;
 use crate::error::PlantError;
+use crate::extremes::Extremes;
 use crate::guard::speed_noise;
 use crate::joint::{Flank, JointMode};
 use crate::mode::{Direction, Guard, Guards};
@@ -154,6 +155,30 @@ impl Plant {
         });
         self.y = y;
         true
+    }
+
+    /// Searches the step that the bound allows for extremes, without taking it.
+    pub(crate) fn look(
+        &self,
+        tables: &mut Tables,
+        voltage_v: f64,
+        length_ns: u64,
+        extremes: &mut Extremes,
+    ) {
+        let place = tables.held(&self.axis, &self.mode, length_ns);
+        let table = &tables.held[place];
+        let offset_rad = self.axis.offset_rad(&self.mode);
+        let piece = HeldPiece {
+            table,
+            input: table.system.input(voltage_v),
+            start: held_state(&self.y, offset_rad),
+            offset_rad,
+            beta_integral_rads: self.y[BETA_INTEGRAL],
+        };
+        let end = table.kernel.step(&piece.start, voltage_v);
+        let end = to_plant_vector(&end, offset_rad, piece.beta_integral_rads);
+        let (start_s, length_s) = (seconds(self.time_ns), seconds(length_ns));
+        extremes.look_within(start_s, &piece.sights(&self.axis, &end, length_s));
     }
 
     /// The interval under a held voltage from change to change.

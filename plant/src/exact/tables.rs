@@ -101,11 +101,11 @@ pub(crate) struct HeldTable {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Kernel {
     /// Φ, the columns of β̇, δ, ε̇ and I.
-    transition: [[f64; 4]; HELD],
+    pub(crate) transition: [[f64; 4]; HELD],
     /// `ψ(T)·load`.
-    drift: [f64; HELD],
+    pub(crate) drift: [f64; HELD],
     /// `Γ = ψ(T)·(0, 0, 0, 0, 1/L)`.
-    per_volt: [f64; HELD],
+    pub(crate) per_volt: [f64; HELD],
 }
 
 impl Kernel {

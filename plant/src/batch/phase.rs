@@ -1,0 +1,70 @@
+//! The numbers of one step over all lanes: what a lane's mode decides.
+
+use super::width::Width;
+use crate::exact::{BOUND_MARGIN, HELD, HeldTable, Quantity};
+
+/// The states that drive something: β̇, δ, ε̇ and I. β does not.
+pub(crate) const DRIVING: usize = 4;
+
+/// Coefficients of the four driving states, one number per lane.
+pub(crate) type Row<W> = [<W as Width>::Array; DRIVING];
+
+/// One step of all lanes.
+#[derive(Debug, Clone)]
+pub(crate) struct Phase<W: Width> {
+    pub(crate) length_ns: u64,
+    pub(crate) transition: [Row<W>; HELD],
+    pub(crate) drift: [W::Array; HELD],
+    pub(crate) per_volt: [W::Array; HELD],
+    /// How far δ may stray from its chord, per change of the states.
+    pub(crate) gap_bound: Row<W>,
+    /// Changes of ẍ, I, p·γ and p·β above which they are monotone, likewise.
+    pub(crate) slopes: [Row<W>; FIGURES],
+}
+
+/// Figures that are looked at between the samples.
+pub(crate) const FIGURES: usize = 4;
+
+impl<W: Width> Phase<W> {
+    pub(crate) fn new(length_ns: u64) -> Self {
+        let zero = W::array(0.0);
+        Self {
+            length_ns,
+            transition: [[zero; DRIVING]; HELD],
+            drift: [zero; HELD],
+            per_volt: [zero; HELD],
+            gap_bound: [zero; DRIVING],
+            slopes: [[zero; DRIVING]; FIGURES],
+        }
+    }
+
+    /// Sets one lane to the step of a table.
+    pub(crate) fn set(&mut self, lane: usize, table: &HeldTable, pitch_m_per_rad: f64) {
+        let kernel = &table.kernel;
+        for row in 0..HELD {
+            for (to, from) in self.transition[row].iter_mut().zip(&kernel.transition[row]) {
+                to.as_mut()[lane] = *from;
+            }
+            self.drift[row].as_mut()[lane] = kernel.drift[row];
+            self.per_volt[row].as_mut()[lane] = kernel.per_volt[row];
+        }
+        let bounds = |quantity: Quantity| &table.table.quantity(quantity).bounds;
+        let gap = &bounds(Quantity::Delta).per_change;
+        for j in 0..DRIVING {
+            self.gap_bound[j].as_mut()[lane] = BOUND_MARGIN * gap[j + 1];
+        }
+        let p = pitch_m_per_rad;
+        let figures = [
+            (Quantity::ScrewAcceleration, p),
+            (Quantity::Current, 1.0),
+            (Quantity::ScrewAngle, p),
+            (Quantity::GearAngle, p),
+        ];
+        for (row, (quantity, scale)) in self.slopes.iter_mut().zip(figures) {
+            let slope = &bounds(quantity).slope_per_change;
+            for j in 0..DRIVING {
+                row[j].as_mut()[lane] = BOUND_MARGIN * scale * slope[j + 1];
+            }
+        }
+    }
+}

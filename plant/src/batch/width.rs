@@ -1,0 +1,156 @@
+//! How many runs are computed side by side, and with which instructions.
+//!
+//! Every lane sees the operations of a single run in the same order, so the
+//! width decides about speed alone, never about bits: nothing is added across
+//! lanes, and multiplications and additions are never fused.
+
+use core::ops::{Add, Div, Mul, Sub};
+
+use fearless_simd::prelude::*;
+use fearless_simd::{Simd, f64x8, mask64x8};
+
+/// A number of lanes and the instructions that work on them.
+pub trait Width: Copy {
+    /// Runs side by side.
+    const LANES: usize;
+    /// One number per lane in memory.
+    type Array: Copy + core::fmt::Debug + AsRef<[f64]> + AsMut<[f64]>;
+    /// One number per lane in registers.
+    type Vector: Copy
+        + Add<Output = Self::Vector>
+        + Sub<Output = Self::Vector>
+        + Mul<Output = Self::Vector>
+        + Div<Output = Self::Vector>;
+    /// One truth value per lane.
+    type Mask: Copy;
+
+    /// The same number in every lane of memory.
+    fn array(value: f64) -> Self::Array;
+    /// The same number in every lane.
+    fn splat(self, value: f64) -> Self::Vector;
+    /// From memory.
+    fn load(self, array: &Self::Array) -> Self::Vector;
+    /// To memory.
+    fn store(self, vector: Self::Vector, array: &mut Self::Array);
+    /// The largest whole number that is no larger.
+    fn floor(self, vector: Self::Vector) -> Self::Vector;
+    /// The magnitude.
+    fn abs(self, vector: Self::Vector) -> Self::Vector;
+    /// `a > b`; false where either is not a number.
+    fn greater(self, a: Self::Vector, b: Self::Vector) -> Self::Mask;
+    /// `a` where `mask` holds, elsewhere `b`.
+    fn select(self, mask: Self::Mask, a: Self::Vector, b: Self::Vector) -> Self::Vector;
+    /// Bit i of lane i.
+    fn bits(self, mask: Self::Mask) -> u64;
+
+    /// The larger of the two, `b` where `a` is not a number.
+    #[inline(always)]
+    fn larger(self, a: Self::Vector, b: Self::Vector) -> Self::Vector {
+        self.select(self.greater(a, b), a, b)
+    }
+
+    /// The smaller of the two, `b` where `a` is not a number.
+    #[inline(always)]
+    fn smaller(self, a: Self::Vector, b: Self::Vector) -> Self::Vector {
+        self.select(self.greater(b, a), a, b)
+    }
+}
+
+/// One run in plain scalars.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct One;
+
+impl Width for One {
+    const LANES: usize = 1;
+    type Array = [f64; 1];
+    type Vector = f64;
+    type Mask = bool;
+
+    #[inline(always)]
+    fn array(value: f64) -> [f64; 1] {
+        [value]
+    }
+    #[inline(always)]
+    fn splat(self, value: f64) -> f64 {
+        value
+    }
+    #[inline(always)]
+    fn load(self, array: &[f64; 1]) -> f64 {
+        array[0]
+    }
+    #[inline(always)]
+    fn store(self, vector: f64, array: &mut [f64; 1]) {
+        array[0] = vector;
+    }
+    #[inline(always)]
+    fn floor(self, vector: f64) -> f64 {
+        vector.floor()
+    }
+    #[inline(always)]
+    fn abs(self, vector: f64) -> f64 {
+        vector.abs()
+    }
+    #[inline(always)]
+    fn greater(self, a: f64, b: f64) -> bool {
+        a > b
+    }
+    #[inline(always)]
+    fn select(self, mask: bool, a: f64, b: f64) -> f64 {
+        if mask { a } else { b }
+    }
+    #[inline(always)]
+    fn bits(self, mask: bool) -> u64 {
+        u64::from(mask)
+    }
+}
+
+/// Eight runs, with the instructions that `S` stands for.
+#[derive(Debug, Clone, Copy)]
+pub struct Eight<S: Simd>(
+    /// The instruction set, as detected.
+    pub S,
+);
+
+impl<S: Simd> Width for Eight<S> {
+    const LANES: usize = 8;
+    type Array = [f64; 8];
+    type Vector = f64x8<S>;
+    type Mask = mask64x8<S>;
+
+    #[inline(always)]
+    fn array(value: f64) -> [f64; 8] {
+        [value; 8]
+    }
+    #[inline(always)]
+    fn splat(self, value: f64) -> f64x8<S> {
+        f64x8::splat(self.0, value)
+    }
+    #[inline(always)]
+    fn load(self, array: &[f64; 8]) -> f64x8<S> {
+        f64x8::from_slice(self.0, array)
+    }
+    #[inline(always)]
+    fn store(self, vector: f64x8<S>, array: &mut [f64; 8]) {
+        vector.store_slice(array);
+    }
+    #[inline(always)]
+    fn floor(self, vector: f64x8<S>) -> f64x8<S> {
+        vector.floor()
+    }
+    #[inline(always)]
+    fn abs(self, vector: f64x8<S>) -> f64x8<S> {
+        vector.abs()
+    }
+    #[inline(always)]
+    fn greater(self, a: f64x8<S>, b: f64x8<S>) -> mask64x8<S> {
+        a.simd_gt(b)
+    }
+    #[inline(always)]
+    fn select(self, mask: mask64x8<S>, a: f64x8<S>, b: f64x8<S>) -> f64x8<S> {
+        mask.select(a, b)
+    }
+    #[inline(always)]
+    fn bits(self, mask: mask64x8<S>) -> u64 {
+        mask.to_bitmask()
+    }
+}
