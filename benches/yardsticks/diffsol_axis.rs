@@ -23,6 +23,10 @@ type Vector = NalgebraVec<f64>;
 /// First step of a run \[s\].
 const FIRST_STEP_S: f64 = 1e-5;
 
+/// A step that would reach this share of what is left of a sample takes all
+/// of it: a sliver would cost as much as a whole step.
+const LAST_SHARE: f64 = 0.95;
+
 /// Runs a plan from rest. `observe` gets sample, code and state; returned are
 /// the state at the end and the changes of contact.
 ///
@@ -107,39 +111,39 @@ where
         for (i, rate) in rates.into_iter().enumerate() {
             state.dy[i] = rate;
         }
-        *state.h = self.wanted_step_s;
         Ok(())
     }
 
-    /// Steps until `end_s`.
+    /// Steps until `end_s`. The last step is cut by hand: a stop time would
+    /// hide the step that the error control asks for.
     fn advance(&mut self, end_s: f64) -> Result<(), YardstickError> {
         let mut fresh = false;
         loop {
-            let (start_s, planned_s) = (self.solver.state().t, self.solver.state().h);
+            let left_s = end_s - self.solver.state().t;
+            let last = self.wanted_step_s >= left_s * LAST_SHARE;
+            if last || self.solver.state().h != self.wanted_step_s {
+                let step_s = if last { left_s } else { self.wanted_step_s };
+                *self.solver.state_mut().h = step_s;
+            }
             let reason = self.solver.step()?;
             let state = self.solver.state();
-            let (time_s, next_s) = (state.t, state.h);
+            let time_s = state.t;
             if fresh && self.contact.guards(state.y[EPSILON])[0] < 0.0 {
                 return Err(YardstickError::MissedContact { time_s });
             }
             fresh = false;
-            let taken_s = time_s - start_s;
+            let arrived = end_s - time_s <= left_s * 1e-9;
+            // A step cut short by the sample says nothing against longer ones.
+            if !(last && arrived && state.h < self.wanted_step_s) {
+                self.wanted_step_s = state.h;
+            }
             match reason {
                 OdeSolverStopReason::RootFound(root_s, guard) => {
                     self.switch(root_s, guard)?;
                     fresh = true;
                 }
-                OdeSolverStopReason::InternalTimestep => {
-                    let cut = time_s + next_s >= end_s * (1.0 - 1e-15);
-                    self.wanted_step_s = if cut { taken_s.max(next_s) } else { next_s };
-                }
-                OdeSolverStopReason::TstopReached => {
-                    let rejected = taken_s < 0.999 * planned_s;
-                    if rejected || next_s > self.wanted_step_s {
-                        self.wanted_step_s = next_s;
-                    }
-                    return Ok(());
-                }
+                _ if arrived => return Ok(()),
+                _ => {}
             }
         }
     }
@@ -164,9 +168,7 @@ where
         let state = self.solver.state_mut();
         // Counted, not summed.
         *state.t = self.time_s;
-        *state.h = self.wanted_step_s;
         state.dy[CURRENT] = rates[CURRENT];
-        self.solver.set_stop_time(end_s)?;
         self.advance(end_s)?;
         self.time_s = end_s;
         Ok(())
