@@ -27,8 +27,7 @@ fn own(case: &Case) -> (Vec<f64>, Outcome) {
     (codes, outcome.unwrap())
 }
 
-/// Same changes in the same order, within 1e-7 s or what 1e-8 rad make at
-/// the speed of a shallow exit.
+/// Same changes in the same order, at most 10 µs apart: exits are shallow.
 fn assert_same_events(changes: &[Change], outcome: &Outcome) {
     let own = &outcome.contact_changes;
     assert_eq!(changes.len(), own.len());
