@@ -65,6 +65,16 @@ impl Extremes {
     }
 
     /// Peaks of ẍ, I and the two following errors.
+    pub(crate) fn peaks(&self) -> [f64; 4] {
+        [
+            self.peak_abs_acceleration_mps2,
+            self.peak_abs_current_a,
+            self.peak_following_error_m,
+            self.peak_motor_following_error_m,
+        ]
+    }
+
+    /// The same, to be raised.
     pub(crate) fn peaks_mut(&mut self) -> [&mut f64; 4] {
         [
             &mut self.peak_abs_acceleration_mps2,
@@ -115,19 +125,37 @@ impl Extremes {
 
     /// Between the ends of a piece of the exact solution.
     pub(crate) fn look_within<const D: usize>(&mut self, start_s: f64, sights: &Sights<'_, D>) {
-        sights.raise(&sights.acceleration, &mut self.peak_abs_acceleration_mps2);
-        sights.raise(&sights.current, &mut self.peak_abs_current_a);
+        self.raise_peaks(start_s, sights, u8::MAX);
         if let Some(voltage) = &sights.voltage {
             sights.raise(voltage, &mut self.peak_abs_voltage_v);
         }
-        let motion = self.settings.motion;
-        let carriage = &mut self.peak_following_error_m;
-        sights.raise_behind(&sights.carriage, &motion, start_s, carriage);
-        let motor = &mut self.peak_motor_following_error_m;
-        sights.raise_behind(&sights.motor, &motion, start_s, motor);
-        let band_m = self.settings.settling_band_m;
-        if let Some(after_s) = sights.last_outside(motion.travel_m(), band_m) {
+        let (travel_m, band_m) = (self.settings.motion.travel_m(), self.settings.settling_band_m);
+        if let Some(after_s) = sights.last_outside(travel_m, band_m) {
             self.last_outside_band_s = Some(start_s + after_s);
+        }
+    }
+
+    /// The peaks of [`Extremes::peaks`] whose bits are set in `which`.
+    pub(crate) fn raise_peaks<const D: usize>(
+        &mut self,
+        start_s: f64,
+        sights: &Sights<'_, D>,
+        which: u8,
+    ) {
+        let motion = &self.settings.motion;
+        if which & 1 != 0 {
+            sights.raise(&sights.acceleration, &mut self.peak_abs_acceleration_mps2);
+        }
+        if which & 2 != 0 {
+            sights.raise(&sights.current, &mut self.peak_abs_current_a);
+        }
+        if which & 4 != 0 {
+            let peak = &mut self.peak_following_error_m;
+            sights.raise_behind(&sights.carriage, motion, start_s, peak);
+        }
+        if which & 8 != 0 {
+            let peak = &mut self.peak_motor_following_error_m;
+            sights.raise_behind(&sights.motor, motion, start_s, peak);
         }
     }
 

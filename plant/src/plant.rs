@@ -5,7 +5,7 @@ use crate::adaptive::Interval;
 use crate::axis::{Axis, Drive};
 use crate::error::PlantError;
 use crate::exact::Tables;
-use crate::joint::Contact;
+use crate::joint::{Contact, Flank, JointMode};
 use crate::mode::{Guard, Mode};
 use crate::parameters::AxisParameters;
 use crate::span::Watch;
@@ -44,7 +44,7 @@ pub struct Plant {
     /// Step that the error control would take next \[s\].
     pub(crate) next_step_s: f64,
     /// What solver `exact` has computed about the axis.
-    tables: Tables,
+    tables: Option<Box<Tables>>,
 }
 
 impl Plant {
@@ -86,7 +86,7 @@ impl Plant {
             time_ns: 0,
             fresh: None,
             next_step_s: 1e-5,
-            tables: Tables::default(),
+            tables: None,
         }
     }
 
@@ -108,7 +108,7 @@ impl Plant {
             time_ns: 0,
             fresh: None,
             next_step_s: 1e-5,
-            tables: Tables::default(),
+            tables: None,
         }
     }
 
@@ -116,6 +116,28 @@ impl Plant {
     pub(crate) fn set(&mut self, state: &State, time_ns: u64) {
         self.y = state.to_vector();
         self.time_ns = time_ns;
+    }
+
+    /// A copy in the same mode at another state and time.
+    pub(crate) fn at(&self, state: &State, time_ns: u64) -> Self {
+        Self {
+            y: state.to_vector(),
+            time_ns,
+            tables: None,
+            ..*self
+        }
+    }
+
+    /// Puts a joint with a gap into contact with the flank of this sign, or
+    /// opens it at 0.
+    pub(crate) fn set_contact(&mut self, sign: f64) {
+        if matches!(self.mode.joint, JointMode::Open | JointMode::Loaded(_)) {
+            self.mode.joint = match sign {
+                s if s > 0.0 => JointMode::Loaded(Flank::Drive),
+                s if s < 0.0 => JointMode::Loaded(Flank::Coast),
+                _ => JointMode::Open,
+            };
+        }
     }
 
     pub(crate) fn axis(&self) -> &Axis {
@@ -190,6 +212,7 @@ impl Plant {
     /// [`PlantError`] if a state leaves the finite numbers, the plant is too
     /// stiff for the solver, or its mode changes without end; the state is
     /// then that of the last completed step.
+    #[inline]
     pub fn advance(
         &mut self,
         drive: &Drive<'_>,
@@ -202,9 +225,9 @@ impl Plant {
         }
         match self.solver {
             Solver::Exact => {
-                let mut tables = core::mem::take(&mut self.tables);
+                let mut tables = self.tables.take().unwrap_or_default();
                 let result = self.advance_exactly(&mut tables, drive, length_ns, watch);
-                self.tables = tables;
+                self.tables = Some(tables);
                 result?;
             }
             Solver::Dopri5 { tolerance } => {

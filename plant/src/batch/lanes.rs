@@ -1,6 +1,6 @@
 //! The states of all lanes, one step at a time.
 
-use super::phase::{FIGURES, Phase, Row};
+use super::phase::{DRIVING, FIGURES, Phase, Row};
 use super::width::Width;
 use crate::axis::{Axis, Drive};
 use crate::error::PlantError;
@@ -44,7 +44,26 @@ pub struct Batch<W: Width> {
     band_m: W::Array,
     /// `sup|a_ref|` \[m/s²\].
     peak_command_mps2: W::Array,
+    /// Steps in which a figure may have exceeded its peak between the ends, to
+    /// be looked at when they are many; most are outdone by later ends.
+    pending: Vec<Pending<W>>,
 }
+
+/// A step to be looked at again, lane by lane.
+#[derive(Debug, Clone)]
+struct Pending<W: Width> {
+    /// Upper bounds of the figures' magnitudes; −∞ where there is no question.
+    upper: [W::Array; FIGURES],
+    time_ns: u64,
+    phase: usize,
+    state: [W::Array; HELD],
+    joint: W::Array,
+    voltage_v: W::Array,
+}
+
+/// Steps that wait at most, and how many may go on waiting.
+const MOST_PENDING: usize = 24;
+const KEPT_PENDING: usize = 12;
 
 /// What the lanes' modes make of the equations.
 #[derive(Debug, Clone)]
@@ -60,6 +79,8 @@ struct ModeNumbers<W: Width> {
     damping: W::Array,
     /// a0 against the motion.
     resistance_n: W::Array,
+    /// The flank in contact: −1, 0 or 1.
+    joint: W::Array,
 }
 
 /// The single run that a lane is.
@@ -111,6 +132,7 @@ impl<W: Width> Batch<W> {
                 stiffness: zero,
                 damping: zero,
                 resistance_n: zero,
+                joint: zero,
             },
             figures: [zero; FIGURES],
             peaks: [zero; FIGURES],
@@ -119,6 +141,7 @@ impl<W: Width> Batch<W> {
             travel_m: zero,
             band_m: zero,
             peak_command_mps2: zero,
+            pending: Vec::with_capacity(MOST_PENDING),
         })
     }
 
@@ -134,6 +157,7 @@ impl<W: Width> Batch<W> {
         self.peak_abs_voltage_v = zero;
         self.last_outside = W::array(-1.0);
         self.lanes.clear();
+        self.pending.clear();
         for lane in 0..W::LANES {
             let setup = setups.get(lane).unwrap_or(last);
             let motion = &setup.extremes.motion;
@@ -199,23 +223,20 @@ impl<W: Width> Batch<W> {
         ];
 
         // Does the joint keep its mode?
-        let change = [
-            w.abs(to[0] - from[0]),
-            w.abs(to[1] - from[1]),
-            w.abs(to[2] - from[2]),
-            w.abs(to[3] - from[3]),
-        ];
-        let bound = |row: &Row<W>| {
-            (load(&row[0]) * change[0] + load(&row[1]) * change[1])
-                + (load(&row[2]) * change[2] + load(&row[3]) * change[3])
-        };
-        let guard = |delta: W::Vector| {
-            (load(&mode.base) + load(&mode.side) * delta) - load(&mode.open) * w.abs(delta)
-        };
-        let keeps = w.greater(
-            w.smaller(guard(from[1]), guard(to[1])),
-            bound(&step.gap_bound),
-        );
+        let signed = [to[0] - from[0], to[1] - from[1], to[2] - from[2], to[3] - from[3]];
+        let change = [w.abs(signed[0]), w.abs(signed[1]), w.abs(signed[2]), w.abs(signed[3])];
+        let ends = w.smaller(mode.guard(w, from[1]), mode.guard(w, to[1]));
+        let all = (1_u64 << W::LANES) - 1;
+        let mut moved = !w.bits(w.greater(ends, dot(w, &step.gap_bound, &change))) & all;
+        if moved != 0 {
+            // Perhaps it does after all: the same with the quarters.
+            let mut lowest = ends;
+            for row in &step.gap_points {
+                let delta = from[1] + dot(w, row, &signed);
+                lowest = w.smaller(lowest, mode.guard(w, delta));
+            }
+            moved &= !w.bits(w.greater(lowest, dot(w, &step.gap_fine_bound, &change)));
+        }
 
         // The figures at the end.
         let epsilon1 = to[1] + offset;
@@ -240,12 +261,14 @@ impl<W: Width> Batch<W> {
         let half = w.splat(0.5);
         let seconds_now = w.splat(seconds(step.length_ns));
         let bend = load(&self.peak_command_mps2) * (seconds_now * seconds_now) * half;
-        let mut wanted = 0;
+        let mut pending = 0;
         let mut peaks = self.peaks;
+        let mut uppers = self.peaks;
         let mut carriage_slope = w.splat(0.0);
+        let never = w.splat(f64::NEG_INFINITY);
         for (i, end) in figures.iter().enumerate() {
             let start = load(&self.figures[i]);
-            let mut slope = bound(&step.slopes[i]);
+            let mut slope = dot(w, &step.slopes[i], &change);
             if i == CARRIAGE {
                 carriage_slope = slope;
             }
@@ -254,8 +277,10 @@ impl<W: Width> Batch<W> {
             }
             let ends = w.larger(w.abs(start), w.abs(*end));
             let peak = w.larger(w.abs(*end), load(&self.peaks[i]));
-            let turns = w.bits(w.greater(slope, w.abs(*end - start)));
-            wanted |= turns & w.bits(w.greater(ends + slope * half, peak));
+            let turns = w.greater(slope, w.abs(*end - start));
+            let upper = w.select(turns, ends + slope * half, never);
+            pending |= w.bits(w.greater(upper, peak));
+            w.store(upper, &mut uppers[i]);
             w.store(peak, &mut peaks[i]);
         }
         // Outside the settling band at the end, or perhaps before it.
@@ -264,7 +289,7 @@ impl<W: Width> Batch<W> {
         let before = w.abs(travel - p * (beta0 - (from[1] + offset)));
         let outside = w.greater(distance, band);
         let near = w.greater(w.larger(distance, before) + carriage_slope * half, band);
-        wanted |= w.bits(near) & !w.bits(outside);
+        let wanted = w.bits(near) & !w.bits(outside) & all & !moved;
         let number = w.splat(crate::plant::count(self.time_ns));
         let mut last_outside = self.last_outside;
         w.store(
@@ -290,17 +315,82 @@ impl<W: Width> Batch<W> {
         for (figure, array) in figures.iter().zip(&mut next.figures) {
             w.store(*figure, array);
         }
-        let all = (1_u64 << W::LANES) - 1;
-        let moved = !w.bits(keeps) & all;
-        if (moved | wanted) & all != 0 {
-            w.store(voltage_v, &mut next.voltage_v);
-            self.look_closer(phase, moved, wanted & all & !moved, &mut next);
+        w.store(voltage_v, &mut next.voltage_v);
+        if pending & all & !moved != 0 {
+            for lane in 0..W::LANES {
+                if moved >> lane & 1 != 0 {
+                    for upper in &mut uppers {
+                        upper.as_mut()[lane] = f64::NEG_INFINITY;
+                    }
+                }
+            }
+            self.pending.push(Pending {
+                upper: uppers,
+                time_ns: self.time_ns,
+                phase,
+                state: self.state,
+                joint: self.mode.joint,
+                voltage_v: next.voltage_v,
+            });
+        }
+        if moved | wanted != 0 {
+            self.look_closer(phase, moved, wanted, &mut next);
         }
         self.time_ns += self.phases[phase].length_ns;
         self.state = next.state;
         self.figures = next.figures;
         self.peaks = next.peaks;
         self.last_outside = next.last_outside;
+        if self.pending.len() >= MOST_PENDING {
+            self.thin_out(KEPT_PENDING);
+        }
+    }
+
+    /// Drops the pending steps that are outdone; if more than `keep` are left,
+    /// looks at them.
+    #[cold]
+    #[inline(never)]
+    fn thin_out(&mut self, keep: usize) {
+        let mut pending = core::mem::take(&mut self.pending);
+        pending.retain(|step| (0..W::LANES).any(|lane| self.questions(step, lane) != 0));
+        if pending.len() > keep {
+            for step in pending.drain(..) {
+                for lane in 0..W::LANES {
+                    let questions = self.questions(&step, lane);
+                    if questions != 0 {
+                        self.answer(&step, lane, questions);
+                    }
+                }
+            }
+        }
+        self.pending = pending;
+    }
+
+    /// Which figures of a lane a pending step could still raise.
+    fn questions(&self, step: &Pending<W>, lane: usize) -> u8 {
+        let mut questions = 0;
+        let known = self.lanes[lane].extremes.peaks();
+        for i in 0..FIGURES {
+            let peak = self.peaks[i].as_ref()[lane].max(known[i]);
+            questions |= u8::from(step.upper[i].as_ref()[lane] > peak) << i;
+        }
+        questions
+    }
+
+    /// Looks at one lane of a pending step.
+    fn answer(&mut self, step: &Pending<W>, lane: usize, questions: u8) {
+        let run = &mut self.lanes[lane];
+        for (peak, figure) in self.peaks.iter().zip(run.extremes.peaks_mut()) {
+            *figure = figure.max(peak.as_ref()[lane]);
+        }
+        let mut plant = run.plant.at(&state_of::<W>(&step.state, lane), step.time_ns);
+        plant.set_contact(step.joint.as_ref()[lane]);
+        let (voltage_v, length_ns) = (
+            step.voltage_v.as_ref()[lane],
+            self.phases[step.phase].length_ns,
+        );
+        let tables = &mut self.tables;
+        plant.look(tables, voltage_v, length_ns, Some(questions), &mut run.extremes);
     }
 
     /// Advances the lanes of `moved` as single runs, and searches the step of
@@ -315,14 +405,7 @@ impl<W: Width> Batch<W> {
                 continue;
             }
             let voltage_v = next.voltage_v.as_ref()[lane];
-            let y = State {
-                beta_rad: self.state[0].as_ref()[lane],
-                beta_dot_radps: self.state[1].as_ref()[lane],
-                epsilon_rad: self.state[2].as_ref()[lane],
-                epsilon_dot_radps: self.state[3].as_ref()[lane],
-                current_a: self.state[4].as_ref()[lane],
-                beta_integral_rads: 0.0,
-            };
+            let y = state_of::<W>(&self.state, lane);
             let run = &mut self.lanes[lane];
             run.plant.set(&y, self.time_ns);
             for (peak, figure) in self.peaks.iter().zip(run.extremes.peaks_mut()) {
@@ -330,8 +413,7 @@ impl<W: Width> Batch<W> {
             }
             if moved & bit == 0 {
                 let tables = &mut self.tables;
-                run.plant
-                    .look(tables, voltage_v, length_ns, &mut run.extremes);
+                run.plant.look(tables, voltage_v, length_ns, None, &mut run.extremes);
                 continue;
             }
             next.last_outside.as_mut()[lane] = self.last_outside.as_ref()[lane];
@@ -408,6 +490,7 @@ impl<W: Width> Batch<W> {
             (&mut numbers.stiffness, stiffness),
             (&mut numbers.damping, damping),
             (&mut numbers.resistance_n, resistance_n),
+            (&mut numbers.joint, f64::from(mode.joint.contact().sign())),
         ] {
             array.as_mut()[lane] = value;
         }
@@ -431,21 +514,15 @@ impl<W: Width> Batch<W> {
 
     /// State of a lane.
     pub fn state(&self, lane: usize) -> State {
-        State {
-            beta_rad: self.state[0].as_ref()[lane],
-            beta_dot_radps: self.state[1].as_ref()[lane],
-            epsilon_rad: self.state[2].as_ref()[lane],
-            epsilon_dot_radps: self.state[3].as_ref()[lane],
-            current_a: self.state[4].as_ref()[lane],
-            beta_integral_rads: 0.0,
-        }
+        state_of::<W>(&self.state, lane)
     }
 
     /// Extremes of a lane so far, or why it could not go on.
     ///
     /// # Errors
     /// The [`PlantError`] that stopped the lane; it stands where it stopped.
-    pub fn extremes(&self, lane: usize) -> Result<Extremes, PlantError> {
+    pub fn extremes(&mut self, lane: usize) -> Result<Extremes, PlantError> {
+        self.thin_out(0);
         let run = &self.lanes[lane];
         run.result?;
         let mut extremes = run.extremes;
@@ -477,3 +554,29 @@ impl<W: Width> Batch<W> {
 /// Place of the carriage's following error among the figures; the motor's
 /// follows.
 const CARRIAGE: usize = 2;
+
+/// `Σ row_j·x_j` over the driving states.
+#[inline(always)]
+fn dot<W: Width>(w: W, row: &Row<W>, x: &[W::Vector; DRIVING]) -> W::Vector {
+    (w.load(&row[0]) * x[0] + w.load(&row[1]) * x[1])
+        + (w.load(&row[2]) * x[2] + w.load(&row[3]) * x[3])
+}
+
+impl<W: Width> ModeNumbers<W> {
+    #[inline(always)]
+    fn guard(&self, w: W, delta: W::Vector) -> W::Vector {
+        (w.load(&self.base) + w.load(&self.side) * delta) - w.load(&self.open) * w.abs(delta)
+    }
+}
+
+fn state_of<W: Width>(arrays: &[W::Array; HELD], lane: usize) -> State {
+    let value = |place: usize| arrays[place].as_ref()[lane];
+    State {
+        beta_rad: value(0),
+        beta_dot_radps: value(1),
+        epsilon_rad: value(2),
+        epsilon_dot_radps: value(3),
+        current_a: value(4),
+        beta_integral_rads: 0.0,
+    }
+}

@@ -1,7 +1,7 @@
 //! The numbers of one step over all lanes: what a lane's mode decides.
 
 use super::width::Width;
-use crate::exact::{BOUND_MARGIN, HELD, HeldTable, Quantity};
+use crate::exact::{BOUND_MARGIN, Column, HELD, HeldTable, Quantity};
 
 /// The states that drive something: β̇, δ, ε̇ and I. β does not.
 pub(crate) const DRIVING: usize = 4;
@@ -18,6 +18,10 @@ pub(crate) struct Phase<W: Width> {
     pub(crate) per_volt: [W::Array; HELD],
     /// How far δ may stray from its chord, per change of the states.
     pub(crate) gap_bound: Row<W>,
+    /// δ at the quarters of the step less its start, and how far it may stray
+    /// from the chords between them, likewise.
+    pub(crate) gap_points: [Row<W>; 3],
+    pub(crate) gap_fine_bound: Row<W>,
     /// Changes of ẍ, I, p·γ and p·β above which they are monotone, likewise.
     pub(crate) slopes: [Row<W>; FIGURES],
 }
@@ -34,6 +38,8 @@ impl<W: Width> Phase<W> {
             drift: [zero; HELD],
             per_volt: [zero; HELD],
             gap_bound: [zero; DRIVING],
+            gap_points: [[zero; DRIVING]; 3],
+            gap_fine_bound: [zero; DRIVING],
             slopes: [[zero; DRIVING]; FIGURES],
         }
     }
@@ -52,6 +58,15 @@ impl<W: Width> Phase<W> {
         let gap = &bounds(Quantity::Delta).per_change;
         for j in 0..DRIVING {
             self.gap_bound[j].as_mut()[lane] = BOUND_MARGIN * gap[j + 1];
+        }
+        // Without quarters an infinite bound, which excludes nothing.
+        let none = ([Column::zeros(); 3], Column::repeat(f64::INFINITY));
+        let (points, fine) = table.gap_quarters.unwrap_or(none);
+        for j in 0..DRIVING {
+            for (row, point) in self.gap_points.iter_mut().zip(&points) {
+                row[j].as_mut()[lane] = point[j + 1];
+            }
+            self.gap_fine_bound[j].as_mut()[lane] = BOUND_MARGIN * fine[j + 1];
         }
         let p = pitch_m_per_rad;
         let figures = [

@@ -66,6 +66,7 @@ impl FeedbackPiece<'_> {
 
 impl Plant {
     /// Solver `exact` over `length_ns` from now.
+    #[inline]
     pub(crate) fn advance_exactly(
         &mut self,
         tables: &mut Tables,
@@ -88,7 +89,7 @@ impl Plant {
     }
 
     /// Takes the whole interval in one step if the bound excludes a change.
-    #[inline]
+    #[inline(always)]
     fn keeps_mode(
         &mut self,
         tables: &mut Tables,
@@ -105,27 +106,24 @@ impl Plant {
         let offset_rad = self.axis.offset_rad(&self.mode);
         let start = held_state(&self.y, offset_rad);
         let end = table.kernel.step(&start, voltage_v);
-        let change = end - start;
-        let stray = |quantity: Quantity| {
-            let bound = &table.table.quantity(quantity).bounds.per_change;
-            BOUND_MARGIN * bound.dot(&change.abs())
-        };
         let (d0, d1) = (start[DELTA], end[DELTA]);
         let joint_keeps = match self.mode.joint {
             JointMode::Rigid | JointMode::Gapless => end.iter().all(|x| x.is_finite()),
             JointMode::Open => {
                 let b = self.axis.backlash_half_rad();
-                b - d0.abs().max(d1.abs()) > stray(Quantity::Delta)
+                b - d0.abs().max(d1.abs()) > table.kernel.gap_strays(&start, &end)
             }
             JointMode::Loaded(flank) => {
                 let s = flank.sign();
-                (s * d0).min(s * d1) > stray(Quantity::Delta)
+                (s * d0).min(s * d1) > table.kernel.gap_strays(&start, &end)
             }
             JointMode::Released(_) => false,
         };
         let slides = |s: f64| {
             let speed = |x: &Column<HELD>| s * (x[BETA_DOT] - x[EPSILON_DOT]);
-            speed(&start).min(speed(&end)) > stray(Quantity::ScrewSpeed)
+            let bound = &table.table.quantity(Quantity::ScrewSpeed).bounds.per_change;
+            let stray = BOUND_MARGIN * bound.dot(&(end - start).abs());
+            speed(&start).min(speed(&end)) > stray
         };
         let guide_keeps = match self.mode.guide {
             GuideMode::AsWritten => true,
@@ -157,12 +155,14 @@ impl Plant {
         true
     }
 
-    /// Searches the step that the bound allows for extremes, without taking it.
+    /// Searches the step that the bound allows for extremes, without taking it:
+    /// all that there are, or those of [`Extremes::peaks`] whose bits are set.
     pub(crate) fn look(
         &self,
         tables: &mut Tables,
         voltage_v: f64,
         length_ns: u64,
+        which: Option<u8>,
         extremes: &mut Extremes,
     ) {
         let place = tables.held(&self.axis, &self.mode, length_ns);
@@ -178,7 +178,11 @@ impl Plant {
         let end = table.kernel.step(&piece.start, voltage_v);
         let end = to_plant_vector(&end, offset_rad, piece.beta_integral_rads);
         let (start_s, length_s) = (seconds(self.time_ns), seconds(length_ns));
-        extremes.look_within(start_s, &piece.sights(&self.axis, &end, length_s));
+        let sights = piece.sights(&self.axis, &end, length_s);
+        match which {
+            Some(which) => extremes.raise_peaks(start_s, &sights, which),
+            None => extremes.look_within(start_s, &sights),
+        }
     }
 
     /// The interval under a held voltage from change to change.

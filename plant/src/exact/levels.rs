@@ -132,6 +132,27 @@ impl<const D: usize> Levels<D> {
         }
     }
 
+    /// A quantity at T/4, T/2 and 3T/4 less its start, per change of the state
+    /// over the longest step T, and the bound of how far it strays from the
+    /// chords between these points: `H_(T/4)·|e^{A·t_i}·ψ(T)⁻¹|`, the largest of
+    /// the four. `None` where T is short already, or ψ(T) singular.
+    pub(crate) fn quarters(&self, row: &Column<D>) -> Option<([Column<D>; 3], Column<D>)> {
+        let [whole, half, quarter] = [self.steps.first()?, self.steps.get(1)?, self.steps.get(2)?];
+        let inverse = whole.integral.try_inverse()?;
+        let third = half.integral + half.transition * quarter.integral;
+        let point = |integral: &Matrix<D>| (integral * inverse).transpose() * row;
+        let points = [quarter.integral, half.integral, third].map(|integral| point(&integral));
+        let chord = self.bounds(row).per_rate[2];
+        let mut starts = inverse;
+        let mut strays = Column::<D>::zeros();
+        for _ in 0..4 {
+            strays = strays.sup(&(starts.abs().transpose() * chord));
+            starts = quarter.transition * starts;
+        }
+        let finite = points.iter().flatten().chain(strays.iter()).all(|c| c.is_finite());
+        finite.then_some((points, strays))
+    }
+
     /// `H` and `E` of `g(t)·m`, the shortest step first; `m` commutes with A.
     fn bounds_times(&self, row: &Column<D>, m: &Matrix<D>) -> (Vec<Column<D>>, Vec<Column<D>>) {
         let leaf = self.steps[self.steps.len() - 1];

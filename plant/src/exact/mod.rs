@@ -27,6 +27,6 @@ mod walk;
 
 pub(crate) use advance::{FeedbackPiece, HeldPiece};
 pub(crate) use figures::Sights;
-pub(crate) use system::{HELD, to_plant_vector};
+pub(crate) use system::{Column, HELD, to_plant_vector};
 pub(crate) use tables::{HeldTable, Quantity, Tables};
 pub(crate) use walk::BOUND_MARGIN;

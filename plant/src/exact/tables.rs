@@ -8,6 +8,7 @@ use super::levels::{ChordBounds, ExactStep, Levels};
 use super::system::{
     AxisSystem, Column, DELTA, FEEDBACK, HELD, Matrix, demand_row, feedback_system,
 };
+use super::walk::BOUND_MARGIN;
 use crate::axis::Axis;
 use crate::joint::JointMode;
 use crate::mode::Mode;
@@ -94,6 +95,8 @@ pub(crate) struct HeldTable {
     pub(crate) system: AxisSystem,
     pub(crate) table: Table<HELD>,
     pub(crate) kernel: Kernel,
+    /// δ at the quarters of the step, see [`Levels::quarters`].
+    pub(crate) gap_quarters: Option<([Column<HELD>; 3], Column<HELD>)>,
 }
 
 /// The exact step over the whole length, `x(T) = Φ·x + ψ(T)·load + Γ·V`, with
@@ -106,10 +109,12 @@ pub(crate) struct Kernel {
     pub(crate) drift: [f64; HELD],
     /// `Γ = ψ(T)·(0, 0, 0, 0, 1/L)`.
     pub(crate) per_volt: [f64; HELD],
+    /// `G` of δ, raised by its rounding, for β̇, δ, ε̇ and I.
+    pub(crate) gap_bound: [f64; 4],
 }
 
 impl Kernel {
-    fn new(system: &AxisSystem, whole: &ExactStep<HELD>) -> Self {
+    fn new(system: &AxisSystem, whole: &ExactStep<HELD>, gap: &ChordBounds<HELD>) -> Self {
         let mut volt = Column::<HELD>::zeros();
         volt[CURRENT] = system.per_volt;
         let (drift, per_volt) = (whole.integral * system.load, whole.integral * volt);
@@ -124,6 +129,7 @@ impl Kernel {
             transition: core::array::from_fn(|row| [w[row], d[row], e[row], i[row]]),
             drift: drift.into(),
             per_volt: per_volt.into(),
+            gap_bound: core::array::from_fn(|j| BOUND_MARGIN * gap.per_change[j + 1]),
         }
     }
 
@@ -142,9 +148,9 @@ impl Kernel {
 
     /// One step. The order of the sums is part of the results: the voltage
     /// comes last because it is known last.
+    #[inline(always)]
     pub(crate) fn step(&self, x: &Column<HELD>, voltage_v: f64) -> Column<HELD> {
-        let mut end = Column::<HELD>::zeros();
-        for (row, end) in end.iter_mut().enumerate() {
+        Column::<HELD>::from_fn(|row, _| {
             let phi = &self.transition[row];
             let base = if row == BETA {
                 x[BETA] + self.drift[row]
@@ -153,9 +159,17 @@ impl Kernel {
             };
             let rotor = phi[0] * x[BETA_DOT] + phi[1] * x[DELTA];
             let joint = phi[2] * x[EPSILON_DOT] + phi[3] * x[CURRENT];
-            *end = ((rotor + joint) + base) + self.per_volt[row] * voltage_v;
-        }
-        end
+            ((rotor + joint) + base) + self.per_volt[row] * voltage_v
+        })
+    }
+
+    /// How far δ may stray from its chord over the step.
+    #[inline(always)]
+    pub(crate) fn gap_strays(&self, from: &Column<HELD>, to: &Column<HELD>) -> f64 {
+        let change = |state: usize| (to[state] - from[state]).abs();
+        let g = &self.gap_bound;
+        (g[0] * change(BETA_DOT) + g[1] * change(DELTA))
+            + (g[2] * change(EPSILON_DOT) + g[3] * change(CURRENT))
     }
 }
 
@@ -177,7 +191,7 @@ pub(crate) struct FeedbackTable {
 pub(crate) struct Tables {
     pub(crate) held: Vec<HeldTable>,
     pub(crate) feedback: Vec<FeedbackTable>,
-    pid: Option<ContinuousPid>,
+    pid: Option<Box<ContinuousPid>>,
 }
 
 /// Tables kept at most of each kind; a run with a delay uses twice three, a
@@ -191,6 +205,7 @@ fn closed(mode: &Mode) -> bool {
 
 impl Tables {
     /// The place of the table for `mode` and `length_ns`, made if need be.
+    #[inline]
     pub(crate) fn held(&mut self, axis: &Axis, mode: &Mode, length_ns: u64) -> usize {
         let key = (closed(mode), mode.guide, length_ns);
         let found = self
@@ -200,6 +215,11 @@ impl Tables {
         if let Some(place) = found {
             return place;
         }
+        self.make_held(axis, mode, length_ns)
+    }
+
+    #[cold]
+    fn make_held(&mut self, axis: &Axis, mode: &Mode, length_ns: u64) -> usize {
         if self.held.len() >= MOST_TABLES {
             self.held.clear();
         }
@@ -217,9 +237,9 @@ impl Tables {
         omega: f64,
         length_ns: u64,
     ) -> usize {
-        if self.pid.as_ref() != Some(pid) {
+        if self.pid.as_deref() != Some(pid) {
             self.feedback.clear();
-            self.pid = Some(*pid);
+            self.pid = Some(Box::new(*pid));
         }
         let found = self
             .feedback
@@ -266,8 +286,15 @@ impl HeldTable {
             length_ns,
             closed: closed(mode),
             guide: mode.guide,
-            kernel: Kernel::new(&system, &table.levels.steps[0]),
+            kernel: Kernel::new(
+                &system,
+                &table.levels.steps[0],
+                &table.quantity(Quantity::Delta).bounds,
+            ),
             system,
+            gap_quarters: table
+                .levels
+                .quarters(&table.quantity(Quantity::Delta).row),
             table,
         }
     }
