@@ -64,6 +64,10 @@ impl Extremes {
         }
     }
 
+    pub(crate) fn motion(&self) -> &Motion {
+        &self.settings.motion
+    }
+
     /// Peaks of ẍ, I and the two following errors.
     pub(crate) fn peaks(&self) -> [f64; 4] {
         [

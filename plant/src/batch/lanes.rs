@@ -10,7 +10,7 @@ use crate::joint::JointMode;
 use crate::parameters::AxisParameters;
 use crate::plant::{Plant, seconds};
 use crate::resistance::GuideMode;
-use crate::state::State;
+use crate::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT, State};
 
 /// What is a lane's own about the plant.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -37,6 +37,8 @@ pub struct Batch<W: Width> {
     figures: [W::Array; FIGURES],
     /// Sup of the figures' magnitudes over the steps' ends.
     peaks: [W::Array; FIGURES],
+    /// What the figures are known to exceed between the ends.
+    floors: [W::Array; FIGURES],
     peak_abs_voltage_v: W::Array,
     /// Number of the last step that ended outside the settling band.
     last_outside: W::Array,
@@ -59,11 +61,13 @@ struct Pending<W: Width> {
     state: [W::Array; HELD],
     joint: W::Array,
     voltage_v: W::Array,
+    /// Whether the upper bounds are those of the quarters.
+    enclosed: bool,
 }
 
 /// Steps that wait at most, and how many may go on waiting.
-const MOST_PENDING: usize = 24;
-const KEPT_PENDING: usize = 12;
+const MOST_PENDING: usize = 48;
+const KEPT_PENDING: usize = 24;
 
 /// What the lanes' modes make of the equations.
 #[derive(Debug, Clone)]
@@ -136,6 +140,7 @@ impl<W: Width> Batch<W> {
             },
             figures: [zero; FIGURES],
             peaks: [zero; FIGURES],
+            floors: [zero; FIGURES],
             peak_abs_voltage_v: zero,
             last_outside: zero,
             travel_m: zero,
@@ -154,6 +159,7 @@ impl<W: Width> Batch<W> {
         self.state = [zero; HELD];
         self.figures = [zero; FIGURES];
         self.peaks = [zero; FIGURES];
+        self.floors = [zero; FIGURES];
         self.peak_abs_voltage_v = zero;
         self.last_outside = W::array(-1.0);
         self.lanes.clear();
@@ -193,33 +199,26 @@ impl<W: Width> Batch<W> {
         let w = self.width;
         let step = &self.phases[phase];
         let mode = &self.mode;
-        let load = |array: &W::Array| w.load(array);
         let (p, inertia) = (
             w.splat(self.axis.pitch_m_per_rad()),
             w.splat(self.axis.moved_inertia()),
         );
 
         // x(T) = Φ·x + ψ(T)·load + Γ·V, in the order of `Kernel::step`.
-        let offset = load(&mode.offset_rad);
-        let beta0 = load(&self.state[0]);
+        let offset = w.load(&mode.offset_rad);
+        let beta0 = w.load(&self.state[0]);
         let from = [
-            load(&self.state[1]),
-            load(&self.state[2]) - offset,
-            load(&self.state[3]),
-            load(&self.state[4]),
+            w.load(&self.state[1]),
+            w.load(&self.state[2]) - offset,
+            w.load(&self.state[3]),
+            w.load(&self.state[4]),
         ];
-        let row = |row: usize, base: W::Vector| {
-            let phi = &step.transition[row];
-            let rotor = load(&phi[0]) * from[0] + load(&phi[1]) * from[1];
-            let joint = load(&phi[2]) * from[2] + load(&phi[3]) * from[3];
-            ((rotor + joint) + base) + load(&step.per_volt[row]) * voltage_v
-        };
-        let beta1 = row(0, beta0 + load(&step.drift[0]));
+        let beta1 = step.row(w, BETA, &from, beta0 + w.load(&step.drift[BETA]), voltage_v);
         let to = [
-            row(1, load(&step.drift[1])),
-            row(2, load(&step.drift[2])),
-            row(3, load(&step.drift[3])),
-            row(4, load(&step.drift[4])),
+            step.row(w, BETA_DOT, &from, w.load(&step.drift[BETA_DOT]), voltage_v),
+            step.row(w, EPSILON, &from, w.load(&step.drift[EPSILON]), voltage_v),
+            step.row(w, EPSILON_DOT, &from, w.load(&step.drift[EPSILON_DOT]), voltage_v),
+            step.row(w, CURRENT, &from, w.load(&step.drift[CURRENT]), voltage_v),
         ];
 
         // Does the joint keep its mode?
@@ -241,15 +240,15 @@ impl<W: Width> Batch<W> {
         // The figures at the end.
         let epsilon1 = to[1] + offset;
         let gamma_dot = to[0] - to[2];
-        let mut torque = load(&mode.stiffness) * to[1] + load(&mode.damping) * to[2];
+        let mut torque = w.load(&mode.stiffness) * to[1] + w.load(&mode.damping) * to[2];
         if self.axis.joint.is_none() {
             let motor = self.axis.motor().torque_constant_nm_per_a;
             torque = (w.splat(motor) * to[3]) / w.splat(self.axis.gear_ratio());
         }
         let a1 = w.splat(self.axis.resistance().linear_ns_per_rad);
-        let force = load(&mode.resistance_n) + a1 * gamma_dot;
+        let force = w.load(&mode.resistance_n) + a1 * gamma_dot;
         let carriage_m = p * (beta1 - epsilon1);
-        let command = load(command_m);
+        let command = w.load(command_m);
         let figures = [
             p * ((torque - p * force) / inertia),
             to[3],
@@ -260,14 +259,14 @@ impl<W: Width> Batch<W> {
         // May one of them exceed its peak between the ends?
         let half = w.splat(0.5);
         let seconds_now = w.splat(seconds(step.length_ns));
-        let bend = load(&self.peak_command_mps2) * (seconds_now * seconds_now) * half;
+        let bend = w.load(&self.peak_command_mps2) * (seconds_now * seconds_now) * half;
         let mut pending = 0;
         let mut peaks = self.peaks;
         let mut uppers = self.peaks;
         let mut carriage_slope = w.splat(0.0);
         let never = w.splat(f64::NEG_INFINITY);
         for (i, end) in figures.iter().enumerate() {
-            let start = load(&self.figures[i]);
+            let start = w.load(&self.figures[i]);
             let mut slope = dot(w, &step.slopes[i], &change);
             if i == CARRIAGE {
                 carriage_slope = slope;
@@ -276,15 +275,22 @@ impl<W: Width> Batch<W> {
                 slope = slope + bend;
             }
             let ends = w.larger(w.abs(start), w.abs(*end));
-            let peak = w.larger(w.abs(*end), load(&self.peaks[i]));
+            let peak = w.larger(w.abs(*end), w.load(&self.peaks[i]));
             let turns = w.greater(slope, w.abs(*end - start));
-            let upper = w.select(turns, ends + slope * half, never);
-            pending |= w.bits(w.greater(upper, peak));
+            let mut upper = w.select(turns, ends + slope * half, never);
+            if w.bits(w.greater(upper, peak)) & all != 0 {
+                let mut chord = dot(w, &step.chords[i], &change);
+                if i >= CARRIAGE {
+                    chord = chord + bend * half * half;
+                }
+                upper = w.select(turns, ends + chord, never);
+                pending |= w.bits(w.greater(upper, peak));
+            }
             w.store(upper, &mut uppers[i]);
             w.store(peak, &mut peaks[i]);
         }
         // Outside the settling band at the end, or perhaps before it.
-        let (travel, band) = (load(&self.travel_m), load(&self.band_m));
+        let (travel, band) = (w.load(&self.travel_m), w.load(&self.band_m));
         let distance = w.abs(travel - carriage_m);
         let before = w.abs(travel - p * (beta0 - (from[1] + offset)));
         let outside = w.greater(distance, band);
@@ -293,10 +299,10 @@ impl<W: Width> Batch<W> {
         let number = w.splat(crate::plant::count(self.time_ns));
         let mut last_outside = self.last_outside;
         w.store(
-            w.select(outside, number, load(&last_outside)),
+            w.select(outside, number, w.load(&last_outside)),
             &mut last_outside,
         );
-        let peak_v = w.larger(w.abs(voltage_v), load(&self.peak_abs_voltage_v));
+        let peak_v = w.larger(w.abs(voltage_v), w.load(&self.peak_abs_voltage_v));
         w.store(peak_v, &mut self.peak_abs_voltage_v);
 
         let mut next = Step::<W> {
@@ -331,6 +337,7 @@ impl<W: Width> Batch<W> {
                 state: self.state,
                 joint: self.mode.joint,
                 voltage_v: next.voltage_v,
+                enclosed: false,
             });
         }
         if moved | wanted != 0 {
@@ -346,15 +353,24 @@ impl<W: Width> Batch<W> {
         }
     }
 
-    /// Drops the pending steps that are outdone; if more than `keep` are left,
-    /// looks at them.
+    /// Drops the pending steps that are outdone, by closer bounds where need
+    /// be; if more than `keep` are left, looks at them, the last first.
     #[cold]
     #[inline(never)]
     fn thin_out(&mut self, keep: usize) {
         let mut pending = core::mem::take(&mut self.pending);
+        for step in pending.iter_mut().rev() {
+            for lane in 0..W::LANES {
+                let questions = self.questions(step, lane);
+                if questions != 0 && !step.enclosed {
+                    self.enclose(step, lane, questions);
+                }
+            }
+            step.enclosed = true;
+        }
         pending.retain(|step| (0..W::LANES).any(|lane| self.questions(step, lane) != 0));
         if pending.len() > keep {
-            for step in pending.drain(..) {
+            for step in pending.drain(..).rev() {
                 for lane in 0..W::LANES {
                     let questions = self.questions(&step, lane);
                     if questions != 0 {
@@ -372,9 +388,34 @@ impl<W: Width> Batch<W> {
         let known = self.lanes[lane].extremes.peaks();
         for i in 0..FIGURES {
             let peak = self.peaks[i].as_ref()[lane].max(known[i]);
-            questions |= u8::from(step.upper[i].as_ref()[lane] > peak) << i;
+            let floor = peak.max(self.floors[i].as_ref()[lane]);
+            questions |= u8::from(step.upper[i].as_ref()[lane] > floor) << i;
         }
         questions
+    }
+
+    /// Lowers the upper bounds of one lane of a pending step, and raises the
+    /// floors that others must exceed.
+    fn enclose(&mut self, step: &mut Pending<W>, lane: usize, questions: u8) {
+        let run = &self.lanes[lane];
+        let mut plant = run.plant.at(&state_of::<W>(&step.state, lane), step.time_ns);
+        plant.set_contact(step.joint.as_ref()[lane]);
+        let hold = (
+            step.voltage_v.as_ref()[lane],
+            self.phases[step.phase].length_ns,
+        );
+        let motion = run.extremes.motion();
+        for i in 0..FIGURES {
+            if questions >> i & 1 == 0 {
+                continue;
+            }
+            if let Some((lower, upper)) = plant.enclose(&mut self.tables, hold, motion, i) {
+                let floor = &mut self.floors[i].as_mut()[lane];
+                *floor = floor.max(lower);
+                let bound = &mut step.upper[i].as_mut()[lane];
+                *bound = bound.min(upper);
+            }
+        }
     }
 
     /// Looks at one lane of a pending step.

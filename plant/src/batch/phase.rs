@@ -24,6 +24,8 @@ pub(crate) struct Phase<W: Width> {
     pub(crate) gap_fine_bound: Row<W>,
     /// Changes of ẍ, I, p·γ and p·β above which they are monotone, likewise.
     pub(crate) slopes: [Row<W>; FIGURES],
+    /// How far they may stray from their chords.
+    pub(crate) chords: [Row<W>; FIGURES],
 }
 
 /// Figures that are looked at between the samples.
@@ -41,7 +43,24 @@ impl<W: Width> Phase<W> {
             gap_points: [[zero; DRIVING]; 3],
             gap_fine_bound: [zero; DRIVING],
             slopes: [[zero; DRIVING]; FIGURES],
+            chords: [[zero; DRIVING]; FIGURES],
         }
+    }
+
+    /// A state at the end of the step, in the order of `Kernel::step`.
+    #[inline(always)]
+    pub(crate) fn row(
+        &self,
+        w: W,
+        state: usize,
+        from: &[W::Vector; DRIVING],
+        base: W::Vector,
+        voltage_v: W::Vector,
+    ) -> W::Vector {
+        let phi = &self.transition[state];
+        let rotor = w.load(&phi[0]) * from[0] + w.load(&phi[1]) * from[1];
+        let joint = w.load(&phi[2]) * from[2] + w.load(&phi[3]) * from[3];
+        ((rotor + joint) + base) + w.load(&self.per_volt[state]) * voltage_v
     }
 
     /// Sets one lane to the step of a table.
@@ -75,10 +94,12 @@ impl<W: Width> Phase<W> {
             (Quantity::ScrewAngle, p),
             (Quantity::GearAngle, p),
         ];
-        for (row, (quantity, scale)) in self.slopes.iter_mut().zip(figures) {
-            let slope = &bounds(quantity).slope_per_change;
+        for (i, (quantity, scale)) in figures.into_iter().enumerate() {
+            let bounds = bounds(quantity);
             for j in 0..DRIVING {
-                row[j].as_mut()[lane] = BOUND_MARGIN * scale * slope[j + 1];
+                let scale = BOUND_MARGIN * scale;
+                self.slopes[i][j].as_mut()[lane] = scale * bounds.slope_per_change[j + 1];
+                self.chords[i][j].as_mut()[lane] = scale * bounds.per_change[j + 1];
             }
         }
     }

@@ -6,7 +6,7 @@
 
 use super::crossing::{LinearGuard, Stop};
 use super::system::{Column, DELTA, FEEDBACK, HELD, feedback_state, held_state, to_plant_vector};
-use super::tables::{FeedbackTable, HeldTable, Quantity, Table, Tables};
+use super::tables::{FIGURES, FeedbackTable, HeldTable, Quantity, Table, Tables};
 use super::walk::{BOUND_MARGIN, Flow};
 use crate::adaptive::Interval;
 use crate::axis::Drive;
@@ -15,6 +15,7 @@ use crate::extremes::Extremes;
 use crate::guard::speed_noise;
 use crate::joint::{Flank, JointMode};
 use crate::mode::{Direction, Guard, Guards};
+use crate::motion::Motion;
 use crate::pid::ContinuousPid;
 use crate::plant::{Plant, seconds};
 use crate::resistance::GuideMode;
@@ -155,6 +156,53 @@ impl Plant {
         true
     }
 
+    /// Bounds from below and above of a figure's magnitude within the step that
+    /// the bound allows, from its quarters; `None` where there are none.
+    pub(crate) fn enclose(
+        &self,
+        tables: &mut Tables,
+        (voltage_v, length_ns): (f64, u64),
+        motion: &Motion,
+        figure: usize,
+    ) -> Option<(f64, f64)> {
+        let place = tables.held(&self.axis, &self.mode, length_ns);
+        let table = &tables.held[place];
+        let (points, strays) = table.figure_quarters[figure].as_ref()?;
+        let offset_rad = self.axis.offset_rad(&self.mode);
+        let start = held_state(&self.y, offset_rad);
+        let change = table.kernel.step(&start, voltage_v) - start;
+        let p = self.axis.pitch_m_per_rad();
+        let scale = if figure == 1 { 1.0 } else { p };
+        let row = &table.table.quantity(FIGURES[figure]).row;
+        let constant = match figure {
+            0 => p * table.system.screw_load,
+            2 => -p * offset_rad,
+            _ => 0.0,
+        };
+        let behind = figure >= 2;
+        let (start_s, length_s) = (seconds(self.time_ns), seconds(length_ns));
+        let value = |theta: f64, moved: f64| {
+            let own = scale * (row.dot(&start) + moved) + constant;
+            if behind {
+                motion.at(start_s + theta * length_s).displacement_m - own
+            } else {
+                own
+            }
+        };
+        let mut lower = value(0.0, 0.0).abs();
+        for (theta, point) in [0.25, 0.5, 0.75].into_iter().zip(points) {
+            lower = lower.max(value(theta, point.dot(&change)).abs());
+        }
+        lower = lower.max(value(1.0, row.dot(&change)).abs());
+        let bend = if behind {
+            motion.peak_acceleration_mps2() * length_s * length_s / 128.0
+        } else {
+            0.0
+        };
+        let stray = BOUND_MARGIN * (scale * strays.dot(&change.abs()) + bend);
+        Some((lower * (1.0 - 1e-12), lower * (1.0 + 1e-12) + stray))
+    }
+
     /// Searches the step that the bound allows for extremes, without taking it:
     /// all that there are, or those of [`Extremes::peaks`] whose bits are set.
     pub(crate) fn look(
@@ -217,7 +265,7 @@ impl Plant {
             let stop =
                 piece
                     .flow()
-                    .first_zero(&linear, left_s, 0)
+                    .first_zero(&linear, left_s, 1)
                     .map_err(|_| PlantError::TooStiff {
                         time_s: interval.now_s(),
                     })?;

@@ -86,7 +86,7 @@ impl<'a, const D: usize> Sights<'a, D> {
     /// piece; the ends are known.
     pub(crate) fn raise(&self, sought: &Sought<'a, D>, peak: &mut f64) {
         if !sought.stays_below(&self.leg, self.slack, *peak)
-            && let Some(within) = self.flow.peak_within(sought, self.leg.length_s)
+            && let Some(within) = self.flow.peak_within(sought, self.leg.length_s, *peak)
         {
             *peak = peak.max(within);
         }
@@ -127,7 +127,7 @@ impl<'a, const D: usize> Sights<'a, D> {
             if to_s < length_s {
                 *peak = peak.max(part.value(&self.flow.at(to_s), to_s - from_s).abs());
             }
-            if let Some(within) = flow.peak_within(&part, to_s - from_s) {
+            if let Some(within) = flow.peak_within(&part, to_s - from_s, *peak) {
                 *peak = peak.max(within);
             }
             from_s = to_s;

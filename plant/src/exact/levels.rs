@@ -69,6 +69,10 @@ pub(crate) struct Levels<const D: usize> {
     pub(crate) steps: Vec<ExactStep<D>>,
 }
 
+/// A quantity at the quarters of a step and how far it may stray from the
+/// chords between them, see [`Levels::quarters`].
+pub(crate) type Quarters<const D: usize> = ([Column<D>; 3], Column<D>);
+
 /// What bounds a quantity's deviation from its chord: `|v|`, or the change of
 /// the state over the longest step, is multiplied with this and summed.
 #[derive(Debug, Clone, PartialEq)]
@@ -136,7 +140,7 @@ impl<const D: usize> Levels<D> {
     /// over the longest step T, and the bound of how far it strays from the
     /// chords between these points: `H_(T/4)·|e^{A·t_i}·ψ(T)⁻¹|`, the largest of
     /// the four. `None` where T is short already, or ψ(T) singular.
-    pub(crate) fn quarters(&self, row: &Column<D>) -> Option<([Column<D>; 3], Column<D>)> {
+    pub(crate) fn quarters(&self, row: &Column<D>) -> Option<Quarters<D>> {
         let [whole, half, quarter] = [self.steps.first()?, self.steps.get(1)?, self.steps.get(2)?];
         let inverse = whole.integral.try_inverse()?;
         let third = half.integral + half.transition * quarter.integral;

@@ -74,12 +74,19 @@ const ABOVE_THE_ENDS: f64 = 1.0 + 1e-14;
 
 impl<const D: usize> Flow<'_, D> {
     /// The supremum of the quantity's magnitude within `length_s`, if it is
-    /// larger than at both ends. It depends on nothing but the solution: the
-    /// largest of several is the same whichever of them a bound has spared.
-    pub(crate) fn peak_within(&self, sought: &Sought<'_, D>, length_s: f64) -> Option<f64> {
+    /// larger than at both ends and than `floor`. Where there is one, it depends
+    /// on nothing but the solution: the largest of several is the same whichever
+    /// of them a bound has spared.
+    pub(crate) fn peak_within(
+        &self,
+        sought: &Sought<'_, D>,
+        length_s: f64,
+        floor: f64,
+    ) -> Option<f64> {
         let ends = sought.value(self.start, 0.0).abs();
         let ends = ends.max(sought.value(&self.at(length_s), length_s).abs()) * ABOVE_THE_ENDS;
-        let mut peak = ends;
+        let floor = ends.max(floor);
+        let mut peak = floor;
         let mut walk = self.walk(length_s, 0);
         // A walk as long as this one has been taken before, so it ends.
         while let Ok(Some(stretch)) = walk.next(|leg| sought.stays_below(leg, 1.0, peak)) {
@@ -95,7 +102,7 @@ impl<const D: usize> Flow<'_, D> {
                 }
             }
         }
-        (peak > ends).then_some(peak)
+        (peak > floor).then_some(peak)
     }
 
     /// When within `length_s` the quantity's magnitude is last above `band`.

@@ -105,6 +105,29 @@ impl Polynomial {
             .or_else(|| self.first_negative_in(&right, middle, to, halvings - 1))
     }
 
+    /// The last θ in a stretch at which the polynomial is negative.
+    fn last_negative_in(&self, b: &Bernstein, from: f64, to: f64, halvings: u32) -> Option<f64> {
+        if b[TERMS] < 0.0 {
+            return Some(to);
+        }
+        match sign_changes(b) {
+            0 => return None,
+            1 => {
+                let mut upside_down = *self;
+                for a in &mut upside_down.monomial {
+                    *a = -*a;
+                }
+                return Some(upside_down.root_between(from, to));
+            }
+            _ if halvings == 0 => return None,
+            _ => {}
+        }
+        let (left, right) = halves(b);
+        let middle = 0.5 * (from + to);
+        self.last_negative_in(&right, middle, to, halvings - 1)
+            .or_else(|| self.last_negative_in(&left, from, middle, halvings - 1))
+    }
+
     /// The root between a value that is not negative and one that is: Newton,
     /// held within the bracket.
     fn root_between(&self, from: f64, to: f64) -> f64 {
@@ -209,33 +232,13 @@ impl Polynomial {
                     *a *= -sign;
                 }
                 inside.monomial[0] += band;
-                let mut b = inside.bernstein();
-                b.reverse();
-                last_negative(&b, 0.0, 1.0, MAX_HALVINGS)
+                inside.last_negative_in(&inside.bernstein(), 0.0, 1.0, MAX_HALVINGS)
             })
             .fold(None, |last: Option<f64>, t| {
                 Some(last.map_or(t, |l| l.max(t)))
             })?;
         Some(theta * end)
     }
-}
-
-/// The last θ at which a polynomial is negative, its Bernstein coefficients
-/// given backwards.
-fn last_negative(backwards: &Bernstein, from: f64, to: f64, halvings: u32) -> Option<f64> {
-    if backwards.iter().all(|&b| b >= 0.0) {
-        return None;
-    }
-    if backwards[0] < 0.0 {
-        return Some(to);
-    }
-    if halvings == 0 {
-        return None;
-    }
-    let (late, early) = halves(backwards);
-    let middle = 0.5 * (from + to);
-    last_negative(&late, middle, to, halvings - 1)
-        .or_else(|| last_negative(&early, from, middle, halvings - 1))
 }
 
 /// Changes of sign along the coefficients, zeros left out.

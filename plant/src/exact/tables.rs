@@ -4,7 +4,7 @@
 //! Under a held voltage none of it depends on b, on the voltage or on which
 //! flank carries: two tables serve an axis, six one with dry friction.
 
-use super::levels::{ChordBounds, ExactStep, Levels};
+use super::levels::{ChordBounds, ExactStep, Levels, Quarters};
 use super::system::{
     AxisSystem, Column, DELTA, FEEDBACK, HELD, Matrix, demand_row, feedback_system,
 };
@@ -96,8 +96,18 @@ pub(crate) struct HeldTable {
     pub(crate) table: Table<HELD>,
     pub(crate) kernel: Kernel,
     /// δ at the quarters of the step, see [`Levels::quarters`].
-    pub(crate) gap_quarters: Option<([Column<HELD>; 3], Column<HELD>)>,
+    pub(crate) gap_quarters: Option<Quarters<HELD>>,
+    /// The same for ẍ, I, p·γ and p·β, without p.
+    pub(crate) figure_quarters: [Option<Quarters<HELD>>; 4],
 }
+
+/// The quantities of the figures that are looked at between the samples.
+pub(crate) const FIGURES: [Quantity; 4] = [
+    Quantity::ScrewAcceleration,
+    Quantity::Current,
+    Quantity::ScrewAngle,
+    Quantity::GearAngle,
+];
 
 /// The exact step over the whole length, `x(T) = Φ·x + ψ(T)·load + Γ·V`, with
 /// the entries that are not zero: β drives nothing.
@@ -292,6 +302,7 @@ impl HeldTable {
                 &table.quantity(Quantity::Delta).bounds,
             ),
             system,
+            figure_quarters: FIGURES.map(|f| table.levels.quarters(&table.quantity(f).row)),
             gap_quarters: table
                 .levels
                 .quarters(&table.quantity(Quantity::Delta).row),
