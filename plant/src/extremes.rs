@@ -133,7 +133,10 @@ impl Extremes {
         if let Some(voltage) = &sights.voltage {
             sights.raise(voltage, &mut self.peak_abs_voltage_v);
         }
-        let (travel_m, band_m) = (self.settings.motion.travel_m(), self.settings.settling_band_m);
+        let (travel_m, band_m) = (
+            self.settings.motion.travel_m(),
+            self.settings.settling_band_m,
+        );
         if let Some(after_s) = sights.last_outside(travel_m, band_m) {
             self.last_outside_band_s = Some(start_s + after_s);
         }

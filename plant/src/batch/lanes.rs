@@ -217,13 +217,29 @@ impl<W: Width> Batch<W> {
         let to = [
             step.row(w, BETA_DOT, &from, w.load(&step.drift[BETA_DOT]), voltage_v),
             step.row(w, EPSILON, &from, w.load(&step.drift[EPSILON]), voltage_v),
-            step.row(w, EPSILON_DOT, &from, w.load(&step.drift[EPSILON_DOT]), voltage_v),
+            step.row(
+                w,
+                EPSILON_DOT,
+                &from,
+                w.load(&step.drift[EPSILON_DOT]),
+                voltage_v,
+            ),
             step.row(w, CURRENT, &from, w.load(&step.drift[CURRENT]), voltage_v),
         ];
 
         // Does the joint keep its mode?
-        let signed = [to[0] - from[0], to[1] - from[1], to[2] - from[2], to[3] - from[3]];
-        let change = [w.abs(signed[0]), w.abs(signed[1]), w.abs(signed[2]), w.abs(signed[3])];
+        let signed = [
+            to[0] - from[0],
+            to[1] - from[1],
+            to[2] - from[2],
+            to[3] - from[3],
+        ];
+        let change = [
+            w.abs(signed[0]),
+            w.abs(signed[1]),
+            w.abs(signed[2]),
+            w.abs(signed[3]),
+        ];
         let ends = w.smaller(mode.guard(w, from[1]), mode.guard(w, to[1]));
         let all = (1_u64 << W::LANES) - 1;
         let mut moved = !w.bits(w.greater(ends, dot(w, &step.gap_bound, &change))) & all;
@@ -398,7 +414,9 @@ impl<W: Width> Batch<W> {
     /// floors that others must exceed.
     fn enclose(&mut self, step: &mut Pending<W>, lane: usize, questions: u8) {
         let run = &self.lanes[lane];
-        let mut plant = run.plant.at(&state_of::<W>(&step.state, lane), step.time_ns);
+        let mut plant = run
+            .plant
+            .at(&state_of::<W>(&step.state, lane), step.time_ns);
         plant.set_contact(step.joint.as_ref()[lane]);
         let hold = (
             step.voltage_v.as_ref()[lane],
@@ -424,14 +442,22 @@ impl<W: Width> Batch<W> {
         for (peak, figure) in self.peaks.iter().zip(run.extremes.peaks_mut()) {
             *figure = figure.max(peak.as_ref()[lane]);
         }
-        let mut plant = run.plant.at(&state_of::<W>(&step.state, lane), step.time_ns);
+        let mut plant = run
+            .plant
+            .at(&state_of::<W>(&step.state, lane), step.time_ns);
         plant.set_contact(step.joint.as_ref()[lane]);
         let (voltage_v, length_ns) = (
             step.voltage_v.as_ref()[lane],
             self.phases[step.phase].length_ns,
         );
         let tables = &mut self.tables;
-        plant.look(tables, voltage_v, length_ns, Some(questions), &mut run.extremes);
+        plant.look(
+            tables,
+            voltage_v,
+            length_ns,
+            Some(questions),
+            &mut run.extremes,
+        );
     }
 
     /// Advances the lanes of `moved` as single runs, and searches the step of
@@ -454,7 +480,8 @@ impl<W: Width> Batch<W> {
             }
             if moved & bit == 0 {
                 let tables = &mut self.tables;
-                run.plant.look(tables, voltage_v, length_ns, None, &mut run.extremes);
+                run.plant
+                    .look(tables, voltage_v, length_ns, None, &mut run.extremes);
                 continue;
             }
             next.last_outside.as_mut()[lane] = self.last_outside.as_ref()[lane];

@@ -153,7 +153,11 @@ impl<const D: usize> Levels<D> {
             strays = strays.sup(&(starts.abs().transpose() * chord));
             starts = quarter.transition * starts;
         }
-        let finite = points.iter().flatten().chain(strays.iter()).all(|c| c.is_finite());
+        let finite = points
+            .iter()
+            .flatten()
+            .chain(strays.iter())
+            .all(|c| c.is_finite());
         finite.then_some((points, strays))
     }
 

@@ -23,6 +23,8 @@ mod roots;
 mod system;
 mod tables;
 mod taylor;
+#[cfg(test)]
+mod tests;
 mod walk;
 
 pub(crate) use advance::{FeedbackPiece, HeldPiece};

@@ -303,9 +303,7 @@ impl HeldTable {
             ),
             system,
             figure_quarters: FIGURES.map(|f| table.levels.quarters(&table.quantity(f).row)),
-            gap_quarters: table
-                .levels
-                .quarters(&table.quantity(Quantity::Delta).row),
+            gap_quarters: table.levels.quarters(&table.quantity(Quantity::Delta).row),
             table,
         }
     }

@@ -1,0 +1,160 @@
+//! The bounds and the roots, held against the solution itself.
+
+use proptest::prelude::*;
+
+use super::levels::{ChordBounds, Levels};
+use super::roots::Polynomial;
+use super::system::{Column, Matrix};
+use super::taylor::{TERMS, Taylor, growth_rate};
+
+/// Systems with slow, fast, oscillating and undamped parts.
+fn systems() -> impl Strategy<Value = Matrix<3>> {
+    (1.0..1e4_f64, 0.0..2.0_f64, 0.1..1e3_f64, -50.0..50.0_f64).prop_map(|(w, zeta, r, c)| {
+        Matrix::<3>::new(0.0, 1.0, 0.0, -w * w, -2.0 * zeta * w, c, 0.1, -1.0, -r)
+    })
+}
+
+fn rates() -> impl Strategy<Value = Column<3>> {
+    [-1.0..1.0_f64, -100.0..100.0_f64, -1.0..1.0_f64].prop_map(Column::from)
+}
+
+/// The state's change after `time_s`, by the series over pieces so short that
+/// it converges; none of the tables is used.
+fn change_after(a: &Matrix<3>, rate: &Column<3>, time_s: f64) -> Column<3> {
+    let pieces = (growth_rate(a) * time_s).ceil().max(1.0);
+    let (mut x, mut v) = (Column::zeros(), *rate);
+    let mut done = 0.0;
+    while done < pieces {
+        x = Taylor::new(a, &x, &v, time_s / pieces).at(1.0);
+        v = a * x + rate;
+        done += 1.0;
+    }
+    x
+}
+
+/// Largest deviation of a quantity from its chord over a step, of its slope
+/// from that of the chord times the length, and the change over the step.
+fn strays(a: &Matrix<3>, row: &Column<3>, rate: &Column<3>, length_s: f64) -> (f64, f64, f64) {
+    let end = row.dot(&change_after(a, rate, length_s));
+    let (mut chord, mut slope) = (0.0_f64, 0.0_f64);
+    for i in 0..=60 {
+        let theta = f64::from(i) / 60.0;
+        let x = change_after(a, rate, theta * length_s);
+        chord = chord.max((row.dot(&x) - theta * end).abs());
+        slope = slope.max((row.dot(&(a * x + rate)) * length_s - end).abs());
+    }
+    (chord, slope, end.abs())
+}
+
+fn rows() -> impl Strategy<Value = Column<3>> {
+    prop_oneof![
+        Just(Column::<3>::new(1.0, 0.0, 0.0)),
+        Just(Column::<3>::new(0.0, 1.0, 0.0)),
+        Just(Column::<3>::new(350.0, 0.2, -1.0)),
+    ]
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(256))]
+
+    /// What the documentation proves: no quantity strays further.
+    #[test]
+    fn bounds_hold(
+        a in systems(),
+        row in rows(),
+        rate in rates(),
+        length_s in 1e-6..0.02_f64,
+    ) {
+        let levels = Levels::new(&a, length_s);
+        let bounds: ChordBounds<3> = levels.bounds(&row);
+        let (chord, slope, _) = strays(&a, &row, &rate, length_s);
+        let change = change_after(&a, &rate, length_s);
+        let rounding = 1e-9 * (row.abs().dot(&change.abs()) + row.abs().dot(&rate.abs()) * length_s);
+        prop_assert!(chord <= bounds.over(0, &rate) + rounding);
+        prop_assert!(slope <= bounds.slope_over(0, &rate) + rounding);
+        prop_assert!(chord <= bounds.per_change.dot(&change.abs()) * (1.0 + 1e-6) + rounding);
+        prop_assert!(slope <= bounds.slope_per_change.dot(&change.abs()) * (1.0 + 1e-6) + rounding);
+        if let Some((points, fine)) = levels.quarters(&row) {
+            let bound = fine.dot(&change.abs()) * (1.0 + 1e-6) + rounding;
+            let at = |theta: f64| row.dot(&change_after(&a, &rate, theta * length_s));
+            let mut knots = vec![0.0];
+            for (theta, point) in [0.25, 0.5, 0.75].into_iter().zip(&points) {
+                prop_assert!((point.dot(&change) - at(theta)).abs() <= 1e-6 * bound + rounding);
+                knots.push(point.dot(&change));
+            }
+            knots.push(row.dot(&change));
+            for i in 0..=40 {
+                let theta = f64::from(i) / 40.0;
+                let piece = ((theta * 4.0) as usize).min(3);
+                let along = theta * 4.0 - piece as f64;
+                let chord = knots[piece] * (1.0 - along) + knots[piece + 1] * along;
+                prop_assert!((at(theta) - chord).abs() <= bound);
+            }
+        }
+    }
+
+    /// A crossing and its return are two roots, however close.
+    #[test]
+    fn finds_the_first_of_two_close_roots(r in 0.01..0.9_f64, gap in 1e-6..0.05_f64) {
+        let mut q = [0.0; TERMS + 1];
+        (q[0], q[1], q[2]) = (r * (r + gap), -(2.0 * r + gap), 1.0);
+        let root = Polynomial::new(q).first_negative(1.0);
+        prop_assert!((root.unwrap() - r).abs() < 1e-9 / gap.max(1e-4));
+        // The contrast: both ends are positive, their signs show nothing.
+        prop_assert!(q[0] > 0.0 && q[0] + q[1] + q[2] > 0.0);
+        // Lifted clear of zero there is nothing to find.
+        q[0] += gap * gap;
+        prop_assert_eq!(Polynomial::new(q).first_negative(1.0), None);
+    }
+
+    #[test]
+    fn finds_the_peak_between_the_ends(at in 0.05..0.95_f64, height in -2.0..2.0_f64) {
+        // height − (θ − at)²: the supremum of its magnitude.
+        let mut q = [0.0; TERMS + 1];
+        (q[0], q[1], q[2]) = (height - at * at, 2.0 * at, -1.0);
+        let ends = (height - at * at).abs().max((height - (1.0 - at) * (1.0 - at)).abs());
+        let expected = ends.max(height.abs());
+        prop_assert!((Polynomial::new(q).peak(1.0) - expected).abs() < 1e-13);
+    }
+
+    #[test]
+    fn finds_the_last_exit_from_a_band(at in 0.1..0.9_f64, band in 0.01..0.3_f64) {
+        // θ − at leaves the band of ±band at at + band for good.
+        let mut q = [0.0; TERMS + 1];
+        (q[0], q[1]) = (-at, 1.0);
+        let last = Polynomial::new(q).last_outside(band, 1.0);
+        let expected = if at + band < 1.0 { Some(1.0) } else if at - band > 0.0 { Some(at - band) } else { None };
+        match (last, expected) {
+            (Some(last), Some(expected)) => prop_assert!((last - expected).abs() < 1e-9),
+            (last, expected) => prop_assert_eq!(last.is_some(), expected.is_some()),
+        }
+    }
+}
+
+/// The contrast of `bounds_hold`: on an arc that is nearly a parabola half the
+/// bound is too small, so the bound is no idle one.
+#[test]
+fn half_the_bound_is_too_small() {
+    let a = Matrix::<3>::new(0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, -1.0);
+    let (row, rate) = (
+        Column::<3>::new(1.0, 0.0, 0.0),
+        Column::<3>::new(0.0, 3.0, 0.0),
+    );
+    let levels = Levels::new(&a, 1e-3);
+    let (chord, slope, _) = strays(&a, &row, &rate, 1e-3);
+    let bounds = levels.bounds(&row);
+    assert!(chord > 0.0 && chord > 0.5 * bounds.over(0, &rate));
+    assert!(slope > 0.5 * bounds.slope_over(0, &rate));
+}
+
+/// The series is as good as rounding where it may be used.
+#[test]
+fn series_reproduces_an_oscillation() {
+    let w = 1e3;
+    let a = Matrix::<3>::new(0.0, 1.0, 0.0, -w * w, 0.0, 0.0, 0.0, 0.0, 0.0);
+    let h = 1.0 / growth_rate(&a);
+    let x = Column::<3>::new(0.0, w, 0.0);
+    let end = Taylor::new(&a, &x, &(a * x), h).at(1.0);
+    assert!((end[0] - libm::sin(w * h)).abs() < 4e-15);
+    assert!((end[1] / w - libm::cos(w * h)).abs() < 4e-15);
+}
