@@ -53,6 +53,25 @@ impl ContinuousPid {
         self.voltage_limit_v
     }
 
+    /// Whether two laws are the same; the motion is that of its travel and
+    /// intervals.
+    pub(crate) fn is_same_law(&self, other: &Self) -> bool {
+        let numbers = |pid: &Self| {
+            (
+                pid.gains,
+                [
+                    pid.loop_gain,
+                    pid.voltage_limit_v,
+                    pid.gear_ratio,
+                    pid.radians_per_m,
+                ],
+                pid.motion.travel_m(),
+                pid.motion.intervals_s(),
+            )
+        };
+        numbers(self) == numbers(other)
+    }
+
     pub(crate) fn gains(&self) -> &PidGains {
         &self.gains
     }

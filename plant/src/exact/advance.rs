@@ -5,8 +5,8 @@
 //! else is walked through ([`super::crossing`]) from change to change.
 
 use super::crossing::{LinearGuard, Stop};
-use super::system::{Column, DELTA, FEEDBACK, HELD, feedback_state, held_state, to_plant_vector};
-use super::tables::{FIGURES, FeedbackTable, HeldTable, Quantity, Table, Tables};
+use super::system::{Column, DELTA, HELD, held_state, to_plant_vector};
+use super::tables::{FIGURES, HeldTable, Quantity, Table, Tables};
 use super::walk::{BOUND_MARGIN, Flow};
 use crate::adaptive::Interval;
 use crate::axis::Drive;
@@ -16,14 +16,13 @@ use crate::guard::speed_noise;
 use crate::joint::{Flank, JointMode};
 use crate::mode::{Direction, Guard, Guards};
 use crate::motion::Motion;
-use crate::pid::ContinuousPid;
 use crate::plant::{Plant, seconds};
 use crate::resistance::GuideMode;
 use crate::span::{Interior, Span, Watch};
 use crate::state::{BETA_DOT, BETA_INTEGRAL, EPSILON_DOT, Vector};
 
 /// Units in the last place of the terms of δ that its rounding may reach.
-const NOISE_ULPS: f64 = 4.0 * f64::EPSILON;
+pub(super) const NOISE_ULPS: f64 = 4.0 * f64::EPSILON;
 
 /// A smooth piece of the solution under a held voltage.
 #[derive(Debug, Clone, Copy)]
@@ -36,30 +35,11 @@ pub(crate) struct HeldPiece<'a> {
     pub(crate) beta_integral_rads: f64,
 }
 
-/// A smooth piece of the solution under the continuous law.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct FeedbackPiece<'a> {
-    pub(crate) table: &'a FeedbackTable,
-    pub(crate) start: Column<FEEDBACK>,
-    pub(crate) end: Column<FEEDBACK>,
-    pub(crate) offset_rad: f64,
-}
-
 impl HeldPiece<'_> {
     pub(crate) fn flow(&self) -> Flow<'_, HELD> {
         Flow {
             table: &self.table.table,
             input: &self.input,
-            start: &self.start,
-        }
-    }
-}
-
-impl FeedbackPiece<'_> {
-    pub(crate) fn flow(&self) -> Flow<'_, FEEDBACK> {
-        Flow {
-            table: &self.table.table,
-            input: &self.table.input,
             start: &self.start,
         }
     }
@@ -284,7 +264,7 @@ impl Plant {
     }
 
     /// Emits the span up to `stop` and moves there.
-    fn move_over<const D: usize>(
+    pub(super) fn move_over<const D: usize>(
         &mut self,
         drive: &Drive<'_>,
         interval: &Interval,
@@ -322,7 +302,7 @@ impl Plant {
 
     /// Switches at the guard that stopped the piece; `true` at the end of the
     /// interval.
-    fn end_of_piece<const D: usize>(
+    pub(super) fn end_of_piece<const D: usize>(
         &mut self,
         interval: &mut Interval,
         stop: &Stop<D>,
@@ -342,90 +322,6 @@ impl Plant {
         }
     }
 
-    /// The interval under the continuous law, cut at the command's breaks.
-    fn advance_feedback(
-        &mut self,
-        tables: &mut Tables,
-        drive: &Drive<'_>,
-        pid: &ContinuousPid,
-        length_ns: u64,
-        watch: &mut impl Watch,
-    ) -> Result<(), PlantError> {
-        let (start_s, length_s) = (seconds(self.time_ns), seconds(length_ns));
-        let mut interval = Interval::new(start_s, length_s);
-        for break_s in pid.motion().breaks_s() {
-            let offset_s = break_s - start_s;
-            if offset_s > interval.done_s() && offset_s < length_s {
-                self.advance_feedback_to(
-                    tables,
-                    drive,
-                    pid,
-                    length_ns,
-                    offset_s,
-                    &mut interval,
-                    watch,
-                )?;
-            }
-        }
-        self.advance_feedback_to(
-            tables,
-            drive,
-            pid,
-            length_ns,
-            length_s,
-            &mut interval,
-            watch,
-        )
-    }
-
-    /// The same up to `end_s` after the interval's start, within one interval
-    /// of the command.
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "all of it changes from call to call"
-    )]
-    fn advance_feedback_to(
-        &mut self,
-        tables: &mut Tables,
-        drive: &Drive<'_>,
-        pid: &ContinuousPid,
-        length_ns: u64,
-        end_s: f64,
-        interval: &mut Interval,
-        watch: &mut impl Watch,
-    ) -> Result<(), PlantError> {
-        self.settle(drive, interval, watch)?;
-        loop {
-            let (mode, offset_rad) = (self.mode, self.axis.offset_rad(&self.mode));
-            let command = pid.motion().oscillator(interval.now_s());
-            let place = tables.feedback(&self.axis, &mode, pid, command.omega_radps, length_ns);
-            let table = &tables.feedback[place];
-            let mut piece = FeedbackPiece {
-                table,
-                start: feedback_state(&self.y, offset_rad, &command),
-                end: Column::zeros(),
-                offset_rad,
-            };
-            let (guards, limit_v) = (self.guards(drive), pid.voltage_limit_v());
-            let linear = guards.map(|guard| Some(self.linear_guard(guard?, &table.table, limit_v)));
-            let left_s = end_s - interval.done_s();
-            let stop =
-                piece
-                    .flow()
-                    .first_zero(&linear, left_s, 0)
-                    .map_err(|_| PlantError::TooStiff {
-                        time_s: interval.now_s(),
-                    })?;
-            piece.end = stop.x;
-            let mut y: Vector = stop.x.fixed_rows::<6>(0).into_owned();
-            y[DELTA] += offset_rad;
-            self.move_over(drive, interval, &stop, y, Interior::Feedback(&piece), watch)?;
-            if self.end_of_piece(interval, &stop, &guards, drive, watch)? {
-                return Ok(());
-            }
-        }
-    }
-
     /// Sets how far a loaded flank must fall to have come away: above the
     /// rounding of the terms that make up δ, and of b itself.
     fn set_parting_noise(&mut self, table: &HeldTable, voltage_v: f64) {
@@ -435,7 +331,7 @@ impl Plant {
     }
 
     /// A guard of the present mode as a linear function of the table's state.
-    fn linear_guard<'t, const D: usize>(
+    pub(super) fn linear_guard<'t, const D: usize>(
         &self,
         guard: Guard,
         table: &'t Table<D>,

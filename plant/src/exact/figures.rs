@@ -1,6 +1,7 @@
 //! What the figures of a run look at on one piece of the exact solution.
 
-use super::advance::{FeedbackPiece, HeldPiece};
+use super::advance::HeldPiece;
+use super::feedback::FeedbackPiece;
 use super::peak::Sought;
 use super::system::{Column, FEEDBACK, HELD, held_state};
 use super::tables::{Linear, Quantity, Table};

@@ -12,10 +12,12 @@
 //! peak        extremes between the samples
 //! figures     what a run's figures look at
 //! advance     one sample: step, look, switch
+//! feedback    the same under the continuous law
 //! ```
 
 mod advance;
 mod crossing;
+mod feedback;
 mod figures;
 mod levels;
 mod peak;
@@ -27,7 +29,8 @@ mod taylor;
 mod tests;
 mod walk;
 
-pub(crate) use advance::{FeedbackPiece, HeldPiece};
+pub(crate) use advance::HeldPiece;
+pub(crate) use feedback::FeedbackPiece;
 pub(crate) use figures::Sights;
 pub(crate) use system::{Column, HELD, to_plant_vector};
 pub(crate) use tables::{HeldTable, Quantity, Tables};

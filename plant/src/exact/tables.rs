@@ -4,6 +4,7 @@
 //! Under a held voltage none of it depends on b, on the voltage or on which
 //! flank carries: two tables serve an axis, six one with dry friction.
 
+use super::feedback::Carried;
 use super::levels::{ChordBounds, ExactStep, Levels, Quarters};
 use super::system::{
     AxisSystem, Column, DELTA, FEEDBACK, HELD, Matrix, demand_row, feedback_system,
@@ -193,6 +194,15 @@ pub(crate) struct FeedbackTable {
     pub(crate) input: Column<FEEDBACK>,
     /// Constant part of γ̈.
     pub(crate) screw_load: f64,
+    /// `e^{AT}` and `ψ(T)·u`.
+    pub(crate) transition: Matrix<FEEDBACK>,
+    pub(crate) drift: Column<FEEDBACK>,
+}
+
+impl FeedbackTable {
+    pub(crate) fn is_of(&self, mode: &Mode) -> bool {
+        self.mode == *mode
+    }
 }
 
 /// The tables made so far. They are made when first needed; a sampled run
@@ -202,6 +212,7 @@ pub(crate) struct Tables {
     pub(crate) held: Vec<HeldTable>,
     pub(crate) feedback: Vec<FeedbackTable>,
     pid: Option<Box<ContinuousPid>>,
+    pub(crate) carried: Option<Box<Carried>>,
 }
 
 /// Tables kept at most of each kind; a run with a delay uses twice three, a
@@ -319,6 +330,8 @@ impl FeedbackTable {
         }
         rows[Quantity::Demand as usize] = demand_row(pid);
         let table = Table::new(&a, seconds(length_ns), &rows);
+        let whole = &table.levels.steps[0];
+        let (transition, drift) = (whole.transition, whole.integral * input);
         Self {
             length_ns,
             mode: *mode,
@@ -326,6 +339,8 @@ impl FeedbackTable {
             table,
             input,
             screw_load: system.screw_load,
+            transition,
+            drift,
         }
     }
 }
