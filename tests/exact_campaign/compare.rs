@@ -180,7 +180,7 @@ fn steepest_gain(trial: &Trial) -> f64 {
 }
 
 fn position(trial: &Trial, state: &State) -> f64 {
-    let alpha_rad = state.beta_rad() / trial.case.axis.transmission.gear_ratio;
+    let alpha_rad = state.beta_rad / trial.case.axis.transmission.gear_ratio;
     trial.case.encoder.position_counts(alpha_rad)
 }
 
@@ -193,8 +193,8 @@ fn seconds(ns: u64) -> f64 {
 fn last_bit_share(trial: &Trial, sample: &Sample, tolerance: f64, end: &State) -> f64 {
     let start = sample.before.state();
     let nudges: [fn(&mut State) -> &mut f64; 5] = [
-        |state| &mut state.gamma_rad,
-        |state| &mut state.gamma_dot_radps,
+        |state| &mut state.beta_rad,
+        |state| &mut state.beta_dot_radps,
         |state| &mut state.epsilon_rad,
         |state| &mut state.epsilon_dot_radps,
         |state| &mut state.current_a,
@@ -209,6 +209,9 @@ fn last_bit_share(trial: &Trial, sample: &Sample, tolerance: f64, end: &State) -
                 continue;
             }
             *value = neighbour(*value);
+            if start.gamma_dot_radps() == 0.0 && state.gamma_dot_radps() != 0.0 {
+                continue;
+            }
             let solver = Solver::Dopri5 { tolerance };
             let mut plant = Plant::with_state(&trial.case.axis, solver, &state);
             if sample.advance(&mut plant, &mut ()).is_ok() {

@@ -142,8 +142,8 @@ impl Tally {
         let friction = axis.carriage.resistance;
         let sticks = friction.opposes_motion && friction.constant_n != 0.0;
         let (was_stuck, is_stuck) = (
-            sticks && before.gamma_dot_radps == 0.0,
-            sticks && after.gamma_dot_radps == 0.0,
+            sticks && before.gamma_dot_radps() == 0.0,
+            sticks && after.gamma_dot_radps() == 0.0,
         );
         let law = case.controller.law.name();
         let limit_v = case.amplifier.voltage_limit_v;
@@ -180,7 +180,7 @@ impl Tally {
             u64::from(
                 sticks
                     && !was_stuck
-                    && (is_stuck || before.gamma_dot_radps * after.gamma_dot_radps < 0.0),
+                    && (is_stuck || before.gamma_dot_radps() * after.gamma_dot_radps() < 0.0),
             ),
         ];
         for (mine, more) in self.kinds.iter_mut().zip(counts) {

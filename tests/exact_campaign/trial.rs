@@ -104,8 +104,8 @@ impl Watch for Observer {
 /// The components of a state that have an equation of motion.
 pub(crate) fn components(state: &State) -> [f64; 5] {
     [
-        state.gamma_rad,
-        state.gamma_dot_radps,
+        state.gamma_rad(),
+        state.gamma_dot_radps(),
         state.epsilon_rad,
         state.epsilon_dot_radps,
         state.current_a,
@@ -168,7 +168,7 @@ impl Trial {
 
 /// What the law is told at the end of a sample.
 pub(crate) fn measurement(case: &Case, tick: u64, state: &State) -> Measurement {
-    let alpha_rad = state.beta_rad() / case.axis.transmission.gear_ratio;
+    let alpha_rad = state.beta_rad / case.axis.transmission.gear_ratio;
     Measurement {
         tick,
         position_counts: match case.controller.law {
@@ -198,7 +198,7 @@ fn random_start(draw: &mut Draw, case: &Case) -> State {
     let offset_counts = draw.between(-20.0, 20.0);
     let gamma_rad = transmission.gear_ratio * offset_counts / case.encoder.counts_per_rad;
     let mut start = State {
-        gamma_rad,
+        beta_rad: gamma_rad,
         ..State::default()
     };
     if draw.chance(0.33) {
@@ -206,7 +206,7 @@ fn random_start(draw: &mut Draw, case: &Case) -> State {
     }
     start.current_a = draw.sign() * draw.decades(1e-2, 20.0);
     if draw.chance(0.7) {
-        start.gamma_dot_radps = draw.sign() * draw.decades(1e-3, 100.0);
+        start.beta_dot_radps = draw.sign() * draw.decades(1e-3, 100.0);
     }
     let Joint::Elastic(joint) = transmission.joint else {
         return start;
@@ -229,5 +229,8 @@ fn random_start(draw: &mut Draw, case: &Case) -> State {
         start.epsilon_rad = flank * (b + speed / fastest_rate(&case.axis));
         start.epsilon_dot_radps = draw.sign() * speed;
     }
+    // So far β was γ.
+    start.beta_rad += start.epsilon_rad;
+    start.beta_dot_radps += start.epsilon_dot_radps;
     start
 }

@@ -6,7 +6,7 @@ use plant::{AxisParameters, Plant, Solver};
 
 /// The solver under test.
 pub const fn exact() -> Solver {
-    Solver::Dopri5 { tolerance: 5e-15 }
+    Solver::Exact
 }
 
 /// Tolerance of the `dopri5` that the exact solver is held against: a step
@@ -19,14 +19,13 @@ pub const FINER_TOLERANCE: f64 = 1e-15;
 
 /// `plant` as it stands (state, mode, time), to be advanced by `dopri5`.
 pub fn with_dopri5(plant: &Plant, axis: &AxisParameters, tolerance: f64) -> Plant {
-    Plant::with_state(axis, Solver::Dopri5 { tolerance }, &plant.state())
+    plant.resolved_with(axis, Solver::Dopri5 { tolerance })
 }
 
 /// `case` with the solver under test.
 pub fn run_exactly(case: &Case) -> Case {
     let mut case = case.clone();
-    case.run.solver = SolverChoice::Dopri5;
-    case.run.tolerance = 5e-15;
+    case.run.solver = SolverChoice::Exact;
     case
 }
 
