@@ -77,8 +77,20 @@ impl Polynomial {
         (value, slope)
     }
 
-    /// The first θ in \[0, `end`\] at which the polynomial falls below zero.
+    /// The first θ in \[0, `end`\] at which the polynomial falls below zero. A
+    /// zero at 0 is not such a θ by itself: what follows decides.
     pub(crate) fn first_negative(&self, end: f64) -> Option<f64> {
+        let zeros = self.monomial.iter().take_while(|&&a| a == 0.0).count();
+        if zeros > 0 {
+            // q/θⁿ has the same sign. The highest powers are those zeros now.
+            let mut rest = *self;
+            rest.monomial.rotate_left(zeros);
+            return rest.first_nonzero_negative(end);
+        }
+        self.first_nonzero_negative(end)
+    }
+
+    fn first_nonzero_negative(&self, end: f64) -> Option<f64> {
         let mut sum = 0.0;
         for a in &self.monomial[1..] {
             sum += a.abs();
