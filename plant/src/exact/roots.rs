@@ -58,6 +58,18 @@ impl Polynomial {
         self
     }
 
+    /// `q + by`.
+    pub(crate) fn raised(mut self, by: f64) -> Self {
+        self.monomial[0] += by;
+        self
+    }
+
+    /// A zero in (0, θ), if the polynomial is positive at 0 and negative at θ.
+    pub(crate) fn zero_before(&self, theta: f64) -> Option<f64> {
+        let falls = self.monomial[0] > 0.0 && self.value_and_slope(theta).0 < 0.0;
+        falls.then(|| self.root_between(0.0, theta))
+    }
+
     fn bernstein(&self) -> Bernstein {
         let mut b = [0.0; N];
         for (j, &a) in self.monomial.iter().enumerate() {
