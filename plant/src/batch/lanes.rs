@@ -256,7 +256,10 @@ impl<W: Width> Batch<W> {
         // The figures at the end.
         let epsilon1 = to[1] + offset;
         let gamma_dot = to[0] - to[2];
-        let mut torque = w.load(&mode.stiffness) * to[1] + w.load(&mode.damping) * to[2];
+        // From ε as the single run knows it; and no torque is 0, not −0.
+        let delta = epsilon1 - offset;
+        let mut torque = w.load(&mode.stiffness) * delta + w.load(&mode.damping) * to[2];
+        torque = torque + w.splat(0.0);
         if self.axis.joint.is_none() {
             let motor = self.axis.motor().torque_constant_nm_per_a;
             torque = (w.splat(motor) * to[3]) / w.splat(self.axis.gear_ratio());
