@@ -56,6 +56,9 @@ pub(crate) struct Verdict {
     pub(crate) state_share: f64,
     /// Largest difference in time of a contact change over what it may be.
     pub(crate) time_share: f64,
+    /// Where the last bit of the start decides: how many times its effect the
+    /// difference is.
+    pub(crate) last_bits: f64,
     /// What does not agree.
     pub(crate) fault: Option<String>,
 }
@@ -88,6 +91,7 @@ fn compare_at(trial: &Trial, sample: &Sample, tolerance: f64) -> Verdict {
         finer: false,
         state_share: 0.0,
         time_share: 0.0,
+        last_bits: 0.0,
         fault: None,
     };
     if let Err(error) = advanced {
@@ -157,10 +161,10 @@ fn compare_at(trial: &Trial, sample: &Sample, tolerance: f64) -> Verdict {
             Some(Excuse::Touched)
         } else if found == expected && state_agrees && verdict.near_count {
             Some(Excuse::NearCount)
-        } else if found == expected
-            && last_bit_share(trial, sample, tolerance, &other) > LAST_BIT_SHARE
-        {
-            Some(Excuse::Amplified)
+        } else if found == expected {
+            let share = last_bit_share(trial, sample, tolerance, &other);
+            verdict.last_bits = verdict.state_share / share;
+            (share > LAST_BIT_SHARE).then_some(Excuse::Amplified)
         } else {
             None
         };

@@ -52,6 +52,8 @@ pub(crate) struct Tally {
     pub(crate) kinds: [u64; KINDS.len()],
     pub(crate) worst_state: f64,
     pub(crate) worst_time: f64,
+    /// Largest difference that the last bit excuses, in last bits.
+    pub(crate) worst_last_bits: f64,
     /// Case and words of the first faults.
     pub(crate) faults: Vec<(u64, String)>,
 }
@@ -80,7 +82,10 @@ impl Tally {
                 None => {}
                 Some(Excuse::Touched) => tally.excused[0] += 1,
                 Some(Excuse::NearCount) => tally.excused[1] += 1,
-                Some(Excuse::Amplified) => tally.excused[2] += 1,
+                Some(Excuse::Amplified) => {
+                    tally.excused[2] += 1;
+                    tally.worst_last_bits = tally.worst_last_bits.max(verdict.last_bits);
+                }
             }
             tally.near_count += u64::from(verdict.near_count);
             tally.changes += sample.changes.len() as u64;
@@ -121,6 +126,7 @@ impl Tally {
         }
         self.worst_state = self.worst_state.max(other.worst_state);
         self.worst_time = self.worst_time.max(other.worst_time);
+        self.worst_last_bits = self.worst_last_bits.max(other.worst_last_bits);
         for (seed, words) in other.faults {
             self.fault(seed, words);
         }
@@ -208,8 +214,9 @@ impl fmt::Display for Tally {
         )?;
         writeln!(
             f,
-            "left out where the last bit of the start decides: {}; altogether {:.4} %",
+            "left out where the last bit of the start decides: {}, with at most {:.0} times its effect; altogether {:.4} %",
             self.excused[2],
+            self.worst_last_bits,
             100.0 * self.excluded_share()
         )?;
         writeln!(
