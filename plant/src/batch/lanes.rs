@@ -405,8 +405,8 @@ impl<W: Width> Batch<W> {
     fn questions(&self, step: &Pending<W>, lane: usize) -> u8 {
         let mut questions = 0;
         let known = self.lanes[lane].extremes.peaks();
-        for i in 0..FIGURES {
-            let peak = self.peaks[i].as_ref()[lane].max(known[i]);
+        for (i, known) in known.into_iter().enumerate() {
+            let peak = self.peaks[i].as_ref()[lane].max(known);
             let floor = peak.max(self.floors[i].as_ref()[lane]);
             questions |= u8::from(step.upper[i].as_ref()[lane] > floor) << i;
         }
