@@ -256,7 +256,10 @@ impl<W: Width> Batch<W> {
         // The figures at the end.
         let epsilon1 = to[1] + offset;
         let gamma_dot = to[0] - to[2];
-        let mut torque = w.load(&mode.stiffness) * to[1] + w.load(&mode.damping) * to[2];
+        // From ε as the single run knows it; and no torque is 0, not −0.
+        let delta = epsilon1 - offset;
+        let mut torque = w.load(&mode.stiffness) * delta + w.load(&mode.damping) * to[2];
+        torque = torque + w.splat(0.0);
         if self.axis.joint.is_none() {
             let motor = self.axis.motor().torque_constant_nm_per_a;
             torque = (w.splat(motor) * to[3]) / w.splat(self.axis.gear_ratio());
@@ -402,8 +405,8 @@ impl<W: Width> Batch<W> {
     fn questions(&self, step: &Pending<W>, lane: usize) -> u8 {
         let mut questions = 0;
         let known = self.lanes[lane].extremes.peaks();
-        for i in 0..FIGURES {
-            let peak = self.peaks[i].as_ref()[lane].max(known[i]);
+        for (i, known) in known.into_iter().enumerate() {
+            let peak = self.peaks[i].as_ref()[lane].max(known);
             let floor = peak.max(self.floors[i].as_ref()[lane]);
             questions |= u8::from(step.upper[i].as_ref()[lane] > floor) << i;
         }

@@ -343,21 +343,27 @@ impl Plant {
         let stiffness = joint.map_or(0.0, |joint| joint.stiffness_nm_per_rad);
         let flank = |flank: Flank| flank.sign();
         let way = |direction: Direction| direction.sign();
-        let (quantity, sign, offset) = match guard {
+        let (quantity, sign, offset, noise) = match guard {
             // In the gap δ = ε.
-            Guard::Meet(f) => (Quantity::Delta, -flank(f), b),
-            Guard::Part(f) => (Quantity::Delta, flank(f), noise_rad),
-            Guard::Release(f) => (Quantity::FlankTorque, flank(f), stiffness * noise_rad),
-            Guard::Reload(f) => (Quantity::FlankTorque, -flank(f), 0.0),
-            Guard::Stop(d) => (Quantity::ScrewSpeed, way(d), speed_noise(&self.y)),
-            Guard::Break(d) => (Quantity::MovingTorque, -way(d), self.axis.holding_torque_nm),
-            Guard::Limit(d) => (Quantity::Demand, -way(d), limit_v),
-            Guard::Unlimit(d) => (Quantity::Demand, way(d), -limit_v),
+            Guard::Meet(f) => (Quantity::Delta, -flank(f), b, 0.0),
+            Guard::Part(f) => (Quantity::Delta, flank(f), 0.0, noise_rad),
+            Guard::Release(f) => (Quantity::FlankTorque, flank(f), 0.0, stiffness * noise_rad),
+            Guard::Reload(f) => (Quantity::FlankTorque, -flank(f), 0.0, 0.0),
+            Guard::Stop(d) => (Quantity::ScrewSpeed, way(d), 0.0, speed_noise(&self.y)),
+            Guard::Break(d) => (
+                Quantity::MovingTorque,
+                -way(d),
+                self.axis.holding_torque_nm,
+                0.0,
+            ),
+            Guard::Limit(d) => (Quantity::Demand, -way(d), limit_v, 0.0),
+            Guard::Unlimit(d) => (Quantity::Demand, way(d), -limit_v, 0.0),
         };
         LinearGuard {
             linear: table.quantity(quantity),
             sign,
             offset,
+            noise,
             fresh: self.fresh == Some(guard),
         }
     }

@@ -19,6 +19,10 @@ pub(crate) struct LinearGuard<'a, const D: usize> {
     pub(crate) linear: &'a Linear<D>,
     pub(crate) sign: f64,
     pub(crate) offset: f64,
+    /// How far below zero the guard must fall to count. The crossing is then
+    /// its zero all the same: every separation of a joint that rattles would
+    /// else come late, by the same sign, and the next impacts multiply that.
+    pub(crate) noise: f64,
     /// The solution starts on the guard's surface and leaves it.
     pub(crate) fresh: bool,
 }
@@ -34,7 +38,7 @@ pub(crate) struct Stop<const D: usize> {
 
 impl<const D: usize> LinearGuard<'_, D> {
     fn value(&self, x: &Column<D>) -> f64 {
-        self.offset + self.sign * self.linear.row.dot(x)
+        (self.offset + self.noise) + self.sign * self.linear.row.dot(x)
     }
 
     /// Whether the guard stays positive over a leg.
@@ -56,10 +60,10 @@ impl<const D: usize> LinearGuard<'_, D> {
         coefficients[0] += self.offset;
         let q = Polynomial::new(coefficients);
         if self.starts_with(leg) {
-            q.without_root_at_start().first_negative(end)
-        } else {
-            q.first_negative(end)
+            return q.without_root_at_start().first_negative(end);
         }
+        let theta = q.raised(self.noise).first_negative(end)?;
+        Some(q.zero_before(theta).unwrap_or(theta))
     }
 }
 

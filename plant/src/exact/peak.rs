@@ -72,6 +72,10 @@ impl<const D: usize> Sought<'_, D> {
 /// An extreme counts if it exceeds the ends by more than their rounding.
 const ABOVE_THE_ENDS: f64 = 1.0 + 1e-14;
 
+/// What two searches may differ by, as a share: another floor leads through
+/// other steps.
+const BELOW_THE_FLOOR: f64 = 1.0 - 1e-12;
+
 impl<const D: usize> Flow<'_, D> {
     /// The supremum of the quantity's magnitude within `length_s`, if it is
     /// larger than at both ends and than `floor`. Where there is one, it depends
@@ -85,7 +89,16 @@ impl<const D: usize> Flow<'_, D> {
     ) -> Option<f64> {
         let ends = sought.value(self.start, 0.0).abs();
         let ends = ends.max(sought.value(&self.at(length_s), length_s).abs()) * ABOVE_THE_ENDS;
-        let floor = ends.max(floor);
+        let low = floor * BELOW_THE_FLOOR;
+        if low > ends && self.peak_above(sought, length_s, low) <= low {
+            return None;
+        }
+        let peak = self.peak_above(sought, length_s, ends);
+        (peak > ends.max(floor)).then_some(peak)
+    }
+
+    /// The supremum between the ends, or `floor` if that is larger.
+    fn peak_above(&self, sought: &Sought<'_, D>, length_s: f64, floor: f64) -> f64 {
         let mut peak = floor;
         let mut walk = self.walk(length_s, 0);
         // A walk as long as this one has been taken before, so it ends.
@@ -102,7 +115,7 @@ impl<const D: usize> Flow<'_, D> {
                 }
             }
         }
-        (peak > floor).then_some(peak)
+        peak
     }
 
     /// When within `length_s` the quantity's magnitude is last above `band`.

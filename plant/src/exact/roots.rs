@@ -58,6 +58,18 @@ impl Polynomial {
         self
     }
 
+    /// `q + by`.
+    pub(crate) fn raised(mut self, by: f64) -> Self {
+        self.monomial[0] += by;
+        self
+    }
+
+    /// A zero in (0, θ), if the polynomial is positive at 0 and negative at θ.
+    pub(crate) fn zero_before(&self, theta: f64) -> Option<f64> {
+        let falls = self.monomial[0] > 0.0 && self.value_and_slope(theta).0 < 0.0;
+        falls.then(|| self.root_between(0.0, theta))
+    }
+
     fn bernstein(&self) -> Bernstein {
         let mut b = [0.0; N];
         for (j, &a) in self.monomial.iter().enumerate() {
@@ -77,8 +89,20 @@ impl Polynomial {
         (value, slope)
     }
 
-    /// The first θ in \[0, `end`\] at which the polynomial falls below zero.
+    /// The first θ in \[0, `end`\] at which the polynomial falls below zero. A
+    /// zero at 0 is not such a θ by itself: what follows decides.
     pub(crate) fn first_negative(&self, end: f64) -> Option<f64> {
+        let zeros = self.monomial.iter().take_while(|&&a| a == 0.0).count();
+        if zeros > 0 {
+            // q/θⁿ has the same sign. The highest powers are those zeros now.
+            let mut rest = *self;
+            rest.monomial.rotate_left(zeros);
+            return rest.first_nonzero_negative(end);
+        }
+        self.first_nonzero_negative(end)
+    }
+
+    fn first_nonzero_negative(&self, end: f64) -> Option<f64> {
         let mut sum = 0.0;
         for a in &self.monomial[1..] {
             sum += a.abs();

@@ -1,0 +1,215 @@
+//! The bits of whole runs: the same on every machine, at every level of
+//! optimisation and with every set of instructions.
+//!
+//! ```text
+//! cargo test -p bench-tests --test bits                      as tests are built
+//! cargo test -p bench-tests --test bits --profile bits       not optimised
+//! cargo test -p bench-tests --test bits --release            as it is shipped
+//! ```
+//!
+//! `BLESS=1` prints the table of a build instead of comparing it: to be
+//! copied here after an intended change, and only then.
+
+use bench_tests::digest::Digest;
+use bench_tests::solvers::run_exactly;
+use bench_tests::{case, rows};
+use hil_runner::case::{Case, Law};
+use hil_runner::run::LinkKind;
+
+/// Keeps the exact solver away from a variant.
+const DOPRI5: &str = "run.solver=dopri5";
+
+/// What is done to a built-in case: its name here, the case, its overrides.
+const VARIANTS: [(&str, &str, &[&str]); 12] = [
+    ("1", "paper-1", &[]),
+    ("2", "paper-2", &[]),
+    ("3", "paper-3", &[]),
+    ("4", "paper-4", &[]),
+    (
+        "delay",
+        "paper-4",
+        &["controller.computation_delay_s=0.0003"],
+    ),
+    ("no pull", "paper-1", &["transmission.no_pull=true"]),
+    (
+        "friction",
+        "paper-3",
+        &[
+            "carriage.resistance_constant_n=60",
+            "carriage.resistance_linear_ns_per_rad=0.5",
+            "carriage.resistance_opposes_motion=true",
+        ],
+    ),
+    ("rigid", "paper-2", &["transmission.joint=rigid"]),
+    ("no gap", "paper-2", &["transmission.backlash_half_deg=0"]),
+    ("limited", "paper-2", &["drive.voltage_limit_v=40"]),
+    ("dopri5", "paper-2", &[DOPRI5]),
+    (
+        "dopri5, no affine plant",
+        "paper-3",
+        &[
+            DOPRI5,
+            "carriage.resistance_quadratic_ns2_per_rad2=0.001",
+            "carriage.resistance_opposes_motion=true",
+        ],
+    ),
+];
+
+/// Digests by variant and, from the left, by rung.
+const PINNED: [(&str, [u64; 4]); 12] = [
+    (
+        "1",
+        [
+            0xa895_ddd9_69da_c8c6,
+            0xb475_df22_953f_a3db,
+            0x2d40_c76d_02dd_aaf1,
+            0x3379_98f5_7c38_2d2d,
+        ],
+    ),
+    (
+        "2",
+        [
+            0x08df_ac12_645b_9f68,
+            0x99c8_ed35_2f68_09c3,
+            0xb834_b969_e11a_ef1d,
+            0x4a00_ecac_fc0d_d433,
+        ],
+    ),
+    (
+        "3",
+        [
+            0xb9af_d7e0_d002_4d57,
+            0xc64e_d5ab_b79c_2aa3,
+            0x160a_2c9a_a11b_40c8,
+            0x473e_bb05_269d_467d,
+        ],
+    ),
+    (
+        "4",
+        [
+            0xdef4_a1db_f75d_0f3f,
+            0x11dd_520d_a1d4_9f3d,
+            0x528e_0cbc_31b5_5b82,
+            0x8db6_c432_d312_1928,
+        ],
+    ),
+    (
+        "delay",
+        [
+            0xdef4_a1db_f75d_0f3f,
+            0xe498_5652_1f0f_13f5,
+            0x8eb2_8792_5e9e_1bf3,
+            0x8eb2_8792_5e9e_1bf3,
+        ],
+    ),
+    (
+        "no pull",
+        [
+            0x2c58_76ca_45b1_a8ca,
+            0x2674_e255_d2d5_1413,
+            0xee61_e10e_2de5_aaab,
+            0x789b_550f_13bd_96ec,
+        ],
+    ),
+    (
+        "friction",
+        [
+            0xef26_5a73_a7c3_f5d7,
+            0x1053_8ae6_07bc_6a33,
+            0xa935_d4a3_80ff_7836,
+            0x5e4f_3e1c_d2e4_959d,
+        ],
+    ),
+    (
+        "rigid",
+        [
+            0x2905_f9d8_7a16_77ba,
+            0x0855_8382_616b_ab25,
+            0x1a81_9945_fca5_347a,
+            0x9d80_1e25_86df_8dd4,
+        ],
+    ),
+    (
+        "no gap",
+        [
+            0x160a_1d15_2bd6_a040,
+            0x3e03_d4c7_251f_7782,
+            0x6dbe_ae10_3447_6811,
+            0x2a72_de51_1b09_70c5,
+        ],
+    ),
+    (
+        "limited",
+        [
+            0x8b4a_518a_c529_7dff,
+            0x759f_d7d8_56ee_6804,
+            0xcfda_cd1f_b4f8_06b9,
+            0xb0fe_8682_a4a2_d368,
+        ],
+    ),
+    (
+        "dopri5",
+        [
+            0xfeb4_cd25_5b3b_749e,
+            0xca51_650d_c6e7_8927,
+            0x3a1a_61ea_a213_3759,
+            0x6fff_8ea3_6e82_97f0,
+        ],
+    ),
+    (
+        "dopri5, no affine plant",
+        [
+            0xe613_7e9d_f217_9dc0,
+            0xe1f8_6f1b_92d3_4050,
+            0x137f_7e8e_a8be_c538,
+            0xf6c2_13e6_0b64_6059,
+        ],
+    ),
+];
+
+fn digests(name: &str, sets: &[&str]) -> [u64; 4] {
+    Law::ALL.map(|law| {
+        let rung = format!("controller.law={}", law.name());
+        let mut case = case(name, &[sets, &[rung.as_str()]].concat());
+        if !sets.contains(&DOPRI5) {
+            case = run_exactly(&case);
+        }
+        let (rows, outcome) = rows(&case, LinkKind::InProcess);
+        Digest::of_run(&rows, &outcome)
+    })
+}
+
+#[test]
+fn bits_are_the_pinned_ones() {
+    let found = VARIANTS.map(|(variant, name, sets)| (variant, digests(name, sets)));
+    if std::env::var_os("BLESS").is_some() {
+        for (variant, digests) in found {
+            println!("    (\n        \"{variant}\",\n        [");
+            for digest in digests {
+                let hex = format!("{digest:016x}");
+                let groups = [&hex[..4], &hex[4..8], &hex[8..12], &hex[12..]];
+                println!("            0x{},", groups.join("_"));
+            }
+            println!("        ],\n    ),");
+        }
+        return;
+    }
+    for (found, pinned) in found.iter().zip(&PINNED) {
+        assert_eq!(found, pinned, "{}", found.0);
+    }
+}
+
+/// The contrast: the last bit of one parameter changes the digest.
+#[test]
+fn the_last_bit_of_a_parameter_shows() {
+    let mut case = run_exactly(&case("paper-2", &[]));
+    let digest = |case: &Case| {
+        let (rows, outcome) = rows(case, LinkKind::InProcess);
+        Digest::of_run(&rows, &outcome)
+    };
+    let before = digest(&case);
+    assert_eq!(before, digest(&case));
+    let inductance_h = &mut case.axis.motor.inductance_h;
+    *inductance_h = inductance_h.next_up();
+    assert_ne!(before, digest(&case));
+}
