@@ -49,7 +49,13 @@ pub(crate) struct Carried {
     place: usize,
     /// Until when the command keeps to its interval \[s\].
     until_s: f64,
+    /// Intervals since the command was computed afresh.
+    age: u32,
 }
+
+/// Intervals over which the command may be carried on: each adds a rounding,
+/// and the loop's gain multiplies it.
+const MOST_AGE: u32 = 8;
 
 impl Plant {
     /// One interval under the continuous law.
@@ -92,6 +98,7 @@ impl Plant {
                 x,
                 place,
                 until_s: later.fold(f64::INFINITY, f64::min),
+                age: 0,
             }));
         }
         Ok(())
@@ -119,6 +126,7 @@ impl Plant {
             && carried.length_ns == length_ns
             && carried.y == self.y
             && start_s + length_s <= carried.until_s
+            && carried.age < MOST_AGE
             && carried.pid.is_same_law(pid);
         let Some(table) = feedback.get(carried.place) else {
             return false;
@@ -127,11 +135,13 @@ impl Plant {
             return false;
         }
         let start = carried.x;
-        let end = table.transition * start + table.drift;
-        let change = (end - start).abs();
+        // By way of the rates: the loop's gain makes Φ·x a difference of large
+        // numbers.
+        let levels = &table.table.levels;
+        let rate = levels.a * start + table.input;
+        let end = start + levels.steps[0].integral * rate;
         let stray = |quantity: Quantity| {
-            let bound = &table.table.quantity(quantity).bounds.per_change;
-            BOUND_MARGIN * bound.dot(&change)
+            BOUND_MARGIN * table.table.quantity(quantity).bounds.over(0, &rate)
         };
         let (d0, d1) = (start[DELTA], end[DELTA]);
         let joint_keeps = match self.mode.joint {
@@ -174,6 +184,7 @@ impl Plant {
         });
         self.y = y;
         carried.time_ns += length_ns;
+        carried.age += 1;
         carried.x = end;
         carried.y = y;
         true
@@ -197,7 +208,7 @@ impl Plant {
             let place = tables.feedback(&self.axis, &mode, pid, command.omega_radps, length_ns);
             let table = &tables.feedback[place];
             let start = feedback_state(&self.y, offset_rad, &command);
-            let terms = table
+            let terms = table.table.levels.steps[0]
                 .transition
                 .row(DELTA)
                 .transpose()

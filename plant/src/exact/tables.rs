@@ -194,9 +194,6 @@ pub(crate) struct FeedbackTable {
     pub(crate) input: Column<FEEDBACK>,
     /// Constant part of γ̈.
     pub(crate) screw_load: f64,
-    /// `e^{AT}` and `ψ(T)·u`.
-    pub(crate) transition: Matrix<FEEDBACK>,
-    pub(crate) drift: Column<FEEDBACK>,
 }
 
 impl FeedbackTable {
@@ -330,8 +327,6 @@ impl FeedbackTable {
         }
         rows[Quantity::Demand as usize] = demand_row(pid);
         let table = Table::new(&a, seconds(length_ns), &rows);
-        let whole = &table.levels.steps[0];
-        let (transition, drift) = (whole.transition, whole.integral * input);
         Self {
             length_ns,
             mode: *mode,
@@ -339,8 +334,6 @@ impl FeedbackTable {
             table,
             input,
             screw_load: system.screw_load,
-            transition,
-            drift,
         }
     }
 }
