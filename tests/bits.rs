@@ -60,7 +60,7 @@ const PINNED: [(&str, [u64; 4]); 12] = [
     (
         "1",
         [
-            0xa895_ddd9_69da_c8c6,
+            0x4586_b0ff_4fea_c3cb,
             0xb475_df22_953f_a3db,
             0x2d40_c76d_02dd_aaf1,
             0x3379_98f5_7c38_2d2d,
@@ -69,7 +69,7 @@ const PINNED: [(&str, [u64; 4]); 12] = [
     (
         "2",
         [
-            0x08df_ac12_645b_9f68,
+            0x6f40_a43b_5350_eb5e,
             0x99c8_ed35_2f68_09c3,
             0xb834_b969_e11a_ef1d,
             0x4a00_ecac_fc0d_d433,
@@ -78,7 +78,7 @@ const PINNED: [(&str, [u64; 4]); 12] = [
     (
         "3",
         [
-            0xb9af_d7e0_d002_4d57,
+            0xded5_cd5c_4834_467f,
             0xc64e_d5ab_b79c_2aa3,
             0x160a_2c9a_a11b_40c8,
             0x473e_bb05_269d_467d,
@@ -87,7 +87,7 @@ const PINNED: [(&str, [u64; 4]); 12] = [
     (
         "4",
         [
-            0xdef4_a1db_f75d_0f3f,
+            0x223d_b08f_8c17_dc5e,
             0x11dd_520d_a1d4_9f3d,
             0x528e_0cbc_31b5_5b82,
             0x8db6_c432_d312_1928,
@@ -96,7 +96,7 @@ const PINNED: [(&str, [u64; 4]); 12] = [
     (
         "delay",
         [
-            0xdef4_a1db_f75d_0f3f,
+            0x223d_b08f_8c17_dc5e,
             0xe498_5652_1f0f_13f5,
             0x8eb2_8792_5e9e_1bf3,
             0x8eb2_8792_5e9e_1bf3,
@@ -105,7 +105,7 @@ const PINNED: [(&str, [u64; 4]); 12] = [
     (
         "no pull",
         [
-            0x2c58_76ca_45b1_a8ca,
+            0x1055_201b_532c_015a,
             0x2674_e255_d2d5_1413,
             0xee61_e10e_2de5_aaab,
             0x789b_550f_13bd_96ec,
@@ -123,7 +123,7 @@ const PINNED: [(&str, [u64; 4]); 12] = [
     (
         "rigid",
         [
-            0x2905_f9d8_7a16_77ba,
+            0x96d4_30dd_0295_ecc5,
             0x0855_8382_616b_ab25,
             0x1a81_9945_fca5_347a,
             0x9d80_1e25_86df_8dd4,
@@ -132,7 +132,7 @@ const PINNED: [(&str, [u64; 4]); 12] = [
     (
         "no gap",
         [
-            0x160a_1d15_2bd6_a040,
+            0x67d4_5372_5606_ec2b,
             0x3e03_d4c7_251f_7782,
             0x6dbe_ae10_3447_6811,
             0x2a72_de51_1b09_70c5,
@@ -141,7 +141,7 @@ const PINNED: [(&str, [u64; 4]); 12] = [
     (
         "limited",
         [
-            0x8b4a_518a_c529_7dff,
+            0xb748_3812_2b1f_c60e,
             0x759f_d7d8_56ee_6804,
             0xcfda_cd1f_b4f8_06b9,
             0xb0fe_8682_a4a2_d368,

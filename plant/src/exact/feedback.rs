@@ -49,13 +49,7 @@ pub(crate) struct Carried {
     place: usize,
     /// Until when the command keeps to its interval \[s\].
     until_s: f64,
-    /// Intervals since the command was computed afresh.
-    age: u32,
 }
-
-/// Intervals over which the command may be carried on: each adds a rounding,
-/// and the loop's gain multiplies it.
-const MOST_AGE: u32 = 8;
 
 impl Plant {
     /// One interval under the continuous law.
@@ -98,7 +92,6 @@ impl Plant {
                 x,
                 place,
                 until_s: later.fold(f64::INFINITY, f64::min),
-                age: 0,
             }));
         }
         Ok(())
@@ -126,7 +119,6 @@ impl Plant {
             && carried.length_ns == length_ns
             && carried.y == self.y
             && start_s + length_s <= carried.until_s
-            && carried.age < MOST_AGE
             && carried.pid.is_same_law(pid);
         let Some(table) = feedback.get(carried.place) else {
             return false;
@@ -135,13 +127,11 @@ impl Plant {
             return false;
         }
         let start = carried.x;
-        // By way of the rates: the loop's gain makes Φ·x a difference of large
-        // numbers.
-        let levels = &table.table.levels;
-        let rate = levels.a * start + table.input;
-        let end = start + levels.steps[0].integral * rate;
+        let end = start + (table.growth * start + table.drift);
+        let change = (end - start).abs();
         let stray = |quantity: Quantity| {
-            BOUND_MARGIN * table.table.quantity(quantity).bounds.over(0, &rate)
+            let bound = &table.table.quantity(quantity).bounds.per_change;
+            BOUND_MARGIN * bound.dot(&change)
         };
         let (d0, d1) = (start[DELTA], end[DELTA]);
         let joint_keeps = match self.mode.joint {
@@ -184,7 +174,6 @@ impl Plant {
         });
         self.y = y;
         carried.time_ns += length_ns;
-        carried.age += 1;
         carried.x = end;
         carried.y = y;
         true
@@ -208,12 +197,9 @@ impl Plant {
             let place = tables.feedback(&self.axis, &mode, pid, command.omega_radps, length_ns);
             let table = &tables.feedback[place];
             let start = feedback_state(&self.y, offset_rad, &command);
-            let terms = table.table.levels.steps[0]
-                .transition
-                .row(DELTA)
-                .transpose()
-                .component_mul(&start);
-            self.axis.set_parting_noise(NOISE_ULPS * terms.abs().sum());
+            let terms = table.growth.row(DELTA).transpose().component_mul(&start);
+            self.axis
+                .set_parting_noise(NOISE_ULPS * (start[DELTA].abs() + terms.abs().sum()));
             let mut piece = FeedbackPiece {
                 table,
                 start,

@@ -194,6 +194,10 @@ pub(crate) struct FeedbackTable {
     pub(crate) input: Column<FEEDBACK>,
     /// Constant part of γ̈.
     pub(crate) screw_load: f64,
+    /// `e^{AT} − 1`, the rounding of which is that of what a step changes and
+    /// not of the whole state, and `ψ(T)·u`.
+    pub(crate) growth: Matrix<FEEDBACK>,
+    pub(crate) drift: Column<FEEDBACK>,
 }
 
 impl FeedbackTable {
@@ -327,6 +331,8 @@ impl FeedbackTable {
         }
         rows[Quantity::Demand as usize] = demand_row(pid);
         let table = Table::new(&a, seconds(length_ns), &rows);
+        let whole = &table.levels.steps[0];
+        let (growth, drift) = (whole.integral * a, whole.integral * input);
         Self {
             length_ns,
             mode: *mode,
@@ -334,6 +340,8 @@ impl FeedbackTable {
             table,
             input,
             screw_load: system.screw_load,
+            growth,
+            drift,
         }
     }
 }
