@@ -8,7 +8,9 @@ use std::hint::black_box;
 
 use criterion::BenchmarkGroup;
 use criterion::measurement::WallTime;
+use hil_runner::lanes::SingleRuns;
 use hil_runner::run::{RunOptions, run};
+use plant::{Joint, Plant, Solver};
 
 use crate::elastic_axis::ElasticAxis;
 use crate::lockstep::Plan;
@@ -16,14 +18,15 @@ use crate::rk4_axis::Rk4Axis;
 use crate::workload::{self, W1, W2, W3};
 
 /// Solvers of the plant, as run files name them.
-const SOLVERS: [&str; 1] = ["dopri5"];
+const SOLVERS: [&str; 2] = ["exact", "dopri5"];
 
 /// Step of the fixed-step comparators \[ns\].
 pub const RK4_STEP_NS: u64 = 10_000;
 
 type Group<'a> = BenchmarkGroup<'a, WallTime>;
 
-/// `w1/<rung>/<solver>`, and `w1/quantised/rk4`.
+/// `w1/<rung>/<solver>`, `w1/quantised/rk4`, and what of the exact solver's
+/// time is not the plant's motion.
 ///
 /// # Errors
 /// What the run file's checks say.
@@ -31,15 +34,18 @@ pub fn w1(group: &mut Group<'_>) -> Result<(), Box<dyn Error>> {
     for law in ["quantised", "firmware"] {
         own(group, law, W1, workload::W1_TOLERANCE)?;
     }
+    bare(group, W1)?;
+    gapless(group, W1)?;
     rk4(group, W1)
 }
 
-/// `w2/<rung>/<solver>`, and `w2/quantised/rk4`.
+/// `w2/<rung>/<solver>`, `w2/quantised/exact-bare` and `w2/quantised/rk4`.
 ///
 /// # Errors
 /// What the run file's checks say.
 pub fn w2(group: &mut Group<'_>) -> Result<(), Box<dyn Error>> {
     own(group, "quantised", W2, workload::W2_TOLERANCE)?;
+    bare(group, W2)?;
     rk4(group, W2)
 }
 
@@ -51,7 +57,8 @@ pub fn w3(group: &mut Group<'_>) -> Result<(), Box<dyn Error>> {
     own(group, "continuous", W3, workload::W3_TOLERANCE)
 }
 
-/// Our own solvers, with all figures of the summary.
+/// Our own solvers, with all figures of the summary. The exact one's sampled
+/// runs are prepared as a study's are: the matrices are made before.
 fn own(
     group: &mut Group<'_>,
     law: &str,
@@ -60,10 +67,53 @@ fn own(
 ) -> Result<(), Box<dyn Error>> {
     for solver in SOLVERS {
         let case = workload::case(law, workload, solver, tolerance)?;
-        group.bench_function(format!("{law}/{solver}"), |bencher| {
+        let id = format!("{law}/{solver}");
+        if solver == "exact" && law != "continuous" {
+            let mut runs = SingleRuns::new();
+            // A run that fails would be quick.
+            runs.figures(&case)?;
+            group.bench_function(id, |bencher| {
+                bencher.iter(|| runs.figures(black_box(&case)))
+            });
+            continue;
+        }
+        group.bench_function(id, |bencher| {
             bencher.iter(|| run(black_box(&case), RunOptions::default(), &mut |_| Ok(())));
         });
     }
+    Ok(())
+}
+
+/// The exact solver without figures, as the comparators are.
+fn bare(group: &mut Group<'_>, workload: &str) -> Result<(), Box<dyn Error>> {
+    let case = workload::case("quantised", workload, "exact", workload::W1_TOLERANCE)?;
+    let plan = Plan::new(&case).ok_or("no sample time")?;
+    let mut plant = Plant::new(&case.axis, Solver::Exact);
+    group.bench_function("quantised/exact-bare", |bencher| {
+        bencher.iter(|| {
+            plant.reset();
+            let result = plan.run(black_box(&mut plant), |_, _, _| ());
+            (plant.state(), result)
+        });
+    });
+    Ok(())
+}
+
+/// The same axis without a gap, figures and all: nothing to detect. What the
+/// contacts cost is the difference to `exact`.
+fn gapless(group: &mut Group<'_>, workload: &str) -> Result<(), Box<dyn Error>> {
+    let mut case = workload::case("quantised", workload, "exact", workload::W1_TOLERANCE)?;
+    if let Joint::Elastic(joint) = &mut case.axis.transmission.joint {
+        joint.backlash_half_rad = 0.0;
+    }
+    let mut runs = SingleRuns::new();
+    let contacts = runs.figures(&case)?.contact_changes;
+    if contacts > 0 {
+        return Err(format!("{contacts} changes of contact without a gap").into());
+    }
+    group.bench_function("quantised/exact-gapless", |bencher| {
+        bencher.iter(|| runs.figures(black_box(&case)));
+    });
     Ok(())
 }
 

@@ -106,7 +106,7 @@ impl Axis for Plant {
     type Error = PlantError;
 
     fn beta_rad(&self) -> f64 {
-        self.state().beta_rad()
+        self.state().beta_rad
     }
 
     fn hold(&mut self, voltage_v: f64, until_ns: u64) -> Result<(), PlantError> {

@@ -39,11 +39,11 @@ fn there_and_back(joint: Joint, solver: Solver) -> (State, u32) {
 }
 
 fn distance(a: &State, b: &State) -> f64 {
-    (a.gamma_rad() - b.gamma_rad()).abs() + (a.epsilon_rad - b.epsilon_rad).abs()
+    (a.beta_rad - b.beta_rad).abs() + (a.epsilon_rad - b.epsilon_rad).abs()
 }
 
 fn truth(joint: Joint) -> State {
-    there_and_back(joint, Solver::Dopri5 { tolerance: 1e-14 }).0
+    there_and_back(joint, Solver::Exact).0
 }
 
 /// Order of rk4 from two step lengths a factor of four apart. Where a step
@@ -61,15 +61,19 @@ fn rk4_order(joint: Joint) -> f64 {
     (error(160_000) / error(40_000)).log2() / 2.0
 }
 
-/// Order of dopri5: error against the number of steps it took.
+/// Order of dopri5: the slope of the error over the number of steps it took,
+/// both as logarithms, fitted over three decades of the tolerance. Two points
+/// alone would leave it to where the steps happen to end.
 fn dopri5_order(joint: Joint) -> f64 {
-    let work = |tolerance| {
+    let truth = truth(joint);
+    let works = [1e-6, 3e-7, 1e-7, 3e-8, 1e-8, 3e-9, 1e-9].map(|tolerance| {
         let (state, steps) = there_and_back(joint, Solver::Dopri5 { tolerance });
-        (distance(&state, &truth(joint)), f64::from(steps))
-    };
-    // Looser, steps are few and their ends chance; tighter, rounding shows.
-    let ((loose, few), (tight, many)) = (work(1e-6), work(1e-9));
-    (loose / tight).ln() / (many / few).ln()
+        (f64::from(steps).ln(), -distance(&state, &truth).ln())
+    });
+    let mean = |of: fn(&(f64, f64)) -> f64| works.iter().map(of).sum::<f64>() / 7.0;
+    let (x0, y0) = (mean(|w| w.0), mean(|w| w.1));
+    let slope = works.iter().map(|(x, y)| (x - x0) * (y - y0)).sum::<f64>();
+    slope / works.iter().map(|(x, _)| (x - x0) * (x - x0)).sum::<f64>()
 }
 
 #[test]
@@ -84,8 +88,11 @@ fn rk4_has_order_four_without_a_gap_and_loses_it_at_a_contact() {
 fn dopri5_keeps_its_order_across_contacts() {
     let smooth = dopri5_order(elastic(350.0, 0.0));
     let contact = dopri5_order(elastic(350.0, 0.01));
-    assert!((4.7..5.5).contains(&smooth), "order {smooth}");
-    assert!((4.7..5.5).contains(&contact), "order {contact}");
+    println!("order {smooth}, across contacts {contact}");
+    // Above the order that rk4 has, and short of the next whole one: an
+    // estimate that overshoots says that chance or rounding was measured.
+    assert!((4.7..6.0).contains(&smooth), "order {smooth}");
+    assert!((4.7..6.0).contains(&contact), "order {contact}");
 }
 
 /// A stiffer joint approaches the rigid axis with 1/k.

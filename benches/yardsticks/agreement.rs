@@ -77,7 +77,7 @@ fn the_plain_rk4_is_that_of_the_plant() {
     let mut plant = Plant::new(&case.axis, solver);
     plan.run(&mut plant, |_, _, _| ()).unwrap();
     let state = plant.state();
-    let far = (plain.y[0] - state.gamma_rad)
+    let far = (plain.y[0] - state.gamma_rad())
         .abs()
         .max((plain.y[2] - state.epsilon_rad).abs());
     assert!(far < 1e-9, "{far} rad apart");

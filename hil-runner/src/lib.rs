@@ -15,6 +15,7 @@ pub mod case;
 pub mod error;
 pub mod figures;
 pub mod ladder;
+pub mod lanes;
 pub mod law;
 pub mod link;
 pub mod message;

@@ -2,7 +2,6 @@
 
 use plant::{ContactChange, ContinuousPid, Drive, Plant, Solver, State};
 
-use crate::budget;
 use crate::case::{Case, Law, Method};
 use crate::error::RunError;
 use crate::law::Controller;
@@ -270,17 +269,16 @@ impl Bench<'_, '_> {
             grid.finish(self.case.run.duration_ns, &self.plant);
         }
         let events = self.recorder.events.unwrap_or_default();
-        let mut summary = EndOfRun {
+        let summary = EndOfRun {
             case: self.case,
             solver,
             state: self.plant.state(),
             extremes: &self.recorder.extremes,
             rows: &self.rows,
             held_limit_ns: self.held_limit_ns,
-            events: &events,
+            events: Some(&events),
         }
         .summary();
-        summary.verdicts = budget::verdicts(self.case, |key| summary.figure(key));
         Outcome {
             summary,
             plot: self

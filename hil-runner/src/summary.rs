@@ -3,7 +3,7 @@
 use plant::{ContactChange, Extremes};
 use serde::Serialize;
 
-use crate::budget::Verdict;
+use crate::budget::{self, Verdict};
 use crate::case::Case;
 use crate::time::seconds;
 use crate::trace::Row;
@@ -85,6 +85,15 @@ pub(crate) struct RowFigures {
 }
 
 impl RowFigures {
+    /// From sums that were made elsewhere, row by row in the same order.
+    pub(crate) fn from_sums(rows: u64, squared_acc_error: f64, max_abs_dac_code: f64) -> Self {
+        Self {
+            rows,
+            squared_acc_error,
+            max_abs_dac_code: Some(max_abs_dac_code),
+        }
+    }
+
     pub(crate) fn add(&mut self, row: &Row) {
         self.rows += 1;
         let error = row.acc_mps2 - row.acc_ref_mps2;
@@ -106,12 +115,19 @@ pub(crate) struct EndOfRun<'a> {
     pub(crate) rows: &'a RowFigures,
     /// Time under a held voltage at its limit \[ns\].
     pub(crate) held_limit_ns: u64,
-    pub(crate) events: &'a [ContactChange],
+    /// Every change of contact, if they were kept.
+    pub(crate) events: Option<&'a [ContactChange]>,
 }
 
 impl EndOfRun<'_> {
-    /// The figures, without verdicts.
+    /// The figures and the verdicts on them.
     pub(crate) fn summary(&self) -> Summary {
+        let mut summary = self.figures();
+        summary.verdicts = budget::verdicts(self.case, |key| summary.figure(key));
+        summary
+    }
+
+    fn figures(&self) -> Summary {
         let (case, extremes) = (self.case, self.extremes);
         let end_s = seconds(case.run.duration_ns);
         let pitch = case.axis.transmission.screw_pitch_m_per_rad;
@@ -119,7 +135,6 @@ impl EndOfRun<'_> {
         let x_m = pitch * self.state.gamma_rad();
         let peak_abs_acc_mps2 = extremes.peak_abs_acceleration_mps2;
         let peak_command_mps2 = case.motion.peak_acceleration_until_mps2(end_s);
-        let events = self.events.iter();
         Summary {
             name: case.name.clone(),
             law: case.controller.law.name(),
@@ -138,10 +153,9 @@ impl EndOfRun<'_> {
             voltage_saturated_s: seconds(self.held_limit_ns) + extremes.voltage_limited_s,
             peak_abs_current_a: extremes.peak_abs_current_a,
             max_abs_dac_code: self.rows.max_abs_dac_code,
-            events: case.run.events.then(|| {
-                events
-                    .map(|e| (e.time_s, e.from.sign(), e.to.sign()))
-                    .collect()
+            events: self.events.filter(|_| case.run.events).map(|events| {
+                let event = |e: &ContactChange| (e.time_s, e.from.sign(), e.to.sign());
+                events.iter().map(event).collect()
             }),
             verdicts: Vec::new(),
         }

@@ -1,7 +1,7 @@
 //! Rung `firmware`: the `firmware` crate on the host, with the setpoint table
 //! that the chip would hold.
 
-use firmware::{CAPACITY, Controller, ControllerState, Dac, SetpointError, counts};
+use firmware::{CAPACITY, Controller, ControllerState, Dac, SetpointError, SetpointTable, counts};
 
 use super::Setpoint;
 use crate::case::Case;
@@ -20,25 +20,10 @@ pub struct FirmwareLaw {
 impl FirmwareLaw {
     pub(crate) fn new(case: &Case, period_ns: u64) -> Result<Self, QuantiseError> {
         let setpoint = Setpoint::new(case, period_ns);
-        let last = last_tick(case, period_ns);
-        let travel_counts = whole(setpoint.count(last));
-        let gains = quantise(&case.controller.gains, period_ns, travel_counts)?;
-        // Refused before 10^9 samples of a motion are computed for it.
-        let needed = usize::try_from(last)
-            .unwrap_or(usize::MAX)
-            .saturating_add(1);
-        if needed > CAPACITY {
-            let too_long = SetpointError::TooLong {
-                needed,
-                capacity: CAPACITY,
-            };
-            return Err(QuantiseError::Setpoints(too_long));
-        }
+        let Parts { gains, dac, last } = Parts::of(case, &setpoint)?;
         let positions = (0..=last).map(|tick| whole(setpoint.count(tick)));
-        let setpoints = setpoint_table(positions)?;
-        let dac = Dac::with_bits(case.dac.bits).map_err(QuantiseError::Dac)?;
         Ok(Self {
-            controller: Controller::new(gains.pid, dac, setpoints),
+            controller: Controller::new(gains.pid, dac, setpoint_table(positions)?),
             state: ControllerState::default(),
             gains,
         })
@@ -59,6 +44,65 @@ impl FirmwareLaw {
             dac_code: f64::from(output.code),
             out_of_range: status.error_limited || status.error_sum_beyond_range,
         }
+    }
+}
+
+/// What the firmware is made of, less its setpoints.
+struct Parts {
+    gains: QuantisedGains,
+    dac: Dac,
+    /// The sample of the last setpoint.
+    last: u64,
+}
+
+impl Parts {
+    fn of(case: &Case, setpoint: &Setpoint) -> Result<Self, QuantiseError> {
+        let last = last_tick(case, setpoint.period_ns);
+        let travel_counts = whole(setpoint.count(last));
+        let gains = quantise(&case.controller.gains, setpoint.period_ns, travel_counts)?;
+        // Refused before 10^9 samples of a motion are computed for it.
+        let needed = usize::try_from(last)
+            .unwrap_or(usize::MAX)
+            .saturating_add(1);
+        if needed > CAPACITY {
+            let too_long = SetpointError::TooLong {
+                needed,
+                capacity: CAPACITY,
+            };
+            return Err(QuantiseError::Setpoints(too_long));
+        }
+        let dac = Dac::with_bits(case.dac.bits).map_err(QuantiseError::Dac)?;
+        Ok(Self { gains, dac, last })
+    }
+}
+
+/// The firmware's controller on a wheel of counts that turns with the
+/// setpoint: its table holds the one setpoint 0, and it is fed c − r. The
+/// error r − c is that of [`FirmwareLaw`], and so is every code, without a
+/// table for every run.
+#[derive(Debug, Clone)]
+pub(crate) struct FirmwareOnCounts {
+    controller: Controller<1>,
+    state: ControllerState,
+}
+
+impl FirmwareOnCounts {
+    /// # Errors
+    /// Those of [`FirmwareLaw::new`].
+    pub(crate) fn new(case: &Case, period_ns: u64) -> Result<Self, QuantiseError> {
+        let Parts { gains, dac, .. } = Parts::of(case, &Setpoint::new(case, period_ns))?;
+        Ok(Self {
+            controller: Controller::new(gains.pid, dac, SetpointTable::starting_at(0)),
+            state: ControllerState::default(),
+        })
+    }
+
+    /// The code for setpoint and position in whole counts.
+    #[inline]
+    pub(crate) fn code(&mut self, setpoint_counts: f64, position_counts: f64) -> f64 {
+        let [setpoint, count] = [setpoint_counts, position_counts].map(|n| counts::wrap(whole(n)));
+        let relative = counts::difference(count, setpoint);
+        f64::from(self.controller.tick(&mut self.state, relative).code)
     }
 }
 

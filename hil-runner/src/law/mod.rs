@@ -11,7 +11,9 @@ use crate::quantise::QuantiseError;
 use plant::{Encoder, Motion};
 
 pub use firmware_law::FirmwareLaw;
+pub(crate) use firmware_law::FirmwareOnCounts;
 use quantised::QuantisedLaw;
+pub(crate) use sampled::Pid;
 use sampled::SampledLaw;
 
 /// The controller of a sampled rung with its memory.

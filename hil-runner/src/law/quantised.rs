@@ -12,7 +12,7 @@ use crate::message::{Command, Measurement};
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct QuantisedLaw {
     setpoint: Setpoint,
-    pid: Pid,
+    pid: Pid<f64>,
     dac: Dac,
 }
 

@@ -1,28 +1,46 @@
 //! Rung `sampled`: the PID law at the sample time in real numbers, without
 //! encoder steps, DAC steps or DAC range.
 
-use plant::PidGains;
+use std::ops::{Add, Div, Mul, Sub};
 
 use super::Setpoint;
 use crate::case::Case;
 use crate::message::{Command, Measurement};
 
-/// The sum of the three terms and its memory, shared by the rungs in f64.
+/// The sum of the three terms and its memory, shared by the rungs in f64. `V`
+/// is one number, or one for each of the runs that are computed side by side.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Pid {
-    gains: PidGains,
-    sample_time_s: f64,
+pub(crate) struct Pid<V> {
+    /// `K_p`, `K_i` and `K_d`.
+    gains: [V; 3],
+    sample_time_s: V,
     /// `S = Σ e·Δt` \[counts·s\].
-    sum: f64,
-    previous_error: Option<f64>,
+    sum: V,
+    previous_error: Option<V>,
 }
 
-impl Pid {
+impl Pid<f64> {
     pub(crate) fn new(case: &Case, period_ns: u64) -> Self {
+        let gains = &case.controller.gains;
+        Self::from_parts(
+            [gains.kp, gains.ki_per_s, gains.kd_s],
+            crate::time::seconds(period_ns),
+            0.0,
+        )
+    }
+}
+
+impl<V> Pid<V>
+where
+    V: Copy + Add<Output = V> + Sub<Output = V> + Mul<Output = V> + Div<Output = V>,
+{
+    /// `gains` are K_p, K_i and K_d, `zero` is the sum at the start.
+    #[inline(always)]
+    pub(crate) fn from_parts(gains: [V; 3], sample_time_s: V, zero: V) -> Self {
         Self {
-            gains: case.controller.gains,
-            sample_time_s: crate::time::seconds(period_ns),
-            sum: 0.0,
+            gains,
+            sample_time_s,
+            sum: zero,
             previous_error: None,
         }
     }
@@ -30,10 +48,11 @@ impl Pid {
     /// `y = K_p·e + K_i·S + K_d·(e − e_prev)/Δt` \[codes\], eq. 23 sampled. The
     /// order of the operations is part of the law: decimal gains on whole
     /// counts put y + ½ exactly on integers, and another order moves codes.
-    pub(crate) fn output(&mut self, e: f64) -> f64 {
-        let (kp, ki, kd) = (self.gains.kp, self.gains.ki_per_s, self.gains.kd_s);
+    #[inline(always)]
+    pub(crate) fn output(&mut self, e: V) -> V {
+        let [kp, ki, kd] = self.gains;
         let e_prev = self.previous_error.replace(e).unwrap_or(e);
-        self.sum += e * self.sample_time_s;
+        self.sum = self.sum + e * self.sample_time_s;
         ((kp * e) + (ki * self.sum)) + ((kd * (e - e_prev)) / self.sample_time_s)
     }
 }
@@ -42,7 +61,7 @@ impl Pid {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SampledLaw {
     setpoint: Setpoint,
-    pid: Pid,
+    pid: Pid<f64>,
 }
 
 impl SampledLaw {

@@ -1,0 +1,240 @@
+//! Runs side by side give the figures of runs made one by one, bit for bit.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+use std::num::NonZeroUsize;
+use std::ops::ControlFlow;
+
+use bench_tests::{case, reference_folder};
+use hil_runner::case::{Case, Law};
+use hil_runner::error::RunError;
+use hil_runner::figures::SUMMARY_FIGURES;
+use hil_runner::lanes::{SingleRuns, figures, stream};
+use hil_runner::run::{RunOptions, run};
+use hil_runner::summary::Summary;
+use plant::{Dac, Encoder, Joint};
+
+/// b \[rad\], K_p and K_d of 300 draws.
+fn draws() -> Vec<[f64; 3]> {
+    let mut reader = csv::Reader::from_path(reference_folder().join("w4.csv")).unwrap();
+    let rows = reader.records().map(|row| {
+        let row = row.unwrap();
+        [0, 1, 2].map(|column| row[column].parse().unwrap())
+    });
+    rows.collect()
+}
+
+/// The draws from `first` on as variants of a case.
+fn drawn(case: &Case, first: usize, number: usize) -> Vec<Case> {
+    let draws = draws().into_iter().skip(first).take(number);
+    draws
+        .map(|[backlash_half_rad, kp, kd_s]| {
+            let mut case = case.clone();
+            if let Joint::Elastic(joint) = &mut case.axis.transmission.joint {
+                joint.backlash_half_rad = backlash_half_rad;
+            }
+            case.controller.gains.kp = kp;
+            case.controller.gains.kd_s = kd_s;
+            case.run.events = false;
+            case
+        })
+        .collect()
+}
+
+fn threads(n: usize) -> NonZeroUsize {
+    NonZeroUsize::new(n).unwrap()
+}
+
+fn single(case: &Case) -> Result<Summary, RunError> {
+    run(case, RunOptions::default(), &mut |_| Ok(())).map(|outcome| outcome.summary)
+}
+
+/// Every figure as bits, in the order of the summary.
+fn bits(summary: &Summary) -> Vec<Option<u64>> {
+    let figures = SUMMARY_FIGURES.iter();
+    figures
+        .map(|figure| summary.figure(figure.key).map(f64::to_bits))
+        .collect()
+}
+
+/// Compares a list of cases with runs one by one; returns their contacts.
+fn assert_same(cases: &[Case], threads: NonZeroUsize) -> u64 {
+    let together = figures(cases, threads);
+    assert_eq!(together.len(), cases.len());
+    let mut contacts = 0;
+    for (place, (case, together)) in cases.iter().zip(&together).enumerate() {
+        match (single(case), together) {
+            (Ok(alone), Ok(together)) => {
+                for ((a, b), figure) in bits(&alone)
+                    .iter()
+                    .zip(bits(together))
+                    .zip(&SUMMARY_FIGURES)
+                {
+                    let key = figure.key;
+                    assert_eq!(*a, b, "case {place}: {key}\n{alone:?}\n{together:?}");
+                }
+                assert_eq!(alone, *together);
+                contacts += alone.contact_changes;
+            }
+            (alone, together) => {
+                let message = |result: &Result<_, RunError>| {
+                    result
+                        .as_ref()
+                        .map_err(RunError::to_string)
+                        .map(|_: &Summary| ())
+                };
+                assert_eq!(message(&alone), message(together), "case {place}");
+            }
+        }
+    }
+    contacts
+}
+
+#[test]
+fn random_cases_have_the_figures_of_single_runs() {
+    for law in ["sampled", "quantised", "firmware"] {
+        let law = format!("controller.law={law}");
+        for (first, delay) in ["0.0", "0.0003", "0.001"].into_iter().enumerate() {
+            let delay = format!("controller.computation_delay_s={delay}");
+            let case = case("paper-2", &[&law, &delay]);
+            let contacts = assert_same(&drawn(&case, 60 * first, 120), threads(2));
+            assert!(contacts > 500, "{law} {delay}: {contacts}");
+        }
+    }
+}
+
+#[test]
+fn lanes_need_not_be_full() {
+    let case = case("paper-3", &["controller.law=quantised"]);
+    for number in [0, 1, 2, 3, 5, 8, 9, 11, 17] {
+        assert_same(&drawn(&case, 200, number), threads(3));
+    }
+}
+
+/// Encoder, converter, drive and settling band are free; so is b = 0.
+#[test]
+fn lanes_may_differ_in_everything_but_axis_and_timing() {
+    for law in ["sampled", "quantised", "firmware"] {
+        let case = case("paper-2", &[&format!("controller.law={law}")]);
+        let mut cases = drawn(&case, 30, 24);
+        for (n, case) in (0_u32..).zip(&mut cases) {
+            case.encoder = Encoder::with_lines(500.0 + 100.0 * f64::from(n));
+            case.dac = Dac::with_range(8 + n % 8, 80.0);
+            case.amplifier.voltage_limit_v = 30.0 + 5.0 * f64::from(n);
+            case.run.settling_band_um = 20.0 + f64::from(n);
+            case.name = format!("case {n}");
+            if let (Joint::Elastic(joint), 0) = (&mut case.axis.transmission.joint, n % 5) {
+                joint.backlash_half_rad = 0.0;
+            }
+        }
+        let saturated = |case: &Case| single(case).unwrap().voltage_saturated_s > 0.0;
+        assert!(cases.iter().filter(|case| saturated(case)).count() > 5);
+        assert_same(&cases, threads(1));
+    }
+}
+
+/// Families of their own, cases without one, and cases that fail, all mixed.
+#[test]
+fn every_case_finds_its_place() {
+    let settings: &[&[&str]] = &[
+        &[],
+        &["controller.law=continuous"],
+        &["controller.law=sampled", "transmission.joint=rigid"],
+        &["run.solver=dopri5"],
+        &["run.duration_s=1.2345"],
+        &["controller.law=firmware"],
+        &["transmission.no_pull=true"],
+        &[
+            "carriage.resistance_constant_n=60",
+            "carriage.resistance_linear_ns_per_rad=0.01",
+        ],
+        &[
+            "carriage.resistance_constant_n=60",
+            "carriage.resistance_opposes_motion=true",
+        ],
+        &["controller.sample_time_s=0.005"],
+        &["motion.travel_mm=-250"],
+        &["controller.kp=400"],
+        &["run.events=true"],
+    ];
+    let mut cases = Vec::new();
+    for round in 0..3 {
+        for sets in settings {
+            let sets: Vec<&str> = ["controller.law=quantised"]
+                .iter()
+                .chain(*sets)
+                .copied()
+                .collect();
+            let mut case = case("paper-2", &sets);
+            case.controller.gains.ki_per_s += f64::from(round);
+            if case.controller.law == Law::Firmware && round != 1 {
+                // More than a word can hold.
+                case.controller.gains.kp = 9_000.0;
+            }
+            case.run.events = false;
+            cases.push(case);
+        }
+    }
+    assert_same(&cases, threads(2));
+    let results = figures(&cases, threads(1));
+    let errors: Vec<_> = results
+        .iter()
+        .filter_map(|result| result.as_ref().err())
+        .collect();
+    assert_eq!(errors.len(), 2, "{errors:?}");
+}
+
+#[test]
+fn more_samples_than_are_kept() {
+    let sets = [
+        "controller.law=quantised",
+        "controller.sample_time_s=0.00002",
+    ];
+    assert_same(&drawn(&case("paper-2", &sets), 290, 4), threads(1));
+}
+
+#[test]
+fn single_runs_and_streams_give_the_same() {
+    let case_2 = case("paper-2", &["controller.law=quantised"]);
+    let case_4 = case("paper-4", &["controller.law=firmware"]);
+    let cases = [
+        drawn(&case_2, 0, 5),
+        drawn(&case_4, 5, 5),
+        drawn(&case_2, 10, 5),
+    ]
+    .concat();
+    let mut runs = SingleRuns::new();
+    let alone: Vec<_> = cases
+        .iter()
+        .map(|case| runs.figures(case).unwrap())
+        .collect();
+    for (case, figures) in cases.iter().zip(&alone) {
+        assert_eq!(*figures, single(case).unwrap());
+    }
+    let mut streamed = Vec::new();
+    let flow = stream(cases, threads(2), |_, figures| {
+        streamed.push(figures.unwrap());
+        match streamed.len() {
+            12 => ControlFlow::Break("enough"),
+            _ => ControlFlow::Continue(()),
+        }
+    });
+    assert_eq!(flow, ControlFlow::Break("enough"));
+    assert_eq!(streamed[..], alone[..12]);
+}
+
+/// The comparison sees a last bit: another gain in its last place is not the
+/// same run.
+#[test]
+fn the_last_bit_of_a_gain_shows() {
+    let case = case("paper-2", &["controller.law=sampled"]);
+    let cases = drawn(&case, 0, 8);
+    let mut others = cases.clone();
+    for other in &mut others {
+        other.controller.gains.kp = other.controller.gains.kp.next_up();
+    }
+    let (ours, theirs) = (figures(&cases, threads(1)), figures(&others, threads(1)));
+    for (ours, theirs) in ours.iter().flatten().zip(theirs.iter().flatten()) {
+        assert_ne!(bits(ours), bits(theirs));
+    }
+}
