@@ -80,6 +80,15 @@ impl Polynomial {
         b
     }
 
+    /// Whether a stretch is nothing but rounding of the coefficients, or not a
+    /// number: its signs say nothing, and halving it would go on for ever.
+    fn is_rounding(&self, b: &Bernstein) -> bool {
+        let terms: f64 = self.monomial.iter().map(|a| a.abs()).sum();
+        let largest = b.iter().fold(0.0, |m: f64, b| m.max(b.abs()));
+        let told_apart = largest > 4.0 * f64::EPSILON * terms;
+        !told_apart
+    }
+
     fn value_and_slope(&self, theta: f64) -> (f64, f64) {
         let (mut value, mut slope) = (self.monomial[TERMS], 0.0);
         for &a in self.monomial.iter().rev().skip(1) {
@@ -120,7 +129,7 @@ impl Polynomial {
             _ if b[0] < 0.0 => return Some(from),
             0 => return None,
             1 => return Some(self.root_between(from, to)),
-            _ if halvings == 0 => return (b[TERMS] < 0.0).then_some(to),
+            _ if halvings == 0 || self.is_rounding(b) => return (b[TERMS] < 0.0).then_some(to),
             _ => {}
         }
         let (left, right) = halves(b);
@@ -143,7 +152,7 @@ impl Polynomial {
                 }
                 return Some(upside_down.root_between(from, to));
             }
-            _ if halvings == 0 => return None,
+            _ if halvings == 0 || self.is_rounding(b) => return None,
             _ => {}
         }
         let (left, right) = halves(b);
@@ -206,7 +215,7 @@ impl Polynomial {
     fn peak_in(&self, b: &Bernstein, from: f64, to: f64, floor: f64, halvings: u32) -> f64 {
         let bound = b.iter().fold(0.0, |m: f64, b| m.max(b.abs()));
         // Rounding of the coefficients themselves is not worth halving for.
-        if bound <= floor * (1.0 + 2e-15) || halvings == 0 {
+        if bound <= floor * (1.0 + 2e-15) || halvings == 0 || self.is_rounding(b) {
             return floor;
         }
         // Bent one way throughout: one extreme, where the slope changes sign.

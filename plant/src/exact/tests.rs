@@ -158,3 +158,22 @@ fn series_reproduces_an_oscillation() {
     assert!((end[0] - libm::sin(w * h)).abs() < 4e-15);
     assert!((end[1] / w - libm::cos(w * h)).abs() < 4e-15);
 }
+
+/// What is not a number, or nothing but rounding, ends the search at once
+/// instead of being halved for ever. A resistance that drives the carriage
+/// once made runs that never ended.
+#[test]
+fn rounding_ends_the_search() {
+    for value in [f64::NAN, f64::INFINITY, 1e308] {
+        let mut q = [value; TERMS + 1];
+        q.iter_mut().skip(1).step_by(2).for_each(|a| *a = -*a);
+        let polynomial = Polynomial::new(q);
+        assert_eq!(polynomial.last_outside(1.0, 1.0).is_some(), value == 1e308);
+        assert!(
+            polynomial
+                .first_negative(1.0)
+                .is_none_or(|theta| theta <= 1.0)
+        );
+        assert!(polynomial.peak(1.0).is_nan() || polynomial.peak(1.0) >= 0.0);
+    }
+}
