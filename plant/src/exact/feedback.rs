@@ -83,7 +83,7 @@ impl Plant {
         }
         if let Some((x, place)) = last {
             let end_s = seconds(self.time_ns + length_ns);
-            let later = breaks_s.into_iter().filter(|&t| t > end_s);
+            let later = breaks_s.into_iter().filter(|&t| t >= end_s);
             tables.carried = Some(Box::new(Carried {
                 pid: *pid,
                 time_ns: self.time_ns + length_ns,
