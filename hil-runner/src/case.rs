@@ -88,7 +88,8 @@ pub enum SolverChoice {
     Auto,
     /// Exact between two voltage updates; no quadratic resistance.
     Exact,
-    /// Adaptive Runge-Kutta 5(4) with located events.
+    /// Adaptive Runge-Kutta with located events: the Dormand-Prince pair of
+    /// order 8(5,3), under the name of the family's pair of order 5.
     Dopri5,
     /// Fixed-step Runge-Kutta without event location: the paper's way.
     Rk4,

@@ -4,11 +4,12 @@
 //! both sides of a contact change are ends of spans. Memory does not grow
 //! with the run.
 
+use crate::bernstein::Polynomial;
 use crate::exact::Sights;
 use crate::motion::{Motion, MotionPoint};
-use crate::quartic::Polynomial;
 use crate::span::{ContactChange, Interior, Span, Watch};
 use crate::state::{BETA, CURRENT, Vector, gamma};
+use crate::stepped::Stepped;
 
 /// What is measured besides the plain peaks.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -88,26 +89,28 @@ impl Extremes {
         ]
     }
 
-    fn settle(&mut self, span: &Span<'_>) {
+    fn settle(&mut self, stepped: &Stepped<'_>) {
         let band_m = self.settings.settling_band_m;
-        let distance = span.distance_to(self.settings.motion.travel_m());
+        let span = stepped.span;
+        let distance = stepped.distance_to(self.settings.motion.travel_m());
         if distance.ends.end.abs() > band_m {
             self.last_outside_band_s = Some(span.end_s());
-        } else if distance.ends.bound() > band_m
-            && let Some(theta) = last_outside(distance.quartic(), band_m)
+        } else if distance.bound() > band_m
+            && let Some(theta) = last_outside(distance.septic(), band_m)
         {
             self.last_outside_band_s = Some(span.start_s() + theta * span.length_s());
         }
     }
 
-    fn follow(&mut self, span: &Span<'_>) {
+    fn follow(&mut self, stepped: &Stepped<'_>) {
+        let span = stepped.span;
         let motion = &self.settings.motion;
         let start = self.command_at(span.start_s());
         let end = motion.at(span.end_s());
         let command = (start, end);
-        let of_carriage = span.following_error(motion, &command, false);
+        let of_carriage = stepped.following_error(motion, &command, false);
         of_carriage.raise(&mut self.peak_following_error_m);
-        let of_motor = span.following_error(motion, &command, true);
+        let of_motor = stepped.following_error(motion, &command, true);
         of_motor.raise(&mut self.peak_motor_following_error_m);
         self.command_at_end = Some((span.end_s(), end));
     }
@@ -190,14 +193,15 @@ impl Extremes {
     }
 
     /// A step of a Runge-Kutta solver.
-    fn look_between_ends(&mut self, span: &Span<'_>) {
-        span.acceleration()
+    fn look_between_ends(&mut self, stepped: &Stepped<'_>) {
+        stepped
+            .acceleration()
             .raise(&mut self.peak_abs_acceleration_mps2);
-        span.current().raise(&mut self.peak_abs_current_a);
-        span.voltage().raise(&mut self.peak_abs_voltage_v);
+        stepped.current().raise(&mut self.peak_abs_current_a);
+        stepped.voltage().raise(&mut self.peak_abs_voltage_v);
         let breaks_s = self.breaks_s;
-        span.split_at(&breaks_s, |piece| self.follow(piece));
-        self.settle(span);
+        stepped.split_at(&breaks_s, |part| self.follow(part));
+        self.settle(stepped);
     }
 }
 
@@ -220,7 +224,7 @@ impl Watch for Extremes {
                 let amplifier = span.modes.0.amplifier;
                 self.look(span, &piece.sights(span.axis, amplifier, span.length_s));
             }
-            Interior::Dense(_) | Interior::Unknown(..) => self.look_between_ends(span),
+            Interior::Stepped(piece) => self.look_between_ends(&Stepped { span, piece }),
         }
     }
 
@@ -231,7 +235,7 @@ impl Watch for Extremes {
 }
 
 /// The last θ in \[0, 1\] at which |distance| exceeds the band.
-fn last_outside(distance: Polynomial<5>, band_m: f64) -> Option<f64> {
+fn last_outside(distance: Polynomial<8>, band_m: f64) -> Option<f64> {
     let backwards = distance.reversed();
     let above = backwards.affine(band_m, -1.0).first_negative();
     let below = backwards.affine(band_m, 1.0).first_negative();

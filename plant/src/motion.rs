@@ -15,8 +15,13 @@
 //! Sine and cosine come from the `libm` crate so that every machine computes
 //! the same bits.
 
+mod oscillator;
+mod segment;
+
 use core::f64::consts::FRAC_PI_2;
 
+pub(crate) use self::oscillator::Oscillator;
+use self::segment::{Segment, Shape, chain, end_of, fourth_derivatives};
 use crate::error::MotionError;
 
 /// The command at one instant.
@@ -32,84 +37,6 @@ pub struct MotionPoint {
     pub displacement_integral_ms: f64,
 }
 
-/// The command as a linear oscillator: within one interval of Fig. 6 its
-/// acceleration obeys `ȧ = ω·w`, `ẇ = −ω·a` (with ω = 0 it is constant).
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Oscillator {
-    pub(crate) point: MotionPoint,
-    /// `w` \[m/s²\].
-    pub(crate) quadrature_mps2: f64,
-    /// `ω` \[rad/s\].
-    pub(crate) omega_radps: f64,
-}
-
-/// Shape of the acceleration within one interval.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Shape {
-    /// `sin ωτ`, from 0 to the amplitude.
-    Rise,
-    /// The amplitude throughout.
-    Constant,
-    /// `cos ωτ`, from the amplitude to 0.
-    Fall,
-}
-
-const SHAPES: [Shape; 7] = [
-    Shape::Rise,
-    Shape::Constant,
-    Shape::Fall,
-    Shape::Constant,
-    Shape::Rise,
-    Shape::Constant,
-    Shape::Fall,
-];
-
-/// One interval with the command at its start.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Segment {
-    start_s: f64,
-    duration_s: f64,
-    shape: Shape,
-    amplitude_mps2: f64,
-    start: MotionPoint,
-}
-
-impl Segment {
-    /// The command `tau_s` after the start of the segment.
-    fn at(&self, tau_s: f64) -> MotionPoint {
-        let (a, t) = (self.amplitude_mps2, tau_s);
-        // The three integrals of the shape, each 0 at τ = 0.
-        let (shape, once, twice, thrice) = match self.shape {
-            Shape::Constant => (1.0, t, t * t / 2.0, t * t * t / 6.0),
-            Shape::Rise => {
-                let w = FRAC_PI_2 / self.duration_s;
-                let sin = libm::sin(w * t);
-                let versine = versine(w * t);
-                (
-                    sin,
-                    versine / w,
-                    (t - sin / w) / w,
-                    (t * t / 2.0 - versine / (w * w)) / w,
-                )
-            }
-            Shape::Fall => {
-                let w = FRAC_PI_2 / self.duration_s;
-                let (sin, cos) = (libm::sin(w * t), libm::cos(w * t));
-                let versine = versine(w * t);
-                (cos, sin / w, versine / (w * w), (t - sin / w) / (w * w))
-            }
-        };
-        let s = &self.start;
-        let (v0, x0, q0) = (s.velocity_mps, s.displacement_m, s.displacement_integral_ms);
-        MotionPoint {
-            acceleration_mps2: a * shape,
-            velocity_mps: v0 + a * once,
-            displacement_m: x0 + (v0 * t + a * twice),
-            displacement_integral_ms: q0 + (x0 * t + (v0 * t * t / 2.0 + a * thrice)),
-        }
-    }
-}
-
 /// The motion command of Fig. 6.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Motion {
@@ -118,6 +45,7 @@ pub struct Motion {
     segments: [Segment; 7],
     end: MotionPoint,
     end_s: f64,
+    fourth_derivatives: MotionPoint,
 }
 
 impl Motion {
@@ -182,6 +110,7 @@ impl Motion {
             segments,
             end,
             end_s,
+            fourth_derivatives: fourth_derivatives(&segments),
         })
     }
 
@@ -198,6 +127,12 @@ impl Motion {
     /// When the motion ends \[s\]: the sum of the intervals.
     pub fn end_s(&self) -> f64 {
         self.end_s
+    }
+
+    /// Largest magnitude of the fourth derivative of each, over all intervals:
+    /// how rough the command is. The acceleration's is not given.
+    pub(crate) fn fourth_derivatives(&self) -> &MotionPoint {
+        &self.fourth_derivatives
     }
 
     /// The instants at which one interval gives way to the next \[s\], in
@@ -252,67 +187,6 @@ impl Motion {
             .find(|segment| segment.duration_s > 0.0 && now_s >= segment.start_s)
     }
 
-    /// The command at `time_s` as an oscillator, right-continuous.
-    pub(crate) fn oscillator(&self, time_s: f64) -> Oscillator {
-        let still = |point: MotionPoint| Oscillator {
-            point,
-            quadrature_mps2: 0.0,
-            omega_radps: 0.0,
-        };
-        match self.segment_at(time_s) {
-            None => still(self.at(time_s)),
-            Some(segment) => {
-                let tau_s = (time_s - segment.start_s).max(0.0);
-                let point = segment.at(tau_s);
-                let w = FRAC_PI_2 / segment.duration_s;
-                let a = segment.amplitude_mps2;
-                match segment.shape {
-                    Shape::Constant => still(point),
-                    Shape::Rise => Oscillator {
-                        point,
-                        quadrature_mps2: a * libm::cos(w * tau_s),
-                        omega_radps: w,
-                    },
-                    Shape::Fall => Oscillator {
-                        point,
-                        quadrature_mps2: -a * libm::sin(w * tau_s),
-                        omega_radps: w,
-                    },
-                }
-            }
-        }
-    }
-
-    /// Coefficients of x_ref as a power series in θ = t/length from `time_s`
-    /// on, valid until the interval of the command ends.
-    pub(crate) fn series(&self, time_s: f64, length_s: f64, coefficients: &mut [f64]) {
-        let Oscillator {
-            point,
-            quadrature_mps2,
-            omega_radps,
-        } = self.oscillator(time_s);
-        let phase = omega_radps * length_s;
-        // x, v·h and then a·h²/2!, ω·w·h³/3!, −ω²·a·h⁴/4!, …
-        let mut scale = length_s * length_s / 2.0;
-        let derivatives = [
-            point.acceleration_mps2,
-            quadrature_mps2,
-            -point.acceleration_mps2,
-            -quadrature_mps2,
-        ];
-        for (n, c) in (0_u16..).zip(coefficients.iter_mut()) {
-            *c = match n {
-                0 => point.displacement_m,
-                1 => point.velocity_mps * length_s,
-                _ => {
-                    let term = derivatives[usize::from(n - 2) % 4] * scale;
-                    scale *= phase / f64::from(n + 1);
-                    term
-                }
-            };
-        }
-    }
-
     /// Largest magnitude of the commanded acceleration \[m/s²\].
     pub(crate) fn peak_acceleration_mps2(&self) -> f64 {
         self.segments
@@ -351,43 +225,4 @@ impl Motion {
             ..self.end
         }
     }
-}
-
-/// `1 − cos φ` without cancellation.
-fn versine(phi: f64) -> f64 {
-    let half = libm::sin(phi / 2.0);
-    2.0 * half * half
-}
-
-/// Strings the seven segments together and returns them with the end point.
-fn chain(intervals_s: &[f64; 7], accelerate: f64, decelerate: f64) -> ([Segment; 7], MotionPoint) {
-    let mut point = MotionPoint::default();
-    let mut start_s = 0.0;
-    let mut index = 0;
-    let segments = intervals_s.map(|duration_s| {
-        let amplitude_mps2 = match index {
-            0..=2 => accelerate,
-            3 => 0.0,
-            _ => decelerate,
-        };
-        let segment = Segment {
-            start_s,
-            duration_s,
-            shape: SHAPES[index],
-            amplitude_mps2,
-            start: point,
-        };
-        if duration_s > 0.0 {
-            point = segment.at(duration_s);
-        }
-        start_s += duration_s;
-        index += 1;
-        segment
-    });
-    (segments, point)
-}
-
-fn end_of(segments: &[Segment; 7]) -> f64 {
-    let last = &segments[6];
-    last.start_s + last.duration_s
 }

@@ -120,6 +120,23 @@ impl ContinuousPid {
         self.loop_gain * (kp * e_dot + ki * e + kd * e_ddot)
     }
 
+    /// How far the demand may be from the cubic through its ends, given how
+    /// far β̂, β, β̇ and the command (its integral, x_ref and v_ref) may be \[V\].
+    pub(crate) fn demand_reach(
+        &self,
+        beta_hat: f64,
+        beta: f64,
+        beta_dot: f64,
+        [integral, displacement, velocity]: [f64; 3],
+    ) -> f64 {
+        let (s, z) = (self.radians_per_m.abs(), self.gear_ratio.abs());
+        let (kp, ki, kd) = (self.gains.kp, self.gains.ki_per_s, self.gains.kd_s);
+        let sum = kp * (displacement * s + beta / z)
+            + ki * (integral * s + beta_hat / z)
+            + kd * (velocity * s + beta_dot / z);
+        self.loop_gain.abs() * sum
+    }
+
     fn reference(&self, time_s: f64, side: Side) -> MotionPoint {
         let mut point = self.motion.at(time_s);
         if side == Side::Before {

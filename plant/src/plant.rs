@@ -10,6 +10,7 @@ use crate::mode::{Guard, Mode};
 use crate::parameters::AxisParameters;
 use crate::span::Watch;
 use crate::state::{State, Vector};
+use crate::step_size::StepSize;
 
 /// How the equations are solved.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,7 +18,8 @@ pub enum Solver {
     /// Without discretisation error, every event found: for plants without
     /// quadratic resistance.
     Exact,
-    /// Adaptive Dormand-Prince 5(4), events located.
+    /// Adaptive, events located: the Dormand-Prince pair of order 8(5,3)
+    /// (`dop853`). The 5 of the name is that of the family's first pair.
     Dopri5 {
         /// Error that is aimed at; a step may add a tenth of it to states
         /// below 100 (rad, rad/s, A), a thousandth relative to larger ones.
@@ -41,8 +43,8 @@ pub struct Plant {
     pub(crate) time_ns: u64,
     /// The guard whose surface the state lies on since the last mode change.
     pub(crate) fresh: Option<Guard>,
-    /// Step that the error control would take next \[s\].
-    pub(crate) next_step_s: f64,
+    /// Steps that the error control of solver `dopri5` would take.
+    pub(crate) steps: StepSize,
     /// What solver `exact` has computed about the axis.
     tables: Option<Box<Tables>>,
 }
@@ -85,7 +87,7 @@ impl Plant {
             y: Vector::zeros(),
             time_ns: 0,
             fresh: None,
-            next_step_s: 1e-5,
+            steps: StepSize::new(),
             tables: None,
         }
     }
@@ -107,7 +109,7 @@ impl Plant {
             y: Vector::zeros(),
             time_ns: 0,
             fresh: None,
-            next_step_s: 1e-5,
+            steps: StepSize::new(),
             tables: None,
         }
     }
@@ -160,7 +162,7 @@ impl Plant {
         self.y = Vector::zeros();
         self.time_ns = 0;
         self.fresh = None;
-        self.next_step_s = 1e-5;
+        self.steps = StepSize::new();
     }
 
     /// A plant that goes on from here with another solver: state, mode and

@@ -41,6 +41,12 @@ impl Resistance {
         mode.direction() * 2.0 * a2 * gamma_dot + a1
     }
 
+    /// `F_r` as a polynomial in γ̇: its coefficients from degree 0 to 2.
+    pub(crate) fn polynomial(&self, mode: GuideMode) -> [f64; 3] {
+        let (a0, a1, a2) = self.coefficients();
+        [mode.direction() * a0, a1, mode.direction() * a2]
+    }
+
     /// Whether direction matters: with `a1` alone both readings agree.
     pub(crate) fn has_stiction(&self) -> bool {
         let (a0, _, a2) = self.coefficients();

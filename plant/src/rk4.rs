@@ -4,15 +4,17 @@
 //! it is evaluated at, so a step that crosses a contact smears it.
 
 use crate::axis::Drive;
+use crate::dop853::Stray;
 use crate::error::PlantError;
 use crate::joint::JointMode;
 use crate::plant::{Plant, count, seconds};
+use crate::reach::Reach;
 use crate::span::{ContactChange, Interior, Span, Watch};
 use crate::state::Vector;
+use crate::stepped::SteppedPiece;
 
-/// One step of `dy/dt = f(t, y)` from `(t, y)`.
-fn step(f: impl Fn(f64, &Vector) -> Vector, t: f64, y: &Vector, h: f64) -> Vector {
-    let k1 = f(t, y);
+/// One step of `dy/dt = f(t, y)` from `(t, y)` with `k1 = f(t, y)`.
+fn step(f: impl Fn(f64, &Vector) -> Vector, t: f64, y: &Vector, k1: Vector, h: f64) -> Vector {
     let k2 = f(t + h / 2.0, &(y + k1 * (h / 2.0)));
     let k3 = f(t + h / 2.0, &(y + k2 * (h / 2.0)));
     let k4 = f(t + h, &(y + k3 * h));
@@ -38,15 +40,25 @@ impl Plant {
         for i in 0..steps {
             let time_s = start_s + count(i) * h;
             let y0 = self.y;
-            let y1 = step(f, time_s, &y0, h);
+            // Under a held voltage time does not enter, and the derivative at
+            // the end of the last step is that at the start of this one.
+            let k1 = match drive {
+                Drive::Held(_) => dy0,
+                Drive::Feedback(_) => f(time_s, &y0),
+            };
+            let y1 = step(f, time_s, &y0, k1, h);
             if !y1.iter().all(|v| v.is_finite()) {
                 return Err(PlantError::NonFinite { time_s });
             }
             let (before, end_s) = (self.mode, time_s + h);
-            let acceleration_before_mps2 = self.acceleration_mps2();
-            let dy1 = f(end_s, &y1);
             self.y = y1;
             self.mode = axis.mode_of_state(drive, end_s, &y1);
+            let dy1 = axis.derivative(&self.mode, drive, end_s, &y1);
+            let piece = SteppedPiece {
+                dense: None,
+                rates: (&dy0, &dy1),
+                reach: Reach::new(Stray::default(), h, (&y0, &y1), (&dy0, &dy1)),
+            };
             watch.span(&Span {
                 axis: &axis,
                 drive,
@@ -54,7 +66,7 @@ impl Plant {
                 start_s: time_s,
                 length_s: h,
                 y: (&y0, &y1),
-                interior: Interior::Unknown(&dy0, &dy1),
+                interior: Interior::Stepped(&piece),
             });
             let (from, to) = (before.joint.contact(), self.contact());
             if from != to {
@@ -63,7 +75,7 @@ impl Plant {
                     from,
                     to,
                     impact: before.joint == JointMode::Open,
-                    acceleration_before_mps2,
+                    acceleration_before_mps2: axis.carriage_acceleration_mps2(&before, &y0),
                     acceleration_after_mps2: self.acceleration_mps2(),
                 });
             }
@@ -82,7 +94,8 @@ mod tests {
         let h = 1.0 / f64::from(n);
         let mut y = Vector::new(0.0, 1.0, 0.0, 0.0, 0.0, 0.0);
         for i in 0..n {
-            y = step(f, f64::from(i) * h, &y, h);
+            let t = f64::from(i) * h;
+            y = step(f, t, &y, f(t, &y), h);
         }
         (y[0] - libm::sin(1.0)).abs()
     }
