@@ -79,16 +79,9 @@ impl Plant {
             Solver::Dopri5 { tolerance } => tolerance,
             Solver::Exact | Solver::Rk4 { .. } => 0.0,
         };
-        let axis = Axis::new(parameters, tolerance);
         Self {
-            axis,
             solver,
-            mode: axis.mode_at_rest(),
-            y: Vector::zeros(),
-            time_ns: 0,
-            fresh: None,
-            steps: StepSize::new(),
-            tables: None,
+            ..Self::of_axis(Axis::new(parameters, tolerance))
         }
     }
 

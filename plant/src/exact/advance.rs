@@ -87,19 +87,9 @@ impl Plant {
         let offset_rad = self.axis.offset_rad(&self.mode);
         let start = held_state(&self.y, offset_rad);
         let end = table.kernel.step(&start, voltage_v);
-        let (d0, d1) = (start[DELTA], end[DELTA]);
-        let joint_keeps = match self.mode.joint {
-            JointMode::Rigid | JointMode::Gapless => end.iter().all(|x| x.is_finite()),
-            JointMode::Open => {
-                let b = self.axis.backlash_half_rad();
-                b - d0.abs().max(d1.abs()) > table.kernel.gap_strays(&start, &end)
-            }
-            JointMode::Loaded(flank) => {
-                let s = flank.sign();
-                (s * d0).min(s * d1) > table.kernel.gap_strays(&start, &end)
-            }
-            JointMode::Released(_) => false,
-        };
+        let strays = || table.kernel.gap_strays(&start, &end);
+        let joint_keeps =
+            self.joint_keeps(start[DELTA], end[DELTA], strays) && end.iter().all(|x| x.is_finite());
         let slides = |s: f64| {
             let speed = |x: &Column<HELD>| s * (x[BETA_DOT] - x[EPSILON_DOT]);
             let bound = &table.table.quantity(Quantity::ScrewSpeed).bounds.per_change;
@@ -116,13 +106,7 @@ impl Plant {
             return false;
         }
         let y = to_plant_vector(&end, offset_rad, self.y[BETA_INTEGRAL]);
-        let piece = HeldPiece {
-            table,
-            input: table.system.input(voltage_v),
-            start,
-            offset_rad,
-            beta_integral_rads: self.y[BETA_INTEGRAL],
-        };
+        let piece = self.piece(table, voltage_v);
         watch.span(&Span {
             axis: &self.axis,
             drive,
@@ -134,6 +118,32 @@ impl Plant {
         });
         self.y = y;
         true
+    }
+
+    /// Whether the joint keeps its mode over a step from `start` to `end` of δ,
+    /// which strays from its chord by at most `strays`.
+    #[inline(always)]
+    pub(super) fn joint_keeps(&self, start: f64, end: f64, strays: impl FnOnce() -> f64) -> bool {
+        let lowest = match self.mode.joint {
+            JointMode::Rigid | JointMode::Gapless => return true,
+            JointMode::Open => self.axis.backlash_half_rad() - start.abs().max(end.abs()),
+            JointMode::Loaded(flank) => (flank.sign() * start).min(flank.sign() * end),
+            JointMode::Released(_) => return false,
+        };
+        lowest > strays()
+    }
+
+    /// The solution from here on under a held voltage.
+    #[inline(always)]
+    fn piece<'t>(&self, table: &'t HeldTable, voltage_v: f64) -> HeldPiece<'t> {
+        let offset_rad = self.axis.offset_rad(&self.mode);
+        HeldPiece {
+            table,
+            input: table.system.input(voltage_v),
+            start: held_state(&self.y, offset_rad),
+            offset_rad,
+            beta_integral_rads: self.y[BETA_INTEGRAL],
+        }
     }
 
     /// Bounds from below and above of a figure's magnitude within the step that
@@ -195,16 +205,9 @@ impl Plant {
     ) {
         let place = tables.held(&self.axis, &self.mode, length_ns);
         let table = &tables.held[place];
-        let offset_rad = self.axis.offset_rad(&self.mode);
-        let piece = HeldPiece {
-            table,
-            input: table.system.input(voltage_v),
-            start: held_state(&self.y, offset_rad),
-            offset_rad,
-            beta_integral_rads: self.y[BETA_INTEGRAL],
-        };
+        let piece = self.piece(table, voltage_v);
         let end = table.kernel.step(&piece.start, voltage_v);
-        let end = to_plant_vector(&end, offset_rad, piece.beta_integral_rads);
+        let end = to_plant_vector(&end, piece.offset_rad, piece.beta_integral_rads);
         let (start_s, length_s) = (seconds(self.time_ns), seconds(length_ns));
         let sights = piece.sights(&self.axis, &end, length_s);
         match which {
@@ -232,13 +235,7 @@ impl Plant {
             let (mode, offset_rad) = (self.mode, self.axis.offset_rad(&self.mode));
             let place = tables.held(&self.axis, &mode, length_ns);
             let table = &tables.held[place];
-            let piece = HeldPiece {
-                table,
-                input: table.system.input(voltage_v),
-                start: held_state(&self.y, offset_rad),
-                offset_rad,
-                beta_integral_rads: self.y[BETA_INTEGRAL],
-            };
+            let piece = self.piece(table, voltage_v);
             let left_s = interval.left_s();
             let guards = self.guards(drive);
             let linear = guards.map(|g| Some(self.linear_guard(g?, &table.table, 0.0)));

@@ -9,7 +9,6 @@ use super::walk::{BOUND_MARGIN, Flow};
 use crate::adaptive::Interval;
 use crate::axis::Drive;
 use crate::error::PlantError;
-use crate::joint::JointMode;
 use crate::mode::AmplifierMode;
 use crate::pid::ContinuousPid;
 use crate::plant::{Plant, seconds};
@@ -133,18 +132,9 @@ impl Plant {
             let bound = &table.table.quantity(quantity).bounds.per_change;
             BOUND_MARGIN * bound.dot(&change)
         };
-        let (d0, d1) = (start[DELTA], end[DELTA]);
-        let joint_keeps = match self.mode.joint {
-            JointMode::Rigid | JointMode::Gapless => end.iter().all(|x| x.is_finite()),
-            JointMode::Open => {
-                self.axis.backlash_half_rad() - d0.abs().max(d1.abs()) > stray(Quantity::Delta)
-            }
-            JointMode::Loaded(flank) => {
-                let s = flank.sign();
-                (s * d0).min(s * d1) > stray(Quantity::Delta)
-            }
-            JointMode::Released(_) => false,
-        };
+        let strays = || stray(Quantity::Delta);
+        let joint_keeps =
+            self.joint_keeps(start[DELTA], end[DELTA], strays) && end.iter().all(|x| x.is_finite());
         let demand = &table.table.quantity(Quantity::Demand);
         let (v0, v1) = (demand.value(&start), demand.value(&end));
         let limit_v = pid.voltage_limit_v();
