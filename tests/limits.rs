@@ -65,3 +65,25 @@ fn quantised_approaches_sampled_with_finer_steps() {
     let (coarse, fine) = (difference(1.0), difference(1000.0));
     assert!(fine < coarse / 100.0, "{coarse} {fine}");
 }
+
+/// An interval with a contact that ends exactly where the command changes its
+/// segment (here at 1 s, the motion's end) carries nothing of the old segment
+/// on. It once did: the current was off by 1e-5 A one row later.
+#[test]
+fn a_row_on_a_break_of_the_command_carries_nothing_on() {
+    let b_deg = 0.043_090_561_694_861_42_f64.to_degrees();
+    let draw = [
+        "controller.law=continuous".to_owned(),
+        format!("transmission.backlash_half_deg={b_deg}"),
+        "controller.kp=5.701951475199062".to_owned(),
+        "controller.kd_s=0.005660709196294134".to_owned(),
+    ];
+    let current_a = |solver: &str| {
+        let solver = format!("run.solver={solver}");
+        let sets: Vec<&str> = draw.iter().map(String::as_str).chain([&*solver]).collect();
+        let (rows, _) = rows(&case("paper-2", &sets), LinkKind::InProcess);
+        rows[1001].current_a
+    };
+    let difference_a = (current_a("exact") - current_a("dopri5")).abs();
+    assert!(difference_a < 1e-8, "{difference_a}");
+}
