@@ -5,10 +5,10 @@
 //! with the run.
 
 use crate::bernstein::Polynomial;
-use crate::exact::Sights;
+use crate::exact::{Piece, Seen, Sights};
+use crate::mode::AmplifierMode;
 use crate::motion::{Motion, MotionPoint};
 use crate::span::{ContactChange, Interior, Span, Watch};
-use crate::state::{BETA, CURRENT, Vector, gamma};
 use crate::stepped::Stepped;
 
 /// What is measured besides the plain peaks.
@@ -69,6 +69,10 @@ impl Extremes {
         &self.settings.motion
     }
 
+    pub(crate) fn settling_band_m(&self) -> f64 {
+        self.settings.settling_band_m
+    }
+
     /// Peaks of ẍ, I and the two following errors.
     pub(crate) fn peaks(&self) -> [f64; 4] {
         [
@@ -117,71 +121,34 @@ impl Extremes {
 }
 
 impl Extremes {
-    /// A piece of the exact solution.
-    fn look<const D: usize>(&mut self, span: &Span<'_>, sights: &Sights<'_, D>) {
-        let ends = (
-            self.command_at(span.start_s()),
-            self.settings.motion.at(span.end_s()),
-        );
-        for (y, command) in [(span.y.0, ends.0), (span.y.1, ends.1)] {
-            self.look_at(span, y, &command);
-        }
-        self.command_at_end = Some((span.end_s(), ends.1));
-        self.look_within(span.start_s(), sights);
-    }
-
-    /// Between the ends of a piece of the exact solution.
-    pub(crate) fn look_within<const D: usize>(&mut self, start_s: f64, sights: &Sights<'_, D>) {
-        self.raise_peaks(start_s, sights, u8::MAX);
-        if let Some(voltage) = &sights.voltage {
-            sights.raise(voltage, &mut self.peak_abs_voltage_v);
-        }
-        let (travel_m, band_m) = (
-            self.settings.motion.travel_m(),
-            self.settings.settling_band_m,
-        );
-        if let Some(after_s) = sights.last_outside(travel_m, band_m) {
-            self.last_outside_band_s = Some(start_s + after_s);
-        }
-    }
-
-    /// The peaks of [`Extremes::peaks`] whose bits are set in `which`.
-    pub(crate) fn raise_peaks<const D: usize>(
-        &mut self,
-        start_s: f64,
-        sights: &Sights<'_, D>,
-        which: u8,
-    ) {
+    /// A piece of the exact solution with its ends, and the command at its end.
+    fn piece(&self, span: &Span<'_>) -> (Piece<'_>, MotionPoint) {
         let motion = &self.settings.motion;
-        if which & 1 != 0 {
-            sights.raise(&sights.acceleration, &mut self.peak_abs_acceleration_mps2);
-        }
-        if which & 2 != 0 {
-            sights.raise(&sights.current, &mut self.peak_abs_current_a);
-        }
-        if which & 4 != 0 {
-            let peak = &mut self.peak_following_error_m;
-            sights.raise_behind(&sights.carriage, motion, start_s, peak);
-        }
-        if which & 8 != 0 {
-            let peak = &mut self.peak_motor_following_error_m;
-            sights.raise_behind(&sights.motor, motion, start_s, peak);
-        }
+        let commands = [self.command_at(span.start_s()), motion.at(span.end_s())];
+        let times_s = (span.start_s(), span.length_s());
+        let ends = [span.y.0, span.y.1];
+        let piece = Piece::new(span.axis, &span.modes.0, ends, (motion, commands), times_s);
+        (piece, commands[1])
     }
 
-    /// One end of a piece of the exact solution.
-    fn look_at(&mut self, span: &Span<'_>, y: &Vector, command: &MotionPoint) {
-        let (axis, p) = (span.axis, span.axis.pitch_m_per_rad());
-        let raise = |peak: &mut f64, value: f64| *peak = peak.max(value.abs());
-        let acceleration_mps2 = axis.carriage_acceleration_mps2(&span.modes.0, y);
-        raise(&mut self.peak_abs_acceleration_mps2, acceleration_mps2);
-        raise(&mut self.peak_abs_current_a, y[CURRENT]);
-        let x_ref_m = command.displacement_m;
-        raise(&mut self.peak_following_error_m, x_ref_m - p * gamma(y));
-        raise(
-            &mut self.peak_motor_following_error_m,
-            x_ref_m - p * y[BETA],
-        );
+    /// Looks at a piece of the exact solution, its ends included.
+    fn look<const D: usize>(&self, sights: &Sights<'_, D>) -> Seen {
+        let mut peaks = self.peaks();
+        for (peak, ends) in peaks.iter_mut().zip(sights.sizes()) {
+            *peak = peak.max(ends);
+        }
+        sights.look(peaks, u8::MAX, self.settings.settling_band_m)
+    }
+
+    /// Takes over what was seen in a piece of the exact solution.
+    pub(crate) fn take(&mut self, seen: &Seen) {
+        for (peak, seen) in self.peaks_mut().into_iter().zip(seen.peaks) {
+            *peak = seen;
+        }
+        // `None` is less than any time.
+        if seen.last_outside_s > self.last_outside_band_s {
+            self.last_outside_band_s = seen.last_outside_s;
+        }
     }
 
     /// The command at the start of a span, which is the end of the last.
@@ -214,15 +181,22 @@ impl Watch for Extremes {
             Interior::Held(piece) => {
                 let voltage_v = span.voltage_at_v(0.0).abs();
                 self.peak_abs_voltage_v = self.peak_abs_voltage_v.max(voltage_v);
-                self.look(span, &piece.sights(span.axis, span.y.1, span.length_s));
+                let (ends, command) = self.piece(span);
+                let seen = self.look(&piece.sights(span.axis, ends));
+                self.take(&seen);
+                self.command_at_end = Some((span.end_s(), command));
             }
             Interior::Feedback(piece) => {
-                for theta in [0.0, 1.0] {
-                    let voltage_v = span.voltage_at_v(theta).abs();
-                    self.peak_abs_voltage_v = self.peak_abs_voltage_v.max(voltage_v);
+                let ends_v = (span.voltage_at_v(0.0), span.voltage_at_v(1.0));
+                let peak_v = &mut self.peak_abs_voltage_v;
+                *peak_v = peak_v.max(ends_v.0.abs()).max(ends_v.1.abs());
+                if span.modes.0.amplifier == AmplifierMode::Linear {
+                    piece.raise_voltage(span.length_s, ends_v, peak_v);
                 }
-                let amplifier = span.modes.0.amplifier;
-                self.look(span, &piece.sights(span.axis, amplifier, span.length_s));
+                let (ends, command) = self.piece(span);
+                let seen = self.look(&piece.sights(span.axis, ends));
+                self.take(&seen);
+                self.command_at_end = Some((span.end_s(), command));
             }
             Interior::Stepped(piece) => self.look_between_ends(&Stepped { span, piece }),
         }

@@ -46,6 +46,7 @@ pub struct Motion {
     end: MotionPoint,
     end_s: f64,
     fourth_derivatives: MotionPoint,
+    peak_acceleration_mps2: f64,
 }
 
 impl Motion {
@@ -111,6 +112,10 @@ impl Motion {
             end,
             end_s,
             fourth_derivatives: fourth_derivatives(&segments),
+            peak_acceleration_mps2: segments
+                .iter()
+                .filter(|s| s.duration_s > 0.0)
+                .fold(0.0, |peak: f64, s| peak.max(s.amplitude_mps2.abs())),
         })
     }
 
@@ -189,10 +194,7 @@ impl Motion {
 
     /// Largest magnitude of the commanded acceleration \[m/s²\].
     pub(crate) fn peak_acceleration_mps2(&self) -> f64 {
-        self.segments
-            .iter()
-            .filter(|s| s.duration_s > 0.0)
-            .fold(0.0, |peak: f64, s| peak.max(s.amplitude_mps2.abs()))
+        self.peak_acceleration_mps2
     }
 
     /// The left-hand limit of the commanded acceleration at `time_s` \[m/s²\]:

@@ -207,7 +207,7 @@ impl Plant {
     /// [`PlantError`] if a state leaves the finite numbers, the plant is too
     /// stiff for the solver, or its mode changes without end; the state is
     /// then that of the last completed step.
-    #[inline]
+    #[inline(always)]
     pub fn advance(
         &mut self,
         drive: &Drive<'_>,

@@ -5,7 +5,7 @@ use crate::axis::{Axis, Drive};
 use crate::exact::{FeedbackPiece, HeldPiece, to_plant_vector};
 use crate::joint::Contact;
 use crate::mode::Mode;
-use crate::state::{EPSILON, State, Vector};
+use crate::state::{State, Vector};
 use crate::stepped::SteppedPiece;
 
 /// Follows the plant as it is advanced.
@@ -130,10 +130,7 @@ impl Span<'_> {
                 to_plant_vector(&x, piece.offset_rad, piece.beta_integral_rads)
             }
             Interior::Feedback(piece) => {
-                let x = piece.flow().at(theta * self.length_s);
-                let mut y = x.fixed_rows::<6>(0).into_owned();
-                y[EPSILON] += piece.offset_rad;
-                y
+                piece.plant_vector(&piece.flow().at(theta * self.length_s))
             }
         }
     }

@@ -35,7 +35,7 @@ impl SingleRuns {
     /// Nothing computed yet.
     pub fn new() -> Self {
         Self {
-            level: Level::new(),
+            level: for_one(),
             lanes: None,
         }
     }
@@ -53,6 +53,17 @@ impl SingleRuns {
         // The scalar code, too, is faster with an instruction for `floor`.
         dispatch!(self.level, simd => one(simd, lanes, case))
     }
+}
+
+/// Instructions for a single run: one with `floor`. The compiler uses wider
+/// ones to gather what lies apart, which takes longer than it saves.
+fn for_one() -> Level {
+    let level = Level::new();
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    if let Some(narrow) = level.as_sse4_2() {
+        return Level::Sse4_2(narrow);
+    }
+    level
 }
 
 #[inline(always)]

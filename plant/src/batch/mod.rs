@@ -3,7 +3,11 @@
 //! ```text
 //! width     how many lanes, and with which instructions
 //! phase     the numbers of one step, lane by lane
+//! modes     what a lane's mode makes of the equations
 //! lanes     the states of all lanes, one step at a time
+//! figures   what is measured at the ends of a step, and whether to look between
+//! closer    lanes that leave the common step
+//! pending   steps that are looked at for extremes later
 //! ```
 //!
 //! The lanes share motor, gear, screw, carriage, joint stiffness and the
@@ -13,7 +17,11 @@
 //! taken out and advanced by the code of the single run ([`crate::Plant`]), so
 //! that every lane ends with the bits of that.
 
+mod closer;
+mod figures;
 mod lanes;
+mod modes;
+mod pending;
 mod phase;
 mod width;
 

@@ -38,6 +38,8 @@ pub trait Width: Copy {
     fn abs(self, vector: Self::Vector) -> Self::Vector;
     /// `a > b`; false where either is not a number.
     fn greater(self, a: Self::Vector, b: Self::Vector) -> Self::Mask;
+    /// `a ≤ b`; false where either is not a number.
+    fn at_most(self, a: Self::Vector, b: Self::Vector) -> Self::Mask;
     /// `a` where `mask` holds, elsewhere `b`.
     fn select(self, mask: Self::Mask, a: Self::Vector, b: Self::Vector) -> Self::Vector;
     /// Bit i of lane i.
@@ -60,27 +62,45 @@ pub trait Width: Copy {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct One;
 
+/// One number in memory, apart from its neighbours: a vector of them, loaded
+/// right after they were stored one by one, would wait for the stores.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C, align(16))]
+pub struct Alone([f64; 1]);
+
+impl AsRef<[f64]> for Alone {
+    fn as_ref(&self) -> &[f64] {
+        &self.0
+    }
+}
+
+impl AsMut<[f64]> for Alone {
+    fn as_mut(&mut self) -> &mut [f64] {
+        &mut self.0
+    }
+}
+
 impl Width for One {
     const LANES: usize = 1;
-    type Array = [f64; 1];
+    type Array = Alone;
     type Vector = f64;
     type Mask = bool;
 
     #[inline(always)]
-    fn array(value: f64) -> [f64; 1] {
-        [value]
+    fn array(value: f64) -> Alone {
+        Alone([value])
     }
     #[inline(always)]
     fn splat(self, value: f64) -> f64 {
         value
     }
     #[inline(always)]
-    fn load(self, array: &[f64; 1]) -> f64 {
-        array[0]
+    fn load(self, array: &Alone) -> f64 {
+        array.0[0]
     }
     #[inline(always)]
-    fn store(self, vector: f64, array: &mut [f64; 1]) {
-        array[0] = vector;
+    fn store(self, vector: f64, array: &mut Alone) {
+        array.0[0] = vector;
     }
     #[inline(always)]
     fn floor(self, vector: f64) -> f64 {
@@ -95,12 +115,34 @@ impl Width for One {
         a > b
     }
     #[inline(always)]
+    fn at_most(self, a: f64, b: f64) -> bool {
+        a <= b
+    }
+    #[inline(always)]
     fn select(self, mask: bool, a: f64, b: f64) -> f64 {
         if mask { a } else { b }
     }
     #[inline(always)]
     fn bits(self, mask: bool) -> u64 {
         u64::from(mask)
+    }
+}
+
+/// Eight numbers in memory, on a boundary that a cache line starts at: a load
+/// of eight that crosses one takes twice as long.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[repr(C, align(64))]
+pub struct Octet([f64; 8]);
+
+impl AsRef<[f64]> for Octet {
+    fn as_ref(&self) -> &[f64] {
+        &self.0
+    }
+}
+
+impl AsMut<[f64]> for Octet {
+    fn as_mut(&mut self) -> &mut [f64] {
+        &mut self.0
     }
 }
 
@@ -113,25 +155,25 @@ pub struct Eight<S: Simd>(
 
 impl<S: Simd> Width for Eight<S> {
     const LANES: usize = 8;
-    type Array = [f64; 8];
+    type Array = Octet;
     type Vector = f64x8<S>;
     type Mask = mask64x8<S>;
 
     #[inline(always)]
-    fn array(value: f64) -> [f64; 8] {
-        [value; 8]
+    fn array(value: f64) -> Octet {
+        Octet([value; 8])
     }
     #[inline(always)]
     fn splat(self, value: f64) -> f64x8<S> {
         f64x8::splat(self.0, value)
     }
     #[inline(always)]
-    fn load(self, array: &[f64; 8]) -> f64x8<S> {
-        f64x8::from_slice(self.0, array)
+    fn load(self, array: &Octet) -> f64x8<S> {
+        f64x8::from_slice(self.0, &array.0)
     }
     #[inline(always)]
-    fn store(self, vector: f64x8<S>, array: &mut [f64; 8]) {
-        vector.store_slice(array);
+    fn store(self, vector: f64x8<S>, array: &mut Octet) {
+        vector.store_slice(&mut array.0);
     }
     #[inline(always)]
     fn floor(self, vector: f64x8<S>) -> f64x8<S> {
@@ -144,6 +186,10 @@ impl<S: Simd> Width for Eight<S> {
     #[inline(always)]
     fn greater(self, a: f64x8<S>, b: f64x8<S>) -> mask64x8<S> {
         a.simd_gt(b)
+    }
+    #[inline(always)]
+    fn at_most(self, a: f64x8<S>, b: f64x8<S>) -> mask64x8<S> {
+        a.simd_le(b)
     }
     #[inline(always)]
     fn select(self, mask: mask64x8<S>, a: f64x8<S>, b: f64x8<S>) -> f64x8<S> {

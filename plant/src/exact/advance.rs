@@ -5,8 +5,9 @@
 //! else is walked through ([`super::crossing`]) from change to change.
 
 use super::crossing::{LinearGuard, Stop};
+use super::figures::Piece;
 use super::system::{Column, DELTA, HELD, held_state, to_plant_vector};
-use super::tables::{FIGURES, HeldTable, Quantity, Table, Tables};
+use super::tables::{HeldTable, Quantity, Table, Tables};
 use super::walk::{BOUND_MARGIN, Flow};
 use crate::adaptive::Interval;
 use crate::axis::Drive;
@@ -15,7 +16,6 @@ use crate::extremes::Extremes;
 use crate::guard::speed_noise;
 use crate::joint::{Flank, JointMode};
 use crate::mode::{Direction, Guard, Guards};
-use crate::motion::Motion;
 use crate::plant::{Plant, seconds};
 use crate::resistance::GuideMode;
 use crate::span::{Interior, Span, Watch};
@@ -47,7 +47,7 @@ impl HeldPiece<'_> {
 
 impl Plant {
     /// Solver `exact` over `length_ns` from now.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn advance_exactly(
         &mut self,
         tables: &mut Tables,
@@ -146,74 +146,29 @@ impl Plant {
         }
     }
 
-    /// Bounds from below and above of a figure's magnitude within the step that
-    /// the bound allows, from its quarters; `None` where there are none.
-    pub(crate) fn enclose(
-        &self,
-        tables: &mut Tables,
-        (voltage_v, length_ns): (f64, u64),
-        motion: &Motion,
-        figure: usize,
-    ) -> Option<(f64, f64)> {
-        let place = tables.held(&self.axis, &self.mode, length_ns);
-        let table = &tables.held[place];
-        let (points, strays) = table.figure_quarters[figure].as_ref()?;
-        let offset_rad = self.axis.offset_rad(&self.mode);
-        let start = held_state(&self.y, offset_rad);
-        let change = table.kernel.step(&start, voltage_v) - start;
-        let p = self.axis.pitch_m_per_rad();
-        let scale = if figure == 1 { 1.0 } else { p };
-        let row = &table.table.quantity(FIGURES[figure]).row;
-        let constant = match figure {
-            0 => p * table.system.screw_load,
-            2 => -p * offset_rad,
-            _ => 0.0,
-        };
-        let behind = figure >= 2;
-        let (start_s, length_s) = (seconds(self.time_ns), seconds(length_ns));
-        let value = |theta: f64, moved: f64| {
-            let own = scale * (row.dot(&start) + moved) + constant;
-            if behind {
-                motion.at(start_s + theta * length_s).displacement_m - own
-            } else {
-                own
-            }
-        };
-        let mut lower = value(0.0, 0.0).abs();
-        for (theta, point) in [0.25, 0.5, 0.75].into_iter().zip(points) {
-            lower = lower.max(value(theta, point.dot(&change)).abs());
-        }
-        lower = lower.max(value(1.0, row.dot(&change)).abs());
-        let bend = if behind {
-            motion.peak_acceleration_mps2() * length_s * length_s / 128.0
-        } else {
-            0.0
-        };
-        let stray = BOUND_MARGIN * (scale * strays.dot(&change.abs()) + bend);
-        Some((lower * (1.0 - 1e-12), lower * (1.0 + 1e-12) + stray))
-    }
-
     /// Searches the step that the bound allows for extremes, without taking it:
-    /// all that there are, or those of [`Extremes::peaks`] whose bits are set.
+    /// those of [`Extremes::peaks`] whose bits are set, and the settling band.
     pub(crate) fn look(
         &self,
         tables: &mut Tables,
         voltage_v: f64,
         length_ns: u64,
-        which: Option<u8>,
+        which: u8,
         extremes: &mut Extremes,
     ) {
         let place = tables.held(&self.axis, &self.mode, length_ns);
         let table = &tables.held[place];
-        let piece = self.piece(table, voltage_v);
-        let end = table.kernel.step(&piece.start, voltage_v);
-        let end = to_plant_vector(&end, piece.offset_rad, piece.beta_integral_rads);
-        let (start_s, length_s) = (seconds(self.time_ns), seconds(length_ns));
-        let sights = piece.sights(&self.axis, &end, length_s);
-        match which {
-            Some(which) => extremes.raise_peaks(start_s, &sights, which),
-            None => extremes.look_within(start_s, &sights),
-        }
+        let solution = self.piece(table, voltage_v);
+        let end = table.kernel.step(&solution.start, voltage_v);
+        let end = to_plant_vector(&end, solution.offset_rad, solution.beta_integral_rads);
+        let times_s = (seconds(self.time_ns), seconds(length_ns));
+        let motion = extremes.motion();
+        let commands = [motion.at(times_s.0), motion.at(times_s.0 + times_s.1)];
+        let ends = [&self.y, &end];
+        let piece = Piece::new(&self.axis, &self.mode, ends, (motion, commands), times_s);
+        let sights = solution.sights(&self.axis, piece);
+        let seen = sights.look(extremes.peaks(), which, extremes.settling_band_m());
+        extremes.take(&seen);
     }
 
     /// The interval under a held voltage from change to change.

@@ -7,11 +7,14 @@
 //! that of the polynomial's coefficients (relative 1e-15 of its terms) cannot
 //! be told from a touch.
 
+use super::grid::zero_near;
 use super::roots::Polynomial;
+use super::sketch::VALUES;
 use super::system::Column;
 use super::tables::Linear;
 use super::taylor::Taylor;
 use super::walk::{BOUND_MARGIN, Flow, Leg, Stretch, TooManySteps};
+use super::zeros::{Found, first_zero as first_zero_of};
 
 /// A guard `offset + sign·row·x`, positive within the mode.
 #[derive(Debug, Clone, Copy)]
@@ -52,6 +55,36 @@ impl<const D: usize> LinearGuard<'_, D> {
         self.fresh && leg.start_s == 0.0
     }
 
+    /// What the sketch of the guard over a step tells about its first zero.
+    fn sketched_zero(&self, flow: &Flow<'_, D>, rate: &Column<D>, theta: f64) -> Option<Found> {
+        let start = self.offset + self.sign * self.linear.row.dot(flow.start);
+        let sketch = self.linear.sketch.as_ref()?;
+        let curve = sketch.curve(rate, self.sign, start);
+        let found = if self.fresh {
+            let rest = without_start(&curve.values);
+            if rest.iter().all(|&b| b > curve.stray) {
+                return Some(Found::None);
+            }
+            let rest = without_start(&curve.values_until(theta));
+            first_zero_of(&rest, curve.stray, 0.0, HALVINGS)
+        } else if curve.values.iter().all(|&b| b > curve.stray) {
+            Found::None
+        } else {
+            let values = curve.values_until(theta);
+            first_zero_of(&values, curve.stray, self.noise, HALVINGS)
+        };
+        match found {
+            // One zero only.
+            Found::At { from, to, .. }
+                if from > 0.0 && curve.falls_within(theta * from, theta * to) =>
+            {
+                Some(found)
+            }
+            Found::None => Some(found),
+            _ => None,
+        }
+    }
+
     fn first_zero(&self, leg: &Leg<D>, series: &Taylor<D>, end: f64) -> Option<f64> {
         let mut coefficients = series.quantity(&self.linear.row);
         for c in &mut coefficients {
@@ -67,7 +100,65 @@ impl<const D: usize> LinearGuard<'_, D> {
     }
 }
 
-impl<const D: usize> Flow<'_, D> {
+/// `(q(θ) − q(0))/θ`, whose remainder is that of the slope: the zero at the
+/// start divided out. It begins with the slope, known not to fall.
+fn without_start(values: &[f64; VALUES]) -> [f64; VALUES - 1] {
+    let start = values[0];
+    let mut b = [0.0; VALUES - 1];
+    let mut count = 1.0;
+    for (b, value) in b.iter_mut().zip(&values[1..]) {
+        *b = (value - start) * (11.0 / count);
+        count += 1.0;
+    }
+    b
+}
+
+/// Halvings of a sketch before it is called unclear.
+const HALVINGS: u32 = 3;
+
+impl<'a, const D: usize> Flow<'a, D> {
+    /// The same from the sketches of the guards, if they are clear.
+    fn sketched_zero(
+        &self,
+        guards: &[Option<LinearGuard<'_, D>>],
+        length_s: f64,
+    ) -> Option<Stop<D>> {
+        let grid = self.table.grid.as_ref()?;
+        let rate = self.table.levels.a * self.start + self.input;
+        let theta = length_s / grid.length_s();
+        let mut first: Option<(usize, &LinearGuard<'_, D>, [f64; 3])> = None;
+        for (place, guard) in guards.iter().enumerate() {
+            let Some(guard) = guard else { continue };
+            let Found::At { theta, from, to } = guard.sketched_zero(self, &rate, theta)? else {
+                continue;
+            };
+            match first {
+                Some((.., [_, low, high])) if from <= high && low <= to => return None,
+                Some((.., [earliest, ..])) if earliest < theta => {}
+                _ => first = Some((place, guard, [theta, from, to])),
+            }
+        }
+        let Some((place, guard, [zero, from, to])) = first else {
+            let local = grid.near(&self.table.levels.a, self.start, &rate, length_s);
+            return Some(Stop {
+                time_s: length_s,
+                x: local.at(local.sigma(length_s)),
+                guard: None,
+            });
+        };
+        let local = grid.near(&self.table.levels.a, self.start, &rate, zero * length_s);
+        let mut coefficients = local.quantity(&guard.linear.row).map(|c| guard.sign * c);
+        coefficients[0] += guard.offset;
+        let sigma = zero_near(&coefficients, local.sigma(zero * length_s))?;
+        let time_s = local.time_s(sigma);
+        let within = (from * length_s..=to * length_s).contains(&time_s);
+        (within && time_s > 0.0 && time_s <= length_s).then(|| Stop {
+            time_s,
+            x: local.at(sigma),
+            guard: Some(place),
+        })
+    }
+
     /// The first zero of a guard within `length_s`, or the end.
     pub(crate) fn first_zero(
         &self,
@@ -75,6 +166,9 @@ impl<const D: usize> Flow<'_, D> {
         length_s: f64,
         first_level: usize,
     ) -> Result<Stop<D>, TooManySteps> {
+        if let Some(stop) = self.sketched_zero(guards, length_s) {
+            return Ok(stop);
+        }
         let mut walk = self.walk(length_s, first_level);
         let settled = |leg: &Leg<D>| {
             let passes =

@@ -3,7 +3,7 @@
 //! a matrix.
 
 use super::advance::NOISE_ULPS;
-use super::system::{Column, DELTA, FEEDBACK, feedback_state};
+use super::system::{Column, DELTA, FEEDBACK, feedback_state, plant_vector};
 use super::tables::{FeedbackTable, Quantity, Tables};
 use super::walk::{BOUND_MARGIN, Flow};
 use crate::adaptive::Interval;
@@ -23,9 +23,15 @@ pub(crate) struct FeedbackPiece<'a> {
     pub(crate) start: Column<FEEDBACK>,
     pub(crate) end: Column<FEEDBACK>,
     pub(crate) offset_rad: f64,
+    pub(crate) pitch_m_per_rad: f64,
 }
 
 impl FeedbackPiece<'_> {
+    /// The plant's own vector.
+    pub(crate) fn plant_vector(&self, x: &Column<FEEDBACK>) -> Vector {
+        plant_vector(x, (self.offset_rad, self.pitch_m_per_rad))
+    }
+
     pub(crate) fn flow(&self) -> Flow<'_, FEEDBACK> {
         Flow {
             table: &self.table.table,
@@ -151,8 +157,9 @@ impl Plant {
             start,
             end,
             offset_rad: self.axis.offset_rad(&self.mode),
+            pitch_m_per_rad: self.axis.pitch_m_per_rad(),
         };
-        let y = plant_vector(&end, piece.offset_rad);
+        let y = piece.plant_vector(&end);
         watch.span(&Span {
             axis: &self.axis,
             drive,
@@ -186,7 +193,8 @@ impl Plant {
             let command = pid.motion().oscillator(interval.now_s());
             let place = tables.feedback(&self.axis, &mode, pid, command.omega_radps, length_ns);
             let table = &tables.feedback[place];
-            let start = feedback_state(&self.y, offset_rad, &command);
+            let pitch_m_per_rad = self.axis.pitch_m_per_rad();
+            let start = feedback_state(&self.y, (offset_rad, pitch_m_per_rad), &command);
             let terms = table.growth.row(DELTA).transpose().component_mul(&start);
             self.axis
                 .set_parting_noise(NOISE_ULPS * (start[DELTA].abs() + terms.abs().sum()));
@@ -195,6 +203,7 @@ impl Plant {
                 start,
                 end: start,
                 offset_rad,
+                pitch_m_per_rad,
             };
             let (guards, limit_v) = (self.guards(drive), pid.voltage_limit_v());
             let linear = guards.map(|guard| Some(self.linear_guard(guard?, &table.table, limit_v)));
@@ -205,7 +214,7 @@ impl Plant {
             let zero = piece.flow().first_zero(&linear, left_s, 0);
             let stop = zero.map_err(|_| too_stiff)?;
             piece.end = stop.x;
-            let y = plant_vector(&stop.x, offset_rad);
+            let y = piece.plant_vector(&stop.x);
             self.move_over(drive, interval, &stop, y, Interior::Feedback(&piece), watch)?;
             if self.end_of_piece(interval, &stop, &guards, drive, watch)? {
                 let untouched = self.y == y && self.mode == mode;
@@ -213,11 +222,4 @@ impl Plant {
             }
         }
     }
-}
-
-/// The plant's own vector.
-fn plant_vector(x: &Column<FEEDBACK>, offset_rad: f64) -> Vector {
-    let mut y = x.fixed_rows::<6>(0).into_owned();
-    y[DELTA] += offset_rad;
-    y
 }

@@ -2,114 +2,133 @@
 
 use super::advance::HeldPiece;
 use super::feedback::FeedbackPiece;
-use super::peak::Sought;
-use super::system::{Column, FEEDBACK, HELD, held_state};
-use super::tables::{Linear, Quantity, Table};
-use super::walk::{Flow, Leg};
+use super::peak::{SketchedPeak, Sought};
+use super::system::{Column, FEEDBACK, HELD};
+use super::tables::Quantity;
+use super::walk::Flow;
 use crate::axis::Axis;
-use crate::mode::AmplifierMode;
-use crate::motion::Motion;
-use crate::state::Vector;
+use crate::mode::Mode;
+use crate::motion::{Motion, MotionPoint};
+use crate::state::{BETA, CURRENT, Vector, gamma};
 
-/// One piece of the solution with the quantities that figures are made of.
+/// Figures whose peaks between the samples are kept: ẍ, I, and how far the
+/// carriage and the motor are behind the command.
+pub(crate) const FIGURES: usize = 4;
+
+/// Place of the carriage's following error; the motor's follows.
+pub(crate) const CARRIAGE: usize = 2;
+
+/// What a run's figures are measured against on one piece of the solution.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Sights<'a, const D: usize> {
+pub(crate) struct Piece<'a> {
+    pub(crate) motion: &'a Motion,
+    pub(crate) start_s: f64,
+    pub(crate) length_s: f64,
+    /// The figures at both ends.
+    pub(crate) ends: [[f64; FIGURES]; 2],
+    /// How far the carriage is from the travel at both ends \[m\].
+    pub(crate) distances_m: [f64; 2],
+}
+
+impl<'a> Piece<'a> {
+    /// The piece within one mode between the states `ends`, where the command
+    /// is `commands`.
+    pub(crate) fn new(
+        axis: &Axis,
+        mode: &Mode,
+        ends: [&Vector; 2],
+        (motion, commands): (&'a Motion, [MotionPoint; 2]),
+        (start_s, length_s): (f64, f64),
+    ) -> Self {
+        let p = axis.pitch_m_per_rad();
+        let figures = |place: usize| {
+            let (y, x_ref_m): (&Vector, f64) = (ends[place], commands[place].displacement_m);
+            [
+                axis.carriage_acceleration_mps2(mode, y),
+                y[CURRENT],
+                x_ref_m - p * gamma(y),
+                x_ref_m - p * y[BETA],
+            ]
+        };
+        Self {
+            motion,
+            start_s,
+            length_s,
+            ends: [figures(0), figures(1)],
+            distances_m: ends.map(|y| motion.travel_m() - p * gamma(y)),
+        }
+    }
+}
+
+/// What a look at a piece has shown.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Seen {
+    /// The figures' peaks, this piece included.
+    pub(crate) peaks: [f64; FIGURES],
+    /// When the carriage was last outside the settling band, if it was \[s\].
+    pub(crate) last_outside_s: Option<f64>,
+}
+
+/// A stretch of the solution that a quantity is looked at on.
+#[derive(Debug, Clone, Copy)]
+struct Reach<'a, const D: usize> {
     flow: Flow<'a, D>,
-    /// The piece from end to end, with the shortest of the table's steps that
-    /// is no shorter.
-    leg: Leg<D>,
+    length_s: f64,
+    rate: Column<D>,
+    /// The shortest of the table's steps that is no shorter than the piece.
+    level: usize,
     /// 1 where the piece is as long as that step. The chord of a shorter one
     /// lies up to once the deviation from the longer one's, which makes 2.
     slack: f64,
-    /// ẍ.
-    pub(crate) acceleration: Sought<'a, D>,
-    /// I.
-    pub(crate) current: Sought<'a, D>,
-    /// The demand, where the voltage follows it.
-    pub(crate) voltage: Option<Sought<'a, D>>,
-    /// `p·γ`.
-    pub(crate) carriage: Sought<'a, D>,
-    /// `p·β`.
-    pub(crate) motor: Sought<'a, D>,
 }
 
-fn sought<const D: usize>(linear: &Linear<D>, scale: f64, offset: f64) -> Sought<'_, D> {
-    Sought {
-        linear,
-        scale,
-        offset,
-        command: None,
-    }
-}
-
-impl<'a, const D: usize> Sights<'a, D> {
-    fn new(
-        axis: &Axis,
-        flow: Flow<'a, D>,
-        table: &'a Table<D>,
-        (offset_rad, screw_load): (f64, f64),
-        end: &Column<D>,
-        length_s: f64,
-    ) -> Self {
-        let p = axis.pitch_m_per_rad();
-        let steps = &table.levels.steps;
-        let level = steps
+impl<'a, const D: usize> Reach<'a, D> {
+    fn new(flow: &Flow<'a, D>, length_s: f64) -> Self {
+        let levels = &flow.table.levels;
+        let level = levels
+            .steps
             .iter()
             .rposition(|step| step.length_s >= length_s)
             .unwrap_or(0);
-        let leg = Leg {
-            start_s: 0.0,
-            length_s,
-            from: *flow.start,
-            rate: table.levels.a * flow.start + flow.input,
-            to: *end,
-            level,
-        };
-        let slack = if steps[level].length_s == length_s {
-            1.0
-        } else {
-            2.0
-        };
-        let of = |quantity, scale, offset| sought(table.quantity(quantity), scale, offset);
+        let whole = levels.steps[level].length_s == length_s;
         Self {
-            flow,
-            leg,
-            slack,
-            acceleration: of(Quantity::ScrewAcceleration, p, p * screw_load),
-            current: of(Quantity::Current, 1.0, 0.0),
-            voltage: None,
-            carriage: of(Quantity::ScrewAngle, p, -p * offset_rad),
-            motor: of(Quantity::GearAngle, p, 0.0),
+            flow: *flow,
+            length_s,
+            rate: levels.a * flow.start + flow.input,
+            level,
+            slack: if whole { 1.0 } else { 2.0 },
         }
     }
 
-    /// Raises `peak` to the supremum of the quantity's magnitude within the
-    /// piece; the ends are known.
-    pub(crate) fn raise(&self, sought: &Sought<'a, D>, peak: &mut f64) {
-        if !sought.stays_below(&self.leg, self.slack, *peak)
-            && let Some(within) = self.flow.peak_within(sought, self.leg.length_s, *peak)
-        {
-            *peak = peak.max(within);
-        }
-    }
-
-    /// Raises `peak` to the supremum of |command − quantity| within the piece;
-    /// where the command is not smooth, that of its parts.
-    pub(crate) fn raise_behind(
-        &self,
-        sought: &Sought<'a, D>,
-        motion: &'a Motion,
-        start_s: f64,
-        peak: &mut f64,
-    ) {
-        let behind = Sought {
-            command: Some((motion, start_s)),
-            ..*sought
-        };
-        if behind.stays_below(&self.leg, self.slack, *peak) {
+    /// Raises `peak` to the supremum of the quantity's magnitude, which at the
+    /// ends is known.
+    fn raise(&self, sought: &Sought<'a, D>, (from, to): (f64, f64), peak: &mut f64) {
+        let length_s = self.length_s;
+        let chord = sought.chord_bound(self.level, &self.rate, length_s);
+        if from.abs().max(to.abs()) + self.slack * chord <= *peak {
             return;
         }
-        let length_s = self.leg.length_s;
+        if self.slack == 1.0
+            && (to - from).abs() >= sought.slope_bound(self.level, &self.rate, length_s)
+        {
+            return;
+        }
+        match self.flow.sketched_peak(sought, &self.rate, length_s, *peak) {
+            SketchedPeak::None => {}
+            SketchedPeak::At(within) => *peak = peak.max(within),
+            SketchedPeak::Unclear => self.search(sought, peak),
+        }
+    }
+
+    /// Raises `peak` by searching the piece; where the command is not smooth,
+    /// its parts.
+    fn search(&self, sought: &Sought<'a, D>, peak: &mut f64) {
+        let Some((motion, start_s)) = sought.command else {
+            let within = self.flow.peak_within(sought, self.length_s, *peak);
+            *peak = within.map_or(*peak, |within| peak.max(within));
+            return;
+        };
+        let length_s = self.length_s;
         let mut from_s = 0.0;
         let inner = motion.breaks_s().map(|t| t - start_s);
         for to_s in inner.into_iter().chain([length_s]) {
@@ -134,52 +153,112 @@ impl<'a, const D: usize> Sights<'a, D> {
             from_s = to_s;
         }
     }
+}
 
-    /// When the carriage is last further than `band_m` from `target_m`,
-    /// counted from the start of the piece \[s\].
-    pub(crate) fn last_outside(&self, target_m: f64, band_m: f64) -> Option<f64> {
-        let distance = Sought {
-            scale: -self.carriage.scale,
-            offset: target_m - self.carriage.offset,
-            ..self.carriage
+/// One piece of the solution with the quantities that figures are made of.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Sights<'a, const D: usize> {
+    reach: Reach<'a, D>,
+    piece: Piece<'a>,
+    /// ẍ, I, and the command less p·γ and p·β.
+    figures: [Sought<'a, D>; FIGURES],
+}
+
+impl<'a, const D: usize> Sights<'a, D> {
+    fn new(
+        axis: &Axis,
+        flow: Flow<'a, D>,
+        (offset_rad, screw_load): (f64, f64),
+        piece: Piece<'a>,
+    ) -> Self {
+        let (p, table) = (axis.pitch_m_per_rad(), flow.table);
+        let of = |quantity, scale, offset, command| Sought {
+            linear: table.quantity(quantity),
+            scale,
+            offset,
+            command,
         };
-        let length_s = self.leg.length_s;
-        if distance.value(&self.leg.to, length_s).abs() > band_m {
+        let command = Some((piece.motion, piece.start_s));
+        Self {
+            reach: Reach::new(&flow, piece.length_s),
+            piece,
+            figures: [
+                of(Quantity::ScrewAcceleration, p, p * screw_load, None),
+                of(Quantity::Current, 1.0, 0.0, None),
+                of(Quantity::ScrewAngle, p, -p * offset_rad, command),
+                of(Quantity::GearAngle, p, 0.0, command),
+            ],
+        }
+    }
+
+    /// The larger magnitudes of the figures at the ends.
+    pub(crate) fn sizes(&self) -> [f64; FIGURES] {
+        let [from, to] = &self.piece.ends;
+        core::array::from_fn(|i| from[i].abs().max(to[i].abs()))
+    }
+
+    /// Raises the peaks whose bits are set in `which` to the suprema within the
+    /// piece, those at its ends being known, and looks at the settling band.
+    pub(crate) fn look(&self, mut peaks: [f64; FIGURES], which: u8, band_m: f64) -> Seen {
+        for (figure, peak) in peaks.iter_mut().enumerate() {
+            if which >> figure & 1 != 0 {
+                let [from, to] = &self.piece.ends;
+                let (sought, ends) = (&self.figures[figure], (from[figure], to[figure]));
+                self.reach.raise(sought, ends, peak);
+            }
+        }
+        let after_s = self.last_outside(band_m);
+        Seen {
+            peaks,
+            last_outside_s: after_s.map(|t| self.piece.start_s + t),
+        }
+    }
+
+    /// When the carriage is last further than `band_m` from the travel, counted
+    /// from the start of the piece \[s\].
+    fn last_outside(&self, band_m: f64) -> Option<f64> {
+        let length_s = self.piece.length_s;
+        let [from_m, to_m] = self.piece.distances_m.map(f64::abs);
+        if to_m > band_m {
             return Some(length_s);
         }
-        let (chord, _) = distance.strays(&self.leg);
-        let from = distance.value(&self.leg.from, 0.0).abs();
-        if from.max(distance.value(&self.leg.to, length_s).abs()) + self.slack * chord <= band_m {
+        let carriage = &self.figures[CARRIAGE];
+        let distance = Sought {
+            scale: -carriage.scale,
+            offset: self.piece.motion.travel_m() - carriage.offset,
+            command: None,
+            ..*carriage
+        };
+        let chord = distance.chord_bound(self.reach.level, &self.reach.rate, length_s);
+        if from_m.max(to_m) + self.reach.slack * chord <= band_m {
             return None;
         }
-        self.flow.last_outside(&distance, band_m, length_s)
+        self.reach.flow.last_outside(&distance, band_m, length_s)
     }
 }
 
 impl HeldPiece<'_> {
-    pub(crate) fn sights(&self, axis: &Axis, end: &Vector, length_s: f64) -> Sights<'_, HELD> {
-        let table = &self.table.table;
+    pub(crate) fn sights<'a>(&'a self, axis: &Axis, piece: Piece<'a>) -> Sights<'a, HELD> {
         let constants = (self.offset_rad, self.table.system.screw_load);
-        let end = held_state(end, self.offset_rad);
-        Sights::new(axis, self.flow(), table, constants, &end, length_s)
+        Sights::new(axis, self.flow(), constants, piece)
     }
 }
 
 impl FeedbackPiece<'_> {
-    pub(crate) fn sights(
-        &self,
-        axis: &Axis,
-        amplifier: AmplifierMode,
-        length_s: f64,
-    ) -> Sights<'_, FEEDBACK> {
-        let table = &self.table.table;
+    pub(crate) fn sights<'a>(&'a self, axis: &Axis, piece: Piece<'a>) -> Sights<'a, FEEDBACK> {
         let constants = (self.offset_rad, self.table.screw_load);
-        let end = self.end;
-        let mut sights = Sights::new(axis, self.flow(), table, constants, &end, length_s);
-        if amplifier == AmplifierMode::Linear {
-            let demand = table.quantity(Quantity::Demand);
-            sights.voltage = Some(sought(demand, 1.0, 0.0));
-        }
-        sights
+        Sights::new(axis, self.flow(), constants, piece)
+    }
+
+    /// Raises `peak_v` to the supremum of the demand's magnitude within the
+    /// piece, which has `ends_v` at its ends.
+    pub(crate) fn raise_voltage(&self, length_s: f64, ends_v: (f64, f64), peak_v: &mut f64) {
+        let demand = Sought {
+            linear: self.table.table.quantity(Quantity::Demand),
+            scale: 1.0,
+            offset: 0.0,
+            command: None,
+        };
+        Reach::new(&self.flow(), length_s).raise(&demand, ends_v, peak_v);
     }
 }

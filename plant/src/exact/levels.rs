@@ -67,11 +67,11 @@ pub(crate) struct Levels<const D: usize> {
     pub(crate) a: Matrix<D>,
     /// The longest first.
     pub(crate) steps: Vec<ExactStep<D>>,
+    /// `e^{|A|h}` with the length h of the shortest.
+    grown: Matrix<D>,
+    /// `ψ(T)⁻¹` of the longest, where there is one.
+    inverse: Option<Matrix<D>>,
 }
-
-/// A quantity at the quarters of a step and how far it may stray from the
-/// chords between them, see [`Levels::quarters`].
-pub(crate) type Quarters<const D: usize> = ([Column<D>; 3], Column<D>);
 
 /// What bounds a quantity's deviation from its chord: `|v|`, or the change of
 /// the state over the longest step, is multiplied with this and summed.
@@ -112,7 +112,14 @@ impl<const D: usize> Levels<D> {
             ));
         }
         steps.reverse();
-        Self { a: *a, steps }
+        let magnitude = a.abs();
+        Self {
+            a: *a,
+            inverse: steps[0].integral.try_inverse(),
+            steps,
+            // e^{|A|h} = 1 + |A|·ψ_|A|(h)
+            grown: Matrix::identity() + magnitude * integral(&magnitude, leaf_s),
+        }
     }
 
     /// The bounds for a quantity with coefficients `row`.
@@ -121,9 +128,8 @@ impl<const D: usize> Levels<D> {
         per_rate.reverse();
         slope_per_rate.reverse();
         let last = |bounds: Vec<Column<D>>| bounds.last().copied();
-        let (per_change, slope_per_change) = self.steps[0]
-            .integral
-            .try_inverse()
+        let (per_change, slope_per_change) = self
+            .inverse
             .map(|inverse| self.bounds_times(row, &inverse))
             .and_then(|(chords, slopes)| Some((last(chords)?, last(slopes)?)))
             .filter(|(chord, slope)| chord.iter().chain(slope.iter()).all(|b| b.is_finite()))
@@ -136,40 +142,12 @@ impl<const D: usize> Levels<D> {
         }
     }
 
-    /// A quantity at T/4, T/2 and 3T/4 less its start, per change of the state
-    /// over the longest step T, and the bound of how far it strays from the
-    /// chords between these points: `H_(T/4)·|e^{A·t_i}·ψ(T)⁻¹|`, the largest of
-    /// the four. `None` where T is short already, or ψ(T) singular.
-    pub(crate) fn quarters(&self, row: &Column<D>) -> Option<Quarters<D>> {
-        let [whole, half, quarter] = [self.steps.first()?, self.steps.get(1)?, self.steps.get(2)?];
-        let inverse = whole.integral.try_inverse()?;
-        let third = half.integral + half.transition * quarter.integral;
-        let point = |integral: &Matrix<D>| (integral * inverse).transpose() * row;
-        let points = [quarter.integral, half.integral, third].map(|integral| point(&integral));
-        let chord = self.bounds(row).per_rate[2];
-        let mut starts = inverse;
-        let mut strays = Column::<D>::zeros();
-        for _ in 0..4 {
-            strays = strays.sup(&(starts.abs().transpose() * chord));
-            starts = quarter.transition * starts;
-        }
-        let finite = points
-            .iter()
-            .flatten()
-            .chain(strays.iter())
-            .all(|c| c.is_finite());
-        finite.then_some((points, strays))
-    }
-
     /// `H` and `E` of `g(t)·m`, the shortest step first; `m` commutes with A.
     fn bounds_times(&self, row: &Column<D>, m: &Matrix<D>) -> (Vec<Column<D>>, Vec<Column<D>>) {
         let leaf = self.steps[self.steps.len() - 1];
         let h = leaf.length_s;
-        let magnitude = self.a.abs();
-        // e^{|A|h} = 1 + |A|·ψ_|A|(h)
-        let grown = Matrix::<D>::identity() + magnitude * integral(&magnitude, h);
         let curved = (self.a * m).abs();
-        let curvature = (curved.transpose() * (grown.transpose() * row.abs())) * (h * h);
+        let curvature = (curved.transpose() * (self.grown.transpose() * row.abs())) * (h * h);
         let (mut chord, mut slope) = (curvature / 8.0, curvature / 2.0);
         let (mut chords, mut slopes) = (vec![chord], vec![slope]);
         for pair in self.steps.windows(2).rev() {

@@ -6,6 +6,11 @@
 //! taylor      the solution over a short stretch as a power series
 //! levels      exact steps over a sample and its halves; the chord bound, with its proof
 //! tables      all that the state does not change, made once
+//! zeros       the first zero of a polynomial with a remainder
+//! kernel      the step over a whole sample under a held voltage
+//! behind      how far a quantity is behind the command
+//! grid        exact states anywhere within a step
+//! sketch      a quantity over a step as one polynomial, with a proven remainder
 //! walk        along the solution in the longest steps that will do
 //! roots       zeros and extremes of polynomials, found for certain
 //! crossing    the first zero of a guard
@@ -16,22 +21,28 @@
 //! ```
 
 mod advance;
+mod behind;
 mod crossing;
 mod feedback;
 mod figures;
+mod grid;
+mod kernel;
 mod levels;
 mod peak;
 mod roots;
+mod sketch;
 mod system;
 mod tables;
 mod taylor;
 #[cfg(test)]
 mod tests;
 mod walk;
+mod zeros;
 
 pub(crate) use advance::HeldPiece;
 pub(crate) use feedback::FeedbackPiece;
-pub(crate) use figures::Sights;
-pub(crate) use system::{Column, HELD, to_plant_vector};
+pub(crate) use figures::{CARRIAGE, FIGURES, Piece, Seen, Sights};
+pub(crate) use sketch::{SLOPES, Sketch, VALUES};
+pub(crate) use system::{AxisSystem, HELD, to_plant_vector};
 pub(crate) use tables::{HeldTable, Quantity, Tables};
 pub(crate) use walk::BOUND_MARGIN;

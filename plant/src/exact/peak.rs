@@ -1,9 +1,14 @@
 //! Extremes of a quantity along the exact solution, between the samples.
 
+use super::behind::{command_slopes, peak_behind};
+use super::grid::{derivative, value_and_slope, zero_near};
 use super::roots::Polynomial;
+use super::sketch::Curve;
+use super::system::Column;
 use super::tables::Linear;
 use super::taylor::{Coefficients, TERMS, Taylor};
 use super::walk::{BOUND_MARGIN, Flow, Leg, Stretch};
+use super::zeros::Found;
 use crate::motion::Motion;
 
 /// A quantity `scale·row·x + offset`, or the command less that.
@@ -18,7 +23,7 @@ pub(crate) struct Sought<'a, const D: usize> {
 }
 
 impl<const D: usize> Sought<'_, D> {
-    pub(crate) fn value(&self, x: &super::system::Column<D>, time_s: f64) -> f64 {
+    pub(crate) fn value(&self, x: &Column<D>, time_s: f64) -> f64 {
         let q = self.scale * self.linear.value(x) + self.offset;
         match self.command {
             None => q,
@@ -26,30 +31,38 @@ impl<const D: usize> Sought<'_, D> {
         }
     }
 
-    /// How far the quantity may stray from its chord over a leg, and the change
-    /// above which it is monotone: those of the plant's part, and `T²/8` and
-    /// `T²/2` times sup|a_ref| for the command.
-    pub(crate) fn strays(&self, leg: &Leg<D>) -> (f64, f64) {
-        let (bounds, scale) = (&self.linear.bounds, self.scale.abs());
-        let bend = self.command.map_or(0.0, |(motion, _)| {
-            motion.peak_acceleration_mps2() * leg.length_s * leg.length_s
-        });
-        let chord = scale * bounds.over(leg.level, &leg.rate) + bend / 8.0;
-        let slope = scale * bounds.slope_over(leg.level, &leg.rate) + bend / 2.0;
-        (chord * BOUND_MARGIN, slope * BOUND_MARGIN)
+    /// How far the quantity may stray from its chord over `length_s`, a step of
+    /// level `level` or shorter: by what the plant's part may, and `T²/8` times
+    /// sup|a_ref| for the command.
+    pub(crate) fn chord_bound(&self, level: usize, rate: &Column<D>, length_s: f64) -> f64 {
+        let own = self.scale.abs() * self.linear.bounds.over(level, rate);
+        (own + self.bend(length_s) / 8.0) * BOUND_MARGIN
+    }
+
+    /// The change above which the quantity is monotone over a step of level
+    /// `level`; `T²/2` times sup|a_ref| for the command.
+    pub(crate) fn slope_bound(&self, level: usize, rate: &Column<D>, length_s: f64) -> f64 {
+        let own = self.scale.abs() * self.linear.bounds.slope_over(level, rate);
+        (own + self.bend(length_s) / 2.0) * BOUND_MARGIN
+    }
+
+    fn bend(&self, length_s: f64) -> f64 {
+        self.command.map_or(0.0, |(motion, _)| {
+            motion.peak_acceleration_mps2() * length_s * length_s
+        })
     }
 
     /// Whether the quantity's magnitude stays below `floor` within a leg, but
-    /// for its ends; `slack` is how many times its bound the chord may be off.
-    pub(crate) fn stays_below(&self, leg: &Leg<D>, slack: f64, floor: f64) -> bool {
+    /// for its ends.
+    fn stays_below(&self, leg: &Leg<D>, floor: f64) -> bool {
         let end_s = leg.start_s + leg.length_s;
         let (from, to) = (
             self.value(&leg.from, leg.start_s),
             self.value(&leg.to, end_s),
         );
-        let (chord, slope) = self.strays(leg);
-        let monotone = slack == 1.0 && (to - from).abs() >= slope;
-        monotone || from.abs().max(to.abs()) + slack * chord <= floor
+        let (level, rate, length_s) = (leg.level, &leg.rate, leg.length_s);
+        (to - from).abs() >= self.slope_bound(level, rate, length_s)
+            || from.abs().max(to.abs()) + self.chord_bound(level, rate, length_s) <= floor
     }
 
     fn polynomial(&self, leg: &Leg<D>, series: &Taylor<D>, end: f64) -> Polynomial {
@@ -76,7 +89,81 @@ const ABOVE_THE_ENDS: f64 = 1.0 + 1e-14;
 /// other steps.
 const BELOW_THE_FLOOR: f64 = 1.0 - 1e-12;
 
+/// What the sketch tells about a peak between the ends.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum SketchedPeak {
+    /// None, or none above the floor.
+    None,
+    /// The magnitude where the quantity turns.
+    At(f64),
+    /// The sketch does not tell.
+    Unclear,
+}
+
 impl<const D: usize> Flow<'_, D> {
+    /// The quantity over `length_s` as a sketch; `None` without a grid, and where
+    /// the command is not smooth.
+    pub(crate) fn curve(
+        &self,
+        sought: &Sought<'_, D>,
+        rate: &Column<D>,
+        length_s: f64,
+    ) -> Option<Curve> {
+        let grid = self.table.grid.as_ref()?;
+        let sketch = sought.linear.sketch.as_ref()?;
+        let start = sought.scale * sought.linear.value(self.start) + sought.offset;
+        let own = sketch
+            .curve(rate, sought.scale, start)
+            .until(length_s / grid.length_s());
+        let Some((motion, start_s)) = sought.command else {
+            return Some(own);
+        };
+        let end_s = start_s + length_s;
+        if motion.breaks_s().iter().any(|&t| start_s < t && t < end_s) {
+            return None;
+        }
+        let (x_m, mut slopes, stray) = command_slopes(motion, start_s, length_s);
+        for (slope, own) in slopes.iter_mut().zip(&own.slopes) {
+            *slope -= own;
+        }
+        Some(Curve::new(x_m - start, slopes, own.stray + stray))
+    }
+
+    /// The magnitude at the one place within `length_s` where the quantity
+    /// turns, unless it stays below `floor`. It does not depend on the floor.
+    pub(crate) fn sketched_peak(
+        &self,
+        sought: &Sought<'_, D>,
+        rate: &Column<D>,
+        length_s: f64,
+        floor: f64,
+    ) -> SketchedPeak {
+        let (Some(grid), Some(curve)) = (&self.table.grid, self.curve(sought, rate, length_s))
+        else {
+            return SketchedPeak::Unclear;
+        };
+        if curve.upper() <= floor {
+            return SketchedPeak::None;
+        }
+        let theta = match curve.turn() {
+            Found::None => return SketchedPeak::None,
+            Found::Unclear => return SketchedPeak::Unclear,
+            Found::At { theta, .. } => theta,
+        };
+        let time_s = theta * length_s;
+        let local = grid.near(&self.table.levels.a, self.start, rate, time_s);
+        let mut q = local.quantity(&sought.linear.row).map(|c| sought.scale * c);
+        q[0] += sought.offset;
+        let sigma = local.sigma(time_s);
+        let peak = match sought.command {
+            Some(command) => peak_behind(&local, &q, command, sigma),
+            None => {
+                zero_near(&derivative(&q), sigma).map(|sigma| value_and_slope(&q, sigma).0.abs())
+            }
+        };
+        peak.map_or(SketchedPeak::Unclear, SketchedPeak::At)
+    }
+
     /// The supremum of the quantity's magnitude within `length_s`, if it is
     /// larger than at both ends and than `floor`. Where there is one, it depends
     /// on nothing but the solution: the largest of several is the same whichever
@@ -102,7 +189,7 @@ impl<const D: usize> Flow<'_, D> {
         let mut peak = floor;
         let mut walk = self.walk(length_s, 0);
         // A walk as long as this one has been taken before, so it ends.
-        while let Ok(Some(stretch)) = walk.next(|leg| sought.stays_below(leg, 1.0, peak)) {
+        while let Ok(Some(stretch)) = walk.next(|leg| sought.stays_below(leg, peak)) {
             match stretch {
                 Stretch::Settled(leg) => {
                     let end_s = leg.start_s + leg.length_s;
@@ -131,7 +218,7 @@ impl<const D: usize> Flow<'_, D> {
             let end_s = leg.start_s + leg.length_s;
             let ends = sought.value(&leg.from, leg.start_s).abs();
             let ends = ends.max(sought.value(&leg.to, end_s).abs());
-            ends + sought.strays(leg).0 <= band
+            ends + sought.chord_bound(leg.level, &leg.rate, leg.length_s) <= band
         };
         while let Ok(Some(stretch)) = walk.next(inside) {
             if let Stretch::Leaf { leg, series, end } = stretch

@@ -17,8 +17,12 @@
 //! Fig. 6 its acceleration is constant, a sine or a cosine, and
 //!
 //! ```text
-//! x = (β, β̇, δ, ε̇, I, β̂, x_ref, v_ref, ∫x_ref dt, a_ref, w),   ȧ_ref = ω·w,   ẇ = −ω·a_ref
+//! x = (β − r, β̇ − ṙ, δ, ε̇, I, β̂ − r̂, x_ref, v_ref, ∫x_ref dt, a_ref, w),   ȧ_ref = ω·w,   ẇ = −ω·a_ref
 //! ```
+//!
+//! with the screw angle `r = x_ref/p` that the command asks for: what the loop
+//! keeps small is small in x, so that the bounds of [`super::levels`], which add
+//! magnitudes, do not count a motion that the axis follows.
 
 use nalgebra::{SMatrix, SVector};
 
@@ -214,7 +218,32 @@ pub(crate) fn feedback_system(
     a[(V_REF, A_REF)] = 1.0;
     a[(A_REF, W_REF)] = omega;
     a[(W_REF, A_REF)] = -omega;
-    (a, input)
+    // From (β, β̇, β̂) to what they are ahead of the command by.
+    let ahead = ahead_of_command(axis.pitch_m_per_rad());
+    let back = ahead_of_command(-axis.pitch_m_per_rad());
+    (ahead * a * back, ahead * input)
+}
+
+/// The matrix that takes `r = x_ref/p` from β, and ṙ and r̂ likewise; with −p it
+/// adds them.
+fn ahead_of_command(pitch_m_per_rad: f64) -> Matrix<FEEDBACK> {
+    let mut matrix = Matrix::<FEEDBACK>::identity();
+    for (state, of_command) in COMMANDED {
+        matrix[(state, of_command)] = -1.0 / pitch_m_per_rad;
+    }
+    matrix
+}
+
+/// What is counted from the command, and the command's part.
+const COMMANDED: [(usize, usize); 3] = [
+    (BETA, X_REF),
+    (BETA_DOT, V_REF),
+    (BETA_INTEGRAL, X_REF_INTEGRAL),
+];
+
+/// A quantity's coefficients for the state that is counted from the command.
+pub(crate) fn from_command(row: &Column<FEEDBACK>, pitch_m_per_rad: f64) -> Column<FEEDBACK> {
+    ahead_of_command(-pitch_m_per_rad).transpose() * row
 }
 
 /// The plant's vector with δ for ε.
@@ -228,10 +257,10 @@ pub(crate) fn held_state(y: &Vector, offset_rad: f64) -> Column<HELD> {
     )
 }
 
-/// The plant's vector with δ for ε, followed by the command.
+/// The plant's vector with δ for ε and counted from the command, which follows.
 pub(crate) fn feedback_state(
     y: &Vector,
-    offset_rad: f64,
+    (offset_rad, pitch_m_per_rad): (f64, f64),
     command: &Oscillator,
 ) -> Column<FEEDBACK> {
     let mut x = Column::<FEEDBACK>::zeros();
@@ -242,7 +271,23 @@ pub(crate) fn feedback_state(
     x[X_REF_INTEGRAL] = command.point.displacement_integral_ms;
     x[A_REF] = command.point.acceleration_mps2;
     x[W_REF] = command.quadrature_mps2;
+    for (state, of_command) in COMMANDED {
+        x[state] -= x[of_command] / pitch_m_per_rad;
+    }
     x
+}
+
+/// The plant's vector from that.
+pub(crate) fn plant_vector(
+    x: &Column<FEEDBACK>,
+    (offset_rad, pitch_m_per_rad): (f64, f64),
+) -> Vector {
+    let mut y = x.fixed_rows::<6>(0).into_owned();
+    y[DELTA] += offset_rad;
+    for (state, of_command) in COMMANDED {
+        y[state] += x[of_command] / pitch_m_per_rad;
+    }
+    y
 }
 
 /// The plant's vector from the state under a held voltage.

@@ -5,18 +5,20 @@
 //! flank carries: two tables serve an axis, six one with dry friction.
 
 use super::feedback::Carried;
-use super::levels::{ChordBounds, ExactStep, Levels, Quarters};
+use super::grid::Grid;
+use super::kernel::Kernel;
+use super::levels::{ChordBounds, Levels};
+use super::sketch::Sketch;
 use super::system::{
-    AxisSystem, Column, DELTA, FEEDBACK, HELD, Matrix, demand_row, feedback_system,
+    AxisSystem, Column, DELTA, FEEDBACK, HELD, Matrix, demand_row, feedback_system, from_command,
 };
-use super::walk::BOUND_MARGIN;
 use crate::axis::Axis;
 use crate::joint::JointMode;
 use crate::mode::Mode;
 use crate::pid::ContinuousPid;
 use crate::plant::seconds;
 use crate::resistance::GuideMode;
-use crate::state::{BETA, BETA_DOT, CURRENT, EPSILON_DOT};
+use crate::state::{BETA, CURRENT};
 
 /// What guards and figures look at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -50,6 +52,8 @@ const OF_FEEDBACK: usize = 9;
 pub(crate) struct Linear<const D: usize> {
     pub(crate) row: Column<D>,
     pub(crate) bounds: ChordBounds<D>,
+    /// On a table with a grid.
+    pub(crate) sketch: Option<Sketch<D>>,
 }
 
 impl<const D: usize> Linear<D> {
@@ -68,18 +72,23 @@ impl<const D: usize> Linear<D> {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Table<const D: usize> {
     pub(crate) levels: Levels<D>,
+    pub(crate) grid: Option<Grid<D>>,
     quantities: Vec<Linear<D>>,
 }
 
 impl<const D: usize> Table<D> {
-    fn new(a: &Matrix<D>, length_s: f64, rows: &[Column<D>]) -> Self {
-        let levels = Levels::new(a, length_s);
+    fn new(levels: Levels<D>, grid: Option<Grid<D>>, rows: &[Column<D>]) -> Self {
         let linear = |row: &Column<D>| Linear {
             row: *row,
             bounds: levels.bounds(row),
+            sketch: grid.as_ref().map(|grid| grid.sketch(&levels.a, row)),
         };
         let quantities = rows.iter().map(linear).collect();
-        Self { levels, quantities }
+        Self {
+            levels,
+            grid,
+            quantities,
+        }
     }
 
     pub(crate) fn quantity(&self, quantity: Quantity) -> &Linear<D> {
@@ -96,92 +105,6 @@ pub(crate) struct HeldTable {
     pub(crate) system: AxisSystem,
     pub(crate) table: Table<HELD>,
     pub(crate) kernel: Kernel,
-    /// δ at the quarters of the step, see [`Levels::quarters`].
-    pub(crate) gap_quarters: Option<Quarters<HELD>>,
-    /// The same for ẍ, I, p·γ and p·β, without p.
-    pub(crate) figure_quarters: [Option<Quarters<HELD>>; 4],
-}
-
-/// The quantities of the figures that are looked at between the samples.
-pub(crate) const FIGURES: [Quantity; 4] = [
-    Quantity::ScrewAcceleration,
-    Quantity::Current,
-    Quantity::ScrewAngle,
-    Quantity::GearAngle,
-];
-
-/// The exact step over the whole length, `x(T) = Φ·x + ψ(T)·load + Γ·V`, with
-/// the entries that are not zero: β drives nothing.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Kernel {
-    /// Φ, the columns of β̇, δ, ε̇ and I.
-    pub(crate) transition: [[f64; 4]; HELD],
-    /// `ψ(T)·load`.
-    pub(crate) drift: [f64; HELD],
-    /// `Γ = ψ(T)·(0, 0, 0, 0, 1/L)`.
-    pub(crate) per_volt: [f64; HELD],
-    /// `G` of δ, raised by its rounding, for β̇, δ, ε̇ and I.
-    pub(crate) gap_bound: [f64; 4],
-}
-
-impl Kernel {
-    fn new(system: &AxisSystem, whole: &ExactStep<HELD>, gap: &ChordBounds<HELD>) -> Self {
-        let mut volt = Column::<HELD>::zeros();
-        volt[CURRENT] = system.per_volt;
-        let (drift, per_volt) = (whole.integral * system.load, whole.integral * volt);
-        let column = |j: usize| whole.transition.column(j).into_owned();
-        let (w, d, e, i) = (
-            column(BETA_DOT),
-            column(DELTA),
-            column(EPSILON_DOT),
-            column(CURRENT),
-        );
-        Self {
-            transition: core::array::from_fn(|row| [w[row], d[row], e[row], i[row]]),
-            drift: drift.into(),
-            per_volt: per_volt.into(),
-            gap_bound: core::array::from_fn(|j| BOUND_MARGIN * gap.per_change[j + 1]),
-        }
-    }
-
-    /// Sum of the magnitudes of the terms that make up δ after a step.
-    pub(crate) fn terms_of_delta(&self, x: &Column<HELD>, voltage_v: f64) -> f64 {
-        let phi = &self.transition[DELTA];
-        let terms = [
-            phi[0] * x[BETA_DOT],
-            phi[1] * x[DELTA],
-            phi[2] * x[EPSILON_DOT],
-            phi[3] * x[CURRENT],
-            self.per_volt[DELTA] * voltage_v,
-        ];
-        terms.iter().map(|term| term.abs()).sum()
-    }
-
-    /// One step. The order of the sums is part of the results: the voltage
-    /// comes last because it is known last.
-    #[inline(always)]
-    pub(crate) fn step(&self, x: &Column<HELD>, voltage_v: f64) -> Column<HELD> {
-        Column::<HELD>::from_fn(|row, _| {
-            let phi = &self.transition[row];
-            let base = if row == BETA {
-                x[BETA] + self.drift[row]
-            } else {
-                self.drift[row]
-            };
-            let rotor = phi[0] * x[BETA_DOT] + phi[1] * x[DELTA];
-            let joint = phi[2] * x[EPSILON_DOT] + phi[3] * x[CURRENT];
-            ((rotor + joint) + base) + self.per_volt[row] * voltage_v
-        })
-    }
-
-    /// How far δ may stray from its chord over the step.
-    #[inline(always)]
-    pub(crate) fn gap_strays(&self, from: &Column<HELD>, to: &Column<HELD>) -> f64 {
-        let change = |state: usize| (to[state] - from[state]).abs();
-        let g = &self.gap_bound;
-        (g[0] * change(BETA_DOT) + g[1] * change(DELTA))
-            + (g[2] * change(EPSILON_DOT) + g[3] * change(CURRENT))
-    }
 }
 
 /// A table for the continuous law over one length in one mode.
@@ -300,10 +223,17 @@ fn held_rows(axis: &Axis, mode: &Mode, system: &AxisSystem) -> [Column<HELD>; OF
 }
 
 impl HeldTable {
+    /// Whether it is that of a joint that carries torque.
+    pub(crate) fn is_closed(&self) -> bool {
+        self.closed
+    }
+
     fn new(axis: &Axis, mode: &Mode, length_ns: u64) -> Self {
         let system = axis.system(mode);
         let rows = held_rows(axis, mode, &system);
-        let table = Table::new(&system.a, seconds(length_ns), &rows);
+        let levels = Levels::new(&system.a, seconds(length_ns));
+        let grid = Grid::new(&levels);
+        let table = Table::new(levels, grid, &rows);
         Self {
             length_ns,
             closed: closed(mode),
@@ -314,8 +244,6 @@ impl HeldTable {
                 &table.quantity(Quantity::Delta).bounds,
             ),
             system,
-            figure_quarters: FIGURES.map(|f| table.levels.quarters(&table.quantity(f).row)),
-            gap_quarters: table.levels.quarters(&table.quantity(Quantity::Delta).row),
             table,
         }
     }
@@ -330,7 +258,9 @@ impl FeedbackTable {
             row.fixed_rows_mut::<HELD>(0).copy_from(&held);
         }
         rows[Quantity::Demand as usize] = demand_row(pid);
-        let table = Table::new(&a, seconds(length_ns), &rows);
+        let p = axis.pitch_m_per_rad();
+        let rows = rows.map(|row| from_command(&row, p));
+        let table = Table::new(Levels::new(&a, seconds(length_ns)), None, &rows);
         let whole = &table.levels.steps[0];
         let (growth, drift) = (whole.integral * a, whole.integral * input);
         Self {

@@ -2,10 +2,13 @@
 
 use proptest::prelude::*;
 
+use super::grid::{CELLS, Grid};
 use super::levels::{ChordBounds, Levels};
 use super::roots::Polynomial;
+use super::sketch::{NODE_PRODUCT, NODES};
 use super::system::{Column, Matrix};
 use super::taylor::{TERMS, Taylor, growth_rate};
+use super::zeros::{Found, first_zero, value_and_slope};
 
 /// Systems with slow, fast, oscillating and undamped parts.
 fn systems() -> impl Strategy<Value = Matrix<3>> {
@@ -74,22 +77,71 @@ proptest! {
         prop_assert!(slope <= bounds.slope_over(0, &rate) + rounding);
         prop_assert!(chord <= bounds.per_change.dot(&change.abs()) * (1.0 + 1e-6) + rounding);
         prop_assert!(slope <= bounds.slope_per_change.dot(&change.abs()) * (1.0 + 1e-6) + rounding);
-        if let Some((points, fine)) = levels.quarters(&row) {
-            let bound = fine.dot(&change.abs()) * (1.0 + 1e-6) + rounding;
-            let at = |theta: f64| row.dot(&change_after(&a, &rate, theta * length_s));
-            let mut knots = vec![0.0];
-            for (theta, point) in [0.25, 0.5, 0.75].into_iter().zip(&points) {
-                prop_assert!((point.dot(&change) - at(theta)).abs() <= 1e-6 * bound + rounding);
-                knots.push(point.dot(&change));
+    }
+
+    /// The sketch is as near as it says, in value and slope, and the local
+    /// series are the solution.
+    #[test]
+    fn sketches_hold(
+        a in systems(),
+        row in rows(),
+        rate in rates(),
+        growth in 1e-3..8.0_f64,
+        end in 0.05..1.0_f64,
+    ) {
+        let length_s = growth / growth_rate(&a);
+        let levels = Levels::new(&a, length_s);
+        let grid = Grid::new(&levels).unwrap();
+        let curve = grid.sketch(&a, &row).curve(&rate, 2.0, 0.25);
+        let part = curve.until(end);
+        let rounding = 1e-13 * (row.abs().dot(&(a.abs() * rate.abs() * length_s + rate.abs()))) * length_s;
+        for i in 0..=40 {
+            let theta = f64::from(i) / 40.0;
+            let change = change_after(&a, &rate, theta * length_s);
+            let exact = 0.25 + 2.0 * row.dot(&change);
+            let slope = 2.0 * row.dot(&(a * change + rate)) * length_s;
+            let (value, _) = value_and_slope(&curve.values, theta);
+            let (steepness, _) = value_and_slope(&curve.slopes, theta);
+            prop_assert!((value - exact).abs() <= curve.stray + rounding);
+            prop_assert!((steepness - slope).abs() <= curve.stray + rounding);
+            prop_assert!(exact.abs() <= curve.upper() + rounding);
+            let local = grid.near(&a, &Column::zeros(), &rate, theta * length_s);
+            let near = local.at(local.sigma(theta * length_s));
+            let size = change.abs() + rate.abs() * length_s;
+            prop_assert!(row.dot(&(near - change)).abs() <= 1e-12 * row.abs().dot(&size));
+            let within = change_after(&a, &rate, theta * end * length_s);
+            let (value, _) = value_and_slope(&part.values, theta);
+            prop_assert!((value - 0.25 - 2.0 * row.dot(&within)).abs() <= part.stray + rounding);
+        }
+    }
+
+    /// What the sketch calls clear is so: the zero of (θ − r)·(θ − r − gap).
+    #[test]
+    fn clear_zeros_are_the_first(r in -0.4..1.4_f64, gap in 1e-9..0.9_f64, stray in 1e-13..1e-3_f64) {
+        // Three Bernstein coefficients of degree 2, then raised to degree 11.
+        let (c, b) = (r * (r + gap), -(2.0 * r + gap));
+        let q = |theta: f64| (c + b * theta) + theta * theta;
+        let [b0, b1, b2] = [c, c + b / 2.0, c + b + 1.0];
+        let values: [f64; 12] = core::array::from_fn(|i| {
+            let (n, k) = (i as f64, 11.0 - i as f64);
+            (b0 * k * (k - 1.0) + b1 * 2.0 * k * n + b2 * n * (n - 1.0)) / 110.0
+        });
+        match first_zero(&values, stray, 0.0, 3) {
+            Found::None => for i in 0..=200 {
+                prop_assert!(q(f64::from(i) / 200.0) >= -1e-12);
+            },
+            Found::At { theta, from, to } => {
+                let first = if r >= 0.0 { r } else { r + gap };
+                prop_assert!(from <= first && first <= to, "{first} {from} {to}");
+                prop_assert!((theta - first).abs() <= to - from);
+                prop_assert!(q(from) > stray && q(to) < -stray);
             }
-            knots.push(row.dot(&change));
-            for i in 0..=40 {
-                let theta = f64::from(i) / 40.0;
-                let piece = ((theta * 4.0) as usize).min(3);
-                let along = theta * 4.0 - piece as f64;
-                let chord = knots[piece] * (1.0 - along) + knots[piece + 1] * along;
-                prop_assert!((at(theta) - chord).abs() <= bound);
-            }
+            Found::Unclear => {}
+        }
+        // Far from the ends and from each other it must be clear.
+        if stray < 1e-9 && (0.05..0.9).contains(&r) && r + gap > 1.05 {
+            let clear = first_zero(&values, stray, 0.0, 3) != Found::Unclear;
+            prop_assert!(clear);
         }
     }
 
@@ -145,6 +197,50 @@ fn half_the_bound_is_too_small() {
     let bounds = levels.bounds(&row);
     assert!(chord > 0.0 && chord > 0.5 * bounds.over(0, &rate));
     assert!(slope > 0.5 * bounds.slope_over(0, &rate));
+}
+
+/// The largest product of the distances from the nodes, between neighbouring
+/// points of a fine raster raised by what the slope allows.
+#[test]
+fn node_product_is_a_bound() {
+    let (steps, mut largest) = (1_000_000_u32, 0.0_f64);
+    for i in 0..=steps {
+        let theta = f64::from(i) / f64::from(steps);
+        let product: f64 = NODES
+            .iter()
+            .map(|&node| (theta - node as f64 / CELLS as f64).abs())
+            .product();
+        largest = largest.max(product);
+    }
+    // A polynomial of degree 11 is at most that much steeper than it is large
+    // (Markov's inequality: 2·11² on [0, 1]).
+    let raised = largest / (1.0 - 242.0 / f64::from(2 * steps));
+    assert!(
+        raised < NODE_PRODUCT && largest > 0.99 * NODE_PRODUCT,
+        "{raised}"
+    );
+}
+
+/// The contrast of `sketches_hold`: without its remainder a sketch of a fast
+/// oscillation is off by more than rounding.
+#[test]
+fn remainder_is_no_idle_one() {
+    let w = 1e3;
+    let a = Matrix::<3>::new(0.0, 1.0, 0.0, -w * w, 0.0, 0.0, 0.0, 0.0, 0.0);
+    let length_s = 7.9 / growth_rate(&a);
+    let (row, rate) = (
+        Column::<3>::new(1.0, 0.0, 0.0),
+        Column::<3>::new(0.0, w * w, 0.0),
+    );
+    let grid = Grid::new(&Levels::new(&a, length_s)).unwrap();
+    let curve = grid.sketch(&a, &row).curve(&rate, 1.0, 0.0);
+    let mut off = 0.0_f64;
+    for i in 0..=400 {
+        let theta = f64::from(i) / 400.0;
+        let exact = row.dot(&change_after(&a, &rate, theta * length_s));
+        off = off.max((value_and_slope(&curve.values, theta).0 - exact).abs());
+    }
+    assert!(off > 1e-9 && off < curve.stray, "{off} {}", curve.stray);
 }
 
 /// The series is as good as rounding where it may be used.

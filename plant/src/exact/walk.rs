@@ -85,6 +85,12 @@ impl<'a, const D: usize> Flow<'a, D> {
     /// The state after `time_s`. Every leg is settled, so that the number of
     /// steps is at most that of the halvings.
     pub(crate) fn at(&self, time_s: f64) -> Column<D> {
+        if let Some(grid) = &self.table.grid {
+            let a = &self.table.levels.a;
+            let rate = a * self.start + self.input;
+            let local = grid.near(a, self.start, &rate, time_s);
+            return local.at(local.sigma(time_s));
+        }
         let mut walk = self.walk(time_s, 0);
         while let Ok(Some(_)) = walk.next(|_| true) {}
         walk.x

@@ -1,0 +1,205 @@
+//! A quantity over a whole step as one polynomial, with a proven remainder.
+//!
+//! `q = f·x` has the slope `q̇(t) = f·e^{At}·v`. Its interpolant of degree 10 at
+//! eleven points of the step, divided as in [`super::grid`], misses it by at
+//! most (the usual remainder of interpolation)
+//!
+//! ```text
+//! |T·q̇(θT) − s(θ)| ≤ w/11!·T¹²·sup_t |f·A¹¹·e^{At}·v|,   w = sup_θ ∏|θ − θ_i| < 8.65e-7
+//! ```
+//!
+//! and the supremum, with |e^{At}| ≤ e^{|A|h} within a cell of length h, by
+//! `max_j |f·A¹¹·e^{Ajh}|·e^{|A|h}·|v|`, entry by entry. The integral of s is q
+//! to within the same number times θ. Both are kept as Bernstein coefficients,
+//! which are linear in v: a look at a step costs one small product, and tells
+//! whether the step crosses a guard or turns, and where. The places themselves
+//! then come from the solution ([`super::grid`]), not from the polynomial.
+
+use super::grid::CELLS;
+use super::system::{Column, Matrix};
+use super::taylor::integral;
+use super::zeros::{Found, first_zero, left_of, value_and_slope};
+
+/// Coefficients of the slope.
+pub(crate) const SLOPES: usize = 11;
+/// Coefficients of the quantity.
+pub(crate) const VALUES: usize = 12;
+
+/// The points of interpolation, in cells: near those of Lobatto and Chebyshev.
+pub(crate) const NODES: [usize; SLOPES] = [0, 1, 3, 7, 11, 16, 21, 25, 29, 31, 32];
+
+/// `w/11!`; w is checked by a test.
+const REMAINDER: f64 = NODE_PRODUCT / 39_916_800.0;
+pub(crate) const NODE_PRODUCT: f64 = 8.65e-7;
+
+/// Bernstein coefficients of the polynomial that is 1 at one node and 0 at the
+/// others: row i, node j.
+const FIT: [[f64; SLOPES]; SLOPES] = fit();
+
+const fn fit() -> [[f64; SLOPES]; SLOPES] {
+    let mut rows = [[0.0; SLOPES]; SLOPES];
+    let mut node = 0;
+    while node < SLOPES {
+        let here = NODES[node] as f64 / CELLS as f64;
+        // ∏ (θ − θ_k)/(θ_node − θ_k), one factor after the other.
+        let mut b = [0.0; SLOPES];
+        b[0] = 1.0;
+        let (mut degree, mut k) = (0, 0);
+        while k < SLOPES {
+            if k != node {
+                let there = NODES[k] as f64 / CELLS as f64;
+                let (low, high) = (-there / (here - there), (1.0 - there) / (here - there));
+                degree += 1;
+                let mut i = degree;
+                loop {
+                    let kept = if i < degree { b[i] } else { 0.0 };
+                    let below = if i > 0 { b[i - 1] } else { 0.0 };
+                    b[i] = ((degree - i) as f64 * low * kept + i as f64 * high * below)
+                        / degree as f64;
+                    if i == 0 {
+                        break;
+                    }
+                    i -= 1;
+                }
+            }
+            k += 1;
+        }
+        let mut i = 0;
+        while i < SLOPES {
+            rows[i][node] = b[i];
+            i += 1;
+        }
+        node += 1;
+    }
+    rows
+}
+
+/// What rounding adds to the coefficients, relative to the largest of them: the
+/// rows of [`FIT`] sum up to less than 800.
+const ROUNDING: f64 = 800.0 * 16.0 * f64::EPSILON;
+
+/// A quantity over a step for any rate at its start.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Sketch<const D: usize> {
+    /// Bernstein coefficients of `T·q̇`, per rate.
+    pub(crate) slopes: [Column<D>; SLOPES],
+    /// What `T·q̇` may be off by, per |rate|.
+    pub(crate) stray: Column<D>,
+}
+
+impl<const D: usize> Sketch<D> {
+    /// From `f·e^{At}` at every point of the grid.
+    pub(crate) fn new(a: &Matrix<D>, rows: &[Column<D>], length_s: f64) -> Self {
+        let slopes = FIT.map(|weights| {
+            let mut sum = Column::<D>::zeros();
+            for (weight, node) in weights.iter().zip(NODES) {
+                sum += rows[node] * (*weight * length_s);
+            }
+            sum
+        });
+        // T¹¹·f·A¹¹·e^{At} at the grid's points; functions of A commute.
+        let scaled = (a * length_s).transpose();
+        let mut largest = Column::<D>::zeros();
+        let mut rounding = Column::<D>::zeros();
+        for row in rows {
+            let mut derivative = *row;
+            for _ in 0..SLOPES {
+                derivative = scaled * derivative;
+            }
+            largest = largest.sup(&derivative.abs());
+            rounding = rounding.sup(&row.abs());
+        }
+        let magnitude = a.abs();
+        let cell_s = length_s / 32.0;
+        let grown = Matrix::<D>::identity() + magnitude * integral(&magnitude, cell_s);
+        let remainder = grown.transpose() * largest * REMAINDER;
+        Self {
+            slopes,
+            stray: (remainder + rounding * ROUNDING) * length_s,
+        }
+    }
+
+    /// The quantity `scale·q + offset`, which is `value` at the start, over the
+    /// step that begins with `rate`.
+    pub(crate) fn curve(&self, rate: &Column<D>, scale: f64, value: f64) -> Curve {
+        let stray = scale.abs() * self.stray.dot(&rate.abs());
+        Curve::new(value, self.slopes.map(|row| scale * row.dot(rate)), stray)
+    }
+}
+
+/// One quantity over one step.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Curve {
+    /// Bernstein coefficients over the step.
+    pub(crate) values: [f64; VALUES],
+    /// Those of its slope, per step.
+    pub(crate) slopes: [f64; SLOPES],
+    /// What each of the two may be off by.
+    pub(crate) stray: f64,
+}
+
+/// What rounding makes of the values, and of a look at them.
+const EVALUATION: f64 = 16.0 * f64::EPSILON;
+
+impl Curve {
+    /// From the value at the start and the coefficients of the slope.
+    pub(crate) fn new(start: f64, slopes: [f64; SLOPES], stray: f64) -> Self {
+        let mut values = [start; VALUES];
+        let mut size = start.abs();
+        for (i, slope) in slopes.iter().enumerate() {
+            values[i + 1] = values[i] + slope / 11.0;
+            size += slope.abs();
+        }
+        Self {
+            values,
+            slopes,
+            stray: stray + EVALUATION * size,
+        }
+    }
+
+    /// The values up to θ; the slopes stay those of the whole step.
+    pub(crate) fn values_until(&self, theta: f64) -> [f64; VALUES] {
+        if theta >= 1.0 {
+            return self.values;
+        }
+        left_of(&self.values, theta)
+    }
+
+    /// The part up to θ.
+    pub(crate) fn until(&self, theta: f64) -> Self {
+        if theta >= 1.0 {
+            return *self;
+        }
+        Self {
+            values: left_of(&self.values, theta),
+            slopes: left_of(&self.slopes, theta).map(|slope| theta * slope),
+            stray: self.stray,
+        }
+    }
+
+    /// Upper bound of the magnitude.
+    pub(crate) fn upper(&self) -> f64 {
+        self.values.iter().fold(0.0, |m: f64, b| m.max(b.abs())) + self.stray
+    }
+
+    /// Whether the slope is below zero, for certain, from θ to θ.
+    pub(crate) fn falls_within(&self, from: f64, to: f64) -> bool {
+        let slope = value_and_slope(&self.slopes, 0.5 * (from + to)).0;
+        let mut bend = 0.0_f64;
+        for pair in self.slopes.windows(2) {
+            bend = bend.max((pair[1] - pair[0]).abs());
+        }
+        slope + 10.0 * bend * (to - from) + self.stray < 0.0
+    }
+
+    /// Where the quantity turns, if it does once.
+    pub(crate) fn turn(&self) -> Found {
+        let rises = self.slopes[0] > 0.0;
+        let slopes = if rises {
+            self.slopes
+        } else {
+            self.slopes.map(|s| -s)
+        };
+        first_zero(&slopes, self.stray, 0.0, 0)
+    }
+}
