@@ -3,6 +3,7 @@
 //! rest; the run file is read and the setpoints of the comparators are
 //! computed before the clock starts.
 
+use std::convert::Infallible;
 use std::error::Error;
 use std::hint::black_box;
 
@@ -13,7 +14,7 @@ use hil_runner::run::{RunOptions, run};
 use plant::{Joint, Plant, Solver};
 
 use crate::elastic_axis::ElasticAxis;
-use crate::lockstep::Plan;
+use crate::lockstep::{Axis, ContinuousPlan, Plan};
 use crate::rk4_axis::Rk4Axis;
 use crate::workload::{self, W1, W2, W3};
 
@@ -35,26 +36,40 @@ pub fn w1(group: &mut Group<'_>) -> Result<(), Box<dyn Error>> {
         own(group, law, W1, workload::W1_TOLERANCE)?;
     }
     bare(group, W1)?;
+    law_alone(group, W1)?;
     gapless(group, W1)?;
     rk4(group, W1)
 }
 
-/// `w2/<rung>/<solver>`, `w2/quantised/exact-bare` and `w2/quantised/rk4`.
+/// `w2/<rung>/<solver>`, `w2/quantised/exact-bare`, `…/law-alone` and `…/rk4`.
 ///
 /// # Errors
 /// What the run file's checks say.
 pub fn w2(group: &mut Group<'_>) -> Result<(), Box<dyn Error>> {
     own(group, "quantised", W2, workload::W2_TOLERANCE)?;
     bare(group, W2)?;
+    law_alone(group, W2)?;
     rk4(group, W2)
 }
 
-/// `w3/continuous/<solver>`.
+/// `w3/continuous/<solver>` and `w3/continuous/exact-bare`.
 ///
 /// # Errors
 /// What the run file's checks say.
 pub fn w3(group: &mut Group<'_>) -> Result<(), Box<dyn Error>> {
-    own(group, "continuous", W3, workload::W3_TOLERANCE)
+    own(group, "continuous", W3, workload::W3_TOLERANCE)?;
+    let case = workload::case("continuous", W3, "exact", workload::W3_TOLERANCE)?;
+    let plan = ContinuousPlan::new(&case);
+    // As a study has it: the matrices are made before.
+    let mut plant = Plant::new(&case.axis, Solver::Exact);
+    group.bench_function("continuous/exact-bare", |bencher| {
+        bencher.iter(|| {
+            plant.reset();
+            let result = plan.run(black_box(&mut plant));
+            (plant.state(), result)
+        });
+    });
+    Ok(())
 }
 
 /// Our own solvers, with all figures of the summary. The exact one's sampled
@@ -94,6 +109,32 @@ fn bare(group: &mut Group<'_>, workload: &str) -> Result<(), Box<dyn Error>> {
             plant.reset();
             let result = plan.run(black_box(&mut plant), |_, _, _| ());
             (plant.state(), result)
+        });
+    });
+    Ok(())
+}
+
+/// The law with the shortest of all plants, β = β₀ + Γ·V: each sample needs
+/// the one before it, and no plant can be quicker than that.
+fn law_alone(group: &mut Group<'_>, workload: &str) -> Result<(), Box<dyn Error>> {
+    struct Shortest(f64);
+    impl Axis for Shortest {
+        type Error = Infallible;
+        fn beta_rad(&self) -> f64 {
+            self.0
+        }
+        fn hold(&mut self, voltage_v: f64, _: u64) -> Result<(), Infallible> {
+            self.0 = 0.5 + 1e-3 * voltage_v;
+            Ok(())
+        }
+    }
+    let case = workload::case("quantised", workload, "exact", workload::W1_TOLERANCE)?;
+    let plan = Plan::new(&case).ok_or("no sample time")?;
+    group.bench_function("quantised/law-alone", |bencher| {
+        bencher.iter(|| {
+            let mut axis = Shortest(black_box(0.0));
+            let result = plan.run(&mut axis, |_, _, _| ());
+            (axis.0, result)
         });
     });
     Ok(())

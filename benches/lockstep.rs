@@ -3,7 +3,7 @@
 //! once, before any clock starts.
 
 use hil_runner::case::{Case, Law};
-use plant::{Drive, Plant, PlantError};
+use plant::{ContinuousPid, Drive, Plant, PlantError};
 
 /// What the sampled laws need of a case.
 #[derive(Debug, Clone, PartialEq)]
@@ -98,6 +98,42 @@ impl Plan {
             axis.hold(case.amplifier.output_v(case.dac.output_v(code)), time_ns)?;
         }
         Ok(())
+    }
+}
+
+/// The continuous law of a case, from row to row.
+#[derive(Debug, Clone)]
+pub struct ContinuousPlan {
+    pid: ContinuousPid,
+    rows: u64,
+    row_ns: u64,
+}
+
+impl ContinuousPlan {
+    /// The plan of a case; the rows are those of its output.
+    pub fn new(case: &Case) -> Self {
+        let row_ns = case.run.row_interval_ns;
+        Self {
+            pid: ContinuousPid::new(
+                case.controller.gains,
+                case.encoder,
+                case.dac,
+                case.amplifier,
+                &case.axis.transmission,
+                case.motion,
+            ),
+            rows: case.run.duration_ns / row_ns,
+            row_ns,
+        }
+    }
+
+    /// One run from rest.
+    ///
+    /// # Errors
+    /// Whatever the plant reports.
+    pub fn run(&self, plant: &mut Plant) -> Result<(), PlantError> {
+        let drive = Drive::Feedback(&self.pid);
+        (1..=self.rows).try_for_each(|row| plant.advance(&drive, row * self.row_ns, &mut ()))
     }
 }
 
