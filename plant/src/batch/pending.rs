@@ -103,7 +103,7 @@ impl<W: Width> Batch<W> {
     fn enclose(&mut self, step: &mut Pending<W>, figure: usize) {
         let (w, phase) = (self.width, &self.phases[step.phase]);
         let (zero, never) = (w.splat(0.0), w.splat(f64::NEG_INFINITY));
-        let asked = w.greater(w.load(&step.upper[figure]), never);
+        let idle = w.at_most(w.load(&step.upper[figure]), never);
         let closed = closed_lanes(w, &step.closed);
         let from: [W::Vector; DRIVING] = [
             w.load(&step.state[1]),
@@ -143,15 +143,16 @@ impl<W: Width> Batch<W> {
         // The slope, per eleventh of a step, by which the polynomial is off.
         let off = (own + bend * w.splat(4.0)) / w.splat(11.0);
         let monotone = w.greater(w.larger(lowest, zero - highest), off);
-        upper = w.smaller(upper + (own + bend), w.load(&step.upper[figure]));
-        upper = w.select(monotone, never, upper);
+        // The new one where the old one is not a number.
+        upper = w.smaller(w.load(&step.upper[figure]), upper + (own + bend));
+        upper = w.select(idle, never, w.select(monotone, never, upper));
         w.store(upper, &mut step.upper[figure]);
         let old = w.load(&self.floors[figure]);
         let mut floor = old;
         for value in inner {
             floor = w.larger(w.abs(value) - (own + bend), floor);
         }
-        w.store(w.select(asked, floor, old), &mut self.floors[figure]);
+        w.store(w.select(idle, old, floor), &mut self.floors[figure]);
     }
 
     /// Looks at all pending steps, the last first.

@@ -18,7 +18,7 @@
 use super::grid::CELLS;
 use super::system::{Column, Matrix};
 use super::taylor::integral;
-use super::zeros::{Found, first_zero, left_of, value_and_slope};
+use super::zeros::{Found, falls_once, first_zero, left_of, value_and_slope};
 
 /// Coefficients of the slope.
 pub(crate) const SLOPES: usize = 11;
@@ -200,6 +200,10 @@ impl Curve {
         } else {
             self.slopes.map(|s| -s)
         };
-        first_zero(&slopes, self.stray, 0.0, 0)
+        match first_zero(&slopes, self.stray, 0.0, 0) {
+            // It must not turn back within the remainder either.
+            Found::At { .. } if !falls_once(&slopes, -self.stray) => Found::Unclear,
+            found => found,
+        }
     }
 }

@@ -62,7 +62,7 @@ pub(crate) fn first_zero<const N: usize>(
 }
 
 /// Whether the coefficients less `level` change their sign once.
-fn falls_once<const N: usize>(b: &[f64; N], level: f64) -> bool {
+pub(super) fn falls_once<const N: usize>(b: &[f64; N], level: f64) -> bool {
     let mut below = false;
     for b in b {
         if *b > level {
