@@ -78,7 +78,11 @@ fn worst(errors: [f64; 6]) -> f64 {
 fn works_agree_with_quadruple_precision() {
     for (work, sets, allowed) in WORKS {
         let errors = errors(work, &run_exactly(&case("paper-2", sets)));
-        println!("{work}: {errors:?}");
+        let named = COLUMNS.iter().zip(errors);
+        let words: Vec<_> = named
+            .map(|((name, _), e)| format!("{name} {e:.1e}"))
+            .collect();
+        println!("{work}: {}", words.join(", "));
         assert!(worst(errors) <= allowed, "{work}: {errors:?}");
     }
 }

@@ -47,6 +47,8 @@ fn main() -> Result<(), Box<dyn Error>> {
                 &truth,
             )?;
         }
+        let exact = workload::case("sampled", workload, "exact", 1e-10)?;
+        own(&format!("w{w}  own exact     –    "), &exact, every, &truth)?;
         let mut rows = Vec::new();
         let start = Instant::now();
         let mut rk4 = Rk4Axis::new(axis, RK4_STEP_NS);
@@ -77,7 +79,8 @@ fn main() -> Result<(), Box<dyn Error>> {
             &truth,
         )?;
     }
-    Ok(())
+    let exact = workload::case("continuous", W3, "exact", 1e-8)?;
+    own("w3  own exact     –    ", &exact, 1, &truth)
 }
 
 /// One of the project's own solvers, through the runner.

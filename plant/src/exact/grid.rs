@@ -9,7 +9,8 @@ use super::taylor::integral;
 /// Cells that a step is divided into.
 pub(crate) const CELLS: usize = 32;
 
-/// Terms of a local series after the constant one. With `λT` at most 8 the series runs over `λt ≤ 1/8`, and what these leave out is
+/// Terms of a local series after the constant one. With `λT` at most 8 the series
+/// runs over `λt ≤ 1/8`, and what these leave out is
 /// at most `(1/8)^10/11! = 2.3e-17` of its first term (see [`super::taylor`]).
 const TERMS: usize = 10;
 
