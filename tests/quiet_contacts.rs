@@ -24,6 +24,20 @@ fn an_axis_that_cruises_is_quiet() {
     assert_eq!(contacts("free-cruise", &[]), (1, 1));
 }
 
+/// Rounding of the current, 2e-15 A, once let go of the load 83 ms early.
+#[test]
+fn an_axis_at_its_limit_keeps_its_load() {
+    let file = format!("{}/cases/run-up.toml", env!("CARGO_MANIFEST_DIR"));
+    let let_go_s = |solver: &str| {
+        let solver = format!("run.solver={solver}");
+        let (_, outcome) = rows(&case(&file, &[&solver]), LinkKind::InProcess);
+        outcome.summary.events.unwrap()[1].0
+    };
+    let (exact_s, dopri5_s) = (let_go_s("exact"), let_go_s("dopri5"));
+    assert!((exact_s - 1.06967).abs() < 1e-6, "{exact_s}");
+    assert!((dopri5_s - exact_s).abs() < 1e-6, "{dopri5_s} {exact_s}");
+}
+
 /// The contrast: real contacts are not swallowed, however narrow the gap.
 #[test]
 fn real_contacts_are_counted() {

@@ -249,7 +249,13 @@ impl<W: Width> Batch<W> {
             lowest = w.smaller(mode.guard(w, delta), lowest);
         }
         let stray = phase.gap.stray(w, closed, &rates, w.abs(step.from[1]));
-        moved & !w.bits(w.greater(lowest, stray))
+        // An overflow is for the single run to report.
+        let mut size = w.abs(step.beta[1]);
+        for to in &step.to {
+            size = size + w.abs(*to);
+        }
+        let finite = w.bits(w.at_most(size, w.splat(f64::MAX)));
+        moved & !(w.bits(w.greater(lowest, stray)) & finite)
     }
 
     /// Takes a step.

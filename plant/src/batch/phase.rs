@@ -133,8 +133,8 @@ impl<W: Width> Phase<W> {
             for j in 0..DRIVING {
                 let slope = linear.bounds.slope_per_change[j + 1];
                 let chord = linear.bounds.per_change[j + 1];
-                self.slopes[i][j].as_mut()[lane] = BOUND_MARGIN * scale * slope;
-                self.chords[i][j].as_mut()[lane] = BOUND_MARGIN * scale * chord;
+                self.slopes[i][j].as_mut()[lane] = BOUND_MARGIN * scale.abs() * slope;
+                self.chords[i][j].as_mut()[lane] = BOUND_MARGIN * scale.abs() * chord;
             }
             if !known {
                 self.figures[i].set(closed, linear.sketch.as_ref(), scale);
@@ -188,7 +188,7 @@ impl LaneSketch {
             }
         }
         for (to, stray) in self.stray.iter_mut().zip(sketch.stray.iter()) {
-            to[place] = BOUND_MARGIN * scale * stray;
+            to[place] = BOUND_MARGIN * scale.abs() * stray;
         }
     }
 

@@ -292,14 +292,14 @@ impl Plant {
         let joint = self.axis.joint;
         let b = self.axis.backlash_half_rad();
         let noise_rad = self.axis.parting_noise_rad;
-        let stiffness = joint.map_or(0.0, |joint| joint.stiffness_nm_per_rad);
+        let release_nm = joint.map_or(0.0, |joint| self.axis.release_noise_nm(joint, &self.y));
         let flank = |flank: Flank| flank.sign();
         let way = |direction: Direction| direction.sign();
         let (quantity, sign, offset, noise) = match guard {
             // In the gap δ = ε.
             Guard::Meet(f) => (Quantity::Delta, -flank(f), b, 0.0),
             Guard::Part(f) => (Quantity::Delta, flank(f), 0.0, noise_rad),
-            Guard::Release(f) => (Quantity::FlankTorque, flank(f), 0.0, stiffness * noise_rad),
+            Guard::Release(f) => (Quantity::FlankTorque, flank(f), 0.0, release_nm),
             Guard::Reload(f) => (Quantity::FlankTorque, -flank(f), 0.0, 0.0),
             Guard::Stop(d) => (Quantity::ScrewSpeed, way(d), 0.0, speed_noise(&self.y)),
             Guard::Break(d) => (

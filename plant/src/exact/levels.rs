@@ -40,8 +40,9 @@
 //! *Without v.* A step knows how much the state changes, `x(T) − x = ψ(T)·v`.
 //! Functions of A commute, so everything above holds for `g_T(t)·ψ(T)⁻¹` too:
 //! `|deviation| ≤ Σ_j G_j·|x_j(T) − x_j(0)|`, with `|A·ψ(T)⁻¹|` for |A| at the
-//! start and `d·ψ(T)⁻¹` for d. Where ψ(T) is singular (an undamped joint that
-//! swings a whole number of times in a step) there is no G; H does not care.
+//! start and `d·ψ(T)⁻¹` for d. Where ψ(T) is singular or nearly so (an undamped
+//! joint that swings a whole number of times in a step) there is no G; H does
+//! not care.
 
 use super::system::{Column, Matrix};
 use super::taylor::{growth_rate, integral};
@@ -49,6 +50,12 @@ use super::taylor::{growth_rate, integral};
 /// Halvings of a sample after which the system is called too stiff. 2^40 of
 /// them would take hours; the walk's own limit is reached long before.
 const MOST_HALVINGS: u32 = 40;
+
+/// `T·ρ(|ψ(T)⁻¹|)`, which no scaling of the states changes, up to which the change
+/// of the state tells what the rate was: the rounding of both, some 1e-16, stays
+/// below the margin of the bounds, 1e-9. An undamped joint that swings a whole
+/// number of times in a step returns to where it was.
+const MOST_CONDITION: f64 = 1e6;
 
 /// One exact step.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -69,7 +76,7 @@ pub(crate) struct Levels<const D: usize> {
     pub(crate) steps: Vec<ExactStep<D>>,
     /// `e^{|A|h}` with the length h of the shortest.
     grown: Matrix<D>,
-    /// `ψ(T)⁻¹` of the longest, where there is one.
+    /// `ψ(T)⁻¹` of the longest, where it can be told.
     inverse: Option<Matrix<D>>,
 }
 
@@ -115,7 +122,10 @@ impl<const D: usize> Levels<D> {
         let magnitude = a.abs();
         Self {
             a: *a,
-            inverse: steps[0].integral.try_inverse(),
+            inverse: steps[0]
+                .integral
+                .try_inverse()
+                .filter(|inverse| growth_rate(inverse) * length_s <= MOST_CONDITION),
             steps,
             // e^{|A|h} = 1 + |A|·ψ_|A|(h)
             grown: Matrix::identity() + magnitude * integral(&magnitude, leaf_s),

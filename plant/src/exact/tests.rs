@@ -199,6 +199,27 @@ fn half_the_bound_is_too_small() {
     assert!(slope > 0.5 * bounds.slope_over(0, &rate));
 }
 
+/// An undamped joint that swings a whole number of times in a step is back
+/// where it was, whatever it did in between. To the last bits that is not so,
+/// and the inverse exists; it tells nothing, and once a crossing was missed.
+#[test]
+fn a_whole_number_of_swings_has_no_bound_per_change() {
+    let length_s = 1e-3;
+    for swings in [1.0, 2.0, 3.0] {
+        for detuning in [0.0, 1.78e-16, 3.16e-16, 1e-14, 1e-12, 1e-9] {
+            let w = swings * core::f64::consts::TAU / length_s * (1.0 + detuning);
+            let a = Matrix::<3>::new(0.0, 1.0, 0.0, -w * w, 0.0, 0.0, 0.0, 0.0, -1.0);
+            let row = Column::<3>::new(1.0, 0.0, 0.0);
+            let bounds = Levels::new(&a, length_s).bounds(&row);
+            assert_eq!(bounds.per_change[0], f64::INFINITY, "{swings} {detuning}");
+        }
+    }
+    // The contrast: a step that is not.
+    let a = Matrix::<3>::new(0.0, 1.0, 0.0, -1e6, 0.0, 0.0, 0.0, 0.0, -1.0);
+    let bounds = Levels::new(&a, length_s).bounds(&Column::<3>::new(1.0, 0.0, 0.0));
+    assert!(bounds.per_change[0] < 10.0);
+}
+
 /// The largest product of the distances from the nodes, between neighbouring
 /// points of a fine raster raised by what the slope allows.
 #[test]
