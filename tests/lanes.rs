@@ -12,7 +12,10 @@ use hil_runner::figures::SUMMARY_FIGURES;
 use hil_runner::lanes::{SingleRuns, figures, stream};
 use hil_runner::run::{RunOptions, run};
 use hil_runner::summary::Summary;
-use plant::{Dac, Encoder, Joint};
+use plant::{
+    Batch, Dac, Drive, Encoder, Extremes, ExtremesSettings, Joint, LaneSetup, One, Plant, Solver,
+    Width,
+};
 
 /// b \[rad\], K_p and K_d of 300 draws.
 fn draws() -> Vec<[f64; 3]> {
@@ -225,6 +228,41 @@ fn single_runs_and_streams_give_the_same() {
 
 /// The comparison sees a last bit: another gain in its last place is not the
 /// same run.
+/// A resistance that drives the carriage leads out of the numbers. Without a
+/// joint, which looks at δ, the lanes once went on with infinite figures.
+#[test]
+fn what_overflows_fails_in_a_lane_too() {
+    const STEP_NS: u64 = 1_000_000_000;
+    let case = case("paper-2", &["transmission.joint=rigid"]);
+    let mut axis = case.axis;
+    axis.motor.torque_constant_nm_per_a = 1e-6;
+    (axis.motor.resistance_ohm, axis.motor.inductance_h) = (1e-3, 1e-3);
+    axis.carriage.resistance.linear_ns_per_rad = -5.5;
+    axis.transmission.screw_pitch_m_per_rad = 1e-3;
+    axis.transmission.gear_ratio = 1.0;
+    let extremes = ExtremesSettings {
+        motion: case.motion,
+        settling_band_m: 1e-4,
+    };
+    let mut lane = Batch::new(One, &axis, &[STEP_NS]).unwrap();
+    lane.start(&[LaneSetup {
+        backlash_half_rad: 0.0,
+        extremes,
+    }]);
+    let mut plant = Plant::new(&axis, Solver::Exact);
+    let mut seen = Extremes::new(extremes);
+    let mut alone = Ok(());
+    for step in 1..1000 {
+        alone = plant.advance(&Drive::Held(1.0), step * STEP_NS, &mut seen);
+        lane.advance(0, 1.0, &One::array(case.motion.travel_m()));
+        assert_eq!(lane.extremes(0).err(), alone.err(), "{step}");
+        if alone.is_err() {
+            break;
+        }
+    }
+    assert!(alone.is_err());
+}
+
 #[test]
 fn the_last_bit_of_a_gain_shows() {
     let case = case("paper-2", &["controller.law=sampled"]);
