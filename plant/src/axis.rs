@@ -44,6 +44,9 @@ pub(crate) struct Axis {
     /// or never ended. A real separation is shifted by this angle over its
     /// speed, far below what is asked of the time of an event.
     pub(crate) parting_noise_rad: f64,
+    /// What the current may be off by, in units of what the induced voltage
+    /// alone would drive.
+    pub(crate) current_noise: f64,
 }
 
 /// Share of the tolerance that the error of ε reaches at rest, and units in
@@ -68,6 +71,8 @@ impl Axis {
             joint,
             parting_noise_rad: NOISE_PER_TOLERANCE * tolerance
                 + NOISE_PER_BACKLASH * joint.map_or(0.0, |joint| joint.backlash_half_rad),
+            // The margin of a solver with a tolerance is that.
+            current_noise: 0.0,
         }
     }
 
@@ -76,7 +81,7 @@ impl Axis {
         if let Some(joint) = &mut self.joint {
             joint.backlash_half_rad = backlash_half_rad;
         }
-        self.set_parting_noise(0.0);
+        self.set_parting_noise(0.0, f64::INFINITY);
         self
     }
 
@@ -85,9 +90,22 @@ impl Axis {
         self.joint.map_or(0.0, |joint| joint.backlash_half_rad)
     }
 
-    /// Sets the margin to the rounding of b and `noise_rad` more.
-    pub(crate) fn set_parting_noise(&mut self, noise_rad: f64) {
+    /// Sets the margins of steps of `length_s`: the rounding of b and `noise_rad`
+    /// more; and that of the speed, which stops short of where it settles once
+    /// its change in a step is less than rounding, `τ_m/T` roundings away.
+    pub(crate) fn set_parting_noise(&mut self, noise_rad: f64, length_s: f64) {
         self.parting_noise_rad = noise_rad + NOISE_PER_BACKLASH * self.backlash_half_rad();
+        let motor = self.motor();
+        let km = motor.torque_constant_nm_per_a / self.gear_ratio();
+        // τ_m = J·R/k_m², the time that the motor takes to run up.
+        let inertia = self.gear_inertia() + self.moved_inertia();
+        let run_up_s = inertia * motor.resistance_ohm / (km * km);
+        let steps = run_up_s / length_s;
+        self.current_noise = if steps.is_finite() {
+            4.0 * f64::EPSILON * steps.max(1.0)
+        } else {
+            0.0
+        };
     }
 
     /// Whether a loaded flank lets go where it would pull.

@@ -25,11 +25,6 @@ pub(crate) fn speed_noise(y: &Vector) -> f64 {
     1e-15 + 4.0 * f64::EPSILON * y[BETA_DOT].abs()
 }
 
-/// Units in the last place of the induced voltage that the current may be off
-/// by: β̇ keeps the roundings of every sample of the time that the motor takes to
-/// run up. At a stiffness of 100 N m/rad and 10 N m that is 1e-15 rad of joint.
-const CURRENT_ULPS: f64 = 64.0;
-
 impl Axis {
     /// What the torque of a flank may be off by through rounding \[N m\]: that of
     /// δ, and that of the current, which is what the voltage leaves of the
@@ -41,7 +36,7 @@ impl Axis {
         // The torque of the current that the induced voltage alone would drive.
         let braking_nm = km * (km * y[BETA_DOT]).abs() / motor.resistance_ohm;
         let current_nm = if braking_nm.is_finite() {
-            CURRENT_ULPS * f64::EPSILON * braking_nm
+            self.current_noise * braking_nm
         } else {
             0.0
         };
@@ -89,7 +84,8 @@ impl Axis {
         match (guard, self.joint) {
             (Guard::Meet(flank), Some(joint)) => negated(gap(flank, joint.backlash_half_rad)),
             (Guard::Part(flank), Some(joint)) => {
-                gap(flank, joint.backlash_half_rad - self.parting_noise_rad)
+                let noise_rad = self.release_noise_nm(joint, y) / joint.stiffness_nm_per_rad;
+                gap(flank, joint.backlash_half_rad - noise_rad)
             }
             (Guard::Release(flank), Some(joint)) => {
                 let (value, rate) = torque(joint, flank);

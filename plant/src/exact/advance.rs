@@ -279,7 +279,8 @@ impl Plant {
     fn set_parting_noise(&mut self, table: &HeldTable, voltage_v: f64) {
         let x = held_state(&self.y, self.axis.offset_rad(&self.mode));
         let terms = table.kernel.terms_of_delta(&x, voltage_v);
-        self.axis.set_parting_noise(NOISE_ULPS * terms);
+        let length_s = table.length_s();
+        self.axis.set_parting_noise(NOISE_ULPS * terms, length_s);
     }
 
     /// A guard of the present mode as a linear function of the table's state.
@@ -291,14 +292,14 @@ impl Plant {
     ) -> LinearGuard<'t, D> {
         let joint = self.axis.joint;
         let b = self.axis.backlash_half_rad();
-        let noise_rad = self.axis.parting_noise_rad;
         let release_nm = joint.map_or(0.0, |joint| self.axis.release_noise_nm(joint, &self.y));
+        let part_rad = joint.map_or(0.0, |joint| release_nm / joint.stiffness_nm_per_rad);
         let flank = |flank: Flank| flank.sign();
         let way = |direction: Direction| direction.sign();
         let (quantity, sign, offset, noise) = match guard {
             // In the gap δ = ε.
             Guard::Meet(f) => (Quantity::Delta, -flank(f), b, 0.0),
-            Guard::Part(f) => (Quantity::Delta, flank(f), 0.0, noise_rad),
+            Guard::Part(f) => (Quantity::Delta, flank(f), 0.0, part_rad),
             Guard::Release(f) => (Quantity::FlankTorque, flank(f), 0.0, release_nm),
             Guard::Reload(f) => (Quantity::FlankTorque, -flank(f), 0.0, 0.0),
             Guard::Stop(d) => (Quantity::ScrewSpeed, way(d), 0.0, speed_noise(&self.y)),

@@ -196,8 +196,8 @@ impl Plant {
             let pitch_m_per_rad = self.axis.pitch_m_per_rad();
             let start = feedback_state(&self.y, (offset_rad, pitch_m_per_rad), &command);
             let terms = table.growth.row(DELTA).transpose().component_mul(&start);
-            self.axis
-                .set_parting_noise(NOISE_ULPS * (start[DELTA].abs() + terms.abs().sum()));
+            let noise_rad = NOISE_ULPS * (start[DELTA].abs() + terms.abs().sum());
+            self.axis.set_parting_noise(noise_rad, seconds(length_ns));
             let mut piece = FeedbackPiece {
                 table,
                 start,

@@ -223,6 +223,11 @@ fn held_rows(axis: &Axis, mode: &Mode, system: &AxisSystem) -> [Column<HELD>; OF
 }
 
 impl HeldTable {
+    /// Length of the step \[s\].
+    pub(crate) fn length_s(&self) -> f64 {
+        seconds(self.length_ns)
+    }
+
     /// Whether it is that of a joint that carries torque.
     pub(crate) fn is_closed(&self) -> bool {
         self.closed
