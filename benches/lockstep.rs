@@ -114,14 +114,7 @@ impl ContinuousPlan {
     pub fn new(case: &Case) -> Self {
         let row_ns = case.run.row_interval_ns;
         Self {
-            pid: ContinuousPid::new(
-                case.controller.gains,
-                case.encoder,
-                case.dac,
-                case.amplifier,
-                &case.axis.transmission,
-                case.motion,
-            ),
+            pid: case.continuous_pid(),
             rows: case.run.duration_ns / row_ns,
             row_ns,
         }

@@ -19,7 +19,7 @@ use plant::{
 
 /// b \[rad\], K_p and K_d of 300 draws.
 fn draws() -> Vec<[f64; 3]> {
-    let mut reader = csv::Reader::from_path(reference_folder().join("w4.csv")).unwrap();
+    let mut reader = csv::Reader::from_path(reference_folder().join("w4-first-300.csv")).unwrap();
     let rows = reader.records().map(|row| {
         let row = row.unwrap();
         [0, 1, 2].map(|column| row[column].parse().unwrap())

@@ -1,6 +1,6 @@
 //! One run, checked and in SI units: what a run file says.
 
-use plant::{Amplifier, AxisParameters, Dac, Encoder, Motion, PidGains};
+use plant::{Amplifier, AxisParameters, ContinuousPid, Dac, Encoder, Motion, PidGains};
 
 /// A run that is complete and within every allowed range.
 #[derive(Debug, Clone, PartialEq)]
@@ -107,6 +107,18 @@ pub enum Method {
 }
 
 impl Case {
+    /// The law of rung `continuous` (eq. 27-37).
+    pub fn continuous_pid(&self) -> ContinuousPid {
+        ContinuousPid::new(
+            self.controller.gains,
+            self.encoder,
+            self.dac,
+            self.amplifier,
+            &self.axis.transmission,
+            self.motion,
+        )
+    }
+
     /// The method for this case: what `run.solver` names, or for `auto` the
     /// exact solution where the plant is affine between events.
     pub fn method(&self) -> Method {

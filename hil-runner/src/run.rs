@@ -1,6 +1,6 @@
 //! One run: controller and plant in lockstep, figures and verdicts at the end.
 
-use plant::{ContactChange, ContinuousPid, Drive, Plant, Solver, State};
+use plant::{ContactChange, Drive, Plant, Solver, State};
 
 use crate::case::{Case, Law, Method};
 use crate::error::RunError;
@@ -121,14 +121,7 @@ impl Bench<'_, '_> {
     /// Rung `continuous`: no samples, a row every row interval.
     fn continuous(&mut self) -> Result<(), RunError> {
         let case = self.case;
-        let pid = ContinuousPid::new(
-            case.controller.gains,
-            case.encoder,
-            case.dac,
-            case.amplifier,
-            &case.axis.transmission,
-            case.motion,
-        );
+        let pid = case.continuous_pid();
         let drive = Drive::Feedback(&pid);
         let (interval_ns, duration_ns) = (case.run.row_interval_ns, case.run.duration_ns);
         let mut time_ns = 0;

@@ -93,18 +93,22 @@ impl<const N: usize> Polynomial<N> {
         right.peak_in(peak, halvings - 1)
     }
 
-    /// De Casteljau at θ = ½.
     fn halves(&self) -> (Self, Self) {
-        let mut left = [0.0; N];
-        let mut right = self.bernstein;
-        for (i, corner) in left.iter_mut().enumerate() {
-            *corner = right[0];
-            for j in 0..N - 1 - i {
-                right[j] = 0.5 * (right[j] + right[j + 1]);
-            }
-        }
+        let (left, right) = halves(&self.bernstein);
         (Self { bernstein: left }, Self { bernstein: right })
     }
+}
+
+/// Bernstein coefficients of both halves: de Casteljau at θ = ½.
+pub(crate) fn halves<const N: usize>(b: &[f64; N]) -> ([f64; N], [f64; N]) {
+    let (mut left, mut right) = ([0.0; N], *b);
+    for (i, corner) in left.iter_mut().enumerate() {
+        *corner = right[0];
+        for j in 0..N - 1 - i {
+            right[j] = 0.5 * (right[j] + right[j + 1]);
+        }
+    }
+    (left, right)
 }
 
 /// A small index as a factor.

@@ -4,7 +4,7 @@
 use crate::adaptive::Interval;
 use crate::axis::{Axis, Drive};
 use crate::error::PlantError;
-use crate::exact::Tables;
+use crate::exact::{FIGURES, Tables, figures_at};
 use crate::joint::{Contact, Flank, JointMode};
 use crate::mode::{Guard, Mode};
 use crate::parameters::AxisParameters;
@@ -141,6 +141,11 @@ impl Plant {
 
     pub(crate) fn mode(&self) -> &Mode {
         &self.mode
+    }
+
+    /// The figures now, x_ref being `x_ref_m`.
+    pub(crate) fn figures(&self, x_ref_m: f64) -> [f64; FIGURES] {
+        figures_at(&self.axis, &self.mode, &self.y, x_ref_m)
     }
 
     /// Whether the state lies on the surface of the last change of mode.

@@ -75,13 +75,7 @@ impl<W: Width> Batch<W> {
             );
         }
         let y = run.plant.state();
-        let p = self.axis.pitch_m_per_rad();
-        let figures = [
-            run.plant.acceleration_mps2(),
-            y.current_a,
-            command_m - p * y.gamma_rad(),
-            command_m - p * y.beta_rad,
-        ];
+        let figures = run.plant.figures(command_m);
         let changed = *run.plant.mode() != mode || run.plant.is_fresh();
         self.put(lane, &y);
         self.raise_floors(lane);

@@ -139,7 +139,7 @@ impl<W: Width> Batch<W> {
                 result: Ok(()),
             });
             self.take_mode(lane);
-            self.take_figures(lane, 0.0);
+            self.take_figures(lane);
         }
     }
 
@@ -307,10 +307,9 @@ impl<W: Width> Batch<W> {
         }
     }
 
-    /// Sets a lane's figures at rest, x_ref being `command_m`.
-    fn take_figures(&mut self, lane: usize, command_m: f64) {
-        let acceleration_mps2 = self.lanes[lane].plant.acceleration_mps2();
-        let figures = [acceleration_mps2, 0.0, command_m, command_m];
+    /// Sets a lane's figures and peaks at the start of the motion.
+    fn take_figures(&mut self, lane: usize) {
+        let figures = self.lanes[lane].plant.figures(0.0);
         for (array, value) in self.figures.iter_mut().zip(figures) {
             array.as_mut()[lane] = value;
         }

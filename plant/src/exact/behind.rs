@@ -1,8 +1,9 @@
 //! How far a quantity is behind the command: the command as the slopes of a
 //! sketch, and where the difference turns.
 
-use super::grid::{self, Local, LocalCoefficients, value_and_slope};
+use super::grid::{Local, LocalCoefficients, derivative};
 use super::sketch::SLOPES;
+use super::taylor::value_and_slope;
 use crate::motion::Motion;
 
 /// `ELEVATE·b` writes a polynomial of degree 2 with degree 10: row i has
@@ -60,7 +61,7 @@ pub(super) fn peak_behind<const D: usize>(
     mut sigma: f64,
 ) -> Option<f64> {
     let h = local.half_s();
-    let slopes = grid::derivative(q);
+    let slopes = derivative(q);
     for _ in 0..MOST_NEWTON {
         let command = motion.at(start_s + local.time_s(sigma));
         let (speed, bend) = value_and_slope(&slopes, sigma);

@@ -1,7 +1,9 @@
 //! The first zero of a mode's guards along the exact solution.
 //!
-//! None is missed: a leg is passed over only if the chord bound excludes a
-//! zero, and on the shortest legs Descartes' rule isolates every root of the
+//! None is missed. The sketch over the whole stretch is believed where its
+//! remainder leaves no question ([`super::zeros`]). Else the stretch is walked
+//! along: a leg is passed over only if the chord bound excludes a zero, and on
+//! the shortest legs Descartes' rule isolates every root of the
 //! guard's polynomial, so that a crossing and its return inside one sample are
 //! two roots like any others. What remains is rounding: a dip shallower than
 //! that of the polynomial's coefficients (relative 1e-15 of its terms) cannot
@@ -116,8 +118,9 @@ fn without_start(values: &[f64; VALUES]) -> [f64; VALUES - 1] {
 /// Halvings of a sketch before it is called unclear.
 const HALVINGS: u32 = 3;
 
-impl<'a, const D: usize> Flow<'a, D> {
-    /// The same from the sketches of the guards, if they are clear.
+impl<const D: usize> Flow<'_, D> {
+    /// The first zero, or the end, from the sketches of the guards; `None` where
+    /// one of them is not clear.
     fn sketched_zero(
         &self,
         guards: &[Option<LinearGuard<'_, D>>],

@@ -30,6 +30,17 @@ pub(crate) struct Piece<'a> {
     pub(crate) distances_m: [f64; 2],
 }
 
+/// The figures in a state, x_ref being `x_ref_m`.
+pub(crate) fn figures_at(axis: &Axis, mode: &Mode, y: &Vector, x_ref_m: f64) -> [f64; FIGURES] {
+    let p = axis.pitch_m_per_rad();
+    [
+        axis.carriage_acceleration_mps2(mode, y),
+        y[CURRENT],
+        x_ref_m - p * gamma(y),
+        x_ref_m - p * y[BETA],
+    ]
+}
+
 impl<'a> Piece<'a> {
     /// The piece within one mode between the states `ends`, where the command
     /// is `commands`.
@@ -41,15 +52,8 @@ impl<'a> Piece<'a> {
         (start_s, length_s): (f64, f64),
     ) -> Self {
         let p = axis.pitch_m_per_rad();
-        let figures = |place: usize| {
-            let (y, x_ref_m): (&Vector, f64) = (ends[place], commands[place].displacement_m);
-            [
-                axis.carriage_acceleration_mps2(mode, y),
-                y[CURRENT],
-                x_ref_m - p * gamma(y),
-                x_ref_m - p * y[BETA],
-            ]
-        };
+        let figures =
+            |place: usize| figures_at(axis, mode, ends[place], commands[place].displacement_m);
         Self {
             motion,
             start_s,

@@ -4,14 +4,14 @@
 use super::levels::Levels;
 use super::sketch::Sketch;
 use super::system::{Column, Matrix};
-use super::taylor::integral;
+use super::taylor::{integral, value_and_slope};
 
 /// Cells that a step is divided into.
 pub(crate) const CELLS: usize = 32;
 
 /// Terms of a local series after the constant one. With `λT` at most 8 the series
-/// runs over `λt ≤ 1/8`, and what these leave out is
-/// at most `(1/8)^10/11! = 2.3e-17` of its first term (see [`super::taylor`]).
+/// runs over `λt ≤ 1/8`, and what these leave out is at most
+/// `(1/8)^10/11! = 2.3e-17` of its first term (see [`super::taylor`]).
 const TERMS: usize = 10;
 
 /// Levels of a step that has a grid: `λT/2³ ≤ 1`.
@@ -149,16 +149,6 @@ impl<const D: usize> Local<D> {
     }
 }
 
-/// Value and slope of a polynomial at σ.
-pub(crate) fn value_and_slope(coefficients: &LocalCoefficients, sigma: f64) -> (f64, f64) {
-    let (mut value, mut slope) = (coefficients[TERMS], 0.0);
-    for c in coefficients.iter().rev().skip(1) {
-        slope = slope * sigma + value;
-        value = value * sigma + c;
-    }
-    (value, slope)
-}
-
 /// Coefficients of the slope.
 pub(crate) fn derivative(coefficients: &LocalCoefficients) -> LocalCoefficients {
     let mut slope = [0.0; TERMS + 1];
@@ -168,7 +158,7 @@ pub(crate) fn derivative(coefficients: &LocalCoefficients) -> LocalCoefficients 
     slope
 }
 
-/// Newton steps at most; the start is known to a thousandth of the step.
+/// Newton steps at most; the start is known to a ten-thousandth of the step.
 const MOST_NEWTON: usize = 8;
 
 /// A zero near σ by Newton's rule, down to the rounding of the value; `None` if

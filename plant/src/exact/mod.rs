@@ -41,7 +41,7 @@ mod zeros;
 
 pub(crate) use advance::HeldPiece;
 pub(crate) use feedback::FeedbackPiece;
-pub(crate) use figures::{CARRIAGE, FIGURES, Piece, Seen, Sights};
+pub(crate) use figures::{CARRIAGE, FIGURES, Piece, Seen, Sights, figures_at};
 pub(crate) use sketch::{SLOPES, Sketch, VALUES};
 pub(crate) use system::{AxisSystem, HELD, to_plant_vector};
 pub(crate) use tables::{HeldTable, Quantity, Tables};

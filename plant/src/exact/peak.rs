@@ -1,12 +1,12 @@
 //! Extremes of a quantity along the exact solution, between the samples.
 
 use super::behind::{command_slopes, peak_behind};
-use super::grid::{derivative, value_and_slope, zero_near};
+use super::grid::{derivative, zero_near};
 use super::roots::Polynomial;
 use super::sketch::Curve;
 use super::system::Column;
 use super::tables::Linear;
-use super::taylor::{Coefficients, TERMS, Taylor};
+use super::taylor::{Coefficients, TERMS, Taylor, value_and_slope};
 use super::walk::{BOUND_MARGIN, Flow, Leg, Stretch};
 use super::zeros::Found;
 use crate::motion::Motion;

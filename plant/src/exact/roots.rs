@@ -6,7 +6,8 @@
 //! sign excludes a root, one proves that there is exactly one; anything else
 //! is halved (de Casteljau).
 
-use super::taylor::{Coefficients, TERMS};
+use super::taylor::{Coefficients, TERMS, value_and_slope};
+use crate::bernstein::halves;
 
 const N: usize = TERMS + 1;
 
@@ -90,12 +91,7 @@ impl Polynomial {
     }
 
     fn value_and_slope(&self, theta: f64) -> (f64, f64) {
-        let (mut value, mut slope) = (self.monomial[TERMS], 0.0);
-        for &a in self.monomial.iter().rev().skip(1) {
-            slope = slope * theta + value;
-            value = value * theta + a;
-        }
-        (value, slope)
+        value_and_slope(&self.monomial, theta)
     }
 
     /// The first θ in \[0, `end`\] at which the polynomial falls below zero. A
@@ -284,16 +280,4 @@ fn sign_changes(b: &Bernstein) -> u32 {
         }
     }
     changes
-}
-
-/// De Casteljau at θ = ½.
-fn halves(b: &Bernstein) -> (Bernstein, Bernstein) {
-    let (mut left, mut right) = ([0.0; N], *b);
-    for (i, corner) in left.iter_mut().enumerate() {
-        *corner = right[0];
-        for j in 0..N - 1 - i {
-            right[j] = 0.5 * (right[j] + right[j + 1]);
-        }
-    }
-    (left, right)
 }

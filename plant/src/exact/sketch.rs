@@ -171,7 +171,7 @@ impl Curve {
             return *self;
         }
         Self {
-            values: left_of(&self.values, theta),
+            values: self.values_until(theta),
             slopes: left_of(&self.slopes, theta).map(|slope| theta * slope),
             stray: self.stray,
         }

@@ -3,6 +3,7 @@
 //! does not let it tell.
 
 use super::sketch::VALUES;
+use crate::bernstein::halves;
 
 /// What a polynomial with a remainder tells about the first zero on \[0, 1\] of
 /// something that is positive at 0.
@@ -161,16 +162,4 @@ pub(super) fn left_of<const N: usize>(b: &[f64; N], theta: f64) -> [f64; N] {
         }
     }
     left
-}
-
-/// Both halves.
-fn halves<const N: usize>(b: &[f64; N]) -> ([f64; N], [f64; N]) {
-    let (mut left, mut row) = ([0.0; N], *b);
-    for (i, corner) in left.iter_mut().enumerate() {
-        *corner = row[0];
-        for j in 0..N - 1 - i {
-            row[j] = 0.5 * (row[j] + row[j + 1]);
-        }
-    }
-    (left, row)
 }
