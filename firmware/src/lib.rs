@@ -80,6 +80,7 @@ pub mod counts;
 pub mod dac;
 pub mod gains;
 pub mod pid;
+pub mod reference;
 pub mod setpoint;
 pub mod word;
 
@@ -88,5 +89,6 @@ pub use counts::ErrorRange;
 pub use dac::{CodeSum, Codes, Dac, DacError};
 pub use gains::{Gain, GainError, PidWords};
 pub use pid::{Pid, PidOutput, PidState};
+pub use reference::{Next, Observed, Setpoint, SetpointSource};
 pub use setpoint::{CAPACITY, CAPACITY_SMALLEST, SetpointError, SetpointTable};
 pub use word::GainWord;
