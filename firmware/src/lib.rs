@@ -79,6 +79,8 @@ pub mod controller;
 pub mod counts;
 pub mod dac;
 pub mod gains;
+pub mod law;
+pub mod output;
 pub mod pid;
 pub mod reference;
 pub mod setpoint;

@@ -1,0 +1,159 @@
+//! First-order filter of the derivative, without a dead zone.
+//!
+//! ```text
+//! v(k) = v(k−1) + a·(x(k) − v(k−1)),   a = Δt/(T_f + Δt)      x = Δe or −Δc [counts]
+//! ```
+//!
+//! the backward-difference form of `1/(T_f·s + 1)`. A recursion in fixed point
+//! must round somewhere, and one that drops what it rounds off stops moving
+//! while `a·(x − v)` is below half a unit: a constant input is then never
+//! reached. So the remainder is kept: the state `W` has 31 fraction bits more
+//! than the value `v̂` that is fed back,
+//!
+//! ```text
+//! v̂ = round(W·2^−31),   W ← W + A·(x·2^h − v̂),   A = a·2^31        v = W·2^−(31+h)
+//! ```
+//!
+//! With `r = v̂ − W·2^−31`, `|r| ≤ ½`, the error against the exact recursion
+//! obeys `d ← (1 − a)·d − a·r`, hence `|d| ≤ ½` for ever: the value that goes
+//! into the law is within one unit of `2^−h` counts of the exact filter
+//! (½ from `d`, ½ from rounding `W`), however long it runs and however small
+//! `a` is. Rounding goes to the nearest, halves away from zero, so that the
+//! filter is exactly odd.
+//!
+//! With `|x| ≤ X` and `X·2^h ≤ 2^29`, `|x·2^h − v̂| ≤ 2^30 + 1` and
+//! `|W| ≤ 2^60`: nothing overflows.
+
+use super::term::product;
+
+/// The filter as words.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct FilterWords {
+    /// `a·2^31`, 1 to 2^31 − 1.
+    pub smoothing: i32,
+    /// `h`: fraction bits of the filtered difference, 0 to 29.
+    pub fraction_bits: u8,
+}
+
+impl FilterWords {
+    /// Most fraction bits that leave room for differences up to `limit`.
+    pub const fn most_fraction_bits(limit: u32) -> u8 {
+        // limit·2^h ≤ 2^29, with 2^ceil(log2(limit)) for the limit
+        let bits = u32::BITS.saturating_sub(limit.saturating_sub(1).leading_zeros());
+        let [h, ..] = 29_u32.saturating_sub(bits).to_le_bytes();
+        h
+    }
+}
+
+/// `W·2^−31` to the nearest integer, halves away from zero.
+#[inline]
+fn rounded(wide: i64) -> i32 {
+    const HALF: i64 = 1 << 30;
+    // Adding ½ and cutting off rounds halves up; one unit less below zero
+    // makes that halves away from zero.
+    let biased = wide.wrapping_add(HALF).wrapping_add(wide.wrapping_shr(63));
+    // |W| ≤ 2^60, so the quotient has 30 bits: the low word is all of it.
+    let [b0, b1, b2, b3, ..] = biased.wrapping_shr(31).to_le_bytes();
+    i32::from_le_bytes([b0, b1, b2, b3])
+}
+
+/// One sample: the filtered difference \[2^−h counts\] for the difference `x`
+/// \[counts\].
+#[inline]
+pub(crate) fn step(words: FilterWords, wide: &mut i64, x: i32) -> i32 {
+    let input = x.wrapping_shl(u32::from(words.fraction_bits));
+    let gap = input.wrapping_sub(rounded(*wide));
+    *wide = wide.wrapping_add(product(words.smoothing, gap));
+    rounded(*wide)
+}
+
+/// The state that has settled at the difference `x` \[counts\].
+pub(crate) fn settled(words: FilterWords, x: i32) -> i64 {
+    i64::from(x.wrapping_shl(u32::from(words.fraction_bits))).wrapping_shl(31)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use num_bigint::BigInt;
+    use num_rational::Ratio;
+    use proptest::prelude::*;
+
+    #[test]
+    fn rounding_is_to_nearest_and_odd() {
+        for (halves, nearest) in [(0, 0), (1, 1), (2, 1), (3, 2), (5, 3)] {
+            assert_eq!(rounded(halves << 30), nearest);
+            assert_eq!(rounded(-(halves << 30)), -nearest);
+            assert_eq!(
+                rounded((halves << 30) - 1),
+                nearest - i32::from(halves % 2 == 1)
+            );
+        }
+    }
+
+    #[test]
+    fn the_most_fraction_bits_leave_no_room_for_one_more() {
+        for limit in [1, 2, 3, 1_000, 1 << 18, (1 << 29) - 1, 1 << 29] {
+            let h = FilterWords::most_fraction_bits(limit);
+            assert!(u64::from(limit) << h <= 1 << 29);
+            assert!(h == 29 || u64::from(limit) << (h + 1) > 1 << 29);
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn never_further_than_a_unit_from_the_exact_filter(
+            smoothing in prop_oneof![1..=i32::MAX, 1..=1000_i32, Just(i32::MAX)],
+            inputs in prop::collection::vec(-1000..=1000_i32, 1..40),
+            repeat in 1..12_usize,
+        ) {
+            let words = FilterWords { smoothing, fraction_bits: 19 };
+            let a = Ratio::new(BigInt::from(smoothing), BigInt::from(1_u64 << 31));
+            let (mut wide, mut mirrored, mut exact) = (0, 0, Ratio::from(BigInt::from(0)));
+            for &x in inputs.iter().cycle().take(inputs.len() * repeat) {
+                let v = step(words, &mut wide, x);
+                prop_assert_eq!(step(words, &mut mirrored, -x), -v);
+                let input = Ratio::from(BigInt::from(i64::from(x) << 19));
+                exact = &exact + &a * (input - &exact);
+                // The exact numbers grow by 31 bits a sample; 2^−90 is plenty.
+                exact = Ratio::new((&exact * Ratio::from(BigInt::from(1) << 90)).round().to_integer(), BigInt::from(1) << 90);
+                let apart = Ratio::from(BigInt::from(v)) - &exact;
+                prop_assert!(apart.clone() <= Ratio::from(BigInt::from(1)) && apart >= Ratio::from(BigInt::from(-1)));
+            }
+        }
+    }
+
+    #[test]
+    fn a_constant_is_reached_where_a_truncating_filter_stalls() {
+        // a = 10^−5, input 1 count with 4 fraction bits: a·(x − v) is far
+        // below half a unit from the start.
+        let smoothing = 21_475;
+        let words = FilterWords {
+            smoothing,
+            fraction_bits: 4,
+        };
+        let mut wide = 0;
+        let mut last = 0;
+        for _ in 0..1_500_000 {
+            last = step(words, &mut wide, 1);
+        }
+        assert_eq!(last, 16);
+        // Contrast: the same recursion that rounds its state.
+        let mut stalled = 0_i64;
+        for _ in 0..1_500_000 {
+            stalled += (i64::from(smoothing) * (16 - stalled) + (1 << 30)) >> 31;
+        }
+        assert_eq!(stalled, 0);
+    }
+
+    #[test]
+    fn settled_is_where_a_constant_input_ends() {
+        let words = FilterWords {
+            smoothing: 1 << 29,
+            fraction_bits: 10,
+        };
+        let mut wide = settled(words, -37);
+        assert_eq!(step(words, &mut wide, -37), -37 << 10);
+        assert_eq!(wide, settled(words, -37));
+    }
+}

@@ -1,0 +1,291 @@
+//! The law of the product: the paper's PID (eq. 23) with the additions that an
+//! axis in service needs, in one 64-bit sum.
+//!
+//! ```text
+//! y = Kp·e + (Ki·Δt)·Σe + (Kd/Δt)·δ + Kv·v + Ka·a + Kf·sign(v)
+//!     δ = e − e_prev  or  −(c − c_prev),  filtered or not
+//! ```
+//!
+//! Everything that [`crate::Pid`] promises holds here: words with an exponent
+//! of their own, exact products, exact sums, one rounding behind them, the sum
+//! before rounding exactly odd. What differs is the integral: it is bounded
+//! (`Q`, [`words`]), which is what lets the sum fit 64 bits, and it can be
+//! kept from winding up. With every addition off the codes are those of the
+//! paper's law, bit for bit, as long as `|Σe|` stays within the declared range.
+//!
+//! # Wind-up
+//!
+//! The headroom is what the converter really has left at this sample: its
+//! range, cut by the slew limit ([`crate::output::Window`]), against a sum
+//! that contains the feed-forward. [`AntiWindup::Clamp`] refuses the step of
+//! the integral that would push a sum beyond the headroom further out.
+//! [`AntiWindup::BackCalculation`] makes the step and takes back the excess
+//! times `Δt/T_t`, rounded to `2^−F` codes with halves away from zero.
+//!
+//! # No bump
+//!
+//! When the axis is enabled, or its gains change in motion, [`Law::step`] with
+//! [`LawState::take_over`] set puts the integral where the sum equals the last
+//! code: the output goes on from where it stands. That needs an integral gain;
+//! without one the integral would keep the difference for ever, so then it
+//! starts from zero.
+
+mod error;
+pub mod filter;
+mod term;
+pub mod words;
+
+pub use error::{LawError, Part};
+pub use filter::FilterWords;
+pub use words::{AntiWindup, Derivative, LawWords};
+
+use crate::counts::{self, ErrorRange};
+use crate::dac::Dac;
+use crate::output::Window;
+use words::Aligned;
+
+/// The law with accepted words. Immutable; its memory is [`LawState`].
+///
+/// ```
+/// use firmware::law::{Law, LawInput, LawState, LawWords};
+/// use firmware::output::Window;
+/// use firmware::{Dac, GainWord};
+///
+/// // Kp = 3.2, Ki·Δt = 0.005, Kd/Δt = 50 codes per count: the paper at 1 ms.
+/// let words = LawWords {
+///     kp: GainWord::new(1_717_986_918, 29),
+///     ki_dt: GainWord::new(1_374_389_535, 38),
+///     kd_per_dt: GainWord::new(1_677_721_600, 25),
+///     error_bits: 18,
+///     sum_fraction_bits: 38,
+///     integral_bits: 20,
+///     ..LawWords::NONE
+/// };
+/// let dac = Dac::with_bits(14)?;
+/// let law = Law::accept(words, dac)?;
+///
+/// // y = 3.2·10 + 0.005·10 + 0 = 32.05 codes, in units of 2^−38 of them.
+/// let mut state = LawState::default();
+/// let input = LawInput { error: 10, ..LawInput::default() };
+/// let y = law.step(&mut state, &input, Window::of(dac)).sum;
+/// assert_eq!((y * 100 + (1 << 37)) >> 38, 3_205);
+/// # Ok::<(), Box<dyn core::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Law {
+    words: LawWords,
+    aligned: Aligned,
+}
+
+/// What one sample brings to the law.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct LawInput {
+    /// `e` \[counts\].
+    pub error: i32,
+    /// `c − c_prev` of the motor \[counts\].
+    pub difference: i32,
+    /// `v` of the setpoint, in its source's unit, below 2^30.
+    pub velocity: i32,
+    /// `a` of the setpoint, in its source's unit, below 2^30.
+    pub acceleration: i32,
+    /// Whether the integral stands still: an axis at rest may ask for it.
+    pub hold_integral: bool,
+}
+
+/// What one sample of the law gives.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct LawOutput {
+    /// `y` before rounding \[2^−F codes\].
+    pub sum: i64,
+    /// Whether `|e|` was beyond the declared range and held at its limit.
+    pub error_limited: bool,
+    /// Whether a filtered difference was beyond its declared range.
+    pub difference_limited: bool,
+    /// Whether the integral stands at the end of its declared range.
+    pub integral_limited: bool,
+}
+
+/// Memory of the law. The default is the state before the first sample.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct LawState {
+    /// `(Ki·Δt)·Σe` \[2^−F codes\].
+    integral: i64,
+    /// The filter's memory.
+    filtered: i64,
+    /// `e(k−1)` \[counts\]; none before the first sample.
+    previous_error: Option<i32>,
+    /// The code that the next sample goes on from \[codes\].
+    take_over: Option<i32>,
+}
+
+impl LawState {
+    /// Before a first sample that goes on from `code`, the last one that the
+    /// converter was given: after enabling, or with other gains than before.
+    pub const fn take_over(code: i32) -> Self {
+        Self {
+            integral: 0,
+            filtered: 0,
+            previous_error: None,
+            take_over: Some(code),
+        }
+    }
+
+    /// `(Ki·Δt)·Σe` \[2^−F codes\].
+    pub const fn integral(&self) -> i64 {
+        self.integral
+    }
+}
+
+impl LawWords {
+    /// No gain at all, every addition off: what the words of an axis are
+    /// written against. `F` = 38, `Q` = 2^20 codes, errors up to 2^17 counts.
+    pub const NONE: Self = {
+        let none = crate::GainWord::new(0, 0);
+        Self {
+            kp: none,
+            ki_dt: none,
+            kd_per_dt: none,
+            velocity_ff: none,
+            acceleration_ff: none,
+            friction_ff: none,
+            error_bits: ErrorRange::MIN_BITS,
+            sum_fraction_bits: 38,
+            integral_bits: 20,
+            derivative: Derivative::Error,
+            filter: None,
+            anti_windup: AntiWindup::None,
+        }
+    };
+}
+
+impl Law {
+    /// Accepts words if the law with them stays within one code of the exact
+    /// one over the declared ranges, and nothing can overflow ([`words`]).
+    ///
+    /// # Errors
+    /// A [`LawError`] that names the part, its word and what is allowed.
+    pub fn accept(words: LawWords, dac: Dac) -> Result<Self, LawError> {
+        let aligned = words.check(dac)?;
+        Ok(Self { words, aligned })
+    }
+
+    /// One sample: the sum `y` for the errors and the motion of this sample.
+    ///
+    /// The sums below cannot wrap ([`words`], section Overflow).
+    pub fn step(&self, state: &mut LawState, input: &LawInput, window: Window) -> LawOutput {
+        let law = &self.aligned;
+        let e = law.range.hold(input.error);
+
+        // Kp·e + (Kd/Δt)·δ                              eq. 23, 1st and 3rd term
+        let e_prev = state.previous_error.replace(e);
+        let (derivative, difference_limited) = self.derivative(state, input, e, e_prev);
+        let pd = law.proportional.times(e).wrapping_add(derivative);
+        // Kv·v + Ka·a + Kf·sign(v)
+        let direct = pd.wrapping_add(self.feed_forward(input));
+
+        let integral = match state.take_over.take() {
+            // I with y = the last code
+            Some(code) if !law.integral.is_zero() => i64::from(code)
+                .wrapping_shl(u32::from(self.words.sum_fraction_bits))
+                .wrapping_sub(direct),
+            Some(_) => 0,
+            None if input.hold_integral => state.integral,
+            None => self.integrated(state.integral, e, direct, window),
+        };
+        // |I| ≤ Q
+        let held = integral
+            .min(law.integral_limit)
+            .max(law.integral_limit.wrapping_neg());
+        state.integral = held;
+
+        LawOutput {
+            // y                                                          eq. 23
+            sum: direct.wrapping_add(held),
+            error_limited: e != input.error,
+            difference_limited,
+            integral_limited: held != integral,
+        }
+    }
+
+    /// `(Kd/Δt)·δ` \[2^−F codes\], and whether a filtered δ was held.
+    fn derivative(
+        &self,
+        state: &mut LawState,
+        input: &LawInput,
+        e: i32,
+        e_prev: Option<i32>,
+    ) -> (i64, bool) {
+        let law = &self.aligned;
+        let difference = match (self.words.derivative, e_prev) {
+            // e − e_prev; |e| ≤ 2^29, so the difference fits          [counts]
+            (Derivative::Error, Some(e_prev)) => e.wrapping_sub(e_prev),
+            (Derivative::Error, None) => 0,
+            // −(c − c_prev); its only magnitude without an opposite is held
+            (Derivative::Measurement, _) => input.difference.saturating_neg(),
+        };
+        let held = counts::within(difference, law.slope_limit);
+        let Some(filter) = self.words.filter else {
+            return (law.derivative.times(held), false);
+        };
+        if e_prev.is_none() {
+            // Nothing was filtered yet: start settled, without a transient.
+            state.filtered = filter::settled(filter, held);
+        }
+        let filtered = filter::step(filter, &mut state.filtered, held);
+        (law.derivative.times(filtered), held != difference)
+    }
+
+    fn feed_forward(&self, input: &LawInput) -> i64 {
+        let law = &self.aligned;
+        let friction = i64::from(input.velocity.signum()).wrapping_mul(law.friction);
+        law.velocity
+            .times(input.velocity)
+            .wrapping_add(law.acceleration.times(input.acceleration))
+            .wrapping_add(friction)
+    }
+
+    /// The integral after this sample.
+    #[inline]
+    fn integrated(&self, integral: i64, e: i32, direct: i64, window: Window) -> i64 {
+        // (Ki·Δt)·Σe ← (Ki·Δt)·Σe + (Ki·Δt)·e                 eq. 23, 2nd term
+        let next = integral.wrapping_add(self.aligned.integral.times(e));
+        if self.words.anti_windup == AntiWindup::None {
+            return next;
+        }
+        let excess = window.excess(next.wrapping_add(direct), self.words.sum_fraction_bits);
+        match self.words.anti_windup {
+            AntiWindup::BackCalculation { tracking } if excess != 0 => {
+                // I ← I + (u − y)·Δt/T_t
+                next.wrapping_sub(term::scaled(excess, tracking))
+            }
+            // Beyond the headroom, and e pushes further out.
+            AntiWindup::Clamp if (excess > 0 && e > 0) || (excess < 0 && e < 0) => integral,
+            _ => next,
+        }
+    }
+
+    /// The words that were accepted.
+    pub const fn words(&self) -> &LawWords {
+        &self.words
+    }
+
+    /// `E`: errors up to this size are within the declared range \[counts\].
+    pub const fn error_limit(&self) -> i32 {
+        self.aligned.range.limit()
+    }
+
+    /// `S`: largest `|Σe|` of the declared range \[counts\].
+    pub const fn error_sum_limit(&self) -> u64 {
+        self.aligned.error_sum_limit
+    }
+
+    /// `D`: differences beyond this one are held here \[counts\].
+    pub const fn slope_limit(&self) -> i32 {
+        self.aligned.slope_limit
+    }
+
+    /// Bits that are left above the largest sum that the declared ranges allow.
+    pub const fn headroom_bits(&self) -> u32 {
+        self.aligned.headroom_bits
+    }
+}

@@ -1,0 +1,196 @@
+//! One term of the law: a gain times an integer, exact, in the unit of the sum.
+//!
+//! The sum of the law is an `i64` that counts `2^−F` codes. A gain `w·2^−f`
+//! times an integer `x` is `w·x·2^(F−f)` of them. Shifting the product costs
+//! a 32-bit processor several instructions, shifting one 32-bit factor costs
+//! one; so the mantissa takes as much of the shift as its 31 bits hold, once,
+//! when the gain is accepted, and `x` takes the rest:
+//!
+//! ```text
+//! w·x·2^(F−f) = (w·2^m)·(x·2^s),   m + s = F − f,   w·2^m < 2^31,   |x|·2^s < 2^31
+//! ```
+//!
+//! That is one 32×32→64-bit product. Where the processor has none (ARMv6-M),
+//! [`product`] forms the same integer from products of 16-bit halves.
+
+use crate::word::GainWord;
+
+/// A gain aligned to the sum's unit, for integers up to a limit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Term {
+    mantissa: i32,
+    shift: u8,
+    /// Largest magnitude of the term \[2^−F codes\].
+    largest: u64,
+}
+
+impl Term {
+    /// The term of `word` for integers `|x| ≤ limit`, or `None` where the word
+    /// is negative, is finer than the sum, or a factor needs more than 31 bits.
+    pub(crate) fn align(word: GainWord, sum_fraction_bits: u8, limit: u32) -> Option<Self> {
+        let whole_shift = sum_fraction_bits.checked_sub(word.fraction_bits)?;
+        if word.mantissa == 0 {
+            return Some(Self {
+                mantissa: 0,
+                shift: 0,
+                largest: 0,
+            });
+        }
+        let largest = u64::try_from(word.mantissa)
+            .ok()?
+            .checked_mul(u64::from(limit))?
+            .checked_mul(2_u64.checked_pow(u32::from(whole_shift))?)?;
+        // Zero bits above the mantissa, less the sign.
+        let room = word.mantissa.leading_zeros().checked_sub(1)?;
+        let taken = u32::from(whole_shift).min(room);
+        let shift = u32::from(whole_shift).checked_sub(taken)?;
+        let most = u64::from(limit).checked_mul(2_u64.checked_pow(shift)?)?;
+        if most > u64::from(i32::MAX.unsigned_abs()) {
+            return None;
+        }
+        Some(Self {
+            mantissa: word.mantissa.checked_mul(2_i32.checked_pow(taken)?)?,
+            shift: u8::try_from(shift).ok()?,
+            largest,
+        })
+    }
+
+    /// `w·x` in the sum's unit, exactly, for `|x| ≤ limit`.
+    #[inline]
+    pub(crate) fn times(self, x: i32) -> i64 {
+        // Fits by `align`: |x|·2^s < 2^31.
+        product(self.mantissa, x.wrapping_shl(u32::from(self.shift)))
+    }
+
+    /// Largest magnitude of [`Term::times`] \[2^−F codes\].
+    pub(crate) const fn largest(self) -> u64 {
+        self.largest
+    }
+
+    /// Whether the gain is 0.
+    pub(crate) const fn is_zero(self) -> bool {
+        self.mantissa == 0
+    }
+}
+
+/// `a·b` for `a ≥ 0`. The product of two 32-bit words always fits 64 bits.
+#[cfg(not(all(target_arch = "arm", not(target_has_atomic = "32"))))]
+#[inline]
+pub(crate) fn product(a: i32, b: i32) -> i64 {
+    i64::from(a).wrapping_mul(i64::from(b))
+}
+
+/// `a·b` for `a ≥ 0`, on a processor whose multiplication gives 32 bits only.
+#[cfg(all(target_arch = "arm", not(target_has_atomic = "32")))]
+#[inline]
+pub(crate) fn product(a: i32, b: i32) -> i64 {
+    by_halves(a, b)
+}
+
+/// `a·b` for `a ≥ 0` from products of 16-bit halves: the way of processors
+/// without a long multiplication, kept here so that every machine tests it.
+///
+/// ```text
+/// b as a word of 32 bits is b + 2^32·[b < 0], so  a·b = a·word(b) − 2^32·a·[b < 0]
+/// ```
+#[cfg(any(test, all(target_arch = "arm", not(target_has_atomic = "32"))))]
+#[inline]
+pub(crate) fn by_halves(a: i32, b: i32) -> i64 {
+    const LOW: u32 = 0xffff;
+    let [u, v] = [a.cast_unsigned(), b.cast_unsigned()];
+    let [u_low, u_high] = [u & LOW, u.wrapping_shr(16)];
+    let [v_low, v_high] = [v & LOW, v.wrapping_shr(16)];
+    // (2^15 − 1)·(2^16 − 1) + (2^16 − 1) < 2^31: only the second sum can carry.
+    let low = u_low.wrapping_mul(v_low);
+    let middle = u_high
+        .wrapping_mul(v_low)
+        .wrapping_add(low.wrapping_shr(16));
+    let other = u_low.wrapping_mul(v_high);
+    let (middle, carry) = middle.overflowing_add(other);
+    let high = u_high
+        .wrapping_mul(v_high)
+        .wrapping_add(middle.wrapping_shr(16))
+        .wrapping_add(u32::from(carry).wrapping_shl(16));
+    // − a where b < 0: its mask is the sign.
+    let high = high.wrapping_sub(u & b.wrapping_shr(31).cast_unsigned());
+    let low = middle.wrapping_shl(16) | (low & LOW);
+    i64::from(high.cast_signed()).wrapping_shl(32) | i64::from(low)
+}
+
+/// `x·w·2^−31`, rounded to the nearest integer, halves away from zero: odd in
+/// `x`; for `0 ≤ w`, `|x| < 2^62`.
+pub(crate) fn scaled(x: i64, w: i32) -> i64 {
+    const LOW: u64 = (1 << 31) - 1;
+    let magnitude = x.unsigned_abs();
+    let w = u64::from(w.unsigned_abs());
+    // |x|·w = (h·2^31 + l)·w: both products are below 2^62.
+    let high = magnitude.wrapping_shr(31).wrapping_mul(w);
+    let low = (magnitude & LOW)
+        .wrapping_mul(w)
+        .wrapping_add(1 << 30)
+        .wrapping_shr(31);
+    let rounded = high.wrapping_add(low).cast_signed();
+    if x < 0 {
+        rounded.wrapping_neg()
+    } else {
+        rounded
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(100_000))]
+
+        #[test]
+        fn halves_give_the_same_product(a in 0..=i32::MAX, b in any::<i32>()) {
+            prop_assert_eq!(by_halves(a, b), i64::from(a) * i64::from(b));
+            prop_assert_eq!(product(a, b), i64::from(a) * i64::from(b));
+        }
+
+        #[test]
+        fn a_term_is_the_gain_times_the_integer(
+            mantissa in 0..=i32::MAX, f in 0..=40_u8, sum in 32..=40_u8, limit_bits in 1..=30_u32,
+            x in any::<i32>(),
+        ) {
+            let limit = 1_u32 << limit_bits;
+            let x = x >> (31 - limit_bits);
+            if let Some(term) = Term::align(GainWord::new(mantissa, f), sum, limit) {
+                let exact = i128::from(mantissa) * i128::from(x) << (sum - f);
+                prop_assert_eq!(i128::from(term.times(x)), exact);
+                prop_assert!(term.times(x).unsigned_abs() <= term.largest());
+            }
+        }
+
+        #[test]
+        fn scaling_rounds_halves_away(x in -(1_i64 << 62) + 1..1 << 62, w in 0..=i32::MAX) {
+            let doubled = i128::from(x.unsigned_abs()) * i128::from(w) * 2 + (1 << 31);
+            let exact = (doubled >> 32) * i128::from(x.signum());
+            prop_assert_eq!(i128::from(scaled(x, w)), exact);
+            prop_assert_eq!(scaled(-x, w), -scaled(x, w));
+        }
+    }
+
+    #[test]
+    fn the_corners_of_the_product() {
+        for a in [0, 1, 0xffff, 0x1_0000, 0x7fff_ffff, 0x7fff_0000] {
+            for b in [0, 1, -1, i32::MAX, i32::MIN, 0xffff, -0xffff, -0x1_0000] {
+                assert_eq!(by_halves(a, b), i64::from(a) * i64::from(b), "{a}·{b}");
+            }
+        }
+    }
+
+    #[test]
+    fn what_does_not_fit_is_refused() {
+        // 2^30·2^(38−29): 2^39 of 2^−38 codes a count; 2^22 counts are 31 bits.
+        let word = GainWord::new(1 << 30, 29);
+        assert!(Term::align(word, 38, (1 << 22) - 1).is_some());
+        assert!(Term::align(word, 38, 1 << 22).is_none());
+        assert!(Term::align(word, 28, 1).is_none(), "finer than the sum");
+        assert!(Term::align(GainWord::new(-1, 30), 38, 1).is_none());
+        assert!(Term::align(GainWord::new(0, 0), 38, i32::MAX.unsigned_abs()).is_some());
+    }
+}

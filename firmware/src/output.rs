@@ -1,0 +1,274 @@
+//! From the law's sum to the converter's code: slew limit, quantiser, range.
+//!
+//! ```text
+//! code = clamp(floor(y + ρ), low, high)
+//! low  = max(−2^(n−1),     code_prev − s)        s: largest step per sample
+//! high = min(2^(n−1) − 1,  code_prev + s)
+//! ```
+//!
+//! The three quantisers differ in `ρ`, which lies in [0, 1) codes:
+//!
+//! * **Nearest** (the paper): `ρ = ½`. A sum that stands still between two
+//!   codes gives one of them for ever; an integrator behind it then hunts.
+//! * **Error feedback**: `ρ(0) = ½`, and what `floor` cuts off is kept:
+//!   `ρ ← y + ρ − code`. This is first-order noise shaping: the error of the
+//!   codes is the difference of two successive `ρ`, so their sum over `N`
+//!   samples telescopes, `Σcode = Σy + ρ(0) − ρ(N)`: it is never off by a
+//!   whole code, however long it runs. The codes for `+y` and `−y` therefore
+//!   add up to `1 − ρ⁺(N) − ρ⁻(N)`, at most 1 in size: their means are
+//!   opposite to within 1 code/N. At a limit nothing is carried over.
+//! * **Dither**: `ρ` uniform in (0, 1), from a generator with a seed. The mean
+//!   code is then the sum, at the price of noise.
+
+use crate::dac::Dac;
+
+/// The codes that this sample can reach, both ends included.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Window {
+    low: i32,
+    high: i32,
+}
+
+impl Window {
+    /// The whole range of a converter.
+    pub const fn of(dac: Dac) -> Self {
+        Self {
+            low: dac.min_code(),
+            high: dac.max_code(),
+        }
+    }
+
+    /// Smallest code.
+    pub const fn low(self) -> i32 {
+        self.low
+    }
+
+    /// Largest code.
+    pub const fn high(self) -> i32 {
+        self.high
+    }
+
+    /// How far `sum` is beyond the window, 0 inside; in the unit of the sum,
+    /// 2^−`fraction_bits` codes, below 2^62.
+    #[inline]
+    pub fn excess(self, sum: i64, fraction_bits: u8) -> i64 {
+        // A code has 24 bits and F is at most 40: both shifts fit.
+        let bits = u32::from(fraction_bits);
+        let high = i64::from(self.high).wrapping_shl(bits);
+        let low = i64::from(self.low).wrapping_shl(bits);
+        if sum > high {
+            sum.wrapping_sub(high)
+        } else if sum < low {
+            sum.wrapping_sub(low)
+        } else {
+            0
+        }
+    }
+}
+
+/// How a sum becomes a whole code.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Quantiser {
+    /// The nearest code, halves up: the paper's.
+    #[default]
+    Nearest,
+    /// What rounding cuts off is added to the next sample.
+    ErrorFeedback,
+    /// Random rounding whose mean is the sum.
+    Dither {
+        /// Where the generator starts; any value.
+        seed: u32,
+    },
+}
+
+/// Parameters of the output: converter, slew limit and quantiser.
+///
+/// ```
+/// use firmware::Dac;
+/// use firmware::output::{Output, OutputState, Quantiser};
+///
+/// let output = Output::new(Dac::with_bits(12)?, None, Quantiser::ErrorFeedback)?;
+/// let mut state = output.start();
+/// // 0.3 codes: the mean of the codes is the sum, nearest would give 0.
+/// let sum = (3_i64 << 38) / 10;
+/// let codes: i32 = (0..1_000)
+///     .map(|_| output.code(&mut state, sum, 38, output.window(&state)))
+///     .sum();
+/// assert_eq!(codes, 300);
+/// # Ok::<(), Box<dyn core::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Output {
+    dac: Dac,
+    /// Largest step per sample \[codes\]; larger than any where there is none.
+    slew: i32,
+    quantiser: Quantiser,
+}
+
+/// Memory of the output.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct OutputState {
+    /// The last code.
+    code: i32,
+    /// `ρ − ½` \[2^−F codes\].
+    remainder: i64,
+    /// Of the dither's generator.
+    random: u32,
+}
+
+impl OutputState {
+    /// The last code.
+    pub const fn code(&self) -> i32 {
+        self.code
+    }
+
+    /// Forgets what rounding kept: its unit is that of the sum, which other
+    /// words may change.
+    pub(crate) const fn forget_remainder(&mut self) {
+        self.remainder = 0;
+    }
+}
+
+impl Output {
+    /// An output whose codes change by at most `slew_codes` per sample.
+    ///
+    /// # Errors
+    /// [`SlewError`] for a slew limit that is not 1 to 2^24 codes.
+    pub const fn new(
+        dac: Dac,
+        slew_codes: Option<u32>,
+        quantiser: Quantiser,
+    ) -> Result<Self, SlewError> {
+        let slew = match slew_codes {
+            None => SlewError::MOST,
+            Some(codes) if codes == 0 || codes > SlewError::MOST => return Err(SlewError(codes)),
+            Some(codes) => codes,
+        };
+        Ok(Self {
+            dac,
+            slew: slew.cast_signed(),
+            quantiser,
+        })
+    }
+
+    /// The memory before the first sample: code 0, the generator at its seed.
+    pub const fn start(&self) -> OutputState {
+        OutputState {
+            code: 0,
+            remainder: 0,
+            random: match self.quantiser {
+                Quantiser::Dither { seed } => seed,
+                Quantiser::Nearest | Quantiser::ErrorFeedback => 0,
+            },
+        }
+    }
+
+    /// The codes that can be reached from the last one.
+    #[inline]
+    pub fn window(&self, state: &OutputState) -> Window {
+        // Codes have 24 bits, the step 25: no sum leaves 26.
+        Window {
+            low: self.dac.min_code().max(state.code.wrapping_sub(self.slew)),
+            high: self.dac.max_code().min(state.code.wrapping_add(self.slew)),
+        }
+    }
+
+    /// The code for a sum in units of 2^−`fraction_bits` codes (32 to 40),
+    /// |sum| < 2^62.
+    #[inline]
+    pub fn code(
+        &self,
+        state: &mut OutputState,
+        sum: i64,
+        fraction_bits: u8,
+        window: Window,
+    ) -> i32 {
+        let bits = u32::from(fraction_bits);
+        let half = 1_i64.wrapping_shl(bits.wrapping_sub(1));
+        // y + ρ, below 2^62 + 2^40
+        let shifted = match self.quantiser {
+            Quantiser::Nearest => sum.wrapping_add(half),
+            Quantiser::ErrorFeedback => sum.wrapping_add(half).wrapping_add(state.remainder),
+            Quantiser::Dither { .. } => sum.wrapping_add(state.uniform(bits)),
+        };
+        // floor(y + ρ): |sum| < 2^62 and F ≥ 32, so the code has 30 bits.
+        let [_, _, _, _, b4, b5, b6, b7] = shifted.to_le_bytes();
+        let upper = i32::from_le_bytes([b4, b5, b6, b7]);
+        let whole = upper.wrapping_shr(bits.wrapping_sub(32));
+        let code = whole.min(window.high).max(window.low);
+        if self.quantiser == Quantiser::ErrorFeedback {
+            state.remainder = if code == whole {
+                shifted
+                    .wrapping_sub(i64::from(whole).wrapping_shl(bits))
+                    .wrapping_sub(half)
+            } else {
+                0
+            };
+        }
+        state.code = code;
+        code
+    }
+
+    /// One step towards code 0, for a drive that is switched off in order.
+    pub fn towards_zero(&self, state: &mut OutputState) -> i32 {
+        state.code = 0
+            .max(state.code.wrapping_sub(self.slew))
+            .min(state.code.wrapping_add(self.slew));
+        state.forget_remainder();
+        state.code
+    }
+
+    /// Code 0 at once: the safe output of a fault.
+    pub const fn safe(&self, state: &mut OutputState) -> i32 {
+        state.code = 0;
+        state.forget_remainder();
+        0
+    }
+
+    /// The converter.
+    pub const fn dac(&self) -> Dac {
+        self.dac
+    }
+}
+
+impl OutputState {
+    /// Uniform in (0, 1) codes, in units of 2^−`bits`: every one of 2^32
+    /// values, each in the middle of its cell, once in a period.
+    #[inline]
+    fn uniform(&mut self, bits: u32) -> i64 {
+        // A linear congruential generator of full period (Numerical Recipes,
+        // section 7.1, "quick and dirty"): modulo 2^32, its upper bits are
+        // what rounding looks at.
+        self.random = self
+            .random
+            .wrapping_mul(1_664_525)
+            .wrapping_add(1_013_904_223);
+        let cells = i64::from(self.random).wrapping_shl(1).wrapping_add(1);
+        // (2·random + 1)/2^33 codes; F ≥ 32, so at F = 32 half a unit is cut:
+        // there random/2^32 + 0.
+        cells.wrapping_shl(bits.wrapping_sub(32)).wrapping_shr(1)
+    }
+}
+
+/// A slew limit that cannot be kept: it must be 1 to 2^24 codes per sample.
+/// Nothing was built.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SlewError(pub u32);
+
+impl SlewError {
+    /// Largest step: the whole range of the widest converter.
+    pub const MOST: u32 = 1 << 24;
+}
+
+impl core::fmt::Display for SlewError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        write!(
+            f,
+            "a slew limit of {} codes per sample is not supported; it must be 1 to {}",
+            self.0,
+            Self::MOST
+        )
+    }
+}
+
+impl core::error::Error for SlewError {}
