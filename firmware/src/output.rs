@@ -92,7 +92,10 @@ pub enum Quantiser {
 /// // 0.3 codes: the mean of the codes is the sum, nearest would give 0.
 /// let sum = (3_i64 << 38) / 10;
 /// let codes: i32 = (0..1_000)
-///     .map(|_| output.code(&mut state, sum, 38, output.window(&state)))
+///     .map(|_| {
+///         let window = output.window(&state);
+///         output.code(&mut state, sum, 38, window)
+///     })
 ///     .sum();
 /// assert_eq!(codes, 300);
 /// # Ok::<(), Box<dyn core::error::Error>>(())

@@ -73,6 +73,11 @@ pub(crate) fn settled(words: FilterWords, x: i32) -> i64 {
 }
 
 #[cfg(test)]
+#[allow(
+    clippy::arithmetic_side_effects,
+    clippy::integer_division_remainder_used,
+    reason = "a model computes as the mathematics does, with overflow checks on"
+)]
 mod tests {
     use super::*;
     use num_bigint::BigInt;

@@ -138,6 +138,11 @@ pub(crate) fn scaled(x: i64, w: i32) -> i64 {
 }
 
 #[cfg(test)]
+#[allow(
+    clippy::arithmetic_side_effects,
+    clippy::integer_division_remainder_used,
+    reason = "a model computes as the mathematics does, with overflow checks on"
+)]
 mod tests {
     use super::*;
     use proptest::prelude::*;
@@ -159,7 +164,7 @@ mod tests {
             let limit = 1_u32 << limit_bits;
             let x = x >> (31 - limit_bits);
             if let Some(term) = Term::align(GainWord::new(mantissa, f), sum, limit) {
-                let exact = i128::from(mantissa) * i128::from(x) << (sum - f);
+                let exact = (i128::from(mantissa) * i128::from(x)) << (sum - f);
                 prop_assert_eq!(i128::from(term.times(x)), exact);
                 prop_assert!(term.times(x).unsigned_abs() <= term.largest());
             }
