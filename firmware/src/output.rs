@@ -52,10 +52,7 @@ impl Window {
     /// 2^−`fraction_bits` codes, below 2^62.
     #[inline]
     pub fn excess(self, sum: i64, fraction_bits: u8) -> i64 {
-        // A code has 24 bits and F is at most 40: both shifts fit.
-        let bits = u32::from(fraction_bits);
-        let high = i64::from(self.high).wrapping_shl(bits);
-        let low = i64::from(self.low).wrapping_shl(bits);
+        let [low, high] = [self.low, self.high].map(|code| sum_of(code, fraction_bits));
         if sum > high {
             sum.wrapping_sub(high)
         } else if sum < low {
@@ -64,6 +61,31 @@ impl Window {
             0
         }
     }
+
+    /// Whether a sum is beyond the window on the side of `direction`.
+    #[inline]
+    pub(crate) fn is_beyond(self, sum: i64, fraction_bits: u8, direction: i32) -> bool {
+        if direction > 0 {
+            sum > sum_of(self.high, fraction_bits)
+        } else {
+            sum < sum_of(self.low, fraction_bits)
+        }
+    }
+}
+
+/// A code in units of 2^−F codes. F is at least 33, so that only the upper
+/// word is shifted; a code has 24 bits and F − 32 is at most 8, so it fits.
+#[inline]
+pub(crate) fn sum_of(code: i32, fraction_bits: u8) -> i64 {
+    let upper = code.wrapping_shl(u32::from(fraction_bits).wrapping_sub(32));
+    i64::from(upper).wrapping_shl(32)
+}
+
+/// The upper word of a sum.
+#[inline]
+fn upper(sum: i64) -> i32 {
+    let [_, _, _, _, b4, b5, b6, b7] = sum.to_le_bytes();
+    i32::from_le_bytes([b4, b5, b6, b7])
 }
 
 /// How a sum becomes a whole code.
@@ -176,7 +198,7 @@ impl Output {
         }
     }
 
-    /// The code for a sum in units of 2^−`fraction_bits` codes (32 to 40),
+    /// The code for a sum in units of 2^−`fraction_bits` codes (33 to 40),
     /// |sum| < 2^62.
     #[inline]
     pub fn code(
@@ -186,24 +208,21 @@ impl Output {
         fraction_bits: u8,
         window: Window,
     ) -> i32 {
-        let bits = u32::from(fraction_bits);
-        let half = 1_i64.wrapping_shl(bits.wrapping_sub(1));
-        // y + ρ, below 2^62 + 2^40
+        // F − 32: how far the point lies above the lower word.
+        let above = u32::from(fraction_bits).wrapping_sub(32);
+        let half = 1_i32.wrapping_shl(above.wrapping_sub(1));
+        // y + ρ − ½, below 2^62 + 2^40
         let shifted = match self.quantiser {
-            Quantiser::Nearest => sum.wrapping_add(half),
-            Quantiser::ErrorFeedback => sum.wrapping_add(half).wrapping_add(state.remainder),
-            Quantiser::Dither { .. } => sum.wrapping_add(state.uniform(bits)),
+            Quantiser::Nearest => sum,
+            Quantiser::ErrorFeedback => sum.wrapping_add(state.remainder),
+            Quantiser::Dither { .. } => sum.wrapping_add(state.uniform(above)),
         };
-        // floor(y + ρ): |sum| < 2^62 and F ≥ 32, so the code has 30 bits.
-        let [_, _, _, _, b4, b5, b6, b7] = shifted.to_le_bytes();
-        let upper = i32::from_le_bytes([b4, b5, b6, b7]);
-        let whole = upper.wrapping_shr(bits.wrapping_sub(32));
+        // floor(y + ρ): the half lies in the upper word, and so does the code.
+        let whole = upper(shifted).wrapping_add(half).wrapping_shr(above);
         let code = whole.min(window.high).max(window.low);
         if self.quantiser == Quantiser::ErrorFeedback {
             state.remainder = if code == whole {
-                shifted
-                    .wrapping_sub(i64::from(whole).wrapping_shl(bits))
-                    .wrapping_sub(half)
+                shifted.wrapping_sub(sum_of(whole, fraction_bits))
             } else {
                 0
             };
@@ -235,10 +254,10 @@ impl Output {
 }
 
 impl OutputState {
-    /// Uniform in (0, 1) codes, in units of 2^−`bits`: every one of 2^32
-    /// values, each in the middle of its cell, once in a period.
+    /// Uniform in (−½, ½) codes, in units of 2^−(32 + `above`): every one of
+    /// 2^32 values, each in the middle of its cell, once in a period.
     #[inline]
-    fn uniform(&mut self, bits: u32) -> i64 {
+    fn uniform(&mut self, above: u32) -> i64 {
         // A linear congruential generator of full period (Numerical Recipes,
         // section 7.1, "quick and dirty"): modulo 2^32, its upper bits are
         // what rounding looks at.
@@ -246,10 +265,11 @@ impl OutputState {
             .random
             .wrapping_mul(1_664_525)
             .wrapping_add(1_013_904_223);
-        let cells = i64::from(self.random).wrapping_shl(1).wrapping_add(1);
-        // (2·random + 1)/2^33 codes; F ≥ 32, so at F = 32 half a unit is cut:
-        // there random/2^32 + 0.
-        cells.wrapping_shl(bits.wrapping_sub(32)).wrapping_shr(1)
+        // (2·random + 1)/2^33 − ½ codes, a multiple of 2^−33
+        let cell = i64::from(self.random.cast_signed().wrapping_sub(i32::MIN))
+            .wrapping_shl(1)
+            .wrapping_add(1);
+        cell.wrapping_shl(above.wrapping_sub(1))
     }
 }
 

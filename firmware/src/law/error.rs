@@ -41,7 +41,7 @@ impl fmt::Display for Part {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum LawError {
-    /// The exponent of the sum lies outside 32 to 40.
+    /// The exponent of the sum lies outside 33 to 40.
     SumFractionBits(u8),
     /// The exponent of the error range lies outside 17 to 29.
     ErrorRange {

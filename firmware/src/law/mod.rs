@@ -41,7 +41,7 @@ pub use words::{AntiWindup, Derivative, LawWords};
 
 use crate::counts::{self, ErrorRange};
 use crate::dac::Dac;
-use crate::output::Window;
+use crate::output::{self, Window};
 use words::Aligned;
 
 /// The law with accepted words. Immutable; its memory is [`LawState`].
@@ -75,6 +75,8 @@ use words::Aligned;
 pub struct Law {
     words: LawWords,
     aligned: Aligned,
+    /// Whether any feed-forward is not zero.
+    feeds_forward: bool,
 }
 
 /// What one sample brings to the law.
@@ -112,10 +114,21 @@ pub struct LawState {
     integral: i64,
     /// The filter's memory.
     filtered: i64,
-    /// `e(k−1)` \[counts\]; none before the first sample.
-    previous_error: Option<i32>,
-    /// The code that the next sample goes on from \[codes\].
-    take_over: Option<i32>,
+    /// `e(k−1)` \[counts\].
+    previous_error: i32,
+    phase: Phase,
+}
+
+/// What a sample begins with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+enum Phase {
+    /// Nothing: no error and no difference came before.
+    #[default]
+    First,
+    /// As the first, but the output goes on from this code.
+    TakeOver(i32),
+    /// The memory of the sample before.
+    Running,
 }
 
 impl LawState {
@@ -125,8 +138,8 @@ impl LawState {
         Self {
             integral: 0,
             filtered: 0,
-            previous_error: None,
-            take_over: Some(code),
+            previous_error: 0,
+            phase: Phase::TakeOver(code),
         }
     }
 
@@ -166,7 +179,13 @@ impl Law {
     /// A [`LawError`] that names the part, its word and what is allowed.
     pub fn accept(words: LawWords, dac: Dac) -> Result<Self, LawError> {
         let aligned = words.check(dac)?;
-        Ok(Self { words, aligned })
+        let feeds_forward = [words.velocity_ff, words.acceleration_ff, words.friction_ff]
+            .map(|word| word.mantissa != 0);
+        Ok(Self {
+            words,
+            aligned,
+            feeds_forward: feeds_forward.contains(&true),
+        })
     }
 
     /// One sample: the sum `y` for the errors and the motion of this sample.
@@ -176,21 +195,25 @@ impl Law {
         let law = &self.aligned;
         let e = law.range.hold(input.error);
 
+        let phase = core::mem::replace(&mut state.phase, Phase::Running);
+
         // Kp·e + (Kd/Δt)·δ                              eq. 23, 1st and 3rd term
-        let e_prev = state.previous_error.replace(e);
-        let (derivative, difference_limited) = self.derivative(state, input, e, e_prev);
+        let (derivative, difference_limited) = self.derivative(state, input, e, phase);
         let pd = law.proportional.times(e).wrapping_add(derivative);
         // Kv·v + Ka·a + Kf·sign(v)
-        let direct = pd.wrapping_add(self.feed_forward(input));
+        let direct = if self.feeds_forward {
+            pd.wrapping_add(self.feed_forward(input))
+        } else {
+            pd
+        };
 
-        let integral = match state.take_over.take() {
+        let integral = match phase {
             // I with y = the last code
-            Some(code) if !law.integral.is_zero() => i64::from(code)
-                .wrapping_shl(u32::from(self.words.sum_fraction_bits))
-                .wrapping_sub(direct),
-            Some(_) => 0,
-            None if input.hold_integral => state.integral,
-            None => self.integrated(state.integral, e, direct, window),
+            Phase::TakeOver(code) if !law.integral.is_zero() => {
+                output::sum_of(code, self.words.sum_fraction_bits).wrapping_sub(direct)
+            }
+            _ if input.hold_integral => state.integral,
+            _ => self.integrated(state.integral, e, direct, window),
         };
         // |I| ≤ Q
         let held = integral
@@ -213,21 +236,22 @@ impl Law {
         state: &mut LawState,
         input: &LawInput,
         e: i32,
-        e_prev: Option<i32>,
+        phase: Phase,
     ) -> (i64, bool) {
         let law = &self.aligned;
-        let difference = match (self.words.derivative, e_prev) {
+        let e_prev = core::mem::replace(&mut state.previous_error, e);
+        let difference = match self.words.derivative {
             // e − e_prev; |e| ≤ 2^29, so the difference fits          [counts]
-            (Derivative::Error, Some(e_prev)) => e.wrapping_sub(e_prev),
-            (Derivative::Error, None) => 0,
+            Derivative::Error if phase == Phase::Running => e.wrapping_sub(e_prev),
+            Derivative::Error => 0,
             // −(c − c_prev); its only magnitude without an opposite is held
-            (Derivative::Measurement, _) => input.difference.saturating_neg(),
+            Derivative::Measurement => input.difference.saturating_neg(),
         };
         let held = counts::within(difference, law.slope_limit);
         let Some(filter) = self.words.filter else {
             return (law.derivative.times(held), false);
         };
-        if e_prev.is_none() {
+        if phase != Phase::Running {
             // Nothing was filtered yet: start settled, without a transient.
             state.filtered = filter::settled(filter, held);
         }
@@ -249,18 +273,17 @@ impl Law {
     fn integrated(&self, integral: i64, e: i32, direct: i64, window: Window) -> i64 {
         // (Ki·Δt)·Σe ← (Ki·Δt)·Σe + (Ki·Δt)·e                 eq. 23, 2nd term
         let next = integral.wrapping_add(self.aligned.integral.times(e));
-        if self.words.anti_windup == AntiWindup::None {
-            return next;
-        }
-        let excess = window.excess(next.wrapping_add(direct), self.words.sum_fraction_bits);
+        let sum = next.wrapping_add(direct);
+        let bits = self.words.sum_fraction_bits;
         match self.words.anti_windup {
-            AntiWindup::BackCalculation { tracking } if excess != 0 => {
-                // I ← I + (u − y)·Δt/T_t
-                next.wrapping_sub(term::scaled(excess, tracking))
-            }
+            AntiWindup::None => next,
             // Beyond the headroom, and e pushes further out.
-            AntiWindup::Clamp if (excess > 0 && e > 0) || (excess < 0 && e < 0) => integral,
-            _ => next,
+            AntiWindup::Clamp if window.is_beyond(sum, bits, e) => integral,
+            AntiWindup::Clamp => next,
+            AntiWindup::BackCalculation { tracking } => {
+                // I ← I + (u − y)·Δt/T_t
+                next.wrapping_sub(term::scaled(window.excess(sum, bits), tracking))
+            }
         }
     }
 

@@ -103,7 +103,7 @@ pub struct LawWords {
     pub friction_ff: GainWord,
     /// The declared errors are `|e| ≤ 2^error_bits` counts; 17 to 29.
     pub error_bits: u8,
-    /// The sum counts `2^−F` codes; 32 to 40.
+    /// The sum counts `2^−F` codes; 33 to 40.
     pub sum_fraction_bits: u8,
     /// The integral stays within `±2^integral_bits` codes.
     pub integral_bits: u8,
@@ -144,7 +144,7 @@ const SUM_BITS: u32 = 62;
 
 impl LawWords {
     /// Smallest and largest `F`.
-    pub const SUM_FRACTION_BITS: core::ops::RangeInclusive<u8> = 32..=40;
+    pub const SUM_FRACTION_BITS: core::ops::RangeInclusive<u8> = 33..=40;
 
     /// Checks every demand of the module page for the converter `dac`.
     pub(super) fn check(&self, dac: Dac) -> Result<Aligned, LawError> {
