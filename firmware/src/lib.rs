@@ -78,19 +78,27 @@
 pub mod controller;
 pub mod counts;
 pub mod dac;
+pub mod faults;
 pub mod gains;
 pub mod law;
 pub mod output;
 pub mod pid;
+pub mod position;
 pub mod reference;
 pub mod setpoint;
+pub mod states;
+pub mod watch;
 pub mod word;
 
 pub use controller::{Controller, ControllerState, Output, Status};
 pub use counts::ErrorRange;
 pub use dac::{CodeSum, Codes, Dac, DacError};
+pub use faults::{Fault, FaultCause, FaultLatch, FaultValues, Trip};
 pub use gains::{Gain, GainError, PidWords};
 pub use pid::{Pid, PidOutput, PidState};
+pub use position::{CounterParameters, PositionError, PositionState, Reading};
 pub use reference::{Next, Observed, Setpoint, SetpointSource};
 pub use setpoint::{CAPACITY, CAPACITY_SMALLEST, SetpointError, SetpointTable};
+pub use states::{Event, Refused, State};
+pub use watch::WatchError;
 pub use word::GainWord;

@@ -1,0 +1,267 @@
+//! Why an axis stops, and what one needs to see of it afterwards.
+//!
+//! The checks of a tick each give a [`Trip`] or none. [`most_urgent`] chooses
+//! among those of one tick, by the order of [`FaultCause`]; the axis adds the
+//! tick and what it knows of the sample and puts the [`Fault`] into its
+//! [`FaultLatch`], which keeps the first one until it is cleared.
+//!
+//! # Order
+//!
+//! Within a tick the cause is named that explains the others: a stopped
+//! machine explains everything; a dead bus explains ticks that come late and
+//! registers that make no sense; a missed tick explains a count that jumps and
+//! a queue that is not where it should be; a wrong count explains an error
+//! that is too large, and that one explains a code at its limit.
+//!
+//! # Values
+//!
+//! What is measured and where its limit lies has a meaning for each cause:
+//!
+//! | cause | `measured` | `limit` |
+//! | --- | --- | --- |
+//! | emergency stop | 0 | 0 |
+//! | hardware bus | failed transfers in a row | those that are allowed |
+//! | missed tick | ticks missed; below 0: by how many it came again | 0 |
+//! | encoder glitch | difference of the counter, signed \[counts\] | largest magnitude \[counts\] |
+//! | encoder loss | samples without a count under a driving code | samples that are a loss |
+//! | setpoint underrun | setpoints that there were: 0 | setpoints needed: 1 |
+//! | following error | `\|e\|` \[counts\] | largest magnitude at this speed \[counts\] |
+//! | saturation too long | samples at a limit of the output | those that are allowed |
+
+use core::fmt;
+
+/// What stopped the axis, the most urgent first: the order of the variants is
+/// the priority where several appear in one tick.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[non_exhaustive]
+pub enum FaultCause {
+    /// The emergency stop is pressed. Release it, then reset.
+    EmergencyStop,
+    /// Encoder or converter could not be reached.
+    HardwareBus,
+    /// The control loop did not run at a tick, or ran twice.
+    MissedTick,
+    /// The encoder count changed by more than any motion of the axis can; the
+    /// position may be wrong from here on.
+    EncoderGlitch,
+    /// The axis is driven but its encoder does not move.
+    EncoderLoss,
+    /// The motion has not ended but there was no setpoint.
+    SetpointUnderrun,
+    /// The axis is too far from its setpoint.
+    FollowingError,
+    /// The output has stood at a limit for too long.
+    SaturationTooLong,
+}
+
+impl FaultCause {
+    /// Every cause, the most urgent first.
+    pub const ALL: [Self; 8] = [
+        Self::EmergencyStop,
+        Self::HardwareBus,
+        Self::MissedTick,
+        Self::EncoderGlitch,
+        Self::EncoderLoss,
+        Self::SetpointUnderrun,
+        Self::FollowingError,
+        Self::SaturationTooLong,
+    ];
+
+    /// The name in reports and files.
+    ///
+    /// ```
+    /// use firmware::FaultCause;
+    ///
+    /// assert_eq!(FaultCause::FollowingError.name(), "following-error");
+    /// ```
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::EmergencyStop => "emergency-stop",
+            Self::HardwareBus => "hardware-bus",
+            Self::MissedTick => "missed-tick",
+            Self::EncoderGlitch => "encoder-glitch",
+            Self::EncoderLoss => "encoder-loss",
+            Self::SetpointUnderrun => "setpoint-underrun",
+            Self::FollowingError => "following-error",
+            Self::SaturationTooLong => "saturation-too-long",
+        }
+    }
+}
+
+/// A check that has failed: which, and by what. The page of this file says
+/// what the two numbers are for each cause.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Trip {
+    /// Which check.
+    pub cause: FaultCause,
+    /// What was measured.
+    pub measured: i64,
+    /// The limit that it passed.
+    pub limit: i64,
+}
+
+impl Trip {
+    /// The emergency stop is pressed: there is nothing to measure.
+    pub const EMERGENCY_STOP: Self = Self {
+        cause: FaultCause::EmergencyStop,
+        measured: 0,
+        limit: 0,
+    };
+
+    /// The source of setpoints had none where one was needed.
+    pub const SETPOINT_UNDERRUN: Self = Self {
+        cause: FaultCause::SetpointUnderrun,
+        measured: 0,
+        limit: 1,
+    };
+}
+
+/// The more urgent of two trips of one tick; `first` if they have one cause.
+///
+/// ```
+/// use firmware::faults::{Trip, most_urgent};
+///
+/// let both = (Some(Trip::SETPOINT_UNDERRUN), Some(Trip::EMERGENCY_STOP));
+/// assert_eq!(most_urgent(both.0, both.1), Some(Trip::EMERGENCY_STOP));
+/// assert_eq!(most_urgent(None, None), None);
+/// ```
+pub fn most_urgent(first: Option<Trip>, second: Option<Trip>) -> Option<Trip> {
+    match (first, second) {
+        (Some(a), Some(b)) if b.cause < a.cause => Some(b),
+        (None, b) => b,
+        (a, _) => a,
+    }
+}
+
+/// What the axis knew at the sample of a fault.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FaultValues {
+    /// Setpoint of the motor \[counts, modulo 2^32\].
+    pub setpoint: i32,
+    /// Position of the motor \[counts, modulo 2^32\].
+    pub position: i32,
+    /// `e = r − c` \[counts\].
+    pub error: i32,
+    /// The code in force when the fault was found: the last one before the
+    /// safe output.
+    pub code: i32,
+    /// What was measured; the unit is that of the cause.
+    pub measured: i64,
+    /// The limit that it passed, in the same unit.
+    pub limit: i64,
+}
+
+/// A fault as it is kept for whoever has to understand it.
+///
+/// ```
+/// use firmware::{Fault, FaultCause, FaultValues};
+///
+/// let values = FaultValues {
+///     setpoint: 1_000,
+///     position: 799,
+///     error: 201,
+///     code: 2_047,
+///     measured: 201,
+///     limit: 200,
+/// };
+/// let fault = Fault { cause: FaultCause::FollowingError, tick: 17, values };
+/// assert_eq!(
+///     fault.to_string(),
+///     "the axis is 201 counts from its setpoint, more than the 200 that are allowed at \
+///      this speed (tick 17: setpoint 1000, position 799, error 201 counts, code 2047)"
+/// );
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Fault {
+    /// What tripped.
+    pub cause: FaultCause,
+    /// Number of the tick at which it was found.
+    pub tick: u64,
+    /// What the axis knew then.
+    pub values: FaultValues,
+}
+
+/// A fault is part of the memory of each axis, and that has to stay small.
+const _: () = assert!(size_of::<FaultLatch>() <= 48, "a fault has 48 bytes");
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let FaultValues {
+            setpoint,
+            position,
+            error,
+            code,
+            measured,
+            limit,
+        } = self.values;
+        match self.cause {
+            FaultCause::EmergencyStop => f.write_str("the emergency stop is pressed"),
+            FaultCause::HardwareBus => write!(
+                f,
+                "{measured} transfers to encoder or converter have failed in a row, \
+                 more than the {limit} that are allowed"
+            ),
+            FaultCause::MissedTick if measured < limit => write!(
+                f,
+                "the tick came again, {} too early",
+                measured.unsigned_abs()
+            ),
+            FaultCause::MissedTick => write!(f, "{measured} ticks were missed"),
+            FaultCause::EncoderGlitch => write!(
+                f,
+                "the encoder count changed by {measured} counts, \
+                 more than the {limit} that any motion allows"
+            ),
+            FaultCause::EncoderLoss => write!(
+                f,
+                "the encoder has not moved for {measured} samples under a driving code \
+                 and counts as lost after {limit}"
+            ),
+            FaultCause::SetpointUnderrun => write!(
+                f,
+                "the motion has not ended but there were {measured} setpoints \
+                 where {limit} was needed"
+            ),
+            FaultCause::FollowingError => write!(
+                f,
+                "the axis is {measured} counts from its setpoint, \
+                 more than the {limit} that are allowed at this speed"
+            ),
+            FaultCause::SaturationTooLong => write!(
+                f,
+                "the output has stood at a limit for {measured} samples, \
+                 more than the {limit} that are allowed"
+            ),
+        }?;
+        write!(
+            f,
+            " (tick {}: setpoint {setpoint}, position {position}, \
+             error {error} counts, code {code})",
+            self.tick
+        )
+    }
+}
+
+/// Keeps the first fault until it is cleared. The default holds none.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct FaultLatch {
+    first: Option<Fault>,
+}
+
+impl FaultLatch {
+    /// Keeps `fault` if there is none yet: what comes later is mostly a
+    /// consequence of the first.
+    pub fn trip(&mut self, fault: Fault) {
+        self.first.get_or_insert(fault);
+    }
+
+    /// The fault that is latched.
+    pub const fn get(&self) -> Option<&Fault> {
+        self.first.as_ref()
+    }
+
+    /// Forgets the fault.
+    pub fn clear(&mut self) {
+        self.first = None;
+    }
+}

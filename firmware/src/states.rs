@@ -1,0 +1,168 @@
+//! The states of an axis and what takes it from one to another.
+//!
+//! ```text
+//!             Enable            Start             MotionEnded
+//!  Disabled ─────────► Enabled ───────► Moving ───────────────► Holding
+//!     ▲ ▲                 │              │ ▲                      │ │
+//!     │ └──── Disable ────┴──────────────┴─│──────────────────────┘ │
+//!     │                                    └──────── Start ─────────┘
+//!     └─── Reset ─── Fault ◄─── Fail ─── every state
+//! ```
+//!
+//! [`State::after`] answers every pair of state and event. A request that does
+//! not fit is [`Refused`]: nothing changes, and who asked is told so. The whole
+//! table, and what the output does in each state, is in `docs/STATES.md`.
+
+use core::fmt;
+
+/// What an axis is doing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum State {
+    /// Without power; the position is followed all the same.
+    #[default]
+    Disabled,
+    /// Powered, held at the position where it was enabled.
+    Enabled,
+    /// Follows a source of setpoints.
+    Moving,
+    /// Powered, held at the last setpoint of a motion.
+    Holding,
+    /// Without power, until it is reset.
+    Fault,
+}
+
+impl State {
+    /// Every state.
+    pub const ALL: [Self; 5] = [
+        Self::Disabled,
+        Self::Enabled,
+        Self::Moving,
+        Self::Holding,
+        Self::Fault,
+    ];
+
+    /// The state that `event` leads to from this one.
+    ///
+    /// # Errors
+    /// [`Refused`] where the event is none that this state can follow; the
+    /// state stays what it is.
+    ///
+    /// ```
+    /// use firmware::{Event, Refused, State};
+    ///
+    /// let enabled = State::Disabled.after(Event::Enable)?;
+    /// assert_eq!(enabled.after(Event::Start)?, State::Moving);
+    /// // Whatever happens, a fault waits for its reset.
+    /// let refused = State::Fault.after(Event::Enable);
+    /// assert_eq!(refused, Err(Refused { state: State::Fault, event: Event::Enable }));
+    /// # Ok::<(), Refused>(())
+    /// ```
+    pub const fn after(self, event: Event) -> Result<Self, Refused> {
+        match (self, event) {
+            // Also from Disabled: what trips there must not be overlooked by
+            // the next Enable.
+            (_, Event::Fail) => Ok(Self::Fault),
+            (Self::Disabled, Event::Enable) => Ok(Self::Enabled),
+            (Self::Enabled | Self::Holding, Event::Start) => Ok(Self::Moving),
+            (Self::Moving, Event::MotionEnded) => Ok(Self::Holding),
+            // Switching off what is off is no mistake.
+            (Self::Disabled | Self::Enabled | Self::Moving | Self::Holding, Event::Disable)
+            | (Self::Fault, Event::Reset) => Ok(Self::Disabled),
+            (state, event) => Err(Refused { state, event }),
+        }
+    }
+
+    /// Whether the amplifier is enabled and the law's code goes out. Where it
+    /// is not, the output is code 0 with the amplifier off.
+    pub const fn is_powered(self) -> bool {
+        match self {
+            Self::Enabled | Self::Moving | Self::Holding => true,
+            Self::Disabled | Self::Fault => false,
+        }
+    }
+
+    /// The name in reports and files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Disabled => "disabled",
+            Self::Enabled => "enabled",
+            Self::Moving => "moving",
+            Self::Holding => "holding",
+            Self::Fault => "fault",
+        }
+    }
+}
+
+/// What can happen to an axis: requests from outside, and what it finds out
+/// itself.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Event {
+    /// Request: power on and hold the position where the axis stands.
+    Enable,
+    /// Request: power off.
+    Disable,
+    /// Request: follow the source of setpoints.
+    Start,
+    /// The source has given its last setpoint.
+    MotionEnded,
+    /// A check has failed ([`crate::faults`]).
+    Fail,
+    /// Request: leave the fault, with the power still off.
+    Reset,
+}
+
+impl Event {
+    /// Every event.
+    pub const ALL: [Self; 6] = [
+        Self::Enable,
+        Self::Disable,
+        Self::Start,
+        Self::MotionEnded,
+        Self::Fail,
+        Self::Reset,
+    ];
+
+    /// The name in reports and files.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Enable => "enable",
+            Self::Disable => "disable",
+            Self::Start => "start",
+            Self::MotionEnded => "motion-ended",
+            Self::Fail => "fail",
+            Self::Reset => "reset",
+        }
+    }
+}
+
+/// A request that the state does not follow. The axis goes on as it was.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Refused {
+    /// The state, before and after.
+    pub state: State,
+    /// What was refused.
+    pub event: Event,
+}
+
+impl fmt::Display for Refused {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { state, event } = self;
+        let allowed = match event {
+            Event::Enable => "the axis must be disabled",
+            Event::Disable => "a fault has to be reset",
+            Event::Start => "the axis must be enabled or holding",
+            Event::MotionEnded => "the axis must be moving",
+            // No state refuses it.
+            Event::Fail => "every state allows it",
+            Event::Reset => "there must be a fault",
+        };
+        write!(
+            f,
+            "the event {} is refused in the state {}; {allowed}",
+            event.name(),
+            state.name()
+        )
+    }
+}
+
+impl core::error::Error for Refused {}
