@@ -82,6 +82,7 @@ pub mod gains;
 pub mod pid;
 pub mod reference;
 pub mod setpoint;
+pub mod takeup;
 pub mod word;
 
 pub use controller::{Controller, ControllerState, Output, Status};
@@ -91,4 +92,5 @@ pub use gains::{Gain, GainError, PidWords};
 pub use pid::{Pid, PidOutput, PidState};
 pub use reference::{Next, Observed, Setpoint, SetpointSource};
 pub use setpoint::{CAPACITY, CAPACITY_SMALLEST, SetpointError, SetpointTable};
+pub use takeup::{Room, TakeUp, TakeUpError, TakeUpState, Trigger};
 pub use word::GainWord;
