@@ -67,7 +67,6 @@ impl<const N: usize> Controller<N> {
         let error_counts = counts::difference(setpoint, count);
         let law = self.pid.step(&mut state.pid, error_counts);
         let code = self.dac.code(law.sum);
-        let at_limit = (code == self.dac.max_code()) | (code == self.dac.min_code());
 
         Output {
             code,
@@ -75,7 +74,7 @@ impl<const N: usize> Controller<N> {
             status: Status {
                 error_limited: law.error_limited,
                 error_sum_beyond_range: law.error_sum_beyond_range,
-                code_limited: at_limit,
+                code_limited: self.dac.is_limit(code),
             },
         }
     }

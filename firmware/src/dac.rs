@@ -88,6 +88,11 @@ impl Dac {
         self.max_code
     }
 
+    /// Whether `code` is one of the two at the ends of the range.
+    pub const fn is_limit(self, code: i32) -> bool {
+        code == self.max_code || code == self.min_code
+    }
+
     /// The code for the sum `y` \[codes\].
     pub fn code(self, sum: CodeSum) -> i32 {
         // floor(y + ½): a saturating addition, and a conversion that rounds

@@ -75,11 +75,13 @@
     clippy::unreachable
 )]
 
+pub mod axis;
 pub mod controller;
 pub mod counts;
 pub mod dac;
 pub mod faults;
 pub mod gains;
+pub mod homing;
 pub mod law;
 pub mod output;
 pub mod pid;
@@ -87,18 +89,22 @@ pub mod position;
 pub mod reference;
 pub mod setpoint;
 pub mod states;
+pub mod takeup;
 pub mod watch;
 pub mod word;
 
+pub use axis::{Axis, AxisOutput, AxisState, Inputs};
 pub use controller::{Controller, ControllerState, Output, Status};
 pub use counts::ErrorRange;
 pub use dac::{CodeSum, Codes, Dac, DacError};
 pub use faults::{Fault, FaultCause, FaultLatch, FaultValues, Trip};
 pub use gains::{Gain, GainError, PidWords};
+pub use homing::{Creep, Detection, Gap, Homing, HomingError, HomingRun, HomingSetupError};
 pub use pid::{Pid, PidOutput, PidState};
 pub use position::{CounterParameters, PositionError, PositionState, Reading};
 pub use reference::{Next, Observed, Setpoint, SetpointSource};
 pub use setpoint::{CAPACITY, CAPACITY_SMALLEST, SetpointError, SetpointTable};
 pub use states::{Event, Refused, State};
+pub use takeup::{Room, TakeUp, TakeUpError, TakeUpState, Trigger};
 pub use watch::WatchError;
 pub use word::GainWord;

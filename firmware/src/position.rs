@@ -60,6 +60,16 @@ pub struct CounterParameters {
     largest_jump: Option<u32>,
 }
 
+impl Default for CounterParameters {
+    /// 32 bits, no glitch looked for.
+    fn default() -> Self {
+        Self {
+            bits: Self::MAX_BITS,
+            largest_jump: None,
+        }
+    }
+}
+
 impl CounterParameters {
     /// Fewest bits of a counter.
     pub const MIN_BITS: u8 = 8;

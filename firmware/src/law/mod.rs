@@ -24,8 +24,8 @@
 //!
 //! # No bump
 //!
-//! When the axis is enabled, or its gains change in motion, [`Law::step`] with
-//! [`LawState::take_over`] set puts the integral where the sum equals the last
+//! When the axis is enabled ([`LawState::take_over`]), or its gains change in
+//! motion, the next sample puts the integral where the sum equals the last
 //! code: the output goes on from where it stands. That needs an integral gain;
 //! without one the integral would keep the difference for ever, so then it
 //! starts from zero.
@@ -127,8 +127,17 @@ enum Phase {
     First,
     /// As the first, but the output goes on from this code.
     TakeOver(i32),
+    /// The memory of the sample before, but the output goes on from this code.
+    ChangeOver(i32),
     /// The memory of the sample before.
     Running,
+}
+
+impl Phase {
+    /// Whether the sample before was one of this law's.
+    const fn goes_on(self) -> bool {
+        matches!(self, Self::Running | Self::ChangeOver(_))
+    }
 }
 
 impl LawState {
@@ -141,6 +150,15 @@ impl LawState {
             previous_error: 0,
             phase: Phase::TakeOver(code),
         }
+    }
+
+    /// The next sample comes with other words; it goes on from `code`, the last
+    /// one that the converter was given.
+    pub(crate) const fn change_over(&mut self, code: i32) {
+        self.phase = match self.phase {
+            Phase::First | Phase::TakeOver(_) => Phase::TakeOver(code),
+            Phase::Running | Phase::ChangeOver(_) => Phase::ChangeOver(code),
+        };
     }
 
     /// `(Ki·Δt)·Σe` \[2^−F codes\].
@@ -209,9 +227,11 @@ impl Law {
 
         let integral = match phase {
             // I with y = the last code
-            Phase::TakeOver(code) if !law.integral.is_zero() => {
+            Phase::TakeOver(code) | Phase::ChangeOver(code) if !law.integral.is_zero() => {
                 output::sum_of(code, self.words.sum_fraction_bits).wrapping_sub(direct)
             }
+            // A step that an integral gain of 0 would keep for ever.
+            Phase::TakeOver(_) | Phase::ChangeOver(_) => 0,
             _ if input.hold_integral => state.integral,
             _ => self.integrated(state.integral, e, direct, window),
         };
@@ -242,7 +262,7 @@ impl Law {
         let e_prev = core::mem::replace(&mut state.previous_error, e);
         let difference = match self.words.derivative {
             // e − e_prev; |e| ≤ 2^29, so the difference fits          [counts]
-            Derivative::Error if phase == Phase::Running => e.wrapping_sub(e_prev),
+            Derivative::Error if phase.goes_on() => e.wrapping_sub(e_prev),
             Derivative::Error => 0,
             // −(c − c_prev); its only magnitude without an opposite is held
             Derivative::Measurement => input.difference.saturating_neg(),
