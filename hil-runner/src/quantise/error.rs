@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use firmware::law::LawError;
 use firmware::{DacError, ErrorRange, GainError, SetpointError};
 
 /// Largest error range \[counts\].
@@ -46,6 +47,17 @@ pub enum QuantiseError {
     Gains(Vec<UnfitGain>),
     /// The firmware refuses the words.
     Words(GainError),
+    /// The firmware refuses the words of its law.
+    Law(LawError),
+    /// A setting that has no word.
+    Setting {
+        /// Key in the run file.
+        key: &'static str,
+        /// Value in the run file.
+        value: f64,
+        /// What is allowed, as the second half of a sentence.
+        because: &'static str,
+    },
     /// The setpoints do not fit the table.
     Setpoints(SetpointError),
     /// The firmware knows no converter of that many bits.
@@ -80,6 +92,12 @@ impl fmt::Display for QuantiseError {
                 Ok(())
             }
             Self::Words(error) => error.fmt(f),
+            Self::Law(error) => error.fmt(f),
+            Self::Setting {
+                key,
+                value,
+                because,
+            } => write!(f, "{key} = {value}: {because}"),
             Self::Setpoints(error) => error.fmt(f),
             Self::Dac(error) => error.fmt(f),
         }
