@@ -27,6 +27,7 @@ pub mod report;
 pub mod report_data;
 pub mod run;
 pub mod runfile;
+pub mod servo;
 pub mod summary;
 pub mod time;
 pub mod timing;
