@@ -83,6 +83,7 @@ pub mod motion;
 pub mod pid;
 pub mod reference;
 pub mod setpoint;
+pub mod stream;
 pub mod word;
 
 pub use controller::{Controller, ControllerState, Output, Status};
@@ -93,4 +94,5 @@ pub use motion::{MotionError, MotionGenerator, MotionPlan, MotionState};
 pub use pid::{Pid, PidOutput, PidState};
 pub use reference::{Next, Observed, Setpoint, SetpointSource};
 pub use setpoint::{CAPACITY, CAPACITY_SMALLEST, SetpointError, SetpointTable};
+pub use stream::{Stream, StreamError, StreamReceiver, StreamSender, Streamed};
 pub use word::GainWord;
