@@ -43,6 +43,16 @@ impl Long {
         }
     }
 
+    #[cfg(test)]
+    pub(super) fn grid(self) -> i64 {
+        self.high
+    }
+
+    #[cfg(test)]
+    pub(super) fn cut_to_30_bits(self) -> Self {
+        Self { low: 0, ..self }
+    }
+
     /// The sum modulo 2^34.
     fn plus(self, other: Self) -> Self {
         let (low, carry) = self.low.overflowing_add(other.low);
@@ -77,6 +87,15 @@ impl Turn {
             low,
             // At most 2^30 + 2^29 in magnitude.
             centre: low.wrapping_shr(1).wrapping_add(1 << 29),
+        }
+    }
+
+    #[cfg(test)]
+    pub(super) fn cut_to_32_bits(self) -> Self {
+        Self {
+            low: 0,
+            centre: 1 << 29,
+            ..self
         }
     }
 
