@@ -22,7 +22,11 @@
 //! | 0100 | `04 02 E8` | control register, which also frees the output |
 //! | 0011 | `03 hh ll` | write and update the DAC register |
 //! | 1100, 1011 | `0C 00 00`, `0B 00 00` | read back control, DAC register; the answer comes with the next frame |
-//! | 0000 | `00 00 00` | no operation; fetches an answer |
+//! | 0000 | `00 02 E8` | no operation; fetches an answer |
+//!
+//! The data of a no operation do not matter. Those here are the control word,
+//! because one turned bit makes the command 0100 of it, and nothing is read
+//! back behind the last answer that could find out.
 //!
 //! # The control word
 //!
@@ -78,7 +82,7 @@ pub enum Ad57x1rModel {
 
 impl Ad57x1rModel {
     /// 12 or 16.
-    pub const fn bits(self) -> u8 {
+    pub const fn bits(self) -> u32 {
         match self {
             Self::Ad5721r => 12,
             Self::Ad5761r => 16,
@@ -202,7 +206,8 @@ impl<SPI: SpiDevice> Ad57x1r<SPI> {
     /// The answer carries the command that it belongs to.
     fn read_back(&mut self, command: u8) -> Result<[u8; 2], Ad57x1rError<SPI::Error>> {
         self.write(command, [0, 0])?;
-        let mut frame = [command::NO_OPERATION, 0, 0];
+        let [high, low] = CONTROL.to_be_bytes();
+        let mut frame = [command::NO_OPERATION, high, low];
         let transferred = self.spi.transfer_in_place(&mut frame);
         transferred.map_err(Ad57x1rError::Bus)?;
         let [answered, data @ ..] = frame;
@@ -246,7 +251,7 @@ pub enum Ad57x1rError<E> {
         /// The code given.
         code: i32,
         /// The converter's bits.
-        bits: u8,
+        bits: u32,
     },
 }
 
