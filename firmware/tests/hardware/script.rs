@@ -57,7 +57,7 @@ impl SpiDevice for Script {
                     sent.extend_from_slice(bytes);
                     bytes.fill_with(|| answers.next().unwrap_or(0));
                 }
-                other => panic!("not used by these drivers: {other:?}"),
+                other => unreachable!("not used by these drivers: {other:?}"),
             }
         }
         assert_eq!(sent, expected, "sent {sent:02x?}, planned {expected:02x?}");

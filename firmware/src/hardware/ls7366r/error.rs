@@ -23,7 +23,7 @@ impl fmt::Display for ModeRegister {
 }
 
 /// Why the counter cannot be used. A [`Ls7366rError::Bus`] may pass; after the
-/// others the count is worthless until [`Ls7366r::initialise`] succeeds.
+/// others the count is worthless until [`Ls7366r::initialise`](super::Ls7366r::initialise) succeeds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Ls7366rError<E> {
