@@ -1,8 +1,8 @@
 //! Driver for the LS7366R: a quadrature counter of up to 32 bits on SPI.
 //!
 //! Register facts are those of the LSI/CSI data sheet "LS7366R 32-bit
-//! quadrature counter with serial interface" (7366R-122205), page 2 to 4: the
-//! sections IR with Table 1, CNTR, OTR, STR, MDR0 and MDR1.
+//! quadrature counter with serial interface" (7366R-122205): sections STR, IR
+//! with Table 1, CNTR and OTR on page 3, MDR0 and MDR1 on page 4.
 //!
 //! # On the wire
 //!

@@ -1,5 +1,5 @@
-//! The AD5721R and AD5761R, register by register, as their data sheet tells it
-//! (Analog Devices, AD5761R/AD5721R Rev. C, "Register details").
+//! The AD5721R and AD5761R, register by register; the sources are those of the
+//! driver, [`firmware::hardware::ad57x1r`].
 //!
 //! ```text
 //!  MOSI ──► shift register, 24 bits ──► MISO
@@ -13,10 +13,13 @@
 //! if the frame before asked for one, else that frame itself (daisy chain).
 //! Frames of fewer than 24 bits do nothing; of longer ones the last 24 count.
 //!
-//! Both registers hold 16 bits, the twelve of an AD5721R left-justified. The
-//! first control word after a reset frees the output at the power-up value of
-//! its PV bits. Not wired: the pins `LDAC` (so the DAC register changes only by
-//! command), `CLR` and `RESET`, overrange, short circuit and brown-out.
+//! Both registers hold 16 bits, the twelve of an AD5721R left-justified.
+//!
+//! Taken as likely where the sources are silent: the first control word after a
+//! reset frees the output at the power-up value of its PV bits, a frame with
+//! bit 20 set does nothing. The driver relies on neither. Not wired: the pins
+//! `LDAC` (so the DAC register changes only by command), `CLR` and `RESET`,
+//! overrange, short circuit and brown-out.
 
 use firmware::hardware::Ad57x1rModel;
 

@@ -1,5 +1,5 @@
 //! The LS7366R, register by register, as its data sheet tells it (LSI/CSI
-//! 7366R-122205, page 2 to 4).
+//! 7366R-122205, pages 3 and 4).
 //!
 //! ```text
 //!  encoder ──► quadrature ──► CNTR ◄── LOAD CNTR ── DTR ◄── WR DTR

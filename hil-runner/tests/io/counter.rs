@@ -108,7 +108,6 @@ fn a_chip_out_of_power_is_not_believed() {
 /// matter: what then counts does count. On its way back it never passes.
 #[test]
 fn no_single_bit_error_leaves_a_wrong_mode_behind() {
-    let (mut refused, mut harmless) = (0, 0);
     for width in [CounterWidth::Bits16, CounterWidth::Bits32] {
         for (transaction, byte, bit) in (0..7)
             .flat_map(|t| (0..2).flat_map(move |byte| (0..8).map(move |bit| (t, byte, 1 << bit))))
@@ -117,10 +116,10 @@ fn no_single_bit_error_leaves_a_wrong_mode_behind() {
             let bus = spoiled(Ls7366rChip::new(0), transaction, spoiling);
             let mut counter = Ls7366r::new(bus, width);
             if counter.initialise().is_err() {
-                refused += 1;
                 continue;
             }
-            harmless += 1;
+            // The mode registers are the data of transactions 0 and 1.
+            assert!(transaction > 1 || byte == 0, "{transaction} {bit:#x}");
             let before = counter.count().expect("the bus is whole again");
             chip(&mut counter).move_to(0x0001_2345);
             let way = counter
@@ -149,12 +148,6 @@ fn no_single_bit_error_leaves_a_wrong_mode_behind() {
             }
         }
     }
-    println!("{refused} bit errors refused, {harmless} without effect");
-    assert!(
-        refused > harmless / 2,
-        "{refused} of {}",
-        refused + harmless
-    );
 }
 
 #[test]
