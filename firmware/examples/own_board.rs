@@ -124,3 +124,8 @@ fn main() {
     assert!(!sample(&mut board, &controller, &mut state));
     println!("cable and emergency stop: power off, code 0");
 }
+
+#[test]
+fn the_example_holds() {
+    main();
+}

@@ -14,6 +14,7 @@ pub mod budget;
 pub mod case;
 pub mod error;
 pub mod figures;
+pub mod io;
 pub mod ladder;
 pub mod lanes;
 pub mod law;

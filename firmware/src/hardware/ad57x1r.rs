@@ -1,10 +1,11 @@
 //! Driver for the AD5721R (12 bits) and AD5761R (16 bits): bipolar D/A
 //! converters on SPI.
 //!
-//! Register facts are those of Analog Devices' data sheet "AD5761R/AD5721R,
-//! multiple range, 16-/12-bit, bipolar/unipolar voltage output DACs" (Rev. C),
-//! sections "Input shift register", "Control register", "Readback control
-//! register" and "Readback DAC register" with Tables 11 to 16.
+//! Coding, control register and its readback are those of Analog Devices' data
+//! sheet "AD5761R/AD5721R, multiple range, 16-/12-bit, bipolar/unipolar voltage
+//! output DACs" (Rev. C), Tables 13 to 16; the numbers of the commands, the
+//! meaning of CV, PV and RA and the place of a 12-bit code those of Analog
+//! Devices' own driver (no-OS, `ad5761r.h`).
 //!
 //! # On the wire
 //!
@@ -22,7 +23,11 @@
 //! | 0100 | `04 02 E8` | control register, which also frees the output |
 //! | 0011 | `03 hh ll` | write and update the DAC register |
 //! | 1100, 1011 | `0C 00 00`, `0B 00 00` | read back control, DAC register; the answer comes with the next frame |
-//! | 0000 | `00 00 00` | no operation; fetches an answer |
+//! | 0000 | `00 02 E8` | no operation; fetches an answer |
+//!
+//! The data of a no operation do not matter. Those here are the control word,
+//! because one turned bit makes the command 0100 of it, and nothing is read
+//! back behind the last answer that could find out.
 //!
 //! # The control word
 //!
@@ -32,9 +37,10 @@
 //!
 //! Range ±10 V without overrange, codes in two's complement, internal
 //! reference, off when too hot. Clear and power-up value are *midscale*: on a
-//! bipolar range that is 0 V, while zero scale, the chip's default, is −10 V,
-//! full speed backwards. The full reset before it is demanded by the data sheet
-//! when a range is set anew; it also clamps the output to ground meanwhile.
+//! bipolar range that is 0 V, while zero scale, which zeros in CV and PV mean,
+//! is −10 V, full speed backwards. The full reset goes before every setting of
+//! the range; it also clamps the output to ground meanwhile. That the code 0 is
+//! then written all the same makes the output independent of PV.
 //!
 //! # Codes beyond the range
 //!
@@ -78,7 +84,7 @@ pub enum Ad57x1rModel {
 
 impl Ad57x1rModel {
     /// 12 or 16.
-    pub const fn bits(self) -> u8 {
+    pub const fn bits(self) -> u32 {
         match self {
             Self::Ad5721r => 12,
             Self::Ad5761r => 16,
@@ -86,7 +92,7 @@ impl Ad57x1rModel {
     }
 
     /// Worth of the last place of a code in the 16 bits of a frame.
-    const fn last_place(self) -> i32 {
+    const fn last_place(self) -> i16 {
         match self {
             Self::Ad5721r => 16,
             Self::Ad5761r => 1,
@@ -96,13 +102,15 @@ impl Ad57x1rModel {
     /// The 16 data bits for a code: left-justified. In range exactly if the
     /// product fits: −2^11·16 = −2^15, and 2^11·16 does not.
     fn data(self, code: i32) -> Option<i16> {
-        let justified = code.checked_mul(self.last_place())?;
-        i16::try_from(justified).ok()
+        i16::try_from(code).ok()?.checked_mul(self.last_place())
     }
 
     /// The code of 16 data bits; the bits below a 12-bit code have no meaning.
     fn code(self, data: i16) -> i32 {
-        i32::from(data).div_euclid(self.last_place())
+        i32::from(match self {
+            Self::Ad5721r => data >> 4,
+            Self::Ad5761r => data,
+        })
     }
 }
 
@@ -202,7 +210,8 @@ impl<SPI: SpiDevice> Ad57x1r<SPI> {
     /// The answer carries the command that it belongs to.
     fn read_back(&mut self, command: u8) -> Result<[u8; 2], Ad57x1rError<SPI::Error>> {
         self.write(command, [0, 0])?;
-        let mut frame = [command::NO_OPERATION, 0, 0];
+        let [high, low] = CONTROL.to_be_bytes();
+        let mut frame = [command::NO_OPERATION, high, low];
         let transferred = self.spi.transfer_in_place(&mut frame);
         transferred.map_err(Ad57x1rError::Bus)?;
         let [answered, data @ ..] = frame;
@@ -246,7 +255,7 @@ pub enum Ad57x1rError<E> {
         /// The code given.
         code: i32,
         /// The converter's bits.
-        bits: u8,
+        bits: u32,
     },
 }
 
