@@ -54,7 +54,7 @@ impl Streamed {
 /// assert_eq!(receiver.next(&seen), Next::Last(at(2)));
 /// # Ok::<(), firmware::StreamError>(())
 /// ```
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Stream<const N: usize> {
     queue: Queue<Streamed, N>,
 }

@@ -9,7 +9,7 @@
 use core::f64::consts::PI;
 
 use hil_runner::case::{Case, ControllerSettings, Law, RunSettings, SolverChoice};
-use hil_runner::law::Controller;
+use hil_runner::law::{Controller, IoKind};
 use hil_runner::servo::ServoSettings;
 use plant::{
     Amplifier, AxisParameters, Carriage, Dac, ElasticJoint, Encoder, Joint, Motion, Motor,
@@ -85,7 +85,7 @@ pub fn random_case(draw: &mut Draw, laws: &[Law], sample_times_s: (f64, f64)) ->
         },
         budget: None,
     };
-    if Controller::new(&case).is_err() {
+    if Controller::new(&case, IoKind::Direct).is_err() {
         // Gains that fit no word of the firmware.
         case.controller.law = Law::Quantised;
     }

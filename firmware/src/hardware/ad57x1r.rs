@@ -127,7 +127,7 @@ impl Ad57x1rModel {
 /// # Ok(())
 /// # }
 /// ```
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Ad57x1r<SPI> {
     spi: SPI,
     model: Ad57x1rModel,

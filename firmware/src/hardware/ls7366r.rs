@@ -132,7 +132,7 @@ impl Ls7366rStatus {
 /// # Ok(())
 /// # }
 /// ```
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Ls7366r<SPI> {
     spi: SPI,
     width: CounterWidth,

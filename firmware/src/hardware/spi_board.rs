@@ -28,7 +28,7 @@ use super::board::Board;
 use super::ls7366r::{Ls7366r, Ls7366rError};
 
 /// A pin with its polarity.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Line<Pin> {
     /// The pin.
     pub pin: Pin,
@@ -41,7 +41,7 @@ pub struct Line<Pin> {
 /// Made of its parts; [`SpiBoard::initialise`] goes before the first tick. If
 /// it is forgotten, the converter stays clamped to ground and the counter's
 /// first reading is an error.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct SpiBoard<Counter, Converter, EnablePin, StopPin> {
     /// The motor's encoder.
     pub counter: Ls7366r<Counter>,

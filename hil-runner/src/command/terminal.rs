@@ -141,7 +141,7 @@ pub(crate) fn figure_table(runs: &[CaseRun]) -> String {
 pub(crate) fn word_tables(runs: &[CaseRun]) -> String {
     let mut tables: Vec<(String, String)> = Vec::new();
     for run in runs {
-        let Some(words) = run.words else { continue };
+        let Some(words) = &run.words else { continue };
         let header = [
             "gain per sample",
             "codes/count",
@@ -149,12 +149,12 @@ pub(crate) fn word_tables(runs: &[CaseRun]) -> String {
             "rounding",
         ];
         let mut table = table(&header, 1);
-        for gain in words.gains {
+        for gain in &words.rows {
             table.add_row([
-                gain.name().to_owned(),
+                gain.name.to_owned(),
                 number::table(gain.wanted),
                 gain.word.to_string(),
-                format!("{:+.1e}", gain.relative_error()),
+                format!("{:+.1e}", gain.relative_error),
             ]);
         }
         let table = text(&table);

@@ -53,7 +53,7 @@ pub struct BusFault {
 }
 
 /// A bus with one chip.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct ModelBus<Chip> {
     /// The chip, for the world on its other side.
     pub chip: Chip,

@@ -51,7 +51,7 @@ pub enum Part {
 /// assert_eq!((io.code(), io.powered()), (0, false));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct SpiIo {
     board: ModelBoard,
     next_tick: u64,

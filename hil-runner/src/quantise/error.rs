@@ -3,7 +3,7 @@
 use std::fmt;
 
 use firmware::law::LawError;
-use firmware::{DacError, ErrorRange, GainError, SetpointError};
+use firmware::{DacError, ErrorRange, GainError, MotionError, SetpointError};
 
 /// Largest error range \[counts\].
 const MAX_ERROR: u64 = 1 << ErrorRange::MAX_BITS;
@@ -56,8 +56,14 @@ pub enum QuantiseError {
         /// Value in the run file.
         value: f64,
         /// What is allowed, as the second half of a sentence.
-        because: &'static str,
+        because: String,
     },
+    /// The motion cannot be generated on the chip.
+    Motion(MotionError),
+    /// The gap could not be measured.
+    Gap(String),
+    /// The electronics cannot be had.
+    Io(String),
     /// The setpoints do not fit the table.
     Setpoints(SetpointError),
     /// The firmware knows no converter of that many bits.
@@ -98,6 +104,8 @@ impl fmt::Display for QuantiseError {
                 value,
                 because,
             } => write!(f, "{key} = {value}: {because}"),
+            Self::Motion(error) => error.fmt(f),
+            Self::Gap(because) | Self::Io(because) => f.write_str(because),
             Self::Setpoints(error) => error.fmt(f),
             Self::Dac(error) => error.fmt(f),
         }

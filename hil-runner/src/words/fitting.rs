@@ -96,12 +96,13 @@ pub(super) fn explain(request: &WordRequest, refusal: Refusal) -> QuantiseError 
         Refusal::Filter => QuantiseError::Setting {
             key: "controller.derivative_filter_s",
             value: request.settings.derivative_filter_s,
-            because: "Δt/(T_f + Δt) has no word of 31 bits; at most 10^9 sample times do",
+            because: "Δt/(T_f + Δt) has no word of 31 bits; at most 10^9 sample times do"
+                .to_owned(),
         },
         Refusal::Tracking => QuantiseError::Setting {
             key: "controller.tracking_time_s",
             value: request.settings.tracking_time_s,
-            because: "it must be longer than the sample time and at most 10^9 of them",
+            because: "it must be longer than the sample time and at most 10^9 of them".to_owned(),
         },
         Refusal::Law(error) => {
             let error_limit = error_range(request.travel_counts).map_or(0, |range| range.limit());

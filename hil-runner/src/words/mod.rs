@@ -11,6 +11,9 @@
 //! one load count is `ρ` motor counts.
 
 pub mod fitting;
+mod shown;
+
+pub use shown::{CaseWords, ShownWord};
 
 use firmware::law::{AntiWindup, Derivative, FilterWords, Law, LawError, LawWords, Part};
 use firmware::{Dac, ErrorRange, GainWord};

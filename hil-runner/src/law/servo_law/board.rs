@@ -31,14 +31,14 @@ pub(super) struct Shown {
 }
 
 /// The board of a run.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub(super) struct BenchBoard {
     shown: Shown,
     counter_bits: u32,
     electronics: Electronics,
 }
 
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 enum Electronics {
     Memory { code: i32, powered: bool },
     Spi { io: Box<SpiIo>, samples: u64 },
@@ -104,9 +104,7 @@ impl Board for BenchBoard {
                 // A counter of n bits shows n bits.
                 Ok(register & (u32::MAX >> (u32::BITS - self.counter_bits)))
             }
-            Electronics::Spi { io, .. } => {
-                io.board().motor_register().map_err(|_| TransferFailed)
-            }
+            Electronics::Spi { io, .. } => io.board().motor_register().map_err(|_| TransferFailed),
         }
     }
 
@@ -133,9 +131,7 @@ impl Board for BenchBoard {
     fn emergency_stop(&mut self) -> Result<bool, TransferFailed> {
         match &mut self.electronics {
             Electronics::Memory { .. } => Ok(self.shown.emergency_stop),
-            Electronics::Spi { io, .. } => {
-                io.board().emergency_stop().map_err(|_| TransferFailed)
-            }
+            Electronics::Spi { io, .. } => io.board().emergency_stop().map_err(|_| TransferFailed),
         }
     }
 

@@ -42,7 +42,7 @@ pub struct ServoStatus {
 }
 
 /// The firmware's axis with its memory, its board and its source of setpoints.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct ServoLaw {
     settings: ServoSettings,
     period_ns: u64,
@@ -170,7 +170,9 @@ impl ServoLaw {
         let requests = self.settings.requests;
         let time_ns = tick * self.period_ns;
         let pressed = requests.emergency_stop_ns.is_some_and(|at| time_ns >= at)
-            && requests.emergency_stop_release_ns.is_none_or(|at| time_ns < at);
+            && requests
+                .emergency_stop_release_ns
+                .is_none_or(|at| time_ns < at);
         self.board.set_inputs(board::Shown {
             motor_counts: whole(position),
             load_register: measurement

@@ -12,7 +12,7 @@ use firmware::{CAPACITY, Dac, Room, SetpointTable, TakeUp, Trigger};
 use super::homing::measure_gap;
 use super::source::{Generator, Source, StreamedQueue};
 use crate::case::Case;
-use crate::law::{Setpoint, last_tick, table_capacity, whole};
+use crate::law::{Setpoint, fits_table, last_tick, whole};
 use crate::quantise::{QuantiseError, finest_word, setpoint_table};
 use crate::servo::{self, Compensation, Feedback, GapSource, RestIntegrator, SetpointOrigin};
 use crate::words::{RateBits, ServoWords, WordRequest};
@@ -50,8 +50,13 @@ impl<'a> Setup<'a> {
     pub(super) fn axis_without_take_up(&self) -> Result<Axis, QuantiseError> {
         let law = self.words()?.law;
         let settings = &self.case.servo;
-        let output = Output::new(self.dac()?, self.slew()?, self.quantiser())
-            .map_err(|error| setting("controller.slew_limit_codes_per_s", self.slew_value(), &error))?;
+        let output = Output::new(self.dac()?, self.slew()?, self.quantiser()).map_err(|error| {
+            setting(
+                "controller.slew_limit_codes_per_s",
+                self.slew_value(),
+                &error,
+            )
+        })?;
         let bits = u8::try_from(settings.encoders.counter_bits).unwrap_or(u8::MAX);
         let counter = |jump| {
             CounterParameters::accept(bits, jump).map_err(|error| {
@@ -117,12 +122,14 @@ impl<'a> Setup<'a> {
     /// The setpoints of the run.
     pub(super) fn source(&self) -> Result<Source, QuantiseError> {
         Ok(match (self.case.servo.law.setpoints, &self.plan) {
-            (SetpointOrigin::Generator, Some(plan)) => Source::Generator(Generator::new(*plan)),
+            (SetpointOrigin::Generator, Some(plan)) => {
+                Source::Generator(Box::new(Generator::new(plan.clone())))
+            }
             (SetpointOrigin::Queue, Some(plan)) => {
-                Source::Queue(Box::new(StreamedQueue::new(Generator::new(*plan))))
+                Source::Queue(Box::new(StreamedQueue::new(Generator::new(plan.clone()))))
             }
             _ => {
-                let last = table_capacity(last_tick(self.case, self.period_ns))?;
+                let last = fits_table(last_tick(self.case, self.period_ns))?;
                 let positions = (0..=last).map(|tick| whole(self.setpoint.count(tick)));
                 let table: SetpointTable<CAPACITY> = setpoint_table(positions)?;
                 Source::Table(Box::new(TableSource::new(table)))
@@ -145,10 +152,12 @@ impl<'a> Setup<'a> {
     }
 
     fn rates(&self) -> RateBits {
-        self.plan.as_ref().map_or(RateBits::default(), |plan| RateBits {
-            velocity: plan.velocity_fraction_bits(),
-            acceleration: plan.acceleration_fraction_bits(),
-        })
+        self.plan
+            .as_ref()
+            .map_or(RateBits::default(), |plan| RateBits {
+                velocity: plan.velocity_fraction_bits(),
+                acceleration: plan.acceleration_fraction_bits(),
+            })
     }
 
     fn dac(&self) -> Result<Dac, QuantiseError> {
@@ -183,7 +192,8 @@ impl<'a> Setup<'a> {
     fn watches(&self) -> Result<Watches, QuantiseError> {
         let limits = &self.case.servo.limits;
         let rates = self.rates();
-        let ticks = |time_ns: u64| u32::try_from(time_ns.div_ceil(self.period_ns)).unwrap_or(u32::MAX);
+        let ticks =
+            |time_ns: u64| u32::try_from(time_ns.div_ceil(self.period_ns)).unwrap_or(u32::MAX);
         let following_error = limits.following_error.map(|limit| {
             // Samples of lag: counts per (count per sample).
             let lag = limit.per_speed_s * 1e9 / self.period_ns as f64;
@@ -192,15 +202,25 @@ impl<'a> Setup<'a> {
                 .min(32);
             if lag >= f64::from(1 << 30) {
                 let because = "it must be below 2^30 sample times";
-                return Err(setting("limits.following_error_per_speed_s", limit.per_speed_s, &because));
+                return Err(setting(
+                    "limits.following_error_per_speed_s",
+                    limit.per_speed_s,
+                    &because,
+                ));
             }
             let word = finest_word(lag, most, 31);
-            FollowingErrorWatch::accept(limit.counts, word, rates.velocity)
-                .map_err(|error| setting("limits.following_error_counts", f64::from(limit.counts), &error))
+            FollowingErrorWatch::accept(limit.counts, word, rates.velocity).map_err(|error| {
+                setting(
+                    "limits.following_error_counts",
+                    f64::from(limit.counts),
+                    &error,
+                )
+            })
         });
         let encoder_loss = limits.encoder_loss.map(|loss| {
-            EncoderLossWatch::accept(loss.codes, ticks(loss.after_ns))
-                .map_err(|error| setting("limits.encoder_loss_codes", f64::from(loss.codes), &error))
+            EncoderLossWatch::accept(loss.codes, ticks(loss.after_ns)).map_err(|error| {
+                setting("limits.encoder_loss_codes", f64::from(loss.codes), &error)
+            })
         });
         let saturation = limits.saturation_ns.map(|after_ns| {
             SaturationWatch::accept(ticks(after_ns))
@@ -238,7 +258,8 @@ impl<'a> Setup<'a> {
             let left = (limit - peak) * self.setpoint.counts_per_m() * per_sample;
             let room = (left * 4_294_967_296.0).floor();
             if room < 1.0 {
-                let because = format!("the motion's own peak is {peak:.6}; the take-up needs room above it");
+                let because =
+                    format!("the motion's own peak is {peak:.6}; the take-up needs room above it");
                 return Err(setting(key, limit, &because));
             }
             // Saturates: more room than any axis needs.
@@ -275,12 +296,19 @@ impl<'a> Setup<'a> {
 fn plan(case: &Case, period_ns: u64, setpoint: &Setpoint) -> Result<MotionPlan, QuantiseError> {
     let travel = setpoint.travel_counts() * 4_294_967_296.0;
     let period = u32::try_from(period_ns).unwrap_or(u32::MAX);
-    let intervals_ps = case.motion.intervals_s().map(|t_s| (t_s * 1e12).round() as u64);
+    let intervals_ps = case
+        .motion
+        .intervals_s()
+        .map(|t_s| (t_s * 1e12).round() as u64);
     MotionPlan::new(whole(travel.round()), intervals_ps, period).map_err(QuantiseError::Motion)
 }
 
 /// A setting that the firmware refuses.
-pub(super) fn setting(key: &'static str, value: f64, because: &dyn std::fmt::Display) -> QuantiseError {
+pub(super) fn setting(
+    key: &'static str,
+    value: f64,
+    because: &dyn std::fmt::Display,
+) -> QuantiseError {
     QuantiseError::Setting {
         key,
         value,
