@@ -216,7 +216,7 @@ impl Default for BacklashSettings {
             half_gap_rad: None,
             gap: GapSource::Given,
             homing_detection: HomingDetection::LoadEncoder,
-            homing_speed_counts_per_s: 2000.0,
+            homing_speed_counts_per_s: 200.0,
             homing_effort_codes: 50,
         }
     }

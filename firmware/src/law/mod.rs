@@ -327,6 +327,19 @@ impl Law {
         self.aligned.slope_limit
     }
 
+    /// Largest magnitude of a term over the declared ranges \[2^−F codes\]; of
+    /// the integral, of one step of it.
+    pub fn largest_term(&self, part: Part) -> u64 {
+        match part {
+            Part::Proportional => self.aligned.proportional.largest(),
+            Part::Integral => self.aligned.integral.largest(),
+            Part::Derivative => self.aligned.derivative.largest(),
+            Part::Velocity => self.aligned.velocity.largest(),
+            Part::Acceleration => self.aligned.acceleration.largest(),
+            Part::Friction => self.aligned.friction.unsigned_abs(),
+        }
+    }
+
     /// Bits that are left above the largest sum that the declared ranges allow.
     pub const fn headroom_bits(&self) -> u32 {
         self.aligned.headroom_bits

@@ -166,6 +166,17 @@ pub enum SpiIoError {
     Board(ModelBoardError),
 }
 
+impl SpiIoError {
+    /// The run file's key and value that are to blame, if they are.
+    pub fn key(&self) -> Option<(&'static str, u32)> {
+        match self {
+            Self::DacBits(bits) => Some(("drive.dac_bits", *bits)),
+            Self::CounterBits(bits) => Some(("encoder.counter_bits", *bits)),
+            Self::Board(_) => None,
+        }
+    }
+}
+
 impl fmt::Display for SpiIoError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

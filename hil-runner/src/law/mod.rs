@@ -18,7 +18,7 @@ pub(crate) use firmware_law::FirmwareOnCounts;
 use quantised::QuantisedLaw;
 pub(crate) use sampled::Pid;
 use sampled::SampledLaw;
-pub use servo_law::{GapMeasurement, IoKind, ServoLaw, ServoStatus, measure_gap};
+pub use servo_law::{GapMeasurement, IoKind, ServoLaw, ServoStatus, measure_gap, word_request};
 
 /// The controller of a sampled rung with its memory.
 #[derive(Debug, Clone)]

@@ -62,6 +62,8 @@ pub enum QuantiseError {
     Motion(MotionError),
     /// The gap could not be measured.
     Gap(String),
+    /// Without a sample time there are no words.
+    NoSampleTime,
     /// The electronics cannot be had.
     Io(String),
     /// The setpoints do not fit the table.
@@ -105,6 +107,7 @@ impl fmt::Display for QuantiseError {
                 because,
             } => write!(f, "{key} = {value}: {because}"),
             Self::Motion(error) => error.fmt(f),
+            Self::NoSampleTime => f.write_str("a sampled law needs controller.sample_time_s"),
             Self::Gap(because) | Self::Io(because) => f.write_str(because),
             Self::Setpoints(error) => error.fmt(f),
             Self::Dac(error) => error.fmt(f),

@@ -88,6 +88,15 @@ impl WordRequest {
     }
 }
 
+/// The fewest bits of a word that fit, if more than the present ones do.
+fn fewest_bits(request: &WordRequest) -> Option<u32> {
+    (request.settings.word_bits + 1..=31).find(|&word_bits| {
+        let mut request = *request;
+        request.settings.word_bits = word_bits;
+        request.settle().is_ok()
+    })
+}
+
 /// The refusal in terms of the run file.
 pub(super) fn explain(request: &WordRequest, refusal: Refusal) -> QuantiseError {
     match refusal {
@@ -120,7 +129,16 @@ pub(super) fn explain(request: &WordRequest, refusal: Refusal) -> QuantiseError 
                     });
                 }
             }
-            if unfit.is_empty() {
+            if let Some(bits) = fewest_bits(request) {
+                QuantiseError::Setting {
+                    key: "controller.word_bits",
+                    value: f64::from(request.settings.word_bits),
+                    because: format!(
+                        "these gains need words of at least {bits} bits to stay within one code \
+                         of the exact law ({error})"
+                    ),
+                }
+            } else if unfit.is_empty() {
                 QuantiseError::Law(error)
             } else {
                 QuantiseError::Gains(unfit)

@@ -13,7 +13,7 @@
 pub mod fitting;
 mod shown;
 
-pub use shown::{CaseWords, ShownWord};
+pub use shown::{CaseWords, ShownWord, unit};
 
 use firmware::law::{AntiWindup, Derivative, FilterWords, Law, LawError, LawWords, Part};
 use firmware::{Dac, ErrorRange, GainWord};

@@ -73,7 +73,7 @@ fn is_of_the_paper(part: Part) -> bool {
 }
 
 /// The gain as the law has it.
-pub(crate) fn name(part: Part) -> &'static str {
+fn name(part: Part) -> &'static str {
     match part {
         Part::Proportional => "Kp",
         Part::Integral => "Ki·Δt",
@@ -85,7 +85,7 @@ pub(crate) fn name(part: Part) -> &'static str {
 }
 
 /// The unit of the gain in the law: rates come in units of their own.
-pub(crate) fn unit(part: Part) -> &'static str {
+pub fn unit(part: Part) -> &'static str {
     match part {
         Part::Proportional | Part::Integral | Part::Derivative => "codes/count",
         Part::Velocity => "codes/unit of v",

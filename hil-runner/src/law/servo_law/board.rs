@@ -3,6 +3,7 @@
 
 use firmware::{Board, counts};
 
+use super::setup::setting;
 use crate::case::Case;
 use crate::io::{Part, SpiIo};
 use crate::quantise::QuantiseError;
@@ -55,7 +56,10 @@ impl BenchBoard {
             IoKind::Spi => Electronics::Spi {
                 io: SpiIo::new(case.dac.bits, counter_bits)
                     .map(Box::new)
-                    .map_err(|error| QuantiseError::Io(error.to_string()))?,
+                    .map_err(|error| match error.key() {
+                        Some((key, value)) => setting(key, f64::from(value), &error),
+                        None => QuantiseError::Io(error.to_string()),
+                    })?,
                 samples: 0,
             },
         };

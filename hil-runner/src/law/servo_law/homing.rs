@@ -55,8 +55,7 @@ impl Watch for Nobody {
 /// disagree, or the axis stops on a fault; else as for a run.
 pub fn measure_gap(case: &Case) -> Result<GapMeasurement, QuantiseError> {
     let period_ns = case.controller.sample_time_ns;
-    let period_ns = period_ns
-        .ok_or_else(|| QuantiseError::Gap("homing needs controller.sample_time_s".to_owned()))?;
+    let period_ns = period_ns.ok_or(QuantiseError::NoSampleTime)?;
     let setup = Setup::of(case, period_ns)?;
     let mut axis = setup.axis_without_take_up()?;
     // The routine has reasons of its own to push against a load.

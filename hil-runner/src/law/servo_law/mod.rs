@@ -19,7 +19,7 @@ use crate::case::Case;
 use crate::message::{Command, Measurement};
 use crate::quantise::QuantiseError;
 use crate::servo::{EncoderGlitch, ServoSettings};
-use crate::words::ServoWords;
+use crate::words::{ServoWords, WordRequest};
 
 pub use board::IoKind;
 pub use homing::{GapMeasurement, measure_gap};
@@ -57,6 +57,18 @@ pub struct ServoLaw {
     frozen_counts: Option<f64>,
     peak_error_counts: u32,
     refused_requests: u32,
+}
+
+/// What the words of a case are made from, whether or not it asks for more
+/// than the paper's law.
+///
+/// # Errors
+/// [`QuantiseError`] if there is no sample time or the motion cannot be
+/// generated.
+pub fn word_request(case: &Case) -> Result<WordRequest, QuantiseError> {
+    let period_ns = case.controller.sample_time_ns;
+    let period_ns = period_ns.ok_or(QuantiseError::NoSampleTime)?;
+    Ok(Setup::of(case, period_ns)?.request())
 }
 
 impl ServoLaw {
@@ -147,7 +159,9 @@ impl ServoLaw {
             }
         }
         let change = self.settings.gain_change.map(|change| change.at_ns);
-        if let (true, Some(law)) = (self.comes(change, tick), self.next_law.take()) {
+        if self.comes(change, tick)
+            && let Some(law) = self.next_law
+        {
             self.axis.law = law;
             self.state.gains_changed();
         }

@@ -202,7 +202,7 @@ pub(super) const BACKLASH: &[Key] = &[
         "counts/s",
         "motor speed where the gap is \"measured\"",
     )
-    .or(DefaultValue::Number(2000.0)),
+    .or(DefaultValue::Number(200.0)),
     value(
         "homing_effort_codes",
         Kind::Whole(1, MOST_CODES),
