@@ -87,7 +87,7 @@ impl MotionPlan {
             piece.inspect(|piece| state.enter(piece))
         };
         match piece {
-            Some(piece) => Next::Setpoint(piece.setpoint(&state.point, self.mirrored)),
+            Some(piece) => Next::Setpoint(piece.setpoint(&state.point, self.sign)),
             None => Next::Last(Setpoint {
                 position: self.end,
                 velocity: 0,

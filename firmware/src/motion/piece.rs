@@ -197,8 +197,9 @@ impl Piece {
         }
     }
 
-    /// The setpoint of a travel in the positive direction, or mirrored.
-    pub(super) fn setpoint(&self, point: &Point, mirrored: bool) -> Setpoint {
+    /// The setpoint of a travel in the positive direction, or of a mirrored
+    /// one where `sign` is not 0 but −1: −a is the complement of a, plus 1.
+    pub(super) fn setpoint(&self, point: &Point, sign: i32) -> Setpoint {
         let (sine, acceleration) = match self.shape {
             Shape::Straight { acceleration, .. } => (0, acceleration),
             Shape::Sine {
@@ -215,8 +216,6 @@ impl Piece {
                 )
             }
         };
-        // 0, or −1 that turns the sign: −a is the complement of a, plus 1.
-        let sign = i32::from(mirrored).wrapping_neg();
         let turned = |value: i32| (value ^ sign).wrapping_sub(sign);
         let position = point.line.high.wrapping_sub(sine);
         let position = (position ^ i64::from(sign))

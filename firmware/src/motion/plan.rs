@@ -30,8 +30,8 @@ const DURATION_MAX_PS: u64 = 1 << 62;
 pub struct MotionPlan {
     /// Those of the intervals that have samples, for the travel's magnitude.
     pub(super) pieces: Vec<Piece, 7>,
-    /// Whether the travel is negative.
-    pub(super) mirrored: bool,
+    /// −1 where the travel is negative, otherwise 0.
+    pub(super) sign: i32,
     /// Where the motion ends, `floor(h + ½)`.
     pub(super) end: i32,
     last_sample: u64,
@@ -89,7 +89,7 @@ impl MotionPlan {
         let [a, b, c, d, ..] = end.to_le_bytes();
         Ok(Self {
             pieces,
-            mirrored: travel < 0,
+            sign: i32::from(travel < 0).wrapping_neg(),
             end: i32::from_le_bytes([a, b, c, d]),
             last_sample: sample_from(total_ps, period_ps),
             velocity_fraction_bits: u8::try_from(velocity_bits).unwrap_or(0),
