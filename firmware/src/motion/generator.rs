@@ -15,6 +15,9 @@ pub struct MotionState {
     entered: u8,
 }
 
+/// An axis keeps all that it remembers in 256 bytes.
+const _: () = assert!(size_of::<MotionState>() == 56);
+
 /// A source of setpoints that computes them from a plan.
 ///
 /// ```
