@@ -21,8 +21,12 @@ pub(super) const GRID_BITS: u32 = 30;
 pub(super) const SINE_BITS_MAX: i32 = 92;
 /// Fraction bits of the velocity's sum beyond those of the output.
 pub(super) const VELOCITY_BITS: i32 = 30;
+/// Half a unit of the output in the velocity's sum.
+pub(super) const VELOCITY_HALF: i64 = 1 << 29;
 /// Fraction bits of the acceleration's product beyond those of the output.
-pub(super) const ACCELERATION_BITS: i32 = 29;
+const ACCELERATION_BITS: u32 = 29;
+/// Half a unit of the output in the acceleration's product.
+pub(super) const ACCELERATION_HALF: i32 = 1 << 28;
 
 /// Fixed point with 62 fraction bits in 96 bits: what is summed a million
 /// times. One addition is three of a 32-bit machine.
@@ -215,7 +219,7 @@ impl Piece {
                     .wrapping_add(i64::from(acceleration_centre));
                 (
                     point.sine.wrapping_shr(u32::from(shift)),
-                    low_signed(weighted.wrapping_shr(ACCELERATION_BITS.unsigned_abs())),
+                    low_signed(weighted.wrapping_shr(ACCELERATION_BITS)),
                 )
             }
         };

@@ -22,7 +22,7 @@ const DURATION_MAX_PS: u64 = 1 << 62;
 /// let intervals_ps = [quarter_ps, 0, quarter_ps, 0, quarter_ps, 0, quarter_ps];
 /// let plan = MotionPlan::new(1 << 52, intervals_ps, 1_000_000)?;
 /// assert_eq!(plan.last_sample(), 1_000);
-/// // The peak is 2^21 counts per second, 2^10.996 per sample² is 30 bits.
+/// // The peak is 2^21 counts per second, 2^11.03 per sample, in 30 bits.
 /// assert_eq!(plan.velocity_fraction_bits(), 18);
 /// # Ok::<(), firmware::MotionError>(())
 /// ```
@@ -61,11 +61,8 @@ impl MotionPlan {
         }
         // Below 2^42.
         let period_ps = u64::from(period_ns).saturating_mul(1_000);
-        let intervals = chain(travel.unsigned_abs(), intervals_ps, period_ps)?;
+        let (peak, intervals) = chain(travel.unsigned_abs(), intervals_ps, period_ps)?;
 
-        // The speed between acceleration and deceleration is the peak.
-        let [_, _, _, rest, ..] = intervals;
-        let peak = rest.velocity;
         let velocity_bits = output_bits(peak).ok_or_else(|| MotionError::Speed {
             counts_per_sample: rounded(peak),
         })?;
