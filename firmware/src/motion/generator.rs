@@ -15,6 +15,9 @@ pub struct MotionState {
     entered: u8,
 }
 
+/// An axis keeps all that it remembers in 256 bytes.
+const _: () = assert!(size_of::<MotionState>() == 56);
+
 /// A source of setpoints that computes them from a plan.
 ///
 /// ```
@@ -87,7 +90,7 @@ impl MotionPlan {
             piece.inspect(|piece| state.enter(piece))
         };
         match piece {
-            Some(piece) => Next::Setpoint(piece.setpoint(&state.point, self.mirrored)),
+            Some(piece) => Next::Setpoint(piece.setpoint(&state.point, self.sign)),
             None => Next::Last(Setpoint {
                 position: self.end,
                 velocity: 0,

@@ -1,5 +1,7 @@
 //! The seven intervals of the command, in counts and samples.
 
+use heapless::Vec;
+
 use super::error::MotionError;
 use super::real::Real;
 
@@ -29,17 +31,6 @@ pub(super) struct Interval {
 }
 
 impl Interval {
-    const NONE: Self = Self {
-        number: 0,
-        course: Course::Constant,
-        duration: Real::ZERO,
-        position: Real::ZERO,
-        velocity: Real::ZERO,
-        amplitude: Real::ZERO,
-        samples: 0,
-        first: Real::ZERO,
-    };
-
     /// `ω`, and `ω·τ` at the first sample.
     pub(super) fn first_angle(&self) -> (Real, Real) {
         let omega = Real::HALF_PI.over(self.duration);
@@ -58,12 +49,13 @@ impl Interval {
     }
 }
 
-/// The seven intervals with amplitudes that lead over the travel to rest.
+/// The peak speed and the seven intervals, with the amplitudes that lead over
+/// the travel to rest.
 pub(super) fn chain(
     travel: u64,
     intervals_ps: [u64; 7],
     period_ps: u64,
-) -> Result<[Interval; 7], MotionError> {
+) -> Result<(Real, Vec<Interval, 7>), MotionError> {
     let period = Real::from_integer(period_ps);
     let [t1, t2, t3, t4, t5, t6, t7] = intervals_ps.map(|t| Real::from_integer(t).over(period));
     let c = Real::TWO_OVER_PI;
@@ -111,28 +103,27 @@ pub(super) fn chain(
         Course::Constant,
         Course::Fall,
     ];
-    let durations = [t1, t2, t3, t4, t5, t6, t7];
-    let mut number = 0_u8;
-    let mut start_ps = 0_u64;
-    let mut position = Real::ZERO;
-    let mut rows = intervals_ps
+    let rows = intervals_ps
         .into_iter()
-        .zip(durations)
+        .zip([t1, t2, t3, t4, t5, t6, t7])
         .zip(displacements)
         .zip(starts)
         .zip(amplitudes)
-        .zip(courses);
-    Ok([(); 7].map(|()| {
-        let Some((((((t_ps, duration), displacement), speed), amplitude), course)) = rows.next()
-        else {
-            // Seven rows for seven intervals.
-            return Interval::NONE;
-        };
+        .zip(courses)
+        .zip(1..);
+
+    let mut intervals = Vec::new();
+    let (mut start_ps, mut position) = (0_u64, Real::ZERO);
+    for ((((((t_ps, duration), displacement), speed), amplitude), course), number) in rows {
         // Sample k lies in the interval if start ≤ k·Δt < end.
         let end_ps = start_ps.saturating_add(t_ps);
         let first_sample = sample_from(start_ps, period_ps);
-        number = number.saturating_add(1);
-        let interval = Interval {
+        // Below 2^42: no time is rounded.
+        let first_ps = first_sample
+            .saturating_mul(period_ps)
+            .saturating_sub(start_ps);
+        // There is room for all seven.
+        let _ = intervals.push(Interval {
             number,
             course,
             duration,
@@ -140,18 +131,12 @@ pub(super) fn chain(
             velocity: speed.times(peak),
             amplitude,
             samples: sample_from(end_ps, period_ps).saturating_sub(first_sample),
-            // Below 2^62 + 2^42: no time is rounded.
-            first: Real::from_integer(
-                first_sample
-                    .saturating_mul(period_ps)
-                    .saturating_sub(start_ps),
-            )
-            .over(period),
-        };
+            first: Real::from_integer(first_ps).over(period),
+        });
         start_ps = end_ps;
         position = position.plus(displacement);
-        interval
-    }))
+    }
+    Ok((peak, intervals))
 }
 
 /// The first sample at or after `time_ps`.

@@ -21,15 +21,19 @@ pub(super) const GRID_BITS: u32 = 30;
 pub(super) const SINE_BITS_MAX: i32 = 92;
 /// Fraction bits of the velocity's sum beyond those of the output.
 pub(super) const VELOCITY_BITS: i32 = 30;
+/// Half a unit of the output in the velocity's sum.
+pub(super) const VELOCITY_HALF: i64 = 1 << 29;
 /// Fraction bits of the acceleration's product beyond those of the output.
-pub(super) const ACCELERATION_BITS: i32 = 29;
+const ACCELERATION_BITS: u32 = 29;
+/// Half a unit of the output in the acceleration's product.
+pub(super) const ACCELERATION_HALF: i32 = 1 << 28;
 
 /// Fixed point with 62 fraction bits in 96 bits: what is summed a million
 /// times. One addition is three of a 32-bit machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Long {
-    /// Multiples of 2^−30.
-    high: i64,
+    /// Multiples of 2^−30, in two words: 12 bytes instead of 16.
+    high: [u32; 2],
     /// Multiples of 2^−62.
     low: u32,
 }
@@ -38,31 +42,34 @@ impl Long {
     pub(super) fn from_real(value: Real) -> Self {
         let [a, b, c, d, e, f, g, h, i, j, k, l, ..] = value.to_fixed(62).to_le_bytes();
         Self {
-            high: i64::from_le_bytes([e, f, g, h, i, j, k, l]),
+            high: [
+                u32::from_le_bytes([e, f, g, h]),
+                u32::from_le_bytes([i, j, k, l]),
+            ],
             low: u32::from_le_bytes([a, b, c, d]),
         }
     }
 
-    #[cfg(test)]
+    /// Cut off to multiples of 2^−30.
     pub(super) fn grid(self) -> i64 {
-        self.high
-    }
-
-    #[cfg(test)]
-    pub(super) fn cut_to_30_bits(self) -> Self {
-        Self { low: 0, ..self }
+        let [lower, upper] = self.high;
+        (u64::from(upper).wrapping_shl(32) | u64::from(lower)).cast_signed()
     }
 
     /// The sum modulo 2^34.
     fn plus(self, other: Self) -> Self {
         let (low, carry) = self.low.overflowing_add(other.low);
+        let sum = self.grid().wrapping_add(other.grid());
+        let sum = sum.wrapping_add(i64::from(carry));
         Self {
-            high: self
-                .high
-                .wrapping_add(other.high)
-                .wrapping_add(i64::from(carry)),
+            high: [low_word(sum), high_word(sum).cast_unsigned()],
             low,
         }
+    }
+
+    #[cfg(test)]
+    pub(super) fn cut_to_30_bits(self) -> Self {
+        Self { low: 0, ..self }
     }
 }
 
@@ -108,7 +115,7 @@ impl Turn {
     /// makes of it. `E ≤ √2·2^30`, `|H| ≤ 2^30` and `|l| ≤ 2^31`: the bracket
     /// stays below `(√2 + ½)·2^62 + 2^31 < 2^63`, the whole below 2^63.
     fn of(self, value: i64) -> i64 {
-        let (high, low) = (high(value), low(value));
+        let (high, low) = (high_word(value), low_word(value));
         let upper = product(self.high.cast_signed(), high);
         let cross = u64::from(self.high)
             .wrapping_mul(u64::from(low))
@@ -191,14 +198,15 @@ impl Piece {
                 point.sine = point.sine.wrapping_add(turn.of(before));
                 point.cosine = before.wrapping_sub(turn.of(point.sine));
                 // Both below 2^30, so that their sum fits.
-                let sum = high(before).wrapping_add(high(point.cosine));
+                let sum = high_word(before).wrapping_add(high_word(point.cosine));
                 point.velocity = velocity_centre.wrapping_sub(product(velocity_weight, sum));
             }
         }
     }
 
-    /// The setpoint of a travel in the positive direction, or mirrored.
-    pub(super) fn setpoint(&self, point: &Point, mirrored: bool) -> Setpoint {
+    /// The setpoint of a travel in the positive direction, or of a mirrored
+    /// one where `sign` is not 0 but −1: −a is the complement of a, plus 1.
+    pub(super) fn setpoint(&self, point: &Point, sign: i32) -> Setpoint {
         let (sine, acceleration) = match self.shape {
             Shape::Straight { acceleration, .. } => (0, acceleration),
             Shape::Sine {
@@ -207,18 +215,16 @@ impl Piece {
                 acceleration_centre,
                 ..
             } => {
-                let weighted = product(acceleration_weight, high(point.sine))
+                let weighted = product(acceleration_weight, high_word(point.sine))
                     .wrapping_add(i64::from(acceleration_centre));
                 (
                     point.sine.wrapping_shr(u32::from(shift)),
-                    low_signed(weighted.wrapping_shr(ACCELERATION_BITS.unsigned_abs())),
+                    low_signed(weighted.wrapping_shr(ACCELERATION_BITS)),
                 )
             }
         };
-        // 0, or −1 that turns the sign: −a is the complement of a, plus 1.
-        let sign = i32::from(mirrored).wrapping_neg();
         let turned = |value: i32| (value ^ sign).wrapping_sub(sign);
-        let position = point.line.high.wrapping_sub(sine);
+        let position = point.line.grid().wrapping_sub(sine);
         let position = (position ^ i64::from(sign))
             .wrapping_sub(i64::from(sign))
             .wrapping_add(1 << GRID_BITS.wrapping_sub(1));
@@ -237,13 +243,13 @@ fn product(a: i32, b: i32) -> i64 {
 }
 
 /// `floor(value/2^32)`.
-fn high(value: i64) -> i32 {
+fn high_word(value: i64) -> i32 {
     let [.., a, b, c, d] = value.to_le_bytes();
     i32::from_le_bytes([a, b, c, d])
 }
 
 /// The lower half.
-fn low(value: i64) -> u32 {
+fn low_word(value: i64) -> u32 {
     low_signed(value).cast_unsigned()
 }
 

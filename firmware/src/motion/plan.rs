@@ -22,7 +22,7 @@ const DURATION_MAX_PS: u64 = 1 << 62;
 /// let intervals_ps = [quarter_ps, 0, quarter_ps, 0, quarter_ps, 0, quarter_ps];
 /// let plan = MotionPlan::new(1 << 52, intervals_ps, 1_000_000)?;
 /// assert_eq!(plan.last_sample(), 1_000);
-/// // The peak is 2^21 counts per second, 2^10.996 per sample² is 30 bits.
+/// // The peak is 2^21 counts per second, 2^11.03 per sample, in 30 bits.
 /// assert_eq!(plan.velocity_fraction_bits(), 18);
 /// # Ok::<(), firmware::MotionError>(())
 /// ```
@@ -30,8 +30,8 @@ const DURATION_MAX_PS: u64 = 1 << 62;
 pub struct MotionPlan {
     /// Those of the intervals that have samples, for the travel's magnitude.
     pub(super) pieces: Vec<Piece, 7>,
-    /// Whether the travel is negative.
-    pub(super) mirrored: bool,
+    /// −1 where the travel is negative, otherwise 0.
+    pub(super) sign: i32,
     /// Where the motion ends, `floor(h + ½)`.
     pub(super) end: i32,
     last_sample: u64,
@@ -61,11 +61,8 @@ impl MotionPlan {
         }
         // Below 2^42.
         let period_ps = u64::from(period_ns).saturating_mul(1_000);
-        let intervals = chain(travel.unsigned_abs(), intervals_ps, period_ps)?;
+        let (peak, intervals) = chain(travel.unsigned_abs(), intervals_ps, period_ps)?;
 
-        // The speed between acceleration and deceleration is the peak.
-        let [_, _, _, rest, ..] = intervals;
-        let peak = rest.velocity;
         let velocity_bits = output_bits(peak).ok_or_else(|| MotionError::Speed {
             counts_per_sample: rounded(peak),
         })?;
@@ -89,7 +86,7 @@ impl MotionPlan {
         let [a, b, c, d, ..] = end.to_le_bytes();
         Ok(Self {
             pieces,
-            mirrored: travel < 0,
+            sign: i32::from(travel < 0).wrapping_neg(),
             end: i32::from_le_bytes([a, b, c, d]),
             last_sample: sample_from(total_ps, period_ps),
             velocity_fraction_bits: u8::try_from(velocity_bits).unwrap_or(0),

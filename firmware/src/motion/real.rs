@@ -3,7 +3,8 @@
 //!
 //! Planning happens once and spans many magnitudes: an interval of a
 //! picosecond beside one of a month. With an exponent of its own each number
-//! keeps 62 bits: an operation costs at most 2^−62 of its result.
+//! keeps 62 bits: an operation costs at most 2^−62 of its result. None is
+//! inlined: a plan has hundreds of them, on a chip of 64 KiB.
 
 /// `mantissa·2^exponent`; the mantissa is 0, or of magnitude 2^62 to 2^63 − 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -33,6 +34,7 @@ impl Real {
     };
 
     /// `value·2^exponent`, cut off to 63 bits.
+    #[inline(never)]
     pub(super) fn new(value: i128, exponent: i32) -> Self {
         let magnitude = value.unsigned_abs();
         if magnitude == 0 {
@@ -88,6 +90,7 @@ impl Real {
         }
     }
 
+    #[inline(never)]
     pub(super) fn plus(self, other: Self) -> Self {
         if self.is_zero() {
             return other;
@@ -115,6 +118,7 @@ impl Real {
         self.plus(other.negated())
     }
 
+    #[inline(never)]
     pub(super) fn times(self, other: Self) -> Self {
         // Below 2^126.
         let product = i128::from(self.mantissa).wrapping_mul(i128::from(other.mantissa));
@@ -122,6 +126,7 @@ impl Real {
     }
 
     /// `self/divisor`; 0 where the divisor is 0, which no caller asks for.
+    #[inline(never)]
     pub(super) fn over(self, divisor: Self) -> Self {
         // 2^125 to 2^126 over 2^62 to 2^63: at least 62 bits.
         let quotient = i128::from(self.mantissa)
@@ -144,6 +149,7 @@ impl Real {
 
     /// The nearest multiple of `2^−fraction_bits`, in its units; halves go
     /// up. Held at the ends of the type.
+    #[inline(never)]
     pub(super) fn to_fixed(self, fraction_bits: i32) -> i128 {
         let shift = self.exponent.saturating_add(fraction_bits);
         let amount = shift.unsigned_abs();
@@ -162,6 +168,7 @@ impl Real {
     }
 
     /// Sine and cosine of `0 ≤ self ≤ π/2`, to 2^−60.
+    #[inline(never)]
     pub(super) fn sine_cosine(self) -> (Self, Self) {
         let square = self.times(self);
         (series(self, square, 2), series(Self::ONE, square, 1))
@@ -170,6 +177,7 @@ impl Real {
 
 /// `first·(1 − θ²/(n(n+1))·(1 − θ²/((n+2)(n+3))·…))`. The first term left out
 /// is below (π/2)^28/28! < 2^−79.
+#[inline(never)]
 fn series(first: Real, square: Real, n: u64) -> Real {
     let mut term = first;
     let mut sum = first;

@@ -3,7 +3,8 @@
 use super::error::MotionError;
 use super::interval::{Course, Interval};
 use super::piece::{
-    ACCELERATION_BITS, GRID_BITS, Long, Piece, Point, SINE_BITS_MAX, Shape, Turn, VELOCITY_BITS,
+    ACCELERATION_HALF, GRID_BITS, Long, Piece, Point, SINE_BITS_MAX, Shape, Turn, VELOCITY_BITS,
+    VELOCITY_HALF,
 };
 use super::real::Real;
 
@@ -40,7 +41,6 @@ impl Interval {
         };
         let line = line_start.plus(line_speed.times(self.first));
         if self.samples == 1 {
-            let acceleration = self.amplitude.times(sine);
             return Ok(Piece {
                 samples: 1,
                 entry: Point {
@@ -51,26 +51,50 @@ impl Interval {
                 shape: Shape::Straight {
                     growth: Long::default(),
                     velocity_growth: 0,
-                    acceleration: short(acceleration, acceleration_bits),
+                    acceleration: short(self.amplitude.times(sine), acceleration_bits),
                 },
             });
         }
-
-        // The amplitude takes 2^61 to 2^62 less a margin of 1/64, into which
-        // the roundings may grow.
-        let grown = swing.plus(swing.scaled(-6));
-        let sine_bits = 62_i32.saturating_sub(grown.bits()).min(SINE_BITS_MAX);
-        let fewer = sine_bits.saturating_sub(5).clamp(0, 31).unsigned_abs();
-        let samples = self.samples_up_to(1_u64.wrapping_shl(fewer))?;
-
-        // Two samples in the interval: ω/2 < π/4 and ω·τ + ω/2 < π/2.
-        let half_omega = omega.scaled(-1);
-        let (half_sine, half_cosine) = half_omega.sine_cosine();
-        let (later_sine, later_cosine) = theta.plus(half_omega).sine_cosine();
+        let (shape, sine_bits) =
+            self.turning(line_speed, swing, velocity_bits, acceleration_bits)?;
+        // Half a sample later; there is another sample in the interval, so
+        // that ω·τ + ω/2 < π/2.
+        let (later_sine, later_cosine) = theta.plus(omega.scaled(-1)).sine_cosine();
         let cosine_later = match self.course {
             Course::Rise | Course::Constant => later_cosine,
             Course::Fall => later_sine.negated(),
         };
+        Ok(Piece {
+            // Checked above.
+            samples: u32::try_from(self.samples).unwrap_or(u32::MAX),
+            entry: Point {
+                line: Long::from_real(line),
+                step: Long::from_real(line_speed),
+                sine: word(swing.times(sine), sine_bits),
+                cosine: word(swing.times(cosine_later), sine_bits),
+                velocity: velocity_word(velocity, velocity_bits),
+            },
+            shape,
+        })
+    }
+
+    /// What turns a sine of amplitude `swing`, and the sine's fraction bits.
+    fn turning(
+        &self,
+        line_speed: Real,
+        swing: Real,
+        velocity_bits: i32,
+        acceleration_bits: i32,
+    ) -> Result<(Shape, i32), MotionError> {
+        // The amplitude takes 2^61 to 2^62 less a margin of 1/64, into which
+        // the roundings may grow.
+        let grown = swing.plus(swing.scaled(-6));
+        let sine_bits = 62_i32.saturating_sub(grown.bits()).min(SINE_BITS_MAX);
+        let most_bits = sine_bits.saturating_sub(5).clamp(0, 31).unsigned_abs();
+        self.samples_up_to(1_u64.wrapping_shl(most_bits))?;
+
+        let (omega, _) = self.first_angle();
+        let (half_sine, half_cosine) = omega.scaled(-1).sine_cosine();
         let over = |bits: i32| bits.saturating_sub(sine_bits);
         let velocity_weight = short(
             omega.over(half_cosine).scaled(-1),
@@ -80,30 +104,21 @@ impl Interval {
             omega.times(omega),
             over(acceleration_bits.saturating_add(61)),
         );
-        Ok(Piece {
-            samples,
-            entry: Point {
-                line: Long::from_real(line),
-                step: Long::from_real(line_speed),
-                sine: word(swing.times(sine), sine_bits),
-                cosine: word(swing.times(cosine_later), sine_bits),
-                velocity: velocity_word(velocity, velocity_bits),
-            },
-            shape: Shape::Sine {
-                turn: Turn::from_real(half_sine.scaled(1)),
-                shift: u8::try_from(over(0).saturating_neg().saturating_sub_unsigned(GRID_BITS))
-                    .unwrap_or(0),
-                // Two floors leave out a half each, in the mean.
-                velocity_centre: velocity_word(line_speed, velocity_bits)
-                    .saturating_sub(i64::from(velocity_weight)),
-                velocity_weight,
-                acceleration_weight,
-                // So does one.
-                acceleration_centre: acceleration_weight
-                    .wrapping_shr(1)
-                    .saturating_add(short(Real::ONE, ACCELERATION_BITS.saturating_sub(1))),
-            },
-        })
+        let shape = Shape::Sine {
+            turn: Turn::from_real(half_sine.scaled(1)),
+            // 0 to 62.
+            shift: u8::try_from(sine_bits.saturating_sub_unsigned(GRID_BITS)).unwrap_or(0),
+            // Two floors leave out a half each, in the mean.
+            velocity_centre: velocity_word(line_speed, velocity_bits)
+                .saturating_sub(i64::from(velocity_weight)),
+            velocity_weight,
+            acceleration_weight,
+            // So does one.
+            acceleration_centre: acceleration_weight
+                .wrapping_shr(1)
+                .saturating_add(ACCELERATION_HALF),
+        };
+        Ok((shape, sine_bits))
     }
 
     /// Constant acceleration: `x = x0 + v0·τ + A·τ²/2`.
@@ -150,12 +165,7 @@ impl Interval {
 
 /// A velocity with half a unit of the output, ready for its floor.
 fn velocity_word(velocity: Real, velocity_bits: i32) -> i64 {
-    word(velocity, velocity_bits.saturating_add(VELOCITY_BITS)).saturating_add(half(VELOCITY_BITS))
-}
-
-/// Half a unit of the output, below so many bits.
-const fn half(bits: i32) -> i64 {
-    1_i64.wrapping_shl(bits.unsigned_abs().wrapping_sub(1))
+    word(velocity, velocity_bits.saturating_add(VELOCITY_BITS)).saturating_add(VELOCITY_HALF)
 }
 
 /// A value that fits by the table of [`super::piece`]; held if it did not.
