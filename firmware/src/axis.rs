@@ -125,7 +125,8 @@ pub struct Inputs {
     pub tick: u64,
     /// Register of the motor's encoder.
     pub motor_register: u32,
-    /// Register of the load's encoder, where there is one.
+    /// Register of the load's encoder, where there is one; with
+    /// [`Feedback::Load`] none counts as a transfer that failed.
     pub load_register: Option<u32>,
     /// Whether the emergency stop is asserted.
     pub emergency_stop: bool,
@@ -149,6 +150,13 @@ pub struct AxisOutput {
     pub out_of_range: bool,
 }
 
+/// The register of the load's encoder did not come.
+const LOAD_NOT_READ: Trip = Trip {
+    cause: FaultCause::HardwareBus,
+    measured: 1,
+    limit: 0,
+};
+
 impl Axis {
     /// An axis with law and output, every other option off.
     pub fn new(law: Law, output: Output) -> Self {
@@ -166,15 +174,19 @@ impl Axis {
     /// Asks for another state; it acts from the next sample on.
     ///
     /// # Errors
-    /// [`Refused`] if the state does not allow it; nothing has changed then.
+    /// [`Refused`] if the state does not allow it, and for the two events that
+    /// the axis finds out itself; nothing has changed then.
     pub fn request(&self, state: &mut AxisState, event: Event) -> Result<State, Refused> {
         let next = state.state.after(event)?;
         match event {
-            Event::Enable => state.position_to_hold = true,
-            Event::Reset => {
-                state.latch.clear();
+            Event::Enable => {
+                state.position_to_hold = true;
+                // Samples in a row: those before the power went off do not count.
                 state.loss = EncoderLossState::default();
                 state.saturation = SaturationState::default();
+            }
+            Event::Reset => {
+                state.latch.clear();
                 // A counter that never came back starts anew; the axis has
                 // to be homed.
                 if state.motor.missed() != 0 {
@@ -184,7 +196,15 @@ impl Axis {
                     state.load = PositionState::default();
                 }
             }
-            Event::Disable | Event::Start | Event::MotionEnded | Event::Fail => {}
+            Event::Disable | Event::Start => {}
+            // A fault without its record, a motion that ends where its source
+            // does not: neither is for others to say.
+            Event::MotionEnded | Event::Fail => {
+                return Err(Refused {
+                    state: state.state,
+                    event,
+                });
+            }
         }
         state.state = next;
         Ok(next)
@@ -205,11 +225,17 @@ impl Axis {
                 inputs.load_register.map(u32::cast_signed),
                 None,
             ),
-            Feedback::Load(counter) => {
-                let register = inputs.load_register.unwrap_or_default();
-                let load = counter.read(&mut state.load, register);
-                (load.position, Some(load.position), load.glitch)
-            }
+            Feedback::Load(counter) => match inputs.load_register {
+                Some(register) => {
+                    let load = counter.read(&mut state.load, register);
+                    (load.position, Some(load.position), load.glitch)
+                }
+                // No register is not a register that reads 0.
+                None => {
+                    let last = state.load.position();
+                    (last.unwrap_or_default(), last, Some(LOAD_NOT_READ))
+                }
+            },
         };
         let mut trip = most_urgent(self.hardware_trip(state, inputs), motor.glitch);
         trip = most_urgent(trip, load_trip);
@@ -347,8 +373,9 @@ impl Axis {
             // Hold where the axis stands, and go on from the code in force.
             setpoint.position = position;
             state.take_up = TakeUpState::default();
-            state.law = if state.state == State::Enabled {
-                LawState::take_over(state.output.code())
+            let code = state.output.code();
+            state.law = if state.state == State::Enabled || code != 0 {
+                LawState::take_over(code)
             } else {
                 // Started in the same breath, from rest.
                 LawState::default()

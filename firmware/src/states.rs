@@ -151,9 +151,8 @@ impl fmt::Display for Refused {
             Event::Enable => "the axis must be disabled",
             Event::Disable => "a fault has to be reset",
             Event::Start => "the axis must be enabled or holding",
-            Event::MotionEnded => "the axis must be moving",
-            // No state refuses it.
-            Event::Fail => "every state allows it",
+            Event::MotionEnded => "the source of setpoints ends a motion while the axis is moving",
+            Event::Fail => "a check must have tripped",
             Event::Reset => "there must be a fault",
         };
         write!(

@@ -1,0 +1,368 @@
+//! Every cause, from every state in which it can occur: the safe output in the
+//! same sample, the latch, and the way back.
+
+#![allow(clippy::expect_used, reason = "a test stops where its setup fails")]
+
+mod rig;
+
+use firmware::axis::Watches;
+use firmware::law::LawWords;
+use firmware::watch::{EncoderLossWatch, FollowingErrorWatch, SaturationWatch, TickWatch};
+use firmware::{
+    Axis, CounterParameters, Event, Fault, FaultCause, GainWord, Inputs, Next, Setpoint, State,
+};
+use rig::{Loop, Script, Silent, axis, position, ramp};
+
+/// Where the axis stands and is to stay \[counts\].
+const HOME: i32 = 3_000;
+
+/// What brings a cause about: inputs and setpoints of the samples `0..=last`,
+/// the last of which must trip.
+struct Provocation {
+    cause: FaultCause,
+    /// The watch that sees it, where there is a choice.
+    watches: Watches,
+    counter: CounterParameters,
+    /// The samples that it takes, by number.
+    inputs: fn(i32, &mut Inputs),
+    next: fn() -> Next,
+    last: i32,
+    measured: i64,
+    limit: i64,
+    /// Whether the state must be powered, or even moving.
+    from: &'static [State],
+}
+
+const ALL: &[State] = &[
+    State::Disabled,
+    State::Enabled,
+    State::Moving,
+    State::Holding,
+];
+const POWERED: &[State] = &[State::Enabled, State::Moving, State::Holding];
+
+fn stay() -> Next {
+    Next::Setpoint(position(HOME))
+}
+
+/// The register of an axis that stands `counts` off.
+fn displaced(inputs: &mut Inputs, counts: i32) {
+    inputs.motor_register = (HOME + counts).cast_unsigned();
+}
+
+fn provocations() -> Vec<Provocation> {
+    let quiet = || Provocation {
+        cause: FaultCause::EmergencyStop,
+        watches: Watches::default(),
+        counter: CounterParameters::default(),
+        inputs: |_, inputs| inputs.emergency_stop = true,
+        next: stay,
+        last: 0,
+        measured: 0,
+        limit: 0,
+        from: ALL,
+    };
+    // 200 counts at rest, 2 samples of lag; velocities in 2^−16 counts per sample.
+    let following = FollowingErrorWatch::accept(200, GainWord::new(2, 0), 16).expect("a watch");
+    let loss = EncoderLossWatch::accept(300, 5).expect("a watch");
+    let saturation = SaturationWatch::accept(3).expect("a watch");
+    vec![
+        quiet(),
+        Provocation {
+            cause: FaultCause::HardwareBus,
+            inputs: |_, inputs| inputs.failed_transfers = 3,
+            measured: 3,
+            ..quiet()
+        },
+        Provocation {
+            cause: FaultCause::MissedTick,
+            watches: Watches {
+                ticks: Some(TickWatch),
+                ..Watches::default()
+            },
+            inputs: |_, inputs| inputs.tick += 2,
+            measured: 2,
+            ..quiet()
+        },
+        Provocation {
+            cause: FaultCause::EncoderGlitch,
+            counter: CounterParameters::accept(16, Some(500)).expect("a counter"),
+            inputs: |_, inputs| displaced(inputs, -501),
+            measured: -501,
+            limit: 500,
+            ..quiet()
+        },
+        Provocation {
+            cause: FaultCause::EncoderLoss,
+            watches: Watches {
+                encoder_loss: Some(loss),
+                ..Watches::default()
+            },
+            // 2 codes per count: −300 codes from sample 0 on, seen from 1 on.
+            inputs: |_, inputs| displaced(inputs, 150),
+            last: 5,
+            measured: 5,
+            limit: 5,
+            from: POWERED,
+            ..quiet()
+        },
+        Provocation {
+            cause: FaultCause::SetpointUnderrun,
+            next: || Next::Underrun,
+            inputs: |_, _| {},
+            limit: 1,
+            from: &[State::Moving],
+            ..quiet()
+        },
+        Provocation {
+            cause: FaultCause::FollowingError,
+            watches: Watches {
+                following_error: Some(following),
+                ..Watches::default()
+            },
+            inputs: |sample, inputs| displaced(inputs, 200 + sample),
+            last: 1,
+            measured: 201,
+            limit: 200,
+            from: POWERED,
+            ..quiet()
+        },
+        // At 10.5 counts per sample 221 counts are allowed.
+        Provocation {
+            cause: FaultCause::FollowingError,
+            watches: Watches {
+                following_error: Some(following),
+                ..Watches::default()
+            },
+            inputs: |sample, inputs| displaced(inputs, 221 + sample),
+            next: || {
+                Next::Setpoint(Setpoint {
+                    velocity: -21 << 15,
+                    ..position(HOME)
+                })
+            },
+            last: 1,
+            measured: 222,
+            limit: 221,
+            from: &[State::Moving],
+            ..quiet()
+        },
+        Provocation {
+            cause: FaultCause::SaturationTooLong,
+            watches: Watches {
+                saturation: Some(saturation),
+                ..Watches::default()
+            },
+            inputs: |_, inputs| displaced(inputs, -5_000),
+            last: 3,
+            measured: 4,
+            limit: 3,
+            from: POWERED,
+            ..quiet()
+        },
+    ]
+}
+
+/// A proportional axis of 2 codes per count with what the provocation needs.
+fn guarded(provocation: &Provocation) -> Axis {
+    let words = LawWords {
+        kp: GainWord::new(1 << 30, 29),
+        ..LawWords::NONE
+    };
+    Axis {
+        watches: provocation.watches,
+        counter: provocation.counter,
+        ..axis(words)
+    }
+}
+
+/// A loop that stands at [`HOME`] in `state`, its motor blocked.
+fn brought_to(axis: Axis, state: State) -> Loop {
+    let mut run = Loop::new(axis, i64::from(HOME));
+    if state != State::Disabled {
+        run.request(Event::Enable);
+    }
+    let last = if state == State::Holding { 3 } else { 1_000 };
+    let mut source = Script::new(|k| {
+        if k < last {
+            stay()
+        } else {
+            Next::Last(position(HOME))
+        }
+    });
+    for sample in 0..6 {
+        if sample == 1 && matches!(state, State::Moving | State::Holding) {
+            run.request(Event::Start);
+        }
+        let output = run.tick(&mut source);
+        assert_eq!((output.code, output.error_counts), (0, 0));
+    }
+    assert_eq!(run.state.state(), state);
+    run
+}
+
+/// Runs the provocation; the fault that it left, checked sample by sample.
+fn provoke(run: &mut Loop, provocation: &Provocation) -> Option<Fault> {
+    let mut code_before = 0;
+    for sample in 0..=provocation.last {
+        assert_eq!(run.state.fault(), None, "too early, at {sample}");
+        let mut source = Script::new(|_| (provocation.next)());
+        let output = run.tick_with(&mut source, |inputs| (provocation.inputs)(sample, inputs));
+        run.motor = rig::Motor::at(i64::from(HOME));
+        if let Some(fault) = run.state.fault() {
+            assert_eq!((output.code, output.power), (0, false), "{fault}");
+            assert_eq!(output.state, State::Fault);
+            if fault.cause != FaultCause::SaturationTooLong {
+                assert_eq!(fault.values.code, code_before);
+            }
+        }
+        code_before = output.code;
+    }
+    run.state.fault().copied()
+}
+
+#[test]
+fn every_cause_acts_in_its_sample_from_every_state_and_is_kept_until_the_reset() {
+    let mut trips = 0;
+    for provocation in provocations() {
+        for &state in provocation.from {
+            let mut run = brought_to(guarded(&provocation), state);
+            let tick = run.tick + u64::try_from(provocation.last).expect("a sample");
+            let fault = provoke(&mut run, &provocation).expect("a fault");
+            assert_eq!(fault.cause, provocation.cause, "from {state:?}");
+            let late = u64::from(provocation.cause == FaultCause::MissedTick) * 2;
+            assert_eq!(fault.tick, tick + late);
+            assert_eq!(fault.values.measured, provocation.measured, "{fault}");
+            assert_eq!(fault.values.limit, provocation.limit, "{fault}");
+            let values = fault.values;
+            assert_eq!(values.error, values.setpoint.wrapping_sub(values.position));
+
+            stays_safe(&mut run, &fault);
+            comes_back(&mut run);
+            trips += 1;
+        }
+    }
+    // 4 causes from 4 states, 3 from 3, the underrun and a speed from 1.
+    assert_eq!(trips, 4 * 4 + 3 * 3 + 2);
+}
+
+/// Later causes and requests other than the reset change nothing.
+fn stays_safe(run: &mut Loop, first: &Fault) {
+    for sample in 0..8 {
+        let output = run.tick_with(&mut Silent, |inputs| {
+            inputs.emergency_stop = sample == 3;
+            inputs.failed_transfers = u32::from(sample == 4);
+            inputs.tick += u64::from(sample >= 5);
+        });
+        assert_eq!((output.code, output.power), (0, false));
+        assert_eq!(output.state, State::Fault);
+        assert_eq!(run.state.fault(), Some(first), "the first fault is kept");
+        for event in Event::ALL
+            .into_iter()
+            .filter(|event| *event != Event::Reset)
+        {
+            let before = run.state;
+            assert!(run.axis.request(&mut run.state, event).is_err());
+            assert_eq!(run.state, before);
+        }
+    }
+    run.tick += 1;
+}
+
+/// Reset, enable and a whole move.
+fn comes_back(run: &mut Loop) {
+    run.request(Event::Reset);
+    assert_eq!(
+        (run.state.state(), run.state.fault()),
+        (State::Disabled, None)
+    );
+    let output = run.tick(&mut Silent);
+    assert_eq!(
+        (output.code, output.power, output.state),
+        (0, false, State::Disabled)
+    );
+    run.request(Event::Enable);
+    let output = run.tick(&mut Silent);
+    assert_eq!(
+        (output.code, output.power, output.state),
+        (0, true, State::Enabled)
+    );
+    run.request(Event::Start);
+    let home = i64::from(HOME);
+    let mut source = ramp(home, home + 400, 2);
+    for _ in 0..200 {
+        assert!(run.tick(&mut source).power);
+    }
+    assert_eq!(run.state.state(), State::Moving);
+    run.tick(&mut source);
+    assert_eq!(
+        (run.state.state(), run.state.fault()),
+        (State::Holding, None)
+    );
+}
+
+/// Contrast: without the watch, or without the input, the same samples leave
+/// the axis as it was.
+#[test]
+fn without_its_watch_nothing_trips() {
+    for mut provocation in provocations() {
+        provocation.watches = Watches::default();
+        provocation.counter = CounterParameters::default();
+        match provocation.cause {
+            FaultCause::EmergencyStop | FaultCause::HardwareBus => provocation.inputs = |_, _| {},
+            FaultCause::SetpointUnderrun => provocation.next = stay,
+            _ => {}
+        }
+        for &state in provocation.from {
+            let mut run = brought_to(guarded(&provocation), state);
+            assert_eq!(
+                provoke(&mut run, &provocation),
+                None,
+                "{:?}",
+                provocation.cause
+            );
+            assert_eq!(run.state.state(), state);
+        }
+    }
+}
+
+/// Two provocations in one sample name the more urgent one, whichever watch
+/// looks first.
+#[test]
+fn the_more_urgent_of_two_causes_is_named() {
+    let at_once = |cause: &Provocation| cause.last == 0;
+    let provocations = provocations();
+    let at_once: Vec<_> = provocations.iter().filter(|cause| at_once(cause)).collect();
+    let mut pairs = 0;
+    for one in &at_once {
+        for other in &at_once {
+            let mut axis = guarded(one);
+            axis.watches.ticks = Some(TickWatch);
+            axis.counter = CounterParameters::accept(16, Some(500)).expect("a counter");
+            let mut run = brought_to(axis, State::Moving);
+            let underrun = [one.cause, other.cause].contains(&FaultCause::SetpointUnderrun);
+            let mut source = Script::new(|_| if underrun { Next::Underrun } else { stay() });
+            run.tick_with(&mut source, |inputs| {
+                (one.inputs)(0, inputs);
+                if other.cause != one.cause {
+                    (other.inputs)(0, inputs);
+                }
+            });
+            let fault = run.state.fault().expect("a fault");
+            assert_eq!(fault.cause, one.cause.min(other.cause));
+            pairs += 1;
+        }
+    }
+    assert_eq!(pairs, 5 * 5);
+}
+
+/// A cause that is still there at the reset trips again in the next sample.
+#[test]
+fn an_emergency_stop_that_is_still_pressed_trips_again() {
+    let provocation = &provocations()[0];
+    let mut run = brought_to(guarded(provocation), State::Moving);
+    let first = provoke(&mut run, provocation).expect("a fault");
+    run.request(Event::Reset);
+    let second = provoke(&mut run, provocation).expect("a fault");
+    assert_eq!((second.cause, second.tick), (first.cause, first.tick + 1));
+}
