@@ -28,7 +28,8 @@
 //! [`LawState::take_over`] set puts the integral where the sum equals the last
 //! code: the output goes on from where it stands. That needs an integral gain;
 //! without one the integral would keep the difference for ever, so then it
-//! starts from zero.
+//! starts from zero. And it needs the other terms to be within `Q` of the code;
+//! beyond, the integral starts at its end and says so.
 
 mod error;
 pub mod filter;
@@ -99,9 +100,10 @@ pub struct LawOutput {
     pub sum: i64,
     /// Whether `|e|` was beyond the declared range and held at its limit.
     pub error_limited: bool,
-    /// Whether a filtered difference was beyond its declared range.
+    /// Whether a difference was beyond its declared range and held at its
+    /// limit; not where the limit is one that outweighs everything else.
     pub difference_limited: bool,
-    /// Whether the integral stands at the end of its declared range.
+    /// Whether the integral was held at the end of its declared range.
     pub integral_limited: bool,
 }
 
@@ -121,6 +123,7 @@ pub struct LawState {
 impl LawState {
     /// Before a first sample that goes on from `code`, the last one that the
     /// converter was given: after enabling, or with other gains than before.
+    /// A code outside the window of that sample counts as its nearer end.
     pub const fn take_over(code: i32) -> Self {
         Self {
             integral: 0,
@@ -184,10 +187,13 @@ impl Law {
         let direct = pd.wrapping_add(self.feed_forward(input));
 
         let integral = match state.take_over.take() {
-            // I with y = the last code
-            Some(code) if !law.integral.is_zero() => i64::from(code)
-                .wrapping_shl(u32::from(self.words.sum_fraction_bits))
-                .wrapping_sub(direct),
+            // I with y = the last code, which the window holds: in range, it
+            // can be shifted
+            Some(code) if !law.integral.is_zero() => {
+                i64::from(code.min(window.high()).max(window.low()))
+                    .wrapping_shl(u32::from(self.words.sum_fraction_bits))
+                    .wrapping_sub(direct)
+            }
             Some(_) => 0,
             None if input.hold_integral => state.integral,
             None => self.integrated(state.integral, e, direct, window),
@@ -207,7 +213,8 @@ impl Law {
         }
     }
 
-    /// `(Kd/Δt)·δ` \[2^−F codes\], and whether a filtered δ was held.
+    /// `(Kd/Δt)·δ` \[2^−F codes\], and whether a δ was held that does not
+    /// outweigh everything else.
     fn derivative(
         &self,
         state: &mut LawState,
@@ -225,7 +232,8 @@ impl Law {
         };
         let held = counts::within(difference, law.slope_limit);
         let Some(filter) = self.words.filter else {
-            return (law.derivative.times(held), false);
+            let outweighs = law.slope_limit < law.range.limit().wrapping_mul(2);
+            return (law.derivative.times(held), held != difference && !outweighs);
         };
         if e_prev.is_none() {
             // Nothing was filtered yet: start settled, without a transient.
