@@ -17,8 +17,10 @@
 //!
 //! The headroom is what the converter really has left at this sample: its
 //! range, cut by the slew limit ([`crate::output::Window`]), against a sum
-//! that contains the feed-forward. [`AntiWindup::Clamp`] refuses the step of
-//! the integral that would push a sum beyond the headroom further out.
+//! that contains the feed-forward. [`AntiWindup::Clamp`] refuses the part of
+//! the integral's step that would push a sum beyond the headroom further out:
+//! not the whole step, or a slew limit below `(Ki·Δt)·e` would stop the integral
+//! for ever.
 //! [`AntiWindup::BackCalculation`] makes the step and takes back the excess
 //! times `Δt/T_t`, rounded to `2^−F` codes with halves away from zero.
 //!
@@ -266,8 +268,10 @@ impl Law {
                 // I ← I + (u − y)·Δt/T_t
                 next.wrapping_sub(term::scaled(excess, tracking))
             }
-            // Beyond the headroom, and e pushes further out.
-            AntiWindup::Clamp if (excess > 0 && e > 0) || (excess < 0 && e < 0) => integral,
+            // Beyond the headroom, and e pushes further out: up to its end, if
+            // the sum was not there before.
+            AntiWindup::Clamp if excess > 0 && e > 0 => next.wrapping_sub(excess).max(integral),
+            AntiWindup::Clamp if excess < 0 && e < 0 => next.wrapping_sub(excess).min(integral),
             _ => next,
         }
     }

@@ -84,8 +84,8 @@ pub enum AntiWindup {
     /// Not at all: the paper's law. The integral ends at its declared range.
     #[default]
     None,
-    /// The integral does not move while the sum is beyond the headroom and
-    /// the error would push it further out.
+    /// The integral takes the sum to the end of the headroom and no further
+    /// out: beyond, it moves only where the error brings the sum back.
     Clamp,
     /// Beyond the headroom the integral is drawn back by the excess times
     /// `Δt/T_t`.

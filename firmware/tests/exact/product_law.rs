@@ -184,7 +184,12 @@ impl Model {
                 let y = next + direct;
                 let excess = y - y.clamp(low * two(f), high * two(f));
                 match words.anti_windup {
-                    AntiWindup::Clamp if excess.signum() * e.signum() == 1 => self.integral,
+                    // Of the step, what does not push further out.
+                    AntiWindup::Clamp if excess.signum() * e.signum() == 1 => {
+                        let step = next - self.integral;
+                        let pushing = excess.abs().min(step.abs());
+                        next - step.signum() * pushing
+                    }
                     AntiWindup::BackCalculation { tracking } => {
                         next - half_away(excess * i128::from(tracking), 31)
                     }
