@@ -6,6 +6,7 @@
 )]
 #![allow(clippy::expect_used, reason = "a test stops where its setup fails")]
 
+pub(crate) mod decimal_law;
 pub(crate) mod errors;
 pub(crate) mod product_inputs;
 pub(crate) mod product_law;
