@@ -61,16 +61,6 @@ impl Window {
             0
         }
     }
-
-    /// Whether a sum is beyond the window on the side of `direction`.
-    #[inline]
-    pub(crate) fn is_beyond(self, sum: i64, fraction_bits: u8, direction: i32) -> bool {
-        if direction > 0 {
-            sum > sum_of(self.high, fraction_bits)
-        } else {
-            sum < sum_of(self.low, fraction_bits)
-        }
-    }
 }
 
 /// A code in units of 2^−F codes. F is at least 33, so that only the upper

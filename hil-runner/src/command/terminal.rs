@@ -6,7 +6,7 @@ use comfy_table::{CellAlignment, ContentArrangement, LineStyle, Table, TableStyl
 use hil_runner::bench::CaseRun;
 use hil_runner::ladder::Rung;
 use hil_runner::report::number;
-use hil_runner::words::{self, ServoWords, WordRequest};
+use hil_runner::words::{ServoWords, WordRequest};
 use hil_runner::{figures, time};
 
 const WIDTH: u16 = 100;
@@ -172,34 +172,36 @@ pub(crate) fn word_tables(runs: &[CaseRun]) -> String {
 }
 
 /// The words of a law with their lengths, and the largest gains that fit.
+/// Feed-forward is left out where it is off.
 pub(crate) fn word_length_table(request: &WordRequest, words: &ServoWords) -> String {
     let header = [
-        "gain",
-        "run file",
+        "key",
+        "value",
         "per sample",
-        "unit",
         "word",
         "bits",
         "rounding",
-        "largest\nterm, codes",
+        "term up to\ncodes",
         "headroom\nbits",
         "largest\nthat fits",
     ];
     let mut table = table(&header, 1);
     let f = f64::from(words.law.words().sum_fraction_bits);
     for (index, row) in words.rows.iter().enumerate() {
+        if row.value == 0.0 && !row.is_of_the_paper() {
+            continue;
+        }
         let largest = words.law.largest_term(row.part);
         table.add_row([
             row.key.trim_start_matches("controller.").to_owned(),
             number::table(row.value),
             number::table(row.wanted),
-            words::unit(row.part).to_owned(),
             row.word.to_string(),
             (u32::BITS - row.word.mantissa.leading_zeros()).to_string(),
             format!("{:+.1e}", row.relative_error()),
             number::table(largest as f64 * (-f).exp2()),
-            // The sum has 62 bits below its sign and its reserve.
-            (largest.leading_zeros().saturating_sub(2)).to_string(),
+            // Of the 62 bits that a sum may take.
+            largest.leading_zeros().saturating_sub(2).to_string(),
             number::table(request.largest_gain(index)),
         ]);
     }

@@ -13,7 +13,7 @@
 pub mod fitting;
 mod shown;
 
-pub use shown::{CaseWords, ShownWord, unit};
+pub use shown::{CaseWords, ShownWord};
 
 use firmware::law::{AntiWindup, Derivative, FilterWords, Law, LawError, LawWords, Part};
 use firmware::{Dac, ErrorRange, GainWord};
@@ -67,6 +67,15 @@ pub struct WordRow {
 }
 
 impl WordRow {
+    /// Whether it is one of the three gains of eq. 23, which are shown even
+    /// where they are 0.
+    pub fn is_of_the_paper(&self) -> bool {
+        matches!(
+            self.part,
+            Part::Proportional | Part::Integral | Part::Derivative
+        )
+    }
+
     /// `(value of the word − wanted)/wanted`; 0 where nothing is wanted.
     pub fn relative_error(&self) -> f64 {
         let worth = f64::from(self.word.mantissa) / power_of_two(self.word.fraction_bits);
@@ -106,6 +115,7 @@ impl WordRequest {
         let wanted = self.wanted();
         let most = wanted
             .iter()
+            .filter(|wanted| wanted.gain != 0.0)
             .map(|wanted| finest_word(wanted.gain, 40, self.settings.word_bits).fraction_bits)
             .max()
             .unwrap_or(0)

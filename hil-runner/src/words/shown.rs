@@ -52,7 +52,7 @@ impl From<&ServoWords> for CaseWords {
         let rows = words
             .rows
             .iter()
-            .filter(|row| row.wanted != 0.0 || is_of_the_paper(row.part));
+            .filter(|row| row.wanted != 0.0 || row.is_of_the_paper());
         let rows = rows.map(|row| ShownWord {
             name: name(row.part),
             unit: unit(row.part),
@@ -65,11 +65,6 @@ impl From<&ServoWords> for CaseWords {
             error_limit: words.law.error_limit(),
         }
     }
-}
-
-/// The gains of eq. 23 are shown even where they are 0.
-fn is_of_the_paper(part: Part) -> bool {
-    matches!(part, Part::Proportional | Part::Integral | Part::Derivative)
 }
 
 /// The gain as the law has it.
@@ -85,7 +80,7 @@ fn name(part: Part) -> &'static str {
 }
 
 /// The unit of the gain in the law: rates come in units of their own.
-pub fn unit(part: Part) -> &'static str {
+fn unit(part: Part) -> &'static str {
     match part {
         Part::Proportional | Part::Integral | Part::Derivative => "codes/count",
         Part::Velocity => "codes/unit of v",
