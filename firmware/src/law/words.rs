@@ -149,8 +149,8 @@ pub(super) struct Aligned {
     pub(super) headroom_bits: u32,
 }
 
-/// Bits that the largest sum may take.
-const SUM_BITS: u32 = 62;
+/// Bits of a 64-bit word that the largest sum leaves: it takes 62.
+const BITS_ABOVE_SUM: u32 = 2;
 
 impl LawWords {
     /// Smallest and largest `F`.
@@ -208,10 +208,7 @@ impl LawWords {
             code_range.checked_mul(3).ok_or_else(too_wide)?,
         ];
         let largest = total(&all).ok_or_else(too_wide)?;
-        let headroom_bits = largest
-            .leading_zeros()
-            .checked_sub(2)
-            .filter(|_| largest < 1 << SUM_BITS);
+        let headroom_bits = largest.leading_zeros().checked_sub(BITS_ABOVE_SUM);
         let headroom_bits = headroom_bits.ok_or_else(too_wide)?;
 
         let error_sum_limit = self.error_sum_limit(integral_range, f);
