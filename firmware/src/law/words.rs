@@ -20,7 +20,7 @@
 //! | `Kf·sign(v)` | 1 | `2^−(f+1)` | `f ≥ 5` | 1/64 |
 //! | together | | | | 63/64 |
 //!
-//! A gain of 0 has no rounding and may have any exponent. The exact law has
+//! A gain of 0 has no rounding: any exponent up to `F` will do. The exact law has
 //! the filter of the word `a`, not of the decimal that `a` was rounded from,
 //! and no treatment of wind-up: a decision of the clamp can fall otherwise
 //! for other gains, however near.
