@@ -18,7 +18,8 @@
 //!   add up to `1 − ρ⁺(N) − ρ⁻(N)`, at most 1 in size: their means are
 //!   opposite to within 1 code/N. At a limit nothing is carried over.
 //! * **Dither**: `ρ` uniform in (0, 1), from a generator with a seed. The mean
-//!   code is then the sum, at the price of noise.
+//!   code is then the sum, at the price of noise: the sum of `N` codes wanders
+//!   about `Σy` by up to `½·√N` codes (standard deviation).
 
 use crate::dac::Dac;
 

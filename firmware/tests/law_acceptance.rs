@@ -1,35 +1,17 @@
 //! Which words the product's law accepts: every demand of
-//! `firmware::law::words` from both sides, and every error with its sentence.
+//! `firmware::law::words` from both sides, and every error with its sentence;
+//! filter and treatment of wind-up are in `law_acceptance_options.rs`.
 //! The whole rule over random words is measured in `law_rule.rs`.
 
 #![allow(clippy::expect_used, reason = "a test stops where its setup fails")]
 
 mod exact;
 
+use exact::just::{PAPER, PARTS, accept, just, with};
 use exact::product_law::{Ranges, two};
 use exact::product_words::largest;
-use firmware::law::{AntiWindup, FilterWords, Law, LawError, LawWords, Part};
+use firmware::law::{Law, LawError, LawWords, Part};
 use firmware::{Dac, GainWord};
-
-/// The paper's gains at 1 ms.
-const PAPER: LawWords = LawWords {
-    kp: GainWord::new(1_717_986_918, 29),
-    ki_dt: GainWord::new(1_374_389_535, 38),
-    kd_per_dt: GainWord::new(1_677_721_600, 25),
-    error_bits: 18,
-    ..LawWords::NONE
-};
-
-fn accept(words: LawWords) -> Result<Law, LawError> {
-    Law::accept(words, Dac::with_bits(14).expect("14 bits"))
-}
-
-/// Accepts the one, and gives the error of the other.
-fn just(accepted: LawWords, refused: LawWords) -> LawError {
-    let law = accept(accepted);
-    assert!(law.is_ok(), "{law:?}");
-    accept(refused).expect_err("just beyond the limit")
-}
 
 #[test]
 fn the_papers_words_are_accepted_with_their_ranges() {
@@ -68,29 +50,6 @@ fn the_exponents_of_sum_and_error_end_where_they_say() {
         just(range(29), range(30)).to_string(),
         "an error range of 2^30 counts is not supported; the exponent must lie between 17 and 29"
     );
-}
-
-const PARTS: [(Part, &str); 6] = [
-    (Part::Proportional, "Kp"),
-    (Part::Integral, "Ki·Δt"),
-    (Part::Derivative, "Kd/Δt"),
-    (Part::Velocity, "the velocity feed-forward"),
-    (Part::Acceleration, "the acceleration feed-forward"),
-    (Part::Friction, "the friction feed-forward"),
-];
-
-/// `words` with one gain replaced.
-fn with(words: LawWords, part: Part, mantissa: i32, fraction_bits: u8) -> LawWords {
-    let mut words = words;
-    *match part {
-        Part::Proportional => &mut words.kp,
-        Part::Integral => &mut words.ki_dt,
-        Part::Derivative => &mut words.kd_per_dt,
-        Part::Velocity => &mut words.velocity_ff,
-        Part::Acceleration => &mut words.acceleration_ff,
-        Part::Friction => &mut words.friction_ff,
-    } = GainWord::new(mantissa, fraction_bits);
-    words
 }
 
 #[test]
@@ -250,110 +209,4 @@ fn the_sum_of_errors_holds_256_of_the_largest() {
     );
     let (reached, wanted) = ((1 << 26) - 1, 1 << 26);
     assert_eq!(error, LawError::ErrorSumRange { reached, wanted });
-}
-
-#[test]
-fn a_filter_has_a_word_and_bits_for_the_accuracy() {
-    let filtered = |mantissa, fd, smoothing, fraction_bits| LawWords {
-        filter: Some(FilterWords {
-            smoothing,
-            fraction_bits,
-        }),
-        ..with(PAPER, Part::Derivative, mantissa, fd)
-    };
-    let fine = filtered(1 << 20, 20, 1, 10);
-    assert!(accept(filtered(1 << 20, 20, i32::MAX, 10)).is_ok());
-    for smoothing in [0, -1, i32::MIN] {
-        let error = just(fine, filtered(1 << 20, 20, smoothing, 10));
-        assert_eq!(error, LawError::FilterSmoothing(smoothing));
-        assert_eq!(
-            error.to_string(),
-            format!(
-                "the filter's word is {smoothing}; Δt/(T_f + Δt)·2^31 must be between 1 and 2^31 − 1"
-            )
-        );
-    }
-    // Kd/Δt = 1: h ≥ 4, and a hair above 1: h ≥ 5. Differences to 2^19: h ≤ 10.
-    let error = just(
-        filtered(1 << 20, 20, 1, 4),
-        filtered((1 << 20) + 1, 20, 1, 4),
-    );
-    let [fraction_bits, most] = [4, 10];
-    assert_eq!(
-        error,
-        LawError::FilterFractionBits {
-            fraction_bits,
-            needed: 5,
-            most
-        }
-    );
-    assert_eq!(
-        error.to_string(),
-        "the filtered difference has 4 fraction bits; the accuracy needs at least 5, \
-         and its range and the sum leave at most 10"
-    );
-    let error = just(fine, filtered(1 << 20, 20, 1, 11));
-    assert!(matches!(
-        error,
-        LawError::FilterFractionBits {
-            needed: 4,
-            most: 10,
-            ..
-        }
-    ));
-    // A product no finer than the sum: h ≤ 38 − 30. No gain needs none.
-    let error = just(filtered(1 << 20, 30, 1, 8), filtered(1 << 20, 30, 1, 9));
-    assert!(matches!(
-        error,
-        LawError::FilterFractionBits {
-            needed: 0,
-            most: 8,
-            ..
-        }
-    ));
-    let error = just(filtered(0, 30, 1, 8), filtered(0, 30, 1, 9));
-    assert!(matches!(
-        error,
-        LawError::FilterFractionBits {
-            needed: 0,
-            most: 8,
-            ..
-        }
-    ));
-}
-
-#[test]
-fn a_filter_takes_no_more_than_2_to_the_29_counts() {
-    // Errors to 2^29 differ by 2^30, and two such differences by 2^31.
-    let words = |filter| LawWords {
-        kd_per_dt: GainWord::new(1, 32),
-        error_bits: 29,
-        sum_fraction_bits: 34,
-        filter,
-        ..LawWords::NONE
-    };
-    let filter = FilterWords {
-        smoothing: 1,
-        fraction_bits: 0,
-    };
-    let limit = |filter| accept(words(filter)).expect("accepted").slope_limit();
-    assert_eq!(limit(None), 1 << 30);
-    assert_eq!(limit(Some(filter)), 1 << 29);
-}
-
-#[test]
-fn back_calculation_has_a_word() {
-    let tracked = |tracking| LawWords {
-        anti_windup: AntiWindup::BackCalculation { tracking },
-        ..PAPER
-    };
-    assert!(accept(tracked(i32::MAX)).is_ok());
-    for tracking in [0, -1, i32::MIN] {
-        let error = just(tracked(1), tracked(tracking));
-        assert_eq!(error, LawError::Tracking(tracking));
-        assert_eq!(
-            error.to_string(),
-            format!("the tracking word is {tracking}; Δt/T_t·2^31 must be between 1 and 2^31 − 1")
-        );
-    }
 }

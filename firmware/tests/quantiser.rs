@@ -44,7 +44,7 @@ fn sums(shape: u64, f: u8, seed: u64) -> impl FnMut(usize) -> i64 + Clone {
     }
 }
 
-/// Steps that `f(state)` counts together for ±y.
+/// Samples per run.
 const STEPS: usize = 1_000_000;
 
 #[test]
@@ -107,7 +107,7 @@ const DITHER_BOUND_CODES: f64 = 0.0025;
 #[test]
 fn the_mean_of_dither_is_the_sum() {
     let unit = 1_i64 << 38;
-    let mut mean_of_a_half = 0.0;
+    let mut largest = 0.0;
     for (seed, sum) in [
         (0, unit / 2),
         (1, -unit / 2),
@@ -133,10 +133,10 @@ fn the_mean_of_dither_is_the_sum() {
         let mean = off as f64 / STEPS as f64 / unit as f64;
         println!("seed {seed}, y = {sum}·2^-38: mean {mean:+.6} codes off");
         assert!(mean.abs() <= DITHER_BOUND_CODES, "{mean}");
-        mean_of_a_half = f64::max(mean_of_a_half, mean.abs());
+        largest = f64::max(largest, mean.abs());
     }
     // What does not hold: dither's sum wanders, it is not kept within a code.
-    assert!(mean_of_a_half * 1e6 > 1.0);
+    assert!(largest * 1e6 > 1.0);
 }
 
 #[test]

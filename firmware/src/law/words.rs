@@ -20,7 +20,7 @@
 //! | `Kf·sign(v)` | 1 | `2^−(f+1)` | `f ≥ 5` | 1/64 |
 //! | together | | | | 63/64 |
 //!
-//! A gain of 0 has no rounding and may have any exponent. The exact law has
+//! A gain of 0 has no rounding: any exponent up to `F` will do. The exact law has
 //! the filter of the word `a`, not of the decimal that `a` was rounded from,
 //! and no treatment of wind-up: a decision of the clamp can fall otherwise
 //! for other gains, however near.
@@ -149,8 +149,8 @@ pub(super) struct Aligned {
     pub(super) headroom_bits: u32,
 }
 
-/// Bits that the largest sum may take.
-const SUM_BITS: u32 = 62;
+/// Bits of a 64-bit word that the largest sum leaves: it takes 62.
+const BITS_ABOVE_SUM: u32 = 2;
 
 impl LawWords {
     /// Smallest and largest `F`.
@@ -208,10 +208,7 @@ impl LawWords {
             code_range.checked_mul(3).ok_or_else(too_wide)?,
         ];
         let largest = total(&all).ok_or_else(too_wide)?;
-        let headroom_bits = largest
-            .leading_zeros()
-            .checked_sub(2)
-            .filter(|_| largest < 1 << SUM_BITS);
+        let headroom_bits = largest.leading_zeros().checked_sub(BITS_ABOVE_SUM);
         let headroom_bits = headroom_bits.ok_or_else(too_wide)?;
 
         let error_sum_limit = self.error_sum_limit(integral_range, f);

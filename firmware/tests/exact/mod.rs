@@ -8,6 +8,7 @@
 
 pub(crate) mod decimal_law;
 pub(crate) mod errors;
+pub(crate) mod just;
 pub(crate) mod product_inputs;
 pub(crate) mod product_law;
 pub(crate) mod product_words;
