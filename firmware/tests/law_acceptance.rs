@@ -32,11 +32,11 @@ fn the_exponents_of_sum_and_error_end_where_they_say() {
         sum_fraction_bits,
         ..LawWords::NONE
     };
-    assert_eq!(just(sum(32), sum(31)), LawError::SumFractionBits(31));
+    assert_eq!(just(sum(33), sum(32)), LawError::SumFractionBits(32));
     let error = just(sum(40), sum(41));
     assert_eq!(
         error.to_string(),
-        "a sum with 41 fraction bits is not supported; it must have 32 to 40"
+        "a sum with 41 fraction bits is not supported; it must have 33 to 40"
     );
     let range = |error_bits| LawWords {
         error_bits,

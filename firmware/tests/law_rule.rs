@@ -75,7 +75,7 @@ proptest! {
     fn no_words_at_all_panic_or_pass_62_bits(
         gains in prop::array::uniform6(any_word()),
         error_bits in prop_oneof![any::<u8>(), 17..=29_u8],
-        sum_fraction_bits in prop_oneof![any::<u8>(), 32..=40_u8],
+        sum_fraction_bits in prop_oneof![any::<u8>(), 33..=40_u8],
         integral_bits in prop_oneof![any::<u8>(), 0..=30_u8],
         filter in any::<Option<(i32, u8)>>(),
         tracking in any::<Option<i32>>(),

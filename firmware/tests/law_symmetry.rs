@@ -33,7 +33,7 @@ fn window_around(code: i32, slew: i32, dac: Dac) -> Window {
     let slew = Some(slew.unsigned_abs());
     let output = Output::new(dac, slew, Quantiser::Nearest).expect("1 to 2^24 codes");
     let mut state = output.start();
-    output.code(&mut state, i64::from(code) << 32, 32, Window::of(dac));
+    output.code(&mut state, i64::from(code) << 33, 33, Window::of(dac));
     assert_eq!(state.code(), code);
     output.window(&state)
 }

@@ -50,7 +50,7 @@ const STEPS: usize = 1_000_000;
 #[test]
 fn error_feedback_is_never_a_code_off_in_sum_nor_in_symmetry() {
     for shape in 0..4 {
-        let f = 32 + 2 * u8::try_from(shape).expect("small");
+        let f = 33 + 2 * u8::try_from(shape).expect("small");
         let next = sums(shape, f, 9 + shape);
         let mut mirrored = next.clone();
         let up = codes(output(Quantiser::ErrorFeedback), f, next);
@@ -142,7 +142,7 @@ fn the_mean_of_dither_is_the_sum() {
 #[test]
 fn whole_sums_pass_dither_untouched() {
     let mut random = Random(4);
-    for f in 32..=40 {
+    for f in 33..=40 {
         for _ in 0..20_000 {
             let seed = u32::try_from(random.next() >> 32).expect("32 bits");
             let whole = random.between(-32_768, 32_767);
@@ -169,7 +169,7 @@ fn no_code_leaves_the_window_or_steps_further_than_the_limit() {
         let dac_bits = u32::from(random.bits(2, 24));
         let dac = Dac::with_bits(dac_bits).expect("2 to 24 bits");
         let (output, slew, _) = random_output(&mut random, dac);
-        let f = random.bits(32, 40);
+        let f = random.bits(33, 40);
         let step = i32::try_from(slew.unwrap_or(1 << 24)).expect("25 bits");
         let mut state = output.start();
         for _ in 0..1_000 {

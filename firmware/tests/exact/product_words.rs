@@ -47,7 +47,7 @@ fn word(random: &mut Random, f: u8, least: u8, limit_bits: u8, most: u8) -> Gain
 
 /// Words of which a good part is accepted, by a converter of the given bits.
 pub(crate) fn random_words(random: &mut Random) -> (LawWords, Dac) {
-    let f = random.bits(32, 40);
+    let f = random.bits(33, 40);
     let error_bits = random.bits(17, 29);
     let dac_bits = random.bits(2, 24.min(60 - f));
     let integral_bits = random.bits(0, 60 - f);
@@ -154,7 +154,7 @@ pub(crate) fn allowed(words: &LawWords, dac: Dac) -> bool {
         (words.acceleration_ff, 35),
         (words.friction_ff, 5),
     ];
-    let plain = (32..=40).contains(&f)
+    let plain = (33..=40).contains(&f)
         && (17..=29).contains(&words.error_bits)
         && all.iter().all(|&(word, least)| {
             let fine_enough = word.mantissa == 0 || word.fraction_bits >= least;
