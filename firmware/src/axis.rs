@@ -102,10 +102,8 @@ pub struct Watches {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Axis {
-    /// The control law.
-    pub law: Law,
-    /// Converter, slew limit and quantiser.
-    pub output: Output,
+    law: Law,
+    output: Output,
     /// The counter of the motor's encoder.
     pub counter: CounterParameters,
     /// Which encoder the position comes from.
@@ -158,17 +156,34 @@ const LOAD_NOT_READ: Trip = Trip {
 };
 
 impl Axis {
-    /// An axis with law and output, every other option off.
+    /// An axis with law and output, every other option off. The converter is
+    /// the one that the law was accepted for: its proof holds for no other.
     pub fn new(law: Law, output: Output) -> Self {
         Self {
             law,
-            output,
+            output: output.of_converter(law.dac()),
             counter: CounterParameters::default(),
             feedback: Feedback::Motor,
             take_up: None,
             rest: Rest::default(),
             watches: Watches::default(),
         }
+    }
+
+    /// The control law.
+    pub const fn law(&self) -> &Law {
+        &self.law
+    }
+
+    /// Converter, slew limit and quantiser.
+    pub const fn output(&self) -> &Output {
+        &self.output
+    }
+
+    /// Other gains; in motion together with [`AxisState::gains_changed`].
+    pub const fn set_law(&mut self, law: Law) {
+        self.law = law;
+        self.output = self.output.of_converter(law.dac());
     }
 
     /// Asks for another state; it acts from the next sample on.

@@ -44,13 +44,20 @@ pub const fn difference(setpoint: i32, count: i32) -> i32 {
     setpoint.wrapping_sub(count)
 }
 
-/// `value`, held between `−limit` and `limit`: odd in `value` but for
-/// `i32::MIN`, which has no opposite.
+/// `value`, held between `−limit` and `limit`, for limits from 0 to 2^30: odd
+/// in `value` but for `i32::MIN`, which has no opposite.
+#[inline]
 pub(crate) const fn within(value: i32, limit: i32) -> i32 {
-    // Not `clamp`, which would bring in a panic for an inverted range.
-    let lowest = limit.wrapping_neg();
-    let below = if value > limit { limit } else { value };
-    if below < lowest { lowest } else { below }
+    // Most values are: one addition and one comparison tell, for
+    // −limit ≤ value ≤ limit is 0 ≤ value + limit ≤ 2·limit in words without sign.
+    let above = value.wrapping_add(limit).cast_unsigned();
+    if above <= limit.wrapping_mul(2).cast_unsigned() {
+        value
+    } else if value > 0 {
+        limit
+    } else {
+        limit.wrapping_neg()
+    }
 }
 
 /// The errors for which the promises of this crate hold: `|e| ≤ E`, `E` a

@@ -88,6 +88,7 @@ pub mod motion;
 pub mod output;
 pub mod pid;
 pub mod position;
+mod product;
 pub mod reference;
 pub mod setpoint;
 pub mod states;

@@ -74,7 +74,7 @@ pub(crate) fn sum_of(code: i32, fraction_bits: u8) -> i64 {
 
 /// The upper word of a sum.
 #[inline]
-fn upper(sum: i64) -> i32 {
+pub(crate) fn upper(sum: i64) -> i32 {
     let [_, _, _, _, b4, b5, b6, b7] = sum.to_le_bytes();
     i32::from_le_bytes([b4, b5, b6, b7])
 }
@@ -167,6 +167,12 @@ impl Output {
         })
     }
 
+    /// The same for another converter.
+    pub(crate) const fn of_converter(mut self, dac: Dac) -> Self {
+        self.dac = dac;
+        self
+    }
+
     /// The memory before the first sample: code 0, the generator at its seed.
     pub const fn start(&self) -> OutputState {
         OutputState {
@@ -182,6 +188,10 @@ impl Output {
     /// The codes that can be reached from the last one.
     #[inline]
     pub fn window(&self, state: &OutputState) -> Window {
+        if self.slew == SlewError::MOST.cast_signed() {
+            // Wider than any converter.
+            return Window::of(self.dac);
+        }
         // Codes have 24 bits, the step 25: no sum leaves 26.
         Window {
             low: self.dac.min_code().max(state.code.wrapping_sub(self.slew)),

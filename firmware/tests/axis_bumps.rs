@@ -182,7 +182,7 @@ fn steps(words: LawWords, quantiser: Quantiser, told: bool) -> (i32, i32) {
         for sample in 0..=change {
             if sample == change {
                 let law = Law::accept(other(words), dac(14)).expect("accepted words");
-                run.axis.law = law;
+                run.axis.set_law(law);
                 if told {
                     run.state.gains_changed();
                 }

@@ -22,6 +22,7 @@ pub mod link;
 pub mod message;
 pub mod output;
 mod parameters;
+mod parameters_servo;
 pub mod quantise;
 pub mod record;
 pub mod report;

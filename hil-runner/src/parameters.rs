@@ -3,11 +3,12 @@
 use plant::Joint;
 
 use crate::case::{Case, Law, Method};
+use crate::parameters_servo;
 use crate::report::{Parameter, number};
 use crate::time::seconds;
 use crate::words::CaseWords;
 
-fn text(label: &str, value: &str, unit: &str) -> Parameter {
+pub(crate) fn text(label: &str, value: &str, unit: &str) -> Parameter {
     Parameter {
         label: label.to_owned(),
         value: value.to_owned(),
@@ -15,7 +16,7 @@ fn text(label: &str, value: &str, unit: &str) -> Parameter {
     }
 }
 
-fn value(label: &str, value: f64, unit: &str) -> Parameter {
+pub(crate) fn value(label: &str, value: f64, unit: &str) -> Parameter {
     text(label, &number::table(value), unit)
 }
 
@@ -23,6 +24,7 @@ fn value(label: &str, value: f64, unit: &str) -> Parameter {
 pub(crate) fn of(case: &Case) -> Vec<Parameter> {
     [
         controller(case),
+        parameters_servo::of(case),
         motion(case),
         drive(case),
         joint(case),

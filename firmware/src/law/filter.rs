@@ -24,7 +24,7 @@
 //! With `|x| ≤ X` and `X·2^h ≤ 2^29`, `|x·2^h − v̂| ≤ 2^30 + 1` and
 //! `|W| ≤ 2^60`: nothing overflows.
 
-use super::term::product;
+use crate::product;
 
 /// The filter as words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -67,7 +67,7 @@ fn rounded(wide: i64) -> i32 {
 pub(crate) fn step(words: FilterWords, wide: &mut i64, x: i32) -> i32 {
     let input = x.wrapping_shl(u32::from(words.fraction_bits));
     let gap = input.wrapping_sub(rounded(*wide));
-    *wide = wide.wrapping_add(product(words.smoothing, gap));
+    *wide = wide.wrapping_add(product::of_gain(words.smoothing, gap));
     rounded(*wide)
 }
 

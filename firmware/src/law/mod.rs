@@ -80,6 +80,8 @@ pub struct Law {
     aligned: Aligned,
     /// Whether any feed-forward is not zero.
     feeds_forward: bool,
+    /// The converter that the words were accepted for.
+    dac: Dac,
 }
 
 /// What one sample brings to the law.
@@ -208,6 +210,7 @@ impl Law {
             words,
             aligned,
             feeds_forward: feeds_forward.contains(&true),
+            dac,
         })
     }
 
@@ -242,10 +245,7 @@ impl Law {
             _ if input.hold_integral => state.integral,
             _ => self.integrated(state.integral, e, direct, window),
         };
-        // |I| ≤ Q
-        let held = integral
-            .min(law.integral_limit)
-            .max(law.integral_limit.wrapping_neg());
+        let held = self.within_range(integral);
         state.integral = held;
 
         LawOutput {
@@ -254,6 +254,20 @@ impl Law {
             error_limited: e != input.error,
             difference_limited,
             integral_limited: held != integral,
+        }
+    }
+
+    /// `|I| ≤ Q`, held at its end.
+    #[inline]
+    fn within_range(&self, integral: i64) -> i64 {
+        let limit = self.aligned.integral_limit;
+        // Q is a power of two and fills the upper word alone, in which one
+        // addition and one comparison tell for all but Q itself.
+        let [above, whole] = [integral.wrapping_add(limit), limit].map(output::upper);
+        if above.cast_unsigned() < whole.wrapping_mul(2).cast_unsigned() {
+            integral
+        } else {
+            integral.min(limit).max(limit.wrapping_neg())
         }
     }
 
@@ -318,6 +332,11 @@ impl Law {
                 next.wrapping_sub(term::scaled(window.excess(sum, bits), tracking))
             }
         }
+    }
+
+    /// The converter that the words were accepted for.
+    pub const fn dac(&self) -> Dac {
+        self.dac
     }
 
     /// The words that were accepted.

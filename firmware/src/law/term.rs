@@ -10,16 +10,17 @@
 //! w·x·2^(F−f) = (w·2^m)·(x·2^s),   m + s = F − f,   w·2^m < 2^31,   |x|·2^s < 2^31
 //! ```
 //!
-//! That is one 32×32→64-bit product. Where the processor has none (ARMv6-M),
-//! [`product`] forms the same integer from products of 16-bit halves.
+//! That is one 32×32→64-bit product ([`crate::product`]).
 
+use crate::product;
 use crate::word::GainWord;
 
 /// A gain aligned to the sum's unit, for integers up to a limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Term {
     mantissa: i32,
-    shift: u8,
+    /// `2^s`: a product costs a processor what a shift does, and no mask.
+    scale: i32,
     /// Largest magnitude of the term \[2^−F codes\].
     largest: u64,
 }
@@ -32,7 +33,7 @@ impl Term {
         if word.mantissa == 0 {
             return Some(Self {
                 mantissa: 0,
-                shift: 0,
+                scale: 0,
                 largest: 0,
             });
         }
@@ -50,7 +51,7 @@ impl Term {
         }
         Some(Self {
             mantissa: word.mantissa.checked_mul(2_i32.checked_pow(taken)?)?,
-            shift: u8::try_from(shift).ok()?,
+            scale: 2_i32.checked_pow(shift)?,
             largest,
         })
     }
@@ -59,7 +60,7 @@ impl Term {
     #[inline]
     pub(crate) fn times(self, x: i32) -> i64 {
         // Fits by `align`: |x|·2^s < 2^31.
-        product(self.mantissa, x.wrapping_shl(u32::from(self.shift)))
+        product::of_gain(self.mantissa, x.wrapping_mul(self.scale))
     }
 
     /// Largest magnitude of [`Term::times`] \[2^−F codes\].
@@ -71,50 +72,6 @@ impl Term {
     pub(crate) const fn is_zero(self) -> bool {
         self.mantissa == 0
     }
-}
-
-/// `a·b` for `a ≥ 0`. The product of two 32-bit words always fits 64 bits.
-#[cfg(not(all(target_arch = "arm", not(target_has_atomic = "32"))))]
-#[inline]
-pub(crate) fn product(a: i32, b: i32) -> i64 {
-    i64::from(a).wrapping_mul(i64::from(b))
-}
-
-/// `a·b` for `a ≥ 0`, on a processor whose multiplication gives 32 bits only.
-#[cfg(all(target_arch = "arm", not(target_has_atomic = "32")))]
-#[inline]
-pub(crate) fn product(a: i32, b: i32) -> i64 {
-    by_halves(a, b)
-}
-
-/// `a·b` for `a ≥ 0` from products of 16-bit halves: the way of processors
-/// without a long multiplication, kept here so that every machine tests it.
-///
-/// ```text
-/// b as a word of 32 bits is b + 2^32·[b < 0], so  a·b = a·word(b) − 2^32·a·[b < 0]
-/// ```
-#[cfg(any(test, all(target_arch = "arm", not(target_has_atomic = "32"))))]
-#[inline]
-pub(crate) fn by_halves(a: i32, b: i32) -> i64 {
-    const LOW: u32 = 0xffff;
-    let [u, v] = [a.cast_unsigned(), b.cast_unsigned()];
-    let [u_low, u_high] = [u & LOW, u.wrapping_shr(16)];
-    let [v_low, v_high] = [v & LOW, v.wrapping_shr(16)];
-    // (2^15 − 1)·(2^16 − 1) + (2^16 − 1) < 2^31: only the second sum can carry.
-    let low = u_low.wrapping_mul(v_low);
-    let middle = u_high
-        .wrapping_mul(v_low)
-        .wrapping_add(low.wrapping_shr(16));
-    let other = u_low.wrapping_mul(v_high);
-    let (middle, carry) = middle.overflowing_add(other);
-    let high = u_high
-        .wrapping_mul(v_high)
-        .wrapping_add(middle.wrapping_shr(16))
-        .wrapping_add(u32::from(carry).wrapping_shl(16));
-    // − a where b < 0: its mask is the sign.
-    let high = high.wrapping_sub(u & b.wrapping_shr(31).cast_unsigned());
-    let low = middle.wrapping_shl(16) | (low & LOW);
-    i64::from(high.cast_signed()).wrapping_shl(32) | i64::from(low)
 }
 
 /// `x·w·2^−31`, rounded to the nearest integer, halves away from zero: odd in
@@ -151,12 +108,6 @@ mod tests {
         #![proptest_config(ProptestConfig::with_cases(100_000))]
 
         #[test]
-        fn halves_give_the_same_product(a in 0..=i32::MAX, b in any::<i32>()) {
-            prop_assert_eq!(by_halves(a, b), i64::from(a) * i64::from(b));
-            prop_assert_eq!(product(a, b), i64::from(a) * i64::from(b));
-        }
-
-        #[test]
         fn a_term_is_the_gain_times_the_integer(
             mantissa in 0..=i32::MAX, f in 0..=40_u8, sum in 32..=40_u8, limit_bits in 1..=30_u32,
             x in any::<i32>(),
@@ -176,15 +127,6 @@ mod tests {
             let exact = (doubled >> 32) * i128::from(x.signum());
             prop_assert_eq!(i128::from(scaled(x, w)), exact);
             prop_assert_eq!(scaled(-x, w), -scaled(x, w));
-        }
-    }
-
-    #[test]
-    fn the_corners_of_the_product() {
-        for a in [0, 1, 0xffff, 0x1_0000, 0x7fff_ffff, 0x7fff_0000] {
-            for b in [0, 1, -1, i32::MAX, i32::MIN, 0xffff, -0xffff, -0x1_0000] {
-                assert_eq!(by_halves(a, b), i64::from(a) * i64::from(b), "{a}·{b}");
-            }
         }
     }
 

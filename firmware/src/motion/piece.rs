@@ -13,6 +13,7 @@
 //! | weight of the acceleration | `Fa + 61 − Fy` | `i32`, up to 2^30 |
 
 use super::real::Real;
+use crate::product;
 use crate::reference::Setpoint;
 
 /// Fraction bits at which line and sine meet.
@@ -116,13 +117,11 @@ impl Turn {
     /// stays below `(√2 + ½)·2^62 + 2^31 < 2^63`, the whole below 2^63.
     fn of(self, value: i64) -> i64 {
         let (high, low) = (high_word(value), low_word(value));
-        let upper = product(self.high.cast_signed(), high);
-        let cross = u64::from(self.high)
-            .wrapping_mul(u64::from(low))
-            .cast_signed();
+        let upper = product::of_gain(self.high.cast_signed(), high);
+        let cross = product::unsigned(self.high, low).cast_signed();
         let lower = i64::from(self.centre)
             .wrapping_add(cross)
-            .wrapping_add(product(self.low, high));
+            .wrapping_add(product::signed(self.low, high));
         upper.wrapping_shl(2).wrapping_add(lower.wrapping_shr(30))
     }
 }
@@ -199,7 +198,8 @@ impl Piece {
                 point.cosine = before.wrapping_sub(turn.of(point.sine));
                 // Both below 2^30, so that their sum fits.
                 let sum = high_word(before).wrapping_add(high_word(point.cosine));
-                point.velocity = velocity_centre.wrapping_sub(product(velocity_weight, sum));
+                point.velocity =
+                    velocity_centre.wrapping_sub(product::signed(velocity_weight, sum));
             }
         }
     }
@@ -215,7 +215,7 @@ impl Piece {
                 acceleration_centre,
                 ..
             } => {
-                let weighted = product(acceleration_weight, high_word(point.sine))
+                let weighted = product::signed(acceleration_weight, high_word(point.sine))
                     .wrapping_add(i64::from(acceleration_centre));
                 (
                     point.sine.wrapping_shr(u32::from(shift)),
@@ -235,11 +235,6 @@ impl Piece {
             acceleration: turned(acceleration),
         }
     }
-}
-
-/// 32×32→64; below 2^62 in magnitude, so that nothing wraps.
-fn product(a: i32, b: i32) -> i64 {
-    i64::from(a).wrapping_mul(i64::from(b))
 }
 
 /// `floor(value/2^32)`.

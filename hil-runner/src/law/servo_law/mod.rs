@@ -162,7 +162,7 @@ impl ServoLaw {
         if self.comes(change, tick)
             && let Some(law) = self.next_law
         {
-            self.axis.law = law;
+            self.axis.set_law(law);
             self.state.gains_changed();
         }
     }

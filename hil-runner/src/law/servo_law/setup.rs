@@ -64,28 +64,26 @@ impl<'a> Setup<'a> {
                 setting("limits.count_jump_counts", value, &error)
             })
         };
-        Ok(Axis {
-            counter: counter(settings.limits.count_jump_counts)?,
-            feedback: match settings.law.feedback {
-                Feedback::Motor => AxisFeedback::Motor,
-                // The load's register comes whole.
-                Feedback::Dual => AxisFeedback::Load(CounterParameters::default()),
-            },
-            rest: Rest {
-                dead_band: settings.law.rest_dead_band_counts,
-                hold_integral: settings.law.rest_integrator == RestIntegrator::Hold,
-            },
-            watches: self.watches()?,
-            ..Axis::new(law, output)
-        })
+        let mut axis = Axis::new(law, output);
+        axis.counter = counter(settings.limits.count_jump_counts)?;
+        axis.feedback = match settings.law.feedback {
+            Feedback::Motor => AxisFeedback::Motor,
+            // The load's register comes whole.
+            Feedback::Dual => AxisFeedback::Load(CounterParameters::default()),
+        };
+        axis.rest = Rest {
+            dead_band: settings.law.rest_dead_band_counts,
+            hold_integral: settings.law.rest_integrator == RestIntegrator::Hold,
+        };
+        axis.watches = self.watches()?;
+        Ok(axis)
     }
 
     /// The axis of the run.
     pub(super) fn axis(&self) -> Result<Axis, QuantiseError> {
-        Ok(Axis {
-            take_up: self.take_up()?,
-            ..self.axis_without_take_up()?
-        })
+        let mut axis = self.axis_without_take_up()?;
+        axis.take_up = self.take_up()?;
+        Ok(axis)
     }
 
     /// The words of the law from the start.
