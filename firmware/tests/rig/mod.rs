@@ -4,7 +4,11 @@
     dead_code,
     reason = "every test file takes the part of this module that it needs"
 )]
-#![allow(clippy::expect_used, reason = "a test stops where its setup fails")]
+#![allow(
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a test stops where its setup fails"
+)]
 
 use firmware::counts::wrap;
 use firmware::law::{Law, LawWords};
