@@ -4,6 +4,7 @@
 //! `settings.rs`, `row.rs` and `replay.rs` use `core` and `firmware` only, so
 //! that a test on a chip can compile the same files.
 
+pub(crate) mod faults;
 pub(crate) mod record;
 pub(crate) mod replay;
 pub(crate) mod row;
