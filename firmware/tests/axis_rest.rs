@@ -6,10 +6,10 @@
 mod rig;
 
 use firmware::axis::Rest;
-use firmware::law::{AntiWindup, Derivative, LawWords};
-use firmware::output::Quantiser;
+use firmware::law::{AntiWindup, Derivative, LawInput, LawState, LawWords};
+use firmware::output::{Quantiser, Window};
 use firmware::{Axis, Event, GainWord, Next, State};
-use rig::{Loop, Script, at, position, with_output};
+use rig::{Loop, PAPER, Script, at, dac, position, ramp, with_output};
 
 /// A motor in 2^−16 counts and samples: `v ← v + g·(code − load) − v/20`, with
 /// static friction of twice the dry friction where there is any.
@@ -231,4 +231,64 @@ fn the_dead_band_does_nothing_in_motion() {
     };
     assert_eq!(code(false), 10);
     assert_eq!(code(true), 0);
+}
+
+/// Largest step of the code while the axis comes to rest in a band of 12
+/// counts, where the derivative of the error sees steps of 0 and 1 count.
+fn largest_step(derivative: Derivative) -> i32 {
+    let words = LawWords {
+        derivative,
+        ..PAPER
+    };
+    let rest = Rest {
+        dead_band: 12,
+        hold_integral: false,
+    };
+    let axis = with_output(words, None, Quantiser::Nearest);
+    let mut run = Loop::new(Axis { rest, ..axis }, 0);
+    run.request(Event::Enable);
+    run.request(Event::Start);
+    let mut source = ramp(0, 400, 2);
+    let (mut step, mut code) = (0, 0);
+    for _ in 0..2_500 {
+        let output = run.tick(&mut source);
+        step = step.max((output.code - code).abs());
+        code = output.code;
+    }
+    assert_eq!(run.state.state(), State::Holding);
+    step
+}
+
+/// The edge of the band is a step of the proportional term, not one of the
+/// derivative: that one would be twelve counts at once.
+#[test]
+fn the_edge_of_the_dead_band_gives_no_kick() {
+    // Kp·13 for the edge, and Kd/Δt for a difference of 2 counts that comes
+    // and one that goes: 41.6 + 200.
+    for derivative in [Derivative::Error, Derivative::Measurement] {
+        let step = largest_step(derivative);
+        println!("{derivative:?}: largest step {step} codes");
+        assert!(step <= 242, "{step} with {derivative:?}");
+    }
+
+    // Contrast: the same law, told that the error is 0 from one sample to the next.
+    let law = with_output(PAPER, None, Quantiser::Nearest).law;
+    let window = Window::of(dac(14));
+    let codes = |second: LawInput| {
+        let mut state = LawState::default();
+        let first = LawInput {
+            error: 13,
+            ..LawInput::default()
+        };
+        law.step(&mut state, &first, window);
+        let integral = state.integral();
+        (law.step(&mut state, &second, window).sum - integral) >> 38
+    };
+    let within = LawInput {
+        error: 12,
+        within_dead_band: true,
+        ..LawInput::default()
+    };
+    assert_eq!(codes(within), -50);
+    assert_eq!(codes(LawInput::default()), -650);
 }

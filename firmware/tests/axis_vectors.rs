@@ -8,6 +8,7 @@ mod vectors;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Once;
 
 use vectors::replay::{What, replay};
 use vectors::scenarios;
@@ -18,12 +19,16 @@ fn folder() -> PathBuf {
 
 /// The stored files, by name; written first where that was asked for.
 fn stored() -> BTreeMap<String, String> {
-    if std::env::var_os("BLESS").is_some_and(|bless| bless == "1") {
-        for (name, text) in scenarios::all() {
-            let path = folder().join(name).with_extension("txt");
-            std::fs::write(path, text).expect("the folder of the vectors");
+    // Once, and before any test reads: they run side by side.
+    static BLESSED: Once = Once::new();
+    BLESSED.call_once(|| {
+        if std::env::var_os("BLESS").is_some_and(|bless| bless == "1") {
+            for (name, text) in scenarios::all() {
+                let path = folder().join(name).with_extension("txt");
+                std::fs::write(path, text).expect("the folder of the vectors");
+            }
         }
-    }
+    });
     let files = std::fs::read_dir(folder()).expect("the folder of the vectors");
     files
         .map(|file| file.expect("a file").path())

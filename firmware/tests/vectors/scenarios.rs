@@ -288,8 +288,8 @@ fn wrap_32() -> String {
 
 fn gains_change() -> String {
     let mut file = Recorder::about(
-        "Other gains on the way, and others again with a filter: the code goes on from where
-        it stands. Settings between rows hold from the next row on.",
+        "Other gains on the way, others again with a filter, and others with the same filter:
+        the code goes on from where it stands. Settings between rows hold from the next row on.",
     );
     file.set(PAPER);
     for k in 0..=TRAVEL {
@@ -302,6 +302,7 @@ fn gains_change() -> String {
             70 => {
                 file.set("kp = 1932735283 29\nfilter = 1073741824 12\nquantiser = error-feedback")
             }
+            100 => file.set("kp = 1503238553 29"),
             _ => {}
         }
         file.row(if k == 0 { "ES" } else { "-" }, travel(0, 1, k), |_| {});
