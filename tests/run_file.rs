@@ -4,6 +4,9 @@
 #[path = "run_file/cases.rs"]
 mod cases;
 #[cfg(test)]
+#[path = "run_file/document.rs"]
+mod document;
+#[cfg(test)]
 #[path = "run_file/every_key.rs"]
 mod every_key;
 #[cfg(test)]
@@ -18,6 +21,9 @@ mod overrides;
 #[cfg(test)]
 #[path = "run_file/sentences.rs"]
 mod sentences;
+#[cfg(test)]
+#[path = "run_file/servo.rs"]
+mod servo;
 
 use hil_runner::case::Case;
 use hil_runner::runfile;

@@ -5,7 +5,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use bench_tests::case;
-use hil_runner::law::Controller;
+use hil_runner::law::{Controller, IoKind};
 use hil_runner::message::Measurement;
 use hil_runner::run::{RunOptions, run};
 use num_rational::Ratio;
@@ -23,7 +23,7 @@ fn inputs(name: &str) -> Vec<Measurement> {
 /// Error and code of every sample that a rung computes from `inputs`.
 fn codes(name: &str, law: &str, inputs: &[Measurement]) -> Vec<(f64, f64)> {
     let case = case(name, &[&format!("controller.law={law}")]);
-    let mut controller = Controller::new(&case).unwrap().unwrap();
+    let mut controller = Controller::new(&case, IoKind::Direct).unwrap().unwrap();
     let commands = inputs.iter().map(|&input| controller.step(input));
     commands.map(|c| (c.error_counts, c.dac_code)).collect()
 }

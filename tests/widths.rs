@@ -14,7 +14,7 @@ use bench_tests::random_case::random_case;
 use bench_tests::{case, reference_folder};
 use fearless_simd::{Level, Simd};
 use hil_runner::case::{Case, Law};
-use hil_runner::law::Controller;
+use hil_runner::law::{Controller, IoKind};
 use hil_runner::message::Measurement;
 use plant::{
     Batch, Drive, Eight, Extremes, ExtremesSettings, Joint, LaneSetup, Motion, One, Plant,
@@ -141,13 +141,14 @@ fn voltage_v(case: &Case, law: &mut Controller, tick: u64, beta_rad: f64) -> f64
         .step(Measurement {
             tick,
             position_counts,
+            load_counts: None,
         })
         .dac_code;
     case.amplifier.output_v(case.dac.output_v(code))
 }
 
 fn controller(case: &Case) -> Controller {
-    Controller::new(case).unwrap().unwrap()
+    Controller::new(case, IoKind::Direct).unwrap().unwrap()
 }
 
 fn seconds(ns: u64) -> f64 {
@@ -450,7 +451,7 @@ fn random_axes_have_the_bits_of_the_single_run() {
                 motion.intervals_s(),
             )
             .unwrap();
-            if Controller::new(&case).is_err() {
+            if Controller::new(&case, IoKind::Direct).is_err() {
                 case.controller.law = Law::Quantised;
             }
             case

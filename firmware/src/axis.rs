@@ -286,10 +286,9 @@ impl Axis {
             }
         }
         if let Some(trip) = trip {
-            state.latch.trip(Fault {
-                cause: trip.cause,
-                tick: inputs.tick,
-                values: FaultValues {
+            state.fail(
+                inputs.tick,
+                FaultValues {
                     setpoint: setpoint.position,
                     position,
                     error: error_counts,
@@ -297,9 +296,8 @@ impl Axis {
                     measured: trip.measured,
                     limit: trip.limit,
                 },
-            });
-            // Any state ends in the fault; the table has no refusal for it.
-            state.state = state.state.after(Event::Fail).unwrap_or(State::Fault);
+                trip.cause,
+            );
         }
         match state.state {
             State::Fault => code = self.output.safe(&mut state.output),
@@ -314,6 +312,34 @@ impl Axis {
             state: state.state,
             error_counts,
             out_of_range,
+        }
+    }
+
+    /// The sample of `tick` has computed its output, but the hardware did not
+    /// take it: the axis stops in the same sample.
+    pub fn output_failed(
+        &self,
+        state: &mut AxisState,
+        tick: u64,
+        failed_transfers: u32,
+    ) -> AxisOutput {
+        let position = state.motor.position().unwrap_or_default();
+        let error_counts = counts::difference(state.setpoint, position);
+        let values = FaultValues {
+            setpoint: state.setpoint,
+            position,
+            error: error_counts,
+            code: state.output.code(),
+            measured: i64::from(failed_transfers),
+            limit: 0,
+        };
+        state.fail(tick, values, FaultCause::HardwareBus);
+        AxisOutput {
+            code: self.output.safe(&mut state.output),
+            power: false,
+            state: state.state,
+            error_counts,
+            out_of_range: false,
         }
     }
 
@@ -433,6 +459,27 @@ impl AxisState {
             state: State::Disabled,
             position_to_hold: false,
         }
+    }
+
+    /// Keeps the first fault and ends in its state.
+    fn fail(&mut self, tick: u64, values: FaultValues, cause: FaultCause) {
+        self.latch.trip(Fault {
+            cause,
+            tick,
+            values,
+        });
+        // Any state ends in the fault; the table has no refusal for it.
+        self.state = self.state.after(Event::Fail).unwrap_or(State::Fault);
+    }
+
+    /// The register of the last good reading of the motor's encoder, for a
+    /// sample whose reading failed.
+    pub(crate) fn last_registers(&self) -> (u32, Option<u32>) {
+        let register = |position: Option<i32>| position.map(i32::cast_unsigned);
+        (
+            register(self.motor.position()).unwrap_or_default(),
+            register(self.load.position()),
+        )
     }
 
     /// Tells that the next sample comes with another law: the output goes on

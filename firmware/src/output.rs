@@ -18,7 +18,8 @@
 //!   add up to `1 − ρ⁺(N) − ρ⁻(N)`, at most 1 in size: their means are
 //!   opposite to within 1 code/N. At a limit nothing is carried over.
 //! * **Dither**: `ρ` uniform in (0, 1), from a generator with a seed. The mean
-//!   code is then the sum, at the price of noise.
+//!   code is then the sum, at the price of noise: the sum of `N` codes wanders
+//!   about `Σy` by up to `½·√N` codes (standard deviation).
 
 use crate::dac::Dac;
 
@@ -59,16 +60,6 @@ impl Window {
             sum.wrapping_sub(low)
         } else {
             0
-        }
-    }
-
-    /// Whether a sum is beyond the window on the side of `direction`.
-    #[inline]
-    pub(crate) fn is_beyond(self, sum: i64, fraction_bits: u8, direction: i32) -> bool {
-        if direction > 0 {
-            sum > sum_of(self.high, fraction_bits)
-        } else {
-            sum < sum_of(self.low, fraction_bits)
         }
     }
 }

@@ -2,6 +2,9 @@
 //! controller's memory, the motion generator, a streamed queue, or a homing
 //! routine.
 
+use core::borrow::Borrow;
+
+use crate::counts;
 use crate::setpoint::SetpointTable;
 
 /// What the axis should do at one sample.
@@ -49,33 +52,44 @@ pub trait SetpointSource {
     fn next(&mut self, observed: &Observed) -> Next;
 }
 
-/// Reads a [`SetpointTable`] from its first entry to its last; a table knows
-/// positions only, so velocity and acceleration are 0.
+/// Reads a [`SetpointTable`], its own or a borrowed one, from the first entry
+/// to the last. A table knows positions only: the velocity is the difference
+/// to the entry before, in whole counts per sample
+/// ([`TableSource::VELOCITY_FRACTION_BITS`]), the acceleration is 0.
 #[derive(Debug, Clone)]
-pub struct TableSource<'a, const N: usize> {
-    table: &'a SetpointTable<N>,
+pub struct TableSource<T, const N: usize> {
+    table: T,
     k: u64,
 }
 
-impl<'a, const N: usize> TableSource<'a, N> {
+impl<T: Borrow<SetpointTable<N>>, const N: usize> TableSource<T, N> {
+    /// Fraction bits of the velocity: none.
+    pub const VELOCITY_FRACTION_BITS: u8 = 0;
+
     /// Starts at the first entry.
-    pub const fn new(table: &'a SetpointTable<N>) -> Self {
+    pub const fn new(table: T) -> Self {
         Self { table, k: 0 }
     }
 }
 
-impl<const N: usize> SetpointSource for TableSource<'_, N> {
+impl<T: Borrow<SetpointTable<N>>, const N: usize> SetpointSource for TableSource<T, N> {
     fn next(&mut self, _: &Observed) -> Next {
-        let setpoint = Setpoint {
-            position: self.table.at(self.k),
-            ..Setpoint::default()
-        };
+        let table = self.table.borrow();
+        let position = table.at(self.k);
+        let before = table.at(self.k.saturating_sub(1));
         self.k = self.k.saturating_add(1);
-        let entries = self.table.as_counts().len();
+        let entries = table.as_counts().len();
         if usize::try_from(self.k).is_ok_and(|k| k < entries) {
-            Next::Setpoint(setpoint)
+            Next::Setpoint(Setpoint {
+                position,
+                velocity: counts::difference(position, before),
+                acceleration: 0,
+            })
         } else {
-            Next::Last(setpoint)
+            Next::Last(Setpoint {
+                position,
+                ..Setpoint::default()
+            })
         }
     }
 }

@@ -2,7 +2,11 @@
 //! starts and encoders, behind a motor that stands where it is told to and
 //! behind one that lags, sticks and needs a controller.
 
-#![allow(clippy::expect_used, reason = "a test stops where its setup fails")]
+#![allow(
+    clippy::expect_used,
+    clippy::panic,
+    reason = "a test stops where its setup fails"
+)]
 
 use firmware::homing::{CREEP_MAX, RATIO_MAX, SPEED_MAX};
 use firmware::{
@@ -270,7 +274,7 @@ fn false_sight(homing: &Homing, leg: usize, moves: bool) -> Result<Gap, HomingEr
         opened += usize::from(open && open_for == 0);
         open_for = if open { open_for + 1 } else { 0 };
         if opened == leg + 1 && (40..60).contains(&open_for) {
-            let direction = if leg % 2 == 0 { 1 } else { -1 };
+            let direction = [1, -1, 1, -1][leg];
             if moves {
                 axis.load += direction * ONE;
             } else {

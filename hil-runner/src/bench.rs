@@ -5,11 +5,11 @@ use crate::case::Case;
 use crate::error::RunError;
 use crate::figures::HOST_STEP_P99;
 use crate::law::Controller;
-use crate::quantise::QuantisedGains;
 use crate::report::number;
 use crate::run::{Outcome, RowSink, RunOptions, run};
 use crate::time::seconds;
 use crate::timing::HostTiming;
+use crate::words::CaseWords;
 
 /// A case with everything that came out of it.
 #[derive(Debug, Clone, PartialEq)]
@@ -23,7 +23,7 @@ pub struct CaseRun {
     /// Verdict on the step time, where the budget names it.
     pub timing_verdict: Option<Verdict>,
     /// The gains in the firmware's words; `None` on the other rungs.
-    pub words: Option<QuantisedGains>,
+    pub words: Option<CaseWords>,
     /// What the user should know besides the figures.
     pub warnings: Vec<String>,
 }
@@ -40,9 +40,10 @@ impl CaseRun {
             ..options
         };
         let outcome = run(case, options, sink)?;
-        let controller = Controller::new(case).map_err(RunError::Quantise)?;
+        let controller = Controller::new(case, options.io).map_err(RunError::Quantise)?;
         let words = match &controller {
-            Some(Controller::Firmware(law)) => Some(*law.gains()),
+            Some(Controller::Firmware(law)) => Some(CaseWords::from(law.gains())),
+            Some(Controller::Servo(law)) => Some(CaseWords::from(law.words())),
             _ => None,
         };
         let timing = controller.and_then(|c| HostTiming::measure(c, &outcome.inputs));
@@ -96,6 +97,23 @@ fn warnings(case: &Case, outcome: &Outcome) -> Vec<String> {
             "the firmware worked outside its declared ranges in {} samples: the position error \
              or its sum was larger than the gains' words were made for",
             outcome.out_of_range_samples
+        ));
+    }
+    if let Some(fault) = outcome
+        .summary
+        .axis
+        .as_ref()
+        .and_then(|axis| axis.fault.as_ref())
+    {
+        warnings.push(format!(
+            "{} at {} s: {}",
+            fault.cause, fault.t_s, fault.message
+        ));
+    }
+    if outcome.refused_requests > 0 {
+        warnings.push(format!(
+            "{} requests of [sequence] were refused: the state of the axis did not allow them",
+            outcome.refused_requests
         ));
     }
     warnings

@@ -72,12 +72,25 @@ fn default_limits(case: &Case) -> Vec<Limit> {
 /// a summary.
 pub(crate) fn verdicts(case: &Case, figure: impl Fn(&str) -> Option<f64>) -> Vec<Verdict> {
     let (limits, default) = limits(case);
-    limits
+    let mut verdicts: Vec<Verdict> = limits
         .iter()
         .filter(|limit| limit.figure != HOST_STEP_P99.key)
         .map(|limit| Verdict::new(limit, figure(&limit.figure), default))
-        .collect()
+        .collect();
+    // An axis that stopped on a fault has not done its work, whatever else
+    // the budget asks for.
+    if figure(FAULTS).is_some() && limits.iter().all(|limit| limit.figure != FAULTS) {
+        let none = Limit {
+            figure: FAULTS.to_owned(),
+            limit: 0.0,
+        };
+        verdicts.push(Verdict::new(&none, figure(FAULTS), true));
+    }
+    verdicts
 }
+
+/// Key of the number of faults.
+const FAULTS: &str = "faults";
 
 #[cfg(test)]
 mod tests {

@@ -2,6 +2,8 @@
 
 use plant::{Amplifier, AxisParameters, ContinuousPid, Dac, Encoder, Motion, PidGains};
 
+use crate::servo::ServoSettings;
+
 /// A run that is complete and within every allowed range.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Case {
@@ -17,6 +19,8 @@ pub struct Case {
     pub encoder: Encoder,
     /// Control law and its timing.
     pub controller: ControllerSettings,
+    /// What the controller does beyond the paper's law on rung `firmware`.
+    pub servo: ServoSettings,
     /// Motion command of the carriage.
     pub motion: Motion,
     /// Duration, solver and what is recorded.
@@ -58,14 +62,7 @@ impl Law {
     }
 }
 
-/// How the integrator is kept from winding up.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum AntiWindup {
-    /// Not at all: the paper's law.
-    None,
-}
-
-/// Control law and its timing (`[controller]`).
+/// Control law and its timing (`[controller]`), as every rung has them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ControllerSettings {
     /// The rung.
@@ -77,8 +74,6 @@ pub struct ControllerSettings {
     pub sample_time_ns: Option<u64>,
     /// From sample to new voltage \[ns\], at most the sample time.
     pub computation_delay_ns: u64,
-    /// Integrator treatment.
-    pub anti_windup: AntiWindup,
 }
 
 /// Which method solves the plant (`run.solver`).

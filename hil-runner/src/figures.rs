@@ -17,7 +17,7 @@ const fn figure(key: &'static str, label: &'static str, unit: &'static str) -> F
 }
 
 /// Every numeric figure of the summary, in its order.
-pub const SUMMARY_FIGURES: [Figure; 14] = [
+pub const SUMMARY_FIGURES: [Figure; 15] = [
     figure("peak_abs_acc_mps2", "Peak carriage acceleration", "m/s²"),
     figure(
         "peak_acc_overshoot_mps2",
@@ -44,6 +44,7 @@ pub const SUMMARY_FIGURES: [Figure; 14] = [
     ),
     figure("peak_abs_current_a", "Peak current", "A"),
     figure("max_abs_dac_code", "Largest DAC code", "codes"),
+    figure("faults", "Faults of the axis", ""),
 ];
 
 /// The controller's step time on the host: a matter of this machine's clock,

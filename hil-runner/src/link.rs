@@ -129,6 +129,7 @@ mod tests {
         let measurement = Measurement {
             tick: 7,
             position_counts: 0.0,
+            load_counts: None,
         };
         assert_eq!(
             link.exchange(measurement),
@@ -144,11 +145,13 @@ mod tests {
             error_counts: 0.0,
             dac_code: 0.0,
             out_of_range: false,
+            servo: None,
         };
         controller.commands.send(answer).unwrap();
         let measurement = Measurement {
             tick: 7,
             position_counts: 0.0,
+            load_counts: None,
         };
         let wrong = LinkError::WrongTick {
             asked: 7,

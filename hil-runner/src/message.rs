@@ -1,5 +1,7 @@
 //! What controller and plant tell each other, once per sample.
 
+use crate::law::ServoStatus;
+
 /// What the encoder shows at one sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Measurement {
@@ -8,6 +10,8 @@ pub struct Measurement {
     /// Position of the motor shaft \[counts\]: whole on every rung that has an
     /// encoder, `K_enc·α` itself on rung `sampled`.
     pub position_counts: f64,
+    /// What an encoder at the load shows \[load counts\], where there is one.
+    pub load_counts: Option<f64>,
 }
 
 /// What the controller answers.
@@ -21,4 +25,6 @@ pub struct Command {
     pub dac_code: f64,
     /// Whether the firmware worked outside its declared ranges.
     pub out_of_range: bool,
+    /// What the axis reports; `None` where no supervision runs.
+    pub servo: Option<ServoStatus>,
 }

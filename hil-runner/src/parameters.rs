@@ -3,9 +3,9 @@
 use plant::Joint;
 
 use crate::case::{Case, Law, Method};
-use crate::quantise::QuantisedGains;
 use crate::report::{Parameter, number};
 use crate::time::seconds;
+use crate::words::CaseWords;
 
 fn text(label: &str, value: &str, unit: &str) -> Parameter {
     Parameter {
@@ -142,16 +142,16 @@ fn run(case: &Case) -> Vec<Parameter> {
 }
 
 /// The gains in the firmware's words, with what rounding costs.
-pub(crate) fn of_words(words: &QuantisedGains) -> Vec<Parameter> {
-    let gains = words.gains.iter().map(|gain| {
-        let word = format!("{} ({:+.1e})", gain.word, gain.relative_error());
+pub(crate) fn of_words(words: &CaseWords) -> Vec<Parameter> {
+    let gains = words.rows.iter().map(|gain| {
+        let word = format!("{} ({:+.1e})", gain.word, gain.relative_error);
         text(
-            &format!("Word of {} (rounding)", gain.name()),
+            &format!("Word of {} (rounding)", gain.name),
             &word,
-            "codes/count",
+            gain.unit,
         )
     });
-    let limit = words.pid.error_limit().to_string();
+    let limit = words.error_limit.to_string();
     gains
         .chain([text("Declared range of |e|", &limit, "counts")])
         .collect()

@@ -32,6 +32,9 @@ pub use error::{QuantiseError, UnfitGain};
 /// Largest mantissa, as a number.
 const MAX_MANTISSA: f64 = i32::MAX as f64;
 
+/// Bits of the largest mantissa.
+const MANTISSA_BITS: u32 = 31;
+
 /// One gain as the firmware has it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct QuantisedGain {
@@ -156,7 +159,7 @@ pub fn quantise(
         key,
         gain,
         wanted,
-        word: finest_word(wanted, gain.max_fraction_bits()),
+        word: finest_word(wanted, gain.max_fraction_bits(), MANTISSA_BITS),
     });
     let [kp, ki_dt, kd_per_dt] = gains.map(|gain| gain.word);
     let accept = |error_bits| {
@@ -188,7 +191,7 @@ pub fn setpoint_table<const N: usize>(
 }
 
 /// The smallest range with `E ≥ 2·|travel|`: the one that is asked for.
-fn error_range(travel_counts: i64) -> Option<ErrorRange> {
+pub(crate) fn error_range(travel_counts: i64) -> Option<ErrorRange> {
     let twice = travel_counts.unsigned_abs().checked_mul(2)?;
     (ErrorRange::MIN_BITS..=ErrorRange::MAX_BITS)
         .find(|&bits| twice <= 1 << bits)
@@ -206,18 +209,19 @@ fn largest(gain: Gain, range: ErrorRange) -> f64 {
     }
 }
 
-/// The word with the most fraction bits, at most `max`, whose mantissa fits;
-/// for gains from 0 to [`largest`].
-fn finest_word(gain: f64, max: u8) -> GainWord {
+/// The word with the most fraction bits, at most `max`, whose mantissa fits
+/// `mantissa_bits` bits; for gains from 0 to 2^`mantissa_bits` − 1.
+pub(crate) fn finest_word(gain: f64, max: u8, mantissa_bits: u32) -> GainWord {
+    let largest = ((1_u64 << mantissa_bits) - 1) as f64;
     let mantissa = |bits: u8| (gain * power_of_two(bits)).round();
-    let bits = (0..=max).rev().find(|&bits| mantissa(bits) <= MAX_MANTISSA);
+    let bits = (0..=max).rev().find(|&bits| mantissa(bits) <= largest);
     let bits = bits.unwrap_or(0);
     // Whole and within the type: the conversion is exact.
     GainWord::new(mantissa(bits) as i32, bits)
 }
 
 /// `2^exponent` for exponents below 64, exactly.
-fn power_of_two(exponent: u8) -> f64 {
+pub(crate) fn power_of_two(exponent: u8) -> f64 {
     (1_u64 << exponent) as f64
 }
 
@@ -262,7 +266,7 @@ mod tests {
     fn a_full_mantissa_rounds_by_less_than_2_to_the_minus_31() {
         let mut gain = 1e-3;
         while gain < 2_000.0 {
-            let word = finest_word(gain, 40);
+            let word = finest_word(gain, 40, MANTISSA_BITS);
             assert!(word.mantissa >= 1 << 30, "{gain}: {word}");
             let value = f64::from(word.mantissa) / power_of_two(word.fraction_bits);
             assert!((value - gain).abs() <= gain / 2_147_483_648.0, "{gain}");

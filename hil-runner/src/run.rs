@@ -4,7 +4,7 @@ use plant::{ContactChange, Drive, Plant, Solver, State};
 
 use crate::case::{Case, Law, Method};
 use crate::error::RunError;
-use crate::law::Controller;
+use crate::law::{Controller, IoKind, ServoStatus};
 use crate::link::{Link, channel_pair};
 use crate::message::{Command, Measurement};
 use crate::record::{GridPoint, PlotPoint, PlotRecorder, Recorder};
@@ -27,6 +27,8 @@ pub enum LinkKind {
 pub struct RunOptions {
     /// Connection of controller and plant.
     pub link: LinkKind,
+    /// How the firmware reaches encoder and converter.
+    pub io: IoKind,
     /// Whether the points for the report's curves are kept.
     pub plot: bool,
     /// Whether what the controller was fed in the first 100,000 samples is
@@ -51,6 +53,8 @@ pub struct Outcome {
     pub grid: Vec<GridPoint>,
     /// Samples at which the firmware worked outside its declared ranges.
     pub out_of_range_samples: u64,
+    /// Requests that the axis' state refused.
+    pub refused_requests: u32,
 }
 
 /// Inputs that a run keeps at most: enough for percentiles of the step time,
@@ -75,13 +79,14 @@ pub fn run(case: &Case, options: RunOptions, sink: &mut RowSink<'_>) -> Result<O
         inputs: options.inputs.then(Vec::new),
         held_limit_ns: 0,
         out_of_range_samples: 0,
+        servo: None,
         sink,
     };
     match (case.controller.law, case.controller.sample_time_ns) {
         (Law::Continuous, _) => bench.continuous()?,
         (_, None) => return Err(RunError::NoSampleTime),
         (_, Some(period_ns)) => {
-            let controller = Controller::new(case).map_err(RunError::Quantise)?;
+            let controller = Controller::new(case, options.io).map_err(RunError::Quantise)?;
             let Some(mut controller) = controller else {
                 return Err(RunError::NoSampleTime);
             };
@@ -95,7 +100,7 @@ pub fn run(case: &Case, options: RunOptions, sink: &mut RowSink<'_>) -> Result<O
 }
 
 /// The solver that a case gets, and its name in the summary.
-fn solver(case: &Case) -> (Solver, &'static str) {
+pub(crate) fn solver(case: &Case) -> (Solver, &'static str) {
     let tolerance = case.run.tolerance;
     let step_ns = case.run.rk4_step_ns;
     match case.method() {
@@ -114,6 +119,8 @@ struct Bench<'a, 's> {
     inputs: Option<Vec<Measurement>>,
     held_limit_ns: u64,
     out_of_range_samples: u64,
+    /// What the axis reported last.
+    servo: Option<ServoStatus>,
     sink: &'a mut RowSink<'s>,
 }
 
@@ -163,6 +170,7 @@ impl Bench<'_, '_> {
         let duration_ns = case.run.duration_ns;
         let delay_ns = case.controller.computation_delay_ns;
         let z = case.axis.transmission.gear_ratio;
+        let load_encoder = case.servo.encoders.load;
         let mut in_force = Held::default();
         for tick in 0.. {
             let time_ns = tick * period_ns;
@@ -175,9 +183,11 @@ impl Bench<'_, '_> {
                 Law::Sampled => case.encoder.position_counts(alpha_rad),
                 _ => case.encoder.count(alpha_rad),
             };
+            let gamma_rad = self.plant.state().gamma_rad();
             let measurement = Measurement {
                 tick,
                 position_counts,
+                load_counts: load_encoder.map(|encoder| encoder.count(gamma_rad)),
             };
             // 2. Compute.
             let command = link.exchange(measurement).map_err(RunError::Link)?;
@@ -187,11 +197,13 @@ impl Bench<'_, '_> {
                 inputs.push(measurement);
             }
             self.out_of_range_samples += u64::from(command.out_of_range);
+            self.servo = command.servo.or(self.servo);
             let next = self.held(command);
             // 3. Record.
             let sample = Sample {
                 error_counts: command.error_counts,
                 dac_code: command.dac_code,
+                axis_state: command.servo.map(|servo| servo.state),
             };
             self.row(time_ns, Some(sample), next.voltage_v)?;
             // 4. Move: first under the code still in force, then under the new.
@@ -270,6 +282,7 @@ impl Bench<'_, '_> {
             rows: &self.rows,
             held_limit_ns: self.held_limit_ns,
             events: Some(&events),
+            servo: self.servo,
         }
         .summary();
         Outcome {
@@ -282,6 +295,7 @@ impl Bench<'_, '_> {
             inputs: self.inputs.unwrap_or_default(),
             grid: self.recorder.grid.map_or_else(Vec::new, |grid| grid.points),
             out_of_range_samples: self.out_of_range_samples,
+            refused_requests: self.servo.map_or(0, |servo| servo.refused_requests),
         }
     }
 }

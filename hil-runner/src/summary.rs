@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use crate::budget::{self, Verdict};
 use crate::case::Case;
+use crate::law::ServoStatus;
 use crate::time::seconds;
 use crate::trace::Row;
 
@@ -46,6 +47,12 @@ pub struct Summary {
     pub peak_abs_current_a: f64,
     /// Largest code after its clamp; `None` on rung `continuous`.
     pub max_abs_dac_code: Option<f64>,
+    /// 1 if the supervision stopped the axis, else 0; left out where none runs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub faults: Option<u32>,
+    /// What the axis reported at the end; left out where no supervision runs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub axis: Option<AxisReport>,
     /// Every change of contact: `[t_s, from, to]`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub events: Option<Vec<(f64, i8, i8)>>,
@@ -71,7 +78,65 @@ impl Summary {
             "voltage_saturated_s" => Some(self.voltage_saturated_s),
             "peak_abs_current_a" => Some(self.peak_abs_current_a),
             "max_abs_dac_code" => self.max_abs_dac_code,
+            "faults" => self.faults.map(f64::from),
             _ => None,
+        }
+    }
+}
+
+/// What the supervision of the axis has to say.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct AxisReport {
+    /// State at the end.
+    pub state: &'static str,
+    /// Largest `|e|` while the axis was powered \[counts\].
+    pub peak_error_counts: u32,
+    /// The fault that is latched.
+    pub fault: Option<FaultReport>,
+}
+
+/// A fault in a summary.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FaultReport {
+    /// What tripped.
+    pub cause: &'static str,
+    /// Number of the sample.
+    pub tick: u64,
+    /// Time of the sample \[s\].
+    pub t_s: f64,
+    /// Setpoint \[counts, modulo 2^32\].
+    pub setpoint_counts: i32,
+    /// Position \[counts, modulo 2^32\].
+    pub position_counts: i32,
+    /// `e` \[counts\].
+    pub error_counts: i32,
+    /// The last code before the safe output.
+    pub dac_code: i32,
+    /// What was measured, in the unit of the cause.
+    pub measured: i64,
+    /// The limit that it passed.
+    pub limit: i64,
+    /// The same in a sentence.
+    pub message: String,
+}
+
+impl AxisReport {
+    fn new(status: &ServoStatus, period_ns: u64) -> Self {
+        Self {
+            state: status.state.name(),
+            peak_error_counts: status.peak_error_counts,
+            fault: status.fault.map(|fault| FaultReport {
+                cause: fault.cause.name(),
+                tick: fault.tick,
+                t_s: seconds(fault.tick * period_ns),
+                setpoint_counts: fault.values.setpoint,
+                position_counts: fault.values.position,
+                error_counts: fault.values.error,
+                dac_code: fault.values.code,
+                measured: fault.values.measured,
+                limit: fault.values.limit,
+                message: fault.to_string(),
+            }),
         }
     }
 }
@@ -117,6 +182,8 @@ pub(crate) struct EndOfRun<'a> {
     pub(crate) held_limit_ns: u64,
     /// Every change of contact, if they were kept.
     pub(crate) events: Option<&'a [ContactChange]>,
+    /// What the axis reported last.
+    pub(crate) servo: Option<ServoStatus>,
 }
 
 impl EndOfRun<'_> {
@@ -153,6 +220,10 @@ impl EndOfRun<'_> {
             voltage_saturated_s: seconds(self.held_limit_ns) + extremes.voltage_limited_s,
             peak_abs_current_a: extremes.peak_abs_current_a,
             max_abs_dac_code: self.rows.max_abs_dac_code,
+            faults: self.servo.map(|servo| u32::from(servo.fault.is_some())),
+            axis: self
+                .servo
+                .map(|servo| AxisReport::new(&servo, case.controller.sample_time_ns.unwrap_or(0))),
             events: self.events.filter(|_| case.run.events).map(|events| {
                 let event = |e: &ContactChange| (e.time_s, e.from.sign(), e.to.sign());
                 events.iter().map(event).collect()

@@ -2,6 +2,8 @@
 
 use std::io::Write;
 
+use firmware::State;
+
 /// One row: the plant at t_k and what the controller computed from it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Row {
@@ -32,6 +34,13 @@ pub struct Row {
     pub contact: i8,
 }
 
+impl Row {
+    /// State of the axis, where supervision runs.
+    fn axis_state(&self) -> Option<State> {
+        self.sample.and_then(|sample| sample.axis_state)
+    }
+}
+
 /// The controller's part of a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
@@ -39,6 +48,8 @@ pub struct Sample {
     pub error_counts: f64,
     /// DAC code after its clamp.
     pub dac_code: f64,
+    /// State of the axis; `None` where no supervision runs.
+    pub axis_state: Option<State>,
 }
 
 /// Writes rows as CSV, numbers so that they read back exactly.
@@ -67,12 +78,17 @@ impl<W: Write> TraceWriter<W> {
                 Some(_) => &["error_counts", "dac_code"],
                 None => &[],
             };
+            let state: &[&str] = match row.axis_state() {
+                Some(_) => &["axis_state"],
+                None => &[],
+            };
             self.csv
                 .write_record(
                     [
                         &["t_s", "x_ref_m", "acc_ref_mps2"],
                         controller,
                         &PLANT_COLUMNS,
+                        state,
                     ]
                     .concat(),
                 )
@@ -96,6 +112,9 @@ impl<W: Write> TraceWriter<W> {
         let command = [row.t_s, row.x_ref_m, row.acc_ref_mps2];
         for value in command.iter().chain(controller).chain(&plant) {
             self.csv.write_field(shortest(*value)).map_err(io_error)?;
+        }
+        if let Some(state) = row.axis_state() {
+            self.csv.write_field(state.name()).map_err(io_error)?;
         }
         self.csv.write_record(None::<&[u8]>).map_err(io_error)
     }

@@ -4,7 +4,7 @@ use bench_tests::draw::Draw;
 use bench_tests::random_case::{SAMPLE_TIMES_S, fastest_rate, random_case};
 use bench_tests::solvers::exact;
 use hil_runner::case::{Case, Law};
-use hil_runner::law::Controller;
+use hil_runner::law::{Controller, IoKind};
 use hil_runner::message::Measurement;
 use plant::{AxisParameters, ContactChange, Drive, Joint, Plant, PlantError, Span, State, Watch};
 
@@ -175,11 +175,12 @@ pub(crate) fn measurement(case: &Case, tick: u64, state: &State) -> Measurement 
             Law::Sampled => case.encoder.position_counts(alpha_rad),
             _ => case.encoder.count(alpha_rad),
         },
+        load_counts: None,
     }
 }
 
 fn controller(case: &Case) -> Controller {
-    match Controller::new(case) {
+    match Controller::new(case, IoKind::Direct) {
         Ok(Some(law)) => law,
         other => panic!("{other:?}"),
     }

@@ -2,13 +2,14 @@
 
 use std::f64::consts::{PI, TAU};
 
-use hil_runner::case::{AntiWindup, Case, Law, SolverChoice};
+use hil_runner::case::{Case, Law, SolverChoice};
 use hil_runner::runfile::{self, Need, SECTIONS, builtin_names, builtin_text};
+use hil_runner::servo::ServoSettings;
 use plant::Joint;
 
 use super::{BASE, parse};
 
-fn load_reference(name: &str) -> Case {
+pub(crate) fn load_reference(name: &str) -> Case {
     let path = format!("{}/reference/{name}.toml", env!("CARGO_MANIFEST_DIR"));
     runfile::load(&path, &[]).unwrap_or_else(|errors| panic!("{errors}"))
 }
@@ -74,7 +75,7 @@ fn units_are_converted_and_defaults_hold() {
     assert_eq!((case.dac.bits, case.dac.step_v), (16, 0.00488));
     assert_eq!(case.controller.sample_time_ns, Some(1_000_000));
     assert_eq!(case.controller.computation_delay_ns, 0);
-    assert_eq!(case.controller.anti_windup, AntiWindup::None);
+    assert_eq!(case.servo, ServoSettings::default());
     assert_eq!(case.run.duration_ns, 1_500_000_000);
     assert_eq!(case.run.solver, SolverChoice::Auto);
     assert_eq!(case.run.row_interval_ns, 1_000_000);

@@ -1,116 +1,10 @@
 //! What must hold for every key of the table, one after the other.
 
 use hil_runner::case::{Case, Law};
-use hil_runner::runfile::{DefaultValue, Key, Kind, Need, Range, SECTIONS, Section};
+use hil_runner::runfile::{DefaultValue, Key, Kind, Need, Range, Section};
 
+use super::document::{Document, all_keys, samples};
 use super::{messages, parse};
-
-/// A run file that gives every key, one a line.
-pub(crate) struct Document(Vec<(&'static str, &'static Key, String)>);
-
-impl Document {
-    /// Every key with the first of its samples; of a pair the first only.
-    pub(crate) fn full() -> Self {
-        let mut entries = Vec::new();
-        for (section, key) in all_keys() {
-            if let Need::OneOf(partner) = key.need
-                && entries
-                    .iter()
-                    .any(|(_, k, _): &(_, &Key, _)| k.name == partner)
-            {
-                continue;
-            }
-            entries.push((section.name, key, samples(key).0));
-        }
-        Self(entries)
-    }
-
-    /// With another value for a key, which takes the place of its partner.
-    pub(crate) fn with(mut self, section: &Section, key: &'static Key, value: &str) -> Self {
-        for (s, k, v) in &mut self.0 {
-            let is_partner = matches!(k.need, Need::OneOf(partner) if partner == key.name);
-            if *s == section.name && (k.name == key.name || is_partner) {
-                *k = key;
-                *v = value.to_owned();
-            }
-        }
-        self
-    }
-
-    /// Without a key and its partner.
-    pub(crate) fn without(mut self, section: &Section, key: &Key) -> Self {
-        self.0.retain(|(s, k, _)| {
-            let is_partner = matches!(k.need, Need::OneOf(partner) if partner == key.name);
-            !(*s == section.name && (k.name == key.name || is_partner))
-        });
-        self
-    }
-
-    pub(crate) fn text(&self) -> String {
-        let mut text = String::new();
-        for section in SECTIONS {
-            if !section.name.is_empty() {
-                text.push_str(&format!("[{}]\n", section.name));
-            }
-            for (_, key, value) in self.0.iter().filter(|(s, _, _)| *s == section.name) {
-                text.push_str(&format!("{} = {value}\n", key.name));
-            }
-        }
-        text
-    }
-
-    /// Line of a key in [`Document::text`].
-    fn line(&self, section: &Section, key: &Key) -> usize {
-        let text = self.text();
-        let header = format!("[{}]", section.name);
-        let mut inside = section.name.is_empty();
-        let start = format!("{} = ", key.name);
-        let at = text.lines().position(|line| {
-            inside |= line == header;
-            inside && line.starts_with(&start)
-        });
-        at.unwrap() + 1
-    }
-
-    fn case(&self) -> Case {
-        parse(&self.text(), &[]).unwrap_or_else(|errors| panic!("{errors}"))
-    }
-}
-
-pub(crate) fn all_keys() -> impl Iterator<Item = (&'static Section, &'static Key)> {
-    SECTIONS
-        .iter()
-        .flat_map(|section| section.keys.iter().map(move |key| (section, key)))
-}
-
-/// Two allowed values of a key that go with the first values of the others.
-pub(crate) fn samples(key: &Key) -> (String, String) {
-    let pair = |a: &str, b: &str| (a.to_owned(), b.to_owned());
-    match key.kind {
-        Kind::Text => pair("\"one\"", "\"two\""),
-        Kind::Flag => pair("true", "false"),
-        Kind::Choice(choices) => {
-            // "continuous" needs no sample time.
-            let first = if key.name == "law" {
-                choices[1]
-            } else {
-                choices[0]
-            };
-            (
-                format!("\"{first}\""),
-                format!("\"{}\"", choices[choices.len() - 1]),
-            )
-        }
-        Kind::Number(Range::Between(low, high)) => {
-            (format!("{low:e}"), format!("{:e}", (low + high) / 2.0))
-        }
-        Kind::Number(_) => pair("2", "3.5"),
-        Kind::Whole(..) => pair("12", "14"),
-        Kind::Time(Range::NotNegative) => pair("0", "0.001"),
-        Kind::Time(_) => pair("0.002", "0.001"),
-        Kind::Intervals => pair("[1, 0, 1, 0, 1, 0, 1]", "[1, 0.5, 1, 0, 1, 0, 1]"),
-    }
-}
 
 #[test]
 fn every_key_is_read() {
@@ -118,16 +12,62 @@ fn every_key_is_read() {
         let (first, second) = samples(key);
         let before = Document::full().with(section, key, &first).case();
         let after = Document::full().with(section, key, &second).case();
-        if matches!(key.kind, Kind::Choice([_])) {
-            assert_eq!(first, second, "only one choice is no knob");
-        } else {
-            assert_ne!(
-                before, after,
-                "{}.{} is a dead knob",
-                section.name, key.name
-            );
-        }
+        assert_ne!(
+            before, after,
+            "{}.{} is a dead knob",
+            section.name, key.name
+        );
     }
+}
+
+/// Both ends of a whole number's range fit the type that takes it.
+#[test]
+fn whole_numbers_are_held_up_to_their_bounds() {
+    for (section, key) in all_keys() {
+        let Kind::Whole(low, high) = key.kind else {
+            continue;
+        };
+        let case = |value: i64| {
+            let document = Document::full().with(section, key, &value.to_string());
+            // What a jump may be depends on the counter's width.
+            if key.name == "count_jump_counts" {
+                let (encoder, width) = section_and_key("encoder", "counter_bits");
+                document.with(encoder, width, "32").case()
+            } else {
+                document.case()
+            }
+        };
+        assert_ne!(case(low), case(high), "{}", key.name);
+        assert_ne!(case(high), case(high - 1), "{}", key.name);
+    }
+}
+
+fn section_and_key(section: &str, key: &str) -> (&'static Section, &'static Key) {
+    let is_it = |(s, k): &(&Section, &Key)| s.name == section && k.name == key;
+    all_keys().find(is_it).unwrap()
+}
+
+#[test]
+fn every_choice_is_another_case() {
+    let mut choices_seen = 0;
+    for (section, key) in all_keys() {
+        let Kind::Choice(choices) = key.kind else {
+            continue;
+        };
+        // "exact" does not go with the quadratic resistance of the document.
+        let choices = choices.iter().filter(|choice| **choice != "exact");
+        let cases: Vec<Case> = choices
+            .map(|choice| {
+                let value = format!("\"{choice}\"");
+                Document::full().with(section, key, &value).case()
+            })
+            .collect();
+        for (index, case) in cases.iter().enumerate() {
+            assert!(!cases[..index].contains(case), "{}: {index}", key.name);
+        }
+        choices_seen += cases.len();
+    }
+    assert!(choices_seen > 25, "{choices_seen}");
 }
 
 #[test]
@@ -147,7 +87,11 @@ fn a_key_that_is_left_out_is_missing_or_has_its_default() {
                     && printed[0].contains(key.name);
                 assert!(named, "{}: {printed:?}", key.name);
             }
-            Need::Optional | Need::Limit | Need::FileStem => assert_eq!(printed, [""; 0]),
+            Need::NotWith(_)
+            | Need::Optional
+            | Need::OnlyWith(_)
+            | Need::Limit
+            | Need::FileStem => assert_eq!(printed, [""; 0]),
             Need::Default(default) => {
                 let given = Document::full()
                     .with(section, key, &default.to_toml())
@@ -160,32 +104,24 @@ fn a_key_that_is_left_out_is_missing_or_has_its_default() {
 
 #[test]
 fn a_misspelt_key_is_refused_with_the_right_one() {
-    for (section, key) in all_keys() {
-        let mut last = key.name.to_owned();
-        last.extend(key.name.chars().last());
-        let text = Document::full().text();
+    for (section, key) in all_keys().filter(|(section, _)| !section.name.is_empty()) {
+        let mut wrong = key.name.to_owned();
+        wrong.extend(key.name.chars().last());
         let document = Document::full().with(section, key, &samples(key).0);
         let line = document.line(section, key);
-        let right = format!("{} = ", key.name);
-        let text = if text.contains(&format!("\n{right}")) || text.starts_with(&right) {
-            document.text().replacen(&right, &format!("{last} = "), 1)
-        } else {
-            continue;
-        };
-        let printed = messages(&text, &[]);
-        let path = if section.name.is_empty() {
-            last
-        } else {
-            format!("{}.{last}", section.name)
-        };
+        let mut text = String::new();
+        for (index, original) in document.text().lines().enumerate() {
+            let misspelt = original.replacen(key.name, &wrong, 1);
+            let is_it = index + 1 == line;
+            text.push_str(if is_it { &misspelt } else { original });
+            text.push('\n');
+        }
         let expected = format!(
-            "cases/x.toml:{line}: unknown key {path}; did you mean {}?",
-            key.name
+            "cases/x.toml:{line}: unknown key {}.{wrong}; did you mean {}?",
+            section.name, key.name
         );
-        assert!(
-            printed.contains(&expected) || section.name.is_empty(),
-            "{expected}\n{printed:?}"
-        );
+        let printed = messages(&text, &[]);
+        assert!(printed.contains(&expected), "{expected}\n{printed:?}");
     }
 }
 
@@ -258,7 +194,8 @@ fn zero_and_negative_are_refused_where_the_range_says_so() {
                 (true, key.name == "travel_mm" || key.name.contains("linear"))
             }
             Kind::Number(Range::NotNegative) | Kind::Time(Range::NotNegative) => (true, false),
-            Kind::Number(_) | Kind::Time(_) | Kind::Whole(..) => (false, false),
+            Kind::Whole(low, _) => (low <= 0, low < 0),
+            Kind::Number(_) | Kind::Time(_) => (false, false),
             _ => continue,
         };
         assert_eq!(is_allowed(section, key, "0"), zero, "{} = 0", key.name);

@@ -5,6 +5,7 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 
 use super::BASE;
+use super::document::Document;
 
 /// Pieces that TOML or the run file knows, to get past the first character.
 const PIECES: &[&str] = &[
@@ -100,6 +101,11 @@ proptest! {
 
     #[test]
     fn damaged_built_in_files(text in mutated(builtin_text("paper-1").unwrap_or_default().to_owned())) {
+        answer(&text, &[])?;
+    }
+
+    #[test]
+    fn damaged_files_with_every_key(text in mutated(Document::full().text())) {
         answer(&text, &[])?;
     }
 

@@ -3,7 +3,7 @@
 use hil_runner::runfile::{Kind, builtin_names, builtin_text, schema};
 use serde_json::Value;
 
-use super::every_key::{Document, all_keys};
+use super::document::{Document, all_keys};
 use super::{BASE, messages};
 
 fn to_json(text: &str) -> Value {
@@ -42,8 +42,9 @@ fn schema_and_parser_agree_on_single_keys() {
         for value in [
             "1", "0.5", "true", "\"\"", "\"x\"", "{}", "[]", "-0.5", "25.0",
         ] {
-            // These two are a matter of several keys.
-            let across = value == "-0.5" && key.name.starts_with("resistance_")
+            // These are a matter of several keys.
+            let across = key.name == "emergency_stop_s"
+                || value == "-0.5" && key.name.starts_with("resistance_")
                 || value == "1" && key.name == "computation_delay_s"
                 || value == "0.5" && key.name == "computation_delay_s"
                 || value == "25.0" && key.name == "computation_delay_s";
@@ -77,6 +78,18 @@ fn schema_and_parser_agree_on_single_keys() {
         ("stiffness_nm_per_rad = 350\n", "joint = \"rigid\"\n"),
         ("stiffness_nm_per_rad = 350\n", "joint = \"elastic\"\n"),
         ("law = \"sampled\"\n", ""),
+        ("[run]", "[load_encoder]\n[limits]\n[inject]\n[run]"),
+        ("[run]", "[load_encoder]\ncounts_per_mm = 100\n[run]"),
+        (
+            "[run]",
+            "[load_encoder]\ncounts_per_mm = 100\ncounts_per_rad = 80\n[run]",
+        ),
+        ("[run]", "[gain_change]\nkp = 1\n[run]"),
+        ("[run]", "[gain_change]\nat_s = 1\nkp = 1\n[run]"),
+        ("[run]", "[inject]\nencoder_glitch_s = 1\n[run]"),
+        ("[run]", "[inject]\nencoder_glitch_counts = 1\n[run]"),
+        ("[run]", "[sequence]\nemergency_stop_release_s = 1\n[run]"),
+        ("[run]", "[limits]\nfollowing_error_per_speed_s = 1\n[run]"),
     ] {
         agree(&super::base_with(from, to));
     }

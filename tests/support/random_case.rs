@@ -8,8 +8,9 @@
 
 use core::f64::consts::PI;
 
-use hil_runner::case::{AntiWindup, Case, ControllerSettings, Law, RunSettings, SolverChoice};
-use hil_runner::law::Controller;
+use hil_runner::case::{Case, ControllerSettings, Law, RunSettings, SolverChoice};
+use hil_runner::law::{Controller, IoKind};
+use hil_runner::servo::ServoSettings;
 use plant::{
     Amplifier, AxisParameters, Carriage, Dac, ElasticJoint, Encoder, Joint, Motion, Motor,
     PidGains, Resistance, Transmission,
@@ -70,8 +71,8 @@ pub fn random_case(draw: &mut Draw, laws: &[Law], sample_times_s: (f64, f64)) ->
             gains: random_gains(draw, &axis, encoder, volts_per_count, sample_time_s),
             sample_time_ns: Some(sample_time_ns),
             computation_delay_ns,
-            anti_windup: AntiWindup::None,
         },
+        servo: ServoSettings::default(),
         motion: random_motion(draw, &axis, voltage_limit_v, duration_s),
         run: RunSettings {
             duration_ns: sample_time_ns * samples,
@@ -84,7 +85,7 @@ pub fn random_case(draw: &mut Draw, laws: &[Law], sample_times_s: (f64, f64)) ->
         },
         budget: None,
     };
-    if Controller::new(&case).is_err() {
+    if Controller::new(&case, IoKind::Direct).is_err() {
         // Gains that fit no word of the firmware.
         case.controller.law = Law::Quantised;
     }

@@ -55,7 +55,8 @@ pub enum LawError {
         /// Its word.
         word: GainWord,
     },
-    /// A word is too coarse for the accuracy, or finer than the sum.
+    /// A word is too coarse for the accuracy, or finer than the sum. Where
+    /// `least` is more than `most`, the sum itself is too coarse for this gain.
     FractionBits {
         /// Which gain.
         part: Part,
@@ -97,14 +98,14 @@ pub enum LawError {
     /// `Δt/(T_f + Δt)` has no word: the filter is too slow for this sample
     /// time, or not a filter.
     FilterSmoothing(i32),
-    /// The filtered difference has too few fraction bits for the accuracy or
-    /// more than its range leaves.
+    /// The filtered difference has too few fraction bits for the accuracy, or
+    /// more than its range or the sum leaves.
     FilterFractionBits {
         /// The number given.
         fraction_bits: u8,
         /// The fewest for an error of 1/16 code.
         needed: u32,
-        /// The most that the range of the differences leaves.
+        /// The most that the range of the differences and the sum leave.
         most: u8,
     },
     /// `Δt/T_t` has no word: the tracking time is too long for this sample
@@ -142,7 +143,7 @@ impl fmt::Display for LawError {
             } => write!(
                 f,
                 "the word {word} of {part} has {} fraction bits; \
-                 it must have between {least} and {most} of them",
+                 it must have at least {least} of them, and at most the {most} of the sum",
                 word.fraction_bits
             ),
             Self::TermTooWide { part, word, limit } => write!(
@@ -178,7 +179,7 @@ impl fmt::Display for LawError {
             } => write!(
                 f,
                 "the filtered difference has {fraction_bits} fraction bits; \
-                 the accuracy needs at least {needed}, and its range leaves at most {most}"
+                 the accuracy needs at least {needed}, and its range and the sum leave at most {most}"
             ),
             Self::Tracking(word) => write!(
                 f,

@@ -36,7 +36,11 @@ pub struct FilterWords {
 }
 
 impl FilterWords {
-    /// Most fraction bits that leave room for differences up to `limit`.
+    /// Largest difference that a filter takes \[counts\].
+    pub const LARGEST_DIFFERENCE: u32 = 1 << 29;
+
+    /// Most fraction bits that leave room for differences up to `limit`, at
+    /// most [`Self::LARGEST_DIFFERENCE`].
     pub const fn most_fraction_bits(limit: u32) -> u8 {
         // limit·2^h ≤ 2^29, with 2^ceil(log2(limit)) for the limit
         let bits = u32::BITS.saturating_sub(limit.saturating_sub(1).leading_zeros());

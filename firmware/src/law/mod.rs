@@ -17,8 +17,10 @@
 //!
 //! The headroom is what the converter really has left at this sample: its
 //! range, cut by the slew limit ([`crate::output::Window`]), against a sum
-//! that contains the feed-forward. [`AntiWindup::Clamp`] refuses the step of
-//! the integral that would push a sum beyond the headroom further out.
+//! that contains the feed-forward. [`AntiWindup::Clamp`] refuses the part of
+//! the integral's step that would push a sum beyond the headroom further out:
+//! not the whole step, or a slew limit below `(Ki·Δt)·e` would stop the integral
+//! for ever.
 //! [`AntiWindup::BackCalculation`] makes the step and takes back the excess
 //! times `Δt/T_t`, rounded to `2^−F` codes with halves away from zero.
 //!
@@ -28,7 +30,8 @@
 //! motion, the next sample puts the integral where the sum equals the last
 //! code: the output goes on from where it stands. That needs an integral gain;
 //! without one the integral would keep the difference for ever, so then it
-//! starts from zero.
+//! starts from zero. And it needs the other terms to be within `Q` of the code;
+//! beyond, the integral starts at its end and says so.
 
 mod error;
 pub mod filter;
@@ -105,9 +108,10 @@ pub struct LawOutput {
     pub sum: i64,
     /// Whether `|e|` was beyond the declared range and held at its limit.
     pub error_limited: bool,
-    /// Whether a filtered difference was beyond its declared range.
+    /// Whether a difference was beyond its declared range and held at its
+    /// limit; not where the limit is one that outweighs everything else.
     pub difference_limited: bool,
-    /// Whether the integral stands at the end of its declared range.
+    /// Whether the integral was held at the end of its declared range.
     pub integral_limited: bool,
 }
 
@@ -149,6 +153,7 @@ impl Phase {
 impl LawState {
     /// Before a first sample that goes on from `code`, the last one that the
     /// converter was given: after enabling, or with other gains than before.
+    /// A code outside the window of that sample counts as its nearer end.
     pub const fn take_over(code: i32) -> Self {
         Self {
             integral: 0,
@@ -235,8 +240,10 @@ impl Law {
         };
 
         let integral = match phase {
-            // I with y = the last code
+            // I with y = the last code, which the window holds: in range, it
+            // can be shifted
             Phase::TakeOver(code) | Phase::ChangeOver(code) if !law.integral.is_zero() => {
+                let code = code.min(window.high()).max(window.low());
                 output::sum_of(code, self.words.sum_fraction_bits).wrapping_sub(direct)
             }
             // A step that an integral gain of 0 would keep for ever.
@@ -259,7 +266,8 @@ impl Law {
         }
     }
 
-    /// `(Kd/Δt)·δ` \[2^−F codes\], and whether a filtered δ was held.
+    /// `(Kd/Δt)·δ` \[2^−F codes\], and whether a δ was held that does not
+    /// outweigh everything else.
     fn derivative(
         &self,
         state: &mut LawState,
@@ -279,7 +287,8 @@ impl Law {
         let held = counts::within(difference, law.slope_limit);
         let Some(filter) = self.words.filter else {
             state.filter_bits = None;
-            return (law.derivative.times(held), false);
+            let outweighs = law.slope_limit < law.range.limit().wrapping_mul(2);
+            return (law.derivative.times(held), held != difference && !outweighs);
         };
         if phase != Phase::Running {
             let most = filter::settled(filter, law.slope_limit);
@@ -315,9 +324,13 @@ impl Law {
         let bits = self.words.sum_fraction_bits;
         match self.words.anti_windup {
             AntiWindup::None => next,
-            // Beyond the headroom, and e pushes further out.
-            AntiWindup::Clamp if window.is_beyond(sum, bits, e) => integral,
-            AntiWindup::Clamp => next,
+            // Beyond the headroom, and e pushes further out: up to its end, if
+            // the sum was not there before.
+            AntiWindup::Clamp => match window.excess(sum, bits) {
+                excess if excess > 0 && e > 0 => next.wrapping_sub(excess).max(integral),
+                excess if excess < 0 && e < 0 => next.wrapping_sub(excess).min(integral),
+                _ => next,
+            },
             AntiWindup::BackCalculation { tracking } => {
                 // I ← I + (u − y)·Δt/T_t
                 next.wrapping_sub(term::scaled(window.excess(sum, bits), tracking))
@@ -343,6 +356,19 @@ impl Law {
     /// `D`: differences beyond this one are held here \[counts\].
     pub const fn slope_limit(&self) -> i32 {
         self.aligned.slope_limit
+    }
+
+    /// Largest magnitude of a term over the declared ranges \[2^−F codes\]; of
+    /// the integral, of one step of it.
+    pub fn largest_term(&self, part: Part) -> u64 {
+        match part {
+            Part::Proportional => self.aligned.proportional.largest(),
+            Part::Integral => self.aligned.integral.largest(),
+            Part::Derivative => self.aligned.derivative.largest(),
+            Part::Velocity => self.aligned.velocity.largest(),
+            Part::Acceleration => self.aligned.acceleration.largest(),
+            Part::Friction => self.aligned.friction.unsigned_abs(),
+        }
     }
 
     /// Bits that are left above the largest sum that the declared ranges allow.

@@ -16,8 +16,14 @@
 //! | `(Ki·Δt)·Σe` | `\|Σe\| ≤ S` | `S·2^−(fi+1)` | `S ≤ 2^(fi−1)` | 1/4 |
 //! | `(Kd/Δt)·Δe` | `\|Δe\| ≤ D` | `D·2^−(fd+1)` | `D ≤ 2^fd` | 1/2 |
 //! | filter of the derivative | 1 unit of `2^−h` | `(Kd/Δt)·2^−h` | `(Kd/Δt)·2^−h ≤ 1/16` | 1/16 |
-//! | `Kv·v`, `Ka·a` | below 2^30 | `2^(29−f)` each | `f ≥ 35` | 1/32 |
-//! | together | | | | 31/32 |
+//! | `Kv·v`, `Ka·a` | to 2^30 | `2^(29−f)` each | `f ≥ 35` | 1/32 |
+//! | `Kf·sign(v)` | 1 | `2^−(f+1)` | `f ≥ 5` | 1/64 |
+//! | together | | | | 63/64 |
+//!
+//! A gain of 0 has no rounding: any exponent up to `F` will do. The exact law has
+//! the filter of the word `a`, not of the decimal that `a` was rounded from,
+//! and no treatment of wind-up: a decision of the clamp can fall otherwise
+//! for other gains, however near.
 //!
 //! The range of the sum of errors, `S`, is the smaller of `2^(fi−1)` and
 //! `Q/(Ki·Δt)`; it must hold 2^8 errors of the largest size, or normal
@@ -29,12 +35,14 @@
 //! its parts
 //!
 //! ```text
-//! Kp·E + FF + D-term + 3·Q + 3·R ≤ 2^(62−F) codes
+//! Kp·E + FF + D-term + 3·Q + 3·R < 2^(62−F) codes
 //! ```
 //!
 //! no order of adding them leaves 62 bits. Three times `Q` and `R`, because
 //! one step may add `(Ki·Δt)·E ≤ Q/2^8`, and back-calculation the distance to
-//! the limit, before the integral is held at `Q` again.
+//! the limit, before the integral is held at `Q` again. Velocities and
+//! accelerations of an `i32` beyond 2^30 double their terms at most, so that
+//! even they stay within the 63 bits of an `i64`.
 //!
 //! # Derivative
 //!
@@ -48,7 +56,9 @@
 //! Beyond `D` the sum has the sign of `Δe` and at least `2·R` codes, here as
 //! in the exact law: both stand at the same end of the converter. With a
 //! filter the held difference stays in its memory, so there it is a declared
-//! range, and leaving it is flagged.
+//! range, and leaving it is flagged; `D ≤ 2^29` leaves the filter's differences
+//! 31 bits. So is leaving `2·E` where not even that outweighs the rest: only a
+//! measured difference can.
 
 use super::error::{LawError, Part};
 use super::filter::FilterWords;
@@ -74,8 +84,8 @@ pub enum AntiWindup {
     /// Not at all: the paper's law. The integral ends at its declared range.
     #[default]
     None,
-    /// The integral does not move while the sum is beyond the headroom and
-    /// the error would push it further out.
+    /// The integral takes the sum to the end of the headroom and no further
+    /// out: beyond, it moves only where the error brings the sum back.
     Clamp,
     /// Beyond the headroom the integral is drawn back by the excess times
     /// `Δt/T_t`.
@@ -139,8 +149,8 @@ pub(super) struct Aligned {
     pub(super) headroom_bits: u32,
 }
 
-/// Bits that the largest sum may take.
-const SUM_BITS: u32 = 62;
+/// Bits of a 64-bit word that the largest sum leaves: it takes 62.
+const BITS_ABOVE_SUM: u32 = 2;
 
 impl LawWords {
     /// Smallest and largest `F`.
@@ -198,10 +208,7 @@ impl LawWords {
             code_range.checked_mul(3).ok_or_else(too_wide)?,
         ];
         let largest = total(&all).ok_or_else(too_wide)?;
-        let headroom_bits = largest.leading_zeros().checked_sub(2).filter(|_| {
-            // At most 2^62: 62 bits are below it, and 2^62 itself is not.
-            largest < 1 << SUM_BITS
-        });
+        let headroom_bits = largest.leading_zeros().checked_sub(BITS_ABOVE_SUM);
         let headroom_bits = headroom_bits.ok_or_else(too_wide)?;
 
         let error_sum_limit = self.error_sum_limit(integral_range, f);
@@ -250,11 +257,11 @@ impl LawWords {
     }
 
     fn rate(&self, part: Part, word: GainWord) -> Result<Term, LawError> {
-        // The integers are below 2^30: a little less than the limit.
-        self.term(part, word, LARGEST_RATE, 35.min(self.sum_fraction_bits))
+        self.term(part, word, LARGEST_RATE, 35)
     }
 
-    /// `D`: the first difference whose term reaches `rest`, at most `2·E`.
+    /// `D`: the first difference whose term reaches `rest`, at most `2·E`, and
+    /// with a filter at most 2^29.
     fn slope_limit(&self, errors: u32, rest: u64) -> Result<u32, LawError> {
         let (part, word) = (Part::Derivative, self.kd_per_dt);
         if word.mantissa < 0 {
@@ -268,7 +275,12 @@ impl LawWords {
             least: 0,
             most,
         })?;
-        let whole = errors.saturating_mul(2);
+        let whole = match self.filter {
+            Some(_) => errors
+                .saturating_mul(2)
+                .min(FilterWords::LARGEST_DIFFERENCE),
+            None => errors.saturating_mul(2),
+        };
         let one_count = 2_u64
             .checked_pow(u32::from(shift))
             .and_then(|unit| unit.checked_mul(u64::from(word.mantissa.unsigned_abs())));
@@ -302,13 +314,15 @@ impl LawWords {
         if filter.smoothing < 1 {
             return Err(LawError::FilterSmoothing(filter.smoothing));
         }
-        let most = FilterWords::most_fraction_bits(slope_limit);
+        // X·2^h ≤ 2^29, and a product no finer than the sum
+        let finer = self.sum_fraction_bits.saturating_sub(word.fraction_bits);
+        let most = FilterWords::most_fraction_bits(slope_limit).min(finer);
         // (Kd/Δt)·2^−h ≤ 1/16, that is w·2^4 ≤ 2^(fd+h)
         let gain = i64::from(word.mantissa).saturating_mul(16);
         let bits = u32::from(word.fraction_bits).saturating_add(u32::from(filter.fraction_bits));
         if filter.fraction_bits > most || gain > 2_i64.saturating_pow(bits) {
             let needed = 64_u32
-                .saturating_sub(gain.saturating_sub(1).leading_zeros())
+                .saturating_sub(gain.saturating_sub(1).max(0).leading_zeros())
                 .saturating_sub(u32::from(word.fraction_bits));
             return Err(LawError::FilterFractionBits {
                 fraction_bits: filter.fraction_bits,

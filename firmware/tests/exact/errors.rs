@@ -73,6 +73,14 @@ impl Errors {
         }
     }
 
+    /// The same errors within a smaller range of their sum.
+    pub(crate) fn narrowed(self, sum_limit: u64) -> Self {
+        Self {
+            sum_limit: i128::from(sum_limit),
+            ..self
+        }
+    }
+
     /// The next error; neither it nor the sum leaves its declared range.
     pub(crate) fn next(&mut self, last_code: i64) -> i64 {
         let wish = self.wish(last_code).clamp(-self.limit, self.limit);

@@ -132,12 +132,19 @@ fn derivative_filter() -> String {
 }
 
 fn wind_up(about: &str, anti_windup: &str) -> String {
-    let mut file = Recorder::about(&format!("{about} A step to 6000 counts and back."));
+    let mut file = Recorder::about(&format!(
+        "{about} A step to 6000 counts and back.
+        Before it the motor is blocked and the integral comes to the limit on its own."
+    ));
     file.set(PAPER);
     file.set(&format!("anti_windup = {anti_windup}"));
-    for sample in 0..180 {
+    for sample in 0..30 {
         let requests = if sample == 0 { "ES" } else { "-" };
-        file.row(requests, step(if sample < 100 { 6_000 } else { 0 }), |_| {});
+        file.row(requests, step(2_500), |_| {});
+        file.motor = Motor::at(0);
+    }
+    for sample in 0..180 {
+        file.row("-", step(if sample < 100 { 6_000 } else { 0 }), |_| {});
     }
     file.into_text()
 }

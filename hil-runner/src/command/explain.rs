@@ -17,6 +17,12 @@ pub(super) fn explain(file: &RunFile, error: RunError) -> anyhow::Error {
             let lines = unfit.iter().map(|gain| refuse(gain.key, &gain.because()));
             anyhow!(lines.collect::<Vec<_>>().join("\n"))
         }
+        RunError::Quantise(QuantiseError::Setting { key, because, .. }) => {
+            anyhow!(refuse(key, &because))
+        }
+        RunError::Quantise(QuantiseError::Motion(error)) => {
+            anyhow!(refuse("motion.travel_mm", &error.to_string()))
+        }
         RunError::Quantise(QuantiseError::Travel(_)) => {
             anyhow!(refuse("motion.travel_mm", &error.to_string()))
         }

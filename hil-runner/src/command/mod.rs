@@ -1,6 +1,7 @@
 //! The commands, one file each.
 
 mod explain;
+mod home;
 mod init;
 mod interrupt;
 mod ladder;
@@ -9,6 +10,7 @@ mod progress;
 mod run;
 mod schema;
 mod terminal;
+mod words;
 
 use clap::{Parser, Subcommand};
 use hil_runner::bench::CaseRun;
@@ -28,6 +30,7 @@ pub(crate) use terminal::tell;
                   hil-runner\n  \
                   hil-runner run paper-2 --trace trace.csv --summary summary.json\n  \
                   hil-runner ladder paper-1\n  \
+                  hil-runner words paper-1\n  \
                   hil-runner init paper-2 > axis.toml"
 )]
 pub(crate) struct CommandLine {
@@ -41,6 +44,10 @@ enum Command {
     Run(run::Run),
     /// Run one case on every rung and show what each rung adds
     Ladder(ladder::Ladder),
+    /// Show the words of a case's law: lengths, headroom, rounding, and what fits
+    Words(words::Words),
+    /// Measure the joint's gap as the firmware does: creep until the load follows
+    Home(home::Home),
     /// Print a commented run file to start from
     Init(init::Init),
     /// Print the JSON schema of run files, for editors
@@ -54,6 +61,8 @@ impl CommandLine {
             None => main_job::execute(),
             Some(Command::Run(run)) => run.execute(),
             Some(Command::Ladder(ladder)) => ladder.execute(),
+            Some(Command::Words(words)) => words.execute(),
+            Some(Command::Home(home)) => home.execute(),
             Some(Command::Init(init)) => init.execute(),
             Some(Command::Schema(schema)) => schema.execute(),
         }

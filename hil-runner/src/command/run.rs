@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use hil_runner::bench::CaseRun;
+use hil_runner::law::IoKind;
 use hil_runner::output::{OutputFile, same_file};
 use hil_runner::run::{LinkKind, RunOptions};
 use hil_runner::runfile::RunFile;
@@ -22,6 +23,7 @@ use super::terminal;
                   hil-runner run paper-2 --trace trace.csv --summary summary.json\n  \
                   hil-runner run axis.toml --report axis.html --set controller.kp=4\n  \
                   hil-runner run paper-2 paper-2-12bit --report compare.html\n  \
+                  hil-runner run paper-2-12bit --io spi\n  \
                   hil-runner run paper-1 --set controller.law=quantised --set budget.final_error_um=50")]
 pub(crate) struct Run {
     /// Run files or built-in cases (paper-1 … paper-4, paper-2-12bit)
@@ -42,6 +44,18 @@ pub(crate) struct Run {
     /// How controller and plant are connected; the results are the same
     #[arg(long, value_enum, default_value_t = LinkName::InProcess)]
     link: LinkName,
+    /// How the firmware reaches encoder and converter; the results are the same
+    #[arg(long, value_enum, default_value_t = IoName::Direct)]
+    io: IoName,
+}
+
+/// Names of the electronics on the command line.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum IoName {
+    /// Registers and codes as numbers
+    Direct,
+    /// The firmware's drivers over models of an LS7366R and an AD5721R or AD5761R
+    Spi,
 }
 
 /// Names of the links on the command line.
@@ -68,6 +82,10 @@ impl Run {
             link: match self.link {
                 LinkName::InProcess => LinkKind::InProcess,
                 LinkName::Channel => LinkKind::Channel,
+            },
+            io: match self.io {
+                IoName::Direct => IoKind::Direct,
+                IoName::Spi => IoKind::Spi,
             },
             plot: report.is_some(),
             ..RunOptions::default()

@@ -6,6 +6,7 @@ use comfy_table::{CellAlignment, ContentArrangement, LineStyle, Table, TableStyl
 use hil_runner::bench::CaseRun;
 use hil_runner::ladder::Rung;
 use hil_runner::report::number;
+use hil_runner::words::{ServoWords, WordRequest};
 use hil_runner::{figures, time};
 
 const WIDTH: u16 = 100;
@@ -141,7 +142,7 @@ pub(crate) fn figure_table(runs: &[CaseRun]) -> String {
 pub(crate) fn word_tables(runs: &[CaseRun]) -> String {
     let mut tables: Vec<(String, String)> = Vec::new();
     for run in runs {
-        let Some(words) = run.words else { continue };
+        let Some(words) = &run.words else { continue };
         let header = [
             "gain per sample",
             "codes/count",
@@ -149,12 +150,12 @@ pub(crate) fn word_tables(runs: &[CaseRun]) -> String {
             "rounding",
         ];
         let mut table = table(&header, 1);
-        for gain in words.gains {
+        for gain in &words.rows {
             table.add_row([
-                gain.name().to_owned(),
+                gain.name.to_owned(),
                 number::table(gain.wanted),
                 gain.word.to_string(),
-                format!("{:+.1e}", gain.relative_error()),
+                format!("{:+.1e}", gain.relative_error),
             ]);
         }
         let table = text(&table);
@@ -168,6 +169,43 @@ pub(crate) fn word_tables(runs: &[CaseRun]) -> String {
         .iter()
         .map(|(names, table)| format!("{names}\n{table}"));
     titled.collect()
+}
+
+/// The words of a law with their lengths, and the largest gains that fit.
+/// Feed-forward is left out where it is off.
+pub(crate) fn word_length_table(request: &WordRequest, words: &ServoWords) -> String {
+    let header = [
+        "key",
+        "value",
+        "per sample",
+        "word",
+        "bits",
+        "rounding",
+        "term up to\ncodes",
+        "headroom\nbits",
+        "largest\nthat fits",
+    ];
+    let mut table = table(&header, 1);
+    let f = f64::from(words.law.words().sum_fraction_bits);
+    for (index, row) in words.rows.iter().enumerate() {
+        if row.value == 0.0 && !row.is_of_the_paper() {
+            continue;
+        }
+        let largest = words.law.largest_term(row.part);
+        table.add_row([
+            row.key.trim_start_matches("controller.").to_owned(),
+            number::table(row.value),
+            number::table(row.wanted),
+            row.word.to_string(),
+            (u32::BITS - row.word.mantissa.leading_zeros()).to_string(),
+            format!("{:+.1e}", row.relative_error()),
+            number::table(largest as f64 * (-f).exp2()),
+            // Of the 62 bits that a sum may take.
+            largest.leading_zeros().saturating_sub(2).to_string(),
+            number::table(request.largest_gain(index)),
+        ]);
+    }
+    text(&table)
 }
 
 /// Host step times, apart from everything that is reproducible.

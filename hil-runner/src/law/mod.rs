@@ -4,10 +4,13 @@
 mod firmware_law;
 mod quantised;
 mod sampled;
+mod servo_law;
 
 use crate::case::{Case, Law};
 use crate::message::{Command, Measurement};
 use crate::quantise::QuantiseError;
+use crate::time::seconds;
+use firmware::{CAPACITY, SetpointError};
 use plant::{Encoder, Motion};
 
 pub use firmware_law::FirmwareLaw;
@@ -15,6 +18,7 @@ pub(crate) use firmware_law::FirmwareOnCounts;
 use quantised::QuantisedLaw;
 pub(crate) use sampled::Pid;
 use sampled::SampledLaw;
+pub use servo_law::{GapMeasurement, IoKind, ServoLaw, ServoStatus, measure_gap, word_request};
 
 /// The controller of a sampled rung with its memory.
 #[derive(Debug, Clone)]
@@ -23,8 +27,10 @@ pub enum Controller {
     Sampled(SampledLaw),
     /// Whole counts and codes, in f64.
     Quantised(QuantisedLaw),
-    /// The `firmware` crate.
+    /// The `firmware` crate: the paper's law alone.
     Firmware(Box<FirmwareLaw>),
+    /// The `firmware` crate: an axis with what a product needs.
+    Servo(Box<ServoLaw>),
 }
 
 impl Controller {
@@ -34,7 +40,7 @@ impl Controller {
     /// # Errors
     /// [`QuantiseError`] on rung `firmware`, if a gain fits no word or the
     /// motion is longer than the setpoint table.
-    pub fn new(case: &Case) -> Result<Option<Self>, QuantiseError> {
+    pub fn new(case: &Case, io: IoKind) -> Result<Option<Self>, QuantiseError> {
         let Some(period_ns) = case.controller.sample_time_ns else {
             return Ok(None);
         };
@@ -42,7 +48,10 @@ impl Controller {
             Law::Continuous => None,
             Law::Sampled => Some(Self::Sampled(SampledLaw::new(case, period_ns))),
             Law::Quantised => Some(Self::Quantised(QuantisedLaw::new(case, period_ns))),
-            Law::Firmware => Some(Self::Firmware(Box::new(FirmwareLaw::new(case, period_ns)?))),
+            Law::Firmware if case.servo.is_off() && io == IoKind::Direct => {
+                Some(Self::Firmware(Box::new(FirmwareLaw::new(case, period_ns)?)))
+            }
+            Law::Firmware => Some(Self::Servo(Box::new(ServoLaw::new(case, period_ns, io)?))),
         })
     }
 
@@ -52,6 +61,7 @@ impl Controller {
             Self::Sampled(law) => law.step(measurement),
             Self::Quantised(law) => law.step(measurement),
             Self::Firmware(law) => law.step(measurement),
+            Self::Servo(law) => law.step(measurement),
         }
     }
 }
@@ -77,6 +87,26 @@ impl Setpoint {
         }
     }
 
+    /// The same at the load: the screw's angle, in counts of the encoder there.
+    pub(crate) fn of_load(case: &Case, period_ns: u64, load: Encoder) -> Self {
+        Self {
+            encoder: load,
+            metres_per_rad: case.axis.transmission.screw_pitch_m_per_rad,
+            ..Self::new(case, period_ns)
+        }
+    }
+
+    /// Counts per displacement of the carriage \[counts/m\].
+    pub(crate) fn counts_per_m(&self) -> f64 {
+        self.encoder.counts_per_rad / self.metres_per_rad
+    }
+
+    /// The whole travel, a real number of counts.
+    pub(crate) fn travel_counts(&self) -> f64 {
+        let travel_rad = self.motion.travel_m() / self.metres_per_rad;
+        self.encoder.position_counts(travel_rad)
+    }
+
     /// `α_ref(t_k)` \[rad\].
     fn alpha_rad(&self, tick: u64) -> f64 {
         let time_s = crate::time::seconds(tick.saturating_mul(self.period_ns));
@@ -92,4 +122,39 @@ impl Setpoint {
     pub(crate) fn count(&self, tick: u64) -> f64 {
         self.encoder.setpoint_count(self.alpha_rad(tick))
     }
+}
+
+/// The first sample at or after the motion's end.
+pub(crate) fn last_tick(case: &Case, period_ns: u64) -> u64 {
+    let end_s = case.motion.end_s();
+    let estimate = whole((end_s / seconds(period_ns)).floor());
+    let mut tick = u64::try_from(estimate).unwrap_or(0).saturating_sub(1);
+    while seconds(tick.saturating_mul(period_ns)) < end_s {
+        tick += 1;
+    }
+    tick
+}
+
+/// A whole number of counts as an integer.
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "whole by construction; beyond 2^63, far past any travel, `as` saturates"
+)]
+pub(crate) fn whole(counts: f64) -> i64 {
+    counts as i64
+}
+
+/// `last`, if a table holds the setpoints of the samples up to it: refused
+/// before 10^9 samples of a motion are computed for it.
+fn fits_table(last: u64) -> Result<u64, QuantiseError> {
+    let needed = usize::try_from(last)
+        .unwrap_or(usize::MAX)
+        .saturating_add(1);
+    if needed > CAPACITY {
+        return Err(QuantiseError::Setpoints(SetpointError::TooLong {
+            needed,
+            capacity: CAPACITY,
+        }));
+    }
+    Ok(last)
 }

@@ -29,6 +29,7 @@ impl QuantisedLaw {
         let Measurement {
             tick,
             position_counts,
+            ..
         } = measurement;
         let error_counts = self.setpoint.count(tick) - position_counts;
         let y = self.pid.output(error_counts);
@@ -42,6 +43,7 @@ impl QuantisedLaw {
             error_counts,
             dac_code,
             out_of_range: false,
+            servo: None,
         }
     }
 }

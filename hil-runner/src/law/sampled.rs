@@ -76,6 +76,7 @@ impl SampledLaw {
         let Measurement {
             tick,
             position_counts,
+            ..
         } = measurement;
         let error_counts = self.setpoint.position_counts(tick) - position_counts;
         Command {
@@ -83,6 +84,7 @@ impl SampledLaw {
             error_counts,
             dac_code: self.pid.output(error_counts),
             out_of_range: false,
+            servo: None,
         }
     }
 }

@@ -2,7 +2,8 @@
 
 use std::fmt;
 
-use firmware::{DacError, ErrorRange, GainError, SetpointError};
+use firmware::law::LawError;
+use firmware::{DacError, ErrorRange, GainError, MotionError, SetpointError};
 
 /// Largest error range \[counts\].
 const MAX_ERROR: u64 = 1 << ErrorRange::MAX_BITS;
@@ -46,6 +47,25 @@ pub enum QuantiseError {
     Gains(Vec<UnfitGain>),
     /// The firmware refuses the words.
     Words(GainError),
+    /// The firmware refuses the words of its law.
+    Law(LawError),
+    /// A setting that has no word.
+    Setting {
+        /// Key in the run file.
+        key: &'static str,
+        /// Value in the run file.
+        value: f64,
+        /// What is allowed, as the second half of a sentence.
+        because: String,
+    },
+    /// The motion cannot be generated on the chip.
+    Motion(MotionError),
+    /// The gap could not be measured.
+    Gap(String),
+    /// Without a sample time there are no words.
+    NoSampleTime,
+    /// The electronics cannot be had.
+    Io(String),
     /// The setpoints do not fit the table.
     Setpoints(SetpointError),
     /// The firmware knows no converter of that many bits.
@@ -80,6 +100,15 @@ impl fmt::Display for QuantiseError {
                 Ok(())
             }
             Self::Words(error) => error.fmt(f),
+            Self::Law(error) => error.fmt(f),
+            Self::Setting {
+                key,
+                value,
+                because,
+            } => write!(f, "{key} = {value}: {because}"),
+            Self::Motion(error) => error.fmt(f),
+            Self::NoSampleTime => f.write_str("a sampled law needs controller.sample_time_s"),
+            Self::Gap(because) | Self::Io(because) => f.write_str(because),
             Self::Setpoints(error) => error.fmt(f),
             Self::Dac(error) => error.fmt(f),
         }

@@ -1,5 +1,7 @@
 //! Puts the checked values together: from the units of the file to SI.
 
+pub(super) mod servo;
+
 use core::f64::consts::{PI, TAU};
 
 use plant::{
@@ -9,7 +11,7 @@ use plant::{
 
 use super::tree::Table;
 use super::values::Values;
-use crate::case::{AntiWindup, Case, ControllerSettings, Law, Limit, RunSettings, SolverChoice};
+use crate::case::{Case, ControllerSettings, Law, Limit, RunSettings, SolverChoice};
 
 /// The case; [`None`] if a value that it needs is missing or was refused.
 pub(super) fn assemble(v: &Values, tree: &Table) -> Option<Case> {
@@ -30,6 +32,7 @@ pub(super) fn assemble(v: &Values, tree: &Table) -> Option<Case> {
         },
         encoder: encoder(v)?,
         controller: controller(v)?,
+        servo: servo::servo(v)?,
         motion: motion(v)?.ok()?,
         run: run(v)?,
         budget: budget(v, tree)?,
@@ -88,7 +91,7 @@ fn dac(v: &Values) -> Option<Dac> {
 pub(super) fn encoder(v: &Values) -> Option<Encoder> {
     Some(match v.number("encoder", "counts_per_rad") {
         Some(counts_per_rad) => Encoder { counts_per_rad },
-        None => Encoder::with_lines(f64::from(v.whole("encoder", "lines")?)),
+        None => Encoder::with_lines(f64::from(v.whole::<u32>("encoder", "lines")?)),
     })
 }
 
@@ -102,10 +105,6 @@ fn controller(v: &Values) -> Option<ControllerSettings> {
         },
         sample_time_ns: v.nanoseconds("controller", "sample_time_s"),
         computation_delay_ns: v.nanoseconds("controller", "computation_delay_s")?,
-        anti_windup: match v.choice("controller", "anti_windup")? {
-            "none" => AntiWindup::None,
-            _ => return None,
-        },
     })
 }
 

@@ -158,7 +158,12 @@ fn missing_words(key: &Key, section: &Section, table: &Table, tree: &Table) -> O
             let (name, own) = (key.name, key.description());
             return Some(format!("{name} or {partner}: {own}; or {description}"));
         }
-        Need::Optional | Need::Limit | Need::FileStem | Need::Default(_) => false,
+        Need::NotWith(_)
+        | Need::Optional
+        | Need::OnlyWith(_)
+        | Need::Limit
+        | Need::FileStem
+        | Need::Default(_) => false,
     };
     missing.then(|| format!("{}: {}", key.name, key.description()))
 }
@@ -174,11 +179,16 @@ fn lacks_section(section: &Section) -> String {
     let mut keys = Vec::new();
     for key in section.keys {
         match key.need {
-            Need::Optional | Need::Limit | Need::FileStem | Need::Default(_) => {}
             // The pair is named with its first key.
             Need::OneOf(partner) if keys.iter().any(|k: &String| k.starts_with(partner)) => {}
             Need::OneOf(partner) => keys.push(format!("{} or {partner}", key.name)),
             Need::Always | Need::ElasticJoint | Need::SampledLaw => keys.push(key.name.to_owned()),
+            Need::NotWith(_)
+            | Need::Optional
+            | Need::OnlyWith(_)
+            | Need::Limit
+            | Need::FileStem
+            | Need::Default(_) => {}
         }
     }
     let name = section.name;

@@ -37,12 +37,12 @@ pub(super) fn check_value(key: &Key, node: &Node) -> Result<Checked, String> {
             }
         }
         (Kind::Whole(low, high), Value::Number(Number { value, .. })) => {
-            let inside = (f64::from(low)..=f64::from(high)).contains(value);
+            // Exact: the limits of the table are far below 2^53.
+            let inside = (low as f64..=high as f64).contains(value);
             if !inside || value.fract() != 0.0 {
                 return must(&key.allowed());
             }
-            // Exact: a whole number between two `u32`.
-            Ok(Checked::Whole(*value as u32))
+            Ok(Checked::Whole(*value as i64))
         }
         (Kind::Time(range), Value::Number(number)) => match check_time(number, range, key) {
             Ok(ns) => Ok(Checked::Nanoseconds(ns)),

@@ -1,13 +1,17 @@
 //! Checks that concern several keys at once.
 
+mod servo;
+
 use plant::Motion;
 
+use super::assemble::servo::{load_encoder, setpoints};
 use super::assemble::{encoder, law, motion, solver, transmission};
 use super::errors::{Findings, Place, Problem};
 use super::keys::path;
 use super::keys::show_number;
 use super::values::Values;
 use crate::case::{Law, SolverChoice};
+use crate::servo::SetpointOrigin;
 
 /// Most rows that a run may have: a day at 1 ms. More are rather a slip of the
 /// keyboard than a wish for tens of gigabytes of trace.
@@ -29,6 +33,7 @@ pub(super) fn check(values: &Values, findings: &mut Findings) {
     consistency.resistance();
     consistency.exact_needs_affine();
     consistency.delay();
+    consistency.servo();
     match motion(values) {
         Some(Ok(motion)) => {
             consistency.setpoint_table(&motion);
@@ -136,12 +141,14 @@ impl Consistency<'_> {
         // The sum of seven decimal intervals may miss a whole sample by a few
         // units in the last place; a millionth of a sample is rounding.
         let samples = motion.end_s() * 1e9 / sample_ns as f64 - 1e-6;
-        let setpoints = samples.ceil().max(0.0) + 1.0;
+        let needed = samples.ceil().max(0.0) + 1.0;
         let capacity = firmware::setpoint::CAPACITY;
-        if law(v) == Some(Law::Firmware) && setpoints > capacity as f64 {
+        let from_table =
+            law(v) == Some(Law::Firmware) && setpoints(v) == Some(SetpointOrigin::Table);
+        if from_table && needed > capacity as f64 {
             let end = show_number(motion.end_s());
             let because = format!(
-                "the motion of {end} s would make {setpoints} setpoints; the firmware's table holds {capacity}"
+                "the motion of {end} s would make {needed} setpoints; the firmware's table holds {capacity}"
             );
             self.refuse("controller", "sample_time_s", because);
         }
@@ -155,10 +162,15 @@ impl Consistency<'_> {
         let (Some(encoder), Some(transmission)) = (encoder(v), transmission(v)) else {
             return;
         };
-        // α = x/(p·z), eq. 3
-        let shaft_rad =
-            motion.travel_m() / (transmission.screw_pitch_m_per_rad * transmission.gear_ratio);
-        let counts = (encoder.counts_per_rad * shaft_rad).abs();
+        // γ = x/p and α = γ/z, eq. 3
+        let screw_rad = motion.travel_m() / transmission.screw_pitch_m_per_rad;
+        let shaft_rad = screw_rad / transmission.gear_ratio;
+        let of_motor = (encoder.counts_per_rad * shaft_rad).abs();
+        // Only rung `firmware` has a second encoder.
+        let of_load = load_encoder(v)
+            .filter(|_| law(v) == Some(Law::Firmware))
+            .map_or(0.0, |load| (load.counts_per_rad * screw_rad).abs());
+        let counts = of_motor.max(of_load);
         if counted && counts > MOST_COUNTS {
             let (counts, most) = (show_number(counts), show_number(MOST_COUNTS));
             let because = format!("it makes {counts} encoder counts; at most {most} are allowed");

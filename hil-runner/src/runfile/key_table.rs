@@ -1,6 +1,11 @@
 //! Every key of the run file. This table alone decides which keys there are:
 //! the checks, the JSON schema and the key reference are made from it.
 
+mod controller;
+mod supervision;
+
+use self::controller::{BACKLASH, CONTROLLER, ENCODER, GAIN_CHANGE, LOAD_ENCODER};
+use self::supervision::{INJECT, LIMITS, SEQUENCE};
 use super::keys::Range::{Any, Between, NotNegative, Positive};
 use super::keys::{DefaultValue, Key, Kind, Need, Section, flag, number, time, value};
 use crate::figures::{Figure, HOST_STEP_P99, SUMMARY_FIGURES};
@@ -38,14 +43,46 @@ pub static SECTIONS: &[Section] = &[
         keys: ENCODER,
     },
     Section {
+        name: "load_encoder",
+        meaning: "encoder on the load side, at the screw or at the carriage; acts on law \"firmware\"",
+        keys: LOAD_ENCODER,
+    },
+    Section {
         name: "controller",
-        meaning: "position controller (eq. 23) and its timing",
+        meaning: "position controller (eq. 23) and its timing; the keys from derivative on act on \
+                  law \"firmware\"",
         keys: CONTROLLER,
+    },
+    Section {
+        name: "limits",
+        meaning: "what the controller's supervision allows; a limit that is left out is not \
+                  watched; acts on law \"firmware\"",
+        keys: LIMITS,
+    },
+    Section {
+        name: "backlash",
+        meaning: "compensation of the backlash in the reference; acts on law \"firmware\"",
+        keys: BACKLASH,
     },
     Section {
         name: "motion",
         meaning: "motion command with seven intervals (paper, Fig. 6)",
         keys: MOTION,
+    },
+    Section {
+        name: "sequence",
+        meaning: "requests to the controller at given times; acts on law \"firmware\"",
+        keys: SEQUENCE,
+    },
+    Section {
+        name: "gain_change",
+        meaning: "gains that hold from a given time on; acts on law \"firmware\"",
+        keys: GAIN_CHANGE,
+    },
+    Section {
+        name: "inject",
+        meaning: "hardware that misbehaves at given times; acts on law \"firmware\"",
+        keys: INJECT,
     },
     Section {
         name: "run",
@@ -178,54 +215,6 @@ const DRIVE: &[Key] = &[
         "V",
         "amplifier's output limit V_max",
     ),
-];
-
-const ENCODER: &[Key] = &[
-    number(
-        "counts_per_rad",
-        Positive,
-        "counts/rad",
-        "encoder resolution K_enc",
-    )
-    .needed(Need::OneOf("lines")),
-    value(
-        "lines",
-        Kind::Whole(1, 1_000_000_000),
-        "",
-        "number N of encoder lines per revolution",
-    )
-    .needed(Need::OneOf("counts_per_rad")),
-];
-
-const CONTROLLER: &[Key] = &[
-    value(
-        "law",
-        Kind::Choice(&["continuous", "sampled", "quantised", "firmware"]),
-        "",
-        "control law",
-    ),
-    number("kp", NotNegative, "codes/count", "proportional gain K_p"),
-    number(
-        "ki_per_s",
-        NotNegative,
-        "codes/(count s)",
-        "integral gain K_i",
-    ),
-    number("kd_s", NotNegative, "codes s/count", "derivative gain K_d"),
-    time("sample_time_s", Positive, "sample time Δt").needed(Need::SampledLaw),
-    time(
-        "computation_delay_s",
-        NotNegative,
-        "delay from sample to new voltage",
-    )
-    .or(DefaultValue::Nanoseconds(0)),
-    value(
-        "anti_windup",
-        Kind::Choice(&["none"]),
-        "",
-        "treatment of integrator wind-up",
-    )
-    .or(DefaultValue::Choice("none")),
 ];
 
 const MOTION: &[Key] = &[

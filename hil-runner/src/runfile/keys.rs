@@ -56,7 +56,7 @@ pub enum Kind {
     /// A finite number; integers serve.
     Number(Range),
     /// A whole number within these limits, both included.
-    Whole(u32, u32),
+    Whole(i64, i64),
     /// A time of the run: a number of seconds that is a whole number of
     /// nanoseconds.
     Time(Range),
@@ -88,8 +88,13 @@ pub enum Need {
     SampledLaw,
     /// Exactly one of this key and the named one of the same section.
     OneOf(&'static str),
+    /// At most one of this key and the named one of the same section.
+    NotWith(&'static str),
     /// May be left out; then nothing takes its place.
     Optional,
+    /// May be left out; given only together with the named key of the same
+    /// section.
+    OnlyWith(&'static str),
     /// A limit of the budget: may be left out; then the figure is not limited.
     Limit,
     /// May be left out; then the stem of the file's name holds.

@@ -61,6 +61,14 @@ fn section_schema(section: &Section) -> Value {
             ];
             rules.push(json!({ "oneOf": either }));
         }
+        if let Need::NotWith(partner) = key.need
+            && key.name < partner
+        {
+            rules.push(json!({"not": {"required": [key.name, partner]}}));
+        }
+        if let Need::OnlyWith(partner) = key.need {
+            rules.push(json!({"dependentRequired": {key.name: [partner]}}));
+        }
     }
     let elastic = named(Need::ElasticJoint);
     if !elastic.is_empty() {

@@ -13,7 +13,7 @@ pub(super) enum Checked {
     Flag(bool),
     Choice(&'static str),
     Number(f64),
-    Whole(u32),
+    Whole(i64),
     Nanoseconds(u64),
     Intervals([f64; 7]),
 }
@@ -24,7 +24,7 @@ impl From<DefaultValue> for Checked {
             DefaultValue::Flag(flag) => Self::Flag(flag),
             DefaultValue::Choice(choice) => Self::Choice(choice),
             DefaultValue::Number(number) => Self::Number(number),
-            DefaultValue::Whole(whole) => Self::Whole(whole),
+            DefaultValue::Whole(whole) => Self::Whole(i64::from(whole)),
             DefaultValue::Nanoseconds(ns) => Self::Nanoseconds(ns),
         }
     }
@@ -84,6 +84,13 @@ impl Values {
             .map(|(_, _, entry)| entry)
     }
 
+    /// Whether the file or the command line says anything about the key, right
+    /// or wrong.
+    pub(super) fn is_given(&self, section: &str, key: &str) -> bool {
+        self.entry(section, key)
+            .is_some_and(|entry| entry.place.is_some())
+    }
+
     /// `controller.sample_time_s = 0.001 (line 40)`, for a sentence about
     /// another key.
     pub(super) fn quote(&self, section: &str, key: &str) -> String {
@@ -111,9 +118,11 @@ impl Values {
         }
     }
 
-    pub(super) fn whole(&self, section: &str, key: &str) -> Option<u32> {
+    /// A whole number in the type of its setting, which holds whatever the
+    /// key's range allows.
+    pub(super) fn whole<T: TryFrom<i64>>(&self, section: &str, key: &str) -> Option<T> {
         match self.checked(section, key)? {
-            Checked::Whole(whole) => Some(*whole),
+            Checked::Whole(whole) => T::try_from(*whole).ok(),
             _ => None,
         }
     }

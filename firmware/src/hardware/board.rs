@@ -1,0 +1,118 @@
+//! What a controller needs of its electronics: four methods.
+//!
+//! # Order in a tick
+//!
+//! 1. [`Board::emergency_stop`], then [`Board::motor_register`] and, where there
+//!    is one, [`Board::load_register`]: all inputs, before anything is computed.
+//! 2. The controller's tick.
+//! 3. [`Board::set_code`], then [`Board::set_power`] if the power stage is to
+//!    change. Switching on goes behind a code of 0; switching off goes through
+//!    [`Board::switch_off`], which takes the power away first.
+//!
+//! # Errors
+//!
+//! Every method can fail, because on most boards a bus is in between. An error
+//! is never "the value of the last tick": the caller reports a hardware fault
+//! and calls [`Board::switch_off`] in the same tick, whichever method it was.
+//! An emergency stop that cannot be read counts as asserted by that rule. The
+//! board does not repeat anything on its own: a repeated transfer would make a
+//! late sample out of a visible fault.
+//!
+//! A code that was refused leaves the converter where it was, so the power has
+//! to go in the same tick; the next tick may try again.
+
+/// The electronics of one axis.
+///
+/// A board in memory, and one tick of a caller:
+///
+/// ```
+/// use firmware::Board;
+///
+/// #[derive(Default)]
+/// struct Memory {
+///     register: u32,
+///     code: i32,
+///     powered: bool,
+/// }
+///
+/// impl Board for Memory {
+///     type Error = core::convert::Infallible;
+///
+///     fn motor_register(&mut self) -> Result<u32, Self::Error> {
+///         Ok(self.register)
+///     }
+///     fn set_code(&mut self, code: i32) -> Result<(), Self::Error> {
+///         self.code = code;
+///         Ok(())
+///     }
+///     fn set_power(&mut self, on: bool) -> Result<(), Self::Error> {
+///         self.powered = on;
+///         Ok(())
+///     }
+///     fn emergency_stop(&mut self) -> Result<bool, Self::Error> {
+///         Ok(false)
+///     }
+/// }
+///
+/// let mut board = Memory { register: 41, ..Memory::default() };
+/// board.set_power(true)?;
+/// if !board.emergency_stop()? {
+///     let code = if board.motor_register()? < 50 { 7 } else { 0 };
+///     board.set_code(code)?;
+/// }
+/// assert_eq!((board.code, board.powered), (7, true));
+/// board.switch_off()?;
+/// assert_eq!((board.code, board.powered), (0, false));
+/// # Ok::<(), core::convert::Infallible>(())
+/// ```
+pub trait Board {
+    /// What a failed access says. The caller only reports it.
+    type Error: core::fmt::Debug;
+
+    /// The register of the motor's encoder \[counts\], as wide as the counter
+    /// is: a counter of 16 bits gives 0 to 65 535 and wraps there. The bits
+    /// above its width are zero.
+    ///
+    /// # Errors
+    /// When the register could not be read, or not be trusted.
+    fn motor_register(&mut self) -> Result<u32, Self::Error>;
+
+    /// Hands a code to the converter, −2^(n−1) to 2^(n−1)−1 for its `n` bits;
+    /// 0 is 0 V. The output changes before this returns.
+    ///
+    /// # Errors
+    /// When the code could not be written, or is not one of the converter's.
+    fn set_code(&mut self, code: i32) -> Result<(), Self::Error>;
+
+    /// Switches the power stage on or off.
+    ///
+    /// # Errors
+    /// When the line could not be set.
+    fn set_power(&mut self, on: bool) -> Result<(), Self::Error>;
+
+    /// Whether the emergency stop is asserted.
+    ///
+    /// # Errors
+    /// When the line could not be read.
+    fn emergency_stop(&mut self) -> Result<bool, Self::Error>;
+
+    /// The register of a second encoder at the load \[counts\], read like
+    /// [`Board::motor_register`]; `None` on a board without one.
+    ///
+    /// # Errors
+    /// When there is one and it could not be read, or not be trusted.
+    fn load_register(&mut self) -> Result<Option<u32>, Self::Error> {
+        Ok(None)
+    }
+
+    /// Takes the power away and then sets the code to 0. Both are tried,
+    /// whatever comes of the first.
+    ///
+    /// # Errors
+    /// The first of the two. The axis is then to be stopped by other means.
+    fn switch_off(&mut self) -> Result<(), Self::Error> {
+        let power = self.set_power(false);
+        let code = self.set_code(0);
+        power.and(code)
+    }
+}

@@ -1,0 +1,77 @@
+//! The LS7366R's driver.
+
+use firmware::hardware::ls7366r::ModeRegister;
+use firmware::hardware::{CounterWidth, Ls7366r, Ls7366rError};
+
+use crate::script::{Script, spoiled};
+
+/// What an LS7366R and an initialisation of 32 bits say to each other.
+pub(crate) const COUNTER_32: [(&[u8], &[u8]); 7] = [
+    (&[0x88, 0x03], &[]),
+    (&[0x90, 0x00], &[]),
+    (&[0x20], &[]),
+    (&[0x30], &[]),
+    (&[0x48, 0], &[0xFF, 0x03]),
+    (&[0x50, 0], &[0xFF, 0x00]),
+    (&[0x70, 0], &[0xFF, 0x08]),
+];
+
+#[test]
+fn the_counter_is_set_up_cleared_and_read_back() {
+    let mut counter = Ls7366r::new(Script::of(&COUNTER_32), CounterWidth::Bits32);
+    counter.initialise().expect("as planned");
+    counter.spi().assert_done();
+
+    let mut two_bytes = COUNTER_32;
+    two_bytes[1].0 = &[0x90, 0x02];
+    two_bytes[5].1 = &[0xFF, 0x02];
+    let mut counter = Ls7366r::new(Script::of(&two_bytes), CounterWidth::Bits16);
+    counter.initialise().expect("as planned");
+    counter.spi().assert_done();
+}
+
+#[test]
+fn a_count_is_one_transfer_and_its_status() {
+    let status: (&[u8], &[u8]) = (&[0x70, 0], &[0, 0xC8]);
+    let script = Script::of(&[(&[0x60, 0, 0, 0, 0], &[0, 0x12, 0x34, 0xAB, 0xCD]), status]);
+    let mut counter = Ls7366r::new(script, CounterWidth::Bits32);
+    assert_eq!(counter.count(), Ok(0x1234_ABCD));
+    counter.spi().assert_done();
+
+    let script = Script::of(&[(&[0x60, 0, 0], &[0, 0xFE, 0xDC]), status, status]);
+    let mut counter = Ls7366r::new(script, CounterWidth::Bits16);
+    assert_eq!(counter.count(), Ok(0xFEDC));
+    let status = counter.status().expect("as planned");
+    assert!(status.carry() && status.borrow() && status.counting() && !status.power_lost());
+    counter.spi().assert_done();
+}
+
+#[test]
+fn a_counter_that_answers_wrong_is_refused() {
+    let initialise = |script| Ls7366r::new(script, CounterWidth::Bits32).initialise();
+    // No chip: the line floats low, or high.
+    for (read, answer) in [(0x00, &[0, 0]), (0xFF, &[0xFF, 0xFF])] {
+        let error = Ls7366rError::ModeRegister {
+            register: ModeRegister::Mdr0,
+            written: 0x03,
+            read,
+        };
+        assert_eq!(initialise(spoiled(&COUNTER_32, 4, answer)), Err(error));
+    }
+    let error = initialise(spoiled(&COUNTER_32, 5, &[0, 0x04])).expect_err("MDR1 is off");
+    assert_eq!(
+        error.to_string(),
+        "the counter's MDR1 was set to 0x00 and reads 0x04; the chip must answer as written"
+    );
+    let error = initialise(spoiled(&COUNTER_32, 6, &[0, 0x02])).expect_err("CEN is off");
+    assert!(matches!(error, Ls7366rError::NotCounting { .. }), "{error}");
+    let error = initialise(spoiled(&COUNTER_32, 6, &[0, 0x0C])).expect_err("PLS is on");
+    assert!(matches!(error, Ls7366rError::PowerLost { .. }), "{error}");
+
+    let lost_power = Script::of(&[
+        (&[0x60, 0, 0, 0, 0], &[0, 0, 0, 0, 9]),
+        (&[0x70, 0], &[0, 4]),
+    ]);
+    let error = Ls7366r::new(lost_power, CounterWidth::Bits32).count();
+    assert!(matches!(error, Err(Ls7366rError::PowerLost { .. })));
+}

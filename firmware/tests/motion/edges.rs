@@ -1,0 +1,108 @@
+//! Motions at the edge of what there is, and beyond.
+
+use firmware::{MotionError, MotionPlan, Setpoint};
+
+use super::all;
+
+#[test]
+fn the_acceleration_belongs_to_what_follows_a_jump() {
+    // 8 counts up in 4 samples and down in 4, no rest between: ±0.5.
+    let each_ps = 4_000_000_000;
+    let plan = MotionPlan::new(8 << 32, [0, each_ps, 0, 0, 0, each_ps, 0], 1_000_000);
+    let plan = plan.expect("a plan");
+    let half = 1 << (plan.acceleration_fraction_bits() - 1);
+    let seen = all(&plan).into_iter().map(|(s, _)| s.acceleration);
+    let expected = [[half; 4], [-half; 4]].concat().into_iter().chain([0]);
+    assert!(seen.eq(expected));
+}
+
+#[test]
+fn no_travel_is_a_rest_of_the_same_length() {
+    let plan = MotionPlan::new(0, [1_000_000_007; 7], 1_000_000).expect("a plan");
+    assert_eq!(plan.last_sample(), 8);
+    assert!(
+        all(&plan)
+            .iter()
+            .all(|(setpoint, _)| *setpoint == Setpoint::default())
+    );
+}
+
+#[test]
+fn a_motion_shorter_than_a_sample_is_a_step() {
+    let plan = MotionPlan::new(5 << 31, [1, 0, 0, 0, 0, 0, 900_000_000], 1_000_000);
+    let setpoints = all(&plan.expect("a plan"));
+    let positions: Vec<i32> = setpoints.iter().map(|(s, _)| s.position).collect();
+    assert_eq!(positions, [0, 3], "floor(2.5 + ½)");
+}
+
+#[test]
+fn what_cannot_be_generated_is_refused() {
+    let second = 1_000_000_000_000;
+    let fine = [second, 0, 0, 0, 0, 0, second];
+    let refused = |travel, intervals, period| {
+        MotionPlan::new(travel, intervals, period).expect_err("refused")
+    };
+    let day = 86_400 * second;
+    let cases = [
+        (
+            refused(1, fine, 0),
+            MotionError::Period,
+            "the sample time is 0; it must be at least 1 ns",
+        ),
+        (
+            refused(i64::MIN, fine, 1),
+            MotionError::Travel { travel: i64::MIN },
+            "a travel of -9223372036854775808/2^32 counts is too long; \
+             it must be shorter than 2^31 counts",
+        ),
+        (
+            refused(1, [0, 0, 0, second, second, 0, 0], 1),
+            MotionError::NoAcceleration,
+            "the intervals 1 to 3 are all 0; one of them must be longer to gain speed",
+        ),
+        (
+            refused(1, [0, 0, second, second, 0, 0, 0], 1),
+            MotionError::NoDeceleration,
+            "the intervals 5 to 7 are all 0; one of them must be longer to lose speed",
+        ),
+        (
+            refused(1, [54 * day, 0, 0, 0, 0, 0, second], 1_000_000),
+            MotionError::Duration {
+                total_ps: 54 * day + second,
+            },
+            "the intervals add up to 4665601000000000000 ps; \
+             together they may last 2^62 ps, 53 days",
+        ),
+        (
+            refused(1 << 62, [0, second, 0, 0, 0, second, 0], 1_000_000_000),
+            MotionError::Speed {
+                counts_per_sample: 1 << 30,
+            },
+            "the motion reaches 1073741824 counts per sample; it must stay below 2^30, \
+             with a longer motion or a shorter sample time",
+        ),
+        (
+            refused(1 << 60, [0, second, 0, 0, 0, 1, 0], 1_000_000),
+            MotionError::Acceleration {
+                interval: 6,
+                counts_per_sample2: 536_870_911_999_463,
+            },
+            "interval 6 accelerates by 536870911999463 counts per sample²; it must stay \
+             below 2^30, with a longer interval or a shorter sample time",
+        ),
+        (
+            refused(1 << 62, [9 * day, 0, 0, 0, 0, 0, day], 1_000_000),
+            MotionError::Samples {
+                interval: 1,
+                samples: 777_600_000,
+                max: 1 << 26,
+            },
+            "interval 1 has 777600000 samples; \
+             up to 67108864 of them are exact to a quarter of a count",
+        ),
+    ];
+    for (error, expected, sentence) in cases {
+        assert_eq!(error, expected);
+        assert_eq!(error.to_string(), sentence);
+    }
+}

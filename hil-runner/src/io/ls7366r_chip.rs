@@ -1,0 +1,278 @@
+//! The LS7366R, register by register, as its data sheet tells it (LSI/CSI
+//! 7366R-122205, pages 3 and 4).
+//!
+//! ```text
+//!  encoder ──► quadrature ──► CNTR ◄── LOAD CNTR ── DTR ◄── WR DTR
+//!              ×1 ×2 ×4        └── RD CNTR, LOAD OTR ──► OTR ──► RD CNTR, RD OTR
+//! ```
+//!
+//! The encoder is given as a position in quarters of a line (what ×4 counts) on
+//! an endless axis; the counter follows its differences and wraps at its width.
+//!
+//! What differs from the chip, on purpose: the counter stands still unless MDR0
+//! asks for a free-running quadrature mode, so that a driver that sets another
+//! mode is found out; index and compare are not wired and their latches stay 0;
+//! the flag pins and the filter clock have no counterpart. After power-up the
+//! counter holds [`Ls7366rChip::POWER_UP_COUNT`], because a chip promises
+//! nothing about it.
+
+use super::bus::SpiChip;
+
+/// The registers that an instruction can name: B5 B4 B3.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Register {
+    Mdr0,
+    Mdr1,
+    Dtr,
+    Cntr,
+    Otr,
+    Str,
+    None,
+}
+
+impl Register {
+    const fn named_in(instruction: u8) -> Self {
+        match (instruction >> 3) & 0b111 {
+            0b001 => Self::Mdr0,
+            0b010 => Self::Mdr1,
+            0b011 => Self::Dtr,
+            0b100 => Self::Cntr,
+            0b101 => Self::Otr,
+            0b110 => Self::Str,
+            _ => Self::None,
+        }
+    }
+}
+
+/// What the bytes behind an instruction mean.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Data {
+    /// Nothing: no instruction yet, or one without data.
+    Ignored,
+    /// They leave the chip from the upper end of this word, zeros behind them.
+    Out(u32),
+    /// They enter `register`; taken over when all `bytes` are in.
+    In {
+        register: Register,
+        bytes: usize,
+        word: u32,
+    },
+}
+
+/// The chip.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Ls7366rChip {
+    position: i64,
+    enable_pin: bool,
+    mdr0: u8,
+    mdr1: u8,
+    dtr: u32,
+    cntr: u32,
+    otr: u32,
+    carry: bool,
+    borrow: bool,
+    power_lost: bool,
+    counted_up: bool,
+    negative: bool,
+    instruction: Option<u8>,
+    data: Data,
+}
+
+impl Ls7366rChip {
+    /// What the counter holds after power-up.
+    pub const POWER_UP_COUNT: u32 = 0xDEAD_BEEF;
+
+    /// A chip that has just got its supply, at an encoder position \[quarters
+    /// of a line\].
+    pub const fn new(position: i64) -> Self {
+        Self {
+            position,
+            enable_pin: true,
+            mdr0: 0,
+            mdr1: 0,
+            dtr: 0,
+            cntr: Self::POWER_UP_COUNT,
+            otr: 0,
+            carry: false,
+            borrow: false,
+            power_lost: true,
+            counted_up: false,
+            negative: false,
+            instruction: None,
+            data: Data::Ignored,
+        }
+    }
+
+    /// The supply goes and comes back.
+    pub fn lose_power(&mut self) {
+        *self = Self {
+            enable_pin: self.enable_pin,
+            ..Self::new(self.position)
+        };
+    }
+
+    /// The level of `CNT_EN`, which a pull-up holds high.
+    pub fn set_enable_pin(&mut self, high: bool) {
+        self.enable_pin = high;
+    }
+
+    /// The encoder moves to a position \[quarters of a line\].
+    pub fn move_to(&mut self, position: i64) {
+        let from = std::mem::replace(&mut self.position, position);
+        if !self.counting() {
+            return;
+        }
+        // B3 B2 = 00 is free running; B1 B0 = 01, 10, 11 counts every fourth,
+        // every second, every quarter of a line.
+        let quarters_per_count = match self.mdr0 & 0x0F {
+            0b0001 => 4,
+            0b0010 => 2,
+            0b0011 => 1,
+            _ => return,
+        };
+        let counts = i128::from(position.div_euclid(quarters_per_count))
+            - i128::from(from.div_euclid(quarters_per_count));
+        if counts == 0 {
+            return;
+        }
+        self.counted_up = counts > 0;
+        let beyond = i128::from(self.cntr) + counts;
+        let turn = 1_i128 << (8 * self.bytes());
+        match beyond.div_euclid(turn) {
+            0 => {}
+            1.. => (self.carry, self.negative) = (true, false),
+            _ => (self.borrow, self.negative) = (true, true),
+        }
+        self.cntr = u32::try_from(beyond.rem_euclid(turn)).unwrap_or(0);
+    }
+
+    const fn counting(&self) -> bool {
+        self.enable_pin && self.mdr1 & 0x04 == 0
+    }
+
+    /// Bytes of CNTR, DTR and OTR, by B1 B0 of MDR1.
+    const fn bytes(&self) -> usize {
+        match self.mdr1 & 0x03 {
+            0b00 => 4,
+            0b01 => 3,
+            0b10 => 2,
+            _ => 1,
+        }
+    }
+
+    /// `word` cut to the width of the counter.
+    const fn cut(&self, word: u32) -> u32 {
+        word & (u32::MAX >> (32 - 8 * self.bytes()))
+    }
+
+    /// CY BW CMP IDX CEN PLS U/D S.
+    fn status(&self) -> u8 {
+        [
+            self.carry,
+            self.borrow,
+            false,
+            false,
+            self.counting(),
+            self.power_lost,
+            self.counted_up,
+            self.negative,
+        ]
+        .into_iter()
+        .fold(0, |bits, bit| bits << 1 | u8::from(bit))
+    }
+
+    /// The lowest bytes of `word` leave the chip.
+    const fn out(word: u32, bytes: usize) -> Data {
+        Data::Out(word << (32 - 8 * bytes))
+    }
+
+    /// B7 B6: 00 CLR, 01 RD, 10 WR, 11 LOAD. Table 1 of the data sheet.
+    fn start(&mut self, instruction: u8) {
+        self.instruction = Some(instruction);
+        let register = Register::named_in(instruction);
+        self.data = Data::Ignored;
+        match (instruction >> 6, register) {
+            (0b00, Register::Mdr0) => self.mdr0 = 0,
+            (0b00, Register::Mdr1) => self.mdr1 = 0,
+            (0b00, Register::Cntr) => self.cntr = 0,
+            (0b00, Register::Str) => {
+                (self.carry, self.borrow, self.power_lost) = (false, false, false);
+                (self.counted_up, self.negative) = (false, false);
+            }
+            (0b01, Register::Mdr0) => self.data = Self::out(u32::from(self.mdr0), 1),
+            (0b01, Register::Mdr1) => self.data = Self::out(u32::from(self.mdr1), 1),
+            (0b01, Register::Cntr) => {
+                self.otr = self.cntr;
+                self.data = Self::out(self.otr, self.bytes());
+            }
+            (0b01, Register::Otr) => self.data = Self::out(self.otr, self.bytes()),
+            (0b01, Register::Str) => self.data = Self::out(u32::from(self.status()), 1),
+            (0b10, Register::Mdr0 | Register::Mdr1) => self.take(register, 1),
+            (0b10, Register::Dtr) => self.take(register, self.bytes()),
+            (0b11, Register::Cntr) => self.cntr = self.cut(self.dtr),
+            (0b11, Register::Otr) => self.otr = self.cntr,
+            _ => {}
+        }
+    }
+
+    fn take(&mut self, register: Register, bytes: usize) {
+        self.data = Data::In {
+            register,
+            bytes,
+            word: 0,
+        };
+    }
+
+    fn store(&mut self, register: Register, word: u32) {
+        let [low, ..] = word.to_le_bytes();
+        match register {
+            Register::Mdr0 => self.mdr0 = low,
+            Register::Mdr1 => {
+                self.mdr1 = low;
+                self.cntr = self.cut(self.cntr);
+            }
+            Register::Dtr => self.dtr = word,
+            _ => {}
+        }
+    }
+}
+
+impl SpiChip for Ls7366rChip {
+    fn select(&mut self) {
+        self.instruction = None;
+        self.data = Data::Ignored;
+    }
+
+    fn exchange(&mut self, mosi: u8) -> u8 {
+        if self.instruction.is_none() {
+            self.start(mosi);
+            return 0;
+        }
+        match &mut self.data {
+            Data::Ignored => 0,
+            Data::Out(word) => {
+                let [first, ..] = word.to_be_bytes();
+                *word <<= 8;
+                first
+            }
+            Data::In {
+                register,
+                bytes,
+                word,
+            } => {
+                *word = *word << 8 | u32::from(mosi);
+                *bytes -= 1;
+                if *bytes == 0 {
+                    let (register, word) = (*register, *word);
+                    self.data = Data::Ignored;
+                    self.store(register, word);
+                }
+                0
+            }
+        }
+    }
+
+    fn deselect(&mut self) {
+        self.select();
+    }
+}

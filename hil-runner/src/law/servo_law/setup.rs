@@ -1,0 +1,317 @@
+//! From a case in SI units to the axis in words.
+
+use firmware::axis::{Axis, Feedback as AxisFeedback, Rest, Watches};
+use firmware::law::Law;
+use firmware::motion::MotionPlan;
+use firmware::output::{Output, Quantiser};
+use firmware::position::CounterParameters;
+use firmware::reference::TableSource;
+use firmware::watch::{EncoderLossWatch, FollowingErrorWatch, SaturationWatch, TickWatch};
+use firmware::{CAPACITY, Dac, Room, SetpointTable, TakeUp, Trigger};
+
+use super::homing::measure_gap;
+use super::source::{Generator, Source, StreamedQueue};
+use crate::case::Case;
+use crate::law::{Setpoint, fits_table, last_tick, whole};
+use crate::quantise::{QuantiseError, finest_word, setpoint_table};
+use crate::servo::{self, Compensation, Feedback, GapSource, RestIntegrator, SetpointOrigin};
+use crate::words::{RateBits, ServoWords, WordRequest};
+
+/// What the parts of an axis are made from.
+#[derive(Debug)]
+pub(super) struct Setup<'a> {
+    case: &'a Case,
+    period_ns: u64,
+    setpoint: Setpoint,
+    plan: Option<MotionPlan>,
+}
+
+impl<'a> Setup<'a> {
+    pub(super) fn of(case: &'a Case, period_ns: u64) -> Result<Self, QuantiseError> {
+        let setpoint = match (case.servo.law.feedback, case.servo.encoders.load) {
+            (Feedback::Dual, Some(load)) => Setpoint::of_load(case, period_ns, load),
+            _ => Setpoint::new(case, period_ns),
+        };
+        let plan = match case.servo.law.setpoints {
+            SetpointOrigin::Table => None,
+            SetpointOrigin::Generator | SetpointOrigin::Queue => {
+                Some(plan(case, period_ns, &setpoint)?)
+            }
+        };
+        Ok(Self {
+            case,
+            period_ns,
+            setpoint,
+            plan,
+        })
+    }
+
+    /// The same without anything that acts on the reference: what homing runs.
+    pub(super) fn axis_without_take_up(&self) -> Result<Axis, QuantiseError> {
+        let law = self.words()?.law;
+        let settings = &self.case.servo;
+        let output = Output::new(self.dac()?, self.slew()?, self.quantiser()).map_err(|error| {
+            setting(
+                "controller.slew_limit_codes_per_s",
+                self.slew_value(),
+                &error,
+            )
+        })?;
+        let bits = u8::try_from(settings.encoders.counter_bits).unwrap_or(u8::MAX);
+        let counter = |jump| {
+            CounterParameters::accept(bits, jump).map_err(|error| {
+                let value = f64::from(settings.limits.count_jump_counts.unwrap_or(0));
+                setting("limits.count_jump_counts", value, &error)
+            })
+        };
+        Ok(Axis {
+            counter: counter(settings.limits.count_jump_counts)?,
+            feedback: match settings.law.feedback {
+                Feedback::Motor => AxisFeedback::Motor,
+                // The load's register comes whole.
+                Feedback::Dual => AxisFeedback::Load(CounterParameters::default()),
+            },
+            rest: Rest {
+                dead_band: settings.law.rest_dead_band_counts,
+                hold_integral: settings.law.rest_integrator == RestIntegrator::Hold,
+            },
+            watches: self.watches()?,
+            ..Axis::new(law, output)
+        })
+    }
+
+    /// The axis of the run.
+    pub(super) fn axis(&self) -> Result<Axis, QuantiseError> {
+        Ok(Axis {
+            take_up: self.take_up()?,
+            ..self.axis_without_take_up()?
+        })
+    }
+
+    /// The words of the law from the start.
+    pub(super) fn words(&self) -> Result<ServoWords, QuantiseError> {
+        self.request().words()
+    }
+
+    /// The law from the gain change on.
+    pub(super) fn next_law(&self) -> Result<Option<Law>, QuantiseError> {
+        let Some(change) = self.case.servo.gain_change else {
+            return Ok(None);
+        };
+        let mut request = self.request();
+        let gains = &mut request.gains;
+        gains.kp = change.kp.unwrap_or(gains.kp);
+        gains.ki_per_s = change.ki_per_s.unwrap_or(gains.ki_per_s);
+        gains.kd_s = change.kd_s.unwrap_or(gains.kd_s);
+        Ok(Some(request.words()?.law))
+    }
+
+    /// What the words are made from.
+    pub(super) fn request(&self) -> WordRequest {
+        WordRequest {
+            settings: self.case.servo.law,
+            gains: self.case.controller.gains,
+            sample_time_ns: self.period_ns,
+            travel_counts: whole(self.setpoint.count(last_tick(self.case, self.period_ns))),
+            motor_counts_per_count: self.motor_counts_per_count(),
+            dac_bits: self.case.dac.bits,
+            rates: self.rates(),
+        }
+    }
+
+    /// The setpoints of the run.
+    pub(super) fn source(&self) -> Result<Source, QuantiseError> {
+        Ok(match (self.case.servo.law.setpoints, &self.plan) {
+            (SetpointOrigin::Generator, Some(plan)) => {
+                Source::Generator(Box::new(Generator::new(plan.clone())))
+            }
+            (SetpointOrigin::Queue, Some(plan)) => {
+                Source::Queue(Box::new(StreamedQueue::new(Generator::new(plan.clone()))))
+            }
+            _ => {
+                let last = fits_table(last_tick(self.case, self.period_ns))?;
+                let positions = (0..=last).map(|tick| whole(self.setpoint.count(tick)));
+                let table: SetpointTable<CAPACITY> = setpoint_table(positions)?;
+                Source::Table(Box::new(TableSource::new(table)))
+            }
+        })
+    }
+
+    /// `ρ`: motor counts per count of the position's encoder.
+    fn motor_counts_per_count(&self) -> f64 {
+        match (self.case.servo.law.feedback, self.case.servo.encoders.load) {
+            (Feedback::Dual, Some(load)) => self.motor_counts_per_load_count(load),
+            _ => 1.0,
+        }
+    }
+
+    /// Motor counts per count of the load's encoder, `K_enc/(z·K_load)`.
+    pub(super) fn motor_counts_per_load_count(&self, load: plant::Encoder) -> f64 {
+        let z = self.case.axis.transmission.gear_ratio;
+        self.case.encoder.counts_per_rad / (z * load.counts_per_rad)
+    }
+
+    fn rates(&self) -> RateBits {
+        self.plan
+            .as_ref()
+            .map_or(RateBits::default(), |plan| RateBits {
+                velocity: plan.velocity_fraction_bits(),
+                acceleration: plan.acceleration_fraction_bits(),
+            })
+    }
+
+    fn dac(&self) -> Result<Dac, QuantiseError> {
+        Dac::with_bits(self.case.dac.bits).map_err(QuantiseError::Dac)
+    }
+
+    fn quantiser(&self) -> Quantiser {
+        let settings = &self.case.servo.law;
+        match settings.quantiser {
+            servo::Quantiser::Nearest => Quantiser::Nearest,
+            servo::Quantiser::ErrorFeedback => Quantiser::ErrorFeedback,
+            servo::Quantiser::Dither => Quantiser::Dither {
+                seed: settings.dither_seed,
+            },
+        }
+    }
+
+    fn slew_value(&self) -> f64 {
+        self.case.servo.law.slew_limit_codes_per_s.unwrap_or(0.0)
+    }
+
+    /// Whole codes per sample, rounded down; none that is wider than any
+    /// converter limits nothing.
+    fn slew(&self) -> Result<Option<u32>, QuantiseError> {
+        let Some(codes_per_s) = self.case.servo.law.slew_limit_codes_per_s else {
+            return Ok(None);
+        };
+        let codes = (codes_per_s * self.period_ns as f64 / 1e9).floor();
+        Ok((codes < f64::from(1 << 24)).then_some(whole(codes).unsigned_abs() as u32))
+    }
+
+    fn watches(&self) -> Result<Watches, QuantiseError> {
+        let limits = &self.case.servo.limits;
+        let rates = self.rates();
+        let ticks =
+            |time_ns: u64| u32::try_from(time_ns.div_ceil(self.period_ns)).unwrap_or(u32::MAX);
+        let following_error = limits.following_error.map(|limit| {
+            // Samples of lag: counts per (count per sample).
+            let lag = limit.per_speed_s * 1e9 / self.period_ns as f64;
+            let most = FollowingErrorWatch::MAX_FRACTION_BITS
+                .saturating_sub(rates.velocity)
+                .min(32);
+            if lag >= f64::from(1 << 30) {
+                let because = "it must be below 2^30 sample times";
+                return Err(setting(
+                    "limits.following_error_per_speed_s",
+                    limit.per_speed_s,
+                    &because,
+                ));
+            }
+            let word = finest_word(lag, most, 31);
+            FollowingErrorWatch::accept(limit.counts, word, rates.velocity).map_err(|error| {
+                setting(
+                    "limits.following_error_counts",
+                    f64::from(limit.counts),
+                    &error,
+                )
+            })
+        });
+        let encoder_loss = limits.encoder_loss.map(|loss| {
+            EncoderLossWatch::accept(loss.codes, ticks(loss.after_ns)).map_err(|error| {
+                setting("limits.encoder_loss_codes", f64::from(loss.codes), &error)
+            })
+        });
+        let saturation = limits.saturation_ns.map(|after_ns| {
+            SaturationWatch::accept(ticks(after_ns))
+                .map_err(|error| setting("limits.saturation_s", after_ns as f64 / 1e9, &error))
+        });
+        Ok(Watches {
+            following_error: following_error.transpose()?,
+            encoder_loss: encoder_loss.transpose()?,
+            saturation: saturation.transpose()?,
+            ticks: limits.missed_ticks.then_some(TickWatch),
+        })
+    }
+
+    /// The take-up of the gap, within what the motion leaves of the limits.
+    fn take_up(&self) -> Result<Option<TakeUp>, QuantiseError> {
+        let backlash = &self.case.servo.backlash;
+        let trigger = match backlash.compensation {
+            Compensation::None => return Ok(None),
+            Compensation::Velocity => Trigger::Velocity,
+            Compensation::Acceleration => Trigger::Acceleration,
+        };
+        let half_gap_counts = match backlash.gap {
+            GapSource::Given => self.given_half_gap_counts(),
+            GapSource::Measured => measure_gap(self.case)?.half_counts,
+        };
+        let limits = &self.case.servo.limits;
+        let motion = &self.case.motion;
+        let [t1, t2, t3, ..] = motion.intervals_s();
+        // The speed is largest where the acceleration ends.
+        let peak_mps = motion.at(t1 + t2 + t3).velocity_mps.abs();
+        let peak_mps2 = motion.peak_acceleration_until_mps2(motion.end_s());
+        let dt_s = self.period_ns as f64 / 1e9;
+        let room = |key, limit: Option<f64>, peak: f64, per_sample: f64| {
+            let limit = limit.unwrap_or(0.0);
+            let left = (limit - peak) * self.setpoint.counts_per_m() * per_sample;
+            let room = (left * 4_294_967_296.0).floor();
+            if room < 1.0 {
+                let because =
+                    format!("the motion's own peak is {peak:.6}; the take-up needs room above it");
+                return Err(setting(key, limit, &because));
+            }
+            // Saturates: more room than any axis needs.
+            Ok(room as u64)
+        };
+        let room = Room {
+            velocity: room("limits.velocity_mps", limits.velocity_mps, peak_mps, dt_s)?,
+            acceleration: room(
+                "limits.acceleration_mps2",
+                limits.acceleration_mps2,
+                peak_mps2,
+                dt_s * dt_s,
+            )?,
+        };
+        TakeUp::plan(half_gap_counts, room, trigger)
+            .map(Some)
+            .map_err(|error| setting("backlash.half_gap_deg", f64::from(half_gap_counts), &error))
+    }
+
+    /// Half gap as the settings have it \[motor counts\]: `K_enc·b/z`.
+    fn given_half_gap_counts(&self) -> u32 {
+        let joint_rad = match &self.case.axis.transmission.joint {
+            plant::Joint::Elastic(joint) => joint.backlash_half_rad,
+            plant::Joint::Rigid => 0.0,
+        };
+        let half_rad = self.case.servo.backlash.half_gap_rad.unwrap_or(joint_rad);
+        let z = self.case.axis.transmission.gear_ratio;
+        // Saturates; a gap that large is refused by the plan.
+        (self.case.encoder.counts_per_rad * half_rad / z).round() as u32
+    }
+}
+
+/// The plan of the motion for the firmware's generator.
+fn plan(case: &Case, period_ns: u64, setpoint: &Setpoint) -> Result<MotionPlan, QuantiseError> {
+    let travel = setpoint.travel_counts() * 4_294_967_296.0;
+    let period = u32::try_from(period_ns).unwrap_or(u32::MAX);
+    let intervals_ps = case
+        .motion
+        .intervals_s()
+        .map(|t_s| (t_s * 1e12).round() as u64);
+    MotionPlan::new(whole(travel.round()), intervals_ps, period).map_err(QuantiseError::Motion)
+}
+
+/// A setting that the firmware refuses.
+pub(super) fn setting(
+    key: &'static str,
+    value: f64,
+    because: &dyn std::fmt::Display,
+) -> QuantiseError {
+    QuantiseError::Setting {
+        key,
+        value,
+        because: because.to_string(),
+    }
+}

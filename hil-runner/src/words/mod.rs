@@ -1,0 +1,323 @@
+//! Settings in SI units → the words of the product's law (`firmware::law`).
+//!
+//! The firmware accepts or rejects words; this is where they are chosen. The
+//! sum's exponent `F` trades resolution against range: more fraction bits make
+//! finer words, fewer leave room for larger gains, errors and integrals. Taken
+//! is the largest `F` from which no word gains anything more, and with it the
+//! widest integral, for which the firmware's proof goes through.
+//!
+//! Gains are in codes per motor count in the run file. Where the position
+//! comes from the load, `Kp` and `Ki` act on load counts and are converted:
+//! one load count is `ρ` motor counts.
+
+pub mod fitting;
+mod shown;
+
+pub use shown::{CaseWords, ShownWord};
+
+use firmware::law::{AntiWindup, Derivative, FilterWords, Law, LawError, LawWords, Part};
+use firmware::{Dac, ErrorRange, GainWord};
+use plant::PidGains;
+
+use crate::quantise::{QuantiseError, error_range, finest_word, power_of_two};
+use crate::servo::{self, LawSettings};
+
+/// What the words are made from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WordRequest {
+    /// Shape of the law.
+    pub settings: LawSettings,
+    /// Gains per motor count.
+    pub gains: PidGains,
+    /// `Δt` \[ns\].
+    pub sample_time_ns: u64,
+    /// Travel \[counts of the encoder that the position comes from\].
+    pub travel_counts: i64,
+    /// `ρ`: motor counts per count of that encoder; 1 where it is the motor's.
+    pub motor_counts_per_count: f64,
+    /// `n`.
+    pub dac_bits: u32,
+    /// Exponents of the setpoints' rates.
+    pub rates: RateBits,
+}
+
+/// Fraction bits of the velocity \[counts/sample\] and the acceleration
+/// \[counts/sample²\] that come with the setpoints.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct RateBits {
+    /// Of the velocity.
+    pub velocity: u8,
+    /// Of the acceleration.
+    pub acceleration: u8,
+}
+
+/// One word with what it stands for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WordRow {
+    /// Key in the run file.
+    pub key: &'static str,
+    /// Part of the law.
+    pub part: Part,
+    /// Value of the run file, in the key's unit.
+    pub value: f64,
+    /// The gain that the law multiplies by.
+    pub wanted: f64,
+    /// The word that stands for it.
+    pub word: GainWord,
+}
+
+impl WordRow {
+    /// Whether it is one of the three gains of eq. 23, which are shown even
+    /// where they are 0.
+    pub fn is_of_the_paper(&self) -> bool {
+        matches!(
+            self.part,
+            Part::Proportional | Part::Integral | Part::Derivative
+        )
+    }
+
+    /// `(value of the word − wanted)/wanted`; 0 where nothing is wanted.
+    pub fn relative_error(&self) -> f64 {
+        let worth = f64::from(self.word.mantissa) / power_of_two(self.word.fraction_bits);
+        if self.wanted == 0.0 {
+            0.0
+        } else {
+            (worth - self.wanted) / self.wanted
+        }
+    }
+}
+
+/// The law of a run with the words that it was made of.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ServoWords {
+    /// The accepted law.
+    pub law: Law,
+    /// Gains and feed-forward, in the order of the law.
+    pub rows: Vec<WordRow>,
+}
+
+impl WordRequest {
+    /// The words, chosen and accepted.
+    ///
+    /// # Errors
+    /// [`QuantiseError`] that names the keys, their values and what fits.
+    pub fn words(&self) -> Result<ServoWords, QuantiseError> {
+        self.settle().map_err(|error| fitting::explain(self, error))
+    }
+
+    /// The words, or what the firmware says against them.
+    fn settle(&self) -> Result<ServoWords, Refusal> {
+        let dac = Dac::with_bits(self.dac_bits).map_err(Refusal::Dac)?;
+        let range = error_range(self.travel_counts).ok_or(Refusal::Travel)?;
+        let mut refused = None;
+        // The finest words end at `most`; beyond it bits only cost range.
+        let exponents = LawWords::SUM_FRACTION_BITS;
+        let wanted = self.wanted();
+        let most = wanted
+            .iter()
+            .filter(|wanted| wanted.gain != 0.0)
+            .map(|wanted| finest_word(wanted.gain, 40, self.settings.word_bits).fraction_bits)
+            .max()
+            .unwrap_or(0)
+            .clamp(*exponents.start(), *exponents.end());
+        for sum_fraction_bits in (*exponents.start()..=most).rev() {
+            // Twice the converter's range at least: Q = 2^n codes.
+            let least = u8::try_from(self.dac_bits).unwrap_or(u8::MAX);
+            for integral_bits in (least..=29).rev() {
+                let words = self.with(&wanted, range, sum_fraction_bits, integral_bits)?;
+                match Law::accept(words, dac) {
+                    Ok(law) => {
+                        let rows = rows(&wanted, law.words());
+                        return Ok(ServoWords { law, rows });
+                    }
+                    Err(error) => refused = Some(error),
+                }
+            }
+        }
+        Err(refused.map_or(Refusal::Travel, Refusal::Law))
+    }
+
+    /// The gains as the law multiplies them.
+    fn wanted(&self) -> [Wanted; 6] {
+        let dt_s = self.sample_time_ns as f64 / 1e9;
+        let ratio = self.motor_counts_per_count;
+        let feed_forward = &self.settings.feed_forward;
+        let rates = self.rates;
+        let wanted = |key, part, value, gain| Wanted {
+            key,
+            part,
+            value,
+            gain,
+        };
+        let gains = &self.gains;
+        [
+            wanted(
+                "controller.kp",
+                Part::Proportional,
+                gains.kp,
+                gains.kp * ratio,
+            ),
+            wanted(
+                "controller.ki_per_s",
+                Part::Integral,
+                gains.ki_per_s,
+                // As the paper's law forms it: Δt in ns, over 10^9.
+                gains.ki_per_s * self.sample_time_ns as f64 / 1e9 * ratio,
+            ),
+            wanted(
+                "controller.kd_s",
+                Part::Derivative,
+                gains.kd_s,
+                gains.kd_s * 1e9 / self.sample_time_ns as f64,
+            ),
+            wanted(
+                "controller.velocity_ff_s",
+                Part::Velocity,
+                feed_forward.velocity_s,
+                feed_forward.velocity_s * ratio / dt_s / power_of_two(rates.velocity),
+            ),
+            wanted(
+                "controller.acceleration_ff_s2",
+                Part::Acceleration,
+                feed_forward.acceleration_s2,
+                feed_forward.acceleration_s2 * ratio
+                    / (dt_s * dt_s)
+                    / power_of_two(rates.acceleration),
+            ),
+            wanted(
+                "controller.friction_ff_codes",
+                Part::Friction,
+                feed_forward.friction_codes,
+                feed_forward.friction_codes,
+            ),
+        ]
+    }
+
+    /// The words at one exponent of the sum and one range of the integral.
+    fn with(
+        &self,
+        wanted: &[Wanted; 6],
+        range: ErrorRange,
+        sum_fraction_bits: u8,
+        integral_bits: u8,
+    ) -> Result<LawWords, Refusal> {
+        let settings = &self.settings;
+        let filter = self.filter(wanted[2].gain)?;
+        let word = |wanted: &Wanted| {
+            // The filtered difference brings fraction bits of its own.
+            let own = match (wanted.part, filter) {
+                (Part::Derivative, Some(filter)) => filter.fraction_bits,
+                _ => 0,
+            };
+            let most = sum_fraction_bits.saturating_sub(own);
+            finest_word(wanted.gain, most, settings.word_bits)
+        };
+        let [
+            kp,
+            ki_dt,
+            kd_per_dt,
+            velocity_ff,
+            acceleration_ff,
+            friction_ff,
+        ] = [0, 1, 2, 3, 4, 5].map(|i: usize| word(&wanted[i]));
+        Ok(LawWords {
+            kp,
+            ki_dt,
+            kd_per_dt,
+            velocity_ff,
+            acceleration_ff,
+            friction_ff,
+            error_bits: range.bits(),
+            sum_fraction_bits,
+            integral_bits,
+            derivative: match settings.derivative {
+                servo::Derivative::Error => Derivative::Error,
+                servo::Derivative::Measurement => Derivative::Measurement,
+            },
+            filter,
+            anti_windup: self.anti_windup()?,
+        })
+    }
+
+    /// `a = Δt/(T_f + Δt)`, and the fewest fraction bits with
+    /// `(Kd/Δt)·2^−h ≤ 1/16`.
+    fn filter(&self, kd_per_dt: f64) -> Result<Option<FilterWords>, Refusal> {
+        let filter_s = self.settings.derivative_filter_s;
+        if filter_s == 0.0 {
+            return Ok(None);
+        }
+        let dt_s = self.sample_time_ns as f64 / 1e9;
+        let smoothing = word31(dt_s / (filter_s + dt_s)).ok_or(Refusal::Filter)?;
+        let needed = (16.0 * kd_per_dt).log2().ceil().clamp(0.0, 29.0);
+        Ok(Some(FilterWords {
+            smoothing,
+            fraction_bits: needed as u8,
+        }))
+    }
+
+    fn anti_windup(&self) -> Result<AntiWindup, Refusal> {
+        Ok(match self.settings.anti_windup {
+            servo::AntiWindup::None => AntiWindup::None,
+            servo::AntiWindup::Clamp => AntiWindup::Clamp,
+            servo::AntiWindup::BackCalculation => {
+                let dt_s = self.sample_time_ns as f64 / 1e9;
+                let tracking = word31(dt_s / self.settings.tracking_time_s);
+                AntiWindup::BackCalculation {
+                    tracking: tracking.ok_or(Refusal::Tracking)?,
+                }
+            }
+        })
+    }
+}
+
+/// A gain before it is a word.
+#[derive(Debug, Clone, Copy)]
+struct Wanted {
+    key: &'static str,
+    part: Part,
+    value: f64,
+    gain: f64,
+}
+
+fn rows(wanted: &[Wanted; 6], words: &LawWords) -> Vec<WordRow> {
+    let words = [
+        words.kp,
+        words.ki_dt,
+        words.kd_per_dt,
+        words.velocity_ff,
+        words.acceleration_ff,
+        words.friction_ff,
+    ];
+    let rows = wanted.iter().zip(words).map(|(wanted, word)| WordRow {
+        key: wanted.key,
+        part: wanted.part,
+        value: wanted.value,
+        wanted: wanted.gain,
+        word,
+    });
+    rows.collect()
+}
+
+/// `fraction·2^31` as a word from 1 to 2^31 − 1; `None` beyond.
+fn word31(fraction: f64) -> Option<i32> {
+    let word = (fraction * power_of_two(31)).round();
+    // Whole and within the type: the conversion is exact.
+    (1.0..=f64::from(i32::MAX))
+        .contains(&word)
+        .then_some(word as i32)
+}
+
+/// Why there are no words.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Refusal {
+    /// The firmware knows no converter of that many bits.
+    Dac(firmware::DacError),
+    /// The travel needs a larger error range than there is.
+    Travel,
+    /// `Δt/(T_f + Δt)` has no word.
+    Filter,
+    /// `Δt/T_t` has no word.
+    Tracking,
+    /// What the firmware says against the last words that were tried.
+    Law(LawError),
+}
