@@ -6,7 +6,7 @@
 mod rig;
 
 use firmware::axis::Rest;
-use firmware::law::{AntiWindup, Derivative, LawInput, LawState, LawWords};
+use firmware::law::{AntiWindup, Derivative, Law, LawInput, LawState, LawWords};
 use firmware::output::{Quantiser, Window};
 use firmware::{Axis, Event, GainWord, Next, State};
 use rig::{Loop, PAPER, Script, at, dac, position, ramp, with_output};
@@ -170,14 +170,9 @@ fn a_dead_band_ends_the_hunting_of_static_friction() {
             dead_band,
             hold_integral,
         };
-        let axis = with_output(words, None, Quantiser::Nearest);
-        rest(
-            Axis {
-                rest: rest_words,
-                ..axis
-            },
-            rig,
-        )
+        let mut axis = with_output(words, None, Quantiser::Nearest);
+        axis.rest = rest_words;
+        rest(axis, rig)
     };
     let hunting = with(0, false, AntiWindup::None);
     println!(
@@ -205,12 +200,10 @@ fn the_dead_band_does_nothing_in_motion() {
         kp: GainWord::new(1 << 30, 29),
         ..LawWords::NONE
     };
-    let axis = Axis {
-        rest: Rest {
-            dead_band: 5,
-            hold_integral: true,
-        },
-        ..with_output(words, None, Quantiser::Nearest)
+    let mut axis = with_output(words, None, Quantiser::Nearest);
+    axis.rest = Rest {
+        dead_band: 5,
+        hold_integral: true,
     };
     let code = |last: bool| {
         let mut run = Loop::new(axis, 0);
@@ -244,8 +237,9 @@ fn largest_step(derivative: Derivative) -> i32 {
         dead_band: 12,
         hold_integral: false,
     };
-    let axis = with_output(words, None, Quantiser::Nearest);
-    let mut run = Loop::new(Axis { rest, ..axis }, 0);
+    let mut axis = with_output(words, None, Quantiser::Nearest);
+    axis.rest = rest;
+    let mut run = Loop::new(axis, 0);
     run.request(Event::Enable);
     run.request(Event::Start);
     let mut source = ramp(0, 400, 2);
@@ -272,7 +266,7 @@ fn the_edge_of_the_dead_band_gives_no_kick() {
     }
 
     // Contrast: the same law, told that the error is 0 from one sample to the next.
-    let law = with_output(PAPER, None, Quantiser::Nearest).law;
+    let law = Law::accept(PAPER, dac(14)).expect("accepted words");
     let window = Window::of(dac(14));
     let codes = |second: LawInput| {
         let mut state = LawState::default();

@@ -150,14 +150,13 @@ prop_compose! {
         watches in watches(),
     ) -> Axis {
         let output = Output::new(dac(bits), slew, quantiser).expect("an accepted slew limit");
-        Axis {
-            counter,
-            feedback: load.map_or(Feedback::Motor, Feedback::Load),
-            take_up,
-            rest: Rest { dead_band: rest.0, hold_integral: rest.1 },
-            watches,
-            ..Axis::new(law(words, bits), output)
-        }
+        let mut axis = Axis::new(law(words, bits), output);
+        axis.counter = counter;
+        axis.feedback = load.map_or(Feedback::Motor, Feedback::Load);
+        axis.take_up = take_up;
+        axis.rest = Rest { dead_band: rest.0, hold_integral: rest.1 };
+        axis.watches = watches;
+        axis
     }
 }
 

@@ -153,13 +153,12 @@ impl Settings {
         let dac = Dac::with_bits(self.dac_bits?).ok()?;
         let law = Law::accept(self.words, dac).ok()?;
         let output = Output::new(dac, self.slew, self.quantiser).ok()?;
-        Some(Axis {
-            counter: self.counter,
-            feedback: self.feedback,
-            take_up: self.take_up,
-            rest: self.rest,
-            watches: self.watches,
-            ..Axis::new(law, output)
-        })
+        let mut axis = Axis::new(law, output);
+        axis.counter = self.counter;
+        axis.feedback = self.feedback;
+        axis.take_up = self.take_up;
+        axis.rest = self.rest;
+        axis.watches = self.watches;
+        Some(axis)
     }
 }
