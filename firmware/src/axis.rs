@@ -51,9 +51,11 @@ pub enum Feedback {
 /// quantiser and a gap hunts, and these stop it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Rest {
-    /// Errors up to this size count as 0 while no motion runs \[counts\].
+    /// Errors up to this size count as 0 for `Kp` and `Ki` while no motion runs
+    /// \[counts\]; the derivative goes on.
     pub dead_band: u32,
-    /// Whether the integral stands still within the dead band.
+    /// Whether the integral stands still within the dead band also where
+    /// back-calculation would move it; `Ki` does not, its error is 0 there.
     pub hold_integral: bool,
 }
 
@@ -285,7 +287,7 @@ impl Axis {
                 difference: motor.difference,
                 velocity: setpoint.velocity,
                 acceleration: setpoint.acceleration,
-                hold_integral: false,
+                ..LawInput::default()
             };
             let input = self.at_rest(state.state, input);
             let window = self.output.window(&state.output);
@@ -424,7 +426,7 @@ impl Axis {
         let stands = matches!(state, State::Holding | State::Enabled);
         let within = stands && input.error.unsigned_abs() <= self.rest.dead_band;
         LawInput {
-            error: if within { 0 } else { input.error },
+            within_dead_band: within,
             hold_integral: within && self.rest.hold_integral,
             ..input
         }

@@ -6,8 +6,8 @@ mod rig;
 
 use firmware::law::{Derivative, FilterWords, Law, LawInput, LawState, LawWords};
 use firmware::output::{Output, Quantiser, Window};
-use firmware::{Event, GainWord, Next, Setpoint, State};
-use rig::{Loop, PAPER, Script, Silent, axis, dac, position, ramp, with_output};
+use firmware::{AxisState, Event, GainWord, Next, Setpoint, State};
+use rig::{Loop, PAPER, Script, Silent, at, axis, dac, position, ramp, with_output};
 
 /// The law's first code for an error and a difference without a take-over.
 fn naive(words: LawWords, error: i32, difference: i32) -> i32 {
@@ -229,5 +229,65 @@ fn other_gains_in_motion_go_on_from_the_code_in_force() {
                 assert!(jump > 100, "{jump} at {words:?}, {quantiser:?}");
             }
         }
+    }
+}
+
+/// A steady motion of 0.3 counts per sample, followed exactly, under a slow
+/// filter; the words change to `after` at `change`. Largest departure of the
+/// code from the one before, in 150 samples.
+fn departure(before: LawWords, after: LawWords, change: i32) -> i32 {
+    let mut axis_now = axis(before);
+    let mut state = AxisState::start(&axis_now);
+    for event in [Event::Enable, Event::Start] {
+        axis_now.request(&mut state, event).expect("at rest");
+    }
+    let (mut code, mut departure) = (0, 0);
+    for k in 0..change + 150 {
+        if k == change {
+            axis_now = axis(after);
+            state.gains_changed();
+        }
+        let counts = 3 * k / 10;
+        let mut source = Script::new(|_| Next::Setpoint(position(counts)));
+        let tick = u64::try_from(k).expect("a sample");
+        let output = axis_now.tick(&mut state, &at(tick, counts), &mut source);
+        if k < change {
+            code = output.code;
+        } else {
+            departure = departure.max((output.code - code).abs());
+        }
+    }
+    departure
+}
+
+/// The speed is what it was: with other gains the filter goes on from what it
+/// knows, and the samples after the change are as quiet as it is.
+#[test]
+fn other_gains_leave_the_filter_its_memory() {
+    let filter = |fraction_bits| FilterWords {
+        smoothing: 1 << 26,
+        fraction_bits,
+    };
+    let words = LawWords {
+        ki_dt: GainWord::new(1 << 26, 38),
+        derivative: Derivative::Measurement,
+        filter: Some(filter(12)),
+        ..PAPER
+    };
+    let stiffer = LawWords {
+        kp: GainWord::new(1_932_735_283, 29),
+        ..words
+    };
+    // Contrast: a filter of another format starts anew, from the difference of
+    // one sample, 0 or 1 count instead of 0.3.
+    let anew = LawWords {
+        filter: Some(filter(13)),
+        ..words
+    };
+    for change in 300..310 {
+        let goes_on = departure(words, stiffer, change);
+        assert!(goes_on <= 2, "{goes_on} at {change}");
+        let starts = departure(words, anew, change);
+        assert!(starts > 10, "{starts} at {change}");
     }
 }

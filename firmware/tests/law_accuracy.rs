@@ -121,6 +121,7 @@ fn all_to_the_end(words: &LawWords, dac: Dac) -> impl FnMut(&Decimal) -> LawInpu
             difference: -(ends[1] - i32::from(k.is_multiple_of(3))),
             velocity: 1 << 30,
             acceleration: 1 << 30,
+            within_dead_band: false,
             hold_integral: false,
         }
     }
@@ -220,6 +221,7 @@ fn beyond_d_both_stand_at_the_same_end() {
                 difference: if random.one_in(2) { jump } else { -jump },
                 velocity: -(1 << 30),
                 acceleration: 1 << 30,
+                within_dead_band: false,
                 hold_integral: false,
             };
             let previous = exact

@@ -173,6 +173,7 @@ fn rates_beyond_their_range_are_exact_all_the_same() {
                 difference: corner(),
                 velocity: corner(),
                 acceleration: corner(),
+                within_dead_band: false,
                 hold_integral: false,
             };
             pair.step(&input);

@@ -95,6 +95,10 @@ pub struct LawInput {
     pub velocity: i32,
     /// `a` of the setpoint, in its source's unit, below 2^30.
     pub acceleration: i32,
+    /// Whether the error is within the dead band of an axis at rest: it counts
+    /// as 0 for `Kp` and `Ki`. Its difference does not, or the band's edge
+    /// would be a step of the derivative.
+    pub within_dead_band: bool,
     /// Whether the integral stands still: an axis at rest may ask for it.
     pub hold_integral: bool,
 }
@@ -123,6 +127,8 @@ pub struct LawState {
     /// `e(k−1)` \[counts\].
     previous_error: i32,
     phase: Phase,
+    /// `h` of the filter whose memory that is.
+    filter_bits: Option<u8>,
 }
 
 /// What a sample begins with.
@@ -156,6 +162,7 @@ impl LawState {
             filtered: 0,
             previous_error: 0,
             phase: Phase::TakeOver(code),
+            filter_bits: None,
         }
     }
 
@@ -220,11 +227,13 @@ impl Law {
     pub fn step(&self, state: &mut LawState, input: &LawInput, window: Window) -> LawOutput {
         let law = &self.aligned;
         let e = law.range.hold(input.error);
+        let error_limited = e != input.error;
 
         let phase = core::mem::replace(&mut state.phase, Phase::Running);
 
         // Kp·e + (Kd/Δt)·δ                              eq. 23, 1st and 3rd term
         let (derivative, difference_limited) = self.derivative(state, input, e, phase);
+        let e = if input.within_dead_band { 0 } else { e };
         let pd = law.proportional.times(e).wrapping_add(derivative);
         // Kv·v + Ka·a + Kf·sign(v)
         let direct = if self.feeds_forward {
@@ -251,7 +260,7 @@ impl Law {
         LawOutput {
             // y                                                          eq. 23
             sum: direct.wrapping_add(held),
-            error_limited: e != input.error,
+            error_limited,
             difference_limited,
             integral_limited: held != integral,
         }
@@ -291,12 +300,21 @@ impl Law {
         };
         let held = counts::within(difference, law.slope_limit);
         let Some(filter) = self.words.filter else {
+            state.filter_bits = None;
             let outweighs = law.slope_limit < law.range.limit().wrapping_mul(2);
             return (law.derivative.times(held), held != difference && !outweighs);
         };
         if phase != Phase::Running {
-            // Nothing was filtered yet: start settled, without a transient.
-            state.filtered = filter::settled(filter, held);
+            let most = filter::settled(filter, law.slope_limit);
+            let bits = Some(filter.fraction_bits);
+            state.filtered = if phase.goes_on() && state.filter_bits == bits {
+                // The speed is what it was; other words may declare less of it.
+                state.filtered.min(most).max(most.wrapping_neg())
+            } else {
+                // Nothing was filtered yet: start settled, without a transient.
+                filter::settled(filter, held)
+            };
+            state.filter_bits = bits;
         }
         let filtered = filter::step(filter, &mut state.filtered, held);
         (law.derivative.times(filtered), held != difference)

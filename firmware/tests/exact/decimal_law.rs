@@ -175,6 +175,7 @@ pub(crate) fn within(law: Law, mut random: Random) -> impl FnMut(&Decimal) -> La
             difference,
             velocity,
             acceleration,
+            within_dead_band: false,
             hold_integral: false,
         }
     }

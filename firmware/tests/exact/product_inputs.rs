@@ -107,6 +107,7 @@ impl Samples {
             difference,
             velocity,
             acceleration,
+            within_dead_band: self.random.one_in(16),
             hold_integral: self.random.one_in(16),
         }
     }

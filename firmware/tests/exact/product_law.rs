@@ -149,6 +149,7 @@ impl Model {
             Derivative::Error => e - e_prev,
             Derivative::Measurement => -i128::from(input.difference),
         };
+        let error_limited = e != wish;
         let delta = difference.clamp(-ranges.slope, ranges.slope);
         let derivative = match words.filter {
             None => value(&words, words.kd_per_dt) * delta,
@@ -167,6 +168,8 @@ impl Model {
         };
         // Beyond D the term outweighs the rest; else leaving it is told.
         let outweighs = words.filter.is_none() && ranges.slope < 2 * ranges.error;
+        // The dead band is for what follows, not for the difference.
+        let e = if input.within_dead_band { 0 } else { e };
         let (v, a) = (i128::from(input.velocity), i128::from(input.acceleration));
         let direct = value(&words, words.kp) * e
             + derivative
@@ -203,7 +206,7 @@ impl Model {
             sum,
             code: self.quantise(sum, low, high),
             limited: [
-                e != wish,
+                error_limited,
                 delta != difference && !outweighs,
                 self.integral != integral,
             ],

@@ -1,0 +1,158 @@
+//! What brings each fault about.
+#![allow(clippy::expect_used, reason = "a test stops where its setup fails")]
+
+use firmware::axis::Watches;
+use firmware::watch::{EncoderLossWatch, FollowingErrorWatch, SaturationWatch, TickWatch};
+use firmware::{CounterParameters, FaultCause, GainWord, Inputs, Next, Setpoint, State};
+
+use crate::rig::position;
+
+/// Where the axis stands and is to stay \[counts\].
+pub(crate) const HOME: i32 = 3_000;
+
+/// What brings a cause about: inputs and setpoints of the samples `0..=last`,
+/// the last of which must trip.
+pub(crate) struct Provocation {
+    pub(crate) cause: FaultCause,
+    /// The watch that sees it, where there is a choice.
+    pub(crate) watches: Watches,
+    pub(crate) counter: CounterParameters,
+    /// The samples that it takes, by number.
+    pub(crate) inputs: fn(i32, &mut Inputs),
+    pub(crate) next: fn() -> Next,
+    pub(crate) last: i32,
+    pub(crate) measured: i64,
+    pub(crate) limit: i64,
+    /// The states in which it can occur.
+    pub(crate) from: &'static [State],
+}
+
+const ALL: &[State] = &[
+    State::Disabled,
+    State::Enabled,
+    State::Moving,
+    State::Holding,
+];
+const POWERED: &[State] = &[State::Enabled, State::Moving, State::Holding];
+
+pub(crate) fn stay() -> Next {
+    Next::Setpoint(position(HOME))
+}
+
+/// The register of an axis that stands `counts` off.
+fn displaced(inputs: &mut Inputs, counts: i32) {
+    inputs.motor_register = (HOME + counts).cast_unsigned();
+}
+
+pub(crate) fn provocations() -> Vec<Provocation> {
+    let quiet = || Provocation {
+        cause: FaultCause::EmergencyStop,
+        watches: Watches::default(),
+        counter: CounterParameters::default(),
+        inputs: |_, inputs| inputs.emergency_stop = true,
+        next: stay,
+        last: 0,
+        measured: 0,
+        limit: 0,
+        from: ALL,
+    };
+    // 200 counts at rest, 2 samples of lag; velocities in 2^−16 counts per sample.
+    let following = FollowingErrorWatch::accept(200, GainWord::new(2, 0), 16).expect("a watch");
+    let loss = EncoderLossWatch::accept(300, 5).expect("a watch");
+    let saturation = SaturationWatch::accept(3).expect("a watch");
+    vec![
+        quiet(),
+        Provocation {
+            cause: FaultCause::HardwareBus,
+            inputs: |_, inputs| inputs.failed_transfers = 3,
+            measured: 3,
+            ..quiet()
+        },
+        Provocation {
+            cause: FaultCause::MissedTick,
+            watches: Watches {
+                ticks: Some(TickWatch),
+                ..Watches::default()
+            },
+            inputs: |_, inputs| inputs.tick += 2,
+            measured: 2,
+            ..quiet()
+        },
+        Provocation {
+            cause: FaultCause::EncoderGlitch,
+            counter: CounterParameters::accept(16, Some(500)).expect("a counter"),
+            inputs: |_, inputs| displaced(inputs, -501),
+            measured: -501,
+            limit: 500,
+            ..quiet()
+        },
+        Provocation {
+            cause: FaultCause::EncoderLoss,
+            watches: Watches {
+                encoder_loss: Some(loss),
+                ..Watches::default()
+            },
+            // 2 codes per count: −300 codes from sample 0 on, seen from 1 on.
+            inputs: |_, inputs| displaced(inputs, 150),
+            last: 5,
+            measured: 5,
+            limit: 5,
+            from: POWERED,
+            ..quiet()
+        },
+        Provocation {
+            cause: FaultCause::SetpointUnderrun,
+            next: || Next::Underrun,
+            inputs: |_, _| {},
+            limit: 1,
+            from: &[State::Moving],
+            ..quiet()
+        },
+        Provocation {
+            cause: FaultCause::FollowingError,
+            watches: Watches {
+                following_error: Some(following),
+                ..Watches::default()
+            },
+            inputs: |sample, inputs| displaced(inputs, 200 + sample),
+            last: 1,
+            measured: 201,
+            limit: 200,
+            from: POWERED,
+            ..quiet()
+        },
+        // At 10.5 counts per sample 221 counts are allowed.
+        Provocation {
+            cause: FaultCause::FollowingError,
+            watches: Watches {
+                following_error: Some(following),
+                ..Watches::default()
+            },
+            inputs: |sample, inputs| displaced(inputs, 221 + sample),
+            next: || {
+                Next::Setpoint(Setpoint {
+                    velocity: -21 << 15,
+                    ..position(HOME)
+                })
+            },
+            last: 1,
+            measured: 222,
+            limit: 221,
+            from: &[State::Moving],
+            ..quiet()
+        },
+        Provocation {
+            cause: FaultCause::SaturationTooLong,
+            watches: Watches {
+                saturation: Some(saturation),
+                ..Watches::default()
+            },
+            inputs: |_, inputs| displaced(inputs, -5_000),
+            last: 3,
+            measured: 4,
+            limit: 3,
+            from: POWERED,
+            ..quiet()
+        },
+    ]
+}
