@@ -54,8 +54,8 @@ pub struct Rest {
     /// Errors up to this size count as 0 for `Kp` and `Ki` while no motion runs
     /// \[counts\]; the derivative goes on.
     pub dead_band: u32,
-    /// Whether the integral stands still within the dead band also where
-    /// back-calculation would move it; `Ki` does not, its error is 0 there.
+    /// Whether the integral keeps its value while no motion runs, whatever the
+    /// error: what is left is then left to `Kp`.
     pub hold_integral: bool,
 }
 
@@ -236,6 +236,8 @@ impl Axis {
     ) -> AxisOutput {
         // 1. Inputs.
         let motor = self.counter.read(&mut state.motor, inputs.motor_register);
+        // What moves while the axis is driven; with two encoders both must.
+        let mut moved = motor.difference;
         let (position, load_position, load_trip) = match self.feedback {
             Feedback::Motor => (
                 motor.position,
@@ -245,6 +247,9 @@ impl Axis {
             Feedback::Load(counter) => match inputs.load_register {
                 Some(register) => {
                     let load = counter.read(&mut state.load, register);
+                    if load.difference == 0 {
+                        moved = 0;
+                    }
                     (load.position, Some(load.position), load.glitch)
                 }
                 // No register is not a register that reads 0.
@@ -258,7 +263,7 @@ impl Axis {
         trip = most_urgent(trip, load_trip);
         let code_in_force = state.output.code();
         if let (true, Some(watch)) = (state.state.is_powered(), &self.watches.encoder_loss) {
-            let lost = watch.check(&mut state.loss, code_in_force, motor.difference);
+            let lost = watch.check(&mut state.loss, code_in_force, moved);
             trip = most_urgent(trip, lost);
         }
 
@@ -289,7 +294,7 @@ impl Axis {
                 acceleration: setpoint.acceleration,
                 ..LawInput::default()
             };
-            let input = self.at_rest(state.state, input);
+            let input = self.at_rest(state, input);
             let window = self.output.window(&state.output);
             let law = self.law.step(&mut state.law, &input, window);
             let bits = self.law.words().sum_fraction_bits;
@@ -422,12 +427,12 @@ impl Axis {
     }
 
     /// Dead band and held integral while the axis stands.
-    fn at_rest(&self, state: State, input: LawInput) -> LawInput {
-        let stands = matches!(state, State::Holding | State::Enabled);
-        let within = stands && input.error.unsigned_abs() <= self.rest.dead_band;
+    fn at_rest(&self, state: &AxisState, input: LawInput) -> LawInput {
+        let stands =
+            matches!(state.state, State::Holding | State::Enabled) && !state.take_up.is_under_way();
         LawInput {
-            within_dead_band: within,
-            hold_integral: within && self.rest.hold_integral,
+            within_dead_band: stands && input.error.unsigned_abs() <= self.rest.dead_band,
+            hold_integral: stands && self.rest.hold_integral,
             ..input
         }
     }

@@ -136,9 +136,10 @@ pub fn most_urgent(first: Option<Trip>, second: Option<Trip>) -> Option<Trip> {
 /// What the axis knew at the sample of a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FaultValues {
-    /// Setpoint of the motor \[counts, modulo 2^32\].
+    /// Setpoint, in counts of the encoder that the position comes from
+    /// \[counts, modulo 2^32\].
     pub setpoint: i32,
-    /// Position of the motor \[counts, modulo 2^32\].
+    /// Position, in the same counts \[counts, modulo 2^32\].
     pub position: i32,
     /// `e = r − c` \[counts\].
     pub error: i32,

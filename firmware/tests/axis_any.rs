@@ -23,7 +23,7 @@ fn holds(
     state: &AxisState,
     output: AxisOutput,
 ) -> Result<(), TestCaseError> {
-    let dac = axis.output.dac();
+    let dac = axis.output().dac();
     prop_assert!((dac.min_code()..=dac.max_code()).contains(&output.code));
     prop_assert_eq!(output.state, state.state());
     let fault = state.state() == State::Fault;
@@ -133,11 +133,11 @@ fn the_random_laws_are_mostly_whole() {
     let (mut whole, mut forward, mut filtered) = (0, 0, 0);
     for _ in 0..1_000 {
         let axis = axes().new_tree(&mut runner).expect("an axis").current();
-        let words = axis.law.words();
+        let words = axis.law().words();
         whole += i32::from(words.kp.mantissa != 0);
         forward += i32::from(words.velocity_ff.mantissa != 0);
         filtered += i32::from(words.filter.is_some());
-        let window = Window::of(axis.output.dac());
+        let window = Window::of(axis.output().dac());
         assert!(window.low() < window.high());
     }
     println!("of 1000 laws: {whole} with Kp, {forward} with feed-forward, {filtered} filtered");

@@ -19,11 +19,10 @@ fn guarded(provocation: &Provocation) -> Axis {
         kp: GainWord::new(1 << 30, 29),
         ..LawWords::NONE
     };
-    Axis {
-        watches: provocation.watches,
-        counter: provocation.counter,
-        ..axis(words)
-    }
+    let mut axis = axis(words);
+    axis.watches = provocation.watches;
+    axis.counter = provocation.counter;
+    axis
 }
 
 /// A loop that stands at [`HOME`] in `state`, its motor blocked.

@@ -137,10 +137,7 @@ fn an_option_that_is_on_is_noticed() {
 
     let output = |slew, quantiser| {
         let output = Output::new(dac(14), slew, quantiser).expect("an accepted limit");
-        Axis {
-            output,
-            ..plain(PAPER, 14)
-        }
+        Axis::new(*plain(PAPER, 14).law(), output)
     };
     let law = |words| plain(words, 14);
     let options = [

@@ -7,9 +7,7 @@ mod rig;
 
 use firmware::axis::{Feedback, Watches};
 use firmware::watch::{EncoderLossWatch, SaturationWatch};
-use firmware::{
-    Axis, AxisState, CounterParameters, Event, FaultCause, Inputs, Next, Refused, State,
-};
+use firmware::{AxisState, CounterParameters, Event, FaultCause, Inputs, Next, Refused, State};
 use rig::{Loop, PAPER, Script, Silent, at, axis, position, ramp};
 
 /// A move of 4000 counts at 10 per sample; the stop comes at sample 200. Where
@@ -56,13 +54,11 @@ fn an_emergency_stop_in_a_move_ends_it() {
 /// The watch counts samples in a row; the power was off in between.
 #[test]
 fn runs_of_samples_start_anew_when_the_axis_is_enabled() {
-    let axis = Axis {
-        watches: Watches {
-            saturation: Some(SaturationWatch::accept(3).expect("a watch")),
-            encoder_loss: Some(EncoderLossWatch::accept(8_000, 5).expect("a watch")),
-            ..Watches::default()
-        },
-        ..axis(PAPER)
+    let mut axis = axis(PAPER);
+    axis.watches = Watches {
+        saturation: Some(SaturationWatch::accept(3).expect("a watch")),
+        encoder_loss: Some(EncoderLossWatch::accept(8_000, 5).expect("a watch")),
+        ..Watches::default()
     };
     let mut state = AxisState::start(&axis);
     let mut tick = 0;
@@ -97,10 +93,8 @@ fn runs_of_samples_start_anew_when_the_axis_is_enabled() {
 /// no position 0, to which the axis would run.
 #[test]
 fn a_load_register_that_does_not_come_stops_the_axis() {
-    let axis = Axis {
-        feedback: Feedback::Load(CounterParameters::default()),
-        ..axis(PAPER)
-    };
+    let mut axis = axis(PAPER);
+    axis.feedback = Feedback::Load(CounterParameters::default());
     let mut state = AxisState::start(&axis);
     axis.request(&mut state, Event::Enable).expect("disabled");
     let sample = |state: &mut AxisState, tick, load_register| {

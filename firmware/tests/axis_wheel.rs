@@ -37,10 +37,8 @@ impl SetpointSource for ThereAndBack {
 /// read as a counter of `read` bits.
 fn codes(start: i64, shown: u32, read: u8) -> Vec<i32> {
     let counter = CounterParameters::accept(read, None).expect("a width");
-    let axis = Axis {
-        counter,
-        ..axis(PAPER)
-    };
+    let mut axis = axis(PAPER);
+    axis.counter = counter;
     let mut run = Loop::new(axis, start);
     run.request(Event::Enable);
     run.tick(&mut Silent);
@@ -101,14 +99,12 @@ fn exact_code(e: i128, sum: i128, motor_difference: i128, dac: Dac) -> i32 {
 /// How many of 5000 codes differ from the exact law; motor and load are two
 /// unrelated walks. `swapped` gives each the other's place.
 fn dual_loop_differs(swapped: bool) -> (usize, usize) {
-    let axis = Axis {
-        feedback: Feedback::Load(CounterParameters::accept(12, None).expect("a width")),
-        counter: CounterParameters::accept(16, None).expect("a width"),
-        ..axis(LawWords {
-            derivative: Derivative::Measurement,
-            ..PAPER
-        })
-    };
+    let mut axis = axis(LawWords {
+        derivative: Derivative::Measurement,
+        ..PAPER
+    });
+    axis.feedback = Feedback::Load(CounterParameters::accept(12, None).expect("a width"));
+    axis.counter = CounterParameters::accept(16, None).expect("a width");
     let mut state = AxisState::start(&axis);
     for event in [Event::Enable, Event::Start] {
         axis.request(&mut state, event).expect("at rest");

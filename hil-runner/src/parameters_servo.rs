@@ -77,7 +77,7 @@ fn rest_and_reference(case: &Case) -> Vec<Parameter> {
         rows.push(value("Dead band at rest", counts, "counts"));
     }
     if law.rest_integrator == RestIntegrator::Hold {
-        rows.push(text("Integrator in the dead band", "held", ""));
+        rows.push(text("Integrator at rest", "held", ""));
     }
     match law.setpoints {
         SetpointOrigin::Table => {}

@@ -76,7 +76,7 @@ pub struct LawSettings {
     pub feedback: Feedback,
     /// At rest, errors up to this count as 0 \[counts\]; 0 is no dead band.
     pub rest_dead_band_counts: u32,
-    /// What the integrator does inside the dead band.
+    /// What the integrator does while the axis stands.
     pub rest_integrator: RestIntegrator,
 }
 
@@ -152,7 +152,7 @@ pub enum Feedback {
     Dual,
 }
 
-/// What the integrator does inside the dead band at rest
+/// What the integrator does while the axis stands
 /// (`controller.rest_integrator`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RestIntegrator {

@@ -26,8 +26,46 @@ impl Consistency<'_> {
         self.feedback();
         self.compensation();
         self.measured_gap();
+        self.enable();
         if law(self.values) == Some(Law::Firmware) {
             self.setpoint_origin();
+            self.damping();
+        }
+    }
+
+    /// The axis is enabled from the start: asking again makes sense only after
+    /// something has ended that.
+    fn enable(&mut self) {
+        let v = self.values;
+        let time = |key| v.nanoseconds("sequence", key);
+        let Some(enable_ns) = time("enable_s") else {
+            return;
+        };
+        let before = ["disable_s", "reset_s"];
+        if !before
+            .into_iter()
+            .filter_map(time)
+            .any(|ns| ns <= enable_ns)
+        {
+            let because = "the axis is enabled from the start; it needs an earlier \
+                           sequence.disable_s or sequence.reset_s"
+                .to_owned();
+            self.refuse("sequence", "enable_s", because);
+        }
+    }
+
+    /// With two encoders the error is the load's, and its derivative no
+    /// damping of the motor.
+    fn damping(&mut self) {
+        let v = self.values;
+        let measured = v.choice("controller", "derivative") == Some("measurement");
+        if feedback(v) == Some(Feedback::Dual) && self.has_load_encoder() && !measured {
+            let derivative = v.quote("controller", "derivative");
+            let because = format!(
+                "\"dual\" takes its damping from the motor, and {derivative}; use derivative = \"measurement\" \
+                 (velocity_ff_s = kd_s then gives back the reference's part)"
+            );
+            self.refuse("controller", "feedback", because);
         }
     }
 

@@ -162,7 +162,7 @@ pub(super) const CONTROLLER: &[Key] = &[
         "rest_integrator",
         Kind::Choice(&["run", "hold"]),
         "",
-        "integrator's part inside the dead band at rest",
+        "integrator's part while the axis stands",
     )
     .or(DefaultValue::Choice("run")),
 ];
