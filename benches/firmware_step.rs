@@ -1,4 +1,5 @@
-//! One tick of the controller: setpoint, error, law, code.
+//! One tick of the controller: setpoint, error, law, code; and of the axis with
+//! more and more switched on.
 //!
 //! The counts are those of an axis that follows the paper's second move
 //! (250 mm in 1 s, 99 900 counts) some way behind, with a ripple of a few
@@ -7,7 +8,14 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use firmware::{CAPACITY, Controller, ControllerState, Dac};
+use firmware::axis::Watches;
+use firmware::law::{AntiWindup, Derivative, FilterWords, Law, LawWords};
+use firmware::output::{Output, Quantiser};
+use firmware::watch::{EncoderLossWatch, FollowingErrorWatch, SaturationWatch, TickWatch};
+use firmware::{
+    Axis, AxisState, CAPACITY, Controller, ControllerState, Dac, Event, GainWord, Inputs,
+    MotionGenerator, MotionPlan, Room, TakeUp, Trigger,
+};
 use hil_runner::quantise::{quantise, setpoint_table};
 use plant::PidGains;
 
@@ -57,5 +65,101 @@ fn firmware_step(criterion: &mut Criterion) {
     });
 }
 
-criterion_group!(benches, firmware_step);
+/// The axis: its law, and everything on.
+fn axis_step(criterion: &mut Criterion) {
+    let Ok(dac) = Dac::with_bits(14) else { return };
+    let word = |mantissa, fraction_bits| GainWord::new(mantissa, fraction_bits);
+    // Kp = 3.2, Ki·Δt = 0.005, Kd/Δt = 50 codes per count.
+    let off = LawWords {
+        kp: word(1_717_986_918, 29),
+        ki_dt: word(1_374_389_535, 38),
+        kd_per_dt: word(1_677_721_600, 25),
+        error_bits: 18,
+        ..LawWords::NONE
+    };
+    let guarded = LawWords {
+        derivative: Derivative::Measurement,
+        anti_windup: AntiWindup::Clamp,
+        ..off
+    };
+    let everything = LawWords {
+        velocity_ff: word(1 << 20, 38),
+        acceleration_ff: word(1 << 20, 38),
+        friction_ff: word(1 << 20, 20),
+        filter: Some(FilterWords {
+            smoothing: 1 << 29,
+            fraction_bits: 10,
+        }),
+        anti_windup: AntiWindup::BackCalculation { tracking: 1 << 27 },
+        ..guarded
+    };
+    for (name, words, slew, quantiser) in [
+        ("axis-off", off, None, Quantiser::Nearest),
+        ("axis-guarded", guarded, None, Quantiser::ErrorFeedback),
+        (
+            "axis-everything",
+            everything,
+            Some(500),
+            Quantiser::ErrorFeedback,
+        ),
+    ] {
+        let (Ok(law), Ok(output)) = (Law::accept(words, dac), Output::new(dac, slew, quantiser))
+        else {
+            return;
+        };
+        let mut axis = Axis::new(law, output);
+        let intervals_ps = [
+            250_000_000_000,
+            0,
+            250_000_000_000,
+            0,
+            250_000_000_000,
+            0,
+            250_000_000_000,
+        ];
+        let Ok(plan) = MotionPlan::new(TRAVEL << 32, intervals_ps, 1_000_000) else {
+            return;
+        };
+        if name == "axis-everything" {
+            let room = Room {
+                velocity: 100 << 32,
+                acceleration: 1 << 32,
+            };
+            axis.take_up = TakeUp::plan(17, room, Trigger::Acceleration).ok();
+            axis.watches = Watches {
+                following_error: FollowingErrorWatch::accept(50_000, word(1, 0), 20).ok(),
+                encoder_loss: EncoderLossWatch::accept(8_000, 1_000).ok(),
+                saturation: SaturationWatch::accept(1_000_000).ok(),
+                ticks: Some(TickWatch),
+            };
+        }
+        criterion.bench_function(&format!("firmware/step/{name}"), |bencher| {
+            let fresh = || {
+                let mut state = AxisState::start(&axis);
+                // From rest: neither is refused.
+                let _ = axis.request(&mut state, Event::Enable);
+                let _ = axis.request(&mut state, Event::Start);
+                (state, MotionGenerator::new(&plan, 0))
+            };
+            let (mut state, mut source) = fresh();
+            let mut tick = 0;
+            bencher.iter(|| {
+                tick += 1;
+                if tick == 1_000 {
+                    tick = 0;
+                    (state, source) = fresh();
+                }
+                let behind = setpoint(tick - 12);
+                let inputs = Inputs {
+                    tick: tick.unsigned_abs(),
+                    motor_register: black_box(firmware::counts::wrap(behind)).cast_unsigned(),
+                    ..Inputs::default()
+                };
+                axis.tick(&mut state, &inputs, &mut source).code
+            });
+        });
+    }
+}
+
+criterion_group!(benches, firmware_step, axis_step);
 criterion_main!(benches);
