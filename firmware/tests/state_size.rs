@@ -1,0 +1,48 @@
+//! How much memory an axis keeps, part by part: the table of
+//! `docs/CONTROLLER.md`.
+
+use firmware::axis::AxisState;
+use firmware::law::LawState;
+use firmware::output::OutputState;
+use firmware::watch::{EncoderLossState, FollowingErrorState, SaturationState, TickState};
+use firmware::{FaultLatch, HomingRun, MotionState, PositionState, TakeUpState};
+
+const PAGE: &str = include_str!("../../docs/CONTROLLER.md");
+
+/// Every row of the page's table.
+const PARTS: [(&str, usize); 12] = [
+    ("law", size_of::<LawState>()),
+    ("output", size_of::<OutputState>()),
+    ("position, two encoders", 2 * size_of::<PositionState>()),
+    ("take-up of the backlash", size_of::<TakeUpState>()),
+    ("latched fault", size_of::<FaultLatch>()),
+    ("missed ticks", size_of::<TickState>()),
+    ("following error", size_of::<FollowingErrorState>()),
+    ("encoder loss", size_of::<EncoderLossState>()),
+    ("saturation", size_of::<SaturationState>()),
+    ("**the axis**", size_of::<AxisState>()),
+    ("motion generator, beside it", size_of::<MotionState>()),
+    ("homing, beside it", size_of::<HomingRun>()),
+];
+
+/// The rows that a page does not have as they are.
+fn missing(page: &str) -> Vec<String> {
+    let rows = PARTS.map(|(name, bytes)| format!("| {name} | {bytes} |"));
+    let missing = rows.into_iter().filter(|row| !page.contains(row.as_str()));
+    missing.collect()
+}
+
+#[test]
+fn the_page_has_the_sizes() {
+    for (name, bytes) in PARTS {
+        println!("{name}: {bytes} bytes");
+    }
+    assert_eq!(missing(PAGE), Vec::<String>::new());
+}
+
+/// The contrast: a size that is not the program's is noticed.
+#[test]
+fn a_wrong_size_is_noticed() {
+    let wrong = PAGE.replace("| law | 32 |", "| law | 33 |");
+    assert_eq!(missing(&wrong), ["| law | 32 |"]);
+}
