@@ -114,8 +114,8 @@ pub enum Derivative {
 pub enum AntiWindup {
     /// Not at all: the paper's law.
     None,
-    /// It stands still while the output is at its limit and the error drives
-    /// it further.
+    /// It goes no further than the headroom that is left, while the error
+    /// drives it out.
     Clamp,
     /// What the limit cuts off is led back into it.
     BackCalculation,

@@ -176,7 +176,6 @@ pub(crate) fn word_tables(runs: &[CaseRun]) -> String {
 pub(crate) fn word_length_table(request: &WordRequest, words: &ServoWords) -> String {
     let header = [
         "key",
-        "value",
         "per sample",
         "word",
         "bits",
@@ -194,7 +193,6 @@ pub(crate) fn word_length_table(request: &WordRequest, words: &ServoWords) -> St
         let largest = words.law.largest_term(row.part);
         table.add_row([
             row.key.trim_start_matches("controller.").to_owned(),
-            number::table(row.value),
             number::table(row.wanted),
             row.word.to_string(),
             (u32::BITS - row.word.mantissa.leading_zeros()).to_string(),
