@@ -20,7 +20,7 @@
 //! `B` behind the centre. A load that follows at once is no failure: its gap
 //! is 0.
 //!
-//! The routine is a [`SetpointSource`]; it gives positions only. The speed is
+//! The routine is a [`crate::SetpointSource`]; it gives positions only. The speed is
 //! reached and left in one sample, so it must not exceed the axis' limit of
 //! acceleration \[counts/sample²\]; feed-forward has nothing to add to it.
 //!

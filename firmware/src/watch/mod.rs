@@ -1,4 +1,4 @@
-//! Four watches over an axis: each looks at one sample and gives a [`Trip`]
+//! Four watches over an axis: each looks at one sample and gives a [`crate::Trip`]
 //! when its limit is passed.
 //!
 //! | watch | trips when |
