@@ -1,5 +1,10 @@
-//! Position controller of the servo axis: the paper's PID law (section 3,
-//! eq. 20-24) in fixed point.
+//! Position controllers of the servo axis, in integers: the paper's, and the
+//! one that a product needs.
+//!
+//! # The paper: [`Controller`]
+//!
+//! The paper's PID law (section 3, eq. 20-24) behind a table of setpoints, and
+//! nothing else. It is what the product is measured against.
 //!
 //! ```text
 //!  setpoint table          error range         PID words               DAC range
@@ -7,8 +12,6 @@
 //!  [counts]     ▲-                   ├─► Σe ─► (Ki·Δt)·Σe ──►(+)─ y ─► floor(y + ½) ─► code
 //!               │ [counts]           └─► Δe ─► (Kd/Δt)·Δe ───┘ [codes]  clamped      [codes]
 //!  encoder ── c(k)
-//!
-//!  counts.rs, setpoint.rs   counts.rs      gains.rs, pid.rs               dac.rs
 //! ```
 //!
 //! Every sample period `Δt` the caller reads the encoder, calls
@@ -36,33 +39,88 @@
 //! # Ok::<(), Box<dyn core::error::Error>>(())
 //! ```
 //!
+//! # The product: [`Axis`]
+//!
+//! ```text
+//!  registers, e-stop, bus, timer       table, motion, stream, homing
+//!      │                                     │ SetpointSource
+//!      ▼                                     ▼
+//!  position ───────── c ─────────►(-)     setpoint ── + take-up of the gap
+//!      │                           │         │ r
+//!      ▼                           └─► e ◄───┘
+//!  watches ─► faults ─► states         ▼
+//!                         │        law::Law: P, I, D, filter, feed-forward, anti-windup
+//!                         ▼            ▼ y
+//!                       power      output::Output: slew limit, quantiser, range ─► code
+//! ```
+//!
+//! The caller asks for states with [`Axis::request`] and calls [`Axis::tick`] in
+//! every sample, or lets [`hardware::serve`] do it on a [`Board`]. An example
+//! is at [`Axis`]. Every addition is off until it is asked for.
+//!
+//! # Modules
+//!
+//! | both | |
+//! | --- | --- |
+//! | [`counts`] | positions modulo 2^32, their differences, the range of errors |
+//! | [`word`] | a gain as mantissa and exponent |
+//! | [`dac`] | codes, the converter's range, the paper's rounding |
+//! | [`setpoint`] | the table of setpoints |
+//! | **the paper's** | |
+//! | [`gains`] | which words its law accepts; derivation of every word length |
+//! | [`pid`] | its law, and why the sum is exact and odd |
+//! | [`controller`] | table, law and converter in one |
+//! | **the product's axis** | |
+//! | [`axis`] | everything below in the order of a sample; options, inputs, memory |
+//! | [`position`] | register to position; wrap-around and glitches |
+//! | [`watch`] | following error, encoder loss, saturation, missed tick |
+//! | [`faults`], [`states`] | why it stops, the first fault latched; what leads where |
+//! | [`law`] | its law in a 64-bit sum; acceptance, wind-up, no bump |
+//! | [`output`] | slew limit, quantiser, converter's range |
+//! | **setpoints and backlash** | |
+//! | [`reference`](mod@reference) | what a source of setpoints is |
+//! | [`motion`] | the paper's seven intervals, sample by sample |
+//! | [`stream`] | a queue that a host fills |
+//! | [`takeup`] | carries the motor across the gap when the load changes flank |
+//! | [`homing`] | measures the gap |
+//! | **electronics** | |
+//! | [`hardware`] | [`Board`], a counter and two converters through `embedded-hal` |
+//!
 //! # What is promised
 //!
-//! Fed the same counts from `k = 0` on, at every `k` the code differs by at
-//! most 1 from the law evaluated in exact rationals with the decimal gains,
-//! as long as the counts stay within the declared ranges. The sum before
-//! rounding is exactly odd in `e`: a mirrored error sequence gives exactly the
-//! opposite sum, because nothing is cut off before the one `floor`. The
-//! derivation of every word length is in [`gains`], that of the sum in [`pid`].
+//! * **Both laws**: fed the same counts from `k = 0` on, within the declared
+//!   ranges and rounded to the nearest, the code differs by at most 1 from that
+//!   of the law in exact rationals with the decimal gains. The sum before
+//!   rounding is exactly odd in `e`. Nothing overflows, whatever comes in.
+//!   [`law::words`] says what exact means with a filter or against wind-up.
+//! * **Axis, additions off**: started at rest and within the declared ranges, the
+//!   codes of [`Controller`], bit for bit.
+//! * **Faults**: act in the sample that finds them, code 0 and power off.
+//! * **Changes in motion**: other gains, or enabling, go on from the code in
+//!   force, as far as the integral reaches.
+//! * **Motion**: within ¾ count of the exact command, and ends at the nearest count.
+//! * **Take-up**: motion and offset together stay within the axis' limits.
+//! * **Homing**: half the gap, with bounds for either way of seeing the load.
+//! * **Memory**: an axis keeps less than 256 bytes.
 //!
-//! | quantity | unit | type | declared range |
+//! | quantity | unit | [`Controller`] | [`Axis`] |
 //! | --- | --- | --- | --- |
-//! | setpoint `r`, encoder count `c` | counts | `i32`, modulo 2^32 | all |
-//! | error `e` | counts | `i32` | ±2^`error_bits`, 17 to 29; beyond: clamped and flagged |
-//! | sum of errors `Σe` | counts | never stored | [`Pid::error_sum_limit`], at least 2^8 times the largest error; beyond: flagged |
-//! | words of `Kp`, `Kd/Δt` | codes/count | mantissa `i32`, own exponent 0 to 32 | see [`gains`] |
-//! | word of `Ki·Δt` | codes/count | mantissa `i32`, own exponent up to 40 | see [`gains`] |
-//! | proportional and derivative terms | codes | [`Codes`] (`I32F32`) | below 2^31 together |
-//! | integral, sum `y` | codes | [`CodeSum`] (`I88F40`) | 2^28 and 2^31; cannot overflow |
-//! | code | codes | `i32` | −2^(n−1) to 2^(n−1)−1, `n` 2 to 24 |
-//! | sample number `k` | 1 | `u64` | all |
+//! | setpoint `r`, position `c` | counts | `i32`, modulo 2^32: all | the same |
+//! | error `e` | counts | ±2^`error_bits`, 17 to 29; beyond: held and flagged | the same |
+//! | `Σe` | counts | [`Pid::error_sum_limit`], at least 2^8 of the largest errors; beyond: flagged | [`Law::error_sum_limit`](law::Law::error_sum_limit), likewise; the integral is held at ±2^`integral_bits` codes |
+//! | words | codes/count | `i32`, own exponent to 32, of `Ki·Δt` to 40 | `i32`, own exponent to `F` |
+//! | sum `y` | codes | [`CodeSum`] (`I88F40`), below 2^31 | `i64` in 2^−`F`, `F` 33 to 40, below 2^(62−`F`) |
+//! | feed-forward's velocity, acceleration | of their source | none | below 2^30 |
+//! | code | codes | −2^(n−1) to 2^(n−1)−1, `n` 2 to 24 | the same |
+//! | sample | 1 | `u64`: all | the same |
 //!
 //! # What it is not
 //!
 //! No floating point, no heap, no unsafe code, no panic, no feature switches.
 //! Gains in SI units are turned into words on the host; this crate accepts or
-//! rejects words and never changes them. The integrator has no anti-windup:
-//! that is the paper's law.
+//! rejects words and never changes them. It starts no timer: the caller comes
+//! at every sample. [`Controller`] has no anti-windup, no supervision and no
+//! states: that is the paper's; for a machine there is [`Axis`].
 
 #![no_std]
 #![deny(

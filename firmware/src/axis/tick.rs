@@ -1,0 +1,200 @@
+//! One sample of the axis.
+
+use super::{Axis, AxisState, Feedback};
+use crate::counts;
+use crate::faults::{FaultCause, FaultValues, Trip, most_urgent};
+use crate::law::LawInput;
+use crate::reference::{Observed, SetpointSource};
+use crate::states::State;
+
+/// What the hardware shows at one sample.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Inputs {
+    /// Number of the sample, counted by the timer that starts it.
+    pub tick: u64,
+    /// Register of the motor's encoder.
+    pub motor_register: u32,
+    /// Register of the load's encoder, where there is one; with
+    /// [`Feedback::Load`] none counts as a transfer that failed.
+    pub load_register: Option<u32>,
+    /// Whether the emergency stop is asserted.
+    pub emergency_stop: bool,
+    /// Transfers on the hardware's buses that failed since the last sample.
+    pub failed_transfers: u32,
+}
+
+/// What one sample gives.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct AxisOutput {
+    /// Code for the converter.
+    pub code: i32,
+    /// Whether the power stage is to be on.
+    pub power: bool,
+    /// The state after this sample.
+    pub state: State,
+    /// `e = r − c` as measured \[counts\].
+    pub error_counts: i32,
+    /// Whether the law left a declared range: its error was held, a filtered
+    /// difference was, or the integral stands at its end.
+    pub out_of_range: bool,
+}
+
+/// The register of the load's encoder did not come.
+const LOAD_NOT_READ: Trip = Trip {
+    cause: FaultCause::HardwareBus,
+    measured: 1,
+    limit: 0,
+};
+
+impl Axis {
+    /// One sample.
+    pub fn tick(
+        &self,
+        state: &mut AxisState,
+        inputs: &Inputs,
+        source: &mut impl SetpointSource,
+    ) -> AxisOutput {
+        // 1. Inputs.
+        let motor = self.counter.read(&mut state.motor, inputs.motor_register);
+        // What moves while the axis is driven; with two encoders both must.
+        let mut moved = motor.difference;
+        let (position, load_position, load_trip) = match self.feedback {
+            Feedback::Motor => (
+                motor.position,
+                inputs.load_register.map(u32::cast_signed),
+                None,
+            ),
+            Feedback::Load(counter) => match inputs.load_register {
+                Some(register) => {
+                    let load = counter.read(&mut state.load, register);
+                    if load.difference == 0 {
+                        moved = 0;
+                    }
+                    (load.position, Some(load.position), load.glitch)
+                }
+                // No register is not a register that reads 0.
+                None => {
+                    let last = state.load.position();
+                    (last.unwrap_or_default(), last, Some(LOAD_NOT_READ))
+                }
+            },
+        };
+        let mut trip = most_urgent(self.hardware_trip(state, inputs), motor.glitch);
+        trip = most_urgent(trip, load_trip);
+        let code_in_force = state.output.code();
+        if let (true, Some(watch)) = (state.state.is_powered(), &self.watches.encoder_loss) {
+            let lost = watch.check(&mut state.loss, code_in_force, moved);
+            trip = most_urgent(trip, lost);
+        }
+
+        // 2. Reference.
+        let observed = Observed {
+            position: motor.position,
+            load_position,
+            code: code_in_force,
+        };
+        let (setpoint, underrun) = self.reference(state, position, &observed, source);
+        trip = most_urgent(trip, underrun);
+
+        // 3. e = r − c                                       eq. 20, 22 [counts]
+        let error_counts = counts::difference(setpoint.position, position);
+        if let (true, Some(watch)) = (state.state.is_powered(), &self.watches.following_error) {
+            let too_far = watch.check(&mut state.following, error_counts, setpoint.velocity);
+            trip = most_urgent(trip, too_far);
+        }
+
+        // 4. Law and output, unless the sample ends in safety.
+        let mut out_of_range = false;
+        let mut code = code_in_force;
+        if trip.is_none() && state.state.is_powered() {
+            let input = LawInput {
+                error: error_counts,
+                difference: motor.difference,
+                velocity: setpoint.velocity,
+                acceleration: setpoint.acceleration,
+                ..LawInput::default()
+            };
+            let input = self.at_rest(state, input);
+            let window = self.output.window(&state.output);
+            let law = self.law.step(&mut state.law, &input, window);
+            let bits = self.law.words().sum_fraction_bits;
+            code = self.output.code(&mut state.output, law.sum, bits, window);
+            out_of_range = law.error_limited | law.difference_limited | law.integral_limited;
+            if let Some(watch) = &self.watches.saturation {
+                let at_limit = self.output.dac().is_limit(code);
+                trip = watch.check(&mut state.saturation, at_limit);
+            }
+        }
+        if let Some(trip) = trip {
+            state.fail(
+                inputs.tick,
+                FaultValues {
+                    setpoint: setpoint.position,
+                    position,
+                    error: error_counts,
+                    code,
+                    measured: trip.measured,
+                    limit: trip.limit,
+                },
+                trip.cause,
+            );
+        }
+        match state.state {
+            State::Fault => code = self.output.safe(&mut state.output),
+            State::Disabled => code = self.output.towards_zero(&mut state.output),
+            State::Enabled | State::Moving | State::Holding => {}
+        }
+        AxisOutput {
+            code,
+            // A drive that is switched off in order keeps its power until its
+            // output has come to 0.
+            power: state.state.is_powered() || code != 0,
+            state: state.state,
+            error_counts,
+            out_of_range,
+        }
+    }
+
+    /// The sample of `tick` has computed its output, but the hardware did not
+    /// take it: the axis stops in the same sample.
+    pub fn output_failed(
+        &self,
+        state: &mut AxisState,
+        tick: u64,
+        failed_transfers: u32,
+    ) -> AxisOutput {
+        let position = state.motor.position().unwrap_or_default();
+        let error_counts = counts::difference(state.setpoint, position);
+        let values = FaultValues {
+            setpoint: state.setpoint,
+            position,
+            error: error_counts,
+            code: state.output.code(),
+            measured: i64::from(failed_transfers),
+            limit: 0,
+        };
+        state.fail(tick, values, FaultCause::HardwareBus);
+        AxisOutput {
+            code: self.output.safe(&mut state.output),
+            power: false,
+            state: state.state,
+            error_counts,
+            out_of_range: false,
+        }
+    }
+
+    /// What the hardware itself reports.
+    fn hardware_trip(&self, state: &mut AxisState, inputs: &Inputs) -> Option<Trip> {
+        let stop = inputs.emergency_stop.then_some(Trip::EMERGENCY_STOP);
+        let bus = (inputs.failed_transfers != 0).then_some(Trip {
+            cause: FaultCause::HardwareBus,
+            measured: i64::from(inputs.failed_transfers),
+            limit: 0,
+        });
+        let missed = self
+            .watches
+            .ticks
+            .and_then(|watch| watch.check(&mut state.ticks, inputs.tick));
+        most_urgent(stop, most_urgent(bus, missed))
+    }
+}
