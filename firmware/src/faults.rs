@@ -199,15 +199,15 @@ impl fmt::Display for Fault {
             FaultCause::EmergencyStop => f.write_str("the emergency stop is pressed"),
             FaultCause::HardwareBus => write!(
                 f,
-                "{measured} transfers to encoder or converter have failed in a row, \
-                 more than the {limit} that are allowed"
+                "encoder or converter could not be reached: transfers that failed {measured}, \
+                 allowed {limit}"
             ),
             FaultCause::MissedTick if measured < limit => write!(
                 f,
                 "the tick came again, {} too early",
                 measured.unsigned_abs()
             ),
-            FaultCause::MissedTick => write!(f, "{measured} ticks were missed"),
+            FaultCause::MissedTick => write!(f, "ticks that were missed: {measured}"),
             FaultCause::EncoderGlitch => write!(
                 f,
                 "the encoder count changed by {measured} counts, \
@@ -220,8 +220,8 @@ impl fmt::Display for Fault {
             ),
             FaultCause::SetpointUnderrun => write!(
                 f,
-                "the motion has not ended but there were {measured} setpoints \
-                 where {limit} was needed"
+                "the motion has not ended but its next setpoint has not come: \
+                 {measured} where {limit} was needed"
             ),
             FaultCause::FollowingError => write!(
                 f,

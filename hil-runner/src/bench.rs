@@ -99,22 +99,24 @@ fn warnings(case: &Case, outcome: &Outcome) -> Vec<String> {
             outcome.out_of_range_samples
         ));
     }
-    if let Some(fault) = outcome
-        .summary
-        .axis
-        .as_ref()
-        .and_then(|axis| axis.fault.as_ref())
-    {
-        warnings.push(format!(
-            "{} at {} s: {}",
-            fault.cause, fault.t_s, fault.message
-        ));
-    }
+    warnings.extend(fault_warning(outcome));
     if outcome.refused_requests > 0 {
         warnings.push(format!(
-            "{} requests of [sequence] were refused: the state of the axis did not allow them",
+            "requests of [sequence] that the state of the axis did not allow: {}",
             outcome.refused_requests
         ));
     }
     warnings
+}
+
+/// The first fault in a sentence, and how many there were.
+pub fn fault_warning(outcome: &Outcome) -> Option<String> {
+    let summary = &outcome.summary;
+    let fault = summary.axis.as_ref()?.fault.as_ref()?;
+    let more = match summary.faults {
+        Some(faults) if faults > 1 => format!("; {faults} faults in all, this was the first"),
+        _ => String::new(),
+    };
+    let (cause, t_s, message) = (fault.cause, fault.t_s, &fault.message);
+    Some(format!("{cause} at {t_s} s: {message}{more}"))
 }

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::case::{Case, Limit};
+use crate::case::{Case, Law, Limit};
 use crate::figures::HOST_STEP_P99;
 use crate::time::seconds;
 
@@ -79,7 +79,8 @@ pub(crate) fn verdicts(case: &Case, figure: impl Fn(&str) -> Option<f64>) -> Vec
         .collect();
     // An axis that stopped on a fault has not done its work, whatever else
     // the budget asks for.
-    if figure(FAULTS).is_some() && limits.iter().all(|limit| limit.figure != FAULTS) {
+    let supervised = case.controller.law == Law::Firmware && !case.servo.is_off();
+    if supervised && limits.iter().all(|limit| limit.figure != FAULTS) {
         let none = Limit {
             figure: FAULTS.to_owned(),
             limit: 0.0,

@@ -47,7 +47,7 @@ pub struct Summary {
     pub peak_abs_current_a: f64,
     /// Largest code after its clamp; `None` on rung `continuous`.
     pub max_abs_dac_code: Option<f64>,
-    /// 1 if the supervision stopped the axis, else 0; left out where none runs.
+    /// How often the supervision stopped the axis; left out where none runs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub faults: Option<u32>,
     /// What the axis reported at the end; left out where no supervision runs.
@@ -78,7 +78,8 @@ impl Summary {
             "voltage_saturated_s" => Some(self.voltage_saturated_s),
             "peak_abs_current_a" => Some(self.peak_abs_current_a),
             "max_abs_dac_code" => self.max_abs_dac_code,
-            "faults" => self.faults.map(f64::from),
+            // Without supervision there is none.
+            "faults" => Some(f64::from(self.faults.unwrap_or(0))),
             _ => None,
         }
     }
@@ -91,7 +92,7 @@ pub struct AxisReport {
     pub state: &'static str,
     /// Largest `|e|` while the axis was powered \[counts\].
     pub peak_error_counts: u32,
-    /// The fault that is latched.
+    /// The first fault of the run, whether or not it was reset.
     pub fault: Option<FaultReport>,
 }
 
@@ -125,7 +126,7 @@ impl AxisReport {
         Self {
             state: status.state.name(),
             peak_error_counts: status.peak_error_counts,
-            fault: status.fault.map(|fault| FaultReport {
+            fault: status.first_fault.map(|fault| FaultReport {
                 cause: fault.cause.name(),
                 tick: fault.tick,
                 t_s: seconds(fault.tick * period_ns),
@@ -220,7 +221,7 @@ impl EndOfRun<'_> {
             voltage_saturated_s: seconds(self.held_limit_ns) + extremes.voltage_limited_s,
             peak_abs_current_a: extremes.peak_abs_current_a,
             max_abs_dac_code: self.rows.max_abs_dac_code,
-            faults: self.servo.map(|servo| u32::from(servo.fault.is_some())),
+            faults: self.servo.map(|servo| servo.faults),
             axis: self
                 .servo
                 .map(|servo| AxisReport::new(&servo, case.controller.sample_time_ns.unwrap_or(0))),

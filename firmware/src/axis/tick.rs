@@ -46,6 +46,14 @@ const LOAD_NOT_READ: Trip = Trip {
     limit: 0,
 };
 
+/// Keeps the more urgent of two trips; nearly always there is none.
+#[inline]
+fn note(trip: &mut Option<Trip>, other: Option<Trip>) {
+    if other.is_some() {
+        *trip = most_urgent(*trip, other);
+    }
+}
+
 impl Axis {
     /// One sample.
     pub fn tick(
@@ -79,12 +87,18 @@ impl Axis {
                 }
             },
         };
-        let mut trip = most_urgent(self.hardware_trip(state, inputs), motor.glitch);
-        trip = most_urgent(trip, load_trip);
+        let mut trip = self.hardware_trip(state, inputs);
+        note(&mut trip, motor.glitch);
+        note(&mut trip, load_trip);
         let code_in_force = state.output.code();
-        if let (true, Some(watch)) = (state.state.is_powered(), &self.watches.encoder_loss) {
-            let lost = watch.check(&mut state.loss, code_in_force, moved);
-            trip = most_urgent(trip, lost);
+        // What follows in this sample leads from one powered state to another.
+        let powered = state.state.is_powered();
+        // A drive that runs down after a Disable is still one that drives.
+        if let (true, Some(watch)) = (powered | (code_in_force != 0), &self.watches.encoder_loss) {
+            note(
+                &mut trip,
+                watch.check(&mut state.loss, code_in_force, moved),
+            );
         }
 
         // 2. Reference.
@@ -94,19 +108,19 @@ impl Axis {
             code: code_in_force,
         };
         let (setpoint, underrun) = self.reference(state, position, &observed, source);
-        trip = most_urgent(trip, underrun);
+        note(&mut trip, underrun);
 
         // 3. e = r − c                                       eq. 20, 22 [counts]
         let error_counts = counts::difference(setpoint.position, position);
-        if let (true, Some(watch)) = (state.state.is_powered(), &self.watches.following_error) {
+        if let (true, Some(watch)) = (powered, &self.watches.following_error) {
             let too_far = watch.check(&mut state.following, error_counts, setpoint.velocity);
-            trip = most_urgent(trip, too_far);
+            note(&mut trip, too_far);
         }
 
         // 4. Law and output, unless the sample ends in safety.
         let mut out_of_range = false;
         let mut code = code_in_force;
-        if trip.is_none() && state.state.is_powered() {
+        if trip.is_none() && powered {
             let input = LawInput {
                 error: error_counts,
                 difference: motor.difference,
@@ -185,16 +199,19 @@ impl Axis {
 
     /// What the hardware itself reports.
     fn hardware_trip(&self, state: &mut AxisState, inputs: &Inputs) -> Option<Trip> {
-        let stop = inputs.emergency_stop.then_some(Trip::EMERGENCY_STOP);
-        let bus = (inputs.failed_transfers != 0).then_some(Trip {
-            cause: FaultCause::HardwareBus,
-            measured: i64::from(inputs.failed_transfers),
-            limit: 0,
-        });
-        let missed = self
-            .watches
-            .ticks
-            .and_then(|watch| watch.check(&mut state.ticks, inputs.tick));
-        most_urgent(stop, most_urgent(bus, missed))
+        let watch = self.watches.ticks;
+        let mut trip = watch.and_then(|watch| watch.check(&mut state.ticks, inputs.tick));
+        if inputs.failed_transfers != 0 {
+            let bus = Trip {
+                cause: FaultCause::HardwareBus,
+                measured: i64::from(inputs.failed_transfers),
+                limit: 0,
+            };
+            note(&mut trip, Some(bus));
+        }
+        if inputs.emergency_stop {
+            note(&mut trip, Some(Trip::EMERGENCY_STOP));
+        }
+        trip
     }
 }

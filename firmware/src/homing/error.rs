@@ -34,7 +34,7 @@ impl fmt::Display for HomingError {
             Self::NeverFollowed { counts } => write!(
                 f,
                 "the load did not follow the motor within {counts} counts of creep; \
-                 a wider gap needs a longer creep, a heavier load a higher threshold"
+                 the gap is wider than that, or the load follows below the threshold"
             ),
             Self::Disagree {
                 full_counts: [first, second, third],

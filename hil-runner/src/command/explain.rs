@@ -2,6 +2,7 @@
 
 use anyhow::anyhow;
 use firmware::SetpointError;
+use firmware::law::{LawError, Part};
 use hil_runner::error::RunError;
 use hil_runner::quantise::QuantiseError;
 use hil_runner::runfile::RunFile;
@@ -17,6 +18,9 @@ pub(super) fn explain(file: &RunFile, error: RunError) -> anyhow::Error {
             let lines = unfit.iter().map(|gain| refuse(gain.key, &gain.because()));
             anyhow!(lines.collect::<Vec<_>>().join("\n"))
         }
+        RunError::Quantise(QuantiseError::Law(error)) => {
+            anyhow!(refuse(key_of(&error), &error.to_string()))
+        }
         RunError::Quantise(QuantiseError::Setting { key, because, .. }) => {
             anyhow!(refuse(key, &because))
         }
@@ -30,5 +34,29 @@ pub(super) fn explain(file: &RunFile, error: RunError) -> anyhow::Error {
             anyhow!(refuse("controller.sample_time_s", &error.to_string()))
         }
         error => anyhow!("{}: {error}", file.case.name),
+    }
+}
+
+/// The key that a refusal of the law is best laid at.
+fn key_of(error: &LawError) -> &'static str {
+    let part = match error {
+        LawError::Negative { part, .. }
+        | LawError::FractionBits { part, .. }
+        | LawError::TermTooWide { part, .. } => *part,
+        LawError::DerivativeTooCoarse { .. } => Part::Derivative,
+        LawError::ErrorSumRange { .. } => Part::Integral,
+        LawError::FilterSmoothing(_) | LawError::FilterFractionBits { .. } => {
+            return "controller.derivative_filter_s";
+        }
+        LawError::Tracking(_) => return "controller.tracking_time_s",
+        _ => Part::Proportional,
+    };
+    match part {
+        Part::Proportional => "controller.kp",
+        Part::Integral => "controller.ki_per_s",
+        Part::Derivative => "controller.kd_s",
+        Part::Velocity => "controller.velocity_ff_s",
+        Part::Acceleration => "controller.acceleration_ff_s2",
+        Part::Friction => "controller.friction_ff_codes",
     }
 }

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
 use clap::Args;
+use hil_runner::bench::fault_warning;
 use hil_runner::case::{Case, Law};
 use hil_runner::ladder::climb;
 use hil_runner::output::OutputFile;
@@ -67,6 +68,19 @@ impl Ladder {
         let data = report_data::ladder_report(&self.command_line(), &rungs);
         page.write_all(report::render(&data)?.as_bytes())?;
         page.commit()?;
+        for (rung, case) in rungs.iter().zip(&cases) {
+            let law = rung.law.name();
+            if let Some(fault) = fault_warning(&rung.outcome) {
+                terminal::tell(&format!("{}: rung {law}: warning: {fault}\n", case.name));
+            }
+            if rung.law == Law::Firmware && !case.servo.is_off() {
+                terminal::tell(&format!(
+                    "{}: rung {law}: warning: it adds what the run file asks of the controller beyond \
+                     the paper's law, not word lengths alone\n",
+                    case.name
+                ));
+            }
+        }
         if self.report.as_os_str() == "-" {
             terminal::tell(&terminal::ladder_table(&rungs));
         } else {

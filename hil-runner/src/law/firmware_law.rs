@@ -3,6 +3,7 @@
 
 use firmware::{CAPACITY, Controller, ControllerState, Dac, SetpointTable, counts};
 
+use super::servo_law::{BenchBoard, IoKind};
 use super::{Setpoint, fits_table, last_tick, whole};
 use crate::case::Case;
 use crate::message::{Command, Measurement};
@@ -14,10 +15,12 @@ pub struct FirmwareLaw {
     controller: Controller<CAPACITY>,
     state: ControllerState,
     gains: QuantisedGains,
+    /// Where count and code go through the drivers.
+    board: Option<BenchBoard>,
 }
 
 impl FirmwareLaw {
-    pub(crate) fn new(case: &Case, period_ns: u64) -> Result<Self, QuantiseError> {
+    pub(crate) fn new(case: &Case, period_ns: u64, io: IoKind) -> Result<Self, QuantiseError> {
         let setpoint = Setpoint::new(case, period_ns);
         let Parts { gains, dac, last } = Parts::of(case, &setpoint)?;
         let positions = (0..=last).map(|tick| whole(setpoint.count(tick)));
@@ -25,6 +28,10 @@ impl FirmwareLaw {
             controller: Controller::new(gains.pid, dac, setpoint_table(positions)?),
             state: ControllerState::default(),
             gains,
+            board: match io {
+                IoKind::Direct => None,
+                IoKind::Spi => Some(BenchBoard::new(case, io)?),
+            },
         })
     }
 
@@ -34,8 +41,14 @@ impl FirmwareLaw {
     }
 
     pub(crate) fn step(&mut self, measurement: Measurement) -> Command {
-        let count = counts::wrap(whole(measurement.position_counts));
-        let output = self.controller.tick(&mut self.state, count);
+        let mut count = counts::wrap(whole(measurement.position_counts));
+        if let Some(board) = &mut self.board {
+            count = board.count(whole(measurement.position_counts));
+        }
+        let mut output = self.controller.tick(&mut self.state, count);
+        if let Some(board) = &mut self.board {
+            output.code = board.drive(output.code);
+        }
         let status = output.status;
         Command {
             tick: measurement.tick,

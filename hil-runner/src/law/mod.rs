@@ -18,7 +18,10 @@ pub(crate) use firmware_law::FirmwareOnCounts;
 use quantised::QuantisedLaw;
 pub(crate) use sampled::Pid;
 use sampled::SampledLaw;
-pub use servo_law::{GapMeasurement, IoKind, ServoLaw, ServoStatus, measure_gap, word_request};
+pub use servo_law::{
+    GapMeasurement, IoKind, ServoLaw, ServoStatus, measure_gap, smallest_sample_time_ns,
+    word_request,
+};
 
 /// The controller of a sampled rung with its memory.
 #[derive(Debug, Clone)]
@@ -48,9 +51,9 @@ impl Controller {
             Law::Continuous => None,
             Law::Sampled => Some(Self::Sampled(SampledLaw::new(case, period_ns))),
             Law::Quantised => Some(Self::Quantised(QuantisedLaw::new(case, period_ns))),
-            Law::Firmware if case.servo.is_off() && io == IoKind::Direct => {
-                Some(Self::Firmware(Box::new(FirmwareLaw::new(case, period_ns)?)))
-            }
+            Law::Firmware if case.servo.is_off() => Some(Self::Firmware(Box::new(
+                FirmwareLaw::new(case, period_ns, io)?,
+            ))),
             Law::Firmware => Some(Self::Servo(Box::new(ServoLaw::new(case, period_ns, io)?))),
         })
     }

@@ -1,5 +1,5 @@
-//! What would fit: the largest gains and the smallest sample time for which
-//! the firmware accepts the words, all other settings as they are.
+//! What would fit: the largest gains for which the firmware accepts the words,
+//! all other settings as they are.
 
 use super::{Refusal, WordRequest};
 use crate::quantise::{QuantiseError, UnfitGain, error_range};
@@ -59,32 +59,6 @@ impl WordRequest {
             }
         }
         low
-    }
-
-    /// The smallest sample time that fits \[ns\], to three digits; `None` if
-    /// none up to the present one does.
-    pub fn smallest_sample_time_ns(&self) -> Option<u64> {
-        let fits = |sample_time_ns| {
-            let request = Self {
-                sample_time_ns,
-                ..*self
-            };
-            request.settle().is_ok()
-        };
-        let mut fitting = self.sample_time_ns;
-        if !fits(fitting) {
-            return None;
-        }
-        let mut refused = 0;
-        while fitting - refused > 1 && fitting > refused + refused / 1_000 {
-            let middle = refused + (fitting - refused) / 2;
-            if fits(middle) {
-                fitting = middle;
-            } else {
-                refused = middle;
-            }
-        }
-        Some(fitting)
     }
 }
 

@@ -130,7 +130,10 @@ impl WordRequest {
                         let rows = rows(&wanted, law.words());
                         return Ok(ServoWords { law, rows });
                     }
-                    Err(error) => refused = Some(error),
+                    // The widest resolution with the least range says what is
+                    // really in the way.
+                    Err(error) if sum_fraction_bits == most => refused = Some(error),
+                    Err(_) => {}
                 }
             }
         }
@@ -248,10 +251,10 @@ impl WordRequest {
         }
         let dt_s = self.sample_time_ns as f64 / 1e9;
         let smoothing = word31(dt_s / (filter_s + dt_s)).ok_or(Refusal::Filter)?;
-        let needed = (16.0 * kd_per_dt).log2().ceil().clamp(0.0, 29.0);
+        let needed = (0..29).find(|&h| 16.0 * kd_per_dt <= power_of_two(h));
         Ok(Some(FilterWords {
             smoothing,
-            fraction_bits: needed as u8,
+            fraction_bits: needed.unwrap_or(29),
         }))
     }
 

@@ -7,6 +7,7 @@ use super::setup::setting;
 use crate::case::Case;
 use crate::io::{Part, SpiIo};
 use crate::quantise::QuantiseError;
+use crate::servo::Feedback;
 
 /// How the controller reaches encoder and converter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -33,9 +34,11 @@ pub(super) struct Shown {
 
 /// The board of a run.
 #[derive(Debug, Clone)]
-pub(super) struct BenchBoard {
+pub(crate) struct BenchBoard {
     shown: Shown,
     counter_bits: u32,
+    /// As wide as the motor's where it closes the loop.
+    load_bits: u32,
     electronics: Electronics,
 }
 
@@ -46,7 +49,7 @@ enum Electronics {
 }
 
 impl BenchBoard {
-    pub(super) fn new(case: &Case, io: IoKind) -> Result<Self, QuantiseError> {
+    pub(crate) fn new(case: &Case, io: IoKind) -> Result<Self, QuantiseError> {
         let counter_bits = case.servo.encoders.counter_bits;
         let electronics = match io {
             IoKind::Direct => Electronics::Memory {
@@ -66,6 +69,10 @@ impl BenchBoard {
         Ok(Self {
             shown: Shown::default(),
             counter_bits,
+            load_bits: match case.servo.law.feedback {
+                Feedback::Dual => counter_bits,
+                Feedback::Motor => u32::BITS,
+            },
             electronics,
         })
     }
@@ -83,6 +90,23 @@ impl BenchBoard {
         }
     }
 
+    /// The motor's count, for a controller without supervision: nothing fails
+    /// here, for nothing can be injected without it.
+    pub(crate) fn count(&mut self, motor_counts: i64) -> i32 {
+        self.set_inputs(Shown {
+            motor_counts,
+            ..Shown::default()
+        });
+        self.motor_register().map_or(0, u32::cast_signed)
+    }
+
+    /// Hands over a code with the power on; the code that is then in force.
+    pub(crate) fn drive(&mut self, code: i32) -> i32 {
+        let set = self.set_code(code).and_then(|()| self.set_power(true));
+        // A converter that refuses a code leaves the amplifier without one.
+        set.map_or(0, |()| self.code_in_force())
+    }
+
     /// The code that the amplifier gets: 0 while its power is off.
     pub(super) fn code_in_force(&self) -> i32 {
         let (code, powered) = match &self.electronics {
@@ -95,7 +119,7 @@ impl BenchBoard {
 
 /// A transfer that failed.
 #[derive(Debug)]
-pub(super) struct TransferFailed;
+pub(crate) struct TransferFailed;
 
 impl Board for BenchBoard {
     type Error = TransferFailed;
@@ -140,6 +164,7 @@ impl Board for BenchBoard {
     }
 
     fn load_register(&mut self) -> Result<Option<u32>, TransferFailed> {
-        Ok(self.shown.load_register)
+        let mask = u32::MAX >> (u32::BITS - self.load_bits);
+        Ok(self.shown.load_register.map(|register| register & mask))
     }
 }

@@ -2,14 +2,17 @@
 //! before the move, on the same axis, at rest.
 
 use firmware::axis::{AxisState, Inputs};
-use firmware::{Creep, Detection, Event, Gap, Homing, HomingError, State, counts};
+use firmware::homing::RATIO_MAX;
+use firmware::{
+    Creep, Detection, Event, Gap, Homing, HomingError, HomingSetupError, State, counts,
+};
 use plant::{ContactChange, Drive, Plant, Span, Watch};
 
 use super::setup::{Setup, setting};
 use crate::case::Case;
 use crate::law::whole;
 use crate::quantise::QuantiseError;
-use crate::servo::HomingDetection;
+use crate::servo::{Feedback, HomingDetection};
 
 /// Samples that the effort must last to count as the load's.
 const EFFORT_SAMPLES: u32 = 5;
@@ -56,6 +59,10 @@ impl Watch for Nobody {
 pub fn measure_gap(case: &Case) -> Result<GapMeasurement, QuantiseError> {
     let period_ns = case.controller.sample_time_ns;
     let period_ns = period_ns.ok_or(QuantiseError::NoSampleTime)?;
+    // The motor creeps; the load is only looked at.
+    let mut case = case.clone();
+    case.servo.law.feedback = Feedback::Motor;
+    let case = &case;
     let setup = Setup::of(case, period_ns)?;
     let mut axis = setup.axis_without_take_up()?;
     // The routine has reasons of its own to push against a load.
@@ -84,16 +91,30 @@ pub fn measure_gap(case: &Case) -> Result<GapMeasurement, QuantiseError> {
     let detection = match (backlash.homing_detection, load) {
         (HomingDetection::LoadEncoder, Some(load)) => Detection::LoadEncoder {
             counts: 2,
-            ratio: (setup.motor_counts_per_load_count(load) * 65_536.0).round() as u32,
+            ratio: ratio(setup.motor_counts_per_load_count(load))?,
         },
-        _ => Detection::Effort {
+        (HomingDetection::LoadEncoder, None) => {
+            return Err(QuantiseError::Gap(
+                "backlash.homing_detection = \"load-encoder\" needs load_encoder.counts_per_rad or \
+                 load_encoder.counts_per_mm; \"effort\" does without"
+                    .to_owned(),
+            ));
+        }
+        (HomingDetection::Effort, _) => Detection::Effort {
             codes: backlash.homing_effort_codes,
             samples: EFFORT_SAMPLES,
         },
     };
     let homing = Homing::accept(creep, detection).map_err(|error| {
         let key = "backlash.homing_speed_counts_per_s";
-        setting(key, backlash.homing_speed_counts_per_s, &error)
+        let (slowest, fastest) = (1.0 / (65_536.0 * dt_s), 256.0 / dt_s);
+        let because = match error {
+            HomingSetupError::Speed { .. } => {
+                format!("at this sample time it must be from {slowest:.3} to {fastest} counts/s")
+            }
+            error => error.to_string(),
+        };
+        setting(key, backlash.homing_speed_counts_per_s, &because)
     })?;
 
     let solver = crate::run::solver(case).0;
@@ -104,6 +125,7 @@ pub fn measure_gap(case: &Case) -> Result<GapMeasurement, QuantiseError> {
         let _ = axis.request(&mut state, event);
     }
     let mut run = homing.start(0);
+    let mut code = 0;
     for tick in 0..LONGEST_S * 1_000_000_000 / period_ns {
         let at = plant.state();
         let register = |angle_rad: f64, encoder: plant::Encoder| {
@@ -123,14 +145,34 @@ pub fn measure_gap(case: &Case) -> Result<GapMeasurement, QuantiseError> {
             let duration_s = tick as f64 * dt_s;
             return result(run.result(), true_half_counts, duration_s);
         }
-        let input_v = case.dac.output_v(f64::from(output.code));
-        let drive = Drive::Held(case.amplifier.output_v(input_v));
-        plant
-            .advance(&drive, (tick + 1) * period_ns, &mut Nobody)
-            .map_err(|error| QuantiseError::Gap(format!("homing stopped: {error}")))?;
+        // As in a run: first under the code still in force, then the new one.
+        let start_ns = tick * period_ns;
+        let delayed_ns = start_ns + case.controller.computation_delay_ns;
+        for (code, until_ns) in [(code, delayed_ns), (output.code, start_ns + period_ns)] {
+            let input_v = case.dac.output_v(f64::from(code));
+            let drive = Drive::Held(case.amplifier.output_v(input_v));
+            plant
+                .advance(&drive, until_ns, &mut Nobody)
+                .map_err(|error| QuantiseError::Gap(format!("homing stopped: {error}")))?;
+        }
+        code = output.code;
     }
     Err(QuantiseError::Gap(format!(
         "homing did not end within {LONGEST_S} s; a higher backlash.homing_speed_counts_per_s is quicker"
+    )))
+}
+
+/// `ρ` in 2^−16, where these resolve it to 1 %.
+fn ratio(motor_counts_per_load_count: f64) -> Result<u32, QuantiseError> {
+    let ratio = (motor_counts_per_load_count * 65_536.0).round();
+    if (50.0..=f64::from(RATIO_MAX)).contains(&ratio) {
+        // Whole and within the type: the conversion is exact.
+        return Ok(ratio as u32);
+    }
+    Err(QuantiseError::Gap(format!(
+        "a load encoder with {motor_counts_per_load_count:e} motor counts to a count cannot measure \
+         the gap; it must have from 7.6e-4 to 4096 of them, or use \
+         backlash.homing_detection = \"effort\""
     )))
 }
 

@@ -24,7 +24,7 @@ use crate::words::{ServoWords, WordRequest};
 pub use board::IoKind;
 pub use homing::{GapMeasurement, measure_gap};
 
-use board::BenchBoard;
+pub(super) use board::BenchBoard;
 use setup::Setup;
 use source::Source;
 
@@ -33,8 +33,10 @@ use source::Source;
 pub struct ServoStatus {
     /// State after the sample.
     pub state: State,
-    /// The fault that is latched.
-    pub fault: Option<Fault>,
+    /// The first fault of the run, whether or not it was reset.
+    pub first_fault: Option<Fault>,
+    /// Faults so far.
+    pub faults: u32,
     /// Largest `|e|` while the axis was powered \[counts\].
     pub peak_error_counts: u32,
     /// Requests that the state refused so far.
@@ -55,6 +57,10 @@ pub struct ServoLaw {
     source: Source,
     /// The count at which the encoder froze.
     frozen_counts: Option<f64>,
+    /// `e` of the last sample that ran \[counts\].
+    error_counts: i32,
+    first_fault: Option<Fault>,
+    faults: u32,
     peak_error_counts: u32,
     refused_requests: u32,
 }
@@ -69,6 +75,26 @@ pub fn word_request(case: &Case) -> Result<WordRequest, QuantiseError> {
     let period_ns = case.controller.sample_time_ns;
     let period_ns = period_ns.ok_or(QuantiseError::NoSampleTime)?;
     Ok(Setup::of(case, period_ns)?.request())
+}
+
+/// The smallest sample time for which a case has words and setpoints \[ns\],
+/// to three digits; `None` if the present one has none.
+pub fn smallest_sample_time_ns(case: &Case) -> Option<u64> {
+    let fits = |sample_time_ns| {
+        let setup = Setup::of(case, sample_time_ns);
+        setup.is_ok_and(|setup| setup.words().is_ok() && setup.source().is_ok())
+    };
+    let mut fitting = case.controller.sample_time_ns.filter(|&ns| fits(ns))?;
+    let mut refused = 0;
+    while fitting - refused > 1 && fitting > refused + refused / 1_000 {
+        let middle = refused + (fitting - refused) / 2;
+        if fits(middle) {
+            fitting = middle;
+        } else {
+            refused = middle;
+        }
+    }
+    Some(fitting)
 }
 
 impl ServoLaw {
@@ -94,6 +120,9 @@ impl ServoLaw {
             board: BenchBoard::new(case, io)?,
             source: setup.source()?,
             frozen_counts: None,
+            error_counts: 0,
+            first_fault: None,
+            faults: 0,
             peak_error_counts: 0,
             refused_requests: 0,
         })
@@ -111,12 +140,13 @@ impl ServoLaw {
         let injections = self.settings.injections;
         if self.comes(injections.missed_tick_ns, tick) {
             // The loop does not run: everything stays as it is.
-            return self.command(tick, 0, false);
+            return self.command(tick, false);
         }
         if let Source::Queue(queue) = &mut self.source {
             let dry = injections.setpoint_underrun_ns;
             queue.fill(dry.is_some_and(|at_ns| tick * self.period_ns >= at_ns));
         }
+        let before = self.state.state();
         let output = serve(
             &self.axis,
             &mut self.state,
@@ -124,22 +154,28 @@ impl ServoLaw {
             &mut self.source,
             tick,
         );
+        self.error_counts = output.error_counts;
+        if output.state == State::Fault && before != State::Fault {
+            self.faults += 1;
+            self.first_fault = self.first_fault.or(self.state.fault().copied());
+        }
         if output.state.is_powered() {
             let size = output.error_counts.unsigned_abs();
             self.peak_error_counts = self.peak_error_counts.max(size);
         }
-        self.command(tick, output.error_counts, output.out_of_range)
+        self.command(tick, output.out_of_range)
     }
 
-    fn command(&self, tick: u64, error_counts: i32, out_of_range: bool) -> Command {
+    fn command(&self, tick: u64, out_of_range: bool) -> Command {
         Command {
             tick,
-            error_counts: f64::from(error_counts),
+            error_counts: f64::from(self.error_counts),
             dac_code: f64::from(self.board.code_in_force()),
             out_of_range,
             servo: Some(ServoStatus {
                 state: self.state.state(),
-                fault: self.state.fault().copied(),
+                first_fault: self.first_fault,
+                faults: self.faults,
                 peak_error_counts: self.peak_error_counts,
                 refused_requests: self.refused_requests,
             }),
@@ -161,6 +197,7 @@ impl ServoLaw {
         let change = self.settings.gain_change.map(|change| change.at_ns);
         if self.comes(change, tick)
             && let Some(law) = self.next_law
+            && law != *self.axis.law()
         {
             self.axis.set_law(law);
             self.state.gains_changed();

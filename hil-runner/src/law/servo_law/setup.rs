@@ -68,8 +68,16 @@ impl<'a> Setup<'a> {
         axis.counter = counter(settings.limits.count_jump_counts)?;
         axis.feedback = match settings.law.feedback {
             Feedback::Motor => AxisFeedback::Motor,
-            // The load's register comes whole.
-            Feedback::Dual => AxisFeedback::Load(CounterParameters::default()),
+            // A jump of the motor is one of the load by as many counts.
+            Feedback::Dual => {
+                let per_count = 1.0 / self.motor_counts_per_count();
+                let jump = settings.limits.count_jump_counts.map(|counts| {
+                    let counts = (f64::from(counts) * per_count).ceil();
+                    // Saturates; what the counter cannot tell is refused.
+                    counts.max(1.0) as u32
+                });
+                AxisFeedback::Load(counter(jump)?)
+            }
         };
         axis.rest = Rest {
             dead_band: settings.law.rest_dead_band_counts,
@@ -101,7 +109,24 @@ impl<'a> Setup<'a> {
         gains.kp = change.kp.unwrap_or(gains.kp);
         gains.ki_per_s = change.ki_per_s.unwrap_or(gains.ki_per_s);
         gains.kd_s = change.kd_s.unwrap_or(gains.kd_s);
-        Ok(Some(request.words()?.law))
+        let words = request.words().map_err(|error| match error {
+            // The gains that change have keys of their own.
+            QuantiseError::Gains(mut unfit) => {
+                for gain in &mut unfit {
+                    gain.key = match gain.key {
+                        "controller.kp" if change.kp.is_some() => "gain_change.kp",
+                        "controller.ki_per_s" if change.ki_per_s.is_some() => {
+                            "gain_change.ki_per_s"
+                        }
+                        "controller.kd_s" if change.kd_s.is_some() => "gain_change.kd_s",
+                        key => key,
+                    };
+                }
+                QuantiseError::Gains(unfit)
+            }
+            error => error,
+        })?;
+        Ok(Some(words.law))
     }
 
     /// What the words are made from.
@@ -184,6 +209,17 @@ impl<'a> Setup<'a> {
             return Ok(None);
         };
         let codes = (codes_per_s * self.period_ns as f64 / 1e9).floor();
+        if codes < 1.0 {
+            let least = 1e9 / self.period_ns as f64;
+            let because = format!(
+                "it must be at least one code per sample, {least} codes/s at this sample time"
+            );
+            return Err(setting(
+                "controller.slew_limit_codes_per_s",
+                codes_per_s,
+                &because,
+            ));
+        }
         Ok((codes < f64::from(1 << 24)).then_some(whole(codes).unsigned_abs() as u32))
     }
 
@@ -272,9 +308,27 @@ impl<'a> Setup<'a> {
                 dt_s * dt_s,
             )?,
         };
-        TakeUp::plan(half_gap_counts, room, trigger)
-            .map(Some)
-            .map_err(|error| setting("backlash.half_gap_deg", f64::from(half_gap_counts), &error))
+        let half_rad = f64::from(half_gap_counts) * self.case.axis.transmission.gear_ratio
+            / self.case.encoder.counts_per_rad;
+        let refused = |error: &dyn std::fmt::Display| {
+            setting("backlash.half_gap_deg", half_rad.to_degrees(), error)
+        };
+        let take_up =
+            TakeUp::plan(half_gap_counts, room, trigger).map_err(|error| refused(&error))?;
+        let longest = last_tick(self.case, self.period_ns);
+        if u64::from(take_up.samples()) > longest {
+            let (samples, key) = (take_up.samples(), "limits.acceleration_mps2");
+            let because = format!(
+                "it leaves the take-up so little that it needs {samples} samples, longer than the \
+                 motion with its {longest}"
+            );
+            return Err(setting(
+                key,
+                limits.acceleration_mps2.unwrap_or(0.0),
+                &because,
+            ));
+        }
+        Ok(Some(take_up))
     }
 
     /// Half gap as the settings have it \[motor counts\]: `K_enc·b/z`.

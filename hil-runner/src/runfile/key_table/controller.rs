@@ -22,7 +22,7 @@ pub(super) const ENCODER: &[Key] = &[
         "counter_bits",
         Kind::Whole(8, 32),
         "bits",
-        "width of both encoders' counters, on law \"firmware\",",
+        "width of the motor's counter, and of the load's where it closes the loop, on law \"firmware\",",
     )
     .or(DefaultValue::Whole(32)),
 ];
