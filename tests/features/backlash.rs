@@ -55,8 +55,8 @@ fn a_load_that_is_thrown_wants_the_acceleration() {
 /// force of inertia and keeps the load on the flank that pushes it. Now the
 /// sign of the velocity is right and the other one wrong.
 ///
-/// Measured: 34.5, −8.0, 77.1 µm. Simulation 3 is of this kind as it stands:
-/// its long fall brakes too gently to throw the load; 26.9, −0.5, 54.4 µm.
+/// Measured: 34.5, −8.0, 77.1 µm. Simulation 3 stops on that flank as it
+/// stands, after a swing back: 26.9, −0.5, 54.4 µm.
 #[test]
 fn a_load_that_is_pushed_wants_the_velocity() {
     let slow = [

@@ -91,12 +91,12 @@ fn the_way_back_from_an_emergency_stop() {
         (None, Some(0))
     );
 
-    // Enabling before the reset is refused; a reset under pressure trips again.
-    let early = Ran::of("paper-2", &[&stop, &["sequence.enable_s=0.55"]]);
-    assert_eq!(
-        (early.outcome.refused_requests, early.axis().state),
-        (1, "fault")
-    );
+    // Neither disabled nor enabled out of a fault; a reset under pressure trips
+    // again.
+    let early = ["sequence.disable_s=0.52", "sequence.enable_s=0.55"];
+    let early = Ran::of("paper-2", &[&stop, &early]);
+    assert_eq!(early.outcome.refused_requests, 2);
+    assert_eq!(early.axis().state, "fault");
     let pressed = Ran::of(
         "paper-2",
         &[&["sequence.emergency_stop_s=0.4", "sequence.reset_s=0.45"]],

@@ -44,6 +44,8 @@ const GLITCH: [&str; 2] = [
 const STOP: &str = "sequence.emergency_stop_s=0.4";
 
 fn knobs() -> Vec<Knob> {
+    let measured_speed = "controller.derivative=measurement";
+    let dual = ["controller.feedback=dual", measured_speed];
     let loss = [FREEZE, "limits.encoder_loss_s=0.01"];
     let follow = [FREEZE, "limits.following_error_counts=1400"];
     let scaled = [
@@ -66,23 +68,12 @@ fn knobs() -> Vec<Knob> {
     ];
     let measured = [&take_up[..], &[SCALE, "backlash.gap=measured"], &friction].concat();
     let effort = [&measured[..], &["backlash.homing_detection=effort"]].concat();
-    let hold = [&FRICTION[..], &["controller.rest_integrator=hold"]].concat();
     let rest = [&FRICTION[..], &["controller.rest_dead_band_counts=4"]].concat();
     let later = ["gain_change.at_s=0.3", "gain_change.kp=4"];
     vec![
         knob("encoder.counter_bits", &[], "8", "16"),
-        knob(
-            "load_encoder.counts_per_rad",
-            &["controller.feedback=dual"],
-            "1600",
-            "1000",
-        ),
-        knob(
-            "load_encoder.counts_per_mm",
-            &["controller.feedback=dual"],
-            "1000",
-            "500",
-        ),
+        knob("load_encoder.counts_per_rad", &dual, "1600", "1000"),
+        knob("load_encoder.counts_per_mm", &dual, "1000", "500"),
         knob("controller.derivative", &[], "error", "measurement"),
         knob("controller.derivative_filter_s", &[], "0", "0.002"),
         knob("controller.anti_windup", &twelve, "none", "clamp"),
@@ -95,8 +86,13 @@ fn knobs() -> Vec<Knob> {
         knob("controller.acceleration_ff_s2", &[GENERATOR], "0", "0.0001"),
         knob("controller.friction_ff_codes", &[GENERATOR], "0", "10"),
         knob("controller.setpoints", &scaled, "table", "generator"),
-        knob("controller.feedback", &[SCALE], "motor", "dual"),
-        knob("controller.rest_dead_band_counts", &hold, "0", "4"),
+        knob(
+            "controller.feedback",
+            &[SCALE, measured_speed],
+            "motor",
+            "dual",
+        ),
+        knob("controller.rest_dead_band_counts", &FRICTION, "0", "4"),
         knob("controller.rest_integrator", &rest, "run", "hold"),
         knob("limits.following_error_counts", &[FREEZE], "1400", "2000"),
         knob("limits.following_error_per_speed_s", &follow, "0", "0.01"),

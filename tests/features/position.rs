@@ -57,10 +57,8 @@ fn codes_from(start: i32, counter_bits: u8) -> (Vec<i32>, i64) {
     let case = case("paper-2", &["controller.setpoints=generator"]);
     let law = word_request(&case).unwrap().words().unwrap().law;
     let dac = Dac::with_bits(case.dac.bits).unwrap();
-    let axis = Axis {
-        counter: CounterParameters::accept(counter_bits, None).unwrap(),
-        ..Axis::new(law, Output::new(dac, None, Quantiser::Nearest).unwrap())
-    };
+    let mut axis = Axis::new(law, Output::new(dac, None, Quantiser::Nearest).unwrap());
+    axis.counter = CounterParameters::accept(counter_bits, None).unwrap();
     let z = case.axis.transmission.gear_ratio;
     let travel_rad = case.motion.travel_m() / (case.axis.transmission.screw_pitch_m_per_rad * z);
     let travel = case.encoder.position_counts(travel_rad) * 4_294_967_296.0;

@@ -1,66 +1,59 @@
-//! The dead band at rest and what the integrator does in it.
+//! The axis at rest: dead band and held integral.
 
-use super::{FRICTION, Ran, peak_to_peak};
+use super::{FRICTION, Ran, largest};
 
-/// Swing of the motor \[µm at the carriage\] and of the code over the last
-/// second.
-fn swings(sets: &[&str]) -> (f64, f64) {
-    let ran = Ran::of("paper-2", &[&FRICTION, sets, &["run.duration_s=6"]]);
-    let last = ran.rows.len() - 1_000;
-    let pitch = ran.case.axis.transmission.screw_pitch_m_per_rad;
-    let motor_um: Vec<f64> = ran.rows[last..]
-        .iter()
-        .map(|row| 1e6 * pitch * row.beta_rad)
-        .collect();
-    (peak_to_peak(&motor_um), peak_to_peak(&ran.codes()[last..]))
+/// Where friction holds the load: the error at the end \[counts\], and the
+/// last change of the code after the motion's end \[s\].
+fn at_rest(set: &str) -> (f64, f64) {
+    let ran = Ran::of("paper-2", &[&FRICTION, &[set]]);
+    let codes = ran.codes();
+    let last = (1..codes.len()).rev().find(|&k| codes[k] != codes[k - 1]);
+    let error = ran.samples().last().unwrap().error_counts;
+    (error, ran.rows[last.unwrap()].t_s - ran.case.motion.end_s())
 }
 
-/// Inside the dead band the P term is silent. An integrator that runs on
-/// without it drives the motor from one side of the band to the other, across
-/// the free gap, for ever (23 µm at 4 counts); one that holds its value leaves
-/// the axis alone: not a code changes.
+/// Without a band the integrator works until the error is 0; with one it stops
+/// within it, and earlier the wider the band is. Held at rest, it leaves the
+/// axis where the motion's end did, 60 counts away, and the code is still
+/// first.
 #[test]
-fn an_integrator_that_holds_leaves_the_axis_alone() {
-    for counts in [1, 4] {
-        let band = format!("controller.rest_dead_band_counts={counts}");
-        let [running, held] = ["run", "hold"].map(|integrator| {
-            let integrator = format!("controller.rest_integrator={integrator}");
-            swings(&[&band, &integrator])
-        });
-        println!("dead band {counts}: run {running:?}, hold {held:?} (µm, codes)");
-        assert!(running.0 > 5.0 && running.1 > 50.0);
-        assert_eq!(held.1, 0.0);
-        assert!(held.0 < 0.01);
-    }
-}
-
-/// The derivative damps in the band as outside it: with an integrator that
-/// holds, the axis comes to rest in the band at once, not at its edge with a
-/// kick of Kd·e/Δt = 50 codes a count.
-#[test]
-fn the_edge_of_the_band_gives_no_kick() {
-    let sets = [
+fn a_dead_band_ends_the_work_of_the_integrator_earlier() {
+    let [none, narrow, wide, held] = [
+        "controller.rest_dead_band_counts=0",
+        "controller.rest_dead_band_counts=2",
         "controller.rest_dead_band_counts=8",
         "controller.rest_integrator=hold",
-    ];
-    let ran = Ran::of("paper-2", &[&FRICTION, &sets]);
-    let codes = ran.codes();
-    let errors: Vec<f64> = ran.samples().iter().map(|s| s.error_counts).collect();
-    let mut crossings = 0;
-    for k in 1_001..codes.len() {
-        let inside = |k: usize| errors[k].abs() <= 8.0;
-        if inside(k) != inside(k - 1) {
-            crossings += 1;
-            // Kp·9 comes or goes, and the derivative sees the count that moved:
-            // not the nine counts, which would be 450 codes.
-            let moved = (errors[k] - errors[k - 1]).abs();
-            let step = (codes[k] - codes[k - 1]).abs();
-            println!(
-                "edge at {} s: e by {moved}, the code by {step}",
-                ran.rows[k].t_s
-            );
-            assert!(step <= 3.2 * 10.0 + 50.0 * (moved + 1.0));
-        }
-    }
-    assert!(crossings > 0);
+    ]
+    .map(at_rest);
+    println!("error and quiet from: {none:?}, band 2 {narrow:?}, 8 {wide:?}, held {held:?}");
+    assert_eq!(none.0, 0.0);
+    assert!(narrow.0.abs() <= 2.0 && narrow.0 != 0.0);
+    assert!(wide.0.abs() <= 8.0 && wide.0.abs() > 2.0);
+    assert!(held.0.abs() > 30.0);
+    assert!(held.1 < wide.1 && wide.1 < narrow.1 && narrow.1 < none.1);
+}
+
+/// The contrast: a weight rests on nothing, and the band is only room to swing.
+#[test]
+fn a_dead_band_under_a_weight_makes_the_swing_wider() {
+    let file = format!("{}/cases/limit-cycle.toml", env!("CARGO_MANIFEST_DIR"));
+    let [none, band] = [0, 3].map(|counts| {
+        let band = format!("controller.rest_dead_band_counts={counts}");
+        let ran = Ran::of(&file, &[&[&band]]);
+        let errors: Vec<f64> = ran.samples().iter().map(|s| s.error_counts).collect();
+        largest(&errors[4_000..])
+    });
+    println!("|e| up to {none} counts, with a band of 3 counts up to {band}");
+    assert!(band > none + 3.0);
+}
+
+/// The band is for rest: in motion it changes nothing.
+#[test]
+fn in_motion_there_is_no_dead_band() {
+    let [none, band] = ["0", "300"].map(|counts| {
+        let band = format!("controller.rest_dead_band_counts={counts}");
+        Ran::of("paper-2", &[&["limits.missed_ticks=true", &band]]).rows
+    });
+    assert_eq!(none[..1_000], band[..1_000]);
+    assert_ne!(none, band);
 }

@@ -40,6 +40,7 @@ const CASES: [&[&str]; 6] = [
         GENERATOR,
         "load_encoder.counts_per_mm=1000",
         "controller.feedback=dual",
+        "controller.derivative=measurement",
     ],
 ];
 
