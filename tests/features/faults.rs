@@ -86,10 +86,9 @@ fn the_way_back_from_an_emergency_stop() {
     for (range, state) in expected {
         assert!(states[range].iter().all(|s| *s == state), "{state:?}");
     }
-    assert_eq!(
-        (ran.axis().fault.as_ref(), ran.summary().faults),
-        (None, Some(0))
-    );
+    // A fault that was reset was a fault all the same.
+    assert_eq!((ran.fault().tick, ran.summary().faults), (400, Some(1)));
+    assert_eq!(ran.axis().state, "enabled");
 
     // Neither disabled nor enabled out of a fault; a reset under pressure trips
     // again.
@@ -101,7 +100,26 @@ fn the_way_back_from_an_emergency_stop() {
         "paper-2",
         &[&["sequence.emergency_stop_s=0.4", "sequence.reset_s=0.45"]],
     );
-    assert_eq!((pressed.axis().state, pressed.fault().tick), ("fault", 450));
+    assert_eq!((pressed.axis().state, pressed.fault().tick), ("fault", 400));
+    assert_eq!(pressed.summary().faults, Some(2));
+}
+
+/// A drive that runs down after a Disable still drives: its encoder is watched
+/// until the code is 0.
+#[test]
+fn an_encoder_lost_while_the_code_runs_down() {
+    let disabled = [
+        "sequence.disable_s=0.4",
+        "controller.slew_limit_codes_per_s=4000",
+        "limits.encoder_loss_s=0.1",
+    ];
+    let ran = Ran::of("paper-2", &[&disabled, &["inject.encoder_freeze_s=0.45"]]);
+    assert_eq!(ran.samples()[449].axis_state, Some(State::Disabled));
+    assert!(ran.samples()[449].dac_code > 1_000.0);
+    assert_eq!(ran.fault().cause, "encoder-loss");
+    // Contrast: with an encoder that counts it runs down without a fault.
+    let quiet = Ran::of("paper-2", &[&disabled]);
+    assert_eq!(quiet.summary().faults, Some(0));
 }
 
 /// One disturbed reading of −4096 counts: without a limit the axis takes it
