@@ -11,11 +11,12 @@
 //! one load count is `ρ` motor counts.
 
 pub mod fitting;
+mod options;
 mod shown;
 
 pub use shown::{CaseWords, ShownWord};
 
-use firmware::law::{AntiWindup, Derivative, FilterWords, Law, LawError, LawWords, Part};
+use firmware::law::{Derivative, Law, LawError, LawWords, Part};
 use firmware::{Dac, ErrorRange, GainWord};
 use plant::PidGains;
 
@@ -241,36 +242,6 @@ impl WordRequest {
             anti_windup: self.anti_windup()?,
         })
     }
-
-    /// `a = Δt/(T_f + Δt)`, and the fewest fraction bits with
-    /// `(Kd/Δt)·2^−h ≤ 1/16`.
-    fn filter(&self, kd_per_dt: f64) -> Result<Option<FilterWords>, Refusal> {
-        let filter_s = self.settings.derivative_filter_s;
-        if filter_s == 0.0 {
-            return Ok(None);
-        }
-        let dt_s = self.sample_time_ns as f64 / 1e9;
-        let smoothing = word31(dt_s / (filter_s + dt_s)).ok_or(Refusal::Filter)?;
-        let needed = (0..29).find(|&h| 16.0 * kd_per_dt <= power_of_two(h));
-        Ok(Some(FilterWords {
-            smoothing,
-            fraction_bits: needed.unwrap_or(29),
-        }))
-    }
-
-    fn anti_windup(&self) -> Result<AntiWindup, Refusal> {
-        Ok(match self.settings.anti_windup {
-            servo::AntiWindup::None => AntiWindup::None,
-            servo::AntiWindup::Clamp => AntiWindup::Clamp,
-            servo::AntiWindup::BackCalculation => {
-                let dt_s = self.sample_time_ns as f64 / 1e9;
-                let tracking = word31(dt_s / self.settings.tracking_time_s);
-                AntiWindup::BackCalculation {
-                    tracking: tracking.ok_or(Refusal::Tracking)?,
-                }
-            }
-        })
-    }
 }
 
 /// A gain before it is a word.
@@ -299,15 +270,6 @@ fn rows(wanted: &[Wanted; 6], words: &LawWords) -> Vec<WordRow> {
         word,
     });
     rows.collect()
-}
-
-/// `fraction·2^31` as a word from 1 to 2^31 − 1; `None` beyond.
-fn word31(fraction: f64) -> Option<i32> {
-    let word = (fraction * power_of_two(31)).round();
-    // Whole and within the type: the conversion is exact.
-    (1.0..=f64::from(i32::MAX))
-        .contains(&word)
-        .then_some(word as i32)
 }
 
 /// Why there are no words.

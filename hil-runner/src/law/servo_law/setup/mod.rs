@@ -1,20 +1,21 @@
 //! From a case in SI units to the axis in words.
 
-use firmware::axis::{Axis, Feedback as AxisFeedback, Rest, Watches};
+mod take_up;
+mod watches;
+
+use firmware::axis::{Axis, Feedback as AxisFeedback, Rest};
 use firmware::law::Law;
 use firmware::motion::MotionPlan;
 use firmware::output::{Output, Quantiser};
 use firmware::position::CounterParameters;
 use firmware::reference::TableSource;
-use firmware::watch::{EncoderLossWatch, FollowingErrorWatch, SaturationWatch, TickWatch};
-use firmware::{CAPACITY, Dac, Room, SetpointTable, TakeUp, Trigger};
+use firmware::{CAPACITY, Dac, SetpointTable};
 
-use super::homing::measure_gap;
 use super::source::{Generator, Source, StreamedQueue};
 use crate::case::Case;
 use crate::law::{Setpoint, fits_table, last_tick, whole};
-use crate::quantise::{QuantiseError, finest_word, setpoint_table};
-use crate::servo::{self, Compensation, Feedback, GapSource, RestIntegrator, SetpointOrigin};
+use crate::quantise::{QuantiseError, setpoint_table};
+use crate::servo::{self, Feedback, RestIntegrator, SetpointOrigin};
 use crate::words::{RateBits, ServoWords, WordRequest};
 
 /// What the parts of an axis are made from.
@@ -221,126 +222,6 @@ impl<'a> Setup<'a> {
             ));
         }
         Ok((codes < f64::from(1 << 24)).then_some(whole(codes).unsigned_abs() as u32))
-    }
-
-    fn watches(&self) -> Result<Watches, QuantiseError> {
-        let limits = &self.case.servo.limits;
-        let rates = self.rates();
-        let ticks =
-            |time_ns: u64| u32::try_from(time_ns.div_ceil(self.period_ns)).unwrap_or(u32::MAX);
-        let following_error = limits.following_error.map(|limit| {
-            // Samples of lag: counts per (count per sample).
-            let lag = limit.per_speed_s * 1e9 / self.period_ns as f64;
-            let most = FollowingErrorWatch::MAX_FRACTION_BITS
-                .saturating_sub(rates.velocity)
-                .min(32);
-            if lag >= f64::from(1 << 30) {
-                let because = "it must be below 2^30 sample times";
-                return Err(setting(
-                    "limits.following_error_per_speed_s",
-                    limit.per_speed_s,
-                    &because,
-                ));
-            }
-            let word = finest_word(lag, most, 31);
-            FollowingErrorWatch::accept(limit.counts, word, rates.velocity).map_err(|error| {
-                setting(
-                    "limits.following_error_counts",
-                    f64::from(limit.counts),
-                    &error,
-                )
-            })
-        });
-        let encoder_loss = limits.encoder_loss.map(|loss| {
-            EncoderLossWatch::accept(loss.codes, ticks(loss.after_ns)).map_err(|error| {
-                setting("limits.encoder_loss_codes", f64::from(loss.codes), &error)
-            })
-        });
-        let saturation = limits.saturation_ns.map(|after_ns| {
-            SaturationWatch::accept(ticks(after_ns))
-                .map_err(|error| setting("limits.saturation_s", after_ns as f64 / 1e9, &error))
-        });
-        Ok(Watches {
-            following_error: following_error.transpose()?,
-            encoder_loss: encoder_loss.transpose()?,
-            saturation: saturation.transpose()?,
-            ticks: limits.missed_ticks.then_some(TickWatch),
-        })
-    }
-
-    /// The take-up of the gap, within what the motion leaves of the limits.
-    fn take_up(&self) -> Result<Option<TakeUp>, QuantiseError> {
-        let backlash = &self.case.servo.backlash;
-        let trigger = match backlash.compensation {
-            Compensation::None => return Ok(None),
-            Compensation::Velocity => Trigger::Velocity,
-            Compensation::Acceleration => Trigger::Acceleration,
-        };
-        let half_gap_counts = match backlash.gap {
-            GapSource::Given => self.given_half_gap_counts(),
-            GapSource::Measured => measure_gap(self.case)?.half_counts,
-        };
-        let limits = &self.case.servo.limits;
-        let motion = &self.case.motion;
-        let [t1, t2, t3, ..] = motion.intervals_s();
-        // The speed is largest where the acceleration ends.
-        let peak_mps = motion.at(t1 + t2 + t3).velocity_mps.abs();
-        let peak_mps2 = motion.peak_acceleration_until_mps2(motion.end_s());
-        let dt_s = self.period_ns as f64 / 1e9;
-        let room = |key, limit: Option<f64>, peak: f64, per_sample: f64| {
-            let limit = limit.unwrap_or(0.0);
-            let left = (limit - peak) * self.setpoint.counts_per_m() * per_sample;
-            let room = (left * 4_294_967_296.0).floor();
-            if room < 1.0 {
-                let because =
-                    format!("the motion's own peak is {peak:.6}; the take-up needs room above it");
-                return Err(setting(key, limit, &because));
-            }
-            // Saturates: more room than any axis needs.
-            Ok(room as u64)
-        };
-        let room = Room {
-            velocity: room("limits.velocity_mps", limits.velocity_mps, peak_mps, dt_s)?,
-            acceleration: room(
-                "limits.acceleration_mps2",
-                limits.acceleration_mps2,
-                peak_mps2,
-                dt_s * dt_s,
-            )?,
-        };
-        let half_rad = f64::from(half_gap_counts) * self.case.axis.transmission.gear_ratio
-            / self.case.encoder.counts_per_rad;
-        let refused = |error: &dyn std::fmt::Display| {
-            setting("backlash.half_gap_deg", half_rad.to_degrees(), error)
-        };
-        let take_up =
-            TakeUp::plan(half_gap_counts, room, trigger).map_err(|error| refused(&error))?;
-        let longest = last_tick(self.case, self.period_ns);
-        if u64::from(take_up.samples()) > longest {
-            let (samples, key) = (take_up.samples(), "limits.acceleration_mps2");
-            let because = format!(
-                "it leaves the take-up so little that it needs {samples} samples, longer than the \
-                 motion with its {longest}"
-            );
-            return Err(setting(
-                key,
-                limits.acceleration_mps2.unwrap_or(0.0),
-                &because,
-            ));
-        }
-        Ok(Some(take_up))
-    }
-
-    /// Half gap as the settings have it \[motor counts\]: `K_enc·b/z`.
-    fn given_half_gap_counts(&self) -> u32 {
-        let joint_rad = match &self.case.axis.transmission.joint {
-            plant::Joint::Elastic(joint) => joint.backlash_half_rad,
-            plant::Joint::Rigid => 0.0,
-        };
-        let half_rad = self.case.servo.backlash.half_gap_rad.unwrap_or(joint_rad);
-        let z = self.case.axis.transmission.gear_ratio;
-        // Saturates; a gap that large is refused by the plan.
-        (self.case.encoder.counts_per_rad * half_rad / z).round() as u32
     }
 }
 
