@@ -54,6 +54,10 @@ impl Window {
     #[inline]
     pub fn excess(self, sum: i64, fraction_bits: u8) -> i64 {
         let [low, high] = [self.low, self.high].map(|code| sum_of(code, fraction_bits));
+        // Mostly the upper words tell: both limits fill them alone.
+        if upper(sum) >= upper(low) && upper(sum) < upper(high) {
+            return 0;
+        }
         if sum > high {
             sum.wrapping_sub(high)
         } else if sum < low {

@@ -166,7 +166,10 @@ impl Law {
             },
             AntiWindup::BackCalculation { tracking } => {
                 // I ← I + (u − y)·Δt/T_t
-                next.wrapping_sub(term::scaled(window.excess(sum, bits), tracking))
+                match window.excess(sum, bits) {
+                    0 => next,
+                    excess => next.wrapping_sub(term::scaled(excess, tracking)),
+                }
             }
         }
     }
