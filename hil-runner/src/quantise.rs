@@ -27,6 +27,7 @@ mod error;
 use firmware::{ErrorRange, Gain, GainWord, Pid, PidWords, SetpointTable};
 use plant::PidGains;
 
+pub(crate) use error::rounded_down;
 pub use error::{QuantiseError, UnfitGain};
 
 /// Largest mantissa, as a number.
@@ -227,7 +228,6 @@ pub(crate) fn power_of_two(exponent: u8) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::error::rounded_down;
     use super::*;
 
     const PAPER: PidGains = PidGains {
@@ -333,7 +333,7 @@ mod tests {
                 else {
                     panic!("no word holds 1e30");
                 };
-                let [kp, ki_per_s, kd_s] = [0, 1, 2].map(|i| rounded_down(unfit[i].largest));
+                let [kp, ki_per_s, kd_s] = [0, 1, 2].map(|i| rounded_down(unfit[i].largest, 6));
                 let allowed = PidGains { kp, ki_per_s, kd_s };
                 let quantised = quantise(&allowed, sample_time_ns, travel);
                 let Ok(quantised) = quantised else {

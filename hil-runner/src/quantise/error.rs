@@ -27,7 +27,7 @@ impl UnfitGain {
         if self.value.is_finite() && self.value >= 0.0 {
             format!(
                 "the firmware's words hold at most {} at this sample time and errors up to {} counts",
-                rounded_down(self.largest),
+                rounded_down(self.largest, 6),
                 self.error_limit
             )
         } else {
@@ -117,10 +117,13 @@ impl fmt::Display for QuantiseError {
 
 impl std::error::Error for QuantiseError {}
 
-/// `value` with six significant digits, rounded down so that what a message
+/// `value` with so many significant digits, rounded down so that what a message
 /// calls allowed is allowed.
-pub(super) fn rounded_down(value: f64) -> f64 {
-    let digits = 5 - value.log10().floor() as i32;
+pub(crate) fn rounded_down(value: f64, significant: i32) -> f64 {
+    if value == 0.0 {
+        return value;
+    }
+    let digits = significant - 1 - value.log10().floor() as i32;
     // Dividing by a power of ten gives the nearest number to the decimal;
     // multiplying by a negative power of ten would not.
     if digits >= 0 {

@@ -2,7 +2,7 @@
 //! all other settings as they are.
 
 use super::{Refusal, WordRequest};
-use crate::quantise::{QuantiseError, UnfitGain, error_range};
+use crate::quantise::{QuantiseError, UnfitGain, error_range, rounded_down};
 
 /// The gains that can be set, in the order of the law.
 pub const GAIN_KEYS: [&str; 6] = [
@@ -28,7 +28,8 @@ impl WordRequest {
         }
     }
 
-    /// The largest value of a gain that fits, to three digits; 0 if none does.
+    /// The largest value of a gain that fits, rounded down to five digits, so
+    /// that what a table prints fits too; 0 if none does.
     pub fn largest_gain(&self, index: usize) -> f64 {
         let fits = |value: f64| {
             let mut request = *self;
@@ -48,7 +49,7 @@ impl WordRequest {
             }
         }
         if !high.is_finite() {
-            return low;
+            return rounded_down(low, 5);
         }
         for _ in 0..12 {
             let middle = 0.5 * (low + high);
@@ -58,7 +59,7 @@ impl WordRequest {
                 high = middle;
             }
         }
-        low
+        rounded_down(low, 5)
     }
 }
 

@@ -119,7 +119,7 @@ pub(super) const CONTROLLER: &[Key] = &[
         "slew_limit_codes_per_s",
         Positive,
         "codes/s",
-        "limit on the rate of the output",
+        "limit on the rate of the output, rounded down to whole codes per sample,",
     )
     .needed(Need::Optional),
     feed_forward(
