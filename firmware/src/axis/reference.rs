@@ -33,8 +33,12 @@ impl Axis {
                 LawState::default()
             };
         }
+        let mut powered = true;
         match state.state {
-            State::Disabled | State::Fault => setpoint.position = position,
+            State::Disabled | State::Fault => {
+                setpoint.position = position;
+                powered = false;
+            }
             State::Enabled | State::Holding => {}
             State::Moving => match source.next(observed) {
                 Next::Setpoint(next) => setpoint = next,
@@ -49,7 +53,7 @@ impl Axis {
             },
         }
         state.setpoint = setpoint.position;
-        if let (true, Some(take_up)) = (state.state.is_powered(), &self.take_up) {
+        if let (true, Some(take_up)) = (powered, &self.take_up) {
             let offset = take_up.step(&mut state.take_up, &setpoint);
             setpoint.position = setpoint.position.wrapping_add(offset);
         }

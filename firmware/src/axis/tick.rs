@@ -153,16 +153,22 @@ impl Axis {
                 trip.cause,
             );
         }
-        match state.state {
-            State::Fault => code = self.output.safe(&mut state.output),
-            State::Disabled => code = self.output.towards_zero(&mut state.output),
-            State::Enabled | State::Moving | State::Holding => {}
-        }
-        AxisOutput {
-            code,
+        let power = match state.state {
+            State::Fault => {
+                code = self.output.safe(&mut state.output);
+                false
+            }
             // A drive that is switched off in order keeps its power until its
             // output has come to 0.
-            power: state.state.is_powered() || code != 0,
+            State::Disabled => {
+                code = self.output.towards_zero(&mut state.output);
+                code != 0
+            }
+            State::Enabled | State::Moving | State::Holding => true,
+        };
+        AxisOutput {
+            code,
+            power,
             state: state.state,
             error_counts,
             out_of_range,
