@@ -1,16 +1,26 @@
-//! A board of one's own: four methods, here over a motor in memory.
+//! A board of one's own: four methods, and an axis served on it once per
+//! sample. Here the board is a motor in memory.
 //!
 //! ```text
-//!  emergency_stop, motor_register ──► Controller::tick ──► set_code, set_power
-//!            ▲                                                  │
-//!            └───────────── Bench: a motor in memory ◄──────────┘
+//!                       MotionGenerator
+//!                              │ setpoints
+//!                              ▼
+//!  emergency_stop, ────► serve: Axis::tick ────► set_code, set_power
+//!  motor_register                                       │
+//!        ▲                                              │
+//!        └─────────── Bench: a motor in memory ◄────────┘
 //! ```
 //!
 //! `cargo run -p firmware --example own_board`
 
 #![allow(clippy::expect_used, reason = "an example stops where its setup fails")]
 
-use firmware::{Board, Controller, ControllerState, Dac, GainWord, Pid, PidWords, SetpointTable};
+use firmware::axis::{Axis, AxisState};
+use firmware::hardware::{Board, serve};
+use firmware::law::{Law, LawWords};
+use firmware::output::{Output, Quantiser};
+use firmware::watch::FollowingErrorWatch;
+use firmware::{Dac, Event, FaultCause, GainWord, MotionGenerator, MotionPlan, State};
 
 /// A motor whose shaft turns by one count per sample for every 8 codes.
 #[derive(Debug, Default)]
@@ -60,69 +70,79 @@ impl Bench {
     }
 }
 
-/// One sample: inputs, controller, outputs. Whether the axis may go on.
-fn tick<B: Board, const N: usize>(
-    board: &mut B,
-    controller: &Controller<N>,
-    state: &mut ControllerState,
-) -> Result<bool, B::Error> {
-    if board.emergency_stop()? {
-        board.switch_off()?;
-        return Ok(false);
-    }
-    let count = board.motor_register()?.cast_signed();
-    board.set_code(controller.tick(state, count).code)?;
-    Ok(true)
+/// Kp = 2 codes per count behind 12 bits; more than 100 counts of following
+/// error are a fault.
+fn axis() -> Axis {
+    let dac = Dac::with_bits(12).expect("12 bits are supported");
+    let words = LawWords {
+        kp: GainWord::new(1 << 30, 29),
+        ..LawWords::NONE
+    };
+    let law = Law::accept(words, dac).expect("words for errors up to 2^17 counts");
+    let output = Output::new(dac, None, Quantiser::Nearest).expect("no slew limit");
+    let mut axis = Axis::new(law, output);
+    let at_any_speed = GainWord::new(0, 0);
+    let watch = FollowingErrorWatch::accept(100, at_any_speed, 0).expect("100 counts");
+    axis.watches.following_error = Some(watch);
+    axis
 }
 
-/// The same with the rule for errors: any of them switches off at once.
-fn sample<B: Board, const N: usize>(
-    board: &mut B,
-    controller: &Controller<N>,
-    state: &mut ControllerState,
-) -> bool {
-    tick(board, controller, state).unwrap_or_else(|fault| {
-        println!("hardware fault, switching off: {fault:?}");
-        board
-            .switch_off()
-            .expect("this board can always switch off");
-        false
-    })
+/// Resets a fault, enables and starts.
+fn start(axis: &Axis, state: &mut AxisState) {
+    if state.state() == State::Fault {
+        axis.request(state, Event::Reset).expect("out of a fault");
+    }
+    for event in [Event::Enable, Event::Start] {
+        axis.request(state, event).expect("out of disabled");
+    }
 }
 
 fn main() {
-    // Kp = 2 codes per count, nothing else; 400 counts to go.
-    let words = PidWords {
-        kp: GainWord::new(1 << 30, 29),
-        ki_dt: GainWord::new(0, 40),
-        kd_per_dt: GainWord::new(0, 32),
-        error_bits: 17,
-    };
-    let pid = Pid::accept(words).expect("words for errors up to 2^17 counts");
-    let dac = Dac::with_bits(12).expect("12 bits are supported");
-    let setpoints = SetpointTable::<1>::from_counts(&[400]).expect("one setpoint");
-    let controller = Controller::new(pid, dac, setpoints);
-
+    let axis = axis();
+    let mut state = AxisState::start(&axis);
     let mut board = Bench::default();
-    let mut state = ControllerState::default();
-    board.set_code(0).expect("this board takes every code");
-    board.set_power(true).expect("this board has power");
-    for _ in 0..40 {
-        assert!(sample(&mut board, &controller, &mut state));
+    // The number of the sample; on a chip the timer's interrupt counts it.
+    let mut ticks = 0_u64..;
+    let mut tick = || ticks.next().expect("2^64 samples");
+
+    // 400 counts, 40 ms up to speed and 40 ms down, a sample every 1 ms.
+    let intervals_ps = [0, 40_000_000_000, 0, 0, 0, 40_000_000_000, 0];
+    let plan = MotionPlan::new(400 << 32, intervals_ps, 1_000_000).expect("a short motion");
+    let mut motion = MotionGenerator::new(&plan, 0);
+    start(&axis, &mut state);
+    for _ in 0..120 {
+        serve(&axis, &mut state, &mut board, &mut motion, tick());
         board.turn();
     }
     // A quarter of the error goes each sample, until 2·e/8 is less than a count.
-    println!("after 40 samples: {} of 400 counts", board.register);
-    assert_eq!(board.register, 397);
+    println!("{:?}: {} of 400 counts", state.state(), board.register);
+    assert_eq!((state.state(), board.register), (State::Holding, 397));
 
+    // A fault acts in the sample that finds it, and says what it was.
     board.cable_broken = true;
-    assert!(!sample(&mut board, &controller, &mut state));
+    serve(&axis, &mut state, &mut board, &mut motion, tick());
+    let fault = state.fault().expect("the cable is broken");
+    println!("{}: {fault}", fault.cause.name());
+    assert_eq!(fault.cause, FaultCause::HardwareBus);
     assert_eq!((board.code, board.powered), (0, false));
 
+    // Mended, and back to 0: the axis goes on from where it stands.
     board.cable_broken = false;
+    let plan = MotionPlan::new(-(397 << 32), intervals_ps, 1_000_000).expect("a short motion");
+    let mut motion = MotionGenerator::new(&plan, 397);
+    start(&axis, &mut state);
+    for _ in 0..40 {
+        serve(&axis, &mut state, &mut board, &mut motion, tick());
+        board.turn();
+    }
+    assert_eq!((state.state(), board.powered), (State::Moving, true));
+
     board.stop_pressed = true;
-    assert!(!sample(&mut board, &controller, &mut state));
-    println!("cable and emergency stop: power off, code 0");
+    let output = serve(&axis, &mut state, &mut board, &mut motion, tick());
+    let fault = state.fault().expect("the emergency stop is pressed");
+    println!("{}: {fault}", fault.cause.name());
+    assert_eq!((output.state, output.power), (State::Fault, false));
+    assert_eq!((board.code, board.powered), (0, false));
 }
 
 #[test]
