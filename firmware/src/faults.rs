@@ -20,7 +20,7 @@
 //! | cause | `measured` | `limit` |
 //! | --- | --- | --- |
 //! | emergency stop | 0 | 0 |
-//! | hardware bus | failed transfers in a row | those that are allowed |
+//! | hardware bus | transfers that failed in this sample | 0 |
 //! | missed tick | ticks missed; below 0: by how many it came again | 0 |
 //! | encoder glitch | difference of the counter, signed \[counts\] | largest magnitude \[counts\] |
 //! | encoder loss | samples without a count under a driving code | samples that are a loss |

@@ -85,6 +85,13 @@ impl AxisState {
         self.state
     }
 
+    /// Position of the motor \[counts, modulo 2^32\]; `None` before the first
+    /// sample, and after the reset of a glitch that never came back: the axis
+    /// has lost its reference then and must be homed.
+    pub const fn position(&self) -> Option<i32> {
+        self.motor.position()
+    }
+
     /// The fault that is latched.
     pub const fn fault(&self) -> Option<&Fault> {
         self.latch.get()

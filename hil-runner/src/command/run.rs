@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use hil_runner::bench::CaseRun;
+use hil_runner::case::Law;
 use hil_runner::law::IoKind;
 use hil_runner::output::{OutputFile, same_file};
 use hil_runner::run::{LinkKind, RunOptions};
@@ -74,6 +75,14 @@ impl Run {
         }
         refuse_shared_paths(&self.cases, &self.outputs().collect::<Vec<_>>())?;
         let files = load(&self.cases, &self.sets)?;
+        if self.io == IoName::Spi
+            && let Some(file) = files
+                .iter()
+                .find(|f| f.case.controller.law != Law::Firmware)
+        {
+            let because = "--io spi runs the firmware's drivers; the law must be \"firmware\"";
+            bail!("{}", file.refuse("controller", "law", because));
+        }
         // Every path is opened before the first run.
         let mut trace = open(self.trace.as_ref())?.map(TraceWriter::new);
         let summary = open(self.summary.as_ref())?;

@@ -62,8 +62,8 @@ fn ranges(file: &RunFile, request: &WordRequest, words: &ServoWords) -> anyhow::
     let smallest_ns = smallest_sample_time_ns(&file.case)
         .ok_or_else(|| anyhow!("the words that were accepted are accepted no more"))?;
     let alone = if file.case.servo.is_off() {
-        "nothing is asked beyond the paper's law, so a run takes that one, with an integral of 128 \
-         bits: it holds these words and somewhat larger gains\n"
+        "nothing is asked beyond the paper's law: a run takes that one, with an integral of 128 bits,\n\
+         for which these words fit too, and somewhat larger gains\n"
     } else {
         ""
     };

@@ -148,7 +148,8 @@ impl Consistency<'_> {
         if from_table && needed > capacity as f64 {
             let end = show_number(motion.end_s());
             let because = format!(
-                "the motion of {end} s would make {needed} setpoints; the firmware's table holds {capacity}"
+                "the motion of {end} s would make {needed} setpoints; the firmware's table holds {capacity}; \
+                 controller.setpoints = \"generator\" needs none"
             );
             self.refuse("controller", "sample_time_s", because);
         }

@@ -159,7 +159,7 @@ impl ServoLaw {
             self.faults += 1;
             self.first_fault = self.first_fault.or(self.state.fault().copied());
         }
-        if output.state.is_powered() {
+        if before.is_powered() || output.state.is_powered() {
             let size = output.error_counts.unsigned_abs();
             self.peak_error_counts = self.peak_error_counts.max(size);
         }

@@ -28,13 +28,19 @@ impl Setup<'_> {
         let peak_mps = motion.at(t1 + t2 + t3).velocity_mps.abs();
         let peak_mps2 = motion.peak_acceleration_until_mps2(motion.end_s());
         let dt_s = self.period_ns as f64 / 1e9;
-        let room = |key, limit: Option<f64>, peak: f64, per_sample: f64| {
+        let room = |key: &'static str, limit: Option<f64>, peak: f64, per_sample: f64| {
             let limit = limit.unwrap_or(0.0);
             let left = (limit - peak) * self.setpoint.counts_per_m() * per_sample;
             let room = (left * 4_294_967_296.0).floor();
             if room < 1.0 {
-                let because =
-                    format!("the motion's own peak is {peak:.6}; the take-up needs room above it");
+                let unit = if key.ends_with("mps2") {
+                    "m/s²"
+                } else {
+                    "m/s"
+                };
+                let because = format!(
+                    "the motion's own peak is {peak:.6} {unit}; the take-up needs room above it"
+                );
                 return Err(setting(key, limit, &because));
             }
             // Saturates: more room than any axis needs.
@@ -60,7 +66,7 @@ impl Setup<'_> {
         if u64::from(take_up.samples()) > longest {
             let (samples, key) = (take_up.samples(), "limits.acceleration_mps2");
             let because = format!(
-                "it leaves the take-up so little that it needs {samples} samples, longer than the \
+                "it leaves the take-up so little room that it needs {samples} samples, longer than the \
                  motion with its {longest}"
             );
             return Err(setting(
