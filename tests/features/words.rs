@@ -1,7 +1,7 @@
 //! What the table of words says that fits, fits; and not much more does.
 
 use bench_tests::case;
-use hil_runner::law::{Controller, IoKind, smallest_sample_time_ns, word_request};
+use hil_runner::law::{Controller, IoKind, accepted, smallest_sample_time_ns, word_request};
 use hil_runner::report::number;
 use hil_runner::words::WordRequest;
 use hil_runner::words::fitting::GAIN_KEYS;
@@ -145,4 +145,21 @@ fn the_run_agrees_with_the_table() {
         let sentence = run(1.01 * largest).unwrap_err().to_string();
         assert!(sentence.contains(key), "{sentence}");
     }
+}
+
+/// What stops a run stops the table too, words or not.
+#[test]
+fn what_no_run_takes_has_no_table() {
+    for sets in [
+        ["gain_change.at_s=0.5", "gain_change.kp=1e9"],
+        [
+            "controller.slew_limit_codes_per_s=10",
+            "controller.anti_windup=clamp",
+        ],
+    ] {
+        let case = case("paper-2", &sets);
+        assert!(Controller::new(&case, IoKind::Direct).is_err());
+        assert!(accepted(&case, 1_000_000).is_err(), "{sets:?}");
+    }
+    assert!(accepted(&case("paper-2", &[]), 1_000_000).is_ok());
 }

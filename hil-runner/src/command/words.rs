@@ -4,7 +4,7 @@
 use anyhow::anyhow;
 use clap::Args;
 use hil_runner::error::RunError;
-use hil_runner::law::{smallest_sample_time_ns, word_request};
+use hil_runner::law::{accepted, smallest_sample_time_ns, word_request};
 use hil_runner::report::number;
 use hil_runner::runfile::RunFile;
 use hil_runner::words::{ServoWords, WordRequest};
@@ -50,6 +50,8 @@ fn describe(file: &RunFile) -> anyhow::Result<String> {
     let refused = |error| explain(file, RunError::Quantise(error));
     let request = word_request(&file.case).map_err(refused)?;
     let words = request.words().map_err(refused)?;
+    // What the words alone do not show stops a run all the same.
+    accepted(&file.case, request.sample_time_ns).map_err(refused)?;
     let table = terminal::word_length_table(&request, &words);
     let ranges = ranges(file, &request, &words)?;
     Ok(format!("{table}{ranges}"))

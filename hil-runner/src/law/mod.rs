@@ -19,7 +19,7 @@ use quantised::QuantisedLaw;
 pub(crate) use sampled::Pid;
 use sampled::SampledLaw;
 pub use servo_law::{
-    GapMeasurement, IoKind, ServoLaw, ServoStatus, measure_gap, smallest_sample_time_ns,
+    GapMeasurement, IoKind, ServoLaw, ServoStatus, accepted, measure_gap, smallest_sample_time_ns,
     word_request,
 };
 

@@ -170,7 +170,7 @@ fn ratio(motor_counts_per_load_count: f64) -> Result<u32, QuantiseError> {
         return Ok(ratio as u32);
     }
     Err(QuantiseError::Gap(format!(
-        "a load encoder with {motor_counts_per_load_count:e} motor counts to a count cannot measure \
+        "a load encoder with {motor_counts_per_load_count:.3e} motor counts to a count cannot measure \
          the gap; it must have from 7.6e-4 to 4096 of them, or use \
          backlash.homing_detection = \"effort\""
     )))

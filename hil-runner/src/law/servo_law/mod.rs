@@ -18,7 +18,7 @@ use super::whole;
 use crate::case::Case;
 use crate::message::{Command, Measurement};
 use crate::quantise::QuantiseError;
-use crate::servo::{EncoderGlitch, ServoSettings};
+use crate::servo::{EncoderGlitch, GapSource, ServoSettings};
 use crate::words::{ServoWords, WordRequest};
 
 pub use board::IoKind;
@@ -77,12 +77,28 @@ pub fn word_request(case: &Case) -> Result<WordRequest, QuantiseError> {
     Ok(Setup::of(case, period_ns)?.request())
 }
 
-/// The smallest sample time for which a case has words and setpoints \[ns\],
+/// Whether a run of the case could be set up at this sample time \[ns\], less the
+/// measurement of a gap.
+///
+/// # Errors
+/// [`QuantiseError`] with what is in the way.
+pub fn accepted(case: &Case, sample_time_ns: u64) -> Result<(), QuantiseError> {
+    let setup = Setup::of(case, sample_time_ns)?;
+    match case.servo.backlash.gap {
+        GapSource::Given => setup.axis()?,
+        GapSource::Measured => setup.axis_without_take_up()?,
+    };
+    setup.next_law()?;
+    setup.source()?;
+    Ok(())
+}
+
+/// The smallest sample time for which a run of the case could be set up \[ns\],
 /// to three digits; `None` if the present one has none.
 pub fn smallest_sample_time_ns(case: &Case) -> Option<u64> {
     let fits = |sample_time_ns| {
-        let setup = Setup::of(case, sample_time_ns);
-        setup.is_ok_and(|setup| setup.words().is_ok() && setup.source().is_ok())
+        sample_time_ns >= case.controller.computation_delay_ns
+            && accepted(case, sample_time_ns).is_ok()
     };
     let mut fitting = case.controller.sample_time_ns.filter(|&ns| fits(ns))?;
     let mut refused = 0;
@@ -135,13 +151,13 @@ impl ServoLaw {
 
     pub(crate) fn step(&mut self, measurement: Measurement) -> Command {
         let tick = measurement.tick;
-        self.requests(tick);
-        self.inputs(measurement);
         let injections = self.settings.injections;
-        if self.comes(injections.missed_tick_ns, tick) {
+        if self.missed_tick() == Some(tick) {
             // The loop does not run: everything stays as it is.
             return self.command(tick, false);
         }
+        self.requests(tick);
+        self.inputs(measurement);
         if let Source::Queue(queue) = &mut self.source {
             let dry = injections.setpoint_underrun_ns;
             queue.fill(dry.is_some_and(|at_ns| tick * self.period_ns >= at_ns));
@@ -234,8 +250,16 @@ impl ServoLaw {
         });
     }
 
-    /// Whether `tick` is the first sample at or after `at_ns`.
+    /// Whether `tick` is the first sample at or after `at_ns` that is not missed.
     fn comes(&self, at_ns: Option<u64>, tick: u64) -> bool {
-        at_ns.is_some_and(|at_ns| at_ns.div_ceil(self.period_ns) == tick)
+        let first = at_ns.map(|at_ns| at_ns.div_ceil(self.period_ns));
+        let waits = first.is_some() && first == self.missed_tick();
+        first.map(|first| first + u64::from(waits)) == Some(tick)
+    }
+
+    /// The sample that does not come.
+    fn missed_tick(&self) -> Option<u64> {
+        let at_ns = self.settings.injections.missed_tick_ns?;
+        Some(at_ns.div_ceil(self.period_ns))
     }
 }

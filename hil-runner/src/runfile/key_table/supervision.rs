@@ -28,7 +28,7 @@ pub(super) const LIMITS: &[Key] = &[
         "count_jump_counts",
         Kind::Whole(1, i32::MAX as i64),
         "counts",
-        "largest change of the encoder count in one sample",
+        "largest change of the motor's count in one sample",
     )
     .needed(Need::Optional),
     time(

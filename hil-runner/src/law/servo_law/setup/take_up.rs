@@ -64,16 +64,24 @@ impl Setup<'_> {
             TakeUp::plan(half_gap_counts, room, trigger).map_err(|error| refused(&error))?;
         let longest = last_tick(self.case, self.period_ns);
         if u64::from(take_up.samples()) > longest {
-            let (samples, key) = (take_up.samples(), "limits.acceleration_mps2");
+            let samples = take_up.samples();
+            // The limit that is to blame is the one without which it would fit.
+            let faster = Room {
+                velocity: u64::MAX,
+                ..room
+            };
+            let fits = |take_up: TakeUp| u64::from(take_up.samples()) <= longest;
+            let by_velocity = TakeUp::plan(half_gap_counts, faster, trigger).is_ok_and(fits);
+            let (key, limit) = if by_velocity {
+                ("limits.velocity_mps", limits.velocity_mps)
+            } else {
+                ("limits.acceleration_mps2", limits.acceleration_mps2)
+            };
             let because = format!(
                 "it leaves the take-up so little room that it needs {samples} samples, longer than the \
                  motion with its {longest}"
             );
-            return Err(setting(
-                key,
-                limits.acceleration_mps2.unwrap_or(0.0),
-                &because,
-            ));
+            return Err(setting(key, limit.unwrap_or(0.0), &because));
         }
         Ok(Some(take_up))
     }
