@@ -46,6 +46,17 @@ const LOAD_NOT_READ: Trip = Trip {
     limit: 0,
 };
 
+/// What the encoders show \[counts\].
+struct Seen {
+    /// Of the encoder that closes the loop.
+    position: i32,
+    motor_position: i32,
+    motor_difference: i32,
+    load_position: Option<i32>,
+    /// What moves while the axis is driven; 0 where one of two stands still.
+    moved: i32,
+}
+
 /// Keeps the more urgent of two trips; nearly always there is none.
 #[inline]
 fn note(trip: &mut Option<Trip>, other: Option<Trip>) {
@@ -63,55 +74,28 @@ impl Axis {
         source: &mut impl SetpointSource,
     ) -> AxisOutput {
         // 1. Inputs.
-        let motor = self.counter.read(&mut state.motor, inputs.motor_register);
-        // What moves while the axis is driven; with two encoders both must.
-        let mut moved = motor.difference;
-        let (position, load_position, load_trip) = match self.feedback {
-            Feedback::Motor => (
-                motor.position,
-                inputs.load_register.map(u32::cast_signed),
-                None,
-            ),
-            Feedback::Load(counter) => match inputs.load_register {
-                Some(register) => {
-                    let load = counter.read(&mut state.load, register);
-                    if load.difference == 0 {
-                        moved = 0;
-                    }
-                    (load.position, Some(load.position), load.glitch)
-                }
-                // No register is not a register that reads 0.
-                None => {
-                    let last = state.load.position();
-                    (last.unwrap_or_default(), last, Some(LOAD_NOT_READ))
-                }
-            },
-        };
         let mut trip = self.hardware_trip(state, inputs);
-        note(&mut trip, motor.glitch);
-        note(&mut trip, load_trip);
+        let seen = self.read(state, inputs, &mut trip);
         let code_in_force = state.output.code();
         // What follows in this sample leads from one powered state to another.
         let powered = state.state.is_powered();
         // A drive that runs down after a Disable is still one that drives.
         if let (true, Some(watch)) = (powered | (code_in_force != 0), &self.watches.encoder_loss) {
-            note(
-                &mut trip,
-                watch.check(&mut state.loss, code_in_force, moved),
-            );
+            let lost = watch.check(&mut state.loss, code_in_force, seen.moved);
+            note(&mut trip, lost);
         }
 
         // 2. Reference.
         let observed = Observed {
-            position: motor.position,
-            load_position,
+            position: seen.motor_position,
+            load_position: seen.load_position,
             code: code_in_force,
         };
-        let (setpoint, underrun) = self.reference(state, position, &observed, source);
+        let (setpoint, underrun) = self.reference(state, seen.position, &observed, source);
         note(&mut trip, underrun);
 
         // 3. e = r − c                                       eq. 20, 22 [counts]
-        let error_counts = counts::difference(setpoint.position, position);
+        let error_counts = counts::difference(setpoint.position, seen.position);
         if let (true, Some(watch)) = (powered, &self.watches.following_error) {
             let too_far = watch.check(&mut state.following, error_counts, setpoint.velocity);
             note(&mut trip, too_far);
@@ -123,55 +107,95 @@ impl Axis {
         if trip.is_none() && powered {
             let input = LawInput {
                 error: error_counts,
-                difference: motor.difference,
+                difference: seen.motor_difference,
                 velocity: setpoint.velocity,
                 acceleration: setpoint.acceleration,
                 ..LawInput::default()
             };
-            let input = self.at_rest(state, input);
-            let window = self.output.window(&state.output);
-            let law = self.law.step(&mut state.law, &input, window);
-            let bits = self.law.words().sum_fraction_bits;
-            code = self.output.code(&mut state.output, law.sum, bits, window);
-            out_of_range = law.error_limited | law.difference_limited | law.integral_limited;
+            (code, out_of_range) = self.drive(state, input);
             if let Some(watch) = &self.watches.saturation {
                 let at_limit = self.output.dac().is_limit(code);
                 trip = watch.check(&mut state.saturation, at_limit);
             }
         }
+
+        // 5. End.
         if let Some(trip) = trip {
-            state.fail(
-                inputs.tick,
-                FaultValues {
-                    setpoint: setpoint.position,
-                    position,
-                    error: error_counts,
-                    code,
-                    measured: trip.measured,
-                    limit: trip.limit,
-                },
-                trip.cause,
-            );
+            let values = FaultValues {
+                setpoint: setpoint.position,
+                position: seen.position,
+                error: error_counts,
+                code,
+                measured: trip.measured,
+                limit: trip.limit,
+            };
+            state.fail(inputs.tick, values, trip.cause);
         }
-        let power = match state.state {
-            State::Fault => {
-                code = self.output.safe(&mut state.output);
-                false
-            }
-            // A drive that is switched off in order keeps its power until its
-            // output has come to 0.
-            State::Disabled => {
-                code = self.output.towards_zero(&mut state.output);
-                code != 0
-            }
-            State::Enabled | State::Moving | State::Holding => true,
-        };
+        let (code, power) = self.end(state, code);
         AxisOutput {
             code,
             power,
             state: state.state,
             error_counts,
             out_of_range,
+        }
+    }
+
+    /// Both encoders.
+    #[inline]
+    fn read(&self, state: &mut AxisState, inputs: &Inputs, trip: &mut Option<Trip>) -> Seen {
+        let motor = self.counter.read(&mut state.motor, inputs.motor_register);
+        note(trip, motor.glitch);
+        let mut seen = Seen {
+            position: motor.position,
+            motor_position: motor.position,
+            motor_difference: motor.difference,
+            moved: motor.difference,
+            load_position: inputs.load_register.map(u32::cast_signed),
+        };
+        if let Feedback::Load(counter) = self.feedback {
+            if let Some(register) = inputs.load_register {
+                let load = counter.read(&mut state.load, register);
+                note(trip, load.glitch);
+                seen.position = load.position;
+                // With two encoders both must move.
+                if load.difference == 0 {
+                    seen.moved = 0;
+                }
+            } else {
+                // No register is not a register that reads 0.
+                note(trip, Some(LOAD_NOT_READ));
+                seen.position = state.load.position().unwrap_or_default();
+            }
+            seen.load_position = state.load.position();
+        }
+        seen
+    }
+
+    /// The law's code, and whether the law left a declared range.
+    #[inline]
+    fn drive(&self, state: &mut AxisState, input: LawInput) -> (i32, bool) {
+        let input = self.at_rest(state, input);
+        let window = self.output.window(&state.output);
+        let law = self.law.step(&mut state.law, &input, window);
+        let bits = self.law.words().sum_fraction_bits;
+        let code = self.output.code(&mut state.output, law.sum, bits, window);
+        let out_of_range = law.error_limited | law.difference_limited | law.integral_limited;
+        (code, out_of_range)
+    }
+
+    /// The code that really goes out, and whether with power.
+    #[inline]
+    fn end(&self, state: &mut AxisState, code: i32) -> (i32, bool) {
+        match state.state {
+            State::Fault => (self.output.safe(&mut state.output), false),
+            // A drive that is switched off in order keeps its power until its
+            // output has come to 0.
+            State::Disabled => {
+                let code = self.output.towards_zero(&mut state.output);
+                (code, code != 0)
+            }
+            State::Enabled | State::Moving | State::Holding => (code, true),
         }
     }
 

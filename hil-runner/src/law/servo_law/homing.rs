@@ -1,7 +1,7 @@
 //! Measuring the gap of the simulated joint with the firmware's own routine:
 //! before the move, on the same axis, at rest.
 
-use firmware::axis::{AxisState, Inputs};
+use firmware::axis::{Axis, AxisState, Inputs};
 use firmware::homing::RATIO_MAX;
 use firmware::{
     Creep, Detection, Event, Gap, Homing, HomingError, HomingSetupError, State, counts,
@@ -13,6 +13,7 @@ use crate::case::Case;
 use crate::law::whole;
 use crate::quantise::QuantiseError;
 use crate::servo::{Feedback, HomingDetection};
+use crate::time::seconds;
 
 /// Samples that the effort must last to count as the load's.
 const EFFORT_SAMPLES: u32 = 5;
@@ -67,15 +68,31 @@ pub fn measure_gap(case: &Case) -> Result<GapMeasurement, QuantiseError> {
     let mut axis = setup.axis_without_take_up()?;
     // The routine has reasons of its own to push against a load.
     axis.watches.saturation = None;
-    let dt_s = period_ns as f64 / 1e9;
-    let transmission = &case.axis.transmission;
-    let z = transmission.gear_ratio;
-    let half_rad = match &transmission.joint {
-        plant::Joint::Elastic(joint) => joint.backlash_half_rad,
-        plant::Joint::Rigid => 0.0,
-    };
-    let true_half_counts = case.encoder.counts_per_rad * half_rad / z;
+    let true_half_counts = setup.half_gap_counts(None);
+    let homing = homing(case, &setup, period_ns, true_half_counts)?;
+    let (found, duration_s) = creep(case, &axis, &homing, period_ns)?;
+    match found {
+        Some(Ok(gap)) => Ok(GapMeasurement {
+            half_counts: gap.half_counts,
+            full_counts: gap.full_counts,
+            true_half_counts,
+            duration_s,
+        }),
+        Some(Err(error)) => Err(QuantiseError::Gap(format!("homing failed: {error}"))),
+        None => Err(QuantiseError::Gap(
+            "homing ended without a result".to_owned(),
+        )),
+    }
+}
 
+/// The routine with the settings of the case.
+fn homing(
+    case: &Case,
+    setup: &Setup<'_>,
+    period_ns: u64,
+    true_half_counts: f64,
+) -> Result<Homing, QuantiseError> {
+    let dt_s = period_ns as f64 / 1e9;
     let backlash = &case.servo.backlash;
     let speed = (backlash.homing_speed_counts_per_s * dt_s * 65_536.0).round();
     let longest = (LONGEST_GAPS * 2.0 * true_half_counts + LONGEST_COUNTS).round();
@@ -105,7 +122,7 @@ pub fn measure_gap(case: &Case) -> Result<GapMeasurement, QuantiseError> {
             samples: EFFORT_SAMPLES,
         },
     };
-    let homing = Homing::accept(creep, detection).map_err(|error| {
+    Homing::accept(creep, detection).map_err(|error| {
         let key = "backlash.homing_speed_counts_per_s";
         let (slowest, fastest) = (1.0 / (65_536.0 * dt_s), 256.0 / dt_s);
         let because = match error {
@@ -115,11 +132,23 @@ pub fn measure_gap(case: &Case) -> Result<GapMeasurement, QuantiseError> {
             error => error.to_string(),
         };
         setting(key, backlash.homing_speed_counts_per_s, &because)
-    })?;
+    })
+}
+
+/// Runs axis and plant until the routine has ended; what it found, and when
+/// \[s\].
+fn creep(
+    case: &Case,
+    axis: &Axis,
+    homing: &Homing,
+    period_ns: u64,
+) -> Result<(Option<Result<Gap, HomingError>>, f64), QuantiseError> {
+    let z = case.axis.transmission.gear_ratio;
+    let load = case.servo.encoders.load;
 
     let solver = crate::run::solver(case).0;
     let mut plant = Plant::new(&case.axis, solver);
-    let mut state = AxisState::start(&axis);
+    let mut state = AxisState::start(axis);
     for event in [Event::Enable, Event::Start] {
         // From rest: the table has no refusal here.
         let _ = axis.request(&mut state, event);
@@ -142,8 +171,7 @@ pub fn measure_gap(case: &Case) -> Result<GapMeasurement, QuantiseError> {
             return Err(QuantiseError::Gap(format!("homing stopped: {fault}")));
         }
         if output.state != State::Moving {
-            let duration_s = tick as f64 * dt_s;
-            return result(run.result(), true_half_counts, duration_s);
+            return Ok((run.result(), seconds(tick * period_ns)));
         }
         // As in a run: first under the code still in force, then the new one.
         let start_ns = tick * period_ns;
@@ -174,23 +202,4 @@ fn ratio(motor_counts_per_load_count: f64) -> Result<u32, QuantiseError> {
          the gap; it must have from 7.6e-4 to 4096 of them, or use \
          backlash.homing_detection = \"effort\""
     )))
-}
-
-fn result(
-    found: Option<Result<Gap, HomingError>>,
-    true_half_counts: f64,
-    duration_s: f64,
-) -> Result<GapMeasurement, QuantiseError> {
-    match found {
-        Some(Ok(gap)) => Ok(GapMeasurement {
-            half_counts: gap.half_counts,
-            full_counts: gap.full_counts,
-            true_half_counts,
-            duration_s,
-        }),
-        Some(Err(error)) => Err(QuantiseError::Gap(format!("homing failed: {error}"))),
-        None => Err(QuantiseError::Gap(
-            "homing ended without a result".to_owned(),
-        )),
-    }
 }

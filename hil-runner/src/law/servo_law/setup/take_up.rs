@@ -18,7 +18,8 @@ impl Setup<'_> {
             Compensation::Acceleration => Trigger::Acceleration,
         };
         let half_gap_counts = match backlash.gap {
-            GapSource::Given => self.given_half_gap_counts(),
+            // Saturates; a gap that large is refused by the plan.
+            GapSource::Given => self.half_gap_counts(backlash.half_gap_rad).round() as u32,
             GapSource::Measured => measure_gap(self.case)?.half_counts,
         };
         let limits = &self.case.servo.limits;
@@ -86,15 +87,13 @@ impl Setup<'_> {
         Ok(Some(take_up))
     }
 
-    /// Half gap as the settings have it \[motor counts\]: `K_enc·b/z`.
-    fn given_half_gap_counts(&self) -> u32 {
-        let joint_rad = match &self.case.axis.transmission.joint {
+    /// A half gap \[rad\], or the joint's own, at the motor \[counts\]: `K_enc·b/z`.
+    pub(in crate::law::servo_law) fn half_gap_counts(&self, half_rad: Option<f64>) -> f64 {
+        let transmission = &self.case.axis.transmission;
+        let half_rad = half_rad.unwrap_or(match &transmission.joint {
             plant::Joint::Elastic(joint) => joint.backlash_half_rad,
             plant::Joint::Rigid => 0.0,
-        };
-        let half_rad = self.case.servo.backlash.half_gap_rad.unwrap_or(joint_rad);
-        let z = self.case.axis.transmission.gear_ratio;
-        // Saturates; a gap that large is refused by the plan.
-        (self.case.encoder.counts_per_rad * half_rad / z).round() as u32
+        });
+        self.case.encoder.counts_per_rad * half_rad / transmission.gear_ratio
     }
 }
