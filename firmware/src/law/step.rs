@@ -119,7 +119,9 @@ impl Law {
         };
         let held = counts::within(difference, law.slope_limit);
         let Some(filter) = self.words.filter else {
-            state.filter_bits = None;
+            if phase != Phase::Running {
+                state.filter_bits = None;
+            }
             let outweighs = law.slope_limit < law.range.limit().wrapping_mul(2);
             return (law.derivative.times(held), held != difference && !outweighs);
         };

@@ -6,6 +6,7 @@ use firmware::law::{LawError, Part};
 use hil_runner::error::RunError;
 use hil_runner::quantise::QuantiseError;
 use hil_runner::runfile::RunFile;
+use hil_runner::words::key;
 
 /// The error as the user should read it.
 pub(super) fn explain(file: &RunFile, error: RunError) -> anyhow::Error {
@@ -51,12 +52,5 @@ fn key_of(error: &LawError) -> &'static str {
         LawError::Tracking(_) => return "controller.tracking_time_s",
         _ => Part::Proportional,
     };
-    match part {
-        Part::Proportional => "controller.kp",
-        Part::Integral => "controller.ki_per_s",
-        Part::Derivative => "controller.kd_s",
-        Part::Velocity => "controller.velocity_ff_s",
-        Part::Acceleration => "controller.acceleration_ff_s2",
-        Part::Friction => "controller.friction_ff_codes",
-    }
+    key(part)
 }

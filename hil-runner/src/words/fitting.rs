@@ -1,17 +1,19 @@
 //! What would fit: the largest gains for which the firmware accepts the words,
 //! all other settings as they are.
 
-use super::{Refusal, WordRequest};
+use firmware::law::Part;
+
+use super::{Refusal, WordRequest, key};
 use crate::quantise::{QuantiseError, UnfitGain, error_range, rounded_down};
 
 /// The gains that can be set, in the order of the law.
 pub const GAIN_KEYS: [&str; 6] = [
-    "controller.kp",
-    "controller.ki_per_s",
-    "controller.kd_s",
-    "controller.velocity_ff_s",
-    "controller.acceleration_ff_s2",
-    "controller.friction_ff_codes",
+    key(Part::Proportional),
+    key(Part::Integral),
+    key(Part::Derivative),
+    key(Part::Velocity),
+    key(Part::Acceleration),
+    key(Part::Friction),
 ];
 
 impl WordRequest {

@@ -147,41 +147,27 @@ impl WordRequest {
         let ratio = self.motor_counts_per_count;
         let feed_forward = &self.settings.feed_forward;
         let rates = self.rates;
-        let wanted = |key, part, value, gain| Wanted {
-            key,
-            part,
-            value,
-            gain,
-        };
+        let wanted = |part, value, gain| Wanted { part, value, gain };
         let gains = &self.gains;
         [
+            wanted(Part::Proportional, gains.kp, gains.kp * ratio),
             wanted(
-                "controller.kp",
-                Part::Proportional,
-                gains.kp,
-                gains.kp * ratio,
-            ),
-            wanted(
-                "controller.ki_per_s",
                 Part::Integral,
                 gains.ki_per_s,
                 // As the paper's law forms it: Δt in ns, over 10^9.
                 gains.ki_per_s * self.sample_time_ns as f64 / 1e9 * ratio,
             ),
             wanted(
-                "controller.kd_s",
                 Part::Derivative,
                 gains.kd_s,
                 gains.kd_s * 1e9 / self.sample_time_ns as f64,
             ),
             wanted(
-                "controller.velocity_ff_s",
                 Part::Velocity,
                 feed_forward.velocity_s,
                 feed_forward.velocity_s * ratio / dt_s / power_of_two(rates.velocity),
             ),
             wanted(
-                "controller.acceleration_ff_s2",
                 Part::Acceleration,
                 feed_forward.acceleration_s2,
                 feed_forward.acceleration_s2 * ratio
@@ -189,7 +175,6 @@ impl WordRequest {
                     / power_of_two(rates.acceleration),
             ),
             wanted(
-                "controller.friction_ff_codes",
                 Part::Friction,
                 feed_forward.friction_codes,
                 feed_forward.friction_codes,
@@ -223,7 +208,7 @@ impl WordRequest {
             velocity_ff,
             acceleration_ff,
             friction_ff,
-        ] = [0, 1, 2, 3, 4, 5].map(|i: usize| word(&wanted[i]));
+        ] = wanted.each_ref().map(word);
         Ok(LawWords {
             kp,
             ki_dt,
@@ -244,10 +229,21 @@ impl WordRequest {
     }
 }
 
+/// The run file's key of a gain.
+pub const fn key(part: Part) -> &'static str {
+    match part {
+        Part::Proportional => "controller.kp",
+        Part::Integral => "controller.ki_per_s",
+        Part::Derivative => "controller.kd_s",
+        Part::Velocity => "controller.velocity_ff_s",
+        Part::Acceleration => "controller.acceleration_ff_s2",
+        Part::Friction => "controller.friction_ff_codes",
+    }
+}
+
 /// A gain before it is a word.
 #[derive(Debug, Clone, Copy)]
 struct Wanted {
-    key: &'static str,
     part: Part,
     value: f64,
     gain: f64,
@@ -263,7 +259,7 @@ fn rows(wanted: &[Wanted; 6], words: &LawWords) -> Vec<WordRow> {
         words.friction_ff,
     ];
     let rows = wanted.iter().zip(words).map(|(wanted, word)| WordRow {
-        key: wanted.key,
+        key: key(wanted.part),
         part: wanted.part,
         value: wanted.value,
         wanted: wanted.gain,

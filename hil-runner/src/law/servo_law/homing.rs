@@ -65,7 +65,7 @@ pub fn measure_gap(case: &Case) -> Result<GapMeasurement, QuantiseError> {
     case.servo.law.feedback = Feedback::Motor;
     let case = &case;
     let setup = Setup::of(case, period_ns)?;
-    let mut axis = setup.axis_without_take_up()?;
+    let mut axis = setup.axis_without_take_up(setup.words()?.law)?;
     // The routine has reasons of its own to push against a load.
     axis.watches.saturation = None;
     let true_half_counts = setup.half_gap_counts(None);

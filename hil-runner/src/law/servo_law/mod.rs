@@ -84,9 +84,10 @@ pub fn word_request(case: &Case) -> Result<WordRequest, QuantiseError> {
 /// [`QuantiseError`] with what is in the way.
 pub fn accepted(case: &Case, sample_time_ns: u64) -> Result<(), QuantiseError> {
     let setup = Setup::of(case, sample_time_ns)?;
+    let law = setup.words()?.law;
     match case.servo.backlash.gap {
-        GapSource::Given => setup.axis()?,
-        GapSource::Measured => setup.axis_without_take_up()?,
+        GapSource::Given => setup.axis(law)?,
+        GapSource::Measured => setup.axis_without_take_up(law)?,
     };
     setup.next_law()?;
     setup.source()?;
@@ -120,7 +121,8 @@ impl ServoLaw {
     /// such converter.
     pub(crate) fn new(case: &Case, period_ns: u64, io: IoKind) -> Result<Self, QuantiseError> {
         let setup = Setup::of(case, period_ns)?;
-        let axis = setup.axis()?;
+        let words = setup.words()?;
+        let axis = setup.axis(words.law)?;
         let mut state = AxisState::start(&axis);
         // From rest, before the first sample: the table has no refusal here.
         for event in [Event::Enable, Event::Start] {
@@ -131,7 +133,7 @@ impl ServoLaw {
             period_ns,
             axis,
             next_law: setup.next_law()?,
-            words: setup.words()?,
+            words,
             state,
             board: BenchBoard::new(case, io)?,
             source: setup.source()?,

@@ -48,8 +48,7 @@ impl<'a> Setup<'a> {
     }
 
     /// The same without anything that acts on the reference: what homing runs.
-    pub(super) fn axis_without_take_up(&self) -> Result<Axis, QuantiseError> {
-        let law = self.words()?.law;
+    pub(super) fn axis_without_take_up(&self, law: Law) -> Result<Axis, QuantiseError> {
         let settings = &self.case.servo;
         let output = Output::new(self.dac()?, self.slew()?, self.quantiser()).map_err(|error| {
             setting(
@@ -89,8 +88,8 @@ impl<'a> Setup<'a> {
     }
 
     /// The axis of the run.
-    pub(super) fn axis(&self) -> Result<Axis, QuantiseError> {
-        let mut axis = self.axis_without_take_up()?;
+    pub(super) fn axis(&self, law: Law) -> Result<Axis, QuantiseError> {
+        let mut axis = self.axis_without_take_up(law)?;
         axis.take_up = self.take_up()?;
         Ok(axis)
     }
