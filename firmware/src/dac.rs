@@ -88,6 +88,14 @@ impl Dac {
         self.max_code
     }
 
+    /// `n`.
+    pub const fn bits(self) -> u32 {
+        // Behind the sign there are n − 1.
+        u32::BITS
+            .wrapping_sub(self.max_code.leading_zeros())
+            .wrapping_add(1)
+    }
+
     /// Whether `code` is one of the two at the ends of the range.
     pub const fn is_limit(self, code: i32) -> bool {
         code == self.max_code || code == self.min_code

@@ -83,6 +83,8 @@
 //! | [`stream`] | a queue that a host fills |
 //! | [`takeup`] | carries the motor across the gap when the load changes flank |
 //! | [`homing`] | measures the gap |
+//! | **the line to a host** | |
+//! | [`link`] | frames, requests and replies between a bench and the controller on its chip |
 //! | **electronics** | |
 //! | [`hardware`] | [`Board`], a counter and two converters through `embedded-hal` |
 //!
@@ -142,6 +144,7 @@ pub mod gains;
 pub mod hardware;
 pub mod homing;
 pub mod law;
+pub mod link;
 pub mod motion;
 pub mod output;
 pub mod pid;

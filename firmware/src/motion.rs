@@ -99,6 +99,7 @@
 mod error;
 mod generator;
 mod interval;
+mod parts;
 mod piece;
 mod plan;
 mod real;

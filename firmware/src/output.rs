@@ -256,6 +256,21 @@ impl Output {
     pub const fn dac(&self) -> Dac {
         self.dac
     }
+
+    /// Largest change of the code per sample \[codes\], where there is one.
+    pub const fn slew_codes(&self) -> Option<u32> {
+        let codes = self.slew.cast_unsigned();
+        if codes == SlewError::MOST {
+            None
+        } else {
+            Some(codes)
+        }
+    }
+
+    /// How a sum becomes a whole code.
+    pub const fn quantiser(&self) -> Quantiser {
+        self.quantiser
+    }
 }
 
 impl OutputState {

@@ -150,6 +150,12 @@ impl CounterParameters {
         self.bits
     }
 
+    /// Largest change per sample that is no glitch \[counts\], where one is
+    /// looked for.
+    pub const fn largest_jump(&self) -> Option<u32> {
+        self.largest_jump
+    }
+
     /// Largest `|d|` after `missed` bad readings \[counts\].
     fn allowed(&self, missed: u32) -> Option<u32> {
         let largest = self.largest_jump?;

@@ -53,6 +53,22 @@ impl<const N: usize> SetpointTable<N> {
         }
     }
 
+    /// An axis that stays at `position` \[counts\], with all of the table's room
+    /// left.
+    pub const fn resting_at(position: i32) -> Self {
+        let () = Self::HAS_ROOM;
+        Self {
+            entries: Vec::new(),
+            last: position,
+        }
+    }
+
+    /// Forgets the entries; the axis stays at `position` \[counts\].
+    pub fn rest_at(&mut self, position: i32) {
+        self.entries.clear();
+        self.last = position;
+    }
+
     /// A table with the setpoints `counts` of `k = 0, 1, …` \[counts\].
     ///
     /// # Errors

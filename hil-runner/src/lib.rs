@@ -12,6 +12,7 @@
 pub mod bench;
 pub mod budget;
 pub mod case;
+pub mod chip;
 pub mod error;
 pub mod figures;
 pub mod io;

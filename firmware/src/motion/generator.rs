@@ -8,11 +8,11 @@ use crate::reference::{Next, Observed, Setpoint, SetpointSource};
 /// sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct MotionState {
-    point: Point,
+    pub(super) point: Point,
     /// Samples of the present interval still to come.
-    left: u32,
+    pub(super) left: u32,
     /// Intervals entered so far.
-    entered: u8,
+    pub(super) entered: u8,
 }
 
 /// An axis keeps all that it remembers in 256 bytes.

@@ -34,9 +34,9 @@ pub(super) const ACCELERATION_HALF: i32 = 1 << 28;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct Long {
     /// Multiples of 2^−30, in two words: 12 bytes instead of 16.
-    high: [u32; 2],
+    pub(super) high: [u32; 2],
     /// Multiples of 2^−62.
-    low: u32,
+    pub(super) low: u32,
 }
 
 impl Long {
@@ -78,10 +78,10 @@ impl Long {
 /// `high·2^32 + low`, where `|low| ≤ 2^31`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Turn {
-    high: u32,
-    low: i32,
+    pub(super) high: u32,
+    pub(super) low: i32,
     /// Half a unit of the result, and the mean of what is left out.
-    centre: i32,
+    pub(super) centre: i32,
 }
 
 impl Turn {
@@ -162,6 +162,23 @@ pub(super) struct Point {
     pub(super) sine: i64,
     pub(super) cosine: i64,
     pub(super) velocity: i64,
+}
+
+impl Point {
+    /// Before the first sample.
+    pub(super) const ZERO: Self = {
+        let zero = Long {
+            high: [0; 2],
+            low: 0,
+        };
+        Self {
+            line: zero,
+            step: zero,
+            sine: 0,
+            cosine: 0,
+            velocity: 0,
+        }
+    };
 }
 
 /// The samples of one interval.

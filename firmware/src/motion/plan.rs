@@ -34,9 +34,9 @@ pub struct MotionPlan {
     pub(super) sign: i32,
     /// Where the motion ends, `floor(h + ½)`.
     pub(super) end: i32,
-    last_sample: u64,
-    velocity_fraction_bits: u8,
-    acceleration_fraction_bits: u8,
+    pub(super) last_sample: u64,
+    pub(super) velocity_fraction_bits: u8,
+    pub(super) acceleration_fraction_bits: u8,
 }
 
 impl MotionPlan {

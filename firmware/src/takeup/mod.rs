@@ -170,16 +170,38 @@ impl TakeUp {
             return Err(no_room);
         }
         let half_samples = half_samples(distance, room).ok_or(too_long)?;
-        // N² ≤ 65 535² < 2^32
+        Self::of(half_gap_counts, half_samples, trigger).ok_or(too_long)
+    }
+
+    /// The plan of a move that takes `samples`, as another machine has planned
+    /// it; `None` for a number of samples or a gap that no plan has.
+    pub(crate) fn planned(half_gap_counts: u32, samples: u32, trigger: Trigger) -> Option<Self> {
+        let half_samples = samples.wrapping_shr(1);
+        let whole = half_samples.wrapping_mul(2) == samples;
+        if half_gap_counts > HALF_GAP_MAX || !whole || half_samples > HALF_SAMPLES_MAX {
+            return None;
+        }
+        Self::of(half_gap_counts, half_samples, trigger)
+    }
+
+    /// `None` for no samples at all.
+    fn of(half_gap_counts: u32, half_samples: u32, trigger: Trigger) -> Option<Self> {
+        // N² ≤ 65 535² < 2^32, D ≤ 2^25
         let n2 = half_samples.wrapping_mul(half_samples);
-        Ok(Self {
+        let distance = half_gap_counts.wrapping_mul(2);
+        Some(Self {
             trigger,
             half_gap_counts,
             half_samples,
             n2,
-            first: Mixed::ratio(half_gap_counts, n2).ok_or(too_long)?,
-            change: Mixed::ratio(distance, n2).ok_or(too_long)?,
+            first: Mixed::ratio(half_gap_counts, n2)?,
+            change: Mixed::ratio(distance, n2)?,
         })
+    }
+
+    /// What decides the flank.
+    pub const fn trigger(&self) -> Trigger {
+        self.trigger
     }
 
     /// Samples of one move, `2·N`, 2 to [`SAMPLES_MAX`].

@@ -45,6 +45,11 @@ impl EncoderLossWatch {
         })
     }
 
+    /// Code and samples from which on it is a loss.
+    pub(crate) const fn limits(&self) -> (u32, u32) {
+        (self.code_threshold, self.ticks)
+    }
+
     /// One sample: takes the code that was in force up to it and the change of
     /// the count \[counts\].
     pub fn check(&self, state: &mut EncoderLossState, code: i32, difference: i32) -> Option<Trip> {

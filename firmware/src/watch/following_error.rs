@@ -95,6 +95,13 @@ impl FollowingErrorWatch {
         })
     }
 
+    /// The limit at rest \[counts\], and what it grows by per unit of the
+    /// setpoint's velocity.
+    pub(crate) const fn limits(&self) -> (u32, GainWord) {
+        let word = GainWord::new(self.mantissa.cast_signed(), self.fraction_bits);
+        (self.limit_counts, word)
+    }
+
     /// One sample: takes `e` \[counts\] and the velocity of the setpoint.
     pub fn check(
         &self,

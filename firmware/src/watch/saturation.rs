@@ -33,6 +33,11 @@ impl SaturationWatch {
         Ok(Self { ticks })
     }
 
+    /// Samples in a row that are allowed.
+    pub(crate) const fn limit(&self) -> u32 {
+        self.ticks
+    }
+
     /// One sample: takes whether the output stands at a limit.
     pub fn check(&self, state: &mut SaturationState, at_limit: bool) -> Option<Trip> {
         state.samples = lengthened(state.samples, at_limit);

@@ -1,0 +1,158 @@
+//! What a link is called on the command line.
+
+use core::fmt;
+use core::str::FromStr;
+
+/// A processor that the firmware is built for, and the machine that QEMU
+/// shows it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Target {
+    /// Cortex-M4, `mps2-an386`.
+    M4,
+    /// Cortex-M0, `microbit`.
+    M0,
+    /// Cortex-M3, `mps2-an385`.
+    M3,
+    /// RISC-V rv32imac, `virt`.
+    Rv32,
+}
+
+impl Target {
+    /// Every target.
+    pub const ALL: [Self; 4] = [Self::M4, Self::M0, Self::M3, Self::Rv32];
+
+    /// Its name on the command line, in summaries and of its image.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::M4 => "m4",
+            Self::M0 => "m0",
+            Self::M3 => "m3",
+            Self::Rv32 => "rv32",
+        }
+    }
+
+    /// The compiler's name for it.
+    pub const fn triple(self) -> &'static str {
+        match self {
+            Self::M4 => "thumbv7em-none-eabihf",
+            Self::M0 => "thumbv6m-none-eabi",
+            Self::M3 => "thumbv7m-none-eabi",
+            Self::Rv32 => "riscv32imac-unknown-none-elf",
+        }
+    }
+}
+
+/// How the bytes get to a chip in QEMU.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Transport {
+    /// Two FIFOs that the firmware reads and writes by semihosting.
+    Fifo,
+    /// The chip's UART, seen from here as a serial port.
+    Uart,
+}
+
+/// A controller on a chip, and the way to it.
+///
+/// ```
+/// use hil_runner::chip::spec::{ChipLink, Target, Transport};
+///
+/// let link: ChipLink = "qemu:m0".parse()?;
+/// assert_eq!(link, ChipLink::Qemu { target: Target::M0, transport: Transport::Fifo });
+/// assert_eq!("qemu".parse::<ChipLink>()?.to_string(), "qemu:m4");
+/// let board: ChipLink = "serial:/dev/ttyACM0@921600".parse()?;
+/// assert_eq!(board, ChipLink::Serial { path: "/dev/ttyACM0".into(), baud: 921_600 });
+/// assert!("qemu:m7".parse::<ChipLink>().is_err());
+/// # Ok::<(), hil_runner::chip::spec::UnknownLink>(())
+/// ```
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub enum ChipLink {
+    /// An image in QEMU.
+    Qemu {
+        /// The processor.
+        target: Target,
+        /// The way to it.
+        transport: Transport,
+    },
+    /// A board on a serial port.
+    Serial {
+        /// The port, such as `/dev/ttyACM0`.
+        path: String,
+        /// Bits per second.
+        baud: u32,
+    },
+}
+
+/// Bits per second where none are given.
+pub const DEFAULT_BAUD: u32 = 115_200;
+
+impl fmt::Display for ChipLink {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Qemu { target, transport } => {
+                let kind = match transport {
+                    Transport::Fifo => "qemu",
+                    Transport::Uart => "qemu-uart",
+                };
+                write!(f, "{kind}:{}", target.name())
+            }
+            Self::Serial { path, baud } => write!(f, "serial:{path}@{baud}"),
+        }
+    }
+}
+
+impl FromStr for ChipLink {
+    type Err = UnknownLink;
+
+    fn from_str(text: &str) -> Result<Self, UnknownLink> {
+        let unknown = || UnknownLink(text.to_owned());
+        let (kind, rest) = match text.split_once(':') {
+            Some((kind, rest)) => (kind, Some(rest)),
+            None => (text, None),
+        };
+        let qemu = |transport| {
+            let target = match rest {
+                None => Target::M4,
+                Some(name) => Target::ALL
+                    .into_iter()
+                    .find(|target| target.name() == name)
+                    .ok_or_else(unknown)?,
+            };
+            Ok(Self::Qemu { target, transport })
+        };
+        match (kind, rest) {
+            ("qemu", _) => qemu(Transport::Fifo),
+            ("qemu-uart", _) => qemu(Transport::Uart),
+            ("serial", Some(rest)) => {
+                let (path, baud) = match rest.rsplit_once('@') {
+                    Some((path, baud)) => (path, baud.parse().map_err(|_| unknown())?),
+                    None => (rest, DEFAULT_BAUD),
+                };
+                if path.is_empty() || baud == 0 {
+                    return Err(unknown());
+                }
+                Ok(Self::Serial {
+                    path: path.to_owned(),
+                    baud,
+                })
+            }
+            _ => Err(unknown()),
+        }
+    }
+}
+
+/// A text that names no link to a chip.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct UnknownLink(pub String);
+
+impl fmt::Display for UnknownLink {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{} is no link; it must be in-process, channel, qemu[:m4|m0|m3|rv32], \
+             qemu-uart[:m4|m0|m3|rv32] or serial:PORT[@BAUD]",
+            self.0
+        )
+    }
+}
+
+impl std::error::Error for UnknownLink {}
