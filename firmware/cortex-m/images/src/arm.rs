@@ -1,0 +1,84 @@
+//! What all Cortex-M have: start, SysTick, interrupts, sleep.
+
+use cortex_m::Peripherals;
+use cortex_m::interrupt::InterruptNumber;
+use cortex_m::peripheral::NVIC;
+use cortex_m::peripheral::SYST;
+use cortex_m::peripheral::syst::SystClkSource;
+pub use cortex_m_rt::entry;
+
+use crate::board::uart;
+
+/// SysTick counts down through 24 bits.
+const RELOAD: u32 = 0xff_ffff;
+
+/// SysTick at the processor's clock, free running.
+#[derive(Debug)]
+pub(crate) struct Timer;
+
+impl Timer {
+    /// Starts it, if it is not yet taken.
+    pub(crate) fn start() -> Self {
+        if let Some(mut peripherals) = Peripherals::take() {
+            let systick = &mut peripherals.SYST;
+            systick.set_clock_source(SystClkSource::Core);
+            systick.set_reload(RELOAD);
+            systick.clear_current();
+            systick.enable_counter();
+        }
+        Self
+    }
+
+    /// Ticks left until it starts again.
+    #[inline(always)]
+    pub(crate) fn now(&self) -> u32 {
+        SYST::get_current()
+    }
+
+    /// Ticks since it was `then`; right below 2^24 of them, 0.6 s at least.
+    #[inline(always)]
+    pub(crate) fn since(&self, then: u32) -> u32 {
+        then.wrapping_sub(SYST::get_current()) & RELOAD
+    }
+}
+
+/// The UART's interrupt.
+#[derive(Debug, Clone, Copy)]
+struct Received;
+
+// SAFETY: the number is that of the board's UART, in the vector table below.
+unsafe impl InterruptNumber for Received {
+    fn number(self) -> u16 {
+        uart::RECEIVED
+    }
+}
+
+/// Lets the UART interrupt.
+pub fn unmask_uart() {
+    // SAFETY: no critical section is built on this interrupt being masked.
+    unsafe { NVIC::unmask(Received) };
+}
+
+/// Sleeps until an interrupt, unless `ready` says that there is work.
+///
+/// Interrupts are held back in between, so that none can come after the
+/// question and before the sleep; one that waits ends the sleep all the same.
+pub fn sleep_unless(ready: impl FnOnce() -> bool) {
+    cortex_m::interrupt::free(|_| {
+        if !ready() {
+            cortex_m::asm::wfi();
+        }
+    });
+}
+
+unsafe extern "C" {
+    /// Defined by an image that uses the UART, else the runtime's default
+    /// (`device.x`).
+    fn uart_received();
+}
+
+/// The interrupts that any of the boards has for its UART, 0 to 2; no other is
+/// ever unmasked.
+#[unsafe(link_section = ".vector_table.interrupts")]
+#[unsafe(no_mangle)]
+static __INTERRUPTS: [unsafe extern "C" fn(); 3] = [uart_received; 3];

@@ -1,0 +1,90 @@
+//! What the server asks of its chip.
+
+use firmware::link::header::VERSION;
+use firmware::link::{Identity, Target};
+
+use crate::arm::Timer;
+use crate::board::{NAME, TABLE_CAPACITY, TIMER_HZ};
+use crate::{image, stack};
+
+/// Empty pairs that are measured, and parts into which a tick is divided.
+///
+/// A pair takes no whole number of ticks, so that one measurement says too
+/// little. 125 of them meet the timer at every phase that 128 ns an instruction
+/// have against 40 or 62.5 ns a tick, and their sum is the pair's time in 125ths
+/// of a tick without any error; a sample's own is then below one tick, which is
+/// less than an instruction.
+const PARTS: u32 = 125;
+
+/// Frequency of what [`Target::elapsed`] counts \[Hz\].
+const PARTS_HZ: u32 = TIMER_HZ * PARTS;
+
+/// Timer, stack and identity.
+#[derive(Debug)]
+pub struct Chip {
+    timer: Timer,
+    started: u32,
+    /// An empty measurement \[parts of a tick\].
+    empty: u32,
+    identity: Identity,
+}
+
+impl Chip {
+    /// Starts the timer, measures what an empty pair takes, and reads the image.
+    pub fn new() -> Self {
+        let mut chip = Self {
+            timer: Timer::start(),
+            started: 0,
+            empty: 0,
+            identity: Identity {
+                version: VERSION,
+                target: NAME,
+                image_crc: image::crc(),
+                flash_bytes: image::flash_bytes(),
+                ram_bytes: image::ram_bytes(),
+                table_capacity: u32::try_from(TABLE_CAPACITY).unwrap_or(u32::MAX),
+                timer_hz: PARTS_HZ,
+            },
+        };
+        let mut sum = 0_u32;
+        for _ in 0..PARTS {
+            chip.start();
+            sum = sum.wrapping_add(chip.ticks());
+        }
+        chip.empty = sum;
+        chip
+    }
+
+    /// Since [`Target::start`], with what the measurement itself takes. Never
+    /// inlined, so that it takes the same everywhere.
+    #[inline(never)]
+    fn ticks(&mut self) -> u32 {
+        self.timer.since(self.started)
+    }
+}
+
+impl Default for Chip {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Target for Chip {
+    fn identity(&self) -> Identity {
+        self.identity
+    }
+
+    #[inline(never)]
+    fn start(&mut self) {
+        self.started = self.timer.now();
+    }
+
+    fn elapsed(&mut self) -> u32 {
+        let parts = self.ticks().wrapping_mul(PARTS);
+        parts.saturating_sub(self.empty)
+    }
+
+    fn stack_bytes(&self) -> u32 {
+        stack::deepest()
+    }
+}

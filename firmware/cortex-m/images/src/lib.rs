@@ -1,0 +1,31 @@
+//! The controller on a chip: [`firmware::link::Server`] behind a line.
+//!
+//! ```text
+//!  bin/fifo.rs            bin/uart.rs
+//!      │ semihosting          │ interrupt ─► ring, WFI
+//!      └───────► line ◄───────┘
+//!                 │ frames
+//!          firmware::link::Server ─► chip: timer, stack, identity
+//!                                     │
+//!                                   board/<name>
+//! ```
+//!
+//! The board is chosen by the compile target. Nothing here can panic: see
+//! [`panic`](mod@panic).
+
+#![no_std]
+
+mod arm;
+#[cfg_attr(board = "m0", path = "board/m0.rs")]
+#[cfg_attr(board = "m3", path = "board/m3.rs")]
+#[cfg_attr(board = "m4", path = "board/m4.rs")]
+pub mod board;
+pub mod chip;
+mod image;
+pub mod line;
+pub mod panic;
+mod register;
+pub mod ring;
+mod stack;
+
+pub use arm::{entry, sleep_unless, unmask_uart};
