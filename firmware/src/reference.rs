@@ -66,6 +66,11 @@ impl<T: Borrow<SetpointTable<N>>, const N: usize> TableSource<T, N> {
     /// Fraction bits of the velocity: none.
     pub const VELOCITY_FRACTION_BITS: u8 = 0;
 
+    /// The table.
+    pub fn table(&self) -> &SetpointTable<N> {
+        self.table.borrow()
+    }
+
     /// Starts at the first entry.
     pub const fn new(table: T) -> Self {
         Self { table, k: 0 }

@@ -21,6 +21,8 @@ pub struct Case {
     pub controller: ControllerSettings,
     /// What the controller does beyond the paper's law on rung `firmware`.
     pub servo: ServoSettings,
+    /// The chip, for what its time costs.
+    pub target: TargetSettings,
     /// Motion command of the carriage.
     pub motion: Motion,
     /// Duration, solver and what is recorded.
@@ -74,6 +76,25 @@ pub struct ControllerSettings {
     pub sample_time_ns: Option<u64>,
     /// From sample to new voltage \[ns\], at most the sample time.
     pub computation_delay_ns: u64,
+}
+
+/// The chip, as far as the time of a step depends on it (`[target]`).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TargetSettings {
+    /// Clock of the core \[Hz\]; `None` takes that of a common part.
+    pub clock_hz: Option<u64>,
+    /// Cycles that an instruction is allowed, where only instructions are
+    /// counted; greater than 0.
+    pub cycles_per_instruction: f64,
+}
+
+impl Default for TargetSettings {
+    fn default() -> Self {
+        Self {
+            clock_hz: None,
+            cycles_per_instruction: 4.0,
+        }
+    }
 }
 
 /// Which method solves the plant (`run.solver`).

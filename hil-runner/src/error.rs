@@ -4,6 +4,7 @@ use core::fmt;
 
 use plant::PlantError;
 
+use crate::law::ChipError;
 use crate::link::LinkError;
 use crate::quantise::QuantiseError;
 
@@ -17,6 +18,8 @@ pub enum RunError {
     Link(LinkError),
     /// The gains or the motion do not fit the firmware.
     Quantise(QuantiseError),
+    /// The chip does not take the controller, or does not answer.
+    Chip(ChipError),
     /// A sampled rung without a sample time.
     NoSampleTime,
     /// A row was not taken: it could not be written, or the user ended the run.
@@ -30,7 +33,8 @@ impl fmt::Display for RunError {
         match self {
             Self::Plant(error) => error.fmt(f),
             Self::Link(error) => error.fmt(f),
-            Self::Quantise(error) => error.fmt(f),
+            Self::Quantise(error) | Self::Chip(ChipError::Quantise(error)) => error.fmt(f),
+            Self::Chip(error) => error.fmt(f),
             Self::NoSampleTime => f.write_str("a sampled law needs controller.sample_time_s"),
             Self::Row(error) => error.fmt(f),
             Self::Thread => f.write_str("the controller's or the plant's thread ended abnormally"),

@@ -14,7 +14,7 @@ use crate::law::Controller;
 use crate::message::{Command, Measurement};
 
 /// Why the controller gave no answer.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum LinkError {
     /// The controller is gone.
@@ -29,6 +29,13 @@ pub enum LinkError {
         /// Sample that was answered.
         answered: u64,
     },
+    /// The controller on its chip gave no answer.
+    Chip {
+        /// Sample that was asked.
+        tick: u64,
+        /// Why, a sentence.
+        because: String,
+    },
 }
 
 impl fmt::Display for LinkError {
@@ -39,6 +46,7 @@ impl fmt::Display for LinkError {
                 f,
                 "the controller answered sample {answered} when asked for sample {asked}"
             ),
+            Self::Chip { tick, because } => write!(f, "at sample {tick}: {because}"),
         }
     }
 }
@@ -94,9 +102,9 @@ pub fn channel_pair() -> (ChannelLink, ChannelController) {
 impl Link for ChannelLink {
     fn exchange(&mut self, measurement: Measurement) -> Result<Command, LinkError> {
         let tick = measurement.tick;
-        let closed = LinkError::Closed { tick };
-        self.measurements.send(measurement).map_err(|_| closed)?;
-        let command = self.commands.recv().map_err(|_| closed)?;
+        let closed = || LinkError::Closed { tick };
+        self.measurements.send(measurement).map_err(|_| closed())?;
+        let command = self.commands.recv().map_err(|_| closed())?;
         if command.tick != tick {
             return Err(LinkError::WrongTick {
                 asked: tick,
@@ -145,6 +153,7 @@ mod tests {
             error_counts: 0.0,
             dac_code: 0.0,
             out_of_range: false,
+            busy: None,
             servo: None,
         };
         controller.commands.send(answer).unwrap();

@@ -25,6 +25,19 @@ pub struct Command {
     pub dac_code: f64,
     /// Whether the firmware worked outside its declared ranges.
     pub out_of_range: bool,
+    /// How long the controller was busy with it; `None` where nobody measures.
+    pub busy: Option<Busy>,
     /// What the axis reports; `None` where no supervision runs.
     pub servo: Option<ServoStatus>,
+}
+
+/// How long a controller on a chip was busy with one sample.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Busy {
+    /// Instructions; `None` on a board, which counts cycles.
+    pub instructions: Option<u32>,
+    /// Cycles of the core: counted, or instructions times a stated factor.
+    pub cycles: u64,
+    /// The same at the chip's clock \[ns\], rounded up.
+    pub time_ns: u64,
 }

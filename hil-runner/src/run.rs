@@ -3,8 +3,10 @@
 use plant::{ContactChange, Drive, Plant, Solver, State};
 
 use crate::case::{Case, Law, Method};
+use crate::chip::client::Client;
+use crate::chip::figures::{BusyFigures, ChipReport};
 use crate::error::RunError;
-use crate::law::{Controller, IoKind, ServoStatus};
+use crate::law::{ChipLaw, Controller, IoKind, ServoStatus};
 use crate::link::{Link, channel_pair};
 use crate::message::{Command, Measurement};
 use crate::record::{GridPoint, PlotPoint, PlotRecorder, Recorder};
@@ -71,17 +73,7 @@ pub type RowSink<'a> = dyn FnMut(&Row) -> std::io::Result<()> + Send + 'a;
 /// numbers; the rows up to there have been delivered.
 pub fn run(case: &Case, options: RunOptions, sink: &mut RowSink<'_>) -> Result<Outcome, RunError> {
     let (solver, solver_name) = solver(case);
-    let mut bench = Bench {
-        case,
-        plant: Plant::new(&case.axis, solver),
-        recorder: Recorder::new(case, options.plot, options.grid_ns),
-        rows: RowFigures::default(),
-        inputs: options.inputs.then(Vec::new),
-        held_limit_ns: 0,
-        out_of_range_samples: 0,
-        servo: None,
-        sink,
-    };
+    let mut bench = Bench::new(case, options, solver, sink);
     match (case.controller.law, case.controller.sample_time_ns) {
         (Law::Continuous, _) => bench.continuous()?,
         (_, None) => return Err(RunError::NoSampleTime),
@@ -96,6 +88,42 @@ pub fn run(case: &Case, options: RunOptions, sink: &mut RowSink<'_>) -> Result<O
             }
         }
     }
+    Ok(bench.outcome(solver_name))
+}
+
+/// A chip for a run, and how its timer is to be read.
+#[derive(Debug)]
+pub struct ChipUnderTest<'c> {
+    /// The line to it.
+    pub client: &'c mut Client,
+    /// Whether it runs in QEMU: its timer counts instructions then.
+    pub in_qemu: bool,
+}
+
+/// Runs a case of rung `firmware` with its controller on a chip, and delivers
+/// its rows to `sink`. Every code is the chip's; the plant's time stands still
+/// until it is there.
+///
+/// # Errors
+/// As [`run()`], and [`RunError::Chip`] if the chip does not take the
+/// controller or does not answer at the end.
+pub fn run_on_chip(
+    case: &Case,
+    options: RunOptions,
+    chip: &mut ChipUnderTest<'_>,
+    sink: &mut RowSink<'_>,
+) -> Result<Outcome, RunError> {
+    let (solver, solver_name) = solver(case);
+    let mut law = ChipLaw::new(chip.client, case, chip.in_qemu).map_err(RunError::Chip)?;
+    let Some(period_ns) = case.controller.sample_time_ns else {
+        return Err(RunError::NoSampleTime);
+    };
+    let mut bench = Bench::new(case, options, solver, sink);
+    bench.lockstep(&mut law, period_ns)?;
+    let (status, clock_hz) = law.end().map_err(RunError::Chip)?;
+    let identity = chip.client.identity();
+    let busy = std::mem::take(&mut bench.busy);
+    bench.chip = Some(busy.report(identity, &status, clock_hz, period_ns));
     Ok(bench.outcome(solver_name))
 }
 
@@ -121,7 +149,28 @@ struct Bench<'a, 's> {
     out_of_range_samples: u64,
     /// What the axis reported last.
     servo: Option<ServoStatus>,
+    /// What the steps of a chip took.
+    busy: BusyFigures,
+    chip: Option<ChipReport>,
     sink: &'a mut RowSink<'s>,
+}
+
+impl<'a, 's> Bench<'a, 's> {
+    fn new(case: &'a Case, options: RunOptions, solver: Solver, sink: &'a mut RowSink<'s>) -> Self {
+        Self {
+            case,
+            plant: Plant::new(&case.axis, solver),
+            recorder: Recorder::new(case, options.plot, options.grid_ns),
+            rows: RowFigures::default(),
+            inputs: options.inputs.then(Vec::new),
+            held_limit_ns: 0,
+            out_of_range_samples: 0,
+            servo: None,
+            busy: BusyFigures::default(),
+            chip: None,
+            sink,
+        }
+    }
 }
 
 impl Bench<'_, '_> {
@@ -198,6 +247,10 @@ impl Bench<'_, '_> {
             }
             self.out_of_range_samples += u64::from(command.out_of_range);
             self.servo = command.servo.or(self.servo);
+            if let Some(busy) = command.busy {
+                let state = command.servo.map(|servo| servo.state);
+                self.busy.add(busy, state, period_ns);
+            }
             let next = self.held(command);
             // 3. Record.
             let sample = Sample {
@@ -283,6 +336,7 @@ impl Bench<'_, '_> {
             held_limit_ns: self.held_limit_ns,
             events: Some(&events),
             servo: self.servo,
+            chip: self.chip,
         }
         .summary();
         Outcome {

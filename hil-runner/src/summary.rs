@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use crate::budget::{self, Verdict};
 use crate::case::Case;
+use crate::chip::figures::ChipReport;
 use crate::law::ServoStatus;
 use crate::time::seconds;
 use crate::trace::Row;
@@ -53,6 +54,9 @@ pub struct Summary {
     /// What the axis reported at the end; left out where no supervision runs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub axis: Option<AxisReport>,
+    /// What the chip reported; left out where none runs.
+    #[serde(flatten)]
+    pub chip: Option<ChipReport>,
     /// Every change of contact: `[t_s, from, to]`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub events: Option<Vec<(f64, i8, i8)>>,
@@ -80,7 +84,7 @@ impl Summary {
             "max_abs_dac_code" => self.max_abs_dac_code,
             // Without supervision there is none.
             "faults" => Some(f64::from(self.faults.unwrap_or(0))),
-            _ => None,
+            _ => self.chip.as_ref()?.figure(key),
         }
     }
 }
@@ -185,6 +189,8 @@ pub(crate) struct EndOfRun<'a> {
     pub(crate) events: Option<&'a [ContactChange]>,
     /// What the axis reported last.
     pub(crate) servo: Option<ServoStatus>,
+    /// What its chip reported.
+    pub(crate) chip: Option<ChipReport>,
 }
 
 impl EndOfRun<'_> {
@@ -225,6 +231,7 @@ impl EndOfRun<'_> {
             axis: self
                 .servo
                 .map(|servo| AxisReport::new(&servo, case.controller.sample_time_ns.unwrap_or(0))),
+            chip: self.chip.clone(),
             events: self.events.filter(|_| case.run.events).map(|events| {
                 let event = |e: &ContactChange| (e.time_s, e.from.sign(), e.to.sign());
                 events.iter().map(event).collect()

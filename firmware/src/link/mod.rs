@@ -38,8 +38,8 @@
 //! | `03` | AXIS | [`settings::write_axis`] |
 //! | `04` | SETPOINTS | 4 bytes each |
 //! | `05` | PLAN | [`crate::MotionPlan::parts`] |
-//! | `06` | BEGIN | CRC-32 of the configuration, source |
-//! | `07` | STEP | flags, motor register; as flagged: load register, tick and failed transfers, setpoint |
+//! | `06` | BEGIN | CRC-32 of the configuration, events, source |
+//! | `07` | STEP | flags, motor register; as flagged: load register, tick and transfers, setpoint |
 //! | `08` | LAW | [`settings::write_law`] |
 //! | `09` | STATUS | – |
 //! | `81` | to HELLO | [`reply::Identity`] |

@@ -36,6 +36,8 @@ pub enum Request<'a> {
         configuration: u32,
         /// Where the axis takes its setpoints from.
         source: SourceKind,
+        /// Asked for at once, before the first sample.
+        events: Events,
     },
     /// One sample.
     Step(Step),
@@ -65,6 +67,9 @@ pub struct Step {
     /// What the hardware shows. Its tick is the one before plus 1, or it is
     /// sent along.
     pub inputs: Inputs,
+    /// Whether the motor's register could not be read: the last good one stands
+    /// for it, as [`crate::hardware::serve`] has it.
+    pub motor_unread: bool,
     /// What the source has, where it is [`SourceKind::Step`].
     pub next: Next,
 }
@@ -134,7 +139,7 @@ mod kind {
 mod flag {
     pub(super) const EMERGENCY_STOP: u8 = 0x10;
     pub(super) const LOAD: u8 = 0x20;
-    /// Tick and failed transfers.
+    /// Tick, failed transfers, and whether the motor's register is missing.
     pub(super) const ODD: u8 = 0x40;
     pub(super) const NEXT: u8 = 0x80;
 }
@@ -163,8 +168,10 @@ impl Request<'_> {
             Self::Begin {
                 configuration,
                 source,
+                events,
             } => {
                 to.u32(*configuration);
+                to.u8(events.bits());
                 to.u8(match source {
                     SourceKind::Table => 0,
                     SourceKind::Plan => 1,
@@ -206,6 +213,7 @@ impl<'a> Request<'a> {
             kind::STATUS => Self::Status,
             kind::BEGIN => {
                 let configuration = from.u32()?;
+                let events = Events::of_bits(from.u8()?);
                 let source = match from.u8()? {
                     0 => SourceKind::Table,
                     1 => SourceKind::Plan,
@@ -216,6 +224,7 @@ impl<'a> Request<'a> {
                 Self::Begin {
                     configuration,
                     source,
+                    events,
                 }
             }
             kind::STEP => Self::Step(Step::read(from, last_tick)?),
@@ -227,7 +236,9 @@ impl<'a> Request<'a> {
 impl Step {
     fn write<const N: usize>(&self, to: &mut Writer<N>, last_tick: u64) {
         let inputs = &self.inputs;
-        let follows = inputs.tick == last_tick.wrapping_add(1) && inputs.failed_transfers == 0;
+        let follows = inputs.tick == last_tick.wrapping_add(1)
+            && inputs.failed_transfers == 0
+            && !self.motor_unread;
         let mut flags = self.events.bits();
         for (flag, present) in [
             (flag::EMERGENCY_STOP, inputs.emergency_stop),
@@ -247,6 +258,7 @@ impl Step {
         if !follows {
             to.u64(inputs.tick);
             to.u32(inputs.failed_transfers);
+            to.u8(u8::from(self.motor_unread));
         }
         let (last, setpoint) = match self.next {
             Next::Underrun => return,
@@ -268,11 +280,14 @@ impl Step {
         } else {
             None
         };
-        let (tick, failed_transfers) = if has(flag::ODD) {
-            (from.u64()?, from.u32()?)
+        let (tick, failed_transfers, unread) = if has(flag::ODD) {
+            (from.u64()?, from.u32()?, from.u8()?)
         } else {
-            (last_tick.wrapping_add(1), 0)
+            (last_tick.wrapping_add(1), 0, 0)
         };
+        if unread > 1 {
+            return None;
+        }
         let next = if has(flag::NEXT) {
             let last = from.u8()?;
             let setpoint = Setpoint {
@@ -298,6 +313,7 @@ impl Step {
                 emergency_stop: has(flag::EMERGENCY_STOP),
                 failed_transfers,
             },
+            motor_unread: unread != 0,
             next,
         })
     }

@@ -11,7 +11,7 @@ use super::bytes::Reader;
 use super::frame::{Received, crc32_on};
 use super::header::Header;
 use super::reply::{Identity, LARGEST_REPLY, Nak, Reply, Status, Stepped};
-use super::request::{Request, SourceKind, Step};
+use super::request::{Events, Request, SourceKind, Step};
 use super::settings;
 use crate::axis::{Axis, AxisState};
 use crate::controller::{Controller, ControllerState};
@@ -218,7 +218,8 @@ impl<'t, const N: usize> Server<'t, N> {
             Request::Begin {
                 configuration,
                 source,
-            } => self.begin(*configuration, *source),
+                events,
+            } => self.begin(*configuration, *source, *events),
         };
         match done {
             Ok(()) if !self.begun => {
@@ -254,14 +255,20 @@ impl<'t, const N: usize> Server<'t, N> {
         Ok(())
     }
 
-    fn begin(&mut self, configuration: u32, kind: SourceKind) -> Result<(), Nak> {
+    fn begin(&mut self, configuration: u32, kind: SourceKind, events: Events) -> Result<(), Nak> {
         if configuration != self.configuration {
             return Err(Nak::Configuration {
                 here: self.configuration,
             });
         }
-        if matches!(self.machine, Machine::None) {
-            return Err(Nak::Request);
+        match &mut self.machine {
+            Machine::None => return Err(Nak::Request),
+            Machine::Paper(..) => {}
+            Machine::Axis(axis, state) => {
+                if !ask_for(axis, state, events).is_empty() {
+                    return Err(Nak::Request);
+                }
+            }
         }
         self.source.kind = kind;
         self.begun = true;
@@ -296,20 +303,19 @@ impl<'t, const N: usize> Server<'t, N> {
                     state: State::Moving,
                     power: true,
                     out_of_range: status.error_limited | status.error_sum_beyond_range,
-                    refused: super::request::Events::default(),
+                    refused: Events::default(),
                     ticks,
                     fault: None,
                 }
             }
             Machine::Axis(axis, state) => {
-                let mut refused = super::request::Events::default();
-                for event in step.events.iter() {
-                    if axis.request(state, event).is_err() {
-                        refused.insert(event);
-                    }
+                let refused = ask_for(axis, state, step.events);
+                let mut inputs = step.inputs;
+                if step.motor_unread {
+                    (inputs.motor_register, _) = state.last_registers();
                 }
                 target.start();
-                let output = axis.tick(state, &step.inputs, source);
+                let output = axis.tick(state, &inputs, source);
                 let ticks = target.elapsed();
                 Stepped {
                     code: output.code,
@@ -327,4 +333,15 @@ impl<'t, const N: usize> Server<'t, N> {
         self.last_tick = step.inputs.tick;
         Reply::Stepped(stepped)
     }
+}
+
+/// Asks for the events in their order; those that were refused.
+fn ask_for(axis: &Axis, state: &mut AxisState, events: Events) -> Events {
+    let mut refused = Events::default();
+    for event in events.iter() {
+        if axis.request(state, event).is_err() {
+            refused.insert(event);
+        }
+    }
+    refused
 }

@@ -79,6 +79,7 @@ fn step(motor_register: u32, tick: u64, events: &[Event]) -> Request<'static> {
             motor_register,
             ..Inputs::default()
         },
+        motor_unread: false,
         next: Next::Underrun,
     })
 }
@@ -103,6 +104,7 @@ fn configured(table: &mut SetpointTable<16>) -> Host<'_> {
     let begin = Request::Begin {
         configuration: host.configuration,
         source: SourceKind::Table,
+        events: Events::default(),
     };
     assert_eq!(host.ask(1, 3, &begin), Reply::Taken);
     host
@@ -177,6 +179,7 @@ fn another_configuration_is_refused() {
     let begin = |configuration| Request::Begin {
         configuration,
         source: SourceKind::Table,
+        events: Events::default(),
     };
     let here = host.configuration;
     let refused = Reply::Nak(Nak::Configuration { here });

@@ -5,5 +5,7 @@
 //!  "qemu:m4"             FIFO, serial port
 //! ```
 
+pub mod client;
+pub mod figures;
 pub mod line;
 pub mod spec;

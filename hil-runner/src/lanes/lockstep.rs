@@ -194,6 +194,7 @@ impl<W: Width> Lanes<W> {
             held_limit_ns: nanoseconds(sums.held_limit_ns.as_ref()[lane]),
             events: None,
             servo: None,
+            chip: None,
         }
         .summary())
     }

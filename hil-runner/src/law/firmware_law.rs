@@ -55,21 +55,22 @@ impl FirmwareLaw {
             error_counts: f64::from(output.error_counts),
             dac_code: f64::from(output.code),
             out_of_range: status.error_limited || status.error_sum_beyond_range,
+            busy: None,
             servo: None,
         }
     }
 }
 
 /// What the firmware is made of, less its setpoints.
-struct Parts {
-    gains: QuantisedGains,
-    dac: Dac,
+pub(crate) struct Parts {
+    pub(crate) gains: QuantisedGains,
+    pub(crate) dac: Dac,
     /// The sample of the last setpoint.
-    last: u64,
+    pub(crate) last: u64,
 }
 
 impl Parts {
-    fn of(case: &Case, setpoint: &Setpoint) -> Result<Self, QuantiseError> {
+    pub(crate) fn of(case: &Case, setpoint: &Setpoint) -> Result<Self, QuantiseError> {
         let last = last_tick(case, setpoint.period_ns);
         let travel_counts = whole(setpoint.count(last));
         let gains = quantise(&case.controller.gains, setpoint.period_ns, travel_counts)?;

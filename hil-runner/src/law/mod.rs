@@ -1,6 +1,7 @@
 //! The sampled control laws, one per rung (`sampled`, `quantised`,
 //! `firmware`).
 
+mod chip_law;
 mod firmware_law;
 mod quantised;
 mod sampled;
@@ -13,6 +14,7 @@ use crate::time::seconds;
 use firmware::{CAPACITY, SetpointError};
 use plant::{Encoder, Motion};
 
+pub use chip_law::{ChipError, ChipLaw, Meter};
 pub use firmware_law::FirmwareLaw;
 pub(crate) use firmware_law::FirmwareOnCounts;
 use quantised::QuantisedLaw;

@@ -43,6 +43,7 @@ impl QuantisedLaw {
             error_counts,
             dac_code,
             out_of_range: false,
+            busy: None,
             servo: None,
         }
     }

@@ -84,6 +84,7 @@ impl SampledLaw {
             error_counts,
             dac_code: self.pid.output(error_counts),
             out_of_range: false,
+            busy: None,
             servo: None,
         }
     }

@@ -11,7 +11,9 @@ use plant::{
 
 use super::tree::Table;
 use super::values::Values;
-use crate::case::{Case, ControllerSettings, Law, Limit, RunSettings, SolverChoice};
+use crate::case::{
+    Case, ControllerSettings, Law, Limit, RunSettings, SolverChoice, TargetSettings,
+};
 
 /// The case; [`None`] if a value that it needs is missing or was refused.
 pub(super) fn assemble(v: &Values, tree: &Table) -> Option<Case> {
@@ -33,6 +35,7 @@ pub(super) fn assemble(v: &Values, tree: &Table) -> Option<Case> {
         encoder: encoder(v)?,
         controller: controller(v)?,
         servo: servo::servo(v)?,
+        target: TargetSettings::default(),
         motion: motion(v)?.ok()?,
         run: run(v)?,
         budget: budget(v, tree)?,

@@ -21,15 +21,15 @@ pub enum IoKind {
 
 /// What the world shows to the board at one sample.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub(super) struct Shown {
+pub(crate) struct Shown {
     /// Position of the motor \[counts\].
-    pub(super) motor_counts: i64,
+    pub(crate) motor_counts: i64,
     /// Register of the load's encoder, where there is one.
-    pub(super) load_register: Option<u32>,
+    pub(crate) load_register: Option<u32>,
     /// Whether the emergency stop is asserted.
-    pub(super) emergency_stop: bool,
+    pub(crate) emergency_stop: bool,
     /// Whether the transfer of the motor's register fails.
-    pub(super) bus_fails: bool,
+    pub(crate) bus_fails: bool,
 }
 
 /// The board of a run.
@@ -78,7 +78,7 @@ impl BenchBoard {
     }
 
     /// The world at the next sample.
-    pub(super) fn set_inputs(&mut self, shown: Shown) {
+    pub(crate) fn set_inputs(&mut self, shown: Shown) {
         self.shown = shown;
         if let Electronics::Spi { io, samples } = &mut self.electronics {
             if shown.bus_fails {

@@ -8,25 +8,29 @@ mod board;
 mod homing;
 mod setup;
 mod source;
+mod world;
 
 use firmware::axis::{Axis, AxisState};
 use firmware::hardware::serve;
 use firmware::law::Law;
-use firmware::{Event, Fault, State, counts};
+use firmware::{Event, Fault, State};
 
-use super::whole;
 use crate::case::Case;
 use crate::message::{Command, Measurement};
 use crate::quantise::QuantiseError;
-use crate::servo::{EncoderGlitch, GapSource, ServoSettings};
+use crate::servo::GapSource;
 use crate::words::{ServoWords, WordRequest};
 
 pub use board::IoKind;
 pub use homing::{GapMeasurement, measure_gap};
 
-pub(super) use board::BenchBoard;
-use setup::Setup;
-use source::Source;
+pub(crate) use board::BenchBoard;
+pub(crate) use setup::Setup;
+pub(crate) use source::{Source, StreamedQueue};
+pub(crate) use world::{Reported, World};
+
+/// What is asked of the axis before its first sample.
+pub(crate) const FROM_REST: [Event; 2] = [Event::Enable, Event::Start];
 
 /// What the axis reports with every command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,8 +50,6 @@ pub struct ServoStatus {
 /// The firmware's axis with its memory, its board and its source of setpoints.
 #[derive(Debug, Clone)]
 pub struct ServoLaw {
-    settings: ServoSettings,
-    period_ns: u64,
     axis: Axis,
     words: ServoWords,
     /// The law from the gain change on.
@@ -55,14 +57,8 @@ pub struct ServoLaw {
     state: AxisState,
     board: BenchBoard,
     source: Source,
-    /// The count at which the encoder froze.
-    frozen_counts: Option<f64>,
-    /// `e` of the last sample that ran \[counts\].
-    error_counts: i32,
-    first_fault: Option<Fault>,
-    faults: u32,
-    peak_error_counts: u32,
-    refused_requests: u32,
+    world: World,
+    reported: Reported,
 }
 
 /// What the words of a case are made from, whether or not it asks for more
@@ -125,24 +121,18 @@ impl ServoLaw {
         let axis = setup.axis(words.law)?;
         let mut state = AxisState::start(&axis);
         // From rest, before the first sample: the table has no refusal here.
-        for event in [Event::Enable, Event::Start] {
+        for event in FROM_REST {
             let _ = axis.request(&mut state, event);
         }
         Ok(Self {
-            settings: case.servo,
-            period_ns,
+            reported: Reported::new(state.state()),
+            world: World::new(case.servo, period_ns),
             axis,
             next_law: setup.next_law()?,
             words,
             state,
             board: BenchBoard::new(case, io)?,
             source: setup.source()?,
-            frozen_counts: None,
-            error_counts: 0,
-            first_fault: None,
-            faults: 0,
-            peak_error_counts: 0,
-            refused_requests: 0,
         })
     }
 
@@ -153,18 +143,25 @@ impl ServoLaw {
 
     pub(crate) fn step(&mut self, measurement: Measurement) -> Command {
         let tick = measurement.tick;
-        let injections = self.settings.injections;
-        if self.missed_tick() == Some(tick) {
-            // The loop does not run: everything stays as it is.
-            return self.command(tick, false);
+        if self.world.misses(tick) {
+            return self.reported.command(tick, false);
         }
-        self.requests(tick);
-        self.inputs(measurement);
+        for event in self.world.events(tick) {
+            self.reported.asked(event);
+            // The report has counted a refusal.
+            let _ = self.axis.request(&mut self.state, event);
+        }
+        if self.world.changes_gains(tick)
+            && let Some(law) = self.next_law
+            && law != *self.axis.law()
+        {
+            self.axis.set_law(law);
+            self.state.gains_changed();
+        }
+        self.board.set_inputs(self.world.shown(measurement));
         if let Source::Queue(queue) = &mut self.source {
-            let dry = injections.setpoint_underrun_ns;
-            queue.fill(dry.is_some_and(|at_ns| tick * self.period_ns >= at_ns));
+            queue.fill(self.world.queue_is_dry(tick));
         }
-        let before = self.state.state();
         let output = serve(
             &self.axis,
             &mut self.state,
@@ -172,96 +169,10 @@ impl ServoLaw {
             &mut self.source,
             tick,
         );
-        self.error_counts = output.error_counts;
-        if output.state == State::Fault && before != State::Fault {
-            self.faults += 1;
-            self.first_fault = self.first_fault.or(self.state.fault().copied());
-        }
-        if before.is_powered() || output.state.is_powered() {
-            let size = output.error_counts.unsigned_abs();
-            self.peak_error_counts = self.peak_error_counts.max(size);
-        }
-        self.command(tick, output.out_of_range)
-    }
-
-    fn command(&self, tick: u64, out_of_range: bool) -> Command {
-        Command {
-            tick,
-            error_counts: f64::from(self.error_counts),
-            dac_code: f64::from(self.board.code_in_force()),
-            out_of_range,
-            servo: Some(ServoStatus {
-                state: self.state.state(),
-                first_fault: self.first_fault,
-                faults: self.faults,
-                peak_error_counts: self.peak_error_counts,
-                refused_requests: self.refused_requests,
-            }),
-        }
-    }
-
-    /// What is asked for before this sample.
-    fn requests(&mut self, tick: u64) {
-        let requests = self.settings.requests;
-        for (at_ns, event) in [
-            (requests.disable_ns, Event::Disable),
-            (requests.reset_ns, Event::Reset),
-            (requests.enable_ns, Event::Enable),
-        ] {
-            if self.comes(at_ns, tick) && self.axis.request(&mut self.state, event).is_err() {
-                self.refused_requests += 1;
-            }
-        }
-        let change = self.settings.gain_change.map(|change| change.at_ns);
-        if self.comes(change, tick)
-            && let Some(law) = self.next_law
-            && law != *self.axis.law()
-        {
-            self.axis.set_law(law);
-            self.state.gains_changed();
-        }
-    }
-
-    /// What the board shows at this sample.
-    fn inputs(&mut self, measurement: Measurement) {
-        let tick = measurement.tick;
-        let injections = self.settings.injections;
-        let mut position = measurement.position_counts;
-        if self.comes(injections.encoder_freeze_ns, tick) {
-            self.frozen_counts = Some(position);
-        }
-        position = self.frozen_counts.unwrap_or(position);
-        if let Some(EncoderGlitch { at_ns, counts }) = injections.encoder_glitch
-            && self.comes(Some(at_ns), tick)
-        {
-            position += f64::from(counts);
-        }
-        let requests = self.settings.requests;
-        let time_ns = tick * self.period_ns;
-        let pressed = requests.emergency_stop_ns.is_some_and(|at| time_ns >= at)
-            && requests
-                .emergency_stop_release_ns
-                .is_none_or(|at| time_ns < at);
-        self.board.set_inputs(board::Shown {
-            motor_counts: whole(position),
-            load_register: measurement
-                .load_counts
-                .map(|counts| counts::wrap(whole(counts)).cast_unsigned()),
-            emergency_stop: pressed,
-            bus_fails: self.comes(injections.bus_error_ns, tick),
-        });
-    }
-
-    /// Whether `tick` is the first sample at or after `at_ns` that is not missed.
-    fn comes(&self, at_ns: Option<u64>, tick: u64) -> bool {
-        let first = at_ns.map(|at_ns| at_ns.div_ceil(self.period_ns));
-        let waits = first.is_some() && first == self.missed_tick();
-        first.map(|first| first + u64::from(waits)) == Some(tick)
-    }
-
-    /// The sample that does not come.
-    fn missed_tick(&self) -> Option<u64> {
-        let at_ns = self.settings.injections.missed_tick_ns?;
-        Some(at_ns.div_ceil(self.period_ns))
+        let code = self.board.code_in_force();
+        let fault = self.state.fault().copied();
+        self.reported
+            .sampled(output.state, output.error_counts, code, fault);
+        self.reported.command(tick, output.out_of_range)
     }
 }

@@ -8,7 +8,7 @@ use firmware::{
 
 /// The sources of a run.
 #[derive(Debug, Clone)]
-pub(super) enum Source {
+pub(crate) enum Source {
     /// The table in the controller's memory.
     Table(Box<TableSource<SetpointTable<CAPACITY>, CAPACITY>>),
     /// The firmware's generator.
@@ -29,7 +29,7 @@ impl SetpointSource for Source {
 
 /// The generator with its memory.
 #[derive(Debug, Clone)]
-pub(super) struct Generator {
+pub(crate) struct Generator {
     plan: MotionPlan,
     state: MotionState,
 }
@@ -42,6 +42,11 @@ impl Generator {
         }
     }
 
+    /// What it runs.
+    pub(crate) fn plan(&self) -> &MotionPlan {
+        &self.plan
+    }
+
     fn next(&mut self) -> Next {
         self.plan.next(&mut self.state)
     }
@@ -52,7 +57,7 @@ const WAITING: usize = 16;
 
 /// A queue that the host keeps full from a generator of its own.
 #[derive(Debug, Clone)]
-pub(super) struct StreamedQueue {
+pub(crate) struct StreamedQueue {
     generator: Generator,
     stream: Stream<WAITING>,
     /// Whether the end of the motion was sent.
@@ -72,7 +77,7 @@ impl StreamedQueue {
     }
 
     /// Sends what there is room for; nothing where the link is `broken`.
-    pub(super) fn fill(&mut self, broken: bool) {
+    pub(crate) fn fill(&mut self, broken: bool) {
         let (mut sender, _) = self.stream.split();
         while !broken && !self.ended && sender.room() > 0 {
             let item = match self.generator.next() {
@@ -86,7 +91,7 @@ impl StreamedQueue {
         }
     }
 
-    fn next(&mut self, observed: &Observed) -> Next {
+    pub(crate) fn next(&mut self, observed: &Observed) -> Next {
         if let Some(last) = self.last {
             return Next::Last(last);
         }

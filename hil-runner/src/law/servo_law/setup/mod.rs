@@ -20,7 +20,7 @@ use crate::words::{RateBits, ServoWords, WordRequest};
 
 /// What the parts of an axis are made from.
 #[derive(Debug)]
-pub(super) struct Setup<'a> {
+pub(crate) struct Setup<'a> {
     case: &'a Case,
     period_ns: u64,
     setpoint: Setpoint,
@@ -28,7 +28,7 @@ pub(super) struct Setup<'a> {
 }
 
 impl<'a> Setup<'a> {
-    pub(super) fn of(case: &'a Case, period_ns: u64) -> Result<Self, QuantiseError> {
+    pub(crate) fn of(case: &'a Case, period_ns: u64) -> Result<Self, QuantiseError> {
         let setpoint = match (case.servo.law.feedback, case.servo.encoders.load) {
             (Feedback::Dual, Some(load)) => Setpoint::of_load(case, period_ns, load),
             _ => Setpoint::new(case, period_ns),
@@ -88,19 +88,19 @@ impl<'a> Setup<'a> {
     }
 
     /// The axis of the run.
-    pub(super) fn axis(&self, law: Law) -> Result<Axis, QuantiseError> {
+    pub(crate) fn axis(&self, law: Law) -> Result<Axis, QuantiseError> {
         let mut axis = self.axis_without_take_up(law)?;
         axis.take_up = self.take_up()?;
         Ok(axis)
     }
 
     /// The words of the law from the start.
-    pub(super) fn words(&self) -> Result<ServoWords, QuantiseError> {
+    pub(crate) fn words(&self) -> Result<ServoWords, QuantiseError> {
         self.request().words()
     }
 
     /// The law from the gain change on.
-    pub(super) fn next_law(&self) -> Result<Option<Law>, QuantiseError> {
+    pub(crate) fn next_law(&self) -> Result<Option<Law>, QuantiseError> {
         let Some(change) = self.case.servo.gain_change else {
             return Ok(None);
         };
@@ -143,7 +143,7 @@ impl<'a> Setup<'a> {
     }
 
     /// The setpoints of the run.
-    pub(super) fn source(&self) -> Result<Source, QuantiseError> {
+    pub(crate) fn source(&self) -> Result<Source, QuantiseError> {
         Ok(match (self.case.servo.law.setpoints, &self.plan) {
             (SetpointOrigin::Generator, Some(plan)) => {
                 Source::Generator(Box::new(Generator::new(plan.clone())))

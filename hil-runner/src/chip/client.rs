@@ -1,0 +1,256 @@
+//! The host's end of the line: asks, asks again, and takes no answer but the
+//! right one.
+//!
+//! One request is under way at a time. An answer counts if its frame is whole
+//! and it bears the session and the number of the request; anything else on
+//! the line is left alone. Without an answer the request is sent again, after
+//! [`Line::patience`] or at once where the chip says that it came damaged; the
+//! chip carries it out once, however often it comes. After [`GIVE_UP`] without
+//! an answer the line counts as dead.
+
+use core::fmt;
+use std::time::{Duration, Instant};
+
+use firmware::link::frame::{LARGEST_FRAME, Received, Receiver, crc32_on, encode};
+use firmware::link::header::VERSION;
+use firmware::link::{Identity, Nak, Reply, Request};
+
+use super::line::{Line, LineError};
+
+/// How long a chip may be silent before the run ends.
+pub const GIVE_UP: Duration = Duration::from_secs(3);
+
+/// What a client has noticed of its line. Matters of the moment: they enter no
+/// summary.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Noticed {
+    /// Requests that were answered.
+    pub answered: u64,
+    /// Times that a request was sent again.
+    pub repeated: u64,
+    /// Damaged frames, ours at the chip and the chip's here.
+    pub damaged: u64,
+    /// Whole frames that answered something else.
+    pub stray: u64,
+}
+
+/// A chip that has answered HELLO.
+#[derive(Debug)]
+pub struct Client {
+    line: Box<dyn Line>,
+    receiver: Receiver,
+    session: u16,
+    /// Of the last request.
+    number: u32,
+    last_tick: u64,
+    identity: Identity,
+    /// CRC-32 over the parts of the configuration so far.
+    configuration: u32,
+    noticed: Noticed,
+}
+
+impl Client {
+    /// Greets the chip.
+    ///
+    /// # Errors
+    /// [`ClientError`] if nobody answers, or in another version.
+    pub fn greet(line: Box<dyn Line>) -> Result<Self, ClientError> {
+        let mut client = Self {
+            line,
+            receiver: Receiver::new(),
+            session: 0,
+            number: 0,
+            last_tick: u64::MAX,
+            identity: Identity {
+                version: 0,
+                target: [0; 8],
+                image_crc: 0,
+                flash_bytes: 0,
+                ram_bytes: 0,
+                table_capacity: 0,
+                timer_hz: 0,
+            },
+            configuration: 0,
+            noticed: Noticed::default(),
+        };
+        client.begin_session()?;
+        Ok(client)
+    }
+
+    /// Begins a session: the chip forgets what was.
+    ///
+    /// # Errors
+    /// [`ClientError`] if nobody answers, or in another version.
+    pub fn begin_session(&mut self) -> Result<(), ClientError> {
+        self.session = next_session(self.session);
+        self.number = 0;
+        self.last_tick = u64::MAX;
+        self.configuration = 0;
+        let Reply::Hello(identity) = self.ask(&Request::Hello)? else {
+            return Err(ClientError::Unexpected);
+        };
+        if identity.version != VERSION {
+            return Err(ClientError::Version {
+                there: identity.version,
+            });
+        }
+        self.identity = identity;
+        Ok(())
+    }
+
+    /// What answers at the other end.
+    pub fn identity(&self) -> &Identity {
+        &self.identity
+    }
+
+    /// What was noticed of the line so far.
+    pub fn noticed(&self) -> Noticed {
+        self.noticed
+    }
+
+    /// CRC-32 over the parts of the configuration so far.
+    pub fn configuration(&self) -> u32 {
+        self.configuration
+    }
+
+    /// The next request: asks until it is answered.
+    ///
+    /// # Errors
+    /// [`ClientError`]; the session is over then.
+    pub fn request(&mut self, request: &Request<'_>) -> Result<Reply, ClientError> {
+        if !matches!(request, Request::Status) {
+            self.number = self.number.wrapping_add(1);
+        }
+        let reply = self.ask(request)?;
+        match request {
+            Request::Step(step) => self.last_tick = step.inputs.tick,
+            Request::Paper(payload)
+            | Request::Axis(payload)
+            | Request::Setpoints(payload)
+            | Request::Plan(payload) => {
+                let crc = crc32_on(self.configuration, &[request.kind()]);
+                self.configuration = crc32_on(crc, payload);
+            }
+            _ => {}
+        }
+        Ok(reply)
+    }
+
+    fn ask(&mut self, request: &Request<'_>) -> Result<Reply, ClientError> {
+        let body = request.body(self.session, self.number, self.last_tick);
+        let frame = body.and_then(|body| encode::<LARGEST_FRAME>(&body));
+        let frame = frame.ok_or(ClientError::TooLong)?;
+        let start = Instant::now();
+        self.line.send(&frame).map_err(ClientError::Line)?;
+        let mut buffer = [0; 256];
+        loop {
+            let count = self.line.receive(&mut buffer, self.line.patience());
+            let count = count.map_err(ClientError::Line)?;
+            let mut again = count == 0;
+            for byte in buffer.iter().take(count) {
+                match self.receiver.take(*byte) {
+                    None => {}
+                    Some(Received::Damaged) => self.noticed.damaged += 1,
+                    Some(Received::Body(body)) => match Reply::read(body) {
+                        Some((_, Reply::Nak(Nak::Damaged))) => {
+                            self.noticed.damaged += 1;
+                            again = true;
+                        }
+                        Some((header, reply))
+                            if header.session == self.session && header.number == self.number =>
+                        {
+                            self.noticed.answered += 1;
+                            return match reply {
+                                Reply::Nak(nak) => Err(ClientError::Refused(nak)),
+                                reply => Ok(reply),
+                            };
+                        }
+                        _ => self.noticed.stray += 1,
+                    },
+                }
+            }
+            if start.elapsed() > GIVE_UP {
+                return Err(ClientError::Silent);
+            }
+            if again {
+                self.noticed.repeated += 1;
+                // A 0 ends whatever the line has made of the frame before.
+                self.line.send(&[0]).map_err(ClientError::Line)?;
+                self.line.send(&frame).map_err(ClientError::Line)?;
+            }
+        }
+    }
+}
+
+/// A session that is not the last one, nor one of a run shortly before.
+fn next_session(last: u16) -> u16 {
+    let clock = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
+    let nanoseconds = clock.map_or(0, |since| since.subsec_nanos());
+    let [a, b, c, d] = nanoseconds.to_le_bytes();
+    let drawn = u16::from_le_bytes([a ^ c, b ^ d]);
+    if drawn == last || drawn == 0 {
+        last.wrapping_add(1).max(1)
+    } else {
+        drawn
+    }
+}
+
+/// Why a session has ended.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum ClientError {
+    /// The line has ended.
+    Line(LineError),
+    /// Nobody has answered for [`GIVE_UP`].
+    Silent,
+    /// The chip speaks another version of the protocol.
+    Version {
+        /// Its version.
+        there: u8,
+    },
+    /// The chip does not carry the request out.
+    Refused(Nak),
+    /// An answer to something else.
+    Unexpected,
+    /// A request that fits no frame.
+    TooLong,
+}
+
+impl fmt::Display for ClientError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Line(error) => error.fmt(f),
+            Self::Silent => write!(
+                f,
+                "the controller has not answered for {} s",
+                GIVE_UP.as_secs()
+            ),
+            Self::Version { there } => write!(
+                f,
+                "the controller speaks version {there} of the protocol, this program version \
+                 {VERSION}: build image and program from the same sources"
+            ),
+            Self::Refused(nak) => match nak {
+                Nak::Session => f.write_str("the controller has restarted and lost its memory"),
+                Nak::Number { expected } => write!(
+                    f,
+                    "the controller has lost its place: it expects request {expected}"
+                ),
+                Nak::Configuration { here } => write!(
+                    f,
+                    "the controller has another configuration than this run: its CRC-32 is {here:08x}"
+                ),
+                Nak::Settings => f.write_str("the controller refuses its settings"),
+                Nak::Table => f.write_str(
+                    "the motion has more setpoints than the controller's table; a longer sample \
+                     time or controller.setpoints = \"generator\" needs fewer",
+                ),
+                _ => write!(f, "the controller refuses a request: {nak:?}"),
+            },
+            Self::Unexpected => f.write_str("the controller answers something else than was asked"),
+            Self::TooLong => f.write_str("a request does not fit a frame"),
+        }
+    }
+}
+
+impl std::error::Error for ClientError {}

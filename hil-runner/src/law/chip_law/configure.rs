@@ -1,0 +1,187 @@
+//! Gives a chip the controller of a case.
+
+use core::fmt;
+
+use firmware::link::request::MOST_SETPOINTS;
+use firmware::link::{Events, Reply, Request, SourceKind, settings as wire};
+use firmware::{CAPACITY, SetpointTable, State};
+
+use super::{ChipLaw, Kind, Meter, RemoteAxis};
+use crate::case::{Case, Law};
+use crate::chip::client::{Client, ClientError};
+use crate::law::firmware_law::Parts;
+use crate::law::servo_law::{
+    BenchBoard, FROM_REST, IoKind, Reported, Setup, Source, StreamedQueue, World,
+};
+use crate::law::{Setpoint, whole};
+use crate::quantise::{QuantiseError, setpoint_table};
+
+impl<'c> ChipLaw<'c> {
+    /// Begins a session on the chip and gives it the controller of `case`.
+    /// `in_qemu`: whether its timer counts instructions.
+    ///
+    /// # Errors
+    /// [`ChipError`] if the case has no such controller, or the chip does not
+    /// take it.
+    pub fn new(client: &'c mut Client, case: &Case, in_qemu: bool) -> Result<Self, ChipError> {
+        let Some(period_ns) = case.controller.sample_time_ns else {
+            return Err(ChipError::Quantise(QuantiseError::NoSampleTime));
+        };
+        if case.controller.law != Law::Firmware {
+            return Err(ChipError::Law(case.controller.law));
+        }
+        client.begin_session()?;
+        let kind = if case.servo.is_off() {
+            paper(client, case, period_ns)?
+        } else {
+            axis(client, case, period_ns)?
+        };
+        let meter = Meter::new(client.identity(), in_qemu, case.target);
+        Ok(Self {
+            client,
+            kind,
+            meter,
+            steps: 0,
+        })
+    }
+}
+
+fn paper(client: &mut Client, case: &Case, period_ns: u64) -> Result<Kind, ChipError> {
+    let setpoint = Setpoint::new(case, period_ns);
+    let Parts { gains, dac, last } = Parts::of(case, &setpoint)?;
+    let payload = wire::write_paper(gains.pid.words(), dac).ok_or(ClientError::TooLong)?;
+    take(client, &Request::Paper(&payload))?;
+    let positions = (0..=last).map(|tick| whole(setpoint.count(tick)));
+    let table: SetpointTable<CAPACITY> = setpoint_table(positions)?;
+    send_table(client, table.as_counts())?;
+    begin(client, SourceKind::Table, Events::default())?;
+    Ok(Kind::Paper)
+}
+
+fn axis(client: &mut Client, case: &Case, period_ns: u64) -> Result<Kind, ChipError> {
+    let setup = Setup::of(case, period_ns)?;
+    let words = setup.words()?;
+    let axis = setup.axis(words.law)?;
+    let payload = wire::write_axis(&axis).ok_or(ClientError::TooLong)?;
+    take(client, &Request::Axis(&payload))?;
+    let mut queue: Option<Box<StreamedQueue>> = None;
+    let source = match setup.source()? {
+        Source::Table(table) => {
+            send_table(client, table.table().as_counts())?;
+            SourceKind::Table
+        }
+        Source::Generator(generator) => {
+            for part in generator.plan().parts() {
+                take(client, &Request::Plan(&part))?;
+            }
+            SourceKind::Plan
+        }
+        Source::Queue(streamed) => {
+            queue = Some(streamed);
+            SourceKind::Step
+        }
+    };
+    let mut events = Events::default();
+    let mut reported = Reported::new(State::Disabled);
+    for event in FROM_REST {
+        reported.asked(event);
+        events.insert(event);
+    }
+    begin(client, source, events)?;
+    Ok(Kind::Axis(Box::new(RemoteAxis {
+        world: World::new(case.servo, period_ns),
+        reported,
+        board: BenchBoard::new(case, IoKind::Direct)?,
+        law: words.law,
+        next_law: setup.next_law()?,
+        queue,
+    })))
+}
+
+fn send_table(client: &mut Client, setpoints: &[i32]) -> Result<(), ChipError> {
+    let capacity = client.identity().table_capacity;
+    if u32::try_from(setpoints.len()).is_ok_and(|needed| needed > capacity) {
+        return Err(ChipError::Table {
+            needed: setpoints.len(),
+            capacity,
+        });
+    }
+    for some in setpoints.chunks(MOST_SETPOINTS) {
+        let bytes: Vec<u8> = some.iter().flat_map(|count| count.to_le_bytes()).collect();
+        take(client, &Request::Setpoints(&bytes))?;
+    }
+    Ok(())
+}
+
+fn begin(client: &mut Client, source: SourceKind, events: Events) -> Result<(), ChipError> {
+    let configuration = client.configuration();
+    take(
+        client,
+        &Request::Begin {
+            configuration,
+            source,
+            events,
+        },
+    )
+}
+
+/// A request that is answered by having been taken.
+fn take(client: &mut Client, request: &Request<'_>) -> Result<(), ChipError> {
+    match client.request(request)? {
+        Reply::Taken => Ok(()),
+        _ => Err(ChipError::Client(ClientError::Unexpected)),
+    }
+}
+
+/// Why a chip does not get the controller of a case.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum ChipError {
+    /// Only rung `firmware` runs on a chip.
+    Law(Law),
+    /// The motion is longer than the chip's table of setpoints.
+    Table {
+        /// Setpoints of the motion.
+        needed: usize,
+        /// Setpoints that the table holds.
+        capacity: u32,
+    },
+    /// The gains or the motion do not fit the firmware.
+    Quantise(QuantiseError),
+    /// The chip does not answer, or refuses.
+    Client(ClientError),
+}
+
+impl fmt::Display for ChipError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Law(law) => write!(
+                f,
+                "a chip runs the firmware; the law must be \"firmware\", not \"{}\"",
+                law.name()
+            ),
+            Self::Table { needed, capacity } => write!(
+                f,
+                "the motion needs {needed} setpoints but the chip's table holds {capacity}; a \
+                 longer sample time, a shorter motion or controller.setpoints = \"generator\" \
+                 needs fewer"
+            ),
+            Self::Quantise(error) => error.fmt(f),
+            Self::Client(error) => error.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for ChipError {}
+
+impl From<QuantiseError> for ChipError {
+    fn from(error: QuantiseError) -> Self {
+        Self::Quantise(error)
+    }
+}
+
+impl From<ClientError> for ChipError {
+    fn from(error: ClientError) -> Self {
+        Self::Client(error)
+    }
+}

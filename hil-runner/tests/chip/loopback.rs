@@ -1,0 +1,86 @@
+//! A chip in memory: the server that every image runs, at the end of a line
+//! that is a queue.
+
+use std::collections::VecDeque;
+use std::time::Duration;
+
+use firmware::link::frame::{LARGEST_FRAME, Receiver, crc32, encode};
+use firmware::link::{Identity, Server, Target};
+use firmware::{CAPACITY, SetpointTable};
+use hil_runner::chip::line::{Line, LineError};
+
+/// Every step takes 320 ticks of 40 ns: 100 instructions of QEMU.
+#[derive(Debug)]
+pub(crate) struct Memory;
+
+impl Target for Memory {
+    fn identity(&self) -> Identity {
+        Identity {
+            version: firmware::link::header::VERSION,
+            target: *b"m4\0\0\0\0\0\0",
+            image_crc: crc32(b"memory"),
+            flash_bytes: 8_000,
+            ram_bytes: 1_000,
+            table_capacity: u32::try_from(CAPACITY).unwrap(),
+            timer_hz: 25_000_000,
+        }
+    }
+    fn start(&mut self) {}
+    fn elapsed(&mut self) -> u32 {
+        320
+    }
+    fn stack_bytes(&self) -> u32 {
+        500
+    }
+}
+
+/// The chip with its line.
+#[derive(Debug)]
+pub(crate) struct Loopback {
+    server: Server<'static, CAPACITY>,
+    receiver: Receiver,
+    replies: VecDeque<u8>,
+}
+
+impl Loopback {
+    pub(crate) fn new() -> Self {
+        // One table a chip; a test ends with its process.
+        let table = Box::leak(Box::new(SetpointTable::resting_at(0)));
+        Self {
+            server: Server::new(table),
+            receiver: Receiver::new(),
+            replies: VecDeque::new(),
+        }
+    }
+
+    /// Loses all memory, as a chip that is reset.
+    pub(crate) fn restart(&mut self) {
+        *self = Self::new();
+    }
+}
+
+impl Line for Loopback {
+    fn send(&mut self, bytes: &[u8]) -> Result<(), LineError> {
+        for byte in bytes {
+            let Some(received) = self.receiver.take(*byte) else {
+                continue;
+            };
+            if let Some(body) = self.server.answer(received, &mut Memory) {
+                self.replies.extend(encode::<LARGEST_FRAME>(&body).unwrap());
+            }
+        }
+        Ok(())
+    }
+
+    fn receive(&mut self, buffer: &mut [u8], _: Duration) -> Result<usize, LineError> {
+        let count = buffer.len().min(self.replies.len());
+        for (place, byte) in buffer.iter_mut().zip(self.replies.drain(..count)) {
+            *place = byte;
+        }
+        Ok(count)
+    }
+
+    fn patience(&self) -> Duration {
+        Duration::ZERO
+    }
+}

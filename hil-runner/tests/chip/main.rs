@@ -1,0 +1,14 @@
+//! The controller at the other end of a line: the same codes, whatever the
+//! line does.
+
+#![allow(
+    clippy::expect_used,
+    clippy::panic,
+    clippy::unwrap_used,
+    reason = "a test stops where its setup fails"
+)]
+
+mod campaign;
+mod loopback;
+mod noise;
+mod same_codes;
