@@ -6,7 +6,7 @@ use crate::error::RunError;
 use crate::figures::HOST_STEP_P99;
 use crate::law::Controller;
 use crate::report::number;
-use crate::run::{Outcome, RowSink, RunOptions, run};
+use crate::run::{ChipUnderTest, Outcome, RowSink, RunOptions, run, run_on_chip};
 use crate::time::seconds;
 use crate::timing::HostTiming;
 use crate::words::CaseWords;
@@ -41,26 +41,52 @@ impl CaseRun {
         };
         let outcome = run(case, options, sink)?;
         let controller = Controller::new(case, options.io).map_err(RunError::Quantise)?;
-        let words = match &controller {
+        let timed = controller.clone();
+        let timing = timed.and_then(|c| HostTiming::measure(c, &outcome.inputs));
+        Ok(Self::of(case, outcome, controller.as_ref(), timing))
+    }
+
+    /// Runs `case` with its controller on a chip. The time of a step on this
+    /// host means nothing then and is not taken.
+    ///
+    /// # Errors
+    /// [`RunError`]; the rows up to there have been delivered.
+    pub fn on_chip(
+        case: &Case,
+        options: RunOptions,
+        chip: &mut ChipUnderTest<'_>,
+        sink: &mut RowSink<'_>,
+    ) -> Result<Self, RunError> {
+        let outcome = run_on_chip(case, options, chip, sink)?;
+        let controller = Controller::new(case, options.io).map_err(RunError::Quantise)?;
+        Ok(Self::of(case, outcome, controller.as_ref(), None))
+    }
+
+    fn of(
+        case: &Case,
+        outcome: Outcome,
+        controller: Option<&Controller>,
+        timing: Option<HostTiming>,
+    ) -> Self {
+        let words = match controller {
             Some(Controller::Firmware(law)) => Some(CaseWords::from(law.gains())),
             Some(Controller::Servo(law)) => Some(CaseWords::from(law.words())),
             _ => None,
         };
-        let timing = controller.and_then(|c| HostTiming::measure(c, &outcome.inputs));
         let (limits, default) = budget::limits(case);
         let timing_verdict = limits
             .iter()
             .find(|limit| limit.figure == HOST_STEP_P99.key)
             .map(|limit| Verdict::new(limit, timing.map(|t| t.p99_us), default));
         let warnings = warnings(case, &outcome);
-        Ok(Self {
+        Self {
             case: case.clone(),
             outcome,
             timing,
             timing_verdict,
             words,
             warnings,
-        })
+        }
     }
 
     /// All verdicts, the one on the host's step time last.

@@ -4,7 +4,7 @@ use core::fmt;
 
 use plant::PlantError;
 
-use crate::law::ChipError;
+use crate::law::ChipLawError;
 use crate::link::LinkError;
 use crate::quantise::QuantiseError;
 
@@ -19,7 +19,7 @@ pub enum RunError {
     /// The gains or the motion do not fit the firmware.
     Quantise(QuantiseError),
     /// The chip does not take the controller, or does not answer.
-    Chip(ChipError),
+    Chip(ChipLawError),
     /// A sampled rung without a sample time.
     NoSampleTime,
     /// A row was not taken: it could not be written, or the user ended the run.
@@ -33,7 +33,7 @@ impl fmt::Display for RunError {
         match self {
             Self::Plant(error) => error.fmt(f),
             Self::Link(error) => error.fmt(f),
-            Self::Quantise(error) | Self::Chip(ChipError::Quantise(error)) => error.fmt(f),
+            Self::Quantise(error) | Self::Chip(ChipLawError::Quantise(error)) => error.fmt(f),
             Self::Chip(error) => error.fmt(f),
             Self::NoSampleTime => f.write_str("a sampled law needs controller.sample_time_s"),
             Self::Row(error) => error.fmt(f),

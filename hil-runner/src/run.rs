@@ -91,6 +91,25 @@ pub fn run(case: &Case, options: RunOptions, sink: &mut RowSink<'_>) -> Result<O
     Ok(bench.outcome(solver_name))
 }
 
+/// Runs a case with whatever controller is at the end of `link`.
+///
+/// # Errors
+/// As [`run()`]; [`RunError::NoSampleTime`] for a rung that does not sample.
+pub fn run_over(
+    case: &Case,
+    options: RunOptions,
+    link: &mut impl Link,
+    sink: &mut RowSink<'_>,
+) -> Result<Outcome, RunError> {
+    let (solver, solver_name) = solver(case);
+    let Some(period_ns) = case.controller.sample_time_ns else {
+        return Err(RunError::NoSampleTime);
+    };
+    let mut bench = Bench::new(case, options, solver, sink);
+    bench.lockstep(link, period_ns)?;
+    Ok(bench.outcome(solver_name))
+}
+
 /// A chip for a run, and how its timer is to be read.
 #[derive(Debug)]
 pub struct ChipUnderTest<'c> {

@@ -14,7 +14,7 @@ use crate::time::seconds;
 use firmware::{CAPACITY, SetpointError};
 use plant::{Encoder, Motion};
 
-pub use chip_law::{ChipError, ChipLaw, Meter};
+pub use chip_law::{ChipLaw, ChipLawError, Meter};
 pub use firmware_law::FirmwareLaw;
 pub(crate) use firmware_law::FirmwareOnCounts;
 use quantised::QuantisedLaw;

@@ -21,14 +21,14 @@ impl<'c> ChipLaw<'c> {
     /// `in_qemu`: whether its timer counts instructions.
     ///
     /// # Errors
-    /// [`ChipError`] if the case has no such controller, or the chip does not
+    /// [`ChipLawError`] if the case has no such controller, or the chip does not
     /// take it.
-    pub fn new(client: &'c mut Client, case: &Case, in_qemu: bool) -> Result<Self, ChipError> {
+    pub fn new(client: &'c mut Client, case: &Case, in_qemu: bool) -> Result<Self, ChipLawError> {
         let Some(period_ns) = case.controller.sample_time_ns else {
-            return Err(ChipError::Quantise(QuantiseError::NoSampleTime));
+            return Err(ChipLawError::Quantise(QuantiseError::NoSampleTime));
         };
         if case.controller.law != Law::Firmware {
-            return Err(ChipError::Law(case.controller.law));
+            return Err(ChipLawError::Law(case.controller.law));
         }
         client.begin_session()?;
         let kind = if case.servo.is_off() {
@@ -46,7 +46,7 @@ impl<'c> ChipLaw<'c> {
     }
 }
 
-fn paper(client: &mut Client, case: &Case, period_ns: u64) -> Result<Kind, ChipError> {
+fn paper(client: &mut Client, case: &Case, period_ns: u64) -> Result<Kind, ChipLawError> {
     let setpoint = Setpoint::new(case, period_ns);
     let Parts { gains, dac, last } = Parts::of(case, &setpoint)?;
     let payload = wire::write_paper(gains.pid.words(), dac).ok_or(ClientError::TooLong)?;
@@ -58,7 +58,7 @@ fn paper(client: &mut Client, case: &Case, period_ns: u64) -> Result<Kind, ChipE
     Ok(Kind::Paper)
 }
 
-fn axis(client: &mut Client, case: &Case, period_ns: u64) -> Result<Kind, ChipError> {
+fn axis(client: &mut Client, case: &Case, period_ns: u64) -> Result<Kind, ChipLawError> {
     let setup = Setup::of(case, period_ns)?;
     let words = setup.words()?;
     let axis = setup.axis(words.law)?;
@@ -98,10 +98,10 @@ fn axis(client: &mut Client, case: &Case, period_ns: u64) -> Result<Kind, ChipEr
     })))
 }
 
-fn send_table(client: &mut Client, setpoints: &[i32]) -> Result<(), ChipError> {
+fn send_table(client: &mut Client, setpoints: &[i32]) -> Result<(), ChipLawError> {
     let capacity = client.identity().table_capacity;
     if u32::try_from(setpoints.len()).is_ok_and(|needed| needed > capacity) {
-        return Err(ChipError::Table {
+        return Err(ChipLawError::Table {
             needed: setpoints.len(),
             capacity,
         });
@@ -113,7 +113,7 @@ fn send_table(client: &mut Client, setpoints: &[i32]) -> Result<(), ChipError> {
     Ok(())
 }
 
-fn begin(client: &mut Client, source: SourceKind, events: Events) -> Result<(), ChipError> {
+fn begin(client: &mut Client, source: SourceKind, events: Events) -> Result<(), ChipLawError> {
     let configuration = client.configuration();
     take(
         client,
@@ -126,17 +126,17 @@ fn begin(client: &mut Client, source: SourceKind, events: Events) -> Result<(), 
 }
 
 /// A request that is answered by having been taken.
-fn take(client: &mut Client, request: &Request<'_>) -> Result<(), ChipError> {
+fn take(client: &mut Client, request: &Request<'_>) -> Result<(), ChipLawError> {
     match client.request(request)? {
         Reply::Taken => Ok(()),
-        _ => Err(ChipError::Client(ClientError::Unexpected)),
+        _ => Err(ChipLawError::Client(ClientError::Unexpected)),
     }
 }
 
 /// Why a chip does not get the controller of a case.
 #[derive(Debug)]
 #[non_exhaustive]
-pub enum ChipError {
+pub enum ChipLawError {
     /// Only rung `firmware` runs on a chip.
     Law(Law),
     /// The motion is longer than the chip's table of setpoints.
@@ -152,7 +152,7 @@ pub enum ChipError {
     Client(ClientError),
 }
 
-impl fmt::Display for ChipError {
+impl fmt::Display for ChipLawError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Law(law) => write!(
@@ -172,15 +172,15 @@ impl fmt::Display for ChipError {
     }
 }
 
-impl std::error::Error for ChipError {}
+impl std::error::Error for ChipLawError {}
 
-impl From<QuantiseError> for ChipError {
+impl From<QuantiseError> for ChipLawError {
     fn from(error: QuantiseError) -> Self {
         Self::Quantise(error)
     }
 }
 
-impl From<ClientError> for ChipError {
+impl From<ClientError> for ChipLawError {
     fn from(error: ClientError) -> Self {
         Self::Client(error)
     }

@@ -15,7 +15,7 @@ use crate::chip::client::{Client, ClientError};
 use crate::link::{Link, LinkError};
 use crate::message::{Command, Measurement};
 
-pub use configure::ChipError;
+pub use configure::ChipLawError;
 pub use meter::Meter;
 
 /// A configured chip, sample by sample.
@@ -60,11 +60,11 @@ impl ChipLaw<'_> {
     /// \[Hz\].
     ///
     /// # Errors
-    /// [`ChipError`] if the chip does not answer.
-    pub fn end(self) -> Result<(Status, u64), ChipError> {
+    /// [`ChipLawError`] if the chip does not answer.
+    pub fn end(self) -> Result<(Status, u64), ChipLawError> {
         match self.client.request(&Request::Status)? {
             Reply::Status(status) => Ok((status, self.meter.clock_hz())),
-            _ => Err(ChipError::Client(ClientError::Unexpected)),
+            _ => Err(ChipLawError::Client(ClientError::Unexpected)),
         }
     }
 
