@@ -13,6 +13,8 @@
 //! e = r − c   (modulo 2^32, taken between −2^31 and 2^31 − 1)
 //! ```
 
+use crate::widen;
+
 /// The position modulo 2^32 that a counter of 32 bits shows for `position`
 /// \[counts\].
 ///
@@ -86,11 +88,13 @@ impl ErrorRange {
     /// assert_eq!(ErrorRange::from_bits(17).map(|range| range.limit()), Some(131_072));
     /// assert_eq!(ErrorRange::from_bits(30), None);
     /// ```
-    pub fn from_bits(bits: u8) -> Option<Self> {
-        let supported = (Self::MIN_BITS..=Self::MAX_BITS).contains(&bits);
-        supported.then(|| Self {
+    pub const fn from_bits(bits: u8) -> Option<Self> {
+        if bits < Self::MIN_BITS || bits > Self::MAX_BITS {
+            return None;
+        }
+        Some(Self {
             bits,
-            limit: 2_i32.saturating_pow(u32::from(bits)),
+            limit: 2_i32.saturating_pow(widen::byte(bits)),
         })
     }
 

@@ -156,6 +156,7 @@ pub mod states;
 pub mod stream;
 pub mod takeup;
 pub mod watch;
+mod widen;
 pub mod word;
 
 pub use axis::{Axis, AxisOutput, AxisState, Inputs};

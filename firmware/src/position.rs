@@ -34,6 +34,7 @@
 use core::fmt;
 
 use crate::faults::{FaultCause, Trip};
+use crate::widen;
 
 /// A counter and what its axis can do at most.
 ///
@@ -63,10 +64,7 @@ pub struct CounterParameters {
 impl Default for CounterParameters {
     /// 32 bits, no glitch looked for.
     fn default() -> Self {
-        Self {
-            bits: Self::MAX_BITS,
-            largest_jump: None,
-        }
+        Self::WORD
     }
 }
 
@@ -75,6 +73,11 @@ impl CounterParameters {
     pub const MIN_BITS: u8 = 8;
     /// Most bits of a counter.
     pub const MAX_BITS: u8 = 32;
+    /// The default: 32 bits, no glitch looked for.
+    pub const WORD: Self = Self {
+        bits: Self::MAX_BITS,
+        largest_jump: None,
+    };
 
     /// A counter of `bits` bits, whose count changes by no more than
     /// `largest_jump` counts from one sample to the next; `None` where glitches
@@ -83,8 +86,8 @@ impl CounterParameters {
     /// # Errors
     /// [`PositionError::Width`] unless `bits` is 8 to 32,
     /// [`PositionError::Jump`] unless the jump is 1 to `2^(bits−1) − 1`.
-    pub fn accept(bits: u8, largest_jump: Option<u32>) -> Result<Self, PositionError> {
-        if !(Self::MIN_BITS..=Self::MAX_BITS).contains(&bits) {
+    pub const fn accept(bits: u8, largest_jump: Option<u32>) -> Result<Self, PositionError> {
+        if bits < Self::MIN_BITS || bits > Self::MAX_BITS {
             return Err(PositionError::Width { bits });
         }
         let counter = Self { bits, largest_jump };
@@ -177,8 +180,8 @@ impl CounterParameters {
     }
 
     /// `2^(n−1)`.
-    fn half_wheel(&self) -> u32 {
-        2_u32.saturating_pow(u32::from(self.bits.saturating_sub(1)))
+    const fn half_wheel(&self) -> u32 {
+        2_u32.saturating_pow(widen::byte(self.bits.saturating_sub(1)))
     }
 }
 

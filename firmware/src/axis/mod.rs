@@ -89,15 +89,15 @@ pub struct Axis {
 impl Axis {
     /// An axis with law and output, every other option off. The converter is
     /// the one that the law was accepted for: its proof holds for no other.
-    pub fn new(law: Law, output: Output) -> Self {
+    pub const fn new(law: Law, output: Output) -> Self {
         Self {
             law,
             output: output.of_converter(law.dac()),
-            counter: CounterParameters::default(),
+            counter: CounterParameters::WORD,
             feedback: Feedback::Motor,
             take_up: None,
-            rest: Rest::default(),
-            watches: Watches::default(),
+            rest: Rest::NONE,
+            watches: Watches::NONE,
         }
     }
 

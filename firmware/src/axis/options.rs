@@ -25,6 +25,14 @@ pub struct Rest {
     pub hold_integral: bool,
 }
 
+impl Rest {
+    /// Nothing changes: the default.
+    pub const NONE: Self = Self {
+        dead_band: 0,
+        hold_integral: false,
+    };
+}
+
 /// Checks that run in every sample; `None` checks nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Watches {
@@ -36,4 +44,14 @@ pub struct Watches {
     pub saturation: Option<SaturationWatch>,
     /// A sample that did not come.
     pub ticks: Option<TickWatch>,
+}
+
+impl Watches {
+    /// Nothing is watched: the default.
+    pub const NONE: Self = Self {
+        following_error: None,
+        encoder_loss: None,
+        saturation: None,
+        ticks: None,
+    };
 }

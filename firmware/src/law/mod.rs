@@ -77,6 +77,43 @@ use bounds::Aligned;
 /// assert_eq!((y * 100 + (1 << 37)) >> 38, 3_205);
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
+///
+/// # As a constant
+///
+/// Where the words are known when the image is built, so is the law. Options
+/// that are off then cost nothing at run time, and limits and gains stand in
+/// the instructions. Words that are refused end the build:
+///
+/// ```
+/// use firmware::law::{Law, LawWords};
+/// use firmware::output::{Output, Quantiser};
+/// use firmware::{Axis, Dac, GainWord};
+///
+/// const AXIS: Axis = {
+///     let words = LawWords { kp: GainWord::new(1 << 29, 29), ..LawWords::NONE };
+///     let Ok(dac) = Dac::with_bits(12) else { panic!("bits of the converter") };
+///     let Ok(law) = Law::accept(words, dac) else { panic!("words of the law") };
+///     let Ok(output) = Output::new(dac, None, Quantiser::Nearest) else { panic!("slew limit") };
+///     Axis::new(law, output)
+/// };
+/// assert_eq!(AXIS.law().error_limit(), 1 << 17);
+/// ```
+///
+/// A gain of the same size with too few fraction bits for the accuracy:
+///
+/// ```compile_fail,E0080
+/// # use firmware::law::{Law, LawWords};
+/// # use firmware::output::{Output, Quantiser};
+/// # use firmware::{Axis, Dac, GainWord};
+/// const AXIS: Axis = {
+///     let words = LawWords { kp: GainWord::new(1 << 18, 18), ..LawWords::NONE };
+///     let Ok(dac) = Dac::with_bits(12) else { panic!("bits of the converter") };
+///     let Ok(law) = Law::accept(words, dac) else { panic!("words of the law") };
+///     let Ok(output) = Output::new(dac, None, Quantiser::Nearest) else { panic!("slew limit") };
+///     Axis::new(law, output)
+/// };
+/// # assert_eq!(AXIS.law().error_limit(), 1 << 17);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Law {
     words: LawWords,
@@ -93,14 +130,18 @@ impl Law {
     ///
     /// # Errors
     /// A [`LawError`] that names the part, its word and what is allowed.
-    pub fn accept(words: LawWords, dac: Dac) -> Result<Self, LawError> {
-        let aligned = words.check(dac)?;
-        let feeds_forward = [words.velocity_ff, words.acceleration_ff, words.friction_ff]
-            .map(|word| word.mantissa != 0);
+    pub const fn accept(words: LawWords, dac: Dac) -> Result<Self, LawError> {
+        let aligned = match words.check(dac) {
+            Ok(aligned) => aligned,
+            Err(error) => return Err(error),
+        };
+        let feeds_forward = words.velocity_ff.mantissa != 0
+            || words.acceleration_ff.mantissa != 0
+            || words.friction_ff.mantissa != 0;
         Ok(Self {
             words,
             aligned,
-            feeds_forward: feeds_forward.contains(&true),
+            feeds_forward,
             dac,
         })
     }
@@ -132,7 +173,7 @@ impl Law {
 
     /// Largest magnitude of a term over the declared ranges \[2^−F codes\]; of
     /// the integral, of one step of it.
-    pub fn largest_term(&self, part: Part) -> u64 {
+    pub const fn largest_term(&self, part: Part) -> u64 {
         match part {
             Part::Proportional => self.aligned.proportional.largest(),
             Part::Integral => self.aligned.integral.largest(),

@@ -13,6 +13,7 @@
 //! That is one 32×32→64-bit product ([`crate::product`]).
 
 use crate::product;
+use crate::widen;
 use crate::word::GainWord;
 
 /// A gain aligned to the sum's unit, for integers up to a limit.
@@ -28,8 +29,11 @@ pub(crate) struct Term {
 impl Term {
     /// The term of `word` for integers `|x| ≤ limit`, or `None` where the word
     /// is negative, is finer than the sum, or a factor needs more than 31 bits.
-    pub(crate) fn align(word: GainWord, sum_fraction_bits: u8, limit: u32) -> Option<Self> {
-        let whole_shift = sum_fraction_bits.checked_sub(word.fraction_bits)?;
+    pub(crate) const fn align(word: GainWord, sum_fraction_bits: u8, limit: u32) -> Option<Self> {
+        let Some(whole_shift) = sum_fraction_bits.checked_sub(word.fraction_bits) else {
+            return None;
+        };
+        let whole_shift = widen::byte(whole_shift);
         if word.mantissa == 0 {
             return Some(Self {
                 mantissa: 0,
@@ -37,22 +41,28 @@ impl Term {
                 largest: 0,
             });
         }
-        let largest = u64::try_from(word.mantissa)
-            .ok()?
-            .checked_mul(u64::from(limit))?
-            .checked_mul(2_u64.checked_pow(u32::from(whole_shift))?)?;
-        // Zero bits above the mantissa, less the sign.
-        let room = word.mantissa.leading_zeros().checked_sub(1)?;
-        let taken = u32::from(whole_shift).min(room);
-        let shift = u32::from(whole_shift).checked_sub(taken)?;
-        let most = u64::from(limit).checked_mul(2_u64.checked_pow(shift)?)?;
-        if most > u64::from(i32::MAX.unsigned_abs()) {
+        // Zero bits above the mantissa, less the sign; none above a negative one.
+        let Some(room) = word.mantissa.leading_zeros().checked_sub(1) else {
+            return None;
+        };
+        let taken = if whole_shift < room {
+            whole_shift
+        } else {
+            room
+        };
+        let mantissa = word.mantissa.wrapping_shl(taken);
+        let Some(scale) = 2_i32.checked_pow(whole_shift.saturating_sub(taken)) else {
+            return None;
+        };
+        let most = widen::word(limit).saturating_mul(widen::word(scale.unsigned_abs()));
+        if most > widen::word(i32::MAX.unsigned_abs()) {
             return None;
         }
         Some(Self {
-            mantissa: word.mantissa.checked_mul(2_i32.checked_pow(taken)?)?,
-            scale: 2_i32.checked_pow(shift)?,
-            largest,
+            mantissa,
+            scale,
+            // Both below 2^31.
+            largest: most.wrapping_mul(widen::word(mantissa.unsigned_abs())),
         })
     }
 

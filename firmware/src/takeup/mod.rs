@@ -152,7 +152,11 @@ impl TakeUp {
     /// # Errors
     /// A [`TakeUpError`] where the gap is too large, where nothing is left of
     /// a limit or where the move would take more than [`SAMPLES_MAX`] samples.
-    pub fn plan(half_gap_counts: u32, room: Room, trigger: Trigger) -> Result<Self, TakeUpError> {
+    pub const fn plan(
+        half_gap_counts: u32,
+        room: Room,
+        trigger: Trigger,
+    ) -> Result<Self, TakeUpError> {
         if half_gap_counts > HALF_GAP_MAX {
             return Err(TakeUpError::GapTooLarge { half_gap_counts });
         }
@@ -169,8 +173,13 @@ impl TakeUp {
         if distance > 0 && (room.velocity == 0 || room.acceleration == 0) {
             return Err(no_room);
         }
-        let half_samples = half_samples(distance, room).ok_or(too_long)?;
-        Self::of(half_gap_counts, half_samples, trigger).ok_or(too_long)
+        let Some(half_samples) = half_samples(distance, room) else {
+            return Err(too_long);
+        };
+        match Self::of(half_gap_counts, half_samples, trigger) {
+            Some(plan) => Ok(plan),
+            None => Err(too_long),
+        }
     }
 
     /// The plan of a move that takes `samples`, as another machine has planned
@@ -185,17 +194,23 @@ impl TakeUp {
     }
 
     /// `None` for no samples at all.
-    fn of(half_gap_counts: u32, half_samples: u32, trigger: Trigger) -> Option<Self> {
+    const fn of(half_gap_counts: u32, half_samples: u32, trigger: Trigger) -> Option<Self> {
         // N² ≤ 65 535² < 2^32, D ≤ 2^25
         let n2 = half_samples.wrapping_mul(half_samples);
         let distance = half_gap_counts.wrapping_mul(2);
+        let (Some(first), Some(change)) = (
+            Mixed::ratio(half_gap_counts, n2),
+            Mixed::ratio(distance, n2),
+        ) else {
+            return None;
+        };
         Some(Self {
             trigger,
             half_gap_counts,
             half_samples,
             n2,
-            first: Mixed::ratio(half_gap_counts, n2)?,
-            change: Mixed::ratio(distance, n2)?,
+            first,
+            change,
         })
     }
 

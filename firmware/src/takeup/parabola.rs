@@ -2,6 +2,7 @@
 //! numbers, whole ones and a part of `N²`.
 
 use super::{HALF_SAMPLES_MAX, Room};
+use crate::widen;
 
 /// A number `whole + part/N²` with `part < N²`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -12,10 +13,14 @@ pub(super) struct Mixed {
 
 impl Mixed {
     /// `numerator/denominator`; `None` for a denominator of 0.
-    pub(super) fn ratio(numerator: u32, denominator: u32) -> Option<Self> {
-        let whole = numerator.checked_div(denominator)?;
-        let part = numerator.checked_rem(denominator)?;
-        Some(Self { whole, part })
+    pub(super) const fn ratio(numerator: u32, denominator: u32) -> Option<Self> {
+        match (
+            numerator.checked_div(denominator),
+            numerator.checked_rem(denominator),
+        ) {
+            (Some(whole), Some(part)) => Some(Self { whole, part }),
+            _ => None,
+        }
     }
 
     /// The sum, in parts of `n2`. Whole numbers stay below 2^26, and only a sum
@@ -47,20 +52,26 @@ impl Mixed {
 }
 
 /// The smallest `N` with `D/N ≤ v_left` and `D/N² ≤ a_left`, up to 65 535.
-pub(super) fn half_samples(distance: u32, room: Room) -> Option<u32> {
-    // D·2^32 ≤ 2^57. A product that saturates is large enough in any case.
-    let scaled = u64::from(distance).wrapping_shl(32);
-    let enough = |n: u32| {
-        let n = u64::from(n);
-        // N² ≤ 65 535²
-        scaled <= room.velocity.saturating_mul(n)
-            && scaled <= room.acceleration.saturating_mul(n.wrapping_mul(n))
-    };
+pub(super) const fn half_samples(distance: u32, room: Room) -> Option<u32> {
     // The largest N that is not enough, bit by bit from the top.
-    let too_small = (0..16).rev().fold(0_u32, |below, bit| {
-        let n = below | 1_u32.wrapping_shl(bit);
-        if enough(n) { below } else { n }
-    });
+    let (mut too_small, mut bit) = (0_u32, 1_u32 << 15);
+    while bit > 0 {
+        let n = too_small | bit;
+        if !enough(n, distance, room) {
+            too_small = n;
+        }
+        bit = bit.wrapping_shr(1);
+    }
     let n = too_small.wrapping_add(1);
-    (n <= HALF_SAMPLES_MAX).then_some(n)
+    if n <= HALF_SAMPLES_MAX { Some(n) } else { None }
+}
+
+/// Whether `N = n` samples, at most 65 535, keep both limits.
+const fn enough(n: u32, distance: u32, room: Room) -> bool {
+    // D·2^32 ≤ 2^57. A product that saturates is large enough in any case.
+    let scaled = widen::word(distance).wrapping_shl(32);
+    let n = widen::word(n);
+    // N² ≤ 65 535²
+    scaled <= room.velocity.saturating_mul(n)
+        && scaled <= room.acceleration.saturating_mul(n.wrapping_mul(n))
 }

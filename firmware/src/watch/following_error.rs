@@ -69,7 +69,7 @@ impl FollowingErrorWatch {
     /// [`WatchError::LimitCounts`] unless the limit is 1 to 2^31 − 1,
     /// [`WatchError::Negative`] for a lag below 0, [`WatchError::FractionBits`]
     /// where lag and velocity have more than 62 fraction bits together.
-    pub fn accept(
+    pub const fn accept(
         limit_counts: u32,
         per_speed: GainWord,
         velocity_fraction_bits: u8,
@@ -77,8 +77,9 @@ impl FollowingErrorWatch {
         if limit_counts == 0 || limit_counts > Self::MAX_LIMIT_COUNTS {
             return Err(WatchError::LimitCounts { limit_counts });
         }
-        let mantissa =
-            u32::try_from(per_speed.mantissa).map_err(|_| WatchError::Negative { per_speed })?;
+        if per_speed.mantissa < 0 {
+            return Err(WatchError::Negative { per_speed });
+        }
         let fraction_bits = per_speed
             .fraction_bits
             .saturating_add(velocity_fraction_bits);
@@ -90,7 +91,7 @@ impl FollowingErrorWatch {
         }
         Ok(Self {
             limit_counts,
-            mantissa,
+            mantissa: per_speed.mantissa.unsigned_abs(),
             fraction_bits,
         })
     }
