@@ -49,15 +49,20 @@ impl Window {
         self.high
     }
 
+    /// Whether the upper word of `sum` alone tells that it is within: both ends
+    /// fill theirs alone, so it mostly does.
+    #[inline]
+    pub(crate) fn surely_holds(self, sum: i64, fraction_bits: u8) -> bool {
+        let [low, high] = [self.low, self.high].map(|code| upper(sum_of(code, fraction_bits)));
+        let above = upper(sum).wrapping_sub(low).cast_unsigned();
+        above < high.wrapping_sub(low).cast_unsigned()
+    }
+
     /// How far `sum` is beyond the window, 0 inside; in the unit of the sum,
     /// 2^−`fraction_bits` codes, below 2^62.
     #[inline]
     pub fn excess(self, sum: i64, fraction_bits: u8) -> i64 {
         let [low, high] = [self.low, self.high].map(|code| sum_of(code, fraction_bits));
-        // Mostly the upper words tell: both limits fill them alone.
-        if upper(sum) >= upper(low) && upper(sum) < upper(high) {
-            return 0;
-        }
         if sum > high {
             sum.wrapping_sub(high)
         } else if sum < low {

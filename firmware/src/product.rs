@@ -27,6 +27,8 @@ macro_rules! by_target {
     }};
 }
 
+pub(crate) use by_target;
+
 /// `u·v`.
 #[inline]
 pub(crate) fn unsigned(u: u32, v: u32) -> u64 {

@@ -10,25 +10,40 @@ use crate::dac::Dac;
 use crate::widen;
 use crate::word::GainWord;
 
-/// What acceptance computed, aligned to the sum.
+/// What acceptance computed, aligned to the sum. In this order in memory: what
+/// every sample needs comes first, where the smallest processors reach it with
+/// one instruction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(C)]
 pub(super) struct Aligned {
     pub(super) range: ErrorRange,
+    /// `D` \[counts\].
+    pub(super) slope_limit: i32,
     pub(super) proportional: Term,
     pub(super) integral: Term,
     pub(super) derivative: Term,
-    pub(super) velocity: Term,
-    pub(super) acceleration: Term,
-    /// \[2^−F codes\].
-    pub(super) friction: i64,
-    /// `D` \[counts\].
-    pub(super) slope_limit: i32,
     /// `Q` \[2^−F codes\].
     pub(super) integral_limit: i64,
+    /// \[2^−F codes\].
+    pub(super) friction: i64,
+    pub(super) velocity: Term,
+    pub(super) acceleration: Term,
+    /// Largest magnitudes \[2^−F codes\].
+    pub(super) largest: Largest,
     /// `S` \[counts\].
     pub(super) error_sum_limit: u64,
     /// Bits left above the largest sum.
     pub(super) headroom_bits: u32,
+}
+
+/// Largest magnitudes of the terms over the declared ranges \[2^−F codes\].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Largest {
+    pub(super) proportional: u64,
+    pub(super) integral: u64,
+    pub(super) derivative: u64,
+    pub(super) velocity: u64,
+    pub(super) acceleration: u64,
 }
 
 /// Bits of a 64-bit word that the largest sum leaves: it takes 62.
@@ -74,11 +89,18 @@ impl LawWords {
             Some(whole) => codes(whole, f),
             None => None,
         };
+        let mut largest = Largest {
+            proportional: proportional.largest(errors),
+            integral: integral.largest(errors),
+            derivative: 0,
+            velocity: velocity.largest(LARGEST_RATE),
+            acceleration: acceleration.largest(LARGEST_RATE),
+        };
         let direct = total(&[
-            proportional.largest(),
-            velocity.largest(),
-            acceleration.largest(),
-            friction.largest(),
+            largest.proportional,
+            largest.velocity,
+            largest.acceleration,
+            friction.largest(1),
         ]);
         let (Some(code_range), Some(integral_range), Some(direct)) =
             (code_range, integral_range, direct)
@@ -91,17 +113,18 @@ impl LawWords {
             return Err(too_wide);
         };
         let slope_limit = accepted!(self.slope_limit(errors, rest));
-        let derivative = accepted!(self.derivative_term(slope_limit));
+        let (derivative, limit) = accepted!(self.derivative_term(slope_limit));
+        largest.derivative = derivative.largest(limit);
 
         let all = [
             direct,
-            derivative.largest(),
+            largest.derivative,
             // No sum that these belong to saturates and still fits.
             integral_range.saturating_mul(3),
             code_range.saturating_mul(3),
         ];
         let headroom_bits = match total(&all) {
-            Some(largest) => largest.leading_zeros().checked_sub(BITS_ABOVE_SUM),
+            Some(sum) => sum.leading_zeros().checked_sub(BITS_ABOVE_SUM),
             None => None,
         };
         let Some(headroom_bits) = headroom_bits else {
@@ -129,9 +152,10 @@ impl LawWords {
             velocity,
             acceleration,
             // Of the integer 1.
-            friction: friction.largest().cast_signed(),
+            friction: friction.largest(1).cast_signed(),
             slope_limit: slope_limit.cast_signed(),
             integral_limit: integral_range.cast_signed(),
+            largest,
             error_sum_limit,
             headroom_bits,
         })
@@ -210,11 +234,13 @@ impl LawWords {
         Ok(counts)
     }
 
-    /// The derivative's term: of counts, or of filtered counts.
-    const fn derivative_term(&self, slope_limit: u32) -> Result<Term, LawError> {
+    /// The derivative's term, of counts or of filtered counts, and the largest
+    /// number of them.
+    const fn derivative_term(&self, slope_limit: u32) -> Result<(Term, u32), LawError> {
         let (part, word) = (Part::Derivative, self.kd_per_dt);
         let Some(filter) = self.filter else {
-            return self.term(part, word, slope_limit, 0);
+            let term = accepted!(self.term(part, word, slope_limit, 0));
+            return Ok((term, slope_limit));
         };
         if filter.smoothing < 1 {
             return Err(LawError::FilterSmoothing(filter.smoothing));
@@ -245,7 +271,7 @@ impl LawWords {
         let limit = slope_limit
             .saturating_mul(2_u32.saturating_pow(widen::byte(filter.fraction_bits)))
             .saturating_add(1);
-        self.term(part, scaled, limit, 0)
+        Ok((accepted!(self.term(part, scaled, limit, 0)), limit))
     }
 
     /// `S`, the smaller of `2^(fi−1)` and `Q/(Ki·Δt)` \[counts\].

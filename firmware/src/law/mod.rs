@@ -36,6 +36,8 @@
 mod bounds;
 mod error;
 pub mod filter;
+#[cfg(any(test, all(target_arch = "arm", not(target_has_atomic = "32"))))]
+mod narrow;
 mod state;
 mod step;
 mod term;
@@ -115,11 +117,12 @@ use bounds::Aligned;
 /// # assert_eq!(AXIS.law().error_limit(), 1 << 17);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(C)]
 pub struct Law {
-    words: LawWords,
-    aligned: Aligned,
     /// Whether any feed-forward is not zero.
     feeds_forward: bool,
+    aligned: Aligned,
+    words: LawWords,
     /// The converter that the words were accepted for.
     dac: Dac,
 }
@@ -175,11 +178,11 @@ impl Law {
     /// the integral, of one step of it.
     pub const fn largest_term(&self, part: Part) -> u64 {
         match part {
-            Part::Proportional => self.aligned.proportional.largest(),
-            Part::Integral => self.aligned.integral.largest(),
-            Part::Derivative => self.aligned.derivative.largest(),
-            Part::Velocity => self.aligned.velocity.largest(),
-            Part::Acceleration => self.aligned.acceleration.largest(),
+            Part::Proportional => self.aligned.largest.proportional,
+            Part::Integral => self.aligned.largest.integral,
+            Part::Derivative => self.aligned.largest.derivative,
+            Part::Velocity => self.aligned.largest.velocity,
+            Part::Acceleration => self.aligned.largest.acceleration,
             Part::Friction => self.aligned.friction.unsigned_abs(),
         }
     }

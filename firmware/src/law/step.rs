@@ -43,46 +43,97 @@ impl Law {
     /// One sample: the sum `y` for the errors and the motion of this sample.
     ///
     /// The sums below cannot wrap ([`super::words`], section Overflow).
+    #[inline]
     pub fn step(&self, state: &mut LawState, input: &LawInput, window: Window) -> LawOutput {
-        let law = &self.aligned;
-        let e = law.range.hold(input.error);
-        let error_limited = e != input.error;
-
-        let phase = core::mem::replace(&mut state.phase, Phase::Running);
-
-        // Kp·e + (Kd/Δt)·δ                              eq. 23, 1st and 3rd term
-        let (derivative, difference_limited) = self.derivative(state, input, e, phase);
-        let e = if input.within_dead_band { 0 } else { e };
-        let pd = law.proportional.times(e).wrapping_add(derivative);
-        // Kv·v + Ka·a + Kf·sign(v)
-        let direct = if self.feeds_forward {
-            pd.wrapping_add(self.feed_forward(input))
+        if state.phase != Phase::Running {
+            return self.begin(state, *input, window);
+        }
+        let e = self.aligned.range.hold(input.error);
+        let (direct, difference_limited) = self.direct(state, input, e);
+        let integral = if input.hold_integral {
+            state.integral
         } else {
-            pd
+            self.integrated(state.integral, counted(input, e), direct, window)
         };
+        self.end(
+            state,
+            integral,
+            direct,
+            (e != input.error, difference_limited),
+        )
+    }
 
+    /// A sample that does not go on from the one before: the first, or one
+    /// whose output goes on from a code. Rare, so it is compiled apart: the
+    /// input comes by value so that the other samples need not keep theirs in
+    /// memory for it.
+    #[cold]
+    fn begin(&self, state: &mut LawState, input: LawInput, window: Window) -> LawOutput {
+        let input = &input;
+        let phase = core::mem::replace(&mut state.phase, Phase::Running);
+        let e = self.aligned.range.hold(input.error);
+        if !phase.goes_on() {
+            // No error came before: no difference either.
+            state.previous_error = e;
+        }
+        self.begin_filter(state, input, e, phase);
+        let (direct, difference_limited) = self.direct(state, input, e);
         let integral = match phase {
             // I with y = the last code, which the window holds: in range, it
             // can be shifted
-            Phase::TakeOver(code) | Phase::ChangeOver(code) if !law.integral.is_zero() => {
+            Phase::TakeOver(code) | Phase::ChangeOver(code) if !self.aligned.integral.is_zero() => {
                 let code = code.min(window.high()).max(window.low());
                 output::sum_of(code, self.words.sum_fraction_bits).wrapping_sub(direct)
             }
             // A step that an integral gain of 0 would keep for ever.
             Phase::TakeOver(_) | Phase::ChangeOver(_) => 0,
             _ if input.hold_integral => state.integral,
-            _ => self.integrated(state.integral, e, direct, window),
+            _ => self.integrated(state.integral, counted(input, e), direct, window),
         };
+        self.end(
+            state,
+            integral,
+            direct,
+            (e != input.error, difference_limited),
+        )
+    }
+
+    /// Keeps the integral within its range and forms the sum. `limited`:
+    /// whether the error was held, and whether a difference was.
+    #[inline]
+    fn end(
+        &self,
+        state: &mut LawState,
+        integral: i64,
+        direct: i64,
+        limited: (bool, bool),
+    ) -> LawOutput {
         let held = self.within_range(integral);
         state.integral = held;
-
         LawOutput {
             // y                                                          eq. 23
             sum: direct.wrapping_add(held),
-            error_limited,
-            difference_limited,
+            error_limited: limited.0,
+            difference_limited: limited.1,
             integral_limited: held != integral,
         }
+    }
+
+    /// Everything but the integral, and whether a δ was held that does not
+    /// outweigh everything else.
+    #[inline]
+    fn direct(&self, state: &mut LawState, input: &LawInput, e: i32) -> (i64, bool) {
+        // Kp·e + (Kd/Δt)·δ                              eq. 23, 1st and 3rd term
+        let (derivative, limited) = self.derivative(state, input, e);
+        let proportional = self.aligned.proportional.times(counted(input, e));
+        let pd = proportional.wrapping_add(derivative);
+        // Kv·v + Ka·a + Kf·sign(v)
+        let direct = if self.feeds_forward {
+            pd.wrapping_add(self.feed_forward(input))
+        } else {
+            pd
+        };
+        (direct, limited)
     }
 
     /// `|I| ≤ Q`, held at its end.
@@ -91,7 +142,8 @@ impl Law {
         let limit = self.aligned.integral_limit;
         // Q is a power of two and fills the upper word alone, in which one
         // addition and one comparison tell for all but Q itself.
-        let [above, whole] = [integral.wrapping_add(limit), limit].map(output::upper);
+        let [above, whole] = [output::upper(integral), output::upper(limit)];
+        let above = above.wrapping_add(whole);
         if above.cast_unsigned() < whole.wrapping_mul(2).cast_unsigned() {
             integral
         } else {
@@ -99,48 +151,58 @@ impl Law {
         }
     }
 
-    /// `(Kd/Δt)·δ` \[2^−F codes\], and whether a δ was held that does not
-    /// outweigh everything else.
-    fn derivative(
-        &self,
-        state: &mut LawState,
-        input: &LawInput,
-        e: i32,
-        phase: Phase,
-    ) -> (i64, bool) {
-        let law = &self.aligned;
-        let e_prev = core::mem::replace(&mut state.previous_error, e);
-        let difference = match self.words.derivative {
-            // e − e_prev; |e| ≤ 2^29, so the difference fits          [counts]
-            Derivative::Error if phase.goes_on() => e.wrapping_sub(e_prev),
-            Derivative::Error => 0,
-            // −(c − c_prev); its only magnitude without an opposite is held
-            Derivative::Measurement => input.difference.saturating_neg(),
-        };
-        let held = counts::within(difference, law.slope_limit);
-        let Some(filter) = self.words.filter else {
-            if phase != Phase::Running {
-                state.filter_bits = None;
+    /// δ before and after it is held at its limit \[counts\].
+    #[inline]
+    fn difference(&self, state: &LawState, input: &LawInput, e: i32) -> (i32, i32) {
+        let limit = self.aligned.slope_limit;
+        match self.words.derivative {
+            // e − e_prev; |e| ≤ 2^29, so the difference fits
+            Derivative::Error => {
+                let difference = e.wrapping_sub(state.previous_error);
+                (difference, counts::within(difference, limit))
             }
-            let outweighs = law.slope_limit < law.range.limit().wrapping_mul(2);
-            return (law.derivative.times(held), held != difference && !outweighs);
-        };
-        if phase != Phase::Running {
-            let most = filter::settled(filter, law.slope_limit);
-            let bits = Some(filter.fraction_bits);
-            state.filtered = if phase.goes_on() && state.filter_bits == bits {
-                // The speed is what it was; other words may declare less of it.
-                state.filtered.min(most).max(most.wrapping_neg())
-            } else {
-                // Nothing was filtered yet: start settled, without a transient.
-                filter::settled(filter, held)
-            };
-            state.filter_bits = bits;
+            // −(c − c_prev); only what is held surely has an opposite
+            Derivative::Measurement => {
+                let held = counts::within(input.difference, limit);
+                (input.difference.saturating_neg(), held.wrapping_neg())
+            }
         }
-        let filtered = filter::step(filter, &mut state.filtered, held);
-        (law.derivative.times(filtered), held != difference)
     }
 
+    /// `(Kd/Δt)·δ` \[2^−F codes\], and whether a δ was held that does not
+    /// outweigh everything else.
+    #[inline]
+    fn derivative(&self, state: &mut LawState, input: &LawInput, e: i32) -> (i64, bool) {
+        let law = &self.aligned;
+        let (difference, held) = self.difference(state, input, e);
+        state.previous_error = e;
+        if let Some(filter) = self.words.filter {
+            let filtered = filter::step(filter, &mut state.filtered, held);
+            return (law.derivative.times(filtered), held != difference);
+        }
+        let outweighs = law.slope_limit < law.range.limit().wrapping_mul(2);
+        (law.derivative.times(held), held != difference && !outweighs)
+    }
+
+    /// Makes the filter's memory one that this sample can go on from.
+    fn begin_filter(&self, state: &mut LawState, input: &LawInput, e: i32, phase: Phase) {
+        let Some(filter) = self.words.filter else {
+            state.filter_bits = None;
+            return;
+        };
+        let bits = Some(filter.fraction_bits);
+        state.filtered = if phase.goes_on() && state.filter_bits == bits {
+            // The speed is what it was; other words may declare less of it.
+            let most = filter::settled(filter, self.aligned.slope_limit);
+            state.filtered.min(most).max(most.wrapping_neg())
+        } else {
+            // Nothing was filtered yet: start settled, without a transient.
+            filter::settled(filter, self.difference(state, input, e).1)
+        };
+        state.filter_bits = bits;
+    }
+
+    #[inline]
     fn feed_forward(&self, input: &LawInput) -> i64 {
         let law = &self.aligned;
         let friction = i64::from(input.velocity.signum()).wrapping_mul(law.friction);
@@ -159,20 +221,27 @@ impl Law {
         let bits = self.words.sum_fraction_bits;
         match self.words.anti_windup {
             AntiWindup::None => next,
+            _ if window.surely_holds(sum, bits) => next,
             // Beyond the headroom, and e pushes further out: up to its end, if
             // the sum was not there before.
-            AntiWindup::Clamp => match window.excess(sum, bits) {
-                excess if excess > 0 && e > 0 => next.wrapping_sub(excess).max(integral),
-                excess if excess < 0 && e < 0 => next.wrapping_sub(excess).min(integral),
-                _ => next,
-            },
+            AntiWindup::Clamp if e > 0 => {
+                let end = output::sum_of(window.high(), bits).wrapping_sub(direct);
+                next.min(end.max(integral))
+            }
+            AntiWindup::Clamp => {
+                let end = output::sum_of(window.low(), bits).wrapping_sub(direct);
+                next.max(end.min(integral))
+            }
+            // I ← I + (u − y)·Δt/T_t
             AntiWindup::BackCalculation { tracking } => {
-                // I ← I + (u − y)·Δt/T_t
-                match window.excess(sum, bits) {
-                    0 => next,
-                    excess => next.wrapping_sub(term::scaled(excess, tracking)),
-                }
+                next.wrapping_sub(term::scaled(window.excess(sum, bits), tracking))
             }
         }
     }
+}
+
+/// The error as `Kp` and `Ki` see it.
+#[inline]
+const fn counted(input: &LawInput, e: i32) -> i32 {
+    if input.within_dead_band { 0 } else { e }
 }

@@ -10,9 +10,12 @@
 //! w·x·2^(F−f) = (w·2^m)·(x·2^s),   m + s = F − f,   w·2^m < 2^31,   |x|·2^s < 2^31
 //! ```
 //!
-//! That is one 32×32→64-bit product ([`crate::product`]).
+//! That is one 32×32→64-bit product ([`crate::product`]). A processor without
+//! it has a shorter way where gain and integer are narrow ([`super::narrow`]).
 
-use crate::product;
+#[cfg(any(test, all(target_arch = "arm", not(target_has_atomic = "32"))))]
+use super::narrow::Narrow;
+use crate::product::{self, by_target};
 use crate::widen;
 use crate::word::GainWord;
 
@@ -22,8 +25,8 @@ pub(crate) struct Term {
     mantissa: i32,
     /// `2^s`: a product costs a processor what a shift does, and no mask.
     scale: i32,
-    /// Largest magnitude of the term \[2^−F codes\].
-    largest: u64,
+    #[cfg(any(test, all(target_arch = "arm", not(target_has_atomic = "32"))))]
+    narrow: Option<Narrow>,
 }
 
 impl Term {
@@ -38,7 +41,8 @@ impl Term {
             return Some(Self {
                 mantissa: 0,
                 scale: 0,
-                largest: 0,
+                #[cfg(any(test, all(target_arch = "arm", not(target_has_atomic = "32"))))]
+                narrow: Narrow::of(0, 0, limit),
             });
         }
         // Zero bits above the mantissa, less the sign; none above a negative one.
@@ -61,21 +65,37 @@ impl Term {
         Some(Self {
             mantissa,
             scale,
-            // Both below 2^31.
-            largest: most.wrapping_mul(widen::word(mantissa.unsigned_abs())),
+            #[cfg(any(test, all(target_arch = "arm", not(target_has_atomic = "32"))))]
+            narrow: match whole_shift.to_le_bytes() {
+                [shift, ..] => Narrow::of(word.mantissa, shift, limit),
+            },
         })
     }
 
     /// `w·x` in the sum's unit, exactly, for `|x| ≤ limit`.
     #[inline]
     pub(crate) fn times(self, x: i32) -> i64 {
+        by_target!(
+            self.times_wide(x),
+            match self.narrow {
+                Some(narrow) => narrow.times(x),
+                None => self.times_wide(x),
+            }
+        )
+    }
+
+    #[inline]
+    fn times_wide(self, x: i32) -> i64 {
         // Fits by `align`: |x|·2^s < 2^31.
         product::of_gain(self.mantissa, x.wrapping_mul(self.scale))
     }
 
-    /// Largest magnitude of [`Term::times`] \[2^−F codes\].
-    pub(crate) const fn largest(self) -> u64 {
-        self.largest
+    /// Largest magnitude of [`Term::times`] \[2^−F codes\]: that of `limit`, for
+    /// which the term was aligned.
+    pub(crate) const fn largest(self, limit: u32) -> u64 {
+        // Both below 2^31, by `align`.
+        let scaled = limit.wrapping_mul(self.scale.unsigned_abs());
+        widen::word(self.mantissa.unsigned_abs()).wrapping_mul(widen::word(scaled))
     }
 
     /// Whether the gain is 0.
@@ -86,22 +106,22 @@ impl Term {
 
 /// `x·w·2^−31`, rounded to the nearest integer, halves away from zero: odd in
 /// `x`; for `0 ≤ w`, `|x| < 2^62`.
+#[inline]
 pub(crate) fn scaled(x: i64, w: i32) -> i64 {
-    const LOW: u64 = (1 << 31) - 1;
-    let magnitude = x.unsigned_abs();
-    let w = u64::from(w.unsigned_abs());
-    // |x|·w = (h·2^31 + l)·w: both products are below 2^62.
-    let high = magnitude.wrapping_shr(31).wrapping_mul(w);
-    let low = (magnitude & LOW)
-        .wrapping_mul(w)
-        .wrapping_add(1 << 30)
-        .wrapping_shr(31);
-    let rounded = high.wrapping_add(low).cast_signed();
-    if x < 0 {
-        rounded.wrapping_neg()
-    } else {
-        rounded
-    }
+    let [l0, l1, l2, l3, h0, h1, h2, h3] = x.to_le_bytes();
+    let low = u32::from_le_bytes([l0, l1, l2, l3]);
+    let high = i32::from_le_bytes([h0, h1, h2, h3]);
+    // Adding ½ and cutting off rounds halves up; one unit less below zero
+    // makes that halves away from zero.
+    let half = (1_i32 << 30).wrapping_add(high.wrapping_shr(31));
+    // x·w + ½ = H·w·2^32 + (L·w + ½), the bracket at least 0 and below 2^64
+    let lower = product::unsigned(low, w.cast_unsigned())
+        .wrapping_add(u64::from(half.cast_unsigned()))
+        .cast_signed();
+    let upper = product::of_gain(w, high).wrapping_add(lower.wrapping_shr(32));
+    // Cut to 2^31 of them: from the upper two words of three and one bit more.
+    let bit = lower.cast_unsigned().wrapping_shr(31) & 1;
+    (upper.wrapping_shl(1).cast_unsigned() | bit).cast_signed()
 }
 
 #[cfg(test)]
@@ -127,7 +147,10 @@ mod tests {
             if let Some(term) = Term::align(GainWord::new(mantissa, f), sum, limit) {
                 let exact = (i128::from(mantissa) * i128::from(x)) << (sum - f);
                 prop_assert_eq!(i128::from(term.times(x)), exact);
-                prop_assert!(term.times(x).unsigned_abs() <= term.largest());
+                prop_assert!(term.times(x).unsigned_abs() <= term.largest(limit));
+                if let Some(narrow) = term.narrow {
+                    prop_assert_eq!(i128::from(narrow.times(x)), exact);
+                }
             }
         }
 
@@ -138,6 +161,19 @@ mod tests {
             prop_assert_eq!(i128::from(scaled(x, w)), exact);
             prop_assert_eq!(scaled(-x, w), -scaled(x, w));
         }
+    }
+
+    #[test]
+    fn gains_of_24_bits_are_narrow_at_17_bits_of_error() {
+        let narrow = |mantissa, f, limit| {
+            let term = Term::align(GainWord::new(mantissa, f), 38, limit)?;
+            term.narrow
+        };
+        for f in 20..=38 {
+            assert!(narrow((1 << 24) - 1, f, 1 << 17).is_some(), "{f}");
+        }
+        // Contrast: 42 bits and more.
+        assert!(narrow((1 << 30) - 1, 38, 1 << 17).is_none());
     }
 
     #[test]
