@@ -13,6 +13,7 @@
 //! e = r − c   (modulo 2^32, taken between −2^31 and 2^31 − 1)
 //! ```
 
+use crate::product::by_target;
 use crate::widen;
 
 /// The position modulo 2^32 that a counter of 32 bits shows for `position`
@@ -59,6 +60,27 @@ pub(crate) const fn within(value: i32, limit: i32) -> i32 {
         limit
     } else {
         limit.wrapping_neg()
+    }
+}
+
+/// The same for a power of two: to −limit … limit − 1, which is one instruction
+/// where the limit is a constant and the processor saturates, and then the one
+/// that is missing.
+#[cfg(any(test, not(all(target_arch = "arm", not(target_has_atomic = "32")))))]
+#[inline]
+const fn saturated(value: i32, limit: i32) -> i32 {
+    let below = limit.wrapping_sub(1);
+    let held = if value > below {
+        below
+    } else if value < limit.wrapping_neg() {
+        limit.wrapping_neg()
+    } else {
+        value
+    };
+    if value > held {
+        held.wrapping_add(1)
+    } else {
+        held
     }
 }
 
@@ -110,7 +132,7 @@ impl ErrorRange {
 
     /// `error` held within the range, alike on both sides \[counts\].
     pub const fn hold(self, error: i32) -> i32 {
-        within(error, self.limit)
+        by_target!(saturated(error, self.limit), within(error, self.limit))
     }
 }
 
@@ -133,8 +155,11 @@ mod tests {
         for error in [0, 1, 131_071, 131_072, 131_073, i32::MAX] {
             assert_eq!(range.hold(error), error.min(131_072));
             assert_eq!(range.hold(-error), -range.hold(error));
+            assert_eq!(saturated(error, 131_072), within(error, 131_072));
+            assert_eq!(saturated(-error, 131_072), within(-error, 131_072));
         }
         assert_eq!(range.hold(i32::MIN), -131_072);
+        assert_eq!(within(i32::MIN, 131_072), -131_072);
     }
 
     #[test]

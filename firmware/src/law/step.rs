@@ -50,17 +50,13 @@ impl Law {
         }
         let e = self.aligned.range.hold(input.error);
         let (direct, difference_limited) = self.direct(state, input, e);
-        let integral = if input.hold_integral {
-            state.integral
+        let limited = (e != input.error, difference_limited);
+        let (integral, sum) = if input.hold_integral {
+            (state.integral, direct.wrapping_add(state.integral))
         } else {
             self.integrated(state.integral, counted(input, e), direct, window)
         };
-        self.end(
-            state,
-            integral,
-            direct,
-            (e != input.error, difference_limited),
-        )
+        self.end(state, (integral, sum), direct, limited)
     }
 
     /// A sample that does not go on from the one before: the first, or one
@@ -78,45 +74,52 @@ impl Law {
         }
         self.begin_filter(state, input, e, phase);
         let (direct, difference_limited) = self.direct(state, input, e);
-        let integral = match phase {
+        let (integral, sum) = match phase {
             // I with y = the last code, which the window holds: in range, it
             // can be shifted
             Phase::TakeOver(code) | Phase::ChangeOver(code) if !self.aligned.integral.is_zero() => {
                 let code = code.min(window.high()).max(window.low());
-                output::sum_of(code, self.words.sum_fraction_bits).wrapping_sub(direct)
+                let sum = output::sum_of(code, self.words.sum_fraction_bits);
+                (sum.wrapping_sub(direct), sum)
             }
             // A step that an integral gain of 0 would keep for ever.
-            Phase::TakeOver(_) | Phase::ChangeOver(_) => 0,
-            _ if input.hold_integral => state.integral,
+            Phase::TakeOver(_) | Phase::ChangeOver(_) => (0, direct),
+            _ if input.hold_integral => (state.integral, direct.wrapping_add(state.integral)),
             _ => self.integrated(state.integral, counted(input, e), direct, window),
         };
-        self.end(
-            state,
-            integral,
-            direct,
-            (e != input.error, difference_limited),
-        )
+        let limited = (e != input.error, difference_limited);
+        self.end(state, (integral, sum), direct, limited)
     }
 
-    /// Keeps the integral within its range and forms the sum. `limited`:
+    /// Keeps the integral within its range, and with it the sum. `limited`:
     /// whether the error was held, and whether a difference was.
     #[inline]
     fn end(
         &self,
         state: &mut LawState,
-        integral: i64,
+        (integral, sum): (i64, i64),
         direct: i64,
         limited: (bool, bool),
     ) -> LawOutput {
-        let held = self.within_range(integral);
-        state.integral = held;
-        LawOutput {
+        let mut output = LawOutput {
             // y                                                          eq. 23
-            sum: direct.wrapping_add(held),
+            sum,
             error_limited: limited.0,
             difference_limited: limited.1,
-            integral_limited: held != integral,
+            integral_limited: false,
+        };
+        let limit = self.aligned.integral_limit;
+        // |I| ≤ Q. Q is a power of two and fills the upper word alone, in which
+        // one addition and one comparison tell for all but Q itself.
+        let [upper, whole] = [output::upper(integral), output::upper(limit)];
+        let above = upper.wrapping_add(whole).cast_unsigned();
+        state.integral = integral;
+        if above >= whole.wrapping_mul(2).cast_unsigned() {
+            state.integral = integral.min(limit).max(limit.wrapping_neg());
+            output.sum = direct.wrapping_add(state.integral);
+            output.integral_limited = state.integral != integral;
         }
+        output
     }
 
     /// Everything but the integral, and whether a δ was held that does not
@@ -134,21 +137,6 @@ impl Law {
             pd
         };
         (direct, limited)
-    }
-
-    /// `|I| ≤ Q`, held at its end.
-    #[inline]
-    fn within_range(&self, integral: i64) -> i64 {
-        let limit = self.aligned.integral_limit;
-        // Q is a power of two and fills the upper word alone, in which one
-        // addition and one comparison tell for all but Q itself.
-        let [above, whole] = [output::upper(integral), output::upper(limit)];
-        let above = above.wrapping_add(whole);
-        if above.cast_unsigned() < whole.wrapping_mul(2).cast_unsigned() {
-            integral
-        } else {
-            integral.min(limit).max(limit.wrapping_neg())
-        }
     }
 
     /// δ before and after it is held at its limit \[counts\].
@@ -205,38 +193,53 @@ impl Law {
     #[inline]
     fn feed_forward(&self, input: &LawInput) -> i64 {
         let law = &self.aligned;
-        let friction = i64::from(input.velocity.signum()).wrapping_mul(law.friction);
-        law.velocity
+        let rates = law
+            .velocity
             .times(input.velocity)
-            .wrapping_add(law.acceleration.times(input.acceleration))
-            .wrapping_add(friction)
+            .wrapping_add(law.acceleration.times(input.acceleration));
+        if input.velocity > 0 {
+            rates.wrapping_add(law.friction)
+        } else if input.velocity < 0 {
+            rates.wrapping_sub(law.friction)
+        } else {
+            rates
+        }
     }
 
-    /// The integral after this sample.
+    /// The integral after this sample, and the sum with it.
     #[inline]
-    fn integrated(&self, integral: i64, e: i32, direct: i64, window: Window) -> i64 {
+    fn integrated(&self, integral: i64, e: i32, direct: i64, window: Window) -> (i64, i64) {
         // (Ki·Δt)·Σe ← (Ki·Δt)·Σe + (Ki·Δt)·e                 eq. 23, 2nd term
         let next = integral.wrapping_add(self.aligned.integral.times(e));
         let sum = next.wrapping_add(direct);
         let bits = self.words.sum_fraction_bits;
-        match self.words.anti_windup {
-            AntiWindup::None => next,
-            _ if window.surely_holds(sum, bits) => next,
+        let integral = match self.words.anti_windup {
+            AntiWindup::None => return (next, sum),
+            _ if window.surely_holds(sum, bits) => return (next, sum),
             // Beyond the headroom, and e pushes further out: up to its end, if
             // the sum was not there before.
             AntiWindup::Clamp if e > 0 => {
                 let end = output::sum_of(window.high(), bits).wrapping_sub(direct);
-                next.min(end.max(integral))
+                if end <= integral {
+                    integral
+                } else {
+                    next.min(end)
+                }
             }
             AntiWindup::Clamp => {
                 let end = output::sum_of(window.low(), bits).wrapping_sub(direct);
-                next.max(end.min(integral))
+                if end >= integral {
+                    integral
+                } else {
+                    next.max(end)
+                }
             }
             // I ← I + (u − y)·Δt/T_t
             AntiWindup::BackCalculation { tracking } => {
                 next.wrapping_sub(term::scaled(window.excess(sum, bits), tracking))
             }
-        }
+        };
+        (integral, direct.wrapping_add(integral))
     }
 }
 

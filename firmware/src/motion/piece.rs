@@ -13,7 +13,7 @@
 //! | weight of the acceleration | `Fa + 61 − Fy` | `i32`, up to 2^30 |
 
 use super::real::Real;
-use crate::product;
+use crate::product::{self, by_target};
 use crate::reference::Setpoint;
 
 /// Fraction bits at which line and sine meet.
@@ -59,11 +59,13 @@ impl Long {
 
     /// The sum modulo 2^34.
     fn plus(self, other: Self) -> Self {
+        let [a1, a2] = self.high;
+        let [b1, b2] = other.high;
         let (low, carry) = self.low.overflowing_add(other.low);
-        let sum = self.grid().wrapping_add(other.grid());
-        let sum = sum.wrapping_add(i64::from(carry));
+        let (sum1, carry) = a1.carrying_add(b1, carry);
+        let (sum2, _) = a2.carrying_add(b2, carry);
         Self {
-            high: [low_word(sum), high_word(sum).cast_unsigned()],
+            high: [sum1, sum2],
             low,
         }
     }
@@ -117,12 +119,14 @@ impl Turn {
     /// stays below `(√2 + ½)·2^62 + 2^31 < 2^63`, the whole below 2^63.
     fn of(self, value: i64) -> i64 {
         let (high, low) = (high_word(value), low_word(value));
-        let upper = product::of_gain(self.high.cast_signed(), high);
         let cross = product::unsigned(self.high, low).cast_signed();
         let lower = i64::from(self.centre)
             .wrapping_add(cross)
             .wrapping_add(product::signed(self.low, high));
-        upper.wrapping_shl(2).wrapping_add(lower.wrapping_shr(30))
+        // 4·E·H + lower·2^−30: the upper two of three words, and two bits more
+        let upper = product::of_gain(self.high.cast_signed(), high)
+            .wrapping_add(i64::from(high_word(lower)));
+        upper.wrapping_shl(2) | i64::from(low_word(lower).wrapping_shr(30))
     }
 }
 
@@ -144,6 +148,7 @@ pub(super) enum Shape {
         shift: u8,
         /// The velocity where the cosine is 0.
         velocity_centre: i64,
+        /// Neither weight is negative.
         velocity_weight: i32,
         acceleration_weight: i32,
         /// Half a unit, and the mean of what is left out.
@@ -216,7 +221,7 @@ impl Piece {
                 // Both below 2^30, so that their sum fits.
                 let sum = high_word(before).wrapping_add(high_word(point.cosine));
                 point.velocity =
-                    velocity_centre.wrapping_sub(product::signed(velocity_weight, sum));
+                    velocity_centre.wrapping_sub(product::of_gain(velocity_weight, sum));
             }
         }
     }
@@ -232,10 +237,13 @@ impl Piece {
                 acceleration_centre,
                 ..
             } => {
-                let weighted = product::signed(acceleration_weight, high_word(point.sine))
+                let weighted = product::of_gain(acceleration_weight, high_word(point.sine))
                     .wrapping_add(i64::from(acceleration_centre));
                 (
-                    point.sine.wrapping_shr(u32::from(shift)),
+                    by_target!(
+                        point.sine.wrapping_shr(u32::from(shift)),
+                        shifted(point.sine, shift)
+                    ),
                     low_signed(weighted.wrapping_shr(ACCELERATION_BITS)),
                 )
             }
@@ -254,6 +262,25 @@ impl Piece {
     }
 }
 
+/// `floor(value/2^shift)` for shifts up to 63, from shifts of words: a
+/// processor without long products has no routine as short as this.
+#[cfg(any(test, all(target_arch = "arm", not(target_has_atomic = "32"))))]
+fn shifted(value: i64, shift: u8) -> i64 {
+    let (high, low) = (high_word(value), low_word(value));
+    let shift = u32::from(shift);
+    if shift < 32 {
+        // Up by 32 less the shift, in two steps: a word is never shifted by 32.
+        let crossing = high
+            .cast_unsigned()
+            .wrapping_shl(1)
+            .wrapping_shl(31_u32.wrapping_sub(shift));
+        let low = low.wrapping_shr(shift) | crossing;
+        i64::from(high.wrapping_shr(shift)).wrapping_shl(32) | i64::from(low)
+    } else {
+        i64::from(high.wrapping_shr(shift.wrapping_sub(32)))
+    }
+}
+
 /// `floor(value/2^32)`.
 fn high_word(value: i64) -> i32 {
     let [.., a, b, c, d] = value.to_le_bytes();
@@ -269,4 +296,26 @@ fn low_word(value: i64) -> u32 {
 fn low_signed(value: i64) -> i32 {
     let [a, b, c, d, ..] = value.to_le_bytes();
     i32::from_le_bytes([a, b, c, d])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_shift_by_words_is_the_shift() {
+        for value in [
+            0,
+            1,
+            -1,
+            i64::MIN,
+            i64::MAX,
+            0x1234_5678_9abc_def0,
+            -(1 << 31),
+        ] {
+            for shift in 0..=63 {
+                assert_eq!(shifted(value, shift), value >> shift, "{value} >> {shift}");
+            }
+        }
+    }
 }

@@ -54,10 +54,10 @@ impl TakeUp {
             Trigger::Velocity if setpoint.velocity != 0 => setpoint.velocity,
             Trigger::Velocity => previous.map_or(0, |last| difference(setpoint.position, last)),
         };
-        match rate.signum() {
-            1 => state.wanted = Flank::Positive,
-            -1 => state.wanted = Flank::Negative,
-            _ => {}
+        if rate > 0 {
+            state.wanted = Flank::Positive;
+        } else if rate < 0 {
+            state.wanted = Flank::Negative;
         }
 
         let samples = self.samples();

@@ -2,6 +2,7 @@
 
 use super::WatchError;
 use crate::faults::{FaultCause, Trip};
+use crate::product;
 use crate::word::GainWord;
 
 /// Watches the distance of the axis from its setpoint.
@@ -114,12 +115,9 @@ impl FollowingErrorWatch {
         state.peak = state.peak.max(size);
 
         // a + floor(w·|v|·2^−F) [counts]; nothing wraps (see the type)
-        let (a, w) = (u64::from(self.limit_counts), u64::from(self.mantissa));
-        let v = u64::from(velocity.unsigned_abs());
-        let lag = w
-            .wrapping_mul(v)
+        let lag = product::unsigned(self.mantissa, velocity.unsigned_abs())
             .wrapping_shr(u32::from(self.fraction_bits));
-        let limit = a.wrapping_add(lag).cast_signed();
+        let limit = u64::from(self.limit_counts).wrapping_add(lag).cast_signed();
 
         let measured = i64::from(size);
         (measured > limit).then_some(Trip {
