@@ -131,6 +131,7 @@ impl ErrorRange {
     }
 
     /// `error` held within the range, alike on both sides \[counts\].
+    #[inline]
     pub const fn hold(self, error: i32) -> i32 {
         by_target!(saturated(error, self.limit), within(error, self.limit))
     }

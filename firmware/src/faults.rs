@@ -125,6 +125,7 @@ impl Trip {
 /// assert_eq!(most_urgent(both.0, both.1), Some(Trip::EMERGENCY_STOP));
 /// assert_eq!(most_urgent(None, None), None);
 /// ```
+#[inline]
 pub fn most_urgent(first: Option<Trip>, second: Option<Trip>) -> Option<Trip> {
     match (first, second) {
         (Some(a), Some(b)) if b.cause < a.cause => Some(b),

@@ -53,7 +53,8 @@ impl Window {
     /// fill theirs alone, so it mostly does.
     #[inline]
     pub(crate) fn surely_holds(self, sum: i64, fraction_bits: u8) -> bool {
-        let [low, high] = [self.low, self.high].map(|code| upper(sum_of(code, fraction_bits)));
+        let low = upper(sum_of(self.low, fraction_bits));
+        let high = upper(sum_of(self.high, fraction_bits));
         let above = upper(sum).wrapping_sub(low).cast_unsigned();
         above < high.wrapping_sub(low).cast_unsigned()
     }
@@ -62,7 +63,8 @@ impl Window {
     /// 2^−`fraction_bits` codes, below 2^62.
     #[inline]
     pub fn excess(self, sum: i64, fraction_bits: u8) -> i64 {
-        let [low, high] = [self.low, self.high].map(|code| sum_of(code, fraction_bits));
+        let low = sum_of(self.low, fraction_bits);
+        let high = sum_of(self.high, fraction_bits);
         if sum > high {
             sum.wrapping_sub(high)
         } else if sum < low {

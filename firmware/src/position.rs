@@ -106,6 +106,7 @@ impl CounterParameters {
 
     /// Takes the register as it was read; bits above the counter's width are
     /// ignored.
+    #[inline]
     pub fn read(&self, state: &mut PositionState, register: u32) -> Reading {
         let Some(last) = state.position else {
             let position = self.signed(register);
@@ -160,6 +161,7 @@ impl CounterParameters {
     }
 
     /// Largest `|d|` after `missed` bad readings \[counts\].
+    #[inline]
     fn allowed(&self, missed: u32) -> Option<u32> {
         let largest = self.largest_jump?;
         if missed == 0 {
@@ -170,6 +172,7 @@ impl CounterParameters {
     }
 
     /// The low `n` bits as a signed number.
+    #[inline]
     fn signed(&self, register: u32) -> i32 {
         // To the top of the word and back with the sign; 0 to 24 places.
         let above = u32::BITS.saturating_sub(u32::from(self.bits));

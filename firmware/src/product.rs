@@ -8,9 +8,11 @@
 //! the product is formed from those of 16-bit halves:
 //!
 //! ```text
-//! u·v = uh·vh·2^32 + (uh·vl + ul·vh)·2^16 + ul·vl          for words without sign
-//! a·b = word(a)·word(b) − 2^32·(b·[a < 0] + a·[b < 0])     modulo 2^64
+//! a·b = ah·bh·2^32 + (ah·bl + al·bh)·2^16 + al·bl,   a = ah·2^16 + al,   0 ≤ al < 2^16
 //! ```
+//!
+//! For words with sign `ah` and `bh` have it and `al` and `bl` do not, so that
+//! nothing is to be corrected afterwards.
 
 /// Whether the processor has a long multiplication. Of Arm's, those without
 /// are the ones without compare-and-swap.
@@ -47,66 +49,54 @@ pub(crate) fn signed(a: i32, b: i32) -> i64 {
     )
 }
 
-/// `a·b` for `a ≥ 0`.
-#[inline]
-pub(crate) fn of_gain(a: i32, b: i32) -> i64 {
-    by_target!(
-        i64::from(a).wrapping_mul(i64::from(b)),
-        halves::of_gain(a, b)
-    )
-}
-
 /// The same from halves: what ARMv6-M runs, here for every machine to test.
 #[cfg(any(test, all(target_arch = "arm", not(target_has_atomic = "32"))))]
 mod halves {
-    /// The two words of `u·v`, the lower one first.
-    #[inline]
-    fn words(u: u32, v: u32) -> [u32; 2] {
-        const LOW: u32 = 0xffff;
-        let [u_low, u_high] = [u & LOW, u.wrapping_shr(16)];
-        let [v_low, v_high] = [v & LOW, v.wrapping_shr(16)];
-        // Products of halves are at most (2^16 − 1)^2; with another 2^16 − 1
-        // they stay below 2^32, so only the second sum can carry.
-        let low = u_low.wrapping_mul(v_low);
-        let middle = u_high
-            .wrapping_mul(v_low)
-            .wrapping_add(low.wrapping_shr(16));
-        let (middle, carry) = middle.overflowing_add(u_low.wrapping_mul(v_high));
-        let high = u_high
-            .wrapping_mul(v_high)
-            .wrapping_add(middle.wrapping_shr(16))
-            .wrapping_add(u32::from(carry).wrapping_shl(16));
-        [middle.wrapping_shl(16) | (low & LOW), high]
-    }
-
-    fn joined(low: u32, high: u32) -> u64 {
-        u64::from(high).wrapping_shl(32) | u64::from(low)
-    }
+    const LOW: u32 = 0xffff;
 
     #[inline]
     pub(super) fn unsigned(u: u32, v: u32) -> u64 {
-        let [low, high] = words(u, v);
-        joined(low, high)
+        let [u_low, u_high] = [u & LOW, u.wrapping_shr(16)];
+        let [v_low, v_high] = [v & LOW, v.wrapping_shr(16)];
+        // Products of halves are at most (2^16 − 1)^2; with another 2^16 − 1
+        // they stay below 2^32: no sum carries.
+        let low = u_low.wrapping_mul(v_low);
+        let first = u_high
+            .wrapping_mul(v_low)
+            .wrapping_add(low.wrapping_shr(16));
+        let second = u_low.wrapping_mul(v_high).wrapping_add(first & LOW);
+        let high = u_high
+            .wrapping_mul(v_high)
+            .wrapping_add(first.wrapping_shr(16))
+            .wrapping_add(second.wrapping_shr(16));
+        joined(second, low, high)
     }
 
     #[inline]
     pub(super) fn signed(a: i32, b: i32) -> i64 {
-        let [u, v] = [a.cast_unsigned(), b.cast_unsigned()];
-        let [low, high] = words(u, v);
-        let signs = (v & sign_mask(a)).wrapping_add(u & sign_mask(b));
-        joined(low, high.wrapping_sub(signs)).cast_signed()
+        let (a_low, a_high) = (a.cast_unsigned() & LOW, a.wrapping_shr(16));
+        let (b_low, b_high) = (b.cast_unsigned() & LOW, b.wrapping_shr(16));
+        // Upper halves are −2^15 to 2^15 − 1, lower ones 0 to 2^16 − 1; their
+        // products with another 2^16 − 1 stay within 31 bits and sign.
+        let low = a_low.wrapping_mul(b_low);
+        let first = a_high
+            .wrapping_mul(b_low.cast_signed())
+            .wrapping_add(low.wrapping_shr(16).cast_signed());
+        let second = b_high
+            .wrapping_mul(a_low.cast_signed())
+            .wrapping_add((first.cast_unsigned() & LOW).cast_signed());
+        let high = a_high
+            .wrapping_mul(b_high)
+            .wrapping_add(first.wrapping_shr(16))
+            .wrapping_add(second.wrapping_shr(16));
+        joined(second.cast_unsigned(), low, high.cast_unsigned()).cast_signed()
     }
 
+    /// `high·2^32 + (middle mod 2^16)·2^16 + (low mod 2^16)`.
     #[inline]
-    pub(super) fn of_gain(a: i32, b: i32) -> i64 {
-        let [u, v] = [a.cast_unsigned(), b.cast_unsigned()];
-        let [low, high] = words(u, v);
-        joined(low, high.wrapping_sub(u & sign_mask(b))).cast_signed()
-    }
-
-    /// All ones below 0.
-    fn sign_mask(x: i32) -> u32 {
-        x.wrapping_shr(31).cast_unsigned()
+    fn joined(middle: u32, low: u32, high: u32) -> u64 {
+        let low = middle.wrapping_shl(16) | (low & LOW);
+        u64::from(high).wrapping_shl(32) | u64::from(low)
     }
 }
 
@@ -123,10 +113,6 @@ mod tests {
         assert_eq!(i128::from(halves::signed(a, b)), exact, "{a}·{b}");
         assert_eq!(u128::from(unsigned(u, v)), words, "{u}·{v}");
         assert_eq!(u128::from(halves::unsigned(u, v)), words, "{u}·{v}");
-        if a >= 0 {
-            assert_eq!(i128::from(of_gain(a, b)), exact, "{a}·{b}");
-            assert_eq!(i128::from(halves::of_gain(a, b)), exact, "{a}·{b}");
-        }
     }
 
     proptest! {

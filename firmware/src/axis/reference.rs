@@ -9,6 +9,7 @@ use crate::takeup::TakeUpState;
 
 impl Axis {
     /// The setpoint of this sample, take-up included.
+    #[inline]
     pub(super) fn reference(
         &self,
         state: &mut AxisState,
@@ -61,6 +62,7 @@ impl Axis {
     }
 
     /// Dead band and held integral while the axis stands.
+    #[inline]
     pub(super) fn at_rest(&self, state: &AxisState, input: LawInput) -> LawInput {
         let stands =
             matches!(state.state, State::Holding | State::Enabled) && !state.take_up.is_under_way();

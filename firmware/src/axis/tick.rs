@@ -67,6 +67,7 @@ fn note(trip: &mut Option<Trip>, other: Option<Trip>) {
 
 impl Axis {
     /// One sample.
+    #[inline]
     pub fn tick(
         &self,
         state: &mut AxisState,
@@ -228,6 +229,7 @@ impl Axis {
     }
 
     /// What the hardware itself reports.
+    #[inline]
     fn hardware_trip(&self, state: &mut AxisState, inputs: &Inputs) -> Option<Trip> {
         let watch = self.watches.ticks;
         let mut trip = watch.and_then(|watch| watch.check(&mut state.ticks, inputs.tick));

@@ -67,7 +67,7 @@ fn rounded(wide: i64) -> i32 {
 pub(crate) fn step(words: FilterWords, wide: &mut i64, x: i32) -> i32 {
     let input = x.wrapping_shl(u32::from(words.fraction_bits));
     let gap = input.wrapping_sub(rounded(*wide));
-    *wide = wide.wrapping_add(product::of_gain(words.smoothing, gap));
+    *wide = wide.wrapping_add(product::signed(words.smoothing, gap));
     rounded(*wide)
 }
 

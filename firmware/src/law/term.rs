@@ -87,7 +87,7 @@ impl Term {
     #[inline]
     fn times_wide(self, x: i32) -> i64 {
         // Fits by `align`: |x|·2^s < 2^31.
-        product::of_gain(self.mantissa, x.wrapping_mul(self.scale))
+        product::signed(self.mantissa, x.wrapping_mul(self.scale))
     }
 
     /// Largest magnitude of [`Term::times`] \[2^−F codes\]: that of `limit`, for
@@ -118,7 +118,7 @@ pub(crate) fn scaled(x: i64, w: i32) -> i64 {
     let lower = product::unsigned(low, w.cast_unsigned())
         .wrapping_add(u64::from(half.cast_unsigned()))
         .cast_signed();
-    let upper = product::of_gain(w, high).wrapping_add(lower.wrapping_shr(32));
+    let upper = product::signed(w, high).wrapping_add(lower.wrapping_shr(32));
     // Cut to 2^31 of them: from the upper two words of three and one bit more.
     let bit = lower.cast_unsigned().wrapping_shr(31) & 1;
     (upper.wrapping_shl(1).cast_unsigned() | bit).cast_signed()

@@ -61,6 +61,7 @@ impl<'a> MotionGenerator<'a> {
 }
 
 impl SetpointSource for MotionGenerator<'_> {
+    #[inline]
     fn next(&mut self, _: &Observed) -> Next {
         let next = self.plan.next(&mut self.state);
         let placed = |setpoint: Setpoint| Setpoint {
@@ -78,6 +79,7 @@ impl SetpointSource for MotionGenerator<'_> {
 impl MotionPlan {
     /// The setpoint of the next sample, relative to where the motion starts;
     /// from the end on the last one.
+    #[inline]
     pub fn next(&self, state: &mut MotionState) -> Next {
         let piece = if state.left > 0 {
             state.left = state.left.wrapping_sub(1);
@@ -101,6 +103,7 @@ impl MotionPlan {
 }
 
 impl MotionState {
+    #[inline]
     fn enter(&mut self, piece: &Piece) {
         // Seven intervals at most.
         self.entered = self.entered.wrapping_add(1);

@@ -52,12 +52,14 @@ impl Long {
     }
 
     /// Cut off to multiples of 2^−30.
+    #[inline]
     pub(super) fn grid(self) -> i64 {
         let [lower, upper] = self.high;
         (u64::from(upper).wrapping_shl(32) | u64::from(lower)).cast_signed()
     }
 
     /// The sum modulo 2^34.
+    #[inline]
     fn plus(self, other: Self) -> Self {
         let [a1, a2] = self.high;
         let [b1, b2] = other.high;
@@ -124,7 +126,7 @@ impl Turn {
             .wrapping_add(cross)
             .wrapping_add(product::signed(self.low, high));
         // 4·E·H + lower·2^−30: the upper two of three words, and two bits more
-        let upper = product::of_gain(self.high.cast_signed(), high)
+        let upper = product::signed(self.high.cast_signed(), high)
             .wrapping_add(i64::from(high_word(lower)));
         upper.wrapping_shl(2) | i64::from(low_word(lower).wrapping_shr(30))
     }
@@ -148,7 +150,6 @@ pub(super) enum Shape {
         shift: u8,
         /// The velocity where the cosine is 0.
         velocity_centre: i64,
-        /// Neither weight is negative.
         velocity_weight: i32,
         acceleration_weight: i32,
         /// Half a unit, and the mean of what is left out.
@@ -198,6 +199,7 @@ pub(super) struct Piece {
 
 impl Piece {
     /// From one sample to the next within the interval.
+    #[inline]
     pub(super) fn advance(&self, point: &mut Point) {
         point.line = point.line.plus(point.step);
         match self.shape {
@@ -221,13 +223,14 @@ impl Piece {
                 // Both below 2^30, so that their sum fits.
                 let sum = high_word(before).wrapping_add(high_word(point.cosine));
                 point.velocity =
-                    velocity_centre.wrapping_sub(product::of_gain(velocity_weight, sum));
+                    velocity_centre.wrapping_sub(product::signed(velocity_weight, sum));
             }
         }
     }
 
     /// The setpoint of a travel in the positive direction, or of a mirrored
     /// one where `sign` is not 0 but −1: −a is the complement of a, plus 1.
+    #[inline]
     pub(super) fn setpoint(&self, point: &Point, sign: i32) -> Setpoint {
         let (sine, acceleration) = match self.shape {
             Shape::Straight { acceleration, .. } => (0, acceleration),
@@ -237,7 +240,7 @@ impl Piece {
                 acceleration_centre,
                 ..
             } => {
-                let weighted = product::of_gain(acceleration_weight, high_word(point.sine))
+                let weighted = product::signed(acceleration_weight, high_word(point.sine))
                     .wrapping_add(i64::from(acceleration_centre));
                 (
                     by_target!(
@@ -282,17 +285,20 @@ fn shifted(value: i64, shift: u8) -> i64 {
 }
 
 /// `floor(value/2^32)`.
+#[inline]
 fn high_word(value: i64) -> i32 {
     let [.., a, b, c, d] = value.to_le_bytes();
     i32::from_le_bytes([a, b, c, d])
 }
 
 /// The lower half.
+#[inline]
 fn low_word(value: i64) -> u32 {
     low_signed(value).cast_unsigned()
 }
 
 /// The value modulo 2^32.
+#[inline]
 fn low_signed(value: i64) -> i32 {
     let [a, b, c, d, ..] = value.to_le_bytes();
     i32::from_le_bytes([a, b, c, d])

@@ -25,6 +25,7 @@ impl Mixed {
 
     /// The sum, in parts of `n2`. Whole numbers stay below 2^26, and only a sum
     /// of parts below `n2` is ever formed: nothing wraps.
+    #[inline]
     pub(super) const fn plus(self, other: Self, n2: u32) -> Self {
         let whole = self.whole.wrapping_add(other.whole);
         let missing = n2.wrapping_sub(other.part);
@@ -38,6 +39,7 @@ impl Mixed {
     }
 
     /// The difference, in parts of `n2`, for `other ≤ self`: nothing wraps.
+    #[inline]
     pub(super) const fn minus(self, other: Self, n2: u32) -> Self {
         let whole = self.whole.wrapping_sub(other.whole);
         let (borrow, part) = if self.part >= other.part {

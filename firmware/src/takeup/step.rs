@@ -39,6 +39,7 @@ pub struct TakeUpState {
 impl TakeUpState {
     /// Whether the offset is on its way, or about to be: the axis is not in
     /// position before this is over.
+    #[inline]
     pub fn is_under_way(&self) -> bool {
         self.left > 0 || self.wanted != self.flank
     }
@@ -47,6 +48,7 @@ impl TakeUpState {
 impl TakeUp {
     /// The offset of this sample \[motor counts\], for the setpoint of this
     /// sample; to be called once a sample, also while the reference rests.
+    #[inline]
     pub fn step(&self, state: &mut TakeUpState, setpoint: &Setpoint) -> i32 {
         let previous = state.previous_position.replace(setpoint.position);
         let rate = match self.trigger {
@@ -85,6 +87,7 @@ impl TakeUp {
     }
 
     /// The nearest integer to the exact offset, half away from zero.
+    #[inline]
     const fn offset(&self, state: &TakeUpState) -> i32 {
         // All magnitudes are at most 2·B ≤ 2^25: nothing wraps.
         let Mixed { whole, part } = state.travel;

@@ -52,6 +52,7 @@ impl EncoderLossWatch {
 
     /// One sample: takes the code that was in force up to it and the change of
     /// the count \[counts\].
+    #[inline]
     pub fn check(&self, state: &mut EncoderLossState, code: i32, difference: i32) -> Option<Trip> {
         let still = (code.unsigned_abs() >= self.code_threshold) & (difference == 0);
         state.samples = lengthened(state.samples, still);

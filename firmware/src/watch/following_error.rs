@@ -105,6 +105,7 @@ impl FollowingErrorWatch {
     }
 
     /// One sample: takes `e` \[counts\] and the velocity of the setpoint.
+    #[inline]
     pub fn check(
         &self,
         state: &mut FollowingErrorState,

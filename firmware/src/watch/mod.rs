@@ -25,6 +25,7 @@ pub use ticks::{TickState, TickWatch};
 
 /// The length of a run of samples after one more; it ends where the condition
 /// does, and stays at its largest value.
+#[inline]
 const fn lengthened(samples: u32, goes_on: bool) -> u32 {
     if goes_on {
         samples.saturating_add(1)

@@ -39,6 +39,7 @@ impl SaturationWatch {
     }
 
     /// One sample: takes whether the output stands at a limit.
+    #[inline]
     pub fn check(&self, state: &mut SaturationState, at_limit: bool) -> Option<Trip> {
         state.samples = lengthened(state.samples, at_limit);
         (state.samples > self.ticks).then_some(Trip {

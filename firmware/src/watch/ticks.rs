@@ -20,6 +20,7 @@ impl TickWatch {
     /// let trip = TickWatch.check(&mut state, 45).expect("43 and 44 are missing");
     /// assert_eq!(trip.measured, 2);
     /// ```
+    #[inline]
     pub fn check(&self, state: &mut TickState, tick: u64) -> Option<Trip> {
         // Counted modulo 2^64, so that no end has to be looked at.
         let expected = state.expected.replace(tick.wrapping_add(1))?;
