@@ -116,7 +116,7 @@ impl ErrorRange {
         }
         Some(Self {
             bits,
-            limit: 2_i32.saturating_pow(widen::byte(bits)),
+            limit: 1_i32.wrapping_shl(widen::byte(bits)),
         })
     }
 

@@ -72,7 +72,7 @@
 use core::fmt;
 
 use crate::counts::ErrorRange;
-use crate::word::GainWord;
+use crate::word::{GainWord, power_of_two_or_most};
 
 /// The three gains of the law as words, and the errors that they serve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -178,7 +178,8 @@ impl PidWords {
         // Kd/Δt ≤ 2^27, that is w ≤ 2^(27+fd). From fd = 4 on every mantissa is.
         let word = self.kd_per_dt;
         let exponent = DERIVATIVE_MAX_BITS.saturating_add(word.fraction_bits);
-        let max_mantissa = 2_i32.saturating_pow(u32::from(exponent));
+        let most = power_of_two_or_most(u32::from(exponent));
+        let max_mantissa = i32::try_from(most).unwrap_or(i32::MAX);
         if word.mantissa > max_mantissa {
             return Err(GainError::DerivativeTooLarge { word, max_mantissa });
         }
@@ -190,9 +191,9 @@ impl PidWords {
         let whole = range.limit().saturating_mul(2);
         let word = self.kd_per_dt;
         // D = ceil(2^fd·(2^29 + 2^28 + 2^24)/w); 62 bits at most.
-        let outweighs = i64::from(DERIVATIVE_OUTWEIGHS)
-            .saturating_mul(2_i64.saturating_pow(u32::from(word.fraction_bits)));
-        let mantissa = i64::from(word.mantissa);
+        let outweighs = u64::from(DERIVATIVE_OUTWEIGHS.unsigned_abs())
+            .saturating_mul(power_of_two_or_most(u32::from(word.fraction_bits)));
+        let mantissa = u64::from(word.mantissa.unsigned_abs());
         match outweighs.saturating_sub(1).checked_div(mantissa) {
             Some(below) => i32::try_from(below.saturating_add(1)).map_or(whole, |d| d.min(whole)),
             // Without a derivative term any difference will do.

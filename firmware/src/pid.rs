@@ -27,6 +27,7 @@ use fixed::types::I24F40;
 use crate::counts::{self, ErrorRange};
 use crate::dac::{CodeSum, Codes};
 use crate::gains::{Gain, GainError, PidWords};
+use crate::word::power_of_two_or_most;
 
 /// What one sample adds to the integral: 40 fraction bits, below 2^20 codes.
 type IntegralStep = I24F40;
@@ -101,8 +102,7 @@ impl Pid {
         let ki_dt = IntegralStep::from_bits(aligned(Gain::Integral, &words, integral)?);
 
         // (Ki·Δt)·2^s, at most 2^28 codes
-        let error_sum_limit = 2_i128.saturating_pow(words.error_sum_bits());
-        let integral_limit = CodeSum::from(ki_dt).saturating_mul_int(error_sum_limit);
+        let integral_limit = CodeSum::from(ki_dt).wrapping_shl(words.error_sum_bits());
 
         Ok(Self {
             words,
@@ -155,7 +155,7 @@ impl Pid {
 
     /// Largest `|Σe|` of the declared range \[counts\], 2^25 to 2^39.
     pub fn error_sum_limit(&self) -> u64 {
-        2_u64.saturating_pow(self.words.error_sum_bits())
+        power_of_two_or_most(self.words.error_sum_bits())
     }
 
     /// `D`: differences of successive errors beyond this one drive the code to

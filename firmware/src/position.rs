@@ -184,7 +184,7 @@ impl CounterParameters {
 
     /// `2^(n−1)`.
     const fn half_wheel(&self) -> u32 {
-        2_u32.saturating_pow(widen::byte(self.bits.saturating_sub(1)))
+        1_u32.wrapping_shl(widen::byte(self.bits.saturating_sub(1)))
     }
 }
 

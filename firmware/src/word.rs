@@ -51,8 +51,23 @@ impl GainWord {
     /// a shift to the right or more than 64 bits.
     pub(crate) fn aligned(self, fraction_bits: u8) -> Option<i64> {
         let shift = fraction_bits.checked_sub(self.fraction_bits)?;
-        let factor = 2_i64.checked_pow(u32::from(shift))?;
-        i64::from(self.mantissa).checked_mul(factor)
+        let factor = power_of_two(u32::from(shift))?.cast_signed();
+        // 2^63 has no i64 of its own.
+        (factor > 0).then(|| i64::from(self.mantissa).checked_mul(factor))?
+    }
+}
+
+/// `2^bits`, where 64 bits hold it. By a shift: a power in general multiplies
+/// in a loop, and the compiler writes that out at every use.
+pub(crate) const fn power_of_two(bits: u32) -> Option<u64> {
+    1_u64.checked_shl(bits)
+}
+
+/// `2^bits`, or the largest number where 64 bits do not hold it.
+pub(crate) const fn power_of_two_or_most(bits: u32) -> u64 {
+    match power_of_two(bits) {
+        Some(power) => power,
+        None => u64::MAX,
     }
 }
 

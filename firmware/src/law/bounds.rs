@@ -8,7 +8,7 @@ use super::words::{AntiWindup, LARGEST_RATE, LawWords};
 use crate::counts::ErrorRange;
 use crate::dac::Dac;
 use crate::widen;
-use crate::word::GainWord;
+use crate::word::{GainWord, power_of_two, power_of_two_or_most};
 
 /// What acceptance computed, aligned to the sum. In this order in memory: what
 /// every sample needs comes first, where the smallest processors reach it with
@@ -85,7 +85,7 @@ impl LawWords {
             sum_fraction_bits: f,
         };
         let code_range = codes(dac.min_code().unsigned_abs(), f);
-        let integral_range = match 2_u32.checked_pow(widen::byte(self.integral_bits)) {
+        let integral_range = match 1_u32.checked_shl(widen::byte(self.integral_bits)) {
             Some(whole) => codes(whole, f),
             None => None,
         };
@@ -213,7 +213,7 @@ impl LawWords {
             _ => whole,
         };
         // At most 2^40; a term beyond 64 bits outweighs with one count.
-        let unit = 2_u64.saturating_pow(widen::byte(shift));
+        let unit = power_of_two_or_most(widen::byte(shift));
         let counts = match unit.checked_mul(widen::word(word.mantissa.unsigned_abs())) {
             Some(one_count) => match rest.saturating_sub(1).checked_div(one_count) {
                 Some(before) => match widen::narrowed(before.saturating_add(1)) {
@@ -227,7 +227,7 @@ impl LawWords {
         };
         // D·2^−(fd+1) ≤ ½
         let coarse = word.mantissa != 0
-            && widen::word(counts) > 2_u64.saturating_pow(widen::byte(word.fraction_bits));
+            && widen::word(counts) > power_of_two_or_most(widen::byte(word.fraction_bits));
         if coarse {
             return Err(LawError::DerivativeTooCoarse { word, counts });
         }
@@ -253,7 +253,7 @@ impl LawWords {
         let gain = widen::word(word.mantissa.unsigned_abs()).saturating_mul(16);
         let bits =
             widen::byte(word.fraction_bits).saturating_add(widen::byte(filter.fraction_bits));
-        if filter.fraction_bits > most || gain > 2_u64.saturating_pow(bits) {
+        if filter.fraction_bits > most || gain > power_of_two_or_most(bits) {
             let needed = 64_u32
                 .saturating_sub(gain.saturating_sub(1).leading_zeros())
                 .saturating_sub(widen::byte(word.fraction_bits));
@@ -269,7 +269,7 @@ impl LawWords {
         };
         // |v̂| ≤ X·2^h + 1, and the filter's value never leaves its inputs' range.
         let limit = slope_limit
-            .saturating_mul(2_u32.saturating_pow(widen::byte(filter.fraction_bits)))
+            .wrapping_shl(widen::byte(filter.fraction_bits))
             .saturating_add(1);
         Ok((accepted!(self.term(part, scaled, limit, 0)), limit))
     }
@@ -277,10 +277,10 @@ impl LawWords {
     /// `S`, the smaller of `2^(fi−1)` and `Q/(Ki·Δt)` \[counts\].
     const fn error_sum_limit(&self, integral_range: u64, f: u8) -> u64 {
         let word = self.ki_dt;
-        let by_rounding = 2_u64.saturating_pow(widen::byte(word.fraction_bits.saturating_sub(1)));
+        let by_rounding = power_of_two_or_most(widen::byte(word.fraction_bits.saturating_sub(1)));
         let shift = widen::byte(f.saturating_sub(word.fraction_bits));
         let one_error =
-            widen::word(word.mantissa.unsigned_abs()).saturating_mul(2_u64.saturating_pow(shift));
+            widen::word(word.mantissa.unsigned_abs()).saturating_mul(power_of_two_or_most(shift));
         match integral_range.checked_div(one_error) {
             Some(by_range) if by_range < by_rounding => by_range,
             Some(_) => by_rounding,
@@ -292,7 +292,7 @@ impl LawWords {
 
 /// `count` codes \[2^−F codes\], where 64 bits hold them.
 const fn codes(count: u32, f: u8) -> Option<u64> {
-    match 2_u64.checked_pow(widen::byte(f)) {
+    match power_of_two(widen::byte(f)) {
         Some(one) => one.checked_mul(widen::word(count)),
         None => None,
     }

@@ -55,9 +55,11 @@ impl Term {
             room
         };
         let mantissa = word.mantissa.wrapping_shl(taken);
-        let Some(scale) = 2_i32.checked_pow(whole_shift.saturating_sub(taken)) else {
+        let shift = whole_shift.saturating_sub(taken);
+        if shift > 30 {
             return None;
-        };
+        }
+        let scale = 1_i32.wrapping_shl(shift);
         let most = widen::word(limit).saturating_mul(widen::word(scale.unsigned_abs()));
         if most > widen::word(i32::MAX.unsigned_abs()) {
             return None;

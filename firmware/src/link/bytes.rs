@@ -20,6 +20,7 @@ impl<const N: usize> Writer<N> {
     }
 
     /// Appends bytes as they are.
+    #[inline(never)]
     pub fn bytes(&mut self, bytes: &[u8]) {
         self.overflowed |= self.bytes.extend_from_slice(bytes).is_err();
     }
@@ -77,6 +78,7 @@ impl<'a> Reader<'a> {
     }
 
     /// A byte.
+    #[inline(never)]
     pub fn u8(&mut self) -> Option<u8> {
         self.array().map(u8::from_le_bytes)
     }
@@ -87,23 +89,25 @@ impl<'a> Reader<'a> {
     }
 
     /// 4 bytes.
+    #[inline(never)]
     pub fn u32(&mut self) -> Option<u32> {
         self.array().map(u32::from_le_bytes)
     }
 
     /// 4 bytes.
     pub fn i32(&mut self) -> Option<i32> {
-        self.array().map(i32::from_le_bytes)
+        self.u32().map(u32::cast_signed)
     }
 
     /// 8 bytes.
+    #[inline(never)]
     pub fn u64(&mut self) -> Option<u64> {
         self.array().map(u64::from_le_bytes)
     }
 
     /// 8 bytes.
     pub fn i64(&mut self) -> Option<i64> {
-        self.array().map(i64::from_le_bytes)
+        self.u64().map(u64::cast_signed)
     }
 
     /// All that is left.

@@ -57,8 +57,9 @@ enum Machine {
 struct Source<'t, const N: usize> {
     kind: SourceKind,
     table: &'t mut SetpointTable<N>,
-    /// The next entry of the table.
-    k: u64,
+    /// The next entry of the table; 32 bits, because a chip has no more in one
+    /// word, and the last entry is held at their end too.
+    k: u32,
     plan: MotionPlan,
     motion: MotionState,
     /// What came with the step.
@@ -68,8 +69,8 @@ struct Source<'t, const N: usize> {
 impl<const N: usize> Source<'_, N> {
     /// The next entry; as [`crate::reference::TableSource`].
     fn entry(&mut self) -> Next {
-        let position = self.table.at(self.k);
-        let before = self.table.at(self.k.saturating_sub(1));
+        let position = self.table.at(u64::from(self.k));
+        let before = self.table.at(u64::from(self.k.saturating_sub(1)));
         self.k = self.k.saturating_add(1);
         let entries = self.table.as_counts().len();
         if usize::try_from(self.k).is_ok_and(|k| k < entries) {
@@ -144,11 +145,12 @@ impl<'t, const N: usize> Server<'t, N> {
         received: Received<'_>,
         target: &mut impl Target,
     ) -> Option<Vec<u8, LARGEST_REPLY>> {
-        let session = self.session.unwrap_or(0);
         let Received::Body(body) = received else {
+            let session = self.session.unwrap_or(0);
             return Reply::Nak(Nak::Damaged).body(session, self.next);
         };
         let (header, rest) = Header::read(body)?;
+        let mut acted = false;
         let reply = match Request::read(header.kind, rest, self.last_tick) {
             Some(Request::Hello) => {
                 self.hello(header);
@@ -168,18 +170,20 @@ impl<'t, const N: usize> Server<'t, N> {
             }),
             Some(request) => {
                 let reply = self.carry_out(&request, rest, target);
-                if !matches!(reply, Reply::Nak(_)) {
-                    self.next = self.next.wrapping_add(1);
-                    self.last = reply.body(header.session, header.number)?;
-                    return Some(self.last.clone());
-                }
+                acted = !matches!(reply, Reply::Nak(_));
                 reply
             }
         };
-        reply.body(header.session, header.number)
+        let body = reply.body(header.session, header.number)?;
+        if acted {
+            self.next = self.next.wrapping_add(1);
+            self.last.clone_from(&body);
+        }
+        Some(body)
     }
 
     /// Forgets the session before, unless this is a repetition.
+    #[inline(never)]
     fn hello(&mut self, header: Header) {
         if self.session == Some(header.session) {
             return;
@@ -194,7 +198,7 @@ impl<'t, const N: usize> Server<'t, N> {
         self.machine = Machine::None;
         self.source.table.rest_at(0);
         self.source.k = 0;
-        self.source.plan = MotionPlan::at_rest();
+        self.source.plan.rest();
         self.source.motion = MotionState::at_start();
     }
 
@@ -232,6 +236,7 @@ impl<'t, const N: usize> Server<'t, N> {
         }
     }
 
+    #[inline(never)]
     fn paper(&mut self, payload: &[u8]) -> Result<(), Nak> {
         let (pid, dac) = settings::read_paper(payload).ok_or(Nak::Settings)?;
         let controller = Controller::new(pid, dac, SetpointTable::resting_at(0));
@@ -239,6 +244,7 @@ impl<'t, const N: usize> Server<'t, N> {
         Ok(())
     }
 
+    #[inline(never)]
     fn axis(&mut self, payload: &[u8]) -> Result<(), Nak> {
         let axis = settings::read_axis(payload).ok_or(Nak::Settings)?;
         let state = AxisState::start(&axis);
@@ -246,6 +252,7 @@ impl<'t, const N: usize> Server<'t, N> {
         Ok(())
     }
 
+    #[inline(never)]
     fn setpoints(&mut self, payload: &[u8]) -> Result<(), Nak> {
         let mut from = Reader::new(payload);
         while from.end().is_none() {
@@ -275,6 +282,7 @@ impl<'t, const N: usize> Server<'t, N> {
         Ok(())
     }
 
+    #[inline(never)]
     fn change_law(&mut self, payload: &[u8]) -> Result<(), Nak> {
         let Machine::Axis(axis, state) = &mut self.machine else {
             return Err(Nak::Request);
@@ -284,6 +292,7 @@ impl<'t, const N: usize> Server<'t, N> {
         Ok(())
     }
 
+    #[inline(never)]
     fn step(&mut self, step: &Step, target: &mut impl Target) -> Reply {
         let source = &mut self.source;
         source.given = step.next;
@@ -291,7 +300,7 @@ impl<'t, const N: usize> Server<'t, N> {
             Machine::None => return Reply::Nak(Nak::Request),
             Machine::Paper(controller, state) => {
                 target.start();
-                let setpoint = source.table.at(source.k);
+                let setpoint = source.table.at(u64::from(source.k));
                 source.k = source.k.saturating_add(1);
                 let count = step.inputs.motor_register.cast_signed();
                 let output = controller.tick(state, counts::difference(count, setpoint));

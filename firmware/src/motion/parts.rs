@@ -27,6 +27,16 @@ impl MotionPlan {
         }
     }
 
+    /// Forgets the motion: the axis stays at 0.
+    pub fn rest(&mut self) {
+        self.pieces.clear();
+        self.sign = 0;
+        self.end = 0;
+        self.last_sample = 0;
+        self.velocity_fraction_bits = 0;
+        self.acceleration_fraction_bits = 0;
+    }
+
     /// The parts of the plan, the head first.
     pub fn parts(&self) -> impl Iterator<Item = Payload> {
         let mut head = Writer::new();
@@ -48,14 +58,13 @@ impl MotionPlan {
     pub fn take_part(&mut self, part: &[u8]) -> Option<()> {
         let mut from = Reader::new(part);
         if part.len() == HEAD_BYTES {
-            *self = Self {
-                pieces: Vec::new(),
-                sign: from.i32()?,
-                end: from.i32()?,
-                last_sample: from.u64()?,
-                velocity_fraction_bits: from.u8()?,
-                acceleration_fraction_bits: from.u8()?,
-            };
+            // Field by field: a plan is too large to pass over a chip's stack.
+            self.pieces.clear();
+            self.sign = from.i32()?;
+            self.end = from.i32()?;
+            self.last_sample = from.u64()?;
+            self.velocity_fraction_bits = from.u8()?;
+            self.acceleration_fraction_bits = from.u8()?;
             return Some(());
         }
         let piece = Piece::read(&mut from)?;

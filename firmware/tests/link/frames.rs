@@ -56,6 +56,17 @@ proptest! {
         prop_assert_eq!(bodies(&line), sent);
     }
 
+    /// By halves of a byte, and in any pieces, it is what the catalogue's is.
+    #[test]
+    fn the_crc_agrees_with_the_catalogues(
+        bytes in prop::collection::vec(any::<u8>(), 0..300), cut in 0_usize..300,
+    ) {
+        let expected = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&bytes);
+        let (front, back) = bytes.split_at(cut.min(bytes.len()));
+        prop_assert_eq!(crc32(&bytes), expected);
+        prop_assert_eq!(crc32_on(crc32(front), back), expected);
+    }
+
     /// Whatever was on the line before, a 0 ends it.
     #[test]
     fn a_frame_behind_noise_is_found(

@@ -16,6 +16,7 @@
 #![no_std]
 
 mod arm;
+mod arm_copy;
 #[cfg_attr(board = "m0", path = "board/m0.rs")]
 #[cfg_attr(board = "m3", path = "board/m3.rs")]
 #[cfg_attr(board = "m4", path = "board/m4.rs")]
