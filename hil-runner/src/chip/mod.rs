@@ -6,6 +6,15 @@
 //! ```
 
 pub mod client;
+pub mod error;
+#[cfg(unix)]
+pub mod fifo;
 pub mod figures;
+#[cfg(unix)]
+pub mod guard;
 pub mod line;
+#[cfg(unix)]
+pub mod qemu;
 pub mod spec;
+
+pub use error::ChipError;

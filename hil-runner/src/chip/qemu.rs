@@ -1,0 +1,78 @@
+//! QEMU with an image of the firmware.
+
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+use super::error::ChipError;
+use super::guard::Guarded;
+use super::spec::{Target, Transport};
+
+/// Virtual time per instruction is 2^7 ns, whatever the host does meanwhile:
+/// the chip's timer counts instructions. An idle chip does not wait for the
+/// host's clock.
+const COUNTED: &str = "shift=7,sleep=off,align=off";
+
+/// QEMU's program for a target, and Debian's package that has it.
+const fn program(target: Target) -> (&'static str, &'static str) {
+    match target {
+        Target::M4 | Target::M0 | Target::M3 => ("qemu-system-arm", "qemu-system-arm"),
+        Target::Rv32 => ("qemu-system-riscv32", "qemu-system-misc"),
+    }
+}
+
+/// The board that has the processor.
+const fn machine(target: Target) -> &'static str {
+    match target {
+        Target::M4 => "mps2-an386",
+        Target::M0 => "microbit",
+        Target::M3 => "mps2-an385",
+        Target::Rv32 => "virt",
+    }
+}
+
+/// Where QEMU for `target` is.
+///
+/// # Errors
+/// [`ChipError::NoProgram`] if it is not on the search path.
+pub fn find(target: Target) -> Result<PathBuf, ChipError> {
+    let (program, package) = program(target);
+    let paths = std::env::var_os("PATH").unwrap_or_default();
+    std::env::split_paths(&paths)
+        .map(|folder| folder.join(program))
+        .find(|path| path.is_file())
+        .ok_or(ChipError::NoProgram { program, package })
+}
+
+/// What QEMU is started with.
+fn arguments(target: Target, transport: Transport, image: &Path) -> Vec<OsString> {
+    let serial = match transport {
+        Transport::Fifo => "none",
+        Transport::Uart => "pty",
+    };
+    let mut arguments: Vec<OsString> = ["-machine", machine(target)]
+        .into_iter()
+        .chain(["-display", "none", "-monitor", "none", "-nodefaults"])
+        .chain(["-serial", serial, "-icount", COUNTED])
+        .chain(["-semihosting-config", "enable=on,target=native"])
+        .map(OsString::from)
+        .collect();
+    if target == Target::Rv32 {
+        // Its board would start a boot loader first.
+        arguments.extend(["-bios", "none"].map(OsString::from));
+    }
+    arguments.push("-kernel".into());
+    arguments.push(image.into());
+    arguments
+}
+
+/// Starts QEMU with `image`.
+///
+/// # Errors
+/// [`ChipError::NoProgram`] if QEMU is not installed, [`ChipError::Start`] if
+/// it cannot be started.
+pub fn start(target: Target, transport: Transport, image: &Path) -> Result<Guarded, ChipError> {
+    let program = find(target)?;
+    // QEMU runs in a folder of its own.
+    let image = std::path::absolute(image).unwrap_or_else(|_| image.to_path_buf());
+    Guarded::start("QEMU", &program, arguments(target, transport, &image))
+}
