@@ -12,6 +12,7 @@ pub mod fifo;
 pub mod figures;
 #[cfg(unix)]
 pub mod guard;
+pub mod image;
 pub mod line;
 #[cfg(unix)]
 pub mod qemu;

@@ -7,4 +7,6 @@
 mod fifo;
 #[cfg(target_os = "linux")]
 mod guard;
+#[cfg(unix)]
+mod image;
 mod support;

@@ -1,0 +1,316 @@
+//! Images are found, built when they must be, and only then. The compiler and
+//! cargo are scripts that note how they were called.
+
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::time::{Duration, SystemTime};
+
+use hil_runner::chip::ChipError;
+use hil_runner::chip::image::Finder;
+use hil_runner::chip::spec::{Target, Transport};
+
+/// A project with sources that are an hour old, a compiler and a cargo.
+struct Project {
+    folder: tempfile::TempDir,
+}
+
+impl Project {
+    fn new() -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let project = Self { folder };
+        for file in [
+            "Cargo.toml",
+            "firmware/Cargo.toml",
+            "firmware/src/lib.rs",
+            "firmware/cortex-m/Cargo.toml",
+            "firmware/cortex-m/images/src/lib.rs",
+        ] {
+            project.write(file, "");
+        }
+        // Notes its call, and makes both images.
+        project.script(
+            "cargo",
+            "echo \"$RUSTC $RUSTC_BOOTSTRAP $(command -v rust-lld)\" >>called\n\
+             echo \"$*\" >>called\n\
+             while [ $# -gt 0 ]; do\n\
+             case $1 in --target) t=$2;; --target-dir) d=$2;; esac; shift\n\
+             done\n\
+             echo image >$d/$t/release/fifo; echo image >$d/$t/release/uart",
+        );
+        project.compiler(
+            "rustc",
+            "lib/rustlib/thumbv7em-none-eabihf/lib/libcore-1.rlib",
+        );
+        project.script("rustc.root/lib/rustlib/host/bin/rust-lld", "exit 1");
+        project.age(project.path());
+        project
+    }
+
+    fn path(&self) -> &Path {
+        self.folder.path()
+    }
+
+    fn write(&self, file: &str, text: &str) {
+        let path = self.path().join(file);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        fs::write(path, text).unwrap();
+    }
+
+    /// Written by another process: one that this process still had open for
+    /// writing in a moment when another thread starts a child could not be run.
+    fn script(&self, name: &str, script: &str) {
+        let path = self.path().join(name);
+        fs::create_dir_all(path.parent().unwrap()).unwrap();
+        let written = Command::new("sh")
+            .args([
+                "-c",
+                r#"printf '#!/bin/sh\n%s\n' "$2" >"$1"; chmod 755 "$1""#,
+                "sh",
+            ])
+            .arg(path)
+            .arg(script)
+            .status();
+        assert!(written.unwrap().success());
+    }
+
+    /// A compiler that has `file` in its root.
+    fn compiler(&self, name: &str, file: &str) {
+        let root = self.path().join(format!("{name}.root"));
+        self.write(&format!("{name}.root/{file}"), "");
+        self.script(
+            name,
+            &format!(
+                "case $2 in sysroot) echo {root};; \
+                 target-libdir) echo {root}/lib/rustlib/$4/lib;; esac",
+                root = root.display()
+            ),
+        );
+    }
+
+    /// Makes all that is in `path` an hour old.
+    fn age(&self, path: &Path) {
+        if path.is_dir() {
+            for entry in fs::read_dir(path).unwrap() {
+                self.age(&entry.unwrap().path());
+            }
+        }
+        let hour_ago = SystemTime::now() - Duration::from_secs(3600);
+        File::open(path).unwrap().set_modified(hour_ago).unwrap();
+    }
+
+    fn finder(&self) -> Finder {
+        Finder {
+            ready: None,
+            project: self.path().to_path_buf(),
+            target_folder: self.path().join("target/chip"),
+            cargo: self.path().join("cargo"),
+            compilers: vec![self.path().join("no-such"), self.path().join("rustc")],
+        }
+    }
+
+    /// The image, and what was told on the way.
+    fn image(&self, finder: &Finder) -> (Result<PathBuf, ChipError>, Vec<String>) {
+        let mut told = Vec::new();
+        let image = finder.image(Target::M4, Transport::Fifo, &mut |line| {
+            told.push(line.to_owned());
+        });
+        (image, told)
+    }
+
+    /// How often the image was built to be had once more.
+    fn builds(&self) -> usize {
+        let (image, told) = self.image(&self.finder());
+        assert!(image.unwrap().is_file());
+        told.len()
+    }
+
+    fn called(&self) -> String {
+        fs::read_to_string(self.path().join("firmware/cortex-m/called")).unwrap()
+    }
+}
+
+#[test]
+fn ready_image_is_taken_as_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let finder = Finder {
+        ready: Some(folder.path().to_path_buf()),
+        ..Project::new().finder()
+    };
+    let mut none = |line: &str| panic!("{line}");
+    let missing = finder.image(Target::M0, Transport::Uart, &mut none);
+    let sentence = missing.unwrap_err().to_string();
+    assert!(
+        sentence.contains("m0-uart.elf is not there; MCU_IMAGE_DIR"),
+        "{sentence}"
+    );
+    let path = folder.path().join("m0-uart.elf");
+    fs::write(&path, "").unwrap();
+    assert_eq!(
+        finder
+            .image(Target::M0, Transport::Uart, &mut none)
+            .unwrap(),
+        path
+    );
+    assert!(finder.available(Target::M0, Transport::Uart).is_ok());
+    assert!(finder.available(Target::M0, Transport::Fifo).is_err());
+}
+
+#[test]
+fn image_is_built_when_it_is_missing_or_stale() {
+    let project = Project::new();
+    let finder = project.finder();
+    assert!(finder.available(Target::M4, Transport::Fifo).is_ok());
+    let (image, told) = project.image(&finder);
+    assert_eq!(
+        image.unwrap(),
+        project
+            .path()
+            .join("target/chip/thumbv7em-none-eabihf/release/fifo")
+    );
+    assert_eq!(told, ["building the images for m4 (thumbv7em-none-eabihf)"]);
+    // What cargo was called with is left beside the sources here.
+    project.age(&project.path().join("firmware"));
+    assert_eq!(project.builds(), 0);
+    for file in [
+        "firmware/src/lib.rs",
+        "firmware/cortex-m/images/src/lib.rs",
+        "Cargo.toml",
+        // Seen by the time of its folder.
+        "firmware/src/added.rs",
+    ] {
+        project.write(file, "// changed");
+        assert_eq!(project.builds(), 1, "{file}");
+        project.age(&project.path().join("firmware"));
+        assert_eq!(project.builds(), 0, "{file}");
+    }
+    fs::remove_file(project.path().join("firmware/src/added.rs")).unwrap();
+    assert_eq!(project.builds(), 1);
+    project.age(&project.path().join("firmware"));
+    // Nothing that an image is made of.
+    project.write("firmware/cortex-m/target/debug/thing", "");
+    project.write("firmware/tests/some.rs", "");
+    project.age(&project.path().join("firmware/cortex-m"));
+    project.write("firmware/cortex-m/target/debug/thing", "again");
+    assert_eq!(project.builds(), 0);
+    // As after `cargo clean`.
+    fs::remove_dir_all(project.path().join("target")).unwrap();
+    assert_eq!(project.builds(), 1);
+}
+
+#[test]
+fn two_builders_at_a_time_do_not_disturb_each_other() {
+    let project = Project::new();
+    let build = || project.image(&project.finder()).0.unwrap();
+    std::thread::scope(|scope| {
+        let builders: Vec<_> = (0..4).map(|_| scope.spawn(build)).collect();
+        for builder in builders {
+            assert!(builder.join().unwrap().is_file());
+        }
+    });
+    let left = fs::read_dir(
+        project
+            .path()
+            .join("target/chip/thumbv7em-none-eabihf/release"),
+    );
+    // Two images and the time of the last build.
+    assert_eq!(left.unwrap().count(), 3);
+}
+
+#[test]
+fn compiler_of_the_installer_needs_nothing() {
+    let project = Project::new();
+    assert_eq!(project.builds(), 1);
+    let called = project.called();
+    assert!(called.contains("build --release --locked --package images --target thumbv7em"));
+    assert!(!called.contains("-Zbuild-std"), "{called}");
+    let rustc = project.path().join("rustc");
+    // Neither a permission nor a linker.
+    assert!(
+        called.starts_with(&format!("{} ", rustc.display())),
+        "{called}"
+    );
+}
+
+#[test]
+fn compiler_of_a_distribution_builds_its_core_and_is_lent_a_linker() {
+    let project = Project::new();
+    // The first has a linker but nothing for this target.
+    project.compiler("rustc", "lib/rustlib/other/lib/libcore-1.rlib");
+    fs::remove_dir_all(
+        project
+            .path()
+            .join("rustc.root/lib/rustlib/thumbv7em-none-eabihf"),
+    )
+    .unwrap();
+    project.compiler("debian", "lib/rustlib/src/rust/library/core/src/lib.rs");
+    let mut finder = project.finder();
+    finder.compilers.push(project.path().join("debian"));
+    let (image, _) = project.image(&finder);
+    image.unwrap();
+    let called = project.called();
+    assert!(called.contains("-Zbuild-std=core"), "{called}");
+    let mut words = called.split_whitespace();
+    assert_eq!(
+        words.next().unwrap(),
+        project.path().join("debian").to_str().unwrap()
+    );
+    assert_eq!(words.next(), Some("1"));
+    assert!(words.next().unwrap().ends_with("/rust-lld"), "{called}");
+}
+
+#[test]
+fn without_a_compiler_it_says_what_to_install() {
+    let project = Project::new();
+    let mut finder = project.finder();
+    finder.compilers.pop();
+    let available = finder.available(Target::M4, Transport::Fifo).unwrap_err();
+    let (image, _) = project.image(&finder);
+    for error in [available, image.unwrap_err()] {
+        let sentence = error.to_string();
+        assert!(
+            sentence.contains("`rustup target add thumbv7em-none-eabihf`"),
+            "{sentence}"
+        );
+        assert!(sentence.contains("rustc-web"), "{sentence}");
+    }
+}
+
+#[test]
+fn errors_of_the_compiler_are_shown() {
+    let project = Project::new();
+    project.script(
+        "cargo",
+        "echo 'error[E0308]: mismatched types' >&2; exit 101",
+    );
+    for _ in 0..2 {
+        let (image, told) = project.image(&project.finder());
+        let sentence = image.unwrap_err().to_string();
+        assert_eq!(
+            sentence,
+            "the image for m4 could not be built; the compiler says:\n\
+             error[E0308]: mismatched types"
+        );
+        // A build that failed is tried again.
+        assert_eq!(told.len(), 1);
+    }
+}
+
+#[test]
+fn build_that_makes_no_image_is_told() {
+    let project = Project::new();
+    project.script("cargo", "exit 0");
+    let (image, _) = project.image(&project.finder());
+    assert!(matches!(image, Err(ChipError::NotAnImage { .. })));
+}
+
+#[test]
+fn without_sources_an_image_is_used_as_it_is() {
+    let project = Project::new();
+    assert_eq!(project.builds(), 1);
+    fs::remove_dir_all(project.path().join("firmware")).unwrap();
+    assert_eq!(project.builds(), 0);
+    fs::remove_dir_all(project.path().join("target")).unwrap();
+    let (image, _) = project.image(&project.finder());
+    assert!(matches!(image, Err(ChipError::NoSources { .. })));
+}
