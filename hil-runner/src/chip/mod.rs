@@ -14,8 +14,13 @@ pub mod figures;
 pub mod guard;
 pub mod image;
 pub mod line;
+pub mod open;
+#[cfg(unix)]
+pub mod pty;
 #[cfg(unix)]
 pub mod qemu;
+pub mod serial;
 pub mod spec;
 
 pub use error::ChipError;
+pub use open::{Image, Opened, installed, open};

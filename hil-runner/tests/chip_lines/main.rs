@@ -9,4 +9,8 @@ mod fifo;
 mod guard;
 #[cfg(unix)]
 mod image;
+#[cfg(target_os = "linux")]
+mod qemu;
+#[cfg(unix)]
+mod serial;
 mod support;
