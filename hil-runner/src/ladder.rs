@@ -4,7 +4,7 @@
 use crate::case::{Case, Law};
 use crate::error::RunError;
 use crate::record::GridPoint;
-use crate::run::{Outcome, RowSink, RunOptions, run};
+use crate::run::{ChipUnderTest, Outcome, RowSink, RunOptions, run, run_on_chip};
 
 /// Interval of the rows that all rungs have in common \[ns\].
 pub const GRID_NS: u64 = 1_000_000;
@@ -14,6 +14,8 @@ pub const GRID_NS: u64 = 1_000_000;
 pub struct Rung {
     /// The control law.
     pub law: Law,
+    /// Name of the chip that ran it; `None` on the host.
+    pub target: Option<String>,
     /// Its run.
     pub outcome: Outcome,
     /// What it adds to the rung below; `None` at the bottom.
@@ -27,6 +29,24 @@ pub struct Difference {
     pub rms_acc_mps2: f64,
     /// Of the displacement \[µm\].
     pub rms_position_um: f64,
+}
+
+impl Rung {
+    /// What the rung is called.
+    pub fn name(&self) -> String {
+        match &self.target {
+            None => self.law.name().to_owned(),
+            Some(target) => format!("{} on {target}", self.law.name()),
+        }
+    }
+
+    /// What the rung adds to the one below it.
+    pub fn adds(&self) -> &'static str {
+        match self.target {
+            None => self.law.adds(),
+            Some(_) => "compiler, target, timing",
+        }
+    }
 }
 
 impl Law {
@@ -58,16 +78,42 @@ pub fn climb(
     let mut rungs: Vec<Rung> = Vec::with_capacity(cases.len());
     for (number, case) in cases.iter().enumerate() {
         let outcome = run(case, options, sink).map_err(|error| (number, error))?;
-        let difference = rungs
-            .last()
-            .map(|below| difference(&outcome.grid, &below.outcome.grid));
-        rungs.push(Rung {
-            law: case.controller.law,
-            outcome,
-            difference,
-        });
+        push(&mut rungs, case, outcome);
     }
     Ok(rungs)
+}
+
+/// Adds the rung of the firmware on a chip.
+///
+/// # Errors
+/// As [`run_on_chip`].
+pub fn climb_on_chip(
+    rungs: &mut Vec<Rung>,
+    case: &Case,
+    options: RunOptions,
+    chip: &mut ChipUnderTest<'_>,
+    sink: &mut RowSink<'_>,
+) -> Result<(), RunError> {
+    let options = RunOptions {
+        grid_ns: Some(GRID_NS),
+        ..options
+    };
+    let outcome = run_on_chip(case, options, chip, sink)?;
+    push(rungs, case, outcome);
+    Ok(())
+}
+
+fn push(rungs: &mut Vec<Rung>, case: &Case, outcome: Outcome) {
+    let difference = rungs
+        .last()
+        .map(|below| difference(&outcome.grid, &below.outcome.grid));
+    let chip = outcome.summary.chip.as_ref();
+    rungs.push(Rung {
+        law: case.controller.law,
+        target: chip.map(|chip| chip.target.clone()),
+        outcome,
+        difference,
+    });
 }
 
 fn difference(upper: &[GridPoint], lower: &[GridPoint]) -> Difference {

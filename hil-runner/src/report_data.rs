@@ -185,8 +185,8 @@ fn ladder_rung(rung: &Rung, below: Option<&Rung>) -> LadderRung {
         })
     };
     LadderRung {
-        name: rung.law.name().to_owned(),
-        adds: rung.law.adds().to_owned(),
+        name: rung.name(),
+        adds: rung.adds().to_owned(),
         peak_abs_acc_mps2: Some(summary.peak_abs_acc_mps2),
         peak_following_error_mm: Some(summary.peak_following_error_mm),
         final_error_um: Some(summary.final_error_um),

@@ -7,13 +7,15 @@ use anyhow::{Context, anyhow};
 use clap::Args;
 use hil_runner::bench::fault_warning;
 use hil_runner::case::{Case, Law};
-use hil_runner::ladder::climb;
+use hil_runner::chip::spec::ChipLink;
+use hil_runner::ladder::{climb, climb_on_chip};
 use hil_runner::output::OutputFile;
 use hil_runner::run::RunOptions;
 use hil_runner::runfile::RunFile;
 use hil_runner::{report, report_data};
 
 use super::explain::explain;
+use super::link::OpenChip;
 use super::progress::Progress;
 use super::terminal;
 
@@ -28,6 +30,7 @@ const REPORT: &str = "out/ladder.html";
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  \
                   hil-runner ladder paper-1\n  \
+                  hil-runner ladder paper-1 --link qemu:m0\n  \
                   hil-runner ladder axis.toml --report out/axis-ladder.html --set controller.sample_time_s=2e-4")]
 pub(crate) struct Ladder {
     /// Run file or built-in case
@@ -35,6 +38,9 @@ pub(crate) struct Ladder {
     /// Page with the plots
     #[arg(long, value_name = "F.html", default_value = REPORT)]
     report: PathBuf,
+    /// A chip for one rung more: qemu[:m4|m0|m3|rv32], qemu-uart[:…] or serial:PORT[@BAUD]
+    #[arg(long, value_name = "LINK")]
+    link: Option<ChipLink>,
     /// Override a key of the run file; the value is TOML, a bare word a string
     #[arg(long = "set", value_name = "KEY.PATH=VALUE")]
     sets: Vec<String>,
@@ -49,6 +55,7 @@ impl Ladder {
             std::fs::create_dir_all("out").context("the folder out cannot be made")?;
         }
         let mut page = OutputFile::create(&self.report)?;
+        let mut chip = self.link.as_ref().map(OpenChip::open).transpose()?;
         let cases: Vec<Case> = files.iter().map(|file| file.case.clone()).collect();
         let mut progress = files.first().map(|file| Progress::of(&file.case));
         let mut sink = |row: &_| {
@@ -56,7 +63,18 @@ impl Ladder {
                 .as_mut()
                 .map_or(Ok(()), |progress| progress.row(row))
         };
-        let rungs = climb(&cases, RunOptions::default(), &mut sink);
+        let mut rungs = climb(&cases, RunOptions::default(), &mut sink);
+        if let (Ok(rungs), Some(chip), Some(case)) = (&mut rungs, &mut chip, cases.last()) {
+            let mut under_test = chip.under_test();
+            let options = RunOptions::default();
+            if let Err(error) = climb_on_chip(rungs, case, options, &mut under_test, &mut sink) {
+                drop(progress);
+                return Err(files.last().map_or_else(
+                    || anyhow!("a ladder has rungs"),
+                    |file| explain(file, error),
+                ));
+            }
+        }
         drop(progress);
         let rungs = rungs.map_err(|(number, error)| {
             let Some(file) = files.get(number) else {
@@ -69,11 +87,11 @@ impl Ladder {
         page.write_all(report::render(&data)?.as_bytes())?;
         page.commit()?;
         for (rung, case) in rungs.iter().zip(&cases) {
-            let law = rung.law.name();
+            let law = rung.name();
             if let Some(fault) = fault_warning(&rung.outcome) {
                 terminal::tell(&format!("{}: rung {law}: warning: {fault}\n", case.name));
             }
-            if rung.law == Law::Firmware && !case.servo.is_off() {
+            if rung.law == Law::Firmware && rung.target.is_none() && !case.servo.is_off() {
                 terminal::tell(&format!(
                     "{}: rung {law}: warning: it adds what the run file asks of the controller beyond \
                      the paper's law, not word lengths alone\n",
@@ -107,10 +125,12 @@ impl Ladder {
 
     fn command_line(&self) -> String {
         let sets = self.sets.iter().map(|set| format!(" --set {set}"));
+        let link = self.link.iter().map(|link| format!(" --link {link}"));
         format!(
-            "hil-runner ladder {}{}",
+            "hil-runner ladder {}{}{}",
             self.case,
-            sets.collect::<String>()
+            sets.collect::<String>(),
+            link.collect::<String>()
         )
     }
 }

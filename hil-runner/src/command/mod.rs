@@ -5,6 +5,7 @@ mod home;
 mod init;
 mod interrupt;
 mod ladder;
+mod link;
 mod main_job;
 mod progress;
 mod run;

@@ -9,12 +9,13 @@ use hil_runner::bench::CaseRun;
 use hil_runner::case::Law;
 use hil_runner::law::IoKind;
 use hil_runner::output::{OutputFile, same_file};
-use hil_runner::run::{LinkKind, RunOptions};
+use hil_runner::run::RunOptions;
 use hil_runner::runfile::RunFile;
 use hil_runner::trace::TraceWriter;
 use hil_runner::{report, report_data, runfile};
 
 use super::explain::explain;
+use super::link::{self, LinkName};
 use super::progress::Progress;
 use super::terminal;
 
@@ -25,6 +26,8 @@ use super::terminal;
                   hil-runner run axis.toml --report axis.html --set controller.kp=4\n  \
                   hil-runner run paper-2 paper-2-12bit --report compare.html\n  \
                   hil-runner run paper-2-12bit --io spi\n  \
+                  hil-runner run paper-2 --link qemu:m0\n  \
+                  hil-runner run axis.toml --link serial:/dev/ttyACM0@921600\n  \
                   hil-runner run paper-1 --set controller.law=quantised --set budget.final_error_um=50")]
 pub(crate) struct Run {
     /// Run files or built-in cases (paper-1 … paper-4, paper-2-12bit)
@@ -42,8 +45,7 @@ pub(crate) struct Run {
     /// Override a key of the run file; the value is TOML, a bare word a string
     #[arg(long = "set", value_name = "KEY.PATH=VALUE")]
     sets: Vec<String>,
-    /// How controller and plant are connected; the results are the same
-    #[arg(long, value_enum, default_value_t = LinkName::InProcess)]
+    #[arg(long, help = link::HELP, default_value_t = LinkName::InProcess)]
     link: LinkName,
     /// How the firmware reaches encoder and converter; the results are the same
     #[arg(long, value_enum, default_value_t = IoName::Direct)]
@@ -57,15 +59,6 @@ enum IoName {
     Direct,
     /// The firmware's drivers over models of an LS7366R and an AD5721R or AD5761R
     Spi,
-}
-
-/// Names of the links on the command line.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum LinkName {
-    /// A function call
-    InProcess,
-    /// Two threads and a pair of channels
-    Channel,
 }
 
 impl Run {
@@ -83,15 +76,20 @@ impl Run {
             let because = "--io spi runs the firmware's drivers; the law must be \"firmware\"";
             bail!("{}", file.refuse("controller", "law", because));
         }
+        self.link.refuse_other_laws(&files)?;
+        if self.io == IoName::Spi && matches!(self.link, LinkName::Chip(_)) {
+            bail!(
+                "--io spi is for a controller on this host; a chip has electronics of its own \
+                 (--link {})",
+                self.link
+            );
+        }
         // Every path is opened before the first run.
         let mut trace = open(self.trace.as_ref())?.map(TraceWriter::new);
         let summary = open(self.summary.as_ref())?;
         let report = open(self.report.as_ref())?;
+        let mut link = self.link.open()?;
         let options = RunOptions {
-            link: match self.link {
-                LinkName::InProcess => LinkKind::InProcess,
-                LinkName::Channel => LinkKind::Channel,
-            },
             io: match self.io {
                 IoName::Direct => IoKind::Direct,
                 IoName::Spi => IoKind::Spi,
@@ -106,7 +104,7 @@ impl Run {
                 progress.row(row)?;
                 trace.as_mut().map_or(Ok(()), |trace| trace.row(row))
             };
-            let run = CaseRun::new(&file.case, options, &mut sink);
+            let run = link.run(&file.case, options, &mut sink);
             drop(progress);
             // What was traced before an error is kept all the same.
             if let Some(trace) = trace.take() {
@@ -114,6 +112,7 @@ impl Run {
             }
             runs.push(run.map_err(|error| explain(file, error))?);
         }
+        link.tell();
         if let Some(mut file) = summary
             && let Some(run) = runs.first()
         {
@@ -158,8 +157,12 @@ impl Run {
 
     fn command_line(&self) -> String {
         let sets = self.sets.iter().map(|set| format!(" --set {set}"));
+        let link = match &self.link {
+            LinkName::InProcess => String::new(),
+            link => format!(" --link {link}"),
+        };
         format!(
-            "hil-runner run {}{}",
+            "hil-runner run {}{}{link}",
             self.cases.join(" "),
             sets.collect::<String>()
         )

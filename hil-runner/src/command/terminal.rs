@@ -243,8 +243,8 @@ pub(crate) fn ladder_table(rungs: &[Rung]) -> String {
     for rung in rungs {
         let figure = |key: &str| shown(rung.outcome.summary.figure(key));
         table.add_row([
-            rung.law.name().to_owned(),
-            rung.law.adds().to_owned(),
+            rung.name(),
+            rung.adds().to_owned(),
             figure("peak_abs_acc_mps2"),
             figure("peak_following_error_mm"),
             figure("final_error_um"),

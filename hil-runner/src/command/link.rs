@@ -1,0 +1,162 @@
+//! `--link`: how controller and plant are connected.
+
+use std::str::FromStr;
+
+use anyhow::{Context, bail};
+use hil_runner::bench::CaseRun;
+use hil_runner::case::{Case, Law};
+use hil_runner::chip;
+use hil_runner::chip::client::Client;
+use hil_runner::chip::spec::{ChipLink, UnknownLink};
+use hil_runner::error::RunError;
+use hil_runner::run::{ChipUnderTest, LinkKind, RowSink, RunOptions};
+use hil_runner::runfile::RunFile;
+
+use super::terminal;
+
+/// A link by its name on the command line.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum LinkName {
+    /// A function call.
+    InProcess,
+    /// Two threads and a pair of channels.
+    Channel,
+    /// A controller on a chip.
+    Chip(ChipLink),
+}
+
+/// The help of `--link`.
+pub(super) const HELP: &str = "How controller and plant are connected: in-process, channel, \
+     qemu[:m4|m0|m3|rv32], qemu-uart[:m4|m0|m3|rv32] or serial:PORT[@BAUD]; the results are the same";
+
+impl FromStr for LinkName {
+    type Err = UnknownLink;
+
+    fn from_str(text: &str) -> Result<Self, UnknownLink> {
+        match text {
+            "in-process" => Ok(Self::InProcess),
+            "channel" => Ok(Self::Channel),
+            text => text.parse().map(Self::Chip),
+        }
+    }
+}
+
+impl std::fmt::Display for LinkName {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::InProcess => f.write_str("in-process"),
+            Self::Channel => f.write_str("channel"),
+            Self::Chip(link) => link.fmt(f),
+        }
+    }
+}
+
+/// A link that is open.
+#[derive(Debug)]
+pub(super) enum OpenLink {
+    /// Controller and plant in this process.
+    Host(LinkKind),
+    /// The controller on a chip.
+    Chip(Box<OpenChip>),
+}
+
+/// A chip that has answered.
+#[derive(Debug)]
+pub(super) struct OpenChip {
+    link: ChipLink,
+    client: Client,
+}
+
+impl LinkName {
+    /// Opens the link. For a chip in QEMU an image is built where there is none,
+    /// which is said on stderr.
+    pub(super) fn open(&self) -> anyhow::Result<OpenLink> {
+        Ok(match self {
+            Self::InProcess => OpenLink::Host(LinkKind::InProcess),
+            Self::Channel => OpenLink::Host(LinkKind::Channel),
+            Self::Chip(link) => OpenLink::Chip(Box::new(OpenChip::open(link)?)),
+        })
+    }
+
+    /// A chip runs the firmware alone.
+    pub(super) fn refuse_other_laws(&self, files: &[RunFile]) -> anyhow::Result<()> {
+        let Self::Chip(link) = self else {
+            return Ok(());
+        };
+        let other = |file: &&RunFile| file.case.controller.law != Law::Firmware;
+        if let Some(file) = files.iter().find(other) {
+            let because = format!("--link {link} runs the firmware; the law must be \"firmware\"");
+            bail!("{}", file.refuse("controller", "law", &because));
+        }
+        Ok(())
+    }
+}
+
+impl OpenChip {
+    /// Opens the line and greets the chip.
+    pub(super) fn open(link: &ChipLink) -> anyhow::Result<Self> {
+        let mut tell = |text: &str| terminal::tell(&format!("{text}\n"));
+        let opened = chip::open(link, &mut tell).with_context(|| format!("--link {link}"))?;
+        let client = Client::greet(opened.line).with_context(|| format!("--link {link}"))?;
+        let on_chip = client.identity().image_crc;
+        if let Some(in_file) = opened.image.as_ref().map(|image| image.crc32)
+            && in_file != on_chip
+        {
+            bail!(
+                "--link {link}: the chip runs another image than the one that was loaded: its \
+                 CRC-32 is {on_chip:08x}, that of the file {in_file:08x}"
+            );
+        }
+        Ok(Self {
+            link: link.clone(),
+            client,
+        })
+    }
+
+    /// The chip for a run.
+    pub(super) fn under_test(&mut self) -> ChipUnderTest<'_> {
+        ChipUnderTest {
+            client: &mut self.client,
+            in_qemu: matches!(self.link, ChipLink::Qemu { .. }),
+        }
+    }
+
+    /// What was noticed of the line: a matter of the moment.
+    pub(super) fn noticed(&self) -> String {
+        let noticed = self.client.noticed();
+        format!(
+            "{}: {} requests answered, {} of them asked again; {} damaged frames, {} stray\n",
+            self.link, noticed.answered, noticed.repeated, noticed.damaged, noticed.stray
+        )
+    }
+}
+
+impl OpenLink {
+    /// Runs a case over the link.
+    pub(super) fn run(
+        &mut self,
+        case: &Case,
+        options: RunOptions,
+        sink: &mut RowSink<'_>,
+    ) -> Result<CaseRun, RunError> {
+        match self {
+            Self::Host(link) => {
+                let options = RunOptions {
+                    link: *link,
+                    ..options
+                };
+                CaseRun::new(case, options, sink)
+            }
+            Self::Chip(chip) => CaseRun::on_chip(case, options, &mut chip.under_test(), sink),
+        }
+    }
+
+    /// What was noticed of a line to a chip, if something was.
+    pub(super) fn tell(&self) {
+        if let Self::Chip(chip) = self
+            && chip.client.noticed().repeated > 0
+        {
+            terminal::tell(&chip.noticed());
+        }
+    }
+}
