@@ -81,7 +81,8 @@ pub struct ControllerSettings {
 /// The chip, as far as the time of a step depends on it (`[target]`).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TargetSettings {
-    /// Clock of the core \[Hz\]; `None` takes that of a common part.
+    /// Clock of the core \[Hz\], where only instructions are counted; `None`
+    /// takes that of a common part.
     pub clock_hz: Option<u64>,
     /// Cycles that an instruction is allowed, where only instructions are
     /// counted; greater than 0.

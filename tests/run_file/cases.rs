@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use hil_runner::case::{Case, Law, SolverChoice};
+use hil_runner::case::{Case, Law, SolverChoice, TargetSettings};
 use hil_runner::runfile::{self, Need, SECTIONS, builtin_names, builtin_text};
 use hil_runner::servo::ServoSettings;
 use plant::Joint;
@@ -76,6 +76,7 @@ fn units_are_converted_and_defaults_hold() {
     assert_eq!(case.controller.sample_time_ns, Some(1_000_000));
     assert_eq!(case.controller.computation_delay_ns, 0);
     assert_eq!(case.servo, ServoSettings::default());
+    assert_eq!(case.target, TargetSettings::default());
     assert_eq!(case.run.duration_ns, 1_500_000_000);
     assert_eq!(case.run.solver, SolverChoice::Auto);
     assert_eq!(case.run.row_interval_ns, 1_000_000);

@@ -134,6 +134,10 @@ fn wrong_overrides_have_their_sentences() {
             ": controller.computation_delay_s = 1 is not allowed: the delay must be at most the sample time, controller.sample_time_s = 0.001 (line 31)",
         ),
         (
+            "target.clock_hz=168000000.5",
+            ": target.clock_hz = 168000000.5 is not allowed: the clock of the core must be a whole number from 1 to 10000000000",
+        ),
+        (
             "name=3",
             ": name = 3 is not allowed: the name of the run must be a string that is not empty, not a number",
         ),

@@ -8,7 +8,9 @@
 
 use core::f64::consts::PI;
 
-use hil_runner::case::{Case, ControllerSettings, Law, RunSettings, SolverChoice};
+use hil_runner::case::{
+    Case, ControllerSettings, Law, RunSettings, SolverChoice, TargetSettings,
+};
 use hil_runner::law::{Controller, IoKind};
 use hil_runner::servo::ServoSettings;
 use plant::{
@@ -73,6 +75,7 @@ pub fn random_case(draw: &mut Draw, laws: &[Law], sample_times_s: (f64, f64)) ->
             computation_delay_ns,
         },
         servo: ServoSettings::default(),
+        target: TargetSettings::default(),
         motion: random_motion(draw, &axis, voltage_limit_v, duration_s),
         run: RunSettings {
             duration_ns: sample_time_ns * samples,

@@ -35,7 +35,10 @@ pub(super) fn assemble(v: &Values, tree: &Table) -> Option<Case> {
         encoder: encoder(v)?,
         controller: controller(v)?,
         servo: servo::servo(v)?,
-        target: TargetSettings::default(),
+        target: TargetSettings {
+            clock_hz: v.whole("target", "clock_hz"),
+            cycles_per_instruction: v.number("target", "cycles_per_instruction")?,
+        },
         motion: motion(v)?.ok()?,
         run: run(v)?,
         budget: budget(v, tree)?,

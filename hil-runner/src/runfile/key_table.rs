@@ -3,9 +3,11 @@
 
 mod controller;
 mod supervision;
+mod target;
 
 use self::controller::{BACKLASH, CONTROLLER, ENCODER, GAIN_CHANGE, LOAD_ENCODER};
 use self::supervision::{INJECT, LIMITS, SEQUENCE};
+use self::target::TARGET;
 use super::keys::Range::{Any, Between, NotNegative, Positive};
 use super::keys::{DefaultValue, Key, Kind, Need, Section, flag, number, time, value};
 use crate::figures::{Figure, HOST_STEP_P99, SUMMARY_FIGURES};
@@ -83,6 +85,13 @@ pub static SECTIONS: &[Section] = &[
         name: "inject",
         meaning: "hardware that misbehaves at given times; acts on law \"firmware\"",
         keys: INJECT,
+    },
+    Section {
+        name: "target",
+        meaning: "the chip, as far as the time of a step in QEMU depends on it: without clock_hz \
+                  m4 has 168 MHz, m0 16 MHz, m3 72 MHz and rv32 108 MHz; a board tells its own \
+                  clock and counts cycles",
+        keys: TARGET,
     },
     Section {
         name: "run",
