@@ -3,10 +3,11 @@
 use crate::budget::{self, Verdict};
 use crate::case::Case;
 use crate::error::RunError;
-use crate::figures::HOST_STEP_P99;
+use crate::figures::{CHIP_FIGURES, HOST_STEP_P99};
 use crate::law::Controller;
 use crate::report::number;
 use crate::run::{ChipUnderTest, Outcome, RowSink, RunOptions, run, run_on_chip};
+use crate::summary::Summary;
 use crate::time::seconds;
 use crate::timing::HostTiming;
 use crate::words::CaseWords;
@@ -126,6 +127,7 @@ fn warnings(case: &Case, outcome: &Outcome) -> Vec<String> {
         ));
     }
     warnings.extend(fault_warning(outcome));
+    warnings.extend(unknown_figures(&outcome.summary));
     if outcome.refused_requests > 0 {
         warnings.push(format!(
             "requests of [sequence] that the state of the axis did not allow: {}",
@@ -133,6 +135,27 @@ fn warnings(case: &Case, outcome: &Outcome) -> Vec<String> {
         ));
     }
     warnings
+}
+
+/// Why limits on a chip's figures fail where there is no figure.
+fn unknown_figures(summary: &Summary) -> Option<String> {
+    let unknown: Vec<String> = CHIP_FIGURES
+        .iter()
+        .filter(|figure| {
+            let of_figure = |verdict: &&Verdict| verdict.figure == figure.key;
+            let verdict = summary.verdicts.iter().find(of_figure);
+            verdict.is_some_and(|verdict| verdict.value.is_none())
+        })
+        .map(|figure| format!("budget.{}", figure.key))
+        .collect();
+    if unknown.is_empty() {
+        return None;
+    }
+    let because = match &summary.chip {
+        None => "only a chip, over --link, has such figures",
+        Some(_) => "this chip does not tell such figures; a board counts no instructions",
+    };
+    Some(format!("{} cannot pass: {because}", unknown.join(", ")))
 }
 
 /// The first fault in a sentence, and how many there were.

@@ -80,18 +80,25 @@ pub(crate) fn verdicts(case: &Case, figure: impl Fn(&str) -> Option<f64>) -> Vec
     // An axis that stopped on a fault has not done its work, whatever else
     // the budget asks for.
     let supervised = case.controller.law == Law::Firmware && !case.servo.is_off();
-    if supervised && limits.iter().all(|limit| limit.figure != FAULTS) {
-        let none = Limit {
-            figure: FAULTS.to_owned(),
-            limit: 0.0,
-        };
-        verdicts.push(Verdict::new(&none, figure(FAULTS), true));
+    // Nor has a chip that was not done with a code when the next was due.
+    let on_chip = figure(LATE_STEPS).is_some();
+    for (key, applies) in [(FAULTS, supervised), (LATE_STEPS, on_chip)] {
+        if applies && limits.iter().all(|limit| limit.figure != key) {
+            let none = Limit {
+                figure: key.to_owned(),
+                limit: 0.0,
+            };
+            verdicts.push(Verdict::new(&none, figure(key), true));
+        }
     }
     verdicts
 }
 
 /// Key of the number of faults.
 const FAULTS: &str = "faults";
+
+/// Key of the number of steps that took longer than the sample time.
+const LATE_STEPS: &str = "late_steps";
 
 #[cfg(test)]
 mod tests {

@@ -47,6 +47,35 @@ pub const SUMMARY_FIGURES: [Figure; 15] = [
     figure("faults", "Faults of the axis", ""),
 ];
 
+/// What a chip adds to a summary, in its order; a run without one gives none of
+/// it. Figures of instructions need QEMU: a board counts cycles.
+pub const CHIP_FIGURES: [Figure; 8] = [
+    figure(
+        "instructions_per_step_max",
+        "Most instructions of a step",
+        "",
+    ),
+    figure(
+        "instructions_per_step_median",
+        "Median of the instructions of a step",
+        "",
+    ),
+    figure("cycles_per_step_max", "Most cycles of a step", ""),
+    figure(
+        "utilisation_max_percent",
+        "Longest step as a share of the sample time",
+        "%",
+    ),
+    figure("late_steps", "Steps longer than the sample time", ""),
+    figure("flash_bytes", "Flash of the image", "bytes"),
+    figure(
+        "ram_bytes",
+        "Static RAM less the table of setpoints",
+        "bytes",
+    ),
+    figure("stack_bytes", "Deepest stack", "bytes"),
+];
+
 /// The controller's step time on the host: a matter of this machine's clock,
 /// in no summary, judged only where a budget names it.
 pub const HOST_STEP_P99: Figure = figure(
@@ -59,6 +88,7 @@ pub const HOST_STEP_P99: Figure = figure(
 pub fn unit(key: &str) -> &'static str {
     SUMMARY_FIGURES
         .iter()
+        .chain(&CHIP_FIGURES)
         .chain([&HOST_STEP_P99])
         .find(|figure| figure.key == key)
         .map_or("", |figure| figure.unit)

@@ -27,6 +27,7 @@ mod parameters_servo;
 pub mod quantise;
 pub mod record;
 pub mod report;
+mod report_chip;
 pub mod report_data;
 pub mod run;
 pub mod runfile;

@@ -12,6 +12,7 @@ use crate::report::{
     CaseReport, ContactInterval, FigureRow, HostTiming, LadderReport, LadderRung, Report, Traces,
     VerdictRow,
 };
+use crate::report_chip;
 
 use crate::time::seconds;
 
@@ -46,6 +47,7 @@ fn case_report(run: &CaseRun) -> CaseReport {
         parameters: parameters::of(case)
             .into_iter()
             .chain(run.words.iter().flat_map(parameters::of_words))
+            .chain(summary.chip.iter().flat_map(report_chip::parameters))
             .collect(),
         verdicts: run
             .verdicts()
@@ -67,6 +69,7 @@ fn case_report(run: &CaseRun) -> CaseReport {
                 unit: figure.unit.to_owned(),
                 value: summary.figure(figure.key),
             })
+            .chain(report_chip::figures(summary))
             .chain(run.timing_verdict.iter().map(|verdict| FigureRow {
                 key: figures::HOST_STEP_P99.key.to_owned(),
                 label: figures::HOST_STEP_P99.label.to_owned(),

@@ -213,6 +213,25 @@ fn unfit_gains_and_tables_name_their_key() {
     );
 }
 
+/// Whoever limits what a chip costs and runs without one is told why it fails.
+#[test]
+fn limits_of_a_chip_say_that_they_need_one() {
+    let folder = folder();
+    let output = hil_runner(
+        folder.path(),
+        &["run", "paper-1", "--set", "budget.cycles_per_step_max=800"],
+    );
+    assert_eq!(status(&output), 1);
+    let row = stdout(&output);
+    let row = row
+        .lines()
+        .find(|line| line.contains("cycles_per_step_max"));
+    let row = row.unwrap();
+    assert!(row.contains('–') && row.ends_with("FAIL"), "{row}");
+    let warning = "warning: budget.cycles_per_step_max cannot pass: only a chip, over --link";
+    assert!(stderr(&output).contains(warning), "{}", stderr(&output));
+}
+
 #[test]
 fn unwritable_path_is_found_before_the_run() {
     let folder = folder();

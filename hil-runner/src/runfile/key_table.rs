@@ -10,7 +10,7 @@ use self::supervision::{INJECT, LIMITS, SEQUENCE};
 use self::target::TARGET;
 use super::keys::Range::{Any, Between, NotNegative, Positive};
 use super::keys::{DefaultValue, Key, Kind, Need, Section, flag, number, time, value};
-use crate::figures::{Figure, HOST_STEP_P99, SUMMARY_FIGURES};
+use crate::figures::{CHIP_FIGURES, Figure, HOST_STEP_P99, SUMMARY_FIGURES};
 
 /// The sections in the order in which a run file usually has them.
 pub static SECTIONS: &[Section] = &[
@@ -101,7 +101,8 @@ pub static SECTIONS: &[Section] = &[
     Section {
         name: "budget",
         meaning: "limits on the magnitude of summary figures; without this section the default \
-                  budget holds, an empty one limits nothing",
+                  budget holds, an empty one limits nothing; from instructions_per_step_max to \
+                  stack_bytes the figures are those of a chip, and without a link to one they fail",
         keys: &BUDGET,
     },
 ];
@@ -278,12 +279,17 @@ const RUN: &[Key] = &[
     flag("events", "switch that lists every contact change").or(DefaultValue::Flag(true)),
 ];
 
-/// One key for every figure of the summary, and last the one of the clock.
-const BUDGET: [Key; SUMMARY_FIGURES.len() + 1] = {
-    let mut keys = [limit(&HOST_STEP_P99); SUMMARY_FIGURES.len() + 1];
+/// One key for every figure of the summary, then those of a chip, and last the
+/// one of the clock.
+const BUDGET: [Key; SUMMARY_FIGURES.len() + CHIP_FIGURES.len() + 1] = {
+    let mut keys = [limit(&HOST_STEP_P99); SUMMARY_FIGURES.len() + CHIP_FIGURES.len() + 1];
     let mut index = 0;
-    while index < SUMMARY_FIGURES.len() {
-        keys[index] = limit(&SUMMARY_FIGURES[index]);
+    while index < keys.len() - 1 {
+        keys[index] = if index < SUMMARY_FIGURES.len() {
+            limit(&SUMMARY_FIGURES[index])
+        } else {
+            limit(&CHIP_FIGURES[index - SUMMARY_FIGURES.len()])
+        };
         index += 1;
     }
     keys

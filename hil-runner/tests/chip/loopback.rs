@@ -9,9 +9,14 @@ use firmware::link::{Identity, Server, Target};
 use firmware::{CAPACITY, SetpointTable};
 use hil_runner::chip::line::{Line, LineError};
 
-/// Every step takes 320 ticks of 40 ns: 100 instructions of QEMU.
+/// Its timer ticks every 40 ns, as in QEMU: 3.2 ticks an instruction.
 #[derive(Debug)]
-pub(crate) struct Memory;
+pub(crate) struct Memory {
+    /// What the steps take, over and over \[ticks\].
+    ticks: &'static [u32],
+    /// Steps that were timed.
+    steps: usize,
+}
 
 impl Target for Memory {
     fn identity(&self) -> Identity {
@@ -27,7 +32,9 @@ impl Target for Memory {
     }
     fn start(&mut self) {}
     fn elapsed(&mut self) -> u32 {
-        320
+        let ticks = self.ticks[self.steps % self.ticks.len()];
+        self.steps += 1;
+        ticks
     }
     fn stack_bytes(&self) -> u32 {
         500
@@ -38,16 +45,24 @@ impl Target for Memory {
 #[derive(Debug)]
 pub(crate) struct Loopback {
     server: Server<'static, CAPACITY>,
+    memory: Memory,
     receiver: Receiver,
     replies: VecDeque<u8>,
 }
 
 impl Loopback {
+    /// Every step takes 320 ticks: 100 instructions.
     pub(crate) fn new() -> Self {
+        Self::with_ticks(&[320])
+    }
+
+    /// The steps take `ticks`, over and over.
+    pub(crate) fn with_ticks(ticks: &'static [u32]) -> Self {
         // One table a chip; a test ends with its process.
         let table = Box::leak(Box::new(SetpointTable::resting_at(0)));
         Self {
             server: Server::new(table),
+            memory: Memory { ticks, steps: 0 },
             receiver: Receiver::new(),
             replies: VecDeque::new(),
         }
@@ -55,7 +70,7 @@ impl Loopback {
 
     /// Loses all memory, as a chip that is reset.
     pub(crate) fn restart(&mut self) {
-        *self = Self::new();
+        *self = Self::with_ticks(self.memory.ticks);
     }
 }
 
@@ -65,7 +80,7 @@ impl Line for Loopback {
             let Some(received) = self.receiver.take(*byte) else {
                 continue;
             };
-            if let Some(body) = self.server.answer(received, &mut Memory) {
+            if let Some(body) = self.server.answer(received, &mut self.memory) {
                 self.replies.extend(encode::<LARGEST_FRAME>(&body).unwrap());
             }
         }

@@ -8,6 +8,7 @@
     reason = "a test stops where its setup fails"
 )]
 
+mod budgets;
 mod campaign;
 mod loopback;
 mod noise;
