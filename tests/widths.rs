@@ -96,13 +96,15 @@ impl Group {
         self.lanes[0].controller.sample_time_ns.unwrap()
     }
 
+    fn delay_ns(&self) -> u64 {
+        let delay = self.lanes[0].controller.computation_delay;
+        delay.fixed_ns().unwrap()
+    }
+
     /// Lengths of the steps of a sample; the last one is under the new code.
     fn lengths_ns(&self) -> Vec<u64> {
-        let (period_ns, delay_ns) = (
-            self.period_ns(),
-            self.lanes[0].controller.computation_delay_ns,
-        );
-        match delay_ns {
+        let period_ns = self.period_ns();
+        match self.delay_ns() {
             0 => vec![period_ns],
             d if d == period_ns => vec![period_ns],
             d => vec![d, period_ns - d],
@@ -111,7 +113,7 @@ impl Group {
 
     /// Whether the first step of a sample is under the code before.
     fn is_delayed(&self) -> bool {
-        self.lanes[0].controller.computation_delay_ns > 0
+        self.delay_ns() > 0
     }
 
     fn samples(&self) -> u64 {

@@ -74,8 +74,28 @@ pub struct ControllerSettings {
     /// Sample time Δt \[ns\], greater than 0; `None` only where the run file
     /// leaves it out, which only rung `continuous` allows.
     pub sample_time_ns: Option<u64>,
-    /// From sample to new voltage \[ns\], at most the sample time.
-    pub computation_delay_ns: u64,
+    /// From sample to new voltage.
+    pub computation_delay: ComputationDelay,
+}
+
+/// How long a code takes from its sample to the motor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ComputationDelay {
+    /// Always so long \[ns\], at most the sample time.
+    Fixed(u64),
+    /// Each code as long as its own step took on the chip, at most the sample
+    /// time. Known only with the controller on one.
+    Measured,
+}
+
+impl ComputationDelay {
+    /// The delay of every code \[ns\]; `None` where each has its own.
+    pub fn fixed_ns(self) -> Option<u64> {
+        match self {
+            Self::Fixed(ns) => Some(ns),
+            Self::Measured => None,
+        }
+    }
 }
 
 /// The chip, as far as the time of a step depends on it (`[target]`).

@@ -2,7 +2,7 @@
 
 use plant::Joint;
 
-use crate::case::{Case, Law, Method};
+use crate::case::{Case, ComputationDelay, Law, Method};
 use crate::parameters_servo;
 use crate::report::{Parameter, number};
 use crate::time::seconds;
@@ -45,9 +45,11 @@ fn controller(case: &Case) -> Vec<Parameter> {
         case.controller.sample_time_ns,
         case.controller.law != Law::Continuous,
     ) {
-        let delay_s = seconds(case.controller.computation_delay_ns);
         rows.push(value("Sample time Δt", 1e3 * seconds(period_ns), "ms"));
-        rows.push(value("Computation delay", 1e3 * delay_s, "ms"));
+        rows.push(match case.controller.computation_delay {
+            ComputationDelay::Fixed(ns) => value("Computation delay", 1e3 * seconds(ns), "ms"),
+            ComputationDelay::Measured => text("Computation delay", "measured on the chip", ""),
+        });
     }
     rows
 }

@@ -2,13 +2,14 @@
 
 use plant::{ContactChange, Drive, Plant, Solver, State};
 
-use crate::case::{Case, Law, Method};
+use crate::case::{Case, ComputationDelay, Law, Method};
 use crate::chip::client::Client;
 use crate::chip::figures::{BusyFigures, ChipReport};
 use crate::error::RunError;
 use crate::law::{ChipLaw, Controller, IoKind, ServoStatus};
 use crate::link::{Link, channel_pair};
 use crate::message::{Command, Measurement};
+use crate::quantise::QuantiseError;
 use crate::record::{GridPoint, PlotPoint, PlotRecorder, Recorder};
 use crate::summary::{EndOfRun, RowFigures, Summary};
 use crate::time::seconds;
@@ -69,14 +70,18 @@ pub type RowSink<'a> = dyn FnMut(&Row) -> std::io::Result<()> + Send + 'a;
 /// Runs a case and delivers its rows to `sink`.
 ///
 /// # Errors
-/// [`RunError`] if the case cannot be started or a state leaves the finite
-/// numbers; the rows up to there have been delivered.
+/// [`RunError`] if the case cannot be started, as one whose delay is measured
+/// cannot without a chip, or a state leaves the finite numbers; the rows up to
+/// there have been delivered.
 pub fn run(case: &Case, options: RunOptions, sink: &mut RowSink<'_>) -> Result<Outcome, RunError> {
     let (solver, solver_name) = solver(case);
     let mut bench = Bench::new(case, options, solver, sink);
     match (case.controller.law, case.controller.sample_time_ns) {
         (Law::Continuous, _) => bench.continuous()?,
         (_, None) => return Err(RunError::NoSampleTime),
+        _ if case.controller.computation_delay == ComputationDelay::Measured => {
+            return Err(RunError::Quantise(QuantiseError::DelayUnknown));
+        }
         (_, Some(period_ns)) => {
             let controller = Controller::new(case, options.io).map_err(RunError::Quantise)?;
             let Some(mut controller) = controller else {
@@ -91,7 +96,8 @@ pub fn run(case: &Case, options: RunOptions, sink: &mut RowSink<'_>) -> Result<O
     Ok(bench.outcome(solver_name))
 }
 
-/// Runs a case with whatever controller is at the end of `link`.
+/// Runs a case with whatever controller is at the end of `link`. Where the
+/// delay is measured, the link tells it with each command.
 ///
 /// # Errors
 /// As [`run()`]; [`RunError::NoSampleTime`] for a rung that does not sample.
@@ -121,7 +127,8 @@ pub struct ChipUnderTest<'c> {
 
 /// Runs a case of rung `firmware` with its controller on a chip, and delivers
 /// its rows to `sink`. Every code is the chip's; the plant's time stands still
-/// until it is there.
+/// until it is there. Where the delay is measured, each code acts so long after
+/// its sample as its step took by the chip's clock.
 ///
 /// # Errors
 /// As [`run()`], and [`RunError::Chip`] if the chip does not take the
@@ -232,11 +239,11 @@ impl Bench<'_, '_> {
     }
 
     /// Sampled rungs. At t_k the controller gets the encoder's position; its
-    /// code acts from t_k + delay to t_(k+1) + delay.
+    /// code acts from t_k + delay to t_(k+1) + delay, each delay that of its
+    /// own sample and at most Δt.
     fn lockstep(&mut self, link: &mut impl Link, period_ns: u64) -> Result<(), RunError> {
         let case = self.case;
         let duration_ns = case.run.duration_ns;
-        let delay_ns = case.controller.computation_delay_ns;
         let z = case.axis.transmission.gear_ratio;
         let load_encoder = case.servo.encoders.load;
         let mut in_force = Held::default();
@@ -271,6 +278,16 @@ impl Bench<'_, '_> {
                 self.busy.add(busy, state, period_ns);
             }
             let next = self.held(command);
+            let delay_ns = match (case.controller.computation_delay, command.busy) {
+                (ComputationDelay::Fixed(ns), _) => ns,
+                // Later than this is a late step; the plant takes the next code then.
+                (ComputationDelay::Measured, Some(busy)) => busy.time_ns.min(period_ns),
+                // A tick that was missed computes nothing: the code stays.
+                (ComputationDelay::Measured, None) if next == in_force => 0,
+                (ComputationDelay::Measured, None) => {
+                    return Err(RunError::Quantise(QuantiseError::DelayUnknown));
+                }
+            };
             // 3. Record.
             let sample = Sample {
                 error_counts: command.error_counts,

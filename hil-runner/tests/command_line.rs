@@ -213,6 +213,39 @@ fn unfit_gains_and_tables_name_their_key() {
     );
 }
 
+/// Only a chip's steps have a time of their own.
+#[test]
+fn a_delay_that_is_measured_needs_a_chip() {
+    let folder = folder();
+    let key = "controller.computation_delay_s";
+    let set = format!("{key}=measured");
+    for command in ["run", "ladder", "home"] {
+        let output = hil_runner(folder.path(), &[command, "paper-1", "--set", &set]);
+        let text = stderr(&output);
+        assert_eq!(status(&output), 2, "{command}: {text}");
+        let refused =
+            format!("--set {set}: {key} = measured is not allowed: only the steps of a chip");
+        assert!(text.contains(&refused), "{command}: {text}");
+        assert!(text.contains("--link qemu"), "{command}: {text}");
+    }
+    let measured_twice = [
+        ["run", "paper-1", "--set", &set],
+        [
+            "--set",
+            "backlash.gap=measured",
+            "--set",
+            "backlash.homing_detection=effort",
+        ],
+    ];
+    let output = hil_runner(folder.path(), measured_twice.as_flattened());
+    assert_eq!(status(&output), 2);
+    let refused = "backlash.gap = measured is not allowed: the gap is measured before";
+    assert!(stderr(&output).contains(refused), "{}", stderr(&output));
+    // The contrast: word lengths know no delay.
+    let output = hil_runner(folder.path(), &["words", "paper-1", "--set", &set]);
+    assert_eq!(status(&output), 0, "{}", stderr(&output));
+}
+
 /// Whoever limits what a chip costs and runs without one is told why it fails.
 #[test]
 fn limits_of_a_chip_say_that_they_need_one() {

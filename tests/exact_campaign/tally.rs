@@ -3,6 +3,7 @@
 use core::fmt;
 
 use bench_tests::solvers::{FINER_TOLERANCE, REFERENCE_TOLERANCE};
+use hil_runner::case::ComputationDelay;
 use plant::{AxisParameters, Contact, Joint};
 
 use crate::compare::{Excuse, compare};
@@ -172,7 +173,7 @@ impl Tally {
             u64::from(law == "sampled"),
             u64::from(law == "quantised"),
             u64::from(law == "firmware"),
-            u64::from(case.controller.computation_delay_ns > 0),
+            u64::from(case.controller.computation_delay != ComputationDelay::Fixed(0)),
             u64::from(saturated),
             steps(open, drive, true),
             steps(open, coast, true),

@@ -188,7 +188,8 @@ fn controller(case: &Case) -> Controller {
 
 fn timing(case: &Case) -> (u64, u64) {
     let period_ns = case.controller.sample_time_ns.unwrap_or(1_000_000);
-    (period_ns, case.controller.computation_delay_ns)
+    let delay = case.controller.computation_delay;
+    (period_ns, delay.fixed_ns().unwrap_or(0))
 }
 
 /// Somewhere on its way, so that flanks meet within the run however short it

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use hil_runner::case::{Case, Law, SolverChoice, TargetSettings};
+use hil_runner::case::{Case, ComputationDelay, Law, SolverChoice, TargetSettings};
 use hil_runner::runfile::{self, Need, SECTIONS, builtin_names, builtin_text};
 use hil_runner::servo::ServoSettings;
 use plant::Joint;
@@ -55,8 +55,8 @@ fn all_reference_cases_load() {
     assert!(
         load_reference("sampled-4-delay")
             .controller
-            .computation_delay_ns
-            > 0
+            .computation_delay
+            != ComputationDelay::Fixed(0)
     );
 }
 
@@ -74,9 +74,12 @@ fn units_are_converted_and_defaults_hold() {
     assert_eq!(case.motion.end_s(), 1.0);
     assert_eq!((case.dac.bits, case.dac.step_v), (16, 0.00488));
     assert_eq!(case.controller.sample_time_ns, Some(1_000_000));
-    assert_eq!(case.controller.computation_delay_ns, 0);
-    assert_eq!(case.servo, ServoSettings::default());
+    assert_eq!(
+        case.controller.computation_delay,
+        ComputationDelay::Fixed(0)
+    );
     assert_eq!(case.target, TargetSettings::default());
+    assert_eq!(case.servo, ServoSettings::default());
     assert_eq!(case.run.duration_ns, 1_500_000_000);
     assert_eq!(case.run.solver, SolverChoice::Auto);
     assert_eq!(case.run.row_interval_ns, 1_000_000);

@@ -109,7 +109,7 @@ pub(crate) fn samples(key: &Key) -> (String, String) {
         }
         Kind::Number(_) => pair("2", "3.5"),
         Kind::Whole(..) => pair("12", "14"),
-        Kind::Time(Range::NotNegative) => pair("0", "0.001"),
+        Kind::Time(Range::NotNegative) | Kind::TimeOrWord(..) => pair("0", "0.001"),
         Kind::Time(_) => pair("0.002", "0.001"),
         Kind::Intervals => pair("[1, 0, 1, 0, 1, 0, 1]", "[1, 0.5, 1, 0, 1, 0, 1]"),
     }

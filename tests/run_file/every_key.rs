@@ -51,17 +51,21 @@ fn section_and_key(section: &str, key: &str) -> (&'static Section, &'static Key)
 fn every_choice_is_another_case() {
     let mut choices_seen = 0;
     for (section, key) in all_keys() {
-        let Kind::Choice(choices) = key.kind else {
-            continue;
+        let mut cases: Vec<Case> = Vec::new();
+        let choices: &[&str] = match &key.kind {
+            Kind::Choice(choices) => choices,
+            Kind::TimeOrWord(_, word) => {
+                cases.push(Document::full().with(section, key, "0").case());
+                std::slice::from_ref(word)
+            }
+            _ => continue,
         };
         // "exact" does not go with the quadratic resistance of the document.
         let choices = choices.iter().filter(|choice| **choice != "exact");
-        let cases: Vec<Case> = choices
-            .map(|choice| {
-                let value = format!("\"{choice}\"");
-                Document::full().with(section, key, &value).case()
-            })
-            .collect();
+        cases.extend(choices.map(|choice| {
+            let value = format!("\"{choice}\"");
+            Document::full().with(section, key, &value).case()
+        }));
         for (index, case) in cases.iter().enumerate() {
             assert!(!cases[..index].contains(case), "{}: {index}", key.name);
         }
@@ -151,7 +155,9 @@ fn values_of_the_wrong_type_are_refused() {
             Kind::Text => &["3", "true", "[]", "{}", "\"\"", "2020-01-01"],
             Kind::Flag => &["0", "1.5", "\"true\"", "[true]", "{}"],
             Kind::Choice(_) => &["0", "true", "\"\"", "\"other\"", "[]", "{}"],
-            Kind::Number(_) | Kind::Time(_) => &["\"3\"", "true", "[3]", "{}", "12:00:00"],
+            Kind::Number(_) | Kind::Time(_) | Kind::TimeOrWord(..) => {
+                &["\"3\"", "true", "[3]", "{}", "12:00:00"]
+            }
             Kind::Whole(..) => &["12.5", "\"12\"", "true", "[12]", "1e99"],
             Kind::Intervals => &[
                 "1",
@@ -171,7 +177,7 @@ fn values_of_the_wrong_type_are_refused() {
 fn what_is_not_finite_or_extreme_is_refused() {
     for (section, key) in all_keys() {
         let values: &[&str] = match key.kind {
-            Kind::Number(_) | Kind::Time(_) | Kind::Whole(..) => {
+            Kind::Number(_) | Kind::Time(_) | Kind::TimeOrWord(..) | Kind::Whole(..) => {
                 &["nan", "-nan", "inf", "-inf", "+inf", "1e999", "1e51"]
             }
             Kind::Intervals => &["[nan, 0, 1, 0, 1, 0, 1]", "[1, 0, 1, 0, 1, inf, 1]"],
@@ -180,7 +186,10 @@ fn what_is_not_finite_or_extreme_is_refused() {
         for value in values {
             assert_refused(section, key, value);
         }
-        if matches!(key.kind, Kind::Number(Range::Positive) | Kind::Time(_)) {
+        if matches!(
+            key.kind,
+            Kind::Number(Range::Positive) | Kind::Time(_) | Kind::TimeOrWord(..)
+        ) {
             assert_refused(section, key, "1e-51");
         }
     }
@@ -193,9 +202,11 @@ fn zero_and_negative_are_refused_where_the_range_says_so() {
             Kind::Number(Range::Any) => {
                 (true, key.name == "travel_mm" || key.name.contains("linear"))
             }
-            Kind::Number(Range::NotNegative) | Kind::Time(Range::NotNegative) => (true, false),
+            Kind::Number(Range::NotNegative)
+            | Kind::Time(Range::NotNegative)
+            | Kind::TimeOrWord(Range::NotNegative, _) => (true, false),
             Kind::Whole(low, _) => (low <= 0, low < 0),
-            Kind::Number(_) | Kind::Time(_) => (false, false),
+            Kind::Number(_) | Kind::Time(_) | Kind::TimeOrWord(..) => (false, false),
             _ => continue,
         };
         assert_eq!(is_allowed(section, key, "0"), zero, "{} = 0", key.name);
@@ -231,7 +242,10 @@ fn the_table_agrees_with_the_types_that_it_fills() {
                     | (Kind::Choice(_), DefaultValue::Choice(_))
                     | (Kind::Number(_), DefaultValue::Number(_))
                     | (Kind::Whole(..), DefaultValue::Whole(_))
-                    | (Kind::Time(_), DefaultValue::Nanoseconds(_))
+                    | (
+                        Kind::Time(_) | Kind::TimeOrWord(..),
+                        DefaultValue::Nanoseconds(_)
+                    )
             );
             assert!(fits, "{}", key.name);
         }

@@ -134,6 +134,14 @@ fn wrong_overrides_have_their_sentences() {
             ": controller.computation_delay_s = 1 is not allowed: the delay must be at most the sample time, controller.sample_time_s = 0.001 (line 31)",
         ),
         (
+            "controller.computation_delay_s=fast",
+            ": controller.computation_delay_s = fast is not allowed: the delay from sample to new voltage must be a number, at least 0 s or \"measured\"",
+        ),
+        (
+            "controller.computation_delay_s=-1",
+            ": controller.computation_delay_s = -1 is not allowed: the delay from sample to new voltage must be at least 0 s or \"measured\"",
+        ),
+        (
             "target.clock_hz=168000000.5",
             ": target.clock_hz = 168000000.5 is not allowed: the clock of the core must be a whole number from 1 to 10000000000",
         ),

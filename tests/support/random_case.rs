@@ -9,7 +9,7 @@
 use core::f64::consts::PI;
 
 use hil_runner::case::{
-    Case, ControllerSettings, Law, RunSettings, SolverChoice, TargetSettings,
+    Case, ComputationDelay, ControllerSettings, Law, RunSettings, SolverChoice, TargetSettings,
 };
 use hil_runner::law::{Controller, IoKind};
 use hil_runner::servo::ServoSettings;
@@ -54,7 +54,7 @@ pub fn random_case(draw: &mut Draw, laws: &[Law], sample_times_s: (f64, f64)) ->
     };
     let sample_time_ns = nanoseconds(draw.decades(sample_times_s.0, sample_times_s.1));
     let samples = affordable_samples(&axis, sample_time_ns);
-    let computation_delay_ns = match draw.unit() {
+    let delay_ns = match draw.unit() {
         u if u < 0.3 => 0,
         u if u < 0.4 => sample_time_ns,
         _ => draw.whole(1, sample_time_ns),
@@ -72,7 +72,7 @@ pub fn random_case(draw: &mut Draw, laws: &[Law], sample_times_s: (f64, f64)) ->
             law: draw.one_of(laws),
             gains: random_gains(draw, &axis, encoder, volts_per_count, sample_time_s),
             sample_time_ns: Some(sample_time_ns),
-            computation_delay_ns,
+            computation_delay: ComputationDelay::Fixed(delay_ns),
         },
         servo: ServoSettings::default(),
         target: TargetSettings::default(),

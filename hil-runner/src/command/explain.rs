@@ -25,6 +25,9 @@ pub(super) fn explain(file: &RunFile, error: RunError) -> anyhow::Error {
         RunError::Quantise(QuantiseError::Setting { key, because, .. }) => {
             anyhow!(refuse(key, &because))
         }
+        RunError::Quantise(QuantiseError::DelayUnknown) => {
+            anyhow!(refuse("controller.computation_delay_s", &error.to_string()))
+        }
         RunError::Quantise(QuantiseError::Motion(error)) => {
             anyhow!(refuse("motion.travel_mm", &error.to_string()))
         }

@@ -28,10 +28,11 @@ pub(crate) struct Key([u64; KEY]);
 impl Family {
     /// The family of a case; none where the run has to be made by itself:
     /// another solver, the continuous law, an axis with more than the paper's
-    /// law, or a duration that ends within a sample.
+    /// law, a delay that is measured, or a duration that ends within a sample.
     pub(crate) fn of(case: &Case) -> Option<Self> {
         let period_ns = case.controller.sample_time_ns.filter(|&ns| ns > 0)?;
-        let (delay_ns, law) = (case.controller.computation_delay_ns, case.controller.law);
+        let delay_ns = case.controller.computation_delay.fixed_ns()?;
+        let law = case.controller.law;
         let duration_ns = case.run.duration_ns;
         let fits = law != Law::Continuous
             && (law != Law::Firmware || case.servo.is_off())

@@ -64,6 +64,8 @@ pub enum QuantiseError {
     Gap(String),
     /// Without a sample time there are no words.
     NoSampleTime,
+    /// The delay is to be measured on a chip, and none takes part.
+    DelayUnknown,
     /// The electronics cannot be had.
     Io(String),
     /// The setpoints do not fit the table.
@@ -108,6 +110,10 @@ impl fmt::Display for QuantiseError {
             } => write!(f, "{key} = {value}: {because}"),
             Self::Motion(error) => error.fmt(f),
             Self::NoSampleTime => f.write_str("a sampled law needs controller.sample_time_s"),
+            Self::DelayUnknown => f.write_str(
+                "only the steps of a chip are measured; run law \"firmware\" over a link to one \
+                 (--link qemu), or give a number of seconds",
+            ),
             Self::Gap(because) | Self::Io(because) => f.write_str(because),
             Self::Setpoints(error) => error.fmt(f),
             Self::Dac(error) => error.fmt(f),

@@ -12,7 +12,8 @@ use plant::{
 use super::tree::Table;
 use super::values::Values;
 use crate::case::{
-    Case, ControllerSettings, Law, Limit, RunSettings, SolverChoice, TargetSettings,
+    Case, ComputationDelay, ControllerSettings, Law, Limit, RunSettings, SolverChoice,
+    TargetSettings,
 };
 
 /// The case; [`None`] if a value that it needs is missing or was refused.
@@ -110,8 +111,18 @@ fn controller(v: &Values) -> Option<ControllerSettings> {
             kd_s: v.number("controller", "kd_s")?,
         },
         sample_time_ns: v.nanoseconds("controller", "sample_time_s"),
-        computation_delay_ns: v.nanoseconds("controller", "computation_delay_s")?,
+        computation_delay: computation_delay(v)?,
     })
+}
+
+/// The delay: seconds, or the word for what the chip takes.
+pub(super) fn computation_delay(v: &Values) -> Option<ComputationDelay> {
+    let key = "computation_delay_s";
+    if v.choice("controller", key).is_some() {
+        return Some(ComputationDelay::Measured);
+    }
+    v.nanoseconds("controller", key)
+        .map(ComputationDelay::Fixed)
 }
 
 /// The rung.

@@ -48,11 +48,20 @@ pub(super) fn check_value(key: &Key, node: &Node) -> Result<Checked, String> {
             Ok(ns) => Ok(Checked::Nanoseconds(ns)),
             Err(words) => must(&words),
         },
+        (Kind::TimeOrWord(_, word), Value::Text(text)) if text == word => Ok(Checked::Choice(word)),
+        (Kind::TimeOrWord(range, _), Value::Number(number)) => {
+            match check_time(number, range, key) {
+                Ok(ns) => Ok(Checked::Nanoseconds(ns)),
+                Err(words) => must(&words),
+            }
+        }
         (Kind::Intervals, Value::Array(items)) => check_intervals(items, key),
         (Kind::Number(Range::Any) | Kind::Whole(..) | Kind::Text | Kind::Intervals, _) => {
             wrong_type("")
         }
         (Kind::Number(_) | Kind::Time(_), _) => wrong_type("a number, "),
+        // A string may be the right type and the wrong word.
+        (Kind::TimeOrWord(..), _) => must(&format!("a number, {}", key.allowed())),
         (Kind::Flag | Kind::Choice(_), _) => must(&key.allowed()),
     }
 }

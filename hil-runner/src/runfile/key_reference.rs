@@ -34,7 +34,7 @@ pub fn key_reference() -> String {
 
 fn row(key: &Key) -> String {
     let unit = match key.kind {
-        super::keys::Kind::Time(_) => "s (ns)",
+        super::keys::Kind::Time(_) | super::keys::Kind::TimeOrWord(..) => "s (ns)",
         _ => key.unit,
     };
     let absent = match key.need {

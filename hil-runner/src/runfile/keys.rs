@@ -60,6 +60,8 @@ pub enum Kind {
     /// A time of the run: a number of seconds that is a whole number of
     /// nanoseconds.
     Time(Range),
+    /// The same, or this string.
+    TimeOrWord(Range, &'static str),
     /// The seven durations of the motion, each a finite number of at least 0.
     Intervals,
 }
@@ -75,6 +77,20 @@ pub enum Range {
     NotNegative,
     /// Within these limits, both included.
     Between(f64, f64),
+}
+
+impl Range {
+    /// What a number must be, without its unit.
+    fn words(self) -> String {
+        match self {
+            Self::Any => "a finite number".to_owned(),
+            Self::Positive => "greater than 0".to_owned(),
+            Self::NotNegative => "at least 0".to_owned(),
+            Self::Between(low, high) => {
+                format!("from {} to {}", show_number(low), show_number(high))
+            }
+        }
+    }
 }
 
 /// When a key must be given, and what holds if it is not.
@@ -114,7 +130,7 @@ pub enum DefaultValue {
     Number(f64),
     /// Of a [`Kind::Whole`].
     Whole(u32),
-    /// Of a [`Kind::Time`] \[ns\].
+    /// Of a [`Kind::Time`] or [`Kind::TimeOrWord`] \[ns\].
     Nanoseconds(u64),
 }
 
@@ -156,7 +172,8 @@ impl Key {
         match self.kind {
             Kind::Number(Range::Any) if self.unit.is_empty() => self.range_words(),
             Kind::Number(Range::Any) => format!("a finite number of {}", self.unit),
-            Kind::Number(_) | Kind::Time(_) => unit(self.range_words()),
+            Kind::Number(range) | Kind::Time(range) => unit(range.words()),
+            Kind::TimeOrWord(range, word) => format!("{} or \"{word}\"", unit(range.words())),
             _ => self.range_words(),
         }
     }
@@ -190,14 +207,8 @@ impl Key {
                 let quoted: Vec<String> = choices.iter().map(|c| format!("\"{c}\"")).collect();
                 either(&quoted)
             }
-            Kind::Number(range) | Kind::Time(range) => match range {
-                Range::Any => "a finite number".to_owned(),
-                Range::Positive => "greater than 0".to_owned(),
-                Range::NotNegative => "at least 0".to_owned(),
-                Range::Between(low, high) => {
-                    format!("from {} to {}", show_number(low), show_number(high))
-                }
-            },
+            Kind::Number(range) | Kind::Time(range) => range.words(),
+            Kind::TimeOrWord(range, word) => format!("{} or \"{word}\"", range.words()),
             Kind::Whole(low, high) => format!("a whole number from {low} to {high}"),
             Kind::Intervals => "seven numbers of seconds t1 to t7, each at least 0".to_owned(),
         }

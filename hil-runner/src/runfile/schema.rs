@@ -100,11 +100,8 @@ fn key_schema(key: &Key) -> Value {
         Kind::Choice(choices) => json!({"enum": choices}),
         Kind::Number(range) => number_schema(range),
         Kind::Whole(low, high) => json!({"type": "integer", "minimum": low, "maximum": high}),
-        Kind::Time(range) => {
-            let mut schema = number_schema(range);
-            schema["maximum"] = json!(LONGEST_TIME_S);
-            schema
-        }
+        Kind::Time(range) => time_schema(range),
+        Kind::TimeOrWord(range, word) => json!({"anyOf": [time_schema(range), {"const": word}]}),
         Kind::Intervals => json!({
             "type": "array",
             "items": number_schema(Range::NotNegative),
@@ -122,6 +119,12 @@ fn key_schema(key: &Key) -> Value {
             DefaultValue::Nanoseconds(ns) => json!(ns as f64 / 1e9),
         };
     }
+    schema
+}
+
+fn time_schema(range: Range) -> Value {
+    let mut schema = number_schema(range);
+    schema["maximum"] = json!(LONGEST_TIME_S);
     schema
 }
 

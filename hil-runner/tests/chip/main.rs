@@ -10,6 +10,7 @@
 
 mod budgets;
 mod campaign;
+mod delay;
 mod loopback;
 mod noise;
 mod same_codes;

@@ -56,10 +56,13 @@ impl Watch for Nobody {
 ///
 /// # Errors
 /// [`QuantiseError::Gap`] if the load never follows, the measurements
-/// disagree, or the axis stops on a fault; else as for a run.
+/// disagree, or the axis stops on a fault; [`QuantiseError::DelayUnknown`] if
+/// the delay is to be measured on a chip; else as for a run.
 pub fn measure_gap(case: &Case) -> Result<GapMeasurement, QuantiseError> {
     let period_ns = case.controller.sample_time_ns;
     let period_ns = period_ns.ok_or(QuantiseError::NoSampleTime)?;
+    let delay_ns = case.controller.computation_delay.fixed_ns();
+    let delay_ns = delay_ns.ok_or(QuantiseError::DelayUnknown)?;
     // The motor creeps; the load is only looked at.
     let mut case = case.clone();
     case.servo.law.feedback = Feedback::Motor;
@@ -70,7 +73,7 @@ pub fn measure_gap(case: &Case) -> Result<GapMeasurement, QuantiseError> {
     axis.watches.saturation = None;
     let true_half_counts = setup.half_gap_counts(None);
     let homing = homing(case, &setup, period_ns, true_half_counts)?;
-    let (found, duration_s) = creep(case, &axis, &homing, period_ns)?;
+    let (found, duration_s) = creep(case, &axis, &homing, (period_ns, delay_ns))?;
     match found {
         Some(Ok(gap)) => Ok(GapMeasurement {
             half_counts: gap.half_counts,
@@ -141,7 +144,7 @@ fn creep(
     case: &Case,
     axis: &Axis,
     homing: &Homing,
-    period_ns: u64,
+    (period_ns, delay_ns): (u64, u64),
 ) -> Result<(Option<Result<Gap, HomingError>>, f64), QuantiseError> {
     let z = case.axis.transmission.gear_ratio;
     let load = case.servo.encoders.load;
@@ -175,7 +178,7 @@ fn creep(
         }
         // As in a run: first under the code still in force, then the new one.
         let start_ns = tick * period_ns;
-        let delayed_ns = start_ns + case.controller.computation_delay_ns;
+        let delayed_ns = start_ns + delay_ns;
         for (code, until_ns) in [(code, delayed_ns), (output.code, start_ns + period_ns)] {
             let input_v = case.dac.output_v(f64::from(code));
             let drive = Drive::Held(case.amplifier.output_v(input_v));

@@ -4,12 +4,12 @@
 //! what hangs on that choice is judged there alone, so that one file serves
 //! all rungs.
 
-use super::super::assemble::law;
 use super::super::assemble::servo::{compensation, feedback, setpoints};
+use super::super::assemble::{computation_delay, law};
 use super::super::key_table::SECTIONS;
 use super::super::keys::{Need, path};
 use super::Consistency;
-use crate::case::Law;
+use crate::case::{ComputationDelay, Law};
 use crate::servo::{Compensation, Feedback, SetpointOrigin};
 
 /// What a load encoder must say.
@@ -30,6 +30,7 @@ impl Consistency<'_> {
         if law(self.values) == Some(Law::Firmware) {
             self.setpoint_origin();
             self.damping();
+            self.gap_before_the_chip();
         }
     }
 
@@ -166,6 +167,22 @@ impl Consistency<'_> {
         {
             let detection = v.quote("backlash", "homing_detection");
             let because = format!("{detection} needs {LOAD_ENCODER}");
+            self.refuse("backlash", "gap", because);
+        }
+    }
+
+    /// The gap is measured before the chip has made a step whose time could be
+    /// known.
+    fn gap_before_the_chip(&mut self) {
+        let v = self.values;
+        if v.choice("backlash", "gap") == Some("measured")
+            && computation_delay(v) == Some(ComputationDelay::Measured)
+        {
+            let delay = v.quote("controller", "computation_delay_s");
+            let because = format!(
+                "the gap is measured before the chip's first step, where {delay} is not known yet; \
+                 use \"given\", or a delay in seconds"
+            );
             self.refuse("backlash", "gap", because);
         }
     }

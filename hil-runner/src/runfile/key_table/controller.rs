@@ -3,6 +3,9 @@
 use super::super::keys::Range::{NotNegative, Positive};
 use super::super::keys::{DefaultValue, Key, Kind, Need, number, time, value};
 
+/// The word for a delay that the chip's steps make.
+const MEASURED: &str = "measured";
+
 pub(super) const ENCODER: &[Key] = &[
     number(
         "counts_per_rad",
@@ -60,9 +63,10 @@ pub(super) const CONTROLLER: &[Key] = &[
     ),
     number("kd_s", NotNegative, "codes s/count", "derivative gain K_d"),
     time("sample_time_s", Positive, "sample time Δt").needed(Need::SampledLaw),
-    time(
+    value(
         "computation_delay_s",
-        NotNegative,
+        Kind::TimeOrWord(NotNegative, MEASURED),
+        "s",
         "delay from sample to new voltage",
     )
     .or(DefaultValue::Nanoseconds(0)),
