@@ -85,6 +85,8 @@
 //! | [`homing`] | measures the gap |
 //! | **the line to a host** | |
 //! | [`link`] | frames, requests and replies between a bench and the controller on its chip |
+//! | **the same bits elsewhere** | |
+//! | [`vectors`] | golden inputs and outputs, for whoever brings it to another processor |
 //! | **electronics** | |
 //! | [`hardware`] | [`Board`], a counter and two converters through `embedded-hal` |
 //!
@@ -155,6 +157,7 @@ pub mod setpoint;
 pub mod states;
 pub mod stream;
 pub mod takeup;
+pub mod vectors;
 pub mod watch;
 mod widen;
 pub mod word;

@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Once;
 
-use vectors::replay::{What, replay};
+use firmware::vectors::{What, replay};
 use vectors::scenarios;
 
 fn folder() -> PathBuf {

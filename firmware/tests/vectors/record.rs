@@ -2,10 +2,9 @@
 
 use core::fmt::Write as _;
 
+use firmware::vectors::{Given, Settings, Wanted};
 use firmware::{Axis, AxisOutput, AxisState, Inputs, Next};
 
-use super::row::{Given, Wanted};
-use super::settings::Settings;
 use crate::rig::Motor;
 
 /// A file that is being written.
@@ -84,7 +83,10 @@ impl Recorder {
         let output = axis.tick(state, &inputs, &mut given);
         self.motor.step(output.code);
         self.tick = inputs.tick + 1;
-        let wanted = Wanted::of(output, state);
+        let wanted = Wanted {
+            output,
+            fault: state.fault().copied(),
+        };
         writeln!(self.text, "{given} | {wanted}").expect("memory");
         output
     }

@@ -2,16 +2,19 @@
 
 use core::str::{FromStr, SplitWhitespace};
 
-use firmware::axis::{Feedback, Rest, Watches};
-use firmware::law::{AntiWindup, Derivative, FilterWords, Law, LawWords};
-use firmware::output::{Output, Quantiser};
-use firmware::watch::{EncoderLossWatch, FollowingErrorWatch, SaturationWatch, TickWatch};
-use firmware::{Axis, CounterParameters, Dac, GainWord, Room, TakeUp, Trigger};
+use crate::axis::{Axis, Feedback, Rest, Watches};
+use crate::dac::Dac;
+use crate::law::{AntiWindup, Derivative, FilterWords, Law, LawWords};
+use crate::output::{Output, Quantiser};
+use crate::position::CounterParameters;
+use crate::takeup::{Room, TakeUp, Trigger};
+use crate::watch::{EncoderLossWatch, FollowingErrorWatch, SaturationWatch, TickWatch};
+use crate::word::GainWord;
 
 /// What the lines have said so far. The default is everything off, and no
 /// converter: that one has to be named.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Settings {
+pub struct Settings {
     dac_bits: Option<u32>,
     slew: Option<u32>,
     quantiser: Quantiser,
@@ -83,7 +86,7 @@ impl<'a> Values<'a> {
 impl Settings {
     /// Takes the line `key = value`; `None` where it says nothing known, or a
     /// value that the firmware refuses.
-    pub(crate) fn set(&mut self, line: &str) -> Option<()> {
+    pub fn set(&mut self, line: &str) -> Option<()> {
         let (key, values) = line.split_once('=')?;
         let mut v = Values(values.split_whitespace());
         let (words, watches) = (&mut self.words, &mut self.watches);
@@ -149,7 +152,7 @@ impl Settings {
     }
 
     /// The axis; `None` where the firmware refuses it.
-    pub(crate) fn axis(&self) -> Option<Axis> {
+    pub fn axis(&self) -> Option<Axis> {
         let dac = Dac::with_bits(self.dac_bits?).ok()?;
         let law = Law::accept(self.words, dac).ok()?;
         let output = Output::new(dac, self.slew, self.quantiser).ok()?;

@@ -3,19 +3,20 @@
 use core::fmt;
 use core::str::{FromStr, SplitWhitespace};
 
-use firmware::{
-    AxisOutput, AxisState, Event, Fault, FaultCause, FaultValues, Inputs, Next, Observed, Setpoint,
-    SetpointSource, State,
-};
+use crate::axis::{AxisOutput, Inputs};
+use crate::faults::{Fault, FaultCause, FaultValues};
+use crate::reference::{Next, Observed, Setpoint, SetpointSource};
+use crate::states::{Event, State};
 
-/// What goes into a sample.
+/// What goes into a sample. It is the source of setpoints of that sample too.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Given<'a> {
+pub struct Given<'a> {
     /// A letter for each request before the sample, `-` for none.
-    pub(crate) requests: &'a str,
-    pub(crate) inputs: Inputs,
+    pub requests: &'a str,
+    /// What the hardware shows.
+    pub inputs: Inputs,
     /// What the source has if it is asked.
-    pub(crate) next: Next,
+    pub next: Next,
 }
 
 /// The letters of the requests.
@@ -26,9 +27,30 @@ const LETTERS: [(char, Event); 4] = [
     ('R', Event::Reset),
 ];
 
-impl Given<'_> {
+impl<'a> Given<'a> {
+    /// The inputs of a row: all before the bar; `None` if that is anything else.
+    pub fn read(text: &'a str) -> Option<Self> {
+        let mut columns = Columns(text.split_whitespace());
+        let given = Self {
+            requests: columns.requests()?,
+            inputs: Inputs {
+                tick: columns.number()?,
+                motor_register: columns.number()?,
+                load_register: match columns.name()? {
+                    "-" => None,
+                    register => Some(register.parse().ok()?),
+                },
+                emergency_stop: columns.flag()?,
+                failed_transfers: columns.number()?,
+            },
+            next: columns.next()?,
+        };
+        columns.end()?;
+        Some(given)
+    }
+
     /// The requests, in their order.
-    pub(crate) fn events(&self) -> impl Iterator<Item = Event> {
+    pub fn events(&self) -> impl Iterator<Item = Event> {
         let letters = self.requests.chars().filter(|letter| *letter != '-');
         letters.filter_map(|letter| {
             let known = LETTERS.iter().find(|(known, _)| *known == letter);
@@ -43,19 +65,35 @@ impl SetpointSource for Given<'_> {
     }
 }
 
-/// What comes out of it.
+/// What must come out of it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Wanted {
-    output: AxisOutput,
-    fault: Option<Fault>,
+pub struct Wanted {
+    /// Of the sample.
+    pub output: AxisOutput,
+    /// The fault that is latched after it.
+    pub fault: Option<Fault>,
 }
 
 impl Wanted {
-    pub(crate) fn of(output: AxisOutput, state: &AxisState) -> Self {
-        Self {
-            output,
-            fault: state.fault().copied(),
-        }
+    /// The outputs of a row: all behind the bar; `None` if that is anything
+    /// else.
+    pub fn read(text: &str) -> Option<Self> {
+        let mut columns = Columns(text.split_whitespace());
+        let wanted = Self {
+            output: AxisOutput {
+                code: columns.number()?,
+                error_counts: columns.number()?,
+                state: {
+                    let name = columns.name()?;
+                    State::ALL.into_iter().find(|state| state.name() == name)?
+                },
+                power: columns.flag()?,
+                out_of_range: columns.flag()?,
+            },
+            fault: columns.fault()?,
+        };
+        columns.end()?;
+        Some(wanted)
     }
 }
 
@@ -72,7 +110,18 @@ impl<'a> Columns<'a> {
     }
 
     fn flag(&mut self) -> Option<bool> {
-        Some(self.number::<u8>()? == 1)
+        match self.name()? {
+            "0" => Some(false),
+            "1" => Some(true),
+            _ => None,
+        }
+    }
+
+    /// Letters that are known, or `-`.
+    fn requests(&mut self) -> Option<&'a str> {
+        let known = |letter| LETTERS.iter().any(|(known, _)| *known == letter);
+        let requests = self.name()?;
+        (requests == "-" || requests.chars().all(known)).then_some(requests)
     }
 
     fn next(&mut self) -> Option<Next> {
@@ -91,63 +140,32 @@ impl<'a> Columns<'a> {
             _ => None,
         }
     }
-}
 
-/// The inputs of a row: all before the bar.
-pub(crate) fn given(text: &str) -> Option<Given<'_>> {
-    let mut columns = Columns(text.split_whitespace());
-    let requests = columns.name()?;
-    let inputs = Inputs {
-        tick: columns.number()?,
-        motor_register: columns.number()?,
-        load_register: match columns.name()? {
-            "-" => None,
-            register => Some(register.parse().ok()?),
-        },
-        emergency_stop: columns.flag()?,
-        failed_transfers: columns.number()?,
-    };
-    let next = columns.next()?;
-    let given = Given {
-        requests,
-        inputs,
-        next,
-    };
-    columns.0.next().is_none().then_some(given)
-}
-
-/// The outputs of a row: all behind the bar.
-pub(crate) fn wanted(text: &str) -> Option<Wanted> {
-    let mut columns = Columns(text.split_whitespace());
-    let output = AxisOutput {
-        code: columns.number()?,
-        error_counts: columns.number()?,
-        state: {
-            let name = columns.name()?;
-            State::ALL.into_iter().find(|state| state.name() == name)?
-        },
-        power: columns.flag()?,
-        out_of_range: columns.flag()?,
-    };
-    let fault = match columns.name()? {
-        "-" => None,
-        name => Some(Fault {
-            cause: FaultCause::ALL
-                .into_iter()
-                .find(|cause| cause.name() == name)?,
-            tick: columns.number()?,
+    /// The fault that is latched, or none.
+    fn fault(&mut self) -> Option<Option<Fault>> {
+        let name = self.name()?;
+        if name == "-" {
+            return Some(None);
+        }
+        let mut causes = FaultCause::ALL.into_iter();
+        Some(Some(Fault {
+            cause: causes.find(|cause| cause.name() == name)?,
+            tick: self.number()?,
             values: FaultValues {
-                setpoint: columns.number()?,
-                position: columns.number()?,
-                error: columns.number()?,
-                code: columns.number()?,
-                measured: columns.number()?,
-                limit: columns.number()?,
+                setpoint: self.number()?,
+                position: self.number()?,
+                error: self.number()?,
+                code: self.number()?,
+                measured: self.number()?,
+                limit: self.number()?,
             },
-        }),
-    };
-    let wanted = Wanted { output, fault };
-    columns.0.next().is_none().then_some(wanted)
+        }))
+    }
+
+    /// `Some` if nothing is left.
+    fn end(mut self) -> Option<()> {
+        self.0.next().is_none().then_some(())
+    }
 }
 
 impl fmt::Display for Given<'_> {
