@@ -24,7 +24,8 @@ pub enum Request<'a> {
     /// The paper's controller: its words and converter
     /// ([`super::settings::read_paper`]).
     Paper(&'a [u8]),
-    /// The product's axis ([`super::settings::read_axis`]).
+    /// The product's axis ([`super::settings::read_axis`]); behind BEGIN other
+    /// parameters of the one that runs, from the next sample on.
     Axis(&'a [u8]),
     /// The next setpoints of the table \[counts\], 4 bytes each.
     Setpoints(&'a [u8]),

@@ -211,12 +211,12 @@ impl<'t, const N: usize> Server<'t, N> {
         let done = match request {
             Request::Step(step) if self.begun => return self.step(step, target),
             Request::Law(payload) if self.begun => self.change_law(payload),
+            Request::Axis(payload) => self.axis(payload),
             Request::Step(_) | Request::Law(_) | Request::Hello | Request::Status => {
                 Err(Nak::Request)
             }
             _ if self.begun => Err(Nak::Request),
             Request::Paper(payload) => self.paper(payload),
-            Request::Axis(payload) => self.axis(payload),
             Request::Setpoints(payload) => self.setpoints(payload),
             Request::Plan(payload) => self.source.plan.take_part(payload).ok_or(Nak::Settings),
             Request::Begin {
@@ -247,8 +247,14 @@ impl<'t, const N: usize> Server<'t, N> {
     #[inline(never)]
     fn axis(&mut self, payload: &[u8]) -> Result<(), Nak> {
         let axis = settings::read_axis(payload).ok_or(Nak::Settings)?;
-        let state = AxisState::start(&axis);
-        self.machine = Machine::Axis(axis, state);
+        match &mut self.machine {
+            Machine::Axis(running, state) if self.begun => {
+                *running = axis;
+                state.gains_changed();
+            }
+            _ if self.begun => return Err(Nak::Request),
+            machine => *machine = Machine::Axis(axis, AxisState::start(&axis)),
+        }
         Ok(())
     }
 

@@ -3,7 +3,7 @@
 use firmware::axis::{Axis, Inputs};
 use firmware::law::{Law, LawWords};
 use firmware::link::frame::{Received, crc32_on};
-use firmware::link::settings::write_axis;
+use firmware::link::settings::{write_axis, write_paper};
 use firmware::link::{Events, Identity, Nak, Reply, Request, Server, SourceKind, Step, Target};
 use firmware::output::{Output, Quantiser};
 use firmware::{Dac, Event, GainWord, Next, SetpointTable, State};
@@ -209,4 +209,55 @@ fn a_damaged_frame_asks_for_the_next_request() {
     let (header, reply) = Reply::read(&reply).unwrap();
     assert_eq!((header.session, header.number), (1, 4));
     assert_eq!(reply, Reply::Nak(Nak::Damaged));
+}
+
+/// Other parameters change the code, and nothing of where the axis stands.
+#[test]
+fn a_running_axis_takes_other_parameters() {
+    let mut table = SetpointTable::resting_at(0);
+    let mut host = configured(&mut table);
+    host.ask(1, 4, &step(0, 0, &[Event::Enable, Event::Start]));
+    assert_eq!(code(host.ask(1, 5, &step(90, 1, &[]))), 20);
+    let law = *axis().law();
+    let slow = Axis::new(
+        law,
+        Output::new(law.dac(), Some(7), Quantiser::Nearest).unwrap(),
+    );
+    let payload = write_axis(&slow).unwrap();
+    assert_eq!(host.ask(1, 6, &Request::Axis(&payload)), Reply::Taken);
+    // Still moving, to the third setpoint: 220 codes, in steps of 7 from 20 on.
+    assert_eq!(code(host.ask(1, 7, &step(90, 2, &[]))), 27);
+    let refused = Reply::Nak(Nak::Settings);
+    assert_eq!(host.ask(1, 8, &Request::Axis(&payload[1..])), refused);
+    assert_eq!(code(host.ask(1, 8, &step(90, 3, &[]))), 34);
+}
+
+/// There is no axis where the paper's controller runs.
+#[test]
+fn the_papers_controller_takes_no_axis() {
+    let mut table = SetpointTable::resting_at(0);
+    let mut host = Host {
+        server: Server::new(&mut table),
+        configuration: 0,
+    };
+    host.ask(1, 0, &Request::Hello);
+    // Kp = 3.2 codes per count, Ki = 5 /s and Kd = 0.05 s at 1 ms.
+    let words = firmware::PidWords {
+        kp: GainWord::new(1_717_986_918, 29),
+        ki_dt: GainWord::new(1_374_389_535, 38),
+        kd_per_dt: GainWord::new(1_677_721_600, 25),
+        error_bits: 18,
+    };
+    let payload = write_paper(&words, Dac::with_bits(12).unwrap()).unwrap();
+    assert_eq!(host.part(1, 1, &Request::Paper(&payload)), Reply::Taken);
+    let begin = Request::Begin {
+        configuration: host.configuration,
+        source: SourceKind::Table,
+        events: Events::default(),
+    };
+    assert_eq!(host.ask(1, 2, &begin), Reply::Taken);
+    let payload = write_axis(&axis()).unwrap();
+    let refused = Reply::Nak(Nak::Request);
+    assert_eq!(host.ask(1, 3, &Request::Axis(&payload)), refused);
+    assert_eq!(code(host.ask(1, 3, &step(0, 0, &[]))), 0);
 }
