@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 use firmware::link::frame::{LARGEST_FRAME, Received, Receiver, crc32_on, encode};
 use firmware::link::header::VERSION;
-use firmware::link::{Identity, Nak, Reply, Request};
+use firmware::link::{Events, Identity, Nak, Reply, Request, SourceKind, Step, Stepped};
 
 use super::line::{Line, LineError};
 
@@ -108,11 +108,6 @@ impl Client {
         self.noticed
     }
 
-    /// CRC-32 over the parts of the configuration so far.
-    pub fn configuration(&self) -> u32 {
-        self.configuration
-    }
-
     /// The next request: asks until it is answered.
     ///
     /// # Errors
@@ -134,6 +129,42 @@ impl Client {
             _ => {}
         }
         Ok(reply)
+    }
+
+    /// A request that is answered by having been taken.
+    ///
+    /// # Errors
+    /// [`ClientError`]; the session is over then.
+    pub fn take(&mut self, request: &Request<'_>) -> Result<(), ClientError> {
+        match self.request(request)? {
+            Reply::Taken => Ok(()),
+            _ => Err(ClientError::Unexpected),
+        }
+    }
+
+    /// Ends the configuration: from now on the chip takes samples, and `events`
+    /// have been asked for before the first.
+    ///
+    /// # Errors
+    /// [`ClientError`]; the session is over then.
+    pub fn begin(&mut self, source: SourceKind, events: Events) -> Result<(), ClientError> {
+        let configuration = self.configuration;
+        self.take(&Request::Begin {
+            configuration,
+            source,
+            events,
+        })
+    }
+
+    /// One sample.
+    ///
+    /// # Errors
+    /// [`ClientError`]; the session is over then.
+    pub fn step(&mut self, step: Step) -> Result<Stepped, ClientError> {
+        match self.request(&Request::Step(step))? {
+            Reply::Stepped(stepped) => Ok(stepped),
+            _ => Err(ClientError::Unexpected),
+        }
     }
 
     fn ask(&mut self, request: &Request<'_>) -> Result<Reply, ClientError> {

@@ -5,6 +5,7 @@
 //!  "qemu:m4"             FIFO, serial port
 //! ```
 
+pub mod certify;
 pub mod client;
 pub mod error;
 #[cfg(unix)]

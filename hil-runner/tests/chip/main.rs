@@ -11,6 +11,8 @@
 mod budgets;
 mod campaign;
 mod delay;
+mod certify;
 mod loopback;
 mod noise;
 mod same_codes;
+mod vectors;

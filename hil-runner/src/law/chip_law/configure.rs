@@ -3,7 +3,7 @@
 use core::fmt;
 
 use firmware::link::request::MOST_SETPOINTS;
-use firmware::link::{Events, Reply, Request, SourceKind, settings as wire};
+use firmware::link::{Events, Request, SourceKind, settings as wire};
 use firmware::{CAPACITY, SetpointTable, State};
 
 use super::{ChipLaw, Kind, Meter, RemoteAxis};
@@ -50,11 +50,11 @@ fn paper(client: &mut Client, case: &Case, period_ns: u64) -> Result<Kind, ChipL
     let setpoint = Setpoint::new(case, period_ns);
     let Parts { gains, dac, last } = Parts::of(case, &setpoint)?;
     let payload = wire::write_paper(gains.pid.words(), dac).ok_or(ClientError::TooLong)?;
-    take(client, &Request::Paper(&payload))?;
+    client.take(&Request::Paper(&payload))?;
     let positions = (0..=last).map(|tick| whole(setpoint.count(tick)));
     let table: SetpointTable<CAPACITY> = setpoint_table(positions)?;
     send_table(client, table.as_counts())?;
-    begin(client, SourceKind::Table, Events::default())?;
+    client.begin(SourceKind::Table, Events::default())?;
     Ok(Kind::Paper)
 }
 
@@ -63,7 +63,7 @@ fn axis(client: &mut Client, case: &Case, period_ns: u64) -> Result<Kind, ChipLa
     let words = setup.words()?;
     let axis = setup.axis(words.law)?;
     let payload = wire::write_axis(&axis).ok_or(ClientError::TooLong)?;
-    take(client, &Request::Axis(&payload))?;
+    client.take(&Request::Axis(&payload))?;
     let mut queue: Option<Box<StreamedQueue>> = None;
     let source = match setup.source()? {
         Source::Table(table) => {
@@ -72,7 +72,7 @@ fn axis(client: &mut Client, case: &Case, period_ns: u64) -> Result<Kind, ChipLa
         }
         Source::Generator(generator) => {
             for part in generator.plan().parts() {
-                take(client, &Request::Plan(&part))?;
+                client.take(&Request::Plan(&part))?;
             }
             SourceKind::Plan
         }
@@ -87,7 +87,7 @@ fn axis(client: &mut Client, case: &Case, period_ns: u64) -> Result<Kind, ChipLa
         reported.asked(event);
         events.insert(event);
     }
-    begin(client, source, events)?;
+    client.begin(source, events)?;
     Ok(Kind::Axis(Box::new(RemoteAxis {
         world: World::new(case.servo, period_ns),
         reported,
@@ -108,29 +108,9 @@ fn send_table(client: &mut Client, setpoints: &[i32]) -> Result<(), ChipLawError
     }
     for some in setpoints.chunks(MOST_SETPOINTS) {
         let bytes: Vec<u8> = some.iter().flat_map(|count| count.to_le_bytes()).collect();
-        take(client, &Request::Setpoints(&bytes))?;
+        client.take(&Request::Setpoints(&bytes))?;
     }
     Ok(())
-}
-
-fn begin(client: &mut Client, source: SourceKind, events: Events) -> Result<(), ChipLawError> {
-    let configuration = client.configuration();
-    take(
-        client,
-        &Request::Begin {
-            configuration,
-            source,
-            events,
-        },
-    )
-}
-
-/// A request that is answered by having been taken.
-fn take(client: &mut Client, request: &Request<'_>) -> Result<(), ChipLawError> {
-    match client.request(request)? {
-        Reply::Taken => Ok(()),
-        _ => Err(ChipLawError::Client(ClientError::Unexpected)),
-    }
 }
 
 /// Why a chip does not get the controller of a case.

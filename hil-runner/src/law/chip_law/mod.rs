@@ -69,13 +69,9 @@ impl ChipLaw<'_> {
     }
 
     fn step(&mut self, step: Step) -> Result<Stepped, ClientError> {
-        match self.client.request(&Request::Step(step))? {
-            Reply::Stepped(stepped) => {
-                self.steps += 1;
-                Ok(stepped)
-            }
-            _ => Err(ClientError::Unexpected),
-        }
+        let stepped = self.client.step(step)?;
+        self.steps += 1;
+        Ok(stepped)
     }
 
     /// The paper's law: a register in, a code out.
@@ -120,7 +116,7 @@ impl RemoteAxis {
             && law != self.law
         {
             let payload = wire::write_law(&law).ok_or(ClientError::TooLong)?;
-            client.request(&Request::Law(&payload))?;
+            client.take(&Request::Law(&payload))?;
             self.law = law;
         }
         self.board.set_inputs(self.world.shown(measurement));

@@ -37,6 +37,8 @@ pub(crate) const FROM_REST: [Event; 2] = [Event::Enable, Event::Start];
 pub struct ServoStatus {
     /// State after the sample.
     pub state: State,
+    /// The fault that is latched.
+    pub fault: Option<Fault>,
     /// The first fault of the run, whether or not it was reset.
     pub first_fault: Option<Fault>,
     /// Faults so far.

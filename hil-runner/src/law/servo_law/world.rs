@@ -112,6 +112,8 @@ pub(crate) struct Reported {
     error_counts: i32,
     /// The code in force.
     code: i32,
+    /// The fault that is latched.
+    fault: Option<Fault>,
     first_fault: Option<Fault>,
     faults: u32,
     peak_error_counts: u32,
@@ -125,6 +127,7 @@ impl Reported {
             state,
             error_counts: 0,
             code: 0,
+            fault: None,
             first_fault: None,
             faults: 0,
             peak_error_counts: 0,
@@ -162,6 +165,7 @@ impl Reported {
             self.peak_error_counts = self.peak_error_counts.max(size);
         }
         (self.state, self.error_counts, self.code) = (state, error_counts, code);
+        self.fault = fault;
     }
 
     /// What the plant and the summary get of it.
@@ -174,6 +178,7 @@ impl Reported {
             busy: None,
             servo: Some(ServoStatus {
                 state: self.state,
+                fault: self.fault,
                 first_fault: self.first_fault,
                 faults: self.faults,
                 peak_error_counts: self.peak_error_counts,

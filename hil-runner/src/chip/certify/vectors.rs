@@ -1,0 +1,250 @@
+//! The firmware's golden vectors, replayed at the end of a line.
+
+use core::fmt;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use firmware::Axis;
+use firmware::link::{Events, Request, SourceKind, Step, Stepped, settings as wire};
+use firmware::vectors::{Mismatch, Row, What, rows};
+
+use super::difference::{NumberPair, RowDifference};
+use super::step::{FAULT, Named, Number, fault_numbers};
+use crate::chip::client::{Client, ClientError};
+
+/// A file of vectors.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct VectorFile {
+    /// Its name.
+    pub name: String,
+    /// What is in it.
+    pub text: String,
+}
+
+/// How a chip has fared with the rows of a file.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Replayed {
+    /// Rows that were compared.
+    pub rows: u64,
+    /// The first difference; nothing was compared behind it.
+    pub difference: Option<RowDifference>,
+}
+
+/// The files of the source tree that this program was built from, by name.
+///
+/// # Errors
+/// [`ReplayError::Folder`] if they are not there.
+pub fn stored() -> Result<Vec<VectorFile>, ReplayError> {
+    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let folder = here.parent().unwrap_or(here).join("firmware/vectors");
+    read(&folder).map_err(|error| ReplayError::Folder { folder, error })
+}
+
+fn read(folder: &Path) -> io::Result<Vec<VectorFile>> {
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(folder)? {
+        let path = entry?.path();
+        if path.extension().is_some_and(|extension| extension == "txt") {
+            let name = path.file_name().unwrap_or_default();
+            files.push(VectorFile {
+                name: name.to_string_lossy().into_owned(),
+                text: std::fs::read_to_string(&path)?,
+            });
+        }
+    }
+    files.sort_by(|a, b| a.name.cmp(&b.name));
+    Ok(files)
+}
+
+/// Gives the chip the axis of a file and its rows, one after another, until it
+/// answers one otherwise. `on_row` is called before each.
+///
+/// # Errors
+/// [`ReplayError`] if the file cannot be read, the chip does not answer, or
+/// `on_row` ends it.
+pub fn replay(
+    client: &mut Client,
+    file: &VectorFile,
+    on_row: &mut dyn FnMut() -> io::Result<()>,
+) -> Result<Replayed, ReplayError> {
+    let unreadable = |mismatch| ReplayError::File {
+        name: file.name.clone(),
+        mismatch,
+    };
+    let mut axis = None;
+    let mut replayed = 0;
+    for row in rows(&file.text) {
+        let row = row.map_err(unreadable)?;
+        on_row().map_err(ReplayError::Row)?;
+        let events = events(&row).ok_or_else(|| {
+            unreadable(Mismatch {
+                line: row.line,
+                what: What::Unreadable,
+            })
+        })?;
+        let stepped = step(client, &mut axis, &row, events);
+        let stepped = stepped.map_err(|error| ReplayError::Chip {
+            name: file.name.clone(),
+            line: row.line,
+            error,
+        })?;
+        replayed += 1;
+        let numbers = NumberPair::differing(gave(&stepped), wanted(&row));
+        if !numbers.is_empty() {
+            return Ok(Replayed {
+                rows: replayed,
+                difference: Some(RowDifference {
+                    file: file.name.clone(),
+                    line: row.line,
+                    numbers,
+                }),
+            });
+        }
+    }
+    Ok(Replayed {
+        rows: replayed,
+        difference: None,
+    })
+}
+
+/// The requests of a row as the set that goes over the line; `None` if they
+/// stand in another order there.
+fn events(row: &Row<'_>) -> Option<Events> {
+    let mut events = Events::default();
+    for event in row.given.events() {
+        events.insert(event);
+    }
+    events.iter().eq(row.given.events()).then_some(events)
+}
+
+/// One row: first the axis, where it is another.
+fn step(
+    client: &mut Client,
+    axis: &mut Option<Axis>,
+    row: &Row<'_>,
+    events: Events,
+) -> Result<Stepped, ClientError> {
+    if let Some(other) = row.axis {
+        match axis {
+            None => {
+                client.begin_session()?;
+                let payload = wire::write_axis(&other).ok_or(ClientError::TooLong)?;
+                client.take(&Request::Axis(&payload))?;
+                client.begin(SourceKind::Step, Events::default())?;
+            }
+            Some(before) => {
+                let mut with_law = *before;
+                with_law.set_law(*other.law());
+                // As a bench changes gains, where that is all.
+                if with_law == other {
+                    let payload = wire::write_law(other.law()).ok_or(ClientError::TooLong)?;
+                    client.take(&Request::Law(&payload))?;
+                } else {
+                    let payload = wire::write_axis(&other).ok_or(ClientError::TooLong)?;
+                    client.take(&Request::Axis(&payload))?;
+                }
+            }
+        }
+        *axis = Some(other);
+    }
+    client.step(Step {
+        events,
+        inputs: row.given.inputs,
+        motor_unread: false,
+        next: row.given.next,
+    })
+}
+
+/// What the numbers of a row are, less those of its fault.
+const ROW: [&str; 6] = [
+    "code",
+    "error",
+    "out of range",
+    "state",
+    "power",
+    "refused requests",
+];
+
+fn gave(stepped: &Stepped) -> Vec<Named> {
+    let refused = stepped.refused.iter().count();
+    named(
+        [
+            Number::Whole(stepped.code.into()),
+            Number::Whole(stepped.error_counts.into()),
+            Number::flag(stepped.out_of_range),
+            Number::Name(stepped.state.name()),
+            Number::flag(stepped.power),
+            Number::of(i64::try_from(refused).ok()),
+        ],
+        fault_numbers(stepped.fault),
+    )
+}
+
+fn wanted(row: &Row<'_>) -> Vec<Named> {
+    let output = row.wanted.output;
+    named(
+        [
+            Number::Whole(output.code.into()),
+            Number::Whole(output.error_counts.into()),
+            Number::flag(output.out_of_range),
+            Number::Name(output.state.name()),
+            Number::flag(output.power),
+            // Every request of a file is one that the state allows.
+            Number::Whole(0),
+        ],
+        fault_numbers(row.wanted.fault),
+    )
+}
+
+fn named(row: [Number; 6], fault: [Number; 8]) -> Vec<Named> {
+    let row = ROW.into_iter().zip(row);
+    row.chain(FAULT.into_iter().zip(fault)).collect()
+}
+
+/// Why vectors could not be replayed.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum ReplayError {
+    /// The files are not there.
+    Folder {
+        /// Where they must be.
+        folder: PathBuf,
+        /// What the system says.
+        error: io::Error,
+    },
+    /// A file has a line that is none.
+    File {
+        /// Its name.
+        name: String,
+        /// The line, and what is wrong with it.
+        mismatch: Mismatch,
+    },
+    /// The chip does not answer, or refuses.
+    Chip {
+        /// Name of the file.
+        name: String,
+        /// Number of the line, from 1.
+        line: usize,
+        /// Why.
+        error: ClientError,
+    },
+    /// Ended from outside.
+    Row(io::Error),
+}
+
+impl fmt::Display for ReplayError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Folder { folder, error } => write!(
+                f,
+                "the golden vectors cannot be read from {}, in the sources of this program: {error}",
+                folder.display()
+            ),
+            Self::File { name, mismatch } => write!(f, "{name}, {mismatch}"),
+            Self::Chip { name, line, error } => write!(f, "at line {line} of {name}: {error}"),
+            Self::Row(error) => error.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for ReplayError {}

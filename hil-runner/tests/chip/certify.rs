@@ -1,0 +1,204 @@
+//! A chip is held against the host step by step, and the first difference is
+//! found where it is.
+
+use firmware::{FaultCause, State};
+use hil_runner::case::Case;
+use hil_runner::chip::certify::{Comparison, Difference, HostTrace, Number, TraceHash};
+use hil_runner::chip::client::Client;
+use hil_runner::error::RunError;
+use hil_runner::law::ChipLaw;
+use hil_runner::link::{Link, LinkError};
+use hil_runner::message::{Command, Measurement};
+
+use crate::loopback::Loopback;
+use crate::same_codes::{CASES, case};
+
+fn record(case: &Case) -> HostTrace<'_> {
+    HostTrace::record(case, &mut |_| Ok(())).unwrap()
+}
+
+/// The cases on a chip: as many steps, the same hash.
+pub(crate) fn certify(client: &mut Client) {
+    let (mut host_hash, mut chip_hash) = (TraceHash::default(), TraceHash::default());
+    let mut hashes = Vec::new();
+    for (name, sets) in CASES {
+        let case = case(name, sets);
+        let host = record(&case);
+        let comparison = host.compare_chip(client, &mut chip_hash, &mut |_| Ok(()));
+        let same = Comparison {
+            steps: host.steps().len() as u64,
+            difference: None,
+        };
+        assert_eq!(comparison.unwrap(), same, "{name} {sets:?}");
+        assert!(same.steps > 1_000, "{name} {sets:?}");
+        host_hash.extend(host.steps());
+        assert_eq!(chip_hash, host_hash, "{name} {sets:?}");
+        hashes.push(TraceHash::of(host.steps()).to_string());
+    }
+    // The contrast: no two of the cases have one hash.
+    hashes.sort();
+    hashes.dedup();
+    assert_eq!(hashes.len(), CASES.len());
+}
+
+#[test]
+fn a_chip_in_memory_is_the_same() {
+    certify(&mut Client::greet(Box::new(Loopback::new())).unwrap());
+}
+
+/// A chip that answers one step otherwise.
+struct Altered<L, F> {
+    chip: L,
+    at: u64,
+    change: F,
+}
+
+impl<L: Link, F: Fn(&mut Command)> Link for Altered<L, F> {
+    fn exchange(&mut self, measurement: Measurement) -> Result<Command, LinkError> {
+        let mut command = self.chip.exchange(measurement)?;
+        if measurement.tick == self.at {
+            (self.change)(&mut command);
+        }
+        Ok(command)
+    }
+}
+
+/// What is found of a change at a step of a case.
+fn altered(case: &Case, at: u64, change: impl Fn(&mut Command)) -> Difference {
+    let mut client = Client::greet(Box::new(Loopback::new())).unwrap();
+    let chip = ChipLaw::new(&mut client, case, true).unwrap();
+    let mut link = Altered { chip, at, change };
+    let mut hash = TraceHash::default();
+    let host = record(case);
+    let comparison = host.compare(&mut link, &mut hash, &mut |_| Ok(())).unwrap();
+    // It goes on to that step, and no further.
+    assert_eq!(comparison.steps, at + 1);
+    let before = host.steps().iter().take(usize::try_from(at).unwrap() + 1);
+    let before: Vec<_> = before.copied().collect();
+    assert_ne!(hash, TraceHash::of(&before));
+    comparison.difference.unwrap()
+}
+
+#[test]
+fn one_code_that_is_1_off_is_found_in_its_step() {
+    let case = case("paper-2", &[]);
+    let code = record(&case).steps()[512]
+        .numbers()
+        .into_iter()
+        .find_map(|(name, number)| (name == "code").then_some(number));
+    let Some(Number::Whole(code)) = code else {
+        panic!("{code:?}")
+    };
+    let found = altered(&case, 512, |command| command.dac_code += 1.0);
+    let number = |value| Number::Whole(value).to_string();
+    assert_eq!(
+        found.to_string(),
+        format!(
+            "differs at step 512 (0.512 s) of paper-2: code {} on the chip, {} here",
+            number(code + 1),
+            number(code)
+        )
+    );
+    assert_eq!((found.tick, found.time_s), (512, 0.512));
+}
+
+/// The last step too, whose code never acts on the plant.
+#[test]
+fn nothing_of_an_answer_may_differ() {
+    type Change = fn(&mut Command);
+    let changes: [(&str, Change); 6] = [
+        ("error", |command| command.error_counts -= 1.0),
+        ("out of range", |command| command.out_of_range = true),
+        ("state", |command| {
+            command.servo.as_mut().unwrap().state = State::Enabled;
+        }),
+        ("faults", |command| {
+            command.servo.as_mut().unwrap().faults += 1;
+        }),
+        ("refused requests", |command| {
+            command.servo.as_mut().unwrap().refused_requests += 1;
+        }),
+        ("peak error", |command| {
+            command.servo.as_mut().unwrap().peak_error_counts += 1;
+        }),
+    ];
+    let case = case("paper-3", &["controller.anti_windup=clamp"]);
+    for (name, change) in changes {
+        let found = altered(&case, 1_500, change);
+        let names: Vec<_> = found.numbers.iter().map(|pair| pair.name).collect();
+        assert_eq!(names, [name]);
+    }
+}
+
+/// How long the chip was busy is no difference: the chip in memory says it with
+/// every step, and the host does not.
+#[test]
+fn times_are_not_compared() {
+    let case = case("paper-1", &[]);
+    let mut client = Client::greet(Box::new(Loopback::new())).unwrap();
+    let chip = ChipLaw::new(&mut client, &case, true).unwrap();
+    let mut link = Altered {
+        chip,
+        at: 7,
+        change: |command: &mut Command| {
+            let busy = command.busy.as_mut().unwrap();
+            busy.cycles += 1;
+        },
+    };
+    let mut hash = TraceHash::default();
+    let compared = record(&case).compare(&mut link, &mut hash, &mut |_| Ok(()));
+    assert_eq!(compared.unwrap().difference, None);
+}
+
+/// A fault whose record differs in one number, of the second fault of a run.
+#[test]
+fn a_fault_with_another_record_is_found() {
+    let case = case(
+        "paper-2",
+        &[
+            "inject.encoder_glitch_s=0.2",
+            "inject.encoder_glitch_counts=-4096",
+            "limits.count_jump_counts=1000",
+            "sequence.reset_s=0.25",
+            "sequence.enable_s=0.26",
+            "inject.bus_error_s=0.3",
+        ],
+    );
+    let found = altered(&case, 300, |command| {
+        let servo = command.servo.as_mut().unwrap();
+        assert_eq!(servo.faults, 2);
+        let fault = servo.fault.as_mut().unwrap();
+        assert_eq!(fault.cause, FaultCause::HardwareBus);
+        fault.values.limit += 1;
+    });
+    assert_eq!(
+        found.to_string(),
+        "differs at step 300 (0.3 s) of paper-2: limit of the fault 1 on the chip, 0 here"
+    );
+}
+
+#[test]
+fn a_chip_with_other_gains_is_found() {
+    let wanted = case("paper-2", &[]);
+    let other = case("paper-2", &["controller.kp=3.3"]);
+    let mut client = Client::greet(Box::new(Loopback::new())).unwrap();
+    let mut chip = ChipLaw::new(&mut client, &other, true).unwrap();
+    let mut hash = TraceHash::default();
+    let compared = record(&wanted).compare(&mut chip, &mut hash, &mut |_| Ok(()));
+    let found = compared.unwrap().difference.unwrap();
+    // At once when there is an error to speak of: 0.1 codes a count.
+    assert!(found.tick < 20, "{found}");
+    let names: Vec<_> = found.numbers.iter().map(|pair| pair.name).collect();
+    assert_eq!(names, ["code"], "{found}");
+}
+
+#[test]
+fn only_the_firmware_is_compared() {
+    let case = case("paper-2", &["controller.law=quantised"]);
+    let refused = HostTrace::record(&case, &mut |_| Ok(())).unwrap_err();
+    assert!(matches!(refused, RunError::Chip(_)), "{refused:?}");
+    assert_eq!(
+        refused.to_string(),
+        "a chip runs the firmware; the law must be \"firmware\", not \"quantised\""
+    );
+}
