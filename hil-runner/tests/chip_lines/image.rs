@@ -25,6 +25,7 @@ impl Project {
             "firmware/src/lib.rs",
             "firmware/cortex-m/Cargo.toml",
             "firmware/cortex-m/images/src/lib.rs",
+            "firmware/cortex-m/images/src/board/m4.rs",
         ] {
             project.write(file, "");
         }
@@ -181,6 +182,8 @@ fn image_is_built_when_it_is_missing_or_stale() {
     ] {
         project.write(file, "// changed");
         assert_eq!(project.builds(), 1, "{file}");
+        // Written and built in one tick of the file system's clock is stale.
+        project.age(&project.path().join(file));
         project.age(&project.path().join("firmware"));
         assert_eq!(project.builds(), 0, "{file}");
     }
@@ -274,6 +277,24 @@ fn without_a_compiler_it_says_what_to_install() {
         );
         assert!(sentence.contains("rustc-web"), "{sentence}");
     }
+}
+
+/// A target that no image has been written for.
+#[test]
+fn target_without_a_board_is_not_there() {
+    let project = Project::new();
+    project.compiler(
+        "rustc",
+        "lib/rustlib/riscv32imac-unknown-none-elf/lib/libcore-1.rlib",
+    );
+    let finder = project.finder();
+    let there = finder.available(Target::Rv32, Transport::Fifo);
+    let sentence = there.unwrap_err().to_string();
+    assert!(
+        sentence.starts_with("there is no image for rv32 and no firmware in "),
+        "{sentence}"
+    );
+    assert!(finder.available(Target::M4, Transport::Fifo).is_ok());
 }
 
 #[test]

@@ -128,6 +128,10 @@ impl Finder {
                 folder: workspace,
             }),
             (true, true) if !stale() => Ok(()),
+            (true, _) if !self.board(target).is_file() => Err(ChipError::NoSources {
+                target,
+                folder: workspace,
+            }),
             (true, _) => Toolchain::find(target, &self.compilers, &workspace).map(drop),
         }
     }
@@ -135,6 +139,12 @@ impl Finder {
     /// The firmware's workspace for chips.
     fn workspace(&self) -> PathBuf {
         self.project.join("firmware").join("cortex-m")
+    }
+
+    /// What a target's image has of its own; not every one has an image.
+    fn board(&self, target: Target) -> PathBuf {
+        let board = format!("images/src/board/{}.rs", target.name());
+        self.workspace().join(board)
     }
 
     /// The folder of a target's built images.
