@@ -1,5 +1,6 @@
 //! The commands, one file each.
 
+mod certify;
 mod explain;
 mod home;
 mod init;
@@ -32,6 +33,7 @@ pub(crate) use terminal::tell;
                   hil-runner run paper-2 --trace trace.csv --summary summary.json\n  \
                   hil-runner ladder paper-1\n  \
                   hil-runner words paper-1\n  \
+                  hil-runner certify paper-1 paper-2 paper-3 paper-4\n  \
                   hil-runner init paper-2 > axis.toml"
 )]
 pub(crate) struct CommandLine {
@@ -49,6 +51,8 @@ enum Command {
     Words(words::Words),
     /// Measure the joint's gap as the firmware does: creep until the load follows
     Home(home::Home),
+    /// Hold the controller on chips against the host's, bit for bit
+    Certify(certify::Certify),
     /// Print a commented run file to start from
     Init(init::Init),
     /// Print the JSON schema of run files, for editors
@@ -64,6 +68,7 @@ impl CommandLine {
             Some(Command::Ladder(ladder)) => ladder.execute(),
             Some(Command::Words(words)) => words.execute(),
             Some(Command::Home(home)) => home.execute(),
+            Some(Command::Certify(certify)) => certify.execute(),
             Some(Command::Init(init)) => init.execute(),
             Some(Command::Schema(schema)) => schema.execute(),
         }

@@ -21,10 +21,27 @@ pub(super) struct Progress {
 
 impl Progress {
     pub(super) fn of(case: &Case) -> Self {
-        interrupt::watch();
+        Self::labelled(case, &case.name)
+    }
+
+    /// The same under another name than that of the case.
+    pub(super) fn labelled(case: &Case, label: &str) -> Self {
         let microseconds = case.run.duration_ns / 1000;
-        let bar = ProgressBar::new(microseconds).with_prefix(case.name.clone());
-        let template = "{prefix}: {bar:30} t = {msg} s, {eta} left";
+        Self::new(
+            label,
+            microseconds,
+            "{prefix}: {bar:30} t = {msg} s, {eta} left",
+        )
+    }
+
+    /// Follows so many rows that are no rows of a run.
+    pub(super) fn of_rows(label: &str, rows: u64) -> Self {
+        Self::new(label, rows, "{prefix}: {bar:30} {pos} rows, {eta} left")
+    }
+
+    fn new(label: &str, length: u64, template: &str) -> Self {
+        interrupt::watch();
+        let bar = ProgressBar::new(length).with_prefix(label.to_owned());
         // A template that does not parse would leave the plain bar.
         if let Ok(style) = ProgressStyle::with_template(template) {
             bar.set_style(style);
@@ -47,6 +64,18 @@ impl Progress {
             )]
             self.bar.set_position(share as u64);
             self.bar.set_message(format!("{:.3}", row.t_s));
+        }
+        interrupt::check()
+    }
+
+    /// One of the rows that are no rows of a run.
+    ///
+    /// # Errors
+    /// If the user has interrupted the program.
+    pub(super) fn one(&mut self) -> io::Result<()> {
+        self.rows += 1;
+        if self.rows.is_multiple_of(ROWS_A_LOOK) {
+            self.bar.set_position(self.rows.into());
         }
         interrupt::check()
     }

@@ -9,6 +9,8 @@ use hil_runner::report::number;
 use hil_runner::words::{ServoWords, WordRequest};
 use hil_runner::{figures, time};
 
+use super::certify::Certificate;
+
 const WIDTH: u16 = 100;
 
 /// Lines around the table and under its header only.
@@ -201,6 +203,44 @@ pub(crate) fn word_length_table(request: &WordRequest, words: &ServoWords) -> St
             // Of the 62 bits that a sum may take.
             largest.leading_zeros().saturating_sub(2).to_string(),
             number::table(request.largest_gain(index)),
+        ]);
+    }
+    text(&table)
+}
+
+/// What the host and every chip have computed, a line each.
+pub(super) fn certificate_table(certificates: &[Certificate]) -> String {
+    let header = [
+        "target",
+        "image",
+        "trace hash",
+        "cases",
+        "steps",
+        "",
+        "vector\nfiles",
+        "rows",
+        "",
+    ];
+    let mut table = table(&header, 3);
+    for certificate in certificates {
+        let Certificate { link, image, .. } = certificate;
+        let verdict = |differs: bool| match (link, differs) {
+            (None, _) => "",
+            (Some(_), false) => "same",
+            (Some(_), true) => "differs",
+        };
+        let missing = || number::MISSING.to_owned();
+        table.add_row([
+            link.as_ref()
+                .map_or_else(|| "host".to_owned(), ToString::to_string),
+            image.map_or_else(missing, |crc| format!("{crc:08x}")),
+            certificate.hash.to_string(),
+            certificate.cases.to_string(),
+            certificate.steps.to_string(),
+            verdict(certificate.difference.is_some()).to_owned(),
+            certificate.files.to_string(),
+            certificate.rows.to_string(),
+            verdict(certificate.row_difference.is_some()).to_owned(),
         ]);
     }
     text(&table)

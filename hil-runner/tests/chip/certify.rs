@@ -5,6 +5,7 @@ use firmware::{FaultCause, State};
 use hil_runner::case::Case;
 use hil_runner::chip::certify::{Comparison, Difference, HostTrace, Number, TraceHash};
 use hil_runner::chip::client::Client;
+use hil_runner::chip::spec::{ChipLink, Transport};
 use hil_runner::error::RunError;
 use hil_runner::law::ChipLaw;
 use hil_runner::link::{Link, LinkError};
@@ -12,6 +13,8 @@ use hil_runner::message::{Command, Measurement};
 
 use crate::loopback::Loopback;
 use crate::same_codes::{CASES, case};
+use crate::targets::targets;
+use crate::vectors::replay_all;
 
 fn record(case: &Case) -> HostTrace<'_> {
     HostTrace::record(case, &mut |_| Ok(())).unwrap()
@@ -201,4 +204,21 @@ fn only_the_firmware_is_compared() {
         refused.to_string(),
         "a chip runs the firmware; the law must be \"firmware\", not \"quantised\""
     );
+}
+
+/// The images, where they can be run here.
+#[test]
+fn every_image_in_qemu_is_the_same() {
+    for target in targets("the same bits", Transport::Fifo) {
+        let link = ChipLink::Qemu {
+            target,
+            transport: Transport::Fifo,
+        };
+        let opened = hil_runner::chip::open(&link, &mut |line| eprintln!("{line}")).unwrap();
+        let mut client = Client::greet(opened.line).unwrap();
+        let begin = std::time::Instant::now();
+        certify(&mut client);
+        replay_all(&mut client);
+        println!("{link}: {:.2} s", begin.elapsed().as_secs_f64());
+    }
 }

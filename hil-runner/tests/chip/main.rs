@@ -12,7 +12,11 @@ mod budgets;
 mod campaign;
 mod delay;
 mod certify;
+#[cfg(unix)]
+mod command;
 mod loopback;
 mod noise;
 mod same_codes;
+#[path = "../chip_lines/targets.rs"]
+mod targets;
 mod vectors;

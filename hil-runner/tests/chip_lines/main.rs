@@ -14,3 +14,5 @@ mod qemu;
 #[cfg(unix)]
 mod serial;
 mod support;
+#[cfg(target_os = "linux")]
+mod targets;

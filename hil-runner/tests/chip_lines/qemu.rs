@@ -13,7 +13,8 @@ use hil_runner::chip::pty::PtyLine;
 use hil_runner::chip::qemu;
 use hil_runner::chip::spec::{ChipLink, Target, Transport};
 
-use crate::support::{processes_in, signal, targets, within};
+use crate::support::{processes_in, signal, within};
+use crate::targets::targets;
 
 const LIMIT: Duration = Duration::from_secs(10);
 
