@@ -102,6 +102,8 @@ pub enum Nak {
     Settings,
     /// The table of setpoints is full.
     Table,
+    /// The controller drives an axis of its own and serves no host meanwhile.
+    Driving,
 }
 
 mod kind {
@@ -152,6 +154,7 @@ impl Reply {
                     Nak::Configuration { here } => (4, here),
                     Nak::Settings => (5, 0),
                     Nak::Table => (6, 0),
+                    Nak::Driving => (7, 0),
                 };
                 to.u8(code);
                 to.u32(value);
@@ -182,6 +185,7 @@ impl Reply {
                     4 => Nak::Configuration { here: value },
                     5 => Nak::Settings,
                     6 => Nak::Table,
+                    7 => Nak::Driving,
                     _ => return None,
                 })
             }

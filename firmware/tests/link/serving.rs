@@ -261,3 +261,30 @@ fn the_papers_controller_takes_no_axis() {
     assert_eq!(host.ask(1, 3, &Request::Axis(&payload)), refused);
     assert_eq!(code(host.ask(1, 3, &step(0, 0, &[]))), 0);
 }
+
+#[test]
+fn every_refusal_reads_as_it_was_written() {
+    let naks = [
+        Nak::Damaged,
+        Nak::Session,
+        Nak::Number { expected: 7 },
+        Nak::Request,
+        Nak::Configuration { here: 9 },
+        Nak::Settings,
+        Nak::Table,
+        Nak::Driving,
+    ];
+    let mut bodies = Vec::new();
+    for nak in naks {
+        let body = Reply::Nak(nak).body(1, 2).unwrap();
+        let (header, reply) = Reply::read(&body).unwrap();
+        assert_eq!((header.session, header.number), (1, 2));
+        assert_eq!(reply, Reply::Nak(nak));
+        bodies.push(body);
+    }
+    // The next number is none: eight are all that there are.
+    let mut unknown = bodies.pop().unwrap();
+    let cause = unknown.len() - 5;
+    unknown[cause] += 1;
+    assert_eq!(Reply::read(&unknown), None);
+}

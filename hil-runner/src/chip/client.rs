@@ -276,6 +276,10 @@ impl fmt::Display for ClientError {
                     "the motion has more setpoints than the controller's table; a longer sample \
                      time or controller.setpoints = \"generator\" needs fewer",
                 ),
+                Nak::Driving => f.write_str(
+                    "the controller drives an axis of its own; it serves a bench after a reset \
+                     in bench mode",
+                ),
                 _ => write!(f, "the controller refuses a request: {nak:?}"),
             },
             Self::Unexpected => f.write_str("the controller answers something else than was asked"),
