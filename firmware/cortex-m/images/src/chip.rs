@@ -1,11 +1,14 @@
 //! What the server asks of its chip.
 
+use core::mem::size_of;
+
+use firmware::SetpointTable;
 use firmware::link::header::VERSION;
 use firmware::link::{Identity, Target};
+use parts::{image, stack};
 
 use crate::arm::Timer;
 use crate::board::{NAME, TABLE_CAPACITY, TIMER_HZ};
-use crate::{image, stack};
 
 /// Empty pairs that are measured, and parts into which a tick is divided.
 ///
@@ -32,6 +35,7 @@ pub struct Chip {
 impl Chip {
     /// Starts the timer, measures what an empty pair takes, and reads the image.
     pub fn new() -> Self {
+        let table = u32::try_from(size_of::<SetpointTable<TABLE_CAPACITY>>()).unwrap_or(0);
         let mut chip = Self {
             timer: Timer::start(),
             started: 0,
@@ -41,7 +45,7 @@ impl Chip {
                 target: NAME,
                 image_crc: image::crc(),
                 flash_bytes: image::flash_bytes(),
-                ram_bytes: image::ram_bytes(),
+                ram_bytes: image::static_bytes().saturating_sub(table),
                 table_capacity: u32::try_from(TABLE_CAPACITY).unwrap_or(u32::MAX),
                 timer_hz: PARTS_HZ,
             },

@@ -11,7 +11,7 @@
 //! ```
 //!
 //! The board is chosen by the compile target. Nothing here can panic: see
-//! [`panic`](mod@panic).
+//! [`parts::panic`].
 
 #![no_std]
 
@@ -22,11 +22,7 @@ mod arm_copy;
 #[cfg_attr(board = "m4", path = "board/m4.rs")]
 pub mod board;
 pub mod chip;
-mod image;
 pub mod line;
-pub mod panic;
 mod register;
-pub mod ring;
-mod stack;
 
 pub use arm::{entry, sleep_unless, unmask_uart};

@@ -6,7 +6,7 @@
 
 use images::board::uart;
 use images::line::Line;
-use images::ring::Ring;
+use parts::ring::Ring;
 
 static RECEIVED: Ring = Ring::new();
 

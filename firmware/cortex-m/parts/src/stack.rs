@@ -12,7 +12,7 @@ unsafe extern "C" {
 ///
 /// At its start the runtime paints all memory between the statics and the top
 /// of the stack, which grows down; what has lost its paint has been used.
-pub(crate) fn deepest() -> u32 {
+pub fn deepest() -> u32 {
     let top = &raw const _stack_start;
     let mut at = &raw const _stack_end;
     // SAFETY: both ends are aligned addresses of RAM, and every word between

@@ -1,11 +1,6 @@
 //! What the image knows of itself: its bytes in flash and its share of RAM.
 
-use core::mem::size_of;
-
-use firmware::SetpointTable;
 use firmware::link::frame::crc32_on;
-
-use crate::board::TABLE_CAPACITY;
 
 // Named by the runtime's linker script; only their addresses mean something.
 unsafe extern "C" {
@@ -23,13 +18,13 @@ fn between(from: *const u8, to: *const u8) -> u32 {
 
 /// Bytes that the image takes in flash: from the vector table to the last
 /// initial value of a static.
-pub(crate) fn flash_bytes() -> u32 {
+pub fn flash_bytes() -> u32 {
     let data = between(&raw const __sdata, &raw const __edata);
     between(&raw const __vector_table, &raw const __sidata).saturating_add(data)
 }
 
 /// CRC-32 over those bytes, as they are read here and now.
-pub(crate) fn crc() -> u32 {
+pub fn crc() -> u32 {
     let mut at = &raw const __vector_table;
     let mut crc = 0;
     for _ in 0..flash_bytes() {
@@ -43,8 +38,7 @@ pub(crate) fn crc() -> u32 {
     crc
 }
 
-/// Statics less the table of setpoints \[bytes\].
-pub(crate) fn ram_bytes() -> u32 {
-    let table = u32::try_from(size_of::<SetpointTable<TABLE_CAPACITY>>()).unwrap_or(0);
-    between(&raw const __sdata, &raw const _stack_end).saturating_sub(table)
+/// All statics \[bytes\].
+pub fn static_bytes() -> u32 {
+    between(&raw const __sdata, &raw const _stack_end)
 }

@@ -4,7 +4,7 @@
 //! The handler calls a function that does not exist. Where the compiler has
 //! shown that no panic can be reached, it drops the handler, and with it the
 //! only mention of that function; otherwise the linker ends with
-//! `undefined symbol: a_panic_can_be_reached`. `examples/reachable_panic.rs`
+//! `undefined symbol: a_panic_can_be_reached`. `images/examples/reachable_panic.rs`
 //! is such an image.
 
 use core::panic::PanicInfo;
