@@ -1,0 +1,19 @@
+//! What the board's image does without knowing its chip: the axis that it
+//! drives, what its button asks for, how it numbers samples, and what it
+//! answers while it drives.
+//!
+//! The other half of this package, the image itself, puts these on the chip's
+//! timers, pins and lines. Here nothing needs one, so the tests run on the host.
+
+#![no_std]
+
+pub mod axis;
+mod button;
+mod drive;
+mod refusal;
+mod ticks;
+
+pub use button::Button;
+pub use drive::Drive;
+pub use refusal::answer_while_driving;
+pub use ticks::Ticks;
