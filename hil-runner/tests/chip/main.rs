@@ -10,10 +10,10 @@
 
 mod budgets;
 mod campaign;
-mod delay;
 mod certify;
 #[cfg(unix)]
 mod command;
+mod delay;
 mod loopback;
 mod noise;
 mod same_codes;
