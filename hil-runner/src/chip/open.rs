@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::error::ChipError;
-use super::image::{Finder, crc32};
+use super::image::Finder;
 use super::line::Line;
 use super::serial::SerialLine;
 use super::spec::{ChipLink, Target, Transport};
@@ -22,7 +22,7 @@ pub struct Opened {
 pub struct Image {
     /// Its file.
     pub path: PathBuf,
-    /// CRC-32 over the flash that it fills, [`crc32`].
+    /// CRC-32 over the flash that it fills, [`crate::chip::image::crc32`].
     pub crc32: u32,
 }
 
@@ -66,6 +66,7 @@ fn in_qemu(
     tell: &mut dyn FnMut(&str),
 ) -> Result<Opened, ChipError> {
     use super::fifo::FifoLine;
+    use super::image::crc32;
     use super::pty::PtyLine;
     use super::qemu;
     use std::time::Duration;

@@ -9,7 +9,8 @@ use super::spec::{Target, Transport};
 
 /// Virtual time per instruction is 2^7 ns, whatever the host does meanwhile:
 /// the chip's timer counts instructions. An idle chip does not wait for the
-/// host's clock.
+/// host's clock. An exchange over the FIFOs takes 10 µs to 12 µs of processor
+/// time with and without, 2026-11.
 const COUNTED: &str = "shift=7,sleep=off,align=off";
 
 /// QEMU's program for a target, and Debian's package that has it.
