@@ -6,10 +6,11 @@ use std::fs;
 use std::path::PathBuf;
 
 /// Targets and their boards.
-const BOARDS: [(&str, &str); 3] = [
+const BOARDS: [(&str, &str); 4] = [
     ("thumbv7em-none-eabihf", "m4"),
     ("thumbv7m-none-eabi", "m3"),
     ("thumbv6m-none-eabi", "m0"),
+    ("riscv32imac-unknown-none-elf", "rv32"),
 ];
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -41,6 +42,10 @@ fn main() -> Result<(), Box<dyn Error>> {
         "PROVIDE(uart_received = DefaultHandler);\n",
     )?;
     println!("cargo:rustc-link-search={}", out.display());
+    if board == &"rv32" {
+        // Its runtime does not ask for it by itself.
+        println!("cargo:rustc-link-arg=-Tmemory.x");
+    }
     println!("cargo:rustc-link-arg=-Tlink.x");
     // Without it sections are moved apart to pages, which no chip has.
     println!("cargo:rustc-link-arg=--nmagic");

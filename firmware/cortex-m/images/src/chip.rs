@@ -7,17 +7,17 @@ use firmware::link::header::VERSION;
 use firmware::link::{Identity, Target};
 use parts::{image, stack};
 
-use crate::arm::Timer;
-use crate::board::{NAME, TABLE_CAPACITY, TIMER_HZ};
+use crate::board::{NAME, TABLE_CAPACITY, TICK_PARTS, TIMER_HZ};
+use crate::processor::Timer;
 
 /// Empty pairs that are measured, and parts into which a tick is divided.
 ///
-/// A pair takes no whole number of ticks, so that one measurement says too
-/// little. 125 of them meet the timer at every phase that 128 ns an instruction
+/// A pair takes no whole number of SysTick's ticks, so that one measurement
+/// says too little. 125 of them meet the timer at every phase that 128 ns an instruction
 /// have against 40 or 62.5 ns a tick, and their sum is the pair's time in 125ths
 /// of a tick without any error; a sample's own is then below one tick, which is
 /// less than an instruction.
-const PARTS: u32 = 125;
+const PARTS: u32 = TICK_PARTS;
 
 /// Frequency of what [`Target::elapsed`] counts \[Hz\].
 const PARTS_HZ: u32 = TIMER_HZ * PARTS;

@@ -15,14 +15,18 @@
 
 #![no_std]
 
-mod arm;
+#[cfg(target_arch = "arm")]
 mod arm_copy;
 #[cfg_attr(board = "m0", path = "board/m0.rs")]
 #[cfg_attr(board = "m3", path = "board/m3.rs")]
 #[cfg_attr(board = "m4", path = "board/m4.rs")]
+#[cfg_attr(board = "rv32", path = "board/rv32.rs")]
 pub mod board;
 pub mod chip;
 pub mod line;
+#[cfg_attr(target_arch = "arm", path = "arm.rs")]
+#[cfg_attr(target_arch = "riscv32", path = "riscv.rs")]
+mod processor;
 mod register;
 
-pub use arm::{entry, sleep_unless, unmask_uart};
+pub use processor::{entry, sleep_unless, unmask_uart};

@@ -1,29 +1,37 @@
 //! A register of a peripheral.
 
-/// 32 bits at an address.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Register(usize);
+use core::marker::PhantomData;
 
-impl Register {
+/// A `T` at an address.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Register<T> {
+    address: usize,
+    holds: PhantomData<T>,
+}
+
+impl<T: Copy> Register<T> {
     /// The register at `address`.
     ///
     /// # Safety
-    /// There must be one, and neither reading nor writing it may change
+    /// There must be one of the size of `T`, and neither reading nor writing it may change
     /// memory that Rust knows of.
     pub(crate) const unsafe fn at(address: usize) -> Self {
-        Self(address)
+        Self {
+            address,
+            holds: PhantomData,
+        }
     }
 
     /// What is in it.
-    pub(crate) fn read(self) -> u32 {
-        let register = core::ptr::with_exposed_provenance::<u32>(self.0);
+    pub(crate) fn read(self) -> T {
+        let register = core::ptr::with_exposed_provenance::<T>(self.address);
         // SAFETY: there is a register (`at`).
         unsafe { register.read_volatile() }
     }
 
     /// Puts `value` into it.
-    pub(crate) fn write(self, value: u32) {
-        let register = core::ptr::with_exposed_provenance_mut::<u32>(self.0);
+    pub(crate) fn write(self, value: T) {
+        let register = core::ptr::with_exposed_provenance_mut::<T>(self.address);
         // SAFETY: there is a register (`at`).
         unsafe { register.write_volatile(value) }
     }

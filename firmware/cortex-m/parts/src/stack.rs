@@ -1,6 +1,11 @@
 //! How deep the stack has been.
 
+#[cfg(target_arch = "arm")]
 use cortex_m_rt::STACK_PAINT_VALUE;
+
+/// What the image paints the stack with; on Arm the runtime does it.
+#[cfg(not(target_arch = "arm"))]
+pub const STACK_PAINT_VALUE: u32 = 0xcccc_cccc;
 
 // Named by the runtime's linker script; only their addresses mean something.
 unsafe extern "C" {

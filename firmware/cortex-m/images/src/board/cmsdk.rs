@@ -8,15 +8,15 @@ pub mod uart {
     pub const RECEIVED: u16 = 0;
 
     // SAFETY: UART 0 of the MPS2, Arm DAI 0385D, table 3-9.
-    const DATA: Register = unsafe { Register::at(0x4000_4000) };
+    const DATA: Register<u32> = unsafe { Register::at(0x4000_4000) };
     // SAFETY: likewise.
-    const STATE: Register = unsafe { Register::at(0x4000_4004) };
+    const STATE: Register<u32> = unsafe { Register::at(0x4000_4004) };
     // SAFETY: likewise.
-    const CONTROL: Register = unsafe { Register::at(0x4000_4008) };
+    const CONTROL: Register<u32> = unsafe { Register::at(0x4000_4008) };
     // SAFETY: likewise.
-    const INTERRUPTS: Register = unsafe { Register::at(0x4000_400c) };
+    const INTERRUPTS: Register<u32> = unsafe { Register::at(0x4000_400c) };
     // SAFETY: likewise.
-    const DIVIDER: Register = unsafe { Register::at(0x4000_4010) };
+    const DIVIDER: Register<u32> = unsafe { Register::at(0x4000_4010) };
 
     const TRANSMITTER_FULL: u32 = 1 << 0;
     const RECEIVER_FULL: u32 = 1 << 1;

@@ -9,6 +9,9 @@ pub const TABLE_CAPACITY: usize = firmware::CAPACITY_SMALLEST;
 /// Frequency of the processor's clock \[Hz\].
 pub const TIMER_HZ: u32 = 16_000_000;
 
+/// Parts of a tick that are told apart ([`crate::chip`]).
+pub const TICK_PARTS: u32 = 125;
+
 /// The UART, at any rate: QEMU has no wires.
 pub mod uart {
     use crate::register::Register;
@@ -17,27 +20,27 @@ pub mod uart {
     pub const RECEIVED: u16 = 2;
 
     // SAFETY: the UART of the nRF51, nRF51 Series Reference Manual 3.0, 29.10.
-    const START_RECEIVER: Register = unsafe { Register::at(0x4000_2000) };
+    const START_RECEIVER: Register<u32> = unsafe { Register::at(0x4000_2000) };
     // SAFETY: likewise.
-    const START_TRANSMITTER: Register = unsafe { Register::at(0x4000_2008) };
+    const START_TRANSMITTER: Register<u32> = unsafe { Register::at(0x4000_2008) };
     // SAFETY: likewise.
-    const RECEIVED_EVENT: Register = unsafe { Register::at(0x4000_2108) };
+    const RECEIVED_EVENT: Register<u32> = unsafe { Register::at(0x4000_2108) };
     // SAFETY: likewise.
-    const SENT_EVENT: Register = unsafe { Register::at(0x4000_211c) };
+    const SENT_EVENT: Register<u32> = unsafe { Register::at(0x4000_211c) };
     // SAFETY: likewise.
-    const INTERRUPTS: Register = unsafe { Register::at(0x4000_2304) };
+    const INTERRUPTS: Register<u32> = unsafe { Register::at(0x4000_2304) };
     // SAFETY: likewise.
-    const ENABLE: Register = unsafe { Register::at(0x4000_2500) };
+    const ENABLE: Register<u32> = unsafe { Register::at(0x4000_2500) };
     // SAFETY: likewise.
-    const TRANSMIT_PIN: Register = unsafe { Register::at(0x4000_250c) };
+    const TRANSMIT_PIN: Register<u32> = unsafe { Register::at(0x4000_250c) };
     // SAFETY: likewise.
-    const RECEIVE_PIN: Register = unsafe { Register::at(0x4000_2514) };
+    const RECEIVE_PIN: Register<u32> = unsafe { Register::at(0x4000_2514) };
     // SAFETY: likewise.
-    const RECEIVED_BYTE: Register = unsafe { Register::at(0x4000_2518) };
+    const RECEIVED_BYTE: Register<u32> = unsafe { Register::at(0x4000_2518) };
     // SAFETY: likewise.
-    const BYTE_TO_SEND: Register = unsafe { Register::at(0x4000_251c) };
+    const BYTE_TO_SEND: Register<u32> = unsafe { Register::at(0x4000_251c) };
     // SAFETY: likewise.
-    const BAUD_RATE: Register = unsafe { Register::at(0x4000_2524) };
+    const BAUD_RATE: Register<u32> = unsafe { Register::at(0x4000_2524) };
 
     /// The micro:bit's pins to its USB interface.
     const TRANSMIT: u32 = 24;

@@ -9,6 +9,9 @@ pub const TABLE_CAPACITY: usize = firmware::CAPACITY;
 /// Frequency of the processor's clock \[Hz\].
 pub const TIMER_HZ: u32 = 25_000_000;
 
+/// Parts of a tick that are told apart ([`crate::chip`]).
+pub const TICK_PARTS: u32 = 125;
+
 #[path = "cmsdk.rs"]
 mod cmsdk;
 pub use cmsdk::uart;
