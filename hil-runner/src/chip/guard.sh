@@ -18,12 +18,13 @@ exec 3<&0 </dev/null 4>&2 2>/dev/null
 "$@" >&4 2>&4 3<&- 4>&- &
 program=$!
 
-# Does its work alone should this script be killed.
+# Does its work alone should this script be killed; never with a child of its
+# own, which would outlive it.
 {
     trap - EXIT
     read -r _ <&3
     kill -9 "$program"
-    rm -rf "$folder"
+    exec rm -rf "$folder"
 } >&- 4>&- &
 reader=$!
 
@@ -38,4 +39,5 @@ while kill -0 "$program"; do
     status=$?
 done
 kill -9 "$reader"
+wait "$reader"
 exit "$status"
