@@ -15,6 +15,8 @@ pub mod figures;
 pub mod guard;
 pub mod image;
 pub mod line;
+#[cfg(unix)]
+mod one_cpu;
 pub mod open;
 #[cfg(unix)]
 pub mod pty;

@@ -67,6 +67,7 @@ fn in_qemu(
 ) -> Result<Opened, ChipError> {
     use super::fifo::FifoLine;
     use super::image::crc32;
+    use super::one_cpu::{OnOneCpu, OneCpu};
     use super::pty::PtyLine;
     use super::qemu;
     use std::time::Duration;
@@ -79,10 +80,17 @@ fn in_qemu(
     qemu::find(target)?;
     let path = Finder::from_environment().image(target, transport, tell)?;
     let crc32 = crc32(&path)?;
+    let cpu = OneCpu::keep();
     let process = qemu::start(target, transport, &path)?;
     let line: Box<dyn Line> = match transport {
-        Transport::Fifo => Box::new(FifoLine::open(process, OPENED)?),
-        Transport::Uart => Box::new(PtyLine::open(process, OPENED)?),
+        Transport::Fifo => Box::new(OnOneCpu {
+            line: FifoLine::open(process, OPENED)?,
+            _cpu: cpu,
+        }),
+        Transport::Uart => Box::new(OnOneCpu {
+            line: PtyLine::open(process, OPENED)?,
+            _cpu: cpu,
+        }),
     };
     Ok(Opened {
         line,
