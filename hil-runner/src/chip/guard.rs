@@ -142,7 +142,9 @@ impl Guarded {
                 format!("the guard of {name} has ended with signal {signal}")
             }
         };
-        Some(match self.said().lines().last() {
+        // QEMU warns of network cards that nobody has asked for.
+        let said = |line: &&str| !line.contains("warning: ");
+        Some(match self.said().lines().rfind(said) {
             Some(said) => format!("{ended}; it said: {said}"),
             None => ended,
         })
