@@ -119,6 +119,11 @@ impl<W: Write> TraceWriter<W> {
         self.csv.write_record(None::<&[u8]>).map_err(io_error)
     }
 
+    /// Whether no row has been written.
+    pub fn is_empty(&self) -> bool {
+        !self.header_written
+    }
+
     /// Writes out what is still buffered and returns the sink.
     ///
     /// # Errors

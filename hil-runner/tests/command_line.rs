@@ -205,6 +205,21 @@ fn unfit_gains_and_tables_name_their_key() {
         text.starts_with("--set controller.kp=1e9: controller.kp = 1e9 is not allowed"),
         "{text}"
     );
+    // Nothing ran, and nothing is replaced.
+    let trace = folder.path().join("t.csv");
+    std::fs::write(&trace, "precious").unwrap();
+    for set in [
+        "controller.kp=1e9",
+        "controller.computation_delay_s=measured",
+    ] {
+        let args = ["run", "paper-1", "--trace", "t.csv", "--set", set];
+        assert_eq!(status(&hil_runner(folder.path(), &args)), 2, "{set}");
+        assert_eq!(
+            std::fs::read_to_string(&trace).unwrap(),
+            "precious",
+            "{set}"
+        );
+    }
     let text = refused("controller.sample_time_s=2e-5");
     assert!(text.contains("controller.sample_time_s = 2e-5"), "{text}");
     assert!(

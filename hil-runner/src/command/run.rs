@@ -106,8 +106,11 @@ impl Run {
             };
             let run = link.run(&file.case, options, &mut sink);
             drop(progress);
-            // What was traced before an error is kept all the same.
-            if let Some(trace) = trace.take() {
+            // What was traced before an error is kept all the same; a run that was
+            // refused has no rows and replaces nothing.
+            if let Some(trace) = trace.take()
+                && !trace.is_empty()
+            {
                 trace.finish()?.commit()?;
             }
             runs.push(run.map_err(|error| explain(file, error))?);
