@@ -4,6 +4,7 @@ use anyhow::anyhow;
 use firmware::SetpointError;
 use firmware::law::{LawError, Part};
 use hil_runner::error::RunError;
+use hil_runner::law::ChipLawError;
 use hil_runner::quantise::QuantiseError;
 use hil_runner::runfile::RunFile;
 use hil_runner::words::key;
@@ -15,6 +16,8 @@ pub(super) fn explain(file: &RunFile, error: RunError) -> anyhow::Error {
         None => because.to_owned(),
     };
     match error {
+        // The same words, wherever they were to run.
+        RunError::Chip(ChipLawError::Quantise(error)) => explain(file, RunError::Quantise(error)),
         RunError::Quantise(QuantiseError::Gains(unfit)) => {
             let lines = unfit.iter().map(|gain| refuse(gain.key, &gain.because()));
             anyhow!(lines.collect::<Vec<_>>().join("\n"))
