@@ -3,7 +3,7 @@
 
 use anyhow::{anyhow, bail};
 use clap::Args;
-use hil_runner::case::Law;
+use hil_runner::case::{ComputationDelay, Law};
 use hil_runner::chip::certify::{
     Difference, HostTrace, RowDifference, TraceHash, VectorFile, replay, stored,
 };
@@ -116,6 +116,14 @@ impl Certify {
             if file.case.controller.law != Law::Firmware {
                 let because = "a chip runs the firmware; the law must be \"firmware\"";
                 bail!("{}", file.refuse("controller", "law", because));
+            }
+            if file.case.controller.computation_delay == ComputationDelay::Measured {
+                let because =
+                    "host and chip run in loops of their own, which need one delay: a time";
+                bail!(
+                    "{}",
+                    file.refuse("controller", "computation_delay_s", because)
+                );
             }
         }
         let links = if self.links.is_empty() {

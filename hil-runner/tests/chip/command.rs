@@ -180,6 +180,18 @@ fn what_cannot_be_certified_is_said() {
          firmware; the law must be \"firmware\"\n"
     );
 
+    let delay = certify(&[
+        "paper-2",
+        "--set",
+        "controller.computation_delay_s=measured",
+    ]);
+    assert_eq!(delay.status.code(), Some(2));
+    assert_eq!(
+        text(&delay.stderr),
+        "--set controller.computation_delay_s=measured: controller.computation_delay_s = measured \
+         is not allowed: host and chip run in loops of their own, which need one delay: a time\n"
+    );
+
     let link = certify(&["paper-2", "--link", "in-process"]);
     assert_eq!(link.status.code(), Some(2));
     assert!(
