@@ -38,7 +38,7 @@ pub trait Target {
 
 /// The controller of a session.
 #[derive(Debug)]
-#[expect(
+#[allow(
     clippy::large_enum_variant,
     reason = "there is one, in the chip's static memory, as large as its largest"
 )]
