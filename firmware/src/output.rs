@@ -51,7 +51,7 @@ impl Window {
 
     /// Whether the upper word of `sum` alone tells that it is within: both ends
     /// fill theirs alone, so it mostly does.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn surely_holds(self, sum: i64, fraction_bits: u8) -> bool {
         let low = upper(sum_of(self.low, fraction_bits));
         let high = upper(sum_of(self.high, fraction_bits));
@@ -61,7 +61,7 @@ impl Window {
 
     /// How far `sum` is beyond the window, 0 inside; in the unit of the sum,
     /// 2^−`fraction_bits` codes, below 2^62.
-    #[inline]
+    #[inline(always)]
     pub fn excess(self, sum: i64, fraction_bits: u8) -> i64 {
         let low = sum_of(self.low, fraction_bits);
         let high = sum_of(self.high, fraction_bits);
@@ -77,14 +77,14 @@ impl Window {
 
 /// A code in units of 2^−F codes. F is at least 33, so that only the upper
 /// word is shifted; a code has 24 bits and F − 32 is at most 8, so it fits.
-#[inline]
+#[inline(always)]
 pub(crate) fn sum_of(code: i32, fraction_bits: u8) -> i64 {
     let upper = code.wrapping_shl(u32::from(fraction_bits).wrapping_sub(32));
     i64::from(upper).wrapping_shl(32)
 }
 
 /// The upper word of a sum.
-#[inline]
+#[inline(always)]
 pub(crate) fn upper(sum: i64) -> i32 {
     let [_, _, _, _, b4, b5, b6, b7] = sum.to_le_bytes();
     i32::from_le_bytes([b4, b5, b6, b7])
@@ -197,7 +197,7 @@ impl Output {
     }
 
     /// The codes that can be reached from the last one.
-    #[inline]
+    #[inline(always)]
     pub fn window(&self, state: &OutputState) -> Window {
         if self.slew == SlewError::MOST.cast_signed() {
             // Wider than any converter.
@@ -212,7 +212,7 @@ impl Output {
 
     /// The code for a sum in units of 2^−`fraction_bits` codes (33 to 40),
     /// |sum| < 2^62.
-    #[inline]
+    #[inline(always)]
     pub fn code(
         &self,
         state: &mut OutputState,
@@ -283,7 +283,7 @@ impl Output {
 impl OutputState {
     /// Uniform in (−½, ½) codes, in units of 2^−(32 + `above`): every one of
     /// 2^32 values, each in the middle of its cell, once in a period.
-    #[inline]
+    #[inline(always)]
     fn uniform(&mut self, above: u32) -> i64 {
         // A linear congruential generator of full period (Numerical Recipes,
         // section 7.1, "quick and dirty"): modulo 2^32, its upper bits are

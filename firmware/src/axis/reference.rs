@@ -9,7 +9,7 @@ use crate::takeup::TakeUpState;
 
 impl Axis {
     /// The setpoint of this sample, take-up included.
-    #[inline]
+    #[inline(always)]
     pub(super) fn reference(
         &self,
         state: &mut AxisState,
@@ -62,7 +62,7 @@ impl Axis {
     }
 
     /// Dead band and held integral while the axis stands.
-    #[inline]
+    #[inline(always)]
     pub(super) fn at_rest(&self, state: &AxisState, input: LawInput) -> LawInput {
         let stands =
             matches!(state.state, State::Holding | State::Enabled) && !state.take_up.is_under_way();

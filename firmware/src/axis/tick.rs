@@ -58,7 +58,7 @@ struct Seen {
 }
 
 /// Keeps the more urgent of two trips; nearly always there is none.
-#[inline]
+#[inline(always)]
 fn note(trip: &mut Option<Trip>, other: Option<Trip>) {
     if other.is_some() {
         *trip = most_urgent(*trip, other);
@@ -67,7 +67,7 @@ fn note(trip: &mut Option<Trip>, other: Option<Trip>) {
 
 impl Axis {
     /// One sample.
-    #[inline]
+    #[inline(always)]
     pub fn tick(
         &self,
         state: &mut AxisState,
@@ -143,7 +143,7 @@ impl Axis {
     }
 
     /// Both encoders.
-    #[inline]
+    #[inline(always)]
     fn read(&self, state: &mut AxisState, inputs: &Inputs, trip: &mut Option<Trip>) -> Seen {
         let motor = self.counter.read(&mut state.motor, inputs.motor_register);
         note(trip, motor.glitch);
@@ -174,7 +174,7 @@ impl Axis {
     }
 
     /// The law's code, and whether the law left a declared range.
-    #[inline]
+    #[inline(always)]
     fn drive(&self, state: &mut AxisState, input: LawInput) -> (i32, bool) {
         let input = self.at_rest(state, input);
         let window = self.output.window(&state.output);
@@ -186,7 +186,7 @@ impl Axis {
     }
 
     /// The code that really goes out, and whether with power.
-    #[inline]
+    #[inline(always)]
     fn end(&self, state: &mut AxisState, code: i32) -> (i32, bool) {
         match state.state {
             State::Fault => (self.output.safe(&mut state.output), false),
@@ -229,7 +229,7 @@ impl Axis {
     }
 
     /// What the hardware itself reports.
-    #[inline]
+    #[inline(always)]
     fn hardware_trip(&self, state: &mut AxisState, inputs: &Inputs) -> Option<Trip> {
         let watch = self.watches.ticks;
         let mut trip = watch.and_then(|watch| watch.check(&mut state.ticks, inputs.tick));

@@ -43,7 +43,7 @@ impl Law {
     /// One sample: the sum `y` for the errors and the motion of this sample.
     ///
     /// The sums below cannot wrap ([`super::words`], section Overflow).
-    #[inline]
+    #[inline(always)]
     pub fn step(&self, state: &mut LawState, input: &LawInput, window: Window) -> LawOutput {
         if state.phase != Phase::Running {
             return self.begin(state, *input, window);
@@ -93,7 +93,7 @@ impl Law {
 
     /// Keeps the integral within its range, and with it the sum. `limited`:
     /// whether the error was held, and whether a difference was.
-    #[inline]
+    #[inline(always)]
     fn end(
         &self,
         state: &mut LawState,
@@ -124,7 +124,7 @@ impl Law {
 
     /// Everything but the integral, and whether a δ was held that does not
     /// outweigh everything else.
-    #[inline]
+    #[inline(always)]
     fn direct(&self, state: &mut LawState, input: &LawInput, e: i32) -> (i64, bool) {
         // Kp·e + (Kd/Δt)·δ                              eq. 23, 1st and 3rd term
         let (derivative, limited) = self.derivative(state, input, e);
@@ -140,7 +140,7 @@ impl Law {
     }
 
     /// δ before and after it is held at its limit \[counts\].
-    #[inline]
+    #[inline(always)]
     fn difference(&self, state: &LawState, input: &LawInput, e: i32) -> (i32, i32) {
         let limit = self.aligned.slope_limit;
         match self.words.derivative {
@@ -159,7 +159,7 @@ impl Law {
 
     /// `(Kd/Δt)·δ` \[2^−F codes\], and whether a δ was held that does not
     /// outweigh everything else.
-    #[inline]
+    #[inline(always)]
     fn derivative(&self, state: &mut LawState, input: &LawInput, e: i32) -> (i64, bool) {
         let law = &self.aligned;
         let (difference, held) = self.difference(state, input, e);
@@ -190,7 +190,7 @@ impl Law {
         state.filter_bits = bits;
     }
 
-    #[inline]
+    #[inline(always)]
     fn feed_forward(&self, input: &LawInput) -> i64 {
         let law = &self.aligned;
         let rates = law
@@ -207,7 +207,7 @@ impl Law {
     }
 
     /// The integral after this sample, and the sum with it.
-    #[inline]
+    #[inline(always)]
     fn integrated(&self, integral: i64, e: i32, direct: i64, window: Window) -> (i64, i64) {
         // (Ki·Δt)·Σe ← (Ki·Δt)·Σe + (Ki·Δt)·e                 eq. 23, 2nd term
         let next = integral.wrapping_add(self.aligned.integral.times(e));
@@ -244,7 +244,7 @@ impl Law {
 }
 
 /// The error as `Kp` and `Ki` see it.
-#[inline]
+#[inline(always)]
 const fn counted(input: &LawInput, e: i32) -> i32 {
     if input.within_dead_band { 0 } else { e }
 }
