@@ -1,0 +1,51 @@
+//! What a sample costs where the axis is a constant of the image, feature by
+//! feature: the time of every sample goes to the host over `from-chip`.
+//!
+//! Frames of [`firmware::link::frame`], in this order and unasked:
+//!
+//! | body | meaning |
+//! | --- | --- |
+//! | [`Reply::Hello`] | the identity, session and number 0 |
+//! | `41`, text | name of the feature whose samples follow |
+//! | `42`, 4 bytes each, lowest first | ticks of its samples, in their order |
+//! | [`Reply::Status`] | deepest stack and all samples; nothing follows |
+
+#![no_std]
+#![no_main]
+
+mod axes;
+mod features;
+mod motor;
+mod samples;
+
+use features::{LAWS, TICKS};
+use images::chip::Chip;
+use samples::Samples;
+use semihosting::fd::{AsFd, OwnedFd};
+use semihosting::process;
+use semihosting::sys::arm_compat::{OpenMode, sys_open};
+
+#[images::entry]
+fn main() -> ! {
+    let mut chip = Chip::new();
+    report(&mut chip);
+    process::exit(0)
+}
+
+/// All features; `None` where the host does not listen.
+fn report(chip: &mut Chip) -> Option<()> {
+    // The host opens its ends in the same order: each waits for the other. It
+    // has nothing to say.
+    let _requests: OwnedFd = sys_open(c"to-chip", OpenMode::RDONLY_BINARY).ok()?;
+    let host: OwnedFd = sys_open(c"from-chip", OpenMode::WRONLY_TRUNC_BINARY).ok()?;
+    let mut samples = Samples::begin(chip, host.as_fd())?;
+    for feature in LAWS {
+        samples.name(feature.name)?;
+        motor::drive_law(&feature, &mut samples)?;
+    }
+    for feature in TICKS {
+        samples.name(feature.name)?;
+        motor::drive_axis(&feature, &mut samples)?;
+    }
+    samples.end()
+}
