@@ -5,6 +5,7 @@
 //!  "qemu:m4"             FIFO, serial port
 //! ```
 
+pub mod budget;
 pub mod certify;
 pub mod client;
 pub mod error;
@@ -26,4 +27,4 @@ pub mod serial;
 pub mod spec;
 
 pub use error::ChipError;
-pub use open::{Image, Opened, installed, open};
+pub use open::{Image, Opened, installed, open, open_cost};

@@ -6,7 +6,7 @@ use super::error::ChipError;
 use super::image::Finder;
 use super::line::Line;
 use super::serial::SerialLine;
-use super::spec::{ChipLink, Target, Transport};
+use super::spec::{ChipLink, Program, Target, Transport};
 
 /// A line to a chip, before the first byte on it.
 #[derive(Debug)]
@@ -37,8 +37,17 @@ pub fn open(link: &ChipLink, tell: &mut dyn FnMut(&str)) -> Result<Opened, ChipE
             line: Box::new(SerialLine::open(path, *baud)?),
             image: None,
         }),
-        ChipLink::Qemu { target, transport } => in_qemu(*target, *transport, tell),
+        ChipLink::Qemu { target, transport } => in_qemu(*target, (*transport).into(), tell),
     }
+}
+
+/// Starts the image of a target that measures what a sample costs; it says what
+/// [`super::budget::cost`] reads. As [`open`] otherwise.
+///
+/// # Errors
+/// [`ChipError`]. Nothing that was started is left.
+pub fn open_cost(target: Target, tell: &mut dyn FnMut(&str)) -> Result<Opened, ChipError> {
+    in_qemu(target, Program::Cost, tell)
 }
 
 /// Every target in QEMU, and what is missing where it cannot be run here. An
@@ -62,7 +71,7 @@ fn qemu_is_here(target: Target) -> Result<(), ChipError> {
 #[cfg(unix)]
 fn in_qemu(
     target: Target,
-    transport: Transport,
+    program: Program,
     tell: &mut dyn FnMut(&str),
 ) -> Result<Opened, ChipError> {
     use super::fifo::FifoLine;
@@ -78,7 +87,8 @@ fn in_qemu(
 
     // Before a build for nothing.
     qemu::find(target)?;
-    let path = Finder::from_environment().image(target, transport, tell)?;
+    let path = Finder::from_environment().image(target, program, tell)?;
+    let transport = program.transport();
     let crc32 = crc32(&path)?;
     let cpu = OneCpu::keep();
     let process = qemu::start(target, transport, &path)?;
@@ -104,6 +114,6 @@ fn qemu_is_here(_: Target) -> Result<(), ChipError> {
 }
 
 #[cfg(not(unix))]
-fn in_qemu(_: Target, _: Transport, _: &mut dyn FnMut(&str)) -> Result<Opened, ChipError> {
+fn in_qemu(_: Target, _: Program, _: &mut dyn FnMut(&str)) -> Result<Opened, ChipError> {
     Err(ChipError::NotUnix)
 }

@@ -51,6 +51,47 @@ pub enum Transport {
     Uart,
 }
 
+/// What an image does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Program {
+    /// Serves the controller over FIFOs.
+    Fifo,
+    /// Serves the controller over the chip's UART.
+    Uart,
+    /// Measures what a sample costs, feature by feature, and says it over
+    /// FIFOs.
+    Cost,
+}
+
+impl Program {
+    /// The image's name as a program.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Fifo => "fifo",
+            Self::Uart => "uart",
+            Self::Cost => "cost",
+        }
+    }
+
+    /// How its bytes get here.
+    pub const fn transport(self) -> Transport {
+        match self {
+            Self::Fifo | Self::Cost => Transport::Fifo,
+            Self::Uart => Transport::Uart,
+        }
+    }
+}
+
+impl From<Transport> for Program {
+    /// The controller behind that transport.
+    fn from(transport: Transport) -> Self {
+        match transport {
+            Transport::Fifo => Self::Fifo,
+            Transport::Uart => Self::Uart,
+        }
+    }
+}
+
 /// A controller on a chip, and the way to it.
 ///
 /// ```

@@ -1,5 +1,7 @@
 //! The commands, one file each.
 
+mod budget;
+mod budget_tables;
 mod certify;
 mod explain;
 mod home;
@@ -34,6 +36,7 @@ pub(crate) use terminal::tell;
                   hil-runner ladder paper-1\n  \
                   hil-runner words paper-1\n  \
                   hil-runner certify paper-1 paper-2 paper-3 paper-4\n  \
+                  hil-runner budget m4 m0\n  \
                   hil-runner init paper-2 > axis.toml"
 )]
 pub(crate) struct CommandLine {
@@ -53,6 +56,8 @@ enum Command {
     Home(home::Home),
     /// Hold the controller on chips against the host's, bit for bit
     Certify(certify::Certify),
+    /// Measure what the controller costs on chips, and hold it against the goldens
+    Budget(budget::Budget),
     /// Print a commented run file to start from
     Init(init::Init),
     /// Print the JSON schema of run files, for editors
@@ -69,6 +74,7 @@ impl CommandLine {
             Some(Command::Words(words)) => words.execute(),
             Some(Command::Home(home)) => home.execute(),
             Some(Command::Certify(certify)) => certify.execute(),
+            Some(Command::Budget(budget)) => budget.execute(),
             Some(Command::Init(init)) => init.execute(),
             Some(Command::Schema(schema)) => schema.execute(),
         }

@@ -51,7 +51,7 @@ fn short(name: &str) -> String {
 }
 
 /// The first `names` columns left, the others right.
-fn table(header: &[&str], names: usize) -> Table {
+pub(super) fn table(header: &[&str], names: usize) -> Table {
     let mut table = Table::new();
     table
         .load_style(STYLE)
@@ -68,7 +68,7 @@ fn table(header: &[&str], names: usize) -> Table {
 }
 
 /// The table without the padding at the ends of its lines.
-fn text(table: &Table) -> String {
+pub(super) fn text(table: &Table) -> String {
     table.trim_fmt() + "\n"
 }
 

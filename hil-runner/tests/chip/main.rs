@@ -13,6 +13,8 @@ mod campaign;
 mod certify;
 #[cfg(unix)]
 mod command;
+#[cfg(unix)]
+mod command_budget;
 mod delay;
 mod loopback;
 mod noise;

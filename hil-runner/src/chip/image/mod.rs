@@ -17,7 +17,7 @@ use std::process::{Command, Stdio};
 use tempfile::NamedTempFile;
 
 use super::error::ChipError;
-use super::spec::{Target, Transport};
+use super::spec::{Program, Target};
 use compiler::Toolchain;
 
 pub use contents::crc32;
@@ -25,7 +25,7 @@ pub use contents::crc32;
 /// Where images come from.
 #[derive(Debug, Clone)]
 pub struct Finder {
-    /// The folder with ready images, `<target>-<fifo|uart>.elf`; nothing is
+    /// The folder with ready images, `<target>-<fifo|uart|cost>.elf`; nothing is
     /// built where there is one.
     pub ready: Option<PathBuf>,
     /// The folder of the whole project.
@@ -74,13 +74,14 @@ impl Finder {
     pub fn image(
         &self,
         target: Target,
-        transport: Transport,
+        program: impl Into<Program>,
         tell: &mut dyn FnMut(&str),
     ) -> Result<PathBuf, ChipError> {
+        let program = program.into();
         if let Some(folder) = &self.ready {
-            return ready(folder, target, transport);
+            return ready(folder, target, program);
         }
-        let image = self.built(target).join(bin(transport));
+        let image = self.built(target).join(program.name());
         let workspace = self.workspace();
         if !workspace.is_dir() {
             // A program that is used without its sources.
@@ -114,12 +115,13 @@ impl Finder {
     ///
     /// # Errors
     /// [`ChipError`] that says what is missing.
-    pub fn available(&self, target: Target, transport: Transport) -> Result<(), ChipError> {
+    pub fn available(&self, target: Target, program: impl Into<Program>) -> Result<(), ChipError> {
+        let program = program.into();
         if let Some(folder) = &self.ready {
-            return ready(folder, target, transport).map(drop);
+            return ready(folder, target, program).map(drop);
         }
         let workspace = self.workspace();
-        let image = self.built(target).join(bin(transport));
+        let image = self.built(target).join(program.name());
         let stale = || sources::newer_than(&self.stamp(target), &self.project);
         match (workspace.is_dir(), image.is_file()) {
             (false, true) => Ok(()),
@@ -202,16 +204,8 @@ fn named_or_absolute(program: PathBuf) -> PathBuf {
     std::path::absolute(&program).unwrap_or(program)
 }
 
-/// The image's name as a program.
-const fn bin(transport: Transport) -> &'static str {
-    match transport {
-        Transport::Fifo => "fifo",
-        Transport::Uart => "uart",
-    }
-}
-
-fn ready(folder: &Path, target: Target, transport: Transport) -> Result<PathBuf, ChipError> {
-    let path = folder.join(format!("{}-{}.elf", target.name(), bin(transport)));
+fn ready(folder: &Path, target: Target, program: Program) -> Result<PathBuf, ChipError> {
+    let path = folder.join(format!("{}-{}.elf", target.name(), program.name()));
     if path.is_file() {
         return Ok(path);
     }

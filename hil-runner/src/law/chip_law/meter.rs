@@ -70,12 +70,18 @@ impl Meter {
         let instructions = (u128::from(ticks) * 2_000_000_000 + unit) / (2 * unit);
         // Below 2^32·10^9/128; what does not fit is no sample's time.
         let instructions = u32::try_from(instructions).unwrap_or(u32::MAX);
-        let cycles = self.cycles(instructions);
+        let (cycles, time_ns) = self.of_instructions(instructions);
         Busy {
             instructions: Some(instructions),
             cycles,
-            time_ns: rounded_up(cycles, self.clock_hz),
+            time_ns,
         }
+    }
+
+    /// Cycles that are allowed for as many instructions, and their time \[ns\].
+    pub fn of_instructions(&self, instructions: u32) -> (u64, u64) {
+        let cycles = self.cycles(instructions);
+        (cycles, rounded_up(cycles, self.clock_hz))
     }
 
     /// Cycles that are allowed for as many instructions, rounded up.

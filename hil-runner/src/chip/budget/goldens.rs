@@ -1,0 +1,338 @@
+//! What the figures of a target were when someone last looked at them.
+
+use core::fmt::{self, Write};
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::Deserialize;
+
+use super::{Amount, Figure, Instructions};
+use crate::chip::spec::Target;
+
+/// Instructions may differ by this share \[%\] or by this many, whichever is
+/// more.
+const INSTRUCTIONS: Tolerance = Tolerance {
+    percent: 3,
+    at_least: 2,
+};
+
+/// Bytes may differ by this share \[%\].
+const BYTES: Tolerance = Tolerance {
+    percent: 5,
+    at_least: 0,
+};
+
+/// The goldens of a target.
+#[derive(Debug, Clone, PartialEq, Eq, Default, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Goldens {
+    instructions: BTreeMap<String, Golden>,
+    bytes: BTreeMap<String, u32>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Golden {
+    max: u32,
+    median: u32,
+    first: Option<u32>,
+}
+
+impl Goldens {
+    /// Reads the file of a target; one that is not there has no goldens.
+    ///
+    /// # Errors
+    /// [`GoldenError`] if it cannot be read, or is no such file.
+    pub fn read(path: &Path) -> Result<Self, GoldenError> {
+        let failed = |because: String| GoldenError {
+            path: path.display().to_string(),
+            because,
+        };
+        match std::fs::read_to_string(path) {
+            Ok(text) => toml::from_str(&text).map_err(|error| failed(error.to_string())),
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Ok(Self::default()),
+            Err(error) => Err(failed(error.to_string())),
+        }
+    }
+
+    /// The golden of a figure.
+    pub fn get(&self, name: &str) -> Option<Amount> {
+        let instructions = self.instructions.get(name).map(|golden| {
+            Amount::Instructions(Instructions {
+                max: golden.max,
+                median: golden.median,
+                first: golden.first,
+            })
+        });
+        instructions.or_else(|| self.bytes.get(name).copied().map(Amount::Bytes))
+    }
+
+    /// Holds figures against their goldens: one judgement a figure, then one a
+    /// golden that nothing was measured for.
+    pub fn judge(&self, figures: &[Figure]) -> Vec<Judgement> {
+        let measured = figures.iter().map(|figure| {
+            let golden = self.get(&figure.name);
+            let difference = golden.and_then(|golden| figure.amount.farthest_from(golden));
+            Judgement {
+                figure: figure.name.clone(),
+                golden,
+                pass: difference.is_some_and(|difference| difference.within),
+                difference,
+            }
+        });
+        let names = self.instructions.keys().chain(self.bytes.keys());
+        let gone = names
+            .filter(|name| figures.iter().all(|figure| figure.name != **name))
+            .map(|name| Judgement {
+                figure: name.clone(),
+                golden: self.get(name),
+                difference: None,
+                pass: false,
+            });
+        measured.chain(gone).collect()
+    }
+}
+
+/// How a figure stands to its golden.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Judgement {
+    /// Name of the figure.
+    pub figure: String,
+    /// The golden; none for a figure that is new.
+    pub golden: Option<Amount>,
+    /// The part that is farthest off; none where one of the two is missing.
+    pub difference: Option<Difference>,
+    /// Whether it is within the tolerance.
+    pub pass: bool,
+}
+
+/// How far a part of a figure is from its golden.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Difference {
+    /// "max", "median", "first" or "bytes".
+    pub part: &'static str,
+    /// Measured.
+    pub measured: u32,
+    /// Golden.
+    pub golden: u32,
+    /// Whether it is within the tolerance.
+    pub within: bool,
+}
+
+impl Difference {
+    fn new(part: &'static str, measured: u32, golden: u32, tolerance: Tolerance) -> Self {
+        Self {
+            part,
+            measured,
+            golden,
+            within: tolerance.allows(measured, golden),
+        }
+    }
+
+    /// Measured less golden.
+    pub fn signed(self) -> i64 {
+        i64::from(self.measured) - i64::from(self.golden)
+    }
+}
+
+impl Amount {
+    /// Its parts against those of a golden: name, measured and golden.
+    fn parts(self, golden: Self) -> Option<Vec<Difference>> {
+        match (self, golden) {
+            (Self::Bytes(measured), Self::Bytes(golden)) => {
+                Some(vec![Difference::new("bytes", measured, golden, BYTES)])
+            }
+            (Self::Instructions(measured), Self::Instructions(golden)) => {
+                let part =
+                    |name, measured, golden| Difference::new(name, measured, golden, INSTRUCTIONS);
+                let mut parts = vec![
+                    part("max", measured.max, golden.max),
+                    part("median", measured.median, golden.median),
+                ];
+                match (measured.first, golden.first) {
+                    (Some(measured), Some(golden)) => parts.push(part("first", measured, golden)),
+                    (None, None) => {}
+                    _ => return None,
+                }
+                Some(parts)
+            }
+            _ => None,
+        }
+    }
+
+    /// The part that is farthest off; none where the two have other parts.
+    fn farthest_from(self, golden: Self) -> Option<Difference> {
+        let parts = self.parts(golden)?;
+        let far = |part: &Difference| (!part.within, part.signed().unsigned_abs());
+        // Of equals the first.
+        parts.into_iter().rev().max_by_key(far)
+    }
+}
+
+/// A difference that is allowed.
+#[derive(Debug, Clone, Copy)]
+struct Tolerance {
+    percent: u64,
+    at_least: u64,
+}
+
+impl Tolerance {
+    fn allows(self, measured: u32, golden: u32) -> bool {
+        let difference = u64::from(measured.abs_diff(golden));
+        difference <= self.at_least || 100 * difference <= self.percent * u64::from(golden)
+    }
+}
+
+/// The file of a target with these figures.
+pub fn text(target: Target, figures: &[Figure]) -> String {
+    let mut instructions = String::new();
+    let mut bytes = String::new();
+    for Figure { name, amount } in figures {
+        // A string takes whatever is written to it.
+        let _ = match amount {
+            Amount::Instructions(Instructions { max, median, first }) => {
+                let first = first.map(|first| format!(", first = {first}"));
+                let first = first.unwrap_or_default();
+                writeln!(
+                    instructions,
+                    "{name:?} = {{ max = {max}, median = {median}{first} }}"
+                )
+            }
+            Amount::Bytes(count) => writeln!(bytes, "{name:?} = {count}"),
+        };
+    }
+    format!(
+        "# What the controller costs on {name} ({triple}), from `hil-runner budget {name} --bless`.\n\
+         #\n\
+         # Compilers differ: instructions may be {percent} % or {least} off, bytes {bytes_percent} %. A better \
+         figure beyond\n\
+         # that fails too, until it is blessed: otherwise what was gained could be lost again\n\
+         # unseen. Only `--bless` writes this file.\n\n\
+         [instructions]\n{instructions}\n[bytes]\n{bytes}",
+        name = target.name(),
+        triple = target.triple(),
+        percent = INSTRUCTIONS.percent,
+        least = INSTRUCTIONS.at_least,
+        bytes_percent = BYTES.percent,
+    )
+}
+
+/// A file of goldens that cannot be used.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct GoldenError {
+    path: String,
+    because: String,
+}
+
+impl fmt::Display for GoldenError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { path, because } = self;
+        write!(f, "{path} is no file of goldens: {}", because.trim_end())
+    }
+}
+
+impl std::error::Error for GoldenError {}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used, reason = "a test stops where its setup fails")]
+mod tests {
+    use super::*;
+
+    fn figure(name: &str, max: u32, median: u32, first: Option<u32>) -> Figure {
+        Figure {
+            name: name.to_owned(),
+            amount: Amount::Instructions(Instructions { max, median, first }),
+        }
+    }
+
+    fn bytes(count: u32) -> Figure {
+        Figure {
+            name: "image".to_owned(),
+            amount: Amount::Bytes(count),
+        }
+    }
+
+    fn goldens(figures: &[Figure]) -> Goldens {
+        toml::from_str(&text(Target::M4, figures)).unwrap()
+    }
+
+    #[test]
+    fn a_file_says_what_was_written() {
+        let figures = [
+            figure("law, clamp", 71, 63, Some(168)),
+            figure("run, moving", 606, 500, None),
+            bytes(19_432),
+        ];
+        let read = goldens(&figures);
+        for figure in &figures {
+            assert_eq!(read.get(&figure.name), Some(figure.amount));
+        }
+        assert!(read.judge(&figures).iter().all(|judgement| judgement.pass));
+        assert!(toml::from_str::<Goldens>("[instruction]\n").is_err());
+    }
+
+    #[test]
+    fn three_percent_pass_and_four_fail_whether_worse_or_better() {
+        let golden = goldens(&[figure("law", 100, 100, Some(100))]);
+        let pass = |max, median, first| {
+            let [judgement] = &golden.judge(&[figure("law", max, median, Some(first))])[..] else {
+                return false;
+            };
+            judgement.pass
+        };
+        assert!(pass(103, 97, 100));
+        for (max, median, first) in [
+            (104, 100, 100),
+            (96, 100, 100),
+            (100, 104, 100),
+            (100, 100, 96),
+        ] {
+            assert!(!pass(max, median, first), "{max} {median} {first}");
+        }
+    }
+
+    #[test]
+    fn small_figures_may_be_two_instructions_off() {
+        let golden = goldens(&[figure("law", 40, 40, None)]);
+        let pass = |max| golden.judge(&[figure("law", max, 40, None)])[0].pass;
+        assert_eq!(
+            [pass(38), pass(42), pass(43), pass(37)],
+            [true, true, false, false]
+        );
+    }
+
+    #[test]
+    fn bytes_may_be_five_percent_off() {
+        let golden = goldens(&[bytes(1_000)]);
+        let pass = |count| golden.judge(&[bytes(count)])[0].pass;
+        assert_eq!(
+            [pass(1_050), pass(950), pass(1_051), pass(949)],
+            [true, true, false, false]
+        );
+    }
+
+    #[test]
+    fn the_part_that_fails_is_shown() {
+        let golden = goldens(&[figure("law", 1_000, 10, None)]);
+        let judged = golden.judge(&[figure("law", 1_020, 14, None)]);
+        let difference = judged[0].difference.unwrap();
+        assert_eq!(
+            (difference.part, difference.signed(), difference.within),
+            ("median", 4, false)
+        );
+    }
+
+    #[test]
+    fn what_is_new_or_gone_fails() {
+        let golden = goldens(&[figure("old", 10, 10, None)]);
+        let judged = golden.judge(&[figure("new", 10, 10, None)]);
+        let names: Vec<(&str, bool, bool)> = judged
+            .iter()
+            .map(|j| (j.figure.as_str(), j.golden.is_some(), j.pass))
+            .collect();
+        assert_eq!(names, [("new", false, false), ("old", true, false)]);
+        // A figure that has lost its first sample is another one.
+        let golden = goldens(&[figure("law", 10, 10, Some(10))]);
+        assert!(!golden.judge(&[figure("law", 10, 10, None)])[0].pass);
+    }
+}
