@@ -4,9 +4,10 @@
 //! One request is under way at a time. An answer counts if its frame is whole
 //! and it bears the session and the number of the request; anything else on
 //! the line is left alone. Without an answer the request is sent again, after
-//! [`Line::patience`] or at once where the chip says that it came damaged; the
-//! chip carries it out once, however often it comes. After [`GIVE_UP`] without
-//! an answer the line counts as dead.
+//! [`Line::patience`], twice that, and so on, or at once where the chip says that
+//! it came damaged; the chip carries it out once, however often it comes. After
+//! [`GIVE_UP`] without an answer, on a slow line after [`PATIENCES`], the line
+//! counts as dead.
 
 use core::fmt;
 use std::time::{Duration, Instant};
@@ -19,6 +20,9 @@ use super::line::{Line, LineError};
 
 /// How long a chip may be silent before the run ends.
 pub const GIVE_UP: Duration = Duration::from_secs(3);
+
+/// The same in patiences of the line, where that is longer.
+pub const PATIENCES: u32 = 8;
 
 /// What a client has noticed of its line. Matters of the moment: they enter no
 /// summary.
@@ -93,6 +97,9 @@ impl Client {
             return Err(ClientError::Version {
                 there: identity.version,
             });
+        }
+        if identity.timer_hz == 0 {
+            return Err(ClientError::NoTimer);
         }
         self.identity = identity;
         Ok(())
@@ -171,13 +178,19 @@ impl Client {
         let body = request.body(self.session, self.number, self.last_tick);
         let frame = body.and_then(|body| encode::<LARGEST_FRAME>(&body));
         let frame = frame.ok_or(ClientError::TooLong)?;
+        let mut patience = self.line.patience();
+        let give_up = GIVE_UP.max(patience * PATIENCES);
         let start = Instant::now();
         self.line.send(&frame).map_err(ClientError::Line)?;
         let mut buffer = [0; 256];
         loop {
-            let count = self.line.receive(&mut buffer, self.line.patience());
+            let count = self.line.receive(&mut buffer, patience);
             let count = count.map_err(ClientError::Line)?;
             let mut again = count == 0;
+            if again {
+                // A chip that is slow, not silent, must not drown in repetitions.
+                patience = (patience * 2).min(give_up / 4);
+            }
             for byte in buffer.iter().take(count) {
                 match self.receiver.take(*byte) {
                     None => {}
@@ -200,8 +213,8 @@ impl Client {
                     },
                 }
             }
-            if start.elapsed() > GIVE_UP {
-                return Err(ClientError::Silent);
+            if start.elapsed() > give_up {
+                return Err(ClientError::Silent { waited: give_up });
             }
             if again {
                 self.noticed.repeated += 1;
@@ -232,12 +245,24 @@ fn next_session(last: u16) -> u16 {
 pub enum ClientError {
     /// The line has ended.
     Line(LineError),
-    /// Nobody has answered for [`GIVE_UP`].
-    Silent,
+    /// Nobody has answered for so long.
+    Silent {
+        /// The time.
+        waited: Duration,
+    },
     /// The chip speaks another version of the protocol.
     Version {
         /// Its version.
         there: u8,
+    },
+    /// The chip says that its timer has no frequency.
+    NoTimer,
+    /// A code that the converter does not have.
+    Code {
+        /// The code.
+        code: i32,
+        /// The largest one that there is.
+        largest: i32,
     },
     /// The chip does not carry the request out.
     Refused(Nak),
@@ -251,15 +276,21 @@ impl fmt::Display for ClientError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Line(error) => error.fmt(f),
-            Self::Silent => write!(
+            Self::Silent { waited } => write!(
                 f,
                 "the controller has not answered for {} s",
-                GIVE_UP.as_secs()
+                waited.as_secs()
             ),
             Self::Version { there } => write!(
                 f,
                 "the controller speaks version {there} of the protocol, this program version \
                  {VERSION}: build image and program from the same sources"
+            ),
+            Self::NoTimer => f.write_str("the controller tells a timer of 0 Hz"),
+            Self::Code { code, largest } => write!(
+                f,
+                "the controller answers code {code}; the converter has {} to {largest}",
+                -largest - 1
             ),
             Self::Refused(nak) => match nak {
                 Nak::Session => f.write_str("the controller has restarted and lost its memory"),

@@ -23,11 +23,13 @@ pub struct ChipReport {
     pub instructions_per_step_median: Option<u32>,
     /// Most cycles of a step: counted, or instructions times
     /// `target.cycles_per_instruction`.
-    pub cycles_per_step_max: u64,
+    ///
+    /// `None`, like the next two, where the chip's timer stands still.
+    pub cycles_per_step_max: Option<u64>,
     /// Longest step as a share of the sample time \[%\].
-    pub utilisation_max_percent: f64,
+    pub utilisation_max_percent: Option<f64>,
     /// Steps that took longer than the sample time.
-    pub late_steps: u64,
+    pub late_steps: Option<u64>,
     /// Flash that the image takes \[bytes\].
     pub flash_bytes: u32,
     /// Static RAM less the table of setpoints \[bytes\].
@@ -45,9 +47,9 @@ impl ChipReport {
         match key {
             "instructions_per_step_max" => self.instructions_per_step_max.map(f64::from),
             "instructions_per_step_median" => self.instructions_per_step_median.map(f64::from),
-            "cycles_per_step_max" => Some(self.cycles_per_step_max as f64),
-            "utilisation_max_percent" => Some(self.utilisation_max_percent),
-            "late_steps" => Some(self.late_steps as f64),
+            "cycles_per_step_max" => self.cycles_per_step_max.map(|cycles| cycles as f64),
+            "utilisation_max_percent" => self.utilisation_max_percent,
+            "late_steps" => self.late_steps.map(|steps| steps as f64),
             "flash_bytes" => Some(f64::from(self.flash_bytes)),
             "ram_bytes" => Some(f64::from(self.ram_bytes)),
             "stack_bytes" => self.stack_bytes.map(f64::from),
@@ -128,6 +130,8 @@ impl BusyFigures {
             let count = count.filter(|_| self.counts_instructions)?;
             u32::try_from(count).ok()
         };
+        // Every step takes some cycles, where the timer runs.
+        let runs = self.most_cycles > 0;
         ChipReport {
             target: name_of(identity),
             image_hash: format!("{:08x}", identity.image_crc),
@@ -135,9 +139,10 @@ impl BusyFigures {
             clock_hz,
             instructions_per_step_max: instructions(all.last().copied()),
             instructions_per_step_median: instructions(median(&all)),
-            cycles_per_step_max: self.most_cycles,
-            utilisation_max_percent: 100.0 * self.longest_ns as f64 / period_ns as f64,
-            late_steps: self.late_steps,
+            cycles_per_step_max: runs.then_some(self.most_cycles),
+            utilisation_max_percent: runs
+                .then_some(100.0 * self.longest_ns as f64 / period_ns as f64),
+            late_steps: runs.then_some(self.late_steps),
             flash_bytes: identity.flash_bytes,
             ram_bytes: identity.ram_bytes,
             stack_bytes: Some(status.stack_bytes).filter(|bytes| *bytes > 0),
@@ -146,10 +151,15 @@ impl BusyFigures {
     }
 }
 
-/// What a chip calls itself.
+/// What a chip calls itself; what is no letter, number or sign is a question
+/// mark.
 pub fn name_of(identity: &Identity) -> String {
     let name = identity.target.iter().take_while(|byte| **byte != 0);
-    name.map(|byte| char::from(*byte)).collect()
+    name.map(|byte| match char::from(*byte) {
+        sign if sign.is_ascii_graphic() => sign,
+        _ => '?',
+    })
+    .collect()
 }
 
 /// The lower median of sorted counts.
@@ -197,8 +207,9 @@ mod tests {
         );
         assert_eq!(report.instructions_per_step_max, Some(30));
         assert_eq!(report.instructions_per_step_median, Some(10));
-        assert_eq!((report.cycles_per_step_max, report.late_steps), (120, 1));
-        assert_eq!(report.utilisation_max_percent, 120.0);
+        assert_eq!(report.cycles_per_step_max, Some(120));
+        assert_eq!(report.late_steps, Some(1));
+        assert_eq!(report.utilisation_max_percent, Some(120.0));
         assert_eq!(report.stack_bytes, None);
         let moving = StateCost {
             state: "moving",

@@ -143,7 +143,8 @@ impl Guarded {
             }
         };
         // QEMU warns of network cards that nobody has asked for.
-        let said = |line: &&str| !line.contains("warning: ");
+        // The name of a pseudo-terminal is no reason either.
+        let said = |line: &&str| !line.contains("warning: ") && !line.contains(" redirected to ");
         Some(match self.said().lines().rfind(said) {
             Some(said) => format!("{ended}; it said: {said}"),
             None => ended,

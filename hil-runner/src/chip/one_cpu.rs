@@ -8,8 +8,8 @@ use std::time::Duration;
 
 use super::line::{Line, LineError};
 
-/// Keeps this thread, and the processes that it starts, on the processor that
-/// it runs on, until this is dropped in the same thread.
+/// Keeps this thread, and the processes that it starts, on one processor, until
+/// this is dropped in the same thread.
 #[derive(Debug)]
 pub(super) struct OneCpu {
     /// Where the thread might run before.
@@ -20,10 +20,19 @@ pub(super) struct OneCpu {
 #[cfg(target_os = "linux")]
 impl OneCpu {
     pub(super) fn keep() -> Self {
-        use rustix::thread::{CpuSet, sched_getaffinity, sched_getcpu, sched_setaffinity};
+        use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
         let before = sched_getaffinity(None).ok();
         let mut one = CpuSet::new();
-        one.set(sched_getcpu());
+        if let Some(before) = &before {
+            let allowed: Vec<usize> = (0..CpuSet::MAX_CPU)
+                .filter(|cpu| before.is_set(*cpu))
+                .collect();
+            // Two runs at once, started one after the other, take two of them.
+            let turn = usize::try_from(std::process::id()).unwrap_or(0) % allowed.len().max(1);
+            if let Some(cpu) = allowed.get(turn) {
+                one.set(*cpu);
+            }
+        }
         // Where the system does not allow it, only speed is lost.
         let kept = sched_setaffinity(None, &one).is_ok();
         Self {

@@ -189,7 +189,7 @@ impl fmt::Display for UnknownLink {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "{} is no link; it must be in-process, channel, qemu[:m4|m0|m3|rv32], \
+            "{} is no link to a chip; it must be qemu[:m4|m0|m3|rv32], \
              qemu-uart[:m4|m0|m3|rv32] or serial:PORT[@BAUD]",
             self.0
         )

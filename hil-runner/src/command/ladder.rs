@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow};
 use clap::Args;
 use hil_runner::bench::fault_warning;
-use hil_runner::case::{Case, Law};
+use hil_runner::case::{Case, ComputationDelay, Law};
 use hil_runner::chip::spec::ChipLink;
 use hil_runner::ladder::{climb, climb_on_chip};
 use hil_runner::output::OutputFile;
@@ -56,6 +56,7 @@ impl Ladder {
         }
         let mut page = OutputFile::create(&self.report)?;
         let mut chip = self.link.as_ref().map(OpenChip::open).transpose()?;
+        let on_chip = self.case_on_chip()?;
         let cases: Vec<Case> = files.iter().map(|file| file.case.clone()).collect();
         let mut progress = files.first().map(|file| Progress::of(&file.case));
         let mut sink = |row: &_| {
@@ -64,7 +65,7 @@ impl Ladder {
                 .map_or(Ok(()), |progress| progress.row(row))
         };
         let mut rungs = climb(&cases, RunOptions::default(), &mut sink);
-        if let (Ok(rungs), Some(chip), Some(case)) = (&mut rungs, &mut chip, cases.last()) {
+        if let (Ok(rungs), Some(chip), Some(case)) = (&mut rungs, &mut chip, &on_chip) {
             let mut under_test = chip.under_test();
             let options = RunOptions::default();
             if let Err(error) = climb_on_chip(rungs, case, options, &mut under_test, &mut sink) {
@@ -108,13 +109,26 @@ impl Ladder {
         Ok(true)
     }
 
+    /// The case that the chip gets: the one that was asked for, on rung
+    /// `firmware`.
+    fn case_on_chip(&self) -> anyhow::Result<Option<Case>> {
+        let mut sets = self.sets.clone();
+        sets.push(format!("controller.law={}", Law::Firmware.name()));
+        let files = super::run::load(std::slice::from_ref(&self.case), &sets)?;
+        Ok(files.into_iter().next().map(|file| file.case))
+    }
+
     /// The case with each law, checked as if the run file had asked for it.
     fn load_rungs(&self) -> anyhow::Result<Vec<RunFile>> {
         // What is wrong on any rung is said without naming one.
-        super::run::load(std::slice::from_ref(&self.case), &self.sets)?;
+        let asked = super::run::load(std::slice::from_ref(&self.case), &self.sets)?;
         let mut files = Vec::with_capacity(Law::ALL.len());
         for law in Law::ALL {
             let mut sets = self.sets.clone();
+            if self.link.is_some() && asked.iter().any(is_measured) {
+                // No rung on this host has a time of its own: the chip adds it.
+                sets.push("controller.computation_delay_s=0".to_owned());
+            }
             sets.push(format!("controller.law={}", law.name()));
             let rung = super::run::load(std::slice::from_ref(&self.case), &sets)
                 .with_context(|| format!("rung {}", law.name()))?;
@@ -133,4 +147,9 @@ impl Ladder {
             link.collect::<String>()
         )
     }
+}
+
+/// Whether the delay is that of each step.
+fn is_measured(file: &RunFile) -> bool {
+    file.case.controller.computation_delay == ComputationDelay::Measured
 }

@@ -7,12 +7,13 @@ use hil_runner::bench::CaseRun;
 use hil_runner::case::{Case, Law};
 use hil_runner::chip;
 use hil_runner::chip::client::Client;
+use hil_runner::chip::figures::name_of;
 use hil_runner::chip::spec::{ChipLink, UnknownLink};
 use hil_runner::error::RunError;
 use hil_runner::run::{ChipUnderTest, LinkKind, RowSink, RunOptions};
 use hil_runner::runfile::RunFile;
 
-use super::terminal;
+use super::{interrupt, terminal};
 
 /// A link by its name on the command line.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -30,13 +31,16 @@ pub(super) const HELP: &str = "How controller and plant are connected: in-proces
      qemu[:m4|m0|m3|rv32], qemu-uart[:m4|m0|m3|rv32] or serial:PORT[@BAUD]; the results are the same";
 
 impl FromStr for LinkName {
-    type Err = UnknownLink;
+    type Err = String;
 
-    fn from_str(text: &str) -> Result<Self, UnknownLink> {
+    fn from_str(text: &str) -> Result<Self, String> {
         match text {
             "in-process" => Ok(Self::InProcess),
             "channel" => Ok(Self::Channel),
-            text => text.parse().map(Self::Chip),
+            text => text
+                .parse()
+                .map(Self::Chip)
+                .map_err(|unknown: UnknownLink| format!("{unknown}, in-process or channel")),
         }
     }
 }
@@ -95,6 +99,7 @@ impl LinkName {
 impl OpenChip {
     /// Opens the line and greets the chip.
     pub(super) fn open(link: &ChipLink) -> anyhow::Result<Self> {
+        interrupt::watch();
         let mut tell = |text: &str| terminal::tell(&format!("{text}\n"));
         let opened = chip::open(link, &mut tell).with_context(|| format!("--link {link}"))?;
         let client = Client::greet(opened.line).with_context(|| format!("--link {link}"))?;
@@ -107,6 +112,16 @@ impl OpenChip {
                  CRC-32 is {on_chip:08x}, that of the file {in_file:08x}"
             );
         }
+        let name = name_of(client.identity());
+        if let ChipLink::Qemu { target, .. } = link
+            && name != target.name()
+        {
+            bail!(
+                "--link {link}: the image is one for {name}, not for {}",
+                target.name()
+            );
+        }
+        interrupt::check()?;
         Ok(Self {
             link: link.clone(),
             client,

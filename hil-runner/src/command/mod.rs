@@ -33,6 +33,7 @@ pub(crate) use terminal::tell;
                   Examples:\n  \
                   hil-runner\n  \
                   hil-runner run paper-2 --trace trace.csv --summary summary.json\n  \
+                  hil-runner run paper-2 --link qemu\n  \
                   hil-runner ladder paper-1\n  \
                   hil-runner words paper-1\n  \
                   hil-runner certify paper-1 paper-2 paper-3 paper-4\n  \

@@ -27,6 +27,7 @@ use super::terminal;
                   hil-runner run paper-2 paper-2-12bit --report compare.html\n  \
                   hil-runner run paper-2-12bit --io spi\n  \
                   hil-runner run paper-2 --link qemu:m0\n  \
+                  hil-runner run paper-2 --link qemu --set controller.computation_delay_s=measured --set budget.flash_bytes=32768\n  \
                   hil-runner run axis.toml --link serial:/dev/ttyACM0@921600\n  \
                   hil-runner run paper-1 --set controller.law=quantised --set budget.final_error_um=50")]
 pub(crate) struct Run {
@@ -140,7 +141,8 @@ impl Run {
         let text = terminal::figure_table(runs)
             + &terminal::verdict_table(runs)
             + &terminal::word_tables(runs)
-            + &terminal::timing_lines(runs);
+            + &terminal::timing_lines(runs)
+            + &terminal::chip_lines(runs);
         // Data on standard output stays alone there.
         let data_on_stdout = self.outputs().any(|path| path.as_os_str() == "-");
         if data_on_stdout {

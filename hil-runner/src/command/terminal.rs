@@ -267,6 +267,34 @@ pub(crate) fn timing_lines(runs: &[CaseRun]) -> String {
     lines
 }
 
+/// What the controller's part of each run cost its chip.
+pub(crate) fn chip_lines(runs: &[CaseRun]) -> String {
+    let mut lines = String::new();
+    for run in runs {
+        let summary = &run.outcome.summary;
+        let Some(chip) = &summary.chip else { continue };
+        let step = match (chip.instructions_per_step_max, chip.cycles_per_step_max) {
+            (Some(instructions), Some(cycles)) => {
+                format!("a step {instructions} instructions at most, {cycles} cycles allowed")
+            }
+            (None, Some(cycles)) => format!("a step {cycles} cycles at most"),
+            (_, None) => "no time of its steps".to_owned(),
+        };
+        lines += &format!(
+            "{} on {}, image {}: {step}, {} % of Δt at {} MHz; {} bytes of flash, {} of RAM, {} of stack\n",
+            summary.name,
+            chip.target,
+            chip.image_hash,
+            shown(chip.utilisation_max_percent),
+            number::table(chip.clock_hz as f64 / 1e6),
+            chip.flash_bytes,
+            chip.ram_bytes,
+            shown(chip.stack_bytes.map(f64::from)),
+        );
+    }
+    lines
+}
+
 /// The rungs of a ladder.
 pub(crate) fn ladder_table(rungs: &[Rung]) -> String {
     let header = [

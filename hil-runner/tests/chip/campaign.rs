@@ -79,3 +79,53 @@ fn a_restart_in_mid_move_is_noticed() {
     // It can be used again at once.
     assert!(on_chip(&case("paper-2", &[]), &mut client).is_ok());
 }
+
+/// A whole frame with a code that the converter does not have.
+#[test]
+fn a_code_out_of_range_is_not_applied() {
+    use firmware::link::Reply;
+    use firmware::link::frame::{LARGEST_FRAME, Received, Receiver, encode};
+    use hil_runner::chip::line::{Line, LineError};
+    use std::time::Duration;
+
+    #[derive(Debug)]
+    struct Wild(Loopback, i32);
+    impl Line for Wild {
+        fn send(&mut self, bytes: &[u8]) -> Result<(), LineError> {
+            self.0.send(bytes)
+        }
+        fn receive(&mut self, buffer: &mut [u8], timeout: Duration) -> Result<usize, LineError> {
+            let count = self.0.receive(buffer, timeout)?;
+            let mut receiver = Receiver::new();
+            for byte in &buffer[..count] {
+                let Some(Received::Body(body)) = receiver.take(*byte) else {
+                    continue;
+                };
+                let Some((header, Reply::Stepped(mut stepped))) = Reply::read(body) else {
+                    continue;
+                };
+                if header.number > 600 {
+                    stepped.code = self.1;
+                }
+                let body = Reply::Stepped(stepped).body(header.session, header.number);
+                let frame = encode::<LARGEST_FRAME>(&body.unwrap()).unwrap();
+                buffer[..frame.len()].copy_from_slice(&frame);
+                return Ok(frame.len());
+            }
+            Ok(count)
+        }
+        fn patience(&self) -> Duration {
+            Duration::ZERO
+        }
+    }
+    let run = |code| {
+        let line = Wild(Loopback::new(), code);
+        let mut client = Client::greet(Box::new(line)).unwrap();
+        on_chip(&case("paper-2", &[]), &mut client)
+    };
+    let error = run(8_192).unwrap_err();
+    let sentence = "answers code 8192; the converter has -8192 to 8191";
+    assert!(error.contains(sentence), "{error}");
+    // The contrast: the largest code is one of the converter's.
+    assert!(run(8_191).is_ok());
+}

@@ -4,7 +4,7 @@ use core::fmt;
 
 use firmware::link::request::MOST_SETPOINTS;
 use firmware::link::{Events, Request, SourceKind, settings as wire};
-use firmware::{CAPACITY, SetpointTable, State};
+use firmware::{CAPACITY, Dac, SetpointTable, State};
 
 use super::{ChipLaw, Kind, Meter, RemoteAxis};
 use crate::case::{Case, Law};
@@ -30,6 +30,7 @@ impl<'c> ChipLaw<'c> {
         if case.controller.law != Law::Firmware {
             return Err(ChipLawError::Law(case.controller.law));
         }
+        let dac = Dac::with_bits(case.dac.bits).map_err(QuantiseError::Dac)?;
         client.begin_session()?;
         let kind = if case.servo.is_off() {
             paper(client, case, period_ns)?
@@ -40,6 +41,7 @@ impl<'c> ChipLaw<'c> {
         Ok(Self {
             client,
             kind,
+            dac,
             meter,
             steps: 0,
         })

@@ -7,7 +7,7 @@ mod meter;
 use firmware::axis::Inputs;
 use firmware::law::Law;
 use firmware::link::{Events, Reply, Request, Status, Step, Stepped, settings as wire};
-use firmware::{Board, Next, Observed, State, counts};
+use firmware::{Board, Dac, Next, Observed, State, counts};
 
 use super::servo_law::{BenchBoard, Reported, StreamedQueue, World};
 use super::whole;
@@ -23,6 +23,8 @@ pub use meter::Meter;
 pub struct ChipLaw<'c> {
     client: &'c mut Client,
     kind: Kind,
+    /// The converter that the codes are for.
+    dac: Dac,
     meter: Meter,
     steps: u64,
 }
@@ -71,6 +73,12 @@ impl ChipLaw<'_> {
     fn step(&mut self, step: Step) -> Result<Stepped, ClientError> {
         let stepped = self.client.step(step)?;
         self.steps += 1;
+        // A frame that is whole may still come from a controller that is not.
+        let code = stepped.code;
+        if code < self.dac.min_code() || code > self.dac.max_code() {
+            let largest = self.dac.max_code();
+            return Err(ClientError::Code { code, largest });
+        }
         Ok(stepped)
     }
 
