@@ -288,3 +288,38 @@ fn every_refusal_reads_as_it_was_written() {
     unknown[cause] += 1;
     assert_eq!(Reply::read(&unknown), None);
 }
+
+proptest::proptest! {
+    #![proptest_config(proptest::test_runner::Config::with_cases(20_000))]
+
+    /// Whatever a whole frame says, the server answers with a reply that can be
+    /// read, or with nothing, and goes on serving.
+    #[test]
+    fn any_body_is_answered_or_left(
+        bodies in proptest::collection::vec(
+            (0_u8..12, 0_u8..3, 0_u32..7, proptest::collection::vec(proptest::num::u8::ANY, 0..60)),
+            1..12,
+        ),
+        begun in proptest::bool::ANY,
+    ) {
+        let mut table = SetpointTable::resting_at(0);
+        let mut server = if begun {
+            configured(&mut table).server
+        } else {
+            Server::new(&mut table)
+        };
+        for (kind, session, number, rest) in bodies {
+            let mut body = vec![kind, session, 0];
+            body.extend(number.to_le_bytes());
+            body.extend(rest);
+            if let Some(reply) = server.answer(Received::Body(&body), &mut Memory) {
+                let (header, _) = Reply::read(&reply).expect("a reply");
+                proptest::prop_assert_eq!(header.number, number);
+            }
+        }
+        let hello = Request::Hello.body(77, 0, 0).unwrap();
+        let reply = server.answer(Received::Body(&hello), &mut Memory).unwrap();
+        let (_, reply) = Reply::read(&reply).unwrap();
+        proptest::prop_assert!(matches!(reply, Reply::Hello(_)));
+    }
+}
