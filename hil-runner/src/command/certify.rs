@@ -39,20 +39,11 @@ pub(crate) struct Certify {
     cases: Vec<String>,
     /// Chip: qemu[:m4|m0|m3|rv32], qemu-uart[:m4|m0|m3|rv32] or serial:PORT[@BAUD]; may be
     /// given several times. Without it, every target that can be run in QEMU here
-    #[arg(long = "link", value_name = "LINK", value_parser = chip_link)]
+    #[arg(long = "link", value_name = "LINK")]
     links: Vec<ChipLink>,
     /// Override a key of the run file; the value is TOML, a bare word a string
     #[arg(long = "set", value_name = "KEY.PATH=VALUE")]
     sets: Vec<String>,
-}
-
-fn chip_link(text: &str) -> Result<ChipLink, String> {
-    text.parse().map_err(|_| {
-        format!(
-            "{text} is no link to a chip; it must be qemu[:m4|m0|m3|rv32], \
-             qemu-uart[:m4|m0|m3|rv32] or serial:PORT[@BAUD]"
-        )
-    })
 }
 
 /// What was computed, and where.

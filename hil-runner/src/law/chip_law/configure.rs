@@ -43,7 +43,6 @@ impl<'c> ChipLaw<'c> {
             kind,
             dac,
             meter,
-            steps: 0,
         })
     }
 }

@@ -26,7 +26,6 @@ pub struct ChipLaw<'c> {
     /// The converter that the codes are for.
     dac: Dac,
     meter: Meter,
-    steps: u64,
 }
 
 /// What runs on the chip.
@@ -53,11 +52,6 @@ struct RemoteAxis {
 }
 
 impl ChipLaw<'_> {
-    /// Samples that the chip has computed.
-    pub fn steps(&self) -> u64 {
-        self.steps
-    }
-
     /// How the chip has fared, and the clock that its times are given at
     /// \[Hz\].
     ///
@@ -72,7 +66,6 @@ impl ChipLaw<'_> {
 
     fn step(&mut self, step: Step) -> Result<Stepped, ClientError> {
         let stepped = self.client.step(step)?;
-        self.steps += 1;
         // A frame that is whole may still come from a controller that is not.
         let code = stepped.code;
         if code < self.dac.min_code() || code > self.dac.max_code() {
