@@ -32,6 +32,7 @@ pub mod report_data;
 pub mod run;
 pub mod runfile;
 pub mod servo;
+pub mod study;
 pub mod summary;
 pub mod time;
 pub mod timing;

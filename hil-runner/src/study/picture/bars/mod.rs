@@ -1,0 +1,232 @@
+//! Kind `bars`: a figure by categories. The bars lie level, since names of any
+//! length have room on their left and any number of bars below each other.
+
+mod bar;
+
+use super::axis::{Axis, Direction, Margin, Spacing, extent, label_of};
+use super::canvas::{Anchor, Area, Canvas, Lettering};
+use super::colour::{Colour, series};
+use super::frame::{Frame, room_below};
+use super::group::{Different, Spread};
+use super::label::{Label, capital};
+use super::legend::{Entry, Group, Key};
+use super::lines::{LIMIT_LINE, with_limits, with_sign};
+use super::note::{Chosen, LeftOut};
+use super::sheet::{EDGE, Sheet, WIDTH};
+use super::spec::{Bars, Picture};
+use super::text::{LINE, TICK_PX, fold, width};
+use super::{PictureError, Table};
+use bar::{draw_bar, draw_name, draw_number};
+
+/// Height of a bar, of the room between categories \[px\].
+const BAR: f64 = 19.0;
+const APART: f64 = 12.0;
+/// Names are folded to this width \[px\].
+const NAMES: f64 = 230.0;
+/// More bars than this need another picture.
+const MOST_BARS: usize = 400;
+
+/// What the bars show.
+struct Data {
+    categories: Different,
+    series: Option<Different>,
+    /// Category by category, one per series.
+    bars: Vec<Option<Spread>>,
+}
+
+impl Data {
+    fn of(
+        bars: &Bars,
+        table: &Table,
+        rows: &[usize],
+        left_out: &mut LeftOut,
+    ) -> Result<Self, PictureError> {
+        let categories = Different::of(table.column(&bars.category)?, rows)?;
+        let series = match &bars.series {
+            Some(name) => Some(Different::of(table.column(name)?, rows)?),
+            None => None,
+        };
+        let count = series.as_ref().map_or(1, Different::len);
+        if categories.len() * count > MOST_BARS {
+            return Err(PictureError::TooManyBars(categories.len() * count));
+        }
+        let values = table.column(&bars.y)?.numbers()?;
+        let log = bars.y_axis.spacing == Spacing::Log;
+        let mut of_bar: Vec<Vec<f64>> = vec![Vec::new(); categories.len() * count];
+        for &row in rows {
+            let within = match &series {
+                Some(series) => series.of_row[row],
+                None => Some(0),
+            };
+            left_out.of += 1;
+            match (categories.of_row[row], within, values[row]) {
+                (Some(_), Some(_), Some(value)) if log && value <= 0.0 => {
+                    left_out.not_above_0 += 1;
+                }
+                (Some(category), Some(within), Some(value)) => {
+                    of_bar[category * count + within].push(value);
+                }
+                _ => left_out.missing += 1,
+            }
+        }
+        let most = of_bar.iter().map(Vec::len).max();
+        left_out.shared = most.unwrap_or(0);
+        Ok(Self {
+            categories,
+            series,
+            bars: of_bar.into_iter().map(Spread::of).collect(),
+        })
+    }
+
+    fn per_category(&self) -> usize {
+        self.series.as_ref().map_or(1, |series| series.len().max(1))
+    }
+
+    fn colour(&self, at: usize) -> Colour {
+        match &self.series {
+            Some(names) => series(at, names.len(), names.numbers.is_some()),
+            None => series(0, 1, false),
+        }
+    }
+
+    fn spreads(&self) -> impl Iterator<Item = Spread> {
+        self.bars.iter().filter_map(|bar| *bar)
+    }
+}
+
+pub(super) fn draw(spec: &Picture, bars: &Bars, table: &Table) -> Result<String, PictureError> {
+    let Chosen { rows, mut notes } = Chosen::of(spec, table)?;
+    let mut left_out = LeftOut::default();
+    let data = Data::of(bars, table, &rows, &mut left_out)?;
+    let label = label_of(table.column(&bars.y)?, bars.y_axis.label.as_ref());
+    let log = bars.y_axis.spacing == Spacing::Log;
+    let span = extent(data.spreads().flat_map(|bar| [bar.low, bar.high]));
+    let limits = match &bars.limit {
+        Some(limit) => with_sign(limit.value, span, log),
+        None => Vec::new(),
+    };
+    let names: Vec<Vec<String>> = data
+        .categories
+        .names
+        .iter()
+        .map(|name| fold(name, TICK_PX, NAMES))
+        .collect();
+    let widest = names.iter().flatten().map(|line| width(line, TICK_PX));
+    let left = EDGE + widest.fold(0.0, f64::max) + 12.0;
+    let right = WIDTH - EDGE - 12.0;
+    // Room for the number behind the longest bar.
+    let room = NUMBER_PX / (right - left);
+    let span = with_limits(span, &limits, log).map(|span| with_room(span, room, log));
+    let mut axis = Axis::new(&bars.y_axis, &label, span, Margin::None)?;
+    axis.fit(right - left, Direction::Across);
+    let beyond = |bar: &Spread| !axis.holds(bar.median);
+    left_out.beyond = data.spreads().filter(beyond).count();
+    let groups = legend(bars, &data, &label);
+    notes.extend(left_out.notes("Bars and numbers: medians, lines: smallest to largest"));
+    if log {
+        notes
+            .push("The axis is logarithmic: compare where bars end, not how long they are.".into());
+    }
+    let sheet = Sheet::new(&spec.title, &groups, &notes);
+    let heading = match &bars.category_label {
+        Some(words) => words.clone(),
+        None => Label::of(&bars.category).words,
+    };
+    let top = sheet.top() + TICK_PX * LINE;
+    let heights: Vec<f64> = names
+        .iter()
+        .map(|lines| {
+            let text = lines.len() as f64 * TICK_PX * LINE;
+            APART + text.max(data.per_category() as f64 * BAR)
+        })
+        .collect();
+    let tall = heights.iter().sum::<f64>().max(60.0);
+    let frame = Frame {
+        area: Area {
+            left,
+            top,
+            right,
+            bottom: top + tall,
+        },
+        x: &axis,
+        y: &Axis::of_places(String::new(), &[]),
+    };
+    let bottom = frame.area.bottom + room_below(&axis, right - left);
+    sheet.draw(bottom, &spec.words(), |canvas: &mut Canvas| {
+        let mut lettering = Lettering::of(TICK_PX, Anchor::Start);
+        lettering.bold = true;
+        canvas.text(&heading, (EDGE, top - 0.6 * TICK_PX), &lettering);
+        frame.draw_grid(canvas);
+        frame.draw_axes(canvas, true);
+        let mut y = top;
+        let mut placed = Vec::new();
+        for ((lines, height), at) in names.iter().zip(&heights).zip(0_usize..) {
+            draw_name(canvas, lines, (left - 10.0, y + 0.5 * height));
+            let count = data.per_category();
+            let mut bar_top = y + 0.5 * (height - count as f64 * BAR);
+            for within in 0..count {
+                let bar = data.bars.get(at * count + within).copied().flatten();
+                placed.push((bar_top, bar, data.colour(within)));
+                bar_top += BAR;
+            }
+            y += height;
+        }
+        for &(top, bar, colour) in &placed {
+            draw_bar(canvas, &frame, top, bar, colour);
+        }
+        for x in limits.iter().filter_map(|&limit| frame.across(limit)) {
+            if (left..=right).contains(&x) {
+                canvas.path(&[(x, top), (x, top + tall)], &LIMIT_LINE);
+            }
+        }
+        for &(top, bar, colour) in &placed {
+            draw_number(canvas, &frame, top, bar, colour);
+        }
+        if data.spreads().next().is_none() {
+            frame.draw_nothing(canvas);
+        }
+    })
+}
+
+/// Room for the number behind a bar \[px\].
+const NUMBER_PX: f64 = 74.0;
+
+/// The span from 0 on (a logarithmic one from below the smallest bar), with
+/// room for numbers behind the bars.
+fn with_room((low, high): (f64, f64), room: f64, log: bool) -> (f64, f64) {
+    if log {
+        let grown = libm::pow(high / low, room / (1.0 - room));
+        return (low / 2.0, high * grown.max(1.2));
+    }
+    let (low, high) = (low.min(0.0), high.max(0.0));
+    let more = room / (1.0 - 2.0 * room) * (high - low);
+    let below = if low < 0.0 { more } else { 0.0 };
+    let above = if high > 0.0 { more } else { 0.0 };
+    (low - below, high + above)
+}
+
+fn legend(bars: &Bars, data: &Data, label: &Label) -> Vec<Group> {
+    let mut groups = Vec::new();
+    if let (Some(column), Some(series)) = (&bars.series, &data.series) {
+        let entries = series.names.iter().enumerate().map(|(at, name)| Entry {
+            key: Key::Field(data.colour(at)),
+            words: name.clone(),
+        });
+        let group = Group {
+            heading: format!("{}:", Label::of(column).words),
+            entries: entries.collect(),
+        };
+        groups.extend((!group.entries.is_empty()).then_some(group));
+    }
+    if let Some(limit) = &bars.limit {
+        let value = super::group::in_words(limit.value, label);
+        groups.push(Group {
+            heading: String::new(),
+            entries: vec![Entry {
+                key: Key::Line(LIMIT_LINE, None),
+                words: capital(&format!("{}: {value}", limit.label)),
+            }],
+        });
+    }
+    groups
+}

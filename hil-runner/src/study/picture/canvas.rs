@@ -1,0 +1,285 @@
+//! The sheet that everything is drawn on, in pixels with a tenth between.
+
+use plotters::backend::{DrawingBackend, SVGBackend};
+use plotters::style::TextStyle;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::{Color, FontDesc, FontFamily, FontStyle, FontTransform, ShapeStyle};
+
+use super::PictureError;
+use super::clip::dashes;
+use super::colour::{Colour, INK};
+
+/// A point \[px\], y downwards.
+pub(super) type Point = (f64, f64);
+
+/// Steps of a pixel. The library counts in whole units, and a curve in whole
+/// pixels would be a staircase.
+const STEPS: f64 = 10.0;
+
+/// The SVG backend writes a font's size divided by this.
+const FONT_FACTOR: f64 = 1.24;
+
+/// A rectangle \[px\].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Area {
+    pub(super) left: f64,
+    pub(super) top: f64,
+    pub(super) right: f64,
+    pub(super) bottom: f64,
+}
+
+impl Area {
+    pub(super) fn width(&self) -> f64 {
+        self.right - self.left
+    }
+
+    pub(super) fn height(&self) -> f64 {
+        self.bottom - self.top
+    }
+
+    pub(super) fn middle(&self) -> Point {
+        (
+            f64::midpoint(self.left, self.right),
+            f64::midpoint(self.top, self.bottom),
+        )
+    }
+
+    /// Whether a point lies in it, its edge included.
+    pub(super) fn holds(&self, (x, y): Point) -> bool {
+        // The half step that drawing rounds away.
+        let half = 0.5 / STEPS;
+        (self.left - half..=self.right + half).contains(&x)
+            && (self.top - half..=self.bottom + half).contains(&y)
+    }
+
+    /// Whether two rectangles share a point.
+    pub(super) fn meets(&self, other: &Area) -> bool {
+        self.left < other.right
+            && other.left < self.right
+            && self.top < other.bottom
+            && other.top < self.bottom
+    }
+}
+
+/// How a line is drawn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Stroke {
+    pub(super) colour: Colour,
+    pub(super) width_px: f64,
+    /// Drawn and left out by turns \[px\]; empty for a solid line.
+    pub(super) dash: &'static [f64],
+}
+
+impl Stroke {
+    pub(super) const fn solid(colour: Colour, width_px: f64) -> Self {
+        let dash = &[];
+        Self {
+            colour,
+            width_px,
+            dash,
+        }
+    }
+}
+
+/// Where a text stands from its point; its middle line is always at the point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Anchor {
+    Start,
+    Middle,
+    End,
+}
+
+/// How a text is drawn.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Lettering {
+    pub(super) size_px: f64,
+    pub(super) anchor: Anchor,
+    pub(super) colour: Colour,
+    pub(super) bold: bool,
+    /// Turned to be read from the right.
+    pub(super) upwards: bool,
+}
+
+impl Lettering {
+    pub(super) const fn of(size_px: f64, anchor: Anchor) -> Self {
+        Self {
+            size_px,
+            anchor,
+            colour: INK,
+            bold: false,
+            upwards: false,
+        }
+    }
+}
+
+/// A picture while it is drawn.
+pub(super) struct Canvas<'a> {
+    backend: SVGBackend<'a>,
+    /// The first thing that went wrong; nothing is drawn after it.
+    fault: Option<PictureError>,
+}
+
+impl<'a> Canvas<'a> {
+    /// An empty sheet of that size that is written to `svg`.
+    pub(super) fn new(svg: &'a mut String, size_px: (f64, f64)) -> Self {
+        let size = (
+            whole(size_px.0).unsigned_abs(),
+            whole(size_px.1).unsigned_abs(),
+        );
+        Self {
+            backend: SVGBackend::with_string(svg, size),
+            fault: None,
+        }
+    }
+
+    fn note<E: std::error::Error>(&mut self, result: Result<(), E>) {
+        if let Err(error) = result {
+            let fault = PictureError::Drawing(error.to_string());
+            self.fault.get_or_insert(fault);
+        }
+    }
+
+    /// A filled rectangle.
+    pub(super) fn fill(&mut self, area: &Area, colour: Colour) {
+        let style = ShapeStyle::from(&colour).filled();
+        let (from, to) = corners(area);
+        let result = self.backend.draw_rect(from, to, &style, true);
+        self.note(result);
+    }
+
+    /// A line through these points, dashes and all.
+    pub(super) fn path(&mut self, points: &[Point], stroke: &Stroke) {
+        if points.len() < 2 {
+            return;
+        }
+        let style = line_style(stroke);
+        if stroke.dash.is_empty() {
+            let result = self.backend.draw_path(points.iter().map(units), &style);
+            return self.note(result);
+        }
+        for dash in dashes(points, stroke.dash) {
+            let result = self.backend.draw_path(dash.iter().map(units), &style);
+            self.note(result);
+        }
+    }
+
+    /// A filled polygon; `share` below 1 lets what is under it through.
+    pub(super) fn polygon(&mut self, points: &[Point], colour: Colour, share: f64) {
+        let style = ShapeStyle::from(&colour.mix(share)).filled();
+        let result = self.backend.fill_polygon(points.iter().map(units), &style);
+        self.note(result);
+    }
+
+    /// A filled circle.
+    pub(super) fn circle(&mut self, centre: Point, radius_px: f64, colour: Colour) {
+        let style = ShapeStyle::from(&colour).filled();
+        let radius = whole(radius_px).unsigned_abs();
+        let result = self
+            .backend
+            .draw_circle(units(&centre), radius, &style, true);
+        self.note(result);
+    }
+
+    /// The outline of a rectangle.
+    pub(super) fn outline(&mut self, area: &Area, stroke: &Stroke) {
+        let (left, top, right, bottom) = (area.left, area.top, area.right, area.bottom);
+        let corners = [
+            (left, top),
+            (right, top),
+            (right, bottom),
+            (left, bottom),
+            (left, top),
+        ];
+        self.path(&corners, stroke);
+    }
+
+    /// A line of text.
+    pub(super) fn text(&mut self, text: &str, at: Point, lettering: &Lettering) {
+        let style = if lettering.bold {
+            FontStyle::Bold
+        } else {
+            FontStyle::Normal
+        };
+        let size = lettering.size_px * STEPS * FONT_FACTOR;
+        let mut font = FontDesc::new(FontFamily::SansSerif, size, style);
+        if lettering.upwards {
+            font = font.transform(FontTransform::Rotate270);
+        }
+        let h_pos = match lettering.anchor {
+            Anchor::Start => HPos::Left,
+            Anchor::Middle => HPos::Center,
+            Anchor::End => HPos::Right,
+        };
+        let style = TextStyle {
+            font,
+            color: lettering.colour.to_backend_color(),
+            pos: Pos::new(h_pos, VPos::Center),
+        };
+        let result = self.backend.draw_text(text, &style, units(&at));
+        self.note(result);
+    }
+
+    /// Ends the drawing.
+    pub(super) fn finish(mut self) -> Result<(), PictureError> {
+        let result = self.backend.present();
+        self.note(result);
+        self.fault.map_or(Ok(()), Err)
+    }
+}
+
+/// Tenths of a pixel.
+#[allow(
+    clippy::cast_possible_truncation,
+    reason = "a picture is some 10⁴ steps wide; beyond, the cast holds the ends"
+)]
+fn whole(px: f64) -> i32 {
+    (px * STEPS).round() as i32
+}
+
+fn units(&(x, y): &Point) -> (i32, i32) {
+    (whole(x), whole(y))
+}
+
+fn corners(area: &Area) -> ((i32, i32), (i32, i32)) {
+    (
+        units(&(area.left, area.top)),
+        units(&(area.right, area.bottom)),
+    )
+}
+
+fn line_style(stroke: &Stroke) -> ShapeStyle {
+    ShapeStyle::from(&stroke.colour).stroke_width(whole(stroke.width_px).unsigned_abs())
+}
+
+/// The SVG with a head of our own: its size in pixels over the same units, what
+/// it shows in words for those who cannot see it, and round joints.
+pub(super) fn with_head(svg: &str, size_px: (f64, f64), title: &str, words: &str) -> String {
+    let (width, height) = size_px;
+    let body = svg.split_once('\n').map_or(svg, |(_, body)| body);
+    format!(
+        "<svg width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {} {}\" \
+         xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" aria-label=\"{}\" \
+         stroke-linejoin=\"round\">\n<desc>{}</desc>\n{body}",
+        whole(width),
+        whole(height),
+        escaped(title),
+        escaped(words),
+    )
+}
+
+/// A text that may stand in XML.
+fn escaped(text: &str) -> String {
+    let mut escaped = String::with_capacity(text.len());
+    for letter in text.chars() {
+        match letter {
+            '<' => escaped.push_str("&lt;"),
+            '>' => escaped.push_str("&gt;"),
+            '&' => escaped.push_str("&amp;"),
+            '"' => escaped.push_str("&quot;"),
+            // No XML holds other control characters.
+            letter if letter.is_control() => escaped.push(' '),
+            letter => escaped.push(letter),
+        }
+    }
+    escaped
+}

@@ -1,0 +1,161 @@
+//! Rows that belong together: the values of a column, and their spread.
+
+use super::PictureError;
+use super::label::Label;
+use super::power::power_of_ten;
+use super::table::{Column, Values};
+use crate::report::number;
+
+/// The different values of a column among some rows.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Different {
+    /// Which of the values each row of the table has; `None` without a value,
+    /// or where the row is not among those asked for.
+    pub(super) of_row: Vec<Option<usize>>,
+    /// The values in words, numbers with their unit.
+    pub(super) names: Vec<String>,
+    /// The values where they are numbers, ascending.
+    pub(super) numbers: Option<Vec<f64>>,
+}
+
+impl Different {
+    /// Numbers that differ by rounding alone are one value; words keep the
+    /// order in which they first stand.
+    pub(super) fn of(column: &Column, rows: &[usize]) -> Result<Self, PictureError> {
+        match &column.values {
+            Values::Number(_) => Self::numbers(column, rows),
+            Values::Text(words) => Ok(Self::words(words, rows)),
+        }
+    }
+
+    fn numbers(column: &Column, rows: &[usize]) -> Result<Self, PictureError> {
+        let values = column.numbers()?;
+        let mut sorted: Vec<f64> = rows.iter().filter_map(|&row| values[row]).collect();
+        sorted.sort_by(f64::total_cmp);
+        sorted.dedup_by(|next, first| (*next - *first).abs() <= 1e-9 * first.abs());
+        let mut of_row = vec![None; values.len()];
+        for &row in rows {
+            of_row[row] = values[row].map(|value| {
+                // The last that is not larger; a value merged into its
+                // neighbour is a rounding above it.
+                sorted.partition_point(|&known| known <= value).max(1) - 1
+            });
+        }
+        let label = Label::of(&column.name);
+        Ok(Self {
+            of_row,
+            names: sorted
+                .iter()
+                .map(|&value| in_words(value, &label))
+                .collect(),
+            numbers: Some(sorted),
+        })
+    }
+
+    fn words(words: &[String], rows: &[usize]) -> Self {
+        let mut names: Vec<String> = Vec::new();
+        let mut of_row = vec![None; words.len()];
+        for &row in rows {
+            let word = &words[row];
+            let known = names.iter().position(|name| name == word);
+            of_row[row] = Some(known.unwrap_or_else(|| {
+                names.push(word.clone());
+                names.len() - 1
+            }));
+        }
+        Self {
+            of_row,
+            names,
+            numbers: None,
+        }
+    }
+
+    /// Number of different values.
+    pub(super) fn len(&self) -> usize {
+        self.names.len()
+    }
+}
+
+/// A number with its unit, by a prefix where that reads better.
+pub(super) fn in_words(value: f64, label: &Label) -> String {
+    let unit = label.unit();
+    let suited = unit.suited(value.abs());
+    // A power of ten before the unit of a single number would look odd.
+    let shown = match suited.base {
+        Some(_) => suited,
+        None => unit.plain(),
+    };
+    let value = number::significant(value * power_of_ten(shown.shift), 4);
+    let text = number::table(value);
+    match shown.symbol.as_str() {
+        "" => text,
+        "°" | "%" => format!("{text}\u{a0}{}", shown.symbol),
+        symbol => format!("{text}\u{a0}{symbol}"),
+    }
+}
+
+/// Several values of one place.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Spread {
+    pub(super) median: f64,
+    pub(super) low: f64,
+    pub(super) high: f64,
+    pub(super) count: usize,
+}
+
+impl Spread {
+    /// The spread of some values, if there are any.
+    pub(super) fn of(mut values: Vec<f64>) -> Option<Self> {
+        values.sort_by(f64::total_cmp);
+        let (low, high) = (*values.first()?, *values.last()?);
+        let count = values.len();
+        let median = f64::midpoint(values[(count - 1) / 2], values[count / 2]);
+        Some(Self {
+            median,
+            low,
+            high,
+            count,
+        })
+    }
+
+    /// The spread in another unit; `factor` is above 0.
+    pub(super) fn scaled(self, factor: f64) -> Self {
+        Self {
+            median: self.median * factor,
+            low: self.low * factor,
+            high: self.high * factor,
+            count: self.count,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn column(values: &[f64]) -> Column {
+        Column {
+            name: "controller.sample_time_s".into(),
+            values: Values::Number(values.iter().map(|&value| Some(value)).collect()),
+        }
+    }
+
+    #[test]
+    fn rounding_makes_no_new_value() {
+        let column = column(&[0.3, 0.1 + 0.2, 0.000_25, f64::NAN]);
+        let different = Different::of(&column, &[0, 1, 2, 3]).unwrap();
+        assert_eq!(different.names, ["250\u{a0}µs", "0.3\u{a0}s"]);
+        assert_eq!(different.of_row, [Some(1), Some(1), Some(0), None]);
+        let different = Different::of(&column, &[2]).unwrap();
+        assert_eq!(different.of_row, [None, None, Some(0), None]);
+    }
+
+    #[test]
+    fn medians_of_even_and_odd_counts() {
+        let spread = |values: &[f64]| Spread::of(values.to_vec());
+        assert_eq!(spread(&[]), None);
+        assert_eq!(spread(&[3.0, 1.0, 2.0]).unwrap().median, 2.0);
+        let even = spread(&[4.0, 1.0, 2.0, 3.0]).unwrap();
+        assert_eq!((even.median, even.low, even.high), (2.5, 1.0, 4.0));
+    }
+}

@@ -1,0 +1,176 @@
+//! Words and unit of a column, from its name.
+
+use super::unit::{Unit, suffix};
+use crate::figures::{CHIP_FIGURES, SUMMARY_FIGURES};
+use crate::runfile::SECTIONS;
+
+/// What a column is called in a picture.
+///
+/// ```
+/// use hil_runner::study::picture::Label;
+///
+/// let label = Label::of("peak_following_error_mm");
+/// assert_eq!(label.title(), "Peak following error [mm]");
+/// assert_eq!(Label::of("drive.dac_bits").words, "Width n of the D/A converter");
+/// assert_eq!(Label::of("theory.modulus_margin").title(), "Modulus margin (theory)");
+/// ```
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Label {
+    /// The quantity in words, with a capital.
+    pub words: String,
+    /// Symbol of its unit; empty where there is none.
+    pub unit: String,
+}
+
+impl Label {
+    /// Words and unit of a column: those of the figure or of the run file's key
+    /// of that name; of any other name the suffix is the unit and the rest is
+    /// read out.
+    pub fn of(column: &str) -> Self {
+        let mut figures = SUMMARY_FIGURES.iter().chain(&CHIP_FIGURES);
+        if let Some(figure) = figures.find(|figure| figure.key == column) {
+            return Self::new(figure.label, figure.unit);
+        }
+        if let Some((section, name)) = column.rsplit_once('.') {
+            let section = SECTIONS.iter().find(|known| known.name == section);
+            if let Some(key) = section.and_then(|section| section.key(name)) {
+                return Self::new(first_part(key.meaning), unit_sign(key.unit));
+            }
+        }
+        from_name(column)
+    }
+
+    /// Title of an axis: `Words [unit]`.
+    pub fn title(&self) -> String {
+        if self.unit.is_empty() {
+            self.words.clone()
+        } else {
+            format!("{} [{}]", self.words, self.unit)
+        }
+    }
+
+    fn new(words: &str, unit: &str) -> Self {
+        Self {
+            words: capital(words),
+            unit: unit.to_owned(),
+        }
+    }
+
+    /// The unit with what is known of it.
+    pub(super) fn unit(&self) -> Unit {
+        Unit::of(&self.unit)
+    }
+}
+
+/// A name that nobody has described: `theory.peak_error_mm`.
+fn from_name(column: &str) -> Label {
+    let (group, name) = match column.rsplit_once('.') {
+        Some((group, name)) => (group, name),
+        None => ("", column),
+    };
+    let (words, unit) = match suffix(name) {
+        Some((suffix, unit)) => (name.strip_suffix(suffix).unwrap_or(name), unit),
+        None => (name, ""),
+    };
+    // A name that is all unit, such as "s", is its own word.
+    let words = if words.is_empty() { name } else { words };
+    let words: Vec<&str> = words
+        .split('_')
+        .filter(|word| !word.is_empty())
+        .map(spelled)
+        .filter(|word| !word.is_empty())
+        .collect();
+    let group = group.replace(['.', '_'], " ");
+    let words = match (words.join(" "), group) {
+        (words, group) if group.is_empty() => words,
+        (words, group) => format!("{words} ({group})"),
+    };
+    Label::new(&words, unit)
+}
+
+/// Parts of names that are not words.
+fn spelled(word: &str) -> &str {
+    match word {
+        "acc" => "acceleration",
+        "abs" => "",
+        "rms" => "RMS",
+        "dac" => "DAC",
+        "ref" => "reference",
+        other => other,
+    }
+}
+
+/// The meaning of a key up to its first remark.
+fn first_part(meaning: &str) -> &str {
+    let end = meaning.find([',', ';', '(']).unwrap_or(meaning.len());
+    meaning[..end].trim_end()
+}
+
+/// Pictures have room for signs only.
+fn unit_sign(unit: &str) -> &str {
+    match unit {
+        "deg" => "°",
+        other => other,
+    }
+}
+
+/// The words as they stand within a sentence: without their capital, unless
+/// they begin with a symbol or an abbreviation.
+pub(super) fn within(words: &str) -> String {
+    let mut letters = words.chars();
+    match (letters.next(), letters.clone().next()) {
+        (Some(first), Some(second)) if second.is_lowercase() => {
+            first.to_lowercase().chain(letters).collect()
+        }
+        _ => words.to_owned(),
+    }
+}
+
+/// With a capital.
+pub(super) fn capital(words: &str) -> String {
+    let mut letters = words.chars();
+    match letters.next() {
+        Some(first) => first.to_uppercase().chain(letters).collect(),
+        None => String::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn figures_and_keys_have_their_own_words() {
+        for (column, title) in [
+            ("peak_abs_acc_mps2", "Peak carriage acceleration [m/s²]"),
+            ("controller.sample_time_s", "Sample time Δt [s]"),
+            ("controller.kd_s", "Derivative gain K_d [codes s/count]"),
+            (
+                "transmission.backlash_half_deg",
+                "Half backlash b of the joint [°]",
+            ),
+            (
+                "controller.derivative_filter_s",
+                "Time constant of the derivative's first-order filter [s]",
+            ),
+            ("drive.dac_lsb_v", "D/A step K_dac [V]"),
+        ] {
+            assert_eq!(Label::of(column).title(), title);
+        }
+    }
+
+    #[test]
+    fn other_names_are_read_out() {
+        for (column, title) in [
+            ("peak_abs_speed_radps", "Peak speed [rad/s]"),
+            ("rms_acc_noise_mps2", "RMS acceleration noise [m/s²]"),
+            ("theory.limit_cycle_um", "Limit cycle (theory) [µm]"),
+            ("hardest_impact_radps", "Hardest impact [rad/s]"),
+            ("joint_loss_j", "Joint loss [J]"),
+            ("s", "S [s]"),
+            ("seed", "Seed"),
+        ] {
+            assert_eq!(Label::of(column).title(), title);
+        }
+    }
+}

@@ -1,0 +1,223 @@
+//! How the curves look, and the legend that says so.
+
+use super::data::Data;
+use crate::study::picture::canvas::Stroke;
+use crate::study::picture::colour::{Colour, INK, LIMIT, MUTED, SERIES, darker, series};
+use crate::study::picture::group::in_words;
+use crate::study::picture::label::{Label, capital, within};
+use crate::study::picture::legend::{Entry, Group, Key};
+use crate::study::picture::mark::{Mark, shape};
+use crate::study::picture::spec::Lines;
+use crate::study::picture::{Curve, Table};
+
+/// Width of the curves \[px\].
+const CURVE: f64 = 2.0;
+/// Dashes of theory \[px\], by column.
+const THEORY: [&[f64]; 3] = [&[8.0, 5.0], &[2.5, 3.5], &[14.0, 4.0, 3.0, 4.0]];
+/// Dashes of a limit \[px\].
+const LIMIT_DASH: &[f64] = &[16.0, 4.0, 2.0, 4.0];
+
+/// The line of a limit.
+pub(in crate::study::picture) const LIMIT_LINE: Stroke = Stroke {
+    colour: LIMIT,
+    width_px: 1.6,
+    dash: LIMIT_DASH,
+};
+
+/// Who looks how, by column and series.
+pub(super) struct Looks {
+    simulated: Vec<String>,
+    theory: Vec<String>,
+    series: Vec<String>,
+    ordered: bool,
+    /// One simulated column and one of theory at most per panel: the titles of
+    /// the axes say which.
+    alike: bool,
+}
+
+impl Looks {
+    pub(super) fn of(lines: &Lines, data: &Data) -> Self {
+        let columns = |of: fn(&super::Panel) -> &Vec<String>| {
+            let mut names: Vec<String> = Vec::new();
+            for name in lines.panels.iter().flat_map(of) {
+                if !names.contains(name) {
+                    names.push(name.clone());
+                }
+            }
+            names
+        };
+        Self {
+            simulated: columns(|panel| &panel.y),
+            theory: columns(|panel| &panel.theory),
+            series: match lines.series {
+                Some(_) => data.series.names.clone(),
+                None => Vec::new(),
+            },
+            ordered: data.series.numbers.is_some(),
+            alike: lines
+                .panels
+                .iter()
+                .all(|panel| panel.y.len() < 2 && panel.theory.len() < 2),
+        }
+    }
+
+    fn series_colour(&self, at: usize) -> Colour {
+        series(at, self.series.len(), self.ordered)
+    }
+
+    /// Line and mark of a simulated column.
+    pub(super) fn simulated(&self, column: &str, at: usize) -> (Stroke, Mark) {
+        let place = self.simulated.iter().position(|name| name == column);
+        let place = if self.alike { 0 } else { place.unwrap_or(0) };
+        let (colour, form, hollow) = if self.series.is_empty() {
+            (SERIES[place % SERIES.len()], place, place >= SERIES.len())
+        } else {
+            // Colours and shapes come round together; then marks are hollow.
+            let again = at >= SERIES.len() && !self.ordered;
+            (self.series_colour(at), at, again || place > 0)
+        };
+        let mark = Mark {
+            shape: shape(form),
+            colour,
+            hollow,
+        };
+        (Stroke::solid(colour, CURVE), mark)
+    }
+
+    /// Line of a column of theory; over the simulation it must be darker.
+    pub(super) fn theory(&self, column: &str, at: usize) -> Stroke {
+        let place = self.theory.iter().position(|name| name == column);
+        let place = if self.alike { 0 } else { place.unwrap_or(0) };
+        let colour = if !self.series.is_empty() {
+            darker(self.series_colour(at))
+        } else if self.alike {
+            INK
+        } else if self.simulated.len() == self.theory.len() {
+            // The theory of a column has the colour of the column.
+            darker(SERIES[place % SERIES.len()])
+        } else {
+            darker(SERIES[(self.simulated.len() + place) % SERIES.len()])
+        };
+        Stroke {
+            colour,
+            width_px: CURVE,
+            dash: THEORY[place % THEORY.len()],
+        }
+    }
+
+    /// Line of a curve that the caller gave.
+    pub(super) fn given(&self, at: usize) -> Stroke {
+        Stroke {
+            colour: INK,
+            width_px: CURVE,
+            dash: THEORY[at % THEORY.len()],
+        }
+    }
+
+    /// The legend: series, columns, curves, limits.
+    pub(super) fn legend(&self, lines: &Lines, table: &Table, curves: &[Curve]) -> Vec<Group> {
+        let mut groups = Vec::new();
+        if let Some(column) = lines.series.as_ref().filter(|_| !self.series.is_empty()) {
+            let entries = self.series.iter().enumerate().map(|(at, name)| {
+                let first = self.simulated.first();
+                let key = match first {
+                    Some(column) => {
+                        let (stroke, mark) = self.simulated(column, at);
+                        Key::Line(stroke, Some(mark))
+                    }
+                    None => Key::Line(self.theory("", at), None),
+                };
+                Entry {
+                    key,
+                    words: name.clone(),
+                }
+            });
+            groups.push(Group {
+                heading: format!("{}:", Label::of(column).words),
+                entries: entries.collect(),
+            });
+        }
+        let mut entries = self.columns();
+        for (at, curve) in curves.iter().enumerate() {
+            entries.push(Entry {
+                key: Key::Line(self.given(at), None),
+                words: curve.label.clone(),
+            });
+        }
+        entries.extend(limits(lines, table));
+        if !entries.is_empty() {
+            let heading = String::new();
+            groups.push(Group { heading, entries });
+        }
+        groups
+    }
+
+    /// Entries of the columns, where the titles of the axes do not say all.
+    fn columns(&self) -> Vec<Entry> {
+        if self.alike && self.theory.is_empty() {
+            return Vec::new();
+        }
+        // Beside series of different colours a column is told by form alone.
+        let grey = |colour: Colour| {
+            if self.series.is_empty() {
+                colour
+            } else {
+                MUTED
+            }
+        };
+        let simulated = |column: &str| {
+            let (mut stroke, mut mark) = self.simulated(column, 0);
+            (stroke.colour, mark.colour) = (grey(stroke.colour), grey(mark.colour));
+            Key::Line(stroke, Some(mark))
+        };
+        let theory = |column: &str| {
+            let mut stroke = self.theory(column, 0);
+            stroke.colour = grey(stroke.colour);
+            Key::Line(stroke, None)
+        };
+        if self.alike {
+            let first = |columns: &[String]| columns.first().cloned();
+            let simulated = first(&self.simulated).map(|column| Entry {
+                key: simulated(&column),
+                words: "simulated".to_owned(),
+            });
+            let theory = first(&self.theory).map(|column| Entry {
+                key: theory(&column),
+                words: "theory".to_owned(),
+            });
+            return simulated.into_iter().chain(theory).collect();
+        }
+        let words = |column: &String| Label::of(column).words;
+        let simulated = self.simulated.iter().map(|column| Entry {
+            key: simulated(column),
+            words: words(column),
+        });
+        let theory = self.theory.iter().map(|column| Entry {
+            key: theory(column),
+            words: words(column),
+        });
+        simulated.chain(theory).collect()
+    }
+}
+
+/// One entry per limit; where panels differ it says of what.
+fn limits(lines: &Lines, table: &Table) -> Vec<Entry> {
+    let several = lines.panels.len() > 1;
+    let entry = |panel: &super::Panel| {
+        let limit = panel.limit.as_ref()?;
+        let column = panel.y.first().or(panel.theory.first())?;
+        let column = table.find(column)?;
+        let label = Label::of(&column.name);
+        let value = in_words(limit.value, &label);
+        let words = panel.y_axis.label.as_ref().unwrap_or(&label.words);
+        let of = match several {
+            true => format!(" ({})", within(words)),
+            false => String::new(),
+        };
+        Some(Entry {
+            key: Key::Line(LIMIT_LINE, None),
+            words: capital(&format!("{}: {value}{of}", limit.label)),
+        })
+    };
+    lines.panels.iter().filter_map(entry).collect()
+}

@@ -1,0 +1,253 @@
+//! The cells of a map, from rows in any order.
+
+use crate::study::picture::axis::{AxisKeys, Spacing};
+use crate::study::picture::group::{Different, Spread};
+use crate::study::picture::note::LeftOut;
+use crate::study::picture::table::{Column, Values, is_made};
+use crate::study::picture::{Map, PictureError, Table};
+
+/// One direction of the grid.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Side {
+    /// The values, ascending; the numbers of words.
+    pub(super) values: Vec<f64>,
+    /// Edges of the cells, one more than there are values.
+    pub(super) edges: Vec<f64>,
+    /// Words, if the column has words.
+    pub(super) names: Option<Vec<String>>,
+    /// Which value each row of the table has.
+    of_row: Vec<Option<usize>>,
+}
+
+/// What a cell shows.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct Cell {
+    /// Median of the figure.
+    pub(super) z: Option<f64>,
+    /// Median of the column of the contour lines.
+    pub(super) level: Option<f64>,
+    /// A run of the cell fails.
+    pub(super) fails: bool,
+    /// Why there is no figure; `None` where there is one or no run at all.
+    pub(super) state: Option<String>,
+    /// Number of runs.
+    pub(super) runs: usize,
+}
+
+/// Cells row by row from below, `across` of them in each.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Grid {
+    pub(super) x: Side,
+    pub(super) y: Side,
+    pub(super) cells: Vec<Cell>,
+}
+
+/// Less of the grid filled than this and the rows are no grid.
+const LEAST_FILLED: f64 = 0.2;
+
+/// What a run without a figure is called if nothing else is said of it.
+const NO_VALUE: &str = "no value";
+/// What a figure is called that a logarithmic scale does not have.
+const NOT_ABOVE_0: &str = "not above 0";
+
+impl Side {
+    fn of(
+        column: &Column,
+        keys: &AxisKeys,
+        rows: &[usize],
+        left_out: &mut LeftOut,
+    ) -> Result<Self, PictureError> {
+        let Different {
+            mut of_row,
+            names,
+            numbers,
+        } = Different::of(column, rows)?;
+        let Some(mut values) = numbers else {
+            let count = names.len();
+            return Ok(Self {
+                values: (0..count).map(|at| at as f64).collect(),
+                edges: (0..=count).map(|at| at as f64 - 0.5).collect(),
+                names: Some(names),
+                of_row,
+            });
+        };
+        let log = keys.spacing == Spacing::Log;
+        if log {
+            let dropped = values.partition_point(|&value| value <= 0.0);
+            values.drain(..dropped);
+            for at in &mut of_row {
+                let before = *at;
+                *at = before.and_then(|at| at.checked_sub(dropped));
+                left_out.not_above_0 += usize::from(before.is_some() && at.is_none());
+            }
+        }
+        Ok(Self {
+            edges: edges(&values, log),
+            values,
+            names: None,
+            of_row,
+        })
+    }
+
+    /// First and last edge.
+    pub(super) fn span(&self) -> Option<(f64, f64)> {
+        Some((*self.edges.first()?, *self.edges.last()?))
+    }
+}
+
+/// Edges half way between the values, by ratio where the axis is logarithmic.
+fn edges(values: &[f64], log: bool) -> Vec<f64> {
+    let between = |a: f64, b: f64| {
+        if log {
+            a.sqrt() * b.sqrt()
+        } else {
+            f64::midpoint(a, b)
+        }
+    };
+    let beyond = |end: f64, next: f64| {
+        if log {
+            end / (next / end).sqrt()
+        } else {
+            end - 0.5 * (next - end)
+        }
+    };
+    match values {
+        [] => Vec::new(),
+        // A single value has a cell of any width.
+        [0.0] => vec![-0.5, 0.5],
+        [value] if log => vec![value / 2.0, value * 2.0],
+        [value] => vec![value - 0.5 * value.abs(), value + 0.5 * value.abs()],
+        [first, second, ..] => {
+            let mut edges = vec![beyond(*first, *second)];
+            for pair in values.windows(2) {
+                if let [a, b] = pair {
+                    edges.push(between(*a, *b));
+                }
+            }
+            if let [.., last_but_one, last] = values {
+                edges.push(beyond(*last, *last_but_one));
+            }
+            edges
+        }
+    }
+}
+
+impl Grid {
+    /// Sorts the rows into cells.
+    pub(super) fn of(
+        map: &Map,
+        table: &Table,
+        rows: &[usize],
+        left_out: &mut LeftOut,
+    ) -> Result<Self, PictureError> {
+        let x = Side::of(table.column(&map.x)?, &map.x_axis, rows, left_out)?;
+        let y = Side::of(table.column(&map.y)?, &map.y_axis, rows, left_out)?;
+        let (across, up) = (x.values.len(), y.values.len());
+        let mut of_cell: Vec<Vec<usize>> = vec![Vec::new(); across * up];
+        for &row in rows {
+            left_out.of += 1;
+            match (x.of_row[row], y.of_row[row]) {
+                (Some(i), Some(j)) => of_cell[j * across + i].push(row),
+                _ => left_out.missing += 1,
+            }
+        }
+        // Rows that the logarithmic axes leave out are told of already.
+        left_out.missing = left_out.missing.saturating_sub(left_out.not_above_0);
+        let filled = of_cell.iter().filter(|rows| !rows.is_empty()).count();
+        if (filled as f64) < LEAST_FILLED * of_cell.len() as f64 && across.min(up) > 2 {
+            return Err(PictureError::NoGrid { across, up, filled });
+        }
+        let z = table.column(&map.z)?.numbers()?;
+        let level = table
+            .column(map.contours_of.as_ref().unwrap_or(&map.z))?
+            .numbers()?;
+        let pass = optional(table, map.pass.as_ref(), "pass")?;
+        let state = optional(table, map.state.as_ref(), "state")?;
+        let log = map.z_axis.spacing == Spacing::Log;
+        let cells = of_cell.iter().map(|rows| {
+            left_out.shared = left_out.shared.max(rows.len());
+            let made: Vec<usize> = rows
+                .iter()
+                .copied()
+                .filter(|&row| word(state, row).is_none())
+                .collect();
+            let median = |values: &[Option<f64>]| {
+                let values = made.iter().filter_map(|&row| values[row]);
+                Spread::of(values.collect()).map(|spread| spread.median)
+            };
+            let value = median(&z);
+            let z = value.filter(|&z| !log || z > 0.0);
+            let why = || match value {
+                Some(_) => NOT_ABOVE_0.to_owned(),
+                None => rows
+                    .iter()
+                    .find_map(|&row| word(state, row))
+                    .unwrap_or_else(|| NO_VALUE.to_owned()),
+            };
+            Cell {
+                z,
+                level: median(&level),
+                fails: made
+                    .iter()
+                    .any(|&row| pass.is_some_and(|pass| pass.verdict(row) == Some(false))),
+                state: (z.is_none() && !rows.is_empty()).then(why),
+                runs: rows.len(),
+            }
+        });
+        let cells = cells.collect();
+        Ok(Self { x, y, cells })
+    }
+
+    /// The cell at a place.
+    pub(super) fn cell(&self, i: usize, j: usize) -> Option<&Cell> {
+        let inside = i < self.x.values.len();
+        let at = j * self.x.values.len() + i;
+        self.cells.get(at).filter(|_| inside)
+    }
+
+    /// The states that cells without a figure are in, in their order.
+    pub(super) fn states(&self) -> Vec<&str> {
+        let mut states: Vec<&str> = Vec::new();
+        for state in self.cells.iter().filter_map(|cell| cell.state.as_deref()) {
+            if !states.contains(&state) {
+                states.push(state);
+            }
+        }
+        states.sort_unstable();
+        states
+    }
+}
+
+/// The column of that name, or the one that counts without a name.
+fn optional<'a>(
+    table: &'a Table,
+    name: Option<&String>,
+    usual: &str,
+) -> Result<Option<&'a Column>, PictureError> {
+    match name {
+        Some(name) => table.column(name).map(Some),
+        None => Ok(table.find(usual)),
+    }
+}
+
+/// The word for what became of a run that was not made.
+fn word(state: Option<&Column>, row: usize) -> Option<String> {
+    match &state?.values {
+        Values::Text(words) => words.get(row).filter(|word| !is_made(word)).cloned(),
+        Values::Number(_) => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn edges_lie_half_way() {
+        assert_eq!(edges(&[1.0, 2.0, 4.0], false), [0.5, 1.5, 3.0, 5.0]);
+        assert_eq!(edges(&[1.0, 4.0], true), [0.5, 2.0, 8.0]);
+        assert_eq!(edges(&[0.0], false), [-0.5, 0.5]);
+        assert_eq!(edges(&[2.0], true), [1.0, 4.0]);
+        assert!(edges(&[], true).is_empty());
+    }
+}

@@ -1,0 +1,95 @@
+//! Remarks below the plots: what is left out, and what stands for what.
+
+use super::PictureError;
+use super::spec::Picture;
+use super::table::Table;
+
+/// The rows that a picture shows, and what there is to say about them.
+pub(super) struct Chosen {
+    pub(super) rows: Vec<usize>,
+    pub(super) notes: Vec<String>,
+}
+
+impl Chosen {
+    /// The rows that fulfil the picture's conditions.
+    pub(super) fn of(spec: &Picture, table: &Table) -> Result<Self, PictureError> {
+        let mut kept = vec![true; table.rows()];
+        for condition in &spec.conditions {
+            for (kept, holds) in kept.iter_mut().zip(condition.holds(table)?) {
+                *kept &= holds;
+            }
+        }
+        let rows: Vec<usize> = (0..table.rows()).filter(|&row| kept[row]).collect();
+        let conditions: Vec<String> = spec.conditions.iter().map(ToString::to_string).collect();
+        let notes = match (conditions.is_empty(), rows.is_empty()) {
+            (true, _) => Vec::new(),
+            (false, false) => vec![format!(
+                "Only runs with {} are shown.",
+                conditions.join(" and ")
+            )],
+            (false, true) => vec![format!(
+                "None of the {} has {}.",
+                counted(table.rows(), "run", "runs"),
+                conditions.join(" and ")
+            )],
+        };
+        Ok(Self { rows, notes })
+    }
+}
+
+/// What was left out of a picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(super) struct LeftOut {
+    /// Runs or values that are none.
+    pub(super) missing: usize,
+    /// Of so many.
+    pub(super) of: usize,
+    /// Values that a logarithmic axis does not have.
+    pub(super) not_above_0: usize,
+    /// Values beyond the ends of an axis.
+    pub(super) beyond: usize,
+    /// Most runs that share a place, where it is more than one.
+    pub(super) shared: usize,
+}
+
+impl LeftOut {
+    /// The remarks; `shared` says how several runs of a place are shown.
+    pub(super) fn notes(&self, shared: &str) -> Vec<String> {
+        let mut notes = Vec::new();
+        if self.shared > 1 {
+            notes.push(format!("{shared} of up to {} runs.", self.shared));
+        }
+        if self.missing > 0 {
+            let (missing, of) = (self.missing, counted(self.of, "value", "values"));
+            let verb = if missing == 1 { "is" } else { "are" };
+            notes.push(format!(
+                "{missing} of {of} {verb} missing: the run was not made or has no such figure."
+            ));
+        }
+        if self.not_above_0 > 0 {
+            notes.push(format!(
+                "{} not above 0 and not shown: the axis is logarithmic.",
+                are(self.not_above_0)
+            ));
+        }
+        if self.beyond > 0 {
+            notes.push(format!("{} beyond the ends of the axes.", lie(self.beyond)));
+        }
+        notes
+    }
+}
+
+/// `1 value` or `3 values`.
+pub(super) fn counted(count: usize, one: &str, several: &str) -> String {
+    format!("{count} {}", if count == 1 { one } else { several })
+}
+
+fn are(count: usize) -> String {
+    let verb = if count == 1 { "is" } else { "are" };
+    format!("{} {verb}", counted(count, "value", "values"))
+}
+
+fn lie(count: usize) -> String {
+    let verb = if count == 1 { "lies" } else { "lie" };
+    format!("{} {verb}", counted(count, "value", "values"))
+}

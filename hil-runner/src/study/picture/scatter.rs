@@ -1,0 +1,214 @@
+//! Kind `scatter`: one mark per run, by verdict.
+
+use super::axis::{Axis, Direction, Margin, Spacing, extent, label_of};
+use super::canvas::{Area, Canvas, Point, Stroke};
+use super::colour::{Colour, FAIL, INK, MUTED, PASS};
+use super::frame::{Frame, room_below, room_left, room_right};
+use super::group::in_words;
+use super::label::capital;
+use super::legend::{Entry, Group, Key};
+use super::lines::{LIMIT_LINE, draw_limits, with_limits, with_sign};
+use super::map::parts;
+use super::mark::{Mark, Shape};
+use super::note::{Chosen, LeftOut};
+use super::sheet::{EDGE, Sheet, WIDTH};
+use super::spec::{Picture, Scatter};
+use super::{Curve, PictureError, Table};
+
+/// Height of the plot \[px\].
+const HEIGHT: f64 = 440.0;
+/// Radius of a mark \[px\].
+const RADIUS: f64 = 3.0;
+/// More runs than this are thinned: of those whose middles fall into one
+/// square of [`SQUARE`] only the first has a mark.
+const MOST_MARKS: usize = 4_000;
+/// Side of a square \[px\].
+const SQUARE: f64 = 4.0;
+
+/// Line of the caller's curves.
+const CURVE: Stroke = Stroke::solid(INK, 2.2);
+
+/// A run's place and verdict.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Run {
+    x: f64,
+    y: f64,
+    pass: Option<bool>,
+}
+
+pub(super) fn draw(
+    spec: &Picture,
+    scatter: &Scatter,
+    table: &Table,
+    curves: &[Curve],
+) -> Result<String, PictureError> {
+    let Chosen { rows, mut notes } = Chosen::of(spec, table)?;
+    let mut left_out = LeftOut::default();
+    let runs = runs(scatter, table, &rows, &mut left_out)?;
+    let label = label_of(table.column(&scatter.x)?, scatter.x_axis.label.as_ref());
+    let span = extent(runs.iter().map(|run| run.x));
+    let mut x = Axis::new(&scatter.x_axis, &label, span, Margin::Around)?;
+    let label = label_of(table.column(&scatter.y)?, scatter.y_axis.label.as_ref());
+    let log = scatter.y_axis.spacing == Spacing::Log;
+    let span = extent(runs.iter().map(|run| run.y));
+    let limits = match &scatter.limit {
+        Some(limit) => with_sign(limit.value, span, log),
+        None => Vec::new(),
+    };
+    let span = with_limits(span, &limits, log);
+    let mut y = Axis::new(&scatter.y_axis, &label, span, Margin::Around)?;
+    let beyond = |run: &&Run| !(x.holds(run.x) && y.holds(run.y));
+    left_out.beyond = runs.iter().filter(beyond).count();
+    y.fit(HEIGHT, Direction::Up);
+    let left = EDGE + room_left(&y, HEIGHT);
+    x.fit(WIDTH - EDGE - left - 22.0, Direction::Across);
+    let right = WIDTH - room_right(&x);
+    let mut entries = legend(&runs);
+    entries.extend(curves.iter().map(|curve| Entry {
+        key: Key::Line(CURVE, None),
+        words: curve.label.clone(),
+    }));
+    entries.extend(scatter.limit.iter().map(|limit| Entry {
+        key: Key::Line(LIMIT_LINE, None),
+        words: capital(&format!(
+            "{}: {}",
+            limit.label,
+            in_words(limit.value, &label)
+        )),
+    }));
+    let heading = String::new();
+    let groups = [Group { heading, entries }];
+    let groups = if groups[0].entries.is_empty() {
+        &[]
+    } else {
+        groups.as_slice()
+    };
+    let frame = |top: f64| Frame {
+        area: Area {
+            left,
+            top,
+            right,
+            bottom: top + HEIGHT,
+        },
+        x: &x,
+        y: &y,
+    };
+    notes.extend(left_out.notes(""));
+    // Which squares runs share does not depend on how far down the plot is.
+    let marks = marks(&runs, &frame(0.0));
+    let inside = runs.len() - left_out.beyond;
+    if marks.len() < inside {
+        notes.push(format!(
+            "{inside} runs, {} marks: runs of one verdict closer than {SQUARE} px share one.",
+            marks.len()
+        ));
+    }
+    let sheet = Sheet::new(&spec.title, groups, &notes);
+    let top = sheet.top();
+    let frame = frame(top);
+    let bottom = frame.area.bottom + room_below(&x, right - left);
+    sheet.draw(bottom, &spec.words(), |canvas: &mut Canvas| {
+        frame.draw_grid(canvas);
+        frame.draw_axes(canvas, true);
+        if runs.is_empty() {
+            return frame.draw_nothing(canvas);
+        }
+        for ((x, y), mark) in marks {
+            mark.draw(canvas, (x, y + top), RADIUS);
+        }
+        for curve in curves {
+            for part in parts(curve, &frame) {
+                canvas.path(&part, &CURVE);
+            }
+        }
+        draw_limits(canvas, &frame, &limits);
+    })
+}
+
+/// The runs that have a place on both axes.
+fn runs(
+    scatter: &Scatter,
+    table: &Table,
+    rows: &[usize],
+    left_out: &mut LeftOut,
+) -> Result<Vec<Run>, PictureError> {
+    let x = table.column(&scatter.x)?.numbers()?;
+    let y = table.column(&scatter.y)?.numbers()?;
+    let pass = match &scatter.pass {
+        Some(name) => Some(table.column(name)?),
+        None => table.find("pass"),
+    };
+    let log = [scatter.x_axis.spacing, scatter.y_axis.spacing].map(|of| of == Spacing::Log);
+    let mut runs = Vec::new();
+    for &row in rows {
+        left_out.of += 1;
+        let (Some(x), Some(y)) = (x[row], y[row]) else {
+            left_out.missing += 1;
+            continue;
+        };
+        if log[0] && x <= 0.0 || log[1] && y <= 0.0 {
+            left_out.not_above_0 += 1;
+            continue;
+        }
+        let pass = pass.and_then(|pass| pass.verdict(row));
+        runs.push(Run { x, y, pass });
+    }
+    Ok(runs)
+}
+
+fn mark(pass: Option<bool>) -> Mark {
+    let of = |shape: Shape, colour: Colour| Mark {
+        shape,
+        colour,
+        hollow: false,
+    };
+    match pass {
+        Some(true) => of(Shape::Circle, PASS),
+        Some(false) => of(Shape::Cross, FAIL),
+        None => of(Shape::Diamond, MUTED),
+    }
+}
+
+/// Marks in the plot, those that fail on top; thinned where there are many.
+fn marks(runs: &[Run], frame: &Frame) -> Vec<(Point, Mark)> {
+    let thin = runs.len() > MOST_MARKS;
+    let mut marks = Vec::new();
+    let judged = runs.iter().any(|run| run.pass.is_some());
+    for verdict in [None, Some(true), Some(false)] {
+        // Runs that nobody judges are not grey.
+        let mark = mark(if judged { verdict } else { Some(true) });
+        let mut taken = std::collections::BTreeSet::new();
+        for run in runs.iter().filter(|run| run.pass == verdict) {
+            let point = frame.point(run.x, run.y);
+            let Some(point) = point.filter(|&point| frame.area.holds(point)) else {
+                continue;
+            };
+            #[allow(clippy::cast_possible_truncation, reason = "a place on the sheet")]
+            let square = [point.0, point.1].map(|place| (place / SQUARE).floor() as i32);
+            if !thin || taken.insert(square) {
+                marks.push((point, mark));
+            }
+        }
+    }
+    marks
+}
+
+/// How many runs there are of each verdict, if there are verdicts.
+fn legend(runs: &[Run]) -> Vec<Entry> {
+    if runs.iter().all(|run| run.pass.is_none()) {
+        return Vec::new();
+    }
+    let verdicts = [
+        (Some(true), "keeps its limits"),
+        (Some(false), "does not"),
+        (None, "no verdict"),
+    ];
+    let entry = |(pass, words): (Option<bool>, &str)| {
+        let count = runs.iter().filter(|run| run.pass == pass).count();
+        (count > 0).then(|| Entry {
+            key: Key::Mark(mark(pass)),
+            words: format!("{words}: {count}"),
+        })
+    };
+    verdicts.into_iter().filter_map(entry).collect()
+}

@@ -1,0 +1,172 @@
+//! What a study file says about a picture: `[[picture]]`.
+//!
+//! Keys of every kind: `file` (stem of the SVG's name), `title`, `kind`,
+//! `caption`, and `where`, a table of columns and the value or values that a
+//! row must have to be shown. The others are those of the kind.
+
+mod chart;
+mod kinds;
+mod wanted;
+
+pub use chart::{Limit, Lines, Panel};
+pub use kinds::{Bars, Histogram, Map, Scatter};
+pub use wanted::{Atom, Condition};
+
+use serde::Deserialize;
+use serde::de::{DeserializeOwned, Error};
+
+/// One picture of a study.
+///
+/// ```
+/// use hil_runner::study::picture::{Kind, Picture};
+///
+/// let picture: Picture = toml::from_str(
+///     r#"
+///     kind = "lines"
+///     file = "following-error"
+///     title = "Following error over the sample time"
+///     x = "controller.sample_time_s"
+///     x_scale = "log"
+///     y = "peak_following_error_mm"
+///     series = "drive.dac_bits"
+///     limit = 0.5
+///     where = { controller.law = "quantised" }
+///     "#,
+/// )?;
+/// assert!(matches!(picture.kind, Kind::Lines(_)));
+///
+/// let error = toml::from_str::<Picture>("kind = \"pie\"\nfile = \"p\"\ntitle = \"P\"");
+/// assert!(error.unwrap_err().to_string().contains("picture \"p\": there is no kind \"pie\""));
+/// # Ok::<(), toml::de::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct Picture {
+    /// Stem of the file's name.
+    pub file: String,
+    /// Title, shown above the plots.
+    pub title: String,
+    /// What the reader should see; for the report.
+    pub caption: Option<String>,
+    /// What a row must have to be shown.
+    pub conditions: Vec<Condition>,
+    /// What is drawn.
+    pub kind: Kind,
+}
+
+/// The kinds of pictures.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Kind {
+    /// Curves over a parameter, in one or several panels.
+    Lines(Lines),
+    /// A figure as colour over two parameters.
+    Map(Map),
+    /// A figure by categories.
+    Bars(Bars),
+    /// How a figure is distributed.
+    Histogram(Histogram),
+    /// One mark per run.
+    Scatter(Scatter),
+}
+
+impl<'de> Deserialize<'de> for Picture {
+    fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let table = toml::Table::deserialize(deserializer)?;
+        read(table).map_err(D::Error::custom)
+    }
+}
+
+/// Splits the keys of every picture from those of its kind, so that each part
+/// refuses what it does not know.
+fn read(mut table: toml::Table) -> Result<Picture, String> {
+    let file = text(&mut table, "file").map_err(|error| format!("a picture {error}"))?;
+    if file.is_empty() || file.contains(['/', '\\', '.']) {
+        return Err(format!(
+            "picture \"{file}\": file is the stem of a file's name, without dots and slashes"
+        ));
+    }
+    rest(table, &file).map_err(|error| format!("picture \"{file}\": {error}"))
+}
+
+fn rest(mut table: toml::Table, file: &str) -> Result<Picture, String> {
+    let title = text(&mut table, "title").map_err(|error| format!("it {error}"))?;
+    let kind = text(&mut table, "kind").map_err(|error| format!("it {error}"))?;
+    let caption = match table.contains_key("caption") {
+        true => Some(text(&mut table, "caption").map_err(|error| format!("it {error}"))?),
+        false => None,
+    };
+    let conditions = match table.remove("where") {
+        Some(value) => wanted::conditions(value)?,
+        None => Vec::new(),
+    };
+    let kind = match kind.as_str() {
+        "lines" => Kind::Lines(kind_keys(table)?),
+        "map" => Kind::Map(kind_keys(table)?),
+        "bars" => Kind::Bars(kind_keys(table)?),
+        "histogram" => Kind::Histogram(kind_keys(table)?),
+        "scatter" => Kind::Scatter(kind_keys(table)?),
+        other => {
+            return Err(format!(
+                "there is no kind \"{other}\"; the kinds are lines, map, bars, histogram and scatter"
+            ));
+        }
+    };
+    Ok(Picture {
+        file: file.to_owned(),
+        title,
+        caption,
+        conditions,
+        kind,
+    })
+}
+
+fn kind_keys<T: DeserializeOwned>(table: toml::Table) -> Result<T, String> {
+    let keys = toml::Value::Table(table).try_into();
+    keys.map_err(|error: toml::de::Error| error.message().trim_end().to_owned())
+}
+
+/// Takes a text out of the table.
+fn text(table: &mut toml::Table, key: &str) -> Result<String, String> {
+    match table.remove(key) {
+        Some(toml::Value::String(text)) => Ok(text),
+        Some(_) => Err(format!("has a {key} that is no text")),
+        None => Err(format!("lacks {key}")),
+    }
+}
+
+impl Picture {
+    /// The columns that the picture needs, so that a study file can be held
+    /// against its results before they exist.
+    pub fn columns(&self) -> Vec<&str> {
+        let mut names: Vec<&str> = self
+            .conditions
+            .iter()
+            .map(|condition| condition.column.as_str())
+            .collect();
+        match &self.kind {
+            Kind::Lines(lines) => {
+                names.push(&lines.x);
+                names.extend(lines.series.as_deref());
+                for panel in &lines.panels {
+                    names.extend(panel.y.iter().chain(&panel.theory).map(String::as_str));
+                }
+            }
+            Kind::Map(map) => {
+                names.extend([map.x.as_str(), &map.y, &map.z]);
+                let further = [&map.pass, &map.state, &map.contours_of];
+                names.extend(further.into_iter().flatten().map(String::as_str));
+            }
+            Kind::Bars(bars) => {
+                names.extend([bars.category.as_str(), &bars.y]);
+                names.extend(bars.series.as_deref());
+            }
+            Kind::Histogram(histogram) => names.push(&histogram.x),
+            Kind::Scatter(scatter) => {
+                names.extend([scatter.x.as_str(), &scatter.y]);
+                names.extend(scatter.pass.as_deref());
+            }
+        }
+        names.sort_unstable();
+        names.dedup();
+        names
+    }
+}

@@ -1,0 +1,118 @@
+//! `where`: what a row must have to be shown.
+
+use std::fmt;
+
+use crate::report::number;
+use crate::study::picture::PictureError;
+use crate::study::picture::label::{Label, within};
+use crate::study::picture::table::{Table, Values};
+
+/// A column and the values that it may have.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Condition {
+    /// Name of the column.
+    pub column: String,
+    /// The values; a row needs one of them.
+    pub any_of: Vec<Atom>,
+}
+
+/// A value that a row may have.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Atom {
+    /// A number; equal up to rounding, 10⁻⁹ of it.
+    Number(f64),
+    /// A word.
+    Text(String),
+    /// A flag, told by 1 and 0 or by words.
+    Flag(bool),
+}
+
+/// The conditions of a table; `drive.dac_bits` may be a dotted key or a quoted
+/// one.
+pub(super) fn conditions(value: toml::Value) -> Result<Vec<Condition>, String> {
+    let toml::Value::Table(table) = value else {
+        return Err("where is a table of columns and values".to_owned());
+    };
+    let mut found = Vec::new();
+    collect("", table, &mut found)?;
+    Ok(found)
+}
+
+fn collect(above: &str, table: toml::Table, found: &mut Vec<Condition>) -> Result<(), String> {
+    for (key, value) in table {
+        let column = if above.is_empty() {
+            key
+        } else {
+            format!("{above}.{key}")
+        };
+        let any_of = match value {
+            toml::Value::Table(table) => {
+                collect(&column, table, found)?;
+                continue;
+            }
+            toml::Value::Array(values) if !values.is_empty() => values
+                .into_iter()
+                .map(|value| atom(&column, value))
+                .collect::<Result<_, _>>()?,
+            value => vec![atom(&column, value)?],
+        };
+        found.push(Condition { column, any_of });
+    }
+    Ok(())
+}
+
+fn atom(column: &str, value: toml::Value) -> Result<Atom, String> {
+    match value {
+        toml::Value::Integer(number) => Ok(Atom::Number(number as f64)),
+        toml::Value::Float(number) => Ok(Atom::Number(number)),
+        toml::Value::String(text) => Ok(Atom::Text(text)),
+        toml::Value::Boolean(flag) => Ok(Atom::Flag(flag)),
+        _ => Err(format!(
+            "where.{column} must be a number, a text, true or false, or a list of these"
+        )),
+    }
+}
+
+impl Condition {
+    /// Whether each row of the table has one of the values.
+    pub(in crate::study::picture) fn holds(
+        &self,
+        table: &Table,
+    ) -> Result<Vec<bool>, PictureError> {
+        let column = table.column(&self.column)?;
+        let holds = |row: usize, atom: &Atom| match (atom, &column.values) {
+            (Atom::Flag(flag), _) => column.verdict(row) == Some(*flag),
+            (Atom::Number(wanted), Values::Number(values)) => {
+                let value = values.get(row).copied().flatten();
+                value.is_some_and(|value| (value - wanted).abs() <= 1e-9 * wanted.abs())
+            }
+            (Atom::Text(wanted), Values::Text(values)) => values.get(row) == Some(wanted),
+            (Atom::Number(_), Values::Text(_)) | (Atom::Text(_), Values::Number(_)) => false,
+        };
+        Ok((0..table.rows())
+            .map(|row| self.any_of.iter().any(|atom| holds(row, atom)))
+            .collect())
+    }
+}
+
+/// In words, for a remark below the plots.
+impl fmt::Display for Condition {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let label = Label::of(&self.column);
+        write!(f, "{} = ", within(&label.words))?;
+        for (atom, at) in self.any_of.iter().zip(0_u32..) {
+            if at > 0 {
+                f.write_str(" or ")?;
+            }
+            match atom {
+                Atom::Number(number) => f.write_str(&number::table(*number))?,
+                Atom::Text(text) => f.write_str(text)?,
+                Atom::Flag(flag) => f.write_str(if *flag { "yes" } else { "no" })?,
+            }
+            if matches!(atom, Atom::Number(_)) && !label.unit.is_empty() {
+                write!(f, " {}", label.unit)?;
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,235 @@
+//! Where an axis has numbers, and which.
+
+use super::power::{decade_below, power_of_ten, superscript};
+use super::unit::prefixed;
+
+/// A place on an axis with its number; empty for a place in the grid only.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Tick {
+    /// In the axis' shown unit.
+    pub(super) at: f64,
+    pub(super) label: String,
+}
+
+/// How the numbers of a logarithmic axis are written.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum LogNumbers {
+    /// 0.01, 0.1, 1, 10.
+    Decimal,
+    /// 10⁻⁶, 10⁻⁴, 10⁻².
+    Powers,
+    /// 10 µs, 1 ms, 100 ms: the axis is in this base unit.
+    Prefixes(&'static str),
+}
+
+/// Ticks at multiples of 1, 2 or 5 times a power of ten: the densest that fit,
+/// of at most `most`.
+pub(super) fn linear(
+    low: f64,
+    high: f64,
+    most: usize,
+    fits: &dyn Fn(&[Tick]) -> bool,
+) -> Vec<Tick> {
+    let span = high - low;
+    if !(span > 0.0 && span.is_finite()) {
+        return Vec::new();
+    }
+    let first = decade_below(span / most.max(1) as f64);
+    // Three decades of steps: the last leaves less than two ticks.
+    let steps = (first..first + 4).flat_map(|decade| [1, 2, 5].map(|digit| (digit, decade)));
+    let mut last = Vec::new();
+    for (digit, decade) in steps {
+        let ticks = multiples(low, high, digit, decade);
+        if ticks.len() < 2 {
+            break;
+        }
+        if ticks.len() <= most && fits(&ticks) {
+            return ticks;
+        }
+        last = ticks;
+    }
+    // No set fits: the ends of the coarsest.
+    if last.len() > 2 {
+        last.drain(1..last.len() - 1);
+    }
+    last
+}
+
+/// Multiples of `digit · 10^decade` from `low` to `high`.
+fn multiples(low: f64, high: f64, digit: u8, decade: i32) -> Vec<Tick> {
+    let step = f64::from(digit) * power_of_ten(decade);
+    // Rounding must not lose a tick at the very end.
+    let slack = 1e-9;
+    let (first, last) = ((low / step - slack).ceil(), (high / step + slack).floor());
+    if last - first >= 200.0 {
+        return vec![];
+    }
+    let decimals = usize::try_from(-decade).unwrap_or(0);
+    let mut ticks = Vec::new();
+    let mut count = first;
+    while count <= last {
+        // Adding zero turns −0 into 0.
+        let at = count * step + 0.0;
+        let label = format!("{at:.decimals$}").replace('-', "−");
+        ticks.push(Tick { at, label });
+        count += 1.0;
+    }
+    ticks
+}
+
+/// Ticks of a logarithmic axis: the densest of some usual sets that fits, of at
+/// most `most`, and the places between that the grid has too.
+pub(super) fn logarithmic(
+    low: f64,
+    high: f64,
+    numbers: LogNumbers,
+    most: usize,
+    fits: &dyn Fn(&[Tick]) -> bool,
+) -> (Vec<Tick>, Vec<f64>) {
+    if !(low > 0.0 && high > low && high.is_finite()) {
+        return (Vec::new(), Vec::new());
+    }
+    let decades = (decade_below(low) - 1)..=(decade_below(high) + 1);
+    let within = |at: f64| at >= low * (1.0 - 1e-9) && at <= high * (1.0 + 1e-9);
+    let set = |digits: &[u8], every: i32| -> Vec<Tick> {
+        let chosen = decades.clone().filter(|decade| decade % every == 0);
+        chosen
+            .flat_map(|decade| digits.iter().map(move |&digit| (digit, decade)))
+            .filter(|&(digit, decade)| within(value(digit, decade)))
+            .map(|(digit, decade)| Tick {
+                at: value(digit, decade),
+                label: number(digit, decade, numbers),
+            })
+            .collect()
+    };
+    let fine: Vec<f64> = if high / low < 2e6 {
+        set(&[2, 3, 4, 5, 6, 7, 8, 9], 1)
+    } else {
+        set(&[1], 1)
+    }
+    .iter()
+    .map(|tick| tick.at)
+    .collect();
+    let sets: [(&[u8], i32); 12] = [
+        (&[1, 2, 3, 5, 7], 1),
+        (&[1, 2, 3, 5], 1),
+        (&[1, 2, 5], 1),
+        (&[1, 3], 1),
+        (&[1], 1),
+        (&[1], 2),
+        (&[1], 3),
+        (&[1], 6),
+        (&[1], 12),
+        (&[1], 24),
+        (&[1], 48),
+        (&[1], 96),
+    ];
+    // Less than three numbers say little about an axis that is not even.
+    let sets = sets.map(|(digits, every)| set(digits, every));
+    let fitting = |ticks: &&Vec<Tick>| ticks.len() <= most && fits(ticks);
+    let chosen = sets
+        .iter()
+        .filter(|ticks| ticks.len() >= 3)
+        .find(fitting)
+        .or_else(|| sets.iter().filter(|ticks| ticks.len() == 2).find(fitting));
+    let narrow = high / low < 4.0;
+    match chosen {
+        Some(ticks) if !narrow => (ticks.clone(), fine),
+        // Within a few octaves even steps read better, whatever the prefix.
+        _ => match numbers {
+            LogNumbers::Decimal | LogNumbers::Powers => {
+                (linear(low, high, most.min(6), fits), Vec::new())
+            }
+            LogNumbers::Prefixes(_) => (chosen.cloned().unwrap_or_default(), fine),
+        },
+    }
+}
+
+fn value(digit: u8, decade: i32) -> f64 {
+    f64::from(digit) * power_of_ten(decade)
+}
+
+/// `digit · 10^decade` in words of the axis.
+fn number(digit: u8, decade: i32, numbers: LogNumbers) -> String {
+    match numbers {
+        LogNumbers::Decimal => decimal(digit, decade),
+        LogNumbers::Powers => match (digit, decade) {
+            (digit, 0) => digit.to_string(),
+            (1, 1) => "10".to_owned(),
+            (1, decade) => format!("10{}", superscript(decade)),
+            (digit, decade) => format!("{digit}·10{}", superscript(decade)),
+        },
+        LogNumbers::Prefixes(base) => {
+            let (power, unit) = prefixed(base, decade);
+            format!("{} {unit}", decimal(digit, decade - power))
+        }
+    }
+}
+
+/// `digit · 10^decade` without a power.
+fn decimal(digit: u8, decade: i32) -> String {
+    let zeros = "0".repeat(usize::try_from(decade.unsigned_abs()).unwrap_or(0));
+    if decade < 0 {
+        let zeros = &zeros[1..];
+        format!("0.{zeros}{digit}")
+    } else {
+        format!("{digit}{zeros}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn labels(ticks: &[Tick]) -> Vec<&str> {
+        ticks.iter().map(|tick| tick.label.as_str()).collect()
+    }
+
+    #[test]
+    fn even_axes_have_round_numbers() {
+        let any = |_: &[Tick]| true;
+        assert_eq!(
+            labels(&linear(0.0, 1.0, 6, &any)),
+            ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]
+        );
+        assert_eq!(labels(&linear(-3.0, 4.0, 5, &any)), ["−2", "0", "2", "4"]);
+        assert_eq!(
+            labels(&linear(1e6, 1e6 + 0.3, 4, &any)),
+            ["1000000.0", "1000000.1", "1000000.2", "1000000.3"]
+        );
+        assert!(linear(1.0, 1.0, 5, &any).is_empty());
+        assert!(linear(0.0, f64::INFINITY, 5, &any).is_empty());
+    }
+
+    #[test]
+    fn ticks_that_do_not_fit_become_fewer() {
+        let two = |ticks: &[Tick]| ticks.len() <= 2;
+        assert_eq!(linear(0.0, 1.0, 10, &two).len(), 2);
+        assert!(linear(0.0, 1.0, 10, &|_| true).len() > 2);
+        assert!(linear(0.0, 1.0, 10, &|_| false).len() <= 2);
+    }
+
+    #[test]
+    fn decades_are_written_to_be_read() {
+        let any = |_: &[Tick]| true;
+        let (ticks, fine) = logarithmic(0.05, 20.0, LogNumbers::Decimal, 4, &any);
+        assert_eq!(labels(&ticks), ["0.1", "1", "10"]);
+        assert!(fine.contains(&0.2) && fine.contains(&20.0));
+        let (ticks, _) = logarithmic(1e-6, 1.0, LogNumbers::Prefixes("s"), 7, &any);
+        assert_eq!(
+            labels(&ticks),
+            ["1 µs", "10 µs", "100 µs", "1 ms", "10 ms", "100 ms", "1 s"]
+        );
+        let (ticks, _) = logarithmic(1e-6, 1e6, LogNumbers::Powers, 5, &any);
+        assert_eq!(labels(&ticks), ["10⁻⁶", "10⁻³", "1", "10³", "10⁶"]);
+    }
+
+    #[test]
+    fn less_than_a_decade_has_more_than_its_end() {
+        let any = |_: &[Tick]| true;
+        let (ticks, _) = logarithmic(0.25, 4.0, LogNumbers::Decimal, 6, &any);
+        assert_eq!(labels(&ticks), ["0.3", "0.5", "0.7", "1", "2", "3"]);
+        let (ticks, _) = logarithmic(11.0, 14.0, LogNumbers::Decimal, 6, &any);
+        assert_eq!(labels(&ticks), ["11", "12", "13", "14"]);
+    }
+}

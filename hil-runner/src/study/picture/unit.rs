@@ -1,0 +1,274 @@
+//! Units of axes: what a suffix stands for, and the prefix that reads best.
+
+use super::PictureError;
+use super::power::{decade_below, superscript};
+
+/// Suffix of a column's name and its symbol, as in `NOTATION.md`, and those of
+/// figures. The longest that fits counts.
+const SUFFIXES: [(&str, &str); 43] = [
+    ("_s", "s"),
+    ("_us", "µs"),
+    ("_m", "m"),
+    ("_mm", "mm"),
+    ("_um", "µm"),
+    ("_mps", "m/s"),
+    ("_mps2", "m/s²"),
+    ("_ms", "m s"),
+    ("_rad", "rad"),
+    ("_radps", "rad/s"),
+    ("_rads", "rad s"),
+    ("_deg", "°"),
+    ("_m_per_rad", "m/rad"),
+    ("_mm_per_rev", "mm/rev"),
+    ("_kg", "kg"),
+    ("_kg_m2", "kg m²"),
+    ("_n", "N"),
+    ("_ns_per_rad", "N s/rad"),
+    ("_ns2_per_rad2", "N s²/rad²"),
+    ("_nm", "N m"),
+    ("_nm_per_rad", "N m/rad"),
+    ("_nms_per_rad", "N m s/rad"),
+    ("_nm_per_a", "N m/A"),
+    ("_j", "J"),
+    ("_v", "V"),
+    ("_a", "A"),
+    ("_ohm", "Ω"),
+    ("_h", "H"),
+    ("_w", "W"),
+    ("_hz", "Hz"),
+    ("_per_s", "1/s"),
+    ("_counts", "counts"),
+    ("_counts_per_rad", "counts/rad"),
+    ("_counts_per_mm", "counts/mm"),
+    ("_counts_per_s", "counts/s"),
+    ("_codes", "codes"),
+    ("_codes_per_s", "codes/s"),
+    ("_bits", "bits"),
+    ("_bytes", "bytes"),
+    ("_percent", "%"),
+    ("_db", "dB"),
+    ("_mv", "mV"),
+    ("_ma", "mA"),
+];
+
+/// The suffix with its symbol that ends a name, if any.
+pub(super) fn suffix(name: &str) -> Option<(&'static str, &'static str)> {
+    let name = format!("_{name}");
+    SUFFIXES
+        .into_iter()
+        .filter(|(suffix, _)| name.ends_with(suffix))
+        .max_by_key(|(suffix, _)| suffix.len())
+}
+
+/// Units that take prefixes, and the largest power of ten that is in use: km
+/// and ks are no units of an axis.
+const WITH_PREFIX: [(&str, i32); 10] = [
+    ("s", 0),
+    ("m", 0),
+    ("V", 3),
+    ("A", 3),
+    ("J", 3),
+    ("N", 3),
+    ("N m", 3),
+    ("Ω", 6),
+    ("H", 0),
+    ("Hz", 6),
+];
+
+/// Prefixes and their powers of ten.
+const PREFIXES: [(&str, i32); 7] = [
+    ("p", -12),
+    ("n", -9),
+    ("µ", -6),
+    ("m", -3),
+    ("", 0),
+    ("k", 3),
+    ("M", 6),
+];
+
+/// A unit as a number of another: `mm` is 10⁻³ of `m`.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Unit {
+    /// Symbol as written.
+    pub(super) symbol: String,
+    /// Base unit and power of ten, where prefixes are in use.
+    base: Option<(&'static str, i32)>,
+}
+
+/// How numbers of a unit are shown.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Shown {
+    /// Shown number = number · 10^`shift`.
+    pub(super) shift: i32,
+    /// Symbol of the shown unit; may begin with a power of ten.
+    pub(super) symbol: String,
+    /// Base unit and the power of ten of the shown unit in it.
+    pub(super) base: Option<(&'static str, i32)>,
+}
+
+impl Unit {
+    /// The unit with that symbol. `m` is the metre: a base unit goes first.
+    pub(super) fn of(symbol: &str) -> Self {
+        let whole = WITH_PREFIX.iter().find(|(base, _)| *base == symbol);
+        let parts = || {
+            PREFIXES.iter().find_map(|&(prefix, power)| {
+                let rest = symbol.strip_prefix(prefix)?;
+                let (base, _) = WITH_PREFIX.iter().find(|(base, _)| *base == rest)?;
+                Some((*base, power))
+            })
+        };
+        Self {
+            symbol: symbol.to_owned(),
+            base: whole.map(|(base, _)| (*base, 0)).or_else(parts),
+        }
+    }
+
+    /// The unit as it is.
+    pub(super) fn plain(&self) -> Shown {
+        Shown {
+            shift: 0,
+            symbol: self.symbol.clone(),
+            base: self.base,
+        }
+    }
+
+    /// Power of ten from this unit to another of the same base.
+    pub(super) fn shift_to(&self, other: &Unit) -> Option<i32> {
+        match (self.base, other.base) {
+            (Some((base, from)), Some((other, to))) if base == other => Some(from - to),
+            _ => (self.symbol == other.symbol).then_some(0),
+        }
+    }
+
+    /// The unit that a picture asks for.
+    pub(super) fn asked(&self, column: &str, symbol: &str) -> Result<Shown, PictureError> {
+        // The two signs for micro, and what a keyboard has for it.
+        let symbol = symbol.replace('\u{3bc}', "µ");
+        let symbol = match symbol.strip_prefix('u') {
+            Some(rest) if Unit::of(&format!("µ{rest}")).base.is_some() => format!("µ{rest}"),
+            _ => symbol,
+        };
+        let other = Unit::of(&symbol);
+        let shift = self.shift_to(&other).ok_or_else(|| PictureError::Units {
+            first: column.to_owned(),
+            first_unit: self.symbol.clone(),
+            other: symbol.clone(),
+            other_unit: symbol.clone(),
+        })?;
+        Ok(Shown {
+            shift,
+            symbol: other.symbol,
+            base: other.base,
+        })
+    }
+
+    /// The unit that suits numbers up to `largest` in magnitude: numbers from
+    /// 0.1 to 10⁴ stay as they are, others take a prefix or a power of ten.
+    pub(super) fn suited(&self, largest: f64) -> Shown {
+        if !largest.is_finite() || largest == 0.0 || (0.1..1e4).contains(&largest) {
+            return self.plain();
+        }
+        let decade = decade_below(largest);
+        match self.base {
+            Some((base, from)) => {
+                // In the base unit.
+                let (power, symbol) = prefixed(base, decade + from);
+                if decade + from - power > 4 {
+                    return self.by_power(decade);
+                }
+                Shown {
+                    shift: from - power,
+                    symbol,
+                    base: Some((base, power)),
+                }
+            }
+            None if (-2..5).contains(&decade) => self.plain(),
+            None => self.by_power(decade),
+        }
+    }
+
+    /// The unit with the power of 1000 at or below a decade.
+    fn by_power(&self, decade: i32) -> Shown {
+        let power = decade.div_euclid(3) * 3;
+        let space = if self.symbol.is_empty() { "" } else { " " };
+        Shown {
+            shift: -power,
+            symbol: format!("10{}{space}{}", superscript(power), self.symbol),
+            base: None,
+        }
+    }
+}
+
+/// The power of 1000 at or below a decade for which a base unit has a prefix,
+/// and the unit with it.
+pub(super) fn prefixed(base: &str, decade: i32) -> (i32, String) {
+    let most = WITH_PREFIX.iter().find(|(name, _)| *name == base);
+    let power = (decade.div_euclid(3) * 3).clamp(-12, most.map_or(0, |(_, most)| *most));
+    let prefix = PREFIXES.iter().find(|(_, of)| *of == power);
+    let symbol = format!("{}{base}", prefix.map_or("", |(prefix, _)| prefix));
+    (power, symbol)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shown(symbol: &str, largest: f64) -> (i32, String) {
+        let shown = Unit::of(symbol).suited(largest);
+        (shown.shift, shown.symbol)
+    }
+
+    #[test]
+    fn the_longest_suffix_counts() {
+        for (name, symbol) in [
+            ("peak_following_error_mm", Some("mm")),
+            ("stiffness_nm_per_rad", Some("N m/rad")),
+            ("peak_abs_acc_mps2", Some("m/s²")),
+            ("damping_nms_per_rad", Some("N m s/rad")),
+            ("dac_bits", Some("bits")),
+            ("s", Some("s")),
+            ("impacts", None),
+            ("gains", None),
+        ] {
+            assert_eq!(suffix(name).map(|(_, symbol)| symbol), symbol, "{name}");
+        }
+    }
+
+    #[test]
+    fn prefixes_suit_the_numbers() {
+        for (symbol, largest, shift, text) in [
+            ("s", 0.02, 3, "ms"),
+            ("s", 0.5, 0, "s"),
+            ("s", 9e4, 0, "s"),
+            ("s", 1e6, -6, "10⁶ s"),
+            ("V", 1e6, -3, "kV"),
+            ("mm", 0.05, 3, "µm"),
+            ("µm", 12_000.0, -3, "mm"),
+            ("mm", 12_000.0, -3, "m"),
+            ("N m", 0.002, 3, "mN m"),
+            ("N m/rad", 2.5e4, 0, "N m/rad"),
+            ("N m/rad", 2.5e5, -3, "10³ N m/rad"),
+            ("kg m²", 4e-6, 6, "10⁻⁶ kg m²"),
+            ("", 1e6, -6, "10⁶"),
+            ("%", 0.0, 0, "%"),
+        ] {
+            assert_eq!(
+                shown(symbol, largest),
+                (shift, text.into()),
+                "{largest} {symbol}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_picture_may_ask_for_a_unit() {
+        let seconds = Unit::of("s");
+        let shown = seconds.asked("t_s", "us").unwrap();
+        assert_eq!((shown.shift, shown.symbol.as_str()), (6, "µs"));
+        let error = seconds.asked("t_s", "mm").unwrap_err().to_string();
+        assert_eq!(
+            error,
+            "\"t_s\" is in s and \"mm\" in mm: they cannot share an axis"
+        );
+    }
+}
