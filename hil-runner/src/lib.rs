@@ -34,6 +34,7 @@ pub mod runfile;
 pub mod servo;
 pub mod study;
 pub mod summary;
+pub mod theory;
 pub mod time;
 pub mod timing;
 pub mod trace;

@@ -1,0 +1,281 @@
+//! A response `L` at rising frequencies, and what is looked for on it.
+//!
+//! Nothing happens on most of it: blocks of the curve are first looked over
+//! without a branch, and only those with a mark are searched.
+
+use nalgebra::Complex;
+
+/// Points of L, and L between them.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Curve<'a, F> {
+    /// Rising, in whatever unit `at` takes them; three points at least.
+    pub(crate) frequency: &'a [f64],
+    pub(crate) re: &'a [f64],
+    pub(crate) im: &'a [f64],
+    /// `L` between the points.
+    pub(crate) at: &'a F,
+    /// Whether the last point is the middle of a sampled spectrum, where L is
+    /// real.
+    pub(crate) ends_real: bool,
+}
+
+/// What there is to find in a block of chords.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub(crate) struct Marks {
+    /// |L| passes 1.
+    pub(crate) unit_gain: bool,
+    /// L passes the real axis.
+    pub(crate) real: bool,
+    /// A chord may come nearer to −1 than the points.
+    pub(crate) near: bool,
+}
+
+/// Chords of a block.
+const BLOCK: usize = 8;
+/// Chords that are looked into: up to this times the lowest squared distance of
+/// a point. A chord is off its curve by a few per cent at most.
+const CANDIDATE: f64 = 1.2;
+/// Steps of the search for a minimum; two or three are the rule.
+const MOST_STEPS: usize = 12;
+/// Steps of the search for a zero; likewise.
+const MOST_ROOT_STEPS: usize = 40;
+/// |L| at which no loop is closed any more: the zero of an undamped joint.
+const NOTHING: f64 = 1e-9;
+/// What is left of |L|² − 1, or of Im L in units of |L|, at a zero.
+const ROOT: f64 = 1e-7;
+
+impl<F: Fn(f64) -> Complex<f64>> Curve<'_, F> {
+    fn point(&self, i: usize) -> Complex<f64> {
+        Complex::new(self.re[i], self.im[i])
+    }
+
+    /// The point nearest to −1 and its squared distance.
+    pub(crate) fn lowest(&self) -> (usize, f64) {
+        const LANES: usize = 4;
+        let squared = |re: f64, im: f64| (1.0 + re) * (1.0 + re) + im * im;
+        let mut lanes = [f64::INFINITY; LANES];
+        let (re, im) = (self.re.chunks_exact(LANES), self.im.chunks_exact(LANES));
+        let rest = re.remainder().iter().zip(im.remainder());
+        let mut lowest = rest.fold(f64::INFINITY, |low, (re, im)| low.min(squared(*re, *im)));
+        for (re, im) in re.zip(im) {
+            for lane in 0..LANES {
+                let d = squared(re[lane], im[lane]);
+                lanes[lane] = if d < lanes[lane] { d } else { lanes[lane] };
+            }
+        }
+        lowest = lanes.iter().fold(lowest, |low, lane| low.min(*lane));
+        let points = self.re.iter().zip(self.im);
+        let at = points
+            .into_iter()
+            .position(|(re, im)| squared(*re, *im) == lowest);
+        (at.unwrap_or(0), lowest)
+    }
+
+    /// The blocks with something to find, by their first chord.
+    pub(crate) fn marked(&self, lowest: f64) -> impl Iterator<Item = (usize, Marks)> {
+        let bound = 2.0 * CANDIDATE * lowest;
+        let chords = self.re.len() - 1;
+        (0..chords).step_by(BLOCK).filter_map(move |start| {
+            let end = (start + BLOCK).min(chords);
+            let marks = marks(&self.re[start..=end], &self.im[start..=end], bound);
+            (marks != Marks::default()).then_some((start, marks))
+        })
+    }
+
+    /// Squared distance of −1 from the chord behind point `i`; infinite behind
+    /// the last.
+    fn chord(&self, i: usize) -> f64 {
+        if i + 1 >= self.re.len() {
+            return f64::INFINITY;
+        }
+        let (from, to) = (self.point(i) + 1.0, self.point(i + 1) + 1.0);
+        let along = to - from;
+        let length = along.norm_sqr();
+        if length == 0.0 {
+            return from.norm_sqr();
+        }
+        let share = (-(from.re * along.re + from.im * along.im) / length).clamp(0.0, 1.0);
+        (from + along * share).norm_sqr()
+    }
+
+    /// Every local minimum of |1 + L|² in the block from `start` that may be
+    /// the lowest: frequency and value. The chords tell where it can be, L
+    /// itself then where it is.
+    pub(crate) fn each_minimum(&self, start: usize, lowest: f64, mut found: impl FnMut(f64, f64)) {
+        let bound = CANDIDATE * lowest;
+        let mut before = if start == 0 {
+            f64::INFINITY
+        } else {
+            self.chord(start - 1)
+        };
+        let mut here = self.chord(start);
+        for i in start..(start + BLOCK).min(self.re.len() - 1) {
+            let after = self.chord(i + 1);
+            // Of two chords that meet in the closest point, the first.
+            if here < before && here <= after && here <= bound {
+                let (frequency, value) = self.minimum(i);
+                found(frequency, value);
+            }
+            (before, here) = (here, after);
+        }
+    }
+
+    /// The minimum of the squared distance near the chord behind point `i`: the
+    /// parabola through L at three points is put for L, which is smooth where
+    /// |1 + L| has its kink, and its nearest point is the next of the three.
+    fn minimum(&self, i: usize) -> (f64, f64) {
+        let n = self.re.len();
+        let middle = i.clamp(1, n - 2);
+        let (lowest, highest) = (
+            self.frequency[i.saturating_sub(1)],
+            self.frequency[(i + 2).min(n - 1)],
+        );
+        let point = |k: usize| (self.frequency[k], self.point(k));
+        let mut three = [point(middle - 1), point(middle), point(middle + 1)];
+        three.sort_by(|a, b| squared_distance(a.1).total_cmp(&squared_distance(b.1)));
+        for _ in 0..MOST_STEPS {
+            let [(x1, l1), (x0, l0), (x2, l2)] = three;
+            let (slope_0, slope_2) = ((l1 - l0) / (x1 - x0), (l2 - l1) / (x2 - x1));
+            let bend = (slope_2 - slope_0) / (x2 - x0);
+            let slope = slope_0 + bend * (x1 - x0);
+            let step = nearest(l1 + 1.0, slope, bend);
+            let mut x = (x1 + step).clamp(lowest, highest);
+            if x == x0 || x == x2 {
+                // The parabola leads back to a known point: half way.
+                x = 0.5 * (x1 + x);
+            }
+            if (x - x1).abs() <= 1e-9 * x1 {
+                break;
+            }
+            let here = (x, (self.at)(x));
+            let (before, after) = (squared_distance(l1), squared_distance(here.1));
+            // The farthest of the four goes.
+            three = if after < before {
+                [here, three[0], three[1]]
+            } else {
+                [three[0], here, three[1]]
+            };
+            if (before - after).abs() <= 1e-9 * before {
+                break;
+            }
+        }
+        (three[0].0, squared_distance(three[0].1))
+    }
+
+    /// Every `|L| = 1` in the block from `start`: its frequency, whether |L|
+    /// falls there, and L.
+    pub(crate) fn each_unit_gain(
+        &self,
+        start: usize,
+        mut found: impl FnMut(f64, bool, Complex<f64>),
+    ) {
+        let excess = |value: Complex<f64>| value.norm_sqr() - 1.0;
+        for i in start..(start + BLOCK).min(self.re.len() - 1) {
+            let ends = [i, i + 1].map(|k| excess(self.point(k)));
+            if (ends[0] < 0.0) != (ends[1] < 0.0) {
+                let (frequency, value) = self.zero(i, ends, excess);
+                found(frequency, ends[0] >= 0.0, value);
+            }
+        }
+    }
+
+    /// Every point of the block from `start` on the negative real axis: its
+    /// frequency and |L|.
+    pub(crate) fn each_phase_crossing(&self, start: usize, mut found: impl FnMut(f64, f64)) {
+        let last = self.re.len() - 1;
+        // The chord to a real end crosses nothing.
+        let chords = if self.ends_real { last - 1 } else { last };
+        for i in start..(start + BLOCK).min(chords) {
+            let ends = [self.im[i], self.im[i + 1]];
+            if (ends[0] < 0.0) == (ends[1] < 0.0) || self.re[i] >= 0.0 && self.re[i + 1] >= 0.0 {
+                continue;
+            }
+            let size = self.re[i].abs().max(self.re[i + 1].abs());
+            let (frequency, value) =
+                self.zero(i, ends.map(|im| im / size), |value| value.im / size);
+            if value.re < -NOTHING {
+                found(frequency, -value.re);
+            }
+        }
+    }
+
+    /// |L| in the middle of a sampled spectrum, where L is negative there.
+    pub(crate) fn real_end(&self) -> Option<f64> {
+        let last = self.re[self.re.len() - 1];
+        (self.ends_real && last < 0.0).then_some(-last)
+    }
+
+    /// The zero of `f(L)` behind point `i`, by false position (Illinois), and L
+    /// there.
+    fn zero(
+        &self,
+        i: usize,
+        ends: [f64; 2],
+        f: impl Fn(Complex<f64>) -> f64,
+    ) -> (f64, Complex<f64>) {
+        let (mut a, mut b) = (self.frequency[i], self.frequency[i + 1]);
+        let [mut fa, mut fb] = ends;
+        let mut best = (b, self.point(i + 1));
+        for _ in 0..MOST_ROOT_STEPS {
+            let x = b - fb * (b - a) / (fb - fa);
+            let value = (self.at)(x);
+            let fx = f(value);
+            best = (x, value);
+            if fx.abs() <= ROOT || (b - a).abs() <= 1e-12 * x {
+                break;
+            }
+            if (fx < 0.0) == (fb < 0.0) {
+                fa *= 0.5;
+            } else {
+                (a, fa) = (b, fb);
+            }
+            (b, fb) = (x, fx);
+        }
+        best
+    }
+}
+
+/// Looks over a block of chords without a branch.
+///
+/// A chord whose ends are seen from −1 under less than a right angle is at
+/// least `1/√2` times as far away as the nearer end.
+fn marks(re: &[f64], im: &[f64], bound: f64) -> Marks {
+    let n = re.len() - 1;
+    let (re0, re1, im0, im1) = (&re[..n], &re[1..=n], &im[..n], &im[1..=n]);
+    let (mut unit_gain, mut real, mut near) = (false, false, false);
+    for k in 0..n {
+        let (r0, r1, i0, i1) = (re0[k], re1[k], im0[k], im1[k]);
+        unit_gain |= (r0 * r0 + i0 * i0 < 1.0) != (r1 * r1 + i1 * i1 < 1.0);
+        real |= (i0 < 0.0) != (i1 < 0.0);
+        let (x0, x1) = (1.0 + r0, 1.0 + r1);
+        near |=
+            (x0 * x1 + i0 * i1 < 0.0) | (x0 * x0 + i0 * i0 <= bound) | (x1 * x1 + i1 * i1 <= bound);
+    }
+    Marks {
+        unit_gain,
+        real,
+        near,
+    }
+}
+
+/// `|1 + L|²`.
+fn squared_distance(value: Complex<f64>) -> f64 {
+    let re = 1.0 + value.re;
+    re * re + value.im * value.im
+}
+
+/// The h near 0 at which `|e + s·h + c·h²|` is smallest, by Newton on the
+/// derivative of its square.
+fn nearest(e: Complex<f64>, s: Complex<f64>, c: Complex<f64>) -> f64 {
+    let product = |a: Complex<f64>, b: Complex<f64>| a.re * b.re + a.im * b.im;
+    let mut h = 0.0;
+    for _ in 0..4 {
+        let value = e + (s + c * h) * h;
+        let slope = s + c * (2.0 * h);
+        let first = product(value, slope);
+        let steep = slope.norm_sqr();
+        let second = steep + 2.0 * product(value, c);
+        h -= first / if second > 0.1 * steep { second } else { steep };
+    }
+    h
+}

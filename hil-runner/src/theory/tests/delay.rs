@@ -1,0 +1,126 @@
+//! Hold and delay to first order against the sampled loop.
+
+use super::super::delay::DelayedLoop;
+use super::super::delay::margin_by_delay;
+use super::super::field::{MarginField, margin};
+use super::super::linear_axis::{JointState, LinearAxis};
+use super::super::{LoopFamily, LoopGains};
+use super::{Draw, case};
+use crate::case::ComputationDelay;
+
+/// The difference between the pure delay and the sampled loop is of second
+/// order: halving Δt quarters it. The contrast: without the delay it is of
+/// first order, and halves.
+#[test]
+fn halving_the_sample_time_quarters_the_difference() {
+    let sets = [
+        &["controller.ki_per_s=0"][..],
+        &["controller.kd_s=0", "controller.kp=1"],
+        &["controller.ki_per_s=60", "controller.kp=5"],
+        &["transmission.joint=rigid"],
+    ];
+    for sets in sets {
+        for delay_share in [0.0, 0.5, 1.0] {
+            let differences: Vec<[f64; 2]> = [250_000, 125_000, 62_500]
+                .map(|period_ns| {
+                    let mut case = case("paper-2", &[sets, &["controller.law=sampled"]].concat());
+                    case.controller.sample_time_ns = Some(period_ns);
+                    let delay_ns = (delay_share * period_ns as f64) as u64;
+                    case.controller.computation_delay = ComputationDelay::Fixed(delay_ns);
+                    let sampled = margin(&case, JointState::Closed).unwrap().modulus;
+                    let delayed = margin_by_delay(&case).unwrap().modulus;
+                    let axis = LinearAxis::new(&case.axis, JointState::Closed).unwrap();
+                    let continuous = DelayedLoop::continuous(&axis, &LoopGains::of(&case));
+                    [delayed - sampled, continuous.margin().modulus - sampled]
+                })
+                .to_vec();
+            println!("{sets:?}, delay {delay_share}: {differences:?}");
+            for pair in differences.windows(2) {
+                let ratio = pair[0][0] / pair[1][0];
+                assert!((3.8..4.2).contains(&ratio), "{ratio}");
+                let without = pair[0][1] / pair[1][1];
+                assert!((1.8..2.2).contains(&without), "{without}");
+            }
+        }
+    }
+}
+
+/// Nyquist's count for the loop with a delay against Routh's for the sampled one,
+/// at 1 µs, where the two are the same loop.
+#[test]
+fn nyquist_agrees_with_a_very_short_sample_time() {
+    let mut draw = Draw::new(5);
+    let (mut counts, mut worst) = ([0; 2], 0.0_f64);
+    for _ in 0..2000 {
+        let axis = draw.axis();
+        let gains = draw.gains();
+        let linear = LinearAxis::new(&axis, JointState::Closed).unwrap();
+        let continuous = DelayedLoop {
+            period_s: 1e-6,
+            ..DelayedLoop::continuous(&linear, &gains)
+        };
+        let continuous = continuous.margin();
+        let family = LoopFamily::new(&axis, 1000, 0, JointState::Closed).unwrap();
+        let sampled = family.margin(&gains);
+        counts[usize::from(continuous.stable)] += 1;
+        let near = sampled.modulus < 0.01;
+        assert!(
+            near || continuous.stable == sampled.stable,
+            "{continuous:?} {sampled:?}"
+        );
+        let off = (continuous.modulus - sampled.modulus).abs();
+        worst = worst.max(off);
+        assert!(off < 0.01, "{continuous:?} {sampled:?}");
+    }
+    println!("unstable, stable: {counts:?}; modulus within {worst:.4}");
+    assert!(counts.iter().all(|&n| n > 40));
+}
+
+/// The field is the case's margin at its own gains, and changes its sign where
+/// the loop becomes unstable, without a jump.
+#[test]
+fn the_field_crosses_zero_at_the_border() {
+    let case = case("paper-2", &["controller.sample_time_s=0.004"]);
+    let field = MarginField::of(&case, JointState::Closed).unwrap();
+    let at_home = margin(&case, JointState::Closed).unwrap().signed();
+    assert_eq!(field.signed(3.2, 0.05), at_home);
+    let mut signs = [0; 2];
+    for column in 0..40 {
+        let kp = 1.0 + f64::from(column);
+        let values: Vec<f64> = (0..4000)
+            .map(|row| field.signed(kp, 1e-3 * f64::from(row)))
+            .collect();
+        for pair in values.windows(2) {
+            assert!((pair[0] - pair[1]).abs() < 0.02, "{kp} {pair:?}");
+            signs[usize::from(pair[0] > 0.0)] += 1;
+        }
+    }
+    assert!(signs.iter().all(|&n| n > 1000), "{signs:?}");
+}
+
+/// What makes another loop of it has no margin of this theory.
+#[test]
+fn another_law_has_no_margin() {
+    let cases: [(&[&str], bool); 6] = [
+        (&[], true),
+        (&["controller.derivative_filter_s=0.002"], false),
+        (&["controller.rest_integrator=hold"], false),
+        (&["controller.anti_windup=clamp"], true),
+        (
+            &[
+                "controller.derivative_filter_s=0.002",
+                "controller.law=quantised",
+            ],
+            true,
+        ),
+        (&["limits.saturation_s=0.1"], true),
+    ];
+    for (sets, has) in cases {
+        let case = case("paper-2", sets);
+        assert_eq!(margin(&case, JointState::Closed).is_some(), has, "{sets:?}");
+        assert_eq!(margin_by_delay(&case).is_some(), has, "{sets:?}");
+        assert_eq!(MarginField::of(&case, JointState::Closed).is_some(), has);
+    }
+    let rigid = case("paper-2", &["transmission.joint=rigid"]);
+    assert_eq!(margin(&rigid, JointState::Open), None);
+}
