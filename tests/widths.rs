@@ -26,7 +26,7 @@ use plant::{
 struct Look {
     state: [u64; 5],
     acceleration: u64,
-    extremes: Result<[u64; 10], PlantError>,
+    extremes: Result<[u64; 12], PlantError>,
 }
 
 impl Look {
@@ -45,7 +45,7 @@ impl Look {
         }
     }
 
-    fn bits_of(extremes: Result<Extremes, PlantError>) -> Result<[u64; 10], PlantError> {
+    fn bits_of(extremes: Result<Extremes, PlantError>) -> Result<[u64; 12], PlantError> {
         extremes.map(|e| {
             [
                 e.peak_abs_acceleration_mps2.to_bits(),
@@ -58,6 +58,8 @@ impl Look {
                 e.last_outside_band_s.unwrap_or(0.0).to_bits(),
                 e.contact_changes,
                 e.impacts,
+                e.hardest_impact_radps.to_bits(),
+                e.joint_loss_j.to_bits(),
             ]
         })
     }

@@ -104,6 +104,17 @@ impl Step {
         (sum(&E5, k) * h, sum(&E3, k) * h)
     }
 
+    /// `∫ ẏ_i² dt` over the step, by the method itself: what the step would make
+    /// of a further state with that rate.
+    pub(crate) fn squared_rate(&self, state: usize) -> f64 {
+        let mut sum = 0.0;
+        for (stage, weight) in B {
+            let rate = self.stages[stage][state];
+            sum += weight * (rate * rate);
+        }
+        sum * self.h
+    }
+
     /// How far the solution may be from the cubic through the ends of the
     /// step: less than this, by a factor of about two.
     ///

@@ -44,6 +44,11 @@ pub struct Extremes {
     pub contact_changes: u64,
     /// Closings of the gap.
     pub impacts: u64,
+    /// Largest |ε̇| at which the gap closed \[rad/s\]; 0 if it never did.
+    pub hardest_impact_radps: f64,
+    /// `∫ c·ε̇² dt` over the time in contact \[J\]: what the joint's damper has
+    /// turned into heat.
+    pub joint_loss_j: f64,
 }
 
 impl Extremes {
@@ -62,6 +67,8 @@ impl Extremes {
             last_outside_band_s: None,
             contact_changes: 0,
             impacts: 0,
+            hardest_impact_radps: 0.0,
+            joint_loss_j: 0.0,
         }
     }
 
@@ -185,6 +192,7 @@ impl Watch for Extremes {
                 let seen = self.look(&piece.sights(span.axis, ends));
                 self.take(&seen);
                 self.command_at_end = Some((span.end_s(), command));
+                self.joint_loss_j += piece.joint_loss_j(span.length_s);
             }
             Interior::Feedback(piece) => {
                 let ends_v = (span.voltage_at_v(0.0), span.voltage_at_v(1.0));
@@ -197,14 +205,23 @@ impl Watch for Extremes {
                 let seen = self.look(&piece.sights(span.axis, ends));
                 self.take(&seen);
                 self.command_at_end = Some((span.end_s(), command));
+                self.joint_loss_j += piece.joint_loss_j(span.length_s);
             }
-            Interior::Stepped(piece) => self.look_between_ends(&Stepped { span, piece }),
+            Interior::Stepped(piece) => {
+                let stepped = Stepped { span, piece };
+                self.look_between_ends(&stepped);
+                self.joint_loss_j += stepped.joint_loss_j();
+            }
         }
     }
 
     fn contact_change(&mut self, change: &ContactChange) {
         self.contact_changes += 1;
         self.impacts += u64::from(change.impact);
+        if change.impact {
+            let closing_radps = change.epsilon_dot_radps.abs();
+            self.hardest_impact_radps = self.hardest_impact_radps.max(closing_radps);
+        }
     }
 }
 

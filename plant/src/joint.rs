@@ -81,6 +81,11 @@ impl JointMode {
             Self::Rigid | Self::Open | Self::Released(_) => Contact::Open,
         }
     }
+
+    /// Whether the joint carries torque.
+    pub(crate) fn carries(self) -> bool {
+        matches!(self, Self::Gapless | Self::Loaded(_))
+    }
 }
 
 impl ElasticJoint {

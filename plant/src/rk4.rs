@@ -10,7 +10,7 @@ use crate::joint::JointMode;
 use crate::plant::{Plant, count, seconds};
 use crate::reach::Reach;
 use crate::span::{ContactChange, Interior, Span, Watch};
-use crate::state::Vector;
+use crate::state::{EPSILON_DOT, Vector};
 use crate::stepped::SteppedPiece;
 
 /// One step of `dy/dt = f(t, y)` from `(t, y)` with `k1 = f(t, y)`.
@@ -75,6 +75,7 @@ impl Plant {
                     from,
                     to,
                     impact: before.joint == JointMode::Open,
+                    epsilon_dot_radps: y1[EPSILON_DOT],
                     acceleration_before_mps2: axis.carriage_acceleration_mps2(&before, &y0),
                     acceleration_after_mps2: self.acceleration_mps2(),
                 });

@@ -34,6 +34,9 @@ pub struct ContactChange {
     /// Whether the gap closed: taking load again after `no_pull` let go is a
     /// change, but no impact.
     pub impact: bool,
+    /// `ε̇` at the change \[rad/s\]: at an impact its magnitude is the speed at
+    /// which the gap closes.
+    pub epsilon_dot_radps: f64,
     /// Carriage acceleration just before \[m/s²\].
     pub acceleration_before_mps2: f64,
     /// Carriage acceleration just after \[m/s²\].

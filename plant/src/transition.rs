@@ -9,7 +9,7 @@ use crate::mode::{Guard, Guards};
 use crate::pid::Side;
 use crate::plant::Plant;
 use crate::span::{ContactChange, Watch};
-use crate::state::Vector;
+use crate::state::{EPSILON_DOT, Vector};
 
 /// Mode changes at one and the same instant after which the plant gives up: a
 /// contact, a break of stiction and a limit can coincide, more cannot.
@@ -39,6 +39,7 @@ impl Plant {
                 from,
                 to,
                 impact: matches!(guard, Guard::Meet(_)),
+                epsilon_dot_radps: self.y[EPSILON_DOT],
                 acceleration_before_mps2,
                 acceleration_after_mps2: self.acceleration_mps2(),
             });

@@ -66,6 +66,8 @@ impl<W: Width> Batch<W> {
         }
         let run = &mut self.lanes[lane];
         let mode = *run.plant.mode();
+        // From here on the single run goes on with the sum.
+        run.extremes.joint_loss_j = before.joint_loss_j.as_ref()[lane];
         if run.result.is_ok() {
             run.result = run.plant.advance_exactly(
                 &mut self.tables,
@@ -74,6 +76,7 @@ impl<W: Width> Batch<W> {
                 &mut run.extremes,
             );
         }
+        self.joint_loss_j.as_mut()[lane] = run.extremes.joint_loss_j;
         let y = run.plant.state();
         let figures = run.plant.figures(command_m);
         let changed = *run.plant.mode() != mode || run.plant.is_fresh();

@@ -41,6 +41,8 @@ pub struct Batch<W: Width> {
     /// What they are known to reach, between the ends too.
     pub(crate) floors: [W::Array; FIGURES],
     peak_abs_voltage_v: W::Array,
+    /// What the joints' dampers have taken \[J\].
+    pub(crate) joint_loss_j: W::Array,
     /// Number of the last step that ended outside the settling band.
     pub(crate) last_outside: W::Array,
     travel_m: W::Array,
@@ -58,6 +60,7 @@ pub(crate) struct Before<W: Width> {
     pub(crate) state: [W::Array; HELD],
     pub(crate) peaks: [W::Array; FIGURES],
     pub(crate) last_outside: W::Array,
+    pub(crate) joint_loss_j: W::Array,
     pub(crate) voltage_v: W::Array,
 }
 
@@ -103,6 +106,7 @@ impl<W: Width> Batch<W> {
             peaks: [zero; FIGURES],
             floors: [zero; FIGURES],
             peak_abs_voltage_v: zero,
+            joint_loss_j: zero,
             last_outside: zero,
             travel_m: zero,
             band_m: zero,
@@ -124,6 +128,7 @@ impl<W: Width> Batch<W> {
         self.peaks = [zero; FIGURES];
         self.floors = [zero; FIGURES];
         self.peak_abs_voltage_v = zero;
+        self.joint_loss_j = zero;
         self.last_outside = W::array(-1.0);
         self.lanes.clear();
         self.pending.clear();
@@ -147,6 +152,12 @@ impl<W: Width> Batch<W> {
     #[inline(always)]
     pub fn beta_rad(&self) -> W::Vector {
         self.width.load(&self.state[0])
+    }
+
+    /// ε of every lane \[rad\].
+    #[inline(always)]
+    pub fn epsilon_rad(&self) -> W::Vector {
+        self.width.load(&self.state[2])
     }
 
     /// ẍ of every lane \[m/s²\].
@@ -181,13 +192,13 @@ impl<W: Width> Batch<W> {
 
         let pending = pending & !moved;
         if moved | wanted | pending == 0 {
-            self.take(&step, &ends, outside, voltage_v);
+            self.take(phase, &step, &ends, outside, voltage_v);
         } else {
             let before = self.before(voltage_v);
             if pending != 0 {
                 self.wait((phase, moved), &step, &before, (&ends, &uppers));
             }
-            self.take(&step, &ends, outside, voltage_v);
+            self.take(phase, &step, &ends, outside, voltage_v);
             if moved | wanted != 0 {
                 self.look_closer((phase, moved, wanted), &before, command_m);
             }
@@ -262,6 +273,7 @@ impl<W: Width> Batch<W> {
     #[inline(always)]
     fn take(
         &mut self,
+        phase: usize,
         step: &Step<W>,
         ends: &[W::Vector; FIGURES],
         outside: W::Mask,
@@ -280,6 +292,8 @@ impl<W: Width> Batch<W> {
         }
         let peak_v = w.larger(w.abs(voltage_v), w.load(&self.peak_abs_voltage_v));
         w.store(peak_v, &mut self.peak_abs_voltage_v);
+        let loss = self.joint_loss_of(phase, step, voltage_v);
+        w.store(w.load(&self.joint_loss_j) + loss, &mut self.joint_loss_j);
         let number = w.splat(crate::plant::count(self.time_ns));
         let last_outside = w.select(outside, number, w.load(&self.last_outside));
         w.store(last_outside, &mut self.last_outside);
@@ -292,6 +306,7 @@ impl<W: Width> Batch<W> {
             state: self.state,
             peaks: self.peaks,
             last_outside: self.last_outside,
+            joint_loss_j: self.joint_loss_j,
             voltage_v: held,
         }
     }
@@ -345,6 +360,7 @@ impl<W: Width> Batch<W> {
         }
         let voltage_v = self.peak_abs_voltage_v.as_ref()[lane];
         extremes.peak_abs_voltage_v = extremes.peak_abs_voltage_v.max(voltage_v);
+        extremes.joint_loss_j = self.joint_loss_j.as_ref()[lane];
         let start_ns = self.last_outside.as_ref()[lane];
         if start_ns >= 0.0 {
             // The end of that step, summed as a span does.

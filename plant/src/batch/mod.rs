@@ -5,6 +5,7 @@
 //! phase     the numbers of one step, lane by lane
 //! modes     what a lane's mode makes of the equations
 //! lanes     the states of all lanes, one step at a time
+//! loss      what the dampers of the joints take in a step
 //! figures   what is measured at the ends of a step, and whether to look between
 //! closer    lanes that leave the common step
 //! pending   steps that are looked at for extremes later
@@ -20,6 +21,7 @@
 mod closer;
 mod figures;
 mod lanes;
+mod loss;
 mod modes;
 mod pending;
 mod phase;

@@ -1,11 +1,10 @@
 //! The numbers of one step over all lanes: what a lane's mode decides.
 
+use super::loss::LaneLoss;
 use super::width::Width;
+pub(crate) use crate::exact::DRIVING;
 use crate::exact::{AxisSystem, BOUND_MARGIN, FIGURES, HELD, HeldTable, Quantity, SLOPES, Sketch};
 use crate::state::{BETA_DOT, CURRENT, EPSILON_DOT};
-
-/// The states that drive something: β̇, δ, ε̇ and I. β does not.
-pub(crate) const DRIVING: usize = 4;
 
 /// Coefficients of the four driving states, one number per lane.
 pub(crate) type Row<W> = [<W as Width>::Array; DRIVING];
@@ -31,6 +30,8 @@ pub(crate) struct Phase<W: Width> {
     /// δ and the figures as polynomials over the step.
     pub(crate) gap: LaneSketch,
     pub(crate) figures: [LaneSketch; FIGURES],
+    /// What the joint's damper takes.
+    pub(crate) loss: LaneLoss,
 }
 
 /// β̈, ε̈ and İ at the start of a step with the joint open and closed: per
@@ -78,6 +79,7 @@ impl<W: Width> Phase<W> {
             },
             figures: core::array::from_fn(|_| sketch.clone()),
             gap: sketch,
+            loss: LaneLoss::default(),
             closed: zero,
             known: [false; 2],
         }
@@ -120,6 +122,9 @@ impl<W: Width> Phase<W> {
         if !known {
             self.rates.set(closed, &table.system);
             self.gap.set(closed, gap.sketch.as_ref(), 1.0);
+            if closed {
+                self.loss = LaneLoss::new(table);
+            }
         }
         let p = pitch_m_per_rad;
         let figures = [

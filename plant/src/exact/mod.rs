@@ -5,6 +5,7 @@
 //! system      A and u of the axis in one mode
 //! taylor      the solution over a short stretch as a power series
 //! levels      exact steps over a sample and its halves; the chord bound, with its proof
+//! loss        what the joint's damper takes, as a sum of squares
 //! tables      all that the state does not change, made once
 //! zeros       the first zero of a polynomial with a remainder
 //! kernel      the step over a whole sample under a held voltage
@@ -28,6 +29,7 @@ mod figures;
 mod grid;
 mod kernel;
 mod levels;
+mod loss;
 mod peak;
 mod roots;
 mod sketch;
@@ -42,6 +44,7 @@ mod zeros;
 pub(crate) use advance::HeldPiece;
 pub(crate) use feedback::FeedbackPiece;
 pub(crate) use figures::{CARRIAGE, FIGURES, Piece, Seen, Sights, figures_at};
+pub(crate) use loss::DRIVING;
 pub(crate) use sketch::{SLOPES, Sketch, VALUES};
 pub(crate) use system::{AxisSystem, HELD, to_plant_vector};
 pub(crate) use tables::{HeldTable, Quantity, Tables};

@@ -8,12 +8,12 @@ use super::feedback::Carried;
 use super::grid::Grid;
 use super::kernel::Kernel;
 use super::levels::{ChordBounds, Levels};
+use super::loss::{DRIVING, Dissipation};
 use super::sketch::Sketch;
 use super::system::{
     AxisSystem, Column, DELTA, FEEDBACK, HELD, Matrix, demand_row, feedback_system, from_command,
 };
 use crate::axis::Axis;
-use crate::joint::JointMode;
 use crate::mode::Mode;
 use crate::pid::ContinuousPid;
 use crate::plant::seconds;
@@ -105,6 +105,8 @@ pub(crate) struct HeldTable {
     pub(crate) system: AxisSystem,
     pub(crate) table: Table<HELD>,
     pub(crate) kernel: Kernel,
+    /// Of a closed joint with damping.
+    pub(crate) loss: Option<Box<Dissipation<DRIVING>>>,
 }
 
 /// A table for the continuous law over one length in one mode.
@@ -121,6 +123,8 @@ pub(crate) struct FeedbackTable {
     /// not of the whole state, and `ψ(T)·u`.
     pub(crate) growth: Matrix<FEEDBACK>,
     pub(crate) drift: Column<FEEDBACK>,
+    /// Of a closed joint with damping.
+    pub(crate) loss: Option<Box<Dissipation<FEEDBACK>>>,
 }
 
 impl FeedbackTable {
@@ -143,16 +147,11 @@ pub(crate) struct Tables {
 /// continuous one with all modes and segments about twenty.
 const MOST_TABLES: usize = 64;
 
-/// Whether the joint carries torque in `mode`.
-fn closed(mode: &Mode) -> bool {
-    matches!(mode.joint, JointMode::Gapless | JointMode::Loaded(_))
-}
-
 impl Tables {
     /// The place of the table for `mode` and `length_ns`, made if need be.
     #[inline]
     pub(crate) fn held(&mut self, axis: &Axis, mode: &Mode, length_ns: u64) -> usize {
-        let key = (closed(mode), mode.guide, length_ns);
+        let key = (mode.joint.carries(), mode.guide, length_ns);
         let found = self
             .held
             .iter()
@@ -238,10 +237,12 @@ impl HeldTable {
         let rows = held_rows(axis, mode, &system);
         let levels = Levels::new(&system.a, seconds(length_ns));
         let grid = Grid::new(&levels);
+        let closed = mode.joint.carries();
+        let loss = closed.then(|| Dissipation::held(axis, &levels)).flatten();
         let table = Table::new(levels, grid, &rows);
         Self {
             length_ns,
-            closed: closed(mode),
+            closed,
             guide: mode.guide,
             kernel: Kernel::new(
                 &system,
@@ -250,6 +251,7 @@ impl HeldTable {
             ),
             system,
             table,
+            loss,
         }
     }
 }
@@ -265,7 +267,12 @@ impl FeedbackTable {
         rows[Quantity::Demand as usize] = demand_row(pid);
         let p = axis.pitch_m_per_rad();
         let rows = rows.map(|row| from_command(&row, p));
-        let table = Table::new(Levels::new(&a, seconds(length_ns)), None, &rows);
+        let levels = Levels::new(&a, seconds(length_ns));
+        let closed = mode.joint.carries();
+        let loss = closed
+            .then(|| Dissipation::feedback(axis, &levels))
+            .flatten();
+        let table = Table::new(levels, None, &rows);
         let whole = &table.levels.steps[0];
         let (growth, drift) = (whole.integral * a, whole.integral * input);
         Self {
@@ -277,6 +284,7 @@ impl FeedbackTable {
             screw_load: system.screw_load,
             growth,
             drift,
+            loss,
         }
     }
 }

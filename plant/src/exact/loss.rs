@@ -1,0 +1,364 @@
+//! What the joint's damper turns into heat, `∫ c·ε̇² dt`, along the exact
+//! solution and without a discretisation error.
+//!
+//! Within a mode the input u is constant, so that the rates `v = ẋ = A·x + u`
+//! obey `v̇ = A·v`, and ε̇ is one of them, that of δ. Over a stretch of length T
+//! that begins with the rates v
+//!
+//! ```text
+//! ∫₀ᵀ ε̇² dt = vᵀ·W(T)·v,   W(T) = ∫₀ᵀ e^{Aᵀt}·f·fᵀ·e^{At} dt,   f the unit vector of δ
+//! ```
+//!
+//! W is kept as an upper triangle R with `W = RᵀR`, which makes the integral the
+//! sum of squares `|R·v|²`: nothing cancels, and it is never negative.
+//!
+//! *Why not at the ends alone.* With `AᵀP + PA = −f·fᵀ` the same integral is
+//! `v(0)ᵀ·P·v(0) − v(T)ᵀ·P·v(T)`, and the sum over a closed joint telescopes. But
+//! there is no P where two eigenvalues of A add up to zero (a stuck screw, a
+//! resistance that drives the carriage), and with a weak motor or a small c the
+//! two terms are nearly equal and large. R(T) exists for every A.
+//!
+//! *How R is made.* Over the shortest step h of [`super::levels`] by Gauss's rule:
+//! each row of R(h) before it is made triangular is `√w_i·f·e^{A·θ_i·h}`, and eight
+//! nodes do as `λ·h ≤ 1`. Over twice the length, as `W(2τ) = W(τ) +
+//! e^{Aᵀτ}·W(τ)·e^{Aτ}`, R(2τ) is the triangle of R(τ) above `R(τ)·e^{Aτ}`. Rows
+//! are taken in by Givens rotations, which do not square what is small.
+
+use super::advance::HeldPiece;
+use super::feedback::FeedbackPiece;
+use super::levels::Levels;
+use super::system::{AxisSystem, Column, DELTA, FEEDBACK, HELD, Matrix};
+use super::taylor::TERMS;
+use crate::axis::Axis;
+use crate::quadrature::GAUSS_8;
+use crate::state::{BETA_DOT, CURRENT, EPSILON_DOT};
+
+/// The states under a held voltage that drive something: β̇, δ, ε̇ and I.
+pub(crate) const DRIVING: usize = 4;
+
+/// Place of δ among them.
+const DRIVING_DELTA: usize = DELTA - BETA_DOT;
+
+/// One of the exact steps, for the rates.
+#[derive(Debug, Clone, PartialEq)]
+struct Leg<const N: usize> {
+    length_s: f64,
+    transition: Matrix<N>,
+    /// R of this length, upper triangular.
+    factor: Matrix<N>,
+}
+
+/// What makes the loss of a stretch from the rates at its start.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Dissipation<const N: usize> {
+    /// c \[N m s/rad\].
+    damping_nms_per_rad: f64,
+    /// Exact steps, the longest first.
+    legs: Vec<Leg<N>>,
+    /// `f·Aⁿ·hⁿ/n!` with the length h of the shortest.
+    series: [Column<N>; TERMS + 1],
+}
+
+impl Dissipation<DRIVING> {
+    /// That of a joint in contact under a held voltage, whose β drives nothing;
+    /// `None` without damping.
+    pub(super) fn held(axis: &Axis, levels: &Levels<HELD>) -> Option<Box<Self>> {
+        let driving = |m: &Matrix<HELD>| m.fixed_view::<4, 4>(BETA_DOT, BETA_DOT).into_owned();
+        let c = axis.joint?.damping_nms_per_rad;
+        (c != 0.0).then(|| Box::new(Self::new(c, levels, driving, DRIVING_DELTA)))
+    }
+}
+
+impl Dissipation<FEEDBACK> {
+    /// The same under the continuous law.
+    pub(super) fn feedback(axis: &Axis, levels: &Levels<FEEDBACK>) -> Option<Box<Self>> {
+        let c = axis.joint?.damping_nms_per_rad;
+        (c != 0.0).then(|| Box::new(Self::new(c, levels, |m| *m, DELTA)))
+    }
+}
+
+impl<const N: usize> Dissipation<N> {
+    /// `part` takes the states that drive something out of a matrix; δ is number
+    /// `delta` of them.
+    fn new<const D: usize>(
+        damping_nms_per_rad: f64,
+        levels: &Levels<D>,
+        part: impl Fn(&Matrix<D>) -> Matrix<N>,
+        delta: usize,
+    ) -> Self {
+        let shortest_s = levels.steps[levels.steps.len() - 1].length_s;
+        let series = series(&part(&levels.a), delta, shortest_s);
+        let mut factor = shortest_factor(&series, shortest_s);
+        let mut legs: Vec<Leg<N>> = Vec::new();
+        for step in levels.steps.iter().rev() {
+            if let Some(half) = legs.last() {
+                factor = doubled(&half.factor, &half.transition);
+            }
+            legs.push(Leg {
+                length_s: step.length_s,
+                transition: part(&step.transition),
+                factor,
+            });
+        }
+        legs.reverse();
+        Self {
+            damping_nms_per_rad,
+            legs,
+            series,
+        }
+    }
+
+    /// c and R of the longest step.
+    pub(crate) fn whole(&self) -> (f64, Matrix<N>) {
+        let factor = self.legs.first().map_or(Matrix::zeros(), |leg| leg.factor);
+        (self.damping_nms_per_rad, factor)
+    }
+
+    /// `∫ c·ε̇² dt` \[J\] over `length_s`, at most that of the longest step,
+    /// from where the rates are `rate`.
+    pub(crate) fn over(&self, mut rate: Column<N>, length_s: f64) -> f64 {
+        let (mut sum, mut left_s) = (0.0, length_s);
+        for leg in &self.legs {
+            if leg.length_s <= left_s {
+                sum += squared(&leg.factor, &rate);
+                left_s -= leg.length_s;
+                if left_s > 0.0 {
+                    rate = leg.transition * rate;
+                }
+            }
+        }
+        if left_s > 0.0 {
+            sum += self.over_rest(&rate, left_s);
+        }
+        self.damping_nms_per_rad * sum
+    }
+
+    /// `∫ ε̇² dt` over less than the shortest step.
+    #[inline(never)]
+    fn over_rest(&self, rate: &Column<N>, length_s: f64) -> f64 {
+        let Some(shortest) = self.legs.last() else {
+            return 0.0;
+        };
+        // ε̇(θ·h) = Σ (f·Aⁿ·hⁿ/n!·v)·θⁿ
+        let end = length_s / shortest.length_s;
+        let coefficients = self.series.map(|row| row.dot(rate));
+        let mut sum = 0.0;
+        for (theta, weight) in GAUSS_8 {
+            let theta = theta * end;
+            let mut epsilon_dot = 0.0;
+            for c in coefficients.iter().rev() {
+                epsilon_dot = epsilon_dot * theta + c;
+            }
+            sum += weight * (epsilon_dot * epsilon_dot);
+        }
+        sum * length_s
+    }
+}
+
+/// `|R·v|²`, in this order.
+#[inline(always)]
+fn squared<const N: usize>(factor: &Matrix<N>, rate: &Column<N>) -> f64 {
+    let mut sum = 0.0;
+    for i in 0..N {
+        let mut part = factor[(i, i)] * rate[i];
+        for j in i + 1..N {
+            part += factor[(i, j)] * rate[j];
+        }
+        sum += part * part;
+    }
+    sum
+}
+
+/// `f·Aⁿ·hⁿ/n!`.
+fn series<const N: usize>(a: &Matrix<N>, delta: usize, length_s: f64) -> [Column<N>; TERMS + 1] {
+    let mut row = Column::<N>::zeros();
+    row[delta] = 1.0;
+    let mut rows = [row; TERMS + 1];
+    for (n, slot) in (1_u32..).zip(rows.iter_mut().skip(1)) {
+        row = (a.transpose() * row) * (length_s / f64::from(n));
+        *slot = row;
+    }
+    rows
+}
+
+/// R over the shortest step, from the series of `f·e^{At}`.
+fn shortest_factor<const N: usize>(series: &[Column<N>; TERMS + 1], length_s: f64) -> Matrix<N> {
+    let mut factor = Matrix::zeros();
+    for (theta, weight) in GAUSS_8 {
+        let mut row = Column::<N>::zeros();
+        for term in series.iter().rev() {
+            row = row * theta + term;
+        }
+        take_in(&mut factor, row * (weight * length_s).sqrt());
+    }
+    factor
+}
+
+/// R over twice the length.
+fn doubled<const N: usize>(factor: &Matrix<N>, transition: &Matrix<N>) -> Matrix<N> {
+    let (mut both, second) = (*factor, factor * transition);
+    for i in 0..N {
+        take_in(&mut both, second.row(i).transpose());
+    }
+    both
+}
+
+/// The triangle of `factor` above `row`: one Givens rotation a column.
+fn take_in<const N: usize>(factor: &mut Matrix<N>, mut row: Column<N>) {
+    for i in 0..N {
+        let (top, below) = (factor[(i, i)], row[i]);
+        if below == 0.0 {
+            continue;
+        }
+        let size = length(top, below);
+        let (cosine, sine) = (top / size, below / size);
+        for j in i..N {
+            let (upper, lower) = (factor[(i, j)], row[j]);
+            factor[(i, j)] = cosine * upper + sine * lower;
+            row[j] = cosine * lower - sine * upper;
+        }
+    }
+}
+
+/// `√(a² + b²)`, also where the squares leave the numbers.
+fn length(a: f64, b: f64) -> f64 {
+    let size = a.abs().max(b.abs());
+    let (a, b) = (a / size, b / size);
+    size * (a * a + b * b).sqrt()
+}
+
+impl AxisSystem {
+    /// The rates of β̇, δ, ε̇ and I, summed in the order of the lanes.
+    #[inline(always)]
+    fn driving_rates(&self, x: &Column<HELD>, input: &Column<HELD>) -> Column<DRIVING> {
+        let rate = |state: usize| {
+            let row = |j: usize| self.a[(state, j)] * x[j];
+            let rotor = row(BETA_DOT) + row(DELTA);
+            let joint = row(EPSILON_DOT) + row(CURRENT);
+            (rotor + joint) + input[state]
+        };
+        Column::<DRIVING>::new(
+            rate(BETA_DOT),
+            x[EPSILON_DOT],
+            rate(EPSILON_DOT),
+            rate(CURRENT),
+        )
+    }
+}
+
+impl HeldPiece<'_> {
+    /// What the joint's damper takes over `length_s` of the piece \[J\].
+    #[inline(always)]
+    pub(crate) fn joint_loss_j(&self, length_s: f64) -> f64 {
+        let Some(loss) = &self.table.loss else {
+            return 0.0;
+        };
+        let rates = self.table.system.driving_rates(&self.start, &self.input);
+        loss.over(rates, length_s)
+    }
+}
+
+impl FeedbackPiece<'_> {
+    /// What the joint's damper takes over `length_s` of the piece \[J\].
+    pub(crate) fn joint_loss_j(&self, length_s: f64) -> f64 {
+        let Some(loss) = &self.table.loss else {
+            return 0.0;
+        };
+        let rates = self.table.table.levels.a * self.start + self.table.input;
+        loss.over(rates, length_s)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::super::taylor::{Taylor, growth_rate};
+    use super::*;
+
+    /// A joint that swings at `w` with damping ratio `zeta`, driven by a state
+    /// that decays with `r` or grows.
+    fn system(w: f64, zeta: f64, r: f64) -> Matrix<3> {
+        Matrix::<3>::new(0.0, 1.0, 0.0, -w * w, -2.0 * zeta * w, 30.0, 0.1, -1.0, -r)
+    }
+
+    /// `∫ v_0² dt` by Gauss's rule on pieces of the power series, each so short
+    /// that it converges; none of the tables is used.
+    fn quadrature(a: &Matrix<3>, rate: &Column<3>, length_s: f64) -> f64 {
+        let pieces = (growth_rate(a) * length_s).ceil().max(1.0);
+        let (mut v, mut sum, mut done) = (*rate, 0.0, 0.0);
+        while done < pieces {
+            let series = Taylor::new(a, &v, &(a * v), length_s / pieces);
+            for (theta, weight) in GAUSS_8 {
+                let speed = series.at(theta)[0];
+                sum += weight * speed * speed * (length_s / pieces);
+            }
+            v = series.at(1.0);
+            done += 1.0;
+        }
+        sum
+    }
+
+    fn loss(a: &Matrix<3>, length_s: f64) -> Dissipation<3> {
+        Dissipation::new(2.0, &Levels::new(a, length_s), |m| *m, 0)
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(256))]
+
+        /// Whatever the system: damped or not, slow or fast against the step,
+        /// unstable too; over the whole step and a part of it.
+        #[test]
+        fn is_the_integral(
+            w in 1.0..3e4_f64,
+            zeta in prop_oneof![Just(0.0), 0.0..2.0_f64],
+            r in -50.0..1e3_f64,
+            rate in [-1.0..1.0_f64, -100.0..100.0_f64, -10.0..10.0_f64],
+            length_s in 1e-6..0.01_f64,
+            part in prop_oneof![Just(1.0), Just(0.5), 1e-6..1.0_f64],
+        ) {
+            let (a, rate) = (system(w, zeta, r), Column::from(rate));
+            let found = loss(&a, length_s).over(rate, part * length_s);
+            let expected = 2.0 * quadrature(&a, &rate, part * length_s);
+            prop_assert!((found / expected - 1.0).abs() < 1e-11, "{found} {expected}");
+        }
+    }
+
+    /// What a damped joint loses until it stands still, by hand: it swings
+    /// freely, and its energy is all that there is to lose.
+    #[test]
+    fn a_swing_that_dies_away_loses_its_energy() {
+        let (w, zeta) = (1e3, 0.05);
+        let mut a = Matrix::<3>::zeros();
+        (a[(0, 1)], a[(1, 0)], a[(1, 1)]) = (1.0, -w * w, -2.0 * zeta * w);
+        // At δ = 0 with ε̇ = 3: ½·J·ε̇² with c = 2·ζ·w·J.
+        let (c, speed): (f64, f64) = (2.0, 3.0);
+        let inertia = c / (2.0 * zeta * w);
+        let rate = Column::<3>::new(speed, a[(1, 1)] * speed, 0.0);
+        let lost = loss(&a, 1.0).over(rate, 1.0);
+        let energy = 0.5 * inertia * speed * speed;
+        assert!((lost / energy - 1.0).abs() < 1e-12, "{lost} {energy}");
+        // The contrast: after a tenth of a second something is left.
+        let early = loss(&a, 1.0).over(rate, 0.1);
+        assert!((early / energy - 1.0).abs() > 1e-5, "{early} {energy}");
+    }
+
+    /// With an eigenvalue 0 there is no solution of Lyapunov's equation, here
+    /// as with a stuck screw; and where nothing moves nothing is lost.
+    #[test]
+    fn a_singular_system_has_a_loss() {
+        let mut a = Matrix::<3>::zeros();
+        (a[(1, 1)], a[(0, 1)]) = (-100.0, 1.0);
+        // ε̇(t) = 1 + (1 − e^{−100t})·0.05
+        let found = loss(&a, 0.01).over(Column::<3>::new(1.0, 5.0, 0.0), 0.01);
+        let decayed = 1.0 - libm::exp(-1.0);
+        let twice = 1.0 - libm::exp(-2.0);
+        let (linear, square) = (
+            0.01 - decayed / 100.0,
+            0.01 - decayed / 50.0 + twice / 200.0,
+        );
+        let expected = 2.0 * (0.01 + 0.1 * linear + 0.0025 * square);
+        assert!((found / expected - 1.0).abs() < 1e-14, "{found} {expected}");
+        assert_eq!(loss(&a, 0.01).over(Column::zeros(), 0.01), 0.0);
+    }
+}
