@@ -116,7 +116,21 @@ fn push(rungs: &mut Vec<Rung>, case: &Case, outcome: Outcome) {
     });
 }
 
-fn difference(upper: &[GridPoint], lower: &[GridPoint]) -> Difference {
+/// The carriage of a run at the instants at which rungs are compared, and why
+/// it could not be run.
+///
+/// # Errors
+/// As [`run`].
+pub(crate) fn grid(case: &Case) -> Result<Vec<GridPoint>, RunError> {
+    let options = RunOptions {
+        grid_ns: Some(GRID_NS),
+        ..RunOptions::default()
+    };
+    run(case, options, &mut |_| Ok(())).map(|outcome| outcome.grid)
+}
+
+/// How far one rung's carriage is from that of the rung below it.
+pub(crate) fn difference(upper: &[GridPoint], lower: &[GridPoint]) -> Difference {
     let rms = |of: fn(&GridPoint) -> f64| {
         let squares = upper
             .iter()

@@ -62,6 +62,9 @@ pub struct LawSettings {
     pub tracking_time_s: f64,
     /// Mantissa bits of the gains' words, 8 to 31.
     pub word_bits: u32,
+    /// Fraction bits that Kp, Ki·Δt and Kd/Δt are rounded to before they become
+    /// words, 0 to 40; [`None`] rounds to the words alone.
+    pub gain_fraction_bits: Option<u8>,
     /// How the law's output becomes a whole code.
     pub quantiser: Quantiser,
     /// Seed of [`Quantiser::Dither`].
@@ -88,6 +91,7 @@ impl Default for LawSettings {
             anti_windup: AntiWindup::None,
             tracking_time_s: 0.01,
             word_bits: 31,
+            gain_fraction_bits: None,
             quantiser: Quantiser::Nearest,
             dither_seed: 1,
             slew_limit_codes_per_s: None,

@@ -79,6 +79,7 @@ fn knobs() -> Vec<Knob> {
         knob("controller.anti_windup", &twelve, "none", "clamp"),
         knob("controller.tracking_time_s", &back, "0.01", "0.1"),
         knob("controller.word_bits", &[], "31", "22"),
+        knob("controller.gain_fraction_bits", &[], "24", "4"),
         knob("controller.quantiser", &[], "nearest", "error-feedback"),
         knob("controller.dither_seed", &dither, "1", "2"),
         knob("controller.slew_limit_codes_per_s", &[], LEFT_OUT, "20000"),

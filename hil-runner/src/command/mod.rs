@@ -13,6 +13,8 @@ mod main_job;
 mod progress;
 mod run;
 mod schema;
+mod study;
+mod study_end;
 mod terminal;
 mod words;
 
@@ -38,6 +40,7 @@ pub(crate) use terminal::tell;
                   hil-runner words paper-1\n  \
                   hil-runner certify paper-1 paper-2 paper-3 paper-4\n  \
                   hil-runner budget m4 m0\n  \
+                  hil-runner study sample-time\n  \
                   hil-runner init paper-2 > axis.toml"
 )]
 pub(crate) struct CommandLine {
@@ -59,6 +62,8 @@ enum Command {
     Certify(certify::Certify),
     /// Measure what the controller costs on chips, and hold it against the goldens
     Budget(budget::Budget),
+    /// Run one case over many values of its keys, and draw what comes out
+    Study(study::StudyCommand),
     /// Print a commented run file to start from
     Init(init::Init),
     /// Print the JSON schema of run files, for editors
@@ -76,6 +81,7 @@ impl CommandLine {
             Some(Command::Home(home)) => home.execute(),
             Some(Command::Certify(certify)) => certify.execute(),
             Some(Command::Budget(budget)) => budget.execute(),
+            Some(Command::Study(study)) => study.execute(),
             Some(Command::Init(init)) => init.execute(),
             Some(Command::Schema(schema)) => schema.execute(),
         }

@@ -68,7 +68,7 @@ pub(super) fn check_value(key: &Key, node: &Node) -> Result<Checked, String> {
 
 /// # Errors
 /// What the number must be.
-fn check_number(value: f64, range: Range, key: &Key) -> Result<f64, String> {
+pub(super) fn check_number(value: f64, range: Range, key: &Key) -> Result<f64, String> {
     let inside = match range {
         Range::Any => true,
         Range::Positive => value > 0.0,

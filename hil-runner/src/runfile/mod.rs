@@ -31,6 +31,7 @@ mod overrides;
 mod schema;
 mod source;
 mod suggest;
+mod template;
 mod tree;
 mod values;
 
@@ -44,9 +45,11 @@ pub use keys::{
     Section,
 };
 pub use schema::schema;
+pub use template::{KeyPath, KeyValue, Template};
 
 use crate::case::Case;
 use errors::Findings;
+use overrides::Partners;
 use values::Values;
 
 /// A run file that was read and found right.
@@ -80,6 +83,15 @@ impl RunFile {
     /// # Errors
     /// Everything that is wrong with the text and the overrides.
     pub fn parse(source_name: &str, text: &str, sets: &[String]) -> Result<Self, RunFileErrors> {
+        Self::parse_with(source_name, text, sets, Partners::Kept)
+    }
+
+    fn parse_with(
+        source_name: &str,
+        text: &str,
+        sets: &[String],
+        partners: Partners,
+    ) -> Result<Self, RunFileErrors> {
         let mut findings = Findings::new(source_name);
         let mut tree = match tree::parse_document(text) {
             Ok(tree) => tree,
@@ -88,7 +100,7 @@ impl RunFile {
                 return Err(findings.into_errors());
             }
         };
-        overrides::apply(&mut tree, sets, &mut findings);
+        overrides::apply(&mut tree, sets, partners, &mut findings);
         let values = check::check(&tree, &mut findings);
         consistency::check(&values, &mut findings);
         match assemble::assemble(&values, &tree) {

@@ -1,3 +1,40 @@
-//! Studies: many runs over axes of parameters, and what comes out of them.
+//! Studies: one case over many values of its keys.
+//!
+//! ```text
+//! study file ──► Study ──► plan ──► points ──► cases ──► lanes ──► rows ──► results (CSV, Parquet)
+//!                 axes, rungs, limits                       threads      └──► pictures, report
+//! ```
 
+mod axis;
+mod border;
+mod cell;
+mod constraint;
+mod definition;
+mod differences;
+mod distribution;
+mod draw;
+mod drawing;
+mod engine;
+mod feeding;
+mod file;
+mod margins;
 pub mod picture;
+mod plan;
+pub mod ready;
+pub mod results;
+mod row;
+mod tally;
+mod theory;
+
+pub use axis::{Axis, AxisValue, Chosen, Scale, Spread};
+pub use cell::{Cell, Column, ColumnKind};
+pub use constraint::Constraint;
+pub use definition::{Changes, LoopGain, Point, Study};
+pub use distribution::Distribution;
+pub use drawing::{Drawn, MOST_ROWS, draw};
+pub use engine::{Block, EngineError, make};
+pub use file::StudyFileError;
+pub use plan::{MOST_SOBOL_AXES, Plan, PlanError, PlanKind, Position};
+pub use row::{RowMaker, Status, columns};
+pub use tally::{RungTally, Spread as FigureSpread, Tally};
+pub use theory::Theory;

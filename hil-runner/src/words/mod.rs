@@ -117,7 +117,9 @@ impl WordRequest {
         let most = wanted
             .iter()
             .filter(|wanted| wanted.gain != 0.0)
-            .map(|wanted| finest_word(wanted.gain, 40, self.settings.word_bits).fraction_bits)
+            .map(|wanted| {
+                finest_word(self.rounded(wanted), 40, self.settings.word_bits).fraction_bits
+            })
             .max()
             .unwrap_or(0)
             .clamp(*exponents.start(), *exponents.end());
@@ -182,6 +184,21 @@ impl WordRequest {
         ]
     }
 
+    /// The gain to the fraction bits that were asked for: a multiple of a power
+    /// of two, which its word holds exactly where it has that many bits.
+    fn rounded(&self, wanted: &Wanted) -> f64 {
+        let is_gain = matches!(
+            wanted.part,
+            Part::Proportional | Part::Integral | Part::Derivative
+        );
+        match self.settings.gain_fraction_bits {
+            Some(bits) if is_gain => {
+                (wanted.gain * power_of_two(bits)).round() / power_of_two(bits)
+            }
+            _ => wanted.gain,
+        }
+    }
+
     /// The words at one exponent of the sum and one range of the integral.
     fn with(
         &self,
@@ -199,7 +216,7 @@ impl WordRequest {
                 _ => 0,
             };
             let most = sum_fraction_bits.saturating_sub(own);
-            finest_word(wanted.gain, most, settings.word_bits)
+            finest_word(self.rounded(wanted), most, settings.word_bits)
         };
         let [
             kp,

@@ -49,6 +49,7 @@ fn law(v: &Values) -> Option<LawSettings> {
         },
         tracking_time_s: number("tracking_time_s")?,
         word_bits: v.whole("controller", "word_bits")?,
+        gain_fraction_bits: v.whole("controller", "gain_fraction_bits"),
         quantiser: match choice("quantiser")? {
             "nearest" => Quantiser::Nearest,
             "error-feedback" => Quantiser::ErrorFeedback,

@@ -106,6 +106,14 @@ pub(super) const CONTROLLER: &[Key] = &[
     )
     .or(DefaultValue::Whole(31)),
     value(
+        "gain_fraction_bits",
+        Kind::Whole(0, 40),
+        "bits",
+        "fraction bits that the gains per sample are rounded to before they become words; \
+         without it as many as their words hold,",
+    )
+    .needed(Need::Optional),
+    value(
         "quantiser",
         Kind::Choice(&["nearest", "error-feedback", "dither"]),
         "",

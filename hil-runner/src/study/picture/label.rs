@@ -27,6 +27,12 @@ impl Label {
     /// of that name; of any other name the suffix is the unit and the rest is
     /// read out.
     pub fn of(column: &str) -> Self {
+        // The factor of an axis that follows another key.
+        if let Some((key, times)) = column.split_once('/') {
+            let (key, times) = (Self::of(key).words, Self::of(times).words);
+            let times = first_small(&times);
+            return Self::new(&format!("{key} / {times}"), "");
+        }
         let mut figures = SUMMARY_FIGURES.iter().chain(&CHIP_FIGURES);
         if let Some(figure) = figures.find(|figure| figure.key == column) {
             return Self::new(figure.label, figure.unit);
@@ -135,9 +141,30 @@ pub(super) fn capital(words: &str) -> String {
     }
 }
 
+/// The words with a small first letter, within others; a word that is all
+/// capitals keeps them.
+fn first_small(words: &str) -> String {
+    let mut letters = words.chars();
+    match letters.next() {
+        Some(first) if letters.as_str().starts_with(char::is_lowercase) => {
+            first.to_lowercase().chain(letters).collect()
+        }
+        _ => words.to_owned(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_factor_is_named_by_both_keys_and_has_no_unit() {
+        let label = Label::of("controller.computation_delay_s/controller.sample_time_s");
+        assert_eq!(
+            label.title(),
+            "Delay from sample to new voltage / sample time Δt"
+        );
+    }
 
     #[test]
     fn figures_and_keys_have_their_own_words() {

@@ -45,6 +45,7 @@ pub use axis::{AxisKeys, Spacing};
 pub use colour::ColourScale;
 pub use error::PictureError;
 pub use label::Label;
+pub(in crate::study) use map::Field;
 pub use spec::{
     Atom, Bars, Condition, Histogram, Kind, Limit, Lines, Map, Panel, Picture, Scatter,
 };

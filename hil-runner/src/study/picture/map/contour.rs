@@ -6,13 +6,13 @@ use std::collections::BTreeMap;
 use crate::study::picture::canvas::Point;
 
 /// Values on a grid of points, row by row.
-pub(super) struct Field<'a> {
+pub(in crate::study) struct Field<'a> {
     /// Places along x, one per column of the grid.
-    pub(super) x: &'a [f64],
+    pub(in crate::study) x: &'a [f64],
     /// Places along y, one per row of the grid.
-    pub(super) y: &'a [f64],
+    pub(in crate::study) y: &'a [f64],
     /// Values; squares with one missing have no line.
-    pub(super) values: &'a [Option<f64>],
+    pub(in crate::study) values: &'a [Option<f64>],
 }
 
 /// An edge of the grid, by its first point: along x or along y from there.
@@ -24,7 +24,7 @@ impl Field<'_> {
     }
 
     /// The lines on which the field has that level.
-    pub(super) fn lines(&self, level: f64) -> Vec<Vec<Point>> {
+    pub(in crate::study) fn lines(&self, level: f64) -> Vec<Vec<Point>> {
         let mut joints: BTreeMap<Edge, Vec<Edge>> = BTreeMap::new();
         for j in 1..self.y.len() {
             for i in 1..self.x.len() {

@@ -6,6 +6,8 @@ mod contour;
 mod grid;
 mod over;
 
+pub(in crate::study) use contour::Field;
+
 use super::axis::{Axis, AxisKeys, Direction, Margin, extent, label_of};
 use super::canvas::{Area, Canvas};
 use super::colour::INK;

@@ -1,0 +1,262 @@
+//! `hil-runner study`: one case over many values of its keys.
+
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+
+use anyhow::bail;
+use clap::{Args, Subcommand};
+use hil_runner::study::results::{Manifest, Progress, Results, ResultsError, Shard};
+use hil_runner::study::{Changes, Study, Tally, columns, make, ready};
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::interrupt;
+use super::study_end;
+use super::terminal;
+
+/// Run one case over many values of its keys
+#[derive(Debug, Args)]
+#[command(
+    args_conflicts_with_subcommands = true,
+    after_help = "Started again with the same folder, a study that was ended goes on; its results are those of \
+                  a study that was not.\n\n\
+                  Exit status: 0 all rows are there (and enough of them pass, where the study says how many must), \
+                  1 too few pass, 2 the study could not be made or was interrupted.\n\n\
+                  Examples:\n  \
+                  hil-runner study --list\n  \
+                  hil-runner study sample-time\n  \
+                  hil-runner study backlash --base axis.toml --set controller.kp=4\n  \
+                  hil-runner study --print tolerance > my-study.toml\n  \
+                  hil-runner study my-study.toml --out results --threads 8\n  \
+                  hil-runner study my-study.toml --shard 2/8 --out part-2\n  \
+                  hil-runner study merge results part-1 part-2 part-3 part-4 part-5 part-6 part-7 part-8"
+)]
+pub(crate) struct StudyCommand {
+    #[command(subcommand)]
+    command: Option<StudySubcommand>,
+    /// Study file, or a ready study (see --list)
+    #[arg(value_name = "STUDY", required_unless_present = "list")]
+    study: Option<String>,
+    /// List the ready studies
+    #[arg(long)]
+    list: bool,
+    /// Print the file of a ready study, to start from
+    #[arg(long)]
+    print: bool,
+    /// Case to study instead of the study's own: run file or built-in case
+    #[arg(long, value_name = "CASE")]
+    base: Option<String>,
+    /// Override a key of the case in every run
+    #[arg(long = "set", value_name = "KEY.PATH=VALUE")]
+    sets: Vec<String>,
+    /// Folder of the results [default: out/study-NAME]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Threads that compute [default: one for each core]
+    #[arg(long, value_name = "N")]
+    threads: Option<std::num::NonZeroUsize>,
+    /// Make only part I of N of the rows, to be merged later
+    #[arg(long, value_name = "I/N")]
+    shard: Option<Shard>,
+}
+
+#[derive(Debug, Subcommand)]
+enum StudySubcommand {
+    /// Put the shards of a study together
+    Merge(Merge),
+}
+
+/// Put the shards of a study together
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  hil-runner study merge results part-1 part-2")]
+struct Merge {
+    /// Folder of the whole results
+    out: PathBuf,
+    /// Folders of all shards, in any order
+    #[arg(required = true)]
+    shards: Vec<PathBuf>,
+}
+
+impl StudyCommand {
+    pub(crate) fn execute(&self) -> anyhow::Result<bool> {
+        match (&self.command, &self.study) {
+            (Some(StudySubcommand::Merge(merge)), _) => merge.execute(),
+            (None, _) if self.list => {
+                terminal::print(&list())?;
+                Ok(true)
+            }
+            (None, Some(name)) if self.print => match ready::text(name) {
+                Some(text) => {
+                    terminal::print(text)?;
+                    Ok(true)
+                }
+                None => bail!("{name} is no ready study; --list shows them"),
+            },
+            (None, Some(name)) => self.run(name),
+            (None, None) => bail!("give a study file or a ready study; --list shows them"),
+        }
+    }
+
+    fn run(&self, name: &str) -> anyhow::Result<bool> {
+        let changes = Changes {
+            base: self.base.clone(),
+            sets: self.sets.clone(),
+        };
+        let study = Study::load(name, &changes)?;
+        let shard = self.shard.unwrap_or(Shard::WHOLE);
+        let folder = self
+            .out
+            .clone()
+            .unwrap_or_else(|| default_folder(&study, shard));
+        let columns = columns(&study);
+        let mut tally = Tally::new(&columns);
+        let manifest = Manifest::new(&study, shard, name, &changes);
+        let command_line = manifest.command_line();
+        let mut results = Results::open(&folder, manifest, &columns, &study.text, |row| {
+            tally.add(row)
+        })?;
+        let threads = match self.threads {
+            Some(threads) => threads.get(),
+            None => std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get),
+        };
+        let progress = fill(&study, &mut results, &mut tally, threads)?;
+        let end = results.close()?;
+        progress?;
+        debug_assert_eq!(end.done, end.of);
+        if shard != Shard::WHOLE {
+            terminal::tell(&format!(
+                "shard {shard} is complete: {} rows in {}\n",
+                end.of,
+                folder.display()
+            ));
+            return Ok(true);
+        }
+        study_end::finish(&study, &folder, &tally, &command_line)
+    }
+}
+
+/// Makes the rows that are missing. The outer error is the folder's, the inner
+/// one the user's who ended it.
+fn fill(
+    study: &Study,
+    results: &mut Results,
+    tally: &mut Tally,
+    threads: usize,
+) -> anyhow::Result<anyhow::Result<()>> {
+    let start = results.progress();
+    if start.done > 0 {
+        terminal::tell(&format!(
+            "{}: {} of {} rows are there already\n",
+            results.folder().display(),
+            start.done,
+            start.of
+        ));
+    }
+    interrupt::watch();
+    let bar = bar(study, start);
+    let (blocks, manifest) = (results.missing_blocks(), results.manifest().clone());
+    let outcome = make(
+        study,
+        blocks,
+        |block| manifest.rows_of(block),
+        threads,
+        |block| {
+            if let Err(error) = interrupt::check() {
+                return ControlFlow::Break(Err(error));
+            }
+            block.rows.iter().for_each(|row| tally.add(row));
+            match results.add(&block) {
+                Ok(()) => {
+                    bar.set_position(results.progress().done);
+                    ControlFlow::Continue(())
+                }
+                Err(error) => ControlFlow::Break(Ok(error)),
+            }
+        },
+    );
+    bar.finish_and_clear();
+    match outcome? {
+        ControlFlow::Continue(()) => Ok(Ok(())),
+        ControlFlow::Break(Ok(error)) => Err(ResultsError::into(error)),
+        ControlFlow::Break(Err(interrupted)) => Ok(Err(anyhow::anyhow!(
+            "{interrupted}: {} of {} rows are in {}; the same command goes on",
+            results.progress().done,
+            start.of,
+            results.folder().display()
+        ))),
+    }
+}
+
+fn bar(study: &Study, start: Progress) -> ProgressBar {
+    let bar = ProgressBar::new(start.of)
+        .with_prefix(study.name.clone())
+        .with_position(start.done);
+    // A template that does not parse would leave the plain bar.
+    if let Ok(style) = ProgressStyle::with_template(
+        "{prefix}: {bar:30} {human_pos} of {human_len} runs, {per_sec}, {eta} left",
+    ) {
+        bar.set_style(style);
+    }
+    bar.reset_eta();
+    bar
+}
+
+fn default_folder(study: &Study, shard: Shard) -> PathBuf {
+    let name = match shard {
+        Shard::WHOLE => format!("study-{}", study.name),
+        Shard { number, of } => format!("study-{}-{number}-of-{of}", study.name),
+    };
+    Path::new("out").join(name)
+}
+
+/// The ready studies, a line each.
+fn list() -> String {
+    let mut table = terminal::table(&["study", "rows", "rungs", "what it asks"], 1);
+    for name in ready::names() {
+        if let Ok(study) = Study::load(name, &Changes::default()) {
+            let rungs: Vec<&str> = study.rungs.iter().map(|(law, _)| law.name()).collect();
+            table.add_row([
+                name.to_owned(),
+                study.rows().to_string(),
+                rungs.join(", "),
+                study.title,
+            ]);
+        }
+    }
+    terminal::text(&table)
+}
+
+impl Merge {
+    fn execute(&self) -> anyhow::Result<bool> {
+        let Some(first) = self.shards.first() else {
+            bail!("give the folders of all shards");
+        };
+        let manifest = Manifest::read(first)?;
+        let study = Study::load(&manifest.source, &manifest.changes())?;
+        if Manifest::new(
+            &study,
+            manifest.shard,
+            &manifest.source,
+            &manifest.changes(),
+        ) != manifest
+        {
+            bail!(
+                "{}: {} has been changed since the shards were made",
+                first.display(),
+                manifest.source
+            );
+        }
+        let columns = columns(&study);
+        let mut tally = Tally::new(&columns);
+        let done = hil_runner::study::results::merge(
+            &self.out,
+            &self.shards,
+            &columns,
+            &study.text,
+            |row| {
+                tally.add(row);
+            },
+        )?;
+        terminal::tell(&format!("{} rows in {}\n", done.of, self.out.display()));
+        study_end::finish(&study, &self.out, &tally, &manifest.command_line())
+    }
+}

@@ -1,0 +1,251 @@
+//! One axis of a study: a key of the run file and the values that it takes.
+
+use super::distribution::{Distribution, log_between};
+use super::plan::{PlanKind, Position};
+use crate::runfile::{KeyPath, KeyValue};
+
+/// How the steps of a range are spaced (`scale`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Scale {
+    /// Equal differences.
+    #[default]
+    Linear,
+    /// Equal ratios.
+    Log,
+}
+
+/// The values of an axis.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Spread {
+    /// These values.
+    List(Vec<AxisValue>),
+    /// From one number to another, both included; `points` of them on a grid.
+    Range {
+        /// First value.
+        from: f64,
+        /// Last value.
+        to: f64,
+        /// Number of values on a grid, at least 1.
+        points: u64,
+        /// Spacing.
+        scale: Scale,
+    },
+    /// Drawn at random.
+    Random(Distribution),
+}
+
+/// One value of a list.
+#[derive(Debug, Clone, PartialEq)]
+pub enum AxisValue {
+    /// A number.
+    Number(f64),
+    /// Anything else.
+    Other {
+        /// As TOML.
+        toml: String,
+        /// As results show it.
+        label: String,
+    },
+}
+
+/// A key and the values that it takes.
+#[derive(Debug, Clone)]
+pub struct Axis {
+    /// The key.
+    pub key: KeyPath,
+    /// Its values, or factors where `times` names another key.
+    pub spread: Spread,
+    /// Another key, with whose value of the same run the axis' own is
+    /// multiplied: a delay in sample times, for instance.
+    pub times: Option<KeyPath>,
+}
+
+/// A value of one axis in one run.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Chosen {
+    /// A number; the key's value, or its factor.
+    Number(f64),
+    /// A value that is no number.
+    Other {
+        /// As TOML.
+        toml: String,
+        /// As results show it.
+        label: String,
+    },
+}
+
+impl Axis {
+    /// Number of values on a grid; 1 where the values are drawn.
+    pub fn count(&self) -> u64 {
+        match &self.spread {
+            Spread::List(values) => values.len() as u64,
+            Spread::Range { points, .. } => *points,
+            Spread::Random(_) => 1,
+        }
+    }
+
+    /// Whether every value is a number.
+    pub fn is_numeric(&self) -> bool {
+        match &self.spread {
+            Spread::List(values) => values
+                .iter()
+                .all(|value| matches!(value, AxisValue::Number(_))),
+            Spread::Range { .. } | Spread::Random(_) => true,
+        }
+    }
+
+    /// The value at a position.
+    pub fn at(&self, position: Position) -> Chosen {
+        match &self.spread {
+            Spread::List(values) => {
+                let index = match position {
+                    Position::Index(index) => index,
+                    Position::Part(part) => floor_index(part, values.len()),
+                };
+                let index = usize::try_from(index).unwrap_or(usize::MAX);
+                match values.get(index.min(values.len().saturating_sub(1))) {
+                    Some(AxisValue::Number(number)) => Chosen::Number(*number),
+                    Some(AxisValue::Other { toml, label }) => Chosen::Other {
+                        toml: toml.clone(),
+                        label: label.clone(),
+                    },
+                    // An axis has at least one value.
+                    None => Chosen::Number(f64::NAN),
+                }
+            }
+            Spread::Range {
+                from,
+                to,
+                points,
+                scale,
+            } => {
+                let part = match position {
+                    Position::Index(index) if *points > 1 => {
+                        index as f64 / points.saturating_sub(1) as f64
+                    }
+                    Position::Index(_) => 0.0,
+                    Position::Part(part) => part,
+                };
+                Chosen::Number(match scale {
+                    Scale::Log => log_between(*from, *to, part),
+                    Scale::Linear if part >= 1.0 => *to,
+                    Scale::Linear => from + part * (to - from),
+                })
+            }
+            Spread::Random(distribution) => Chosen::Number(match position {
+                Position::Part(part) => distribution.quantile(part),
+                Position::Index(_) => f64::NAN,
+            }),
+        }
+    }
+
+    /// Name of the column with the factor of an axis with `times`.
+    pub fn factor_column(&self) -> Option<String> {
+        let times = self.times?;
+        Some(format!("{}/{}", self.key.path(), times.path()))
+    }
+
+    /// Whether the axis goes with a plan.
+    ///
+    /// # Errors
+    /// The sentence that says what is allowed.
+    pub fn check(&self, plan: PlanKind) -> Result<(), String> {
+        let drawn = matches!(self.spread, Spread::Random(_));
+        if drawn && plan == PlanKind::Grid {
+            return Err(
+                "a distribution needs a plan that draws: plan = \"latin-hypercube\", \"sobol\" or \"random\"; \
+                 on a grid give values or from, to and points"
+                    .to_owned(),
+            );
+        }
+        Ok(())
+    }
+}
+
+/// The place in a list of `length` that a part of 0 to below 1 falls on.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a part of the length of a list"
+)]
+fn floor_index(part: f64, length: usize) -> u64 {
+    (part * length as f64) as u64
+}
+
+impl Chosen {
+    /// The value for the key: as it stands, or times another key's value.
+    pub fn value(&self, key: &KeyPath, factor: Option<f64>) -> KeyValue {
+        match self {
+            Self::Number(number) => key.value(factor.map_or(*number, |factor| factor * number)),
+            Self::Other { toml, .. } => KeyValue::Toml(toml.clone()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn axis(spread: Spread) -> Axis {
+        Axis {
+            key: KeyPath::find("controller.kp").unwrap(),
+            spread,
+            times: None,
+        }
+    }
+
+    fn number(chosen: Chosen) -> f64 {
+        match chosen {
+            Chosen::Number(number) => number,
+            Chosen::Other { .. } => panic!("no number"),
+        }
+    }
+
+    #[test]
+    fn ranges_have_both_ends_exactly() {
+        for (scale, middle) in [(Scale::Linear, 5.05), (Scale::Log, 1.0)] {
+            let axis = axis(Spread::Range {
+                from: 0.1,
+                to: 10.0,
+                points: 3,
+                scale,
+            });
+            let at = |i| number(axis.at(Position::Index(i)));
+            assert_eq!((at(0), at(2)), (0.1, 10.0));
+            assert!((at(1) - middle).abs() < 1e-15 * 10.0);
+        }
+    }
+
+    #[test]
+    fn a_part_falls_on_every_value_of_a_list_alike() {
+        let values = [1.0, 2.0, 4.0].map(AxisValue::Number).to_vec();
+        let axis = axis(Spread::List(values));
+        let mut seen = [0; 5];
+        for i in 0..300 {
+            let value = number(axis.at(Position::Part(f64::from(i) / 300.0)));
+            seen[value as usize] += 1;
+        }
+        assert_eq!(seen, [0, 100, 100, 0, 100]);
+    }
+
+    #[test]
+    fn a_factor_multiplies_another_key() {
+        let delay = KeyPath::find("controller.computation_delay_s").unwrap();
+        let chosen = Chosen::Number(0.5);
+        assert_eq!(
+            chosen.value(&delay, Some(1e-3)),
+            KeyValue::Nanoseconds(500_000)
+        );
+    }
+
+    #[test]
+    fn a_distribution_needs_a_plan_that_draws() {
+        let axis = axis(Spread::Random(Distribution::Uniform {
+            low: 0.0,
+            high: 1.0,
+        }));
+        assert!(axis.check(PlanKind::Grid).is_err());
+        assert!(axis.check(PlanKind::Sobol).is_ok());
+    }
+}

@@ -1,0 +1,163 @@
+//! One value of a result, and how it is written so that it reads back exactly.
+
+use std::borrow::Cow;
+
+/// A value in a row of results.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Cell {
+    /// Not known, or not applicable.
+    Empty,
+    /// A finite number.
+    Number(f64),
+    /// Yes or no.
+    Flag(bool),
+    /// Words.
+    Text(Cow<'static, str>),
+}
+
+/// What a column holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ColumnKind {
+    /// [`Cell::Number`].
+    Number,
+    /// [`Cell::Flag`].
+    Flag,
+    /// [`Cell::Text`].
+    Text,
+}
+
+/// A column of the results.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Column {
+    /// Name with the unit as suffix; that of the key for an axis.
+    pub name: String,
+    /// What it holds.
+    pub kind: ColumnKind,
+}
+
+impl Cell {
+    /// A number; what is not finite is empty.
+    pub fn number(number: impl Into<Option<f64>>) -> Self {
+        match number.into() {
+            // The sum turns −0 into 0, which reads back as itself.
+            Some(number) if number.is_finite() => Self::Number(number + 0.0),
+            _ => Self::Empty,
+        }
+    }
+
+    /// The number, if it is one.
+    pub fn as_number(&self) -> Option<f64> {
+        match self {
+            Self::Number(number) => Some(*number),
+            _ => None,
+        }
+    }
+
+    /// Appends the cell to a record of CSV.
+    ///
+    /// # Errors
+    /// Those of the writer.
+    pub(super) fn write(
+        &self,
+        writer: &mut csv::Writer<Vec<u8>>,
+        buffer: &mut ryu::Buffer,
+    ) -> csv::Result<()> {
+        match self {
+            Self::Empty => writer.write_field(b""),
+            Self::Number(number) => {
+                let text = buffer.format_finite(*number);
+                // Whole numbers without the fraction that says so.
+                writer.write_field(text.strip_suffix(".0").unwrap_or(text))
+            }
+            Self::Flag(true) => writer.write_field(b"true"),
+            Self::Flag(false) => writer.write_field(b"false"),
+            Self::Text(text) => writer.write_field(text.as_bytes()),
+        }
+    }
+
+    /// Reads a field back; [`None`] if it is not what the column holds.
+    pub(super) fn read(field: &str, kind: ColumnKind) -> Option<Self> {
+        match (kind, field) {
+            (_, "") => Some(Self::Empty),
+            (ColumnKind::Number, field) => {
+                let number: f64 = field.parse().ok()?;
+                number.is_finite().then_some(Self::Number(number))
+            }
+            (ColumnKind::Flag, "true") => Some(Self::Flag(true)),
+            (ColumnKind::Flag, "false") => Some(Self::Flag(false)),
+            (ColumnKind::Flag, _) => None,
+            (ColumnKind::Text, field) => Some(Self::Text(Cow::Owned(field.to_owned()))),
+        }
+    }
+}
+
+/// Rows of results as CSV, one record each.
+///
+/// # Errors
+/// Those of the writer, which has no reason for any.
+pub(super) fn to_csv(rows: &[Vec<Cell>]) -> csv::Result<Vec<u8>> {
+    let bytes_a_row = rows.first().map_or(0, |row| 24 * row.len());
+    let mut writer = csv::WriterBuilder::new()
+        .buffer_capacity(1 << 14)
+        .from_writer(Vec::with_capacity(bytes_a_row * rows.len()));
+    let mut buffer = ryu::Buffer::new();
+    for row in rows {
+        for cell in row {
+            cell.write(&mut writer, &mut buffer)?;
+        }
+        writer.write_record(None::<&[u8]>)?;
+    }
+    writer
+        .into_inner()
+        .map_err(|error| csv::Error::from(error.into_error()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_written_reads_back() {
+        let numbers = [
+            0.1,
+            -1.0 / 3.0,
+            1e-300,
+            123_456_789_012.0,
+            5e-324,
+            f64::MAX,
+            0.0,
+        ];
+        let mut row: Vec<Cell> = numbers.map(Cell::Number).to_vec();
+        row.extend([
+            Cell::Empty,
+            Cell::Flag(true),
+            Cell::Text("a, \"b\"\nc".into()),
+        ]);
+        let bytes = to_csv(std::slice::from_ref(&row)).unwrap();
+        let mut reader = csv::ReaderBuilder::new()
+            .has_headers(false)
+            .from_reader(bytes.as_slice());
+        let record = reader.records().next().unwrap().unwrap();
+        for (field, cell) in record.iter().zip(&row) {
+            let kind = match cell {
+                Cell::Number(_) | Cell::Empty => ColumnKind::Number,
+                Cell::Flag(_) => ColumnKind::Flag,
+                Cell::Text(_) => ColumnKind::Text,
+            };
+            assert_eq!(Cell::read(field, kind).as_ref(), Some(cell), "{field}");
+        }
+    }
+
+    #[test]
+    fn no_number_is_empty_and_zero_has_no_sign() {
+        assert_eq!(Cell::number(f64::NAN), Cell::Empty);
+        assert_eq!(Cell::number(f64::INFINITY), Cell::Empty);
+        assert_eq!(Cell::number(None), Cell::Empty);
+        let Cell::Number(zero) = Cell::number(-0.0) else {
+            panic!()
+        };
+        assert!(zero.is_sign_positive());
+        assert_eq!(Cell::read("inf", ColumnKind::Number), None);
+        assert_eq!(Cell::read("yes", ColumnKind::Flag), None);
+    }
+}

@@ -1,0 +1,316 @@
+//! Random distributions by their quantiles: one number in (0, 1) gives one
+//! value, so that Latin hypercubes and Sobol points keep their order.
+
+use core::f64::consts::SQRT_2;
+
+use serde::Deserialize;
+
+/// How a parameter scatters.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Distribution {
+    /// Every value from `low` to `high` is as likely as another.
+    Uniform {
+        /// Lowest value.
+        low: f64,
+        /// Highest value.
+        high: f64,
+    },
+    /// The logarithm is uniform; both limits are greater than 0.
+    LogUniform {
+        /// Lowest value.
+        low: f64,
+        /// Highest value.
+        high: f64,
+    },
+    /// The normal distribution; what lies outside `low` and `high` is never
+    /// drawn.
+    Normal {
+        /// Mean μ.
+        mean: f64,
+        /// Standard deviation σ, greater than 0.
+        deviation: f64,
+        /// Lowest value; none if left out.
+        low: Option<f64>,
+        /// Highest value; none if left out.
+        high: Option<f64>,
+    },
+    /// Most likely at `mode`, falling in straight lines to `low` and `high`.
+    Triangular {
+        /// Lowest value.
+        low: f64,
+        /// Most likely value.
+        mode: f64,
+        /// Highest value.
+        high: f64,
+    },
+}
+
+impl Distribution {
+    /// Whether the parameters make a distribution.
+    ///
+    /// # Errors
+    /// The sentence that says what is allowed.
+    pub fn check(&self) -> Result<(), String> {
+        let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
+        match *self {
+            Self::Uniform { low, high } if !(finite(&[low, high]) && low < high) => Err(format!(
+                "a uniform distribution needs low < high, both finite, not {low} and {high}"
+            )),
+            Self::LogUniform { low, high }
+                if !(finite(&[low, high]) && 0.0 < low && low < high) =>
+            {
+                Err(format!(
+                    "a log-uniform distribution needs 0 < low < high, both finite, not {low} and {high}"
+                ))
+            }
+            Self::Normal {
+                mean, deviation, ..
+            } if !(finite(&[mean, deviation]) && deviation > 0.0) => Err(format!(
+                "a normal distribution needs a finite mean and a deviation greater than 0, not {mean} and {deviation}"
+            )),
+            Self::Normal { low, high, .. } => {
+                let (low, high) = (
+                    low.unwrap_or(f64::NEG_INFINITY),
+                    high.unwrap_or(f64::INFINITY),
+                );
+                let (from, to) = self.normal_limits();
+                if low < high && to - from > 1e-6 {
+                    Ok(())
+                } else {
+                    Err(format!(
+                        "a normal distribution needs low < high with at least a millionth of it between them, not {low} and {high}"
+                    ))
+                }
+            }
+            Self::Triangular { low, mode, high }
+                if !(finite(&[low, mode, high]) && low <= mode && mode <= high && low < high) =>
+            {
+                Err(format!(
+                    "a triangular distribution needs low ≤ mode ≤ high and low < high, not {low}, {mode} and {high}"
+                ))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The value below which a part `u` of all values lies, 0 ≤ `u` < 1.
+    pub fn quantile(&self, u: f64) -> f64 {
+        match *self {
+            Self::Uniform { low, high } => low + u * (high - low),
+            Self::LogUniform { low, high } => log_between(low, high, u),
+            Self::Normal {
+                mean,
+                deviation,
+                low,
+                high,
+            } => {
+                let (from, to) = self.normal_limits();
+                let value = mean + deviation * normal_quantile(from + u * (to - from));
+                value
+                    .max(low.unwrap_or(f64::NEG_INFINITY))
+                    .min(high.unwrap_or(f64::INFINITY))
+            }
+            Self::Triangular { low, mode, high } => {
+                let (rise, fall, width) = (mode - low, high - mode, high - low);
+                if u * width < rise {
+                    low + (u * width * rise).sqrt()
+                } else {
+                    high - ((1.0 - u) * width * fall).sqrt()
+                }
+            }
+        }
+    }
+
+    /// The parts of a normal distribution below its limits.
+    fn normal_limits(&self) -> (f64, f64) {
+        let Self::Normal {
+            mean,
+            deviation,
+            low,
+            high,
+        } = *self
+        else {
+            return (0.0, 1.0);
+        };
+        let below = |limit: f64| 0.5 * libm::erfc((mean - limit) / (deviation * SQRT_2));
+        (low.map_or(0.0, below), high.map_or(1.0, below))
+    }
+}
+
+/// `low·(high/low)^u`, both ends exact.
+pub(super) fn log_between(low: f64, high: f64, u: f64) -> f64 {
+    if u <= 0.0 {
+        low
+    } else if u >= 1.0 {
+        high
+    } else {
+        libm::exp(libm::log(low) + u * (libm::log(high) - libm::log(low)))
+    }
+}
+
+/// Largest magnitude that is drawn of a standard normal distribution: what
+/// 53 bits can tell from 0.
+const FARTHEST: f64 = 8.2;
+
+/// The inverse of the standard normal distribution: a start by the logistic
+/// approximation, then Newton's method on `erfc`, which converges from there
+/// in both tails (error below 1e-14 of the value).
+fn normal_quantile(part: f64) -> f64 {
+    // By symmetry only the lower half, where `erfc` keeps its digits.
+    if part > 0.5 {
+        return -normal_quantile(1.0 - part);
+    }
+    if part <= 1e-16 {
+        return -FARTHEST;
+    }
+    // In the tail log(part) ≈ −x²/2 − log(−x·√2π); near 0 the logistic curve.
+    let mut x = if part < 0.02 {
+        -(-2.0 * libm::log(part)).sqrt()
+    } else {
+        libm::log(part / (1.0 - part)) / 1.702
+    };
+    for _ in 0..60 {
+        // Newton on log Φ, which is concave: Φ(x) = ½·erfc(−x/√2).
+        let below = 0.5 * libm::erfc(-x / SQRT_2);
+        let density = libm::exp(-0.5 * x * x) / 2.506_628_274_631_000_7; // √2π
+        let step = libm::log(below / part) * below / density;
+        x -= step;
+        if step.abs() <= 1e-15 * x.abs() {
+            break;
+        }
+    }
+    x.max(-FARTHEST)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Quantiles of the standard normal distribution as tables have them
+    /// (Abramowitz & Stegun, table 26.5, and NIST's handbook).
+    #[test]
+    fn quantiles_are_those_of_the_tables() {
+        for (part, quantile) in [
+            (0.5, 0.0),
+            (0.975, 1.959_963_984_540_054),
+            (0.995, 2.575_829_303_548_901),
+            (0.841_344_746_068_542_9, 1.0),
+            (0.001, -3.090_232_306_167_813_5),
+            (1e-10, -6.361_340_902_404_056),
+        ] {
+            let found = normal_quantile(part);
+            assert!(
+                (found - quantile).abs() < 2e-14 * quantile.abs().max(1.0),
+                "{part}: {found}"
+            );
+        }
+    }
+
+    /// The distribution of the quantile is the part again, everywhere.
+    #[test]
+    fn the_quantile_inverts_the_distribution() {
+        for i in 1..2000 {
+            let part = f64::from(i) / 2000.0;
+            let below = 0.5 * libm::erfc(-normal_quantile(part) / SQRT_2);
+            assert!((below - part).abs() < 1e-15 + 1e-14 * part, "{part}");
+        }
+    }
+
+    #[test]
+    fn limits_are_never_passed_and_moments_are_right() {
+        let n = 20_000;
+        let moments = |distribution: Distribution| {
+            distribution.check().unwrap();
+            let values: Vec<f64> = (0..n)
+                .map(|i| distribution.quantile((f64::from(i) + 0.5) / f64::from(n)))
+                .collect();
+            let mean = values.iter().sum::<f64>() / f64::from(n);
+            let variance =
+                values.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / f64::from(n);
+            assert!(values.is_sorted());
+            (values[0], mean, variance, values[values.len() - 1])
+        };
+        let near = |found: f64, wanted: f64| {
+            assert!(
+                (found - wanted).abs() < 1e-3 * wanted.abs().max(1.0),
+                "{found} {wanted}"
+            )
+        };
+        let (_, mean, variance, _) = moments(Distribution::Normal {
+            mean: 5.0,
+            deviation: 2.0,
+            low: None,
+            high: None,
+        });
+        near(mean, 5.0);
+        near(variance, 4.0);
+        // Cut at ±1σ: variance 1 − 2φ(1)/(2Φ(1) − 1).
+        let (low, mean, variance, high) = moments(Distribution::Normal {
+            mean: 0.0,
+            deviation: 1.0,
+            low: Some(-1.0),
+            high: Some(1.0),
+        });
+        assert!(low >= -1.0 && high <= 1.0);
+        near(mean, 0.0);
+        near(variance, 0.291_125);
+        let (low, mean, variance, high) = moments(Distribution::Triangular {
+            low: 1.0,
+            mode: 2.0,
+            high: 4.0,
+        });
+        assert!(low >= 1.0 && high <= 4.0);
+        near(mean, 7.0 / 3.0);
+        near(variance, (1.0 + 4.0 + 16.0 - 2.0 - 4.0 - 8.0) / 18.0);
+        let (low, mean, _, high) = moments(Distribution::LogUniform {
+            low: 0.1,
+            high: 10.0,
+        });
+        assert!(low >= 0.1 && high <= 10.0);
+        near(mean, 9.9 / 100.0_f64.ln());
+        let (_, mean, variance, _) = moments(Distribution::Uniform {
+            low: -1.0,
+            high: 3.0,
+        });
+        near(mean, 1.0);
+        near(variance, 16.0 / 12.0);
+    }
+
+    #[test]
+    fn what_is_no_distribution_is_refused() {
+        for wrong in [
+            Distribution::Uniform {
+                low: 1.0,
+                high: 1.0,
+            },
+            Distribution::LogUniform {
+                low: 0.0,
+                high: 1.0,
+            },
+            Distribution::Normal {
+                mean: 0.0,
+                deviation: 0.0,
+                low: None,
+                high: None,
+            },
+            Distribution::Normal {
+                mean: 0.0,
+                deviation: 1.0,
+                low: Some(9.0),
+                high: None,
+            },
+            Distribution::Triangular {
+                low: 0.0,
+                mode: 2.0,
+                high: 1.0,
+            },
+            Distribution::Uniform {
+                low: f64::NAN,
+                high: 1.0,
+            },
+        ] {
+            assert!(wrong.check().is_err(), "{wrong:?}");
+        }
+    }
+}

@@ -1,0 +1,157 @@
+//! Makes the rows of a study on several threads and hands them over in order.
+//!
+//! A thread takes a block of rows, computes and formats it; the calling thread
+//! puts the blocks in order. No more than a few blocks for each thread are
+//! under way, so memory does not grow with the number of rows, and what a block
+//! holds does not depend on who makes it.
+
+use std::collections::BTreeMap;
+use std::ops::{ControlFlow, Range};
+
+use super::cell::{Cell, to_csv};
+use super::definition::Study;
+use super::results::journal_checksum;
+use super::row::RowMaker;
+
+/// Blocks under way for each thread, at most: enough to hide a slow block.
+const BLOCKS_A_THREAD: usize = 16;
+
+/// Samples of a block, about: some tens of milliseconds of work.
+const SAMPLES_A_BLOCK: u64 = 1 << 17;
+
+/// Rows of a block at most.
+const MOST_ROWS: u64 = 64;
+
+/// A block of rows as it is written.
+#[derive(Debug)]
+pub struct Block {
+    /// Its number.
+    pub number: u64,
+    /// The rows.
+    pub rows: Vec<Vec<Cell>>,
+    /// The same as CSV.
+    pub csv: Vec<u8>,
+    /// Checksum of the CSV.
+    pub crc: u32,
+}
+
+impl Study {
+    /// Rows of a block: fewer where runs are long, so that results come soon
+    /// and little is lost; all rungs of a point are in one. A property of the
+    /// study alone.
+    pub fn block_rows(&self) -> u64 {
+        let samples = self.rungs.iter().map(|(_, template)| {
+            let case = template.base();
+            let interval_ns = case
+                .controller
+                .sample_time_ns
+                .unwrap_or(case.run.row_interval_ns);
+            case.run.duration_ns / interval_ns.max(1)
+        });
+        let most = samples.max().unwrap_or(0).max(1);
+        let rungs = self.rungs.len() as u64;
+        (SAMPLES_A_BLOCK / most)
+            .clamp(1, MOST_ROWS)
+            .next_multiple_of(rungs)
+    }
+}
+
+/// Why a study could not go on.
+#[derive(Debug)]
+#[non_exhaustive]
+pub enum EngineError {
+    /// The threads could not be started; says why.
+    Threads(String),
+    /// A thread ended abnormally.
+    Lost,
+}
+
+impl core::fmt::Display for EngineError {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        match self {
+            Self::Threads(why) => write!(f, "the threads could not be started: {why}"),
+            Self::Lost => f.write_str("a thread of the study ended abnormally"),
+        }
+    }
+}
+
+impl std::error::Error for EngineError {}
+
+/// Makes blocks of a study and hands them to `each` in their order, until all
+/// are made or `each` ends it.
+///
+/// # Errors
+/// [`EngineError`].
+pub fn make<B>(
+    study: &Study,
+    blocks: Range<u64>,
+    rows_of: impl Fn(u64) -> Range<u64> + Sync,
+    threads: usize,
+    mut each: impl FnMut(Block) -> ControlFlow<B> + Send,
+) -> Result<ControlFlow<B>, EngineError>
+where
+    B: Send,
+{
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .thread_name(|number| format!("study-{number}"))
+        .build()
+        .map_err(|error| EngineError::Threads(error.to_string()))?;
+    let under_way = threads * BLOCKS_A_THREAD;
+    let (ask, asked) = crossbeam_channel::bounded::<u64>(under_way);
+    let (give, given) = crossbeam_channel::bounded::<Block>(under_way);
+    let rows_of = &rows_of;
+    pool.in_place_scope(|scope| {
+        // The threads alone hold the sender: once they are gone, so is it.
+        scope.spawn_broadcast(move |_, _| {
+            let mut maker = RowMaker::new(study);
+            for number in &asked {
+                let rows = maker.rows(rows_of(number));
+                // A vector takes the bytes; nothing can fail.
+                let csv = to_csv(&rows).unwrap_or_default();
+                let crc = journal_checksum(&csv);
+                if give
+                    .send(Block {
+                        number,
+                        rows,
+                        csv,
+                        crc,
+                    })
+                    .is_err()
+                {
+                    return;
+                }
+            }
+        });
+        let mut to_ask = blocks.clone();
+        for number in to_ask.by_ref().take(under_way) {
+            // The channel has room for all of them.
+            let _ = ask.send(number);
+        }
+        let (mut ask, mut early) = (Some(ask), BTreeMap::new());
+        let mut next = blocks.start;
+        let mut outcome = Ok(ControlFlow::Continue(()));
+        'blocks: while next < blocks.end {
+            let Ok(block) = given.recv() else {
+                outcome = Err(EngineError::Lost);
+                break;
+            };
+            early.insert(block.number, block);
+            while let Some(block) = early.remove(&next) {
+                next += 1;
+                if let (Some(ask), Some(number)) = (&ask, to_ask.next()) {
+                    let _ = ask.send(number);
+                }
+                if let ControlFlow::Break(value) = each(block) {
+                    outcome = Ok(ControlFlow::Break(value));
+                    break 'blocks;
+                }
+            }
+        }
+        // No more questions, and no one to take the answers: the threads end.
+        ask = None;
+        drop(ask);
+        drop(given);
+        outcome
+    })
+}

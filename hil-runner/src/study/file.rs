@@ -1,0 +1,228 @@
+//! The study file: a base case, axes over its keys, a plan.
+//!
+//! ```toml
+//! base = "paper-2"
+//! rungs = ["sampled", "quantised"]
+//!
+//! [set]
+//! run.duration_s = 3.0
+//!
+//! [[axis]]
+//! key = "controller.sample_time_s"
+//! from = 1e-4
+//! to = 1e-2
+//! points = 21
+//! scale = "log"
+//! ```
+
+use core::fmt;
+use core::ops::Range;
+use std::path::Path;
+
+use serde::Deserialize;
+use toml::Spanned;
+
+use super::axis::Scale;
+use super::definition::LoopGain;
+use super::distribution::Distribution;
+use super::picture::Picture;
+use super::plan::PlanKind;
+use super::theory::Theory;
+
+/// A study file as it is written.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct StudyFile {
+    /// Name of the study; the file's stem if left out.
+    pub(super) name: Option<String>,
+    pub(super) title: Option<String>,
+    /// What the study asks, in a sentence or two.
+    #[serde(default)]
+    pub(super) description: String,
+    /// What to know before a figure is quoted, a sentence each.
+    #[serde(default)]
+    pub(super) notes: Vec<String>,
+    /// Built-in case, or path beside the study file.
+    pub(super) base: Spanned<String>,
+    #[serde(default)]
+    pub(super) plan: PlanKind,
+    pub(super) runs: Option<Spanned<u64>>,
+    #[serde(default)]
+    pub(super) seed: u64,
+    /// Rungs that every point is run on; that of the base if left out.
+    pub(super) rungs: Option<Spanned<Vec<String>>>,
+    #[serde(default)]
+    pub(super) constraints: Vec<Spanned<String>>,
+    /// Keys that differ from the base in every run.
+    #[serde(default)]
+    pub(super) set: toml::Table,
+    /// Limits instead of those of the base.
+    pub(super) budget: Option<toml::Table>,
+    #[serde(default)]
+    pub(super) axis: Vec<AxisFile>,
+    #[serde(default)]
+    pub(super) loop_gain: LoopGain,
+    /// Predictions that stand beside the figures.
+    #[serde(default)]
+    pub(super) theory: Vec<Theory>,
+    /// Whether it is found out what feeds a limit cycle.
+    #[serde(default = "yes")]
+    pub(super) feeding: bool,
+    /// Whether each rung is compared with the one before it, row by row.
+    #[serde(default)]
+    pub(super) differences: bool,
+    /// Part of the runs that must pass \[%\].
+    pub(super) required_yield_percent: Option<Spanned<f64>>,
+    #[serde(default)]
+    pub(super) picture: Vec<Picture>,
+}
+
+fn yes() -> bool {
+    true
+}
+
+/// One `[[axis]]`.
+#[derive(Debug, Clone, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct AxisFile {
+    pub(super) key: Spanned<String>,
+    /// Key by whose value the axis' own is multiplied.
+    pub(super) times: Option<Spanned<String>>,
+    pub(super) values: Option<Spanned<Vec<toml::Value>>>,
+    /// What results call the values.
+    pub(super) labels: Option<Vec<String>>,
+    pub(super) from: Option<f64>,
+    pub(super) to: Option<f64>,
+    pub(super) points: Option<u64>,
+    pub(super) scale: Option<Scale>,
+    pub(super) distribution: Option<Distribution>,
+}
+
+/// Everything that is wrong with a study; prints one line for each.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct StudyFileError {
+    lines: Vec<String>,
+}
+
+impl StudyFileError {
+    /// One sentence about a whole study.
+    pub(super) fn of(source_name: &str, sentence: impl fmt::Display) -> Self {
+        Self {
+            lines: vec![format!("{source_name}: {sentence}")],
+        }
+    }
+}
+
+impl fmt::Display for StudyFileError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.lines.join("\n"))
+    }
+}
+
+impl std::error::Error for StudyFileError {}
+
+/// Collects what is wrong, each with its line.
+#[derive(Debug)]
+pub(super) struct Findings<'t> {
+    source_name: &'t str,
+    text: &'t str,
+    lines: Vec<(usize, String)>,
+}
+
+impl<'t> Findings<'t> {
+    pub(super) fn new(source_name: &'t str, text: &'t str) -> Self {
+        Self {
+            source_name,
+            text,
+            lines: Vec::new(),
+        }
+    }
+
+    /// A finding at a place of the text.
+    pub(super) fn push(&mut self, span: Range<usize>, sentence: impl fmt::Display) {
+        let before = self.text.get(..span.start).unwrap_or(self.text);
+        let line = before.matches('\n').count() + 1;
+        let name = self.source_name;
+        self.lines
+            .push((line, format!("{name}:{line}: {sentence}")));
+    }
+
+    /// A finding about the whole.
+    pub(super) fn push_whole(&mut self, sentence: impl fmt::Display) {
+        let name = self.source_name;
+        self.lines.push((usize::MAX, format!("{name}: {sentence}")));
+    }
+
+    /// What has been found, if anything.
+    ///
+    /// # Errors
+    /// All findings, by line.
+    pub(super) fn into_result(mut self) -> Result<(), StudyFileError> {
+        self.lines.sort();
+        let lines: Vec<String> = self.lines.into_iter().map(|(_, line)| line).collect();
+        if lines.is_empty() {
+            Ok(())
+        } else {
+            Err(StudyFileError { lines })
+        }
+    }
+}
+
+/// Reads the text of a study file.
+///
+/// # Errors
+/// Where the text is no TOML, or has keys or types that a study has not.
+pub(super) fn parse(source_name: &str, text: &str) -> Result<StudyFile, StudyFileError> {
+    toml::from_str(text).map_err(|error| {
+        let mut findings = Findings::new(source_name, text);
+        let message = error.message().replace('\n', " ");
+        match error.span() {
+            Some(span) => findings.push(span, message),
+            None => findings.push_whole(message),
+        }
+        findings
+            .into_result()
+            .err()
+            .unwrap_or_else(|| StudyFileError::of(source_name, "cannot be read"))
+    })
+}
+
+/// Largest study file that is read \[bytes\].
+const LARGEST_FILE: u64 = 1 << 22;
+
+/// The text of a file.
+///
+/// # Errors
+/// A sentence if there is none, or it is no text of a sensible size.
+pub(super) fn read(path: &str) -> Result<String, StudyFileError> {
+    let refuse = |sentence: String| StudyFileError::of(path, sentence);
+    let names = || super::ready::names().collect::<Vec<_>>().join(", ");
+    let meta = std::fs::metadata(path).map_err(|error| {
+        refuse(match error.kind() {
+            std::io::ErrorKind::NotFound => {
+                format!("there is no such file; the ready studies are {}", names())
+            }
+            _ => format!("cannot be read: {error}"),
+        })
+    })?;
+    if meta.is_dir() {
+        return Err(refuse(format!(
+            "this is a directory; give a study file (TOML) or a ready study: {}",
+            names()
+        )));
+    }
+    if meta.len() > LARGEST_FILE {
+        return Err(refuse(
+            "more than 4 MiB; a study file has a few kilobytes".to_owned(),
+        ));
+    }
+    std::fs::read_to_string(path).map_err(|error| refuse(format!("cannot be read: {error}")))
+}
+
+/// A path that stands in a file, seen from where the file lies.
+pub(super) fn beside(source_name: &str, path: &str) -> String {
+    match Path::new(source_name).parent() {
+        Some(folder) if Path::new(path).is_relative() => folder.join(path).display().to_string(),
+        _ => path.to_owned(),
+    }
+}

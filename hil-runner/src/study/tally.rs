@@ -1,0 +1,178 @@
+//! What all rows of a study add up to, row by row: no more memory for more rows.
+
+use super::cell::{Cell, Column, ColumnKind};
+use super::row::Status;
+
+/// Least, mean and most of a column over the runs that were made.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Spread {
+    /// Name of the column.
+    pub column: String,
+    /// Runs that have a value.
+    pub count: u64,
+    /// Runs that were made and have none.
+    pub empty: u64,
+    /// Least value, and the row of its first run.
+    pub least: Option<(f64, u64)>,
+    /// Greatest value, and the row of its first run.
+    pub most: Option<(f64, u64)>,
+    sum: f64,
+}
+
+impl Spread {
+    /// Arithmetic mean.
+    pub fn mean(&self) -> Option<f64> {
+        (self.count > 0).then(|| self.sum / self.count as f64)
+    }
+
+    fn add(&mut self, value: Option<f64>, row: u64) {
+        let Some(value) = value else {
+            self.empty += 1;
+            return;
+        };
+        self.count += 1;
+        self.sum += value;
+        if self.least.is_none_or(|(least, _)| value < least) {
+            self.least = Some((value, row));
+        }
+        if self.most.is_none_or(|(most, _)| value > most) {
+            self.most = Some((value, row));
+        }
+    }
+}
+
+/// The runs of one rung.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RungTally {
+    /// Name of the rung.
+    pub rung: String,
+    /// Runs that were made.
+    pub made: u64,
+    /// Points that a constraint leaves out.
+    pub excluded: u64,
+    /// Points whose values make no run, or whose run failed.
+    pub not_made: u64,
+    /// Runs within all limits.
+    pub passed: u64,
+    /// Reason of the first run that was not made.
+    pub first_reason: Option<(u64, String)>,
+    /// The figures.
+    pub figures: Vec<Spread>,
+}
+
+impl RungTally {
+    /// Part of the runs within all limits \[%\]; what was asked for and could not
+    /// be made counts as outside.
+    pub fn yield_percent(&self) -> Option<f64> {
+        let asked = self.made + self.not_made;
+        (asked > 0).then(|| 100.0 * self.passed as f64 / asked as f64)
+    }
+}
+
+/// All rows of a study.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Tally {
+    /// By rung, in the order in which they appear.
+    pub rungs: Vec<RungTally>,
+    /// Places of `row`, `rung`, `status`, `reason` and `pass`.
+    places: [usize; 5],
+    /// Places and names of the figures.
+    figures: Vec<(usize, String)>,
+}
+
+impl Tally {
+    /// Nothing added yet, for rows with these columns.
+    pub fn new(columns: &[Column]) -> Self {
+        let place = |name: &str| {
+            columns
+                .iter()
+                .position(|column| column.name == name)
+                .unwrap_or(usize::MAX)
+        };
+        let places = ["row", "rung", "status", "reason", "pass"].map(place);
+        let figures = columns
+            .iter()
+            .enumerate()
+            .filter(|(place, column)| *place > places[4] && column.kind == ColumnKind::Number)
+            .map(|(place, column)| (place, column.name.clone()))
+            .collect();
+        Self {
+            rungs: Vec::new(),
+            places,
+            figures,
+        }
+    }
+
+    /// Adds a row.
+    pub fn add(&mut self, row: &[Cell]) {
+        let [number, rung, status, reason, pass] = self.places.map(|place| row.get(place));
+        let text = |cell: Option<&Cell>| match cell {
+            Some(Cell::Text(text)) => text.clone(),
+            _ => "".into(),
+        };
+        let number = match number {
+            Some(Cell::Number(number)) => whole(*number),
+            _ => 0,
+        };
+        let rung = text(rung);
+        let place = self.rungs.iter().position(|known| known.rung == rung);
+        let place = place.unwrap_or_else(|| {
+            self.rungs.push(RungTally {
+                rung: rung.into_owned(),
+                made: 0,
+                excluded: 0,
+                not_made: 0,
+                passed: 0,
+                first_reason: None,
+                figures: self
+                    .figures
+                    .iter()
+                    .map(|(_, column)| Spread {
+                        column: column.clone(),
+                        count: 0,
+                        empty: 0,
+                        least: None,
+                        most: None,
+                        sum: 0.0,
+                    })
+                    .collect(),
+            });
+            self.rungs.len() - 1
+        });
+        let tally = &mut self.rungs[place];
+        let status = text(status);
+        if status == Status::Excluded.name() {
+            tally.excluded += 1;
+            return;
+        }
+        if status != Status::Ok.name() {
+            tally.not_made += 1;
+            if tally.first_reason.is_none() {
+                tally.first_reason = Some((number, text(reason).into_owned()));
+            }
+            return;
+        }
+        tally.made += 1;
+        tally.passed += u64::from(pass == Some(&Cell::Flag(true)));
+        for ((place, _), spread) in self.figures.iter().zip(&mut tally.figures) {
+            spread.add(row.get(*place).and_then(Cell::as_number), number);
+        }
+    }
+
+    /// Part of all runs within all limits \[%\].
+    pub fn yield_percent(&self) -> Option<f64> {
+        let sum = |of: fn(&RungTally) -> u64| self.rungs.iter().map(of).sum::<u64>();
+        let asked = sum(|rung| rung.made + rung.not_made);
+        (asked > 0).then(|| 100.0 * sum(|rung| rung.passed) as f64 / asked as f64)
+    }
+}
+
+/// The number of a row.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "rows are numbered from 0, below 2^53"
+)]
+fn whole(number: f64) -> u64 {
+    number as u64
+}

@@ -1,0 +1,197 @@
+//! Bad input gets a sentence with file, line, key and value, and status 2.
+
+use crate::support::{STUDY, folder_with, messages, study};
+
+/// What the program says to a study; nothing is written.
+fn told(text: &str) -> String {
+    let folder = folder_with(text);
+    let told = messages(&study(folder.path(), &["small.toml"]), 2);
+    assert!(!folder.path().join("out").exists(), "{told}");
+    told
+}
+
+#[test]
+fn every_mistake_has_its_line() {
+    let base = "base = \"paper-2\"\n";
+    let axis = |rest: &str| format!("{base}[[axis]]\nkey = \"controller.kp\"\n{rest}\n");
+    for (text, words) in [
+        (String::new(), "small.toml:1: missing field `base`"),
+        (
+            format!("{base}bse = 1\n"),
+            "small.toml:2: unknown field `bse`",
+        ),
+        ("base = 3\n".to_owned(), "small.toml:1: invalid type"),
+        (
+            "base = \"paper-9\"\n".to_owned(),
+            "small.toml:1: base: paper-9: there is no such file",
+        ),
+        (
+            format!("{base}[[axis]]\nkey = \"controller.kpp\"\nvalues = [1]\n"),
+            "small.toml:3: unknown key controller.kpp; did you mean kp",
+        ),
+        (
+            format!("{base}[[axis]]\nkey = \"controller.law\"\nvalues = [\"sampled\"]\n"),
+            "small.toml:3: axis controller.law: give the rungs",
+        ),
+        (
+            axis("values = []"),
+            "small.toml:3: axis controller.kp: the list of values is empty",
+        ),
+        (axis("values = [1, nan]"), "nan is no finite number"),
+        (axis(""), "it has no values"),
+        (axis("values = [1]\nfrom = 2"), "give one of values"),
+        (axis("from = 1\nto = 2"), "a range needs points"),
+        (
+            axis("from = 1\nto = 2\npoints = 0"),
+            "points = 0 is not allowed",
+        ),
+        (
+            axis("from = 1\nto = 1\npoints = 5"),
+            "points = 5 is not allowed",
+        ),
+        (
+            axis("from = 1\nto = 2\npoints = 3000000000"),
+            "points = 3000000000 is not allowed",
+        ),
+        (
+            axis("from = 0\nto = 2\npoints = 3\nscale = \"log\""),
+            "on a log scale both greater than 0",
+        ),
+        (axis("from = 1\nto = inf\npoints = 3"), "finite from and to"),
+        (
+            axis("distribution = { kind = \"uniform\", low = 0, high = 1 }"),
+            "needs a plan that draws",
+        ),
+        (
+            axis("distribution = { kind = \"cauchy\" }"),
+            "unknown variant `cauchy`",
+        ),
+        (
+            axis("values = [1, 2]\nlabels = [\"a\"]"),
+            "labels must be as many as values, 2",
+        ),
+        (
+            axis("values = [1]\ntimes = \"transmission.joint\""),
+            "has no number here",
+        ),
+        (
+            format!(
+                "{}{}",
+                axis("values = [1]"),
+                "[[axis]]\nkey = \"controller.kp\"\nvalues = [1]\n"
+            ),
+            "there is an axis over this key already",
+        ),
+        (format!("{base}plan = \"sobol\"\n"), "needs runs"),
+        (
+            format!("{base}plan = \"sobol\"\nruns = 0\n"),
+            "small.toml:3: runs = 0 is not allowed",
+        ),
+        (format!("{base}runs = 5\n"), "runs is not allowed"),
+        (
+            format!("{base}plan = \"sobel\"\n"),
+            "unknown variant `sobel`",
+        ),
+        (
+            format!("{base}rungs = []\n"),
+            "small.toml:2: rungs = [] is not allowed",
+        ),
+        (
+            format!("{base}rungs = [\"fuzzy\"]\n"),
+            "rungs = [\"fuzzy\"] is not allowed: one or more of continuous, sampled",
+        ),
+        (
+            format!("{base}rungs = [\"sampled\", \"sampled\"]\n"),
+            "each once",
+        ),
+        (
+            format!("{base}constraints = [\"controller.kp\"]\n"),
+            "there is no <",
+        ),
+        (
+            format!("{base}constraints = [\"controller.kpp < 3\"]\n"),
+            "unknown key controller.kpp",
+        ),
+        (
+            format!("{base}[set]\ncontroller.kpp = 1\n"),
+            "unknown key controller.kpp",
+        ),
+        (
+            format!("{base}[set]\ncontroller.kp = -1\n"),
+            "controller.kp = -1 is not allowed",
+        ),
+        (
+            format!("{base}[budget]\nfinal_error = 1\n"),
+            "unknown key budget.final_error",
+        ),
+        (
+            format!("{base}required_yield_percent = 200\n"),
+            "required_yield_percent = 200 is not allowed",
+        ),
+        (
+            format!("{base}differences = true\n"),
+            "needs at least two rungs",
+        ),
+        (
+            format!("{base}name = \"a/b\"\n"),
+            "name = \"a/b\" is not allowed",
+        ),
+        (
+            format!(
+                "{base}[[axis]]\nkey = \"controller.kp\"\nvalues = [1]\n[set]\ncontroller.kp = 2\n"
+            ),
+            "would be overridden by the axis",
+        ),
+        (format!("{base}seed = -1\n"), "small.toml:2"),
+    ] {
+        let told = told(&text);
+        assert!(told.contains(words), "{text}\n--- says\n{told}");
+    }
+}
+
+#[test]
+fn a_plan_larger_than_the_disk_is_refused_before_anything_is_written() {
+    let huge = STUDY.replace("runs = 1500", "runs = 9000000000000");
+    let folder = folder_with(&huge);
+    let told = messages(&study(folder.path(), &["small.toml", "--out", "huge"]), 2);
+    assert!(
+        told.contains("GB free") && told.contains("18000000000000 rows"),
+        "{told}"
+    );
+    assert!(!folder.path().join("huge/results.csv").exists());
+    let grid = "base = \"paper-2\"\n".to_owned()
+        + &["controller.kp", "controller.kd_s", "controller.ki_per_s"]
+            .map(|key| format!("[[axis]]\nkey = \"{key}\"\nfrom = 1\nto = 2\npoints = 900000000\n"))
+            .concat();
+    assert!(self::told(&grid).contains("more points than 64 bits can count"));
+}
+
+#[test]
+fn the_command_line_is_checked() {
+    let folder = folder_with(STUDY);
+    for (arguments, words) in [
+        (
+            &["nowhere.toml"][..],
+            "there is no such file; the ready studies are",
+        ),
+        (&["."][..], "this is a directory"),
+        (
+            &["small.toml", "--shard", "3/2"][..],
+            "a shard is NUMBER/OF",
+        ),
+        (&["small.toml", "--threads", "0"][..], "--threads"),
+        (
+            &["small.toml", "--set", "controller.kpp=1"][..],
+            "unknown key controller.kpp",
+        ),
+        (
+            &["small.toml", "--base", "paper-9"][..],
+            "paper-9: there is no such file",
+        ),
+        (&["small.toml", "--print"][..], "is no ready study"),
+        (&[][..], "STUDY"),
+    ] {
+        let told = messages(&study(folder.path(), arguments), 2);
+        assert!(told.contains(words), "{arguments:?}\n{told}");
+    }
+}

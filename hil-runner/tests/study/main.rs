@@ -1,0 +1,15 @@
+//! `hil-runner study`: what its rows are, that nothing of them gets lost, and
+//! what it says to bad input.
+
+#![allow(
+    clippy::unwrap_used,
+    clippy::panic,
+    reason = "a test that cannot go on has failed"
+)]
+
+mod bad_input;
+mod ready;
+mod resume;
+mod rows;
+mod shards;
+mod support;

@@ -1,0 +1,244 @@
+//! A study that is killed and started again is the study that was not.
+
+use std::fs::{self, OpenOptions};
+use std::io::Write;
+use std::path::Path;
+use std::thread::sleep;
+use std::time::Duration;
+
+use crate::support::{STUDY, assert_same, folder_with, messages, program, study};
+
+/// The number of threads changes no byte.
+#[test]
+fn threads_change_nothing() {
+    let folder = folder_with(STUDY);
+    for threads in ["1", "2", "7"] {
+        messages(
+            &study(
+                folder.path(),
+                &["small.toml", "--threads", threads, "--out", threads],
+            ),
+            0,
+        );
+    }
+    for threads in ["2", "7"] {
+        assert_same(&folder.path().join("1"), &folder.path().join(threads));
+    }
+    // What other rows are is told from these.
+    let other = STUDY.replace("seed = 3", "seed = 4");
+    fs::write(folder.path().join("small.toml"), other).unwrap();
+    messages(&study(folder.path(), &["small.toml", "--out", "other"]), 0);
+    let csv = |out: &str| fs::read(folder.path().join(out).join("results.csv")).unwrap();
+    assert_ne!(csv("1"), csv("other"));
+}
+
+/// Killed (SIGKILL) at some ten moments over the length of the study, then
+/// started again until it is complete.
+#[test]
+fn a_killed_study_goes_on_to_the_same_bytes() {
+    let long = STUDY.replace("runs = 1500", "runs = 12000");
+    let folder = folder_with(&long);
+    let whole = folder.path().join("whole");
+    messages(&study(folder.path(), &["small.toml", "--out", "whole"]), 0);
+    let (mut kills, mut in_the_middle) = (0, 0);
+    let mut milliseconds = 40;
+    while kills < 10 {
+        let name = format!("killed-{kills}");
+        let out = folder.path().join(&name);
+        let mut child = program(folder.path(), &["small.toml", "--out", &name])
+            .spawn()
+            .unwrap();
+        sleep(Duration::from_millis(milliseconds));
+        child.kill().unwrap();
+        child.wait().unwrap();
+        kills += 1;
+        milliseconds += 60;
+        let journal = fs::read_to_string(out.join("results.journal")).unwrap_or_default();
+        let complete = contents_equal(&whole, &out, "results.csv");
+        in_the_middle += usize::from(journal.lines().count() > 1 && !complete);
+        messages(&study(folder.path(), &["small.toml", "--out", &name]), 0);
+        assert_same(&whole, &out);
+        fs::remove_dir_all(&out).unwrap();
+    }
+    assert!(in_the_middle > 0, "no kill has hit the middle of the study");
+}
+
+fn contents_equal(one: &Path, other: &Path, file: &str) -> bool {
+    fs::read(one.join(file)).ok() == fs::read(other.join(file)).ok()
+}
+
+/// Whatever of the last writes has reached the disk: every state between two
+/// blocks, and torn lines in CSV and journal.
+#[test]
+fn what_was_being_written_is_written_again() {
+    let folder = folder_with(STUDY);
+    let whole = folder.path().join("whole");
+    messages(&study(folder.path(), &["small.toml", "--out", "whole"]), 0);
+    let csv = fs::read(whole.join("results.csv")).unwrap();
+    let journal = fs::read_to_string(whole.join("results.journal")).unwrap();
+    let lines: Vec<&str> = journal.lines().collect();
+    let end = |line: usize| -> usize { lines[line].split(',').nth(1).unwrap().parse().unwrap() };
+    // Lines of the journal that are there, bytes of the CSV after them, and
+    // what stands after the last whole line.
+    for (number, (kept, bytes_more, torn)) in [
+        (0, 0, ""),
+        (0, 5, "block,en"),
+        (1, 0, ""),
+        (1, 700, "0,1"),
+        (2, 0, "1"),
+        (9, 1, "8,99"),
+        (20, 90_000, ""),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        let out = folder.path().join(format!("torn-{number}"));
+        fs::create_dir(&out).unwrap();
+        for file in ["study.json", "study.toml"] {
+            fs::copy(whole.join(file), out.join(file)).unwrap();
+        }
+        let text: String = lines[..kept]
+            .iter()
+            .map(|line| format!("{line}\n"))
+            .collect();
+        fs::write(out.join("results.journal"), text + torn).unwrap();
+        let bytes = match kept {
+            0 => bytes_more,
+            1 => csv.iter().position(|byte| *byte == b'\n').unwrap() + 1 + bytes_more,
+            _ => end(kept - 1) + bytes_more,
+        };
+        fs::write(out.join("results.csv"), &csv[..bytes.min(csv.len())]).unwrap();
+        messages(
+            &study(
+                folder.path(),
+                &["small.toml", "--out", &format!("torn-{number}")],
+            ),
+            0,
+        );
+        assert_same(&whole, &out);
+    }
+}
+
+/// What is not what was written is told, and stays as it is.
+#[test]
+fn damage_is_told_and_nothing_is_changed() {
+    let folder = folder_with(STUDY);
+    let out = folder.path().join("out");
+    messages(&study(folder.path(), &["small.toml", "--out", "out"]), 0);
+    let [csv, journal] = ["results.csv", "results.journal"].map(|name| out.join(name));
+    let (good_csv, good_journal) = (fs::read(&csv).unwrap(), fs::read(&journal).unwrap());
+    let damage = |file: &Path, bytes: &[u8], words: &str| {
+        fs::write(file, bytes).unwrap();
+        let told = messages(&study(folder.path(), &["small.toml", "--out", "out"]), 2);
+        assert!(
+            told.contains(words) && told.contains("nothing was changed"),
+            "{told}"
+        );
+        assert_eq!(told.lines().count(), 1, "{told}");
+        assert!(
+            fs::read(file).unwrap() == bytes,
+            "{} was changed",
+            file.display()
+        );
+        fs::write(&csv, &good_csv).unwrap();
+        fs::write(&journal, &good_journal).unwrap();
+    };
+    let mut flipped = good_csv.clone();
+    flipped[good_csv.len() / 2] ^= 1;
+    damage(&csv, &flipped, "are not what was written");
+    damage(&csv, &good_csv[..good_csv.len() / 2], "ends before byte");
+    damage(&csv, b"", "ends before byte");
+    damage(&csv, b"a,b\n1,2\n", "ends before byte");
+    let mut longer = good_csv.clone();
+    longer.extend(b"1,2,3\n");
+    damage(&csv, &longer, "goes on after its last row");
+    let text = String::from_utf8(good_journal.clone()).unwrap();
+    damage(
+        &journal,
+        text.replacen("\n3,", "\n4,", 1).as_bytes(),
+        "stands where block 3 should",
+    );
+    damage(
+        &journal,
+        text.replacen("\n3,", "\n3;", 1).as_bytes(),
+        "results.journal:5: this is no line of a journal",
+    );
+    damage(&journal, b"hello\n", "this is no journal of results");
+    fs::remove_file(&journal).unwrap();
+    let told = messages(&study(folder.path(), &["small.toml", "--out", "out"]), 2);
+    assert!(told.contains("is there without"), "{told}");
+    fs::write(&journal, &good_journal).unwrap();
+    // And whole again it is complete.
+    messages(&study(folder.path(), &["small.toml", "--out", "out"]), 0);
+}
+
+/// Two at once would write into each other.
+#[test]
+fn a_folder_belongs_to_one_process() {
+    let long = STUDY.replace("runs = 1500", "runs = 400000");
+    let folder = folder_with(&long);
+    let mut child = program(folder.path(), &["small.toml", "--out", "out"])
+        .spawn()
+        .unwrap();
+    let csv = folder.path().join("out/results.csv");
+    while fs::metadata(&csv).map_or(0, |meta| meta.len()) < 10_000 {
+        sleep(Duration::from_millis(5));
+    }
+    let told = messages(&study(folder.path(), &["small.toml", "--out", "out"]), 2);
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert!(told.contains("another process is at work"), "{told}");
+}
+
+#[test]
+fn another_study_or_another_folder_is_refused() {
+    let folder = folder_with(STUDY);
+    messages(&study(folder.path(), &["small.toml", "--out", "out"]), 0);
+    let before = crate::support::contents(&folder.path().join("out"));
+    for (arguments, words) in [
+        (
+            &[
+                "small.toml",
+                "--out",
+                "out",
+                "--set",
+                "controller.ki_per_s=6",
+            ][..],
+            "another study small",
+        ),
+        (
+            &["small.toml", "--out", "out", "--base", "paper-1"][..],
+            "another study small",
+        ),
+        (
+            &["small.toml", "--out", "out", "--shard", "1/2"][..],
+            "shard 1/1, not 1/2",
+        ),
+        (
+            &["backlash", "--out", "out"][..],
+            "study small, not backlash",
+        ),
+        (&["small.toml", "--out", "."][..], "holds"),
+        (&["small.toml", "--out", "small.toml"][..], "small.toml"),
+    ] {
+        let told = messages(&study(folder.path(), arguments), 2);
+        assert!(told.contains(words), "{told}");
+        assert_eq!(told.lines().count(), 1, "{told}");
+    }
+    assert!(before == crate::support::contents(&folder.path().join("out")));
+    // A file that was appended to is none of ours.
+    let other = folder.path().join("mine");
+    fs::create_dir(&other).unwrap();
+    let mut file = OpenOptions::new()
+        .create(true)
+        .append(true)
+        .open(other.join("results.csv"))
+        .unwrap();
+    file.write_all(b"1,2\n").unwrap();
+    let told = messages(&study(folder.path(), &["small.toml", "--out", "mine"]), 2);
+    assert!(
+        told.contains("holds results.csv and no results of a study"),
+        "{told}"
+    );
+    assert_eq!(fs::read(other.join("results.csv")).unwrap(), b"1,2\n");
+}

@@ -1,0 +1,164 @@
+//! What stands in a row is what the run alone gives.
+
+use std::fs;
+
+use hil_runner::figures::SUMMARY_FIGURES;
+use hil_runner::run::{RunOptions, run};
+use hil_runner::runfile;
+
+use crate::support::{STUDY, folder_with, messages, study};
+
+/// Every tenth row of the study, figure by figure, to the last bit.
+#[test]
+fn a_row_has_the_figures_of_the_run() {
+    let folder = folder_with(STUDY);
+    messages(&study(folder.path(), &["small.toml", "--out", "out"]), 0);
+    let mut reader = csv::Reader::from_path(folder.path().join("out/results.csv")).unwrap();
+    let header = reader.headers().unwrap().clone();
+    let (mut made, mut excluded, mut refused) = (0, 0, 0);
+    for (number, record) in reader.records().enumerate() {
+        let record = record.unwrap();
+        let field = |name: &str| {
+            record
+                .get(header.iter().position(|column| column == name).unwrap())
+                .unwrap()
+        };
+        assert_eq!(field("row"), number.to_string());
+        assert_eq!(field("rung"), ["sampled", "quantised"][number % 2]);
+        let kd: f64 = field("controller.kd_s").parse().unwrap();
+        let kp: f64 = field("controller.kp").parse().unwrap();
+        assert_eq!(field("status") == "excluded", kd > 0.09);
+        excluded += usize::from(kd > 0.09);
+        if kd <= 0.09 && kp < 0.0 {
+            assert_eq!((field("status"), field("pass")), ("refused", "false"));
+            assert!(
+                field("reason").contains("K_p must be at least 0"),
+                "{}",
+                field("reason")
+            );
+            refused += 1;
+        }
+        if number % 10 > 1 || field("status") != "ok" {
+            continue;
+        }
+        let sets = [
+            "controller.kp",
+            "controller.kd_s",
+            "transmission.backlash_half_deg",
+        ]
+        .map(|key| format!("{key}={}", field(key)));
+        let mut sets = sets.to_vec();
+        sets.push("run.duration_s=0.3".to_owned());
+        sets.push(format!("controller.law={}", field("rung")));
+        let case = runfile::load("paper-2", &sets).unwrap();
+        let summary = run(&case, RunOptions::default(), &mut |_| Ok(()))
+            .unwrap()
+            .summary;
+        for figure in SUMMARY_FIGURES {
+            let value = field(figure.key);
+            let value: Option<f64> = (!value.is_empty()).then(|| value.parse().unwrap());
+            assert_eq!(
+                value,
+                summary.figure(figure.key),
+                "{} of row {number}",
+                figure.key
+            );
+        }
+        let passes = summary.verdicts.iter().all(|verdict| verdict.pass);
+        assert_eq!(field("pass"), passes.to_string());
+        made += 1;
+    }
+    assert!(
+        made > 200 && excluded > 100 && refused > 10,
+        "{made} {excluded} {refused}"
+    );
+}
+
+/// A factor axis: the delay in sample times.
+#[test]
+fn an_axis_can_follow_another() {
+    let folder = folder_with(
+        r#"
+base = "paper-1"
+rungs = ["sampled"]
+[set]
+run.duration_s = 0.1
+[[axis]]
+key = "controller.sample_time_s"
+values = [0.001, 0.002]
+[[axis]]
+key = "controller.computation_delay_s"
+times = "controller.sample_time_s"
+values = [0, 0.5, 1]
+"#,
+    );
+    messages(&study(folder.path(), &["small.toml", "--out", "out"]), 0);
+    let text = fs::read_to_string(folder.path().join("out/results.csv")).unwrap();
+    let rows: Vec<String> = text
+        .lines()
+        .map(|line| line.split(',').take(4).collect::<Vec<_>>().join(","))
+        .collect();
+    assert_eq!(
+        rows,
+        [
+            "row,controller.sample_time_s,controller.computation_delay_s/controller.sample_time_s,\
+             controller.computation_delay_s",
+            "0,0.001,0,0",
+            "1,0.001,0.5,0.0005",
+            "2,0.001,1,0.001",
+            "3,0.002,0,0",
+            "4,0.002,0.5,0.001",
+            "5,0.002,1,0.002",
+        ]
+    );
+}
+
+/// Steps of encoder and converter change, the loop does not.
+#[test]
+fn the_loop_gain_can_be_kept() {
+    let study_text = |loop_gain: &str| {
+        format!(
+            r#"
+base = "paper-1"
+rungs = ["sampled"]
+loop_gain = "{loop_gain}"
+[set]
+run.duration_s = 0.5
+drive.dac_range_v = 80.0
+[[axis]]
+key = "drive.dac_bits"
+values = [10, 14]
+[[axis]]
+key = "encoder.lines"
+values = [250, 1000]
+"#
+        )
+    };
+    let peaks = |loop_gain: &str| -> Vec<f64> {
+        let folder = folder_with(&study_text(loop_gain));
+        let output = study(folder.path(), &["small.toml", "--out", "out"]);
+        assert!(
+            output.status.code().unwrap() < 2,
+            "{}",
+            String::from_utf8_lossy(&output.stderr)
+        );
+        let mut reader = csv::Reader::from_path(folder.path().join("out/results.csv")).unwrap();
+        let header = reader.headers().unwrap().clone();
+        let place = header
+            .iter()
+            .position(|name| name == "peak_following_error_mm")
+            .unwrap();
+        reader
+            .records()
+            .map(|record| record.unwrap()[place].parse().unwrap())
+            .collect()
+    };
+    // On rung `sampled` nothing is rounded, so only the loop gain could matter.
+    let kept = peaks("constant");
+    assert!(
+        kept.iter().all(|peak| (peak / kept[0] - 1.0).abs() < 1e-9),
+        "{kept:?}"
+    );
+    let changed = peaks("per-count");
+    assert!(changed[2] > 10.0 * changed[1], "{changed:?}");
+}

@@ -1,0 +1,84 @@
+//! Shards, and what becomes of them.
+
+use std::fs;
+
+use crate::support::{STUDY, assert_same, contents, folder_with, messages, study};
+
+#[test]
+fn merged_shards_are_the_study() {
+    let folder = folder_with(STUDY);
+    messages(&study(folder.path(), &["small.toml", "--out", "whole"]), 0);
+    for number in 1..=5 {
+        let shard = format!("{number}/5");
+        messages(
+            &study(
+                folder.path(),
+                &[
+                    "small.toml",
+                    "--shard",
+                    &shard,
+                    "--out",
+                    &number.to_string(),
+                ],
+            ),
+            0,
+        );
+    }
+    messages(
+        &study(folder.path(), &["merge", "merged", "3", "1", "5", "2", "4"]),
+        0,
+    );
+    assert_same(&folder.path().join("whole"), &folder.path().join("merged"));
+    // A merge that was ended goes on, and one that is complete stays so.
+    let journal = folder.path().join("merged/results.journal");
+    let text = fs::read_to_string(&journal).unwrap();
+    let kept: Vec<&str> = text.lines().take(12).collect();
+    fs::write(&journal, kept.join("\n") + "\n").unwrap();
+    for _ in 0..2 {
+        messages(
+            &study(folder.path(), &["merge", "merged", "1", "2", "3", "4", "5"]),
+            0,
+        );
+        assert_same(&folder.path().join("whole"), &folder.path().join("merged"));
+    }
+}
+
+#[test]
+fn shards_that_do_not_belong_together_are_refused() {
+    let folder = folder_with(STUDY);
+    let make = |shard: &str, out: &str| {
+        messages(
+            &study(
+                folder.path(),
+                &["small.toml", "--shard", shard, "--out", out],
+            ),
+            0,
+        );
+    };
+    make("1/2", "one");
+    make("2/2", "two");
+    make("2/3", "third");
+    // A shard that was ended.
+    let journal = folder.path().join("two/results.journal");
+    let text = fs::read_to_string(&journal).unwrap();
+    for (shards, words) in [
+        (&["one"][..], "shards are missing: 2/2"),
+        (&["one", "one", "two"][..], "shard 1/2 is given twice"),
+        (&["one", "third"][..], "are not shards of the same study"),
+        (&["one", "nowhere"][..], "nowhere/study.json"),
+    ] {
+        let arguments: Vec<&str> = ["merge", "merged"].iter().chain(shards).copied().collect();
+        let told = messages(&study(folder.path(), &arguments), 2);
+        assert!(told.contains(words), "{told}");
+        assert!(!folder.path().join("merged").exists(), "{words}");
+    }
+    let kept: Vec<&str> = text.lines().take(5).collect();
+    fs::write(&journal, kept.join("\n") + "\n").unwrap();
+    let told = messages(&study(folder.path(), &["merge", "merged", "one", "two"]), 2);
+    assert!(told.contains("shard 2/2 is not complete"), "{told}");
+    // A merge reads shards and nothing more.
+    fs::write(&journal, text).unwrap();
+    let before = contents(&folder.path().join("two"));
+    messages(&study(folder.path(), &["merge", "merged", "one", "two"]), 0);
+    assert!(before == contents(&folder.path().join("two")));
+}

@@ -1,0 +1,92 @@
+//! A study small enough for tests, and the program that makes it.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use tempfile::TempDir;
+
+/// 3,000 short runs on two rungs, some of which cannot be made.
+pub(crate) const STUDY: &str = r#"
+name = "small"
+base = "paper-2"
+rungs = ["sampled", "quantised"]
+plan = "random"
+runs = 1500
+seed = 3
+feeding = false
+constraints = ["controller.kd_s <= 0.09"]
+
+[set]
+run.duration_s = 0.3
+
+[[axis]]
+key = "transmission.backlash_half_deg"
+distribution = { kind = "uniform", low = 0.0, high = 4.0 }
+
+[[axis]]
+key = "controller.kp"
+distribution = { kind = "normal", mean = 3.0, deviation = 1.5 }
+
+[[axis]]
+key = "controller.kd_s"
+distribution = { kind = "uniform", low = 0.0, high = 0.1 }
+"#;
+
+/// A folder with a study file.
+pub(crate) fn folder_with(study: &str) -> TempDir {
+    let folder = TempDir::new().unwrap();
+    fs::write(folder.path().join("small.toml"), study).unwrap();
+    folder
+}
+
+/// The program, in a folder.
+pub(crate) fn program(folder: &Path, arguments: &[&str]) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_hil-runner"));
+    command.current_dir(folder).arg("study").args(arguments);
+    command
+}
+
+/// What the program does.
+pub(crate) fn study(folder: &Path, arguments: &[&str]) -> Output {
+    program(folder, arguments).output().unwrap()
+}
+
+/// The program's messages; it must end with `status`.
+pub(crate) fn messages(output: &Output, status: i32) -> String {
+    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(status), "{text}");
+    text
+}
+
+/// Every file of a folder of results with its bytes, by name.
+pub(crate) fn contents(folder: &Path) -> Vec<(PathBuf, Vec<u8>)> {
+    let mut files = Vec::new();
+    let mut folders = vec![folder.to_owned()];
+    while let Some(next) = folders.pop() {
+        for entry in fs::read_dir(next).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else {
+                let name = path.strip_prefix(folder).unwrap().to_owned();
+                files.push((name, fs::read(&path).unwrap()));
+            }
+        }
+    }
+    files.sort();
+    files
+}
+
+/// Panics unless two folders hold the same files with the same bytes.
+#[track_caller]
+pub(crate) fn assert_same(one: &Path, other: &Path) {
+    let (one, other) = (contents(one), contents(other));
+    let names = |files: &[(PathBuf, Vec<u8>)]| -> Vec<PathBuf> {
+        files.iter().map(|(name, _)| name.clone()).collect()
+    };
+    assert_eq!(names(&one), names(&other));
+    for ((name, one), (_, other)) in one.iter().zip(&other) {
+        assert!(one == other, "{} differs", name.display());
+    }
+}
