@@ -54,7 +54,7 @@ fn slot_px(x: &Axis, width_px: f64) -> f64 {
 fn turned(x: &Axis, width_px: f64) -> bool {
     let slot = slot_px(x, width_px);
     x.ticks.iter().any(|tick| {
-        let mut words = tick.label.split_whitespace();
+        let mut words = tick.label.split(' ');
         words.any(|word| width(word, TICK_PX) > slot) || fold(&tick.label, TICK_PX, slot).len() > 3
     })
 }

@@ -153,6 +153,8 @@ fn runs(
         let pass = pass.and_then(|pass| pass.verdict(row));
         runs.push(Run { x, y, pass });
     }
+    // Which runs lie on top, or stand for others, is no matter of their order.
+    runs.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     Ok(runs)
 }
 

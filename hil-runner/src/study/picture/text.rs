@@ -50,7 +50,8 @@ pub(super) fn bold_width(text: &str, size_px: f64) -> f64 {
 pub(super) fn fold(text: &str, size_px: f64, line_px: f64) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     let mut line = String::new();
-    for word in text.split_whitespace() {
+    // A space that must not break is no end of a word.
+    for word in text.split(' ').filter(|word| !word.is_empty()) {
         let longer = if line.is_empty() {
             word.to_owned()
         } else {
