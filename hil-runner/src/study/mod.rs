@@ -21,6 +21,7 @@ mod margins;
 pub mod picture;
 mod plan;
 pub mod ready;
+pub mod report;
 pub mod results;
 mod row;
 mod tally;
