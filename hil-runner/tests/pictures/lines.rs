@@ -1,7 +1,8 @@
 //! Kind `lines`: values stand where the numbers of the axes say.
 
-use super::samples::{Sample, draw_sample, holes, numbers, sample_times, table};
+use super::samples::{Sample, draw_sample};
 use super::sheet::{Sheet, Text};
+use super::tables::{holes, numbers, sample_times, table};
 
 const X: &str = "kind = \"lines\"\nx = \"controller.sample_time_s\"\n";
 

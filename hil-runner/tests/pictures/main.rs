@@ -6,7 +6,9 @@
 mod keys;
 mod lines;
 mod map;
+mod mistakes;
 mod others;
 mod rules;
 mod samples;
 mod sheet;
+mod tables;

@@ -1,7 +1,8 @@
 //! Kind `map`: cells, colours, hatches, crosses, contours.
 
-use super::samples::{Sample, border, draw_sample, gains, holes, numbers, table, words};
+use super::samples::{Sample, draw_sample};
 use super::sheet::{Box, Form, Line, Sheet};
+use super::tables::{border, gains, holes, numbers, table, words};
 use hil_runner::study::picture::{Curve, Table};
 
 const KEYS: &str = "kind = \"map\"\nx = \"a_mm\"\ny = \"b_mm\"\nz = \"z_mm\"\n";
@@ -29,13 +30,8 @@ fn cells<'a>(sheet: &'a Sheet, plot: &Box) -> Vec<&'a Form> {
 }
 
 fn fill_at(sheet: &Sheet, x: f64, y: f64) -> String {
-    let rects = sheet.forms.iter().filter(|form| form.tag == "rect");
-    rects
-        .filter(|form| form.room.holds((x, y)))
-        .next_back()
-        .unwrap()
-        .fill
-        .clone()
+    let at = |form: &&Form| form.tag == "rect" && form.room.holds((x, y));
+    sheet.forms.iter().rfind(at).unwrap().fill.clone()
 }
 
 const SIX: [Option<f64>; 6] = [

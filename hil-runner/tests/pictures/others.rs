@@ -1,7 +1,8 @@
 //! Kinds `bars`, `histogram` and `scatter`.
 
-use super::samples::{Sample, draw_sample, holes, numbers, spread, table, words};
+use super::samples::{Sample, draw_sample};
 use super::sheet::{Form, Sheet};
+use super::tables::{holes, numbers, spread, table, words};
 use hil_runner::study::picture::Table;
 
 fn sheet(keys: &str, table: Table) -> Sheet {

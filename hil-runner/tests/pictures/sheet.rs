@@ -3,19 +3,19 @@
 use roxmltree::{Document, Node};
 
 /// Units of the sheet per pixel.
-pub const STEPS: f64 = 10.0;
+pub(super) const STEPS: f64 = 10.0;
 
 /// A rectangle [px].
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Box {
-    pub left: f64,
-    pub top: f64,
-    pub right: f64,
-    pub bottom: f64,
+pub(super) struct Box {
+    pub(super) left: f64,
+    pub(super) top: f64,
+    pub(super) right: f64,
+    pub(super) bottom: f64,
 }
 
 impl Box {
-    pub fn holds(&self, (x, y): (f64, f64)) -> bool {
+    pub(super) fn holds(&self, (x, y): (f64, f64)) -> bool {
         let slack = 0.11;
         x >= self.left - slack
             && x <= self.right + slack
@@ -23,7 +23,7 @@ impl Box {
             && y <= self.bottom + slack
     }
 
-    pub fn meets(&self, other: &Self) -> bool {
+    pub(super) fn meets(&self, other: &Self) -> bool {
         self.left < other.right
             && other.left < self.right
             && self.top < other.bottom
@@ -33,47 +33,47 @@ impl Box {
 
 /// A text with the room that it takes.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Text {
-    pub words: String,
-    pub size_px: f64,
-    pub at: (f64, f64),
-    pub room: Box,
-    pub upwards: bool,
-    pub fill: String,
+pub(super) struct Text {
+    pub(super) words: String,
+    pub(super) size_px: f64,
+    pub(super) at: (f64, f64),
+    pub(super) room: Box,
+    pub(super) upwards: bool,
+    pub(super) fill: String,
 }
 
 /// A line.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Line {
-    pub points: Vec<(f64, f64)>,
-    pub stroke: String,
-    pub width_px: f64,
+pub(super) struct Line {
+    pub(super) points: Vec<(f64, f64)>,
+    pub(super) stroke: String,
+    pub(super) width_px: f64,
 }
 
 /// A filled form: circle, polygon or rectangle, by its middle.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Form {
-    pub tag: String,
-    pub middle: (f64, f64),
-    pub room: Box,
-    pub fill: String,
-    pub opacity: f64,
+pub(super) struct Form {
+    pub(super) tag: String,
+    pub(super) middle: (f64, f64),
+    pub(super) room: Box,
+    pub(super) fill: String,
+    pub(super) opacity: f64,
 }
 
 /// All that an SVG shows.
 #[derive(Debug, Clone)]
-pub struct Sheet {
-    pub width_px: f64,
-    pub height_px: f64,
-    pub texts: Vec<Text>,
-    pub lines: Vec<Line>,
-    pub forms: Vec<Form>,
+pub(super) struct Sheet {
+    pub(super) width_px: f64,
+    pub(super) height_px: f64,
+    pub(super) texts: Vec<Text>,
+    pub(super) lines: Vec<Line>,
+    pub(super) forms: Vec<Form>,
 }
 
 impl Sheet {
     /// Reads an SVG; not well-formed XML, numbers that are none, and elements
     /// that a picture does not have are errors.
-    pub fn read(svg: &str) -> Result<Self, String> {
+    pub(super) fn read(svg: &str) -> Result<Self, String> {
         let document = Document::parse(svg).map_err(|error| error.to_string())?;
         let root = document.root_element();
         let mut sheet = Self {
@@ -101,7 +101,7 @@ impl Sheet {
     }
 
     /// The plots: frames in the colour of axes.
-    pub fn plots(&self) -> Vec<Box> {
+    pub(super) fn plots(&self) -> Vec<Box> {
         let frames = self.lines.iter().filter(|line| {
             line.points.len() == 5
                 && line.points.first() == line.points.last()
@@ -115,21 +115,21 @@ impl Sheet {
             .collect()
     }
 
-    pub fn has(&self, words: &str) -> bool {
+    pub(super) fn has(&self, words: &str) -> bool {
         self.texts.iter().any(|text| text.words == words)
     }
 
-    pub fn find(&self, words: &str) -> &Text {
+    pub(super) fn find(&self, words: &str) -> &Text {
         let found = self.texts.iter().find(|text| text.words == words);
         found.unwrap_or_else(|| panic!("no {words:?} in {:?}", self.words()))
     }
 
-    pub fn words(&self) -> Vec<&str> {
+    pub(super) fn words(&self) -> Vec<&str> {
         self.texts.iter().map(|text| text.words.as_str()).collect()
     }
 
     /// Circles within a plot: the marks of a first series.
-    pub fn circles(&self, plot: &Box) -> Vec<(f64, f64)> {
+    pub(super) fn circles(&self, plot: &Box) -> Vec<(f64, f64)> {
         let circles = self.forms.iter().filter(|form| form.tag == "circle");
         let middles = circles.map(|form| form.middle);
         middles.filter(|&middle| plot.holds(middle)).collect()

@@ -2,6 +2,11 @@
 
 use super::canvas::{Area, Point};
 
+/// Lines of fewer points stay as they are.
+const MANY: usize = 2_000;
+/// Width of a column in which points cannot be told apart \[px\].
+const COLUMN: f64 = 0.5;
+
 /// The parts of a line that lie in an area (Liang and Barsky, piece by piece).
 pub(super) fn clipped(points: &[Point], area: &Area) -> Vec<Vec<Point>> {
     let mut parts: Vec<Vec<Point>> = Vec::new();
@@ -57,6 +62,38 @@ fn inside(from: Point, to: Point, area: &Area) -> Option<(Point, Point)> {
         _ => (from.0 + share * dx, from.1 + share * dy),
     };
     Some((at(enter), at(leave)))
+}
+
+/// A line without the points that nobody can see: of those in one column of
+/// the sheet the first, the lowest, the highest and the last stay.
+pub(super) fn thinned(points: Vec<Point>) -> Vec<Point> {
+    if points.len() < MANY {
+        return points;
+    }
+    let column = |point: &Point| (point.0 / COLUMN).floor();
+    #[allow(clippy::float_cmp, reason = "whole numbers")]
+    let columns = points.chunk_by(|a, b| column(a) == column(b));
+    let mut kept: Vec<Point> = Vec::new();
+    for part in columns {
+        let mut ends = [0, part.len() - 1, 0, 0];
+        for (at, point) in part.iter().enumerate() {
+            if point.1 < part[ends[2]].1 {
+                ends[2] = at;
+            }
+            if point.1 > part[ends[3]].1 {
+                ends[3] = at;
+            }
+        }
+        ends.sort_unstable();
+        let mut last = None;
+        for at in ends {
+            if last != Some(at) {
+                kept.push(part[at]);
+            }
+            last = Some(at);
+        }
+    }
+    kept
 }
 
 /// A line cut into dashes: `pattern` is drawn and left out by turns \[px\].
@@ -124,6 +161,31 @@ mod tests {
         assert_eq!(clipped(&inside, &AREA), [inside.to_vec()]);
         assert!(clipped(&[(1.0, f64::NAN), (2.0, 3.0)], &AREA).is_empty());
         assert!(clipped(&[], &AREA).is_empty());
+    }
+
+    /// A noisy line of 10⁵ points keeps its outline in every column.
+    #[test]
+    fn lines_of_many_points_keep_their_outline() {
+        let noise = |i: u32| (f64::from(i) * 0.618_034).fract();
+        let line = |count: u32| -> Vec<Point> {
+            let place = |i: u32| 500.0 * f64::from(i) / f64::from(count);
+            (0..count).map(|i| (place(i), noise(i))).collect()
+        };
+        let whole = line(100_000);
+        let thin = thinned(whole.clone());
+        assert!(thin.len() <= 4_000, "{}", thin.len());
+        assert!(thin.is_sorted_by(|a, b| a.0 <= b.0));
+        for column in 0..1000 {
+            let inside = |point: &&Point| (point.0 / COLUMN).floor() == f64::from(column);
+            let extent = |points: &[Point]| {
+                let heights = points.iter().filter(inside).map(|point| point.1);
+                heights.fold((f64::MAX, f64::MIN), |(low, high), y| {
+                    (low.min(y), high.max(y))
+                })
+            };
+            assert_eq!(extent(&thin), extent(&whole), "{column}");
+        }
+        assert_eq!(thinned(line(1_000)), line(1_000));
     }
 
     #[test]

@@ -37,13 +37,18 @@ pub enum PictureError {
         across: usize,
         /// Different values along y.
         up: usize,
-        /// Cells with at least one row.
+        /// Cells with a row, at most.
         filled: usize,
     },
     /// More bars than a picture can show.
     TooManyBars(usize),
-    /// Keys that do not fit together; the sentence.
-    Keys(String),
+    /// More series than a legend can tell apart.
+    TooManySeries {
+        /// The column whose values are the series.
+        column: String,
+        /// Its different values.
+        values: usize,
+    },
     /// The drawing library refused.
     Drawing(String),
     /// An error in the picture with this file name.
@@ -86,14 +91,18 @@ impl fmt::Display for PictureError {
             Self::NoGrid { across, up, filled } => write!(
                 f,
                 "a map needs a regular grid, but {across} values along x and {up} along y make {} \
-                 cells of which {filled} have a run; kind \"scatter\" can show such a plan",
+                 cells of which at most {filled} have a run; kind \"scatter\" can show such a plan",
                 across * up
             ),
             Self::TooManyBars(bars) => write!(
                 f,
                 "{bars} bars are more than a picture can show; kind \"histogram\" or \"lines\" can"
             ),
-            Self::Keys(sentence) => f.write_str(sentence),
+            Self::TooManySeries { column, values } => write!(
+                f,
+                "column \"{column}\" has {values} different values, more series than a legend can \
+                 tell apart"
+            ),
             Self::Drawing(reason) => write!(f, "the picture could not be drawn: {reason}"),
             Self::In(file, error) => write!(f, "picture \"{file}\": {error}"),
         }

@@ -1,10 +1,15 @@
 //! Rows that belong together: the values of a column, and their spread.
 
 use super::PictureError;
+use std::collections::BTreeMap;
+
 use super::label::Label;
 use super::power::power_of_ten;
 use super::table::{Column, Values};
 use crate::report::number;
+
+/// Seven shapes, filled and hollow, and as many colours.
+const MOST_SERIES: usize = 14;
 
 /// The different values of a column among some rows.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,20 +59,34 @@ impl Different {
 
     fn words(words: &[String], rows: &[usize]) -> Self {
         let mut names: Vec<String> = Vec::new();
+        let mut known: BTreeMap<&str, usize> = BTreeMap::new();
         let mut of_row = vec![None; words.len()];
         for &row in rows {
-            let word = &words[row];
-            let known = names.iter().position(|name| name == word);
-            of_row[row] = Some(known.unwrap_or_else(|| {
-                names.push(word.clone());
+            let word = words[row].as_str();
+            let at = known.entry(word).or_insert_with(|| {
+                names.push(word.to_owned());
                 names.len() - 1
-            }));
+            });
+            of_row[row] = Some(*at);
         }
         Self {
             of_row,
             names,
             numbers: None,
         }
+    }
+
+    /// The values of a column as series: so many that a legend can tell them
+    /// apart.
+    pub(super) fn series(column: &Column, rows: &[usize]) -> Result<Self, PictureError> {
+        let series = Self::of(column, rows)?;
+        if series.len() > MOST_SERIES {
+            return Err(PictureError::TooManySeries {
+                column: column.name.clone(),
+                values: series.len(),
+            });
+        }
+        Ok(series)
     }
 
     /// Number of different values.

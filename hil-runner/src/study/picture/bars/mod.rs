@@ -43,7 +43,7 @@ impl Data {
     ) -> Result<Self, PictureError> {
         let categories = Different::of(table.column(&bars.category)?, rows)?;
         let series = match &bars.series {
-            Some(name) => Some(Different::of(table.column(name)?, rows)?),
+            Some(name) => Some(Different::series(table.column(name)?, rows)?),
             None => None,
         };
         let count = series.as_ref().map_or(1, Different::len);

@@ -32,7 +32,7 @@ impl<'a> Data<'a> {
     ) -> Result<Self, PictureError> {
         let Chosen { rows, notes } = Chosen::of(spec, table)?;
         let series = match &lines.series {
-            Some(name) => Different::of(table.column(name)?, &rows)?,
+            Some(name) => Different::series(table.column(name)?, &rows)?,
             None => Different {
                 of_row: vec![Some(0); table.rows()],
                 names: vec![String::new()],

@@ -5,7 +5,7 @@ use super::looks::{LIMIT_LINE, Looks};
 use super::{Axis, Panel};
 use crate::study::picture::axis::{Margin, Spacing, extent, label_of};
 use crate::study::picture::canvas::{Canvas, Point, Stroke};
-use crate::study::picture::clip::clipped;
+use crate::study::picture::clip::{clipped, thinned};
 use crate::study::picture::frame::Frame;
 use crate::study::picture::group::Spread;
 use crate::study::picture::label::Label;
@@ -119,7 +119,7 @@ impl Plot {
         for curve in &self.curves {
             for part in curve.parts() {
                 let line: Vec<Point> = on_frame(frame, part, |spread| spread.median);
-                for line in clipped(&line, &frame.area) {
+                for line in clipped(&thinned(line), &frame.area) {
                     canvas.path(&line, &curve.stroke);
                 }
             }
@@ -264,7 +264,9 @@ fn draw_band(canvas: &mut Canvas, frame: &Frame, part: &[(f64, Option<Spread>)],
         return canvas.path(&[hold(*low), hold(*high)], &whisker);
     }
     let inside = |&(x, _): &Point| (frame.area.left..=frame.area.right).contains(&x);
-    let outline = high.into_iter().chain(low.into_iter().rev());
+    let outline = thinned(high)
+        .into_iter()
+        .chain(thinned(low).into_iter().rev());
     let outline: Vec<Point> = outline.filter(inside).map(hold).collect();
     canvas.polygon(&outline, stroke.colour, 0.16);
 }

@@ -143,6 +143,14 @@ impl Grid {
         let x = Side::of(table.column(&map.x)?, &map.x_axis, rows, left_out)?;
         let y = Side::of(table.column(&map.y)?, &map.y_axis, rows, left_out)?;
         let (across, up) = (x.values.len(), y.values.len());
+        // A plan that is no grid has rows² cells: they must not even be formed.
+        let no_grid = |filled: usize| {
+            across.min(up) > 2 && (filled as f64) < LEAST_FILLED * (across as f64 * up as f64)
+        };
+        if no_grid(rows.len()) {
+            let filled = rows.len();
+            return Err(PictureError::NoGrid { across, up, filled });
+        }
         let mut of_cell: Vec<Vec<usize>> = vec![Vec::new(); across * up];
         for &row in rows {
             left_out.of += 1;
@@ -154,7 +162,7 @@ impl Grid {
         // Rows that the logarithmic axes leave out are told of already.
         left_out.missing = left_out.missing.saturating_sub(left_out.not_above_0);
         let filled = of_cell.iter().filter(|rows| !rows.is_empty()).count();
-        if (filled as f64) < LEAST_FILLED * of_cell.len() as f64 && across.min(up) > 2 {
+        if no_grid(filled) {
             return Err(PictureError::NoGrid { across, up, filled });
         }
         let z = table.column(&map.z)?.numbers()?;

@@ -1,0 +1,153 @@
+//! Mistakes of a study file and of a table are sentences.
+
+use super::keys::{BARS, HISTOGRAM, LINES, MAP, SCATTER, parsed};
+use super::tables::{laws, numbers, sample_times, spread};
+use hil_runner::study::picture::{Picture, Table, draw};
+
+#[test]
+fn mistakes_of_the_file_are_sentences() {
+    let lines = |more: &str| format!("{LINES}y = \"peak_following_error_mm\"\n{more}");
+    let map = |more: &str| format!("{MAP}{more}");
+    for (keys, report) in [
+        (
+            "kind = \"pie\"".to_owned(),
+            "there is no kind \"pie\"; the kinds are lines, map, bars, histogram and scatter",
+        ),
+        (String::new(), "it lacks kind"),
+        (LINES.into(), "y or theory must name at least one column"),
+        (lines("z = 1"), "unknown field `z`"),
+        (
+            lines("[[panel]]\ny = \"a\""),
+            "with [[picture.panel]] the keys of y, theory and limit belong into the panels",
+        ),
+        (
+            lines("x_range = [2, 1]"),
+            "x_range = [2, 1] must rise from a number to a larger one",
+        ),
+        (
+            lines("y_range = [0, 1]\ny_scale = \"log\""),
+            "y_range = [0, 1] must be above 0 on a logarithmic axis",
+        ),
+        (
+            lines("limit = -1"),
+            "limit = -1 must be a number of at least 0: it holds for the magnitude",
+        ),
+        (
+            lines("limit = \"a\""),
+            "limit must be a number or { value = …, label = \"…\" }",
+        ),
+        (
+            lines("where.a = []"),
+            "where.a must be a number, a text, true or false, or a list of these",
+        ),
+        (lines("where = 3"), "where is a table of columns and values"),
+        (format!("{LINES}y = 3"), "a column or a list of columns"),
+        (lines("caption = 3"), "it has a caption that is no text"),
+        (
+            map("contours_of = \"a\""),
+            "contours_of needs levels: contours = […]",
+        ),
+        (
+            map("contours = [inf]"),
+            "contours has inf, which is no level",
+        ),
+        (
+            MAP.replace("kd_s", "kp"),
+            "x and y are both \"controller.kp\"",
+        ),
+        (
+            format!("{HISTOGRAM}bins = 0"),
+            "bins = 0 must be from 1 to 200",
+        ),
+    ] {
+        let message = parsed(&keys).unwrap_err();
+        let report = format!("picture \"f\": {report}");
+        assert!(message.starts_with(&report), "{message}, not {report}");
+    }
+    for file in ["", "a/b", "a.svg", "..\\\\a"] {
+        let text = format!("file = \"{file}\"\ntitle = \"T\"\n{}", lines(""));
+        let error = toml::from_str::<Picture>(&text).unwrap_err().to_string();
+        let report = "file is the stem of a file's name";
+        assert!(error.contains(report), "{error}");
+    }
+}
+
+#[test]
+fn mistakes_of_the_table_are_sentences() {
+    let lines = |more: &str| format!("{LINES}y = \"peak_following_error_mm\"\n{more}");
+    let times = || sample_times(&[8.0], 1);
+    let mut short = times();
+    short.columns[1] = numbers("drive.dac_bits", [8.0]);
+    let spread_lines = "kind = \"lines\"\nx = \"final_error_um\"\ny = \"pass\"\n";
+    for (keys, table, report) in [
+        (
+            format!("{LINES}y = \"nix_mm\""),
+            times(),
+            "the results have no column \"nix_mm\"",
+        ),
+        (
+            lines("where.nix = 1"),
+            times(),
+            "the results have no column \"nix\"",
+        ),
+        (
+            lines("theory = \"peak_abs_acc_mps2\""),
+            times(),
+            "\"peak_following_error_mm\" is in mm and \"peak_abs_acc_mps2\" in m/s²: they cannot \
+             share an axis",
+        ),
+        (
+            lines("y_unit = \"ms\""),
+            times(),
+            "\"Peak following error\" is in mm and \"ms\" in ms: they cannot share an axis",
+        ),
+        (
+            lines(""),
+            short,
+            "column \"drive.dac_bits\" has 1 rows where the first column has 9",
+        ),
+        (
+            BARS.replace("rms_acc_error_mps2", "controller.law"),
+            laws(),
+            "column \"controller.law\" has words, and this needs numbers",
+        ),
+        (
+            SCATTER.replace("scatter", "map") + "z = \"pass\"",
+            spread(),
+            "a map needs a regular grid, but 500 values along x and",
+        ),
+        (
+            "kind = \"bars\"\ncategory = \"final_error_um\"\ny = \"pass\"".into(),
+            spread(),
+            "500 bars are more than a picture can show; kind \"histogram\" or \"lines\" can",
+        ),
+        (
+            format!("{spread_lines}series = \"final_error_um\""),
+            spread(),
+            "column \"final_error_um\" has 500 different values, more series than a legend can",
+        ),
+    ] {
+        let picture = parsed(&keys).unwrap();
+        let message = draw(&picture, &table, &[]).unwrap_err().to_string();
+        let report = format!("picture \"f\": {report}");
+        assert!(message.starts_with(&report), "{message}, not {report}");
+    }
+}
+
+/// A random plan of 100,000 runs has 10¹⁰ cells: the map is refused before they
+/// are formed.
+#[test]
+fn a_large_plan_that_is_no_grid_is_refused_at_once() {
+    let share = |i: u32, step: f64| (f64::from(i) * step).fract();
+    let column = |name: &str, step: f64| numbers(name, (0..100_000).map(|i| share(i, step)));
+    let table = Table {
+        columns: vec![
+            column("a", 0.618_034),
+            column("b", 0.414_214),
+            column("c", 0.5),
+        ],
+    };
+    let picture = parsed("kind = \"map\"\nx = \"a\"\ny = \"b\"\nz = \"c\"").unwrap();
+    let message = draw(&picture, &table, &[]).unwrap_err().to_string();
+    assert!(message.contains("a map needs a regular grid"), "{message}");
+}
