@@ -6,44 +6,51 @@ use std::path::Path;
 use hil_runner::figures;
 use hil_runner::output::OutputFile;
 use hil_runner::report::number;
-use hil_runner::study::{Study, Tally, columns, draw};
+use hil_runner::study::report::render;
+use hil_runner::study::{MOST_ROWS, Study, Tally, columns, draw, enough_pass, page};
 
 use super::terminal;
 
-/// Prints the table; whether enough runs pass.
+/// Prints the table, writes pictures and report; whether enough runs pass.
 pub(super) fn finish(
     study: &Study,
     folder: &Path,
     tally: &Tally,
-    _command_line: &str,
+    command_line: &str,
 ) -> anyhow::Result<bool> {
     terminal::print(&table(tally))?;
-    for drawn in draw(study, folder, &columns(study))? {
-        let path = folder.join(format!("{}.svg", drawn.picture.file));
+    let drawn = draw(study, folder, &columns(study))?;
+    if study.rows() > MOST_ROWS && !drawn.is_empty() {
+        terminal::tell(&format!("the pictures show the first {MOST_ROWS} rows\n"));
+    }
+    for drawn in &drawn {
         match &drawn.svg {
-            Ok(svg) => {
-                let mut file = OutputFile::create(&path)?;
-                file.write_all(svg.as_bytes())?;
-                file.commit()?;
-            }
+            Ok(svg) => write(&folder.join(format!("{}.svg", drawn.picture.file)), svg)?,
             Err(error) => terminal::tell(&format!("{error}\n")),
         }
     }
-    let enough = study.required_yield_percent.is_none_or(|required| {
-        tally
-            .yield_percent()
-            .is_some_and(|percent| percent >= required)
-    });
-    terminal::print(&format!("results: {}\n", folder.display()))?;
-    Ok(enough)
+    let report = folder.join("report.html");
+    write(&report, &render(&page(study, tally, &drawn, command_line))?)?;
+    terminal::print(&format!(
+        "pictures, plan and all figures: {}\n",
+        report.display()
+    ))?;
+    Ok(enough_pass(study, tally).unwrap_or(true))
 }
 
+fn write(path: &Path, text: &str) -> anyhow::Result<()> {
+    let mut file = OutputFile::create(path)?;
+    file.write_all(text.as_bytes())?;
+    file.commit()?;
+    Ok(())
+}
+
+/// For each rung what its runs span.
 fn table(tally: &Tally) -> String {
     let mut text = String::new();
     for rung in &tally.rungs {
-        let percent = rung
-            .yield_percent()
-            .map_or_else(|| number::MISSING.to_owned(), number::table);
+        let percent = rung.yield_percent();
+        let percent = percent.map_or_else(|| number::MISSING.to_owned(), number::table);
         text += &format!(
             "{}: {} runs, {} within the limits ({percent} %)",
             rung.rung, rung.made, rung.passed
@@ -55,12 +62,10 @@ fn table(tally: &Tally) -> String {
         if let Some((row, reason)) = &rung.first_reason {
             text += &format!("{} not made; row {row}: {reason}\n", rung.not_made);
         }
-        let mut table = terminal::table(
-            &[
-                "figure", "least", "in row", "mean", "most", "in row", "unit", "none",
-            ],
-            1,
-        );
+        let header = [
+            "figure", "least", "in row", "mean", "most", "in row", "unit", "none",
+        ];
+        let mut table = terminal::table(&header, 1);
         for figure in &rung.figures {
             let (Some(least), Some(mean), Some(most)) = (figure.least, figure.mean(), figure.most)
             else {

@@ -10,7 +10,7 @@ use super::results::{ResultsError, for_each_row};
 
 /// Rows that pictures show: the first ones. Of a plan that draws, these are
 /// drawn like all others.
-pub const MOST_ROWS: usize = 100_000;
+pub const MOST_ROWS: u64 = 100_000;
 
 /// A picture that has been drawn.
 #[derive(Debug, Clone)]
@@ -69,12 +69,7 @@ fn table(study: &Study, folder: &Path, columns: &[Column]) -> Result<Table, Resu
             })
             .collect(),
     };
-    let mut rows = 0;
-    for_each_row(folder, columns, |row| {
-        rows += 1;
-        if rows > MOST_ROWS {
-            return Ok(());
-        }
+    for_each_row(folder, columns, MOST_ROWS, |row| {
         for (&place, column) in places.iter().zip(&mut table.columns) {
             match (&mut column.values, row.get(place)) {
                 (Values::Number(numbers), cell) => numbers.push(cell.and_then(Cell::as_number)),

@@ -125,19 +125,21 @@ impl<'c> Reading<'c> {
     }
 }
 
-/// Goes through all rows of a folder that are whole, in their order.
+/// Goes through the rows of a folder that are whole, in their order: the first
+/// `most` of them, and to the end of their block.
 ///
 /// # Errors
 /// If something is not what was written, and those of `each`.
 pub fn for_each_row(
     folder: &Path,
     columns: &[Column],
+    most: u64,
     mut each: impl FnMut(&[Cell]) -> Result<(), ResultsError>,
 ) -> Result<(), ResultsError> {
     let manifest = Manifest::read(folder)?;
     let path = folder.join("results.csv");
     let mut reading = Reading::open(&path, columns)?;
-    let mut next = manifest.own_blocks().start;
+    let (mut next, mut rows) = (manifest.own_blocks().start, 0);
     entries(&folder.join("results.journal"), |entry| {
         if entry.block != next {
             return Err(ResultsError::Damaged(format!(
@@ -146,7 +148,13 @@ pub fn for_each_row(
             )));
         }
         next += 1;
-        reading.rows(entry, &mut each)
+        if rows >= most {
+            return Ok(());
+        }
+        reading.rows(entry, |row| {
+            rows += 1;
+            each(row)
+        })
     })
 }
 

@@ -1,0 +1,227 @@
+//! The report of a study from the study, its results and its pictures.
+
+use super::axis::{Axis, AxisValue, Scale, Spread};
+use super::definition::{LoopGain, Study};
+use super::distribution::Distribution;
+use super::drawing::Drawn;
+use super::plan::PlanKind;
+use super::report::{AxisRow, FigureTable, Shown, StudyPage, StudyVerdict};
+use super::tally::{RungTally, Tally};
+use crate::figures;
+use crate::report::number;
+
+/// The page; `command_line` makes the study again.
+pub fn page(study: &Study, tally: &Tally, drawn: &[Drawn], command_line: &str) -> StudyPage {
+    let mut page = StudyPage {
+        title: study.title.clone(),
+        description: vec![
+            study
+                .description
+                .split_whitespace()
+                .collect::<Vec<_>>()
+                .join(" "),
+        ],
+        generated_by: format!("hil-runner {}", env!("CARGO_PKG_VERSION")),
+        verdict: verdict(study, tally),
+        warnings: warnings(tally),
+        plan: plan(study),
+        axes: study.axes.iter().map(axis_row).collect(),
+        figures: figure_table(tally),
+        validity: study.notes.clone(),
+        repeat: vec![command_line.to_owned()],
+        files: vec![
+            ("results.csv".to_owned(), "every run, a row each".to_owned()),
+            (
+                "parquet/".to_owned(),
+                "the same as Apache Parquet".to_owned(),
+            ),
+            ("study.toml".to_owned(), "the study file".to_owned()),
+        ],
+        ..StudyPage::default()
+    };
+    for Drawn { picture, svg } in drawn {
+        match svg {
+            Ok(svg) => page.pictures.push(Shown {
+                file: picture.file.clone(),
+                svg: svg.clone(),
+                caption: picture.caption.clone().unwrap_or_default(),
+            }),
+            Err(error) => page.warnings.push(error.to_string()),
+        }
+    }
+    page
+}
+
+/// Whether enough runs pass, where the study says how many must.
+pub fn enough_pass(study: &Study, tally: &Tally) -> Option<bool> {
+    let required = study.required_yield_percent?;
+    Some(
+        tally
+            .yield_percent()
+            .is_some_and(|percent| percent >= required),
+    )
+}
+
+fn verdict(study: &Study, tally: &Tally) -> Option<StudyVerdict> {
+    let percent = tally.yield_percent()?;
+    let rungs = tally.rungs.iter().map(|rung| {
+        let RungTally {
+            rung,
+            passed,
+            made,
+            not_made,
+            ..
+        } = rung;
+        format!(
+            "{rung}: {passed} of {} runs keep every limit",
+            made + not_made
+        )
+    });
+    let lines: Vec<String> = rungs.collect();
+    Some(StudyVerdict {
+        pass: enough_pass(study, tally),
+        line: format!("{} ({} % in all)", lines.join("; "), number::table(percent)),
+    })
+}
+
+fn warnings(tally: &Tally) -> Vec<String> {
+    let mut warnings = Vec::new();
+    for rung in &tally.rungs {
+        if let Some((row, reason)) = &rung.first_reason {
+            warnings.push(format!(
+                "{}: {} runs could not be made; the first is row {row}: {reason}",
+                rung.rung, rung.not_made
+            ));
+        }
+    }
+    warnings
+}
+
+fn plan(study: &Study) -> Vec<String> {
+    let points = study.plan.points();
+    let rungs: Vec<&str> = study.rungs.iter().map(|(law, _)| law.name()).collect();
+    let kind = match study.plan_kind {
+        PlanKind::Grid => "every value of every axis with every value of the others".to_owned(),
+        PlanKind::LatinHypercube => format!("a Latin hypercube, seed {}", study.seed),
+        PlanKind::Sobol => format!("points of the Sobol sequence, seed {}", study.seed),
+        PlanKind::Random => format!("independent points, seed {}", study.seed),
+    };
+    let mut lines = vec![
+        format!("{points} points: {kind}."),
+        format!("Base case {}, rung {}.", study.base, rungs.join(", ")),
+    ];
+    if !study.sets.is_empty() {
+        lines.push(format!("In every run {}.", study.sets.join(", ")));
+    }
+    if study.loop_gain == LoopGain::Constant {
+        lines.push(
+            "The gains keep their volts per radian where encoder or converter change.".to_owned(),
+        );
+    }
+    if !study.constraints.is_empty() {
+        let texts: Vec<String> = study.constraints.iter().map(ToString::to_string).collect();
+        lines.push(format!("Only points with {}.", texts.join(" and ")));
+    }
+    lines
+}
+
+fn axis_row(axis: &Axis) -> AxisRow {
+    let values = match &axis.spread {
+        Spread::List(values) => {
+            let texts: Vec<String> = values
+                .iter()
+                .map(|value| match value {
+                    AxisValue::Number(number) => number.to_string(),
+                    AxisValue::Other { label, .. } => label.clone(),
+                })
+                .collect();
+            texts.join(", ")
+        }
+        Spread::Range {
+            from,
+            to,
+            points,
+            scale,
+        } => {
+            let scale = match scale {
+                Scale::Linear => "evenly",
+                Scale::Log => "logarithmically",
+            };
+            format!("{from} to {to}, {points} values {scale} spaced")
+        }
+        Spread::Random(distribution) => distribution_words(distribution),
+    };
+    match &axis.times {
+        Some(times) => AxisRow {
+            column: axis.factor_column().unwrap_or_default(),
+            values: format!("{values} times {}", times.path()),
+        },
+        None => AxisRow {
+            column: axis.key.path(),
+            values,
+        },
+    }
+}
+
+fn distribution_words(distribution: &Distribution) -> String {
+    match distribution {
+        Distribution::Uniform { low, high } => format!("uniform from {low} to {high}"),
+        Distribution::LogUniform { low, high } => format!("log-uniform from {low} to {high}"),
+        Distribution::Normal {
+            mean,
+            deviation,
+            low,
+            high,
+        } => {
+            let limit = |words: &str, limit: &Option<f64>| {
+                limit.map_or_else(String::new, |limit| format!(", {words} {limit}"))
+            };
+            format!(
+                "normal, mean {mean}, standard deviation {deviation}{}{}",
+                limit("not below", low),
+                limit("not above", high)
+            )
+        }
+        Distribution::Triangular { low, mode, high } => {
+            format!("triangular from {low} over {mode} to {high}")
+        }
+    }
+}
+
+fn figure_table(tally: &Tally) -> FigureTable {
+    let heads = [
+        "rung",
+        "figure",
+        "least",
+        "in row",
+        "mean",
+        "most",
+        "in row",
+        "unit",
+        "runs without",
+    ];
+    let mut rows = Vec::new();
+    for rung in &tally.rungs {
+        for figure in &rung.figures {
+            let (Some(least), Some(mean), Some(most)) = (figure.least, figure.mean(), figure.most)
+            else {
+                continue;
+            };
+            rows.push(vec![
+                rung.rung.clone(),
+                figure.column.clone(),
+                number::table(least.0),
+                least.1.to_string(),
+                number::table(mean),
+                number::table(most.0),
+                most.1.to_string(),
+                figures::unit(&figure.column).to_owned(),
+                figure.empty.to_string(),
+            ]);
+        }
+    }
+    FigureTable {
+        heads: heads.map(str::to_owned).to_vec(),
+        rows,
+    }
+}
