@@ -17,7 +17,7 @@ const fn figure(key: &'static str, label: &'static str, unit: &'static str) -> F
 }
 
 /// Every numeric figure of the summary, in its order.
-pub const SUMMARY_FIGURES: [Figure; 15] = [
+pub const SUMMARY_FIGURES: [Figure; 24] = [
     figure("peak_abs_acc_mps2", "Peak carriage acceleration", "m/s²"),
     figure(
         "peak_acc_overshoot_mps2",
@@ -36,6 +36,12 @@ pub const SUMMARY_FIGURES: [Figure; 15] = [
     figure("settling_time_s", "Settling time", "s"),
     figure("contact_changes", "Contact changes", ""),
     figure("impacts", "Impacts", ""),
+    figure(
+        "hardest_impact_radps",
+        "Largest speed at which the gap closed",
+        "rad/s",
+    ),
+    figure("joint_loss_j", "Energy lost in the joint's damper", "J"),
     figure("peak_abs_voltage_v", "Peak motor voltage", "V"),
     figure(
         "voltage_saturated_s",
@@ -44,6 +50,17 @@ pub const SUMMARY_FIGURES: [Figure; 15] = [
     ),
     figure("peak_abs_current_a", "Peak current", "A"),
     figure("max_abs_dac_code", "Largest DAC code", "codes"),
+    figure("dac_bits_used", "Bits of the converter in use", "bits"),
+    figure("encoder_bits_used", "Bits of the counts travelled", "bits"),
+    figure("rest_ripple_um", "Half swing of the carriage at rest", "µm"),
+    figure("limit_cycle_um", "Half swing of a limit cycle", "µm"),
+    figure("limit_cycle_period_s", "Period of a limit cycle", "s"),
+    figure("rest_dac_codes", "Range of the codes at rest", "codes"),
+    figure(
+        "rest_encoder_counts",
+        "Range of the counts at rest",
+        "counts",
+    ),
     figure("faults", "Faults of the axis", ""),
 ];
 

@@ -187,7 +187,7 @@ impl<'a, 's> Bench<'a, 's> {
             case,
             plant: Plant::new(&case.axis, solver),
             recorder: Recorder::new(case, options.plot, options.grid_ns),
-            rows: RowFigures::default(),
+            rows: RowFigures::new(case),
             inputs: options.inputs.then(Vec::new),
             held_limit_ns: 0,
             out_of_range_samples: 0,
@@ -209,7 +209,7 @@ impl Bench<'_, '_> {
         let mut time_ns = 0;
         while time_ns <= duration_ns {
             let voltage_v = self.plant.voltage_v(&drive);
-            self.row(time_ns, None, voltage_v)?;
+            self.row(time_ns, None, None, voltage_v)?;
             time_ns += interval_ns;
             self.plant
                 .advance(&drive, time_ns.min(duration_ns), &mut self.recorder)?;
@@ -294,7 +294,7 @@ impl Bench<'_, '_> {
                 dac_code: command.dac_code,
                 axis_state: command.servo.map(|servo| servo.state),
             };
-            self.row(time_ns, Some(sample), next.voltage_v)?;
+            self.row(time_ns, Some(sample), Some(position_counts), next.voltage_v)?;
             // 4. Move: first under the code still in force, then under the new.
             self.hold(in_force, (time_ns + delay_ns).min(duration_ns))?;
             in_force = next;
@@ -330,11 +330,13 @@ impl Bench<'_, '_> {
         Ok(())
     }
 
-    /// Records the row of `time_ns`, the plant standing there.
+    /// Records the row of `time_ns`, the plant standing there, with the count that
+    /// its sample was computed from.
     fn row(
         &mut self,
         time_ns: u64,
         sample: Option<Sample>,
+        count: Option<f64>,
         motor_voltage_v: f64,
     ) -> Result<(), RunError> {
         let t_s = seconds(time_ns);
@@ -354,7 +356,8 @@ impl Bench<'_, '_> {
             acc_mps2: self.plant.acceleration_mps2(),
             contact: self.plant.contact().sign(),
         };
-        self.rows.add(&row);
+        let pitch = self.case.axis.transmission.screw_pitch_m_per_rad;
+        self.rows.add(&row, count, pitch * row.gamma_rad);
         (self.sink)(&row).map_err(RunError::Row)
     }
 

@@ -4,9 +4,10 @@ use plant::{ContactChange, Extremes};
 use serde::Serialize;
 
 use crate::budget::{self, Verdict};
-use crate::case::Case;
+use crate::case::{Case, Law};
 use crate::chip::figures::ChipReport;
 use crate::law::ServoStatus;
+use crate::rest::Seen;
 use crate::time::seconds;
 use crate::trace::Row;
 
@@ -40,6 +41,10 @@ pub struct Summary {
     pub contact_changes: u64,
     /// Changes 0 → ±1 at |ε| = b.
     pub impacts: u64,
+    /// Largest |ε̇| at an impact \[rad/s\]; 0 without one.
+    pub hardest_impact_radps: f64,
+    /// What the joint's damper has turned into heat, `∫ c·ε̇² dt` \[J\].
+    pub joint_loss_j: f64,
     /// Largest voltage in force \[V\].
     pub peak_abs_voltage_v: f64,
     /// Time at the amplifier's or the code's limit \[s\].
@@ -48,6 +53,23 @@ pub struct Summary {
     pub peak_abs_current_a: f64,
     /// Largest code after its clamp; `None` on rung `continuous`.
     pub max_abs_dac_code: Option<f64>,
+    /// Bits of the smallest converter that has all codes of the run; `None`
+    /// where the codes are no whole numbers.
+    pub dac_bits_used: Option<u32>,
+    /// Bits that tell the counts apart that the encoder went through; `None`
+    /// where there are none.
+    pub encoder_bits_used: Option<u32>,
+    /// Half of the carriage's swing at rest about its straight line \[µm\];
+    /// `None`, as what follows, where it does not rest.
+    pub rest_ripple_um: Option<f64>,
+    /// The same where it is a sustained oscillation, else 0 \[µm\].
+    pub limit_cycle_um: Option<f64>,
+    /// Period of that \[s\]; `None` without one.
+    pub limit_cycle_period_s: Option<f64>,
+    /// Highest code at rest less the lowest.
+    pub rest_dac_codes: Option<u64>,
+    /// Highest count at rest less the lowest.
+    pub rest_encoder_counts: Option<u64>,
     /// How often the supervision stopped the axis; left out where none runs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub faults: Option<u32>,
@@ -78,10 +100,19 @@ impl Summary {
             "settling_time_s" => self.settling_time_s,
             "contact_changes" => Some(whole(self.contact_changes)),
             "impacts" => Some(whole(self.impacts)),
+            "hardest_impact_radps" => Some(self.hardest_impact_radps),
+            "joint_loss_j" => Some(self.joint_loss_j),
             "peak_abs_voltage_v" => Some(self.peak_abs_voltage_v),
             "voltage_saturated_s" => Some(self.voltage_saturated_s),
             "peak_abs_current_a" => Some(self.peak_abs_current_a),
             "max_abs_dac_code" => self.max_abs_dac_code,
+            "dac_bits_used" => self.dac_bits_used.map(f64::from),
+            "encoder_bits_used" => self.encoder_bits_used.map(f64::from),
+            "rest_ripple_um" => self.rest_ripple_um,
+            "limit_cycle_um" => self.limit_cycle_um,
+            "limit_cycle_period_s" => self.limit_cycle_period_s,
+            "rest_dac_codes" => self.rest_dac_codes.map(whole),
+            "rest_encoder_counts" => self.rest_encoder_counts.map(whole),
             // Without supervision there is none.
             "faults" => Some(f64::from(self.faults.unwrap_or(0))),
             _ => self.chip.as_ref()?.figure(key),
@@ -147,31 +178,52 @@ impl AxisReport {
 }
 
 /// Collects over the rows what the plant's own observer does not see.
-#[derive(Debug, Clone, PartialEq, Default)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct RowFigures {
     rows: u64,
     squared_acc_error: f64,
     max_abs_dac_code: Option<f64>,
+    seen: Seen,
 }
 
 impl RowFigures {
+    pub(crate) fn new(case: &Case) -> Self {
+        Self {
+            rows: 0,
+            squared_acc_error: 0.0,
+            max_abs_dac_code: None,
+            seen: Seen::new(case),
+        }
+    }
+
     /// From sums that were made elsewhere, row by row in the same order.
-    pub(crate) fn from_sums(rows: u64, squared_acc_error: f64, max_abs_dac_code: f64) -> Self {
+    pub(crate) fn from_sums(
+        rows: u64,
+        squared_acc_error: f64,
+        max_abs_dac_code: f64,
+        seen: Seen,
+    ) -> Self {
         Self {
             rows,
             squared_acc_error,
             max_abs_dac_code: Some(max_abs_dac_code),
+            seen,
         }
     }
 
-    pub(crate) fn add(&mut self, row: &Row) {
-        self.rows += 1;
+    /// Takes in a row with the count that it was computed from, if there was
+    /// one, and where the carriage is.
+    pub(crate) fn add(&mut self, row: &Row, count: Option<f64>, position_m: f64) {
         let error = row.acc_mps2 - row.acc_ref_mps2;
         self.squared_acc_error += error * error;
         if let Some(sample) = row.sample {
             let before = self.max_abs_dac_code.unwrap_or(0.0);
             self.max_abs_dac_code = Some(before.max(sample.dac_code.abs()));
         }
+        let code = row.sample.map(|sample| sample.dac_code);
+        let sample = code.zip(count).map(|(code, count)| [code, count]);
+        self.seen.add(self.rows, sample, position_m);
+        self.rows += 1;
     }
 }
 
@@ -208,6 +260,11 @@ impl EndOfRun<'_> {
         let x_ref_m = case.motion.at(end_s).displacement_m;
         let x_m = pitch * self.state.gamma_rad();
         let peak_abs_acc_mps2 = extremes.peak_abs_acceleration_mps2;
+        let seen = &self.rows.seen;
+        let ripple = seen.ripple();
+        // From this rung on codes and counts are whole numbers.
+        let whole_numbers = case.controller.law >= Law::Quantised;
+        let at_rest = seen.at_rest().filter(|_| whole_numbers);
         let peak_command_mps2 = case.motion.peak_acceleration_until_mps2(end_s);
         Summary {
             name: case.name.clone(),
@@ -223,10 +280,19 @@ impl EndOfRun<'_> {
             settling_time_s: self.settling_time_s(x_m),
             contact_changes: extremes.contact_changes,
             impacts: extremes.impacts,
+            hardest_impact_radps: extremes.hardest_impact_radps,
+            joint_loss_j: extremes.joint_loss_j,
             peak_abs_voltage_v: extremes.peak_abs_voltage_v,
             voltage_saturated_s: seconds(self.held_limit_ns) + extremes.voltage_limited_s,
             peak_abs_current_a: extremes.peak_abs_current_a,
             max_abs_dac_code: self.rows.max_abs_dac_code,
+            dac_bits_used: whole_numbers.then(|| seen.codes().signed_bits()),
+            encoder_bits_used: whole_numbers.then(|| seen.counts().bits_of_width()),
+            rest_ripple_um: ripple.map(|ripple| ripple.ripple_um),
+            limit_cycle_um: ripple.map(|ripple| ripple.limit_cycle_um),
+            limit_cycle_period_s: ripple.and_then(|ripple| ripple.limit_cycle_period_s),
+            rest_dac_codes: at_rest.map(|[codes, _]| codes.width()),
+            rest_encoder_counts: at_rest.map(|[_, counts]| counts.width()),
             faults: self.servo.map(|servo| servo.faults),
             axis: self
                 .servo

@@ -8,14 +8,15 @@ use crate::law::{FirmwareOnCounts, Pid};
 
 /// A law in all lanes, with its memory.
 pub(crate) trait LaneLaw<W: Width> {
-    /// The codes for where the motors are and where they should be \[rad\].
+    /// The codes for where the motors are and where they should be \[rad\], and
+    /// the counts that they were computed from.
     fn code(
         &mut self,
         w: W,
         settings: &Settings<W>,
         alpha_rad: W::Vector,
         alpha_ref_rad: W::Vector,
-    ) -> W::Vector;
+    ) -> (W::Vector, W::Vector);
 }
 
 /// Rung `sampled`: real numbers.
@@ -39,10 +40,11 @@ impl<W: Width> LaneLaw<W> for Sampled<W::Vector> {
         settings: &Settings<W>,
         alpha_rad: W::Vector,
         alpha_ref_rad: W::Vector,
-    ) -> W::Vector {
+    ) -> (W::Vector, W::Vector) {
         let counts_per_rad = w.load(&settings.counts_per_rad);
-        let error_counts = counts_per_rad * alpha_ref_rad - counts_per_rad * alpha_rad;
-        self.0.output(error_counts)
+        let position_counts = counts_per_rad * alpha_rad;
+        let error_counts = counts_per_rad * alpha_ref_rad - position_counts;
+        (self.0.output(error_counts), position_counts)
     }
 }
 
@@ -54,11 +56,12 @@ impl<W: Width> LaneLaw<W> for Quantised<W::Vector> {
         settings: &Settings<W>,
         alpha_rad: W::Vector,
         alpha_ref_rad: W::Vector,
-    ) -> W::Vector {
+    ) -> (W::Vector, W::Vector) {
         let (setpoint, count) = counts(w, settings, alpha_rad, alpha_ref_rad);
         let y = self.0.output(setpoint - count);
         // code = clamp(floor(y + ½), −2^(n−1), 2^(n−1) − 1)
-        settings.clamped_code(w, w.floor(y + w.splat(0.5)))
+        let code = settings.clamped_code(w, w.floor(y + w.splat(0.5)));
+        (code, count)
     }
 }
 
@@ -70,7 +73,7 @@ impl<W: Width> LaneLaw<W> for Firmware<'_> {
         settings: &Settings<W>,
         alpha_rad: W::Vector,
         alpha_ref_rad: W::Vector,
-    ) -> W::Vector {
+    ) -> (W::Vector, W::Vector) {
         let (setpoint, count) = counts(w, settings, alpha_rad, alpha_ref_rad);
         let mut setpoints = W::array(0.0);
         let mut counts = W::array(0.0);
@@ -85,7 +88,7 @@ impl<W: Width> LaneLaw<W> for Firmware<'_> {
                 *code = controller.code(setpoint, count);
             }
         }
-        w.load(&codes)
+        (w.load(&codes), count)
     }
 }
 

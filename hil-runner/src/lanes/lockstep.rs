@@ -5,6 +5,7 @@ use plant::{Batch, ExtremesSettings, Joint, LaneSetup, PlantError, Width};
 use super::commands::{Commands, MOST_STEPS};
 use super::family::{Family, Key};
 use super::laws::{Firmware, LaneLaw, Quantised, Sampled};
+use super::seen::LaneSeen;
 use super::settings::{Held, Settings};
 use crate::case::{Case, Law};
 use crate::error::RunError;
@@ -24,6 +25,7 @@ pub(crate) struct Lanes<W: Width> {
     batch: Batch<W>,
     setups: Vec<LaneSetup>,
     settings: Settings<W>,
+    seen: LaneSeen<W>,
     firmware: Vec<Option<FirmwareOnCounts>>,
     refused: Vec<Option<QuantiseError>>,
 }
@@ -50,6 +52,7 @@ impl<W: Width> Lanes<W> {
             batch: Batch::new(width, &family.axis, &steps_ns)?,
             setups: Vec::new(),
             settings: Settings::new(),
+            seen: LaneSeen::new(),
             firmware: Vec::new(),
             refused: Vec::new(),
         })
@@ -90,11 +93,13 @@ impl<W: Width> Lanes<W> {
 
     /// Puts every lane at rest and sets what is each run's own.
     #[inline(never)]
-    fn start<'a>(&mut self, cases: impl Iterator<Item = &'a Case>) {
+    fn start<'a>(&mut self, cases: impl Iterator<Item = &'a Case> + Clone) {
         self.setups.clear();
         self.firmware.clear();
         self.refused.clear();
         self.settings = Settings::new();
+        // Motion, timing and law are the family's, and with them the window.
+        self.seen.start(cases.clone().next());
         for (lane, case) in cases.enumerate() {
             self.settings.set(lane, case);
             self.setups.push(LaneSetup {
@@ -125,6 +130,7 @@ impl<W: Width> Lanes<W> {
     fn lockstep(&mut self, law: &mut impl LaneLaw<W>) -> Sums<W> {
         let (w, family, settings) = (self.width, &self.family, &self.settings);
         let z = w.splat(family.axis.transmission.gear_ratio);
+        let p = w.splat(family.axis.transmission.screw_pitch_m_per_rad);
         let mut steps_ns = [0.0; MOST_STEPS];
         let mut steps = 0;
         for length_ns in family.steps_ns() {
@@ -143,12 +149,14 @@ impl<W: Width> Lanes<W> {
             // 1. Sample.
             let alpha = self.batch.beta_rad() / z;
             // 2. Compute.
-            let code = law.code(w, settings, alpha, w.splat(command.alpha_rad));
+            let (code, count) = law.code(w, settings, alpha, w.splat(command.alpha_rad));
             let next = settings.held(w, code);
             // 3. Record.
             let error = self.batch.acceleration_mps2() - w.splat(command.acceleration_mps2);
             squared = squared + error * error;
             largest = w.larger(w.abs(code), largest);
+            let carriage = p * (self.batch.beta_rad() - self.batch.epsilon_rad());
+            self.seen.add(w, tick, [code, count], carriage);
             if tick == family.samples {
                 break;
             }
@@ -184,6 +192,7 @@ impl<W: Width> Lanes<W> {
             self.family.samples + 1,
             sums.squared_acc_error.as_ref()[lane],
             sums.max_abs_dac_code.as_ref()[lane],
+            self.seen.of(lane),
         );
         Ok(EndOfRun {
             case,

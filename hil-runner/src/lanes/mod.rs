@@ -11,6 +11,7 @@
 //! commands   the motion at the samples, computed once for all of them
 //! settings   gains, encoder, converter and amplifier, lane by lane
 //! laws       the sampled laws on all lanes
+//! seen       what the rows leave behind, lane by lane
 //! lockstep   laws and axes from sample to sample
 //! worker     what one thread keeps from run to run
 //! ```
@@ -19,6 +20,7 @@ mod commands;
 mod family;
 mod laws;
 mod lockstep;
+mod seen;
 mod settings;
 mod worker;
 

@@ -1,13 +1,46 @@
 //! What feeds the limit cycles of a block of runs.
 
+use std::borrow::Cow;
+use std::num::NonZeroUsize;
+
 use super::cell::Cell;
 use crate::case::Case;
 use crate::error::RunError;
+use crate::lanes;
+use crate::rest::feeding::{baseline, counterfactuals, fed_by};
 use crate::summary::Summary;
 
+/// Finds it for every run that has a limit cycle: the run again on rung
+/// `quantised`, as it is and without one nonlinearity each, all of them side by
+/// side. `each` gets places and cells.
 pub(super) fn find(
-    _cases: &[Case],
-    _summaries: &[Result<Summary, RunError>],
-    _each: impl FnMut(usize, Cell),
+    cases: &[Case],
+    summaries: &[Result<Summary, RunError>],
+    mut each: impl FnMut(usize, Cell),
 ) {
+    let cycling = summaries.iter().enumerate().filter(|(_, summary)| {
+        summary
+            .as_ref()
+            .is_ok_and(|summary| summary.limit_cycle_period_s.is_some())
+    });
+    for (place, _) in cycling {
+        let others = counterfactuals(&cases[place]);
+        let again: Vec<Case> = std::iter::once(baseline(&cases[place]))
+            .chain(others.iter().map(|other| other.case.clone()))
+            .collect();
+        let ripples: Vec<Option<f64>> = lanes::figures(&again, NonZeroUsize::MIN)
+            .into_iter()
+            .map(|summary| summary.ok()?.rest_ripple_um)
+            .collect();
+        let Some((Some(amplitude_um), without)) = ripples.split_first() else {
+            continue;
+        };
+        let without: Vec<_> = others
+            .iter()
+            .zip(without)
+            .map(|(other, ripple)| (other.without, *ripple))
+            .collect();
+        let words = fed_by(*amplitude_um, &without).to_string();
+        each(place, Cell::Text(Cow::Owned(words)));
+    }
 }

@@ -1,8 +1,14 @@
 //! The studies that are part of the program.
 
 /// Name and text of every ready study.
-const STUDIES: [(&str, &str); 4] = [
+const STUDIES: [(&str, &str); 7] = [
+    (
+        "sample-time",
+        include_str!("../../studies/sample-time.toml"),
+    ),
+    ("resolution", include_str!("../../studies/resolution.toml")),
     ("backlash", include_str!("../../studies/backlash.toml")),
+    ("gains", include_str!("../../studies/gains.toml")),
     (
         "word-length",
         include_str!("../../studies/word-length.toml"),

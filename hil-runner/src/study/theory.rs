@@ -14,6 +14,10 @@ pub enum Theory {
     /// The margin of the continuous loop with half a sample and the delay as
     /// dead time: what hold and delay cost, to first order.
     HoldAndDelay,
+    /// Limit cycles by describing functions of gap, encoder and converter.
+    DescribingFunction,
+    /// What white quantisation noise makes of position, acceleration and voltage.
+    QuantisationNoise,
 }
 
 impl Theory {
@@ -21,6 +25,17 @@ impl Theory {
     pub fn columns(self) -> &'static [&'static str] {
         match self {
             Self::HoldAndDelay => &["theory_margin_closed"],
+            Self::DescribingFunction => &[
+                "theory_gap_cycle_um",
+                "theory_gap_cycle_period_s",
+                "theory_encoder_cycle_um",
+                "theory_dac_cycle_um",
+            ],
+            Self::QuantisationNoise => &[
+                "theory_noise_position_um",
+                "theory_noise_acc_mps2",
+                "theory_noise_voltage_v",
+            ],
         }
     }
 
@@ -31,6 +46,26 @@ impl Theory {
             Self::HoldAndDelay => {
                 let margin = theory::margin_by_delay(case);
                 vec![Cell::number(margin.map(|margin| margin.signed()))]
+            }
+            Self::DescribingFunction => {
+                let gap = theory::gap_cycle(case);
+                let amplitude = |cycle: Option<theory::Cycle>| {
+                    Cell::number(cycle.map(|cycle| cycle.amplitude_um))
+                };
+                vec![
+                    amplitude(gap),
+                    Cell::number(gap.map(|cycle| cycle.period_s)),
+                    amplitude(theory::encoder_cycle(case)),
+                    amplitude(theory::dac_cycle(case)),
+                ]
+            }
+            Self::QuantisationNoise => {
+                let noise = theory::quantisation_noise(case).map(|noise| noise.together);
+                vec![
+                    Cell::number(noise.map(|noise| noise.position_um)),
+                    Cell::number(noise.map(|noise| noise.acceleration_mps2)),
+                    Cell::number(noise.map(|noise| noise.voltage_v)),
+                ]
             }
         }
     }

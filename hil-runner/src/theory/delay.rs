@@ -91,6 +91,12 @@ impl DelayedLoop {
 
     /// `L(jω)`.
     pub(crate) fn at(&self, radps: f64) -> Complex<f64> {
+        let s = Complex::new(0.0, radps);
+        self.law(radps) * self.axis.response(s) / self.axis.gear_ratio
+    }
+
+    /// Volts per radian of error at the motor, hold and delay included.
+    pub(crate) fn law(&self, radps: f64) -> Complex<f64> {
         let LoopGains {
             kp_v_per_rad: kp,
             ki_v_per_rads: ki,
@@ -99,8 +105,16 @@ impl DelayedLoop {
         let s = Complex::new(0.0, radps);
         let half = turn(-0.5 * radps * self.period_s);
         let lag = half * turn(-radps * self.delay_s);
-        let law = half.conj() * ki / s + half * s * kd + kp;
-        law * lag * self.axis.response(s) / self.axis.gear_ratio
+        (half.conj() * ki / s + half * s * kd + kp) * lag
+    }
+
+    /// What a deflection of the joint's flanks makes of ε, by the torque that it
+    /// is worth: `−(k + c·s)·(1/Z + 1/m)` with the controlled motor's `Z` and
+    /// the screw's `m`. None without a joint.
+    pub(crate) fn joint_response(&self, radps: f64) -> Option<Complex<f64>> {
+        let s = Complex::new(0.0, radps);
+        self.axis
+            .joint_response(s, self.law(radps) / self.axis.gear_ratio)
     }
 
     /// The margins.

@@ -101,7 +101,7 @@ impl LoopFamily {
     }
 
     /// The same for an axis that is linear already.
-    fn of_axis(axis: &LinearAxis, period_s: f64, delay_s: f64) -> Self {
+    pub(crate) fn of_axis(axis: &LinearAxis, period_s: f64, delay_s: f64) -> Self {
         let characteristic = Characteristic::new(axis, period_s, delay_s);
         Self {
             grid: Grid::new(&characteristic, &axis.corners_radps(), period_s),
@@ -168,7 +168,6 @@ impl LoopFamily {
     }
 
     /// `L(e^{jθ})`.
-    #[cfg(test)]
     pub(crate) fn at(&self, gains: &LoopGains, theta: f64) -> nalgebra::Complex<f64> {
         self.characteristic.at(gains, theta)
     }

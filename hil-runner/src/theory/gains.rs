@@ -1,7 +1,9 @@
 //! The gains of a loop in volts at the motor per radian of its shaft.
 
+use nalgebra::Complex;
 use plant::PidGains;
 
+use super::polynomial::on_circle;
 use crate::case::{Case, Law};
 use crate::servo::{Feedback, RestIntegrator};
 
@@ -30,6 +32,16 @@ impl LoopGains {
     /// Those of a case.
     pub fn of(case: &Case) -> Self {
         Self::new(&case.controller.gains, loop_gain(case))
+    }
+
+    /// `C(e^{jθ}) = K_p + K_i·T·z/(z − 1) + K_d/T·(z − 1)/z`, the law's response
+    /// to the error at the motor \[V/rad\].
+    pub(crate) fn law(&self, theta: f64, period_s: f64) -> Complex<f64> {
+        let w = on_circle(theta);
+        let z = w + 1.0;
+        z / w * (self.ki_v_per_rads * period_s)
+            + w / z * (self.kd_vs_per_rad / period_s)
+            + self.kp_v_per_rad
     }
 
     /// All three times `factor`.

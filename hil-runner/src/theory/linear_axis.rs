@@ -93,6 +93,20 @@ impl LinearAxis {
         })
     }
 
+    /// The same with `share` of the joint's stiffness and damping.
+    pub(crate) fn with_share_of_joint(mut self, share: f64) -> Self {
+        if let Body::Two {
+            stiffness_nm_per_rad,
+            damping_nms_per_rad,
+            ..
+        } = &mut self.body
+        {
+            *stiffness_nm_per_rad *= share;
+            *damping_nms_per_rad *= share;
+        }
+        self
+    }
+
     /// A of one body, x = (β, β̇, I).
     pub(crate) fn one(&self, inertia_kg_m2: f64, drag_nms_per_rad: f64) -> SMatrix<f64, ONE, ONE> {
         let (km, r, l) = self.armature();
@@ -170,6 +184,44 @@ impl LinearAxis {
             }
         };
         free * km / ((s * l + r) * load + s * free * (km * km))
+    }
+
+    /// `γ(s)/ε(s)`; none where the screw does not follow the motor through a
+    /// joint.
+    pub(crate) fn screw_per_joint(&self, s: Complex<f64>) -> Option<Complex<f64>> {
+        // m·γ = q·ε
+        matches!(self.body, Body::Two { .. }).then(|| {
+            let (q, m) = self.joint_and_screw(s);
+            q / m
+        })
+    }
+
+    /// `−(k + c·s)·(1/Z + 1/m)`: ε for a deflection of the joint, whose torque
+    /// the screw, `m = J2·s² + d·s`, and the motor take. `law` is the voltage
+    /// against β, and `Z = J1·s² + κ·(κ·s + law)/(R + L·s)`. None for one body.
+    pub(crate) fn joint_response(
+        &self,
+        s: Complex<f64>,
+        law: Complex<f64>,
+    ) -> Option<Complex<f64>> {
+        let (km, r, l) = self.armature();
+        let Body::Two { gear_kg_m2: j1, .. } = self.body else {
+            return None;
+        };
+        let (q, m) = self.joint_and_screw(s);
+        let motor = s * s * j1 + (s * km + law) * km / (s * l + r);
+        Some(-q * (motor.inv() + m.inv()))
+    }
+
+    /// `γ(s)/β(s)`: 1 for one body.
+    pub(crate) fn screw_per_gear(&self, s: Complex<f64>) -> Complex<f64> {
+        match self.body {
+            Body::One { .. } => Complex::from(1.0),
+            Body::Two { .. } => {
+                let (q, m) = self.joint_and_screw(s);
+                q / (m + q)
+            }
+        }
     }
 
     /// `k + c·s` and `J2·s² + d·s`; 0 for one body.

@@ -1,8 +1,10 @@
 //! The theory against methods that share nothing with it, and against the
 //! simulation.
 
+mod cycles;
 mod delay;
 mod linear;
+mod noise;
 mod simulated;
 
 use plant::{AxisParameters, Carriage, ElasticJoint, Joint, Motor, Resistance, Transmission};

@@ -1,0 +1,213 @@
+//! The rules on signals that are known.
+
+use rand_pcg::Pcg64;
+use rand_pcg::rand_core::{Rng, SeedableRng};
+
+use super::*;
+
+const INTERVAL_S: f64 = 1e-3;
+const TAU: f64 = core::f64::consts::TAU;
+
+/// A window of `n` positions \[µm\].
+fn look(n: u32, position_um: impl FnMut(f64) -> f64) -> Ripple {
+    let mut position_um = position_um;
+    let positions: Vec<f64> = (0..n).map(|i| 1e-6 * position_um(f64::from(i))).collect();
+    Ripple::of(&positions, INTERVAL_S)
+}
+
+fn sine(i: f64, period: f64) -> f64 {
+    (TAU * i / period + 0.7).sin()
+}
+
+/// The cycle's amplitude and its period in samples.
+fn cycle(ripple: Ripple) -> Option<(f64, f64)> {
+    let samples = ripple.limit_cycle_period_s? / INTERVAL_S;
+    assert_eq!(ripple.limit_cycle_um, ripple.ripple_um);
+    Some((ripple.limit_cycle_um, samples))
+}
+
+fn is_close(found: Option<(f64, f64)>, (amplitude, period): (f64, f64), share: f64) -> bool {
+    found.is_some_and(|(a, p)| {
+        (a / amplitude - 1.0).abs() < share && (p / period - 1.0).abs() < share
+    })
+}
+
+/// Noise between −1 and 1, the same every time.
+fn noise() -> impl FnMut() -> f64 {
+    let mut random = Pcg64::seed_from_u64(7);
+    move || (random.next_u64() >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
+}
+
+#[test]
+fn a_sine_is_a_cycle() {
+    for (n, period) in [
+        (250, 17.3),
+        (250, 60.0),
+        (4096, 5.5),
+        (4096, 500.0),
+        (100, 3.7),
+    ] {
+        // A creep and a distance take nothing from it.
+        let found = look(n, |i| 250_000.0 + 0.3 * i + 5.0 * sine(i, period));
+        assert!(
+            is_close(cycle(found), (5.0, period), 0.05),
+            "{period}: {found:?}"
+        );
+    }
+}
+
+/// A cycle that stands in the window a few times does not tilt the line by much,
+/// whatever its phase.
+#[test]
+fn few_periods_tilt_the_line_a_little() {
+    for (periods, share) in [(3.2, 0.1), (4.0, 0.05), (5.5, 0.02), (8.0, 0.007)] {
+        let mut worst = 0.0_f64;
+        for phase in 0..64 {
+            let turn = TAU * f64::from(phase) / 64.0;
+            let found = look(1000, |i| (TAU * periods * i / 1000.0 + turn).sin());
+            worst = worst.max((found.ripple_um - 1.0).abs());
+        }
+        assert!(worst < share, "{periods}: {worst}");
+        // The contrast: it is no idle bound.
+        assert!(worst > 0.25 * share, "{periods}: {worst}");
+    }
+}
+
+/// With fewer than three periods nothing is said.
+#[test]
+fn two_periods_are_not_enough() {
+    let found = look(250, |i| sine(i, 110.0));
+    assert_eq!((cycle(found), found.limit_cycle_um), (None, 0.0));
+    assert!(found.ripple_um > 0.5);
+}
+
+/// What rings out is none: the second half is less than half of the first. The
+/// contrast: slowly enough it is one.
+#[test]
+fn a_decaying_sine_is_a_cycle_if_it_takes_long() {
+    let decaying = |time: f64| look(500, move |i| (-i / time).exp() * sine(i, 20.0));
+    assert_eq!(cycle(decaying(250.0)), None);
+    assert!(cycle(decaying(1000.0)).is_some());
+}
+
+#[test]
+fn drift_alone_is_nothing() {
+    let line = look(1000, |i| 3.0 * i - 70.0);
+    assert!(line.ripple_um < 1e-8 && cycle(line).is_none(), "{line:?}");
+    // A motion that comes to rest late bends, but does not swing.
+    let late = look(1000, |i| (-i / 300.0).exp());
+    assert!(late.ripple_um > 0.01 && cycle(late).is_none(), "{late:?}");
+    let still = look(1000, |_| 123_456.789);
+    assert_eq!((still.ripple_um, cycle(still)), (0.0, None));
+}
+
+#[test]
+fn noise_is_no_cycle() {
+    let mut draw = noise();
+    for n in [32, 250, 1000, 4096] {
+        let found = look(n, |_| draw());
+        assert!(
+            found.ripple_um > 0.8 && cycle(found).is_none(),
+            "{n}: {found:?}"
+        );
+        // The sum of ten is slower.
+        let mut last = [0.0; 10];
+        let found = look(n, |i| {
+            last[i as usize % 10] = draw();
+            last.iter().sum()
+        });
+        assert_eq!(cycle(found), None, "{n}: {found:?}");
+    }
+}
+
+/// Noise on a cycle does not hide it, and makes no crossings of its own.
+#[test]
+fn a_noisy_cycle_is_one() {
+    let mut draw = noise();
+    let found = look(2000, |i| 5.0 * sine(i, 40.0) + 0.8 * draw());
+    assert!(is_close(cycle(found), (5.8, 40.0), 0.03), "{found:?}");
+}
+
+/// One count to and fro, with equal times and with unequal ones.
+#[test]
+fn a_square_of_one_count_is_a_cycle() {
+    for (period, high) in [(20, 10), (20, 2), (50, 47), (2, 1)] {
+        let found = look(400, |i| if i as u64 % period < high { 2.5 } else { -2.5 });
+        assert!(
+            is_close(cycle(found), (2.5, period as f64), 0.02),
+            "{period}: {found:?}"
+        );
+    }
+}
+
+/// A stick-slip motion: it creeps up and jumps back.
+#[test]
+fn a_saw_is_a_cycle() {
+    let found = look(900, |i| i % 75.0);
+    assert!(is_close(cycle(found), (37.0, 75.0), 0.03), "{found:?}");
+}
+
+/// A chirp is none: its period goes from long to short.
+#[test]
+fn a_chirp_is_no_cycle() {
+    let chirp = |ratio: f64| {
+        look(1000, move |i| {
+            let share = i / 1000.0;
+            (TAU * 15.0 * share * (1.0 + 0.5 * (ratio - 1.0) * share)).sin()
+        })
+    };
+    assert_eq!(cycle(chirp(3.0)), None);
+    assert_eq!(cycle(chirp(1.5)), None);
+    // The contrast: a period that changes by a tenth.
+    assert!(cycle(chirp(1.1)).is_some());
+}
+
+/// What rounding leaves is no cycle, however regular.
+#[test]
+fn rounding_is_no_cycle() {
+    let found = look(100, |i| 1e-7 * sine(i, 10.0));
+    assert!(found.ripple_um > 0.0 && cycle(found).is_none());
+    assert!(cycle(look(100, |i| 1e-5 * sine(i, 10.0))).is_some());
+}
+
+#[test]
+fn what_is_no_number_is_no_cycle() {
+    assert_eq!(
+        cycle(look(100, |i| if i == 50.0 { f64::NAN } else { i })),
+        None
+    );
+    assert_eq!(cycle(look(100, |_| f64::NAN)), None);
+}
+
+#[test]
+fn bits_are_those_of_the_range() {
+    let range = |values: &[f64]| {
+        let mut range = Range::EMPTY;
+        values.iter().for_each(|&value| range.add(value));
+        range
+    };
+    for (values, bits) in [
+        (&[0.0][..], 1),
+        (&[-1.0, 0.0], 1),
+        (&[1.0], 2),
+        (&[-2.0, 1.0], 2),
+        (&[-3.0, 1.0], 3),
+        (&[-2.0, 2.0], 3),
+        (&[-2048.0, 2047.0], 12),
+        (&[-2049.0], 13),
+        (&[2048.0], 13),
+    ] {
+        assert_eq!(range(values).signed_bits(), bits, "{values:?}");
+    }
+    for (values, bits) in [
+        (&[7.0][..], 0),
+        (&[7.0, 8.0], 1),
+        (&[-1.0, 1.0], 2),
+        (&[0.0, 3.0], 2),
+        (&[0.0, 4.0], 3),
+        (&[-100.0, 155.0], 8),
+        (&[-100.0, 156.0], 9),
+    ] {
+        assert_eq!(range(values).bits_of_width(), bits, "{values:?}");
+    }
+}
