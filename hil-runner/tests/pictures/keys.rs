@@ -175,3 +175,60 @@ fn pictures_name_their_columns() {
     ];
     assert_eq!(parsed(&keys).unwrap().columns(), columns);
 }
+
+fn page() -> String {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/PICTURES.md");
+    std::fs::read_to_string(path).unwrap()
+}
+
+/// The page begins with a picture that can be read.
+#[test]
+fn the_example_of_the_page_is_right() {
+    let page = page();
+    let (_, example) = page.split_once("```toml\n[[picture]]\n").unwrap();
+    let (example, _) = example.split_once("```").unwrap();
+    let picture: Picture = toml::from_str(example).unwrap();
+    let columns = [
+        "controller.law",
+        "controller.sample_time_s",
+        "drive.dac_bits",
+        "peak_following_error_mm",
+        "theory.following_error_mm",
+    ];
+    assert_eq!(picture.columns(), columns);
+    assert!(picture.caption.is_some());
+}
+
+/// Every key of a kind stands in its part of `docs/PICTURES.md`, in code.
+#[test]
+fn every_key_is_on_the_page() {
+    let page = page();
+    let part = |kind: &str| {
+        let (_, rest) = page.split_once(&format!("\n## `{kind}`")).unwrap();
+        rest.split("\n## ").next().unwrap().to_owned()
+    };
+    for kind in ["lines", "map", "bars", "histogram", "scatter"] {
+        let message = parsed(&format!("kind = \"{kind}\"\nnix = 1")).unwrap_err();
+        let (_, names) = message.split_once("expected one of ").unwrap();
+        let names: Vec<&str> = names.split('`').skip(1).step_by(2).collect();
+        assert!(names.len() > 5, "{message}");
+        for name in names {
+            let of_axis = match name.split_once('_') {
+                Some((axis @ ("x" | "y" | "z"), _)) => Some(axis),
+                _ => None,
+            };
+            let found = match of_axis {
+                // Keys of axes are told once, the axes by kind.
+                Some(axis) => {
+                    let part = part(kind);
+                    let (_, axes) = part.split_once("with the keys of the ax").unwrap();
+                    let sentence = axes.split('.').next().unwrap();
+                    let key = name.replacen(axis, "x", 1);
+                    page.contains(&format!("`{key}`")) && sentence.contains(&format!(" {axis}"))
+                }
+                None => part(kind).contains(&format!("`{name}`")),
+            };
+            assert!(found, "{kind}: {name}");
+        }
+    }
+}

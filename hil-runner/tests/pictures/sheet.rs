@@ -266,6 +266,9 @@ fn form(node: &Node) -> Result<Form, String> {
         ),
         room,
         fill: attribute(node, "fill"),
-        opacity: number(node, "opacity")?,
+        opacity: match node.attribute("opacity") {
+            Some(_) => number(node, "opacity")?,
+            None => 1.0,
+        },
     })
 }

@@ -93,8 +93,8 @@ pub(super) fn gains(across: u32, up: u32) -> Table {
 
 /// 500 runs with a figure of either sign, spread about 0, and its verdict.
 pub(super) fn spread() -> Table {
-    // A sequence of low discrepancy, summed to something like a bell.
-    let share = |i: u32, step: f64| (f64::from(i) * step).fract();
+    // Shares that look like chance, summed to something like a bell.
+    let share = |i: u32, step: f64| (f64::from(i * i) * step).fract();
     let bell = |i: u32| {
         let steps = [0.618_034, 0.414_214, 0.732_051, 0.236_068];
         steps.iter().map(|&step| share(i, step)).sum::<f64>() - 2.0

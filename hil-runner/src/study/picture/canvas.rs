@@ -256,6 +256,11 @@ fn line_style(stroke: &Stroke) -> ShapeStyle {
 pub(super) fn with_head(svg: &str, size_px: (f64, f64), title: &str, words: &str) -> String {
     let (width, height) = size_px;
     let body = svg.split_once('\n').map_or(svg, |(_, body)| body);
+    // What holds anyway is a quarter of a map; no text has a bare quotation
+    // mark, so only attributes are meant.
+    let body = body
+        .replace(" opacity=\"1\"", "")
+        .replace(" stroke=\"none\"", "");
     format!(
         "<svg width=\"{width}\" height=\"{height}\" viewBox=\"0 0 {} {}\" \
          xmlns=\"http://www.w3.org/2000/svg\" role=\"img\" aria-label=\"{}\" \

@@ -3,7 +3,7 @@
 use super::{BAR, Frame};
 use crate::report::number;
 use crate::study::picture::canvas::{Anchor, Area, Canvas, Lettering, Stroke};
-use crate::study::picture::colour::{Colour, INK, WHITE, ink_on};
+use crate::study::picture::colour::{Colour, INK, WHITE};
 use crate::study::picture::group::Spread;
 use crate::study::picture::text::{LINE, NOTE_PX, TICK_PX, width};
 
@@ -69,13 +69,7 @@ pub(super) fn draw_bar(
 }
 
 /// The number behind a bar, on white: a limit's line may run there.
-pub(super) fn draw_number(
-    canvas: &mut Canvas,
-    frame: &Frame,
-    top: f64,
-    bar: Option<Spread>,
-    colour: Colour,
-) {
+pub(super) fn draw_number(canvas: &mut Canvas, frame: &Frame, top: f64, bar: Option<Spread>) {
     let middle = top + 0.5 * BAR;
     let mut lettering = Lettering::of(NOTE_PX, Anchor::Start);
     let Some(bar) = bar else {
@@ -93,10 +87,11 @@ pub(super) fn draw_number(
     } else if behind + wide + 8.0 < frame.area.right {
         behind + 5.0
     } else {
-        // The axis was given, and the bar fills it.
-        lettering.colour = ink_on(colour);
-        lettering.anchor = Anchor::End;
-        return canvas.text(&text, (ends.zero.max(ends.end) - 5.0, middle), &lettering);
+        // The axis was given, and bar or spread fill it.
+        match bar.median < 0.0 {
+            true => frame.area.left + 4.0,
+            false => frame.area.right - wide - 4.0,
+        }
     };
     let ground = Area {
         left: left - 1.0,

@@ -119,7 +119,7 @@ pub(super) fn draw(spec: &Picture, bars: &Bars, table: &Table) -> Result<String,
     let span = with_limits(span, &limits, log).map(|span| with_room(span, room, log));
     let mut axis = Axis::new(&bars.y_axis, &label, span, Margin::None)?;
     axis.fit(right - left, Direction::Across);
-    let beyond = |bar: &Spread| !axis.holds(bar.median);
+    let beyond = |bar: &Spread| !(axis.holds(bar.low) && axis.holds(bar.high));
     left_out.beyond = data.spreads().filter(beyond).count();
     let groups = legend(bars, &data, &label);
     notes.extend(left_out.notes("Bars and numbers: medians, lines: smallest to largest"));
@@ -179,8 +179,8 @@ pub(super) fn draw(spec: &Picture, bars: &Bars, table: &Table) -> Result<String,
                 canvas.path(&[(x, top), (x, top + tall)], &LIMIT_LINE);
             }
         }
-        for &(top, bar, colour) in &placed {
-            draw_number(canvas, &frame, top, bar, colour);
+        for &(top, bar, _) in &placed {
+            draw_number(canvas, &frame, top, bar);
         }
         if data.spreads().next().is_none() {
             frame.draw_nothing(canvas);

@@ -13,7 +13,7 @@ const CROSS_ROOM: f64 = 11.0;
 pub(super) const OVERLAP: f64 = 1.2;
 
 /// Steps of colour.
-const SHADES: f64 = 160.0;
+const SHADES: f64 = 110.0;
 
 /// Everything that a painting of cells needs.
 pub(super) struct Painting<'a> {
