@@ -18,26 +18,29 @@ pub(super) fn find(
     summaries: &[Result<Summary, RunError>],
     mut each: impl FnMut(usize, Cell),
 ) {
-    let cycling = summaries.iter().enumerate().filter(|(_, summary)| {
-        summary
-            .as_ref()
-            .is_ok_and(|summary| summary.limit_cycle_period_s.is_some())
-    });
-    for (place, _) in cycling {
-        let others = counterfactuals(&cases[place]);
-        let again: Vec<Case> = std::iter::once(baseline(&cases[place]))
-            .chain(others.iter().map(|other| other.case.clone()))
-            .collect();
-        let ripples: Vec<Option<f64>> = lanes::figures(&again, NonZeroUsize::MIN)
-            .into_iter()
-            .map(|summary| summary.ok()?.rest_ripple_um)
-            .collect();
-        let Some((Some(amplitude_um), without)) = ripples.split_first() else {
+    let mut again: Vec<Case> = Vec::new();
+    let mut asked = Vec::new();
+    for (place, (case, summary)) in cases.iter().zip(summaries).enumerate() {
+        let cycles = |summary: &Summary| summary.limit_cycle_period_s.is_some();
+        if summary.as_ref().is_ok_and(cycles) {
+            let others = counterfactuals(case);
+            let first = again.len();
+            again.push(baseline(case));
+            again.extend(others.iter().map(|other| other.case.clone()));
+            asked.push((place, first, others));
+        }
+    }
+    let ripples: Vec<Option<f64>> = lanes::figures(&again, NonZeroUsize::MIN)
+        .into_iter()
+        .map(|summary| summary.ok()?.rest_ripple_um)
+        .collect();
+    for (place, first, others) in asked {
+        let Some(Some(amplitude_um)) = ripples.get(first) else {
             continue;
         };
         let without: Vec<_> = others
             .iter()
-            .zip(without)
+            .zip(ripples.iter().skip(first + 1))
             .map(|(other, ripple)| (other.without, *ripple))
             .collect();
         let words = fed_by(*amplitude_um, &without).to_string();
