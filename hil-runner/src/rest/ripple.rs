@@ -51,11 +51,6 @@ impl Residual {
     pub(super) fn half_swing_m(&self) -> f64 {
         0.5 * (self.highest_m - self.lowest_m)
     }
-
-    /// Half way between the lowest and the highest \[m\].
-    pub(super) fn middle_m(&self) -> f64 {
-        0.5 * (self.highest_m + self.lowest_m)
-    }
 }
 
 /// A number of samples; far below 2^53.

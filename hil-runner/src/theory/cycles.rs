@@ -46,8 +46,8 @@ pub enum CycleStability {
 }
 
 /// Largest distortion of a cycle that is taken for a prediction. Of the cycles
-/// in a gap that were simulated those below 0.7 exist as predicted, and none of
-/// those above 12; none lay between.
+/// in a gap that were simulated those up to 0.97 were there, the period off by
+/// 2 % (distortion 0.03) to 38 % (0.97); those from 12 on were not.
 pub const MOST_DISTORTION: f64 = 1.0;
 
 /// Fewest samples in a period of a cycle of steps that is taken for a

@@ -68,10 +68,13 @@ fn each_threshold(amplitude: f64, bias: f64, mut found: impl FnMut(f64, f64)) {
 }
 
 /// The bias B at which the mean of the quantiser is `mean`, for an amplitude
-/// above 0: the mean rises with B without a jump.
+/// above 0: the mean rises with B without a jump, and is B where 2·B is whole.
 pub fn quantiser_bias(amplitude: f64, mean: f64) -> f64 {
-    let (mut low, mut high) = (mean - 1.5, mean + 1.5);
-    for _ in 0..60 {
+    if 2.0 * mean == (2.0 * mean).floor() {
+        return mean;
+    }
+    let (mut low, mut high) = (mean - 1.0, mean + 1.0);
+    for _ in 0..50 {
         let middle = 0.5 * (low + high);
         if quantiser(amplitude, middle).0 < mean {
             low = middle;

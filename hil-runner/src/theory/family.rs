@@ -6,7 +6,7 @@ use super::characteristic::Characteristic;
 use super::gains::LoopGains;
 use super::grid::Grid;
 use super::linear_axis::{JointState, LinearAxis};
-use super::margin::{Crossing, Margin};
+use super::margin::Margin;
 use crate::case::Case;
 use crate::time::seconds;
 
@@ -162,7 +162,8 @@ impl LoopFamily {
         self.grid.margin(gains, &at, stable, self.period_s)
     }
 
-    /// Whether the closed loop is stable: less than a fifth of [`Self::margin`].
+    /// Whether the closed loop is stable: a twentieth of the time of
+    /// [`Self::margin`].
     pub fn is_stable(&self, gains: &LoopGains) -> bool {
         self.characteristic.is_stable(gains)
     }
@@ -171,15 +172,11 @@ impl LoopFamily {
     pub(crate) fn at(&self, gains: &LoopGains, theta: f64) -> nalgebra::Complex<f64> {
         self.characteristic.at(gains, theta)
     }
+}
 
-    #[cfg(test)]
+#[cfg(test)]
+impl LoopFamily {
     pub(crate) fn points(&self) -> usize {
         self.grid.points()
-    }
-
-    /// Where `L(e^{jωΔt})` crosses the negative real axis, by rising frequency.
-    pub fn phase_crossings(&self, gains: &LoopGains) -> Vec<Crossing> {
-        let at = |theta: f64| self.characteristic.at(gains, theta);
-        self.grid.phase_crossings(gains, &at, self.period_s)
     }
 }

@@ -20,7 +20,8 @@ use crate::case::{Case, Law};
 use crate::time::seconds;
 
 /// The predicted cycle in the gap: of [`gap_cycles`] the largest that attracts
-/// and fulfils its conditions. About a millisecond.
+/// and fulfils its conditions. About a millisecond; 20 on rung
+/// `continuous`.
 pub fn gap_cycle(case: &Case) -> Option<Cycle> {
     prediction(&gap_cycles(case), case, 0.0)
 }

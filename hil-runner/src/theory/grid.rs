@@ -9,7 +9,7 @@ use nalgebra::Complex;
 use super::characteristic::Characteristic;
 use super::curve::Curve;
 use super::gains::LoopGains;
-use super::margin::{Crossing, Margin};
+use super::margin::Margin;
 use super::refine::{Limits, bends, refined};
 
 /// An axis of the paper's kind needs about a hundred points.
@@ -49,11 +49,6 @@ impl Grid {
         grid
     }
 
-    #[cfg(test)]
-    pub(crate) fn points(&self) -> usize {
-        self.theta.len()
-    }
-
     fn push(&mut self, characteristic: &Characteristic, theta: f64) {
         self.theta.push(theta);
         for (k, part) in characteristic.parts(theta).iter().enumerate() {
@@ -75,33 +70,6 @@ impl Grid {
         margin.weakest_radps /= period_s;
         margin.crossover_radps = margin.crossover_radps.map(|theta| theta / period_s);
         margin
-    }
-
-    /// Where L is real and negative.
-    pub(crate) fn phase_crossings(
-        &self,
-        gains: &LoopGains,
-        at: &impl Fn(f64) -> Complex<f64>,
-        period_s: f64,
-    ) -> Vec<Crossing> {
-        self.with_curve(gains, at, |curve| {
-            let mut crossings = Vec::new();
-            let mut push = |theta: f64, magnitude: f64| {
-                crossings.push(Crossing {
-                    radps: theta / period_s,
-                    magnitude,
-                });
-            };
-            for (start, marks) in curve.marked(0.0) {
-                if marks.real {
-                    curve.each_phase_crossing(start, &mut push);
-                }
-            }
-            if let Some(magnitude) = curve.real_end() {
-                push(PI, magnitude);
-            }
-            crossings
-        })
     }
 
     /// L on the grid, carried on below it until |L| is above 2: a loop with
@@ -174,4 +142,11 @@ fn angles(characteristic: &Characteristic, corners_radps: &[f64; 4], period_s: f
     let response = |theta: f64| characteristic.parts(theta)[0];
     let points = refined(base, &folded, LIMITS, response, bends);
     points.iter().map(|&(theta, _)| theta).collect()
+}
+
+#[cfg(test)]
+impl Grid {
+    pub(crate) fn points(&self) -> usize {
+        self.theta.len()
+    }
 }

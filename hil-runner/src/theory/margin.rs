@@ -91,12 +91,3 @@ impl Margin {
         }
     }
 }
-
-/// A point where `L` is real and negative.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Crossing {
-    /// Its frequency \[rad/s\].
-    pub radps: f64,
-    /// `|L|` there.
-    pub magnitude: f64,
-}

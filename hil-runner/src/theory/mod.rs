@@ -1,7 +1,24 @@
-//! Linear theory of the sampled loop, and what it predicts.
+//! Linear theory of the sampled loop and what it predicts, to stand beside what
+//! the simulation finds.
 //!
-//! Pure functions on a case's parameters, to stand beside what the simulation
-//! finds. Sources and measured agreement: `docs/THEORY.md`.
+//! ```text
+//!  Case ──► LinearAxis ──► HeldStep ──► PulseResponse ──► Characteristic ──► stable?
+//!           joint closed   Φ, Γ0, Γ1    β/V in w = z − 1   L(e^{jωΔt})        Routh
+//!           or open                                             │
+//!                    LoopFamily = Characteristic + Grid ────────┴──► Margin
+//! ```
+//!
+//! | question | function |
+//! | --- | --- |
+//! | how far from instability? | [`LoopFamily::margin`], [`margin`], [`MarginField`] |
+//! | what do hold and delay cost, to first order? | [`margin_by_delay`] |
+//! | does the axis cycle in its gap? | [`gap_cycle`] |
+//! | does it cycle by steps of encoder or converter? | [`encoder_cycle`], [`dac_cycle`] |
+//! | how much do the steps shake it in motion? | [`quantisation_noise`] |
+//!
+//! All are pure functions of a case's parameters and `None` where they do not
+//! apply. Sources, conditions and how well they agree with the simulation stand
+//! in `docs/THEORY.md`.
 
 mod characteristic;
 mod closed_loop;
@@ -32,6 +49,6 @@ pub use field::{MarginField, margin};
 pub use gains::{LoopGains, is_papers_loop, loop_gain};
 pub use gap_cycles::{gap_cycle, gap_cycles};
 pub use linear_axis::JointState;
-pub use margin::{Crossing, Margin};
+pub use margin::Margin;
 pub use noise::{Noise, NoiseFigures, quantisation_noise};
 pub use step_cycles::{dac_cycle, dac_cycles, encoder_cycle, encoder_cycles};

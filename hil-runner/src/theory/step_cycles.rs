@@ -36,9 +36,10 @@ pub fn dac_cycle(case: &Case) -> Option<Cycle> {
     predicted(case, &dac_cycles(case))
 }
 
-/// All cycles of the encoder's steps up to ten counts, the smallest first. Empty
+/// All cycles of the encoder's steps up to four counts, the smallest first. Empty
 /// on rungs without steps, with dry friction (the axis sticks), and where the
-/// loop is not the paper's ([`is_papers_loop`]). Some ten microseconds.
+/// loop is not the paper's ([`is_papers_loop`]). A tenth of
+/// a millisecond; up to two with a weight.
 pub fn encoder_cycles(case: &Case) -> Vec<Cycle> {
     let Some(mut stepped) = SteppedLoop::of(case) else {
         return Vec::new();
@@ -53,7 +54,7 @@ pub fn encoder_cycles(case: &Case) -> Vec<Cycle> {
     stepped.cycles(|amplitude, _| amplitude * rad_per_count)
 }
 
-/// All cycles of the converter's steps up to ten codes, the smallest first.
+/// All cycles of the converter's steps up to four codes, the smallest first.
 /// Empty as [`encoder_cycles`], and with a quantiser that rounds to other than
 /// the nearest code.
 pub fn dac_cycles(case: &Case) -> Vec<Cycle> {
@@ -136,7 +137,7 @@ impl SteppedLoop {
             gain == 0.0 || self.family.is_stable(&self.gains.times(gain))
         };
         let mut amplitudes = decades(1e-4, 0.1, 12);
-        amplitudes.extend((11..=1000).map(|n| 0.01 * f64::from(n)));
+        amplitudes.extend((11..=400).map(|n| 0.01 * f64::from(n)));
         let cycle = |border: &Border| {
             let amplitude = border.amplitude;
             let gains = self.gains.times(gain_at(amplitude));

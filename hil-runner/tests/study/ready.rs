@@ -29,5 +29,33 @@ fn every_ready_study_is_right() {
         let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/studies");
         let page = std::fs::read_to_string(docs.join(format!("{name}.md"))).unwrap();
         assert!(page.contains(&format!("hil-runner study {name}")), "{name}");
+        for picture in &read.pictures {
+            assert!(
+                page.contains(&format!("({}.svg)", picture.file)),
+                "{name}: {}",
+                picture.file
+            );
+        }
+    }
+}
+
+/// The pictures of the docs are what the command draws, byte for byte, on any
+/// machine. `gains` is left to the eye: it takes a minute without optimisation.
+#[test]
+fn the_pictures_of_the_docs_are_those_of_the_command() {
+    let folder = tempfile::TempDir::new().unwrap();
+    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/studies");
+    for name in ready::names().filter(|name| *name != "gains") {
+        messages(&study(folder.path(), &[name, "--out", name]), 0);
+        for picture in &Study::load(name, &Changes::default()).unwrap().pictures {
+            let file = format!("{}.svg", picture.file);
+            let drawn = std::fs::read(folder.path().join(name).join(&file)).unwrap();
+            let kept = std::fs::read(docs.join(&file)).unwrap();
+            assert!(
+                drawn == kept,
+                "docs/studies/{file} is not what `hil-runner study {name}` draws"
+            );
+        }
+        assert!(folder.path().join(name).join("report.html").exists());
     }
 }

@@ -45,6 +45,32 @@ fn halving_the_sample_time_quarters_the_difference() {
     }
 }
 
+/// How far the first order holds on the paper's axis: modulus and phase margin
+/// to 1 % up to a sample time of 1/40 of the crossover's period, the gain margin,
+/// which lies near the middle of the spectrum, not at all.
+#[test]
+fn the_papers_axis_at_longer_sample_times() {
+    for period_ms in [1.0, 2.0, 4.0, 8.0, 16.0] {
+        let sample_time = format!("controller.sample_time_s={}", 1e-3 * period_ms);
+        let case = case("paper-2", &["controller.law=sampled", &sample_time]);
+        let sampled = margin(&case, JointState::Closed).unwrap();
+        let delayed = margin_by_delay(&case).unwrap();
+        let open = margin(&case, JointState::Open).unwrap();
+        println!(
+            "{period_ms} ms: {sampled:.4?}\n  by delay {delayed:.4?}\n  joint open {:.3}",
+            open.signed()
+        );
+        let off = delayed.modulus / sampled.modulus - 1.0;
+        if period_ms <= 4.0 {
+            assert!(off.abs() < 0.01, "{off}");
+        }
+        if period_ms <= 1.0 {
+            let gain_off = delayed.gain.unwrap() / sampled.gain.unwrap() - 1.0;
+            assert!(gain_off.abs() > 0.1);
+        }
+    }
+}
+
 /// Nyquist's count for the loop with a delay against Routh's for the sampled one,
 /// at 1 µs, where the two are the same loop.
 #[test]

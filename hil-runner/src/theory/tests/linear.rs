@@ -6,13 +6,13 @@ use nalgebra::{Complex, SMatrix};
 
 use super::super::characteristic::Characteristic;
 use super::super::closed_loop::ClosedLoop;
-use super::super::family::{LoopError, LoopFamily};
+use super::super::family::LoopFamily;
 use super::super::gains::LoopGains;
 use super::super::held::HeldStep;
 use super::super::linear_axis::{Body, JointState, LinearAxis, ONE, TWO};
-use super::{Draw, case};
+use super::Draw;
 use crate::time::seconds;
-use plant::{AxisParameters, Joint};
+use plant::Joint;
 
 /// Largest magnitude of the closed loop's poles, by the QR algorithm on its
 /// matrix; the integrator is left out where it drives nothing.
@@ -225,112 +225,4 @@ fn held_response_tends_to_the_continuous_one() {
     println!("held against continuous: {worst:.3} of a sample's turn");
     // Half a sample of hold is half a sample's turn.
     assert!((0.49..0.51).contains(&worst), "{worst}");
-}
-
-/// Gains so small that the loop crosses over below the grid.
-#[test]
-fn a_slow_loop_is_read_below_the_grid() {
-    let case = case("paper-2", &[]);
-    let family = LoopFamily::of(&case, JointState::Closed).unwrap();
-    let gains = LoopGains {
-        kp_v_per_rad: 1e-3,
-        ki_v_per_rads: 0.0,
-        kd_vs_per_rad: 0.0,
-    };
-    let margin = family.margin(&gains);
-    // Far below the run-up L = K/(k_m·s).
-    let crossover = 1e-3 / 0.25;
-    assert!((margin.crossover_radps.unwrap() / crossover - 1.0).abs() < 1e-6);
-    assert!((margin.phase_rad.unwrap() - PI / 2.0).abs() < 1e-3);
-    assert!(margin.stable && margin.modulus > 0.99 && margin.modulus <= 1.0);
-}
-
-/// Without K_p and K_i nothing holds the axis; without K_i an idle integrator
-/// does not count against it.
-#[test]
-fn a_loop_without_position_is_not_stable() {
-    let case = case("paper-2", &[]);
-    let family = LoopFamily::of(&case, JointState::Closed).unwrap();
-    let gains = |kp, ki, kd| LoopGains {
-        kp_v_per_rad: kp,
-        ki_v_per_rads: ki,
-        kd_vs_per_rad: kd,
-    };
-    assert!(!family.is_stable(&gains(0.0, 0.0, 0.5)));
-    assert!(!family.is_stable(&gains(0.0, 0.0, 0.0)));
-    assert!(family.is_stable(&gains(30.0, 0.0, 0.5)));
-    assert!(!family.is_stable(&gains(0.0, 30.0, 0.5)));
-}
-
-/// Gain and phase margin bring the loop to the border.
-#[test]
-fn gain_and_phase_margin_lead_to_the_border() {
-    for sets in [
-        &[][..],
-        &["controller.sample_time_s=0.004"],
-        &["controller.kp=8", "controller.ki_per_s=100"],
-    ] {
-        let case = case("paper-2", sets);
-        let family = LoopFamily::of(&case, JointState::Closed).unwrap();
-        let gains = LoopGains::of(&case);
-        let margin = family.margin(&gains);
-        println!("{sets:?}: {margin:.3?}");
-        let factor = margin.gain.unwrap();
-        assert!(family.is_stable(&gains.times(0.9999 * factor)));
-        assert!(!family.is_stable(&gains.times(1.0001 * factor)));
-        let theta =
-            margin.crossover_radps.unwrap() * seconds(case.controller.sample_time_ns.unwrap());
-        let l = family.at(&gains, theta);
-        assert!((l.norm_sqr() - 1.0).abs() < 1e-6);
-        let lag = margin.phase_rad.unwrap();
-        let turned = l * Complex::new(lag.cos(), -lag.sin());
-        assert!((turned + 1.0).norm_sqr().sqrt() < 1e-6, "{turned}");
-        // |1 + L| on the unit circle is 2·sin(φ/2), no less than the modulus.
-        assert!(2.0 * (0.5 * lag).sin() >= margin.modulus);
-    }
-}
-
-#[test]
-fn what_cannot_be_is_refused() {
-    let mut axis = Draw::new(4).axis();
-    let new = |axis: &AxisParameters, period, delay, joint| {
-        LoopFamily::new(axis, period, delay, joint).err()
-    };
-    assert_eq!(new(&axis, 1000, 1000, JointState::Open), None);
-    assert_eq!(
-        new(&axis, 0, 0, JointState::Closed),
-        Some(LoopError::NoSampleTime)
-    );
-    let late = LoopError::DelayBeyondSample {
-        delay_ns: 1001,
-        period_ns: 1000,
-    };
-    assert_eq!(new(&axis, 1000, 1001, JointState::Closed), Some(late));
-    axis.transmission.joint = Joint::Rigid;
-    assert_eq!(
-        new(&axis, 1000, 0, JointState::Open),
-        Some(LoopError::RigidHasNoGap)
-    );
-    println!("{}; {late}", LoopError::RigidHasNoGap);
-}
-
-/// Equal keys for equal families, and no other.
-#[test]
-fn keys_tell_families_apart() {
-    let case = case("paper-2", &[]);
-    let key = |axis: &AxisParameters| LoopFamily::key(axis, 1000, 0, JointState::Closed);
-    let mut axis = case.axis;
-    if let Joint::Elastic(joint) = &mut axis.transmission.joint {
-        joint.backlash_half_rad = 0.0;
-    }
-    axis.carriage.resistance.constant_n = 5.0;
-    assert_eq!(key(&axis), key(&case.axis));
-    axis.carriage.mass_kg *= 1.0 + 1e-15;
-    assert_ne!(key(&axis), key(&case.axis));
-    let other = [
-        LoopFamily::key(&case.axis, 1001, 0, JointState::Closed),
-        LoopFamily::key(&case.axis, 1000, 1, JointState::Closed),
-        LoopFamily::key(&case.axis, 1000, 0, JointState::Open),
-    ];
-    assert!(other.iter().all(|other| *other != key(&case.axis)));
 }

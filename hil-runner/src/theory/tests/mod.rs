@@ -1,11 +1,15 @@
 //! The theory against methods that share nothing with it, and against the
 //! simulation.
 
-mod cycles;
 mod delay;
+mod describing;
+mod gap_cycles;
 mod linear;
+mod margins;
 mod noise;
 mod simulated;
+mod step_cycles;
+mod swing;
 
 use plant::{AxisParameters, Carriage, ElasticJoint, Joint, Motor, Resistance, Transmission};
 use rand_pcg::Pcg64Mcg;
