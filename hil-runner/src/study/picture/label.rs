@@ -192,8 +192,6 @@ mod tests {
             ("peak_abs_speed_radps", "Peak speed [rad/s]"),
             ("rms_acc_noise_mps2", "RMS acceleration noise [m/s²]"),
             ("theory.limit_cycle_um", "Limit cycle (theory) [µm]"),
-            ("hardest_impact_radps", "Hardest impact [rad/s]"),
-            ("joint_loss_j", "Joint loss [J]"),
             ("s", "S [s]"),
             ("seed", "Seed"),
         ] {
