@@ -40,12 +40,12 @@ fn every_ready_study_is_right() {
 }
 
 /// The pictures of the docs are what the command draws, byte for byte, on any
-/// machine. `gains` is left to the eye: it takes a minute without optimisation.
+/// machine.
 #[test]
 fn the_pictures_of_the_docs_are_those_of_the_command() {
     let folder = tempfile::TempDir::new().unwrap();
     let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/studies");
-    for name in ready::names().filter(|name| *name != "gains") {
+    for name in ready::names() {
         messages(&study(folder.path(), &[name, "--out", name]), 0);
         for picture in &Study::load(name, &Changes::default()).unwrap().pictures {
             let file = format!("{}.svg", picture.file);
