@@ -9,12 +9,11 @@ use bench_tests::{case, reference_folder};
 use hil_runner::case::{Case, Law};
 use hil_runner::error::RunError;
 use hil_runner::figures::SUMMARY_FIGURES;
-use hil_runner::lanes::{SingleRuns, figures, stream};
+use hil_runner::lanes::{Runs, SingleRuns, figures, stream};
 use hil_runner::run::{RunOptions, run};
 use hil_runner::summary::Summary;
 use plant::{
     Batch, Dac, Drive, Encoder, Extremes, ExtremesSettings, Joint, LaneSetup, One, Plant, Solver,
-    Width,
 };
 
 /// b \[rad\], K_p and K_d of 300 draws.
@@ -226,6 +225,31 @@ fn single_runs_and_streams_give_the_same() {
     assert_eq!(streamed[..], alone[..12]);
 }
 
+/// Tables that are kept are those of the right axis, whatever came before; more
+/// axes than are kept, cases without a family, and few or many at a time.
+#[test]
+fn runs_keep_the_tables_of_their_axes() {
+    let mut runs = Runs::new();
+    let mut found = Vec::new();
+    let mut cases = Vec::new();
+    for (round, number) in [3, 70, 1, 9].into_iter().enumerate() {
+        let first = cases.len();
+        for mass in ["30", "40", "50", "60", "70"] {
+            let mass = format!("carriage.mass_kg={mass}");
+            let case = case("paper-2", &["controller.law=quantised", &mass]);
+            cases.extend(drawn(&case, 50 * round, number.min(70 / (round + 1))));
+        }
+        cases.push(case("paper-2", &["run.duration_s=1.2345"]));
+        runs.figures(&cases[first..], &mut found);
+    }
+    assert_eq!(found.len(), cases.len());
+    for (case, found) in cases.iter().zip(found) {
+        let mut case = case.clone();
+        case.run.events = false;
+        assert_eq!(found.unwrap(), single(&case).unwrap());
+    }
+}
+
 /// The comparison sees a last bit: another gain in its last place is not the
 /// same run.
 /// A resistance that drives the carriage leads out of the numbers. Without a
@@ -254,7 +278,9 @@ fn what_overflows_fails_in_a_lane_too() {
     let mut alone = Ok(());
     for step in 1..1000 {
         alone = plant.advance(&Drive::Held(1.0), step * STEP_NS, &mut seen);
-        lane.advance(0, 1.0, &One::array(case.motion.travel_m()));
+        if lane.group(0).advance(0, 1.0, case.motion.travel_m()) {
+            lane.catch_up();
+        }
         assert_eq!(lane.extremes(0).err(), alone.err(), "{step}");
         if alone.is_err() {
             break;

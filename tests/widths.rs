@@ -17,7 +17,7 @@ use hil_runner::case::{Case, Law};
 use hil_runner::law::{Controller, IoKind};
 use hil_runner::message::Measurement;
 use plant::{
-    Batch, Drive, Eight, Extremes, ExtremesSettings, Joint, LaneSetup, Motion, One, Plant,
+    Batch, Drive, Eight, Extremes, ExtremesSettings, Four, Joint, LaneSetup, Motion, One, Plant,
     PlantError, Solver, State, Width,
 };
 
@@ -226,7 +226,7 @@ fn compare_at<W: Width>(
         let (mut old, mut new) = (W::array(0.0), W::array(0.0));
         let (mut step, mut time_ns) = (0, 0);
         for tick in 0..group.samples() {
-            width.store(batch.beta_rad(), &mut beta);
+            width.store(batch.group(0).beta_rad(), &mut beta);
             for (lane, (case, law)) in cases.iter().zip(&mut laws).enumerate() {
                 new.as_mut()[lane] = voltage_v(case, law, tick, beta.as_ref()[lane]);
             }
@@ -237,10 +237,13 @@ fn compare_at<W: Width>(
                 for (lane, case) in cases.iter().enumerate() {
                     command.as_mut()[lane] = case.motion.at(end_s).displacement_m;
                 }
-                batch.advance(phase, width.load(voltage), &command);
+                let (voltage_v, command_m) = (width.load(voltage), width.load(&command));
+                if batch.group(0).advance(phase, voltage_v, command_m) {
+                    batch.catch_up();
+                }
                 time_ns += length_ns;
                 let mut acceleration = W::array(0.0);
-                width.store(batch.acceleration_mps2(), &mut acceleration);
+                width.store(batch.group(0).acceleration_mps2(), &mut acceleration);
                 let asked = (step + 1) % rhythm == 0 || step + 1 == expected[0].len();
                 for (lane, expected) in expected.iter().enumerate() {
                     let mut found = Look::new(
@@ -277,7 +280,10 @@ fn with_instructions<S: Simd>(
 ) -> Result<(), String> {
     simd.vectorize(
         #[inline(always)]
-        || compare(Eight(simd), group, expected),
+        || {
+            compare(Four(simd), group, expected)?;
+            compare(Eight(simd), group, expected)
+        },
     )
 }
 

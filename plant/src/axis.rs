@@ -52,7 +52,7 @@ pub(crate) struct Axis {
 /// Share of the tolerance that the error of ε reaches at rest, and units in
 /// the last place of b for its rounding: above what was seen.
 const NOISE_PER_TOLERANCE: f64 = 0.001;
-const NOISE_PER_BACKLASH: f64 = 16.0 * f64::EPSILON;
+pub(crate) const NOISE_PER_BACKLASH: f64 = 16.0 * f64::EPSILON;
 
 impl Axis {
     /// `tolerance` is the error of ε that the solver allows itself \[rad\].

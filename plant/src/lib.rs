@@ -51,7 +51,7 @@ mod stepped;
 mod transition;
 
 pub use axis::Drive;
-pub use batch::{Batch, Eight, LaneSetup, One, Width};
+pub use batch::{Batch, Eight, Four, InStep, LaneSetup, One, Width};
 pub use error::{MotionError, PlantError};
 pub use extremes::{Extremes, ExtremesSettings};
 pub use joint::Contact;

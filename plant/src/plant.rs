@@ -148,6 +148,13 @@ impl Plant {
         figures_at(&self.axis, &self.mode, &self.y, x_ref_m)
     }
 
+    /// ẍ in a state, the flank of this sign being in contact \[m/s²\].
+    pub(crate) fn acceleration_at_mps2(&self, state: &State, flank: f64) -> f64 {
+        let mut plant = self.at(state, self.time_ns);
+        plant.set_contact(flank);
+        plant.acceleration_mps2()
+    }
+
     /// Whether the state lies on the surface of the last change of mode.
     pub(crate) fn is_fresh(&self) -> bool {
         self.fresh.is_some()

@@ -35,18 +35,13 @@ use crate::case::Case;
 use crate::error::RunError;
 use crate::summary::Summary;
 use family::Family;
-use worker::{Done, Parcel};
 
-pub use worker::SingleRuns;
+pub use worker::{Runs, SingleRuns};
 
 /// Cases of a stream that are held in memory at a time.
 const STREAM_CHUNK: usize = 4_096;
 
-/// Cases that a thread takes at a time, at most: some tens of batches would
-/// leave the last thread alone for too long.
-const MOST_IN_PARCEL: usize = 64;
-
-/// Cases side by side.
+/// Cases side by side at most.
 const LANES: usize = 8;
 
 /// The figures of every case, in their order: bit for bit those of
@@ -71,7 +66,7 @@ const LANES: usize = 8;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn figures(cases: &[Case], threads: NonZeroUsize) -> Vec<Result<Summary, RunError>> {
-    figures_with(Level::new(), cases, threads)
+    figures_on(&mut workers(Level::new(), threads), cases)
 }
 
 /// As [`figures`] for as many cases as there may be: a few thousand of them are
@@ -83,35 +78,50 @@ pub fn stream<B>(
     mut each: impl FnMut(Case, Result<Summary, RunError>) -> ControlFlow<B>,
 ) -> ControlFlow<B> {
     let mut cases = cases.into_iter();
+    let mut workers = workers(Level::new(), threads);
     loop {
         let chunk: Vec<Case> = cases.by_ref().take(STREAM_CHUNK).collect();
         if chunk.is_empty() {
             return ControlFlow::Continue(());
         }
-        let results = figures(&chunk, threads);
+        let results = figures_on(&mut workers, &chunk);
         for (case, result) in chunk.into_iter().zip(results) {
             each(case, result)?;
         }
     }
 }
 
-/// The figures with given instructions.
-fn figures_with(
-    level: Level,
-    cases: &[Case],
-    threads: NonZeroUsize,
-) -> Vec<Result<Summary, RunError>> {
+/// What every thread keeps, with given instructions.
+fn workers(level: Level, threads: NonZeroUsize) -> Vec<Runs> {
+    (0..threads.get()).map(|_| Runs::with(level)).collect()
+}
+
+/// The figures, on one thread for each of the workers.
+fn figures_on(workers: &mut [Runs], cases: &[Case]) -> Vec<Result<Summary, RunError>> {
     let groups = groups(cases);
-    let parcels = parcels(&groups, threads.get());
+    let parcels = parcels(&groups, workers.len());
     let next = AtomicUsize::new(0);
-    let work = || {
-        let taken = std::iter::from_fn(|| parcels.get(next.fetch_add(1, Ordering::Relaxed)));
-        worker::work(level, cases, taken.copied())
+    let work = |runs: &mut Runs| {
+        let mut done = Vec::new();
+        while let Some(parcel) = parcels.get(next.fetch_add(1, Ordering::Relaxed)) {
+            runs.of_places(parcel.family, cases, parcel.places, |place, figures| {
+                done.push((place, figures));
+            });
+        }
+        done
     };
-    let others = threads.get().min(parcels.len()).saturating_sub(1);
+    let needed = workers.len().min(parcels.len());
     let done: Vec<Done> = std::thread::scope(|scope| {
-        let others: Vec<_> = (0..others).map(|_| scope.spawn(work)).collect();
-        let own = work();
+        let work = &work;
+        let (own, others) = match workers[..needed].split_first_mut() {
+            Some(split) => split,
+            None => return Vec::new(),
+        };
+        let others: Vec<_> = others
+            .iter_mut()
+            .map(|runs| scope.spawn(move || work(runs)))
+            .collect();
+        let own = work(own);
         // A thread that ended abnormally leaves its cases without figures.
         let others = others.into_iter().filter_map(|thread| thread.join().ok());
         std::iter::once(own).chain(others).collect()
@@ -121,6 +131,15 @@ fn figures_with(
         results[place] = result;
     }
     results
+}
+
+/// Places and figures.
+type Done = Vec<(usize, Result<Summary, RunError>)>;
+
+/// Cases of one family, or cases without one: a piece of work for one thread.
+struct Parcel<'a> {
+    family: Option<Family>,
+    places: &'a [usize],
 }
 
 /// Places of the cases of one family, in order.
@@ -148,13 +167,14 @@ fn groups(cases: &[Case]) -> Vec<Group> {
     groups
 }
 
-/// The groups cut into work for the threads.
+/// The groups cut into work for the threads: as much as is computed at a time,
+/// unless that left a thread without any.
 fn parcels(groups: &[Group], threads: usize) -> Vec<Parcel<'_>> {
     let cut = |group: &Group| match group.family {
         None => 1,
         Some(_) => {
             let share = group.places.len().div_ceil(threads);
-            share.next_multiple_of(LANES).min(MOST_IN_PARCEL)
+            share.next_multiple_of(LANES).min(Runs::AT_A_TIME)
         }
     };
     let parcel = |family| move |places| Parcel { family, places };
@@ -187,7 +207,7 @@ mod tests {
             widest.as_avx2().map(Level::Avx2),
         ];
         let figures = |level| -> Vec<Summary> {
-            let results = figures_with(level, &cases, NonZeroUsize::MIN);
+            let results = figures_on(&mut workers(level, NonZeroUsize::MIN), &cases);
             results.into_iter().map(Result::unwrap).collect()
         };
         for level in levels.into_iter().flatten() {

@@ -63,10 +63,10 @@ impl<W: Width> LaneSeen<W> {
             self.positions_m.push(array);
         }
         let [lowest_code, highest_code, lowest_count, highest_count] = &mut self.now;
-        w.store(w.smaller(code, w.load(lowest_code)), lowest_code);
-        w.store(w.larger(code, w.load(highest_code)), highest_code);
-        w.store(w.smaller(count, w.load(lowest_count)), lowest_count);
-        w.store(w.larger(count, w.load(highest_count)), highest_count);
+        w.store(w.min(code, w.load(lowest_code)), lowest_code);
+        w.store(w.max(code, w.load(highest_code)), highest_code);
+        w.store(w.min(count, w.load(lowest_count)), lowest_count);
+        w.store(w.max(count, w.load(highest_count)), highest_count);
     }
 
     /// What a lane has seen.

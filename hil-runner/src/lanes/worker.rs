@@ -1,18 +1,21 @@
 //! What one thread keeps from run to run.
 
 use fearless_simd::{Level, Simd, dispatch};
-use plant::{Eight, One, Width};
+use plant::{Eight, Four, One, Width};
 
 use super::family::{Family, Key};
 use super::lockstep::Lanes;
+use super::{Group, groups};
 use crate::case::Case;
 use crate::error::RunError;
 use crate::run::{RunOptions, run};
 use crate::summary::Summary;
 
-/// A number of cases for which whole groups of lanes are not worth it: eight
-/// runs side by side take about as long as two one after the other.
+/// A number of cases for which whole groups of lanes are not worth it.
 const MOST_ALONE: usize = 2;
+
+/// Families whose tables are kept.
+const MOST_FAMILIES: usize = 4;
 
 /// Figures of one run after the other, on one thread.
 ///
@@ -46,10 +49,19 @@ impl SingleRuns {
     /// # Errors
     /// As [`run`].
     pub fn figures(&mut self, case: &Case) -> Result<Summary, RunError> {
-        let Some(family) = Family::of(case) else {
-            return alone(case);
+        match Family::of(case) {
+            Some(family) => self.of_family(family, case),
+            None => alone(case),
+        }
+    }
+
+    fn of_family(&mut self, family: Family, case: &Case) -> Result<Summary, RunError> {
+        let key = family.key();
+        let lanes = match self.lanes.take().filter(|lanes| *lanes.key() == key) {
+            Some(fitting) => fitting,
+            None => Lanes::new(One, family, key)?,
         };
-        let lanes = prepared(One, &mut self.lanes, family)?;
+        let lanes = self.lanes.insert(lanes);
         // The scalar code, too, is faster with an instruction for `floor`.
         dispatch!(self.level, simd => one(simd, lanes, case))
     }
@@ -73,19 +85,195 @@ fn one<S: Simd>(_: S, lanes: &mut Lanes<One>, case: &Case) -> Result<Summary, Ru
     result
 }
 
-/// The lanes for a family: those at hand if they are for it.
-fn prepared<W: Width>(
-    width: W,
-    lanes: &mut Option<Lanes<W>>,
-    family: Family,
-) -> Result<&mut Lanes<W>, RunError> {
-    let key: Key = family.key();
-    let fitting = lanes.take().filter(|lanes| *lanes.key() == key);
-    let fitting = match fitting {
-        Some(fitting) => fitting,
-        None => Lanes::new(width, family, key)?,
+/// Figures of many runs at a time, side by side, on one thread: what a thread
+/// of a study keeps.
+///
+/// As with [`SingleRuns`], what depends on axis, command and timing alone is
+/// kept from call to call, for the last few axes. A call is best given some
+/// hundreds of cases; [`Runs::AT_A_TIME`] of one axis are computed at a time,
+/// and of a smaller number some lanes stay empty.
+///
+/// ```
+/// use hil_runner::{lanes::Runs, runfile};
+///
+/// let mut case = runfile::load("paper-2", &["controller.law=quantised".to_owned()])?;
+/// let mut runs = Runs::new();
+/// let mut figures = Vec::new();
+/// for ki_per_s in [0.0, 10.0] {
+///     case.controller.gains.ki_per_s = ki_per_s;
+///     let cases: Vec<_> = (1..=4)
+///         .map(|gain| {
+///             let mut case = case.clone();
+///             case.controller.gains.kp = f64::from(gain);
+///             case
+///         })
+///         .collect();
+///     runs.figures(&cases, &mut figures);
+/// }
+/// assert_eq!(figures.len(), 8);
+/// assert!(figures.iter().all(Result::is_ok));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct Runs {
+    level: Level,
+    /// The last one used comes last.
+    families: Vec<Box<dyn SideBySide>>,
+    single: SingleRuns,
+}
+
+impl Default for Runs {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Runs {
+    /// Runs of one axis that are computed at a time.
+    pub const AT_A_TIME: usize = super::lockstep::AT_A_TIME;
+
+    /// Nothing computed yet.
+    pub fn new() -> Self {
+        Self::with(Level::new())
+    }
+
+    /// With given instructions.
+    pub(crate) fn with(level: Level) -> Self {
+        Self {
+            level,
+            families: Vec::new(),
+            single: SingleRuns::new(),
+        }
+    }
+
+    /// Appends the figures of every case, in their order: bit for bit those of
+    /// [`run`] with `run.events = false`.
+    pub fn figures(&mut self, cases: &[Case], figures: &mut Vec<Result<Summary, RunError>>) {
+        let first = figures.len();
+        figures.extend(cases.iter().map(|_| Err(RunError::Thread)));
+        for Group { family, places } in groups(cases) {
+            self.of_places(family, cases, &places, |place, result| {
+                figures[first + place] = result;
+            });
+        }
+    }
+
+    /// The figures of some of the cases, which are of one family or have none.
+    pub(crate) fn of_places(
+        &mut self,
+        family: Option<Family>,
+        cases: &[Case],
+        places: &[usize],
+        mut each: impl FnMut(usize, Result<Summary, RunError>),
+    ) {
+        let Some(family) = family else {
+            places
+                .iter()
+                .for_each(|&place| each(place, alone(&cases[place])));
+            return;
+        };
+        for places in places.chunks(Self::AT_A_TIME) {
+            if places.len() <= MOST_ALONE {
+                for &place in places {
+                    each(place, self.single.of_family(family, &cases[place]));
+                }
+                continue;
+            }
+            match self.prepared(family) {
+                Ok(lanes) => lanes.run(cases, places, &mut each),
+                // Not a family after all: the single run says why.
+                Err(_) => places
+                    .iter()
+                    .for_each(|&place| each(place, alone(&cases[place]))),
+            }
+        }
+    }
+
+    /// The lanes for a family: those at hand if there are such.
+    fn prepared(&mut self, family: Family) -> Result<&mut dyn SideBySide, RunError> {
+        let key = family.key();
+        let known = self.families.iter().position(|lanes| *lanes.key() == key);
+        let lanes = match known {
+            Some(place) => self.families.remove(place),
+            None => side_by_side(self.level, family, key)?,
+        };
+        if self.families.len() >= MOST_FAMILIES {
+            self.families.remove(0);
+        }
+        self.families.push(lanes);
+        let last = self.families.last_mut().ok_or(RunError::Thread)?;
+        Ok(last.as_mut())
+    }
+}
+
+/// The runs of a family with one kind of instructions.
+trait SideBySide: std::fmt::Debug + Send {
+    /// The family.
+    fn key(&self) -> &Key;
+    /// Runs some of the cases, no more than [`Runs::AT_A_TIME`].
+    fn run(
+        &mut self,
+        cases: &[Case],
+        places: &[usize],
+        each: &mut dyn FnMut(usize, Result<Summary, RunError>),
+    );
+}
+
+/// Lanes with given instructions, as many as a vector holds: a narrower one
+/// would need more steps, of a wider one too few halves fit in the registers.
+fn side_by_side(level: Level, family: Family, key: Key) -> Result<Box<dyn SideBySide>, RunError> {
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    if let Level::Avx512(simd) = level {
+        return Ok(Box::new(Lanes::new(Eight(simd), family, key)?));
+    }
+    dispatch!(level, simd => four(simd, family, key))
+}
+
+#[inline(always)]
+fn four<S: Simd>(simd: S, family: Family, key: Key) -> Result<Box<dyn SideBySide>, RunError> {
+    Ok(Box::new(Lanes::new(Four(simd), family, key)?))
+}
+
+/// As [`SideBySide`], for a width with instructions of its own.
+macro_rules! in_lanes {
+    ($width:ident) => {
+        impl<S: Simd> SideBySide for Lanes<$width<S>> {
+            fn key(&self) -> &Key {
+                self.key()
+            }
+
+            fn run(
+                &mut self,
+                cases: &[Case],
+                places: &[usize],
+                each: &mut dyn FnMut(usize, Result<Summary, RunError>),
+            ) {
+                self.width().0.vectorize(
+                    #[inline(always)]
+                    || run_places(self, cases, places, each),
+                );
+            }
+        }
     };
-    Ok(lanes.insert(fitting))
+}
+
+in_lanes!(Four);
+in_lanes!(Eight);
+
+#[inline(always)]
+fn run_places<W: Width>(
+    lanes: &mut Lanes<W>,
+    cases: &[Case],
+    places: &[usize],
+    each: &mut dyn FnMut(usize, Result<Summary, RunError>),
+) {
+    let mut done = places.iter();
+    let chosen = places.iter().map(|&place| &cases[place]);
+    lanes.run(chosen, |figures| {
+        if let Some(&place) = done.next() {
+            each(place, figures);
+        }
+    });
 }
 
 /// A case that has to be run by itself.
@@ -93,63 +281,4 @@ fn alone(case: &Case) -> Result<Summary, RunError> {
     let mut case = case.clone();
     case.run.events = false;
     run(&case, RunOptions::default(), &mut |_| Ok(())).map(|outcome| outcome.summary)
-}
-
-/// Cases of one family, or cases without one: a piece of work for one thread.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Parcel<'a> {
-    pub(crate) family: Option<Family>,
-    /// Places in the list of all cases.
-    pub(crate) places: &'a [usize],
-}
-
-/// Places and figures.
-pub(crate) type Done = Vec<(usize, Result<Summary, RunError>)>;
-
-/// Works through parcels until there are none left, with the widest
-/// instructions of `level`.
-pub(crate) fn work<'a>(
-    level: Level,
-    cases: &[Case],
-    parcels: impl Iterator<Item = Parcel<'a>>,
-) -> Done {
-    dispatch!(level, simd => work_in_lanes(Eight(simd), cases, parcels))
-}
-
-#[inline(always)]
-fn work_in_lanes<'a, W: Width>(
-    width: W,
-    cases: &[Case],
-    parcels: impl Iterator<Item = Parcel<'a>>,
-) -> Done {
-    let mut done = Vec::new();
-    let (mut lanes, mut single) = (None, None);
-    for Parcel { family, places } in parcels {
-        let Some(family) = family else {
-            done.extend(places.iter().map(|&place| (place, alone(&cases[place]))));
-            continue;
-        };
-        for group in places.chunks(W::LANES) {
-            // No closures around `run`: a function of its own would not get
-            // the instructions that this one is compiled for.
-            if group.len() <= MOST_ALONE
-                && let Ok(single) = prepared(One, &mut single, family)
-            {
-                for &place in group {
-                    let case = std::iter::once(&cases[place]);
-                    single.run(case, |figures| done.push((place, figures)));
-                }
-            } else if let Ok(lanes) = prepared(width, &mut lanes, family) {
-                let group_cases = group.iter().map(|&place| &cases[place]);
-                let mut places = group.iter();
-                lanes.run(group_cases, |figures| {
-                    done.extend(places.next().map(|&place| (place, figures)));
-                });
-            } else {
-                // Not a family after all: the single run says why.
-                done.extend(group.iter().map(|&place| (place, alone(&cases[place]))));
-            }
-        }
-    }
-    done
 }

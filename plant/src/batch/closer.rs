@@ -1,7 +1,9 @@
-//! Lanes that leave the common step: they are single runs for as long as it
-//! lasts.
+//! Lanes that leave the common step and are not followed side by side: they
+//! are single runs for as long as it lasts.
 
-use super::lanes::{Batch, Before, state_of};
+use super::group::{Group, Leaving};
+use super::lanes::Shared;
+use super::question::Question;
 use super::width::Width;
 use crate::axis::Drive;
 use crate::error::PlantError;
@@ -16,9 +18,26 @@ pub(crate) struct Lane {
     pub(crate) plant: Plant,
     pub(crate) extremes: Extremes,
     pub(crate) result: Result<(), PlantError>,
+    /// Where a figure may have exceeded its peak.
+    pub(super) questions: Vec<Question>,
 }
 
 impl Lane {
+    pub(super) fn new(plant: Plant, extremes: Extremes) -> Self {
+        Self {
+            plant,
+            extremes,
+            result: Ok(()),
+            questions: Vec::new(),
+        }
+    }
+
+    /// Another run; the room for questions is kept.
+    pub(super) fn start(&mut self, plant: Plant, extremes: Extremes) {
+        (self.plant, self.extremes, self.result) = (plant, extremes, Ok(()));
+        self.questions.clear();
+    }
+
     /// Raises the run's peaks to those of the batch.
     pub(crate) fn raise<A: AsRef<[f64]>>(&mut self, peaks: &[A; FIGURES], lane: usize) {
         for (peak, figure) in peaks.iter().zip(self.extremes.peaks_mut()) {
@@ -27,71 +46,68 @@ impl Lane {
     }
 }
 
-impl<W: Width> Batch<W> {
-    /// After a step from `before`: advances the lanes of `moved` as single runs,
-    /// and looks at the settling band in the step of those of `wanted`.
+impl<W: Width> Group<W> {
+    /// Looks at the settling band in the step that begins now, in the lanes of
+    /// `wanted`.
     #[cold]
     #[inline(never)]
-    pub(crate) fn look_closer(
+    pub(super) fn look_at_band(
         &mut self,
-        (phase, moved, wanted): (usize, u64, u64),
-        before: &Before<W>,
-        command_m: &W::Array,
+        shared: &mut Shared,
+        phase: usize,
+        wanted: u64,
+        voltage_v: W::Vector,
     ) {
-        for lane in 0..W::LANES {
-            let bit = 1 << lane;
-            if (moved | wanted) & bit == 0 {
-                continue;
-            }
-            let voltage_v = before.voltage_v.as_ref()[lane];
-            let y = state_of::<W>(&before.state, lane);
+        let time_ns = self.track.now().time_ns;
+        let mut held = W::array(0.0);
+        self.width.store(voltage_v, &mut held);
+        for lane in (0..W::LANES).filter(|lane| wanted >> lane & 1 != 0) {
+            let y = self.state(lane);
             let run = &mut self.lanes[lane];
-            run.plant.set(&y, self.time_ns);
-            run.raise(&before.peaks, lane);
-            if moved & bit != 0 {
-                self.advance_lane(phase, lane, before, command_m.as_ref()[lane]);
-            } else {
-                let length_ns = self.phases[phase].length_ns;
-                let extremes = &mut run.extremes;
-                run.plant
-                    .look(&mut self.tables, voltage_v, length_ns, 0, extremes);
-            }
+            run.plant.set(&y, time_ns);
+            let length_ns = shared.phases[phase].length_ns;
+            let (tables, extremes) = (&mut shared.tables, &mut run.extremes);
+            run.plant
+                .look_at_band(tables, (held.as_ref()[lane], length_ns), extremes);
         }
     }
 
-    fn advance_lane(&mut self, phase: usize, lane: usize, before: &Before<W>, command_m: f64) {
-        self.last_outside.as_mut()[lane] = before.last_outside.as_ref()[lane];
-        for (new, old) in self.peaks.iter_mut().zip(&before.peaks) {
-            new.as_mut()[lane] = old.as_ref()[lane];
-        }
+    /// Advances a lane as a single run.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn advance_lane(&mut self, shared: &mut Shared, left: &Leaving) {
+        let lane = left.lane;
         let run = &mut self.lanes[lane];
+        run.plant.set(&left.y, left.time_ns);
+        run.raise(&self.peaks, lane);
+        run.raise(&self.track.ends, lane);
         let mode = *run.plant.mode();
         // From here on the single run goes on with the sum.
-        run.extremes.joint_loss_j = before.joint_loss_j.as_ref()[lane];
+        run.extremes.joint_loss_j = self.joint_loss_j.as_ref()[lane];
         if run.result.is_ok() {
             run.result = run.plant.advance_exactly(
-                &mut self.tables,
-                &Drive::Held(before.voltage_v.as_ref()[lane]),
-                self.phases[phase].length_ns,
+                &mut shared.tables,
+                &Drive::Held(left.voltage_v),
+                shared.phases[left.phase].length_ns,
                 &mut run.extremes,
             );
         }
         self.joint_loss_j.as_mut()[lane] = run.extremes.joint_loss_j;
         let y = run.plant.state();
-        let figures = run.plant.figures(command_m);
         let changed = *run.plant.mode() != mode || run.plant.is_fresh();
-        self.put(lane, &y);
         self.raise_floors(lane);
-        for (array, value) in self.figures.iter_mut().zip(figures) {
-            array.as_mut()[lane] = value;
-        }
-        if changed || self.mode.is_unsure(lane) {
-            self.take_mode(lane);
-        }
+        let changed = changed || self.mode.is_unsure(lane);
+        self.put(shared, (lane, changed), &y, left.commands_m[1]);
     }
 
-    /// Sets a lane's state.
-    fn put(&mut self, lane: usize, y: &State) {
+    /// Puts a lane to where its run is, in another mode if it has changed.
+    pub(super) fn put(
+        &mut self,
+        shared: &mut Shared,
+        (lane, changed): (usize, bool),
+        y: &State,
+        command_m: f64,
+    ) {
         let values = [
             y.beta_rad,
             y.beta_dot_radps,
@@ -99,8 +115,17 @@ impl<W: Width> Batch<W> {
             y.epsilon_dot_radps,
             y.current_a,
         ];
-        for (array, value) in self.state.iter_mut().zip(values) {
+        for (array, value) in self.track.now_mut().state.iter_mut().zip(values) {
             array.as_mut()[lane] = value;
+        }
+        let figures = self.lanes[lane].plant.figures(command_m);
+        self.acceleration_mps2.as_mut()[lane] = figures[0];
+        for (start, figure) in self.track.starts.iter_mut().zip(figures) {
+            let start = &mut start.as_mut()[lane];
+            *start = start.max(figure.abs());
+        }
+        if changed {
+            self.take_mode(shared, lane);
         }
     }
 }

@@ -44,6 +44,12 @@ impl<W: Width> ModeNumbers<W> {
         (w.load(&self.base) + w.load(&self.side) * delta) - w.load(&self.open) * w.abs(delta)
     }
 
+    /// The guard of one lane.
+    pub(crate) fn guard_of(&self, lane: usize, delta: f64) -> f64 {
+        let of = |array: &W::Array| array.as_ref()[lane];
+        (of(&self.base) + of(&self.side) * delta) - of(&self.open) * delta.abs()
+    }
+
     /// Whether no bound can tell that the lane keeps its mode.
     pub(crate) fn is_unsure(&self, lane: usize) -> bool {
         self.base.as_ref()[lane] == f64::NEG_INFINITY

@@ -1,149 +1,236 @@
-//! The numbers of one step over all lanes: what a lane's mode decides.
+//! The numbers of one step: those that all lanes share, and what a lane's mode
+//! decides.
 
+use super::course::Course;
 use super::loss::LaneLoss;
 use super::width::Width;
+use crate::axis::Axis;
 pub(crate) use crate::exact::DRIVING;
-use crate::exact::{AxisSystem, BOUND_MARGIN, FIGURES, HELD, HeldTable, Quantity, SLOPES, Sketch};
+use crate::exact::{
+    AxisSystem, BOUND_MARGIN, FIGURES, HELD, HeldTable, Quantity, SLOPES, Sketch, VALUES,
+};
 use crate::state::{BETA_DOT, CURRENT, EPSILON_DOT};
 
-/// Coefficients of the four driving states, one number per lane.
-pub(crate) type Row<W> = [<W as Width>::Array; DRIVING];
-
-/// One step of all lanes.
+/// One step of all groups: what depends on the state of the joint alone.
 #[derive(Debug, Clone)]
-pub(crate) struct Phase<W: Width> {
+pub(crate) struct Phase {
     pub(crate) length_ns: u64,
-    pub(crate) transition: [Row<W>; HELD],
-    pub(crate) drift: [W::Array; HELD],
-    pub(crate) per_volt: [W::Array; HELD],
-    /// How far δ may stray from its chord, per change of the states.
-    pub(crate) gap_bound: Row<W>,
-    /// Changes of ẍ, I, p·γ and p·β above which they are monotone, likewise.
-    pub(crate) slopes: [Row<W>; FIGURES],
-    /// How far they may stray from their chords, likewise.
-    pub(crate) chords: [Row<W>; FIGURES],
-    /// 1 where the joint is closed, else 0.
-    pub(crate) closed: W::Array,
     /// Whether what follows has the numbers of the open and the closed joint.
     known: [bool; 2],
+    /// Those of the step, for the lanes.
+    numbers: [[f64; NUMBERS]; 2],
     pub(crate) rates: LaneRates,
     /// δ and the figures as polynomials over the step.
     pub(crate) gap: LaneSketch,
     pub(crate) figures: [LaneSketch; FIGURES],
+    /// Changes of ẍ, I, p·γ and p·β above which they are monotone, per change of
+    /// the driving states, and how far they may stray from their chords, with
+    /// the joint open and closed.
+    pub(crate) slopes: [[[f64; DRIVING]; 2]; FIGURES],
+    pub(crate) chords: [[[f64; DRIVING]; 2]; FIGURES],
+    /// The numbers of changes of contact, with the joint open and closed, where
+    /// they can be followed side by side.
+    pub(crate) courses: [Option<Course>; 2],
+}
+
+/// One step of the lanes of a group: what depends on each lane's mode, number
+/// by number (see [`numbers_of`]).
+#[derive(Debug, Clone)]
+pub(crate) struct Steps<W: Width> {
+    numbers: [W::Array; NUMBERS],
     /// What the joint's damper takes.
-    pub(crate) loss: LaneLoss,
+    pub(crate) loss: LaneLoss<W>,
+    pub(crate) knows_loss: bool,
+}
+
+/// Numbers of a step: per state the driving states' coefficients, a constant
+/// and a coefficient of the voltage; and how far δ may stray from its chord, per
+/// change of the driving states.
+const NUMBERS: usize = HELD * PER_STATE + DRIVING;
+const PER_STATE: usize = DRIVING + 2;
+
+/// The numbers of a table.
+pub(crate) fn numbers_of(table: &HeldTable) -> [f64; NUMBERS] {
+    let kernel = &table.kernel;
+    let mut numbers = [0.0; NUMBERS];
+    for (state, to) in numbers.chunks_exact_mut(PER_STATE).take(HELD).enumerate() {
+        to[..DRIVING].copy_from_slice(&kernel.transition[state]);
+        (to[DRIVING], to[DRIVING + 1]) = (kernel.drift[state], kernel.per_volt[state]);
+    }
+    let gap = table.table.quantity(Quantity::Delta);
+    for (j, to) in numbers[HELD * PER_STATE..].iter_mut().enumerate() {
+        *to = BOUND_MARGIN * gap.bounds.per_change[j + 1];
+    }
+    numbers
 }
 
 /// β̈, ε̈ and İ at the start of a step with the joint open and closed: per
 /// driving state, constant, and per volt.
 #[derive(Debug, Clone)]
 pub(crate) struct LaneRates {
-    rows: [[[f64; 2]; DRIVING]; 3],
-    load: [[f64; 2]; 3],
+    rows: [[[f64; DRIVING]; 3]; 2],
+    load: [[f64; 3]; 2],
     per_volt: f64,
 }
 
 /// A quantity over the step in Bernstein form (see [`Sketch`]), with the joint
-/// open and closed: a joint that changes is frequent, a look at this is not.
+/// open and closed.
 #[derive(Debug, Clone)]
 pub(crate) struct LaneSketch {
-    /// What each coefficient adds to the one before it, per rate.
-    increments: [[[f64; 2]; HELD]; SLOPES],
+    /// What each coefficient adds to the one before it, rate by rate.
+    columns: [[[f64; VALUES]; HELD]; 2],
     /// What the polynomial may be off by, per |rate|. At first a bound that
     /// excludes nothing, and so it stays without a sketch.
-    stray: [[f64; 2]; HELD],
+    stray: [[f64; HELD]; 2],
 }
 
 /// The states that [`LaneRates`] has numbers for.
 const ACCELERATED: [usize; 3] = [BETA_DOT, EPSILON_DOT, CURRENT];
 
-impl<W: Width> Phase<W> {
+impl Phase {
     pub(crate) fn new(length_ns: u64) -> Self {
-        let zero = W::array(0.0);
         let sketch = LaneSketch {
-            increments: [[[0.0; 2]; HELD]; SLOPES],
-            stray: [[f64::INFINITY; 2]; HELD],
+            columns: [[[0.0; VALUES]; HELD]; 2],
+            stray: [[f64::INFINITY; HELD]; 2],
         };
         Self {
             length_ns,
-            transition: [[zero; DRIVING]; HELD],
-            drift: [zero; HELD],
-            per_volt: [zero; HELD],
-            gap_bound: [zero; DRIVING],
-            slopes: [[zero; DRIVING]; FIGURES],
-            chords: [[zero; DRIVING]; FIGURES],
+            known: [false; 2],
+            numbers: [[0.0; NUMBERS]; 2],
             rates: LaneRates {
-                rows: [[[0.0; 2]; DRIVING]; 3],
-                load: [[0.0; 2]; 3],
+                rows: [[[0.0; DRIVING]; 3]; 2],
+                load: [[0.0; 3]; 2],
                 per_volt: 0.0,
             },
             figures: core::array::from_fn(|_| sketch.clone()),
             gap: sketch,
-            loss: LaneLoss::default(),
-            closed: zero,
-            known: [false; 2],
+            slopes: [[[0.0; DRIVING]; 2]; FIGURES],
+            chords: [[[0.0; DRIVING]; 2]; FIGURES],
+            courses: [None, None],
         }
     }
 
-    /// A state at the end of the step, in the order of `Kernel::step`.
+    /// Takes over the numbers of a table; `false` if they are there already.
+    pub(crate) fn learn(&mut self, table: &HeldTable, axis: &Axis) -> bool {
+        let closed = table.is_closed();
+        let known = &mut self.known[usize::from(closed)];
+        if core::mem::replace(known, true) {
+            return false;
+        }
+        self.numbers[usize::from(closed)] = numbers_of(table);
+        self.rates.set(closed, &table.system);
+        let gap = table.table.quantity(Quantity::Delta);
+        self.gap.set(closed, gap.sketch.as_ref(), 1.0);
+        for (i, (quantity, scale)) in figures(axis).into_iter().enumerate() {
+            let linear = table.table.quantity(quantity);
+            self.figures[i].set(closed, linear.sketch.as_ref(), scale);
+            let bounds = &linear.bounds;
+            for j in 0..DRIVING {
+                let (slope, chord) = (bounds.slope_per_change[j + 1], bounds.per_change[j + 1]);
+                let place = usize::from(closed);
+                self.slopes[i][place][j] = BOUND_MARGIN * scale.abs() * slope;
+                self.chords[i][place][j] = BOUND_MARGIN * scale.abs() * chord;
+            }
+        }
+        self.courses[usize::from(closed)] = Course::of(table, axis);
+        true
+    }
+}
+
+impl Phase {
+    /// Whether a guard of δ stays positive over a step of one lane, by the sketch:
+    /// `guard` of every coefficient exceeds what that may be off by.
+    #[inline(always)]
+    pub(crate) fn gap_holds(
+        &self,
+        closed: bool,
+        from: &[f64; DRIVING],
+        voltage_v: f64,
+        guard: impl Fn(f64) -> f64,
+    ) -> bool {
+        let rates = self.rates.at(closed, from, voltage_v);
+        let rises = self.gap.rises(closed, &rates);
+        let stray = self.gap.stray(closed, &rates, from[1].abs());
+        let mut delta = from[1];
+        let mut holds = guard(delta) > stray;
+        for rise in &rises[..SLOPES] {
+            delta += rise;
+            holds &= guard(delta) > stray;
+        }
+        holds
+    }
+}
+
+impl Phase {
+    /// The numbers of a step with the joint open or closed and nothing else that
+    /// matters, if they are known.
+    pub(crate) fn numbers(&self, closed: bool) -> Option<&[f64; NUMBERS]> {
+        self.known[usize::from(closed)].then(|| &self.numbers[usize::from(closed)])
+    }
+}
+
+/// The quantities behind the figures, and what they are multiplied with.
+pub(super) fn figures(axis: &Axis) -> [(Quantity, f64); FIGURES] {
+    let p = axis.pitch_m_per_rad();
+    [
+        (Quantity::ScrewAcceleration, p),
+        (Quantity::Current, 1.0),
+        (Quantity::ScrewAngle, p),
+        (Quantity::GearAngle, p),
+    ]
+}
+
+impl<W: Width> Steps<W> {
+    pub(crate) fn new() -> Self {
+        Self {
+            numbers: [W::array(0.0); NUMBERS],
+            loss: LaneLoss::none(),
+            knows_loss: false,
+        }
+    }
+
+    /// A state at the end of the step, in the order of `Kernel::step`, from the
+    /// driving states; β itself is added to what it gains.
     #[inline(always)]
     pub(crate) fn row(
         &self,
         w: W,
         state: usize,
         from: &[W::Vector; DRIVING],
-        base: W::Vector,
+        beta: Option<W::Vector>,
         voltage_v: W::Vector,
     ) -> W::Vector {
-        let phi = &self.transition[state];
-        let rotor = w.load(&phi[0]) * from[0] + w.load(&phi[1]) * from[1];
-        let joint = w.load(&phi[2]) * from[2] + w.load(&phi[3]) * from[3];
-        ((rotor + joint) + base) + w.load(&self.per_volt[state]) * voltage_v
+        let number = |j: usize| w.load(&self.numbers[state * PER_STATE + j]);
+        let rotor = number(0) * from[0] + number(1) * from[1];
+        let joint = number(2) * from[2] + number(3) * from[3];
+        let drift = number(DRIVING);
+        let base = match beta {
+            Some(beta) => beta + drift,
+            None => drift,
+        };
+        ((rotor + joint) + base) + number(DRIVING + 1) * voltage_v
     }
 
-    /// Sets one lane to the step of a table.
-    pub(crate) fn set(&mut self, lane: usize, table: &HeldTable, pitch_m_per_rad: f64) {
-        let kernel = &table.kernel;
-        for row in 0..HELD {
-            for (to, from) in self.transition[row].iter_mut().zip(&kernel.transition[row]) {
-                to.as_mut()[lane] = *from;
-            }
-            self.drift[row].as_mut()[lane] = kernel.drift[row];
-            self.per_volt[row].as_mut()[lane] = kernel.per_volt[row];
+    /// How far δ may stray from its chord.
+    #[inline(always)]
+    pub(crate) fn gap_strays(&self, w: W, change: &[W::Vector; DRIVING]) -> W::Vector {
+        let bound = |j: usize| w.load(&self.numbers[HELD * PER_STATE + j]);
+        (bound(0) * change[0] + bound(1) * change[1])
+            + (bound(2) * change[2] + bound(3) * change[3])
+    }
+
+    /// Takes over what the damper takes, if the table is that of a closed joint.
+    pub(crate) fn learn_loss(&mut self, table: &HeldTable) {
+        if table.is_closed() && !self.knows_loss {
+            self.loss.set(table);
+            self.knows_loss = true;
         }
-        let gap = table.table.quantity(Quantity::Delta);
-        for j in 0..DRIVING {
-            self.gap_bound[j].as_mut()[lane] = BOUND_MARGIN * gap.bounds.per_change[j + 1];
-        }
-        let closed = table.is_closed();
-        let known = self.known[usize::from(closed)];
-        self.closed.as_mut()[lane] = f64::from(u8::from(closed));
-        self.known[usize::from(closed)] = true;
-        if !known {
-            self.rates.set(closed, &table.system);
-            self.gap.set(closed, gap.sketch.as_ref(), 1.0);
-            if closed {
-                self.loss = LaneLoss::new(table);
-            }
-        }
-        let p = pitch_m_per_rad;
-        let figures = [
-            (Quantity::ScrewAcceleration, p),
-            (Quantity::Current, 1.0),
-            (Quantity::ScrewAngle, p),
-            (Quantity::GearAngle, p),
-        ];
-        for (i, (quantity, scale)) in figures.into_iter().enumerate() {
-            let linear = table.table.quantity(quantity);
-            for j in 0..DRIVING {
-                let slope = linear.bounds.slope_per_change[j + 1];
-                let chord = linear.bounds.per_change[j + 1];
-                self.slopes[i][j].as_mut()[lane] = BOUND_MARGIN * scale.abs() * slope;
-                self.chords[i][j].as_mut()[lane] = BOUND_MARGIN * scale.abs() * chord;
-            }
-            if !known {
-                self.figures[i].set(closed, linear.sketch.as_ref(), scale);
-            }
+    }
+
+    /// Sets one lane to numbers of its own.
+    pub(crate) fn set(&mut self, lane: usize, numbers: &[f64; NUMBERS]) {
+        for (to, from) in self.numbers.iter_mut().zip(numbers) {
+            to.as_mut()[lane] = *from;
         }
     }
 }
@@ -153,31 +240,23 @@ impl LaneRates {
     fn set(&mut self, closed: bool, system: &AxisSystem) {
         let place = usize::from(closed);
         for (i, state) in ACCELERATED.into_iter().enumerate() {
-            for (j, to) in self.rows[i].iter_mut().enumerate() {
-                to[place] = system.a[(state, j + 1)];
+            for (j, to) in self.rows[place][i].iter_mut().enumerate() {
+                *to = system.a[(state, j + 1)];
             }
-            self.load[i][place] = system.load[state];
+            self.load[place][i] = system.load[state];
         }
         self.per_volt = system.per_volt;
     }
 
     /// The rates of all states: β, β̇, δ, ε̇ and I.
-    #[inline(always)]
-    pub(crate) fn at<W: Width>(
-        &self,
-        w: W,
-        closed: W::Mask,
-        from: &[W::Vector; DRIVING],
-        voltage_v: W::Vector,
-    ) -> [W::Vector; HELD] {
-        let mut rates = [from[0]; 3];
-        for (rate, (row, load)) in rates.iter_mut().zip(self.rows.iter().zip(&self.load)) {
-            let [a, b, c, d] = row;
-            let rotor = paired(w, closed, a) * from[0] + paired(w, closed, b) * from[1];
-            let joint = paired(w, closed, c) * from[2] + paired(w, closed, d) * from[3];
-            *rate = (rotor + joint) + paired(w, closed, load);
+    pub(crate) fn at(&self, closed: bool, from: &[f64; DRIVING], voltage_v: f64) -> [f64; HELD] {
+        let place = usize::from(closed);
+        let mut rates = self.load[place];
+        for (rate, row) in rates.iter_mut().zip(&self.rows[place]) {
+            let rotor = row[0] * from[0] + row[1] * from[1];
+            *rate += rotor + (row[2] * from[2] + row[3] * from[3]);
         }
-        let current = rates[2] + w.splat(self.per_volt) * voltage_v;
+        let current = rates[2] + self.per_volt * voltage_v;
         [from[0], rates[0], from[2], rates[1], current]
     }
 }
@@ -187,70 +266,54 @@ impl LaneSketch {
     fn set(&mut self, closed: bool, sketch: Option<&Sketch<HELD>>, scale: f64) {
         let Some(sketch) = sketch else { return };
         let place = usize::from(closed);
-        for (increment, slopes) in self.increments.iter_mut().zip(&sketch.slopes) {
-            for (to, slope) in increment.iter_mut().zip(slopes.iter()) {
-                to[place] = scale * slope / 11.0;
+        for (i, slopes) in sketch.slopes.iter().enumerate() {
+            for (column, slope) in self.columns[place].iter_mut().zip(slopes.iter()) {
+                column[i] = scale * slope / 11.0;
             }
         }
-        for (to, stray) in self.stray.iter_mut().zip(sketch.stray.iter()) {
-            to[place] = BOUND_MARGIN * scale.abs() * stray;
+        for (to, stray) in self.stray[place].iter_mut().zip(sketch.stray.iter()) {
+            *to = BOUND_MARGIN * scale.abs() * stray;
         }
     }
 
-    /// What each coefficient adds to the one before it.
-    #[inline(always)]
-    pub(crate) fn rises<W: Width>(
-        &self,
-        w: W,
-        closed: W::Mask,
-        rates: &[W::Vector; HELD],
-    ) -> [W::Vector; SLOPES] {
-        let mut rises = [rates[0]; SLOPES];
-        for (place, increment) in rises.iter_mut().zip(&self.increments) {
-            let [a, b, c, d, e] = increment;
-            let rotor = paired(w, closed, a) * rates[0] + paired(w, closed, b) * rates[1];
-            let joint = paired(w, closed, c) * rates[2] + paired(w, closed, d) * rates[3];
-            *place = (rotor + joint) + paired(w, closed, e) * rates[4];
+    /// What each coefficient adds to the one before it; the last number is 0.
+    pub(crate) fn rises(&self, closed: bool, rates: &[f64; HELD]) -> [f64; VALUES] {
+        let mut rises = [0.0; VALUES];
+        for (column, rate) in self.columns[usize::from(closed)].iter().zip(rates) {
+            for (rise, number) in rises.iter_mut().zip(column) {
+                *rise += number * rate;
+            }
         }
         rises
     }
 
     /// What the polynomial may be off by, its own rounding and that of a start
     /// of the given size included.
-    #[inline(always)]
-    pub(crate) fn stray<W: Width>(
-        &self,
-        w: W,
-        closed: W::Mask,
-        rates: &[W::Vector; HELD],
-        size: W::Vector,
-    ) -> W::Vector {
-        let mut sum = size * w.splat(ROUNDING);
-        for (pair, rate) in self.stray.iter().zip(rates) {
-            sum = sum + paired(w, closed, pair) * w.abs(*rate);
+    pub(crate) fn stray(&self, closed: bool, rates: &[f64; HELD], size: f64) -> f64 {
+        let mut sum = size * ROUNDING;
+        for (stray, rate) in self.stray[usize::from(closed)].iter().zip(rates) {
+            sum += stray * rate.abs();
         }
         sum
     }
 }
 
-/// The lanes in which `closed` is 1 and not 0.
-#[inline(always)]
-pub(crate) fn closed_lanes<W: Width>(w: W, closed: &W::Array) -> W::Mask {
-    w.greater(w.load(closed), w.splat(0.5))
-}
-
-/// The number of the open or the closed joint, lane by lane.
-#[inline(always)]
-fn paired<W: Width>(w: W, closed: W::Mask, pair: &[f64; 2]) -> W::Vector {
-    w.select(closed, w.splat(pair[1]), w.splat(pair[0]))
-}
-
 /// Twelve additions, and what the terms at the start have lost.
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
-/// `Σ row_j·x_j` over the driving states.
+/// `Σ row_j·x_j` over the driving states, with the numbers of the open or the
+/// closed joint, lane by lane.
 #[inline(always)]
-pub(crate) fn dot<W: Width>(w: W, row: &Row<W>, x: &[W::Vector; DRIVING]) -> W::Vector {
-    (w.load(&row[0]) * x[0] + w.load(&row[1]) * x[1])
-        + (w.load(&row[2]) * x[2] + w.load(&row[3]) * x[3])
+pub(crate) fn dot_pairs<W: Width>(
+    w: W,
+    closed: W::Mask,
+    [open_row, closed_row]: &[[f64; DRIVING]; 2],
+    x: &[W::Vector; DRIVING],
+) -> W::Vector {
+    let mut sum = w.splat(0.0);
+    for j in 0..DRIVING {
+        let number = w.select(closed, w.splat(closed_row[j]), w.splat(open_row[j]));
+        sum = sum + number * x[j];
+    }
+    sum
 }

@@ -7,7 +7,7 @@
 use core::ops::{Add, Div, Mul, Sub};
 
 use fearless_simd::prelude::*;
-use fearless_simd::{Simd, f64x8, mask64x8};
+use fearless_simd::{Simd, f64x4, f64x8, mask64x4, mask64x8};
 
 /// A number of lanes and the instructions that work on them.
 pub trait Width: Copy {
@@ -44,6 +44,17 @@ pub trait Width: Copy {
     fn select(self, mask: Self::Mask, a: Self::Vector, b: Self::Vector) -> Self::Vector;
     /// Bit i of lane i.
     fn bits(self, mask: Self::Mask) -> u64;
+    /// Lane i where bit i is set.
+    fn lanes(self, bits: u64) -> Self::Mask;
+    /// Where both hold.
+    fn both(self, a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    /// Where one of them holds.
+    fn either(self, a: Self::Mask, b: Self::Mask) -> Self::Mask;
+    /// The larger of the two, either of them where one is not a number: a single
+    /// instruction, of which each set has its own.
+    fn max(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
+    /// The smaller of the two, likewise.
+    fn min(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
 
     /// The larger of the two, `b` where `a` is not a number.
     #[inline(always)]
@@ -126,77 +137,125 @@ impl Width for One {
     fn bits(self, mask: bool) -> u64 {
         u64::from(mask)
     }
+    #[inline(always)]
+    fn lanes(self, bits: u64) -> bool {
+        bits & 1 != 0
+    }
+    #[inline(always)]
+    fn both(self, a: bool, b: bool) -> bool {
+        a & b
+    }
+    #[inline(always)]
+    fn either(self, a: bool, b: bool) -> bool {
+        a | b
+    }
+    #[inline(always)]
+    fn max(self, a: f64, b: f64) -> f64 {
+        if a > b { a } else { b }
+    }
+    #[inline(always)]
+    fn min(self, a: f64, b: f64) -> f64 {
+        if b > a { a } else { b }
+    }
 }
 
-/// Eight numbers in memory, on a boundary that a cache line starts at: a load
-/// of eight that crosses one takes twice as long.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[repr(C, align(64))]
-pub struct Octet([f64; 8]);
+/// Runs side by side with the instructions that `S` stands for.
+macro_rules! side_by_side {
+    ($width:ident, $runs:literal, $array:ident, $align:literal, $lanes:literal, $vector:ident, $mask:ident) => {
+        #[doc = concat!($runs, " numbers in memory, on a boundary of as many bytes: a load that")]
+        #[doc = "crosses the end of a cache line takes twice as long."]
+        #[derive(Debug, Clone, Copy, PartialEq)]
+        #[repr(C, align($align))]
+        pub struct $array([f64; $lanes]);
 
-impl AsRef<[f64]> for Octet {
-    fn as_ref(&self) -> &[f64] {
-        &self.0
-    }
+        impl AsRef<[f64]> for $array {
+            fn as_ref(&self) -> &[f64] {
+                &self.0
+            }
+        }
+
+        impl AsMut<[f64]> for $array {
+            fn as_mut(&mut self) -> &mut [f64] {
+                &mut self.0
+            }
+        }
+
+        #[doc = concat!($runs, " runs, with the instructions that `S` stands for.")]
+        #[derive(Debug, Clone, Copy)]
+        pub struct $width<S: Simd>(
+            /// The instruction set, as detected.
+            pub S,
+        );
+
+        impl<S: Simd> Width for $width<S> {
+            const LANES: usize = $lanes;
+            type Array = $array;
+            type Vector = $vector<S>;
+            type Mask = $mask<S>;
+
+            #[inline(always)]
+            fn array(value: f64) -> $array {
+                $array([value; $lanes])
+            }
+            #[inline(always)]
+            fn splat(self, value: f64) -> $vector<S> {
+                $vector::splat(self.0, value)
+            }
+            #[inline(always)]
+            fn load(self, array: &$array) -> $vector<S> {
+                $vector::from_slice(self.0, &array.0)
+            }
+            #[inline(always)]
+            fn store(self, vector: $vector<S>, array: &mut $array) {
+                vector.store_slice(&mut array.0);
+            }
+            #[inline(always)]
+            fn floor(self, vector: $vector<S>) -> $vector<S> {
+                vector.floor()
+            }
+            #[inline(always)]
+            fn abs(self, vector: $vector<S>) -> $vector<S> {
+                vector.abs()
+            }
+            #[inline(always)]
+            fn greater(self, a: $vector<S>, b: $vector<S>) -> $mask<S> {
+                a.simd_gt(b)
+            }
+            #[inline(always)]
+            fn at_most(self, a: $vector<S>, b: $vector<S>) -> $mask<S> {
+                a.simd_le(b)
+            }
+            #[inline(always)]
+            fn select(self, mask: $mask<S>, a: $vector<S>, b: $vector<S>) -> $vector<S> {
+                mask.select(a, b)
+            }
+            #[inline(always)]
+            fn bits(self, mask: $mask<S>) -> u64 {
+                mask.to_bitmask()
+            }
+            #[inline(always)]
+            fn lanes(self, bits: u64) -> $mask<S> {
+                $mask::from_bitmask(self.0, bits)
+            }
+            #[inline(always)]
+            fn both(self, a: $mask<S>, b: $mask<S>) -> $mask<S> {
+                a & b
+            }
+            #[inline(always)]
+            fn either(self, a: $mask<S>, b: $mask<S>) -> $mask<S> {
+                a | b
+            }
+            #[inline(always)]
+            fn max(self, a: $vector<S>, b: $vector<S>) -> $vector<S> {
+                a.max(b)
+            }
+            #[inline(always)]
+            fn min(self, a: $vector<S>, b: $vector<S>) -> $vector<S> {
+                a.min(b)
+            }
+        }
+    };
 }
 
-impl AsMut<[f64]> for Octet {
-    fn as_mut(&mut self) -> &mut [f64] {
-        &mut self.0
-    }
-}
-
-/// Eight runs, with the instructions that `S` stands for.
-#[derive(Debug, Clone, Copy)]
-pub struct Eight<S: Simd>(
-    /// The instruction set, as detected.
-    pub S,
-);
-
-impl<S: Simd> Width for Eight<S> {
-    const LANES: usize = 8;
-    type Array = Octet;
-    type Vector = f64x8<S>;
-    type Mask = mask64x8<S>;
-
-    #[inline(always)]
-    fn array(value: f64) -> Octet {
-        Octet([value; 8])
-    }
-    #[inline(always)]
-    fn splat(self, value: f64) -> f64x8<S> {
-        f64x8::splat(self.0, value)
-    }
-    #[inline(always)]
-    fn load(self, array: &Octet) -> f64x8<S> {
-        f64x8::from_slice(self.0, &array.0)
-    }
-    #[inline(always)]
-    fn store(self, vector: f64x8<S>, array: &mut Octet) {
-        vector.store_slice(&mut array.0);
-    }
-    #[inline(always)]
-    fn floor(self, vector: f64x8<S>) -> f64x8<S> {
-        vector.floor()
-    }
-    #[inline(always)]
-    fn abs(self, vector: f64x8<S>) -> f64x8<S> {
-        vector.abs()
-    }
-    #[inline(always)]
-    fn greater(self, a: f64x8<S>, b: f64x8<S>) -> mask64x8<S> {
-        a.simd_gt(b)
-    }
-    #[inline(always)]
-    fn at_most(self, a: f64x8<S>, b: f64x8<S>) -> mask64x8<S> {
-        a.simd_le(b)
-    }
-    #[inline(always)]
-    fn select(self, mask: mask64x8<S>, a: f64x8<S>, b: f64x8<S>) -> f64x8<S> {
-        mask.select(a, b)
-    }
-    #[inline(always)]
-    fn bits(self, mask: mask64x8<S>) -> u64 {
-        mask.to_bitmask()
-    }
-}
+side_by_side!(Four, "Four", Quartet, 32, 4, f64x4, mask64x4);
+side_by_side!(Eight, "Eight", Octet, 64, 8, f64x8, mask64x8);

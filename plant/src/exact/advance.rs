@@ -5,7 +5,7 @@
 //! else is walked through ([`super::crossing`]) from change to change.
 
 use super::crossing::{LinearGuard, Stop};
-use super::figures::Piece;
+use super::figures::{CARRIAGE, Piece};
 use super::system::{Column, DELTA, HELD, held_state, to_plant_vector};
 use super::tables::{HeldTable, Quantity, Table, Tables};
 use super::walk::{BOUND_MARGIN, Flow};
@@ -16,13 +16,14 @@ use crate::extremes::Extremes;
 use crate::guard::speed_noise;
 use crate::joint::{Flank, JointMode};
 use crate::mode::{Direction, Guard, Guards};
+use crate::motion::MotionPoint;
 use crate::plant::{Plant, seconds};
 use crate::resistance::GuideMode;
 use crate::span::{Interior, Span, Watch};
-use crate::state::{BETA_DOT, BETA_INTEGRAL, EPSILON_DOT, Vector};
+use crate::state::{BETA_DOT, BETA_INTEGRAL, EPSILON_DOT, State, Vector};
 
 /// Units in the last place of the terms of δ that its rounding may reach.
-pub(super) const NOISE_ULPS: f64 = 4.0 * f64::EPSILON;
+pub(crate) const NOISE_ULPS: f64 = 4.0 * f64::EPSILON;
 
 /// A smooth piece of the solution under a held voltage.
 #[derive(Debug, Clone, Copy)]
@@ -36,6 +37,12 @@ pub(crate) struct HeldPiece<'a> {
 }
 
 impl HeldPiece<'_> {
+    /// Where the whole step ends.
+    fn whole_end(&self, voltage_v: f64) -> Vector {
+        let end = self.table.kernel.step(&self.start, voltage_v);
+        to_plant_vector(&end, self.offset_rad, self.beta_integral_rads)
+    }
+
     pub(crate) fn flow(&self) -> Flow<'_, HELD> {
         Flow {
             table: &self.table.table,
@@ -146,28 +153,92 @@ impl Plant {
         }
     }
 
-    /// Searches the step that the bound allows for extremes, without taking it:
-    /// those of [`Extremes::peaks`] whose bits are set, and the settling band.
-    pub(crate) fn look(
+    /// Searches the step that the bound allows for when the carriage is last
+    /// outside the settling band.
+    pub(crate) fn look_at_band(
         &self,
         tables: &mut Tables,
-        voltage_v: f64,
-        length_ns: u64,
+        (voltage_v, length_ns): (f64, u64),
+        extremes: &mut Extremes,
+    ) {
+        let band_m = extremes.settling_band_m();
+        let place = tables.held(&self.axis, &self.mode, length_ns);
+        let solution = self.piece(&tables.held[place], voltage_v);
+        let end = solution.whole_end(voltage_v);
+        let times_s = (seconds(self.time_ns), seconds(length_ns));
+        self.look(&solution, times_s, &end, (0, band_m), extremes);
+    }
+
+    /// Searches it for the extremes of [`Extremes::peaks`] whose bits are set.
+    pub(crate) fn look_at_step(
+        &self,
+        tables: &mut Tables,
+        (voltage_v, length_ns): (f64, u64),
         which: u8,
         extremes: &mut Extremes,
     ) {
         let place = tables.held(&self.axis, &self.mode, length_ns);
-        let table = &tables.held[place];
-        let solution = self.piece(table, voltage_v);
-        let end = table.kernel.step(&solution.start, voltage_v);
-        let end = to_plant_vector(&end, solution.offset_rad, solution.beta_integral_rads);
+        let solution = self.piece(&tables.held[place], voltage_v);
+        let end = solution.whole_end(voltage_v);
         let times_s = (seconds(self.time_ns), seconds(length_ns));
+        self.look(&solution, times_s, &end, (which, f64::INFINITY), extremes);
+    }
+
+    /// What the joint's damper takes over a piece of the step \[J\].
+    pub(crate) fn joint_loss_j(
+        &self,
+        tables: &mut Tables,
+        (voltage_v, length_ns): (f64, u64),
+        length_s: f64,
+    ) -> f64 {
+        let place = tables.held(&self.axis, &self.mode, length_ns);
+        self.piece(&tables.held[place], voltage_v)
+            .joint_loss_j(length_s)
+    }
+
+    /// The same for a piece of the step, which ends in `end`.
+    pub(crate) fn look_at_piece(
+        &self,
+        tables: &mut Tables,
+        (voltage_v, length_ns): (f64, u64),
+        times_s: (f64, f64),
+        (end, which): (&State, u8),
+        extremes: &mut Extremes,
+    ) {
+        let place = tables.held(&self.axis, &self.mode, length_ns);
+        let solution = self.piece(&tables.held[place], voltage_v);
+        self.look(
+            &solution,
+            times_s,
+            &end.to_vector(),
+            (which, f64::INFINITY),
+            extremes,
+        );
+    }
+
+    fn look(
+        &self,
+        solution: &HeldPiece<'_>,
+        (start_s, length_s): (f64, f64),
+        end: &Vector,
+        (which, band_m): (u8, f64),
+        extremes: &mut Extremes,
+    ) {
         let motion = extremes.motion();
-        let commands = [motion.at(times_s.0), motion.at(times_s.0 + times_s.1)];
-        let ends = [&self.y, &end];
+        let mut commands = [MotionPoint::default(); 2];
+        if which >> CARRIAGE != 0 {
+            commands = [motion.at(start_s), motion.at(start_s + length_s)];
+        }
+        let (ends, times_s) = ([&self.y, end], (start_s, length_s));
         let piece = Piece::new(&self.axis, &self.mode, ends, (motion, commands), times_s);
         let sights = solution.sights(&self.axis, piece);
-        let seen = sights.look(extremes.peaks(), which, extremes.settling_band_m());
+        let mut peaks = extremes.peaks();
+        for (i, (peak, size)) in peaks.iter_mut().zip(sights.sizes()).enumerate() {
+            if which >> i & 1 != 0 {
+                *peak = peak.max(size);
+            }
+        }
+        let seen = sights.look(peaks, which, band_m);
         extremes.take(&seen);
     }
 

@@ -32,7 +32,7 @@ const HERMITE_SLOPE: f64 = 0.008_02;
 
 /// The command over a stretch without a break as slopes of a sketch, with the
 /// bound of their error.
-pub(super) fn command_slopes(
+pub(crate) fn command_slopes(
     motion: &Motion,
     start_s: f64,
     length_s: f64,

@@ -12,7 +12,7 @@ pub(crate) const CELLS: usize = 32;
 /// Terms of a local series after the constant one. With `λT` at most 8 the series
 /// runs over `λt ≤ 1/8`, and what these leave out is at most
 /// `(1/8)^10/11! = 2.3e-17` of its first term (see [`super::taylor`]).
-const TERMS: usize = 10;
+pub(crate) const TERMS: usize = 10;
 
 /// Levels of a step that has a grid: `λT/2³ ≤ 1`.
 const MOST_LEVELS: usize = 4;
@@ -73,6 +73,16 @@ impl<const D: usize> Grid<D> {
     /// Length T of the step \[s\].
     pub(crate) fn length_s(&self) -> f64 {
         self.length_s
+    }
+
+    /// `ψ` at the points of the grid.
+    pub(crate) fn integrals(&self) -> &[Matrix<D>] {
+        &self.integrals
+    }
+
+    /// What the terms of a local series make of the rate.
+    pub(crate) fn terms(&self) -> &[Matrix<D>; TERMS] {
+        &self.terms
     }
 
     /// A quantity over the step as a polynomial.
@@ -159,7 +169,7 @@ pub(crate) fn derivative(coefficients: &LocalCoefficients) -> LocalCoefficients 
 }
 
 /// Newton steps at most; the start is known to a ten-thousandth of the step.
-const MOST_NEWTON: usize = 8;
+pub(crate) const MOST_NEWTON: usize = 8;
 
 /// A zero near σ by Newton's rule, down to the rounding of the value; `None` if
 /// it leaves the cell.

@@ -41,11 +41,14 @@ mod tests;
 mod walk;
 mod zeros;
 
-pub(crate) use advance::HeldPiece;
+pub(crate) use advance::{HeldPiece, NOISE_ULPS};
+pub(crate) use behind::command_slopes;
 pub(crate) use feedback::FeedbackPiece;
 pub(crate) use figures::{CARRIAGE, FIGURES, Piece, Seen, Sights, figures_at};
+pub(crate) use grid::{CELLS, MOST_NEWTON as MOST_POLISHING, TERMS};
 pub(crate) use loss::DRIVING;
-pub(crate) use sketch::{SLOPES, Sketch, VALUES};
-pub(crate) use system::{AxisSystem, HELD, to_plant_vector};
+pub(crate) use sketch::{EVALUATION, SLOPES, Sketch, VALUES};
+pub(crate) use system::{AxisSystem, Column, HELD, Matrix, to_plant_vector};
 pub(crate) use tables::{HeldTable, Quantity, Tables};
 pub(crate) use walk::BOUND_MARGIN;
+pub(crate) use zeros::{CLOSE, MOST_NEWTON, binomials};

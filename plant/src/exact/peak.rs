@@ -220,8 +220,16 @@ impl<const D: usize> Flow<'_, D> {
             let ends = ends.max(sought.value(&leg.to, end_s).abs());
             ends + sought.chord_bound(leg.level, &leg.rate, leg.length_s) <= band
         };
+        // Outside at its end, so that the next one has a later instant. The last
+        // leg ends inside.
+        let leaves_outside = |leg: &Leg<D>| {
+            let end_s = leg.start_s + leg.length_s;
+            end_s < length_s * BELOW_THE_FLOOR
+                && sought.value(&leg.to, end_s).abs() * BELOW_THE_FLOOR > band
+        };
         while let Ok(Some(stretch)) = walk.next(inside) {
             if let Stretch::Leaf { leg, series, end } = stretch
+                && !leaves_outside(&leg)
                 && let Some(theta) = sought
                     .polynomial(&leg, &series, end)
                     .last_outside(band, end)

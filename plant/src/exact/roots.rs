@@ -107,13 +107,17 @@ impl Polynomial {
         self.first_nonzero_negative(end)
     }
 
-    fn first_nonzero_negative(&self, end: f64) -> Option<f64> {
+    /// Whether the cheapest bound of all, |q(θ) − q(0)| ≤ Σ|a_n|, excludes a root.
+    fn is_positive(&self) -> bool {
         let mut sum = 0.0;
         for a in &self.monomial[1..] {
             sum += a.abs();
         }
-        // The cheapest bound of all: |q(θ) − q(0)| ≤ Σ|a_n|.
-        if self.monomial[0] > sum {
+        self.monomial[0] > sum
+    }
+
+    fn first_nonzero_negative(&self, end: f64) -> Option<f64> {
+        if self.is_positive() {
             return None;
         }
         let root = self.first_negative_in(&self.bernstein(), 0.0, 1.0, MAX_HALVINGS)?;
@@ -261,6 +265,9 @@ impl Polynomial {
                     *a *= -sign;
                 }
                 inside.monomial[0] += band;
+                if inside.is_positive() {
+                    return None;
+                }
                 inside.last_negative_in(&inside.bernstein(), 0.0, 1.0, MAX_HALVINGS)
             })
             .fold(None, |last: Option<f64>, t| {

@@ -139,7 +139,7 @@ pub(crate) struct Curve {
 }
 
 /// What rounding makes of the values, and of a look at them.
-const EVALUATION: f64 = 16.0 * f64::EPSILON;
+pub(crate) const EVALUATION: f64 = 16.0 * f64::EPSILON;
 
 impl Curve {
     /// From the value at the start and the coefficients of the slope.

@@ -114,10 +114,10 @@ fn sole_zero<const N: usize>(b: &[f64; N], stray: f64) -> Found {
 }
 
 /// How near a zero θ must be: the solution itself is asked for the rest.
-const CLOSE: f64 = 1e-4;
+pub(crate) const CLOSE: f64 = 1e-4;
 
 /// Newton steps at most, from where the control polygon falls through zero.
-const MOST_NEWTON: usize = 6;
+pub(crate) const MOST_NEWTON: usize = 6;
 
 /// The degree of a polynomial with N coefficients.
 fn degree_of<const N: usize>() -> f64 {
@@ -126,7 +126,7 @@ fn degree_of<const N: usize>() -> f64 {
 }
 
 /// `C(degree, i)`.
-const fn binomials<const N: usize>(degree: usize) -> [f64; N] {
+pub(crate) const fn binomials<const N: usize>(degree: usize) -> [f64; N] {
     let mut row = [0.0; N];
     row[0] = 1.0;
     let mut i = 1;

@@ -1,0 +1,242 @@
+//! Lanes that have left the common step, of all groups: changes of contact are
+//! followed side by side, whatever else happens as single runs.
+
+use super::group::{Group, Leaving};
+use super::lanes::Shared;
+use super::question::{Piece, Question, exceeds};
+use super::swing::{Begin, Swing};
+use super::width::Width;
+use crate::exact::{FIGURES, HELD};
+use crate::joint::Contact;
+use crate::plant::seconds;
+use crate::span::{ContactChange, Watch};
+use crate::state::State;
+
+/// What is needed to follow them, kept from time to time.
+#[derive(Debug, Clone)]
+pub(super) struct Contacts<W: Width> {
+    begin: Begin<W>,
+    /// Of the lanes that are left, those in steps of one kind.
+    chunk: Vec<Leaving>,
+}
+
+impl<W: Width> Contacts<W> {
+    pub(super) fn new() -> Self {
+        Self {
+            begin: Begin::new(),
+            chunk: Vec::with_capacity(W::LANES),
+        }
+    }
+
+    /// Follows all lanes of `leaving`.
+    #[inline(always)]
+    pub(super) fn follow(
+        &mut self,
+        w: W,
+        shared: &mut Shared,
+        groups: &mut [Group<W>],
+        leaving: &mut Vec<Leaving>,
+    ) {
+        while let Some(left) = leaving.pop() {
+            let closed = groups[left.group].contact_is_closed(left.lane);
+            self.chunk.clear();
+            self.chunk.push(left);
+            let (Some(closed), phase) = (closed, left.phase) else {
+                groups[left.group].advance_lane(shared, &left);
+                continue;
+            };
+            // Others of its kind.
+            let mut place = leaving.len();
+            while place > 0 && self.chunk.len() < W::LANES {
+                place -= 1;
+                let other = &leaving[place];
+                if other.phase == phase
+                    && groups[other.group].contact_is_closed(other.lane) == Some(closed)
+                {
+                    self.chunk.push(leaving.swap_remove(place));
+                }
+            }
+            self.follow_chunk(w, shared, groups, (phase, closed));
+        }
+    }
+
+    /// Follows the lanes of the chunk, all in the same phase and kind of mode.
+    #[inline(always)]
+    fn follow_chunk(
+        &mut self,
+        w: W,
+        shared: &mut Shared,
+        groups: &mut [Group<W>],
+        (phase, closed): (usize, bool),
+    ) {
+        let [open_course, closed_course] = &shared.phases[phase].courses;
+        let mut swing = None;
+        // No closures around vectors: a function of its own would not get the
+        // instructions that this one is compiled for.
+        if let (Some(open), Some(flank)) = (open_course, closed_course) {
+            self.gather(groups);
+            let asked = (1_u64 << self.chunk.len()) - 1;
+            let (from, to) = if closed { (flank, open) } else { (open, flank) };
+            let begin = &self.begin;
+            swing = Some(begin.follow(w, &shared.axis, (closed, from, to), asked));
+        }
+        for (place, left) in self.chunk.iter().enumerate() {
+            let group = &mut groups[left.group];
+            let followed = swing
+                .as_ref()
+                .filter(|swing| swing.known >> place & 1 != 0)
+                .is_some_and(|swing| group.take_swing(shared, left, swing, place));
+            if !followed {
+                group.advance_lane(shared, left);
+            }
+        }
+    }
+
+    /// What the lanes of the chunk begin with; the last one is repeated.
+    fn gather(&mut self, groups: &[Group<W>]) {
+        let begin = &mut self.begin;
+        for place in 0..W::LANES {
+            let Some(left) = self.chunk.get(place).or(self.chunk.last()) else {
+                return;
+            };
+            let (group, y) = (&groups[left.group], &left.y);
+            let values = [
+                y.beta_rad,
+                y.beta_dot_radps,
+                y.epsilon_rad,
+                y.epsilon_dot_radps,
+                y.current_a,
+            ];
+            for (array, value) in begin.y.iter_mut().zip(values) {
+                array.as_mut()[place] = value;
+            }
+            for (array, value) in begin.commands_m.iter_mut().zip(left.commands_m) {
+                array.as_mut()[place] = value;
+            }
+            let b = group.lanes[left.lane].plant.axis().backlash_half_rad();
+            for (array, value) in [
+                (&mut begin.voltage_v, left.voltage_v),
+                (&mut begin.flank, group.mode.joint.as_ref()[left.lane]),
+                (&mut begin.backlash_half_rad, b),
+                (&mut begin.bend_m, group.bend_m.as_ref()[left.lane]),
+            ] {
+                array.as_mut()[place] = value;
+            }
+        }
+    }
+}
+
+impl<W: Width> Group<W> {
+    /// Whether the joint of a lane is closed; `None` where its step is not one
+    /// to be followed side by side.
+    fn contact_is_closed(&self, lane: usize) -> Option<bool> {
+        let simple = !self.mode.is_unsure(lane) && self.lanes[lane].result.is_ok();
+        simple.then(|| self.mode.joint.as_ref()[lane] != 0.0)
+    }
+
+    /// Takes over what lane number `place` of a swing has done; `false` where its
+    /// settling band needs a closer look.
+    fn take_swing(
+        &mut self,
+        shared: &mut Shared,
+        left: &Leaving,
+        swing: &Swing<W>,
+        place: usize,
+    ) -> bool {
+        let lane = left.lane;
+        let of = |arrays: &[W::Array; HELD]| super::group::state_of::<W>(arrays, place);
+        let (before, after, end) = (of(&swing.before), of(&swing.after), of(&swing.end));
+        let at = |array: &W::Array| array.as_ref()[place];
+        // As spans sum it up.
+        let length_s = seconds(shared.phases[left.phase].length_ns);
+        let change_s = at(&swing.change_s);
+        let start_s = seconds(left.time_ns);
+        let (middle_s, left_s) = (start_s + change_s, length_s - change_s);
+
+        let run = &mut self.lanes[lane];
+        let p = shared.axis.pitch_m_per_rad();
+        let (travel_m, band_m) = (
+            run.extremes.motion().travel_m(),
+            run.extremes.settling_band_m(),
+        );
+        let distance_m = |y: &State| (travel_m - p * y.gamma_rad()).abs();
+        if distance_m(&end) > band_m {
+            let outside_s = Some(middle_s + left_s);
+            if outside_s > run.extremes.last_outside_band_s {
+                run.extremes.last_outside_band_s = outside_s;
+            }
+        } else {
+            let ends = [(&left.y, &before), (&after, &end)];
+            let strays = swing.carriage_strays_m.iter().map(at);
+            let inside = |((from, to), stray_m): ((&State, &State), f64)| {
+                distance_m(from).max(distance_m(to)) + stray_m <= band_m
+            };
+            if !ends.into_iter().zip(strays).all(inside) {
+                return false;
+            }
+        }
+
+        // One of the two pieces is closed.
+        let step = (left.voltage_v, shared.phases[left.phase].length_ns);
+        let (state, flank, length_s) = match self.mode.joint.as_ref()[lane] {
+            0.0 => (&after, at(&swing.flank), left_s),
+            flank => (&left.y, flank, change_s),
+        };
+        let mut closed = run.plant.at(state, left.time_ns);
+        closed.set_contact(flank);
+        let loss_j = closed.joint_loss_j(&mut shared.tables, step, length_s);
+        self.joint_loss_j.as_mut()[lane] += loss_j;
+
+        let from = run.plant.contact();
+        let start_flank = self.mode.joint.as_ref()[lane];
+        run.plant.set(&end, left.time_ns);
+        run.plant.set_contact(at(&swing.flank));
+        let to = run.plant.contact();
+        let accelerations = swing
+            .acceleration_mps2
+            .each_ref()
+            .map(|ends| ends.each_ref().map(at));
+        run.extremes.contact_change(&ContactChange {
+            time_s: middle_s,
+            from,
+            to,
+            impact: from == Contact::Open,
+            epsilon_dot_radps: after.epsilon_dot_radps,
+            acceleration_before_mps2: accelerations[0][1],
+            acceleration_after_mps2: accelerations[1][0],
+        });
+        let currents = [left.y.current_a, before.current_a, end.current_a];
+        for (i, sizes) in [accelerations.as_flattened(), &currents]
+            .into_iter()
+            .enumerate()
+        {
+            let peak = &mut self.track.ends[i].as_mut()[lane];
+            *peak = sizes.iter().fold(*peak, |peak, size| peak.max(size.abs()));
+        }
+        for (piece, flank) in [start_flank, at(&swing.flank)].into_iter().enumerate() {
+            let upper: [f64; FIGURES] = swing.uppers[piece].each_ref().map(at);
+            if exceeds(&upper, &self.known_of(lane)) == 0 {
+                continue;
+            }
+            let second = piece == 1;
+            let question = Question {
+                upper,
+                state: if second { after } else { left.y },
+                flank,
+                voltage_v: left.voltage_v,
+                phase: left.phase,
+                time_ns: left.time_ns,
+                commands_m: left.commands_m,
+                piece: Some(Piece {
+                    start_s: if second { middle_s } else { start_s },
+                    length_s: if second { left_s } else { change_s },
+                    end: if second { end } else { before },
+                }),
+                enclosed: false,
+            };
+            self.ask(shared, lane, question);
+        }
+        self.put(shared, (lane, true), &end, left.commands_m[1]);
+        true
+    }
+}
