@@ -37,6 +37,7 @@ fn lengths() -> Table {
 fn every_key_acts() {
     let error = format!("{LINES}y = \"peak_following_error_mm\"\n");
     let limit = format!("{error}limit.value = 0.5\n");
+    let theory = format!("{error}theory = \"theory.following_error_mm\"\n");
     let contours = format!("{MAP}contours = [0.5]\n");
     let groups: Vec<(&str, Table, &[&str])> = vec![
         (
@@ -60,6 +61,11 @@ fn every_key_acts() {
         ),
         (&limit, sample_times(&[8.0], 1), &["limit.label = \"L\""]),
         (
+            &theory,
+            sample_times(&[8.0], 1),
+            &["marks = \"M\"", "dashes = \"D\""],
+        ),
+        (
             MAP,
             gains(9, 7),
             &[
@@ -78,7 +84,11 @@ fn every_key_acts() {
             ],
         ),
         (MAP, renamed(gains(9, 7), "pass"), &["pass = \"renamed\""]),
-        (MAP, renamed(gains(9, 7), "state"), &["state = \"renamed\""]),
+        (
+            MAP,
+            renamed(gains(9, 7), "status"),
+            &["status = \"renamed\""],
+        ),
         (
             &contours,
             gains(9, 7),
@@ -164,7 +174,7 @@ fn pictures_name_their_columns() {
     let keys = format!("{LINES}y = [\"a\", \"b\"]\ntheory = \"c\"\nseries = \"d\"\nwhere.e.f = 1");
     let columns = ["a", "b", "c", "controller.sample_time_s", "d", "e.f"];
     assert_eq!(parsed(&keys).unwrap().columns(), columns);
-    let keys = format!("{MAP}pass = \"a\"\nstate = \"b\"\ncontours = [1]\ncontours_of = \"c\"");
+    let keys = format!("{MAP}pass = \"a\"\nstatus = \"b\"\ncontours = [1]\ncontours_of = \"c\"");
     let columns = [
         "a",
         "b",

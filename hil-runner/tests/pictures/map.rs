@@ -122,7 +122,7 @@ fn a_cell_of_several_runs_shows_their_median() {
 fn what_was_not_run_is_told_apart() {
     let mut rows = six([Some(1.0), None, None, Some(4.0), Some(5.0), Some(6.0)]);
     rows.columns.push(words(
-        "state",
+        "status",
         &["ok", "refused", "failed", "ok", "ok", "ok"],
     ));
     let hatched = |sheet: &Sheet| {
@@ -137,7 +137,7 @@ fn what_was_not_run_is_told_apart() {
     assert!(hatched(&both) > 10);
     assert!(!both.has("White: no run (1 of 6 cells)."));
     assert_eq!(hatched(&sheet(KEYS, six(SIX), vec![])), 0);
-    let fewer = format!("{KEYS}where.state = [\"ok\", \"failed\"]");
+    let fewer = format!("{KEYS}where.status = [\"ok\", \"failed\"]");
     let fewer = sheet(&fewer, rows, vec![]);
     assert!(
         fewer.has("White: no run (1 of 6 cells)."),
@@ -161,6 +161,16 @@ fn cells_that_fail_have_a_cross() {
     };
     assert_eq!(crosses([1.0, 1.0, 0.0, 1.0, 0.0, 0.0]), (3, true));
     assert_eq!(crosses([1.0; 6]), (0, false));
+}
+
+/// Where cells are too small for a cross each, that is said.
+#[test]
+fn crosses_of_many_cells_are_thinned() {
+    let keys = "kind = \"map\"\nx = \"controller.kp\"\ny = \"controller.kd_s\"\n\
+                x_scale = \"log\"\nz = \"peak_following_error_mm\"";
+    let remark = "One cross for 2 × 2 cells; a fine line runs along the edge of what fails.";
+    assert!(sheet(keys, gains(80, 60), vec![]).has(remark));
+    assert!(!sheet(keys, gains(20, 15), vec![]).has(remark));
 }
 
 /// The contour of the level 2.5 in a plane z = x runs where x is 2.5.

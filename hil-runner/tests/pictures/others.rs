@@ -93,6 +93,29 @@ fn a_histogram_counts_every_run() {
     }
 }
 
+/// Points that the study excludes are no runs of the yield; runs that could
+/// not be made are.
+#[test]
+fn excluded_points_are_no_runs() {
+    let yield_of = |status: [&str; 4]| {
+        let rows = table([
+            holes("y_mm", &[Some(1.0), Some(3.0), None, None]),
+            words("status", &status),
+        ]);
+        let sheet = sheet("kind = \"histogram\"\nx = \"y_mm\"\nlimit = 2", rows);
+        let words = sheet.words();
+        let found = words.iter().find(|words| words.starts_with("Yield"));
+        let said = sheet.has("The study's constraints leave out 1 point.");
+        (found.unwrap().to_string(), said)
+    };
+    let (yield_words, said) = yield_of(["ok", "ok", "refused", "excluded"]);
+    assert_eq!(yield_words, "Yield 33.3\u{a0}%: 1 of 3 runs keep the limit");
+    assert!(said);
+    let (yield_words, said) = yield_of(["ok", "ok", "refused", "failed"]);
+    assert_eq!(yield_words, "Yield 25\u{a0}%: 1 of 4 runs keep the limit");
+    assert!(!said);
+}
+
 /// Circles for what keeps its limits, crosses for what does not.
 #[test]
 fn a_scatter_tells_verdicts_apart() {

@@ -87,7 +87,7 @@ pub(super) fn gains(across: u32, up: u32) -> Table {
         holes("peak_following_error_mm", &error),
         numbers("theory.modulus_margin", margin),
         numbers("pass", pass),
-        words("state", &state),
+        words("status", &state),
     ])
 }
 

@@ -259,7 +259,7 @@ fn log_numbers(shown: &mut Shown, extent: (f64, f64), asked: bool) -> LogNumbers
             shown.shift += power;
             LogNumbers::Prefixes(base)
         }
-        _ if wide(-3, 4) => LogNumbers::Powers,
+        _ if wide(-4, 4) => LogNumbers::Powers,
         _ => LogNumbers::Decimal,
     }
 }

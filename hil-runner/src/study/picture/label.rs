@@ -30,8 +30,7 @@ impl Label {
         // The factor of an axis that follows another key.
         if let Some((key, times)) = column.split_once('/') {
             let (key, times) = (Self::of(key).words, Self::of(times).words);
-            let times = first_small(&times);
-            return Self::new(&format!("{key} / {times}"), "");
+            return Self::new(&format!("{key} / {}", within(&times)), "");
         }
         let mut figures = SUMMARY_FIGURES.iter().chain(&CHIP_FIGURES);
         if let Some(figure) = figures.find(|figure| figure.key == column) {
@@ -138,18 +137,6 @@ pub(super) fn capital(words: &str) -> String {
     match letters.next() {
         Some(first) => first.to_uppercase().chain(letters).collect(),
         None => String::new(),
-    }
-}
-
-/// The words with a small first letter, within others; a word that is all
-/// capitals keeps them.
-fn first_small(words: &str) -> String {
-    let mut letters = words.chars();
-    match letters.next() {
-        Some(first) if letters.as_str().starts_with(char::is_lowercase) => {
-            first.to_lowercase().chain(letters).collect()
-        }
-        _ => words.to_owned(),
     }
 }
 

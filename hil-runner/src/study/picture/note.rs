@@ -1,8 +1,8 @@
 //! Remarks below the plots: what is left out, and what stands for what.
 
 use super::PictureError;
-use super::spec::Picture;
-use super::table::Table;
+use super::spec::{Kind, Picture};
+use super::table::{Table, Values};
 
 /// The rows that a picture shows, and what there is to say about them.
 pub(super) struct Chosen {
@@ -19,9 +19,12 @@ impl Chosen {
                 *kept &= holds;
             }
         }
-        let rows: Vec<usize> = (0..table.rows()).filter(|&row| kept[row]).collect();
+        let excluded = excluded(spec, table);
+        let dropped = |row: usize| excluded.get(row) == Some(&true);
+        let rows = (0..table.rows()).filter(|&row| kept[row]);
+        let (left_out, rows): (Vec<usize>, Vec<usize>) = rows.partition(|&row| dropped(row));
         let conditions: Vec<String> = spec.conditions.iter().map(ToString::to_string).collect();
-        let notes = match (conditions.is_empty(), rows.is_empty()) {
+        let mut notes = match (conditions.is_empty(), rows.is_empty()) {
             (true, _) => Vec::new(),
             (false, false) => vec![format!(
                 "Only runs with {} are shown.",
@@ -33,7 +36,22 @@ impl Chosen {
                 conditions.join(" and ")
             )],
         };
+        if !left_out.is_empty() {
+            let points = counted(left_out.len(), "point", "points");
+            notes.push(format!("The study's constraints leave out {points}."));
+        }
         Ok(Self { rows, notes })
+    }
+}
+
+/// The rows of points that the study itself leaves out: they are no runs that
+/// went wrong. A map shows them as cells like any others.
+fn excluded(spec: &Picture, table: &Table) -> Vec<bool> {
+    match table.find("status").map(|status| &status.values) {
+        Some(Values::Text(words)) if !matches!(spec.kind, Kind::Map(_)) => {
+            words.iter().map(|word| word == "excluded").collect()
+        }
+        _ => Vec::new(),
     }
 }
 

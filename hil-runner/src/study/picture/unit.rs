@@ -62,9 +62,13 @@ pub(super) fn suffix(name: &str) -> Option<(&'static str, &'static str)> {
 
 /// Units that take prefixes, and the largest power of ten that is in use: km
 /// and ks are no units of an axis.
-const WITH_PREFIX: [(&str, i32); 10] = [
+const WITH_PREFIX: [(&str, i32); 14] = [
     ("s", 0),
     ("m", 0),
+    ("m/s", 0),
+    ("m/s²", 0),
+    ("rad", 0),
+    ("rad/s", 0),
     ("V", 3),
     ("A", 3),
     ("J", 3),
@@ -246,6 +250,7 @@ mod tests {
             ("µm", 12_000.0, -3, "mm"),
             ("mm", 12_000.0, -3, "m"),
             ("N m", 0.002, 3, "mN m"),
+            ("m/s²", 0.03, 3, "mm/s²"),
             ("N m/rad", 2.5e4, 0, "N m/rad"),
             ("N m/rad", 2.5e5, -3, "10³ N m/rad"),
             ("kg m²", 4e-6, 6, "10⁻⁶ kg m²"),

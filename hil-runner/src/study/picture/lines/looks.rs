@@ -137,7 +137,7 @@ impl Looks {
                 entries: entries.collect(),
             });
         }
-        let mut entries = self.columns();
+        let mut entries = self.columns(lines);
         for (at, curve) in curves.iter().enumerate() {
             entries.push(Entry {
                 key: Key::Line(self.given(at), None),
@@ -153,7 +153,7 @@ impl Looks {
     }
 
     /// Entries of the columns, where the titles of the axes do not say all.
-    fn columns(&self) -> Vec<Entry> {
+    fn columns(&self, lines: &Lines) -> Vec<Entry> {
         if self.alike && self.theory.is_empty() {
             return Vec::new();
         }
@@ -179,11 +179,14 @@ impl Looks {
             let first = |columns: &[String]| columns.first().cloned();
             let simulated = first(&self.simulated).map(|column| Entry {
                 key: simulated(&column),
-                words: "simulated".to_owned(),
+                words: lines
+                    .marks
+                    .clone()
+                    .unwrap_or_else(|| "simulated".to_owned()),
             });
             let theory = first(&self.theory).map(|column| Entry {
                 key: theory(&column),
-                words: "theory".to_owned(),
+                words: lines.dashes.clone().unwrap_or_else(|| "theory".to_owned()),
             });
             return simulated.into_iter().chain(theory).collect();
         }

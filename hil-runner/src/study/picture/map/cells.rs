@@ -118,10 +118,7 @@ impl Painting<'_> {
     /// one of several, and a line around what fails.
     fn draw_fails(&self, canvas: &mut Canvas) {
         let (across, up) = self.size();
-        let cell_px = [
-            self.frame.area.width() / across.max(1) as f64,
-            self.frame.area.height() / up.max(1) as f64,
-        ];
+        let cell_px = cell_px(self.grid, &self.frame.area);
         let [every_x, every_y] = cell_px.map(stride);
         if every_x > 1 || every_y > 1 {
             self.draw_edge_of_fails(canvas);
@@ -175,6 +172,25 @@ impl Painting<'_> {
             }
         }
     }
+}
+
+/// Width and height of a cell, on average \[px\].
+fn cell_px(grid: &Grid, plot: &Area) -> [f64; 2] {
+    [
+        plot.width() / grid.x.values.len().max(1) as f64,
+        plot.height() / grid.y.values.len().max(1) as f64,
+    ]
+}
+
+/// What there is to say of crosses that stand for several cells.
+pub(super) fn note(grid: &Grid, plot: &Area) -> Option<String> {
+    let [across, up] = cell_px(grid, plot).map(stride);
+    let thinned = across.max(up) > 1 && grid.cells.iter().any(|cell| cell.fails);
+    thinned.then(|| {
+        format!(
+            "One cross for {across} × {up} cells; a fine line runs along the edge of what fails."
+        )
+    })
 }
 
 /// Every how many cells of that size a cross has room.

@@ -170,7 +170,7 @@ impl Grid {
             .column(map.contours_of.as_ref().unwrap_or(&map.z))?
             .numbers()?;
         let pass = optional(table, map.pass.as_ref(), "pass")?;
-        let state = optional(table, map.state.as_ref(), "state")?;
+        let state = optional(table, map.status.as_ref(), "status")?;
         let log = map.z_axis.spacing == Spacing::Log;
         let cells = of_cell.iter().map(|rows| {
             left_out.shared = left_out.shared.max(rows.len());

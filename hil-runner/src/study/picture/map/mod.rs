@@ -73,6 +73,7 @@ pub(super) fn draw(
         let cells = counted(beyond, "cell", "cells");
         format!("Beyond the ends of the colour scale, shown as its ends: {cells}.")
     }));
+    notes.extend(cells::note(&grid, &at(0.0)));
     notes.extend(draft.notes());
     let sheet = Sheet::new(&spec.title, &groups, &notes);
     let frame = frame(at(sheet.top()));

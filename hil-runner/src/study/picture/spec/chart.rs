@@ -17,6 +17,11 @@ pub struct Lines {
     pub x_axis: AxisKeys,
     /// Column whose values are the series.
     pub series: Option<String>,
+    /// Words for what has marks, in the legend; without this key `simulated`,
+    /// or the columns' own where a plot has several.
+    pub marks: Option<String>,
+    /// Words for what is dashed; without this key `theory`, or as above.
+    pub dashes: Option<String>,
     /// The plots from top to bottom; the keys of a panel may stand in the
     /// picture itself if there is only one.
     pub panels: Vec<Panel>,
@@ -78,6 +83,8 @@ struct LinesKeys {
     x_unit: Option<String>,
     x_range: Option<[f64; 2]>,
     series: Option<String>,
+    marks: Option<String>,
+    dashes: Option<String>,
     #[serde(default)]
     y: Columns,
     #[serde(default)]
@@ -135,6 +142,8 @@ impl TryFrom<LinesKeys> for Lines {
             x: keys.x,
             x_axis,
             series: keys.series,
+            marks: keys.marks,
+            dashes: keys.dashes,
             panels,
         })
     }

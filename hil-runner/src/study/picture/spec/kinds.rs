@@ -31,9 +31,9 @@ pub struct Map {
     /// column `pass` counts, if there is one.
     pub pass: Option<String>,
     /// Column that says in a word what became of a run; words other than
-    /// `ok`, `done` and `made` are hatched. Without this key a column `state`
+    /// `ok`, `done` and `made` are hatched. Without this key a column `status`
     /// counts, if there is one.
-    pub state: Option<String>,
+    pub status: Option<String>,
     /// Levels of contour lines, in the unit of their column.
     pub contours: Vec<f64>,
     /// Column of the contour lines; without this key that of the colours.
@@ -67,7 +67,7 @@ struct MapKeys {
     #[serde(default)]
     colours: ColourScale,
     pass: Option<String>,
-    state: Option<String>,
+    status: Option<String>,
     #[serde(default)]
     contours: Vec<f64>,
     contours_of: Option<String>,
@@ -97,7 +97,7 @@ impl TryFrom<MapKeys> for Map {
             z: keys.z,
             colours: keys.colours,
             pass: keys.pass,
-            state: keys.state,
+            status: keys.status,
             contours: keys.contours,
             contours_of: keys.contours_of,
             border: keys.border,

@@ -152,7 +152,7 @@ impl Picture {
             }
             Kind::Map(map) => {
                 names.extend([map.x.as_str(), &map.y, &map.z]);
-                let further = [&map.pass, &map.state, &map.contours_of];
+                let further = [&map.pass, &map.status, &map.contours_of];
                 names.extend(further.into_iter().flatten().map(String::as_str));
             }
             Kind::Bars(bars) => {
