@@ -48,7 +48,7 @@ pub(crate) struct StudyCommand {
     /// Override a key of the case in every run
     #[arg(long = "set", value_name = "KEY.PATH=VALUE")]
     sets: Vec<String>,
-    /// Folder of the results [default: out/study-NAME]
+    /// Folder of the results [default: out/study-NAME, with --base out/study-NAME-BASE]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Threads that compute [default: one for each core]
@@ -106,7 +106,7 @@ impl StudyCommand {
         let folder = self
             .out
             .clone()
-            .unwrap_or_else(|| default_folder(&study, shard));
+            .unwrap_or_else(|| default_folder(&study, self.base.as_deref(), shard));
         let columns = columns(&study);
         let mut tally = Tally::new(&columns);
         let manifest = Manifest::new(&study, shard, name, &changes);
@@ -200,11 +200,16 @@ fn bar(study: &Study, start: Progress) -> ProgressBar {
     bar
 }
 
-fn default_folder(study: &Study, shard: Shard) -> PathBuf {
-    let name = match shard {
-        Shard::WHOLE => format!("study-{}", study.name),
-        Shard { number, of } => format!("study-{}-{number}-of-{of}", study.name),
-    };
+/// `out/study-NAME`, of another base `out/study-NAME-BASE`.
+fn default_folder(study: &Study, base: Option<&str>, shard: Shard) -> PathBuf {
+    let mut name = format!("study-{}", study.name);
+    if let Some(stem) = base.and_then(|base| Path::new(base).file_stem()) {
+        name += &format!("-{}", stem.to_string_lossy());
+    }
+    if shard != Shard::WHOLE {
+        let Shard { number, of } = shard;
+        name += &format!("-{number}-of-{of}");
+    }
     Path::new("out").join(name)
 }
 

@@ -35,7 +35,14 @@ pub(super) fn finish(
         "pictures, plan and all figures: {}\n",
         report.display()
     ))?;
-    Ok(enough_pass(study, tally).unwrap_or(true))
+    let enough = enough_pass(study, tally).unwrap_or(true);
+    if let (false, Some(required)) = (enough, study.required_yield_percent) {
+        terminal::print(&format!(
+            "FAIL: less than the required {} % are within the limits\n",
+            number::table(required)
+        ))?;
+    }
+    Ok(enough)
 }
 
 fn write(path: &Path, text: &str) -> anyhow::Result<()> {
@@ -52,8 +59,10 @@ fn table(tally: &Tally) -> String {
         let percent = rung.yield_percent();
         let percent = percent.map_or_else(|| number::MISSING.to_owned(), number::table);
         text += &format!(
-            "{}: {} runs, {} within the limits ({percent} %)",
-            rung.rung, rung.made, rung.passed
+            "{}: {} of {} runs within the limits ({percent} %)",
+            rung.rung,
+            rung.passed,
+            rung.made + rung.not_made
         );
         if rung.excluded > 0 {
             text += &format!(", {} left out by a constraint", rung.excluded);

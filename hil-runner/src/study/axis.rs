@@ -57,7 +57,8 @@ pub struct Axis {
     /// Its values, or factors where `times` names another key.
     pub spread: Spread,
     /// Another key, with whose value of the same run the axis' own is
-    /// multiplied: a delay in sample times, for instance.
+    /// multiplied: a delay in sample times, for instance. The axis' own key
+    /// stands for what the base has.
     pub times: Option<KeyPath>,
 }
 
@@ -140,9 +141,16 @@ impl Axis {
         }
     }
 
-    /// Name of the column with the factor of an axis with `times`.
+    /// Whether the values are factors of what the base has for the axis' own key.
+    pub fn is_of_base(&self) -> bool {
+        self.times.is_some_and(|times| {
+            (times.section, times.key.name) == (self.key.section, self.key.key.name)
+        })
+    }
+
+    /// Name of the column with the factor of an axis with `times` of another key.
     pub fn factor_column(&self) -> Option<String> {
-        let times = self.times?;
+        let times = self.times.filter(|_| !self.is_of_base())?;
         Some(format!("{}/{}", self.key.path(), times.path()))
     }
 

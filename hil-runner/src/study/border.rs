@@ -5,8 +5,8 @@ use super::axis::{Axis, Scale, Spread};
 use super::cell::Cell;
 use super::definition::Study;
 use super::distribution::log_between;
-use super::margins::{COLUMNS, Margins};
-use super::picture::{Curve, Field};
+use super::margins::Margins;
+use super::picture::{Border, Curve, Field};
 
 /// Points along each axis at which the margin is computed.
 const POINTS: u32 = 81;
@@ -14,7 +14,7 @@ const POINTS: u32 = 81;
 /// The borders with the joint closed and open over the axes of these columns,
 /// whatever rung of the study has a margin; none where the columns are no
 /// numeric axes.
-pub(super) fn borders(study: &Study, x: &str, y: &str, wanted: &[String]) -> Vec<Curve> {
+pub(super) fn borders(study: &Study, x: &str, y: &str, wanted: &[Border]) -> Vec<Curve> {
     let axis = |name: &str| {
         let place = study.axes.iter().position(|axis| axis.key.path() == name)?;
         Some((place, places(&study.axes[place])?))
@@ -40,15 +40,12 @@ pub(super) fn borders(study: &Study, x: &str, y: &str, wanted: &[String]) -> Vec
         }
     }
     let words = [
-        "border of stability, joint closed",
-        "border of stability, joint open",
+        (Border::Closed, "border of stability, joint closed"),
+        (Border::Open, "border of stability, joint open"),
     ];
     let mut curves = Vec::new();
-    for ((column, words), values) in COLUMNS.iter().zip(words).zip(&fields) {
-        if !wanted
-            .iter()
-            .any(|wanted| column.ends_with(wanted.as_str()))
-        {
+    for ((border, words), values) in words.into_iter().zip(&fields) {
+        if !wanted.contains(&border) {
             continue;
         }
         let field = Field {
@@ -68,6 +65,9 @@ pub(super) fn borders(study: &Study, x: &str, y: &str, wanted: &[String]) -> Vec
 
 /// Finely spaced values of an axis over numbers.
 fn places(axis: &Axis) -> Option<Vec<f64>> {
+    if axis.times.is_some() {
+        return None;
+    }
     let parts = (0..POINTS).map(|i| f64::from(i) / f64::from(POINTS - 1));
     match &axis.spread {
         Spread::Range {

@@ -1,18 +1,16 @@
 //! A study that was read and found right: from its file to points and cases.
 
-use core::ops::Range;
-use std::path::Path;
-
-use toml::Spanned;
-
-use super::axis::{Axis, AxisValue, Chosen, Scale, Spread};
+use super::axis::{Axis, Chosen};
 use super::constraint::Constraint;
-use super::file::{self, AxisFile, Findings, StudyFile, StudyFileError};
+use super::drawable::pictures_can_be_drawn;
+use super::file::{self, Findings, StudyFileError};
 use super::picture::Picture;
 use super::plan::{Plan, PlanKind};
+use super::read_axes::{axes, times_are_known};
+use super::read_plan::{constraints, is_a_name, name, plan, required_yield, rungs, sets};
 use super::ready;
-use super::row::columns;
 use super::theory::Theory;
+use crate::budget::limits;
 use crate::case::{Case, Law};
 use crate::runfile::{KeyPath, KeyValue, RunFileErrors, Template, builtin_text};
 
@@ -145,7 +143,7 @@ impl Study {
         let Some(plan) = plan else {
             return Err(StudyFileError::of(source_name, "has no plan"));
         };
-        let study = Self {
+        let mut study = Self {
             title: file.title.clone().unwrap_or_else(|| name.clone()),
             name,
             description: file.description,
@@ -177,7 +175,15 @@ impl Study {
                 super::plan::PlanError::TooMany,
             ));
         }
-        pictures_have_columns(&study, source_name)?;
+        pictures_can_be_drawn(&study, source_name)?;
+        let limits = study.rungs.first().map(|(_, base)| limits(base.base()).0);
+        for picture in &mut study.pictures {
+            picture.take_budget(|column| {
+                let limits = limits.iter().flatten();
+                let mut of_column = limits.filter(|limit| limit.figure == column);
+                of_column.next().map(|limit| limit.limit)
+            });
+        }
         Ok(study)
     }
 
@@ -200,10 +206,17 @@ impl Study {
             .zip(&chosen)
             .map(|(axis, chosen)| chosen.value(&axis.key, None))
             .collect();
-        // Factors of other keys, which have no factor themselves.
-        for (place, axis) in self.axes.iter().enumerate() {
-            if let Some(times) = &axis.times {
-                let factor = self.number(&values, times).unwrap_or(f64::NAN);
+        // Factors of what the base has come first: others may be factors of them.
+        for of_base in [true, false] {
+            for (place, axis) in self.axes.iter().enumerate() {
+                let Some(times) = axis.times.filter(|_| axis.is_of_base() == of_base) else {
+                    continue;
+                };
+                let factor = match of_base {
+                    true => self.rungs.first().and_then(|(_, base)| base.number(&times)),
+                    false => self.number(&values, &times),
+                };
+                let factor = factor.unwrap_or(f64::NAN);
                 values[place] = chosen[place].value(&axis.key, Some(factor));
             }
         }
@@ -247,396 +260,4 @@ impl Study {
         }
         Ok(case)
     }
-}
-
-/// A picture of a column that there is not is told before anything is run.
-fn pictures_have_columns(study: &Study, source_name: &str) -> Result<(), StudyFileError> {
-    let mut findings = Findings::new(source_name, &study.text);
-    let columns = columns(study);
-    let mut files: Vec<&str> = Vec::new();
-    for picture in &study.pictures {
-        let file = picture.file.as_str();
-        for name in picture.columns() {
-            if !columns.iter().any(|column| column.name == name) {
-                findings.push_whole(format!(
-                    "picture {file:?}: the results of this study have no column {name}"
-                ));
-            }
-        }
-        if files.contains(&file) {
-            findings.push_whole(format!("there are two pictures with file = {file:?}"));
-        }
-        files.push(file);
-    }
-    findings.into_result()
-}
-
-fn name(file: &StudyFile, source_name: &str) -> String {
-    file.name.clone().unwrap_or_else(|| {
-        let stem = Path::new(source_name).file_stem();
-        stem.map_or_else(
-            || "study".into(),
-            |stem| stem.to_string_lossy().into_owned(),
-        )
-    })
-}
-
-/// A name is also that of a folder.
-fn is_a_name(name: &str) -> bool {
-    let plain = |c: char| c.is_alphanumeric() || c == '-' || c == '_';
-    !name.is_empty() && name.len() <= 100 && name.chars().all(plain)
-}
-
-/// Most values of an axis: more are rather a slip of the keyboard.
-const MOST_VALUES: u64 = 1_000_000_000;
-
-fn axes(file: &StudyFile, findings: &mut Findings<'_>) -> Vec<Axis> {
-    let mut axes: Vec<Axis> = Vec::new();
-    for described in &file.axis {
-        let (span, path) = (described.key.span(), described.key.get_ref());
-        let mut refuse =
-            |sentence: String| findings.push(span.clone(), format!("axis {path}: {sentence}"));
-        let key = match KeyPath::find(path) {
-            Ok(key) => key,
-            Err(sentence) => {
-                findings.push(span, sentence);
-                continue;
-            }
-        };
-        if matches!(path.as_str(), "name" | "controller.law") || key.section == "budget" {
-            refuse(match path.as_str() {
-                "controller.law" => {
-                    "give the rungs at the top: rungs = [\"sampled\", \"quantised\"]".to_owned()
-                }
-                _ => "it changes nothing in a run; an axis is over a key that does".to_owned(),
-            });
-            continue;
-        }
-        if axes.iter().any(|axis| axis.key.path() == *path) {
-            refuse("there is an axis over this key already".to_owned());
-            continue;
-        }
-        let times = match described
-            .times
-            .as_ref()
-            .map(|times| KeyPath::find(times.get_ref()))
-        {
-            None => None,
-            Some(Ok(times)) => Some(times),
-            Some(Err(sentence)) => {
-                refuse(sentence);
-                continue;
-            }
-        };
-        let spread = match spread(described, &key, times.is_some()) {
-            Ok(spread) => spread,
-            Err(sentence) => {
-                refuse(sentence);
-                continue;
-            }
-        };
-        let axis = Axis { key, spread, times };
-        match axis.check(file.plan) {
-            Ok(()) => axes.push(axis),
-            Err(sentence) => refuse(sentence),
-        }
-    }
-    axes
-}
-
-/// The values of an axis.
-///
-/// # Errors
-/// The sentence that says what is allowed.
-fn spread(file: &AxisFile, key: &KeyPath, is_factor: bool) -> Result<Spread, String> {
-    let range =
-        file.from.is_some() || file.to.is_some() || file.points.is_some() || file.scale.is_some();
-    match (&file.values, range, &file.distribution) {
-        (Some(values), false, None) => list(values, file.labels.as_deref(), key, is_factor),
-        (None, true, None) => {
-            let (Some(from), Some(to)) = (file.from, file.to) else {
-                return Err("a range needs from and to".to_owned());
-            };
-            let scale = file.scale.unwrap_or_default();
-            if !(from.is_finite() && to.is_finite())
-                || (scale == Scale::Log && !(from > 0.0 && to > 0.0))
-            {
-                return Err(format!(
-                    "a range needs finite from and to, on a log scale both greater than 0, not {from} and {to}"
-                ));
-            }
-            let Some(points) = file.points else {
-                return Err("a range needs points, the number of its values".to_owned());
-            };
-            if points == 0 || points > MOST_VALUES || (points > 1 && from == to) {
-                return Err(format!(
-                    "points = {points} is not allowed: from 1 to {MOST_VALUES}, and more than 1 only where from and to differ"
-                ));
-            }
-            Ok(Spread::Range {
-                from,
-                to,
-                points,
-                scale,
-            })
-        }
-        (None, false, Some(distribution)) => {
-            distribution.check()?;
-            Ok(Spread::Random(*distribution))
-        }
-        (None, false, None) => Err(
-            "it has no values; give values, or from, to and points, or a distribution".to_owned(),
-        ),
-        _ => Err("give one of values; from, to and points; distribution".to_owned()),
-    }
-}
-
-fn list(
-    values: &Spanned<Vec<toml::Value>>,
-    labels: Option<&[String]>,
-    key: &KeyPath,
-    is_factor: bool,
-) -> Result<Spread, String> {
-    let values = values.get_ref();
-    if values.is_empty() {
-        return Err("the list of values is empty; an axis has at least one".to_owned());
-    }
-    if labels.is_some_and(|labels| labels.len() != values.len()) {
-        return Err(format!(
-            "labels must be as many as values, {}",
-            values.len()
-        ));
-    }
-    let one = |(place, value): (usize, &toml::Value)| {
-        let number = match value {
-            toml::Value::Integer(whole) => Some(*whole as f64),
-            toml::Value::Float(number) => Some(*number),
-            _ => None,
-        };
-        if is_factor && number.is_none() {
-            return Err(format!(
-                "{value} is no number, and with times every value is one"
-            ));
-        }
-        if number.is_some_and(|number| !number.is_finite()) {
-            return Err(format!("{value} is no finite number"));
-        }
-        if let Some(number) = number
-            && labels.is_none()
-        {
-            // What a range would round is refused in a list: it is meant so.
-            let taken = key.value(number).number().unwrap_or(f64::NAN);
-            if !is_factor && (taken - number).abs() > 1e-15_f64.max(1e-12 * number.abs()) {
-                return Err(format!("{value} is not allowed: {}", key.key.allowed()));
-            }
-            return Ok(AxisValue::Number(number));
-        }
-        let label = match (labels.and_then(|labels| labels.get(place)), value) {
-            (Some(label), _) => label.clone(),
-            (None, toml::Value::String(text)) => text.clone(),
-            (None, other) => other.to_string(),
-        };
-        Ok(AxisValue::Other {
-            toml: value.to_string(),
-            label,
-        })
-    };
-    let list: Result<Vec<_>, String> = values.iter().enumerate().map(one).collect();
-    Ok(Spread::List(list?))
-}
-
-/// `section.key=value` of `[set]`, the budget and the command line.
-fn sets(
-    file: &StudyFile,
-    axes: &[Axis],
-    changes: &Changes,
-    findings: &mut Findings<'_>,
-) -> Vec<String> {
-    let mut sets = Vec::new();
-    for (section, value) in &file.set {
-        match value {
-            toml::Value::Table(keys) => {
-                sets.extend(
-                    keys.iter()
-                        .map(|(key, value)| format!("{section}.{key}={value}")),
-                );
-            }
-            value => sets.push(format!("{section}={value}")),
-        }
-    }
-    if let Some(budget) = &file.budget {
-        let limits: Vec<String> = budget
-            .iter()
-            .map(|(key, value)| format!("{key}={value}"))
-            .collect();
-        sets.push(format!("budget={{{}}}", limits.join(", ")));
-    }
-    sets.extend(changes.sets.iter().cloned());
-    for set in &sets {
-        let path = set
-            .split_once('=')
-            .map_or(set.as_str(), |(path, _)| path.trim());
-        if axes.iter().any(|axis| axis.key.path() == path) {
-            findings.push_whole(format!("{set} would be overridden by the axis over {path}"));
-        }
-    }
-    sets
-}
-
-fn rungs(
-    file: &StudyFile,
-    base: &str,
-    sets: &[String],
-    findings: &mut Findings<'_>,
-) -> Vec<(Law, Template)> {
-    let mut load = |sets: &[String], span: Range<usize>| match Template::load(base, sets) {
-        Ok(template) => Some(template),
-        Err(errors) => {
-            for error in errors.entries() {
-                findings.push(span.clone(), format!("base: {error}"));
-            }
-            None
-        }
-    };
-    let Some(names) = &file.rungs else {
-        let template = load(sets, file.base.span());
-        return template
-            .map(|template| (template.base().controller.law, template))
-            .into_iter()
-            .collect();
-    };
-    let mut rungs: Vec<(Law, Template)> = Vec::new();
-    let (names, span) = (names.get_ref(), names.span());
-    let known: Vec<&str> = Law::ALL.iter().map(|law| law.name()).collect();
-    let mut wrong = names.is_empty();
-    for (place, name) in names.iter().enumerate() {
-        let Some(law) = Law::ALL.into_iter().find(|law| law.name() == name) else {
-            wrong = true;
-            continue;
-        };
-        wrong |= names[..place].contains(name);
-        let mut sets = sets.to_owned();
-        sets.push(format!("controller.law={name}"));
-        match load(&sets, span.clone()) {
-            Some(template) => rungs.push((law, template)),
-            // What is wrong with one rung is mostly wrong with all.
-            None => break,
-        }
-    }
-    if wrong {
-        findings.push(
-            span,
-            format!(
-                "rungs = {names:?} is not allowed: one or more of {}, each once",
-                known.join(", ")
-            ),
-        );
-    }
-    rungs
-}
-
-fn constraints(
-    file: &StudyFile,
-    axes: &[Axis],
-    rungs: &[(Law, Template)],
-    findings: &mut Findings<'_>,
-) -> Vec<Constraint> {
-    let mut constraints = Vec::new();
-    for text in &file.constraints {
-        let constraint = match Constraint::parse(text.get_ref()) {
-            Ok(constraint) => constraint,
-            Err(sentence) => {
-                findings.push(
-                    text.span(),
-                    format!("constraint {:?}: {sentence}", text.get_ref()),
-                );
-                continue;
-            }
-        };
-        for key in constraint.keys() {
-            if !has_number(key, axes, rungs) {
-                let path = key.path();
-                findings.push(
-                    text.span(),
-                    format!("constraint {:?}: {path} has no number here", text.get_ref()),
-                );
-            }
-        }
-        constraints.push(constraint);
-    }
-    constraints
-}
-
-/// Whether a key has a number in every run.
-fn has_number(key: &KeyPath, axes: &[Axis], rungs: &[(Law, Template)]) -> bool {
-    let path = key.path();
-    match axes.iter().find(|axis| axis.key.path() == path) {
-        Some(axis) => axis.is_numeric(),
-        None => rungs
-            .first()
-            .is_none_or(|(_, template)| template.number(key).is_some()),
-    }
-}
-
-fn times_are_known(axes: &[Axis], rungs: &[(Law, Template)], findings: &mut Findings<'_>) {
-    for axis in axes {
-        let Some(times) = &axis.times else { continue };
-        let (key, path) = (axis.key.path(), times.path());
-        let other = axes.iter().find(|other| other.key.path() == path);
-        if other.is_some_and(|other| other.times.is_some()) {
-            findings.push_whole(format!(
-                "axis {key}: times = {path:?} is itself an axis with times"
-            ));
-        } else if !has_number(times, axes, rungs) {
-            findings.push_whole(format!("axis {key}: times = {path:?} has no number here"));
-        }
-    }
-}
-
-fn plan(file: &StudyFile, axes: &[Axis], findings: &mut Findings<'_>) -> Option<Plan> {
-    let counts: Vec<u64> = axes.iter().map(Axis::count).collect();
-    let runs = match (&file.runs, file.plan) {
-        (None, PlanKind::Grid) => 0,
-        (Some(runs), PlanKind::Grid) => {
-            findings.push(
-                runs.span(),
-                "runs is not allowed: the axes' values decide how many points a grid has",
-            );
-            return None;
-        }
-        (None, kind) => {
-            findings.push_whole(format!(
-                "plan = {:?} needs runs, the number of its points",
-                kind.name()
-            ));
-            return None;
-        }
-        (Some(runs), _) if *runs.get_ref() == 0 => {
-            findings.push(
-                runs.span(),
-                "runs = 0 is not allowed: a study has at least one run",
-            );
-            return None;
-        }
-        (Some(runs), _) => *runs.get_ref(),
-    };
-    match Plan::new(file.plan, &counts, runs, file.seed) {
-        Ok(plan) => Some(plan),
-        Err(error) => {
-            findings.push_whole(error);
-            None
-        }
-    }
-}
-
-fn required_yield(file: &StudyFile, findings: &mut Findings<'_>) -> Option<f64> {
-    let asked = file.required_yield_percent.as_ref()?;
-    let percent = *asked.get_ref();
-    if !(0.0..=100.0).contains(&percent) {
-        findings.push(
-            asked.span(),
-            format!("required_yield_percent = {percent} is not allowed: from 0 to 100"),
-        );
-    }
-    Some(percent)
 }

@@ -12,15 +12,16 @@ use super::cell::{Cell, to_csv};
 use super::definition::Study;
 use super::results::journal_checksum;
 use super::row::RowMaker;
+use crate::lanes::Runs;
 
 /// Blocks under way for each thread, at most: enough to hide a slow block.
-const BLOCKS_A_THREAD: usize = 16;
+const BLOCKS_A_THREAD: usize = 8;
 
 /// Samples of a block, about: some tens of milliseconds of work.
-const SAMPLES_A_BLOCK: u64 = 1 << 17;
+const SAMPLES_A_BLOCK: u64 = 1 << 19;
 
 /// Rows of a block at most.
-const MOST_ROWS: u64 = 64;
+const MOST_ROWS: u64 = 256;
 
 /// A block of rows as it is written.
 #[derive(Debug)]
@@ -50,9 +51,14 @@ impl Study {
         });
         let most = samples.max().unwrap_or(0).max(1);
         let rungs = self.rungs.len() as u64;
-        (SAMPLES_A_BLOCK / most)
-            .clamp(1, MOST_ROWS)
-            .next_multiple_of(rungs)
+        let points = (SAMPLES_A_BLOCK / most).min(MOST_ROWS) / rungs;
+        // Each rung fills the lanes, if it can.
+        let load = Runs::AT_A_TIME as u64;
+        let points = match points / load {
+            0 => points.max(1),
+            loads => loads * load,
+        };
+        points * rungs
     }
 }
 

@@ -30,7 +30,7 @@ impl Margins {
         let gains = LoopGains::of(case);
         [JointState::Closed, JointState::Open].map(|joint| {
             let family = self.family(case, joint);
-            Cell::number(family.map(|family| family.margin(&gains).signed()))
+            Cell::number(family.map(|family| family.signed_modulus(&gains)))
         })
     }
 

@@ -7,6 +7,7 @@ use super::drawing::Drawn;
 use super::plan::PlanKind;
 use super::report::{AxisRow, FigureTable, Shown, StudyPage, StudyVerdict};
 use super::tally::{RungTally, Tally};
+use crate::budget::limits;
 use crate::figures;
 use crate::report::number;
 
@@ -80,7 +81,17 @@ fn verdict(study: &Study, tally: &Tally) -> Option<StudyVerdict> {
     let lines: Vec<String> = rungs.collect();
     Some(StudyVerdict {
         pass: enough_pass(study, tally),
-        line: format!("{} ({} % in all)", lines.join("; "), number::table(percent)),
+        line: format!(
+            "{} ({} % in all{})",
+            lines.join("; "),
+            number::table(percent),
+            study
+                .required_yield_percent
+                .map_or_else(String::new, |required| format!(
+                    ", required are {} %",
+                    number::table(required)
+                ))
+        ),
     })
 }
 
@@ -110,8 +121,30 @@ fn plan(study: &Study) -> Vec<String> {
         format!("{points} points: {kind}."),
         format!("Base case {}, rung {}.", study.base, rungs.join(", ")),
     ];
-    if !study.sets.is_empty() {
-        lines.push(format!("In every run {}.", study.sets.join(", ")));
+    let in_file = |set: &&String| !set.starts_with("budget={");
+    let sets: Vec<&str> = study
+        .sets
+        .iter()
+        .filter(in_file)
+        .map(String::as_str)
+        .collect();
+    if !sets.is_empty() {
+        lines.push(format!("In every run {}.", sets.join(", ")));
+    }
+    if let Some((_, base)) = study.rungs.first() {
+        let (limits, default) = limits(base.base());
+        let texts: Vec<String> = limits
+            .iter()
+            .map(|limit| format!("{} ≤ {}", limit.figure, number::table(limit.limit)))
+            .collect();
+        let whose = if default {
+            ", the defaults for the base"
+        } else {
+            ""
+        };
+        if !texts.is_empty() {
+            lines.push(format!("Limits: {}{whose}.", texts.join(", ")));
+        }
     }
     if study.loop_gain == LoopGain::Constant {
         lines.push(
@@ -152,6 +185,10 @@ fn axis_row(axis: &Axis) -> AxisRow {
         Spread::Random(distribution) => distribution_words(distribution),
     };
     match &axis.times {
+        Some(_) if axis.is_of_base() => AxisRow {
+            column: axis.key.path(),
+            values: format!("{values}, times what the base has"),
+        },
         Some(times) => AxisRow {
             column: axis.factor_column().unwrap_or_default(),
             values: format!("{values} times {}", times.path()),

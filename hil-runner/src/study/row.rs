@@ -1,7 +1,6 @@
 //! From points to rows of results: a block of runs at a time.
 
 use std::borrow::Cow;
-use std::num::NonZeroUsize;
 
 use super::cell::{Cell, Column, ColumnKind};
 use super::definition::{Point, Study};
@@ -10,7 +9,7 @@ use super::feeding;
 use super::margins::{COLUMNS as MARGINS, Margins};
 use crate::case::Case;
 use crate::figures::SUMMARY_FIGURES;
-use crate::lanes;
+use crate::lanes::Runs;
 use crate::summary::Summary;
 
 /// Whether a run was made.
@@ -99,6 +98,7 @@ struct Planned {
 #[derive(Debug)]
 pub struct RowMaker<'s> {
     study: &'s Study,
+    runs: Runs,
     margins: Margins,
 }
 
@@ -114,6 +114,7 @@ impl<'s> RowMaker<'s> {
     pub fn new(study: &'s Study) -> Self {
         Self {
             study,
+            runs: Runs::new(),
             margins: Margins::default(),
         }
     }
@@ -125,7 +126,8 @@ impl<'s> RowMaker<'s> {
         let planned: Vec<Planned> = numbers
             .map(|number| plan(study, number, &mut cases))
             .collect();
-        let summaries = lanes::figures(&cases, NonZeroUsize::MIN);
+        let mut summaries = Vec::with_capacity(cases.len());
+        self.runs.figures(&cases, &mut summaries);
         let mut besides: Vec<Besides> = cases.iter().map(|_| Besides::default()).collect();
         if study.feeding {
             feeding::find(&cases, &summaries, |place, cell| {
@@ -174,7 +176,7 @@ impl<'s> RowMaker<'s> {
             let text = |text: &str| Cell::Text(Cow::Owned(text.to_owned()));
             match chosen {
                 Chosen::Number(number) => {
-                    if axis.times.is_some() {
+                    if axis.times.is_some() && !axis.is_of_base() {
                         row.push(Cell::number(*number));
                     }
                     let value = value.number();

@@ -162,6 +162,17 @@ impl LoopFamily {
         self.grid.margin(gains, &at, stable, self.period_s)
     }
 
+    /// [`Margin::signed`] alone, without a look at phase and gain.
+    pub fn signed_modulus(&self, gains: &LoopGains) -> f64 {
+        let at = |theta: f64| self.characteristic.at(gains, theta);
+        let modulus = self.grid.modulus(gains, &at);
+        if self.is_stable(gains) {
+            modulus
+        } else {
+            -modulus
+        }
+    }
+
     /// Whether the closed loop is stable: a twentieth of the time of
     /// [`Self::margin`].
     pub fn is_stable(&self, gains: &LoopGains) -> bool {

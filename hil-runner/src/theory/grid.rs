@@ -9,7 +9,7 @@ use nalgebra::Complex;
 use super::characteristic::Characteristic;
 use super::curve::Curve;
 use super::gains::LoopGains;
-use super::margin::Margin;
+use super::margin::{Margin, modulus};
 use super::refine::{Limits, bends, refined};
 
 /// An axis of the paper's kind needs about a hundred points.
@@ -70,6 +70,11 @@ impl Grid {
         margin.weakest_radps /= period_s;
         margin.crossover_radps = margin.crossover_radps.map(|theta| theta / period_s);
         margin
+    }
+
+    /// `min |1 + L|` of the loop with `gains`.
+    pub(crate) fn modulus(&self, gains: &LoopGains, at: &impl Fn(f64) -> Complex<f64>) -> f64 {
+        self.with_curve(gains, at, |curve| modulus(curve))
     }
 
     /// L on the grid, carried on below it until |L| is above 2: a loop with

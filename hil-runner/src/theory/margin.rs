@@ -44,17 +44,10 @@ impl Margin {
     /// Reads a curve, frequencies in its unit.
     pub(crate) fn of<F: Fn(f64) -> Complex<f64>>(curve: &Curve<'_, F>, stable: bool) -> Self {
         let lowest = curve.lowest();
-        let (mut weakest, mut distance) = (curve.frequency[lowest.0], lowest.1);
+        let (weakest, distance) = nearest(curve, lowest);
         let (mut crossover, mut phase): (Option<f64>, Option<f64>) = (None, None);
         let mut magnitude: Option<f64> = None;
         for (start, marks) in curve.marked(lowest.1) {
-            if marks.near {
-                curve.each_minimum(start, lowest.1, |frequency, value| {
-                    if value < distance {
-                        (weakest, distance) = (frequency, value);
-                    }
-                });
-            }
             if marks.unit_gain {
                 curve.each_unit_gain(start, |frequency, falls, value| {
                     if falls && crossover.is_none() {
@@ -90,4 +83,24 @@ impl Margin {
             crossover_radps: crossover,
         }
     }
+}
+
+/// `min |1 + L|`, without what else a [`Margin`] tells.
+pub(crate) fn modulus<F: Fn(f64) -> Complex<f64>>(curve: &Curve<'_, F>) -> f64 {
+    nearest(curve, curve.lowest()).1.sqrt()
+}
+
+/// Where −1 is nearest and its squared distance, from the point nearest to it.
+fn nearest<F: Fn(f64) -> Complex<f64>>(curve: &Curve<'_, F>, lowest: (usize, f64)) -> (f64, f64) {
+    let (mut weakest, mut distance) = (curve.frequency[lowest.0], lowest.1);
+    for (start, marks) in curve.marked(lowest.1) {
+        if marks.near {
+            curve.each_minimum(start, lowest.1, |frequency, value| {
+                if value < distance {
+                    (weakest, distance) = (frequency, value);
+                }
+            });
+        }
+    }
+    (weakest, distance)
 }

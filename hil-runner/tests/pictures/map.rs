@@ -191,13 +191,14 @@ fn contours_run_where_the_level_is() {
         assert!((x - expected).abs() < 0.11, "{x} {expected}");
     }
     assert!(with.has("Z = 2.5\u{a0}mm") && with.has("2.5\u{a0}mm"));
-    let far = sheet(&format!("{KEYS}contours = [9]"), six(z), vec![]);
-    assert!(dark(&far, &plot).is_empty());
-    assert!(
-        far.has("No cell lies beyond the contour at 9\u{a0}mm."),
-        "{:?}",
-        far.words()
-    );
+    for (level, words) in [
+        (9, "No cell reaches the contour at 9\u{a0}mm."),
+        (0, "Every cell is above the contour at 0\u{a0}mm."),
+    ] {
+        let far = sheet(&format!("{KEYS}contours = [{level}]"), six(z), vec![]);
+        assert!(dark(&far, &plot).is_empty());
+        assert!(far.has(words), "{:?}", far.words());
+    }
 }
 
 /// The caller's curve is drawn as far as it lies in the plot.

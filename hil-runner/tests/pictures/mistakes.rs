@@ -34,7 +34,7 @@ fn mistakes_of_the_file_are_sentences() {
         ),
         (
             lines("limit = \"a\""),
-            "limit must be a number or { value = …, label = \"…\" }",
+            "limit must be a number, \"budget\" or { value = …, label = \"…\" }",
         ),
         (
             lines("where.a = []"),

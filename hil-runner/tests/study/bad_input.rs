@@ -14,6 +14,12 @@ fn told(text: &str) -> String {
 fn every_mistake_has_its_line() {
     let base = "base = \"paper-2\"\n";
     let axis = |rest: &str| format!("{base}[[axis]]\nkey = \"controller.kp\"\n{rest}\n");
+    let map = |rest: &str| {
+        "[[picture]]\nkind = \"map\"\nfile = \"f\"\ntitle = \"T\"\nx = \"controller.kp\"\n\
+         y = \"row\"\nz = \"impacts\"\n"
+            .to_owned()
+            + rest
+    };
     for (text, words) in [
         (String::new(), "small.toml:1: missing field `base`"),
         (
@@ -131,6 +137,46 @@ fn every_mistake_has_its_line() {
         (
             format!("{base}differences = true\n"),
             "needs at least two rungs",
+        ),
+        (
+            format!(
+                "{}plan = \"random\"\nruns = 9\n{}",
+                base, "[[axis]]\nkey = \"controller.kp\"\nfrom = 1\nto = 2\npoints = 9\n"
+            ),
+            "points = 9 is not allowed: plan = \"random\" draws",
+        ),
+        (
+            format!(
+                "{}plan = \"sobol\"\nruns = 9\n{}{}",
+                base,
+                "[[axis]]\nkey = \"controller.kp\"\nfrom = 1\nto = 2\n",
+                map("")
+            ),
+            "picture \"f\": a map needs a grid, and plan = \"sobol\" draws controller.kp",
+        ),
+        (
+            format!(
+                "{}{}",
+                axis("values = [1, 2]"),
+                map("border = [\"half\"]\n")
+            ),
+            "unknown variant `half`, expected `closed` or `open`",
+        ),
+        (
+            format!(
+                "{}{}",
+                axis("values = [1, 2]"),
+                map("border = [\"open\"]\n")
+            ),
+            "picture \"f\": a border needs x and y to be axes with from and to",
+        ),
+        (
+            format!(
+                "{}{}",
+                axis("values = [1, 2]"),
+                map("x_range = [1, 1.00000000000001]\n")
+            ),
+            "x_range = [1, 1.00000000000001] is too narrow",
         ),
         (
             format!("{base}name = \"a/b\"\n"),

@@ -113,6 +113,93 @@ values = [0, 0.5, 1]
     );
 }
 
+/// Factors of what the base has, with a budget and a base of one's own; and an
+/// axis that is a factor of such a one.
+#[test]
+fn an_axis_can_scatter_around_the_base() {
+    let folder = folder_with(
+        r#"
+base = "paper-2"
+rungs = ["sampled"]
+required_yield_percent = 99
+[set]
+run.duration_s = 0.1
+[budget]
+peak_abs_acc_mps2 = 0.001
+[[axis]]
+key = "controller.sample_time_s"
+times = "controller.sample_time_s"
+values = [0.5, 2]
+[[axis]]
+key = "controller.computation_delay_s"
+times = "controller.sample_time_s"
+values = [0, 1]
+[[axis]]
+key = "carriage.mass_kg"
+times = "carriage.mass_kg"
+values = [0.5]
+[[picture]]
+kind = "lines"
+file = "f"
+title = "T"
+x = "controller.sample_time_s"
+series = "controller.computation_delay_s/controller.sample_time_s"
+y = "peak_abs_acc_mps2"
+limit = "budget"
+[[picture]]
+kind = "lines"
+file = "g"
+title = "T"
+x = "controller.sample_time_s"
+series = "controller.computation_delay_s/controller.sample_time_s"
+y = "final_error_um"
+limit = "budget"
+"#,
+    );
+    fs::write(
+        folder.path().join("heavy.toml"),
+        fs::read_to_string(concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/../cases/paper-2.toml"
+        ))
+        .unwrap()
+        .replace("mass_kg = 50.0", "mass_kg = 80.0"),
+    )
+    .unwrap();
+    let output = study(folder.path(), &["small.toml", "--base", "heavy.toml"]);
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert_eq!(output.status.code(), Some(1), "{said}");
+    assert!(
+        said.contains("sampled: 0 of 4 runs within the limits (0 %)"),
+        "{said}"
+    );
+    assert!(said.contains("FAIL: less than the required 99 %"), "{said}");
+    let out = folder.path().join("out/study-small-heavy");
+    let text = fs::read_to_string(out.join("results.csv")).unwrap();
+    let rows: Vec<String> = text
+        .lines()
+        .map(|line| line.split(',').take(5).collect::<Vec<_>>().join(","))
+        .collect();
+    assert_eq!(
+        rows,
+        [
+            "row,controller.sample_time_s,controller.computation_delay_s/controller.sample_time_s,\
+             controller.computation_delay_s,carriage.mass_kg",
+            "0,0.0005,0,0,40",
+            "1,0.0005,1,0.0005,40",
+            "2,0.002,0,0,40",
+            "3,0.002,1,0.002,40",
+        ]
+    );
+    // The budget's limit stands in the picture of its figure alone.
+    let svg = |file: &str| fs::read_to_string(out.join(file)).unwrap();
+    assert!(svg("f.svg").contains("allowed"));
+    assert!(!svg("g.svg").contains("allowed"));
+    let report = svg("report.html");
+    assert!(report.contains("Limits: peak_abs_acc_mps2 ≤ 0.001."));
+    assert!(report.contains("required are 99"));
+}
+
 /// Steps of encoder and converter change, the loop does not.
 #[test]
 fn the_loop_gain_can_be_kept() {

@@ -20,6 +20,8 @@ pub(crate) struct Group<W: Width> {
     /// The step of each length with the numbers of every lane's mode.
     pub(super) steps: Vec<Steps<W>>,
     pub(super) lanes: Vec<Lane>,
+    /// How many of them are runs; the others repeat the last.
+    pub(super) runs: usize,
     /// The last steps.
     pub(super) track: Track<W>,
     pub(super) mode: ModeNumbers<W>,
@@ -79,6 +81,7 @@ impl<W: Width> Group<W> {
             width,
             steps: (0..phases).map(|_| Steps::new()).collect(),
             lanes: Vec::with_capacity(W::LANES),
+            runs: 0,
             track: Track::new(),
             mode: ModeNumbers::new(),
             backlash_half_rad: zero,
@@ -101,6 +104,7 @@ impl<W: Width> Group<W> {
         let longest_ns = shared.phases.iter().map(|phase| phase.length_ns).max();
         let longest_s = seconds(longest_ns.unwrap_or(0));
         self.track.start();
+        self.runs = setups.len();
         self.peaks = [zero; FIGURES];
         self.floors = [zero; FIGURES];
         self.peak_abs_voltage_v = zero;

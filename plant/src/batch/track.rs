@@ -229,7 +229,7 @@ impl<W: Width> Group<W> {
             w.store(w.select(outdone, never, upper), &mut uppers[i]);
             lanes |= !(w.bits(outdone) | from.moved) & all;
         }
-        for lane in (0..W::LANES).filter(|lane| lanes >> lane & 1 != 0) {
+        for lane in (0..self.runs).filter(|lane| lanes >> lane & 1 != 0) {
             let slots = &self.track.slots;
             let (from, to) = (&slots[step % PLACES], &slots[(step + 1) % PLACES]);
             let of = |array: &W::Array| array.as_ref()[lane];

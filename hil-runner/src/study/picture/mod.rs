@@ -47,7 +47,7 @@ pub use error::PictureError;
 pub use label::Label;
 pub(in crate::study) use map::Field;
 pub use spec::{
-    Atom, Bars, Condition, Histogram, Kind, Limit, Lines, Map, Panel, Picture, Scatter,
+    Atom, Bars, Border, Condition, Histogram, Kind, Limit, Lines, Map, Panel, Picture, Scatter,
 };
 pub use table::{Column, Table, Values};
 

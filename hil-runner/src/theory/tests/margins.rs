@@ -29,6 +29,24 @@ fn a_slow_loop_is_read_below_the_grid() {
     assert!(margin.stable && margin.modulus > 0.99 && margin.modulus <= 1.0);
 }
 
+/// The margin alone is that of the whole look, to the last bit.
+#[test]
+fn the_modulus_alone_is_the_same() {
+    let case = case("paper-2", &[]);
+    let mut unstable = 0;
+    for joint in [JointState::Closed, JointState::Open] {
+        let family = LoopFamily::of(&case, joint).unwrap();
+        for step in 0..200 {
+            let size = 1.05_f64.powi(step - 60);
+            let gains = LoopGains::of(&case).times(size);
+            let whole = family.margin(&gains);
+            assert_eq!(family.signed_modulus(&gains), whole.signed(), "{size}");
+            unstable += u32::from(!whole.stable);
+        }
+    }
+    assert!((10..390).contains(&unstable), "{unstable}");
+}
+
 /// Without K_p and K_i nothing holds the axis; without K_i an idle integrator
 /// does not count against it.
 #[test]

@@ -108,6 +108,7 @@ mod tests {
             limit: limit.map(|value| Limit {
                 value,
                 label: String::new(),
+                of_budget: false,
             }),
         };
         let mut values = values.to_vec();

@@ -34,6 +34,8 @@ struct Line {
     /// Words beside the line itself, else in the legend.
     beside: bool,
     words: String,
+    /// What there is to say if the line is not to be seen.
+    unseen: String,
 }
 
 /// All lines over a map.
@@ -56,11 +58,13 @@ impl Overlay {
         let label = contour_label(map);
         let mut lines = Vec::new();
         for &level in &map.contours {
+            let words = in_words(level, &label);
             lines.push(Line {
                 parts: contour(map, grid, frame, level),
                 stroke: CONTOUR,
                 beside: true,
-                words: in_words(level, &label),
+                unseen: unseen(grid, level, &words),
+                words,
             });
         }
         lines.extend(curves.iter().enumerate().map(|(at, curve)| Line {
@@ -68,6 +72,7 @@ impl Overlay {
             stroke: curve_line(at),
             beside: false,
             words: curve.label.clone(),
+            unseen: format!("\"{}\" does not cross this plot.", curve.label),
         }));
         let levels: Vec<String> = map
             .contours
@@ -96,14 +101,7 @@ impl Overlay {
     /// What there is to say of lines that are not to be seen.
     pub(super) fn notes(&self) -> Vec<String> {
         let unseen = self.lines.iter().filter(|line| line.parts.is_empty());
-        let note = |line: &Line| {
-            if line.beside {
-                format!("No cell lies beyond the contour at {}.", line.words)
-            } else {
-                format!("\"{}\" does not cross this plot.", line.words)
-            }
-        };
-        unseen.map(note).collect()
+        unseen.map(|line| line.unseen.clone()).collect()
     }
 
     pub(super) fn draw(&self, canvas: &mut Canvas, plot: &Area) {
@@ -165,6 +163,18 @@ impl Overlay {
             .collect();
         let clear = places.iter().find(|area| !crossed(area));
         clear.or(places.first()).copied()
+    }
+}
+
+/// Why a contour is not to be seen, `words` being its level.
+fn unseen(grid: &Grid, level: f64, words: &str) -> String {
+    let levels = || grid.cells.iter().filter_map(|cell| cell.level);
+    if levels().all(|value| value < level) {
+        format!("No cell reaches the contour at {words}.")
+    } else if levels().all(|value| value > level) {
+        format!("Every cell is above the contour at {words}.")
+    } else {
+        format!("The contour at {words} lies between cells without a value.")
     }
 }
 

@@ -48,6 +48,27 @@ pub struct Limit {
     pub value: f64,
     /// Words for it.
     pub label: String,
+    /// Whether the value is still to be taken from the budget of the study's
+    /// base (`limit = "budget"`).
+    pub of_budget: bool,
+}
+
+impl Limit {
+    /// Puts the budget's limit of a column for the value, if it is to be; no
+    /// limit where the budget has none.
+    pub(super) fn resolve(
+        limit: &mut Option<Self>,
+        column: &str,
+        budget: &impl Fn(&str) -> Option<f64>,
+    ) {
+        let Some(asked) = limit.as_mut().filter(|limit| limit.of_budget) else {
+            return;
+        };
+        match budget(column) {
+            Some(value) => (asked.value, asked.of_budget) = (value, false),
+            None => *limit = None,
+        }
+    }
 }
 
 /// One column or several.
@@ -179,6 +200,9 @@ impl TryFrom<PanelKeys> for Panel {
     }
 }
 
+/// Narrowest range of an axis, relative to its ends.
+const NARROWEST: f64 = 1e-9;
+
 /// Puts the keys of an axis together.
 pub(super) fn axis(
     name: &str,
@@ -192,6 +216,11 @@ pub(super) fn axis(
         if !(finite && low < high) {
             return Err(format!(
                 "{name}_range = [{low}, {high}] must rise from a number to a larger one"
+            ));
+        }
+        if high - low < NARROWEST * low.abs().max(high.abs()) {
+            return Err(format!(
+                "{name}_range = [{low}, {high}] is too narrow: numbers on it could not be told apart"
             ));
         }
         if spacing == Spacing::Log && low <= 0.0 {
@@ -209,26 +238,41 @@ pub(super) fn axis(
 }
 
 impl<'de> Deserialize<'de> for Limit {
-    /// A number, or a table of `value` and `label`.
+    /// A number or `"budget"`, or a table of `value` and `label`.
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        #[serde(untagged)]
+        enum Value {
+            Number(f64),
+            Word(Budget),
+        }
+        #[derive(Deserialize)]
+        #[serde(rename_all = "lowercase")]
+        enum Budget {
+            Budget,
+        }
         #[derive(Deserialize)]
         #[serde(deny_unknown_fields)]
         struct Table {
-            value: f64,
+            value: Value,
             label: Option<String>,
         }
         #[derive(Deserialize)]
         #[serde(
             untagged,
-            expecting = "limit must be a number or { value = …, label = \"…\" }"
+            expecting = "limit must be a number, \"budget\" or { value = …, label = \"…\" }"
         )]
         enum Keys {
-            Number(f64),
+            Value(Value),
             Table(Table),
         }
         let (value, label) = match Keys::deserialize(deserializer)? {
-            Keys::Number(value) => (value, None),
+            Keys::Value(value) => (value, None),
             Keys::Table(table) => (table.value, table.label),
+        };
+        let (value, of_budget) = match value {
+            Value::Number(value) => (value, false),
+            Value::Word(Budget::Budget) => (0.0, true),
         };
         if !(value.is_finite() && value >= 0.0) {
             return Err(serde::de::Error::custom(format!(
@@ -238,6 +282,7 @@ impl<'de> Deserialize<'de> for Limit {
         Ok(Self {
             value,
             label: label.unwrap_or_else(|| "allowed".to_owned()),
+            of_budget,
         })
     }
 }

@@ -38,9 +38,19 @@ pub struct Map {
     pub contours: Vec<f64>,
     /// Column of the contour lines; without this key that of the colours.
     pub contours_of: Option<String>,
-    /// Names of the curves that whoever calls is to draw over the map: this
+    /// Borders of stability that whoever calls is to draw over the map: this
     /// module draws all that it is given.
-    pub border: Vec<String>,
+    pub border: Vec<Border>,
+}
+
+/// A border of stability.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Border {
+    /// Of the loop with the joint closed.
+    Closed,
+    /// Of the loop with the joint open.
+    Open,
 }
 
 #[derive(Deserialize)]
@@ -72,7 +82,7 @@ struct MapKeys {
     contours: Vec<f64>,
     contours_of: Option<String>,
     #[serde(default)]
-    border: Vec<String>,
+    border: Vec<Border>,
 }
 
 impl TryFrom<MapKeys> for Map {

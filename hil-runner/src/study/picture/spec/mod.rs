@@ -9,7 +9,7 @@ mod kinds;
 mod wanted;
 
 pub use chart::{Limit, Lines, Panel};
-pub use kinds::{Bars, Histogram, Map, Scatter};
+pub use kinds::{Bars, Border, Histogram, Map, Scatter};
 pub use wanted::{Atom, Condition};
 
 use serde::Deserialize;
@@ -134,6 +134,23 @@ fn text(table: &mut toml::Table, key: &str) -> Result<String, String> {
 }
 
 impl Picture {
+    /// Puts limits of the budget where the picture asks for them; `budget` gives
+    /// that of a column.
+    pub fn take_budget(&mut self, budget: impl Fn(&str) -> Option<f64>) {
+        match &mut self.kind {
+            Kind::Lines(lines) => {
+                for panel in &mut lines.panels {
+                    let column = panel.y.first().or(panel.theory.first()).cloned();
+                    Limit::resolve(&mut panel.limit, &column.unwrap_or_default(), &budget);
+                }
+            }
+            Kind::Bars(bars) => Limit::resolve(&mut bars.limit, &bars.y, &budget),
+            Kind::Histogram(figure) => Limit::resolve(&mut figure.limit, &figure.x, &budget),
+            Kind::Scatter(scatter) => Limit::resolve(&mut scatter.limit, &scatter.y, &budget),
+            Kind::Map(_) => {}
+        }
+    }
+
     /// The columns that the picture needs, so that a study file can be held
     /// against its results before they exist.
     pub fn columns(&self) -> Vec<&str> {

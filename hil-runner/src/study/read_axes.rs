@@ -1,0 +1,218 @@
+//! From `[[axis]]` of a study file to axes.
+
+use toml::Spanned;
+
+use super::axis::{Axis, AxisValue, Scale, Spread};
+use super::file::{AxisFile, Findings, StudyFile};
+use super::plan::PlanKind;
+use crate::case::Law;
+use crate::runfile::{KeyPath, Template};
+
+/// Most values of an axis: more are rather a slip of the keyboard.
+const MOST_VALUES: u64 = 1_000_000_000;
+
+pub(super) fn axes(file: &StudyFile, findings: &mut Findings<'_>) -> Vec<Axis> {
+    let mut axes: Vec<Axis> = Vec::new();
+    for described in &file.axis {
+        let (span, path) = (described.key.span(), described.key.get_ref());
+        let mut refuse =
+            |sentence: String| findings.push(span.clone(), format!("axis {path}: {sentence}"));
+        let key = match KeyPath::find(path) {
+            Ok(key) => key,
+            Err(sentence) => {
+                findings.push(span, sentence);
+                continue;
+            }
+        };
+        if matches!(path.as_str(), "name" | "controller.law") || key.section == "budget" {
+            refuse(match path.as_str() {
+                "controller.law" => {
+                    "give the rungs at the top: rungs = [\"sampled\", \"quantised\"]".to_owned()
+                }
+                _ => "it changes nothing in a run; an axis is over a key that does".to_owned(),
+            });
+            continue;
+        }
+        if axes.iter().any(|axis| axis.key.path() == *path) {
+            refuse("there is an axis over this key already".to_owned());
+            continue;
+        }
+        let times = match described
+            .times
+            .as_ref()
+            .map(|times| KeyPath::find(times.get_ref()))
+        {
+            None => None,
+            Some(Ok(times)) => Some(times),
+            Some(Err(sentence)) => {
+                refuse(sentence);
+                continue;
+            }
+        };
+        let spread = match spread(described, &key, times.is_some(), file.plan) {
+            Ok(spread) => spread,
+            Err(sentence) => {
+                refuse(sentence);
+                continue;
+            }
+        };
+        let axis = Axis { key, spread, times };
+        match axis.check(file.plan) {
+            Ok(()) => axes.push(axis),
+            Err(sentence) => refuse(sentence),
+        }
+    }
+    axes
+}
+
+/// The values of an axis.
+///
+/// # Errors
+/// The sentence that says what is allowed.
+fn spread(
+    file: &AxisFile,
+    key: &KeyPath,
+    is_factor: bool,
+    plan: PlanKind,
+) -> Result<Spread, String> {
+    let range =
+        file.from.is_some() || file.to.is_some() || file.points.is_some() || file.scale.is_some();
+    match (&file.values, range, &file.distribution) {
+        (Some(values), false, None) => list(values, file.labels.as_deref(), key, is_factor),
+        (None, true, None) => {
+            let (Some(from), Some(to)) = (file.from, file.to) else {
+                return Err("a range needs from and to".to_owned());
+            };
+            let scale = file.scale.unwrap_or_default();
+            if !(from.is_finite() && to.is_finite())
+                || (scale == Scale::Log && !(from > 0.0 && to > 0.0))
+            {
+                return Err(format!(
+                    "a range needs finite from and to, on a log scale both greater than 0, not {from} and {to}"
+                ));
+            }
+            let points = match (file.points, plan) {
+                (Some(points), PlanKind::Grid) => points,
+                (None, PlanKind::Grid) => {
+                    return Err("a range needs points, the number of its values".to_owned());
+                }
+                (Some(points), _) => {
+                    return Err(format!(
+                        "points = {points} is not allowed: plan = {:?} draws from the whole range, runs of them",
+                        plan.name()
+                    ));
+                }
+                (None, _) => 1,
+            };
+            if points == 0 || points > MOST_VALUES || (points > 1 && from == to) {
+                return Err(format!(
+                    "points = {points} is not allowed: from 1 to {MOST_VALUES}, and more than 1 only where from and to differ"
+                ));
+            }
+            Ok(Spread::Range {
+                from,
+                to,
+                points,
+                scale,
+            })
+        }
+        (None, false, Some(distribution)) => {
+            distribution.check()?;
+            Ok(Spread::Random(*distribution))
+        }
+        (None, false, None) => Err(
+            "it has no values; give values, or from, to and points, or a distribution".to_owned(),
+        ),
+        _ => Err("give one of values; from, to and points; distribution".to_owned()),
+    }
+}
+
+fn list(
+    values: &Spanned<Vec<toml::Value>>,
+    labels: Option<&[String]>,
+    key: &KeyPath,
+    is_factor: bool,
+) -> Result<Spread, String> {
+    let values = values.get_ref();
+    if values.is_empty() {
+        return Err("the list of values is empty; an axis has at least one".to_owned());
+    }
+    if labels.is_some_and(|labels| labels.len() != values.len()) {
+        return Err(format!(
+            "labels must be as many as values, {}",
+            values.len()
+        ));
+    }
+    let one = |(place, value): (usize, &toml::Value)| {
+        let number = match value {
+            toml::Value::Integer(whole) => Some(*whole as f64),
+            toml::Value::Float(number) => Some(*number),
+            _ => None,
+        };
+        if is_factor && number.is_none() {
+            return Err(format!(
+                "{value} is no number, and with times every value is one"
+            ));
+        }
+        if number.is_some_and(|number| !number.is_finite()) {
+            return Err(format!("{value} is no finite number"));
+        }
+        if let Some(number) = number
+            && labels.is_none()
+        {
+            // What a range would round is refused in a list: it is meant so.
+            let taken = key.value(number).number().unwrap_or(f64::NAN);
+            if !is_factor && (taken - number).abs() > 1e-15_f64.max(1e-12 * number.abs()) {
+                return Err(format!("{value} is not allowed: {}", key.key.allowed()));
+            }
+            return Ok(AxisValue::Number(number));
+        }
+        let label = match (labels.and_then(|labels| labels.get(place)), value) {
+            (Some(label), _) => label.clone(),
+            (None, toml::Value::String(text)) => text.clone(),
+            (None, other) => other.to_string(),
+        };
+        Ok(AxisValue::Other {
+            toml: value.to_string(),
+            label,
+        })
+    };
+    let list: Result<Vec<_>, String> = values.iter().enumerate().map(one).collect();
+    Ok(Spread::List(list?))
+}
+
+/// Whether a key has a number in every run.
+pub(super) fn has_number(key: &KeyPath, axes: &[Axis], rungs: &[(Law, Template)]) -> bool {
+    let path = key.path();
+    match axes.iter().find(|axis| axis.key.path() == path) {
+        Some(axis) => axis.is_numeric(),
+        None => rungs
+            .first()
+            .is_none_or(|(_, template)| template.number(key).is_some()),
+    }
+}
+
+pub(super) fn times_are_known(
+    axes: &[Axis],
+    rungs: &[(Law, Template)],
+    findings: &mut Findings<'_>,
+) {
+    for axis in axes {
+        let Some(times) = &axis.times else { continue };
+        let (key, path) = (axis.key.path(), times.path());
+        let other = axes.iter().find(|other| other.key.path() == path);
+        let known = if axis.is_of_base() {
+            has_number(times, &[], rungs)
+        } else {
+            has_number(times, axes, rungs)
+        };
+        let is_factor = |other: &Axis| other.times.is_some() && !other.is_of_base();
+        if !axis.is_of_base() && other.is_some_and(is_factor) {
+            findings.push_whole(format!(
+                "axis {key}: times = {path:?} is itself an axis with times"
+            ));
+        } else if !known {
+            findings.push_whole(format!("axis {key}: times = {path:?} has no number here"));
+        }
+    }
+}
