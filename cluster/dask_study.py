@@ -8,8 +8,8 @@
 Every worker needs the program and the folder of `--out` at the same place, as
 a shared disk gives them. A shard whose worker dies is given to another one and
 goes on where the dead one was; the merged results are those of one machine,
-byte for byte. A task costs Dask some 10 ms, a run some 10 µs: give shards
-thousands of runs.
+byte for byte. A task costs Dask some 10 ms, a run some 0.1 ms to 1 ms: give
+shards thousands of runs.
 """
 
 import argparse

@@ -5,6 +5,8 @@ use std::io;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use super::terminal;
+
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 static HANDLER: OnceLock<()> = OnceLock::new();
 
@@ -13,11 +15,17 @@ const ENDED_BY_USER: i32 = 130;
 
 /// Notes interrupts from now on; the second one ends the program at once.
 pub(super) fn watch() {
+    watch_aloud("");
+}
+
+/// The same; the first one is answered with these words.
+pub(super) fn watch_aloud(words: &'static str) {
     HANDLER.get_or_init(|| {
-        let handler = || {
+        let handler = move || {
             if INTERRUPTED.swap(true, Ordering::Relaxed) {
                 std::process::exit(ENDED_BY_USER);
             }
+            terminal::tell(words);
         };
         // Without a handler an interrupt ends the program as it always does.
         let _ = ctrlc::set_handler(handler);

@@ -51,9 +51,9 @@ pub(crate) struct StudyCommand {
     /// Folder of the results [default: out/study-NAME, with --base out/study-NAME-BASE]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Threads that compute [default: one for each core]
-    #[arg(long, value_name = "N")]
-    threads: Option<std::num::NonZeroUsize>,
+    /// Threads that compute, at most 1024 [default: one for each core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
     /// Make only part I of N of the rows, to be merged later
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
@@ -115,7 +115,7 @@ impl StudyCommand {
             tally.add(row)
         })?;
         let threads = match self.threads {
-            Some(threads) => threads.get(),
+            Some(threads) => usize::from(threads),
             None => std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get),
         };
         let progress = fill(&study, &mut results, &mut tally, threads)?;
@@ -151,7 +151,9 @@ fn fill(
             start.of
         ));
     }
-    interrupt::watch();
+    interrupt::watch_aloud(
+        "ending after the runs under way; another Ctrl-C ends at once, and loses nothing either\n",
+    );
     let bar = bar(study, start);
     let (blocks, manifest) = (results.missing_blocks(), results.manifest().clone());
     let outcome = make(

@@ -3,7 +3,7 @@
 use super::axis::{Axis, Chosen};
 use super::constraint::Constraint;
 use super::drawable::pictures_can_be_drawn;
-use super::file::{self, Findings, StudyFileError};
+use super::file::{self, Findings, StudyFileError, is_text};
 use super::picture::Picture;
 use super::plan::{Plan, PlanKind};
 use super::read_axes::{axes, times_are_known};
@@ -88,6 +88,9 @@ pub struct Changes {
     pub sets: Vec<String>,
 }
 
+/// Rows of a study at most: their numbers are exact as floats.
+const MOST_ROWS: u64 = 1 << 53;
+
 impl Study {
     /// Reads a ready study or a file.
     ///
@@ -119,6 +122,12 @@ impl Study {
         let file = file::parse(source_name, text)?;
         let mut findings = Findings::new(source_name, text);
         let name = name(&file, source_name);
+        let words = [&file.title, &Some(file.description.clone())];
+        for text in words.into_iter().flatten().chain(&file.notes) {
+            if !is_text(text) {
+                findings.push_whole(format!("{text:?} has characters that are no text"));
+            }
+        }
         if !is_a_name(&name) {
             findings.push_whole(format!(
                 "name = {name:?} is not allowed: the study's name must have letters, digits, - and _ alone"
@@ -164,12 +173,8 @@ impl Study {
             text: text.to_owned(),
             sets,
         };
-        if study
-            .plan
-            .points()
-            .checked_mul(study.rungs.len() as u64)
-            .is_none()
-        {
+        let rows = study.plan.points().checked_mul(study.rungs.len() as u64);
+        if rows.is_none_or(|rows| rows > MOST_ROWS) {
             return Err(StudyFileError::of(
                 source_name,
                 super::plan::PlanError::TooMany,

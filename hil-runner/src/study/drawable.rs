@@ -1,9 +1,10 @@
 //! What can be told about a study's pictures before anything is run.
 
 use super::axis::{Axis, Spread};
+use super::cell::{Column, ColumnKind};
 use super::definition::Study;
 use super::file::{Findings, StudyFileError};
-use super::picture::{Kind, Map};
+use super::picture::{self, Kind, Map, Table, Values};
 use super::plan::PlanKind;
 use super::row::columns;
 
@@ -29,12 +30,30 @@ pub(super) fn pictures_can_be_drawn(
         {
             findings.push_whole(format!("picture {file:?}: {sentence}"));
         }
+        // With no row at all: what does not fit together does not then either.
+        if let Err(error) = picture::draw(picture, &empty_table(&columns), &[]) {
+            findings.push_whole(error);
+        }
         if files.contains(&file) {
             findings.push_whole(format!("there are two pictures with file = {file:?}"));
         }
         files.push(file);
     }
     findings.into_result()
+}
+
+/// A table of these columns without rows.
+fn empty_table(columns: &[Column]) -> Table {
+    let empty = |column: &Column| picture::Column {
+        name: column.name.clone(),
+        values: match column.kind {
+            ColumnKind::Number => Values::Number(Vec::new()),
+            ColumnKind::Flag | ColumnKind::Text => Values::Text(Vec::new()),
+        },
+    };
+    Table {
+        columns: columns.iter().map(empty).collect(),
+    }
 }
 
 /// Whether the axes of a map make a grid, and one that its borders can be

@@ -23,6 +23,10 @@ const SAMPLES_A_BLOCK: u64 = 1 << 19;
 /// Rows of a block at most.
 const MOST_ROWS: u64 = 256;
 
+/// Blocks of a study, for several threads, if each has this many points then.
+const FEWEST_BLOCKS: u64 = 32;
+const LEAST_POINTS: u64 = 8;
+
 /// A block of rows as it is written.
 #[derive(Debug)]
 pub struct Block {
@@ -51,12 +55,13 @@ impl Study {
         });
         let most = samples.max().unwrap_or(0).max(1);
         let rungs = self.rungs.len() as u64;
+        let some_blocks = (self.plan.points() / FEWEST_BLOCKS).max(LEAST_POINTS);
         let points = (SAMPLES_A_BLOCK / most).min(MOST_ROWS) / rungs;
         // Each rung fills the lanes, if it can.
         let load = Runs::AT_A_TIME as u64;
-        let points = match points / load {
-            0 => points.max(1),
-            loads => loads * load,
+        let points = match points.min(some_blocks) {
+            few if few < load => few.max(1),
+            points => points / load * load,
         };
         points * rungs
     }

@@ -17,6 +17,7 @@
 
 use core::fmt;
 use core::ops::Range;
+use std::io::Read as _;
 use std::path::Path;
 
 use serde::Deserialize;
@@ -175,7 +176,16 @@ impl<'t> Findings<'t> {
 pub(super) fn parse(source_name: &str, text: &str) -> Result<StudyFile, StudyFileError> {
     toml::from_str(text).map_err(|error| {
         let mut findings = Findings::new(source_name, text);
-        let message = error.message().replace('\n', " ");
+        let mut message = error.message().replace('\n', " ");
+        for (ours, plain) in [
+            ("expected u64", "expected a whole number from 0 on"),
+            ("expected f64", "expected a number"),
+        ] {
+            message = message.replace(ours, plain);
+        }
+        if let Some(key) = error.span().and_then(|span| key_before(text, span.start)) {
+            message = format!("{key}: {message}");
+        }
         match error.span() {
             Some(span) => findings.push(span, message),
             None => findings.push_whole(message),
@@ -185,6 +195,13 @@ pub(super) fn parse(source_name: &str, text: &str) -> Result<StudyFile, StudyFil
             .err()
             .unwrap_or_else(|| StudyFileError::of(source_name, "cannot be read"))
     })
+}
+
+/// The key whose value begins at a place of the text.
+fn key_before(text: &str, start: usize) -> Option<&str> {
+    let line = text.get(..start)?.lines().last()?;
+    let key = line.strip_suffix(' ').unwrap_or(line).strip_suffix('=')?;
+    Some(key.trim())
 }
 
 /// Largest study file that is read \[bytes\].
@@ -211,12 +228,25 @@ pub(super) fn read(path: &str) -> Result<String, StudyFileError> {
             names()
         )));
     }
-    if meta.len() > LARGEST_FILE {
+    // What is no file may have any length.
+    let mut text = String::new();
+    let file = std::fs::File::open(path);
+    file.and_then(|file| file.take(LARGEST_FILE + 1).read_to_string(&mut text))
+        .map_err(|error| refuse(format!("cannot be read: {error}")))?;
+    if text.len() as u64 > LARGEST_FILE {
         return Err(refuse(
             "more than 4 MiB; a study file has a few kilobytes".to_owned(),
         ));
     }
-    std::fs::read_to_string(path).map_err(|error| refuse(format!("cannot be read: {error}")))
+    Ok(text)
+}
+
+/// Whether words can stand in pictures and pages.
+pub(in crate::study) fn is_text(words: &str) -> bool {
+    let fits = |c: char| {
+        (!c.is_control() || matches!(c, '\n' | '\t')) && !matches!(c, '\u{fffe}' | '\u{ffff}')
+    };
+    words.chars().all(fits)
 }
 
 /// A path that stands in a file, seen from where the file lies.

@@ -94,7 +94,7 @@ pub enum Plan {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum PlanError {
-    /// The grid has more points than can be counted.
+    /// More rows than results can number.
     TooMany,
     /// More axes than the Sobol sequence has dimensions here.
     TooManyAxes(usize),
@@ -106,7 +106,7 @@ impl fmt::Display for PlanError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::TooMany => f.write_str(
-                "the grid has more points than 64 bits can count; make the axes shorter",
+                "more rows than 2^53, which is as far as results can number them; make the plan smaller",
             ),
             Self::TooManyAxes(axes) => write!(
                 f,

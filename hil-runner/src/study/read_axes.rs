@@ -3,7 +3,7 @@
 use toml::Spanned;
 
 use super::axis::{Axis, AxisValue, Scale, Spread};
-use super::file::{AxisFile, Findings, StudyFile};
+use super::file::{AxisFile, Findings, StudyFile, is_text};
 use super::plan::PlanKind;
 use crate::case::Law;
 use crate::runfile::{KeyPath, Template};
@@ -75,6 +75,9 @@ fn spread(
     is_factor: bool,
     plan: PlanKind,
 ) -> Result<Spread, String> {
+    if file.labels.is_some() && (file.values.is_none() || is_factor) {
+        return Err("labels are for values, and not for factors of another key".to_owned());
+    }
     let range =
         file.from.is_some() || file.to.is_some() || file.points.is_some() || file.scale.is_some();
     match (&file.values, range, &file.distribution) {
@@ -84,11 +87,9 @@ fn spread(
                 return Err("a range needs from and to".to_owned());
             };
             let scale = file.scale.unwrap_or_default();
-            if !(from.is_finite() && to.is_finite())
-                || (scale == Scale::Log && !(from > 0.0 && to > 0.0))
-            {
+            if !(to - from).is_finite() || (scale == Scale::Log && !(from > 0.0 && to > 0.0)) {
                 return Err(format!(
-                    "a range needs finite from and to, on a log scale both greater than 0, not {from} and {to}"
+                    "a range needs finite from and to and a finite distance, on a log scale both greater than 0, not {from} and {to}"
                 ));
             }
             let points = match (file.points, plan) {
@@ -141,6 +142,12 @@ fn list(
         return Err(format!(
             "labels must be as many as values, {}",
             values.len()
+        ));
+    }
+    let unfit = |label: &&String| label.is_empty() || !is_text(label);
+    if let Some(label) = labels.unwrap_or_default().iter().find(unfit) {
+        return Err(format!(
+            "label {label:?} is not allowed: at least one character, and none that is not text"
         ));
     }
     let one = |(place, value): (usize, &toml::Value)| {

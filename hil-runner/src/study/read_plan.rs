@@ -57,9 +57,14 @@ pub(super) fn sets(
     }
     sets.extend(changes.sets.iter().cloned());
     for set in &sets {
-        let path = set
+        let path: String = set
             .split_once('=')
-            .map_or(set.as_str(), |(path, _)| path.trim());
+            .map_or(set.as_str(), |(path, _)| path)
+            .split_whitespace()
+            .collect();
+        if path == "controller.law" && file.rungs.is_some() {
+            findings.push_whole(format!("{set} would be overridden by rungs"));
+        }
         if axes.iter().any(|axis| axis.key.path() == path) {
             findings.push_whole(format!("{set} would be overridden by the axis over {path}"));
         }

@@ -191,24 +191,6 @@ fn page() -> String {
     std::fs::read_to_string(path).unwrap()
 }
 
-/// The page begins with a picture that can be read.
-#[test]
-fn the_example_of_the_page_is_right() {
-    let page = page();
-    let (_, example) = page.split_once("```toml\n[[picture]]\n").unwrap();
-    let (example, _) = example.split_once("```").unwrap();
-    let picture: Picture = toml::from_str(example).unwrap();
-    let columns = [
-        "controller.law",
-        "controller.sample_time_s",
-        "drive.dac_bits",
-        "peak_following_error_mm",
-        "theory.following_error_mm",
-    ];
-    assert_eq!(picture.columns(), columns);
-    assert!(picture.caption.is_some());
-}
-
 /// Every key of a kind stands in its part of `docs/PICTURES.md`, in code.
 #[test]
 fn every_key_is_on_the_page() {

@@ -26,7 +26,7 @@ fn every_mistake_has_its_line() {
             format!("{base}bse = 1\n"),
             "small.toml:2: unknown field `bse`",
         ),
-        ("base = 3\n".to_owned(), "small.toml:1: invalid type"),
+        ("base = 3\n".to_owned(), "small.toml:1: base: invalid type"),
         (
             "base = \"paper-9\"\n".to_owned(),
             "small.toml:1: base: paper-9: there is no such file",
@@ -179,6 +179,65 @@ fn every_mistake_has_its_line() {
             "x_range = [1, 1.00000000000001] is too narrow",
         ),
         (
+            axis("values = [0.5]\nlabels = [\"half\"]\ntimes = \"controller.kd_s\""),
+            "labels are for values, and not for factors of another key",
+        ),
+        (
+            axis("values = [1, 2]\nlabels = [\"\", \"b\"]"),
+            "label \"\" is not allowed",
+        ),
+        (
+            axis("from = 1\nto = 2\npoints = 2\nlabels = [\"a\", \"b\"]"),
+            "labels are for values",
+        ),
+        (
+            axis("from = -1.7e308\nto = 1.7e308\npoints = 2"),
+            "a finite distance",
+        ),
+        (
+            axis("from = 1\nto = 2\npoints = -3"),
+            "small.toml:6: points: invalid value: integer `-3`, expected a whole number from 0 on",
+        ),
+        (
+            format!("{base}title = \"a\\u0001\"\n"),
+            "\"a\\u{1}\" has characters that are no text",
+        ),
+        (
+            format!(
+                "{}{}",
+                axis("values = [1, 2]"),
+                map("x_unit = \"furlong\"\n")
+            ),
+            "\"furlong\"",
+        ),
+        (
+            format!(
+                "{}{}",
+                axis("values = [1, 2]"),
+                map("").replace("impacts", "status")
+            ),
+            "column \"status\" has words, and this needs numbers",
+        ),
+        (
+            format!(
+                "{}{}",
+                axis("values = [1, 2]"),
+                map("").replace("\"f\"", "\"f\\u0000\"")
+            ),
+            "small.toml:5: a picture has a file with characters that are no text",
+        ),
+        (
+            format!("{base}rungs = [\"sampled\"]\n[set]\ncontroller.law = \"firmware\"\n"),
+            "would be overridden by rungs",
+        ),
+        (
+            format!(
+                "{base}plan = \"random\"\nruns = 9223372036854775807\n\
+                 rungs = [\"sampled\", \"quantised\"]\n"
+            ),
+            "more rows than 2^53",
+        ),
+        (
             format!("{base}name = \"a/b\"\n"),
             "name = \"a/b\" is not allowed",
         ),
@@ -209,7 +268,7 @@ fn a_plan_larger_than_the_disk_is_refused_before_anything_is_written() {
         + &["controller.kp", "controller.kd_s", "controller.ki_per_s"]
             .map(|key| format!("[[axis]]\nkey = \"{key}\"\nfrom = 1\nto = 2\npoints = 900000000\n"))
             .concat();
-    assert!(self::told(&grid).contains("more points than 64 bits can count"));
+    assert!(self::told(&grid).contains("more rows than 2^53"));
 }
 
 #[test]
@@ -221,6 +280,12 @@ fn the_command_line_is_checked() {
             "there is no such file; the ready studies are",
         ),
         (&["."][..], "this is a directory"),
+        (&["/dev/zero"][..], "more than 4 MiB"),
+        (&["small.toml", "--threads", "1000000"][..], "1..=1024"),
+        (
+            &["small.toml", "--set", "controller. kp=4"][..],
+            "would be overridden by the axis over controller.kp",
+        ),
         (
             &["small.toml", "--shard", "3/2"][..],
             "a shard is NUMBER/OF",

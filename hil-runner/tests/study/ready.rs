@@ -4,7 +4,7 @@ use std::path::Path;
 
 use hil_runner::study::{Changes, Study, ready};
 
-use crate::support::{messages, study};
+use crate::support::{folder_with, messages, study};
 
 /// Each is listed, printed, read, and has what its pictures need.
 #[test]
@@ -57,5 +57,22 @@ fn the_pictures_of_the_docs_are_those_of_the_command() {
             );
         }
         assert!(folder.path().join(name).join("report.html").exists());
+    }
+}
+
+/// What a reader copies works as it stands.
+#[test]
+fn the_examples_of_the_docs_are_made() {
+    let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs");
+    for (file, pictures) in [("STUDIES.md", 0), ("PICTURES.md", 2)] {
+        let page = std::fs::read_to_string(docs.join(file)).unwrap();
+        let example = page.split("```toml\n").nth(1).unwrap();
+        let example = example.split("```").next().unwrap();
+        let folder = folder_with(example);
+        let output = study(folder.path(), &["small.toml", "--out", "out"]);
+        assert!(messages(&output, 0).is_empty(), "{file}");
+        let drawn = std::fs::read_dir(folder.path().join("out")).unwrap();
+        let svg = |entry: &std::fs::DirEntry| entry.path().extension() == Some("svg".as_ref());
+        assert_eq!(drawn.flatten().filter(svg).count(), pictures, "{file}");
     }
 }

@@ -168,6 +168,11 @@ fn damage_is_told_and_nothing_is_changed() {
     let told = messages(&study(folder.path(), &["small.toml", "--out", "out"]), 2);
     assert!(told.contains("is there without"), "{told}");
     fs::write(&journal, &good_journal).unwrap();
+    fs::remove_file(&csv).unwrap();
+    let told = messages(&study(folder.path(), &["small.toml", "--out", "out"]), 2);
+    assert!(told.contains("results.journal is there without"), "{told}");
+    assert!(!csv.exists());
+    fs::write(&csv, &good_csv).unwrap();
     // And whole again it is complete.
     messages(&study(folder.path(), &["small.toml", "--out", "out"]), 0);
 }
@@ -241,4 +246,12 @@ fn another_study_or_another_folder_is_refused() {
         "{told}"
     );
     assert_eq!(fs::read(other.join("results.csv")).unwrap(), b"1,2\n");
+    // Nor is a study file that is not the one to be run.
+    let draft = folder.path().join("draft");
+    fs::create_dir(&draft).unwrap();
+    fs::write(draft.join("study.toml"), "# my draft\n").unwrap();
+    let told = messages(&study(folder.path(), &["small.toml", "--out", "draft"]), 2);
+    assert!(told.contains("holds study.toml and no results"), "{told}");
+    let kept = fs::read_to_string(draft.join("study.toml")).unwrap();
+    assert_eq!(kept, "# my draft\n");
 }

@@ -193,8 +193,8 @@ limit = "budget"
     );
     // The budget's limit stands in the picture of its figure alone.
     let svg = |file: &str| fs::read_to_string(out.join(file)).unwrap();
-    assert!(svg("f.svg").contains("allowed"));
-    assert!(!svg("g.svg").contains("allowed"));
+    assert!(svg("f.svg").contains("Allowed: 1\u{a0}mm/s²"));
+    assert!(!svg("g.svg").contains("Allowed"));
     let report = svg("report.html");
     assert!(report.contains("Limits: peak_abs_acc_mps2 ≤ 0.001."));
     assert!(report.contains("required are 99"));

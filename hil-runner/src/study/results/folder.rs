@@ -59,7 +59,7 @@ impl Results {
         study_text: &str,
         mut each: impl FnMut(&[Cell]),
     ) -> Result<Self, ResultsError> {
-        refuse_other_contents(folder)?;
+        refuse_other_contents(folder, study_text)?;
         if folder.join("study.json").exists() {
             refuse_other_study(folder, &manifest)?;
         } else {
@@ -74,6 +74,13 @@ impl Results {
             let (csv, journal) = (csv_path.display(), journal_path.display());
             return Err(ResultsError::Damaged(format!(
                 "{csv} is there without {journal}"
+            )));
+        }
+        // A study that is killed here has an empty journal and no CSV.
+        if !csv_path.exists() && fs::metadata(&journal_path).is_ok_and(|it| it.len() > 0) {
+            let (csv, journal) = (csv_path.display(), journal_path.display());
+            return Err(ResultsError::Damaged(format!(
+                "{journal} is there without {csv}"
             )));
         }
         let journal_file = open(&journal_path)?;
@@ -254,17 +261,20 @@ fn write_new(folder: &Path, name: &str, text: &str) -> Result<(), ResultsError> 
 }
 
 /// A folder is new, empty, or one of results.
-fn refuse_other_contents(folder: &Path) -> Result<(), ResultsError> {
+fn refuse_other_contents(folder: &Path, study_text: &str) -> Result<(), ResultsError> {
     let shown = folder.display();
     let entries = match fs::read_dir(folder) {
         Ok(entries) => entries,
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(()),
         Err(error) => return Err(io(folder, &error)),
     };
-    // What a study leaves that was killed before its first file was complete.
+    // What a study leaves that was killed before its second file was complete.
+    let is_ours =
+        || fs::read(folder.join("study.toml")).is_ok_and(|it| it == study_text.as_bytes());
     let unfinished = |name: &std::ffi::OsStr| {
         name.to_str().is_some_and(|name| {
-            name == "study.toml" || (name.starts_with("study.") && name.ends_with(".part"))
+            (name == "study.toml" && is_ours())
+                || (name.starts_with("study.") && name.ends_with(".part"))
         })
     };
     let mut others = entries
@@ -326,7 +336,7 @@ fn refuse_small_disk(
     }
     let gigabytes = |bytes: u128| bytes as f64 / 1e9;
     Err(ResultsError::DiskFull(format!(
-        "{}: {missing} rows need about {:.1} GB, and the disk has {:.1} GB free; make the plan smaller, or give another disk with --out",
+        "{}: {missing} rows need about {:.3} GB, and the disk has {:.3} GB free; make the plan smaller, or give another disk with --out",
         folder.display(),
         gigabytes(bytes),
         gigabytes(free),

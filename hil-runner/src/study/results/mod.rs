@@ -52,7 +52,7 @@ impl fmt::Display for ResultsError {
             Self::Io(words) | Self::Other(words) | Self::DiskFull(words) => f.write_str(words),
             Self::Damaged(words) => write!(
                 f,
-                "{words}; nothing was changed: give another folder with --out, or remove this one and start again"
+                "{words}; nothing was changed: give another folder, or remove this one and start again"
             ),
             Self::InUse(path) => write!(
                 f,

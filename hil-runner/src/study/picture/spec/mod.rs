@@ -15,6 +15,8 @@ pub use wanted::{Atom, Condition};
 use serde::Deserialize;
 use serde::de::{DeserializeOwned, Error};
 
+use crate::study::file::is_text;
+
 /// One picture of a study.
 ///
 /// ```
@@ -79,9 +81,10 @@ impl<'de> Deserialize<'de> for Picture {
 /// refuses what it does not know.
 fn read(mut table: toml::Table) -> Result<Picture, String> {
     let file = text(&mut table, "file").map_err(|error| format!("a picture {error}"))?;
-    if file.is_empty() || file.contains(['/', '\\', '.']) {
+    let plain = |c: char| c.is_alphanumeric() || c == '-' || c == '_';
+    if file.is_empty() || file.len() > 100 || !file.chars().all(plain) {
         return Err(format!(
-            "picture \"{file}\": file is the stem of a file's name, without dots and slashes"
+            "picture {file:?}: file is the stem of a file's name: letters, digits, - and _"
         ));
     }
     rest(table, &file).map_err(|error| format!("picture \"{file}\": {error}"))
@@ -127,7 +130,10 @@ fn kind_keys<T: DeserializeOwned>(table: toml::Table) -> Result<T, String> {
 /// Takes a text out of the table.
 fn text(table: &mut toml::Table, key: &str) -> Result<String, String> {
     match table.remove(key) {
-        Some(toml::Value::String(text)) => Ok(text),
+        Some(toml::Value::String(text)) if is_text(&text) => Ok(text),
+        Some(toml::Value::String(text)) => Err(format!(
+            "has a {key} with characters that are no text: {text:?}"
+        )),
         Some(_) => Err(format!("has a {key} that is no text")),
         None => Err(format!("lacks {key}")),
     }
