@@ -238,7 +238,11 @@ impl Merge {
             bail!("give the folders of all shards");
         };
         let manifest = Manifest::read(first)?;
-        let study = Study::load(&manifest.source, &manifest.changes())?;
+        // The study as it was when the shard was made, wherever this is run.
+        let file = first.join("study.toml");
+        let text = std::fs::read_to_string(&file)
+            .map_err(|error| anyhow::anyhow!("{}: {error}", file.display()))?;
+        let study = Study::parse(&manifest.source, &text, &manifest.changes())?;
         if Manifest::new(
             &study,
             manifest.shard,
@@ -247,9 +251,8 @@ impl Merge {
         ) != manifest
         {
             bail!(
-                "{}: {} has been changed since the shards were made",
-                first.display(),
-                manifest.source
+                "{}: the study file or its base has been changed since the shards were made",
+                first.display()
             );
         }
         let columns = columns(&study);

@@ -22,10 +22,16 @@ impl Residual {
         // From the first on: what they share would cost the small ones digits.
         let first_m = positions_m.first().copied().unwrap_or(0.0);
         let n = count(positions_m.len());
-        let place = |i: usize| (2.0 * count(i) + 1.0 - n) / n;
+        // u of one position after the other, from whole numbers.
+        let places = || {
+            let mut next = -1.0 - n;
+            core::iter::repeat_with(move || {
+                next += 2.0;
+                next / n
+            })
+        };
         let (mut moment, mut inertia) = (0.0, 0.0);
-        for (i, position_m) in positions_m.iter().enumerate() {
-            let u = place(i);
+        for (position_m, u) in positions_m.iter().zip(places()) {
             let root = 1.0 - u * u;
             let arm = root * root * u;
             moment += arm * (position_m - first_m);
@@ -34,8 +40,8 @@ impl Residual {
         let slope_m = if inertia > 0.0 { moment / inertia } else { 0.0 };
         let (mut lowest_m, mut highest_m) = (f64::INFINITY, f64::NEG_INFINITY);
         let mut values_m = Vec::with_capacity(positions_m.len());
-        for (i, position_m) in positions_m.iter().enumerate() {
-            let value = (position_m - first_m) - slope_m * place(i);
+        for (position_m, u) in positions_m.iter().zip(places()) {
+            let value = (position_m - first_m) - slope_m * u;
             lowest_m = lowest_m.min(value);
             highest_m = highest_m.max(value);
             values_m.push(value);

@@ -76,3 +76,19 @@ fn the_examples_of_the_docs_are_made() {
         assert_eq!(drawn.flatten().filter(svg).count(), pictures, "{file}");
     }
 }
+
+/// The study that docs/PLANT.md measures.
+#[test]
+fn the_million_can_be_made() {
+    let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../benches/million.toml");
+    for law in ["quantised", "firmware"] {
+        let changes = Changes {
+            base: None,
+            sets: vec![format!("controller.law={law}")],
+        };
+        let read = Study::load(file, &changes).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!((read.rows(), read.name.as_str()), (1_000_000, "million"));
+        let case = read.case(&read.point(999_999), 0).unwrap();
+        assert_eq!(case.controller.law.name(), law);
+    }
+}

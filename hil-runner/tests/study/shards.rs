@@ -76,9 +76,10 @@ fn shards_that_do_not_belong_together_are_refused() {
     fs::write(&journal, kept.join("\n") + "\n").unwrap();
     let told = messages(&study(folder.path(), &["merge", "merged", "one", "two"]), 2);
     assert!(told.contains("shard 2/2 is not complete"), "{told}");
-    // A merge reads shards and nothing more.
+    // A merge reads shards and nothing more, from anywhere.
     fs::write(&journal, text).unwrap();
     let before = contents(&folder.path().join("two"));
+    fs::remove_file(folder.path().join("small.toml")).unwrap();
     messages(&study(folder.path(), &["merge", "merged", "one", "two"]), 0);
     assert!(before == contents(&folder.path().join("two")));
 }
