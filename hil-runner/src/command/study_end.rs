@@ -3,11 +3,10 @@
 use std::io::Write;
 use std::path::Path;
 
-use hil_runner::figures;
 use hil_runner::output::OutputFile;
 use hil_runner::report::number;
 use hil_runner::study::report::render;
-use hil_runner::study::{MOST_ROWS, Study, Tally, columns, draw, enough_pass, page};
+use hil_runner::study::{MOST_ROWS, Study, Tally, columns, draw, enough_pass, figure_rows, page};
 
 use super::terminal;
 
@@ -75,21 +74,8 @@ fn table(tally: &Tally) -> String {
             "figure", "least", "in row", "mean", "most", "in row", "unit", "none",
         ];
         let mut table = terminal::table(&header, 1);
-        for figure in &rung.figures {
-            let (Some(least), Some(mean), Some(most)) = (figure.least, figure.mean(), figure.most)
-            else {
-                continue;
-            };
-            table.add_row([
-                figure.column.clone(),
-                number::table(least.0),
-                least.1.to_string(),
-                number::table(mean),
-                number::table(most.0),
-                most.1.to_string(),
-                figures::unit(&figure.column).to_owned(),
-                figure.empty.to_string(),
-            ]);
+        for cells in figure_rows(rung) {
+            table.add_row(cells);
         }
         text += &terminal::text(&table);
     }

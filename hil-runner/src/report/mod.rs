@@ -43,6 +43,7 @@ mod traces;
 
 pub use case_report::{CaseReport, FigureRow, HostTiming, Parameter, VerdictRow};
 pub use ladder_report::{LadderReport, LadderRung};
+pub(crate) use page::environment;
 pub use page::{ReportError, render};
 pub use traces::{ContactInterval, Traces};
 

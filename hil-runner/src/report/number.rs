@@ -61,7 +61,7 @@ pub fn table(value: f64) -> String {
 }
 
 /// Writes a decimal integer in superscript characters.
-fn superscript(integer: &str) -> String {
+pub(crate) fn superscript(integer: &str) -> String {
     let raise = |digit| match digit {
         '-' => '⁻',
         '0' => '⁰',

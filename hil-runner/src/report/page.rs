@@ -73,15 +73,7 @@ impl From<serde_json::Error> for ReportError {
 /// Only if the program's own template or data is at fault, see
 /// [`ReportError`]; no value in the report can cause it.
 pub fn render(report: &Report) -> Result<String, ReportError> {
-    let mut environment = Environment::new();
-    environment.set_syntax(
-        SyntaxConfig::builder()
-            .trim_blocks(true)
-            .lstrip_blocks(true)
-            .keep_trailing_newline(true)
-            .build()?,
-    );
-    environment.set_auto_escape_callback(|_| AutoEscape::Html);
+    let mut environment = environment()?;
     environment.add_filter("number", number_cell);
     environment.add_filter("share", share);
     for (name, source) in TEMPLATES {
@@ -95,6 +87,20 @@ pub fn render(report: &Report) -> Result<String, ReportError> {
         ..page_context(report)
     })?;
     Ok(page)
+}
+
+/// What templates of pages have in common: every value is escaped.
+pub(crate) fn environment<'s>() -> Result<Environment<'s>, minijinja::Error> {
+    let mut environment = Environment::new();
+    environment.set_syntax(
+        SyntaxConfig::builder()
+            .trim_blocks(true)
+            .lstrip_blocks(true)
+            .keep_trailing_newline(true)
+            .build()?,
+    );
+    environment.set_auto_escape_callback(|_| AutoEscape::Html);
+    Ok(environment)
 }
 
 /// The report as JSON that cannot end the `<script>` it stands in: in JSON

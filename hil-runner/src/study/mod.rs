@@ -39,7 +39,7 @@ pub use distribution::Distribution;
 pub use drawing::{Drawn, MOST_ROWS, draw};
 pub use engine::{Block, EngineError, make};
 pub use file::StudyFileError;
-pub use page::{enough_pass, page};
+pub use page::{enough_pass, figure_rows, page};
 pub use plan::{MOST_SOBOL_AXES, Plan, PlanError, PlanKind, Position};
 pub use row::{RowMaker, Status, columns};
 pub use tally::{RungTally, Spread as FigureSpread, Tally};

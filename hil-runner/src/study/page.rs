@@ -239,26 +239,31 @@ fn figure_table(tally: &Tally) -> FigureTable {
     ];
     let mut rows = Vec::new();
     for rung in &tally.rungs {
-        for figure in &rung.figures {
-            let (Some(least), Some(mean), Some(most)) = (figure.least, figure.mean(), figure.most)
-            else {
-                continue;
-            };
-            rows.push(vec![
-                rung.rung.clone(),
-                figure.column.clone(),
-                number::table(least.0),
-                least.1.to_string(),
-                number::table(mean),
-                number::table(most.0),
-                most.1.to_string(),
-                figures::unit(&figure.column).to_owned(),
-                figure.empty.to_string(),
-            ]);
-        }
+        rows.extend(figure_rows(rung).map(|cells| {
+            let rung = std::iter::once(rung.rung.clone());
+            rung.chain(cells).collect()
+        }));
     }
     FigureTable {
         heads: heads.map(str::to_owned).to_vec(),
         rows,
     }
+}
+
+/// The figures that any run of a rung has: name, least and its row, mean, most
+/// and its row, unit, runs without.
+pub fn figure_rows(rung: &RungTally) -> impl Iterator<Item = [String; 8]> + '_ {
+    rung.figures.iter().filter_map(|figure| {
+        let (least, mean, most) = (figure.least?, figure.mean()?, figure.most?);
+        Some([
+            figure.column.clone(),
+            number::table(least.0),
+            least.1.to_string(),
+            number::table(mean),
+            number::table(most.0),
+            most.1.to_string(),
+            figures::unit(&figure.column).to_owned(),
+            figure.empty.to_string(),
+        ])
+    })
 }

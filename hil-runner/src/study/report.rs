@@ -17,10 +17,10 @@
 
 use std::fmt;
 
-use minijinja::syntax::SyntaxConfig;
-use minijinja::{AutoEscape, Environment, Value, context};
+use minijinja::{Value, context};
 
 use super::picture::Label;
+use crate::report::environment;
 
 const TEMPLATE: &str = include_str!("../../assets/study.html");
 /// The style of the other reports, and what pictures need beyond it.
@@ -150,15 +150,7 @@ pub fn render(page: &StudyPage) -> Result<String, StudyPageError> {
         let cells = row.len();
         return Err(StudyPageError::Cells { cells, heads });
     }
-    let mut environment = Environment::new();
-    environment.set_syntax(
-        SyntaxConfig::builder()
-            .trim_blocks(true)
-            .lstrip_blocks(true)
-            .keep_trailing_newline(true)
-            .build()?,
-    );
-    environment.set_auto_escape_callback(|_| AutoEscape::Html);
+    let mut environment = environment()?;
     environment.add_template("study.html", TEMPLATE)?;
     let pictures: Result<Vec<Value>, _> = page.pictures.iter().map(picture).collect();
     let verdict = page.verdict.as_ref();

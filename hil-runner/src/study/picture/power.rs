@@ -1,5 +1,7 @@
 //! Powers of ten, exact.
 
+use crate::report::number;
+
 /// Largest k with 10^k ≤ `magnitude`, for a finite number above 0; exact, since
 /// it is read from the decimal digits.
 pub(super) fn decade_below(magnitude: f64) -> i32 {
@@ -15,20 +17,7 @@ pub(super) fn power_of_ten(k: i32) -> f64 {
 
 /// A whole number in superscript characters.
 pub(super) fn superscript(number: i32) -> String {
-    let raise = |digit| match digit {
-        '-' => '⁻',
-        '1' => '¹',
-        '2' => '²',
-        '3' => '³',
-        '4' => '⁴',
-        '5' => '⁵',
-        '6' => '⁶',
-        '7' => '⁷',
-        '8' => '⁸',
-        '9' => '⁹',
-        _ => '⁰',
-    };
-    number.to_string().chars().map(raise).collect()
+    number::superscript(&number.to_string())
 }
 
 #[cfg(test)]
