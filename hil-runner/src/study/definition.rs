@@ -122,10 +122,14 @@ impl Study {
         let file = file::parse(source_name, text)?;
         let mut findings = Findings::new(source_name, text);
         let name = name(&file, source_name);
-        let words = [&file.title, &Some(file.description.clone())];
-        for text in words.into_iter().flatten().chain(&file.notes) {
+        let title = file.title.iter().map(|text| ("title", text));
+        let notes = file.notes.iter().map(|text| ("notes", text));
+        for (key, text) in title
+            .chain([("description", &file.description)])
+            .chain(notes)
+        {
             if !is_text(text) {
-                findings.push_whole(format!("{text:?} has characters that are no text"));
+                findings.push_whole(format!("{key} = {text:?} has characters that are no text"));
             }
         }
         if !is_a_name(&name) {

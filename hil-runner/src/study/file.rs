@@ -144,14 +144,15 @@ impl<'t> Findings<'t> {
         let before = self.text.get(..span.start).unwrap_or(self.text);
         let line = before.matches('\n').count() + 1;
         let name = self.source_name;
-        self.lines
-            .push((line, format!("{name}:{line}: {sentence}")));
+        let words = visible(&format!("{name}:{line}: {sentence}"));
+        self.lines.push((line, words));
     }
 
     /// A finding about the whole.
     pub(super) fn push_whole(&mut self, sentence: impl fmt::Display) {
         let name = self.source_name;
-        self.lines.push((usize::MAX, format!("{name}: {sentence}")));
+        let words = visible(&format!("{name}: {sentence}"));
+        self.lines.push((usize::MAX, words));
     }
 
     /// What has been found, if anything.
@@ -239,6 +240,16 @@ pub(super) fn read(path: &str) -> Result<String, StudyFileError> {
         ));
     }
     Ok(text)
+}
+
+/// Words of a file as a terminal may show them.
+fn visible(words: &str) -> String {
+    let shown = |c: char| match c {
+        '\n' => "\n".to_owned(),
+        c if c.is_control() => c.escape_default().to_string(),
+        c => c.to_string(),
+    };
+    words.chars().map(shown).collect()
 }
 
 /// Whether words can stand in pictures and pages.

@@ -75,7 +75,10 @@ fn spread(
     is_factor: bool,
     plan: PlanKind,
 ) -> Result<Spread, String> {
-    if file.labels.is_some() && (file.values.is_none() || is_factor) {
+    if file.labels.is_some() && file.values.is_none() {
+        return Err("labels are for a list of values".to_owned());
+    }
+    if file.labels.is_some() && is_factor {
         return Err("labels are for values, and not for factors of another key".to_owned());
     }
     let range =
@@ -144,11 +147,13 @@ fn list(
             values.len()
         ));
     }
-    let unfit = |label: &&String| label.is_empty() || !is_text(label);
-    if let Some(label) = labels.unwrap_or_default().iter().find(unfit) {
-        return Err(format!(
-            "label {label:?} is not allowed: at least one character, and none that is not text"
-        ));
+    for (place, label) in labels.unwrap_or_default().iter().enumerate() {
+        let known = labels.unwrap_or_default()[..place].contains(label);
+        if label.trim().is_empty() || !is_text(label) || known {
+            return Err(format!(
+                "label {label:?} is not allowed: each once, with at least one character, all of them text"
+            ));
+        }
     }
     let one = |(place, value): (usize, &toml::Value)| {
         let number = match value {
@@ -173,6 +178,11 @@ fn list(
                 return Err(format!("{value} is not allowed: {}", key.key.allowed()));
             }
             return Ok(AxisValue::Number(number));
+        }
+        if let toml::Value::String(text) = value
+            && !is_text(text)
+        {
+            return Err(format!("{text:?} has characters that are no text"));
         }
         let label = match (labels.and_then(|labels| labels.get(place)), value) {
             (Some(label), _) => label.clone(),

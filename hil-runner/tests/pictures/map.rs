@@ -3,7 +3,7 @@
 use super::samples::{Sample, draw_sample};
 use super::sheet::{Box, Form, Line, Sheet};
 use super::tables::{border, gains, holes, numbers, table, words};
-use hil_runner::study::picture::{Curve, Table};
+use hil_runner::study::picture::{Curve, Table, draw};
 
 const KEYS: &str = "kind = \"map\"\nx = \"a_mm\"\ny = \"b_mm\"\nz = \"z_mm\"\n";
 
@@ -232,4 +232,34 @@ fn colours_beyond_their_range_are_counted() {
     );
     let words = sheet.words().join("|");
     assert!(words.contains("Beyond the ends of the colour scale, shown as its ends: 3 cells."));
+}
+
+/// Long names and numbers are shortened; what is left without room is said.
+#[test]
+fn long_words_leave_room_for_the_plot() {
+    let name = "W".repeat(200);
+    let rows = |z: [f64; 2]| {
+        table([
+            numbers("a_mm", [1.0, 2.0]),
+            words("b", &[&name, &name]),
+            numbers("z_mm", z),
+        ])
+    };
+    let keys = KEYS.replace("b_mm", "b");
+    let named = sheet(&keys, rows([1.0, 2.0]), vec![]);
+    let short = |word: &&str| word.starts_with("WWWWW") && word.ends_with('…');
+    assert!(named.words().iter().any(short), "{:?}", named.words());
+    let ranges = [
+        "linear\"\nz_range = [0, 5e-324]",
+        "log\"\nz_range = [1e90, 1e91]",
+    ];
+    for range in ranges {
+        let keys = format!("{keys}z_scale = \"{range}\n");
+        let plot = sheet(&keys, rows([1e90, 1e91]), vec![]).plots()[0];
+        assert!(plot.right - plot.left >= 150.0, "{range}");
+    }
+    let keys = format!("{keys}z_label = \"{}\"\n", "W ".repeat(700));
+    let sample = Sample::of("map", &keys, rows([1.0, 2.0]));
+    let refused = draw(&sample.picture(), &sample.table, &[]).unwrap_err();
+    assert!(refused.to_string().contains("leave no room"), "{refused}");
 }

@@ -183,12 +183,33 @@ fn every_mistake_has_its_line() {
             "labels are for values, and not for factors of another key",
         ),
         (
-            axis("values = [1, 2]\nlabels = [\"\", \"b\"]"),
-            "label \"\" is not allowed",
+            axis("values = [1, 2]\nlabels = [\" \", \"b\"]"),
+            "label \" \" is not allowed",
         ),
         (
+            axis("values = [1, 2]\nlabels = [\"b\", \"b\"]"),
+            "label \"b\" is not allowed: each once",
+        ),
+        (
+            format!(
+                "{}{}",
+                axis("values = [1, 2]"),
+                map("where = { rung = \"a\\u0001\" }\n")
+            ),
+            "a picture has characters that are no text: \"a\\u{1}\"",
+        ),
+        (
+            format!(
+                "{}{}",
+                axis("values = [1, 2]"),
+                map(&format!("y_label = \"{}\"\n", "W ".repeat(700)))
+            ),
+            "the words beside the plot leave no room for it",
+        ),
+        (format!("{base}\"a\\u001b\" = 1\n"), "a\\u{1b}"),
+        (
             axis("from = 1\nto = 2\npoints = 2\nlabels = [\"a\", \"b\"]"),
-            "labels are for values",
+            "labels are for a list of values",
         ),
         (
             axis("from = -1.7e308\nto = 1.7e308\npoints = 2"),
@@ -224,7 +245,7 @@ fn every_mistake_has_its_line() {
                 axis("values = [1, 2]"),
                 map("").replace("\"f\"", "\"f\\u0000\"")
             ),
-            "small.toml:5: a picture has a file with characters that are no text",
+            "small.toml:5: a picture has characters that are no text: \"f\\0\"",
         ),
         (
             format!("{base}rungs = [\"sampled\"]\n[set]\ncontroller.law = \"firmware\"\n"),

@@ -164,6 +164,7 @@ fn damage_is_told_and_nothing_is_changed() {
         "results.journal:5: this is no line of a journal",
     );
     damage(&journal, b"hello\n", "this is no journal of results");
+    damage(&journal, b"", "is there without");
     fs::remove_file(&journal).unwrap();
     let told = messages(&study(folder.path(), &["small.toml", "--out", "out"]), 2);
     assert!(told.contains("is there without"), "{told}");

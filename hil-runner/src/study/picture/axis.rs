@@ -111,7 +111,7 @@ impl Axis {
     pub(super) fn of_places(title: String, names: &[String]) -> Self {
         let ticks = names.iter().enumerate().map(|(at, name)| Tick {
             at: at as f64,
-            label: name.clone(),
+            label: short(name),
         });
         Self {
             title,
@@ -163,6 +163,11 @@ impl Axis {
             Scale::Log(low, high) => logarithmic(low, high, self.numbers, most, &fits),
         };
         (self.ticks, self.fine) = (ticks, fine);
+        for tick in &mut self.ticks {
+            if tick.label.chars().count() > LONGEST_NUMBER {
+                tick.label = table(tick.at);
+            }
+        }
     }
 
     /// Takes these values for ticks if they are round and have room.
@@ -237,6 +242,23 @@ impl Axis {
         let widths = self.ticks.iter().map(|tick| width(&tick.label, TICK_PX));
         widths.fold(0.0, f64::max)
     }
+}
+
+/// Characters of a number, and width of a name \[px\], that a plot leaves room
+/// for.
+const LONGEST_NUMBER: usize = 16;
+const WIDEST_NAME_PX: f64 = 300.0;
+
+/// A name with its end left out where it is long.
+fn short(name: &str) -> String {
+    let mut start = name.to_owned();
+    while width(&start, TICK_PX) > WIDEST_NAME_PX {
+        start.truncate(start.floor_char_boundary(start.len() * 9 / 10));
+    }
+    if start.len() < name.len() {
+        start.push('…');
+    }
+    start
 }
 
 /// A logarithmic axis takes no power of ten: its numbers are powers already.

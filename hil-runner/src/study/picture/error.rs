@@ -40,6 +40,8 @@ pub enum PictureError {
         /// Cells with a row, at most.
         filled: usize,
     },
+    /// The words beside a plot leave no room for it.
+    NoRoom,
     /// More bars than a picture can show.
     TooManyBars(usize),
     /// More series than a legend can tell apart.
@@ -94,6 +96,7 @@ impl fmt::Display for PictureError {
                  cells of which at most {filled} have a run; kind \"scatter\" can show such a plan",
                 across * up
             ),
+            Self::NoRoom => f.write_str("the words beside the plot leave no room for it"),
             Self::TooManyBars(bars) => write!(
                 f,
                 "{bars} bars are more than a picture can show; kind \"histogram\" or \"lines\" can"

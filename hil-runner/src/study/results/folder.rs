@@ -70,14 +70,15 @@ impl Results {
         }
         let journal_path = folder.join("results.journal");
         let csv_path = folder.join("results.csv");
-        if csv_path.exists() && !journal_path.exists() {
+        let size = |path: &Path| fs::metadata(path).map_or(0, |it| it.len());
+        if size(&csv_path) > 0 && size(&journal_path) == 0 {
             let (csv, journal) = (csv_path.display(), journal_path.display());
             return Err(ResultsError::Damaged(format!(
                 "{csv} is there without {journal}"
             )));
         }
         // A study that is killed here has an empty journal and no CSV.
-        if !csv_path.exists() && fs::metadata(&journal_path).is_ok_and(|it| it.len() > 0) {
+        if !csv_path.exists() && size(&journal_path) > 0 {
             let (csv, journal) = (csv_path.display(), journal_path.display());
             return Err(ResultsError::Damaged(format!(
                 "{journal} is there without {csv}"

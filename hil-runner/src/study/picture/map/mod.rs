@@ -31,6 +31,9 @@ const HEIGHT: f64 = 440.0;
 /// The same for a single row of cells \[px\].
 const HEIGHT_OF_ROW: f64 = 200.0;
 
+/// Least width of a plot \[px\].
+const LEAST_WIDTH_PX: f64 = 150.0;
+
 pub(super) fn draw(
     spec: &Picture,
     map: &Map,
@@ -63,6 +66,9 @@ pub(super) fn draw(
         right,
         bottom: top + tall,
     };
+    if right - left < LEAST_WIDTH_PX {
+        return Err(PictureError::NoRoom);
+    }
     let frame = |area: Area| Frame { area, x: &x, y: &y };
     let draft = Overlay::new(map, table, &grid, &frame(at(0.0)), curves)?;
     let states = grid.states();

@@ -2,7 +2,6 @@
 
 use serde::{Deserialize, Deserializer};
 
-use crate::study::file::is_text;
 use crate::study::picture::axis::{AxisKeys, Spacing};
 
 /// Curves over a parameter.
@@ -212,11 +211,6 @@ pub(super) fn axis(
     unit: Option<String>,
     range: Option<[f64; 2]>,
 ) -> Result<AxisKeys, String> {
-    if let Some(label) = label.as_ref().filter(|label| !is_text(label)) {
-        return Err(format!(
-            "{name}_label = {label:?} has characters that are no text"
-        ));
-    }
     if let Some([low, high]) = range {
         let finite = low.is_finite() && high.is_finite();
         if !(finite && low < high) {
@@ -280,11 +274,6 @@ impl<'de> Deserialize<'de> for Limit {
             Value::Number(value) => (value, false),
             Value::Word(Budget::Budget) => (0.0, true),
         };
-        if label.as_ref().is_some_and(|label| !is_text(label)) {
-            return Err(serde::de::Error::custom(
-                "limit.label has characters that are no text",
-            ));
-        }
         if !(value.is_finite() && value >= 0.0) {
             return Err(serde::de::Error::custom(format!(
                 "limit = {value} must be a number of at least 0: it holds for the magnitude"

@@ -80,6 +80,11 @@ impl<'de> Deserialize<'de> for Picture {
 /// Splits the keys of every picture from those of its kind, so that each part
 /// refuses what it does not know.
 fn read(mut table: toml::Table) -> Result<Picture, String> {
+    if let Some(words) = table.values().find_map(no_text) {
+        return Err(format!(
+            "a picture has characters that are no text: {words:?}"
+        ));
+    }
     let file = text(&mut table, "file").map_err(|error| format!("a picture {error}"))?;
     let plain = |c: char| c.is_alphanumeric() || c == '-' || c == '_';
     if file.is_empty() || file.len() > 100 || !file.chars().all(plain) {
@@ -122,6 +127,16 @@ fn rest(mut table: toml::Table, file: &str) -> Result<Picture, String> {
     })
 }
 
+/// The first words within a value that cannot stand in a picture.
+fn no_text(value: &toml::Value) -> Option<&str> {
+    match value {
+        toml::Value::String(words) => Some(words.as_str()).filter(|words| !is_text(words)),
+        toml::Value::Array(values) => values.iter().find_map(no_text),
+        toml::Value::Table(table) => table.values().find_map(no_text),
+        _ => None,
+    }
+}
+
 fn kind_keys<T: DeserializeOwned>(table: toml::Table) -> Result<T, String> {
     let keys = toml::Value::Table(table).try_into();
     keys.map_err(|error: toml::de::Error| error.message().trim_end().to_owned())
@@ -130,10 +145,7 @@ fn kind_keys<T: DeserializeOwned>(table: toml::Table) -> Result<T, String> {
 /// Takes a text out of the table.
 fn text(table: &mut toml::Table, key: &str) -> Result<String, String> {
     match table.remove(key) {
-        Some(toml::Value::String(text)) if is_text(&text) => Ok(text),
-        Some(toml::Value::String(text)) => Err(format!(
-            "has a {key} with characters that are no text: {text:?}"
-        )),
+        Some(toml::Value::String(text)) => Ok(text),
         Some(_) => Err(format!("has a {key} that is no text")),
         None => Err(format!("lacks {key}")),
     }
