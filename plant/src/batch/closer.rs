@@ -1,9 +1,10 @@
 //! Lanes that leave the common step and are not followed side by side: they
 //! are single runs for as long as it lasts.
 
-use super::group::{Group, Leaving};
+use super::group::Group;
 use super::lanes::Shared;
 use super::question::Question;
+use super::step::Leaving;
 use super::width::Width;
 use crate::axis::Drive;
 use crate::error::PlantError;

@@ -1,9 +1,10 @@
 //! Lanes that have left the common step, of all groups: changes of contact are
 //! followed side by side, whatever else happens as single runs.
 
-use super::group::{Group, Leaving};
+use super::group::Group;
 use super::lanes::Shared;
 use super::question::{Piece, Question, exceeds};
+use super::step::Leaving;
 use super::swing::{Begin, Swing};
 use super::width::Width;
 use crate::exact::{FIGURES, HELD};

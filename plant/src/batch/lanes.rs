@@ -1,8 +1,9 @@
 //! Many runs of one axis, in groups of as many as there are lanes.
 
 use super::contact::Contacts;
-use super::group::{Group, Leaving};
+use super::group::Group;
 use super::phase::{DRIVING, Phase};
+use super::step::Leaving;
 use super::width::Width;
 use crate::axis::Axis;
 use crate::error::PlantError;

@@ -1,8 +1,9 @@
 //! What the dampers of all lanes' joints take in a step, in the order of
 //! [`crate::exact::Dissipation::over`].
 
-use super::group::{Group, Step};
+use super::group::Group;
 use super::phase::DRIVING;
+use super::step::Step;
 use super::width::Width;
 use crate::exact::HeldTable;
 use crate::state::{BETA_DOT, CURRENT, EPSILON_DOT};

@@ -5,7 +5,8 @@
 //! phase     the numbers of one step, those of all lanes and those of each
 //! modes     what a lane's mode makes of the equations
 //! lanes     all runs of an axis, in groups
-//! group     the states of a group, one step at a time
+//! group     the runs of a group
+//! step      the step that they take, and which of them leave it
 //! loss      what the dampers of the joints take in a step
 //! track     its last steps, and whether to look between their ends
 //! question  steps and pieces of steps that are looked at for extremes later
@@ -34,6 +35,7 @@ mod loss;
 mod modes;
 mod phase;
 mod question;
+mod step;
 mod swing;
 mod track;
 mod width;
