@@ -26,7 +26,9 @@ pub fn page(study: &Study, tally: &Tally, drawn: &[Drawn], command_line: &str) -
         verdict: verdict(study, tally),
         warnings: warnings(tally),
         plan: plan(study),
-        axes: study.axes.iter().map(axis_row).collect(),
+        axes: (study.axes.iter())
+            .map(|axis| axis_row(axis, study.plan_kind))
+            .collect(),
         figures: figure_table(tally),
         validity: study.notes.clone(),
         repeat: vec![command_line.to_owned()],
@@ -158,7 +160,7 @@ fn plan(study: &Study) -> Vec<String> {
     lines
 }
 
-fn axis_row(axis: &Axis) -> AxisRow {
+fn axis_row(axis: &Axis, plan: PlanKind) -> AxisRow {
     let values = match &axis.spread {
         Spread::List(values) => {
             let texts: Vec<String> = values
@@ -180,7 +182,10 @@ fn axis_row(axis: &Axis) -> AxisRow {
                 Scale::Linear => "evenly",
                 Scale::Log => "logarithmically",
             };
-            format!("{from} to {to}, {points} values {scale} spaced")
+            match plan {
+                PlanKind::Grid => format!("{from} to {to}, {points} values {scale} spaced"),
+                _ => format!("{from} to {to}, {scale} drawn"),
+            }
         }
         Spread::Random(distribution) => distribution_words(distribution),
     };

@@ -20,6 +20,13 @@ fn every_mistake_has_its_line() {
             .to_owned()
             + rest
     };
+    let unknown = told(&format!(
+        "{}{}",
+        axis("values = [1, 2]"),
+        map("pass = \"no\"\n")
+    ));
+    assert_eq!(unknown.lines().count(), 1, "{unknown}");
+    assert!(unknown.contains("have no column no"), "{unknown}");
     for (text, words) in [
         (String::new(), "small.toml:1: missing field `base`"),
         (

@@ -200,6 +200,27 @@ limit = "budget"
     assert!(report.contains("required are 99"));
 }
 
+/// The report says how a range is gone through: in steps, or drawn from.
+#[test]
+fn the_report_says_how_a_range_is_taken() {
+    let axis = "[[axis]]\nkey = \"controller.kp\"\nfrom = 1\nto = 4\nscale = \"log\"\n";
+    for (plan, points, words) in [
+        (
+            "grid\"",
+            "points = 3\n",
+            "1 to 4, 3 values logarithmically spaced",
+        ),
+        ("sobol\"\nruns = 3", "", "1 to 4, logarithmically drawn"),
+    ] {
+        let set = "[set]\nrun.duration_s = 0.05\n";
+        let text = format!("base = \"paper-2\"\nplan = \"{plan}\n{set}{axis}{points}");
+        let folder = folder_with(&text);
+        messages(&study(folder.path(), &["small.toml", "--out", "out"]), 0);
+        let report = fs::read_to_string(folder.path().join("out/report.html")).unwrap();
+        assert!(report.contains(words), "{plan}");
+    }
+}
+
 /// Steps of encoder and converter change, the loop does not.
 #[test]
 fn the_loop_gain_can_be_kept() {
