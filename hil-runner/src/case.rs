@@ -53,6 +53,11 @@ impl Law {
         Self::Firmware,
     ];
 
+    /// The rung of a name.
+    pub fn find(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|law| law.name() == name)
+    }
+
     /// The rung's name in run files, traces and summaries.
     pub fn name(self) -> &'static str {
         match self {

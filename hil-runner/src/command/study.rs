@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::{Args, Subcommand};
+use hil_runner::case::Law;
 use hil_runner::study::results::{Manifest, Progress, Results, ResultsError, Shard};
 use hil_runner::study::{Changes, Study, Tally, columns, make, ready};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -48,6 +49,10 @@ pub(crate) struct StudyCommand {
     /// Override a key of the case in every run
     #[arg(long = "set", value_name = "KEY.PATH=VALUE")]
     sets: Vec<String>,
+    /// Run every point on these rungs instead of the study's: continuous, sampled, quantised,
+    /// firmware, separated by commas
+    #[arg(long, value_name = "RUNG,…", value_delimiter = ',', value_parser = rung)]
+    rungs: Option<Vec<Law>>,
     /// Folder of the results [default: out/study-NAME, with --base out/study-NAME-BASE]
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -84,23 +89,28 @@ impl StudyCommand {
                 terminal::print(&list())?;
                 Ok(true)
             }
-            (None, Some(name)) if self.print => match ready::text(name) {
-                Some(text) => {
-                    terminal::print(text)?;
-                    Ok(true)
+            (None, Some(name)) if self.print => {
+                if !ready::is_ready(name) {
+                    bail!("{name} is no ready study; --list shows them");
                 }
-                None => bail!("{name} is no ready study; --list shows them"),
-            },
+                terminal::print(&Study::text(name, &self.changes())?)?;
+                Ok(true)
+            }
             (None, Some(name)) => self.run(name),
             (None, None) => bail!("give a study file or a ready study; --list shows them"),
         }
     }
 
-    fn run(&self, name: &str) -> anyhow::Result<bool> {
-        let changes = Changes {
+    fn changes(&self) -> Changes {
+        Changes {
             base: self.base.clone(),
             sets: self.sets.clone(),
-        };
+            rungs: self.rungs.clone(),
+        }
+    }
+
+    fn run(&self, name: &str) -> anyhow::Result<bool> {
+        let changes = self.changes();
         let study = Study::load(name, &changes)?;
         let shard = self.shard.unwrap_or(Shard::WHOLE);
         let folder = self
@@ -200,6 +210,12 @@ fn bar(study: &Study, start: Progress) -> ProgressBar {
     }
     bar.reset_eta();
     bar
+}
+
+/// A rung of the command line.
+fn rung(name: &str) -> Result<Law, String> {
+    let known = || Law::ALL.map(Law::name).join(", ");
+    Law::find(name).ok_or_else(|| format!("a rung is one of {}", known()))
 }
 
 /// `out/study-NAME`, of another base `out/study-NAME-BASE`.

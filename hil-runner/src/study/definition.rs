@@ -4,6 +4,7 @@ use super::axis::{Axis, Chosen};
 use super::constraint::Constraint;
 use super::drawable::pictures_can_be_drawn;
 use super::file::{self, Findings, StudyFileError, is_text};
+use super::loop_gain::at_other_steps;
 use super::picture::Picture;
 use super::plan::{Plan, PlanKind};
 use super::read_axes::{axes, times_are_known};
@@ -14,16 +15,16 @@ use crate::budget::limits;
 use crate::case::{Case, Law};
 use crate::runfile::{KeyPath, KeyValue, RunFileErrors, Template, builtin_text};
 
-/// What becomes of the gains where steps of encoder or converter change
+/// What becomes of the loop where steps of encoder or converter change
 /// (`loop_gain`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LoopGain {
-    /// The gains stay in codes per count: with finer steps the loop changes.
+    /// Gains stay in codes per count: with finer steps the loop changes.
     #[default]
     PerCount,
-    /// The gains keep their volts per radian, those of the base with its
-    /// `K_enc·K_dac`: only the resolution changes.
+    /// Gains, feed-forward and limits keep their volts and radians, those that
+    /// they have with the steps of the base: only the resolution changes.
     Constant,
 }
 
@@ -40,6 +41,9 @@ pub struct Study {
     pub notes: Vec<String>,
     /// Name or path of the base case.
     pub base: String,
+    /// The base with the command line's `--set` alone, before what the study
+    /// changes.
+    pub reference: Template,
     /// Kind of plan.
     pub plan_kind: PlanKind,
     /// The points.
@@ -86,6 +90,8 @@ pub struct Changes {
     pub base: Option<String>,
     /// Further `section.key=value`.
     pub sets: Vec<String>,
+    /// Other rungs than those of the file.
+    pub rungs: Option<Vec<Law>>,
 }
 
 /// Rows of a study at most: their numbers are exact as floats.
@@ -107,10 +113,29 @@ impl Study {
     /// # Ok::<(), Box<dyn std::error::Error>>(())
     /// ```
     pub fn load(name_or_path: &str, changes: &Changes) -> Result<Self, StudyFileError> {
-        match ready::text(name_or_path) {
-            Some(text) => Self::parse(name_or_path, text, changes),
-            None => Self::parse(name_or_path, &file::read(name_or_path)?, changes),
+        Self::parse(name_or_path, &Self::text(name_or_path, changes)?, changes)
+    }
+
+    /// The study file of a ready study, rendered over its base, or that of a
+    /// file.
+    ///
+    /// # Errors
+    /// If there is none, or the ready study cannot be made of the base.
+    pub fn text(name_or_path: &str, changes: &Changes) -> Result<String, StudyFileError> {
+        if !ready::is_ready(name_or_path) {
+            return file::read(name_or_path);
         }
+        let refuse = |why: String| StudyFileError::of(name_or_path, why);
+        let name = changes.base.as_deref().unwrap_or(ready::BASE);
+        let base = Template::load(name, &changes.sets).map_err(|errors| {
+            let lines: Vec<String> = errors
+                .entries()
+                .iter()
+                .map(|e| format!("base: {e}"))
+                .collect();
+            refuse(lines.join("\n"))
+        })?;
+        ready::render(name_or_path, name, &base, changes.rungs.as_deref()).map_err(refuse)
     }
 
     /// Reads a study from its text; `source_name` stands in messages, its stem
@@ -138,13 +163,17 @@ impl Study {
             ));
         }
         let axes = axes(&file, &mut findings);
-        let sets = sets(&file, &axes, changes, &mut findings);
+        let around_base = ready::is_ready(source_name);
+        let sets = sets(&file, &axes, changes, around_base, &mut findings);
         let base = match &changes.base {
             Some(base) => base.clone(),
             None if builtin_text(file.base.get_ref()).is_some() => file.base.get_ref().clone(),
             None => file::beside(source_name, file.base.get_ref()),
         };
-        let rungs = rungs(&file, &base, &sets, &mut findings);
+        let rungs = rungs(&file, &base, &sets, changes, &mut findings);
+        // A base that only the study's own keys make a run stands for itself.
+        let reference = Template::load(&base, &changes.sets).ok();
+        let reference = reference.or_else(|| Some(rungs.first()?.1.clone()));
         let constraints = constraints(&file, &axes, &rungs, &mut findings);
         let plan = plan(&file, &axes, &mut findings);
         let required_yield_percent = required_yield(&file, &mut findings);
@@ -153,7 +182,7 @@ impl Study {
         }
         times_are_known(&axes, &rungs, &mut findings);
         findings.into_result()?;
-        let Some(plan) = plan else {
+        let (Some(plan), Some(reference)) = (plan, reference) else {
             return Err(StudyFileError::of(source_name, "has no plan"));
         };
         let mut study = Self {
@@ -162,6 +191,7 @@ impl Study {
             description: file.description,
             notes: file.notes,
             base,
+            reference,
             plan_kind: file.plan,
             plan,
             seed: file.seed,
@@ -254,19 +284,33 @@ impl Study {
     /// What is wrong with the values of the point.
     pub fn case(&self, point: &Point, rung: usize) -> Result<Case, RunFileErrors> {
         let (_, template) = &self.rungs[rung];
-        if self.axes.is_empty() {
+        let changes = self.changes(point, rung)?;
+        if changes.is_empty() {
             return Ok(template.base().clone());
         }
-        let keys = self.axes.iter().map(|axis| &axis.key);
-        let mut case = template.case(keys.zip(&point.values))?;
+        template.case(changes.iter().map(|(key, value)| (key, value)))
+    }
+
+    /// Every key that a point gives another value than its rung's run file:
+    /// those of the axes, and what keeps the loop where steps change.
+    ///
+    /// # Errors
+    /// What is wrong with the values of the point.
+    pub fn changes(
+        &self,
+        point: &Point,
+        rung: usize,
+    ) -> Result<Vec<(KeyPath, KeyValue)>, RunFileErrors> {
+        let keys = self.axes.iter().map(|axis| axis.key);
+        let mut changes: Vec<_> = keys.zip(point.values.iter().cloned()).collect();
         if self.loop_gain == LoopGain::Constant {
-            let per_rad = |case: &Case| case.encoder.counts_per_rad * case.dac.step_v;
-            let ratio = per_rad(template.base()) / per_rad(&case);
-            let gains = &mut case.controller.gains;
-            for gain in [&mut gains.kp, &mut gains.ki_per_s, &mut gains.kd_s] {
-                *gain *= ratio;
+            let (_, template) = &self.rungs[rung];
+            let case = template.case(changes.iter().map(|(key, value)| (key, value)))?;
+            for (key, value) in at_other_steps(self.reference.base(), &case, template, &changes) {
+                changes.retain(|(axis, _)| axis.path() != key.path());
+                changes.push((key, value));
             }
         }
-        Ok(case)
+        Ok(changes)
     }
 }

@@ -52,6 +52,7 @@ fn empty_table(columns: &[Column]) -> Table {
             ColumnKind::Number => Values::Number(Vec::new()),
             ColumnKind::Flag | ColumnKind::Text => Values::Text(Vec::new()),
         },
+        own: None,
     };
     Table {
         columns: columns.iter().map(empty).collect(),

@@ -2,11 +2,13 @@
 
 use std::path::Path;
 
+use super::base::own_number;
 use super::border::borders;
 use super::cell::{Cell, Column, ColumnKind};
 use super::definition::Study;
 use super::picture::{self, Curve, Kind, Picture, PictureError, Table, Values};
 use super::results::{ResultsError, for_each_row};
+use crate::runfile::KeyPath;
 
 /// Rows that pictures show: the first ones. Of a plan that draws, these are
 /// drawn like all others.
@@ -66,6 +68,9 @@ fn table(study: &Study, folder: &Path, columns: &[Column]) -> Result<Table, Resu
                     ColumnKind::Number => Values::Number(Vec::new()),
                     ColumnKind::Flag | ColumnKind::Text => Values::Text(Vec::new()),
                 },
+                own: KeyPath::find(&columns[place].name)
+                    .ok()
+                    .and_then(|key| own_number(&study.reference, &key)),
             })
             .collect(),
     };

@@ -6,6 +6,7 @@
 //! ```
 
 mod axis;
+mod base;
 mod border;
 mod cell;
 mod constraint;
@@ -18,6 +19,7 @@ mod drawing;
 mod engine;
 mod feeding;
 mod file;
+mod loop_gain;
 mod margins;
 mod page;
 pub mod picture;

@@ -4,6 +4,8 @@
 use core::ops::Range;
 use std::path::Path;
 
+use toml::Spanned;
+
 use super::axis::Axis;
 use super::constraint::Constraint;
 use super::definition::Changes;
@@ -29,11 +31,14 @@ pub(super) fn is_a_name(name: &str) -> bool {
     !name.is_empty() && name.len() <= 100 && name.chars().all(plain)
 }
 
-/// `section.key=value` of `[set]`, the budget and the command line.
+/// `section.key=value` of `[set]`, the budget and the command line. The axes of
+/// a study that is made around its base follow the command line: nothing of it
+/// is overridden there.
 pub(super) fn sets(
     file: &StudyFile,
     axes: &[Axis],
     changes: &Changes,
+    around_base: bool,
     findings: &mut Findings<'_>,
 ) -> Vec<String> {
     let mut sets = Vec::new();
@@ -55,14 +60,16 @@ pub(super) fn sets(
             .collect();
         sets.push(format!("budget={{{}}}", limits.join(", ")));
     }
+    let own = sets.len();
     sets.extend(changes.sets.iter().cloned());
-    for set in &sets {
+    let by_file = if around_base { own } else { sets.len() };
+    for set in &sets[..by_file] {
         let path: String = set
             .split_once('=')
             .map_or(set.as_str(), |(path, _)| path)
             .split_whitespace()
             .collect();
-        if path == "controller.law" && file.rungs.is_some() {
+        if path == "controller.law" && (file.rungs.is_some() || changes.rungs.is_some()) {
             findings.push_whole(format!("{set} would be overridden by rungs"));
         }
         if axes.iter().any(|axis| axis.key.path() == path) {
@@ -76,6 +83,7 @@ pub(super) fn rungs(
     file: &StudyFile,
     base: &str,
     sets: &[String],
+    changes: &Changes,
     findings: &mut Findings<'_>,
 ) -> Vec<(Law, Template)> {
     let mut load = |sets: &[String], span: Range<usize>| match Template::load(base, sets) {
@@ -87,7 +95,13 @@ pub(super) fn rungs(
             None
         }
     };
-    let Some(names) = &file.rungs else {
+    let asked: Option<Vec<&str>> = match (&changes.rungs, &file.rungs) {
+        (Some(laws), _) => Some(laws.iter().map(|law| law.name()).collect()),
+        (None, names) => names
+            .as_ref()
+            .map(|names| names.get_ref().iter().map(String::as_str).collect()),
+    };
+    let Some(names) = asked else {
         let template = load(sets, file.base.span());
         return template
             .map(|template| (template.base().controller.law, template))
@@ -95,11 +109,14 @@ pub(super) fn rungs(
             .collect();
     };
     let mut rungs: Vec<(Law, Template)> = Vec::new();
-    let (names, span) = (names.get_ref(), names.span());
+    let span = file
+        .rungs
+        .as_ref()
+        .map_or_else(|| file.base.span(), Spanned::span);
     let known: Vec<&str> = Law::ALL.iter().map(|law| law.name()).collect();
     let mut wrong = names.is_empty();
     for (place, name) in names.iter().enumerate() {
-        let Some(law) = Law::ALL.into_iter().find(|law| law.name() == name) else {
+        let Some(law) = Law::find(name) else {
             wrong = true;
             continue;
         };

@@ -6,6 +6,7 @@ pub(super) fn numbers(name: &str, values: impl IntoIterator<Item = f64>) -> Colu
     Column {
         name: name.into(),
         values: Values::Number(values.into_iter().map(Some).collect()),
+        own: None,
     }
 }
 
@@ -13,6 +14,7 @@ pub(super) fn holes(name: &str, values: &[Option<f64>]) -> Column {
     Column {
         name: name.into(),
         values: Values::Number(values.to_vec()),
+        own: None,
     }
 }
 
@@ -20,6 +22,7 @@ pub(super) fn words(name: &str, values: &[&str]) -> Column {
     Column {
         name: name.into(),
         values: Values::Text(values.iter().map(ToString::to_string).collect()),
+        own: None,
     }
 }
 

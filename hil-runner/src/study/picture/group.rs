@@ -156,6 +156,7 @@ mod tests {
         Column {
             name: "controller.sample_time_s".into(),
             values: Values::Number(values.iter().map(|&value| Some(value)).collect()),
+            own: None,
         }
     }
 

@@ -35,6 +35,16 @@ pub(super) struct Group {
     pub(super) entries: Vec<Entry>,
 }
 
+impl Group {
+    /// One entry alone.
+    pub(super) fn of(entry: Entry) -> Self {
+        Self {
+            heading: String::new(),
+            entries: vec![entry],
+        }
+    }
+}
+
 /// Width of a key and the room behind it \[px\].
 const KEY: f64 = 34.0;
 const KEY_GAP: f64 = 7.0;

@@ -31,6 +31,7 @@ mod lines;
 mod map;
 mod mark;
 mod note;
+mod own;
 mod power;
 mod scale;
 mod scatter;
@@ -72,6 +73,7 @@ pub struct Curve {
 /// let column = |name: &str, values: [f64; 3]| Column {
 ///     name: name.to_owned(),
 ///     values: Values::Number(values.map(Some).to_vec()),
+///     own: None,
 /// };
 /// let table = Table {
 ///     columns: vec![

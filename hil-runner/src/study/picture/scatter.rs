@@ -11,6 +11,7 @@ use super::lines::{LIMIT_LINE, draw_limits, with_limits, with_sign};
 use super::map::parts;
 use super::mark::{Mark, Shape};
 use super::note::{Chosen, LeftOut};
+use super::own;
 use super::sheet::{EDGE, Sheet, WIDTH};
 use super::spec::{Picture, Scatter};
 use super::{Curve, PictureError, Table};
@@ -76,6 +77,7 @@ pub(super) fn draw(
             in_words(limit.value, &label)
         )),
     }));
+    entries.extend(own::line_entry(table, &scatter.x, &x));
     let heading = String::new();
     let groups = [Group { heading, entries }];
     let groups = if groups[0].entries.is_empty() {
@@ -121,6 +123,7 @@ pub(super) fn draw(
                 canvas.path(&part, &CURVE);
             }
         }
+        own::draw_line(canvas, &frame, table, &scatter.x);
         draw_limits(canvas, &frame, &limits);
     })
 }

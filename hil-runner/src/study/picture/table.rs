@@ -22,6 +22,9 @@ pub struct Column {
     pub name: String,
     /// One value per row.
     pub values: Values,
+    /// What the base of the study has, in the unit of the name: pictures mark
+    /// it along their axes.
+    pub own: Option<f64>,
 }
 
 /// The values of a column.

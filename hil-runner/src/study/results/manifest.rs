@@ -9,6 +9,7 @@ use crc::{CRC_64_XZ, Crc};
 use serde::{Deserialize, Serialize};
 
 use super::{ResultsError, io};
+use crate::case::Law;
 use crate::study::definition::{Changes, Study};
 use crate::study::row::columns;
 
@@ -84,6 +85,8 @@ pub struct Manifest {
     pub base: Option<String>,
     /// Every `--set` of the command line.
     pub sets: Vec<String>,
+    /// Rungs that the command line asks for instead of the study's.
+    pub rungs: Option<Vec<String>>,
     /// Names of the columns.
     pub columns: Vec<String>,
 }
@@ -102,6 +105,10 @@ impl Manifest {
             source: source.to_owned(),
             base: changes.base.clone(),
             sets: changes.sets.clone(),
+            rungs: changes
+                .rungs
+                .as_ref()
+                .map(|laws| laws.iter().map(|law| law.name().to_owned()).collect()),
             columns: columns(study)
                 .into_iter()
                 .map(|column| column.name)
@@ -114,6 +121,10 @@ impl Manifest {
         Changes {
             base: self.base.clone(),
             sets: self.sets.clone(),
+            rungs: self
+                .rungs
+                .as_ref()
+                .map(|names| names.iter().filter_map(|name| Law::find(name)).collect()),
         }
     }
 
@@ -121,10 +132,14 @@ impl Manifest {
     pub fn command_line(&self) -> String {
         let base = self.base.iter().map(|base| format!(" --base {base}"));
         let sets = self.sets.iter().map(|set| format!(" --set {set}"));
+        let rungs = self
+            .rungs
+            .iter()
+            .map(|rungs| format!(" --rungs {}", rungs.join(",")));
         format!(
             "hil-runner study {}{}",
             self.source,
-            base.chain(sets).collect::<String>()
+            base.chain(sets).chain(rungs).collect::<String>()
         )
     }
 

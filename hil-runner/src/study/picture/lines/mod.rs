@@ -10,8 +10,10 @@ pub(super) use plot::{draw_limits, with_limits, with_sign};
 use super::axis::{Axis, Direction};
 use super::canvas::{Area, Canvas};
 use super::frame::{Frame, room_below, room_left, room_right};
+use super::legend::Group;
 use super::mark::shape;
 use super::note::LeftOut;
+use super::own;
 use super::sheet::{EDGE, Sheet, WIDTH};
 use super::spec::{Lines, Panel, Picture};
 use super::{Curve, PictureError, Table};
@@ -54,7 +56,8 @@ pub(super) fn draw(
     let left = EDGE + rooms.fold(0.0, f64::max);
     x.fit(WIDTH - EDGE - left - 22.0, Direction::Across);
     let right = WIDTH - room_right(&x);
-    let groups = looks.legend(lines, table, curves);
+    let mut groups = looks.legend(lines, table, curves);
+    groups.extend(own::line_entry(table, &lines.x, &x).map(Group::of));
     let mut notes = data.notes;
     notes.extend(left_out.notes("Lines: medians, bands: smallest to largest"));
     let sheet = Sheet::new(&spec.title, &groups, &notes);
@@ -78,6 +81,7 @@ pub(super) fn draw(
             };
             frame.draw_grid(canvas);
             frame.draw_axes(canvas, at == lowest);
+            own::draw_line(canvas, &frame, table, &lines.x);
             plot.draw(canvas, &frame);
             if plot.is_empty() {
                 frame.draw_nothing(canvas);

@@ -17,6 +17,7 @@ use super::label::Label;
 use super::legend::{Entry, Group, Key};
 use super::mark::{Mark, Shape};
 use super::note::{Chosen, LeftOut, counted};
+use super::own;
 use super::sheet::{EDGE, Sheet, WIDTH};
 use super::spec::{Map, Picture};
 use super::{Curve, PictureError, Table};
@@ -72,7 +73,9 @@ pub(super) fn draw(
     let frame = |area: Area| Frame { area, x: &x, y: &y };
     let draft = Overlay::new(map, table, &grid, &frame(at(0.0)), curves)?;
     let states = grid.states();
-    let groups = legend(map, &grid, &states, &draft);
+    let sides = [map.x.as_str(), map.y.as_str()];
+    let mut groups = legend(map, &grid, &states, &draft);
+    groups.extend(own::ring_entry(table, sides, [&x, &y]).map(Group::of));
     notes.extend(left_out.notes("Cells show medians"));
     notes.extend(empty_cells(&grid));
     notes.extend((beyond > 0).then(|| {
@@ -95,6 +98,7 @@ pub(super) fn draw(
         };
         painting.draw(canvas);
         overlay.draw(canvas, &frame.area);
+        own::draw_ring(canvas, &frame, table, sides);
         frame.draw_axes(canvas, true);
         bar::draw(canvas, &frame.area, &z, map.colours);
         if grid.cells.iter().all(|cell| cell.runs == 0) {

@@ -1,0 +1,116 @@
+//! What the base of a study has: numbers of its keys, its facts in words, and
+//! what the study puts in their place.
+
+use core::f64::consts::FRAC_PI_2;
+
+use plant::Joint;
+
+use super::definition::Study;
+use crate::case::{Case, ComputationDelay, Law};
+use crate::report::number;
+use crate::runfile::{KeyPath, Template};
+use crate::time::seconds;
+
+/// The number that a key has in a base, or that its partner says.
+pub(super) fn own_number(base: &Template, key: &KeyPath) -> Option<f64> {
+    let case = base.base();
+    let span_v = case.dac.step_v * f64::from(case.dac.bits).exp2();
+    let of_partner = || match key.path().as_str() {
+        // Four counts a line.
+        "encoder.lines" => Some(case.encoder.counts_per_rad * FRAC_PI_2),
+        "encoder.counts_per_rad" => Some(case.encoder.counts_per_rad),
+        "drive.dac_lsb_v" => Some(case.dac.step_v),
+        "drive.dac_range_v" => Some(span_v),
+        "motion.total_time_s" => Some(case.motion.end_s()),
+        _ => None,
+    };
+    base.number(key).or_else(of_partner)
+}
+
+/// The base and what becomes of it, a sentence each.
+pub fn sentences(study: &Study) -> Vec<String> {
+    let facts = facts(&study.base, study.reference.base());
+    std::iter::once(facts).chain(replaced(study)).collect()
+}
+
+/// The facts of a base that a reader of its results wants to see beside them,
+/// in one sentence.
+fn facts(name: &str, case: &Case) -> String {
+    let shown = number::table;
+    let digits = |value: f64| shown(number::significant(value, 6));
+    let transmission = &case.axis.transmission;
+    let gains = &case.controller.gains;
+    let period = case.controller.sample_time_ns.map(|ns| {
+        let delay = match case.controller.computation_delay {
+            ComputationDelay::Fixed(0) => String::new(),
+            ComputationDelay::Fixed(ns) => {
+                format!(" and {} ms delay", digits(1e3 * seconds(ns)))
+            }
+            ComputationDelay::Measured => " and the chip's own delay".to_owned(),
+        };
+        format!(", Δt = {} ms{delay}", digits(1e3 * seconds(ns)))
+    });
+    let joint = match transmission.joint {
+        Joint::Rigid => "a rigid joint".to_owned(),
+        Joint::Elastic(joint) => format!(
+            "half gap b = {}°",
+            digits(joint.backlash_half_rad.to_degrees())
+        ),
+    };
+    format!(
+        "Base {name}: rung {}, {} mm in {} s{}, {} bits over {} V, {} counts/rad, {joint}, \
+         K_p = {}, K_i = {} 1/s, K_d = {} s.",
+        case.controller.law.name(),
+        digits(1e3 * case.motion.travel_m()),
+        digits(case.motion.end_s()),
+        period.unwrap_or_default(),
+        case.dac.bits,
+        digits(case.dac.step_v * f64::from(case.dac.bits).exp2()),
+        digits(case.encoder.counts_per_rad),
+        shown(gains.kp),
+        shown(gains.ki_per_s),
+        shown(gains.kd_s),
+    )
+}
+
+/// What the study puts in the place of the base's own, in one sentence; `None`
+/// where nothing.
+fn replaced(study: &Study) -> Option<String> {
+    let mut words: Vec<String> = Vec::new();
+    for set in &study.sets {
+        let Some((path, value)) = set.split_once('=') else {
+            continue;
+        };
+        let Ok(key) = KeyPath::find(path.trim()) else {
+            continue;
+        };
+        let own = own_number(&study.reference, &key);
+        let Some(now) = study
+            .rungs
+            .first()
+            .and_then(|(_, rung)| own_number(rung, &key))
+        else {
+            continue;
+        };
+        match own {
+            Some(own) if (own - now).abs() <= 1e-9 * own.abs() => {}
+            Some(own) => words.push(format!(
+                "{} = {value} instead of {}",
+                key.path(),
+                number::table(own)
+            )),
+            None => words.push(format!("{} = {value}", key.path())),
+        }
+    }
+    let own_law = study.reference.base().controller.law;
+    let laws: Vec<Law> = study.rungs.iter().map(|(law, _)| *law).collect();
+    if !laws.contains(&own_law) {
+        let names: Vec<&str> = laws.iter().map(|law| law.name()).collect();
+        words.push(format!(
+            "rung {} instead of {}",
+            names.join(", "),
+            own_law.name()
+        ));
+    }
+    (!words.is_empty()).then(|| format!("The study replaces of the base: {}.", words.join("; ")))
+}
