@@ -94,6 +94,23 @@ pub(crate) fn verdicts(case: &Case, figure: impl Fn(&str) -> Option<f64>) -> Vec
     verdicts
 }
 
+/// The least part of a limit that is left over, 1 − |value|/limit, below 0 where
+/// one is exceeded; `None` without a limit above 0, or where a value is missing
+/// or a limit of 0 is not kept: then no part of a limit says how far.
+pub fn least_relative_margin(verdicts: &[Verdict]) -> Option<f64> {
+    let measured = |verdict: &Verdict| {
+        verdict
+            .margin
+            .is_some_and(|_| verdict.limit > 0.0 || verdict.pass)
+    };
+    if !verdicts.iter().all(measured) {
+        return None;
+    }
+    let above_0 = verdicts.iter().filter(|verdict| verdict.limit > 0.0);
+    let parts = above_0.filter_map(|verdict| Some(verdict.margin? / verdict.limit));
+    parts.reduce(f64::min)
+}
+
 /// Key of the number of faults.
 const FAULTS: &str = "faults";
 
@@ -116,6 +133,26 @@ mod tests {
         assert!(Verdict::new(&limit(50.0), Some(-50.0), false).pass);
         let over = Verdict::new(&limit(50.0), Some(-51.0), false);
         assert_eq!((over.pass, over.margin), (false, Some(-1.0)));
+    }
+
+    #[test]
+    fn the_least_margin_is_that_of_the_tightest_limit() {
+        let verdict = |limit, value| {
+            let limit = Limit {
+                figure: "final_error_um".into(),
+                limit,
+            };
+            Verdict::new(&limit, value, false)
+        };
+        let half = verdict(50.0, Some(-25.0));
+        let least = |others: &[Verdict]| least_relative_margin(&[&[half.clone()], others].concat());
+        assert_eq!(least(&[]), Some(0.5));
+        assert_eq!(least(&[verdict(10.0, Some(9.0))]), Some(0.1));
+        assert_eq!(least(&[verdict(10.0, Some(15.0))]), Some(-0.5));
+        assert_eq!(least(&[verdict(0.0, Some(0.0))]), Some(0.5));
+        assert_eq!(least(&[verdict(0.0, Some(1.0))]), None);
+        assert_eq!(least(&[verdict(10.0, None)]), None);
+        assert_eq!(least_relative_margin(&[]), None);
     }
 
     #[test]

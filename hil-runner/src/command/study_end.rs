@@ -3,10 +3,14 @@
 use std::io::Write;
 use std::path::Path;
 
+use anyhow::bail;
 use hil_runner::output::OutputFile;
 use hil_runner::report::number;
 use hil_runner::study::report::render;
-use hil_runner::study::{MOST_ROWS, Study, Tally, columns, draw, enough_pass, figure_rows, page};
+use hil_runner::study::{
+    MOST_ROWS, Study, Tally, base_sentences, best_table, columns, draw, enough_pass, figure_rows,
+    page, unstable_words,
+};
 
 use super::terminal;
 
@@ -17,6 +21,11 @@ pub(super) fn finish(
     tally: &Tally,
     command_line: &str,
 ) -> anyhow::Result<bool> {
+    let words: Vec<String> = base_sentences(study)
+        .into_iter()
+        .map(|sentence| sentence + "\n")
+        .collect();
+    terminal::print(&words.concat())?;
     terminal::print(&table(tally))?;
     let drawn = draw(study, folder, &columns(study))?;
     if study.rows() > MOST_ROWS && !drawn.is_empty() {
@@ -34,6 +43,12 @@ pub(super) fn finish(
         "pictures, plan and all figures: {}\n",
         report.display()
     ))?;
+    if tally.rungs.iter().all(|rung| rung.made == 0) {
+        bail!(
+            "no run of the study could be made; {} says why of every row",
+            folder.join("results.csv").display()
+        );
+    }
     let enough = enough_pass(study, tally).unwrap_or(true);
     if let (false, Some(required)) = (enough, study.required_yield_percent) {
         terminal::print(&format!(
@@ -75,6 +90,19 @@ fn table(tally: &Tally) -> String {
         ];
         let mut table = terminal::table(&header, 1);
         for cells in figure_rows(rung) {
+            table.add_row(cells);
+        }
+        text += &terminal::text(&table);
+        if let Some(words) = unstable_words(rung) {
+            text += &(words + "\n");
+        }
+    }
+    let best = best_table(tally);
+    if !best.rows.is_empty() {
+        text += "best of the runs within all limits, by what is left of the tightest\n";
+        let heads: Vec<&str> = best.heads.iter().map(String::as_str).collect();
+        let mut table = terminal::table(&heads, 1);
+        for cells in best.rows {
             table.add_row(cells);
         }
         text += &terminal::text(&table);

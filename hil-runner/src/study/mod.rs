@@ -34,6 +34,7 @@ mod tally;
 mod theory;
 
 pub use axis::{Axis, AxisValue, Chosen, Scale, Spread};
+pub use base::sentences as base_sentences;
 pub use cell::{Cell, Column, ColumnKind};
 pub use constraint::Constraint;
 pub use definition::{Changes, LoopGain, Point, Study};
@@ -41,8 +42,8 @@ pub use distribution::Distribution;
 pub use drawing::{Drawn, MOST_ROWS, draw};
 pub use engine::{Block, EngineError, make};
 pub use file::StudyFileError;
-pub use page::{enough_pass, figure_rows, page};
+pub use page::{best_table, enough_pass, figure_rows, page, unstable_words};
 pub use plan::{MOST_SOBOL_AXES, Plan, PlanError, PlanKind, Position};
 pub use row::{RowMaker, Status, columns};
-pub use tally::{RungTally, Spread as FigureSpread, Tally};
+pub use tally::{Best, RungTally, Spread as FigureSpread, Tally};
 pub use theory::Theory;

@@ -1,6 +1,7 @@
 //! The report of a study from the study, its results and its pictures.
 
 use super::axis::{Axis, AxisValue, Scale, Spread};
+use super::base;
 use super::definition::{LoopGain, Study};
 use super::distribution::Distribution;
 use super::drawing::Drawn;
@@ -26,9 +27,11 @@ pub fn page(study: &Study, tally: &Tally, drawn: &[Drawn], command_line: &str) -
         verdict: verdict(study, tally),
         warnings: warnings(tally),
         plan: plan(study),
+        base: base::sentences(study),
         axes: (study.axes.iter())
             .map(|axis| axis_row(axis, study.plan_kind))
             .collect(),
+        best: best_table(tally),
         figures: figure_table(tally),
         validity: study.notes.clone(),
         repeat: vec![command_line.to_owned()],
@@ -106,6 +109,7 @@ fn warnings(tally: &Tally) -> Vec<String> {
                 rung.rung, rung.not_made
             ));
         }
+        warnings.extend(unstable_words(rung));
     }
     warnings
 }
@@ -121,18 +125,8 @@ fn plan(study: &Study) -> Vec<String> {
     };
     let mut lines = vec![
         format!("{points} points: {kind}."),
-        format!("Base case {}, rung {}.", study.base, rungs.join(", ")),
+        format!("Each on rung {}.", rungs.join(", ")),
     ];
-    let in_file = |set: &&String| !set.starts_with("budget={");
-    let sets: Vec<&str> = study
-        .sets
-        .iter()
-        .filter(in_file)
-        .map(String::as_str)
-        .collect();
-    if !sets.is_empty() {
-        lines.push(format!("In every run {}.", sets.join(", ")));
-    }
     if let Some((_, base)) = study.rungs.first() {
         let (limits, default) = limits(base.base());
         let texts: Vec<String> = limits
@@ -150,7 +144,7 @@ fn plan(study: &Study) -> Vec<String> {
     }
     if study.loop_gain == LoopGain::Constant {
         lines.push(
-            "The gains keep their volts per radian where encoder or converter change.".to_owned(),
+            "Gains, feed-forward and limits keep the volts and radians that they have with the steps of the base, where encoder or converter change.".to_owned(),
         );
     }
     if !study.constraints.is_empty() {
@@ -227,6 +221,44 @@ fn distribution_words(distribution: &Distribution) -> String {
         Distribution::Triangular { low, mode, high } => {
             format!("triangular from {low} over {mode} to {high}")
         }
+    }
+}
+
+/// Says that figures of unstable loops do not hold, if there are any.
+pub fn unstable_words(rung: &RungTally) -> Option<String> {
+    let RungTally {
+        rung: name,
+        made,
+        unstable,
+        unstable_passed,
+        ..
+    } = rung;
+    (*unstable > 0).then(|| {
+        format!(
+            "{name}: {unstable} of {made} runs have a loop that theory calls unstable, with the joint open or closed (margin below 0): \
+             their figures do not hold; {unstable_passed} of them are within the limits, and not among the best"
+        )
+    })
+}
+
+/// The best runs of every rung: head and cells of a table, without rows if
+/// there are none.
+pub fn best_table(tally: &Tally) -> FigureTable {
+    let heads = ["rung", "row", "least margin %"].map(str::to_owned);
+    let mut rows = Vec::new();
+    for rung in &tally.rungs {
+        rows.extend(rung.best.iter().map(|best| {
+            let percent = number::table(number::significant(100.0 * best.margin, 3));
+            let own = [rung.rung.clone(), best.row.to_string(), percent];
+            own.into_iter().chain(best.axes.iter().cloned()).collect()
+        }));
+    }
+    FigureTable {
+        heads: heads
+            .into_iter()
+            .chain(tally.axes.iter().cloned())
+            .collect(),
+        rows,
     }
 }
 

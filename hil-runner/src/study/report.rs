@@ -45,8 +45,12 @@ pub struct StudyPage {
     pub warnings: Vec<String>,
     /// The plan in words, one sentence each: how many runs, of what kind.
     pub plan: Vec<String>,
+    /// The base case and what the study replaces of it, one sentence each.
+    pub base: Vec<String>,
     /// The axes of the plan.
     pub axes: Vec<AxisRow>,
+    /// The best of the runs within all limits.
+    pub best: FigureTable,
     /// The pictures, in their order.
     pub pictures: Vec<Shown>,
     /// The key figures.
@@ -145,10 +149,12 @@ impl From<minijinja::Error> for StudyPageError {
 /// A picture that is no SVG, a row of the key figures without its cells, or a
 /// fault of the program's own template.
 pub fn render(page: &StudyPage) -> Result<String, StudyPageError> {
-    let heads = page.figures.heads.len();
-    if let Some(row) = page.figures.rows.iter().find(|row| row.len() != heads) {
-        let cells = row.len();
-        return Err(StudyPageError::Cells { cells, heads });
+    for table in [&page.figures, &page.best] {
+        let heads = table.heads.len();
+        if let Some(row) = table.rows.iter().find(|row| row.len() != heads) {
+            let cells = row.len();
+            return Err(StudyPageError::Cells { cells, heads });
+        }
     }
     let mut environment = environment()?;
     environment.add_template("study.html", TEMPLATE)?;
@@ -164,12 +170,11 @@ pub fn render(page: &StudyPage) -> Result<String, StudyPageError> {
         verdict => verdict.map(|verdict| &verdict.line),
         warnings => &page.warnings,
         plan => &page.plan,
+        base => &page.base,
+        best => table(&page.best),
         axes => page.axes.iter().map(axis).collect::<Vec<_>>(),
         pictures => pictures?,
-        heads => page.figures.heads.iter().zip(numeric(&page.figures)).map(|(words, number)| {
-            context! { words => words, number => number }
-        }).collect::<Vec<_>>(),
-        rows => &page.figures.rows,
+        figures => table(&page.figures),
         validity => &page.validity,
         repeat => &page.repeat,
         files => page.files.iter().map(|(name, words)| {
@@ -199,6 +204,16 @@ fn axis(row: &AxisRow) -> Value {
         words => label.words,
         unit => label.unit,
         values => &row.values,
+    }
+}
+
+fn table(table: &FigureTable) -> Value {
+    let heads = table.heads.iter().zip(numeric(table));
+    context! {
+        heads => heads.map(|(words, number)| {
+            context! { words => words, number => number }
+        }).collect::<Vec<_>>(),
+        rows => &table.rows,
     }
 }
 
@@ -233,6 +248,11 @@ mod tests {
             }),
             warnings: texts(&["A warning."]),
             plan: texts(&["A grid of 1000 runs."]),
+            base: texts(&["A base."]),
+            best: FigureTable {
+                heads: texts(&["Rung", "Margin"]),
+                rows: vec![texts(&["sampled", "12"])],
+            },
             axes: vec![AxisRow {
                 column: "controller.sample_time_s".into(),
                 values: "0.001, 0.002".into(),
@@ -283,7 +303,7 @@ mod tests {
     fn empty_parts_are_left_out() {
         let headings = |html: &str| html.matches("<h2").count();
         assert_eq!(headings(&render(&StudyPage::default()).unwrap()), 0);
-        assert_eq!(headings(&render(&page()).unwrap()), 5);
+        assert_eq!(headings(&render(&page()).unwrap()), 6);
     }
 
     #[test]

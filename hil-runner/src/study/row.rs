@@ -7,6 +7,7 @@ use super::definition::{Point, Study};
 use super::differences;
 use super::feeding;
 use super::margins::{COLUMNS as MARGINS, Margins};
+use crate::budget::least_relative_margin;
 use crate::case::Case;
 use crate::figures::SUMMARY_FIGURES;
 use crate::lanes::Runs;
@@ -38,13 +39,17 @@ impl Status {
 }
 
 /// Columns between those of the axes and the figures.
-const STATUS_COLUMNS: [(&str, ColumnKind); 5] = [
+const STATUS_COLUMNS: [(&str, ColumnKind); 6] = [
     ("rung", ColumnKind::Text),
     ("status", ColumnKind::Text),
     ("reason", ColumnKind::Text),
     ("pass", ColumnKind::Flag),
     ("failed_limits", ColumnKind::Text),
+    (LEAST_MARGIN, ColumnKind::Number),
 ];
+
+/// Column of [`least_relative_margin`].
+pub(super) const LEAST_MARGIN: &str = "least_relative_margin";
 
 /// The columns of a study's results, in their order.
 pub fn columns(study: &Study) -> Vec<Column> {
@@ -220,6 +225,7 @@ impl<'s> RowMaker<'s> {
             [] => Cell::Empty,
             failed => Cell::Text(Cow::Owned(failed.join(" "))),
         });
+        row.push(Cell::number(least_relative_margin(&summary.verdicts)));
         row.extend(
             SUMMARY_FIGURES
                 .iter()

@@ -1,7 +1,12 @@
 //! What all rows of a study add up to, row by row: no more memory for more rows.
 
 use super::cell::{Cell, Column, ColumnKind};
-use super::row::Status;
+use super::margins::COLUMNS as MARGINS;
+use super::row::{LEAST_MARGIN, Status};
+use crate::report::number;
+
+/// Passing runs of a rung that are listed as its best.
+const BEST: usize = 5;
 
 /// Least, mean and most of a column over the runs that were made.
 #[derive(Debug, Clone, PartialEq)]
@@ -41,6 +46,17 @@ impl Spread {
     }
 }
 
+/// A run within all its limits, and what is left of the tightest of them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Best {
+    /// Its row.
+    pub row: u64,
+    /// Least relative margin over its limits, 0 to 1.
+    pub margin: f64,
+    /// What each column of the axes has there.
+    pub axes: Vec<String>,
+}
+
 /// The runs of one rung.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RungTally {
@@ -54,6 +70,14 @@ pub struct RungTally {
     pub not_made: u64,
     /// Runs within all limits.
     pub passed: u64,
+    /// Runs whose linear loop is unstable with the joint open or closed: their
+    /// figures do not hold.
+    pub unstable: u64,
+    /// Those of them that are within all limits.
+    pub unstable_passed: u64,
+    /// The runs with the largest least margin of those that are within all
+    /// limits and not unstable, best first.
+    pub best: Vec<Best>,
     /// Reason of the first run that was not made.
     pub first_reason: Option<(u64, String)>,
     /// The figures.
@@ -67,6 +91,23 @@ impl RungTally {
         let asked = self.made + self.not_made;
         (asked > 0).then(|| 100.0 * self.passed as f64 / asked as f64)
     }
+
+    /// Takes a run among the best, if it is; of equal ones the first stays.
+    fn add_to_best(&mut self, row: u64, margin: f64, axes: &[Cell]) {
+        let place = self.best.partition_point(|best| best.margin >= margin);
+        if place >= BEST {
+            return;
+        }
+        let shown = |cell: &Cell| match cell {
+            Cell::Number(value) => number::table(*value),
+            Cell::Text(text) => text.to_string(),
+            Cell::Flag(flag) => flag.to_string(),
+            Cell::Empty => number::MISSING.to_owned(),
+        };
+        let axes = axes.iter().map(shown).collect();
+        self.best.insert(place, Best { row, margin, axes });
+        self.best.truncate(BEST);
+    }
 }
 
 /// All rows of a study.
@@ -74,8 +115,12 @@ impl RungTally {
 pub struct Tally {
     /// By rung, in the order in which they appear.
     pub rungs: Vec<RungTally>,
+    /// Names of the columns of the axes.
+    pub axes: Vec<String>,
     /// Places of `row`, `rung`, `status`, `reason` and `pass`.
     places: [usize; 5],
+    /// Places of the two stability margins, and of the least margin.
+    margins: [usize; 3],
     /// Places and names of the figures.
     figures: Vec<(usize, String)>,
 }
@@ -96,9 +141,13 @@ impl Tally {
             .filter(|(place, column)| *place > places[4] && column.kind == ColumnKind::Number)
             .map(|(place, column)| (place, column.name.clone()))
             .collect();
+        let axes = 1..places[1].min(columns.len());
+        let axes = columns.get(axes).unwrap_or_default();
         Self {
             rungs: Vec::new(),
+            axes: axes.iter().map(|column| column.name.clone()).collect(),
             places,
+            margins: [MARGINS[0], MARGINS[1], LEAST_MARGIN].map(place),
             figures,
         }
     }
@@ -123,6 +172,9 @@ impl Tally {
                 excluded: 0,
                 not_made: 0,
                 passed: 0,
+                unstable: 0,
+                unstable_passed: 0,
+                best: Vec::new(),
                 first_reason: None,
                 figures: self
                     .figures
@@ -153,7 +205,24 @@ impl Tally {
             return;
         }
         tally.made += 1;
-        tally.passed += u64::from(pass == Some(&Cell::Flag(true)));
+        let passed = pass == Some(&Cell::Flag(true));
+        let [closed, open, least] = self
+            .margins
+            .map(|place| row.get(place).and_then(Cell::as_number));
+        let unstable = [closed, open]
+            .into_iter()
+            .flatten()
+            .any(|margin| margin < 0.0);
+        tally.passed += u64::from(passed);
+        tally.unstable += u64::from(unstable);
+        tally.unstable_passed += u64::from(unstable && passed);
+        if let (true, false, Some(margin)) = (passed, unstable, least) {
+            tally.add_to_best(
+                number,
+                margin,
+                row.get(1..self.places[1]).unwrap_or_default(),
+            );
+        }
         for ((place, _), spread) in self.figures.iter().zip(&mut tally.figures) {
             spread.add(row.get(*place).and_then(Cell::as_number), number);
         }
