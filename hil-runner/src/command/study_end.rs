@@ -18,6 +18,9 @@ pub(super) fn finish(
     command_line: &str,
 ) -> anyhow::Result<bool> {
     terminal::print(&table(tally))?;
+    if let Some(warning) = study.keys_without_effect() {
+        terminal::tell(&format!("{}: warning: {warning}\n", study.name));
+    }
     let drawn = draw(study, folder, &columns(study))?;
     if study.rows() > MOST_ROWS && !drawn.is_empty() {
         terminal::tell(&format!("the pictures show the first {MOST_ROWS} rows\n"));
