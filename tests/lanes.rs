@@ -92,6 +92,15 @@ fn assert_same(cases: &[Case], threads: NonZeroUsize) -> u64 {
     contacts
 }
 
+/// Keys that the rung leaves out are told of runs side by side, too.
+#[test]
+fn what_the_rung_leaves_out_stands_in_every_summary() {
+    let sets = ["controller.law=quantised", "controller.velocity_ff_s=0.02"];
+    let case = case("paper-2", &sets);
+    assert_eq!(case.keys_without_effect, ["controller.velocity_ff_s"]);
+    assert_same(&drawn(&case, 0, 5), threads(1));
+}
+
 #[test]
 fn random_cases_have_the_figures_of_single_runs() {
     for law in ["sampled", "quantised", "firmware"] {

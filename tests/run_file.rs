@@ -1,6 +1,9 @@
 //! The run file: what it accepts, and what it says about the rest.
 
 #[cfg(test)]
+#[path = "run_file/acts.rs"]
+mod acts;
+#[cfg(test)]
 #[path = "run_file/cases.rs"]
 mod cases;
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! A case on the bench: run, timed on the host, judged.
 
 use crate::budget::{self, Verdict};
-use crate::case::Case;
+use crate::case::{Case, Law};
 use crate::error::RunError;
 use crate::figures::{CHIP_FIGURES, HOST_STEP_P99};
 use crate::law::Controller;
@@ -128,6 +128,7 @@ fn warnings(case: &Case, outcome: &Outcome) -> Vec<String> {
     }
     warnings.extend(fault_warning(outcome));
     warnings.extend(unknown_figures(&outcome.summary));
+    warnings.extend(keys_without_effect([case]));
     if outcome.refused_requests > 0 {
         warnings.push(format!(
             "requests of [sequence] that the state of the axis did not allow: {}",
@@ -156,6 +157,36 @@ fn unknown_figures(summary: &Summary) -> Option<String> {
         Some(_) => "this chip does not tell such figures; a board counts no instructions",
     };
     Some(format!("{} cannot pass: {because}", unknown.join(", ")))
+}
+
+/// The sentence about the keys beyond the paper's law that are set and that the
+/// rungs of these cases, which differ in nothing else, leave out.
+pub fn keys_without_effect<'c>(cases: impl IntoIterator<Item = &'c Case>) -> Option<String> {
+    let cases = cases.into_iter();
+    let leaving: Vec<&Case> = cases
+        .filter(|case| !case.keys_without_effect.is_empty())
+        .collect();
+    let laws: Vec<Law> = leaving.iter().map(|case| case.controller.law).collect();
+    rungs_leave_out(&laws, &leaving.first()?.keys_without_effect)
+}
+
+/// The sentence about keys that act on rung `firmware` alone.
+pub(crate) fn rungs_leave_out(laws: &[Law], keys: &[String]) -> Option<String> {
+    let names: Vec<&str> = laws.iter().map(|law| law.name()).collect();
+    let rungs = match names.as_slice() {
+        [name] => format!("rung {name} leaves out"),
+        names => format!("rungs {} leave out", names.join(", ")),
+    };
+    let act = match keys {
+        [] => return None,
+        [_] => "it acts",
+        _ => "they act",
+    };
+    let firmware = Law::Firmware.name();
+    Some(format!(
+        "{rungs} {}: {act} on rung {firmware}",
+        keys.join(", ")
+    ))
 }
 
 /// The first fault in a sentence, and how many there were.

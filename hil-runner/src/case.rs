@@ -29,6 +29,9 @@ pub struct Case {
     pub run: RunSettings,
     /// Limits on summary figures; `None` takes the default budget.
     pub budget: Option<Vec<Limit>>,
+    /// Paths of the keys beyond the paper's law that the run file sets and the
+    /// rung leaves out.
+    pub keys_without_effect: Vec<String>,
 }
 
 /// Which controller runs: the rungs of the ladder.

@@ -20,6 +20,10 @@ pub struct Summary {
     pub law: &'static str,
     /// The solver really used.
     pub solver: &'static str,
+    /// Keys beyond the paper's law that the run file sets and the rung leaves
+    /// out; left out where there are none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub keys_without_effect: Vec<String>,
     /// sup of |ẍ|, contact spikes included \[m/s²\].
     pub peak_abs_acc_mps2: f64,
     /// sup of |ẍ| − sup of |ẍ_ref| \[m/s²\].
@@ -270,6 +274,7 @@ impl EndOfRun<'_> {
             name: case.name.clone(),
             law: case.controller.law.name(),
             solver: self.solver,
+            keys_without_effect: case.keys_without_effect.clone(),
             peak_abs_acc_mps2,
             peak_acc_overshoot_mps2: peak_abs_acc_mps2 - peak_command_mps2,
             rms_acc_error_mps2: (self.rows.squared_acc_error / whole(self.rows.rows.max(1))).sqrt(),

@@ -280,6 +280,48 @@ fn limits_of_a_chip_say_that_they_need_one() {
     assert!(stderr(&output).contains(warning), "{}", stderr(&output));
 }
 
+/// A key that the rung leaves out is told on every way out of a run.
+#[test]
+fn keys_that_the_rung_leaves_out_are_told() {
+    let folder = folder();
+    let run = |law: &str| {
+        let law = format!("controller.law={law}");
+        let args = [
+            &[
+                "run",
+                "paper-2",
+                "--summary",
+                "s.json",
+                "--report",
+                "r.html",
+            ][..],
+            &["--set", &law, "--set", "controller.setpoints=generator"],
+            &["--set", "controller.velocity_ff_s=0.02"],
+        ];
+        let output = hil_runner(folder.path(), &args.concat());
+        let read = |file: &str| std::fs::read_to_string(folder.path().join(file)).unwrap();
+        let summary: serde_json::Value = serde_json::from_str(&read("s.json")).unwrap();
+        (stderr(&output), summary, read("r.html"))
+    };
+    let keys = ["controller.velocity_ff_s", "controller.setpoints"];
+    let told = format!(
+        "rung sampled leaves out {}: they act on rung firmware",
+        keys.join(", ")
+    );
+    let (terminal, summary, page) = run("sampled");
+    assert!(
+        terminal.contains(&format!("paper-2: warning: {told}\n")),
+        "{terminal}"
+    );
+    assert_eq!(summary["keys_without_effect"], serde_json::json!(keys));
+    assert!(page.contains(&told));
+    // The contrast: where they act there is nothing to tell.
+    let (terminal, summary, page) = run("firmware");
+    assert!(!terminal.contains("leave"), "{terminal}");
+    assert!(summary.get("keys_without_effect").is_none());
+    assert!(!page.contains("leaves out"));
+}
+
 #[test]
 fn unwritable_path_is_found_before_the_run() {
     let folder = folder();
@@ -419,6 +461,15 @@ fn ladder_compares_the_rungs() {
         assert!(stdout(&output).contains(law));
     }
     assert_eq!(files(folder.path()), ["l.html"]);
+    assert_eq!(stderr(&output), "plots: l.html\n");
+    let set = ["--set", "controller.derivative=measurement"];
+    let output = hil_runner(
+        folder.path(),
+        &[&["ladder", "paper-2", "--report", "l.html"], &set[..]].concat(),
+    );
+    let told = "paper-2: warning: rungs continuous, sampled, quantised leave out \
+                controller.derivative: it acts on rung firmware\n";
+    assert!(stderr(&output).contains(told), "{}", stderr(&output));
 }
 
 #[test]

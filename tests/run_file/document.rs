@@ -70,9 +70,14 @@ impl Document {
         at.unwrap() + 1
     }
 
-    /// The case that it makes.
+    /// The case that it makes, without the list of what its rung leaves out: a
+    /// key that does no more than stand there is dead.
     pub(crate) fn case(&self) -> Case {
-        parse(&self.text(), &[]).unwrap_or_else(|errors| panic!("{errors}"))
+        let case = parse(&self.text(), &[]).unwrap_or_else(|errors| panic!("{errors}"));
+        Case {
+            keys_without_effect: Vec::new(),
+            ..case
+        }
     }
 }
 

@@ -87,6 +87,7 @@ pub fn random_case(draw: &mut Draw, laws: &[Law], sample_times_s: (f64, f64)) ->
             events: true,
         },
         budget: None,
+        keys_without_effect: Vec::new(),
     };
     if Controller::new(&case, IoKind::Direct).is_err() {
         // Gains that fit no word of the firmware.

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
 use clap::Args;
-use hil_runner::bench::fault_warning;
+use hil_runner::bench::{fault_warning, keys_without_effect};
 use hil_runner::case::{Case, ComputationDelay, Law};
 use hil_runner::chip::spec::ChipLink;
 use hil_runner::ladder::{climb, climb_on_chip};
@@ -99,6 +99,9 @@ impl Ladder {
                     case.name
                 ));
             }
+        }
+        if let (Some(warning), Some(case)) = (keys_without_effect(&cases), cases.first()) {
+            terminal::tell(&format!("{}: warning: {warning}\n", case.name));
         }
         if self.report.as_os_str() == "-" {
             terminal::tell(&terminal::ladder_table(&rungs));

@@ -27,6 +27,9 @@ pub(super) fn finish(
         .collect();
     terminal::print(&words.concat())?;
     terminal::print(&table(tally))?;
+    if let Some(warning) = study.keys_without_effect() {
+        terminal::tell(&format!("{}: warning: {warning}\n", study.name));
+    }
     let drawn = draw(study, folder, &columns(study))?;
     if study.rows() > MOST_ROWS && !drawn.is_empty() {
         terminal::tell(&format!("the pictures show the first {MOST_ROWS} rows\n"));

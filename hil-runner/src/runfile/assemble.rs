@@ -9,6 +9,7 @@ use plant::{
     Motor, PidGains, Resistance, Transmission,
 };
 
+use super::keys::path;
 use super::tree::Table;
 use super::values::Values;
 use crate::case::{
@@ -43,7 +44,15 @@ pub(super) fn assemble(v: &Values, tree: &Table) -> Option<Case> {
         motion: motion(v)?.ok()?,
         run: run(v)?,
         budget: budget(v, tree)?,
+        keys_without_effect: keys_without_effect(v, law(v)?),
     })
+}
+
+fn keys_without_effect(v: &Values, law: Law) -> Vec<String> {
+    v.set()
+        .filter(|(_, key, _)| key.is_of_firmware() && law != Law::Firmware)
+        .map(|(section, key, _)| path(section, key.name))
+        .collect()
 }
 
 fn motor(v: &Values) -> Option<Motor> {

@@ -52,17 +52,17 @@ pub(super) fn check(tree: &Table, findings: &mut Findings) -> Values {
                     }
                 }
             };
-            values.insert(section.name, key.name, entry);
+            values.insert(section.name, key, entry);
         }
     }
     values
 }
 
 /// Defaults of a section that is not there.
-fn fill_in(section: &Section, source_name: &str, values: &mut Values) {
+fn fill_in(section: &'static Section, source_name: &str, values: &mut Values) {
     for key in section.keys {
         if let Some(entry) = default(key, source_name) {
-            values.insert(section.name, key.name, entry);
+            values.insert(section.name, key, entry);
         }
     }
 }

@@ -7,7 +7,7 @@ use super::keys::{Key, Need};
 ///
 /// ```
 /// let page = hil_runner::runfile::key_reference();
-/// assert!(page.contains("| `inertia_kg_m2` | kg m² | greater than 0 | required |"));
+/// assert!(page.contains("| `inertia_kg_m2` | kg m² | greater than 0 | required | every rung |"));
 /// ```
 pub fn key_reference() -> String {
     let mut page = String::from(
@@ -23,8 +23,8 @@ pub fn key_reference() -> String {
             format!("`[{}]`", section.name)
         };
         page.push_str(&format!("\n## {title}\n\n{}\n\n", section.meaning));
-        page.push_str("| key | unit | allowed | if left out | meaning |\n");
-        page.push_str("| --- | --- | --- | --- | --- |\n");
+        page.push_str("| key | unit | allowed | if left out | acts on | meaning |\n");
+        page.push_str("| --- | --- | --- | --- | --- | --- |\n");
         for key in section.keys {
             page.push_str(&row(key));
         }
@@ -50,6 +50,7 @@ fn row(key: &Key) -> String {
         Need::Default(default) => format!("`{}`", default.to_toml()),
     };
     let (name, allowed) = (key.name, key.range_words());
+    let acts = key.acts.words();
     let meaning = key.meaning.trim_end_matches(',');
-    format!("| `{name}` | {unit} | {allowed} | {absent} | {meaning} |\n")
+    format!("| `{name}` | {unit} | {allowed} | {absent} | {acts} | {meaning} |\n")
 }

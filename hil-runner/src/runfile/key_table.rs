@@ -9,7 +9,7 @@ use self::controller::{BACKLASH, CONTROLLER, ENCODER, GAIN_CHANGE, LOAD_ENCODER}
 use self::supervision::{INJECT, LIMITS, SEQUENCE};
 use self::target::TARGET;
 use super::keys::Range::{Any, Between, NotNegative, Positive};
-use super::keys::{DefaultValue, Key, Kind, Need, Section, flag, number, time, value};
+use super::keys::{Acts, DefaultValue, Key, Kind, Need, Section, flag, number, time, value};
 use crate::figures::{CHIP_FIGURES, Figure, HOST_STEP_P99, SUMMARY_FIGURES};
 
 /// The sections in the order in which a run file usually has them.
@@ -46,24 +46,23 @@ pub static SECTIONS: &[Section] = &[
     },
     Section {
         name: "load_encoder",
-        meaning: "encoder on the load side, at the screw or at the carriage; acts on law \"firmware\"",
+        meaning: "encoder on the load side, at the screw or at the carriage",
         keys: LOAD_ENCODER,
     },
     Section {
         name: "controller",
-        meaning: "position controller (eq. 23) and its timing; the keys from derivative on act on \
-                  law \"firmware\"",
+        meaning: "position controller (eq. 23) and its timing",
         keys: CONTROLLER,
     },
     Section {
         name: "limits",
         meaning: "what the controller's supervision allows; a limit that is left out is not \
-                  watched; acts on law \"firmware\"",
+                  watched",
         keys: LIMITS,
     },
     Section {
         name: "backlash",
-        meaning: "compensation of the backlash in the reference; acts on law \"firmware\"",
+        meaning: "compensation of the backlash in the reference",
         keys: BACKLASH,
     },
     Section {
@@ -73,17 +72,17 @@ pub static SECTIONS: &[Section] = &[
     },
     Section {
         name: "sequence",
-        meaning: "requests to the controller at given times; acts on law \"firmware\"",
+        meaning: "requests to the controller at given times",
         keys: SEQUENCE,
     },
     Section {
         name: "gain_change",
-        meaning: "gains that hold from a given time on; acts on law \"firmware\"",
+        meaning: "gains that hold from a given time on",
         keys: GAIN_CHANGE,
     },
     Section {
         name: "inject",
-        meaning: "hardware that misbehaves at given times; acts on law \"firmware\"",
+        meaning: "hardware that misbehaves at given times",
         keys: INJECT,
     },
     Section {
@@ -203,7 +202,8 @@ const DRIVE: &[Key] = &[
         "bits",
         "width n of the D/A converter",
     )
-    .or(DefaultValue::Whole(16)),
+    .or(DefaultValue::Whole(16))
+    .acting(Acts::FromQuantisedOrWith("dac_range_v")),
     number(
         "dac_lsb_v",
         Positive,
@@ -258,7 +258,8 @@ const RUN: &[Key] = &[
         Positive,
         "interval between rows where the law is \"continuous\"",
     )
-    .or(DefaultValue::Nanoseconds(1_000_000)),
+    .or(DefaultValue::Nanoseconds(1_000_000))
+    .acting(Acts::OnContinuous),
     time("rk4_step_s", Positive, "step of solver \"rk4\"").or(DefaultValue::Nanoseconds(10_000)),
     // Below about 1e-14 the solver would chase rounding, not the solution,
     // and need steps without end; above 0.1 a "tolerance" tolerates anything.

@@ -2,6 +2,8 @@
 //! and the words for all of that. The keys themselves stand in
 //! [`SECTIONS`](super::SECTIONS).
 
+use crate::case::Law;
+
 /// One section of the run file; the name of the first one is empty, its keys
 /// stand at the top of the file.
 #[derive(Debug)]
@@ -42,6 +44,48 @@ pub struct Key {
     /// What it is, so that `the {meaning} must be …` reads well; of a limit,
     /// the figure that it limits.
     pub meaning: &'static str,
+    /// The rungs on which it changes anything.
+    pub acts: Acts,
+}
+
+/// The rungs on which a key changes anything.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Acts {
+    /// On every rung.
+    Everywhere,
+    /// On `continuous` alone.
+    OnContinuous,
+    /// On this rung and those above it.
+    From(Law),
+    /// On `quantised` and `firmware`; on every rung where this key of the same
+    /// section is given.
+    FromQuantisedOrWith(&'static str),
+}
+
+impl Acts {
+    /// Whether the key acts on a rung; `is_given` tells of other keys of its
+    /// section.
+    pub fn on(self, law: Law, is_given: impl Fn(&str) -> bool) -> bool {
+        match self {
+            Self::Everywhere => true,
+            Self::OnContinuous => law == Law::Continuous,
+            Self::From(first) => law >= first,
+            Self::FromQuantisedOrWith(key) => law >= Law::Quantised || is_given(key),
+        }
+    }
+
+    /// `firmware`, `quantised, firmware`; `every rung`.
+    pub fn words(self) -> String {
+        let always = Law::ALL.into_iter().filter(|law| self.on(*law, |_| false));
+        let names: Vec<&str> = always.map(Law::name).collect();
+        match self {
+            Self::Everywhere => "every rung".to_owned(),
+            Self::OnContinuous | Self::From(_) => names.join(", "),
+            Self::FromQuantisedOrWith(key) => {
+                format!("{} (with {key} every rung)", names.join(", "))
+            }
+        }
+    }
 }
 
 /// Type and range of a value.
@@ -223,6 +267,27 @@ impl Key {
         self.need = need;
         self
     }
+
+    pub(super) const fn acting(mut self, acts: Acts) -> Self {
+        self.acts = acts;
+        self
+    }
+
+    /// Whether it is one of those with which an axis goes beyond the paper's
+    /// law: they act on rung `firmware` alone.
+    pub fn is_of_firmware(&self) -> bool {
+        self.acts == Acts::From(Law::Firmware)
+    }
+}
+
+/// Keys that act on rung `firmware` alone.
+pub(super) const fn of_firmware<const N: usize>(mut keys: [Key; N]) -> [Key; N] {
+    let mut index = 0;
+    while index < N {
+        keys[index] = keys[index].acting(Acts::From(Law::Firmware));
+        index += 1;
+    }
+    keys
 }
 
 /// A required number.
@@ -258,6 +323,7 @@ pub(super) const fn value(
         unit,
         need: Need::Always,
         meaning,
+        acts: Acts::Everywhere,
     }
 }
 

@@ -41,8 +41,8 @@ pub use errors::{Place, Problem, RunFileError, RunFileErrors};
 pub use key_reference::key_reference;
 pub use key_table::SECTIONS;
 pub use keys::{
-    DefaultValue, Key, Kind, LARGEST_MAGNITUDE, LONGEST_TIME_S, Need, Range, SMALLEST_MAGNITUDE,
-    Section,
+    Acts, DefaultValue, Key, Kind, LARGEST_MAGNITUDE, LONGEST_TIME_S, Need, Range,
+    SMALLEST_MAGNITUDE, Section,
 };
 pub use schema::schema;
 pub use template::{KeyPath, KeyValue, Template};

@@ -7,7 +7,7 @@
 use serde_json::{Map, Value, json};
 
 use super::key_table::SECTIONS;
-use super::keys::{DefaultValue, Key, Kind, LONGEST_TIME_S, Need, Range, Section};
+use super::keys::{Acts, DefaultValue, Key, Kind, LONGEST_TIME_S, Need, Range, Section};
 
 /// The schema (draft 2020-12).
 ///
@@ -109,7 +109,11 @@ fn key_schema(key: &Key) -> Value {
             "maxItems": 7,
         }),
     };
-    schema["description"] = Value::String(key.description());
+    let acts = match key.acts {
+        Acts::Everywhere => String::new(),
+        acts => format!("; acts on {}", acts.words()),
+    };
+    schema["description"] = Value::String(key.description() + &acts);
     if let Need::Default(default) = key.need {
         schema["default"] = match default {
             DefaultValue::Flag(flag) => json!(flag),

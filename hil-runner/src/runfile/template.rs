@@ -10,7 +10,7 @@ use core::f64::consts::PI;
 use plant::Joint;
 
 use super::check_value::check_number;
-use super::errors::RunFileErrors;
+use super::errors::{Place, RunFileErrors};
 use super::key_table::SECTIONS;
 use super::keys::{Key, Kind, path};
 use super::overrides::Partners;
@@ -179,6 +179,19 @@ impl Template {
             .number(section, name)
             .or_else(|| values.nanoseconds(section, name).map(seconds))
             .or_else(|| values.whole::<i64>(section, name).map(|n| n as f64))
+    }
+
+    /// Section, key and value, as it was written, of what the overrides set to
+    /// another value than its default.
+    pub(crate) fn overridden(&self) -> impl Iterator<Item = (&'static str, &'static Key, &str)> {
+        let set = self.file.values.set();
+        set.filter(|(_, _, entry)| matches!(entry.place, Some(Place::Set(_))))
+            .map(|(section, key, entry)| (section, key, entry.text.as_str()))
+    }
+
+    /// Whether the file or an override gives a key.
+    pub(crate) fn is_given(&self, section: &str, key: &str) -> bool {
+        self.file.values.is_given(section, key)
     }
 
     /// The run with these values instead.

@@ -2,8 +2,7 @@
 //! concern several of them.
 
 use super::errors::Place;
-use super::keys::DefaultValue;
-use super::keys::path;
+use super::keys::{DefaultValue, Key, Need, path};
 use super::tree::Node;
 
 /// A value of the type and in the range that its key asks for.
@@ -64,23 +63,31 @@ impl Entry {
             checked: Some(checked),
         }
     }
+
+    /// Whether the value is what would hold without the key.
+    fn is_default_of(&self, key: &Key) -> bool {
+        match key.need {
+            Need::Default(default) => self.checked == Some(default.into()),
+            _ => false,
+        }
+    }
 }
 
 /// All keys that are given or have a default.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Values {
-    entries: Vec<(&'static str, &'static str, Entry)>,
+    entries: Vec<(&'static str, &'static Key, Entry)>,
 }
 
 impl Values {
-    pub(super) fn insert(&mut self, section: &'static str, key: &'static str, entry: Entry) {
+    pub(super) fn insert(&mut self, section: &'static str, key: &'static Key, entry: Entry) {
         self.entries.push((section, key, entry));
     }
 
     pub(super) fn entry(&self, section: &str, key: &str) -> Option<&Entry> {
         self.entries
             .iter()
-            .find(|(s, k, _)| *s == section && *k == key)
+            .find(|(s, k, _)| *s == section && k.name == key)
             .map(|(_, _, entry)| entry)
     }
 
@@ -89,6 +96,15 @@ impl Values {
     pub(super) fn is_given(&self, section: &str, key: &str) -> bool {
         self.entry(section, key)
             .is_some_and(|entry| entry.place.is_some())
+    }
+
+    /// Section, key and entry of what the file or the command line sets to
+    /// another value than its default.
+    pub(super) fn set(&self) -> impl Iterator<Item = (&'static str, &'static Key, &Entry)> {
+        let entries = self.entries.iter();
+        entries
+            .filter(|(_, key, entry)| entry.place.is_some() && !entry.is_default_of(key))
+            .map(|(section, key, entry)| (*section, *key, entry))
     }
 
     /// `controller.sample_time_s = 0.001 (line 40)`, for a sentence about

@@ -1,5 +1,6 @@
 //! A study that was read and found right: from its file to points and cases.
 
+use super::acting::refuse_without_effect;
 use super::axis::{Axis, Chosen};
 use super::constraint::Constraint;
 use super::drawable::pictures_can_be_drawn;
@@ -181,6 +182,7 @@ impl Study {
             findings.push_whole("differences = true needs at least two rungs to compare");
         }
         times_are_known(&axes, &rungs, &mut findings);
+        refuse_without_effect(&file, &axes, &rungs, &mut findings);
         findings.into_result()?;
         let (Some(plan), Some(reference)) = (plan, reference) else {
             return Err(StudyFileError::of(source_name, "has no plan"));

@@ -5,6 +5,7 @@
 //!                 axes, rungs, limits                       threads      └──► pictures, report
 //! ```
 
+mod acting;
 mod axis;
 mod base;
 mod border;

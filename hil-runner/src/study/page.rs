@@ -45,6 +45,7 @@ pub fn page(study: &Study, tally: &Tally, drawn: &[Drawn], command_line: &str) -
         ],
         ..StudyPage::default()
     };
+    page.warnings.extend(study.keys_without_effect());
     for Drawn { picture, svg } in drawn {
         match svg {
             Ok(svg) => page.pictures.push(Shown {

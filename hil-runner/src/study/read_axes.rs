@@ -24,12 +24,15 @@ pub(super) fn axes(file: &StudyFile, findings: &mut Findings<'_>) -> Vec<Axis> {
                 continue;
             }
         };
-        if matches!(path.as_str(), "name" | "controller.law") || key.section == "budget" {
+        if matches!(path.as_str(), "name" | "controller.law")
+            || matches!(key.section, "budget" | "target")
+        {
             refuse(match path.as_str() {
                 "controller.law" => {
                     "give the rungs at the top: rungs = [\"sampled\", \"quantised\"]".to_owned()
                 }
-                _ => "it changes nothing in a run; an axis is over a key that does".to_owned(),
+                _ => "it changes nothing in the runs of a study; an axis is over a key that does"
+                    .to_owned(),
             });
             continue;
         }

@@ -334,3 +334,36 @@ fn the_command_line_is_checked() {
         assert!(told.contains(words), "{arguments:?}\n{told}");
     }
 }
+
+/// Keys beyond the paper's law are told where some rungs leave them out, and
+/// refused where all do.
+#[test]
+fn keys_that_a_rung_leaves_out_are_told() {
+    let folder = folder_with(
+        "base = \"axis.toml\"\nrungs = [\"sampled\", \"firmware\"]\n[set]\nrun.duration_s = 0.1\n\
+         [[axis]]\nkey = \"controller.derivative_filter_s\"\nvalues = [0, 1e-3]\n",
+    );
+    let axis = hil_runner::runfile::builtin_text("paper-2").unwrap();
+    let axis = axis.replacen("[limits]", "[limits]\nfollowing_error_counts = 4000", 1);
+    std::fs::write(folder.path().join("axis.toml"), axis).unwrap();
+    let told = messages(&study(folder.path(), &["small.toml", "--out", "o"]), 0);
+    let line = "rung sampled leaves out limits.following_error_counts, controller.derivative_filter_s: \
+                they act on rung firmware";
+    let lines = told.matches(&format!("small: warning: {line}\n")).count();
+    assert_eq!(lines, 1, "{told}");
+    let page = std::fs::read_to_string(folder.path().join("o/report.html")).unwrap();
+    assert!(page.contains(line));
+    // The contrast: on rung firmware alone there is nothing to tell.
+    let text = std::fs::read_to_string(folder.path().join("small.toml")).unwrap();
+    let text = text.replace("\"sampled\", ", "");
+    std::fs::write(folder.path().join("small.toml"), &text).unwrap();
+    let told = messages(&study(folder.path(), &["small.toml", "--out", "p"]), 0);
+    assert!(!told.contains("leaves out"), "{told}");
+    let text = text.replace("firmware", "quantised");
+    std::fs::write(folder.path().join("small.toml"), &text).unwrap();
+    let told = messages(&study(folder.path(), &["small.toml", "--out", "q"]), 2);
+    assert!(
+        told.contains("small.toml:6: axis controller.derivative_filter_s: it changes nothing on rung quantised"),
+        "{told}"
+    );
+}

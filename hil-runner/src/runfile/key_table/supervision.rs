@@ -2,14 +2,14 @@
 //! injected faults.
 
 use super::super::keys::Range::{NotNegative, Positive};
-use super::super::keys::{DefaultValue, Key, Kind, Need, flag, number, time, value};
+use super::super::keys::{DefaultValue, Key, Kind, Need, flag, number, of_firmware, time, value};
 use super::controller::MOST_CODES;
 
 /// Largest following error or glitch \[counts\]: beyond any axis, and below half
 /// the range of a counter of 32 bits, so that neither wraps around.
 const LARGEST_ERROR_COUNTS: i64 = 1_000_000_000;
 
-pub(super) const LIMITS: &[Key] = &[
+pub(super) const LIMITS: &[Key] = &of_firmware([
     value(
         "following_error_counts",
         Kind::Whole(1, LARGEST_ERROR_COUNTS),
@@ -65,9 +65,9 @@ pub(super) const LIMITS: &[Key] = &[
         "largest acceleration of the axis, for the backlash compensation,",
     )
     .needed(Need::Optional),
-];
+]);
 
-pub(super) const SEQUENCE: &[Key] = &[
+pub(super) const SEQUENCE: &[Key] = &of_firmware([
     instant("disable_s", "time at which the axis is disabled"),
     instant("enable_s", "time at which the axis is enabled"),
     instant(
@@ -81,9 +81,9 @@ pub(super) const SEQUENCE: &[Key] = &[
     )
     .needed(Need::OnlyWith("emergency_stop_s")),
     instant("reset_s", "time at which the faults are reset"),
-];
+]);
 
-pub(super) const INJECT: &[Key] = &[
+pub(super) const INJECT: &[Key] = &of_firmware([
     instant("encoder_glitch_s", "time of one wrong encoder count")
         .needed(Need::OnlyWith("encoder_glitch_counts")),
     value(
@@ -103,7 +103,7 @@ pub(super) const INJECT: &[Key] = &[
         "setpoint_underrun_s",
         "time from which the queue of setpoints is not filled",
     ),
-];
+]);
 
 const fn instant(name: &'static str, meaning: &'static str) -> Key {
     time(name, NotNegative, meaning).needed(Need::Optional)

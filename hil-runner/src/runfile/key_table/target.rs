@@ -1,9 +1,9 @@
 //! Keys of the chip.
 
 use super::super::keys::Range::Between;
-use super::super::keys::{DefaultValue, Key, Kind, Need, number, value};
+use super::super::keys::{DefaultValue, Key, Kind, Need, number, of_firmware, value};
 
-pub(super) const TARGET: &[Key] = &[
+pub(super) const TARGET: &[Key] = &of_firmware([
     // Far above any microcontroller.
     value(
         "clock_hz",
@@ -21,4 +21,4 @@ pub(super) const TARGET: &[Key] = &[
         "number of cycles that an instruction is allowed",
     )
     .or(DefaultValue::Number(4.0)),
-];
+]);
