@@ -7,6 +7,7 @@
     reason = "a test that cannot go on has failed"
 )]
 
+mod any_axis;
 mod bad_input;
 mod ready;
 mod resume;
