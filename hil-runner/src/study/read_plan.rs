@@ -11,7 +11,7 @@ use super::file::{Findings, StudyFile};
 use super::plan::{Plan, PlanKind};
 use super::read_axes::has_number;
 use crate::case::Law;
-use crate::runfile::Template;
+use crate::runfile::{KeyPath, Template};
 
 pub(super) fn name(file: &StudyFile, source_name: &str) -> String {
     file.name.clone().unwrap_or_else(|| {
@@ -55,18 +55,28 @@ pub(super) fn sets(
             .collect();
         sets.push(format!("budget={{{}}}", limits.join(", ")));
     }
+    let path = |set: &String| -> String {
+        let (path, _) = set.split_once('=').unwrap_or((set, ""));
+        path.split_whitespace().collect()
+    };
+    let partner = |path: &str| Some(KeyPath::find(path).ok()?.partner()?.path());
+    // Of a pair, too, the command line takes the place of [set].
+    let replaced: Vec<String> = changes
+        .sets
+        .iter()
+        .filter_map(|set| partner(&path(set)))
+        .collect();
+    sets.retain(|set| !replaced.contains(&path(set)));
     sets.extend(changes.sets.iter().cloned());
     for set in &sets {
-        let path: String = set
-            .split_once('=')
-            .map_or(set.as_str(), |(path, _)| path)
-            .split_whitespace()
-            .collect();
+        let path = path(set);
         if path == "controller.law" && file.rungs.is_some() {
             findings.push_whole(format!("{set} would be overridden by rungs"));
         }
-        if axes.iter().any(|axis| axis.key.path() == path) {
-            findings.push_whole(format!("{set} would be overridden by the axis over {path}"));
+        let other = partner(&path);
+        let over = axes.iter().map(|axis| axis.key.path());
+        for axis in over.filter(|axis| *axis == path || Some(axis) == other.as_ref()) {
+            findings.push_whole(format!("{set} would be overridden by the axis over {axis}"));
         }
     }
     sets

@@ -275,6 +275,24 @@ fn every_mistake_has_its_line() {
             ),
             "would be overridden by the axis",
         ),
+        (
+            format!(
+                "{base}[[axis]]\nkey = \"encoder.lines\"\nvalues = [100]\n\
+                 [set]\nencoder.counts_per_rad = 200\n"
+            ),
+            "encoder.counts_per_rad=200 would be overridden by the axis over encoder.lines",
+        ),
+        (
+            format!("{base}[set.drive]\ndac_lsb_v = 0.1\ndac_range_v = 20\n"),
+            "sets the same quantity; give one of the two",
+        ),
+        (
+            ["encoder.lines", "encoder.counts_per_rad"]
+                .map(|key| format!("[[axis]]\nkey = \"{key}\"\nvalues = [100]\n"))
+                .iter()
+                .fold(base.to_owned(), |text, axis| text + axis),
+            "axis encoder.counts_per_rad: the axis over encoder.lines sets the same quantity",
+        ),
         (format!("{base}seed = -1\n"), "small.toml:2"),
     ] {
         let told = told(&text);

@@ -270,3 +270,34 @@ values = [250, 1000]
     let changed = peaks("per-count");
     assert!(changed[2] > 10.0 * changed[1], "{changed:?}");
 }
+
+/// Of a pair such as `dac_lsb_v` and `dac_range_v` the later one counts: the
+/// base's, then `[set]`, then the command line.
+#[test]
+fn a_set_takes_the_place_of_its_partner() {
+    let folder =
+        folder_with("base = \"paper-2\"\n[set]\nrun.duration_s = 0.3\ndrive.dac_range_v = 40\n");
+    let own = |set: &str| {
+        let sets = ["run.duration_s=0.3", set].map(str::to_owned);
+        let case = runfile::load("paper-2", &sets).unwrap();
+        let summary = run(&case, RunOptions::default(), &mut |_| Ok(())).unwrap();
+        summary.summary.figure("peak_abs_voltage_v").unwrap()
+    };
+    let made = |out: &str, sets: &[&str]| -> f64 {
+        let arguments = [&["small.toml", "--out", out], sets].concat();
+        messages(&study(folder.path(), &arguments), 0);
+        let path = folder.path().join(out).join("results.csv");
+        let mut reader = csv::Reader::from_path(path).unwrap();
+        let header = reader.headers().unwrap().clone();
+        let place = header.iter().position(|n| n == "peak_abs_voltage_v");
+        let record = reader.records().next().unwrap().unwrap();
+        record[place.unwrap()].parse().unwrap()
+    };
+    assert_eq!(made("set", &[]), own("drive.dac_range_v=40"));
+    let by_line = made("line", &["--set", "drive.dac_lsb_v=0.01"]);
+    assert_eq!(by_line, own("drive.dac_lsb_v=0.01"));
+    assert_ne!(by_line, own("drive.dac_range_v=40"));
+    let both = ["small.toml", "--set", "drive.dac_lsb_v=0.01"];
+    let both = [&both[..], &["--set", "drive.dac_range_v=20"]].concat();
+    assert!(messages(&study(folder.path(), &both), 2).contains("give one of the two"));
+}
