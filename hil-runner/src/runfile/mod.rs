@@ -37,7 +37,7 @@ mod values;
 
 pub use builtin::{builtin_names, builtin_text};
 pub use consistency::{MOST_COUNTS, MOST_RK4_STEPS, MOST_ROWS};
-pub use errors::{Place, Problem, RunFileError, RunFileErrors};
+pub use errors::{MOST_MISTAKES, Place, Problem, RunFileError, RunFileErrors, list_mistakes};
 pub use key_reference::key_reference;
 pub use key_table::SECTIONS;
 pub use keys::{

@@ -301,6 +301,24 @@ fn every_mistake_has_its_line() {
 }
 
 #[test]
+fn of_very_many_mistakes_the_first_are_listed() {
+    let axes = |count: usize| -> String {
+        let axis = |n| format!("[[axis]]\nkey = \"strange.key{n}\"\nvalues = [1]\n");
+        "base = \"paper-2\"\n".to_owned() + &(0..count).map(axis).collect::<String>()
+    };
+    assert_eq!(told(&axes(20)).lines().count(), 20);
+    let many = told(&axes(5_000));
+    let lines: Vec<&str> = many.lines().collect();
+    assert_eq!((lines.len(), lines[20]), (21, "and 4980 more mistakes"));
+    for (place, line) in lines[..20].iter().enumerate() {
+        assert!(
+            line.starts_with(&format!("small.toml:{}: ", 3 + 3 * place)),
+            "{line}"
+        );
+    }
+}
+
+#[test]
 fn a_plan_larger_than_the_disk_is_refused_before_anything_is_written() {
     let huge = STUDY.replace("runs = 1500", "runs = 9000000000000");
     let folder = folder_with(&huge);
