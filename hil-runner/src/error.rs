@@ -22,7 +22,7 @@ pub enum RunError {
     Chip(ChipLawError),
     /// A sampled rung without a sample time.
     NoSampleTime,
-    /// A row was not taken: it could not be written, or the user ended the run.
+    /// A row was not taken: it could not be written, or the run was interrupted.
     Row(std::io::Error),
     /// The controller's or the plant's thread ended abnormally.
     Thread,

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 /// Runs the program in `folder`.
 fn hil_runner(folder: &Path, args: &[&str]) -> Output {
@@ -321,15 +321,25 @@ fn outputs_replace_neither_a_run_file_nor_each_other() {
     assert!(stderr(&output).contains("is given for two outputs"));
 }
 
-/// An interrupt ends the run, keeps the trace so far and leaves no file behind.
+/// An interrupt ends the run, keeps the trace so far and leaves no file behind;
+/// who sent it is not known, and not said.
 #[cfg(unix)]
 #[test]
 fn an_interrupt_keeps_the_trace_so_far() {
+    for signal in ["-INT", "-TERM", "-HUP"] {
+        interrupted_by(signal);
+    }
+}
+
+#[cfg(unix)]
+fn interrupted_by(signal: &str) {
     let folder = folder();
-    let mut child = Command::new(env!("CARGO_BIN_EXE_hil-runner"))
+    let child = Command::new(env!("CARGO_BIN_EXE_hil-runner"))
         .args(["run", "paper-1", "--set", "run.duration_s=90000"])
         .args(["--trace", "t.csv", "--summary", "s.json"])
         .current_dir(folder.path())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
         .spawn()
         .unwrap();
     // Until it is under way: the first block of rows has been written.
@@ -341,9 +351,11 @@ fn an_interrupt_keeps_the_trace_so_far() {
         std::thread::sleep(std::time::Duration::from_millis(10));
     }
     let id = child.id().to_string();
-    let killed = Command::new("kill").args(["-INT", &id]).status().unwrap();
+    let killed = Command::new("kill").args([signal, &id]).status().unwrap();
     assert!(killed.success());
-    assert_eq!(child.wait().unwrap().code(), Some(2));
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(status(&output), 2);
+    assert_eq!(stderr(&output), "paper-1: interrupted\n", "{signal}");
     assert_eq!(files(folder.path()), ["t.csv"]);
     let trace = std::fs::read_to_string(folder.path().join("t.csv")).unwrap();
     assert!(trace.lines().count() > 10 && trace.ends_with('\n'));
