@@ -297,6 +297,36 @@ fn unwritable_path_is_found_before_the_run() {
     assert!(files(folder.path()).is_empty());
 }
 
+/// A link stays one, and its target gets the data; the system's own, such as
+/// that of /dev/stdout to a pipe, leads where it always does.
+#[cfg(unix)]
+#[test]
+fn links_lead_to_their_targets() {
+    let folder = folder();
+    let link = folder.path().join("link.csv");
+    std::os::unix::fs::symlink("t.csv", &link).unwrap();
+    let run = |trace: &str| {
+        let output = hil_runner(folder.path(), &["run", "paper-1", "--trace", trace]);
+        assert_eq!(status(&output), 0, "{}", stderr(&output));
+        stdout(&output)
+    };
+    run("link.csv");
+    assert!(std::fs::symlink_metadata(&link).unwrap().is_symlink());
+    let trace = std::fs::read_to_string(folder.path().join("t.csv")).unwrap();
+    assert!(run("/dev/stdout").starts_with(&trace));
+    std::fs::remove_file(folder.path().join("t.csv")).unwrap();
+    let args = [
+        "run",
+        "paper-1",
+        "--trace",
+        "link.csv",
+        "--summary",
+        "t.csv",
+    ];
+    let output = hil_runner(folder.path(), &args);
+    assert!(stderr(&output).contains("is given for two outputs"));
+}
+
 /// A run file and another output are never replaced, however the path is
 /// spelled; a device may serve twice.
 #[test]
