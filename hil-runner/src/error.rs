@@ -28,6 +28,16 @@ pub enum RunError {
     Thread,
 }
 
+impl RunError {
+    /// Whether the case makes no run: it was refused before its first sample.
+    pub fn is_refusal(&self) -> bool {
+        matches!(
+            self,
+            Self::Quantise(_) | Self::Chip(ChipLawError::Quantise(_)) | Self::NoSampleTime
+        )
+    }
+}
+
 impl fmt::Display for RunError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {

@@ -15,7 +15,7 @@ use hil_runner::runfile::RunFile;
 use hil_runner::trace::TraceWriter;
 use hil_runner::{report, report_data, runfile};
 
-use super::explain::explain;
+use super::explain;
 use super::link::{self, LinkName};
 use super::progress::Progress;
 use super::terminal;

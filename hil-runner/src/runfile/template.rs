@@ -198,12 +198,23 @@ impl Template {
         &self,
         changes: impl Iterator<Item = (&'v KeyPath, &'v KeyValue)> + Clone,
     ) -> Result<Case, RunFileErrors> {
-        if let Some(case) = self.written(changes.clone()) {
-            return Ok(case);
+        match self.written(changes.clone()) {
+            Some(case) => Ok(case),
+            None => self.file(changes).map(|file| file.case),
         }
+    }
+
+    /// The run file with these values instead, read as `--set` would have it.
+    ///
+    /// # Errors
+    /// As [`Template::case`].
+    pub fn file<'v>(
+        &self,
+        changes: impl Iterator<Item = (&'v KeyPath, &'v KeyValue)>,
+    ) -> Result<RunFile, RunFileErrors> {
         let mut sets = self.sets.clone();
         sets.extend(changes.map(|(key, value)| format!("{}={}", key.path(), value.to_toml())));
-        RunFile::parse(&self.source_name, &self.text, &sets).map(|file| file.case)
+        RunFile::parse(&self.source_name, &self.text, &sets)
     }
 
     /// The run, if every change can be written straight into the case.

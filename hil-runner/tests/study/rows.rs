@@ -1,6 +1,7 @@
 //! What stands in a row is what the run alone gives.
 
 use std::fs;
+use std::process::Command;
 
 use hil_runner::figures::SUMMARY_FIGURES;
 use hil_runner::run::{RunOptions, run};
@@ -300,4 +301,56 @@ fn a_set_takes_the_place_of_its_partner() {
     let both = ["small.toml", "--set", "drive.dac_lsb_v=0.01"];
     let both = [&both[..], &["--set", "drive.dac_range_v=20"]].concat();
     assert!(messages(&study(folder.path(), &both), 2).contains("give one of the two"));
+}
+
+/// What the firmware does not take is `refused`, with the sentence of the run;
+/// a run that leaves the finite numbers on its way has `failed`.
+#[test]
+fn a_row_that_acceptance_refuses_is_refused() {
+    let cases = [
+        ("controller.kp", "1e5", "refused", "controller.kp = 100000"),
+        (
+            "motion.travel_mm",
+            "1e6",
+            "refused",
+            "motion.travel_mm = 1000000",
+        ),
+        (
+            "controller.sample_time_s",
+            "1e-6",
+            "refused",
+            "controller.sample_time_s = 1000e-9",
+        ),
+        (
+            "carriage.resistance_linear_ns_per_rad",
+            "-1000",
+            "failed",
+            "left the finite numbers",
+        ),
+    ];
+    for (key, value, status, words) in cases {
+        let folder = folder_with(&format!(
+            "base = \"paper-2\"\nrungs = [\"firmware\"]\n[[axis]]\nkey = \"{key}\"\nvalues = [{value}]\n"
+        ));
+        study(folder.path(), &["small.toml", "--out", "out"]);
+        let mut reader = csv::Reader::from_path(folder.path().join("out/results.csv")).unwrap();
+        let header = reader.headers().unwrap().clone();
+        let record = reader.records().next().unwrap().unwrap();
+        let field = |name: &str| {
+            let place = header.iter().position(|column| column == name);
+            record.get(place.unwrap()).unwrap()
+        };
+        assert_eq!((field("status"), field("pass")), (status, "false"), "{key}");
+        assert!(field("reason").contains(words), "{}", field("reason"));
+        // The same from `hil-runner run`.
+        let told = Command::new(env!("CARGO_BIN_EXE_hil-runner"))
+            .args(["run", "paper-2", "--set", "controller.law=firmware"])
+            .args(["--set", &format!("{}={}", key, field(key))])
+            .output()
+            .unwrap();
+        let told = messages(&told, 2);
+        println!("{told}{}", field("reason"));
+        let tail = |text: &str| text.trim().rsplit(": ").next().unwrap().to_owned();
+        assert_eq!(tail(field("reason")), tail(&told));
+    }
 }
