@@ -255,10 +255,9 @@ fn the_weights_keep_the_line_straight() {
         });
         0.5 * (high - low)
     };
-    for (periods, line, swing, line_without, swing_without) in [
-        (3.0, 0.1042, 0.087, 0.3183, 0.160),
-        (8.0, 0.0065, 0.006, 0.1194, 0.097),
-    ] {
+    for (periods, line, swing, line_without, swing_without) in
+        [(3.0, 10.42, 8.7, 31.83, 16.0), (8.0, 0.65, 0.6, 11.94, 9.7)]
+    {
         let mut worst = [0.0_f64; 4];
         for phase in 0..360 {
             let sine = |u: &f64| (0.5 * TAU * (periods * u + f64::from(phase) / 180.0)).sin();
@@ -285,13 +284,13 @@ fn the_weights_keep_the_line_straight() {
         let k = 0.5 * TAU * periods;
         let formula = 105.0 / k.powi(3) * (1.0 - 15.0 / k.powi(2));
         assert!((worst[0] - formula).abs() < 1e-5 && (worst[2] - 3.0 / k).abs() < 1e-5);
-        let written = [line, swing, line_without, swing_without];
-        for ((worst, written), half_digit) in
-            worst.iter().zip(written).zip([5e-5, 5e-4, 5e-5, 5e-4])
+        let percent = [line, swing, line_without, swing_without];
+        for ((worst, percent), half_digit) in
+            worst.iter().zip(percent).zip([5e-3, 0.05, 5e-3, 0.05])
         {
             assert!(
-                (worst - written).abs() < half_digit,
-                "{worst} is not {written}"
+                (100.0 * worst - percent).abs() < half_digit,
+                "{worst}, not {percent} %"
             );
         }
     }
