@@ -20,8 +20,6 @@ import sys
 import time
 from pathlib import Path
 
-from dask.distributed import Client, LocalCluster, as_completed
-
 # Attempts of a shard before the study is given up.
 RETRIES = 5
 
@@ -61,8 +59,30 @@ def make_shard(runner, study, options, shard, shards, folder, threads):
         time.sleep(0.2)
 
 
+def from_anywhere(name_or_path, prints):
+    """A path that workers can read, who may stand elsewhere; a name of the program's own,
+    which the command `prints` knows, as it is: it means that even beside such a file."""
+    known = subprocess.run(
+        [*prints, name_or_path], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+    )
+    return name_or_path if known.returncode == 0 else str(Path(name_or_path).resolve())
+
+
+def study_and_options(arguments):
+    """The study and the options of it that every shard gets."""
+    runner = arguments.runner
+    study = from_anywhere(arguments.study, [runner, "study", "--print"])
+    options = []
+    if arguments.base:
+        options += ["--base", from_anywhere(arguments.base, [runner, "init"])]
+    options += [word for override in arguments.sets for word in ("--set", override)]
+    return study, options
+
+
 def make_study(client, runner, study, options, out, shards, threads=1):
     """Make all shards of a study on a cluster and merge them into `out`."""
+    from dask.distributed import as_completed
+
     parts = Path(f"{out}-shards")
     parts.mkdir(parents=True, exist_ok=True)
     folders = [str(parts / f"{number}-of-{shards}") for number in range(1, shards + 1)]
@@ -80,7 +100,8 @@ def make_study(client, runner, study, options, out, shards, threads=1):
     return subprocess.run([runner, "study", "merge", str(out), *folders]).returncode
 
 
-def main():
+def parser():
+    """The command line."""
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
@@ -94,14 +115,16 @@ def main():
     where = parser.add_mutually_exclusive_group()
     where.add_argument("--scheduler", help="address of a Dask scheduler, such as tcp://head:8786")
     where.add_argument("--workers", type=int, help="workers on this machine [one a core]")
-    arguments = parser.parse_args()
+    return parser
+
+
+def main():
+    arguments = parser().parse_args()
     if arguments.shards < 1:
-        parser.error("--shards must be at least 1")
-    options = ["--base", arguments.base] if arguments.base else []
-    options += [word for override in arguments.sets for word in ("--set", override)]
-    study = arguments.study
-    if Path(study).is_file():
-        study = str(Path(study).resolve())  # Workers may stand elsewhere.
+        parser().error("--shards must be at least 1")
+    from dask.distributed import Client, LocalCluster
+
+    study, options = study_and_options(arguments)
     out = arguments.out.resolve()
     if arguments.scheduler:
         client = Client(arguments.scheduler)

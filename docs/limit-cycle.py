@@ -1,8 +1,9 @@
 #!/usr/bin/env python3
-"""Draws docs/limit-cycle.png from two traces.
+r"""Draws docs/limit-cycle.png from two traces.
 
     for q in nearest error-feedback; do
-      hil-runner run tests/cases/limit-cycle.toml --set controller.quantiser=$q --trace out/$q.csv
+      hil-runner run tests/cases/limit-cycle.toml --set controller.quantiser=$q \\
+        --set run.duration_s=30 --trace out/$q.csv
     done
     python3 -m pip install matplotlib
     python3 docs/limit-cycle.py out/nearest.csv out/error-feedback.csv docs/limit-cycle.png
@@ -22,6 +23,7 @@ GEAR_RATIO = 2.0
 COUNTS_PER_RAD = 636.0
 COUNT_UM = 1e6 * PITCH_M_PER_RAD * GEAR_RATIO / COUNTS_PER_RAD
 FROM_S = 4.0
+WINDOWS_S = ((4.0, 6.0), (6.0, 10.0), (10.0, 30.0))
 CODES_S = 0.3
 
 
@@ -44,20 +46,23 @@ def main(nearest, feedback, picture):
         (axes[:, 1], feedback, 'quantiser = "error-feedback"', "tab:blue"),
     ):
         time_s, deviation_um, codes = read(path)
-        swing_um = max(deviation_um) - min(deviation_um)
         mean = sum(codes) / len(codes)
-        print(f"{path}: swing {swing_um:.2f} µm, mean code {mean:.3f}")
-        upper.plot(time_s, deviation_um, color=colour, linewidth=1.3)
-        upper.set_title(f"{name}: {swing_um:.1f} µm from peak to peak", fontsize=11)
+        swings = []
+        for begin_s, end_s in WINDOWS_S:
+            window = [y for t, y in zip(time_s, deviation_um) if begin_s <= t <= end_s]
+            swings.append(f"{max(window) - min(window):.2f} µm from {begin_s:g} to {end_s:g} s")
+        print(f"{path}: swing {', '.join(swings)}; mean code {mean:.3f}")
+        upper.plot(time_s, deviation_um, color=colour, linewidth=0.7)
+        upper.set_title(f"{name}: {swings[-1]}", fontsize=11)
         upper.set_xlim(FROM_S, time_s[-1])
         lower.step(time_s, codes, where="post", color=colour, linewidth=1)
         lower.axhline(mean, color="black", linewidth=1, linestyle="--")
-        lower.text(time_s[-1] - CODES_S, 14.2, f"  mean of the 2 s, dashed: {mean:.2f}")
+        lower.text(time_s[-1] - CODES_S, 14.2, f"  mean from 4 s on, dashed: {mean:.2f}")
         lower.set_xlim(time_s[-1] - CODES_S, time_s[-1])
         lower.set_xlabel(f"time [s]; codes of the last {CODES_S} s")
     axes[0, 0].set_ylabel("carriage − command [µm]")
-    axes[0, 1].errorbar([5.0], [2.0], yerr=COUNT_UM / 2, color="black", capsize=4)
-    axes[0, 1].text(5.06, 2.0, f"one encoder count: {COUNT_UM:.1f} µm", va="center")
+    axes[0, 1].errorbar([15.0], [2.0], yerr=COUNT_UM / 2, color="black", capsize=4)
+    axes[0, 1].text(15.6, 2.0, f"one encoder count: {COUNT_UM:.1f} µm", va="center")
     axes[1, 0].set_ylabel("DAC code")
     axes[1, 0].set_yticks(range(11, 15))
     axes[1, 0].set_ylim(10.6, 15.0)

@@ -22,10 +22,20 @@ pub enum RunError {
     Chip(ChipLawError),
     /// A sampled rung without a sample time.
     NoSampleTime,
-    /// A row was not taken: it could not be written, or the user ended the run.
+    /// A row was not taken: it could not be written, or the run was interrupted.
     Row(std::io::Error),
     /// The controller's or the plant's thread ended abnormally.
     Thread,
+}
+
+impl RunError {
+    /// Whether the case makes no run: it was refused before its first sample.
+    pub fn is_refusal(&self) -> bool {
+        matches!(
+            self,
+            Self::Quantise(_) | Self::Chip(ChipLawError::Quantise(_)) | Self::NoSampleTime
+        )
+    }
 }
 
 impl fmt::Display for RunError {

@@ -14,6 +14,7 @@ pub mod budget;
 pub mod case;
 pub mod chip;
 pub mod error;
+pub mod explain;
 pub mod figures;
 pub mod io;
 pub mod ladder;

@@ -22,8 +22,8 @@ enum Sink {
     Stdout(io::Stdout),
     /// A device or pipe, written as it is.
     Direct(File),
-    /// A new file beside the target, renamed on commit.
-    Renamed(NamedTempFile),
+    /// A new file beside the target, renamed to it on commit.
+    Renamed(NamedTempFile, PathBuf),
 }
 
 impl OutputFile {
@@ -49,8 +49,8 @@ impl OutputFile {
             match sink.into_inner().map_err(|error| error.into_error())? {
                 Sink::Stdout(mut stdout) => hung_up_is_fine(stdout.flush(), ()),
                 Sink::Direct(mut file) => file.flush(),
-                Sink::Renamed(file) => {
-                    file.persist(resolved(&path)).map_err(|error| error.error)?;
+                Sink::Renamed(file, target) => {
+                    file.persist(target).map_err(|error| error.error)?;
                     Ok(())
                 }
             }
@@ -72,11 +72,12 @@ pub fn same_file(one: &Path, other: &Path) -> bool {
         if path == Path::new("-") {
             return Some(path.to_owned());
         }
-        match fs::metadata(path) {
+        let path = target_of(path).ok()?;
+        match fs::metadata(&path) {
             Ok(meta) if !meta.is_file() => None,
             Ok(_) => fs::canonicalize(path).ok(),
             Err(_) => Some(
-                fs::canonicalize(folder_of(path))
+                fs::canonicalize(folder_of(&path))
                     .ok()?
                     .join(path.file_name()?),
             ),
@@ -118,7 +119,7 @@ impl Write for Sink {
         match self {
             Self::Stdout(stdout) => hung_up_is_fine(stdout.write(bytes), bytes.len()),
             Self::Direct(file) => file.write(bytes),
-            Self::Renamed(file) => file.write(bytes),
+            Self::Renamed(file, _) => file.write(bytes),
         }
     }
 
@@ -126,7 +127,7 @@ impl Write for Sink {
         match self {
             Self::Stdout(stdout) => hung_up_is_fine(stdout.flush(), ()),
             Self::Direct(file) => file.flush(),
-            Self::Renamed(file) => file.flush(),
+            Self::Renamed(file, _) => file.flush(),
         }
     }
 }
@@ -135,14 +136,21 @@ fn sink(path: &Path) -> io::Result<Sink> {
     if path == Path::new("-") {
         return Ok(Sink::Stdout(io::stdout()));
     }
-    let path = resolved(path);
-    match fs::metadata(&path) {
+    let target = target_of(path)?;
+    match fs::metadata(&target) {
         Ok(meta) if meta.is_dir() => Err(io::Error::other("it is a folder")),
         Ok(meta) if meta.is_file() && meta.permissions().readonly() => {
             Err(io::Error::other("the file is read-only"))
         }
-        Ok(meta) if !meta.is_file() => Ok(Sink::Direct(File::options().write(true).open(&path)?)),
-        _ => Ok(Sink::Renamed(beside(&path)?)),
+        Ok(meta) if !meta.is_file() => Ok(Sink::Direct(File::options().write(true).open(&target)?)),
+        _ => match beside(&target) {
+            Ok(file) => Ok(Sink::Renamed(file, target)),
+            Err(error) if target != path => {
+                let why = format!("it is a link to {}: {error}", target.display());
+                Err(io::Error::new(error.kind(), why))
+            }
+            Err(error) => Err(error),
+        },
     }
 }
 
@@ -174,10 +182,24 @@ fn beside(path: &Path) -> io::Result<NamedTempFile> {
     Ok(file)
 }
 
-/// The path with links followed, so that a rename replaces what the link
-/// points at and not the link.
-fn resolved(path: &Path) -> PathBuf {
-    fs::canonicalize(path).unwrap_or_else(|_| path.to_owned())
+/// The path with links followed, so that a rename replaces what the link points
+/// at, be it there yet or not, and never the link.
+fn target_of(path: &Path) -> io::Result<PathBuf> {
+    /// As many links as Linux follows.
+    const MOST_LINKS: usize = 40;
+    // The system knows the way better, such as that of /dev/stdout to a pipe.
+    if fs::metadata(path).is_ok() {
+        return Ok(fs::canonicalize(path).unwrap_or_else(|_| path.to_owned()));
+    }
+    let mut target = path.to_owned();
+    for _ in 0..=MOST_LINKS {
+        match fs::read_link(&target) {
+            Ok(next) => target = target.with_file_name(next),
+            // No link, or nothing at all.
+            Err(_) => return Ok(target),
+        }
+    }
+    Err(io::Error::other("its links lead in a circle"))
 }
 
 #[cfg(test)]
@@ -195,6 +217,59 @@ mod tests {
         file.commit().unwrap();
         assert_eq!(fs::read_to_string(&path).unwrap(), "new");
         assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    /// A link stays one, whether what it points at is there yet or not.
+    #[cfg(unix)]
+    #[test]
+    fn links_are_followed_and_stay() {
+        use std::os::unix::fs::symlink;
+        let folder = tempfile::tempdir().unwrap();
+        let place = |name: &str| folder.path().join(name);
+        let is_link = |name: &str| fs::symlink_metadata(place(name)).unwrap().is_symlink();
+        let write = |name: &str| -> io::Result<()> {
+            let mut file = OutputFile::create(&place(name))?;
+            file.write_all(b"data")?;
+            file.commit()
+        };
+        fs::create_dir(place("data")).unwrap();
+        // Over another link, relative to its own folder.
+        symlink("data/second", place("first")).unwrap();
+        symlink("trace.csv", place("data/second")).unwrap();
+        assert!(same_file(&place("first"), &place("data/trace.csv")));
+        for _ in ["not there yet", "there already"] {
+            write("first").unwrap();
+            assert_eq!(fs::read(place("data/trace.csv")).unwrap(), b"data");
+            assert!(is_link("first") && is_link("data/second"));
+            fs::write(place("data/trace.csv"), "old").unwrap();
+        }
+        symlink(place("data/other.csv"), place("absolute")).unwrap();
+        write("absolute").unwrap();
+        assert_eq!(fs::read(place("data/other.csv")).unwrap(), b"data");
+        symlink("/dev/null", place("null")).unwrap();
+        write("null").unwrap();
+        assert!(is_link("null") && !Path::new("/dev/null").is_file());
+        // What cannot be written has its sentence, and stays a link.
+        symlink("nowhere/trace.csv", place("lost")).unwrap();
+        symlink("circle", place("circle")).unwrap();
+        symlink("/dev/full", place("full")).unwrap();
+        for (name, why) in [
+            ("lost", "nowhere/trace.csv: its folder does not exist"),
+            (
+                "circle",
+                "circle cannot be written: its links lead in a circle",
+            ),
+            (
+                "full",
+                "full cannot be written: No space left on device (os error 28)",
+            ),
+        ] {
+            let told = write(name).unwrap_err().to_string();
+            assert!(told.ends_with(why), "{told}");
+            assert!(is_link(name));
+        }
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 7);
+        assert_eq!(fs::read_dir(place("data")).unwrap().count(), 3);
     }
 
     #[test]

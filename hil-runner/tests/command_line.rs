@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use std::path::Path;
-use std::process::{Command, Output};
+use std::process::{Command, Output, Stdio};
 
 /// Runs the program in `folder`.
 fn hil_runner(folder: &Path, args: &[&str]) -> Output {
@@ -339,6 +339,36 @@ fn unwritable_path_is_found_before_the_run() {
     assert!(files(folder.path()).is_empty());
 }
 
+/// A link stays one, and its target gets the data; the system's own, such as
+/// that of /dev/stdout to a pipe, leads where it always does.
+#[cfg(unix)]
+#[test]
+fn links_lead_to_their_targets() {
+    let folder = folder();
+    let link = folder.path().join("link.csv");
+    std::os::unix::fs::symlink("t.csv", &link).unwrap();
+    let run = |trace: &str| {
+        let output = hil_runner(folder.path(), &["run", "paper-1", "--trace", trace]);
+        assert_eq!(status(&output), 0, "{}", stderr(&output));
+        stdout(&output)
+    };
+    run("link.csv");
+    assert!(std::fs::symlink_metadata(&link).unwrap().is_symlink());
+    let trace = std::fs::read_to_string(folder.path().join("t.csv")).unwrap();
+    assert!(run("/dev/stdout").starts_with(&trace));
+    std::fs::remove_file(folder.path().join("t.csv")).unwrap();
+    let args = [
+        "run",
+        "paper-1",
+        "--trace",
+        "link.csv",
+        "--summary",
+        "t.csv",
+    ];
+    let output = hil_runner(folder.path(), &args);
+    assert!(stderr(&output).contains("is given for two outputs"));
+}
+
 /// A run file and another output are never replaced, however the path is
 /// spelled; a device may serve twice.
 #[test]
@@ -363,15 +393,25 @@ fn outputs_replace_neither_a_run_file_nor_each_other() {
     assert!(stderr(&output).contains("is given for two outputs"));
 }
 
-/// An interrupt ends the run, keeps the trace so far and leaves no file behind.
+/// An interrupt ends the run, keeps the trace so far and leaves no file behind;
+/// who sent it is not known, and not said.
 #[cfg(unix)]
 #[test]
 fn an_interrupt_keeps_the_trace_so_far() {
+    for signal in ["-INT", "-TERM", "-HUP"] {
+        interrupted_by(signal);
+    }
+}
+
+#[cfg(unix)]
+fn interrupted_by(signal: &str) {
     let folder = folder();
-    let mut child = Command::new(env!("CARGO_BIN_EXE_hil-runner"))
+    let child = Command::new(env!("CARGO_BIN_EXE_hil-runner"))
         .args(["run", "paper-1", "--set", "run.duration_s=90000"])
         .args(["--trace", "t.csv", "--summary", "s.json"])
         .current_dir(folder.path())
+        .stdout(Stdio::null())
+        .stderr(Stdio::piped())
         .spawn()
         .unwrap();
     // Until it is under way: the first block of rows has been written.
@@ -383,9 +423,11 @@ fn an_interrupt_keeps_the_trace_so_far() {
         std::thread::sleep(std::time::Duration::from_millis(10));
     }
     let id = child.id().to_string();
-    let killed = Command::new("kill").args(["-INT", &id]).status().unwrap();
+    let killed = Command::new("kill").args([signal, &id]).status().unwrap();
     assert!(killed.success());
-    assert_eq!(child.wait().unwrap().code(), Some(2));
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(status(&output), 2);
+    assert_eq!(stderr(&output), "paper-1: interrupted\n", "{signal}");
     assert_eq!(files(folder.path()), ["t.csv"]);
     let trace = std::fs::read_to_string(folder.path().join("t.csv")).unwrap();
     assert!(trace.lines().count() > 10 && trace.ends_with('\n'));

@@ -1,6 +1,6 @@
 //! Whatever stands in a file: an answer, one line an error, and no panic.
 
-use hil_runner::runfile::{self, builtin_text};
+use hil_runner::runfile::{self, MOST_MISTAKES, builtin_text};
 use proptest::collection::vec;
 use proptest::prelude::*;
 
@@ -53,7 +53,8 @@ const PIECES: &[&str] = &[
 fn answer(text: &str, sets: &[String]) -> Result<(), TestCaseError> {
     if let Err(errors) = runfile::parse("x.toml", text, sets) {
         prop_assert!(!errors.entries().is_empty());
-        prop_assert_eq!(errors.to_string().lines().count(), errors.entries().len());
+        let lines = errors.entries().len().min(MOST_MISTAKES + 1);
+        prop_assert_eq!(errors.to_string().lines().count(), lines);
     }
     Ok(())
 }

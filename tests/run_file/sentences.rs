@@ -82,6 +82,25 @@ fn all_errors_are_reported_at_once_in_the_order_of_the_file() {
     );
 }
 
+/// What a screen shows, in the order of the file, and how many more there are.
+#[test]
+fn of_very_many_errors_the_first_are_listed() {
+    let printed = |unknown: usize| -> Vec<String> {
+        let sections = (0..unknown).map(|n| format!("[strange{n}]\n"));
+        messages(&(BASE.to_owned() + &sections.collect::<String>()), &[])
+    };
+    assert_eq!(printed(20).len(), 20);
+    let many = printed(20_000);
+    assert_eq!(many.len(), 21);
+    let lines = BASE.lines().count();
+    for (place, message) in many[..20].iter().enumerate() {
+        let line = lines + place + 1;
+        let start = format!("cases/x.toml:{line}: unknown section [strange{place}]");
+        assert!(message.starts_with(&start), "{message}");
+    }
+    assert_eq!(many[20], "and 19980 more mistakes");
+}
+
 #[test]
 fn an_empty_file_lacks_every_required_section() {
     let lines = messages("", &[]);

@@ -11,7 +11,7 @@ use hil_runner::chip::installed;
 use hil_runner::chip::spec::{ChipLink, Transport};
 use hil_runner::runfile::RunFile;
 
-use super::explain::explain;
+use super::explain;
 use super::interrupt;
 use super::link::OpenChip;
 use super::progress::Progress;

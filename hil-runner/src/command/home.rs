@@ -5,7 +5,7 @@ use clap::Args;
 use hil_runner::error::RunError;
 use hil_runner::law::measure_gap;
 
-use super::explain::explain;
+use super::explain;
 use super::run::load;
 use super::terminal;
 

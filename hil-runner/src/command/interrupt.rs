@@ -1,5 +1,6 @@
-//! Ctrl-C and its relatives end a run as an error does: the trace so far is
-//! kept, unfinished files are removed.
+//! SIGINT (Ctrl-C), SIGTERM and SIGHUP end a run as an error does: the trace so
+//! far is kept, unfinished files are removed. Who sent which is not known, so no
+//! message names the user.
 
 use std::io;
 use std::sync::OnceLock;
@@ -10,8 +11,8 @@ use super::terminal;
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
 static HANDLER: OnceLock<()> = OnceLock::new();
 
-/// Status of a program that was ended by the user, as shells have it.
-const ENDED_BY_USER: i32 = 130;
+/// Status of an interrupted program, as shells have it.
+const STATUS: i32 = 130;
 
 /// Notes interrupts from now on; the second one ends the program at once.
 pub(super) fn watch() {
@@ -23,7 +24,7 @@ pub(super) fn watch_aloud(words: &'static str) {
     HANDLER.get_or_init(|| {
         let handler = move || {
             if INTERRUPTED.swap(true, Ordering::Relaxed) {
-                std::process::exit(ENDED_BY_USER);
+                std::process::exit(STATUS);
             }
             terminal::tell(words);
         };
@@ -32,10 +33,10 @@ pub(super) fn watch_aloud(words: &'static str) {
     });
 }
 
-/// An error once the user has interrupted the run.
+/// An error once the run was interrupted.
 pub(super) fn check() -> io::Result<()> {
     if INTERRUPTED.load(Ordering::Relaxed) {
-        return Err(io::Error::other("interrupted by the user"));
+        return Err(io::Error::other("interrupted"));
     }
     Ok(())
 }

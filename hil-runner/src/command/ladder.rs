@@ -14,7 +14,7 @@ use hil_runner::run::RunOptions;
 use hil_runner::runfile::RunFile;
 use hil_runner::{report, report_data};
 
-use super::explain::explain;
+use super::explain;
 use super::link::OpenChip;
 use super::progress::Progress;
 use super::terminal;

@@ -9,7 +9,7 @@ use hil_runner::output::OutputFile;
 use hil_runner::run::RunOptions;
 use hil_runner::{report, report_data};
 
-use super::explain::explain;
+use super::explain;
 use super::progress::Progress;
 use super::terminal;
 

@@ -3,7 +3,6 @@
 mod budget;
 mod budget_tables;
 mod certify;
-mod explain;
 mod home;
 mod init;
 mod interrupt;
@@ -20,6 +19,8 @@ mod words;
 
 use clap::{Parser, Subcommand};
 use hil_runner::bench::CaseRun;
+use hil_runner::error::RunError;
+use hil_runner::runfile::RunFile;
 
 pub(crate) use terminal::tell;
 
@@ -86,6 +87,11 @@ impl CommandLine {
             Some(Command::Schema(schema)) => schema.execute(),
         }
     }
+}
+
+/// The error of a run of this file as the user should read it.
+fn explain(file: &RunFile, error: RunError) -> anyhow::Error {
+    anyhow::Error::msg(hil_runner::explain::explain(file, &error))
 }
 
 /// Tells on stderr what the user should know besides the figures.

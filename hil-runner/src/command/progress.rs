@@ -52,7 +52,7 @@ impl Progress {
     /// A row was computed.
     ///
     /// # Errors
-    /// If the user has interrupted the run.
+    /// If the run was interrupted.
     pub(super) fn row(&mut self, row: &Row) -> io::Result<()> {
         self.rows += 1;
         if self.rows.is_multiple_of(ROWS_A_LOOK) {
@@ -71,7 +71,7 @@ impl Progress {
     /// One of the rows that are no rows of a run.
     ///
     /// # Errors
-    /// If the user has interrupted the program.
+    /// If the program was interrupted.
     pub(super) fn one(&mut self) -> io::Result<()> {
         self.rows += 1;
         if self.rows.is_multiple_of(ROWS_A_LOOK) {

@@ -1,5 +1,6 @@
 //! `hil-runner run`: one or more cases with their outputs.
 
+use std::collections::HashSet;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -14,7 +15,7 @@ use hil_runner::runfile::RunFile;
 use hil_runner::trace::TraceWriter;
 use hil_runner::{report, report_data, runfile};
 
-use super::explain::explain;
+use super::explain;
 use super::link::{self, LinkName};
 use super::progress::Progress;
 use super::terminal;
@@ -198,22 +199,25 @@ pub(super) fn refuse_shared_paths(cases: &[String], outputs: &[&PathBuf]) -> any
 /// Reads the run files; all that is wrong with any of them in one message.
 pub(super) fn load(cases: &[String], sets: &[String]) -> anyhow::Result<Vec<RunFile>> {
     let mut files = Vec::with_capacity(cases.len());
-    let mut errors = Vec::new();
+    let mut mistakes = Vec::new();
+    let mut told = HashSet::new();
     for case in cases {
         match RunFile::load(case, sets) {
             Ok(file) => files.push(file),
-            Err(error) => errors.push(error.to_string()),
+            // The same wrong --set is wrong for every case; once is enough.
+            Err(errors) => mistakes.extend(
+                errors
+                    .entries()
+                    .iter()
+                    .map(ToString::to_string)
+                    .filter(|mistake| told.insert(mistake.clone())),
+            ),
         }
     }
-    if !errors.is_empty() {
-        // The same wrong --set is wrong for every case; once is enough.
-        let mut lines: Vec<&str> = Vec::new();
-        for line in errors.iter().flat_map(|error| error.lines()) {
-            if !lines.contains(&line) {
-                lines.push(line);
-            }
-        }
-        bail!("{}", lines.join("\n"));
+    if !mistakes.is_empty() {
+        let mut message = String::new();
+        runfile::list_mistakes(&mut message, &mistakes)?;
+        bail!(message);
     }
     Ok(files)
 }

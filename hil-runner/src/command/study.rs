@@ -162,7 +162,7 @@ fn fill(
         ));
     }
     interrupt::watch_aloud(
-        "ending after the runs under way; another Ctrl-C ends at once, and loses nothing either\n",
+        "ending after the runs under way; a second signal (Ctrl-C) ends at once, and loses nothing either\n",
     );
     let bar = bar(study, start);
     let (blocks, manifest) = (results.missing_blocks(), results.manifest().clone());

@@ -9,7 +9,7 @@ use hil_runner::report::number;
 use hil_runner::runfile::RunFile;
 use hil_runner::words::{ServoWords, WordRequest};
 
-use super::explain::explain;
+use super::explain;
 use super::run::load;
 use super::terminal;
 

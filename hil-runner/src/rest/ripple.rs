@@ -2,9 +2,16 @@
 //! at constant speed is taken out.
 //!
 //! The line is that of least squares with the weights `(1 − u²)²`, u going from −1
-//! to 1 over the window. Without weights a cycle that stands in the window a
-//! few times would tilt the line: a sine of three periods by up to a third of its
-//! amplitude at the ends, with them by a tenth; of eight by 0.12 and 0.007.
+//! to 1 over the window. A cycle that stands in the window a few times tilts it: a
+//! sine of amplitude 1 and n whole periods moves its two ends by up to
+//! `105/(πn)³·|1 − 15/(πn)²|`, one down and one up, without weights by `3/(πn)`.
+//!
+//! ```text
+//!                     ends of the line        half swing too large by
+//! n             weights        without        weights         without
+//! 3              0.1042         0.3183         0.087            0.160
+//! 8              0.0065         0.1194         0.006            0.097
+//! ```
 
 /// Positions less a straight line; where the line lies does not matter, only how
 /// steep it is.

@@ -238,3 +238,60 @@ fn bits_are_those_of_the_range() {
         assert_eq!(range(values).bits_of_width(), bits, "{values:?}");
     }
 }
+
+/// What a sine of whole periods does to the line and to the half swing, at
+/// worst over its phases: the figures of `ripple.rs` and docs/OUTPUTS.md. The
+/// contrast is the line without weights.
+#[test]
+fn the_weights_keep_the_line_straight() {
+    use super::ripple::{Residual, count};
+    const N: usize = 4096;
+    let places: Vec<f64> = (0..N)
+        .map(|i| (2.0 * count(i) + 1.0) / count(N) - 1.0)
+        .collect();
+    let half_swing = |values: &[f64]| {
+        let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(low, high), x| {
+            (low.min(*x), high.max(*x))
+        });
+        0.5 * (high - low)
+    };
+    for (periods, line, swing, line_without, swing_without) in
+        [(3.0, 10.42, 8.7, 31.83, 16.0), (8.0, 0.65, 0.6, 11.94, 9.7)]
+    {
+        let mut worst = [0.0_f64; 4];
+        for phase in 0..360 {
+            let sine = |u: &f64| (0.5 * TAU * (periods * u + f64::from(phase) / 180.0)).sin();
+            let positions: Vec<f64> = places.iter().map(sine).collect();
+            let residual = Residual::of(&positions);
+            // The first one is the line alone, as it counts from the first position.
+            let slope = residual.values_m[0] / -places[0];
+            let moment: f64 = places.iter().zip(&positions).map(|(u, x)| u * x).sum();
+            let slope_without = moment / places.iter().map(|u| u * u).sum::<f64>();
+            let without: Vec<f64> = (places.iter().zip(&positions))
+                .map(|(u, x)| x - slope_without * u)
+                .collect();
+            let found = [
+                slope.abs(),
+                residual.half_swing_m() - 1.0,
+                slope_without.abs(),
+                half_swing(&without) - 1.0,
+            ];
+            for (worst, found) in worst.iter_mut().zip(found) {
+                *worst = worst.max(found);
+            }
+        }
+        println!("{periods} periods: line, half swing, both without weights {worst:.4?}");
+        let k = 0.5 * TAU * periods;
+        let formula = 105.0 / k.powi(3) * (1.0 - 15.0 / k.powi(2));
+        assert!((worst[0] - formula).abs() < 1e-5 && (worst[2] - 3.0 / k).abs() < 1e-5);
+        let percent = [line, swing, line_without, swing_without];
+        for ((worst, percent), half_digit) in
+            worst.iter().zip(percent).zip([5e-3, 0.05, 5e-3, 0.05])
+        {
+            assert!(
+                (100.0 * worst - percent).abs() < half_digit,
+                "{worst}, not {percent} %"
+            );
+        }
+    }
+}

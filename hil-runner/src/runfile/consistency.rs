@@ -65,22 +65,14 @@ impl Consistency<'_> {
             Place::Line(line) => *line,
             _ => usize::MAX,
         };
-        // The message stands with the one that is easier taken back: the
-        // override, or else the later line.
-        let (key, partner, first, last) = if line(&one) > line(&other) {
-            (key, partner, other, one)
+        // The message stands with the later line.
+        let (key, partner) = if line(&one) > line(&other) {
+            (key, partner)
         } else {
-            (partner, key, one, other)
-        };
-        let advice = match (first, last) {
-            (Place::Line(_), Place::Set(_)) => {
-                "; --set does not replace its partner: take that out of the file, or set the whole \
-                 section at once as in --set 'encoder={lines=1000}'"
-            }
-            _ => "",
+            (partner, key)
         };
         let quoted = self.values.quote(section, partner);
-        let because = format!("{quoted} sets the same quantity; give one of the two{advice}");
+        let because = format!("{quoted} sets the same quantity; give one of the two");
         self.refuse(section, key, because);
     }
 

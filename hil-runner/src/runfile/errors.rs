@@ -88,6 +88,25 @@ impl fmt::Display for RunFileError {
 
 impl std::error::Error for RunFileError {}
 
+/// Most mistakes that a message lists: what a screen shows.
+pub const MOST_MISTAKES: usize = 20;
+
+/// Writes one line for each mistake; of more than [`MOST_MISTAKES`] the first,
+/// and how many more there are.
+///
+/// # Errors
+/// If `to` does not take the words.
+pub fn list_mistakes(to: &mut impl fmt::Write, mistakes: &[impl fmt::Display]) -> fmt::Result {
+    for (index, mistake) in mistakes.iter().take(MOST_MISTAKES).enumerate() {
+        let separator = if index == 0 { "" } else { "\n" };
+        write!(to, "{separator}{mistake}")?;
+    }
+    match mistakes.len().saturating_sub(MOST_MISTAKES) {
+        0 => Ok(()),
+        more => write!(to, "\nand {more} more mistakes"),
+    }
+}
+
 /// Everything that is wrong with a run file; prints one line for each.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct RunFileErrors {
@@ -103,13 +122,7 @@ impl RunFileErrors {
 
 impl fmt::Display for RunFileErrors {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        for (index, entry) in self.entries.iter().enumerate() {
-            if index > 0 {
-                f.write_str("\n")?;
-            }
-            write!(f, "{entry}")?;
-        }
-        Ok(())
+        list_mistakes(f, &self.entries)
     }
 }
 

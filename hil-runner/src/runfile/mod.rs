@@ -37,7 +37,7 @@ mod values;
 
 pub use builtin::{builtin_names, builtin_text};
 pub use consistency::{MOST_COUNTS, MOST_RK4_STEPS, MOST_ROWS};
-pub use errors::{Place, Problem, RunFileError, RunFileErrors};
+pub use errors::{MOST_MISTAKES, Place, Problem, RunFileError, RunFileErrors, list_mistakes};
 pub use key_reference::key_reference;
 pub use key_table::SECTIONS;
 pub use keys::{
@@ -49,7 +49,6 @@ pub use template::{KeyPath, KeyValue, Template};
 
 use crate::case::Case;
 use errors::Findings;
-use overrides::Partners;
 use values::Values;
 
 /// A run file that was read and found right.
@@ -83,15 +82,6 @@ impl RunFile {
     /// # Errors
     /// Everything that is wrong with the text and the overrides.
     pub fn parse(source_name: &str, text: &str, sets: &[String]) -> Result<Self, RunFileErrors> {
-        Self::parse_with(source_name, text, sets, Partners::Kept)
-    }
-
-    fn parse_with(
-        source_name: &str,
-        text: &str,
-        sets: &[String],
-        partners: Partners,
-    ) -> Result<Self, RunFileErrors> {
         let mut findings = Findings::new(source_name);
         let mut tree = match tree::parse_document(text) {
             Ok(tree) => tree,
@@ -100,7 +90,7 @@ impl RunFile {
                 return Err(findings.into_errors());
             }
         };
-        overrides::apply(&mut tree, sets, partners, &mut findings);
+        overrides::apply(&mut tree, sets, &mut findings);
         let values = check::check(&tree, &mut findings);
         consistency::check(&values, &mut findings);
         match assemble::assemble(&values, &tree) {

@@ -3,38 +3,25 @@
 
 use super::errors::{Findings, Place, Problem, one_line};
 use super::key_table::SECTIONS;
-use super::keys::Need;
+use super::template::KeyPath;
 use super::tree::{Node, Table, Value, parse_value};
 
 /// Longest override that a message repeats \[characters\].
 const ECHO: usize = 80;
 
-/// Applies the overrides in their order: the last one of a key wins.
-pub(super) fn apply(
-    tree: &mut Table,
-    sets: &[String],
-    partners: Partners,
-    findings: &mut Findings,
-) {
+/// Applies the overrides in their order: the last one of a key wins. One of a
+/// pair, such as `lines` where the file has `counts_per_rad`, takes the place of
+/// the file's; both of a pair stay, and are refused further on.
+pub(super) fn apply(tree: &mut Table, sets: &[String], findings: &mut Findings) {
     for set in sets {
         let place = Place::Set(one_line(set, ECHO));
-        if let Err(why) = apply_one(tree, set, &place, partners) {
+        if let Err(why) = apply_one(tree, set, &place) {
             findings.push(place, Problem::Override(why));
         }
     }
 }
 
-/// What becomes of the file's own key where an override sets the other one of
-/// a pair, such as `lines` where the file has `counts_per_rad`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Partners {
-    /// It stays, and both are refused: a slip on a command line is told.
-    Kept,
-    /// The override takes its place: what an axis of a study means.
-    Replaced,
-}
-
-fn apply_one(tree: &mut Table, set: &str, place: &Place, partners: Partners) -> Result<(), String> {
+fn apply_one(tree: &mut Table, set: &str, place: &Place) -> Result<(), String> {
     let Some((path, text)) = set.split_once('=') else {
         return Err("there is no =; write --set section.key=value".to_owned());
     };
@@ -51,9 +38,7 @@ fn apply_one(tree: &mut Table, set: &str, place: &Place, partners: Partners) -> 
         [name] => set_top(tree, name, node),
         [section, key] => {
             set_in_section(tree, section, key, node);
-            if partners == Partners::Replaced {
-                remove_partner(tree, section, key);
-            }
+            remove_partner(tree, section, key);
             Ok(())
         }
         _ => Err("the key is too deep; write --set section.key=value".to_owned()),
@@ -110,16 +95,13 @@ fn set_in_section(tree: &mut Table, section: &str, key: &str, node: Node) {
 
 /// Removes from the file what says the same as a key in another way.
 fn remove_partner(tree: &mut Table, section: &str, key: &str) {
-    let known = SECTIONS.iter().find(|known| known.name == section);
-    let Some(Need::OneOf(partner) | Need::NotWith(partner)) = known
-        .and_then(|section| section.key(key))
-        .map(|key| key.need)
-    else {
+    let known = KeyPath::find(&format!("{section}.{key}"));
+    let Some(partner) = known.ok().and_then(|key| key.partner()) else {
         return;
     };
     if let Some(Value::Table(table)) = tree.get_mut(section).map(|node| &mut node.value) {
-        table
-            .entries
-            .retain(|(name, node)| name != partner || !matches!(node.place, Place::Line(_)));
+        table.entries.retain(|(name, node)| {
+            name != partner.key.name || !matches!(node.place, Place::Line(_))
+        });
     }
 }

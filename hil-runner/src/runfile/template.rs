@@ -12,8 +12,7 @@ use plant::Joint;
 use super::check_value::check_number;
 use super::errors::{Place, RunFileErrors};
 use super::key_table::SECTIONS;
-use super::keys::{Key, Kind, path};
-use super::overrides::Partners;
+use super::keys::{Key, Kind, Need, path};
 use super::{RunFile, builtin_text, source, suggest};
 use crate::case::Case;
 use crate::time::seconds;
@@ -67,6 +66,17 @@ impl KeyPath {
     /// The path.
     pub fn path(&self) -> String {
         path(self.section, self.key.name)
+    }
+
+    /// The key that says the same in another way, such as `lines` and
+    /// `counts_per_rad`; only one of the two can be given.
+    pub fn partner(&self) -> Option<Self> {
+        match self.key.need {
+            Need::OneOf(partner) | Need::NotWith(partner) => {
+                Self::find(&path(self.section, partner)).ok()
+            }
+            _ => None,
+        }
     }
 
     /// A number as a value of this key: times in whole nanoseconds, whole
@@ -132,9 +142,7 @@ impl KeyValue {
     }
 }
 
-/// A run file with all that holds for every run. Where a change sets one key of
-/// a pair and the file has the other, such as `lines` and `counts_per_rad`, the
-/// change takes its place.
+/// A run file with all that holds for every run.
 #[derive(Debug, Clone)]
 pub struct Template {
     source_name: String,
@@ -154,7 +162,7 @@ impl Template {
             None => source::read(name_or_path)?,
         };
         Ok(Self {
-            file: RunFile::parse_with(name_or_path, &text, sets, Partners::Replaced)?,
+            file: RunFile::parse(name_or_path, &text, sets)?,
             source_name: name_or_path.to_owned(),
             text,
             sets: sets.to_owned(),
@@ -203,13 +211,23 @@ impl Template {
         &self,
         changes: impl Iterator<Item = (&'v KeyPath, &'v KeyValue)> + Clone,
     ) -> Result<Case, RunFileErrors> {
-        if let Some(case) = self.written(changes.clone()) {
-            return Ok(case);
+        match self.written(changes.clone()) {
+            Some(case) => Ok(case),
+            None => self.file(changes).map(|file| file.case),
         }
+    }
+
+    /// The run file with these values instead, read as `--set` would have it.
+    ///
+    /// # Errors
+    /// As [`Template::case`].
+    pub fn file<'v>(
+        &self,
+        changes: impl Iterator<Item = (&'v KeyPath, &'v KeyValue)>,
+    ) -> Result<RunFile, RunFileErrors> {
         let mut sets = self.sets.clone();
         sets.extend(changes.map(|(key, value)| format!("{}={}", key.path(), value.to_toml())));
-        RunFile::parse_with(&self.source_name, &self.text, &sets, Partners::Replaced)
-            .map(|file| file.case)
+        RunFile::parse(&self.source_name, &self.text, &sets)
     }
 
     /// The run, if every change can be written straight into the case.
@@ -347,10 +365,7 @@ mod tests {
             .unwrap();
         assert_eq!(case.encoder, plant::Encoder::with_lines(500.0));
         assert_eq!(case.dac, plant::Dac::with_range(14, 80.0));
-        // On the command line both are refused.
-        let sets = ["drive.dac_range_v=80".to_owned()];
-        assert!(RunFile::load("paper-2", &sets).is_err());
-        // And where a study itself sets both.
+        // Both at once are refused.
         let sets = ["drive.dac_range_v=80", "drive.dac_lsb_v=0.1"].map(str::to_owned);
         assert!(Template::load("paper-2", &sets).is_err());
     }

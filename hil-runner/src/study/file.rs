@@ -29,6 +29,7 @@ use super::distribution::Distribution;
 use super::picture::Picture;
 use super::plan::PlanKind;
 use super::theory::Theory;
+use crate::runfile::list_mistakes;
 
 /// A study file as it is written.
 #[derive(Debug, Clone, Deserialize)]
@@ -116,7 +117,7 @@ impl StudyFileError {
 
 impl fmt::Display for StudyFileError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(&self.lines.join("\n"))
+        list_mistakes(f, &self.lines)
     }
 }
 

@@ -40,6 +40,11 @@ pub(super) fn axes(file: &StudyFile, findings: &mut Findings<'_>) -> Vec<Axis> {
             refuse("there is an axis over this key already".to_owned());
             continue;
         }
+        let partner = key.partner().map(|partner| partner.path());
+        if let Some(partner) = partner.filter(|path| axes.iter().any(|a| a.key.path() == *path)) {
+            refuse(format!("the axis over {partner} sets the same quantity"));
+            continue;
+        }
         let times = match described
             .times
             .as_ref()

@@ -13,7 +13,7 @@ use super::file::{Findings, StudyFile};
 use super::plan::{Plan, PlanKind};
 use super::read_axes::has_number;
 use crate::case::Law;
-use crate::runfile::Template;
+use crate::runfile::{KeyPath, Template};
 
 pub(super) fn name(file: &StudyFile, source_name: &str) -> String {
     file.name.clone().unwrap_or_else(|| {
@@ -31,9 +31,9 @@ pub(super) fn is_a_name(name: &str) -> bool {
     !name.is_empty() && name.len() <= 100 && name.chars().all(plain)
 }
 
-/// `section.key=value` of `[set]`, the budget and the command line. The axes of
-/// a study that is made around its base follow the command line: nothing of it
-/// is overridden there.
+/// `section.key=value` of `[set]`, the budget and the command line, which has the
+/// last word; but what a study has that is made around its base was made from
+/// the command line already.
 pub(super) fn sets(
     file: &StudyFile,
     axes: &[Axis],
@@ -60,20 +60,36 @@ pub(super) fn sets(
             .collect();
         sets.push(format!("budget={{{}}}", limits.join(", ")));
     }
-    let own = sets.len();
-    sets.extend(changes.sets.iter().cloned());
-    let by_file = if around_base { own } else { sets.len() };
-    for set in &sets[..by_file] {
-        let path: String = set
-            .split_once('=')
-            .map_or(set.as_str(), |(path, _)| path)
-            .split_whitespace()
-            .collect();
-        if path == "controller.law" && (file.rungs.is_some() || changes.rungs.is_some()) {
+    let path = |set: &String| -> String {
+        let (path, _) = set.split_once('=').unwrap_or((set, ""));
+        path.split_whitespace().collect()
+    };
+    let partner = |path: &str| Some(KeyPath::find(path).ok()?.partner()?.path());
+    let over = |path: &str| -> Option<String> {
+        let other = partner(path);
+        let mut axes = axes.iter().map(|axis| axis.key.path());
+        axes.find(|axis| *axis == path || Some(axis) == other.as_ref())
+    };
+    // Of a pair, too, what comes later takes the place of what was before.
+    let (mut earlier, later) = match around_base {
+        true => (changes.sets.clone(), sets),
+        false => (sets, changes.sets.clone()),
+    };
+    let replaced: Vec<String> = later.iter().filter_map(|set| partner(&path(set))).collect();
+    earlier.retain(|set| !replaced.contains(&path(set)));
+    if around_base {
+        // The axes have been made from it.
+        earlier.retain(|set| over(&path(set)).is_none());
+    }
+    let sets = [earlier, later].concat();
+    for set in &sets {
+        let path = path(set);
+        let has_rungs = file.rungs.is_some() && !around_base || changes.rungs.is_some();
+        if path == "controller.law" && has_rungs {
             findings.push_whole(format!("{set} would be overridden by rungs"));
         }
-        if axes.iter().any(|axis| axis.key.path() == path) {
-            findings.push_whole(format!("{set} would be overridden by the axis over {path}"));
+        if let Some(axis) = over(&path) {
+            findings.push_whole(format!("{set} would be overridden by the axis over {axis}"));
         }
     }
     sets

@@ -9,6 +9,8 @@ use super::feeding;
 use super::margins::{COLUMNS as MARGINS, Margins};
 use crate::budget::least_relative_margin;
 use crate::case::Case;
+use crate::error::RunError;
+use crate::explain::explain;
 use crate::figures::SUMMARY_FIGURES;
 use crate::lanes::Runs;
 use crate::summary::Summary;
@@ -20,7 +22,7 @@ pub enum Status {
     Ok,
     /// A constraint of the study leaves the point out.
     Excluded,
-    /// The values of the point make no run.
+    /// The values of the point make no run: the run file or the firmware says so.
     Refused,
     /// The run was begun and could not be finished.
     Failed,
@@ -157,6 +159,10 @@ impl<'s> RowMaker<'s> {
                             let besides = std::mem::take(&mut besides[*place]);
                             self.made(&cases[*place], summary, besides, &mut row);
                         }
+                        Err(error) if error.is_refusal() => {
+                            let reason = self.refusal(planned, &cases[*place], error);
+                            self.not_made(Status::Refused, reason, &mut row);
+                        }
                         Err(error) => self.not_made(Status::Failed, error.to_string(), &mut row),
                     },
                     Err((status, reason)) => self.not_made(*status, reason.clone(), &mut row),
@@ -198,6 +204,20 @@ impl<'s> RowMaker<'s> {
             self.study.rungs[planned.rung].0.name(),
         )));
         row
+    }
+
+    /// The sentence that the single run of a refused case gives.
+    fn refusal(&self, planned: &Planned, case: &Case, error: &RunError) -> String {
+        let keys = self.study.axes.iter().map(|axis| &axis.key);
+        let (_, template) = &self.study.rungs[planned.rung];
+        let words = match template.file(keys.zip(&planned.point.values)) {
+            Ok(file) if file.case.controller.gains == case.controller.gains => {
+                explain(&file, error)
+            }
+            // Gains that keep the loop stand in no file.
+            _ => error.to_string(),
+        };
+        words.replace('\n', "; ")
     }
 
     fn not_made(&self, status: Status, reason: String, row: &mut Vec<Cell>) {

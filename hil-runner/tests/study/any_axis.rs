@@ -9,9 +9,7 @@ use hil_runner::case::{Case, Law};
 use hil_runner::figures::SUMMARY_FIGURES;
 use hil_runner::run::{RunOptions, run};
 use hil_runner::runfile;
-use hil_runner::study::{
-    Cell, Changes, LoopGain, RowMaker, Study, base_sentences, columns, ready,
-};
+use hil_runner::study::{Cell, Changes, LoopGain, RowMaker, Study, base_sentences, columns, ready};
 use hil_runner::summary::Summary;
 use hil_runner::theory::{JointState, margin};
 
@@ -21,8 +19,20 @@ const AXES: [&str; 4] = ["ballscrew", "belt", "rotary", "hanging"];
 
 /// What is true of the paper's second simulation and of none of these axes.
 const OF_THE_PAPER: [&str; 14] = [
-    "250 mm", "1.5 s", "3.2", "3°", "636", "1000 lines", "999", "79.954", "80 V", "4.88",
-    "second move", "command 2", "paper", "Paper",
+    "250 mm",
+    "1.5 s",
+    "3.2",
+    "3°",
+    "636",
+    "1000 lines",
+    "999",
+    "79.954",
+    "80 V",
+    "4.88",
+    "second move",
+    "command 2",
+    "paper",
+    "Paper",
 ];
 
 fn file(axis: &str) -> String {
@@ -39,7 +49,10 @@ fn of_axis(name: &str, axis: &str) -> Option<Study> {
     match Study::load(name, &changes) {
         Ok(study) => Some(study),
         Err(error) => {
-            assert!(error.to_string().contains("the base's joint is rigid"), "{error}");
+            assert!(
+                error.to_string().contains("the base's joint is rigid"),
+                "{error}"
+            );
             assert_eq!((name, axis), ("backlash", "belt"));
             None
         }
@@ -47,12 +60,16 @@ fn of_axis(name: &str, axis: &str) -> Option<Study> {
 }
 
 fn all() -> impl Iterator<Item = (&'static str, &'static str, Study)> {
-    let pairs = AXES.into_iter().flat_map(|axis| ready::names().map(move |name| (name, axis)));
+    let pairs = AXES
+        .into_iter()
+        .flat_map(|axis| ready::names().map(move |name| (name, axis)));
     pairs.filter_map(|(name, axis)| Some((name, axis, of_axis(name, axis)?)))
 }
 
 fn figures_of(case: &Case) -> Summary {
-    run(case, RunOptions::default(), &mut |_| Ok(())).unwrap().summary
+    run(case, RunOptions::default(), &mut |_| Ok(()))
+        .unwrap()
+        .summary
 }
 
 /// Everything that people read in a study but for its results.
@@ -65,7 +82,10 @@ fn words(study: &Study) -> String {
         words.extend(picture.caption.clone());
     }
     // Sources may be named anywhere.
-    words.join("\n").replace("Table 2 of the paper", "").replace("Fig. 6 of the paper", "")
+    words
+        .join("\n")
+        .replace("Table 2 of the paper", "")
+        .replace("Fig. 6 of the paper", "")
 }
 
 /// Those of `wanted` that stand in a text; a number stands for itself, not for
@@ -76,7 +96,9 @@ fn found<'w>(text: &str, wanted: &[&'w str]) -> Vec<&'w str> {
         text.match_indices(**word).any(|(at, word)| {
             let (before, after) = (&text[..at], &text[at + word.len()..]);
             let number = word.starts_with(|c: char| c.is_ascii_digit());
-            !number || !(digit(before.chars().last()) || after.starts_with(|c: char| c.is_ascii_digit()))
+            !number
+                || !(digit(before.chars().last())
+                    || after.starts_with(|c: char| c.is_ascii_digit()))
         })
     };
     wanted.iter().filter(stands).copied().collect()
@@ -87,9 +109,16 @@ fn no_text_states_what_is_true_of_the_paper_alone() {
     for (name, axis, study) in all() {
         let words = words(&study);
         let case = study.reference.base();
-        assert_eq!(found(&words, &OF_THE_PAPER), [""; 0], "{name} of {axis}: {words}");
+        assert_eq!(
+            found(&words, &OF_THE_PAPER),
+            [""; 0],
+            "{name} of {axis}: {words}"
+        );
         let defaults = case.budget.is_none();
-        assert!(defaults || !words.contains("default"), "{name} of {axis}: {words}");
+        assert!(
+            defaults || !words.contains("default"),
+            "{name} of {axis}: {words}"
+        );
         // What is true of the axis stands there.
         for own in [case.controller.law.name(), axis] {
             assert!(words.contains(own), "{name} of {axis} does not name {own}");
@@ -109,7 +138,12 @@ fn a_row_is_the_run_with_its_sets() {
     let mut compared = 0;
     for (name, axis, study) in all() {
         let columns = columns(&study);
-        let place = |name: &str| columns.iter().position(|column| column.name == name).unwrap();
+        let place = |name: &str| {
+            columns
+                .iter()
+                .position(|column| column.name == name)
+                .unwrap()
+        };
         let mut maker = RowMaker::new(&study);
         let (rungs, points) = (study.rungs.len() as u64, study.plan.points());
         for point in [0, points / 2, points - 1] {
@@ -119,7 +153,8 @@ fn a_row_is_the_run_with_its_sets() {
                     continue;
                 }
                 let sets = study.row_sets(&study.point(point), rung);
-                let case = runfile::load(&file(axis), &sets).unwrap_or_else(|error| panic!("{error}"));
+                let case =
+                    runfile::load(&file(axis), &sets).unwrap_or_else(|error| panic!("{error}"));
                 assert_eq!(case.controller.law, study.rungs[rung].0);
                 let summary = figures_of(&case);
                 for figure in SUMMARY_FIGURES {
@@ -145,24 +180,33 @@ fn a_change_of_resolution_alone_changes_no_loop() {
         let mut study = of_axis("resolution", axis).unwrap();
         let base = study.reference.base().clone();
         let both = |case: &Case| {
-            [JointState::Closed, JointState::Open].map(|joint| margin(case, joint).map(|margin| margin.signed()))
+            [JointState::Closed, JointState::Open]
+                .map(|joint| margin(case, joint).map(|margin| margin.signed()))
         };
         let own = both(&base);
         let mut worst = 0.0_f64;
         let (mut steps, mut points) = (Vec::new(), 0);
         for point in (0..study.plan.points()).step_by(7) {
-            let Ok(case) = study.case(&study.point(point), 0) else { continue };
+            let Ok(case) = study.case(&study.point(point), 0) else {
+                continue;
+            };
             for (own, here) in own.iter().zip(both(&case)) {
                 assert_eq!(own.is_some(), here.is_some());
                 worst = worst.max((own.unwrap_or(0.0) - here.unwrap_or(0.0)).abs());
             }
             let feed = |case: &Case| {
-                case.servo.law.feed_forward.velocity_s * case.encoder.counts_per_rad * case.dac.step_v
+                case.servo.law.feed_forward.velocity_s
+                    * case.encoder.counts_per_rad
+                    * case.dac.step_v
             };
-            assert!((feed(&case) - feed(&base)).abs() <= 1e-12 * feed(&base), "{axis}");
-            if let (Some(own), Some(limit)) =
-                (base.servo.limits.following_error, case.servo.limits.following_error)
-            {
+            assert!(
+                (feed(&case) - feed(&base)).abs() <= 1e-12 * feed(&base),
+                "{axis}"
+            );
+            if let (Some(own), Some(limit)) = (
+                base.servo.limits.following_error,
+                case.servo.limits.following_error,
+            ) {
                 let own_rad = f64::from(own.counts) / base.encoder.counts_per_rad;
                 let counts = own_rad * case.encoder.counts_per_rad;
                 assert!((f64::from(limit.counts) - counts).abs() <= 0.5, "{axis}");
@@ -170,7 +214,10 @@ fn a_change_of_resolution_alone_changes_no_loop() {
             steps.push(case.encoder.counts_per_rad * case.dac.step_v);
             points += 1;
         }
-        assert!(points > 8 && steps.iter().any(|step| step / steps[0] < 0.1), "{axis}: {steps:?}");
+        assert!(
+            points > 8 && steps.iter().any(|step| step / steps[0] < 0.1),
+            "{axis}: {steps:?}"
+        );
         assert!(worst < 1e-9, "{axis}: {worst}");
         // The measure sees a loop that is not kept.
         study.loop_gain = LoopGain::PerCount;
@@ -187,21 +234,33 @@ fn finer_steps_keep_the_following_error_of_an_axis_with_feed_forward() {
     let study = of_axis("resolution", "ballscrew").unwrap();
     let base = study.reference.base();
     assert_eq!(base.controller.law, Law::Firmware);
-    let rung = study.rungs.iter().position(|(law, _)| *law == Law::Firmware).unwrap();
+    let rung = study
+        .rungs
+        .iter()
+        .position(|(law, _)| *law == Law::Firmware)
+        .unwrap();
     let at = |bits: u32, lines: f64| {
         let all = 0..study.plan.points();
         let mut cases = all.filter_map(|point| study.case(&study.point(point), rung).ok());
         let counts = plant::Encoder::with_lines(lines).counts_per_rad;
-        cases.find(|case| case.dac.bits == bits && case.encoder.counts_per_rad == counts).unwrap()
+        cases
+            .find(|case| case.dac.bits == bits && case.encoder.counts_per_rad == counts)
+            .unwrap()
     };
     let own = figures_of(&at(16, 2500.0));
     let mut again = base.clone();
     again.run.duration_ns = study.rungs[rung].1.base().run.duration_ns;
-    assert_eq!(own.peak_following_error_mm, figures_of(&again).peak_following_error_mm);
+    assert_eq!(
+        own.peak_following_error_mm,
+        figures_of(&again).peak_following_error_mm
+    );
     for (bits, lines) in [(16, 5000.0), (16, 20000.0), (18, 5000.0)] {
         let finer = figures_of(&at(bits, lines)).peak_following_error_mm;
         let ratio = finer / own.peak_following_error_mm;
-        assert!((0.8..1.2).contains(&ratio), "{bits} bits, {lines} lines: {ratio}");
+        assert!(
+            (0.8..1.2).contains(&ratio),
+            "{bits} bits, {lines} lines: {ratio}"
+        );
     }
 }
 
@@ -213,21 +272,50 @@ fn every_study_and_picture_can_be_made_of_any_axis() {
         let base = format!("{axis}.toml");
         fs::copy(file(axis), folder.path().join(&base)).unwrap();
         let output = study(folder.path(), &[name, "--base", &base]);
-        assert!(messages(&output, 0).lines().all(|line| line.contains("leave")), "{name} of {axis}");
+        assert!(
+            messages(&output, 0)
+                .lines()
+                .all(|line| line.contains("leave")),
+            "{name} of {axis}"
+        );
         let said = String::from_utf8_lossy(&output.stdout).into_owned();
-        assert!(said.starts_with(&format!("Base {base}: rung {}", read.reference.base().controller.law.name())), "{said}");
+        assert!(
+            said.starts_with(&format!(
+                "Base {base}: rung {}",
+                read.reference.base().controller.law.name()
+            )),
+            "{said}"
+        );
         let out = folder.path().join(format!("out/study-{name}-{axis}"));
         for picture in &read.pictures {
             let svg = fs::read_to_string(out.join(format!("{}.svg", picture.file))).unwrap();
-            assert!(!svg.contains("No value to show"), "{name} of {axis}: {}", picture.file);
-            let names: Vec<&str> = OF_THE_PAPER.into_iter().filter(|w| w.contains("m") || w.contains('a')).collect();
-            assert_eq!(found(&svg, &names), [""; 0], "{name} of {axis}: {}", picture.file);
+            assert!(
+                !svg.contains("No value to show"),
+                "{name} of {axis}: {}",
+                picture.file
+            );
+            let names: Vec<&str> = OF_THE_PAPER
+                .into_iter()
+                .filter(|w| w.contains("m") || w.contains('a'))
+                .collect();
+            assert_eq!(
+                found(&svg, &names),
+                [""; 0],
+                "{name} of {axis}: {}",
+                picture.file
+            );
         }
         let page = fs::read_to_string(out.join("report.html")).unwrap();
         assert!(page.contains(&format!("Base {base}")), "{name} of {axis}");
         if let Some(limits) = &read.reference.base().budget {
-            assert!(!page.contains("the defaults for the base"), "{name} of {axis}");
-            assert!(page.contains(&format!("{} ≤", limits[0].figure)), "{name} of {axis}");
+            assert!(
+                !page.contains("the defaults for the base"),
+                "{name} of {axis}"
+            );
+            assert!(
+                page.contains(&format!("{} ≤", limits[0].figure)),
+                "{name} of {axis}"
+            );
         }
     }
 }

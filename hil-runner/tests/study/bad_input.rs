@@ -275,10 +275,46 @@ fn every_mistake_has_its_line() {
             ),
             "would be overridden by the axis",
         ),
+        (
+            format!(
+                "{base}[[axis]]\nkey = \"encoder.lines\"\nvalues = [100]\n\
+                 [set]\nencoder.counts_per_rad = 200\n"
+            ),
+            "encoder.counts_per_rad=200 would be overridden by the axis over encoder.lines",
+        ),
+        (
+            format!("{base}[set.drive]\ndac_lsb_v = 0.1\ndac_range_v = 20\n"),
+            "sets the same quantity; give one of the two",
+        ),
+        (
+            ["encoder.lines", "encoder.counts_per_rad"]
+                .map(|key| format!("[[axis]]\nkey = \"{key}\"\nvalues = [100]\n"))
+                .iter()
+                .fold(base.to_owned(), |text, axis| text + axis),
+            "axis encoder.counts_per_rad: the axis over encoder.lines sets the same quantity",
+        ),
         (format!("{base}seed = -1\n"), "small.toml:2"),
     ] {
         let told = told(&text);
         assert!(told.contains(words), "{text}\n--- says\n{told}");
+    }
+}
+
+#[test]
+fn of_very_many_mistakes_the_first_are_listed() {
+    let axes = |count: usize| -> String {
+        let axis = |n| format!("[[axis]]\nkey = \"strange.key{n}\"\nvalues = [1]\n");
+        "base = \"paper-2\"\n".to_owned() + &(0..count).map(axis).collect::<String>()
+    };
+    assert_eq!(told(&axes(20)).lines().count(), 20);
+    let many = told(&axes(5_000));
+    let lines: Vec<&str> = many.lines().collect();
+    assert_eq!((lines.len(), lines[20]), (21, "and 4980 more mistakes"));
+    for (place, line) in lines[..20].iter().enumerate() {
+        assert!(
+            line.starts_with(&format!("small.toml:{}: ", 3 + 3 * place)),
+            "{line}"
+        );
     }
 }
 

@@ -1,6 +1,7 @@
 //! What stands in a row is what the run alone gives.
 
 use std::fs;
+use std::process::Command;
 
 use hil_runner::figures::SUMMARY_FIGURES;
 use hil_runner::run::{RunOptions, run};
@@ -269,4 +270,87 @@ values = [250, 1000]
     );
     let changed = peaks("per-count");
     assert!(changed[2] > 10.0 * changed[1], "{changed:?}");
+}
+
+/// Of a pair such as `dac_lsb_v` and `dac_range_v` the later one counts: the
+/// base's, then `[set]`, then the command line.
+#[test]
+fn a_set_takes_the_place_of_its_partner() {
+    let folder =
+        folder_with("base = \"paper-2\"\n[set]\nrun.duration_s = 0.3\ndrive.dac_range_v = 40\n");
+    let own = |set: &str| {
+        let sets = ["run.duration_s=0.3", set].map(str::to_owned);
+        let case = runfile::load("paper-2", &sets).unwrap();
+        let summary = run(&case, RunOptions::default(), &mut |_| Ok(())).unwrap();
+        summary.summary.figure("peak_abs_voltage_v").unwrap()
+    };
+    let made = |out: &str, sets: &[&str]| -> f64 {
+        let arguments = [&["small.toml", "--out", out], sets].concat();
+        messages(&study(folder.path(), &arguments), 0);
+        let path = folder.path().join(out).join("results.csv");
+        let mut reader = csv::Reader::from_path(path).unwrap();
+        let header = reader.headers().unwrap().clone();
+        let place = header.iter().position(|n| n == "peak_abs_voltage_v");
+        let record = reader.records().next().unwrap().unwrap();
+        record[place.unwrap()].parse().unwrap()
+    };
+    assert_eq!(made("set", &[]), own("drive.dac_range_v=40"));
+    let by_line = made("line", &["--set", "drive.dac_lsb_v=0.01"]);
+    assert_eq!(by_line, own("drive.dac_lsb_v=0.01"));
+    assert_ne!(by_line, own("drive.dac_range_v=40"));
+    let both = ["small.toml", "--set", "drive.dac_lsb_v=0.01"];
+    let both = [&both[..], &["--set", "drive.dac_range_v=20"]].concat();
+    assert!(messages(&study(folder.path(), &both), 2).contains("give one of the two"));
+}
+
+/// What the firmware does not take is `refused`, with the sentence of the run;
+/// a run that leaves the finite numbers on its way has `failed`.
+#[test]
+fn a_row_that_acceptance_refuses_is_refused() {
+    let cases = [
+        ("controller.kp", "1e5", "refused", "controller.kp = 100000"),
+        (
+            "motion.travel_mm",
+            "1e6",
+            "refused",
+            "motion.travel_mm = 1000000",
+        ),
+        (
+            "controller.sample_time_s",
+            "1e-6",
+            "refused",
+            "controller.sample_time_s = 1000e-9",
+        ),
+        (
+            "carriage.resistance_linear_ns_per_rad",
+            "-1000",
+            "failed",
+            "left the finite numbers",
+        ),
+    ];
+    for (key, value, status, words) in cases {
+        let folder = folder_with(&format!(
+            "base = \"paper-2\"\nrungs = [\"firmware\"]\n[[axis]]\nkey = \"{key}\"\nvalues = [{value}]\n"
+        ));
+        study(folder.path(), &["small.toml", "--out", "out"]);
+        let mut reader = csv::Reader::from_path(folder.path().join("out/results.csv")).unwrap();
+        let header = reader.headers().unwrap().clone();
+        let record = reader.records().next().unwrap().unwrap();
+        let field = |name: &str| {
+            let place = header.iter().position(|column| column == name);
+            record.get(place.unwrap()).unwrap()
+        };
+        assert_eq!((field("status"), field("pass")), (status, "false"), "{key}");
+        assert!(field("reason").contains(words), "{}", field("reason"));
+        // The same from `hil-runner run`.
+        let told = Command::new(env!("CARGO_BIN_EXE_hil-runner"))
+            .args(["run", "paper-2", "--set", "controller.law=firmware"])
+            .args(["--set", &format!("{}={}", key, field(key))])
+            .output()
+            .unwrap();
+        let told = messages(&told, 2);
+        println!("{told}{}", field("reason"));
+        let tail = |text: &str| text.trim().rsplit(": ").next().unwrap().to_owned();
+        assert_eq!(tail(field("reason")), tail(&told));
+    }
 }
