@@ -7,6 +7,7 @@ use anyhow::bail;
 use clap::{Args, ValueEnum};
 use hil_runner::bench::CaseRun;
 use hil_runner::case::Law;
+use hil_runner::command_line::{command_line, each_with};
 use hil_runner::law::IoKind;
 use hil_runner::output::{OutputFile, same_file};
 use hil_runner::run::RunOptions;
@@ -161,16 +162,17 @@ impl Run {
     }
 
     fn command_line(&self) -> String {
-        let sets = self.sets.iter().map(|set| format!(" --set {set}"));
         let link = match &self.link {
-            LinkName::InProcess => String::new(),
-            link => format!(" --link {link}"),
+            LinkName::InProcess => None,
+            link => Some(link.to_string()),
         };
-        format!(
-            "hil-runner run {}{}{link}",
-            self.cases.join(" "),
-            sets.collect::<String>()
-        )
+        let io = (self.io == IoName::Spi).then(|| "spi".to_owned());
+        let words = core::iter::once("run")
+            .chain(self.cases.iter().map(String::as_str))
+            .chain(each_with("--set", &self.sets))
+            .chain(each_with("--link", &link))
+            .chain(each_with("--io", &io));
+        command_line(words)
     }
 }
 
