@@ -5,7 +5,9 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::{Args, Subcommand};
-use hil_runner::study::results::{Manifest, Progress, Results, ResultsError, Shard};
+use hil_runner::study::results::{
+    Origin, Progress, Results, ResultsError, Shard, merge, shards_in_order,
+};
 use hil_runner::study::{Changes, Study, Tally, columns, make, ready};
 use indicatif::{ProgressBar, ProgressStyle};
 
@@ -100,6 +102,7 @@ impl StudyCommand {
         let changes = Changes {
             base: self.base.clone(),
             sets: self.sets.clone(),
+            ..Changes::default()
         };
         let study = Study::load(name, &changes)?;
         let shard = self.shard.unwrap_or(Shard::WHOLE);
@@ -109,16 +112,14 @@ impl StudyCommand {
             .unwrap_or_else(|| default_folder(&study, self.base.as_deref(), shard));
         let columns = columns(&study);
         let mut tally = Tally::new(&columns);
-        let manifest = Manifest::new(&study, shard, name, &changes);
-        let command_line = manifest.command_line();
-        let mut results = Results::open(&folder, manifest, &columns, &study.text, |row| {
-            tally.add(row)
-        })?;
+        let origin = Origin::new(&study, shard, name, &changes);
+        let command_line = origin.manifest.command_line(self.out.as_deref());
+        let mut results = Results::open(&folder, &origin, &columns, |row| tally.add(row))?;
         let threads = match self.threads {
             Some(threads) => usize::from(threads),
             None => std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get),
         };
-        let progress = fill(&study, &mut results, &mut tally, threads)?;
+        let progress = fill(&study, &mut results, &mut tally, threads, &command_line)?;
         let end = results.close()?;
         progress?;
         debug_assert_eq!(end.done, end.of);
@@ -141,6 +142,7 @@ fn fill(
     results: &mut Results,
     tally: &mut Tally,
     threads: usize,
+    command_line: &str,
 ) -> anyhow::Result<anyhow::Result<()>> {
     let start = results.progress();
     if start.done > 0 {
@@ -180,7 +182,7 @@ fn fill(
         ControlFlow::Continue(()) => Ok(Ok(())),
         ControlFlow::Break(Ok(error)) => Err(ResultsError::into(error)),
         ControlFlow::Break(Err(interrupted)) => Ok(Err(anyhow::anyhow!(
-            "{interrupted}: {} of {} rows are in {}; the same command goes on",
+            "{interrupted}: {} of {} rows are in {}; to go on: {command_line}",
             results.progress().done,
             start.of,
             results.folder().display()
@@ -234,39 +236,16 @@ fn list() -> String {
 
 impl Merge {
     fn execute(&self) -> anyhow::Result<bool> {
-        let Some(first) = self.shards.first() else {
+        let shards = shards_in_order(&self.shards)?;
+        let Some((folder, first)) = shards.first() else {
             bail!("give the folders of all shards");
         };
-        let manifest = Manifest::read(first)?;
-        // The study as it was when the shard was made, wherever this is run.
-        let file = first.join("study.toml");
-        let text = std::fs::read_to_string(&file)
-            .map_err(|error| anyhow::anyhow!("{}: {error}", file.display()))?;
-        let study = Study::parse(&manifest.source, &text, &manifest.changes())?;
-        if Manifest::new(
-            &study,
-            manifest.shard,
-            &manifest.source,
-            &manifest.changes(),
-        ) != manifest
-        {
-            bail!(
-                "{}: the study file or its base has been changed since the shards were made",
-                first.display()
-            );
-        }
+        let study = first.study(folder)?;
         let columns = columns(&study);
         let mut tally = Tally::new(&columns);
-        let done = hil_runner::study::results::merge(
-            &self.out,
-            &self.shards,
-            &columns,
-            &study.text,
-            |row| {
-                tally.add(row);
-            },
-        )?;
+        let done = merge(&self.out, &shards, &columns, |row| tally.add(row))?;
+        let command_line = first.whole().manifest.command_line(Some(&self.out));
         terminal::tell(&format!("{} rows in {}\n", done.of, self.out.display()));
-        study_end::finish(&study, &self.out, &tally, &manifest.command_line())
+        study_end::finish(&study, &self.out, &tally, &command_line)
     }
 }

@@ -149,14 +149,21 @@ impl Template {
     /// # Errors
     /// Everything that is wrong with the file and the overrides.
     pub fn load(name_or_path: &str, sets: &[String]) -> Result<Self, RunFileErrors> {
-        let text = match builtin_text(name_or_path) {
-            Some(text) => text.to_owned(),
-            None => source::read(name_or_path)?,
-        };
+        match builtin_text(name_or_path) {
+            Some(text) => Self::parse(name_or_path, text, sets),
+            None => Self::parse(name_or_path, &source::read(name_or_path)?, sets),
+        }
+    }
+
+    /// The same from the text of the run file; `source_name` stands in messages.
+    ///
+    /// # Errors
+    /// As [`Template::load`].
+    pub fn parse(source_name: &str, text: &str, sets: &[String]) -> Result<Self, RunFileErrors> {
         Ok(Self {
-            file: RunFile::parse_with(name_or_path, &text, sets, Partners::Replaced)?,
-            source_name: name_or_path.to_owned(),
-            text,
+            file: RunFile::parse_with(source_name, text, sets, Partners::Replaced)?,
+            source_name: source_name.to_owned(),
+            text: text.to_owned(),
             sets: sets.to_owned(),
         })
     }

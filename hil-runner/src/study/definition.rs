@@ -84,6 +84,8 @@ pub struct Point {
 pub struct Changes {
     /// Another base case than that of the file.
     pub base: Option<String>,
+    /// The base's run file, where it is not to be read from its path.
+    pub base_text: Option<String>,
     /// Further `section.key=value`.
     pub sets: Vec<String>,
 }
@@ -144,7 +146,7 @@ impl Study {
             None if builtin_text(file.base.get_ref()).is_some() => file.base.get_ref().clone(),
             None => file::beside(source_name, file.base.get_ref()),
         };
-        let rungs = rungs(&file, &base, &sets, &mut findings);
+        let rungs = rungs(&file, &base, changes, &sets, &mut findings);
         let constraints = constraints(&file, &axes, &rungs, &mut findings);
         let plan = plan(&file, &axes, &mut findings);
         let required_yield_percent = required_yield(&file, &mut findings);
@@ -194,6 +196,11 @@ impl Study {
             });
         }
         Ok(study)
+    }
+
+    /// The run file of the base case; every rung has the same.
+    pub fn base_text(&self) -> &str {
+        self.rungs.first().map_or("", |(_, base)| base.text())
     }
 
     /// Rows of the results: points times rungs.

@@ -75,16 +75,23 @@ pub(super) fn sets(
 pub(super) fn rungs(
     file: &StudyFile,
     base: &str,
+    changes: &Changes,
     sets: &[String],
     findings: &mut Findings<'_>,
 ) -> Vec<(Law, Template)> {
-    let mut load = |sets: &[String], span: Range<usize>| match Template::load(base, sets) {
-        Ok(template) => Some(template),
-        Err(errors) => {
-            for error in errors.entries() {
-                findings.push(span.clone(), format!("base: {error}"));
+    let mut load = |sets: &[String], span: Range<usize>| {
+        let template = match &changes.base_text {
+            Some(text) => Template::parse(base, text, sets),
+            None => Template::load(base, sets),
+        };
+        match template {
+            Ok(template) => Some(template),
+            Err(errors) => {
+                for error in errors.entries() {
+                    findings.push(span.clone(), format!("base: {error}"));
+                }
+                None
             }
-            None
         }
     };
     let Some(names) = &file.rungs else {

@@ -52,6 +52,15 @@ pub(crate) fn study(folder: &Path, arguments: &[&str]) -> Output {
     program(folder, arguments).output().unwrap()
 }
 
+/// Makes a study and moves its results to `name`. All are made into `out`, since
+/// the page shows the command line with its `--out`.
+pub(crate) fn made(folder: &Path, arguments: &[&str], name: &str) -> PathBuf {
+    messages(&study(folder, &[arguments, &["--out", "out"]].concat()), 0);
+    let moved = folder.join(name);
+    fs::rename(folder.join("out"), &moved).unwrap();
+    moved
+}
+
 /// The program's messages; it must end with `status`.
 pub(crate) fn messages(output: &Output, status: i32) -> String {
     let text = String::from_utf8_lossy(&output.stderr).into_owned();
