@@ -114,7 +114,9 @@ impl StudyCommand {
         let mut tally = Tally::new(&columns);
         let origin = Origin::new(&study, shard, name, &changes);
         let command_line = origin.manifest.command_line(self.out.as_deref());
-        let mut results = Results::open(&folder, &origin, &columns, |row| tally.add(row))?;
+        let mut results = Results::open(&folder, &origin, &columns, &command_line, |row| {
+            tally.add(row)
+        })?;
         let threads = match self.threads {
             Some(threads) => usize::from(threads),
             None => std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get),
@@ -243,8 +245,10 @@ impl Merge {
         let study = first.study(folder)?;
         let columns = columns(&study);
         let mut tally = Tally::new(&columns);
-        let done = merge(&self.out, &shards, &columns, |row| tally.add(row))?;
         let command_line = first.whole().manifest.command_line(Some(&self.out));
+        let done = merge(&self.out, &shards, &columns, &command_line, |row| {
+            tally.add(row)
+        })?;
         terminal::tell(&format!("{} rows in {}\n", done.of, self.out.display()));
         study_end::finish(&study, &self.out, &tally, &command_line)
     }

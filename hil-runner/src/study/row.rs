@@ -10,6 +10,7 @@ use super::margins::{COLUMNS as MARGINS, Margins};
 use crate::case::Case;
 use crate::figures::SUMMARY_FIGURES;
 use crate::lanes::Runs;
+use crate::runfile::Kind;
 use crate::summary::Summary;
 
 /// Whether a run was made.
@@ -52,20 +53,26 @@ pub fn columns(study: &Study) -> Vec<Column> {
         name: name.to_owned(),
         kind,
     };
-    let mut columns = vec![column("row", ColumnKind::Number)];
+    let mut columns = vec![column("row", ColumnKind::Whole)];
     for axis in &study.axes {
-        let kind = if axis.is_numeric() {
-            ColumnKind::Number
-        } else {
-            ColumnKind::Text
+        let kind = match axis.key.key.kind {
+            _ if !axis.is_numeric() => ColumnKind::Text,
+            Kind::Whole(..) => ColumnKind::Whole,
+            _ => ColumnKind::Number,
         };
         if let Some(factor) = axis.factor_column() {
-            columns.push(column(&factor, kind));
+            columns.push(column(&factor, ColumnKind::Number));
         }
         columns.push(column(&axis.key.path(), kind));
     }
     columns.extend(STATUS_COLUMNS.map(|(name, kind)| column(name, kind)));
-    columns.extend(SUMMARY_FIGURES.map(|figure| column(figure.key, ColumnKind::Number)));
+    columns.extend(SUMMARY_FIGURES.map(|figure| {
+        let kind = match figure.whole {
+            true => ColumnKind::Whole,
+            false => ColumnKind::Number,
+        };
+        column(figure.key, kind)
+    }));
     if study.feeding {
         columns.push(column("limit_cycle_fed_by", ColumnKind::Text));
     }

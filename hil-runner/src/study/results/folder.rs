@@ -48,7 +48,8 @@ pub struct Results {
 
 impl Results {
     /// Opens a folder for a study or a part of it: a new one, or one that holds
-    /// the first rows already. `each` gets those rows.
+    /// the first rows already. `each` gets those rows; the command line stands
+    /// in the Parquet copy.
     ///
     /// # Errors
     /// [`ResultsError`]; nothing that lay there has been changed then.
@@ -56,6 +57,7 @@ impl Results {
         folder: &Path,
         origin: &Origin,
         columns: &[Column],
+        command_line: &str,
         mut each: impl FnMut(&[Cell]),
     ) -> Result<Self, ResultsError> {
         let manifest = &origin.manifest;
@@ -96,7 +98,12 @@ impl Results {
         let header = header(columns);
         let (mut end_byte, mut next_block) = (header.len() as u64, blocks.start);
         let mut reading = None;
-        let mut parts = Parts::new(&folder.join("parquet"), columns, first_row)?;
+        let mut parts = Parts::new(
+            &folder.join("parquet"),
+            columns,
+            first_row,
+            &origin.metadata(command_line),
+        )?;
         let journal = Journal::open(journal_file, &journal_path, |entry| {
             if entry.block != next_block || entry.block >= blocks.end {
                 let path = journal_path.display();

@@ -17,6 +17,7 @@ pub fn merge(
     folder: &Path,
     ordered: &[(PathBuf, Origin)],
     columns: &[Column],
+    command_line: &str,
     mut each: impl FnMut(&[Cell]),
 ) -> Result<Progress, ResultsError> {
     let Some((_, first)) = ordered.first() else {
@@ -24,7 +25,7 @@ pub fn merge(
             "there are no shards to merge".to_owned(),
         ));
     };
-    let mut results = Results::open(folder, &first.whole(), columns, &mut each)?;
+    let mut results = Results::open(folder, &first.whole(), columns, command_line, &mut each)?;
     for (path, Origin { manifest, .. }) in ordered {
         let csv = path.join("results.csv");
         let mut reading = Reading::open(&csv, columns)?;

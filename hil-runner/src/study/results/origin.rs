@@ -82,6 +82,25 @@ impl Origin {
         }
     }
 
+    /// What the Parquet copy says of itself.
+    pub(super) fn metadata(&self, command_line: &str) -> [(&'static str, String); 6] {
+        let Manifest {
+            study,
+            version,
+            sets,
+            ..
+        } = &self.manifest;
+        [
+            ("study", study.clone()),
+            ("program", format!("hil-runner {version}")),
+            ("command_line", command_line.to_owned()),
+            // Texts alone: nothing can fail.
+            ("sets", serde_json::to_string(sets).unwrap_or_default()),
+            (STUDY_FILE, self.study_text.clone()),
+            (BASE_FILE, self.base_text.clone()),
+        ]
+    }
+
     /// Writes the files; the manifest, by which a folder is known, comes last.
     pub(super) fn write(&self, folder: &Path) -> Result<(), ResultsError> {
         write_new(&folder.join(STUDY_FILE), &self.study_text)?;
