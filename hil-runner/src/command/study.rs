@@ -13,6 +13,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::interrupt;
 use super::study_end;
+use super::study_row;
 use super::terminal;
 
 /// Run one case over many values of its keys
@@ -30,12 +31,13 @@ use super::terminal;
                   hil-runner study --print tolerance > my-study.toml\n  \
                   hil-runner study my-study.toml --out results --threads 8\n  \
                   hil-runner study my-study.toml --shard 2/8 --out part-2\n  \
-                  hil-runner study merge results part-1 part-2 part-3 part-4 part-5 part-6 part-7 part-8"
+                  hil-runner study merge results part-1 part-2 part-3 part-4 part-5 part-6 part-7 part-8\n  \
+                  hil-runner study results --row 17"
 )]
 pub(crate) struct StudyCommand {
     #[command(subcommand)]
     command: Option<StudySubcommand>,
-    /// Study file, or a ready study (see --list)
+    /// Study file, or a ready study (see --list); with --row a folder of results
     #[arg(value_name = "STUDY", required_unless_present = "list")]
     study: Option<String>,
     /// List the ready studies
@@ -59,6 +61,16 @@ pub(crate) struct StudyCommand {
     /// Make only part I of N of the rows, to be merged later
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
+    /// Run row N of a folder of results (from 0) once more, with report and trace
+    #[arg(long, value_name = "N",
+          conflicts_with_all = ["list", "print", "base", "sets", "out", "threads", "shard"])]
+    row: Option<u64>,
+    /// Page with the plots of the row [default: row-N.html in the folder]
+    #[arg(long, value_name = "F.html", requires = "row")]
+    report: Option<PathBuf>,
+    /// Trace of the row as CSV [default: row-N.csv in the folder]
+    #[arg(long, value_name = "F.csv", requires = "row")]
+    trace: Option<PathBuf>,
 }
 
 #[derive(Debug, Subcommand)]
@@ -93,7 +105,15 @@ impl StudyCommand {
                 }
                 None => bail!("{name} is no ready study; --list shows them"),
             },
-            (None, Some(name)) => self.run(name),
+            (None, Some(name)) => match self.row {
+                Some(row) => study_row::execute(
+                    Path::new(name),
+                    row,
+                    self.report.clone(),
+                    self.trace.clone(),
+                ),
+                None => self.run(name),
+            },
             (None, None) => bail!("give a study file or a ready study; --list shows them"),
         }
     }

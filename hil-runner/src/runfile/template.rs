@@ -173,6 +173,11 @@ impl Template {
         &self.file.case
     }
 
+    /// The run file without any change.
+    pub fn into_file(self) -> RunFile {
+        self.file
+    }
+
     /// The text of the file, without the overrides.
     pub fn text(&self) -> &str {
         &self.text

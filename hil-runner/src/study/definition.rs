@@ -13,6 +13,7 @@ use super::theory::Theory;
 use crate::budget::limits;
 use crate::case::{Case, Law};
 use crate::runfile::{KeyPath, KeyValue, RunFileErrors, Template, builtin_text};
+use plant::PidGains;
 
 /// What becomes of the gains where steps of encoder or converter change
 /// (`loop_gain`).
@@ -253,6 +254,23 @@ impl Study {
         self.constraints
             .iter()
             .find(|constraint| !constraint.holds(|key| self.number(&point.values, key)))
+    }
+
+    /// Every `section.key=value` that makes the base case the run of a point on
+    /// rung number `rung`, as a command line would have them.
+    pub fn row_sets(&self, point: &Point, rung: usize) -> Vec<String> {
+        let mut sets = self.sets.clone();
+        sets.push(format!("controller.law={}", self.rungs[rung].0.name()));
+        let values = self.axes.iter().zip(&point.values);
+        sets.extend(values.map(|(axis, value)| format!("{}={}", axis.key.path(), value.to_toml())));
+        if self.loop_gain == LoopGain::Constant
+            && let Ok(case) = self.case(point, rung)
+        {
+            let PidGains { kp, ki_per_s, kd_s } = case.controller.gains;
+            let gains = [("kp", kp), ("ki_per_s", ki_per_s), ("kd_s", kd_s)];
+            sets.extend(gains.map(|(key, gain)| format!("controller.{key}={gain:?}")));
+        }
+        sets
     }
 
     /// The run of a point on rung number `rung`.

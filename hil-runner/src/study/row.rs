@@ -91,7 +91,36 @@ pub fn columns(study: &Study) -> Vec<Column> {
     columns
 }
 
-/// One row before its run.
+/// A row before its run, as the plan alone decides it.
+#[derive(Debug)]
+pub struct PlannedRow {
+    /// Its point.
+    pub point: Point,
+    /// Number of its rung.
+    pub rung: usize,
+    /// Its run, or why there is none.
+    pub case: Result<Case, (Status, String)>,
+}
+
+impl Study {
+    /// A row, 0 ≤ `number` < rows of the study.
+    pub fn planned_row(&self, number: u64) -> PlannedRow {
+        let rungs = self.rungs.len() as u64;
+        let point = self.point(number / rungs);
+        // A remainder of a small number.
+        let rung = usize::try_from(number % rungs).unwrap_or(0);
+        let case = match self.broken_constraint(&point) {
+            Some(constraint) => Err((Status::Excluded, constraint.to_string())),
+            None => self.case(&point, rung).map_err(|errors| {
+                let lines: Vec<String> = errors.entries().iter().map(ToString::to_string).collect();
+                (Status::Refused, lines.join("; "))
+            }),
+        };
+        PlannedRow { point, rung, case }
+    }
+}
+
+/// A row of a block before its run.
 #[derive(Debug)]
 struct Planned {
     number: u64,
@@ -246,24 +275,12 @@ impl<'s> RowMaker<'s> {
 }
 
 fn plan(study: &Study, number: u64, cases: &mut Vec<Case>) -> Planned {
-    let rungs = study.rungs.len() as u64;
-    let point = study.point(number / rungs);
-    // A remainder of a small number.
-    let rung = usize::try_from(number % rungs).unwrap_or(0);
-    let case = match study.broken_constraint(&point) {
-        Some(constraint) => Err((Status::Excluded, constraint.to_string())),
-        None => match study.case(&point, rung) {
-            Ok(mut case) => {
-                case.run.events = false;
-                cases.push(case);
-                Ok(cases.len() - 1)
-            }
-            Err(errors) => {
-                let lines: Vec<String> = errors.entries().iter().map(ToString::to_string).collect();
-                Err((Status::Refused, lines.join("; ")))
-            }
-        },
-    };
+    let PlannedRow { point, rung, case } = study.planned_row(number);
+    let case = case.map(|mut case| {
+        case.run.events = false;
+        cases.push(case);
+        cases.len() - 1
+    });
     Planned {
         number,
         point,
