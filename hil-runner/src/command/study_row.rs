@@ -24,7 +24,10 @@ pub(super) fn execute(
     let study = origin.study(folder)?;
     let (name, rows) = (&study.name, study.rows());
     if number >= rows {
-        bail!("row {number} is not allowed: study {name} has {rows} rows, from 0 on");
+        bail!(
+            "row {number} is not allowed: the rows of study {name} are 0 to {}",
+            rows - 1
+        );
     }
     let row = study.planned_row(number);
     if let Err((status, reason)) = row.case {

@@ -8,8 +8,12 @@
 )]
 
 mod bad_input;
+mod origin;
+mod parquet;
 mod ready;
+mod repeat;
 mod resume;
+mod row;
 mod rows;
 mod shards;
 mod support;

@@ -99,3 +99,13 @@ pub(crate) fn assert_same(one: &Path, other: &Path) {
         assert!(one == other, "{} differs", name.display());
     }
 }
+
+/// What a shell does with a line, where the program is on its path.
+pub(crate) fn shell(folder: &Path, line: &str) -> Output {
+    let program = Path::new(env!("CARGO_BIN_EXE_hil-runner"));
+    let path = std::env::var("PATH").unwrap_or_default();
+    let path = format!("{}:{path}", program.parent().unwrap().display());
+    let mut shell = Command::new("sh");
+    shell.args(["-c", line]).current_dir(folder);
+    shell.env("PATH", path).output().unwrap()
+}
