@@ -149,6 +149,18 @@ fn a_merge_needs_the_folders_alone() {
             fs::remove_file(at(file)).unwrap();
         }
     }
+    // Nor does it matter where they lay while a shard was made.
+    fs::create_dir(at("other")).unwrap();
+    fs::write(at("other/small.toml"), &text).unwrap();
+    fs::write(at("other/axis.toml"), &base).unwrap();
+    let elsewhere = ["other/small.toml", "--shard", "2/2"];
+    made(folder.path(), &elsewhere, "elsewhere");
+    messages(
+        &study(folder.path(), &["merge", "out", "1-of-2", "elsewhere"]),
+        0,
+    );
+    assert_same(&whole, &at("out"));
+    fs::remove_dir_all(at("out")).unwrap();
     // Of a base that was changed in between, shards are not of one study.
     fs::write(at("small.toml"), &text).unwrap();
     fs::write(at("axis.toml"), &other).unwrap();

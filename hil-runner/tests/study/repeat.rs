@@ -3,8 +3,11 @@
 #![cfg(unix)]
 
 use std::fs;
+use std::process::{Command, Stdio};
+use std::thread::sleep;
+use std::time::Duration;
 
-use crate::support::{assert_same, folder_with, messages, shell, study};
+use crate::support::{self, assert_same, folder_with, made, messages, program, shell, study};
 
 const STUDY: &str = r#"
 name = "small"
@@ -81,4 +84,33 @@ fn the_line_has_what_was_given() {
     let page = folder.path().join("out/study-small/report.html");
     let line = repeat_it(&fs::read_to_string(page).unwrap());
     assert_eq!(line, "hil-runner study small.toml");
+}
+
+/// The message of a study that was interrupted shows the line that goes on.
+#[test]
+fn the_line_of_an_interrupted_study_goes_on() {
+    let folder = folder_with(&support::STUDY.replace("runs = 1500", "runs = 6000"));
+    let whole = made(folder.path(), &["small.toml"], "whole");
+    let out = folder.path().join("out");
+    let child = program(
+        folder.path(),
+        &["small.toml", "--threads", "1", "--out", "out"],
+    )
+    .stderr(Stdio::piped())
+    .spawn()
+    .unwrap();
+    while fs::metadata(out.join("results.csv")).map_or(0, |csv| csv.len()) < 10_000 {
+        sleep(Duration::from_millis(1));
+    }
+    let id = child.id().to_string();
+    let interrupt = Command::new("kill").args(["-INT", &id]).status();
+    assert!(interrupt.unwrap().success());
+    let told = messages(&child.wait_with_output().unwrap(), 2);
+    let line = told.lines().find_map(|line| line.split_once("to go on: "));
+    let (_, line) = line.unwrap();
+    assert_eq!(line, "hil-runner study small.toml --out out");
+    let rows = |folder: &std::path::Path| fs::read(folder.join("results.csv")).unwrap().len();
+    assert!(rows(&out) < rows(&whole));
+    messages(&shell(folder.path(), line), 0);
+    assert_same(&whole, &out);
 }

@@ -229,6 +229,7 @@ fn mistakes_have_a_sentence() {
             "cannot be used with",
         ),
         (&["made", "--report", "x.html"][..], "--row"),
+        (&["made"][..], "made: this is a folder of results; --row N"),
         (
             &["made", "--row", "0", "--trace", "made/results.csv"][..],
             "made/results.csv is part of the results of the study",
