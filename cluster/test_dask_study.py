@@ -45,9 +45,10 @@ def main():
         folder = Path(folder)
         study = folder / "cluster.toml"
         study.write_text(STUDY)
-        at_once = folder / "at-once"
-        subprocess.run([runner, "study", study, "--out", at_once], check=True, stdout=subprocess.DEVNULL)
-        out = folder / "on-cluster"
+        # Into the same folder, which the page shows, and then out of the way.
+        out = folder / "results"
+        subprocess.run([runner, "study", study, "--out", out], check=True, stdout=subprocess.DEVNULL)
+        at_once = out.rename(folder / "at-once")
         killed = []
         with LocalCluster(
             n_workers=WORKERS, threads_per_worker=1, dashboard_address=None, local_directory=folder

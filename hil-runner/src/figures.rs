@@ -10,10 +10,25 @@ pub struct Figure {
     pub label: &'static str,
     /// Unit as it is shown; empty for counts of things.
     pub unit: &'static str,
+    /// Whether it is a whole number in every run.
+    pub whole: bool,
 }
 
 const fn figure(key: &'static str, label: &'static str, unit: &'static str) -> Figure {
-    Figure { key, label, unit }
+    Figure {
+        key,
+        label,
+        unit,
+        whole: false,
+    }
+}
+
+/// A figure that counts.
+const fn count(key: &'static str, label: &'static str, unit: &'static str) -> Figure {
+    Figure {
+        whole: true,
+        ..figure(key, label, unit)
+    }
 }
 
 /// Every numeric figure of the summary, in its order.
@@ -34,8 +49,8 @@ pub const SUMMARY_FIGURES: [Figure; 24] = [
     ),
     figure("final_motor_error_um", "Final error at the motor", "µm"),
     figure("settling_time_s", "Settling time", "s"),
-    figure("contact_changes", "Contact changes", ""),
-    figure("impacts", "Impacts", ""),
+    count("contact_changes", "Contact changes", ""),
+    count("impacts", "Impacts", ""),
     figure(
         "hardest_impact_radps",
         "Largest speed at which the gap closed",
@@ -50,47 +65,47 @@ pub const SUMMARY_FIGURES: [Figure; 24] = [
     ),
     figure("peak_abs_current_a", "Peak current", "A"),
     figure("max_abs_dac_code", "Largest DAC code", "codes"),
-    figure("dac_bits_used", "Bits of the converter in use", "bits"),
-    figure("encoder_bits_used", "Bits of the counts travelled", "bits"),
+    count("dac_bits_used", "Bits of the converter in use", "bits"),
+    count("encoder_bits_used", "Bits of the counts travelled", "bits"),
     figure("rest_ripple_um", "Half swing of the carriage at rest", "µm"),
     figure("limit_cycle_um", "Half swing of a limit cycle", "µm"),
     figure("limit_cycle_period_s", "Period of a limit cycle", "s"),
-    figure("rest_dac_codes", "Range of the codes at rest", "codes"),
-    figure(
+    count("rest_dac_codes", "Range of the codes at rest", "codes"),
+    count(
         "rest_encoder_counts",
         "Range of the counts at rest",
         "counts",
     ),
-    figure("faults", "Faults of the axis", ""),
+    count("faults", "Faults of the axis", ""),
 ];
 
 /// What a chip adds to a summary, in its order; a run without one gives none of
 /// it. Figures of instructions need QEMU: a board counts cycles.
 pub const CHIP_FIGURES: [Figure; 8] = [
-    figure(
+    count(
         "instructions_per_step_max",
         "Most instructions of a step",
         "",
     ),
-    figure(
+    count(
         "instructions_per_step_median",
         "Median of the instructions of a step",
         "",
     ),
-    figure("cycles_per_step_max", "Most cycles of a step", ""),
+    count("cycles_per_step_max", "Most cycles of a step", ""),
     figure(
         "utilisation_max_percent",
         "Longest step as a share of the sample time",
         "%",
     ),
-    figure("late_steps", "Steps longer than the sample time", ""),
-    figure("flash_bytes", "Flash of the image", "bytes"),
-    figure(
+    count("late_steps", "Steps longer than the sample time", ""),
+    count("flash_bytes", "Flash of the image", "bytes"),
+    count(
         "ram_bytes",
         "Static RAM less the table of setpoints",
         "bytes",
     ),
-    figure("stack_bytes", "Deepest stack", "bytes"),
+    count("stack_bytes", "Deepest stack", "bytes"),
 ];
 
 /// The controller's step time on the host: a matter of this machine's clock,

@@ -13,6 +13,7 @@ pub mod bench;
 pub mod budget;
 pub mod case;
 pub mod chip;
+pub mod command_line;
 pub mod error;
 pub mod explain;
 pub mod figures;

@@ -531,3 +531,34 @@ fn help_has_an_example_for_every_command() {
         assert!(stdout(&output).contains("\n  hil-runner"), "{args:?}");
     }
 }
+
+/// Pages show the whole command, in quotes where a shell would take it apart;
+/// what was left at its default is left out.
+#[test]
+fn pages_show_a_command_that_a_shell_takes() {
+    let folder = folder();
+    let spaced = "motion.intervals_s=[0.02, 0.05, 0.02, 0.05, 0.02, 0.05, 0.02]";
+    let sets = ["--set", "run.duration_s=0.3", "--set", spaced];
+    let quoted = format!("paper-2-12bit --set 'run.duration_s=0.3' --set '{spaced}'");
+    for (arguments, line) in [
+        (
+            &["run", "paper-2-12bit"][..],
+            format!("hil-runner run {quoted}"),
+        ),
+        (
+            &["run", "paper-2-12bit", "--io", "spi", "--link", "channel"],
+            format!("hil-runner run {quoted} --link channel --io spi"),
+        ),
+        (
+            &["ladder", "paper-2-12bit"],
+            format!("hil-runner ladder {quoted}"),
+        ),
+    ] {
+        let arguments = [arguments, &sets, &["--report", "page.html"]].concat();
+        let output = hil_runner(folder.path(), &arguments);
+        assert!(status(&output) < 2, "{}", stderr(&output));
+        let page = std::fs::read_to_string(folder.path().join("page.html")).unwrap();
+        let shown = format!("\"command_line\":\"{line}\"");
+        assert!(page.contains(&shown), "{line}");
+    }
+}

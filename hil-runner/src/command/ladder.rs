@@ -8,6 +8,7 @@ use clap::Args;
 use hil_runner::bench::{fault_warning, keys_without_effect};
 use hil_runner::case::{Case, ComputationDelay, Law};
 use hil_runner::chip::spec::ChipLink;
+use hil_runner::command_line::{command_line, each_with};
 use hil_runner::ladder::{climb, climb_on_chip};
 use hil_runner::output::OutputFile;
 use hil_runner::run::RunOptions;
@@ -141,14 +142,12 @@ impl Ladder {
     }
 
     fn command_line(&self) -> String {
-        let sets = self.sets.iter().map(|set| format!(" --set {set}"));
-        let link = self.link.iter().map(|link| format!(" --link {link}"));
-        format!(
-            "hil-runner ladder {}{}{}",
-            self.case,
-            sets.collect::<String>(),
-            link.collect::<String>()
-        )
+        let link = self.link.as_ref().map(ToString::to_string);
+        let words = ["ladder", &self.case]
+            .into_iter()
+            .chain(each_with("--set", &self.sets))
+            .chain(each_with("--link", &link));
+        command_line(words)
     }
 }
 

@@ -14,6 +14,7 @@ mod run;
 mod schema;
 mod study;
 mod study_end;
+mod study_row;
 mod terminal;
 mod words;
 

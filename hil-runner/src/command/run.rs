@@ -8,6 +8,7 @@ use anyhow::bail;
 use clap::{Args, ValueEnum};
 use hil_runner::bench::CaseRun;
 use hil_runner::case::Law;
+use hil_runner::command_line::{command_line, each_with};
 use hil_runner::law::IoKind;
 use hil_runner::output::{OutputFile, same_file};
 use hil_runner::run::RunOptions;
@@ -68,8 +69,25 @@ impl Run {
         if self.cases.len() > 1 && (self.trace.is_some() || self.summary.is_some()) {
             bail!("--trace and --summary take one case; give several cases with --report");
         }
+        self.make(&load(&self.cases, &self.sets)?)
+    }
+
+    /// A row of a study's results, with its report and its trace.
+    pub(super) fn of_row(case: String, sets: Vec<String>, report: PathBuf, trace: PathBuf) -> Self {
+        Self {
+            cases: vec![case],
+            trace: Some(trace),
+            summary: None,
+            report: Some(report),
+            sets,
+            link: LinkName::InProcess,
+            io: IoName::Direct,
+        }
+    }
+
+    /// Runs the files of the cases.
+    pub(super) fn make(&self, files: &[RunFile]) -> anyhow::Result<bool> {
         refuse_shared_paths(&self.cases, &self.outputs().collect::<Vec<_>>())?;
-        let files = load(&self.cases, &self.sets)?;
         if self.io == IoName::Spi
             && let Some(file) = files
                 .iter()
@@ -78,7 +96,7 @@ impl Run {
             let because = "--io spi runs the firmware's drivers; the law must be \"firmware\"";
             bail!("{}", file.refuse("controller", "law", because));
         }
-        self.link.refuse_other_laws(&files)?;
+        self.link.refuse_other_laws(files)?;
         if self.io == IoName::Spi && matches!(self.link, LinkName::Chip(_)) {
             bail!(
                 "--io spi is for a controller on this host; a chip has electronics of its own \
@@ -100,7 +118,7 @@ impl Run {
             ..RunOptions::default()
         };
         let mut runs = Vec::with_capacity(files.len());
-        for file in &files {
+        for file in files {
             let mut progress = Progress::of(&file.case);
             let mut sink = |row: &_| {
                 progress.row(row)?;
@@ -145,8 +163,7 @@ impl Run {
             + &terminal::timing_lines(runs)
             + &terminal::chip_lines(runs);
         // Data on standard output stays alone there.
-        let data_on_stdout = self.outputs().any(|path| path.as_os_str() == "-");
-        if data_on_stdout {
+        if self.has_data_on_stdout() {
             terminal::tell(&text);
         } else {
             terminal::print(&text)?;
@@ -155,23 +172,30 @@ impl Run {
         Ok(())
     }
 
+    /// Whether an output goes to standard output.
+    pub(super) fn has_data_on_stdout(&self) -> bool {
+        self.outputs().any(|path| path.as_os_str() == "-")
+    }
+
     fn outputs(&self) -> impl Iterator<Item = &PathBuf> {
         [&self.trace, &self.summary, &self.report]
             .into_iter()
             .flatten()
     }
 
-    fn command_line(&self) -> String {
-        let sets = self.sets.iter().map(|set| format!(" --set {set}"));
+    /// The command without its outputs.
+    pub(super) fn command_line(&self) -> String {
         let link = match &self.link {
-            LinkName::InProcess => String::new(),
-            link => format!(" --link {link}"),
+            LinkName::InProcess => None,
+            link => Some(link.to_string()),
         };
-        format!(
-            "hil-runner run {}{}{link}",
-            self.cases.join(" "),
-            sets.collect::<String>()
-        )
+        let io = (self.io == IoName::Spi).then(|| "spi".to_owned());
+        let words = core::iter::once("run")
+            .chain(self.cases.iter().map(String::as_str))
+            .chain(each_with("--set", &self.sets))
+            .chain(each_with("--link", &link))
+            .chain(each_with("--io", &io));
+        command_line(words)
     }
 }
 

@@ -6,12 +6,15 @@ use std::path::{Path, PathBuf};
 use anyhow::bail;
 use clap::{Args, Subcommand};
 use hil_runner::case::Law;
-use hil_runner::study::results::{Manifest, Progress, Results, ResultsError, Shard};
+use hil_runner::study::results::{
+    Origin, Progress, Results, ResultsError, Shard, merge, shards_in_order,
+};
 use hil_runner::study::{Changes, Study, Tally, columns, make, ready};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::interrupt;
 use super::study_end;
+use super::study_row;
 use super::terminal;
 
 /// Run one case over many values of its keys
@@ -29,12 +32,13 @@ use super::terminal;
                   hil-runner study --print tolerance > my-study.toml\n  \
                   hil-runner study my-study.toml --out results --threads 8\n  \
                   hil-runner study my-study.toml --shard 2/8 --out part-2\n  \
-                  hil-runner study merge results part-1 part-2 part-3 part-4 part-5 part-6 part-7 part-8"
+                  hil-runner study merge results part-1 part-2 part-3 part-4 part-5 part-6 part-7 part-8\n  \
+                  hil-runner study results --row 17"
 )]
 pub(crate) struct StudyCommand {
     #[command(subcommand)]
     command: Option<StudySubcommand>,
-    /// Study file, or a ready study (see --list)
+    /// Study file, or a ready study (see --list); with --row a folder of results
     #[arg(value_name = "STUDY", required_unless_present = "list")]
     study: Option<String>,
     /// List the ready studies
@@ -62,6 +66,16 @@ pub(crate) struct StudyCommand {
     /// Make only part I of N of the rows, to be merged later
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
+    /// Run row N of a folder of results (from 0) once more, with report and trace
+    #[arg(long, value_name = "N",
+          conflicts_with_all = ["list", "print", "base", "sets", "out", "threads", "shard"])]
+    row: Option<u64>,
+    /// Page with the plots of the row [default: row-N.html in the folder]
+    #[arg(long, value_name = "F.html", requires = "row")]
+    report: Option<PathBuf>,
+    /// Trace of the row as CSV [default: row-N.csv in the folder]
+    #[arg(long, value_name = "F.csv", requires = "row")]
+    trace: Option<PathBuf>,
 }
 
 #[derive(Debug, Subcommand)]
@@ -96,7 +110,15 @@ impl StudyCommand {
                 terminal::print(&Study::text(name, &self.changes())?)?;
                 Ok(true)
             }
-            (None, Some(name)) => self.run(name),
+            (None, Some(name)) => match self.row {
+                Some(row) => study_row::execute(
+                    Path::new(name),
+                    row,
+                    self.report.clone(),
+                    self.trace.clone(),
+                ),
+                None => self.run(name),
+            },
             (None, None) => bail!("give a study file or a ready study; --list shows them"),
         }
     }
@@ -106,6 +128,7 @@ impl StudyCommand {
             base: self.base.clone(),
             sets: self.sets.clone(),
             rungs: self.rungs.clone(),
+            ..Changes::default()
         }
     }
 
@@ -119,16 +142,16 @@ impl StudyCommand {
             .unwrap_or_else(|| default_folder(&study, self.base.as_deref(), shard));
         let columns = columns(&study);
         let mut tally = Tally::new(&columns);
-        let manifest = Manifest::new(&study, shard, name, &changes);
-        let command_line = manifest.command_line();
-        let mut results = Results::open(&folder, manifest, &columns, &study.text, |row| {
+        let origin = Origin::new(&study, shard, name, &changes);
+        let command_line = origin.manifest.command_line(self.out.as_deref());
+        let mut results = Results::open(&folder, &origin, &columns, &command_line, |row| {
             tally.add(row)
         })?;
         let threads = match self.threads {
             Some(threads) => usize::from(threads),
             None => std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get),
         };
-        let progress = fill(&study, &mut results, &mut tally, threads)?;
+        let progress = fill(&study, &mut results, &mut tally, threads, &command_line)?;
         let end = results.close()?;
         progress?;
         debug_assert_eq!(end.done, end.of);
@@ -151,6 +174,7 @@ fn fill(
     results: &mut Results,
     tally: &mut Tally,
     threads: usize,
+    command_line: &str,
 ) -> anyhow::Result<anyhow::Result<()>> {
     let start = results.progress();
     if start.done > 0 {
@@ -190,7 +214,7 @@ fn fill(
         ControlFlow::Continue(()) => Ok(Ok(())),
         ControlFlow::Break(Ok(error)) => Err(ResultsError::into(error)),
         ControlFlow::Break(Err(interrupted)) => Ok(Err(anyhow::anyhow!(
-            "{interrupted}: {} of {} rows are in {}; the same command goes on",
+            "{interrupted}: {} of {} rows are in {}; to go on: {command_line}",
             results.progress().done,
             start.of,
             results.folder().display()
@@ -250,39 +274,18 @@ fn list() -> String {
 
 impl Merge {
     fn execute(&self) -> anyhow::Result<bool> {
-        let Some(first) = self.shards.first() else {
+        let shards = shards_in_order(&self.shards)?;
+        let Some((folder, first)) = shards.first() else {
             bail!("give the folders of all shards");
         };
-        let manifest = Manifest::read(first)?;
-        // The study as it was when the shard was made, wherever this is run.
-        let file = first.join("study.toml");
-        let text = std::fs::read_to_string(&file)
-            .map_err(|error| anyhow::anyhow!("{}: {error}", file.display()))?;
-        let study = Study::parse(&manifest.source, &text, &manifest.changes())?;
-        if Manifest::new(
-            &study,
-            manifest.shard,
-            &manifest.source,
-            &manifest.changes(),
-        ) != manifest
-        {
-            bail!(
-                "{}: the study file or its base has been changed since the shards were made",
-                first.display()
-            );
-        }
+        let study = first.study(folder)?;
         let columns = columns(&study);
         let mut tally = Tally::new(&columns);
-        let done = hil_runner::study::results::merge(
-            &self.out,
-            &self.shards,
-            &columns,
-            &study.text,
-            |row| {
-                tally.add(row);
-            },
-        )?;
+        let command_line = first.whole().manifest.command_line(Some(&self.out));
+        let done = merge(&self.out, &shards, &columns, &command_line, |row| {
+            tally.add(row)
+        })?;
         terminal::tell(&format!("{} rows in {}\n", done.of, self.out.display()));
-        study_end::finish(&study, &self.out, &tally, &manifest.command_line())
+        study_end::finish(&study, &self.out, &tally, &command_line)
     }
 }

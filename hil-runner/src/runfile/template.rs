@@ -157,14 +157,21 @@ impl Template {
     /// # Errors
     /// Everything that is wrong with the file and the overrides.
     pub fn load(name_or_path: &str, sets: &[String]) -> Result<Self, RunFileErrors> {
-        let text = match builtin_text(name_or_path) {
-            Some(text) => text.to_owned(),
-            None => source::read(name_or_path)?,
-        };
+        match builtin_text(name_or_path) {
+            Some(text) => Self::parse(name_or_path, text, sets),
+            None => Self::parse(name_or_path, &source::read(name_or_path)?, sets),
+        }
+    }
+
+    /// The same from the text of the run file; `source_name` stands in messages.
+    ///
+    /// # Errors
+    /// As [`Template::load`].
+    pub fn parse(source_name: &str, text: &str, sets: &[String]) -> Result<Self, RunFileErrors> {
         Ok(Self {
-            file: RunFile::parse(name_or_path, &text, sets)?,
-            source_name: name_or_path.to_owned(),
-            text,
+            file: RunFile::parse(source_name, text, sets)?,
+            source_name: source_name.to_owned(),
+            text: text.to_owned(),
             sets: sets.to_owned(),
         })
     }
@@ -172,6 +179,11 @@ impl Template {
     /// The run without any change.
     pub fn base(&self) -> &Case {
         &self.file.case
+    }
+
+    /// The run file without any change.
+    pub fn into_file(self) -> RunFile {
+        self.file
     }
 
     /// The text of the file, without the overrides.

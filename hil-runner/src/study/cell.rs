@@ -20,6 +20,8 @@ pub enum Cell {
 pub enum ColumnKind {
     /// [`Cell::Number`].
     Number,
+    /// [`Cell::Number`] without a fraction.
+    Whole,
     /// [`Cell::Flag`].
     Flag,
     /// [`Cell::Text`].
@@ -33,6 +35,13 @@ pub struct Column {
     pub name: String,
     /// What it holds.
     pub kind: ColumnKind,
+}
+
+impl ColumnKind {
+    /// Whether the cells are numbers.
+    pub fn is_number(self) -> bool {
+        matches!(self, Self::Number | Self::Whole)
+    }
 }
 
 impl Cell {
@@ -51,6 +60,17 @@ impl Cell {
             Self::Number(number) => Some(*number),
             _ => None,
         }
+    }
+
+    /// The number, if it is a whole one that a float holds exactly.
+    #[expect(
+        clippy::cast_possible_truncation,
+        reason = "whole, and within the bounds"
+    )]
+    pub fn as_whole(&self) -> Option<i64> {
+        const MOST: f64 = 9_007_199_254_740_992.0; // 2^53
+        let number = self.as_number()?;
+        (number.fract() == 0.0 && number.abs() <= MOST).then_some(number as i64)
     }
 
     /// Appends the cell to a record of CSV.
@@ -79,7 +99,7 @@ impl Cell {
     pub(super) fn read(field: &str, kind: ColumnKind) -> Option<Self> {
         match (kind, field) {
             (_, "") => Some(Self::Empty),
-            (ColumnKind::Number, field) => {
+            (ColumnKind::Number | ColumnKind::Whole, field) => {
                 let number: f64 = field.parse().ok()?;
                 number.is_finite().then_some(Self::Number(number))
             }

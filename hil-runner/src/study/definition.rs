@@ -9,7 +9,9 @@ use super::loop_gain::at_other_steps;
 use super::picture::Picture;
 use super::plan::{Plan, PlanKind};
 use super::read_axes::{axes, times_are_known};
-use super::read_plan::{constraints, is_a_name, name, plan, required_yield, rungs, sets};
+use super::read_plan::{
+    base_with, constraints, is_a_name, name, plan, required_yield, rungs, sets,
+};
 use super::ready;
 use super::theory::Theory;
 use crate::budget::limits;
@@ -89,6 +91,8 @@ pub struct Point {
 pub struct Changes {
     /// Another base case than that of the file.
     pub base: Option<String>,
+    /// The base's run file, where it is not to be read from its path.
+    pub base_text: Option<String>,
     /// Further `section.key=value`.
     pub sets: Vec<String>,
     /// Other rungs than those of the file.
@@ -171,9 +175,9 @@ impl Study {
             None if builtin_text(file.base.get_ref()).is_some() => file.base.get_ref().clone(),
             None => file::beside(source_name, file.base.get_ref()),
         };
-        let rungs = rungs(&file, &base, &sets, changes, &mut findings);
+        let rungs = rungs(&file, &base, changes, &sets, &mut findings);
         // A base that only the study's own keys make a run stands for itself.
-        let reference = Template::load(&base, &changes.sets).ok();
+        let reference = base_with(&base, changes, &changes.sets).ok();
         let reference = reference.or_else(|| Some(rungs.first()?.1.clone()));
         let constraints = constraints(&file, &axes, &rungs, &mut findings);
         let plan = plan(&file, &axes, &mut findings);
@@ -228,6 +232,11 @@ impl Study {
         Ok(study)
     }
 
+    /// The run file of the base case; every rung has the same.
+    pub fn base_text(&self) -> &str {
+        self.rungs.first().map_or("", |(_, base)| base.text())
+    }
+
     /// Rows of the results: points times rungs.
     pub fn rows(&self) -> u64 {
         self.plan.points() * self.rungs.len() as u64
@@ -280,6 +289,21 @@ impl Study {
             .find(|constraint| !constraint.holds(|key| self.number(&point.values, key)))
     }
 
+    /// Every `section.key=value` that makes the base case the run of a point on
+    /// rung number `rung`, as a command line would have them.
+    pub fn row_sets(&self, point: &Point, rung: usize) -> Vec<String> {
+        let mut sets = self.sets.clone();
+        sets.push(format!("controller.law={}", self.rungs[rung].0.name()));
+        // A point that makes no run has the values of its axes.
+        let changes = self.changes(point, rung);
+        let changes = changes.unwrap_or_else(|_| self.chosen(point));
+        let lines = changes
+            .iter()
+            .map(|(key, value)| format!("{}={}", key.path(), value.to_toml()));
+        sets.extend(lines);
+        sets
+    }
+
     /// The run of a point on rung number `rung`.
     ///
     /// # Errors
@@ -303,8 +327,7 @@ impl Study {
         point: &Point,
         rung: usize,
     ) -> Result<Vec<(KeyPath, KeyValue)>, RunFileErrors> {
-        let keys = self.axes.iter().map(|axis| axis.key);
-        let mut changes: Vec<_> = keys.zip(point.values.iter().cloned()).collect();
+        let mut changes = self.chosen(point);
         if self.loop_gain == LoopGain::Constant {
             let (_, template) = &self.rungs[rung];
             let case = template.case(changes.iter().map(|(key, value)| (key, value)))?;
@@ -314,5 +337,11 @@ impl Study {
             }
         }
         Ok(changes)
+    }
+
+    /// The keys of the axes with their values at a point.
+    fn chosen(&self, point: &Point) -> Vec<(KeyPath, KeyValue)> {
+        let keys = self.axes.iter().map(|axis| axis.key);
+        keys.zip(point.values.iter().cloned()).collect()
     }
 }

@@ -1,7 +1,7 @@
 //! What can be told about a study's pictures before anything is run.
 
 use super::axis::{Axis, Spread};
-use super::cell::{Column, ColumnKind};
+use super::cell::Column;
 use super::definition::Study;
 use super::file::{Findings, StudyFileError};
 use super::picture::{self, Kind, Map, Table, Values};
@@ -48,9 +48,10 @@ pub(super) fn pictures_can_be_drawn(
 fn empty_table(columns: &[Column]) -> Table {
     let empty = |column: &Column| picture::Column {
         name: column.name.clone(),
-        values: match column.kind {
-            ColumnKind::Number => Values::Number(Vec::new()),
-            ColumnKind::Flag | ColumnKind::Text => Values::Text(Vec::new()),
+        values: if column.kind.is_number() {
+            Values::Number(Vec::new())
+        } else {
+            Values::Text(Vec::new())
         },
         own: None,
     };

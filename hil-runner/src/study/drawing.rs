@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::base::own_number;
 use super::border::borders;
-use super::cell::{Cell, Column, ColumnKind};
+use super::cell::{Cell, Column};
 use super::definition::Study;
 use super::picture::{self, Curve, Kind, Picture, PictureError, Table, Values};
 use super::results::{ResultsError, for_each_row};
@@ -64,9 +64,10 @@ fn table(study: &Study, folder: &Path, columns: &[Column]) -> Result<Table, Resu
             .iter()
             .map(|&place| picture::Column {
                 name: columns[place].name.clone(),
-                values: match columns[place].kind {
-                    ColumnKind::Number => Values::Number(Vec::new()),
-                    ColumnKind::Flag | ColumnKind::Text => Values::Text(Vec::new()),
+                values: if columns[place].kind.is_number() {
+                    Values::Number(Vec::new())
+                } else {
+                    Values::Text(Vec::new())
                 },
                 own: KeyPath::find(&columns[place].name)
                     .ok()

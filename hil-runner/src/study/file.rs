@@ -224,6 +224,11 @@ pub(super) fn read(path: &str) -> Result<String, StudyFileError> {
             _ => format!("cannot be read: {error}"),
         })
     })?;
+    if Path::new(path).join("study.json").is_file() {
+        return Err(refuse(
+            "this is a folder of results; --row N runs one of its rows once more".to_owned(),
+        ));
+    }
     if meta.is_dir() {
         return Err(refuse(format!(
             "this is a directory; give a study file (TOML) or a ready study: {}",

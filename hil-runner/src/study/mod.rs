@@ -45,6 +45,6 @@ pub use engine::{Block, EngineError, make};
 pub use file::StudyFileError;
 pub use page::{best_table, enough_pass, figure_rows, page, unstable_words};
 pub use plan::{MOST_SOBOL_AXES, Plan, PlanError, PlanKind, Position};
-pub use row::{RowMaker, Status, columns};
+pub use row::{PlannedRow, RowMaker, Status, columns};
 pub use tally::{Best, RungTally, Spread as FigureSpread, Tally};
 pub use theory::Theory;

@@ -42,6 +42,14 @@ pub fn page(study: &Study, tally: &Tally, drawn: &[Drawn], command_line: &str) -
                 "the same as Apache Parquet".to_owned(),
             ),
             ("study.toml".to_owned(), "the study file".to_owned()),
+            (
+                "base.toml".to_owned(),
+                "the run file of the base case".to_owned(),
+            ),
+            (
+                "study.json".to_owned(),
+                "version, --base and --set as given, checksums".to_owned(),
+            ),
         ],
         ..StudyPage::default()
     };

@@ -13,7 +13,7 @@ use super::file::{Findings, StudyFile};
 use super::plan::{Plan, PlanKind};
 use super::read_axes::has_number;
 use crate::case::Law;
-use crate::runfile::{KeyPath, Template};
+use crate::runfile::{KeyPath, RunFileErrors, Template};
 
 pub(super) fn name(file: &StudyFile, source_name: &str) -> String {
     file.name.clone().unwrap_or_else(|| {
@@ -95,14 +95,30 @@ pub(super) fn sets(
     sets
 }
 
+/// The base case with these values, from its path or from the text that
+/// `changes` has of it.
+///
+/// # Errors
+/// What is wrong with the base and the values.
+pub(super) fn base_with(
+    base: &str,
+    changes: &Changes,
+    sets: &[String],
+) -> Result<Template, RunFileErrors> {
+    match &changes.base_text {
+        Some(text) => Template::parse(base, text, sets),
+        None => Template::load(base, sets),
+    }
+}
+
 pub(super) fn rungs(
     file: &StudyFile,
     base: &str,
-    sets: &[String],
     changes: &Changes,
+    sets: &[String],
     findings: &mut Findings<'_>,
 ) -> Vec<(Law, Template)> {
-    let mut load = |sets: &[String], span: Range<usize>| match Template::load(base, sets) {
+    let mut load = |sets: &[String], span: Range<usize>| match base_with(base, changes, sets) {
         Ok(template) => Some(template),
         Err(errors) => {
             for error in errors.entries() {

@@ -13,6 +13,7 @@ use crate::error::RunError;
 use crate::explain::explain;
 use crate::figures::SUMMARY_FIGURES;
 use crate::lanes::Runs;
+use crate::runfile::Kind;
 use crate::summary::Summary;
 
 /// Whether a run was made.
@@ -59,20 +60,26 @@ pub fn columns(study: &Study) -> Vec<Column> {
         name: name.to_owned(),
         kind,
     };
-    let mut columns = vec![column("row", ColumnKind::Number)];
+    let mut columns = vec![column("row", ColumnKind::Whole)];
     for axis in &study.axes {
-        let kind = if axis.is_numeric() {
-            ColumnKind::Number
-        } else {
-            ColumnKind::Text
+        let kind = match axis.key.key.kind {
+            _ if !axis.is_numeric() => ColumnKind::Text,
+            Kind::Whole(..) => ColumnKind::Whole,
+            _ => ColumnKind::Number,
         };
         if let Some(factor) = axis.factor_column() {
-            columns.push(column(&factor, kind));
+            columns.push(column(&factor, ColumnKind::Number));
         }
         columns.push(column(&axis.key.path(), kind));
     }
     columns.extend(STATUS_COLUMNS.map(|(name, kind)| column(name, kind)));
-    columns.extend(SUMMARY_FIGURES.map(|figure| column(figure.key, ColumnKind::Number)));
+    columns.extend(SUMMARY_FIGURES.map(|figure| {
+        let kind = match figure.whole {
+            true => ColumnKind::Whole,
+            false => ColumnKind::Number,
+        };
+        column(figure.key, kind)
+    }));
     if study.feeding {
         columns.push(column("limit_cycle_fed_by", ColumnKind::Text));
     }
@@ -91,7 +98,36 @@ pub fn columns(study: &Study) -> Vec<Column> {
     columns
 }
 
-/// One row before its run.
+/// A row before its run, as the plan alone decides it.
+#[derive(Debug)]
+pub struct PlannedRow {
+    /// Its point.
+    pub point: Point,
+    /// Number of its rung.
+    pub rung: usize,
+    /// Its run, or why there is none.
+    pub case: Result<Case, (Status, String)>,
+}
+
+impl Study {
+    /// A row, 0 ≤ `number` < rows of the study.
+    pub fn planned_row(&self, number: u64) -> PlannedRow {
+        let rungs = self.rungs.len() as u64;
+        let point = self.point(number / rungs);
+        // A remainder of a small number.
+        let rung = usize::try_from(number % rungs).unwrap_or(0);
+        let case = match self.broken_constraint(&point) {
+            Some(constraint) => Err((Status::Excluded, constraint.to_string())),
+            None => self.case(&point, rung).map_err(|errors| {
+                let lines: Vec<String> = errors.entries().iter().map(ToString::to_string).collect();
+                (Status::Refused, lines.join("; "))
+            }),
+        };
+        PlannedRow { point, rung, case }
+    }
+}
+
+/// A row of a block before its run.
 #[derive(Debug)]
 struct Planned {
     number: u64,
@@ -265,24 +301,12 @@ impl<'s> RowMaker<'s> {
 }
 
 fn plan(study: &Study, number: u64, cases: &mut Vec<Case>) -> Planned {
-    let rungs = study.rungs.len() as u64;
-    let point = study.point(number / rungs);
-    // A remainder of a small number.
-    let rung = usize::try_from(number % rungs).unwrap_or(0);
-    let case = match study.broken_constraint(&point) {
-        Some(constraint) => Err((Status::Excluded, constraint.to_string())),
-        None => match study.case(&point, rung) {
-            Ok(mut case) => {
-                case.run.events = false;
-                cases.push(case);
-                Ok(cases.len() - 1)
-            }
-            Err(errors) => {
-                let lines: Vec<String> = errors.entries().iter().map(ToString::to_string).collect();
-                Err((Status::Refused, lines.join("; ")))
-            }
-        },
-    };
+    let PlannedRow { point, rung, case } = study.planned_row(number);
+    let case = case.map(|mut case| {
+        case.run.events = false;
+        cases.push(case);
+        cases.len() - 1
+    });
     Planned {
         number,
         point,

@@ -1,6 +1,6 @@
 //! What all rows of a study add up to, row by row: no more memory for more rows.
 
-use super::cell::{Cell, Column, ColumnKind};
+use super::cell::{Cell, Column};
 use super::margins::COLUMNS as MARGINS;
 use super::row::{LEAST_MARGIN, Status};
 use crate::report::number;
@@ -138,7 +138,7 @@ impl Tally {
         let figures = columns
             .iter()
             .enumerate()
-            .filter(|(place, column)| *place > places[4] && column.kind == ColumnKind::Number)
+            .filter(|(place, column)| *place > places[4] && column.kind.is_number())
             .map(|(place, column)| (place, column.name.clone()))
             .collect();
         let axes = 1..places[1].min(columns.len());

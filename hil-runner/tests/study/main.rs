@@ -9,8 +9,12 @@
 
 mod any_axis;
 mod bad_input;
+mod origin;
+mod parquet;
 mod ready;
+mod repeat;
 mod resume;
+mod row;
 mod rows;
 mod shards;
 mod support;

@@ -81,9 +81,8 @@ fn the_million_can_be_made() {
     let file = concat!(env!("CARGO_MANIFEST_DIR"), "/../benches/million.toml");
     for law in ["quantised", "firmware"] {
         let changes = Changes {
-            base: None,
             sets: vec![format!("controller.law={law}")],
-            rungs: None,
+            ..Changes::default()
         };
         let read = Study::load(file, &changes).unwrap_or_else(|error| panic!("{error}"));
         assert_eq!((read.rows(), read.name.as_str()), (1_000_000, "million"));

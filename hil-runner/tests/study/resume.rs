@@ -6,19 +6,17 @@ use std::path::Path;
 use std::thread::sleep;
 use std::time::Duration;
 
-use crate::support::{STUDY, assert_same, folder_with, messages, program, study};
+use crate::support::{STUDY, assert_same, folder_with, made, messages, program, study};
 
 /// The number of threads changes no byte.
 #[test]
 fn threads_change_nothing() {
     let folder = folder_with(STUDY);
     for threads in ["1", "2", "7"] {
-        messages(
-            &study(
-                folder.path(),
-                &["small.toml", "--threads", threads, "--out", threads],
-            ),
-            0,
+        made(
+            folder.path(),
+            &["small.toml", "--threads", threads],
+            threads,
         );
     }
     for threads in ["2", "7"] {
@@ -27,40 +25,81 @@ fn threads_change_nothing() {
     // What other rows are is told from these.
     let other = STUDY.replace("seed = 3", "seed = 4");
     fs::write(folder.path().join("small.toml"), other).unwrap();
-    messages(&study(folder.path(), &["small.toml", "--out", "other"]), 0);
+    made(folder.path(), &["small.toml"], "other");
     let csv = |out: &str| fs::read(folder.path().join(out).join("results.csv")).unwrap();
     assert_ne!(csv("1"), csv("other"));
 }
 
-/// Killed (SIGKILL) at some ten moments over the length of the study, then
-/// started again until it is complete.
+/// What stands in the folder when a study is killed.
+#[derive(Debug, Clone, Copy)]
+enum Moment {
+    /// This file, be it complete or not.
+    File(&'static str),
+    /// So many bytes of the CSV.
+    Bytes(u64),
+    /// So many lines of the journal more than its first one.
+    Entries(usize),
+}
+
+impl Moment {
+    fn has_come(self, out: &Path) -> bool {
+        match self {
+            Self::File(name) => out.join(name).exists(),
+            Self::Bytes(bytes) => {
+                fs::metadata(out.join("results.csv")).is_ok_and(|file| file.len() >= bytes)
+            }
+            Self::Entries(entries) => journal_lines(out) > entries,
+        }
+    }
+}
+
+fn journal_lines(out: &Path) -> usize {
+    let journal = fs::read_to_string(out.join("results.journal"));
+    journal.unwrap_or_default().lines().count()
+}
+
+/// Killed (SIGKILL) as soon as this or that is there, and started again until it
+/// is complete.
 #[test]
 fn a_killed_study_goes_on_to_the_same_bytes() {
     let long = STUDY.replace("runs = 1500", "runs = 12000");
     let folder = folder_with(&long);
-    let whole = folder.path().join("whole");
-    messages(&study(folder.path(), &["small.toml", "--out", "whole"]), 0);
-    let (mut kills, mut in_the_middle) = (0, 0);
-    let mut milliseconds = 40;
-    while kills < 10 {
-        let name = format!("killed-{kills}");
-        let out = folder.path().join(&name);
-        let mut child = program(folder.path(), &["small.toml", "--out", &name])
-            .spawn()
-            .unwrap();
-        sleep(Duration::from_millis(milliseconds));
+    let whole = made(folder.path(), &["small.toml"], "whole");
+    let out = folder.path().join("out");
+    for moment in [
+        Moment::File("study.toml"),
+        Moment::File("base.toml"),
+        Moment::File("study.json"),
+        Moment::File("results.journal"),
+        Moment::Bytes(1),
+        Moment::Bytes(100_000),
+        Moment::Entries(1),
+        Moment::Entries(2),
+        Moment::Entries(20),
+    ] {
+        // On one thread it takes long enough for none to come too late.
+        let mut child = program(
+            folder.path(),
+            &["small.toml", "--threads", "1", "--out", "out"],
+        )
+        .spawn()
+        .unwrap();
+        while !moment.has_come(&out) {
+            let ended = child.try_wait().unwrap();
+            assert!(ended.is_none(), "the study ended before {moment:?}");
+            sleep(Duration::from_millis(1));
+        }
         child.kill().unwrap();
         child.wait().unwrap();
-        kills += 1;
-        milliseconds += 60;
-        let journal = fs::read_to_string(out.join("results.journal")).unwrap_or_default();
         let complete = contents_equal(&whole, &out, "results.csv");
-        in_the_middle += usize::from(journal.lines().count() > 1 && !complete);
-        messages(&study(folder.path(), &["small.toml", "--out", &name]), 0);
-        assert_same(&whole, &out);
-        fs::remove_dir_all(&out).unwrap();
+        assert!(!complete, "{moment:?}: the kill came after the last row");
+        if let Moment::Entries(_) = moment {
+            assert!(journal_lines(&out) < journal_lines(&whole));
+        }
+        let done = made(folder.path(), &["small.toml"], "done");
+        assert_same(&whole, &done);
+        fs::remove_dir_all(&done).unwrap();
     }
-    assert!(in_the_middle > 0, "no kill has hit the middle of the study");
 }
 
 fn contents_equal(one: &Path, other: &Path, file: &str) -> bool {
@@ -72,8 +111,7 @@ fn contents_equal(one: &Path, other: &Path, file: &str) -> bool {
 #[test]
 fn what_was_being_written_is_written_again() {
     let folder = folder_with(STUDY);
-    let whole = folder.path().join("whole");
-    messages(&study(folder.path(), &["small.toml", "--out", "whole"]), 0);
+    let whole = made(folder.path(), &["small.toml"], "whole");
     let csv = fs::read(whole.join("results.csv")).unwrap();
     let journal = fs::read_to_string(whole.join("results.journal")).unwrap();
     let lines: Vec<&str> = journal.lines().collect();
@@ -92,9 +130,9 @@ fn what_was_being_written_is_written_again() {
     .into_iter()
     .enumerate()
     {
-        let out = folder.path().join(format!("torn-{number}"));
+        let out = folder.path().join("out");
         fs::create_dir(&out).unwrap();
-        for file in ["study.json", "study.toml"] {
+        for file in ["study.json", "study.toml", "base.toml"] {
             fs::copy(whole.join(file), out.join(file)).unwrap();
         }
         let text: String = lines[..kept]
@@ -108,14 +146,8 @@ fn what_was_being_written_is_written_again() {
             _ => end(kept - 1) + bytes_more,
         };
         fs::write(out.join("results.csv"), &csv[..bytes.min(csv.len())]).unwrap();
-        messages(
-            &study(
-                folder.path(),
-                &["small.toml", "--out", &format!("torn-{number}")],
-            ),
-            0,
-        );
-        assert_same(&whole, &out);
+        let done = made(folder.path(), &["small.toml"], &format!("torn-{number}"));
+        assert_same(&whole, &done);
     }
 }
 

@@ -2,44 +2,37 @@
 
 use std::fs;
 
-use crate::support::{STUDY, assert_same, contents, folder_with, messages, study};
+use crate::support::{STUDY, assert_same, contents, folder_with, made, messages, study};
 
 #[test]
 fn merged_shards_are_the_study() {
     let folder = folder_with(STUDY);
-    messages(&study(folder.path(), &["small.toml", "--out", "whole"]), 0);
+    let whole = made(folder.path(), &["small.toml"], "whole");
     for number in 1..=5 {
         let shard = format!("{number}/5");
-        messages(
-            &study(
-                folder.path(),
-                &[
-                    "small.toml",
-                    "--shard",
-                    &shard,
-                    "--out",
-                    &number.to_string(),
-                ],
-            ),
-            0,
+        made(
+            folder.path(),
+            &["small.toml", "--shard", &shard],
+            &number.to_string(),
         );
     }
+    let out = folder.path().join("out");
     messages(
-        &study(folder.path(), &["merge", "merged", "3", "1", "5", "2", "4"]),
+        &study(folder.path(), &["merge", "out", "3", "1", "5", "2", "4"]),
         0,
     );
-    assert_same(&folder.path().join("whole"), &folder.path().join("merged"));
+    assert_same(&whole, &out);
     // A merge that was ended goes on, and one that is complete stays so.
-    let journal = folder.path().join("merged/results.journal");
+    let journal = out.join("results.journal");
     let text = fs::read_to_string(&journal).unwrap();
     let kept: Vec<&str> = text.lines().take(12).collect();
     fs::write(&journal, kept.join("\n") + "\n").unwrap();
     for _ in 0..2 {
         messages(
-            &study(folder.path(), &["merge", "merged", "1", "2", "3", "4", "5"]),
+            &study(folder.path(), &["merge", "out", "1", "2", "3", "4", "5"]),
             0,
         );
-        assert_same(&folder.path().join("whole"), &folder.path().join("merged"));
+        assert_same(&whole, &out);
     }
 }
 

@@ -52,6 +52,15 @@ pub(crate) fn study(folder: &Path, arguments: &[&str]) -> Output {
     program(folder, arguments).output().unwrap()
 }
 
+/// Makes a study and moves its results to `name`. All are made into `out`, since
+/// the page shows the command line with its `--out`.
+pub(crate) fn made(folder: &Path, arguments: &[&str], name: &str) -> PathBuf {
+    messages(&study(folder, &[arguments, &["--out", "out"]].concat()), 0);
+    let moved = folder.join(name);
+    fs::rename(folder.join("out"), &moved).unwrap();
+    moved
+}
+
 /// The program's messages; it must end with `status`.
 pub(crate) fn messages(output: &Output, status: i32) -> String {
     let text = String::from_utf8_lossy(&output.stderr).into_owned();
@@ -89,4 +98,14 @@ pub(crate) fn assert_same(one: &Path, other: &Path) {
     for ((name, one), (_, other)) in one.iter().zip(&other) {
         assert!(one == other, "{} differs", name.display());
     }
+}
+
+/// What a shell does with a line, where the program is on its path.
+pub(crate) fn shell(folder: &Path, line: &str) -> Output {
+    let program = Path::new(env!("CARGO_BIN_EXE_hil-runner"));
+    let path = std::env::var("PATH").unwrap_or_default();
+    let path = format!("{}:{path}", program.parent().unwrap().display());
+    let mut shell = Command::new("sh");
+    shell.args(["-c", line]).current_dir(folder);
+    shell.env("PATH", path).output().unwrap()
 }

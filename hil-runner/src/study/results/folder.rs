@@ -7,10 +7,10 @@ use std::time::{Duration, Instant};
 
 use super::journal::{Entry, Journal};
 use super::manifest::Manifest;
+use super::origin::Origin;
 use super::parts::Parts;
 use super::read::{Reading, header};
 use super::{ResultsError, io};
-use crate::output::OutputFile;
 use crate::study::cell::{Cell, Column};
 use crate::study::engine::Block;
 
@@ -48,25 +48,26 @@ pub struct Results {
 
 impl Results {
     /// Opens a folder for a study or a part of it: a new one, or one that holds
-    /// the first rows already. `each` gets those rows.
+    /// the first rows already. `each` gets those rows; the command line stands
+    /// in the Parquet copy.
     ///
     /// # Errors
     /// [`ResultsError`]; nothing that lay there has been changed then.
     pub fn open(
         folder: &Path,
-        manifest: Manifest,
+        origin: &Origin,
         columns: &[Column],
-        study_text: &str,
+        command_line: &str,
         mut each: impl FnMut(&[Cell]),
     ) -> Result<Self, ResultsError> {
-        refuse_other_contents(folder, study_text)?;
+        let manifest = &origin.manifest;
+        refuse_other_contents(folder, origin)?;
         if folder.join("study.json").exists() {
-            refuse_other_study(folder, &manifest)?;
+            refuse_other_study(folder, manifest)?;
         } else {
             fs::create_dir_all(folder).map_err(|error| io(folder, &error))?;
-            refuse_small_disk(folder, &manifest, columns.len(), 0)?;
-            write_new(folder, "study.toml", study_text)?;
-            write_new(folder, "study.json", &manifest.text())?;
+            refuse_small_disk(folder, manifest, columns.len(), 0)?;
+            origin.write(folder)?;
         }
         let journal_path = folder.join("results.journal");
         let csv_path = folder.join("results.csv");
@@ -97,7 +98,12 @@ impl Results {
         let header = header(columns);
         let (mut end_byte, mut next_block) = (header.len() as u64, blocks.start);
         let mut reading = None;
-        let mut parts = Parts::new(&folder.join("parquet"), columns, first_row)?;
+        let mut parts = Parts::new(
+            &folder.join("parquet"),
+            columns,
+            first_row,
+            &origin.metadata(command_line),
+        )?;
         let journal = Journal::open(journal_file, &journal_path, |entry| {
             if entry.block != next_block || entry.block >= blocks.end {
                 let path = journal_path.display();
@@ -124,7 +130,7 @@ impl Results {
             )));
         }
         let done_rows = (next_block * manifest.block_rows).min(manifest.own_rows().end) - first_row;
-        refuse_small_disk(folder, &manifest, columns.len(), done_rows)?;
+        refuse_small_disk(folder, manifest, columns.len(), done_rows)?;
         // What follows the last whole block was being written.
         if next_block == blocks.start {
             csv.set_len(0).map_err(|error| io(&csv_path, &error))?;
@@ -140,7 +146,7 @@ impl Results {
         }
         Ok(Self {
             folder: folder.to_owned(),
-            manifest,
+            manifest: manifest.clone(),
             csv,
             journal,
             parts,
@@ -249,34 +255,18 @@ fn open(path: &Path) -> Result<File, ResultsError> {
         .map_err(|error| io(path, &error))
 }
 
-/// Writes a file that is complete or not there.
-fn write_new(folder: &Path, name: &str, text: &str) -> Result<(), ResultsError> {
-    let path = folder.join(name);
-    let write = |text: &str| -> std::io::Result<()> {
-        let mut file = OutputFile::create(&path)?;
-        file.write_all(text.as_bytes())?;
-        file.commit()
-    };
-    // The sentence names the path already.
-    write(text).map_err(|error| ResultsError::Io(error.to_string()))
-}
-
 /// A folder is new, empty, or one of results.
-fn refuse_other_contents(folder: &Path, study_text: &str) -> Result<(), ResultsError> {
+fn refuse_other_contents(folder: &Path, origin: &Origin) -> Result<(), ResultsError> {
     let shown = folder.display();
     let entries = match fs::read_dir(folder) {
         Ok(entries) => entries,
         Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(()),
         Err(error) => return Err(io(folder, &error)),
     };
-    // What a study leaves that was killed before its second file was complete.
-    let is_ours =
-        || fs::read(folder.join("study.toml")).is_ok_and(|it| it == study_text.as_bytes());
+    // What a study leaves that was killed before its manifest was complete.
     let unfinished = |name: &std::ffi::OsStr| {
-        name.to_str().is_some_and(|name| {
-            (name == "study.toml" && is_ours())
-                || (name.starts_with("study.") && name.ends_with(".part"))
-        })
+        name.to_str()
+            .is_some_and(|name| origin.has_begun(folder, name))
     };
     let mut others = entries
         .flatten()
@@ -287,14 +277,14 @@ fn refuse_other_contents(folder: &Path, study_text: &str) -> Result<(), ResultsE
     {
         let other = other.to_string_lossy();
         return Err(ResultsError::Other(format!(
-            "{shown} holds {other} and no results of a study; give an empty or new folder with --out"
+            "{shown} holds {other} and no results of a study (study.json is missing); give an empty or new folder with --out"
         )));
     }
     Ok(())
 }
 
 fn refuse_other_study(folder: &Path, wanted: &Manifest) -> Result<(), ResultsError> {
-    let found = Manifest::read(folder)?;
+    let found = Origin::read(folder)?.manifest;
     if found.is_same_study(wanted) && found.shard == wanted.shard {
         return Ok(());
     }
@@ -304,8 +294,6 @@ fn refuse_other_study(folder: &Path, wanted: &Manifest) -> Result<(), ResultsErr
     };
     let words = if found.study != wanted.study {
         differs("study", &found.study, &wanted.study)
-    } else if (found.format, &found.version) != (wanted.format, &wanted.version) {
-        differs("version", &found.version, &wanted.version)
     } else if !found.is_same_study(wanted) {
         format!(
             "{shown} holds results of another study {}: its file, its base case or a --set differs",

@@ -8,13 +8,15 @@ use std::path::Path;
 use crc::{CRC_64_XZ, Crc};
 use serde::{Deserialize, Serialize};
 
+use super::origin::crc32;
 use super::{ResultsError, io};
 use crate::case::Law;
+use crate::command_line::{command_line, each_with};
 use crate::study::definition::{Changes, Study};
 use crate::study::row::columns;
 
 /// Changes whenever the same study file would give other bytes.
-const FORMAT: u32 = 1;
+const FORMAT: u32 = 2;
 
 /// A part of a study: number `number` of `of` parts, from 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -89,12 +91,18 @@ pub struct Manifest {
     pub rungs: Option<Vec<String>>,
     /// Names of the columns.
     pub columns: Vec<String>,
+    /// Checksum of `study.toml`.
+    pub study_crc32: String,
+    /// Checksum of `base.toml`.
+    pub base_crc32: String,
+    /// Checksum of this file, with this key empty.
+    crc32: String,
 }
 
 impl Manifest {
     /// That of a study, or a part of it.
     pub fn new(study: &Study, shard: Shard, source: &str, changes: &Changes) -> Self {
-        Self {
+        let manifest = Self {
             study: study.name.clone(),
             format: FORMAT,
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -113,7 +121,18 @@ impl Manifest {
                 .into_iter()
                 .map(|column| column.name)
                 .collect(),
-        }
+            study_crc32: crc32(study.text.as_bytes()),
+            base_crc32: crc32(study.base_text().as_bytes()),
+            crc32: String::new(),
+        };
+        manifest.signed()
+    }
+
+    /// With the checksum that belongs to it.
+    fn signed(mut self) -> Self {
+        self.crc32.clear();
+        self.crc32 = crc32(self.text().as_bytes());
+        self
     }
 
     /// What the command line had added to the study.
@@ -125,22 +144,23 @@ impl Manifest {
                 .rungs
                 .as_ref()
                 .map(|names| names.iter().filter_map(|name| Law::find(name)).collect()),
+            ..Changes::default()
         }
     }
 
-    /// The command that makes the study at once.
-    pub fn command_line(&self) -> String {
-        let base = self.base.iter().map(|base| format!(" --base {base}"));
-        let sets = self.sets.iter().map(|set| format!(" --set {set}"));
-        let rungs = self
-            .rungs
-            .iter()
-            .map(|rungs| format!(" --rungs {}", rungs.join(",")));
-        format!(
-            "hil-runner study {}{}",
-            self.source,
-            base.chain(sets).chain(rungs).collect::<String>()
-        )
+    /// The command that makes these results, in `out` where that was given.
+    pub fn command_line(&self, out: Option<&Path>) -> String {
+        let shard = (self.shard != Shard::WHOLE).then(|| self.shard.to_string());
+        let rungs = self.rungs.as_ref().map(|rungs| rungs.join(","));
+        let out = out.map(|out| out.to_string_lossy().into_owned());
+        let words = ["study", &self.source]
+            .into_iter()
+            .chain(each_with("--base", &self.base))
+            .chain(each_with("--set", &self.sets))
+            .chain(each_with("--rungs", &rungs))
+            .chain(each_with("--shard", &shard))
+            .chain(each_with("--out", &out));
+        command_line(words)
     }
 
     /// Blocks of the whole study.
@@ -168,36 +188,59 @@ impl Manifest {
 
     /// The same for all of the study.
     pub fn whole(&self) -> Self {
-        Self {
+        let whole = Self {
             shard: Shard::WHOLE,
             ..self.clone()
-        }
+        };
+        whole.signed()
     }
 
-    /// Whether the rows are those of the same study, wherever its file lies.
+    /// Whether the rows are those of the same study, wherever its file and its
+    /// base lie.
     pub fn is_same_study(&self, other: &Self) -> bool {
         let placed = Self {
             source: self.source.clone(),
+            base: self.base.clone(),
             ..other.whole()
         };
-        self.whole() == placed
+        self.whole() == placed.signed()
     }
 
     /// Reads the manifest of a folder.
     ///
     /// # Errors
-    /// If there is none, or it is not one.
+    /// If there is none, it is not what was written, or another version of the
+    /// program has written it.
     pub fn read(folder: &Path) -> Result<Self, ResultsError> {
         let path = folder.join("study.json");
-        let text = std::fs::read_to_string(&path).map_err(|error| io(&path, &error))?;
-        let manifest: Self = serde_json::from_str(&text)
-            .map_err(|error| ResultsError::Damaged(format!("{}: {error}", path.display())))?;
-        let Shard { number, of } = manifest.shard;
-        if manifest.block_rows == 0 || !(1..=of).contains(&number) {
-            return Err(ResultsError::Damaged(format!(
-                "{}: makes no sense",
-                path.display()
-            )));
+        let (shown, path_shown) = (folder.display(), path.display());
+        let damaged = |words: String| ResultsError::Damaged(format!("{path_shown} {words}"));
+        let other = |version: &str| {
+            ResultsError::Other(format!(
+                "{shown} holds results of version {version}, not {}; give another folder with --out, or remove this one",
+                env!("CARGO_PKG_VERSION")
+            ))
+        };
+        let bytes = std::fs::read(&path).map_err(|error| match error.kind() {
+            std::io::ErrorKind::NotFound => ResultsError::Other(format!(
+                "{shown} holds no results of a study: {path_shown} is missing"
+            )),
+            _ => io(&path, &error),
+        })?;
+        let manifest: Self = serde_json::from_slice(&bytes).map_err(|error| {
+            // Another format has other keys.
+            match serde_json::from_slice(&bytes) {
+                Ok(Format { format, version }) if format != FORMAT => other(&version),
+                _ => damaged(format!("is not what was written: {error}")),
+            }
+        })?;
+        if manifest.clone().signed().text().as_bytes() != bytes {
+            return Err(damaged(
+                "is not what was written: its checksum is that of another text".to_owned(),
+            ));
+        }
+        if (manifest.format, manifest.version.as_str()) != (FORMAT, env!("CARGO_PKG_VERSION")) {
+            return Err(other(&manifest.version));
         }
         Ok(manifest)
     }
@@ -206,6 +249,13 @@ impl Manifest {
     pub(super) fn text(&self) -> String {
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
     }
+}
+
+/// What every format has.
+#[derive(Deserialize)]
+struct Format {
+    format: u32,
+    version: String,
 }
 
 /// A checksum of all that decides what the rows are.
@@ -219,7 +269,6 @@ fn fingerprint(study: &Study) -> String {
     };
     add(&study.name);
     add(&study.text);
-    add(&study.base);
     for (law, template) in &study.rungs {
         add(law.name());
         add(template.text());

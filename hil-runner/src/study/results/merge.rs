@@ -3,32 +3,30 @@
 use std::path::{Path, PathBuf};
 
 use super::folder::{Progress, Results};
-use super::manifest::Manifest;
+use super::origin::Origin;
 use super::read::{Reading, entries};
 use super::{ResultsError, journal};
 use crate::study::cell::{Cell, Column};
 
-/// Puts shards together in `folder`, in their order; `each` gets every row.
+/// Puts shards, in their order, together in `folder`; `each` gets every row.
 /// Goes on where an earlier merge was ended.
 ///
 /// # Errors
-/// If the shards are not all of one study, or one is missing, there twice or
-/// not complete; and those of the folder.
+/// If a shard is not complete, and those of the folder.
 pub fn merge(
     folder: &Path,
-    shards: &[PathBuf],
+    ordered: &[(PathBuf, Origin)],
     columns: &[Column],
-    study_text: &str,
+    command_line: &str,
     mut each: impl FnMut(&[Cell]),
 ) -> Result<Progress, ResultsError> {
-    let ordered = in_order(shards)?;
     let Some((_, first)) = ordered.first() else {
         return Err(ResultsError::Other(
             "there are no shards to merge".to_owned(),
         ));
     };
-    let mut results = Results::open(folder, first.whole(), columns, study_text, &mut each)?;
-    for (path, manifest) in &ordered {
+    let mut results = Results::open(folder, &first.whole(), columns, command_line, &mut each)?;
+    for (path, Origin { manifest, .. }) in ordered {
         let csv = path.join("results.csv");
         let mut reading = Reading::open(&csv, columns)?;
         let mut next = manifest.own_blocks().start;
@@ -64,19 +62,22 @@ pub fn merge(
     results.close()
 }
 
-/// The shards with their manifests, by number.
-fn in_order(shards: &[PathBuf]) -> Result<Vec<(PathBuf, Manifest)>, ResultsError> {
-    let mut found: Vec<(PathBuf, Manifest)> = Vec::new();
+/// The shards with what made them, by number.
+///
+/// # Errors
+/// If they are not all of one study, or one is damaged, missing or there twice.
+pub fn shards_in_order(shards: &[PathBuf]) -> Result<Vec<(PathBuf, Origin)>, ResultsError> {
+    let mut found: Vec<(PathBuf, Origin)> = Vec::new();
     for path in shards {
-        found.push((path.clone(), Manifest::read(path)?));
+        found.push((path.clone(), Origin::read(path)?));
     }
-    found.sort_by_key(|(_, manifest)| manifest.shard.number);
+    found.sort_by_key(|(_, origin)| origin.manifest.shard.number);
     let Some((first_path, first)) = found.first() else {
         return Ok(found);
     };
-    let of = first.shard.of;
-    for (path, manifest) in &found {
-        if !manifest.is_same_study(first) || manifest.shard.of != of {
+    let of = first.manifest.shard.of;
+    for (path, Origin { manifest, .. }) in &found {
+        if !manifest.is_same_study(&first.manifest) || manifest.shard.of != of {
             return Err(ResultsError::Other(format!(
                 "{} and {} are not shards of the same study, cut into as many parts",
                 first_path.display(),
@@ -86,7 +87,7 @@ fn in_order(shards: &[PathBuf]) -> Result<Vec<(PathBuf, Manifest)>, ResultsError
     }
     let numbers: Vec<u64> = found
         .iter()
-        .map(|(_, manifest)| manifest.shard.number)
+        .map(|(_, origin)| origin.manifest.shard.number)
         .collect();
     let missing: Vec<String> = (1..=of.min(1 << 20))
         .filter(|number| numbers.binary_search(number).is_err())

@@ -1,8 +1,9 @@
 //! Where the results of a study lie, and how nothing of them gets lost.
 //!
 //! ```text
-//! OUT/study.json        which study, which part of it: written once, before the first row
-//! OUT/study.toml        the study file, for people
+//! OUT/study.toml        the study file as it was run
+//! OUT/base.toml         the run file of the base case
+//! OUT/study.json        which study, which part of it, and checksums of these: before the first row
 //! OUT/results.csv       a row a run, in the order of the plan; only ever appended to
 //! OUT/results.journal   a line a block: where it ends in the CSV, and its checksum
 //! OUT/parquet/          the same rows in parts of 32,768, each complete or not there
@@ -17,6 +18,7 @@ mod folder;
 mod journal;
 mod manifest;
 mod merge;
+mod origin;
 mod parts;
 mod read;
 
@@ -26,7 +28,8 @@ use std::path::{Path, PathBuf};
 pub use folder::{Progress, Results};
 pub(super) use journal::checksum as journal_checksum;
 pub use manifest::{Manifest, Shard};
-pub use merge::merge;
+pub use merge::{merge, shards_in_order};
+pub use origin::Origin;
 pub use read::for_each_row;
 
 /// Why results cannot be written or read. Nothing that lay there before has

@@ -6,8 +6,9 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use parquet::basic::{Compression, LogicalType, Repetition, Type as PhysicalType};
-use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DoubleType};
+use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
+use parquet::file::metadata::KeyValue;
 use parquet::file::properties::{WriterProperties, WriterPropertiesPtr};
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::{Type, TypePtr};
@@ -22,6 +23,7 @@ pub(super) const PART_ROWS: u64 = 32_768;
 #[derive(Debug)]
 enum Values {
     Number(Vec<f64>),
+    Whole(Vec<i64>),
     Flag(Vec<bool>),
     Text(Vec<ByteArray>),
 }
@@ -41,17 +43,20 @@ pub(super) struct Parts {
 }
 
 impl Parts {
-    /// Parts in a folder, from a row on, which begins a part or the study.
+    /// Parts in a folder, from a row on, which begins a part or the study; every
+    /// part has the metadata.
     pub(super) fn new(
         folder: &Path,
         columns: &[Column],
         first_row: u64,
+        metadata: &[(&str, String)],
     ) -> Result<Self, ResultsError> {
         fs::create_dir_all(folder).map_err(|error| io(folder, &error))?;
         let failed = |error: ParquetError| named(folder, &error);
         let field = |column: &Column| {
             let (physical, logical) = match column.kind {
                 ColumnKind::Number => (PhysicalType::DOUBLE, None),
+                ColumnKind::Whole => (PhysicalType::INT64, None),
                 ColumnKind::Flag => (PhysicalType::BOOLEAN, None),
                 ColumnKind::Text => (PhysicalType::BYTE_ARRAY, Some(LogicalType::String)),
             };
@@ -65,6 +70,9 @@ impl Parts {
         let schema = Type::group_type_builder("study")
             .with_fields(fields.map_err(failed)?)
             .build();
+        let metadata = metadata
+            .iter()
+            .map(|(key, value)| KeyValue::new((*key).to_owned(), value.clone()));
         Ok(Self {
             folder: folder.to_owned(),
             schema: Arc::new(schema.map_err(failed)?),
@@ -75,12 +83,14 @@ impl Parts {
                     // Numbers hardly ever repeat: a dictionary would cost more
                     // time than it saves space.
                     .set_dictionary_enabled(false)
+                    .set_key_value_metadata(Some(metadata.collect()))
                     .build(),
             ),
             values: columns
                 .iter()
                 .map(|column| match column.kind {
                     ColumnKind::Number => Values::Number(Vec::new()),
+                    ColumnKind::Whole => Values::Whole(Vec::new()),
                     ColumnKind::Flag => Values::Flag(Vec::new()),
                     ColumnKind::Text => Values::Text(Vec::new()),
                 })
@@ -98,6 +108,11 @@ impl Parts {
                 (Cell::Number(number), Values::Number(numbers)) => {
                     numbers.push(*number);
                     true
+                }
+                // A value that its key refuses may be too large: the reason has it.
+                (cell, Values::Whole(numbers)) => {
+                    numbers.extend(cell.as_whole());
+                    cell.as_whole().is_some()
                 }
                 (Cell::Flag(flag), Values::Flag(flags)) => {
                     flags.push(*flag);
@@ -135,6 +150,7 @@ impl Parts {
         for values in &mut self.values {
             match values {
                 Values::Number(numbers) => numbers.clear(),
+                Values::Whole(numbers) => numbers.clear(),
                 Values::Flag(flags) => flags.clear(),
                 Values::Text(texts) => texts.clear(),
             }
@@ -156,6 +172,11 @@ impl Parts {
                 Values::Number(numbers) => {
                     column
                         .typed::<DoubleType>()
+                        .write_batch(numbers, levels, None)?;
+                }
+                Values::Whole(numbers) => {
+                    column
+                        .typed::<Int64Type>()
                         .write_batch(numbers, levels, None)?;
                 }
                 Values::Flag(flags) => {

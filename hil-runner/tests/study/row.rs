@@ -1,0 +1,250 @@
+//! `hil-runner study OUT --row N`: a row as a run of its own.
+#![cfg(unix)]
+
+use std::fs;
+
+use hil_runner::figures::SUMMARY_FIGURES;
+use serde_json::Value;
+
+use crate::support::{contents, folder_with, made, messages, shell, study};
+
+/// Every kind of axis and value, on every rung; some points are left out, some
+/// make no run.
+const STUDY: &str = r#"
+name = "every-rung"
+base = "axis.toml"
+rungs = ["continuous", "sampled", "quantised", "firmware"]
+plan = "random"
+runs = 12
+seed = 5
+feeding = false
+loop_gain = "LOOP_GAIN"
+constraints = ["controller.kp <= 5"]
+
+[set]
+run.duration_s = 0.3
+motion.intervals_s = [0.02, 0.05, 0.02, 0.05, 0.02, 0.05, 0.02]
+
+[budget]
+peak_following_error_mm = 60
+peak_abs_voltage_v = 9
+
+[[axis]]
+key = "controller.kp"
+distribution = { kind = "normal", mean = 2.0, deviation = 2.0 }
+
+[[axis]]
+key = "controller.sample_time_s"
+from = 3e-4
+to = 2e-3
+scale = "log"
+
+[[axis]]
+key = "controller.computation_delay_s"
+times = "controller.sample_time_s"
+values = [0, 0.5]
+
+[[axis]]
+key = "carriage.mass_kg"
+times = "carriage.mass_kg"
+distribution = { kind = "uniform", low = 0.8, high = 1.2 }
+
+[[axis]]
+key = "drive.dac_bits"
+values = [10, 12, 14]
+
+[[axis]]
+key = "run.solver"
+values = ["exact", "rk4"]
+"#;
+
+/// The line with the equivalent command.
+fn command(printed: &str) -> String {
+    let line = printed
+        .lines()
+        .find_map(|line| line.strip_prefix("the same run: "));
+    line.unwrap().to_owned()
+}
+
+/// What a page shows, but for the time that the host took.
+fn shown(page: &[u8]) -> Value {
+    let page = std::str::from_utf8(page).unwrap();
+    let (_, data) = page.split_once("id=\"plot-data\">").unwrap();
+    let mut shown: Value = serde_json::from_str(data.split("</script>").next().unwrap()).unwrap();
+    for case in shown["cases"].as_array_mut().unwrap() {
+        assert!(case["traces"].is_object() || case["traces"].is_array());
+        case["host_timing"] = Value::Null;
+    }
+    shown
+}
+
+/// The figures of a row, of its run, and of the command that is printed for it:
+/// all the same, to the last bit; with the gains as they are and scaled.
+#[test]
+fn a_row_its_run_and_the_printed_command_are_one() {
+    for loop_gain in ["per-count", "constant"] {
+        let text = STUDY.replace("LOOP_GAIN", loop_gain);
+        let folder = folder_with(&text);
+        let base = fs::read_to_string(concat!(
+            env!("CARGO_MANIFEST_DIR"),
+            "/../cases/paper-2.toml"
+        ));
+        fs::write(folder.path().join("axis.toml"), base.unwrap()).unwrap();
+        let out = made(folder.path(), &["small.toml"], "a b");
+        fs::remove_file(folder.path().join("axis.toml")).unwrap();
+        fs::remove_file(folder.path().join("small.toml")).unwrap();
+        let results = contents(&out);
+        let mut reader = csv::Reader::from_path(out.join("results.csv")).unwrap();
+        let header = reader.headers().unwrap().clone();
+        let place = |name: &str| header.iter().position(|column| column == name).unwrap();
+        let (mut made, mut peaks) = ([0; 4], Vec::new());
+        let (mut excluded, mut refused) = (0, 0);
+        for (number, record) in reader.records().enumerate() {
+            let record = record.unwrap();
+            let field = |name: &str| &record[place(name)];
+            let number = number.to_string();
+            let output = study(folder.path(), &["a b", "--row", &number]);
+            if field("status") != "ok" {
+                let told = messages(&output, 2);
+                assert!(told.contains(field("reason")), "{told}");
+                assert!(told.contains(field("status")), "{told}");
+                assert!(!out.join(format!("row-{number}.html")).exists());
+                excluded += usize::from(field("status") == "excluded");
+                refused += usize::from(field("status") == "refused");
+                continue;
+            }
+            let passes = field("pass") == "true";
+            messages(&output, i32::from(!passes));
+            let line = command(&String::from_utf8(output.stdout).unwrap());
+            let outputs = "--summary s.json --report s.html --trace s.csv";
+            let again = shell(folder.path(), &format!("{line} {outputs}"));
+            messages(&again, i32::from(!passes));
+            let bytes = |name: &str| fs::read(folder.path().join(name)).unwrap();
+            assert!(bytes(&format!("a b/row-{number}.csv")) == bytes("s.csv"));
+            let [of_row, of_command] = [format!("a b/row-{number}.html"), "s.html".to_owned()]
+                .map(|it| shown(&bytes(&it)));
+            assert!(of_row == of_command, "{line}");
+            assert_eq!(of_row["command_line"], *line);
+            let summary = String::from_utf8(bytes("s.json")).unwrap();
+            let summary = |key: &str| {
+                let begin = format!("  \"{key}\": ");
+                let line = summary.lines().find_map(|line| line.strip_prefix(&begin));
+                line.map(|value| value.trim_end_matches(',').to_owned())
+            };
+            let name = format!("\"every-rung row {number}\"");
+            assert_eq!(summary("name"), Some(name));
+            let law = format!("\"{}\"", field("rung"));
+            assert_eq!(summary("law"), Some(law));
+            for figure in SUMMARY_FIGURES {
+                let cell = field(figure.key);
+                let cell: Option<f64> = (!cell.is_empty()).then(|| cell.parse().unwrap());
+                // Without supervision a summary has no faults, which are none.
+                let of_run = match summary(figure.key) {
+                    None => (figure.key == "faults").then_some(0.0),
+                    Some(null) if null == "null" => None,
+                    // To the last bit, as a number of JSON is not read.
+                    Some(number) => Some(number.parse().unwrap()),
+                };
+                assert_eq!(cell, of_run, "{} of row {number}: {line}", figure.key);
+            }
+            made[number.parse::<usize>().unwrap() % 4] += 1;
+            peaks.push(field("peak_following_error_mm").to_owned());
+        }
+        assert!(made.iter().all(|made| *made >= 4), "{made:?}");
+        assert!(excluded > 0 && refused > 0, "{excluded} {refused}");
+        // The contrast: other rows have other figures.
+        peaks.sort();
+        peaks.dedup();
+        assert!(peaks.len() > made.iter().sum::<usize>() / 2, "{peaks:?}");
+        // And nothing but the rows' own files was written.
+        let kept: Vec<_> = contents(&out)
+            .into_iter()
+            .filter(|(name, _)| !name.to_string_lossy().starts_with("row-"))
+            .collect();
+        assert!(kept == results);
+    }
+}
+
+/// A row that is not made yet, and one that another shard makes.
+#[test]
+fn the_plan_alone_decides_what_a_row_is() {
+    let text = STUDY
+        .replace("LOOP_GAIN", "per-count")
+        .replace("axis.toml", "paper-2");
+    let folder = folder_with(&text);
+    let whole = made(folder.path(), &["small.toml"], "whole");
+    let mut reader = csv::Reader::from_path(whole.join("results.csv")).unwrap();
+    let status = reader
+        .headers()
+        .unwrap()
+        .iter()
+        .position(|name| name == "status");
+    let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
+    let made_rows = (0..rows.len()).filter(|row| &rows[*row][status.unwrap()] == "ok");
+    let made_rows: Vec<String> = made_rows.map(|row| row.to_string()).collect();
+    let (first, last) = (&made_rows[0], &made_rows[made_rows.len() - 1]);
+    let shard = made(folder.path(), &["small.toml", "--shard", "1/2"], "shard");
+    let begun = folder.path().join("begun");
+    fs::create_dir(&begun).unwrap();
+    for file in ["study.toml", "base.toml", "study.json"] {
+        fs::copy(whole.join(file), begun.join(file)).unwrap();
+    }
+    for row in [first, last] {
+        let name = format!("row-{row}.csv");
+        for out in ["whole", "shard", "begun"] {
+            let output = study(folder.path(), &[out, "--row", row]);
+            assert!(output.status.code().unwrap() < 2, "{output:?}");
+        }
+        let trace = fs::read(whole.join(&name)).unwrap();
+        assert!(trace == fs::read(shard.join(&name)).unwrap());
+        assert!(trace == fs::read(begun.join(&name)).unwrap());
+    }
+    let trace = |row: &str| fs::read(whole.join(format!("row-{row}.csv"))).unwrap();
+    assert!(trace(first) != trace(last));
+}
+
+#[test]
+fn mistakes_have_a_sentence() {
+    let text = STUDY
+        .replace("LOOP_GAIN", "per-count")
+        .replace("axis.toml", "paper-2");
+    let folder = folder_with(&text);
+    let out = made(folder.path(), &["small.toml"], "made");
+    fs::create_dir(folder.path().join("empty")).unwrap();
+    let before = contents(&out);
+    for (arguments, words) in [
+        (
+            &["made", "--row", "48"][..],
+            "row 48 is not allowed: the rows of study every-rung are 0 to 47",
+        ),
+        (&["made", "--row=-1"][..], "--row"),
+        (&["made", "--row", "x"][..], "--row"),
+        (
+            &["empty", "--row", "0"][..],
+            "empty holds no results of a study: empty/study.json is missing",
+        ),
+        (&["small.toml", "--row", "0"][..], "small.toml/study.json"),
+        (
+            &["made", "--row", "0", "--set", "controller.kp=1"][..],
+            "cannot be used with",
+        ),
+        (&["made", "--report", "x.html"][..], "--row"),
+        (&["made"][..], "made: this is a folder of results; --row N"),
+        (
+            &["made", "--row", "0", "--trace", "made/results.csv"][..],
+            "made/results.csv is part of the results of the study",
+        ),
+        (
+            &["made", "--row", "0", "--report", "made/base.toml"][..],
+            "made/base.toml is part of the results of the study",
+        ),
+        (
+            &["made", "--row", "0", "--report", "x", "--trace", "x"][..],
+            "x is given for two outputs",
+        ),
+    ] {
+        let told = messages(&study(folder.path(), arguments), 2);
+        assert!(told.contains(words), "{arguments:?}\n{told}");
+        assert!(before == contents(&out), "{arguments:?}");
+    }
+}
