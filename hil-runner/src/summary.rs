@@ -70,6 +70,10 @@ pub struct Summary {
     pub rest_dac_codes: Option<u64>,
     /// Highest count at rest less the lowest.
     pub rest_encoder_counts: Option<u64>,
+    /// Largest |x_ref − x| at the rows at rest \[µm\].
+    pub rest_error_max_um: Option<f64>,
+    /// RMS of x_ref − x over the same rows \[µm\].
+    pub rest_error_rms_um: Option<f64>,
     /// How often the supervision stopped the axis; left out where none runs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub faults: Option<u32>,
@@ -113,6 +117,8 @@ impl Summary {
             "limit_cycle_period_s" => self.limit_cycle_period_s,
             "rest_dac_codes" => self.rest_dac_codes.map(whole),
             "rest_encoder_counts" => self.rest_encoder_counts.map(whole),
+            "rest_error_max_um" => self.rest_error_max_um,
+            "rest_error_rms_um" => self.rest_error_rms_um,
             // Without supervision there is none.
             "faults" => Some(f64::from(self.faults.unwrap_or(0))),
             _ => self.chip.as_ref()?.figure(key),
@@ -262,6 +268,8 @@ impl EndOfRun<'_> {
         let peak_abs_acc_mps2 = extremes.peak_abs_acceleration_mps2;
         let seen = &self.rows.seen;
         let ripple = seen.ripple();
+        // At rest the command stands where it ends.
+        let rest_error = seen.rest_error(x_ref_m);
         // From this rung on codes and counts are whole numbers.
         let whole_numbers = case.controller.law >= Law::Quantised;
         let at_rest = seen.at_rest().filter(|_| whole_numbers);
@@ -293,6 +301,8 @@ impl EndOfRun<'_> {
             limit_cycle_period_s: ripple.and_then(|ripple| ripple.limit_cycle_period_s),
             rest_dac_codes: at_rest.map(|[codes, _]| codes.width()),
             rest_encoder_counts: at_rest.map(|[_, counts]| counts.width()),
+            rest_error_max_um: rest_error.map(|error| error.max_um),
+            rest_error_rms_um: rest_error.map(|error| error.rms_um),
             faults: self.servo.map(|servo| servo.faults),
             axis: self
                 .servo

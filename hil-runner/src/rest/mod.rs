@@ -56,5 +56,14 @@ impl Ripple {
     }
 }
 
+/// x_ref − x at the rows of the window of rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct RestError {
+    /// Largest magnitude \[µm\].
+    pub(crate) max_um: f64,
+    /// Root mean square \[µm\].
+    pub(crate) rms_um: f64,
+}
+
 #[cfg(test)]
 mod tests;
