@@ -13,6 +13,7 @@ pub mod bench;
 pub mod budget;
 pub mod case;
 pub mod chip;
+pub mod digits;
 pub mod error;
 pub mod figures;
 pub mod io;

@@ -1,5 +1,7 @@
 //! Key figures of a run.
 
+use std::collections::BTreeMap;
+
 use plant::{ContactChange, Extremes};
 use serde::Serialize;
 
@@ -7,6 +9,7 @@ use crate::budget::{self, Verdict};
 use crate::case::{Case, Law};
 use crate::chip::figures::ChipReport;
 use crate::law::ServoStatus;
+use crate::report::number;
 use crate::rest::Seen;
 use crate::time::seconds;
 use crate::trace::Row;
@@ -88,6 +91,10 @@ pub struct Summary {
     pub events: Option<Vec<(f64, i8, i8)>>,
     /// Limits and whether they hold.
     pub verdicts: Vec<Verdict>,
+    /// Figures of which fewer digits hold than tables show, and how many;
+    /// left out where there are none, or no second run looked for them.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub digits_that_hold: BTreeMap<&'static str, usize>,
 }
 
 impl Summary {
@@ -123,6 +130,19 @@ impl Summary {
             "faults" => Some(f64::from(self.faults.unwrap_or(0))),
             _ => self.chip.as_ref()?.figure(key),
         }
+    }
+
+    /// A figure as tables show it, with the digits that hold.
+    pub fn shown(&self, key: &str) -> String {
+        self.figure(key).map_or_else(
+            || number::MISSING.to_owned(),
+            |value| number::held(value, self.digits(key)),
+        )
+    }
+
+    /// How many digits of a figure hold; `None` where all that tables show do.
+    pub fn digits(&self, key: &str) -> Option<usize> {
+        self.digits_that_hold.get(key).copied()
     }
 }
 
@@ -313,6 +333,7 @@ impl EndOfRun<'_> {
                 events.iter().map(event).collect()
             }),
             verdicts: Vec::new(),
+            digits_that_hold: BTreeMap::new(),
         }
     }
 
