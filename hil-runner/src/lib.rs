@@ -30,6 +30,7 @@ pub mod record;
 pub mod report;
 mod report_chip;
 pub mod report_data;
+pub mod reservation;
 pub mod rest;
 pub mod run;
 pub mod runfile;

@@ -29,7 +29,7 @@ use cycle::period_samples;
 use ripple::Residual;
 
 pub(crate) use seen::{Range, Seen};
-pub(crate) use window::Window;
+pub(crate) use window::{FEWEST, Window};
 
 /// What the window of rest shows of the carriage.
 #[derive(Debug, Clone, Copy, PartialEq)]
