@@ -20,6 +20,9 @@ mod words;
 
 use clap::{Parser, Subcommand};
 use hil_runner::bench::CaseRun;
+use hil_runner::error::RunError;
+use hil_runner::run::RunOptions;
+use progress::Progress;
 
 pub(crate) use terminal::tell;
 
@@ -86,6 +89,12 @@ impl CommandLine {
             Some(Command::Schema(schema)) => schema.execute(),
         }
     }
+}
+
+/// Runs a case again to see which digits of its figures hold.
+fn confirm(run: &mut CaseRun, options: RunOptions) -> Result<(), RunError> {
+    let mut progress = Progress::labelled(&run.case, &format!("{}, again", run.case.name));
+    run.confirm(options, &mut |row| progress.row(row))
 }
 
 /// Tells on stderr what the user should know besides the figures.
