@@ -52,14 +52,14 @@ pub fn of(case: &Case, outcome: &Outcome) -> Vec<(Reservation, String)> {
         let sentence = format!(
             "the run ends at {end_s} s, before the motion does ({motion_end_s} s): final, settling \
              and peak figures are those of a part of the move{}",
-            without_window(summary)
+            null_figures(summary, &["settling_time_s", OF_REST[0], OF_REST[1]])
         );
         found.push((Reservation::EndsInMotion, sentence));
     } else {
         if Window::of(case).is_none() {
             let sentence = format!(
-                "the run ends at {end_s} s, before there are {FEWEST} samples of rest to judge{}",
-                without_window(summary)
+                "the run ends at {end_s} s, before its window of rest has {FEWEST} samples{}",
+                null_figures(summary, &OF_REST)
             );
             found.push((Reservation::EndsBeforeRest, sentence));
         }
@@ -118,14 +118,15 @@ pub fn kept_but(runs: &[(&str, &[Reservation])]) -> Option<String> {
     (!words.is_empty()).then(|| format!("All limits kept, but: {}", words.join(", ")))
 }
 
-/// Which figures a run without a window of rest does not have.
-fn without_window(summary: &Summary) -> String {
-    let of_rest = |key: &str| {
-        key.starts_with("rest_") || key.starts_with("limit_cycle") || key == "settling_time_s"
-    };
-    let null = SUMMARY_FIGURES
-        .iter()
-        .filter(|figure| of_rest(figure.key) && summary.figure(figure.key).is_none());
+/// How the keys of figures begin that need a window of rest.
+const OF_REST: [&str; 2] = ["rest_", "limit_cycle_"];
+
+/// Which of the figures whose keys begin so a run does not have.
+fn null_figures(summary: &Summary, begins: &[&str]) -> String {
+    let null = SUMMARY_FIGURES.iter().filter(|figure| {
+        let named = begins.iter().any(|begin| figure.key.starts_with(begin));
+        named && summary.figure(figure.key).is_none()
+    });
     let keys: Vec<&str> = null.map(|figure| figure.key).collect();
     match keys.as_slice() {
         [] => String::new(),
