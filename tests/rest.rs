@@ -9,6 +9,7 @@ use hil_runner::lanes::SingleRuns;
 use hil_runner::rest::feeding::{baseline, counterfactuals, fed_by};
 use hil_runner::run::LinkKind;
 use hil_runner::summary::Summary;
+use hil_runner::trace::Row;
 
 /// A vertical axis behind a converter of 8 bits.
 fn vertical(sets: &[&str]) -> Case {
@@ -87,6 +88,19 @@ fn the_window_is_the_second_half_of_the_rest() {
         assert!((found / expected - 1.0).abs() < 1e-6, "{found} {expected}");
         // The contrast: another window, another ripple.
         assert!((found / half_swing(&x[100..]) - 1.0).abs() > 1e-6);
+        // So are the errors at rest, to the last rounding.
+        let errors_um = |rows: &[Row]| -> Vec<f64> {
+            let carriage_m = rows.iter().map(|row| row.x_ref_m - p * row.gamma_rad);
+            carriage_m.map(|error_m| 1e6 * error_m).collect()
+        };
+        let rms = |errors: &[f64]| {
+            (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt()
+        };
+        let errors = errors_um(window);
+        let largest = errors.iter().fold(0.0_f64, |most, e| most.max(e.abs()));
+        assert_eq!(figures.rest_error_max_um, Some(largest));
+        assert_eq!(figures.rest_error_rms_um, Some(rms(&errors)));
+        assert_ne!(rms(&errors_um(&rows[first - 100..])), rms(&errors));
     }
 }
 
@@ -108,6 +122,8 @@ fn half_swing(x: &[f64]) -> f64 {
 #[test]
 fn figures_without_a_window_are_null() {
     let keys = [
+        "rest_error_max_um",
+        "rest_error_rms_um",
         "rest_ripple_um",
         "limit_cycle_um",
         "rest_dac_codes",
@@ -135,7 +151,7 @@ fn figures_without_a_window_are_null() {
         assert!(figures.rest_ripple_um.is_some(), "{law}");
         for key in ["dac_bits_used", "encoder_bits_used"]
             .iter()
-            .chain(&keys[2..])
+            .chain(&keys[4..])
         {
             assert_eq!(figures.figure(key), None, "{law} {key}");
         }

@@ -104,15 +104,52 @@ function gapPlot(traces) {
 // The lowest rung is broad and pale and every next one thinner, so that
 // curves that coincide can still be seen to do so.
 function ladderPlot() {
-  const { t_s, rungs } = data.ladder;
+  const { rungs } = data.ladder;
+  const { x, columns } = merged(rungs.map((rung) => [rung.t_s, rung.acc_mps2]));
   const curve = (rung, i) => ({
     label: rung.name,
-    y: rung.acc_mps2,
+    y: columns[i],
     unit: "",
     colour: `c-rung-${Math.min(i, 4)}`,
     width: Math.max(1, 5 - 1.2 * i),
   });
-  return { x: t_s, curves: rungs.map(curve), yLabel: ACCELERATION };
+  return { x, curves: rungs.map(curve), yLabel: ACCELERATION };
+}
+
+// Curves with times of their own on the times of all of them; between its own
+// points each is the straight line that it is drawn as. A time stands as often
+// as in the curve that jumps there.
+function merged(curves) {
+  const x = [];
+  const columns = curves.map(() => []);
+  const next = curves.map(() => 0);
+  for (;;) {
+    const t = Math.min(...curves.map(([times], i) => times[next[i]] ?? Infinity));
+    if (t === Infinity) return { x, columns };
+    const here = curves.map(([times], i) => {
+      let end = next[i];
+      while (times[end] === t) end++;
+      return end - next[i];
+    });
+    const rows = Math.max(...here);
+    for (let row = 0; row < rows; row++) {
+      x.push(t);
+      curves.forEach(([times, values], i) => {
+        const at = next[i];
+        if (here[i] > 0) columns[i].push(values[at + Math.min(row, here[i] - 1)]);
+        else columns[i].push(between(times, values, at, t));
+      });
+    }
+    here.forEach((points, i) => (next[i] += points));
+  }
+}
+
+// A curve at time t, which is before its point number `after`.
+function between(times, values, after, t) {
+  const [v0, v1] = [values[after - 1], values[after]];
+  if (v0 == null || v1 == null) return null;
+  const [t0, t1] = [times[after - 1], times[after]];
+  return v0 + ((v1 - v0) * (t - t0)) / (t1 - t0);
 }
 
 function differencePlot(rung, column, label, unit) {

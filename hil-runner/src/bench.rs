@@ -1,14 +1,14 @@
 //! A case on the bench: run, timed on the host, judged.
 
 use crate::budget::{self, Verdict};
-use crate::case::{Case, Law};
+use crate::case::{Case, ComputationDelay, Law};
+use crate::digits;
 use crate::error::RunError;
 use crate::figures::{CHIP_FIGURES, HOST_STEP_P99};
 use crate::law::Controller;
-use crate::report::number;
+use crate::reservation::{self, Reservation};
 use crate::run::{ChipUnderTest, Outcome, RowSink, RunOptions, run, run_on_chip};
 use crate::summary::Summary;
-use crate::time::seconds;
 use crate::timing::HostTiming;
 use crate::words::CaseWords;
 
@@ -25,6 +25,8 @@ pub struct CaseRun {
     pub timing_verdict: Option<Verdict>,
     /// The gains in the firmware's words; `None` on the other rungs.
     pub words: Option<CaseWords>,
+    /// Why it does not simply pass, if it keeps its limits.
+    pub reservations: Vec<Reservation>,
     /// What the user should know besides the figures.
     pub warnings: Vec<String>,
 }
@@ -79,15 +81,39 @@ impl CaseRun {
             .iter()
             .find(|limit| limit.figure == HOST_STEP_P99.key)
             .map(|limit| Verdict::new(limit, timing.map(|t| t.p99_us), default));
-        let warnings = warnings(case, &outcome);
+        let (reservations, warnings) = remarks(case, &outcome);
         Self {
             case: case.clone(),
             outcome,
             timing,
             timing_verdict,
             words,
+            reservations,
             warnings,
         }
+    }
+
+    /// Runs the case once more on the host, the carriage heavier by
+    /// [`MASS_CHANGE`](crate::digits::MASS_CHANGE) of its mass, to see how many
+    /// digits of the figures hold. A case whose delay is measured, which only a
+    /// chip can run, is left as it is.
+    ///
+    /// # Errors
+    /// As [`run`].
+    pub fn confirm(&mut self, options: RunOptions, sink: &mut RowSink<'_>) -> Result<(), RunError> {
+        let controller = &self.case.controller;
+        if controller.computation_delay == ComputationDelay::Measured {
+            return Ok(());
+        }
+        let options = RunOptions {
+            plot: false,
+            ..options
+        };
+        let again = run(&digits::nudged(&self.case), options, sink)?;
+        let summary = &mut self.outcome.summary;
+        summary.digits_that_hold = digits::that_hold(summary, &again.summary);
+        (self.reservations, self.warnings) = remarks(&self.case, &self.outcome);
+        Ok(())
     }
 
     /// All verdicts, the one on the host's step time last.
@@ -96,29 +122,28 @@ impl CaseRun {
         of_summary.chain(&self.timing_verdict)
     }
 
+    /// The reservations with the name of the run.
+    pub fn named_reservations(&self) -> (&str, &[Reservation]) {
+        (&self.outcome.summary.name, &self.reservations)
+    }
+
     /// Whether all verdicts pass.
     pub fn passes(&self) -> bool {
         self.verdicts().all(|verdict| verdict.pass)
     }
 }
 
+/// The reservations about a run, and everything that is to be said of it.
+fn remarks(case: &Case, outcome: &Outcome) -> (Vec<Reservation>, Vec<String>) {
+    let (reservations, mut sentences): (_, Vec<String>) =
+        reservation::of(case, outcome).into_iter().unzip();
+    sentences.extend(warnings(case, outcome));
+    (reservations, sentences)
+}
+
 /// What the figures alone do not make plain.
 fn warnings(case: &Case, outcome: &Outcome) -> Vec<String> {
     let mut warnings = Vec::new();
-    let (end_s, motion_end_s) = (seconds(case.run.duration_ns), case.motion.end_s());
-    if end_s < motion_end_s {
-        warnings.push(format!(
-            "the run ends at {end_s} s, before the motion does ({motion_end_s} s): final, settling \
-             and peak figures are those of a part of the move"
-        ));
-    } else if outcome.summary.settling_time_s.is_none() {
-        warnings.push(format!(
-            "not settled: the carriage ends {} µm from its command, outside the band of ±{} µm \
-             (run.settling_band_um); no default limit looks at that",
-            number::table(outcome.summary.final_error_um),
-            number::table(case.run.settling_band_um)
-        ));
-    }
     if outcome.out_of_range_samples > 0 {
         warnings.push(format!(
             "the firmware worked outside its declared ranges in {} samples: the position error \

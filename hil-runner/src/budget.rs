@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use crate::case::{Case, Law, Limit};
+use crate::digits;
 use crate::figures::HOST_STEP_P99;
 use crate::time::seconds;
 
@@ -35,6 +36,11 @@ impl Verdict {
             pass: margin.is_some_and(|margin| margin >= 0.0),
             default,
         }
+    }
+
+    /// How many digits of the margin hold, of the value's `digits`.
+    pub fn margin_digits(&self, digits: Option<usize>) -> Option<usize> {
+        Some(digits::of_margin(self.margin?, self.value?, digits?))
     }
 }
 

@@ -32,7 +32,7 @@ const fn count(key: &'static str, label: &'static str, unit: &'static str) -> Fi
 }
 
 /// Every numeric figure of the summary, in its order.
-pub const SUMMARY_FIGURES: [Figure; 24] = [
+pub const SUMMARY_FIGURES: [Figure; 26] = [
     figure("peak_abs_acc_mps2", "Peak carriage acceleration", "m/s²"),
     figure(
         "peak_acc_overshoot_mps2",
@@ -76,6 +76,8 @@ pub const SUMMARY_FIGURES: [Figure; 24] = [
         "Range of the counts at rest",
         "counts",
     ),
+    figure("rest_error_max_um", "Largest error at rest", "µm"),
+    figure("rest_error_rms_um", "RMS error at rest", "µm"),
     count("faults", "Faults of the axis", ""),
 ];
 

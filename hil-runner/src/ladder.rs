@@ -1,9 +1,12 @@
 //! The ladder: one case on every rung, and what each rung adds to the one
 //! below it.
 
+use crate::bench::fault_warning;
 use crate::case::{Case, Law};
+use crate::digits;
 use crate::error::RunError;
 use crate::record::GridPoint;
+use crate::reservation;
 use crate::run::{ChipUnderTest, Outcome, RowSink, RunOptions, run, run_on_chip};
 
 /// Interval of the rows that all rungs have in common \[ns\].
@@ -12,14 +15,17 @@ pub const GRID_NS: u64 = 1_000_000;
 /// One rung of a ladder.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rung {
-    /// The control law.
-    pub law: Law,
+    /// What was run.
+    pub case: Case,
     /// Name of the chip that ran it; `None` on the host.
     pub target: Option<String>,
     /// Its run.
     pub outcome: Outcome,
     /// What it adds to the rung below; `None` at the bottom.
     pub difference: Option<Difference>,
+    /// How many digits of the difference hold, acceleration and displacement;
+    /// `None` where all that tables show do.
+    pub difference_digits: [Option<usize>; 2],
 }
 
 /// RMS difference of the carriage to the rung below on common 1 ms rows.
@@ -32,20 +38,40 @@ pub struct Difference {
 }
 
 impl Rung {
+    /// The control law.
+    pub fn law(&self) -> Law {
+        self.case.controller.law
+    }
+
     /// What the rung is called.
     pub fn name(&self) -> String {
         match &self.target {
-            None => self.law.name().to_owned(),
-            Some(target) => format!("{} on {target}", self.law.name()),
+            None => self.law().name().to_owned(),
+            Some(target) => format!("{} on {target}", self.law().name()),
         }
     }
 
     /// What the rung adds to the one below it.
     pub fn adds(&self) -> &'static str {
         match self.target {
-            None => self.law.adds(),
+            None => self.law().adds(),
             Some(_) => "compiler, target, timing",
         }
+    }
+
+    /// What the user should know besides the figures, a sentence each.
+    pub fn warnings(&self) -> Vec<String> {
+        let reservations = reservation::of(&self.case, &self.outcome);
+        let mut warnings: Vec<String> = reservations.into_iter().map(|(_, words)| words).collect();
+        warnings.extend(fault_warning(&self.outcome));
+        if self.law() == Law::Firmware && self.target.is_none() && !self.case.servo.is_off() {
+            warnings.push(
+                "it adds what the run file asks of the controller beyond the paper's law, not word \
+                 lengths alone"
+                    .to_owned(),
+            );
+        }
+        warnings
     }
 }
 
@@ -103,16 +129,55 @@ pub fn climb_on_chip(
     Ok(())
 }
 
+/// Runs the cases of a ladder once more on the host, their carriages heavier by
+/// [`MASS_CHANGE`](crate::digits::MASS_CHANGE) of their mass, to see how many
+/// digits of the figures hold. A chip's figures are held against the host's; not
+/// those of one whose delay is measured.
+///
+/// # Errors
+/// As [`climb`].
+pub fn confirm(
+    rungs: &mut [Rung],
+    cases: &[Case],
+    sink: &mut RowSink<'_>,
+) -> Result<(), (usize, RunError)> {
+    let cases: Vec<Case> = cases.iter().map(digits::nudged).collect();
+    let mut again = climb(&cases, RunOptions::default(), sink)?;
+    if let [.., below, on_chip] = rungs
+        && let Some(firmware) = again.last().cloned()
+        && on_chip.case.controller.computation_delay == below.case.controller.computation_delay
+        && on_chip.target.is_some()
+    {
+        push(&mut again, &digits::nudged(&on_chip.case), firmware.outcome);
+    }
+    for (rung, again) in rungs.iter_mut().zip(&again) {
+        let summary = &mut rung.outcome.summary;
+        summary.digits_that_hold = digits::that_hold(summary, &again.outcome.summary);
+        let of = |value: fn(Difference) -> f64, unit: &str| {
+            digits::confirmed(
+                [rung.difference.map(value), again.difference.map(value)],
+                unit,
+            )
+        };
+        rung.difference_digits = [
+            of(|difference| difference.rms_acc_mps2, "m/s²"),
+            of(|difference| difference.rms_position_um, "µm"),
+        ];
+    }
+    Ok(())
+}
+
 fn push(rungs: &mut Vec<Rung>, case: &Case, outcome: Outcome) {
     let difference = rungs
         .last()
         .map(|below| difference(&outcome.grid, &below.outcome.grid));
     let chip = outcome.summary.chip.as_ref();
     rungs.push(Rung {
-        law: case.controller.law,
+        case: case.clone(),
         target: chip.map(|chip| chip.target.clone()),
         outcome,
         difference,
+        difference_digits: [None; 2],
     });
 }
 

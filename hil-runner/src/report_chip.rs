@@ -29,6 +29,7 @@ pub(crate) fn figures(summary: &Summary) -> Vec<FigureRow> {
             label: figure.label.to_owned(),
             unit: figure.unit.to_owned(),
             value: summary.figure(figure.key),
+            digits: None,
         });
     let states = summary.chip.iter().flat_map(|chip| {
         let counted = match chip.instructions_per_step_max {
@@ -48,6 +49,7 @@ fn of_state(cost: &StateCost, counted: &str) -> [FigureRow; 2] {
         label: format!("{words} {counted} of a step, {}", cost.state),
         unit: String::new(),
         value: Some(value as f64),
+        digits: None,
     };
     [
         row("max", "Most", cost.max),

@@ -2,7 +2,7 @@
 
 use plant::{ContactChange, Joint};
 
-use crate::bench::CaseRun;
+use crate::bench::{CaseRun, keys_without_effect};
 use crate::case::{Case, Law};
 use crate::figures;
 use crate::ladder::{GRID_NS, Rung};
@@ -13,16 +13,20 @@ use crate::report::{
     VerdictRow,
 };
 use crate::report_chip;
+use crate::reservation::kept_but;
 
+use crate::run::Outcome;
 use crate::time::seconds;
 
 /// The report of one or more runs.
 pub fn report(title: &str, command_line: &str, runs: &[CaseRun]) -> Report {
+    let named: Vec<_> = runs.iter().map(CaseRun::named_reservations).collect();
     Report {
         title: title.to_owned(),
         command_line: command_line.to_owned(),
         generated_by: concat!("hil-runner ", env!("CARGO_PKG_VERSION")).to_owned(),
         cases: runs.iter().map(case_report).collect(),
+        reserved: kept_but(&named),
         ladder: None,
     }
 }
@@ -59,6 +63,8 @@ fn case_report(run: &CaseRun) -> CaseReport {
                 margin: verdict.margin,
                 pass: verdict.pass,
                 default: verdict.default,
+                digits: summary.digits(&verdict.figure),
+                margin_digits: verdict.margin_digits(summary.digits(&verdict.figure)),
             })
             .collect(),
         figures: figures::SUMMARY_FIGURES
@@ -68,6 +74,7 @@ fn case_report(run: &CaseRun) -> CaseReport {
                 label: figure.label.to_owned(),
                 unit: figure.unit.to_owned(),
                 value: summary.figure(figure.key),
+                digits: summary.digits(figure.key),
             })
             .chain(report_chip::figures(summary))
             .chain(run.timing_verdict.iter().map(|verdict| FigureRow {
@@ -75,6 +82,7 @@ fn case_report(run: &CaseRun) -> CaseReport {
                 label: figures::HOST_STEP_P99.label.to_owned(),
                 unit: figures::HOST_STEP_P99.unit.to_owned(),
                 value: verdict.value,
+                digits: None,
             }))
             .collect(),
         host_timing: run.timing.map(|timing| HostTiming {
@@ -84,6 +92,7 @@ fn case_report(run: &CaseRun) -> CaseReport {
             max_us: timing.max_us,
             sample_time_us: period_us.unwrap_or(f64::NAN),
         }),
+        reserved: kept_but(&[run.named_reservations()]),
         warnings: run.warnings.clone(),
         traces: traces(case, &outcome.plot, &outcome.contact_changes),
     }
@@ -162,6 +171,7 @@ fn ladder(case: &str, rungs: &[Rung]) -> LadderReport {
     let below = std::iter::once(None).chain(rungs.iter().map(Some));
     LadderReport {
         case: case.to_owned(),
+        warnings: Vec::from_iter(keys_without_effect(rungs.iter().map(|rung| &rung.case))),
         t_s: ticks.map(|tick| seconds(tick * GRID_NS)).collect(),
         rungs: rungs
             .iter()
@@ -172,7 +182,14 @@ fn ladder(case: &str, rungs: &[Rung]) -> LadderReport {
 }
 
 fn ladder_rung(rung: &Rung, below: Option<&Rung>) -> LadderRung {
-    let (summary, grid) = (&rung.outcome.summary, &rung.outcome.grid);
+    let Outcome {
+        summary,
+        grid,
+        plot,
+        ..
+    } = &rung.outcome;
+    let held = |key: &str| (summary.figure(key), summary.digits(key));
+    let [acc_digits, position_digits] = rung.difference_digits;
     let difference = |of: fn(f64, f64) -> f64, acc: bool| {
         below.map(|below| {
             grid.iter()
@@ -190,13 +207,15 @@ fn ladder_rung(rung: &Rung, below: Option<&Rung>) -> LadderRung {
     LadderRung {
         name: rung.name(),
         adds: rung.adds().to_owned(),
-        peak_abs_acc_mps2: Some(summary.peak_abs_acc_mps2),
-        peak_following_error_mm: Some(summary.peak_following_error_mm),
-        final_error_um: Some(summary.final_error_um),
-        contact_changes: Some(summary.contact_changes),
-        rms_acc_diff_mps2: rung.difference.map(|d| d.rms_acc_mps2),
-        rms_pos_diff_um: rung.difference.map(|d| d.rms_position_um),
-        acc_mps2: grid.iter().map(|point| point.acc_mps2).collect(),
+        peak_abs_acc_mps2: held("peak_abs_acc_mps2"),
+        peak_following_error_mm: held("peak_following_error_mm"),
+        final_error_um: held("final_error_um"),
+        contact_changes: held("contact_changes"),
+        rms_acc_diff_mps2: (rung.difference.map(|d| d.rms_acc_mps2), acc_digits),
+        rms_pos_diff_um: (rung.difference.map(|d| d.rms_position_um), position_digits),
+        warnings: rung.warnings(),
+        t_s: plot.iter().map(|point| point.t_s).collect(),
+        acc_mps2: plot.iter().map(|point| point.acc_mps2).collect(),
         acc_diff_mps2: difference(|u, l| u - l, true),
         pos_diff_um: difference(|u, l| u - l, false),
     }

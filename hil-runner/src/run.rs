@@ -1,6 +1,6 @@
 //! One run: controller and plant in lockstep, figures and verdicts at the end.
 
-use plant::{ContactChange, Drive, Plant, Solver, State};
+use plant::{Contact, ContactChange, Drive, Plant, Solver, State};
 
 use crate::case::{Case, ComputationDelay, Law, Method};
 use crate::chip::client::Client;
@@ -50,6 +50,8 @@ pub struct Outcome {
     pub plot: Vec<PlotPoint>,
     /// Contact changes, if the case lists them or a plot was asked for.
     pub contact_changes: Vec<ContactChange>,
+    /// Contact at the end.
+    pub final_contact: Contact,
     /// What the controller was fed, if asked for.
     pub inputs: Vec<Measurement>,
     /// The carriage on the common grid, if asked for.
@@ -385,6 +387,7 @@ impl Bench<'_, '_> {
                 .plot
                 .map_or_else(Vec::new, PlotRecorder::finish),
             contact_changes: events,
+            final_contact: self.plant.contact(),
             inputs: self.inputs.unwrap_or_default(),
             grid: self.recorder.grid.map_or_else(Vec::new, |grid| grid.points),
             out_of_range_samples: self.out_of_range_samples,

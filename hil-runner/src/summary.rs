@@ -1,5 +1,7 @@
 //! Key figures of a run.
 
+use std::collections::BTreeMap;
+
 use plant::{ContactChange, Extremes};
 use serde::Serialize;
 
@@ -7,6 +9,7 @@ use crate::budget::{self, Verdict};
 use crate::case::{Case, Law};
 use crate::chip::figures::ChipReport;
 use crate::law::ServoStatus;
+use crate::report::number;
 use crate::rest::Seen;
 use crate::time::seconds;
 use crate::trace::Row;
@@ -74,6 +77,10 @@ pub struct Summary {
     pub rest_dac_codes: Option<u64>,
     /// Highest count at rest less the lowest.
     pub rest_encoder_counts: Option<u64>,
+    /// Largest |x_ref − x| at the rows at rest \[µm\].
+    pub rest_error_max_um: Option<f64>,
+    /// RMS of x_ref − x over the same rows \[µm\].
+    pub rest_error_rms_um: Option<f64>,
     /// How often the supervision stopped the axis; left out where none runs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub faults: Option<u32>,
@@ -88,6 +95,10 @@ pub struct Summary {
     pub events: Option<Vec<(f64, i8, i8)>>,
     /// Limits and whether they hold.
     pub verdicts: Vec<Verdict>,
+    /// Figures of which fewer digits hold than tables show, and how many;
+    /// left out where there are none, or no second run looked for them.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub digits_that_hold: BTreeMap<&'static str, usize>,
 }
 
 impl Summary {
@@ -117,10 +128,25 @@ impl Summary {
             "limit_cycle_period_s" => self.limit_cycle_period_s,
             "rest_dac_codes" => self.rest_dac_codes.map(whole),
             "rest_encoder_counts" => self.rest_encoder_counts.map(whole),
+            "rest_error_max_um" => self.rest_error_max_um,
+            "rest_error_rms_um" => self.rest_error_rms_um,
             // Without supervision there is none.
             "faults" => Some(f64::from(self.faults.unwrap_or(0))),
             _ => self.chip.as_ref()?.figure(key),
         }
+    }
+
+    /// A figure as tables show it, with the digits that hold.
+    pub fn shown(&self, key: &str) -> String {
+        self.figure(key).map_or_else(
+            || number::MISSING.to_owned(),
+            |value| number::held(value, self.digits(key)),
+        )
+    }
+
+    /// How many digits of a figure hold; `None` where all that tables show do.
+    pub fn digits(&self, key: &str) -> Option<usize> {
+        self.digits_that_hold.get(key).copied()
     }
 }
 
@@ -266,6 +292,8 @@ impl EndOfRun<'_> {
         let peak_abs_acc_mps2 = extremes.peak_abs_acceleration_mps2;
         let seen = &self.rows.seen;
         let ripple = seen.ripple();
+        // At rest the command stands where it ends.
+        let rest_error = seen.rest_error(x_ref_m);
         // From this rung on codes and counts are whole numbers.
         let whole_numbers = case.controller.law >= Law::Quantised;
         let at_rest = seen.at_rest().filter(|_| whole_numbers);
@@ -298,6 +326,8 @@ impl EndOfRun<'_> {
             limit_cycle_period_s: ripple.and_then(|ripple| ripple.limit_cycle_period_s),
             rest_dac_codes: at_rest.map(|[codes, _]| codes.width()),
             rest_encoder_counts: at_rest.map(|[_, counts]| counts.width()),
+            rest_error_max_um: rest_error.map(|error| error.max_um),
+            rest_error_rms_um: rest_error.map(|error| error.rms_um),
             faults: self.servo.map(|servo| servo.faults),
             axis: self
                 .servo
@@ -308,6 +338,7 @@ impl EndOfRun<'_> {
                 events.iter().map(event).collect()
             }),
             verdicts: Vec::new(),
+            digits_that_hold: BTreeMap::new(),
         }
     }
 

@@ -5,11 +5,11 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
 use clap::Args;
-use hil_runner::bench::{fault_warning, keys_without_effect};
+use hil_runner::bench::keys_without_effect;
 use hil_runner::case::{Case, ComputationDelay, Law};
 use hil_runner::chip::spec::ChipLink;
 use hil_runner::command_line::{command_line, each_with};
-use hil_runner::ladder::{climb, climb_on_chip};
+use hil_runner::ladder::{climb, climb_on_chip, confirm};
 use hil_runner::output::OutputFile;
 use hil_runner::run::RunOptions;
 use hil_runner::runfile::RunFile;
@@ -59,24 +59,29 @@ impl Ladder {
         let mut chip = self.link.as_ref().map(OpenChip::open).transpose()?;
         let on_chip = self.case_on_chip()?;
         let cases: Vec<Case> = files.iter().map(|file| file.case.clone()).collect();
-        let mut progress = files.first().map(|file| Progress::of(&file.case));
-        let mut sink = |row: &_| {
-            progress
-                .as_mut()
-                .map_or(Ok(()), |progress| progress.row(row))
+        let first = files.first().context("a ladder has rungs")?;
+        let mut progress = Progress::of(&first.case);
+        let mut sink = |row: &_| progress.row(row);
+        // The needles of the acceleration stand between the common rows.
+        let options = RunOptions {
+            plot: true,
+            ..RunOptions::default()
         };
-        let mut rungs = climb(&cases, RunOptions::default(), &mut sink);
+        let mut rungs = climb(&cases, options, &mut sink);
         if let (Ok(rungs), Some(chip), Some(case)) = (&mut rungs, &mut chip, &on_chip) {
             let mut under_test = chip.under_test();
-            let options = RunOptions::default();
             if let Err(error) = climb_on_chip(rungs, case, options, &mut under_test, &mut sink) {
                 drop(progress);
-                return Err(files.last().map_or_else(
-                    || anyhow!("a ladder has rungs"),
-                    |file| explain(file, error),
-                ));
+                return Err(explain(files.last().unwrap_or(first), error));
             }
         }
+        drop(progress);
+        let mut progress = Progress::labelled(&first.case, &format!("{}, again", first.case.name));
+        let mut sink = |row: &_| progress.row(row);
+        let rungs = rungs.and_then(|mut rungs| {
+            confirm(&mut rungs, &cases, &mut sink)?;
+            Ok(rungs)
+        });
         drop(progress);
         let rungs = rungs.map_err(|(number, error)| {
             let Some(file) = files.get(number) else {
@@ -88,17 +93,10 @@ impl Ladder {
         let data = report_data::ladder_report(&self.command_line(), &rungs);
         page.write_all(report::render(&data)?.as_bytes())?;
         page.commit()?;
-        for (rung, case) in rungs.iter().zip(&cases) {
-            let law = rung.name();
-            if let Some(fault) = fault_warning(&rung.outcome) {
-                terminal::tell(&format!("{}: rung {law}: warning: {fault}\n", case.name));
-            }
-            if rung.law == Law::Firmware && rung.target.is_none() && !case.servo.is_off() {
-                terminal::tell(&format!(
-                    "{}: rung {law}: warning: it adds what the run file asks of the controller beyond \
-                     the paper's law, not word lengths alone\n",
-                    case.name
-                ));
+        for rung in &rungs {
+            let (case, law) = (&rung.case.name, rung.name());
+            for warning in rung.warnings() {
+                terminal::tell(&format!("{case}: rung {law}: warning: {warning}\n"));
             }
         }
         if let (Some(warning), Some(case)) = (keys_without_effect(&cases), cases.first()) {

@@ -29,7 +29,9 @@ pub(crate) fn execute() -> anyhow::Result<bool> {
         let mut progress = Progress::of(&file.case);
         let run = CaseRun::new(&file.case, options, &mut |row| progress.row(row));
         drop(progress);
-        runs.push(run.map_err(|error| explain(&file, error))?);
+        let mut run = run.map_err(|error| explain(&file, error))?;
+        super::confirm(&mut run, options).map_err(|error| explain(&file, error))?;
+        runs.push(run);
     }
     let title = "The paper's four simulations";
     let data = report_data::report(title, "hil-runner", &runs);

@@ -21,7 +21,9 @@ mod words;
 use clap::{Parser, Subcommand};
 use hil_runner::bench::CaseRun;
 use hil_runner::error::RunError;
+use hil_runner::run::RunOptions;
 use hil_runner::runfile::RunFile;
+use progress::Progress;
 
 pub(crate) use terminal::tell;
 
@@ -93,6 +95,12 @@ impl CommandLine {
 /// The error of a run of this file as the user should read it.
 fn explain(file: &RunFile, error: RunError) -> anyhow::Error {
     anyhow::Error::msg(hil_runner::explain::explain(file, &error))
+}
+
+/// Runs a case again to see which digits of its figures hold.
+fn confirm(run: &mut CaseRun, options: RunOptions) -> Result<(), RunError> {
+    let mut progress = Progress::labelled(&run.case, &format!("{}, again", run.case.name));
+    run.confirm(options, &mut |row| progress.row(row))
 }
 
 /// Tells on stderr what the user should know besides the figures.

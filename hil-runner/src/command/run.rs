@@ -133,7 +133,9 @@ impl Run {
             {
                 trace.finish()?.commit()?;
             }
-            runs.push(run.map_err(|error| explain(file, error))?);
+            let mut run = run.map_err(|error| explain(file, error))?;
+            super::confirm(&mut run, options).map_err(|error| explain(file, error))?;
+            runs.push(run);
         }
         link.tell();
         if let Some(mut file) = summary

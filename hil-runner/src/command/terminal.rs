@@ -6,6 +6,7 @@ use comfy_table::{CellAlignment, ContentArrangement, LineStyle, Table, TableStyl
 use hil_runner::bench::CaseRun;
 use hil_runner::ladder::Rung;
 use hil_runner::report::number;
+use hil_runner::reservation::kept_but;
 use hil_runner::words::{ServoWords, WordRequest};
 use hil_runner::{figures, time};
 
@@ -73,7 +74,15 @@ pub(super) fn text(table: &Table) -> String {
 }
 
 fn shown(value: Option<f64>) -> String {
-    value.map_or_else(|| number::MISSING.to_owned(), number::table)
+    held(value, None)
+}
+
+/// A value with the digits that hold; `None` stands for all.
+fn held(value: Option<f64>, digits: Option<usize>) -> String {
+    value.map_or_else(
+        || number::MISSING.to_owned(),
+        |value| number::held(value, digits),
+    )
 }
 
 /// Every verdict of every run.
@@ -88,22 +97,38 @@ pub(crate) fn verdict_table(runs: &[CaseRun]) -> String {
     for run in runs {
         for verdict in run.verdicts() {
             let limit = number::table(verdict.limit);
+            let digits = run.outcome.summary.digits(&verdict.figure);
             table.add_row([
                 short(&run.outcome.summary.name),
                 verdict.figure.clone(),
-                shown(verdict.value),
+                held(verdict.value, digits),
                 if verdict.default {
                     format!("{limit} (default)")
                 } else {
                     limit
                 },
-                shown(verdict.margin),
+                held(verdict.margin, verdict.margin_digits(digits)),
                 figures::unit(&verdict.figure).to_owned(),
                 if verdict.pass { "pass" } else { "FAIL" }.to_owned(),
             ]);
         }
     }
-    text(&table)
+    text(&table) + &standing(runs)
+}
+
+/// What the verdicts come to, in a line.
+fn standing(runs: &[CaseRun]) -> String {
+    let of = |pass: bool| {
+        let verdicts = runs.iter().flat_map(CaseRun::verdicts);
+        verdicts.filter(|verdict| verdict.pass == pass).count()
+    };
+    let (kept, broken) = (of(true), of(false));
+    if broken > 0 {
+        return format!("FAIL: {broken} of {} limits broken\n", kept + broken);
+    }
+    let reservations: Vec<_> = runs.iter().map(CaseRun::named_reservations).collect();
+    let words = kept_but(&reservations).unwrap_or_else(|| "PASS: all limits kept".to_owned());
+    format!("{words}\n")
 }
 
 /// The figures that a reader looks for first, a line a run.
@@ -123,7 +148,7 @@ pub(crate) fn figure_table(runs: &[CaseRun]) -> String {
     let mut table = table(&header, 3);
     for run in runs {
         let summary = &run.outcome.summary;
-        let figure = |key: &str| shown(summary.figure(key));
+        let figure = |key: &str| summary.shown(key);
         table.add_row([
             short(&summary.name),
             summary.law.to_owned(),
@@ -309,7 +334,9 @@ pub(crate) fn ladder_table(rungs: &[Rung]) -> String {
     ];
     let mut table = table(&header, 2);
     for rung in rungs {
-        let figure = |key: &str| shown(rung.outcome.summary.figure(key));
+        let figure = |key: &str| rung.outcome.summary.shown(key);
+        let difference =
+            |value: Option<f64>, place: usize| held(value, rung.difference_digits[place]);
         table.add_row([
             rung.name(),
             rung.adds().to_owned(),
@@ -317,8 +344,8 @@ pub(crate) fn ladder_table(rungs: &[Rung]) -> String {
             figure("peak_following_error_mm"),
             figure("final_error_um"),
             figure("contact_changes"),
-            shown(rung.difference.map(|d| d.rms_acc_mps2)),
-            shown(rung.difference.map(|d| d.rms_position_um)),
+            difference(rung.difference.map(|d| d.rms_acc_mps2), 0),
+            difference(rung.difference.map(|d| d.rms_position_um), 1),
         ]);
     }
     text(&table)

@@ -22,6 +22,8 @@ pub struct CaseReport {
     pub figures: Vec<FigureRow>,
     /// How long the controller step took on this machine, if measured.
     pub host_timing: Option<HostTiming>,
+    /// Why it does not simply pass if it keeps its limits, in a few words.
+    pub reserved: Option<String>,
     /// Remarks that the reader must see, one sentence each.
     pub warnings: Vec<String>,
     /// The curves.
@@ -68,6 +70,10 @@ pub struct VerdictRow {
     pub pass: bool,
     /// Whether the limit is a default one and not the run file's.
     pub default: bool,
+    /// How many digits of the value hold; `None` for all that tables show.
+    pub digits: Option<usize>,
+    /// The same of the margin.
+    pub margin_digits: Option<usize>,
 }
 
 /// One key figure of a run.
@@ -81,6 +87,8 @@ pub struct FigureRow {
     pub unit: String,
     /// The value; `None` where the run has no such figure.
     pub value: Option<f64>,
+    /// How many digits of it hold; `None` for all that tables show.
+    pub digits: Option<usize>,
 }
 
 /// Duration of the controller step on the host. Wall-clock time: it differs

@@ -17,13 +17,23 @@ pub(super) fn page_context(report: &Report) -> Value {
         title => &report.title,
         command_line => &report.command_line,
         generated_by => &report.generated_by,
-        passed => report.passed(),
+        standing => report.passed().map(|passed| standing(passed, report.reserved.is_some())),
+        reserved => &report.reserved,
         verdict_count => verdicts().count(),
         failed_count => verdicts().filter(|verdict| !verdict.pass).count(),
         default_limits => verdicts().any(|verdict| verdict.default),
         cases => cases.map(|(case, number)| case_context(case, number)).collect::<Vec<_>>(),
         comparison => comparison(report),
         ladder => report.ladder.as_ref().map(ladder_context),
+    }
+}
+
+/// Which of the three banners stands over a page or a case.
+fn standing(passed: bool, reserved: bool) -> &'static str {
+    match (passed, reserved) {
+        (false, _) => "fail",
+        (true, true) => "reserved",
+        (true, false) => "pass",
     }
 }
 
@@ -35,7 +45,8 @@ fn case_context(case: &CaseReport, number: u32) -> Value {
         name => &case.name,
         law => &case.law,
         solver => &case.solver,
-        passed => case.passed(),
+        standing => case.passed().map(|passed| standing(passed, case.reserved.is_some())),
+        reserved => &case.reserved,
         parameters => case.parameters.iter().map(parameter_context).collect::<Vec<_>>(),
         verdicts => case.verdicts.iter().map(|row| verdict_context(row, case)).collect::<Vec<_>>(),
         figures => case.figures.iter().map(figure_context).collect::<Vec<_>>(),
@@ -53,7 +64,7 @@ fn parameter_context(row: &Parameter) -> Value {
 }
 
 fn figure_context(row: &FigureRow) -> Value {
-    context! { key => &row.key, label => &row.label, unit => &row.unit, value => row.value }
+    context! { key => &row.key, label => &row.label, unit => &row.unit, value => row.value, digits => row.digits }
 }
 
 /// The verdict takes its label from the figure it judges; a budget on
@@ -69,6 +80,8 @@ fn verdict_context(row: &VerdictRow, case: &CaseReport) -> Value {
         margin => row.margin,
         pass => row.pass,
         default => row.default,
+        digits => row.digits,
+        margin_digits => row.margin_digits,
     }
 }
 
@@ -93,7 +106,7 @@ fn comparison(report: &Report) -> Vec<Value> {
     }
     let value_of = |case: &CaseReport, key: &str| {
         let figure = case.figures.iter().find(|figure| figure.key == key);
-        figure.and_then(|figure| figure.value)
+        figure.map_or((None, None), |figure| (figure.value, figure.digits))
     };
     let across = |row: &FigureRow| {
         let values = report.cases.iter().map(|case| value_of(case, &row.key));
@@ -105,6 +118,7 @@ fn comparison(report: &Report) -> Vec<Value> {
 fn ladder_context(ladder: &LadderReport) -> Value {
     context! {
         case => &ladder.case,
+        warnings => &ladder.warnings,
         rungs => ladder.rungs.iter().map(rung_context).collect::<Vec<_>>(),
     }
 }
@@ -119,5 +133,6 @@ fn rung_context(rung: &LadderRung) -> Value {
         contact_changes => rung.contact_changes,
         rms_acc_diff_mps2 => rung.rms_acc_diff_mps2,
         rms_pos_diff_um => rung.rms_pos_diff_um,
+        warnings => &rung.warnings,
     }
 }

@@ -12,6 +12,7 @@
 //!     title: "Servo bench".into(),
 //!     command_line: "hil-runner".into(),
 //!     generated_by: "hil-runner 0.1.0".into(),
+//!     reserved: None,
 //!     cases: Vec::new(),
 //!     ladder: None,
 //! };
@@ -42,7 +43,7 @@ mod tests;
 mod traces;
 
 pub use case_report::{CaseReport, FigureRow, HostTiming, Parameter, VerdictRow};
-pub use ladder_report::{LadderReport, LadderRung};
+pub use ladder_report::{Held, LadderReport, LadderRung};
 pub(crate) use page::environment;
 pub use page::{ReportError, render};
 pub use traces::{ContactInterval, Traces};
@@ -61,6 +62,8 @@ pub struct Report {
     pub command_line: String,
     /// Program and version, such as `hil-runner 0.1.0`; no date.
     pub generated_by: String,
+    /// Why they do not simply pass if they keep their limits, in a few words.
+    pub reserved: Option<String>,
     /// The runs, in the order in which they are shown.
     pub cases: Vec<CaseReport>,
     /// The rungs of one case side by side, from `hil-runner ladder`.

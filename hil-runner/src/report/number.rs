@@ -50,14 +50,70 @@ pub fn table(value: f64) -> String {
         if (1e-4..1e7).contains(&rounded.abs()) {
             rounded.to_string()
         } else {
-            let scientific = format!("{rounded:e}");
-            match scientific.split_once('e') {
-                Some((mantissa, exponent)) => format!("{mantissa}·10{}", superscript(exponent)),
-                None => scientific,
-            }
+            power_of_ten(rounded)
         }
     };
     text.replace('-', "−")
+}
+
+/// Stands for a figure of which no digit holds.
+pub const UNKNOWN: &str = "?";
+
+/// A number as [`table`] shows it, but `digits` of it alone where fewer hold:
+/// a power of ten where an integer would end in zeros that say nothing, and
+/// [`UNKNOWN`] without any.
+///
+/// ```
+/// use hil_runner::report::number::held;
+///
+/// assert_eq!(held(-650.535923826634, None), "−650.54");
+/// assert_eq!(held(-650.535923826634, Some(4)), "−650.5");
+/// assert_eq!(held(-650.535923826634, Some(2)), "−6.5·10²");
+/// assert_eq!(held(29.0, Some(1)), "3·10¹");
+/// assert_eq!(held(29.0, Some(0)), "?");
+/// ```
+pub fn held(value: f64, digits: Option<usize>) -> String {
+    let Some(digits) = digits.filter(|&digits| digits < digits_shown(value)) else {
+        return table(value);
+    };
+    if digits == 0 && value.is_finite() {
+        return UNKNOWN.to_owned();
+    }
+    let rounded = significant(value, digits);
+    let last_place = leading_place(rounded) / 10_f64.powi(i32::try_from(digits).unwrap_or(0) - 1);
+    // Above 1, but for the rounding of powers.
+    if last_place > 2.0 {
+        power_of_ten(rounded).replace('-', "−")
+    } else {
+        table(rounded)
+    }
+}
+
+/// Digits that [`table`] shows of a number: all of an integer below 10⁷.
+pub fn digits_shown(value: f64) -> usize {
+    if value.fract() == 0.0 && value.abs() < 1e7 {
+        format!("{:.0}", value.abs()).len()
+    } else {
+        TABLE_DIGITS
+    }
+}
+
+/// The unit of a number's first digit, a power of ten; 0 for 0.
+pub fn leading_place(value: f64) -> f64 {
+    let text = format!("{value:e}");
+    match text.split_once('e') {
+        Some((_, exponent)) if value != 0.0 => format!("1e{exponent}").parse().unwrap_or(0.0),
+        _ => 0.0,
+    }
+}
+
+/// A mantissa and a power of ten.
+fn power_of_ten(value: f64) -> String {
+    let scientific = format!("{value:e}");
+    match scientific.split_once('e') {
+        Some((mantissa, exponent)) => format!("{mantissa}·10{}", superscript(exponent)),
+        None => scientific,
+    }
 }
 
 /// Writes a decimal integer in superscript characters.

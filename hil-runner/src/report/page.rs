@@ -114,14 +114,22 @@ fn uplot_with_license() -> String {
     format!("/*!\n{}\n*/\n{UPLOT_SCRIPT}", UPLOT_LICENSE.trim())
 }
 
-/// Filter `number`: a table figure that carries its full value.
-fn number_cell(value: Value) -> Value {
+/// Filter `number`: a table figure that carries its full value, or the digits
+/// that hold alone.
+fn number_cell(value: Value, digits: Option<usize>) -> Value {
     match f64::try_from(value) {
         Ok(value) if value.is_finite() => {
-            let shown = number::table(value);
-            let full = value + 0.0;
+            let shown = number::held(value, digits);
+            let (full, title) = match digits {
+                None => (value + 0.0, format!("{}", value + 0.0)),
+                Some(0) => return Value::from(shown),
+                Some(digits) => (
+                    number::significant(value, digits),
+                    format!("digits that hold: {digits}"),
+                ),
+            };
             Value::from_safe_string(format!(
-                "<data value=\"{full}\" title=\"{full}\">{shown}</data>"
+                "<data value=\"{full}\" title=\"{title}\">{shown}</data>"
             ))
         }
         _ => Value::from(number::MISSING),

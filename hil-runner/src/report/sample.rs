@@ -13,6 +13,7 @@ pub(super) fn report() -> Report {
         figures: vec![figure("settling_time_s", "Settling time", "s", None)],
         verdicts: Vec::new(),
         host_timing: None,
+        reserved: None,
         warnings: Vec::new(),
         traces: Traces {
             dac_code: None,
@@ -30,6 +31,7 @@ pub(super) fn report() -> Report {
         title: "Sample".into(),
         command_line: "hil-runner run sample.toml --report sample.html".into(),
         generated_by: "hil-runner 0.0.0".into(),
+        reserved: None,
         cases: vec![elastic(), rigid],
         ladder: Some(ladder()),
     }
@@ -61,6 +63,7 @@ fn elastic() -> CaseReport {
             max_us: 3.2,
             sample_time_us: 1000.0,
         }),
+        reserved: None,
         warnings: vec!["The code reaches its range.".into()],
         traces: traces(),
     }
@@ -72,6 +75,7 @@ fn figure(key: &str, label: &str, unit: &str, value: Option<f64>) -> FigureRow {
         label: label.into(),
         unit: unit.into(),
         value,
+        digits: None,
     }
 }
 
@@ -84,6 +88,8 @@ fn verdict(figure: &str, unit: &str, value: Option<f64>, limit: f64, pass: bool)
         margin: value.map(|value| limit - value.abs()),
         pass,
         default: figure == "peak_abs_acc_mps2",
+        digits: None,
+        margin_digits: None,
     }
 }
 
@@ -121,18 +127,21 @@ fn ladder() -> LadderReport {
     let rung = |name: &str, size: Option<f64>| LadderRung {
         name: name.into(),
         adds: "one effect".into(),
-        peak_abs_acc_mps2: Some(1.9),
-        peak_following_error_mm: Some(3.0),
-        final_error_um: Some(-12.0),
-        contact_changes: Some(2),
-        rms_acc_diff_mps2: size,
-        rms_pos_diff_um: size,
+        peak_abs_acc_mps2: (Some(1.9), None),
+        peak_following_error_mm: (Some(3.0), None),
+        final_error_um: (Some(-12.0), None),
+        contact_changes: (Some(2.0), None),
+        rms_acc_diff_mps2: (size, None),
+        rms_pos_diff_um: (size, None),
+        warnings: Vec::new(),
+        t_s: t_s.clone(),
         acc_mps2: acc_mps2.clone(),
         acc_diff_mps2: size.and_then(difference),
         pos_diff_um: size.and_then(difference),
     };
     LadderReport {
         case: "elastic".into(),
+        warnings: Vec::new(),
         rungs: vec![
             rung("continuous", None),
             rung("sampled", Some(0.1)),

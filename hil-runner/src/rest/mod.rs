@@ -29,7 +29,7 @@ use cycle::period_samples;
 use ripple::Residual;
 
 pub(crate) use seen::{Range, Seen};
-pub(crate) use window::Window;
+pub(crate) use window::{FEWEST, Window};
 
 /// What the window of rest shows of the carriage.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -54,6 +54,15 @@ impl Ripple {
             limit_cycle_period_s: period.map(|samples| samples * interval_s),
         }
     }
+}
+
+/// x_ref − x at the rows of the window of rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct RestError {
+    /// Largest magnitude \[µm\].
+    pub(crate) max_um: f64,
+    /// Root mean square \[µm\].
+    pub(crate) rms_um: f64,
 }
 
 #[cfg(test)]

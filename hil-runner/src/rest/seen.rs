@@ -1,7 +1,8 @@
 //! What the rows of a run leave behind for the figures of encoder, converter
 //! and rest.
 
-use super::{Ripple, Window};
+use super::ripple::count;
+use super::{RestError, Ripple, Window};
 use crate::case::Case;
 use crate::law::whole;
 use crate::time::seconds;
@@ -118,6 +119,21 @@ impl Seen {
     /// Codes and counts in the window, if there is one.
     pub(crate) fn at_rest(&self) -> Option<[Range; 2]> {
         self.window.map(|_| [self.codes[1], self.counts[1]])
+    }
+
+    /// How far the carriage is from where it should rest, if there is a window.
+    pub(crate) fn rest_error(&self, x_ref_m: f64) -> Option<RestError> {
+        self.window?;
+        let errors_um = self.positions_m.iter().map(|x_m| 1e6 * (x_ref_m - x_m));
+        let (mut max_um, mut squares) = (0.0_f64, 0.0);
+        for error_um in errors_um {
+            max_um = max_um.max(error_um.abs());
+            squares += error_um * error_um;
+        }
+        Some(RestError {
+            max_um,
+            rms_um: (squares / count(self.positions_m.len())).sqrt(),
+        })
     }
 
     /// How the carriage rests, if there is a window.

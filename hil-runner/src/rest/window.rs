@@ -5,7 +5,7 @@ use crate::law::whole;
 use crate::time::seconds;
 
 /// Rows of a window at least: a line takes two, three periods some more.
-const FEWEST: u64 = 8;
+pub(crate) const FEWEST: u64 = 8;
 
 /// Rows of a window at most: 32 kB of positions.
 const MOST: u64 = 4_096;

@@ -233,7 +233,7 @@ fn distribution_words(distribution: &Distribution) -> String {
     }
 }
 
-/// Says that figures of unstable loops do not hold, if there are any.
+/// Says how many runs have a loop that is unstable, if there are any.
 pub fn unstable_words(rung: &RungTally) -> Option<String> {
     let RungTally {
         rung: name,
@@ -244,8 +244,9 @@ pub fn unstable_words(rung: &RungTally) -> Option<String> {
     } = rung;
     (*unstable > 0).then(|| {
         format!(
-            "{name}: {unstable} of {made} runs have a loop that theory calls unstable, with the joint open or closed (margin below 0): \
-             their figures do not hold; {unstable_passed} of them are within the limits, and not among the best"
+            "{name}: {unstable} of {made} runs have a loop that theory calls unstable, with the joint closed or open \
+             (margin below 0), so that their figures may not hold; --row N says which digits do. {unstable_passed} of \
+             them are within the limits, and not among the best"
         )
     })
 }

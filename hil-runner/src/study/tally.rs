@@ -71,7 +71,7 @@ pub struct RungTally {
     /// Runs within all limits.
     pub passed: u64,
     /// Runs whose linear loop is unstable with the joint open or closed: their
-    /// figures do not hold.
+    /// figures may not hold.
     pub unstable: u64,
     /// Those of them that are within all limits.
     pub unstable_passed: u64,

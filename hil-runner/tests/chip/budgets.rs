@@ -1,8 +1,10 @@
 //! Limits on what the chip's part costs, and the page and report that show it.
 
 use hil_runner::bench::CaseRun;
+use hil_runner::case::Case;
 use hil_runner::chip::client::Client;
 use hil_runner::figures::CHIP_FIGURES;
+use hil_runner::ladder::{Rung, climb, climb_on_chip, confirm};
 use hil_runner::report_data;
 use hil_runner::run::{ChipUnderTest, RunOptions};
 
@@ -120,4 +122,59 @@ fn the_page_names_every_key_of_the_chip() {
         .iter()
         .filter(|key| CHIP_FIGURES.iter().any(|f| f.key == **key));
     assert_eq!(limited.count(), CHIP_FIGURES.len());
+}
+
+/// A run on a chip is held against a second one on the host, whose codes are the
+/// same bits. Where the delay is measured there is none, and nothing is said.
+#[test]
+fn figures_of_a_chip_are_confirmed_on_the_host() {
+    let rattling = [
+        "target.clock_hz=168e6",
+        "controller.sample_time_s=2.51e-3",
+        "run.duration_s=6",
+        "run.events=false",
+    ];
+    let confirmed = |mut run: CaseRun| {
+        let options = RunOptions::default();
+        run.confirm(options, &mut |_| Ok(())).unwrap();
+        run.outcome.summary.digits_that_hold
+    };
+    let case = case("paper-2", &rattling);
+    let host = CaseRun::new(&case, RunOptions::default(), &mut |_| Ok(())).unwrap();
+    let digits = confirmed(on_chip(&rattling));
+    assert!(!digits.is_empty());
+    assert_eq!(digits, confirmed(host));
+    let measured = [&rattling[..], &["controller.computation_delay_s=measured"]].concat();
+    assert!(confirmed(on_chip(&measured)).is_empty());
+}
+
+/// So is the chip's rung of a ladder.
+#[test]
+fn a_ladder_confirms_the_rung_of_its_chip() {
+    let sets = ["controller.sample_time_s=2.51e-3", "run.duration_s=6"];
+    let with_law = |law: &str| case("paper-2", &[&sets[..], &[law]].concat());
+    let cases = ["controller.law=quantised", "controller.law=firmware"].map(with_law);
+    let rungs = |on_chip: &Case| {
+        let options = RunOptions::default();
+        let mut rungs = climb(&cases, options, &mut |_| Ok(())).unwrap();
+        let mut client = Client::greet(Box::new(Loopback::with_ticks(&[320]))).unwrap();
+        let mut chip = ChipUnderTest {
+            client: &mut client,
+            in_qemu: true,
+        };
+        climb_on_chip(&mut rungs, on_chip, options, &mut chip, &mut |_| Ok(())).unwrap();
+        confirm(&mut rungs, &cases, &mut |_| Ok(())).unwrap();
+        rungs
+    };
+    let [_, firmware, chip] = &rungs(&cases[1])[..] else {
+        unreachable!("three rungs")
+    };
+    let digits = |rung: &Rung| rung.outcome.summary.digits_that_hold.clone();
+    assert!(!digits(firmware).is_empty());
+    assert_eq!(digits(chip), digits(firmware));
+    assert_eq!(chip.difference_digits, [None, None]);
+    let measured = with_law("controller.computation_delay_s=measured");
+    let rungs = rungs(&measured);
+    assert_eq!(digits(&rungs[1]), digits(firmware));
+    assert!(digits(&rungs[2]).is_empty());
 }
