@@ -517,6 +517,8 @@ fn ladder_compares_the_rungs() {
     let told = "paper-2: warning: rungs continuous, sampled, quantised leave out \
                 controller.derivative: it acts on rung firmware\n";
     assert!(stderr(&output).contains(told), "{}", stderr(&output));
+    let page = std::fs::read_to_string(folder.path().join("l.html")).unwrap();
+    assert!(page.contains(told.trim_start_matches("paper-2: warning: ").trim_end()));
 }
 
 #[test]
