@@ -151,7 +151,9 @@ mod tests {
             Verdict::new(&limit, value, false)
         };
         let half = verdict(50.0, Some(-25.0));
-        let least = |others: &[Verdict]| least_relative_margin(&[std::slice::from_ref(&half), others].concat());
+        let least = |others: &[Verdict]| {
+            least_relative_margin(&[std::slice::from_ref(&half), others].concat())
+        };
         assert_eq!(least(&[]), Some(0.5));
         assert_eq!(least(&[verdict(10.0, Some(9.0))]), Some(0.1));
         assert_eq!(least(&[verdict(10.0, Some(15.0))]), Some(-0.5));

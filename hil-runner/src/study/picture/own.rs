@@ -1,5 +1,5 @@
 //! The base's own place in a picture of its study: a line across plots over one
-//! of its keys, a ring in maps over two.
+//! of its keys, a diamond in maps over two.
 
 use super::axis::Axis;
 use super::canvas::{Canvas, Point, Stroke};
@@ -17,12 +17,12 @@ const LINE: Stroke = Stroke {
     width_px: 1.2,
     dash: &[1.5, 4.0],
 };
-const RING: Mark = Mark {
+const DIAMOND: Mark = Mark {
     shape: Shape::Diamond,
     colour: INK,
     hollow: true,
 };
-/// Radius of the ring, and of the light edge around it \[px\].
+/// Radius of the diamond, and of the light edge around it \[px\].
 const RADIUS: f64 = 7.0;
 const EDGE: f64 = 9.0;
 
@@ -53,27 +53,27 @@ pub(super) fn draw_line(canvas: &mut Canvas, frame: &Frame, table: &Table, x: &s
     }
 }
 
-/// Entry of the legend for a ring at the base's values of `x` and `y`.
-pub(super) fn ring_entry(table: &Table, [x, y]: [&str; 2], axes: [&Axis; 2]) -> Option<Entry> {
+/// Entry of the legend for a diamond at the base's values of `x` and `y`.
+pub(super) fn diamond_entry(table: &Table, [x, y]: [&str; 2], axes: [&Axis; 2]) -> Option<Entry> {
     value(table, x, axes[0])?;
     value(table, y, axes[1])?;
     let (x, y) = (words(table, x)?, words(table, y)?);
     Some(Entry {
-        key: Key::Mark(RING),
+        key: Key::Mark(DIAMOND),
         words: format!("the base, {x} and {y}"),
     })
 }
 
-/// Draws that ring.
-pub(super) fn draw_ring(canvas: &mut Canvas, frame: &Frame, table: &Table, [x, y]: [&str; 2]) {
+/// Draws that diamond.
+pub(super) fn draw_diamond(canvas: &mut Canvas, frame: &Frame, table: &Table, [x, y]: [&str; 2]) {
     let place =
         || -> Option<Point> { frame.point(value(table, x, frame.x)?, value(table, y, frame.y)?) };
     if let Some(at) = place() {
         let edge = Mark {
             colour: WHITE,
-            ..RING
+            ..DIAMOND
         };
         edge.draw(canvas, at, EDGE);
-        RING.draw(canvas, at, RADIUS);
+        DIAMOND.draw(canvas, at, RADIUS);
     }
 }

@@ -75,7 +75,7 @@ pub(super) fn draw(
     let states = grid.states();
     let sides = [map.x.as_str(), map.y.as_str()];
     let mut groups = legend(map, &grid, &states, &draft);
-    groups.extend(own::ring_entry(table, sides, [&x, &y]).map(Group::of));
+    groups.extend(own::diamond_entry(table, sides, [&x, &y]).map(Group::of));
     notes.extend(left_out.notes("Cells show medians"));
     notes.extend(empty_cells(&grid));
     notes.extend((beyond > 0).then(|| {
@@ -98,7 +98,7 @@ pub(super) fn draw(
         };
         painting.draw(canvas);
         overlay.draw(canvas, &frame.area);
-        own::draw_ring(canvas, &frame, table, sides);
+        own::draw_diamond(canvas, &frame, table, sides);
         frame.draw_axes(canvas, true);
         bar::draw(canvas, &frame.area, &z, map.colours);
         if grid.cells.iter().all(|cell| cell.runs == 0) {
