@@ -52,6 +52,23 @@ pub fn limits(case: &Case) -> (Vec<Limit>, bool) {
     }
 }
 
+/// The limits that a run on this host is judged by, apart from the time of its
+/// steps: those of [`limits`], and no fault where a supervision runs.
+pub fn judged(case: &Case) -> (Vec<Limit>, bool) {
+    let (mut limits, default) = limits(case);
+    limits.retain(|limit| limit.figure != HOST_STEP_P99.key);
+    // An axis that stopped on a fault has not done its work, whatever else
+    // the budget asks for.
+    let supervised = case.controller.law == Law::Firmware && !case.servo.is_off();
+    if supervised && limits.iter().all(|limit| limit.figure != FAULTS) {
+        limits.push(Limit {
+            figure: FAULTS.to_owned(),
+            limit: 0.0,
+        });
+    }
+    (limits, default)
+}
+
 /// Without `[budget]`: no saturation, at most twice the commanded
 /// acceleration, at most 2 % of the travel as following error.
 fn default_limits(case: &Case) -> Vec<Limit> {
@@ -77,25 +94,24 @@ fn default_limits(case: &Case) -> Vec<Limit> {
 /// gives by key. The host's step time is measured elsewhere and never enters
 /// a summary.
 pub(crate) fn verdicts(case: &Case, figure: impl Fn(&str) -> Option<f64>) -> Vec<Verdict> {
-    let (limits, default) = limits(case);
+    let (limits, default) = judged(case);
+    let own = case.budget.iter().flatten();
+    let own: Vec<&str> = own.map(|limit| limit.figure.as_str()).collect();
+    // A limit that nobody asked for is one of ours.
+    let is_default = |limit: &Limit| default || !own.contains(&limit.figure.as_str());
     let mut verdicts: Vec<Verdict> = limits
         .iter()
-        .filter(|limit| limit.figure != HOST_STEP_P99.key)
-        .map(|limit| Verdict::new(limit, figure(&limit.figure), default))
+        .map(|limit| Verdict::new(limit, figure(&limit.figure), is_default(limit)))
         .collect();
-    // An axis that stopped on a fault has not done its work, whatever else
-    // the budget asks for.
-    let supervised = case.controller.law == Law::Firmware && !case.servo.is_off();
-    // Nor has a chip that was not done with a code when the next was due.
-    let on_chip = figure(LATE_STEPS).is_some();
-    for (key, applies) in [(FAULTS, supervised), (LATE_STEPS, on_chip)] {
-        if applies && limits.iter().all(|limit| limit.figure != key) {
-            let none = Limit {
-                figure: key.to_owned(),
-                limit: 0.0,
-            };
-            verdicts.push(Verdict::new(&none, figure(key), true));
-        }
+    // Nor has a chip done its work that was not done with a code when the next
+    // was due.
+    let late = figure(LATE_STEPS);
+    if late.is_some() && limits.iter().all(|limit| limit.figure != LATE_STEPS) {
+        let none = Limit {
+            figure: LATE_STEPS.to_owned(),
+            limit: 0.0,
+        };
+        verdicts.push(Verdict::new(&none, late, true));
     }
     verdicts
 }

@@ -1,6 +1,6 @@
 //! One run, checked and in SI units: what a run file says.
 
-use plant::{Amplifier, AxisParameters, ContinuousPid, Dac, Encoder, Motion, PidGains};
+use plant::{Amplifier, AxisParameters, ContinuousPid, Dac, Encoder, Joint, Motion, PidGains};
 
 use crate::servo::ServoSettings;
 
@@ -152,6 +152,11 @@ pub enum Method {
 }
 
 impl Case {
+    /// Whether the joint has a gap, so that it can be open.
+    pub fn has_gap(&self) -> bool {
+        matches!(self.axis.transmission.joint, Joint::Elastic(joint) if joint.backlash_half_rad > 0.0)
+    }
+
     /// The law of rung `continuous` (eq. 27-37).
     pub fn continuous_pid(&self) -> ContinuousPid {
         ContinuousPid::new(

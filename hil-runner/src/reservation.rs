@@ -1,6 +1,6 @@
 //! Why a run that keeps its limits does not simply pass.
 
-use plant::{Contact, Joint};
+use plant::Contact;
 
 use crate::case::{Case, Law};
 use crate::digits::MASS_CHANGE;
@@ -138,11 +138,7 @@ fn null_figures(summary: &Summary, begins: &[&str]) -> String {
 fn floats(case: &Case, contact: Contact) -> bool {
     let resistance = &case.axis.carriage.resistance;
     let held = resistance.opposes_motion && resistance.constant_n > 0.0;
-    has_gap(case) && contact == Contact::Open && !held
-}
-
-fn has_gap(case: &Case) -> bool {
-    matches!(case.axis.transmission.joint, Joint::Elastic(joint) if joint.backlash_half_rad > 0.0)
+    case.has_gap() && contact == Contact::Open && !held
 }
 
 /// Which state of the joint makes the sampled loop unstable.
@@ -152,7 +148,7 @@ fn unstable_loop(case: &Case) -> Option<String> {
     }
     let states = [(JointState::Closed, "closed"), (JointState::Open, "open")];
     let unstable = states.into_iter().filter_map(|(joint, words)| {
-        if joint == JointState::Open && !has_gap(case) {
+        if joint == JointState::Open && !case.has_gap() {
             return None;
         }
         let margin = margin(case, joint)?.signed();

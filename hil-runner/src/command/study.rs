@@ -44,8 +44,8 @@ pub(crate) struct StudyCommand {
     /// List the ready studies
     #[arg(long)]
     list: bool,
-    /// Print the file of a ready study, to start from
-    #[arg(long)]
+    /// Print the file of a ready study around its base, to start from
+    #[arg(long, conflicts_with_all = ["list", "sets", "rungs", "out", "threads", "shard"])]
     print: bool,
     /// Case to study instead of the study's own: run file or built-in case
     #[arg(long, value_name = "CASE")]
@@ -68,7 +68,7 @@ pub(crate) struct StudyCommand {
     shard: Option<Shard>,
     /// Run row N of a folder of results (from 0) once more, with report and trace
     #[arg(long, value_name = "N",
-          conflicts_with_all = ["list", "print", "base", "sets", "out", "threads", "shard"])]
+          conflicts_with_all = ["list", "print", "base", "sets", "rungs", "out", "threads", "shard"])]
     row: Option<u64>,
     /// Page with the plots of the row [default: row-N.html in the folder]
     #[arg(long, value_name = "F.html", requires = "row")]

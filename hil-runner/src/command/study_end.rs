@@ -27,7 +27,7 @@ pub(super) fn finish(
         .collect();
     terminal::print(&words.concat())?;
     terminal::print(&table(tally))?;
-    if let Some(warning) = study.keys_without_effect() {
+    for warning in study.warnings() {
         terminal::tell(&format!("{}: warning: {warning}\n", study.name));
     }
     let drawn = draw(study, folder, &columns(study))?;

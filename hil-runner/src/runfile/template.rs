@@ -186,6 +186,11 @@ impl Template {
         self.file
     }
 
+    /// The overrides that hold for every run.
+    pub fn sets(&self) -> &[String] {
+        &self.sets
+    }
+
     /// The text of the file, without the overrides.
     pub fn text(&self) -> &str {
         &self.text

@@ -7,7 +7,9 @@ use plant::Joint;
 
 use super::definition::Study;
 use crate::case::{Case, ComputationDelay, Law};
+use crate::figures::{CHIP_FIGURES, Figure, HOST_STEP_P99};
 use crate::report::number;
+use crate::rest::Window;
 use crate::runfile::{KeyPath, Template};
 use crate::time::seconds;
 
@@ -31,6 +33,53 @@ pub(super) fn own_number(base: &Template, key: &KeyPath) -> Option<f64> {
 pub fn sentences(study: &Study) -> Vec<String> {
     let facts = facts(&study.base, study.reference.base());
     std::iter::once(facts).chain(replaced(study)).collect()
+}
+
+impl Study {
+    /// What the reader of its results must know before them, a sentence each:
+    /// keys that do nothing, limits that cannot be judged, runs that are too
+    /// short.
+    pub fn warnings(&self) -> Vec<String> {
+        let mut warnings = Vec::from_iter(self.keys_without_effect());
+        let Some((_, base)) = self.rungs.first() else {
+            return warnings;
+        };
+        let case = base.base();
+        let limited = |figure: &&Figure| {
+            let limits = case.budget.iter().flatten();
+            limits.into_iter().any(|limit| limit.figure == figure.key)
+        };
+        if limited(&&HOST_STEP_P99) {
+            warnings.push(format!(
+                "budget.{} is not judged in a study: it is the clock of this machine",
+                HOST_STEP_P99.key
+            ));
+        }
+        let of_chip: Vec<String> = CHIP_FIGURES
+            .iter()
+            .filter(limited)
+            .map(|figure| format!("budget.{}", figure.key))
+            .collect();
+        if !of_chip.is_empty() {
+            warnings.push(format!(
+                "{} cannot pass: only a chip, over --link, has such figures",
+                of_chip.join(", ")
+            ));
+        }
+        let (end_s, motion_end_s) = (seconds(case.run.duration_ns), case.motion.end_s());
+        if end_s < motion_end_s {
+            warnings.push(format!(
+                "the runs end at {end_s} s, before the motion does ({motion_end_s} s): their figures are those of \
+                 a part of the move"
+            ));
+        } else if Window::of(case).is_none() {
+            warnings.push(format!(
+                "the runs end at {end_s} s, before there are 8 samples of rest to look at: their figures of rest \
+                 are empty"
+            ));
+        }
+        warnings
+    }
 }
 
 /// The facts of a base that a reader of its results wants to see beside them,
@@ -85,11 +134,12 @@ fn replaced(study: &Study) -> Option<String> {
             continue;
         };
         let own = own_number(&study.reference, &key);
-        let Some(now) = study
-            .rungs
-            .first()
-            .and_then(|(_, rung)| own_number(rung, &key))
-        else {
+        let now = study.rungs.first();
+        let Some(now) = now.and_then(|(_, rung)| own_number(rung, &key)) else {
+            // No number, and nothing to compare it with.
+            if !study.reference.sets().contains(set) {
+                words.push(format!("{} = {}", key.path(), value.trim()));
+            }
             continue;
         };
         match own {

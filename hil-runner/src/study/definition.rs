@@ -182,7 +182,9 @@ impl Study {
         let constraints = constraints(&file, &axes, &rungs, &mut findings);
         let plan = plan(&file, &axes, &mut findings);
         let required_yield_percent = required_yield(&file, &mut findings);
-        if file.differences && rungs.len() == 1 {
+        let asked = changes.rungs.as_ref().map(Vec::len);
+        let asked = asked.or(file.rungs.as_ref().map(|names| names.get_ref().len()));
+        if file.differences && asked.unwrap_or(1) == 1 {
             findings.push_whole("differences = true needs at least two rungs to compare");
         }
         times_are_known(&axes, &rungs, &mut findings);

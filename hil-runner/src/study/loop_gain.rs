@@ -3,11 +3,12 @@
 //!
 //! ```text
 //! codes           K_dac'/K_dac  of the base over that of the row
-//! counts          K_enc  of the row over that of the base; of the encoder that closes the loop
+//! counts          K_enc  of the row over that of the base; of the load's encoder z·K_load, where it closes the loop
 //! codes/count     (K_enc·K_dac)' / (K_enc·K_dac)
 //! ```
 //!
-//! Whole numbers of counts and codes become the nearest whole number, at least 1.
+//! Whole numbers of counts and codes become the nearest whole number, at least 1
+//! in size. Word lengths stay: they are what a finer step may ask more of.
 
 use crate::case::Case;
 use crate::runfile::{KeyPath, KeyValue, Kind, Template};
@@ -56,8 +57,10 @@ pub(super) fn at_other_steps(
     changes: &[(KeyPath, KeyValue)],
 ) -> Vec<(KeyPath, KeyValue)> {
     let per_rad = |case: &Case| case.encoder.counts_per_rad * case.dac.step_v;
+    // Per radian of the motor, both.
+    let z = base.axis.transmission.gear_ratio;
     let position = |case: &Case| match (case.servo.law.feedback, case.servo.encoders.load) {
-        (Feedback::Dual, Some(load)) => load.counts_per_rad,
+        (Feedback::Dual, Some(load)) => z * load.counts_per_rad,
         _ => case.encoder.counts_per_rad,
     };
     let factor = |steps: Steps| match steps {
@@ -75,8 +78,13 @@ pub(super) fn at_other_steps(
         };
         let scaled = number * factor(steps);
         // Nothing stays nothing, and something does not become nothing.
-        let least = matches!(key.key.kind, Kind::Whole(..)) && number > 0.0;
-        Some((key, key.value(if least { scaled.max(1.0) } else { scaled })))
+        let steps = matches!(key.key.kind, Kind::Whole(..)) && number != 0.0;
+        let least = if steps {
+            scaled.abs().max(1.0)
+        } else {
+            scaled.abs()
+        };
+        Some((key, key.value(least.copysign(number))))
     };
     // With the paper's law alone the other keys do nothing, and must not be
     // what turns the rest on.

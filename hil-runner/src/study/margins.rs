@@ -22,13 +22,16 @@ pub(super) struct Margins {
 impl Margins {
     /// The signed modulus margins of a run; empty where it has none: on rung
     /// `continuous`, with a law that is not the paper's, with a delay that is
-    /// measured, and of a rigid joint the open one.
+    /// measured, and of a joint without a gap the open one.
     pub(super) fn cells(&mut self, case: &Case) -> [Cell; 2] {
         if case.controller.law == Law::Continuous || !is_papers_loop(case) {
             return [Cell::Empty, Cell::Empty];
         }
         let gains = LoopGains::of(case);
         [JointState::Closed, JointState::Open].map(|joint| {
+            if joint == JointState::Open && !case.has_gap() {
+                return Cell::Empty;
+            }
             let family = self.family(case, joint);
             Cell::number(family.map(|family| family.signed_modulus(&gains)))
         })

@@ -8,7 +8,7 @@ use super::drawing::Drawn;
 use super::plan::PlanKind;
 use super::report::{AxisRow, FigureTable, Shown, StudyPage, StudyVerdict};
 use super::tally::{RungTally, Tally};
-use crate::budget::limits;
+use crate::budget::judged;
 use crate::figures;
 use crate::report::number;
 
@@ -53,7 +53,7 @@ pub fn page(study: &Study, tally: &Tally, drawn: &[Drawn], command_line: &str) -
         ],
         ..StudyPage::default()
     };
-    page.warnings.extend(study.keys_without_effect());
+    page.warnings.extend(study.warnings());
     for Drawn { picture, svg } in drawn {
         match svg {
             Ok(svg) => page.pictures.push(Shown {
@@ -137,7 +137,7 @@ fn plan(study: &Study) -> Vec<String> {
         format!("Each on rung {}.", rungs.join(", ")),
     ];
     if let Some((_, base)) = study.rungs.first() {
-        let (limits, default) = limits(base.base());
+        let (limits, default) = judged(base.base());
         let texts: Vec<String> = limits
             .iter()
             .map(|limit| format!("{} ≤ {}", limit.figure, number::table(limit.limit)))

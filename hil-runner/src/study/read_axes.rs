@@ -209,8 +209,11 @@ fn list(
 /// Whether a key has a number in every run.
 pub(super) fn has_number(key: &KeyPath, axes: &[Axis], rungs: &[(Law, Template)]) -> bool {
     let path = key.path();
+    let partner = key.partner().map(|partner| partner.path());
     match axes.iter().find(|axis| axis.key.path() == path) {
         Some(axis) => axis.is_numeric(),
+        // An axis over its partner takes its place.
+        None if axes.iter().any(|axis| Some(axis.key.path()) == partner) => false,
         None => rungs
             .first()
             .is_none_or(|(_, template)| template.number(key).is_some()),

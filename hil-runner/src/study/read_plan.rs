@@ -84,6 +84,11 @@ pub(super) fn sets(
     let sets = [earlier, later].concat();
     for set in &sets {
         let path = path(set);
+        if !path.contains('.') && !matches!(path.as_str(), "budget" | "name") {
+            findings.push_whole(format!(
+                "{set}: a study takes a section's keys one by one, section.key=value"
+            ));
+        }
         let has_rungs = file.rungs.is_some() && !around_base || changes.rungs.is_some();
         if path == "controller.law" && has_rungs {
             findings.push_whole(format!("{set} would be overridden by rungs"));

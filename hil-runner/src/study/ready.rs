@@ -14,6 +14,7 @@ use crate::budget::limits;
 use crate::case::Law;
 use crate::report::{self, number};
 use crate::runfile::{KeyPath, Template};
+use crate::theory::{JointState, margin};
 
 /// Name and template of every ready study.
 const STUDIES: [(&str, &str); 7] = [
@@ -113,9 +114,11 @@ fn environment(base: &Template, rungs: Option<&[Law]>) -> Result<Environment<'st
     environment.add_filter("sig", |number: f64, digits: usize| {
         number::significant(number, digits)
     });
+    // A time in whole nanoseconds, at least one.
+    environment.add_filter("ns", |time_s: f64| libm::round(1e9 * time_s).max(1.0) / 1e9);
     environment.add_filter("shown", |number: f64| number::table(number));
     environment.add_filter("quoted", |text: &str| toml::Value::from(text).to_string());
-    environment.add_filter("list", |values: Vec<Value>| {
+    environment.add_filter("as_list", |values: Vec<Value>| {
         format!("{values:?}").replace('\'', "\"")
     });
     Ok(environment)
@@ -133,16 +136,22 @@ fn words_of(base_name: &str, base: &Template, rungs: Option<&[Law]>) -> Value {
         Some(rungs) if !rungs.contains(&case.controller.law) => rungs.last(),
         _ => None,
     };
+    let law = *rung.unwrap_or(&case.controller.law);
+    let mut sampled = case.clone();
+    sampled.controller.law = law;
     context! {
         base => base_name,
         // As it can stand within quotes of TOML.
         name => case.name.replace('\\', "\\\\").replace('"', "\\\""),
         law => case.controller.law.name(),
         // The rung that pictures show: the base's own, if it is run.
-        rung => rung.unwrap_or(&case.controller.law).name(),
+        rung => law.name(),
         rigid => transmission.joint == Joint::Rigid,
+        has_gap => case.has_gap(),
+        // Whether theory has a linear loop of the runs.
+        has_loop => law != Law::Continuous && margin(&sampled, JointState::Closed).is_some(),
         travel_mm => number::significant(1e3 * motion.travel_m(), 9),
-        motion_time_s => number::significant(motion.end_s(), 9),
+        motion_time_s => motion.end_s(),
         intervals_s => motion.intervals_s().to_vec(),
         duration_s => crate::time::seconds(case.run.duration_ns),
         dac_bits => case.dac.bits,

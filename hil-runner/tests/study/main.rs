@@ -8,6 +8,7 @@
 )]
 
 mod any_axis;
+mod around_base;
 mod bad_input;
 mod origin;
 mod parquet;

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use super::folder::{Progress, Results};
 use super::origin::Origin;
 use super::read::{Reading, entries};
-use super::{ResultsError, journal};
+use super::{ResultsError, io, journal};
 use crate::study::cell::{Cell, Column};
 
 /// Puts shards, in their order, together in `folder`; `each` gets every row.
@@ -29,7 +29,7 @@ pub fn merge(
     for (path, Origin { manifest, .. }) in ordered {
         let csv = path.join("results.csv");
         let mut reading = Reading::open(&csv, columns)?;
-        let mut next = manifest.own_blocks().start;
+        let (mut next, mut end_byte) = (manifest.own_blocks().start, 0);
         entries(&path.join("results.journal"), |entry| {
             if entry.block != next {
                 return Err(ResultsError::Damaged(format!(
@@ -37,7 +37,7 @@ pub fn merge(
                     csv.display()
                 )));
             }
-            next += 1;
+            (next, end_byte) = (next + 1, entry.end_byte);
             if entry.block < results.missing_blocks().start {
                 return reading.block(entry).map(|_| ());
             }
@@ -56,6 +56,13 @@ pub fn merge(
                 "{}: shard {} is not complete; run it again and it goes on",
                 path.display(),
                 manifest.shard
+            )));
+        }
+        let length = std::fs::metadata(&csv).map_err(|error| io(&csv, &error))?;
+        if length.len() > end_byte && next > manifest.own_blocks().start {
+            return Err(ResultsError::Damaged(format!(
+                "{} goes on after its last row",
+                csv.display()
             )));
         }
     }
