@@ -244,9 +244,9 @@ pub fn unstable_words(rung: &RungTally) -> Option<String> {
     } = rung;
     (*unstable > 0).then(|| {
         format!(
-            "{name}: {unstable} of {made} runs have a loop that theory calls unstable, with the joint closed or open \
-             (margin below 0), so that their figures may not hold; --row N says which digits do. {unstable_passed} of \
-             them are within the limits, and not among the best"
+            "{name}: theory calls the loop of {unstable} of {made} runs unstable, with the joint closed or open (margin \
+             below 0): their figures may not hold, and --row N says which digits do; {unstable_passed} of them are within \
+             the limits, and not among the best"
         )
     })
 }

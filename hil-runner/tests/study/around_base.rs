@@ -67,7 +67,7 @@ fn the_best_runs_have_the_largest_least_margin() {
     let places = rows.map_places(listed);
     assert!(places.is_sorted(), "{listed}");
     assert!(
-        said.contains("1 of 4 runs have a loop that theory calls unstable"),
+        said.contains("theory calls the loop of 1 of 4 runs unstable"),
         "{said}"
     );
     let page = fs::read_to_string(folder.path().join("out/report.html")).unwrap();
