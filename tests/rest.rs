@@ -4,12 +4,12 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use bench_tests::{case, rows};
-use hil_runner::case::Case;
-use hil_runner::lanes::SingleRuns;
-use hil_runner::rest::feeding::{baseline, counterfactuals, fed_by};
-use hil_runner::run::LinkKind;
-use hil_runner::summary::Summary;
-use hil_runner::trace::Row;
+use hil_core::case::Case;
+use hil_core::lanes::SingleRuns;
+use hil_core::rest::feeding::{baseline, counterfactuals, fed_by};
+use hil_core::summary::Summary;
+use hil_core::trace::Row;
+use hil_runner::channel::LinkKind;
 
 /// A vertical axis behind a converter of 8 bits.
 fn vertical(sets: &[&str]) -> Case {

@@ -28,8 +28,8 @@ mod sentences;
 #[path = "run_file/servo.rs"]
 mod servo;
 
-use hil_runner::case::Case;
-use hil_runner::runfile;
+use hil_core::case::Case;
+use hil_core::runfile;
 
 /// A run file in which every required key is given, one a line.
 pub(crate) const BASE: &str = r#"[motor]

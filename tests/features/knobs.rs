@@ -3,10 +3,10 @@
 
 use std::collections::BTreeSet;
 
-use hil_runner::law::{GapMeasurement, IoKind, measure_gap};
-use hil_runner::runfile::SECTIONS;
-use hil_runner::summary::FaultReport;
-use hil_runner::trace::Row;
+use hil_core::controllers::{GapMeasurement, IoKind, measure_gap};
+use hil_core::runfile::SECTIONS;
+use hil_core::summary::FaultReport;
+use hil_core::trace::Row;
 
 use super::backlash::LIMITS;
 use super::{FRICTION, Ran};

@@ -7,7 +7,7 @@ use firmware::output::{Output, Quantiser};
 use firmware::{
     Axis, AxisState, CounterParameters, Dac, Event, MotionGenerator, MotionPlan, State, counts,
 };
-use hil_runner::law::{IoKind, word_request};
+use hil_core::controllers::{IoKind, word_request};
 use plant::{ContactChange, Drive, Plant, Solver, Span, Watch};
 
 use super::{PAPER, Ran};

@@ -1,7 +1,7 @@
 //! How the gap is crossed, and how it is measured.
 
 use bench_tests::case;
-use hil_runner::law::{IoKind, measure_gap};
+use hil_core::controllers::{IoKind, measure_gap};
 
 use super::backlash::LIMITS;
 use super::{Ran, largest, steps};

@@ -1,10 +1,10 @@
 //! What the table of words says that fits, fits; and not much more does.
 
 use bench_tests::case;
-use hil_runner::law::{Controller, IoKind, accepted, smallest_sample_time_ns, word_request};
-use hil_runner::report::number;
-use hil_runner::words::WordRequest;
-use hil_runner::words::fitting::GAIN_KEYS;
+use hil_core::controllers::{Controller, IoKind, accepted, smallest_sample_time_ns, word_request};
+use hil_core::number;
+use hil_core::scaling::WordRequest;
+use hil_core::scaling::fitting::GAIN_KEYS;
 
 use super::Ran;
 

@@ -1,9 +1,9 @@
 //! What the run file says about the controller beyond the paper's law.
 
+use hil_runner::files;
 use std::f64::consts::{PI, TAU};
 
-use hil_runner::runfile;
-use hil_runner::servo::{EncoderGlitch, EncoderLoss, FollowingErrorLimit};
+use hil_core::servo::{EncoderGlitch, EncoderLoss, FollowingErrorLimit};
 
 use super::cases::load_reference;
 use super::{BASE, parse};
@@ -13,8 +13,8 @@ fn the_reference_cases_and_the_built_in_ones_have_the_papers_law() {
     for case in [
         load_reference("quantised-1"),
         load_reference("sampled-2"),
-        runfile::load("paper-1", &[]).unwrap(),
-        runfile::load("paper-2-12bit", &[]).unwrap(),
+        files::case("paper-1", &[]).unwrap(),
+        files::case("paper-2-12bit", &[]).unwrap(),
     ] {
         assert!(case.servo.is_off(), "{}", case.name);
     }

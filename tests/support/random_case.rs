@@ -8,11 +8,11 @@
 
 use core::f64::consts::PI;
 
-use hil_runner::case::{
+use hil_core::case::{
     Case, ComputationDelay, ControllerSettings, Law, RunSettings, SolverChoice, TargetSettings,
 };
-use hil_runner::law::{Controller, IoKind};
-use hil_runner::servo::ServoSettings;
+use hil_core::controllers::{Controller, IoKind};
+use hil_core::servo::ServoSettings;
 use plant::{
     Amplifier, AxisParameters, Carriage, Dac, ElasticJoint, Encoder, Joint, Motion, Motor,
     PidGains, Resistance, Transmission,

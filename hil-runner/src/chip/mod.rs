@@ -7,11 +7,11 @@
 
 pub mod budget;
 pub mod certify;
+mod chip_law;
 pub mod client;
 pub mod error;
 #[cfg(unix)]
 pub mod fifo;
-pub mod figures;
 #[cfg(unix)]
 pub mod guard;
 pub mod image;
@@ -26,5 +26,6 @@ pub mod qemu;
 pub mod serial;
 pub mod spec;
 
+pub use chip_law::{ChipLaw, ChipLawError, ChipUnderTest, Meter, name_of, run_on_chip};
 pub use error::ChipError;
 pub use open::{Image, Opened, installed, open, open_cost};

@@ -3,13 +3,13 @@
 
 use anyhow::{anyhow, bail};
 use clap::Args;
-use hil_runner::case::{ComputationDelay, Law};
+use hil_core::case::{ComputationDelay, Law};
+use hil_core::runfile::RunFile;
 use hil_runner::chip::certify::{
     Difference, HostTrace, RowDifference, TraceHash, VectorFile, replay, stored,
 };
 use hil_runner::chip::installed;
 use hil_runner::chip::spec::{ChipLink, Transport};
-use hil_runner::runfile::RunFile;
 
 use super::explain;
 use super::interrupt;

@@ -2,8 +2,8 @@
 //! own routine.
 
 use clap::Args;
-use hil_runner::error::RunError;
-use hil_runner::law::measure_gap;
+use hil_core::controllers::measure_gap;
+use hil_core::error::RunError;
 
 use super::explain;
 use super::run::load;

@@ -3,12 +3,12 @@
 use std::io::Write;
 
 use comfy_table::{CellAlignment, ContentArrangement, LineStyle, Table, TableStyle};
-use hil_runner::bench::CaseRun;
-use hil_runner::ladder::Rung;
-use hil_runner::report::number;
-use hil_runner::reservation::kept_but;
-use hil_runner::words::{ServoWords, WordRequest};
-use hil_runner::{figures, time};
+use hil_core::case_run::CaseRun;
+use hil_core::ladder::Rung;
+use hil_core::number;
+use hil_core::reservation::kept_but;
+use hil_core::scaling::{ServoWords, WordRequest};
+use hil_core::{figures, time};
 
 use super::certify::Certificate;
 

@@ -3,11 +3,11 @@
 
 use anyhow::anyhow;
 use clap::Args;
-use hil_runner::error::RunError;
-use hil_runner::law::{accepted, smallest_sample_time_ns, word_request};
-use hil_runner::report::number;
-use hil_runner::runfile::RunFile;
-use hil_runner::words::{ServoWords, WordRequest};
+use hil_core::controllers::{accepted, smallest_sample_time_ns, word_request};
+use hil_core::error::RunError;
+use hil_core::number;
+use hil_core::runfile::RunFile;
+use hil_core::scaling::{ServoWords, WordRequest};
 
 use super::explain;
 use super::run::load;

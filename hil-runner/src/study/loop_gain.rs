@@ -10,9 +10,9 @@
 //! Whole numbers of counts and codes become the nearest whole number, at least 1
 //! in size. Word lengths stay: they are what a finer step may ask more of.
 
-use crate::case::Case;
-use crate::runfile::{KeyPath, KeyValue, Kind, Template};
-use crate::servo::Feedback;
+use hil_core::case::Case;
+use hil_core::runfile::{KeyPath, KeyValue, Kind, Template};
+use hil_core::servo::Feedback;
 
 /// What a key is measured in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

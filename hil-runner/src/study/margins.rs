@@ -2,8 +2,8 @@
 //! and open. What does not depend on gains and steps is kept from run to run.
 
 use super::cell::Cell;
-use crate::case::{Case, Law};
-use crate::theory::{FamilyKey, JointState, LoopFamily, LoopGains, is_papers_loop};
+use hil_core::case::{Case, Law};
+use hil_core::theory::{FamilyKey, JointState, LoopFamily, LoopGains, is_papers_loop};
 
 /// Families that are kept: those of neighbouring points of a grid.
 const KEPT: usize = 8;

@@ -2,14 +2,14 @@
 //! found where it is.
 
 use firmware::{FaultCause, State};
-use hil_runner::case::Case;
+use hil_core::case::Case;
+use hil_core::error::RunError;
+use hil_core::link::{Link, LinkError};
+use hil_core::message::{Command, Measurement};
+use hil_runner::chip::ChipLaw;
 use hil_runner::chip::certify::{Comparison, Difference, HostTrace, Number, TraceHash};
 use hil_runner::chip::client::Client;
 use hil_runner::chip::spec::{ChipLink, Transport};
-use hil_runner::error::RunError;
-use hil_runner::law::ChipLaw;
-use hil_runner::link::{Link, LinkError};
-use hil_runner::message::{Command, Measurement};
 
 use crate::loopback::Loopback;
 use crate::same_codes::{CASES, case};
@@ -199,7 +199,7 @@ fn a_chip_with_other_gains_is_found() {
 fn only_the_firmware_is_compared() {
     let case = case("paper-2", &["controller.law=quantised"]);
     let refused = HostTrace::record(&case, &mut |_| Ok(())).unwrap_err();
-    assert!(matches!(refused, RunError::Chip(_)), "{refused:?}");
+    assert!(matches!(refused, RunError::Link(_)), "{refused:?}");
     assert_eq!(
         refused.to_string(),
         "a chip runs the firmware; the law must be \"firmware\", not \"quantised\""

@@ -2,15 +2,15 @@
 //! step is done, by the clock of `[target]`.
 
 use std::collections::BTreeSet;
-use std::num::NonZeroUsize;
 
-use hil_runner::case::Case;
+use hil_core::case::Case;
+use hil_core::controllers::{Controller, IoKind, measure_gap};
+use hil_core::lanes::SingleRuns;
+use hil_core::run::{Outcome, RunOptions, run, run_over};
+use hil_core::runfile::SECTIONS;
+use hil_core::trace::Row;
+use hil_runner::channel::LinkKind;
 use hil_runner::chip::client::Client;
-use hil_runner::lanes;
-use hil_runner::law::{Controller, IoKind, measure_gap};
-use hil_runner::run::{LinkKind, Outcome, RunOptions, run, run_over};
-use hil_runner::runfile::SECTIONS;
-use hil_runner::trace::Row;
 use plant::{Drive, Plant, Solver};
 
 use crate::loopback::Loopback;
@@ -164,15 +164,11 @@ fn only_a_chip_measures() {
         let law = format!("controller.law={law}");
         let case = case("paper-2", &[MEASURED, &law]);
         for link in [LinkKind::InProcess, LinkKind::Channel] {
-            let options = RunOptions {
-                link,
-                ..RunOptions::default()
-            };
-            let error = run(&case, options, &mut |_| Ok(())).unwrap_err();
+            let options = RunOptions::default();
+            let error = link.run(&case, options, &mut |_| Ok(())).unwrap_err();
             assert!(error.to_string().contains(sentence), "{error}");
         }
-        let figures = lanes::figures(std::slice::from_ref(&case), NonZeroUsize::MIN);
-        let error = figures.into_iter().next().unwrap().unwrap_err();
+        let error = SingleRuns::new().figures(&case).unwrap_err();
         assert!(error.to_string().contains(sentence), "{error}");
         let mut controller = Controller::new(&case, IoKind::Direct).unwrap().unwrap();
         let options = RunOptions::default();

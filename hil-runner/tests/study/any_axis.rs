@@ -2,16 +2,16 @@
 //! feed-forward, a rigid belt, a rotary table with a 12-bit converter, a hanging
 //! axis.
 
+use hil_runner::files;
 use std::fs;
 use std::path::Path;
 
-use hil_runner::case::{Case, Law};
-use hil_runner::figures::SUMMARY_FIGURES;
-use hil_runner::run::{RunOptions, run};
-use hil_runner::runfile;
+use hil_core::case::{Case, Law};
+use hil_core::figures::SUMMARY_FIGURES;
+use hil_core::run::{RunOptions, run};
+use hil_core::summary::Summary;
+use hil_core::theory::{JointState, margin};
 use hil_runner::study::{Cell, Changes, LoopGain, RowMaker, Study, base_sentences, columns, ready};
-use hil_runner::summary::Summary;
-use hil_runner::theory::{JointState, margin};
 
 use crate::support::{messages, study};
 
@@ -154,7 +154,7 @@ fn a_row_is_the_run_with_its_sets() {
                 }
                 let sets = study.row_sets(&study.point(point), rung);
                 let case =
-                    runfile::load(&file(axis), &sets).unwrap_or_else(|error| panic!("{error}"));
+                    files::case(&file(axis), &sets).unwrap_or_else(|error| panic!("{error}"));
                 assert_eq!(case.controller.law, study.rungs[rung].0);
                 let summary = figures_of(&case);
                 for figure in SUMMARY_FIGURES {

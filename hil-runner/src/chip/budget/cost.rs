@@ -7,11 +7,11 @@ use firmware::link::frame::{Received, Receiver};
 use firmware::link::{Identity, Reply, Status};
 
 use super::{Amount, BudgetError, Figure, Instructions, Memory, median};
-use crate::case::TargetSettings;
+use crate::chip::Meter;
 use crate::chip::line::Line;
 use crate::chip::open_cost;
 use crate::chip::spec::Target;
-use crate::law::Meter;
+use hil_core::case::TargetSettings;
 
 /// First byte of a body with a feature's name.
 const NAME: u8 = 0x41;

@@ -5,8 +5,8 @@ use core::fmt;
 use crc::{CRC_64_XZ, Crc};
 use firmware::Fault;
 
-use crate::law::whole;
-use crate::message::{Command, Measurement};
+use hil_core::controllers::whole;
+use hil_core::message::{Command, Measurement};
 
 /// What went into a sample and what came out of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
