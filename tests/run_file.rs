@@ -19,14 +19,14 @@ mod fuzz;
 #[path = "run_file/json_schema.rs"]
 mod json_schema;
 #[cfg(test)]
+#[path = "run_file/options.rs"]
+mod options;
+#[cfg(test)]
 #[path = "run_file/overrides.rs"]
 mod overrides;
 #[cfg(test)]
 #[path = "run_file/sentences.rs"]
 mod sentences;
-#[cfg(test)]
-#[path = "run_file/servo.rs"]
-mod servo;
 
 use hil_core::case::Case;
 use hil_core::runfile;

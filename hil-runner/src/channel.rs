@@ -133,8 +133,8 @@ mod tests {
             error_counts: 0.0,
             dac_code: 0.0,
             out_of_range: false,
-            busy: None,
-            servo: None,
+            execution: None,
+            axis: None,
         };
         controller.commands.send(answer).unwrap();
         let measurement = Measurement {

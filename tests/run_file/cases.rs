@@ -4,8 +4,8 @@ use hil_runner::files;
 use std::f64::consts::{PI, TAU};
 
 use hil_core::case::{Case, ComputationDelay, Law, SolverChoice, TargetSettings};
+use hil_core::options::AxisOptions;
 use hil_core::runfile::{self, Need, SECTIONS, builtin_names, builtin_text};
-use hil_core::servo::ServoSettings;
 use plant::Joint;
 
 use super::{BASE, parse};
@@ -80,7 +80,7 @@ fn units_are_converted_and_defaults_hold() {
         ComputationDelay::Fixed(0)
     );
     assert_eq!(case.target, TargetSettings::default());
-    assert_eq!(case.servo, ServoSettings::default());
+    assert_eq!(case.options, AxisOptions::default());
     assert_eq!(case.run.duration_ns, 1_500_000_000);
     assert_eq!(case.run.solver, SolverChoice::Auto);
     assert_eq!(case.run.row_interval_ns, 1_000_000);

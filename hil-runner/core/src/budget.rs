@@ -59,7 +59,7 @@ pub fn judged(case: &Case) -> (Vec<Limit>, bool) {
     limits.retain(|limit| limit.figure != HOST_STEP_P99.key);
     // An axis that stopped on a fault has not done its work, whatever else
     // the budget asks for.
-    let supervised = case.controller.law == Law::Firmware && !case.servo.is_off();
+    let supervised = case.controller.law == Law::Firmware && !case.options.is_off();
     if supervised && limits.iter().all(|limit| limit.figure != FAULTS) {
         limits.push(Limit {
             figure: FAULTS.to_owned(),
@@ -105,10 +105,10 @@ pub(crate) fn verdicts(case: &Case, figure: impl Fn(&str) -> Option<f64>) -> Vec
         .collect();
     // Nor has a chip done its work that was not done with a code when the next
     // was due.
-    let late = figure(LATE_STEPS);
-    if late.is_some() && limits.iter().all(|limit| limit.figure != LATE_STEPS) {
+    let late = figure(DEADLINE_MISSES);
+    if late.is_some() && limits.iter().all(|limit| limit.figure != DEADLINE_MISSES) {
         let none = Limit {
-            figure: LATE_STEPS.to_owned(),
+            figure: DEADLINE_MISSES.to_owned(),
             limit: 0.0,
         };
         verdicts.push(Verdict::new(&none, late, true));
@@ -137,7 +137,7 @@ pub fn least_relative_margin(verdicts: &[Verdict]) -> Option<f64> {
 const FAULTS: &str = "faults";
 
 /// Key of the number of steps that took longer than the sample time.
-const LATE_STEPS: &str = "late_steps";
+const DEADLINE_MISSES: &str = "deadline_misses";
 
 #[cfg(test)]
 mod tests {

@@ -2,7 +2,7 @@
 
 use plant::{Amplifier, AxisParameters, ContinuousPid, Dac, Encoder, Joint, Motion, PidGains};
 
-use crate::servo::ServoSettings;
+use crate::options::AxisOptions;
 
 /// A run that is complete and within every allowed range.
 #[derive(Debug, Clone, PartialEq)]
@@ -20,7 +20,7 @@ pub struct Case {
     /// Control law and its timing.
     pub controller: ControllerSettings,
     /// What the controller does beyond the paper's law on rung `firmware`.
-    pub servo: ServoSettings,
+    pub options: AxisOptions,
     /// The chip, for what its time costs.
     pub target: TargetSettings,
     /// Motion command of the carriage.

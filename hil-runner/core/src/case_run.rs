@@ -8,7 +8,7 @@ use crate::error::RunError;
 use crate::figures::{CHIP_FIGURES, HOST_STEP_P99};
 use crate::reservation::{self, Reservation};
 use crate::run::{Outcome, RowSink, RunOptions, run};
-use crate::scaling::CaseWords;
+use crate::scaling::FixedPointGains;
 use crate::summary::Summary;
 
 /// Times of the controller's step on a host.
@@ -38,7 +38,7 @@ pub struct CaseRun {
     /// Verdict on the step time, where the budget names it.
     pub timing_verdict: Option<Verdict>,
     /// The gains in the firmware's words; `None` on the other rungs.
-    pub words: Option<CaseWords>,
+    pub words: Option<FixedPointGains>,
     /// Why it does not simply pass, if it keeps its limits.
     pub reservations: Vec<Reservation>,
     /// What the user should know besides the figures.
@@ -61,8 +61,8 @@ impl CaseRun {
     pub fn of(case: &Case, outcome: Outcome) -> Result<Self, RunError> {
         let controller = Controller::new(case, IoKind::Direct).map_err(RunError::Quantise)?;
         let words = match controller {
-            Some(Controller::Firmware(law)) => Some(CaseWords::from(law.gains())),
-            Some(Controller::Servo(law)) => Some(CaseWords::from(law.words())),
+            Some(Controller::Firmware(law)) => Some(FixedPointGains::from(law.gains())),
+            Some(Controller::Axis(law)) => Some(FixedPointGains::from(law.words())),
             _ => None,
         };
         let (reservations, warnings) = remarks(case, &outcome);

@@ -3,7 +3,7 @@
 use firmware::State;
 use serde::Serialize;
 
-use crate::message::Busy;
+use crate::message::ExecutionTime;
 
 /// The chip's part of a summary; its keys stand among those of the run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -28,7 +28,7 @@ pub struct ChipReport {
     /// Longest step as a share of the sample time \[%\].
     pub utilisation_max_percent: Option<f64>,
     /// Steps that took longer than the sample time.
-    pub late_steps: Option<u64>,
+    pub deadline_misses: Option<u64>,
     /// Flash that the image takes \[bytes\].
     pub flash_bytes: u32,
     /// Static RAM less the table of setpoints \[bytes\].
@@ -48,7 +48,7 @@ impl ChipReport {
             "instructions_per_step_median" => self.instructions_per_step_median.map(f64::from),
             "cycles_per_step_max" => self.cycles_per_step_max.map(|cycles| cycles as f64),
             "utilisation_max_percent" => self.utilisation_max_percent,
-            "late_steps" => self.late_steps.map(|steps| steps as f64),
+            "deadline_misses" => self.deadline_misses.map(|steps| steps as f64),
             "flash_bytes" => Some(f64::from(self.flash_bytes)),
             "ram_bytes" => Some(f64::from(self.ram_bytes)),
             "stack_bytes" => self.stack_bytes.map(f64::from),
@@ -92,30 +92,30 @@ pub struct Chip {
 
 /// Collects what the steps of a run cost.
 #[derive(Debug, Clone, Default)]
-pub struct BusyFigures {
+pub struct ExecutionFigures {
     /// By state, in the order of [`State::ALL`], the paper's last: instructions
     /// or cycles.
     counts: [Vec<u64>; State::ALL.len() + 1],
     counts_instructions: bool,
     most_cycles: u64,
     longest_ns: u64,
-    late_steps: u64,
+    deadline_misses: u64,
 }
 
-impl BusyFigures {
+impl ExecutionFigures {
     /// A step that ended in `state`, `None` for the paper's controller, with a
     /// sample time of `period_ns`.
-    pub(crate) fn add(&mut self, busy: Busy, state: Option<State>, period_ns: u64) {
+    pub(crate) fn add(&mut self, time: ExecutionTime, state: Option<State>, period_ns: u64) {
         let place = state.and_then(|state| State::ALL.iter().position(|known| *known == state));
         let place = place.unwrap_or(State::ALL.len());
-        self.counts_instructions = busy.instructions.is_some();
-        let count = busy.instructions.map_or(busy.cycles, u64::from);
+        self.counts_instructions = time.instructions.is_some();
+        let count = time.instructions.map_or(time.cycles, u64::from);
         if let Some(counts) = self.counts.get_mut(place) {
             counts.push(count);
         }
-        self.most_cycles = self.most_cycles.max(busy.cycles);
-        self.longest_ns = self.longest_ns.max(busy.time_ns);
-        self.late_steps += u64::from(busy.time_ns > period_ns);
+        self.most_cycles = self.most_cycles.max(time.cycles);
+        self.longest_ns = self.longest_ns.max(time.time_ns);
+        self.deadline_misses += u64::from(time.time_ns > period_ns);
     }
 
     /// The report on a chip that says `chip` of itself.
@@ -152,7 +152,7 @@ impl BusyFigures {
             cycles_per_step_max: runs.then_some(self.most_cycles),
             utilisation_max_percent: runs
                 .then_some(100.0 * self.longest_ns as f64 / period_ns as f64),
-            late_steps: runs.then_some(self.late_steps),
+            deadline_misses: runs.then_some(self.deadline_misses),
             flash_bytes: chip.flash_bytes,
             ram_bytes: chip.ram_bytes,
             stack_bytes: chip.stack_bytes,
@@ -172,8 +172,8 @@ mod tests {
 
     #[test]
     fn costs_are_told_by_state() {
-        let mut figures = BusyFigures::default();
-        let busy = |instructions| Busy {
+        let mut figures = ExecutionFigures::default();
+        let time = |instructions| ExecutionTime {
             instructions: Some(instructions),
             cycles: 4 * u64::from(instructions),
             time_ns: 1_000 * u64::from(instructions),
@@ -184,7 +184,7 @@ mod tests {
             (20, State::Moving),
             (5, State::Fault),
         ] {
-            figures.add(busy(instructions), Some(state), 25_000);
+            figures.add(time(instructions), Some(state), 25_000);
         }
         let chip = Chip {
             name: "m4".to_owned(),
@@ -202,7 +202,7 @@ mod tests {
         assert_eq!(report.instructions_per_step_max, Some(30));
         assert_eq!(report.instructions_per_step_median, Some(10));
         assert_eq!(report.cycles_per_step_max, Some(120));
-        assert_eq!(report.late_steps, Some(1));
+        assert_eq!(report.deadline_misses, Some(1));
         assert_eq!(report.utilisation_max_percent, Some(120.0));
         assert_eq!(report.stack_bytes, None);
         let moving = StateCost {

@@ -100,7 +100,7 @@ pub const CHIP_FIGURES: [Figure; 8] = [
         "Longest step as a share of the sample time",
         "%",
     ),
-    count("late_steps", "Steps longer than the sample time", ""),
+    count("deadline_misses", "Steps longer than the sample time", ""),
     count("flash_bytes", "Flash of the image", "bytes"),
     count(
         "ram_bytes",

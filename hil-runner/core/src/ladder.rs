@@ -65,7 +65,7 @@ impl Rung {
         let reservations = reservation::of(&self.case, &self.outcome);
         let mut warnings: Vec<String> = reservations.into_iter().map(|(_, words)| words).collect();
         warnings.extend(fault_warning(&self.outcome));
-        if self.law() == Law::Firmware && self.target.is_none() && !self.case.servo.is_off() {
+        if self.law() == Law::Firmware && self.target.is_none() && !self.case.options.is_off() {
             warnings.push(
                 "it adds what the run file asks of the controller beyond the paper's law, not word \
                  lengths alone"

@@ -8,7 +8,7 @@
 
 use core::fmt;
 
-use crate::chip_cost::{BusyFigures, ChipReport};
+use crate::chip_cost::{ChipReport, ExecutionFigures};
 use crate::controllers::Controller;
 use crate::message::{Command, Measurement};
 
@@ -71,7 +71,7 @@ pub trait Link {
     /// [`LinkError`] if the chip does not answer any more.
     fn cost(
         &mut self,
-        _execution: BusyFigures,
+        _execution: ExecutionFigures,
         _period_ns: u64,
     ) -> Result<Option<ChipReport>, LinkError> {
         Ok(None)

@@ -1,6 +1,6 @@
 //! What controller and plant tell each other, once per sample.
 
-use crate::controllers::ServoStatus;
+use crate::controllers::AxisStatus;
 
 /// What the encoder shows at one sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -26,14 +26,14 @@ pub struct Command {
     /// Whether the firmware worked outside its declared ranges.
     pub out_of_range: bool,
     /// How long the controller was busy with it; `None` where nobody measures.
-    pub busy: Option<Busy>,
+    pub execution: Option<ExecutionTime>,
     /// What the axis reports; `None` where no supervision runs.
-    pub servo: Option<ServoStatus>,
+    pub axis: Option<AxisStatus>,
 }
 
 /// How long a controller on a chip was busy with one sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Busy {
+pub struct ExecutionTime {
     /// Instructions; `None` on a board, which counts cycles.
     pub instructions: Option<u32>,
     /// Cycles of the core: counted, or instructions times a stated factor.

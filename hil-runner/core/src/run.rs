@@ -3,8 +3,8 @@
 use plant::{Contact, ContactChange, Drive, Plant, Solver, State};
 
 use crate::case::{Case, ComputationDelay, Law, Method};
-use crate::chip_cost::{BusyFigures, ChipReport};
-use crate::controllers::{Controller, IoKind, ServoStatus};
+use crate::chip_cost::{ChipReport, ExecutionFigures};
+use crate::controllers::{AxisStatus, Controller, IoKind};
 use crate::error::RunError;
 use crate::link::Link;
 use crate::message::{Command, Measurement};
@@ -103,7 +103,7 @@ pub fn run_over(
     };
     let mut lockstep = Lockstep::new(case, options, solver, sink);
     lockstep.sampled(link, period_ns)?;
-    let execution = std::mem::take(&mut lockstep.busy);
+    let execution = std::mem::take(&mut lockstep.execution);
     lockstep.chip = link.cost(execution, period_ns).map_err(RunError::Link)?;
     Ok(lockstep.outcome(solver_name))
 }
@@ -129,9 +129,9 @@ struct Lockstep<'a, 's> {
     held_limit_ns: u64,
     out_of_range_samples: u64,
     /// What the axis reported last.
-    servo: Option<ServoStatus>,
+    axis: Option<AxisStatus>,
     /// What the steps of a chip took.
-    busy: BusyFigures,
+    execution: ExecutionFigures,
     chip: Option<ChipReport>,
     sink: &'a mut RowSink<'s>,
 }
@@ -146,8 +146,8 @@ impl<'a, 's> Lockstep<'a, 's> {
             inputs: options.inputs.then(Vec::new),
             held_limit_ns: 0,
             out_of_range_samples: 0,
-            servo: None,
-            busy: BusyFigures::default(),
+            axis: None,
+            execution: ExecutionFigures::default(),
             chip: None,
             sink,
         }
@@ -179,7 +179,7 @@ impl Lockstep<'_, '_> {
         let case = self.case;
         let duration_ns = case.run.duration_ns;
         let z = case.axis.transmission.gear_ratio;
-        let load_encoder = case.servo.encoders.load;
+        let load_encoder = case.options.encoders.load;
         let mut in_force = Held::default();
         for tick in 0.. {
             let time_ns = tick * period_ns;
@@ -206,16 +206,16 @@ impl Lockstep<'_, '_> {
                 inputs.push(measurement);
             }
             self.out_of_range_samples += u64::from(command.out_of_range);
-            self.servo = command.servo.or(self.servo);
-            if let Some(busy) = command.busy {
-                let state = command.servo.map(|servo| servo.state);
-                self.busy.add(busy, state, period_ns);
+            self.axis = command.axis.or(self.axis);
+            if let Some(execution) = command.execution {
+                let state = command.axis.map(|axis| axis.state);
+                self.execution.add(execution, state, period_ns);
             }
             let next = self.held(command);
-            let delay_ns = match (case.controller.computation_delay, command.busy) {
+            let delay_ns = match (case.controller.computation_delay, command.execution) {
                 (ComputationDelay::Fixed(ns), _) => ns,
-                // Later than this is a late step; the plant takes the next code then.
-                (ComputationDelay::Measured, Some(busy)) => busy.time_ns.min(period_ns),
+                // Later than this is a deadline miss; the plant takes the next code then.
+                (ComputationDelay::Measured, Some(execution)) => execution.time_ns.min(period_ns),
                 // A tick that was missed computes nothing: the code stays.
                 (ComputationDelay::Measured, None) if next == in_force => 0,
                 (ComputationDelay::Measured, None) => {
@@ -226,7 +226,7 @@ impl Lockstep<'_, '_> {
             let sample = Sample {
                 error_counts: command.error_counts,
                 dac_code: command.dac_code,
-                axis_state: command.servo.map(|servo| servo.state),
+                axis_state: command.axis.map(|axis| axis.state),
             };
             self.row(time_ns, Some(sample), Some(position_counts), next.voltage_v)?;
             // 4. Move: first under the code still in force, then under the new.
@@ -308,7 +308,7 @@ impl Lockstep<'_, '_> {
             rows: &self.rows,
             held_limit_ns: self.held_limit_ns,
             events: Some(&events),
-            servo: self.servo,
+            axis: self.axis,
             chip: self.chip,
         }
         .summary();
@@ -323,7 +323,7 @@ impl Lockstep<'_, '_> {
             inputs: self.inputs.unwrap_or_default(),
             grid: self.recorder.grid.map_or_else(Vec::new, |grid| grid.points),
             out_of_range_samples: self.out_of_range_samples,
-            refused_requests: self.servo.map_or(0, |servo| servo.refused_requests),
+            refused_requests: self.axis.map_or(0, |axis| axis.refused_requests),
         }
     }
 }

@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::budget::{self, Verdict};
 use crate::case::{Case, Law};
 use crate::chip_cost::ChipReport;
-use crate::controllers::ServoStatus;
+use crate::controllers::AxisStatus;
 use crate::number;
 use crate::rest::Seen;
 use crate::time::seconds;
@@ -187,7 +187,7 @@ pub struct FaultReport {
 }
 
 impl AxisReport {
-    fn new(status: &ServoStatus, period_ns: u64) -> Self {
+    fn new(status: &AxisStatus, period_ns: u64) -> Self {
         Self {
             state: status.state.name(),
             peak_error_counts: status.peak_error_counts,
@@ -270,7 +270,7 @@ pub(crate) struct EndOfRun<'a> {
     /// Every change of contact, if they were kept.
     pub(crate) events: Option<&'a [ContactChange]>,
     /// What the axis reported last.
-    pub(crate) servo: Option<ServoStatus>,
+    pub(crate) axis: Option<AxisStatus>,
     /// What its chip reported.
     pub(crate) chip: Option<ChipReport>,
 }
@@ -328,10 +328,10 @@ impl EndOfRun<'_> {
             rest_encoder_counts: at_rest.map(|[_, counts]| counts.width()),
             rest_error_max_um: rest_error.map(|error| error.max_um),
             rest_error_rms_um: rest_error.map(|error| error.rms_um),
-            faults: self.servo.map(|servo| servo.faults),
+            faults: self.axis.map(|axis| axis.faults),
             axis: self
-                .servo
-                .map(|servo| AxisReport::new(&servo, case.controller.sample_time_ns.unwrap_or(0))),
+                .axis
+                .map(|axis| AxisReport::new(&axis, case.controller.sample_time_ns.unwrap_or(0))),
             chip: self.chip.clone(),
             events: self.events.filter(|_| case.run.events).map(|events| {
                 let event = |e: &ContactChange| (e.time_s, e.from.sign(), e.to.sign());

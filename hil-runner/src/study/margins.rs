@@ -9,7 +9,7 @@ use hil_core::theory::{FamilyKey, JointState, LoopFamily, LoopGains, is_papers_l
 const KEPT: usize = 8;
 
 /// Names of the columns.
-pub(super) const COLUMNS: [&str; 2] = ["margin_closed", "margin_open"];
+pub(super) const COLUMNS: [&str; 2] = ["modulus_margin_contact", "modulus_margin_gap"];
 
 /// Loops of the last families.
 #[derive(Debug, Default)]

@@ -24,7 +24,7 @@ impl Theory {
     /// Names of its columns.
     pub fn columns(self) -> &'static [&'static str] {
         match self {
-            Self::HoldAndDelay => &["theory_margin_closed"],
+            Self::HoldAndDelay => &["theory_modulus_margin_contact"],
             Self::DescribingFunction => &[
                 "theory_gap_cycle_um",
                 "theory_gap_cycle_period_s",

@@ -50,12 +50,12 @@ fn every_figure_of_the_chip_can_be_limited() {
 /// Without a chip a limit on its figures fails, and says why.
 #[test]
 fn without_a_chip_its_limits_fail() {
-    let sets = ["budget.flash_bytes=8192", "budget.late_steps=0"];
+    let sets = ["budget.flash_bytes=8192", "budget.deadline_misses=0"];
     let case = case("paper-2", &sets);
     let run = CaseRun::new(&case, RunOptions::default(), &mut |_| Ok(())).unwrap();
     assert!(!run.passes());
     assert!(run.verdicts().all(|verdict| verdict.value.is_none()));
-    let sentence = "budget.late_steps, budget.flash_bytes cannot pass: only a chip, over \
+    let sentence = "budget.deadline_misses, budget.flash_bytes cannot pass: only a chip, over \
                     --link, has such figures";
     assert!(
         run.warnings.iter().any(|w| w == sentence),

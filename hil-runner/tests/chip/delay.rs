@@ -127,7 +127,7 @@ fn every_step_has_its_own_delay() {
         // The contrast: the delays of the samples before.
         assert!(!replays(&case, &rows, delays().skip(4)), "{name}");
         assert_eq!(
-            outcome.summary.chip.unwrap().late_steps,
+            outcome.summary.chip.unwrap().deadline_misses,
             Some(300),
             "{name}"
         );
@@ -141,18 +141,22 @@ fn what_comes_late_is_clamped_and_fails() {
     let late = |clock: &str| {
         let (rows, outcome) = timed(&case("paper-2", &[MEASURED, clock]), &[320]);
         let verdicts = outcome.summary.verdicts;
-        let verdict = verdicts.into_iter().find(|v| v.figure == "late_steps");
+        let verdict = verdicts.into_iter().find(|v| v.figure == "deadline_misses");
         let verdict = verdict.unwrap();
         assert!(verdict.default);
-        (rows, outcome.summary.chip.unwrap().late_steps, verdict.pass)
+        (
+            rows,
+            outcome.summary.chip.unwrap().deadline_misses,
+            verdict.pass,
+        )
     };
-    let (rows, late_steps, pass) = late("target.clock_hz=100000");
-    assert_eq!((late_steps, pass), (Some(1_501), false));
+    let (rows, deadline_misses, pass) = late("target.clock_hz=100000");
+    assert_eq!((deadline_misses, pass), (Some(1_501), false));
     let whole = case("paper-2", &["controller.computation_delay_s=0.001"]);
     assert!(rows == on_host(&whole).0);
     // The contrast: exactly the sample time is not late.
-    let (same, late_steps, pass) = late("target.clock_hz=400000");
-    assert_eq!((late_steps, pass), (Some(0), true));
+    let (same, deadline_misses, pass) = late("target.clock_hz=400000");
+    assert_eq!((deadline_misses, pass), (Some(0), true));
     assert!(same == rows);
 }
 

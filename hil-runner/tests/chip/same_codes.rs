@@ -102,7 +102,7 @@ fn of_the_run(outcome: &Outcome) -> Outcome {
     let mut outcome = outcome.clone();
     outcome.summary.chip = None;
     let verdicts = &mut outcome.summary.verdicts;
-    verdicts.retain(|verdict| verdict.figure != "late_steps");
+    verdicts.retain(|verdict| verdict.figure != "deadline_misses");
     outcome
 }
 

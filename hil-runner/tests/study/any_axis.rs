@@ -195,7 +195,7 @@ fn a_change_of_resolution_alone_changes_no_loop() {
                 worst = worst.max((own.unwrap_or(0.0) - here.unwrap_or(0.0)).abs());
             }
             let feed = |case: &Case| {
-                case.servo.law.feed_forward.velocity_s
+                case.options.law.feed_forward.velocity_s
                     * case.encoder.counts_per_rad
                     * case.dac.step_v
             };
@@ -204,8 +204,8 @@ fn a_change_of_resolution_alone_changes_no_loop() {
                 "{axis}"
             );
             if let (Some(own), Some(limit)) = (
-                base.servo.limits.following_error,
-                case.servo.limits.following_error,
+                base.options.limits.following_error,
+                case.options.limits.following_error,
             ) {
                 let own_rad = f64::from(own.counts) / base.encoder.counts_per_rad;
                 let counts = own_rad * case.encoder.counts_per_rad;

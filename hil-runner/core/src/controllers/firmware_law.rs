@@ -3,7 +3,7 @@
 
 use firmware::{CAPACITY, Controller, ControllerState, Dac, SetpointTable, counts};
 
-use super::servo_law::{BenchBoard, IoKind};
+use super::axis_controller::{BenchBoard, IoKind};
 use super::{Setpoint, fits_table, last_tick, whole};
 use crate::case::Case;
 use crate::message::{Command, Measurement};
@@ -61,8 +61,8 @@ impl FirmwareLaw {
             error_counts: f64::from(output.error_counts),
             dac_code: f64::from(output.code),
             out_of_range: status.error_limited || status.error_sum_beyond_range,
-            busy: None,
-            servo: None,
+            execution: None,
+            axis: None,
         }
     }
 }

@@ -1,10 +1,10 @@
 //! The sampled control laws, one per rung (`sampled`, `quantised`,
 //! `firmware`).
 
+pub mod axis_controller;
 pub mod firmware_law;
 mod quantised;
 mod sampled;
-pub mod servo_law;
 
 use crate::case::{Case, Law};
 use crate::message::{Command, Measurement};
@@ -13,15 +13,15 @@ use crate::time::seconds;
 use firmware::{CAPACITY, SetpointError};
 use plant::{Encoder, Motion};
 
+pub use axis_controller::{
+    AxisController, AxisStatus, GapMeasurement, IoKind, accepted, measure_gap, scaling_request,
+    smallest_sample_time_ns,
+};
 pub use firmware_law::FirmwareLaw;
 pub use firmware_law::FirmwareOnCounts;
 use quantised::QuantisedLaw;
 pub use sampled::Pid;
 use sampled::SampledLaw;
-pub use servo_law::{
-    GapMeasurement, IoKind, ServoLaw, ServoStatus, accepted, measure_gap, smallest_sample_time_ns,
-    word_request,
-};
 
 /// The controller of a sampled rung with its memory.
 #[derive(Debug, Clone)]
@@ -33,7 +33,7 @@ pub enum Controller {
     /// The `firmware` crate: the paper's law alone.
     Firmware(Box<FirmwareLaw>),
     /// The `firmware` crate: an axis with what a product needs.
-    Servo(Box<ServoLaw>),
+    Axis(Box<AxisController>),
 }
 
 impl Controller {
@@ -51,10 +51,12 @@ impl Controller {
             Law::Continuous => None,
             Law::Sampled => Some(Self::Sampled(SampledLaw::new(case, period_ns))),
             Law::Quantised => Some(Self::Quantised(QuantisedLaw::new(case, period_ns))),
-            Law::Firmware if case.servo.is_off() => Some(Self::Firmware(Box::new(
+            Law::Firmware if case.options.is_off() => Some(Self::Firmware(Box::new(
                 FirmwareLaw::new(case, period_ns, io)?,
             ))),
-            Law::Firmware => Some(Self::Servo(Box::new(ServoLaw::new(case, period_ns, io)?))),
+            Law::Firmware => Some(Self::Axis(Box::new(AxisController::new(
+                case, period_ns, io,
+            )?))),
         })
     }
 
@@ -64,7 +66,7 @@ impl Controller {
             Self::Sampled(law) => law.step(measurement),
             Self::Quantised(law) => law.step(measurement),
             Self::Firmware(law) => law.step(measurement),
-            Self::Servo(law) => law.step(measurement),
+            Self::Axis(law) => law.step(measurement),
         }
     }
 }

@@ -43,8 +43,8 @@ impl QuantisedLaw {
             error_counts,
             dac_code,
             out_of_range: false,
-            busy: None,
-            servo: None,
+            execution: None,
+            axis: None,
         }
     }
 }

@@ -85,8 +85,8 @@ impl SampledLaw {
             error_counts,
             dac_code: self.pid.output(error_counts),
             out_of_range: false,
-            busy: None,
-            servo: None,
+            execution: None,
+            axis: None,
         }
     }
 }

@@ -35,7 +35,7 @@ impl Family {
         let law = case.controller.law;
         let duration_ns = case.run.duration_ns;
         let fits = law != Law::Continuous
-            && (law != Law::Firmware || case.servo.is_off())
+            && (law != Law::Firmware || case.options.is_off())
             && case.method() == Method::Exact
             && case.axis.is_affine()
             && delay_ns <= period_ns

@@ -315,7 +315,7 @@ impl<W: Width> Lanes<W> {
             rows: &rows,
             held_limit_ns: nanoseconds(sums.held_limit_ns.as_ref()[lane]),
             events: None,
-            servo: None,
+            axis: None,
             chip: None,
         }
         .summary())

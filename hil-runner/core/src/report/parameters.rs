@@ -3,10 +3,10 @@
 use plant::Joint;
 
 use super::Parameter;
-use super::parameters_servo;
+use super::parameters_options;
 use crate::case::{Case, ComputationDelay, Law, Method};
 use crate::number;
-use crate::scaling::CaseWords;
+use crate::scaling::FixedPointGains;
 use crate::time::seconds;
 
 pub(crate) fn text(label: &str, value: &str, unit: &str) -> Parameter {
@@ -25,7 +25,7 @@ pub(crate) fn value(label: &str, value: f64, unit: &str) -> Parameter {
 pub(crate) fn of(case: &Case) -> Vec<Parameter> {
     [
         controller(case),
-        parameters_servo::of(case),
+        parameters_options::of(case),
         motion(case),
         drive(case),
         joint(case),
@@ -147,7 +147,7 @@ fn run(case: &Case) -> Vec<Parameter> {
 }
 
 /// The gains in the firmware's words, with what rounding costs.
-pub(crate) fn of_words(words: &CaseWords) -> Vec<Parameter> {
+pub(crate) fn of_words(words: &FixedPointGains) -> Vec<Parameter> {
     let gains = words.rows.iter().map(|gain| {
         let word = format!("{} ({:+.1e})", gain.word, gain.relative_error);
         text(

@@ -41,13 +41,13 @@ const ROUNDING_M: f64 = 1e-12;
 
 /// The period of a limit cycle \[samples\]; `None` if it is none.
 pub(super) fn period_samples(residual: &Residual) -> Option<f64> {
-    let half_swing_m = residual.half_swing_m();
+    let amplitude_m = residual.amplitude_m();
     // Also of a residual that is not a number.
-    if half_swing_m.is_nan() || half_swing_m <= ROUNDING_M {
+    if amplitude_m.is_nan() || amplitude_m <= ROUNDING_M {
         return None;
     }
     let values = &residual.values_m;
-    let rises = rises(values, RISE * 2.0 * half_swing_m);
+    let rises = rises(values, RISE * 2.0 * amplitude_m);
     if rises.len() < FEWEST_RISES || !is_sustained(values) {
         return None;
     }

@@ -46,7 +46,7 @@ impl Ripple {
     /// From the positions of a window, `interval_s` apart.
     pub(crate) fn of(positions_m: &[f64], interval_s: f64) -> Self {
         let residual = Residual::of(positions_m);
-        let ripple_um = 1e6 * residual.half_swing_m();
+        let ripple_um = 1e6 * residual.amplitude_m();
         let period = period_samples(&residual);
         Self {
             ripple_um,

@@ -61,7 +61,7 @@ impl Residual {
     }
 
     /// Half of the swing from the lowest to the highest \[m\].
-    pub(super) fn half_swing_m(&self) -> f64 {
+    pub(super) fn amplitude_m(&self) -> f64 {
         0.5 * (self.highest_m - self.lowest_m)
     }
 }

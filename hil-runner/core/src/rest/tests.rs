@@ -249,7 +249,7 @@ fn the_weights_keep_the_line_straight() {
     let places: Vec<f64> = (0..N)
         .map(|i| (2.0 * count(i) + 1.0) / count(N) - 1.0)
         .collect();
-    let half_swing = |values: &[f64]| {
+    let amplitude = |values: &[f64]| {
         let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(low, high), x| {
             (low.min(*x), high.max(*x))
         });
@@ -272,9 +272,9 @@ fn the_weights_keep_the_line_straight() {
                 .collect();
             let found = [
                 slope.abs(),
-                residual.half_swing_m() - 1.0,
+                residual.amplitude_m() - 1.0,
                 slope_without.abs(),
-                half_swing(&without) - 1.0,
+                amplitude(&without) - 1.0,
             ];
             for (worst, found) in worst.iter_mut().zip(found) {
                 *worst = worst.max(found);

@@ -53,15 +53,15 @@ fn rest_from_s(case: &Case) -> f64 {
     if case.controller.law != Law::Firmware {
         return motion_s;
     }
-    let servo = &case.servo;
-    let (requests, injections) = (&servo.requests, &servo.injections);
+    let options = &case.options;
+    let (requests, injections) = (&options.requests, &options.injections);
     let times_ns = [
         requests.disable_ns,
         requests.enable_ns,
         requests.emergency_stop_ns,
         requests.emergency_stop_release_ns,
         requests.reset_ns,
-        servo.gain_change.map(|change| change.at_ns),
+        options.gain_change.map(|change| change.at_ns),
         injections.encoder_freeze_ns,
         injections.encoder_glitch.map(|glitch| glitch.at_ns),
         injections.missed_tick_ns,

@@ -1,6 +1,6 @@
 //! Puts the checked values together: from the units of the file to SI.
 
-pub(super) mod servo;
+pub(super) mod options;
 
 use core::f64::consts::{PI, TAU};
 
@@ -36,7 +36,7 @@ pub(super) fn assemble(v: &Values, tree: &Table) -> Option<Case> {
         },
         encoder: encoder(v)?,
         controller: controller(v)?,
-        servo: servo::servo(v)?,
+        options: options::options(v)?,
         target: TargetSettings {
             clock_hz: v.whole("target", "clock_hz"),
             cycles_per_instruction: v.number("target", "cycles_per_instruction")?,

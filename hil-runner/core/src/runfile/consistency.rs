@@ -1,17 +1,17 @@
 //! Checks that concern several keys at once.
 
-mod servo;
+mod options;
 
 use plant::Motion;
 
-use super::assemble::servo::{load_encoder, setpoints};
+use super::assemble::options::{load_encoder, setpoints};
 use super::assemble::{encoder, law, motion, solver, transmission};
 use super::errors::{Findings, Place, Problem};
 use super::keys::path;
 use super::keys::show_number;
 use super::values::Values;
 use crate::case::{Law, SolverChoice};
-use crate::servo::SetpointOrigin;
+use crate::options::SetpointOrigin;
 
 /// Most rows that a run may have: a day at 1 ms. More are rather a slip of the
 /// keyboard than a wish for tens of gigabytes of trace.
@@ -33,7 +33,7 @@ pub(super) fn check(values: &Values, findings: &mut Findings) {
     consistency.resistance();
     consistency.exact_needs_affine();
     consistency.delay();
-    consistency.servo();
+    consistency.options();
     match motion(values) {
         Some(Ok(motion)) => {
             consistency.setpoint_table(&motion);

@@ -243,7 +243,7 @@ impl Template {
         changes: impl Iterator<Item = (&'v KeyPath, &'v KeyValue)>,
     ) -> Option<Case> {
         // What an axis adds to the paper's law may depend on any of the keys.
-        if !self.base().servo.is_off() {
+        if !self.base().options.is_off() {
             return None;
         }
         let mut case = None;

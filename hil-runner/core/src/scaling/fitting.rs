@@ -3,7 +3,7 @@
 
 use firmware::law::Part;
 
-use super::{Refusal, WordRequest, key};
+use super::{Refusal, ScalingRequest, key};
 use crate::quantise::{QuantiseError, UnfitGain, error_range, rounded_down};
 
 /// The gains that can be set, in the order of the law.
@@ -16,7 +16,7 @@ pub const GAIN_KEYS: [&str; 6] = [
     key(Part::Friction),
 ];
 
-impl WordRequest {
+impl ScalingRequest {
     /// The value of a gain by its place in [`GAIN_KEYS`].
     fn gain_mut(&mut self, index: usize) -> &mut f64 {
         let feed_forward = &mut self.settings.feed_forward;
@@ -66,7 +66,7 @@ impl WordRequest {
 }
 
 /// The fewest bits of a word that fit, if more than the present ones do.
-fn fewest_bits(request: &WordRequest) -> Option<u32> {
+fn fewest_bits(request: &ScalingRequest) -> Option<u32> {
     (request.settings.word_bits + 1..=31).find(|&word_bits| {
         let mut request = *request;
         request.settings.word_bits = word_bits;
@@ -75,7 +75,7 @@ fn fewest_bits(request: &WordRequest) -> Option<u32> {
 }
 
 /// The refusal in terms of the run file.
-pub(super) fn explain(request: &WordRequest, refusal: Refusal) -> QuantiseError {
+pub(super) fn explain(request: &ScalingRequest, refusal: Refusal) -> QuantiseError {
     match refusal {
         Refusal::Dac(error) => QuantiseError::Dac(error),
         Refusal::Travel => QuantiseError::Travel(request.travel_counts),

@@ -11,21 +11,21 @@
 //! one load count is `ρ` motor counts.
 
 pub mod fitting;
-mod options;
+mod law_options;
 mod shown;
 
-pub use shown::{CaseWords, ShownWord};
+pub use shown::{FixedPointGains, ShownWord};
 
 use firmware::law::{Derivative, Law, LawError, LawWords, Part};
 use firmware::{Dac, ErrorRange, GainWord};
 use plant::PidGains;
 
+use crate::options::{self, LawSettings};
 use crate::quantise::{QuantiseError, error_range, finest_word, power_of_two};
-use crate::servo::{self, LawSettings};
 
 /// What the words are made from.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct WordRequest {
+pub struct ScalingRequest {
     /// Shape of the law.
     pub settings: LawSettings,
     /// Gains per motor count.
@@ -90,24 +90,24 @@ impl WordRow {
 
 /// The law of a run with the words that it was made of.
 #[derive(Debug, Clone, PartialEq)]
-pub struct ServoWords {
+pub struct ScaledLaw {
     /// The accepted law.
     pub law: Law,
     /// Gains and feed-forward, in the order of the law.
     pub rows: Vec<WordRow>,
 }
 
-impl WordRequest {
+impl ScalingRequest {
     /// The words, chosen and accepted.
     ///
     /// # Errors
     /// [`QuantiseError`] that names the keys, their values and what fits.
-    pub fn words(&self) -> Result<ServoWords, QuantiseError> {
+    pub fn words(&self) -> Result<ScaledLaw, QuantiseError> {
         self.settle().map_err(|error| fitting::explain(self, error))
     }
 
     /// The words, or what the firmware says against them.
-    fn settle(&self) -> Result<ServoWords, Refusal> {
+    fn settle(&self) -> Result<ScaledLaw, Refusal> {
         let dac = Dac::with_bits(self.dac_bits).map_err(Refusal::Dac)?;
         let range = error_range(self.travel_counts).ok_or(Refusal::Travel)?;
         let mut refused = None;
@@ -131,7 +131,7 @@ impl WordRequest {
                 match Law::accept(words, dac) {
                     Ok(law) => {
                         let rows = rows(&wanted, law.words());
-                        return Ok(ServoWords { law, rows });
+                        return Ok(ScaledLaw { law, rows });
                     }
                     // The widest resolution with the least range says what is
                     // really in the way.
@@ -237,8 +237,8 @@ impl WordRequest {
             sum_fraction_bits,
             integral_bits,
             derivative: match settings.derivative {
-                servo::Derivative::Error => Derivative::Error,
-                servo::Derivative::Measurement => Derivative::Measurement,
+                options::Derivative::Error => Derivative::Error,
+                options::Derivative::Measurement => Derivative::Measurement,
             },
             filter,
             anti_windup: self.anti_windup()?,

@@ -4,7 +4,7 @@
 use firmware::GainWord;
 use firmware::law::Part;
 
-use super::ServoWords;
+use super::ScaledLaw;
 use crate::quantise::QuantisedGains;
 
 /// One word beside what it stands for.
@@ -24,14 +24,14 @@ pub struct ShownWord {
 
 /// The words of a run.
 #[derive(Debug, Clone, PartialEq)]
-pub struct CaseWords {
+pub struct FixedPointGains {
     /// The gains that are not left out.
     pub rows: Vec<ShownWord>,
     /// `E`: errors up to this size are within the declared range \[counts\].
     pub error_limit: i32,
 }
 
-impl From<&QuantisedGains> for CaseWords {
+impl From<&QuantisedGains> for FixedPointGains {
     fn from(gains: &QuantisedGains) -> Self {
         let rows = gains.gains.iter().map(|gain| ShownWord {
             name: gain.name(),
@@ -47,8 +47,8 @@ impl From<&QuantisedGains> for CaseWords {
     }
 }
 
-impl From<&ServoWords> for CaseWords {
-    fn from(words: &ServoWords) -> Self {
+impl From<&ScaledLaw> for FixedPointGains {
+    fn from(words: &ScaledLaw) -> Self {
         let rows = words
             .rows
             .iter()

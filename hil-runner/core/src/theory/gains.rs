@@ -5,7 +5,7 @@ use plant::PidGains;
 
 use super::polynomial::on_circle;
 use crate::case::{Case, Law};
-use crate::servo::{Feedback, RestIntegrator};
+use crate::options::{Feedback, RestIntegrator};
 
 /// `K_p`, `K_i` and `K_d` times `K_0 = K_enc·K_dac·K_a`, eq. 27: encoder,
 /// converter and amplifier act on the linear loop as this product alone.
@@ -67,12 +67,12 @@ pub fn loop_gain(case: &Case) -> f64 {
 /// compensation in the reference, supervision, anti-windup (it acts at the
 /// limits only), and the derivative of the measurement instead of the error.
 pub fn is_papers_loop(case: &Case) -> bool {
-    let (law, servo) = (&case.servo.law, &case.servo);
+    let (law, options) = (&case.options.law, &case.options);
     case.controller.law != Law::Firmware
         || law.derivative_filter_s == 0.0
             && law.feedback == Feedback::Motor
             && law.slew_limit_codes_per_s.is_none()
             && law.rest_dead_band_counts == 0
             && law.rest_integrator == RestIntegrator::Run
-            && servo.gain_change.is_none()
+            && options.gain_change.is_none()
 }

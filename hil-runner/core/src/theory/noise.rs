@@ -26,7 +26,7 @@ use super::gains::{LoopGains, is_papers_loop};
 use super::held::HeldStep;
 use super::linear_axis::{Body, JointState, LinearAxis, ONE, TWO};
 use crate::case::{Case, Law};
-use crate::servo::Quantiser;
+use crate::options::Quantiser;
 use crate::time::seconds;
 
 /// Quantisation noise of an axis in motion, the joint closed: standard
@@ -75,7 +75,7 @@ impl NoiseFigures {
 pub fn quantisation_noise(case: &Case) -> Option<Noise> {
     let nearest = match case.controller.law {
         Law::Quantised => true,
-        Law::Firmware => case.servo.law.quantiser == Quantiser::Nearest,
+        Law::Firmware => case.options.law.quantiser == Quantiser::Nearest,
         Law::Continuous | Law::Sampled => false,
     };
     if !nearest || !is_papers_loop(case) {

@@ -21,7 +21,7 @@ use super::family::LoopFamily;
 use super::gains::{LoopGains, is_papers_loop};
 use super::linear_axis::{JointState, LinearAxis};
 use crate::case::{Case, Law};
-use crate::servo::Quantiser;
+use crate::options::Quantiser;
 use crate::time::seconds;
 
 /// The predicted cycle of the encoder's steps: of [`encoder_cycles`] the
@@ -59,7 +59,7 @@ pub fn encoder_cycles(case: &Case) -> Vec<Cycle> {
 /// the nearest code.
 pub fn dac_cycles(case: &Case) -> Vec<Cycle> {
     let nearest =
-        case.controller.law != Law::Firmware || case.servo.law.quantiser == Quantiser::Nearest;
+        case.controller.law != Law::Firmware || case.options.law.quantiser == Quantiser::Nearest;
     let Some(stepped) = SteppedLoop::of(case).filter(|_| nearest) else {
         return Vec::new();
     };

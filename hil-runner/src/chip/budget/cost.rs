@@ -121,7 +121,7 @@ impl Said {
         }
         let meter = Meter::new(&identity, true, settings);
         let features = self.features.into_iter().map(|(name, times)| {
-            let counts = times.iter().filter_map(|t| meter.busy(*t).instructions);
+            let counts = times.iter().filter_map(|t| meter.time(*t).instructions);
             let counts: Vec<u32> = counts.collect();
             // A feature has more samples than one.
             let (first, others) = counts.split_first().ok_or(BudgetError::NoSteps)?;

@@ -9,10 +9,10 @@ use firmware::{CAPACITY, Dac, SetpointTable, State};
 use super::super::client::{Client, ClientError};
 use super::{ChipLaw, Kind, Meter, RemoteAxis};
 use hil_core::case::{Case, Law};
-use hil_core::controllers::firmware_law::Parts;
-use hil_core::controllers::servo_law::{
+use hil_core::controllers::axis_controller::{
     BenchBoard, FROM_REST, IoKind, Reported, Setup, Source, StreamedQueue, World,
 };
+use hil_core::controllers::firmware_law::Parts;
 use hil_core::controllers::{Setpoint, whole};
 use hil_core::error::RunError;
 use hil_core::link::LinkError;
@@ -34,7 +34,7 @@ impl<'c> ChipLaw<'c> {
         }
         let dac = Dac::with_bits(case.dac.bits).map_err(QuantiseError::Dac)?;
         client.begin_session()?;
-        let kind = if case.servo.is_off() {
+        let kind = if case.options.is_off() {
             paper(client, case, period_ns)?
         } else {
             axis(client, case, period_ns)?
@@ -92,7 +92,7 @@ fn axis(client: &mut Client, case: &Case, period_ns: u64) -> Result<Kind, ChipLa
     }
     client.begin(source, events)?;
     Ok(Kind::Axis(Box::new(RemoteAxis {
-        world: World::new(case.servo, period_ns),
+        world: World::new(case.options, period_ns),
         reported,
         board: BenchBoard::new(case, IoKind::Direct)?,
         law: words.law,

@@ -8,7 +8,7 @@ use firmware::link::Identity;
 
 use crate::chip::spec::Target;
 use hil_core::case::TargetSettings;
-use hil_core::message::Busy;
+use hil_core::message::ExecutionTime;
 
 /// Machine time of an instruction in QEMU with `-icount shift=7` \[ns\].
 const NS_PER_INSTRUCTION: u64 = 1 << 7;
@@ -57,9 +57,9 @@ impl Meter {
     }
 
     /// What `ticks` stand for.
-    pub fn busy(&self, ticks: u32) -> Busy {
+    pub fn time(&self, ticks: u32) -> ExecutionTime {
         if !self.counts_instructions {
-            return Busy {
+            return ExecutionTime {
                 instructions: None,
                 cycles: u64::from(ticks),
                 time_ns: rounded_up(u64::from(ticks), self.clock_hz),
@@ -71,7 +71,7 @@ impl Meter {
         // Below 2^32·10^9/128; what does not fit is no sample's time.
         let instructions = u32::try_from(instructions).unwrap_or(u32::MAX);
         let (cycles, time_ns) = self.of_instructions(instructions);
-        Busy {
+        ExecutionTime {
             instructions: Some(instructions),
             cycles,
             time_ns,
@@ -123,19 +123,19 @@ mod tests {
         // The nearest whole number of ticks for each count of instructions.
         for instructions in [0, 1, 2, 100, 744, 1_604, 100_000_u32] {
             let ticks = (f64::from(instructions) * 128.0 / 40.0).round() as u32;
-            let busy = meter(25_000_000, true).busy(ticks);
-            assert_eq!(busy.instructions, Some(instructions));
-            assert_eq!(busy.cycles, 4 * u64::from(instructions));
+            let time = meter(25_000_000, true).time(ticks);
+            assert_eq!(time.instructions, Some(instructions));
+            assert_eq!(time.cycles, 4 * u64::from(instructions));
         }
         // 100 instructions, 400 cycles at 168 MHz: 2380.95 ns.
-        assert_eq!(meter(25_000_000, true).busy(320).time_ns, 2_381);
+        assert_eq!(meter(25_000_000, true).time(320).time_ns, 2_381);
     }
 
     #[test]
     fn a_board_counts_cycles() {
-        let busy = meter(168_000_000, false).busy(168);
+        let time = meter(168_000_000, false).time(168);
         assert_eq!(
-            (busy.instructions, busy.cycles, busy.time_ns),
+            (time.instructions, time.cycles, time.time_ns),
             (None, 168, 1_000)
         );
     }

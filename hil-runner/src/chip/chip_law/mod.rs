@@ -11,8 +11,8 @@ use firmware::{Board, Dac, Next, Observed, State, counts};
 
 use super::client::{Client, ClientError};
 use hil_core::case::Case;
-use hil_core::chip_cost::{BusyFigures, Chip, ChipReport};
-use hil_core::controllers::servo_law::{BenchBoard, Reported, StreamedQueue, World};
+use hil_core::chip_cost::{Chip, ChipReport, ExecutionFigures};
+use hil_core::controllers::axis_controller::{BenchBoard, Reported, StreamedQueue, World};
 use hil_core::controllers::whole;
 use hil_core::error::RunError;
 use hil_core::link::{Link, LinkError};
@@ -85,8 +85,8 @@ impl ChipLaw<'_> {
             error_counts: f64::from(stepped.error_counts),
             dac_code: f64::from(stepped.code),
             out_of_range: stepped.out_of_range,
-            busy: Some(self.meter.busy(stepped.ticks)),
-            servo: None,
+            execution: Some(self.meter.time(stepped.ticks)),
+            axis: None,
         })
     }
 }
@@ -150,7 +150,7 @@ impl ChipLaw<'_> {
         }
         let step = axis.prepare(self.client, measurement)?;
         let stepped = self.step(step)?;
-        let busy = Some(self.meter.busy(stepped.ticks));
+        let execution = Some(self.meter.time(stepped.ticks));
         let Kind::Axis(axis) = &mut self.kind else {
             return Err(ClientError::Unexpected);
         };
@@ -159,7 +159,7 @@ impl ChipLaw<'_> {
         axis.reported
             .sampled(stepped.state, stepped.error_counts, code, stepped.fault);
         Ok(Command {
-            busy,
+            execution,
             ..axis.reported.command(tick, stepped.out_of_range)
         })
     }
@@ -176,7 +176,7 @@ impl Link for ChipLaw<'_> {
 
     fn cost(
         &mut self,
-        execution: BusyFigures,
+        execution: ExecutionFigures,
         period_ns: u64,
     ) -> Result<Option<ChipReport>, LinkError> {
         let status = match self.client.request(&Request::Status) {

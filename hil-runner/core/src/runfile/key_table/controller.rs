@@ -223,24 +223,24 @@ pub(super) const BACKLASH: &[Key] = &of_firmware([
     )
     .or(DefaultValue::Choice("given")),
     value(
-        "homing_detection",
+        "backlash_measurement_detection",
         Kind::Choice(&["load-encoder", "effort"]),
         "",
         "evidence of a flank where the gap is \"measured\"",
     )
     .or(DefaultValue::Choice("load-encoder")),
     number(
-        "homing_speed_counts_per_s",
+        "backlash_measurement_speed_counts_per_s",
         Positive,
         "counts/s",
         "motor speed where the gap is \"measured\"",
     )
     .or(DefaultValue::Number(200.0)),
     value(
-        "homing_effort_codes",
+        "backlash_measurement_effort_codes",
         Kind::Whole(1, MOST_CODES),
         "codes",
-        "output that homing_detection \"effort\" takes for a flank",
+        "output that backlash_measurement_detection \"effort\" takes for a flank",
     )
     .or(DefaultValue::Whole(50)),
 ]);

@@ -17,9 +17,9 @@ use firmware::{Event, Fault, State};
 
 use crate::case::Case;
 use crate::message::{Command, Measurement};
+use crate::options::GapSource;
 use crate::quantise::QuantiseError;
-use crate::scaling::{ServoWords, WordRequest};
-use crate::servo::GapSource;
+use crate::scaling::{ScaledLaw, ScalingRequest};
 
 pub use board::IoKind;
 pub use homing::{GapMeasurement, measure_gap};
@@ -34,7 +34,7 @@ pub const FROM_REST: [Event; 2] = [Event::Enable, Event::Start];
 
 /// What the axis reports with every command.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct ServoStatus {
+pub struct AxisStatus {
     /// State after the sample.
     pub state: State,
     /// The fault that is latched.
@@ -51,9 +51,9 @@ pub struct ServoStatus {
 
 /// The firmware's axis with its memory, its board and its source of setpoints.
 #[derive(Debug, Clone)]
-pub struct ServoLaw {
+pub struct AxisController {
     axis: Axis,
-    words: ServoWords,
+    words: ScaledLaw,
     /// The law from the gain change on.
     next_law: Option<Law>,
     state: AxisState,
@@ -69,7 +69,7 @@ pub struct ServoLaw {
 /// # Errors
 /// [`QuantiseError`] if there is no sample time or the motion cannot be
 /// generated.
-pub fn word_request(case: &Case) -> Result<WordRequest, QuantiseError> {
+pub fn scaling_request(case: &Case) -> Result<ScalingRequest, QuantiseError> {
     let period_ns = case.controller.sample_time_ns;
     let period_ns = period_ns.ok_or(QuantiseError::NoSampleTime)?;
     Ok(Setup::of(case, period_ns)?.request())
@@ -83,7 +83,7 @@ pub fn word_request(case: &Case) -> Result<WordRequest, QuantiseError> {
 pub fn accepted(case: &Case, sample_time_ns: u64) -> Result<(), QuantiseError> {
     let setup = Setup::of(case, sample_time_ns)?;
     let law = setup.words()?.law;
-    match case.servo.backlash.gap {
+    match case.options.backlash.gap {
         GapSource::Given => setup.axis(law)?,
         GapSource::Measured => setup.axis_without_take_up(law)?,
     };
@@ -112,7 +112,7 @@ pub fn smallest_sample_time_ns(case: &Case) -> Option<u64> {
     Some(fitting)
 }
 
-impl ServoLaw {
+impl AxisController {
     /// # Errors
     /// [`QuantiseError`] if a setting fits no word, the motion cannot be
     /// generated, the gap cannot be taken up or measured, or the board has no
@@ -128,7 +128,7 @@ impl ServoLaw {
         }
         Ok(Self {
             reported: Reported::new(state.state()),
-            world: World::new(case.servo, period_ns),
+            world: World::new(case.options, period_ns),
             axis,
             next_law: setup.next_law()?,
             words,
@@ -139,7 +139,7 @@ impl ServoLaw {
     }
 
     /// The words of the law.
-    pub fn words(&self) -> &ServoWords {
+    pub fn words(&self) -> &ScaledLaw {
         &self.words
     }
 

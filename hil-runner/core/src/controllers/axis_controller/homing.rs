@@ -11,8 +11,8 @@ use plant::{ContactChange, Drive, Plant, Span, Watch};
 use super::setup::{Setup, setting};
 use crate::case::Case;
 use crate::controllers::whole;
+use crate::options::{Feedback, HomingDetection};
 use crate::quantise::QuantiseError;
-use crate::servo::{Feedback, HomingDetection};
 use crate::time::seconds;
 
 /// Samples that the effort must last to count as the load's.
@@ -65,7 +65,7 @@ pub fn measure_gap(case: &Case) -> Result<GapMeasurement, QuantiseError> {
     let delay_ns = delay_ns.ok_or(QuantiseError::DelayUnknown)?;
     // The motor creeps; the load is only looked at.
     let mut case = case.clone();
-    case.servo.law.feedback = Feedback::Motor;
+    case.options.law.feedback = Feedback::Motor;
     let case = &case;
     let setup = Setup::of(case, period_ns)?;
     let mut axis = setup.axis_without_take_up(setup.words()?.law)?;
@@ -96,8 +96,8 @@ fn homing(
     true_half_counts: f64,
 ) -> Result<Homing, QuantiseError> {
     let dt_s = period_ns as f64 / 1e9;
-    let backlash = &case.servo.backlash;
-    let speed = (backlash.homing_speed_counts_per_s * dt_s * 65_536.0).round();
+    let backlash = &case.options.backlash;
+    let speed = (backlash.backlash_measurement_speed_counts_per_s * dt_s * 65_536.0).round();
     let longest = (LONGEST_GAPS * 2.0 * true_half_counts + LONGEST_COUNTS).round();
     let creep = Creep {
         // Saturates; what is too fast is refused.
@@ -107,26 +107,26 @@ fn homing(
         // A sample of creep and two counts of reading, at either end.
         tolerance_counts: (4.0 + 2.0 * speed / 65_536.0).ceil() as u32,
     };
-    let load = case.servo.encoders.load;
-    let detection = match (backlash.homing_detection, load) {
+    let load = case.options.encoders.load;
+    let detection = match (backlash.backlash_measurement_detection, load) {
         (HomingDetection::LoadEncoder, Some(load)) => Detection::LoadEncoder {
             counts: 2,
             ratio: ratio(setup.motor_counts_per_load_count(load))?,
         },
         (HomingDetection::LoadEncoder, None) => {
             return Err(QuantiseError::Gap(
-                "backlash.homing_detection = \"load-encoder\" needs load_encoder.counts_per_rad or \
+                "backlash.backlash_measurement_detection = \"load-encoder\" needs load_encoder.counts_per_rad or \
                  load_encoder.counts_per_mm; \"effort\" does without"
                     .to_owned(),
             ));
         }
         (HomingDetection::Effort, _) => Detection::Effort {
-            codes: backlash.homing_effort_codes,
+            codes: backlash.backlash_measurement_effort_codes,
             samples: EFFORT_SAMPLES,
         },
     };
     Homing::accept(creep, detection).map_err(|error| {
-        let key = "backlash.homing_speed_counts_per_s";
+        let key = "backlash.backlash_measurement_speed_counts_per_s";
         let (slowest, fastest) = (1.0 / (65_536.0 * dt_s), 256.0 / dt_s);
         let because = match error {
             HomingSetupError::Speed { .. } => {
@@ -134,7 +134,11 @@ fn homing(
             }
             error => error.to_string(),
         };
-        setting(key, backlash.homing_speed_counts_per_s, &because)
+        setting(
+            key,
+            backlash.backlash_measurement_speed_counts_per_s,
+            &because,
+        )
     })
 }
 
@@ -147,7 +151,7 @@ fn creep(
     (period_ns, delay_ns): (u64, u64),
 ) -> Result<(Option<Result<Gap, HomingError>>, f64), QuantiseError> {
     let z = case.axis.transmission.gear_ratio;
-    let load = case.servo.encoders.load;
+    let load = case.options.encoders.load;
 
     let solver = crate::run::solver(case).0;
     let mut plant = Plant::new(&case.axis, solver);
@@ -189,7 +193,7 @@ fn creep(
         code = output.code;
     }
     Err(QuantiseError::Gap(format!(
-        "homing did not end within {LONGEST_S} s; a higher backlash.homing_speed_counts_per_s is quicker"
+        "homing did not end within {LONGEST_S} s; a higher backlash.backlash_measurement_speed_counts_per_s is quicker"
     )))
 }
 
@@ -203,6 +207,6 @@ fn ratio(motor_counts_per_load_count: f64) -> Result<u32, QuantiseError> {
     Err(QuantiseError::Gap(format!(
         "a load encoder with {motor_counts_per_load_count:.3e} motor counts to a count cannot measure \
          the gap; it must have from 7.6e-4 to 4096 of them, or use \
-         backlash.homing_detection = \"effort\""
+         backlash.backlash_measurement_detection = \"effort\""
     )))
 }

@@ -4,7 +4,7 @@
 use super::Parameter;
 use super::parameters::{text, value};
 use crate::case::{Case, Law};
-use crate::servo::{
+use crate::options::{
     AntiWindup, Compensation, Derivative, Feedback, GapSource, HomingDetection, LawSettings,
     Quantiser, RestIntegrator, SetpointOrigin,
 };
@@ -16,7 +16,7 @@ pub(crate) fn of(case: &Case) -> Vec<Parameter> {
         return Vec::new();
     }
     [
-        law(&case.servo.law),
+        law(&case.options.law),
         rest_and_reference(case),
         limits(case),
         script(case),
@@ -70,7 +70,11 @@ fn law(law: &LawSettings) -> Vec<Parameter> {
 }
 
 fn rest_and_reference(case: &Case) -> Vec<Parameter> {
-    let (law, encoders, backlash) = (&case.servo.law, &case.servo.encoders, &case.servo.backlash);
+    let (law, encoders, backlash) = (
+        &case.options.law,
+        &case.options.encoders,
+        &case.options.backlash,
+    );
     let mut rows = Vec::new();
     if law.rest_dead_band_counts != 0 {
         let counts = f64::from(law.rest_dead_band_counts);
@@ -102,7 +106,7 @@ fn rest_and_reference(case: &Case) -> Vec<Parameter> {
     rows.push(text("Backlash taken up", trigger, ""));
     match (backlash.gap, backlash.half_gap_rad) {
         (GapSource::Measured, _) => {
-            let how = match backlash.homing_detection {
+            let how = match backlash.backlash_measurement_detection {
                 HomingDetection::LoadEncoder => "measured by the load encoder",
                 HomingDetection::Effort => "measured by the effort",
             };
@@ -117,7 +121,7 @@ fn rest_and_reference(case: &Case) -> Vec<Parameter> {
 }
 
 fn limits(case: &Case) -> Vec<Parameter> {
-    let limits = &case.servo.limits;
+    let limits = &case.options.limits;
     let mut rows = Vec::new();
     if let Some(limit) = limits.following_error {
         let counts = f64::from(limit.counts);
@@ -152,7 +156,7 @@ fn limits(case: &Case) -> Vec<Parameter> {
 
 /// Requests and injected faults with their times.
 fn script(case: &Case) -> Vec<Parameter> {
-    let (requests, injections) = (&case.servo.requests, &case.servo.injections);
+    let (requests, injections) = (&case.options.requests, &case.options.injections);
     let times = [
         ("Disabled at", requests.disable_ns),
         ("Enabled at", requests.enable_ns),
@@ -161,7 +165,7 @@ fn script(case: &Case) -> Vec<Parameter> {
         ("Faults reset at", requests.reset_ns),
         (
             "Gains changed at",
-            case.servo.gain_change.map(|change| change.at_ns),
+            case.options.gain_change.map(|change| change.at_ns),
         ),
         (
             "Injected: glitch at",

@@ -6,18 +6,18 @@ use plant::Encoder;
 
 use super::super::values::Values;
 use super::transmission;
-use crate::servo::{
-    AntiWindup, BacklashSettings, Compensation, Derivative, EncoderGlitch, EncoderLoss,
-    EncoderSettings, FeedForward, Feedback, FollowingErrorLimit, GainChange, GapSource,
-    HomingDetection, Injections, LawSettings, Limits, Quantiser, Requests, RestIntegrator,
-    ServoSettings, SetpointOrigin,
+use crate::options::{
+    AntiWindup, AxisOptions, BacklashSettings, Compensation, Derivative, EncoderGlitch,
+    EncoderLoss, EncoderSettings, FeedForward, Feedback, FollowingErrorLimit, GainChange,
+    GapSource, HomingDetection, Injections, LawSettings, Limits, Quantiser, Requests,
+    RestIntegrator, SetpointOrigin,
 };
 
 /// The settings; [`None`] if a value was refused. A key that is left out and
 /// has no default gives a [`None`] of its own inside, as does one that was
 /// refused: then the file as a whole is refused.
-pub(super) fn servo(v: &Values) -> Option<ServoSettings> {
-    Some(ServoSettings {
+pub(super) fn options(v: &Values) -> Option<AxisOptions> {
+    Some(AxisOptions {
         law: law(v)?,
         encoders: EncoderSettings {
             counter_bits: v.whole("encoder", "counter_bits")?,
@@ -140,13 +140,17 @@ fn backlash(v: &Values) -> Option<BacklashSettings> {
             "measured" => GapSource::Measured,
             _ => return None,
         },
-        homing_detection: match v.choice("backlash", "homing_detection")? {
+        backlash_measurement_detection: match v
+            .choice("backlash", "backlash_measurement_detection")?
+        {
             "load-encoder" => HomingDetection::LoadEncoder,
             "effort" => HomingDetection::Effort,
             _ => return None,
         },
-        homing_speed_counts_per_s: v.number("backlash", "homing_speed_counts_per_s")?,
-        homing_effort_codes: v.whole("backlash", "homing_effort_codes")?,
+        backlash_measurement_speed_counts_per_s: v
+            .number("backlash", "backlash_measurement_speed_counts_per_s")?,
+        backlash_measurement_effort_codes: v
+            .whole("backlash", "backlash_measurement_effort_codes")?,
     })
 }
 

@@ -14,9 +14,9 @@ use firmware::{CAPACITY, Dac, SetpointTable};
 use super::source::{Generator, Source, StreamedQueue};
 use crate::case::Case;
 use crate::controllers::{Setpoint, fits_table, last_tick, whole};
+use crate::options::{self, Feedback, RestIntegrator, SetpointOrigin};
 use crate::quantise::{QuantiseError, setpoint_table};
-use crate::scaling::{RateBits, ServoWords, WordRequest};
-use crate::servo::{self, Feedback, RestIntegrator, SetpointOrigin};
+use crate::scaling::{RateBits, ScaledLaw, ScalingRequest};
 
 /// What the parts of an axis are made from.
 #[derive(Debug)]
@@ -33,11 +33,11 @@ impl<'a> Setup<'a> {
     /// # Errors
     /// [`QuantiseError`] if the gap has to be measured and cannot be.
     pub fn of(case: &'a Case, period_ns: u64) -> Result<Self, QuantiseError> {
-        let setpoint = match (case.servo.law.feedback, case.servo.encoders.load) {
+        let setpoint = match (case.options.law.feedback, case.options.encoders.load) {
             (Feedback::Dual, Some(load)) => Setpoint::of_load(case, period_ns, load),
             _ => Setpoint::new(case, period_ns),
         };
-        let plan = match case.servo.law.setpoints {
+        let plan = match case.options.law.setpoints {
             SetpointOrigin::Table => None,
             SetpointOrigin::Generator | SetpointOrigin::Queue => {
                 Some(plan(case, period_ns, &setpoint)?)
@@ -53,7 +53,7 @@ impl<'a> Setup<'a> {
 
     /// The same without anything that acts on the reference: what homing runs.
     pub(super) fn axis_without_take_up(&self, law: Law) -> Result<Axis, QuantiseError> {
-        let settings = &self.case.servo;
+        let settings = &self.case.options;
         let output = Output::new(self.dac()?, self.slew()?, self.quantiser()).map_err(|error| {
             setting(
                 "controller.slew_limit_codes_per_s",
@@ -99,13 +99,13 @@ impl<'a> Setup<'a> {
     }
 
     /// The words of the law from the start.
-    pub fn words(&self) -> Result<ServoWords, QuantiseError> {
+    pub fn words(&self) -> Result<ScaledLaw, QuantiseError> {
         self.request().words()
     }
 
     /// The law from the gain change on.
     pub fn next_law(&self) -> Result<Option<Law>, QuantiseError> {
-        let Some(change) = self.case.servo.gain_change else {
+        let Some(change) = self.case.options.gain_change else {
             return Ok(None);
         };
         let mut request = self.request();
@@ -134,9 +134,9 @@ impl<'a> Setup<'a> {
     }
 
     /// What the words are made from.
-    pub(super) fn request(&self) -> WordRequest {
-        WordRequest {
-            settings: self.case.servo.law,
+    pub(super) fn request(&self) -> ScalingRequest {
+        ScalingRequest {
+            settings: self.case.options.law,
             gains: self.case.controller.gains,
             sample_time_ns: self.period_ns,
             travel_counts: whole(self.setpoint.count(last_tick(self.case, self.period_ns))),
@@ -148,7 +148,7 @@ impl<'a> Setup<'a> {
 
     /// The setpoints of the run.
     pub fn source(&self) -> Result<Source, QuantiseError> {
-        Ok(match (self.case.servo.law.setpoints, &self.plan) {
+        Ok(match (self.case.options.law.setpoints, &self.plan) {
             (SetpointOrigin::Generator, Some(plan)) => {
                 Source::Generator(Box::new(Generator::new(plan.clone())))
             }
@@ -166,7 +166,10 @@ impl<'a> Setup<'a> {
 
     /// `ρ`: motor counts per count of the position's encoder.
     fn motor_counts_per_count(&self) -> f64 {
-        match (self.case.servo.law.feedback, self.case.servo.encoders.load) {
+        match (
+            self.case.options.law.feedback,
+            self.case.options.encoders.load,
+        ) {
             (Feedback::Dual, Some(load)) => self.motor_counts_per_load_count(load),
             _ => 1.0,
         }
@@ -192,24 +195,24 @@ impl<'a> Setup<'a> {
     }
 
     fn quantiser(&self) -> Quantiser {
-        let settings = &self.case.servo.law;
+        let settings = &self.case.options.law;
         match settings.quantiser {
-            servo::Quantiser::Nearest => Quantiser::Nearest,
-            servo::Quantiser::ErrorFeedback => Quantiser::ErrorFeedback,
-            servo::Quantiser::Dither => Quantiser::Dither {
+            options::Quantiser::Nearest => Quantiser::Nearest,
+            options::Quantiser::ErrorFeedback => Quantiser::ErrorFeedback,
+            options::Quantiser::Dither => Quantiser::Dither {
                 seed: settings.dither_seed,
             },
         }
     }
 
     fn slew_value(&self) -> f64 {
-        self.case.servo.law.slew_limit_codes_per_s.unwrap_or(0.0)
+        self.case.options.law.slew_limit_codes_per_s.unwrap_or(0.0)
     }
 
     /// Whole codes per sample, rounded down; none that is wider than any
     /// converter limits nothing.
     fn slew(&self) -> Result<Option<u32>, QuantiseError> {
-        let Some(codes_per_s) = self.case.servo.law.slew_limit_codes_per_s else {
+        let Some(codes_per_s) = self.case.options.law.slew_limit_codes_per_s else {
             return Ok(None);
         };
         let codes = (codes_per_s * self.period_ns as f64 / 1e9).floor();

@@ -3,15 +3,15 @@
 use firmware::{Room, TakeUp, Trigger};
 
 use super::{Setup, setting};
+use crate::controllers::axis_controller::homing::measure_gap;
 use crate::controllers::last_tick;
-use crate::controllers::servo_law::homing::measure_gap;
+use crate::options::{Compensation, GapSource};
 use crate::quantise::QuantiseError;
-use crate::servo::{Compensation, GapSource};
 
 impl Setup<'_> {
     /// The take-up of the gap, within what the motion leaves of the limits.
     pub(super) fn take_up(&self) -> Result<Option<TakeUp>, QuantiseError> {
-        let backlash = &self.case.servo.backlash;
+        let backlash = &self.case.options.backlash;
         let trigger = match backlash.compensation {
             Compensation::None => return Ok(None),
             Compensation::Velocity => Trigger::Velocity,
@@ -22,7 +22,7 @@ impl Setup<'_> {
             GapSource::Given => self.half_gap_counts(backlash.half_gap_rad).round() as u32,
             GapSource::Measured => measure_gap(self.case)?.half_counts,
         };
-        let limits = &self.case.servo.limits;
+        let limits = &self.case.options.limits;
         let motion = &self.case.motion;
         let [t1, t2, t3, ..] = motion.intervals_s();
         // The speed is largest where the acceleration ends.
@@ -88,7 +88,10 @@ impl Setup<'_> {
     }
 
     /// A half gap \[rad\], or the joint's own, at the motor \[counts\]: `K_enc·b/z`.
-    pub(in crate::controllers::servo_law) fn half_gap_counts(&self, half_rad: Option<f64>) -> f64 {
+    pub(in crate::controllers::axis_controller) fn half_gap_counts(
+        &self,
+        half_rad: Option<f64>,
+    ) -> f64 {
         let transmission = &self.case.axis.transmission;
         let half_rad = half_rad.unwrap_or(match &transmission.joint {
             plant::Joint::Elastic(joint) => joint.backlash_half_rad,

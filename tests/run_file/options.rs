@@ -3,7 +3,7 @@
 use hil_runner::files;
 use std::f64::consts::{PI, TAU};
 
-use hil_core::servo::{EncoderGlitch, EncoderLoss, FollowingErrorLimit};
+use hil_core::options::{EncoderGlitch, EncoderLoss, FollowingErrorLimit};
 
 use super::cases::load_reference;
 use super::{BASE, parse};
@@ -16,7 +16,7 @@ fn the_reference_cases_and_the_built_in_ones_have_the_papers_law() {
         files::case("paper-1", &[]).unwrap(),
         files::case("paper-2-12bit", &[]).unwrap(),
     ] {
-        assert!(case.servo.is_off(), "{}", case.name);
+        assert!(case.options.is_off(), "{}", case.name);
     }
 }
 
@@ -25,20 +25,20 @@ fn the_reference_cases_and_the_built_in_ones_have_the_papers_law() {
 fn empty_sections_turn_nothing_on() {
     let empty = "[load_encoder]\n[limits]\n[backlash]\n[sequence]\n[gain_change]\n[inject]\n";
     let case = parse(&format!("{BASE}{empty}"), &[]).unwrap();
-    assert!(case.servo.is_off());
+    assert!(case.options.is_off());
 }
 
 #[test]
 fn units_of_the_controllers_settings_are_converted() {
-    let servo = |sets: &[&str]| parse(BASE, sets).unwrap().servo;
-    let load = |set: &str| servo(&[set]).encoders.load.unwrap().counts_per_rad;
+    let options = |sets: &[&str]| parse(BASE, sets).unwrap().options;
+    let load = |set: &str| options(&[set]).encoders.load.unwrap().counts_per_rad;
     assert_eq!(load("load_encoder.counts_per_rad=1600"), 1600.0);
     // 5 mm a turn of the screw are 5000 counts a turn.
     let scale = load("load_encoder.counts_per_mm=1000");
     assert!((scale - 5000.0 / TAU).abs() < 1e-12 * scale, "{scale}");
-    let backlash = servo(&["backlash.half_gap_deg=3"]).backlash;
+    let backlash = options(&["backlash.half_gap_deg=3"]).backlash;
     assert_eq!(backlash.half_gap_rad, Some(3.0 * PI / 180.0));
-    let requests = servo(&[
+    let requests = options(&[
         "sequence.emergency_stop_s=0.1",
         "sequence.emergency_stop_release_s=0.25",
     ])
@@ -46,7 +46,7 @@ fn units_of_the_controllers_settings_are_converted() {
     assert_eq!(requests.emergency_stop_ns, Some(100_000_000));
     assert_eq!(requests.emergency_stop_release_ns, Some(250_000_000));
     assert_eq!(requests.reset_ns, None);
-    let change = servo(&["gain_change.at_s=0.5", "gain_change.ki_per_s=0"]).gain_change;
+    let change = options(&["gain_change.at_s=0.5", "gain_change.ki_per_s=0"]).gain_change;
     let change = change.unwrap();
     assert_eq!((change.at_ns, change.kp), (500_000_000, None));
     assert_eq!((change.ki_per_s, change.kd_s), (Some(0.0), None));
@@ -54,8 +54,8 @@ fn units_of_the_controllers_settings_are_converted() {
 
 #[test]
 fn what_belongs_together_is_one_setting() {
-    let servo = |sets: &[&str]| parse(BASE, sets).unwrap().servo;
-    let following_error = |sets: &[&str]| servo(sets).limits.following_error;
+    let options = |sets: &[&str]| parse(BASE, sets).unwrap().options;
+    let following_error = |sets: &[&str]| options(sets).limits.following_error;
     let counts = "limits.following_error_counts=500";
     assert_eq!(
         following_error(&[counts]),
@@ -71,13 +71,13 @@ fn what_belongs_together_is_one_setting() {
             per_speed_s: 0.02
         })
     );
-    let loss = servo(&["limits.encoder_loss_s=0.05"]).limits.encoder_loss;
+    let loss = options(&["limits.encoder_loss_s=0.05"]).limits.encoder_loss;
     let expected = EncoderLoss {
         after_ns: 50_000_000,
         codes: 100,
     };
     assert_eq!(loss, Some(expected));
-    let glitch = servo(&[
+    let glitch = options(&[
         "inject.encoder_glitch_s=0",
         "inject.encoder_glitch_counts=-1000000000",
     ]);
@@ -86,8 +86,8 @@ fn what_belongs_together_is_one_setting() {
         counts: -1_000_000_000,
     };
     assert_eq!(glitch.injections.encoder_glitch, Some(expected));
-    assert!(servo(&["limits.encoder_loss_codes=7"]).is_off());
-    let seed = servo(&["controller.dither_seed=4294967295"])
+    assert!(options(&["limits.encoder_loss_codes=7"]).is_off());
+    let seed = options(&["controller.dither_seed=4294967295"])
         .law
         .dither_seed;
     assert_eq!(seed, u32::MAX);

@@ -8,7 +8,7 @@ use crate::quantise::{QuantiseError, finest_word};
 
 impl Setup<'_> {
     pub(super) fn watches(&self) -> Result<Watches, QuantiseError> {
-        let limits = &self.case.servo.limits;
+        let limits = &self.case.options.limits;
         let rates = self.rates();
         let ticks =
             |time_ns: u64| u32::try_from(time_ns.div_ceil(self.period_ns)).unwrap_or(u32::MAX);

@@ -6,8 +6,8 @@ use firmware::{Board, counts};
 use super::setup::setting;
 use crate::case::Case;
 use crate::io::{Part, SpiIo};
+use crate::options::Feedback;
 use crate::quantise::QuantiseError;
-use crate::servo::Feedback;
 
 /// How the controller reaches encoder and converter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -54,7 +54,7 @@ impl BenchBoard {
     /// # Errors
     /// [`QuantiseError`] if the converter has no such range.
     pub fn new(case: &Case, io: IoKind) -> Result<Self, QuantiseError> {
-        let counter_bits = case.servo.encoders.counter_bits;
+        let counter_bits = case.options.encoders.counter_bits;
         let electronics = match io {
             IoKind::Direct => Electronics::Memory {
                 code: 0,
@@ -73,7 +73,7 @@ impl BenchBoard {
         Ok(Self {
             shown: Shown::default(),
             counter_bits,
-            load_bits: match case.servo.law.feedback {
+            load_bits: match case.options.law.feedback {
                 Feedback::Dual => counter_bits,
                 Feedback::Motor => u32::BITS,
             },

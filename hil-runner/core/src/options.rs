@@ -1,7 +1,7 @@
 //! What the controller does beyond the paper's law: shape of the law,
 //! supervision, backlash compensation, requests and injected faults.
 //!
-//! All of it acts on rung `firmware` alone. [`ServoSettings::default`] turns
+//! All of it acts on rung `firmware` alone. [`AxisOptions::default`] turns
 //! all of it off; what is left then is the paper's law (eq. 23). Times of the
 //! run are counted nanoseconds, angles radians; the run file has degrees.
 
@@ -19,13 +19,13 @@ pub use supervision::{
 /// use hil_core::runfile;
 ///
 /// let paper = runfile::builtin("paper-2", &[])?;
-/// assert!(paper.servo.is_off());
+/// assert!(paper.options.is_off());
 /// let clamped = runfile::builtin("paper-2", &["controller.anti_windup=clamp".to_owned()])?;
-/// assert!(!clamped.servo.is_off());
+/// assert!(!clamped.options.is_off());
 /// # Ok::<(), runfile::RunFileErrors>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct ServoSettings {
+pub struct AxisOptions {
     /// Shape of the law (`[controller]`).
     pub law: LawSettings,
     /// Encoders as the controller sees them (`[encoder]`, `[load_encoder]`).
@@ -42,7 +42,7 @@ pub struct ServoSettings {
     pub injections: Injections,
 }
 
-impl ServoSettings {
+impl AxisOptions {
     /// Whether all of it is off, so that the paper's law remains.
     pub fn is_off(&self) -> bool {
         *self == Self::default()
@@ -206,11 +206,11 @@ pub struct BacklashSettings {
     /// Where the width of the gap is known from.
     pub gap: GapSource,
     /// How the measurement of the gap notices the far flank.
-    pub homing_detection: HomingDetection,
+    pub backlash_measurement_detection: HomingDetection,
     /// Motor speed of the measurement \[counts/s\], greater than 0.
-    pub homing_speed_counts_per_s: f64,
+    pub backlash_measurement_speed_counts_per_s: f64,
     /// Output that means a flank to [`HomingDetection::Effort`] \[codes\].
-    pub homing_effort_codes: u32,
+    pub backlash_measurement_effort_codes: u32,
 }
 
 impl Default for BacklashSettings {
@@ -219,9 +219,9 @@ impl Default for BacklashSettings {
             compensation: Compensation::None,
             half_gap_rad: None,
             gap: GapSource::Given,
-            homing_detection: HomingDetection::LoadEncoder,
-            homing_speed_counts_per_s: 200.0,
-            homing_effort_codes: 50,
+            backlash_measurement_detection: HomingDetection::LoadEncoder,
+            backlash_measurement_speed_counts_per_s: 200.0,
+            backlash_measurement_effort_codes: 50,
         }
     }
 }
@@ -246,7 +246,7 @@ pub enum GapSource {
     Measured,
 }
 
-/// How the measurement notices the far flank (`backlash.homing_detection`).
+/// How the measurement notices the far flank (`backlash.backlash_measurement_detection`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum HomingDetection {
     /// The load encoder moves.

@@ -2,11 +2,11 @@
 
 use firmware::law::{AntiWindup, FilterWords};
 
-use super::{Refusal, WordRequest};
+use super::{Refusal, ScalingRequest};
+use crate::options;
 use crate::quantise::power_of_two;
-use crate::servo;
 
-impl WordRequest {
+impl ScalingRequest {
     /// `a = Δt/(T_f + Δt)`, and the fewest fraction bits with
     /// `(Kd/Δt)·2^−h ≤ 1/16`.
     pub(super) fn filter(&self, kd_per_dt: f64) -> Result<Option<FilterWords>, Refusal> {
@@ -25,9 +25,9 @@ impl WordRequest {
 
     pub(super) fn anti_windup(&self) -> Result<AntiWindup, Refusal> {
         Ok(match self.settings.anti_windup {
-            servo::AntiWindup::None => AntiWindup::None,
-            servo::AntiWindup::Clamp => AntiWindup::Clamp,
-            servo::AntiWindup::BackCalculation => {
+            options::AntiWindup::None => AntiWindup::None,
+            options::AntiWindup::Clamp => AntiWindup::Clamp,
+            options::AntiWindup::BackCalculation => {
                 let dt_s = self.sample_time_ns as f64 / 1e9;
                 let tracking = word31(dt_s / self.settings.tracking_time_s);
                 AntiWindup::BackCalculation {

@@ -4,17 +4,17 @@
 
 use firmware::{Event, Fault, State, counts};
 
-use super::ServoStatus;
+use super::AxisStatus;
 use super::board::Shown;
 use crate::controllers::whole;
 use crate::message::{Command, Measurement};
-use crate::servo::{EncoderGlitch, ServoSettings};
+use crate::options::{AxisOptions, EncoderGlitch};
 
 /// Requests and injected faults. They come at the first sample at or after
 /// their time.
 #[derive(Debug, Clone)]
 pub struct World {
-    settings: ServoSettings,
+    settings: AxisOptions,
     period_ns: u64,
     /// The count at which the encoder froze.
     frozen_counts: Option<f64>,
@@ -22,7 +22,7 @@ pub struct World {
 
 impl World {
     /// The world of an axis at samples `period_ns` apart.
-    pub fn new(settings: ServoSettings, period_ns: u64) -> Self {
+    pub fn new(settings: AxisOptions, period_ns: u64) -> Self {
         Self {
             settings,
             period_ns,
@@ -170,8 +170,8 @@ impl Reported {
             error_counts: f64::from(self.error_counts),
             dac_code: f64::from(self.code),
             out_of_range,
-            busy: None,
-            servo: Some(ServoStatus {
+            execution: None,
+            axis: Some(AxisStatus {
                 state: self.state,
                 fault: self.fault,
                 first_fault: self.first_fault,

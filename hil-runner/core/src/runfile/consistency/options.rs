@@ -4,20 +4,20 @@
 //! what hangs on that choice is judged there alone, so that one file serves
 //! all rungs.
 
-use super::super::assemble::servo::{compensation, feedback, setpoints};
+use super::super::assemble::options::{compensation, feedback, setpoints};
 use super::super::assemble::{computation_delay, law};
 use super::super::key_table::SECTIONS;
 use super::super::keys::{Need, path};
 use super::Consistency;
 use crate::case::{ComputationDelay, Law};
-use crate::servo::{Compensation, Feedback, SetpointOrigin};
+use crate::options::{Compensation, Feedback, SetpointOrigin};
 
 /// What a load encoder must say.
 const LOAD_ENCODER: &str = "load_encoder.counts_per_rad or load_encoder.counts_per_mm";
 
 impl Consistency<'_> {
     /// All checks of this file.
-    pub(super) fn servo(&mut self) {
+    pub(super) fn options(&mut self) {
         self.only_one_of("load_encoder", "counts_per_rad", "counts_per_mm");
         self.only_with();
         self.gain_change();
@@ -162,10 +162,10 @@ impl Consistency<'_> {
     fn measured_gap(&mut self) {
         let v = self.values;
         if v.choice("backlash", "gap") == Some("measured")
-            && v.choice("backlash", "homing_detection") == Some("load-encoder")
+            && v.choice("backlash", "backlash_measurement_detection") == Some("load-encoder")
             && !self.has_load_encoder()
         {
-            let detection = v.quote("backlash", "homing_detection");
+            let detection = v.quote("backlash", "backlash_measurement_detection");
             let because = format!("{detection} needs {LOAD_ENCODER}");
             self.refuse("backlash", "gap", because);
         }
