@@ -1,7 +1,7 @@
 //! What a chip's part of a run costs: instructions, cycles, memory.
 
 use firmware::State;
-use firmware::link::{Identity, Status};
+use firmware_link::{Identity, Status};
 use serde::Serialize;
 
 use crate::message::Busy;

@@ -6,8 +6,8 @@ mod meter;
 
 use firmware::axis::Inputs;
 use firmware::law::Law;
-use firmware::link::{Events, Reply, Request, Status, Step, Stepped, settings as wire};
 use firmware::{Board, Dac, Next, Observed, State, counts};
+use firmware_link::{Events, Reply, Request, Status, Step, Stepped, settings as wire};
 
 use super::servo_law::{BenchBoard, Reported, StreamedQueue, World};
 use super::whole;
