@@ -2,9 +2,9 @@
 
 use core::fmt;
 
-use firmware::link::request::MOST_SETPOINTS;
-use firmware::link::{Events, Request, SourceKind, settings as wire};
 use firmware::{CAPACITY, Dac, SetpointTable, State};
+use firmware_link::request::MOST_SETPOINTS;
+use firmware_link::{Events, Request, SourceKind, plan, settings as wire};
 
 use super::super::client::{Client, ClientError};
 use super::{ChipLaw, Kind, Meter, RemoteAxis};
@@ -74,7 +74,7 @@ fn axis(client: &mut Client, case: &Case, period_ns: u64) -> Result<Kind, ChipLa
             SourceKind::Table
         }
         Source::Generator(generator) => {
-            for part in generator.plan().parts() {
+            for part in plan::parts(generator.plan()) {
                 client.take(&Request::Plan(&part))?;
             }
             SourceKind::Plan

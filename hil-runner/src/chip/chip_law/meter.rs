@@ -4,7 +4,7 @@
 //! instruction takes 128 ns of the machine's time, and the chip's timer shows
 //! that time. A board's timer counts the cycles of its core.
 
-use firmware::link::Identity;
+use firmware_link::Identity;
 
 use crate::chip::spec::Target;
 use hil_core::case::TargetSettings;

@@ -6,8 +6,8 @@ mod meter;
 
 use firmware::axis::Inputs;
 use firmware::law::Law;
-use firmware::link::{Events, Identity, Reply, Request, Step, Stepped, settings as wire};
 use firmware::{Board, Dac, Next, Observed, State, counts};
+use firmware_link::{Events, Identity, Reply, Request, Step, Stepped, settings as wire};
 
 use super::client::{Client, ClientError};
 use hil_core::case::Case;

@@ -2,7 +2,7 @@
 
 use super::row::Wanted;
 use super::rows::{Mismatch, Row, What, rows};
-use crate::axis::{Axis, AxisState};
+use firmware::axis::{Axis, AxisState};
 
 /// The number of rows in a file whose every row the axis gives.
 ///

@@ -2,12 +2,12 @@
 
 use heapless::Vec;
 
-use super::bytes::{Reader, Writer};
-use super::frame::LARGEST_BODY;
-use super::header::Header;
-use crate::axis::Inputs;
-use crate::reference::{Next, Setpoint};
-use crate::states::Event;
+use crate::bytes::{Reader, Writer};
+use crate::frame::LARGEST_BODY;
+use crate::header::Header;
+use firmware::axis::Inputs;
+use firmware::reference::{Next, Setpoint};
+use firmware::states::Event;
 
 /// Setpoints of one [`Request::Setpoints`] at most.
 pub const MOST_SETPOINTS: usize = 44;
@@ -22,14 +22,14 @@ pub enum Request<'a> {
     /// Begins a session, unless it is the present one.
     Hello,
     /// The paper's controller: its words and converter
-    /// ([`super::settings::read_paper`]).
+    /// ([`crate::settings::read_paper`]).
     Paper(&'a [u8]),
-    /// The product's axis ([`super::settings::read_axis`]); behind BEGIN other
+    /// The product's axis ([`crate::settings::read_axis`]); behind BEGIN other
     /// parameters of the one that runs, from the next sample on.
     Axis(&'a [u8]),
     /// The next setpoints of the table \[counts\], 4 bytes each.
     Setpoints(&'a [u8]),
-    /// The next part of a planned motion ([`crate::MotionPlan`]).
+    /// The next part of a planned motion ([`firmware::MotionPlan`]).
     Plan(&'a [u8]),
     /// The configuration is complete.
     Begin {
@@ -43,7 +43,7 @@ pub enum Request<'a> {
     /// One sample.
     Step(Step),
     /// Other words of the law, from the next sample on
-    /// ([`super::settings::read_law`]).
+    /// ([`crate::settings::read_law`]).
     Law(&'a [u8]),
     /// How the controller has fared so far.
     Status,
@@ -69,7 +69,7 @@ pub struct Step {
     /// sent along.
     pub inputs: Inputs,
     /// Whether the motor's register could not be read: the last good one stands
-    /// for it, as [`crate::hardware::serve`] has it.
+    /// for it, as [`firmware::hardware::serve`] has it.
     pub motor_unread: bool,
     /// What the source has, where it is [`SourceKind::Step`].
     pub next: Next,

@@ -5,7 +5,7 @@ use core::str::Lines;
 
 use super::row::{Given, Wanted};
 use super::settings::Settings;
-use crate::axis::Axis;
+use firmware::axis::Axis;
 
 /// A row with all that comes before it.
 #[derive(Debug, Clone, Copy)]
@@ -13,7 +13,7 @@ pub struct Row<'a> {
     /// Number of its line, from 1.
     pub line: usize,
     /// The axis, where it is another from this row on. The first row has it;
-    /// each later one comes with [`crate::AxisState::gains_changed`].
+    /// each later one comes with [`firmware::AxisState::gains_changed`].
     pub axis: Option<Axis>,
     /// What goes into the sample.
     pub given: Given<'a>,

@@ -2,11 +2,11 @@
 
 use firmware::axis::{Axis, Inputs};
 use firmware::law::{Law, LawWords};
-use firmware::link::frame::{Received, crc32_on};
-use firmware::link::settings::{write_axis, write_paper};
-use firmware::link::{Events, Identity, Nak, Reply, Request, Server, SourceKind, Step, Target};
 use firmware::output::{Output, Quantiser};
 use firmware::{Dac, Event, GainWord, Next, SetpointTable, State};
+use firmware_link::frame::{Received, crc32_on};
+use firmware_link::settings::{write_axis, write_paper};
+use firmware_link::{Events, Identity, Nak, Reply, Request, Server, SourceKind, Step, Target};
 
 /// A target in memory whose clock stands still.
 struct Memory;

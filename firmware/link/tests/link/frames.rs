@@ -1,7 +1,7 @@
 //! Frames: whatever a line does to them, what comes out is what went in, or
 //! nothing.
 
-use firmware::link::frame::{
+use firmware_link::frame::{
     LARGEST_BODY, LARGEST_FRAME, Received, Receiver, crc32, crc32_on, encode,
 };
 use proptest::prelude::*;

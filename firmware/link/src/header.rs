@@ -1,6 +1,6 @@
 //! What every body begins with.
 
-use super::bytes::{Reader, Writer};
+use crate::bytes::{Reader, Writer};
 
 /// Version of the protocol, told in every HELLO; both sides must have the same.
 pub const VERSION: u8 = 1;

@@ -2,8 +2,8 @@
 
 use core::fmt::Write as _;
 
-use firmware::vectors::{Given, Settings, Wanted};
 use firmware::{Axis, AxisOutput, AxisState, Inputs, Next};
+use firmware_link::vectors::{Given, Settings, Wanted};
 
 use crate::rig::Motor;
 

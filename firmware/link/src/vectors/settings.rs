@@ -2,14 +2,14 @@
 
 use core::str::{FromStr, SplitWhitespace};
 
-use crate::axis::{Axis, Feedback, Rest, Watches};
-use crate::dac::Dac;
-use crate::law::{AntiWindup, Derivative, FilterWords, Law, LawWords};
-use crate::output::{Output, Quantiser};
-use crate::position::CounterParameters;
-use crate::takeup::{Room, TakeUp, Trigger};
-use crate::watch::{EncoderLossWatch, FollowingErrorWatch, SaturationWatch, TickWatch};
-use crate::word::GainWord;
+use firmware::axis::{Axis, Feedback, Rest, Watches};
+use firmware::dac::Dac;
+use firmware::law::{AntiWindup, Derivative, FilterWords, Law, LawWords};
+use firmware::output::{Output, Quantiser};
+use firmware::position::CounterParameters;
+use firmware::takeup::{Room, TakeUp, Trigger};
+use firmware::watch::{EncoderLossWatch, FollowingErrorWatch, SaturationWatch, TickWatch};
+use firmware::word::GainWord;
 
 /// What the lines have said so far. The default is everything off, and no
 /// converter: that one has to be named.

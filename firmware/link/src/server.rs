@@ -7,19 +7,19 @@
 
 use heapless::Vec;
 
-use super::bytes::Reader;
-use super::frame::{Received, crc32_on};
-use super::header::Header;
-use super::reply::{Identity, LARGEST_REPLY, Nak, Reply, Status, Stepped};
-use super::request::{Events, Request, SourceKind, Step};
-use super::settings;
-use crate::axis::{Axis, AxisState};
-use crate::controller::{Controller, ControllerState};
-use crate::counts;
-use crate::motion::{MotionPlan, MotionState};
-use crate::reference::{Next, Observed, Setpoint, SetpointSource};
-use crate::setpoint::SetpointTable;
-use crate::states::State;
+use crate::bytes::Reader;
+use crate::frame::{Received, crc32_on};
+use crate::header::Header;
+use crate::reply::{Identity, LARGEST_REPLY, Nak, Reply, Status, Stepped};
+use crate::request::{Events, Request, SourceKind, Step};
+use crate::{plan, settings};
+use firmware::axis::{Axis, AxisState};
+use firmware::controller::{Controller, ControllerState};
+use firmware::counts;
+use firmware::motion::{MotionPlan, MotionState, PlanHead};
+use firmware::reference::{Next, Observed, Setpoint, SetpointSource};
+use firmware::setpoint::SetpointTable;
+use firmware::states::State;
 
 /// What a server needs of its target.
 pub trait Target {
@@ -67,7 +67,7 @@ struct Source<'t, const N: usize> {
 }
 
 impl<const N: usize> Source<'_, N> {
-    /// The next entry; as [`crate::reference::TableSource`].
+    /// The next entry; as [`firmware::reference::TableSource`].
     fn entry(&mut self) -> Next {
         let position = self.table.at(u64::from(self.k));
         let before = self.table.at(u64::from(self.k.saturating_sub(1)));
@@ -198,7 +198,7 @@ impl<'t, const N: usize> Server<'t, N> {
         self.machine = Machine::None;
         self.source.table.rest_at(0);
         self.source.k = 0;
-        self.source.plan.rest();
+        self.source.plan.begin(PlanHead::default());
         self.source.motion = MotionState::at_start();
     }
 
@@ -218,7 +218,9 @@ impl<'t, const N: usize> Server<'t, N> {
             _ if self.begun => Err(Nak::Request),
             Request::Paper(payload) => self.paper(payload),
             Request::Setpoints(payload) => self.setpoints(payload),
-            Request::Plan(payload) => self.source.plan.take_part(payload).ok_or(Nak::Settings),
+            Request::Plan(payload) => {
+                plan::take_part(&mut self.source.plan, payload).ok_or(Nak::Settings)
+            }
             Request::Begin {
                 configuration,
                 source,

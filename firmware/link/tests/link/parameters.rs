@@ -2,14 +2,15 @@
 
 use firmware::axis::{Axis, Feedback, Rest, Watches};
 use firmware::law::{AntiWindup, Derivative, FilterWords, Law, LawWords};
-use firmware::link::settings::{
-    read_axis, read_law, read_paper, write_axis, write_law, write_paper,
-};
 use firmware::output::{Output, Quantiser};
 use firmware::position::CounterParameters;
 use firmware::watch::{EncoderLossWatch, FollowingErrorWatch, SaturationWatch, TickWatch};
 use firmware::{
     Dac, GainWord, MotionPlan, MotionState, Next, Pid, PidWords, Room, TakeUp, Trigger,
+};
+use firmware_link::plan::{parts as plan_parts, take_part};
+use firmware_link::settings::{
+    read_axis, read_law, read_paper, write_axis, write_law, write_paper,
 };
 
 fn word(mantissa: i32, fraction_bits: u8) -> GainWord {
@@ -140,8 +141,8 @@ fn a_plan_runs_alike_wherever_it_was_planned() {
     ];
     let plan = MotionPlan::new(-(54_321 << 32) + 77, intervals_ps, 1_000_000).unwrap();
     let mut other = MotionPlan::at_rest();
-    for part in plan.parts() {
-        other.take_part(&part).expect("a part of a plan");
+    for part in plan_parts(&plan) {
+        take_part(&mut other, &part).expect("a part of a plan");
     }
     assert_eq!(other, plan);
     let (mut here, mut there) = (MotionState::default(), MotionState::at_start());
@@ -150,8 +151,8 @@ fn a_plan_runs_alike_wherever_it_was_planned() {
     }
     assert!(matches!(plan.next(&mut here), Next::Last(_)));
     // A part too many, and one that is none.
-    let part = plan.parts().nth(1).unwrap();
-    other.take_part(&part).expect("seven pieces have room");
-    assert_eq!(other.take_part(&part), None);
-    assert_eq!(other.take_part(&part[1..]), None);
+    let part = plan_parts(&plan).nth(1).unwrap();
+    take_part(&mut other, &part).expect("seven pieces have room");
+    assert_eq!(take_part(&mut other, &part), None);
+    assert_eq!(take_part(&mut other, &part[1..]), None);
 }

@@ -3,18 +3,18 @@
 
 use heapless::Vec;
 
-use super::bytes::{Reader, Writer};
-use super::frame::LARGEST_BODY;
-use crate::axis::{Axis, Feedback, Rest, Watches};
-use crate::dac::Dac;
-use crate::gains::PidWords;
-use crate::law::{AntiWindup, Derivative, FilterWords, Law, LawWords};
-use crate::output::{Output, Quantiser};
-use crate::pid::Pid;
-use crate::position::CounterParameters;
-use crate::takeup::{TakeUp, Trigger};
-use crate::watch::{EncoderLossWatch, FollowingErrorWatch, SaturationWatch, TickWatch};
-use crate::word::GainWord;
+use crate::bytes::{Reader, Writer};
+use crate::frame::LARGEST_BODY;
+use firmware::axis::{Axis, Feedback, Rest, Watches};
+use firmware::dac::Dac;
+use firmware::gains::PidWords;
+use firmware::law::{AntiWindup, Derivative, FilterWords, Law, LawWords};
+use firmware::output::{Output, Quantiser};
+use firmware::pid::Pid;
+use firmware::position::CounterParameters;
+use firmware::takeup::{TakeUp, Trigger};
+use firmware::watch::{EncoderLossWatch, FollowingErrorWatch, SaturationWatch, TickWatch};
+use firmware::word::GainWord;
 
 /// A part of a configuration.
 pub type Payload = Vec<u8, LARGEST_BODY>;

@@ -37,7 +37,7 @@
 //! | `02` | PAPER | [`settings::write_paper`] |
 //! | `03` | AXIS | [`settings::write_axis`] |
 //! | `04` | SETPOINTS | 4 bytes each |
-//! | `05` | PLAN | [`crate::MotionPlan::parts`] |
+//! | `05` | PLAN | [`plan::parts`] |
 //! | `06` | BEGIN | CRC-32 of the configuration, events, source |
 //! | `07` | STEP | flags, motor register; as flagged: load register, tick and transfers, setpoint |
 //! | `08` | LAW | [`settings::write_law`] |
@@ -56,13 +56,26 @@
 //! [`Nak::Configuration`]: reply::Nak::Configuration
 //! [`Nak::Settings`]: reply::Nak::Settings
 
+#![no_std]
+#![deny(
+    clippy::arithmetic_side_effects,
+    clippy::as_conversions,
+    clippy::float_arithmetic,
+    clippy::indexing_slicing,
+    clippy::integer_division_remainder_used,
+    clippy::string_slice,
+    clippy::unreachable
+)]
+
 pub mod bytes;
 pub mod frame;
 pub mod header;
+pub mod plan;
 pub mod reply;
 pub mod request;
 pub mod server;
 pub mod settings;
+pub mod vectors;
 
 pub use reply::{Identity, Nak, Reply, Status, Stepped};
 pub use request::{Events, Request, SourceKind, Step};

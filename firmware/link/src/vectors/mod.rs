@@ -1,13 +1,13 @@
 //! Golden vectors: what the axis gives for stored inputs, number by number, on
 //! every processor.
 //!
-//! The files are `firmware/vectors/*.txt`, their format is in the `README.md`
+//! The files are `firmware/link/vectors/*.txt`, their format is in the `README.md`
 //! beside them. Whoever brings the controller to another processor replays them
 //! there, with [`replay()`] on the processor itself, or row by row from a host
 //! that has it at the end of a line: [`rows()`] needs no axis.
 //!
 //! ```
-//! use firmware::vectors::{What, replay};
+//! use firmware_link::vectors::{What, replay};
 //!
 //! // Kp = 2 codes per count behind 12 bits; 10 counts behind its setpoint.
 //! let file = "\

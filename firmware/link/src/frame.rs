@@ -107,7 +107,7 @@ pub enum Received<'a> {
 /// Takes bytes off a line and finds the frames in them.
 ///
 /// ```
-/// use firmware::link::frame::{LARGEST_FRAME, Received, Receiver, encode};
+/// use firmware_link::frame::{LARGEST_FRAME, Received, Receiver, encode};
 ///
 /// let line = encode::<LARGEST_FRAME>(b"\x01\x00servo").ok_or("too long")?;
 /// let mut receiver = Receiver::new();

@@ -2,11 +2,11 @@
 
 use heapless::Vec;
 
-use super::bytes::{Reader, Writer};
-use super::header::{Header, VERSION};
-use super::request::Events;
-use crate::faults::{Fault, FaultCause, FaultValues};
-use crate::states::State;
+use crate::bytes::{Reader, Writer};
+use crate::header::{Header, VERSION};
+use crate::request::Events;
+use firmware::faults::{Fault, FaultCause, FaultValues};
+use firmware::states::State;
 
 /// Bytes of the largest reply.
 pub const LARGEST_REPLY: usize = 72;

@@ -1,8 +1,9 @@
-//! The golden vectors: `firmware/vectors/*.txt` against the axis, rebuilt from
+//! The golden vectors: `firmware/link/vectors/*.txt` against the axis, rebuilt from
 //! the text alone. `BLESS=1` writes the files anew.
 
 #![allow(clippy::expect_used, reason = "a test stops where its setup fails")]
 
+#[path = "../../tests/rig/mod.rs"]
 mod rig;
 mod vectors;
 
@@ -10,7 +11,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Once;
 
-use firmware::vectors::{What, replay};
+use firmware_link::vectors::{What, replay};
 use vectors::scenarios;
 
 fn folder() -> PathBuf {

@@ -3,10 +3,10 @@
 use core::fmt;
 use core::str::{FromStr, SplitWhitespace};
 
-use crate::axis::{AxisOutput, Inputs};
-use crate::faults::{Fault, FaultCause, FaultValues};
-use crate::reference::{Next, Observed, Setpoint, SetpointSource};
-use crate::states::{Event, State};
+use firmware::axis::{AxisOutput, Inputs};
+use firmware::faults::{Fault, FaultCause, FaultValues};
+use firmware::reference::{Next, Observed, Setpoint, SetpointSource};
+use firmware::states::{Event, State};
 
 /// What goes into a sample. It is the source of setpoints of that sample too.
 #[derive(Debug, Clone, Copy)]
