@@ -1,16 +1,16 @@
 //! The plant: advanced from one voltage update to the next, with every change
 //! of contact, of sliding and sticking, and of the amplifier's limit located.
 
-use crate::adaptive::Interval;
-use crate::axis::{Axis, Drive};
 use crate::error::PlantError;
 use crate::exact::{FIGURES, Tables, figures_at};
-use crate::joint::{Contact, Flank, JointMode};
-use crate::mode::{Guard, Mode};
-use crate::parameters::AxisParameters;
-use crate::span::Watch;
-use crate::state::{State, Vector};
-use crate::step_size::StepSize;
+use crate::hybrid::mode::{Guard, Mode};
+use crate::model::axis::{Axis, Drive};
+use crate::model::joint::{Contact, Flank, JointMode};
+use crate::model::parameters::AxisParameters;
+use crate::model::state::{State, Vector};
+use crate::observe::span::Watch;
+use crate::stepped::adaptive::Interval;
+use crate::stepped::step_size::StepSize;
 
 /// How the equations are solved.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -6,12 +6,12 @@ use super::lanes::Shared;
 use super::question::Question;
 use super::step::Leaving;
 use super::width::Width;
-use crate::axis::Drive;
 use crate::error::PlantError;
 use crate::exact::FIGURES;
-use crate::extremes::Extremes;
+use crate::model::axis::Drive;
+use crate::model::state::State;
+use crate::observe::extremes::Extremes;
 use crate::plant::Plant;
-use crate::state::State;
 
 /// The single run that a lane is.
 #[derive(Debug, Clone)]

@@ -8,10 +8,10 @@ use super::step::Leaving;
 use super::swing::{Begin, Swing};
 use super::width::Width;
 use crate::exact::{FIGURES, HELD};
-use crate::joint::Contact;
+use crate::model::joint::Contact;
+use crate::model::state::State;
+use crate::observe::span::{ContactChange, Watch};
 use crate::plant::seconds;
-use crate::span::{ContactChange, Watch};
-use crate::state::State;
 
 /// What is needed to follow them, kept from time to time.
 #[derive(Debug, Clone)]

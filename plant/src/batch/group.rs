@@ -9,10 +9,10 @@ use super::track::Track;
 use super::width::Width;
 use crate::error::PlantError;
 use crate::exact::{FIGURES, HELD};
-use crate::extremes::Extremes;
+use crate::model::resistance::GuideMode;
+use crate::model::state::State;
+use crate::observe::extremes::Extremes;
 use crate::plant::{Plant, seconds};
-use crate::resistance::GuideMode;
-use crate::state::State;
 
 /// As many runs as there are lanes, at the same time.
 #[derive(Debug, Clone)]

@@ -5,12 +5,12 @@ use super::group::Group;
 use super::phase::{DRIVING, Phase};
 use super::step::Leaving;
 use super::width::Width;
-use crate::axis::Axis;
 use crate::error::PlantError;
 use crate::exact::{FIGURES, Tables};
-use crate::extremes::{Extremes, ExtremesSettings};
-use crate::parameters::AxisParameters;
-use crate::state::State;
+use crate::model::axis::Axis;
+use crate::model::parameters::AxisParameters;
+use crate::model::state::State;
+use crate::observe::extremes::{Extremes, ExtremesSettings};
 
 /// What is a run's own about the plant.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -6,7 +6,7 @@ use super::phase::DRIVING;
 use super::step::Step;
 use super::width::Width;
 use crate::exact::HeldTable;
-use crate::state::{BETA_DOT, CURRENT, EPSILON_DOT};
+use crate::model::state::{BETA_DOT, CURRENT, EPSILON_DOT};
 
 /// Numbers of the closed joint, in the order in which they are needed: β̈ from
 /// δ, ε̇ and I; ε̈ from β̇, δ, ε̇ and I, and its constant part; İ from β̇, I and V; R

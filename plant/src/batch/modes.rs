@@ -1,9 +1,9 @@
 //! What the lanes' modes make of the equations.
 
 use super::width::Width;
-use crate::joint::JointMode;
+use crate::model::joint::JointMode;
+use crate::model::resistance::GuideMode;
 use crate::plant::Plant;
-use crate::resistance::GuideMode;
 
 /// The numbers of every lane's mode.
 #[derive(Debug, Clone)]

@@ -4,12 +4,12 @@
 use super::course::Course;
 use super::loss::LaneLoss;
 use super::width::Width;
-use crate::axis::Axis;
 pub(crate) use crate::exact::DRIVING;
 use crate::exact::{
     AxisSystem, BOUND_MARGIN, FIGURES, HELD, HeldTable, Quantity, SLOPES, Sketch, VALUES,
 };
-use crate::state::{BETA_DOT, CURRENT, EPSILON_DOT};
+use crate::model::axis::Axis;
+use crate::model::state::{BETA_DOT, CURRENT, EPSILON_DOT};
 
 /// One step of all groups: what depends on the state of the joint alone.
 #[derive(Debug, Clone)]

@@ -6,9 +6,9 @@ use super::group::Group;
 use super::lanes::Shared;
 use super::width::Width;
 use crate::exact::{CARRIAGE, FIGURES, SLOPES, VALUES, command_slopes};
-use crate::motion::Motion;
+use crate::model::motion::Motion;
+use crate::model::state::State;
 use crate::plant::seconds;
-use crate::state::State;
 
 /// A step to be looked at again, or a piece of one.
 #[derive(Debug, Clone, Copy)]

@@ -5,7 +5,7 @@ use super::lanes::Shared;
 use super::phase::{DRIVING, dot_pairs};
 use super::width::Width;
 use crate::exact::{CARRIAGE, FIGURES};
-use crate::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT, State};
+use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT, State};
 
 /// A lane that has left the common step, with what it began that with.
 #[derive(Debug, Clone, Copy)]

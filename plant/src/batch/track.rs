@@ -12,7 +12,7 @@ use super::phase::{DRIVING, dot_pairs};
 use super::question::Question;
 use super::width::Width;
 use crate::exact::{CARRIAGE, FIGURES, HELD};
-use crate::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT};
+use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT};
 
 /// Places for the steps that have not been looked at, and for now.
 const PLACES: usize = 32;

@@ -9,18 +9,18 @@ use super::figures::{CARRIAGE, Piece};
 use super::system::{Column, DELTA, HELD, held_state, to_plant_vector};
 use super::tables::{HeldTable, Quantity, Table, Tables};
 use super::walk::{BOUND_MARGIN, Flow};
-use crate::adaptive::Interval;
-use crate::axis::Drive;
 use crate::error::PlantError;
-use crate::extremes::Extremes;
-use crate::guard::speed_noise;
-use crate::joint::{Flank, JointMode};
-use crate::mode::{Direction, Guard, Guards};
-use crate::motion::MotionPoint;
+use crate::hybrid::guard::speed_noise;
+use crate::hybrid::mode::{Direction, Guard, Guards};
+use crate::model::axis::Drive;
+use crate::model::joint::{Flank, JointMode};
+use crate::model::motion::MotionPoint;
+use crate::model::resistance::GuideMode;
+use crate::model::state::{BETA_DOT, BETA_INTEGRAL, EPSILON_DOT, State, Vector};
+use crate::observe::extremes::Extremes;
+use crate::observe::span::{Interior, Span, Watch};
 use crate::plant::{Plant, seconds};
-use crate::resistance::GuideMode;
-use crate::span::{Interior, Span, Watch};
-use crate::state::{BETA_DOT, BETA_INTEGRAL, EPSILON_DOT, State, Vector};
+use crate::stepped::adaptive::Interval;
 
 /// Units in the last place of the terms of δ that its rounding may reach.
 pub(crate) const NOISE_ULPS: f64 = 4.0 * f64::EPSILON;

@@ -4,7 +4,7 @@
 use super::grid::{Local, LocalCoefficients, derivative};
 use super::sketch::SLOPES;
 use super::taylor::value_and_slope;
-use crate::motion::Motion;
+use crate::model::motion::Motion;
 
 /// `ELEVATE·b` writes a polynomial of degree 2 with degree 10: row i has
 /// `C(2,j)·C(8,i−j)/C(10,i)`.

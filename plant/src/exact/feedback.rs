@@ -6,15 +6,15 @@ use super::advance::NOISE_ULPS;
 use super::system::{Column, DELTA, FEEDBACK, feedback_state, plant_vector};
 use super::tables::{FeedbackTable, Quantity, Tables};
 use super::walk::{BOUND_MARGIN, Flow};
-use crate::adaptive::Interval;
-use crate::axis::Drive;
 use crate::error::PlantError;
-use crate::mode::AmplifierMode;
-use crate::pid::ContinuousPid;
+use crate::hybrid::mode::AmplifierMode;
+use crate::model::axis::Drive;
+use crate::model::pid::ContinuousPid;
+use crate::model::resistance::GuideMode;
+use crate::model::state::Vector;
+use crate::observe::span::{Interior, Span, Watch};
 use crate::plant::{Plant, seconds};
-use crate::resistance::GuideMode;
-use crate::span::{Interior, Span, Watch};
-use crate::state::Vector;
+use crate::stepped::adaptive::Interval;
 
 /// A smooth piece of the solution under the continuous law.
 #[derive(Debug, Clone, Copy)]

@@ -6,10 +6,10 @@ use super::peak::{SketchedPeak, Sought};
 use super::system::{Column, FEEDBACK, HELD};
 use super::tables::Quantity;
 use super::walk::Flow;
-use crate::axis::Axis;
-use crate::mode::Mode;
-use crate::motion::{Motion, MotionPoint};
-use crate::state::{BETA, CURRENT, Vector, gamma};
+use crate::hybrid::mode::Mode;
+use crate::model::axis::Axis;
+use crate::model::motion::{Motion, MotionPoint};
+use crate::model::state::{BETA, CURRENT, Vector, gamma};
 
 /// Figures whose peaks between the samples are kept: ẍ, I, and how far the
 /// carriage and the motor are behind the command.

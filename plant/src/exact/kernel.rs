@@ -4,7 +4,7 @@
 use super::levels::{ChordBounds, ExactStep};
 use super::system::{AxisSystem, Column, DELTA, HELD};
 use super::walk::BOUND_MARGIN;
-use crate::state::{BETA, BETA_DOT, CURRENT, EPSILON_DOT};
+use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON_DOT};
 
 /// The exact step over the whole length, `x(T) = Φ·x + ψ(T)·load + Γ·V`, with
 /// the entries that are not zero: β drives nothing.

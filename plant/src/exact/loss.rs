@@ -29,9 +29,9 @@ use super::feedback::FeedbackPiece;
 use super::levels::Levels;
 use super::system::{AxisSystem, Column, DELTA, FEEDBACK, HELD, Matrix};
 use super::taylor::TERMS;
-use crate::axis::Axis;
-use crate::quadrature::GAUSS_8;
-use crate::state::{BETA_DOT, CURRENT, EPSILON_DOT};
+use crate::model::axis::Axis;
+use crate::model::state::{BETA_DOT, CURRENT, EPSILON_DOT};
+use crate::numerics::quadrature::GAUSS_8;
 
 /// The states under a held voltage that drive something: β̇, δ, ε̇ and I.
 pub(crate) const DRIVING: usize = 4;

@@ -9,7 +9,7 @@ use super::tables::Linear;
 use super::taylor::{Coefficients, TERMS, Taylor, value_and_slope};
 use super::walk::{BOUND_MARGIN, Flow, Leg, Stretch};
 use super::zeros::Found;
-use crate::motion::Motion;
+use crate::model::motion::Motion;
 
 /// A quantity `scale·row·x + offset`, or the command less that.
 #[derive(Debug, Clone, Copy)]

@@ -7,7 +7,7 @@
 //! is halved (de Casteljau).
 
 use super::taylor::{Coefficients, TERMS, value_and_slope};
-use crate::bernstein::halves;
+use crate::numerics::bernstein::halves;
 
 const N: usize = TERMS + 1;
 

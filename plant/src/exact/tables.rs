@@ -13,12 +13,12 @@ use super::sketch::Sketch;
 use super::system::{
     AxisSystem, Column, DELTA, FEEDBACK, HELD, Matrix, demand_row, feedback_system, from_command,
 };
-use crate::axis::Axis;
-use crate::mode::Mode;
-use crate::pid::ContinuousPid;
+use crate::hybrid::mode::Mode;
+use crate::model::axis::Axis;
+use crate::model::pid::ContinuousPid;
+use crate::model::resistance::GuideMode;
+use crate::model::state::{BETA, CURRENT};
 use crate::plant::seconds;
-use crate::resistance::GuideMode;
-use crate::state::{BETA, CURRENT};
 
 /// What guards and figures look at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

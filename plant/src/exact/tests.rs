@@ -10,10 +10,10 @@ use super::system::{Column, Matrix};
 use super::tables::{Quantity, Tables};
 use super::taylor::{TERMS, Taylor, growth_rate};
 use super::zeros::{Found, first_zero, value_and_slope};
-use crate::axis::Axis;
-use crate::joint::{Flank, JointMode};
-use crate::mode::Mode;
-use crate::parameters::{
+use crate::hybrid::mode::Mode;
+use crate::model::axis::Axis;
+use crate::model::joint::{Flank, JointMode};
+use crate::model::parameters::{
     AxisParameters, Carriage, ElasticJoint, Joint, Motor, Resistance, Transmission,
 };
 

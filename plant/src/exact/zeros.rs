@@ -3,7 +3,7 @@
 //! does not let it tell.
 
 use super::sketch::VALUES;
-use crate::bernstein::halves;
+use crate::numerics::bernstein::halves;
 
 /// What a polynomial with a remainder tells about the first zero on \[0, 1\] of
 /// something that is positive at 0.

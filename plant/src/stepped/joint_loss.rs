@@ -2,9 +2,9 @@
 //! Runge-Kutta solver. The exact solution has a closed form of its own
 //! ([`crate::exact`]).
 
-use crate::quadrature::GAUSS_4;
-use crate::state::{EPSILON, EPSILON_DOT};
-use crate::stepped::Stepped;
+use crate::model::state::{EPSILON, EPSILON_DOT};
+use crate::numerics::quadrature::GAUSS_4;
+use crate::stepped::piece::Stepped;
 
 impl Stepped<'_> {
     /// What the joint's damper takes over the span \[J\]: by the method's own sum

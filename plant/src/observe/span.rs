@@ -1,12 +1,12 @@
 //! What an observer of the plant sees: one smooth piece of the solution at a
 //! time, and the contact changes between them.
 
-use crate::axis::{Axis, Drive};
 use crate::exact::{FeedbackPiece, HeldPiece, to_plant_vector};
-use crate::joint::Contact;
-use crate::mode::Mode;
-use crate::state::{State, Vector};
-use crate::stepped::SteppedPiece;
+use crate::hybrid::mode::Mode;
+use crate::model::axis::{Axis, Drive};
+use crate::model::joint::Contact;
+use crate::model::state::{State, Vector};
+use crate::stepped::piece::SteppedPiece;
 
 /// Follows the plant as it is advanced.
 pub trait Watch {
@@ -119,7 +119,7 @@ impl Span<'_> {
 
     /// Whether the amplifier stands at its limit under the continuous law.
     pub fn is_voltage_limited(&self) -> bool {
-        self.modes.0.amplifier != crate::mode::AmplifierMode::Linear
+        self.modes.0.amplifier != crate::hybrid::mode::AmplifierMode::Linear
     }
 
     pub(crate) fn vector_at(&self, theta: f64) -> Vector {

@@ -1,13 +1,13 @@
-//! Values of the guards of [`crate::mode`], and what happens where one
+//! Values of the guards of [`crate::hybrid::mode`], and what happens where one
 //! reaches zero.
 
-use crate::axis::{Axis, Drive, demand_v};
-use crate::joint::{Flank, JointMode};
-use crate::mode::{AmplifierMode, Direction, Guard, Mode};
-use crate::parameters::ElasticJoint;
-use crate::pid::Side;
-use crate::resistance::GuideMode;
-use crate::state::{BETA, BETA_DOT, EPSILON, EPSILON_DOT, Vector, gamma_dot};
+use crate::hybrid::mode::{AmplifierMode, Direction, Guard, Mode};
+use crate::model::axis::{Axis, Drive, demand_v};
+use crate::model::joint::{Flank, JointMode};
+use crate::model::parameters::ElasticJoint;
+use crate::model::pid::Side;
+use crate::model::resistance::GuideMode;
+use crate::model::state::{BETA, BETA_DOT, EPSILON, EPSILON_DOT, Vector, gamma_dot};
 
 /// One instant at which a guard is looked at.
 #[derive(Debug, Clone, Copy)]

@@ -1,11 +1,11 @@
 //! One quantity over a span of the solution, looked into only where its ends
 //! do not answer the question.
 
-use crate::bernstein::Polynomial;
-use crate::dop853::NODES;
-use crate::septic::Ends;
-use crate::span::Span;
-use crate::state::Vector;
+use crate::model::state::Vector;
+use crate::numerics::bernstein::Polynomial;
+use crate::numerics::septic::Ends;
+use crate::observe::span::Span;
+use crate::stepped::dop853::NODES;
 
 /// A quantity over a span. Its values between the ends cost more than those at
 /// the ends, which most questions can do without.

@@ -13,8 +13,8 @@
 //! amplifier  Linear ◄──|V| = V_max──► AtLimit            (continuous law only)
 //! ```
 
-use crate::joint::{Flank, JointMode};
-use crate::resistance::GuideMode;
+use crate::model::joint::{Flank, JointMode};
+use crate::model::resistance::GuideMode;
 
 /// What the amplifier does under the continuous law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,22 +1,22 @@
 //! Solver `dopri5`: adaptive steps, and every mode change located.
 //!
 //! The steps are those of the Dormand-Prince pair of order 8(5,3)
-//! ([`crate::dop853`]). Each accepted step is searched for the first guard that
-//! falls below zero ([`crate::mode`]). Where the step's ends and its bends
-//! exclude that ([`crate::reach`]), it is not looked into; otherwise the
-//! polynomial of its dense output decides ([`crate::septic`]). A step with such
+//! ([`crate::stepped::dop853`]). Each accepted step is searched for the first guard that
+//! falls below zero ([`crate::hybrid::mode`]). Where the step's ends and its bends
+//! exclude that ([`crate::stepped::reach`]), it is not looked into; otherwise the
+//! polynomial of its dense output decides ([`crate::numerics::septic`]). A step with such
 //! a guard is taken again, shorter, by Newton on its length, so that the event
 //! is as accurate as the solution itself.
 
-use crate::axis::Drive;
-use crate::dop853::{self, Step};
 use crate::error::PlantError;
+use crate::model::axis::Drive;
+use crate::model::rates::Rates;
+use crate::observe::span::{Interior, Span, Watch};
 use crate::plant::Plant;
-use crate::rates::Rates;
-use crate::reach::Reach;
-use crate::span::{Interior, Span, Watch};
-use crate::step_size::{self, even_share};
-use crate::stepped::SteppedPiece;
+use crate::stepped::dop853::{self, Step};
+use crate::stepped::piece::SteppedPiece;
+use crate::stepped::reach::Reach;
+use crate::stepped::step_size::{self, even_share};
 
 /// Mode changes within one interval after which the plant gives up: ten
 /// thousand in a sample or a row are no rattle that anyone could use.

@@ -11,7 +11,7 @@
 //! jumps there. That is the paper's model; it also lets a separating flank
 //! pull for a moment. With `no_pull` the torque is cut off at 0 instead.
 
-use crate::parameters::ElasticJoint;
+use crate::model::parameters::ElasticJoint;
 
 /// Which flank of the joint carries torque, as traces and events report it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -4,12 +4,12 @@
 //! both sides of a contact change are ends of spans. Memory does not grow
 //! with the run.
 
-use crate::bernstein::Polynomial;
 use crate::exact::{Piece, Seen, Sights};
-use crate::mode::AmplifierMode;
-use crate::motion::{Motion, MotionPoint};
-use crate::span::{ContactChange, Interior, Span, Watch};
-use crate::stepped::Stepped;
+use crate::hybrid::mode::AmplifierMode;
+use crate::model::motion::{Motion, MotionPoint};
+use crate::numerics::bernstein::Polynomial;
+use crate::observe::span::{ContactChange, Interior, Span, Watch};
+use crate::stepped::piece::Stepped;
 
 /// What is measured besides the plain peaks.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,7 +1,7 @@
 //! The paper's continuous PID law (eq. 27-31): rung `continuous`.
 
-use crate::motion::{Motion, MotionPoint};
-use crate::parameters::{Amplifier, Dac, Encoder, PidGains, Transmission};
+use crate::model::motion::{Motion, MotionPoint};
+use crate::model::parameters::{Amplifier, Dac, Encoder, PidGains, Transmission};
 
 /// Which side of an instant: the reference's acceleration can jump.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

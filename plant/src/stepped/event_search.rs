@@ -1,16 +1,16 @@
 //! The first mode change within a step of solver `dopri5`: whether there is
 //! one, and where.
 
-use crate::axis::Drive;
-use crate::dop853::{self, NODES, Step};
-use crate::guard::Instant;
-use crate::mode::{Direction, Guard};
-use crate::pid::Side;
+use crate::hybrid::guard::Instant;
+use crate::hybrid::mode::{Direction, Guard};
+use crate::model::axis::Drive;
+use crate::model::pid::Side;
+use crate::model::rates::Rates;
+use crate::model::state::Vector;
+use crate::numerics::septic::Ends;
 use crate::plant::Plant;
-use crate::rates::Rates;
-use crate::reach::Reach;
-use crate::septic::Ends;
-use crate::state::Vector;
+use crate::stepped::dop853::{self, NODES, Step};
+use crate::stepped::reach::Reach;
 
 impl Plant {
     /// The guard that is first to fall below zero within the step, and where.

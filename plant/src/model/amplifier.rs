@@ -1,6 +1,6 @@
 //! Power amplifier with limited output (paper, Fig. 4).
 
-use crate::parameters::Amplifier;
+use crate::model::parameters::Amplifier;
 
 impl Amplifier {
     /// `V_m = clamp(K_a·V_out, ±V_max)` \[V\].

@@ -7,12 +7,12 @@
 //! L·İ  = V − R·I − k_m·β̇/z
 //! ```
 
-use crate::joint::JointMode;
-use crate::mode::{AmplifierMode, Mode};
-use crate::parameters::{AxisParameters, ElasticJoint, Joint, Motor, Resistance};
-use crate::pid::ContinuousPid;
-use crate::resistance::GuideMode;
-use crate::state::{
+use crate::hybrid::mode::{AmplifierMode, Mode};
+use crate::model::joint::JointMode;
+use crate::model::parameters::{AxisParameters, ElasticJoint, Joint, Motor, Resistance};
+use crate::model::pid::ContinuousPid;
+use crate::model::resistance::GuideMode;
+use crate::model::state::{
     BETA, BETA_DOT, BETA_INTEGRAL, CURRENT, EPSILON, EPSILON_DOT, State, Vector, gamma_dot,
 };
 

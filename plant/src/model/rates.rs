@@ -3,11 +3,11 @@
 //! time calls, [`Axis::derivative`] without its case distinctions and
 //! divisions.
 
-use crate::axis::{Axis, Drive};
-use crate::joint::JointMode;
-use crate::mode::Mode;
-use crate::resistance::GuideMode;
-use crate::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT, Vector, gamma_dot};
+use crate::hybrid::mode::Mode;
+use crate::model::axis::{Axis, Drive};
+use crate::model::joint::JointMode;
+use crate::model::resistance::GuideMode;
+use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT, Vector, gamma_dot};
 
 /// `dy/dt` in one mode and under one drive.
 ///
@@ -131,9 +131,9 @@ impl<'a> Rates<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::joint::Flank;
-    use crate::mode::AmplifierMode;
-    use crate::parameters::*;
+    use crate::hybrid::mode::AmplifierMode;
+    use crate::model::joint::Flank;
+    use crate::model::parameters::*;
 
     fn axis(joint: Joint) -> Axis {
         let motor = Motor {

@@ -1,6 +1,6 @@
 //! D/A converter as a physical part (paper, eq. 24).
 
-use crate::parameters::Dac;
+use crate::model::parameters::Dac;
 
 impl Dac {
     /// A converter of `bits` bits over the full span `range_v` = ΔV \[V\]:

@@ -3,15 +3,15 @@
 //! It locates nothing: every stage takes the mode of the axis from the state
 //! it is evaluated at, so a step that crosses a contact smears it.
 
-use crate::axis::Drive;
-use crate::dop853::Stray;
 use crate::error::PlantError;
-use crate::joint::JointMode;
+use crate::model::axis::Drive;
+use crate::model::joint::JointMode;
+use crate::model::state::{EPSILON_DOT, Vector};
+use crate::observe::span::{ContactChange, Interior, Span, Watch};
 use crate::plant::{Plant, count, seconds};
-use crate::reach::Reach;
-use crate::span::{ContactChange, Interior, Span, Watch};
-use crate::state::{EPSILON_DOT, Vector};
-use crate::stepped::SteppedPiece;
+use crate::stepped::dop853::Stray;
+use crate::stepped::piece::SteppedPiece;
+use crate::stepped::reach::Reach;
 
 /// One step of `dy/dt = f(t, y)` from `(t, y)` with `k1 = f(t, y)`.
 fn step(f: impl Fn(f64, &Vector) -> Vector, t: f64, y: &Vector, k1: Vector, h: f64) -> Vector {

@@ -1,8 +1,8 @@
 //! How long the steps of solver `dopri5` are: what error one may make, and what
 //! follows from the error for the next.
 
-use crate::dop853::Step;
-use crate::state::Vector;
+use crate::model::state::Vector;
+use crate::stepped::dop853::Step;
 
 /// What a step may add to a state's error, as shares of the tolerance: of 1
 /// rad, rad/s or A, and of the state itself. A run of a second takes tens of

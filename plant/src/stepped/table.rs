@@ -6,7 +6,7 @@
 //! counted from 0; stage 12 is the derivative at the end of the step, stages 13
 //! to 15 serve the dense output alone.
 //!
-//! A digit that is wrong lowers the order: the tests of [`crate::dop853`] and
+//! A digit that is wrong lowers the order: the tests of [`crate::stepped::dop853`] and
 //! the sums below would see it.
 
 /// Stages and their weights in a sum.

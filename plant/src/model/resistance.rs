@@ -1,7 +1,7 @@
 //! Resistance of the guide against the carriage (paper, eq. 13), and the
 //! variant that opposes the motion and can hold the screw.
 
-use crate::parameters::Resistance;
+use crate::model::parameters::Resistance;
 
 /// What the guide is doing; the force is smooth within each mode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -2,7 +2,7 @@
 
 use core::f64::consts::PI;
 
-use crate::parameters::Encoder;
+use crate::model::parameters::Encoder;
 
 impl Encoder {
     /// Two-channel quadrature encoder with `lines` lines per turn:

@@ -1,18 +1,18 @@
 //! How far a quantity over one step may be from the cubic through its ends,
-//! from how far the states may be ([`crate::dop853::Step::stray`]): the
+//! from how far the states may be ([`crate::stepped::dop853::Step::stray`]): the
 //! quantities are sums of states, and so are these bounds. They decide whether
-//! a step need be looked into at all ([`crate::septic::Ends::hull`]).
+//! a step need be looked into at all ([`crate::numerics::septic::Ends::hull`]).
 
-use crate::axis::{Axis, Drive};
-use crate::dop853::Stray;
-use crate::joint::JointMode;
-use crate::mode::{Guard, Mode};
-use crate::motion::Motion;
-use crate::parameters::ElasticJoint;
-use crate::resistance::GuideMode;
-use crate::state::{
+use crate::hybrid::mode::{Guard, Mode};
+use crate::model::axis::{Axis, Drive};
+use crate::model::joint::JointMode;
+use crate::model::motion::Motion;
+use crate::model::parameters::ElasticJoint;
+use crate::model::resistance::GuideMode;
+use crate::model::state::{
     BETA, BETA_DOT, BETA_INTEGRAL, CURRENT, EPSILON, EPSILON_DOT, Vector, gamma_dot,
 };
+use crate::stepped::dop853::Stray;
 
 /// A step: its length, how far its states may be from the cubics through their
 /// ends, and γ̇ as the one state that enters the equations squared.

@@ -1,17 +1,17 @@
 //! A piece of a Runge-Kutta solution: what its solver knows of it besides the
 //! ends, and the figures' quantities over it.
 
-use crate::axis::{Axis, Drive};
-use crate::dop853::Step;
-use crate::mode::Mode;
-use crate::motion::{Motion, MotionPoint};
-use crate::pid::Side;
-use crate::quantity::Quantity;
-use crate::rates::Rates;
-use crate::reach::Reach;
-use crate::septic::Ends;
-use crate::span::{Interior, Span};
-use crate::state::{BETA, BETA_DOT, CURRENT, Vector, gamma};
+use crate::hybrid::mode::Mode;
+use crate::model::axis::{Axis, Drive};
+use crate::model::motion::{Motion, MotionPoint};
+use crate::model::pid::Side;
+use crate::model::rates::Rates;
+use crate::model::state::{BETA, BETA_DOT, CURRENT, Vector, gamma};
+use crate::numerics::septic::Ends;
+use crate::observe::span::{Interior, Span};
+use crate::stepped::dop853::Step;
+use crate::stepped::quantity::Quantity;
+use crate::stepped::reach::Reach;
 
 /// What a Runge-Kutta solver knows of a span besides its ends.
 #[derive(Debug, Clone, Copy)]

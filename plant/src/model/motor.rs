@@ -1,6 +1,6 @@
 //! Armature circuit of the DC motor (paper, eq. 12, 25-26, Fig. 5).
 
-use crate::parameters::Motor;
+use crate::model::parameters::Motor;
 
 impl Motor {
     /// `τ_m = k_m·I`, eq. 12 \[N m\].

@@ -1,15 +1,15 @@
 //! Changes of mode: what happens at one instant, for every solver that
 //! locates it.
 
-use crate::adaptive::Interval;
-use crate::axis::Drive;
 use crate::error::PlantError;
-use crate::guard::Instant;
-use crate::mode::{Guard, Guards};
-use crate::pid::Side;
+use crate::hybrid::guard::Instant;
+use crate::hybrid::mode::{Guard, Guards};
+use crate::model::axis::Drive;
+use crate::model::pid::Side;
+use crate::model::state::{EPSILON_DOT, Vector};
+use crate::observe::span::{ContactChange, Watch};
 use crate::plant::Plant;
-use crate::span::{ContactChange, Watch};
-use crate::state::{EPSILON_DOT, Vector};
+use crate::stepped::adaptive::Interval;
 
 /// Mode changes at one and the same instant after which the plant gives up: a
 /// contact, a break of stiction and a limit can coincide, more cannot.

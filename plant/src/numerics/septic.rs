@@ -2,8 +2,8 @@
 //! ends and the nodes between them; and how far it can be from its ends, which
 //! often says enough without the nodes.
 
-use crate::bernstein::Polynomial;
-use crate::dop853::NODES;
+use crate::numerics::bernstein::Polynomial;
+use crate::stepped::dop853::NODES;
 
 /// Values and slopes of a quantity at both ends of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,0 +1,5 @@
+//! Polynomials and quadrature.
+
+pub(crate) mod bernstein;
+pub(crate) mod quadrature;
+pub(crate) mod septic;

@@ -1,0 +1,4 @@
+//! What watches a solution.
+
+pub(crate) mod extremes;
+pub(crate) mod span;
