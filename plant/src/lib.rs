@@ -16,7 +16,6 @@
 //! order of every sum.
 
 mod batch;
-mod error;
 mod exact;
 mod hybrid;
 mod model;
@@ -26,16 +25,18 @@ mod plant;
 mod stepped;
 
 pub use batch::{Batch, Eight, Four, InStep, LaneSetup, One, Width};
-pub use error::{MotionError, PlantError};
+pub use hybrid::PlantError;
+pub use model::amplifier::Amplifier;
 pub use model::axis::Drive;
-pub use model::joint::Contact;
-pub use model::motion::{Motion, MotionPoint};
-pub use model::parameters::{
-    Amplifier, AxisParameters, Carriage, Dac, ElasticJoint, Encoder, Joint, Motor, PidGains,
-    Resistance, Transmission,
-};
-pub use model::pid::ContinuousPid;
+pub use model::dac::Dac;
+pub use model::encoder::Encoder;
+pub use model::joint::{Contact, ElasticJoint, Joint};
+pub use model::motion::{Motion, MotionError, MotionPoint};
+pub use model::motor::Motor;
+pub use model::parameters::{AxisParameters, Carriage, Transmission};
+pub use model::pid::{ContinuousPid, PidGains};
+pub use model::resistance::Resistance;
 pub use model::state::State;
 pub use observe::extremes::{Extremes, ExtremesSettings};
-pub use observe::span::{ContactChange, Span, Watch};
+pub use observe::{ContactChange, Span, Watch};
 pub use plant::{Plant, Solver};

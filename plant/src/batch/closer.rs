@@ -6,17 +6,17 @@ use super::lanes::Shared;
 use super::question::Question;
 use super::step::Leaving;
 use super::width::Width;
-use crate::error::PlantError;
-use crate::exact::FIGURES;
+use crate::hybrid::Automaton;
+use crate::hybrid::PlantError;
 use crate::model::axis::Drive;
 use crate::model::state::State;
 use crate::observe::extremes::Extremes;
-use crate::plant::Plant;
+use crate::observe::extremes::FIGURES;
 
 /// The single run that a lane is.
 #[derive(Debug, Clone)]
 pub(crate) struct Lane {
-    pub(crate) plant: Plant,
+    pub(crate) plant: Automaton,
     pub(crate) extremes: Extremes,
     pub(crate) result: Result<(), PlantError>,
     /// Where a figure may have exceeded its peak.
@@ -24,7 +24,7 @@ pub(crate) struct Lane {
 }
 
 impl Lane {
-    pub(super) fn new(plant: Plant, extremes: Extremes) -> Self {
+    pub(super) fn new(plant: Automaton, extremes: Extremes) -> Self {
         Self {
             plant,
             extremes,
@@ -34,7 +34,7 @@ impl Lane {
     }
 
     /// Another run; the room for questions is kept.
-    pub(super) fn start(&mut self, plant: Plant, extremes: Extremes) {
+    pub(super) fn start(&mut self, plant: Automaton, extremes: Extremes) {
         (self.plant, self.extremes, self.result) = (plant, extremes, Ok(()));
         self.questions.clear();
     }
@@ -82,7 +82,7 @@ impl<W: Width> Group<W> {
         run.plant.set(&left.y, left.time_ns);
         run.raise(&self.peaks, lane);
         run.raise(&self.track.ends, lane);
-        let mode = *run.plant.mode();
+        let mode = run.plant.mode;
         // From here on the single run goes on with the sum.
         run.extremes.joint_loss_j = self.joint_loss_j.as_ref()[lane];
         if run.result.is_ok() {
@@ -95,7 +95,7 @@ impl<W: Width> Group<W> {
         }
         self.joint_loss_j.as_mut()[lane] = run.extremes.joint_loss_j;
         let y = run.plant.state();
-        let changed = *run.plant.mode() != mode || run.plant.is_fresh();
+        let changed = run.plant.mode != mode || run.plant.fresh.is_some();
         self.raise_floors(lane);
         let changed = changed || self.mode.is_unsure(lane);
         self.put(shared, (lane, changed), &y, left.commands_m[1]);

@@ -7,11 +7,12 @@ use super::question::{Piece, Question, exceeds};
 use super::step::Leaving;
 use super::swing::{Begin, Swing};
 use super::width::Width;
-use crate::exact::{FIGURES, HELD};
+use crate::exact::HELD;
 use crate::model::joint::Contact;
 use crate::model::state::State;
-use crate::observe::span::{ContactChange, Watch};
-use crate::plant::seconds;
+use crate::numerics::seconds;
+use crate::observe::extremes::FIGURES;
+use crate::observe::{ContactChange, Watch};
 
 /// What is needed to follow them, kept from time to time.
 #[derive(Debug, Clone)]
@@ -114,7 +115,7 @@ impl<W: Width> Contacts<W> {
             for (array, value) in begin.commands_m.iter_mut().zip(left.commands_m) {
                 array.as_mut()[place] = value;
             }
-            let b = group.lanes[left.lane].plant.axis().backlash_half_rad();
+            let b = group.lanes[left.lane].plant.axis.backlash_half_rad();
             for (array, value) in [
                 (&mut begin.voltage_v, left.voltage_v),
                 (&mut begin.flank, group.mode.joint.as_ref()[left.lane]),
@@ -157,8 +158,8 @@ impl<W: Width> Group<W> {
         let run = &mut self.lanes[lane];
         let p = shared.axis.pitch_m_per_rad();
         let (travel_m, band_m) = (
-            run.extremes.motion().travel_m(),
-            run.extremes.settling_band_m(),
+            run.extremes.settings.motion.travel_m(),
+            run.extremes.settings.settling_band_m,
         );
         let distance_m = |y: &State| (travel_m - p * y.gamma_rad()).abs();
         if distance_m(&end) > band_m {

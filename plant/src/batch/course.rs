@@ -8,11 +8,11 @@
 use super::phase::{DRIVING, figures};
 use super::width::Width;
 use crate::exact::{
-    BOUND_MARGIN, CELLS, Column, FIGURES, HELD, HeldTable, MOST_POLISHING, Matrix, Quantity,
-    SLOPES, TERMS,
+    BOUND_MARGIN, CELLS, Column, HELD, HeldTable, MOST_POLISHING, Matrix, Quantity, SLOPES, TERMS,
 };
 use crate::model::axis::Axis;
 use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT};
+use crate::observe::extremes::FIGURES;
 
 /// States in lanes: β, β̇, δ, ε̇ and I.
 pub(super) type States<W> = [<W as Width>::Vector; HELD];

@@ -7,12 +7,14 @@ use super::modes::ModeNumbers;
 use super::phase::{Steps, numbers_of};
 use super::track::Track;
 use super::width::Width;
-use crate::error::PlantError;
-use crate::exact::{FIGURES, HELD};
+use crate::exact::HELD;
+use crate::hybrid::Automaton;
+use crate::hybrid::PlantError;
 use crate::model::resistance::GuideMode;
 use crate::model::state::State;
+use crate::numerics::seconds;
 use crate::observe::extremes::Extremes;
-use crate::plant::{Plant, seconds};
+use crate::observe::extremes::FIGURES;
 
 /// As many runs as there are lanes, at the same time.
 #[derive(Debug, Clone)]
@@ -92,7 +94,7 @@ impl<W: Width> Group<W> {
             self.bend_m.as_mut()[lane] = motion.peak_acceleration_mps2() * (longest_s * longest_s);
             let axis = shared.axis.with_backlash(setup.backlash_half_rad);
             self.backlash_half_rad.as_mut()[lane] = axis.backlash_half_rad();
-            let (plant, extremes) = (Plant::of_axis(axis), Extremes::new(setup.extremes));
+            let (plant, extremes) = (Automaton::new(axis), Extremes::new(setup.extremes));
             match self.lanes.get_mut(lane) {
                 Some(run) => run.start(plant, extremes),
                 None => self.lanes.push(Lane::new(plant, extremes)),
@@ -105,7 +107,7 @@ impl<W: Width> Group<W> {
     /// Sets a lane's numbers to its mode.
     pub(super) fn take_mode(&mut self, shared: &mut Shared, lane: usize) {
         let plant = &self.lanes[lane].plant;
-        let (mode, axis) = (*plant.mode(), *plant.axis());
+        let (mode, axis) = (plant.mode, plant.axis);
         self.mode.set(lane, plant);
         self.track.now_mut().flank.as_mut()[lane] = self.mode.joint.as_ref()[lane];
         let closed = mode.joint.carries();
@@ -186,7 +188,7 @@ impl<W: Width> Group<W> {
 /// Length of the step that began at `start_ns`.
 fn length_at(lengths_ns: &[u64], start_ns: f64) -> u64 {
     let sample_ns: u64 = lengths_ns.iter().sum();
-    let into_ns = start_ns % crate::plant::count(sample_ns);
+    let into_ns = start_ns % crate::numerics::count(sample_ns);
     let second = lengths_ns.len() > 1 && into_ns != 0.0;
     lengths_ns[usize::from(second)]
 }

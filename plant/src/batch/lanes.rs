@@ -5,11 +5,12 @@ use super::group::Group;
 use super::phase::{DRIVING, Phase};
 use super::step::Leaving;
 use super::width::Width;
-use crate::error::PlantError;
-use crate::exact::{FIGURES, Tables};
+use crate::exact::Tables;
+use crate::hybrid::PlantError;
 use crate::model::axis::Axis;
 use crate::model::parameters::AxisParameters;
 use crate::model::state::State;
+use crate::observe::extremes::FIGURES;
 use crate::observe::extremes::{Extremes, ExtremesSettings};
 
 /// What is a run's own about the plant.

@@ -1,9 +1,9 @@
 //! What the lanes' modes make of the equations.
 
 use super::width::Width;
+use crate::hybrid::Automaton;
 use crate::model::joint::JointMode;
 use crate::model::resistance::GuideMode;
-use crate::plant::Plant;
 
 /// The numbers of every lane's mode.
 #[derive(Debug, Clone)]
@@ -56,10 +56,11 @@ impl<W: Width> ModeNumbers<W> {
     }
 
     /// Sets a lane's numbers to those of its mode.
-    pub(crate) fn set(&mut self, lane: usize, plant: &Plant) {
-        let (mode, axis) = (plant.mode(), plant.axis());
+    pub(crate) fn set(&mut self, lane: usize, plant: &Automaton) {
+        let (mode, axis) = (&plant.mode, &plant.axis);
         let never = f64::NEG_INFINITY;
-        let simple = !axis.releases() && mode.guide == GuideMode::AsWritten && !plant.is_fresh();
+        let simple =
+            !axis.releases() && mode.guide == GuideMode::AsWritten && plant.fresh.is_none();
         let (base, side, open) = match mode.joint {
             _ if !simple => (never, 0.0, 0.0),
             JointMode::Rigid | JointMode::Gapless => (f64::INFINITY, 0.0, 0.0),

@@ -5,11 +5,10 @@ use super::course::Course;
 use super::loss::LaneLoss;
 use super::width::Width;
 pub(crate) use crate::exact::DRIVING;
-use crate::exact::{
-    AxisSystem, BOUND_MARGIN, FIGURES, HELD, HeldTable, Quantity, SLOPES, Sketch, VALUES,
-};
+use crate::exact::{AxisSystem, BOUND_MARGIN, HELD, HeldTable, Quantity, SLOPES, Sketch, VALUES};
 use crate::model::axis::Axis;
 use crate::model::state::{BETA_DOT, CURRENT, EPSILON_DOT};
+use crate::observe::extremes::FIGURES;
 
 /// One step of all groups: what depends on the state of the joint alone.
 #[derive(Debug, Clone)]

@@ -5,10 +5,11 @@
 use super::group::Group;
 use super::lanes::Shared;
 use super::width::Width;
-use crate::exact::{CARRIAGE, FIGURES, SLOPES, VALUES, command_slopes};
+use crate::exact::{SLOPES, VALUES, command_slopes};
 use crate::model::motion::Motion;
 use crate::model::state::State;
-use crate::plant::seconds;
+use crate::numerics::seconds;
+use crate::observe::extremes::{CARRIAGE, FIGURES};
 
 /// A step to be looked at again, or a piece of one.
 #[derive(Debug, Clone, Copy)]
@@ -187,7 +188,7 @@ impl<W: Width> Group<W> {
         let run = &self.lanes[lane];
         let y = &question.state;
         let closed = question.flank != 0.0;
-        let delta = y.epsilon_rad - question.flank * run.plant.axis().backlash_half_rad();
+        let delta = y.epsilon_rad - question.flank * run.plant.axis.backlash_half_rad();
         let from = [y.beta_dot_radps, delta, y.epsilon_dot_radps, y.current_a];
         let rates = phase.rates.at(closed, &from, question.voltage_v);
         let p = shared.axis.pitch_m_per_rad();
@@ -208,7 +209,7 @@ impl<W: Width> Group<W> {
                 Some(command) => command,
                 None => {
                     let bend_m = self.bend_m.as_ref()[lane];
-                    let motion = run.extremes.motion();
+                    let motion = &run.extremes.settings.motion;
                     command.insert(CommandRises::new(motion, question, phase.length_ns, bend_m))
                 }
             };

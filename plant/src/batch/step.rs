@@ -4,8 +4,8 @@ use super::group::Group;
 use super::lanes::Shared;
 use super::phase::{DRIVING, dot_pairs};
 use super::width::Width;
-use crate::exact::{CARRIAGE, FIGURES};
 use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT, State};
+use crate::observe::extremes::{CARRIAGE, FIGURES};
 
 /// A lane that has left the common step, with what it began that with.
 #[derive(Debug, Clone, Copy)]
@@ -66,7 +66,7 @@ impl<W: Width> Group<W> {
             command - p * step.beta[1],
         ];
         if w.bits(w.both(keeps, outside)) == all {
-            self.all_outside = crate::plant::count(self.track.now().time_ns);
+            self.all_outside = crate::numerics::count(self.track.now().time_ns);
             self.take(shared, (phase, 0), (&step, &ends), command, voltage_v);
             return false;
         }
@@ -90,7 +90,7 @@ impl<W: Width> Group<W> {
         if moved != 0 {
             self.leave((number, phase), moved, (voltage_v, command), leaving);
         }
-        let now = crate::plant::count(self.track.now().time_ns);
+        let now = crate::numerics::count(self.track.now().time_ns);
         let outside = w.bits(outside) & !moved;
         for (lane, last) in self.last_outside.as_mut().iter_mut().enumerate() {
             let before = last.max(self.all_outside);

@@ -6,9 +6,10 @@ use super::course::{Course, States};
 use super::curve::DeltaSlopes;
 use super::phase::DRIVING;
 use super::width::Width;
-use crate::exact::{CARRIAGE, FIGURES, HELD, NOISE_ULPS};
+use crate::exact::{HELD, NOISE_ULPS};
 use crate::model::axis::{Axis, NOISE_PER_BACKLASH};
 use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT};
+use crate::observe::extremes::{CARRIAGE, FIGURES};
 
 /// What the lanes begin the step with.
 #[derive(Debug, Clone)]

@@ -11,8 +11,9 @@ use super::lanes::Shared;
 use super::phase::{DRIVING, dot_pairs};
 use super::question::Question;
 use super::width::Width;
-use crate::exact::{CARRIAGE, FIGURES, HELD};
+use crate::exact::HELD;
 use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT};
+use crate::observe::extremes::{CARRIAGE, FIGURES};
 
 /// Places for the steps that have not been looked at, and for now.
 const PLACES: usize = 32;

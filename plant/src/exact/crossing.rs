@@ -1,7 +1,7 @@
 //! The first zero of a mode's guards along the exact solution.
 //!
 //! None is missed. The sketch over the whole stretch is believed where its
-//! remainder leaves no question ([`super::zeros`]). Else the stretch is walked
+//! remainder leaves no question ([`super::sketch`]). Else the stretch is walked
 //! along: a leg is passed over only if the chord bound excludes a zero, and on
 //! the shortest legs Descartes' rule isolates every root of the
 //! guard's polynomial, so that a crossing and its return inside one sample are
@@ -10,13 +10,17 @@
 //! be told from a touch.
 
 use super::grid::zero_near;
+use super::levels::BOUND_MARGIN;
 use super::roots::Polynomial;
-use super::sketch::VALUES;
+use super::sketch::{Found, VALUES, first_zero as first_zero_of};
 use super::system::Column;
-use super::tables::Linear;
+use super::tables::{Linear, Quantity, Table};
 use super::taylor::Taylor;
-use super::walk::{BOUND_MARGIN, Flow, Leg, Stretch, TooManySteps};
-use super::zeros::{Found, first_zero as first_zero_of};
+use super::walk::{Flow, Leg, Stretch, TooManySteps};
+
+use crate::hybrid::Automaton;
+use crate::hybrid::guard::{Direction, Guard, speed_noise};
+use crate::model::joint::Flank;
 
 /// A guard `offset + sign·row·x`, positive within the mode.
 #[derive(Debug, Clone, Copy)]
@@ -39,6 +43,46 @@ pub(crate) struct Stop<const D: usize> {
     pub(crate) x: Column<D>,
     /// Place of the guard among those given.
     pub(crate) guard: Option<usize>,
+}
+
+impl Automaton {
+    /// A guard of the present mode as a linear function of the table's state.
+    pub(crate) fn linear_guard<'t, const D: usize>(
+        &self,
+        guard: Guard,
+        table: &'t Table<D>,
+        limit_v: f64,
+    ) -> LinearGuard<'t, D> {
+        let joint = self.axis.joint;
+        let b = self.axis.backlash_half_rad();
+        let release_nm = joint.map_or(0.0, |joint| self.axis.release_noise_nm(joint, &self.y));
+        let part_rad = joint.map_or(0.0, |joint| release_nm / joint.stiffness_nm_per_rad);
+        let flank = |flank: Flank| flank.sign();
+        let way = |direction: Direction| direction.sign();
+        let (quantity, sign, offset, noise) = match guard {
+            // In the gap δ = ε.
+            Guard::Meet(f) => (Quantity::Delta, -flank(f), b, 0.0),
+            Guard::Part(f) => (Quantity::Delta, flank(f), 0.0, part_rad),
+            Guard::Release(f) => (Quantity::FlankTorque, flank(f), 0.0, release_nm),
+            Guard::Reload(f) => (Quantity::FlankTorque, -flank(f), 0.0, 0.0),
+            Guard::Stop(d) => (Quantity::ScrewSpeed, way(d), 0.0, speed_noise(&self.y)),
+            Guard::Break(d) => (
+                Quantity::MovingTorque,
+                -way(d),
+                self.axis.holding_torque_nm,
+                0.0,
+            ),
+            Guard::Limit(d) => (Quantity::Demand, -way(d), limit_v, 0.0),
+            Guard::Unlimit(d) => (Quantity::Demand, way(d), -limit_v, 0.0),
+        };
+        LinearGuard {
+            linear: table.quantity(quantity),
+            sign,
+            offset,
+            noise,
+            fresh: self.fresh == Some(guard),
+        }
+    }
 }
 
 impl<const D: usize> LinearGuard<'_, D> {

@@ -2,7 +2,6 @@
 //! and around these by a short Taylor series.
 
 use super::levels::Levels;
-use super::sketch::Sketch;
 use super::system::{Column, Matrix};
 use super::taylor::{integral, value_and_slope};
 
@@ -83,17 +82,6 @@ impl<const D: usize> Grid<D> {
     /// What the terms of a local series make of the rate.
     pub(crate) fn terms(&self) -> &[Matrix<D>; TERMS] {
         &self.terms
-    }
-
-    /// A quantity over the step as a polynomial.
-    pub(crate) fn sketch(&self, a: &Matrix<D>, row: &Column<D>) -> Sketch<D> {
-        // f·e^{At} = f + (f·ψ(t))·A at the points of the grid.
-        let slopes: Vec<Column<D>> = self
-            .integrals
-            .iter()
-            .map(|psi| row + a.transpose() * (psi.transpose() * row))
-            .collect();
-        Sketch::new(a, &slopes, self.length_s)
     }
 
     /// The solution around `time_s`, from `x` with `rate = A·x + u`.

@@ -47,6 +47,10 @@
 use super::system::{Column, Matrix};
 use super::taylor::{growth_rate, integral};
 
+/// Factor that the bounds are raised by, so that their own rounding cannot make them
+/// too small.
+pub(crate) const BOUND_MARGIN: f64 = 1.0 + 1e-9;
+
 /// Halvings of a sample after which the system is called too stiff. 2^40 of
 /// them would take hours; the walk's own limit is reached long before.
 const MOST_HALVINGS: u32 = 40;

@@ -24,8 +24,6 @@
 //! e^{Aᵀτ}·W(τ)·e^{Aτ}`, R(2τ) is the triangle of R(τ) above `R(τ)·e^{Aτ}`. Rows
 //! are taken in by Givens rotations, which do not square what is small.
 
-use super::advance::HeldPiece;
-use super::feedback::FeedbackPiece;
 use super::levels::Levels;
 use super::system::{AxisSystem, Column, DELTA, FEEDBACK, HELD, Matrix};
 use super::taylor::TERMS;
@@ -230,7 +228,7 @@ fn length(a: f64, b: f64) -> f64 {
 impl AxisSystem {
     /// The rates of β̇, δ, ε̇ and I, summed in the order of the lanes.
     #[inline(always)]
-    fn driving_rates(&self, x: &Column<HELD>, input: &Column<HELD>) -> Column<DRIVING> {
+    pub(super) fn driving_rates(&self, x: &Column<HELD>, input: &Column<HELD>) -> Column<DRIVING> {
         let rate = |state: usize| {
             let row = |j: usize| self.a[(state, j)] * x[j];
             let rotor = row(BETA_DOT) + row(DELTA);
@@ -243,29 +241,6 @@ impl AxisSystem {
             rate(EPSILON_DOT),
             rate(CURRENT),
         )
-    }
-}
-
-impl HeldPiece<'_> {
-    /// What the joint's damper takes over `length_s` of the piece \[J\].
-    #[inline(always)]
-    pub(crate) fn joint_loss_j(&self, length_s: f64) -> f64 {
-        let Some(loss) = &self.table.loss else {
-            return 0.0;
-        };
-        let rates = self.table.system.driving_rates(&self.start, &self.input);
-        loss.over(rates, length_s)
-    }
-}
-
-impl FeedbackPiece<'_> {
-    /// What the joint's damper takes over `length_s` of the piece \[J\].
-    pub(crate) fn joint_loss_j(&self, length_s: f64) -> f64 {
-        let Some(loss) = &self.table.loss else {
-            return 0.0;
-        };
-        let rates = self.table.table.levels.a * self.start + self.table.input;
-        loss.over(rates, length_s)
     }
 }
 

@@ -26,8 +26,9 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use crate::hybrid::mode::{AmplifierMode, Mode};
+use crate::model::amplifier::AmplifierMode;
 use crate::model::axis::Axis;
+use crate::model::axis::Mode;
 use crate::model::joint::JointMode;
 use crate::model::motion::Oscillator;
 use crate::model::pid::ContinuousPid;

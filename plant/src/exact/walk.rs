@@ -14,10 +14,6 @@ use super::taylor::Taylor;
 /// the stiffest axis that was tried takes some thousands.
 const MOST_STEPS: u32 = 4_000_000;
 
-/// What the bounds are raised by, so that their own rounding cannot make them
-/// too small.
-pub(crate) const BOUND_MARGIN: f64 = 1.0 + 1e-9;
-
 /// The walk took too many steps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct TooManySteps;

@@ -1,6 +1,24 @@
 //! Power amplifier with limited output (paper, Fig. 4).
 
-use crate::model::parameters::Amplifier;
+/// Power amplifier (paper, Fig. 4).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Amplifier {
+    /// `K_a`, volts at the motor per volt at the input \[1\], greater than 0.
+    pub gain: f64,
+    /// `V_max`, limit of the output in both directions \[V\], greater than 0.
+    pub voltage_limit_v: f64,
+}
+
+/// State of the amplifier's limit under the continuous law.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum AmplifierMode {
+    /// The output follows the demand, or a held voltage.
+    Linear,
+    /// The output stands at `+V_max`.
+    AtUpper,
+    /// The output stands at `−V_max`.
+    AtLower,
+}
 
 impl Amplifier {
     /// `V_m = clamp(K_a·V_out, ±V_max)` \[V\].

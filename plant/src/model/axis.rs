@@ -7,11 +7,12 @@
 //! L·İ  = V − R·I − k_m·β̇/z
 //! ```
 
-use crate::hybrid::mode::{AmplifierMode, Mode};
-use crate::model::joint::JointMode;
-use crate::model::parameters::{AxisParameters, ElasticJoint, Joint, Motor, Resistance};
+use crate::model::amplifier::AmplifierMode;
+use crate::model::joint::{ElasticJoint, Joint, JointMode};
+use crate::model::motor::Motor;
+use crate::model::parameters::AxisParameters;
 use crate::model::pid::ContinuousPid;
-use crate::model::resistance::GuideMode;
+use crate::model::resistance::{GuideMode, Resistance};
 use crate::model::state::{
     BETA, BETA_DOT, BETA_INTEGRAL, CURRENT, EPSILON, EPSILON_DOT, State, Vector, gamma_dot,
 };
@@ -23,6 +24,14 @@ pub enum Drive<'a> {
     Held(f64),
     /// The continuous law, behind the amplifier's limit.
     Feedback(&'a ContinuousPid),
+}
+
+/// Everything that selects the equations.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Mode {
+    pub(crate) joint: JointMode,
+    pub(crate) guide: GuideMode,
+    pub(crate) amplifier: AmplifierMode,
 }
 
 /// The axis with what its equations need over and over.

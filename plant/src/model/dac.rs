@@ -1,6 +1,13 @@
 //! D/A converter as a physical part (paper, eq. 24).
 
-use crate::model::parameters::Dac;
+/// D/A converter as a physical part (eq. 24).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Dac {
+    /// `n`, number of bits; codes run from −2^(n−1) to 2^(n−1)−1.
+    pub bits: u32,
+    /// `K_dac = ΔV/2^n`, volts per code \[V\], greater than 0.
+    pub step_v: f64,
+}
 
 impl Dac {
     /// A converter of `bits` bits over the full span `range_v` = ΔV \[V\]:

@@ -2,7 +2,12 @@
 
 use core::f64::consts::PI;
 
-use crate::model::parameters::Encoder;
+/// Incremental encoder on the motor shaft as a physical part (eq. 21).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Encoder {
+    /// `K_enc = 4N/2π`, counts per radian of the motor shaft, greater than 0.
+    pub counts_per_rad: f64,
+}
 
 impl Encoder {
     /// Two-channel quadrature encoder with `lines` lines per turn:

@@ -11,7 +11,28 @@
 //! jumps there. That is the paper's model; it also lets a separating flank
 //! pull for a moment. With `no_pull` the torque is cut off at 0 instead.
 
-use crate::model::parameters::ElasticJoint;
+/// What couples the gear output (β) to the screw (γ).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Joint {
+    /// β = γ (paper, section 2.2).
+    Rigid,
+    /// Visco-elastic contact with backlash (paper, section 2.1).
+    Elastic(ElasticJoint),
+}
+
+/// Visco-elastic joint with backlash (paper, eq. 8-10).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ElasticJoint {
+    /// `k`, contact stiffness \[N m/rad\], greater than 0.
+    pub stiffness_nm_per_rad: f64,
+    /// `c`, contact damping \[N m s/rad\], at least 0.
+    pub damping_nms_per_rad: f64,
+    /// `b`, half the backlash \[rad\], at least 0; 0 is a joint without gap.
+    pub backlash_half_rad: f64,
+    /// Whether the flanks can only push: the torque is cut off at 0 where
+    /// damping would make a separating flank pull. No effect where b = 0.
+    pub no_pull: bool,
+}
 
 /// Which flank of the joint carries torque, as traces and events report it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

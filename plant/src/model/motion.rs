@@ -13,16 +13,11 @@
 //! and is integrated by hand three times: velocity, displacement and the
 //! integral of displacement, which the continuous PID needs (eq. 28-29).
 //! Sine and cosine come from the `libm` crate so that every machine computes
-//! the same bits.
-
-mod oscillator;
-mod segment;
+//! the same bits. For solver `exact` the command is the state of a linear system
+//! ([`Oscillator`]) and a power series.
 
 use core::f64::consts::FRAC_PI_2;
-
-pub(crate) use self::oscillator::Oscillator;
-use self::segment::{Segment, Shape, chain, end_of, fourth_derivatives};
-use crate::error::MotionError;
+use core::fmt;
 
 /// The command at one instant.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -48,6 +43,55 @@ pub struct Motion {
     fourth_derivatives: MotionPoint,
     peak_acceleration_mps2: f64,
 }
+
+/// Reason why seven intervals and a travel make no motion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum MotionError {
+    /// An interval is negative or not finite.
+    Interval {
+        /// Number of the interval, 1 to 7.
+        number: usize,
+        /// The offending duration \[s\].
+        duration_s: f64,
+    },
+    /// The travel is not finite \[m\].
+    Travel(f64),
+    /// All seven intervals are zero.
+    NoDuration,
+    /// `t1` to `t3` are all zero: nothing accelerates the axis.
+    NoAcceleration,
+    /// `t5` to `t7` are all zero: nothing stops the axis.
+    NoDeceleration,
+    /// Interval and travel are finite, but the motion they make is not.
+    OutOfRange,
+}
+
+impl fmt::Display for MotionError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Interval { number, duration_s } => write!(
+                f,
+                "interval t{number} is {duration_s} s; every interval must be finite and at least 0"
+            ),
+            Self::Travel(travel_m) => write!(f, "the travel is {travel_m} m; it must be finite"),
+            Self::NoDuration => {
+                f.write_str("all seven intervals are 0; the motion needs a duration")
+            }
+            Self::NoAcceleration => {
+                f.write_str("t1, t2 and t3 are all 0; the motion needs an acceleration")
+            }
+            Self::NoDeceleration => {
+                f.write_str("t5, t6 and t7 are all 0; the motion needs a deceleration")
+            }
+            Self::OutOfRange => f.write_str(
+                "the intervals or the travel are too large or too small to compute with",
+            ),
+        }
+    }
+}
+
+impl core::error::Error for MotionError {}
 
 impl Motion {
     /// The motion over `travel_m` in the given intervals `t1` to `t7` \[s\].
@@ -227,4 +271,198 @@ impl Motion {
             ..self.end
         }
     }
+
+    /// The command at `time_s` as an oscillator, right-continuous.
+    pub(crate) fn oscillator(&self, time_s: f64) -> Oscillator {
+        let still = |point: MotionPoint| Oscillator {
+            point,
+            quadrature_mps2: 0.0,
+            omega_radps: 0.0,
+        };
+        match self.segment_at(time_s) {
+            None => still(self.at(time_s)),
+            Some(segment) => {
+                let tau_s = (time_s - segment.start_s).max(0.0);
+                let point = segment.at(tau_s);
+                let w = FRAC_PI_2 / segment.duration_s;
+                let a = segment.amplitude_mps2;
+                match segment.shape {
+                    Shape::Constant => still(point),
+                    Shape::Rise => Oscillator {
+                        point,
+                        quadrature_mps2: a * libm::cos(w * tau_s),
+                        omega_radps: w,
+                    },
+                    Shape::Fall => Oscillator {
+                        point,
+                        quadrature_mps2: -a * libm::sin(w * tau_s),
+                        omega_radps: w,
+                    },
+                }
+            }
+        }
+    }
+
+    /// Coefficients of x_ref as a power series in θ = t/length from `time_s`
+    /// on, valid until the interval of the command ends.
+    pub(crate) fn series(&self, time_s: f64, length_s: f64, coefficients: &mut [f64]) {
+        let Oscillator {
+            point,
+            quadrature_mps2,
+            omega_radps,
+        } = self.oscillator(time_s);
+        let phase = omega_radps * length_s;
+        // x, v·h and then a·h²/2!, ω·w·h³/3!, −ω²·a·h⁴/4!, …
+        let mut scale = length_s * length_s / 2.0;
+        let derivatives = [
+            point.acceleration_mps2,
+            quadrature_mps2,
+            -point.acceleration_mps2,
+            -quadrature_mps2,
+        ];
+        for (n, c) in (0_u16..).zip(coefficients.iter_mut()) {
+            *c = match n {
+                0 => point.displacement_m,
+                1 => point.velocity_mps * length_s,
+                _ => {
+                    let term = derivatives[usize::from(n - 2) % 4] * scale;
+                    scale *= phase / f64::from(n + 1);
+                    term
+                }
+            };
+        }
+    }
+}
+
+/// The command as a linear oscillator: within one interval of Fig. 6 its
+/// acceleration obeys `ȧ = ω·w`, `ẇ = −ω·a` (with ω = 0 it is constant).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Oscillator {
+    pub(crate) point: MotionPoint,
+    /// `w` \[m/s²\].
+    pub(crate) quadrature_mps2: f64,
+    /// `ω` \[rad/s\].
+    pub(crate) omega_radps: f64,
+}
+
+/// Shape of the acceleration within one interval.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Shape {
+    /// `sin ωτ`, from 0 to the amplitude.
+    Rise,
+    /// The amplitude throughout.
+    Constant,
+    /// `cos ωτ`, from the amplitude to 0.
+    Fall,
+}
+
+const SHAPES: [Shape; 7] = [
+    Shape::Rise,
+    Shape::Constant,
+    Shape::Fall,
+    Shape::Constant,
+    Shape::Rise,
+    Shape::Constant,
+    Shape::Fall,
+];
+
+/// One interval with the command at its start.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Segment {
+    start_s: f64,
+    duration_s: f64,
+    shape: Shape,
+    amplitude_mps2: f64,
+    start: MotionPoint,
+}
+
+impl Segment {
+    /// The command `tau_s` after the start of the segment.
+    fn at(&self, tau_s: f64) -> MotionPoint {
+        let (a, t) = (self.amplitude_mps2, tau_s);
+        // The three integrals of the shape, each 0 at τ = 0.
+        let (shape, once, twice, thrice) = match self.shape {
+            Shape::Constant => (1.0, t, t * t / 2.0, t * t * t / 6.0),
+            Shape::Rise => {
+                let w = FRAC_PI_2 / self.duration_s;
+                let sin = libm::sin(w * t);
+                let versine = versine(w * t);
+                (
+                    sin,
+                    versine / w,
+                    (t - sin / w) / w,
+                    (t * t / 2.0 - versine / (w * w)) / w,
+                )
+            }
+            Shape::Fall => {
+                let w = FRAC_PI_2 / self.duration_s;
+                let (sin, cos) = (libm::sin(w * t), libm::cos(w * t));
+                let versine = versine(w * t);
+                (cos, sin / w, versine / (w * w), (t - sin / w) / (w * w))
+            }
+        };
+        let s = &self.start;
+        let (v0, x0, q0) = (s.velocity_mps, s.displacement_m, s.displacement_integral_ms);
+        MotionPoint {
+            acceleration_mps2: a * shape,
+            velocity_mps: v0 + a * once,
+            displacement_m: x0 + (v0 * t + a * twice),
+            displacement_integral_ms: q0 + (x0 * t + (v0 * t * t / 2.0 + a * thrice)),
+        }
+    }
+}
+
+/// `1 − cos φ` without cancellation.
+fn versine(phi: f64) -> f64 {
+    let half = libm::sin(phi / 2.0);
+    2.0 * half * half
+}
+
+/// Strings the seven segments together and returns them with the end point.
+fn chain(intervals_s: &[f64; 7], accelerate: f64, decelerate: f64) -> ([Segment; 7], MotionPoint) {
+    let mut point = MotionPoint::default();
+    let mut start_s = 0.0;
+    let mut index = 0;
+    let segments = intervals_s.map(|duration_s| {
+        let amplitude_mps2 = match index {
+            0..=2 => accelerate,
+            3 => 0.0,
+            _ => decelerate,
+        };
+        let segment = Segment {
+            start_s,
+            duration_s,
+            shape: SHAPES[index],
+            amplitude_mps2,
+            start: point,
+        };
+        if duration_s > 0.0 {
+            point = segment.at(duration_s);
+        }
+        start_s += duration_s;
+        index += 1;
+        segment
+    });
+    (segments, point)
+}
+
+/// `d⁴/dt⁴` of v, x and its integral are a⁗ less one to three integrations:
+/// `A·ω³`, `A·ω²` and `A·ω` with the segment's own ω, 0 where a is constant.
+fn fourth_derivatives(segments: &[Segment; 7]) -> MotionPoint {
+    let mut largest = MotionPoint::default();
+    for s in segments {
+        if s.duration_s > 0.0 && s.shape != Shape::Constant {
+            let (a, w) = (s.amplitude_mps2.abs(), FRAC_PI_2 / s.duration_s);
+            largest.velocity_mps = largest.velocity_mps.max(a * w * w * w);
+            largest.displacement_m = largest.displacement_m.max(a * w * w);
+            largest.displacement_integral_ms = largest.displacement_integral_ms.max(a * w);
+        }
+    }
+    largest
+}
+
+/// When the last of them ends \[s\].
+fn end_of(segments: &[Segment; 7]) -> f64 {
+    let last = &segments[6];
+    last.start_s + last.duration_s
 }

@@ -1,6 +1,18 @@
 //! Armature circuit of the DC motor (paper, eq. 12, 25-26, Fig. 5).
 
-use crate::model::parameters::Motor;
+/// Permanent-magnet DC motor (paper, section 3, Fig. 5).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Motor {
+    /// `J_m`, rotor inertia, eq. 2 \[kg m²\], greater than 0.
+    pub inertia_kg_m2: f64,
+    /// `k_m`, torque and back-e.m.f. constant, eq. 12 and 25
+    /// \[N m/A = V s/rad\].
+    pub torque_constant_nm_per_a: f64,
+    /// `R`, armature resistance, eq. 25 \[Ω\], greater than 0.
+    pub resistance_ohm: f64,
+    /// `L`, armature inductance, eq. 25 \[H\], greater than 0.
+    pub inductance_h: f64,
+}
 
 impl Motor {
     /// `τ_m = k_m·I`, eq. 12 \[N m\].

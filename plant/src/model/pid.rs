@@ -1,7 +1,21 @@
 //! The paper's continuous PID law (eq. 27-31): rung `continuous`.
 
+use crate::model::amplifier::Amplifier;
+use crate::model::dac::Dac;
+use crate::model::encoder::Encoder;
 use crate::model::motion::{Motion, MotionPoint};
-use crate::model::parameters::{Amplifier, Dac, Encoder, PidGains, Transmission};
+use crate::model::parameters::Transmission;
+
+/// Gains of the PID law (eq. 23), per encoder count.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PidGains {
+    /// `K_p` \[DAC codes per count\].
+    pub kp: f64,
+    /// `K_i` \[codes per count and second\].
+    pub ki_per_s: f64,
+    /// `K_d` \[codes per (count per second)\].
+    pub kd_s: f64,
+}
 
 /// Which side of an instant: the reference's acceleration can jump.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,7 +3,7 @@
 //! time calls, [`Axis::derivative`] without its case distinctions and
 //! divisions.
 
-use crate::hybrid::mode::Mode;
+use crate::model::axis::Mode;
 use crate::model::axis::{Axis, Drive};
 use crate::model::joint::JointMode;
 use crate::model::resistance::GuideMode;
@@ -131,9 +131,9 @@ impl<'a> Rates<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::hybrid::mode::AmplifierMode;
+    use crate::model::amplifier::AmplifierMode;
     use crate::model::joint::Flank;
-    use crate::model::parameters::*;
+    use crate::{AxisParameters, Carriage, ElasticJoint, Joint, Motor, Resistance, Transmission};
 
     fn axis(joint: Joint) -> Axis {
         let motor = Motor {

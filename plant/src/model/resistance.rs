@@ -1,7 +1,19 @@
 //! Resistance of the guide against the carriage (paper, eq. 13), and the
 //! variant that opposes the motion and can hold the screw.
 
-use crate::model::parameters::Resistance;
+/// Resistant force on the carriage as a function of screw speed (eq. 13).
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Resistance {
+    /// `a_0` \[N\].
+    pub constant_n: f64,
+    /// `a_1` \[N s/rad\].
+    pub linear_ns_per_rad: f64,
+    /// `a_2` \[N s²/rad²\].
+    pub quadratic_ns2_per_rad2: f64,
+    /// `false`: eq. 13 to the letter, without regard to direction. `true`: the
+    /// constant and quadratic parts oppose the motion, and the screw can stick.
+    pub opposes_motion: bool,
+}
 
 /// What the guide is doing; the force is smooth within each mode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -4,14 +4,38 @@
 //! both sides of a contact change are ends of spans. Memory does not grow
 //! with the run.
 
-use crate::exact::{Piece, Seen, Sights};
-use crate::hybrid::mode::AmplifierMode;
+use crate::model::axis::{Axis, Mode};
 use crate::model::motion::{Motion, MotionPoint};
-use crate::numerics::bernstein::Polynomial;
-use crate::observe::span::{ContactChange, Interior, Span, Watch};
-use crate::stepped::piece::Stepped;
+use crate::model::state::{BETA, CURRENT, Vector, gamma};
 
-/// What is measured besides the plain peaks.
+/// Figures whose peaks between the samples are kept: ẍ, I, and how far the
+/// carriage and the motor are behind the command.
+pub(crate) const FIGURES: usize = 4;
+
+/// Place of the carriage's following error; the motor's follows.
+pub(crate) const CARRIAGE: usize = 2;
+
+/// The figures in a state, x_ref being `x_ref_m`.
+pub(crate) fn figures_at(axis: &Axis, mode: &Mode, y: &Vector, x_ref_m: f64) -> [f64; FIGURES] {
+    let p = axis.pitch_m_per_rad();
+    [
+        axis.carriage_acceleration_mps2(mode, y),
+        y[CURRENT],
+        x_ref_m - p * gamma(y),
+        x_ref_m - p * y[BETA],
+    ]
+}
+
+/// Peaks and last exit from the settling band that a look at a piece has shown.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Seen {
+    /// The figures' peaks, this piece included.
+    pub(crate) peaks: [f64; FIGURES],
+    /// When the carriage was last outside the settling band, if it was \[s\].
+    pub(crate) last_outside_s: Option<f64>,
+}
+
+/// Command and band that following and settling are measured against.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ExtremesSettings {
     /// The commanded motion.
@@ -23,9 +47,9 @@ pub struct ExtremesSettings {
 /// Extremes of a run so far. Starts at rest at zero.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Extremes {
-    settings: ExtremesSettings,
-    breaks_s: [f64; 7],
-    command_at_end: Option<(f64, MotionPoint)>,
+    pub(crate) settings: ExtremesSettings,
+    pub(crate) breaks_s: [f64; 7],
+    pub(crate) command_at_end: Option<(f64, MotionPoint)>,
     /// sup of |ẍ| \[m/s²\], both one-sided limits at events included.
     pub peak_abs_acceleration_mps2: f64,
     /// sup of |x_ref − x| \[m\].
@@ -72,14 +96,6 @@ impl Extremes {
         }
     }
 
-    pub(crate) fn motion(&self) -> &Motion {
-        &self.settings.motion
-    }
-
-    pub(crate) fn settling_band_m(&self) -> f64 {
-        self.settings.settling_band_m
-    }
-
     /// Peaks of ẍ, I and the two following errors.
     pub(crate) fn peaks(&self) -> [f64; 4] {
         [
@@ -100,53 +116,6 @@ impl Extremes {
         ]
     }
 
-    fn settle(&mut self, stepped: &Stepped<'_>) {
-        let band_m = self.settings.settling_band_m;
-        let span = stepped.span;
-        let distance = stepped.distance_to(self.settings.motion.travel_m());
-        if distance.ends.end.abs() > band_m {
-            self.last_outside_band_s = Some(span.end_s());
-        } else if distance.bound() > band_m
-            && let Some(theta) = last_outside(distance.septic(), band_m)
-        {
-            self.last_outside_band_s = Some(span.start_s() + theta * span.length_s());
-        }
-    }
-
-    fn follow(&mut self, stepped: &Stepped<'_>) {
-        let span = stepped.span;
-        let motion = &self.settings.motion;
-        let start = self.command_at(span.start_s());
-        let end = motion.at(span.end_s());
-        let command = (start, end);
-        let of_carriage = stepped.following_error(motion, &command, false);
-        of_carriage.raise(&mut self.peak_following_error_m);
-        let of_motor = stepped.following_error(motion, &command, true);
-        of_motor.raise(&mut self.peak_motor_following_error_m);
-        self.command_at_end = Some((span.end_s(), end));
-    }
-}
-
-impl Extremes {
-    /// A piece of the exact solution with its ends, and the command at its end.
-    fn piece(&self, span: &Span<'_>) -> (Piece<'_>, MotionPoint) {
-        let motion = &self.settings.motion;
-        let commands = [self.command_at(span.start_s()), motion.at(span.end_s())];
-        let times_s = (span.start_s(), span.length_s());
-        let ends = [span.y.0, span.y.1];
-        let piece = Piece::new(span.axis, &span.modes.0, ends, (motion, commands), times_s);
-        (piece, commands[1])
-    }
-
-    /// Looks at a piece of the exact solution, its ends included.
-    fn look<const D: usize>(&self, sights: &Sights<'_, D>) -> Seen {
-        let mut peaks = self.peaks();
-        for (peak, ends) in peaks.iter_mut().zip(sights.sizes()) {
-            *peak = peak.max(ends);
-        }
-        sights.look(peaks, u8::MAX, self.settings.settling_band_m)
-    }
-
     /// Takes over what was seen in a piece of the exact solution.
     pub(crate) fn take(&mut self, seen: &Seen) {
         for (peak, seen) in self.peaks_mut().into_iter().zip(seen.peaks) {
@@ -159,79 +128,10 @@ impl Extremes {
     }
 
     /// The command at the start of a span, which is the end of the last.
-    fn command_at(&self, start_s: f64) -> MotionPoint {
+    pub(crate) fn command_at(&self, start_s: f64) -> MotionPoint {
         match self.command_at_end {
             Some((time_s, command)) if time_s == start_s => command,
             _ => self.settings.motion.at(start_s),
         }
-    }
-
-    /// A step of a Runge-Kutta solver.
-    fn look_between_ends(&mut self, stepped: &Stepped<'_>) {
-        stepped
-            .acceleration()
-            .raise(&mut self.peak_abs_acceleration_mps2);
-        stepped.current().raise(&mut self.peak_abs_current_a);
-        stepped.voltage().raise(&mut self.peak_abs_voltage_v);
-        let breaks_s = self.breaks_s;
-        stepped.split_at(&breaks_s, |part| self.follow(part));
-        self.settle(stepped);
-    }
-}
-
-impl Watch for Extremes {
-    fn span(&mut self, span: &Span<'_>) {
-        if span.is_voltage_limited() {
-            self.voltage_limited_s += span.length_s();
-        }
-        match span.interior {
-            Interior::Held(piece) => {
-                let voltage_v = span.voltage_at_v(0.0).abs();
-                self.peak_abs_voltage_v = self.peak_abs_voltage_v.max(voltage_v);
-                let (ends, command) = self.piece(span);
-                let seen = self.look(&piece.sights(span.axis, ends));
-                self.take(&seen);
-                self.command_at_end = Some((span.end_s(), command));
-                self.joint_loss_j += piece.joint_loss_j(span.length_s);
-            }
-            Interior::Feedback(piece) => {
-                let ends_v = (span.voltage_at_v(0.0), span.voltage_at_v(1.0));
-                let peak_v = &mut self.peak_abs_voltage_v;
-                *peak_v = peak_v.max(ends_v.0.abs()).max(ends_v.1.abs());
-                if span.modes.0.amplifier == AmplifierMode::Linear {
-                    piece.raise_voltage(span.length_s, ends_v, peak_v);
-                }
-                let (ends, command) = self.piece(span);
-                let seen = self.look(&piece.sights(span.axis, ends));
-                self.take(&seen);
-                self.command_at_end = Some((span.end_s(), command));
-                self.joint_loss_j += piece.joint_loss_j(span.length_s);
-            }
-            Interior::Stepped(piece) => {
-                let stepped = Stepped { span, piece };
-                self.look_between_ends(&stepped);
-                self.joint_loss_j += stepped.joint_loss_j();
-            }
-        }
-    }
-
-    fn contact_change(&mut self, change: &ContactChange) {
-        self.contact_changes += 1;
-        self.impacts += u64::from(change.impact);
-        if change.impact {
-            let closing_radps = change.epsilon_dot_radps.abs();
-            self.hardest_impact_radps = self.hardest_impact_radps.max(closing_radps);
-        }
-    }
-}
-
-/// The last θ in \[0, 1\] at which |distance| exceeds the band.
-fn last_outside(distance: Polynomial<8>, band_m: f64) -> Option<f64> {
-    let backwards = distance.reversed();
-    let above = backwards.affine(band_m, -1.0).first_negative();
-    let below = backwards.affine(band_m, 1.0).first_negative();
-    match (above, below) {
-        (Some(a), Some(b)) => Some(1.0 - a.min(b)),
-        (one, other) => one.or(other).map(|theta| 1.0 - theta),
     }
 }

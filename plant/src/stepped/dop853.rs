@@ -13,11 +13,8 @@
 
 use core::cell::OnceCell;
 
+use super::table::*;
 use crate::model::state::{Vector, gamma, gamma_dot};
-use crate::stepped::table::*;
-
-/// The instants within a step at which a quantity is looked at.
-pub(crate) const NODES: [f64; 4] = [0.2, 0.4, 0.6, 0.8];
 
 /// Result of one trial step.
 #[derive(Debug, Clone)]

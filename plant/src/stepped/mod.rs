@@ -1,12 +1,8 @@
-//! Solvers `dopri5` and `rk4`.
+//! Solvers that step: `dopri5`, adaptive with every event located, and `rk4`, the
+//! paper's own way.
 
 pub(crate) mod adaptive;
-pub(crate) mod dop853;
-pub(crate) mod event_search;
-pub(crate) mod joint_loss;
-pub(crate) mod piece;
-pub(crate) mod quantity;
-pub(crate) mod reach;
+mod dop853;
+mod piece;
 pub(crate) mod rk4;
-pub(crate) mod step_size;
-pub(crate) mod table;
+mod table;

@@ -1,17 +1,155 @@
-//! A piece of a Runge-Kutta solution: what its solver knows of it besides the
-//! ends, and the figures' quantities over it.
+//! A piece of a Runge-Kutta solution: the quantities over it that guards and
+//! figures look at, and how far these may be from the cubic through their ends.
+//!
+//! The quantities are sums of states, and so are their distances from the cubic
+//! ([`Reach`], from [`super::dop853::Step::stray`]). They decide whether a step
+//! need be looked into at all ([`Ends::hull`]); its values between the ends cost
+//! more than those at the ends.
 
-use crate::hybrid::mode::Mode;
-use crate::model::axis::{Axis, Drive};
+use super::dop853::{Step, Stray};
+use crate::hybrid::guard::Guard;
+use crate::model::axis::{Axis, Drive, Mode};
+use crate::model::joint::{ElasticJoint, JointMode};
 use crate::model::motion::{Motion, MotionPoint};
 use crate::model::pid::Side;
 use crate::model::rates::Rates;
-use crate::model::state::{BETA, BETA_DOT, CURRENT, Vector, gamma};
-use crate::numerics::septic::Ends;
-use crate::observe::span::{Interior, Span};
-use crate::stepped::dop853::Step;
-use crate::stepped::quantity::Quantity;
-use crate::stepped::reach::Reach;
+use crate::model::resistance::GuideMode;
+use crate::model::state::{
+    BETA, BETA_DOT, BETA_INTEGRAL, CURRENT, EPSILON, EPSILON_DOT, Vector, gamma, gamma_dot,
+};
+use crate::numerics::bernstein::{Ends, NODES, Polynomial};
+use crate::numerics::quadrature::GAUSS_4;
+use crate::observe::extremes::Extremes;
+use crate::observe::{Interior, Span};
+
+/// A step: its length, how far its states may be from the cubics through their
+/// ends, and γ̇ as the one state that enters the equations squared.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Reach {
+    length_s: f64,
+    stray: Stray,
+    /// Largest |γ̇|, and how much γ̇ moves \[rad/s\].
+    speed: f64,
+    excursion: f64,
+}
+
+impl Reach {
+    /// From the states and their derivatives at both ends.
+    ///
+    /// The cubic `y0 + Δ·θ + (u·(1 − θ) − v·θ)·θ·(1 − θ)` with `u = h·f0 − Δ`
+    /// and `v = h·f1 − Δ` moves by at most |Δ| + (|u| + |v|)/4.
+    pub(crate) fn new(
+        stray: Stray,
+        length_s: f64,
+        (y0, y1): (&Vector, &Vector),
+        (f0, f1): (&Vector, &Vector),
+    ) -> Self {
+        let start = gamma_dot(y0);
+        let chord = gamma_dot(y1) - start;
+        let bend = (gamma_dot(f0) * length_s - chord).abs();
+        let twist = (gamma_dot(f1) * length_s - chord).abs();
+        let excursion = chord.abs() + 0.25 * (bend + twist) + stray.gamma_dot;
+        Self {
+            length_s,
+            stray,
+            speed: start.abs() + excursion,
+            excursion,
+        }
+    }
+
+    /// Of the armature current \[A\].
+    pub(crate) fn current(&self) -> f64 {
+        self.stray.states[CURRENT]
+    }
+
+    /// Of β for the motor, or of γ \[rad\].
+    pub(crate) fn angle(&self, of_motor: bool) -> f64 {
+        if of_motor {
+            self.stray.states[BETA]
+        } else {
+            self.stray.gamma
+        }
+    }
+
+    /// Of a command whose fourth derivative is at most this: the error of the
+    /// cubic through two values and slopes is `|q⁗|·h⁴/384`.
+    fn command(&self, fourth_derivative: f64) -> f64 {
+        let square = self.length_s * self.length_s;
+        fourth_derivative * square * square / 384.0
+    }
+
+    /// Of x_ref \[m\].
+    pub(crate) fn displacement(&self, motion: &Motion) -> f64 {
+        self.command(motion.fourth_derivatives().displacement_m)
+    }
+
+    /// `k·ε + c·ε̇` of a flank \[N m\].
+    fn flank_torque(&self, joint: &ElasticJoint) -> f64 {
+        joint.stiffness_nm_per_rad * self.stray.states[EPSILON]
+            + joint.damping_nms_per_rad * self.stray.states[EPSILON_DOT]
+    }
+}
+
+impl Axis {
+    /// Of the value of a guard.
+    pub(crate) fn guard_reach(&self, guard: Guard, drive: &Drive<'_>, reach: &Reach) -> f64 {
+        match guard {
+            Guard::Meet(_) | Guard::Part(_) => reach.stray.states[EPSILON],
+            Guard::Release(_) | Guard::Reload(_) => {
+                self.joint.map_or(0.0, |joint| reach.flank_torque(&joint))
+            }
+            // The margin of this guard is rounding, and so is how far it strays.
+            Guard::Stop(_) => reach.stray.gamma_dot,
+            Guard::Break(_) => self.torque_reach(reach, true),
+            Guard::Limit(_) | Guard::Unlimit(_) => Self::demand_reach(drive, reach),
+        }
+    }
+
+    /// Of `ẍ = p·γ̈` \[m/s²\]. With `γ̇ = γ̇0 + w` the square γ̇² differs from the
+    /// cubic through its ends by what 2·γ̇0·w does, and by w² and its own cubic:
+    /// at most `max w² + w1² + 8/27·|w1·ẇ1·h|`, which 8 excursions² exceed.
+    pub(crate) fn acceleration_reach(&self, mode: &Mode, reach: &Reach) -> f64 {
+        if mode.guide == GuideMode::Stuck {
+            return 0.0;
+        }
+        let loaded = !matches!(mode.joint, JointMode::Open | JointMode::Released(_));
+        let [_, a1, a2] = self.resistance().polynomial(mode.guide);
+        let speed = reach.stray.gamma_dot;
+        let square = 2.0 * reach.speed * speed + 8.0 * reach.excursion * reach.excursion;
+        let p = self.pitch_m_per_rad();
+        let force = a1.abs() * speed + a2.abs() * square;
+        p * (self.torque_reach(reach, loaded) + p * force) / self.moved_inertia()
+    }
+
+    /// Of what turns the screw, Ψ or `k_m·I/z` \[N m\].
+    fn torque_reach(&self, reach: &Reach, loaded: bool) -> f64 {
+        match self.joint {
+            Some(joint) if loaded => reach.flank_torque(&joint),
+            Some(_) => 0.0,
+            None => (self.motor().torque_nm(reach.current()) / self.gear_ratio()).abs(),
+        }
+    }
+
+    /// Of the continuous law's demand, eq. 27-28 \[V\].
+    pub(crate) fn demand_reach(drive: &Drive<'_>, reach: &Reach) -> f64 {
+        match drive {
+            Drive::Held(_) => 0.0,
+            Drive::Feedback(pid) => {
+                let command = pid.motion().fourth_derivatives();
+                pid.demand_reach(
+                    reach.stray.states[BETA_INTEGRAL],
+                    reach.stray.states[BETA],
+                    reach.stray.states[BETA_DOT],
+                    [
+                        reach.command(command.displacement_integral_ms),
+                        reach.command(command.displacement_m),
+                        reach.command(command.velocity_mps),
+                    ],
+                )
+            }
+        }
+    }
+}
 
 /// What a Runge-Kutta solver knows of a span besides its ends.
 #[derive(Debug, Clone, Copy)]
@@ -24,9 +162,8 @@ pub(crate) struct SteppedPiece<'a> {
     pub(crate) reach: Reach,
 }
 
-impl SteppedPiece<'_> {
-    /// State at `start + θ·length` of the span that this is the piece of.
-    pub(crate) fn at(&self, span: &Span<'_>, theta: f64) -> Vector {
+impl Interior for SteppedPiece<'_> {
+    fn vector_at(&self, span: &Span<'_>, theta: f64) -> Vector {
         match self.dense {
             Some((step, from, to)) => {
                 let rates = Rates::new(span.axis, &span.modes.0, span.drive);
@@ -42,13 +179,66 @@ impl SteppedPiece<'_> {
             }
         }
     }
+
+    fn raise(&self, span: &Span<'_>, extremes: &mut Extremes) {
+        let stepped = Stepped { span, piece: self };
+        stepped
+            .acceleration()
+            .raise(&mut extremes.peak_abs_acceleration_mps2);
+        stepped.current().raise(&mut extremes.peak_abs_current_a);
+        stepped.voltage().raise(&mut extremes.peak_abs_voltage_v);
+        let breaks_s = extremes.breaks_s;
+        stepped.split_at(&breaks_s, |part| follow(extremes, part));
+        settle(extremes, &stepped);
+        extremes.joint_loss_j += stepped.joint_loss_j();
+    }
+}
+
+/// A quantity over a span. Its values between the ends cost more than those at
+/// the ends, which most questions can do without.
+#[derive(Debug)]
+struct Quantity<'a, V> {
+    span: &'a Span<'a>,
+    ends: Ends,
+    /// How far it may be from the cubic through its ends.
+    reach: f64,
+    /// Of time and state within the span.
+    value: V,
+}
+
+impl<V: Fn(f64, &Vector) -> f64> Quantity<'_, V> {
+    /// The polynomial through the ends and the nodes between them.
+    fn septic(&self) -> Polynomial<8> {
+        let span = self.span;
+        self.ends.septic(NODES.map(|theta| {
+            let time_s = span.start_s + theta * span.length_s;
+            (self.value)(time_s, &span.vector_at(theta))
+        }))
+    }
+
+    /// Upper bound of |q| over the span, without looking into it.
+    fn bound(&self) -> f64 {
+        self.ends.bound(self.reach)
+    }
+
+    /// Raises `peak` to the supremum of |q| over the span.
+    fn raise(&self, peak: &mut f64) {
+        let bound = self.bound();
+        if bound > *peak {
+            *peak = peak.max(self.ends.start.abs()).max(self.ends.end.abs());
+            // Where the quantity grows throughout, the end is the largest.
+            if bound > *peak {
+                *peak = self.septic().peak_above(*peak);
+            }
+        }
+    }
 }
 
 /// A span of a Runge-Kutta solver with its piece.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Stepped<'a> {
-    pub(crate) span: &'a Span<'a>,
-    pub(crate) piece: &'a SteppedPiece<'a>,
+struct Stepped<'a> {
+    span: &'a Span<'a>,
+    piece: &'a SteppedPiece<'a>,
 }
 
 /// A quantity with its rate at one end of a span.
@@ -83,7 +273,7 @@ impl Stepped<'_> {
     }
 
     /// Carriage acceleration `p·γ̈` over the span \[m/s²\].
-    pub(crate) fn acceleration(&self) -> Quantity<'_, impl Fn(f64, &Vector) -> f64> {
+    fn acceleration(&self) -> Quantity<'_, impl Fn(f64, &Vector) -> f64> {
         let (axis, mode) = (self.span.axis, &self.span.modes.0);
         let p = axis.pitch_m_per_rad();
         self.quantity(
@@ -99,7 +289,7 @@ impl Stepped<'_> {
     }
 
     /// Armature current over the span \[A\].
-    pub(crate) fn current(&self) -> Quantity<'_, impl Fn(f64, &Vector) -> f64> {
+    fn current(&self) -> Quantity<'_, impl Fn(f64, &Vector) -> f64> {
         self.quantity(
             |_, _, y, dy, _| (y[CURRENT], dy[CURRENT]),
             |_, y| y[CURRENT],
@@ -108,7 +298,7 @@ impl Stepped<'_> {
     }
 
     /// Motor voltage over the span \[V\].
-    pub(crate) fn voltage(&self) -> Quantity<'_, impl Fn(f64, &Vector) -> f64> {
+    fn voltage(&self) -> Quantity<'_, impl Fn(f64, &Vector) -> f64> {
         let (axis, drive, mode) = (self.span.axis, self.span.drive, &self.span.modes.0);
         let limited = self.span.is_voltage_limited();
         let rate = |time_s: f64, side: Side, y: &Vector, dy: &Vector| match drive {
@@ -132,7 +322,7 @@ impl Stepped<'_> {
     /// `x_ref − p·angle` over the span \[m\], the angle being γ for the
     /// carriage or β for the motor; `command` holds x_ref and v_ref at both
     /// ends. The command must be smooth within the span.
-    pub(crate) fn following_error<'s>(
+    fn following_error<'s>(
         &'s self,
         motion: &'s Motion,
         command: &'s (MotionPoint, MotionPoint),
@@ -157,7 +347,7 @@ impl Stepped<'_> {
     }
 
     /// Distance of the carriage from `target_m` over the span \[m\].
-    pub(crate) fn distance_to(&self, target_m: f64) -> Quantity<'_, impl Fn(f64, &Vector) -> f64> {
+    fn distance_to(&self, target_m: f64) -> Quantity<'_, impl Fn(f64, &Vector) -> f64> {
         let p = self.span.axis.pitch_m_per_rad();
         self.quantity(
             move |_, _, y, dy, _| (target_m - p * gamma(y), -p * gamma(dy)),
@@ -166,8 +356,37 @@ impl Stepped<'_> {
         )
     }
 
+    /// What the joint's damper takes over the span \[J\]: by the method's own sum
+    /// where there is one, so to the order of the solution; by Gauss's rule on
+    /// the cubic of solver `rk4`, whose step may be in contact in a part only.
+    fn joint_loss_j(&self) -> f64 {
+        let Some(joint) = self.span.axis.joint else {
+            return 0.0;
+        };
+        let (start, end) = (self.span.modes.0.joint, self.span.modes.1.joint);
+        let c = joint.damping_nms_per_rad;
+        match self.piece.dense {
+            _ if c == 0.0 || !(start.carries() || end.carries()) => 0.0,
+            // The rate of ε is ε̇.
+            Some((step, 0.0, 1.0)) => c * step.squared_rate(EPSILON),
+            _ => {
+                let mut sum = 0.0;
+                for (theta, weight) in GAUSS_4 {
+                    let y = self.span.vector_at(theta);
+                    let (epsilon, epsilon_dot) = (y[EPSILON], y[EPSILON_DOT]);
+                    let closed =
+                        start == end || joint.mode_of_state(epsilon, epsilon_dot).carries();
+                    if closed {
+                        sum += weight * (epsilon_dot * epsilon_dot);
+                    }
+                }
+                c * sum * self.span.length_s
+            }
+        }
+    }
+
     /// Calls `look` with the parts of this span between the given instants.
-    pub(crate) fn split_at(&self, breaks_s: &[f64], mut look: impl FnMut(&Stepped<'_>)) {
+    fn split_at(&self, breaks_s: &[f64], mut look: impl FnMut(&Stepped<'_>)) {
         let (start_s, end_s) = (self.span.start_s, self.span.end_s());
         let inside = |t: f64| t > start_s && t < end_s;
         if !breaks_s.iter().any(|&t| inside(t)) {
@@ -204,12 +423,51 @@ impl Stepped<'_> {
             start_s,
             length_s,
             y: (&y0, &y1),
-            interior: Interior::Stepped(&piece),
+            interior: &piece,
             ..*span
         };
         look(&Stepped {
             span: &part,
             piece: &piece,
         });
+    }
+}
+
+/// Notes when the carriage was last outside the settling band.
+fn settle(extremes: &mut Extremes, stepped: &Stepped<'_>) {
+    let band_m = extremes.settings.settling_band_m;
+    let span = stepped.span;
+    let distance = stepped.distance_to(extremes.settings.motion.travel_m());
+    if distance.ends.end.abs() > band_m {
+        extremes.last_outside_band_s = Some(span.end_s());
+    } else if distance.bound() > band_m
+        && let Some(theta) = last_outside(distance.septic(), band_m)
+    {
+        extremes.last_outside_band_s = Some(span.start_s() + theta * span.length_s());
+    }
+}
+
+/// Raises the following errors, where the command is smooth.
+fn follow(extremes: &mut Extremes, stepped: &Stepped<'_>) {
+    let span = stepped.span;
+    let motion = &extremes.settings.motion;
+    let start = extremes.command_at(span.start_s());
+    let end = motion.at(span.end_s());
+    let command = (start, end);
+    let of_carriage = stepped.following_error(motion, &command, false);
+    of_carriage.raise(&mut extremes.peak_following_error_m);
+    let of_motor = stepped.following_error(motion, &command, true);
+    of_motor.raise(&mut extremes.peak_motor_following_error_m);
+    extremes.command_at_end = Some((span.end_s(), end));
+}
+
+/// The last θ in \[0, 1\] at which |distance| exceeds the band.
+fn last_outside(distance: Polynomial<8>, band_m: f64) -> Option<f64> {
+    let backwards = distance.reversed();
+    let above = backwards.affine(band_m, -1.0).first_negative();
+    let below = backwards.affine(band_m, 1.0).first_negative();
+    match (above, below) {
+        (Some(a), Some(b)) => Some(1.0 - a.min(b)),
+        (one, other) => one.or(other).map(|theta| 1.0 - theta),
     }
 }

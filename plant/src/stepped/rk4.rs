@@ -3,15 +3,14 @@
 //! It locates nothing: every stage takes the mode of the axis from the state
 //! it is evaluated at, so a step that crosses a contact smears it.
 
-use crate::error::PlantError;
+use super::dop853::Stray;
+use super::piece::{Reach, SteppedPiece};
+use crate::hybrid::{Automaton, PlantError};
 use crate::model::axis::Drive;
 use crate::model::joint::JointMode;
 use crate::model::state::{EPSILON_DOT, Vector};
-use crate::observe::span::{ContactChange, Interior, Span, Watch};
-use crate::plant::{Plant, count, seconds};
-use crate::stepped::dop853::Stray;
-use crate::stepped::piece::SteppedPiece;
-use crate::stepped::reach::Reach;
+use crate::numerics::{count, seconds};
+use crate::observe::{ContactChange, Span, Watch};
 
 /// One step of `dy/dt = f(t, y)` from `(t, y)` with `k1 = f(t, y)`.
 fn step(f: impl Fn(f64, &Vector) -> Vector, t: f64, y: &Vector, k1: Vector, h: f64) -> Vector {
@@ -21,7 +20,7 @@ fn step(f: impl Fn(f64, &Vector) -> Vector, t: f64, y: &Vector, k1: Vector, h: f
     y + (k1 + (k2 + k3) * 2.0 + k4) * (h / 6.0)
 }
 
-impl Plant {
+impl Automaton {
     /// Solver `rk4`: equal steps, the mode from the state at every stage.
     pub(crate) fn advance_fixed(
         &mut self,
@@ -66,7 +65,7 @@ impl Plant {
                 start_s: time_s,
                 length_s: h,
                 y: (&y0, &y1),
-                interior: Interior::Stepped(&piece),
+                interior: &piece,
             });
             let (from, to) = (before.joint.contact(), self.contact());
             if from != to {

@@ -1,22 +1,15 @@
-//! What the figures of a run look at on one piece of the exact solution.
+//! A piece of the exact solution, and what the figures of a run look at on it.
 
-use super::advance::HeldPiece;
-use super::feedback::FeedbackPiece;
 use super::peak::{SketchedPeak, Sought};
-use super::system::{Column, FEEDBACK, HELD};
-use super::tables::Quantity;
+use super::system::{Column, FEEDBACK, HELD, plant_vector, to_plant_vector};
+use super::tables::{FeedbackTable, HeldTable, Quantity};
 use super::walk::Flow;
-use crate::hybrid::mode::Mode;
-use crate::model::axis::Axis;
+use crate::model::amplifier::AmplifierMode;
+use crate::model::axis::{Axis, Mode};
 use crate::model::motion::{Motion, MotionPoint};
-use crate::model::state::{BETA, CURRENT, Vector, gamma};
-
-/// Figures whose peaks between the samples are kept: ẍ, I, and how far the
-/// carriage and the motor are behind the command.
-pub(crate) const FIGURES: usize = 4;
-
-/// Place of the carriage's following error; the motor's follows.
-pub(crate) const CARRIAGE: usize = 2;
+use crate::model::state::{Vector, gamma};
+use crate::observe::extremes::{CARRIAGE, Extremes, FIGURES, Seen, figures_at};
+use crate::observe::{Interior, Span};
 
 /// What a run's figures are measured against on one piece of the solution.
 #[derive(Debug, Clone, Copy)]
@@ -28,17 +21,6 @@ pub(crate) struct Piece<'a> {
     pub(crate) ends: [[f64; FIGURES]; 2],
     /// How far the carriage is from the travel at both ends \[m\].
     pub(crate) distances_m: [f64; 2],
-}
-
-/// The figures in a state, x_ref being `x_ref_m`.
-pub(crate) fn figures_at(axis: &Axis, mode: &Mode, y: &Vector, x_ref_m: f64) -> [f64; FIGURES] {
-    let p = axis.pitch_m_per_rad();
-    [
-        axis.carriage_acceleration_mps2(mode, y),
-        y[CURRENT],
-        x_ref_m - p * gamma(y),
-        x_ref_m - p * y[BETA],
-    ]
 }
 
 impl<'a> Piece<'a> {
@@ -62,15 +44,6 @@ impl<'a> Piece<'a> {
             distances_m: ends.map(|y| motion.travel_m() - p * gamma(y)),
         }
     }
-}
-
-/// What a look at a piece has shown.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Seen {
-    /// The figures' peaks, this piece included.
-    pub(crate) peaks: [f64; FIGURES],
-    /// When the carriage was last outside the settling band, if it was \[s\].
-    pub(crate) last_outside_s: Option<f64>,
 }
 
 /// A stretch of the solution that a quantity is looked at on.
@@ -241,22 +214,80 @@ impl<'a, const D: usize> Sights<'a, D> {
     }
 }
 
+/// A smooth piece of the solution under a held voltage.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct HeldPiece<'a> {
+    pub(crate) table: &'a HeldTable,
+    pub(crate) input: Column<HELD>,
+    pub(crate) start: Column<HELD>,
+    pub(crate) offset_rad: f64,
+    /// β̂, which a held voltage does not advance.
+    pub(crate) beta_integral_rads: f64,
+}
+
 impl HeldPiece<'_> {
-    pub(crate) fn sights<'a>(&'a self, axis: &Axis, piece: Piece<'a>) -> Sights<'a, HELD> {
+    /// Where the whole step ends.
+    pub(super) fn whole_end(&self, voltage_v: f64) -> Vector {
+        let end = self.table.kernel.step(&self.start, voltage_v);
+        to_plant_vector(&end, self.offset_rad, self.beta_integral_rads)
+    }
+
+    pub(crate) fn flow(&self) -> Flow<'_, HELD> {
+        Flow {
+            table: &self.table.table,
+            input: &self.input,
+            start: &self.start,
+        }
+    }
+
+    pub(super) fn sights<'a>(&'a self, axis: &Axis, piece: Piece<'a>) -> Sights<'a, HELD> {
         let constants = (self.offset_rad, self.table.system.screw_load);
         Sights::new(axis, self.flow(), constants, piece)
     }
+
+    /// What the joint's damper takes over `length_s` of the piece \[J\].
+    #[inline(always)]
+    pub(crate) fn joint_loss_j(&self, length_s: f64) -> f64 {
+        let Some(loss) = &self.table.loss else {
+            return 0.0;
+        };
+        let rates = self.table.system.driving_rates(&self.start, &self.input);
+        loss.over(rates, length_s)
+    }
+}
+
+/// A smooth piece of the solution under the continuous law.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct FeedbackPiece<'a> {
+    pub(crate) table: &'a FeedbackTable,
+    pub(crate) start: Column<FEEDBACK>,
+    pub(crate) end: Column<FEEDBACK>,
+    pub(crate) offset_rad: f64,
+    pub(crate) pitch_m_per_rad: f64,
 }
 
 impl FeedbackPiece<'_> {
-    pub(crate) fn sights<'a>(&'a self, axis: &Axis, piece: Piece<'a>) -> Sights<'a, FEEDBACK> {
+    /// The plant's own vector.
+    pub(crate) fn plant_vector(&self, x: &Column<FEEDBACK>) -> Vector {
+        plant_vector(x, (self.offset_rad, self.pitch_m_per_rad))
+    }
+
+    pub(crate) fn flow(&self) -> Flow<'_, FEEDBACK> {
+        Flow {
+            table: &self.table.table,
+            input: &self.table.input,
+            start: &self.start,
+        }
+    }
+
+    fn sights<'a>(&'a self, axis: &Axis, piece: Piece<'a>) -> Sights<'a, FEEDBACK> {
         let constants = (self.offset_rad, self.table.screw_load);
         Sights::new(axis, self.flow(), constants, piece)
     }
 
     /// Raises `peak_v` to the supremum of the demand's magnitude within the
     /// piece, which has `ends_v` at its ends.
-    pub(crate) fn raise_voltage(&self, length_s: f64, ends_v: (f64, f64), peak_v: &mut f64) {
+    fn raise_voltage(&self, length_s: f64, ends_v: (f64, f64), peak_v: &mut f64) {
         let demand = Sought {
             linear: self.table.table.quantity(Quantity::Demand),
             scale: 1.0,
@@ -264,5 +295,77 @@ impl FeedbackPiece<'_> {
             command: None,
         };
         Reach::new(&self.flow(), length_s).raise(&demand, ends_v, peak_v);
+    }
+
+    /// What the joint's damper takes over `length_s` of the piece \[J\].
+    fn joint_loss_j(&self, length_s: f64) -> f64 {
+        let Some(loss) = &self.table.loss else {
+            return 0.0;
+        };
+        let rates = self.table.table.levels.a * self.start + self.table.input;
+        loss.over(rates, length_s)
+    }
+}
+
+/// What both kinds of pieces do for the extremes of a run.
+impl<'a> Piece<'a> {
+    /// The piece over `span` as `extremes` measures it, and the command at its
+    /// end.
+    fn over(span: &Span<'_>, extremes: &'a Extremes) -> (Self, MotionPoint) {
+        let motion = &extremes.settings.motion;
+        let start = extremes.command_at(span.start_s());
+        let commands = [start, motion.at(span.end_s())];
+        let times_s = (span.start_s(), span.length_s());
+        let ends = [span.y.0, span.y.1];
+        let piece = Self::new(span.axis, &span.modes.0, ends, (motion, commands), times_s);
+        (piece, commands[1])
+    }
+}
+
+impl<const D: usize> Sights<'_, D> {
+    /// All figures and the settling band, the ends of the piece included.
+    fn look_at_all(&self, extremes: &Extremes) -> Seen {
+        let mut peaks = extremes.peaks();
+        for (peak, ends) in peaks.iter_mut().zip(self.sizes()) {
+            *peak = peak.max(ends);
+        }
+        self.look(peaks, u8::MAX, extremes.settings.settling_band_m)
+    }
+}
+
+impl Interior for HeldPiece<'_> {
+    fn vector_at(&self, span: &Span<'_>, theta: f64) -> Vector {
+        let x = self.flow().at(theta * span.length_s);
+        to_plant_vector(&x, self.offset_rad, self.beta_integral_rads)
+    }
+
+    fn raise(&self, span: &Span<'_>, extremes: &mut Extremes) {
+        let voltage_v = span.voltage_at_v(0.0).abs();
+        extremes.peak_abs_voltage_v = extremes.peak_abs_voltage_v.max(voltage_v);
+        let (piece, command) = Piece::over(span, extremes);
+        let seen = self.sights(span.axis, piece).look_at_all(extremes);
+        extremes.take(&seen);
+        extremes.command_at_end = Some((span.end_s(), command));
+        extremes.joint_loss_j += self.joint_loss_j(span.length_s);
+    }
+}
+
+impl Interior for FeedbackPiece<'_> {
+    fn vector_at(&self, span: &Span<'_>, theta: f64) -> Vector {
+        self.plant_vector(&self.flow().at(theta * span.length_s))
+    }
+
+    fn raise(&self, span: &Span<'_>, extremes: &mut Extremes) {
+        let ends_v = (span.voltage_at_v(0.0), span.voltage_at_v(1.0));
+        let peak_v = &mut extremes.peak_abs_voltage_v;
+        *peak_v = peak_v.max(ends_v.0.abs()).max(ends_v.1.abs());
+        if span.modes.0.amplifier == AmplifierMode::Linear {
+            self.raise_voltage(span.length_s, ends_v, peak_v);
+        }
+        let (piece, command) = Piece::over(span, extremes);
+        let seen = self.sights(span.axis, piece).look_at_all(extremes);
+        extremes.take(&seen);
+        extremes.command_at_end = Some((span.end_s(), command));
+        extremes.joint_loss_j += self.joint_loss_j(span.length_s);
     }
 }
