@@ -5,10 +5,10 @@
 //! What is zero in them for every axis is left out: β drives nothing, and the
 //! slopes of β and δ are states.
 
-use super::phase::{DRIVING, figures};
 use super::width::Width;
 use crate::exact::{
-    BOUND_MARGIN, CELLS, Column, HELD, HeldTable, MOST_POLISHING, Matrix, Quantity, SLOPES, TERMS,
+    BOUND_MARGIN, CELLS, Column, DRIVING, HELD, HeldTable, MOST_POLISHING, Matrix, Quantity,
+    SLOPES, TERMS,
 };
 use crate::model::axis::Axis;
 use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT};
@@ -22,7 +22,7 @@ const ACCELERATED: [usize; 3] = [BETA_DOT, EPSILON_DOT, CURRENT];
 
 /// The numbers of one step.
 #[derive(Debug, Clone)]
-pub(crate) struct Course {
+pub(crate) struct LaneGrid {
     pub(super) length_s: f64,
     half_s: f64,
     /// The rates of [`ACCELERATED`]: per driving state, constant, per volt.
@@ -49,7 +49,7 @@ pub(crate) struct Course {
     pub(super) current_noise: f64,
 }
 
-impl Course {
+impl LaneGrid {
     /// The numbers of a table; `None` where a sample has no sketch, or the joint
     /// no gap.
     pub(super) fn of(table: &HeldTable, axis: &Axis) -> Option<Self> {
@@ -283,4 +283,15 @@ impl<W: Width> Local<W> {
         }
         (sigma, found)
     }
+}
+
+/// The quantities behind the figures, and what they are multiplied with.
+pub(super) fn figures(axis: &Axis) -> [(Quantity, f64); FIGURES] {
+    let p = axis.pitch_m_per_rad();
+    [
+        (Quantity::ScrewAcceleration, p),
+        (Quantity::Current, 1.0),
+        (Quantity::ScrewAngle, p),
+        (Quantity::GearAngle, p),
+    ]
 }

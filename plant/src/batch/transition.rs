@@ -2,18 +2,17 @@
 //! does with it, in the same order of operations. Lanes in which something else
 //! happens, or in which the sketches leave a question open, are told apart.
 
-use super::course::{Course, States};
 use super::curve::DeltaSlopes;
-use super::phase::DRIVING;
+use super::grid::{LaneGrid, States};
 use super::width::Width;
-use crate::exact::{HELD, NOISE_ULPS};
+use crate::exact::{DRIVING, HELD, NOISE_ULPS};
 use crate::model::axis::{Axis, NOISE_PER_BACKLASH};
 use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT};
 use crate::observe::extremes::{CARRIAGE, FIGURES};
 
 /// What the lanes begin the step with.
 #[derive(Debug, Clone)]
-pub(super) struct Begin<W: Width> {
+pub(super) struct TransitionStart<W: Width> {
     /// β, β̇, ε, ε̇ and I.
     pub(super) y: [W::Array; HELD],
     pub(super) voltage_v: W::Array,
@@ -28,7 +27,7 @@ pub(super) struct Begin<W: Width> {
 
 /// What the lanes of `known` do in the step.
 #[derive(Debug, Clone)]
-pub(super) struct Swing<W: Width> {
+pub(super) struct Transition<W: Width> {
     pub(super) known: u64,
     /// When the contact changes, from the start of the step \[s\].
     pub(super) change_s: W::Array,
@@ -46,7 +45,7 @@ pub(super) struct Swing<W: Width> {
     pub(super) carriage_strays_m: [W::Array; 2],
 }
 
-impl<W: Width> Begin<W> {
+impl<W: Width> TransitionStart<W> {
     pub(super) fn new() -> Self {
         let zero = W::array(0.0);
         Self {
@@ -67,9 +66,9 @@ impl<W: Width> Begin<W> {
         &self,
         w: W,
         axis: &Axis,
-        (closed, course, next): (bool, &Course, &Course),
+        (closed, grid, next): (bool, &LaneGrid, &LaneGrid),
         asked: u64,
-    ) -> Swing<W> {
+    ) -> Transition<W> {
         let (zero, one) = (w.splat(0.0), w.splat(1.0));
         let mut y = [zero; HELD];
         for (vector, array) in y.iter_mut().zip(&self.y) {
@@ -80,13 +79,13 @@ impl<W: Width> Begin<W> {
         let start_offset = start_flank * b;
         let mut x = y;
         x[EPSILON] = y[EPSILON] - start_offset;
-        let rate = course.rate(w, &x, voltage_v);
-        let slopes = DeltaSlopes::new(w, course, &rate);
+        let rate = grid.rate(w, &x, voltage_v);
+        let slopes = DeltaSlopes::new(w, grid, &rate);
 
         // The guard `sign·δ + offset` that may fall.
         let mut known = asked;
         let (sign, offset, noise) = if closed {
-            let noise = self.part_noise(w, axis, course, &x);
+            let noise = self.part_noise(w, axis, grid, &x);
             let value = start_flank * y[EPSILON] - (b - noise);
             known &= w.bits(w.greater(value, zero));
             (start_flank, zero, noise)
@@ -102,10 +101,10 @@ impl<W: Width> Begin<W> {
             let other = zero - sign;
             known &= slopes.guard(w, other, offset + other * x[EPSILON]).holds(w);
         }
-        let length_s = w.splat(course.length_s);
+        let length_s = w.splat(grid.length_s);
         let first = curve.first_zero(w, noise, known);
         let near_s = first.theta * length_s;
-        let local = course.near(w, &x, &rate, near_s);
+        let local = grid.near(w, &x, &rate, near_s);
         let near = local.sigma(near_s);
         let (sigma, mut known) = local.zero_near(w, (sign, offset), near, first.known);
         let change_s = local.time_s(sigma);
@@ -153,13 +152,13 @@ impl<W: Width> Begin<W> {
         known &= w.bits(w.at_most(size, w.splat(f64::MAX)));
 
         let acceleration = [
-            acceleration(w, axis, (course, start_offset), &y),
-            acceleration(w, axis, (course, start_offset), &before),
+            acceleration(w, axis, (grid, start_offset), &y),
+            acceleration(w, axis, (grid, start_offset), &before),
             acceleration(w, axis, (next, end_offset), &after),
             acceleration(w, axis, (next, end_offset), &end),
         ];
         let behind_m = self.behind(w, axis, [&before, &after, &end], change_s / length_s);
-        let strays = [strays(w, course, &rate), strays(w, next, &next_rate)];
+        let strays = [strays(w, grid, &rate), strays(w, next, &next_rate)];
         let (bend, two) = (w.load(&self.bend_m) * w.splat(0.125), w.splat(2.0));
         let mut uppers = [[W::array(0.0); FIGURES]; 2];
         let mut carriage_strays_m = [W::array(0.0); 2];
@@ -183,7 +182,7 @@ impl<W: Width> Begin<W> {
             w.store(two * strays[CARRIAGE], &mut carriage_strays_m[piece]);
         }
         let [a, b, c, d] = acceleration;
-        Swing {
+        Transition {
             known,
             change_s: stored(w, change_s),
             flank: stored(w, flank),
@@ -199,8 +198,8 @@ impl<W: Width> Begin<W> {
     /// How far a loaded flank must fall to have come away (see
     /// `Axis::release_noise_nm`) \[rad\].
     #[inline(always)]
-    fn part_noise(&self, w: W, axis: &Axis, course: &Course, x: &States<W>) -> W::Vector {
-        let (rows, per_volt) = &course.delta_terms;
+    fn part_noise(&self, w: W, axis: &Axis, grid: &LaneGrid, x: &States<W>) -> W::Vector {
+        let (rows, per_volt) = &grid.delta_terms;
         let mut terms = w.abs(w.splat(rows[0]) * x[1]);
         for j in 1..DRIVING {
             terms = terms + w.abs(w.splat(rows[j]) * x[j + 1]);
@@ -211,8 +210,8 @@ impl<W: Width> Begin<W> {
         let motor = axis.motor();
         let km = w.splat(motor.torque_constant_nm_per_a / axis.gear_ratio());
         let braking = km * w.abs(km * x[BETA_DOT]) / w.splat(motor.resistance_ohm);
-        let stiffness = w.splat(course.stiffness);
-        let release = stiffness * parting + w.splat(course.current_noise) * braking;
+        let stiffness = w.splat(grid.stiffness);
+        let release = stiffness * parting + w.splat(grid.current_noise) * braking;
         release / stiffness
     }
 
@@ -256,14 +255,14 @@ impl<W: Width> Begin<W> {
 
 /// How far the figures may stray from their chords.
 #[inline(always)]
-fn strays<W: Width>(w: W, course: &Course, rate: &States<W>) -> [W::Vector; FIGURES] {
+fn strays<W: Width>(w: W, grid: &LaneGrid, rate: &States<W>) -> [W::Vector; FIGURES] {
     let mut sizes = *rate;
     for rate in &mut sizes {
         *rate = w.abs(*rate);
     }
     let mut strays = [sizes[0]; FIGURES];
-    for (stray, row) in strays.iter_mut().zip(&course.chords) {
-        *stray = super::course::sum(w, row, &sizes);
+    for (stray, row) in strays.iter_mut().zip(&grid.chords) {
+        *stray = super::grid::sum(w, row, &sizes);
     }
     strays
 }
@@ -273,13 +272,13 @@ fn strays<W: Width>(w: W, course: &Course, rate: &States<W>) -> [W::Vector; FIGU
 fn acceleration<W: Width>(
     w: W,
     axis: &Axis,
-    (course, offset): (&Course, W::Vector),
+    (grid, offset): (&LaneGrid, W::Vector),
     y: &States<W>,
 ) -> W::Vector {
     let resistance = axis.resistance();
     let p = w.splat(axis.pitch_m_per_rad());
     let delta = y[EPSILON] - offset;
-    let torque = w.splat(course.stiffness) * delta + w.splat(course.damping) * y[EPSILON_DOT];
+    let torque = w.splat(grid.stiffness) * delta + w.splat(grid.damping) * y[EPSILON_DOT];
     let speed = y[BETA_DOT] - y[EPSILON_DOT];
     let force = w.splat(resistance.constant_n) + w.splat(resistance.linear_ns_per_rad) * speed;
     // No torque is 0, not −0.
