@@ -3,9 +3,9 @@
 
 use crate::exact::Tables;
 use crate::hybrid::{Automaton, PlantError};
+use crate::model::axis::AxisParameters;
 use crate::model::axis::{Axis, Drive};
 use crate::model::joint::Contact;
-use crate::model::parameters::AxisParameters;
 use crate::model::state::State;
 use crate::numerics::seconds;
 use crate::observe::Watch;

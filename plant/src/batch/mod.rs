@@ -41,7 +41,7 @@ pub use self::width::{Eight, Four, One, Width};
 use crate::exact::{DRIVING, Tables};
 use crate::hybrid::PlantError;
 use crate::model::axis::Axis;
-use crate::model::parameters::AxisParameters;
+use crate::model::axis::AxisParameters;
 use crate::model::state::State;
 use crate::observe::extremes::{Extremes, FIGURES};
 

@@ -25,11 +25,11 @@
 //! are taken in by Givens rotations, which do not square what is small.
 
 use super::levels::Levels;
+use super::levels::TERMS;
 use super::system::{AxisSystem, Column, DELTA, FEEDBACK, HELD, Matrix};
-use super::taylor::TERMS;
 use crate::model::axis::Axis;
 use crate::model::state::{BETA_DOT, CURRENT, EPSILON_DOT};
-use crate::numerics::quadrature::GAUSS_8;
+use crate::numerics::GAUSS_8;
 
 /// The states under a held voltage that drive something: β̇, δ, ε̇ and I.
 pub(crate) const DRIVING: usize = 4;
@@ -248,7 +248,7 @@ impl AxisSystem {
 mod tests {
     use proptest::prelude::*;
 
-    use super::super::taylor::{Taylor, growth_rate};
+    use super::super::levels::{Taylor, growth_rate};
     use super::*;
 
     /// A joint that swings at `w` with damping ratio `zeta`, driven by a state

@@ -3,15 +3,14 @@
 //!
 //! ```text
 //! system      A and u of the axis in one mode
-//! taylor      the solution over a short stretch as a power series
-//! levels      exact steps over a sample and its halves; the chord bound, with its proof
+//! levels      exact steps over a sample and its halves, the shortest a power series; the chord
+//!             bound, with its proof
 //! grid        exact states anywhere within a step
 //! sketch      a quantity over a step as one polynomial, with a proven remainder; its first zero
 //! loss        what the joint's damper takes, as a sum of squares
 //! tables      all that the state does not change, made once; the step over a whole sample
-//! walk        along the solution in the longest steps that will do
 //! roots       zeros and extremes of polynomials, found for certain
-//! crossing    the first zero of a guard
+//! crossing    along the solution in the longest steps that will do; the first zero of a guard
 //! peak        extremes between the samples, also of what is behind the command
 //! piece       a piece of the solution, and what a run's figures look at on it
 //! advance     one sample: step, look, switch; the same under the continuous law
@@ -28,10 +27,8 @@ mod roots;
 mod sketch;
 mod system;
 mod tables;
-mod taylor;
 #[cfg(test)]
 mod tests;
-mod walk;
 
 pub(crate) use advance::NOISE_ULPS;
 pub(crate) use grid::{CELLS, MOST_NEWTON as MOST_POLISHING, TERMS};

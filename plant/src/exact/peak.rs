@@ -2,14 +2,14 @@
 //! far it is behind the command: the command as the slopes of a sketch, and where
 //! the difference turns.
 
+use super::crossing::{Flow, Leg, Stretch};
 use super::grid::{Local, LocalCoefficients, derivative, zero_near};
 use super::levels::BOUND_MARGIN;
+use super::levels::{Coefficients, TERMS, Taylor, value_and_slope};
 use super::roots::Polynomial;
 use super::sketch::{Curve, Found, SLOPES};
 use super::system::Column;
 use super::tables::Linear;
-use super::taylor::{Coefficients, TERMS, Taylor, value_and_slope};
-use super::walk::{Flow, Leg, Stretch};
 use crate::model::motion::Motion;
 
 /// A quantity `scale·row·x + offset`, or the command less that.

@@ -1,9 +1,9 @@
 //! A piece of the exact solution, and what the figures of a run look at on it.
 
+use super::crossing::Flow;
 use super::peak::{SketchedPeak, Sought};
 use super::system::{Column, FEEDBACK, HELD, plant_vector, to_plant_vector};
 use super::tables::{FeedbackTable, HeldTable, Quantity};
-use super::walk::Flow;
 use crate::model::amplifier::AmplifierMode;
 use crate::model::axis::{Axis, Mode};
 use crate::model::motion::{Motion, MotionPoint};

@@ -16,8 +16,8 @@
 //! then come from the solution ([`super::grid`]), not from the polynomial.
 
 use super::grid::{CELLS, Grid};
+use super::levels::integral;
 use super::system::{Column, Matrix};
-use super::taylor::integral;
 use crate::numerics::bernstein::halves;
 
 /// Coefficients of the slope.

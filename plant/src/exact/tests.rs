@@ -4,11 +4,11 @@ use proptest::prelude::*;
 
 use super::grid::{CELLS, Grid};
 use super::levels::{ChordBounds, Levels};
+use super::levels::{TERMS, Taylor, growth_rate};
 use super::roots::Polynomial;
 use super::sketch::{Found, NODE_PRODUCT, NODES, Sketch, first_zero, value_and_slope};
 use super::system::{Column, Matrix};
 use super::tables::{Quantity, Tables};
-use super::taylor::{TERMS, Taylor, growth_rate};
 use crate::model::axis::Axis;
 use crate::model::axis::Mode;
 use crate::model::joint::{Flank, JointMode};

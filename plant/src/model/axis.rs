@@ -8,14 +8,31 @@
 //! ```
 
 use crate::model::amplifier::AmplifierMode;
-use crate::model::joint::{ElasticJoint, Joint, JointMode};
+use crate::model::joint::{ElasticJoint, Joint, JointMode, Transmission};
 use crate::model::motor::Motor;
-use crate::model::parameters::AxisParameters;
 use crate::model::pid::ContinuousPid;
-use crate::model::resistance::{GuideMode, Resistance};
+use crate::model::resistance::{Carriage, GuideMode, Resistance};
 use crate::model::state::{
     BETA, BETA_DOT, BETA_INTEGRAL, CURRENT, EPSILON, EPSILON_DOT, State, Vector, gamma_dot,
 };
+
+/// Motor, transmission and carriage: everything that moves.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AxisParameters {
+    /// The motor.
+    pub motor: Motor,
+    /// Gear, joint and screw.
+    pub transmission: Transmission,
+    /// Carriage and guide.
+    pub carriage: Carriage,
+}
+
+impl AxisParameters {
+    /// Whether the plant is affine between events: no quadratic resistance.
+    pub fn is_affine(&self) -> bool {
+        self.carriage.resistance.quadratic_ns2_per_rad2 == 0.0
+    }
+}
 
 /// Where the motor voltage comes from.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,4 +1,5 @@
-//! Visco-elastic joint with backlash (paper, eq. 8-10, Fig. 3).
+//! Gear, joint and screw; the visco-elastic joint with backlash (paper, eq. 3 and
+//! 8-10, Fig. 2-3).
 //!
 //! ```text
 //!        Ψ │            /            ε = β − γ   relative rotation [rad]
@@ -10,6 +11,19 @@
 //! The viscous part `c·ε̇` starts and ends with the contact, so the torque
 //! jumps there. That is the paper's model; it also lets a separating flank
 //! pull for a moment. With `no_pull` the torque is cut off at 0 instead.
+
+/// Gear, joint and screw (paper, section 2, Fig. 2).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Transmission {
+    /// `z = β̇/α̇`, gear ratio, eq. 3 \[1\]: gear output speed over motor speed.
+    pub gear_ratio: f64,
+    /// What couples the gear output to the screw.
+    pub joint: Joint,
+    /// `J_v`, screw inertia, eq. 2 \[kg m²\].
+    pub screw_inertia_kg_m2: f64,
+    /// `p = ẋ/γ̇`, screw pitch, eq. 3 \[m/rad\]: 5 mm per turn is 5e-3/2π.
+    pub screw_pitch_m_per_rad: f64,
+}
 
 /// What couples the gear output (β) to the screw (γ).
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -8,7 +8,6 @@ pub(crate) mod encoder;
 pub(crate) mod joint;
 pub(crate) mod motion;
 pub(crate) mod motor;
-pub(crate) mod parameters;
 pub(crate) mod pid;
 pub(crate) mod rates;
 pub(crate) mod resistance;

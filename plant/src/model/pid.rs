@@ -3,8 +3,8 @@
 use crate::model::amplifier::Amplifier;
 use crate::model::dac::Dac;
 use crate::model::encoder::Encoder;
+use crate::model::joint::Transmission;
 use crate::model::motion::{Motion, MotionPoint};
-use crate::model::parameters::Transmission;
 
 /// Gains of the PID law (eq. 23), per encoder count.
 #[derive(Debug, Clone, Copy, PartialEq)]

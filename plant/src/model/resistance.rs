@@ -1,5 +1,14 @@
-//! Resistance of the guide against the carriage (paper, eq. 13), and the
+//! Carriage and the resistance of its guide (paper, eq. 2 and 13), and the
 //! variant that opposes the motion and can hold the screw.
+
+/// Carriage on its guide.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Carriage {
+    /// `M`, carriage mass, eq. 2 \[kg\].
+    pub mass_kg: f64,
+    /// Resistance of the guide against motion.
+    pub resistance: Resistance,
+}
 
 /// Resistant force on the carriage as a function of screw speed (eq. 13).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -17,8 +17,8 @@ use crate::model::resistance::GuideMode;
 use crate::model::state::{
     BETA, BETA_DOT, BETA_INTEGRAL, CURRENT, EPSILON, EPSILON_DOT, Vector, gamma, gamma_dot,
 };
+use crate::numerics::GAUSS_4;
 use crate::numerics::bernstein::{Ends, NODES, Polynomial};
-use crate::numerics::quadrature::GAUSS_4;
 use crate::observe::extremes::Extremes;
 use crate::observe::{Interior, Span};
 
