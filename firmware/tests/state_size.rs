@@ -14,7 +14,7 @@ const PARTS: [(&str, usize); 12] = [
     ("law", size_of::<LawState>()),
     ("output", size_of::<OutputState>()),
     ("position, two encoders", 2 * size_of::<PositionState>()),
-    ("take-up of the backlash", size_of::<TakeUpState>()),
+    ("backlash compensation", size_of::<TakeUpState>()),
     ("latched fault", size_of::<FaultLatch>()),
     ("missed ticks", size_of::<TickState>()),
     ("following error", size_of::<FollowingErrorState>()),
@@ -22,7 +22,7 @@ const PARTS: [(&str, usize); 12] = [
     ("saturation", size_of::<SaturationState>()),
     ("**the axis**", size_of::<AxisState>()),
     ("motion generator, beside it", size_of::<MotionState>()),
-    ("homing, beside it", size_of::<HomingRun>()),
+    ("backlash measurement, beside it", size_of::<HomingRun>()),
 ];
 
 /// The rows that a page does not have as they are.
