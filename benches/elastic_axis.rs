@@ -1,7 +1,7 @@
 //! The paper's elastic axis (eq. 8-11, 14-15, 25) as a program outside the
 //! `plant` crate would write it: five plain numbers and reciprocals made once.
 
-use hil_runner::case::Case;
+use hil_core::case::Case;
 use plant::Joint;
 
 /// γ \[rad\], γ̇ \[rad/s\], ε = β − γ \[rad\], ε̇ \[rad/s\], I \[A\].

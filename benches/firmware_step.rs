@@ -16,7 +16,7 @@ use firmware::{
     Axis, AxisState, CAPACITY, Controller, ControllerState, Dac, Event, GainWord, Inputs,
     MotionGenerator, MotionPlan, Room, TakeUp, Trigger,
 };
-use hil_runner::quantise::{quantise, setpoint_table};
+use hil_core::quantise::{quantise, setpoint_table};
 use plant::PidGains;
 
 /// Samples of the move, at 1 ms.

@@ -9,8 +9,8 @@ use std::hint::black_box;
 
 use criterion::BenchmarkGroup;
 use criterion::measurement::WallTime;
-use hil_runner::lanes::SingleRuns;
-use hil_runner::run::{RunOptions, run};
+use hil_core::lanes::SingleRuns;
+use hil_core::run::{RunOptions, run};
 use plant::{Joint, Plant, Solver};
 
 use crate::elastic_axis::ElasticAxis;

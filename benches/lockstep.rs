@@ -2,7 +2,7 @@
 //! count, law, voltage held to the next sample. The setpoints are computed
 //! once, before any clock starts.
 
-use hil_runner::case::{Case, Law};
+use hil_core::case::{Case, Law};
 use plant::{ContinuousPid, Drive, Plant, PlantError};
 
 /// What the sampled laws need of a case.

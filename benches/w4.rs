@@ -12,7 +12,7 @@ use std::path::Path;
 use bench_benches::groups::or_exit;
 use bench_benches::workload::{self, W1, W1_TOLERANCE};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
-use hil_runner::case::Case;
+use hil_core::case::Case;
 use hil_runner::lanes;
 use plant::Joint;
 
@@ -27,7 +27,7 @@ fn w4(criterion: &mut Criterion) {
         group.throughput(Throughput::Elements(cases.len() as u64));
         for threads in THREADS.into_iter().filter_map(NonZeroUsize::new) {
             // A run that fails would be quick.
-            let failed = lanes::figures(&cases, threads)
+            let failed = or_exit(lanes::figures(&cases, threads).map_err(Into::into))
                 .into_iter()
                 .find_map(Result::err);
             or_exit(failed.map_or(Ok(()), |error| Err(error.into())));

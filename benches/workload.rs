@@ -2,10 +2,10 @@
 //! 1.5 s, about ten contact changes. W2: the same at 0.1 ms. W3: the same move
 //! under the `continuous` law. W4: 10,000 runs of W1 with random b, K_p, K_d.
 
+use hil_runner::files;
 use std::error::Error;
 
-use hil_runner::case::Case;
-use hil_runner::runfile;
+use hil_core::case::Case;
 
 /// Sample times by workload, as `--set` would have them.
 pub const W1: &str = "controller.sample_time_s=0.001";
@@ -27,7 +27,7 @@ pub const W3_TOLERANCE: f64 = 1e-8;
 /// What the run file's checks say.
 pub fn paper_2(sets: &[&str]) -> Result<Case, Box<dyn Error>> {
     let sets: Vec<String> = sets.iter().map(|&set| set.to_owned()).collect();
-    runfile::load("paper-2", &sets).map_err(|errors| errors.to_string().into())
+    files::case("paper-2", &sets).map_err(|errors| errors.to_string().into())
 }
 
 /// Simulation 2 of the paper for one law, workload, solver and tolerance.

@@ -13,8 +13,8 @@
 use bench_tests::digest::Digest;
 use bench_tests::solvers::run_exactly;
 use bench_tests::{case, rows};
-use hil_runner::case::{Case, Law};
-use hil_runner::run::LinkKind;
+use hil_core::case::{Case, Law};
+use hil_runner::channel::LinkKind;
 
 /// Keeps the exact solver away from a variant.
 const DOPRI5: &str = "run.solver=dopri5";

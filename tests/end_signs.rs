@@ -13,8 +13,8 @@
 
 use bench_tests::solvers::run_exactly;
 use bench_tests::{case, reference_folder, rows};
-use hil_runner::case::Case;
-use hil_runner::run::LinkKind;
+use hil_core::case::Case;
+use hil_runner::channel::LinkKind;
 use plant::Joint;
 
 /// The draws as cases.
@@ -76,7 +76,7 @@ fn short_samples_hide_nothing() {
     });
     let mut case = hidden.unwrap().clone();
     // Rows of `continuous` are free of the sample time.
-    case.controller.law = hil_runner::case::Law::Continuous;
+    case.controller.law = hil_core::case::Law::Continuous;
     case.run.duration_ns = 200_000_000;
     case.run.row_interval_ns = 500;
     let (all, seen) = changes_and_seen(&case);

@@ -15,9 +15,9 @@
 use bench_tests::case;
 use bench_tests::draw::Draw;
 use bench_tests::random_case::{SAMPLE_TIMES_S, fastest_rate, random_case};
-use hil_runner::case::{Case, Law};
-use hil_runner::law::{Controller, IoKind};
-use hil_runner::message::Measurement;
+use hil_core::case::{Case, Law};
+use hil_core::controllers::{Controller, IoKind};
+use hil_core::message::Measurement;
 use plant::{
     ContactChange, Drive, Extremes, ExtremesSettings, Joint, Plant, PlantError, Solver, Span, Watch,
 };

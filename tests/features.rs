@@ -40,12 +40,12 @@ mod windup;
 mod words;
 
 use bench_tests::case;
-use hil_runner::case::Case;
-use hil_runner::error::RunError;
-use hil_runner::law::IoKind;
-use hil_runner::run::{Outcome, RunOptions, run};
-use hil_runner::summary::{AxisReport, FaultReport, Summary};
-use hil_runner::trace::{Row, Sample};
+use hil_core::case::Case;
+use hil_core::controllers::IoKind;
+use hil_core::error::RunError;
+use hil_core::run::{Outcome, RunOptions, run};
+use hil_core::summary::{AxisReport, FaultReport, Summary};
+use hil_core::trace::{Row, Sample};
 
 /// The four cases of the paper.
 pub(crate) const PAPER: [&str; 4] = ["paper-1", "paper-2", "paper-3", "paper-4"];

@@ -10,8 +10,8 @@
 use std::path::Path;
 
 use bench_tests::{case, rows};
-use hil_runner::run::LinkKind;
-use hil_runner::runfile::builtin_names;
+use hil_core::runfile::builtin_names;
+use hil_runner::channel::LinkKind;
 
 fn summary(name: &str, sets: &[&str]) -> String {
     let (_, outcome) = rows(&case(name, sets), LinkKind::InProcess);

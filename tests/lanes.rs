@@ -3,15 +3,15 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use std::num::NonZeroUsize;
-use std::ops::ControlFlow;
 
 use bench_tests::{case, reference_folder};
-use hil_runner::case::{Case, Law};
-use hil_runner::error::RunError;
-use hil_runner::figures::SUMMARY_FIGURES;
-use hil_runner::lanes::{Runs, SingleRuns, figures, stream};
-use hil_runner::run::{RunOptions, run};
-use hil_runner::summary::Summary;
+use hil_core::case::{Case, Law};
+use hil_core::error::RunError;
+use hil_core::figures::SUMMARY_FIGURES;
+use hil_core::lanes::{Runs, SingleRuns};
+use hil_core::run::{RunOptions, run};
+use hil_core::summary::Summary;
+use hil_runner::lanes::figures;
 use plant::{
     Batch, Dac, Drive, Encoder, Extremes, ExtremesSettings, Joint, LaneSetup, One, Plant, Solver,
 };
@@ -61,7 +61,7 @@ fn bits(summary: &Summary) -> Vec<Option<u64>> {
 
 /// Compares a list of cases with runs one by one; returns their contacts.
 fn assert_same(cases: &[Case], threads: NonZeroUsize) -> u64 {
-    let together = figures(cases, threads);
+    let together = figures(cases, threads).unwrap();
     assert_eq!(together.len(), cases.len());
     let mut contacts = 0;
     for (place, (case, together)) in cases.iter().zip(&together).enumerate() {
@@ -187,7 +187,7 @@ fn every_case_finds_its_place() {
         }
     }
     assert_same(&cases, threads(2));
-    let results = figures(&cases, threads(1));
+    let results = figures(&cases, threads(1)).unwrap();
     let errors: Vec<_> = results
         .iter()
         .filter_map(|result| result.as_ref().err())
@@ -205,7 +205,7 @@ fn more_samples_than_are_kept() {
 }
 
 #[test]
-fn single_runs_and_streams_give_the_same() {
+fn single_runs_and_threads_give_the_same() {
     let case_2 = case("paper-2", &["controller.law=quantised"]);
     let case_4 = case("paper-4", &["controller.law=firmware"]);
     let cases = [
@@ -222,16 +222,8 @@ fn single_runs_and_streams_give_the_same() {
     for (case, figures) in cases.iter().zip(&alone) {
         assert_eq!(*figures, single(case).unwrap());
     }
-    let mut streamed = Vec::new();
-    let flow = stream(cases, threads(2), |_, figures| {
-        streamed.push(figures.unwrap());
-        match streamed.len() {
-            12 => ControlFlow::Break("enough"),
-            _ => ControlFlow::Continue(()),
-        }
-    });
-    assert_eq!(flow, ControlFlow::Break("enough"));
-    assert_eq!(streamed[..], alone[..12]);
+    let together = figures(&cases, threads(2)).unwrap();
+    assert_eq!(Vec::from_iter(together.into_iter().flatten()), alone);
 }
 
 /// Tables that are kept are those of the right axis, whatever came before; more
@@ -306,7 +298,9 @@ fn the_last_bit_of_a_gain_shows() {
     for other in &mut others {
         other.controller.gains.kp = other.controller.gains.kp.next_up();
     }
-    let (ours, theirs) = (figures(&cases, threads(1)), figures(&others, threads(1)));
+    let (ours, theirs) = [&cases, &others]
+        .map(|cases| figures(cases, threads(1)).unwrap())
+        .into();
     for (ours, theirs) in ours.iter().flatten().zip(theirs.iter().flatten()) {
         assert_ne!(bits(ours), bits(theirs));
     }

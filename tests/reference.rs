@@ -10,8 +10,8 @@
 use std::path::Path;
 
 use bench_tests::{case, reference_folder, rows};
-use hil_runner::run::LinkKind;
-use hil_runner::trace::Row;
+use hil_core::trace::Row;
+use hil_runner::channel::LinkKind;
 
 /// A quantity of a row, its column and how far it may be off.
 type Column = (&'static str, fn(&Row) -> f64, f64);

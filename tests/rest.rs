@@ -4,12 +4,12 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use bench_tests::{case, rows};
-use hil_runner::case::Case;
-use hil_runner::lanes::SingleRuns;
-use hil_runner::rest::feeding::{baseline, counterfactuals, fed_by};
-use hil_runner::run::LinkKind;
-use hil_runner::summary::Summary;
-use hil_runner::trace::Row;
+use hil_core::case::Case;
+use hil_core::lanes::SingleRuns;
+use hil_core::rest::feeding::{baseline, counterfactuals, fed_by};
+use hil_core::summary::Summary;
+use hil_core::trace::Row;
+use hil_runner::channel::LinkKind;
 
 /// A vertical axis behind a converter of 8 bits.
 fn vertical(sets: &[&str]) -> Case {
@@ -83,11 +83,11 @@ fn the_window_is_the_second_half_of_the_rest() {
         assert_eq!(figures.figure("rest_dac_codes"), Some(high - low));
         let p = case.axis.transmission.screw_pitch_m_per_rad;
         let x: Vec<f64> = window.iter().map(|row| 1e6 * p * row.gamma_rad).collect();
-        let expected = half_swing(&x);
+        let expected = amplitude(&x);
         let found = figures.rest_ripple_um.unwrap();
         assert!((found / expected - 1.0).abs() < 1e-6, "{found} {expected}");
         // The contrast: another window, another ripple.
-        assert!((found / half_swing(&x[100..]) - 1.0).abs() > 1e-6);
+        assert!((found / amplitude(&x[100..]) - 1.0).abs() > 1e-6);
         // So are the errors at rest, to the last rounding.
         let errors_um = |rows: &[Row]| -> Vec<f64> {
             let carriage_m = rows.iter().map(|row| row.x_ref_m - p * row.gamma_rad);
@@ -105,7 +105,7 @@ fn the_window_is_the_second_half_of_the_rest() {
 }
 
 /// Half of the swing about the weighted line, the sums in another way.
-fn half_swing(x: &[f64]) -> f64 {
+fn amplitude(x: &[f64]) -> f64 {
     let n = x.len() as f64;
     let u = |i: usize| (2.0 * i as f64 + 1.0) / n - 1.0;
     let weight = |i: usize| (1.0 - u(i).powi(2)).powi(2);

@@ -19,17 +19,17 @@ mod fuzz;
 #[path = "run_file/json_schema.rs"]
 mod json_schema;
 #[cfg(test)]
+#[path = "run_file/options.rs"]
+mod options;
+#[cfg(test)]
 #[path = "run_file/overrides.rs"]
 mod overrides;
 #[cfg(test)]
 #[path = "run_file/sentences.rs"]
 mod sentences;
-#[cfg(test)]
-#[path = "run_file/servo.rs"]
-mod servo;
 
-use hil_runner::case::Case;
-use hil_runner::runfile;
+use hil_core::case::Case;
+use hil_core::runfile;
 
 /// A run file in which every required key is given, one a line.
 pub(crate) const BASE: &str = r#"[motor]

@@ -9,12 +9,13 @@ pub mod random_case;
 #[path = "support/solvers.rs"]
 pub mod solvers;
 
+use hil_runner::files;
 use std::path::{Path, PathBuf};
 
-use hil_runner::case::Case;
-use hil_runner::run::{LinkKind, Outcome, RunOptions, run};
-use hil_runner::runfile;
-use hil_runner::trace::Row;
+use hil_core::case::Case;
+use hil_core::run::{Outcome, RunOptions};
+use hil_core::trace::Row;
+use hil_runner::channel::LinkKind;
 use plant::{AxisParameters, Carriage, Joint, Motor, Resistance, Transmission};
 
 /// Folder with the reference runs.
@@ -29,7 +30,7 @@ pub fn reference_folder() -> PathBuf {
 #[allow(clippy::panic, reason = "a test without its case has failed")]
 pub fn case(name_or_path: &str, sets: &[&str]) -> Case {
     let sets: Vec<String> = sets.iter().map(|&set| set.to_owned()).collect();
-    match runfile::load(name_or_path, &sets) {
+    match files::case(name_or_path, &sets) {
         Ok(case) => case,
         Err(errors) => panic!("{errors}"),
     }
@@ -42,11 +43,7 @@ pub fn case(name_or_path: &str, sets: &[&str]) -> Case {
 #[allow(clippy::panic, reason = "a test without its run has failed")]
 pub fn rows(case: &Case, link: LinkKind) -> (Vec<Row>, Outcome) {
     let mut rows = Vec::new();
-    let options = RunOptions {
-        link,
-        ..RunOptions::default()
-    };
-    let result = run(case, options, &mut |row| {
+    let result = link.run(case, RunOptions::default(), &mut |row| {
         rows.push(*row);
         Ok(())
     });

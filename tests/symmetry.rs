@@ -2,8 +2,8 @@
 //! encoder's floor breaks that from `quantised` on.
 
 use bench_tests::{case, rows};
-use hil_runner::run::LinkKind;
-use hil_runner::trace::Row;
+use hil_core::trace::Row;
+use hil_runner::channel::LinkKind;
 
 fn move_of(name: &str, law: &str, travel_mm: f64, more: &[&str]) -> Vec<Row> {
     let law = format!("controller.law={law}");

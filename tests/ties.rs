@@ -5,9 +5,9 @@
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use bench_tests::case;
-use hil_runner::law::{Controller, IoKind};
-use hil_runner::message::Measurement;
-use hil_runner::run::{RunOptions, run};
+use hil_core::controllers::{Controller, IoKind};
+use hil_core::message::Measurement;
+use hil_core::run::{RunOptions, run};
 use num_rational::Ratio;
 
 /// Measurements of a run on rung `quantised`.

@@ -20,9 +20,9 @@ use bench_tests::draw::Draw;
 use bench_tests::random_case::random_case;
 use bench_tests::rows;
 use bench_tests::solvers::{FINER_TOLERANCE, REFERENCE_TOLERANCE, run_exactly, run_with_dopri5};
-use hil_runner::case::{Case, Law};
-use hil_runner::run::LinkKind;
-use hil_runner::trace::Row;
+use hil_core::case::{Case, Law};
+use hil_core::trace::Row;
+use hil_runner::channel::LinkKind;
 use plant::{ContactChange, Joint};
 
 const RUNS: u64 = 300;

@@ -13,9 +13,9 @@ use bench_tests::draw::Draw;
 use bench_tests::random_case::random_case;
 use bench_tests::{case, reference_folder};
 use fearless_simd::{Level, Simd};
-use hil_runner::case::{Case, Law};
-use hil_runner::law::{Controller, IoKind};
-use hil_runner::message::Measurement;
+use hil_core::case::{Case, Law};
+use hil_core::controllers::{Controller, IoKind};
+use hil_core::message::Measurement;
 use plant::{
     Batch, Drive, Eight, Extremes, ExtremesSettings, Four, Joint, LaneSetup, Motion, One, Plant,
     PlantError, Solver, State, Width,

@@ -3,6 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+use hil_runner::files;
 use std::path::Path;
 
 use bench_benches::elastic_axis::ElasticAxis;
@@ -10,9 +11,9 @@ use bench_benches::groups::RK4_STEP_NS;
 use bench_benches::lockstep::Plan;
 use bench_benches::rk4_axis::Rk4Axis;
 use bench_benches::workload::{self, W1, W2, W3};
-use hil_runner::case::Case;
-use hil_runner::run::{Outcome, RunOptions, run};
-use hil_runner::runfile::{self, builtin_names};
+use hil_core::case::Case;
+use hil_core::run::{Outcome, RunOptions, run};
+use hil_core::runfile::{self, builtin_names};
 use plant::{Plant, Solver};
 use yardsticks::contact::Change;
 use yardsticks::{diffsol_axis, diffsol_continuous};
@@ -89,7 +90,7 @@ fn the_plain_rk4_is_that_of_the_plant() {
 fn golden_summaries_hold_beside_diffsol() {
     let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/golden");
     for name in builtin_names() {
-        let case = runfile::load(name, &[]).unwrap();
+        let case = files::case(name, &[]).unwrap();
         let summary = serde_json::to_string_pretty(&own(&case).1.summary).unwrap() + "\n";
         let file = golden.join(format!("{name}.json"));
         assert_eq!(summary, std::fs::read_to_string(file).unwrap(), "{name}");

@@ -14,7 +14,7 @@ use bench_benches::groups::RK4_STEP_NS;
 use bench_benches::lockstep::Plan;
 use bench_benches::rk4_axis::Rk4Axis;
 use bench_benches::workload::{self, W1, W2, W3};
-use hil_runner::run::{RunOptions, run};
+use hil_core::run::{RunOptions, run};
 use yardsticks::{diffsol_axis, diffsol_continuous};
 
 /// β, β̇, γ, γ̇, I, ε.
@@ -86,7 +86,7 @@ fn main() -> Result<(), Box<dyn Error>> {
 /// One of the project's own solvers, through the runner.
 fn own(
     name: &str,
-    case: &hil_runner::case::Case,
+    case: &hil_core::case::Case,
     every: usize,
     truth: &[Row],
 ) -> Result<(), Box<dyn Error>> {

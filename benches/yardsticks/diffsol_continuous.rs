@@ -10,7 +10,7 @@ use bench_benches::lockstep::seconds;
 use diffsol::{
     NalgebraMat, NalgebraVec, OdeBuilder, OdeEquations, OdeSolverMethod, OdeSolverStopReason,
 };
-use hil_runner::case::Case;
+use hil_core::case::Case;
 use plant::Motion;
 
 use crate::contact::{Change, Contact, GUARDS, YardstickError};

@@ -83,12 +83,11 @@
 //! | [`stream`] | a queue that a host fills |
 //! | [`takeup`] | carries the motor across the gap when the load changes flank |
 //! | [`homing`] | measures the gap |
-//! | **the line to a host** | |
-//! | [`link`] | frames, requests and replies between a bench and the controller on its chip |
-//! | **the same bits elsewhere** | |
-//! | [`vectors`] | golden inputs and outputs, for whoever brings it to another processor |
 //! | **electronics** | |
 //! | [`hardware`] | [`Board`], a counter and two converters through `embedded-hal` |
+//!
+//! The line to a host and the golden vectors, for whoever brings the axis to
+//! another processor, are a package of their own: `firmware-link`.
 //!
 //! # What is promised
 //!
@@ -146,7 +145,6 @@ pub mod gains;
 pub mod hardware;
 pub mod homing;
 pub mod law;
-pub mod link;
 pub mod motion;
 pub mod output;
 pub mod pid;
@@ -157,7 +155,6 @@ pub mod setpoint;
 pub mod states;
 pub mod stream;
 pub mod takeup;
-pub mod vectors;
 pub mod watch;
 mod widen;
 pub mod word;

@@ -5,53 +5,62 @@
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-use crate::law::Controller;
-use crate::message::Measurement;
+use hil_core::case::Case;
+use hil_core::case_run::{CaseRun, HostTiming};
+use hil_core::controllers::Controller;
+use hil_core::error::RunError;
+use hil_core::message::Measurement;
+use hil_core::run::{RowSink, RunOptions};
 
-/// Step times on the host.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct HostTiming {
-    /// Steps measured.
-    pub steps: usize,
-    /// Median \[µs\], the clock's own share included.
-    pub median_us: f64,
-    /// 99th percentile \[µs\].
-    pub p99_us: f64,
-    /// Slowest step \[µs\].
-    pub max_us: f64,
-    /// Median of an empty measurement, the clock's own share \[µs\].
-    pub clock_us: f64,
+use crate::channel::LinkKind;
+
+/// Runs a case and, on sampled rungs, times the controller in a second pass
+/// over what it was fed.
+///
+/// # Errors
+/// [`RunError`]; the rows up to there have been delivered.
+pub fn timed_run(
+    case: &Case,
+    link: LinkKind,
+    options: RunOptions,
+    sink: &mut RowSink<'_>,
+) -> Result<CaseRun, RunError> {
+    let options = RunOptions {
+        inputs: true,
+        ..options
+    };
+    let outcome = link.run(case, options, sink)?;
+    let controller = Controller::new(case, options.io).map_err(RunError::Quantise)?;
+    let timing = controller.and_then(|controller| measure(controller, &outcome.inputs));
+    Ok(CaseRun::of(case, outcome)?.timed(timing))
 }
 
-impl HostTiming {
-    /// Feeds `inputs` to `controller` once more; `None` without inputs.
-    pub fn measure(mut controller: Controller, inputs: &[Measurement]) -> Option<Self> {
-        let mut steps: Vec<Duration> = Vec::with_capacity(inputs.len());
-        for &measurement in inputs {
-            let start = Instant::now();
-            black_box(controller.step(black_box(measurement)));
-            steps.push(start.elapsed());
-        }
-        let mut empty: Vec<Duration> = inputs
-            .iter()
-            .map(|measurement| {
-                let start = Instant::now();
-                black_box(measurement);
-                start.elapsed()
-            })
-            .collect();
-        steps.sort_unstable();
-        empty.sort_unstable();
-        Some(Self {
-            steps: steps.len(),
-            median_us: percentile_us(&steps, 50)?,
-            p99_us: percentile_us(&steps, 99)?,
-            max_us: percentile_us(&steps, 100)?,
-            clock_us: percentile_us(&empty, 50)?,
-        })
+/// Feeds `inputs` to `controller` once more; `None` without inputs.
+pub fn measure(mut controller: Controller, inputs: &[Measurement]) -> Option<HostTiming> {
+    let mut steps: Vec<Duration> = Vec::with_capacity(inputs.len());
+    for &measurement in inputs {
+        let start = Instant::now();
+        black_box(controller.step(black_box(measurement)));
+        steps.push(start.elapsed());
     }
+    let mut empty: Vec<Duration> = inputs
+        .iter()
+        .map(|measurement| {
+            let start = Instant::now();
+            black_box(measurement);
+            start.elapsed()
+        })
+        .collect();
+    steps.sort_unstable();
+    empty.sort_unstable();
+    Some(HostTiming {
+        steps: steps.len(),
+        median_us: percentile_us(&steps, 50)?,
+        p99_us: percentile_us(&steps, 99)?,
+        max_us: percentile_us(&steps, 100)?,
+        clock_us: percentile_us(&empty, 50)?,
+    })
 }
-
 /// Nearest-rank percentile of sorted durations \[µs\].
 fn percentile_us(sorted: &[Duration], percent: usize) -> Option<f64> {
     let rank = (sorted.len() * percent).div_ceil(100).max(1);

@@ -254,7 +254,7 @@ fn a_delay_that_is_measured_needs_a_chip() {
             "--set",
             "backlash.gap=measured",
             "--set",
-            "backlash.homing_detection=effort",
+            "backlash.backlash_measurement_detection=effort",
         ],
     ];
     let output = hil_runner(folder.path(), measured_twice.as_flattened());

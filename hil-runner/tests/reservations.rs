@@ -6,11 +6,11 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-use hil_runner::bench::CaseRun;
-use hil_runner::ladder::GRID_NS;
-use hil_runner::reservation::{Reservation, kept_but};
-use hil_runner::run::{Outcome, RunOptions};
-use hil_runner::{report, report_data, runfile};
+use hil_core::case_run::CaseRun;
+use hil_core::ladder::GRID_NS;
+use hil_core::reservation::{Reservation, kept_but};
+use hil_core::run::{Outcome, RunOptions};
+use hil_runner::{files, report};
 
 const FLOATING: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/cases/floating.toml");
 
@@ -25,7 +25,7 @@ const RATTLING: [&str; 4] = [
 /// A run as the commands make it.
 fn ran(name: &str, sets: &[&str]) -> CaseRun {
     let sets: Vec<String> = sets.iter().map(|&set| set.to_owned()).collect();
-    let case = runfile::load(name, &sets).unwrap();
+    let case = files::case(name, &sets).unwrap();
     let options = RunOptions::default();
     let mut run = CaseRun::new(&case, options, &mut |_| Ok(())).unwrap();
     run.confirm(options, &mut |_| Ok(())).unwrap();
@@ -33,7 +33,7 @@ fn ran(name: &str, sets: &[&str]) -> CaseRun {
 }
 
 fn page(run: &CaseRun) -> String {
-    let data = report_data::report("title", "command", std::slice::from_ref(run));
+    let data = hil_core::report::report("title", "command", std::slice::from_ref(run));
     report::render(&data).unwrap()
 }
 

@@ -1,7 +1,7 @@
 //! One sample of the exact solver against the reference.
 
 use bench_tests::solvers::{FINER_TOLERANCE, REFERENCE_TOLERANCE, with_dopri5};
-use hil_runner::case::Law;
+use hil_core::case::Law;
 use plant::{ContactChange, Plant, Solver, State};
 
 use crate::margin::{Margin, Passage};

@@ -3,7 +3,7 @@
 use core::fmt;
 
 use bench_tests::solvers::{FINER_TOLERANCE, REFERENCE_TOLERANCE};
-use hil_runner::case::ComputationDelay;
+use hil_core::case::ComputationDelay;
 use plant::{AxisParameters, Contact, Joint};
 
 use crate::compare::{Excuse, compare};

@@ -1,7 +1,7 @@
 //! The same run over numbers and over SPI frames, bit by bit.
 
 use firmware::State;
-use hil_runner::law::IoKind;
+use hil_core::controllers::IoKind;
 
 use super::{PAPER, Ran};
 
@@ -12,7 +12,7 @@ fn both(name: &str, sets: &[&[&str]]) -> (Ran, Ran) {
 }
 
 /// Rows without the state of the axis, which the plain law does not have.
-fn plain_rows(ran: &Ran) -> Vec<hil_runner::trace::Row> {
+fn plain_rows(ran: &Ran) -> Vec<hil_core::trace::Row> {
     let mut rows = ran.rows.clone();
     for sample in rows.iter_mut().filter_map(|row| row.sample.as_mut()) {
         sample.axis_state = None;

@@ -3,10 +3,10 @@
 
 use std::collections::BTreeSet;
 
-use hil_runner::law::{GapMeasurement, IoKind, measure_gap};
-use hil_runner::runfile::SECTIONS;
-use hil_runner::summary::FaultReport;
-use hil_runner::trace::Row;
+use hil_core::controllers::{GapMeasurement, IoKind, measure_gap};
+use hil_core::runfile::SECTIONS;
+use hil_core::summary::FaultReport;
+use hil_core::trace::Row;
 
 use super::backlash::LIMITS;
 use super::{FRICTION, Ran};
@@ -67,7 +67,11 @@ fn knobs() -> Vec<Knob> {
         "carriage.resistance_opposes_motion=true",
     ];
     let measured = [&take_up[..], &[SCALE, "backlash.gap=measured"], &friction].concat();
-    let effort = [&measured[..], &["backlash.homing_detection=effort"]].concat();
+    let effort = [
+        &measured[..],
+        &["backlash.backlash_measurement_detection=effort"],
+    ]
+    .concat();
     let rest = [&FRICTION[..], &["controller.rest_dead_band_counts=4"]].concat();
     let later = ["gain_change.at_s=0.3", "gain_change.kp=4"];
     vec![
@@ -118,18 +122,23 @@ fn knobs() -> Vec<Knob> {
             "measured",
         ),
         knob(
-            "backlash.homing_detection",
+            "backlash.backlash_measurement_detection",
             &measured,
             "load-encoder",
             "effort",
         ),
         knob(
-            "backlash.homing_speed_counts_per_s",
+            "backlash.backlash_measurement_speed_counts_per_s",
             &measured,
             "100",
             "2000",
         ),
-        knob("backlash.homing_effort_codes", &effort, "30", "150"),
+        knob(
+            "backlash.backlash_measurement_effort_codes",
+            &effort,
+            "30",
+            "150",
+        ),
         knob("sequence.disable_s", &[], LEFT_OUT, "0.4"),
         knob(
             "sequence.enable_s",

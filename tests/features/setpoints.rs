@@ -2,7 +2,7 @@
 //! feed-forward that they make possible.
 
 use bench_tests::case;
-use hil_runner::runfile;
+use hil_runner::files;
 
 use super::{PAPER, Ran};
 
@@ -47,7 +47,7 @@ fn generator_and_queue_are_as_long_as_the_motion() {
     println!("following error at 10 µs {fast_mm:.3} mm, at 1 ms {plain_mm:.3} mm");
     assert!((fast_mm - plain_mm).abs() < 0.25 * plain_mm);
 
-    let refused = runfile::load("paper-2", &[fast.to_owned()]).unwrap_err();
+    let refused = files::case("paper-2", &[fast.to_owned()]).unwrap_err();
     assert!(
         refused.to_string().contains("100001 setpoints"),
         "{refused}"

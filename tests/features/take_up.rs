@@ -1,7 +1,7 @@
 //! How the gap is crossed, and how it is measured.
 
 use bench_tests::case;
-use hil_runner::law::{IoKind, measure_gap};
+use hil_core::controllers::{IoKind, measure_gap};
 
 use super::backlash::LIMITS;
 use super::{Ran, largest, steps};
@@ -114,7 +114,7 @@ fn the_measured_gap_is_the_joints() {
     for detection in ["load-encoder", "effort"] {
         for half_gap_deg in [0.3, 1.0, 3.0, 6.0] {
             let joint = format!("transmission.backlash_half_deg={half_gap_deg}");
-            let detection = format!("backlash.homing_detection={detection}");
+            let detection = format!("backlash.backlash_measurement_detection={detection}");
             let sets = ["load_encoder.counts_per_rad=1600", &joint, &detection];
             let found = measure_gap(&case("paper-2", &[&sets[..], &stick].concat())).unwrap();
             println!(

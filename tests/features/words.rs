@@ -1,10 +1,12 @@
 //! What the table of words says that fits, fits; and not much more does.
 
 use bench_tests::case;
-use hil_runner::law::{Controller, IoKind, accepted, smallest_sample_time_ns, word_request};
-use hil_runner::report::number;
-use hil_runner::words::WordRequest;
-use hil_runner::words::fitting::GAIN_KEYS;
+use hil_core::controllers::{
+    Controller, IoKind, accepted, scaling_request, smallest_sample_time_ns,
+};
+use hil_core::number;
+use hil_core::scaling::ScalingRequest;
+use hil_core::scaling::fitting::GAIN_KEYS;
 
 use super::Ran;
 
@@ -44,16 +46,16 @@ const CASES: [&[&str]; 6] = [
     ],
 ];
 
-fn with(sets: &[&str], key: &str, value: f64) -> WordRequest {
+fn with(sets: &[&str], key: &str, value: f64) -> ScalingRequest {
     let set = format!("{key}={value:e}");
     let all = [sets, &["run.duration_s=0.01", &set]].concat();
-    word_request(&case("paper-2", &all)).unwrap()
+    scaling_request(&case("paper-2", &all)).unwrap()
 }
 
 #[test]
 fn the_largest_gain_fits_and_one_percent_more_does_not() {
     for sets in CASES {
-        let request = word_request(&case("paper-2", sets)).unwrap();
+        let request = scaling_request(&case("paper-2", sets)).unwrap();
         request.words().unwrap();
         for (index, key) in GAIN_KEYS.into_iter().enumerate() {
             let largest = request.largest_gain(index);
@@ -74,7 +76,7 @@ fn the_largest_gain_fits_and_one_percent_more_does_not() {
 #[test]
 fn the_printed_largest_gain_fits() {
     for sets in CASES {
-        let request = word_request(&case("paper-2", sets)).unwrap();
+        let request = scaling_request(&case("paper-2", sets)).unwrap();
         for (index, key) in GAIN_KEYS.into_iter().enumerate() {
             let printed = number::table(request.largest_gain(index));
             let (mantissa, exponent) = printed.split_once("·10").unwrap_or((&printed, ""));
@@ -127,7 +129,7 @@ fn the_smallest_sample_time_fits_and_one_percent_less_does_not() {
 #[test]
 fn the_run_agrees_with_the_table() {
     let sets = [GENERATOR, "run.duration_s=0.01"];
-    let request = word_request(&case("paper-2", &sets)).unwrap();
+    let request = scaling_request(&case("paper-2", &sets)).unwrap();
     for (index, key) in GAIN_KEYS.into_iter().enumerate() {
         let largest = request.largest_gain(index);
         let run = |value: f64| {

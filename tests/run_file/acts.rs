@@ -1,11 +1,11 @@
 //! On which rungs a key acts, and what is said of one that does not.
 
-use hil_runner::bench::keys_without_effect;
-use hil_runner::case::Law;
-use hil_runner::run::{RunOptions, run};
-use hil_runner::runfile::{Key, Need, Section};
+use hil_core::case::Law;
+use hil_core::case_run::keys_without_effect;
+use hil_core::run::{RunOptions, run};
+use hil_core::runfile::{Key, Need, Section};
+use hil_core::trace::Row;
 use hil_runner::study::{Changes, Study};
-use hil_runner::trace::Row;
 
 use super::document::{all_keys, samples};
 use super::{BASE, parse};

@@ -1,17 +1,18 @@
 //! The reference cases and the built-in ones.
 
+use hil_runner::files;
 use std::f64::consts::{PI, TAU};
 
-use hil_runner::case::{Case, ComputationDelay, Law, SolverChoice, TargetSettings};
-use hil_runner::runfile::{self, Need, SECTIONS, builtin_names, builtin_text};
-use hil_runner::servo::ServoSettings;
+use hil_core::case::{Case, ComputationDelay, Law, SolverChoice, TargetSettings};
+use hil_core::options::AxisOptions;
+use hil_core::runfile::{self, Need, SECTIONS, builtin_names, builtin_text};
 use plant::Joint;
 
 use super::{BASE, parse};
 
 pub(crate) fn load_reference(name: &str) -> Case {
     let path = format!("{}/reference/{name}.toml", env!("CARGO_MANIFEST_DIR"));
-    runfile::load(&path, &[]).unwrap_or_else(|errors| panic!("{errors}"))
+    files::case(&path, &[]).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
 #[test]
@@ -79,7 +80,7 @@ fn units_are_converted_and_defaults_hold() {
         ComputationDelay::Fixed(0)
     );
     assert_eq!(case.target, TargetSettings::default());
-    assert_eq!(case.servo, ServoSettings::default());
+    assert_eq!(case.options, AxisOptions::default());
     assert_eq!(case.run.duration_ns, 1_500_000_000);
     assert_eq!(case.run.solver, SolverChoice::Auto);
     assert_eq!(case.run.row_interval_ns, 1_000_000);
@@ -139,7 +140,7 @@ fn the_built_in_cases_are_the_papers() {
         ("paper-4", "continuous-4"),
         ("paper-2-12bit", "continuous-2"),
     ] {
-        let case = runfile::load(name, &[]).unwrap_or_else(|errors| panic!("{errors}"));
+        let case = files::case(name, &[]).unwrap_or_else(|errors| panic!("{errors}"));
         let mut expected = load_reference(reference);
         assert_eq!(case.name, name);
         assert_eq!(case.dac.bits, if name == "paper-2-12bit" { 12 } else { 14 });

@@ -1,7 +1,7 @@
 //! A run file with every key of the table, to change one of them at a time.
 
-use hil_runner::case::Case;
-use hil_runner::runfile::{Key, Kind, Need, Range, SECTIONS, Section};
+use hil_core::case::Case;
+use hil_core::runfile::{Key, Kind, Need, Range, SECTIONS, Section};
 
 use super::parse;
 

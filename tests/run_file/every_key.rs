@@ -1,7 +1,7 @@
 //! What must hold for every key of the table, one after the other.
 
-use hil_runner::case::{Case, Law};
-use hil_runner::runfile::{DefaultValue, Key, Kind, Need, Range, Section};
+use hil_core::case::{Case, Law};
+use hil_core::runfile::{DefaultValue, Key, Kind, Need, Range, Section};
 
 use super::document::{Document, all_keys, samples};
 use super::{messages, parse};

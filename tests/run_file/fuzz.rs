@@ -1,6 +1,6 @@
 //! Whatever stands in a file: an answer, one line an error, and no panic.
 
-use hil_runner::runfile::{self, MOST_MISTAKES, builtin_text};
+use hil_core::runfile::{self, MOST_MISTAKES, builtin_text};
 use proptest::collection::vec;
 use proptest::prelude::*;
 

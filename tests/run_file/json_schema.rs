@@ -1,6 +1,6 @@
 //! The JSON schema agrees with the parser.
 
-use hil_runner::runfile::{Kind, builtin_names, builtin_text, schema};
+use hil_core::runfile::{Kind, builtin_names, builtin_text, schema};
 use serde_json::Value;
 
 use super::document::{Document, all_keys};

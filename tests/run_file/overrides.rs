@@ -1,6 +1,6 @@
 //! `--set section.key=value`.
 
-use hil_runner::case::{Law, Limit};
+use hil_core::case::{Law, Limit};
 
 use super::{BASE, messages, parse};
 

@@ -4,7 +4,7 @@
 //! `\n` for a line break) and the lines that the changed file prints. With
 //! `BLESS=1 cargo test -p bench-tests --test run_file` it is written anew.
 
-use hil_runner::runfile;
+use hil_runner::files;
 
 use super::{BASE, messages};
 
@@ -156,20 +156,20 @@ fn unreadable_files_say_why() {
             "there is no such file; the built-in cases are paper-1, paper-2, paper-3, paper-4, paper-2-12bit",
         ),
     ] {
-        let errors = runfile::load(&path(name), &[]).unwrap_err();
+        let errors = files::case(&path(name), &[]).unwrap_err();
         assert_eq!(errors.to_string(), format!("{}: {sentence}", path(name)));
     }
-    let errors = runfile::load(&path("mine"), &[]).unwrap_err().to_string();
+    let errors = files::case(&path("mine"), &[]).unwrap_err().to_string();
     assert!(
         errors.ends_with(&format!("did you mean {}?", path("mine.toml"))),
         "{errors}"
     );
-    let errors = runfile::load("paper-3.toml", &[]).unwrap_err();
+    let errors = files::case("paper-3.toml", &[]).unwrap_err();
     assert_eq!(
         errors.to_string(),
         "paper-3.toml: there is no such file; the built-in case is called paper-3"
     );
-    let errors = runfile::load("", &[]).unwrap_err();
+    let errors = files::case("", &[]).unwrap_err();
     assert_eq!(errors.to_string(), ": the name of the run file is empty");
-    assert_eq!(runfile::load(&path("mine.toml"), &[]).unwrap().name, "mine");
+    assert_eq!(files::case(&path("mine.toml"), &[]).unwrap().name, "mine");
 }

@@ -1,7 +1,7 @@
 //! A number that changes with every bit of a run.
 
-use hil_runner::run::Outcome;
-use hil_runner::trace::Row;
+use hil_core::run::Outcome;
+use hil_core::trace::Row;
 
 /// FNV-1a, 64 bits: short, the same everywhere, and no dependency. It guards
 /// against chance, not against malice.

@@ -8,11 +8,11 @@
 
 use core::f64::consts::PI;
 
-use hil_runner::case::{
+use hil_core::case::{
     Case, ComputationDelay, ControllerSettings, Law, RunSettings, SolverChoice, TargetSettings,
 };
-use hil_runner::law::{Controller, IoKind};
-use hil_runner::servo::ServoSettings;
+use hil_core::controllers::{Controller, IoKind};
+use hil_core::options::AxisOptions;
 use plant::{
     Amplifier, AxisParameters, Carriage, Dac, ElasticJoint, Encoder, Joint, Motion, Motor,
     PidGains, Resistance, Transmission,
@@ -74,7 +74,7 @@ pub fn random_case(draw: &mut Draw, laws: &[Law], sample_times_s: (f64, f64)) ->
             sample_time_ns: Some(sample_time_ns),
             computation_delay: ComputationDelay::Fixed(delay_ns),
         },
-        servo: ServoSettings::default(),
+        options: AxisOptions::default(),
         target: TargetSettings::default(),
         motion: random_motion(draw, &axis, voltage_limit_v, duration_s),
         run: RunSettings {

@@ -1,7 +1,7 @@
 //! The exact solver and what it is held against. Everything that the tests
 //! need to know of how either is chosen stands here.
 
-use hil_runner::case::{Case, SolverChoice};
+use hil_core::case::{Case, SolverChoice};
 use plant::{AxisParameters, Plant, Solver};
 
 /// The solver under test.

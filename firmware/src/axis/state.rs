@@ -65,7 +65,7 @@ impl AxisState {
 
     /// The register of the last good reading of the motor's encoder, for a
     /// sample whose reading failed.
-    pub(crate) fn last_registers(&self) -> (u32, Option<u32>) {
+    pub fn last_registers(&self) -> (u32, Option<u32>) {
         let register = |position: Option<i32>| position.map(i32::cast_unsigned);
         (
             register(self.motor.position()).unwrap_or_default(),

@@ -46,7 +46,7 @@ impl EncoderLossWatch {
     }
 
     /// Code and samples from which on it is a loss.
-    pub(crate) const fn limits(&self) -> (u32, u32) {
+    pub const fn limits(&self) -> (u32, u32) {
         (self.code_threshold, self.ticks)
     }
 

@@ -99,7 +99,7 @@ impl FollowingErrorWatch {
 
     /// The limit at rest \[counts\], and what it grows by per unit of the
     /// setpoint's velocity.
-    pub(crate) const fn limits(&self) -> (u32, GainWord) {
+    pub const fn limits(&self) -> (u32, GainWord) {
         let word = GainWord::new(self.mantissa.cast_signed(), self.fraction_bits);
         (self.limit_counts, word)
     }

@@ -34,7 +34,7 @@ impl SaturationWatch {
     }
 
     /// Samples in a row that are allowed.
-    pub(crate) const fn limit(&self) -> u32 {
+    pub const fn limit(&self) -> u32 {
         self.ticks
     }
 

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use clap::Args;
-use hil_runner::case::TargetSettings;
+use hil_core::case::TargetSettings;
 use hil_runner::chip::budget::goldens::{self, Goldens};
 use hil_runner::chip::budget::{TargetFigures, measure};
 use hil_runner::chip::image::Finder;

@@ -1,9 +1,9 @@
 //! The tables of `hil-runner budget`.
 
+use hil_core::number;
 use hil_runner::chip::budget::goldens::{Difference, Judgement};
 use hil_runner::chip::budget::{Amount, Instructions, TargetFigures};
 use hil_runner::chip::spec::Target;
-use hil_runner::report::number;
 
 use super::terminal::{table, text};
 

@@ -3,13 +3,13 @@
 
 use anyhow::{anyhow, bail};
 use clap::Args;
-use hil_runner::case::{ComputationDelay, Law};
+use hil_core::case::{ComputationDelay, Law};
+use hil_core::runfile::RunFile;
 use hil_runner::chip::certify::{
     Difference, HostTrace, RowDifference, TraceHash, VectorFile, replay, stored,
 };
 use hil_runner::chip::installed;
 use hil_runner::chip::spec::{ChipLink, Transport};
-use hil_runner::runfile::RunFile;
 
 use super::explain;
 use super::interrupt;
@@ -182,7 +182,7 @@ impl<'f> Bench<'f> {
         }
         let mut counted = 0;
         for file in &vectors {
-            let rows = firmware::vectors::replay(&file.text)
+            let rows = firmware_link::vectors::replay(&file.text)
                 .map_err(|mismatch| anyhow!("on the host: {}, {mismatch}", file.name))?;
             counted += rows as u64;
         }

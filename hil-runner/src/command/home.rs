@@ -2,8 +2,8 @@
 //! own routine.
 
 use clap::Args;
-use hil_runner::error::RunError;
-use hil_runner::law::measure_gap;
+use hil_core::controllers::measure_gap;
+use hil_core::error::RunError;
 
 use super::explain;
 use super::run::load;
@@ -14,7 +14,7 @@ use super::terminal;
 #[command(after_help = "Examples:\n  \
                   hil-runner home paper-2 --set load_encoder.counts_per_mm=1000 \\\n    \
                   --set carriage.resistance_constant_n=250 --set carriage.resistance_opposes_motion=true\n  \
-                  hil-runner home axis.toml --set backlash.homing_detection=effort")]
+                  hil-runner home axis.toml --set backlash.backlash_measurement_detection=effort")]
 pub(crate) struct Home {
     /// Run file or built-in case
     case: String,

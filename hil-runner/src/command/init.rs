@@ -2,7 +2,7 @@
 
 use anyhow::bail;
 use clap::Args;
-use hil_runner::runfile;
+use hil_core::runfile;
 
 /// Print a commented run file to start from
 #[derive(Debug, Args)]

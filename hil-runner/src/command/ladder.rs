@@ -5,15 +5,15 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
 use clap::Args;
-use hil_runner::bench::keys_without_effect;
-use hil_runner::case::{Case, ComputationDelay, Law};
+use hil_core::case::{Case, ComputationDelay, Law};
+use hil_core::case_run::keys_without_effect;
+use hil_core::ladder::{climb, climb_over, confirm};
+use hil_core::run::RunOptions;
+use hil_core::runfile::RunFile;
 use hil_runner::chip::spec::ChipLink;
 use hil_runner::command_line::{command_line, each_with};
-use hil_runner::ladder::{climb, climb_on_chip, confirm};
 use hil_runner::output::OutputFile;
-use hil_runner::run::RunOptions;
-use hil_runner::runfile::RunFile;
-use hil_runner::{report, report_data};
+use hil_runner::report;
 
 use super::explain;
 use super::link::OpenChip;
@@ -69,8 +69,10 @@ impl Ladder {
         };
         let mut rungs = climb(&cases, options, &mut sink);
         if let (Ok(rungs), Some(chip), Some(case)) = (&mut rungs, &mut chip, &on_chip) {
-            let mut under_test = chip.under_test();
-            if let Err(error) = climb_on_chip(rungs, case, options, &mut under_test, &mut sink) {
+            let climbed = chip
+                .law(case)
+                .and_then(|mut law| climb_over(rungs, case, options, &mut law, &mut sink));
+            if let Err(error) = climbed {
                 drop(progress);
                 return Err(explain(files.last().unwrap_or(first), error));
             }
@@ -90,7 +92,7 @@ impl Ladder {
             let rung = format!("rung {}", file.case.controller.law.name());
             explain(file, error).context(rung)
         })?;
-        let data = report_data::ladder_report(&self.command_line(), &rungs);
+        let data = hil_core::report::ladder_report(&self.command_line(), &rungs);
         page.write_all(report::render(&data)?.as_bytes())?;
         page.commit()?;
         for rung in &rungs {

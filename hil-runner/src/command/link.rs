@@ -3,15 +3,16 @@
 use std::str::FromStr;
 
 use anyhow::{Context, bail};
-use hil_runner::bench::CaseRun;
-use hil_runner::case::{Case, Law};
-use hil_runner::chip;
+use hil_core::case::{Case, Law};
+use hil_core::case_run::CaseRun;
+use hil_core::error::RunError;
+use hil_core::run::{RowSink, RunOptions};
+use hil_core::runfile::RunFile;
+use hil_runner::channel::LinkKind;
 use hil_runner::chip::client::Client;
-use hil_runner::chip::figures::name_of;
 use hil_runner::chip::spec::{ChipLink, UnknownLink};
-use hil_runner::error::RunError;
-use hil_runner::run::{ChipUnderTest, LinkKind, RowSink, RunOptions};
-use hil_runner::runfile::RunFile;
+use hil_runner::chip::{self, ChipLaw, ChipUnderTest, name_of, run_on_chip};
+use hil_runner::timing::timed_run;
 
 use super::{interrupt, terminal};
 
@@ -136,6 +137,12 @@ impl OpenChip {
         }
     }
 
+    /// The chip with the controller of a case.
+    pub(super) fn law(&mut self, case: &Case) -> Result<ChipLaw<'_>, RunError> {
+        let chip = self.under_test();
+        Ok(ChipLaw::new(chip.client, case, chip.in_qemu)?)
+    }
+
     /// What was noticed of the line: a matter of the moment.
     pub(super) fn noticed(&self) -> String {
         let noticed = self.client.noticed();
@@ -155,14 +162,12 @@ impl OpenLink {
         sink: &mut RowSink<'_>,
     ) -> Result<CaseRun, RunError> {
         match self {
-            Self::Host(link) => {
-                let options = RunOptions {
-                    link: *link,
-                    ..options
-                };
-                CaseRun::new(case, options, sink)
-            }
-            Self::Chip(chip) => CaseRun::on_chip(case, options, &mut chip.under_test(), sink),
+            Self::Host(link) => timed_run(case, *link, options, sink),
+            // The time of a step on this host means nothing then and is not taken.
+            Self::Chip(chip) => CaseRun::of(
+                case,
+                run_on_chip(case, options, &mut chip.under_test(), sink)?,
+            ),
         }
     }
 

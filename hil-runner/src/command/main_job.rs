@@ -4,10 +4,12 @@ use std::io::Write;
 use std::path::Path;
 
 use anyhow::Context;
-use hil_runner::bench::CaseRun;
+use hil_core::case_run::CaseRun;
+use hil_core::run::RunOptions;
+use hil_runner::channel::LinkKind;
 use hil_runner::output::OutputFile;
-use hil_runner::run::RunOptions;
-use hil_runner::{report, report_data};
+use hil_runner::report;
+use hil_runner::timing::timed_run;
 
 use super::explain;
 use super::progress::Progress;
@@ -27,14 +29,16 @@ pub(crate) fn execute() -> anyhow::Result<bool> {
     let mut runs = Vec::with_capacity(CASES.len());
     for file in super::run::load(&CASES.map(str::to_owned), &[])? {
         let mut progress = Progress::of(&file.case);
-        let run = CaseRun::new(&file.case, options, &mut |row| progress.row(row));
+        let run = timed_run(&file.case, LinkKind::InProcess, options, &mut |row| {
+            progress.row(row)
+        });
         drop(progress);
         let mut run = run.map_err(|error| explain(&file, error))?;
         super::confirm(&mut run, options).map_err(|error| explain(&file, error))?;
         runs.push(run);
     }
     let title = "The paper's four simulations";
-    let data = report_data::report(title, "hil-runner", &runs);
+    let data = hil_core::report::report(title, "hil-runner", &runs);
     page.write_all(report::render(&data)?.as_bytes())?;
     page.commit()?;
     terminal::print(

@@ -19,10 +19,10 @@ mod terminal;
 mod words;
 
 use clap::{Parser, Subcommand};
-use hil_runner::bench::CaseRun;
-use hil_runner::error::RunError;
-use hil_runner::run::RunOptions;
-use hil_runner::runfile::RunFile;
+use hil_core::case_run::CaseRun;
+use hil_core::error::RunError;
+use hil_core::run::RunOptions;
+use hil_core::runfile::RunFile;
 use progress::Progress;
 
 pub(crate) use terminal::tell;
@@ -94,7 +94,7 @@ impl CommandLine {
 
 /// The error of a run of this file as the user should read it.
 fn explain(file: &RunFile, error: RunError) -> anyhow::Error {
-    anyhow::Error::msg(hil_runner::explain::explain(file, &error))
+    anyhow::Error::msg(hil_core::explain::explain(file, &error))
 }
 
 /// Runs a case again to see which digits of its figures hold.

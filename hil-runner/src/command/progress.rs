@@ -2,9 +2,9 @@
 
 use std::io;
 
-use hil_runner::case::Case;
-use hil_runner::time::seconds;
-use hil_runner::trace::Row;
+use hil_core::case::Case;
+use hil_core::time::seconds;
+use hil_core::trace::Row;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::interrupt;

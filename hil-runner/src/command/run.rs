@@ -6,15 +6,15 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
-use hil_runner::bench::CaseRun;
-use hil_runner::case::Law;
+use hil_core::case::Law;
+use hil_core::case_run::CaseRun;
+use hil_core::controllers::IoKind;
+use hil_core::run::RunOptions;
+use hil_core::runfile::{self, RunFile};
+use hil_core::trace::TraceWriter;
 use hil_runner::command_line::{command_line, each_with};
-use hil_runner::law::IoKind;
 use hil_runner::output::{OutputFile, same_file};
-use hil_runner::run::RunOptions;
-use hil_runner::runfile::RunFile;
-use hil_runner::trace::TraceWriter;
-use hil_runner::{report, report_data, runfile};
+use hil_runner::{files, report};
 
 use super::explain;
 use super::link::{self, LinkName};
@@ -146,7 +146,7 @@ impl Run {
             file.commit()?;
         }
         if let Some(mut file) = report {
-            let page = report::render(&report_data::report(
+            let page = report::render(&hil_core::report::report(
                 &title(&runs),
                 &self.command_line(),
                 &runs,
@@ -228,7 +228,7 @@ pub(super) fn load(cases: &[String], sets: &[String]) -> anyhow::Result<Vec<RunF
     let mut mistakes = Vec::new();
     let mut told = HashSet::new();
     for case in cases {
-        match RunFile::load(case, sets) {
+        match files::run_file(case, sets) {
             Ok(file) => files.push(file),
             // The same wrong --set is wrong for every case; once is enough.
             Err(errors) => mistakes.extend(

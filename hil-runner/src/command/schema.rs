@@ -1,7 +1,7 @@
 //! `hil-runner schema`: the JSON schema of run files.
 
 use clap::Args;
-use hil_runner::runfile;
+use hil_core::runfile;
 
 /// Print the JSON schema of run files
 ///

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::{Args, Subcommand};
-use hil_runner::case::Law;
+use hil_core::case::Law;
 use hil_runner::study::results::{
     Origin, Progress, Results, ResultsError, Shard, merge, shards_in_order,
 };

@@ -4,8 +4,8 @@ use std::io::Write;
 use std::path::Path;
 
 use anyhow::bail;
+use hil_core::number;
 use hil_runner::output::OutputFile;
-use hil_runner::report::number;
 use hil_runner::study::report::render;
 use hil_runner::study::{
     MOST_ROWS, Study, Tally, base_sentences, best_table, columns, draw, enough_pass, figure_rows,

@@ -5,8 +5,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
+use hil_core::runfile::Template;
 use hil_runner::output::same_file;
-use hil_runner::runfile::Template;
 use hil_runner::study::results::Origin;
 
 use super::run::Run;

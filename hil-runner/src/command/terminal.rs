@@ -3,12 +3,12 @@
 use std::io::Write;
 
 use comfy_table::{CellAlignment, ContentArrangement, LineStyle, Table, TableStyle};
-use hil_runner::bench::CaseRun;
-use hil_runner::ladder::Rung;
-use hil_runner::report::number;
-use hil_runner::reservation::kept_but;
-use hil_runner::words::{ServoWords, WordRequest};
-use hil_runner::{figures, time};
+use hil_core::case_run::CaseRun;
+use hil_core::ladder::Rung;
+use hil_core::number;
+use hil_core::reservation::kept_but;
+use hil_core::scaling::{ScaledLaw, ScalingRequest};
+use hil_core::{figures, time};
 
 use super::certify::Certificate;
 
@@ -200,7 +200,7 @@ pub(crate) fn word_tables(runs: &[CaseRun]) -> String {
 
 /// The words of a law with their lengths, and the largest gains that fit.
 /// Feed-forward is left out where it is off.
-pub(crate) fn word_length_table(request: &WordRequest, words: &ServoWords) -> String {
+pub(crate) fn word_length_table(request: &ScalingRequest, words: &ScaledLaw) -> String {
     let header = [
         "key",
         "per sample",

@@ -3,11 +3,11 @@
 
 use anyhow::anyhow;
 use clap::Args;
-use hil_runner::error::RunError;
-use hil_runner::law::{accepted, smallest_sample_time_ns, word_request};
-use hil_runner::report::number;
-use hil_runner::runfile::RunFile;
-use hil_runner::words::{ServoWords, WordRequest};
+use hil_core::controllers::{accepted, scaling_request, smallest_sample_time_ns};
+use hil_core::error::RunError;
+use hil_core::number;
+use hil_core::runfile::RunFile;
+use hil_core::scaling::{ScaledLaw, ScalingRequest};
 
 use super::explain;
 use super::run::load;
@@ -48,7 +48,7 @@ impl Words {
 
 fn describe(file: &RunFile) -> anyhow::Result<String> {
     let refused = |error| explain(file, RunError::Quantise(error));
-    let request = word_request(&file.case).map_err(refused)?;
+    let request = scaling_request(&file.case).map_err(refused)?;
     let words = request.words().map_err(refused)?;
     // What the words alone do not show stops a run all the same.
     accepted(&file.case, request.sample_time_ns).map_err(refused)?;
@@ -57,13 +57,13 @@ fn describe(file: &RunFile) -> anyhow::Result<String> {
     Ok(format!("{table}{ranges}"))
 }
 
-fn ranges(file: &RunFile, request: &WordRequest, words: &ServoWords) -> anyhow::Result<String> {
+fn ranges(file: &RunFile, request: &ScalingRequest, words: &ScaledLaw) -> anyhow::Result<String> {
     let law = &words.law;
     let accepted = law.words();
     let f = accepted.sum_fraction_bits;
     let smallest_ns = smallest_sample_time_ns(&file.case)
         .ok_or_else(|| anyhow!("the words that were accepted are accepted no more"))?;
-    let alone = if file.case.servo.is_off() {
+    let alone = if file.case.options.is_off() {
         "nothing is asked beyond the paper's law: a run takes that one, with an integral of 128 bits,\n\
          for which these words fit too, and somewhat larger gains\n"
     } else {

@@ -5,7 +5,7 @@
 
 use minijinja::{Value, context};
 
-use super::{
+use hil_core::report::{
     CaseReport, FigureRow, HostTiming, LadderReport, LadderRung, Parameter, Report, VerdictRow,
 };
 

@@ -6,7 +6,8 @@ use minijinja::syntax::SyntaxConfig;
 use minijinja::{AutoEscape, Environment, Value, context};
 
 use super::context::page_context;
-use super::{Report, number};
+use hil_core::number;
+use hil_core::report::Report;
 
 /// The page and its parts; `report.html` includes the others by these names.
 const TEMPLATES: [(&str, &str); 4] = [

@@ -1,6 +1,6 @@
 //! A small report for the tests: shapes like a run's, no simulation.
 
-use super::{
+use hil_core::report::{
     CaseReport, ContactInterval, FigureRow, HostTiming, LadderReport, LadderRung, Parameter,
     Report, Traces, VerdictRow,
 };

@@ -4,9 +4,9 @@
 use super::axis::Axis;
 use super::definition::Study;
 use super::file::{Findings, StudyFile};
-use crate::bench::rungs_leave_out;
-use crate::case::Law;
-use crate::runfile::{Acts, Key, Template};
+use hil_core::case::Law;
+use hil_core::case_run::rungs_leave_out;
+use hil_core::runfile::{Acts, Key, Template};
 
 /// Refuses axes over keys, and values for keys, that act on no rung.
 pub(super) fn refuse_without_effect(

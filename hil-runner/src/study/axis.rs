@@ -2,7 +2,7 @@
 
 use super::distribution::{Distribution, log_between};
 use super::plan::{PlanKind, Position};
-use crate::runfile::{KeyPath, KeyValue};
+use hil_core::runfile::{KeyPath, KeyValue};
 
 /// How the steps of a range are spaced (`scale`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Deserialize)]

@@ -6,12 +6,12 @@ use core::f64::consts::FRAC_PI_2;
 use plant::Joint;
 
 use super::definition::Study;
-use crate::case::{Case, ComputationDelay, Law};
-use crate::figures::{CHIP_FIGURES, Figure, HOST_STEP_P99};
-use crate::report::number;
-use crate::rest::Window;
-use crate::runfile::{KeyPath, Template};
-use crate::time::seconds;
+use hil_core::case::{Case, ComputationDelay, Law};
+use hil_core::figures::{CHIP_FIGURES, Figure, HOST_STEP_P99};
+use hil_core::number;
+use hil_core::rest::Window;
+use hil_core::runfile::{KeyPath, Template};
+use hil_core::time::seconds;
 
 /// The number that a key has in a base, or that its partner says.
 pub(super) fn own_number(base: &Template, key: &KeyPath) -> Option<f64> {

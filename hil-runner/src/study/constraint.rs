@@ -3,7 +3,7 @@
 
 use core::fmt;
 
-use crate::runfile::KeyPath;
+use hil_core::runfile::KeyPath;
 
 /// A relation of two terms that must hold for a point to be run.
 #[derive(Debug, Clone)]

@@ -14,9 +14,10 @@ use super::read_plan::{
 };
 use super::ready;
 use super::theory::Theory;
-use crate::budget::limits;
-use crate::case::{Case, Law};
-use crate::runfile::{KeyPath, KeyValue, RunFileErrors, Template, builtin_text};
+use crate::files;
+use hil_core::budget::limits;
+use hil_core::case::{Case, Law};
+use hil_core::runfile::{KeyPath, KeyValue, RunFileErrors, Template, builtin_text};
 
 /// What becomes of the loop where steps of encoder or converter change
 /// (`loop_gain`).
@@ -132,7 +133,8 @@ impl Study {
         }
         let refuse = |why: String| StudyFileError::of(name_or_path, why);
         let name = changes.base.as_deref().unwrap_or(ready::BASE);
-        let base = Template::load(name, &changes.sets).map_err(|errors| {
+        let base = files::text(name).and_then(|text| Template::parse(name, &text, &changes.sets));
+        let base = base.map_err(|errors| {
             let lines: Vec<String> = errors
                 .entries()
                 .iter()

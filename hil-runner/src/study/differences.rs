@@ -1,9 +1,9 @@
 //! How far the rungs of a point are from one another: what each of them costs.
 
 use super::cell::Cell;
-use crate::case::Case;
-use crate::ladder;
-use crate::record::GridPoint;
+use hil_core::case::Case;
+use hil_core::ladder;
+use hil_core::record::GridPoint;
 
 /// Names of the columns.
 pub(super) const COLUMNS: [&str; 2] = ["rms_acc_change_mps2", "rms_position_change_um"];

@@ -8,7 +8,7 @@ use super::cell::{Cell, Column};
 use super::definition::Study;
 use super::picture::{self, Curve, Kind, Picture, PictureError, Table, Values};
 use super::results::{ResultsError, for_each_row};
-use crate::runfile::KeyPath;
+use hil_core::runfile::KeyPath;
 
 /// Rows that pictures show: the first ones. Of a plan that draws, these are
 /// drawn like all others.

@@ -12,7 +12,7 @@ use super::cell::{Cell, to_csv};
 use super::definition::Study;
 use super::results::journal_checksum;
 use super::row::RowMaker;
-use crate::lanes::Runs;
+use hil_core::lanes::Runs;
 
 /// Blocks under way for each thread, at most: enough to hide a slow block.
 const BLOCKS_A_THREAD: usize = 8;

@@ -1,14 +1,13 @@
 //! What feeds the limit cycles of a block of runs.
 
 use std::borrow::Cow;
-use std::num::NonZeroUsize;
 
 use super::cell::Cell;
-use crate::case::Case;
-use crate::error::RunError;
-use crate::lanes;
-use crate::rest::feeding::{baseline, counterfactuals, fed_by};
-use crate::summary::Summary;
+use hil_core::case::Case;
+use hil_core::error::RunError;
+use hil_core::lanes::Runs;
+use hil_core::rest::feeding::{baseline, counterfactuals, fed_by};
+use hil_core::summary::Summary;
 
 /// Finds it for every run that has a limit cycle: the run again on rung
 /// `quantised`, as it is and without one nonlinearity each, all of them side by
@@ -30,7 +29,9 @@ pub(super) fn find(
             asked.push((place, first, others));
         }
     }
-    let ripples: Vec<Option<f64>> = lanes::figures(&again, NonZeroUsize::MIN)
+    let mut figures = Vec::with_capacity(again.len());
+    Runs::new().figures(&again, &mut figures);
+    let ripples: Vec<Option<f64>> = figures
         .into_iter()
         .map(|summary| summary.ok()?.rest_ripple_um)
         .collect();

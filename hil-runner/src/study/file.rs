@@ -29,7 +29,7 @@ use super::distribution::Distribution;
 use super::picture::Picture;
 use super::plan::PlanKind;
 use super::theory::Theory;
-use crate::runfile::list_mistakes;
+use hil_core::runfile::list_mistakes;
 
 /// A study file as it is written.
 #[derive(Debug, Clone, Deserialize)]

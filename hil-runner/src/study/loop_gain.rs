@@ -10,9 +10,9 @@
 //! Whole numbers of counts and codes become the nearest whole number, at least 1
 //! in size. Word lengths stay: they are what a finer step may ask more of.
 
-use crate::case::Case;
-use crate::runfile::{KeyPath, KeyValue, Kind, Template};
-use crate::servo::Feedback;
+use hil_core::case::Case;
+use hil_core::options::Feedback;
+use hil_core::runfile::{KeyPath, KeyValue, Kind, Template};
 
 /// What a key is measured in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,8 +43,11 @@ const BEYOND: [(&str, Steps); 14] = [
     ("limits.following_error_counts", Steps::PositionCounts),
     ("limits.count_jump_counts", Steps::Counts),
     ("limits.encoder_loss_codes", Steps::Codes),
-    ("backlash.homing_speed_counts_per_s", Steps::Counts),
-    ("backlash.homing_effort_codes", Steps::Codes),
+    (
+        "backlash.backlash_measurement_speed_counts_per_s",
+        Steps::Counts,
+    ),
+    ("backlash.backlash_measurement_effort_codes", Steps::Codes),
     ("inject.encoder_glitch_counts", Steps::Counts),
 ];
 
@@ -59,7 +62,7 @@ pub(super) fn at_other_steps(
     let per_rad = |case: &Case| case.encoder.counts_per_rad * case.dac.step_v;
     // Per radian of the motor, both.
     let z = base.axis.transmission.gear_ratio;
-    let position = |case: &Case| match (case.servo.law.feedback, case.servo.encoders.load) {
+    let position = |case: &Case| match (case.options.law.feedback, case.options.encoders.load) {
         (Feedback::Dual, Some(load)) => z * load.counts_per_rad,
         _ => case.encoder.counts_per_rad,
     };
@@ -88,7 +91,7 @@ pub(super) fn at_other_steps(
     };
     // With the paper's law alone the other keys do nothing, and must not be
     // what turns the rest on.
-    let beyond = if case.servo.is_off() {
+    let beyond = if case.options.is_off() {
         &[]
     } else {
         &BEYOND[..]

@@ -2,14 +2,14 @@
 //! and open. What does not depend on gains and steps is kept from run to run.
 
 use super::cell::Cell;
-use crate::case::{Case, Law};
-use crate::theory::{FamilyKey, JointState, LoopFamily, LoopGains, is_papers_loop};
+use hil_core::case::{Case, Law};
+use hil_core::theory::{FamilyKey, JointState, LoopFamily, LoopGains, is_papers_loop};
 
 /// Families that are kept: those of neighbouring points of a grid.
 const KEPT: usize = 8;
 
 /// Names of the columns.
-pub(super) const COLUMNS: [&str; 2] = ["margin_closed", "margin_open"];
+pub(super) const COLUMNS: [&str; 2] = ["modulus_margin_contact", "modulus_margin_gap"];
 
 /// Loops of the last families.
 #[derive(Debug, Default)]

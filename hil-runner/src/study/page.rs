@@ -8,9 +8,9 @@ use super::drawing::Drawn;
 use super::plan::PlanKind;
 use super::report::{AxisRow, FigureTable, Shown, StudyPage, StudyVerdict};
 use super::tally::{RungTally, Tally};
-use crate::budget::judged;
-use crate::figures;
-use crate::report::number;
+use hil_core::budget::judged;
+use hil_core::figures;
+use hil_core::number;
 
 /// The page; `command_line` makes the study again.
 pub fn page(study: &Study, tally: &Tally, drawn: &[Drawn], command_line: &str) -> StudyPage {

@@ -5,8 +5,8 @@ use toml::Spanned;
 use super::axis::{Axis, AxisValue, Scale, Spread};
 use super::file::{AxisFile, Findings, StudyFile, is_text};
 use super::plan::PlanKind;
-use crate::case::Law;
-use crate::runfile::{KeyPath, Template};
+use hil_core::case::Law;
+use hil_core::runfile::{KeyPath, Template};
 
 /// Most values of an axis: more are rather a slip of the keyboard.
 const MOST_VALUES: u64 = 1_000_000_000;

@@ -1,6 +1,7 @@
 //! From a study file to what is run at its points: name, keys, rungs,
 //! constraints, plan.
 
+use crate::files;
 use core::ops::Range;
 use std::path::Path;
 
@@ -12,8 +13,8 @@ use super::definition::Changes;
 use super::file::{Findings, StudyFile};
 use super::plan::{Plan, PlanKind};
 use super::read_axes::has_number;
-use crate::case::Law;
-use crate::runfile::{KeyPath, RunFileErrors, Template};
+use hil_core::case::Law;
+use hil_core::runfile::{KeyPath, RunFileErrors, Template};
 
 pub(super) fn name(file: &StudyFile, source_name: &str) -> String {
     file.name.clone().unwrap_or_else(|| {
@@ -112,7 +113,7 @@ pub(super) fn base_with(
 ) -> Result<Template, RunFileErrors> {
     match &changes.base_text {
         Some(text) => Template::parse(base, text, sets),
-        None => Template::load(base, sets),
+        None => Template::parse(base, &files::text(base)?, sets),
     }
 }
 

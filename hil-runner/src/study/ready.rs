@@ -10,11 +10,12 @@ use minijinja::{AutoEscape, Environment, Error, ErrorKind, UndefinedBehavior, Va
 use plant::Joint;
 
 use super::base::own_number;
-use crate::budget::limits;
-use crate::case::Law;
-use crate::report::{self, number};
-use crate::runfile::{KeyPath, Template};
-use crate::theory::{JointState, margin};
+use crate::report;
+use hil_core::budget::limits;
+use hil_core::case::Law;
+use hil_core::number;
+use hil_core::runfile::{KeyPath, Template};
+use hil_core::theory::{JointState, margin};
 
 /// Name and template of every ready study.
 const STUDIES: [(&str, &str); 7] = [
@@ -153,7 +154,7 @@ fn words_of(base_name: &str, base: &Template, rungs: Option<&[Law]>) -> Value {
         travel_mm => number::significant(1e3 * motion.travel_m(), 9),
         motion_time_s => motion.end_s(),
         intervals_s => motion.intervals_s().to_vec(),
-        duration_s => crate::time::seconds(case.run.duration_ns),
+        duration_s => hil_core::time::seconds(case.run.duration_ns),
         dac_bits => case.dac.bits,
         dac_range_v => case.dac.step_v * f64::from(case.dac.bits).exp2(),
         lines => whole_lines(lines),

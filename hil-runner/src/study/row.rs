@@ -7,14 +7,14 @@ use super::definition::{Point, Study};
 use super::differences;
 use super::feeding;
 use super::margins::{COLUMNS as MARGINS, Margins};
-use crate::budget::least_relative_margin;
-use crate::case::Case;
-use crate::error::RunError;
-use crate::explain::explain;
-use crate::figures::SUMMARY_FIGURES;
-use crate::lanes::Runs;
-use crate::runfile::Kind;
-use crate::summary::Summary;
+use hil_core::budget::least_relative_margin;
+use hil_core::case::Case;
+use hil_core::error::RunError;
+use hil_core::explain::explain;
+use hil_core::figures::SUMMARY_FIGURES;
+use hil_core::lanes::Runs;
+use hil_core::runfile::Kind;
+use hil_core::summary::Summary;
 
 /// Whether a run was made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

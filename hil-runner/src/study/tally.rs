@@ -3,7 +3,7 @@
 use super::cell::{Cell, Column};
 use super::margins::COLUMNS as MARGINS;
 use super::row::{LEAST_MARGIN, Status};
-use crate::report::number;
+use hil_core::number;
 
 /// Passing runs of a rung that are listed as its best.
 const BEST: usize = 5;

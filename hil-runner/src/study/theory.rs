@@ -1,11 +1,11 @@
 //! Predictions that stand beside the figures of a run, each in columns of its
-//! own: what [`crate::theory`] says about the run's loop.
+//! own: what [`hil_core::theory`] says about the run's loop.
 
 use serde::Deserialize;
 
 use super::cell::Cell;
-use crate::case::Case;
-use crate::theory;
+use hil_core::case::Case;
+use hil_core::theory;
 
 /// A prediction (`theory`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
@@ -24,7 +24,7 @@ impl Theory {
     /// Names of its columns.
     pub fn columns(self) -> &'static [&'static str] {
         match self {
-            Self::HoldAndDelay => &["theory_margin_closed"],
+            Self::HoldAndDelay => &["theory_modulus_margin_contact"],
             Self::DescribingFunction => &[
                 "theory_gap_cycle_um",
                 "theory_gap_cycle_period_s",

@@ -1,12 +1,12 @@
 //! Limits on what the chip's part costs, and the page and report that show it.
 
-use hil_runner::bench::CaseRun;
-use hil_runner::case::Case;
+use hil_core::case::Case;
+use hil_core::case_run::CaseRun;
+use hil_core::figures::CHIP_FIGURES;
+use hil_core::ladder::{Rung, climb, climb_over, confirm};
+use hil_core::run::RunOptions;
 use hil_runner::chip::client::Client;
-use hil_runner::figures::CHIP_FIGURES;
-use hil_runner::ladder::{Rung, climb, climb_on_chip, confirm};
-use hil_runner::report_data;
-use hil_runner::run::{ChipUnderTest, RunOptions};
+use hil_runner::chip::{ChipLaw, ChipUnderTest, run_on_chip};
 
 use crate::loopback::Loopback;
 use crate::same_codes::case;
@@ -23,7 +23,8 @@ fn on_chip(sets: &[&str]) -> CaseRun {
         in_qemu: true,
     };
     let case = case("paper-2", &[&SETS, sets].concat());
-    CaseRun::on_chip(&case, RunOptions::default(), &mut chip, &mut |_| Ok(())).unwrap()
+    let outcome = run_on_chip(&case, RunOptions::default(), &mut chip, &mut |_| Ok(())).unwrap();
+    CaseRun::of(&case, outcome).unwrap()
 }
 
 /// Each figure holds a limit of its own size, and none that is smaller.
@@ -49,12 +50,12 @@ fn every_figure_of_the_chip_can_be_limited() {
 /// Without a chip a limit on its figures fails, and says why.
 #[test]
 fn without_a_chip_its_limits_fail() {
-    let sets = ["budget.flash_bytes=8192", "budget.late_steps=0"];
+    let sets = ["budget.flash_bytes=8192", "budget.deadline_misses=0"];
     let case = case("paper-2", &sets);
     let run = CaseRun::new(&case, RunOptions::default(), &mut |_| Ok(())).unwrap();
     assert!(!run.passes());
     assert!(run.verdicts().all(|verdict| verdict.value.is_none()));
-    let sentence = "budget.late_steps, budget.flash_bytes cannot pass: only a chip, over \
+    let sentence = "budget.deadline_misses, budget.flash_bytes cannot pass: only a chip, over \
                     --link, has such figures";
     assert!(
         run.warnings.iter().any(|w| w == sentence),
@@ -62,7 +63,7 @@ fn without_a_chip_its_limits_fail() {
         run.warnings
     );
     // The report names what could not be judged.
-    let report = report_data::report("x", "x", std::slice::from_ref(&run));
+    let report = hil_core::report::report("x", "x", std::slice::from_ref(&run));
     let flash = report.cases[0]
         .figures
         .iter()
@@ -73,7 +74,7 @@ fn without_a_chip_its_limits_fail() {
 #[test]
 fn the_report_shows_the_chip_where_there_is_one() {
     let rows = |run: &CaseRun| {
-        let report = report_data::report("x", "x", std::slice::from_ref(run));
+        let report = hil_core::report::report("x", "x", std::slice::from_ref(run));
         let case = &report.cases[0];
         let figures = case.figures.iter().map(|row| (row.key.clone(), row.value));
         let labels = case.parameters.iter().map(|row| row.label.clone());
@@ -158,11 +159,8 @@ fn a_ladder_confirms_the_rung_of_its_chip() {
         let options = RunOptions::default();
         let mut rungs = climb(&cases, options, &mut |_| Ok(())).unwrap();
         let mut client = Client::greet(Box::new(Loopback::with_ticks(&[320]))).unwrap();
-        let mut chip = ChipUnderTest {
-            client: &mut client,
-            in_qemu: true,
-        };
-        climb_on_chip(&mut rungs, on_chip, options, &mut chip, &mut |_| Ok(())).unwrap();
+        let mut law = ChipLaw::new(&mut client, on_chip, true).unwrap();
+        climb_over(&mut rungs, on_chip, options, &mut law, &mut |_| Ok(())).unwrap();
         confirm(&mut rungs, &cases, &mut |_| Ok(())).unwrap();
         rungs
     };

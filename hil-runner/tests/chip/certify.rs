@@ -2,14 +2,14 @@
 //! found where it is.
 
 use firmware::{FaultCause, State};
-use hil_runner::case::Case;
+use hil_core::case::Case;
+use hil_core::error::RunError;
+use hil_core::link::{Link, LinkError};
+use hil_core::message::{Command, Measurement};
+use hil_runner::chip::ChipLaw;
 use hil_runner::chip::certify::{Comparison, Difference, HostTrace, Number, TraceHash};
 use hil_runner::chip::client::Client;
 use hil_runner::chip::spec::{ChipLink, Transport};
-use hil_runner::error::RunError;
-use hil_runner::law::ChipLaw;
-use hil_runner::link::{Link, LinkError};
-use hil_runner::message::{Command, Measurement};
 
 use crate::loopback::Loopback;
 use crate::same_codes::{CASES, case};
@@ -113,16 +113,16 @@ fn nothing_of_an_answer_may_differ() {
         ("error", |command| command.error_counts -= 1.0),
         ("out of range", |command| command.out_of_range = true),
         ("state", |command| {
-            command.servo.as_mut().unwrap().state = State::Enabled;
+            command.axis.as_mut().unwrap().state = State::Enabled;
         }),
         ("faults", |command| {
-            command.servo.as_mut().unwrap().faults += 1;
+            command.axis.as_mut().unwrap().faults += 1;
         }),
         ("refused requests", |command| {
-            command.servo.as_mut().unwrap().refused_requests += 1;
+            command.axis.as_mut().unwrap().refused_requests += 1;
         }),
         ("peak error", |command| {
-            command.servo.as_mut().unwrap().peak_error_counts += 1;
+            command.axis.as_mut().unwrap().peak_error_counts += 1;
         }),
     ];
     let case = case("paper-3", &["controller.anti_windup=clamp"]);
@@ -144,8 +144,8 @@ fn times_are_not_compared() {
         chip,
         at: 7,
         change: |command: &mut Command| {
-            let busy = command.busy.as_mut().unwrap();
-            busy.cycles += 1;
+            let execution = command.execution.as_mut().unwrap();
+            execution.cycles += 1;
         },
     };
     let mut hash = TraceHash::default();
@@ -168,9 +168,9 @@ fn a_fault_with_another_record_is_found() {
         ],
     );
     let found = altered(&case, 300, |command| {
-        let servo = command.servo.as_mut().unwrap();
-        assert_eq!(servo.faults, 2);
-        let fault = servo.fault.as_mut().unwrap();
+        let axis = command.axis.as_mut().unwrap();
+        assert_eq!(axis.faults, 2);
+        let fault = axis.fault.as_mut().unwrap();
         assert_eq!(fault.cause, FaultCause::HardwareBus);
         fault.values.limit += 1;
     });
@@ -199,7 +199,7 @@ fn a_chip_with_other_gains_is_found() {
 fn only_the_firmware_is_compared() {
     let case = case("paper-2", &["controller.law=quantised"]);
     let refused = HostTrace::record(&case, &mut |_| Ok(())).unwrap_err();
-    assert!(matches!(refused, RunError::Chip(_)), "{refused:?}");
+    assert!(matches!(refused, RunError::Link(_)), "{refused:?}");
     assert_eq!(
         refused.to_string(),
         "a chip runs the firmware; the law must be \"firmware\", not \"quantised\""

@@ -2,15 +2,15 @@
 //! step is done, by the clock of `[target]`.
 
 use std::collections::BTreeSet;
-use std::num::NonZeroUsize;
 
-use hil_runner::case::Case;
+use hil_core::case::Case;
+use hil_core::controllers::{Controller, IoKind, measure_gap};
+use hil_core::lanes::SingleRuns;
+use hil_core::run::{Outcome, RunOptions, run, run_over};
+use hil_core::runfile::SECTIONS;
+use hil_core::trace::Row;
+use hil_runner::channel::LinkKind;
 use hil_runner::chip::client::Client;
-use hil_runner::lanes;
-use hil_runner::law::{Controller, IoKind, measure_gap};
-use hil_runner::run::{LinkKind, Outcome, RunOptions, run, run_over};
-use hil_runner::runfile::SECTIONS;
-use hil_runner::trace::Row;
 use plant::{Drive, Plant, Solver};
 
 use crate::loopback::Loopback;
@@ -127,7 +127,7 @@ fn every_step_has_its_own_delay() {
         // The contrast: the delays of the samples before.
         assert!(!replays(&case, &rows, delays().skip(4)), "{name}");
         assert_eq!(
-            outcome.summary.chip.unwrap().late_steps,
+            outcome.summary.chip.unwrap().deadline_misses,
             Some(300),
             "{name}"
         );
@@ -141,18 +141,22 @@ fn what_comes_late_is_clamped_and_fails() {
     let late = |clock: &str| {
         let (rows, outcome) = timed(&case("paper-2", &[MEASURED, clock]), &[320]);
         let verdicts = outcome.summary.verdicts;
-        let verdict = verdicts.into_iter().find(|v| v.figure == "late_steps");
+        let verdict = verdicts.into_iter().find(|v| v.figure == "deadline_misses");
         let verdict = verdict.unwrap();
         assert!(verdict.default);
-        (rows, outcome.summary.chip.unwrap().late_steps, verdict.pass)
+        (
+            rows,
+            outcome.summary.chip.unwrap().deadline_misses,
+            verdict.pass,
+        )
     };
-    let (rows, late_steps, pass) = late("target.clock_hz=100000");
-    assert_eq!((late_steps, pass), (Some(1_501), false));
+    let (rows, deadline_misses, pass) = late("target.clock_hz=100000");
+    assert_eq!((deadline_misses, pass), (Some(1_501), false));
     let whole = case("paper-2", &["controller.computation_delay_s=0.001"]);
     assert!(rows == on_host(&whole).0);
     // The contrast: exactly the sample time is not late.
-    let (same, late_steps, pass) = late("target.clock_hz=400000");
-    assert_eq!((late_steps, pass), (Some(0), true));
+    let (same, deadline_misses, pass) = late("target.clock_hz=400000");
+    assert_eq!((deadline_misses, pass), (Some(0), true));
     assert!(same == rows);
 }
 
@@ -164,15 +168,11 @@ fn only_a_chip_measures() {
         let law = format!("controller.law={law}");
         let case = case("paper-2", &[MEASURED, &law]);
         for link in [LinkKind::InProcess, LinkKind::Channel] {
-            let options = RunOptions {
-                link,
-                ..RunOptions::default()
-            };
-            let error = run(&case, options, &mut |_| Ok(())).unwrap_err();
+            let options = RunOptions::default();
+            let error = link.run(&case, options, &mut |_| Ok(())).unwrap_err();
             assert!(error.to_string().contains(sentence), "{error}");
         }
-        let figures = lanes::figures(std::slice::from_ref(&case), NonZeroUsize::MIN);
-        let error = figures.into_iter().next().unwrap().unwrap_err();
+        let error = SingleRuns::new().figures(&case).unwrap_err();
         assert!(error.to_string().contains(sentence), "{error}");
         let mut controller = Controller::new(&case, IoKind::Direct).unwrap().unwrap();
         let options = RunOptions::default();

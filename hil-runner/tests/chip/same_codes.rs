@@ -1,17 +1,18 @@
 //! Over a line the run is the same, to the last bit.
 
-use hil_runner::case::Case;
+use hil_core::case::Case;
+use hil_core::run::{Outcome, RunOptions, run};
+use hil_core::trace::Row;
 use hil_runner::chip::client::Client;
 use hil_runner::chip::line::Line;
-use hil_runner::run::{ChipUnderTest, Outcome, RunOptions, run, run_on_chip};
-use hil_runner::runfile;
-use hil_runner::trace::Row;
+use hil_runner::chip::{ChipUnderTest, run_on_chip};
+use hil_runner::files;
 
 use crate::loopback::Loopback;
 
 pub(crate) fn case(name: &str, sets: &[&str]) -> Case {
     let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
-    runfile::load(name, &sets).unwrap()
+    files::case(name, &sets).unwrap()
 }
 
 pub(crate) fn on_host(case: &Case) -> (Vec<Row>, Outcome) {
@@ -101,7 +102,7 @@ fn of_the_run(outcome: &Outcome) -> Outcome {
     let mut outcome = outcome.clone();
     outcome.summary.chip = None;
     let verdicts = &mut outcome.summary.verdicts;
-    verdicts.retain(|verdict| verdict.figure != "late_steps");
+    verdicts.retain(|verdict| verdict.figure != "deadline_misses");
     outcome
 }
 

@@ -1,7 +1,7 @@
 //! AD5721R and AD5761R: driver and chip.
 
 use firmware::hardware::{Ad57x1r, Ad57x1rError, Ad57x1rModel};
-use hil_runner::io::{Ad57x1rChip, DacOutput, ModelBus, ModelBusError, Spoiling};
+use hil_core::io::{Ad57x1rChip, DacOutput, ModelBus, ModelBusError, Spoiling};
 use proptest::prelude::*;
 
 use super::{say, spoiled};

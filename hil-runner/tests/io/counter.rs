@@ -1,7 +1,7 @@
 //! LS7366R: driver and chip.
 
 use firmware::hardware::{CounterWidth, Ls7366r, Ls7366rError};
-use hil_runner::io::{Ls7366rChip, ModelBus, ModelBusError, SpiChip, Spoiling};
+use hil_core::io::{Ls7366rChip, ModelBus, ModelBusError, SpiChip, Spoiling};
 use proptest::prelude::*;
 
 use super::{say, spoiled};

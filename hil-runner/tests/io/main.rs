@@ -7,7 +7,7 @@ mod converter;
 mod counter;
 mod wiring;
 
-use hil_runner::io::{BusFault, ModelBus, SpiChip, Spoiling};
+use hil_core::io::{BusFault, ModelBus, SpiChip, Spoiling};
 
 /// A bus whose transaction `transaction` is spoiled.
 fn spoiled<Chip>(chip: Chip, transaction: u64, spoiling: Spoiling) -> ModelBus<Chip> {

@@ -2,7 +2,7 @@
 
 use firmware::hardware::SpiBoardError;
 use firmware::{Board, Controller, ControllerState, Dac, GainWord, Pid, PidWords, SetpointTable};
-use hil_runner::io::{ModelBoard, Part, SpiIo};
+use hil_core::io::{ModelBoard, Part, SpiIo};
 use proptest::prelude::*;
 
 fn controller(dac_bits: u32) -> Controller<3> {

@@ -2,16 +2,16 @@
 //! feed-forward, a rigid belt, a rotary table with a 12-bit converter, a hanging
 //! axis.
 
+use hil_runner::files;
 use std::fs;
 use std::path::Path;
 
-use hil_runner::case::{Case, Law};
-use hil_runner::figures::SUMMARY_FIGURES;
-use hil_runner::run::{RunOptions, run};
-use hil_runner::runfile;
+use hil_core::case::{Case, Law};
+use hil_core::figures::SUMMARY_FIGURES;
+use hil_core::run::{RunOptions, run};
+use hil_core::summary::Summary;
+use hil_core::theory::{JointState, margin};
 use hil_runner::study::{Cell, Changes, LoopGain, RowMaker, Study, base_sentences, columns, ready};
-use hil_runner::summary::Summary;
-use hil_runner::theory::{JointState, margin};
 
 use crate::support::{messages, study};
 
@@ -154,7 +154,7 @@ fn a_row_is_the_run_with_its_sets() {
                 }
                 let sets = study.row_sets(&study.point(point), rung);
                 let case =
-                    runfile::load(&file(axis), &sets).unwrap_or_else(|error| panic!("{error}"));
+                    files::case(&file(axis), &sets).unwrap_or_else(|error| panic!("{error}"));
                 assert_eq!(case.controller.law, study.rungs[rung].0);
                 let summary = figures_of(&case);
                 for figure in SUMMARY_FIGURES {
@@ -195,7 +195,7 @@ fn a_change_of_resolution_alone_changes_no_loop() {
                 worst = worst.max((own.unwrap_or(0.0) - here.unwrap_or(0.0)).abs());
             }
             let feed = |case: &Case| {
-                case.servo.law.feed_forward.velocity_s
+                case.options.law.feed_forward.velocity_s
                     * case.encoder.counts_per_rad
                     * case.dac.step_v
             };
@@ -204,8 +204,8 @@ fn a_change_of_resolution_alone_changes_no_loop() {
                 "{axis}"
             );
             if let (Some(own), Some(limit)) = (
-                base.servo.limits.following_error,
-                case.servo.limits.following_error,
+                base.options.limits.following_error,
+                case.options.limits.following_error,
             ) {
                 let own_rad = f64::from(own.counts) / base.encoder.counts_per_rad;
                 let counts = own_rad * case.encoder.counts_per_rad;

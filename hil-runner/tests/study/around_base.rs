@@ -54,7 +54,7 @@ fn the_best_runs_have_the_largest_least_margin() {
                 "row {row}"
             );
         }
-        if number("margin_open") < 0.0 || number("margin_closed") < 0.0 {
+        if number("modulus_margin_gap") < 0.0 || number("modulus_margin_contact") < 0.0 {
             unstable += 1;
         } else if least >= 0.0 {
             best.push((least, row as u64));
@@ -200,7 +200,7 @@ fn a_joint_without_a_gap_has_no_open_margin() {
             .headers()
             .unwrap()
             .iter()
-            .position(|name| name == "margin_open");
+            .position(|name| name == "modulus_margin_gap");
         reader
             .records()
             .map(|record| record.unwrap()[place.unwrap()].is_empty())
@@ -243,9 +243,9 @@ fn whole_steps_are_kept_in_size_and_sign() {
         .map(|point| study.case(&study.point(point), 0).unwrap())
         .collect();
     let of = |at: usize| {
-        let servo = &cases[at].servo;
-        let glitch = servo.injections.encoder_glitch.unwrap().counts;
-        (glitch, servo.limits.following_error.unwrap().counts)
+        let options = &cases[at].options;
+        let glitch = options.injections.encoder_glitch.unwrap().counts;
+        (glitch, options.limits.following_error.unwrap().counts)
     };
     // 636 counts/rad become 63.66 and 2546.5; on the load's side 2·636 are one radian of the motor.
     assert_eq!(

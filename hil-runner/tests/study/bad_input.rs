@@ -379,7 +379,7 @@ fn keys_that_a_rung_leaves_out_are_told() {
         "base = \"axis.toml\"\nrungs = [\"sampled\", \"firmware\"]\n[set]\nrun.duration_s = 0.1\n\
          [[axis]]\nkey = \"controller.derivative_filter_s\"\nvalues = [0, 1e-3]\n",
     );
-    let axis = hil_runner::runfile::builtin_text("paper-2").unwrap();
+    let axis = hil_core::runfile::builtin_text("paper-2").unwrap();
     let axis = axis.replacen("[limits]", "[limits]\nfollowing_error_counts = 4000", 1);
     std::fs::write(folder.path().join("axis.toml"), axis).unwrap();
     let told = messages(&study(folder.path(), &["small.toml", "--out", "o"]), 0);

@@ -3,7 +3,7 @@
 use std::fs::{self, File};
 use std::path::Path;
 
-use hil_runner::figures::SUMMARY_FIGURES;
+use hil_core::figures::SUMMARY_FIGURES;
 use parquet::basic::Type;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
@@ -131,7 +131,7 @@ fn every_part_says_what_made_it() {
         metadata(&out),
         expected.map(|(key, value)| (key.to_owned(), value))
     );
-    let paper_2 = hil_runner::runfile::builtin_text("paper-2").unwrap();
+    let paper_2 = hil_core::runfile::builtin_text("paper-2").unwrap();
     assert_eq!(text("base.toml"), paper_2);
     // A shard says which one it is; merged, the metadata are those of the whole.
     for shard in ["1/2", "2/2"] {

@@ -43,7 +43,7 @@ fn a_shell_takes_the_line_of_the_page() {
     let at = |name: &str| folder.path().join(name);
     fs::create_dir(at("it's $HOME [x]")).unwrap();
     fs::rename(at("small.toml"), at("it's $HOME [x]/small \"1\".toml")).unwrap();
-    let base = hil_runner::runfile::builtin_text("paper-1").unwrap();
+    let base = hil_core::runfile::builtin_text("paper-1").unwrap();
     fs::write(at("own `axis`; *.toml"), base).unwrap();
     let arguments = [
         "it's $HOME [x]/small \"1\".toml",

@@ -3,7 +3,7 @@
 
 use std::fs;
 
-use hil_runner::figures::SUMMARY_FIGURES;
+use hil_core::figures::SUMMARY_FIGURES;
 use serde_json::Value;
 
 use crate::support::{contents, folder_with, made, messages, shell, study};

@@ -1,11 +1,11 @@
 //! What stands in a row is what the run alone gives.
 
+use hil_runner::files;
 use std::fs;
 use std::process::Command;
 
-use hil_runner::figures::SUMMARY_FIGURES;
-use hil_runner::run::{RunOptions, run};
-use hil_runner::runfile;
+use hil_core::figures::SUMMARY_FIGURES;
+use hil_core::run::{RunOptions, run};
 
 use crate::support::{STUDY, folder_with, messages, study};
 
@@ -51,7 +51,7 @@ fn a_row_has_the_figures_of_the_run() {
         let mut sets = sets.to_vec();
         sets.push("run.duration_s=0.3".to_owned());
         sets.push(format!("controller.law={}", field("rung")));
-        let case = runfile::load("paper-2", &sets).unwrap();
+        let case = files::case("paper-2", &sets).unwrap();
         let summary = run(&case, RunOptions::default(), &mut |_| Ok(()))
             .unwrap()
             .summary;
@@ -280,7 +280,7 @@ fn a_set_takes_the_place_of_its_partner() {
         folder_with("base = \"paper-2\"\n[set]\nrun.duration_s = 0.3\ndrive.dac_range_v = 40\n");
     let own = |set: &str| {
         let sets = ["run.duration_s=0.3", set].map(str::to_owned);
-        let case = runfile::load("paper-2", &sets).unwrap();
+        let case = files::case("paper-2", &sets).unwrap();
         let summary = run(&case, RunOptions::default(), &mut |_| Ok(())).unwrap();
         summary.summary.figure("peak_abs_voltage_v").unwrap()
     };

@@ -1,11 +1,10 @@
 //! A guard over a step as one polynomial, lane by lane: the operations of
-//! `exact::sketch` and `exact::zeros` in their order. Where these would have to
+//! `exact::sketch` in their order. Where these would have to
 //! look closer, this gives up: the lane is then a single run.
 
-use super::course::{Course, States};
-use super::phase::DRIVING;
+use super::grid::{LaneGrid, States};
 use super::width::Width;
-use crate::exact::{CLOSE, EVALUATION, MOST_NEWTON, SLOPES, VALUES, binomials};
+use crate::exact::{CLOSE, DRIVING, EVALUATION, MOST_NEWTON, SLOPES, VALUES, binomials};
 
 /// A guard in Bernstein form, and what it may be off by.
 pub(super) struct Curve<W: Width> {
@@ -32,14 +31,14 @@ pub(super) struct DeltaSlopes<W: Width> {
 impl<W: Width> DeltaSlopes<W> {
     /// Over the step that begins with `rate`.
     #[inline(always)]
-    pub(super) fn new(w: W, course: &Course, rate: &States<W>) -> Self {
+    pub(super) fn new(w: W, grid: &LaneGrid, rate: &States<W>) -> Self {
         let mut slopes = [rate[0]; SLOPES];
-        for (slope, row) in slopes.iter_mut().zip(&course.slopes) {
-            *slope = super::course::sum(w, row, rate);
+        for (slope, row) in slopes.iter_mut().zip(&grid.slopes) {
+            *slope = super::grid::sum(w, row, rate);
         }
-        let mut stray = w.splat(course.stray[0]) * w.abs(rate[1]);
+        let mut stray = w.splat(grid.stray[0]) * w.abs(rate[1]);
         for j in 1..DRIVING {
-            stray = stray + w.splat(course.stray[j]) * w.abs(rate[j + 1]);
+            stray = stray + w.splat(grid.stray[j]) * w.abs(rate[j + 1]);
         }
         Self { slopes, stray }
     }

@@ -1,22 +1,86 @@
-//! The runs of one group: how they begin, what they have in common, what they
-//! have reached.
+//! The runs of one group: their beginning, what they have in common, and what
+//! they have reached.
 
-use super::closer::Lane;
-use super::lanes::{LaneSetup, Shared};
-use super::modes::ModeNumbers;
-use super::phase::{Steps, numbers_of};
-use super::track::Track;
+use super::phase::{ModeNumbers, Phase, Steps, numbers_of};
+use super::track::{Candidate, Track};
 use super::width::Width;
-use crate::error::PlantError;
-use crate::exact::{FIGURES, HELD};
-use crate::extremes::Extremes;
-use crate::plant::{Plant, seconds};
-use crate::resistance::GuideMode;
-use crate::state::State;
+use crate::exact::{DRIVING, HELD, Tables};
+use crate::hybrid::{Automaton, PlantError};
+use crate::model::axis::Axis;
+use crate::model::resistance::GuideMode;
+use crate::model::state::State;
+use crate::numerics::{count, seconds};
+use crate::observe::extremes::{Extremes, ExtremesSettings, FIGURES};
+
+/// The plant's parameters that are a run's own, and what it is measured against.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LaneSetup {
+    /// `b`, half the backlash \[rad\]; without meaning on a rigid axis.
+    pub backlash_half_rad: f64,
+    /// The command and the settling band.
+    pub extremes: ExtremesSettings,
+}
+
+/// Numbers that all runs share.
+#[derive(Debug, Clone)]
+pub(super) struct Shared {
+    pub(super) axis: Axis,
+    pub(super) tables: Tables,
+    pub(super) phases: Vec<Phase>,
+    pub(super) lengths_ns: Vec<u64>,
+    /// The largest of the phases' chords, whatever the joint does.
+    pub(super) most_chords: [[f64; DRIVING]; FIGURES],
+}
+
+impl Shared {
+    /// Sets the largest chords, after a phase has learnt some.
+    pub(super) fn find_most_chords(&mut self) {
+        for (i, most) in self.most_chords.iter_mut().enumerate() {
+            for (j, most) in most.iter_mut().enumerate() {
+                let chords = self.phases.iter().flat_map(|phase| &phase.chords[i]);
+                *most = chords.fold(0.0, |most: f64, chord| most.max(chord[j]));
+            }
+        }
+    }
+}
+
+/// The single run that a lane is.
+#[derive(Debug, Clone)]
+pub(super) struct Lane {
+    pub(super) plant: Automaton,
+    pub(super) extremes: Extremes,
+    pub(super) result: Result<(), PlantError>,
+    /// Where a figure may have exceeded its peak.
+    pub(super) candidates: Vec<Candidate>,
+}
+
+impl Lane {
+    pub(super) fn new(plant: Automaton, extremes: Extremes) -> Self {
+        Self {
+            plant,
+            extremes,
+            result: Ok(()),
+            candidates: Vec::new(),
+        }
+    }
+
+    /// Another run; the room for candidates is kept.
+    pub(super) fn start(&mut self, plant: Automaton, extremes: Extremes) {
+        (self.plant, self.extremes, self.result) = (plant, extremes, Ok(()));
+        self.candidates.clear();
+    }
+
+    /// Raises the run's peaks to those of the batch.
+    pub(super) fn raise<A: AsRef<[f64]>>(&mut self, peaks: &[A; FIGURES], lane: usize) {
+        for (peak, figure) in peaks.iter().zip(self.extremes.peaks_mut()) {
+            *figure = figure.max(peak.as_ref()[lane]);
+        }
+    }
+}
 
 /// As many runs as there are lanes, at the same time.
 #[derive(Debug, Clone)]
-pub(crate) struct Group<W: Width> {
+pub(super) struct Group<W: Width> {
     pub(super) width: W,
     /// The step of each length with the numbers of every lane's mode.
     pub(super) steps: Vec<Steps<W>>,
@@ -92,7 +156,7 @@ impl<W: Width> Group<W> {
             self.bend_m.as_mut()[lane] = motion.peak_acceleration_mps2() * (longest_s * longest_s);
             let axis = shared.axis.with_backlash(setup.backlash_half_rad);
             self.backlash_half_rad.as_mut()[lane] = axis.backlash_half_rad();
-            let (plant, extremes) = (Plant::of_axis(axis), Extremes::new(setup.extremes));
+            let (plant, extremes) = (Automaton::new(axis), Extremes::new(setup.extremes));
             match self.lanes.get_mut(lane) {
                 Some(run) => run.start(plant, extremes),
                 None => self.lanes.push(Lane::new(plant, extremes)),
@@ -105,7 +169,7 @@ impl<W: Width> Group<W> {
     /// Sets a lane's numbers to its mode.
     pub(super) fn take_mode(&mut self, shared: &mut Shared, lane: usize) {
         let plant = &self.lanes[lane].plant;
-        let (mode, axis) = (*plant.mode(), *plant.axis());
+        let (mode, axis) = (plant.mode, plant.axis);
         self.mode.set(lane, plant);
         self.track.now_mut().flank.as_mut()[lane] = self.mode.joint.as_ref()[lane];
         let closed = mode.joint.carries();
@@ -147,12 +211,52 @@ impl<W: Width> Group<W> {
         state_of::<W>(&self.track.now().state, lane)
     }
 
-    /// Looks at what still waits for a look.
-    #[inline(always)]
-    pub(super) fn look_back(&mut self, shared: &mut Shared) {
-        self.look_at_track(shared);
-        for lane in 0..W::LANES {
-            self.answer(shared, lane);
+    /// Puts a lane to where its run is, in another mode if it has changed.
+    pub(super) fn put(
+        &mut self,
+        shared: &mut Shared,
+        (lane, changed): (usize, bool),
+        y: &State,
+        command_m: f64,
+    ) {
+        let values = [
+            y.beta_rad,
+            y.beta_dot_radps,
+            y.epsilon_rad,
+            y.epsilon_dot_radps,
+            y.current_a,
+        ];
+        for (array, value) in self.track.now_mut().state.iter_mut().zip(values) {
+            array.as_mut()[lane] = value;
+        }
+        let figures = self.lanes[lane].plant.figures(command_m);
+        self.acceleration_mps2.as_mut()[lane] = figures[0];
+        for (start, figure) in self.track.starts.iter_mut().zip(figures) {
+            let start = &mut start.as_mut()[lane];
+            *start = start.max(figure.abs());
+        }
+        if changed {
+            self.take_mode(shared, lane);
+        }
+    }
+
+    /// What a lane is known to reach.
+    pub(super) fn known_of(&self, lane: usize) -> [f64; FIGURES] {
+        core::array::from_fn(|i| {
+            let (peak, end) = (
+                self.peaks[i].as_ref()[lane],
+                self.track.ends[i].as_ref()[lane],
+            );
+            peak.max(end).max(self.floors[i].as_ref()[lane])
+        })
+    }
+
+    /// Raises a lane's floors to the peaks of its single run.
+    pub(super) fn raise_floors(&mut self, lane: usize) {
+        let known = self.lanes[lane].extremes.peaks();
+        for (floor, known) in self.floors.iter_mut().zip(known) {
+            let floor = &mut floor.as_mut()[lane];
+            *floor = floor.max(known);
         }
     }
 
@@ -186,7 +290,7 @@ impl<W: Width> Group<W> {
 /// Length of the step that began at `start_ns`.
 fn length_at(lengths_ns: &[u64], start_ns: f64) -> u64 {
     let sample_ns: u64 = lengths_ns.iter().sum();
-    let into_ns = start_ns % crate::plant::count(sample_ns);
+    let into_ns = start_ns % count(sample_ns);
     let second = lengths_ns.len() > 1 && into_ns != 0.0;
     lengths_ns[usize::from(second)]
 }

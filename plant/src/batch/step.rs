@@ -1,11 +1,12 @@
 //! The step that all lanes of a group take, and which of them leave it.
 
-use super::group::Group;
-use super::lanes::Shared;
-use super::phase::{DRIVING, dot_pairs};
+use super::group::{Group, Shared};
+use super::phase::dot_pairs;
 use super::width::Width;
-use crate::exact::{CARRIAGE, FIGURES};
-use crate::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT, State};
+use crate::exact::DRIVING;
+use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT, State};
+use crate::numerics::count;
+use crate::observe::extremes::{CARRIAGE, FIGURES};
 
 /// A lane that has left the common step, with what it began that with.
 #[derive(Debug, Clone, Copy)]
@@ -66,7 +67,7 @@ impl<W: Width> Group<W> {
             command - p * step.beta[1],
         ];
         if w.bits(w.both(keeps, outside)) == all {
-            self.all_outside = crate::plant::count(self.track.now().time_ns);
+            self.all_outside = count(self.track.now().time_ns);
             self.take(shared, (phase, 0), (&step, &ends), command, voltage_v);
             return false;
         }
@@ -90,7 +91,7 @@ impl<W: Width> Group<W> {
         if moved != 0 {
             self.leave((number, phase), moved, (voltage_v, command), leaving);
         }
-        let now = crate::plant::count(self.track.now().time_ns);
+        let now = count(self.track.now().time_ns);
         let outside = w.bits(outside) & !moved;
         for (lane, last) in self.last_outside.as_mut().iter_mut().enumerate() {
             let before = last.max(self.all_outside);
@@ -214,6 +215,31 @@ impl<W: Width> Group<W> {
         moved
     }
 
+    /// Looks at the settling band in the step that begins now, in the lanes of
+    /// `wanted`.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn look_at_band(
+        &mut self,
+        shared: &mut Shared,
+        phase: usize,
+        wanted: u64,
+        voltage_v: W::Vector,
+    ) {
+        let time_ns = self.track.now().time_ns;
+        let mut held = W::array(0.0);
+        self.width.store(voltage_v, &mut held);
+        for lane in (0..W::LANES).filter(|lane| wanted >> lane & 1 != 0) {
+            let y = self.state(lane);
+            let run = &mut self.lanes[lane];
+            run.plant.set(&y, time_ns);
+            let length_ns = shared.phases[phase].length_ns;
+            let (tables, extremes) = (&mut shared.tables, &mut run.extremes);
+            run.plant
+                .look_at_band(tables, (held.as_ref()[lane], length_ns), extremes);
+        }
+    }
+
     /// Takes a step, which the lanes of `moved` leave.
     #[inline(always)]
     fn take(
@@ -225,7 +251,10 @@ impl<W: Width> Group<W> {
         voltage_v: W::Vector,
     ) {
         let w = self.width;
-        let loss = self.joint_loss_of(phase, step, voltage_v);
+        let loss =
+            self.steps[phase]
+                .loss
+                .over_step(w, &step.from, &self.track.now().flank, voltage_v);
         w.store(w.load(&self.joint_loss_j) + loss, &mut self.joint_loss_j);
         let length_ns = shared.phases[phase].length_ns;
         let slot = self.track.step(w, (phase, length_ns), voltage_v, moved);

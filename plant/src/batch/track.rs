@@ -1,21 +1,13 @@
-//! The last steps of a group, and whether a figure may exceed its peak within
-//! them, between the ends.
-//!
-//! Steps are looked at a block at a time, one block late: by then most are
-//! outdone. The largest change of each state in a block bounds how far a figure
-//! may stray from its ends; only where that leaves a question open are the steps
-//! looked at one by one.
+//! Steps of a group that have not been looked at: the last ones, and those that
+//! wait as candidates for an extreme.
 
-use super::group::Group;
-use super::lanes::Shared;
-use super::phase::{DRIVING, dot_pairs};
-use super::question::Question;
 use super::width::Width;
-use crate::exact::{CARRIAGE, FIGURES, HELD};
-use crate::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT};
+use crate::exact::{DRIVING, HELD};
+use crate::model::state::State;
+use crate::observe::extremes::FIGURES;
 
 /// Places for the steps that have not been looked at, and for now.
-const PLACES: usize = 32;
+pub(super) const PLACES: usize = 32;
 
 /// Steps of a block: two of them, the step that is taken, and now.
 const BLOCK: usize = PLACES / 2 - 1;
@@ -31,21 +23,21 @@ pub(super) struct Slot<W: Width> {
     pub(super) command_m: W::Array,
     pub(super) time_ns: u64,
     /// What it is made with.
-    voltage_v: W::Array,
-    phase: usize,
+    pub(super) voltage_v: W::Array,
+    pub(super) phase: usize,
     /// The lanes that leave it.
-    moved: u64,
+    pub(super) moved: u64,
 }
 
 /// Steps that have not been looked at, and what is largest within them.
 #[derive(Debug, Clone)]
 pub(super) struct Track<W: Width> {
-    slots: Box<[Slot<W>; PLACES]>,
+    pub(super) slots: Box<[Slot<W>; PLACES]>,
     /// Steps taken; those from `first` on have not been looked at, those from
     /// `second` on are of the present block.
-    now: usize,
-    first: usize,
-    second: usize,
+    pub(super) now: usize,
+    pub(super) first: usize,
+    pub(super) second: usize,
     /// Of the present block: sup of the figures' magnitudes over the ends of its
     /// steps, over what its first one and those after a change of contact begin
     /// with, and of the changes of the driving states.
@@ -53,8 +45,8 @@ pub(super) struct Track<W: Width> {
     pub(super) starts: [W::Array; FIGURES],
     pub(super) changes: [W::Array; DRIVING],
     /// Of the block before: the larger of the first two, and the third.
-    sizes_before: [W::Array; FIGURES],
-    changes_before: [W::Array; DRIVING],
+    pub(super) sizes_before: [W::Array; FIGURES],
+    pub(super) changes_before: [W::Array; DRIVING],
 }
 
 impl<W: Width> Track<W> {
@@ -130,174 +122,39 @@ impl<W: Width> Track<W> {
     }
 }
 
-impl<W: Width> Group<W> {
-    /// Looks at the block before the present one, which takes its place.
-    #[inline(always)]
-    pub(super) fn change_block(&mut self, shared: &mut Shared) {
-        let w = self.width;
-        for (peak, end) in self.peaks.iter_mut().zip(&self.track.ends) {
-            w.store(w.max(w.load(peak), w.load(end)), peak);
-        }
-        self.look_at_block(shared);
-        let figures = self.figures_at(shared, self.track.now());
-        let track = &mut self.track;
-        for (i, figure) in figures.into_iter().enumerate() {
-            let size = w.max(w.load(&track.ends[i]), w.load(&track.starts[i]));
-            w.store(size, &mut track.sizes_before[i]);
-            w.store(w.abs(figure), &mut track.starts[i]);
-        }
-        track.changes_before = track.changes;
-        track.ends = [W::array(0.0); FIGURES];
-        track.changes = [W::array(0.0); DRIVING];
-        (track.first, track.second) = (track.second, track.now);
-    }
+/// A step to be looked at again, or a piece of one.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Candidate {
+    /// Upper bounds of the figures' magnitudes; −∞ where there is no candidate.
+    pub(super) upper: [f64; FIGURES],
+    pub(super) state: State,
+    /// The flank in contact: −1, 0 or 1.
+    pub(super) flank: f64,
+    pub(super) voltage_v: f64,
+    pub(super) phase: usize,
+    pub(super) time_ns: u64,
+    /// x_ref at both ends of a whole step \[m\].
+    pub(super) commands_m: [f64; 2],
+    /// The piece, where it is one.
+    pub(super) piece: Option<Piece>,
+    /// Whether the upper bounds are those of the sketches.
+    pub(super) enclosed: bool,
+}
 
-    /// Looks at the block before the present one.
-    #[inline(always)]
-    fn look_at_block(&mut self, shared: &mut Shared) {
-        let (w, track) = (self.width, &self.track);
-        if track.first == track.second {
-            return;
-        }
-        let all = (1_u64 << W::LANES) - 1;
-        let half_bend = w.load(&self.bend_m) * w.splat(0.125);
-        let mut open = [false; FIGURES];
-        for (i, open) in open.iter_mut().enumerate() {
-            let mut chord = w.splat(0.0);
-            for (most, change) in shared.most_chords[i].iter().zip(&track.changes_before) {
-                chord = chord + w.splat(*most) * w.load(change);
-            }
-            if i >= CARRIAGE {
-                chord = chord + half_bend;
-            }
-            let upper = w.load(&track.sizes_before[i]) + chord;
-            *open = w.bits(w.at_most(upper, self.known(i))) & all != all;
-        }
-        if open == [false; FIGURES] {
-            return;
-        }
-        for step in (track.first..track.second).rev() {
-            self.look_at_step(shared, step, open);
-        }
-    }
+/// A piece of a step.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Piece {
+    pub(super) start_s: f64,
+    pub(super) length_s: f64,
+    pub(super) end: State,
+}
 
-    /// What the lanes are known to reach.
-    #[inline(always)]
-    fn known(&self, figure: usize) -> W::Vector {
-        let w = self.width;
-        w.max(w.load(&self.floors[figure]), w.load(&self.peaks[figure]))
+/// The figures whose upper bounds exceed what is known, as bits.
+pub(super) fn exceeds(upper: &[f64; FIGURES], known: &[f64; FIGURES]) -> u8 {
+    let mut open = 0;
+    for (i, (upper, known)) in upper.iter().zip(known).enumerate() {
+        let outdone = upper <= known;
+        open |= u8::from(!outdone) << i;
     }
-
-    /// Looks at the figures of `open` within a step; where they may exceed their
-    /// peaks, it has to wait for a closer look.
-    #[inline(always)]
-    fn look_at_step(&mut self, shared: &mut Shared, step: usize, open: [bool; FIGURES]) {
-        let w = self.width;
-        let all = (1_u64 << W::LANES) - 1;
-        let slots = &self.track.slots;
-        let (from, to) = (&slots[step % PLACES], &slots[(step + 1) % PLACES]);
-        let phase = &shared.phases[from.phase];
-        let closed = w.greater(w.abs(w.load(&from.flank)), w.splat(0.5));
-        let mut changes = [w.splat(0.0); DRIVING];
-        for (change, state) in changes
-            .iter_mut()
-            .zip([BETA_DOT, EPSILON, EPSILON_DOT, CURRENT])
-        {
-            *change = w.abs(w.load(&to.state[state]) - w.load(&from.state[state]));
-        }
-        let never = w.splat(f64::NEG_INFINITY);
-        let mut uppers = [W::array(f64::NEG_INFINITY); FIGURES];
-        let mut lanes = 0;
-        for i in (0..FIGURES).filter(|&i| open[i]) {
-            let start = self.figure_at(shared, from, (closed, i));
-            let end = self.figure_at(shared, to, (closed, i));
-            let size = w.max(w.abs(start), w.abs(end));
-            let mut chord = dot_pairs(w, closed, &phase.chords[i], &changes);
-            if i >= CARRIAGE {
-                chord = chord + w.load(&self.bend_m) * w.splat(0.125);
-            }
-            let upper = size + chord;
-            let below = w.at_most(upper, self.known(i));
-            if (w.bits(below) | from.moved) & all == all {
-                continue;
-            }
-            let mut slope = dot_pairs(w, closed, &phase.slopes[i], &changes);
-            if i >= CARRIAGE {
-                slope = slope + w.load(&self.bend_m) * w.splat(0.5);
-            }
-            let outdone = w.either(below, w.greater(w.abs(end - start), slope));
-            w.store(w.select(outdone, never, upper), &mut uppers[i]);
-            lanes |= !(w.bits(outdone) | from.moved) & all;
-        }
-        for lane in (0..self.runs).filter(|lane| lanes >> lane & 1 != 0) {
-            let slots = &self.track.slots;
-            let (from, to) = (&slots[step % PLACES], &slots[(step + 1) % PLACES]);
-            let of = |array: &W::Array| array.as_ref()[lane];
-            let question = Question {
-                upper: uppers.each_ref().map(of),
-                state: super::group::state_of::<W>(&from.state, lane),
-                flank: of(&from.flank),
-                voltage_v: of(&from.voltage_v),
-                phase: from.phase,
-                time_ns: from.time_ns,
-                commands_m: [of(&from.command_m), of(&to.command_m)],
-                piece: None,
-                enclosed: false,
-            };
-            self.ask(shared, lane, question);
-        }
-    }
-
-    /// The figures at a slot.
-    #[inline(always)]
-    fn figures_at(&self, shared: &Shared, slot: &Slot<W>) -> [W::Vector; FIGURES] {
-        let w = self.width;
-        let closed = w.greater(w.abs(w.load(&slot.flank)), w.splat(0.5));
-        let mut figures = [w.splat(0.0); FIGURES];
-        for (i, figure) in figures.iter_mut().enumerate() {
-            *figure = self.figure_at(shared, slot, (closed, i));
-        }
-        figures
-    }
-
-    /// A figure at a slot, with the joint open or closed.
-    #[inline(always)]
-    fn figure_at(
-        &self,
-        shared: &Shared,
-        slot: &Slot<W>,
-        (closed, figure): (W::Mask, usize),
-    ) -> W::Vector {
-        let w = self.width;
-        let axis = &shared.axis;
-        let p = w.splat(axis.pitch_m_per_rad());
-        let y = |state: usize| w.load(&slot.state[state]);
-        match figure {
-            0 => {
-                let mut torque = w.splat(0.0);
-                if let Some(joint) = axis.joint {
-                    let delta = y(EPSILON) - w.load(&slot.flank) * w.load(&self.backlash_half_rad);
-                    let carries = w.splat(joint.stiffness_nm_per_rad) * delta
-                        + w.splat(joint.damping_nms_per_rad) * y(EPSILON_DOT);
-                    torque = w.select(closed, carries, torque);
-                } else {
-                    let motor = axis.motor().torque_constant_nm_per_a / axis.gear_ratio();
-                    torque = w.splat(motor) * y(CURRENT);
-                }
-                let a1 = w.splat(axis.resistance().linear_ns_per_rad);
-                let force = w.load(&self.mode.resistance_n) + a1 * (y(BETA_DOT) - y(EPSILON_DOT));
-                p * ((torque - p * force) / w.splat(axis.moved_inertia()))
-            }
-            1 => y(CURRENT),
-            CARRIAGE => w.load(&slot.command_m) - p * (y(BETA) - y(EPSILON)),
-            _ => w.load(&slot.command_m) - p * y(BETA),
-        }
-    }
-
-    /// Looks at all steps that have not been looked at.
-    #[inline(always)]
-    pub(super) fn look_at_track(&mut self, shared: &mut Shared) {
-        self.change_block(shared);
-        self.change_block(shared);
-    }
+    open
 }

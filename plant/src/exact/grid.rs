@@ -2,16 +2,15 @@
 //! and around these by a short Taylor series.
 
 use super::levels::Levels;
-use super::sketch::Sketch;
+use super::levels::{integral, value_and_slope};
 use super::system::{Column, Matrix};
-use super::taylor::{integral, value_and_slope};
 
 /// Cells that a step is divided into.
 pub(crate) const CELLS: usize = 32;
 
 /// Terms of a local series after the constant one. With `λT` at most 8 the series
 /// runs over `λt ≤ 1/8`, and what these leave out is at most
-/// `(1/8)^10/11! = 2.3e-17` of its first term (see [`super::taylor`]).
+/// `(1/8)^10/11! = 2.3e-17` of its first term (see [`super::levels`]).
 pub(crate) const TERMS: usize = 10;
 
 /// Levels of a step that has a grid: `λT/2³ ≤ 1`.
@@ -83,17 +82,6 @@ impl<const D: usize> Grid<D> {
     /// What the terms of a local series make of the rate.
     pub(crate) fn terms(&self) -> &[Matrix<D>; TERMS] {
         &self.terms
-    }
-
-    /// A quantity over the step as a polynomial.
-    pub(crate) fn sketch(&self, a: &Matrix<D>, row: &Column<D>) -> Sketch<D> {
-        // f·e^{At} = f + (f·ψ(t))·A at the points of the grid.
-        let slopes: Vec<Column<D>> = self
-            .integrals
-            .iter()
-            .map(|psi| row + a.transpose() * (psi.transpose() * row))
-            .collect();
-        Sketch::new(a, &slopes, self.length_s)
     }
 
     /// The solution around `time_s`, from `x` with `rate = A·x + u`.

@@ -6,8 +6,8 @@
 //! sign excludes a root, one proves that there is exactly one; anything else
 //! is halved (de Casteljau).
 
-use super::taylor::{Coefficients, TERMS, value_and_slope};
-use crate::bernstein::halves;
+use super::levels::{Coefficients, TERMS, value_and_slope};
+use crate::numerics::bernstein::halves;
 
 const N: usize = TERMS + 1;
 

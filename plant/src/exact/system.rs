@@ -26,13 +26,14 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use crate::axis::Axis;
-use crate::joint::JointMode;
-use crate::mode::{AmplifierMode, Mode};
-use crate::motion::Oscillator;
-use crate::pid::ContinuousPid;
-use crate::resistance::GuideMode;
-use crate::state::{BETA, BETA_DOT, BETA_INTEGRAL, CURRENT, EPSILON, EPSILON_DOT, Vector};
+use crate::model::amplifier::AmplifierMode;
+use crate::model::axis::Axis;
+use crate::model::axis::Mode;
+use crate::model::joint::JointMode;
+use crate::model::motion::Oscillator;
+use crate::model::pid::ContinuousPid;
+use crate::model::resistance::GuideMode;
+use crate::model::state::{BETA, BETA_DOT, BETA_INTEGRAL, CURRENT, EPSILON, EPSILON_DOT, Vector};
 
 /// States under a held voltage.
 pub(crate) const HELD: usize = 5;

@@ -3,15 +3,15 @@
 
 use std::time::{Duration, Instant};
 
-use firmware::link::frame::{Received, Receiver};
-use firmware::link::{Identity, Reply, Status};
+use firmware_link::frame::{Received, Receiver};
+use firmware_link::{Identity, Reply, Status};
 
 use super::{Amount, BudgetError, Figure, Instructions, Memory, median};
-use crate::case::TargetSettings;
+use crate::chip::Meter;
 use crate::chip::line::Line;
 use crate::chip::open_cost;
 use crate::chip::spec::Target;
-use crate::law::Meter;
+use hil_core::case::TargetSettings;
 
 /// First byte of a body with a feature's name.
 const NAME: u8 = 0x41;
@@ -121,7 +121,7 @@ impl Said {
         }
         let meter = Meter::new(&identity, true, settings);
         let features = self.features.into_iter().map(|(name, times)| {
-            let counts = times.iter().filter_map(|t| meter.busy(*t).instructions);
+            let counts = times.iter().filter_map(|t| meter.time(*t).instructions);
             let counts: Vec<u32> = counts.collect();
             // A feature has more samples than one.
             let (first, others) = counts.split_first().ok_or(BudgetError::NoSteps)?;

@@ -5,8 +5,8 @@ use core::fmt;
 use crate::chip::ChipError;
 use crate::chip::client::ClientError;
 use crate::chip::line::LineError;
-use crate::error::RunError;
-use crate::runfile::RunFileErrors;
+use hil_core::error::RunError;
+use hil_core::runfile::RunFileErrors;
 
 /// Why there are no figures. What was started has been ended.
 #[derive(Debug)]

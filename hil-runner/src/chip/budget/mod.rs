@@ -13,9 +13,9 @@ pub mod runs;
 
 pub use error::BudgetError;
 
-use crate::case::TargetSettings;
+use crate::chip::Meter;
 use crate::chip::spec::{Program, Target};
-use crate::law::Meter;
+use hil_core::case::TargetSettings;
 
 /// Something that was measured.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -3,11 +3,12 @@
 
 use super::{Amount, BudgetError, Figure, Instructions, Memory};
 use crate::chip::client::Client;
-use crate::chip::figures::ChipReport;
 use crate::chip::open;
 use crate::chip::spec::{ChipLink, Target, Transport};
-use crate::run::{ChipUnderTest, RunOptions, run_on_chip};
-use crate::runfile::RunFile;
+use crate::chip::{ChipUnderTest, run_on_chip};
+use crate::files;
+use hil_core::chip_cost::ChipReport;
+use hil_core::run::RunOptions;
 
 /// The case of the runs.
 const CASE: &str = "paper-2";
@@ -86,7 +87,7 @@ pub fn run(
 
 fn report(client: &mut Client, sets: &[&str]) -> Result<ChipReport, BudgetError> {
     let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
-    let file = RunFile::load(CASE, &sets)?;
+    let file = files::run_file(CASE, &sets)?;
     let mut chip = ChipUnderTest {
         client,
         in_qemu: true,

@@ -3,8 +3,8 @@
 use core::fmt;
 
 use super::step::{Named, Number, Step};
-use crate::case::Case;
-use crate::time::seconds;
+use hil_core::case::Case;
+use hil_core::time::seconds;
 
 /// A number that is another on the chip.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

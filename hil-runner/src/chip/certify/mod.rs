@@ -21,13 +21,14 @@ mod vectors;
 
 use std::slice::Iter;
 
+use super::chip_law::{ChipLaw, ChipLawError};
 use super::client::Client;
-use crate::case::{Case, Law};
-use crate::error::RunError;
-use crate::law::{ChipLaw, ChipLawError, Controller, IoKind};
-use crate::link::{Link, LinkError};
-use crate::message::{Command, Measurement};
-use crate::run::{RowSink, RunOptions, run_over};
+use hil_core::case::{Case, Law};
+use hil_core::controllers::{Controller, IoKind};
+use hil_core::error::RunError;
+use hil_core::link::{Link, LinkError};
+use hil_core::message::{Command, Measurement};
+use hil_core::run::{RowSink, RunOptions, run_over};
 
 pub use difference::{Difference, NumberPair, RowDifference};
 pub use step::{Named, Number, Step, TraceHash};
@@ -54,10 +55,10 @@ impl<'c> HostTrace<'c> {
     /// Runs a case of rung `firmware` on the host; its rows go to `sink`.
     ///
     /// # Errors
-    /// As [`crate::run::run()`], and for any other rung.
+    /// As [`hil_core::run::run()`], and for any other rung.
     pub fn record(case: &'c Case, sink: &mut RowSink<'_>) -> Result<Self, RunError> {
         if case.controller.law != Law::Firmware {
-            return Err(RunError::Chip(ChipLawError::Law(case.controller.law)));
+            return Err(ChipLawError::Law(case.controller.law).into());
         }
         let controller = Controller::new(case, IoKind::Direct).map_err(RunError::Quantise)?;
         let mut recording = Recording {
@@ -104,7 +105,7 @@ impl<'c> HostTrace<'c> {
     /// Gives the chip the controller of the case and compares.
     ///
     /// # Errors
-    /// As [`crate::run::run_on_chip`].
+    /// As [`super::run_on_chip`].
     pub fn compare_chip(
         &self,
         client: &mut Client,
@@ -113,7 +114,7 @@ impl<'c> HostTrace<'c> {
     ) -> Result<Comparison, RunError> {
         // Nobody looks at the times.
         let in_qemu = false;
-        let mut law = ChipLaw::new(client, self.case, in_qemu).map_err(RunError::Chip)?;
+        let mut law = ChipLaw::new(client, self.case, in_qemu)?;
         self.compare(&mut law, hash, sink)
     }
 }

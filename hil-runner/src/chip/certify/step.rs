@@ -5,8 +5,8 @@ use core::fmt;
 use crc::{CRC_64_XZ, Crc};
 use firmware::Fault;
 
-use crate::law::whole;
-use crate::message::{Command, Measurement};
+use hil_core::controllers::whole;
+use hil_core::message::{Command, Measurement};
 
 /// What went into a sample and what came out of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,7 +34,7 @@ impl Step {
     /// long it took is left out.
     pub fn new(measurement: Measurement, command: Command) -> Self {
         let command = Command {
-            busy: None,
+            execution: None,
             ..command
         };
         Self {
@@ -56,9 +56,9 @@ impl Step {
             measurement,
             command,
         } = self;
-        let servo = command.servo.as_ref();
+        let axis = command.axis.as_ref();
         let counts = |value: f64| Number::Whole(whole(value));
-        let of_servo = |value: Option<u32>| Number::of(value.map(i64::from));
+        let of_axis = |value: Option<u32>| Number::of(value.map(i64::from));
         let mut numbers = vec![
             ("sample", Number::Whole(command.tick.cast_signed())),
             ("count", counts(measurement.position_counts)),
@@ -69,19 +69,19 @@ impl Step {
             ("code", counts(command.dac_code)),
             ("error", counts(command.error_counts)),
             ("out of range", Number::flag(command.out_of_range)),
-            ("state", Number::name(servo.map(|servo| servo.state.name()))),
-            ("faults", of_servo(servo.map(|servo| servo.faults))),
+            ("state", Number::name(axis.map(|axis| axis.state.name()))),
+            ("faults", of_axis(axis.map(|axis| axis.faults))),
             (
                 "refused requests",
-                of_servo(servo.map(|servo| servo.refused_requests)),
+                of_axis(axis.map(|axis| axis.refused_requests)),
             ),
             (
                 "peak error",
-                of_servo(servo.map(|servo| servo.peak_error_counts)),
+                of_axis(axis.map(|axis| axis.peak_error_counts)),
             ),
         ];
-        let latched = fault_numbers(servo.and_then(|servo| servo.fault));
-        let first = fault_numbers(servo.and_then(|servo| servo.first_fault));
+        let latched = fault_numbers(axis.and_then(|axis| axis.fault));
+        let first = fault_numbers(axis.and_then(|axis| axis.first_fault));
         numbers.extend(FAULT.into_iter().zip(latched));
         numbers.extend(FIRST_FAULT.into_iter().zip(first));
         numbers
@@ -227,8 +227,8 @@ mod tests {
             error_counts: -1.0,
             dac_code,
             out_of_range: false,
-            busy: None,
-            servo: None,
+            execution: None,
+            axis: None,
         };
         Step::new(measurement, command)
     }

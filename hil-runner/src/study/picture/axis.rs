@@ -10,7 +10,7 @@ use super::text::{LINE, TICK_PX, width};
 use super::ticks::{LogNumbers, Tick, linear, logarithmic};
 use super::unit::{Shown, Unit};
 use super::{PictureError, table::Column};
-use crate::report::number::{significant, table};
+use hil_core::number::{significant, table};
 
 /// How an axis is divided.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use super::label::Label;
 use super::power::power_of_ten;
 use super::table::{Column, Values};
-use crate::report::number;
+use hil_core::number;
 
 /// Seven shapes, filled and hollow, and as many colours.
 const MOST_SERIES: usize = 14;

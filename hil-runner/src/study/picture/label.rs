@@ -1,8 +1,8 @@
 //! Words and unit of a column, from its name.
 
 use super::unit::{Unit, suffix};
-use crate::figures::{CHIP_FIGURES, SUMMARY_FIGURES};
-use crate::runfile::SECTIONS;
+use hil_core::figures::{CHIP_FIGURES, SUMMARY_FIGURES};
+use hil_core::runfile::SECTIONS;
 
 /// What a column is called in a picture.
 ///

@@ -1,6 +1,6 @@
 //! Powers of ten, exact.
 
-use crate::report::number;
+use hil_core::number;
 
 /// Largest k with 10^k ≤ `magnitude`, for a finite number above 0; exact, since
 /// it is read from the decimal digits.

@@ -10,10 +10,10 @@ use serde::{Deserialize, Serialize};
 
 use super::origin::crc32;
 use super::{ResultsError, io};
-use crate::case::Law;
 use crate::command_line::{command_line, each_with};
 use crate::study::definition::{Changes, Study};
 use crate::study::row::columns;
+use hil_core::case::Law;
 
 /// Changes whenever the same study file would give other bytes.
 const FORMAT: u32 = 2;

@@ -1,11 +1,11 @@
 //! One bar: name, length, spread, number.
 
 use super::{BAR, Frame};
-use crate::report::number;
 use crate::study::picture::canvas::{Anchor, Area, Canvas, Lettering, Stroke};
 use crate::study::picture::colour::{Colour, INK, WHITE};
 use crate::study::picture::group::Spread;
 use crate::study::picture::text::{LINE, NOTE_PX, TICK_PX, width};
+use hil_core::number;
 
 /// The name of a category beside its bars.
 pub(super) fn draw_name(canvas: &mut Canvas, lines: &[String], (right, middle): (f64, f64)) {

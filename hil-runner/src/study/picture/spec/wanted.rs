@@ -2,10 +2,10 @@
 
 use std::fmt;
 
-use crate::report::number;
 use crate::study::picture::PictureError;
 use crate::study::picture::label::{Label, within};
 use crate::study::picture::table::{Table, Values};
+use hil_core::number;
 
 /// A column and the values that it may have.
 #[derive(Debug, Clone, PartialEq)]

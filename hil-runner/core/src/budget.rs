@@ -1,0 +1,187 @@
+//! Budgets: limits on summary figures, and the verdicts on them.
+
+use serde::Serialize;
+
+use crate::case::{Case, Law, Limit};
+use crate::digits;
+use crate::figures::HOST_STEP_P99;
+use crate::time::seconds;
+
+/// One limit and whether it holds.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Verdict {
+    /// Key of the figure.
+    pub figure: String,
+    /// Its value, signed; null if the run gave none, which fails.
+    pub value: Option<f64>,
+    /// Largest allowed magnitude.
+    pub limit: f64,
+    /// Limit less magnitude; negative where the limit is exceeded.
+    pub margin: Option<f64>,
+    /// Whether the magnitude is within the limit.
+    pub pass: bool,
+    /// Whether the limit is a default, the run file having no `[budget]`.
+    pub default: bool,
+}
+
+impl Verdict {
+    /// The verdict on a value; no value fails.
+    pub fn new(limit: &Limit, value: Option<f64>, default: bool) -> Self {
+        let margin = value.map(|value| limit.limit - value.abs());
+        Self {
+            figure: limit.figure.clone(),
+            value,
+            limit: limit.limit,
+            margin,
+            pass: margin.is_some_and(|margin| margin >= 0.0),
+            default,
+        }
+    }
+
+    /// How many digits of the margin hold, of the value's `digits`.
+    pub fn margin_digits(&self, digits: Option<usize>) -> Option<usize> {
+        Some(digits::of_margin(self.margin?, self.value?, digits?))
+    }
+}
+
+/// The limits that a case is held to, and whether they are the defaults.
+pub fn limits(case: &Case) -> (Vec<Limit>, bool) {
+    match &case.budget {
+        Some(limits) => (limits.clone(), false),
+        None => (default_limits(case), true),
+    }
+}
+
+/// The limits that a run on this host is judged by, apart from the time of its
+/// steps: those of [`limits`], and no fault where a supervision runs.
+pub fn judged(case: &Case) -> (Vec<Limit>, bool) {
+    let (mut limits, default) = limits(case);
+    limits.retain(|limit| limit.figure != HOST_STEP_P99.key);
+    // An axis that stopped on a fault has not done its work, whatever else
+    // the budget asks for.
+    let supervised = case.controller.law == Law::Firmware && !case.options.is_off();
+    if supervised && limits.iter().all(|limit| limit.figure != FAULTS) {
+        limits.push(Limit {
+            figure: FAULTS.to_owned(),
+            limit: 0.0,
+        });
+    }
+    (limits, default)
+}
+
+/// Without `[budget]`: no saturation, at most twice the commanded
+/// acceleration, at most 2 % of the travel as following error.
+fn default_limits(case: &Case) -> Vec<Limit> {
+    let limit = |figure: &str, limit: f64| Limit {
+        figure: figure.to_owned(),
+        limit,
+    };
+    let end_s = seconds(case.run.duration_ns);
+    vec![
+        limit("voltage_saturated_s", 0.0),
+        limit(
+            "peak_abs_acc_mps2",
+            2.0 * case.motion.peak_acceleration_until_mps2(end_s),
+        ),
+        limit(
+            "peak_following_error_mm",
+            1e3 * 0.02 * case.motion.travel_m().abs(),
+        ),
+    ]
+}
+
+/// The verdicts that follow from the figures of a summary, which `figure`
+/// gives by key. The host's step time is measured elsewhere and never enters
+/// a summary.
+pub(crate) fn verdicts(case: &Case, figure: impl Fn(&str) -> Option<f64>) -> Vec<Verdict> {
+    let (limits, default) = judged(case);
+    let own = case.budget.iter().flatten();
+    let own: Vec<&str> = own.map(|limit| limit.figure.as_str()).collect();
+    // A limit that nobody asked for is one of ours.
+    let is_default = |limit: &Limit| default || !own.contains(&limit.figure.as_str());
+    let mut verdicts: Vec<Verdict> = limits
+        .iter()
+        .map(|limit| Verdict::new(limit, figure(&limit.figure), is_default(limit)))
+        .collect();
+    // Nor has a chip done its work that was not done with a code when the next
+    // was due.
+    let late = figure(DEADLINE_MISSES);
+    if late.is_some() && limits.iter().all(|limit| limit.figure != DEADLINE_MISSES) {
+        let none = Limit {
+            figure: DEADLINE_MISSES.to_owned(),
+            limit: 0.0,
+        };
+        verdicts.push(Verdict::new(&none, late, true));
+    }
+    verdicts
+}
+
+/// The least part of a limit that is left over, 1 − |value|/limit, below 0 where
+/// one is exceeded; `None` without a limit above 0, or where a value is missing
+/// or a limit of 0 is not kept: then no part of a limit says how far.
+pub fn least_relative_margin(verdicts: &[Verdict]) -> Option<f64> {
+    let measured = |verdict: &Verdict| {
+        verdict
+            .margin
+            .is_some_and(|_| verdict.limit > 0.0 || verdict.pass)
+    };
+    if !verdicts.iter().all(measured) {
+        return None;
+    }
+    let above_0 = verdicts.iter().filter(|verdict| verdict.limit > 0.0);
+    let parts = above_0.filter_map(|verdict| Some(verdict.margin? / verdict.limit));
+    parts.reduce(f64::min)
+}
+
+/// Key of the number of faults.
+const FAULTS: &str = "faults";
+
+/// Key of the number of steps that took longer than the sample time.
+const DEADLINE_MISSES: &str = "deadline_misses";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn limit(limit: f64) -> Limit {
+        Limit {
+            figure: "final_error_um".into(),
+            limit,
+        }
+    }
+
+    #[test]
+    fn limits_the_magnitude() {
+        assert!(Verdict::new(&limit(50.0), Some(-50.0), false).pass);
+        let over = Verdict::new(&limit(50.0), Some(-51.0), false);
+        assert_eq!((over.pass, over.margin), (false, Some(-1.0)));
+    }
+
+    #[test]
+    fn the_least_margin_is_that_of_the_tightest_limit() {
+        let verdict = |limit, value| {
+            let limit = Limit {
+                figure: "final_error_um".into(),
+                limit,
+            };
+            Verdict::new(&limit, value, false)
+        };
+        let half = verdict(50.0, Some(-25.0));
+        let least = |others: &[Verdict]| {
+            least_relative_margin(&[std::slice::from_ref(&half), others].concat())
+        };
+        assert_eq!(least(&[]), Some(0.5));
+        assert_eq!(least(&[verdict(10.0, Some(9.0))]), Some(0.1));
+        assert_eq!(least(&[verdict(10.0, Some(15.0))]), Some(-0.5));
+        assert_eq!(least(&[verdict(0.0, Some(0.0))]), Some(0.5));
+        assert_eq!(least(&[verdict(0.0, Some(1.0))]), None);
+        assert_eq!(least(&[verdict(10.0, None)]), None);
+        assert_eq!(least_relative_margin(&[]), None);
+    }
+
+    #[test]
+    fn null_and_nan_fail() {
+        assert!(!Verdict::new(&limit(50.0), None, false).pass);
+        assert!(!Verdict::new(&limit(50.0), Some(f64::NAN), false).pass);
+    }
+}

@@ -1,0 +1,210 @@
+//! One run, checked and in SI units: what a run file says.
+
+use plant::{Amplifier, AxisParameters, ContinuousPid, Dac, Encoder, Joint, Motion, PidGains};
+
+use crate::options::AxisOptions;
+
+/// A run that is complete and within every allowed range.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Case {
+    /// Name of the run; the stem of its file unless the file says otherwise.
+    pub name: String,
+    /// Motor, transmission and carriage.
+    pub axis: AxisParameters,
+    /// D/A converter. `bits` acts from rung `quantised` up.
+    pub dac: Dac,
+    /// Power amplifier.
+    pub amplifier: Amplifier,
+    /// Encoder on the motor shaft.
+    pub encoder: Encoder,
+    /// Control law and its timing.
+    pub controller: ControllerSettings,
+    /// What the controller does beyond the paper's law on rung `firmware`.
+    pub options: AxisOptions,
+    /// The chip, for what its time costs.
+    pub target: TargetSettings,
+    /// Motion command of the carriage.
+    pub motion: Motion,
+    /// Duration, solver and what is recorded.
+    pub run: RunSettings,
+    /// Limits on summary figures; `None` takes the default budget.
+    pub budget: Option<Vec<Limit>>,
+    /// Paths of the keys beyond the paper's law that the run file sets and the
+    /// rung leaves out.
+    pub keys_without_effect: Vec<String>,
+}
+
+/// Which controller runs: the rungs of the ladder.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Law {
+    /// The paper's own model: no sampling (eq. 27-37).
+    Continuous,
+    /// f64 PID at the sample time with a zero-order hold.
+    Sampled,
+    /// The same on encoder counts and DAC codes.
+    Quantised,
+    /// The `firmware` crate, fixed point.
+    Firmware,
+}
+
+impl Law {
+    /// All rungs from the bottom up.
+    pub const ALL: [Self; 4] = [
+        Self::Continuous,
+        Self::Sampled,
+        Self::Quantised,
+        Self::Firmware,
+    ];
+
+    /// The rung of a name.
+    pub fn find(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|law| law.name() == name)
+    }
+
+    /// The rung's name in run files, traces and summaries.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Continuous => "continuous",
+            Self::Sampled => "sampled",
+            Self::Quantised => "quantised",
+            Self::Firmware => "firmware",
+        }
+    }
+}
+
+/// Control law and its timing (`[controller]`), as every rung has them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ControllerSettings {
+    /// The rung.
+    pub law: Law,
+    /// Gains per encoder count.
+    pub gains: PidGains,
+    /// Sample time Δt \[ns\], greater than 0; `None` only where the run file
+    /// leaves it out, which only rung `continuous` allows.
+    pub sample_time_ns: Option<u64>,
+    /// From sample to new voltage.
+    pub computation_delay: ComputationDelay,
+}
+
+/// How long a code takes from its sample to the motor.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ComputationDelay {
+    /// Always so long \[ns\], at most the sample time.
+    Fixed(u64),
+    /// Each code as long as its own step took on the chip, at most the sample
+    /// time. Known only with the controller on one.
+    Measured,
+}
+
+impl ComputationDelay {
+    /// The delay of every code \[ns\]; `None` where each has its own.
+    pub fn fixed_ns(self) -> Option<u64> {
+        match self {
+            Self::Fixed(ns) => Some(ns),
+            Self::Measured => None,
+        }
+    }
+}
+
+/// The chip, as far as the time of a step depends on it (`[target]`).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct TargetSettings {
+    /// Clock of the core \[Hz\], where only instructions are counted; `None`
+    /// takes that of a common part.
+    pub clock_hz: Option<u64>,
+    /// Cycles that an instruction is allowed, where only instructions are
+    /// counted; greater than 0.
+    pub cycles_per_instruction: f64,
+}
+
+impl Default for TargetSettings {
+    fn default() -> Self {
+        Self {
+            clock_hz: None,
+            cycles_per_instruction: 4.0,
+        }
+    }
+}
+
+/// Which method solves the plant (`run.solver`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SolverChoice {
+    /// `exact` where the plant allows it, else `dopri5`.
+    Auto,
+    /// Exact between two voltage updates; no quadratic resistance.
+    Exact,
+    /// Adaptive Runge-Kutta with located events: the Dormand-Prince pair of
+    /// order 8(5,3), under the name of the family's pair of order 5.
+    Dopri5,
+    /// Fixed-step Runge-Kutta without event location: the paper's way.
+    Rk4,
+}
+
+/// The method that a case really gets.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Method {
+    /// Exact between two voltage updates.
+    Exact,
+    /// Adaptive Runge-Kutta with located events.
+    Dopri5,
+    /// Fixed-step Runge-Kutta without event location.
+    Rk4,
+}
+
+impl Case {
+    /// Whether the joint has a gap, so that it can be open.
+    pub fn has_gap(&self) -> bool {
+        matches!(self.axis.transmission.joint, Joint::Elastic(joint) if joint.backlash_half_rad > 0.0)
+    }
+
+    /// The law of rung `continuous` (eq. 27-37).
+    pub fn continuous_pid(&self) -> ContinuousPid {
+        ContinuousPid::new(
+            self.controller.gains,
+            self.encoder,
+            self.dac,
+            self.amplifier,
+            &self.axis.transmission,
+            self.motion,
+        )
+    }
+
+    /// The method for this case: what `run.solver` names, or for `auto` the
+    /// exact solution where the plant is affine between events.
+    pub fn method(&self) -> Method {
+        match self.run.solver {
+            SolverChoice::Auto if self.axis.is_affine() => Method::Exact,
+            SolverChoice::Exact => Method::Exact,
+            SolverChoice::Auto | SolverChoice::Dopri5 => Method::Dopri5,
+            SolverChoice::Rk4 => Method::Rk4,
+        }
+    }
+}
+
+/// Duration, solver and what is recorded (`[run]`).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RunSettings {
+    /// Simulated time \[ns\], greater than 0.
+    pub duration_ns: u64,
+    /// Method for the plant.
+    pub solver: SolverChoice,
+    /// Row interval of rung `continuous` \[ns\].
+    pub row_interval_ns: u64,
+    /// Step of solver `rk4` \[ns\].
+    pub rk4_step_ns: u64,
+    /// Error tolerance of solver `dopri5`.
+    pub tolerance: f64,
+    /// Half width of the settling band at the carriage \[µm\].
+    pub settling_band_um: f64,
+    /// Whether the summary lists every contact change.
+    pub events: bool,
+}
+
+/// One entry of `[budget]`: the magnitude of a summary figure must not exceed it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Limit {
+    /// Key of the summary figure, such as `final_error_um`.
+    pub figure: String,
+    /// Largest allowed magnitude, in the figure's own unit, at least 0.
+    pub limit: f64,
+}

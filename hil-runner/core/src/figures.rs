@@ -1,0 +1,129 @@
+//! The figures of a summary: key, words and unit, for tables, reports and
+//! budgets.
+
+/// One figure that a summary has and a budget can limit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Figure {
+    /// Key in the summary and in `[budget]`, unit as suffix.
+    pub key: &'static str,
+    /// The same in words.
+    pub label: &'static str,
+    /// Unit as it is shown; empty for counts of things.
+    pub unit: &'static str,
+    /// Whether it is a whole number in every run.
+    pub whole: bool,
+}
+
+const fn figure(key: &'static str, label: &'static str, unit: &'static str) -> Figure {
+    Figure {
+        key,
+        label,
+        unit,
+        whole: false,
+    }
+}
+
+/// A figure that counts.
+const fn count(key: &'static str, label: &'static str, unit: &'static str) -> Figure {
+    Figure {
+        whole: true,
+        ..figure(key, label, unit)
+    }
+}
+
+/// Every numeric figure of the summary, in its order.
+pub const SUMMARY_FIGURES: [Figure; 26] = [
+    figure("peak_abs_acc_mps2", "Peak carriage acceleration", "m/s²"),
+    figure(
+        "peak_acc_overshoot_mps2",
+        "Peak acceleration over the commanded peak",
+        "m/s²",
+    ),
+    figure("rms_acc_error_mps2", "RMS acceleration error", "m/s²"),
+    figure("peak_following_error_mm", "Peak following error", "mm"),
+    figure("final_error_um", "Final error", "µm"),
+    figure(
+        "peak_motor_following_error_mm",
+        "Peak following error at the motor",
+        "mm",
+    ),
+    figure("final_motor_error_um", "Final error at the motor", "µm"),
+    figure("settling_time_s", "Settling time", "s"),
+    count("contact_changes", "Contact changes", ""),
+    count("impacts", "Impacts", ""),
+    figure(
+        "hardest_impact_radps",
+        "Largest speed at which the gap closed",
+        "rad/s",
+    ),
+    figure("joint_loss_j", "Energy lost in the joint's damper", "J"),
+    figure("peak_abs_voltage_v", "Peak motor voltage", "V"),
+    figure(
+        "voltage_saturated_s",
+        "Time at the voltage or code limit",
+        "s",
+    ),
+    figure("peak_abs_current_a", "Peak current", "A"),
+    figure("max_abs_dac_code", "Largest DAC code", "codes"),
+    count("dac_bits_used", "Bits of the converter in use", "bits"),
+    count("encoder_bits_used", "Bits of the counts travelled", "bits"),
+    figure("rest_ripple_um", "Half swing of the carriage at rest", "µm"),
+    figure("limit_cycle_um", "Half swing of a limit cycle", "µm"),
+    figure("limit_cycle_period_s", "Period of a limit cycle", "s"),
+    count("rest_dac_codes", "Range of the codes at rest", "codes"),
+    count(
+        "rest_encoder_counts",
+        "Range of the counts at rest",
+        "counts",
+    ),
+    figure("rest_error_max_um", "Largest error at rest", "µm"),
+    figure("rest_error_rms_um", "RMS error at rest", "µm"),
+    count("faults", "Faults of the axis", ""),
+];
+
+/// What a chip adds to a summary, in its order; a run without one gives none of
+/// it. Figures of instructions need QEMU: a board counts cycles.
+pub const CHIP_FIGURES: [Figure; 8] = [
+    count(
+        "instructions_per_step_max",
+        "Most instructions of a step",
+        "",
+    ),
+    count(
+        "instructions_per_step_median",
+        "Median of the instructions of a step",
+        "",
+    ),
+    count("cycles_per_step_max", "Most cycles of a step", ""),
+    figure(
+        "utilisation_max_percent",
+        "Longest step as a share of the sample time",
+        "%",
+    ),
+    count("deadline_misses", "Steps longer than the sample time", ""),
+    count("flash_bytes", "Flash of the image", "bytes"),
+    count(
+        "ram_bytes",
+        "Static RAM less the table of setpoints",
+        "bytes",
+    ),
+    count("stack_bytes", "Deepest stack", "bytes"),
+];
+
+/// The controller's step time on the host: a matter of this machine's clock,
+/// in no summary, judged only where a budget names it.
+pub const HOST_STEP_P99: Figure = figure(
+    "host_step_p99_us",
+    "99th percentile of the controller step on the host",
+    "µs",
+);
+
+/// Unit of the figure with this key; empty where there is none.
+pub fn unit(key: &str) -> &'static str {
+    SUMMARY_FIGURES
+        .iter()
+        .chain(&CHIP_FIGURES)
+        .chain([&HOST_STEP_P99])
+        .find(|figure| figure.key == key)
+        .map_or("", |figure| figure.unit)
+}

@@ -1,0 +1,294 @@
+//! What one thread keeps from run to run.
+
+use fearless_simd::{Level, Simd, dispatch};
+use plant::{Eight, Four, One, Width};
+
+use super::family::{Family, Key};
+use super::lockstep::Lanes;
+use super::{Group, Parcel, groups};
+use crate::case::Case;
+use crate::error::RunError;
+use crate::run::{RunOptions, run};
+use crate::summary::Summary;
+
+/// A number of cases for which whole groups of lanes are not worth it.
+const MOST_ALONE: usize = 2;
+
+/// Families whose tables are kept.
+const MOST_FAMILIES: usize = 4;
+
+/// Figures of one run after the other, on one thread.
+///
+/// What depends on axis, command and timing alone is computed for the first
+/// run and kept as long as these stay the same; gains, backlash, encoder and
+/// drive may change from run to run at no cost.
+#[derive(Debug)]
+pub struct SingleRuns {
+    level: Level,
+    lanes: Option<Lanes<One>>,
+}
+
+impl Default for SingleRuns {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl SingleRuns {
+    /// Nothing computed yet.
+    pub fn new() -> Self {
+        Self {
+            level: for_one(),
+            lanes: None,
+        }
+    }
+
+    /// The figures of a run, bit for bit those of [`run`] with
+    /// `run.events = false`.
+    ///
+    /// # Errors
+    /// As [`run`].
+    pub fn figures(&mut self, case: &Case) -> Result<Summary, RunError> {
+        match Family::of(case) {
+            Some(family) => self.of_family(family, case),
+            None => alone(case),
+        }
+    }
+
+    fn of_family(&mut self, family: Family, case: &Case) -> Result<Summary, RunError> {
+        let key = family.key();
+        let lanes = match self.lanes.take().filter(|lanes| *lanes.key() == key) {
+            Some(fitting) => fitting,
+            None => Lanes::new(One, family, key)?,
+        };
+        let lanes = self.lanes.insert(lanes);
+        // The scalar code, too, is faster with an instruction for `floor`.
+        dispatch!(self.level, simd => one(simd, lanes, case))
+    }
+}
+
+/// Instructions for a single run: one with `floor`. The compiler uses wider
+/// ones to gather what lies apart, which takes longer than it saves.
+fn for_one() -> Level {
+    let level = Level::new();
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    if let Some(narrow) = level.as_sse4_2() {
+        return Level::Sse4_2(narrow);
+    }
+    level
+}
+
+#[inline(always)]
+fn one<S: Simd>(_: S, lanes: &mut Lanes<One>, case: &Case) -> Result<Summary, RunError> {
+    let mut result = Err(RunError::Lost);
+    lanes.run(std::iter::once(case), |figures| result = figures);
+    result
+}
+
+/// Figures of many runs at a time, side by side, on one thread: what a thread
+/// of a study keeps.
+///
+/// As with [`SingleRuns`], what depends on axis, command and timing alone is
+/// kept from call to call, for the last few axes. A call is best given some
+/// hundreds of cases; [`Runs::AT_A_TIME`] of one axis are computed at a time,
+/// and of a smaller number some lanes stay empty.
+///
+/// ```
+/// use hil_core::{lanes::Runs, runfile};
+///
+/// let mut case = runfile::builtin("paper-2", &["controller.law=quantised".to_owned()])?;
+/// let mut runs = Runs::new();
+/// let mut figures = Vec::new();
+/// for ki_per_s in [0.0, 10.0] {
+///     case.controller.gains.ki_per_s = ki_per_s;
+///     let cases: Vec<_> = (1..=4)
+///         .map(|gain| {
+///             let mut case = case.clone();
+///             case.controller.gains.kp = f64::from(gain);
+///             case
+///         })
+///         .collect();
+///     runs.figures(&cases, &mut figures);
+/// }
+/// assert_eq!(figures.len(), 8);
+/// assert!(figures.iter().all(Result::is_ok));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct Runs {
+    level: Level,
+    /// The last one used comes last.
+    families: Vec<Box<dyn SideBySide>>,
+    single: SingleRuns,
+}
+
+impl Default for Runs {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Runs {
+    /// Runs of one axis that are computed at a time.
+    pub const AT_A_TIME: usize = super::lockstep::AT_A_TIME;
+
+    /// Nothing computed yet.
+    pub fn new() -> Self {
+        Self::with(Level::new())
+    }
+
+    /// With given instructions.
+    pub(crate) fn with(level: Level) -> Self {
+        Self {
+            level,
+            families: Vec::new(),
+            single: SingleRuns::new(),
+        }
+    }
+
+    /// Appends the figures of every case, in their order: bit for bit those of
+    /// [`run`] with `run.events = false`.
+    pub fn figures(&mut self, cases: &[Case], figures: &mut Vec<Result<Summary, RunError>>) {
+        let first = figures.len();
+        figures.extend(cases.iter().map(|_| Err(RunError::Lost)));
+        for Group { family, places } in groups(cases) {
+            self.of_places(family, cases, &places, |place, result| {
+                figures[first + place] = result;
+            });
+        }
+    }
+
+    /// The figures of a parcel of the cases, each with its place.
+    pub fn of_parcel(
+        &mut self,
+        cases: &[Case],
+        parcel: &Parcel,
+        each: impl FnMut(usize, Result<Summary, RunError>),
+    ) {
+        self.of_places(parcel.family, cases, &parcel.places, each);
+    }
+
+    /// The figures of some of the cases, which are of one family or have none.
+    fn of_places(
+        &mut self,
+        family: Option<Family>,
+        cases: &[Case],
+        places: &[usize],
+        mut each: impl FnMut(usize, Result<Summary, RunError>),
+    ) {
+        let Some(family) = family else {
+            places
+                .iter()
+                .for_each(|&place| each(place, alone(&cases[place])));
+            return;
+        };
+        for places in places.chunks(Self::AT_A_TIME) {
+            if places.len() <= MOST_ALONE {
+                for &place in places {
+                    each(place, self.single.of_family(family, &cases[place]));
+                }
+                continue;
+            }
+            match self.prepared(family) {
+                Ok(lanes) => lanes.run(cases, places, &mut each),
+                // Not a family after all: the single run says why.
+                Err(_) => places
+                    .iter()
+                    .for_each(|&place| each(place, alone(&cases[place]))),
+            }
+        }
+    }
+
+    /// The lanes for a family: those at hand if there are such.
+    fn prepared(&mut self, family: Family) -> Result<&mut dyn SideBySide, RunError> {
+        let key = family.key();
+        let known = self.families.iter().position(|lanes| *lanes.key() == key);
+        let lanes = match known {
+            Some(place) => self.families.remove(place),
+            None => side_by_side(self.level, family, key)?,
+        };
+        if self.families.len() >= MOST_FAMILIES {
+            self.families.remove(0);
+        }
+        self.families.push(lanes);
+        let last = self.families.last_mut().ok_or(RunError::Lost)?;
+        Ok(last.as_mut())
+    }
+}
+
+/// The runs of a family with one kind of instructions.
+trait SideBySide: std::fmt::Debug + Send {
+    /// The family.
+    fn key(&self) -> &Key;
+    /// Runs some of the cases, no more than [`Runs::AT_A_TIME`].
+    fn run(
+        &mut self,
+        cases: &[Case],
+        places: &[usize],
+        each: &mut dyn FnMut(usize, Result<Summary, RunError>),
+    );
+}
+
+/// Lanes with given instructions, as many as a vector holds: a narrower one
+/// would need more steps, of a wider one too few halves fit in the registers.
+fn side_by_side(level: Level, family: Family, key: Key) -> Result<Box<dyn SideBySide>, RunError> {
+    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    if let Level::Avx512(simd) = level {
+        return Ok(Box::new(Lanes::new(Eight(simd), family, key)?));
+    }
+    dispatch!(level, simd => four(simd, family, key))
+}
+
+#[inline(always)]
+fn four<S: Simd>(simd: S, family: Family, key: Key) -> Result<Box<dyn SideBySide>, RunError> {
+    Ok(Box::new(Lanes::new(Four(simd), family, key)?))
+}
+
+/// As [`SideBySide`], for a width with instructions of its own.
+macro_rules! in_lanes {
+    ($width:ident) => {
+        impl<S: Simd> SideBySide for Lanes<$width<S>> {
+            fn key(&self) -> &Key {
+                self.key()
+            }
+
+            fn run(
+                &mut self,
+                cases: &[Case],
+                places: &[usize],
+                each: &mut dyn FnMut(usize, Result<Summary, RunError>),
+            ) {
+                self.width().0.vectorize(
+                    #[inline(always)]
+                    || run_places(self, cases, places, each),
+                );
+            }
+        }
+    };
+}
+
+in_lanes!(Four);
+in_lanes!(Eight);
+
+#[inline(always)]
+fn run_places<W: Width>(
+    lanes: &mut Lanes<W>,
+    cases: &[Case],
+    places: &[usize],
+    each: &mut dyn FnMut(usize, Result<Summary, RunError>),
+) {
+    let mut done = places.iter();
+    let chosen = places.iter().map(|&place| &cases[place]);
+    lanes.run(chosen, |figures| {
+        if let Some(&place) = done.next() {
+            each(place, figures);
+        }
+    });
+}
+
+/// A case that has to be run by itself.
+fn alone(case: &Case) -> Result<Summary, RunError> {
+    let mut case = case.clone();
+    case.run.events = false;
+    run(&case, RunOptions::default(), &mut |_| Ok(())).map(|outcome| outcome.summary)
+}

@@ -1,0 +1,256 @@
+//! What the controller does beyond the paper's law: shape of the law,
+//! supervision, backlash compensation, requests and injected faults.
+//!
+//! All of it acts on rung `firmware` alone. [`AxisOptions::default`] turns
+//! all of it off; what is left then is the paper's law (eq. 23). Times of the
+//! run are counted nanoseconds, angles radians; the run file has degrees.
+
+mod supervision;
+
+use plant::Encoder;
+
+pub use supervision::{
+    EncoderGlitch, EncoderLoss, FollowingErrorLimit, GainChange, Injections, Limits, Requests,
+};
+
+/// Everything that rung `firmware` can do beyond the paper's law.
+///
+/// ```
+/// use hil_core::runfile;
+///
+/// let paper = runfile::builtin("paper-2", &[])?;
+/// assert!(paper.options.is_off());
+/// let clamped = runfile::builtin("paper-2", &["controller.anti_windup=clamp".to_owned()])?;
+/// assert!(!clamped.options.is_off());
+/// # Ok::<(), runfile::RunFileErrors>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct AxisOptions {
+    /// Shape of the law (`[controller]`).
+    pub law: LawSettings,
+    /// Encoders as the controller sees them (`[encoder]`, `[load_encoder]`).
+    pub encoders: EncoderSettings,
+    /// What the supervision allows (`[limits]`).
+    pub limits: Limits,
+    /// Compensation of the backlash (`[backlash]`).
+    pub backlash: BacklashSettings,
+    /// Requests at given times (`[sequence]`).
+    pub requests: Requests,
+    /// Other gains from some time on (`[gain_change]`).
+    pub gain_change: Option<GainChange>,
+    /// Hardware that misbehaves at given times (`[inject]`).
+    pub injections: Injections,
+}
+
+impl AxisOptions {
+    /// Whether all of it is off, so that the paper's law remains.
+    pub fn is_off(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+/// Shape of the control law (`[controller]`).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LawSettings {
+    /// What the derivative acts on.
+    pub derivative: Derivative,
+    /// Time constant of the derivative's first-order filter \[s\]; 0 is none.
+    pub derivative_filter_s: f64,
+    /// Integrator treatment.
+    pub anti_windup: AntiWindup,
+    /// Time constant of [`AntiWindup::BackCalculation`] \[s\], greater than 0.
+    pub tracking_time_s: f64,
+    /// Mantissa bits of the gains' words, 8 to 31.
+    pub word_bits: u32,
+    /// Fraction bits that Kp, Ki·Δt and Kd/Δt are rounded to before they become
+    /// words, 0 to 40; [`None`] rounds to the words alone.
+    pub gain_fraction_bits: Option<u8>,
+    /// How the law's output becomes a whole code.
+    pub quantiser: Quantiser,
+    /// Seed of [`Quantiser::Dither`].
+    pub dither_seed: u32,
+    /// Largest change of the output \[codes/s\]; [`None`] limits nothing.
+    pub slew_limit_codes_per_s: Option<f64>,
+    /// Feed-forward from the reference; all 0 is none.
+    pub feed_forward: FeedForward,
+    /// Where the setpoints come from.
+    pub setpoints: SetpointOrigin,
+    /// Which encoders close the loop.
+    pub feedback: Feedback,
+    /// At rest, errors up to this count as 0 \[counts\]; 0 is no dead band.
+    pub rest_dead_band_counts: u32,
+    /// What the integrator does while the axis stands.
+    pub rest_integrator: RestIntegrator,
+}
+
+impl Default for LawSettings {
+    fn default() -> Self {
+        Self {
+            derivative: Derivative::Error,
+            derivative_filter_s: 0.0,
+            anti_windup: AntiWindup::None,
+            tracking_time_s: 0.01,
+            word_bits: 31,
+            gain_fraction_bits: None,
+            quantiser: Quantiser::Nearest,
+            dither_seed: 1,
+            slew_limit_codes_per_s: None,
+            feed_forward: FeedForward::default(),
+            setpoints: SetpointOrigin::Table,
+            feedback: Feedback::Motor,
+            rest_dead_band_counts: 0,
+            rest_integrator: RestIntegrator::Run,
+        }
+    }
+}
+
+/// What the derivative acts on (`controller.derivative`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Derivative {
+    /// The error: the paper's law.
+    Error,
+    /// The measured position, so that a jump of the setpoint gives no kick.
+    Measurement,
+}
+
+/// How the integrator is kept from winding up (`controller.anti_windup`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AntiWindup {
+    /// Not at all: the paper's law.
+    None,
+    /// It goes no further than the headroom that is left, while the error
+    /// drives it out.
+    Clamp,
+    /// What the limit cuts off is led back into it.
+    BackCalculation,
+}
+
+/// How the law's output becomes a whole code (`controller.quantiser`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quantiser {
+    /// The nearest code.
+    Nearest,
+    /// The nearest code to the output plus what earlier roundings left over.
+    ErrorFeedback,
+    /// The nearest code to the output plus a random fraction of a code.
+    Dither,
+}
+
+/// Where the setpoints come from (`controller.setpoints`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum SetpointOrigin {
+    /// A table of positions, one a sample, computed before the run.
+    Table,
+    /// The firmware's own generator.
+    Generator,
+    /// A queue that the host fills during the run.
+    Queue,
+}
+
+/// Which encoders close the loop (`controller.feedback`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Feedback {
+    /// The one on the motor shaft.
+    Motor,
+    /// The load's for the position, the motor's for the derivative.
+    Dual,
+}
+
+/// What the integrator does while the axis stands
+/// (`controller.rest_integrator`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum RestIntegrator {
+    /// It runs on.
+    Run,
+    /// It keeps its value.
+    Hold,
+}
+
+/// Feed-forward gains, each at least 0; 0 turns one off.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct FeedForward {
+    /// Output per reference velocity \[codes s/count\].
+    pub velocity_s: f64,
+    /// Output per reference acceleration \[codes s²/count\].
+    pub acceleration_s2: f64,
+    /// Output with the sign of the reference velocity \[codes\].
+    pub friction_codes: f64,
+}
+
+/// Encoders as the controller sees them.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EncoderSettings {
+    /// Width of the counters, 8 to 32 bits; beyond it they wrap around.
+    pub counter_bits: u32,
+    /// Encoder on the load side, per radian of the screw; one at the carriage
+    /// is converted by the screw's pitch, which is rigid.
+    pub load: Option<Encoder>,
+}
+
+impl Default for EncoderSettings {
+    fn default() -> Self {
+        Self {
+            counter_bits: 32,
+            load: None,
+        }
+    }
+}
+
+/// Compensation of the backlash in the reference (`[backlash]`).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct BacklashSettings {
+    /// What makes the reference cross the gap.
+    pub compensation: Compensation,
+    /// Half gap \[rad\] at the joint; [`None`] takes the joint's own.
+    pub half_gap_rad: Option<f64>,
+    /// Where the width of the gap is known from.
+    pub gap: GapSource,
+    /// How the measurement of the gap notices the far flank.
+    pub backlash_measurement_detection: HomingDetection,
+    /// Motor speed of the measurement \[counts/s\], greater than 0.
+    pub backlash_measurement_speed_counts_per_s: f64,
+    /// Output that means a flank to [`HomingDetection::Effort`] \[codes\].
+    pub backlash_measurement_effort_codes: u32,
+}
+
+impl Default for BacklashSettings {
+    fn default() -> Self {
+        Self {
+            compensation: Compensation::None,
+            half_gap_rad: None,
+            gap: GapSource::Given,
+            backlash_measurement_detection: HomingDetection::LoadEncoder,
+            backlash_measurement_speed_counts_per_s: 200.0,
+            backlash_measurement_effort_codes: 50,
+        }
+    }
+}
+
+/// What makes the reference cross the gap (`backlash.compensation`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Compensation {
+    /// Nothing: no compensation.
+    None,
+    /// A change of sign of the reference velocity.
+    Velocity,
+    /// A change of sign of the reference acceleration.
+    Acceleration,
+}
+
+/// Where the width of the gap is known from (`backlash.gap`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum GapSource {
+    /// From the settings.
+    Given,
+    /// From a measurement before the motion.
+    Measured,
+}
+
+/// How the measurement notices the far flank (`backlash.backlash_measurement_detection`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum HomingDetection {
+    /// The load encoder moves.
+    LoadEncoder,
+    /// The output rises.
+    Effort,
+}

@@ -1,0 +1,224 @@
+//! What is wrong with a run file: every finding is a value with its place,
+//! and prints as one line.
+//!
+//! ```text
+//! cases/x.toml:12: motor.inertia_kg_m2 = -1 is not allowed: the rotor inertia J_m must be greater than 0 kg m²
+//! ```
+
+use core::fmt;
+
+/// Where a value or a fault stands.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Place {
+    /// The file as a whole: a key that is not there has no line.
+    File,
+    /// A line of the file, counted from 1.
+    Line(usize),
+    /// An override of the command line; holds its text, such as
+    /// `controller.kp=4`.
+    Set(String),
+}
+
+/// What is wrong. No run can be made from a file with any of these.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Problem {
+    /// The file cannot be read as text; says why.
+    Unreadable(String),
+    /// The text is not TOML. Nothing else is known about it then.
+    Syntax {
+        /// Column in characters, counted from 1.
+        column: usize,
+        /// What the TOML parser says.
+        message: String,
+    },
+    /// A `--set` that names no key or has no value; says why.
+    Override(String),
+    /// A key or section that the run file does not have.
+    Unknown {
+        /// `key motor.inertia` or `section [moter]`.
+        what: String,
+        /// What may have been meant, or what there is.
+        hint: String,
+    },
+    /// A key or section that must be given and is not; the rest of the
+    /// sentence after the file's name.
+    Missing(String),
+    /// A value of the wrong type or out of its range.
+    NotAllowed {
+        /// Path of the key, such as `motor.inertia_kg_m2`.
+        key: String,
+        /// The value as it was written, shortened to one line.
+        text: String,
+        /// What is allowed instead, as a sentence.
+        because: String,
+    },
+}
+
+/// One finding.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RunFileError {
+    /// Name of the file or built-in case.
+    pub source_name: String,
+    /// Where it stands.
+    pub place: Place,
+    /// What is wrong.
+    pub problem: Problem,
+}
+
+impl fmt::Display for RunFileError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match &self.place {
+            Place::File => write!(f, "{}", self.source_name)?,
+            Place::Line(line) => write!(f, "{}:{line}", self.source_name)?,
+            Place::Set(text) => write!(f, "--set {text}")?,
+        }
+        match &self.problem {
+            Problem::Syntax { column, message } => write!(f, ":{column}: not TOML: {message}"),
+            Problem::Unreadable(why) | Problem::Override(why) | Problem::Missing(why) => {
+                write!(f, ": {why}")
+            }
+            Problem::Unknown { what, hint } => write!(f, ": unknown {what}; {hint}"),
+            Problem::NotAllowed { key, text, because } => {
+                write!(f, ": {key} = {text} is not allowed: {because}")
+            }
+        }
+    }
+}
+
+impl std::error::Error for RunFileError {}
+
+/// Most mistakes that a message lists: what a screen shows.
+pub const MOST_MISTAKES: usize = 20;
+
+/// Writes one line for each mistake; of more than [`MOST_MISTAKES`] the first,
+/// and how many more there are.
+///
+/// # Errors
+/// If `to` does not take the words.
+pub fn list_mistakes(to: &mut impl fmt::Write, mistakes: &[impl fmt::Display]) -> fmt::Result {
+    for (index, mistake) in mistakes.iter().take(MOST_MISTAKES).enumerate() {
+        let separator = if index == 0 { "" } else { "\n" };
+        write!(to, "{separator}{mistake}")?;
+    }
+    match mistakes.len().saturating_sub(MOST_MISTAKES) {
+        0 => Ok(()),
+        more => write!(to, "\nand {more} more mistakes"),
+    }
+}
+
+/// Everything that is wrong with a run file; prints one line for each.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RunFileErrors {
+    entries: Vec<RunFileError>,
+}
+
+impl RunFileErrors {
+    /// The one finding that a file cannot be read, with a sentence that says why.
+    pub fn unreadable(path: &str, because: String) -> Self {
+        let mut findings = Findings::new(path);
+        findings.push(Place::File, Problem::Unreadable(because));
+        findings.into_errors()
+    }
+
+    /// The findings in the order of the file, those of the command line last.
+    pub fn entries(&self) -> &[RunFileError] {
+        &self.entries
+    }
+}
+
+impl fmt::Display for RunFileErrors {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        list_mistakes(f, &self.entries)
+    }
+}
+
+impl std::error::Error for RunFileErrors {}
+
+/// Collects the findings of one file.
+#[derive(Debug)]
+pub(super) struct Findings {
+    source_name: String,
+    /// With the line to sort by: that of the section for a missing key.
+    entries: Vec<(usize, RunFileError)>,
+}
+
+impl Findings {
+    pub(super) fn new(source_name: &str) -> Self {
+        Self {
+            source_name: one_line(source_name, usize::MAX),
+            entries: Vec::new(),
+        }
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.entries.is_empty()
+    }
+
+    pub(super) fn source_name(&self) -> &str {
+        &self.source_name
+    }
+
+    pub(super) fn push(&mut self, place: Place, problem: Problem) {
+        let line = match place {
+            Place::Line(line) => line,
+            Place::File => usize::MAX - 1,
+            Place::Set(_) => usize::MAX,
+        };
+        self.push_at(line, place, problem);
+    }
+
+    /// Records something missing, to be listed with its section.
+    pub(super) fn push_missing(&mut self, section: Option<&Place>, sentence: String) {
+        let line = match section {
+            Some(Place::Line(line)) => *line,
+            _ => usize::MAX - 1,
+        };
+        self.push_at(line, Place::File, Problem::Missing(sentence));
+    }
+
+    fn push_at(&mut self, line: usize, place: Place, problem: Problem) {
+        let source_name = self.source_name.clone();
+        self.entries.push((
+            line,
+            RunFileError {
+                source_name,
+                place,
+                problem,
+            },
+        ));
+    }
+
+    pub(super) fn into_errors(mut self) -> RunFileErrors {
+        self.entries.sort_by_key(|(line, _)| *line);
+        RunFileErrors {
+            entries: self.entries.into_iter().map(|(_, entry)| entry).collect(),
+        }
+    }
+}
+
+/// `text` in one line of at most `limit` characters: a message stays one line
+/// whatever a file holds.
+pub(super) fn one_line(text: &str, limit: usize) -> String {
+    let mut line = String::new();
+    let mut length = 0;
+    for (index, word) in text.split_whitespace().enumerate() {
+        if index > 0 {
+            line.push(' ');
+            length += 1;
+        }
+        for character in word.chars() {
+            if length >= limit {
+                line.push('…');
+                return line;
+            }
+            if character.is_control() {
+                line.extend(character.escape_default());
+            } else {
+                line.push(character);
+            }
+            length += 1;
+        }
+    }
+    line
+}

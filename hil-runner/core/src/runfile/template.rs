@@ -1,0 +1,389 @@
+//! A run file that stands for many runs: some of its keys get other values
+//! from run to run, as a study wants it.
+//!
+//! Most changes go the way of a file: text, checks, assembly, some tenths of a
+//! millisecond. Gains, gap, masses and the like, on which no check of several
+//! keys depends, are written straight into the case, in less than a microsecond.
+
+use core::f64::consts::PI;
+
+use plant::Joint;
+
+use super::check_value::check_number;
+use super::errors::{Place, RunFileErrors};
+use super::key_table::SECTIONS;
+use super::keys::{Key, Kind, Need, path};
+use super::{RunFile, suggest};
+use crate::case::Case;
+use crate::time::seconds;
+
+/// A key of the run file by its path, such as `controller.kp`.
+#[derive(Debug, Clone, Copy)]
+pub struct KeyPath {
+    /// Name of its section.
+    pub section: &'static str,
+    /// What the key is.
+    pub key: &'static Key,
+    write: Option<Write>,
+}
+
+/// Writes a value that was found in the key's range into a case.
+type Write = fn(&mut Case, f64);
+
+impl KeyPath {
+    /// The key at a path.
+    ///
+    /// # Errors
+    /// A sentence for a path that names no key, with what may have been meant.
+    ///
+    /// ```
+    /// use hil_core::runfile::KeyPath;
+    ///
+    /// assert_eq!(KeyPath::find("controller.kp")?.key.name, "kp");
+    /// let error = KeyPath::find("controller.sample_time").unwrap_err();
+    /// assert_eq!(error, "unknown key controller.sample_time; did you mean sample_time_s?");
+    /// # Ok::<(), String>(())
+    /// ```
+    pub fn find(path: &str) -> Result<Self, String> {
+        let (section_name, key_name) = path.split_once('.').unwrap_or(("", path));
+        let Some(section) = SECTIONS.iter().find(|s| s.name == section_name) else {
+            let hint = suggest::section(section_name).text;
+            return Err(format!(
+                "unknown section [{section_name}] in {path}; {hint}"
+            ));
+        };
+        let Some(key) = section.key(key_name) else {
+            let hint = suggest::key(section_name, key_name).text;
+            return Err(format!("unknown key {path}; {hint}"));
+        };
+        Ok(Self {
+            section: section.name,
+            key,
+            write: writer(section.name, key.name),
+        })
+    }
+
+    /// The path.
+    pub fn path(&self) -> String {
+        path(self.section, self.key.name)
+    }
+
+    /// The key that says the same in another way, such as `lines` and
+    /// `counts_per_rad`; only one of the two can be given.
+    pub fn partner(&self) -> Option<Self> {
+        match self.key.need {
+            Need::OneOf(partner) | Need::NotWith(partner) => {
+                Self::find(&path(self.section, partner)).ok()
+            }
+            _ => None,
+        }
+    }
+
+    /// A number as a value of this key: times in whole nanoseconds, whole
+    /// numbers whole, the nearest each.
+    pub fn value(&self, number: f64) -> KeyValue {
+        match self.key.kind {
+            Kind::Time(_) | Kind::TimeOrWord(..) => match nearest_whole(1e9 * number) {
+                Some(ns) => KeyValue::Nanoseconds(ns),
+                None => KeyValue::Number(number),
+            },
+            Kind::Whole(..) => match nearest_whole(number) {
+                Some(whole) => KeyValue::Whole(whole),
+                None => KeyValue::Number(number),
+            },
+            _ => KeyValue::Number(number),
+        }
+    }
+}
+
+/// The nearest whole number, where `i64` holds it exactly.
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "whole, and within the bounds"
+)]
+fn nearest_whole(number: f64) -> Option<i64> {
+    const MOST: f64 = 9_007_199_254_740_992.0; // 2^53
+    let whole = libm::round(number);
+    (whole.abs() <= MOST).then_some(whole as i64)
+}
+
+/// Another value of a key.
+#[derive(Debug, Clone, PartialEq)]
+pub enum KeyValue {
+    /// A number.
+    Number(f64),
+    /// A time, written in seconds \[ns\].
+    Nanoseconds(i64),
+    /// A whole number.
+    Whole(i64),
+    /// Anything else, as TOML.
+    Toml(String),
+}
+
+impl KeyValue {
+    /// The value as a number, in the key's unit; [`None`] for what is none.
+    pub fn number(&self) -> Option<f64> {
+        match self {
+            Self::Number(number) => Some(*number),
+            Self::Nanoseconds(ns) => Some(u64::try_from(*ns).map_or(*ns as f64 / 1e9, seconds)),
+            Self::Whole(whole) => Some(*whole as f64),
+            Self::Toml(_) => None,
+        }
+    }
+
+    /// The value as a run file has it.
+    pub fn to_toml(&self) -> String {
+        match self {
+            Self::Number(number) => format!("{number:?}"),
+            Self::Nanoseconds(ns) => format!("{ns}e-9"),
+            Self::Whole(whole) => whole.to_string(),
+            Self::Toml(text) => text.clone(),
+        }
+    }
+}
+
+/// A run file with all that holds for every run.
+#[derive(Debug, Clone)]
+pub struct Template {
+    source_name: String,
+    text: String,
+    sets: Vec<String>,
+    file: RunFile,
+}
+
+impl Template {
+    /// A run file from its text, with overrides that hold for every run;
+    /// `source_name` stands in messages.
+    ///
+    /// # Errors
+    /// Everything that is wrong with the text and the overrides.
+    pub fn parse(source_name: &str, text: &str, sets: &[String]) -> Result<Self, RunFileErrors> {
+        Ok(Self {
+            file: RunFile::parse(source_name, text, sets)?,
+            source_name: source_name.to_owned(),
+            text: text.to_owned(),
+            sets: sets.to_owned(),
+        })
+    }
+
+    /// The run without any change.
+    pub fn base(&self) -> &Case {
+        &self.file.case
+    }
+
+    /// The run file without any change.
+    pub fn into_file(self) -> RunFile {
+        self.file
+    }
+
+    /// The overrides that hold for every run.
+    pub fn sets(&self) -> &[String] {
+        &self.sets
+    }
+
+    /// The text of the file, without the overrides.
+    pub fn text(&self) -> &str {
+        &self.text
+    }
+
+    /// What a key has without any change, where that is a number.
+    pub fn number(&self, key: &KeyPath) -> Option<f64> {
+        let (section, name) = (key.section, key.key.name);
+        let values = &self.file.values;
+        values
+            .number(section, name)
+            .or_else(|| values.nanoseconds(section, name).map(seconds))
+            .or_else(|| values.whole::<i64>(section, name).map(|n| n as f64))
+    }
+
+    /// Section, key and value, as it was written, of what the overrides set to
+    /// another value than its default.
+    pub fn overridden(&self) -> impl Iterator<Item = (&'static str, &'static Key, &str)> {
+        let set = self.file.values.set();
+        set.filter(|(_, _, entry)| matches!(entry.place, Some(Place::Set(_))))
+            .map(|(section, key, entry)| (section, key, entry.text.as_str()))
+    }
+
+    /// Whether the file or an override gives a key.
+    pub fn is_given(&self, section: &str, key: &str) -> bool {
+        self.file.values.is_given(section, key)
+    }
+
+    /// The run with these values instead.
+    ///
+    /// # Errors
+    /// Everything that is wrong with the values; each stands there as the
+    /// `--set` that would give it to a single run.
+    pub fn case<'v>(
+        &self,
+        changes: impl Iterator<Item = (&'v KeyPath, &'v KeyValue)> + Clone,
+    ) -> Result<Case, RunFileErrors> {
+        match self.written(changes.clone()) {
+            Some(case) => Ok(case),
+            None => self.file(changes).map(|file| file.case),
+        }
+    }
+
+    /// The run file with these values instead, read as `--set` would have it.
+    ///
+    /// # Errors
+    /// As [`Template::case`].
+    pub fn file<'v>(
+        &self,
+        changes: impl Iterator<Item = (&'v KeyPath, &'v KeyValue)>,
+    ) -> Result<RunFile, RunFileErrors> {
+        let mut sets = self.sets.clone();
+        sets.extend(changes.map(|(key, value)| format!("{}={}", key.path(), value.to_toml())));
+        RunFile::parse(&self.source_name, &self.text, &sets)
+    }
+
+    /// The run, if every change can be written straight into the case.
+    fn written<'v>(
+        &self,
+        changes: impl Iterator<Item = (&'v KeyPath, &'v KeyValue)>,
+    ) -> Option<Case> {
+        // What an axis adds to the paper's law may depend on any of the keys.
+        if !self.base().options.is_off() {
+            return None;
+        }
+        let mut case = None;
+        for (key, value) in changes {
+            let (Kind::Number(range), KeyValue::Number(number)) = (key.key.kind, value) else {
+                return None;
+            };
+            let write = key.write?;
+            // The text of a file has no −0 either.
+            let number = check_number(*number + 0.0, range, key.key).ok()?;
+            write(case.get_or_insert_with(|| self.base().clone()), number);
+        }
+        case
+    }
+}
+
+/// For keys that stand in one place of the case, and in no check together
+/// with others.
+fn writer(section: &str, key: &str) -> Option<Write> {
+    Some(match (section, key) {
+        ("controller", "kp") => |case, v| case.controller.gains.kp = v,
+        ("controller", "ki_per_s") => |case, v| case.controller.gains.ki_per_s = v,
+        ("controller", "kd_s") => |case, v| case.controller.gains.kd_s = v,
+        ("motor", "inertia_kg_m2") => |case, v| case.axis.motor.inertia_kg_m2 = v,
+        ("motor", "torque_constant_nm_per_a") => {
+            |case, v| case.axis.motor.torque_constant_nm_per_a = v
+        }
+        ("motor", "resistance_ohm") => |case, v| case.axis.motor.resistance_ohm = v,
+        ("motor", "inductance_h") => |case, v| case.axis.motor.inductance_h = v,
+        ("carriage", "mass_kg") => |case, v| case.axis.carriage.mass_kg = v,
+        ("transmission", "screw_inertia_kg_m2") => {
+            |case, v| case.axis.transmission.screw_inertia_kg_m2 = v
+        }
+        ("transmission", "stiffness_nm_per_rad") => |case, v| {
+            if let Joint::Elastic(joint) = &mut case.axis.transmission.joint {
+                joint.stiffness_nm_per_rad = v;
+            }
+        },
+        ("transmission", "damping_nms_per_rad") => |case, v| {
+            if let Joint::Elastic(joint) = &mut case.axis.transmission.joint {
+                joint.damping_nms_per_rad = v;
+            }
+        },
+        ("transmission", "backlash_half_deg") => |case, v| {
+            if let Joint::Elastic(joint) = &mut case.axis.transmission.joint {
+                // deg → rad
+                joint.backlash_half_rad = v * PI / 180.0;
+            }
+        },
+        ("drive", "amplifier_gain") => |case, v| case.amplifier.gain = v,
+        ("drive", "voltage_limit_v") => |case, v| case.amplifier.voltage_limit_v = v,
+        _ => return None,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::runfile::builtin_text;
+
+    fn template(sets: &[&str]) -> Template {
+        let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
+        Template::parse("paper-2", builtin_text("paper-2").unwrap(), &sets).unwrap()
+    }
+
+    /// Every key that is written straight gives the case that the file would.
+    #[test]
+    fn what_is_written_is_what_the_file_says() {
+        let template = template(&[]);
+        let mut written = 0;
+        for section in SECTIONS {
+            for key in section.keys {
+                let key = KeyPath::find(&path(section.name, key.name)).unwrap();
+                if key.write.is_none() {
+                    continue;
+                }
+                for number in [0.001, 0.3, 1.0 / 3.0, 2.0, 17.77] {
+                    let value = KeyValue::Number(number);
+                    let change = [(&key, &value)];
+                    let quick = template.written(change.into_iter()).unwrap();
+                    let set = format!("{}={}", key.path(), value.to_toml());
+                    let slow = RunFile::parse("paper-2", template.text(), &[set]).unwrap();
+                    assert_eq!(quick, slow.case, "{} = {number}", key.path());
+                    assert_ne!(&quick, template.base(), "{} has no effect", key.path());
+                    written += 1;
+                }
+            }
+        }
+        assert_eq!(written, 14 * 5);
+    }
+
+    #[test]
+    fn a_value_out_of_range_is_refused_as_in_a_file() {
+        let key = KeyPath::find("controller.kp").unwrap();
+        let value = KeyValue::Number(-1.0);
+        let error = template(&[])
+            .case([(&key, &value)].into_iter())
+            .unwrap_err();
+        assert_eq!(
+            error.to_string(),
+            "--set controller.kp=-1.0: controller.kp = -1.0 is not allowed: \
+             the proportional gain K_p must be at least 0 codes/count"
+        );
+    }
+
+    #[test]
+    fn times_are_whole_nanoseconds_and_bits_whole_numbers() {
+        let time = KeyPath::find("controller.sample_time_s").unwrap();
+        assert_eq!(time.value(1.2345e-4), KeyValue::Nanoseconds(123_450));
+        assert_eq!(time.value(1.0 / 3e3), KeyValue::Nanoseconds(333_333));
+        assert_eq!(time.value(1e-3).to_toml(), "1000000e-9");
+        let bits = KeyPath::find("drive.dac_bits").unwrap();
+        assert_eq!(bits.value(11.7), KeyValue::Whole(12));
+        let case = template(&[])
+            .case([(&time, &time.value(2e-3)), (&bits, &bits.value(12.0))].into_iter())
+            .unwrap();
+        assert_eq!(case.controller.sample_time_ns, Some(2_000_000));
+        assert_eq!(case.dac.bits, 12);
+    }
+
+    #[test]
+    fn one_of_a_pair_takes_the_place_of_the_other() {
+        let lines = KeyPath::find("encoder.lines").unwrap();
+        let change = (&lines, &lines.value(500.0));
+        let case = template(&["drive.dac_range_v=80"])
+            .case([change].into_iter())
+            .unwrap();
+        assert_eq!(case.encoder, plant::Encoder::with_lines(500.0));
+        assert_eq!(case.dac, plant::Dac::with_range(14, 80.0));
+        // Both at once are refused.
+        let sets = ["drive.dac_range_v=80", "drive.dac_lsb_v=0.1"].map(str::to_owned);
+        assert!(Template::parse("paper-2", builtin_text("paper-2").unwrap(), &sets).is_err());
+    }
+
+    #[test]
+    fn numbers_of_the_base_can_be_asked_for() {
+        let number = |path: &str| template(&[]).number(&KeyPath::find(path).unwrap());
+        assert_eq!(number("controller.sample_time_s"), Some(1e-3));
+        assert_eq!(number("drive.dac_bits"), Some(14.0));
+        assert_eq!(number("controller.kp"), Some(3.2));
+        assert_eq!(number("encoder.lines"), None);
+    }
+}

@@ -1,0 +1,360 @@
+//! Key figures of a run.
+
+use std::collections::BTreeMap;
+
+use plant::{ContactChange, Extremes};
+use serde::Serialize;
+
+use crate::budget::{self, Verdict};
+use crate::case::{Case, Law};
+use crate::chip_cost::ChipReport;
+use crate::controllers::AxisStatus;
+use crate::number;
+use crate::rest::Seen;
+use crate::time::seconds;
+use crate::trace::Row;
+
+/// Key figures of a run; the keys are those of the summary file.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Summary {
+    /// Name of the run.
+    pub name: String,
+    /// The rung.
+    pub law: &'static str,
+    /// The solver really used.
+    pub solver: &'static str,
+    /// Keys beyond the paper's law that the run file sets and the rung leaves
+    /// out; left out where there are none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub keys_without_effect: Vec<String>,
+    /// sup of |ẍ|, contact spikes included \[m/s²\].
+    pub peak_abs_acc_mps2: f64,
+    /// sup of |ẍ| − sup of |ẍ_ref| \[m/s²\].
+    pub peak_acc_overshoot_mps2: f64,
+    /// RMS of ẍ − ẍ_ref over the rows \[m/s²\].
+    pub rms_acc_error_mps2: f64,
+    /// sup of |x_ref − x| \[mm\].
+    pub peak_following_error_mm: f64,
+    /// x_ref − x at the end \[µm\].
+    pub final_error_um: f64,
+    /// sup of |x_ref − p·β| \[mm\].
+    pub peak_motor_following_error_mm: f64,
+    /// x_ref − p·β at the end \[µm\].
+    pub final_motor_error_um: f64,
+    /// From the motion's end until the carriage stays in the settling band
+    /// \[s\]; `None` if it is outside at the end.
+    pub settling_time_s: Option<f64>,
+    /// Changes of `contact`.
+    pub contact_changes: u64,
+    /// Changes 0 → ±1 at |ε| = b.
+    pub impacts: u64,
+    /// Largest |ε̇| at an impact \[rad/s\]; 0 without one.
+    pub hardest_impact_radps: f64,
+    /// What the joint's damper has turned into heat, `∫ c·ε̇² dt` \[J\].
+    pub joint_loss_j: f64,
+    /// Largest voltage in force \[V\].
+    pub peak_abs_voltage_v: f64,
+    /// Time at the amplifier's or the code's limit \[s\].
+    pub voltage_saturated_s: f64,
+    /// Largest current \[A\].
+    pub peak_abs_current_a: f64,
+    /// Largest code after its clamp; `None` on rung `continuous`.
+    pub max_abs_dac_code: Option<f64>,
+    /// Bits of the smallest converter that has all codes of the run; `None`
+    /// where the codes are no whole numbers.
+    pub dac_bits_used: Option<u32>,
+    /// Bits that tell the counts apart that the encoder went through; `None`
+    /// where there are none.
+    pub encoder_bits_used: Option<u32>,
+    /// Half of the carriage's swing at rest about its straight line \[µm\];
+    /// `None`, as what follows, where it does not rest.
+    pub rest_ripple_um: Option<f64>,
+    /// The same where it is a sustained oscillation, else 0 \[µm\].
+    pub limit_cycle_um: Option<f64>,
+    /// Period of that \[s\]; `None` without one.
+    pub limit_cycle_period_s: Option<f64>,
+    /// Highest code at rest less the lowest.
+    pub rest_dac_codes: Option<u64>,
+    /// Highest count at rest less the lowest.
+    pub rest_encoder_counts: Option<u64>,
+    /// Largest |x_ref − x| at the rows at rest \[µm\].
+    pub rest_error_max_um: Option<f64>,
+    /// RMS of x_ref − x over the same rows \[µm\].
+    pub rest_error_rms_um: Option<f64>,
+    /// How often the supervision stopped the axis; left out where none runs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub faults: Option<u32>,
+    /// What the axis reported at the end; left out where no supervision runs.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub axis: Option<AxisReport>,
+    /// What the chip reported; left out where none runs.
+    #[serde(flatten)]
+    pub chip: Option<ChipReport>,
+    /// Every change of contact: `[t_s, from, to]`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub events: Option<Vec<(f64, i8, i8)>>,
+    /// Limits and whether they hold.
+    pub verdicts: Vec<Verdict>,
+    /// Figures of which fewer digits hold than tables show, and how many;
+    /// left out where there are none, or no second run looked for them.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub digits_that_hold: BTreeMap<&'static str, usize>,
+}
+
+impl Summary {
+    /// A figure by its key; `None` for null and for keys that are no figure.
+    pub fn figure(&self, key: &str) -> Option<f64> {
+        match key {
+            "peak_abs_acc_mps2" => Some(self.peak_abs_acc_mps2),
+            "peak_acc_overshoot_mps2" => Some(self.peak_acc_overshoot_mps2),
+            "rms_acc_error_mps2" => Some(self.rms_acc_error_mps2),
+            "peak_following_error_mm" => Some(self.peak_following_error_mm),
+            "final_error_um" => Some(self.final_error_um),
+            "peak_motor_following_error_mm" => Some(self.peak_motor_following_error_mm),
+            "final_motor_error_um" => Some(self.final_motor_error_um),
+            "settling_time_s" => self.settling_time_s,
+            "contact_changes" => Some(whole(self.contact_changes)),
+            "impacts" => Some(whole(self.impacts)),
+            "hardest_impact_radps" => Some(self.hardest_impact_radps),
+            "joint_loss_j" => Some(self.joint_loss_j),
+            "peak_abs_voltage_v" => Some(self.peak_abs_voltage_v),
+            "voltage_saturated_s" => Some(self.voltage_saturated_s),
+            "peak_abs_current_a" => Some(self.peak_abs_current_a),
+            "max_abs_dac_code" => self.max_abs_dac_code,
+            "dac_bits_used" => self.dac_bits_used.map(f64::from),
+            "encoder_bits_used" => self.encoder_bits_used.map(f64::from),
+            "rest_ripple_um" => self.rest_ripple_um,
+            "limit_cycle_um" => self.limit_cycle_um,
+            "limit_cycle_period_s" => self.limit_cycle_period_s,
+            "rest_dac_codes" => self.rest_dac_codes.map(whole),
+            "rest_encoder_counts" => self.rest_encoder_counts.map(whole),
+            "rest_error_max_um" => self.rest_error_max_um,
+            "rest_error_rms_um" => self.rest_error_rms_um,
+            // Without supervision there is none.
+            "faults" => Some(f64::from(self.faults.unwrap_or(0))),
+            _ => self.chip.as_ref()?.figure(key),
+        }
+    }
+
+    /// A figure as tables show it, with the digits that hold.
+    pub fn shown(&self, key: &str) -> String {
+        self.figure(key).map_or_else(
+            || number::MISSING.to_owned(),
+            |value| number::held(value, self.digits(key)),
+        )
+    }
+
+    /// How many digits of a figure hold; `None` where all that tables show do.
+    pub fn digits(&self, key: &str) -> Option<usize> {
+        self.digits_that_hold.get(key).copied()
+    }
+}
+
+/// What the supervision of the axis has to say.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct AxisReport {
+    /// State at the end.
+    pub state: &'static str,
+    /// Largest `|e|` while the axis was powered \[counts\].
+    pub peak_error_counts: u32,
+    /// The first fault of the run, whether or not it was reset.
+    pub fault: Option<FaultReport>,
+}
+
+/// A fault in a summary.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FaultReport {
+    /// What tripped.
+    pub cause: &'static str,
+    /// Number of the sample.
+    pub tick: u64,
+    /// Time of the sample \[s\].
+    pub t_s: f64,
+    /// Setpoint \[counts, modulo 2^32\].
+    pub setpoint_counts: i32,
+    /// Position \[counts, modulo 2^32\].
+    pub position_counts: i32,
+    /// `e` \[counts\].
+    pub error_counts: i32,
+    /// The last code before the safe output.
+    pub dac_code: i32,
+    /// What was measured, in the unit of the cause.
+    pub measured: i64,
+    /// The limit that it passed.
+    pub limit: i64,
+    /// The same in a sentence.
+    pub message: String,
+}
+
+impl AxisReport {
+    fn new(status: &AxisStatus, period_ns: u64) -> Self {
+        Self {
+            state: status.state.name(),
+            peak_error_counts: status.peak_error_counts,
+            fault: status.first_fault.map(|fault| FaultReport {
+                cause: fault.cause.name(),
+                tick: fault.tick,
+                t_s: seconds(fault.tick * period_ns),
+                setpoint_counts: fault.values.setpoint,
+                position_counts: fault.values.position,
+                error_counts: fault.values.error,
+                dac_code: fault.values.code,
+                measured: fault.values.measured,
+                limit: fault.values.limit,
+                message: fault.to_string(),
+            }),
+        }
+    }
+}
+
+/// Collects over the rows what the plant's own observer does not see.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct RowFigures {
+    rows: u64,
+    squared_acc_error: f64,
+    max_abs_dac_code: Option<f64>,
+    seen: Seen,
+}
+
+impl RowFigures {
+    pub(crate) fn new(case: &Case) -> Self {
+        Self {
+            rows: 0,
+            squared_acc_error: 0.0,
+            max_abs_dac_code: None,
+            seen: Seen::new(case),
+        }
+    }
+
+    /// From sums that were made elsewhere, row by row in the same order.
+    pub(crate) fn from_sums(
+        rows: u64,
+        squared_acc_error: f64,
+        max_abs_dac_code: f64,
+        seen: Seen,
+    ) -> Self {
+        Self {
+            rows,
+            squared_acc_error,
+            max_abs_dac_code: Some(max_abs_dac_code),
+            seen,
+        }
+    }
+
+    /// Takes in a row with the count that it was computed from, if there was
+    /// one, and where the carriage is.
+    pub(crate) fn add(&mut self, row: &Row, count: Option<f64>, position_m: f64) {
+        let error = row.acc_mps2 - row.acc_ref_mps2;
+        self.squared_acc_error += error * error;
+        if let Some(sample) = row.sample {
+            let before = self.max_abs_dac_code.unwrap_or(0.0);
+            self.max_abs_dac_code = Some(before.max(sample.dac_code.abs()));
+        }
+        let code = row.sample.map(|sample| sample.dac_code);
+        let sample = code.zip(count).map(|(code, count)| [code, count]);
+        self.seen.add(self.rows, sample, position_m);
+        self.rows += 1;
+    }
+}
+
+/// What is known at the end of a run.
+#[derive(Debug)]
+pub(crate) struct EndOfRun<'a> {
+    pub(crate) case: &'a Case,
+    pub(crate) solver: &'static str,
+    pub(crate) state: plant::State,
+    pub(crate) extremes: &'a Extremes,
+    pub(crate) rows: &'a RowFigures,
+    /// Time under a held voltage at its limit \[ns\].
+    pub(crate) held_limit_ns: u64,
+    /// Every change of contact, if they were kept.
+    pub(crate) events: Option<&'a [ContactChange]>,
+    /// What the axis reported last.
+    pub(crate) axis: Option<AxisStatus>,
+    /// What its chip reported.
+    pub(crate) chip: Option<ChipReport>,
+}
+
+impl EndOfRun<'_> {
+    /// The figures and the verdicts on them.
+    pub(crate) fn summary(&self) -> Summary {
+        let mut summary = self.figures();
+        summary.verdicts = budget::verdicts(self.case, |key| summary.figure(key));
+        summary
+    }
+
+    fn figures(&self) -> Summary {
+        let (case, extremes) = (self.case, self.extremes);
+        let end_s = seconds(case.run.duration_ns);
+        let pitch = case.axis.transmission.screw_pitch_m_per_rad;
+        let x_ref_m = case.motion.at(end_s).displacement_m;
+        let x_m = pitch * self.state.gamma_rad();
+        let peak_abs_acc_mps2 = extremes.peak_abs_acceleration_mps2;
+        let seen = &self.rows.seen;
+        let ripple = seen.ripple();
+        // At rest the command stands where it ends.
+        let rest_error = seen.rest_error(x_ref_m);
+        // From this rung on codes and counts are whole numbers.
+        let whole_numbers = case.controller.law >= Law::Quantised;
+        let at_rest = seen.at_rest().filter(|_| whole_numbers);
+        let peak_command_mps2 = case.motion.peak_acceleration_until_mps2(end_s);
+        Summary {
+            name: case.name.clone(),
+            law: case.controller.law.name(),
+            solver: self.solver,
+            keys_without_effect: case.keys_without_effect.clone(),
+            peak_abs_acc_mps2,
+            peak_acc_overshoot_mps2: peak_abs_acc_mps2 - peak_command_mps2,
+            rms_acc_error_mps2: (self.rows.squared_acc_error / whole(self.rows.rows.max(1))).sqrt(),
+            peak_following_error_mm: 1e3 * extremes.peak_following_error_m,
+            final_error_um: 1e6 * (x_ref_m - x_m),
+            peak_motor_following_error_mm: 1e3 * extremes.peak_motor_following_error_m,
+            final_motor_error_um: 1e6 * (x_ref_m - pitch * self.state.beta_rad),
+            settling_time_s: self.settling_time_s(x_m),
+            contact_changes: extremes.contact_changes,
+            impacts: extremes.impacts,
+            hardest_impact_radps: extremes.hardest_impact_radps,
+            joint_loss_j: extremes.joint_loss_j,
+            peak_abs_voltage_v: extremes.peak_abs_voltage_v,
+            voltage_saturated_s: seconds(self.held_limit_ns) + extremes.voltage_limited_s,
+            peak_abs_current_a: extremes.peak_abs_current_a,
+            max_abs_dac_code: self.rows.max_abs_dac_code,
+            dac_bits_used: whole_numbers.then(|| seen.codes().signed_bits()),
+            encoder_bits_used: whole_numbers.then(|| seen.counts().bits_of_width()),
+            rest_ripple_um: ripple.map(|ripple| ripple.ripple_um),
+            limit_cycle_um: ripple.map(|ripple| ripple.limit_cycle_um),
+            limit_cycle_period_s: ripple.and_then(|ripple| ripple.limit_cycle_period_s),
+            rest_dac_codes: at_rest.map(|[codes, _]| codes.width()),
+            rest_encoder_counts: at_rest.map(|[_, counts]| counts.width()),
+            rest_error_max_um: rest_error.map(|error| error.max_um),
+            rest_error_rms_um: rest_error.map(|error| error.rms_um),
+            faults: self.axis.map(|axis| axis.faults),
+            axis: self
+                .axis
+                .map(|axis| AxisReport::new(&axis, case.controller.sample_time_ns.unwrap_or(0))),
+            chip: self.chip.clone(),
+            events: self.events.filter(|_| case.run.events).map(|events| {
+                let event = |e: &ContactChange| (e.time_s, e.from.sign(), e.to.sign());
+                events.iter().map(event).collect()
+            }),
+            verdicts: Vec::new(),
+            digits_that_hold: BTreeMap::new(),
+        }
+    }
+
+    fn settling_time_s(&self, x_m: f64) -> Option<f64> {
+        let (motion, band_um) = (&self.case.motion, self.case.run.settling_band_um);
+        let outside = |x_m: f64| (motion.travel_m() - x_m).abs() > 1e-6 * band_um;
+        if outside(x_m) {
+            return None;
+        }
+        let last_s = self.extremes.last_outside_band_s.unwrap_or(0.0);
+        Some((last_s - motion.end_s()).max(0.0))
+    }
+}
+
+/// A count as a figure; exact below 2^53.
+#[expect(clippy::cast_precision_loss, reason = "counts stay below 2^53")]
+fn whole(n: u64) -> f64 {
+    n as f64
+}

@@ -1,0 +1,202 @@
+//! What the steps of encoder and converter add to a moving axis: white noise
+//! through the linear loop.
+//!
+//! A signal that passes many steps from one sample to the next leaves a rounding
+//! error that is uniform, of variance q²/12, and white (Widrow and Kollár,
+//! "Quantization Noise", 2008; Franklin, Powell and Workman, "Digital Control
+//! of Dynamic Systems", 10.1). There are three: the encoder's floor and the
+//! setpoint's rounding, both in counts and both in the error, and the code's
+//! rounding. With `X(k+1) = F·X(k) + g·n(k)` the covariance is
+//!
+//! ```text
+//! P = F·P·Fᵀ + g·gᵀ·σ² = Σ_k F^k·g·gᵀ·(F^k)ᵀ·σ²
+//! ```
+//!
+//! summed by doubling: `P ← P + F·P·Fᵀ, F ← F²` (Åström and Wittenmark,
+//! "Computer-Controlled Systems", 11.2).
+//!
+//! It holds while the axis moves by several counts a sample and not in step
+//! with them. At rest the errors are no noise: the axis stands, or cycles
+//! ([`super::encoder_cycle`], [`super::dac_cycle`]).
+
+use nalgebra::{SMatrix, SVector};
+
+use super::closed_loop::ClosedLoop;
+use super::gains::{LoopGains, is_papers_loop};
+use super::held::HeldStep;
+use super::linear_axis::{Body, JointState, LinearAxis, ONE, TWO};
+use crate::case::{Case, Law};
+use crate::options::Quantiser;
+use crate::time::seconds;
+
+/// Quantisation noise of an axis in motion, the joint closed: standard
+/// deviations at the samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Noise {
+    /// From the encoder's floor.
+    pub encoder: NoiseFigures,
+    /// From the setpoint's rounding to whole counts.
+    pub setpoint: NoiseFigures,
+    /// From the code's rounding.
+    pub dac: NoiseFigures,
+    /// From all three, which are independent.
+    pub together: NoiseFigures,
+    /// Mean of the carriage's position against the axis without steps \[µm\]:
+    /// the floor shows half a count less than there is, and the loop makes up
+    /// for it.
+    pub mean_um: f64,
+}
+
+/// Standard deviations of what one source causes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NoiseFigures {
+    /// Position of the carriage \[µm\].
+    pub position_um: f64,
+    /// Its acceleration \[m/s²\].
+    pub acceleration_mps2: f64,
+    /// Motor voltage, that of the sample's own code \[V\].
+    pub voltage_v: f64,
+}
+
+impl NoiseFigures {
+    fn of_variances(variances: [f64; 3]) -> Self {
+        let [position, acceleration, voltage] = variances.map(f64::sqrt);
+        Self {
+            position_um: 1e6 * position,
+            acceleration_mps2: acceleration,
+            voltage_v: voltage,
+        }
+    }
+}
+
+/// The quantisation noise of a case on rungs `quantised` and `firmware`. `None`
+/// on the others, where the loop is not the paper's or not stable, and with a
+/// quantiser that rounds to other than the nearest code.
+pub fn quantisation_noise(case: &Case) -> Option<Noise> {
+    let nearest = match case.controller.law {
+        Law::Quantised => true,
+        Law::Firmware => case.options.law.quantiser == Quantiser::Nearest,
+        Law::Continuous | Law::Sampled => false,
+    };
+    if !nearest || !is_papers_loop(case) {
+        return None;
+    }
+    let axis = LinearAxis::new(&case.axis, JointState::Closed)?;
+    let period_s = seconds(case.controller.sample_time_ns.filter(|&ns| ns > 0)?);
+    let delay_s = seconds(case.controller.computation_delay.fixed_ns()?);
+    let gains = LoopGains::of(case);
+    let rad_per_count = 1.0 / case.encoder.counts_per_rad;
+    let volts_per_code = case.dac.step_v * case.amplifier.gain;
+    let family = super::family::LoopFamily::of(case, JointState::Closed)?;
+    if !family.is_stable(&gains) {
+        return None;
+    }
+    let steps = Steps {
+        error_rad: rad_per_count / 12.0_f64.sqrt(),
+        voltage_v: volts_per_code / 12.0_f64.sqrt(),
+    };
+    let [of_error, of_code] = match axis.body {
+        Body::One {
+            inertia_kg_m2,
+            drag_nms_per_rad,
+        } => {
+            let a = axis.one(inertia_kg_m2, drag_nms_per_rad);
+            let step = HeldStep::<ONE>::new(&a, &axis.per_volt(), period_s, delay_s);
+            let closed = ClosedLoop::<6>::new(&step, &gains, axis.gear_ratio, period_s);
+            steps.variances(&closed, &outputs(&axis, a.row(1).transpose(), None))
+        }
+        Body::Two { .. } => {
+            let a = axis.two()?;
+            let step = HeldStep::<TWO>::new(&a, &axis.per_volt(), period_s, delay_s);
+            let closed = ClosedLoop::<8>::new(&step, &gains, axis.gear_ratio, period_s);
+            // γ̈ = β̈ − ε̈
+            let screw = (a.row(1) - a.row(3)).transpose();
+            steps.variances(&closed, &outputs(&axis, screw, Some(2)))
+        }
+    };
+    let together = core::array::from_fn(|k| 2.0 * of_error[k] + of_code[k]);
+    let per_motor_rad = axis.pitch_m_per_rad * axis.gear_ratio;
+    Some(Noise {
+        encoder: NoiseFigures::of_variances(of_error),
+        setpoint: NoiseFigures::of_variances(of_error),
+        dac: NoiseFigures::of_variances(of_code),
+        together: NoiseFigures::of_variances(together),
+        mean_um: 1e6 * 0.5 * rad_per_count * per_motor_rad,
+    })
+}
+
+/// Standard deviations of the two kinds of steps.
+#[derive(Debug, Clone, Copy)]
+struct Steps {
+    error_rad: f64,
+    voltage_v: f64,
+}
+
+/// Carriage position \[m\] and acceleration \[m/s²\] as coefficients of the
+/// closed loop's state; `epsilon` is where ε stands.
+fn outputs<const N: usize, const D: usize>(
+    axis: &LinearAxis,
+    screw_acceleration: SVector<f64, N>,
+    epsilon: Option<usize>,
+) -> [SVector<f64, D>; 2] {
+    let p = axis.pitch_m_per_rad;
+    let mut position = SVector::<f64, D>::zeros();
+    let mut acceleration = SVector::<f64, D>::zeros();
+    position[0] = p;
+    if let Some(epsilon) = epsilon {
+        position[epsilon] = -p;
+    }
+    acceleration
+        .fixed_rows_mut::<N>(0)
+        .copy_from(&(screw_acceleration * p));
+    [position, acceleration]
+}
+
+impl Steps {
+    /// Variances of position, acceleration and voltage from one source of error
+    /// and from the codes.
+    fn variances<const D: usize>(
+        &self,
+        closed: &ClosedLoop<D>,
+        outputs: &[SVector<f64, D>; 2],
+    ) -> [[f64; 3]; 2] {
+        let of = |state: SVector<f64, D>, direct_v: f64| {
+            let p = covariance(&closed.transition, &state);
+            let variance = |row: &SVector<f64, D>| row.dot(&(p * row)).max(0.0);
+            [
+                variance(&outputs[0]),
+                variance(&outputs[1]),
+                variance(&closed.voltage) + direct_v * direct_v,
+            ]
+        };
+        [
+            of(
+                closed.per_error * self.error_rad,
+                closed.voltage_per_error * self.error_rad,
+            ),
+            of(closed.per_volt * self.voltage_v, self.voltage_v),
+        ]
+    }
+}
+
+/// Doublings of the sum: 2^40 samples.
+const MOST_DOUBLINGS: u32 = 40;
+
+/// `Σ_k F^k·g·gᵀ·(F^k)ᵀ` of a stable F.
+fn covariance<const D: usize>(
+    transition: &SMatrix<f64, D, D>,
+    noise: &SVector<f64, D>,
+) -> SMatrix<f64, D, D> {
+    let mut power = *transition;
+    let mut sum = noise * noise.transpose();
+    for _ in 0..MOST_DOUBLINGS {
+        let more = power * sum * power.transpose();
+        let before = sum;
+        sum += more;
+        if sum == before {
+            break;
+        }
+        power *= power;
+    }
+    sum
+}

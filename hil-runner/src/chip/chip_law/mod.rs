@@ -1,0 +1,236 @@
+//! Rung `firmware` on a chip: the same parameters, the same registers and the
+//! same requests as on the host, over a line; the codes come back.
+
+mod configure;
+mod meter;
+
+use firmware::axis::Inputs;
+use firmware::law::Law;
+use firmware::{Board, Dac, Next, Observed, State, counts};
+use firmware_link::{Events, Identity, Reply, Request, Step, Stepped, settings as wire};
+
+use super::client::{Client, ClientError};
+use hil_core::case::Case;
+use hil_core::chip_cost::{Chip, ChipReport, ExecutionFigures};
+use hil_core::controllers::axis_controller::{BenchBoard, Reported, StreamedQueue, World};
+use hil_core::controllers::whole;
+use hil_core::error::RunError;
+use hil_core::link::{Link, LinkError};
+use hil_core::message::{Command, Measurement};
+use hil_core::run::{Outcome, RowSink, RunOptions, run_over};
+
+pub use configure::ChipLawError;
+pub use meter::Meter;
+
+/// A configured chip, sample by sample.
+#[derive(Debug)]
+pub struct ChipLaw<'c> {
+    client: &'c mut Client,
+    kind: Kind,
+    /// The converter that the codes are for.
+    dac: Dac,
+    meter: Meter,
+}
+
+/// What runs on the chip.
+#[derive(Debug)]
+enum Kind {
+    /// The paper's law alone.
+    Paper,
+    /// An axis.
+    Axis(Box<RemoteAxis>),
+}
+
+/// What the host keeps for an axis on a chip.
+#[derive(Debug)]
+struct RemoteAxis {
+    world: World,
+    reported: Reported,
+    /// Makes registers of counts, as on the host.
+    board: BenchBoard,
+    /// The law that the chip has, and the one from the gain change on.
+    law: Law,
+    next_law: Option<Law>,
+    /// Where the setpoints come with the samples.
+    queue: Option<Box<StreamedQueue>>,
+}
+
+impl ChipLaw<'_> {
+    fn step(&mut self, step: Step) -> Result<Stepped, ClientError> {
+        let stepped = self.client.step(step)?;
+        // A frame that is whole may still come from a controller that is not.
+        let code = stepped.code;
+        if code < self.dac.min_code() || code > self.dac.max_code() {
+            let largest = self.dac.max_code();
+            return Err(ClientError::Code { code, largest });
+        }
+        Ok(stepped)
+    }
+
+    /// The paper's law: a register in, a code out.
+    fn paper(&mut self, measurement: Measurement) -> Result<Command, ClientError> {
+        let count = counts::wrap(whole(measurement.position_counts));
+        let stepped = self.step(Step {
+            events: Events::default(),
+            inputs: Inputs {
+                tick: measurement.tick,
+                motor_register: count.cast_unsigned(),
+                ..Inputs::default()
+            },
+            motor_unread: false,
+            next: Next::Underrun,
+        })?;
+        Ok(Command {
+            tick: measurement.tick,
+            error_counts: f64::from(stepped.error_counts),
+            dac_code: f64::from(stepped.code),
+            out_of_range: stepped.out_of_range,
+            execution: Some(self.meter.time(stepped.ticks)),
+            axis: None,
+        })
+    }
+}
+
+impl RemoteAxis {
+    /// Everything that comes before the sample, and the sample itself.
+    fn prepare(
+        &mut self,
+        client: &mut Client,
+        measurement: Measurement,
+    ) -> Result<Step, ClientError> {
+        let tick = measurement.tick;
+        let mut events = Events::default();
+        for event in self.world.events(tick) {
+            self.reported.asked(event);
+            events.insert(event);
+        }
+        if self.world.changes_gains(tick)
+            && let Some(law) = self.next_law
+            && law != self.law
+        {
+            let payload = wire::write_law(&law).ok_or(ClientError::TooLong)?;
+            client.take(&Request::Law(&payload))?;
+            self.law = law;
+        }
+        self.board.set_inputs(self.world.shown(measurement));
+        let motor = self.board.motor_register();
+        let inputs = Inputs {
+            tick,
+            motor_register: motor.as_ref().copied().unwrap_or(0),
+            // Neither of the two can fail here.
+            load_register: self.board.load_register().ok().flatten(),
+            emergency_stop: self.board.emergency_stop().unwrap_or(false),
+            failed_transfers: u32::from(motor.is_err()),
+        };
+        let mut next = Next::Underrun;
+        if let Some(queue) = &mut self.queue {
+            queue.fill(self.world.queue_is_dry(tick));
+            // Only an axis that moves takes from the queue.
+            if self.reported.state() == State::Moving {
+                next = queue.next(&Observed::default());
+            }
+        }
+        Ok(Step {
+            events,
+            inputs,
+            motor_unread: motor.is_err(),
+            next,
+        })
+    }
+}
+
+impl ChipLaw<'_> {
+    fn sample(&mut self, measurement: Measurement) -> Result<Command, ClientError> {
+        let Kind::Axis(axis) = &mut self.kind else {
+            return self.paper(measurement);
+        };
+        let tick = measurement.tick;
+        if axis.world.misses(tick) {
+            return Ok(axis.reported.command(tick, false));
+        }
+        let step = axis.prepare(self.client, measurement)?;
+        let stepped = self.step(step)?;
+        let execution = Some(self.meter.time(stepped.ticks));
+        let Kind::Axis(axis) = &mut self.kind else {
+            return Err(ClientError::Unexpected);
+        };
+        // Without power the amplifier gets 0 V, whatever the code.
+        let code = if stepped.power { stepped.code } else { 0 };
+        axis.reported
+            .sampled(stepped.state, stepped.error_counts, code, stepped.fault);
+        Ok(Command {
+            execution,
+            ..axis.reported.command(tick, stepped.out_of_range)
+        })
+    }
+}
+
+impl Link for ChipLaw<'_> {
+    fn exchange(&mut self, measurement: Measurement) -> Result<Command, LinkError> {
+        let tick = measurement.tick;
+        self.sample(measurement).map_err(|error| LinkError::Chip {
+            tick,
+            because: error.to_string(),
+        })
+    }
+
+    fn cost(
+        &mut self,
+        execution: ExecutionFigures,
+        period_ns: u64,
+    ) -> Result<Option<ChipReport>, LinkError> {
+        let status = match self.client.request(&Request::Status) {
+            Ok(Reply::Status(status)) => status,
+            Ok(_) => return Err(LinkError::Refused(ClientError::Unexpected.to_string())),
+            Err(error) => return Err(LinkError::Refused(error.to_string())),
+        };
+        let identity = self.client.identity();
+        let chip = Chip {
+            name: name_of(identity),
+            image_crc: identity.image_crc,
+            flash_bytes: identity.flash_bytes,
+            ram_bytes: identity.ram_bytes,
+            stack_bytes: Some(status.stack_bytes).filter(|bytes| *bytes > 0),
+            clock_hz: self.meter.clock_hz(),
+        };
+        Ok(Some(execution.report(chip, period_ns)))
+    }
+}
+
+/// A chip for a run, and how its timer is to be read.
+#[derive(Debug)]
+pub struct ChipUnderTest<'c> {
+    /// The line to it.
+    pub client: &'c mut Client,
+    /// Whether it runs in QEMU: its timer counts instructions then.
+    pub in_qemu: bool,
+}
+
+/// Runs a case of rung `firmware` with its controller on a chip, and delivers
+/// its rows to `sink`. Every code is the chip's; the plant's time stands still
+/// until it is there. Where the delay is measured, each code acts so long after
+/// its sample as its step took by the chip's clock.
+///
+/// # Errors
+/// As [`run_over`], and [`LinkError::Refused`] if the chip does not take the
+/// controller or does not answer at the end.
+pub fn run_on_chip(
+    case: &Case,
+    options: RunOptions,
+    chip: &mut ChipUnderTest<'_>,
+    sink: &mut RowSink<'_>,
+) -> Result<Outcome, RunError> {
+    let mut law = ChipLaw::new(chip.client, case, chip.in_qemu)?;
+    run_over(case, options, &mut law, sink)
+}
+
+/// What a chip calls itself; what is no letter, number or sign is a question
+/// mark.
+pub fn name_of(identity: &Identity) -> String {
+    let name = identity.target.iter().take_while(|byte| **byte != 0);
+    name.map(|byte| match char::from(*byte) {
+        sign if sign.is_ascii_graphic() => sign,
+        _ => '?',
+    })
+    .collect()
+}
