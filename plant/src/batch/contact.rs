@@ -1,9 +1,8 @@
 //! Lanes that have left the common step, of all groups: changes of contact are
 //! followed side by side, whatever else happens as single runs.
 
-use super::group::{Group, Shared, state_of};
+use super::group::{Candidate, Group, Piece, Shared, exceeds, state_of};
 use super::step::Leaving;
-use super::track::{Candidate, Piece, exceeds};
 use super::transition::{Transition, TransitionStart};
 use super::width::Width;
 use crate::exact::HELD;

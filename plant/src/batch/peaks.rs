@@ -8,9 +8,8 @@
 //! by what comes later, so they wait until they are many: a search by branch and
 //! bound.
 
-use super::group::{Group, Shared, state_of};
+use super::group::{Candidate, Group, PLACES, Shared, Slot, exceeds, state_of};
 use super::phase::dot_pairs;
-use super::track::{Candidate, PLACES, Slot, exceeds};
 use super::width::Width;
 use crate::exact::{DRIVING, SLOPES, VALUES, command_slopes};
 use crate::model::motion::Motion;
