@@ -13,7 +13,7 @@ use crate::numerics::seconds;
 use crate::observe::extremes::FIGURES;
 use crate::observe::{ContactChange, Watch};
 
-/// What is needed to follow them, kept from time to time.
+/// Room to follow them in, kept from time to time.
 #[derive(Debug, Clone)]
 pub(super) struct Contacts<W: Width> {
     start: TransitionStart<W>,
@@ -93,7 +93,7 @@ impl<W: Width> Contacts<W> {
         }
     }
 
-    /// What the lanes of the chunk start with; the last one is repeated.
+    /// Takes over the starts of the chunk's lanes; the last one is repeated.
     fn gather(&mut self, groups: &[Group<W>]) {
         let start = &mut self.start;
         for place in 0..W::LANES {
@@ -156,7 +156,7 @@ impl<W: Width> Group<W> {
         self.put(shared, (lane, changed), &y, left.commands_m[1]);
     }
 
-    /// Whether the joint of a lane is closed; `None` where its step is not one
+    /// True if the joint of a lane is closed; `None` where its step is not one
     /// to be followed side by side.
     fn contact_is_closed(&self, lane: usize) -> Option<bool> {
         let simple = !self.mode.is_unsure(lane) && self.lanes[lane].result.is_ok();

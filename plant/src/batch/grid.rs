@@ -2,7 +2,7 @@
 //! step with the joint open or closed, and the operations of `exact::grid` on
 //! them in their order, so that every lane sees those of the single run.
 //!
-//! What is zero in them for every axis is left out: β drives nothing, and the
+//! Numbers that are zero for every axis are left out: β drives nothing, and the
 //! slopes of β and δ are states.
 
 use super::width::Width;
@@ -37,7 +37,7 @@ pub(crate) struct LaneGrid {
     /// δ over the step as a sketch.
     pub(super) slopes: [[f64; DRIVING]; SLOPES],
     pub(super) stray: [f64; DRIVING],
-    /// How far the figures may stray from their chords over the step, or twice
+    /// Bounds of how far the figures stray from their chords over the step, or twice
     /// that over a part of it.
     pub(super) chords: [[f64; DRIVING]; FIGURES],
     /// The terms of δ after a step: per driving state, and per volt.

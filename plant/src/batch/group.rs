@@ -50,7 +50,7 @@ pub(super) struct Lane {
     pub(super) plant: Automaton,
     pub(super) extremes: Extremes,
     pub(super) result: Result<(), PlantError>,
-    /// Where a figure may have exceeded its peak.
+    /// Steps in which a figure may have exceeded its peak.
     pub(super) candidates: Vec<Candidate>,
 }
 
@@ -85,7 +85,7 @@ pub(super) struct Group<W: Width> {
     /// The step of each length with the numbers of every lane's mode.
     pub(super) steps: Vec<Steps<W>>,
     pub(super) lanes: Vec<Lane>,
-    /// How many of them are runs; the others repeat the last.
+    /// Number of them that are runs; the others repeat the last.
     pub(super) runs: usize,
     /// The last steps.
     pub(super) track: Track<W>,
@@ -96,10 +96,10 @@ pub(super) struct Group<W: Width> {
     /// Sup of the figures' magnitudes over the ends of the steps before the
     /// present block.
     pub(super) peaks: [W::Array; FIGURES],
-    /// What they are known to reach, between the ends too.
+    /// Magnitudes that they are known to reach, between the ends too.
     pub(super) floors: [W::Array; FIGURES],
     pub(super) peak_abs_voltage_v: W::Array,
-    /// What the joints' dampers have taken \[J\].
+    /// Energy that the joints' dampers have taken \[J\].
     pub(super) joint_loss_j: W::Array,
     /// Number of the last step that ended outside the settling band; of the last
     /// one in which no lane did anything else, where that is later.
@@ -240,7 +240,7 @@ impl<W: Width> Group<W> {
         }
     }
 
-    /// What a lane is known to reach.
+    /// Magnitudes that a lane is known to reach.
     pub(super) fn known_of(&self, lane: usize) -> [f64; FIGURES] {
         core::array::from_fn(|i| {
             let (peak, end) = (
@@ -313,7 +313,7 @@ pub(super) const PLACES: usize = 32;
 /// Steps of a block: two of them, the step that is taken, and now.
 const BLOCK: usize = PLACES / 2 - 1;
 
-/// What a step begins with.
+/// Start of a step.
 #[derive(Debug, Clone)]
 pub(super) struct Slot<W: Width> {
     /// β, β̇, ε, ε̇, I.
@@ -323,7 +323,7 @@ pub(super) struct Slot<W: Width> {
     /// x_ref \[m\].
     pub(super) command_m: W::Array,
     pub(super) time_ns: u64,
-    /// What it is made with.
+    /// Voltage that it is made with.
     pub(super) voltage_v: W::Array,
     pub(super) phase: usize,
     /// The lanes that leave it.
@@ -386,7 +386,7 @@ impl<W: Width> Track<W> {
         self.changes = [zero; DRIVING];
     }
 
-    /// What the next step begins with.
+    /// Start of the next step.
     #[inline(always)]
     pub(super) fn now(&self) -> &Slot<W> {
         &self.slots[self.now % PLACES]
@@ -416,7 +416,7 @@ impl<W: Width> Track<W> {
         slot
     }
 
-    /// Whether the present block is full.
+    /// True if the present block is full.
     #[inline(always)]
     pub(super) fn block_is_full(&self) -> bool {
         self.now - self.second == BLOCK
@@ -438,7 +438,7 @@ pub(super) struct Candidate {
     pub(super) commands_m: [f64; 2],
     /// The piece, where it is one.
     pub(super) piece: Option<Piece>,
-    /// Whether the upper bounds are those of the sketches.
+    /// True if the upper bounds are those of the sketches.
     pub(super) enclosed: bool,
 }
 

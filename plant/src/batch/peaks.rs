@@ -144,7 +144,7 @@ impl<W: Width> Group<W> {
         }
     }
 
-    /// What the lanes are known to reach.
+    /// Magnitudes that the lanes are known to reach.
     #[inline(always)]
     fn known(&self, figure: usize) -> W::Vector {
         let w = self.width;

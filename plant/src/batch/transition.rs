@@ -10,7 +10,7 @@ use crate::model::axis::{Axis, NOISE_PER_BACKLASH};
 use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT};
 use crate::observe::extremes::{CARRIAGE, FIGURES};
 
-/// What the lanes begin the step with.
+/// Starts of the lanes in the step.
 #[derive(Debug, Clone)]
 pub(super) struct TransitionStart<W: Width> {
     /// β, β̇, ε, ε̇ and I.
@@ -25,11 +25,11 @@ pub(super) struct TransitionStart<W: Width> {
     pub(super) bend_m: W::Array,
 }
 
-/// What the lanes of `known` do in the step.
+/// Step of the lanes of `known`.
 #[derive(Debug, Clone)]
 pub(super) struct Transition<W: Width> {
     pub(super) known: u64,
-    /// When the contact changes, from the start of the step \[s\].
+    /// Time of the change of contact, from the start of the step \[s\].
     pub(super) change_s: W::Array,
     /// The flank in contact afterwards.
     pub(super) flank: W::Array,
@@ -195,7 +195,7 @@ impl<W: Width> TransitionStart<W> {
         }
     }
 
-    /// How far a loaded flank must fall to have come away (see
+    /// Angle by which a loaded flank must fall to have come away (see
     /// `Axis::release_noise_nm`) \[rad\].
     #[inline(always)]
     fn part_noise(&self, w: W, axis: &Axis, grid: &LaneGrid, x: &States<W>) -> W::Vector {
@@ -253,7 +253,7 @@ impl<W: Width> TransitionStart<W> {
     }
 }
 
-/// How far the figures may stray from their chords.
+/// Bounds of how far the figures stray from their chords.
 #[inline(always)]
 fn strays<W: Width>(w: W, grid: &LaneGrid, rate: &States<W>) -> [W::Vector; FIGURES] {
     let mut sizes = *rate;

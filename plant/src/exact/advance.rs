@@ -100,7 +100,7 @@ impl Automaton {
         true
     }
 
-    /// Whether the joint keeps its mode over a step from `start` to `end` of δ,
+    /// True if the joint keeps its mode over a step from `start` to `end` of δ,
     /// which strays from its chord by at most `strays`.
     #[inline(always)]
     fn joint_keeps(&self, start: f64, end: f64, strays: impl FnOnce() -> f64) -> bool {
@@ -157,7 +157,7 @@ impl Automaton {
         self.look(&solution, times_s, &end, (which, f64::INFINITY), extremes);
     }
 
-    /// What the joint's damper takes over a piece of the step \[J\].
+    /// Energy that the joint's damper takes over a piece of the step \[J\].
     pub(crate) fn joint_loss_j(
         &self,
         tables: &mut Tables,

@@ -79,7 +79,7 @@ impl<const D: usize> Grid<D> {
         &self.integrals
     }
 
-    /// What the terms of a local series make of the rate.
+    /// Matrices that make the terms of a local series of the rate.
     pub(crate) fn terms(&self) -> &[Matrix<D>; TERMS] {
         &self.terms
     }

@@ -32,7 +32,7 @@ impl<const D: usize> Sought<'_, D> {
         }
     }
 
-    /// How far the quantity may stray from its chord over `length_s`, a step of
+    /// Bound of how far the quantity strays from its chord over `length_s`, a step of
     /// level `level` or shorter: by what the plant's part may, and `T²/8` times
     /// sup|a_ref| for the command.
     pub(crate) fn chord_bound(&self, level: usize, rate: &Column<D>, length_s: f64) -> f64 {
@@ -53,7 +53,7 @@ impl<const D: usize> Sought<'_, D> {
         })
     }
 
-    /// Whether the quantity's magnitude stays below `floor` within a leg, but
+    /// True if the quantity's magnitude stays below `floor` within a leg, but
     /// for its ends.
     fn stays_below(&self, leg: &Leg<D>, floor: f64) -> bool {
         let end_s = leg.start_s + leg.length_s;
@@ -86,11 +86,11 @@ impl<const D: usize> Sought<'_, D> {
 /// An extreme counts if it exceeds the ends by more than their rounding.
 const ABOVE_THE_ENDS: f64 = 1.0 + 1e-14;
 
-/// What two searches may differ by, as a share: another floor leads through
+/// Difference of two searches, as a share: another floor leads through
 /// other steps.
 const BELOW_THE_FLOOR: f64 = 1.0 - 1e-12;
 
-/// What the sketch tells about a peak between the ends.
+/// Peak between the ends, as far as the sketch tells.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum SketchedPeak {
     /// None, or none above the floor.
@@ -206,7 +206,7 @@ impl<const D: usize> Flow<'_, D> {
         peak
     }
 
-    /// When within `length_s` the quantity's magnitude is last above `band`.
+    /// Last time within `length_s` at which the quantity's magnitude is above `band`.
     pub(crate) fn last_outside(
         &self,
         sought: &Sought<'_, D>,

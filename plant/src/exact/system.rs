@@ -40,7 +40,7 @@ pub(crate) const HELD: usize = 5;
 /// States under the continuous law, the command included.
 pub(crate) const FEEDBACK: usize = 11;
 
-/// Where δ stands; the place of ε in the plant's own vector.
+/// Place of δ: the place of ε in the plant's own vector.
 pub(crate) const DELTA: usize = EPSILON;
 const X_REF: usize = 6;
 const V_REF: usize = 7;
@@ -77,7 +77,7 @@ impl Axis {
         }
     }
 
-    /// Whether the plant is affine within each mode: no quadratic resistance.
+    /// True if the plant is affine within each mode: no quadratic resistance.
     pub(crate) fn is_affine(&self) -> bool {
         self.parameters().is_affine()
     }
@@ -143,7 +143,7 @@ impl Axis {
         row
     }
 
-    /// What turns the screw as coefficients of x: Ψ of eq. 9-10, or `k_m·I/z`
+    /// Torque that turns the screw, as coefficients of x: Ψ of eq. 9-10, or `k_m·I/z`
     /// without a joint.
     pub(crate) fn moving_torque_row(&self, mode: &Mode) -> Column<HELD> {
         let mut row = Column::zeros();
@@ -167,7 +167,7 @@ impl Axis {
 }
 
 impl AxisSystem {
-    /// What drives the system under a held voltage.
+    /// Input of the system under a held voltage.
     pub(crate) fn input(&self, voltage_v: f64) -> Column<HELD> {
         let mut input = self.load;
         input[CURRENT] += self.per_volt * voltage_v;
@@ -235,7 +235,7 @@ fn ahead_of_command(pitch_m_per_rad: f64) -> Matrix<FEEDBACK> {
     matrix
 }
 
-/// What is counted from the command, and the command's part.
+/// States that are counted from the command, and the command's part.
 const COMMANDED: [(usize, usize); 3] = [
     (BETA, X_REF),
     (BETA_DOT, V_REF),

@@ -18,14 +18,14 @@ use crate::model::resistance::GuideMode;
 use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON_DOT, Vector};
 use crate::numerics::seconds;
 
-/// What guards and figures look at.
+/// Quantities that guards and figures look at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Quantity {
     /// `δ = ε − m·b`.
     Delta,
     /// `k·δ + c·ε̇`, whether or not the flank carries.
     FlankTorque,
-    /// What turns the screw: Ψ, or `k_m·I/z` without a joint.
+    /// Torque that turns the screw: Ψ, or `k_m·I/z` without a joint.
     MovingTorque,
     /// γ̇.
     ScrewSpeed,
@@ -240,7 +240,7 @@ impl HeldTable {
         seconds(self.length_ns)
     }
 
-    /// Whether it is that of a joint that carries torque.
+    /// True if it is that of a joint that carries torque.
     pub(crate) fn is_closed(&self) -> bool {
         self.closed
     }
@@ -370,7 +370,7 @@ impl Kernel {
         })
     }
 
-    /// How far δ may stray from its chord over the step.
+    /// Bound of how far δ strays from its chord over the step.
     #[inline(always)]
     pub(crate) fn gap_strays(&self, from: &Column<HELD>, to: &Column<HELD>) -> f64 {
         let change = |state: usize| (to[state] - from[state]).abs();

@@ -28,13 +28,13 @@ pub struct AxisParameters {
 }
 
 impl AxisParameters {
-    /// Whether the plant is affine between events: no quadratic resistance.
+    /// True if the plant is affine between events: no quadratic resistance.
     pub fn is_affine(&self) -> bool {
         self.carriage.resistance.quadratic_ns2_per_rad2 == 0.0
     }
 }
 
-/// Where the motor voltage comes from.
+/// Source of the motor voltage.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Drive<'a> {
     /// Constant \[V\], already within the amplifier's limit: a sampled law.
@@ -62,7 +62,7 @@ pub(crate) struct Axis {
     /// `p·a0`, the torque that dry friction can hold at the screw \[N m\].
     pub(crate) holding_torque_nm: f64,
     pub(crate) joint: Option<ElasticJoint>,
-    /// How far below b a loaded flank must fall before it has come away \[rad\].
+    /// Angle below b to which a loaded flank must fall to have come away \[rad\].
     ///
     /// A torque that dies away (the axis cruises, or rests on dry friction)
     /// leaves ε at b to within rounding and the solver's error, and neither may
@@ -70,7 +70,7 @@ pub(crate) struct Axis {
     /// or never ended. A real separation is shifted by this angle over its
     /// speed, far below what is asked of the time of an event.
     pub(crate) parting_noise_rad: f64,
-    /// What the current may be off by, in units of what the induced voltage
+    /// Error of the current, in units of what the induced voltage
     /// alone would drive.
     pub(crate) current_noise: f64,
 }
@@ -134,7 +134,7 @@ impl Axis {
         };
     }
 
-    /// Whether a loaded flank lets go where it would pull.
+    /// True if a loaded flank lets go where it would pull.
     pub(crate) fn releases(&self) -> bool {
         self.joint.is_some_and(|joint| joint.releases())
     }
@@ -266,7 +266,7 @@ impl Axis {
             / self.moved_inertia()
     }
 
-    /// What turns the screw: Ψ, or `k_m·I/z` without a joint \[N m\].
+    /// Torque that turns the screw: Ψ, or `k_m·I/z` without a joint \[N m\].
     pub(crate) fn moving_torque_nm(&self, mode: &Mode, y: &Vector) -> f64 {
         match self.joint {
             None => self.parameters.motor.torque_nm(y[CURRENT]) / self.gear_ratio(),

@@ -173,7 +173,7 @@ impl Motion {
         self.intervals_s
     }
 
-    /// When the motion ends \[s\]: the sum of the intervals.
+    /// End of the motion \[s\]: the sum of the intervals.
     pub fn end_s(&self) -> f64 {
         self.end_s
     }
@@ -258,7 +258,7 @@ impl Motion {
         0.0
     }
 
-    /// What the sums of the intervals may be off by. Intervals of 0.1 s add up
+    /// Error of the sums of the intervals. Intervals of 0.1 s add up
     /// to 0.30000000000000004 s; the row at 0.3 s belongs to the next one.
     fn rounding_s(&self) -> f64 {
         8.0 * f64::EPSILON * self.end_s
@@ -461,7 +461,7 @@ fn fourth_derivatives(segments: &[Segment; 7]) -> MotionPoint {
     largest
 }
 
-/// When the last of them ends \[s\].
+/// End of the last of them \[s\].
 fn end_of(segments: &[Segment; 7]) -> f64 {
     let last = &segments[6];
     last.start_s + last.duration_s

@@ -17,7 +17,7 @@ pub struct PidGains {
     pub kd_s: f64,
 }
 
-/// Which side of an instant: the reference's acceleration can jump.
+/// Side of an instant: the reference's acceleration can jump.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Side {
     Before,
@@ -67,7 +67,7 @@ impl ContinuousPid {
         self.voltage_limit_v
     }
 
-    /// Whether two laws are the same; the motion is that of its travel and
+    /// True if two laws are the same; the motion is that of its travel and
     /// intervals.
     pub(crate) fn is_same_law(&self, other: &Self) -> bool {
         let numbers = |pid: &Self| {
@@ -134,7 +134,7 @@ impl ContinuousPid {
         self.loop_gain * (kp * e_dot + ki * e + kd * e_ddot)
     }
 
-    /// How far the demand may be from the cubic through its ends, given how
+    /// Bound of the demand's distance from the cubic through its ends, given how
     /// far β̂, β, β̇ and the command (its integral, x_ref and v_ref) may be \[V\].
     pub(crate) fn demand_reach(
         &self,

@@ -85,7 +85,7 @@ impl<'a> Rates<'a> {
         }
     }
 
-    /// What the rounding of ε makes of β̈ and ε̈: a stiff joint turns the last
+    /// Noise that the rounding of ε makes of β̈ and ε̈: a stiff joint turns the last
     /// bit of an angle into a torque.
     #[inline(always)]
     pub(crate) fn noise(&self, y: &Vector) -> Vector {

@@ -31,7 +31,7 @@ pub(crate) fn figures_at(axis: &Axis, mode: &Mode, y: &Vector, x_ref_m: f64) -> 
 pub(crate) struct Seen {
     /// The figures' peaks, this piece included.
     pub(crate) peaks: [f64; FIGURES],
-    /// When the carriage was last outside the settling band, if it was \[s\].
+    /// Last instant outside the settling band, if the carriage was there \[s\].
     pub(crate) last_outside_s: Option<f64>,
 }
 

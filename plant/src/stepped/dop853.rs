@@ -31,11 +31,11 @@ pub(crate) struct Step {
     pub(crate) f1: Vector,
     /// Derivatives of the twelve stages, the first at the start.
     stages: [Vector; 12],
-    /// What the dense output needs besides the ends.
+    /// Coefficients of the dense output besides the ends.
     dense: OnceCell<[Vector; 4]>,
 }
 
-/// How far a solution may be from the cubic through the ends of its step.
+/// Distance of a solution from the cubic through the ends of its step.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Stray {
     pub(crate) states: Vector,
@@ -116,7 +116,7 @@ impl Step {
         sum * self.h
     }
 
-    /// How far the solution may be from the cubic through the ends of the
+    /// Distance of the solution from the cubic through the ends of the
     /// step: less than this, by a factor of about two.
     ///
     /// The distance is zero at both ends, so half its steepest slope bounds it.

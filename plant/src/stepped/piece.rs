@@ -151,7 +151,7 @@ impl Axis {
     }
 }
 
-/// What a Runge-Kutta solver knows of a span besides its ends.
+/// Knowledge of a Runge-Kutta solver about a span besides its ends.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SteppedPiece<'a> {
     /// The step with its dense output, and the θ on it of the span's ends.
@@ -200,7 +200,7 @@ impl Interior for SteppedPiece<'_> {
 struct Quantity<'a, V> {
     span: &'a Span<'a>,
     ends: Ends,
-    /// How far it may be from the cubic through its ends.
+    /// Largest distance from the cubic through its ends.
     reach: f64,
     /// Of time and state within the span.
     value: V,
@@ -356,7 +356,7 @@ impl Stepped<'_> {
         )
     }
 
-    /// What the joint's damper takes over the span \[J\]: by the method's own sum
+    /// Energy that the joint's damper takes over the span \[J\]: by the method's own sum
     /// where there is one, so to the order of the solution; by Gauss's rule on
     /// the cubic of solver `rk4`, whose step may be in contact in a part only.
     fn joint_loss_j(&self) -> f64 {
