@@ -1,7 +1,7 @@
 //! Lanes that have left the common step, of all groups: changes of contact are
 //! followed side by side, whatever else happens as single runs.
 
-use super::group::{Candidate, Group, Piece, Shared, exceeds, state_of};
+use super::group::{Candidate, Group, Piece, Shared, exceeds, state_of, values_of};
 use super::step::Leaving;
 use super::transition::{Transition, TransitionStart};
 use super::width::Width;
@@ -101,14 +101,7 @@ impl<W: Width> Contacts<W> {
                 return;
             };
             let (group, y) = (&groups[left.group], &left.y);
-            let values = [
-                y.beta_rad,
-                y.beta_dot_radps,
-                y.epsilon_rad,
-                y.epsilon_dot_radps,
-                y.current_a,
-            ];
-            for (array, value) in start.y.iter_mut().zip(values) {
+            for (array, value) in start.y.iter_mut().zip(values_of(y)) {
                 array.as_mut()[place] = value;
             }
             for (array, value) in start.commands_m.iter_mut().zip(left.commands_m) {
@@ -187,7 +180,7 @@ impl<W: Width> Group<W> {
         let (middle_s, left_s) = (start_s + change_s, length_s - change_s);
 
         let run = &mut self.lanes[lane];
-        let p = shared.axis.pitch_m_per_rad();
+        let p = shared.axis.pitch_m_per_rad;
         let (travel_m, band_m) = (
             run.extremes.settings.motion.travel_m(),
             run.extremes.settings.settling_band_m,

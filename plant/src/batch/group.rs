@@ -153,7 +153,7 @@ impl<W: Width> Group<W> {
             let motion = &setup.extremes.motion;
             self.travel_m.as_mut()[lane] = motion.travel_m();
             self.band_m.as_mut()[lane] = setup.extremes.settling_band_m;
-            self.bend_m.as_mut()[lane] = motion.peak_acceleration_mps2() * (longest_s * longest_s);
+            self.bend_m.as_mut()[lane] = motion.peak_acceleration_mps2 * (longest_s * longest_s);
             let axis = shared.axis.with_backlash(setup.backlash_half_rad);
             self.backlash_half_rad.as_mut()[lane] = axis.backlash_half_rad();
             let (plant, extremes) = (Automaton::new(axis), Extremes::new(setup.extremes));
@@ -219,14 +219,7 @@ impl<W: Width> Group<W> {
         y: &State,
         command_m: f64,
     ) {
-        let values = [
-            y.beta_rad,
-            y.beta_dot_radps,
-            y.epsilon_rad,
-            y.epsilon_dot_radps,
-            y.current_a,
-        ];
-        for (array, value) in self.track.now_mut().state.iter_mut().zip(values) {
+        for (array, value) in self.track.now_mut().state.iter_mut().zip(values_of(y)) {
             array.as_mut()[lane] = value;
         }
         let figures = self.lanes[lane].plant.figures(command_m);
@@ -295,6 +288,18 @@ fn length_at(lengths_ns: &[u64], start_ns: f64) -> u64 {
     lengths_ns[usize::from(second)]
 }
 
+/// β, β̇, ε, ε̇ and I.
+pub(super) fn values_of(y: &State) -> [f64; HELD] {
+    [
+        y.beta_rad,
+        y.beta_dot_radps,
+        y.epsilon_rad,
+        y.epsilon_dot_radps,
+        y.current_a,
+    ]
+}
+
+/// The state of a lane from these in lanes.
 pub(super) fn state_of<W: Width>(arrays: &[W::Array; HELD], lane: usize) -> State {
     let value = |place: usize| arrays[place].as_ref()[lane];
     State {

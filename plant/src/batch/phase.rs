@@ -114,7 +114,7 @@ impl Phase {
 
     /// Takes over the numbers of a table; `false` if they are there already.
     pub(super) fn learn(&mut self, table: &HeldTable, axis: &Axis) -> bool {
-        let closed = table.is_closed();
+        let closed = table.closed;
         let known = &mut self.known[usize::from(closed)];
         if core::mem::replace(known, true) {
             return false;
@@ -212,7 +212,7 @@ impl<W: Width> Steps<W> {
 
     /// Takes over what the damper takes, if the table is that of a closed joint.
     pub(super) fn learn_loss(&mut self, table: &HeldTable) {
-        if table.is_closed() && !self.knows_loss {
+        if table.closed && !self.knows_loss {
             self.loss.set(table);
             self.knows_loss = true;
         }
@@ -468,7 +468,7 @@ impl<W: Width> ModeNumbers<W> {
             }
             _ => (0.0, 0.0),
         };
-        let resistance_n = mode.guide.direction() * axis.resistance().constant_n;
+        let resistance_n = mode.guide.direction() * axis.resistance.constant_n;
         for (array, value) in [
             (&mut self.offset_rad, axis.offset_rad(mode)),
             (&mut self.base, base),

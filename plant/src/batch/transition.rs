@@ -207,8 +207,8 @@ impl<W: Width> TransitionStart<W> {
         terms = terms + w.abs(w.splat(*per_volt) * w.load(&self.voltage_v));
         let b = w.load(&self.backlash_half_rad);
         let parting = w.splat(NOISE_ULPS) * terms + w.splat(NOISE_PER_BACKLASH) * b;
-        let motor = axis.motor();
-        let km = w.splat(motor.torque_constant_nm_per_a / axis.gear_ratio());
+        let motor = &axis.motor;
+        let km = w.splat(motor.torque_constant_nm_per_a / axis.gear_ratio);
         let braking = km * w.abs(km * x[BETA_DOT]) / w.splat(motor.resistance_ohm);
         let stiffness = w.splat(grid.stiffness);
         let release = stiffness * parting + w.splat(grid.current_noise) * braking;
@@ -225,7 +225,7 @@ impl<W: Width> TransitionStart<W> {
         [before, after, end]: [&States<W>; 3],
         theta: W::Vector,
     ) -> [[W::Vector; 3]; 2] {
-        let p = w.splat(axis.pitch_m_per_rad());
+        let p = w.splat(axis.pitch_m_per_rad);
         let (from_m, end_m) = (w.load(&self.commands_m[0]), w.load(&self.commands_m[1]));
         let (beta, epsilon) = (w.load(&self.y[BETA]), w.load(&self.y[EPSILON]));
         let then_m = from_m + theta * (end_m - from_m);
@@ -275,8 +275,8 @@ fn acceleration<W: Width>(
     (grid, offset): (&LaneGrid, W::Vector),
     y: &States<W>,
 ) -> W::Vector {
-    let resistance = axis.resistance();
-    let p = w.splat(axis.pitch_m_per_rad());
+    let resistance = &axis.resistance;
+    let p = w.splat(axis.pitch_m_per_rad);
     let delta = y[EPSILON] - offset;
     let torque = w.splat(grid.stiffness) * delta + w.splat(grid.damping) * y[EPSILON_DOT];
     let speed = y[BETA_DOT] - y[EPSILON_DOT];

@@ -324,7 +324,7 @@ impl<const D: usize> Flow<'_, D> {
     ) -> Option<Stop<D>> {
         let grid = self.table.grid.as_ref()?;
         let rate = self.table.levels.a * self.start + self.input;
-        let theta = length_s / grid.length_s();
+        let theta = length_s / grid.length_s;
         let mut first: Option<(usize, &LinearGuard<'_, D>, [f64; 3])> = None;
         for (place, guard) in guards.iter().enumerate() {
             let Some(guard) = guard else { continue };

@@ -49,7 +49,7 @@ impl<const D: usize> Sought<'_, D> {
 
     fn bend(&self, length_s: f64) -> f64 {
         self.command.map_or(0.0, |(motion, _)| {
-            motion.peak_acceleration_mps2() * length_s * length_s
+            motion.peak_acceleration_mps2 * length_s * length_s
         })
     }
 
@@ -115,7 +115,7 @@ impl<const D: usize> Flow<'_, D> {
         let start = sought.scale * sought.linear.value(self.start) + sought.offset;
         let own = sketch
             .curve(rate, sought.scale, start)
-            .until(length_s / grid.length_s());
+            .until(length_s / grid.length_s);
         let Some((motion, start_s)) = sought.command else {
             return Some(own);
         };
@@ -279,7 +279,7 @@ pub(crate) fn command_slopes(
     let middle = 3.0 * change - (v0 + v1);
     let slopes = ELEVATE.map(|[a, b, c]| (a * v0 + b * middle) + c * v1);
     let size = from.displacement_m.abs() + to.displacement_m.abs() + v0.abs() + v1.abs();
-    let rough = motion.fourth_derivatives().displacement_m * length_s * length_s;
+    let rough = motion.fourth_derivatives.displacement_m * length_s * length_s;
     let stray = HERMITE_SLOPE * rough * length_s * length_s + 16.0 * f64::EPSILON * size;
     (from.displacement_m, slopes, stray)
 }
@@ -296,7 +296,7 @@ fn peak_behind<const D: usize>(
     (motion, start_s): (&Motion, f64),
     mut sigma: f64,
 ) -> Option<f64> {
-    let h = local.half_s();
+    let h = local.half_s;
     let slopes = derivative(q);
     for _ in 0..MOST_NEWTON {
         let command = motion.at(start_s + local.time_s(sigma));

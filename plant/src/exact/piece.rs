@@ -33,7 +33,7 @@ impl<'a> Piece<'a> {
         (motion, commands): (&'a Motion, [MotionPoint; 2]),
         (start_s, length_s): (f64, f64),
     ) -> Self {
-        let p = axis.pitch_m_per_rad();
+        let p = axis.pitch_m_per_rad;
         let figures =
             |place: usize| figures_at(axis, mode, ends[place], commands[place].displacement_m);
         Self {
@@ -148,7 +148,7 @@ impl<'a, const D: usize> Sights<'a, D> {
         (offset_rad, screw_load): (f64, f64),
         piece: Piece<'a>,
     ) -> Self {
-        let (p, table) = (axis.pitch_m_per_rad(), flow.table);
+        let (p, table) = (axis.pitch_m_per_rad, flow.table);
         let of = |quantity, scale, offset, command| Sought {
             linear: table.quantity(quantity),
             scale,

@@ -92,11 +92,11 @@ impl<const D: usize> Sketch<D> {
     pub(crate) fn over(grid: &Grid<D>, a: &Matrix<D>, row: &Column<D>) -> Self {
         // f·e^{At} = f + (f·ψ(t))·A at the points of the grid.
         let slopes: Vec<Column<D>> = grid
-            .integrals()
+            .integrals
             .iter()
             .map(|psi| row + a.transpose() * (psi.transpose() * row))
             .collect();
-        Self::new(a, &slopes, grid.length_s())
+        Self::new(a, &slopes, grid.length_s)
     }
 
     /// From `f·e^{At}` at every point of the grid.

@@ -77,27 +77,18 @@ impl Axis {
         }
     }
 
-    /// True if the plant is affine within each mode: no quadratic resistance.
-    pub(crate) fn is_affine(&self) -> bool {
-        self.parameters().is_affine()
-    }
-
     /// The axis in `mode`; its quadratic resistance is left out.
     pub(crate) fn system(&self, mode: &Mode) -> AxisSystem {
-        let motor = self.motor();
-        let (z, p, j1) = (
-            self.gear_ratio(),
-            self.pitch_m_per_rad(),
-            self.gear_inertia(),
-        );
+        let motor = &self.motor;
+        let (z, p, j1) = (self.gear_ratio, self.pitch_m_per_rad, self.gear_inertia);
         let (km, r, l) = (
             motor.torque_constant_nm_per_a,
             motor.resistance_ohm,
             motor.inductance_h,
         );
         let (a0, a1) = (
-            self.resistance().constant_n,
-            self.resistance().linear_ns_per_rad,
+            self.resistance.constant_n,
+            self.resistance.linear_ns_per_rad,
         );
 
         // γ̈ = (τ − p·F_r)/J with J = J2 and τ = Ψ, or rigid (eq. 15, 19).
@@ -148,7 +139,7 @@ impl Axis {
     pub(crate) fn moving_torque_row(&self, mode: &Mode) -> Column<HELD> {
         let mut row = Column::zeros();
         match (self.joint, mode.joint) {
-            (None, _) => row[CURRENT] = self.motor().torque_nm(1.0) / self.gear_ratio(),
+            (None, _) => row[CURRENT] = self.motor.torque_nm(1.0) / self.gear_ratio,
             (Some(_), JointMode::Gapless | JointMode::Loaded(_)) => return self.flank_torque_row(),
             (Some(_), _) => {}
         }
@@ -177,8 +168,8 @@ impl AxisSystem {
 
 /// The demand of the continuous law as coefficients of its state, eq. 27.
 pub(crate) fn demand_row(pid: &ContinuousPid) -> Column<FEEDBACK> {
-    let (gains, k0) = (pid.gains(), pid.loop_gain());
-    let (s, z) = (pid.radians_per_m(), pid.gear_ratio());
+    let (gains, k0) = (pid.gains, pid.loop_gain);
+    let (s, z) = (pid.radians_per_m, pid.gear_ratio);
     let (kp, ki, kd) = (k0 * gains.kp, k0 * gains.ki_per_s, k0 * gains.kd_s);
     let mut row = Column::zeros();
     row[X_REF] = kp * s;
@@ -220,8 +211,8 @@ pub(crate) fn feedback_system(
     a[(A_REF, W_REF)] = omega;
     a[(W_REF, A_REF)] = -omega;
     // From (β, β̇, β̂) to what they are ahead of the command by.
-    let ahead = ahead_of_command(axis.pitch_m_per_rad());
-    let back = ahead_of_command(-axis.pitch_m_per_rad());
+    let ahead = ahead_of_command(axis.pitch_m_per_rad);
+    let back = ahead_of_command(-axis.pitch_m_per_rad);
     (ahead * a * back, ahead * input)
 }
 

@@ -152,7 +152,7 @@ impl Axis {
     /// induced one. A motor that runs up to the speed at which it carries no
     /// current must not let go of its load on the way because of it.
     pub(crate) fn release_noise_nm(&self, joint: ElasticJoint, y: &Vector) -> f64 {
-        let (motor, z) = (self.motor(), self.gear_ratio());
+        let (motor, z) = (&self.motor, self.gear_ratio);
         let km = motor.torque_constant_nm_per_a / z;
         // The torque of the current that the induced voltage alone would drive.
         let braking_nm = km * (km * y[BETA_DOT]).abs() / motor.resistance_ohm;

@@ -40,8 +40,11 @@ pub struct Motion {
     segments: [Segment; 7],
     end: MotionPoint,
     end_s: f64,
-    fourth_derivatives: MotionPoint,
-    peak_acceleration_mps2: f64,
+    /// Largest magnitude of the fourth derivative of each, over all intervals:
+    /// how rough the command is. The acceleration's is not given.
+    pub(crate) fourth_derivatives: MotionPoint,
+    /// Largest magnitude of the commanded acceleration \[m/s²\].
+    pub(crate) peak_acceleration_mps2: f64,
 }
 
 /// Reason why seven intervals and a travel make no motion.
@@ -178,12 +181,6 @@ impl Motion {
         self.end_s
     }
 
-    /// Largest magnitude of the fourth derivative of each, over all intervals:
-    /// how rough the command is. The acceleration's is not given.
-    pub(crate) fn fourth_derivatives(&self) -> &MotionPoint {
-        &self.fourth_derivatives
-    }
-
     /// The instants at which one interval gives way to the next \[s\], in
     /// order, the end included; between them the command is smooth.
     pub fn breaks_s(&self) -> [f64; 7] {
@@ -234,11 +231,6 @@ impl Motion {
             .iter()
             .rev()
             .find(|segment| segment.duration_s > 0.0 && now_s >= segment.start_s)
-    }
-
-    /// Largest magnitude of the commanded acceleration \[m/s²\].
-    pub(crate) fn peak_acceleration_mps2(&self) -> f64 {
-        self.peak_acceleration_mps2
     }
 
     /// The left-hand limit of the commanded acceleration at `time_s` \[m/s²\]:

@@ -17,7 +17,7 @@ pub(crate) const CARRIAGE: usize = 2;
 
 /// The figures in a state, x_ref being `x_ref_m`.
 pub(crate) fn figures_at(axis: &Axis, mode: &Mode, y: &Vector, x_ref_m: f64) -> [f64; FIGURES] {
-    let p = axis.pitch_m_per_rad();
+    let p = axis.pitch_m_per_rad;
     [
         axis.carriage_acceleration_mps2(mode, y),
         y[CURRENT],
