@@ -70,11 +70,11 @@ impl<W: Width> Contacts<W> {
         groups: &mut [Group<W>],
         (phase, closed): (usize, bool),
     ) {
-        let [open, closed_joint] = &shared.phases[phase].grids;
+        let [open, flank] = &shared.phases[phase].grids;
         let mut transition = None;
         // No closures around vectors: a function of its own would not get the
         // instructions that this one is compiled for.
-        if let (Some(open), Some(flank)) = (open, closed_joint) {
+        if let (Some(open), Some(flank)) = (open, flank) {
             self.gather(groups);
             let asked = (1_u64 << self.chunk.len()) - 1;
             let (from, to) = if closed { (flank, open) } else { (open, flank) };
