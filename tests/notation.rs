@@ -327,12 +327,12 @@ fn mistakes_are_reported() {
         (
             mass,
             "| M | `Carriage::mass_k` |",
-            "M: no mass_k in plant/src/model/parameters.rs",
+            "M: no mass_k in plant/src/model/resistance.rs",
         ),
         (
             mass,
             "| M | `Carriages::mass_kg` |",
-            "M: no Carriages in plant/src/model/parameters.rs",
+            "M: no Carriages in plant/src/model/resistance.rs",
         ),
         (mass, "| M | – |", "M: a file but no name"),
         (

@@ -8,8 +8,18 @@
 //!
 //! The source is the paper "Modeling and simulation of a position-controlled
 //! servo-axis with elasticity and backlash in the transmission"; equation
-//! numbers are the paper's. Each physical part is a file of its own that knows
-//! nothing of the others; `axis` puts them together and [`Plant`] solves them.
+//! numbers are the paper's. Each folder uses those above it and none below:
+//!
+//! ```text
+//! numerics  polynomials known for certain, quadrature
+//! model     a file for each physical part, which knows no other; axis puts them together
+//! observe   the solution piece by piece, contact changes, largest values
+//! hybrid    modes of the axis, guards that end them, changes from one to the next
+//! exact     solver exact: closed form between two changes of mode
+//! stepped   solvers dopri5 and rk4
+//! batch     many runs of one axis side by side
+//! plant     an axis with its state and its solver: Plant
+//! ```
 //!
 //! The same input gives the same bits on every machine: no fused
 //! multiply-add, transcendental functions from the `libm` crate, a fixed

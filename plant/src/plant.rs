@@ -39,7 +39,7 @@ pub struct Plant {
     solver: Solver,
     /// Steps that the error control of solver `dopri5` would take.
     steps: StepSize,
-    /// What solver `exact` has computed about the axis.
+    /// Memory of solver `exact`: all that it has computed about the axis.
     tables: Option<Box<Tables>>,
 }
 

@@ -1,9 +1,8 @@
 //! Lanes that have left the common step, of all groups: changes of contact are
 //! followed side by side, whatever else happens as single runs.
 
-use super::group::{Group, Shared, state_of};
+use super::group::{Candidate, Group, Piece, Shared, exceeds, state_of, values_of};
 use super::step::Leaving;
-use super::track::{Candidate, Piece, exceeds};
 use super::transition::{Transition, TransitionStart};
 use super::width::Width;
 use crate::exact::HELD;
@@ -14,7 +13,7 @@ use crate::numerics::seconds;
 use crate::observe::extremes::FIGURES;
 use crate::observe::{ContactChange, Watch};
 
-/// What is needed to follow them, kept from time to time.
+/// Room to follow them in, kept from time to time.
 #[derive(Debug, Clone)]
 pub(super) struct Contacts<W: Width> {
     start: TransitionStart<W>,
@@ -71,11 +70,11 @@ impl<W: Width> Contacts<W> {
         groups: &mut [Group<W>],
         (phase, closed): (usize, bool),
     ) {
-        let [open, closed_joint] = &shared.phases[phase].grids;
+        let [open, flank] = &shared.phases[phase].grids;
         let mut transition = None;
         // No closures around vectors: a function of its own would not get the
         // instructions that this one is compiled for.
-        if let (Some(open), Some(flank)) = (open, closed_joint) {
+        if let (Some(open), Some(flank)) = (open, flank) {
             self.gather(groups);
             let asked = (1_u64 << self.chunk.len()) - 1;
             let (from, to) = if closed { (flank, open) } else { (open, flank) };
@@ -94,7 +93,7 @@ impl<W: Width> Contacts<W> {
         }
     }
 
-    /// What the lanes of the chunk start with; the last one is repeated.
+    /// Takes over the starts of the chunk's lanes; the last one is repeated.
     fn gather(&mut self, groups: &[Group<W>]) {
         let start = &mut self.start;
         for place in 0..W::LANES {
@@ -102,14 +101,7 @@ impl<W: Width> Contacts<W> {
                 return;
             };
             let (group, y) = (&groups[left.group], &left.y);
-            let values = [
-                y.beta_rad,
-                y.beta_dot_radps,
-                y.epsilon_rad,
-                y.epsilon_dot_radps,
-                y.current_a,
-            ];
-            for (array, value) in start.y.iter_mut().zip(values) {
+            for (array, value) in start.y.iter_mut().zip(values_of(y)) {
                 array.as_mut()[place] = value;
             }
             for (array, value) in start.commands_m.iter_mut().zip(left.commands_m) {
@@ -157,7 +149,7 @@ impl<W: Width> Group<W> {
         self.put(shared, (lane, changed), &y, left.commands_m[1]);
     }
 
-    /// Whether the joint of a lane is closed; `None` where its step is not one
+    /// True if the joint of a lane is closed; `None` where its step is not one
     /// to be followed side by side.
     fn contact_is_closed(&self, lane: usize) -> Option<bool> {
         let simple = !self.mode.is_unsure(lane) && self.lanes[lane].result.is_ok();
@@ -188,7 +180,7 @@ impl<W: Width> Group<W> {
         let (middle_s, left_s) = (start_s + change_s, length_s - change_s);
 
         let run = &mut self.lanes[lane];
-        let p = shared.axis.pitch_m_per_rad();
+        let p = shared.axis.pitch_m_per_rad;
         let (travel_m, band_m) = (
             run.extremes.settings.motion.travel_m(),
             run.extremes.settings.settling_band_m,

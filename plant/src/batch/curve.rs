@@ -13,7 +13,7 @@ pub(super) struct Curve<W: Width> {
     pub(super) stray: W::Vector,
 }
 
-/// Where a guard is zero for the first time, and the stretch that has no other.
+/// First zero of a guard, and the stretch that has no other.
 pub(super) struct Zero<W: Width> {
     pub(super) theta: W::Vector,
     pub(super) from: W::Vector,
@@ -132,7 +132,7 @@ impl<W: Width> Curve<W> {
         zero
     }
 
-    /// Where the slope is below zero, for certain, from θ to θ.
+    /// Mask of the lanes in which the slope is below zero, for certain, from θ to θ.
     #[inline(always)]
     fn falls_within(&self, w: W, from: W::Vector, to: W::Vector) -> W::Mask {
         let (slope, _) = value_and_slope(w, &self.slopes, w.splat(0.5) * (from + to));
@@ -213,7 +213,7 @@ fn exceeds<W: Width, const N: usize>(w: W, b: &[W::Vector; N], stray: W::Vector)
     w.bits(exceeding(w, b, stray))
 }
 
-/// Where all coefficients exceed `stray`.
+/// Mask of the lanes in which all coefficients exceed `stray`.
 #[inline(always)]
 fn exceeding<W: Width, const N: usize>(w: W, b: &[W::Vector; N], stray: W::Vector) -> W::Mask {
     let mut all = w.greater(b[0], stray);
@@ -235,7 +235,7 @@ fn falls_once<W: Width>(w: W, b: &[W::Vector; VALUES], level: W::Vector) -> u64 
     !again
 }
 
-/// Where the control polygon falls through zero.
+/// Zero of the control polygon, where it falls.
 #[inline(always)]
 fn start_of_newton<W: Width>(w: W, b: &[W::Vector; VALUES]) -> W::Vector {
     let (zero, one, step) = (w.splat(0.0), w.splat(1.0), w.splat(1.0 / 11.0));

@@ -2,7 +2,7 @@
 //! step with the joint open or closed, and the operations of `exact::grid` on
 //! them in their order, so that every lane sees those of the single run.
 //!
-//! What is zero in them for every axis is left out: β drives nothing, and the
+//! Numbers that are zero for every axis are left out: β drives nothing, and the
 //! slopes of β and δ are states.
 
 use super::width::Width;
@@ -37,7 +37,7 @@ pub(crate) struct LaneGrid {
     /// δ over the step as a sketch.
     pub(super) slopes: [[f64; DRIVING]; SLOPES],
     pub(super) stray: [f64; DRIVING],
-    /// How far the figures may stray from their chords over the step, or twice
+    /// Bounds of how far the figures stray from their chords over the step, or twice
     /// that over a part of it.
     pub(super) chords: [[f64; DRIVING]; FIGURES],
     /// The terms of δ after a step: per driving state, and per volt.
@@ -63,22 +63,22 @@ impl LaneGrid {
             core::array::from_fn(|i| core::array::from_fn(|j| matrix[(i, j + 1)]))
         };
         let mut terms = [[[0.0; DRIVING]; HELD]; TERMS - 1];
-        for (to, matrix) in terms.iter_mut().zip(&grid.terms()[1..]) {
+        for (to, matrix) in terms.iter_mut().zip(&grid.terms[1..]) {
             *to = rows(matrix);
         }
-        let carries = if table.is_closed() { 1.0 } else { 0.0 };
+        let carries = if table.closed { 1.0 } else { 0.0 };
         let kernel = &table.kernel;
         let mut noisy = *axis;
         noisy.set_parting_noise(0.0, table.length_s());
         Some(Self {
             current_noise: noisy.current_noise,
-            length_s: grid.length_s(),
-            half_s: grid.length_s() / 32.0 / 2.0,
+            length_s: grid.length_s,
+            half_s: grid.length_s / 32.0 / 2.0,
             a: ACCELERATED.map(|i| core::array::from_fn(|j| system.a[(i, j + 1)])),
             load: ACCELERATED.map(|i| system.load[i]),
             per_volt: system.per_volt,
             points: grid
-                .integrals()
+                .integrals
                 .iter()
                 .map(|psi| (psi[(BETA, BETA)], rows(psi)))
                 .collect(),
@@ -287,7 +287,7 @@ impl<W: Width> Local<W> {
 
 /// The quantities behind the figures, and what they are multiplied with.
 pub(super) fn figures(axis: &Axis) -> [(Quantity, f64); FIGURES] {
-    let p = axis.pitch_m_per_rad();
+    let p = axis.pitch_m_per_rad;
     [
         (Quantity::ScrewAcceleration, p),
         (Quantity::Current, 1.0),

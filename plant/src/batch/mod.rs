@@ -6,8 +6,7 @@
 //! curve       a guard over a step, and where it is zero
 //! transition  a step with one change of contact
 //! phase       the numbers of one step, those of all lanes and those of each
-//! track       steps that have not been looked at for extremes
-//! group       the runs of a group
+//! group       the runs of a group, and their steps that have not been looked at
 //! peaks       extremes between the ends of the steps
 //! step        the step that they take, and which of them leave it
 //! contact     lanes that leave the common step, of all groups together
@@ -28,7 +27,6 @@ mod group;
 mod peaks;
 mod phase;
 mod step;
-mod track;
 mod transition;
 mod width;
 

@@ -8,9 +8,8 @@
 //! by what comes later, so they wait until they are many: a search by branch and
 //! bound.
 
-use super::group::{Group, Shared, state_of};
+use super::group::{Candidate, Group, PLACES, Shared, Slot, exceeds, state_of};
 use super::phase::dot_pairs;
-use super::track::{Candidate, PLACES, Slot, exceeds};
 use super::width::Width;
 use crate::exact::{DRIVING, SLOPES, VALUES, command_slopes};
 use crate::model::motion::Motion;
@@ -145,7 +144,7 @@ impl<W: Width> Group<W> {
         }
     }
 
-    /// What the lanes are known to reach.
+    /// Magnitudes that the lanes are known to reach.
     #[inline(always)]
     fn known(&self, figure: usize) -> W::Vector {
         let w = self.width;
@@ -234,7 +233,7 @@ impl<W: Width> Group<W> {
     ) -> W::Vector {
         let w = self.width;
         let axis = &shared.axis;
-        let p = w.splat(axis.pitch_m_per_rad());
+        let p = w.splat(axis.pitch_m_per_rad);
         let y = |state: usize| w.load(&slot.state[state]);
         match figure {
             0 => {
@@ -245,10 +244,10 @@ impl<W: Width> Group<W> {
                         + w.splat(joint.damping_nms_per_rad) * y(EPSILON_DOT);
                     torque = w.select(closed, carries, torque);
                 } else {
-                    let motor = axis.motor().torque_constant_nm_per_a / axis.gear_ratio();
+                    let motor = axis.motor.torque_constant_nm_per_a / axis.gear_ratio;
                     torque = w.splat(motor) * y(CURRENT);
                 }
-                let a1 = w.splat(axis.resistance().linear_ns_per_rad);
+                let a1 = w.splat(axis.resistance.linear_ns_per_rad);
                 let force = w.load(&self.mode.resistance_n) + a1 * (y(BETA_DOT) - y(EPSILON_DOT));
                 p * ((torque - p * force) / w.splat(axis.moved_inertia()))
             }
@@ -341,7 +340,7 @@ impl<W: Width> Group<W> {
         let delta = y.epsilon_rad - candidate.flank * run.plant.axis.backlash_half_rad();
         let from = [y.beta_dot_radps, delta, y.epsilon_dot_radps, y.current_a];
         let rates = phase.rates.at(closed, &from, candidate.voltage_v);
-        let p = shared.axis.pitch_m_per_rad();
+        let p = shared.axis.pitch_m_per_rad;
         let start_m = candidate.commands_m[0];
         let start = match figure {
             0 => run.plant.acceleration_at_mps2(y, candidate.flank),
@@ -421,7 +420,10 @@ impl<W: Width> Group<W> {
             let length_ns = shared.phases[candidate.phase].length_ns;
             let step = (candidate.voltage_v, length_ns);
             match candidate.piece {
-                None => plant.look_at_step(tables, step, open, extremes),
+                None => {
+                    let sought = (open, f64::INFINITY);
+                    plant.look_at_step(tables, step, sought, extremes);
+                }
                 Some(piece) => {
                     let times_s = (piece.start_s, piece.length_s);
                     plant.look_at_piece(tables, step, times_s, (&piece.end, open), extremes);

@@ -17,7 +17,7 @@ use crate::observe::extremes::FIGURES;
 #[derive(Debug, Clone)]
 pub(super) struct Phase {
     pub(super) length_ns: u64,
-    /// Whether what follows has the numbers of the open and the closed joint.
+    /// True where the numbers of the open and the closed joint are known.
     known: [bool; 2],
     /// Those of the step, for the lanes.
     numbers: [[f64; NUMBERS]; 2],
@@ -40,7 +40,7 @@ pub(super) struct Phase {
 #[derive(Debug, Clone)]
 pub(super) struct Steps<W: Width> {
     numbers: [W::Array; NUMBERS],
-    /// What the joint's damper takes.
+    /// Numbers of the energy that the joint's damper takes.
     pub(super) loss: LaneLoss<W>,
     pub(super) knows_loss: bool,
 }
@@ -79,9 +79,9 @@ pub(super) struct LaneRates {
 /// open and closed.
 #[derive(Debug, Clone)]
 pub(super) struct LaneSketch {
-    /// What each coefficient adds to the one before it, rate by rate.
+    /// Rise of each coefficient over the one before it, rate by rate.
     columns: [[[f64; VALUES]; HELD]; 2],
-    /// What the polynomial may be off by, per |rate|. At first a bound that
+    /// Error of the polynomial, per |rate|. At first a bound that
     /// excludes nothing, and so it stays without a sketch.
     stray: [[f64; HELD]; 2],
 }
@@ -114,7 +114,7 @@ impl Phase {
 
     /// Takes over the numbers of a table; `false` if they are there already.
     pub(super) fn learn(&mut self, table: &HeldTable, axis: &Axis) -> bool {
-        let closed = table.is_closed();
+        let closed = table.closed;
         let known = &mut self.known[usize::from(closed)];
         if core::mem::replace(known, true) {
             return false;
@@ -140,7 +140,7 @@ impl Phase {
 }
 
 impl Phase {
-    /// Whether a guard of δ stays positive over a step of one lane, by the sketch:
+    /// True if a guard of δ stays positive over a step of one lane, by the sketch:
     /// `guard` of every coefficient exceeds what that may be off by.
     #[inline(always)]
     pub(super) fn gap_holds(
@@ -202,7 +202,7 @@ impl<W: Width> Steps<W> {
         ((rotor + joint) + base) + number(DRIVING + 1) * voltage_v
     }
 
-    /// How far δ may stray from its chord.
+    /// Bound of how far δ strays from its chord.
     #[inline(always)]
     pub(super) fn gap_strays(&self, w: W, change: &[W::Vector; DRIVING]) -> W::Vector {
         let bound = |j: usize| w.load(&self.numbers[HELD * PER_STATE + j]);
@@ -212,7 +212,7 @@ impl<W: Width> Steps<W> {
 
     /// Takes over what the damper takes, if the table is that of a closed joint.
     pub(super) fn learn_loss(&mut self, table: &HeldTable) {
-        if table.is_closed() && !self.knows_loss {
+        if table.closed && !self.knows_loss {
             self.loss.set(table);
             self.knows_loss = true;
         }
@@ -267,7 +267,7 @@ impl LaneSketch {
         }
     }
 
-    /// What each coefficient adds to the one before it; the last number is 0.
+    /// Rise of each coefficient over the one before it; the last number is 0.
     pub(super) fn rises(&self, closed: bool, rates: &[f64; HELD]) -> [f64; VALUES] {
         let mut rises = [0.0; VALUES];
         for (column, rate) in self.columns[usize::from(closed)].iter().zip(rates) {
@@ -278,7 +278,7 @@ impl LaneSketch {
         rises
     }
 
-    /// What the polynomial may be off by, its own rounding and that of a start
+    /// Error of the polynomial, its own rounding and that of a start
     /// of the given size included.
     pub(super) fn stray(&self, closed: bool, rates: &[f64; HELD], size: f64) -> f64 {
         let mut sum = size * ROUNDING;
@@ -354,12 +354,12 @@ impl<W: Width> LaneLoss<W> {
         }
     }
 
-    /// Whether there is a damper that has been in contact.
+    /// True if there is a damper that has been in contact.
     fn is_some(&self) -> bool {
         self.0[LOSS_NUMBERS - 1].as_ref()[0] != 0.0
     }
 
-    /// What the dampers take in a step \[J\]: `c·|R·v|²` with the rates v at its
+    /// Energy that the dampers take in a step \[J\]: `c·|R·v|²` with the rates v at its
     /// start, 0 where the joint is open, in the order of
     /// `Dissipation::over`.
     #[inline(always)]
@@ -444,7 +444,7 @@ impl<W: Width> ModeNumbers<W> {
         (of(&self.base) + of(&self.side) * delta) - of(&self.open) * delta.abs()
     }
 
-    /// Whether no bound can tell that the lane keeps its mode.
+    /// True if no bound can tell that the lane keeps its mode.
     pub(super) fn is_unsure(&self, lane: usize) -> bool {
         self.base.as_ref()[lane] == f64::NEG_INFINITY
     }
@@ -468,7 +468,7 @@ impl<W: Width> ModeNumbers<W> {
             }
             _ => (0.0, 0.0),
         };
-        let resistance_n = mode.guide.direction() * axis.resistance().constant_n;
+        let resistance_n = mode.guide.direction() * axis.resistance.constant_n;
         for (array, value) in [
             (&mut self.offset_rad, axis.offset_rad(mode)),
             (&mut self.base, base),

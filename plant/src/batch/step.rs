@@ -55,7 +55,7 @@ impl<W: Width> Group<W> {
         let step = self.step(phase, voltage_v);
         let keeps = self.keeps(phase, &step);
         // Outside the settling band at the end.
-        let p = w.splat(shared.axis.pitch_m_per_rad());
+        let p = w.splat(shared.axis.pitch_m_per_rad);
         let epsilon = step.to[1] + step.offset;
         let carriage = p * (step.beta[1] - epsilon);
         let distance = w.abs(w.load(&self.travel_m) - carriage);
@@ -118,17 +118,17 @@ impl<W: Width> Group<W> {
     #[inline(always)]
     fn acceleration_after(&self, shared: &Shared, step: &Step<W>, epsilon: W::Vector) -> W::Vector {
         let (w, mode, axis) = (self.width, &self.mode, &shared.axis);
-        let p = w.splat(axis.pitch_m_per_rad());
+        let p = w.splat(axis.pitch_m_per_rad);
         let to = &step.to;
         // From ε as the single run knows it; and no torque is 0, not −0.
         let delta = epsilon - step.offset;
         let mut torque = w.load(&mode.stiffness) * delta + w.load(&mode.damping) * to[2];
         torque = torque + w.splat(0.0);
         if axis.joint.is_none() {
-            let motor = axis.motor().torque_constant_nm_per_a;
-            torque = (w.splat(motor) * to[3]) / w.splat(axis.gear_ratio());
+            let motor = axis.motor.torque_constant_nm_per_a;
+            torque = (w.splat(motor) * to[3]) / w.splat(axis.gear_ratio);
         }
-        let a1 = w.splat(axis.resistance().linear_ns_per_rad);
+        let a1 = w.splat(axis.resistance.linear_ns_per_rad);
         let force = w.load(&mode.resistance_n) + a1 * (to[0] - to[2]);
         p * ((torque - p * force) / w.splat(axis.moved_inertia()))
     }
@@ -235,8 +235,9 @@ impl<W: Width> Group<W> {
             run.plant.set(&y, time_ns);
             let length_ns = shared.phases[phase].length_ns;
             let (tables, extremes) = (&mut shared.tables, &mut run.extremes);
-            run.plant
-                .look_at_band(tables, (held.as_ref()[lane], length_ns), extremes);
+            let sought = (0, extremes.settings.settling_band_m);
+            let step = (held.as_ref()[lane], length_ns);
+            run.plant.look_at_step(tables, step, sought, extremes);
         }
     }
 

@@ -10,7 +10,7 @@ use crate::model::axis::{Axis, NOISE_PER_BACKLASH};
 use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT};
 use crate::observe::extremes::{CARRIAGE, FIGURES};
 
-/// What the lanes begin the step with.
+/// Starts of the lanes in the step.
 #[derive(Debug, Clone)]
 pub(super) struct TransitionStart<W: Width> {
     /// β, β̇, ε, ε̇ and I.
@@ -25,11 +25,11 @@ pub(super) struct TransitionStart<W: Width> {
     pub(super) bend_m: W::Array,
 }
 
-/// What the lanes of `known` do in the step.
+/// Step of the lanes of `known`.
 #[derive(Debug, Clone)]
 pub(super) struct Transition<W: Width> {
     pub(super) known: u64,
-    /// When the contact changes, from the start of the step \[s\].
+    /// Time of the change of contact, from the start of the step \[s\].
     pub(super) change_s: W::Array,
     /// The flank in contact afterwards.
     pub(super) flank: W::Array,
@@ -195,7 +195,7 @@ impl<W: Width> TransitionStart<W> {
         }
     }
 
-    /// How far a loaded flank must fall to have come away (see
+    /// Angle by which a loaded flank must fall to have come away (see
     /// `Axis::release_noise_nm`) \[rad\].
     #[inline(always)]
     fn part_noise(&self, w: W, axis: &Axis, grid: &LaneGrid, x: &States<W>) -> W::Vector {
@@ -207,8 +207,8 @@ impl<W: Width> TransitionStart<W> {
         terms = terms + w.abs(w.splat(*per_volt) * w.load(&self.voltage_v));
         let b = w.load(&self.backlash_half_rad);
         let parting = w.splat(NOISE_ULPS) * terms + w.splat(NOISE_PER_BACKLASH) * b;
-        let motor = axis.motor();
-        let km = w.splat(motor.torque_constant_nm_per_a / axis.gear_ratio());
+        let motor = &axis.motor;
+        let km = w.splat(motor.torque_constant_nm_per_a / axis.gear_ratio);
         let braking = km * w.abs(km * x[BETA_DOT]) / w.splat(motor.resistance_ohm);
         let stiffness = w.splat(grid.stiffness);
         let release = stiffness * parting + w.splat(grid.current_noise) * braking;
@@ -225,7 +225,7 @@ impl<W: Width> TransitionStart<W> {
         [before, after, end]: [&States<W>; 3],
         theta: W::Vector,
     ) -> [[W::Vector; 3]; 2] {
-        let p = w.splat(axis.pitch_m_per_rad());
+        let p = w.splat(axis.pitch_m_per_rad);
         let (from_m, end_m) = (w.load(&self.commands_m[0]), w.load(&self.commands_m[1]));
         let (beta, epsilon) = (w.load(&self.y[BETA]), w.load(&self.y[EPSILON]));
         let then_m = from_m + theta * (end_m - from_m);
@@ -253,7 +253,7 @@ impl<W: Width> TransitionStart<W> {
     }
 }
 
-/// How far the figures may stray from their chords.
+/// Bounds of how far the figures stray from their chords.
 #[inline(always)]
 fn strays<W: Width>(w: W, grid: &LaneGrid, rate: &States<W>) -> [W::Vector; FIGURES] {
     let mut sizes = *rate;
@@ -275,8 +275,8 @@ fn acceleration<W: Width>(
     (grid, offset): (&LaneGrid, W::Vector),
     y: &States<W>,
 ) -> W::Vector {
-    let resistance = axis.resistance();
-    let p = w.splat(axis.pitch_m_per_rad());
+    let resistance = &axis.resistance;
+    let p = w.splat(axis.pitch_m_per_rad);
     let delta = y[EPSILON] - offset;
     let torque = w.splat(grid.stiffness) * delta + w.splat(grid.damping) * y[EPSILON_DOT];
     let speed = y[BETA_DOT] - y[EPSILON_DOT];

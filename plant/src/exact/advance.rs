@@ -35,7 +35,7 @@ impl Automaton {
         length_ns: u64,
         watch: &mut impl Watch,
     ) -> Result<(), PlantError> {
-        if !self.axis.is_affine() {
+        if self.axis.resistance.quadratic_ns2_per_rad2 != 0.0 {
             return Err(PlantError::NotAffine);
         }
         match drive {
@@ -100,7 +100,7 @@ impl Automaton {
         true
     }
 
-    /// Whether the joint keeps its mode over a step from `start` to `end` of δ,
+    /// True if the joint keeps its mode over a step from `start` to `end` of δ,
     /// which strays from its chord by at most `strays`.
     #[inline(always)]
     fn joint_keeps(&self, start: f64, end: f64, strays: impl FnOnce() -> f64) -> bool {
@@ -126,47 +126,21 @@ impl Automaton {
         }
     }
 
-    /// Searches the step that the bound allows for when the carriage is last
-    /// outside the settling band.
-    pub(crate) fn look_at_band(
-        &self,
-        tables: &mut Tables,
-        (voltage_v, length_ns): (f64, u64),
-        extremes: &mut Extremes,
-    ) {
-        let band_m = extremes.settings.settling_band_m;
-        let place = tables.held(&self.axis, &self.mode, length_ns);
-        let solution = self.piece(&tables.held[place], voltage_v);
-        let end = solution.whole_end(voltage_v);
-        let times_s = (seconds(self.time_ns), seconds(length_ns));
-        self.look(&solution, times_s, &end, (0, band_m), extremes);
-    }
-
-    /// Searches it for the extremes of [`Extremes::peaks`] whose bits are set.
+    /// Searches the step that the bound allows for the extremes of
+    /// [`Extremes::peaks`] whose bits are set in `which`, and for when the
+    /// carriage is last further than `band_m` from the travel.
     pub(crate) fn look_at_step(
         &self,
         tables: &mut Tables,
         (voltage_v, length_ns): (f64, u64),
-        which: u8,
+        sought: (u8, f64),
         extremes: &mut Extremes,
     ) {
         let place = tables.held(&self.axis, &self.mode, length_ns);
         let solution = self.piece(&tables.held[place], voltage_v);
         let end = solution.whole_end(voltage_v);
         let times_s = (seconds(self.time_ns), seconds(length_ns));
-        self.look(&solution, times_s, &end, (which, f64::INFINITY), extremes);
-    }
-
-    /// What the joint's damper takes over a piece of the step \[J\].
-    pub(crate) fn joint_loss_j(
-        &self,
-        tables: &mut Tables,
-        (voltage_v, length_ns): (f64, u64),
-        length_s: f64,
-    ) -> f64 {
-        let place = tables.held(&self.axis, &self.mode, length_ns);
-        self.piece(&tables.held[place], voltage_v)
-            .joint_loss_j(length_s)
+        self.look(&solution, times_s, &end, sought, extremes);
     }
 
     /// The same for a piece of the step, which ends in `end`.
@@ -187,6 +161,18 @@ impl Automaton {
             (which, f64::INFINITY),
             extremes,
         );
+    }
+
+    /// Energy that the joint's damper takes over a piece of the step \[J\].
+    pub(crate) fn joint_loss_j(
+        &self,
+        tables: &mut Tables,
+        (voltage_v, length_ns): (f64, u64),
+        length_s: f64,
+    ) -> f64 {
+        let place = tables.held(&self.axis, &self.mode, length_ns);
+        self.piece(&tables.held[place], voltage_v)
+            .joint_loss_j(length_s)
     }
 
     fn look(
@@ -401,7 +387,7 @@ impl Automaton {
         let Some(table) = feedback.get(carried.place) else {
             return false;
         };
-        if !simple || !same || !table.is_of(&self.mode) {
+        if !simple || !same || table.mode != self.mode {
             return false;
         }
         let start = carried.x;
@@ -430,7 +416,7 @@ impl Automaton {
             start,
             end,
             offset_rad: self.axis.offset_rad(&self.mode),
-            pitch_m_per_rad: self.axis.pitch_m_per_rad(),
+            pitch_m_per_rad: self.axis.pitch_m_per_rad,
         };
         let y = piece.plant_vector(&end);
         watch.span(&Span {
@@ -466,7 +452,7 @@ impl Automaton {
             let command = pid.motion().oscillator(interval.now_s());
             let place = tables.feedback(&self.axis, &mode, pid, command.omega_radps, length_ns);
             let table = &tables.feedback[place];
-            let pitch_m_per_rad = self.axis.pitch_m_per_rad();
+            let pitch_m_per_rad = self.axis.pitch_m_per_rad;
             let start = feedback_state(&self.y, (offset_rad, pitch_m_per_rad), &command);
             let terms = table.growth.row(DELTA).transpose().component_mul(&start);
             let noise_rad = NOISE_ULPS * (start[DELTA].abs() + terms.abs().sum());

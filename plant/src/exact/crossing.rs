@@ -52,7 +52,7 @@ pub(crate) struct Leg<const D: usize> {
     /// dx/dt at the start.
     pub(crate) rate: Column<D>,
     pub(crate) to: Column<D>,
-    /// Which of the table's steps this is.
+    /// Number of the table's step that this is.
     pub(crate) level: usize,
 }
 
@@ -180,7 +180,7 @@ pub(crate) struct LinearGuard<'a, const D: usize> {
     pub(crate) linear: &'a Linear<D>,
     pub(crate) sign: f64,
     pub(crate) offset: f64,
-    /// How far below zero the guard must fall to count. The crossing is then
+    /// Depth below zero to which the guard must fall to count. The crossing is then
     /// its zero all the same: every separation of a joint that rattles would
     /// else come late, by the same sign, and the next impacts multiply that.
     pub(crate) noise: f64,
@@ -188,7 +188,7 @@ pub(crate) struct LinearGuard<'a, const D: usize> {
     pub(crate) fresh: bool,
 }
 
-/// Where the solution stops: at the first zero of a guard, or at the end.
+/// Stop of the solution: at the first zero of a guard, or at the end.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Stop<const D: usize> {
     pub(crate) time_s: f64,
@@ -242,18 +242,18 @@ impl<const D: usize> LinearGuard<'_, D> {
         (self.offset + self.noise) + self.sign * self.linear.row.dot(x)
     }
 
-    /// Whether the guard stays positive over a leg.
+    /// True if the guard stays positive over a leg.
     fn holds_over(&self, leg: &Leg<D>) -> bool {
         let lower = self.value(&leg.from).min(self.value(&leg.to));
         lower > BOUND_MARGIN * self.linear.bounds.over(leg.level, &leg.rate)
     }
 
-    /// Whether the solution leaves the guard's surface with this leg.
+    /// True if the solution leaves the guard's surface with this leg.
     fn starts_with(&self, leg: &Leg<D>) -> bool {
         self.fresh && leg.start_s == 0.0
     }
 
-    /// What the sketch of the guard over a step tells about its first zero.
+    /// First zero of the guard over a step, as far as its sketch tells.
     fn sketched_zero(&self, flow: &Flow<'_, D>, rate: &Column<D>, theta: f64) -> Option<Found> {
         let start = self.offset + self.sign * self.linear.row.dot(flow.start);
         let sketch = self.linear.sketch.as_ref()?;
@@ -324,7 +324,7 @@ impl<const D: usize> Flow<'_, D> {
     ) -> Option<Stop<D>> {
         let grid = self.table.grid.as_ref()?;
         let rate = self.table.levels.a * self.start + self.input;
-        let theta = length_s / grid.length_s();
+        let theta = length_s / grid.length_s;
         let mut first: Option<(usize, &LinearGuard<'_, D>, [f64; 3])> = None;
         for (place, guard) in guards.iter().enumerate() {
             let Some(guard) = guard else { continue };

@@ -186,7 +186,7 @@ pub(crate) struct Levels<const D: usize> {
     inverse: Option<Matrix<D>>,
 }
 
-/// What bounds a quantity's deviation from its chord: `|v|`, or the change of
+/// Bounds of a quantity's deviation from its chord: `|v|`, or the change of
 /// the state over the longest step, is multiplied with this and summed.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct ChordBounds<const D: usize> {

@@ -1,4 +1,4 @@
-//! What the joint's damper turns into heat, `∫ c·ε̇² dt`, along the exact
+//! Heat of the joint's damper, `∫ c·ε̇² dt`, along the exact
 //! solution and without a discretisation error.
 //!
 //! Within a mode the input u is constant, so that the rates `v = ẋ = A·x + u`
@@ -46,7 +46,7 @@ struct Leg<const N: usize> {
     factor: Matrix<N>,
 }
 
-/// What makes the loss of a stretch from the rates at its start.
+/// Matrices that make the loss of a stretch from the rates at its start.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Dissipation<const N: usize> {
     /// c \[N m s/rad\].
@@ -299,7 +299,7 @@ mod tests {
         }
     }
 
-    /// What a damped joint loses until it stands still, by hand: it swings
+    /// Loss of a damped joint until it stands still, by hand: it swings
     /// freely, and its energy is all that there is to lose.
     #[test]
     fn a_swing_that_dies_away_loses_its_energy() {

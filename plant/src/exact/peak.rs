@@ -32,7 +32,7 @@ impl<const D: usize> Sought<'_, D> {
         }
     }
 
-    /// How far the quantity may stray from its chord over `length_s`, a step of
+    /// Bound of how far the quantity strays from its chord over `length_s`, a step of
     /// level `level` or shorter: by what the plant's part may, and `T²/8` times
     /// sup|a_ref| for the command.
     pub(crate) fn chord_bound(&self, level: usize, rate: &Column<D>, length_s: f64) -> f64 {
@@ -49,11 +49,11 @@ impl<const D: usize> Sought<'_, D> {
 
     fn bend(&self, length_s: f64) -> f64 {
         self.command.map_or(0.0, |(motion, _)| {
-            motion.peak_acceleration_mps2() * length_s * length_s
+            motion.peak_acceleration_mps2 * length_s * length_s
         })
     }
 
-    /// Whether the quantity's magnitude stays below `floor` within a leg, but
+    /// True if the quantity's magnitude stays below `floor` within a leg, but
     /// for its ends.
     fn stays_below(&self, leg: &Leg<D>, floor: f64) -> bool {
         let end_s = leg.start_s + leg.length_s;
@@ -86,11 +86,11 @@ impl<const D: usize> Sought<'_, D> {
 /// An extreme counts if it exceeds the ends by more than their rounding.
 const ABOVE_THE_ENDS: f64 = 1.0 + 1e-14;
 
-/// What two searches may differ by, as a share: another floor leads through
+/// Difference of two searches, as a share: another floor leads through
 /// other steps.
 const BELOW_THE_FLOOR: f64 = 1.0 - 1e-12;
 
-/// What the sketch tells about a peak between the ends.
+/// Peak between the ends, as far as the sketch tells.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum SketchedPeak {
     /// None, or none above the floor.
@@ -115,7 +115,7 @@ impl<const D: usize> Flow<'_, D> {
         let start = sought.scale * sought.linear.value(self.start) + sought.offset;
         let own = sketch
             .curve(rate, sought.scale, start)
-            .until(length_s / grid.length_s());
+            .until(length_s / grid.length_s);
         let Some((motion, start_s)) = sought.command else {
             return Some(own);
         };
@@ -206,7 +206,7 @@ impl<const D: usize> Flow<'_, D> {
         peak
     }
 
-    /// When within `length_s` the quantity's magnitude is last above `band`.
+    /// Last time within `length_s` at which the quantity's magnitude is above `band`.
     pub(crate) fn last_outside(
         &self,
         sought: &Sought<'_, D>,
@@ -279,7 +279,7 @@ pub(crate) fn command_slopes(
     let middle = 3.0 * change - (v0 + v1);
     let slopes = ELEVATE.map(|[a, b, c]| (a * v0 + b * middle) + c * v1);
     let size = from.displacement_m.abs() + to.displacement_m.abs() + v0.abs() + v1.abs();
-    let rough = motion.fourth_derivatives().displacement_m * length_s * length_s;
+    let rough = motion.fourth_derivatives.displacement_m * length_s * length_s;
     let stray = HERMITE_SLOPE * rough * length_s * length_s + 16.0 * f64::EPSILON * size;
     (from.displacement_m, slopes, stray)
 }
@@ -296,7 +296,7 @@ fn peak_behind<const D: usize>(
     (motion, start_s): (&Motion, f64),
     mut sigma: f64,
 ) -> Option<f64> {
-    let h = local.half_s();
+    let h = local.half_s;
     let slopes = derivative(q);
     for _ in 0..MOST_NEWTON {
         let command = motion.at(start_s + local.time_s(sigma));

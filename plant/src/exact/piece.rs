@@ -11,7 +11,7 @@ use crate::model::state::{Vector, gamma};
 use crate::observe::extremes::{CARRIAGE, Extremes, FIGURES, Seen, figures_at};
 use crate::observe::{Interior, Span};
 
-/// What a run's figures are measured against on one piece of the solution.
+/// Ends and command of one piece of the solution, for the figures of a run.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Piece<'a> {
     pub(crate) motion: &'a Motion,
@@ -19,7 +19,7 @@ pub(crate) struct Piece<'a> {
     pub(crate) length_s: f64,
     /// The figures at both ends.
     pub(crate) ends: [[f64; FIGURES]; 2],
-    /// How far the carriage is from the travel at both ends \[m\].
+    /// Distances of the carriage from the travel at both ends \[m\].
     pub(crate) distances_m: [f64; 2],
 }
 
@@ -33,7 +33,7 @@ impl<'a> Piece<'a> {
         (motion, commands): (&'a Motion, [MotionPoint; 2]),
         (start_s, length_s): (f64, f64),
     ) -> Self {
-        let p = axis.pitch_m_per_rad();
+        let p = axis.pitch_m_per_rad;
         let figures =
             |place: usize| figures_at(axis, mode, ends[place], commands[place].displacement_m);
         Self {
@@ -148,7 +148,7 @@ impl<'a, const D: usize> Sights<'a, D> {
         (offset_rad, screw_load): (f64, f64),
         piece: Piece<'a>,
     ) -> Self {
-        let (p, table) = (axis.pitch_m_per_rad(), flow.table);
+        let (p, table) = (axis.pitch_m_per_rad, flow.table);
         let of = |quantity, scale, offset, command| Sought {
             linear: table.quantity(quantity),
             scale,
@@ -191,7 +191,7 @@ impl<'a, const D: usize> Sights<'a, D> {
         }
     }
 
-    /// When the carriage is last further than `band_m` from the travel, counted
+    /// Last time at which the carriage is further than `band_m` from the travel, counted
     /// from the start of the piece \[s\].
     fn last_outside(&self, band_m: f64) -> Option<f64> {
         let length_s = self.piece.length_s;
@@ -226,7 +226,7 @@ pub(crate) struct HeldPiece<'a> {
 }
 
 impl HeldPiece<'_> {
-    /// Where the whole step ends.
+    /// End of the whole step.
     pub(super) fn whole_end(&self, voltage_v: f64) -> Vector {
         let end = self.table.kernel.step(&self.start, voltage_v);
         to_plant_vector(&end, self.offset_rad, self.beta_integral_rads)
@@ -245,7 +245,7 @@ impl HeldPiece<'_> {
         Sights::new(axis, self.flow(), constants, piece)
     }
 
-    /// What the joint's damper takes over `length_s` of the piece \[J\].
+    /// Energy that the joint's damper takes over `length_s` of the piece \[J\].
     #[inline(always)]
     pub(crate) fn joint_loss_j(&self, length_s: f64) -> f64 {
         let Some(loss) = &self.table.loss else {
@@ -297,7 +297,7 @@ impl FeedbackPiece<'_> {
         Reach::new(&self.flow(), length_s).raise(&demand, ends_v, peak_v);
     }
 
-    /// What the joint's damper takes over `length_s` of the piece \[J\].
+    /// Energy that the joint's damper takes over `length_s` of the piece \[J\].
     fn joint_loss_j(&self, length_s: f64) -> f64 {
         let Some(loss) = &self.table.loss else {
             return 0.0;
@@ -307,7 +307,7 @@ impl FeedbackPiece<'_> {
     }
 }
 
-/// What both kinds of pieces do for the extremes of a run.
+/// Extremes of a run on either kind of piece.
 impl<'a> Piece<'a> {
     /// The piece over `span` as `extremes` measures it, and the command at its
     /// end.

@@ -74,7 +74,7 @@ const fn fit() -> [[f64; SLOPES]; SLOPES] {
     rows
 }
 
-/// What rounding adds to the coefficients, relative to the largest of them: the
+/// Rounding of the coefficients, relative to the largest of them: the
 /// rows of [`FIT`] sum up to less than 800.
 const ROUNDING: f64 = 800.0 * 16.0 * f64::EPSILON;
 
@@ -83,7 +83,7 @@ const ROUNDING: f64 = 800.0 * 16.0 * f64::EPSILON;
 pub(crate) struct Sketch<const D: usize> {
     /// Bernstein coefficients of `T·q̇`, per rate.
     pub(crate) slopes: [Column<D>; SLOPES],
-    /// What `T·q̇` may be off by, per |rate|.
+    /// Error of `T·q̇`, per |rate|.
     pub(crate) stray: Column<D>,
 }
 
@@ -92,11 +92,11 @@ impl<const D: usize> Sketch<D> {
     pub(crate) fn over(grid: &Grid<D>, a: &Matrix<D>, row: &Column<D>) -> Self {
         // f·e^{At} = f + (f·ψ(t))·A at the points of the grid.
         let slopes: Vec<Column<D>> = grid
-            .integrals()
+            .integrals
             .iter()
             .map(|psi| row + a.transpose() * (psi.transpose() * row))
             .collect();
-        Self::new(a, &slopes, grid.length_s())
+        Self::new(a, &slopes, grid.length_s)
     }
 
     /// From `f·e^{At}` at every point of the grid.
@@ -145,11 +145,11 @@ pub(crate) struct Curve {
     pub(crate) values: [f64; VALUES],
     /// Those of its slope, per step.
     pub(crate) slopes: [f64; SLOPES],
-    /// What each of the two may be off by.
+    /// Error of each of the two.
     pub(crate) stray: f64,
 }
 
-/// What rounding makes of the values, and of a look at them.
+/// Rounding of the values, and of a look at them.
 pub(crate) const EVALUATION: f64 = 16.0 * f64::EPSILON;
 
 impl Curve {
@@ -193,7 +193,7 @@ impl Curve {
         self.values.iter().fold(0.0, |m: f64, b| m.max(b.abs())) + self.stray
     }
 
-    /// Whether the slope is below zero, for certain, from θ to θ.
+    /// True if the slope is below zero, for certain, from θ to θ.
     pub(crate) fn falls_within(&self, from: f64, to: f64) -> bool {
         let slope = value_and_slope(&self.slopes, 0.5 * (from + to)).0;
         let mut bend = 0.0_f64;
@@ -203,7 +203,7 @@ impl Curve {
         slope + 10.0 * bend * (to - from) + self.stray < 0.0
     }
 
-    /// Where the quantity turns, if it does once.
+    /// Turn of the quantity, if it has one.
     pub(crate) fn turn(&self) -> Found {
         let rises = self.slopes[0] > 0.0;
         let slopes = if rises {
@@ -219,7 +219,7 @@ impl Curve {
     }
 }
 
-/// What a polynomial with a remainder tells about the first zero on \[0, 1\] of
+/// Answer of a polynomial with a remainder about the first zero on \[0, 1\] of
 /// something that is positive at 0.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Found {
@@ -276,7 +276,7 @@ pub(crate) fn first_zero<const N: usize>(
     }
 }
 
-/// Whether the coefficients less `level` change their sign once.
+/// True if the coefficients less `level` change their sign once.
 fn falls_once<const N: usize>(b: &[f64; N], level: f64) -> bool {
     let mut below = false;
     for b in b {
@@ -327,7 +327,7 @@ fn sole_zero<const N: usize>(b: &[f64; N], stray: f64) -> Found {
     Found::Unclear
 }
 
-/// How near a zero θ must be: the solution itself is asked for the rest.
+/// Distance from a zero at which θ is near enough: the solution itself is asked for the rest.
 pub(crate) const CLOSE: f64 = 1e-4;
 
 /// Newton steps at most, from where the control polygon falls through zero.

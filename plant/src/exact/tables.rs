@@ -18,14 +18,14 @@ use crate::model::resistance::GuideMode;
 use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON_DOT, Vector};
 use crate::numerics::seconds;
 
-/// What guards and figures look at.
+/// Quantities that guards and figures look at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Quantity {
     /// `δ = ε − m·b`.
     Delta,
     /// `k·δ + c·ε̇`, whether or not the flank carries.
     FlankTorque,
-    /// What turns the screw: Ψ, or `k_m·I/z` without a joint.
+    /// Torque that turns the screw: Ψ, or `k_m·I/z` without a joint.
     MovingTorque,
     /// γ̇.
     ScrewSpeed,
@@ -98,7 +98,8 @@ impl<const D: usize> Table<D> {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct HeldTable {
     length_ns: u64,
-    closed: bool,
+    /// Of a joint that carries torque.
+    pub(crate) closed: bool,
     guide: GuideMode,
     pub(crate) system: AxisSystem,
     pub(crate) table: Table<HELD>,
@@ -111,7 +112,7 @@ pub(crate) struct HeldTable {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct FeedbackTable {
     length_ns: u64,
-    mode: Mode,
+    pub(super) mode: Mode,
     omega: f64,
     pub(crate) table: Table<FEEDBACK>,
     pub(crate) input: Column<FEEDBACK>,
@@ -123,12 +124,6 @@ pub(crate) struct FeedbackTable {
     pub(crate) drift: Column<FEEDBACK>,
     /// Of a closed joint with damping.
     pub(crate) loss: Option<Box<Dissipation<FEEDBACK>>>,
-}
-
-impl FeedbackTable {
-    pub(crate) fn is_of(&self, mode: &Mode) -> bool {
-        self.mode == *mode
-    }
 }
 
 /// The whole state at the end of the last interval, to go on from.
@@ -240,11 +235,6 @@ impl HeldTable {
         seconds(self.length_ns)
     }
 
-    /// Whether it is that of a joint that carries torque.
-    pub(crate) fn is_closed(&self) -> bool {
-        self.closed
-    }
-
     fn new(axis: &Axis, mode: &Mode, length_ns: u64) -> Self {
         let system = axis.system(mode);
         let rows = held_rows(axis, mode, &system);
@@ -278,7 +268,7 @@ impl FeedbackTable {
             row.fixed_rows_mut::<HELD>(0).copy_from(&held);
         }
         rows[Quantity::Demand as usize] = demand_row(pid);
-        let p = axis.pitch_m_per_rad();
+        let p = axis.pitch_m_per_rad;
         let rows = rows.map(|row| from_command(&row, p));
         let levels = Levels::new(&a, seconds(length_ns));
         let closed = mode.joint.carries();
@@ -370,7 +360,7 @@ impl Kernel {
         })
     }
 
-    /// How far δ may stray from its chord over the step.
+    /// Bound of how far δ strays from its chord over the step.
     #[inline(always)]
     pub(crate) fn gap_strays(&self, from: &Column<HELD>, to: &Column<HELD>) -> f64 {
         let change = |state: usize| (to[state] - from[state]).abs();

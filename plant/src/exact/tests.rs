@@ -64,7 +64,7 @@ fn rows() -> impl Strategy<Value = Column<3>> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(256))]
 
-    /// What the documentation proves: no quantity strays further.
+    /// The documentation proves it: no quantity strays further.
     #[test]
     fn bounds_hold(
         a in systems(),
@@ -119,7 +119,7 @@ proptest! {
         }
     }
 
-    /// What the sketch calls clear is so: the zero of (θ − r)·(θ − r − gap).
+    /// Zeros that the sketch calls clear are so: that of (θ − r)·(θ − r − gap).
     #[test]
     fn clear_zeros_are_the_first(r in -0.4..1.4_f64, gap in 1e-9..0.9_f64, stray in 1e-13..1e-3_f64) {
         // Three Bernstein coefficients of degree 2, then raised to degree 11.
@@ -326,7 +326,7 @@ fn series_reproduces_an_oscillation() {
     assert!((end[1] / w - libm::cos(w * h)).abs() < 4e-15);
 }
 
-/// What is not a number, or nothing but rounding, ends the search at once
+/// A value that is not a number, or nothing but rounding, ends the search at once
 /// instead of being halved for ever. A resistance that drives the carriage
 /// once made runs that never ended.
 #[test]

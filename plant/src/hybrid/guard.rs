@@ -36,7 +36,7 @@ impl Direction {
     }
 }
 
-/// What can end a mode.
+/// Reasons for which a mode ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Guard {
     /// `b − s·ε`: the gap closes on a flank.
@@ -139,7 +139,7 @@ pub(crate) struct Instant<'a> {
     pub(crate) dy: &'a Vector,
 }
 
-/// What γ̇ = β̇ − ε̇ may be off by through rounding \[rad/s\]: a screw that has
+/// Rounding of γ̇ = β̇ − ε̇ \[rad/s\]: a screw that has
 /// just begun to slide behind a running gear must not stop because of it. Nor
 /// must one at the very start of a run, where both speeds are next to nothing.
 pub(crate) fn speed_noise(y: &Vector) -> f64 {
@@ -147,12 +147,12 @@ pub(crate) fn speed_noise(y: &Vector) -> f64 {
 }
 
 impl Axis {
-    /// What the torque of a flank may be off by through rounding \[N m\]: that of
+    /// Rounding of the torque of a flank \[N m\]: that of
     /// δ, and that of the current, which is what the voltage leaves of the
     /// induced one. A motor that runs up to the speed at which it carries no
     /// current must not let go of its load on the way because of it.
     pub(crate) fn release_noise_nm(&self, joint: ElasticJoint, y: &Vector) -> f64 {
-        let (motor, z) = (self.motor(), self.gear_ratio());
+        let (motor, z) = (&self.motor, self.gear_ratio);
         let km = motor.torque_constant_nm_per_a / z;
         // The torque of the current that the induced voltage alone would drive.
         let braking_nm = km * (km * y[BETA_DOT]).abs() / motor.resistance_ohm;

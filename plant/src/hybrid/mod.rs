@@ -23,21 +23,21 @@ use crate::observe::{ContactChange, Watch};
 pub enum PlantError {
     /// A state left the finite numbers.
     NonFinite {
-        /// When \[s\].
+        /// Time \[s\].
         time_s: f64,
     },
     /// The adaptive step fell below what the clock resolves, or one interval
     /// took more steps than [`crate::Plant`] allows: the plant is too stiff,
     /// or the state runs away in finite time.
     TooStiff {
-        /// When \[s\].
+        /// Time \[s\].
         time_s: f64,
     },
     /// Solver `exact` was asked to solve a plant with a quadratic resistance.
     NotAffine,
     /// More mode changes in one interval than [`crate::Plant`] allows.
     TooManyEvents {
-        /// When \[s\].
+        /// Time \[s\].
         time_s: f64,
     },
 }

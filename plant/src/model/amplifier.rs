@@ -32,7 +32,7 @@ impl Amplifier {
         (self.gain * input_v).clamp(-self.voltage_limit_v, self.voltage_limit_v)
     }
 
-    /// Whether the output stands at its limit for this input.
+    /// True if the output stands at its limit for this input.
     pub fn is_limited(&self, input_v: f64) -> bool {
         (self.gain * input_v).abs() >= self.voltage_limit_v
     }

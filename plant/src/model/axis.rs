@@ -28,13 +28,13 @@ pub struct AxisParameters {
 }
 
 impl AxisParameters {
-    /// Whether the plant is affine between events: no quadratic resistance.
+    /// True if the plant is affine between events: no quadratic resistance.
     pub fn is_affine(&self) -> bool {
         self.carriage.resistance.quadratic_ns2_per_rad2 == 0.0
     }
 }
 
-/// Where the motor voltage comes from.
+/// Source of the motor voltage.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Drive<'a> {
     /// Constant \[V\], already within the amplifier's limit: a sampled law.
@@ -54,15 +54,18 @@ pub(crate) struct Mode {
 /// The axis with what its equations need over and over.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Axis {
-    parameters: AxisParameters,
+    pub(crate) motor: Motor,
+    pub(crate) gear_ratio: f64,
+    pub(crate) pitch_m_per_rad: f64,
+    pub(crate) resistance: Resistance,
     /// `J1 = J_m/z²` \[kg m²\].
-    gear_inertia: f64,
+    pub(crate) gear_inertia: f64,
     /// `J2 = J_v + M·p²` \[kg m²\].
     screw_inertia: f64,
     /// `p·a0`, the torque that dry friction can hold at the screw \[N m\].
     pub(crate) holding_torque_nm: f64,
     pub(crate) joint: Option<ElasticJoint>,
-    /// How far below b a loaded flank must fall before it has come away \[rad\].
+    /// Angle below b to which a loaded flank must fall to have come away \[rad\].
     ///
     /// A torque that dies away (the axis cruises, or rests on dry friction)
     /// leaves ε at b to within rounding and the solver's error, and neither may
@@ -70,7 +73,7 @@ pub(crate) struct Axis {
     /// or never ended. A real separation is shifted by this angle over its
     /// speed, far below what is asked of the time of an event.
     pub(crate) parting_noise_rad: f64,
-    /// What the current may be off by, in units of what the induced voltage
+    /// Error of the current, in units of what the induced voltage
     /// alone would drive.
     pub(crate) current_noise: f64,
 }
@@ -90,7 +93,10 @@ impl Axis {
             Joint::Elastic(joint) => Some(joint),
         };
         Self {
-            parameters: *parameters,
+            motor: parameters.motor,
+            gear_ratio: z,
+            pitch_m_per_rad: p,
+            resistance: c.resistance,
             gear_inertia: parameters.motor.inertia_kg_m2 / (z * z),
             screw_inertia: t.screw_inertia_kg_m2 + c.mass_kg * p * p,
             holding_torque_nm: p * c.resistance.constant_n,
@@ -121,10 +127,10 @@ impl Axis {
     /// its change in a step is less than rounding, `τ_m/T` roundings away.
     pub(crate) fn set_parting_noise(&mut self, noise_rad: f64, length_s: f64) {
         self.parting_noise_rad = noise_rad + NOISE_PER_BACKLASH * self.backlash_half_rad();
-        let motor = self.motor();
-        let km = motor.torque_constant_nm_per_a / self.gear_ratio();
+        let motor = &self.motor;
+        let km = motor.torque_constant_nm_per_a / self.gear_ratio;
         // τ_m = J·R/k_m², the time that the motor takes to run up.
-        let inertia = self.gear_inertia() + self.moved_inertia();
+        let inertia = self.gear_inertia + self.moved_inertia();
         let run_up_s = inertia * motor.resistance_ohm / (km * km);
         let steps = run_up_s / length_s;
         self.current_noise = if steps.is_finite() {
@@ -134,34 +140,9 @@ impl Axis {
         };
     }
 
-    /// Whether a loaded flank lets go where it would pull.
+    /// True if a loaded flank lets go where it would pull.
     pub(crate) fn releases(&self) -> bool {
         self.joint.is_some_and(|joint| joint.releases())
-    }
-
-    pub(crate) fn pitch_m_per_rad(&self) -> f64 {
-        self.parameters.transmission.screw_pitch_m_per_rad
-    }
-
-    pub(crate) fn gear_ratio(&self) -> f64 {
-        self.parameters.transmission.gear_ratio
-    }
-
-    pub(crate) fn parameters(&self) -> &AxisParameters {
-        &self.parameters
-    }
-
-    pub(crate) fn motor(&self) -> &Motor {
-        &self.parameters.motor
-    }
-
-    pub(crate) fn resistance(&self) -> &Resistance {
-        &self.parameters.carriage.resistance
-    }
-
-    /// `J1` \[kg m²\].
-    pub(crate) fn gear_inertia(&self) -> f64 {
-        self.gear_inertia
     }
 
     /// At rest with the joint centred in its gap.
@@ -171,7 +152,7 @@ impl Axis {
                 None => JointMode::Rigid,
                 Some(joint) => joint.mode_of_state(0.0, 0.0),
             },
-            guide: self.parameters.carriage.resistance.mode_at_rest(),
+            guide: self.resistance.mode_at_rest(),
             amplifier: AmplifierMode::Linear,
         }
     }
@@ -182,7 +163,7 @@ impl Axis {
         if let Some(joint) = self.joint {
             mode.joint = joint.mode_of_state(y[EPSILON], y[EPSILON_DOT]);
         }
-        mode.guide = self.parameters.carriage.resistance.mode_of_state(
+        mode.guide = self.resistance.mode_of_state(
             gamma_dot(y),
             self.moving_torque_nm(&mode, y),
             self.holding_torque_nm,
@@ -216,7 +197,7 @@ impl Axis {
         time_s: f64,
         y: &Vector,
     ) -> Vector {
-        let (z, motor) = (self.gear_ratio(), &self.parameters.motor);
+        let (z, motor) = (self.gear_ratio, &self.motor);
         let (beta_dot, epsilon_dot, current) = (y[BETA_DOT], y[EPSILON_DOT], y[CURRENT]);
         let gamma_ddot = self.screw_acceleration(mode, y);
         let (beta_ddot, epsilon_ddot) = match self.joint {
@@ -250,9 +231,9 @@ impl Axis {
         if mode.guide == GuideMode::Stuck {
             return 0.0;
         }
-        let resistance = &self.parameters.carriage.resistance;
+        let resistance = &self.resistance;
         let force_n = resistance.force_n(mode.guide, gamma_dot(y));
-        (self.moving_torque_nm(mode, y) - self.pitch_m_per_rad() * force_n) / self.moved_inertia()
+        (self.moving_torque_nm(mode, y) - self.pitch_m_per_rad * force_n) / self.moved_inertia()
     }
 
     /// `d³γ/dt³` \[rad/s³\] from the state and its derivative.
@@ -260,23 +241,23 @@ impl Axis {
         if mode.guide == GuideMode::Stuck {
             return 0.0;
         }
-        let resistance = &self.parameters.carriage.resistance;
+        let resistance = &self.resistance;
         let force_rate = resistance.slope(mode.guide, gamma_dot(y)) * gamma_dot(dy);
-        (self.moving_torque_rate(mode, dy) - self.pitch_m_per_rad() * force_rate)
+        (self.moving_torque_rate(mode, dy) - self.pitch_m_per_rad * force_rate)
             / self.moved_inertia()
     }
 
-    /// What turns the screw: Ψ, or `k_m·I/z` without a joint \[N m\].
+    /// Torque that turns the screw: Ψ, or `k_m·I/z` without a joint \[N m\].
     pub(crate) fn moving_torque_nm(&self, mode: &Mode, y: &Vector) -> f64 {
         match self.joint {
-            None => self.parameters.motor.torque_nm(y[CURRENT]) / self.gear_ratio(),
+            None => self.motor.torque_nm(y[CURRENT]) / self.gear_ratio,
             Some(joint) => joint.torque_nm(mode.joint, y[EPSILON], y[EPSILON_DOT]),
         }
     }
 
     pub(crate) fn moving_torque_rate(&self, mode: &Mode, dy: &Vector) -> f64 {
         match (self.joint, mode.joint) {
-            (None, _) => self.parameters.motor.torque_nm(dy[CURRENT]) / self.gear_ratio(),
+            (None, _) => self.motor.torque_nm(dy[CURRENT]) / self.gear_ratio,
             (Some(joint), JointMode::Gapless | JointMode::Loaded(_)) => {
                 joint.flank_torque_rate(dy[EPSILON], dy[EPSILON_DOT])
             }
@@ -294,7 +275,7 @@ impl Axis {
 
     /// `ẍ = p·γ̈` \[m/s²\].
     pub(crate) fn carriage_acceleration_mps2(&self, mode: &Mode, y: &Vector) -> f64 {
-        self.pitch_m_per_rad() * self.screw_acceleration(mode, y)
+        self.pitch_m_per_rad * self.screw_acceleration(mode, y)
     }
 
     /// Kinetic energy and the energy stored in the joint, eq. 4-5 \[J\].

@@ -23,7 +23,7 @@ impl Encoder {
         self.counts_per_rad * alpha_rad
     }
 
-    /// What the counter shows: `floor(K_enc·α)`, a whole number of counts.
+    /// Reading of the counter: `floor(K_enc·α)`, a whole number of counts.
     pub fn count(&self, alpha_rad: f64) -> f64 {
         self.position_counts(alpha_rad).floor()
     }

@@ -17,7 +17,7 @@
 pub struct Transmission {
     /// `z = β̇/α̇`, gear ratio, eq. 3 \[1\]: gear output speed over motor speed.
     pub gear_ratio: f64,
-    /// What couples the gear output to the screw.
+    /// Coupling of the gear output to the screw.
     pub joint: Joint,
     /// `J_v`, screw inertia, eq. 2 \[kg m²\].
     pub screw_inertia_kg_m2: f64,
@@ -25,7 +25,7 @@ pub struct Transmission {
     pub screw_pitch_m_per_rad: f64,
 }
 
-/// What couples the gear output (β) to the screw (γ).
+/// Coupling of the gear output (β) to the screw (γ).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Joint {
     /// β = γ (paper, section 2.2).
@@ -43,12 +43,12 @@ pub struct ElasticJoint {
     pub damping_nms_per_rad: f64,
     /// `b`, half the backlash \[rad\], at least 0; 0 is a joint without gap.
     pub backlash_half_rad: f64,
-    /// Whether the flanks can only push: the torque is cut off at 0 where
+    /// True if the flanks can only push: the torque is cut off at 0 where
     /// damping would make a separating flank pull. No effect where b = 0.
     pub no_pull: bool,
 }
 
-/// Which flank of the joint carries torque, as traces and events report it.
+/// Flank of the joint that carries torque, as traces and events report it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Contact {
     /// `−1`: the coast flank, ε ≤ −b.
@@ -93,7 +93,7 @@ impl Flank {
     }
 }
 
-/// What the joint is doing; the equations are smooth within each mode.
+/// Mode of the joint; the equations are smooth within each mode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum JointMode {
     /// β = γ, no joint at all.
@@ -117,7 +117,7 @@ impl JointMode {
         }
     }
 
-    /// Whether the joint carries torque.
+    /// True if the joint carries torque.
     pub(crate) fn carries(self) -> bool {
         matches!(self, Self::Gapless | Self::Loaded(_))
     }
@@ -169,7 +169,7 @@ impl ElasticJoint {
         }
     }
 
-    /// Whether a flank can let go before |ε| = b: without damping both
+    /// True if a flank can let go before |ε| = b: without damping both
     /// happen at once and `no_pull` changes nothing.
     pub(crate) fn releases(&self) -> bool {
         self.no_pull && self.damping_nms_per_rad > 0.0

@@ -1,5 +1,7 @@
-//! The axis in SI units: a file for each physical part, none of which knows
-//! another, and `axis`, which puts them together (paper, section 2 and 3).
+//! The axis in SI units: a file for each physical part with its parameters, none
+//! of which knows another, and `axis`, which puts them together (paper, section 2
+//! and 3, eq. 1-26); the motion command (Fig. 6) and the continuous law (eq.
+//! 27-31) that drive it; `rates`, its equations for a solver that steps.
 
 pub(crate) mod amplifier;
 pub(crate) mod axis;

@@ -40,8 +40,11 @@ pub struct Motion {
     segments: [Segment; 7],
     end: MotionPoint,
     end_s: f64,
-    fourth_derivatives: MotionPoint,
-    peak_acceleration_mps2: f64,
+    /// Largest magnitude of the fourth derivative of each, over all intervals:
+    /// how rough the command is. The acceleration's is not given.
+    pub(crate) fourth_derivatives: MotionPoint,
+    /// Largest magnitude of the commanded acceleration \[m/s²\].
+    pub(crate) peak_acceleration_mps2: f64,
 }
 
 /// Reason why seven intervals and a travel make no motion.
@@ -173,15 +176,9 @@ impl Motion {
         self.intervals_s
     }
 
-    /// When the motion ends \[s\]: the sum of the intervals.
+    /// End of the motion \[s\]: the sum of the intervals.
     pub fn end_s(&self) -> f64 {
         self.end_s
-    }
-
-    /// Largest magnitude of the fourth derivative of each, over all intervals:
-    /// how rough the command is. The acceleration's is not given.
-    pub(crate) fn fourth_derivatives(&self) -> &MotionPoint {
-        &self.fourth_derivatives
     }
 
     /// The instants at which one interval gives way to the next \[s\], in
@@ -236,11 +233,6 @@ impl Motion {
             .find(|segment| segment.duration_s > 0.0 && now_s >= segment.start_s)
     }
 
-    /// Largest magnitude of the commanded acceleration \[m/s²\].
-    pub(crate) fn peak_acceleration_mps2(&self) -> f64 {
-        self.peak_acceleration_mps2
-    }
-
     /// The left-hand limit of the commanded acceleration at `time_s` \[m/s²\]:
     /// differs from [`Motion::at`] only where the command jumps (but for
     /// rounding).
@@ -258,7 +250,7 @@ impl Motion {
         0.0
     }
 
-    /// What the sums of the intervals may be off by. Intervals of 0.1 s add up
+    /// Error of the sums of the intervals. Intervals of 0.1 s add up
     /// to 0.30000000000000004 s; the row at 0.3 s belongs to the next one.
     fn rounding_s(&self) -> f64 {
         8.0 * f64::EPSILON * self.end_s
@@ -461,7 +453,7 @@ fn fourth_derivatives(segments: &[Segment; 7]) -> MotionPoint {
     largest
 }
 
-/// When the last of them ends \[s\].
+/// End of the last of them \[s\].
 fn end_of(segments: &[Segment; 7]) -> f64 {
     let last = &segments[6];
     last.start_s + last.duration_s

@@ -17,7 +17,7 @@ pub struct PidGains {
     pub kd_s: f64,
 }
 
-/// Which side of an instant: the reference's acceleration can jump.
+/// Side of an instant: the reference's acceleration can jump.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Side {
     Before,
@@ -27,13 +27,13 @@ pub(crate) enum Side {
 /// Continuous position controller together with its motion command.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContinuousPid {
-    gains: PidGains,
+    pub(crate) gains: PidGains,
     /// `K_0 = K_a·K_enc·K_dac` of eq. 27 \[V/rad per unit of gain\].
-    loop_gain: f64,
+    pub(crate) loop_gain: f64,
     voltage_limit_v: f64,
-    gear_ratio: f64,
+    pub(crate) gear_ratio: f64,
     /// Carriage displacement to motor angle: `α = x/(p·z)`.
-    radians_per_m: f64,
+    pub(crate) radians_per_m: f64,
     motion: Motion,
 }
 
@@ -67,7 +67,7 @@ impl ContinuousPid {
         self.voltage_limit_v
     }
 
-    /// Whether two laws are the same; the motion is that of its travel and
+    /// True if two laws are the same; the motion is that of its travel and
     /// intervals.
     pub(crate) fn is_same_law(&self, other: &Self) -> bool {
         let numbers = |pid: &Self| {
@@ -84,24 +84,6 @@ impl ContinuousPid {
             )
         };
         numbers(self) == numbers(other)
-    }
-
-    pub(crate) fn gains(&self) -> &PidGains {
-        &self.gains
-    }
-
-    /// `K_0` of eq. 27 \[V/rad per unit of gain\].
-    pub(crate) fn loop_gain(&self) -> f64 {
-        self.loop_gain
-    }
-
-    pub(crate) fn gear_ratio(&self) -> f64 {
-        self.gear_ratio
-    }
-
-    /// Carriage displacement to motor angle \[rad/m\].
-    pub(crate) fn radians_per_m(&self) -> f64 {
-        self.radians_per_m
     }
 
     /// `V_m = K_0·[K_p·e + K_i·∫e + K_d·ė]` before the amplifier's limit,
@@ -134,7 +116,7 @@ impl ContinuousPid {
         self.loop_gain * (kp * e_dot + ki * e + kd * e_ddot)
     }
 
-    /// How far the demand may be from the cubic through its ends, given how
+    /// Bound of the demand's distance from the cubic through its ends, given how
     /// far β̂, β, β̇ and the command (its integral, x_ref and v_ref) may be \[V\].
     pub(crate) fn demand_reach(
         &self,

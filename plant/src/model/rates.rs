@@ -39,7 +39,7 @@ pub(crate) struct Rates<'a> {
 
 impl<'a> Rates<'a> {
     pub(crate) fn new(axis: &'a Axis, mode: &Mode, drive: &'a Drive<'a>) -> Self {
-        let (z, motor) = (axis.gear_ratio(), axis.motor());
+        let (z, motor) = (axis.gear_ratio, &axis.motor);
         let (km, l) = (motor.torque_constant_nm_per_a, motor.inductance_h);
         let (stiffness, damping, rest_rad) = match (axis.joint, mode.joint) {
             (Some(joint), JointMode::Gapless) => {
@@ -59,9 +59,9 @@ impl<'a> Rates<'a> {
         };
         let screw_per_torque = moves / axis.moved_inertia();
         let resistance = axis
-            .resistance()
+            .resistance
             .polynomial(mode.guide)
-            .map(|a| screw_per_torque * axis.pitch_m_per_rad() * a);
+            .map(|a| screw_per_torque * axis.pitch_m_per_rad * a);
         let (joined, rigid) = match axis.joint {
             Some(_) => (1.0, 0.0),
             None => (0.0, 1.0),
@@ -76,8 +76,8 @@ impl<'a> Rates<'a> {
             screw_per_torque,
             screw_per_current: rigid * screw_per_torque * km / z,
             resistance,
-            gear_per_torque: joined / axis.gear_inertia(),
-            gear_per_current: joined * km / (z * axis.gear_inertia()),
+            gear_per_torque: joined / axis.gear_inertia,
+            gear_per_current: joined * km / (z * axis.gear_inertia),
             rigid,
             current_per_voltage: 1.0 / l,
             current_per_current: motor.resistance_ohm / l,
@@ -85,7 +85,7 @@ impl<'a> Rates<'a> {
         }
     }
 
-    /// What the rounding of ε makes of β̈ and ε̈: a stiff joint turns the last
+    /// Noise that the rounding of ε makes of β̈ and ε̈: a stiff joint turns the last
     /// bit of an angle into a torque.
     #[inline(always)]
     pub(crate) fn noise(&self, y: &Vector) -> Vector {

@@ -24,7 +24,7 @@ pub struct Resistance {
     pub opposes_motion: bool,
 }
 
-/// What the guide is doing; the force is smooth within each mode.
+/// Mode of the guide; the force is smooth within each mode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum GuideMode {
     /// Eq. 13 as it stands, without regard to direction.
@@ -68,7 +68,7 @@ impl Resistance {
         [mode.direction() * a0, a1, mode.direction() * a2]
     }
 
-    /// Whether direction matters: with `a1` alone both readings agree.
+    /// True if direction matters: with `a1` alone both readings agree.
     pub(crate) fn has_stiction(&self) -> bool {
         let (a0, _, a2) = self.coefficients();
         self.opposes_motion && (a0 != 0.0 || a2 != 0.0)

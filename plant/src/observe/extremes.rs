@@ -17,7 +17,7 @@ pub(crate) const CARRIAGE: usize = 2;
 
 /// The figures in a state, x_ref being `x_ref_m`.
 pub(crate) fn figures_at(axis: &Axis, mode: &Mode, y: &Vector, x_ref_m: f64) -> [f64; FIGURES] {
-    let p = axis.pitch_m_per_rad();
+    let p = axis.pitch_m_per_rad;
     [
         axis.carriage_acceleration_mps2(mode, y),
         y[CURRENT],
@@ -31,7 +31,7 @@ pub(crate) fn figures_at(axis: &Axis, mode: &Mode, y: &Vector, x_ref_m: f64) -> 
 pub(crate) struct Seen {
     /// The figures' peaks, this piece included.
     pub(crate) peaks: [f64; FIGURES],
-    /// When the carriage was last outside the settling band, if it was \[s\].
+    /// Last instant outside the settling band, if the carriage was there \[s\].
     pub(crate) last_outside_s: Option<f64>,
 }
 

@@ -31,13 +31,13 @@ impl Watch for () {
 /// One change of contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ContactChange {
-    /// When \[s\].
+    /// Time \[s\].
     pub time_s: f64,
     /// Contact before.
     pub from: Contact,
     /// Contact after.
     pub to: Contact,
-    /// Whether the gap closed: taking load again after `no_pull` let go is a
+    /// True if the gap closed: taking load again after `no_pull` let go is a
     /// change, but no impact.
     pub impact: bool,
     /// `ε̇` at the change \[rad/s\]: at an impact its magnitude is the speed at
@@ -121,7 +121,7 @@ impl Span<'_> {
             .voltage_v(mode, self.drive, time_s, &self.vector_at(theta))
     }
 
-    /// Whether the amplifier stands at its limit under the continuous law.
+    /// True if the amplifier stands at its limit under the continuous law.
     pub fn is_voltage_limited(&self) -> bool {
         self.modes.0.amplifier != AmplifierMode::Linear
     }

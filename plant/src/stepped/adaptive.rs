@@ -294,7 +294,7 @@ const RELATIVE_SHARE: f64 = 0.001;
 /// next one: jumps differ, and a rejected step costs as much as a good one.
 const RESTART_SHARE: f64 = 0.8;
 
-/// What the estimates make of the rounding of one stage: the root of the sum of
+/// Weight of the rounding of one stage in the estimates: the root of the sum of
 /// the squares of their weights is 2.2, and half a last bit is the most of it.
 const NOISE_WEIGHT: f64 = 2.0;
 

@@ -5,4 +5,3 @@ pub(crate) mod adaptive;
 mod dop853;
 mod piece;
 pub(crate) mod rk4;
-mod table;

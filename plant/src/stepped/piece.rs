@@ -80,7 +80,7 @@ impl Reach {
 
     /// Of x_ref \[m\].
     pub(crate) fn displacement(&self, motion: &Motion) -> f64 {
-        self.command(motion.fourth_derivatives().displacement_m)
+        self.command(motion.fourth_derivatives.displacement_m)
     }
 
     /// `k·ε + c·ε̇` of a flank \[N m\].
@@ -113,10 +113,10 @@ impl Axis {
             return 0.0;
         }
         let loaded = !matches!(mode.joint, JointMode::Open | JointMode::Released(_));
-        let [_, a1, a2] = self.resistance().polynomial(mode.guide);
+        let [_, a1, a2] = self.resistance.polynomial(mode.guide);
         let speed = reach.stray.gamma_dot;
         let square = 2.0 * reach.speed * speed + 8.0 * reach.excursion * reach.excursion;
-        let p = self.pitch_m_per_rad();
+        let p = self.pitch_m_per_rad;
         let force = a1.abs() * speed + a2.abs() * square;
         p * (self.torque_reach(reach, loaded) + p * force) / self.moved_inertia()
     }
@@ -126,7 +126,7 @@ impl Axis {
         match self.joint {
             Some(joint) if loaded => reach.flank_torque(&joint),
             Some(_) => 0.0,
-            None => (self.motor().torque_nm(reach.current()) / self.gear_ratio()).abs(),
+            None => (self.motor.torque_nm(reach.current()) / self.gear_ratio).abs(),
         }
     }
 
@@ -135,7 +135,7 @@ impl Axis {
         match drive {
             Drive::Held(_) => 0.0,
             Drive::Feedback(pid) => {
-                let command = pid.motion().fourth_derivatives();
+                let command = pid.motion().fourth_derivatives;
                 pid.demand_reach(
                     reach.stray.states[BETA_INTEGRAL],
                     reach.stray.states[BETA],
@@ -151,7 +151,7 @@ impl Axis {
     }
 }
 
-/// What a Runge-Kutta solver knows of a span besides its ends.
+/// Knowledge of a Runge-Kutta solver about a span besides its ends.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SteppedPiece<'a> {
     /// The step with its dense output, and the θ on it of the span's ends.
@@ -200,7 +200,7 @@ impl Interior for SteppedPiece<'_> {
 struct Quantity<'a, V> {
     span: &'a Span<'a>,
     ends: Ends,
-    /// How far it may be from the cubic through its ends.
+    /// Largest distance from the cubic through its ends.
     reach: f64,
     /// Of time and state within the span.
     value: V,
@@ -275,7 +275,7 @@ impl Stepped<'_> {
     /// Carriage acceleration `p·γ̈` over the span \[m/s²\].
     fn acceleration(&self) -> Quantity<'_, impl Fn(f64, &Vector) -> f64> {
         let (axis, mode) = (self.span.axis, &self.span.modes.0);
-        let p = axis.pitch_m_per_rad();
+        let p = axis.pitch_m_per_rad;
         self.quantity(
             move |_, _, y, dy, mode| {
                 (
@@ -328,7 +328,7 @@ impl Stepped<'_> {
         command: &'s (MotionPoint, MotionPoint),
         of_motor: bool,
     ) -> Quantity<'s, impl Fn(f64, &Vector) -> f64> {
-        let (p, reach) = (self.span.axis.pitch_m_per_rad(), &self.piece.reach);
+        let (p, reach) = (self.span.axis.pitch_m_per_rad, &self.piece.reach);
         let angle = move |v: &Vector| if of_motor { v[BETA] } else { gamma(v) };
         self.quantity(
             move |side, _, y, dy, _| {
@@ -348,7 +348,7 @@ impl Stepped<'_> {
 
     /// Distance of the carriage from `target_m` over the span \[m\].
     fn distance_to(&self, target_m: f64) -> Quantity<'_, impl Fn(f64, &Vector) -> f64> {
-        let p = self.span.axis.pitch_m_per_rad();
+        let p = self.span.axis.pitch_m_per_rad;
         self.quantity(
             move |_, _, y, dy, _| (target_m - p * gamma(y), -p * gamma(dy)),
             move |_, y| target_m - p * gamma(y),
@@ -356,7 +356,7 @@ impl Stepped<'_> {
         )
     }
 
-    /// What the joint's damper takes over the span \[J\]: by the method's own sum
+    /// Energy that the joint's damper takes over the span \[J\]: by the method's own sum
     /// where there is one, so to the order of the solution; by Gauss's rule on
     /// the cubic of solver `rk4`, whose step may be in contact in a part only.
     fn joint_loss_j(&self) -> f64 {
