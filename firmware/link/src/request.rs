@@ -24,7 +24,7 @@ pub enum Request<'a> {
     /// The paper's controller: its words and converter
     /// ([`crate::settings::read_paper`]).
     Paper(&'a [u8]),
-    /// The product's axis ([`crate::settings::read_axis`]); behind BEGIN other
+    /// The axis in service ([`crate::settings::read_axis`]); behind BEGIN other
     /// parameters of the one that runs, from the next sample on.
     Axis(&'a [u8]),
     /// The next setpoints of the table \[counts\], 4 bytes each.

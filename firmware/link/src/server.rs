@@ -48,7 +48,7 @@ enum Machine {
     /// The paper's. It stands on a wheel of counts that turns with the
     /// setpoint: its own table holds 0 and it is fed `c − r`.
     Paper(Controller<1>, ControllerState),
-    /// The product's.
+    /// The axis in service.
     Axis(Axis, AxisState),
 }
 

@@ -5,15 +5,17 @@ use heapless::Vec;
 
 use crate::bytes::{Reader, Writer};
 use crate::frame::LARGEST_BODY;
-use firmware::axis::{Axis, Feedback, Rest, Watches};
+use firmware::axis::{Axis, Feedback, Monitors, Rest};
+use firmware::backlash_compensation::{BacklashCompensation, Trigger};
 use firmware::dac::Dac;
 use firmware::gains::PidWords;
 use firmware::law::{AntiWindup, Derivative, FilterWords, Law, LawWords};
+use firmware::monitor::{
+    EncoderLossMonitor, FollowingErrorMonitor, SaturationMonitor, TickMonitor,
+};
 use firmware::output::{Output, Quantiser};
 use firmware::pid::Pid;
 use firmware::position::CounterParameters;
-use firmware::takeup::{TakeUp, Trigger};
-use firmware::watch::{EncoderLossWatch, FollowingErrorWatch, SaturationWatch, TickWatch};
 use firmware::word::GainWord;
 
 /// A part of a configuration.
@@ -79,20 +81,20 @@ pub fn write_axis(axis: &Axis) -> Option<Payload> {
             counter_to(&mut to, counter);
         }
     }
-    match axis.take_up {
+    match axis.backlash_compensation {
         None => to.u8(0),
-        Some(take_up) => {
-            to.u8(match take_up.trigger() {
+        Some(backlash_compensation) => {
+            to.u8(match backlash_compensation.trigger() {
                 Trigger::Velocity => 1,
                 Trigger::Acceleration => 2,
             });
-            to.u32(take_up.half_gap_counts());
-            to.u32(take_up.samples());
+            to.u32(backlash_compensation.half_gap_counts());
+            to.u32(backlash_compensation.samples());
         }
     }
     to.u32(axis.rest.dead_band);
     to.u8(u8::from(axis.rest.hold_integral));
-    watches_to(&mut to, &axis.watches);
+    monitors_to(&mut to, &axis.monitors);
     to.finish()
 }
 
@@ -122,15 +124,19 @@ pub fn read_axis(payload: &[u8]) -> Option<Axis> {
         2 => Some(Trigger::Acceleration),
         _ => return None,
     };
-    axis.take_up = match trigger {
+    axis.backlash_compensation = match trigger {
         None => None,
-        Some(trigger) => Some(TakeUp::planned(from.u32()?, from.u32()?, trigger)?),
+        Some(trigger) => Some(BacklashCompensation::planned(
+            from.u32()?,
+            from.u32()?,
+            trigger,
+        )?),
     };
     axis.rest = Rest {
         dead_band: from.u32()?,
         hold_integral: flag_from(&mut from)?,
     };
-    axis.watches = watches_from(&mut from)?;
+    axis.monitors = monitors_from(&mut from)?;
     from.end()?;
     Some(axis)
 }
@@ -210,10 +216,10 @@ fn law_from(from: &mut Reader<'_>) -> Option<Law> {
     Law::accept(words, dac).ok()
 }
 
-fn watches_to<const N: usize>(to: &mut Writer<N>, watches: &Watches) {
-    // A limit of 0 is none: every watch refuses it.
-    let [limit, mantissa, fraction_bits] = watches.following_error.map_or([0; 3], |watch| {
-        let (limit, word) = watch.limits();
+fn monitors_to<const N: usize>(to: &mut Writer<N>, monitors: &Monitors) {
+    // A limit of 0 is none: every monitor refuses it.
+    let [limit, mantissa, fraction_bits] = monitors.following_error.map_or([0; 3], |monitor| {
+        let (limit, word) = monitor.limits();
         [
             limit,
             word.mantissa.cast_unsigned(),
@@ -223,39 +229,45 @@ fn watches_to<const N: usize>(to: &mut Writer<N>, watches: &Watches) {
     to.u32(limit);
     to.u32(mantissa);
     to.u32(fraction_bits);
-    let (code, samples) = watches.encoder_loss.map_or((0, 0), |watch| watch.limits());
+    let (code, samples) = monitors
+        .encoder_loss
+        .map_or((0, 0), |monitor| monitor.limits());
     to.u32(code);
     to.u32(samples);
-    // 2^32 − 1 is none: the watch refuses it.
-    to.u32(watches.saturation.map_or(u32::MAX, |watch| watch.limit()));
-    to.u8(u8::from(watches.ticks.is_some()));
+    // 2^32 − 1 is none: the monitor refuses it.
+    to.u32(
+        monitors
+            .saturation
+            .map_or(u32::MAX, |monitor| monitor.limit()),
+    );
+    to.u8(u8::from(monitors.ticks.is_some()));
 }
 
-fn watches_from(from: &mut Reader<'_>) -> Option<Watches> {
+fn monitors_from(from: &mut Reader<'_>) -> Option<Monitors> {
     let (limit, mantissa, fraction_bits) = (from.u32()?, from.u32()?, from.u32()?);
     let following_error = if limit == 0 {
         None
     } else {
         let lag = GainWord::new(mantissa.cast_signed(), u8::try_from(fraction_bits).ok()?);
-        Some(FollowingErrorWatch::accept(limit, lag, 0).ok()?)
+        Some(FollowingErrorMonitor::accept(limit, lag, 0).ok()?)
     };
     let (code, samples) = (from.u32()?, from.u32()?);
     let encoder_loss = if code == 0 {
         None
     } else {
-        Some(EncoderLossWatch::accept(code, samples).ok()?)
+        Some(EncoderLossMonitor::accept(code, samples).ok()?)
     };
     let samples = from.u32()?;
     let saturation = if samples == u32::MAX {
         None
     } else {
-        Some(SaturationWatch::accept(samples).ok()?)
+        Some(SaturationMonitor::accept(samples).ok()?)
     };
-    Some(Watches {
+    Some(Monitors {
         following_error,
         encoder_loss,
         saturation,
-        ticks: flag_from(from)?.then_some(TickWatch),
+        ticks: flag_from(from)?.then_some(TickMonitor),
     })
 }
 

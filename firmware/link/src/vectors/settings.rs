@@ -2,13 +2,15 @@
 
 use core::str::{FromStr, SplitWhitespace};
 
-use firmware::axis::{Axis, Feedback, Rest, Watches};
+use firmware::axis::{Axis, Feedback, Monitors, Rest};
+use firmware::backlash_compensation::{BacklashCompensation, Room, Trigger};
 use firmware::dac::Dac;
 use firmware::law::{AntiWindup, Derivative, FilterWords, Law, LawWords};
+use firmware::monitor::{
+    EncoderLossMonitor, FollowingErrorMonitor, SaturationMonitor, TickMonitor,
+};
 use firmware::output::{Output, Quantiser};
 use firmware::position::CounterParameters;
-use firmware::takeup::{Room, TakeUp, Trigger};
-use firmware::watch::{EncoderLossWatch, FollowingErrorWatch, SaturationWatch, TickWatch};
 use firmware::word::GainWord;
 
 /// What the lines have said so far. The default is everything off, and no
@@ -21,9 +23,9 @@ pub struct Settings {
     words: LawWords,
     counter: CounterParameters,
     feedback: Feedback,
-    take_up: Option<TakeUp>,
+    backlash_compensation: Option<BacklashCompensation>,
     rest: Rest,
-    watches: Watches,
+    monitors: Monitors,
 }
 
 impl Default for Settings {
@@ -35,9 +37,9 @@ impl Default for Settings {
             words: LawWords::NONE,
             counter: CounterParameters::default(),
             feedback: Feedback::Motor,
-            take_up: None,
+            backlash_compensation: None,
             rest: Rest::default(),
-            watches: Watches::default(),
+            monitors: Monitors::default(),
         }
     }
 }
@@ -68,7 +70,7 @@ impl<'a> Values<'a> {
         CounterParameters::accept(bits, jump).ok()
     }
 
-    fn take_up(&mut self) -> Option<TakeUp> {
+    fn backlash_compensation(&mut self) -> Option<BacklashCompensation> {
         let half_gap = self.number()?;
         let room = Room {
             velocity: self.number()?,
@@ -79,7 +81,7 @@ impl<'a> Values<'a> {
             "acceleration" => Trigger::Acceleration,
             _ => return None,
         };
-        TakeUp::plan(half_gap, room, trigger).ok()
+        BacklashCompensation::plan(half_gap, room, trigger).ok()
     }
 }
 
@@ -89,7 +91,7 @@ impl Settings {
     pub fn set(&mut self, line: &str) -> Option<()> {
         let (key, values) = line.split_once('=')?;
         let mut v = Values(values.split_whitespace());
-        let (words, watches) = (&mut self.words, &mut self.watches);
+        let (words, monitors) = (&mut self.words, &mut self.monitors);
         match key.trim() {
             "dac_bits" => self.dac_bits = Some(v.number()?),
             "slew_codes" => self.slew = Some(v.number()?),
@@ -132,19 +134,23 @@ impl Settings {
             }
             "counter" => self.counter = v.counter()?,
             "load_counter" => self.feedback = Feedback::Load(v.counter()?),
-            "take_up" => self.take_up = Some(v.take_up()?),
+            "backlash_compensation" => {
+                self.backlash_compensation = Some(v.backlash_compensation()?)
+            }
             "dead_band" => self.rest.dead_band = v.number()?,
             "hold_integral" => self.rest.hold_integral = v.number::<u8>()? == 1,
             "following_error" => {
-                let watch = FollowingErrorWatch::accept(v.number()?, v.word()?, v.number()?);
-                watches.following_error = Some(watch.ok()?);
+                let monitor = FollowingErrorMonitor::accept(v.number()?, v.word()?, v.number()?);
+                monitors.following_error = Some(monitor.ok()?);
             }
             "encoder_loss" => {
-                let watch = EncoderLossWatch::accept(v.number()?, v.number()?);
-                watches.encoder_loss = Some(watch.ok()?);
+                let monitor = EncoderLossMonitor::accept(v.number()?, v.number()?);
+                monitors.encoder_loss = Some(monitor.ok()?);
             }
-            "saturation" => watches.saturation = Some(SaturationWatch::accept(v.number()?).ok()?),
-            "ticks" => watches.ticks = (v.number::<u8>()? == 1).then_some(TickWatch),
+            "saturation" => {
+                monitors.saturation = Some(SaturationMonitor::accept(v.number()?).ok()?)
+            }
+            "ticks" => monitors.ticks = (v.number::<u8>()? == 1).then_some(TickMonitor),
             _ => return None,
         }
         // Nothing may be left over.
@@ -159,9 +165,9 @@ impl Settings {
         let mut axis = Axis::new(law, output);
         axis.counter = self.counter;
         axis.feedback = self.feedback;
-        axis.take_up = self.take_up;
+        axis.backlash_compensation = self.backlash_compensation;
         axis.rest = self.rest;
-        axis.watches = self.watches;
+        axis.monitors = self.monitors;
         Some(axis)
     }
 }

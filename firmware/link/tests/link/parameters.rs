@@ -1,12 +1,15 @@
 //! Parameters over the line: what comes out is what went in.
 
-use firmware::axis::{Axis, Feedback, Rest, Watches};
+use firmware::axis::{Axis, Feedback, Monitors, Rest};
 use firmware::law::{AntiWindup, Derivative, FilterWords, Law, LawWords};
+use firmware::monitor::{
+    EncoderLossMonitor, FollowingErrorMonitor, SaturationMonitor, TickMonitor,
+};
 use firmware::output::{Output, Quantiser};
 use firmware::position::CounterParameters;
-use firmware::watch::{EncoderLossWatch, FollowingErrorWatch, SaturationWatch, TickWatch};
 use firmware::{
-    Dac, GainWord, MotionPlan, MotionState, Next, Pid, PidWords, Room, TakeUp, Trigger,
+    BacklashCompensation, Dac, GainWord, MotionPlan, MotionState, Next, Pid, PidWords, Room,
+    Trigger,
 };
 use firmware_link::plan::{parts as plan_parts, take_part};
 use firmware_link::settings::{
@@ -56,16 +59,19 @@ fn axes() -> Vec<Axis> {
         velocity: 2 << 32,
         acceleration: 1 << 31,
     };
-    full.take_up = Some(TakeUp::plan(40, room, Trigger::Acceleration).unwrap());
+    full.backlash_compensation =
+        Some(BacklashCompensation::plan(40, room, Trigger::Acceleration).unwrap());
     full.rest = Rest {
         dead_band: 3,
         hold_integral: true,
     };
-    full.watches = Watches {
-        following_error: Some(FollowingErrorWatch::accept(200, word(10_485_760, 20), 18).unwrap()),
-        encoder_loss: Some(EncoderLossWatch::accept(300, 20).unwrap()),
-        saturation: Some(SaturationWatch::accept(0).unwrap()),
-        ticks: Some(TickWatch),
+    full.monitors = Monitors {
+        following_error: Some(
+            FollowingErrorMonitor::accept(200, word(10_485_760, 20), 18).unwrap(),
+        ),
+        encoder_loss: Some(EncoderLossMonitor::accept(300, 20).unwrap()),
+        saturation: Some(SaturationMonitor::accept(0).unwrap()),
+        ticks: Some(TickMonitor),
     };
     let clamped = LawWords {
         anti_windup: AntiWindup::Clamp,
@@ -73,7 +79,8 @@ fn axes() -> Vec<Axis> {
     };
     let mut other = full;
     other.set_law(Law::accept(clamped, Dac::with_bits(24).unwrap()).unwrap());
-    other.take_up = Some(TakeUp::plan(7, room, Trigger::Velocity).unwrap());
+    other.backlash_compensation =
+        Some(BacklashCompensation::plan(7, room, Trigger::Velocity).unwrap());
     vec![
         plain(Quantiser::Nearest, None),
         plain(Quantiser::ErrorFeedback, Some(1)),

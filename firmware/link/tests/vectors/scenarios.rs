@@ -45,8 +45,14 @@ pub(crate) fn all() -> Vec<(&'static str, String)> {
         ("feed-forward", feed_forward()),
         ("dead-band", dead_band()),
         ("dual-loop", dual_loop()),
-        ("take-up-velocity", take_up("velocity")),
-        ("take-up-acceleration", take_up("acceleration")),
+        (
+            "backlash-compensation-velocity",
+            backlash_compensation("velocity"),
+        ),
+        (
+            "backlash-compensation-acceleration",
+            backlash_compensation("acceleration"),
+        ),
         ("wrap-16", wrap_16()),
         ("wrap-32", wrap_32()),
         ("gains-change", gains_change()),
@@ -249,12 +255,14 @@ fn dual_loop() -> String {
     file.into_text()
 }
 
-fn take_up(trigger: &str) -> String {
+fn backlash_compensation(trigger: &str) -> String {
     let mut file = Recorder::about(&format!(
         "Half a gap of 20 motor counts is taken up by the sign of the {trigger}: there and back.",
     ));
     file.set(PAPER);
-    file.set(&format!("take_up = 20 17179869184 1073741824 {trigger}"));
+    file.set(&format!(
+        "backlash_compensation = 20 17179869184 1073741824 {trigger}"
+    ));
     go(&mut file, "ES", 0, 1, 10);
     go(&mut file, "S", 800, -1, 30);
     file.into_text()

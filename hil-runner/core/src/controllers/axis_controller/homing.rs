@@ -2,9 +2,10 @@
 //! before the move, on the same axis, at rest.
 
 use firmware::axis::{Axis, AxisState, Inputs};
-use firmware::homing::RATIO_MAX;
+use firmware::backlash_measurement::RATIO_MAX;
 use firmware::{
-    Creep, Detection, Event, Gap, Homing, HomingError, HomingSetupError, State, counts,
+    BacklashMeasurement, BacklashMeasurementError, BacklashMeasurementRefused, Creep, Detection,
+    Event, Gap, State, counts,
 };
 use plant::{ContactChange, Drive, Plant, Span, Watch};
 
@@ -70,7 +71,7 @@ pub fn measure_gap(case: &Case) -> Result<GapMeasurement, QuantiseError> {
     let setup = Setup::of(case, period_ns)?;
     let mut axis = setup.axis_without_take_up(setup.words()?.law)?;
     // The routine has reasons of its own to push against a load.
-    axis.watches.saturation = None;
+    axis.monitors.saturation = None;
     let true_half_counts = setup.half_gap_counts(None);
     let homing = homing(case, &setup, period_ns, true_half_counts)?;
     let (found, duration_s) = creep(case, &axis, &homing, (period_ns, delay_ns))?;
@@ -94,7 +95,7 @@ fn homing(
     setup: &Setup<'_>,
     period_ns: u64,
     true_half_counts: f64,
-) -> Result<Homing, QuantiseError> {
+) -> Result<BacklashMeasurement, QuantiseError> {
     let dt_s = period_ns as f64 / 1e9;
     let backlash = &case.options.backlash;
     let speed = (backlash.backlash_measurement_speed_counts_per_s * dt_s * 65_536.0).round();
@@ -125,11 +126,11 @@ fn homing(
             samples: EFFORT_SAMPLES,
         },
     };
-    Homing::accept(creep, detection).map_err(|error| {
+    BacklashMeasurement::accept(creep, detection).map_err(|error| {
         let key = "backlash.backlash_measurement_speed_counts_per_s";
         let (slowest, fastest) = (1.0 / (65_536.0 * dt_s), 256.0 / dt_s);
         let because = match error {
-            HomingSetupError::Speed { .. } => {
+            BacklashMeasurementRefused::Speed { .. } => {
                 format!("at this sample time it must be from {slowest:.3} to {fastest} counts/s")
             }
             error => error.to_string(),
@@ -147,9 +148,9 @@ fn homing(
 fn creep(
     case: &Case,
     axis: &Axis,
-    homing: &Homing,
+    homing: &BacklashMeasurement,
     (period_ns, delay_ns): (u64, u64),
-) -> Result<(Option<Result<Gap, HomingError>>, f64), QuantiseError> {
+) -> Result<(Option<Result<Gap, BacklashMeasurementError>>, f64), QuantiseError> {
     let z = case.axis.transmission.gear_ratio;
     let load = case.options.encoders.load;
 

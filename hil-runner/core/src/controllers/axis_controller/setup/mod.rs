@@ -87,14 +87,14 @@ impl<'a> Setup<'a> {
             dead_band: settings.law.rest_dead_band_counts,
             hold_integral: settings.law.rest_integrator == RestIntegrator::Hold,
         };
-        axis.watches = self.watches()?;
+        axis.monitors = self.watches()?;
         Ok(axis)
     }
 
     /// The axis of the run.
     pub fn axis(&self, law: Law) -> Result<Axis, QuantiseError> {
         let mut axis = self.axis_without_take_up(law)?;
-        axis.take_up = self.take_up()?;
+        axis.backlash_compensation = self.take_up()?;
         Ok(axis)
     }
 

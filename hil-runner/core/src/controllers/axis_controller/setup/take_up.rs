@@ -1,6 +1,6 @@
 //! The take-up of the gap: how wide it is, and how much room the motion leaves.
 
-use firmware::{Room, TakeUp, Trigger};
+use firmware::{BacklashCompensation, Room, Trigger};
 
 use super::{Setup, setting};
 use crate::controllers::axis_controller::homing::measure_gap;
@@ -10,7 +10,7 @@ use crate::quantise::QuantiseError;
 
 impl Setup<'_> {
     /// The take-up of the gap, within what the motion leaves of the limits.
-    pub(super) fn take_up(&self) -> Result<Option<TakeUp>, QuantiseError> {
+    pub(super) fn take_up(&self) -> Result<Option<BacklashCompensation>, QuantiseError> {
         let backlash = &self.case.options.backlash;
         let trigger = match backlash.compensation {
             Compensation::None => return Ok(None),
@@ -61,8 +61,8 @@ impl Setup<'_> {
         let refused = |error: &dyn std::fmt::Display| {
             setting("backlash.half_gap_deg", half_rad.to_degrees(), error)
         };
-        let take_up =
-            TakeUp::plan(half_gap_counts, room, trigger).map_err(|error| refused(&error))?;
+        let take_up = BacklashCompensation::plan(half_gap_counts, room, trigger)
+            .map_err(|error| refused(&error))?;
         let longest = last_tick(self.case, self.period_ns);
         if u64::from(take_up.samples()) > longest {
             let samples = take_up.samples();
@@ -71,8 +71,9 @@ impl Setup<'_> {
                 velocity: u64::MAX,
                 ..room
             };
-            let fits = |take_up: TakeUp| u64::from(take_up.samples()) <= longest;
-            let by_velocity = TakeUp::plan(half_gap_counts, faster, trigger).is_ok_and(fits);
+            let fits = |take_up: BacklashCompensation| u64::from(take_up.samples()) <= longest;
+            let by_velocity =
+                BacklashCompensation::plan(half_gap_counts, faster, trigger).is_ok_and(fits);
             let (key, limit) = if by_velocity {
                 ("limits.velocity_mps", limits.velocity_mps)
             } else {

@@ -1,13 +1,15 @@
 //! What the supervision watches, in samples and counts.
 
-use firmware::axis::Watches;
-use firmware::watch::{EncoderLossWatch, FollowingErrorWatch, SaturationWatch, TickWatch};
+use firmware::axis::Monitors;
+use firmware::monitor::{
+    EncoderLossMonitor, FollowingErrorMonitor, SaturationMonitor, TickMonitor,
+};
 
 use super::{Setup, setting};
 use crate::quantise::{QuantiseError, finest_word};
 
 impl Setup<'_> {
-    pub(super) fn watches(&self) -> Result<Watches, QuantiseError> {
+    pub(super) fn watches(&self) -> Result<Monitors, QuantiseError> {
         let limits = &self.case.options.limits;
         let rates = self.rates();
         let ticks =
@@ -15,7 +17,7 @@ impl Setup<'_> {
         let following_error = limits.following_error.map(|limit| {
             // Samples of lag: counts per (count per sample).
             let lag = limit.per_speed_s * 1e9 / self.period_ns as f64;
-            let most = FollowingErrorWatch::MAX_FRACTION_BITS
+            let most = FollowingErrorMonitor::MAX_FRACTION_BITS
                 .saturating_sub(rates.velocity)
                 .min(32);
             if lag >= f64::from(1 << 30) {
@@ -27,7 +29,7 @@ impl Setup<'_> {
                 ));
             }
             let word = finest_word(lag, most, 31);
-            FollowingErrorWatch::accept(limit.counts, word, rates.velocity).map_err(|error| {
+            FollowingErrorMonitor::accept(limit.counts, word, rates.velocity).map_err(|error| {
                 setting(
                     "limits.following_error_counts",
                     f64::from(limit.counts),
@@ -36,19 +38,19 @@ impl Setup<'_> {
             })
         });
         let encoder_loss = limits.encoder_loss.map(|loss| {
-            EncoderLossWatch::accept(loss.codes, ticks(loss.after_ns)).map_err(|error| {
+            EncoderLossMonitor::accept(loss.codes, ticks(loss.after_ns)).map_err(|error| {
                 setting("limits.encoder_loss_codes", f64::from(loss.codes), &error)
             })
         });
         let saturation = limits.saturation_ns.map(|after_ns| {
-            SaturationWatch::accept(ticks(after_ns))
+            SaturationMonitor::accept(ticks(after_ns))
                 .map_err(|error| setting("limits.saturation_s", after_ns as f64 / 1e9, &error))
         });
-        Ok(Watches {
+        Ok(Monitors {
             following_error: following_error.transpose()?,
             encoder_loss: encoder_loss.transpose()?,
             saturation: saturation.transpose()?,
-            ticks: limits.missed_ticks.then_some(TickWatch),
+            ticks: limits.missed_ticks.then_some(TickMonitor),
         })
     }
 }

@@ -1,4 +1,4 @@
-//! Taking up the backlash: an offset on the motor's reference that carries the
+//! Backlash compensation: an offset on the motor's reference that carries the
 //! motor across the gap whenever the load changes flank.
 //!
 //! With a half gap of `B` motor counts the motor leads the load by `B` where
@@ -14,10 +14,10 @@
 //! # What decides the flank
 //!
 //! The reference alone ([`Trigger`]). Error and output are not arguments of
-//! [`TakeUp::step`]: a motor that swings across its goal changes the sign of
-//! both, and a take-up that followed them would throw the motor across the
-//! gap and back for ever. At rest, and where the acceleration is 0, the last
-//! flank is kept.
+//! [`BacklashCompensation::step`]: a motor that
+//! oscillates about its goal changes the sign of both, and a compensation that
+//! followed them would throw the motor across the gap and back for ever. At
+//! rest, and where the acceleration is 0, the last flank is kept.
 //!
 //! # The move across
 //!
@@ -70,8 +70,8 @@ mod error;
 mod parabola;
 mod step;
 
-pub use error::TakeUpError;
-pub use step::TakeUpState;
+pub use error::BacklashCompensationError;
+pub use step::BacklashCompensationState;
 
 use parabola::{Mixed, half_samples};
 
@@ -111,28 +111,29 @@ pub struct Room {
     pub acceleration: u64,
 }
 
-/// The take-up of one gap, planned. Immutable; its memory is [`TakeUpState`].
+/// The compensation of one gap, planned. Immutable; its memory is
+/// [`BacklashCompensationState`].
 ///
 /// ```
-/// use firmware::{Room, Setpoint, TakeUp, TakeUpState, Trigger};
+/// use firmware::{Room, Setpoint, BacklashCompensation, BacklashCompensationState, Trigger};
 ///
 /// // 4 counts to either side, at most 2 counts/sample and 1/2 count/sample²:
 /// // D/N² = 8/16.
 /// let room = Room { velocity: 2 << 32, acceleration: 1 << 31 };
-/// let take_up = TakeUp::plan(4, room, Trigger::Velocity)?;
-/// assert_eq!(take_up.samples(), 8);
+/// let backlash_compensation = BacklashCompensation::plan(4, room, Trigger::Velocity)?;
+/// assert_eq!(backlash_compensation.samples(), 8);
 ///
-/// let mut state = TakeUpState::default();
+/// let mut state = BacklashCompensationState::default();
 /// let forwards = Setpoint { velocity: 1, ..Setpoint::default() };
 /// let backwards = Setpoint { velocity: -1, ..Setpoint::default() };
-/// let first = [(); 8].map(|()| take_up.step(&mut state, &forwards));
+/// let first = [(); 8].map(|()| backlash_compensation.step(&mut state, &forwards));
 /// assert_eq!(first, [0, 1, 1, 2, 3, 4, 4, 4]);
-/// let reversal = [(); 8].map(|()| take_up.step(&mut state, &backwards));
+/// let reversal = [(); 8].map(|()| backlash_compensation.step(&mut state, &backwards));
 /// assert_eq!(reversal, [4, 3, 2, 0, -2, -3, -4, -4]);
-/// # Ok::<(), firmware::TakeUpError>(())
+/// # Ok::<(), firmware::BacklashCompensationError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct TakeUp {
+pub struct BacklashCompensation {
     trigger: Trigger,
     half_gap_counts: u32,
     /// `N`, 1 to 65 535.
@@ -145,26 +146,26 @@ pub struct TakeUp {
     change: Mixed,
 }
 
-impl TakeUp {
+impl BacklashCompensation {
     /// Plans the shortest move across a gap of `half_gap_counts` motor counts
     /// to either side that stays within `room`.
     ///
     /// # Errors
-    /// A [`TakeUpError`] where the gap is too large, where nothing is left of
+    /// A [`BacklashCompensationError`] where the gap is too large, where nothing is left of
     /// a limit or where the move would take more than [`SAMPLES_MAX`] samples.
     pub const fn plan(
         half_gap_counts: u32,
         room: Room,
         trigger: Trigger,
-    ) -> Result<Self, TakeUpError> {
+    ) -> Result<Self, BacklashCompensationError> {
         if half_gap_counts > HALF_GAP_MAX {
-            return Err(TakeUpError::GapTooLarge { half_gap_counts });
+            return Err(BacklashCompensationError::GapTooLarge { half_gap_counts });
         }
-        let no_room = TakeUpError::NoRoom {
+        let no_room = BacklashCompensationError::NoRoom {
             half_gap_counts,
             room,
         };
-        let too_long = TakeUpError::TooLong {
+        let too_long = BacklashCompensationError::TooLong {
             half_gap_counts,
             room,
         };

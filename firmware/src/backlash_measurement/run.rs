@@ -1,6 +1,6 @@
 //! A run of the routine, sample by sample.
 
-use super::{Detection, Gap, Homing, HomingError};
+use super::{BacklashMeasurement, BacklashMeasurementError, Detection, Gap};
 use crate::counts::{difference, wrap};
 use crate::reference::{Next, Observed, Setpoint, SetpointSource};
 
@@ -9,9 +9,9 @@ const FRACTION_BITS: u32 = 16;
 
 /// One run of the routine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct HomingRun {
-    homing: Homing,
-    state: HomingState,
+pub struct BacklashMeasurementRun {
+    settings: BacklashMeasurement,
+    state: RunState,
 }
 
 /// The four legs of the routine.
@@ -35,12 +35,12 @@ enum Phase {
     Pausing {
         left: u32,
     },
-    Ended(Result<Gap, HomingError>),
+    Ended(Result<Gap, BacklashMeasurementError>),
 }
 
 /// Memory of a run. Marks, distances and gaps are in 2^−16 counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct HomingState {
+struct RunState {
     leg: Leg,
     phase: Phase,
     /// Reference at the start, from which motor counts are measured.
@@ -76,12 +76,12 @@ fn scaled(counts: i32) -> i64 {
     i64::from(counts).wrapping_shl(FRACTION_BITS)
 }
 
-impl Homing {
+impl BacklashMeasurement {
     /// A run that starts from the reference `position` \[counts\], at rest.
-    pub const fn start(&self, position: i32) -> HomingRun {
-        HomingRun {
-            homing: *self,
-            state: HomingState {
+    pub const fn start(&self, position: i32) -> BacklashMeasurementRun {
+        BacklashMeasurementRun {
+            settings: *self,
+            state: RunState {
                 leg: Leg::First,
                 phase: Phase::Creeping,
                 start: position,
@@ -108,7 +108,7 @@ impl Leg {
     }
 }
 
-impl HomingState {
+impl RunState {
     /// The reference of this sample.
     const fn setpoint(&self) -> Setpoint {
         let way = nearest(self.crept).wrapping_mul(self.leg.direction());
@@ -120,10 +120,10 @@ impl HomingState {
     }
 }
 
-impl HomingRun {
+impl BacklashMeasurementRun {
     /// What came of it; `None` while it runs. A failure leaves the axis where
     /// it stands.
-    pub const fn result(&self) -> Option<Result<Gap, HomingError>> {
+    pub const fn result(&self) -> Option<Result<Gap, BacklashMeasurementError>> {
         match self.state.phase {
             Phase::Ended(result) => Some(result),
             Phase::Creeping | Phase::Pausing { .. } => None,
@@ -131,15 +131,17 @@ impl HomingRun {
     }
 
     /// One sample of the routine; `Ok` while nothing has come of it.
-    fn advance(&mut self, observed: &Observed) -> Result<Option<Gap>, HomingError> {
-        let (creep, s) = (self.homing.creep, &mut self.state);
+    fn advance(&mut self, observed: &Observed) -> Result<Option<Gap>, BacklashMeasurementError> {
+        let (creep, s) = (self.settings.creep, &mut self.state);
         let direction = s.leg.direction();
         let position = scaled(difference(observed.position, s.start));
 
         // The mark of this sample, and whether the load follows or resists.
-        let (mark, resists, needed) = match self.homing.detection {
+        let (mark, resists, needed) = match self.settings.detection {
             Detection::LoadEncoder { counts, ratio } => {
-                let load = observed.load_position.ok_or(HomingError::NoLoadEncoder)?;
+                let load = observed
+                    .load_position
+                    .ok_or(BacklashMeasurementError::NoLoadEncoder)?;
                 if s.crept == 0 {
                     s.load_start = load;
                     if s.leg == Leg::First {
@@ -180,13 +182,13 @@ impl HomingRun {
         s.crept = s.crept.wrapping_add(i64::from(creep.speed));
         if s.crept > i64::from(creep.longest_counts).wrapping_shl(FRACTION_BITS) {
             let counts = creep.longest_counts;
-            return Err(HomingError::NeverFollowed { counts });
+            return Err(BacklashMeasurementError::NeverFollowed { counts });
         }
         Ok(None)
     }
 
     /// The motor has engaged: notes the gap and turns to the next leg.
-    fn arrive(&mut self, mark: i64) -> Result<Option<Gap>, HomingError> {
+    fn arrive(&mut self, mark: i64) -> Result<Option<Gap>, BacklashMeasurementError> {
         let s = &mut self.state;
         // Marks are below 2^60.
         let direction = s.leg.direction();
@@ -210,27 +212,27 @@ impl HomingRun {
         s.streak = 0;
         s.departure = mark;
         s.phase = Phase::Pausing {
-            left: self.homing.creep.pause_samples,
+            left: self.settings.creep.pause_samples,
         };
         Ok(None)
     }
 
-    fn conclude(&self, gaps: [i64; 3]) -> Result<Gap, HomingError> {
+    fn conclude(&self, gaps: [i64; 3]) -> Result<Gap, BacklashMeasurementError> {
         let full_counts = gaps.map(nearest);
-        let tolerance_counts = self.homing.creep.tolerance_counts;
+        let tolerance_counts = self.settings.creep.tolerance_counts;
         let tolerance = i64::from(tolerance_counts).wrapping_shl(FRACTION_BITS);
         // Gaps are below 2^61.
         let [first, second, third] = gaps;
         let most = first.max(second).max(third);
         let least = first.min(second).min(third);
         if most.wrapping_sub(least) > tolerance {
-            return Err(HomingError::Disagree {
+            return Err(BacklashMeasurementError::Disagree {
                 full_counts,
                 tolerance_counts,
             });
         }
         if most < tolerance.wrapping_neg() {
-            return Err(HomingError::Negative { full_counts });
+            return Err(BacklashMeasurementError::Negative { full_counts });
         }
         // B = (G₁ + G₃)/4, half up; a little below 0 is 0.
         let sum = first.wrapping_add(third).max(0);
@@ -242,7 +244,7 @@ impl HomingRun {
     }
 }
 
-impl SetpointSource for HomingRun {
+impl SetpointSource for BacklashMeasurementRun {
     fn next(&mut self, observed: &Observed) -> Next {
         if self.result().is_none()
             && let Some(result) = self.advance(observed).transpose()

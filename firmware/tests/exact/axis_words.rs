@@ -1,4 +1,4 @@
-//! Random words of the product's law, near and far from every limit, and the
+//! Random words of the axis' law, near and far from every limit, and the
 //! rule that decides which of them are accepted, written from the tables of
 //! `firmware::law::words`.
 
@@ -7,7 +7,7 @@ use firmware::output::{Output, Quantiser};
 use firmware::{Dac, GainWord};
 
 use super::Random;
-use super::product_law::{Ranges, two};
+use super::axis_law::{Ranges, two};
 
 impl Random {
     /// Uniform between `low` and `high`, both included, for small numbers.
@@ -177,7 +177,7 @@ pub(crate) fn allowed(words: &LawWords, dac: Dac) -> bool {
             && ranges.slope * two(h) <= two(29)
             && 16 * i128::from(kd.mantissa) <= two(fd + h)
     });
-    let ki = super::product_law::value(words, words.ki_dt);
+    let ki = super::axis_law::value(words, words.ki_dt);
     let sum_of_errors = ki == 0 || {
         let by_range = ranges.integral.div_euclid(ki);
         let by_rounding = two(u32::from(words.ki_dt.fraction_bits)).div_euclid(2);
@@ -190,7 +190,7 @@ pub(crate) fn allowed(words: &LawWords, dac: Dac) -> bool {
 /// `Kp·E + FF + D-term + 3·Q + 3·R` \[2^−F codes\], for words no finer than
 /// the sum.
 pub(crate) fn largest(words: &LawWords, ranges: &Ranges) -> i128 {
-    let kd = super::product_law::value(words, words.kd_per_dt);
+    let kd = super::axis_law::value(words, words.kd_per_dt);
     // With a filter its value may be a unit of 2^−h beyond D.
     let unit = words.filter.map_or(0, |filter| {
         let h = u32::from(filter.fraction_bits).min(100);

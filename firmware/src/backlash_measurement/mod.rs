@@ -44,7 +44,7 @@
 //! So `G` lies within −1 and `1 + 2·max(s, 1)` of the truth, and `B` within half
 //! of that and half a count for its rounding: for `s ≤ 1` within −1 and 2.
 //! `G` contains what friction winds up the joint on either flank, as does the
-//! gap that a take-up crosses.
+//! gap that a backlash compensation crosses.
 //!
 //! # By the effort
 //!
@@ -77,20 +77,20 @@ mod error;
 mod run;
 mod settings;
 
-pub use error::HomingError;
-pub use run::HomingRun;
-pub use settings::{CREEP_MAX, Creep, Detection, HomingSetupError, RATIO_MAX, SPEED_MAX};
+pub use error::BacklashMeasurementError;
+pub use run::BacklashMeasurementRun;
+pub use settings::{BacklashMeasurementRefused, CREEP_MAX, Creep, Detection, RATIO_MAX, SPEED_MAX};
 
-/// The routine with accepted settings. Immutable; [`Homing::start`] gives a
+/// The routine with accepted settings. Immutable; [`BacklashMeasurement::start`] gives a
 /// run of it.
 ///
 /// ```
-/// use firmware::{Creep, Detection, Homing, Next, Observed, SetpointSource};
+/// use firmware::{Creep, Detection, BacklashMeasurement, Next, Observed, SetpointSource};
 ///
 /// // 1/4 count a sample; four load counts to one motor count.
 /// let creep = Creep { speed: 1 << 14, longest_counts: 100, pause_samples: 10, tolerance_counts: 2 };
 /// let detection = Detection::LoadEncoder { counts: 4, ratio: 1 << 14 };
-/// let mut run = Homing::accept(creep, detection)?.start(0);
+/// let mut run = BacklashMeasurement::accept(creep, detection)?.start(0);
 ///
 /// // A motor that stands where it is told to, and a load 7 counts to either side.
 /// let (mut motor, mut load) = (0_i32, 3_i32);
@@ -103,10 +103,10 @@ pub use settings::{CREEP_MAX, Creep, Detection, HomingSetupError, RATIO_MAX, SPE
 ///     }
 /// }
 /// assert_eq!(run.result().and_then(Result::ok).map(|gap| gap.half_counts), Some(7));
-/// # Ok::<(), firmware::HomingSetupError>(())
+/// # Ok::<(), firmware::BacklashMeasurementRefused>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Homing {
+pub struct BacklashMeasurement {
     creep: Creep,
     detection: Detection,
 }

@@ -8,10 +8,10 @@
     reason = "a test stops where its setup fails"
 )]
 
-use firmware::homing::{CREEP_MAX, RATIO_MAX, SPEED_MAX};
+use firmware::backlash_measurement::{CREEP_MAX, RATIO_MAX, SPEED_MAX};
 use firmware::{
-    Creep, Detection, Gap, Homing, HomingError, HomingRun, HomingSetupError, Next, Observed,
-    SetpointSource,
+    BacklashMeasurement, BacklashMeasurementError, BacklashMeasurementRefused,
+    BacklashMeasurementRun, Creep, Detection, Gap, Next, Observed, SetpointSource,
 };
 use proptest::prelude::*;
 
@@ -97,10 +97,10 @@ impl Axis {
     /// Runs the routine to its end; `disturb` sees every sample before it.
     fn home(
         &mut self,
-        homing: &Homing,
+        backlash_measurement: &BacklashMeasurement,
         mut disturb: impl FnMut(u32, &mut Self),
-    ) -> Result<Gap, HomingError> {
-        let mut run = homing.start(self.observed().position);
+    ) -> Result<Gap, BacklashMeasurementError> {
+        let mut run = backlash_measurement.start(self.observed().position);
         for k in 0..400_000 {
             disturb(k, self);
             match run.next(&self.observed()) {
@@ -132,18 +132,19 @@ fn creep() -> Creep {
     }
 }
 
-fn by_encoder(ratio: i64) -> Homing {
+fn by_encoder(ratio: i64) -> BacklashMeasurement {
     let ratio = u32::try_from(ratio).expect("small");
-    Homing::accept(creep(), Detection::LoadEncoder { counts: 2, ratio }).expect("accepted")
+    BacklashMeasurement::accept(creep(), Detection::LoadEncoder { counts: 2, ratio })
+        .expect("accepted")
 }
 
-fn by_effort() -> Homing {
+fn by_effort() -> BacklashMeasurement {
     // Free creep takes up to 60 codes, the load 140.
     let detection = Detection::Effort {
         codes: 100,
         samples: 5,
     };
-    Homing::accept(creep(), detection).expect("accepted")
+    BacklashMeasurement::accept(creep(), detection).expect("accepted")
 }
 
 fn undisturbed(_: u32, _: &mut Axis) {}
@@ -236,9 +237,11 @@ fn one_creep_from_where_the_joint_happens_to_stand_gives_another_gap() {
             let way = one_way.motor - 2 * one_way.ratio;
             worst_of_one = worst_of_one.max((way / 2 - one_way.half_gap).abs());
 
-            for homing in [by_encoder(4 * ONE), by_effort()] {
+            for backlash_measurement in [by_encoder(4 * ONE), by_effort()] {
                 let mut axis = axis(kind, load * ONE);
-                let gap = axis.home(&homing, undisturbed).expect("measured");
+                let gap = axis
+                    .home(&backlash_measurement, undisturbed)
+                    .expect("measured");
                 worst = worst.max(excess(&axis, gap).abs());
             }
         }
@@ -254,11 +257,16 @@ fn one_creep_from_where_the_joint_happens_to_stand_gives_another_gap() {
 #[test]
 fn a_load_that_never_follows_ends_the_creep() {
     for kind in [Motor::Ideal, LAGGING] {
-        for homing in [by_encoder(4 * ONE), by_effort()] {
+        for backlash_measurement in [by_encoder(4 * ONE), by_effort()] {
             let mut axis = axis(kind, 0);
             axis.half_gap = 1_000_000 * ONE;
-            let error = axis.home(&homing, undisturbed).expect_err("a broken joint");
-            assert_eq!(error, HomingError::NeverFollowed { counts: 2_000 });
+            let error = axis
+                .home(&backlash_measurement, undisturbed)
+                .expect_err("a broken joint");
+            assert_eq!(
+                error,
+                BacklashMeasurementError::NeverFollowed { counts: 2_000 }
+            );
             let beyond = (axis.motor - 2_000 * ONE).abs();
             assert!(beyond <= 3 * ONE, "{beyond}: further than it may");
         }
@@ -267,9 +275,13 @@ fn a_load_that_never_follows_ends_the_creep() {
 
 /// Runs the routine; in one leg (0 to 3) something looks like the load while
 /// the joint is open: the load moves by itself, or the code is that of a push.
-fn false_sight(homing: &Homing, leg: usize, moves: bool) -> Result<Gap, HomingError> {
+fn false_sight(
+    backlash_measurement: &BacklashMeasurement,
+    leg: usize,
+    moves: bool,
+) -> Result<Gap, BacklashMeasurementError> {
     let (mut opened, mut open_for) = (0, 0);
-    axis(Motor::Ideal, 0).home(homing, |_, axis| {
+    axis(Motor::Ideal, 0).home(backlash_measurement, |_, axis| {
         let open = !axis.on_flank(1) && !axis.on_flank(-1);
         opened += usize::from(open && open_for == 0);
         open_for = if open { open_for + 1 } else { 0 };
@@ -286,10 +298,11 @@ fn false_sight(homing: &Homing, leg: usize, moves: bool) -> Result<Gap, HomingEr
 
 #[test]
 fn what_is_taken_for_the_load_in_one_leg_makes_the_gaps_disagree() {
-    for (homing, moves) in [(by_encoder(4 * ONE), true), (by_effort(), false)] {
+    for (backlash_measurement, moves) in [(by_encoder(4 * ONE), true), (by_effort(), false)] {
         for leg in 0..4 {
-            let error = false_sight(&homing, leg, moves).expect_err("one engagement is none");
-            let HomingError::Disagree {
+            let error =
+                false_sight(&backlash_measurement, leg, moves).expect_err("one engagement is none");
+            let BacklashMeasurementError::Disagree {
                 full_counts: [first, second, third],
                 ..
             } = error
@@ -318,18 +331,21 @@ fn a_wrong_ratio_of_the_encoders_shows_as_a_negative_gap() {
     axis.half_gap = 0;
     let error = axis.home(&by_encoder(16 * ONE), undisturbed);
     let error = error.expect_err("the load seems to move four times as far");
-    assert!(matches!(error, HomingError::Negative { full_counts: [g, ..] } if g < -3));
+    assert!(matches!(error, BacklashMeasurementError::Negative { full_counts: [g, ..] } if g < -3));
 }
 
 #[test]
 fn a_load_encoder_that_is_missing_or_fails_ends_the_routine() {
-    let mut run: HomingRun = by_encoder(ONE).start(7);
+    let mut run: BacklashMeasurementRun = by_encoder(ONE).start(7);
     let blind = Observed::default();
     let Next::Last(held) = run.next(&blind) else {
         panic!("nothing to creep for");
     };
     assert_eq!(held.position, 7);
-    assert_eq!(run.result(), Some(Err(HomingError::NoLoadEncoder)));
+    assert_eq!(
+        run.result(),
+        Some(Err(BacklashMeasurementError::NoLoadEncoder))
+    );
 
     // The effort needs none.
     assert!(matches!(
@@ -369,26 +385,29 @@ fn settings_out_of_range_are_refused_with_their_value() {
     let encoder = |counts, ratio| Detection::LoadEncoder { counts, ratio };
     let good = effort(1, 1);
     for speed in [0, SPEED_MAX + 1] {
-        let refused = Homing::accept(Creep { speed, ..creep() }, good);
-        assert_eq!(refused, Err(HomingSetupError::Speed { speed }));
+        let refused = BacklashMeasurement::accept(Creep { speed, ..creep() }, good);
+        assert_eq!(refused, Err(BacklashMeasurementRefused::Speed { speed }));
     }
     for counts in [0, CREEP_MAX + 1] {
         let long = Creep {
             longest_counts: counts,
             ..creep()
         };
-        let refused = Homing::accept(long, good);
-        assert_eq!(refused, Err(HomingSetupError::LongestCreep { counts }));
-    }
-    for ratio in [0, RATIO_MAX + 1] {
-        let refused = Homing::accept(creep(), encoder(1, ratio));
-        assert_eq!(refused, Err(HomingSetupError::Ratio { ratio }));
-    }
-    for detection in [encoder(0, 1), effort(0, 1), effort(1, 0)] {
-        let refused = Homing::accept(creep(), detection);
+        let refused = BacklashMeasurement::accept(long, good);
         assert_eq!(
             refused,
-            Err(HomingSetupError::NothingToDetect { detection })
+            Err(BacklashMeasurementRefused::LongestCreep { counts })
+        );
+    }
+    for ratio in [0, RATIO_MAX + 1] {
+        let refused = BacklashMeasurement::accept(creep(), encoder(1, ratio));
+        assert_eq!(refused, Err(BacklashMeasurementRefused::Ratio { ratio }));
+    }
+    for detection in [encoder(0, 1), effort(0, 1), effort(1, 0)] {
+        let refused = BacklashMeasurement::accept(creep(), detection);
+        assert_eq!(
+            refused,
+            Err(BacklashMeasurementRefused::NothingToDetect { detection })
         );
     }
     let widest = Creep {
@@ -397,14 +416,18 @@ fn settings_out_of_range_are_refused_with_their_value() {
         pause_samples: 0,
         tolerance_counts: u32::MAX,
     };
-    assert!(Homing::accept(widest, encoder(u32::MAX, RATIO_MAX)).is_ok());
+    assert!(BacklashMeasurement::accept(widest, encoder(u32::MAX, RATIO_MAX)).is_ok());
     assert_eq!(
-        HomingSetupError::Speed { speed: 0 }.to_string(),
+        BacklashMeasurementRefused::Speed { speed: 0 }.to_string(),
         "a creep of 0·2^-16 counts/sample is not supported; it must lie between 1 and 16777216"
     );
 }
 
 #[test]
 fn the_memory_is_small() {
-    assert!(size_of::<HomingRun>() <= 160, "{}", size_of::<HomingRun>());
+    assert!(
+        size_of::<BacklashMeasurementRun>() <= 160,
+        "{}",
+        size_of::<BacklashMeasurementRun>()
+    );
 }

@@ -1,14 +1,14 @@
-//! Why a watch is not accepted.
+//! Why a monitor is not accepted.
 
 use core::fmt;
 
-use super::{EncoderLossWatch, FollowingErrorWatch};
+use super::{EncoderLossMonitor, FollowingErrorMonitor};
 use crate::word::GainWord;
 
-/// Why a watch is not accepted. Nothing was built; the axis cannot start.
+/// Why a monitor is not accepted. Nothing was built; the axis cannot start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum WatchError {
+pub enum MonitorError {
     /// The limit of the following error would trip at the first count, or
     /// never.
     LimitCounts {
@@ -41,14 +41,14 @@ pub enum WatchError {
     },
 }
 
-impl fmt::Display for WatchError {
+impl fmt::Display for MonitorError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::LimitCounts { limit_counts } => write!(
                 f,
                 "a following error limit of {limit_counts} counts is of no use; \
                  it must lie between 1 and {}",
-                FollowingErrorWatch::MAX_LIMIT_COUNTS
+                FollowingErrorMonitor::MAX_LIMIT_COUNTS
             ),
             Self::Negative { per_speed } => write!(
                 f,
@@ -62,13 +62,13 @@ impl fmt::Display for WatchError {
                 f,
                 "the following error's share per speed {per_speed} and a velocity with \
                  {velocity_fraction_bits} fraction bits have more than {} of them together",
-                FollowingErrorWatch::MAX_FRACTION_BITS
+                FollowingErrorMonitor::MAX_FRACTION_BITS
             ),
             Self::CodeThreshold { code_threshold } => write!(
                 f,
                 "a code threshold of {code_threshold} cannot tell a lost encoder; \
                  it must lie between 1 and {}",
-                EncoderLossWatch::MAX_CODE_THRESHOLD
+                EncoderLossMonitor::MAX_CODE_THRESHOLD
             ),
             Self::LossTicks => f.write_str(
                 "an encoder cannot be lost after 0 samples; it must be at least 1 sample",
@@ -82,4 +82,4 @@ impl fmt::Display for WatchError {
     }
 }
 
-impl core::error::Error for WatchError {}
+impl core::error::Error for MonitorError {}

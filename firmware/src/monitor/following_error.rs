@@ -1,11 +1,11 @@
 //! Following error: the distance of the axis from its setpoint.
 
-use super::WatchError;
+use super::MonitorError;
 use crate::faults::{FaultCause, Trip};
 use crate::product;
 use crate::word::GainWord;
 
-/// Watches the distance of the axis from its setpoint.
+/// Monitors the distance of the axis from its setpoint.
 ///
 /// Without feed-forward an axis follows at a distance that grows with its
 /// speed, `v` over the velocity gain, so a fixed limit would have to allow at
@@ -32,22 +32,22 @@ use crate::word::GainWord;
 /// | `a + floor(w·\|v\|·2^−F)` | < 2^31 + 2^62 < 2^63 | 2^63 |
 ///
 /// ```
-/// use firmware::watch::{FollowingErrorState, FollowingErrorWatch};
+/// use firmware::monitor::{FollowingErrorState, FollowingErrorMonitor};
 /// use firmware::GainWord;
 ///
 /// // 200 counts at rest and 2.5 samples of lag; velocities in 2^-16 counts/sample.
-/// let watch = FollowingErrorWatch::accept(200, GainWord::new(5, 1), 16)?;
+/// let monitor = FollowingErrorMonitor::accept(200, GainWord::new(5, 1), 16)?;
 /// let mut state = FollowingErrorState::default();
 /// // At 10.2 counts per sample 225.5 are allowed.
 /// let velocity = 668_467;
-/// assert_eq!(watch.check(&mut state, -225, velocity), None);
-/// let trip = watch.check(&mut state, -226, velocity).expect("one count more");
+/// assert_eq!(monitor.check(&mut state, -225, velocity), None);
+/// let trip = monitor.check(&mut state, -226, velocity).expect("one count more");
 /// assert_eq!((trip.measured, trip.limit), (226, 225));
 /// assert_eq!(state.peak(), 226);
-/// # Ok::<(), firmware::WatchError>(())
+/// # Ok::<(), firmware::MonitorError>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct FollowingErrorWatch {
+pub struct FollowingErrorMonitor {
     /// `a` \[counts\].
     limit_counts: u32,
     /// `w`.
@@ -56,7 +56,7 @@ pub struct FollowingErrorWatch {
     fraction_bits: u8,
 }
 
-impl FollowingErrorWatch {
+impl FollowingErrorMonitor {
     /// Largest limit at rest \[counts\]: `|e|` can only just pass it.
     pub const MAX_LIMIT_COUNTS: u32 = i32::MAX.cast_unsigned();
     /// Largest sum of the fraction bits of lag and velocity.
@@ -67,25 +67,25 @@ impl FollowingErrorWatch {
     /// setpoint's velocity has `velocity_fraction_bits` fraction bits.
     ///
     /// # Errors
-    /// [`WatchError::LimitCounts`] unless the limit is 1 to 2^31 − 1,
-    /// [`WatchError::Negative`] for a lag below 0, [`WatchError::FractionBits`]
+    /// [`MonitorError::LimitCounts`] unless the limit is 1 to 2^31 − 1,
+    /// [`MonitorError::Negative`] for a lag below 0, [`MonitorError::FractionBits`]
     /// where lag and velocity have more than 62 fraction bits together.
     pub const fn accept(
         limit_counts: u32,
         per_speed: GainWord,
         velocity_fraction_bits: u8,
-    ) -> Result<Self, WatchError> {
+    ) -> Result<Self, MonitorError> {
         if limit_counts == 0 || limit_counts > Self::MAX_LIMIT_COUNTS {
-            return Err(WatchError::LimitCounts { limit_counts });
+            return Err(MonitorError::LimitCounts { limit_counts });
         }
         if per_speed.mantissa < 0 {
-            return Err(WatchError::Negative { per_speed });
+            return Err(MonitorError::Negative { per_speed });
         }
         let fraction_bits = per_speed
             .fraction_bits
             .saturating_add(velocity_fraction_bits);
         if fraction_bits > Self::MAX_FRACTION_BITS {
-            return Err(WatchError::FractionBits {
+            return Err(MonitorError::FractionBits {
                 per_speed,
                 velocity_fraction_bits,
             });
@@ -129,7 +129,7 @@ impl FollowingErrorWatch {
     }
 }
 
-/// Memory of a [`FollowingErrorWatch`].
+/// Memory of a [`FollowingErrorMonitor`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct FollowingErrorState {
     peak: u32,

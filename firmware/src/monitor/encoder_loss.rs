@@ -1,17 +1,17 @@
 //! Encoder loss: the axis is driven and no count comes.
 
-use super::{WatchError, lengthened};
+use super::{MonitorError, lengthened};
 use crate::faults::{FaultCause, Trip};
 
-/// Watches for an encoder that does not count although the axis is driven:
+/// Guards against an encoder that does not count although the axis is driven:
 /// the loop is open then, and the law would drive ever harder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct EncoderLossWatch {
+pub struct EncoderLossMonitor {
     code_threshold: u32,
     ticks: u32,
 }
 
-impl EncoderLossWatch {
+impl EncoderLossMonitor {
     /// The largest code of the widest converter, 2^23 − 1.
     pub const MAX_CODE_THRESHOLD: u32 = 0x7F_FFFF;
 
@@ -19,25 +19,25 @@ impl EncoderLossWatch {
     /// `ticks` samples.
     ///
     /// # Errors
-    /// [`WatchError::CodeThreshold`] unless the threshold is 1 to 2^23 − 1,
-    /// [`WatchError::LossTicks`] for 0 samples: the one at rest would do.
+    /// [`MonitorError::CodeThreshold`] unless the threshold is 1 to 2^23 − 1,
+    /// [`MonitorError::LossTicks`] for 0 samples: the one at rest would do.
     ///
     /// ```
-    /// use firmware::watch::{EncoderLossState, EncoderLossWatch};
+    /// use firmware::monitor::{EncoderLossState, EncoderLossMonitor};
     ///
-    /// let watch = EncoderLossWatch::accept(300, 2)?;
+    /// let monitor = EncoderLossMonitor::accept(300, 2)?;
     /// let mut state = EncoderLossState::default();
-    /// assert_eq!(watch.check(&mut state, -300, 0), None);
-    /// assert!(watch.check(&mut state, -300, 0).is_some());
-    /// assert_eq!(watch.check(&mut state, -300, 1), None);
-    /// # Ok::<(), firmware::WatchError>(())
+    /// assert_eq!(monitor.check(&mut state, -300, 0), None);
+    /// assert!(monitor.check(&mut state, -300, 0).is_some());
+    /// assert_eq!(monitor.check(&mut state, -300, 1), None);
+    /// # Ok::<(), firmware::MonitorError>(())
     /// ```
-    pub const fn accept(code_threshold: u32, ticks: u32) -> Result<Self, WatchError> {
+    pub const fn accept(code_threshold: u32, ticks: u32) -> Result<Self, MonitorError> {
         if code_threshold == 0 || code_threshold > Self::MAX_CODE_THRESHOLD {
-            return Err(WatchError::CodeThreshold { code_threshold });
+            return Err(MonitorError::CodeThreshold { code_threshold });
         }
         if ticks == 0 {
-            return Err(WatchError::LossTicks);
+            return Err(MonitorError::LossTicks);
         }
         Ok(Self {
             code_threshold,
@@ -64,7 +64,7 @@ impl EncoderLossWatch {
     }
 }
 
-/// Memory of an [`EncoderLossWatch`].
+/// Memory of an [`EncoderLossMonitor`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct EncoderLossState {
     samples: u32,

@@ -1,11 +1,14 @@
-//! The take-up of backlash against its exact parabola: the offset at every
+//! The backlash compensation of backlash against its exact parabola: the offset at every
 //! sample, the limits, the order of moves; and in a loop that overshoots,
-//! beside a take-up that follows the error.
+//! beside a backlash compensation that follows the error.
 
 #![allow(clippy::expect_used, reason = "a test stops where its setup fails")]
 
-use firmware::takeup::{HALF_GAP_MAX, SAMPLES_MAX};
-use firmware::{Room, Setpoint, TakeUp, TakeUpError, TakeUpState, Trigger};
+use firmware::backlash_compensation::{HALF_GAP_MAX, SAMPLES_MAX};
+use firmware::{
+    BacklashCompensation, BacklashCompensationError, BacklashCompensationState, Room, Setpoint,
+    Trigger,
+};
 use proptest::prelude::*;
 
 /// One count per sample, and per sample², in the unit of [`Room`].
@@ -80,18 +83,21 @@ fn moving(velocity: i32) -> Setpoint {
     }
 }
 
-fn planned(half_gap: u32, room: Room) -> TakeUp {
-    TakeUp::plan(half_gap, room, Trigger::Velocity).expect("planned")
+fn planned(half_gap: u32, room: Room) -> BacklashCompensation {
+    BacklashCompensation::plan(half_gap, room, Trigger::Velocity).expect("planned")
 }
 
-/// Steps take-up and model through `directions`, each held for its number of
+/// Steps backlash compensation and model through `directions`, each held for its number of
 /// samples; panics at the first sample that is not the model's or leaves the
 /// limits. Gives the number of samples.
 fn follow(half_gap: u32, room: Room, directions: &[(i32, u32)]) -> u64 {
-    let take_up = planned(half_gap, room);
-    let (mut state, mut mirrored) = (TakeUpState::default(), TakeUpState::default());
+    let backlash_compensation = planned(half_gap, room);
+    let (mut state, mut mirrored) = (
+        BacklashCompensationState::default(),
+        BacklashCompensationState::default(),
+    );
     let mut exact = Exact::new(half_gap, room);
-    assert_eq!(i128::from(take_up.samples()), 2 * exact.n);
+    assert_eq!(i128::from(backlash_compensation.samples()), 2 * exact.n);
     let denominator = exact.denominator();
     let limit = |room: u64| i128::from(room) * denominator;
     let within_velocity = i128::from(room.velocity >> 32) + 2;
@@ -100,9 +106,9 @@ fn follow(half_gap: u32, room: Room, directions: &[(i32, u32)]) -> u64 {
     for &(direction, count) in directions {
         for _ in 0..count {
             let numerator = exact.step(direction);
-            let offset = take_up.step(&mut state, &moving(direction));
+            let offset = backlash_compensation.step(&mut state, &moving(direction));
             assert_eq!(i128::from(offset), exact.nearest(numerator));
-            let opposite = take_up.step(&mut mirrored, &moving(-direction));
+            let opposite = backlash_compensation.step(&mut mirrored, &moving(-direction));
             assert_eq!(opposite, -offset, "not odd");
 
             let difference = numerator - last;
@@ -135,18 +141,18 @@ proptest! {
         room in rooms(),
         directions in prop::collection::vec((-1_i32..=1, 1_u32..1_500), 1..12),
     ) {
-        prop_assume!(TakeUp::plan(half_gap, room, Trigger::Velocity).is_ok());
+        prop_assume!(BacklashCompensation::plan(half_gap, room, Trigger::Velocity).is_ok());
         follow(half_gap, room, &directions);
     }
 
     #[test]
     fn the_plan_is_the_shortest_within_the_room(half_gap in 1_u32..=HALF_GAP_MAX, room in rooms()) {
         let n = Exact::new(half_gap, room).n;
-        let planned = TakeUp::plan(half_gap, room, Trigger::Velocity);
+        let planned = BacklashCompensation::plan(half_gap, room, Trigger::Velocity);
         if 2 * n <= i128::from(SAMPLES_MAX) {
             prop_assert_eq!(planned.map(|plan| i128::from(plan.samples())), Ok(2 * n));
         } else {
-            prop_assert_eq!(planned, Err(TakeUpError::TooLong { half_gap_counts: half_gap, room }));
+            prop_assert_eq!(planned, Err(BacklashCompensationError::TooLong { half_gap_counts: half_gap, room }));
         }
     }
 }
@@ -175,15 +181,15 @@ fn a_reversal_on_the_way_waits_for_the_end_of_the_move() {
         velocity: ONE,
         acceleration: ONE / 8,
     };
-    let take_up = planned(10, room);
+    let backlash_compensation = planned(10, room);
     // D/N ≤ 1 gives N = 20, D/N² ≤ 1/8 gives N = 13: the speed binds.
-    assert_eq!(take_up.samples(), 40);
-    let mut state = TakeUpState::default();
+    assert_eq!(backlash_compensation.samples(), 40);
+    let mut state = BacklashCompensationState::default();
     assert!(!state.is_under_way());
     let mut offsets = Vec::new();
     for k in 0..120 {
         let direction = if k < 13 { 1 } else { -1 };
-        offsets.push(take_up.step(&mut state, &moving(direction)));
+        offsets.push(backlash_compensation.step(&mut state, &moving(direction)));
         assert_eq!(state.is_under_way(), k < 79, "sample {k}");
     }
     assert_eq!(offsets[39], 10, "the move to the first flank is finished");
@@ -199,12 +205,12 @@ fn a_reversal_there_and_back_on_the_way_is_no_move() {
         velocity: ONE,
         acceleration: ONE,
     };
-    let take_up = planned(10, room);
-    let mut state = TakeUpState::default();
+    let backlash_compensation = planned(10, room);
+    let mut state = BacklashCompensationState::default();
     for direction in [1, -1, 0, 1] {
-        take_up.step(&mut state, &moving(direction));
+        backlash_compensation.step(&mut state, &moving(direction));
     }
-    let offsets = [(); 100].map(|()| take_up.step(&mut state, &moving(0)));
+    let offsets = [(); 100].map(|()| backlash_compensation.step(&mut state, &moving(0)));
     assert_eq!(offsets[99], 10);
     assert!(offsets.is_sorted());
 }
@@ -216,16 +222,17 @@ fn each_trigger_sees_its_own_part_of_the_setpoint() {
         acceleration: ONE,
     };
     let flanks = |trigger, setpoints: &[Setpoint]| -> Vec<i32> {
-        let take_up = TakeUp::plan(1, room, trigger).expect("planned");
-        let mut state = TakeUpState::default();
+        let backlash_compensation = BacklashCompensation::plan(1, room, trigger).expect("planned");
+        let mut state = BacklashCompensationState::default();
         let settle = |setpoint: &Setpoint| {
-            take_up.step(&mut state, setpoint);
+            backlash_compensation.step(&mut state, setpoint);
             let rest = Setpoint {
                 velocity: 0,
                 acceleration: 0,
                 ..*setpoint
             };
-            (0..take_up.samples()).fold(0, |_, _| take_up.step(&mut state, &rest))
+            (0..backlash_compensation.samples())
+                .fold(0, |_, _| backlash_compensation.step(&mut state, &rest))
         };
         setpoints.iter().map(settle).collect()
     };
@@ -257,7 +264,7 @@ fn what_cannot_be_planned_is_refused_with_its_values() {
             velocity,
             acceleration,
         };
-        TakeUp::plan(half_gap_counts, room, Trigger::Velocity)
+        BacklashCompensation::plan(half_gap_counts, room, Trigger::Velocity)
     };
     let too_large = plan(HALF_GAP_MAX + 1, ONE, ONE).expect_err("too large");
     assert_eq!(
@@ -268,7 +275,7 @@ fn what_cannot_be_planned_is_refused_with_its_values() {
         let error = plan(5, velocity, acceleration).expect_err("nothing left");
         assert!(matches!(
             error,
-            TakeUpError::NoRoom {
+            BacklashCompensationError::NoRoom {
                 half_gap_counts: 5,
                 ..
             }
@@ -294,7 +301,7 @@ fn what_cannot_be_planned_is_refused_with_its_values() {
 
 #[test]
 fn the_memory_is_small() {
-    assert!(size_of::<TakeUpState>() <= 32);
+    assert!(size_of::<BacklashCompensationState>() <= 32);
 }
 
 /// What decides on the flank in [`flank_changes_at_rest`].
@@ -314,8 +321,8 @@ fn flank_changes_at_rest(follows: Follows) -> (u32, i32) {
         velocity: 4 * ONE,
         acceleration: ONE / 2,
     };
-    let take_up = planned(40, room);
-    let mut state = TakeUpState::default();
+    let backlash_compensation = planned(40, room);
+    let mut state = BacklashCompensationState::default();
     // Motor, its speed and the load in 2^-16 counts (per sample).
     let (mut motor, mut speed, mut load) = (0_i64, 0_i64, 0_i64);
     let (mut position, mut error, mut side) = (0_i32, 0_i32, 0_i32);
@@ -333,8 +340,8 @@ fn flank_changes_at_rest(follows: Follows) -> (u32, i32) {
             acceleration: 0,
         };
         let offset = match follows {
-            Follows::Reference => take_up.step(&mut state, &setpoint),
-            Follows::Error => take_up.step(&mut state, &moving(error)),
+            Follows::Reference => backlash_compensation.step(&mut state, &setpoint),
+            Follows::Error => backlash_compensation.step(&mut state, &moving(error)),
         };
         let goal = i64::from(position + offset) << 16;
         // ω = 1/8 per sample, ζ = 1/5: ẍ = ω²·(goal − x) − 2·ζ·ω·ẋ.

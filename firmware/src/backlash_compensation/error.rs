@@ -1,14 +1,14 @@
-//! Why a take-up cannot be planned.
+//! Why a backlash compensation cannot be planned.
 
 use core::fmt;
 
 use super::{HALF_GAP_MAX, Room, SAMPLES_MAX};
 
-/// Why a take-up cannot be planned. Nothing was built; the axis can run
+/// Why a backlash compensation cannot be planned. Nothing was built; the axis can run
 /// without it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum TakeUpError {
+pub enum BacklashCompensationError {
     /// The half gap is larger than [`HALF_GAP_MAX`].
     GapTooLarge {
         /// The half gap given \[motor counts\].
@@ -30,7 +30,7 @@ pub enum TakeUpError {
     },
 }
 
-impl fmt::Display for TakeUpError {
+impl fmt::Display for BacklashCompensationError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::GapTooLarge { half_gap_counts } => write!(
@@ -62,4 +62,4 @@ impl fmt::Display for TakeUpError {
     }
 }
 
-impl core::error::Error for TakeUpError {}
+impl core::error::Error for BacklashCompensationError {}

@@ -1,4 +1,4 @@
-//! The watches against plain models: the following error against the demand
+//! The monitors against plain models: the following error against the demand
 //! itself in 128 bits, the others against a list of what they have seen.
 
 #![allow(clippy::expect_used, reason = "a test stops where its setup fails")]
@@ -7,11 +7,11 @@ mod exact;
 
 use exact::Random;
 use firmware::faults::{FaultCause, Trip};
-use firmware::watch::{
-    EncoderLossState, EncoderLossWatch, FollowingErrorState, FollowingErrorWatch, SaturationState,
-    SaturationWatch, TickState, TickWatch,
+use firmware::monitor::{
+    EncoderLossMonitor, EncoderLossState, FollowingErrorMonitor, FollowingErrorState,
+    SaturationMonitor, SaturationState, TickMonitor, TickState,
 };
-use firmware::{GainWord, WatchError};
+use firmware::{GainWord, MonitorError};
 use proptest::prelude::*;
 
 /// A number of any magnitude, all lengths alike.
@@ -65,10 +65,10 @@ impl Case {
 
     fn check(&self) -> Option<Trip> {
         let word = GainWord::new(self.mantissa, self.fraction_bits);
-        let watch =
-            FollowingErrorWatch::accept(self.limit_counts, word, self.velocity_fraction_bits)
+        let monitor =
+            FollowingErrorMonitor::accept(self.limit_counts, word, self.velocity_fraction_bits)
                 .expect("in range");
-        watch.check(
+        monitor.check(
             &mut FollowingErrorState::default(),
             self.error,
             self.velocity,
@@ -153,15 +153,15 @@ fn nothing_wraps_at_the_ends_of_the_ranges() {
 
 #[test]
 fn the_peak_is_kept_until_it_is_reset() {
-    let watch = FollowingErrorWatch::accept(50, GainWord::new(0, 0), 0).expect("in range");
+    let monitor = FollowingErrorMonitor::accept(50, GainWord::new(0, 0), 0).expect("in range");
     let mut state = FollowingErrorState::default();
     for (error, peak) in [(3, 3), (-7, 7), (5, 7), (i32::MIN, 1 << 31), (0, 1 << 31)] {
-        watch.check(&mut state, error, 0);
+        monitor.check(&mut state, error, 0);
         assert_eq!(state.peak(), peak);
     }
     state.reset_peak();
     assert_eq!(state.peak(), 0);
-    watch.check(&mut state, -2, 0);
+    monitor.check(&mut state, -2, 0);
     assert_eq!(state.peak(), 2);
 }
 
@@ -177,7 +177,7 @@ proptest! {
         ticks in 1_u32..=6,
         samples in prop::collection::vec((-5_i32..=5, 0_u8..8), 1..200),
     ) {
-        let watch = EncoderLossWatch::accept(threshold, ticks).expect("in range");
+        let monitor = EncoderLossMonitor::accept(threshold, ticks).expect("in range");
         let mut state = EncoderLossState::default();
         let mut seen = Vec::new();
         for (code, kind) in samples {
@@ -187,7 +187,7 @@ proptest! {
             let measured = run_at_the_end(&seen);
             let trip = Trip { cause: FaultCause::EncoderLoss, measured, limit: ticks.into() };
             let expected = (measured >= i64::from(ticks)).then_some(trip);
-            prop_assert_eq!(watch.check(&mut state, code, difference), expected);
+            prop_assert_eq!(monitor.check(&mut state, code, difference), expected);
         }
     }
 
@@ -196,7 +196,7 @@ proptest! {
         ticks in 0_u32..=6,
         samples in prop::collection::vec(0_u8..8, 1..200),
     ) {
-        let watch = SaturationWatch::accept(ticks).expect("in range");
+        let monitor = SaturationMonitor::accept(ticks).expect("in range");
         let mut state = SaturationState::default();
         let mut seen = Vec::new();
         for kind in samples {
@@ -204,7 +204,7 @@ proptest! {
             let measured = run_at_the_end(&seen);
             let trip = Trip { cause: FaultCause::SaturationTooLong, measured, limit: ticks.into() };
             let expected = (measured > i64::from(ticks)).then_some(trip);
-            prop_assert_eq!(watch.check(&mut state, kind > 0), expected);
+            prop_assert_eq!(monitor.check(&mut state, kind > 0), expected);
         }
     }
 
@@ -215,28 +215,28 @@ proptest! {
     ) {
         let mut state = TickState::default();
         let mut tick = start;
-        prop_assert_eq!(TickWatch.check(&mut state, tick), None);
+        prop_assert_eq!(TickMonitor.check(&mut state, tick), None);
         for step in steps {
             tick = tick.wrapping_add_signed(step);
             let trip = Trip { cause: FaultCause::MissedTick, measured: step - 1, limit: 0 };
             let expected = (step != 1).then_some(trip);
-            prop_assert_eq!(TickWatch.check(&mut state, tick), expected);
+            prop_assert_eq!(TickMonitor.check(&mut state, tick), expected);
         }
     }
 }
 
 #[test]
 fn the_smallest_driving_code_counts_on_both_sides() {
-    let watch = EncoderLossWatch::accept(300, 1).expect("in range");
+    let monitor = EncoderLossMonitor::accept(300, 1).expect("in range");
     for (code, lost) in [(299, false), (300, true), (-299, false), (-300, true)] {
         let mut state = EncoderLossState::default();
-        assert_eq!(watch.check(&mut state, code, 0).is_some(), lost);
+        assert_eq!(monitor.check(&mut state, code, 0).is_some(), lost);
         for difference in [-1, 1, i32::MIN] {
-            assert_eq!(watch.check(&mut state, code, difference), None);
+            assert_eq!(monitor.check(&mut state, code, difference), None);
         }
     }
     assert!(
-        watch
+        monitor
             .check(&mut EncoderLossState::default(), i32::MIN, 0)
             .is_some()
     );
@@ -246,7 +246,7 @@ fn the_smallest_driving_code_counts_on_both_sides() {
 fn what_is_not_accepted_says_what_would_be() {
     let lag = GainWord::new(5, 30);
     let following = |limit, word, bits| {
-        let refused = FollowingErrorWatch::accept(limit, word, bits).err();
+        let refused = FollowingErrorMonitor::accept(limit, word, bits).err();
         refused.map(|error| (error, error.to_string()))
     };
     assert_eq!(following(1, lag, 32), None);
@@ -256,7 +256,7 @@ fn what_is_not_accepted_says_what_would_be() {
     );
     for limit_counts in [0, 1 << 31, u32::MAX] {
         let (error, text) = following(limit_counts, lag, 16).expect("no use");
-        assert_eq!(error, WatchError::LimitCounts { limit_counts });
+        assert_eq!(error, MonitorError::LimitCounts { limit_counts });
         assert_eq!(
             text,
             format!(
@@ -268,7 +268,7 @@ fn what_is_not_accepted_says_what_would_be() {
     let (error, text) = following(1, GainWord::new(-5, 30), 16).expect("negative");
     assert_eq!(
         error,
-        WatchError::Negative {
+        MonitorError::Negative {
             per_speed: GainWord::new(-5, 30)
         }
     );
@@ -280,7 +280,7 @@ fn what_is_not_accepted_says_what_would_be() {
         let (error, text) = following(1, word, velocity_fraction_bits).expect("too fine");
         assert_eq!(
             error,
-            WatchError::FractionBits {
+            MonitorError::FractionBits {
                 per_speed: word,
                 velocity_fraction_bits
             }
@@ -292,8 +292,8 @@ fn what_is_not_accepted_says_what_would_be() {
     }
 
     for (code_threshold, fits) in [(0, false), (1, true), (8_388_607, true), (8_388_608, false)] {
-        let refused = EncoderLossWatch::accept(code_threshold, 1).err();
-        let error = WatchError::CodeThreshold { code_threshold };
+        let refused = EncoderLossMonitor::accept(code_threshold, 1).err();
+        let error = MonitorError::CodeThreshold { code_threshold };
         assert_eq!(refused, (!fits).then_some(error));
         assert_eq!(
             error.to_string(),
@@ -303,16 +303,16 @@ fn what_is_not_accepted_says_what_would_be() {
             )
         );
     }
-    let error = EncoderLossWatch::accept(1, 0).expect_err("at once");
-    assert_eq!(error, WatchError::LossTicks);
+    let error = EncoderLossMonitor::accept(1, 0).expect_err("at once");
+    assert_eq!(error, MonitorError::LossTicks);
     assert_eq!(
         error.to_string(),
         "an encoder cannot be lost after 0 samples; it must be at least 1 sample"
     );
 
-    assert!(SaturationWatch::accept(u32::MAX - 1).is_ok());
-    let error = SaturationWatch::accept(u32::MAX).expect_err("never");
-    assert_eq!(error, WatchError::SaturationTicks { ticks: u32::MAX });
+    assert!(SaturationMonitor::accept(u32::MAX - 1).is_ok());
+    let error = SaturationMonitor::accept(u32::MAX).expect_err("never");
+    assert_eq!(error, MonitorError::SaturationTicks { ticks: u32::MAX });
     assert_eq!(
         error.to_string(),
         "4294967295 samples at a limit are never passed; the number must be below 4294967295"

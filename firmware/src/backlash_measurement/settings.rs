@@ -3,7 +3,7 @@
 
 use core::fmt;
 
-use super::Homing;
+use super::BacklashMeasurement;
 
 /// Fastest creep, 256 counts per sample \[2^−16 counts per sample\].
 pub const SPEED_MAX: u32 = 1 << 24;
@@ -49,27 +49,27 @@ pub struct Creep {
     pub tolerance_counts: u32,
 }
 
-impl Homing {
+impl BacklashMeasurement {
     /// Accepts settings if nothing can overflow with them.
     ///
     /// # Errors
-    /// A [`HomingSetupError`] that names what is out of its range.
-    pub fn accept(creep: Creep, detection: Detection) -> Result<Self, HomingSetupError> {
+    /// A [`BacklashMeasurementRefused`] that names what is out of its range.
+    pub fn accept(creep: Creep, detection: Detection) -> Result<Self, BacklashMeasurementRefused> {
         let (speed, counts) = (creep.speed, creep.longest_counts);
         if speed == 0 || speed > SPEED_MAX {
-            return Err(HomingSetupError::Speed { speed });
+            return Err(BacklashMeasurementRefused::Speed { speed });
         }
         if counts == 0 || counts > CREEP_MAX {
-            return Err(HomingSetupError::LongestCreep { counts });
+            return Err(BacklashMeasurementRefused::LongestCreep { counts });
         }
         match detection {
             Detection::LoadEncoder { ratio, .. } if ratio == 0 || ratio > RATIO_MAX => {
-                Err(HomingSetupError::Ratio { ratio })
+                Err(BacklashMeasurementRefused::Ratio { ratio })
             }
             Detection::LoadEncoder { counts: 0, .. }
             | Detection::Effort { codes: 0, .. }
             | Detection::Effort { samples: 0, .. } => {
-                Err(HomingSetupError::NothingToDetect { detection })
+                Err(BacklashMeasurementRefused::NothingToDetect { detection })
             }
             _ => Ok(Self { creep, detection }),
         }
@@ -79,7 +79,7 @@ impl Homing {
 /// Why settings are not accepted. Nothing was built; the routine cannot run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum HomingSetupError {
+pub enum BacklashMeasurementRefused {
     /// The speed of creep is 0 or above [`SPEED_MAX`].
     Speed {
         /// The speed given \[2^−16 counts per sample\].
@@ -102,7 +102,7 @@ pub enum HomingSetupError {
     },
 }
 
-impl fmt::Display for HomingSetupError {
+impl fmt::Display for BacklashMeasurementRefused {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Speed { speed } => write!(
@@ -128,4 +128,4 @@ impl fmt::Display for HomingSetupError {
     }
 }
 
-impl core::error::Error for HomingSetupError {}
+impl core::error::Error for BacklashMeasurementRefused {}

@@ -1,4 +1,4 @@
-//! No bump: enabling, switching off in motion, and other gains in motion.
+//! Bumpless transfer: enabling, switching off in motion, and other gains in motion.
 
 #![allow(clippy::expect_used, reason = "a test stops where its setup fails")]
 

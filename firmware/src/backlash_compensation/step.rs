@@ -1,7 +1,7 @@
-//! One sample of the take-up, and its memory.
+//! One sample of the backlash compensation, and its memory.
 
 use super::parabola::Mixed;
-use super::{TakeUp, Trigger};
+use super::{BacklashCompensation, Trigger};
 use crate::counts::difference;
 use crate::reference::Setpoint;
 
@@ -17,9 +17,9 @@ enum Flank {
     Negative,
 }
 
-/// Memory of the take-up. The default is an offset of 0, the joint centred.
+/// Memory of the backlash compensation. The default is an offset of 0, the joint centred.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct TakeUpState {
+pub struct BacklashCompensationState {
     /// `T` of the running or the last move \[counts\].
     travel: Mixed,
     /// `T(j) − T(j − 1)` of the last sample \[counts per sample\].
@@ -36,7 +36,7 @@ pub struct TakeUpState {
     from_centre: bool,
 }
 
-impl TakeUpState {
+impl BacklashCompensationState {
     /// Whether the offset is on its way, or about to be: the axis is not in
     /// position before this is over.
     #[inline]
@@ -45,11 +45,11 @@ impl TakeUpState {
     }
 }
 
-impl TakeUp {
+impl BacklashCompensation {
     /// The offset of this sample \[motor counts\], for the setpoint of this
     /// sample; to be called once a sample, also while the reference rests.
     #[inline]
-    pub fn step(&self, state: &mut TakeUpState, setpoint: &Setpoint) -> i32 {
+    pub fn step(&self, state: &mut BacklashCompensationState, setpoint: &Setpoint) -> i32 {
         let previous = state.previous_position.replace(setpoint.position);
         let rate = match self.trigger {
             Trigger::Acceleration => setpoint.acceleration,
@@ -88,7 +88,7 @@ impl TakeUp {
 
     /// The nearest integer to the exact offset, half away from zero.
     #[inline]
-    const fn offset(&self, state: &TakeUpState) -> i32 {
+    const fn offset(&self, state: &BacklashCompensationState) -> i32 {
         // All magnitudes are at most 2·B ≤ 2^25: nothing wraps.
         let Mixed { whole, part } = state.travel;
         let ahead = if state.from_centre {

@@ -1,4 +1,4 @@
-//! The product's law and its output, written from the pages of
+//! The axis' law and its output, written from the pages of
 //! `firmware::law`, `law::filter` and `firmware::output` as the mathematics has
 //! them: integers of 128 bits with overflow checks, one unit (2^−F codes)
 //! throughout, divisions that floor. Nothing here is shared with the firmware.

@@ -1,34 +1,34 @@
 //! Saturation: the output stands at a limit for too long.
 
-use super::{WatchError, lengthened};
+use super::{MonitorError, lengthened};
 use crate::faults::{FaultCause, Trip};
 
-/// Watches for an output that stands at a limit: an axis that cannot do what
+/// Guards against an output that stands at a limit: an axis that cannot do what
 /// it is asked to, because it is blocked or the motion asks too much.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct SaturationWatch {
+pub struct SaturationMonitor {
     ticks: u32,
 }
 
-impl SaturationWatch {
+impl SaturationMonitor {
     /// Allows `ticks` samples in a row.
     ///
     /// # Errors
-    /// [`WatchError::SaturationTicks`] for 2^32 − 1, which the counter never
+    /// [`MonitorError::SaturationTicks`] for 2^32 − 1, which the counter never
     /// passes.
     ///
     /// ```
-    /// use firmware::watch::{SaturationState, SaturationWatch};
+    /// use firmware::monitor::{SaturationState, SaturationMonitor};
     ///
-    /// let watch = SaturationWatch::accept(1)?;
+    /// let monitor = SaturationMonitor::accept(1)?;
     /// let mut state = SaturationState::default();
-    /// assert_eq!(watch.check(&mut state, true), None);
-    /// assert!(watch.check(&mut state, true).is_some());
-    /// # Ok::<(), firmware::WatchError>(())
+    /// assert_eq!(monitor.check(&mut state, true), None);
+    /// assert!(monitor.check(&mut state, true).is_some());
+    /// # Ok::<(), firmware::MonitorError>(())
     /// ```
-    pub const fn accept(ticks: u32) -> Result<Self, WatchError> {
+    pub const fn accept(ticks: u32) -> Result<Self, MonitorError> {
         if ticks == u32::MAX {
-            return Err(WatchError::SaturationTicks { ticks });
+            return Err(MonitorError::SaturationTicks { ticks });
         }
         Ok(Self { ticks })
     }
@@ -50,7 +50,7 @@ impl SaturationWatch {
     }
 }
 
-/// Memory of a [`SaturationWatch`].
+/// Memory of a [`SaturationMonitor`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct SaturationState {
     samples: u32,

@@ -6,7 +6,7 @@ use core::fmt;
 /// be started again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
-pub enum HomingError {
+pub enum BacklashMeasurementError {
     /// The load did not follow within the longest creep.
     NeverFollowed {
         /// How far the motor was sent \[motor counts\].
@@ -28,7 +28,7 @@ pub enum HomingError {
     NoLoadEncoder,
 }
 
-impl fmt::Display for HomingError {
+impl fmt::Display for BacklashMeasurementError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::NeverFollowed { counts } => write!(
@@ -59,4 +59,4 @@ impl fmt::Display for HomingError {
     }
 }
 
-impl core::error::Error for HomingError {}
+impl core::error::Error for BacklashMeasurementError {}

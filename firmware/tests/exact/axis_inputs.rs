@@ -1,10 +1,10 @@
-//! What an adversary feeds the product's law: the corners of every declared
+//! What an adversary feeds the axis' law: the corners of every declared
 //! range at once, and sums just beside the limits of the converter.
 
 use firmware::law::LawInput;
 
 use super::Random;
-use super::product_law::{Model, two};
+use super::axis_law::{Model, two};
 
 /// How the next sample is chosen.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -135,8 +135,8 @@ impl Samples {
             3 => 2 * high * unit,
             _ => model.code * unit,
         };
-        let gain = super::product_law::value(&model.words, model.words.kp)
-            + super::product_law::value(&model.words, model.words.ki_dt);
+        let gain = super::axis_law::value(&model.words, model.words.kp)
+            + super::axis_law::value(&model.words, model.words.ki_dt);
         let error = (target - model.integral).div_euclid(gain.max(1));
         let near = i64::try_from(error.clamp(-two(31), two(31))).expect("33 bits");
         near + self.random.between(-2, 2)

@@ -2,22 +2,22 @@
 
 use crate::faults::{FaultCause, Trip};
 
-/// Watches that the control loop runs at every tick, once.
+/// Checks that the control loop runs at every tick, once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct TickWatch;
+pub struct TickMonitor;
 
-impl TickWatch {
+impl TickMonitor {
     /// One sample: takes the number of its tick, counted by the hardware timer
     /// and not by the loop. The first one may be any; after a trip the next one
     /// is compared with the number that came.
     ///
     /// ```
-    /// use firmware::watch::{TickState, TickWatch};
+    /// use firmware::monitor::{TickState, TickMonitor};
     ///
     /// let mut state = TickState::default();
-    /// assert_eq!(TickWatch.check(&mut state, 41), None);
-    /// assert_eq!(TickWatch.check(&mut state, 42), None);
-    /// let trip = TickWatch.check(&mut state, 45).expect("43 and 44 are missing");
+    /// assert_eq!(TickMonitor.check(&mut state, 41), None);
+    /// assert_eq!(TickMonitor.check(&mut state, 42), None);
+    /// let trip = TickMonitor.check(&mut state, 45).expect("43 and 44 are missing");
     /// assert_eq!(trip.measured, 2);
     /// ```
     #[inline]
@@ -33,7 +33,7 @@ impl TickWatch {
     }
 }
 
-/// Memory of a [`TickWatch`].
+/// Memory of a [`TickMonitor`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct TickState {
     /// The number that comes next; none before the first tick.
