@@ -6,7 +6,7 @@ use super::Parameter;
 use super::parameters_options;
 use crate::case::{Case, ComputationDelay, Law, Method};
 use crate::number;
-use crate::scaling::FixedPointGains;
+use crate::quantise::FixedPointGains;
 use crate::time::seconds;
 
 pub(crate) fn text(label: &str, value: &str, unit: &str) -> Parameter {
@@ -149,11 +149,11 @@ fn run(case: &Case) -> Vec<Parameter> {
 /// The gains in the firmware's words, with what rounding costs.
 pub(crate) fn of_words(words: &FixedPointGains) -> Vec<Parameter> {
     let gains = words.rows.iter().map(|gain| {
-        let word = format!("{} ({:+.1e})", gain.word, gain.relative_error);
+        let word = format!("{} ({:+.1e})", gain.word, gain.relative_error());
         text(
-            &format!("Word of {} (rounding)", gain.name),
+            &format!("Word of {} (rounding)", gain.name()),
             &word,
-            gain.unit,
+            gain.unit(),
         )
     });
     let limit = words.error_limit.to_string();

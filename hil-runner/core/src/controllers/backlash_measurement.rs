@@ -2,16 +2,13 @@
 //! before the move, on the same axis, at rest.
 
 use firmware::axis::{Axis, AxisState, Inputs};
-use firmware::backlash_measurement::RATIO_MAX;
-use firmware::{
-    BacklashMeasurement, BacklashMeasurementError, BacklashMeasurementRefused, Creep, Detection,
-    Event, Gap, State, counts,
-};
-use plant::{ContactChange, Drive, Plant, Span, Watch};
+use firmware::backlash_measurement::{BacklashMeasurementRun, RATIO_MAX};
+use firmware::{BacklashMeasurement, BacklashMeasurementRefused, Creep, Detection, State, counts};
 
-use super::setup::{Setup, setting};
+use super::setup::{FROM_REST, Setup};
 use crate::case::Case;
-use crate::controllers::whole;
+use crate::lockstep::{RunOptions, run_over};
+use crate::message::{Command, Link, LinkError, Measurement};
 use crate::options::{Feedback, HomingDetection};
 use crate::quantise::QuantiseError;
 use crate::time::seconds;
@@ -31,7 +28,7 @@ const LONGEST_COUNTS: f64 = 2_000.0;
 /// Longest simulated time of the routine \[s\].
 const LONGEST_S: u64 = 120;
 
-/// What the routine found.
+/// The gap as the routine found it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GapMeasurement {
     /// Half gap \[motor counts\].
@@ -44,15 +41,6 @@ pub struct GapMeasurement {
     pub duration_s: f64,
 }
 
-/// Sees nothing: the routine has only what the axis has.
-struct Nobody;
-
-impl Watch for Nobody {
-    fn span(&mut self, _: &Span<'_>) {}
-
-    fn contact_change(&mut self, _: &ContactChange) {}
-}
-
 /// Creeps until the load follows, both ways, twice.
 ///
 /// # Errors
@@ -62,40 +50,99 @@ impl Watch for Nobody {
 pub fn measure_gap(case: &Case) -> Result<GapMeasurement, QuantiseError> {
     let period_ns = case.controller.sample_time_ns;
     let period_ns = period_ns.ok_or(QuantiseError::NoSampleTime)?;
-    let delay_ns = case.controller.computation_delay.fixed_ns();
-    let delay_ns = delay_ns.ok_or(QuantiseError::DelayUnknown)?;
+    if case.controller.computation_delay.fixed_ns().is_none() {
+        return Err(QuantiseError::DelayUnknown);
+    }
     // The motor creeps; the load is only looked at.
     let mut case = case.clone();
     case.options.law.feedback = Feedback::Motor;
-    let case = &case;
-    let setup = Setup::of(case, period_ns)?;
-    let mut axis = setup.axis_without_take_up(setup.words()?.law)?;
+    // The last sample is the last before that time.
+    case.run.duration_ns = (LONGEST_S * 1_000_000_000).saturating_sub(period_ns);
+    case.run.events = false;
+    let setup = Setup::of(&case, period_ns)?;
+    let mut axis = setup.axis(setup.law()?.law)?;
     // The routine has reasons of its own to push against a load.
     axis.monitors.saturation = None;
     let true_half_counts = setup.half_gap_counts(None);
-    let homing = homing(case, &setup, period_ns, true_half_counts)?;
-    let (found, duration_s) = creep(case, &axis, &homing, (period_ns, delay_ns))?;
-    match found {
-        Some(Ok(gap)) => Ok(GapMeasurement {
-            half_counts: gap.half_counts,
-            full_counts: gap.full_counts,
+    let mut creeping = Creeping::new(axis, routine(&setup, true_half_counts)?.start(0));
+
+    let gap = |because: String| QuantiseError::Gap(because);
+    let stopped = |because: &dyn std::fmt::Display| {
+        gap(format!("the backlash measurement stopped: {because}"))
+    };
+    let options = RunOptions::default();
+    run_over(&case, options, &mut creeping, &mut |_| Ok(())).map_err(|error| stopped(&error))?;
+    if let Some(fault) = creeping.state.fault() {
+        return Err(stopped(fault));
+    }
+    let Some(ended) = creeping.ended else {
+        return Err(gap(format!(
+            "the backlash measurement did not end within {LONGEST_S} s; a higher \
+             backlash.backlash_measurement_speed_counts_per_s is quicker"
+        )));
+    };
+    match creeping.run.result() {
+        Some(Ok(found)) => Ok(GapMeasurement {
+            half_counts: found.half_counts,
+            full_counts: found.full_counts,
             true_half_counts,
-            duration_s,
+            duration_s: seconds(ended * period_ns),
         }),
-        Some(Err(error)) => Err(QuantiseError::Gap(format!("homing failed: {error}"))),
-        None => Err(QuantiseError::Gap(
-            "homing ended without a result".to_owned(),
+        Some(Err(error)) => Err(gap(format!("the backlash measurement failed: {error}"))),
+        None => Err(gap(
+            "the backlash measurement ended without a result".to_owned()
         )),
     }
 }
 
+/// The axis that creeps, with its memory.
+struct Creeping {
+    axis: Axis,
+    state: AxisState,
+    run: BacklashMeasurementRun,
+    /// The sample at which the routine had ended, or the axis had stopped.
+    ended: Option<u64>,
+}
+
+impl Creeping {
+    fn new(axis: Axis, run: BacklashMeasurementRun) -> Self {
+        let mut state = AxisState::start(&axis);
+        // From rest: the table has no refusal here.
+        for event in FROM_REST {
+            let _ = axis.request(&mut state, event);
+        }
+        Self {
+            axis,
+            state,
+            run,
+            ended: None,
+        }
+    }
+}
+
+impl Link for Creeping {
+    fn exchange(&mut self, measurement: Measurement) -> Result<Command, LinkError> {
+        let tick = measurement.tick;
+        let register = |counts| counts::wrap(counts).cast_unsigned();
+        let inputs = Inputs {
+            tick,
+            motor_register: register(measurement.position_counts.whole()),
+            load_register: measurement.load_counts.map(register),
+            ..Inputs::default()
+        };
+        let output = self.axis.tick(&mut self.state, &inputs, &mut self.run);
+        self.ended = (output.state != State::Moving).then_some(tick);
+        Ok(Command::whole(tick, output.error_counts, output.code))
+    }
+
+    fn is_done(&self) -> bool {
+        self.ended.is_some()
+    }
+}
+
 /// The routine with the settings of the case.
-fn homing(
-    case: &Case,
-    setup: &Setup<'_>,
-    period_ns: u64,
-    true_half_counts: f64,
-) -> Result<BacklashMeasurement, QuantiseError> {
+fn routine(setup: &Setup<'_>, true_half_counts: f64) -> Result<BacklashMeasurement, QuantiseError> {
+    let (case, period_ns) = (setup.case, setup.period_ns);
     let dt_s = period_ns as f64 / 1e9;
     let backlash = &case.options.backlash;
     let speed = (backlash.backlash_measurement_speed_counts_per_s * dt_s * 65_536.0).round();
@@ -135,67 +182,12 @@ fn homing(
             }
             error => error.to_string(),
         };
-        setting(
+        QuantiseError::setting(
             key,
             backlash.backlash_measurement_speed_counts_per_s,
             &because,
         )
     })
-}
-
-/// Runs axis and plant until the routine has ended; what it found, and when
-/// \[s\].
-fn creep(
-    case: &Case,
-    axis: &Axis,
-    homing: &BacklashMeasurement,
-    (period_ns, delay_ns): (u64, u64),
-) -> Result<(Option<Result<Gap, BacklashMeasurementError>>, f64), QuantiseError> {
-    let z = case.axis.transmission.gear_ratio;
-    let load = case.options.encoders.load;
-
-    let solver = crate::run::solver(case).0;
-    let mut plant = Plant::new(&case.axis, solver);
-    let mut state = AxisState::start(axis);
-    for event in [Event::Enable, Event::Start] {
-        // From rest: the table has no refusal here.
-        let _ = axis.request(&mut state, event);
-    }
-    let mut run = homing.start(0);
-    let mut code = 0;
-    for tick in 0..LONGEST_S * 1_000_000_000 / period_ns {
-        let at = plant.state();
-        let register = |angle_rad: f64, encoder: plant::Encoder| {
-            counts::wrap(whole(encoder.count(angle_rad))).cast_unsigned()
-        };
-        let inputs = Inputs {
-            tick,
-            motor_register: register(at.beta_rad / z, case.encoder),
-            load_register: load.map(|load| register(at.gamma_rad(), load)),
-            ..Inputs::default()
-        };
-        let output = axis.tick(&mut state, &inputs, &mut run);
-        if let Some(fault) = state.fault() {
-            return Err(QuantiseError::Gap(format!("homing stopped: {fault}")));
-        }
-        if output.state != State::Moving {
-            return Ok((run.result(), seconds(tick * period_ns)));
-        }
-        // As in a run: first under the code still in force, then the new one.
-        let start_ns = tick * period_ns;
-        let delayed_ns = start_ns + delay_ns;
-        for (code, until_ns) in [(code, delayed_ns), (output.code, start_ns + period_ns)] {
-            let input_v = case.dac.output_v(f64::from(code));
-            let drive = Drive::Held(case.amplifier.output_v(input_v));
-            plant
-                .advance(&drive, until_ns, &mut Nobody)
-                .map_err(|error| QuantiseError::Gap(format!("homing stopped: {error}")))?;
-        }
-        code = output.code;
-    }
-    Err(QuantiseError::Gap(format!(
-        "homing did not end within {LONGEST_S} s; a higher backlash.backlash_measurement_speed_counts_per_s is quicker"
-    )))
 }
 
 /// `ρ` in 2^−16, where these resolve it to 1 %.

@@ -4,19 +4,14 @@ use plant::{Batch, ExtremesSettings, Joint, LaneSetup, PlantError, Width};
 
 use super::commands::{Commands, MOST_STEPS};
 use super::family::{Family, Key};
-use super::laws::{Firmware, LaneLaw, Quantised, Sampled};
-use super::seen::LaneSeen;
-use super::settings::{Held, Settings};
+use super::laws::{Firmware, Held, LaneLaw, Quantised, Sampled, Settings};
 use crate::case::{Case, Law};
 use crate::controllers::{FirmwareOnCounts, Pid};
 use crate::error::RunError;
 use crate::quantise::QuantiseError;
+use crate::rest::{Range, Seen, Window};
 use crate::summary::{EndOfRun, RowFigures, Summary};
 use crate::time::seconds;
-
-/// Runs at a time: so many that the lanes whose contact changes make full
-/// vectors, so few that all stay in the cache.
-pub(crate) const AT_A_TIME: usize = 64;
 
 /// The runs of a family, some groups of lanes at a time. What depends on the
 /// family alone is computed once.
@@ -95,7 +90,7 @@ impl<W: Width> Lanes<W> {
         &self.key
     }
 
-    /// Runs cases of the family, no more than [`AT_A_TIME`], and hands over
+    /// Runs cases of the family, no more than [`super::Runs::AT_A_TIME`], and hands over
     /// their figures in order.
     #[inline(always)]
     pub(crate) fn run<'a>(
@@ -336,4 +331,82 @@ fn whole(ns: u64) -> f64 {
 )]
 fn nanoseconds(ns: f64) -> u64 {
     ns as u64
+}
+
+/// Codes and counts so far, and the carriages in the window of rest. A lane
+/// without a run sees something too; nobody asks it.
+#[derive(Debug, Clone)]
+pub(crate) struct LaneSeen<W: Width> {
+    window: Option<Window>,
+    /// Lowest and highest codes and counts before the window, and in it.
+    before: [W::Array; 4],
+    now: [W::Array; 4],
+    positions_m: Vec<W::Array>,
+}
+
+/// The first row that is in no window.
+const NEVER: u64 = u64::MAX;
+
+impl<W: Width> LaneSeen<W> {
+    pub(crate) fn new() -> Self {
+        Self {
+            window: None,
+            before: Self::nothing(),
+            now: Self::nothing(),
+            positions_m: Vec::new(),
+        }
+    }
+
+    fn nothing() -> [W::Array; 4] {
+        let Range { lowest, highest } = Range::EMPTY;
+        [lowest, highest, lowest, highest].map(W::array)
+    }
+
+    /// Forgets everything; the window is that of a case of the lanes.
+    pub(crate) fn start(&mut self, case: Option<&Case>) {
+        self.window = case.and_then(Window::of);
+        self.before = Self::nothing();
+        self.now = Self::nothing();
+        self.positions_m.clear();
+    }
+
+    /// Takes in row number `row`: code, count and carriage \[m\].
+    #[inline(always)]
+    pub(crate) fn add(
+        &mut self,
+        w: W,
+        row: u64,
+        [code, count]: [W::Vector; 2],
+        position_m: W::Vector,
+    ) {
+        let first = self.window.map_or(NEVER, |window| window.first);
+        if row >= first {
+            if row == first {
+                self.before = self.now;
+                self.now = Self::nothing();
+            }
+            let mut array = W::array(0.0);
+            w.store(position_m, &mut array);
+            self.positions_m.push(array);
+        }
+        let [lowest_code, highest_code, lowest_count, highest_count] = &mut self.now;
+        w.store(w.min(code, w.load(lowest_code)), lowest_code);
+        w.store(w.max(code, w.load(highest_code)), highest_code);
+        w.store(w.min(count, w.load(lowest_count)), lowest_count);
+        w.store(w.max(count, w.load(highest_count)), highest_count);
+    }
+
+    /// What a lane has seen.
+    pub(crate) fn of(&self, lane: usize) -> Seen {
+        let range = |arrays: &[W::Array; 4], place: usize| Range {
+            lowest: arrays[place].as_ref()[lane],
+            highest: arrays[place + 1].as_ref()[lane],
+        };
+        let both = |place: usize| match self.window {
+            Some(_) => [range(&self.before, place), range(&self.now, place)],
+            None => [range(&self.now, place), Range::EMPTY],
+        };
+        let positions_m = self.positions_m.iter().map(|array| array.as_ref()[lane]);
+        Seen::from_parts(self.window, both(0), both(2), positions_m.collect())
+    }
 }

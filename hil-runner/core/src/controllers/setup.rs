@@ -1,29 +1,34 @@
-//! From a case in SI units to the axis in words.
+//! From a case in SI units to the firmware's axis: law, output, encoders, monitors
+//! and setpoints.
 
-mod take_up;
-mod watches;
-
-use firmware::axis::{Axis, Feedback as AxisFeedback, Rest};
+use firmware::axis::{Axis, Feedback as AxisFeedback, Monitors, Rest};
 use firmware::law::Law;
+use firmware::monitor::{
+    EncoderLossMonitor, FollowingErrorMonitor, SaturationMonitor, TickMonitor,
+};
 use firmware::motion::MotionPlan;
 use firmware::output::{Output, Quantiser};
 use firmware::position::CounterParameters;
 use firmware::reference::TableSource;
-use firmware::{CAPACITY, Dac, SetpointTable};
+use firmware::{Dac, Event};
 
-use super::source::{Generator, Source, StreamedQueue};
+use super::setpoint::Setpoint;
+use super::world::{Generator, Source, StreamedQueue};
 use crate::case::Case;
-use crate::controllers::{Setpoint, fits_table, last_tick, whole};
+use crate::message::whole;
 use crate::options::{self, Feedback, RestIntegrator, SetpointOrigin};
-use crate::quantise::{QuantiseError, setpoint_table};
+use crate::quantise::{QuantiseError, finest_word};
 use crate::scaling::{RateBits, ScaledLaw, ScalingRequest};
 
-/// What the parts of an axis are made from.
+/// Requests to the axis before its first sample.
+pub const FROM_REST: [Event; 2] = [Event::Enable, Event::Start];
+
+/// A case, on its way to the parts of an axis.
 #[derive(Debug)]
 pub struct Setup<'a> {
-    case: &'a Case,
-    period_ns: u64,
-    setpoint: Setpoint,
+    pub(super) case: &'a Case,
+    pub(super) period_ns: u64,
+    pub(super) setpoint: Setpoint,
     plan: Option<MotionPlan>,
 }
 
@@ -31,7 +36,7 @@ impl<'a> Setup<'a> {
     /// The settings of `case` at a sample time of `period_ns`.
     ///
     /// # Errors
-    /// [`QuantiseError`] if the gap has to be measured and cannot be.
+    /// [`QuantiseError`] if the motion cannot be generated.
     pub fn of(case: &'a Case, period_ns: u64) -> Result<Self, QuantiseError> {
         let setpoint = match (case.options.law.feedback, case.options.encoders.load) {
             (Feedback::Dual, Some(load)) => Setpoint::of_load(case, period_ns, load),
@@ -51,11 +56,17 @@ impl<'a> Setup<'a> {
         })
     }
 
-    /// The same without anything that acts on the reference: what homing runs.
-    pub(super) fn axis_without_take_up(&self, law: Law) -> Result<Axis, QuantiseError> {
+    /// The axis without anything that acts on the reference: the one that a
+    /// measurement of the gap runs on.
+    pub(super) fn axis(&self, law: Law) -> Result<Axis, QuantiseError> {
         let settings = &self.case.options;
-        let output = Output::new(self.dac()?, self.slew()?, self.quantiser()).map_err(|error| {
-            setting(
+        let output = Output::new(
+            Dac::with_bits(self.case.dac.bits)?,
+            self.slew()?,
+            self.quantiser(),
+        )
+        .map_err(|error| {
+            QuantiseError::setting(
                 "controller.slew_limit_codes_per_s",
                 self.slew_value(),
                 &error,
@@ -65,7 +76,7 @@ impl<'a> Setup<'a> {
         let counter = |jump| {
             CounterParameters::accept(bits, jump).map_err(|error| {
                 let value = f64::from(settings.limits.count_jump_counts.unwrap_or(0));
-                setting("limits.count_jump_counts", value, &error)
+                QuantiseError::setting("limits.count_jump_counts", value, &error)
             })
         };
         let mut axis = Axis::new(law, output);
@@ -87,23 +98,22 @@ impl<'a> Setup<'a> {
             dead_band: settings.law.rest_dead_band_counts,
             hold_integral: settings.law.rest_integrator == RestIntegrator::Hold,
         };
-        axis.monitors = self.watches()?;
+        axis.monitors = self.monitors()?;
         Ok(axis)
     }
 
-    /// The axis of the run.
-    pub fn axis(&self, law: Law) -> Result<Axis, QuantiseError> {
-        let mut axis = self.axis_without_take_up(law)?;
-        axis.backlash_compensation = self.take_up()?;
-        Ok(axis)
-    }
-
-    /// The words of the law from the start.
-    pub fn words(&self) -> Result<ScaledLaw, QuantiseError> {
+    /// The law from the start.
+    ///
+    /// # Errors
+    /// [`QuantiseError`] if a gain has no fixed-point form.
+    pub fn law(&self) -> Result<ScaledLaw, QuantiseError> {
         self.request().words()
     }
 
     /// The law from the gain change on.
+    ///
+    /// # Errors
+    /// As [`Self::law`].
     pub fn next_law(&self) -> Result<Option<Law>, QuantiseError> {
         let Some(change) = self.case.options.gain_change else {
             return Ok(None);
@@ -133,13 +143,13 @@ impl<'a> Setup<'a> {
         Ok(Some(words.law))
     }
 
-    /// What the words are made from.
+    /// Everything that the fixed-point gains depend on.
     pub(super) fn request(&self) -> ScalingRequest {
         ScalingRequest {
             settings: self.case.options.law,
             gains: self.case.controller.gains,
             sample_time_ns: self.period_ns,
-            travel_counts: whole(self.setpoint.count(last_tick(self.case, self.period_ns))),
+            travel_counts: self.setpoint.count(self.setpoint.last_tick()),
             motor_counts_per_count: self.motor_counts_per_count(),
             dac_bits: self.case.dac.bits,
             rates: self.rates(),
@@ -147,6 +157,9 @@ impl<'a> Setup<'a> {
     }
 
     /// The setpoints of the run.
+    ///
+    /// # Errors
+    /// [`QuantiseError::Setpoints`] if the motion is longer than the table.
     pub fn source(&self) -> Result<Source, QuantiseError> {
         Ok(match (self.case.options.law.setpoints, &self.plan) {
             (SetpointOrigin::Generator, Some(plan)) => {
@@ -155,12 +168,7 @@ impl<'a> Setup<'a> {
             (SetpointOrigin::Queue, Some(plan)) => {
                 Source::Queue(Box::new(StreamedQueue::new(Generator::new(plan.clone()))))
             }
-            _ => {
-                let last = fits_table(last_tick(self.case, self.period_ns))?;
-                let positions = (0..=last).map(|tick| whole(self.setpoint.count(tick)));
-                let table: SetpointTable<CAPACITY> = setpoint_table(positions)?;
-                Source::Table(Box::new(TableSource::new(table)))
-            }
+            _ => Source::Table(Box::new(TableSource::new(self.setpoint.table()?))),
         })
     }
 
@@ -173,6 +181,16 @@ impl<'a> Setup<'a> {
             (Feedback::Dual, Some(load)) => self.motor_counts_per_load_count(load),
             _ => 1.0,
         }
+    }
+
+    /// A half gap \[rad\], or the joint's own, at the motor \[counts\]: `K_enc·b/z`.
+    pub(super) fn half_gap_counts(&self, half_rad: Option<f64>) -> f64 {
+        let transmission = &self.case.axis.transmission;
+        let half_rad = half_rad.unwrap_or(match &transmission.joint {
+            plant::Joint::Elastic(joint) => joint.backlash_half_rad,
+            plant::Joint::Rigid => 0.0,
+        });
+        self.case.encoder.counts_per_rad * half_rad / transmission.gear_ratio
     }
 
     /// Motor counts per count of the load's encoder, `K_enc/(z·K_load)`.
@@ -188,10 +206,6 @@ impl<'a> Setup<'a> {
                 velocity: plan.velocity_fraction_bits(),
                 acceleration: plan.acceleration_fraction_bits(),
             })
-    }
-
-    fn dac(&self) -> Result<Dac, QuantiseError> {
-        Dac::with_bits(self.case.dac.bits).map_err(QuantiseError::Dac)
     }
 
     fn quantiser(&self) -> Quantiser {
@@ -221,13 +235,60 @@ impl<'a> Setup<'a> {
             let because = format!(
                 "it must be at least one code per sample, {least} codes/s at this sample time"
             );
-            return Err(setting(
+            return Err(QuantiseError::setting(
                 "controller.slew_limit_codes_per_s",
                 codes_per_s,
                 &because,
             ));
         }
         Ok((codes < f64::from(1 << 24)).then_some(whole(codes).unsigned_abs() as u32))
+    }
+
+    /// The monitors of the supervision, in samples and counts.
+    fn monitors(&self) -> Result<Monitors, QuantiseError> {
+        let limits = &self.case.options.limits;
+        let rates = self.rates();
+        let ticks =
+            |time_ns: u64| u32::try_from(time_ns.div_ceil(self.period_ns)).unwrap_or(u32::MAX);
+        let following_error = limits.following_error.map(|limit| {
+            // Samples of lag: counts per (count per sample).
+            let lag = limit.per_speed_s * 1e9 / self.period_ns as f64;
+            let most = FollowingErrorMonitor::MAX_FRACTION_BITS
+                .saturating_sub(rates.velocity)
+                .min(32);
+            if lag >= f64::from(1 << 30) {
+                let because = "it must be below 2^30 sample times";
+                return Err(QuantiseError::setting(
+                    "limits.following_error_per_speed_s",
+                    limit.per_speed_s,
+                    &because,
+                ));
+            }
+            let word = finest_word(lag, most, 31);
+            FollowingErrorMonitor::accept(limit.counts, word, rates.velocity).map_err(|error| {
+                QuantiseError::setting(
+                    "limits.following_error_counts",
+                    f64::from(limit.counts),
+                    &error,
+                )
+            })
+        });
+        let encoder_loss = limits.encoder_loss.map(|loss| {
+            EncoderLossMonitor::accept(loss.codes, ticks(loss.after_ns)).map_err(|error| {
+                QuantiseError::setting("limits.encoder_loss_codes", f64::from(loss.codes), &error)
+            })
+        });
+        let saturation = limits.saturation_ns.map(|after_ns| {
+            SaturationMonitor::accept(ticks(after_ns)).map_err(|error| {
+                QuantiseError::setting("limits.saturation_s", after_ns as f64 / 1e9, &error)
+            })
+        });
+        Ok(Monitors {
+            following_error: following_error.transpose()?,
+            encoder_loss: encoder_loss.transpose()?,
+            saturation: saturation.transpose()?,
+            ticks: limits.missed_ticks.then_some(TickMonitor),
+        })
     }
 }
 
@@ -242,15 +303,14 @@ fn plan(case: &Case, period_ns: u64, setpoint: &Setpoint) -> Result<MotionPlan, 
     MotionPlan::new(whole(travel.round()), intervals_ps, period).map_err(QuantiseError::Motion)
 }
 
-/// A setting that the firmware refuses.
-pub(super) fn setting(
-    key: &'static str,
-    value: f64,
-    because: &dyn std::fmt::Display,
-) -> QuantiseError {
-    QuantiseError::Setting {
-        key,
-        value,
-        because: because.to_string(),
-    }
+/// Everything that the fixed-point gains of a case depend on, whether or not it asks
+/// for more than the paper's law.
+///
+/// # Errors
+/// [`QuantiseError`] if there is no sample time or the motion cannot be
+/// generated.
+pub fn scaling_request(case: &Case) -> Result<ScalingRequest, QuantiseError> {
+    let period_ns = case.controller.sample_time_ns;
+    let period_ns = period_ns.ok_or(QuantiseError::NoSampleTime)?;
+    Ok(Setup::of(case, period_ns)?.request())
 }

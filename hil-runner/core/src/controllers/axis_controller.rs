@@ -1,59 +1,28 @@
-//! Rung `firmware` with what a product needs beyond the paper's law: the
-//! firmware's [`Axis`] on a board, with its setpoints, requests and faults.
+//! Rung `firmware` with everything beyond the paper's law: the firmware's [`Axis`]
+//! on a board, with its setpoints, requests and faults.
 //!
 //! The axis is enabled and started before its first sample. Requests and
 //! injected faults come at the first sample at or after their time.
 
-mod board;
-mod homing;
-mod setup;
-mod source;
-mod world;
-
 use firmware::axis::{Axis, AxisState};
 use firmware::hardware::serve;
 use firmware::law::Law;
-use firmware::{Event, Fault, State};
 
+use super::backlash_compensation::compensated;
+use super::board::BenchBoard;
+use super::setup::{FROM_REST, Setup};
+use super::world::{Reported, Source, World};
 use crate::case::Case;
+use crate::io::IoKind;
 use crate::message::{Command, Measurement};
 use crate::options::GapSource;
-use crate::quantise::QuantiseError;
-use crate::scaling::{ScaledLaw, ScalingRequest};
-
-pub use board::IoKind;
-pub use homing::{GapMeasurement, measure_gap};
-
-pub use board::BenchBoard;
-pub use setup::Setup;
-pub use source::{Source, StreamedQueue};
-pub use world::{Reported, World};
-
-/// What is asked of the axis before its first sample.
-pub const FROM_REST: [Event; 2] = [Event::Enable, Event::Start];
-
-/// What the axis reports with every command.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct AxisStatus {
-    /// State after the sample.
-    pub state: State,
-    /// The fault that is latched.
-    pub fault: Option<Fault>,
-    /// The first fault of the run, whether or not it was reset.
-    pub first_fault: Option<Fault>,
-    /// Faults so far.
-    pub faults: u32,
-    /// Largest `|e|` while the axis was powered \[counts\].
-    pub peak_error_counts: u32,
-    /// Requests that the state refused so far.
-    pub refused_requests: u32,
-}
+use crate::quantise::{FixedPointGains, QuantiseError};
 
 /// The firmware's axis with its memory, its board and its source of setpoints.
 #[derive(Debug, Clone)]
 pub struct AxisController {
     axis: Axis,
-    words: ScaledLaw,
+    gains: FixedPointGains,
     /// The law from the gain change on.
     next_law: Option<Law>,
     state: AxisState,
@@ -63,29 +32,17 @@ pub struct AxisController {
     reported: Reported,
 }
 
-/// What the words of a case are made from, whether or not it asks for more
-/// than the paper's law.
-///
-/// # Errors
-/// [`QuantiseError`] if there is no sample time or the motion cannot be
-/// generated.
-pub fn scaling_request(case: &Case) -> Result<ScalingRequest, QuantiseError> {
-    let period_ns = case.controller.sample_time_ns;
-    let period_ns = period_ns.ok_or(QuantiseError::NoSampleTime)?;
-    Ok(Setup::of(case, period_ns)?.request())
-}
-
-/// Whether a run of the case could be set up at this sample time \[ns\], less the
-/// measurement of a gap.
+/// Tells whether a run of the case could be set up at this sample time \[ns\], less
+/// the measurement of a gap.
 ///
 /// # Errors
 /// [`QuantiseError`] with what is in the way.
 pub fn accepted(case: &Case, sample_time_ns: u64) -> Result<(), QuantiseError> {
     let setup = Setup::of(case, sample_time_ns)?;
-    let law = setup.words()?.law;
+    let law = setup.law()?.law;
     match case.options.backlash.gap {
-        GapSource::Given => setup.axis(law)?,
-        GapSource::Measured => setup.axis_without_take_up(law)?,
+        GapSource::Given => compensated(&setup, law)?,
+        GapSource::Measured => setup.axis(law)?,
     };
     setup.next_law()?;
     setup.source()?;
@@ -95,7 +52,7 @@ pub fn accepted(case: &Case, sample_time_ns: u64) -> Result<(), QuantiseError> {
 /// The smallest sample time for which a run of the case could be set up \[ns\],
 /// to three digits; `None` if the present one has none.
 pub fn smallest_sample_time_ns(case: &Case) -> Option<u64> {
-    // A step that is measured and comes late is a verdict, not a refusal.
+    // A step that is measured and misses its deadline is a verdict, not a refusal.
     let delay_ns = case.controller.computation_delay.fixed_ns().unwrap_or(0);
     let fits =
         |sample_time_ns| sample_time_ns >= delay_ns && accepted(case, sample_time_ns).is_ok();
@@ -114,13 +71,13 @@ pub fn smallest_sample_time_ns(case: &Case) -> Option<u64> {
 
 impl AxisController {
     /// # Errors
-    /// [`QuantiseError`] if a setting fits no word, the motion cannot be
-    /// generated, the gap cannot be taken up or measured, or the board has no
-    /// such converter.
+    /// [`QuantiseError`] if a setting has no fixed-point form, the motion cannot be
+    /// generated, the gap cannot be measured or crossed, or the board has no such
+    /// converter.
     pub fn new(case: &Case, period_ns: u64, io: IoKind) -> Result<Self, QuantiseError> {
         let setup = Setup::of(case, period_ns)?;
-        let words = setup.words()?;
-        let axis = setup.axis(words.law)?;
+        let scaled = setup.law()?;
+        let axis = compensated(&setup, scaled.law)?;
         let mut state = AxisState::start(&axis);
         // From rest, before the first sample: the table has no refusal here.
         for event in FROM_REST {
@@ -128,43 +85,43 @@ impl AxisController {
         }
         Ok(Self {
             reported: Reported::new(state.state()),
-            world: World::new(case.options, period_ns),
+            world: World::new(&case.options, period_ns),
             axis,
             next_law: setup.next_law()?,
-            words,
+            gains: scaled.fixed_point(),
             state,
             board: BenchBoard::new(case, io)?,
             source: setup.source()?,
         })
     }
 
-    /// The words of the law.
-    pub fn words(&self) -> &ScaledLaw {
-        &self.words
+    /// The gains in fixed point, with their rounding.
+    pub fn gains(&self) -> &FixedPointGains {
+        &self.gains
     }
 
     /// One sample.
     pub fn step(&mut self, measurement: Measurement) -> Command {
         let tick = measurement.tick;
-        if self.world.misses(tick) {
+        let Some(arrivals) = self.world.at(measurement) else {
             return self.reported.command(tick, false);
-        }
-        for event in self.world.events(tick) {
+        };
+        for event in arrivals.events.into_iter().flatten() {
             self.reported.asked(event);
             // The report has counted a refusal.
             let _ = self.axis.request(&mut self.state, event);
         }
-        if self.world.changes_gains(tick)
+        if arrivals.gains_change
             && let Some(law) = self.next_law
             && law != *self.axis.law()
         {
             self.axis.set_law(law);
             self.state.gains_changed();
         }
-        self.board.set_inputs(self.world.shown(measurement));
         if let Source::Queue(queue) = &mut self.source {
-            queue.fill(self.world.queue_is_dry(tick));
+            queue.fill(arrivals.queue_is_dry);
         }
+        self.board.set_inputs(arrivals.shown);
         let output = serve(
             &self.axis,
             &mut self.state,
