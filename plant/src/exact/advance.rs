@@ -414,7 +414,6 @@ impl Automaton {
         let piece = FeedbackPiece {
             table,
             start,
-            end,
             offset_rad: self.axis.offset_rad(&self.mode),
             pitch_m_per_rad: self.axis.pitch_m_per_rad,
         };
@@ -457,10 +456,9 @@ impl Automaton {
             let terms = table.growth.row(DELTA).transpose().component_mul(&start);
             let noise_rad = NOISE_ULPS * (start[DELTA].abs() + terms.abs().sum());
             self.axis.set_parting_noise(noise_rad, seconds(length_ns));
-            let mut piece = FeedbackPiece {
+            let piece = FeedbackPiece {
                 table,
                 start,
-                end: start,
                 offset_rad,
                 pitch_m_per_rad,
             };
@@ -472,7 +470,6 @@ impl Automaton {
             };
             let zero = piece.flow().first_zero(&linear, left_s, 0);
             let stop = zero.map_err(|_| too_stiff)?;
-            piece.end = stop.x;
             let y = piece.plant_vector(&stop.x);
             self.move_over(drive, interval, &stop, y, &piece, watch)?;
             if self.end_of_piece(interval, &stop, &guards, drive, watch)? {

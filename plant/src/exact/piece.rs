@@ -261,7 +261,6 @@ impl HeldPiece<'_> {
 pub(crate) struct FeedbackPiece<'a> {
     pub(crate) table: &'a FeedbackTable,
     pub(crate) start: Column<FEEDBACK>,
-    pub(crate) end: Column<FEEDBACK>,
     pub(crate) offset_rad: f64,
     pub(crate) pitch_m_per_rad: f64,
 }

@@ -195,7 +195,7 @@ impl Interior for SteppedPiece<'_> {
 }
 
 /// A quantity over a span. Its values between the ends cost more than those at
-/// the ends, which most questions can do without.
+/// the ends, and most looks can do without.
 #[derive(Debug)]
 struct Quantity<'a, V> {
     span: &'a Span<'a>,
