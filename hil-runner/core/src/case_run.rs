@@ -27,17 +27,17 @@ pub struct HostTiming {
 /// A case with everything that came out of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CaseRun {
-    /// What was run.
+    /// The case that was run.
     pub case: Case,
-    /// What came out.
+    /// The result.
     pub outcome: Outcome,
     /// Step time on the host, from a second pass; `None` on rung `continuous`.
     pub timing: Option<HostTiming>,
     /// Verdict on the step time, where the budget names it.
     pub timing_verdict: Option<Verdict>,
-    /// Why it does not simply pass, if it keeps its limits.
+    /// Reasons why it does not simply pass, if it keeps its limits.
     pub reservations: Vec<Reservation>,
-    /// What the user should know besides the figures.
+    /// Remarks for the user besides the figures.
     pub warnings: Vec<String>,
 }
 
@@ -110,7 +110,7 @@ impl CaseRun {
         (&self.outcome.summary.name, &self.reservations)
     }
 
-    /// Whether all verdicts pass.
+    /// True if all verdicts pass.
     pub fn passes(&self) -> bool {
         self.verdicts().all(|verdict| verdict.pass)
     }
@@ -124,13 +124,13 @@ fn remarks(case: &Case, outcome: &Outcome) -> (Vec<Reservation>, Vec<String>) {
     (reservations, sentences)
 }
 
-/// What the figures alone do not make plain.
+/// Remarks that the figures alone do not make plain.
 fn warnings(case: &Case, outcome: &Outcome) -> Vec<String> {
     let mut warnings = Vec::new();
     if outcome.out_of_range_samples > 0 {
         warnings.push(format!(
             "the firmware worked outside its declared ranges in {} samples: the position error \
-             or its sum was larger than the gains' words were made for",
+             or its sum was larger than the fixed-point gains were made for",
             outcome.out_of_range_samples
         ));
     }
@@ -146,7 +146,7 @@ fn warnings(case: &Case, outcome: &Outcome) -> Vec<String> {
     warnings
 }
 
-/// Why limits on a chip's figures fail where there is no figure.
+/// The reason why limits on a chip's figures fail where there is no figure.
 fn unknown_figures(summary: &Summary) -> Option<String> {
     let unknown: Vec<String> = CHIP_FIGURES
         .iter()

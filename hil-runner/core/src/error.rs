@@ -30,7 +30,7 @@ pub enum RunError {
 }
 
 impl RunError {
-    /// Whether the case makes no run: it was refused before its first sample.
+    /// True if the case makes no run: it was refused before its first sample.
     pub fn is_refusal(&self) -> bool {
         matches!(self, Self::Quantise(_) | Self::NoSampleTime)
     }

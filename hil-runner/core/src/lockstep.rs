@@ -2,7 +2,7 @@
 
 use plant::{Contact, ContactChange, Drive, Plant, Solver, State};
 
-use crate::case::{Case, ComputationDelay, Method};
+use crate::case::{Case, ComputationDelay};
 use crate::chip_cost::{ChipReport, ExecutionFigures};
 use crate::error::RunError;
 use crate::io::IoKind;
@@ -16,12 +16,11 @@ use crate::trace::{Row, Sample};
 /// Choices of a run that change no figure: its electronics, and how much is kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct RunOptions {
-    /// How the firmware reaches encoder and converter.
+    /// The way of the firmware to encoder and converter.
     pub io: IoKind,
-    /// Whether the points for the report's curves are kept.
+    /// Keep the points for the report's curves.
     pub plot: bool,
-    /// Whether the measurements of the first 100,000 samples are kept, for the
-    /// timing pass.
+    /// Keep the measurements of the first 100,000 samples, for the timing pass.
     pub inputs: bool,
     /// Interval of a common grid on which the carriage is kept \[ns\].
     pub grid_ns: Option<u64>,
@@ -94,17 +93,6 @@ pub fn run_over(
     Ok(lockstep.outcome(link.gains()))
 }
 
-/// The solver that a case gets, and its name in the summary.
-fn solver(case: &Case) -> (Solver, &'static str) {
-    let tolerance = case.run.tolerance;
-    let step_ns = case.run.rk4_step_ns;
-    match case.method() {
-        Method::Exact => (Solver::Exact, "exact"),
-        Method::Dopri5 => (Solver::Dopri5 { tolerance }, "dopri5"),
-        Method::Rk4 => (Solver::Rk4 { step_ns }, "rk4"),
-    }
-}
-
 /// A run in progress.
 struct Lockstep<'a, 's> {
     case: &'a Case,
@@ -125,10 +113,14 @@ struct Lockstep<'a, 's> {
 
 impl<'a, 's> Lockstep<'a, 's> {
     fn new(case: &'a Case, options: RunOptions, sink: &'a mut RowSink<'s>) -> Self {
-        let (solver, name) = solver(case);
+        let solver = case.solver();
         Self {
             case,
-            solver: name,
+            solver: match solver {
+                Solver::Exact => "exact",
+                Solver::Dopri5 { .. } => "dopri5",
+                Solver::Rk4 { .. } => "rk4",
+            },
             plant: Plant::new(&case.axis, solver),
             recorder: Recorder::new(case, options.plot, options.grid_ns),
             rows: RowFigures::new(case),
@@ -321,6 +313,6 @@ impl<'a, 's> Lockstep<'a, 's> {
 struct Held {
     voltage_v: f64,
     dac_code: f64,
-    /// Whether the code or the amplifier stands at its limit.
+    /// The code or the amplifier stands at its limit.
     limited: bool,
 }

@@ -1,4 +1,4 @@
-//! Where controller and plant meet: counts one way, codes the other, once per
+//! The meeting of controller and plant: counts one way, codes the other, once per
 //! sample.
 //!
 //! A [`Link`] carries one [`Measurement`] to the controller and its [`Command`]
@@ -88,7 +88,7 @@ pub struct Command {
     pub error_counts: Steps,
     /// DAC code.
     pub dac_code: Steps,
-    /// Whether the firmware worked outside its declared ranges.
+    /// The firmware worked outside its declared ranges.
     pub out_of_range: bool,
     /// Execution time of the step; `None` where nobody measures.
     pub execution: Option<ExecutionTime>,
@@ -179,8 +179,8 @@ pub trait Link {
         None
     }
 
-    /// Whether the controller has done what it was started for, so that the run ends
-    /// with the sample that it answered last.
+    /// True once the controller has done what it was started for: the run ends with
+    /// the sample that it answered last.
     fn is_done(&self) -> bool {
         false
     }

@@ -1,10 +1,11 @@
-//! What the controller does beyond the paper's law: shape of the law,
+//! Options of the controller beyond the paper's law: shape of the law,
 //! supervision, backlash compensation, requests and injected faults.
 //!
 //! All of it acts on rung `firmware` alone. [`AxisOptions::default`] turns
 //! all of it off; what is left then is the paper's law (eq. 23). Times of the
 //! run are counted nanoseconds, angles radians; the run file has degrees.
 
+pub use firmware::law::Derivative;
 use plant::Encoder;
 
 /// Everything that rung `firmware` can do beyond the paper's law.
@@ -24,7 +25,7 @@ pub struct AxisOptions {
     pub law: LawSettings,
     /// Encoders as the controller sees them (`[encoder]`, `[load_encoder]`).
     pub encoders: EncoderSettings,
-    /// What the supervision allows (`[limits]`).
+    /// Limits of the supervision (`[limits]`).
     pub limits: Limits,
     /// Compensation of the backlash (`[backlash]`).
     pub backlash: BacklashSettings,
@@ -37,7 +38,7 @@ pub struct AxisOptions {
 }
 
 impl AxisOptions {
-    /// Whether all of it is off, so that the paper's law remains.
+    /// True if all of it is off, so that the paper's law remains.
     pub fn is_off(&self) -> bool {
         *self == Self::default()
     }
@@ -46,7 +47,7 @@ impl AxisOptions {
 /// Shape of the control law (`[controller]`).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LawSettings {
-    /// What the derivative acts on.
+    /// Signal that the derivative acts on.
     pub derivative: Derivative,
     /// Time constant of the derivative's first-order filter \[s\]; 0 is none.
     pub derivative_filter_s: f64,
@@ -54,12 +55,12 @@ pub struct LawSettings {
     pub anti_windup: AntiWindup,
     /// Time constant of [`AntiWindup::BackCalculation`] \[s\], greater than 0.
     pub tracking_time_s: f64,
-    /// Mantissa bits of the gains' words, 8 to 31.
+    /// Mantissa bits of the fixed-point gains, 8 to 31.
     pub word_bits: u32,
-    /// Fraction bits that Kp, Ki·Δt and Kd/Δt are rounded to before they become
-    /// words, 0 to 40; [`None`] rounds to the words alone.
+    /// Fraction bits that Kp, Ki·Δt and Kd/Δt are rounded to before they get
+    /// their mantissas, 0 to 40; [`None`] rounds once.
     pub gain_fraction_bits: Option<u8>,
-    /// How the law's output becomes a whole code.
+    /// Rounding of the law's output to a whole code.
     pub quantiser: Quantiser,
     /// Seed of [`Quantiser::Dither`].
     pub dither_seed: u32,
@@ -67,13 +68,13 @@ pub struct LawSettings {
     pub slew_limit_codes_per_s: Option<f64>,
     /// Feed-forward from the reference; all 0 is none.
     pub feed_forward: FeedForward,
-    /// Where the setpoints come from.
+    /// Origin of the setpoints.
     pub setpoints: SetpointOrigin,
-    /// Which encoders close the loop.
+    /// Encoders that close the loop.
     pub feedback: Feedback,
     /// At rest, errors up to this count as 0 \[counts\]; 0 is no dead band.
     pub rest_dead_band_counts: u32,
-    /// What the integrator does while the axis stands.
+    /// Integrator while the axis stands.
     pub rest_integrator: RestIntegrator,
 }
 
@@ -98,16 +99,7 @@ impl Default for LawSettings {
     }
 }
 
-/// What the derivative acts on (`controller.derivative`).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Derivative {
-    /// The error: the paper's law.
-    Error,
-    /// The measured position, so that a jump of the setpoint gives no kick.
-    Measurement,
-}
-
-/// How the integrator is kept from winding up (`controller.anti_windup`).
+/// Guard of the integrator against winding up (`controller.anti_windup`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AntiWindup {
     /// Not at all: the paper's law.
@@ -115,11 +107,11 @@ pub enum AntiWindup {
     /// It goes no further than the headroom that is left, while the error
     /// drives it out.
     Clamp,
-    /// What the limit cuts off is led back into it.
+    /// The part that the limit cuts off is led back into it.
     BackCalculation,
 }
 
-/// How the law's output becomes a whole code (`controller.quantiser`).
+/// Rounding of the law's output to a whole code (`controller.quantiser`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantiser {
     /// The nearest code.
@@ -130,7 +122,7 @@ pub enum Quantiser {
     Dither,
 }
 
-/// Where the setpoints come from (`controller.setpoints`).
+/// Origin of the setpoints (`controller.setpoints`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SetpointOrigin {
     /// A table of positions, one a sample, computed before the run.
@@ -141,7 +133,7 @@ pub enum SetpointOrigin {
     Queue,
 }
 
-/// Which encoders close the loop (`controller.feedback`).
+/// Encoders that close the loop (`controller.feedback`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Feedback {
     /// The one on the motor shaft.
@@ -150,7 +142,7 @@ pub enum Feedback {
     Dual,
 }
 
-/// What the integrator does while the axis stands
+/// Integrator while the axis stands
 /// (`controller.rest_integrator`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RestIntegrator {
@@ -193,17 +185,17 @@ impl Default for EncoderSettings {
 /// Compensation of the backlash in the reference (`[backlash]`).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BacklashSettings {
-    /// What makes the reference cross the gap.
+    /// Trigger of the reference's way across the gap.
     pub compensation: Compensation,
     /// Half gap \[rad\] at the joint; [`None`] takes the joint's own.
     pub half_gap_rad: Option<f64>,
-    /// Where the width of the gap is known from.
+    /// Source of the width of the gap.
     pub gap: GapSource,
-    /// How the measurement of the gap notices the far flank.
-    pub backlash_measurement_detection: HomingDetection,
+    /// Sign of the far flank to the measurement of the gap.
+    pub backlash_measurement_detection: FlankDetection,
     /// Motor speed of the measurement \[counts/s\], greater than 0.
     pub backlash_measurement_speed_counts_per_s: f64,
-    /// Output that means a flank to [`HomingDetection::Effort`] \[codes\].
+    /// Output that means a flank to [`FlankDetection::Effort`] \[codes\].
     pub backlash_measurement_effort_codes: u32,
 }
 
@@ -213,14 +205,14 @@ impl Default for BacklashSettings {
             compensation: Compensation::None,
             half_gap_rad: None,
             gap: GapSource::Given,
-            backlash_measurement_detection: HomingDetection::LoadEncoder,
+            backlash_measurement_detection: FlankDetection::LoadEncoder,
             backlash_measurement_speed_counts_per_s: 200.0,
             backlash_measurement_effort_codes: 50,
         }
     }
 }
 
-/// What makes the reference cross the gap (`backlash.compensation`).
+/// Trigger of the reference's way across the gap (`backlash.compensation`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Compensation {
     /// Nothing: no compensation.
@@ -231,7 +223,7 @@ pub enum Compensation {
     Acceleration,
 }
 
-/// Where the width of the gap is known from (`backlash.gap`).
+/// Source of the width of the gap (`backlash.gap`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum GapSource {
     /// From the settings.
@@ -240,16 +232,17 @@ pub enum GapSource {
     Measured,
 }
 
-/// How the measurement notices the far flank (`backlash.backlash_measurement_detection`).
+/// Sign of the far flank to the measurement
+/// (`backlash.backlash_measurement_detection`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum HomingDetection {
+pub enum FlankDetection {
     /// The load encoder moves.
     LoadEncoder,
     /// The output rises.
     Effort,
 }
 
-/// What the supervision allows (`[limits]`); [`None`] is not watched.
+/// Limits of the supervision (`[limits]`); [`None`] is not monitored.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Limits {
     /// Largest following error.
@@ -257,11 +250,11 @@ pub struct Limits {
     /// Largest change of the encoder count in one sample \[counts\], below
     /// half the counter's range.
     pub count_jump_counts: Option<u32>,
-    /// When a count that stands still means that the encoder is lost.
+    /// Standstill of the count that means that the encoder is lost.
     pub encoder_loss: Option<EncoderLoss>,
     /// Longest time with the output at its limit \[ns\], greater than 0.
     pub saturation_ns: Option<u64>,
-    /// Whether a missed tick is a fault.
+    /// A missed tick is a fault.
     pub missed_ticks: bool,
     /// Largest speed of the axis at the carriage \[m/s\]. The backlash
     /// compensation needs it.
@@ -340,6 +333,6 @@ pub struct Injections {
 pub struct EncoderGlitch {
     /// Time \[ns\].
     pub at_ns: u64,
-    /// What is added to the count \[counts\].
+    /// Counts that are added to the true one \[counts\].
     pub counts: i32,
 }

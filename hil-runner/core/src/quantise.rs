@@ -80,7 +80,7 @@ impl FixedPointGain {
         }
     }
 
-    /// Whether it is one of the three gains of eq. 23, which are shown even
+    /// True for one of the three gains of eq. 23, which are shown even
     /// where they are 0.
     pub fn is_of_the_paper(&self) -> bool {
         matches!(
@@ -161,7 +161,7 @@ impl QuantisedGains {
 /// let error = quantise(&gains, 1_000_000, 99_900).unwrap_err();
 /// assert_eq!(
 ///     error.to_string(),
-///     "controller.kp = 9000: the firmware's words hold at most 2047.99 \
+///     "controller.kp = 9000: the firmware's fixed-point gains hold at most 2047.99 \
 ///      at this sample time and errors up to 262144 counts",
 /// );
 /// # Ok::<(), hil_core::quantise::QuantiseError>(())
@@ -254,7 +254,7 @@ pub(crate) fn error_range(travel_counts: i64) -> Option<ErrorRange> {
         .and_then(ErrorRange::from_bits)
 }
 
-/// Largest gain per sample that has a word for this error range.
+/// Largest gain per sample that has a fixed-point form for this error range.
 fn largest(gain: Gain, range: ErrorRange) -> f64 {
     match gain {
         // A full mantissa at the fewest fraction bits.
@@ -322,7 +322,8 @@ impl UnfitGain {
     pub fn because(&self) -> String {
         if self.value.is_finite() && self.value >= 0.0 {
             format!(
-                "the firmware's words hold at most {} at this sample time and errors up to {} counts",
+                "the firmware's fixed-point gains hold at most {} at this sample time and errors \
+                 up to {} counts",
                 rounded_down(self.largest, 6),
                 self.error_limit
             )

@@ -11,8 +11,8 @@
 //! comes from the load, `Kp` and `Ki` act on load counts and are converted:
 //! one load count is `ρ` motor counts.
 
-use firmware::law::{AntiWindup, Derivative, FilterWords, Law, LawError, LawWords, Part};
-use firmware::{Dac, DacError, ErrorRange};
+use firmware::law::{AntiWindup, FilterWords, Law, LawError, LawWords, Part};
+use firmware::{Dac, ErrorRange, GainWord};
 use plant::PidGains;
 
 use crate::options::{self, LawSettings};
@@ -85,24 +85,28 @@ impl ScalingRequest {
     ///
     /// # Errors
     /// [`QuantiseError`] that names the keys, their values and what fits.
-    pub fn words(&self) -> Result<ScaledLaw, QuantiseError> {
-        self.settle().map_err(|refusal| self.explain(refusal))
+    pub fn scaled_law(&self) -> Result<ScaledLaw, QuantiseError> {
+        self.settle().map_err(|refused| match refused {
+            QuantiseError::Law(error) => self.explain(error),
+            other => other,
+        })
     }
 
-    /// The gains, or the firmware's objection to them.
-    fn settle(&self) -> Result<ScaledLaw, Refusal> {
-        let dac = Dac::with_bits(self.dac_bits).map_err(Refusal::Dac)?;
-        let range = error_range(self.travel_counts).ok_or(Refusal::Travel)?;
+    /// The gains, or the firmware's objection to the last ones that were tried.
+    fn settle(&self) -> Result<ScaledLaw, QuantiseError> {
+        let dac = Dac::with_bits(self.dac_bits)?;
+        let beyond = QuantiseError::Travel(self.travel_counts);
+        let Some(range) = error_range(self.travel_counts) else {
+            return Err(beyond);
+        };
         let mut refused = None;
-        // The finest words end at `most`; beyond it bits only cost range.
+        // The finest gains end at `most`; beyond it bits only cost range.
         let exponents = LawWords::SUM_FRACTION_BITS;
         let wanted = self.wanted();
         let most = wanted
             .iter()
-            .filter(|wanted| wanted.gain != 0.0)
-            .map(|wanted| {
-                finest_word(self.rounded(wanted), 40, self.settings.word_bits).fraction_bits
-            })
+            .filter(|gain| gain.wanted != 0.0)
+            .map(|gain| finest_word(self.rounded(gain), 40, self.settings.word_bits).fraction_bits)
             .max()
             .unwrap_or(0)
             .clamp(*exponents.start(), *exponents.end());
@@ -113,8 +117,12 @@ impl ScalingRequest {
                 let words = self.with(&wanted, range, sum_fraction_bits, integral_bits)?;
                 match Law::accept(words, dac) {
                     Ok(law) => {
-                        let rows = rows(&wanted, law.words());
-                        return Ok(ScaledLaw { law, rows });
+                        let rows = wanted.into_iter().zip(gains_of(law.words()));
+                        let rows = rows.map(|(gain, word)| FixedPointGain { word, ..gain });
+                        return Ok(ScaledLaw {
+                            law,
+                            rows: rows.collect(),
+                        });
                     }
                     // The widest resolution with the least range says what is
                     // really in the way.
@@ -123,83 +131,76 @@ impl ScalingRequest {
                 }
             }
         }
-        Err(refused.map_or(Refusal::Travel, Refusal::Law))
+        Err(refused.map_or(beyond, QuantiseError::Law))
     }
 
-    /// The gains as the law multiplies them.
-    fn wanted(&self) -> [Wanted; 6] {
+    /// The gains as the law multiplies them, not yet in fixed point.
+    fn wanted(&self) -> [FixedPointGain; 6] {
         let dt_s = self.sample_time_ns as f64 / 1e9;
         let ratio = self.motor_counts_per_count;
-        let feed_forward = &self.settings.feed_forward;
+        let (gains, feed_forward) = (&self.gains, &self.settings.feed_forward);
         let rates = self.rates;
-        let wanted = |part, value, gain| Wanted { part, value, gain };
-        let gains = &self.gains;
+        let (kp, ki, kd) = (gains.kp, gains.ki_per_s, gains.kd_s);
+        let (kv, ka) = (feed_forward.velocity_s, feed_forward.acceleration_s2);
+        let kf = feed_forward.friction_codes;
         [
-            wanted(Part::Proportional, gains.kp, gains.kp * ratio),
-            wanted(
+            (Part::Proportional, kp, kp * ratio),
+            // As the paper's law forms it: Δt in ns, over 10^9.
+            (
                 Part::Integral,
-                gains.ki_per_s,
-                // As the paper's law forms it: Δt in ns, over 10^9.
-                gains.ki_per_s * self.sample_time_ns as f64 / 1e9 * ratio,
+                ki,
+                ki * self.sample_time_ns as f64 / 1e9 * ratio,
             ),
-            wanted(
-                Part::Derivative,
-                gains.kd_s,
-                gains.kd_s * 1e9 / self.sample_time_ns as f64,
-            ),
-            wanted(
+            (Part::Derivative, kd, kd * 1e9 / self.sample_time_ns as f64),
+            (
                 Part::Velocity,
-                feed_forward.velocity_s,
-                feed_forward.velocity_s * ratio / dt_s / power_of_two(rates.velocity),
+                kv,
+                kv * ratio / dt_s / power_of_two(rates.velocity),
             ),
-            wanted(
+            (
                 Part::Acceleration,
-                feed_forward.acceleration_s2,
-                feed_forward.acceleration_s2 * ratio
-                    / (dt_s * dt_s)
-                    / power_of_two(rates.acceleration),
+                ka,
+                ka * ratio / (dt_s * dt_s) / power_of_two(rates.acceleration),
             ),
-            wanted(
-                Part::Friction,
-                feed_forward.friction_codes,
-                feed_forward.friction_codes,
-            ),
+            (Part::Friction, kf, kf),
         ]
+        .map(|(part, value, wanted)| FixedPointGain {
+            part,
+            value,
+            wanted,
+            word: GainWord::new(0, 0),
+        })
     }
 
     /// The gain to the fraction bits that were asked for: a multiple of a power
-    /// of two, which its word holds exactly where it has that many bits.
-    fn rounded(&self, wanted: &Wanted) -> f64 {
-        let is_gain = matches!(
-            wanted.part,
-            Part::Proportional | Part::Integral | Part::Derivative
-        );
+    /// of two, which its fixed-point form holds exactly where it has that many bits.
+    fn rounded(&self, gain: &FixedPointGain) -> f64 {
         match self.settings.gain_fraction_bits {
-            Some(bits) if is_gain => {
-                (wanted.gain * power_of_two(bits)).round() / power_of_two(bits)
+            Some(bits) if gain.is_of_the_paper() => {
+                (gain.wanted * power_of_two(bits)).round() / power_of_two(bits)
             }
-            _ => wanted.gain,
+            _ => gain.wanted,
         }
     }
 
-    /// The words at one exponent of the sum and one range of the integral.
+    /// The fixed-point gains at one exponent of the sum and one range of the integral.
     fn with(
         &self,
-        wanted: &[Wanted; 6],
+        wanted: &[FixedPointGain; 6],
         range: ErrorRange,
         sum_fraction_bits: u8,
         integral_bits: u8,
-    ) -> Result<LawWords, Refusal> {
+    ) -> Result<LawWords, QuantiseError> {
         let settings = &self.settings;
-        let filter = self.filter(wanted[2].gain)?;
-        let word = |wanted: &Wanted| {
+        let filter = self.filter(wanted[2].wanted)?;
+        let word = |gain: &FixedPointGain| {
             // The filtered difference brings fraction bits of its own.
-            let own = match (wanted.part, filter) {
+            let own = match (gain.part, filter) {
                 (Part::Derivative, Some(filter)) => filter.fraction_bits,
                 _ => 0,
             };
             let most = sum_fraction_bits.saturating_sub(own);
-            finest_word(self.rounded(wanted), most, settings.word_bits)
+            finest_word(self.rounded(gain), most, settings.word_bits)
         };
         let [
             kp,
@@ -219,10 +220,7 @@ impl ScalingRequest {
             error_bits: range.bits(),
             sum_fraction_bits,
             integral_bits,
-            derivative: match settings.derivative {
-                options::Derivative::Error => Derivative::Error,
-                options::Derivative::Measurement => Derivative::Measurement,
-            },
+            derivative: settings.derivative,
             filter,
             anti_windup: self.anti_windup()?,
         })
@@ -230,13 +228,18 @@ impl ScalingRequest {
 
     /// `a = Δt/(T_f + Δt)`, and the fewest fraction bits with
     /// `(Kd/Δt)·2^−h ≤ 1/16`.
-    fn filter(&self, kd_per_dt: f64) -> Result<Option<FilterWords>, Refusal> {
+    fn filter(&self, kd_per_dt: f64) -> Result<Option<FilterWords>, QuantiseError> {
         let filter_s = self.settings.derivative_filter_s;
         if filter_s == 0.0 {
             return Ok(None);
         }
         let dt_s = self.sample_time_ns as f64 / 1e9;
-        let smoothing = word31(dt_s / (filter_s + dt_s)).ok_or(Refusal::Filter)?;
+        let smoothing = word31(
+            dt_s / (filter_s + dt_s),
+            "controller.derivative_filter_s",
+            filter_s,
+            "Δt/(T_f + Δt) is 0 in 31 bits; at most 10^9 sample times are more",
+        )?;
         let needed = (0..29).find(|&h| 16.0 * kd_per_dt <= power_of_two(h));
         Ok(Some(FilterWords {
             smoothing,
@@ -244,15 +247,22 @@ impl ScalingRequest {
         }))
     }
 
-    fn anti_windup(&self) -> Result<AntiWindup, Refusal> {
+    fn anti_windup(&self) -> Result<AntiWindup, QuantiseError> {
         Ok(match self.settings.anti_windup {
             options::AntiWindup::None => AntiWindup::None,
             options::AntiWindup::Clamp => AntiWindup::Clamp,
             options::AntiWindup::BackCalculation => {
-                let dt_s = self.sample_time_ns as f64 / 1e9;
-                let tracking = word31(dt_s / self.settings.tracking_time_s);
+                let (dt_s, tracking_s) = (
+                    self.sample_time_ns as f64 / 1e9,
+                    self.settings.tracking_time_s,
+                );
                 AntiWindup::BackCalculation {
-                    tracking: tracking.ok_or(Refusal::Tracking)?,
+                    tracking: word31(
+                        dt_s / tracking_s,
+                        "controller.tracking_time_s",
+                        tracking_s,
+                        "it must be longer than the sample time and at most 10^9 of them",
+                    )?,
                 }
             }
         })
@@ -314,107 +324,63 @@ impl ScalingRequest {
         })
     }
 
-    /// The refusal in terms of the run file.
-    fn explain(&self, refusal: Refusal) -> QuantiseError {
-        match refusal {
-            Refusal::Dac(error) => QuantiseError::Dac(error),
-            Refusal::Travel => QuantiseError::Travel(self.travel_counts),
-            Refusal::Filter => QuantiseError::Setting {
-                key: "controller.derivative_filter_s",
-                value: self.settings.derivative_filter_s,
-                because: "Δt/(T_f + Δt) has no word of 31 bits; at most 10^9 sample times do"
-                    .to_owned(),
-            },
-            Refusal::Tracking => QuantiseError::Setting {
-                key: "controller.tracking_time_s",
-                value: self.settings.tracking_time_s,
-                because: "it must be longer than the sample time and at most 10^9 of them"
-                    .to_owned(),
-            },
-            Refusal::Law(error) => {
-                let error_limit = error_range(self.travel_counts).map_or(0, |range| range.limit());
-                let mut unfit = Vec::new();
-                for (index, key) in GAIN_KEYS.into_iter().enumerate() {
-                    let value = *{ *self }.gain_mut(index);
-                    let largest = self.largest_gain(index);
-                    // A gain is to blame if a smaller one cures.
-                    if value > 0.0 && largest > 0.0 && largest < value {
-                        unfit.push(UnfitGain {
-                            key,
-                            value,
-                            largest,
-                            error_limit,
-                        });
-                    }
-                }
-                if let Some(bits) = self.fewest_bits() {
-                    QuantiseError::Setting {
-                        key: "controller.word_bits",
-                        value: f64::from(self.settings.word_bits),
-                        because: format!(
-                            "these gains need words of at least {bits} bits to stay within one code \
-                             of the exact law ({error})"
-                        ),
-                    }
-                } else if unfit.is_empty() {
-                    QuantiseError::Law(error)
-                } else {
-                    QuantiseError::Gains(unfit)
-                }
-            }
+    /// The firmware's objection in terms of the run file.
+    fn explain(&self, error: LawError) -> QuantiseError {
+        if let Some(bits) = self.fewest_bits() {
+            let because = format!(
+                "in fixed point these gains need at least {bits} bits to stay within one code \
+                 of the exact law ({error})"
+            );
+            let word_bits = f64::from(self.settings.word_bits);
+            return QuantiseError::setting("controller.word_bits", word_bits, &because);
+        }
+        let error_limit = error_range(self.travel_counts).map_or(0, |range| range.limit());
+        let unfit = GAIN_KEYS
+            .into_iter()
+            .enumerate()
+            .filter_map(|(index, key)| {
+                let value = *{ *self }.gain_mut(index);
+                let largest = self.largest_gain(index);
+                // A gain is to blame if a smaller one cures.
+                (value > 0.0 && largest > 0.0 && largest < value).then_some(UnfitGain {
+                    key,
+                    value,
+                    largest,
+                    error_limit,
+                })
+            });
+        let unfit: Vec<_> = unfit.collect();
+        if unfit.is_empty() {
+            QuantiseError::Law(error)
+        } else {
+            QuantiseError::Gains(unfit)
         }
     }
 }
 
-/// A gain before it is in fixed point.
-#[derive(Debug, Clone, Copy)]
-struct Wanted {
-    part: Part,
-    value: f64,
-    gain: f64,
-}
-
-fn rows(wanted: &[Wanted; 6], words: &LawWords) -> Vec<FixedPointGain> {
-    let words = [
+/// The gains in the order of the law.
+fn gains_of(words: &LawWords) -> [GainWord; 6] {
+    [
         words.kp,
         words.ki_dt,
         words.kd_per_dt,
         words.velocity_ff,
         words.acceleration_ff,
         words.friction_ff,
-    ];
-    let rows = wanted
-        .iter()
-        .zip(words)
-        .map(|(wanted, word)| FixedPointGain {
-            part: wanted.part,
-            value: wanted.value,
-            wanted: wanted.gain,
-            word,
-        });
-    rows.collect()
+    ]
 }
 
-/// A request without fixed-point gains.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Refusal {
-    /// The firmware knows no converter of that many bits.
-    Dac(DacError),
-    /// The travel needs a larger error range than there is.
-    Travel,
-    /// `Δt/(T_f + Δt)` has no word.
-    Filter,
-    /// `Δt/T_t` has no word.
-    Tracking,
-    /// The firmware's objection to the last gains that were tried.
-    Law(LawError),
-}
-
-/// `fraction·2^31` as a word from 1 to 2^31 − 1; `None` beyond.
-fn word31(fraction: f64) -> Option<i32> {
+/// `fraction·2^31` as an integer from 1 to 2^31 − 1; beyond, the key's value is refused.
+fn word31(
+    fraction: f64,
+    key: &'static str,
+    value: f64,
+    because: &str,
+) -> Result<i32, QuantiseError> {
     let word = (fraction * power_of_two(31)).round();
-    // Whole and within the type: the conversion is exact.
-    (1.0..=f64::from(i32::MAX))
-        .contains(&word)
-        .then_some(word as i32)
+    if (1.0..=f64::from(i32::MAX)).contains(&word) {
+        // Whole and within the type: the conversion is exact.
+        return Ok(word as i32);
+    }
+    Err(QuantiseError::setting(key, value, &because))
 }

@@ -49,7 +49,7 @@ impl Words {
 fn describe(file: &RunFile) -> anyhow::Result<String> {
     let refused = |error| explain(file, RunError::Quantise(error));
     let request = scaling_request(&file.case).map_err(refused)?;
-    let words = request.words().map_err(refused)?;
+    let words = request.scaled_law().map_err(refused)?;
     // What the words alone do not show stops a run all the same.
     accepted(&file.case, request.sample_time_ns).map_err(refused)?;
     let table = terminal::word_length_table(&request, &words);

@@ -9,7 +9,7 @@ use super::setup::{FROM_REST, Setup};
 use crate::case::Case;
 use crate::lockstep::{RunOptions, run_over};
 use crate::message::{Command, Link, LinkError, Measurement};
-use crate::options::{Feedback, HomingDetection};
+use crate::options::{Feedback, FlankDetection};
 use crate::quantise::QuantiseError;
 use crate::time::seconds;
 
@@ -37,7 +37,7 @@ pub struct GapMeasurement {
     pub full_counts: [i64; 3],
     /// Half gap of the simulated joint \[motor counts\].
     pub true_half_counts: f64,
-    /// How long it took \[s\].
+    /// Simulated time that it took \[s\].
     pub duration_s: f64,
 }
 
@@ -157,18 +157,18 @@ fn routine(setup: &Setup<'_>, true_half_counts: f64) -> Result<BacklashMeasureme
     };
     let load = case.options.encoders.load;
     let detection = match (backlash.backlash_measurement_detection, load) {
-        (HomingDetection::LoadEncoder, Some(load)) => Detection::LoadEncoder {
+        (FlankDetection::LoadEncoder, Some(load)) => Detection::LoadEncoder {
             counts: 2,
             ratio: ratio(setup.motor_counts_per_load_count(load))?,
         },
-        (HomingDetection::LoadEncoder, None) => {
+        (FlankDetection::LoadEncoder, None) => {
             return Err(QuantiseError::Gap(
                 "backlash.backlash_measurement_detection = \"load-encoder\" needs load_encoder.counts_per_rad or \
                  load_encoder.counts_per_mm; \"effort\" does without"
                     .to_owned(),
             ));
         }
-        (HomingDetection::Effort, _) => Detection::Effort {
+        (FlankDetection::Effort, _) => Detection::Effort {
             codes: backlash.backlash_measurement_effort_codes,
             samples: EFFORT_SAMPLES,
         },

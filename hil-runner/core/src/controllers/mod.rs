@@ -32,7 +32,7 @@ pub use axis_controller::{AxisController, accepted, smallest_sample_time_ns};
 pub use backlash_compensation::compensated;
 pub use backlash_measurement::{GapMeasurement, measure_gap};
 pub use firmware_law::{FirmwareLaw, FirmwareOnCounts, Parts};
-pub use sampled::{Pid, SampledLaw};
+pub use sampled::{Pid, PidState, SampledLaw};
 pub use setpoint::Setpoint;
 pub use setup::{FROM_REST, Setup, scaling_request};
 pub use world::{Arrivals, Reported, Shown, Source, StreamedQueue, World};
@@ -41,10 +41,10 @@ pub use world::{Arrivals, Reported, Shown, Source, StreamedQueue, World};
 #[derive(Debug, Clone)]
 pub enum Controller {
     /// In f64: rungs `sampled` and `quantised`.
-    Sampled(SampledLaw),
+    Sampled(Box<SampledLaw>),
     /// The `firmware` crate: the paper's law alone.
     Firmware(Box<FirmwareLaw>),
-    /// The `firmware` crate: an axis with what a product needs.
+    /// The `firmware` crate: the axis with everything beyond it.
     Axis(Box<AxisController>),
 }
 
@@ -61,7 +61,9 @@ impl Controller {
         };
         Ok(Some(match case.controller.law {
             Law::Continuous => return Ok(None),
-            Law::Sampled | Law::Quantised => Self::Sampled(SampledLaw::new(case, period_ns)),
+            Law::Sampled | Law::Quantised => {
+                Self::Sampled(Box::new(SampledLaw::new(case, period_ns)))
+            }
             Law::Firmware if case.options.is_off() => {
                 Self::Firmware(Box::new(FirmwareLaw::new(case, period_ns, io)?))
             }

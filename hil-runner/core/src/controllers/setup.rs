@@ -107,7 +107,7 @@ impl<'a> Setup<'a> {
     /// # Errors
     /// [`QuantiseError`] if a gain has no fixed-point form.
     pub fn law(&self) -> Result<ScaledLaw, QuantiseError> {
-        self.request().words()
+        self.request().scaled_law()
     }
 
     /// The law from the gain change on.
@@ -123,7 +123,7 @@ impl<'a> Setup<'a> {
         gains.kp = change.kp.unwrap_or(gains.kp);
         gains.ki_per_s = change.ki_per_s.unwrap_or(gains.ki_per_s);
         gains.kd_s = change.kd_s.unwrap_or(gains.kd_s);
-        let words = request.words().map_err(|error| match error {
+        let words = request.scaled_law().map_err(|error| match error {
             // The gains that change have keys of their own.
             QuantiseError::Gains(mut unfit) => {
                 for gain in &mut unfit {

@@ -20,9 +20,9 @@ pub struct Shown {
     pub motor_register: u32,
     /// Register of the load's encoder, where there is one.
     pub load_register: Option<u32>,
-    /// Whether the emergency stop is asserted.
+    /// The emergency stop is asserted.
     pub emergency_stop: bool,
-    /// Whether the transfer of the motor's register fails.
+    /// The transfer of the motor's register fails.
     pub bus_fails: bool,
 }
 
@@ -31,9 +31,9 @@ pub struct Shown {
 pub struct Arrivals {
     /// Requests before it, in this order.
     pub events: [Option<Event>; 3],
-    /// Whether the gains change before it.
+    /// The gains change before it.
     pub gains_change: bool,
-    /// Whether the host no longer fills the queue of setpoints.
+    /// The host no longer fills the queue of setpoints.
     pub queue_is_dry: bool,
     /// The hardware.
     pub shown: Shown,
@@ -269,9 +269,9 @@ const WAITING: usize = 16;
 pub struct StreamedQueue {
     generator: Generator,
     stream: Stream<WAITING>,
-    /// Whether the end of the motion was sent.
+    /// The end of the motion was sent.
     ended: bool,
-    /// Where the motion ended, once the axis has taken it.
+    /// End of the motion, once the axis has taken it.
     last: Option<Setpoint>,
 }
 

@@ -22,7 +22,7 @@ pub trait SpiChip {
     fn deselect(&mut self);
 }
 
-/// What a fault does to a transaction.
+/// Effect of a fault on a transaction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Spoiling {
     /// The bus master reports an error; nothing reaches the chip.
@@ -49,7 +49,7 @@ pub enum Spoiling {
 pub struct BusFault {
     /// The numbers of the transactions that it spoils.
     pub transactions: Range<u64>,
-    /// How.
+    /// The effect.
     pub spoiling: Spoiling,
 }
 
@@ -156,7 +156,7 @@ impl spi::Error for ModelBusError {
 pub struct ModelPin {
     /// The level.
     pub high: bool,
-    /// Whether every access fails.
+    /// Every access fails.
     pub broken: bool,
 }
 

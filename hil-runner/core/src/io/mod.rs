@@ -226,7 +226,7 @@ impl SpiIo {
         }
     }
 
-    /// Whether the power stage is on.
+    /// True while the power stage is on.
     pub fn powered(&self) -> bool {
         self.board.enable.pin.high
     }

@@ -2,9 +2,9 @@
 
 use std::collections::HashMap;
 
-use plant::{AxisParameters, Joint, Motion};
+use plant::{AxisParameters, Joint, Motion, Solver};
 
-use crate::case::{Case, Law, Method};
+use crate::case::{Case, Law};
 
 /// Everything that runs must share to go side by side: the axis but for b,
 /// the command, the timing and the law. Gains, encoder, converter, amplifier,
@@ -38,7 +38,7 @@ impl Family {
         let duration_ns = case.run.duration_ns;
         let fits = law != Law::Continuous
             && (law != Law::Firmware || case.options.is_off())
-            && case.method() == Method::Exact
+            && case.solver() == Solver::Exact
             && case.axis.is_affine()
             && delay_ns <= period_ns
             && duration_ns.is_multiple_of(period_ns);

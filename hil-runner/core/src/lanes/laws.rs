@@ -4,7 +4,7 @@
 use plant::Width;
 
 use crate::case::{Case, Law};
-use crate::controllers::{FirmwareOnCounts, Pid};
+use crate::controllers::{FirmwareOnCounts, Pid, PidState};
 
 /// A law in all lanes, with its memory.
 pub(crate) trait LaneLaw<W: Width> {
@@ -21,11 +21,11 @@ pub(crate) trait LaneLaw<W: Width> {
 
 /// Rung `sampled`: real numbers.
 #[derive(Debug)]
-pub(crate) struct Sampled<V>(pub(crate) Pid<V>);
+pub(crate) struct Sampled<V>(pub(crate) Pid<V>, pub(crate) PidState<V>);
 
 /// Rung `quantised`: whole counts and whole codes.
 #[derive(Debug)]
-pub(crate) struct Quantised<V>(pub(crate) Pid<V>);
+pub(crate) struct Quantised<V>(pub(crate) Pid<V>, pub(crate) PidState<V>);
 
 /// Rung `firmware`: the `firmware` crate, lane after lane. A lane without a
 /// controller gets the code 0.
@@ -44,7 +44,7 @@ impl<W: Width> LaneLaw<W> for Sampled<W::Vector> {
         let counts_per_rad = w.load(&settings.counts_per_rad);
         let position_counts = counts_per_rad * alpha_rad;
         let error_counts = counts_per_rad * alpha_ref_rad - position_counts;
-        (self.0.output(error_counts), position_counts)
+        (self.0.output(&mut self.1, error_counts), position_counts)
     }
 }
 
@@ -58,7 +58,7 @@ impl<W: Width> LaneLaw<W> for Quantised<W::Vector> {
         alpha_ref_rad: W::Vector,
     ) -> (W::Vector, W::Vector) {
         let (setpoint, count) = counts(w, settings, alpha_rad, alpha_ref_rad);
-        let y = self.0.output(setpoint - count);
+        let y = self.0.output(&mut self.1, setpoint - count);
         // code = clamp(floor(y + ½), −2^(n−1), 2^(n−1) − 1)
         let code = settings.clamped_code(w, w.floor(y + w.splat(0.5)));
         (code, count)

@@ -6,7 +6,7 @@ use super::commands::{Commands, MOST_STEPS};
 use super::family::{Family, Key};
 use super::laws::{Firmware, Held, LaneLaw, Quantised, Sampled, Settings};
 use crate::case::{Case, Law};
-use crate::controllers::{FirmwareOnCounts, Pid};
+use crate::controllers::{FirmwareOnCounts, Pid, PidState};
 use crate::error::RunError;
 use crate::quantise::QuantiseError;
 use crate::rest::{Range, Seen, Window};
@@ -30,7 +30,7 @@ pub(crate) struct Lanes<W: Width> {
     sums: Vec<Sums<W>>,
 }
 
-/// What the rows of all lanes of a group add up to.
+/// Sums over the rows of all lanes of a group.
 #[derive(Debug, Clone, Copy)]
 struct Sums<W: Width> {
     squared_acc_error: W::Array,
@@ -39,8 +39,8 @@ struct Sums<W: Width> {
     held_limit_ns: W::Array,
 }
 
-/// Where a group stands: the step of a sample that comes next, and what the
-/// lanes need to go on.
+/// Progress of a group: the step of a sample that comes next, and everything that
+/// the lanes need to go on.
 #[derive(Debug, Clone, Copy)]
 struct Stand<V> {
     tick: u64,
@@ -101,11 +101,17 @@ impl<W: Width> Lanes<W> {
         self.start(cases.clone());
         match self.family.law {
             Law::Continuous | Law::Sampled => {
-                let mut laws = self.pids().map(Sampled).collect::<Vec<_>>();
+                let mut laws = self
+                    .pids()
+                    .map(|(pid, state)| Sampled(pid, state))
+                    .collect::<Vec<_>>();
                 self.lockstep(&mut laws);
             }
             Law::Quantised => {
-                let mut laws = self.pids().map(Quantised).collect::<Vec<_>>();
+                let mut laws = self
+                    .pids()
+                    .map(|(pid, state)| Quantised(pid, state))
+                    .collect::<Vec<_>>();
                 self.lockstep(&mut laws);
             }
             Law::Firmware => {
@@ -123,12 +129,16 @@ impl<W: Width> Lanes<W> {
 
     /// The law of each group, at its start.
     #[inline(always)]
-    fn pids(&self) -> impl Iterator<Item = Pid<W::Vector>> {
+    fn pids(&self) -> impl Iterator<Item = (Pid<W::Vector>, PidState<W::Vector>)> {
         let w = self.width;
-        let period_s = w.splat(seconds(self.family.period_ns));
+        let sample_time_s = w.splat(seconds(self.family.period_ns));
         self.groups.iter().map(move |settings| {
             let gains = settings.gains.each_ref().map(|array| w.load(array));
-            Pid::from_parts(gains, period_s, w.splat(0.0))
+            let pid = Pid {
+                gains,
+                sample_time_s,
+            };
+            (pid, PidState::new(w.splat(0.0)))
         })
     }
 
@@ -396,7 +406,7 @@ impl<W: Width> LaneSeen<W> {
         w.store(w.max(count, w.load(highest_count)), highest_count);
     }
 
-    /// What a lane has seen.
+    /// Codes, counts and carriage of a lane.
     pub(crate) fn of(&self, lane: usize) -> Seen {
         let range = |arrays: &[W::Array; 4], place: usize| Range {
             lowest: arrays[place].as_ref()[lane],

@@ -1,4 +1,4 @@
-//! What one thread keeps from run to run.
+//! Tables that one thread keeps from run to run.
 
 use fearless_simd::{Level, Simd, dispatch};
 use plant::{Eight, Four, One, Width};
@@ -18,7 +18,7 @@ const MOST_FAMILIES: usize = 4;
 
 /// Figures of one run after the other, on one thread.
 ///
-/// What depends on axis, command and timing alone is computed for the first
+/// Everything that depends on axis, command and timing alone is computed for the first
 /// run and kept as long as these stay the same; gains, backlash, encoder and
 /// drive may change from run to run at no cost.
 #[derive(Debug)]

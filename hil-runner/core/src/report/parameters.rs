@@ -1,10 +1,10 @@
 //! The settings of a case as a report shows them beside the results.
 
-use plant::Joint;
+use plant::{Joint, Solver};
 
 use super::Parameter;
 use super::parameters_options;
-use crate::case::{Case, ComputationDelay, Law, Method};
+use crate::case::{Case, ComputationDelay, Law};
 use crate::number;
 use crate::quantise::FixedPointGains;
 use crate::time::seconds;
@@ -134,11 +134,11 @@ fn mechanics(case: &Case) -> Vec<Parameter> {
 
 fn run(case: &Case) -> Vec<Parameter> {
     let mut rows = vec![value("Duration", seconds(case.run.duration_ns), "s")];
-    match case.method() {
-        Method::Exact => {}
-        Method::Dopri5 => rows.push(value("Solver tolerance", case.run.tolerance, "")),
-        Method::Rk4 => {
-            let step_us = 1e6 * seconds(case.run.rk4_step_ns);
+    match case.solver() {
+        Solver::Exact => {}
+        Solver::Dopri5 { tolerance } => rows.push(value("Solver tolerance", tolerance, "")),
+        Solver::Rk4 { step_ns } => {
+            let step_us = 1e6 * seconds(step_ns);
             rows.push(value("Solver step", step_us, "µs"));
         }
     }

@@ -5,7 +5,7 @@ use super::Parameter;
 use super::parameters::{text, value};
 use crate::case::{Case, Law};
 use crate::options::{
-    AntiWindup, Compensation, Derivative, Feedback, GapSource, HomingDetection, LawSettings,
+    AntiWindup, Compensation, Derivative, Feedback, FlankDetection, GapSource, LawSettings,
     Quantiser, RestIntegrator, SetpointOrigin,
 };
 use crate::time::seconds;
@@ -107,8 +107,8 @@ fn rest_and_reference(case: &Case) -> Vec<Parameter> {
     match (backlash.gap, backlash.half_gap_rad) {
         (GapSource::Measured, _) => {
             let how = match backlash.backlash_measurement_detection {
-                HomingDetection::LoadEncoder => "measured by the load encoder",
-                HomingDetection::Effort => "measured by the effort",
+                FlankDetection::LoadEncoder => "measured by the load encoder",
+                FlankDetection::Effort => "measured by the effort",
             };
             rows.push(text("Half gap taken up", how, ""));
         }

@@ -1,4 +1,4 @@
-//! How an axis rests: ripple, limit cycle, and how much of encoder and
+//! Rest of an axis: ripple, limit cycle, and how much of encoder and
 //! converter is at work.
 //!
 //! At rest is the axis from the end of the motion (on rung `firmware` from the
@@ -8,7 +8,7 @@
 //! With fewer than 8 rows there is no window and all figures of it are null.
 //!
 //! The carriage is taken at the rows alone, the samples, on rung `continuous`
-//! every `run.row_interval_s`: what swings faster than twice their distance is
+//! every `run.row_interval_s`: what oscillates faster than twice their distance is
 //! seen too small or too slow.
 //!
 //! ```text

@@ -1,5 +1,5 @@
-//! How the carriage strays from a straight line: by how much, what is left when a
-//! creep at constant speed is taken out, and whether it swings regularly.
+//! Ripple of the carriage: its distance from a straight line, so that a creep at
+//! constant speed is taken out, and whether it oscillates regularly.
 //!
 //! The line is that of least squares with the weights `(1 − u²)²`, u going from −1
 //! to 1 over the window. A cycle that stands in the window a few times tilts it: a
@@ -7,7 +7,7 @@
 //! `105/(πn)³·|1 − 15/(πn)²|`, one down and one up, without weights by `3/(πn)`.
 //!
 //! ```text
-//!                     ends of the line        half swing too large by
+//!                     ends of the line        amplitude too large by
 //! n             weights        without        weights         without
 //! 3              0.1042         0.3183         0.087            0.160
 //! 8              0.0065         0.1194         0.006            0.097
@@ -17,24 +17,24 @@
 //!
 //! 1. It is an oscillation: it rises at least four times, which is three
 //!    periods. A rise goes from a lowest to a highest point by more than a quarter
-//!    of the whole swing, and back by as much; neither noise on it nor the steps of
+//!    of peak to peak, and back by as much; neither noise on it nor the steps of
 //!    an encoder make another one. Its time is that at half its height.
-//! 2. It is sustained: the second half of the window swings at least half as
-//!    far as the first. A step that rings out does not.
+//! 2. It is sustained: the second half of the window has at least half
+//!    the amplitude of the first. A step that rings out does not.
 //! 3. It is regular: the periods scatter by at most a fifth of their mean (one
 //!    standard deviation), which noise does not keep, and the mean of their later
 //!    half is within 15 % of the earlier's, which a chirp does not.
 //! 4. It is larger than rounding: 1e-6 µm.
 //!
-//! Rises and not crossings of one level: a hunting axis need not swing equally
-//! far every time, and one that sticks and slips keeps close to one side of its
-//! swing for most of the period. `tests/cases/limit-cycle.toml` has every other
-//! swing half as large; its periods scatter by 0.13 to 0.17.
+//! Rises and not crossings of one level: a hunting axis need not go equally
+//! far every time, and one that sticks and slips keeps close to one side for
+//! most of the period. `tests/cases/limit-cycle.toml` has every other
+//! period half as large; its periods scatter by 0.13 to 0.17.
 
-/// What the window of rest shows of the carriage.
+/// Ripple of the carriage in the window of rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Ripple {
-    /// Half of the carriage's swing about its straight line \[µm\].
+    /// Amplitude of the carriage about its straight line \[µm\].
     pub(crate) ripple_um: f64,
     /// The same where it is a sustained oscillation, else 0 \[µm\].
     pub(crate) limit_cycle_um: f64,
@@ -103,7 +103,7 @@ impl Residual {
         }
     }
 
-    /// Half of the swing from the lowest to the highest \[m\].
+    /// Half of the way from the lowest to the highest \[m\].
     pub(super) fn amplitude_m(&self) -> f64 {
         0.5 * (self.highest_m - self.lowest_m)
     }
@@ -115,13 +115,13 @@ pub(super) fn count(n: usize) -> f64 {
     n as f64
 }
 
-/// Share of the whole swing by which a rise, and the fall after it, must go.
+/// Share of peak to peak by which a rise, and the fall after it, must go.
 const RISE: f64 = 0.25;
 
 /// Rises that make three periods.
 const FEWEST_RISES: usize = 4;
 
-/// Swing of the second half in units of the first's, at least.
+/// Amplitude of the second half in units of the first's, at least.
 const SUSTAINED: f64 = 0.5;
 
 /// Standard deviation of the periods in units of their mean, at most: of 300
@@ -131,7 +131,7 @@ const SCATTER: f64 = 0.2;
 /// Change of the mean period from the earlier half of the periods to the later.
 const DRIFT: f64 = 0.15;
 
-/// Half swing of rounding \[m\]: 10⁴ times that of a position of a metre.
+/// Amplitude of rounding \[m\]: 10⁴ times that of a position of a metre.
 const ROUNDING_M: f64 = 1e-12;
 
 /// The period of a limit cycle \[samples\]; `None` if it is none.
@@ -150,7 +150,7 @@ pub(super) fn period_samples(residual: &Residual) -> Option<f64> {
     is_regular(&periods).then(|| mean(&periods))
 }
 
-/// Which way the residual went last, and where it began to.
+/// Direction that the residual went last, and the place where it began to.
 enum Way {
     /// It has not gone far enough to tell.
     Unknown,
@@ -196,7 +196,7 @@ fn rises(values: &[f64], reversal: f64) -> Vec<f64> {
     rises
 }
 
-/// When the residual is first half way up from one place to a later one, by
+/// The time at which the residual is first half way up from one place to a later one, by
 /// straight lines between the samples.
 fn half_way(values: &[f64], from: usize, to: usize) -> f64 {
     let half = 0.5 * (values[from] + values[to]);
@@ -207,13 +207,13 @@ fn half_way(values: &[f64], from: usize, to: usize) -> f64 {
 }
 
 fn is_sustained(values: &[f64]) -> bool {
-    let swing = |values: &[f64]| {
+    let peak_to_peak = |values: &[f64]| {
         let highest = values.iter().fold(f64::NEG_INFINITY, |a, &b| a.max(b));
         let lowest = values.iter().fold(f64::INFINITY, |a, &b| a.min(b));
         highest - lowest
     };
     let (first, second) = values.split_at(values.len() / 2);
-    swing(second) >= SUSTAINED * swing(first)
+    peak_to_peak(second) >= SUSTAINED * peak_to_peak(first)
 }
 
 fn is_regular(periods: &[f64]) -> bool {

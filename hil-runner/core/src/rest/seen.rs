@@ -1,4 +1,4 @@
-//! What the rows of a run leave behind for the figures of encoder, converter
+//! Traces that the rows of a run leave behind for the figures of encoder, converter
 //! and rest, and the window of rows that the figures of rest are taken from.
 
 use super::ripple::{Ripple, count};
@@ -129,7 +129,7 @@ impl Seen {
         self.window.map(|_| [self.codes[1], self.counts[1]])
     }
 
-    /// How far the carriage is from where it should rest, if there is a window.
+    /// Distance of the carriage from where it should rest, if there is a window.
     pub(crate) fn rest_error(&self, x_ref_m: f64) -> Option<RestError> {
         self.window?;
         let errors_um = self.positions_m.iter().map(|x_m| 1e6 * (x_ref_m - x_m));
@@ -144,7 +144,7 @@ impl Seen {
         })
     }
 
-    /// How the carriage rests, if there is a window.
+    /// Ripple of the carriage, if there is a window.
     pub(crate) fn ripple(&self) -> Option<Ripple> {
         let interval_s = seconds(self.window?.interval_ns);
         Some(Ripple::of(&self.positions_m, interval_s))
@@ -194,7 +194,7 @@ impl Window {
     }
 }
 
-/// When the last thing that is asked of the axis is over, or happens to it \[s\].
+/// End of the last thing that is asked of the axis or happens to it \[s\].
 fn rest_from_s(case: &Case) -> f64 {
     let motion_s = case.motion.end_s();
     if case.controller.law != Law::Firmware {

@@ -15,12 +15,12 @@ pub(crate) struct Curve<'a, F> {
     pub(crate) im: &'a [f64],
     /// `L` between the points.
     pub(crate) at: &'a F,
-    /// Whether the last point is the middle of a sampled spectrum, where L is
+    /// The last point is the middle of a sampled spectrum, where L is
     /// real.
     pub(crate) ends_real: bool,
 }
 
-/// What there is to find in a block of chords.
+/// Marks of what there is to find in a block of chords.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(crate) struct Marks {
     /// |L| passes 1.
@@ -42,7 +42,7 @@ const MOST_STEPS: usize = 12;
 const MOST_ROOT_STEPS: usize = 40;
 /// |L| at which no loop is closed any more: the zero of an undamped joint.
 const NOTHING: f64 = 1e-9;
-/// What is left of |L|² − 1, or of Im L in units of |L|, at a zero.
+/// Remainder of |L|² − 1, or of Im L in units of |L|, at a zero.
 const ROOT: f64 = 1e-7;
 
 impl<F: Fn(f64) -> Complex<f64>> Curve<'_, F> {
@@ -281,11 +281,11 @@ fn nearest(e: Complex<f64>, s: Complex<f64>, c: Complex<f64>) -> f64 {
     h
 }
 
-/// How far the response half way may be from what its neighbours suggest,
+/// Distance that the response half way may have from what its neighbours suggest,
 /// relative to them.
 const BEND: f64 = 0.02;
 
-/// Whether the response between two neighbours bends, seen from the middle: it
+/// True if the response between two neighbours bends, seen from the middle: it
 /// is neither a power of the frequency nor a straight line. At a resonance it is
 /// neither, around a zero the latter.
 pub(crate) fn bends(from: Complex<f64>, middle: Complex<f64>, to: Complex<f64>) -> bool {
@@ -298,7 +298,7 @@ pub(crate) fn bends(from: Complex<f64>, middle: Complex<f64>, to: Complex<f64>) 
     off_line > BEND * BEND * from.norm_sqr().max(to.norm_sqr())
 }
 
-/// How far [`refined`] goes.
+/// Limits of [`refined`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Limits {
     /// Points at most.

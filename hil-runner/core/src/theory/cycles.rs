@@ -32,7 +32,7 @@ pub struct Cycle {
     pub period_s: f64,
     /// Amplitude of the motor voltage \[V\]; limits are not counted with.
     pub voltage_v: f64,
-    /// What happens beside it.
+    /// Stability.
     pub stability: CycleStability,
     /// Harmonics that come back to the nonlinearity, over what it sees of the
     /// fundamental: A for steps, `A − b` for a gap. The theory takes them for
@@ -40,7 +40,7 @@ pub struct Cycle {
     pub distortion: f64,
 }
 
-/// What happens to motions that are not quite the cycle.
+/// Fate of motions that are not quite the cycle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum CycleStability {
     /// They come to it.
@@ -106,7 +106,7 @@ pub(crate) struct Border {
     pub(crate) stability: CycleStability,
 }
 
-/// Where `is_stable` changes between neighbours of `amplitudes`, by halving.
+/// Borders at which `is_stable` changes between neighbours of `amplitudes`, by halving.
 pub(crate) fn borders(amplitudes: &[f64], is_stable: impl Fn(f64) -> bool) -> Vec<Border> {
     let mut found = Vec::new();
     let states: Vec<bool> = amplitudes.iter().map(|&at| is_stable(at)).collect();

@@ -14,7 +14,7 @@
 //! error falls to a quarter when T is halved. Without T and τ it is the loop of
 //! rung `continuous`.
 //!
-//! Whether a loop with a delay is stable follows from Nyquist's criterion: the
+//! Stability of a loop with a delay follows from Nyquist's criterion: the
 //! curve 1 + L is followed from low to high frequency, and its turns around 0
 //! are counted.
 
@@ -107,7 +107,7 @@ impl DelayedLoop {
         (half.conj() * ki / s + half * s * kd + kp) * lag
     }
 
-    /// What a deflection of the joint's flanks makes of ε, by the torque that it
+    /// Response of ε to a deflection of the joint's flanks, by the torque that it
     /// is worth: `−(k + c·s)·(1/Z + 1/m)` with the controlled motor's `Z` and
     /// the screw's `m`. None without a joint.
     pub(crate) fn joint_response(&self, radps: f64) -> Option<Complex<f64>> {

@@ -1,22 +1,33 @@
 //! The loops of one axis and one timing, and the margins of a case.
 //!
 //! L is linear in the three gains: each part is kept on a grid of frequencies, and
-//! a loop costs three products a point. [`MarginField`] is the margin as a
-//! function of the gains, which a picture over K_p and K_d contours.
+//! a loop costs three products a point.
 
 use core::f64::consts::PI;
 
 use nalgebra::Complex;
-use plant::{AxisParameters, PidGains};
+use plant::AxisParameters;
 
 use super::characteristic::Characteristic;
 use super::curve::{Curve, Limits, bends, refined};
 use super::delay::DelayedLoop;
-use super::gains::{LoopGains, is_papers_loop, loop_gain};
+use super::gains::{LoopGains, is_papers_loop};
 use super::linear_axis::{JointState, LinearAxis};
 use super::margin::{Margin, modulus};
 use crate::case::{Case, Law};
 use crate::time::seconds;
+
+/// An axis of the paper's kind needs about a hundred points.
+const LIMITS: Limits = Limits {
+    most: 512,
+    closest: 1e-8,
+};
+/// Most points below the grid.
+const MOST_BELOW: usize = 320;
+/// Ratio of neighbouring frequencies before anything is refined, and their
+/// largest distance \[rad\], for a delay of a sample or two.
+const RATIO: f64 = 1.2;
+const DISTANCE: f64 = 0.12;
 
 /// A case without a linear loop.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
@@ -55,8 +66,12 @@ pub enum LoopError {
 #[derive(Debug, Clone, PartialEq)]
 pub struct LoopFamily {
     characteristic: Characteristic,
-    grid: Grid,
     period_s: f64,
+    /// Angles θ = ωΔt up to π.
+    theta: Vec<f64>,
+    /// The parts of `L(e^{jθ})` for K_p, K_i and K_d.
+    re: [Vec<f64>; 3],
+    im: [Vec<f64>; 3],
 }
 
 /// Numbers that a family depends on.
@@ -96,11 +111,21 @@ impl LoopFamily {
     /// The same for an axis that is linear already.
     pub(crate) fn of_axis(axis: &LinearAxis, period_s: f64, delay_s: f64) -> Self {
         let characteristic = Characteristic::new(axis, period_s, delay_s);
-        Self {
-            grid: Grid::new(&characteristic, &axis.corners_radps(), period_s),
+        let mut family = Self {
+            theta: angles(&characteristic, &axis.corners_radps(), period_s),
             characteristic,
             period_s,
+            re: Default::default(),
+            im: Default::default(),
+        };
+        for &theta in &family.theta {
+            for (k, part) in family.characteristic.parts(theta).iter().enumerate() {
+                family.re[k].push(part.re);
+                // In the middle of the spectrum every response is real.
+                family.im[k].push(if theta == PI { 0.0 } else { part.im });
+            }
         }
+        family
     }
 
     /// The family of a case; none where it has no fixed sample time and delay,
@@ -148,25 +173,28 @@ impl LoopFamily {
         ])
     }
 
-    /// How far the closed loop is from instability: a microsecond or two.
+    /// The margins of the closed loop: a microsecond or two.
     pub fn margin(&self, gains: &LoopGains) -> Margin {
-        let stable = self.characteristic.is_stable(gains);
-        let at = |theta: f64| self.characteristic.at(gains, theta);
-        self.grid.margin(gains, &at, stable, self.period_s)
+        let stable = self.is_stable(gains);
+        let at = |theta: f64| self.at(gains, theta);
+        let mut margin = self.with_curve(gains, &at, |curve| Margin::of(curve, stable));
+        margin.weakest_radps /= self.period_s;
+        margin.crossover_radps = margin.crossover_radps.map(|theta| theta / self.period_s);
+        margin
     }
 
     /// [`Margin::signed`] alone, without a look at phase and gain.
     pub fn signed_modulus(&self, gains: &LoopGains) -> f64 {
-        let at = |theta: f64| self.characteristic.at(gains, theta);
-        let modulus = self.grid.modulus(gains, &at);
+        let at = |theta: f64| self.at(gains, theta);
+        let distance = self.with_curve(gains, &at, modulus);
         if self.is_stable(gains) {
-            modulus
+            distance
         } else {
-            -modulus
+            -distance
         }
     }
 
-    /// Whether the closed loop is stable: a twentieth of the time of
+    /// True if the closed loop is stable: a twentieth of the time of
     /// [`Self::margin`].
     pub fn is_stable(&self, gains: &LoopGains) -> bool {
         self.characteristic.is_stable(gains)
@@ -175,79 +203,6 @@ impl LoopFamily {
     /// `L(e^{jθ})`.
     pub(crate) fn at(&self, gains: &LoopGains, theta: f64) -> Complex<f64> {
         self.characteristic.at(gains, theta)
-    }
-}
-
-#[cfg(test)]
-impl LoopFamily {
-    pub(crate) fn points(&self) -> usize {
-        self.grid.points()
-    }
-}
-
-/// An axis of the paper's kind needs about a hundred points.
-const LIMITS: Limits = Limits {
-    most: 512,
-    closest: 1e-8,
-};
-/// Most points below the grid.
-const MOST_BELOW: usize = 320;
-/// Ratio of neighbouring frequencies before anything is refined, and their
-/// largest distance \[rad\], for a delay of a sample or two.
-const RATIO: f64 = 1.2;
-const DISTANCE: f64 = 0.12;
-/// The parts of `L(e^{jθ})` for K_p, K_i and K_d at angles θ = ωΔt up to π.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Grid {
-    theta: Vec<f64>,
-    re: [Vec<f64>; 3],
-    im: [Vec<f64>; 3],
-}
-
-impl Grid {
-    pub(crate) fn new(
-        characteristic: &Characteristic,
-        corners_radps: &[f64; 4],
-        period_s: f64,
-    ) -> Self {
-        let theta = angles(characteristic, corners_radps, period_s);
-        let mut grid = Self {
-            theta: Vec::new(),
-            re: Default::default(),
-            im: Default::default(),
-        };
-        for theta in theta {
-            grid.push(characteristic, theta);
-        }
-        grid
-    }
-
-    fn push(&mut self, characteristic: &Characteristic, theta: f64) {
-        self.theta.push(theta);
-        for (k, part) in characteristic.parts(theta).iter().enumerate() {
-            self.re[k].push(part.re);
-            // In the middle of the spectrum every response is real.
-            self.im[k].push(if theta == PI { 0.0 } else { part.im });
-        }
-    }
-
-    /// The margins of the loop with `gains`; `at` is L between the points.
-    pub(crate) fn margin(
-        &self,
-        gains: &LoopGains,
-        at: &impl Fn(f64) -> Complex<f64>,
-        stable: bool,
-        period_s: f64,
-    ) -> Margin {
-        let mut margin = self.with_curve(gains, at, |curve| Margin::of(curve, stable));
-        margin.weakest_radps /= period_s;
-        margin.crossover_radps = margin.crossover_radps.map(|theta| theta / period_s);
-        margin
-    }
-
-    /// `min |1 + L|` of the loop with `gains`.
-    pub(crate) fn modulus(&self, gains: &LoopGains, at: &impl Fn(f64) -> Complex<f64>) -> f64 {
-        self.with_curve(gains, at, |curve| modulus(curve))
     }
 
     /// L on the grid, carried on below it until |L| is above 2: a loop with
@@ -322,13 +277,6 @@ fn angles(characteristic: &Characteristic, corners_radps: &[f64; 4], period_s: f
     points.iter().map(|&(theta, _)| theta).collect()
 }
 
-#[cfg(test)]
-impl Grid {
-    pub(crate) fn points(&self) -> usize {
-        self.theta.len()
-    }
-}
-
 /// The margins of a case's linear loop: sampled, with hold and delay as they
 /// are, or on rung `continuous` the paper's own. `None` where the loop is not
 /// the paper's ([`is_papers_loop`]), its sample time or delay is not known, or
@@ -348,50 +296,9 @@ pub fn margin(case: &Case, joint: JointState) -> Option<Margin> {
     Some(LoopFamily::of(case, joint)?.margin(&gains))
 }
 
-/// The signed modulus margin over K_p and K_d, everything else as in a case.
-///
-/// ```
-/// use hil_core::runfile;
-/// use hil_core::theory::{JointState, MarginField};
-///
-/// let case = runfile::builtin("paper-2", &["controller.law=sampled".to_owned()])?;
-/// let Some(field) = MarginField::of(&case, JointState::Closed) else {
-///     return Ok(());
-/// };
-/// assert!(field.signed(3.2, 0.05) > 0.5);
-/// assert!(field.signed(3.2, 30.0) < 0.0);
-/// # Ok::<(), hil_core::runfile::RunFileErrors>(())
-/// ```
-#[derive(Debug, Clone, PartialEq)]
-pub struct MarginField {
-    family: LoopFamily,
-    ki_per_s: f64,
-    /// `K_0` \[V/rad per code/count\].
-    k0: f64,
-}
-
-impl MarginField {
-    /// The field of a case; `None` as for [`margin`], and on rung `continuous`.
-    pub fn of(case: &Case, joint: JointState) -> Option<Self> {
-        let sampled = case.controller.law != Law::Continuous && is_papers_loop(case);
-        Some(Self {
-            family: LoopFamily::of(case, joint).filter(|_| sampled)?,
-            ki_per_s: case.controller.gains.ki_per_s,
-            k0: loop_gain(case),
-        })
-    }
-
-    /// `min |1 + L|`, negative where the loop is unstable
-    /// ([`Margin::signed`]): continuous in both gains, and 0 on the border.
-    /// `kp` in codes per count, `kd_s` in codes per (count per second).
-    pub fn signed(&self, kp: f64, kd_s: f64) -> f64 {
-        let gains = PidGains {
-            kp,
-            ki_per_s: self.ki_per_s,
-            kd_s,
-        };
-        self.family
-            .margin(&LoopGains::new(&gains, self.k0))
-            .signed()
+#[cfg(test)]
+impl LoopFamily {
+    pub(crate) fn points(&self) -> usize {
+        self.theta.len()
     }
 }

@@ -1,4 +1,4 @@
-//! What the steps of encoder and converter add to a moving axis: white noise
+//! Noise that the steps of encoder and converter add to a moving axis: white noise
 //! through the linear loop.
 //!
 //! A signal that passes many steps from one sample to the next leaves a rounding
@@ -207,9 +207,9 @@ fn covariance<const D: usize>(
 pub(crate) struct ClosedLoop<const D: usize> {
     /// `F`.
     pub(crate) transition: SMatrix<f64, D, D>,
-    /// What an error of 1 rad at the motor adds to X(k+1).
+    /// Share of an error of 1 rad at the motor to X(k+1).
     pub(crate) per_error: SVector<f64, D>,
-    /// What a volt on top of the law's adds to X(k+1).
+    /// Share of a volt on top of the law's in X(k+1).
     pub(crate) per_volt: SVector<f64, D>,
     /// The law's voltage `u(k)` as coefficients of X(k) …
     pub(crate) voltage: SVector<f64, D>,

@@ -8,9 +8,9 @@ use super::super::values::Values;
 use super::transmission;
 use crate::options::{
     AntiWindup, AxisOptions, BacklashSettings, Compensation, Derivative, EncoderGlitch,
-    EncoderLoss, EncoderSettings, FeedForward, Feedback, FollowingErrorLimit, GainChange,
-    GapSource, HomingDetection, Injections, LawSettings, Limits, Quantiser, Requests,
-    RestIntegrator, SetpointOrigin,
+    EncoderLoss, EncoderSettings, FeedForward, Feedback, FlankDetection, FollowingErrorLimit,
+    GainChange, GapSource, Injections, LawSettings, Limits, Quantiser, Requests, RestIntegrator,
+    SetpointOrigin,
 };
 
 /// The settings; [`None`] if a value was refused. A key that is left out and
@@ -143,8 +143,8 @@ fn backlash(v: &Values) -> Option<BacklashSettings> {
         backlash_measurement_detection: match v
             .choice("backlash", "backlash_measurement_detection")?
         {
-            "load-encoder" => HomingDetection::LoadEncoder,
-            "effort" => HomingDetection::Effort,
+            "load-encoder" => FlankDetection::LoadEncoder,
+            "effort" => FlankDetection::Effort,
             _ => return None,
         },
         backlash_measurement_speed_counts_per_s: v
