@@ -92,11 +92,10 @@
 //! Travels up to 2^31 counts, intervals up to 53 days together, sample times
 //! from 1 ns to 4.29 s. Refused are, besides what is no motion, only speeds and
 //! accelerations of 2^30 and more and the intervals with too many samples
-//! ([`MotionError`]). Positions are modulo 2^32, so that a motion may pass the
+//! ([`crate::Refusal`]). Positions are modulo 2^32, so that a motion may pass the
 //! end of the counter's range. Per sample there are eight products 32×32→64, no
 //! division and nothing wider than 64 bits; planning divides and uses 128.
 
-mod error;
 mod generator;
 mod interval;
 pub mod piece;
@@ -106,6 +105,5 @@ mod real;
 mod tests;
 mod words;
 
-pub use self::error::MotionError;
 pub use self::generator::{MotionGenerator, MotionState};
 pub use self::plan::{MotionPlan, PlanHead};

@@ -12,6 +12,21 @@ pub(crate) const fn word(value: u32) -> u64 {
     u64::from_le_bytes([b0, b1, b2, b3, 0, 0, 0, 0])
 }
 
+/// A word as a double one with a sign.
+pub(crate) const fn unsigned(value: u32) -> i64 {
+    word(value).cast_signed()
+}
+
+/// A word with a sign as a double one.
+pub(crate) const fn signed(value: i32) -> i64 {
+    let magnitude = unsigned(value.unsigned_abs());
+    if value < 0 {
+        magnitude.wrapping_neg()
+    } else {
+        magnitude
+    }
+}
+
 /// The word that a double one fits, if it does.
 pub(crate) const fn narrowed(value: u64) -> Option<u32> {
     match value.to_le_bytes() {
@@ -31,9 +46,13 @@ mod tests {
         }
         for value in [0, 1, 0xff00, 0x1234_5678, u32::MAX] {
             assert_eq!(word(value), u64::from(value));
+            assert_eq!(unsigned(value), i64::from(value));
             assert_eq!(narrowed(u64::from(value)), Some(value));
             let beyond = u64::from(value) + (1 << 32);
             assert_eq!(narrowed(beyond), u32::try_from(beyond).ok());
+        }
+        for value in [0, 1, -1, i32::MIN, i32::MAX] {
+            assert_eq!(signed(value), i64::from(value));
         }
     }
 }

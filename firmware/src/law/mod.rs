@@ -34,7 +34,6 @@
 //! beyond, the integral starts at its end and says so.
 
 mod bounds;
-mod error;
 pub mod filter;
 #[cfg(any(test, all(target_arch = "arm", not(target_has_atomic = "32"))))]
 mod narrow;
@@ -43,13 +42,14 @@ mod step;
 mod term;
 pub mod words;
 
-pub use error::{LawError, Part};
+pub use crate::word::Part;
 pub use filter::FilterWords;
 pub use state::LawState;
 pub use step::{LawInput, LawOutput};
 pub use words::{AntiWindup, Derivative, LawWords};
 
 use crate::dac::Dac;
+use crate::refusal::Refusal;
 use bounds::Aligned;
 
 /// The law with accepted words. Immutable; its memory is [`LawState`].
@@ -132,8 +132,8 @@ impl Law {
     /// one over the declared ranges, and nothing can overflow ([`words`]).
     ///
     /// # Errors
-    /// A [`LawError`] that names the part, its word and what is allowed.
-    pub const fn accept(words: LawWords, dac: Dac) -> Result<Self, LawError> {
+    /// A [`Refusal`] that names the part, its word and what is allowed.
+    pub const fn accept(words: LawWords, dac: Dac) -> Result<Self, Refusal> {
         let aligned = match words.check(dac) {
             Ok(aligned) => aligned,
             Err(error) => return Err(error),

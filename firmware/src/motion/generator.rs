@@ -35,7 +35,7 @@ const _: () = assert!(size_of::<MotionState>() == 56);
 ///     };
 /// }
 /// assert_eq!(positions, [7, 132, 507, 882, 1_007]);
-/// # Ok::<(), firmware::MotionError>(())
+/// # Ok::<(), firmware::Refusal>(())
 /// ```
 #[derive(Debug, Clone)]
 pub struct MotionGenerator<'a> {

@@ -1,8 +1,8 @@
 //! The seven intervals of the command, in counts and samples.
 
+use crate::refusal::{Refusal, What};
 use heapless::Vec;
 
-use super::error::MotionError;
 use super::real::Real;
 
 /// Course of the acceleration within an interval.
@@ -55,7 +55,7 @@ pub(super) fn chain(
     travel: u64,
     intervals_ps: [u64; 7],
     period_ps: u64,
-) -> Result<(Real, Vec<Interval, 7>), MotionError> {
+) -> Result<(Real, Vec<Interval, 7>), Refusal> {
     let period = Real::from_integer(period_ps);
     let [t1, t2, t3, t4, t5, t6, t7] = intervals_ps.map(|t| Real::from_integer(t).over(period));
     let c = Real::TWO_OVER_PI;
@@ -63,10 +63,10 @@ pub(super) fn chain(
     let gain = t2.plus(c.times(t1.plus(t3)));
     let loss = t6.plus(c.times(t5.plus(t7)));
     if gain.is_zero() {
-        return Err(MotionError::NoAcceleration);
+        return Err(Refusal::new(What::Rise, 0, [1, i64::MAX]));
     }
     if loss.is_zero() {
-        return Err(MotionError::NoDeceleration);
+        return Err(Refusal::new(What::Fall, 0, [1, i64::MAX]));
     }
     // Speeds at the joints as parts of the peak speed.
     let v1 = c.times(t1).over(gain);

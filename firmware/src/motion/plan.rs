@@ -1,8 +1,8 @@
 //! From travel and intervals to a plan.
 
+use crate::refusal::{Refusal, What};
 use heapless::Vec;
 
-use super::error::MotionError;
 use super::interval::{chain, sample_from};
 use super::piece::Piece;
 use super::real::Real;
@@ -11,6 +11,9 @@ use super::real::Real;
 const OUTPUT_BITS_MAX: i32 = 60;
 /// The intervals together last at most this long \[ps\].
 const DURATION_MAX_PS: u64 = 1 << 62;
+
+/// Peaks of velocity and acceleration \[counts per sample, per sample²\].
+const PEAKS: [i64; 2] = [0, (1 << 30) - 1];
 
 /// A motion that can be generated: checked and computed once.
 ///
@@ -24,7 +27,7 @@ const DURATION_MAX_PS: u64 = 1 << 62;
 /// assert_eq!(plan.last_sample(), 1_000);
 /// // The peak is 2^21 counts per second, 2^11.03 per sample, in 30 bits.
 /// assert_eq!(plan.velocity_fraction_bits(), 18);
-/// # Ok::<(), firmware::MotionError>(())
+/// # Ok::<(), firmware::Refusal>(())
 /// ```
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MotionPlan {
@@ -53,34 +56,41 @@ impl MotionPlan {
     /// \[ps\], with a sample every `period_ns` from its start on.
     ///
     /// # Errors
-    /// [`MotionError`] if there is no acceleration or no deceleration, or what
+    /// [`Refusal`] if there is no acceleration or no deceleration, or what
     /// is asked for cannot be generated to a quarter of a count.
-    pub fn new(travel: i64, intervals_ps: [u64; 7], period_ns: u32) -> Result<Self, MotionError> {
+    pub fn new(travel: i64, intervals_ps: [u64; 7], period_ns: u32) -> Result<Self, Refusal> {
         if period_ns == 0 {
-            return Err(MotionError::Period);
+            return Err(Refusal::new(What::Period, 0, [1, i64::from(u32::MAX)]));
         }
         if travel == i64::MIN {
-            return Err(MotionError::Travel { travel });
+            return Err(Refusal::new(
+                What::Travel,
+                travel,
+                [i64::MIN.saturating_add(1), i64::MAX],
+            ));
         }
         let total_ps = intervals_ps
             .iter()
             .fold(0_u64, |sum, &t| sum.saturating_add(t));
         if total_ps > DURATION_MAX_PS {
-            return Err(MotionError::Duration { total_ps });
+            return Err(Refusal::new(
+                What::Duration,
+                held(total_ps),
+                [0, held(DURATION_MAX_PS)],
+            ));
         }
         // Below 2^42.
         let period_ps = u64::from(period_ns).saturating_mul(1_000);
         let (peak, intervals) = chain(travel.unsigned_abs(), intervals_ps, period_ps)?;
 
-        let velocity_bits = output_bits(peak).ok_or_else(|| MotionError::Speed {
-            counts_per_sample: rounded(peak),
-        })?;
+        let velocity_bits =
+            output_bits(peak).ok_or_else(|| Refusal::new(What::Velocity, rounded(peak), PEAKS))?;
         let mut acceleration_bits = OUTPUT_BITS_MAX;
         for interval in intervals.iter().filter(|interval| interval.samples > 0) {
             let largest = interval.largest_acceleration();
-            let bits = output_bits(largest).ok_or_else(|| MotionError::Acceleration {
-                interval: interval.number,
-                counts_per_sample2: rounded(largest),
+            let bits = output_bits(largest).ok_or_else(|| {
+                let what = What::Acceleration(interval.number);
+                Refusal::new(what, rounded(largest), PEAKS)
             })?;
             acceleration_bits = acceleration_bits.min(bits);
         }
@@ -169,6 +179,11 @@ fn output_bits(peak: Real) -> Option<i32> {
 }
 
 /// Magnitude in whole units, for messages.
-fn rounded(value: Real) -> u64 {
-    u64::try_from(value.to_fixed(0).unsigned_abs()).unwrap_or(u64::MAX)
+fn rounded(value: Real) -> i64 {
+    i64::try_from(value.to_fixed(0).unsigned_abs()).unwrap_or(i64::MAX)
+}
+
+/// A number for messages, held at the end of the type.
+pub(super) fn held(value: u64) -> i64 {
+    i64::try_from(value).unwrap_or(i64::MAX)
 }

@@ -1,12 +1,13 @@
 //! From an interval in counts and samples to the words of its samples.
 
-use super::error::MotionError;
 use super::interval::{Course, Interval};
 use super::piece::{
     ACCELERATION_HALF, GRID_BITS, Long, Piece, Point, SINE_BITS_MAX, Shape, Turn, VELOCITY_BITS,
     VELOCITY_HALF,
 };
+use super::plan::held;
 use super::real::Real;
+use crate::refusal::{Refusal, What};
 
 /// Samples of one interval with constant acceleration at most.
 const STRAIGHT_SAMPLES_MAX: u64 = 1 << 30;
@@ -17,7 +18,7 @@ impl Interval {
         &self,
         velocity_bits: i32,
         acceleration_bits: i32,
-    ) -> Result<Piece, MotionError> {
+    ) -> Result<Piece, Refusal> {
         if self.course == Course::Constant || self.amplitude.is_zero() {
             return self.straight(velocity_bits, acceleration_bits);
         }
@@ -90,7 +91,7 @@ impl Interval {
         sine_amplitude: Real,
         velocity_bits: i32,
         acceleration_bits: i32,
-    ) -> Result<(Shape, i32), MotionError> {
+    ) -> Result<(Shape, i32), Refusal> {
         // The amplitude takes 2^61 to 2^62 less a margin of 1/64, into which
         // the roundings may grow.
         let grown = sine_amplitude.plus(sine_amplitude.scaled(-6));
@@ -127,7 +128,7 @@ impl Interval {
     }
 
     /// Constant acceleration: `x = x0 + v0·τ + A·τ²/2`.
-    fn straight(&self, velocity_bits: i32, acceleration_bits: i32) -> Result<Piece, MotionError> {
+    fn straight(&self, velocity_bits: i32, acceleration_bits: i32) -> Result<Piece, Refusal> {
         let max = if self.amplitude.is_zero() {
             u64::from(u32::MAX)
         } else {
@@ -155,12 +156,9 @@ impl Interval {
         })
     }
 
-    fn samples_up_to(&self, max: u64) -> Result<u32, MotionError> {
-        let refused = MotionError::Samples {
-            interval: self.number,
-            samples: self.samples,
-            max,
-        };
+    fn samples_up_to(&self, max: u64) -> Result<u32, Refusal> {
+        let [value, most] = [self.samples, max].map(held);
+        let refused = Refusal::new(What::IntervalSamples(self.number), value, [1, most]);
         if self.samples > max {
             return Err(refused);
         }

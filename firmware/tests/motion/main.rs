@@ -10,8 +10,9 @@
 mod command;
 mod edges;
 
+use firmware::refusal::What;
 use firmware::{
-    MotionError, MotionGenerator, MotionPlan, MotionState, Next, Observed, Setpoint, SetpointSource,
+    MotionGenerator, MotionPlan, MotionState, Next, Observed, Setpoint, SetpointSource,
 };
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
@@ -152,8 +153,10 @@ fn survey(cases: u32, most_samples: u64, looks: u64) -> (Worst, u32) {
                 worst.take(compare(drawn, &plan, &half_pi, every));
                 planned += 1;
             }
-            Err(MotionError::Speed { .. } | MotionError::Acceleration { .. }) => {}
-            Err(other) => panic!("{other}: {drawn:?}"),
+            Err(refusal) => assert!(
+                matches!(refusal.what, What::Velocity | What::Acceleration(_)),
+                "{refusal}: {drawn:?}"
+            ),
         }
     }
     (worst, planned)

@@ -11,7 +11,7 @@ use crate::case::{Case, Law};
 use crate::message::{Command, Measurement};
 use crate::quantise::QuantiseError;
 use crate::time::seconds;
-use firmware::{CAPACITY, SetpointError};
+use firmware::CAPACITY;
 use plant::{Encoder, Motion};
 
 pub use chip_law::{ChipLaw, ChipLawError, Meter};
@@ -152,14 +152,9 @@ pub(crate) fn whole(counts: f64) -> i64 {
 /// `last`, if a table holds the setpoints of the samples up to it: refused
 /// before 10^9 samples of a motion are computed for it.
 fn fits_table(last: u64) -> Result<u64, QuantiseError> {
-    let needed = usize::try_from(last)
-        .unwrap_or(usize::MAX)
-        .saturating_add(1);
-    if needed > CAPACITY {
-        return Err(QuantiseError::Setpoints(SetpointError::TooLong {
-            needed,
-            capacity: CAPACITY,
-        }));
+    let needed = last.saturating_add(1);
+    if needed > CAPACITY as u64 {
+        return Err(QuantiseError::too_long(needed, CAPACITY));
     }
     Ok(last)
 }

@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use firmware::law::LawError;
-use firmware::{DacError, ErrorRange, GainError, MotionError, SetpointError};
+use firmware::refusal::What;
+use firmware::{ErrorRange, Refusal};
 
 /// Largest error range \[counts\].
 const MAX_ERROR: u64 = 1 << ErrorRange::MAX_BITS;
@@ -46,9 +46,9 @@ pub enum QuantiseError {
     /// Gains that no word can hold: all of them.
     Gains(Vec<UnfitGain>),
     /// The firmware refuses the words.
-    Words(GainError),
+    Words(Refusal),
     /// The firmware refuses the words of its law.
-    Law(LawError),
+    Law(Refusal),
     /// A setting that has no word.
     Setting {
         /// Key in the run file.
@@ -59,7 +59,7 @@ pub enum QuantiseError {
         because: String,
     },
     /// The motion cannot be generated on the chip.
-    Motion(MotionError),
+    Motion(Refusal),
     /// The gap could not be measured.
     Gap(String),
     /// Without a sample time there are no words.
@@ -69,18 +69,20 @@ pub enum QuantiseError {
     /// The electronics cannot be had.
     Io(String),
     /// The setpoints do not fit the table.
-    Setpoints(SetpointError),
+    Setpoints(Refusal),
     /// The firmware knows no converter of that many bits.
-    Dac(DacError),
+    Dac(Refusal),
 }
 
 impl QuantiseError {
     /// The error of a motion with `needed` samples, for callers that know the
     /// number before they have computed the samples.
     pub fn too_long(needed: u64, capacity: usize) -> Self {
-        Self::Setpoints(SetpointError::TooLong {
-            needed: usize::try_from(needed).unwrap_or(usize::MAX),
-            capacity,
+        Self::Setpoints(Refusal {
+            what: What::Setpoints,
+            value: i64::try_from(needed).unwrap_or(i64::MAX),
+            least: 1,
+            most: i64::try_from(capacity).unwrap_or(i64::MAX),
         })
     }
 }

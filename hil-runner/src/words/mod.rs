@@ -16,7 +16,7 @@ mod shown;
 
 pub use shown::{CaseWords, ShownWord};
 
-use firmware::law::{Derivative, Law, LawError, LawWords, Part};
+use firmware::law::{Derivative, Law, LawWords, Part};
 use firmware::{Dac, ErrorRange, GainWord};
 use plant::PidGains;
 
@@ -289,7 +289,7 @@ fn rows(wanted: &[Wanted; 6], words: &LawWords) -> Vec<WordRow> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Refusal {
     /// The firmware knows no converter of that many bits.
-    Dac(firmware::DacError),
+    Dac(firmware::Refusal),
     /// The travel needs a larger error range than there is.
     Travel,
     /// `Δt/(T_f + Δt)` has no word.
@@ -297,5 +297,5 @@ pub(crate) enum Refusal {
     /// `Δt/T_t` has no word.
     Tracking,
     /// What the firmware says against the last words that were tried.
-    Law(LawError),
+    Law(firmware::Refusal),
 }

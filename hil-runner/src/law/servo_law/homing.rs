@@ -3,9 +3,9 @@
 
 use firmware::axis::{Axis, AxisState, Inputs};
 use firmware::backlash_measurement::RATIO_MAX;
+use firmware::refusal::What;
 use firmware::{
-    BacklashMeasurement, BacklashMeasurementError, BacklashMeasurementRefused, Creep, Detection,
-    Event, Gap, State, counts,
+    BacklashMeasurement, BacklashMeasurementError, Creep, Detection, Event, Gap, State, counts,
 };
 use plant::{ContactChange, Drive, Plant, Span, Watch};
 
@@ -129,11 +129,11 @@ fn homing(
     BacklashMeasurement::accept(creep, detection).map_err(|error| {
         let key = "backlash.homing_speed_counts_per_s";
         let (slowest, fastest) = (1.0 / (65_536.0 * dt_s), 256.0 / dt_s);
-        let because = match error {
-            BacklashMeasurementRefused::Speed { .. } => {
+        let because = match error.what {
+            What::CreepSpeed => {
                 format!("at this sample time it must be from {slowest:.3} to {fastest} counts/s")
             }
-            error => error.to_string(),
+            _ => error.to_string(),
         };
         setting(key, backlash.homing_speed_counts_per_s, &because)
     })

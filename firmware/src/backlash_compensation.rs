@@ -66,14 +66,10 @@
 //! | parts of `N²`, `N ≤ 65 535` | `u32` | below `N²` < 2^32 |
 //! | `D·2^32` against `v·N`, `a·N²` | `u64` | 2^57; products saturate |
 
-mod error;
-mod parabola;
-mod step;
-
-pub use error::BacklashCompensationError;
-pub use step::BacklashCompensationState;
-
-use parabola::{Mixed, half_samples};
+use crate::counts::difference;
+use crate::reference::Setpoint;
+use crate::refusal::{Refusal, What};
+use crate::widen;
 
 /// Largest half gap \[motor counts\].
 pub const HALF_GAP_MAX: u32 = 1 << 24;
@@ -130,7 +126,7 @@ pub struct Room {
 /// assert_eq!(first, [0, 1, 1, 2, 3, 4, 4, 4]);
 /// let reversal = [(); 8].map(|()| backlash_compensation.step(&mut state, &backwards));
 /// assert_eq!(reversal, [4, 3, 2, 0, -2, -3, -4, -4]);
-/// # Ok::<(), firmware::BacklashCompensationError>(())
+/// # Ok::<(), firmware::Refusal>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BacklashCompensation {
@@ -151,28 +147,20 @@ impl BacklashCompensation {
     /// to either side that stays within `room`.
     ///
     /// # Errors
-    /// A [`BacklashCompensationError`] where the gap is too large, where nothing is left of
-    /// a limit or where the move would take more than [`SAMPLES_MAX`] samples.
-    pub const fn plan(
-        half_gap_counts: u32,
-        room: Room,
-        trigger: Trigger,
-    ) -> Result<Self, BacklashCompensationError> {
+    /// A [`Refusal`] where the gap is too large, where nothing is left of a limit or where the move would take more than [`SAMPLES_MAX`] samples.
+    pub const fn plan(half_gap_counts: u32, room: Room, trigger: Trigger) -> Result<Self, Refusal> {
+        let half_gap = widen::unsigned(half_gap_counts);
         if half_gap_counts > HALF_GAP_MAX {
-            return Err(BacklashCompensationError::GapTooLarge { half_gap_counts });
+            let allowed = [0, widen::unsigned(HALF_GAP_MAX)];
+            return Err(Refusal::new(What::HalfGap, half_gap, allowed));
         }
-        let no_room = BacklashCompensationError::NoRoom {
-            half_gap_counts,
-            room,
-        };
-        let too_long = BacklashCompensationError::TooLong {
-            half_gap_counts,
-            room,
-        };
+        let limits = [room.velocity, room.acceleration];
+        let less = [0, half_gap.saturating_sub(1)];
+        let too_long = Refusal::new(What::Crossing(limits), half_gap, less);
         // D = 2·B, at most 2^25
         let distance = half_gap_counts.wrapping_mul(2);
         if distance > 0 && (room.velocity == 0 || room.acceleration == 0) {
-            return Err(no_room);
+            return Err(Refusal::new(What::NoRoom(limits), half_gap, [0, 0]));
         }
         let Some(half_samples) = half_samples(distance, room) else {
             return Err(too_long);
@@ -229,4 +217,180 @@ impl BacklashCompensation {
     pub const fn half_gap_counts(&self) -> u32 {
         self.half_gap_counts
     }
+
+    /// The offset of this sample \[motor counts\], for the setpoint of this
+    /// sample; to be called once a sample, also while the reference rests.
+    #[inline]
+    pub fn step(&self, state: &mut BacklashCompensationState, setpoint: &Setpoint) -> i32 {
+        let previous = state.previous_position.replace(setpoint.position);
+        let rate = match self.trigger {
+            Trigger::Acceleration => setpoint.acceleration,
+            Trigger::Velocity if setpoint.velocity != 0 => setpoint.velocity,
+            Trigger::Velocity => previous.map_or(0, |last| difference(setpoint.position, last)),
+        };
+        if rate > 0 {
+            state.wanted = Flank::Positive;
+        } else if rate < 0 {
+            state.wanted = Flank::Negative;
+        }
+
+        let samples = self.samples();
+        if state.left == 0 && state.wanted != state.flank {
+            state.from_centre = state.flank == Flank::Neither;
+            state.flank = state.wanted;
+            state.left = samples;
+            state.travel = Mixed::default();
+        }
+        if state.left > 0 {
+            state.velocity = if state.left == samples {
+                self.first
+            } else if state.left > self.half_samples {
+                state.velocity.plus(self.change, self.n2)
+            } else if state.left == self.half_samples {
+                state.velocity
+            } else {
+                state.velocity.minus(self.change, self.n2)
+            };
+            // T(j) ← T(j − 1) + (T(j) − T(j − 1))
+            state.travel = state.travel.plus(state.velocity, self.n2);
+            state.left = state.left.wrapping_sub(1);
+        }
+        self.offset(state)
+    }
+
+    /// The nearest integer to the exact offset, half away from zero.
+    #[inline]
+    const fn offset(&self, state: &BacklashCompensationState) -> i32 {
+        // All magnitudes are at most 2·B ≤ 2^25: nothing wraps.
+        let Mixed { whole, part } = state.travel;
+        let ahead = if state.from_centre {
+            // T/2, half up: floor((T + 1)/2)
+            whole.wrapping_add(1).wrapping_shr(1)
+        } else {
+            // T − B, half up where it is not negative, half down where it is
+            let rest = self.n2.wrapping_sub(part);
+            let up = part > rest || (part == rest && whole >= self.half_gap_counts);
+            let nearest = if up { whole.wrapping_add(1) } else { whole };
+            nearest.wrapping_sub(self.half_gap_counts)
+        };
+        match state.flank {
+            Flank::Neither => 0,
+            Flank::Positive => ahead.cast_signed(),
+            Flank::Negative => ahead.cast_signed().wrapping_neg(),
+        }
+    }
+}
+
+/// A flank of the joint.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+enum Flank {
+    /// None yet: the joint counts as centred.
+    #[default]
+    Neither,
+    /// The motor pushes in the positive direction.
+    Positive,
+    /// The motor pushes in the negative direction.
+    Negative,
+}
+
+/// Memory of the backlash compensation. The default is an offset of 0, the joint centred.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct BacklashCompensationState {
+    /// `T` of the running or the last move \[counts\].
+    travel: Mixed,
+    /// `T(j) − T(j − 1)` of the last sample \[counts per sample\].
+    velocity: Mixed,
+    /// Samples that the running move still takes; 0 at rest.
+    left: u32,
+    /// Position of the last setpoint \[counts\].
+    previous_position: Option<i32>,
+    /// The flank that the reference has last asked for.
+    wanted: Flank,
+    /// The flank that the running move leads to, or the last one led to.
+    flank: Flank,
+    /// Whether that move started at the centre.
+    from_centre: bool,
+}
+
+impl BacklashCompensationState {
+    /// Whether the offset is on its way, or about to be: the axis is not in
+    /// position before this is over.
+    #[inline]
+    pub fn is_under_way(&self) -> bool {
+        self.left > 0 || self.wanted != self.flank
+    }
+}
+
+/// A number `whole + part/N²` with `part < N²`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+struct Mixed {
+    whole: u32,
+    part: u32,
+}
+
+impl Mixed {
+    /// `numerator/denominator`; `None` for a denominator of 0.
+    const fn ratio(numerator: u32, denominator: u32) -> Option<Self> {
+        match (
+            numerator.checked_div(denominator),
+            numerator.checked_rem(denominator),
+        ) {
+            (Some(whole), Some(part)) => Some(Self { whole, part }),
+            _ => None,
+        }
+    }
+
+    /// The sum, in parts of `n2`. Whole numbers stay below 2^26, and only a sum
+    /// of parts below `n2` is ever formed: nothing wraps.
+    #[inline]
+    const fn plus(self, other: Self, n2: u32) -> Self {
+        let whole = self.whole.wrapping_add(other.whole);
+        let missing = n2.wrapping_sub(other.part);
+        let (carry, part) = if self.part >= missing {
+            (1, self.part.wrapping_sub(missing))
+        } else {
+            (0, self.part.wrapping_add(other.part))
+        };
+        let whole = whole.wrapping_add(carry);
+        Self { whole, part }
+    }
+
+    /// The difference, in parts of `n2`, for `other ≤ self`: nothing wraps.
+    #[inline]
+    const fn minus(self, other: Self, n2: u32) -> Self {
+        let whole = self.whole.wrapping_sub(other.whole);
+        let (borrow, part) = if self.part >= other.part {
+            (0, self.part.wrapping_sub(other.part))
+        } else {
+            let missing = n2.wrapping_sub(other.part);
+            (1, self.part.wrapping_add(missing))
+        };
+        let whole = whole.wrapping_sub(borrow);
+        Self { whole, part }
+    }
+}
+
+/// The smallest `N` with `D/N ≤ v_left` and `D/N² ≤ a_left`, up to 65 535.
+const fn half_samples(distance: u32, room: Room) -> Option<u32> {
+    // The largest N that is not enough, bit by bit from the top.
+    let (mut too_small, mut bit) = (0_u32, 1_u32 << 15);
+    while bit > 0 {
+        let n = too_small | bit;
+        if !enough(n, distance, room) {
+            too_small = n;
+        }
+        bit = bit.wrapping_shr(1);
+    }
+    let n = too_small.wrapping_add(1);
+    if n <= HALF_SAMPLES_MAX { Some(n) } else { None }
+}
+
+/// Whether `N = n` samples, at most 65 535, keep both limits.
+const fn enough(n: u32, distance: u32, room: Room) -> bool {
+    // D·2^32 ≤ 2^57. A product that saturates is large enough in any case.
+    let scaled = widen::word(distance).wrapping_shl(32);
+    let n = widen::word(n);
+    // N² ≤ 65 535²
+    scaled <= room.velocity.saturating_mul(n)
+        && scaled <= room.acceleration.saturating_mul(n.wrapping_mul(n))
 }
