@@ -96,14 +96,11 @@
 //! end of the counter's range. Per sample there are eight products 32×32→64, no
 //! division and nothing wider than 64 bits; planning divides and uses 128.
 
-mod generator;
 mod interval;
 pub mod piece;
 mod plan;
 mod real;
 #[cfg(test)]
 mod tests;
-mod words;
 
-pub use self::generator::{MotionGenerator, MotionState};
-pub use self::plan::{MotionPlan, PlanHead};
+pub use self::plan::{MotionGenerator, MotionPlan, MotionState, PlanHead};

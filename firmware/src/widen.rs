@@ -35,6 +35,15 @@ pub(crate) const fn narrowed(value: u64) -> Option<u32> {
     }
 }
 
+/// A double word with a sign, held at the end of the type.
+pub(crate) const fn held(value: u64) -> i64 {
+    if value > i64::MAX.unsigned_abs() {
+        i64::MAX
+    } else {
+        value.cast_signed()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -51,6 +60,7 @@ mod tests {
             let beyond = u64::from(value) + (1 << 32);
             assert_eq!(narrowed(beyond), u32::try_from(beyond).ok());
         }
+        assert_eq!([held(7), held(1 << 63)], [7, i64::MAX]);
         for value in [0, 1, -1, i32::MIN, i32::MAX] {
             assert_eq!(signed(value), i64::from(value));
         }

@@ -67,9 +67,8 @@
     clippy::unreachable
 )]
 
-pub mod bytes;
+pub mod body;
 pub mod frame;
-pub mod header;
 pub mod plan;
 pub mod reply;
 pub mod request;

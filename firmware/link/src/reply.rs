@@ -2,8 +2,8 @@
 
 use heapless::Vec;
 
-use crate::bytes::{Reader, Writer};
-use crate::header::{Header, VERSION};
+use crate::body::{Header, VERSION};
+use crate::body::{Reader, Writer};
 use crate::request::Events;
 use firmware::faults::{Fault, FaultCause, FaultValues};
 use firmware::states::State;

@@ -2,9 +2,9 @@
 
 use heapless::Vec;
 
-use crate::bytes::{Reader, Writer};
+use crate::body::Header;
+use crate::body::{Reader, Writer};
 use crate::frame::LARGEST_BODY;
-use crate::header::Header;
 use firmware::axis::Inputs;
 use firmware::reference::{Next, Setpoint};
 use firmware::states::Event;

@@ -7,9 +7,9 @@
 
 use heapless::Vec;
 
-use crate::bytes::Reader;
+use crate::body::Header;
+use crate::body::Reader;
 use crate::frame::{Received, crc32_on};
-use crate::header::Header;
 use crate::reply::{Identity, LARGEST_REPLY, Nak, Reply, Status, Stepped};
 use crate::request::{Events, Request, SourceKind, Step};
 use crate::{plan, settings};

@@ -3,7 +3,7 @@
 
 use heapless::Vec;
 
-use crate::bytes::{Reader, Writer};
+use crate::body::{Reader, Writer};
 use crate::frame::LARGEST_BODY;
 use firmware::axis::{Axis, Feedback, Monitors, Rest};
 use firmware::backlash_compensation::{BacklashCompensation, Trigger};

@@ -3,7 +3,7 @@
 use core::mem::size_of;
 
 use firmware::SetpointTable;
-use firmware_link::header::VERSION;
+use firmware_link::body::VERSION;
 use firmware_link::{Identity, Target};
 use parts::{image, stack};
 

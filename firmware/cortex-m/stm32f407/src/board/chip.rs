@@ -2,7 +2,7 @@
 
 use cortex_m::peripheral::{DCB, DWT};
 use firmware::{CAPACITY, SetpointTable};
-use firmware_link::header::VERSION;
+use firmware_link::body::VERSION;
 use firmware_link::{Identity, Target};
 use parts::{image, stack};
 
