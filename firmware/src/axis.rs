@@ -73,11 +73,11 @@ pub struct Axis {
     output: Output,
     /// The counter of the motor's encoder.
     pub counter: CounterParameters,
-    /// Which encoder the position comes from.
+    /// Encoder that the position comes from.
     pub feedback: Feedback,
     /// Compensation of the backlash.
     pub backlash_compensation: Option<BacklashCompensation>,
-    /// What changes at rest.
+    /// Changes at rest.
     pub rest: Rest,
     /// Supervision.
     pub monitors: Monitors,
@@ -154,7 +154,7 @@ impl Axis {
     }
 }
 
-/// Which encoder the position comes from.
+/// Encoder that the position comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Feedback {
     /// The motor's: the paper's axis.
@@ -164,14 +164,14 @@ pub enum Feedback {
     Load(CounterParameters),
 }
 
-/// What changes while the axis stands: at rest an integrator behind a
+/// Changes while the axis stands: at rest an integrator behind a
 /// quantiser and a gap hunts, and these stop it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Rest {
     /// Errors up to this size count as 0 for `Kp` and `Ki` while no motion runs
     /// \[counts\]; the derivative goes on.
     pub dead_band: u32,
-    /// Whether the integral keeps its value while no motion runs, whatever the
+    /// True if the integral keeps its value while no motion runs, whatever the
     /// error: what is left is then left to `Kp`.
     pub hold_integral: bool,
 }
@@ -223,7 +223,7 @@ pub struct AxisState {
     /// The last setpoint, without the backlash compensation \[counts, modulo 2^32\].
     setpoint: i32,
     state: State,
-    /// Whether the axis was enabled since the last sample.
+    /// True if the axis was enabled since the last sample.
     position_to_hold: bool,
 }
 
@@ -312,7 +312,7 @@ impl AxisState {
     }
 }
 
-/// What the hardware shows at one sample.
+/// Readings of the hardware at one sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Inputs {
     /// Number of the sample, counted by the timer that starts it.
@@ -322,24 +322,24 @@ pub struct Inputs {
     /// Register of the load's encoder, where there is one; with
     /// [`Feedback::Load`] none counts as a transfer that failed.
     pub load_register: Option<u32>,
-    /// Whether the emergency stop is asserted.
+    /// True if the emergency stop is asserted.
     pub emergency_stop: bool,
     /// Transfers on the hardware's buses that failed since the last sample.
     pub failed_transfers: u32,
 }
 
-/// What one sample gives.
+/// Results of one sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AxisOutput {
     /// Code for the converter.
     pub code: i32,
-    /// Whether the power stage is to be on.
+    /// True if the power stage is to be on.
     pub power: bool,
     /// The state after this sample.
     pub state: State,
     /// `e = r − c` as measured \[counts\].
     pub error_counts: i32,
-    /// Whether the law left a declared range: its error was held, a filtered
+    /// True if the law left a declared range: its error was held, a filtered
     /// difference was, or the integral stands at its end.
     pub out_of_range: bool,
 }

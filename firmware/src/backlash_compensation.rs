@@ -11,7 +11,7 @@
 //!
 //! The offset starts at 0: nobody knows on which flank the joint stands.
 //!
-//! # What decides the flank
+//! # Choice of the flank
 //!
 //! The reference alone ([`Trigger`]). Error and output are not arguments of
 //! [`BacklashCompensation::step`]: a motor that
@@ -80,13 +80,13 @@ pub const SAMPLES_MAX: u32 = 2 * HALF_SAMPLES_MAX;
 /// Largest `N`: its square fits 32 bits.
 const HALF_SAMPLES_MAX: u32 = 65_535;
 
-/// What decides on which flank the motor must stand.
+/// Choice of the flank on which the motor must stand.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Trigger {
     /// The sign of the setpoint's velocity: for an axis whose friction keeps
     /// the load on the flank that pushes it.
     ///
-    /// Where the velocity is 0 the sign of the position's difference to the
+    /// At a velocity of 0 the sign of the position's difference to the
     /// last sample takes its place, for sources that know positions only.
     Velocity,
     /// The sign of the setpoint's acceleration: for a load that is thrown by
@@ -98,7 +98,7 @@ pub enum Trigger {
     Acceleration,
 }
 
-/// What the motion leaves of the axis' limits: limit less the motion's peak.
+/// Remainder of the axis' limits beside the motion: limit less the motion's peak.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Room {
     /// `v_left` \[2^−32 counts per sample\].
@@ -203,7 +203,7 @@ impl BacklashCompensation {
         })
     }
 
-    /// What decides the flank.
+    /// Choice of the flank.
     pub const fn trigger(&self) -> Trigger {
         self.trigger
     }
@@ -308,12 +308,12 @@ pub struct BacklashCompensationState {
     wanted: Flank,
     /// The flank that the running move leads to, or the last one led to.
     flank: Flank,
-    /// Whether that move started at the centre.
+    /// True if that move started at the centre.
     from_centre: bool,
 }
 
 impl BacklashCompensationState {
-    /// Whether the offset is on its way, or about to be: the axis is not in
+    /// Tells whether the offset is on its way, or about to be: the axis is not in
     /// position before this is over.
     #[inline]
     pub fn is_under_way(&self) -> bool {
@@ -385,7 +385,7 @@ const fn half_samples(distance: u32, room: Room) -> Option<u32> {
     if n <= HALF_SAMPLES_MAX { Some(n) } else { None }
 }
 
-/// Whether `N = n` samples, at most 65 535, keep both limits.
+/// Tells whether `N = n` samples, at most 65 535, keep both limits.
 const fn enough(n: u32, distance: u32, room: Room) -> bool {
     // D·2^32 ≤ 2^57. A product that saturates is large enough in any case.
     let scaled = widen::word(distance).wrapping_shl(32);

@@ -88,7 +88,7 @@ pub const CREEP_MAX: u32 = 1 << 28;
 /// Most motor counts per load count, 4096 \[2^−16\].
 pub const RATIO_MAX: u32 = 1 << 28;
 
-/// How the routine sees that the load follows.
+/// Evidence that the load follows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Detection {
     /// By the load's own encoder, which must count up where the motor's does.
@@ -104,12 +104,12 @@ pub enum Detection {
         /// Smallest code that free creep never takes for `samples` samples on
         /// end, at least 1 \[codes\].
         codes: u32,
-        /// How long it must be taken, at least 1 \[samples\].
+        /// Time for which it must be taken, at least 1 \[samples\].
         samples: u32,
     },
 }
 
-/// How to creep.
+/// Settings of the creep.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Creep {
     /// Speed \[2^−16 motor counts per sample\].
@@ -153,7 +153,7 @@ pub struct BacklashMeasurement {
     detection: Detection,
 }
 
-/// What was measured.
+/// Result of the measurement.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Gap {
     /// `B`, the half gap \[motor counts\].
@@ -191,21 +191,21 @@ impl BacklashMeasurement {
     }
 }
 
-/// Why the routine gave no gap. The axis rests where it was; the routine can
+/// Reason for which the routine gave no gap. The axis rests where it was; the routine can
 /// be started again.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum BacklashMeasurementError {
     /// The load did not follow within the longest creep.
     NeverFollowed {
-        /// How far the motor was sent \[motor counts\].
+        /// Distance over which the motor was sent \[motor counts\].
         counts: u32,
     },
     /// The gap was not the same at each crossing.
     Disagree {
         /// The whole gap at each crossing \[motor counts\].
         full_counts: [i64; 3],
-        /// What was allowed between them \[motor counts\].
+        /// Largest difference allowed between them \[motor counts\].
         tolerance_counts: u32,
     },
     /// The load moved further than the motor.
@@ -273,7 +273,7 @@ enum Leg {
     Fourth,
 }
 
-/// What the run does at present.
+/// Phase of the run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Phase {
     Creeping,
@@ -367,7 +367,7 @@ impl RunState {
 }
 
 impl BacklashMeasurementRun {
-    /// What came of it; `None` while it runs. A failure leaves the axis where
+    /// Result; `None` while it runs. A failure leaves the axis where
     /// it stands.
     pub const fn result(&self) -> Option<Result<Gap, BacklashMeasurementError>> {
         match self.state.phase {

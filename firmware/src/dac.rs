@@ -103,7 +103,7 @@ impl Dac {
             .wrapping_add(1)
     }
 
-    /// Whether `code` is one of the two at the ends of the range.
+    /// Tells whether `code` is one of the two at the ends of the range.
     pub const fn is_limit(self, code: i32) -> bool {
         code == self.max_code || code == self.min_code
     }

@@ -1,4 +1,4 @@
-//! Which words are accepted as gains, and why they keep the law to one code.
+//! Words that are accepted as gains, and why they keep the law to one code.
 //!
 //! The words of `Kp`, `Ki·Δt` and `Kd/Δt` (eq. 23 at sample time `Δt`) arrive
 //! as mantissa `w ≥ 0` and exponent `f`, each word within half a unit of its

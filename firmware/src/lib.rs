@@ -90,7 +90,7 @@
 //! The line to a host and the golden vectors, for whoever brings the axis to
 //! another processor, are a package of their own: `firmware-link`.
 //!
-//! # What is promised
+//! # Promises
 //!
 //! * **Both laws**: fed the same counts from `k = 0` on, within the declared
 //!   ranges and rounded to the nearest, the code differs by at most 1 from that
@@ -118,7 +118,7 @@
 //! | code | codes | −2^(n−1) to 2^(n−1)−1, `n` 2 to 24 | the same |
 //! | sample | 1 | `u64`: all | the same |
 //!
-//! # What it is not
+//! # Limits
 //!
 //! No floating point, no heap, no unsafe code, no panic, no feature switches.
 //! Gains in SI units are turned into words on the host; this crate accepts or

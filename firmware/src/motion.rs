@@ -8,7 +8,7 @@
 //! [`MotionGenerator`] needs at every sample; [`MotionState`] is all that
 //! changes, so that any number of axes can run the same plan.
 //!
-//! # What is promised
+//! # Promises
 //!
 //! * Sample `k` stands for `t = k·Δt`, counted from the start of the motion.
 //!   Before its one rounding, `floor(x + ½)`, the position is within ¼ count

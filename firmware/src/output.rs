@@ -51,7 +51,7 @@ impl Window {
         self.high
     }
 
-    /// Whether the upper word of `sum` alone tells that it is within: both ends
+    /// Tells whether the upper word of `sum` alone tells that it is within: both ends
     /// fill theirs alone, so it mostly does.
     #[inline(always)]
     pub(crate) fn surely_holds(self, sum: i64, fraction_bits: u8) -> bool {
@@ -61,7 +61,7 @@ impl Window {
         above < high.wrapping_sub(low).cast_unsigned()
     }
 
-    /// How far `sum` is beyond the window, 0 inside; in the unit of the sum,
+    /// Distance of `sum` beyond the window, 0 inside; in the unit of the sum,
     /// 2^−`fraction_bits` codes, below 2^62.
     #[inline(always)]
     pub fn excess(self, sum: i64, fraction_bits: u8) -> i64 {
@@ -92,17 +92,17 @@ pub(crate) fn upper(sum: i64) -> i32 {
     i32::from_le_bytes([b4, b5, b6, b7])
 }
 
-/// How a sum becomes a whole code.
+/// Way from a sum to a whole code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Quantiser {
     /// The nearest code, halves up: the paper's.
     #[default]
     Nearest,
-    /// What rounding cuts off is added to the next sample.
+    /// The part that rounding cuts off is added to the next sample.
     ErrorFeedback,
     /// Random rounding whose mean is the sum.
     Dither {
-        /// Where the generator starts; any value.
+        /// Start of the generator; any value.
         seed: u32,
     },
 }
@@ -283,7 +283,7 @@ impl Output {
         }
     }
 
-    /// How a sum becomes a whole code.
+    /// Way from a sum to a whole code.
     pub const fn quantiser(&self) -> Quantiser {
         self.quantiser
     }

@@ -6,7 +6,7 @@
 //!
 //! `Σe` includes the present error; the difference is 0 at `k = 0`.
 //!
-//! # Why the sum is exact, and exactly odd
+//! # Proof that the sum is exact, and exactly odd
 //!
 //! A gain is `w·2^−f` with an integer `w`. Before the first step it is aligned
 //! to the fraction bits of its term, 32 or 40, by a shift to the left, which
@@ -30,7 +30,7 @@ use crate::gains::{Gain, PidWords};
 use crate::refusal::Refusal;
 use crate::word::power_of_two_or_most;
 
-/// What one sample adds to the integral: 40 fraction bits, below 2^20 codes.
+/// Step of the integral in one sample: 40 fraction bits, below 2^20 codes.
 type IntegralStep = I24F40;
 
 /// The PID law with accepted gains. Immutable; its memory is [`PidState`].
@@ -187,13 +187,13 @@ impl PidState {
     }
 }
 
-/// What one step of the law gives.
+/// Results of one step of the law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PidOutput {
     /// `y`, the sum before rounding \[codes\].
     pub sum: CodeSum,
-    /// Whether `|e|` was beyond the declared range and held at its limit.
+    /// True if `|e|` was beyond the declared range and held at its limit.
     pub error_limited: bool,
-    /// Whether `|Σe|` is beyond the declared range.
+    /// True if `|Σe|` is beyond the declared range.
     pub error_sum_beyond_range: bool,
 }

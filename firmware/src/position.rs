@@ -16,7 +16,7 @@
 //!
 //! # Glitches
 //!
-//! Where the largest `|d|` per sample of any motion is known, a larger one is
+//! If the largest `|d|` per sample of any motion is known, a larger one is
 //! no motion: a disturbed transfer, a counter that was reset, or lost edges in
 //! bulk. The position then stays at the last good reading, and the next one is
 //! compared with that. Since the axis may have moved on meanwhile, `m` bad
@@ -204,14 +204,14 @@ impl PositionState {
         self.position
     }
 
-    /// How many readings in a row have been glitches, up to the last one. Not 0
+    /// Number of readings in a row that have been glitches, up to the last one. Not 0
     /// when a fault is reset: the counter has not come back, start anew.
     pub const fn missed(&self) -> u32 {
         self.missed
     }
 }
 
-/// What one reading gives.
+/// Results of one reading.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reading {
     /// Position \[counts, modulo 2^32\]: the last good one after a glitch.

@@ -33,7 +33,7 @@ pub const CAPACITY_SMALLEST: usize = 2_048;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SetpointTable<const N: usize> {
     entries: Vec<i32, N>,
-    /// What is held beyond the entries: the last of them.
+    /// Setpoint held beyond the entries: the last of them.
     last: i32,
 }
 

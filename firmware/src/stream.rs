@@ -100,7 +100,7 @@ impl StreamSender<'_> {
         self.producer.enqueue(item)
     }
 
-    /// How many setpoints can be sent now; taking one makes room for one.
+    /// Number of setpoints that can be sent now; taking one makes room for one.
     pub fn room(&self) -> usize {
         // The queue never holds more than it can.
         self.producer.capacity().saturating_sub(self.producer.len())
@@ -123,7 +123,7 @@ pub struct StreamReceiver<'a> {
 }
 
 impl StreamReceiver<'_> {
-    /// How many setpoints wait. A motion had better begin with a few: the
+    /// Number of setpoints that wait. A motion had better begin with a few: the
     /// link may be late by as many samples.
     pub fn waiting(&self) -> usize {
         self.consumer.len()

@@ -1,4 +1,4 @@
-//! Which words are accepted: every bound from both sides, every error, and no
+//! Acceptance of words: every bound from both sides, every error, and no
 //! panic for any word at all.
 
 mod exact;
@@ -38,7 +38,7 @@ fn with(gain: Gain, mantissa: i32, fraction_bits: u8) -> PidWords {
 
 const GAINS: [Gain; 3] = [Gain::Proportional, Gain::Integral, Gain::Derivative];
 
-/// What a refusal is: setting, value, and the range that is accepted.
+/// Refusal with setting, value, and the range that is accepted.
 fn refusal(what: What, value: i64, [least, most]: [i64; 2]) -> Refusal {
     Refusal {
         what,

@@ -299,7 +299,7 @@ fn the_memory_is_small() {
     assert!(size_of::<BacklashCompensationState>() <= 32);
 }
 
-/// What decides on the flank in [`flank_changes_at_rest`].
+/// Choice of the flank in [`flank_changes_at_rest`].
 #[derive(Clone, Copy)]
 enum Follows {
     Reference,

@@ -41,7 +41,7 @@ struct Axis {
     half_gap: i64,
     /// Motor counts per load count, 2^−16.
     ratio: i64,
-    /// Where the motor stands on the wheel of 2^32 counts, and the load.
+    /// Position of the motor on the wheel of 2^32 counts, and the load.
     wheel: [i32; 2],
     code: i64,
 }
@@ -59,7 +59,7 @@ impl Axis {
         }
     }
 
-    /// Whether the motor stands on the flank that pushes in `direction`.
+    /// Tells whether the motor stands on the flank that pushes in `direction`.
     fn on_flank(&self, direction: i64) -> bool {
         (self.motor - self.load) * direction >= self.half_gap
     }

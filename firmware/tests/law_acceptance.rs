@@ -1,4 +1,4 @@
-//! Which words the axis' law accepts: every demand of
+//! Words that the axis' law accepts: every demand of
 //! `firmware::law::words` from both sides, and every error with its sentence;
 //! filter and treatment of wind-up are in `law_acceptance_options.rs`.
 //! The whole rule over random words is measured in `law_rule.rs`.

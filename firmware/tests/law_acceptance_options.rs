@@ -1,4 +1,4 @@
-//! Which filters and treatments of wind-up the axis' law accepts: every
+//! Filters and treatments of wind-up that the axis' law accepts: every
 //! demand from both sides, every error with its sentence.
 
 mod exact;

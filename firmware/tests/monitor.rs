@@ -166,7 +166,7 @@ fn the_peak_is_kept_until_it_is_reset() {
     assert_eq!(state.peak(), 2);
 }
 
-/// How many of the last entries are true without a gap.
+/// Number of the last entries that are true without a gap.
 fn run_at_the_end(seen: &[bool]) -> i64 {
     seen.iter().rev().take_while(|yes| **yes).count() as i64
 }
@@ -322,7 +322,7 @@ fn what_is_not_accepted_says_what_would_be() {
     );
 }
 
-/// What a refusal is: setting, value, and the range that is accepted.
+/// Refusal with setting, value, and the range that is accepted.
 fn refusal(what: What, value: i64, [least, most]: [i64; 2]) -> Refusal {
     Refusal {
         what,

@@ -21,7 +21,7 @@ fn step_within(random: &mut Random, limit: i64) -> i64 {
     }
 }
 
-/// What a counter of `bits` bits shows at `position`, with rubbish above.
+/// Reading of a counter of `bits` bits at `position`, with rubbish above.
 fn register(position: i128, bits: u8, rubbish: u32) -> u32 {
     let low = position.rem_euclid(1 << bits) as u32;
     let above = u32::MAX.checked_shl(bits.into()).unwrap_or(0);
@@ -33,7 +33,7 @@ fn wheel(position: i128) -> i32 {
     position.rem_euclid(1 << 32) as u32 as i32
 }
 
-/// Where a counter starts for a reading of `position`: sign-extended.
+/// Start of a counter for a reading of `position`: sign-extended.
 fn sign_extended(position: i128, bits: u8) -> i128 {
     let half = 1_i128 << (bits - 1);
     (position + half).rem_euclid(2 * half) - half
@@ -284,7 +284,7 @@ fn what_is_not_accepted_says_what_would_be() {
     );
 }
 
-/// What a refusal is: setting, value, and the range that is accepted.
+/// Refusal with setting, value, and the range that is accepted.
 fn refusal(what: What, value: i64, [least, most]: [i64; 2]) -> Refusal {
     Refusal {
         what,

@@ -131,7 +131,7 @@ fn both_ends_work_at_the_same_time() {
     });
 }
 
-/// What the two ends are asked to do.
+/// Requests to the two ends.
 #[derive(Debug, Clone, Copy)]
 enum Action {
     Send { last: bool },

@@ -6,7 +6,7 @@ use heapless::Vec;
 #[derive(Debug, Default)]
 pub struct Writer<const N: usize> {
     bytes: Vec<u8, N>,
-    /// Whether something did not fit.
+    /// True if something did not fit.
     overflowed: bool,
 }
 
@@ -124,10 +124,10 @@ impl<'a> Reader<'a> {
 /// Version of the protocol, told in every HELLO; both sides must have the same.
 pub const VERSION: u8 = 1;
 
-/// What a body begins with; the same in every version.
+/// Head of a body; the same in every version.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Header {
-    /// What the body is.
+    /// Kind of the body.
     pub kind: u8,
     /// Chosen by the host for one run: what is left of another is not of this.
     pub session: u16,

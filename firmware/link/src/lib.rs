@@ -15,7 +15,7 @@
 //! One request is under way at a time, so the plant's time stands still until
 //! the answer is there, however slow the line is.
 //!
-//! # What is promised
+//! # Promises
 //!
 //! * A request acts once. It has a number; the one that was carried out last is
 //!   answered again from memory, any other is refused ([`Nak::Number`]).

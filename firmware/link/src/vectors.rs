@@ -44,13 +44,13 @@ pub struct Row<'a> {
     /// The axis, where it is another from this row on. The first row has it;
     /// each later one comes with [`firmware::AxisState::gains_changed`].
     pub axis: Option<Axis>,
-    /// What goes into the sample.
+    /// Inputs of the sample.
     pub given: Given<'a>,
-    /// What must come out of it.
+    /// Outputs that it must give.
     pub wanted: Wanted,
 }
 
-/// Where a file and an axis part.
+/// Line at which a file and an axis part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Mismatch {
     /// Number of the line, from 1.
@@ -59,7 +59,7 @@ pub struct Mismatch {
     pub what: What,
 }
 
-/// What is wrong with a line.
+/// Mistakes of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum What {
     /// It is neither a setting nor a row.

@@ -15,14 +15,14 @@ const LOAD_NOT_READ: Trip = Trip {
     limit: 0,
 };
 
-/// What the encoders show \[counts\].
+/// Readings of the encoders \[counts\].
 struct Seen {
     /// Of the encoder that closes the loop.
     position: i32,
     motor_position: i32,
     motor_difference: i32,
     load_position: Option<i32>,
-    /// What moves while the axis is driven; 0 where one of two stands still.
+    /// Movement while the axis is driven; 0 where one of two stands still.
     moved: i32,
 }
 
@@ -198,7 +198,7 @@ impl Axis {
         }
     }
 
-    /// What the hardware itself reports.
+    /// Trips that the hardware itself reports.
     #[inline(always)]
     fn hardware_trip(&self, state: &mut AxisState, inputs: &Inputs) -> Option<Trip> {
         let monitor = self.monitors.ticks;

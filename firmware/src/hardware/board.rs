@@ -1,4 +1,4 @@
-//! What a controller needs of its electronics: four methods.
+//! Electronics as a controller needs them: four methods.
 //!
 //! # Order in a tick
 //!
@@ -69,7 +69,7 @@ use crate::reference::SetpointSource;
 /// # Ok::<(), core::convert::Infallible>(())
 /// ```
 pub trait Board {
-    /// What a failed access says. The caller only reports it.
+    /// Error of a failed access. The caller only reports it.
     type Error: core::fmt::Debug;
 
     /// The register of the motor's encoder \[counts\], as wide as the counter
@@ -77,33 +77,33 @@ pub trait Board {
     /// above its width are zero.
     ///
     /// # Errors
-    /// When the register could not be read, or not be trusted.
+    /// The register could not be read, or not be trusted.
     fn motor_register(&mut self) -> Result<u32, Self::Error>;
 
     /// Hands a code to the converter, −2^(n−1) to 2^(n−1)−1 for its `n` bits;
     /// 0 is 0 V. The output changes before this returns.
     ///
     /// # Errors
-    /// When the code could not be written, or is not one of the converter's.
+    /// The code could not be written, or is not one of the converter's.
     fn set_code(&mut self, code: i32) -> Result<(), Self::Error>;
 
     /// Switches the power stage on or off.
     ///
     /// # Errors
-    /// When the line could not be set.
+    /// The line could not be set.
     fn set_power(&mut self, on: bool) -> Result<(), Self::Error>;
 
-    /// Whether the emergency stop is asserted.
+    /// Tells whether the emergency stop is asserted.
     ///
     /// # Errors
-    /// When the line could not be read.
+    /// The line could not be read.
     fn emergency_stop(&mut self) -> Result<bool, Self::Error>;
 
     /// The register of a second encoder at the load \[counts\], read like
     /// [`Board::motor_register`]; `None` on a board without one.
     ///
     /// # Errors
-    /// When there is one and it could not be read, or not be trusted.
+    /// There is one and it could not be read, or not be trusted.
     fn load_register(&mut self) -> Result<Option<u32>, Self::Error> {
         Ok(None)
     }

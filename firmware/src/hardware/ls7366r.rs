@@ -28,7 +28,7 @@
 //! however fast the encoder turns. It makes LOAD OTR followed by RD OTR, two
 //! selects instead of one, unnecessary.
 //!
-//! # What is checked
+//! # Checks
 //!
 //! [`Ls7366r::initialise`] refuses a chip that does not read back both mode
 //! registers as written, or that says that it is not counting (its `CNT_EN` pin
@@ -58,7 +58,7 @@ mod instruction {
 /// filter clock not divided.
 const MDR0: u8 = 0x03;
 
-/// How many bits the counter is given.
+/// Number of bits that the counter is given.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum CounterWidth {
     /// Two bytes: wraps at 2^16 counts, one transfer of 3 bytes.
@@ -268,8 +268,8 @@ impl fmt::Display for ModeRegister {
     }
 }
 
-/// Why the counter cannot be used. A [`Ls7366rError::Bus`] may pass; after the
-/// others the count is worthless until [`Ls7366r::initialise`](super::Ls7366r::initialise) succeeds.
+/// Reason for which the counter cannot be used. A [`Ls7366rError::Bus`] may pass; after the
+/// others the count is worthless until [`Ls7366r::initialise`] succeeds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Ls7366rError<E> {
@@ -278,7 +278,7 @@ pub enum Ls7366rError<E> {
     /// A mode register does not read back as written: another chip, a swapped
     /// or broken line, the wrong SPI mode.
     ModeRegister {
-        /// Which one.
+        /// The register.
         register: ModeRegister,
         /// The byte written.
         written: u8,

@@ -11,7 +11,7 @@ use crate::widen;
 use crate::word::Part;
 use crate::word::{GainWord, power_of_two, power_of_two_or_most};
 
-/// What acceptance computed, aligned to the sum. In this order in memory: what
+/// Results of acceptance, aligned to the sum. In this order in memory: what
 /// every sample needs comes first, where the smallest processors reach it with
 /// one instruction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -26,7 +26,7 @@
 //!
 //! # Bumpless transfer
 //!
-//! When the axis is enabled ([`LawState::take_over`]), or its gains change in
+//! Once the axis is enabled ([`LawState::take_over`]), or its gains change in
 //! motion, the next sample puts the integral where the sum equals the last
 //! code: the output goes on from where it stands. That needs an integral gain;
 //! without one the integral would keep the difference for ever, so then it
@@ -81,7 +81,7 @@ use bounds::Aligned;
 ///
 /// # As a constant
 ///
-/// Where the words are known when the image is built, so is the law. Options
+/// If the words are known when the image is built, so is the law. Options
 /// that are off then cost nothing at run time, and limits and gains stand in
 /// the instructions. Words that are refused end the build:
 ///
@@ -118,7 +118,7 @@ use bounds::Aligned;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(C)]
 pub struct Law {
-    /// Whether any feed-forward is not zero.
+    /// True if any feed-forward is not zero.
     feeds_forward: bool,
     aligned: Aligned,
     words: LawWords,
@@ -192,7 +192,7 @@ impl Law {
     }
 }
 
-/// What one sample brings to the law.
+/// Inputs of the law in one sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct LawInput {
     /// `e` \[counts\].
@@ -203,24 +203,24 @@ pub struct LawInput {
     pub velocity: i32,
     /// `a` of the setpoint, in its source's unit, below 2^30.
     pub acceleration: i32,
-    /// Whether the error is within the dead band of an axis at rest: it counts
+    /// True if the error is within the dead band of an axis at rest: it counts
     /// as 0 for `Kp` and `Ki`. Its difference does not, or the band's edge
     /// would be a step of the derivative.
     pub within_dead_band: bool,
-    /// Whether the integral stands still: an axis at rest may ask for it.
+    /// True if the integral stands still: an axis at rest may ask for it.
     pub hold_integral: bool,
 }
 
-/// What one sample of the law gives.
+/// Results of the law in one sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LawOutput {
     /// `y` before rounding \[2^−F codes\].
     pub sum: i64,
-    /// Whether `|e|` was beyond the declared range and held at its limit.
+    /// True if `|e|` was beyond the declared range and held at its limit.
     pub error_limited: bool,
-    /// Whether a difference was beyond its declared range and held at its
+    /// True if a difference was beyond its declared range and held at its
     /// limit; not where the limit is one that outweighs everything else.
     pub difference_limited: bool,
-    /// Whether the integral was held at the end of its declared range.
+    /// True if the integral was held at the end of its declared range.
     pub integral_limited: bool,
 }

@@ -229,7 +229,7 @@ impl Interval {
         })
     }
 
-    /// What turns a sine of amplitude `sine_amplitude`, and the sine's fraction bits.
+    /// Shape that turns a sine of this amplitude, and the sine's fraction bits.
     fn turning(
         &self,
         line_speed: Real,

@@ -185,7 +185,7 @@ fn rounded(value: Real) -> i64 {
     i64::try_from(value.to_fixed(0).unsigned_abs()).unwrap_or(i64::MAX)
 }
 
-/// How far a motion has come: 56 bytes. The default is before its first
+/// Progress of a motion: 56 bytes. The default is before its first
 /// sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct MotionState {
@@ -235,7 +235,7 @@ impl<'a> MotionGenerator<'a> {
         }
     }
 
-    /// How far the motion has come.
+    /// Progress of the motion.
     pub const fn state(&self) -> &MotionState {
         &self.state
     }

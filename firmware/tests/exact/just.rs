@@ -48,7 +48,7 @@ pub(crate) fn with(words: LawWords, part: Part, mantissa: i32, fraction_bits: u8
     words
 }
 
-/// What a refusal is: setting, value, and the range that is accepted.
+/// Refusal with setting, value, and the range that is accepted.
 pub(crate) fn refusal(what: What, value: i64, least: i64, most: i64) -> Refusal {
     Refusal {
         what,

@@ -213,7 +213,7 @@ fn positions_are_the_nearest_integers() {
     assert!(worst.position < 0.502, "{worst:?}");
 }
 
-/// What the bound is there for: positions summed from the velocities of the
+/// Need for the bound: positions summed from the velocities of the
 /// setpoints, 30 bits each, lose it within the same motion.
 #[test]
 fn summed_velocities_do_not_follow() {
@@ -268,7 +268,7 @@ proptest! {
         }
     }
 
-    /// Where the motion starts only shifts it, round the wheel too.
+    /// Another start of the motion only shifts it, round the wheel too.
     #[test]
     fn the_start_is_added_modulo_2_32((travel, intervals, period) in drawn(16), start: i32) {
         if let Ok(plan) = MotionPlan::new(travel, intervals, period) {

@@ -1,4 +1,4 @@
-//! What the server asks of its chip.
+//! Chip as the server asks for it.
 
 use core::mem::size_of;
 

@@ -1,4 +1,4 @@
-//! What the RISC-V board has: start, instruction counter, interrupts, sleep.
+//! Parts of the RISC-V board: start, instruction counter, interrupts, sleep.
 
 use core::arch::global_asm;
 

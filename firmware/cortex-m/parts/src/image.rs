@@ -1,4 +1,4 @@
-//! What the image knows of itself: its bytes in flash and its share of RAM.
+//! The image's knowledge of itself: its bytes in flash and its share of RAM.
 
 use firmware_link::frame::crc32_on;
 

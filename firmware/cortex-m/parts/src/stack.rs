@@ -1,9 +1,9 @@
-//! How deep the stack has been.
+//! Depth that the stack has reached.
 
 #[cfg(target_arch = "arm")]
 use cortex_m_rt::STACK_PAINT_VALUE;
 
-/// What the image paints the stack with; on Arm the runtime does it.
+/// Pattern that the image paints the stack with; on Arm the runtime does it.
 #[cfg(not(target_arch = "arm"))]
 pub const STACK_PAINT_VALUE: u32 = 0xcccc_cccc;
 

@@ -26,7 +26,7 @@ pub struct Drive<'p, B> {
     forth: &'p MotionPlan,
     back: &'p MotionPlan,
     motion: MotionGenerator<'p>,
-    /// Where the axis is held, or will be when its motion has ended \[counts\].
+    /// Position at which the axis is held, or will be when its motion has ended \[counts\].
     target: i32,
     button: Button,
 }

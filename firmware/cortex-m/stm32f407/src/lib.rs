@@ -1,4 +1,4 @@
-//! What the board's image does without knowing its chip: the axis that it
+//! Parts of the board's image that do not know its chip: the axis that it
 //! drives, what its button asks for, how it numbers samples, and what it
 //! answers while it drives.
 //!

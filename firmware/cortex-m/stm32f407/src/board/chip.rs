@@ -1,4 +1,4 @@
-//! What the link's server asks of its chip: name, image, time, stack.
+//! Chip as the link's server asks for it: name, image, time, stack.
 
 use cortex_m::peripheral::{DCB, DWT};
 use firmware::{CAPACITY, SetpointTable};

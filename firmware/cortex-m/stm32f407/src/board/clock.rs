@@ -24,7 +24,7 @@ const TRIES: u32 = 100_000;
 /// need.
 const PLL: u32 = (1 << 22) | 8 | (336 << 6) | (7 << 24);
 
-/// What runs how fast.
+/// Clocks and their speeds.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Clocks {
     /// The core \[Hz\].
@@ -33,7 +33,7 @@ pub(super) struct Clocks {
     pub(super) baud_sixteenths: u8,
     /// Prescaler of a timer on APB1 that counts microseconds.
     pub(super) timer_prescaler: u16,
-    /// Whether the crystal runs: ±50 ppm, the RC oscillator ±1 % at 25 °C.
+    /// True if the crystal runs: ±50 ppm, the RC oscillator ±1 % at 25 °C.
     pub(super) crystal: bool,
 }
 

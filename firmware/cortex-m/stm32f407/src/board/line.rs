@@ -15,7 +15,7 @@ use super::soon;
 /// Polls for a byte to leave: above 300 µs at 168 MHz, where it takes 11 µs.
 const TRIES: u32 = 10_000;
 
-/// What came and was not yet taken.
+/// Bytes that came and were not yet taken.
 static RECEIVED: Ring = Ring::new();
 
 /// USART2.

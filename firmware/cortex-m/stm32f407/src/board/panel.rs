@@ -28,7 +28,7 @@ impl Panel {
         Self { button, lamps }
     }
 
-    /// Whether the button is down: high on this board.
+    /// Tells whether the button is down: high on this board.
     pub(super) fn button_is_down(&self) -> bool {
         self.button.idr().read().idr0().is_high()
     }

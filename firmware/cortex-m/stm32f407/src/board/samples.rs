@@ -60,7 +60,7 @@ impl Samples {
         self.counter.cnt().read().bits()
     }
 
-    /// Whether the next one has begun.
+    /// Tells whether the next one has begun.
     pub(super) fn is_over(&self) -> bool {
         self.timer.sr().read().uif().is_update_pending()
     }
