@@ -20,7 +20,7 @@ global_asm!(
     "addi t0, t0, 4",
     "j 1b",
     "2: ret",
-    paint = const parts::stack::STACK_PAINT_VALUE,
+    paint = const parts::image::STACK_PAINT_VALUE,
 );
 
 /// The counter of instructions.

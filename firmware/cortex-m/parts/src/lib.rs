@@ -7,4 +7,3 @@
 pub mod image;
 pub mod panic;
 pub mod ring;
-pub mod stack;

@@ -8,12 +8,8 @@
 #![no_std]
 
 pub mod axis;
-mod button;
 mod drive;
 mod refusal;
-mod ticks;
 
-pub use button::Button;
-pub use drive::Drive;
+pub use drive::{Button, Drive, Ticks};
 pub use refusal::answer_while_driving;
-pub use ticks::Ticks;

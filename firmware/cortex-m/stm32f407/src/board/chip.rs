@@ -4,7 +4,7 @@ use cortex_m::peripheral::{DCB, DWT};
 use firmware::{CAPACITY, SetpointTable};
 use firmware_link::body::VERSION;
 use firmware_link::{Identity, Target};
-use parts::{image, stack};
+use parts::image;
 
 use super::clock::Clocks;
 
@@ -71,6 +71,6 @@ impl Target for Chip {
     }
 
     fn stack_bytes(&self) -> u32 {
-        stack::deepest()
+        image::deepest_stack_bytes()
     }
 }
