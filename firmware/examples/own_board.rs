@@ -62,7 +62,7 @@ impl Board for Bench {
 }
 
 impl Bench {
-    /// What the motor does until the next sample.
+    /// Moves the motor to the next sample.
     fn turn(&mut self) {
         if self.powered {
             self.register = self.register.wrapping_add_signed(self.code / 8);

@@ -66,6 +66,7 @@
 //! | [`word`] | a gain as mantissa and exponent |
 //! | [`dac`] | codes, the converter's range, the paper's rounding |
 //! | [`setpoint`] | the table of setpoints |
+//! | [`refusal`] | what is not accepted: the setting, its value, what would do |
 //! | **the paper's** | |
 //! | [`gains`] | which words its law accepts; derivation of every word length |
 //! | [`pid`] | its law, and why the sum is exact and odd |
@@ -89,7 +90,7 @@
 //! The line to a host and the golden vectors, for whoever brings the axis to
 //! another processor, are a package of their own: `firmware-link`.
 //!
-//! # What is promised
+//! # Promises
 //!
 //! * **Both laws**: fed the same counts from `k = 0` on, within the declared
 //!   ranges and rounded to the nearest, the code differs by at most 1 from that
@@ -117,7 +118,7 @@
 //! | code | codes | −2^(n−1) to 2^(n−1)−1, `n` 2 to 24 | the same |
 //! | sample | 1 | `u64`: all | the same |
 //!
-//! # What it is not
+//! # Limits
 //!
 //! No floating point, no heap, no unsafe code, no panic, no feature switches.
 //! Gains in SI units are turned into words on the host; this crate accepts or
@@ -153,6 +154,7 @@ pub mod pid;
 pub mod position;
 mod product;
 pub mod reference;
+pub mod refusal;
 pub mod setpoint;
 pub mod states;
 pub mod stream;
@@ -160,25 +162,22 @@ mod widen;
 pub mod word;
 
 pub use axis::{Axis, AxisOutput, AxisState, Inputs};
-pub use backlash_compensation::{
-    BacklashCompensation, BacklashCompensationError, BacklashCompensationState, Room, Trigger,
-};
+pub use backlash_compensation::{BacklashCompensation, BacklashCompensationState, Room, Trigger};
 pub use backlash_measurement::{
-    BacklashMeasurement, BacklashMeasurementError, BacklashMeasurementRefused,
-    BacklashMeasurementRun, Creep, Detection, Gap,
+    BacklashMeasurement, BacklashMeasurementError, BacklashMeasurementRun, Creep, Detection, Gap,
 };
 pub use controller::{Controller, ControllerState, Output, Status};
 pub use counts::ErrorRange;
-pub use dac::{CodeSum, Codes, Dac, DacError};
+pub use dac::{CodeSum, Codes, Dac};
 pub use faults::{Fault, FaultCause, FaultLatch, FaultValues, Trip};
-pub use gains::{Gain, GainError, PidWords};
+pub use gains::{Gain, PidWords};
 pub use hardware::Board;
-pub use monitor::MonitorError;
-pub use motion::{MotionError, MotionGenerator, MotionPlan, MotionState};
+pub use motion::{MotionGenerator, MotionPlan, MotionState};
 pub use pid::{Pid, PidOutput, PidState};
-pub use position::{CounterParameters, PositionError, PositionState, Reading};
+pub use position::{CounterParameters, PositionState, Reading};
 pub use reference::{Next, Observed, Setpoint, SetpointSource};
-pub use setpoint::{CAPACITY, CAPACITY_SMALLEST, SetpointError, SetpointTable};
+pub use refusal::Refusal;
+pub use setpoint::{CAPACITY, CAPACITY_SMALLEST, SetpointTable};
 pub use states::{Event, Refused, State};
-pub use stream::{Stream, StreamError, StreamReceiver, StreamSender, Streamed};
+pub use stream::{Stream, StreamReceiver, StreamSender, Streamed};
 pub use word::GainWord;

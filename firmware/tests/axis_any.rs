@@ -17,7 +17,7 @@ use firmware::{
 use proptest::prelude::*;
 use rig::Script;
 
-/// What must hold after every sample.
+/// Demands after every sample.
 fn holds(
     axis: &Axis,
     before: &AxisState,

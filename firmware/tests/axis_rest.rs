@@ -48,7 +48,7 @@ impl Rig {
     }
 }
 
-/// What the last third of a long rest shows.
+/// Record of the last third of a long rest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Seen {
     /// Peak to peak of the position \[2^−16 counts\].

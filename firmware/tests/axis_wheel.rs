@@ -96,7 +96,7 @@ fn exact_code(e: i128, sum: i128, motor_difference: i128, dac: Dac) -> i32 {
     i32::try_from(held).expect("a code")
 }
 
-/// How many of 5000 codes differ from the exact law; motor and load are two
+/// Number of 5000 codes that differ from the exact law; motor and load are two
 /// unrelated walks. `swapped` gives each the other's place.
 fn dual_loop_differs(swapped: bool) -> (usize, usize) {
     let mut axis = axis(LawWords {

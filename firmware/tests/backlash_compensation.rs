@@ -5,10 +5,8 @@
 #![allow(clippy::expect_used, reason = "a test stops where its setup fails")]
 
 use firmware::backlash_compensation::{HALF_GAP_MAX, SAMPLES_MAX};
-use firmware::{
-    BacklashCompensation, BacklashCompensationError, BacklashCompensationState, Room, Setpoint,
-    Trigger,
-};
+use firmware::refusal::What;
+use firmware::{BacklashCompensation, BacklashCompensationState, Room, Setpoint, Trigger};
 use proptest::prelude::*;
 
 /// One count per sample, and per sample², in the unit of [`Room`].
@@ -152,7 +150,9 @@ proptest! {
         if 2 * n <= i128::from(SAMPLES_MAX) {
             prop_assert_eq!(planned.map(|plan| i128::from(plan.samples())), Ok(2 * n));
         } else {
-            prop_assert_eq!(planned, Err(BacklashCompensationError::TooLong { half_gap_counts: half_gap, room }));
+            let refusal = planned.expect_err("too long");
+            prop_assert_eq!(refusal.what, What::Crossing([room.velocity, room.acceleration]));
+            prop_assert_eq!(refusal.value, i64::from(half_gap));
         }
     }
 }
@@ -273,13 +273,8 @@ fn what_cannot_be_planned_is_refused_with_its_values() {
     );
     for (velocity, acceleration) in [(0, ONE), (ONE, 0)] {
         let error = plan(5, velocity, acceleration).expect_err("nothing left");
-        assert!(matches!(
-            error,
-            BacklashCompensationError::NoRoom {
-                half_gap_counts: 5,
-                ..
-            }
-        ));
+        assert_eq!(error.what, What::NoRoom([velocity, acceleration]));
+        assert_eq!((error.value, error.most), (5, 0));
     }
     assert!(plan(0, 0, 0).is_ok(), "without a gap there is no move");
 
@@ -304,7 +299,7 @@ fn the_memory_is_small() {
     assert!(size_of::<BacklashCompensationState>() <= 32);
 }
 
-/// What decides on the flank in [`flank_changes_at_rest`].
+/// Choice of the flank in [`flank_changes_at_rest`].
 #[derive(Clone, Copy)]
 enum Follows {
     Reference,

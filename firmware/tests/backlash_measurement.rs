@@ -9,9 +9,10 @@
 )]
 
 use firmware::backlash_measurement::{CREEP_MAX, RATIO_MAX, SPEED_MAX};
+use firmware::refusal::What;
 use firmware::{
-    BacklashMeasurement, BacklashMeasurementError, BacklashMeasurementRefused,
-    BacklashMeasurementRun, Creep, Detection, Gap, Next, Observed, SetpointSource,
+    BacklashMeasurement, BacklashMeasurementError, BacklashMeasurementRun, Creep, Detection, Gap,
+    Next, Observed, Refusal, SetpointSource,
 };
 use proptest::prelude::*;
 
@@ -40,7 +41,7 @@ struct Axis {
     half_gap: i64,
     /// Motor counts per load count, 2^−16.
     ratio: i64,
-    /// Where the motor stands on the wheel of 2^32 counts, and the load.
+    /// Position of the motor on the wheel of 2^32 counts, and the load.
     wheel: [i32; 2],
     code: i64,
 }
@@ -58,7 +59,7 @@ impl Axis {
         }
     }
 
-    /// Whether the motor stands on the flank that pushes in `direction`.
+    /// Tells whether the motor stands on the flank that pushes in `direction`.
     fn on_flank(&self, direction: i64) -> bool {
         (self.motor - self.load) * direction >= self.half_gap
     }
@@ -384,9 +385,18 @@ fn settings_out_of_range_are_refused_with_their_value() {
     let effort = |codes, samples| Detection::Effort { codes, samples };
     let encoder = |counts, ratio| Detection::LoadEncoder { counts, ratio };
     let good = effort(1, 1);
+    let refusal = |what, value: u32, most: u32| {
+        let (value, least, most) = (value.into(), 1, most.into());
+        Err(Refusal {
+            what,
+            value,
+            least,
+            most,
+        })
+    };
     for speed in [0, SPEED_MAX + 1] {
         let refused = BacklashMeasurement::accept(Creep { speed, ..creep() }, good);
-        assert_eq!(refused, Err(BacklashMeasurementRefused::Speed { speed }));
+        assert_eq!(refused, refusal(What::CreepSpeed, speed, SPEED_MAX));
     }
     for counts in [0, CREEP_MAX + 1] {
         let long = Creep {
@@ -394,20 +404,18 @@ fn settings_out_of_range_are_refused_with_their_value() {
             ..creep()
         };
         let refused = BacklashMeasurement::accept(long, good);
-        assert_eq!(
-            refused,
-            Err(BacklashMeasurementRefused::LongestCreep { counts })
-        );
+        assert_eq!(refused, refusal(What::LongestCreep, counts, CREEP_MAX));
     }
     for ratio in [0, RATIO_MAX + 1] {
         let refused = BacklashMeasurement::accept(creep(), encoder(1, ratio));
-        assert_eq!(refused, Err(BacklashMeasurementRefused::Ratio { ratio }));
+        assert_eq!(refused, refusal(What::LoadRatio, ratio, RATIO_MAX));
     }
     for detection in [encoder(0, 1), effort(0, 1), effort(1, 0)] {
         let refused = BacklashMeasurement::accept(creep(), detection);
+        assert_eq!(refused, refusal(What::Detection, 0, u32::MAX));
         assert_eq!(
-            refused,
-            Err(BacklashMeasurementRefused::NothingToDetect { detection })
+            refused.expect_err("no threshold").to_string(),
+            "a detection with a threshold of 0 sees a load where none is; it must be at least 1"
         );
     }
     let widest = Creep {
@@ -417,8 +425,13 @@ fn settings_out_of_range_are_refused_with_their_value() {
         tolerance_counts: u32::MAX,
     };
     assert!(BacklashMeasurement::accept(widest, encoder(u32::MAX, RATIO_MAX)).is_ok());
+    let still = Creep {
+        speed: 0,
+        ..creep()
+    };
+    let refused = BacklashMeasurement::accept(still, good);
     assert_eq!(
-        BacklashMeasurementRefused::Speed { speed: 0 }.to_string(),
+        refused.expect_err("no speed").to_string(),
         "a creep of 0·2^-16 counts/sample is not supported; it must lie between 1 and 16777216"
     );
 }

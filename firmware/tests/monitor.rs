@@ -11,7 +11,8 @@ use firmware::monitor::{
     EncoderLossMonitor, EncoderLossState, FollowingErrorMonitor, FollowingErrorState,
     SaturationMonitor, SaturationState, TickMonitor, TickState,
 };
-use firmware::{GainWord, MonitorError};
+use firmware::refusal::What;
+use firmware::{GainWord, Refusal};
 use proptest::prelude::*;
 
 /// A number of any magnitude, all lengths alike.
@@ -165,7 +166,7 @@ fn the_peak_is_kept_until_it_is_reset() {
     assert_eq!(state.peak(), 2);
 }
 
-/// How many of the last entries are true without a gap.
+/// Number of the last entries that are true without a gap.
 fn run_at_the_end(seen: &[bool]) -> i64 {
     seen.iter().rev().take_while(|yes| **yes).count() as i64
 }
@@ -256,7 +257,11 @@ fn what_is_not_accepted_says_what_would_be() {
     );
     for limit_counts in [0, 1 << 31, u32::MAX] {
         let (error, text) = following(limit_counts, lag, 16).expect("no use");
-        assert_eq!(error, MonitorError::LimitCounts { limit_counts });
+        let allowed = [1, i32::MAX.into()];
+        assert_eq!(
+            error,
+            refusal(What::FollowingError, limit_counts.into(), allowed)
+        );
         assert_eq!(
             text,
             format!(
@@ -266,25 +271,18 @@ fn what_is_not_accepted_says_what_would_be() {
         );
     }
     let (error, text) = following(1, GainWord::new(-5, 30), 16).expect("negative");
-    assert_eq!(
-        error,
-        MonitorError::Negative {
-            per_speed: GainWord::new(-5, 30)
-        }
-    );
+    let what = What::Lag(GainWord::new(-5, 30));
+    assert_eq!(error, refusal(what, -5, [0, i32::MAX.into()]));
     assert_eq!(
         text,
         "the following error's share per speed -5·2^-30 is negative; it must be at least 0"
     );
     for (word, velocity_fraction_bits) in [(lag, 33), (GainWord::new(1, 255), 255)] {
         let (error, text) = following(1, word, velocity_fraction_bits).expect("too fine");
-        assert_eq!(
-            error,
-            MonitorError::FractionBits {
-                per_speed: word,
-                velocity_fraction_bits
-            }
-        );
+        let left = 62_u8.saturating_sub(word.fraction_bits);
+        let what = What::LagFractionBits(word);
+        let allowed = [0, left.into()];
+        assert_eq!(error, refusal(what, velocity_fraction_bits.into(), allowed));
         assert!(
             text.ends_with("have more than 62 of them together"),
             "{text}"
@@ -293,7 +291,7 @@ fn what_is_not_accepted_says_what_would_be() {
 
     for (code_threshold, fits) in [(0, false), (1, true), (8_388_607, true), (8_388_608, false)] {
         let refused = EncoderLossMonitor::accept(code_threshold, 1).err();
-        let error = MonitorError::CodeThreshold { code_threshold };
+        let error = refusal(What::EncoderLossCode, code_threshold.into(), [1, 8_388_607]);
         assert_eq!(refused, (!fits).then_some(error));
         assert_eq!(
             error.to_string(),
@@ -304,7 +302,8 @@ fn what_is_not_accepted_says_what_would_be() {
         );
     }
     let error = EncoderLossMonitor::accept(1, 0).expect_err("at once");
-    assert_eq!(error, MonitorError::LossTicks);
+    let most = u32::MAX.into();
+    assert_eq!(error, refusal(What::EncoderLossSamples, 0, [1, most]));
     assert_eq!(
         error.to_string(),
         "an encoder cannot be lost after 0 samples; it must be at least 1 sample"
@@ -312,9 +311,23 @@ fn what_is_not_accepted_says_what_would_be() {
 
     assert!(SaturationMonitor::accept(u32::MAX - 1).is_ok());
     let error = SaturationMonitor::accept(u32::MAX).expect_err("never");
-    assert_eq!(error, MonitorError::SaturationTicks { ticks: u32::MAX });
+    let ticks = u32::MAX.into();
+    assert_eq!(
+        error,
+        refusal(What::SaturationSamples, ticks, [0, ticks - 1])
+    );
     assert_eq!(
         error.to_string(),
         "4294967295 samples at a limit are never passed; the number must be below 4294967295"
     );
+}
+
+/// Refusal with setting, value, and the range that is accepted.
+fn refusal(what: What, value: i64, [least, most]: [i64; 2]) -> Refusal {
+    Refusal {
+        what,
+        value,
+        least,
+        most,
+    }
 }

@@ -1,4 +1,4 @@
-//! How much memory an axis keeps, part by part: the table of
+//! Memory that an axis keeps, part by part: the table of
 //! `docs/CONTROLLER.md`.
 
 use firmware::axis::AxisState;

@@ -95,7 +95,7 @@ pub fn encode<const N: usize>(body: &[u8]) -> Option<Vec<u8, N>> {
     Some(line)
 }
 
-/// What a byte completes.
+/// Result of a byte.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Received<'a> {
     /// A frame, undamaged: its body.
@@ -121,7 +121,7 @@ pub struct Receiver {
     state: DecoderState,
     /// Body and CRC so far.
     bytes: Vec<u8, { LARGEST_BODY + CRC_BYTES }>,
-    /// Whether a byte was left out: the frame is damaged whatever else comes.
+    /// True if a byte was left out: the frame is damaged whatever else comes.
     broken: bool,
 }
 

@@ -15,7 +15,7 @@
 //! One request is under way at a time, so the plant's time stands still until
 //! the answer is there, however slow the line is.
 //!
-//! # What is promised
+//! # Promises
 //!
 //! * A request acts once. It has a number; the one that was carried out last is
 //!   answered again from memory, any other is refused ([`Nak::Number`]).
@@ -67,9 +67,8 @@
     clippy::unreachable
 )]
 
-pub mod bytes;
+pub mod body;
 pub mod frame;
-pub mod header;
 pub mod plan;
 pub mod reply;
 pub mod request;

@@ -10,7 +10,7 @@ use firmware::MotionPlan;
 use firmware::motion::PlanHead;
 use firmware::motion::piece::{Long, Piece, Point, Shape, Turn};
 
-use crate::bytes::{Reader, Writer};
+use crate::body::{Reader, Writer};
 use crate::settings::Payload;
 
 /// The parts of a plan, the head first.

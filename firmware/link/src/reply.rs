@@ -1,9 +1,9 @@
-//! What the controller answers.
+//! Answers of the controller.
 
 use heapless::Vec;
 
-use crate::bytes::{Reader, Writer};
-use crate::header::{Header, VERSION};
+use crate::body::{Header, VERSION};
+use crate::body::{Reader, Writer};
 use crate::request::Events;
 use firmware::faults::{Fault, FaultCause, FaultValues};
 use firmware::states::State;
@@ -26,7 +26,7 @@ pub enum Reply {
     Nak(Nak),
 }
 
-/// What answers at the other end.
+/// Identity of the other end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Identity {
     /// Version of the protocol ([`VERSION`]).
@@ -45,7 +45,7 @@ pub struct Identity {
     pub timer_hz: u32,
 }
 
-/// What a sample gave.
+/// Results of a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Stepped {
     /// Code for the converter.
@@ -55,20 +55,20 @@ pub struct Stepped {
     /// State after the sample; that of the paper's controller is
     /// [`State::Moving`].
     pub state: State,
-    /// Whether the power stage is to be on.
+    /// True if the power stage is to be on.
     pub power: bool,
-    /// Whether a declared range was left.
+    /// True if a declared range was left.
     pub out_of_range: bool,
     /// Requests that the state refused.
     pub refused: Events,
-    /// How long the sample took \[ticks of the timer\], less an empty
+    /// Time that the sample took \[ticks of the timer\], less an empty
     /// measurement.
     pub ticks: u32,
     /// The fault that is latched.
     pub fault: Option<Fault>,
 }
 
-/// How the controller has fared since it started.
+/// Record of the controller since it started.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Status {
     /// Deepest stack so far \[bytes\]; 0 where it is not known.
@@ -77,7 +77,7 @@ pub struct Status {
     pub steps: u32,
 }
 
-/// Why a request was not carried out.
+/// Reason for which a request was not carried out.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Nak {

@@ -1,10 +1,10 @@
-//! What the host asks.
+//! Requests of the host.
 
 use heapless::Vec;
 
-use crate::bytes::{Reader, Writer};
+use crate::body::Header;
+use crate::body::{Reader, Writer};
 use crate::frame::LARGEST_BODY;
-use crate::header::Header;
 use firmware::axis::Inputs;
 use firmware::reference::{Next, Setpoint};
 use firmware::states::Event;
@@ -35,7 +35,7 @@ pub enum Request<'a> {
     Begin {
         /// CRC-32 over kind and payload of every part, in their order.
         configuration: u32,
-        /// Where the axis takes its setpoints from.
+        /// Source of the axis' setpoints.
         source: SourceKind,
         /// Asked for at once, before the first sample.
         events: Events,
@@ -45,11 +45,11 @@ pub enum Request<'a> {
     /// Other words of the law, from the next sample on
     /// ([`crate::settings::read_law`]).
     Law(&'a [u8]),
-    /// How the controller has fared so far.
+    /// Asks for the record of the controller so far.
     Status,
 }
 
-/// Where a controller takes its setpoints from.
+/// Source of a controller's setpoints.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SourceKind {
     /// The table that was sent.
@@ -60,18 +60,18 @@ pub enum SourceKind {
     Step,
 }
 
-/// What goes into one sample.
+/// Inputs of one sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
     /// Asked for before the sample, in this order: disable, reset, enable, start.
     pub events: Events,
-    /// What the hardware shows. Its tick is the one before plus 1, or it is
+    /// Readings of the hardware. Its tick is the one before plus 1, or it is
     /// sent along.
     pub inputs: Inputs,
-    /// Whether the motor's register could not be read: the last good one stands
+    /// True if the motor's register could not be read: the last good one stands
     /// for it, as [`firmware::hardware::serve`] has it.
     pub motor_unread: bool,
-    /// What the source has, where it is [`SourceKind::Step`].
+    /// Answer of the source, where that is [`SourceKind::Step`].
     pub next: Next,
 }
 
@@ -108,7 +108,7 @@ impl Events {
         events.filter_map(move |(place, event)| (self.0 & bit(place) != 0).then_some(event))
     }
 
-    /// Whether there is none.
+    /// Tells whether there is none.
     pub const fn is_empty(self) -> bool {
         self.0 == 0
     }
@@ -136,7 +136,7 @@ mod kind {
     pub(super) const STATUS: u8 = 0x09;
 }
 
-/// What a step carries besides the motor's register.
+/// Contents of a step besides the motor's register.
 mod flag {
     pub(super) const EMERGENCY_STOP: u8 = 0x10;
     pub(super) const LOAD: u8 = 0x20;
@@ -184,7 +184,7 @@ impl Request<'_> {
         to.finish()
     }
 
-    /// What the kind is on the line; it begins a part's share of the
+    /// Kind on the line; it begins a part's share of the
     /// configuration's CRC.
     pub const fn kind(&self) -> u8 {
         match self {

@@ -7,9 +7,9 @@
 
 use heapless::Vec;
 
-use crate::bytes::Reader;
+use crate::body::Header;
+use crate::body::Reader;
 use crate::frame::{Received, crc32_on};
-use crate::header::Header;
 use crate::reply::{Identity, LARGEST_REPLY, Nak, Reply, Status, Stepped};
 use crate::request::{Events, Request, SourceKind, Step};
 use crate::{plan, settings};
@@ -21,9 +21,9 @@ use firmware::reference::{Next, Observed, Setpoint, SetpointSource};
 use firmware::setpoint::SetpointTable;
 use firmware::states::State;
 
-/// What a server needs of its target.
+/// Target as a server needs it.
 pub trait Target {
-    /// What it says of itself.
+    /// Identity that it tells.
     fn identity(&self) -> Identity;
 
     /// Starts to measure a sample.
@@ -52,7 +52,7 @@ enum Machine {
     Axis(Axis, AxisState),
 }
 
-/// Where the axis takes its setpoints from.
+/// Source of the axis' setpoints.
 #[derive(Debug)]
 struct Source<'t, const N: usize> {
     kind: SourceKind,
@@ -62,7 +62,7 @@ struct Source<'t, const N: usize> {
     k: u32,
     plan: MotionPlan,
     motion: MotionState,
-    /// What came with the step.
+    /// Setpoint that came with the step.
     given: Next,
 }
 

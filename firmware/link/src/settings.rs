@@ -3,7 +3,7 @@
 
 use heapless::Vec;
 
-use crate::bytes::{Reader, Writer};
+use crate::body::{Reader, Writer};
 use crate::frame::LARGEST_BODY;
 use firmware::axis::{Axis, Feedback, Monitors, Rest};
 use firmware::backlash_compensation::{BacklashCompensation, Trigger};
@@ -32,7 +32,7 @@ pub fn write_paper(words: &PidWords, dac: Dac) -> Option<Payload> {
     to.finish()
 }
 
-/// What [`write_paper`] wrote; `None` if it is damaged or refused.
+/// Reads what [`write_paper`] wrote; `None` if it is damaged or refused.
 pub fn read_paper(payload: &[u8]) -> Option<(Pid, Dac)> {
     let mut from = Reader::new(payload);
     let dac = Dac::with_bits(u32::from(from.u8()?)).ok()?;
@@ -53,7 +53,7 @@ pub fn write_law(law: &Law) -> Option<Payload> {
     to.finish()
 }
 
-/// What [`write_law`] wrote; `None` if it is damaged or refused.
+/// Reads what [`write_law`] wrote; `None` if it is damaged or refused.
 pub fn read_law(payload: &[u8]) -> Option<Law> {
     let mut from = Reader::new(payload);
     let law = law_from(&mut from)?;
@@ -98,7 +98,7 @@ pub fn write_axis(axis: &Axis) -> Option<Payload> {
     to.finish()
 }
 
-/// What [`write_axis`] wrote; `None` if it is damaged or refused.
+/// Reads what [`write_axis`] wrote; `None` if it is damaged or refused.
 pub fn read_axis(payload: &[u8]) -> Option<Axis> {
     let mut from = Reader::new(payload);
     let law = law_from(&mut from)?;

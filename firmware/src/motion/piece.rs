@@ -134,7 +134,7 @@ impl Turn {
     }
 }
 
-/// What an interval does from one sample to the next.
+/// Course of an interval from one sample to the next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Shape {
     /// Constant acceleration; also an interval that has one sample only.
@@ -163,7 +163,7 @@ pub enum Shape {
     },
 }
 
-/// Where the motion stands at a sample: all that changes.
+/// State of the motion at a sample: all that changes.
 ///
 /// In a sine the line is `x + S·sin φ`, `sine` is `S·sin φ`, and `cosine` is
 /// `S·cos φ` half a sample later.
@@ -201,7 +201,7 @@ impl Point {
 /// The samples of one interval.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Piece {
-    /// How many, at least one.
+    /// Number of samples, at least one.
     pub samples: u32,
     /// The first of them.
     pub entry: Point,

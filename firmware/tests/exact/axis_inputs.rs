@@ -1,4 +1,4 @@
-//! What an adversary feeds the axis' law: the corners of every declared
+//! Inputs of an adversary for the axis' law: the corners of every declared
 //! range at once, and sums just beside the limits of the converter.
 
 use firmware::law::LawInput;
@@ -6,7 +6,7 @@ use firmware::law::LawInput;
 use super::Random;
 use super::axis_law::{Model, two};
 
-/// How the next sample is chosen.
+/// Choice of the next sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Drive {
     /// Each of the four integers at some corner, `i32`'s own included.

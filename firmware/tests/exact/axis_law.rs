@@ -66,7 +66,7 @@ impl Ranges {
     }
 }
 
-/// What one sample must give.
+/// Results that one sample must give.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Sample {
     pub(crate) sum: i128,

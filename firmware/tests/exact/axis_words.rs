@@ -143,7 +143,7 @@ pub(crate) fn accepted(random: &mut Random) -> (Law, Dac) {
     }
 }
 
-/// Whether the tables of `firmware::law::words` allow these words.
+/// Tells whether the tables of `firmware::law::words` allow these words.
 pub(crate) fn allowed(words: &LawWords, dac: Dac) -> bool {
     let f = words.sum_fraction_bits;
     let all = [

@@ -15,7 +15,7 @@ pub(crate) const BILLION: i128 = 1_000_000_000;
 /// Just inside half a unit, in its billionths.
 pub(crate) const HALF: i64 = 499_999_999;
 
-/// How far each gain is beside its word, in billionths of its last place:
+/// Distance of each gain beside its word, in billionths of its last place:
 /// `Kp`, `Ki·Δt`, `Kd/Δt`, `Kv`, `Ka`, `Kf`. None beside a word of 0.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Beside([i128; 6]);

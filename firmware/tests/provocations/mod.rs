@@ -1,4 +1,4 @@
-//! What brings each fault about.
+//! Provocations of each fault.
 #![allow(clippy::expect_used, reason = "a test stops where its setup fails")]
 
 use firmware::axis::Monitors;
@@ -9,10 +9,10 @@ use firmware::{CounterParameters, FaultCause, GainWord, Inputs, Next, Setpoint, 
 
 use crate::rig::position;
 
-/// Where the axis stands and is to stay \[counts\].
+/// Position at which the axis stands and is to stay \[counts\].
 pub(crate) const HOME: i32 = 3_000;
 
-/// What brings a cause about: inputs and setpoints of the samples `0..=last`,
+/// Provocation of a cause: inputs and setpoints of the samples `0..=last`,
 /// the last of which must trip.
 pub(crate) struct Provocation {
     pub(crate) cause: FaultCause,

@@ -23,11 +23,9 @@
 //! gains are the same, and an axis that runs away stays within the firmware's
 //! promise for longer. The paper's gains at 1 ms reach 2^27 counts.
 
-use firmware::law::{LawError, Part};
-use firmware::{
-    DacError, ErrorRange, Gain, GainError, GainWord, MotionError, Pid, PidWords, SetpointError,
-    SetpointTable,
-};
+use firmware::law::Part;
+use firmware::refusal::What;
+use firmware::{ErrorRange, Gain, GainWord, Pid, PidWords, Refusal, SetpointTable};
 use plant::PidGains;
 
 /// Largest error range \[counts\].
@@ -348,10 +346,10 @@ pub enum QuantiseError {
     Gains(Vec<UnfitGain>),
     /// The firmware refuses the gains.
     #[error("{0}")]
-    Words(GainError),
+    Words(Refusal),
     /// The firmware refuses the gains of its law.
     #[error("{0}")]
-    Law(LawError),
+    Law(Refusal),
     /// A setting that has no fixed-point form.
     #[error("{key} = {value}: {because}")]
     Setting {
@@ -364,7 +362,7 @@ pub enum QuantiseError {
     },
     /// The motion cannot be generated on the chip.
     #[error("{0}")]
-    Motion(MotionError),
+    Motion(Refusal),
     /// The gap could not be measured.
     #[error("{0}")]
     Gap(String),
@@ -382,10 +380,10 @@ pub enum QuantiseError {
     Io(String),
     /// The setpoints do not fit the table.
     #[error("{0}")]
-    Setpoints(SetpointError),
+    Setpoints(Refusal),
     /// The firmware knows no converter of that many bits.
     #[error(transparent)]
-    Dac(#[from] DacError),
+    Dac(Refusal),
 }
 
 impl QuantiseError {
@@ -401,9 +399,11 @@ impl QuantiseError {
     /// The error of a motion with `needed` samples, for callers that know the
     /// number before they have computed the samples.
     pub fn too_long(needed: u64, capacity: usize) -> Self {
-        Self::Setpoints(SetpointError::TooLong {
-            needed: usize::try_from(needed).unwrap_or(usize::MAX),
-            capacity,
+        Self::Setpoints(Refusal {
+            what: What::Setpoints,
+            value: i64::try_from(needed).unwrap_or(i64::MAX),
+            least: 1,
+            most: i64::try_from(capacity).unwrap_or(i64::MAX),
         })
     }
 }

@@ -11,7 +11,7 @@
 //! comes from the load, `Kp` and `Ki` act on load counts and are converted:
 //! one load count is `ρ` motor counts.
 
-use firmware::law::{AntiWindup, FilterWords, Law, LawError, LawWords, Part};
+use firmware::law::{AntiWindup, FilterWords, Law, LawWords, Part};
 use firmware::{Dac, ErrorRange, GainWord};
 use plant::PidGains;
 
@@ -94,7 +94,7 @@ impl ScalingRequest {
 
     /// The gains, or the firmware's objection to the last ones that were tried.
     fn settle(&self) -> Result<ScaledLaw, QuantiseError> {
-        let dac = Dac::with_bits(self.dac_bits)?;
+        let dac = Dac::with_bits(self.dac_bits).map_err(QuantiseError::Dac)?;
         let beyond = QuantiseError::Travel(self.travel_counts);
         let Some(range) = error_range(self.travel_counts) else {
             return Err(beyond);
@@ -325,7 +325,7 @@ impl ScalingRequest {
     }
 
     /// The firmware's objection in terms of the run file.
-    fn explain(&self, error: LawError) -> QuantiseError {
+    fn explain(&self, error: firmware::Refusal) -> QuantiseError {
         if let Some(bits) = self.fewest_bits() {
             let because = format!(
                 "in fixed point these gains need at least {bits} bits to stay within one code \

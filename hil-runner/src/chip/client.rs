@@ -12,8 +12,8 @@
 use core::fmt;
 use std::time::{Duration, Instant};
 
+use firmware_link::body::VERSION;
 use firmware_link::frame::{LARGEST_FRAME, Received, Receiver, crc32_on, encode};
-use firmware_link::header::VERSION;
 use firmware_link::{Events, Identity, Nak, Reply, Request, SourceKind, Step, Stepped};
 
 use super::line::{Line, LineError};

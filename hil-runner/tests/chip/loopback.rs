@@ -21,7 +21,7 @@ pub(crate) struct Memory {
 impl Target for Memory {
     fn identity(&self) -> Identity {
         Identity {
-            version: firmware_link::header::VERSION,
+            version: firmware_link::body::VERSION,
             target: *b"m4\0\0\0\0\0\0",
             image_crc: crc32(b"memory"),
             flash_bytes: 8_000,

@@ -21,7 +21,7 @@ static mut TABLE: SetpointTable<TABLE_CAPACITY> = SetpointTable::resting_at(0);
 /// The server; what it starts with is written by [`Line::take_memory`].
 static mut LINE: MaybeUninit<Line> = MaybeUninit::uninit();
 
-/// What stands between a transport and the controller.
+/// Link between a transport and the controller.
 #[derive(Debug)]
 pub struct Line {
     receiver: Receiver,

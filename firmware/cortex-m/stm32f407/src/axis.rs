@@ -45,7 +45,7 @@ use firmware::monitor::{
     EncoderLossMonitor, FollowingErrorMonitor, SaturationMonitor, TickMonitor,
 };
 use firmware::output::{Output, Quantiser};
-use firmware::{CounterParameters, Dac, GainWord, MotionError, MotionPlan};
+use firmware::{CounterParameters, Dac, GainWord, MotionPlan, Refusal};
 
 /// `Δt` \[ns\].
 pub const PERIOD_NS: u32 = 1_000_000;
@@ -132,7 +132,7 @@ pub const AXIS: Axis = {
 ///
 /// # Errors
 /// None with the constants of this page, as its test shows.
-pub fn motions() -> Result<[MotionPlan; 2], MotionError> {
+pub fn motions() -> Result<[MotionPlan; 2], Refusal> {
     let travel = i64::from(TRAVEL_COUNTS) << 32;
     let forth = MotionPlan::new(travel, INTERVALS_PS, PERIOD_NS)?;
     let back = MotionPlan::new(-travel, INTERVALS_PS, PERIOD_NS)?;

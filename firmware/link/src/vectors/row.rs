@@ -8,14 +8,14 @@ use firmware::faults::{Fault, FaultCause, FaultValues};
 use firmware::reference::{Next, Observed, Setpoint, SetpointSource};
 use firmware::states::{Event, State};
 
-/// What goes into a sample. It is the source of setpoints of that sample too.
+/// Inputs of a sample. It is the source of setpoints of that sample too.
 #[derive(Debug, Clone, Copy)]
 pub struct Given<'a> {
     /// A letter for each request before the sample, `-` for none.
     pub requests: &'a str,
-    /// What the hardware shows.
+    /// Readings of the hardware.
     pub inputs: Inputs,
-    /// What the source has if it is asked.
+    /// Answer of the source if it is asked.
     pub next: Next,
 }
 
@@ -65,7 +65,7 @@ impl SetpointSource for Given<'_> {
     }
 }
 
-/// What must come out of it.
+/// Outputs that it must give.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Wanted {
     /// Of the sample.

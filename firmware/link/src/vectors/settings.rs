@@ -13,7 +13,7 @@ use firmware::output::{Output, Quantiser};
 use firmware::position::CounterParameters;
 use firmware::word::GainWord;
 
-/// What the lines have said so far. The default is everything off, and no
+/// Settings of the lines so far. The default is everything off, and no
 /// converter: that one has to be named.
 #[derive(Debug, Clone, Copy)]
 pub struct Settings {

@@ -1,4 +1,4 @@
-//! What the files of vectors show, one function a file.
+//! Scenarios of the files of vectors, one function a file.
 
 use firmware::counts::wrap;
 use firmware::{Next, Setpoint};

@@ -3,7 +3,8 @@
 
 use firmware::axis::{Axis, AxisState, Inputs};
 use firmware::backlash_measurement::{BacklashMeasurementRun, RATIO_MAX};
-use firmware::{BacklashMeasurement, BacklashMeasurementRefused, Creep, Detection, State, counts};
+use firmware::refusal::What;
+use firmware::{BacklashMeasurement, Creep, Detection, State, counts};
 
 use super::setup::{FROM_REST, Setup};
 use crate::case::Case;
@@ -176,11 +177,11 @@ fn routine(setup: &Setup<'_>, true_half_counts: f64) -> Result<BacklashMeasureme
     BacklashMeasurement::accept(creep, detection).map_err(|error| {
         let key = "backlash.backlash_measurement_speed_counts_per_s";
         let (slowest, fastest) = (1.0 / (65_536.0 * dt_s), 256.0 / dt_s);
-        let because = match error {
-            BacklashMeasurementRefused::Speed { .. } => {
+        let because = match error.what {
+            What::CreepSpeed => {
                 format!("at this sample time it must be from {slowest:.3} to {fastest} counts/s")
             }
-            error => error.to_string(),
+            _ => error.to_string(),
         };
         QuantiseError::setting(
             key,

@@ -82,7 +82,7 @@ impl Parts {
         let travel_counts = setpoint.count(setpoint.last_tick());
         let gains = quantise(&case.controller.gains, period_ns, travel_counts)?;
         setpoint.last_in_table()?;
-        let dac = Dac::with_bits(case.dac.bits)?;
+        let dac = Dac::with_bits(case.dac.bits).map_err(QuantiseError::Dac)?;
         Ok(Self { gains, dac })
     }
 }

@@ -61,7 +61,7 @@ impl<'a> Setup<'a> {
     pub(super) fn axis(&self, law: Law) -> Result<Axis, QuantiseError> {
         let settings = &self.case.options;
         let output = Output::new(
-            Dac::with_bits(self.case.dac.bits)?,
+            Dac::with_bits(self.case.dac.bits).map_err(QuantiseError::Dac)?,
             self.slew()?,
             self.quantiser(),
         )

@@ -1,4 +1,4 @@
-//! What is measured: a name, and a sample of an axis that is a constant.
+//! Features that are measured: a name, and a sample of an axis that is a constant.
 
 use firmware::axis::{Axis, AxisState, Inputs};
 use firmware::law::{LawInput, LawState};
@@ -36,7 +36,7 @@ pub(crate) struct TickFeature {
     pub(crate) axis: &'static Axis,
     /// The code, and whether there is power.
     pub(crate) sample: fn(&mut AxisState, &Inputs, &mut Setpoints<'_>) -> (i32, bool),
-    /// Whether there is a second encoder to be read.
+    /// True if there is a second encoder to be read.
     pub(crate) reads_load: bool,
 }
 

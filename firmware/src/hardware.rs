@@ -16,11 +16,9 @@
 pub mod ad57x1r;
 pub mod board;
 pub mod ls7366r;
-pub mod service;
 pub mod spi_board;
 
 pub use ad57x1r::{Ad57x1r, Ad57x1rError, Ad57x1rModel};
-pub use board::Board;
+pub use board::{Board, serve};
 pub use ls7366r::{CounterWidth, Ls7366r, Ls7366rError, Ls7366rStatus};
-pub use service::serve;
 pub use spi_board::{Line, SpiBoard, SpiBoardError};

@@ -1,11 +1,40 @@
-//! A file of vectors, row by row.
+//! Golden vectors: what the axis gives for stored inputs, number by number, on
+//! every processor.
+//!
+//! The files are `firmware/link/vectors/*.txt`, their format is in the `README.md`
+//! beside them. Whoever brings the controller to another processor replays them
+//! there, with [`replay()`] on the processor itself, or row by row from a host
+//! that has it at the end of a line: [`rows()`] needs no axis.
+//!
+//! ```
+//! use firmware_link::vectors::{What, replay};
+//!
+//! // Kp = 2 codes per count behind 12 bits; 10 counts behind its setpoint.
+//! let file = "\
+//! dac_bits = 12
+//! kp = 1073741824 29
+//!
+//! ES 0 0 - 0 0 next 0 0 0 | 0 0 moving 1 0 -
+//! - 1 90 - 0 0 last 100 0 0 | 20 10 holding 1 0 -
+//! ";
+//! assert_eq!(replay(file), Ok(2));
+//!
+//! // One code of it is another.
+//! let other = file.replace("| 20 10", "| 21 10");
+//! let mismatch = replay(&other).unwrap_err();
+//! assert_eq!((mismatch.line, mismatch.what), (5, What::Outputs));
+//! ```
+
+mod row;
+mod settings;
 
 use core::fmt;
 use core::str::Lines;
 
-use super::row::{Given, Wanted};
-use super::settings::Settings;
-use firmware::axis::Axis;
+use firmware::axis::{Axis, AxisState};
+
+pub use row::{Given, Wanted};
+pub use settings::Settings;
 
 /// A row with all that comes before it.
 #[derive(Debug, Clone, Copy)]
@@ -15,13 +44,13 @@ pub struct Row<'a> {
     /// The axis, where it is another from this row on. The first row has it;
     /// each later one comes with [`firmware::AxisState::gains_changed`].
     pub axis: Option<Axis>,
-    /// What goes into the sample.
+    /// Inputs of the sample.
     pub given: Given<'a>,
-    /// What must come out of it.
+    /// Outputs that it must give.
     pub wanted: Wanted,
 }
 
-/// Where a file and an axis part.
+/// Line at which a file and an axis part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Mismatch {
     /// Number of the line, from 1.
@@ -30,7 +59,7 @@ pub struct Mismatch {
     pub what: What,
 }
 
-/// What is wrong with a line.
+/// Mistakes of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum What {
     /// It is neither a setting nor a row.
@@ -121,5 +150,49 @@ impl<'a> Rows<'a> {
             given,
             wanted,
         })
+    }
+}
+
+/// The number of rows in a file whose every row the axis gives.
+///
+/// # Errors
+/// [`Mismatch`] with the first line where file and axis part.
+pub fn replay(text: &str) -> Result<usize, Mismatch> {
+    let mut running: Option<(Axis, AxisState)> = None;
+    let mut count: usize = 0;
+    for row in rows(text) {
+        let row = row?;
+        if let Some(axis) = row.axis {
+            running = Some(match running {
+                None => (axis, AxisState::start(&axis)),
+                Some((_, mut state)) => {
+                    state.gains_changed();
+                    (axis, state)
+                }
+            });
+        }
+        let line = row.line;
+        let fail = |what| Mismatch { line, what };
+        let (axis, state) = running.as_mut().ok_or(fail(What::Settings))?;
+        sample(axis, state, &row).map_err(fail)?;
+        count = count.saturating_add(1);
+    }
+    Ok(count)
+}
+
+fn sample(axis: &Axis, state: &mut AxisState, row: &Row<'_>) -> Result<(), What> {
+    let mut given = row.given;
+    for event in given.events() {
+        axis.request(state, event).map_err(|_| What::Request)?;
+    }
+    let output = axis.tick(state, &row.given.inputs, &mut given);
+    let gave = Wanted {
+        output,
+        fault: state.fault().copied(),
+    };
+    if gave == row.wanted {
+        Ok(())
+    } else {
+        Err(What::Outputs)
     }
 }

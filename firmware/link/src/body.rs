@@ -1,4 +1,4 @@
-//! Numbers as bytes, the lowest byte first.
+//! Bodies: numbers as bytes, the lowest byte first, behind a header.
 
 use heapless::Vec;
 
@@ -6,7 +6,7 @@ use heapless::Vec;
 #[derive(Debug, Default)]
 pub struct Writer<const N: usize> {
     bytes: Vec<u8, N>,
-    /// Whether something did not fit.
+    /// True if something did not fit.
     overflowed: bool,
 }
 
@@ -118,5 +118,38 @@ impl<'a> Reader<'a> {
     /// `Some` if nothing is left.
     pub const fn end(self) -> Option<()> {
         if self.0.is_empty() { Some(()) } else { None }
+    }
+}
+
+/// Version of the protocol, told in every HELLO; both sides must have the same.
+pub const VERSION: u8 = 1;
+
+/// Head of a body; the same in every version.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Header {
+    /// Kind of the body.
+    pub kind: u8,
+    /// Chosen by the host for one run: what is left of another is not of this.
+    pub session: u16,
+    /// Number of the request; a reply has that of the request it answers.
+    pub number: u32,
+}
+
+impl Header {
+    pub(crate) fn write<const N: usize>(self, to: &mut Writer<N>) {
+        to.u8(self.kind);
+        to.u16(self.session);
+        to.u32(self.number);
+    }
+
+    /// The header of a body, and what follows it.
+    pub fn read(body: &[u8]) -> Option<(Self, Reader<'_>)> {
+        let mut from = Reader::new(body);
+        let header = Self {
+            kind: from.u8()?,
+            session: from.u16()?,
+            number: from.u32()?,
+        };
+        Some((header, from))
     }
 }

@@ -1,12 +1,13 @@
-//! Drive mode: the axis in the sample interrupt, the line beside it.
+//! The two modes: bench, a server behind the line; drive, the axis in the sample
+//! interrupt and the line beside it.
 
 use core::cell::Cell;
 
 use cortex_m::peripheral::NVIC;
 use critical_section::Mutex;
-use firmware::State;
-use firmware_link::Target;
+use firmware::{CAPACITY, SetpointTable, State};
 use firmware_link::frame::{LARGEST_FRAME, Receiver, encode};
+use firmware_link::{Server, Target};
 use stm32f4::stm32f407::{IWDG, Interrupt, interrupt};
 use stm32f407_drive::axis::{AXIS, motions};
 use stm32f407_drive::{Drive, Ticks, answer_while_driving};
@@ -15,9 +16,30 @@ use super::chip::Chip;
 use super::clock::Clocks;
 use super::electronics::Electronics;
 use super::line::Line;
-use super::panel::{Lamp, Panel};
-use super::samples::Samples;
-use super::watchdog::Watchdog;
+use super::pins::{Lamp, Panel};
+use super::samples::{Samples, Watchdog};
+
+/// Bench mode: the controller on this chip, the plant at the other end of the
+/// line. Serves one host after another; the electronics stay as the reset has
+/// left them, off and at 0 V.
+pub(super) fn bench(
+    mut line: Line,
+    mut chip: Chip,
+    table: &'static mut SetpointTable<CAPACITY>,
+) -> ! {
+    let mut receiver = Receiver::new();
+    let mut server = Server::new(table);
+    loop {
+        let byte = line.next_byte();
+        let Some(received) = receiver.take(byte) else {
+            continue;
+        };
+        let reply = server.answer(received, &mut chip);
+        if let Some(frame) = reply.and_then(|reply| encode::<LARGEST_FRAME>(&reply)) {
+            line.send(&frame);
+        }
+    }
+}
 
 /// All that the interrupt owns.
 #[derive(Debug)]
@@ -45,10 +67,10 @@ impl Service {
 /// On its way to the interrupt.
 static HANDOVER: Mutex<Cell<Option<Service>>> = Mutex::new(Cell::new(None));
 
-/// Drives the axis if it can, and answers the line. Without its electronics, or
+/// Drive mode: drives the axis if it can, and answers the line. Without its electronics, or
 /// with a motion that has no plan, nothing is driven: the power stays off and
 /// the red lamp is lit.
-pub(super) fn run(
+pub(super) fn drive(
     electronics: Option<Electronics>,
     mut panel: Panel,
     samples: Samples,
@@ -58,7 +80,7 @@ pub(super) fn run(
     chip: &Chip,
 ) -> ! {
     panel.show(Lamp::Drive, true);
-    match electronics.and_then(drive) {
+    match electronics.and_then(planned) {
         Some(drive) => start(drive, panel, samples, watchdog, clocks),
         None => panel.show(Lamp::Fault, true),
     }
@@ -75,7 +97,7 @@ pub(super) fn run(
     }
 }
 
-fn drive(electronics: Electronics) -> Option<Drive<'static, Electronics>> {
+fn planned(electronics: Electronics) -> Option<Drive<'static, Electronics>> {
     let motions = motions().ok()?;
     let [forth, back] = cortex_m::singleton!(: [firmware::MotionPlan; 2] = motions)?;
     Some(Drive::new(AXIS, electronics, forth, back))
