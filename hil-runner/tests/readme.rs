@@ -11,7 +11,7 @@ use std::process::Command;
 
 const README: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../README.md");
 
-/// What a command prints: standard output, or the messages if there is none.
+/// Output of a command: standard output, or the messages if there is none.
 fn output_of(arguments: &str) -> String {
     let folder = tempfile::tempdir().unwrap();
     let output = Command::new(env!("CARGO_BIN_EXE_hil-runner"))

@@ -1,5 +1,7 @@
 //! A case on the bench: run, timed by whoever has a clock, judged.
 
+use serde::Serialize;
+
 use crate::budget::{self, Verdict};
 use crate::case::{Case, ComputationDelay, Law};
 use crate::controllers::{Controller, IoKind};
@@ -11,8 +13,9 @@ use crate::run::{Outcome, RowSink, RunOptions, run};
 use crate::scaling::FixedPointGains;
 use crate::summary::Summary;
 
-/// Times of the controller's step on a host.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Times of the controller's step on a host. Wall-clock time: it differs from
+/// run to run and decides nothing unless a budget says so.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct HostTiming {
     /// Steps measured.
     pub steps: usize,
@@ -23,25 +26,28 @@ pub struct HostTiming {
     /// Slowest step \[µs\].
     pub max_us: f64,
     /// Median of an empty measurement, the clock's own share \[µs\].
+    #[serde(skip)]
     pub clock_us: f64,
+    /// Sample time Δt that a step must fit into \[µs\].
+    pub sample_time_us: f64,
 }
 
 /// A case with everything that came out of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CaseRun {
-    /// What was run.
+    /// The case.
     pub case: Case,
-    /// What came out.
+    /// Its outcome.
     pub outcome: Outcome,
     /// Step time on the host, from a second pass; `None` on rung `continuous`.
     pub timing: Option<HostTiming>,
     /// Verdict on the step time, where the budget names it.
     pub timing_verdict: Option<Verdict>,
-    /// The gains in the firmware's words; `None` on the other rungs.
-    pub words: Option<FixedPointGains>,
-    /// Why it does not simply pass, if it keeps its limits.
+    /// The gains in fixed point; `None` on the other rungs.
+    pub fixed_point_gains: Option<FixedPointGains>,
+    /// Reasons not simply to pass, if it keeps its limits.
     pub reservations: Vec<Reservation>,
-    /// What the user should know besides the figures.
+    /// Sentences that the user should know besides the figures.
     pub warnings: Vec<String>,
 }
 
@@ -57,10 +63,10 @@ impl CaseRun {
     /// A case with its outcome, wherever it was run.
     ///
     /// # Errors
-    /// [`RunError::Quantise`] if no word holds a gain.
+    /// [`RunError::Quantise`] if no fixed-point number holds a gain.
     pub fn of(case: &Case, outcome: Outcome) -> Result<Self, RunError> {
         let controller = Controller::new(case, IoKind::Direct).map_err(RunError::Quantise)?;
-        let words = match controller {
+        let fixed_point_gains = match controller {
             Some(Controller::Firmware(law)) => Some(FixedPointGains::from(law.gains())),
             Some(Controller::Axis(law)) => Some(FixedPointGains::from(law.words())),
             _ => None,
@@ -71,7 +77,7 @@ impl CaseRun {
             outcome,
             timing: None,
             timing_verdict: None,
-            words,
+            fixed_point_gains,
             reservations,
             warnings,
         };
@@ -124,7 +130,7 @@ impl CaseRun {
         (&self.outcome.summary.name, &self.reservations)
     }
 
-    /// Whether all verdicts pass.
+    /// True if all verdicts pass.
     pub fn passes(&self) -> bool {
         self.verdicts().all(|verdict| verdict.pass)
     }
@@ -138,13 +144,13 @@ fn remarks(case: &Case, outcome: &Outcome) -> (Vec<Reservation>, Vec<String>) {
     (reservations, sentences)
 }
 
-/// What the figures alone do not make plain.
+/// Sentences about what the figures alone do not make plain.
 fn warnings(case: &Case, outcome: &Outcome) -> Vec<String> {
     let mut warnings = Vec::new();
     if outcome.out_of_range_samples > 0 {
         warnings.push(format!(
             "the firmware worked outside its declared ranges in {} samples: the position error \
-             or its sum was larger than the gains' words were made for",
+             or its sum was larger than the fixed-point gains were made for",
             outcome.out_of_range_samples
         ));
     }
@@ -160,7 +166,7 @@ fn warnings(case: &Case, outcome: &Outcome) -> Vec<String> {
     warnings
 }
 
-/// Why limits on a chip's figures fail where there is no figure.
+/// The reason for which limits on a chip's figures fail where there is no figure.
 fn unknown_figures(summary: &Summary) -> Option<String> {
     let unknown: Vec<String> = CHIP_FIGURES
         .iter()
