@@ -179,10 +179,11 @@ impl Finder {
             .arg(workspace.join("Cargo.toml"))
             // Cargo reads its settings from where it runs.
             .current_dir(&workspace)
-            // Meant for the host's processor, and the counts of instructions
-            // are those of the flags in the manifest.
+            // Meant for the host, and the counts of instructions are those of the
+            // flags in the manifest.
             .env_remove("RUSTFLAGS")
             .env_remove("CARGO_ENCODED_RUSTFLAGS")
+            .env_remove("CARGO_INCREMENTAL")
             .stdin(Stdio::null());
         toolchain.prepare(&mut cargo, &self.target_folder)?;
         match cargo.output() {
