@@ -17,7 +17,7 @@ const PAGES: [(&str, usize); 3] = [
     ("docs/RUN-FILES.md", 1),
 ];
 
-/// What a command prints: standard output, or the messages if there is none.
+/// Output of a command: standard output, or the messages if there is none.
 fn output_of(arguments: &str) -> String {
     let folder = tempfile::tempdir().unwrap();
     let output = Command::new(env!("CARGO_BIN_EXE_hil-runner"))

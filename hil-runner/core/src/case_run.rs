@@ -1,5 +1,7 @@
 //! A case on the bench: run, timed by whoever has a clock, judged.
 
+use serde::Serialize;
+
 use crate::budget::{self, Verdict};
 use crate::case::{Case, ComputationDelay, Law};
 use crate::digits;
@@ -9,8 +11,9 @@ use crate::reservation::{self, Reservation};
 use crate::run::{Outcome, RowSink, RunOptions, run};
 use crate::summary::Summary;
 
-/// Times of the controller's step on a host.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Times of the controller's step on a host. Wall-clock time: it differs from
+/// run to run and decides nothing unless a budget says so.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct HostTiming {
     /// Steps measured.
     pub steps: usize,
@@ -21,7 +24,10 @@ pub struct HostTiming {
     /// Slowest step \[µs\].
     pub max_us: f64,
     /// Median of an empty measurement, the clock's own share \[µs\].
+    #[serde(skip)]
     pub clock_us: f64,
+    /// Sample time Δt that a step must fit into \[µs\].
+    pub sample_time_us: f64,
 }
 
 /// A case with everything that came out of it.

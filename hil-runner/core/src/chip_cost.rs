@@ -1,4 +1,4 @@
-//! What a chip's part of a run costs: instructions, cycles, memory.
+//! Cost of a chip's part of a run: instructions, cycles, memory.
 
 use firmware::State;
 use serde::Serialize;
@@ -34,7 +34,7 @@ pub struct ChipReport {
     ///
     /// `None`, like the next two, where the chip's timer stands still.
     pub cycles_per_step_max: Option<u64>,
-    /// Longest step as a share of the sample time \[%\].
+    /// Longest execution time as a share of the sample time \[%\].
     pub utilisation_max_percent: Option<f64>,
     /// Steps that took longer than the sample time.
     pub deadline_misses: Option<u64>,
@@ -66,7 +66,7 @@ impl ChipReport {
     }
 }
 
-/// What the steps that end in one state cost.
+/// Cost of the steps that end in one state.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct StateCost {
     /// The state; "paper" for the controller without states.

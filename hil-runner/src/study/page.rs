@@ -258,7 +258,7 @@ pub fn best_table(tally: &Tally) -> FigureTable {
     let mut rows = Vec::new();
     for rung in &tally.rungs {
         rows.extend(rung.best.iter().map(|best| {
-            let percent = number::table(number::significant(100.0 * best.margin, 3));
+            let percent = number::rounded(100.0 * best.margin, 3);
             let own = [rung.rung.clone(), best.row.to_string(), percent];
             own.into_iter().chain(best.axes.iter().cloned()).collect()
         }));

@@ -65,7 +65,7 @@ impl<L: Link, F: Fn(&mut Command)> Link for Altered<L, F> {
     }
 }
 
-/// What is found of a change at a step of a case.
+/// The finding of a change at a step of a case.
 fn altered(case: &Case, at: u64, change: impl Fn(&mut Command)) -> Difference {
     let mut client = Client::greet(Box::new(Loopback::new())).unwrap();
     let chip = ChipLaw::new(&mut client, case, true).unwrap();
@@ -136,7 +136,7 @@ fn nothing_of_an_answer_may_differ() {
     }
 }
 
-/// How long the chip was busy is no difference: the chip in memory says it with
+/// The execution time of the chip is no difference: the chip in memory says it with
 /// every step, and the host does not.
 #[test]
 fn times_are_not_compared() {

@@ -12,7 +12,7 @@ use hil_runner::chip::line::{Line, LineError};
 /// Its timer ticks every 40 ns, as in QEMU: 3.2 ticks an instruction.
 #[derive(Debug)]
 pub(crate) struct Memory {
-    /// What the steps take, over and over \[ticks\].
+    /// Times of the steps, over and over \[ticks\].
     ticks: &'static [u32],
     /// Steps that were timed.
     steps: usize,

@@ -121,7 +121,7 @@ impl Project {
         (image, told)
     }
 
-    /// How often the image was built to be had once more.
+    /// Number of builds for the image to be had once more.
     fn builds(&self) -> usize {
         let (image, told) = self.image(&self.finder());
         assert!(image.unwrap().is_file());

@@ -7,7 +7,7 @@ use std::path::Path;
 use super::journal::checksum;
 use super::manifest::{Manifest, Shard};
 use super::{ResultsError, io};
-use crate::output::OutputFile;
+use crate::files::output::OutputFile;
 use crate::study::definition::{Changes, Study};
 
 /// Names of the texts that the manifest has the checksums of.

@@ -1,6 +1,8 @@
 //! Run files on disk: from a name or a path to the case, or a sentence that says
 //! why not.
 
+pub mod output;
+
 use std::borrow::Cow;
 use std::fs::File;
 use std::io::{ErrorKind, Read};

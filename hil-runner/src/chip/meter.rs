@@ -5,20 +5,20 @@
 //! that time. A board's timer counts the cycles of its core.
 
 use firmware_link::Identity;
-
-use crate::chip::spec::Target;
 use hil_core::case::TargetSettings;
 use hil_core::chip_cost::ExecutionTime;
 use hil_core::message::whole;
 
+use super::spec::Target;
+
 /// Machine time of an instruction in QEMU with `-icount shift=7` \[ns\].
 const NS_PER_INSTRUCTION: u64 = 1 << 7;
 
-/// What a tick of a chip's timer stands for.
+/// Meaning of a tick of a chip's timer.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Meter {
     timer_hz: u32,
-    /// Whether the timer shows instructions, as QEMU's does.
+    /// True if the timer shows instructions, as QEMU's does.
     counts_instructions: bool,
     clock_hz: u64,
     cycles_per_instruction: f64,
@@ -57,7 +57,7 @@ impl Meter {
         self.clock_hz
     }
 
-    /// What `ticks` stand for.
+    /// The time that `ticks` stand for.
     pub fn time(&self, ticks: u32) -> ExecutionTime {
         if !self.counts_instructions {
             return ExecutionTime {

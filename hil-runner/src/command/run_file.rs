@@ -1,8 +1,11 @@
-//! `hil-runner init`: a run file to start from.
+//! `hil-runner init` and `hil-runner schema`: run files to start from, and what
+//! may stand in them.
 
 use anyhow::bail;
 use clap::Args;
 use hil_core::runfile;
+
+use super::terminal;
 
 /// Print a commented run file to start from
 #[derive(Debug, Args)]
@@ -23,7 +26,23 @@ impl Init {
                 names.join(", ")
             );
         };
-        super::terminal::print(text)?;
+        terminal::print(text)?;
+        Ok(true)
+    }
+}
+
+/// Print the JSON schema of run files
+///
+/// Editors with TOML support (taplo and others) complete and check run files
+/// with it.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  hil-runner schema > run-file.schema.json")]
+pub(crate) struct Schema {}
+
+impl Schema {
+    pub(crate) fn execute(&self) -> anyhow::Result<bool> {
+        let schema = serde_json::to_string_pretty(&runfile::schema())?;
+        terminal::print(&format!("{schema}\n"))?;
         Ok(true)
     }
 }

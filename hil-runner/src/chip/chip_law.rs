@@ -1,25 +1,27 @@
 //! Rung `firmware` on a chip: the same parameters, the same registers and the
 //! same requests as on the host, over a line; the codes come back.
 
-mod configure;
-mod meter;
-
 use firmware::axis::Inputs;
-use firmware::law::Law;
+use firmware::law::Law as AxisLaw;
 use firmware::{Dac, Next, Observed, State, counts};
-use firmware_link::{Events, Identity, Reply, Request, Step, Stepped, settings as wire};
-
-use super::client::{Client, ClientError};
-use hil_core::case::Case;
+use firmware_link::request::MOST_SETPOINTS;
+use firmware_link::{
+    Events, Identity, Reply, Request, SourceKind, Step, Stepped, plan, settings as wire,
+};
+use hil_core::case::{Case, Law};
 use hil_core::chip_cost::{Chip, ChipReport, ExecutionFigures};
-use hil_core::controllers::{Arrivals, Reported, StreamedQueue, World};
+use hil_core::controllers::{
+    Arrivals, FROM_REST, Parts, Reported, Setpoint, Setup, Source, StreamedQueue, World,
+    compensated,
+};
 use hil_core::error::RunError;
 use hil_core::message::{Command, Link, LinkError, Measurement};
-use hil_core::quantise::FixedPointGains;
+use hil_core::quantise::{FixedPointGains, QuantiseError};
 use hil_core::run::{Outcome, RowSink, RunOptions, run_over};
+use thiserror::Error;
 
-pub use configure::ChipLawError;
-pub use meter::Meter;
+use super::client::{Client, ClientError};
+use super::meter::Meter;
 
 /// A configured chip, sample by sample.
 #[derive(Debug)]
@@ -32,7 +34,7 @@ pub struct ChipLaw<'c> {
     meter: Meter,
 }
 
-/// What runs on the chip.
+/// The controller on the chip.
 #[derive(Debug)]
 enum Kind {
     /// The paper's law alone.
@@ -41,15 +43,15 @@ enum Kind {
     Axis(Box<RemoteAxis>),
 }
 
-/// What the host keeps for an axis on a chip.
+/// The host's part of an axis on a chip.
 #[derive(Debug)]
 struct RemoteAxis {
     world: World,
     reported: Reported,
     /// The law that the chip has, and the one from the gain change on.
-    law: Law,
-    next_law: Option<Law>,
-    /// Where the setpoints come with the samples.
+    law: AxisLaw,
+    next_law: Option<AxisLaw>,
+    /// The queue, where the setpoints come with the samples.
     queue: Option<Box<StreamedQueue>>,
 }
 
@@ -198,12 +200,117 @@ impl Link for ChipLaw<'_> {
     }
 }
 
-/// A chip for a run, and how its timer is to be read.
+impl<'c> ChipLaw<'c> {
+    /// Begins a session on the chip and gives it the controller of `case`.
+    /// `in_qemu`: whether its timer counts instructions.
+    ///
+    /// # Errors
+    /// [`ChipLawError`] if the case has no such controller, or the chip does not
+    /// take it.
+    pub fn new(client: &'c mut Client, case: &Case, in_qemu: bool) -> Result<Self, ChipLawError> {
+        let Some(period_ns) = case.controller.sample_time_ns else {
+            return Err(ChipLawError::Quantise(QuantiseError::NoSampleTime));
+        };
+        if case.controller.law != Law::Firmware {
+            return Err(ChipLawError::Law(case.controller.law));
+        }
+        let dac = Dac::with_bits(case.dac.bits).map_err(QuantiseError::Dac)?;
+        client.begin_session()?;
+        let (kind, gains) = if case.options.is_off() {
+            paper(client, case, period_ns)?
+        } else {
+            axis(client, case, period_ns)?
+        };
+        let meter = Meter::new(client.identity(), in_qemu, case.target);
+        Ok(Self {
+            client,
+            kind,
+            gains,
+            dac,
+            meter,
+        })
+    }
+}
+
+fn paper(
+    client: &mut Client,
+    case: &Case,
+    period_ns: u64,
+) -> Result<(Kind, FixedPointGains), ChipLawError> {
+    let Parts { gains, dac } = Parts::of(case, period_ns)?;
+    let payload = wire::write_paper(gains.pid.words(), dac).ok_or(ClientError::TooLong)?;
+    client.take(&Request::Paper(&payload))?;
+    let table = Setpoint::new(case, period_ns).table()?;
+    send_table(client, table.as_counts())?;
+    client.begin(SourceKind::Table, Events::default())?;
+    Ok((Kind::Paper, gains.fixed_point()))
+}
+
+fn axis(
+    client: &mut Client,
+    case: &Case,
+    period_ns: u64,
+) -> Result<(Kind, FixedPointGains), ChipLawError> {
+    let setup = Setup::of(case, period_ns)?;
+    let scaled = setup.law()?;
+    let axis = compensated(&setup, scaled.law)?;
+    let payload = wire::write_axis(&axis).ok_or(ClientError::TooLong)?;
+    client.take(&Request::Axis(&payload))?;
+    let mut queue: Option<Box<StreamedQueue>> = None;
+    let source = match setup.source()? {
+        Source::Table(table) => {
+            send_table(client, table.table().as_counts())?;
+            SourceKind::Table
+        }
+        Source::Generator(generator) => {
+            for part in plan::parts(generator.plan()) {
+                client.take(&Request::Plan(&part))?;
+            }
+            SourceKind::Plan
+        }
+        Source::Queue(streamed) => {
+            queue = Some(streamed);
+            SourceKind::Step
+        }
+    };
+    let mut events = Events::default();
+    let mut reported = Reported::new(State::Disabled);
+    for event in FROM_REST {
+        reported.asked(event);
+        events.insert(event);
+    }
+    client.begin(source, events)?;
+    let kind = Kind::Axis(Box::new(RemoteAxis {
+        world: World::new(&case.options, period_ns),
+        reported,
+        law: scaled.law,
+        next_law: setup.next_law()?,
+        queue,
+    }));
+    Ok((kind, scaled.fixed_point()))
+}
+
+fn send_table(client: &mut Client, setpoints: &[i32]) -> Result<(), ChipLawError> {
+    let capacity = client.identity().table_capacity;
+    if u32::try_from(setpoints.len()).is_ok_and(|needed| needed > capacity) {
+        return Err(ChipLawError::Table {
+            needed: setpoints.len(),
+            capacity,
+        });
+    }
+    for some in setpoints.chunks(MOST_SETPOINTS) {
+        let bytes: Vec<u8> = some.iter().flat_map(|count| count.to_le_bytes()).collect();
+        client.take(&Request::Setpoints(&bytes))?;
+    }
+    Ok(())
+}
+
+/// A chip for a run, and the reading of its timer.
 #[derive(Debug)]
 pub struct ChipUnderTest<'c> {
     /// The line to it.
     pub client: &'c mut Client,
-    /// Whether it runs in QEMU: its timer counts instructions then.
+    /// True if it runs in QEMU: its timer counts instructions then.
     pub in_qemu: bool,
 }
 
@@ -225,7 +332,7 @@ pub fn run_on_chip(
     run_over(case, options, &mut law, sink)
 }
 
-/// What a chip calls itself; what is no letter, number or sign is a question
+/// The name that a chip gives itself; what is no letter, number or sign is a question
 /// mark.
 pub fn name_of(identity: &Identity) -> String {
     let name = identity.target.iter().take_while(|byte| **byte != 0);
@@ -234,4 +341,39 @@ pub fn name_of(identity: &Identity) -> String {
         _ => '?',
     })
     .collect()
+}
+
+/// A reason for which a chip does not get the controller of a case.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ChipLawError {
+    /// Only rung `firmware` runs on a chip.
+    #[error("a chip runs the firmware; the law must be \"firmware\", not \"{}\"", .0.name())]
+    Law(Law),
+    /// The motion is longer than the chip's table of setpoints.
+    #[error(
+        "the motion needs {needed} setpoints but the chip's table holds {capacity}; a longer sample \
+         time, a shorter motion or controller.setpoints = \"generator\" needs fewer"
+    )]
+    Table {
+        /// Setpoints of the motion.
+        needed: usize,
+        /// Setpoints that the table holds.
+        capacity: u32,
+    },
+    /// The gains or the motion do not fit the firmware.
+    #[error(transparent)]
+    Quantise(#[from] QuantiseError),
+    /// The chip does not answer, or refuses.
+    #[error(transparent)]
+    Client(#[from] ClientError),
+}
+
+impl From<ChipLawError> for RunError {
+    fn from(error: ChipLawError) -> Self {
+        match error {
+            ChipLawError::Quantise(refused) => Self::Quantise(refused),
+            other => Self::Link(LinkError::Refused(other.to_string())),
+        }
+    }
 }

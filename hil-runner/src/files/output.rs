@@ -39,6 +39,15 @@ impl OutputFile {
         })
     }
 
+    /// Writes the whole contents of the file and commits it.
+    ///
+    /// # Errors
+    /// As [`OutputFile::commit`].
+    pub fn write_whole(mut self, text: &str) -> io::Result<()> {
+        self.write_all(text.as_bytes())?;
+        self.commit()
+    }
+
     /// Makes what was written so far appear at the path.
     ///
     /// # Errors
@@ -65,7 +74,7 @@ fn named(path: &Path, error: &io::Error) -> io::Error {
     io::Error::new(error.kind(), format!("{path} cannot be written: {error}"))
 }
 
-/// Whether two paths lead to the same file, be it there yet or not. A device
+/// True if two paths lead to the same file, be it there yet or not. A device
 /// or pipe is no file: nothing is lost if two outputs go there.
 pub fn same_file(one: &Path, other: &Path) -> bool {
     let place = |path: &Path| -> Option<PathBuf> {

@@ -1,25 +1,26 @@
-//! `--link`: how controller and plant are connected.
+//! The option `--link`: the connection of controller and plant.
 
 use std::str::FromStr;
 
 use anyhow::{Context, bail};
-use hil_core::case::{Case, Law};
+use hil_core::case::Case;
 use hil_core::case_run::CaseRun;
 use hil_core::error::RunError;
 use hil_core::run::{RowSink, RunOptions};
 use hil_core::runfile::RunFile;
-use hil_runner::channel::LinkKind;
+
 use hil_runner::chip::client::Client;
 use hil_runner::chip::spec::{ChipLink, UnknownLink};
 use hil_runner::chip::{self, ChipLaw, ChipUnderTest, name_of, run_on_chip};
-use hil_runner::timing::timed_run;
+use hil_runner::host::{LinkKind, timed_run};
 
-use super::{interrupt, terminal};
+use super::{refuse_other_laws, terminal};
 
 /// A link by its name on the command line.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub(super) enum LinkName {
     /// A function call.
+    #[default]
     InProcess,
     /// Two threads and a pair of channels.
     Channel,
@@ -85,22 +86,19 @@ impl LinkName {
 
     /// A chip runs the firmware alone.
     pub(super) fn refuse_other_laws(&self, files: &[RunFile]) -> anyhow::Result<()> {
-        let Self::Chip(link) = self else {
-            return Ok(());
-        };
-        let other = |file: &&RunFile| file.case.controller.law != Law::Firmware;
-        if let Some(file) = files.iter().find(other) {
-            let because = format!("--link {link} runs the firmware; the law must be \"firmware\"");
-            bail!("{}", file.refuse("controller", "law", &because));
+        match self {
+            Self::Chip(link) => {
+                refuse_other_laws(files, &format!("--link {link} runs the firmware"))
+            }
+            _ => Ok(()),
         }
-        Ok(())
     }
 }
 
 impl OpenChip {
     /// Opens the line and greets the chip.
     pub(super) fn open(link: &ChipLink) -> anyhow::Result<Self> {
-        interrupt::watch();
+        terminal::watch_signals();
         let mut tell = |text: &str| terminal::tell(&format!("{text}\n"));
         let opened = chip::open(link, &mut tell).with_context(|| format!("--link {link}"))?;
         let client = Client::greet(opened.line).with_context(|| format!("--link {link}"))?;
@@ -122,7 +120,7 @@ impl OpenChip {
                 target.name()
             );
         }
-        interrupt::check()?;
+        terminal::check_signals()?;
         Ok(Self {
             link: link.clone(),
             client,
@@ -143,7 +141,7 @@ impl OpenChip {
         Ok(ChipLaw::new(chip.client, case, chip.in_qemu)?)
     }
 
-    /// What was noticed of the line: a matter of the moment.
+    /// The notes on the line so far: a matter of the moment.
     pub(super) fn noticed(&self) -> String {
         let noticed = self.client.noticed();
         format!(
@@ -171,7 +169,7 @@ impl OpenLink {
         }
     }
 
-    /// What was noticed of a line to a chip, if something was.
+    /// Tells the notes on a line to a chip, if requests were asked again.
     pub(super) fn tell(&self) {
         if let Self::Chip(chip) = self
             && chip.client.noticed().repeated > 0
