@@ -189,7 +189,7 @@ fn effect(base: &[&str], key: &str, value: &str) -> Effect {
     };
     let case = bench_tests::case("paper-2", &[axis, base, more].concat());
     let gap = key
-        .starts_with("backlash.homing")
+        .starts_with("backlash.backlash_measurement")
         .then(|| measure_gap(&case).unwrap());
     let ran = Ran::of_case(case, IoKind::Direct).unwrap();
     let fault = ran.axis().fault.clone();

@@ -23,7 +23,7 @@ impl Init {
                 names.join(", ")
             );
         };
-        super::terminal::print(text)?;
+        super::terminal::print(&runfile::commented(&self.case, text))?;
         Ok(true)
     }
 }

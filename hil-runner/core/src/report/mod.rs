@@ -6,7 +6,6 @@ mod chip;
 mod from_runs;
 mod ladder_report;
 mod parameters;
-mod parameters_options;
 mod traces;
 
 pub use case_report::{CaseReport, FigureRow, HostTiming, Parameter, VerdictRow};
