@@ -99,8 +99,7 @@
 mod error;
 mod generator;
 mod interval;
-mod parts;
-mod piece;
+pub mod piece;
 mod plan;
 mod real;
 #[cfg(test)]
@@ -109,4 +108,4 @@ mod words;
 
 pub use self::error::MotionError;
 pub use self::generator::{MotionGenerator, MotionState};
-pub use self::plan::MotionPlan;
+pub use self::plan::{MotionPlan, PlanHead};

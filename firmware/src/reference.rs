@@ -1,5 +1,5 @@
 //! Setpoints one sample at a time, whatever they come from: the table in the
-//! controller's memory, the motion generator, a streamed queue, or a homing
+//! controller's memory, the motion generator, a streamed queue, or a backlash measurement
 //! routine.
 
 use core::borrow::Borrow;
@@ -22,7 +22,7 @@ pub struct Setpoint {
     pub acceleration: i32,
 }
 
-/// What the axis shows to a source of setpoints: a routine such as homing
+/// What the axis shows to a source of setpoints: a routine such as a backlash measurement
 /// decides by it, the others do not look at it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Observed {

@@ -1,4 +1,4 @@
-//! Which words the product's law accepts: every demand of
+//! Which words the axis' law accepts: every demand of
 //! `firmware::law::words` from both sides, and every error with its sentence;
 //! filter and treatment of wind-up are in `law_acceptance_options.rs`.
 //! The whole rule over random words is measured in `law_rule.rs`.
@@ -7,9 +7,9 @@
 
 mod exact;
 
+use exact::axis_law::{Ranges, two};
+use exact::axis_words::largest;
 use exact::just::{PAPER, PARTS, accept, just, with};
-use exact::product_law::{Ranges, two};
-use exact::product_words::largest;
 use firmware::law::{Law, LawError, LawWords, Part};
 use firmware::{Dac, GainWord};
 

@@ -1,4 +1,4 @@
-//! Which filters and treatments of wind-up the product's law accepts: every
+//! Which filters and treatments of wind-up the axis' law accepts: every
 //! demand from both sides, every error with its sentence.
 
 mod exact;

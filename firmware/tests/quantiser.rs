@@ -6,7 +6,7 @@
 mod exact;
 
 use exact::Random;
-use exact::product_words::random_output;
+use exact::axis_words::random_output;
 use firmware::Dac;
 use firmware::output::{Output, Quantiser, SlewError, Window};
 

@@ -6,8 +6,8 @@ use crossbeam_channel::{Receiver, Sender};
 use hil_core::case::{Case, Law};
 use hil_core::controllers::Controller;
 use hil_core::error::RunError;
-use hil_core::link::{Link, LinkError};
-use hil_core::message::{Command, Measurement};
+use hil_core::message::{Command, Link, LinkError, Measurement};
+use hil_core::quantise::FixedPointGains;
 use hil_core::run::{self, Outcome, RowSink, RunOptions};
 
 /// Connection of controller and plant on one machine.
@@ -34,8 +34,25 @@ impl LinkKind {
         if self == Self::InProcess || case.controller.law == Law::Continuous {
             return run::run(case, options, sink);
         }
-        let controller = run::controller(case, options.io)?;
+        Self::Channel.run_with(case, options, run::controller(case, options.io)?, sink)
+    }
+
+    /// The same with a controller that is ready for its first sample.
+    ///
+    /// # Errors
+    /// As [`run::run_over`].
+    pub(crate) fn run_with(
+        self,
+        case: &Case,
+        options: RunOptions,
+        mut controller: Controller,
+        sink: &mut RowSink<'_>,
+    ) -> Result<Outcome, RunError> {
+        if self == Self::InProcess {
+            return run::run_over(case, options, &mut controller, sink);
+        }
         let (mut plant_end, controller_end) = channel_pair();
+        plant_end.gains = controller.gains();
         std::thread::scope(|scope| {
             let served = scope.spawn(move || controller_end.serve(controller));
             let outcome = run::run_over(case, options, &mut plant_end, sink);
@@ -54,6 +71,7 @@ impl LinkKind {
 pub struct ChannelLink {
     measurements: Sender<Measurement>,
     commands: Receiver<Command>,
+    gains: Option<FixedPointGains>,
 }
 
 /// The controller's end of a pair of channels.
@@ -71,6 +89,7 @@ pub fn channel_pair() -> (ChannelLink, ChannelController) {
     let plant_end = ChannelLink {
         measurements,
         commands: to_plant,
+        gains: None,
     };
     let controller_end = ChannelController {
         measurements: from_plant,
@@ -93,6 +112,10 @@ impl Link for ChannelLink {
         }
         Ok(command)
     }
+
+    fn gains(&self) -> Option<FixedPointGains> {
+        self.gains.clone()
+    }
 }
 
 impl ChannelController {
@@ -108,6 +131,8 @@ impl ChannelController {
 
 #[cfg(test)]
 mod tests {
+    use hil_core::message::Steps;
+
     use super::*;
 
     #[test]
@@ -116,7 +141,7 @@ mod tests {
         drop(controller);
         let measurement = Measurement {
             tick: 7,
-            position_counts: 0.0,
+            position_counts: Steps::Whole(0),
             load_counts: None,
         };
         assert_eq!(
@@ -128,18 +153,11 @@ mod tests {
     #[test]
     fn an_answer_to_another_sample_is_an_error() {
         let (mut link, controller) = channel_pair();
-        let answer = Command {
-            tick: 6,
-            error_counts: 0.0,
-            dac_code: 0.0,
-            out_of_range: false,
-            execution: None,
-            axis: None,
-        };
+        let answer = Command::whole(6, 0, 0);
         controller.commands.send(answer).unwrap();
         let measurement = Measurement {
             tick: 7,
-            position_counts: 0.0,
+            position_counts: Steps::Whole(0),
             load_counts: None,
         };
         let wrong = LinkError::WrongTick {

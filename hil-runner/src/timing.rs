@@ -5,17 +5,17 @@
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-use hil_core::case::Case;
+use hil_core::case::{Case, Law};
 use hil_core::case_run::{CaseRun, HostTiming};
 use hil_core::controllers::Controller;
 use hil_core::error::RunError;
 use hil_core::message::Measurement;
-use hil_core::run::{RowSink, RunOptions};
+use hil_core::run::{self, RowSink, RunOptions};
 
 use crate::channel::LinkKind;
 
 /// Runs a case and, on sampled rungs, times the controller in a second pass
-/// over what it was fed.
+/// over the measurements that it got.
 ///
 /// # Errors
 /// [`RunError`]; the rows up to there have been delivered.
@@ -29,10 +29,13 @@ pub fn timed_run(
         inputs: true,
         ..options
     };
-    let outcome = link.run(case, options, sink)?;
-    let controller = Controller::new(case, options.io).map_err(RunError::Quantise)?;
-    let timing = controller.and_then(|controller| measure(controller, &outcome.inputs));
-    Ok(CaseRun::of(case, outcome)?.timed(timing))
+    if case.controller.law == Law::Continuous {
+        return CaseRun::new(case, options, sink);
+    }
+    let controller = run::controller(case, options.io)?;
+    let outcome = link.run_with(case, options, controller.clone(), sink)?;
+    let timing = measure(controller, &outcome.inputs);
+    Ok(CaseRun::of(case, outcome).timed(timing))
 }
 
 /// Feeds `inputs` to `controller` once more; `None` without inputs.

@@ -5,8 +5,8 @@ use hil_core::controllers::{
     Controller, IoKind, accepted, scaling_request, smallest_sample_time_ns,
 };
 use hil_core::number;
+use hil_core::scaling::GAIN_KEYS;
 use hil_core::scaling::ScalingRequest;
-use hil_core::scaling::fitting::GAIN_KEYS;
 
 use super::Ran;
 

@@ -3,10 +3,10 @@
 //!
 //! ```text
 //!            inputs            supervision        reference          law            output
-//! register ─► position.rs ─┬─► watch/ ───┐   source ─► r            law/          output.rs
-//! tick, e-stop, bus ───────┴────────────►│   takeup/ ───► + ─►(+)─► e ─► y ─────► code
-//!                                        ▼                    ▲-
-//!                             faults.rs, states.rs            └── c, motor or load
+//! register ─► position.rs ─┬─► monitor ───┐   source ─► r            law/          output.rs
+//! tick, e-stop, bus ───────┴──────────────►│   backlash ──► + ─►(+)─► e ─► y ─────► code
+//!                                          ▼   compensation      ▲-
+//!                               faults.rs, states.rs             └── c, motor or load
 //! ```
 //!
 //! A fault that is found in a sample acts in that sample: the code is 0 and
@@ -29,16 +29,16 @@ mod reference;
 mod state;
 mod tick;
 
-pub use options::{Feedback, Rest, Watches};
+pub use options::{Feedback, Monitors, Rest};
 pub use state::AxisState;
 pub use tick::{AxisOutput, Inputs};
 
+use crate::backlash_compensation::BacklashCompensation;
 use crate::law::Law;
+use crate::monitor::{EncoderLossState, SaturationState};
 use crate::output::Output;
 use crate::position::{CounterParameters, PositionState};
 use crate::states::{Event, Refused, State};
-use crate::takeup::TakeUp;
-use crate::watch::{EncoderLossState, SaturationState};
 
 /// An axis: everything that does not change in motion. Its memory is
 /// [`AxisState`].
@@ -79,11 +79,11 @@ pub struct Axis {
     /// Which encoder the position comes from.
     pub feedback: Feedback,
     /// Compensation of the backlash.
-    pub take_up: Option<TakeUp>,
+    pub backlash_compensation: Option<BacklashCompensation>,
     /// What changes at rest.
     pub rest: Rest,
     /// Supervision.
-    pub watches: Watches,
+    pub monitors: Monitors,
 }
 
 impl Axis {
@@ -95,9 +95,9 @@ impl Axis {
             output: output.of_converter(law.dac()),
             counter: CounterParameters::WORD,
             feedback: Feedback::Motor,
-            take_up: None,
+            backlash_compensation: None,
             rest: Rest::NONE,
-            watches: Watches::NONE,
+            monitors: Monitors::NONE,
         }
     }
 

@@ -1,7 +1,7 @@
 //! What an axis can do beyond the law: options, each of which can be off.
 
+use crate::monitor::{EncoderLossMonitor, FollowingErrorMonitor, SaturationMonitor, TickMonitor};
 use crate::position::CounterParameters;
-use crate::watch::{EncoderLossWatch, FollowingErrorWatch, SaturationWatch, TickWatch};
 
 /// Which encoder the position comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -35,18 +35,18 @@ impl Rest {
 
 /// Checks that run in every sample; `None` checks nothing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Watches {
+pub struct Monitors {
     /// Distance of the axis from its setpoint.
-    pub following_error: Option<FollowingErrorWatch>,
+    pub following_error: Option<FollowingErrorMonitor>,
     /// An encoder that does not count.
-    pub encoder_loss: Option<EncoderLossWatch>,
+    pub encoder_loss: Option<EncoderLossMonitor>,
     /// An output that stays at its limit.
-    pub saturation: Option<SaturationWatch>,
+    pub saturation: Option<SaturationMonitor>,
     /// A sample that did not come.
-    pub ticks: Option<TickWatch>,
+    pub ticks: Option<TickMonitor>,
 }
 
-impl Watches {
+impl Monitors {
     /// Nothing is watched: the default.
     pub const NONE: Self = Self {
         following_error: None,

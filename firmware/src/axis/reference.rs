@@ -1,14 +1,14 @@
 //! What the axis is to do in a sample: its setpoint, and what changes at rest.
 
 use super::{Axis, AxisState};
+use crate::backlash_compensation::BacklashCompensationState;
 use crate::faults::Trip;
 use crate::law::{LawInput, LawState};
 use crate::reference::{Next, Observed, Setpoint, SetpointSource};
 use crate::states::{Event, State};
-use crate::takeup::TakeUpState;
 
 impl Axis {
-    /// The setpoint of this sample, take-up included.
+    /// The setpoint of this sample, backlash compensation included.
     #[inline(always)]
     pub(super) fn reference(
         &self,
@@ -25,7 +25,7 @@ impl Axis {
         if core::mem::take(&mut state.position_to_hold) {
             // Hold where the axis stands, and go on from the code in force.
             setpoint.position = position;
-            state.take_up = TakeUpState::default();
+            state.backlash_compensation = BacklashCompensationState::default();
             let code = state.output.code();
             state.law = if state.state == State::Enabled || code != 0 {
                 LawState::take_over(code)
@@ -54,8 +54,8 @@ impl Axis {
             },
         }
         state.setpoint = setpoint.position;
-        if let (true, Some(take_up)) = (powered, &self.take_up) {
-            let offset = take_up.step(&mut state.take_up, &setpoint);
+        if let (true, Some(backlash_compensation)) = (powered, &self.backlash_compensation) {
+            let offset = backlash_compensation.step(&mut state.backlash_compensation, &setpoint);
             setpoint.position = setpoint.position.wrapping_add(offset);
         }
         (setpoint, underrun)
@@ -64,8 +64,8 @@ impl Axis {
     /// Dead band and held integral while the axis stands.
     #[inline(always)]
     pub(super) fn at_rest(&self, state: &AxisState, input: LawInput) -> LawInput {
-        let stands =
-            matches!(state.state, State::Holding | State::Enabled) && !state.take_up.is_under_way();
+        let stands = matches!(state.state, State::Holding | State::Enabled)
+            && !state.backlash_compensation.is_under_way();
         LawInput {
             within_dead_band: stands && input.error.unsigned_abs() <= self.rest.dead_band,
             hold_integral: stands && self.rest.hold_integral,

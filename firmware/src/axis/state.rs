@@ -1,13 +1,13 @@
 //! Memory of an axis.
 
 use super::Axis;
+use crate::backlash_compensation::BacklashCompensationState;
 use crate::faults::{Fault, FaultCause, FaultLatch, FaultValues};
 use crate::law::LawState;
+use crate::monitor::{EncoderLossState, FollowingErrorState, SaturationState, TickState};
 use crate::output::OutputState;
 use crate::position::PositionState;
 use crate::states::{Event, State};
-use crate::takeup::TakeUpState;
-use crate::watch::{EncoderLossState, FollowingErrorState, SaturationState, TickState};
 
 /// Memory of an [`Axis`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -16,13 +16,13 @@ pub struct AxisState {
     pub(super) output: OutputState,
     pub(super) motor: PositionState,
     pub(super) load: PositionState,
-    pub(super) take_up: TakeUpState,
+    pub(super) backlash_compensation: BacklashCompensationState,
     pub(super) latch: FaultLatch,
     pub(super) ticks: TickState,
     pub(super) following: FollowingErrorState,
     pub(super) loss: EncoderLossState,
     pub(super) saturation: SaturationState,
-    /// The last setpoint, without the take-up \[counts, modulo 2^32\].
+    /// The last setpoint, without the backlash compensation \[counts, modulo 2^32\].
     pub(super) setpoint: i32,
     pub(super) state: State,
     /// Whether the axis was enabled since the last sample.
@@ -40,7 +40,7 @@ impl AxisState {
             output: axis.output.start(),
             motor: PositionState::default(),
             load: PositionState::default(),
-            take_up: TakeUpState::default(),
+            backlash_compensation: BacklashCompensationState::default(),
             latch: FaultLatch::default(),
             ticks: TickState::default(),
             following: FollowingErrorState::default(),
@@ -65,7 +65,7 @@ impl AxisState {
 
     /// The register of the last good reading of the motor's encoder, for a
     /// sample whose reading failed.
-    pub(crate) fn last_registers(&self) -> (u32, Option<u32>) {
+    pub fn last_registers(&self) -> (u32, Option<u32>) {
         let register = |position: Option<i32>| position.map(i32::cast_unsigned);
         (
             register(self.motor.position()).unwrap_or_default(),
@@ -98,7 +98,7 @@ impl AxisState {
     }
 
     /// Largest `|e|` since the start or the last reset of the peak \[counts\];
-    /// kept by the following-error watch.
+    /// kept by the following-error monitor.
     pub const fn peak_error_counts(&self) -> u32 {
         self.following.peak()
     }

@@ -81,8 +81,9 @@ impl Axis {
         // What follows in this sample leads from one powered state to another.
         let powered = state.state.is_powered();
         // A drive that runs down after a Disable is still one that drives.
-        if let (true, Some(watch)) = (powered | (code_in_force != 0), &self.watches.encoder_loss) {
-            let lost = watch.check(&mut state.loss, code_in_force, seen.moved);
+        if let (true, Some(monitor)) = (powered | (code_in_force != 0), &self.monitors.encoder_loss)
+        {
+            let lost = monitor.check(&mut state.loss, code_in_force, seen.moved);
             note(&mut trip, lost);
         }
 
@@ -97,8 +98,8 @@ impl Axis {
 
         // 3. e = r − c                                       eq. 20, 22 [counts]
         let error_counts = counts::difference(setpoint.position, seen.position);
-        if let (true, Some(watch)) = (powered, &self.watches.following_error) {
-            let too_far = watch.check(&mut state.following, error_counts, setpoint.velocity);
+        if let (true, Some(monitor)) = (powered, &self.monitors.following_error) {
+            let too_far = monitor.check(&mut state.following, error_counts, setpoint.velocity);
             note(&mut trip, too_far);
         }
 
@@ -114,9 +115,9 @@ impl Axis {
                 ..LawInput::default()
             };
             (code, out_of_range) = self.drive(state, input);
-            if let Some(watch) = &self.watches.saturation {
+            if let Some(monitor) = &self.monitors.saturation {
                 let at_limit = self.output.dac().is_limit(code);
-                trip = watch.check(&mut state.saturation, at_limit);
+                trip = monitor.check(&mut state.saturation, at_limit);
             }
         }
 
@@ -231,8 +232,8 @@ impl Axis {
     /// What the hardware itself reports.
     #[inline(always)]
     fn hardware_trip(&self, state: &mut AxisState, inputs: &Inputs) -> Option<Trip> {
-        let watch = self.watches.ticks;
-        let mut trip = watch.and_then(|watch| watch.check(&mut state.ticks, inputs.tick));
+        let monitor = self.monitors.ticks;
+        let mut trip = monitor.and_then(|monitor| monitor.check(&mut state.ticks, inputs.tick));
         if inputs.failed_transfers != 0 {
             let bus = Trip {
                 cause: FaultCause::HardwareBus,

@@ -1,4 +1,4 @@
-//! The law of the product: the paper's PID (eq. 23) with the additions that an
+//! The axis' law: the paper's PID (eq. 23) with the additions that an
 //! axis in service needs, in one 64-bit sum.
 //!
 //! ```text
@@ -24,7 +24,7 @@
 //! [`AntiWindup::BackCalculation`] makes the step and takes back the excess
 //! times `Δt/T_t`, rounded to `2^−F` codes with halves away from zero.
 //!
-//! # No bump
+//! # Bumpless transfer
 //!
 //! When the axis is enabled ([`LawState::take_over`]), or its gains change in
 //! motion, the next sample puts the integral where the sum equals the last

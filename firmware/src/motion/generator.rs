@@ -92,9 +92,9 @@ impl MotionPlan {
             piece.inspect(|piece| state.enter(piece))
         };
         match piece {
-            Some(piece) => Next::Setpoint(piece.setpoint(&state.point, self.sign)),
+            Some(piece) => Next::Setpoint(piece.setpoint(&state.point, self.head.sign)),
             None => Next::Last(Setpoint {
-                position: self.end,
+                position: self.head.end,
                 velocity: 0,
                 acceleration: 0,
             }),
@@ -103,6 +103,15 @@ impl MotionPlan {
 }
 
 impl MotionState {
+    /// Before the first sample.
+    pub const fn at_start() -> Self {
+        Self {
+            point: Point::ZERO,
+            left: 0,
+            entered: 0,
+        }
+    }
+
     #[inline]
     fn enter(&mut self, piece: &Piece) {
         // Seven intervals at most.

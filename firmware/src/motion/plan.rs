@@ -30,13 +30,22 @@ const DURATION_MAX_PS: u64 = 1 << 62;
 pub struct MotionPlan {
     /// Those of the intervals that have samples, for the travel's magnitude.
     pub(super) pieces: Vec<Piece, 7>,
+    pub(super) head: PlanHead,
+}
+
+/// A plan without its pieces; the default is no motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct PlanHead {
     /// −1 where the travel is negative, otherwise 0.
-    pub(super) sign: i32,
-    /// Where the motion ends, `floor(h + ½)`.
-    pub(super) end: i32,
-    pub(super) last_sample: u64,
-    pub(super) velocity_fraction_bits: u8,
-    pub(super) acceleration_fraction_bits: u8,
+    pub sign: i32,
+    /// The end of the motion, `floor(h + ½)` \[counts, modulo 2^32\].
+    pub end: i32,
+    /// Number of the sample at which the motion has ended.
+    pub last_sample: u64,
+    /// Fraction bits of the setpoints' velocities.
+    pub velocity_fraction_bits: u8,
+    /// Fraction bits of the setpoints' accelerations.
+    pub acceleration_fraction_bits: u8,
 }
 
 impl MotionPlan {
@@ -86,32 +95,70 @@ impl MotionPlan {
         let [a, b, c, d, ..] = end.to_le_bytes();
         Ok(Self {
             pieces,
-            sign: i32::from(travel < 0).wrapping_neg(),
-            end: i32::from_le_bytes([a, b, c, d]),
-            last_sample: sample_from(total_ps, period_ps),
-            velocity_fraction_bits: u8::try_from(velocity_bits).unwrap_or(0),
-            acceleration_fraction_bits: u8::try_from(acceleration_bits).unwrap_or(0),
+            head: PlanHead {
+                sign: i32::from(travel < 0).wrapping_neg(),
+                end: i32::from_le_bytes([a, b, c, d]),
+                last_sample: sample_from(total_ps, period_ps),
+                velocity_fraction_bits: u8::try_from(velocity_bits).unwrap_or(0),
+                acceleration_fraction_bits: u8::try_from(acceleration_bits).unwrap_or(0),
+            },
         })
+    }
+
+    /// No motion: the axis stays at 0.
+    pub const fn at_rest() -> Self {
+        Self {
+            pieces: Vec::new(),
+            head: PlanHead {
+                sign: 0,
+                end: 0,
+                last_sample: 0,
+                velocity_fraction_bits: 0,
+                acceleration_fraction_bits: 0,
+            },
+        }
+    }
+
+    /// The plan less its pieces.
+    pub const fn head(&self) -> PlanHead {
+        self.head
+    }
+
+    /// The pieces in their order.
+    pub fn pieces(&self) -> &[Piece] {
+        &self.pieces
+    }
+
+    /// Begins a plan that another machine has computed; its pieces follow. In
+    /// place: a plan is too large to pass over a chip's stack.
+    pub fn begin(&mut self, head: PlanHead) {
+        self.pieces.clear();
+        self.head = head;
+    }
+
+    /// Adds the next piece; `None` if there is no room for it.
+    pub fn push(&mut self, piece: Piece) -> Option<()> {
+        self.pieces.push(piece).ok()
     }
 
     /// Fraction bits of the setpoints' velocities, 0 to 60.
     pub const fn velocity_fraction_bits(&self) -> u8 {
-        self.velocity_fraction_bits
+        self.head.velocity_fraction_bits
     }
 
     /// Fraction bits of the setpoints' accelerations, 0 to 60.
     pub const fn acceleration_fraction_bits(&self) -> u8 {
-        self.acceleration_fraction_bits
+        self.head.acceleration_fraction_bits
     }
 
     /// Number of the sample at which the motion has ended; the first is 0.
     pub const fn last_sample(&self) -> u64 {
-        self.last_sample
+        self.head.last_sample
     }
 
     /// The travel, rounded \[counts, modulo 2^32\].
     pub const fn end(&self) -> i32 {
-        self.end
+        self.head.end
     }
 }
 

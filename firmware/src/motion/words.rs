@@ -25,7 +25,7 @@ impl Interval {
         let (sine, cosine) = theta.sine_cosine();
         // The speed and the displacement of the sine, S = A/ω².
         let speed = self.amplitude.over(omega);
-        let swing = speed.over(omega);
+        let sine_amplitude = speed.over(omega);
         let (line_start, line_speed, sine, velocity) = match self.course {
             // x = x0 + (v0 + A/ω)·τ − S·sin ωτ
             Course::Rise | Course::Constant => {
@@ -36,7 +36,12 @@ impl Interval {
             // x = x0 + S + v0·τ − S·cos ωτ
             Course::Fall => {
                 let velocity = self.velocity.plus(speed.times(sine));
-                (self.position.plus(swing), self.velocity, cosine, velocity)
+                (
+                    self.position.plus(sine_amplitude),
+                    self.velocity,
+                    cosine,
+                    velocity,
+                )
             }
         };
         let line = line_start.plus(line_speed.times(self.first));
@@ -44,7 +49,7 @@ impl Interval {
             return Ok(Piece {
                 samples: 1,
                 entry: Point {
-                    line: Long::from_real(line.minus(swing.times(sine))),
+                    line: Long::from_real(line.minus(sine_amplitude.times(sine))),
                     velocity: velocity_word(velocity, velocity_bits),
                     ..Point::default()
                 },
@@ -56,7 +61,7 @@ impl Interval {
             });
         }
         let (shape, sine_bits) =
-            self.turning(line_speed, swing, velocity_bits, acceleration_bits)?;
+            self.turning(line_speed, sine_amplitude, velocity_bits, acceleration_bits)?;
         // Half a sample later; there is another sample in the interval, so
         // that ω·τ + ω/2 < π/2.
         let (later_sine, later_cosine) = theta.plus(omega.scaled(-1)).sine_cosine();
@@ -70,25 +75,25 @@ impl Interval {
             entry: Point {
                 line: Long::from_real(line),
                 step: Long::from_real(line_speed),
-                sine: word(swing.times(sine), sine_bits),
-                cosine: word(swing.times(cosine_later), sine_bits),
+                sine: word(sine_amplitude.times(sine), sine_bits),
+                cosine: word(sine_amplitude.times(cosine_later), sine_bits),
                 velocity: velocity_word(velocity, velocity_bits),
             },
             shape,
         })
     }
 
-    /// What turns a sine of amplitude `swing`, and the sine's fraction bits.
+    /// What turns a sine of amplitude `sine_amplitude`, and the sine's fraction bits.
     fn turning(
         &self,
         line_speed: Real,
-        swing: Real,
+        sine_amplitude: Real,
         velocity_bits: i32,
         acceleration_bits: i32,
     ) -> Result<(Shape, i32), MotionError> {
         // The amplitude takes 2^61 to 2^62 less a margin of 1/64, into which
         // the roundings may grow.
-        let grown = swing.plus(swing.scaled(-6));
+        let grown = sine_amplitude.plus(sine_amplitude.scaled(-6));
         let sine_bits = 62_i32.saturating_sub(grown.bits()).min(SINE_BITS_MAX);
         let most_bits = sine_bits.saturating_sub(5).clamp(0, 31).unsigned_abs();
         self.samples_up_to(1_u64.wrapping_shl(most_bits))?;

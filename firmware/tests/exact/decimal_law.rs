@@ -1,4 +1,4 @@
-//! The product's law of decimal gains with the exact filter, and inputs within
+//! The axis' law of decimal gains with the exact filter, and inputs within
 //! the declared ranges.
 //!
 //! Everything is an exact integer in units of 2^−(F+32)/10^9 codes: the gains
@@ -9,7 +9,7 @@ use firmware::GainWord;
 use firmware::law::{Derivative, Law, LawInput, LawWords};
 
 use super::Random;
-use super::product_law::two;
+use super::axis_law::two;
 
 pub(crate) const BILLION: i128 = 1_000_000_000;
 /// Just inside half a unit, in its billionths.

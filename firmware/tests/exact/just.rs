@@ -1,4 +1,4 @@
-//! The paper's gains as words of the product's law, and what lies just beside
+//! The paper's gains as words of the axis' law, and what lies just beside
 //! the limits of acceptance.
 
 use firmware::law::{Law, LawError, LawWords, Part};

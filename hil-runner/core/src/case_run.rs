@@ -2,13 +2,11 @@
 
 use crate::budget::{self, Verdict};
 use crate::case::{Case, ComputationDelay, Law};
-use crate::controllers::{Controller, IoKind};
 use crate::digits;
 use crate::error::RunError;
 use crate::figures::{CHIP_FIGURES, HOST_STEP_P99};
 use crate::reservation::{self, Reservation};
 use crate::run::{Outcome, RowSink, RunOptions, run};
-use crate::scaling::FixedPointGains;
 use crate::summary::Summary;
 
 /// Times of the controller's step on a host.
@@ -37,8 +35,6 @@ pub struct CaseRun {
     pub timing: Option<HostTiming>,
     /// Verdict on the step time, where the budget names it.
     pub timing_verdict: Option<Verdict>,
-    /// The gains in the firmware's words; `None` on the other rungs.
-    pub words: Option<FixedPointGains>,
     /// Why it does not simply pass, if it keeps its limits.
     pub reservations: Vec<Reservation>,
     /// What the user should know besides the figures.
@@ -51,31 +47,21 @@ impl CaseRun {
     /// # Errors
     /// [`RunError`]; the rows up to there have been delivered.
     pub fn new(case: &Case, options: RunOptions, sink: &mut RowSink<'_>) -> Result<Self, RunError> {
-        Self::of(case, run(case, options, sink)?)
+        Ok(Self::of(case, run(case, options, sink)?))
     }
 
     /// A case with its outcome, wherever it was run.
-    ///
-    /// # Errors
-    /// [`RunError::Quantise`] if no word holds a gain.
-    pub fn of(case: &Case, outcome: Outcome) -> Result<Self, RunError> {
-        let controller = Controller::new(case, IoKind::Direct).map_err(RunError::Quantise)?;
-        let words = match controller {
-            Some(Controller::Firmware(law)) => Some(FixedPointGains::from(law.gains())),
-            Some(Controller::Axis(law)) => Some(FixedPointGains::from(law.words())),
-            _ => None,
-        };
+    pub fn of(case: &Case, outcome: Outcome) -> Self {
         let (reservations, warnings) = remarks(case, &outcome);
         let run = Self {
             case: case.clone(),
             outcome,
             timing: None,
             timing_verdict: None,
-            words,
             reservations,
             warnings,
         };
-        Ok(run.timed(None))
+        run.timed(None)
     }
 
     /// The same with the step's time on a host, and the verdict on it.

@@ -3,7 +3,16 @@
 use firmware::State;
 use serde::Serialize;
 
-use crate::message::ExecutionTime;
+/// Execution time of one sample on a chip.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ExecutionTime {
+    /// Instructions; `None` on a board, which counts cycles.
+    pub instructions: Option<u32>,
+    /// Cycles of the core: counted, or instructions times a stated factor.
+    pub cycles: u64,
+    /// The same at the chip's clock \[ns\], rounded up.
+    pub time_ns: u64,
+}
 
 /// The chip's part of a summary; its keys stand among those of the run.
 #[derive(Debug, Clone, PartialEq, Serialize)]

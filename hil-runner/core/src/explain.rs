@@ -4,9 +4,8 @@ use firmware::SetpointError;
 use firmware::law::{LawError, Part};
 
 use crate::error::RunError;
-use crate::quantise::QuantiseError;
+use crate::quantise::{QuantiseError, key};
 use crate::runfile::RunFile;
-use crate::scaling::key;
 
 /// The error of a run of this file as the user should read it.
 pub fn explain(file: &RunFile, error: &RunError) -> String {

@@ -5,7 +5,7 @@ use crate::case::{Case, Law};
 use crate::case_run::fault_warning;
 use crate::digits;
 use crate::error::RunError;
-use crate::link::Link;
+use crate::message::Link;
 use crate::record::GridPoint;
 use crate::reservation;
 use crate::run::{Outcome, RowSink, RunOptions, run, run_over};

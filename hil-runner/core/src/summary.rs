@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::budget::{self, Verdict};
 use crate::case::{Case, Law};
 use crate::chip_cost::ChipReport;
-use crate::controllers::AxisStatus;
+use crate::message::AxisStatus;
 use crate::number;
 use crate::rest::Seen;
 use crate::time::seconds;

@@ -12,9 +12,9 @@
 use core::fmt;
 use std::time::{Duration, Instant};
 
-use firmware::link::frame::{LARGEST_FRAME, Received, Receiver, crc32_on, encode};
-use firmware::link::header::VERSION;
-use firmware::link::{Events, Identity, Nak, Reply, Request, SourceKind, Step, Stepped};
+use firmware_link::frame::{LARGEST_FRAME, Received, Receiver, crc32_on, encode};
+use firmware_link::header::VERSION;
+use firmware_link::{Events, Identity, Nak, Reply, Request, SourceKind, Step, Stepped};
 
 use super::line::{Line, LineError};
 

@@ -1,7 +1,7 @@
 //! The controller on its chip: QEMU or a board at the other end of a line.
 //!
 //! ```text
-//!  ChipLink ──► open ──► Line ──► frames (firmware::link) ──► Server on the chip
+//!  ChipLink ──► open ──► Line ──► frames (firmware_link) ──► Server on the chip
 //!  "qemu:m4"             FIFO, serial port
 //! ```
 

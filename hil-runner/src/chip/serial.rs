@@ -4,7 +4,7 @@
 use std::io::{ErrorKind, Read, Write};
 use std::time::Duration;
 
-use firmware::link::frame::LARGEST_FRAME;
+use firmware_link::frame::LARGEST_FRAME;
 use serialport::{ClearBuffer, SerialPort};
 
 use super::error::ChipError;

@@ -182,7 +182,7 @@ impl<'f> Bench<'f> {
         }
         let mut counted = 0;
         for file in &vectors {
-            let rows = firmware::vectors::replay(&file.text)
+            let rows = firmware_link::vectors::replay(&file.text)
                 .map_err(|mismatch| anyhow!("on the host: {}, {mismatch}", file.name))?;
             counted += rows as u64;
         }

@@ -164,10 +164,10 @@ impl OpenLink {
         match self {
             Self::Host(link) => timed_run(case, *link, options, sink),
             // The time of a step on this host means nothing then and is not taken.
-            Self::Chip(chip) => CaseRun::of(
+            Self::Chip(chip) => Ok(CaseRun::of(
                 case,
                 run_on_chip(case, options, &mut chip.under_test(), sink)?,
-            ),
+            )),
         }
     }
 

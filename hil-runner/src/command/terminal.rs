@@ -169,7 +169,9 @@ pub(crate) fn figure_table(runs: &[CaseRun]) -> String {
 pub(crate) fn word_tables(runs: &[CaseRun]) -> String {
     let mut tables: Vec<(String, String)> = Vec::new();
     for run in runs {
-        let Some(words) = &run.words else { continue };
+        let Some(gains) = &run.outcome.gains else {
+            continue;
+        };
         let header = [
             "gain per sample",
             "codes/count",
@@ -177,12 +179,12 @@ pub(crate) fn word_tables(runs: &[CaseRun]) -> String {
             "rounding",
         ];
         let mut table = table(&header, 1);
-        for gain in &words.rows {
+        for gain in &gains.rows {
             table.add_row([
-                gain.name.to_owned(),
+                gain.name().to_owned(),
                 number::table(gain.wanted),
                 gain.word.to_string(),
-                format!("{:+.1e}", gain.relative_error),
+                format!("{:+.1e}", gain.relative_error()),
             ]);
         }
         let table = text(&table);
@@ -219,7 +221,7 @@ pub(crate) fn word_length_table(request: &ScalingRequest, words: &ScaledLaw) -> 
         }
         let largest = words.law.largest_term(row.part);
         table.add_row([
-            row.key.trim_start_matches("controller.").to_owned(),
+            row.key().trim_start_matches("controller.").to_owned(),
             number::table(row.wanted),
             row.word.to_string(),
             (u32::BITS - row.word.mantissa.leading_zeros()).to_string(),

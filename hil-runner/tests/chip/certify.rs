@@ -4,8 +4,7 @@
 use firmware::{FaultCause, State};
 use hil_core::case::Case;
 use hil_core::error::RunError;
-use hil_core::link::{Link, LinkError};
-use hil_core::message::{Command, Measurement};
+use hil_core::message::{Command, Link, LinkError, Measurement, Steps};
 use hil_runner::chip::ChipLaw;
 use hil_runner::chip::certify::{Comparison, Difference, HostTrace, Number, TraceHash};
 use hil_runner::chip::client::Client;
@@ -92,7 +91,9 @@ fn one_code_that_is_1_off_is_found_in_its_step() {
     let Some(Number::Whole(code)) = code else {
         panic!("{code:?}")
     };
-    let found = altered(&case, 512, |command| command.dac_code += 1.0);
+    let found = altered(&case, 512, |command| {
+        command.dac_code = Steps::Whole(command.dac_code.whole() + 1);
+    });
     let number = |value| Number::Whole(value).to_string();
     assert_eq!(
         found.to_string(),
@@ -110,7 +111,9 @@ fn one_code_that_is_1_off_is_found_in_its_step() {
 fn nothing_of_an_answer_may_differ() {
     type Change = fn(&mut Command);
     let changes: [(&str, Change); 6] = [
-        ("error", |command| command.error_counts -= 1.0),
+        ("error", |command| {
+            command.error_counts = Steps::Whole(command.error_counts.whole() - 1);
+        }),
         ("out of range", |command| command.out_of_range = true),
         ("state", |command| {
             command.axis.as_mut().unwrap().state = State::Enabled;

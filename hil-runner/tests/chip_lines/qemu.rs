@@ -2,8 +2,8 @@
 
 use std::time::{Duration, Instant};
 
-use firmware::link::frame::{LARGEST_FRAME, Received, Receiver, encode};
-use firmware::link::{Identity, Reply, Request};
+use firmware_link::frame::{LARGEST_FRAME, Received, Receiver, encode};
+use firmware_link::{Identity, Reply, Request};
 use hil_runner::chip::ChipError;
 use hil_runner::chip::fifo::FifoLine;
 use hil_runner::chip::guard::Guarded;

@@ -3,8 +3,8 @@
 use core::mem::size_of;
 
 use firmware::SetpointTable;
-use firmware::link::header::VERSION;
-use firmware::link::{Identity, Target};
+use firmware_link::header::VERSION;
+use firmware_link::{Identity, Target};
 use parts::{image, stack};
 
 use crate::board::{NAME, TABLE_CAPACITY, TICK_PARTS, TIMER_HZ};

@@ -3,9 +3,9 @@
 use core::mem::MaybeUninit;
 
 use firmware::SetpointTable;
-use firmware::link::Server;
-use firmware::link::frame::{Receiver, encode};
-use firmware::link::reply::LARGEST_REPLY;
+use firmware_link::Server;
+use firmware_link::frame::{Receiver, encode};
+use firmware_link::reply::LARGEST_REPLY;
 use heapless::Vec;
 
 use crate::board::TABLE_CAPACITY;

@@ -1,6 +1,6 @@
 //! What the image knows of itself: its bytes in flash and its share of RAM.
 
-use firmware::link::frame::crc32_on;
+use firmware_link::frame::crc32_on;
 
 // Named by the runtime's linker script; only their addresses mean something.
 unsafe extern "C" {

@@ -5,7 +5,7 @@
 ///
 /// A sample that ends after the next one should have begun has not kept its
 /// time, although none is missing: [`Ticks::overrun`] makes it count as one
-/// more, so that the watch over missed ticks sees both.
+/// more, so that the monitor over missed ticks sees both.
 ///
 /// ```
 /// use stm32f407_drive::Ticks;

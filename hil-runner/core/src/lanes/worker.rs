@@ -3,9 +3,8 @@
 use fearless_simd::{Level, Simd, dispatch};
 use plant::{Eight, Four, One, Width};
 
-use super::family::{Family, Key};
-use super::lockstep::Lanes;
-use super::{Group, Parcel, groups};
+use super::family::{AT_A_TIME, Family, Group, Key, Parcel, groups};
+use super::side_by_side::Lanes;
 use crate::case::Case;
 use crate::error::RunError;
 use crate::run::{RunOptions, run};
@@ -130,7 +129,7 @@ impl Default for Runs {
 
 impl Runs {
     /// Runs of one axis that are computed at a time.
-    pub const AT_A_TIME: usize = super::lockstep::AT_A_TIME;
+    pub const AT_A_TIME: usize = AT_A_TIME;
 
     /// Nothing computed yet.
     pub fn new() -> Self {

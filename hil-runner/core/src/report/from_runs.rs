@@ -49,7 +49,7 @@ fn case_report(run: &CaseRun) -> CaseReport {
         solver: summary.solver.to_owned(),
         parameters: parameters::of(case)
             .into_iter()
-            .chain(run.words.iter().flat_map(parameters::of_words))
+            .chain(outcome.gains.iter().flat_map(parameters::of_words))
             .chain(summary.chip.iter().flat_map(chip::parameters))
             .collect(),
         verdicts: run

@@ -6,7 +6,7 @@ use super::Parameter;
 use crate::case::Case;
 use crate::number;
 use crate::runfile::{Key, SECTIONS, Value};
-use crate::scaling::FixedPointGains;
+use crate::quantise::FixedPointGains;
 
 /// The order of the report: the first keys of blocks that stand together in the
 /// table. A block goes on there to the first key of another one.
@@ -89,11 +89,11 @@ fn row(key: &Key, case: &Case) -> Option<Parameter> {
 /// The fixed-point gains, with what rounding costs.
 pub(crate) fn of_words(words: &FixedPointGains) -> Vec<Parameter> {
     let gains = words.rows.iter().map(|gain| {
-        let word = format!("{} ({:+.1e})", gain.word, gain.relative_error);
+        let word = format!("{} ({:+.1e})", gain.word, gain.relative_error());
         text(
-            &format!("Word of {} (rounding)", gain.name),
+            &format!("Word of {} (rounding)", gain.name()),
             &word,
-            gain.unit,
+            gain.unit(),
         )
     });
     let limit = words.error_limit.to_string();

@@ -3,6 +3,7 @@
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
+use super::ripple::Ripple;
 use super::*;
 
 const INTERVAL_S: f64 = 1e-3;

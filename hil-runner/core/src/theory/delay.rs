@@ -22,11 +22,10 @@ use core::f64::consts::PI;
 
 use nalgebra::Complex;
 
-use super::curve::Curve;
+use super::curve::{Curve, Limits, bends, refined};
 use super::gains::{LoopGains, is_papers_loop};
 use super::linear_axis::{JointState, LinearAxis};
 use super::margin::Margin;
-use super::refine::{Limits, bends, refined};
 use crate::case::{Case, Law};
 use crate::time::seconds;
 

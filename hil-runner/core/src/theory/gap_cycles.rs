@@ -10,9 +10,8 @@ use nalgebra::Complex;
 use plant::Joint;
 
 use super::characteristic::Characteristic;
-use super::cycles::{Border, Cycle, borders, decades, prediction};
+use super::cycles::{Border, Cycle, borders, decades, deflection_third, joint_share, prediction};
 use super::delay::DelayedLoop;
-use super::describing::{deflection_third, joint_share};
 use super::family::LoopFamily;
 use super::gains::{LoopGains, is_papers_loop};
 use super::linear_axis::{JointState, LinearAxis};

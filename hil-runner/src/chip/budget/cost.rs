@@ -3,8 +3,8 @@
 
 use std::time::{Duration, Instant};
 
-use firmware::link::frame::{Received, Receiver};
-use firmware::link::{Identity, Reply, Status};
+use firmware_link::frame::{Received, Receiver};
+use firmware_link::{Identity, Reply, Status};
 
 use super::{Amount, BudgetError, Figure, Instructions, Memory, median};
 use crate::chip::Meter;

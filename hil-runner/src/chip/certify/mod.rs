@@ -26,8 +26,7 @@ use super::client::Client;
 use hil_core::case::{Case, Law};
 use hil_core::controllers::{Controller, IoKind};
 use hil_core::error::RunError;
-use hil_core::link::{Link, LinkError};
-use hil_core::message::{Command, Measurement};
+use hil_core::message::{Command, Link, LinkError, Measurement};
 use hil_core::run::{RowSink, RunOptions, run_over};
 
 pub use difference::{Difference, NumberPair, RowDifference};

@@ -5,8 +5,7 @@ use core::fmt;
 use crc::{CRC_64_XZ, Crc};
 use firmware::Fault;
 
-use hil_core::controllers::whole;
-use hil_core::message::{Command, Measurement};
+use hil_core::message::{Command, Measurement, Steps};
 
 /// What went into a sample and what came out of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -57,17 +56,14 @@ impl Step {
             command,
         } = self;
         let axis = command.axis.as_ref();
-        let counts = |value: f64| Number::Whole(whole(value));
+        let steps = |steps: Steps| Number::Whole(steps.whole());
         let of_axis = |value: Option<u32>| Number::of(value.map(i64::from));
         let mut numbers = vec![
             ("sample", Number::Whole(command.tick.cast_signed())),
-            ("count", counts(measurement.position_counts)),
-            (
-                "count of the load",
-                Number::of(measurement.load_counts.map(whole)),
-            ),
-            ("code", counts(command.dac_code)),
-            ("error", counts(command.error_counts)),
+            ("count", steps(measurement.position_counts)),
+            ("count of the load", Number::of(measurement.load_counts)),
+            ("code", steps(command.dac_code)),
+            ("error", steps(command.error_counts)),
             ("out of range", Number::flag(command.out_of_range)),
             ("state", Number::name(axis.map(|axis| axis.state.name()))),
             ("faults", of_axis(axis.map(|axis| axis.faults))),
@@ -216,21 +212,13 @@ impl fmt::Display for TraceHash {
 mod tests {
     use super::*;
 
-    fn step(tick: u64, dac_code: f64) -> Step {
+    fn step(tick: u64, dac_code: i32) -> Step {
         let measurement = Measurement {
             tick,
-            position_counts: 7.0,
+            position_counts: Steps::Whole(7),
             load_counts: None,
         };
-        let command = Command {
-            tick,
-            error_counts: -1.0,
-            dac_code,
-            out_of_range: false,
-            execution: None,
-            axis: None,
-        };
-        Step::new(measurement, command)
+        Step::new(measurement, Command::whole(tick, -1, dac_code))
     }
 
     /// The bytes as the documentation has them, through the library's own
@@ -250,11 +238,11 @@ mod tests {
             // No state, 3 numbers of the axis, 2 faults.
             bytes.extend([0; 1 + 3 + 16]);
         }
-        let hash = TraceHash::of(&[step(0, 3.0), step(1, -4.0)]);
+        let hash = TraceHash::of(&[step(0, 3), step(1, -4)]);
         assert_eq!(hash.to_string(), format!("{:016x}", CRC.checksum(&bytes)));
         // The contrast: any other code, or another order.
-        assert_ne!(hash, TraceHash::of(&[step(0, 3.0), step(1, -5.0)]));
-        assert_ne!(hash, TraceHash::of(&[step(1, -4.0), step(0, 3.0)]));
+        assert_ne!(hash, TraceHash::of(&[step(0, 3), step(1, -5)]));
+        assert_ne!(hash, TraceHash::of(&[step(1, -4), step(0, 3)]));
         // Check value of CRC-64/XZ in the catalogue.
         assert_eq!(CRC.checksum(b"123456789"), 0x995d_c9bb_df19_39fa);
     }

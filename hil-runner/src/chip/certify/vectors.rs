@@ -5,8 +5,8 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use firmware::Axis;
-use firmware::link::{Events, Request, SourceKind, Step, Stepped, settings as wire};
-use firmware::vectors::{Mismatch, Row, What, rows};
+use firmware_link::vectors::{Mismatch, Row, What, rows};
+use firmware_link::{Events, Request, SourceKind, Step, Stepped, settings as wire};
 
 use super::difference::{NumberPair, RowDifference};
 use super::step::{FAULT, Named, Number, fault_numbers};
@@ -36,7 +36,7 @@ pub struct Replayed {
 /// [`ReplayError::Folder`] if they are not there.
 pub fn stored() -> Result<Vec<VectorFile>, ReplayError> {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let folder = here.parent().unwrap_or(here).join("firmware/vectors");
+    let folder = here.parent().unwrap_or(here).join("firmware/link/vectors");
     read(&folder).map_err(|error| ReplayError::Folder { folder, error })
 }
 

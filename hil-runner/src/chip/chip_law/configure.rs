@@ -2,21 +2,19 @@
 
 use core::fmt;
 
-use firmware::link::request::MOST_SETPOINTS;
-use firmware::link::{Events, Request, SourceKind, settings as wire};
-use firmware::{CAPACITY, Dac, SetpointTable, State};
+use firmware::{Dac, State};
+use firmware_link::request::MOST_SETPOINTS;
+use firmware_link::{Events, Request, SourceKind, plan, settings as wire};
 
 use super::super::client::{Client, ClientError};
 use super::{ChipLaw, Kind, Meter, RemoteAxis};
 use hil_core::case::{Case, Law};
-use hil_core::controllers::axis_controller::{
-    BenchBoard, FROM_REST, IoKind, Reported, Setup, Source, StreamedQueue, World,
+use hil_core::controllers::{
+    FROM_REST, Parts, Reported, Setpoint, Setup, Source, StreamedQueue, World, compensated,
 };
-use hil_core::controllers::firmware_law::Parts;
-use hil_core::controllers::{Setpoint, whole};
 use hil_core::error::RunError;
-use hil_core::link::LinkError;
-use hil_core::quantise::{QuantiseError, setpoint_table};
+use hil_core::message::LinkError;
+use hil_core::quantise::{FixedPointGains, QuantiseError};
 
 impl<'c> ChipLaw<'c> {
     /// Begins a session on the chip and gives it the controller of `case`.
@@ -34,7 +32,7 @@ impl<'c> ChipLaw<'c> {
         }
         let dac = Dac::with_bits(case.dac.bits).map_err(QuantiseError::Dac)?;
         client.begin_session()?;
-        let kind = if case.options.is_off() {
+        let (kind, gains) = if case.options.is_off() {
             paper(client, case, period_ns)?
         } else {
             axis(client, case, period_ns)?
@@ -43,28 +41,35 @@ impl<'c> ChipLaw<'c> {
         Ok(Self {
             client,
             kind,
+            gains,
             dac,
             meter,
         })
     }
 }
 
-fn paper(client: &mut Client, case: &Case, period_ns: u64) -> Result<Kind, ChipLawError> {
-    let setpoint = Setpoint::new(case, period_ns);
-    let Parts { gains, dac, last } = Parts::of(case, &setpoint)?;
+fn paper(
+    client: &mut Client,
+    case: &Case,
+    period_ns: u64,
+) -> Result<(Kind, FixedPointGains), ChipLawError> {
+    let Parts { gains, dac } = Parts::of(case, period_ns)?;
     let payload = wire::write_paper(gains.pid.words(), dac).ok_or(ClientError::TooLong)?;
     client.take(&Request::Paper(&payload))?;
-    let positions = (0..=last).map(|tick| whole(setpoint.count(tick)));
-    let table: SetpointTable<CAPACITY> = setpoint_table(positions)?;
+    let table = Setpoint::new(case, period_ns).table()?;
     send_table(client, table.as_counts())?;
     client.begin(SourceKind::Table, Events::default())?;
-    Ok(Kind::Paper)
+    Ok((Kind::Paper, gains.fixed_point()))
 }
 
-fn axis(client: &mut Client, case: &Case, period_ns: u64) -> Result<Kind, ChipLawError> {
+fn axis(
+    client: &mut Client,
+    case: &Case,
+    period_ns: u64,
+) -> Result<(Kind, FixedPointGains), ChipLawError> {
     let setup = Setup::of(case, period_ns)?;
-    let words = setup.words()?;
-    let axis = setup.axis(words.law)?;
+    let scaled = setup.law()?;
+    let axis = compensated(&setup, scaled.law)?;
     let payload = wire::write_axis(&axis).ok_or(ClientError::TooLong)?;
     client.take(&Request::Axis(&payload))?;
     let mut queue: Option<Box<StreamedQueue>> = None;
@@ -74,7 +79,7 @@ fn axis(client: &mut Client, case: &Case, period_ns: u64) -> Result<Kind, ChipLa
             SourceKind::Table
         }
         Source::Generator(generator) => {
-            for part in generator.plan().parts() {
+            for part in plan::parts(generator.plan()) {
                 client.take(&Request::Plan(&part))?;
             }
             SourceKind::Plan
@@ -91,14 +96,14 @@ fn axis(client: &mut Client, case: &Case, period_ns: u64) -> Result<Kind, ChipLa
         events.insert(event);
     }
     client.begin(source, events)?;
-    Ok(Kind::Axis(Box::new(RemoteAxis {
-        world: World::new(case.options, period_ns),
+    let kind = Kind::Axis(Box::new(RemoteAxis {
+        world: World::new(&case.options, period_ns),
         reported,
-        board: BenchBoard::new(case, IoKind::Direct)?,
-        law: words.law,
+        law: scaled.law,
         next_law: setup.next_law()?,
         queue,
-    })))
+    }));
+    Ok((kind, scaled.fixed_point()))
 }
 
 fn send_table(client: &mut Client, setpoints: &[i32]) -> Result<(), ChipLawError> {

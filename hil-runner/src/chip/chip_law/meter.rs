@@ -4,11 +4,12 @@
 //! instruction takes 128 ns of the machine's time, and the chip's timer shows
 //! that time. A board's timer counts the cycles of its core.
 
-use firmware::link::Identity;
+use firmware_link::Identity;
 
 use crate::chip::spec::Target;
 use hil_core::case::TargetSettings;
-use hil_core::message::ExecutionTime;
+use hil_core::chip_cost::ExecutionTime;
+use hil_core::message::whole;
 
 /// Machine time of an instruction in QEMU with `-icount shift=7` \[ns\].
 const NS_PER_INSTRUCTION: u64 = 1 << 7;
@@ -87,7 +88,7 @@ impl Meter {
     /// Cycles that are allowed for as many instructions, rounded up.
     fn cycles(&self, instructions: u32) -> u64 {
         let cycles = f64::from(instructions) * self.cycles_per_instruction;
-        hil_core::controllers::whole(cycles.ceil()).unsigned_abs()
+        whole(cycles.ceil()).unsigned_abs()
     }
 }
 

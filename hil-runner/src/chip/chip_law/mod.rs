@@ -6,17 +6,16 @@ mod meter;
 
 use firmware::axis::Inputs;
 use firmware::law::Law;
-use firmware::link::{Events, Identity, Reply, Request, Step, Stepped, settings as wire};
-use firmware::{Board, Dac, Next, Observed, State, counts};
+use firmware::{Dac, Next, Observed, State, counts};
+use firmware_link::{Events, Identity, Reply, Request, Step, Stepped, settings as wire};
 
 use super::client::{Client, ClientError};
 use hil_core::case::Case;
 use hil_core::chip_cost::{Chip, ChipReport, ExecutionFigures};
-use hil_core::controllers::axis_controller::{BenchBoard, Reported, StreamedQueue, World};
-use hil_core::controllers::whole;
+use hil_core::controllers::{Arrivals, Reported, StreamedQueue, World};
 use hil_core::error::RunError;
-use hil_core::link::{Link, LinkError};
-use hil_core::message::{Command, Measurement};
+use hil_core::message::{Command, Link, LinkError, Measurement};
+use hil_core::quantise::FixedPointGains;
 use hil_core::run::{Outcome, RowSink, RunOptions, run_over};
 
 pub use configure::ChipLawError;
@@ -27,6 +26,7 @@ pub use meter::Meter;
 pub struct ChipLaw<'c> {
     client: &'c mut Client,
     kind: Kind,
+    gains: FixedPointGains,
     /// The converter that the codes are for.
     dac: Dac,
     meter: Meter,
@@ -46,8 +46,6 @@ enum Kind {
 struct RemoteAxis {
     world: World,
     reported: Reported,
-    /// Makes registers of counts, as on the host.
-    board: BenchBoard,
     /// The law that the chip has, and the one from the gain change on.
     law: Law,
     next_law: Option<Law>,
@@ -69,7 +67,7 @@ impl ChipLaw<'_> {
 
     /// The paper's law: a register in, a code out.
     fn paper(&mut self, measurement: Measurement) -> Result<Command, ClientError> {
-        let count = counts::wrap(whole(measurement.position_counts));
+        let count = counts::wrap(measurement.position_counts.whole());
         let stepped = self.step(Step {
             events: Events::default(),
             inputs: Inputs {
@@ -81,12 +79,9 @@ impl ChipLaw<'_> {
             next: Next::Underrun,
         })?;
         Ok(Command {
-            tick: measurement.tick,
-            error_counts: f64::from(stepped.error_counts),
-            dac_code: f64::from(stepped.code),
             out_of_range: stepped.out_of_range,
             execution: Some(self.meter.time(stepped.ticks)),
-            axis: None,
+            ..Command::whole(measurement.tick, stepped.error_counts, stepped.code)
         })
     }
 }
@@ -96,15 +91,15 @@ impl RemoteAxis {
     fn prepare(
         &mut self,
         client: &mut Client,
-        measurement: Measurement,
+        tick: u64,
+        arrivals: Arrivals,
     ) -> Result<Step, ClientError> {
-        let tick = measurement.tick;
         let mut events = Events::default();
-        for event in self.world.events(tick) {
+        for event in arrivals.events.into_iter().flatten() {
             self.reported.asked(event);
             events.insert(event);
         }
-        if self.world.changes_gains(tick)
+        if arrivals.gains_change
             && let Some(law) = self.next_law
             && law != self.law
         {
@@ -112,19 +107,21 @@ impl RemoteAxis {
             client.take(&Request::Law(&payload))?;
             self.law = law;
         }
-        self.board.set_inputs(self.world.shown(measurement));
-        let motor = self.board.motor_register();
+        let shown = arrivals.shown;
         let inputs = Inputs {
             tick,
-            motor_register: motor.as_ref().copied().unwrap_or(0),
-            // Neither of the two can fail here.
-            load_register: self.board.load_register().ok().flatten(),
-            emergency_stop: self.board.emergency_stop().unwrap_or(false),
-            failed_transfers: u32::from(motor.is_err()),
+            motor_register: if shown.bus_fails {
+                0
+            } else {
+                shown.motor_register
+            },
+            load_register: shown.load_register,
+            emergency_stop: shown.emergency_stop,
+            failed_transfers: u32::from(shown.bus_fails),
         };
         let mut next = Next::Underrun;
         if let Some(queue) = &mut self.queue {
-            queue.fill(self.world.queue_is_dry(tick));
+            queue.fill(arrivals.queue_is_dry);
             // Only an axis that moves takes from the queue.
             if self.reported.state() == State::Moving {
                 next = queue.next(&Observed::default());
@@ -133,7 +130,7 @@ impl RemoteAxis {
         Ok(Step {
             events,
             inputs,
-            motor_unread: motor.is_err(),
+            motor_unread: shown.bus_fails,
             next,
         })
     }
@@ -145,10 +142,10 @@ impl ChipLaw<'_> {
             return self.paper(measurement);
         };
         let tick = measurement.tick;
-        if axis.world.misses(tick) {
+        let Some(arrivals) = axis.world.at(measurement) else {
             return Ok(axis.reported.command(tick, false));
-        }
-        let step = axis.prepare(self.client, measurement)?;
+        };
+        let step = axis.prepare(self.client, tick, arrivals)?;
         let stepped = self.step(step)?;
         let execution = Some(self.meter.time(stepped.ticks));
         let Kind::Axis(axis) = &mut self.kind else {
@@ -172,6 +169,10 @@ impl Link for ChipLaw<'_> {
             tick,
             because: error.to_string(),
         })
+    }
+
+    fn gains(&self) -> Option<FixedPointGains> {
+        Some(self.gains.clone())
     }
 
     fn cost(

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use firmware::link::frame::crc32_on;
+use firmware_link::frame::crc32_on;
 use object::LittleEndian;
 use object::elf::{FileHeader32, PT_LOAD};
 use object::read::elf::{FileHeader, ProgramHeader};

@@ -1,9 +1,9 @@
 //! Bench mode: the controller on this chip, the plant at the other end of the
 //! line. The electronics stay as the reset has left them, off and at 0 V.
 
-use firmware::link::Server;
-use firmware::link::frame::{LARGEST_FRAME, Receiver, encode};
 use firmware::{CAPACITY, SetpointTable};
+use firmware_link::Server;
+use firmware_link::frame::{LARGEST_FRAME, Receiver, encode};
 
 use super::chip::Chip;
 use super::line::Line;

@@ -1,9 +1,9 @@
 //! What the link's server asks of its chip: name, image, time, stack.
 
 use cortex_m::peripheral::{DCB, DWT};
-use firmware::link::header::VERSION;
-use firmware::link::{Identity, Target};
 use firmware::{CAPACITY, SetpointTable};
+use firmware_link::header::VERSION;
+use firmware_link::{Identity, Target};
 use parts::{image, stack};
 
 use super::clock::Clocks;

@@ -2,7 +2,7 @@
 
 use super::super::delay::DelayedLoop;
 use super::super::delay::margin_by_delay;
-use super::super::field::{MarginField, margin};
+use super::super::family::{MarginField, margin};
 use super::super::linear_axis::{JointState, LinearAxis};
 use super::super::{LoopFamily, LoopGains};
 use super::{Draw, case};

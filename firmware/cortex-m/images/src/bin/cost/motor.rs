@@ -100,7 +100,7 @@ const BETWEEN: u64 = 300;
 const MOTIONS: u64 = 5;
 
 /// From this sample on the motor is blocked, in the middle of the last motion:
-/// the output reaches its limit and stays there until the watch trips.
+/// the output reaches its limit and stays there until the monitor trips.
 const BLOCKED: u64 = BETWEEN * (MOTIONS - 1) + 50;
 
 /// Half the gap between motor and load \[counts\].
