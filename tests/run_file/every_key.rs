@@ -1,7 +1,7 @@
 //! What must hold for every key of the table, one after the other.
 
 use hil_core::case::{Case, Law};
-use hil_core::runfile::{DefaultValue, Key, Kind, Need, Range, Section};
+use hil_core::runfile::{Key, Kind, Need, Range, Section, Value};
 
 use super::document::{Document, all_keys, samples};
 use super::{messages, parse};
@@ -237,14 +237,11 @@ fn the_table_agrees_with_the_types_that_it_fills() {
         if let Need::Default(default) = key.need {
             let fits = matches!(
                 (key.kind, default),
-                (Kind::Flag, DefaultValue::Flag(_))
-                    | (Kind::Choice(_), DefaultValue::Choice(_))
-                    | (Kind::Number(_), DefaultValue::Number(_))
-                    | (Kind::Whole(..), DefaultValue::Whole(_))
-                    | (
-                        Kind::Time(_) | Kind::TimeOrWord(..),
-                        DefaultValue::Nanoseconds(_)
-                    )
+                (Kind::Flag, Value::Flag(_))
+                    | (Kind::Choice(_), Value::Choice(_))
+                    | (Kind::Number(_), Value::Number(_))
+                    | (Kind::Whole(..), Value::Whole(_))
+                    | (Kind::Time(_) | Kind::TimeOrWord(..), Value::Nanoseconds(_))
             );
             assert!(fits, "{}", key.name);
         }

@@ -26,7 +26,7 @@ impl Init {
                 names.join(", ")
             );
         };
-        terminal::print(text)?;
+        terminal::print(&runfile::commented(&self.case, text))?;
         Ok(true)
     }
 }

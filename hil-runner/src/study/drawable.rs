@@ -7,6 +7,7 @@ use super::file::{Findings, StudyFileError};
 use super::picture::{self, Kind, Map, Table, Values};
 use super::plan::PlanKind;
 use super::row::columns;
+use hil_core::renamed::renamed;
 
 /// What can be known of a picture before anything is run is told then.
 pub(super) fn pictures_can_be_drawn(
@@ -21,9 +22,11 @@ pub(super) fn pictures_can_be_drawn(
         let known = |name: &&str| columns.iter().any(|column| column.name == *name);
         let wanted = picture.columns();
         for name in wanted.iter().filter(|name| !known(name)) {
-            findings.push_whole(format!(
-                "picture {file:?}: the results of this study have no column {name}"
-            ));
+            let why = match renamed(name) {
+                Some(now) => format!("{name} is now {now}"),
+                None => format!("the results of this study have no column {name}"),
+            };
+            findings.push_whole(format!("picture {file:?}: {why}"));
         }
         if let Kind::Map(map) = &picture.kind
             && let Err(sentence) = map_has_grid(study, map)

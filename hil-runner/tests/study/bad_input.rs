@@ -27,6 +27,12 @@ fn every_mistake_has_its_line() {
     ));
     assert_eq!(unknown.lines().count(), 1, "{unknown}");
     assert!(unknown.contains("have no column no"), "{unknown}");
+    let renamed = told(&format!(
+        "{}{}",
+        axis("values = [1, 2]"),
+        map("pass = \"margin_open\"\n")
+    ));
+    assert!(renamed.contains("picture \"f\": margin_open is now modulus_margin_gap"));
     for (text, words) in [
         (String::new(), "small.toml:1: missing field `base`"),
         (
@@ -41,6 +47,10 @@ fn every_mistake_has_its_line() {
         (
             format!("{base}[[axis]]\nkey = \"controller.kpp\"\nvalues = [1]\n"),
             "small.toml:3: unknown key controller.kpp; did you mean kp",
+        ),
+        (
+            format!("{base}[[axis]]\nkey = \"backlash.homing_effort_codes\"\nvalues = [1]\n"),
+            "small.toml:3: backlash.homing_effort_codes is now backlash_measurement_effort_codes",
         ),
         (
             format!("{base}[[axis]]\nkey = \"controller.law\"\nvalues = [\"sampled\"]\n"),

@@ -7,7 +7,6 @@
 
 mod ladder;
 mod parameters;
-mod parameters_options;
 mod runs;
 mod traces;
 

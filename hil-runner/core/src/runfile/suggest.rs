@@ -1,12 +1,39 @@
 //! What may have been meant: the nearest of the known names.
 
-use super::key_table::SECTIONS;
-use super::keys::either;
+use super::errors::Problem;
+use super::keys::{Section, either};
+use super::table::SECTIONS;
+use crate::renamed::renamed;
 
 /// The hint for an unknown name, and the names it takes to be meant.
+#[derive(Default)]
 pub(super) struct Hint {
-    pub(super) text: String,
+    text: String,
     pub(super) meant: Vec<&'static str>,
+    renamed: Option<&'static str>,
+}
+
+impl Hint {
+    fn of_text(text: String) -> Self {
+        Self {
+            text,
+            ..Self::default()
+        }
+    }
+
+    /// The problem with `key motor.inertia` or `section [moter]`.
+    pub(super) fn problem(&self, what: String) -> Problem {
+        match self.renamed {
+            Some(name) => Problem::Renamed {
+                key: what.trim_start_matches("key ").to_owned(),
+                name,
+            },
+            None => Problem::Unknown {
+                what,
+                hint: self.text.clone(),
+            },
+        }
+    }
 }
 
 /// Hint for a section that does not exist.
@@ -23,7 +50,10 @@ pub(super) fn section(unknown: &str) -> Hint {
         let brackets: Vec<String> = meant.iter().map(|name| format!("[{name}]")).collect();
         format!("did you mean {}?", either(&brackets))
     };
-    Hint { text, meant }
+    Hint {
+        meant,
+        ..Hint::of_text(text)
+    }
 }
 
 /// Hint for a key that its section does not have; `section` is empty at the
@@ -32,23 +62,23 @@ pub(super) fn key(section: &str, unknown: &str) -> Hint {
     // A name that is right, but in the wrong place: TOML puts every key into
     // the section whose header stands above it.
     if let Some(home) = SECTIONS.iter().find(|s| s.key(unknown).is_some()) {
-        let text = if home.name.is_empty() {
+        return Hint::of_text(if home.name.is_empty() {
             format!("{unknown} stands at the top of the file, before the first section")
         } else {
             format!("{unknown} belongs to [{}]", home.name)
-        };
+        });
+    }
+    if Section::find(unknown).is_some() {
+        return Hint::of_text(format!("{unknown} is a section; write [{unknown}]"));
+    }
+    let known = Section::find(section);
+    let renamed = renamed(unknown).filter(|name| known.is_some_and(|s| s.key(name).is_some()));
+    if renamed.is_some() {
         return Hint {
-            text,
-            meant: Vec::new(),
+            renamed,
+            ..Hint::default()
         };
     }
-    if SECTIONS.iter().any(|s| s.name == unknown) {
-        return Hint {
-            text: format!("{unknown} is a section; write [{unknown}]"),
-            meant: Vec::new(),
-        };
-    }
-    let known = SECTIONS.iter().find(|s| s.name == section);
     let names: Vec<&str> = known
         .iter()
         .flat_map(|section| section.keys)
@@ -63,7 +93,10 @@ pub(super) fn key(section: &str, unknown: &str) -> Hint {
     } else {
         format!("the keys of [{section}] are {}", names.join(", "))
     };
-    Hint { text, meant }
+    Hint {
+        meant,
+        ..Hint::of_text(text)
+    }
 }
 
 /// Up to three names near `unknown`, the nearest first.
@@ -95,52 +128,13 @@ fn distance(unknown: &str, name: &str) -> Option<usize> {
     if unknown.chars().count() > 2 * name.len() {
         return None;
     }
-    let edits = edit_distance(unknown, name);
+    let edits = strsim::levenshtein(unknown, name);
     (edits <= longest.div_ceil(3)).then_some(edits)
-}
-
-/// Levenshtein distance: insertions, deletions and replacements.
-fn edit_distance(from: &str, to: &str) -> usize {
-    let to: Vec<char> = to.chars().collect();
-    let mut row: Vec<usize> = (0..=to.len()).collect();
-    for (i, a) in from.chars().enumerate() {
-        let mut diagonal = i;
-        let mut left = i + 1;
-        for (j, b) in to.iter().enumerate() {
-            let above = row.get(j + 1).copied().unwrap_or(0);
-            let best = (diagonal + usize::from(a != *b))
-                .min(above + 1)
-                .min(left + 1);
-            if let Some(cell) = row.get_mut(j) {
-                *cell = left;
-            }
-            diagonal = above;
-            left = best;
-        }
-        if let Some(cell) = row.last_mut() {
-            *cell = left;
-        }
-    }
-    row.last().copied().unwrap_or(0)
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{edit_distance, key, nearest, section};
-
-    #[test]
-    fn edit_distance_counts_single_edits() {
-        for (a, b, edits) in [
-            ("", "", 0),
-            ("", "abc", 3),
-            ("abc", "", 3),
-            ("kitten", "sitting", 3),
-            ("motor", "moter", 1),
-            ("flaw", "lawn", 2),
-        ] {
-            assert_eq!(edit_distance(a, b), edits, "{a} {b}");
-        }
-    }
+    use super::{key, nearest, section};
 
     #[test]
     fn slips_are_recognised_and_strangers_are_not() {
@@ -151,5 +145,20 @@ mod tests {
         assert_eq!(key("motor", "Resistance-Ohm").meant, ["resistance_ohm"]);
         assert!(key("motor", "kp").text.contains("belongs to [controller]"));
         assert_eq!(nearest("zz", &["kp", "kd_s"]), [""; 0]);
+    }
+
+    #[test]
+    fn an_old_name_is_told_in_the_section_of_the_new_one() {
+        let told =
+            |section, name: &str| key(section, name).problem(format!("key {section}.{name}"));
+        assert_eq!(
+            told("budget", "late_steps").to_string(),
+            "budget.late_steps is now deadline_misses"
+        );
+        assert!(
+            told("motor", "late_steps")
+                .to_string()
+                .starts_with("unknown key")
+        );
     }
 }

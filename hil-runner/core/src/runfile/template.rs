@@ -5,14 +5,10 @@
 //! millisecond. Gains, gap, masses and the like, on which no check of several
 //! keys depends, are written straight into the case, in less than a microsecond.
 
-use core::f64::consts::PI;
-
-use plant::Joint;
-
-use super::check_value::check_number;
+use super::check::check_number;
 use super::errors::{Place, RunFileErrors};
-use super::key_table::SECTIONS;
-use super::keys::{Key, Kind, Need, path};
+use super::keys::{Key, Kind, Need, Section, path};
+use super::values::Value;
 use super::{RunFile, suggest};
 use crate::case::Case;
 use crate::time::seconds;
@@ -24,11 +20,7 @@ pub struct KeyPath {
     pub section: &'static str,
     /// What the key is.
     pub key: &'static Key,
-    write: Option<Write>,
 }
-
-/// Writes a value that was found in the key's range into a case.
-type Write = fn(&mut Case, f64);
 
 impl KeyPath {
     /// The key at a path.
@@ -42,24 +34,23 @@ impl KeyPath {
     /// assert_eq!(KeyPath::find("controller.kp")?.key.name, "kp");
     /// let error = KeyPath::find("controller.sample_time").unwrap_err();
     /// assert_eq!(error, "unknown key controller.sample_time; did you mean sample_time_s?");
+    /// let error = KeyPath::find("budget.late_steps").unwrap_err();
+    /// assert_eq!(error, "budget.late_steps is now deadline_misses");
     /// # Ok::<(), String>(())
     /// ```
     pub fn find(path: &str) -> Result<Self, String> {
         let (section_name, key_name) = path.split_once('.').unwrap_or(("", path));
-        let Some(section) = SECTIONS.iter().find(|s| s.name == section_name) else {
-            let hint = suggest::section(section_name).text;
-            return Err(format!(
-                "unknown section [{section_name}] in {path}; {hint}"
-            ));
+        let Some(section) = Section::find(section_name) else {
+            let what = format!("section [{section_name}] in {path}");
+            return Err(suggest::section(section_name).problem(what).to_string());
         };
         let Some(key) = section.key(key_name) else {
-            let hint = suggest::key(section_name, key_name).text;
-            return Err(format!("unknown key {path}; {hint}"));
+            let hint = suggest::key(section_name, key_name);
+            return Err(hint.problem(format!("key {path}")).to_string());
         };
         Ok(Self {
             section: section.name,
             key,
-            write: writer(section.name, key.name),
         })
     }
 
@@ -188,12 +179,7 @@ impl Template {
 
     /// What a key has without any change, where that is a number.
     pub fn number(&self, key: &KeyPath) -> Option<f64> {
-        let (section, name) = (key.section, key.key.name);
-        let values = &self.file.values;
-        values
-            .number(section, name)
-            .or_else(|| values.nanoseconds(section, name).map(seconds))
-            .or_else(|| values.whole::<i64>(section, name).map(|n| n as f64))
+        self.file.values.value(&key.path())?.number()
     }
 
     /// Section, key and value, as it was written, of what the overrides set to
@@ -206,7 +192,7 @@ impl Template {
 
     /// Whether the file or an override gives a key.
     pub fn is_given(&self, section: &str, key: &str) -> bool {
-        self.file.values.is_given(section, key)
+        self.file.values.is_given(&path(section, key))
     }
 
     /// The run with these values instead.
@@ -251,58 +237,21 @@ impl Template {
             let (Kind::Number(range), KeyValue::Number(number)) = (key.key.kind, value) else {
                 return None;
             };
-            let write = key.write?;
             // The text of a file has no −0 either.
             let number = check_number(*number + 0.0, range, key.key).ok()?;
-            write(case.get_or_insert_with(|| self.base().clone()), number);
+            let case = case.get_or_insert_with(|| self.base().clone());
+            key.key
+                .alone
+                .then(|| key.key.set(case, Value::Number(number)))?;
         }
         case
     }
 }
 
-/// For keys that stand in one place of the case, and in no check together
-/// with others.
-fn writer(section: &str, key: &str) -> Option<Write> {
-    Some(match (section, key) {
-        ("controller", "kp") => |case, v| case.controller.gains.kp = v,
-        ("controller", "ki_per_s") => |case, v| case.controller.gains.ki_per_s = v,
-        ("controller", "kd_s") => |case, v| case.controller.gains.kd_s = v,
-        ("motor", "inertia_kg_m2") => |case, v| case.axis.motor.inertia_kg_m2 = v,
-        ("motor", "torque_constant_nm_per_a") => {
-            |case, v| case.axis.motor.torque_constant_nm_per_a = v
-        }
-        ("motor", "resistance_ohm") => |case, v| case.axis.motor.resistance_ohm = v,
-        ("motor", "inductance_h") => |case, v| case.axis.motor.inductance_h = v,
-        ("carriage", "mass_kg") => |case, v| case.axis.carriage.mass_kg = v,
-        ("transmission", "screw_inertia_kg_m2") => {
-            |case, v| case.axis.transmission.screw_inertia_kg_m2 = v
-        }
-        ("transmission", "stiffness_nm_per_rad") => |case, v| {
-            if let Joint::Elastic(joint) = &mut case.axis.transmission.joint {
-                joint.stiffness_nm_per_rad = v;
-            }
-        },
-        ("transmission", "damping_nms_per_rad") => |case, v| {
-            if let Joint::Elastic(joint) = &mut case.axis.transmission.joint {
-                joint.damping_nms_per_rad = v;
-            }
-        },
-        ("transmission", "backlash_half_deg") => |case, v| {
-            if let Joint::Elastic(joint) = &mut case.axis.transmission.joint {
-                // deg → rad
-                joint.backlash_half_rad = v * PI / 180.0;
-            }
-        },
-        ("drive", "amplifier_gain") => |case, v| case.amplifier.gain = v,
-        ("drive", "voltage_limit_v") => |case, v| case.amplifier.voltage_limit_v = v,
-        _ => return None,
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::runfile::builtin_text;
+    use crate::runfile::{SECTIONS, builtin_text};
 
     fn template(sets: &[&str]) -> Template {
         let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
@@ -317,7 +266,7 @@ mod tests {
         for section in SECTIONS {
             for key in section.keys {
                 let key = KeyPath::find(&path(section.name, key.name)).unwrap();
-                if key.write.is_none() {
+                if !key.key.alone {
                     continue;
                 }
                 for number in [0.001, 0.3, 1.0 / 3.0, 2.0, 17.77] {
