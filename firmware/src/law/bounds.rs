@@ -61,7 +61,10 @@ macro_rules! accepted {
 }
 
 impl LawWords {
-    /// Checks every demand of [`super::words`] for the converter `dac`.
+    /// Checks every demand of [`super::words`] for the converter `dac`. Inlined
+    /// with all that it calls once: an image that drops a refusal then makes none,
+    /// which is 2 KiB of flash.
+    #[inline(always)]
     pub(super) const fn check(&self, dac: Dac) -> Result<Aligned, Refusal> {
         let f = self.sum_fraction_bits;
         let supported = Self::SUM_FRACTION_BITS;
@@ -197,12 +200,14 @@ impl LawWords {
         }
     }
 
+    #[inline(always)]
     const fn rate(&self, part: Part, word: GainWord) -> Result<Term, Refusal> {
         self.term(part, word, LARGEST_RATE, 35)
     }
 
     /// `D`: the first difference whose term reaches `rest`, at most `2·E`, and
     /// with a filter at most 2^29.
+    #[inline(always)]
     const fn slope_limit(&self, errors: u32, rest: u64) -> Result<u32, Refusal> {
         let (part, word) = (Part::Derivative, self.kd_per_dt);
         if word.mantissa < 0 {
@@ -243,6 +248,7 @@ impl LawWords {
 
     /// The derivative's term, of counts or of filtered counts, and the largest
     /// number of them.
+    #[inline(always)]
     const fn derivative_term(&self, slope_limit: u32) -> Result<(Term, u32), Refusal> {
         let (part, word) = (Part::Derivative, self.kd_per_dt);
         let Some(filter) = self.filter else {

@@ -132,6 +132,7 @@ impl Law {
     ///
     /// # Errors
     /// A [`Refusal`] that names the part, its word and what is allowed.
+    #[inline(always)]
     pub const fn accept(words: LawWords, dac: Dac) -> Result<Self, Refusal> {
         let aligned = match words.check(dac) {
             Ok(aligned) => aligned,
