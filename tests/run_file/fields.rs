@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use hil_core::controllers::axis_controller::Setup;
+use hil_core::controllers::{Setup, compensated};
 
 use super::document::all_keys;
 use super::{BASE, parse};
@@ -14,7 +14,7 @@ fn fields(sets: &[&str]) -> BTreeMap<String, String> {
     let sets = [&["controller.law=firmware"], sets].concat();
     let case = parse(BASE, &sets).unwrap_or_else(|errors| panic!("{errors}"));
     let setup = Setup::of(&case, case.controller.sample_time_ns.unwrap()).unwrap();
-    let axis = setup.axis(setup.words().unwrap().law).unwrap();
+    let axis = compensated(&setup, setup.law().unwrap().law).unwrap();
     let shown = format!("{axis:#?}");
     let mut fields = BTreeMap::new();
     let mut path: Vec<&str> = Vec::new();
@@ -39,7 +39,7 @@ fn is_within(path: &str, field: &str) -> bool {
         .is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
 }
 
-const TAKE_UP: [&str; 4] = [
+const COMPENSATION: [&str; 4] = [
     "controller.setpoints=generator",
     "limits.velocity_mps=2",
     "limits.acceleration_mps2=20",
@@ -48,7 +48,7 @@ const TAKE_UP: [&str; 4] = [
 
 /// What else must be said, and two values of the key.
 fn values(path: &str) -> (&'static [&'static str], [&'static str; 2]) {
-    let generator = &TAKE_UP[..1];
+    let generator = &COMPENSATION[..1];
     match path {
         "drive.dac_bits" => (&[], ["14", "16"]),
         "encoder.counter_bits" => (&[], ["16", "32"]),
@@ -84,8 +84,8 @@ fn values(path: &str) -> (&'static [&'static str], [&'static str; 2]) {
         "limits.encoder_loss_s" | "limits.saturation_s" => (&[], ["0.01", "0.02"]),
         "limits.encoder_loss_codes" => (&["limits.encoder_loss_s=0.01"], ["100", "200"]),
         "limits.missed_ticks" => (&[], ["false", "true"]),
-        "backlash.compensation" => (&TAKE_UP[..3], ["velocity", "acceleration"]),
-        "backlash.half_gap_deg" => (&TAKE_UP, ["3", "4"]),
+        "backlash.compensation" => (&COMPENSATION[..3], ["velocity", "acceleration"]),
+        "backlash.half_gap_deg" => (&COMPENSATION, ["3", "4"]),
         path => panic!("{path} has no values here"),
     }
 }
@@ -115,17 +115,17 @@ const DERIVED: [&str; 12] = [
     "law.words.integral_bits",
     "law.words.sum_fraction_bits",
     "output.dac",
-    "take_up.change",
-    "take_up.first",
-    "take_up.half_samples",
-    "take_up.n2",
-    "watches.following_error.fraction_bits",
+    "backlash_compensation.change",
+    "backlash_compensation.first",
+    "backlash_compensation.half_samples",
+    "backlash_compensation.n2",
+    "monitors.following_error.fraction_bits",
 ];
 
 #[test]
 fn a_field_that_no_key_names_is_derived() {
     let everything = [
-        &TAKE_UP[..],
+        &COMPENSATION[..],
         &[
             "controller.derivative=measurement",
             "controller.derivative_filter_s=0.001",

@@ -5,8 +5,8 @@
 use super::Parameter;
 use crate::case::Case;
 use crate::number;
-use crate::runfile::{Key, SECTIONS, Value};
 use crate::quantise::FixedPointGains;
+use crate::runfile::{Key, SECTIONS, Value};
 
 /// The order of the report: the first keys of blocks that stand together in the
 /// table. A block goes on there to the first key of another one.

@@ -1,7 +1,7 @@
 //! Keys of the controller: its encoders, its law, what it allows, what it is
 //! asked for, and what goes wrong.
 
-use core::f64::consts::FRAC_PI_2;
+use core::f64::consts::{FRAC_PI_2, PI};
 
 use plant::Encoder;
 
@@ -10,7 +10,6 @@ use super::super::keys::{
     Acts, Key, Kind, Need, choice, flag, number, of_firmware, time, value, whole,
 };
 use super::super::values::{MEASURED, Value};
-use super::radians;
 use crate::case::{Case, Law};
 use crate::options::{
     AntiWindup, Compensation, Derivative, EncoderGlitch, Feedback, FollowingErrorLimit, GainChange,
@@ -264,7 +263,7 @@ pub(super) const LIMITS: &[Key] = &of_firmware([
         .meaning("largest following error at standstill")
         .optional("2000")
         .at(|c| Some(&mut c.options.limits.following_error))
-        .field("watches.following_error.limit_counts")
+        .field("monitors.following_error.limit_counts")
         .shown("Limit of the following error"),
     number(
         "following_error_per_speed_s",
@@ -274,7 +273,7 @@ pub(super) const LIMITS: &[Key] = &of_firmware([
     .meaning("following error allowed on top per reference speed, 0 if left out,")
     .needing(Need::OnlyWith("following_error_counts"), "0.01")
     .at(|c| Some(&mut following_error(c)?.per_speed_s))
-    .field("watches.following_error.mantissa")
+    .field("monitors.following_error.mantissa")
     .shown_in("… and per speed", 1e3, "ms")
     .when(|c| {
         c.options
@@ -294,14 +293,14 @@ pub(super) const LIMITS: &[Key] = &of_firmware([
         .meaning("time for which the count may stand still under output")
         .optional("0.05")
         .at(|c| Some(&mut c.options.limits.encoder_loss))
-        .field("watches.encoder_loss.ticks")
+        .field("monitors.encoder_loss.ticks")
         .shown_in("Encoder lost after", 1e3, "ms")
         .note(&["count stands still for so long …"]),
     whole("encoder_loss_codes", 1, MOST_CODES, "codes")
         .meaning("output from which encoder_loss_s counts")
         .or(Value::Whole(100))
         .at(|c| Some(&mut c.options.limits.encoder_loss.as_mut()?.codes))
-        .field("watches.encoder_loss.code_threshold")
+        .field("monitors.encoder_loss.code_threshold")
         .shown("… under")
         .when(|c| c.options.limits.encoder_loss.is_some())
         .note(&["… under at least this output"]),
@@ -309,12 +308,12 @@ pub(super) const LIMITS: &[Key] = &of_firmware([
         .meaning("time for which the output may stand at its limit")
         .optional("0.1")
         .at(|c| Some(&mut c.options.limits.saturation_ns))
-        .field("watches.saturation.ticks")
+        .field("monitors.saturation.ticks")
         .shown_in("Longest saturation", 1e3, "ms"),
     flag("missed_ticks")
         .meaning("switch that makes a missed tick a fault")
         .at(|c| Some(&mut c.options.limits.missed_ticks))
-        .field("watches.ticks")
+        .field("monitors.ticks")
         .shown("Missed tick")
         .words(&[("true", "a fault")])
         .note(&["true: a missed tick is a fault"]),
@@ -331,6 +330,10 @@ pub(super) const LIMITS: &[Key] = &of_firmware([
         .shown("Axis acceleration limit"),
 ]);
 
+pub(super) fn radians(angle_deg: f64) -> f64 {
+    angle_deg * PI / 180.0
+}
+
 fn compensates(case: &Case, gap: GapSource) -> bool {
     let backlash = &case.options.backlash;
     backlash.compensation != Compensation::None && backlash.gap == gap
@@ -340,7 +343,7 @@ pub(super) const BACKLASH: &[Key] = &of_firmware([
     choice::<Compensation>("compensation")
         .meaning("reference quantity whose sign decides on the flank")
         .at(|c| Some(&mut c.options.backlash.compensation))
-        .field("take_up.trigger")
+        .field("backlash_compensation.trigger")
         .shown("Backlash compensation")
         .words(&[
             ("velocity", "by the velocity's sign"),
@@ -354,7 +357,7 @@ pub(super) const BACKLASH: &[Key] = &of_firmware([
             |c, half_deg| c.options.backlash.half_gap_rad = Some(radians(half_deg)),
             |c| c.options.backlash.half_gap_rad.map(f64::to_degrees),
         )
-        .field("take_up.half_gap_counts")
+        .field("backlash_compensation.half_gap_counts")
         .shown_in("Half gap compensated", 1.0, "°")
         .when(|c| compensates(c, GapSource::Given))
         .note(&["default: the joint's backlash_half_deg"]),
