@@ -20,6 +20,28 @@ fn every_key_is_read() {
     }
 }
 
+/// The way back: a case has every key as the file says it.
+#[test]
+fn every_key_can_be_read_from_the_case() {
+    for (section, key) in all_keys().filter(|(section, _)| section.name != "budget") {
+        let (first, second) = samples(key);
+        for sample in [first, second] {
+            let case = Document::full().with(section, key, &sample).case();
+            let told = match key.get(&case) {
+                // The motion as a whole, and the name.
+                None => matches!(key.kind, Kind::Text | Kind::Intervals),
+                Some(Value::Choice(choice)) => format!("\"{choice}\"") == sample,
+                Some(Value::Flag(flag)) => flag.to_string() == sample,
+                Some(value) => {
+                    let given: f64 = sample.parse().unwrap();
+                    (value.number().unwrap() - given).abs() <= 1e-14 * given.abs()
+                }
+            };
+            assert!(told, "{} = {sample}: {:?}", key.name, key.get(&case));
+        }
+    }
+}
+
 /// Both ends of a whole number's range fit the type that takes it.
 #[test]
 fn whole_numbers_are_held_up_to_their_bounds() {

@@ -39,7 +39,7 @@ fn is_within(path: &str, field: &str) -> bool {
         .is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
 }
 
-const TAKE_UP: [&str; 4] = [
+const COMPENSATION: [&str; 4] = [
     "controller.setpoints=generator",
     "limits.velocity_mps=2",
     "limits.acceleration_mps2=20",
@@ -48,7 +48,7 @@ const TAKE_UP: [&str; 4] = [
 
 /// What else must be said, and two values of the key.
 fn values(path: &str) -> (&'static [&'static str], [&'static str; 2]) {
-    let generator = &TAKE_UP[..1];
+    let generator = &COMPENSATION[..1];
     match path {
         "drive.dac_bits" => (&[], ["14", "16"]),
         "encoder.counter_bits" => (&[], ["16", "32"]),
@@ -84,8 +84,8 @@ fn values(path: &str) -> (&'static [&'static str], [&'static str; 2]) {
         "limits.encoder_loss_s" | "limits.saturation_s" => (&[], ["0.01", "0.02"]),
         "limits.encoder_loss_codes" => (&["limits.encoder_loss_s=0.01"], ["100", "200"]),
         "limits.missed_ticks" => (&[], ["false", "true"]),
-        "backlash.compensation" => (&TAKE_UP[..3], ["velocity", "acceleration"]),
-        "backlash.half_gap_deg" => (&TAKE_UP, ["3", "4"]),
+        "backlash.compensation" => (&COMPENSATION[..3], ["velocity", "acceleration"]),
+        "backlash.half_gap_deg" => (&COMPENSATION, ["3", "4"]),
         path => panic!("{path} has no values here"),
     }
 }
@@ -125,7 +125,7 @@ const DERIVED: [&str; 12] = [
 #[test]
 fn a_field_that_no_key_names_is_derived() {
     let everything = [
-        &TAKE_UP[..],
+        &COMPENSATION[..],
         &[
             "controller.derivative=measurement",
             "controller.derivative_filter_s=0.001",

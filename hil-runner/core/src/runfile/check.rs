@@ -1,15 +1,16 @@
 //! Holds a tree against the table of keys: unknown and missing keys, types and
-//! ranges. Checks of several keys at once are in `consistency`.
+//! ranges. What is right comes out as values, each with its place for messages
+//! that concern several of them, which `consistency` has.
 
 use super::errors::{Findings, Place, Problem, one_line};
+use super::key_path::{self, Hint};
 use super::keys::{
     Key, Kind, LARGEST_MAGNITUDE, LONGEST_TIME_S, Need, Range, SMALLEST_MAGNITUDE, Section, path,
-    show_number,
 };
-use super::suggest::{self, Hint};
-use super::table::SECTIONS;
+use super::table::{self, SECTIONS};
 use super::tree::{Node, Number, Table, Toml, nanoseconds};
-use super::values::{Entry, Value, Values};
+use super::values::{Setting, Value, show_number};
+use crate::case::Law;
 
 /// Checks every key of the table and every key of the tree.
 pub(super) fn check(tree: &Table, findings: &mut Findings) -> Values {
@@ -84,26 +85,26 @@ fn report_unknown(tree: &Table, findings: &mut Findings) -> Vec<(&'static str, &
         findings.push(node.place.clone(), hint.problem(what));
         meant.extend(hint.meant.into_iter().map(|name| (section, name)));
     };
-    let of_top = |name: &str| Section::find("").is_some_and(|top| top.key(name).is_some());
+    let of_top = |name: &str| table::find("").is_some_and(|top| top.key(name).is_some());
     for (name, node) in &tree.entries {
-        let section = Section::find(name).filter(|_| !name.is_empty());
+        let section = table::find(name).filter(|_| !name.is_empty());
         match (section, &node.value) {
             (Some(section), Toml::Table(table)) => {
                 let unknown = |(name, _): &&(String, Node)| section.key(name).is_none();
                 for (name, node) in table.entries.iter().filter(unknown) {
                     let what = format!("key {}.{}", section.name, show_key(name));
-                    tell(section.name, what, node, suggest::key(section.name, name));
+                    tell(section.name, what, node, key_path::key(section.name, name));
                 }
             }
             (Some(_), _) => {}
             (None, _) if of_top(name) => {}
             (None, Toml::Table(_) | Toml::Array(_)) => {
                 let what = format!("section [{}]", show_key(name));
-                tell("", what, node, suggest::section(name));
+                tell("", what, node, key_path::section(name));
             }
             (None, _) => {
                 let what = format!("key {}", show_key(name));
-                tell("", what, node, suggest::key("", name));
+                tell("", what, node, key_path::key("", name));
             }
         }
     }
@@ -287,4 +288,112 @@ fn check_intervals(items: &[Node], key: &Key) -> Result<Value, String> {
         wrong.join(", "),
         show_number(LARGEST_MAGNITUDE)
     ))
+}
+
+/// A key that is given or has a default.
+#[derive(Debug, Clone)]
+pub(super) struct Entry {
+    /// Where it is given; [`None`] for a default.
+    pub(super) place: Option<Place>,
+    /// As it was written.
+    pub(super) text: String,
+    /// [`None`] if it was refused.
+    value: Option<Value>,
+}
+
+impl Entry {
+    /// What the file says; no value if that was refused.
+    pub(super) fn given(node: &Node, value: Option<Value>) -> Self {
+        Self {
+            place: Some(node.place.clone()),
+            text: node.text.clone(),
+            value,
+        }
+    }
+
+    /// What holds without the key.
+    pub(super) fn default_of(key: &Key) -> Option<Self> {
+        key.default().map(|value| Self {
+            place: None,
+            text: value.to_toml(),
+            value: Some(value),
+        })
+    }
+}
+
+/// All keys that are given or have a default.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Values {
+    entries: Vec<(&'static str, &'static Key, Entry)>,
+}
+
+impl Values {
+    pub(super) fn insert(&mut self, section: &'static str, key: &'static Key, entry: Entry) {
+        self.entries.push((section, key, entry));
+    }
+
+    pub(super) fn entry(&self, key: &str) -> Option<&Entry> {
+        let (section, name) = key.rsplit_once('.').unwrap_or(("", key));
+        self.entries
+            .iter()
+            .find(|(s, k, _)| *s == section && k.name == name)
+            .map(|(_, _, entry)| entry)
+    }
+
+    /// Whether the file or the command line says anything about the key, right
+    /// or wrong.
+    pub(super) fn is_given(&self, key: &str) -> bool {
+        self.entry(key).is_some_and(|entry| entry.place.is_some())
+    }
+
+    /// Section, key and entry of what the file or the command line sets to
+    /// another value than its default.
+    pub(super) fn set(&self) -> impl Iterator<Item = (&'static str, &'static Key, &Entry)> {
+        let entries = self.entries.iter();
+        let other =
+            |key: &Key, entry: &Entry| entry.value.is_none() || entry.value != key.default();
+        entries
+            .filter(move |(_, key, entry)| entry.place.is_some() && other(key, entry))
+            .map(|(section, key, entry)| (*section, *key, entry))
+    }
+
+    /// Every key that has a value, in the order of the table.
+    pub(super) fn valid(&self) -> impl Iterator<Item = (&'static Key, Value)> {
+        self.entries
+            .iter()
+            .filter_map(|(_, key, entry)| Some((*key, entry.value?)))
+    }
+
+    /// `controller.sample_time_s = 0.001 (line 40)`, for a sentence about
+    /// another key.
+    pub(super) fn quote(&self, key: &str) -> String {
+        let Some(entry) = self.entry(key) else {
+            return key.to_owned();
+        };
+        let origin = match &entry.place {
+            None => "the default".to_owned(),
+            Some(Place::File) => "the file".to_owned(),
+            Some(Place::Line(line)) => format!("line {line}"),
+            Some(Place::Set(_)) => "by --set".to_owned(),
+        };
+        format!("{key} = {} ({origin})", entry.text)
+    }
+
+    /// The value of a key, unless it was refused.
+    pub(super) fn value(&self, key: &str) -> Option<Value> {
+        self.entry(key)?.value
+    }
+
+    /// The same as a setting of a case.
+    pub(super) fn get<T: Setting>(&self, key: &str) -> Option<T> {
+        T::of(self.value(key)?)
+    }
+
+    /// Paths of the keys beyond the paper's law that a rung leaves out.
+    pub(super) fn without_effect(&self, law: Law) -> Vec<String> {
+        self.set()
+            .filter(|(_, key, _)| key.is_of_firmware() && law != Law::Firmware)
+            .map(|(section, key, _)| path(section, key.name))
+            .collect()
+    }
 }

@@ -6,10 +6,11 @@
 
 use plant::{Motion, MotionError};
 
+use super::check::Values;
 use super::errors::{Findings, Place, Problem};
-use super::keys::{Key, Need, Section, path, show_number};
-use super::table::{SECTIONS, motion, pitch_m_per_rad};
-use super::values::Values;
+use super::keys::{Key, Need, Section, path};
+use super::table::{SECTIONS, pitch_m_per_rad};
+use super::values::{Value, show_number};
 use crate::case::{ComputationDelay, Law, SolverChoice};
 use crate::options::{
     Compensation, Derivative, Feedback, FlankDetection, GapSource, SetpointOrigin,
@@ -72,6 +73,26 @@ pub(super) fn check(v: &Values, findings: &mut Findings) -> Option<Motion> {
         findings.push(place, problem);
     }
     motion
+}
+
+/// The motion command, or why the intervals make none. They are judged even
+/// while the travel is missing.
+fn motion(v: &Values) -> Option<Result<Motion, MotionError>> {
+    let Some(Value::Intervals(mut intervals_s)) = v.value("motion.intervals_s") else {
+        return None;
+    };
+    let sum_s: f64 = intervals_s.iter().sum();
+    if let Some(total_s) = v.get::<f64>("motion.total_time_s")
+        && sum_s > 0.0
+    {
+        intervals_s = intervals_s.map(|interval_s| interval_s * (total_s / sum_s));
+    }
+    let travel_mm: Option<f64> = v.get("motion.travel_mm");
+    // mm → m
+    match Motion::new(travel_mm.unwrap_or(1.0) * 1e-3, intervals_s) {
+        Ok(_) if travel_mm.is_none() => None,
+        motion => Some(motion),
+    }
 }
 
 fn law(v: &Values) -> Option<Law> {

@@ -2,8 +2,7 @@
 //! place in a case, how a report and a commented file show it, and the words for
 //! all of that. The keys themselves stand in [`SECTIONS`](super::SECTIONS).
 
-use super::table::SECTIONS;
-use super::values::{Choices, Stored, Value};
+use super::values::{Choices, Stored, Value, show_number};
 use crate::case::{Case, Law};
 
 /// One section of the run file; the name of the first one is empty, its keys
@@ -22,11 +21,6 @@ impl Section {
     pub(super) const fn meaning(mut self, meaning: &'static str) -> Self {
         self.meaning = meaning;
         self
-    }
-
-    /// The section of that name.
-    pub(super) fn find(name: &str) -> Option<&'static Self> {
-        SECTIONS.iter().find(|section| section.name == name)
     }
 
     /// The key of that name.
@@ -521,15 +515,6 @@ pub(super) fn either(words: &[String]) -> String {
         [] => String::new(),
         [one] => one.clone(),
         [most @ .., last] => format!("{} or {last}", most.join(", ")),
-    }
-}
-
-/// A number in its shorter notation: 1e-11 rather than 0.00000000001.
-pub(super) fn show_number(number: f64) -> String {
-    if number == 0.0 || (1e-4..1e6).contains(&number.abs()) {
-        number.to_string()
-    } else {
-        format!("{number:e}")
     }
 }
 

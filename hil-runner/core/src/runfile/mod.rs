@@ -21,10 +21,10 @@
 mod check;
 mod consistency;
 mod errors;
+mod key_path;
 mod keys;
 mod overrides;
 mod pages;
-mod suggest;
 mod table;
 mod template;
 mod tree;
@@ -39,12 +39,13 @@ use plant::{
 
 pub use consistency::{MOST_COUNTS, MOST_RK4_STEPS, MOST_ROWS};
 pub use errors::{MOST_MISTAKES, Place, Problem, RunFileError, RunFileErrors, list_mistakes};
+pub use key_path::{KeyPath, KeyValue};
 pub use keys::{
     Acts, Key, Kind, LARGEST_MAGNITUDE, LONGEST_TIME_S, Need, Range, SMALLEST_MAGNITUDE, Section,
 };
 pub use pages::{commented, key_reference, schema};
 pub use table::SECTIONS;
-pub use template::{KeyPath, KeyValue, Template};
+pub use template::Template;
 pub use values::Value;
 
 use crate::case::{
@@ -52,9 +53,9 @@ use crate::case::{
     TargetSettings,
 };
 use crate::options::AxisOptions;
+use check::Values;
 use errors::Findings;
 use tree::{Table, Toml};
-use values::Values;
 
 /// A run file that was read and found right.
 #[derive(Debug, Clone)]

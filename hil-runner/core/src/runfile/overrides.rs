@@ -2,8 +2,8 @@
 //! of the file before anything is checked.
 
 use super::errors::{Findings, Place, Problem, one_line};
-use super::keys::Section;
-use super::template::KeyPath;
+use super::key_path::KeyPath;
+use super::table;
 use super::tree::{Node, Table, Toml, parse_value};
 
 /// Longest override that a message repeats \[characters\].
@@ -63,7 +63,7 @@ fn read_value(text: &str, place: &Place) -> Result<Node, String> {
 }
 
 fn set_top(tree: &mut Table, name: &str, node: Node) -> Result<(), String> {
-    let section = Section::find(name);
+    let section = table::find(name);
     match (section, &node.value) {
         (Some(section), Toml::Flag(_) | Toml::Number(_) | Toml::Text(_) | Toml::Date) => {
             let example = section.keys.first().map_or("key", |key| key.name);

@@ -9,16 +9,16 @@ mod controller;
 
 use core::f64::consts::{PI, TAU};
 
-use plant::{Dac, ElasticJoint, Joint, Motion, MotionError, Solver};
+use plant::{Dac, ElasticJoint, Joint, Solver};
 
 use self::controller::{
-    BACKLASH, CONTROLLER, ENCODER, GAIN_CHANGE, INJECT, LIMITS, LOAD_ENCODER, SEQUENCE,
+    BACKLASH, CONTROLLER, ENCODER, GAIN_CHANGE, INJECT, LIMITS, LOAD_ENCODER, SEQUENCE, radians,
 };
 use super::keys::Range::{Any, Between, NotNegative, Positive};
 use super::keys::{
     Acts, Key, Kind, Need, Section, choice, flag, number, of_firmware, section, time, value, whole,
 };
-use super::values::{Value, Values};
+use super::values::Value;
 use crate::case::{Case, SolverChoice};
 use crate::figures::{CHIP_FIGURES, Figure, HOST_STEP_P99, SUMMARY_FIGURES};
 
@@ -59,6 +59,11 @@ pub static SECTIONS: &[Section] = &[
     section("budget", &BUDGET)
         .meaning("limits on the magnitude of summary figures; without this section the default budget holds, an empty one limits nothing; from instructions_per_step_max to stack_bytes the figures are those of a chip, and without a link to one they fail"),
 ];
+
+/// The section of that name.
+pub(super) fn find(name: &str) -> Option<&'static Section> {
+    SECTIONS.iter().find(|section| section.name == name)
+}
 
 const NAME: &[Key] = &[value("name", Kind::Text, "")
     .meaning("name of the run")
@@ -146,10 +151,6 @@ const TRANSMISSION: &[Key] = &[
         .note(&["true: a separating flank cannot pull back"]),
 ];
 
-pub(super) fn radians(angle_deg: f64) -> f64 {
-    angle_deg * PI / 180.0
-}
-
 /// mm/rev → m/rad
 pub(super) fn pitch_m_per_rad(pitch_mm_per_rev: f64) -> f64 {
     1e-3 * pitch_mm_per_rev / TAU
@@ -218,7 +219,7 @@ const DRIVE: &[Key] = &[
         .shown("Amplifier limit V_max"),
 ];
 
-/// The three make one command; see [`motion`].
+/// The three make one command, which goes into a case as a whole.
 const MOTION: &[Key] = &[
     number("travel_mm", Any, "mm")
         .meaning("travel h of the carriage")
@@ -235,26 +236,6 @@ const MOTION: &[Key] = &[
         .shown("Motion time")
         .note(&["stretches all seven to this sum; default: as they are"]),
 ];
-
-/// The motion command, or why the intervals make none. They are judged even
-/// while the travel is missing.
-pub(super) fn motion(v: &Values) -> Option<Result<Motion, MotionError>> {
-    let Some(Value::Intervals(mut intervals_s)) = v.value("motion.intervals_s") else {
-        return None;
-    };
-    let sum_s: f64 = intervals_s.iter().sum();
-    if let Some(total_s) = v.get::<f64>("motion.total_time_s")
-        && sum_s > 0.0
-    {
-        intervals_s = intervals_s.map(|interval_s| interval_s * (total_s / sum_s));
-    }
-    let travel_mm: Option<f64> = v.get("motion.travel_mm");
-    // mm → m
-    match Motion::new(travel_mm.unwrap_or(1.0) * 1e-3, intervals_s) {
-        Ok(_) if travel_mm.is_none() => None,
-        motion => Some(motion),
-    }
-}
 
 const TARGET: &[Key] = &of_firmware([
     // Far above any microcontroller.

@@ -1,11 +1,7 @@
-//! Values of keys: the types of a case that they become, and the checked values
-//! of a file, each with its place for messages that concern several of them.
+//! Values of keys, and the types of a case that they become.
 
 use plant::{ElasticJoint, Joint};
 
-use super::errors::Place;
-use super::keys::{Key, path, show_number};
-use super::tree::Node;
 use crate::case::{ComputationDelay, Law, SolverChoice};
 use crate::options::{
     AntiWindup, Compensation, Derivative, EncoderGlitch, EncoderLoss, Feedback, FlankDetection,
@@ -311,110 +307,11 @@ impl Choices for FlankDetection {
     const NAMES: &'static [&'static str] = &["load-encoder", "effort"];
 }
 
-/// A key that is given or has a default.
-#[derive(Debug, Clone)]
-pub(super) struct Entry {
-    /// Where it is given; [`None`] for a default.
-    pub(super) place: Option<Place>,
-    /// As it was written.
-    pub(super) text: String,
-    /// [`None`] if it was refused.
-    value: Option<Value>,
-}
-
-impl Entry {
-    /// What the file says; no value if that was refused.
-    pub(super) fn given(node: &Node, value: Option<Value>) -> Self {
-        Self {
-            place: Some(node.place.clone()),
-            text: node.text.clone(),
-            value,
-        }
-    }
-
-    /// What holds without the key.
-    pub(super) fn default_of(key: &Key) -> Option<Self> {
-        key.default().map(|value| Self {
-            place: None,
-            text: value.to_toml(),
-            value: Some(value),
-        })
-    }
-}
-
-/// All keys that are given or have a default.
-#[derive(Debug, Clone, Default)]
-pub(super) struct Values {
-    entries: Vec<(&'static str, &'static Key, Entry)>,
-}
-
-impl Values {
-    pub(super) fn insert(&mut self, section: &'static str, key: &'static Key, entry: Entry) {
-        self.entries.push((section, key, entry));
-    }
-
-    pub(super) fn entry(&self, key: &str) -> Option<&Entry> {
-        let (section, name) = key.rsplit_once('.').unwrap_or(("", key));
-        self.entries
-            .iter()
-            .find(|(s, k, _)| *s == section && k.name == name)
-            .map(|(_, _, entry)| entry)
-    }
-
-    /// Whether the file or the command line says anything about the key, right
-    /// or wrong.
-    pub(super) fn is_given(&self, key: &str) -> bool {
-        self.entry(key).is_some_and(|entry| entry.place.is_some())
-    }
-
-    /// Section, key and entry of what the file or the command line sets to
-    /// another value than its default.
-    pub(super) fn set(&self) -> impl Iterator<Item = (&'static str, &'static Key, &Entry)> {
-        let entries = self.entries.iter();
-        let other =
-            |key: &Key, entry: &Entry| entry.value.is_none() || entry.value != key.default();
-        entries
-            .filter(move |(_, key, entry)| entry.place.is_some() && other(key, entry))
-            .map(|(section, key, entry)| (*section, *key, entry))
-    }
-
-    /// Every key that has a value, in the order of the table.
-    pub(super) fn valid(&self) -> impl Iterator<Item = (&'static Key, Value)> {
-        self.entries
-            .iter()
-            .filter_map(|(_, key, entry)| Some((*key, entry.value?)))
-    }
-
-    /// `controller.sample_time_s = 0.001 (line 40)`, for a sentence about
-    /// another key.
-    pub(super) fn quote(&self, key: &str) -> String {
-        let Some(entry) = self.entry(key) else {
-            return key.to_owned();
-        };
-        let origin = match &entry.place {
-            None => "the default".to_owned(),
-            Some(Place::File) => "the file".to_owned(),
-            Some(Place::Line(line)) => format!("line {line}"),
-            Some(Place::Set(_)) => "by --set".to_owned(),
-        };
-        format!("{key} = {} ({origin})", entry.text)
-    }
-
-    /// The value of a key, unless it was refused.
-    pub(super) fn value(&self, key: &str) -> Option<Value> {
-        self.entry(key)?.value
-    }
-
-    /// The same as a setting of a case.
-    pub(super) fn get<T: Setting>(&self, key: &str) -> Option<T> {
-        T::of(self.value(key)?)
-    }
-
-    /// Paths of the keys beyond the paper's law that a rung leaves out.
-    pub(super) fn without_effect(&self, law: Law) -> Vec<String> {
-        self.set()
-            .filter(|(_, key, _)| key.is_of_firmware() && law != Law::Firmware)
-            .map(|(section, key, _)| path(section, key.name))
-            .collect()
+/// A number in its shorter notation: 1e-11 rather than 0.00000000001.
+pub(super) fn show_number(number: f64) -> String {
+    if number == 0.0 || (1e-4..1e6).contains(&number.abs()) {
+        number.to_string()
+    } else {
+        format!("{number:e}")
     }
 }

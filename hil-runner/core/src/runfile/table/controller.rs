@@ -1,7 +1,7 @@
 //! Keys of the controller: its encoders, its law, what it allows, what it is
 //! asked for, and what goes wrong.
 
-use core::f64::consts::FRAC_PI_2;
+use core::f64::consts::{FRAC_PI_2, PI};
 
 use plant::Encoder;
 
@@ -10,7 +10,6 @@ use super::super::keys::{
     Acts, Key, Kind, Need, choice, flag, number, of_firmware, time, value, whole,
 };
 use super::super::values::{MEASURED, Value};
-use super::radians;
 use crate::case::{Case, Law};
 use crate::options::{
     AntiWindup, Compensation, Derivative, EncoderGlitch, Feedback, FlankDetection,
@@ -330,6 +329,10 @@ pub(super) const LIMITS: &[Key] = &of_firmware([
         .at(|c| Some(&mut c.options.limits.acceleration_mps2))
         .shown("Axis acceleration limit"),
 ]);
+
+pub(super) fn radians(angle_deg: f64) -> f64 {
+    angle_deg * PI / 180.0
+}
 
 fn compensates(case: &Case, gap: GapSource) -> bool {
     let backlash = &case.options.backlash;

@@ -1,9 +1,131 @@
-//! What may have been meant: the nearest of the known names.
+//! A key by its path, and for a path that leads to none the nearest of the known
+//! names.
 
 use super::errors::Problem;
-use super::keys::{Section, either};
-use super::table::SECTIONS;
+use super::keys::{Key, Kind, Need, either, path};
+use super::table::{self, SECTIONS};
 use crate::renamed::renamed;
+use crate::time::seconds;
+
+/// A key of the run file by its path, such as `controller.kp`.
+#[derive(Debug, Clone, Copy)]
+pub struct KeyPath {
+    /// Name of its section.
+    pub section: &'static str,
+    /// What the key is.
+    pub key: &'static Key,
+}
+
+impl KeyPath {
+    /// The key at a path.
+    ///
+    /// # Errors
+    /// A sentence for a path that names no key, with what may have been meant.
+    ///
+    /// ```
+    /// use hil_core::runfile::KeyPath;
+    ///
+    /// assert_eq!(KeyPath::find("controller.kp")?.key.name, "kp");
+    /// let error = KeyPath::find("controller.sample_time").unwrap_err();
+    /// assert_eq!(error, "unknown key controller.sample_time; did you mean sample_time_s?");
+    /// let error = KeyPath::find("budget.late_steps").unwrap_err();
+    /// assert_eq!(error, "budget.late_steps is now deadline_misses");
+    /// # Ok::<(), String>(())
+    /// ```
+    pub fn find(path: &str) -> Result<Self, String> {
+        let (section_name, key_name) = path.split_once('.').unwrap_or(("", path));
+        let Some(known) = table::find(section_name) else {
+            let what = format!("section [{section_name}] in {path}");
+            return Err(section(section_name).problem(what).to_string());
+        };
+        let Some(found) = known.key(key_name) else {
+            let hint = key(section_name, key_name);
+            return Err(hint.problem(format!("key {path}")).to_string());
+        };
+        Ok(Self {
+            section: known.name,
+            key: found,
+        })
+    }
+
+    /// The path.
+    pub fn path(&self) -> String {
+        path(self.section, self.key.name)
+    }
+
+    /// The key that says the same in another way, such as `lines` and
+    /// `counts_per_rad`; only one of the two can be given.
+    pub fn partner(&self) -> Option<Self> {
+        match self.key.need {
+            Need::OneOf(partner) | Need::NotWith(partner) => {
+                Self::find(&path(self.section, partner)).ok()
+            }
+            _ => None,
+        }
+    }
+
+    /// A number as a value of this key: times in whole nanoseconds, whole
+    /// numbers whole, the nearest each.
+    pub fn value(&self, number: f64) -> KeyValue {
+        match self.key.kind {
+            Kind::Time(_) | Kind::TimeOrWord(..) => match nearest_whole(1e9 * number) {
+                Some(ns) => KeyValue::Nanoseconds(ns),
+                None => KeyValue::Number(number),
+            },
+            Kind::Whole(..) => match nearest_whole(number) {
+                Some(whole) => KeyValue::Whole(whole),
+                None => KeyValue::Number(number),
+            },
+            _ => KeyValue::Number(number),
+        }
+    }
+}
+
+/// The nearest whole number, where `i64` holds it exactly.
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "whole, and within the bounds"
+)]
+fn nearest_whole(number: f64) -> Option<i64> {
+    const MOST: f64 = 9_007_199_254_740_992.0; // 2^53
+    let whole = libm::round(number);
+    (whole.abs() <= MOST).then_some(whole as i64)
+}
+
+/// Another value of a key.
+#[derive(Debug, Clone, PartialEq)]
+pub enum KeyValue {
+    /// A number.
+    Number(f64),
+    /// A time, written in seconds \[ns\].
+    Nanoseconds(i64),
+    /// A whole number.
+    Whole(i64),
+    /// Anything else, as TOML.
+    Toml(String),
+}
+
+impl KeyValue {
+    /// The value as a number, in the key's unit; [`None`] for what is none.
+    pub fn number(&self) -> Option<f64> {
+        match self {
+            Self::Number(number) => Some(*number),
+            Self::Nanoseconds(ns) => Some(u64::try_from(*ns).map_or(*ns as f64 / 1e9, seconds)),
+            Self::Whole(whole) => Some(*whole as f64),
+            Self::Toml(_) => None,
+        }
+    }
+
+    /// The value as a run file has it.
+    pub fn to_toml(&self) -> String {
+        match self {
+            Self::Number(number) => format!("{number:?}"),
+            Self::Nanoseconds(ns) => format!("{ns}e-9"),
+            Self::Whole(whole) => whole.to_string(),
+            Self::Toml(text) => text.clone(),
+        }
+    }
+}
 
 /// The hint for an unknown name, and the names it takes to be meant.
 #[derive(Default)]
@@ -68,10 +190,10 @@ pub(super) fn key(section: &str, unknown: &str) -> Hint {
             format!("{unknown} belongs to [{}]", home.name)
         });
     }
-    if Section::find(unknown).is_some() {
+    if table::find(unknown).is_some() {
         return Hint::of_text(format!("{unknown} is a section; write [{unknown}]"));
     }
-    let known = Section::find(section);
+    let known = table::find(section);
     let renamed = renamed(unknown).filter(|name| known.is_some_and(|s| s.key(name).is_some()));
     if renamed.is_some() {
         return Hint {
