@@ -13,7 +13,7 @@ use crate::frame::{Received, crc32_on};
 use crate::reply::{Identity, LARGEST_REPLY, Nak, Reply, Status, Stepped};
 use crate::request::{Events, Request, SourceKind, Step};
 use crate::{plan, settings};
-use firmware::axis::{Axis, AxisState};
+use firmware::axis::{Axis, AxisOutput, AxisState, Inputs};
 use firmware::controller::{Controller, ControllerState};
 use firmware::counts;
 use firmware::motion::{MotionPlan, MotionState, PlanHead};
@@ -300,55 +300,89 @@ impl<'t, const N: usize> Server<'t, N> {
         Ok(())
     }
 
-    #[inline(never)]
     fn step(&mut self, step: &Step, target: &mut impl Target) -> Reply {
         let source = &mut self.source;
         source.given = step.next;
         let stepped = match &mut self.machine {
             Machine::None => return Reply::Nak(Nak::Request),
             Machine::Paper(controller, state) => {
-                target.start();
-                let setpoint = source.table.at(u64::from(source.k));
-                source.k = source.k.saturating_add(1);
-                let count = step.inputs.motor_register.cast_signed();
-                let output = controller.tick(state, counts::difference(count, setpoint));
-                let ticks = target.elapsed();
-                let status = output.status;
-                Stepped {
-                    code: output.code,
-                    error_counts: output.error_counts,
-                    state: State::Moving,
-                    power: true,
-                    out_of_range: status.error_limited | status.error_sum_beyond_range,
-                    refused: Events::default(),
-                    ticks,
-                    fault: None,
-                }
+                paper_step(controller, state, source, &step.inputs, target)
             }
-            Machine::Axis(axis, state) => {
-                let refused = ask_for(axis, state, step.events);
-                let mut inputs = step.inputs;
-                if step.motor_unread {
-                    (inputs.motor_register, _) = state.last_registers();
-                }
-                target.start();
-                let output = axis.tick(state, &inputs, source);
-                let ticks = target.elapsed();
-                Stepped {
-                    code: output.code,
-                    error_counts: output.error_counts,
-                    state: output.state,
-                    power: output.power,
-                    out_of_range: output.out_of_range,
-                    refused,
-                    ticks,
-                    fault: state.fault().copied(),
-                }
-            }
+            Machine::Axis(axis, state) => axis_step(axis, state, source, step, target),
         };
         self.steps = self.steps.wrapping_add(1);
         self.last_tick = step.inputs.tick;
         Reply::Stepped(stepped)
+    }
+}
+
+/// One sample of the paper's controller. A function of its own has all registers
+/// for the sample: 34 instructions fewer of 174 on an m4.
+#[inline(never)]
+fn paper_step<const N: usize>(
+    controller: &Controller<1>,
+    state: &mut ControllerState,
+    source: &mut Source<'_, N>,
+    inputs: &Inputs,
+    target: &mut impl Target,
+) -> Stepped {
+    target.start();
+    let setpoint = source.table.at(u64::from(source.k));
+    source.k = source.k.saturating_add(1);
+    let count = inputs.motor_register.cast_signed();
+    let output = controller.tick(state, counts::difference(count, setpoint));
+    let ticks = target.elapsed();
+    let status = output.status;
+    Stepped {
+        code: output.code,
+        error_counts: output.error_counts,
+        state: State::Moving,
+        power: true,
+        out_of_range: status.error_limited | status.error_sum_beyond_range,
+        refused: Events::default(),
+        ticks,
+        fault: None,
+    }
+}
+
+/// One sample of the axis, with its time; likewise 5 fewer of 449.
+#[inline(never)]
+fn timed<const N: usize>(
+    axis: &Axis,
+    state: &mut AxisState,
+    source: &mut Source<'_, N>,
+    inputs: &Inputs,
+    target: &mut impl Target,
+) -> (AxisOutput, u32) {
+    target.start();
+    let output = axis.tick(state, inputs, source);
+    (output, target.elapsed())
+}
+
+/// One step of the axis in service.
+#[inline(never)]
+fn axis_step<const N: usize>(
+    axis: &Axis,
+    state: &mut AxisState,
+    source: &mut Source<'_, N>,
+    step: &Step,
+    target: &mut impl Target,
+) -> Stepped {
+    let refused = ask_for(axis, state, step.events);
+    let mut inputs = step.inputs;
+    if step.motor_unread {
+        (inputs.motor_register, _) = state.last_registers();
+    }
+    let (output, ticks) = timed(axis, state, source, &inputs, target);
+    Stepped {
+        code: output.code,
+        error_counts: output.error_counts,
+        state: output.state,
+        power: output.power,
+        out_of_range: output.out_of_range,
+        refused,
+        ticks,
+        fault: state.fault().copied(),
     }
 }
 
