@@ -27,22 +27,15 @@ pub(crate) struct Lanes<W: Width> {
     seen: Vec<LaneSeen<W>>,
     firmware: Vec<Option<FirmwareOnCounts>>,
     refused: Vec<Option<QuantiseError>>,
-    sums: Vec<Sums<W>>,
-}
-
-/// Sums over the rows of all lanes of a group.
-#[derive(Debug, Clone, Copy)]
-struct Sums<W: Width> {
-    squared_acc_error: W::Array,
-    max_abs_dac_code: W::Array,
-    /// Time under a held voltage at its limit \[ns\], whole.
-    held_limit_ns: W::Array,
+    /// Of each group, over its rows: `Σ(ẍ − ẍ_ref)²`, the largest code, and the time
+    /// under a held voltage at its limit \[ns\].
+    sums: Vec<[W::Array; 3]>,
 }
 
 /// Progress of a group: the step of a sample that comes next, and everything that
 /// the lanes need to go on.
 #[derive(Debug, Clone, Copy)]
-struct Stand<V> {
+struct Progress<V> {
     tick: u64,
     step: usize,
     /// The voltage in force, and that of the code of this sample.
@@ -54,7 +47,7 @@ struct Stand<V> {
 }
 
 /// Steps of a sample.
-struct Rhythm {
+struct SampleSteps {
     steps_ns: [f64; MOST_STEPS],
     steps: usize,
     /// The first one under the new code.
@@ -190,21 +183,21 @@ impl<W: Width> Lanes<W> {
     #[inline(always)]
     fn lockstep(&mut self, laws: &mut [impl LaneLaw<W>]) {
         let w = self.width;
-        let mut rhythm = Rhythm {
+        let mut steps_of_sample = SampleSteps {
             steps_ns: [0.0; MOST_STEPS],
             steps: 0,
             first_new: self.family.first_new_step(),
         };
         for length_ns in self.family.steps_ns() {
-            rhythm.steps_ns[rhythm.steps] = whole(length_ns);
-            rhythm.steps += 1;
+            steps_of_sample.steps_ns[steps_of_sample.steps] = length_ns as f64;
+            steps_of_sample.steps += 1;
         }
         let zero = w.splat(0.0);
         let at_rest = Held {
             voltage_v: zero,
             limited: zero,
         };
-        let start = Stand {
+        let start = Progress {
             tick: 0,
             step: 0,
             in_force: at_rest,
@@ -213,27 +206,24 @@ impl<W: Width> Lanes<W> {
             largest: zero,
             limited_ns: zero,
         };
-        let mut stands = vec![start; self.groups.len()];
+        let mut reached = vec![start; self.groups.len()];
         let mut running = true;
         while running {
             running = false;
-            for (group, (stand, law)) in stands.iter_mut().zip(laws.iter_mut()).enumerate() {
-                if stand.tick <= self.family.samples {
-                    running |= self.advance(group, &rhythm, stand, law);
+            for (group, (progress, law)) in reached.iter_mut().zip(laws.iter_mut()).enumerate() {
+                if progress.tick <= self.family.samples {
+                    running |= self.advance(group, &steps_of_sample, progress, law);
                 }
             }
             self.batch.catch_up();
         }
         self.sums.clear();
-        for stand in &stands {
-            let mut sums = Sums {
-                squared_acc_error: W::array(0.0),
-                max_abs_dac_code: W::array(0.0),
-                held_limit_ns: W::array(0.0),
-            };
-            w.store(stand.squared, &mut sums.squared_acc_error);
-            w.store(stand.largest, &mut sums.max_abs_dac_code);
-            w.store(stand.limited_ns, &mut sums.held_limit_ns);
+        for progress in &reached {
+            let mut sums = [W::array(0.0); 3];
+            let vectors = [progress.squared, progress.largest, progress.limited_ns];
+            for (array, vector) in sums.iter_mut().zip(vectors) {
+                w.store(vector, array);
+            }
             self.sums.push(sums);
         }
     }
@@ -243,15 +233,15 @@ impl<W: Width> Lanes<W> {
     fn advance(
         &mut self,
         group: usize,
-        rhythm: &Rhythm,
-        stand: &mut Stand<W::Vector>,
+        steps_of_sample: &SampleSteps,
+        progress: &mut Progress<W::Vector>,
         law: &mut impl LaneLaw<W>,
     ) -> bool {
         let (w, family, settings) = (self.width, &self.family, &self.groups[group]);
         let z = w.splat(family.axis.transmission.gear_ratio);
         let p = w.splat(family.axis.transmission.screw_pitch_m_per_rad);
         let seen = &mut self.seen[group];
-        let mut now = *stand;
+        let mut now = *progress;
         let mut axes = self.batch.group(group);
         while now.tick <= family.samples {
             let command = self.commands.at(now.tick);
@@ -274,42 +264,44 @@ impl<W: Width> Lanes<W> {
             }
             // 4. Move: first under the code still in force, then under the new.
             let mut held_up = false;
-            while now.step < rhythm.steps && !held_up {
+            while now.step < steps_of_sample.steps && !held_up {
                 let step = now.step;
-                if step >= rhythm.first_new {
+                if step >= steps_of_sample.first_new {
                     now.in_force = now.next;
                 }
-                let length_ns = w.splat(rhythm.steps_ns[step]);
+                let length_ns = w.splat(steps_of_sample.steps_ns[step]);
                 now.limited_ns = now.limited_ns + now.in_force.limited * length_ns;
                 let end_m = w.splat(command.step_ends_m[step]);
                 held_up = axes.advance(step, now.in_force.voltage_v, end_m);
                 now.step += 1;
             }
-            if now.step == rhythm.steps {
+            if now.step == steps_of_sample.steps {
                 now.in_force = now.next;
                 now.step = 0;
                 now.tick += 1;
             }
             if held_up {
-                *stand = now;
+                *progress = now;
                 return true;
             }
         }
-        *stand = now;
+        *progress = now;
         false
     }
 
     /// The figures of one run.
     #[inline(never)]
     fn summary(&mut self, run: usize, case: &Case) -> Result<Summary, RunError> {
-        let (lane, sums) = (run % W::LANES, &self.sums[run / W::LANES]);
+        let lane = run % W::LANES;
+        let sums = self.sums[run / W::LANES].each_ref();
+        let [squared, largest, limited_ns] = sums.map(|array| array.as_ref()[lane]);
         if let Some(refused) = self.refused.get_mut(run).and_then(Option::take) {
             return Err(RunError::Quantise(refused));
         }
         let rows = RowFigures::from_sums(
             self.family.samples + 1,
-            sums.squared_acc_error.as_ref()[lane],
-            sums.max_abs_dac_code.as_ref()[lane],
+            squared,
+            largest,
             self.seen[run / W::LANES].of(lane),
         );
         Ok(EndOfRun {
@@ -318,29 +310,14 @@ impl<W: Width> Lanes<W> {
             state: self.batch.state(run),
             extremes: &self.batch.extremes_of(run)?,
             rows: &rows,
-            held_limit_ns: nanoseconds(sums.held_limit_ns.as_ref()[lane]),
+            // A sum of step lengths: whole and not negative.
+            held_limit_ns: limited_ns as u64,
             events: None,
             axis: None,
             chip: None,
         }
         .summary())
     }
-}
-
-/// A number of nanoseconds as a float; exact below 2^53, which is 104 days.
-#[expect(clippy::cast_precision_loss, reason = "nanoseconds stay below 2^53")]
-fn whole(ns: u64) -> f64 {
-    ns as f64
-}
-
-/// A whole number of nanoseconds back as an integer.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "a sum of step lengths: whole and not negative"
-)]
-fn nanoseconds(ns: f64) -> u64 {
-    ns as u64
 }
 
 /// Codes and counts so far, and the carriages in the window of rest. A lane
