@@ -6,31 +6,49 @@
 //! ```
 
 mod acting;
+#[path = "plan/axis.rs"]
 mod axis;
+#[path = "page/base.rs"]
 mod base;
 mod border;
+#[path = "rows/cell.rs"]
 mod cell;
 mod constraint;
+#[path = "plan/mod.rs"]
 mod definition;
 mod differences;
+#[path = "plan/distribution.rs"]
 mod distribution;
 mod draw;
 mod drawable;
+#[path = "page/pictures.rs"]
 mod drawing;
+#[path = "rows/engine.rs"]
 mod engine;
 mod feeding;
+#[path = "read/file.rs"]
 mod file;
+#[path = "plan/loop_gain.rs"]
 mod loop_gain;
+#[path = "rows/beside.rs"]
 mod margins;
+#[path = "page/mod.rs"]
 mod page;
 pub mod picture;
+#[path = "plan/points.rs"]
 mod plan;
+#[path = "read/axes.rs"]
 mod read_axes;
+#[path = "read/plan.rs"]
 mod read_plan;
+#[path = "read/ready.rs"]
 pub mod ready;
+#[path = "page/render.rs"]
 pub mod report;
 pub mod results;
+#[path = "rows/mod.rs"]
 mod row;
+#[path = "page/tally.rs"]
 mod tally;
 mod theory;
 

@@ -19,6 +19,7 @@ mod journal;
 mod manifest;
 mod merge;
 mod origin;
+#[path = "parquet.rs"]
 mod parts;
 mod read;
 

@@ -21,17 +21,20 @@ use hil_core::theory::{JointState, margin};
 const STUDIES: [(&str, &str); 7] = [
     (
         "sample-time",
-        include_str!("../../studies/sample-time.toml"),
+        include_str!("../../../studies/sample-time.toml"),
     ),
-    ("resolution", include_str!("../../studies/resolution.toml")),
-    ("backlash", include_str!("../../studies/backlash.toml")),
-    ("gains", include_str!("../../studies/gains.toml")),
+    (
+        "resolution",
+        include_str!("../../../studies/resolution.toml"),
+    ),
+    ("backlash", include_str!("../../../studies/backlash.toml")),
+    ("gains", include_str!("../../../studies/gains.toml")),
     (
         "word-length",
-        include_str!("../../studies/word-length.toml"),
+        include_str!("../../../studies/word-length.toml"),
     ),
-    ("motion", include_str!("../../studies/motion.toml")),
-    ("tolerance", include_str!("../../studies/tolerance.toml")),
+    ("motion", include_str!("../../../studies/motion.toml")),
+    ("tolerance", include_str!("../../../studies/tolerance.toml")),
 ];
 
 /// Base of a ready study where the command line names none.

@@ -22,11 +22,11 @@ use minijinja::{Value, context};
 use super::picture::Label;
 use crate::report::environment;
 
-const TEMPLATE: &str = include_str!("../../assets/study.html");
+const TEMPLATE: &str = include_str!("../../../assets/study.html");
 /// The style of the other reports, and what pictures need beyond it.
 const STYLES: [&str; 2] = [
-    include_str!("../../assets/report.css"),
-    include_str!("../../assets/study.css"),
+    include_str!("../../../assets/report.css"),
+    include_str!("../../../assets/study.css"),
 ];
 
 /// Everything that the report of a study shows. What is empty is left out.
