@@ -43,6 +43,7 @@ pub mod number;
 pub mod options;
 pub mod quantise;
 pub mod record;
+pub mod renamed;
 pub mod report;
 pub mod reservation;
 pub mod rest;

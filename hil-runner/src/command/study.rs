@@ -141,7 +141,7 @@ impl StudyCommand {
             .clone()
             .unwrap_or_else(|| default_folder(&study, self.base.as_deref(), shard));
         let columns = columns(&study);
-        let mut tally = Tally::new(&columns);
+        let mut tally = Tally::new(&study, &columns);
         let origin = Origin::new(&study, shard, name, &changes);
         let command_line = origin.manifest.command_line(self.out.as_deref());
         let mut results = Results::open(&folder, &origin, &columns, &command_line, |row| {
@@ -189,26 +189,20 @@ fn fill(
         "ending after the runs under way; a second signal (Ctrl-C) ends at once, and loses nothing either\n",
     );
     let bar = bar(study, start);
-    let (blocks, manifest) = (results.missing_blocks(), results.manifest().clone());
-    let outcome = make(
-        study,
-        blocks,
-        |block| manifest.rows_of(block),
-        threads,
-        |block| {
-            if let Err(error) = interrupt::check() {
-                return ControlFlow::Break(Err(error));
+    let blocks = results.missing_blocks();
+    let outcome = make(study, blocks, threads, |block| {
+        if let Err(error) = interrupt::check() {
+            return ControlFlow::Break(Err(error));
+        }
+        block.rows.iter().for_each(|row| tally.add(row));
+        match results.add(&block) {
+            Ok(()) => {
+                bar.set_position(results.progress().done);
+                ControlFlow::Continue(())
             }
-            block.rows.iter().for_each(|row| tally.add(row));
-            match results.add(&block) {
-                Ok(()) => {
-                    bar.set_position(results.progress().done);
-                    ControlFlow::Continue(())
-                }
-                Err(error) => ControlFlow::Break(Ok(error)),
-            }
-        },
-    );
+            Err(error) => ControlFlow::Break(Ok(error)),
+        }
+    });
     bar.finish_and_clear();
     match outcome? {
         ControlFlow::Continue(()) => Ok(Ok(())),
@@ -280,7 +274,7 @@ impl Merge {
         };
         let study = first.study(folder)?;
         let columns = columns(&study);
-        let mut tally = Tally::new(&columns);
+        let mut tally = Tally::new(&study, &columns);
         let command_line = first.whole().manifest.command_line(Some(&self.out));
         let done = merge(&self.out, &shards, &columns, &command_line, |row| {
             tally.add(row)

@@ -6,10 +6,9 @@ use std::path::Path;
 use anyhow::bail;
 use hil_core::number;
 use hil_runner::output::OutputFile;
-use hil_runner::study::report::render;
 use hil_runner::study::{
-    MOST_ROWS, Study, Tally, base_sentences, best_table, columns, draw, enough_pass, figure_rows,
-    page, unstable_words,
+    MOST_ROWS, Study, Tally, base_sentences, best_table, draw, enough_pass, figure_rows, page,
+    render, unstable_words,
 };
 
 use super::terminal;
@@ -30,7 +29,7 @@ pub(super) fn finish(
     for warning in study.warnings() {
         terminal::tell(&format!("{}: warning: {warning}\n", study.name));
     }
-    let drawn = draw(study, folder, &columns(study))?;
+    let drawn = draw(study, &tally.pictures);
     if study.rows() > MOST_ROWS && !drawn.is_empty() {
         terminal::tell(&format!("the pictures show the first {MOST_ROWS} rows\n"));
     }

@@ -62,9 +62,7 @@ pub(super) fn execute(
 
 /// What lies in the folder is not to be replaced, but for files of rows.
 fn refuse_results(folder: &Path, outputs: &[&PathBuf]) -> anyhow::Result<()> {
-    for entry in
-        fs::read_dir(folder)?.chain(fs::read_dir(folder.join("parquet")).into_iter().flatten())
-    {
+    for entry in fs::read_dir(folder)? {
         let path = entry?.path();
         let of_row = path
             .file_name()

@@ -1,27 +1,26 @@
-//! A study that was read and found right: from its file to points and cases.
+//! A study that was read and found right: which cases it runs.
+//!
+//! ```text
+//! axes ──► plan ──► point: what every key has ──► constraint ──► case of a rung
+//! ```
 
-use super::acting::refuse_without_effect;
-use super::axis::{Axis, Chosen};
-use super::constraint::Constraint;
-use super::drawable::pictures_can_be_drawn;
-use super::file::{self, Findings, StudyFileError, is_text};
-use super::loop_gain::at_other_steps;
-use super::picture::Picture;
-use super::plan::{Plan, PlanKind};
-use super::read_axes::{axes, times_are_known};
-use super::read_plan::{
-    base_with, constraints, is_a_name, name, plan, required_yield, rungs, sets,
-};
-use super::ready;
-use super::theory::Theory;
-use crate::files;
-use hil_core::budget::limits;
+pub(super) mod axis;
+pub(super) mod distribution;
+mod loop_gain;
+pub(super) mod points;
+
+use serde::Deserialize;
+
+use self::axis::{Axis, AxisValue};
+use self::loop_gain::at_other_steps;
+use self::points::{Constraint, Plan, PlanKind};
+use crate::study::picture::Picture;
 use hil_core::case::{Case, Law};
-use hil_core::runfile::{KeyPath, KeyValue, RunFileErrors, Template, builtin_text};
+use hil_core::runfile::{KeyPath, KeyValue, RunFileErrors, Template};
 
-/// What becomes of the loop where steps of encoder or converter change
+/// Fate of the loop where steps of encoder or converter change
 /// (`loop_gain`).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LoopGain {
     /// Gains stay in codes per count: with finer steps the loop changes.
@@ -32,6 +31,19 @@ pub enum LoopGain {
     Constant,
 }
 
+/// A prediction (`theory`).
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Theory {
+    /// The margin of the continuous loop with half a sample and the delay as
+    /// dead time: what hold and delay cost, to first order.
+    HoldAndDelay,
+    /// Limit cycles by describing functions of gap, encoder and converter.
+    DescribingFunction,
+    /// Effect of white quantisation noise on position, acceleration and voltage.
+    QuantisationNoise,
+}
+
 /// A study.
 #[derive(Debug, Clone)]
 pub struct Study {
@@ -39,9 +51,9 @@ pub struct Study {
     pub name: String,
     /// Its title.
     pub title: String,
-    /// What it asks.
+    /// Its question.
     pub description: String,
-    /// What to know before a figure is quoted.
+    /// Remarks to know before a figure is quoted.
     pub notes: Vec<String>,
     /// Name or path of the base case.
     pub base: String,
@@ -60,13 +72,13 @@ pub struct Study {
     pub rungs: Vec<(Law, Template)>,
     /// Points that do not fulfil these are left out.
     pub constraints: Vec<Constraint>,
-    /// What becomes of the gains where encoder or converter change.
+    /// Fate of the gains where encoder or converter change.
     pub loop_gain: LoopGain,
     /// Predictions that stand beside the figures.
     pub theory: Vec<Theory>,
-    /// Whether it is found out what feeds a limit cycle.
+    /// True if it is found out what feeds a limit cycle.
     pub feeding: bool,
-    /// Whether each rung is compared with the one before it, row by row.
+    /// True if each rung is compared with the one before it, row by row.
     pub differences: bool,
     /// Part of the runs that must pass \[%\].
     pub required_yield_percent: Option<f64>,
@@ -82,12 +94,12 @@ pub struct Study {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Point {
     /// The values, as the axes give them.
-    pub chosen: Vec<Chosen>,
+    pub chosen: Vec<AxisValue>,
     /// The values that the keys take.
     pub values: Vec<KeyValue>,
 }
 
-/// What the command line adds to a study.
+/// Additions of the command line to a study.
 #[derive(Debug, Clone, Default)]
 pub struct Changes {
     /// Another base case than that of the file.
@@ -100,145 +112,18 @@ pub struct Changes {
     pub rungs: Option<Vec<Law>>,
 }
 
-/// Rows of a study at most: their numbers are exact as floats.
-const MOST_ROWS: u64 = 1 << 53;
-
 impl Study {
-    /// Reads a ready study or a file.
-    ///
-    /// # Errors
-    /// Everything that is wrong with the study or its base.
-    ///
-    /// ```
-    /// use hil_runner::study::{Changes, Study};
-    ///
-    /// let study = Study::load("backlash", &Changes::default())?;
-    /// assert!(study.rows() > 0);
-    /// let case = study.case(&study.point(0), 0)?;
-    /// assert!(study.rungs.iter().any(|(law, _)| *law == case.controller.law));
-    /// # Ok::<(), Box<dyn std::error::Error>>(())
-    /// ```
-    pub fn load(name_or_path: &str, changes: &Changes) -> Result<Self, StudyFileError> {
-        Self::parse(name_or_path, &Self::text(name_or_path, changes)?, changes)
+    /// The base with what the study changes, on the first rung; the others have
+    /// another law alone.
+    pub fn template(&self) -> &Template {
+        let first = self.rungs.first();
+        first.map_or(&self.reference, |(_, template)| template)
     }
 
-    /// The study file of a ready study, rendered over its base, or that of a
-    /// file.
-    ///
-    /// # Errors
-    /// If there is none, or the ready study cannot be made of the base.
-    pub fn text(name_or_path: &str, changes: &Changes) -> Result<String, StudyFileError> {
-        if !ready::is_ready(name_or_path) {
-            return file::read(name_or_path);
-        }
-        let refuse = |why: String| StudyFileError::of(name_or_path, why);
-        let name = changes.base.as_deref().unwrap_or(ready::BASE);
-        let base = files::text(name).and_then(|text| Template::parse(name, &text, &changes.sets));
-        let base = base.map_err(|errors| {
-            let lines: Vec<String> = errors
-                .entries()
-                .iter()
-                .map(|e| format!("base: {e}"))
-                .collect();
-            refuse(lines.join("\n"))
-        })?;
-        ready::render(name_or_path, name, &base, changes.rungs.as_deref()).map_err(refuse)
-    }
-
-    /// Reads a study from its text; `source_name` stands in messages, its stem
-    /// is the default of `name`, and paths in it are relative to its folder.
-    ///
-    /// # Errors
-    /// As [`Study::load`].
-    pub fn parse(source_name: &str, text: &str, changes: &Changes) -> Result<Self, StudyFileError> {
-        let file = file::parse(source_name, text)?;
-        let mut findings = Findings::new(source_name, text);
-        let name = name(&file, source_name);
-        let title = file.title.iter().map(|text| ("title", text));
-        let notes = file.notes.iter().map(|text| ("notes", text));
-        for (key, text) in title
-            .chain([("description", &file.description)])
-            .chain(notes)
-        {
-            if !is_text(text) {
-                findings.push_whole(format!("{key} = {text:?} has characters that are no text"));
-            }
-        }
-        if !is_a_name(&name) {
-            findings.push_whole(format!(
-                "name = {name:?} is not allowed: the study's name must have letters, digits, - and _ alone"
-            ));
-        }
-        let axes = axes(&file, &mut findings);
-        let around_base = ready::is_ready(source_name);
-        let sets = sets(&file, &axes, changes, around_base, &mut findings);
-        let base = match &changes.base {
-            Some(base) => base.clone(),
-            None if builtin_text(file.base.get_ref()).is_some() => file.base.get_ref().clone(),
-            None => file::beside(source_name, file.base.get_ref()),
-        };
-        let rungs = rungs(&file, &base, changes, &sets, &mut findings);
-        // A base that only the study's own keys make a run stands for itself.
-        let reference = base_with(&base, changes, &changes.sets).ok();
-        let reference = reference.or_else(|| Some(rungs.first()?.1.clone()));
-        let constraints = constraints(&file, &axes, &rungs, &mut findings);
-        let plan = plan(&file, &axes, &mut findings);
-        let required_yield_percent = required_yield(&file, &mut findings);
-        let asked = changes.rungs.as_ref().map(Vec::len);
-        let asked = asked.or(file.rungs.as_ref().map(|names| names.get_ref().len()));
-        if file.differences && asked.unwrap_or(1) == 1 {
-            findings.push_whole("differences = true needs at least two rungs to compare");
-        }
-        times_are_known(&axes, &rungs, &mut findings);
-        refuse_without_effect(&file, &axes, &rungs, &mut findings);
-        findings.into_result()?;
-        let (Some(plan), Some(reference)) = (plan, reference) else {
-            return Err(StudyFileError::of(source_name, "has no plan"));
-        };
-        let mut study = Self {
-            title: file.title.clone().unwrap_or_else(|| name.clone()),
-            name,
-            description: file.description,
-            notes: file.notes,
-            base,
-            reference,
-            plan_kind: file.plan,
-            plan,
-            seed: file.seed,
-            axes,
-            rungs,
-            constraints,
-            loop_gain: file.loop_gain,
-            theory: file.theory,
-            feeding: file.feeding,
-            differences: file.differences,
-            required_yield_percent,
-            pictures: file.picture,
-            text: text.to_owned(),
-            sets,
-        };
-        let rows = study.plan.points().checked_mul(study.rungs.len() as u64);
-        if rows.is_none_or(|rows| rows > MOST_ROWS) {
-            return Err(StudyFileError::of(
-                source_name,
-                super::plan::PlanError::TooMany,
-            ));
-        }
-        pictures_can_be_drawn(&study, source_name)?;
-        let limits = study.rungs.first().map(|(_, base)| limits(base.base()).0);
-        for picture in &mut study.pictures {
-            picture.take_budget(|column| {
-                let limits = limits.iter().flatten();
-                let mut of_column = limits.filter(|limit| limit.figure == column);
-                of_column.next().map(|limit| limit.limit)
-            });
-        }
-        Ok(study)
-    }
-
-    /// The run file of the base case; every rung has the same.
-    pub fn base_text(&self) -> &str {
-        self.rungs.first().map_or("", |(_, base)| base.text())
+    /// Names of the rungs in a row.
+    pub fn rung_names(&self) -> String {
+        let names: Vec<&str> = self.rungs.iter().map(|(law, _)| law.name()).collect();
+        names.join(", ")
     }
 
     /// Rows of the results: points times rungs.
@@ -248,18 +133,10 @@ impl Study {
 
     /// A point, 0 ≤ `number` < points of the plan.
     pub fn point(&self, number: u64) -> Point {
-        let chosen: Vec<Chosen> = self
-            .axes
-            .iter()
-            .enumerate()
-            .map(|(place, axis)| axis.at(self.plan.position(number, place)))
-            .collect();
-        let mut values: Vec<KeyValue> = self
-            .axes
-            .iter()
-            .zip(&chosen)
-            .map(|(axis, chosen)| chosen.value(&axis.key, None))
-            .collect();
+        let at = |(place, axis): (usize, &Axis)| axis.at(self.plan.position(number, place));
+        let chosen: Vec<AxisValue> = self.axes.iter().enumerate().map(at).collect();
+        let own = |(axis, chosen): (&Axis, &AxisValue)| chosen.value(&axis.key, None);
+        let mut values: Vec<KeyValue> = self.axes.iter().zip(&chosen).map(own).collect();
         // Factors of what the base has come first: others may be factors of them.
         for of_base in [true, false] {
             for (place, axis) in self.axes.iter().enumerate() {
@@ -267,7 +144,7 @@ impl Study {
                     continue;
                 };
                 let factor = match of_base {
-                    true => self.rungs.first().and_then(|(_, base)| base.number(&times)),
+                    true => self.template().number(&times),
                     false => self.number(&values, &times),
                 };
                 let factor = factor.unwrap_or(f64::NAN);
@@ -277,12 +154,12 @@ impl Study {
         Point { chosen, values }
     }
 
-    /// What a key has at a point, where that is a number.
+    /// The number that a key has at a point, if it has one.
     fn number(&self, values: &[KeyValue], key: &KeyPath) -> Option<f64> {
         let path = key.path();
         match self.axes.iter().position(|axis| axis.key.path() == path) {
             Some(place) => values.get(place)?.number(),
-            None => self.rungs.first()?.1.number(key),
+            None => self.template().number(key),
         }
     }
 
@@ -311,7 +188,7 @@ impl Study {
     /// The run of a point on rung number `rung`.
     ///
     /// # Errors
-    /// What is wrong with the values of the point.
+    /// Mistakes in the values of the point.
     pub fn case(&self, point: &Point, rung: usize) -> Result<Case, RunFileErrors> {
         let (_, template) = &self.rungs[rung];
         let changes = self.changes(point, rung)?;
@@ -325,7 +202,7 @@ impl Study {
     /// those of the axes, and what keeps the loop where steps change.
     ///
     /// # Errors
-    /// What is wrong with the values of the point.
+    /// Mistakes in the values of the point.
     pub fn changes(
         &self,
         point: &Point,

@@ -7,23 +7,20 @@ use std::path::Path;
 
 use toml::Spanned;
 
-use super::axis::Axis;
-use super::constraint::Constraint;
-use super::definition::Changes;
+use super::axes::has_number;
 use super::file::{Findings, StudyFile};
-use super::plan::{Plan, PlanKind};
-use super::read_axes::has_number;
+use crate::study::plan::Changes;
+use crate::study::plan::axis::Axis;
+use crate::study::plan::points::{Constraint, Plan, PlanKind};
 use hil_core::case::Law;
-use hil_core::runfile::{KeyPath, RunFileErrors, Template};
+use hil_core::runfile::{Acts, Key, KeyPath, RunFileErrors, Template};
 
 pub(super) fn name(file: &StudyFile, source_name: &str) -> String {
-    file.name.clone().unwrap_or_else(|| {
-        let stem = Path::new(source_name).file_stem();
-        stem.map_or_else(
-            || "study".into(),
-            |stem| stem.to_string_lossy().into_owned(),
-        )
-    })
+    let stem = Path::new(source_name)
+        .file_stem()
+        .unwrap_or("study".as_ref());
+    let name = file.name.clone();
+    name.unwrap_or_else(|| stem.to_string_lossy().into_owned())
 }
 
 /// A name is also that of a folder.
@@ -44,21 +41,16 @@ pub(super) fn sets(
 ) -> Vec<String> {
     let mut sets = Vec::new();
     for (section, value) in &file.set {
-        match value {
-            toml::Value::Table(keys) => {
-                sets.extend(
-                    keys.iter()
-                        .map(|(key, value)| format!("{section}.{key}={value}")),
-                );
-            }
-            value => sets.push(format!("{section}={value}")),
-        }
+        let Some(keys) = value.as_table() else {
+            sets.push(format!("{section}={value}"));
+            continue;
+        };
+        let keys = keys.iter();
+        sets.extend(keys.map(|(key, value)| format!("{section}.{key}={value}")));
     }
     if let Some(budget) = &file.budget {
-        let limits: Vec<String> = budget
-            .iter()
-            .map(|(key, value)| format!("{key}={value}"))
-            .collect();
+        let limits = budget.iter().map(|(key, value)| format!("{key}={value}"));
+        let limits: Vec<String> = limits.collect();
         sets.push(format!("budget={{{}}}", limits.join(", ")));
     }
     let path = |set: &String| -> String {
@@ -105,7 +97,7 @@ pub(super) fn sets(
 /// `changes` has of it.
 ///
 /// # Errors
-/// What is wrong with the base and the values.
+/// Mistakes in the base and the values.
 pub(super) fn base_with(
     base: &str,
     changes: &Changes,
@@ -133,25 +125,19 @@ pub(super) fn rungs(
             None
         }
     };
-    let asked: Option<Vec<&str>> = match (&changes.rungs, &file.rungs) {
-        (Some(laws), _) => Some(laws.iter().map(|law| law.name()).collect()),
-        (None, names) => names
-            .as_ref()
-            .map(|names| names.get_ref().iter().map(String::as_str).collect()),
-    };
+    let of_file = file.rungs.as_ref().map(|names| names.get_ref().iter());
+    let of_file = of_file.map(|names| names.map(String::as_str).collect());
+    let of_changes = changes.rungs.as_ref().map(|laws| laws.iter());
+    let asked: Option<Vec<&str>> = of_changes
+        .map(|laws| laws.map(|law| law.name()).collect())
+        .or(of_file);
     let Some(names) = asked else {
-        let template = load(sets, file.base.span());
-        return template
-            .map(|template| (template.base().controller.law, template))
-            .into_iter()
-            .collect();
+        let own = load(sets, file.base.span());
+        return Vec::from_iter(own.map(|own| (own.base().controller.law, own)));
     };
     let mut rungs: Vec<(Law, Template)> = Vec::new();
-    let span = file
-        .rungs
-        .as_ref()
-        .map_or_else(|| file.base.span(), Spanned::span);
-    let known: Vec<&str> = Law::ALL.iter().map(|law| law.name()).collect();
+    let span = file.rungs.as_ref().map(Spanned::span);
+    let span = span.unwrap_or_else(|| file.base.span());
     let mut wrong = names.is_empty();
     for (place, name) in names.iter().enumerate() {
         let Some(law) = Law::find(name) else {
@@ -168,13 +154,9 @@ pub(super) fn rungs(
         }
     }
     if wrong {
-        findings.push(
-            span,
-            format!(
-                "rungs = {names:?} is not allowed: one or more of {}, each once",
-                known.join(", ")
-            ),
-        );
+        let known = Law::ALL.map(Law::name).join(", ");
+        let words = format!("rungs = {names:?} is not allowed: one or more of {known}, each once");
+        findings.push(span, words);
     }
     rungs
 }
@@ -187,64 +169,50 @@ pub(super) fn constraints(
 ) -> Vec<Constraint> {
     let mut constraints = Vec::new();
     for text in &file.constraints {
-        let constraint = match Constraint::parse(text.get_ref()) {
-            Ok(constraint) => constraint,
-            Err(sentence) => {
-                findings.push(
-                    text.span(),
-                    format!("constraint {:?}: {sentence}", text.get_ref()),
-                );
-                continue;
-            }
+        let mut refuse = |words: String| {
+            let words = format!("constraint {:?}: {words}", text.get_ref());
+            findings.push(text.span(), words);
         };
-        for key in constraint.keys() {
-            if !has_number(key, axes, rungs) {
-                let path = key.path();
-                findings.push(
-                    text.span(),
-                    format!("constraint {:?}: {path} has no number here", text.get_ref()),
-                );
+        match Constraint::parse(text.get_ref()) {
+            Ok(constraint) => {
+                for key in constraint
+                    .keys()
+                    .filter(|key| !has_number(key, axes, rungs))
+                {
+                    refuse(format!("{} has no number here", key.path()));
+                }
+                constraints.push(constraint);
             }
+            Err(sentence) => refuse(sentence),
         }
-        constraints.push(constraint);
     }
     constraints
 }
 
 pub(super) fn plan(file: &StudyFile, axes: &[Axis], findings: &mut Findings<'_>) -> Option<Plan> {
     let counts: Vec<u64> = axes.iter().map(Axis::count).collect();
-    let runs = match (&file.runs, file.plan) {
-        (None, PlanKind::Grid) => 0,
-        (Some(runs), PlanKind::Grid) => {
-            findings.push(
-                runs.span(),
-                "runs is not allowed: the axes' values decide how many points a grid has",
-            );
-            return None;
-        }
-        (None, kind) => {
-            findings.push_whole(format!(
-                "plan = {:?} needs runs, the number of its points",
-                kind.name()
-            ));
-            return None;
-        }
-        (Some(runs), _) if *runs.get_ref() == 0 => {
-            findings.push(
-                runs.span(),
-                "runs = 0 is not allowed: a study has at least one run",
-            );
-            return None;
-        }
-        (Some(runs), _) => *runs.get_ref(),
+    let runs = file.runs.as_ref().map(|runs| *runs.get_ref());
+    let refused = match (runs, file.plan) {
+        (Some(_), PlanKind::Grid) => Some(
+            "runs is not allowed: the axes' values decide how many points a grid has".to_owned(),
+        ),
+        (None, kind) if kind != PlanKind::Grid => Some(format!(
+            "plan = {:?} needs runs, the number of its points",
+            kind.name()
+        )),
+        (Some(0), _) => Some("runs = 0 is not allowed: a study has at least one run".to_owned()),
+        _ => None,
     };
-    match Plan::new(file.plan, &counts, runs, file.seed) {
-        Ok(plan) => Some(plan),
-        Err(error) => {
-            findings.push_whole(error);
-            None
-        }
-    }
+    let plan = match refused {
+        Some(sentence) => Err(sentence),
+        None => Plan::new(file.plan, &counts, runs.unwrap_or(0), file.seed)
+            .map_err(|error| error.to_string()),
+    };
+    let refuse = |sentence: String| match &file.runs {
+        Some(runs) if sentence.starts_with("runs") => findings.push(runs.span(), sentence),
+        _ => findings.push_whole(sentence),
+    };
+    plan.map_err(refuse).ok()
 }
 
 pub(super) fn required_yield(file: &StudyFile, findings: &mut Findings<'_>) -> Option<f64> {
@@ -257,4 +225,57 @@ pub(super) fn required_yield(file: &StudyFile, findings: &mut Findings<'_>) -> O
         );
     }
     Some(percent)
+}
+
+/// Refuses axes over keys, and values for keys, that act on no rung.
+pub(super) fn refuse_without_effect(
+    file: &StudyFile,
+    axes: &[Axis],
+    rungs: &[(Law, Template)],
+    findings: &mut Findings<'_>,
+) {
+    // They differ in their law alone.
+    let Some((_, template)) = rungs.first() else {
+        return;
+    };
+    let acts = |section: &str, key: &Key| {
+        let is_given = |other: &str| {
+            let of_axis = |axis: &Axis| (axis.key.section, axis.key.key.name) == (section, other);
+            template.is_given(section, other) || axes.iter().any(of_axis)
+        };
+        rungs.iter().any(|(law, _)| key.acts.on(*law, is_given))
+    };
+    for KeyPath { section, key, .. } in axes.iter().map(|axis| &axis.key) {
+        let path = format!("{section}.{}", key.name);
+        let mut described = file.axis.iter().map(|axis| &axis.key);
+        if !acts(section, key)
+            && let Some(described) = described.find(|key| *key.get_ref() == path)
+        {
+            let why = changes_nothing(key.acts, rungs);
+            findings.push(described.span(), format!("axis {path}: it {why}"));
+        }
+    }
+    for (section, key, text) in template.overridden() {
+        if !acts(section, key) {
+            let why = changes_nothing(key.acts, rungs);
+            let name = key.name;
+            findings.push_whole(format!("{section}.{name} = {text} {why}; or leave it out"));
+        }
+    }
+}
+
+/// The reason that a key has no place in a study on these rungs, and what to do.
+fn changes_nothing(acts: Acts, rungs: &[(Law, Template)]) -> String {
+    let names: Vec<&str> = rungs.iter().map(|(law, _)| law.name()).collect();
+    let noun = if names.len() == 1 { "rung" } else { "rungs" };
+    let mut laws = Law::ALL.into_iter();
+    let first = laws
+        .find(|law| acts.on(*law, |_| false))
+        .map_or("", Law::name);
+    format!(
+        "changes nothing on {noun} {} of this study: it acts on {}; add rungs = [\"{first}\"] or give \
+         --rungs {first}",
+        names.join(", "),
+        acts.words()
+    )
 }

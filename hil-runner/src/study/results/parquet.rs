@@ -1,5 +1,5 @@
-//! The rows once more as Apache Parquet, in parts: `parquet/part-00000.parquet`
-//! holds rows 0 to 32,767. A part appears under its name when it is complete.
+//! The rows once more as Apache Parquet: `results.parquet`, in groups of 32,768.
+//! It appears under its name when it is complete.
 
 use std::fs::{self, File};
 use std::path::{Path, PathBuf};
@@ -9,195 +9,181 @@ use parquet::basic::{Compression, LogicalType, Repetition, Type as PhysicalType}
 use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
 use parquet::file::metadata::KeyValue;
-use parquet::file::properties::{WriterProperties, WriterPropertiesPtr};
+use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::{Type, TypePtr};
 
-use super::{ResultsError, io};
-use crate::study::cell::{Cell, Column, ColumnKind};
+use super::error::{ResultsError, io};
+use crate::study::rows::cell::{Cell, Column, ColumnKind};
 
-/// Rows of a part.
-pub(super) const PART_ROWS: u64 = 32_768;
+/// Rows of a group.
+const GROUP_ROWS: usize = 32_768;
 
-/// The values of one column in the part that is being filled.
-#[derive(Debug)]
-enum Values {
-    Number(Vec<f64>),
-    Whole(Vec<i64>),
-    Flag(Vec<bool>),
-    Text(Vec<ByteArray>),
+/// One column in the group that is being filled: values of its kind, and for
+/// every row 1 where one is there, 0 where the cell is empty.
+#[derive(Debug, Default)]
+struct Filled {
+    kind: ColumnKind,
+    numbers: Vec<f64>,
+    whole: Vec<i64>,
+    flags: Vec<bool>,
+    texts: Vec<ByteArray>,
+    levels: Vec<i16>,
 }
 
-/// Writes rows in their order into parts.
-#[derive(Debug)]
-pub(super) struct Parts {
-    folder: PathBuf,
-    schema: TypePtr,
-    properties: WriterPropertiesPtr,
-    values: Vec<Values>,
-    /// 1 where a value is there, 0 where the cell is empty.
-    levels: Vec<Vec<i16>>,
-    rows: u64,
-    /// Number of the row that comes next.
-    next_row: u64,
+impl Filled {
+    fn add(&mut self, cell: &Cell) {
+        let there = match (self.kind, cell) {
+            (ColumnKind::Number, Cell::Number(number)) => {
+                self.numbers.push(*number);
+                true
+            }
+            // A value that its key refuses may be too large: the reason has it.
+            (ColumnKind::Whole, cell) => {
+                self.whole.extend(cell.as_whole());
+                cell.as_whole().is_some()
+            }
+            (ColumnKind::Flag, Cell::Flag(flag)) => {
+                self.flags.push(*flag);
+                true
+            }
+            (ColumnKind::Text, Cell::Text(text)) => {
+                self.texts.push(ByteArray::from(text.as_bytes().to_vec()));
+                true
+            }
+            _ => false,
+        };
+        self.levels.push(i16::from(there));
+    }
 }
 
-impl Parts {
-    /// Parts in a folder, from a row on, which begins a part or the study; every
-    /// part has the metadata.
-    pub(super) fn new(
+/// Writes rows in their order.
+#[derive(Debug)]
+pub(super) struct ParquetFile {
+    path: PathBuf,
+    /// Name until it is complete; one that is left over is written anew.
+    unfinished: PathBuf,
+    writer: SerializedFileWriter<File>,
+    columns: Vec<Filled>,
+    rows: usize,
+}
+
+impl ParquetFile {
+    /// The file of a folder, which says of itself what the metadata have.
+    pub(super) fn create(
         folder: &Path,
         columns: &[Column],
-        first_row: u64,
         metadata: &[(&str, String)],
     ) -> Result<Self, ResultsError> {
-        fs::create_dir_all(folder).map_err(|error| io(folder, &error))?;
-        let failed = |error: ParquetError| named(folder, &error);
-        let field = |column: &Column| {
-            let (physical, logical) = match column.kind {
-                ColumnKind::Number => (PhysicalType::DOUBLE, None),
-                ColumnKind::Whole => (PhysicalType::INT64, None),
-                ColumnKind::Flag => (PhysicalType::BOOLEAN, None),
-                ColumnKind::Text => (PhysicalType::BYTE_ARRAY, Some(LogicalType::String)),
-            };
-            Type::primitive_type_builder(&column.name, physical)
-                .with_repetition(Repetition::OPTIONAL)
-                .with_logical_type(logical)
-                .build()
-                .map(Arc::new)
+        let unfinished = folder.join("results.parquet.part");
+        let file = File::create(&unfinished).map_err(io(&unfinished))?;
+        let filled = |column: &Column| Filled {
+            kind: column.kind,
+            ..Filled::default()
         };
-        let fields: Result<Vec<TypePtr>, ParquetError> = columns.iter().map(field).collect();
-        let schema = Type::group_type_builder("study")
-            .with_fields(fields.map_err(failed)?)
-            .build();
         let metadata = metadata
             .iter()
             .map(|(key, value)| KeyValue::new((*key).to_owned(), value.clone()));
+        let properties = WriterProperties::builder()
+            .set_compression(Compression::SNAPPY)
+            .set_created_by("hil-runner".to_owned())
+            // Numbers hardly ever repeat: a dictionary would cost more time than
+            // it saves space.
+            .set_dictionary_enabled(false)
+            .set_key_value_metadata(Some(metadata.collect()))
+            .build();
+        let writer = schema(columns)
+            .and_then(|schema| SerializedFileWriter::new(file, schema, Arc::new(properties)));
         Ok(Self {
-            folder: folder.to_owned(),
-            schema: Arc::new(schema.map_err(failed)?),
-            properties: Arc::new(
-                WriterProperties::builder()
-                    .set_compression(Compression::SNAPPY)
-                    .set_created_by("hil-runner".to_owned())
-                    // Numbers hardly ever repeat: a dictionary would cost more
-                    // time than it saves space.
-                    .set_dictionary_enabled(false)
-                    .set_key_value_metadata(Some(metadata.collect()))
-                    .build(),
-            ),
-            values: columns
-                .iter()
-                .map(|column| match column.kind {
-                    ColumnKind::Number => Values::Number(Vec::new()),
-                    ColumnKind::Whole => Values::Whole(Vec::new()),
-                    ColumnKind::Flag => Values::Flag(Vec::new()),
-                    ColumnKind::Text => Values::Text(Vec::new()),
-                })
-                .collect(),
-            levels: vec![Vec::new(); columns.len()],
+            path: folder.join("results.parquet"),
+            writer: writer.map_err(io(&unfinished))?,
+            unfinished,
+            columns: columns.iter().map(filled).collect(),
             rows: 0,
-            next_row: first_row,
         })
     }
 
-    /// Adds a row; the last one of a part completes it.
+    /// Adds a row; the last one of a group writes it.
     pub(super) fn add(&mut self, row: &[Cell]) -> Result<(), ResultsError> {
-        for ((cell, values), levels) in row.iter().zip(&mut self.values).zip(&mut self.levels) {
-            let there = match (cell, values) {
-                (Cell::Number(number), Values::Number(numbers)) => {
-                    numbers.push(*number);
-                    true
-                }
-                // A value that its key refuses may be too large: the reason has it.
-                (cell, Values::Whole(numbers)) => {
-                    numbers.extend(cell.as_whole());
-                    cell.as_whole().is_some()
-                }
-                (Cell::Flag(flag), Values::Flag(flags)) => {
-                    flags.push(*flag);
-                    true
-                }
-                (Cell::Text(text), Values::Text(texts)) => {
-                    texts.push(ByteArray::from(text.as_bytes().to_vec()));
-                    true
-                }
-                _ => false,
-            };
-            levels.push(i16::from(there));
+        for (cell, column) in row.iter().zip(&mut self.columns) {
+            column.add(cell);
         }
         self.rows += 1;
-        self.next_row += 1;
-        if self.next_row.is_multiple_of(PART_ROWS) {
-            self.complete()?;
+        if self.rows == GROUP_ROWS {
+            self.write_group().map_err(io(&self.unfinished))?;
         }
         Ok(())
     }
 
-    /// Completes the part that is being filled, if it has rows.
-    pub(super) fn complete(&mut self) -> Result<(), ResultsError> {
-        if self.rows == 0 {
-            return Ok(());
-        }
-        let number = (self.next_row - 1) / PART_ROWS;
-        let path = self.folder.join(format!("part-{number:05}.parquet"));
-        let unfinished = self.folder.join(format!("part-{number:05}.unfinished"));
-        let file = File::create(&unfinished).map_err(|error| io(&unfinished, &error))?;
-        self.write(file)
-            .map_err(|error| named(&unfinished, &error))?;
-        fs::rename(&unfinished, &path).map_err(|error| io(&path, &error))?;
-        self.rows = 0;
-        for values in &mut self.values {
-            match values {
-                Values::Number(numbers) => numbers.clear(),
-                Values::Whole(numbers) => numbers.clear(),
-                Values::Flag(flags) => flags.clear(),
-                Values::Text(texts) => texts.clear(),
-            }
-        }
-        self.levels.iter_mut().for_each(Vec::clear);
-        Ok(())
-    }
-
-    fn write(&self, file: File) -> Result<(), ParquetError> {
-        let schema = Arc::clone(&self.schema);
-        let mut writer = SerializedFileWriter::new(file, schema, Arc::clone(&self.properties))?;
-        let mut group = writer.next_row_group()?;
-        for (values, levels) in self.values.iter().zip(&self.levels) {
+    fn write_group(&mut self) -> Result<(), ParquetError> {
+        let mut group = self.writer.next_row_group()?;
+        for filled in &mut self.columns {
             let Some(mut column) = group.next_column()? else {
                 break;
             };
-            let levels = Some(levels.as_slice());
-            match values {
-                Values::Number(numbers) => {
+            let levels = Some(filled.levels.as_slice());
+            match filled.kind {
+                ColumnKind::Number => {
                     column
                         .typed::<DoubleType>()
-                        .write_batch(numbers, levels, None)?;
+                        .write_batch(&filled.numbers, levels, None)?
                 }
-                Values::Whole(numbers) => {
+                ColumnKind::Whole => {
                     column
                         .typed::<Int64Type>()
-                        .write_batch(numbers, levels, None)?;
+                        .write_batch(&filled.whole, levels, None)?
                 }
-                Values::Flag(flags) => {
+                ColumnKind::Flag => {
                     column
                         .typed::<BoolType>()
-                        .write_batch(flags, levels, None)?;
+                        .write_batch(&filled.flags, levels, None)?
                 }
-                Values::Text(texts) => {
+                ColumnKind::Text => {
                     column
                         .typed::<ByteArrayType>()
-                        .write_batch(texts, levels, None)?;
+                        .write_batch(&filled.texts, levels, None)?
                 }
-            }
+            };
             column.close()?;
+            filled.numbers.clear();
+            filled.whole.clear();
+            filled.flags.clear();
+            filled.texts.clear();
+            filled.levels.clear();
         }
         group.close()?;
-        writer.close()?;
+        self.rows = 0;
         Ok(())
+    }
+
+    /// Ends the file: under its name if it is complete, else there is none.
+    pub(super) fn close(mut self, is_complete: bool) -> Result<(), ResultsError> {
+        if !is_complete {
+            return fs::remove_file(&self.unfinished).map_err(io(&self.unfinished));
+        }
+        if self.rows > 0 {
+            self.write_group().map_err(io(&self.unfinished))?;
+        }
+        self.writer.close().map_err(io(&self.unfinished))?;
+        fs::rename(&self.unfinished, &self.path).map_err(io(&self.path))
     }
 }
 
-fn named(path: &Path, error: &ParquetError) -> ResultsError {
-    ResultsError::Io(format!("{}: {error}", path.display()))
+fn schema(columns: &[Column]) -> Result<TypePtr, ParquetError> {
+    let field = |column: &Column| {
+        let (physical, logical) = match column.kind {
+            ColumnKind::Number => (PhysicalType::DOUBLE, None),
+            ColumnKind::Whole => (PhysicalType::INT64, None),
+            ColumnKind::Flag => (PhysicalType::BOOLEAN, None),
+            ColumnKind::Text => (PhysicalType::BYTE_ARRAY, Some(LogicalType::String)),
+        };
+        Type::primitive_type_builder(&column.name, physical)
+            .with_repetition(Repetition::OPTIONAL)
+            .with_logical_type(logical)
+            .build()
+            .map(Arc::new)
+    };
+    let fields: Result<Vec<TypePtr>, ParquetError> = columns.iter().map(field).collect();
+    let schema = Type::group_type_builder("study").with_fields(fields?);
+    Ok(Arc::new(schema.build()?))
 }

@@ -1,12 +1,13 @@
 //! From points to rows of results: a block of runs at a time.
 
-use std::borrow::Cow;
+pub(super) mod beside;
+pub(super) mod cell;
+pub(super) mod engine;
 
-use super::cell::{Cell, Column, ColumnKind};
-use super::definition::{Point, Study};
-use super::differences;
-use super::feeding;
-use super::margins::{COLUMNS as MARGINS, Margins};
+use self::beside::{DIFFERENCES, MARGINS, Margins, differences, feeding};
+use self::cell::{Cell, Column, ColumnKind};
+use super::plan::axis::AxisValue;
+use super::plan::{Point, Study};
 use hil_core::budget::least_relative_margin;
 use hil_core::case::Case;
 use hil_core::error::RunError;
@@ -16,7 +17,7 @@ use hil_core::lanes::Runs;
 use hil_core::runfile::Kind;
 use hil_core::summary::Summary;
 
-/// Whether a run was made.
+/// Outcome of an attempt at a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Status {
     /// It was made; the figures are there.
@@ -52,7 +53,7 @@ const STATUS_COLUMNS: [(&str, ColumnKind); 6] = [
 ];
 
 /// Column of [`least_relative_margin`].
-pub(super) const LEAST_MARGIN: &str = "least_relative_margin";
+pub(in crate::study) const LEAST_MARGIN: &str = "least_relative_margin";
 
 /// The columns of a study's results, in their order.
 pub fn columns(study: &Study) -> Vec<Column> {
@@ -85,28 +86,24 @@ pub fn columns(study: &Study) -> Vec<Column> {
     }
     columns.extend(MARGINS.map(|name| column(name, ColumnKind::Number)));
     if study.differences {
-        columns.extend(differences::COLUMNS.map(|name| column(name, ColumnKind::Number)));
+        columns.extend(DIFFERENCES.map(|name| column(name, ColumnKind::Number)));
     }
-    for theory in &study.theory {
-        columns.extend(
-            theory
-                .columns()
-                .iter()
-                .map(|name| column(name, ColumnKind::Number)),
-        );
-    }
+    let theory = study.theory.iter().flat_map(|theory| theory.columns());
+    columns.extend(theory.map(|name| column(name, ColumnKind::Number)));
     columns
 }
 
 /// A row before its run, as the plan alone decides it.
 #[derive(Debug)]
-pub struct PlannedRow {
+pub struct PlannedRow<C = Case> {
+    /// Its number.
+    pub number: u64,
     /// Its point.
     pub point: Point,
     /// Number of its rung.
     pub rung: usize,
     /// Its run, or why there is none.
-    pub case: Result<Case, (Status, String)>,
+    pub case: Result<C, (Status, String)>,
 }
 
 impl Study {
@@ -123,18 +120,13 @@ impl Study {
                 (Status::Refused, lines.join("; "))
             }),
         };
-        PlannedRow { point, rung, case }
+        PlannedRow {
+            number,
+            point,
+            rung,
+            case,
+        }
     }
-}
-
-/// A row of a block before its run.
-#[derive(Debug)]
-struct Planned {
-    number: u64,
-    point: Point,
-    rung: usize,
-    /// Place among the block's cases, or why there is none.
-    case: Result<usize, (Status, String)>,
 }
 
 /// Makes the rows of a study on one thread.
@@ -143,13 +135,6 @@ pub struct RowMaker<'s> {
     study: &'s Study,
     runs: Runs,
     margins: Margins,
-}
-
-/// What a row has besides its summary.
-#[derive(Debug, Default)]
-struct Besides {
-    fed_by: Option<Cell>,
-    difference: Option<[Cell; 2]>,
 }
 
 impl<'s> RowMaker<'s> {
@@ -166,84 +151,82 @@ impl<'s> RowMaker<'s> {
     pub fn rows(&mut self, numbers: core::ops::Range<u64>) -> Vec<Vec<Cell>> {
         let study = self.study;
         let mut cases = Vec::new();
-        let planned: Vec<Planned> = numbers
-            .map(|number| plan(study, number, &mut cases))
-            .collect();
+        let planned = numbers.map(|number| {
+            let row = study.planned_row(number);
+            // Its place among the cases of the block.
+            let case = row.case.map(|mut case| {
+                case.run.events = false;
+                cases.push(case);
+                cases.len() - 1
+            });
+            PlannedRow {
+                number,
+                point: row.point,
+                rung: row.rung,
+                case,
+            }
+        });
+        let planned: Vec<PlannedRow<usize>> = planned.collect();
         let mut summaries = Vec::with_capacity(cases.len());
         self.runs.figures(&cases, &mut summaries);
-        let mut besides: Vec<Besides> = cases.iter().map(|_| Besides::default()).collect();
-        if study.feeding {
-            feeding::find(&cases, &summaries, |place, cell| {
-                besides[place].fed_by = Some(cell)
-            });
-        }
-        if study.differences {
-            let places = planned
-                .iter()
-                .map(|planned| (planned.rung, planned.case.as_ref().ok()));
-            differences::find(&cases, places, |place, cells| {
-                besides[place].difference = Some(cells)
-            });
-        }
-        planned
-            .iter()
-            .map(|planned| {
-                let mut row = self.head(planned);
-                match &planned.case {
-                    Ok(place) => match &summaries[*place] {
-                        Ok(summary) => {
-                            let besides = std::mem::take(&mut besides[*place]);
-                            self.made(&cases[*place], summary, besides, &mut row);
-                        }
-                        Err(error) if error.is_refusal() => {
-                            let reason = self.refusal(planned, &cases[*place], error);
-                            self.not_made(Status::Refused, reason, &mut row);
-                        }
-                        Err(error) => self.not_made(Status::Failed, error.to_string(), &mut row),
-                    },
-                    Err((status, reason)) => self.not_made(*status, reason.clone(), &mut row),
+        let fed_by = study.feeding.then(|| feeding(&cases, &summaries));
+        let places = planned.iter().map(|row| (row.rung, row.case.as_ref().ok()));
+        let differences = study.differences.then(|| differences(&cases, places));
+        let rows = planned.iter().map(|planned| {
+            let mut row = self.head(planned);
+            let place = match &planned.case {
+                Ok(place) => *place,
+                Err((status, reason)) => {
+                    self.not_made(*status, reason.clone(), &mut row);
+                    return row;
                 }
-                row
-            })
-            .collect()
+            };
+            match &summaries[place] {
+                Ok(summary) => {
+                    made(summary, &mut row);
+                    row.extend(fed_by.iter().map(|cells| cells[place].clone()));
+                    row.extend(self.margins.cells(&cases[place]));
+                    row.extend(differences.iter().flat_map(|cells| cells[place].clone()));
+                    for theory in &study.theory {
+                        row.extend(theory.cells(&cases[place]));
+                    }
+                }
+                Err(error) if error.is_refusal() => {
+                    let reason = self.refusal(planned, &cases[place], error);
+                    self.not_made(Status::Refused, reason, &mut row);
+                }
+                Err(error) => self.not_made(Status::Failed, error.to_string(), &mut row),
+            }
+            row
+        });
+        rows.collect()
     }
 
     /// Number, axes and rung.
-    fn head(&self, planned: &Planned) -> Vec<Cell> {
+    fn head(&self, planned: &PlannedRow<usize>) -> Vec<Cell> {
         let mut row = Vec::with_capacity(64);
         row.push(Cell::number(planned.number as f64));
-        let axes = self
-            .study
-            .axes
-            .iter()
-            .zip(&planned.point.chosen)
-            .zip(&planned.point.values);
-        for ((axis, chosen), value) in axes {
-            use super::axis::Chosen;
-            let text = |text: &str| Cell::Text(Cow::Owned(text.to_owned()));
-            match chosen {
-                Chosen::Number(number) => {
-                    if axis.times.is_some() && !axis.is_of_base() {
-                        row.push(Cell::number(*number));
-                    }
-                    let value = value.number();
-                    row.push(if axis.is_numeric() {
-                        Cell::number(value)
-                    } else {
-                        text(&value.map_or_else(String::new, |value| value.to_string()))
-                    });
-                }
-                Chosen::Other { label, .. } => row.push(text(label)),
+        let Point { chosen, values } = &planned.point;
+        for ((axis, chosen), value) in self.study.axes.iter().zip(chosen).zip(values) {
+            let AxisValue::Number(number) = chosen else {
+                row.push(Cell::text(chosen.to_string()));
+                continue;
+            };
+            if axis.times.is_some() && !axis.is_of_base() {
+                row.push(Cell::number(*number));
             }
+            let value = value.number();
+            row.push(match axis.is_numeric() {
+                true => Cell::number(value),
+                false => Cell::text(value.map_or_else(String::new, |value| value.to_string())),
+            });
         }
-        row.push(Cell::Text(Cow::Borrowed(
-            self.study.rungs[planned.rung].0.name(),
-        )));
+        row.push(Cell::text(self.study.rungs[planned.rung].0.name()));
         row
     }
 
     /// The sentence that the single run of a refused case gives.
-    fn refusal(&self, planned: &Planned, case: &Case, error: &RunError) -> String {
+    fn refusal(&self, planned: &PlannedRow<usize>, case: &Case, error: &RunError) -> String {
         let keys = self.study.axes.iter().map(|axis| &axis.key);
         let (_, template) = &self.study.rungs[planned.rung];
         let words = match template.file(keys.zip(&planned.point.values)) {
@@ -257,60 +240,31 @@ impl<'s> RowMaker<'s> {
     }
 
     fn not_made(&self, status: Status, reason: String, row: &mut Vec<Cell>) {
-        row.push(Cell::Text(Cow::Borrowed(status.name())));
-        row.push(Cell::Text(Cow::Owned(reason)));
+        row.extend([Cell::text(status.name()), Cell::text(reason)]);
         // What was asked for and is not there does not pass; what was left out
         // was not asked for.
-        row.push(if status == Status::Excluded {
-            Cell::Empty
-        } else {
-            Cell::Flag(false)
+        row.push(match status {
+            Status::Excluded => Cell::Empty,
+            _ => Cell::Flag(false),
         });
         row.resize(columns(self.study).len(), Cell::Empty);
     }
-
-    fn made(&mut self, case: &Case, summary: &Summary, besides: Besides, row: &mut Vec<Cell>) {
-        row.push(Cell::Text(Cow::Borrowed(Status::Ok.name())));
-        row.push(Cell::Empty);
-        row.push(Cell::Flag(
-            summary.verdicts.iter().all(|verdict| verdict.pass),
-        ));
-        let failed = summary.verdicts.iter().filter(|verdict| !verdict.pass);
-        let failed: Vec<&str> = failed.map(|verdict| verdict.figure.as_str()).collect();
-        row.push(match failed.as_slice() {
-            [] => Cell::Empty,
-            failed => Cell::Text(Cow::Owned(failed.join(" "))),
-        });
-        row.push(Cell::number(least_relative_margin(&summary.verdicts)));
-        row.extend(
-            SUMMARY_FIGURES
-                .iter()
-                .map(|figure| Cell::number(summary.figure(figure.key))),
-        );
-        if self.study.feeding {
-            row.push(besides.fed_by.unwrap_or(Cell::Empty));
-        }
-        row.extend(self.margins.cells(case));
-        if self.study.differences {
-            row.extend(besides.difference.unwrap_or([Cell::Empty, Cell::Empty]));
-        }
-        for theory in &self.study.theory {
-            row.extend(theory.cells(case));
-        }
-    }
 }
 
-fn plan(study: &Study, number: u64, cases: &mut Vec<Case>) -> Planned {
-    let PlannedRow { point, rung, case } = study.planned_row(number);
-    let case = case.map(|mut case| {
-        case.run.events = false;
-        cases.push(case);
-        cases.len() - 1
-    });
-    Planned {
-        number,
-        point,
-        rung,
-        case,
-    }
+/// Status, verdict and figures of a run.
+fn made(summary: &Summary, row: &mut Vec<Cell>) {
+    let failed = summary.verdicts.iter().filter(|verdict| !verdict.pass);
+    let failed: Vec<&str> = failed.map(|verdict| verdict.figure.as_str()).collect();
+    row.extend([
+        Cell::text(Status::Ok.name()),
+        Cell::Empty,
+        Cell::Flag(failed.is_empty()),
+        match failed.is_empty() {
+            true => Cell::Empty,
+            false => Cell::text(failed.join(" ")),
+        },
+        Cell::number(least_relative_margin(&summary.verdicts)),
+    ]);
+    let figures = SUMMARY_FIGURES.iter();
+    row.extend(figures.map(|figure| Cell::number(summary.figure(figure.key))));
 }
