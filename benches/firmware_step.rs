@@ -8,13 +8,15 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use firmware::axis::Watches;
+use firmware::axis::Monitors;
 use firmware::law::{AntiWindup, Derivative, FilterWords, Law, LawWords};
+use firmware::monitor::{
+    EncoderLossMonitor, FollowingErrorMonitor, SaturationMonitor, TickMonitor,
+};
 use firmware::output::{Output, Quantiser};
-use firmware::watch::{EncoderLossWatch, FollowingErrorWatch, SaturationWatch, TickWatch};
 use firmware::{
-    Axis, AxisState, CAPACITY, Controller, ControllerState, Dac, Event, GainWord, Inputs,
-    MotionGenerator, MotionPlan, Room, TakeUp, Trigger,
+    Axis, AxisState, BacklashCompensation, CAPACITY, Controller, ControllerState, Dac, Event,
+    GainWord, Inputs, MotionGenerator, MotionPlan, Room, Trigger,
 };
 use hil_core::quantise::{quantise, setpoint_table};
 use plant::PidGains;
@@ -125,12 +127,13 @@ fn axis_step(criterion: &mut Criterion) {
                 velocity: 100 << 32,
                 acceleration: 1 << 32,
             };
-            axis.take_up = TakeUp::plan(17, room, Trigger::Acceleration).ok();
-            axis.watches = Watches {
-                following_error: FollowingErrorWatch::accept(50_000, word(1, 0), 20).ok(),
-                encoder_loss: EncoderLossWatch::accept(8_000, 1_000).ok(),
-                saturation: SaturationWatch::accept(1_000_000).ok(),
-                ticks: Some(TickWatch),
+            axis.backlash_compensation =
+                BacklashCompensation::plan(17, room, Trigger::Acceleration).ok();
+            axis.monitors = Monitors {
+                following_error: FollowingErrorMonitor::accept(50_000, word(1, 0), 20).ok(),
+                encoder_loss: EncoderLossMonitor::accept(8_000, 1_000).ok(),
+                saturation: SaturationMonitor::accept(1_000_000).ok(),
+                ticks: Some(TickMonitor),
             };
         }
         criterion.bench_function(&format!("firmware/step/{name}"), |bencher| {

@@ -14,7 +14,7 @@ use bench_tests::digest::Digest;
 use bench_tests::solvers::run_exactly;
 use bench_tests::{case, rows};
 use hil_core::case::{Case, Law};
-use hil_runner::channel::LinkKind;
+use hil_runner::host::LinkKind;
 
 /// Keeps the exact solver away from a variant.
 const DOPRI5: &str = "run.solver=dopri5";

@@ -14,7 +14,7 @@
 use bench_tests::solvers::run_exactly;
 use bench_tests::{case, reference_folder, rows};
 use hil_core::case::Case;
-use hil_runner::channel::LinkKind;
+use hil_runner::host::LinkKind;
 use plant::Joint;
 
 /// The draws as cases.

@@ -139,16 +139,9 @@ fn books(case: &Case, solver: Solver) -> Result<(Ledger, Extremes, Vec<f64>), Pl
         let period_ns = case.controller.sample_time_ns.unwrap();
         let mut controller = Controller::new(case, IoKind::Direct).unwrap().unwrap();
         for tick in 0..duration_ns / period_ns {
-            let alpha_rad = plant.state().beta_rad / case.axis.transmission.gear_ratio;
-            let command = controller.step(Measurement {
-                tick,
-                position_counts: match case.controller.law {
-                    Law::Sampled => case.encoder.position_counts(alpha_rad),
-                    _ => case.encoder.count(alpha_rad),
-                },
-                load_counts: None,
-            });
-            let voltage_v = case.amplifier.output_v(case.dac.output_v(command.dac_code));
+            let command = controller.step(Measurement::new(case, tick, &plant.state()));
+            let input_v = case.dac.output_v(command.dac_code.real());
+            let voltage_v = case.amplifier.output_v(input_v);
             plant.advance(&Drive::Held(voltage_v), (tick + 1) * period_ns, &mut books)?;
         }
     }

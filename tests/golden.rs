@@ -11,7 +11,7 @@ use std::path::Path;
 
 use bench_tests::{case, rows};
 use hil_core::runfile::builtin_names;
-use hil_runner::channel::LinkKind;
+use hil_runner::host::LinkKind;
 
 fn summary(name: &str, sets: &[&str]) -> String {
     let (_, outcome) = rows(&case(name, sets), LinkKind::InProcess);

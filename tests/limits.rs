@@ -1,7 +1,7 @@
 //! The rungs approach each other where their difference vanishes.
 
 use bench_tests::{case, rows};
-use hil_runner::channel::LinkKind;
+use hil_runner::host::LinkKind;
 
 /// Carriage at 1 ms intervals \[m\] of a rigid axis (no chance of contacts) on
 /// one rung.

@@ -291,7 +291,7 @@ fn the_first_table_is_the_papers_list() {
 /// The contrast: each kind of mistake is reported, and nothing else.
 #[test]
 fn mistakes_are_reported() {
-    let inertia = "| J_m | `Motor::inertia_kg_m2` | kg m² | plant/src/parameters.rs | 2 |";
+    let inertia = "| J_m | `Motor::inertia_kg_m2` | kg m² | plant/src/model/motor.rs | 2 |";
     let mass = "| M | `Carriage::mass_kg` |";
     for (good, bad, report) in [
         (
@@ -301,38 +301,38 @@ fn mistakes_are_reported() {
         ),
         (
             inertia,
-            "| J_m | `Motor::inertia_kg_m2` | kg m² | plant/src/parameters.rs | 37 |",
-            "J_m: plant/src/parameters.rs does not name eq. 37",
+            "| J_m | `Motor::inertia_kg_m2` | kg m² | plant/src/model/motor.rs | 37 |",
+            "J_m: plant/src/model/motor.rs does not name eq. 37",
         ),
         (
             inertia,
-            "| J_m | `Motor::inertia_kg_m2` | kg m² | plant/src/parameters.rs | ? |",
+            "| J_m | `Motor::inertia_kg_m2` | kg m² | plant/src/model/motor.rs | ? |",
             "J_m: \"?\" is no equation",
         ),
         (
             inertia,
-            "| J_m | `Motor::inertia_kg_m2` | kg m² | plant/src/parameters.rs | Fig. 6 |",
-            "J_m: plant/src/parameters.rs does not name Fig. 6",
+            "| J_m | `Motor::inertia_kg_m2` | kg m² | plant/src/model/motor.rs | Fig. 6 |",
+            "J_m: plant/src/model/motor.rs does not name Fig. 6",
         ),
         (
             inertia,
-            "| J_m | `Motor::inertia_kg_m2` | kg | plant/src/parameters.rs | 2 |",
+            "| J_m | `Motor::inertia_kg_m2` | kg | plant/src/model/motor.rs | 2 |",
             "J_m: Motor::inertia_kg_m2 is in kg m², not in kg",
         ),
         (
             inertia,
-            "| J_m | `Motor::inertia_kg_m2` |  | plant/src/parameters.rs | 2 |",
+            "| J_m | `Motor::inertia_kg_m2` |  | plant/src/model/motor.rs | 2 |",
             "J_m: a cell is empty",
         ),
         (
             mass,
             "| M | `Carriage::mass_k` |",
-            "M: no mass_k in plant/src/parameters.rs",
+            "M: no mass_k in plant/src/model/resistance.rs",
         ),
         (
             mass,
             "| M | `Carriages::mass_kg` |",
-            "M: no Carriages in plant/src/parameters.rs",
+            "M: no Carriages in plant/src/model/resistance.rs",
         ),
         (mass, "| M | – |", "M: a file but no name"),
         (

@@ -3,7 +3,7 @@
 //! independent program in extended precision.
 
 use bench_tests::{case, rows};
-use hil_runner::channel::LinkKind;
+use hil_runner::host::LinkKind;
 
 /// Contact changes and impacts of a case in `tests/cases`.
 fn contacts(name: &str, sets: &[&str]) -> (u64, u64) {

@@ -11,7 +11,7 @@ use std::path::Path;
 
 use bench_tests::{case, reference_folder, rows};
 use hil_core::trace::Row;
-use hil_runner::channel::LinkKind;
+use hil_runner::host::LinkKind;
 
 /// A quantity of a row, its column and how far it may be off.
 type Column = (&'static str, fn(&Row) -> f64, f64);

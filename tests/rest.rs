@@ -9,7 +9,7 @@ use hil_core::lanes::SingleRuns;
 use hil_core::rest::feeding::{baseline, counterfactuals, fed_by};
 use hil_core::summary::Summary;
 use hil_core::trace::Row;
-use hil_runner::channel::LinkKind;
+use hil_runner::host::LinkKind;
 
 /// A vertical axis behind a converter of 8 bits.
 fn vertical(sets: &[&str]) -> Case {

@@ -13,6 +13,9 @@ mod document;
 #[path = "run_file/every_key.rs"]
 mod every_key;
 #[cfg(test)]
+#[path = "run_file/fields.rs"]
+mod fields;
+#[cfg(test)]
 #[path = "run_file/fuzz.rs"]
 mod fuzz;
 #[cfg(test)]

@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use hil_core::case::Case;
 use hil_core::run::{Outcome, RunOptions};
 use hil_core::trace::Row;
-use hil_runner::channel::LinkKind;
+use hil_runner::host::LinkKind;
 use plant::{AxisParameters, Carriage, Joint, Motor, Resistance, Transmission};
 
 /// Folder with the reference runs.

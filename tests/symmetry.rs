@@ -3,7 +3,7 @@
 
 use bench_tests::{case, rows};
 use hil_core::trace::Row;
-use hil_runner::channel::LinkKind;
+use hil_runner::host::LinkKind;
 
 fn move_of(name: &str, law: &str, travel_mm: f64, more: &[&str]) -> Vec<Row> {
     let law = format!("controller.law={law}");

@@ -25,7 +25,9 @@ fn codes(name: &str, law: &str, inputs: &[Measurement]) -> Vec<(f64, f64)> {
     let case = case(name, &[&format!("controller.law={law}")]);
     let mut controller = Controller::new(&case, IoKind::Direct).unwrap().unwrap();
     let commands = inputs.iter().map(|&input| controller.step(input));
-    commands.map(|c| (c.error_counts, c.dac_code)).collect()
+    commands
+        .map(|c| (c.error_counts.real(), c.dac_code.real()))
+        .collect()
 }
 
 /// `y` of the paper's gains at 1 ms, exactly: Kp = 16/5, Ki·Δt = 1/200,

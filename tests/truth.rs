@@ -10,7 +10,7 @@ use bench_tests::solvers::{run_exactly, run_with_rk4};
 use bench_tests::{case, reference_folder, rows};
 use hil_core::case::Case;
 use hil_core::trace::Row;
-use hil_runner::channel::LinkKind;
+use hil_runner::host::LinkKind;
 
 /// Columns of the truth and the same quantity of a row.
 type Column = (&'static str, fn(&Row) -> f64);

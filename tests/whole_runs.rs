@@ -22,7 +22,7 @@ use bench_tests::rows;
 use bench_tests::solvers::{FINER_TOLERANCE, REFERENCE_TOLERANCE, run_exactly, run_with_dopri5};
 use hil_core::case::{Case, Law};
 use hil_core::trace::Row;
-use hil_runner::channel::LinkKind;
+use hil_runner::host::LinkKind;
 use plant::{ContactChange, Joint};
 
 const RUNS: u64 = 300;

@@ -15,7 +15,7 @@ use bench_tests::{case, reference_folder};
 use fearless_simd::{Level, Simd};
 use hil_core::case::{Case, Law};
 use hil_core::controllers::{Controller, IoKind};
-use hil_core::message::Measurement;
+use hil_core::message::{Measurement, Steps, whole};
 use plant::{
     Batch, Drive, Eight, Extremes, ExtremesSettings, Four, Joint, LaneSetup, Motion, One, Plant,
     PlantError, Solver, State, Width,
@@ -140,15 +140,14 @@ fn settings(case: &Case) -> ExtremesSettings {
 /// The voltage that the code of a sample gives.
 fn voltage_v(case: &Case, law: &mut Controller, tick: u64, beta_rad: f64) -> f64 {
     let alpha_rad = beta_rad / case.axis.transmission.gear_ratio;
-    let position_counts = case.encoder.count(alpha_rad);
     let code = law
         .step(Measurement {
             tick,
-            position_counts,
+            position_counts: Steps::Whole(whole(case.encoder.count(alpha_rad))),
             load_counts: None,
         })
         .dac_code;
-    case.amplifier.output_v(case.dac.output_v(code))
+    case.amplifier.output_v(case.dac.output_v(code.real()))
 }
 
 fn controller(case: &Case) -> Controller {

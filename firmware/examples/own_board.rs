@@ -18,8 +18,8 @@
 use firmware::axis::{Axis, AxisState};
 use firmware::hardware::{Board, serve};
 use firmware::law::{Law, LawWords};
+use firmware::monitor::FollowingErrorMonitor;
 use firmware::output::{Output, Quantiser};
-use firmware::watch::FollowingErrorWatch;
 use firmware::{Dac, Event, FaultCause, GainWord, MotionGenerator, MotionPlan, State};
 
 /// A motor whose shaft turns by one count per sample for every 8 codes.
@@ -62,7 +62,7 @@ impl Board for Bench {
 }
 
 impl Bench {
-    /// What the motor does until the next sample.
+    /// Moves the motor to the next sample.
     fn turn(&mut self) {
         if self.powered {
             self.register = self.register.wrapping_add_signed(self.code / 8);
@@ -82,8 +82,8 @@ fn axis() -> Axis {
     let output = Output::new(dac, None, Quantiser::Nearest).expect("no slew limit");
     let mut axis = Axis::new(law, output);
     let at_any_speed = GainWord::new(0, 0);
-    let watch = FollowingErrorWatch::accept(100, at_any_speed, 0).expect("100 counts");
-    axis.watches.following_error = Some(watch);
+    let monitor = FollowingErrorMonitor::accept(100, at_any_speed, 0).expect("100 counts");
+    axis.monitors.following_error = Some(monitor);
     axis
 }
 

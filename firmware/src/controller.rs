@@ -104,7 +104,7 @@ impl ControllerState {
     }
 }
 
-/// What one sample gives.
+/// Results of one sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Output {
     /// Code for the D/A converter, −2^(n−1) to 2^(n−1)−1.
@@ -112,7 +112,7 @@ pub struct Output {
     /// `e = r − c` as measured \[counts\], before it is held within the error
     /// range.
     pub error_counts: i32,
-    /// Which limits this sample has met.
+    /// Limits that this sample has met.
     pub status: Status,
 }
 

@@ -14,6 +14,7 @@
 //! ```
 
 use crate::product::by_target;
+use crate::refusal::{Refusal, What};
 use crate::widen;
 
 /// The position modulo 2^32 that a counter of 32 bits shows for `position`
@@ -118,6 +119,20 @@ impl ErrorRange {
             bits,
             limit: 1_i32.wrapping_shl(widen::byte(bits)),
         })
+    }
+
+    /// The refusal of an exponent outside 17 to 29.
+    pub(crate) const fn refusal(bits: u8) -> Refusal {
+        let [value, least, most] = [bits, Self::MIN_BITS, Self::MAX_BITS];
+        let allowed = [
+            widen::unsigned(widen::byte(least)),
+            widen::unsigned(widen::byte(most)),
+        ];
+        Refusal::new(
+            What::ErrorBits,
+            widen::unsigned(widen::byte(value)),
+            allowed,
+        )
     }
 
     /// The exponent of `E`, 17 to 29.

@@ -24,7 +24,8 @@
 //!   codes, so that no number of ticks that fits the 64-bit tick counter
 //!   brings it to its end at 2^87.
 
-use core::fmt;
+use crate::refusal::{Refusal, What};
+use crate::widen;
 
 use fixed::types::{I32F32, I88F40};
 
@@ -47,7 +48,7 @@ const HALF: CodeSum = CodeSum::from_bits(1 << 39);
 /// assert_eq!(dac.code(CodeSum::from_bits(5 << 39)), 3);
 /// assert_eq!(dac.code(CodeSum::from_bits(-5 << 39)), -2);
 /// assert_eq!(dac.code(CodeSum::MAX), 2_047);
-/// # Ok::<(), firmware::DacError>(())
+/// # Ok::<(), firmware::Refusal>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Dac {
@@ -61,13 +62,19 @@ impl Dac {
     /// Largest number of bits.
     pub const MAX_BITS: u32 = 24;
 
+    const fn refusal(bits: u32) -> Refusal {
+        let most = widen::unsigned(Self::MAX_BITS);
+        let allowed = [widen::unsigned(Self::MIN_BITS), most];
+        Refusal::new(What::DacBits, widen::unsigned(bits), allowed)
+    }
+
     /// The range of a converter of `bits` bits, 2 to 24.
     ///
     /// # Errors
-    /// [`DacError::Bits`] where `bits` lies outside 2 to 24.
-    pub const fn with_bits(bits: u32) -> Result<Self, DacError> {
+    /// [`Refusal`] where `bits` lies outside 2 to 24.
+    pub const fn with_bits(bits: u32) -> Result<Self, Refusal> {
         if bits < Self::MIN_BITS || bits > Self::MAX_BITS {
-            return Err(DacError::Bits(bits));
+            return Err(Self::refusal(bits));
         }
         // An arithmetic shift of −2^31 by 32 − n leaves −2^(n−1); the
         // complement of that is 2^(n−1) − 1.
@@ -96,7 +103,7 @@ impl Dac {
             .wrapping_add(1)
     }
 
-    /// Whether `code` is one of the two at the ends of the range.
+    /// Tells whether `code` is one of the two at the ends of the range.
     pub const fn is_limit(self, code: i32) -> bool {
         code == self.max_code || code == self.min_code
     }
@@ -111,30 +118,6 @@ impl Dac {
     }
 }
 
-/// Why a number of bits makes no converter.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum DacError {
-    /// The number of bits lies outside 2 to 24. Nothing was built; the run
-    /// cannot start.
-    Bits(u32),
-}
-
-impl fmt::Display for DacError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Bits(bits) => write!(
-                f,
-                "a D/A converter of {bits} bits is not supported; it must have {} to {} bits",
-                Dac::MIN_BITS,
-                Dac::MAX_BITS
-            ),
-        }
-    }
-}
-
-impl core::error::Error for DacError {}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -144,7 +127,7 @@ mod tests {
         for bits in 0..=64 {
             let dac = Dac::with_bits(bits);
             if !(2..=24).contains(&bits) {
-                assert_eq!(dac, Err(DacError::Bits(bits)));
+                assert_eq!(dac, Err(Dac::refusal(bits)));
                 continue;
             }
             let dac = dac.expect("2 to 24 bits are supported");

@@ -1,4 +1,4 @@
-//! Why an axis stops, and what one needs to see of it afterwards.
+//! Reasons for which an axis stops, and what one needs to see of it afterwards.
 //!
 //! The checks of a tick each give a [`Trip`] or none. [`most_urgent`] chooses
 //! among those of one tick, by the order of [`FaultCause`]; the axis adds the
@@ -15,7 +15,7 @@
 //!
 //! # Values
 //!
-//! What is measured and where its limit lies has a meaning for each cause:
+//! Measured value and limit have a meaning for each cause:
 //!
 //! | cause | `measured` | `limit` |
 //! | --- | --- | --- |
@@ -30,7 +30,7 @@
 
 use core::fmt;
 
-/// What stopped the axis, the most urgent first: the order of the variants is
+/// Causes that stop the axis, the most urgent first: the order of the variants is
 /// the priority where several appear in one tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 #[non_exhaustive]
@@ -92,9 +92,9 @@ impl FaultCause {
 /// what the two numbers are for each cause.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Trip {
-    /// Which check.
+    /// The check.
     pub cause: FaultCause,
-    /// What was measured.
+    /// Measured value.
     pub measured: i64,
     /// The limit that it passed.
     pub limit: i64,
@@ -134,7 +134,7 @@ pub fn most_urgent(first: Option<Trip>, second: Option<Trip>) -> Option<Trip> {
     }
 }
 
-/// What the axis knew at the sample of a fault.
+/// Values at the sample of a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct FaultValues {
     /// Setpoint, in counts of the encoder that the position comes from
@@ -147,7 +147,7 @@ pub struct FaultValues {
     /// The code in force when the fault was found: the last one before the
     /// safe output.
     pub code: i32,
-    /// What was measured; the unit is that of the cause.
+    /// Measured value; the unit is that of the cause.
     pub measured: i64,
     /// The limit that it passed, in the same unit.
     pub limit: i64,
@@ -175,11 +175,11 @@ pub struct FaultValues {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Fault {
-    /// What tripped.
+    /// The cause.
     pub cause: FaultCause,
     /// Number of the tick at which it was found.
     pub tick: u64,
-    /// What the axis knew then.
+    /// Values at that sample.
     pub values: FaultValues,
 }
 

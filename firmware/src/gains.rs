@@ -1,4 +1,4 @@
-//! Which words are accepted as gains, and why they keep the law to one code.
+//! Words that are accepted as gains, and why they keep the law to one code.
 //!
 //! The words of `Kp`, `Ki·Δt` and `Kd/Δt` (eq. 23 at sample time `Δt`) arrive
 //! as mantissa `w ≥ 0` and exponent `f`, each word within half a unit of its
@@ -69,10 +69,9 @@
 //! All of it follows from exponents and signs, and is checked once, when the
 //! words are accepted, before the first step.
 
-use core::fmt;
-
 use crate::counts::ErrorRange;
-use crate::word::{GainWord, power_of_two_or_most};
+use crate::refusal::{Refusal, What};
+use crate::word::{GainWord, Part, power_of_two_or_most};
 
 /// The three gains of the law as words, and the errors that they serve.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -104,6 +103,22 @@ impl Gain {
     /// Fraction bits of the integral.
     pub(crate) const INTEGRAL_FRACTION_BITS: u8 = 40;
 
+    /// The part of the law that it is the gain of.
+    pub const fn part(self) -> Part {
+        match self {
+            Self::Proportional => Part::Proportional,
+            Self::Integral => Part::Integral,
+            Self::Derivative => Part::Derivative,
+        }
+    }
+
+    /// The refusal of a word for its fraction bits.
+    pub(crate) fn fraction_bits(self, word: GainWord, least: u8) -> Refusal {
+        let what = What::PidFractionBits(self.part(), word);
+        let allowed = [least, self.max_fraction_bits()].map(i64::from);
+        Refusal::new(what, i64::from(word.fraction_bits), allowed)
+    }
+
     /// Smallest number of fraction bits for errors of `2^error_bits` counts;
     /// for the derivative only where the mantissa is below
     /// [`DERIVATIVE_OUTWEIGHS`].
@@ -124,16 +139,6 @@ impl Gain {
     }
 }
 
-impl fmt::Display for Gain {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Proportional => "Kp",
-            Self::Integral => "Ki·Δt",
-            Self::Derivative => "Kd/Δt",
-        })
-    }
-}
-
 /// `2^29 + 2^28 + 2^24`: a derivative term of this size outweighs the
 /// proportional term, the integral and the widest converter \[codes\]. Also
 /// the smallest mantissa that counts as full.
@@ -144,10 +149,9 @@ pub const DERIVATIVE_MAX_BITS: u8 = 27;
 
 impl PidWords {
     /// Checks every demand of the module page; the error range if all hold.
-    pub(crate) fn check(&self) -> Result<ErrorRange, GainError> {
+    pub(crate) fn check(&self) -> Result<ErrorRange, Refusal> {
         let error_bits = self.error_bits;
-        let range =
-            ErrorRange::from_bits(error_bits).ok_or(GainError::ErrorRange { error_bits })?;
+        let range = ErrorRange::from_bits(error_bits).ok_or(ErrorRange::refusal(error_bits))?;
 
         for (gain, word) in [
             (Gain::Proportional, self.kp),
@@ -155,7 +159,7 @@ impl PidWords {
             (Gain::Derivative, self.kd_per_dt),
         ] {
             if word.mantissa < 0 {
-                return Err(GainError::Negative { gain, word });
+                return Err(Refusal::negative(gain.part(), word));
             }
             // A full mantissa frees the derivative from its lower bound.
             let full = gain == Gain::Derivative && word.mantissa >= DERIVATIVE_OUTWEIGHS;
@@ -166,12 +170,7 @@ impl PidWords {
             };
             let max = gain.max_fraction_bits();
             if word.fraction_bits < min || word.fraction_bits > max {
-                return Err(GainError::FractionBits {
-                    gain,
-                    word,
-                    min,
-                    max,
-                });
+                return Err(gain.fraction_bits(word, min));
             }
         }
 
@@ -181,7 +180,8 @@ impl PidWords {
         let most = power_of_two_or_most(u32::from(exponent));
         let max_mantissa = i32::try_from(most).unwrap_or(i32::MAX);
         if word.mantissa > max_mantissa {
-            return Err(GainError::DerivativeTooLarge { word, max_mantissa });
+            let (value, most) = (i64::from(word.mantissa), i64::from(max_mantissa));
+            return Err(Refusal::new(What::PidDerivative(word), value, [0, most]));
         }
         Ok(range)
     }
@@ -210,77 +210,3 @@ impl PidWords {
         u32::from(word.fraction_bits).saturating_sub(below)
     }
 }
-
-/// Why words are not accepted. Nothing was built; the run cannot start.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum GainError {
-    /// The exponent of the error range lies outside 17 to 29.
-    ErrorRange {
-        /// The exponent given.
-        error_bits: u8,
-    },
-    /// The gain is negative.
-    Negative {
-        /// Which gain.
-        gain: Gain,
-        /// Its word.
-        word: GainWord,
-    },
-    /// The word is too coarse for the budget, or finer than the sum.
-    FractionBits {
-        /// Which gain.
-        gain: Gain,
-        /// Its word.
-        word: GainWord,
-        /// Fewest fraction bits that are accepted with this mantissa.
-        min: u8,
-        /// Most fraction bits that are accepted.
-        max: u8,
-    },
-    /// `Kd/Δt` is larger than 2^27 codes per count.
-    DerivativeTooLarge {
-        /// Its word.
-        word: GainWord,
-        /// Largest mantissa that is accepted with this exponent.
-        max_mantissa: i32,
-    },
-}
-
-impl fmt::Display for GainError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::ErrorRange { error_bits } => write!(
-                f,
-                "an error range of 2^{error_bits} counts is not supported; \
-                 the exponent must lie between {} and {}",
-                ErrorRange::MIN_BITS,
-                ErrorRange::MAX_BITS
-            ),
-            Self::Negative { gain, word } => write!(
-                f,
-                "the word {word} of {gain} is negative; a gain must be at least 0"
-            ),
-            Self::FractionBits {
-                gain,
-                word,
-                min,
-                max,
-            } => write!(
-                f,
-                "the word {word} of {gain} has {} fraction bits; \
-                 it must have between {min} and {max} of them",
-                word.fraction_bits
-            ),
-            Self::DerivativeTooLarge { word, max_mantissa } => write!(
-                f,
-                "the word {word} of {} is larger than 2^{DERIVATIVE_MAX_BITS} codes per count; \
-                 with {} fraction bits the mantissa must be at most {max_mantissa}",
-                Gain::Derivative,
-                word.fraction_bits
-            ),
-        }
-    }
-}
-
-impl core::error::Error for GainError {}

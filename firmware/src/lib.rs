@@ -1,10 +1,10 @@
-//! Position controllers of the servo axis, in integers: the paper's, and the
-//! one that a product needs.
+//! Position controllers of the axis, in integers: the paper's, and the one that
+//! a machine needs.
 //!
 //! # The paper: [`Controller`]
 //!
 //! The paper's PID law (section 3, eq. 20-24) behind a table of setpoints, and
-//! nothing else. It is what the product is measured against.
+//! nothing else. [`Axis`] is measured against it.
 //!
 //! ```text
 //!  setpoint table          error range         PID words               DAC range
@@ -39,16 +39,16 @@
 //! # Ok::<(), Box<dyn core::error::Error>>(())
 //! ```
 //!
-//! # The product: [`Axis`]
+//! # An axis in service: [`Axis`]
 //!
 //! ```text
-//!  registers, e-stop, bus, timer       table, motion, stream, homing
+//!  registers, e-stop, bus, timer       table, motion, stream, backlash measurement
 //!      │                                     │ SetpointSource
 //!      ▼                                     ▼
-//!  position ───────── c ─────────►(-)     setpoint ── + take-up of the gap
+//!  position ───────── c ─────────►(-)     setpoint ── + backlash compensation
 //!      │                           │         │ r
 //!      ▼                           └─► e ◄───┘
-//!  watches ─► faults ─► states         ▼
+//!  monitors ─► faults ─► states        ▼
 //!                         │        law::Law: P, I, D, filter, feed-forward, anti-windup
 //!                         ▼            ▼ y
 //!                       power      output::Output: slew limit, quantiser, range ─► code
@@ -66,31 +66,31 @@
 //! | [`word`] | a gain as mantissa and exponent |
 //! | [`dac`] | codes, the converter's range, the paper's rounding |
 //! | [`setpoint`] | the table of setpoints |
+//! | [`refusal`] | what is not accepted: the setting, its value, what would do |
 //! | **the paper's** | |
 //! | [`gains`] | which words its law accepts; derivation of every word length |
 //! | [`pid`] | its law, and why the sum is exact and odd |
 //! | [`controller`] | table, law and converter in one |
-//! | **the product's axis** | |
+//! | **the axis in service** | |
 //! | [`axis`] | everything below in the order of a sample; options, inputs, memory |
 //! | [`position`] | register to position; wrap-around and glitches |
-//! | [`watch`] | following error, encoder loss, saturation, missed tick |
+//! | [`monitor`] | following error, encoder loss, saturation, missed tick |
 //! | [`faults`], [`states`] | why it stops, the first fault latched; what leads where |
-//! | [`law`] | its law in a 64-bit sum; acceptance, wind-up, no bump |
+//! | [`law`] | its law in a 64-bit sum; acceptance, wind-up, bumpless transfer |
 //! | [`output`] | slew limit, quantiser, converter's range |
 //! | **setpoints and backlash** | |
 //! | [`reference`](mod@reference) | what a source of setpoints is |
 //! | [`motion`] | the paper's seven intervals, sample by sample |
 //! | [`stream`] | a queue that a host fills |
-//! | [`takeup`] | carries the motor across the gap when the load changes flank |
-//! | [`homing`] | measures the gap |
-//! | **the line to a host** | |
-//! | [`link`] | frames, requests and replies between a bench and the controller on its chip |
-//! | **the same bits elsewhere** | |
-//! | [`vectors`] | golden inputs and outputs, for whoever brings it to another processor |
+//! | [`backlash_compensation`] | carries the motor across the gap when the load changes flank |
+//! | [`backlash_measurement`] | measures the gap |
 //! | **electronics** | |
 //! | [`hardware`] | [`Board`], a counter and two converters through `embedded-hal` |
 //!
-//! # What is promised
+//! The line to a host and the golden vectors, for whoever brings the axis to
+//! another processor, are a package of their own: `firmware-link`.
+//!
+//! # Promises
 //!
 //! * **Both laws**: fed the same counts from `k = 0` on, within the declared
 //!   ranges and rounded to the nearest, the code differs by at most 1 from that
@@ -103,8 +103,8 @@
 //! * **Changes in motion**: other gains, or enabling, go on from the code in
 //!   force, as far as the integral reaches.
 //! * **Motion**: within ¾ count of the exact command, and ends at the nearest count.
-//! * **Take-up**: motion and offset together stay within the axis' limits.
-//! * **Homing**: half the gap, with bounds for either way of seeing the load.
+//! * **Backlash compensation**: motion and offset together stay within the axis' limits.
+//! * **Backlash measurement**: half the gap, with bounds for either way of seeing the load.
 //! * **Memory**: an axis keeps less than 256 bytes.
 //!
 //! | quantity | unit | [`Controller`] | [`Axis`] |
@@ -118,7 +118,7 @@
 //! | code | codes | −2^(n−1) to 2^(n−1)−1, `n` 2 to 24 | the same |
 //! | sample | 1 | `u64`: all | the same |
 //!
-//! # What it is not
+//! # Limits
 //!
 //! No floating point, no heap, no unsafe code, no panic, no feature switches.
 //! Gains in SI units are turned into words on the host; this crate accepts or
@@ -138,45 +138,46 @@
 )]
 
 pub mod axis;
+pub mod backlash_compensation;
+pub mod backlash_measurement;
 pub mod controller;
 pub mod counts;
 pub mod dac;
 pub mod faults;
 pub mod gains;
 pub mod hardware;
-pub mod homing;
 pub mod law;
-pub mod link;
+pub mod monitor;
 pub mod motion;
 pub mod output;
 pub mod pid;
 pub mod position;
 mod product;
 pub mod reference;
+pub mod refusal;
 pub mod setpoint;
 pub mod states;
 pub mod stream;
-pub mod takeup;
-pub mod vectors;
-pub mod watch;
 mod widen;
 pub mod word;
 
 pub use axis::{Axis, AxisOutput, AxisState, Inputs};
+pub use backlash_compensation::{BacklashCompensation, BacklashCompensationState, Room, Trigger};
+pub use backlash_measurement::{
+    BacklashMeasurement, BacklashMeasurementError, BacklashMeasurementRun, Creep, Detection, Gap,
+};
 pub use controller::{Controller, ControllerState, Output, Status};
 pub use counts::ErrorRange;
-pub use dac::{CodeSum, Codes, Dac, DacError};
+pub use dac::{CodeSum, Codes, Dac};
 pub use faults::{Fault, FaultCause, FaultLatch, FaultValues, Trip};
-pub use gains::{Gain, GainError, PidWords};
+pub use gains::{Gain, PidWords};
 pub use hardware::Board;
-pub use homing::{Creep, Detection, Gap, Homing, HomingError, HomingRun, HomingSetupError};
-pub use motion::{MotionError, MotionGenerator, MotionPlan, MotionState};
+pub use motion::{MotionGenerator, MotionPlan, MotionState};
 pub use pid::{Pid, PidOutput, PidState};
-pub use position::{CounterParameters, PositionError, PositionState, Reading};
+pub use position::{CounterParameters, PositionState, Reading};
 pub use reference::{Next, Observed, Setpoint, SetpointSource};
-pub use setpoint::{CAPACITY, CAPACITY_SMALLEST, SetpointError, SetpointTable};
+pub use refusal::Refusal;
+pub use setpoint::{CAPACITY, CAPACITY_SMALLEST, SetpointTable};
 pub use states::{Event, Refused, State};
-pub use stream::{Stream, StreamError, StreamReceiver, StreamSender, Streamed};
-pub use takeup::{Room, TakeUp, TakeUpError, TakeUpState, Trigger};
-pub use watch::WatchError;
+pub use stream::{Stream, StreamReceiver, StreamSender, Streamed};
 pub use word::GainWord;

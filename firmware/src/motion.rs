@@ -8,7 +8,7 @@
 //! [`MotionGenerator`] needs at every sample; [`MotionState`] is all that
 //! changes, so that any number of axes can run the same plan.
 //!
-//! # What is promised
+//! # Promises
 //!
 //! * Sample `k` stands for `t = k·Δt`, counted from the start of the motion.
 //!   Before its one rounding, `floor(x + ½)`, the position is within ¼ count
@@ -92,21 +92,15 @@
 //! Travels up to 2^31 counts, intervals up to 53 days together, sample times
 //! from 1 ns to 4.29 s. Refused are, besides what is no motion, only speeds and
 //! accelerations of 2^30 and more and the intervals with too many samples
-//! ([`MotionError`]). Positions are modulo 2^32, so that a motion may pass the
+//! ([`crate::Refusal`]). Positions are modulo 2^32, so that a motion may pass the
 //! end of the counter's range. Per sample there are eight products 32×32→64, no
 //! division and nothing wider than 64 bits; planning divides and uses 128.
 
-mod error;
-mod generator;
 mod interval;
-mod parts;
-mod piece;
+pub mod piece;
 mod plan;
 mod real;
 #[cfg(test)]
 mod tests;
-mod words;
 
-pub use self::error::MotionError;
-pub use self::generator::{MotionGenerator, MotionState};
-pub use self::plan::MotionPlan;
+pub use self::plan::{MotionGenerator, MotionPlan, MotionState, PlanHead};

@@ -22,6 +22,8 @@
 //!   about `Σy` by up to `½·√N` codes (standard deviation).
 
 use crate::dac::Dac;
+use crate::refusal::{Refusal, What};
+use crate::widen;
 
 /// The codes that this sample can reach, both ends included.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,7 +51,7 @@ impl Window {
         self.high
     }
 
-    /// Whether the upper word of `sum` alone tells that it is within: both ends
+    /// Tells whether the upper word of `sum` alone tells that it is within: both ends
     /// fill theirs alone, so it mostly does.
     #[inline(always)]
     pub(crate) fn surely_holds(self, sum: i64, fraction_bits: u8) -> bool {
@@ -59,7 +61,7 @@ impl Window {
         above < high.wrapping_sub(low).cast_unsigned()
     }
 
-    /// How far `sum` is beyond the window, 0 inside; in the unit of the sum,
+    /// Distance of `sum` beyond the window, 0 inside; in the unit of the sum,
     /// 2^−`fraction_bits` codes, below 2^62.
     #[inline(always)]
     pub fn excess(self, sum: i64, fraction_bits: u8) -> i64 {
@@ -90,17 +92,17 @@ pub(crate) fn upper(sum: i64) -> i32 {
     i32::from_le_bytes([b4, b5, b6, b7])
 }
 
-/// How a sum becomes a whole code.
+/// Way from a sum to a whole code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Quantiser {
     /// The nearest code, halves up: the paper's.
     #[default]
     Nearest,
-    /// What rounding cuts off is added to the next sample.
+    /// The part that rounding cuts off is added to the next sample.
     ErrorFeedback,
     /// Random rounding whose mean is the sum.
     Dither {
-        /// Where the generator starts; any value.
+        /// Start of the generator; any value.
         seed: u32,
     },
 }
@@ -157,18 +159,25 @@ impl OutputState {
 }
 
 impl Output {
+    /// Largest slew limit, the whole range of the widest converter \[codes\].
+    pub const SLEW_MOST: u32 = 1 << 24;
+
     /// An output whose codes change by at most `slew_codes` per sample.
     ///
     /// # Errors
-    /// [`SlewError`] for a slew limit that is not 1 to 2^24 codes.
+    /// [`Refusal`] for a slew limit that is not 1 to 2^24 codes.
     pub const fn new(
         dac: Dac,
         slew_codes: Option<u32>,
         quantiser: Quantiser,
-    ) -> Result<Self, SlewError> {
+    ) -> Result<Self, Refusal> {
         let slew = match slew_codes {
-            None => SlewError::MOST,
-            Some(codes) if codes == 0 || codes > SlewError::MOST => return Err(SlewError(codes)),
+            None => Output::SLEW_MOST,
+            Some(codes) if codes == 0 || codes > Self::SLEW_MOST => {
+                let allowed = [1, widen::unsigned(Self::SLEW_MOST)];
+                let value = widen::unsigned(codes);
+                return Err(Refusal::new(What::SlewCodes, value, allowed));
+            }
             Some(codes) => codes,
         };
         Ok(Self {
@@ -199,7 +208,7 @@ impl Output {
     /// The codes that can be reached from the last one.
     #[inline(always)]
     pub fn window(&self, state: &OutputState) -> Window {
-        if self.slew == SlewError::MOST.cast_signed() {
+        if self.slew == Output::SLEW_MOST.cast_signed() {
             // Wider than any converter.
             return Window::of(self.dac);
         }
@@ -267,14 +276,14 @@ impl Output {
     /// Largest change of the code per sample \[codes\], where there is one.
     pub const fn slew_codes(&self) -> Option<u32> {
         let codes = self.slew.cast_unsigned();
-        if codes == SlewError::MOST {
+        if codes == Output::SLEW_MOST {
             None
         } else {
             Some(codes)
         }
     }
 
-    /// How a sum becomes a whole code.
+    /// Way from a sum to a whole code.
     pub const fn quantiser(&self) -> Quantiser {
         self.quantiser
     }
@@ -299,26 +308,3 @@ impl OutputState {
         cell.wrapping_shl(above.wrapping_sub(1))
     }
 }
-
-/// A slew limit that cannot be kept: it must be 1 to 2^24 codes per sample.
-/// Nothing was built.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct SlewError(pub u32);
-
-impl SlewError {
-    /// Largest step: the whole range of the widest converter.
-    pub const MOST: u32 = 1 << 24;
-}
-
-impl core::fmt::Display for SlewError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        write!(
-            f,
-            "a slew limit of {} codes per sample is not supported; it must be 1 to {}",
-            self.0,
-            Self::MOST
-        )
-    }
-}
-
-impl core::error::Error for SlewError {}

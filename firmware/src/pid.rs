@@ -6,7 +6,7 @@
 //!
 //! `Σe` includes the present error; the difference is 0 at `k = 0`.
 //!
-//! # Why the sum is exact, and exactly odd
+//! # Proof that the sum is exact, and exactly odd
 //!
 //! A gain is `w·2^−f` with an integer `w`. Before the first step it is aligned
 //! to the fraction bits of its term, 32 or 40, by a shift to the left, which
@@ -26,16 +26,17 @@ use fixed::types::I24F40;
 
 use crate::counts::{self, ErrorRange};
 use crate::dac::{CodeSum, Codes};
-use crate::gains::{Gain, GainError, PidWords};
+use crate::gains::{Gain, PidWords};
+use crate::refusal::Refusal;
 use crate::word::power_of_two_or_most;
 
-/// What one sample adds to the integral: 40 fraction bits, below 2^20 codes.
+/// Step of the integral in one sample: 40 fraction bits, below 2^20 codes.
 type IntegralStep = I24F40;
 
 /// The PID law with accepted gains. Immutable; its memory is [`PidState`].
 ///
 /// ```
-/// use firmware::{GainError, GainWord, Pid, PidState, PidWords};
+/// use firmware::{Refusal, GainWord, Pid, PidState, PidWords};
 ///
 /// // Kp = 3.2, Ki·Δt = 0.005, Kd/Δt = 50 codes per count: the paper at 1 ms.
 /// let words = PidWords {
@@ -55,8 +56,8 @@ type IntegralStep = I24F40;
 ///
 /// // Kp with 19 fraction bits where 20 are needed.
 /// let coarse = PidWords { kp: GainWord::new(1_677_722, 19), ..words };
-/// assert!(matches!(Pid::accept(coarse), Err(GainError::FractionBits { min: 20, .. })));
-/// # Ok::<(), GainError>(())
+/// assert!(matches!(Pid::accept(coarse), Err(Refusal { least: 20, .. })));
+/// # Ok::<(), Refusal>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Pid {
@@ -72,17 +73,15 @@ pub struct Pid {
 }
 
 /// `word` with `fraction_bits` fraction bits, exactly.
-fn aligned(gain: Gain, words: &PidWords, fraction_bits: u8) -> Result<i64, GainError> {
+fn aligned(gain: Gain, words: &PidWords, fraction_bits: u8) -> Result<i64, Refusal> {
     let word = match gain {
         Gain::Proportional => words.kp,
         Gain::Integral => words.ki_dt,
         Gain::Derivative => words.kd_per_dt,
     };
-    word.aligned(fraction_bits).ok_or(GainError::FractionBits {
-        gain,
-        word,
-        min: gain.min_fraction_bits(words.error_bits),
-        max: gain.max_fraction_bits(),
+    word.aligned(fraction_bits).ok_or_else(|| {
+        let least = gain.min_fraction_bits(words.error_bits);
+        gain.fraction_bits(word, least)
     })
 }
 
@@ -91,8 +90,8 @@ impl Pid {
     /// code of the exact one and nothing can overflow ([`crate::gains`]).
     ///
     /// # Errors
-    /// A [`GainError`] that names the gain, its word and what is allowed.
-    pub fn accept(words: PidWords) -> Result<Self, GainError> {
+    /// A [`Refusal`] that names the gain, its word and what is allowed.
+    pub fn accept(words: PidWords) -> Result<Self, Refusal> {
         let range = words.check()?;
         let term = Gain::TERM_FRACTION_BITS;
         let integral = Gain::INTEGRAL_FRACTION_BITS;
@@ -188,13 +187,13 @@ impl PidState {
     }
 }
 
-/// What one step of the law gives.
+/// Results of one step of the law.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PidOutput {
     /// `y`, the sum before rounding \[codes\].
     pub sum: CodeSum,
-    /// Whether `|e|` was beyond the declared range and held at its limit.
+    /// True if `|e|` was beyond the declared range and held at its limit.
     pub error_limited: bool,
-    /// Whether `|Σe|` is beyond the declared range.
+    /// True if `|Σe|` is beyond the declared range.
     pub error_sum_beyond_range: bool,
 }

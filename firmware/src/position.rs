@@ -16,7 +16,7 @@
 //!
 //! # Glitches
 //!
-//! Where the largest `|d|` per sample of any motion is known, a larger one is
+//! If the largest `|d|` per sample of any motion is known, a larger one is
 //! no motion: a disturbed transfer, a counter that was reset, or lost edges in
 //! bulk. The position then stays at the last good reading, and the next one is
 //! compared with that. Since the axis may have moved on meanwhile, `m` bad
@@ -31,7 +31,7 @@
 //! `n` is 8 to 32. The largest jump is at least 1, or no axis could move, and
 //! below `2^(n−1)`, where differences end and no jump would be seen.
 
-use core::fmt;
+use crate::refusal::{Refusal, What};
 
 use crate::faults::{FaultCause, Trip};
 use crate::widen;
@@ -51,7 +51,7 @@ use crate::widen;
 /// let reading = counter.read(&mut state, 0x0001);
 /// assert_eq!(reading.glitch.map(|trip| trip.measured), Some(-32_768));
 /// assert_eq!((reading.position, reading.difference), (32_769, 0));
-/// # Ok::<(), firmware::PositionError>(())
+/// # Ok::<(), firmware::Refusal>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct CounterParameters {
@@ -84,21 +84,21 @@ impl CounterParameters {
     /// are not looked for.
     ///
     /// # Errors
-    /// [`PositionError::Width`] unless `bits` is 8 to 32,
-    /// [`PositionError::Jump`] unless the jump is 1 to `2^(bits−1) − 1`.
-    pub const fn accept(bits: u8, largest_jump: Option<u32>) -> Result<Self, PositionError> {
+    /// A [`Refusal`] unless `bits` is 8 to 32 and the jump 1 to
+    /// `2^(bits−1) − 1`.
+    pub const fn accept(bits: u8, largest_jump: Option<u32>) -> Result<Self, Refusal> {
         if bits < Self::MIN_BITS || bits > Self::MAX_BITS {
-            return Err(PositionError::Width { bits });
+            let least = widen::unsigned(widen::byte(Self::MIN_BITS));
+            let most = widen::unsigned(widen::byte(Self::MAX_BITS));
+            let value = widen::unsigned(widen::byte(bits));
+            return Err(Refusal::new(What::CounterBits, value, [least, most]));
         }
         let counter = Self { bits, largest_jump };
         let max = counter.half_wheel().saturating_sub(1);
         match largest_jump {
             Some(largest_jump) if largest_jump == 0 || largest_jump > max => {
-                Err(PositionError::Jump {
-                    bits,
-                    largest_jump,
-                    max,
-                })
+                let (value, most) = (widen::unsigned(largest_jump), widen::unsigned(max));
+                Err(Refusal::new(What::LargestJump(bits), value, [1, most]))
             }
             _ => Ok(counter),
         }
@@ -204,14 +204,14 @@ impl PositionState {
         self.position
     }
 
-    /// How many readings in a row have been glitches, up to the last one. Not 0
+    /// Number of readings in a row that have been glitches, up to the last one. Not 0
     /// when a fault is reset: the counter has not come back, start anew.
     pub const fn missed(&self) -> u32 {
         self.missed
     }
 }
 
-/// What one reading gives.
+/// Results of one reading.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reading {
     /// Position \[counts, modulo 2^32\]: the last good one after a glitch.
@@ -228,7 +228,7 @@ pub struct Reading {
 /// it from its complement: less than 2^31 counts either way.
 ///
 /// # Errors
-/// [`PositionError::Travel`] for longer ones; nothing must move then.
+/// A [`Refusal`] of longer ones; nothing must move then.
 ///
 /// ```
 /// use firmware::position::travel_fits;
@@ -236,67 +236,14 @@ pub struct Reading {
 /// assert_eq!(travel_fits(5_000_000_000, 5_000_000_010), Ok(10));
 /// assert!(travel_fits(0, 1 << 31).is_err());
 /// ```
-pub fn travel_fits(from: i64, to: i64) -> Result<i32, PositionError> {
+pub fn travel_fits(from: i64, to: i64) -> Result<i32, Refusal> {
     to.checked_sub(from)
         .and_then(|travel| i32::try_from(travel).ok())
         // −2^31 is its own complement.
         .filter(|travel| *travel != i32::MIN)
-        .ok_or(PositionError::Travel { from, to })
+        .ok_or_else(|| {
+            let half = i64::from(i32::MAX);
+            let allowed = [from.saturating_sub(half), from.saturating_add(half)];
+            Refusal::new(What::TravelFrom(from), to, allowed)
+        })
 }
-
-/// Why a counter or a travel is not accepted. Nothing was changed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum PositionError {
-    /// The width lies outside 8 to 32 bits.
-    Width {
-        /// The width given.
-        bits: u8,
-    },
-    /// The largest jump would trip at once, or a wrap of the register would
-    /// pass for less than it.
-    Jump {
-        /// The width of the counter.
-        bits: u8,
-        /// The jump given \[counts\].
-        largest_jump: u32,
-        /// The largest that is accepted \[counts\].
-        max: u32,
-    },
-    /// The travel has 2^31 counts or more.
-    Travel {
-        /// Where it starts \[counts\].
-        from: i64,
-        /// Where it ends \[counts\].
-        to: i64,
-    },
-}
-
-impl fmt::Display for PositionError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Width { bits } => write!(
-                f,
-                "a counter of {bits} bits is not supported; it must have between {} and {}",
-                CounterParameters::MIN_BITS,
-                CounterParameters::MAX_BITS
-            ),
-            Self::Jump {
-                bits,
-                largest_jump,
-                max,
-            } => write!(
-                f,
-                "a largest jump of {largest_jump} counts cannot be told from a wrap of \
-                 {bits} bits or lets no axis move; it must lie between 1 and {max}"
-            ),
-            Self::Travel { from, to } => write!(
-                f,
-                "the travel from {from} to {to} counts is too long for positions \
-                 modulo 2^32; it must be shorter than 2^31 counts"
-            ),
-        }
-    }
-}
-
-impl core::error::Error for PositionError {}

@@ -14,7 +14,7 @@
 //! For words with sign `ah` and `bh` have it and `al` and `bl` do not, so that
 //! nothing is to be corrected afterwards.
 
-/// Whether the processor has a long multiplication. Of Arm's, those without
+/// True if the processor has a long multiplication. Of Arm's, those without
 /// are the ones without compare-and-swap.
 macro_rules! by_target {
     ($long:expr, $halves:expr) => {{

@@ -1,5 +1,5 @@
 //! Setpoints one sample at a time, whatever they come from: the table in the
-//! controller's memory, the motion generator, a streamed queue, or a homing
+//! controller's memory, the motion generator, a streamed queue, or a backlash measurement
 //! routine.
 
 use core::borrow::Borrow;
@@ -7,7 +7,7 @@ use core::borrow::Borrow;
 use crate::counts;
 use crate::setpoint::SetpointTable;
 
-/// What the axis should do at one sample.
+/// Command to the axis at one sample.
 ///
 /// Velocity and acceleration serve the feed-forward only. Their exponents are
 /// those of the source, declared once when the feed-forward words are made, so
@@ -22,8 +22,8 @@ pub struct Setpoint {
     pub acceleration: i32,
 }
 
-/// What the axis shows to a source of setpoints: a routine such as homing
-/// decides by it, the others do not look at it.
+/// State of the axis as a source of setpoints sees it: a routine such as a
+/// backlash measurement decides by it, the others do not look at it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Observed {
     /// Position of the motor \[counts, modulo 2^32\].
@@ -35,7 +35,7 @@ pub struct Observed {
     pub code: i32,
 }
 
-/// What a source has for this sample.
+/// Answer of a source for this sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Next {
     /// A setpoint of the motion.

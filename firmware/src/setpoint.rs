@@ -6,7 +6,7 @@
 //! from then on the last entry is held. It never reports an end: a motion
 //! that has ended is an axis at rest.
 
-use core::fmt;
+use crate::refusal::{Refusal, What};
 
 use heapless::Vec;
 
@@ -28,12 +28,12 @@ pub const CAPACITY_SMALLEST: usize = 2_048;
 /// assert_eq!(table.at(1), 3);
 /// // The last setpoint is held.
 /// assert_eq!(table.at(1_000), 5);
-/// # Ok::<(), firmware::SetpointError>(())
+/// # Ok::<(), firmware::Refusal>(())
 /// ```
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SetpointTable<const N: usize> {
     entries: Vec<i32, N>,
-    /// What is held beyond the entries: the last of them.
+    /// Setpoint held beyond the entries: the last of them.
     last: i32,
 }
 
@@ -72,36 +72,34 @@ impl<const N: usize> SetpointTable<N> {
     /// A table with the setpoints `counts` of `k = 0, 1, …` \[counts\].
     ///
     /// # Errors
-    /// [`SetpointError::Empty`] without any, [`SetpointError::TooLong`] with
-    /// more than `N`.
+    /// A [`Refusal`] of none and of more than `N`.
     ///
     /// ```
-    /// use firmware::{SetpointError, SetpointTable};
+    /// use firmware::SetpointTable;
     ///
-    /// let error = SetpointTable::<2>::from_counts(&[0, 1, 2]);
-    /// assert_eq!(error, Err(SetpointError::TooLong { needed: 3, capacity: 2 }));
+    /// let refusal = SetpointTable::<2>::from_counts(&[0, 1, 2]).unwrap_err();
+    /// assert_eq!((refusal.value, refusal.most), (3, 2));
     /// ```
-    pub fn from_counts(counts: &[i32]) -> Result<Self, SetpointError> {
-        let last = *counts.last().ok_or(SetpointError::Empty)?;
-        let entries = Vec::from_slice(counts).map_err(|_| SetpointError::TooLong {
-            needed: counts.len(),
-            capacity: N,
-        })?;
+    pub fn from_counts(counts: &[i32]) -> Result<Self, Refusal> {
+        let last = *counts.last().ok_or_else(|| Self::refusal(0))?;
+        let entries = Vec::from_slice(counts).map_err(|_| Self::refusal(counts.len()))?;
         Ok(Self { entries, last })
+    }
+
+    fn refusal(needed: usize) -> Refusal {
+        let [needed, most] = [needed, N].map(|entries| i64::try_from(entries).unwrap_or(i64::MAX));
+        Refusal::new(What::Setpoints, needed, [1, most])
     }
 
     /// Appends the setpoint of the next sample \[counts\].
     ///
     /// # Errors
-    /// [`SetpointError::TooLong`] where the table is full; it keeps what it
+    /// A [`Refusal`] where the table is full; it keeps what it
     /// has.
-    pub fn push(&mut self, setpoint: i32) -> Result<(), SetpointError> {
+    pub fn push(&mut self, setpoint: i32) -> Result<(), Refusal> {
         self.entries
             .push(setpoint)
-            .map_err(|_| SetpointError::TooLong {
-                needed: N.saturating_add(1),
-                capacity: N,
-            })?;
+            .map_err(|_| Self::refusal(N.saturating_add(1)))?;
         self.last = setpoint;
         Ok(())
     }
@@ -121,38 +119,3 @@ impl<const N: usize> SetpointTable<N> {
         &self.entries
     }
 }
-
-/// Why setpoints make no table.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum SetpointError {
-    /// Not even the setpoint of `k = 0` was given. Nothing was built; the run
-    /// cannot start.
-    Empty,
-    /// The motion has more samples than the table has entries. Nothing was
-    /// built, or the table keeps what it has; the run cannot start.
-    TooLong {
-        /// Entries that the motion needs, at least.
-        needed: usize,
-        /// Entries that the table has.
-        capacity: usize,
-    },
-}
-
-impl fmt::Display for SetpointError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Empty => write!(
-                f,
-                "the setpoint table is empty; it needs at least the setpoint of the first sample"
-            ),
-            Self::TooLong { needed, capacity } => write!(
-                f,
-                "the motion needs {needed} setpoints but the table holds {capacity}; \
-                 a longer sample time or a shorter motion needs fewer"
-            ),
-        }
-    }
-}
-
-impl core::error::Error for SetpointError {}

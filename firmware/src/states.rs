@@ -15,7 +15,7 @@
 
 use core::fmt;
 
-/// What an axis is doing.
+/// States of an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum State {
     /// Without power; the position is followed all the same.
@@ -72,7 +72,7 @@ impl State {
         }
     }
 
-    /// Whether the amplifier is enabled and the law's code goes out. Where it
+    /// Tells whether the amplifier is enabled and the law's code goes out. Where it
     /// is not, the output is code 0 with the amplifier off.
     pub const fn is_powered(self) -> bool {
         match self {
@@ -93,7 +93,7 @@ impl State {
     }
 }
 
-/// What can happen to an axis: requests from outside, and what it finds out
+/// Events of an axis: requests from outside, and what it finds out
 /// itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Event {
@@ -140,7 +140,7 @@ impl Event {
 pub struct Refused {
     /// The state, before and after.
     pub state: State,
-    /// What was refused.
+    /// The refused event.
     pub event: Event,
 }
 

@@ -52,7 +52,7 @@ impl Streamed {
 /// assert_eq!(receiver.next(&seen), Next::Underrun);
 /// sender.send(Streamed::Last(at(2)))?;
 /// assert_eq!(receiver.next(&seen), Next::Last(at(2)));
-/// # Ok::<(), firmware::StreamError>(())
+/// # Ok::<(), firmware::stream::Streamed>(())
 /// ```
 #[derive(Debug, Clone, Default)]
 pub struct Stream<const N: usize> {
@@ -94,15 +94,13 @@ impl StreamSender<'_> {
     /// Appends a setpoint.
     ///
     /// # Errors
-    /// [`StreamError::Full`] with the setpoint, where the axis has not yet
-    /// taken enough of the others. Nothing is lost: send it again.
-    pub fn send(&mut self, item: Streamed) -> Result<(), StreamError> {
-        self.producer
-            .enqueue(item)
-            .map_err(|item| StreamError::Full { item })
+    /// The setpoint itself, where the axis has not yet taken enough of the
+    /// others. Nothing is lost: send it again.
+    pub fn send(&mut self, item: Streamed) -> Result<(), Streamed> {
+        self.producer.enqueue(item)
     }
 
-    /// How many setpoints can be sent now; taking one makes room for one.
+    /// Number of setpoints that can be sent now; taking one makes room for one.
     pub fn room(&self) -> usize {
         // The queue never holds more than it can.
         self.producer.capacity().saturating_sub(self.producer.len())
@@ -125,7 +123,7 @@ pub struct StreamReceiver<'a> {
 }
 
 impl StreamReceiver<'_> {
-    /// How many setpoints wait. A motion had better begin with a few: the
+    /// Number of setpoints that wait. A motion had better begin with a few: the
     /// link may be late by as many samples.
     pub fn waiting(&self) -> usize {
         self.consumer.len()
@@ -166,29 +164,3 @@ impl fmt::Debug for StreamReceiver<'_> {
             .finish()
     }
 }
-
-/// Why a setpoint was not taken.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum StreamError {
-    /// The queue is full. It keeps what it has.
-    Full {
-        /// The setpoint that found no room.
-        item: Streamed,
-    },
-}
-
-impl fmt::Display for StreamError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Full { item } => write!(
-                f,
-                "the stream is full; the setpoint at {} counts must be sent again \
-                 after the axis has taken another",
-                item.setpoint().position
-            ),
-        }
-    }
-}
-
-impl core::error::Error for StreamError {}

@@ -57,6 +57,36 @@ impl GainWord {
     }
 }
 
+/// A part of the law that has a gain of its own.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Part {
+    /// `Kp·e`.
+    Proportional,
+    /// `(Ki·Δt)·Σe`.
+    Integral,
+    /// `(Kd/Δt)·Δe`.
+    Derivative,
+    /// Velocity feed-forward.
+    Velocity,
+    /// Acceleration feed-forward.
+    Acceleration,
+    /// Friction feed-forward.
+    Friction,
+}
+
+impl fmt::Display for Part {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Proportional => "Kp",
+            Self::Integral => "Ki·Δt",
+            Self::Derivative => "Kd/Δt",
+            Self::Velocity => "the velocity feed-forward",
+            Self::Acceleration => "the acceleration feed-forward",
+            Self::Friction => "the friction feed-forward",
+        })
+    }
+}
+
 /// `2^bits`, where 64 bits hold it. By a shift: a power in general multiplies
 /// in a loop, and the compiler writes that out at every use.
 pub(crate) const fn power_of_two(bits: u32) -> Option<u64> {

@@ -1,12 +1,13 @@
-//! Which words are accepted: every bound from both sides, every error, and no
+//! Acceptance of words: every bound from both sides, every error, and no
 //! panic for any word at all.
 
 mod exact;
 
 use exact::words::accepted_words;
 use firmware::gains::DERIVATIVE_OUTWEIGHS;
+use firmware::refusal::What;
 use firmware::{
-    Controller, ControllerState, Dac, Gain, GainError, GainWord, Pid, PidState, PidWords,
+    Controller, ControllerState, Dac, Gain, GainWord, Pid, PidState, PidWords, Refusal,
     SetpointTable,
 };
 use proptest::prelude::*;
@@ -37,6 +38,16 @@ fn with(gain: Gain, mantissa: i32, fraction_bits: u8) -> PidWords {
 
 const GAINS: [Gain; 3] = [Gain::Proportional, Gain::Integral, Gain::Derivative];
 
+/// Refusal with setting, value, and the range that is accepted.
+fn refusal(what: What, value: i64, [least, most]: [i64; 2]) -> Refusal {
+    Refusal {
+        what,
+        value,
+        least,
+        most,
+    }
+}
+
 #[test]
 fn the_papers_words_are_accepted_with_their_ranges() {
     let pid = Pid::accept(PAPER).expect("accepted");
@@ -60,7 +71,10 @@ fn error_ranges_from_17_to_29_bits_are_accepted() {
         if (17..=29).contains(&error_bits) {
             assert_eq!(result.map(|pid| pid.error_limit()), Ok(1 << error_bits));
         } else {
-            assert_eq!(result, Err(GainError::ErrorRange { error_bits }));
+            assert_eq!(
+                result,
+                Err(refusal(What::ErrorBits, error_bits.into(), [17, 29]))
+            );
         }
     }
 }
@@ -69,10 +83,10 @@ fn error_ranges_from_17_to_29_bits_are_accepted() {
 fn negative_words_are_rejected_by_name() {
     for gain in GAINS {
         for mantissa in [-1, i32::MIN] {
-            let word = GainWord::new(mantissa, 30);
+            let what = What::Gain(gain.part(), GainWord::new(mantissa, 30));
             assert_eq!(
                 Pid::accept(with(gain, mantissa, 30)),
-                Err(GainError::Negative { gain, word })
+                Err(refusal(what, mantissa.into(), [0, i32::MAX.into()]))
             );
         }
     }
@@ -93,12 +107,8 @@ fn fraction_bits_are_bounded_on_both_sides() {
                     assert!(result.is_ok(), "{result:?}");
                 } else {
                     let word = GainWord::new(mantissa, fraction_bits);
-                    let error = GainError::FractionBits {
-                        gain,
-                        word,
-                        min,
-                        max,
-                    };
+                    let what = What::PidFractionBits(gain.part(), word);
+                    let error = refusal(what, fraction_bits.into(), [min, max].map(i64::from));
                     assert_eq!(result, Err(error));
                 }
             }
@@ -120,8 +130,8 @@ fn a_full_mantissa_frees_the_derivative_up_to_2_to_the_27() {
                 assert_eq!(f64::from(pid.slope_limit()), first.min(524_288.0));
             } else {
                 let word = GainWord::new(mantissa, fraction_bits);
-                let max_mantissa = most;
-                let error = GainError::DerivativeTooLarge { word, max_mantissa };
+                let what = What::PidDerivative(word);
+                let error = refusal(what, mantissa.into(), [0, most.into()]);
                 assert_eq!(result, Err(error));
             }
         }

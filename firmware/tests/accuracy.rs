@@ -25,7 +25,7 @@ struct Deviation {
     code: i64,
     /// Of the sum where the difference of errors was not held \[codes/10^6\].
     sum_millionths: i64,
-    /// How many samples gave another code than the exact law.
+    /// Number of samples that gave another code than the exact law.
     other_codes: u32,
 }
 

@@ -18,7 +18,7 @@ const TREATMENTS: [AntiWindup; 2] = [
     AntiWindup::BackCalculation { tracking: 1 << 26 },
 ];
 
-/// What the law is told about the limits.
+/// Knowledge that the law has of the limits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Sees {
     /// The window of this sample, and a sum with the feed-forward.
@@ -32,16 +32,16 @@ enum Sees {
     WholeSteps,
 }
 
-/// How a run went.
+/// Results of a run.
 #[derive(Debug, Clone, Copy)]
 struct Run {
-    /// How far the axis went past the last reference \[counts\].
+    /// Distance that the axis went past the last reference \[counts\].
     past: i64,
     /// The largest integral \[codes\].
     integral: i64,
     /// The last sample more than 20 counts from the last reference.
     settled: i32,
-    /// Where it stands in the end, from the last reference \[counts\].
+    /// Position in the end, from the last reference \[counts\].
     apart: i64,
 }
 

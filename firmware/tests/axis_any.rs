@@ -8,15 +8,16 @@ mod rig;
 
 use any::{axes, samples};
 use firmware::law::LawState;
+use firmware::monitor::{EncoderLossState, FollowingErrorState, SaturationState, TickState};
 use firmware::output::{OutputState, Window};
-use firmware::watch::{EncoderLossState, FollowingErrorState, SaturationState, TickState};
 use firmware::{
-    Axis, AxisOutput, AxisState, FaultLatch, Inputs, PositionState, State, TakeUpState,
+    Axis, AxisOutput, AxisState, BacklashCompensationState, FaultLatch, Inputs, PositionState,
+    State,
 };
 use proptest::prelude::*;
 use rig::Script;
 
-/// What must hold after every sample.
+/// Demands after every sample.
 fn holds(
     axis: &Axis,
     before: &AxisState,
@@ -150,7 +151,10 @@ fn the_memory_of_an_axis_is_small() {
         ("law", size_of::<LawState>()),
         ("output", size_of::<OutputState>()),
         ("counter, twice", 2 * size_of::<PositionState>()),
-        ("take-up", size_of::<TakeUpState>()),
+        (
+            "backlash compensation",
+            size_of::<BacklashCompensationState>(),
+        ),
         ("fault", size_of::<FaultLatch>()),
         ("ticks", size_of::<TickState>()),
         ("following error", size_of::<FollowingErrorState>()),

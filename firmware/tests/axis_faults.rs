@@ -6,9 +6,9 @@
 mod provocations;
 mod rig;
 
-use firmware::axis::Watches;
+use firmware::axis::Monitors;
 use firmware::law::LawWords;
-use firmware::watch::TickWatch;
+use firmware::monitor::TickMonitor;
 use firmware::{Axis, CounterParameters, Event, Fault, FaultCause, GainWord, Next, State};
 use provocations::{HOME, Provocation, provocations, stay};
 use rig::{Loop, Script, Silent, axis, position, ramp};
@@ -20,7 +20,7 @@ fn guarded(provocation: &Provocation) -> Axis {
         ..LawWords::NONE
     };
     let mut axis = axis(words);
-    axis.watches = provocation.watches;
+    axis.monitors = provocation.monitors;
     axis.counter = provocation.counter;
     axis
 }
@@ -150,12 +150,12 @@ fn comes_back(run: &mut Loop) {
     );
 }
 
-/// Contrast: without the watch, or without the input, the same samples leave
+/// Contrast: without the monitor, or without the input, the same samples leave
 /// the axis as it was.
 #[test]
 fn without_its_watch_nothing_trips() {
     for mut provocation in provocations() {
-        provocation.watches = Watches::default();
+        provocation.monitors = Monitors::default();
         provocation.counter = CounterParameters::default();
         match provocation.cause {
             FaultCause::EmergencyStop | FaultCause::HardwareBus => provocation.inputs = |_, _| {},
@@ -175,7 +175,7 @@ fn without_its_watch_nothing_trips() {
     }
 }
 
-/// Two provocations in one sample name the more urgent one, whichever watch
+/// Two provocations in one sample name the more urgent one, whichever monitor
 /// looks first.
 #[test]
 fn the_more_urgent_of_two_causes_is_named() {
@@ -186,7 +186,7 @@ fn the_more_urgent_of_two_causes_is_named() {
     for one in &at_once {
         for other in &at_once {
             let mut axis = guarded(one);
-            axis.watches.ticks = Some(TickWatch);
+            axis.monitors.ticks = Some(TickMonitor);
             axis.counter = CounterParameters::accept(16, Some(500)).expect("a counter");
             let mut run = brought_to(axis, State::Moving);
             let underrun = [one.cause, other.cause].contains(&FaultCause::SetpointUnderrun);

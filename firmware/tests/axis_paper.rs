@@ -51,7 +51,7 @@ fn words() -> impl Strategy<Value = LawWords> {
     )
 }
 
-/// How many of `samples` codes differ in a closed loop, the motor driven by
+/// Number of `samples` codes that differ in a closed loop, the motor driven by
 /// the paper's code; and how many different codes there were.
 fn differing(
     axis: Axis,

@@ -48,11 +48,11 @@ impl Rig {
     }
 }
 
-/// What the last third of a long rest shows.
+/// Record of the last third of a long rest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 struct Seen {
     /// Peak to peak of the position \[2^−16 counts\].
-    swing: i64,
+    peak_to_peak: i64,
     /// Largest distance from the setpoint \[counts\].
     distance: u32,
     /// Largest and smallest integral differ.
@@ -84,15 +84,15 @@ fn rest(axis: Axis, mut rig: Rig) -> Seen {
         }
     }
     Seen {
-        swing: high - low,
+        peak_to_peak: high - low,
         distance,
         integral_moves,
     }
 }
 
 /// Counts with one decimal.
-fn counts(swing: i64) -> String {
-    let tenths = swing * 10 / 65_536;
+fn counts(peak_to_peak: i64) -> String {
+    let tenths = peak_to_peak * 10 / 65_536;
     format!("{}.{} counts", tenths / 10, tenths % 10)
 }
 
@@ -109,16 +109,16 @@ fn error_feedback_shrinks_the_limit_cycle_of_a_fractional_code() {
         derivative: Derivative::Measurement,
         ..LawWords::NONE
     };
-    let swing = |quantiser, load| {
+    let peak_to_peak = |quantiser, load| {
         let rig = Rig {
             gain: 20_000,
             load,
             ..Rig::default()
         };
-        rest(with_output(words, None, quantiser), rig).swing
+        rest(with_output(words, None, quantiser), rig).peak_to_peak
     };
-    let nearest = swing(Quantiser::Nearest, 37);
-    let feedback = swing(Quantiser::ErrorFeedback, 37);
+    let nearest = peak_to_peak(Quantiser::Nearest, 37);
+    let feedback = peak_to_peak(Quantiser::ErrorFeedback, 37);
     println!(
         "0.37 codes: nearest {}, error feedback {}",
         counts(nearest),
@@ -139,7 +139,7 @@ fn error_feedback_shrinks_the_limit_cycle_of_a_fractional_code() {
         ..Rig::default()
     };
     assert_eq!(
-        rest(with_output(words, None, Quantiser::Nearest), rig).swing,
+        rest(with_output(words, None, Quantiser::Nearest), rig).peak_to_peak,
         0
     );
 }
@@ -177,20 +177,20 @@ fn a_dead_band_ends_the_hunting_of_static_friction() {
     let hunting = with(0, false, AntiWindup::None);
     println!(
         "static friction: {} without a dead band",
-        counts(hunting.swing)
+        counts(hunting.peak_to_peak)
     );
-    assert!(hunting.swing > 4 << 16, "{hunting:?}");
+    assert!(hunting.peak_to_peak > 4 << 16, "{hunting:?}");
     assert!(hunting.integral_moves);
 
     for anti_windup in [AntiWindup::None, AntiWindup::Clamp] {
         let still = with(3, false, anti_windup);
-        assert_eq!(still.swing, 0, "{still:?}");
+        assert_eq!(still.peak_to_peak, 0, "{still:?}");
         assert!(!still.integral_moves && still.distance <= 3, "{still:?}");
     }
     // The integral held without a band: the axis stands where friction left it.
     let held = with(0, true, AntiWindup::None);
     println!("integral held: {} from its setpoint", held.distance);
-    assert_eq!(held.swing, 0, "{held:?}");
+    assert_eq!(held.peak_to_peak, 0, "{held:?}");
     assert!(!held.integral_moves, "{held:?}");
 }
 

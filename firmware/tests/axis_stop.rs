@@ -5,8 +5,8 @@
 
 mod rig;
 
-use firmware::axis::{Feedback, Watches};
-use firmware::watch::{EncoderLossWatch, SaturationWatch};
+use firmware::axis::{Feedback, Monitors};
+use firmware::monitor::{EncoderLossMonitor, SaturationMonitor};
 use firmware::{AxisState, CounterParameters, Event, FaultCause, Inputs, Next, Refused, State};
 use rig::{Loop, PAPER, Script, Silent, at, axis, position, ramp};
 
@@ -51,14 +51,14 @@ fn an_emergency_stop_in_a_move_ends_it() {
     assert!((run.motor.counts() - 4_000).abs() <= 1);
 }
 
-/// The watch counts samples in a row; the power was off in between.
+/// The monitor counts samples in a row; the power was off in between.
 #[test]
 fn runs_of_samples_start_anew_when_the_axis_is_enabled() {
     let mut axis = axis(PAPER);
-    axis.watches = Watches {
-        saturation: Some(SaturationWatch::accept(3).expect("a watch")),
-        encoder_loss: Some(EncoderLossWatch::accept(8_000, 5).expect("a watch")),
-        ..Watches::default()
+    axis.monitors = Monitors {
+        saturation: Some(SaturationMonitor::accept(3).expect("a monitor")),
+        encoder_loss: Some(EncoderLossMonitor::accept(8_000, 5).expect("a monitor")),
+        ..Monitors::default()
     };
     let mut state = AxisState::start(&axis);
     let mut tick = 0;

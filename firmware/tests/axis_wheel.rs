@@ -7,9 +7,9 @@ mod exact;
 mod rig;
 
 use exact::Random;
-use firmware::axis::{Feedback, Watches};
+use firmware::axis::{Feedback, Monitors};
 use firmware::law::{Derivative, LawWords};
-use firmware::watch::FollowingErrorWatch;
+use firmware::monitor::FollowingErrorMonitor;
 use firmware::{
     Axis, AxisState, CounterParameters, Dac, Event, GainWord, Inputs, Next, Observed, Setpoint,
     SetpointSource,
@@ -96,7 +96,7 @@ fn exact_code(e: i128, sum: i128, motor_difference: i128, dac: Dac) -> i32 {
     i32::try_from(held).expect("a code")
 }
 
-/// How many of 5000 codes differ from the exact law; motor and load are two
+/// Number of 5000 codes that differ from the exact law; motor and load are two
 /// unrelated walks. `swapped` gives each the other's place.
 fn dual_loop_differs(swapped: bool) -> (usize, usize) {
     let mut axis = axis(LawWords {
@@ -158,11 +158,11 @@ fn position_from_the_load_and_damping_from_the_motor() {
 
 #[test]
 fn the_peak_of_the_following_error_is_kept_and_can_be_reset() {
-    let watch = FollowingErrorWatch::accept(1_000, GainWord::new(0, 0), 0).expect("a watch");
+    let monitor = FollowingErrorMonitor::accept(1_000, GainWord::new(0, 0), 0).expect("a monitor");
     let mut guarded = axis(PAPER);
-    guarded.watches = Watches {
-        following_error: Some(watch),
-        ..Watches::default()
+    guarded.monitors = Monitors {
+        following_error: Some(monitor),
+        ..Monitors::default()
     };
     let peaks = |axis: Axis| {
         let mut run = Loop::new(axis, 0);
@@ -184,7 +184,7 @@ fn the_peak_of_the_following_error_is_kept_and_can_be_reset() {
     assert!(largest > 10, "{largest}");
     assert_eq!((first, cleared, second), (largest, 0, next));
     assert_ne!(next, largest);
-    // Contrast: without the watch nothing is kept.
+    // Contrast: without the monitor nothing is kept.
     assert_eq!(peaks(axis(PAPER)).1, 0);
 }
 

@@ -1,4 +1,4 @@
-//! No bump: after `LawState::take_over` the first code is the one that the
+//! Bumpless transfer: after `LawState::take_over` the first code is the one that the
 //! converter already has.
 
 #![allow(clippy::expect_used, reason = "a test stops where its setup fails")]
@@ -6,9 +6,9 @@
 mod exact;
 
 use exact::Random;
-use exact::product_inputs::{Drive, Samples};
-use exact::product_law::{Model, two};
-use exact::product_words::{accepted, random_output};
+use exact::axis_inputs::{Drive, Samples};
+use exact::axis_law::{Model, two};
+use exact::axis_words::{accepted, random_output};
 use firmware::law::{Law, LawInput, LawState, LawWords};
 use firmware::output::{Output, Quantiser};
 use firmware::{Dac, GainWord};

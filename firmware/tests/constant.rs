@@ -4,13 +4,15 @@
 
 use core::hint::black_box;
 
-use firmware::axis::{Feedback, Rest, Watches};
+use firmware::axis::{Feedback, Monitors, Rest};
 use firmware::law::{AntiWindup, Derivative, FilterWords, Law, LawWords};
+use firmware::monitor::{
+    EncoderLossMonitor, FollowingErrorMonitor, SaturationMonitor, TickMonitor,
+};
 use firmware::output::{Output, Quantiser};
-use firmware::watch::{EncoderLossWatch, FollowingErrorWatch, SaturationWatch, TickWatch};
 use firmware::{
-    Axis, AxisState, CounterParameters, Dac, ErrorRange, Event, GainWord, Inputs, MotionGenerator,
-    MotionPlan, Room, TakeUp, Trigger,
+    Axis, AxisState, BacklashCompensation, CounterParameters, Dac, ErrorRange, Event, GainWord,
+    Inputs, MotionGenerator, MotionPlan, Room, Trigger,
 };
 
 const WORDS: LawWords = LawWords {
@@ -49,17 +51,21 @@ const fn axis(words: LawWords, bits: u8) -> Axis {
     };
     axis.counter = accepted!(CounterParameters::accept(bits, Some(3_000)));
     axis.feedback = Feedback::Motor;
-    axis.take_up = Some(accepted!(TakeUp::plan(40, room, Trigger::Velocity)));
+    axis.backlash_compensation = Some(accepted!(BacklashCompensation::plan(
+        40,
+        room,
+        Trigger::Velocity
+    )));
     axis.rest = Rest {
         dead_band: 2,
         ..Rest::NONE
     };
     let lag = GainWord::new(5, 1);
-    axis.watches = Watches {
-        following_error: Some(accepted!(FollowingErrorWatch::accept(30_000, lag, 18))),
-        encoder_loss: Some(accepted!(EncoderLossWatch::accept(4_000, 400))),
-        saturation: Some(accepted!(SaturationWatch::accept(300))),
-        ticks: Some(TickWatch),
+    axis.monitors = Monitors {
+        following_error: Some(accepted!(FollowingErrorMonitor::accept(30_000, lag, 18))),
+        encoder_loss: Some(accepted!(EncoderLossMonitor::accept(4_000, 400))),
+        saturation: Some(accepted!(SaturationMonitor::accept(300))),
+        ticks: Some(TickMonitor),
     };
     axis
 }
@@ -104,6 +110,6 @@ fn constant_defaults_are_the_defaults() {
     const RANGE: Option<ErrorRange> = ErrorRange::from_bits(17);
     assert_eq!(RANGE, ErrorRange::from_bits(black_box(17)));
     assert_eq!(Rest::NONE, Rest::default());
-    assert_eq!(Watches::NONE, Watches::default());
+    assert_eq!(Monitors::NONE, Monitors::default());
     assert_eq!(CounterParameters::WORD, CounterParameters::default());
 }

@@ -1,4 +1,4 @@
-//! Which fault is kept, which one is named, and what its sentence says.
+//! The fault that is kept, the one that is named, and its sentence.
 
 use firmware::faults::most_urgent;
 use firmware::{Fault, FaultCause, FaultLatch, FaultValues, Trip};

@@ -1,4 +1,4 @@
-//! Which words the product's law accepts: every demand of
+//! Words that the axis' law accepts: every demand of
 //! `firmware::law::words` from both sides, and every error with its sentence;
 //! filter and treatment of wind-up are in `law_acceptance_options.rs`.
 //! The whole rule over random words is measured in `law_rule.rs`.
@@ -7,10 +7,11 @@
 
 mod exact;
 
-use exact::just::{PAPER, PARTS, accept, just, with};
-use exact::product_law::{Ranges, two};
-use exact::product_words::largest;
-use firmware::law::{Law, LawError, LawWords, Part};
+use exact::axis_law::{Ranges, two};
+use exact::axis_words::largest;
+use exact::just::{PAPER, PARTS, accept, just, refusal, with};
+use firmware::law::{Law, LawWords, Part};
+use firmware::refusal::What;
 use firmware::{Dac, GainWord};
 
 #[test]
@@ -32,7 +33,10 @@ fn the_exponents_of_sum_and_error_end_where_they_say() {
         sum_fraction_bits,
         ..LawWords::NONE
     };
-    assert_eq!(just(sum(33), sum(32)), LawError::SumFractionBits(32));
+    assert_eq!(
+        just(sum(33), sum(32)),
+        refusal(What::SumFractionBits, 32, 33, 40)
+    );
     let error = just(sum(40), sum(41));
     assert_eq!(
         error.to_string(),
@@ -44,7 +48,7 @@ fn the_exponents_of_sum_and_error_end_where_they_say() {
     };
     assert_eq!(
         just(range(17), range(16)),
-        LawError::ErrorRange { error_bits: 16 }
+        refusal(What::ErrorBits, 16, 17, 29)
     );
     assert_eq!(
         just(range(29), range(30)).to_string(),
@@ -59,7 +63,9 @@ fn negative_words_are_refused_by_name() {
             let refused = with(PAPER, part, mantissa, 36);
             let error = just(with(PAPER, part, 1, 36), refused);
             let word = GainWord::new(mantissa, 36);
-            assert_eq!(error, LawError::Negative { part, word });
+            let most = i64::from(i32::MAX);
+            let wanted = refusal(What::Gain(part, word), i64::from(mantissa), 0, most);
+            assert_eq!(error, wanted);
             assert_eq!(
                 error.to_string(),
                 format!(
@@ -79,7 +85,8 @@ fn fraction_bits_are_bounded_on_both_sides() {
                 with(PAPER, part, mantissa, 38),
                 with(PAPER, part, mantissa, 39),
             );
-            assert!(matches!(error, LawError::FractionBits { most: 38, .. }));
+            assert!(matches!(error.what, What::LawFractionBits(..)));
+            assert_eq!(error.most, 38);
         }
         let least = match part {
             Part::Proportional => 20,
@@ -110,10 +117,8 @@ fn a_sum_too_coarse_for_feed_forward_takes_none() {
             with(words, part, 1, sum_fraction_bits)
         });
         let error = just(fine, coarse);
-        let LawError::FractionBits { least, most, .. } = error else {
-            panic!("{error:?}");
-        };
-        assert_eq!((least, most), (35, 34));
+        assert!(matches!(error.what, What::LawFractionBits(..)), "{error:?}");
+        assert_eq!((error.least, error.most), (35, 34));
         assert!(accept(with(coarse, part, 0, 0)).is_ok());
     }
 }
@@ -130,13 +135,7 @@ fn a_term_has_two_factors_of_31_bits() {
         "the word 1073741824·2^-25 of Kp times 262144 needs more than 62 bits; \
          a smaller gain or a smaller range fits"
     );
-    assert!(matches!(
-        error,
-        LawError::TermTooWide {
-            part: Part::Proportional,
-            ..
-        }
-    ));
+    assert!(matches!(error.what, What::Term(Part::Proportional, _)));
 }
 
 #[test]
@@ -146,8 +145,7 @@ fn a_coarse_derivative_serves_no_large_differences() {
         with(PAPER, Part::Derivative, 1, 18),
     );
     let word = GainWord::new(1, 18);
-    let counts = 1 << 19;
-    assert_eq!(error, LawError::DerivativeTooCoarse { word, counts });
+    assert_eq!(error, refusal(What::Difference(word), 1 << 19, 0, 1 << 18));
     assert_eq!(
         error.to_string(),
         "the word 1·2^-18 of Kd/Δt is too coarse for differences up to 524288 counts: \
@@ -175,12 +173,8 @@ fn the_sum_ends_exactly_below_62_bits() {
         assert_eq!(Law::accept(words, dac).expect("fits").headroom_bits(), 0);
         words.friction_ff.mantissa += 1;
         let error = Law::accept(words, dac).expect_err("2^62");
-        assert_eq!(
-            error,
-            LawError::SumTooWide {
-                sum_fraction_bits: f
-            }
-        );
+        let bits = i64::from(f);
+        assert_eq!(error, refusal(What::Terms, bits, 0, bits - 1));
         let codes = 62 - f;
         let sentence = format!(
             "the terms of the law add up to more than 2^{codes} codes; \
@@ -208,5 +202,5 @@ fn the_sum_of_errors_holds_256_of_the_largest() {
         with(PAPER, Part::Integral, (1 << 30) + 1, 36),
     );
     let (reached, wanted) = ((1 << 26) - 1, 1 << 26);
-    assert_eq!(error, LawError::ErrorSumRange { reached, wanted });
+    assert_eq!(error, refusal(What::ErrorSum, reached, wanted, i64::MAX));
 }

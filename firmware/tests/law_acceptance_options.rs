@@ -1,11 +1,12 @@
-//! Which filters and treatments of wind-up the product's law accepts: every
+//! Filters and treatments of wind-up that the axis' law accepts: every
 //! demand from both sides, every error with its sentence.
 
 mod exact;
 
-use exact::just::{PAPER, accept, just, with};
+use exact::just::{PAPER, accept, just, refusal, with};
 use firmware::GainWord;
-use firmware::law::{AntiWindup, FilterWords, LawError, LawWords, Part};
+use firmware::law::{AntiWindup, FilterWords, LawWords, Part};
+use firmware::refusal::What;
 
 #[test]
 fn a_filter_has_a_word_and_bits_for_the_accuracy() {
@@ -20,7 +21,8 @@ fn a_filter_has_a_word_and_bits_for_the_accuracy() {
     assert!(accept(filtered(1 << 20, 20, i32::MAX, 10)).is_ok());
     for smoothing in [0, -1, i32::MIN] {
         let error = just(fine, filtered(1 << 20, 20, smoothing, 10));
-        assert_eq!(error, LawError::FilterSmoothing(smoothing));
+        let wanted = refusal(What::FilterSmoothing, smoothing.into(), 1, i32::MAX.into());
+        assert_eq!(error, wanted);
         assert_eq!(
             error.to_string(),
             format!(
@@ -33,48 +35,19 @@ fn a_filter_has_a_word_and_bits_for_the_accuracy() {
         filtered(1 << 20, 20, 1, 4),
         filtered((1 << 20) + 1, 20, 1, 4),
     );
-    let [fraction_bits, most] = [4, 10];
-    assert_eq!(
-        error,
-        LawError::FilterFractionBits {
-            fraction_bits,
-            needed: 5,
-            most
-        }
-    );
+    assert_eq!(error, refusal(What::FilterFractionBits, 4, 5, 10));
     assert_eq!(
         error.to_string(),
         "the filtered difference has 4 fraction bits; the accuracy needs at least 5, \
          and its range and the sum leave at most 10"
     );
     let error = just(fine, filtered(1 << 20, 20, 1, 11));
-    assert!(matches!(
-        error,
-        LawError::FilterFractionBits {
-            needed: 4,
-            most: 10,
-            ..
-        }
-    ));
+    assert_eq!(error, refusal(What::FilterFractionBits, 11, 4, 10));
     // A product no finer than the sum: h ≤ 38 − 30. No gain needs none.
     let error = just(filtered(1 << 20, 30, 1, 8), filtered(1 << 20, 30, 1, 9));
-    assert!(matches!(
-        error,
-        LawError::FilterFractionBits {
-            needed: 0,
-            most: 8,
-            ..
-        }
-    ));
+    assert_eq!(error, refusal(What::FilterFractionBits, 9, 0, 8));
     let error = just(filtered(0, 30, 1, 8), filtered(0, 30, 1, 9));
-    assert!(matches!(
-        error,
-        LawError::FilterFractionBits {
-            needed: 0,
-            most: 8,
-            ..
-        }
-    ));
+    assert_eq!(error, refusal(What::FilterFractionBits, 9, 0, 8));
 }
 
 #[test]
@@ -105,7 +78,8 @@ fn back_calculation_has_a_word() {
     assert!(accept(tracked(i32::MAX)).is_ok());
     for tracking in [0, -1, i32::MIN] {
         let error = just(tracked(1), tracked(tracking));
-        assert_eq!(error, LawError::Tracking(tracking));
+        let wanted = refusal(What::Tracking, tracking.into(), 1, i32::MAX.into());
+        assert_eq!(error, wanted);
         assert_eq!(
             error.to_string(),
             format!("the tracking word is {tracking}; Δt/T_t·2^31 must be between 1 and 2^31 − 1")

@@ -1,4 +1,4 @@
-//! The product's law against decimal gains, feed-forward and filter included.
+//! The axis' law against decimal gains, feed-forward and filter included.
 //!
 //! Theory (`firmware::law::words`): with gains up to half a unit beside their
 //! words the sum before rounding is off by at most 63/64 of a code, 31/32
@@ -9,9 +9,9 @@
 mod exact;
 
 use exact::Random;
+use exact::axis_law::{Model, Ranges, value};
+use exact::axis_words::accepted;
 use exact::decimal_law::{BILLION, Beside, Decimal, HALF, farthest, gains, within};
-use exact::product_law::{Model, Ranges, value};
-use exact::product_words::accepted;
 use firmware::law::{AntiWindup, Derivative, FilterWords, Law, LawInput, LawState, LawWords};
 use firmware::output::{Quantiser, Window};
 use firmware::{Dac, GainWord};

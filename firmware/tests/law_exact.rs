@@ -1,4 +1,4 @@
-//! The product's law and output against their definitions, step by step and
+//! The axis' law and output against their definitions, step by step and
 //! bit for bit, over random accepted words and inputs that try to break them.
 //!
 //! The firmware adds with wrapping operations, so overflow checks are blind to
@@ -11,9 +11,9 @@
 mod exact;
 
 use exact::Random;
-use exact::product_inputs::{Drive, Samples};
-use exact::product_law::{Model, two};
-use exact::product_words::{accepted, largest, random_output};
+use exact::axis_inputs::{Drive, Samples};
+use exact::axis_law::{Model, two};
+use exact::axis_words::{accepted, largest, random_output};
 use firmware::law::{AntiWindup, Law, LawInput, LawState, LawWords};
 use firmware::output::{Output, OutputState, Quantiser, Window};
 use firmware::{Dac, GainWord};

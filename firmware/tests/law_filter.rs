@@ -10,7 +10,7 @@
 mod exact;
 
 use exact::Random;
-use exact::product_law::two;
+use exact::axis_law::two;
 use firmware::law::{Derivative, FilterWords, Law, LawInput, LawState, LawWords};
 use firmware::output::Window;
 use firmware::{Dac, GainWord};

@@ -1,4 +1,4 @@
-//! With every addition off the product's law is the paper's: the sums of `Pid`
+//! With every addition off the axis' law is the paper's: the sums of `Pid`
 //! bit for bit, and its codes, for the same words.
 
 #![allow(clippy::expect_used, reason = "a test stops where its setup fails")]
@@ -6,8 +6,8 @@
 mod exact;
 
 use exact::Random;
+use exact::axis_words::random_words;
 use exact::errors::{Errors, Shape};
-use exact::product_words::random_words;
 use firmware::law::{AntiWindup, Derivative, Law, LawInput, LawState, LawWords};
 use firmware::output::{Output, Quantiser};
 use firmware::{Dac, GainWord, Pid, PidState, PidWords};
@@ -59,7 +59,7 @@ fn sums_and_codes_are_the_papers_bit_for_bit() {
         let dac_bits = 1 + (dac.max_code() + 1).ilog2();
         let sum_limit = law.error_sum_limit().min(pid.error_sum_limit());
         let mut errors = Errors::new(shape, seed, &pid, dac_bits).narrowed(sum_limit);
-        let (mut paper, mut product, mut codes) =
+        let (mut paper, mut axis, mut codes) =
             (PidState::default(), LawState::default(), output.start());
         let within = i64::from(pid.slope_limit().min(law.slope_limit()));
         let (mut previous, mut code) = (None, 0);
@@ -72,7 +72,7 @@ fn sums_and_codes_are_the_papers_bit_for_bit() {
                 error,
                 ..LawInput::default()
             };
-            let given = law.step(&mut product, &input, window);
+            let given = law.step(&mut axis, &input, window);
             let flags = [
                 given.error_limited,
                 given.difference_limited,
@@ -112,7 +112,7 @@ fn contrast_one_addition_shows() {
         ..*law.words()
     };
     let law = Law::accept(words, dac).expect("accepted with either derivative");
-    let (mut paper, mut product) = (PidState::default(), LawState::default());
+    let (mut paper, mut axis) = (PidState::default(), LawState::default());
     let window = firmware::output::Window::of(dac);
     let differ = [0, 100].into_iter().any(|error| {
         let wanted = pid.step(&mut paper, error).sum;
@@ -120,7 +120,7 @@ fn contrast_one_addition_shows() {
             error,
             ..LawInput::default()
         };
-        let given = law.step(&mut product, &input, window).sum;
+        let given = law.step(&mut axis, &input, window).sum;
         i128::from(given) << (40 - words.sum_fraction_bits) != wanted.to_bits()
     });
     assert!(differ);

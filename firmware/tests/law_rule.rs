@@ -6,8 +6,8 @@
 mod exact;
 
 use exact::Random;
-use exact::product_law::{Ranges, two};
-use exact::product_words::{allowed, largest, random_words};
+use exact::axis_law::{Ranges, two};
+use exact::axis_words::{allowed, largest, random_words};
 use firmware::law::{AntiWindup, Derivative, FilterWords, Law, LawWords};
 use firmware::{Dac, GainWord};
 use proptest::prelude::*;

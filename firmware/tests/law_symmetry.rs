@@ -1,4 +1,4 @@
-//! The product's law mirrored: the opposite errors, differences and rates give
+//! The axis' law mirrored: the opposite errors, differences and rates give
 //! exactly the opposite sums, with every option.
 //!
 //! Wind-up is treated against the window of the converter, and −2^(n−1) has no
@@ -11,9 +11,9 @@
 mod exact;
 
 use exact::Random;
-use exact::product_inputs::{Drive, Samples};
-use exact::product_law::Model;
-use exact::product_words::accepted;
+use exact::axis_inputs::{Drive, Samples};
+use exact::axis_law::Model;
+use exact::axis_words::accepted;
 use firmware::law::{AntiWindup, Derivative, Law, LawInput, LawState, LawWords};
 use firmware::output::{Output, Quantiser, Window};
 use firmware::{Dac, GainWord};

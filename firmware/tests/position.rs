@@ -8,7 +8,8 @@ mod exact;
 use exact::Random;
 use firmware::faults::{FaultCause, Trip};
 use firmware::position::travel_fits;
-use firmware::{CounterParameters, PositionError, PositionState};
+use firmware::refusal::What;
+use firmware::{CounterParameters, PositionState, Refusal};
 use proptest::prelude::*;
 
 /// Between `−limit` and `limit`, the ends often.
@@ -20,7 +21,7 @@ fn step_within(random: &mut Random, limit: i64) -> i64 {
     }
 }
 
-/// What a counter of `bits` bits shows at `position`, with rubbish above.
+/// Reading of a counter of `bits` bits at `position`, with rubbish above.
 fn register(position: i128, bits: u8, rubbish: u32) -> u32 {
     let low = position.rem_euclid(1 << bits) as u32;
     let above = u32::MAX.checked_shl(bits.into()).unwrap_or(0);
@@ -32,7 +33,7 @@ fn wheel(position: i128) -> i32 {
     position.rem_euclid(1 << 32) as u32 as i32
 }
 
-/// Where a counter starts for a reading of `position`: sign-extended.
+/// Start of a counter for a reading of `position`: sign-extended.
 fn sign_extended(position: i128, bits: u8) -> i128 {
     let half = 1_i128 << (bits - 1);
     (position + half).rem_euclid(2 * half) - half
@@ -184,7 +185,7 @@ proptest! {
             let expected = if travel.unsigned_abs() < 1 << 31 {
                 Ok(travel as i32)
             } else {
-                Err(PositionError::Travel { from, to })
+                Err(too_long(from, to))
             };
             prop_assert_eq!(travel_fits(from, to), expected);
         }
@@ -236,7 +237,7 @@ fn travels_end_below_half_the_wheel() {
     assert_eq!(travel_fits(0, 1 - half), Ok(-i32::MAX));
     for (from, to) in [(0, half), (0, -half), (half, 0), (i64::MIN, i64::MAX)] {
         let error = travel_fits(from, to).expect_err("too long");
-        assert_eq!(error, PositionError::Travel { from, to });
+        assert_eq!(error, too_long(from, to));
         assert_eq!(
             error.to_string(),
             format!(
@@ -253,20 +254,18 @@ fn what_is_not_accepted_says_what_would_be() {
         let supported = (8..=32).contains(&bits);
         let accepted = CounterParameters::accept(bits, None);
         let bits_of = accepted.map(|counter| counter.bits());
-        let expected = supported
-            .then_some(bits)
-            .ok_or(PositionError::Width { bits });
+        let expected =
+            supported
+                .then_some(bits)
+                .ok_or(refusal(What::CounterBits, bits.into(), [8, 32]));
         assert_eq!(bits_of, expected);
         if !supported {
             continue;
         }
         let max = (1_u32 << (bits - 1)) - 1;
         for (largest_jump, fits) in [(0, false), (1, true), (max, true), (max + 1, false)] {
-            let error = PositionError::Jump {
-                bits,
-                largest_jump,
-                max,
-            };
+            let what = What::LargestJump(bits);
+            let error = refusal(what, largest_jump.into(), [1, max.into()]);
             let accepted = CounterParameters::accept(bits, Some(largest_jump));
             assert_eq!(accepted.err(), (!fits).then_some(error));
         }
@@ -283,4 +282,20 @@ fn what_is_not_accepted_says_what_would_be() {
             .to_string(),
         "a counter of 33 bits is not supported; it must have between 8 and 32"
     );
+}
+
+/// Refusal with setting, value, and the range that is accepted.
+fn refusal(what: What, value: i64, [least, most]: [i64; 2]) -> Refusal {
+    Refusal {
+        what,
+        value,
+        least,
+        most,
+    }
+}
+
+fn too_long(from: i64, to: i64) -> Refusal {
+    let half = i64::from(i32::MAX);
+    let allowed = [from.saturating_sub(half), from.saturating_add(half)];
+    refusal(What::TravelFrom(from), to, allowed)
 }

@@ -6,9 +6,10 @@
 mod exact;
 
 use exact::Random;
-use exact::product_words::random_output;
+use exact::axis_words::random_output;
 use firmware::Dac;
-use firmware::output::{Output, Quantiser, SlewError, Window};
+use firmware::output::{Output, Quantiser, Window};
+use firmware::refusal::What;
 
 fn output(quantiser: Quantiser) -> Output {
     Output::new(Dac::with_bits(16).expect("16 bits"), None, quantiser).expect("no limit")
@@ -207,10 +208,11 @@ fn no_code_leaves_the_window_or_steps_further_than_the_limit() {
 fn slew_limits_that_cannot_be_kept_are_refused() {
     let dac = Dac::with_bits(12).expect("12 bits");
     let limit = |codes| Output::new(dac, Some(codes), Quantiser::Nearest);
-    assert!(limit(1).is_ok() && limit(SlewError::MOST).is_ok());
-    for codes in [0, SlewError::MOST + 1, u32::MAX] {
+    assert!(limit(1).is_ok() && limit(Output::SLEW_MOST).is_ok());
+    for codes in [0, Output::SLEW_MOST + 1, u32::MAX] {
         let error = limit(codes).expect_err("out of range");
-        assert_eq!(error, SlewError(codes));
+        assert_eq!((error.what, error.value), (What::SlewCodes, codes.into()));
+        assert_eq!((error.least, error.most), (1, 1 << 24));
         let sentence = format!(
             "a slew limit of {codes} codes per sample is not supported; it must be 1 to 16777216"
         );

@@ -1,9 +1,10 @@
 //! The setpoint table: what it holds, what it refuses, what it holds on to;
 //! and the controller's walk through it.
 
+use firmware::refusal::What;
 use firmware::{
     CAPACITY, CAPACITY_SMALLEST, Controller, ControllerState, Dac, GainWord, Pid, PidWords,
-    SetpointError, SetpointTable,
+    Refusal, SetpointTable,
 };
 
 #[test]
@@ -18,9 +19,11 @@ fn a_full_table_is_accepted_and_one_more_is_refused() {
     let mut table = table.expect("as many as there is room for");
     assert_eq!(table.as_counts(), &counts[..2_048]);
 
-    let error = SetpointError::TooLong {
-        needed: 2_049,
-        capacity: 2_048,
+    let error = Refusal {
+        what: What::Setpoints,
+        value: 2_049,
+        least: 1,
+        most: 2_048,
     };
     assert_eq!(table.push(2_048), Err(error));
     assert_eq!(
@@ -42,7 +45,7 @@ fn a_full_table_is_accepted_and_one_more_is_refused() {
 #[test]
 fn an_empty_table_is_refused() {
     let error = SetpointTable::<4>::from_counts(&[]).expect_err("nothing to hold");
-    assert_eq!(error, SetpointError::Empty);
+    assert_eq!((error.what, error.value), (What::Setpoints, 0));
     assert_eq!(
         error.to_string(),
         "the setpoint table is empty; it needs at least the setpoint of the first sample"

@@ -1,11 +1,13 @@
-//! How much memory an axis keeps, part by part: the table of
+//! Memory that an axis keeps, part by part: the table of
 //! `docs/CONTROLLER.md`.
 
 use firmware::axis::AxisState;
 use firmware::law::LawState;
+use firmware::monitor::{EncoderLossState, FollowingErrorState, SaturationState, TickState};
 use firmware::output::OutputState;
-use firmware::watch::{EncoderLossState, FollowingErrorState, SaturationState, TickState};
-use firmware::{FaultLatch, HomingRun, MotionState, PositionState, TakeUpState};
+use firmware::{
+    BacklashCompensationState, BacklashMeasurementRun, FaultLatch, MotionState, PositionState,
+};
 
 const PAGE: &str = include_str!("../../docs/CONTROLLER.md");
 
@@ -14,7 +16,10 @@ const PARTS: [(&str, usize); 12] = [
     ("law", size_of::<LawState>()),
     ("output", size_of::<OutputState>()),
     ("position, two encoders", 2 * size_of::<PositionState>()),
-    ("take-up of the backlash", size_of::<TakeUpState>()),
+    (
+        "backlash compensation",
+        size_of::<BacklashCompensationState>(),
+    ),
     ("latched fault", size_of::<FaultLatch>()),
     ("missed ticks", size_of::<TickState>()),
     ("following error", size_of::<FollowingErrorState>()),
@@ -22,7 +27,10 @@ const PARTS: [(&str, usize); 12] = [
     ("saturation", size_of::<SaturationState>()),
     ("**the axis**", size_of::<AxisState>()),
     ("motion generator, beside it", size_of::<MotionState>()),
-    ("homing, beside it", size_of::<HomingRun>()),
+    (
+        "backlash measurement, beside it",
+        size_of::<BacklashMeasurementRun>(),
+    ),
 ];
 
 /// The rows that a page does not have as they are.

@@ -32,7 +32,7 @@ pub fn each_with<'w>(
 mod tests {
     use super::*;
 
-    /// What a shell would take apart or put something else in the place of.
+    /// Signs that a shell would take apart or put something else in the place of.
     #[test]
     fn a_shell_takes_the_words_as_they_are() {
         let values = [

@@ -5,12 +5,10 @@
 //! command line ──► study, chip, report ──► hil_core ──► firmware, plant
 //! ```
 
-pub mod channel;
 pub mod chip;
 pub mod command_line;
 pub mod files;
+pub mod host;
 pub mod lanes;
-pub mod output;
 pub mod report;
 pub mod study;
-pub mod timing;

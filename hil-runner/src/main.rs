@@ -5,11 +5,10 @@ mod command;
 
 use std::process::ExitCode;
 
-use clap::Parser;
 use command::CommandLine;
 
 fn main() -> ExitCode {
-    match CommandLine::parse().execute() {
+    match CommandLine::execute() {
         Ok(all_pass) if all_pass => ExitCode::SUCCESS,
         Ok(_) => ExitCode::from(1),
         Err(error) => {

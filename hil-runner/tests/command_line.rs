@@ -239,7 +239,7 @@ fn a_delay_that_is_measured_needs_a_chip() {
     let folder = folder();
     let key = "controller.computation_delay_s";
     let set = format!("{key}=measured");
-    for command in ["run", "ladder", "home"] {
+    for command in ["run", "ladder", "measure-backlash"] {
         let output = hil_runner(folder.path(), &[command, "paper-1", "--set", &set]);
         let text = stderr(&output);
         assert_eq!(status(&output), 2, "{command}: {text}");
@@ -262,7 +262,7 @@ fn a_delay_that_is_measured_needs_a_chip() {
     let refused = "backlash.gap = measured is not allowed: the gap is measured before";
     assert!(stderr(&output).contains(refused), "{}", stderr(&output));
     // The contrast: word lengths know no delay.
-    let output = hil_runner(folder.path(), &["words", "paper-1", "--set", &set]);
+    let output = hil_runner(folder.path(), &["scaling", "paper-1", "--set", &set]);
     assert_eq!(status(&output), 0, "{}", stderr(&output));
 }
 
@@ -325,6 +325,28 @@ fn keys_that_the_rung_leaves_out_are_told() {
     assert!(!terminal.contains("leave"), "{terminal}");
     assert!(summary.get("keys_without_effect").is_none());
     assert!(!page.contains("leaves out"));
+}
+
+#[test]
+fn an_old_verb_names_its_successor() {
+    let folder = folder();
+    for (old, told) in [
+        (
+            "words",
+            "words is now scaling: hil-runner scaling 'an axis.toml'\n",
+        ),
+        (
+            "home",
+            "home is now measure-backlash: hil-runner measure-backlash 'an axis.toml'\n",
+        ),
+    ] {
+        let output = hil_runner(folder.path(), &[old, "an axis.toml"]);
+        assert_eq!((status(&output), stderr(&output).as_str()), (2, told));
+        assert!(stdout(&output).is_empty());
+        // As a name of a file it is none.
+        let output = hil_runner(folder.path(), &["run", old]);
+        assert!(stderr(&output).contains("there is no such file"));
+    }
 }
 
 #[test]

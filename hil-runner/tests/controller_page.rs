@@ -74,10 +74,10 @@ fn the_page_shows_what_its_commands_print() {
 /// The contrast: a wrong digit is found.
 #[test]
 fn a_wrong_digit_is_found() {
-    let page = "```text\n$ hil-runner home \\\n  paper-9\nno such case 8\n```\n";
+    let page = "```text\n$ hil-runner measure-backlash \\\n  paper-9\nno such case 8\n```\n";
     let [(command, text)] = &shown(page)[..] else {
         panic!("one command: {:?}", shown(page));
     };
-    assert_eq!(folded(command), "home paper-9");
+    assert_eq!(folded(command), "measure-backlash paper-9");
     assert!(!printed(command, &[]).contains(&folded(text)));
 }

@@ -1,17 +1,23 @@
-//! The README shows what its commands print. Every block that begins with
-//! `$ hil-runner` is run and compared; lines about the host's clock are left
-//! out, as they are in the README.
+//! The README and two pages of the docs show what their commands print. Every
+//! block that begins with `$ hil-runner` is run and compared; lines about the
+//! host's clock are left out, as they are on the pages.
 //!
 //! `BLESS=1 cargo test -p hil-runner --test readme` rewrites the blocks after
 //! an intended change; with `CI` set it refuses.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+use std::path::Path;
 use std::process::Command;
 
-const README: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../README.md");
+/// The pages, from the project's root, and the number of commands on each.
+const PAGES: [(&str, usize); 3] = [
+    ("README.md", 2),
+    ("docs/OUTPUTS.md", 2),
+    ("docs/RUN-FILES.md", 1),
+];
 
-/// What a command prints: standard output, or the messages if there is none.
+/// Output of a command: standard output, or the messages if there is none.
 fn output_of(arguments: &str) -> String {
     let folder = tempfile::tempdir().unwrap();
     let output = Command::new(env!("CARGO_BIN_EXE_hil-runner"))
@@ -53,21 +59,32 @@ fn refreshed(text: &str) -> (String, usize) {
 }
 
 #[test]
-fn readme_shows_what_its_commands_print() {
+fn pages_show_what_their_commands_print() {
     let bless = std::env::var_os("BLESS").is_some();
     let in_ci = std::env::var_os("CI").is_some();
-    assert!(!(bless && in_ci), "the README is not rewritten in CI");
-    let text = std::fs::read_to_string(README).unwrap();
-    let (fresh, commands) = refreshed(&text);
-    assert_eq!(commands, 4);
-    if bless {
-        std::fs::write(README, &fresh).unwrap();
-        return;
+    assert!(!(bless && in_ci), "pages are not rewritten in CI");
+    for (page, expected) in PAGES {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(page);
+        let text = std::fs::read_to_string(&path).unwrap();
+        let (fresh, commands) = refreshed(&text);
+        assert_eq!(commands, expected, "{page}");
+        if bless {
+            std::fs::write(&path, &fresh).unwrap();
+            continue;
+        }
+        for (shown, printed) in text.lines().zip(fresh.lines()) {
+            assert_eq!(shown, printed, "{page}");
+        }
+        assert_eq!(text, fresh, "{page}");
     }
-    for (shown, printed) in text.lines().zip(fresh.lines()) {
-        assert_eq!(shown, printed);
-    }
-    assert_eq!(text, fresh);
+}
+
+/// The README is a first page, and the rest stands in the docs.
+#[test]
+fn readme_is_short() {
+    let readme = Path::new(env!("CARGO_MANIFEST_DIR")).join("../README.md");
+    let lines = std::fs::read_to_string(readme).unwrap().lines().count();
+    assert!(lines <= 200, "{lines} lines");
 }
 
 /// The contrast: a wrong digit is found.

@@ -1,4 +1,4 @@
-//! What stands beside a verdict: figures of which no digit holds, a carriage that
+//! Reservations beside a verdict: figures of which no digit holds, a carriage that
 //! nothing holds, runs that end too soon; on terminal, summary and page alike.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
@@ -100,7 +100,7 @@ fn exact(run: &CaseRun) -> Outcome {
     once.unwrap().outcome
 }
 
-/// Where the carriage stands at the end of a run is luck on an axis without
+/// The place of the carriage at the end of a run is luck on an axis without
 /// friction: the verdict on it flips with the duration. With friction it is not.
 #[test]
 fn a_carriage_that_floats_is_told() {

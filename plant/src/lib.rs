@@ -8,59 +8,44 @@
 //!
 //! The source is the paper "Modeling and simulation of a position-controlled
 //! servo-axis with elasticity and backlash in the transmission"; equation
-//! numbers are the paper's. Each physical part is a file of its own that knows
-//! nothing of the others; `axis` puts them together and [`Plant`] solves them.
+//! numbers are the paper's. Each folder uses those above it and none below:
+//!
+//! ```text
+//! numerics  polynomials known for certain, quadrature
+//! model     a file for each physical part, which knows no other; axis puts them together
+//! observe   the solution piece by piece, contact changes, largest values
+//! hybrid    modes of the axis, guards that end them, changes from one to the next
+//! exact     solver exact: closed form between two changes of mode
+//! stepped   solvers dopri5 and rk4
+//! batch     many runs of one axis side by side
+//! plant     an axis with its state and its solver: Plant
+//! ```
 //!
 //! The same input gives the same bits on every machine: no fused
 //! multiply-add, transcendental functions from the `libm` crate, a fixed
 //! order of every sum.
 
-mod adaptive;
-mod amplifier;
-mod armature;
-mod axis;
 mod batch;
-mod bernstein;
-mod dac;
-mod dop853;
-mod dop853_table;
-mod encoder;
-mod error;
-mod event_search;
 mod exact;
-mod extremes;
-mod guard;
-mod joint;
-mod joint_loss;
-mod mode;
-mod motion;
-mod parameters;
-mod pid;
+mod hybrid;
+mod model;
+mod numerics;
+mod observe;
 mod plant;
-mod quadrature;
-mod quantity;
-mod rates;
-mod reach;
-mod resistance;
-mod rk4;
-mod septic;
-mod span;
-mod state;
-mod step_size;
 mod stepped;
-mod transition;
 
-pub use axis::Drive;
 pub use batch::{Batch, Eight, Four, InStep, LaneSetup, One, Width};
-pub use error::{MotionError, PlantError};
-pub use extremes::{Extremes, ExtremesSettings};
-pub use joint::Contact;
-pub use motion::{Motion, MotionPoint};
-pub use parameters::{
-    Amplifier, AxisParameters, Carriage, Dac, ElasticJoint, Encoder, Joint, Motor, PidGains,
-    Resistance, Transmission,
-};
-pub use pid::ContinuousPid;
+pub use hybrid::PlantError;
+pub use model::amplifier::Amplifier;
+pub use model::axis::{AxisParameters, Drive};
+pub use model::dac::Dac;
+pub use model::encoder::Encoder;
+pub use model::joint::{Contact, ElasticJoint, Joint, Transmission};
+pub use model::motion::{Motion, MotionError, MotionPoint};
+pub use model::motor::Motor;
+pub use model::pid::{ContinuousPid, PidGains};
+pub use model::resistance::{Carriage, Resistance};
+pub use model::state::State;
+pub use observe::extremes::{Extremes, ExtremesSettings};
+pub use observe::{ContactChange, Span, Watch};
 pub use plant::{Plant, Solver};
-pub use span::{ContactChange, Span, Watch};
-pub use state::State;

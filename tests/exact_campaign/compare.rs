@@ -2,10 +2,11 @@
 
 use bench_tests::solvers::{FINER_TOLERANCE, REFERENCE_TOLERANCE, with_dopri5};
 use hil_core::case::Law;
+use hil_core::message::Measurement;
 use plant::{ContactChange, Plant, Solver, State};
 
 use crate::margin::{Margin, Passage};
-use crate::trial::{Sample, Trial, components, measurement};
+use crate::trial::{Sample, Trial, components};
 
 /// What the state may differ by, in units of its range over the run.
 pub(crate) const STATE_SHARE: f64 = 1e-10;
@@ -116,8 +117,8 @@ fn compare_at(trial: &Trial, sample: &Sample, tolerance: f64) -> Verdict {
     let (e, o) = (position(trial, &exact), position(trial, &other));
     verdict.near_count = case.controller.law != Law::Sampled && (e - e.round()).abs() < NEAR_COUNT;
     let code = |state| {
-        let measured = measurement(case, sample.next_tick, state);
-        sample.law.clone().step(measured).dac_code
+        let measured = Measurement::new(case, sample.next_tick, state);
+        sample.law.clone().step(measured).dac_code.real()
     };
     let codes_agree = match case.controller.law {
         // Real numbers: as close as the law makes of positions that are.

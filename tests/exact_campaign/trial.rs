@@ -136,7 +136,8 @@ impl Trial {
         let (mut in_force, mut applied_v) = (0.0, 0.0);
         let (mut samples, mut observer) = (Vec::new(), Observer::new());
         for tick in 0..case.run.duration_ns / period_ns {
-            let code = law.step(measurement(&case, tick, &plant.state())).dac_code;
+            let code = law.step(Measurement::new(&case, tick, &plant.state()));
+            let code = code.dac_code.real();
             applied_v = match excitation {
                 Excitation::Law => case.amplifier.output_v(case.dac.output_v(code)),
                 Excitation::Steps if draw.chance(0.9) && tick > 0 => applied_v,
@@ -163,19 +164,6 @@ impl Trial {
             samples,
             ranges: core::array::from_fn(|i| observer.high[i] - observer.low[i]),
         })
-    }
-}
-
-/// What the law is told at the end of a sample.
-pub(crate) fn measurement(case: &Case, tick: u64, state: &State) -> Measurement {
-    let alpha_rad = state.beta_rad / case.axis.transmission.gear_ratio;
-    Measurement {
-        tick,
-        position_counts: match case.controller.law {
-            Law::Sampled => case.encoder.position_counts(alpha_rad),
-            _ => case.encoder.count(alpha_rad),
-        },
-        load_counts: None,
     }
 }
 

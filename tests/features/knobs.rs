@@ -173,8 +173,8 @@ fn knobs() -> Vec<Knob> {
     ]
 }
 
-/// What a setting does: to the rows and the fault of the run, and for homing,
-/// which must give the same gap on whatever way, to its own record.
+/// What a setting does: to the rows and the fault of the run, and for a
+/// measurement of the gap, which must give the same gap on whatever way, to its own record.
 type Effect = (Vec<Row>, Option<FaultReport>, Option<GapMeasurement>);
 
 fn effect(base: &[&str], key: &str, value: &str) -> Effect {
@@ -189,7 +189,7 @@ fn effect(base: &[&str], key: &str, value: &str) -> Effect {
     };
     let case = bench_tests::case("paper-2", &[axis, base, more].concat());
     let gap = key
-        .starts_with("backlash.homing")
+        .starts_with("backlash.backlash_measurement")
         .then(|| measure_gap(&case).unwrap());
     let ran = Ran::of_case(case, IoKind::Direct).unwrap();
     let fault = ran.axis().fault.clone();

@@ -55,7 +55,7 @@ impl Watch for Nobody {
 /// showing `start` where the axis stands at first.
 fn codes_from(start: i32, counter_bits: u8) -> (Vec<i32>, i64) {
     let case = case("paper-2", &["controller.setpoints=generator"]);
-    let law = scaling_request(&case).unwrap().words().unwrap().law;
+    let law = scaling_request(&case).unwrap().scaled_law().unwrap().law;
     let dac = Dac::with_bits(case.dac.bits).unwrap();
     let mut axis = Axis::new(law, Output::new(dac, None, Quantiser::Nearest).unwrap());
     axis.counter = CounterParameters::accept(counter_bits, None).unwrap();

@@ -70,7 +70,7 @@ fn without_room_the_run_is_refused() {
         println!("{sentence}");
         assert!(sentence.contains(key), "{sentence}");
         assert!(
-            sentence.contains("the take-up needs room above it"),
+            sentence.contains("the backlash compensation needs room above it"),
             "{sentence}"
         );
     }

@@ -5,8 +5,8 @@ use hil_core::controllers::{
     Controller, IoKind, accepted, scaling_request, smallest_sample_time_ns,
 };
 use hil_core::number;
+use hil_core::scaling::GAIN_KEYS;
 use hil_core::scaling::ScalingRequest;
-use hil_core::scaling::fitting::GAIN_KEYS;
 
 use super::Ran;
 
@@ -56,15 +56,15 @@ fn with(sets: &[&str], key: &str, value: f64) -> ScalingRequest {
 fn the_largest_gain_fits_and_one_percent_more_does_not() {
     for sets in CASES {
         let request = scaling_request(&case("paper-2", sets)).unwrap();
-        request.words().unwrap();
+        request.scaled_law().unwrap();
         for (index, key) in GAIN_KEYS.into_iter().enumerate() {
             let largest = request.largest_gain(index);
             println!("{sets:?}: {key} up to {}", number::table(largest));
             assert!(
-                with(sets, key, largest).words().is_ok(),
+                with(sets, key, largest).scaled_law().is_ok(),
                 "{key} = {largest}"
             );
-            let more = with(sets, key, 1.01 * largest).words();
+            let more = with(sets, key, 1.01 * largest).scaled_law();
             let sentence = more.unwrap_err().to_string();
             assert!(sentence.contains(key), "{key}: {sentence}");
             assert!(sentence.contains("hold at most"), "{sentence}");
@@ -88,7 +88,7 @@ fn the_printed_largest_gain_fits() {
             .parse()
             .unwrap();
             assert!(
-                with(sets, key, value).words().is_ok(),
+                with(sets, key, value).scaled_law().is_ok(),
                 "{sets:?}: {key} = {printed}"
             );
         }

@@ -223,3 +223,21 @@ fn the_key_reference_is_up_to_date() {
         runfile::key_reference()
     );
 }
+
+/// Keys that a file leaves out stand in it as the table has them.
+#[test]
+fn the_built_in_cases_are_commented_by_the_table() {
+    let mut other = Vec::new();
+    for name in builtin_names() {
+        let path = format!("{}/../cases/{name}.toml", env!("CARGO_MANIFEST_DIR"));
+        let text = std::fs::read_to_string(&path).unwrap();
+        let commented = runfile::commented(name, &text);
+        if std::env::var_os("BLESS").is_some() {
+            std::fs::write(&path, &commented).unwrap();
+        }
+        let lines = commented.lines().zip(text.lines());
+        other.extend(lines.filter(|(a, b)| a != b).map(|(a, _)| a.to_owned()));
+        assert_eq!(commented.lines().count(), text.lines().count(), "{name}");
+    }
+    assert!(other.is_empty(), "{other:#?}");
+}

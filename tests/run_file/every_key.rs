@@ -1,7 +1,7 @@
 //! What must hold for every key of the table, one after the other.
 
 use hil_core::case::{Case, Law};
-use hil_core::runfile::{DefaultValue, Key, Kind, Need, Range, Section};
+use hil_core::runfile::{Key, Kind, Need, Range, Section, Value};
 
 use super::document::{Document, all_keys, samples};
 use super::{messages, parse};
@@ -17,6 +17,28 @@ fn every_key_is_read() {
             "{}.{} is a dead knob",
             section.name, key.name
         );
+    }
+}
+
+/// The way back: a case has every key as the file says it.
+#[test]
+fn every_key_can_be_read_from_the_case() {
+    for (section, key) in all_keys().filter(|(section, _)| section.name != "budget") {
+        let (first, second) = samples(key);
+        for sample in [first, second] {
+            let case = Document::full().with(section, key, &sample).case();
+            let told = match key.get(&case) {
+                // The motion as a whole, and the name.
+                None => matches!(key.kind, Kind::Text | Kind::Intervals),
+                Some(Value::Choice(choice)) => format!("\"{choice}\"") == sample,
+                Some(Value::Flag(flag)) => flag.to_string() == sample,
+                Some(value) => {
+                    let given: f64 = sample.parse().unwrap();
+                    (value.number().unwrap() - given).abs() <= 1e-14 * given.abs()
+                }
+            };
+            assert!(told, "{} = {sample}: {:?}", key.name, key.get(&case));
+        }
     }
 }
 
@@ -237,14 +259,11 @@ fn the_table_agrees_with_the_types_that_it_fills() {
         if let Need::Default(default) = key.need {
             let fits = matches!(
                 (key.kind, default),
-                (Kind::Flag, DefaultValue::Flag(_))
-                    | (Kind::Choice(_), DefaultValue::Choice(_))
-                    | (Kind::Number(_), DefaultValue::Number(_))
-                    | (Kind::Whole(..), DefaultValue::Whole(_))
-                    | (
-                        Kind::Time(_) | Kind::TimeOrWord(..),
-                        DefaultValue::Nanoseconds(_)
-                    )
+                (Kind::Flag, Value::Flag(_))
+                    | (Kind::Choice(_), Value::Choice(_))
+                    | (Kind::Number(_), Value::Number(_))
+                    | (Kind::Whole(..), Value::Whole(_))
+                    | (Kind::Time(_) | Kind::TimeOrWord(..), Value::Nanoseconds(_))
             );
             assert!(fits, "{}", key.name);
         }

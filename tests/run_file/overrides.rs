@@ -136,6 +136,14 @@ fn wrong_overrides_have_their_sentences() {
             ": unknown key controller.kpp; did you mean kp?",
         ),
         (
+            "budget.late_steps=0",
+            ": budget.late_steps is now deadline_misses",
+        ),
+        (
+            "backlash.homing_detection=effort",
+            ": backlash.homing_detection is now backlash_measurement_detection",
+        ),
+        (
             "motion.intervals_s=[1, 2",
             ": the value is not TOML: unclosed array, expected `]`",
         ),

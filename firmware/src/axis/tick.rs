@@ -1,43 +1,12 @@
-//! One sample of the axis.
+//! One sample of the axis: its setpoint, its supervision, its law, its output.
 
-use super::{Axis, AxisState, Feedback};
+use super::{Axis, AxisOutput, AxisState, Feedback, Inputs};
+use crate::backlash_compensation::BacklashCompensationState;
 use crate::counts;
 use crate::faults::{FaultCause, FaultValues, Trip, most_urgent};
-use crate::law::LawInput;
-use crate::reference::{Observed, SetpointSource};
-use crate::states::State;
-
-/// What the hardware shows at one sample.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Inputs {
-    /// Number of the sample, counted by the timer that starts it.
-    pub tick: u64,
-    /// Register of the motor's encoder.
-    pub motor_register: u32,
-    /// Register of the load's encoder, where there is one; with
-    /// [`Feedback::Load`] none counts as a transfer that failed.
-    pub load_register: Option<u32>,
-    /// Whether the emergency stop is asserted.
-    pub emergency_stop: bool,
-    /// Transfers on the hardware's buses that failed since the last sample.
-    pub failed_transfers: u32,
-}
-
-/// What one sample gives.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct AxisOutput {
-    /// Code for the converter.
-    pub code: i32,
-    /// Whether the power stage is to be on.
-    pub power: bool,
-    /// The state after this sample.
-    pub state: State,
-    /// `e = r − c` as measured \[counts\].
-    pub error_counts: i32,
-    /// Whether the law left a declared range: its error was held, a filtered
-    /// difference was, or the integral stands at its end.
-    pub out_of_range: bool,
-}
+use crate::law::{LawInput, LawState};
+use crate::reference::{Next, Observed, Setpoint, SetpointSource};
+use crate::states::{Event, State};
 
 /// The register of the load's encoder did not come.
 const LOAD_NOT_READ: Trip = Trip {
@@ -46,14 +15,14 @@ const LOAD_NOT_READ: Trip = Trip {
     limit: 0,
 };
 
-/// What the encoders show \[counts\].
+/// Readings of the encoders \[counts\].
 struct Seen {
     /// Of the encoder that closes the loop.
     position: i32,
     motor_position: i32,
     motor_difference: i32,
     load_position: Option<i32>,
-    /// What moves while the axis is driven; 0 where one of two stands still.
+    /// Movement while the axis is driven; 0 where one of two stands still.
     moved: i32,
 }
 
@@ -81,8 +50,9 @@ impl Axis {
         // What follows in this sample leads from one powered state to another.
         let powered = state.state.is_powered();
         // A drive that runs down after a Disable is still one that drives.
-        if let (true, Some(watch)) = (powered | (code_in_force != 0), &self.watches.encoder_loss) {
-            let lost = watch.check(&mut state.loss, code_in_force, seen.moved);
+        if let (true, Some(monitor)) = (powered | (code_in_force != 0), &self.monitors.encoder_loss)
+        {
+            let lost = monitor.check(&mut state.loss, code_in_force, seen.moved);
             note(&mut trip, lost);
         }
 
@@ -97,8 +67,8 @@ impl Axis {
 
         // 3. e = r − c                                       eq. 20, 22 [counts]
         let error_counts = counts::difference(setpoint.position, seen.position);
-        if let (true, Some(watch)) = (powered, &self.watches.following_error) {
-            let too_far = watch.check(&mut state.following, error_counts, setpoint.velocity);
+        if let (true, Some(monitor)) = (powered, &self.monitors.following_error) {
+            let too_far = monitor.check(&mut state.following, error_counts, setpoint.velocity);
             note(&mut trip, too_far);
         }
 
@@ -114,9 +84,9 @@ impl Axis {
                 ..LawInput::default()
             };
             (code, out_of_range) = self.drive(state, input);
-            if let Some(watch) = &self.watches.saturation {
+            if let Some(monitor) = &self.monitors.saturation {
                 let at_limit = self.output.dac().is_limit(code);
-                trip = watch.check(&mut state.saturation, at_limit);
+                trip = monitor.check(&mut state.saturation, at_limit);
             }
         }
 
@@ -228,11 +198,11 @@ impl Axis {
         }
     }
 
-    /// What the hardware itself reports.
+    /// Trips that the hardware itself reports.
     #[inline(always)]
     fn hardware_trip(&self, state: &mut AxisState, inputs: &Inputs) -> Option<Trip> {
-        let watch = self.watches.ticks;
-        let mut trip = watch.and_then(|watch| watch.check(&mut state.ticks, inputs.tick));
+        let monitor = self.monitors.ticks;
+        let mut trip = monitor.and_then(|monitor| monitor.check(&mut state.ticks, inputs.tick));
         if inputs.failed_transfers != 0 {
             let bus = Trip {
                 cause: FaultCause::HardwareBus,
@@ -245,5 +215,70 @@ impl Axis {
             note(&mut trip, Some(Trip::EMERGENCY_STOP));
         }
         trip
+    }
+
+    /// The setpoint of this sample, backlash compensation included.
+    #[inline(always)]
+    fn reference(
+        &self,
+        state: &mut AxisState,
+        position: i32,
+        observed: &Observed,
+        source: &mut impl SetpointSource,
+    ) -> (Setpoint, Option<Trip>) {
+        let mut underrun = None;
+        let mut setpoint = Setpoint {
+            position: state.setpoint,
+            ..Setpoint::default()
+        };
+        if core::mem::take(&mut state.position_to_hold) {
+            // Hold where the axis stands, and go on from the code in force.
+            setpoint.position = position;
+            state.backlash_compensation = BacklashCompensationState::default();
+            let code = state.output.code();
+            state.law = if state.state == State::Enabled || code != 0 {
+                LawState::take_over(code)
+            } else {
+                // Started in the same breath, from rest.
+                LawState::default()
+            };
+        }
+        let mut powered = true;
+        match state.state {
+            State::Disabled | State::Fault => {
+                setpoint.position = position;
+                powered = false;
+            }
+            State::Enabled | State::Holding => {}
+            State::Moving => match source.next(observed) {
+                Next::Setpoint(next) => setpoint = next,
+                Next::Last(last) => {
+                    setpoint = last;
+                    state.state = state
+                        .state
+                        .after(Event::MotionEnded)
+                        .unwrap_or(State::Holding);
+                }
+                Next::Underrun => underrun = Some(Trip::SETPOINT_UNDERRUN),
+            },
+        }
+        state.setpoint = setpoint.position;
+        if let (true, Some(backlash_compensation)) = (powered, &self.backlash_compensation) {
+            let offset = backlash_compensation.step(&mut state.backlash_compensation, &setpoint);
+            setpoint.position = setpoint.position.wrapping_add(offset);
+        }
+        (setpoint, underrun)
+    }
+
+    /// Dead band and held integral while the axis stands.
+    #[inline(always)]
+    fn at_rest(&self, state: &AxisState, input: LawInput) -> LawInput {
+        let stands = matches!(state.state, State::Holding | State::Enabled)
+            && !state.backlash_compensation.is_under_way();
+        LawInput {
+            within_dead_band: stands && input.error.unsigned_abs() <= self.rest.dead_band,
+            hold_integral: stands && self.rest.hold_integral,
+            ..input
+        }
     }
 }

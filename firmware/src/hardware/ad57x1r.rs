@@ -73,7 +73,7 @@ const CONTROL_MASK: u16 = 0x1FFF;
 /// Bit 20, always 0, and the command.
 const COMMAND_MASK: u8 = 0x1F;
 
-/// Which of the two converters.
+/// One of the two converters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Ad57x1rModel {
     /// 12 bits: codes −2048 to 2047, 4.88 mV each.
@@ -139,7 +139,7 @@ impl<SPI> Ad57x1r<SPI> {
         Self { spi, model }
     }
 
-    /// Which converter it is, and with it the codes.
+    /// The converter, and with it the codes.
     pub const fn model(&self) -> Ad57x1rModel {
         self.model
     }
@@ -223,7 +223,7 @@ impl<SPI: SpiDevice> Ad57x1r<SPI> {
     }
 }
 
-/// Why the converter cannot be used, or not with this code.
+/// Reason for which the converter cannot be used, or not with this code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Ad57x1rError<E> {

@@ -1,4 +1,4 @@
-//! What a controller needs of its electronics: four methods.
+//! Electronics as a controller needs them: four methods.
 //!
 //! # Order in a tick
 //!
@@ -20,6 +20,9 @@
 //!
 //! A code that was refused leaves the converter where it was, so the power has
 //! to go in the same tick; the next tick may try again.
+
+use crate::axis::{Axis, AxisOutput, AxisState, Inputs};
+use crate::reference::SetpointSource;
 
 /// The electronics of one axis.
 ///
@@ -66,7 +69,7 @@
 /// # Ok::<(), core::convert::Infallible>(())
 /// ```
 pub trait Board {
-    /// What a failed access says. The caller only reports it.
+    /// Error of a failed access. The caller only reports it.
     type Error: core::fmt::Debug;
 
     /// The register of the motor's encoder \[counts\], as wide as the counter
@@ -74,33 +77,33 @@ pub trait Board {
     /// above its width are zero.
     ///
     /// # Errors
-    /// When the register could not be read, or not be trusted.
+    /// The register could not be read, or not be trusted.
     fn motor_register(&mut self) -> Result<u32, Self::Error>;
 
     /// Hands a code to the converter, −2^(n−1) to 2^(n−1)−1 for its `n` bits;
     /// 0 is 0 V. The output changes before this returns.
     ///
     /// # Errors
-    /// When the code could not be written, or is not one of the converter's.
+    /// The code could not be written, or is not one of the converter's.
     fn set_code(&mut self, code: i32) -> Result<(), Self::Error>;
 
     /// Switches the power stage on or off.
     ///
     /// # Errors
-    /// When the line could not be set.
+    /// The line could not be set.
     fn set_power(&mut self, on: bool) -> Result<(), Self::Error>;
 
-    /// Whether the emergency stop is asserted.
+    /// Tells whether the emergency stop is asserted.
     ///
     /// # Errors
-    /// When the line could not be read.
+    /// The line could not be read.
     fn emergency_stop(&mut self) -> Result<bool, Self::Error>;
 
     /// The register of a second encoder at the load \[counts\], read like
     /// [`Board::motor_register`]; `None` on a board without one.
     ///
     /// # Errors
-    /// When there is one and it could not be read, or not be trusted.
+    /// There is one and it could not be read, or not be trusted.
     fn load_register(&mut self) -> Result<Option<u32>, Self::Error> {
         Ok(None)
     }
@@ -114,5 +117,99 @@ pub trait Board {
         let power = self.set_power(false);
         let code = self.set_code(0);
         power.and(code)
+    }
+}
+
+/// Runs the sample number `tick`: reads the board, runs the axis, and sets
+/// the board's outputs. A transfer that fails is a fault of this very sample:
+/// the power is off and the code 0 when this returns, as far as the board
+/// still obeys.
+///
+/// ```
+/// use firmware::axis::{Axis, AxisState};
+/// use firmware::hardware::{Board, serve};
+/// use firmware::law::{Law, LawWords};
+/// use firmware::output::{Output, Quantiser};
+/// use firmware::reference::TableSource;
+/// use firmware::{Dac, Event, GainWord, SetpointTable};
+///
+/// #[derive(Default)]
+/// struct Memory { register: u32, code: i32, powered: bool }
+///
+/// impl Board for Memory {
+///     type Error = core::convert::Infallible;
+///     fn motor_register(&mut self) -> Result<u32, Self::Error> { Ok(self.register) }
+///     fn set_code(&mut self, code: i32) -> Result<(), Self::Error> { self.code = code; Ok(()) }
+///     fn set_power(&mut self, on: bool) -> Result<(), Self::Error> { self.powered = on; Ok(()) }
+///     fn emergency_stop(&mut self) -> Result<bool, Self::Error> { Ok(false) }
+/// }
+///
+/// let dac = Dac::with_bits(12)?;
+/// let words = LawWords { kp: GainWord::new(1 << 30, 29), ..LawWords::NONE };
+/// let axis = Axis::new(Law::accept(words, dac)?, Output::new(dac, None, Quantiser::Nearest)?);
+/// let table = SetpointTable::<16>::from_counts(&[0, 100])?;
+/// let mut source = TableSource::new(&table);
+///
+/// let mut state = AxisState::start(&axis);
+/// axis.request(&mut state, Event::Enable)?;
+/// axis.request(&mut state, Event::Start)?;
+/// let mut board = Memory::default();
+/// for tick in 0..2 {
+///     serve(&axis, &mut state, &mut board, &mut source, tick);
+/// }
+/// // Kp·e = 2·100 codes
+/// assert_eq!((board.code, board.powered), (200, true));
+/// # Ok::<(), Box<dyn core::error::Error>>(())
+/// ```
+pub fn serve<B: Board>(
+    axis: &Axis,
+    state: &mut AxisState,
+    board: &mut B,
+    source: &mut impl SetpointSource,
+    tick: u64,
+) -> AxisOutput {
+    let mut failed_transfers = 0_u32;
+    let mut count_failure = || failed_transfers = failed_transfers.saturating_add(1);
+
+    // 1. All inputs, before anything is computed.
+    let (last_motor, last_load) = state.last_registers();
+    let emergency_stop = board.emergency_stop().unwrap_or_else(|_| {
+        count_failure();
+        false
+    });
+    let motor_register = board.motor_register().unwrap_or_else(|_| {
+        count_failure();
+        last_motor
+    });
+    let load_register = board.load_register().unwrap_or_else(|_| {
+        count_failure();
+        last_load
+    });
+    let inputs = Inputs {
+        tick,
+        motor_register,
+        load_register,
+        emergency_stop,
+        failed_transfers,
+    };
+
+    // 2. The controller's tick.
+    let output = axis.tick(state, &inputs, source);
+
+    // 3. Outputs: the code first, then the power; off the other way round.
+    let set = if output.power {
+        let code = board.set_code(output.code);
+        code.and_then(|()| board.set_power(true))
+    } else {
+        board.switch_off()
+    };
+    match set {
+        Ok(()) => output,
+        Err(_) => {
+            // The fault is latched whether or not the board obeys now; the
+            // next sample switches off again.
+            let _ = board.switch_off();
+            axis.output_failed(state, tick, 1)
+        }
     }
 }

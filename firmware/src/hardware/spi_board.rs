@@ -110,7 +110,7 @@ where
     }
 }
 
-/// Which part failed, with its own error. The caller switches off.
+/// Part that failed, with its own error. The caller switches off.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum SpiBoardError<Counter, Converter, EnablePin, StopPin> {

@@ -1,16 +1,17 @@
 //! Acceptance: the demands of [`super::words`], computed. It can run while the
 //! image is compiled, so that a constant law is accepted or refused there.
 
-use super::error::{LawError, Part};
 use super::filter::FilterWords;
 use super::term::Term;
 use super::words::{AntiWindup, LARGEST_RATE, LawWords};
 use crate::counts::ErrorRange;
 use crate::dac::Dac;
+use crate::refusal::{Refusal, What};
 use crate::widen;
+use crate::word::Part;
 use crate::word::{GainWord, power_of_two, power_of_two_or_most};
 
-/// What acceptance computed, aligned to the sum. In this order in memory: what
+/// Results of acceptance, aligned to the sum. In this order in memory: what
 /// every sample needs comes first, where the smallest processors reach it with
 /// one instruction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -60,16 +61,24 @@ macro_rules! accepted {
 }
 
 impl LawWords {
-    /// Checks every demand of [`super::words`] for the converter `dac`.
-    pub(super) const fn check(&self, dac: Dac) -> Result<Aligned, LawError> {
+    /// Checks every demand of [`super::words`] for the converter `dac`. Inlined
+    /// with all that it calls once: an image that drops a refusal then makes none,
+    /// which is 2 KiB of flash.
+    #[inline(always)]
+    pub(super) const fn check(&self, dac: Dac) -> Result<Aligned, Refusal> {
         let f = self.sum_fraction_bits;
         let supported = Self::SUM_FRACTION_BITS;
         if f < *supported.start() || f > *supported.end() {
-            return Err(LawError::SumFractionBits(f));
+            let (least, most) = (bits_of(*supported.start()), bits_of(*supported.end()));
+            return Err(Refusal::new(
+                What::SumFractionBits,
+                bits_of(f),
+                [least, most],
+            ));
         }
         let error_bits = self.error_bits;
         let Some(range) = ErrorRange::from_bits(error_bits) else {
-            return Err(LawError::ErrorRange { error_bits });
+            return Err(ErrorRange::refusal(error_bits));
         };
         let errors = range.limit().unsigned_abs();
 
@@ -81,9 +90,8 @@ impl LawWords {
         let friction = accepted!(self.term(Part::Friction, self.friction_ff, 1, 5));
 
         // Everything but the derivative and the integral  [2^−F codes]
-        let too_wide = LawError::SumTooWide {
-            sum_fraction_bits: f,
-        };
+        let bits = bits_of(f);
+        let too_wide = Refusal::new(What::Terms, bits, [0, bits.saturating_sub(1)]);
         let code_range = codes(dac.min_code().unsigned_abs(), f);
         let integral_range = match 1_u32.checked_shl(widen::byte(self.integral_bits)) {
             Some(whole) => codes(whole, f),
@@ -134,15 +142,18 @@ impl LawWords {
         let error_sum_limit = self.error_sum_limit(integral_range, f);
         let wanted = widen::word(errors).saturating_mul(1 << 8);
         if error_sum_limit < wanted {
-            return Err(LawError::ErrorSumRange {
-                reached: error_sum_limit,
-                wanted,
-            });
+            let (reached, wanted) = (error_sum_limit.cast_signed(), wanted.cast_signed());
+            return Err(Refusal::new(What::ErrorSum, reached, [wanted, i64::MAX]));
         }
         if let AntiWindup::BackCalculation { tracking } = self.anti_windup
             && tracking < 1
         {
-            return Err(LawError::Tracking(tracking));
+            let allowed = [1, widen::signed(i32::MAX)];
+            return Err(Refusal::new(
+                What::Tracking,
+                widen::signed(tracking),
+                allowed,
+            ));
         }
         Ok(Aligned {
             range,
@@ -167,45 +178,44 @@ impl LawWords {
         word: GainWord,
         limit: u32,
         least: u8,
-    ) -> Result<Term, LawError> {
+    ) -> Result<Term, Refusal> {
         let most = self.sum_fraction_bits;
         if word.mantissa < 0 {
-            return Err(LawError::Negative { part, word });
+            return Err(Refusal::negative(part, word));
         }
         let fine_enough = word.mantissa == 0 || word.fraction_bits >= least;
         if !fine_enough || word.fraction_bits > most {
-            return Err(LawError::FractionBits {
-                part,
-                word,
-                least,
-                most,
-            });
+            return Err(fraction_bits(part, word, [least, most]));
         }
         match Term::align(word, most, limit) {
             Some(term) => Ok(term),
-            None => Err(LawError::TermTooWide { part, word, limit }),
+            None => {
+                let value = widen::unsigned(limit);
+                Err(Refusal::new(
+                    What::Term(part, word),
+                    value,
+                    [0, value.saturating_sub(1)],
+                ))
+            }
         }
     }
 
-    const fn rate(&self, part: Part, word: GainWord) -> Result<Term, LawError> {
+    #[inline(always)]
+    const fn rate(&self, part: Part, word: GainWord) -> Result<Term, Refusal> {
         self.term(part, word, LARGEST_RATE, 35)
     }
 
     /// `D`: the first difference whose term reaches `rest`, at most `2·E`, and
     /// with a filter at most 2^29.
-    const fn slope_limit(&self, errors: u32, rest: u64) -> Result<u32, LawError> {
+    #[inline(always)]
+    const fn slope_limit(&self, errors: u32, rest: u64) -> Result<u32, Refusal> {
         let (part, word) = (Part::Derivative, self.kd_per_dt);
         if word.mantissa < 0 {
-            return Err(LawError::Negative { part, word });
+            return Err(Refusal::negative(part, word));
         }
         let most = self.sum_fraction_bits;
         let Some(shift) = most.checked_sub(word.fraction_bits) else {
-            return Err(LawError::FractionBits {
-                part,
-                word,
-                least: 0,
-                most,
-            });
+            return Err(fraction_bits(part, word, [0, most]));
         };
         let whole = errors.saturating_mul(2);
         let whole = match self.filter {
@@ -229,21 +239,25 @@ impl LawWords {
         let coarse = word.mantissa != 0
             && widen::word(counts) > power_of_two_or_most(widen::byte(word.fraction_bits));
         if coarse {
-            return Err(LawError::DerivativeTooCoarse { word, counts });
+            let most = power_of_two_or_most(widen::byte(word.fraction_bits)).cast_signed();
+            let value = widen::unsigned(counts);
+            return Err(Refusal::new(What::Difference(word), value, [0, most]));
         }
         Ok(counts)
     }
 
     /// The derivative's term, of counts or of filtered counts, and the largest
     /// number of them.
-    const fn derivative_term(&self, slope_limit: u32) -> Result<(Term, u32), LawError> {
+    #[inline(always)]
+    const fn derivative_term(&self, slope_limit: u32) -> Result<(Term, u32), Refusal> {
         let (part, word) = (Part::Derivative, self.kd_per_dt);
         let Some(filter) = self.filter else {
             let term = accepted!(self.term(part, word, slope_limit, 0));
             return Ok((term, slope_limit));
         };
         if filter.smoothing < 1 {
-            return Err(LawError::FilterSmoothing(filter.smoothing));
+            let (value, most) = (widen::signed(filter.smoothing), widen::signed(i32::MAX));
+            return Err(Refusal::new(What::FilterSmoothing, value, [1, most]));
         }
         // X·2^h ≤ 2^29, and a product no finer than the sum
         let finer = self.sum_fraction_bits.saturating_sub(word.fraction_bits);
@@ -257,11 +271,9 @@ impl LawWords {
             let needed = 64_u32
                 .saturating_sub(gain.saturating_sub(1).leading_zeros())
                 .saturating_sub(widen::byte(word.fraction_bits));
-            return Err(LawError::FilterFractionBits {
-                fraction_bits: filter.fraction_bits,
-                needed,
-                most,
-            });
+            let allowed = [widen::unsigned(needed), bits_of(most)];
+            let value = bits_of(filter.fraction_bits);
+            return Err(Refusal::new(What::FilterFractionBits, value, allowed));
         }
         let scaled = GainWord {
             fraction_bits: word.fraction_bits.saturating_add(filter.fraction_bits),
@@ -288,6 +300,17 @@ impl LawWords {
             None => u64::MAX,
         }
     }
+}
+
+const fn bits_of(value: u8) -> i64 {
+    widen::unsigned(widen::byte(value))
+}
+
+/// The refusal of a word for its fraction bits.
+const fn fraction_bits(part: Part, word: GainWord, [least, most]: [u8; 2]) -> Refusal {
+    let what = What::LawFractionBits(part, word);
+    let allowed = [bits_of(least), bits_of(most)];
+    Refusal::new(what, bits_of(word.fraction_bits), allowed)
 }
 
 /// `count` codes \[2^−F codes\], where 64 bits hold them.

@@ -1,4 +1,4 @@
-//! The law of the product: the paper's PID (eq. 23) with the additions that an
+//! The axis' law: the paper's PID (eq. 23) with the additions that an
 //! axis in service needs, in one 64-bit sum.
 //!
 //! ```text
@@ -24,9 +24,9 @@
 //! [`AntiWindup::BackCalculation`] makes the step and takes back the excess
 //! times `Δt/T_t`, rounded to `2^−F` codes with halves away from zero.
 //!
-//! # No bump
+//! # Bumpless transfer
 //!
-//! When the axis is enabled ([`LawState::take_over`]), or its gains change in
+//! Once the axis is enabled ([`LawState::take_over`]), or its gains change in
 //! motion, the next sample puts the integral where the sum equals the last
 //! code: the output goes on from where it stands. That needs an integral gain;
 //! without one the integral would keep the difference for ever, so then it
@@ -34,7 +34,6 @@
 //! beyond, the integral starts at its end and says so.
 
 mod bounds;
-mod error;
 pub mod filter;
 #[cfg(any(test, all(target_arch = "arm", not(target_has_atomic = "32"))))]
 mod narrow;
@@ -43,13 +42,13 @@ mod step;
 mod term;
 pub mod words;
 
-pub use error::{LawError, Part};
+pub use crate::word::Part;
 pub use filter::FilterWords;
 pub use state::LawState;
-pub use step::{LawInput, LawOutput};
 pub use words::{AntiWindup, Derivative, LawWords};
 
 use crate::dac::Dac;
+use crate::refusal::Refusal;
 use bounds::Aligned;
 
 /// The law with accepted words. Immutable; its memory is [`LawState`].
@@ -82,7 +81,7 @@ use bounds::Aligned;
 ///
 /// # As a constant
 ///
-/// Where the words are known when the image is built, so is the law. Options
+/// If the words are known when the image is built, so is the law. Options
 /// that are off then cost nothing at run time, and limits and gains stand in
 /// the instructions. Words that are refused end the build:
 ///
@@ -119,7 +118,7 @@ use bounds::Aligned;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(C)]
 pub struct Law {
-    /// Whether any feed-forward is not zero.
+    /// True if any feed-forward is not zero.
     feeds_forward: bool,
     aligned: Aligned,
     words: LawWords,
@@ -132,8 +131,9 @@ impl Law {
     /// one over the declared ranges, and nothing can overflow ([`words`]).
     ///
     /// # Errors
-    /// A [`LawError`] that names the part, its word and what is allowed.
-    pub const fn accept(words: LawWords, dac: Dac) -> Result<Self, LawError> {
+    /// A [`Refusal`] that names the part, its word and what is allowed.
+    #[inline(always)]
+    pub const fn accept(words: LawWords, dac: Dac) -> Result<Self, Refusal> {
         let aligned = match words.check(dac) {
             Ok(aligned) => aligned,
             Err(error) => return Err(error),
@@ -191,4 +191,37 @@ impl Law {
     pub const fn headroom_bits(&self) -> u32 {
         self.aligned.headroom_bits
     }
+}
+
+/// Inputs of the law in one sample.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct LawInput {
+    /// `e` \[counts\].
+    pub error: i32,
+    /// `c − c_prev` of the motor \[counts\].
+    pub difference: i32,
+    /// `v` of the setpoint, in its source's unit, below 2^30.
+    pub velocity: i32,
+    /// `a` of the setpoint, in its source's unit, below 2^30.
+    pub acceleration: i32,
+    /// True if the error is within the dead band of an axis at rest: it counts
+    /// as 0 for `Kp` and `Ki`. Its difference does not, or the band's edge
+    /// would be a step of the derivative.
+    pub within_dead_band: bool,
+    /// True if the integral stands still: an axis at rest may ask for it.
+    pub hold_integral: bool,
+}
+
+/// Results of the law in one sample.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct LawOutput {
+    /// `y` before rounding \[2^−F codes\].
+    pub sum: i64,
+    /// True if `|e|` was beyond the declared range and held at its limit.
+    pub error_limited: bool,
+    /// True if a difference was beyond its declared range and held at its
+    /// limit; not where the limit is one that outweighs everything else.
+    pub difference_limited: bool,
+    /// True if the integral was held at the end of its declared range.
+    pub integral_limited: bool,
 }

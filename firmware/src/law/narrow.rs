@@ -26,7 +26,7 @@ pub(super) struct Narrow {
 struct Shift {
     /// `2^places`, for up to 31 of them: a product needs no mask.
     factor: u32,
-    /// What is left of 31 places.
+    /// Rest of 31 places.
     rest: u32,
 }
 

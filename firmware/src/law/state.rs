@@ -43,7 +43,7 @@ impl LawState {
     }
 }
 
-/// What a sample begins with.
+/// Memory that a sample begins with.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) enum Phase {
     /// Nothing: no error and no difference came before.
@@ -58,7 +58,7 @@ pub(super) enum Phase {
 }
 
 impl Phase {
-    /// Whether the sample before was one of this law's.
+    /// Tells whether the sample before was one of this law's.
     pub(super) const fn goes_on(self) -> bool {
         matches!(self, Self::Running | Self::ChangeOver(_))
     }

@@ -2,42 +2,9 @@
 
 use super::state::{LawState, Phase};
 use super::words::{AntiWindup, Derivative};
-use super::{Law, filter, term};
+use super::{Law, LawInput, LawOutput, filter, term};
 use crate::counts;
 use crate::output::{self, Window};
-
-/// What one sample brings to the law.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct LawInput {
-    /// `e` \[counts\].
-    pub error: i32,
-    /// `c − c_prev` of the motor \[counts\].
-    pub difference: i32,
-    /// `v` of the setpoint, in its source's unit, below 2^30.
-    pub velocity: i32,
-    /// `a` of the setpoint, in its source's unit, below 2^30.
-    pub acceleration: i32,
-    /// Whether the error is within the dead band of an axis at rest: it counts
-    /// as 0 for `Kp` and `Ki`. Its difference does not, or the band's edge
-    /// would be a step of the derivative.
-    pub within_dead_band: bool,
-    /// Whether the integral stands still: an axis at rest may ask for it.
-    pub hold_integral: bool,
-}
-
-/// What one sample of the law gives.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct LawOutput {
-    /// `y` before rounding \[2^−F codes\].
-    pub sum: i64,
-    /// Whether `|e|` was beyond the declared range and held at its limit.
-    pub error_limited: bool,
-    /// Whether a difference was beyond its declared range and held at its
-    /// limit; not where the limit is one that outweighs everything else.
-    pub difference_limited: bool,
-    /// Whether the integral was held at the end of its declared range.
-    pub integral_limited: bool,
-}
 
 impl Law {
     /// One sample: the sum `y` for the errors and the motion of this sample.

@@ -100,7 +100,7 @@ impl Term {
         widen::word(self.mantissa.unsigned_abs()).wrapping_mul(widen::word(scaled))
     }
 
-    /// Whether the gain is 0.
+    /// Tells whether the gain is 0.
     pub(crate) const fn is_zero(self) -> bool {
         self.mantissa == 0
     }

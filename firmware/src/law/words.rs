@@ -1,4 +1,4 @@
-//! Which words the law accepts, and the proof that nothing overflows.
+//! Words that the law accepts, and the proof that nothing overflows.
 //!
 //! `E = 2^error_bits` is the largest error, `F = sum_fraction_bits` the
 //! exponent of the sum, `Q = 2^integral_bits` codes the range of the integral,
@@ -64,7 +64,7 @@ use super::filter::FilterWords;
 use crate::counts::ErrorRange;
 use crate::word::GainWord;
 
-/// What the derivative is taken of.
+/// Quantity that the derivative is taken of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Derivative {
     /// `e − e_prev`: the paper's law.
@@ -74,7 +74,7 @@ pub enum Derivative {
     Measurement,
 }
 
-/// How the integrator is kept from winding up while the output stands at a
+/// Treatment of the integrator's wind-up while the output stands at a
 /// limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum AntiWindup {
@@ -114,7 +114,7 @@ pub struct LawWords {
     pub sum_fraction_bits: u8,
     /// The integral stays within `±2^integral_bits` codes.
     pub integral_bits: u8,
-    /// What the derivative is taken of.
+    /// Quantity that the derivative is taken of.
     pub derivative: Derivative,
     /// Filter of the derivative.
     pub filter: Option<FilterWords>,

@@ -32,11 +32,11 @@ pub(super) const ACCELERATION_HALF: i32 = 1 << 28;
 /// Fixed point with 62 fraction bits in 96 bits: what is summed a million
 /// times. One addition is three of a 32-bit machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) struct Long {
+pub struct Long {
     /// Multiples of 2^−30, in two words: 12 bytes instead of 16.
-    pub(super) high: [u32; 2],
+    pub high: [u32; 2],
     /// Multiples of 2^−62.
-    pub(super) low: u32,
+    pub low: u32,
 }
 
 impl Long {
@@ -81,11 +81,13 @@ impl Long {
 /// The factor `ε = 2·sin(ω/2)`, at most √2, with 62 fraction bits:
 /// `high·2^32 + low`, where `|low| ≤ 2^31`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Turn {
-    pub(super) high: u32,
-    pub(super) low: i32,
+pub struct Turn {
+    /// Multiples of 2^−30.
+    pub high: u32,
+    /// Multiples of 2^−62.
+    pub low: i32,
     /// Half a unit of the result, and the mean of what is left out.
-    pub(super) centre: i32,
+    pub centre: i32,
 }
 
 impl Turn {
@@ -132,42 +134,51 @@ impl Turn {
     }
 }
 
-/// What an interval does from one sample to the next.
+/// Course of an interval from one sample to the next.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Shape {
+pub enum Shape {
     /// Constant acceleration; also an interval that has one sample only.
     Straight {
         /// Difference of two steps.
         growth: Long,
         /// Difference of two velocities.
         velocity_growth: i64,
+        /// In units of the output.
         acceleration: i32,
     },
     /// A quarter of a sine or of a cosine.
     Sine {
+        /// From one sample to the next.
         turn: Turn,
         /// Bits by which the sine is finer than the grid, `Fy − 30`.
         shift: u8,
         /// The velocity where the cosine is 0.
         velocity_centre: i64,
+        /// Velocity per unit of two cosines.
         velocity_weight: i32,
+        /// Acceleration per unit of the sine.
         acceleration_weight: i32,
         /// Half a unit, and the mean of what is left out.
         acceleration_centre: i32,
     },
 }
 
-/// Where the motion stands at a sample: all that changes.
+/// State of the motion at a sample: all that changes.
 ///
 /// In a sine the line is `x + S·sin φ`, `sine` is `S·sin φ`, and `cosine` is
 /// `S·cos φ` half a sample later.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(super) struct Point {
-    pub(super) line: Long,
-    pub(super) step: Long,
-    pub(super) sine: i64,
-    pub(super) cosine: i64,
-    pub(super) velocity: i64,
+pub struct Point {
+    /// The position less the sine.
+    pub line: Long,
+    /// Its change to the next sample.
+    pub step: Long,
+    /// `S·sin φ`.
+    pub sine: i64,
+    /// `S·cos φ`, half a sample later.
+    pub cosine: i64,
+    /// The velocity's sum.
+    pub velocity: i64,
 }
 
 impl Point {
@@ -189,12 +200,13 @@ impl Point {
 
 /// The samples of one interval.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Piece {
-    /// How many, at least one.
-    pub(super) samples: u32,
+pub struct Piece {
+    /// Number of samples, at least one.
+    pub samples: u32,
     /// The first of them.
-    pub(super) entry: Point,
-    pub(super) shape: Shape,
+    pub entry: Point,
+    /// The way from one to the next.
+    pub shape: Shape,
 }
 
 impl Piece {

@@ -1,16 +1,21 @@
-//! From travel and intervals to a plan.
+//! A plan from travel and intervals, and its setpoints sample by sample.
 
 use heapless::Vec;
 
-use super::error::MotionError;
 use super::interval::{chain, sample_from};
-use super::piece::Piece;
+use super::piece::{Piece, Point};
 use super::real::Real;
+use crate::reference::{Next, Observed, Setpoint, SetpointSource};
+use crate::refusal::{Refusal, What};
+use crate::widen::held;
 
 /// Fraction bits of velocity and acceleration at most.
 const OUTPUT_BITS_MAX: i32 = 60;
 /// The intervals together last at most this long \[ps\].
 const DURATION_MAX_PS: u64 = 1 << 62;
+
+/// Peaks of velocity and acceleration \[counts per sample, per sample²\].
+const PEAKS: [i64; 2] = [0, (1 << 30) - 1];
 
 /// A motion that can be generated: checked and computed once.
 ///
@@ -24,19 +29,28 @@ const DURATION_MAX_PS: u64 = 1 << 62;
 /// assert_eq!(plan.last_sample(), 1_000);
 /// // The peak is 2^21 counts per second, 2^11.03 per sample, in 30 bits.
 /// assert_eq!(plan.velocity_fraction_bits(), 18);
-/// # Ok::<(), firmware::MotionError>(())
+/// # Ok::<(), firmware::Refusal>(())
 /// ```
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MotionPlan {
     /// Those of the intervals that have samples, for the travel's magnitude.
     pub(super) pieces: Vec<Piece, 7>,
+    pub(super) head: PlanHead,
+}
+
+/// A plan without its pieces; the default is no motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct PlanHead {
     /// −1 where the travel is negative, otherwise 0.
-    pub(super) sign: i32,
-    /// Where the motion ends, `floor(h + ½)`.
-    pub(super) end: i32,
-    pub(super) last_sample: u64,
-    pub(super) velocity_fraction_bits: u8,
-    pub(super) acceleration_fraction_bits: u8,
+    pub sign: i32,
+    /// The end of the motion, `floor(h + ½)` \[counts, modulo 2^32\].
+    pub end: i32,
+    /// Number of the sample at which the motion has ended.
+    pub last_sample: u64,
+    /// Fraction bits of the setpoints' velocities.
+    pub velocity_fraction_bits: u8,
+    /// Fraction bits of the setpoints' accelerations.
+    pub acceleration_fraction_bits: u8,
 }
 
 impl MotionPlan {
@@ -44,34 +58,41 @@ impl MotionPlan {
     /// \[ps\], with a sample every `period_ns` from its start on.
     ///
     /// # Errors
-    /// [`MotionError`] if there is no acceleration or no deceleration, or what
+    /// [`Refusal`] if there is no acceleration or no deceleration, or what
     /// is asked for cannot be generated to a quarter of a count.
-    pub fn new(travel: i64, intervals_ps: [u64; 7], period_ns: u32) -> Result<Self, MotionError> {
+    pub fn new(travel: i64, intervals_ps: [u64; 7], period_ns: u32) -> Result<Self, Refusal> {
         if period_ns == 0 {
-            return Err(MotionError::Period);
+            return Err(Refusal::new(What::Period, 0, [1, i64::from(u32::MAX)]));
         }
         if travel == i64::MIN {
-            return Err(MotionError::Travel { travel });
+            return Err(Refusal::new(
+                What::Travel,
+                travel,
+                [i64::MIN.saturating_add(1), i64::MAX],
+            ));
         }
         let total_ps = intervals_ps
             .iter()
             .fold(0_u64, |sum, &t| sum.saturating_add(t));
         if total_ps > DURATION_MAX_PS {
-            return Err(MotionError::Duration { total_ps });
+            return Err(Refusal::new(
+                What::Duration,
+                held(total_ps),
+                [0, held(DURATION_MAX_PS)],
+            ));
         }
         // Below 2^42.
         let period_ps = u64::from(period_ns).saturating_mul(1_000);
         let (peak, intervals) = chain(travel.unsigned_abs(), intervals_ps, period_ps)?;
 
-        let velocity_bits = output_bits(peak).ok_or_else(|| MotionError::Speed {
-            counts_per_sample: rounded(peak),
-        })?;
+        let velocity_bits =
+            output_bits(peak).ok_or_else(|| Refusal::new(What::Velocity, rounded(peak), PEAKS))?;
         let mut acceleration_bits = OUTPUT_BITS_MAX;
         for interval in intervals.iter().filter(|interval| interval.samples > 0) {
             let largest = interval.largest_acceleration();
-            let bits = output_bits(largest).ok_or_else(|| MotionError::Acceleration {
-                interval: interval.number,
-                counts_per_sample2: rounded(largest),
+            let bits = output_bits(largest).ok_or_else(|| {
+                let what = What::Acceleration(interval.number);
+                Refusal::new(what, rounded(largest), PEAKS)
             })?;
             acceleration_bits = acceleration_bits.min(bits);
         }
@@ -86,32 +107,70 @@ impl MotionPlan {
         let [a, b, c, d, ..] = end.to_le_bytes();
         Ok(Self {
             pieces,
-            sign: i32::from(travel < 0).wrapping_neg(),
-            end: i32::from_le_bytes([a, b, c, d]),
-            last_sample: sample_from(total_ps, period_ps),
-            velocity_fraction_bits: u8::try_from(velocity_bits).unwrap_or(0),
-            acceleration_fraction_bits: u8::try_from(acceleration_bits).unwrap_or(0),
+            head: PlanHead {
+                sign: i32::from(travel < 0).wrapping_neg(),
+                end: i32::from_le_bytes([a, b, c, d]),
+                last_sample: sample_from(total_ps, period_ps),
+                velocity_fraction_bits: u8::try_from(velocity_bits).unwrap_or(0),
+                acceleration_fraction_bits: u8::try_from(acceleration_bits).unwrap_or(0),
+            },
         })
+    }
+
+    /// No motion: the axis stays at 0.
+    pub const fn at_rest() -> Self {
+        Self {
+            pieces: Vec::new(),
+            head: PlanHead {
+                sign: 0,
+                end: 0,
+                last_sample: 0,
+                velocity_fraction_bits: 0,
+                acceleration_fraction_bits: 0,
+            },
+        }
+    }
+
+    /// The plan less its pieces.
+    pub const fn head(&self) -> PlanHead {
+        self.head
+    }
+
+    /// The pieces in their order.
+    pub fn pieces(&self) -> &[Piece] {
+        &self.pieces
+    }
+
+    /// Begins a plan that another machine has computed; its pieces follow. In
+    /// place: a plan is too large to pass over a chip's stack.
+    pub fn begin(&mut self, head: PlanHead) {
+        self.pieces.clear();
+        self.head = head;
+    }
+
+    /// Adds the next piece; `None` if there is no room for it.
+    pub fn push(&mut self, piece: Piece) -> Option<()> {
+        self.pieces.push(piece).ok()
     }
 
     /// Fraction bits of the setpoints' velocities, 0 to 60.
     pub const fn velocity_fraction_bits(&self) -> u8 {
-        self.velocity_fraction_bits
+        self.head.velocity_fraction_bits
     }
 
     /// Fraction bits of the setpoints' accelerations, 0 to 60.
     pub const fn acceleration_fraction_bits(&self) -> u8 {
-        self.acceleration_fraction_bits
+        self.head.acceleration_fraction_bits
     }
 
     /// Number of the sample at which the motion has ended; the first is 0.
     pub const fn last_sample(&self) -> u64 {
-        self.last_sample
+        self.head.last_sample
     }
 
     /// The travel, rounded \[counts, modulo 2^32\].
     pub const fn end(&self) -> i32 {
-        self.end
+        self.head.end
     }
 }
 
@@ -122,6 +181,123 @@ fn output_bits(peak: Real) -> Option<i32> {
 }
 
 /// Magnitude in whole units, for messages.
-fn rounded(value: Real) -> u64 {
-    u64::try_from(value.to_fixed(0).unsigned_abs()).unwrap_or(u64::MAX)
+fn rounded(value: Real) -> i64 {
+    i64::try_from(value.to_fixed(0).unsigned_abs()).unwrap_or(i64::MAX)
+}
+
+/// Progress of a motion: 56 bytes. The default is before its first
+/// sample.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct MotionState {
+    pub(super) point: Point,
+    /// Samples of the present interval still to come.
+    pub(super) left: u32,
+    /// Intervals entered so far.
+    pub(super) entered: u8,
+}
+
+/// An axis keeps all that it remembers in 256 bytes.
+const _: () = assert!(size_of::<MotionState>() == 56);
+
+/// A source of setpoints that computes them from a plan.
+///
+/// ```
+/// use firmware::{MotionGenerator, MotionPlan, Next, Observed, SetpointSource};
+///
+/// // 1000 counts up in 40 ms and to rest in 40 ms, a sample every 20 ms.
+/// let intervals_ps = [0, 40_000_000_000, 0, 0, 0, 40_000_000_000, 0];
+/// let plan = MotionPlan::new(1_000 << 32, intervals_ps, 20_000_000)?;
+/// let mut source = MotionGenerator::new(&plan, 7);
+/// let mut positions = [0; 5];
+/// for position in &mut positions {
+///     *position = match source.next(&Observed::default()) {
+///         Next::Setpoint(setpoint) | Next::Last(setpoint) => setpoint.position,
+///         Next::Underrun => unreachable!("a plan has every sample"),
+///     };
+/// }
+/// assert_eq!(positions, [7, 132, 507, 882, 1_007]);
+/// # Ok::<(), firmware::Refusal>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct MotionGenerator<'a> {
+    plan: &'a MotionPlan,
+    state: MotionState,
+    start: i32,
+}
+
+impl<'a> MotionGenerator<'a> {
+    /// Starts the motion at `start` \[counts, modulo 2^32\].
+    pub fn new(plan: &'a MotionPlan, start: i32) -> Self {
+        Self {
+            plan,
+            state: MotionState::default(),
+            start,
+        }
+    }
+
+    /// Progress of the motion.
+    pub const fn state(&self) -> &MotionState {
+        &self.state
+    }
+}
+
+impl SetpointSource for MotionGenerator<'_> {
+    #[inline]
+    fn next(&mut self, _: &Observed) -> Next {
+        let next = self.plan.next(&mut self.state);
+        let placed = |setpoint: Setpoint| Setpoint {
+            position: setpoint.position.wrapping_add(self.start),
+            ..setpoint
+        };
+        match next {
+            Next::Setpoint(setpoint) => Next::Setpoint(placed(setpoint)),
+            Next::Last(setpoint) => Next::Last(placed(setpoint)),
+            Next::Underrun => Next::Underrun,
+        }
+    }
+}
+
+impl MotionPlan {
+    /// The setpoint of the next sample, relative to where the motion starts;
+    /// from the end on the last one.
+    #[inline]
+    pub fn next(&self, state: &mut MotionState) -> Next {
+        let piece = if state.left > 0 {
+            state.left = state.left.wrapping_sub(1);
+            let present = usize::from(state.entered).wrapping_sub(1);
+            self.pieces
+                .get(present)
+                .inspect(|piece| piece.advance(&mut state.point))
+        } else {
+            let piece = self.pieces.get(usize::from(state.entered));
+            piece.inspect(|piece| state.enter(piece))
+        };
+        match piece {
+            Some(piece) => Next::Setpoint(piece.setpoint(&state.point, self.head.sign)),
+            None => Next::Last(Setpoint {
+                position: self.head.end,
+                velocity: 0,
+                acceleration: 0,
+            }),
+        }
+    }
+}
+
+impl MotionState {
+    /// Before the first sample.
+    pub const fn at_start() -> Self {
+        Self {
+            point: Point::ZERO,
+            left: 0,
+            entered: 0,
+        }
+    }
+
+    #[inline]
+    fn enter(&mut self, piece: &Piece) {
+        // Seven intervals at most.
+        self.entered = self.entered.wrapping_add(1);
+        self.left = piece.samples.wrapping_sub(1);
+        self.point = piece.entry;
+    }
 }

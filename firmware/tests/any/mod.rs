@@ -1,12 +1,15 @@
 //! Any axis and any sample, for property tests.
 #![allow(clippy::expect_used, reason = "a test stops where its setup fails")]
 
-use firmware::axis::{Feedback, Rest, Watches};
+use firmware::axis::{Feedback, Monitors, Rest};
 use firmware::law::{AntiWindup, Derivative, FilterWords, Law, LawWords};
+use firmware::monitor::{
+    EncoderLossMonitor, FollowingErrorMonitor, SaturationMonitor, TickMonitor,
+};
 use firmware::output::{Output, Quantiser};
-use firmware::watch::{EncoderLossWatch, FollowingErrorWatch, SaturationWatch, TickWatch};
 use firmware::{
-    Axis, CounterParameters, Event, GainWord, Inputs, Next, Room, Setpoint, TakeUp, Trigger,
+    Axis, BacklashCompensation, CounterParameters, Event, GainWord, Inputs, Next, Room, Setpoint,
+    Trigger,
 };
 use proptest::option::of;
 use proptest::prelude::*;
@@ -103,34 +106,40 @@ fn counter() -> impl Strategy<Value = CounterParameters> {
     })
 }
 
-fn take_up() -> impl Strategy<Value = TakeUp> {
+fn backlash_compensation() -> impl Strategy<Value = BacklashCompensation> {
     let trigger = prop_oneof![Just(Trigger::Velocity), Just(Trigger::Acceleration)];
     (0..=1_u32 << 24, 30..=60_u32, trigger).prop_filter_map("too slow", |(gap, room, trigger)| {
         let room = Room {
             velocity: 1 << room,
             acceleration: 1 << room,
         };
-        TakeUp::plan(gap, room, trigger).ok()
+        BacklashCompensation::plan(gap, room, trigger).ok()
     })
 }
 
-fn watches() -> impl Strategy<Value = Watches> {
+fn monitors() -> impl Strategy<Value = Monitors> {
     let following =
         (1..=0x7FFF_FFFF_u32, word(0..=30), 0..=32_u8).prop_map(|(limit, lag, bits)| {
-            FollowingErrorWatch::accept(limit, lag, bits).expect("a watch")
+            FollowingErrorMonitor::accept(limit, lag, bits).expect("a monitor")
         });
     let loss = (1..=0x7F_FFFF_u32, 1..=20_u32)
-        .prop_map(|(code, ticks)| EncoderLossWatch::accept(code, ticks).expect("a watch"));
+        .prop_map(|(code, ticks)| EncoderLossMonitor::accept(code, ticks).expect("a monitor"));
     let saturation =
-        (0..=20_u32).prop_map(|ticks| SaturationWatch::accept(ticks).expect("a watch"));
-    (of(following), of(loss), of(saturation), of(Just(TickWatch))).prop_map(
-        |(following_error, encoder_loss, saturation, ticks)| Watches {
-            following_error,
-            encoder_loss,
-            saturation,
-            ticks,
-        },
+        (0..=20_u32).prop_map(|ticks| SaturationMonitor::accept(ticks).expect("a monitor"));
+    (
+        of(following),
+        of(loss),
+        of(saturation),
+        of(Just(TickMonitor)),
     )
+        .prop_map(
+            |(following_error, encoder_loss, saturation, ticks)| Monitors {
+                following_error,
+                encoder_loss,
+                saturation,
+                ticks,
+            },
+        )
 }
 
 prop_compose! {
@@ -145,17 +154,17 @@ prop_compose! {
         ],
         counter in counter(),
         load in of(counter()),
-        take_up in of(take_up()),
+        backlash_compensation in of(backlash_compensation()),
         rest in (prop_oneof![Just(0), 1..=9_u32, any::<u32>()], any::<bool>()),
-        watches in watches(),
+        monitors in monitors(),
     ) -> Axis {
         let output = Output::new(dac(bits), slew, quantiser).expect("an accepted slew limit");
         let mut axis = Axis::new(law(words, bits), output);
         axis.counter = counter;
         axis.feedback = load.map_or(Feedback::Motor, Feedback::Load);
-        axis.take_up = take_up;
+        axis.backlash_compensation = backlash_compensation;
         axis.rest = Rest { dead_band: rest.0, hold_integral: rest.1 };
-        axis.watches = watches;
+        axis.monitors = monitors;
         axis
     }
 }

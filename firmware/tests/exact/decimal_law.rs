@@ -1,4 +1,4 @@
-//! The product's law of decimal gains with the exact filter, and inputs within
+//! The axis' law of decimal gains with the exact filter, and inputs within
 //! the declared ranges.
 //!
 //! Everything is an exact integer in units of 2^−(F+32)/10^9 codes: the gains
@@ -9,13 +9,13 @@ use firmware::GainWord;
 use firmware::law::{Derivative, Law, LawInput, LawWords};
 
 use super::Random;
-use super::product_law::two;
+use super::axis_law::two;
 
 pub(crate) const BILLION: i128 = 1_000_000_000;
 /// Just inside half a unit, in its billionths.
 pub(crate) const HALF: i64 = 499_999_999;
 
-/// How far each gain is beside its word, in billionths of its last place:
+/// Distance of each gain beside its word, in billionths of its last place:
 /// `Kp`, `Ki·Δt`, `Kd/Δt`, `Kv`, `Ka`, `Kf`. None beside a word of 0.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Beside([i128; 6]);

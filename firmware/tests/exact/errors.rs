@@ -4,7 +4,7 @@ use firmware::Pid;
 
 use super::{Gains, Random, value};
 
-/// How the next error is chosen.
+/// Choice of the next error.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Shape {
     /// `+E` always.
@@ -20,7 +20,7 @@ pub(crate) enum Shape {
     /// The error that takes the sum near a random code of the converter, so
     /// that it is hidden by no limit.
     Steered,
-    /// What a sluggish axis that follows the sum's sign would show.
+    /// Errors that a sluggish axis that follows the sum's sign would show.
     ClosedLoop,
 }
 

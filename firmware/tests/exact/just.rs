@@ -1,8 +1,9 @@
-//! The paper's gains as words of the product's law, and what lies just beside
+//! The paper's gains as words of the axis' law, and what lies just beside
 //! the limits of acceptance.
 
-use firmware::law::{Law, LawError, LawWords, Part};
-use firmware::{Dac, GainWord};
+use firmware::law::{Law, LawWords, Part};
+use firmware::refusal::What;
+use firmware::{Dac, GainWord, Refusal};
 
 /// The paper's gains at 1 ms.
 pub(crate) const PAPER: LawWords = LawWords {
@@ -13,12 +14,12 @@ pub(crate) const PAPER: LawWords = LawWords {
     ..LawWords::NONE
 };
 
-pub(crate) fn accept(words: LawWords) -> Result<Law, LawError> {
+pub(crate) fn accept(words: LawWords) -> Result<Law, Refusal> {
     Law::accept(words, Dac::with_bits(14).expect("14 bits"))
 }
 
 /// Accepts the one, and gives the error of the other.
-pub(crate) fn just(accepted: LawWords, refused: LawWords) -> LawError {
+pub(crate) fn just(accepted: LawWords, refused: LawWords) -> Refusal {
     let law = accept(accepted);
     assert!(law.is_ok(), "{law:?}");
     accept(refused).expect_err("just beyond the limit")
@@ -45,4 +46,14 @@ pub(crate) fn with(words: LawWords, part: Part, mantissa: i32, fraction_bits: u8
         Part::Friction => &mut words.friction_ff,
     } = GainWord::new(mantissa, fraction_bits);
     words
+}
+
+/// Refusal with setting, value, and the range that is accepted.
+pub(crate) fn refusal(what: What, value: i64, least: i64, most: i64) -> Refusal {
+    Refusal {
+        what,
+        value,
+        least,
+        most,
+    }
 }

@@ -6,12 +6,12 @@
 )]
 #![allow(clippy::expect_used, reason = "a test stops where its setup fails")]
 
+pub(crate) mod axis_inputs;
+pub(crate) mod axis_law;
+pub(crate) mod axis_words;
 pub(crate) mod decimal_law;
 pub(crate) mod errors;
 pub(crate) mod just;
-pub(crate) mod product_inputs;
-pub(crate) mod product_law;
-pub(crate) mod product_words;
 pub(crate) mod words;
 
 use firmware::{CodeSum, GainWord, PidWords};

@@ -5,7 +5,7 @@ use proptest::prelude::*;
 
 use crate::script::{Script, spoiled};
 
-/// What a converter and its initialisation say to each other.
+/// Exchange of a converter and its initialisation.
 pub(crate) const CONVERTER: [(&[u8], &[u8]); 7] = [
     (&[0x0F, 0, 0], &[]),
     (&[0x04, 0x02, 0xE8], &[]),

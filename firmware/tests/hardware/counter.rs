@@ -5,7 +5,7 @@ use firmware::hardware::{CounterWidth, Ls7366r, Ls7366rError};
 
 use crate::script::{Script, spoiled};
 
-/// What an LS7366R and an initialisation of 32 bits say to each other.
+/// Exchange of an LS7366R and an initialisation of 32 bits.
 pub(crate) const COUNTER_32: [(&[u8], &[u8]); 7] = [
     (&[0x88, 0x03], &[]),
     (&[0x90, 0x00], &[]),

@@ -1,6 +1,7 @@
 //! Motions at the edge of what there is, and beyond.
 
-use firmware::{MotionError, MotionPlan, Setpoint};
+use firmware::refusal::What;
+use firmware::{MotionPlan, Setpoint};
 
 use super::all;
 
@@ -46,63 +47,59 @@ fn what_cannot_be_generated_is_refused() {
     let cases = [
         (
             refused(1, fine, 0),
-            MotionError::Period,
+            (What::Period, 0, [1, u32::MAX.into()]),
             "the sample time is 0; it must be at least 1 ns",
         ),
         (
             refused(i64::MIN, fine, 1),
-            MotionError::Travel { travel: i64::MIN },
+            (What::Travel, i64::MIN, [-i64::MAX, i64::MAX]),
             "a travel of -9223372036854775808/2^32 counts is too long; \
              it must be shorter than 2^31 counts",
         ),
         (
             refused(1, [0, 0, 0, second, second, 0, 0], 1),
-            MotionError::NoAcceleration,
+            (What::Rise, 0, [1, i64::MAX]),
             "the intervals 1 to 3 are all 0; one of them must be longer to gain speed",
         ),
         (
             refused(1, [0, 0, second, second, 0, 0, 0], 1),
-            MotionError::NoDeceleration,
+            (What::Fall, 0, [1, i64::MAX]),
             "the intervals 5 to 7 are all 0; one of them must be longer to lose speed",
         ),
         (
             refused(1, [54 * day, 0, 0, 0, 0, 0, second], 1_000_000),
-            MotionError::Duration {
-                total_ps: 54 * day + second,
-            },
+            (What::Duration, 4_665_601_000_000_000_000, [0, 1 << 62]),
             "the intervals add up to 4665601000000000000 ps; \
              together they may last 2^62 ps, 53 days",
         ),
         (
             refused(1 << 62, [0, second, 0, 0, 0, second, 0], 1_000_000_000),
-            MotionError::Speed {
-                counts_per_sample: 1 << 30,
-            },
+            (What::Velocity, 1 << 30, [0, (1 << 30) - 1]),
             "the motion reaches 1073741824 counts per sample; it must stay below 2^30, \
              with a longer motion or a shorter sample time",
         ),
         (
             refused(1 << 60, [0, second, 0, 0, 0, 1, 0], 1_000_000),
-            MotionError::Acceleration {
-                interval: 6,
-                counts_per_sample2: 536_870_911_999_463,
-            },
+            (
+                What::Acceleration(6),
+                536_870_911_999_463,
+                [0, (1 << 30) - 1],
+            ),
             "interval 6 accelerates by 536870911999463 counts per sample²; it must stay \
              below 2^30, with a longer interval or a shorter sample time",
         ),
         (
             refused(1 << 62, [9 * day, 0, 0, 0, 0, 0, day], 1_000_000),
-            MotionError::Samples {
-                interval: 1,
-                samples: 777_600_000,
-                max: 1 << 26,
-            },
+            (What::IntervalSamples(1), 777_600_000, [1, 1 << 26]),
             "interval 1 has 777600000 samples; \
              up to 67108864 of them are exact to a quarter of a count",
         ),
     ];
     for (error, expected, sentence) in cases {
-        assert_eq!(error, expected);
+        assert_eq!(
+            (error.what, error.value, [error.least, error.most]),
+            expected
+        );
         assert_eq!(error.to_string(), sentence);
     }
 }

@@ -10,8 +10,9 @@
 mod command;
 mod edges;
 
+use firmware::refusal::What;
 use firmware::{
-    MotionError, MotionGenerator, MotionPlan, MotionState, Next, Observed, Setpoint, SetpointSource,
+    MotionGenerator, MotionPlan, MotionState, Next, Observed, Setpoint, SetpointSource,
 };
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
@@ -152,8 +153,10 @@ fn survey(cases: u32, most_samples: u64, looks: u64) -> (Worst, u32) {
                 worst.take(compare(drawn, &plan, &half_pi, every));
                 planned += 1;
             }
-            Err(MotionError::Speed { .. } | MotionError::Acceleration { .. }) => {}
-            Err(other) => panic!("{other}: {drawn:?}"),
+            Err(refusal) => assert!(
+                matches!(refusal.what, What::Velocity | What::Acceleration(_)),
+                "{refusal}: {drawn:?}"
+            ),
         }
     }
     (worst, planned)
@@ -210,7 +213,7 @@ fn positions_are_the_nearest_integers() {
     assert!(worst.position < 0.502, "{worst:?}");
 }
 
-/// What the bound is there for: positions summed from the velocities of the
+/// Need for the bound: positions summed from the velocities of the
 /// setpoints, 30 bits each, lose it within the same motion.
 #[test]
 fn summed_velocities_do_not_follow() {
@@ -265,7 +268,7 @@ proptest! {
         }
     }
 
-    /// Where the motion starts only shifts it, round the wheel too.
+    /// Another start of the motion only shifts it, round the wheel too.
     #[test]
     fn the_start_is_added_modulo_2_32((travel, intervals, period) in drawn(16), start: i32) {
         if let Ok(plan) = MotionPlan::new(travel, intervals, period) {

@@ -1,21 +1,23 @@
-//! What brings each fault about.
+//! Provocations of each fault.
 #![allow(clippy::expect_used, reason = "a test stops where its setup fails")]
 
-use firmware::axis::Watches;
-use firmware::watch::{EncoderLossWatch, FollowingErrorWatch, SaturationWatch, TickWatch};
+use firmware::axis::Monitors;
+use firmware::monitor::{
+    EncoderLossMonitor, FollowingErrorMonitor, SaturationMonitor, TickMonitor,
+};
 use firmware::{CounterParameters, FaultCause, GainWord, Inputs, Next, Setpoint, State};
 
 use crate::rig::position;
 
-/// Where the axis stands and is to stay \[counts\].
+/// Position at which the axis stands and is to stay \[counts\].
 pub(crate) const HOME: i32 = 3_000;
 
-/// What brings a cause about: inputs and setpoints of the samples `0..=last`,
+/// Provocation of a cause: inputs and setpoints of the samples `0..=last`,
 /// the last of which must trip.
 pub(crate) struct Provocation {
     pub(crate) cause: FaultCause,
-    /// The watch that sees it, where there is a choice.
-    pub(crate) watches: Watches,
+    /// The monitor that sees it, where there is a choice.
+    pub(crate) monitors: Monitors,
     pub(crate) counter: CounterParameters,
     /// The samples that it takes, by number.
     pub(crate) inputs: fn(i32, &mut Inputs),
@@ -47,7 +49,7 @@ fn displaced(inputs: &mut Inputs, counts: i32) {
 pub(crate) fn provocations() -> Vec<Provocation> {
     let quiet = || Provocation {
         cause: FaultCause::EmergencyStop,
-        watches: Watches::default(),
+        monitors: Monitors::default(),
         counter: CounterParameters::default(),
         inputs: |_, inputs| inputs.emergency_stop = true,
         next: stay,
@@ -57,9 +59,9 @@ pub(crate) fn provocations() -> Vec<Provocation> {
         from: ALL,
     };
     // 200 counts at rest, 2 samples of lag; velocities in 2^−16 counts per sample.
-    let following = FollowingErrorWatch::accept(200, GainWord::new(2, 0), 16).expect("a watch");
-    let loss = EncoderLossWatch::accept(300, 5).expect("a watch");
-    let saturation = SaturationWatch::accept(3).expect("a watch");
+    let following = FollowingErrorMonitor::accept(200, GainWord::new(2, 0), 16).expect("a monitor");
+    let loss = EncoderLossMonitor::accept(300, 5).expect("a monitor");
+    let saturation = SaturationMonitor::accept(3).expect("a monitor");
     vec![
         quiet(),
         Provocation {
@@ -70,9 +72,9 @@ pub(crate) fn provocations() -> Vec<Provocation> {
         },
         Provocation {
             cause: FaultCause::MissedTick,
-            watches: Watches {
-                ticks: Some(TickWatch),
-                ..Watches::default()
+            monitors: Monitors {
+                ticks: Some(TickMonitor),
+                ..Monitors::default()
             },
             inputs: |_, inputs| inputs.tick += 2,
             measured: 2,
@@ -88,9 +90,9 @@ pub(crate) fn provocations() -> Vec<Provocation> {
         },
         Provocation {
             cause: FaultCause::EncoderLoss,
-            watches: Watches {
+            monitors: Monitors {
                 encoder_loss: Some(loss),
-                ..Watches::default()
+                ..Monitors::default()
             },
             // 2 codes per count: −300 codes from sample 0 on, seen from 1 on.
             inputs: |_, inputs| displaced(inputs, 150),
@@ -110,9 +112,9 @@ pub(crate) fn provocations() -> Vec<Provocation> {
         },
         Provocation {
             cause: FaultCause::FollowingError,
-            watches: Watches {
+            monitors: Monitors {
                 following_error: Some(following),
-                ..Watches::default()
+                ..Monitors::default()
             },
             inputs: |sample, inputs| displaced(inputs, 200 + sample),
             last: 1,
@@ -124,9 +126,9 @@ pub(crate) fn provocations() -> Vec<Provocation> {
         // At 10.5 counts per sample 221 counts are allowed.
         Provocation {
             cause: FaultCause::FollowingError,
-            watches: Watches {
+            monitors: Monitors {
                 following_error: Some(following),
-                ..Watches::default()
+                ..Monitors::default()
             },
             inputs: |sample, inputs| displaced(inputs, 221 + sample),
             next: || {
@@ -143,9 +145,9 @@ pub(crate) fn provocations() -> Vec<Provocation> {
         },
         Provocation {
             cause: FaultCause::SaturationTooLong,
-            watches: Watches {
+            monitors: Monitors {
                 saturation: Some(saturation),
-                ..Watches::default()
+                ..Monitors::default()
             },
             inputs: |_, inputs| displaced(inputs, -5_000),
             last: 3,

@@ -1,4 +1,4 @@
-//! What the tests of the axis share: words, scripted setpoints, and a motor in
+//! Shared by the tests of the axis: words, scripted setpoints, and a motor in
 //! integers to close the loop around it.
 #![allow(
     dead_code,
@@ -136,7 +136,7 @@ impl Motor {
         self.position += self.velocity;
     }
 
-    /// What its counter shows.
+    /// Reading of its counter.
     pub(crate) fn counts(&self) -> i32 {
         wrap(self.position >> 16)
     }

@@ -18,9 +18,9 @@ pub struct Verdict {
     pub limit: f64,
     /// Limit less magnitude; negative where the limit is exceeded.
     pub margin: Option<f64>,
-    /// Whether the magnitude is within the limit.
+    /// True if the magnitude is within the limit.
     pub pass: bool,
-    /// Whether the limit is a default, the run file having no `[budget]`.
+    /// True if the limit is a default, the run file having no `[budget]`.
     pub default: bool,
 }
 

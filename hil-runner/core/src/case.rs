@@ -1,6 +1,8 @@
 //! One run, checked and in SI units: what a run file says.
 
-use plant::{Amplifier, AxisParameters, ContinuousPid, Dac, Encoder, Joint, Motion, PidGains};
+use plant::{
+    Amplifier, AxisParameters, ContinuousPid, Dac, Encoder, Joint, Motion, PidGains, Solver,
+};
 
 use crate::options::AxisOptions;
 
@@ -19,7 +21,7 @@ pub struct Case {
     pub encoder: Encoder,
     /// Control law and its timing.
     pub controller: ControllerSettings,
-    /// What the controller does beyond the paper's law on rung `firmware`.
+    /// Options of the controller beyond the paper's law, on rung `firmware`.
     pub options: AxisOptions,
     /// The chip, for what its time costs.
     pub target: TargetSettings,
@@ -34,7 +36,7 @@ pub struct Case {
     pub keys_without_effect: Vec<String>,
 }
 
-/// Which controller runs: the rungs of the ladder.
+/// The controller that runs: the rungs of the ladder.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Law {
     /// The paper's own model: no sampling (eq. 27-37).
@@ -86,7 +88,7 @@ pub struct ControllerSettings {
     pub computation_delay: ComputationDelay,
 }
 
-/// How long a code takes from its sample to the motor.
+/// Time of a code from its sample to the motor.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ComputationDelay {
     /// Always so long \[ns\], at most the sample time.
@@ -126,7 +128,7 @@ impl Default for TargetSettings {
     }
 }
 
-/// Which method solves the plant (`run.solver`).
+/// Choice of the method that solves the plant (`run.solver`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SolverChoice {
     /// `exact` where the plant allows it, else `dopri5`.
@@ -140,19 +142,8 @@ pub enum SolverChoice {
     Rk4,
 }
 
-/// The method that a case really gets.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Method {
-    /// Exact between two voltage updates.
-    Exact,
-    /// Adaptive Runge-Kutta with located events.
-    Dopri5,
-    /// Fixed-step Runge-Kutta without event location.
-    Rk4,
-}
-
 impl Case {
-    /// Whether the joint has a gap, so that it can be open.
+    /// True if the joint has a gap, so that it can be open.
     pub fn has_gap(&self) -> bool {
         matches!(self.axis.transmission.joint, Joint::Elastic(joint) if joint.backlash_half_rad > 0.0)
     }
@@ -169,14 +160,15 @@ impl Case {
         )
     }
 
-    /// The method for this case: what `run.solver` names, or for `auto` the
+    /// The solver of this case: the one that `run.solver` names, or for `auto` the
     /// exact solution where the plant is affine between events.
-    pub fn method(&self) -> Method {
+    pub fn solver(&self) -> Solver {
+        let (tolerance, step_ns) = (self.run.tolerance, self.run.rk4_step_ns);
         match self.run.solver {
-            SolverChoice::Auto if self.axis.is_affine() => Method::Exact,
-            SolverChoice::Exact => Method::Exact,
-            SolverChoice::Auto | SolverChoice::Dopri5 => Method::Dopri5,
-            SolverChoice::Rk4 => Method::Rk4,
+            SolverChoice::Auto if self.axis.is_affine() => Solver::Exact,
+            SolverChoice::Exact => Solver::Exact,
+            SolverChoice::Auto | SolverChoice::Dopri5 => Solver::Dopri5 { tolerance },
+            SolverChoice::Rk4 => Solver::Rk4 { step_ns },
         }
     }
 }
@@ -196,7 +188,7 @@ pub struct RunSettings {
     pub tolerance: f64,
     /// Half width of the settling band at the carriage \[µm\].
     pub settling_band_um: f64,
-    /// Whether the summary lists every contact change.
+    /// List every contact change in the summary.
     pub events: bool,
 }
 

@@ -1,18 +1,19 @@
 //! A case on the bench: run, timed by whoever has a clock, judged.
 
+use serde::Serialize;
+
 use crate::budget::{self, Verdict};
 use crate::case::{Case, ComputationDelay, Law};
-use crate::controllers::{Controller, IoKind};
 use crate::digits;
 use crate::error::RunError;
 use crate::figures::{CHIP_FIGURES, HOST_STEP_P99};
 use crate::reservation::{self, Reservation};
 use crate::run::{Outcome, RowSink, RunOptions, run};
-use crate::scaling::FixedPointGains;
 use crate::summary::Summary;
 
-/// Times of the controller's step on a host.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Times of the controller's step on a host. Wall-clock time: it differs from
+/// run to run and decides nothing unless a budget says so.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct HostTiming {
     /// Steps measured.
     pub steps: usize,
@@ -23,25 +24,26 @@ pub struct HostTiming {
     /// Slowest step \[µs\].
     pub max_us: f64,
     /// Median of an empty measurement, the clock's own share \[µs\].
+    #[serde(skip)]
     pub clock_us: f64,
+    /// Sample time Δt that a step must fit into \[µs\].
+    pub sample_time_us: f64,
 }
 
 /// A case with everything that came out of it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CaseRun {
-    /// What was run.
+    /// The case that was run.
     pub case: Case,
-    /// What came out.
+    /// The result.
     pub outcome: Outcome,
     /// Step time on the host, from a second pass; `None` on rung `continuous`.
     pub timing: Option<HostTiming>,
     /// Verdict on the step time, where the budget names it.
     pub timing_verdict: Option<Verdict>,
-    /// The gains in the firmware's words; `None` on the other rungs.
-    pub words: Option<FixedPointGains>,
-    /// Why it does not simply pass, if it keeps its limits.
+    /// Reasons why it does not simply pass, if it keeps its limits.
     pub reservations: Vec<Reservation>,
-    /// What the user should know besides the figures.
+    /// Remarks for the user besides the figures.
     pub warnings: Vec<String>,
 }
 
@@ -51,31 +53,21 @@ impl CaseRun {
     /// # Errors
     /// [`RunError`]; the rows up to there have been delivered.
     pub fn new(case: &Case, options: RunOptions, sink: &mut RowSink<'_>) -> Result<Self, RunError> {
-        Self::of(case, run(case, options, sink)?)
+        Ok(Self::of(case, run(case, options, sink)?))
     }
 
     /// A case with its outcome, wherever it was run.
-    ///
-    /// # Errors
-    /// [`RunError::Quantise`] if no word holds a gain.
-    pub fn of(case: &Case, outcome: Outcome) -> Result<Self, RunError> {
-        let controller = Controller::new(case, IoKind::Direct).map_err(RunError::Quantise)?;
-        let words = match controller {
-            Some(Controller::Firmware(law)) => Some(FixedPointGains::from(law.gains())),
-            Some(Controller::Axis(law)) => Some(FixedPointGains::from(law.words())),
-            _ => None,
-        };
+    pub fn of(case: &Case, outcome: Outcome) -> Self {
         let (reservations, warnings) = remarks(case, &outcome);
         let run = Self {
             case: case.clone(),
             outcome,
             timing: None,
             timing_verdict: None,
-            words,
             reservations,
             warnings,
         };
-        Ok(run.timed(None))
+        run.timed(None)
     }
 
     /// The same with the step's time on a host, and the verdict on it.
@@ -124,7 +116,7 @@ impl CaseRun {
         (&self.outcome.summary.name, &self.reservations)
     }
 
-    /// Whether all verdicts pass.
+    /// True if all verdicts pass.
     pub fn passes(&self) -> bool {
         self.verdicts().all(|verdict| verdict.pass)
     }
@@ -138,13 +130,13 @@ fn remarks(case: &Case, outcome: &Outcome) -> (Vec<Reservation>, Vec<String>) {
     (reservations, sentences)
 }
 
-/// What the figures alone do not make plain.
+/// Remarks that the figures alone do not make plain.
 fn warnings(case: &Case, outcome: &Outcome) -> Vec<String> {
     let mut warnings = Vec::new();
     if outcome.out_of_range_samples > 0 {
         warnings.push(format!(
             "the firmware worked outside its declared ranges in {} samples: the position error \
-             or its sum was larger than the gains' words were made for",
+             or its sum was larger than the fixed-point gains were made for",
             outcome.out_of_range_samples
         ));
     }
@@ -160,7 +152,7 @@ fn warnings(case: &Case, outcome: &Outcome) -> Vec<String> {
     warnings
 }
 
-/// Why limits on a chip's figures fail where there is no figure.
+/// The reason why limits on a chip's figures fail where there is no figure.
 fn unknown_figures(summary: &Summary) -> Option<String> {
     let unknown: Vec<String> = CHIP_FIGURES
         .iter()

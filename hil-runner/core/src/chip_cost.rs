@@ -1,9 +1,18 @@
-//! What a chip's part of a run costs: instructions, cycles, memory.
+//! Cost of a chip's part of a run: instructions, cycles, memory.
 
 use firmware::State;
 use serde::Serialize;
 
-use crate::message::ExecutionTime;
+/// Execution time of one sample on a chip.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ExecutionTime {
+    /// Instructions; `None` on a board, which counts cycles.
+    pub instructions: Option<u32>,
+    /// Cycles of the core: counted, or instructions times a stated factor.
+    pub cycles: u64,
+    /// The same at the chip's clock \[ns\], rounded up.
+    pub time_ns: u64,
+}
 
 /// The chip's part of a summary; its keys stand among those of the run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -25,7 +34,7 @@ pub struct ChipReport {
     ///
     /// `None`, like the next two, where the chip's timer stands still.
     pub cycles_per_step_max: Option<u64>,
-    /// Longest step as a share of the sample time \[%\].
+    /// Longest execution time as a share of the sample time \[%\].
     pub utilisation_max_percent: Option<f64>,
     /// Steps that took longer than the sample time.
     pub deadline_misses: Option<u64>,
@@ -57,7 +66,7 @@ impl ChipReport {
     }
 }
 
-/// What the steps that end in one state cost.
+/// Cost of the steps that end in one state.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct StateCost {
     /// The state; "paper" for the controller without states.

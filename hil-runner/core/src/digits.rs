@@ -1,4 +1,4 @@
-//! How many digits of a figure hold: those that a second run confirms in which
+//! Digits of a figure that hold: those that a second run confirms in which
 //! the carriage is heavier by 10⁻¹² of its mass, which nobody could measure.
 //!
 //! A well-conditioned run gives the same figures to eight digits and more. One

@@ -1,12 +1,12 @@
 //! Points errors of a run at the key of the run file that caused them.
 
-use firmware::SetpointError;
-use firmware::law::{LawError, Part};
+use firmware::Refusal;
+use firmware::law::Part;
+use firmware::refusal::What;
 
 use crate::error::RunError;
-use crate::quantise::QuantiseError;
+use crate::quantise::{QuantiseError, key};
 use crate::runfile::RunFile;
-use crate::scaling::key;
 
 /// The error of a run of this file as the user should read it.
 pub fn explain(file: &RunFile, error: &RunError) -> String {
@@ -30,7 +30,7 @@ pub fn explain(file: &RunFile, error: &RunError) -> String {
         QuantiseError::Motion(_) | QuantiseError::Travel(_) => {
             refuse("motion.travel_mm", &refused.to_string())
         }
-        QuantiseError::Setpoints(SetpointError::TooLong { .. }) => {
+        QuantiseError::Setpoints(Refusal { value: 1.., .. }) => {
             refuse("controller.sample_time_s", &refused.to_string())
         }
         _ => format!("{}: {refused}", file.case.name),
@@ -38,17 +38,15 @@ pub fn explain(file: &RunFile, error: &RunError) -> String {
 }
 
 /// The key that a refusal of the law is best laid at.
-fn key_of(error: &LawError) -> &'static str {
-    let part = match error {
-        LawError::Negative { part, .. }
-        | LawError::FractionBits { part, .. }
-        | LawError::TermTooWide { part, .. } => *part,
-        LawError::DerivativeTooCoarse { .. } => Part::Derivative,
-        LawError::ErrorSumRange { .. } => Part::Integral,
-        LawError::FilterSmoothing(_) | LawError::FilterFractionBits { .. } => {
+fn key_of(error: &Refusal) -> &'static str {
+    let part = match error.what {
+        What::Gain(part, _) | What::LawFractionBits(part, _) | What::Term(part, _) => part,
+        What::Difference(_) => Part::Derivative,
+        What::ErrorSum => Part::Integral,
+        What::FilterSmoothing | What::FilterFractionBits => {
             return "controller.derivative_filter_s";
         }
-        LawError::Tracking(_) => return "controller.tracking_time_s",
+        What::Tracking => return "controller.tracking_time_s",
         _ => Part::Proportional,
     };
     key(part)

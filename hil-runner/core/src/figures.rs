@@ -10,7 +10,7 @@ pub struct Figure {
     pub label: &'static str,
     /// Unit as it is shown; empty for counts of things.
     pub unit: &'static str,
-    /// Whether it is a whole number in every run.
+    /// True if it is a whole number in every run.
     pub whole: bool,
 }
 
@@ -67,8 +67,8 @@ pub const SUMMARY_FIGURES: [Figure; 26] = [
     figure("max_abs_dac_code", "Largest DAC code", "codes"),
     count("dac_bits_used", "Bits of the converter in use", "bits"),
     count("encoder_bits_used", "Bits of the counts travelled", "bits"),
-    figure("rest_ripple_um", "Half swing of the carriage at rest", "µm"),
-    figure("limit_cycle_um", "Half swing of a limit cycle", "µm"),
+    figure("rest_ripple_um", "Amplitude of the carriage at rest", "µm"),
+    figure("limit_cycle_um", "Amplitude of a limit cycle", "µm"),
     figure("limit_cycle_period_s", "Period of a limit cycle", "s"),
     count("rest_dac_codes", "Range of the codes at rest", "codes"),
     count(
@@ -81,7 +81,7 @@ pub const SUMMARY_FIGURES: [Figure; 26] = [
     count("faults", "Faults of the axis", ""),
 ];
 
-/// What a chip adds to a summary, in its order; a run without one gives none of
+/// Figures that a chip adds to a summary, in its order; a run without one gives none of
 /// it. Figures of instructions need QEMU: a board counts cycles.
 pub const CHIP_FIGURES: [Figure; 8] = [
     count(
@@ -100,7 +100,7 @@ pub const CHIP_FIGURES: [Figure; 8] = [
         "Longest step as a share of the sample time",
         "%",
     ),
-    count("deadline_misses", "Steps longer than the sample time", ""),
+    count("deadline_misses", "Deadline misses", ""),
     count("flash_bytes", "Flash of the image", "bytes"),
     count(
         "ram_bytes",

@@ -5,7 +5,7 @@ use crate::case::{Case, Law};
 use crate::case_run::fault_warning;
 use crate::digits;
 use crate::error::RunError;
-use crate::link::Link;
+use crate::message::Link;
 use crate::record::GridPoint;
 use crate::reservation;
 use crate::run::{Outcome, RowSink, RunOptions, run, run_over};
@@ -16,15 +16,15 @@ pub const GRID_NS: u64 = 1_000_000;
 /// One rung of a ladder.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rung {
-    /// What was run.
+    /// The case.
     pub case: Case,
     /// Name of the chip that ran it; `None` on the host.
     pub target: Option<String>,
     /// Its run.
     pub outcome: Outcome,
-    /// What it adds to the rung below; `None` at the bottom.
+    /// Difference to the rung below; `None` at the bottom.
     pub difference: Option<Difference>,
-    /// How many digits of the difference hold, acceleration and displacement;
+    /// Digits of the difference that hold, acceleration and displacement;
     /// `None` where all that tables show do.
     pub difference_digits: [Option<usize>; 2],
 }
@@ -44,7 +44,7 @@ impl Rung {
         self.case.controller.law
     }
 
-    /// What the rung is called.
+    /// The name of the rung.
     pub fn name(&self) -> String {
         match &self.target {
             None => self.law().name().to_owned(),
@@ -52,7 +52,7 @@ impl Rung {
         }
     }
 
-    /// What the rung adds to the one below it.
+    /// The effect that the rung adds to the one below it.
     pub fn adds(&self) -> &'static str {
         match self.target {
             None => self.law().adds(),
@@ -60,7 +60,7 @@ impl Rung {
         }
     }
 
-    /// What the user should know besides the figures, a sentence each.
+    /// Remarks for the user besides the figures, a sentence each.
     pub fn warnings(&self) -> Vec<String> {
         let reservations = reservation::of(&self.case, &self.outcome);
         let mut warnings: Vec<String> = reservations.into_iter().map(|(_, words)| words).collect();
@@ -77,7 +77,7 @@ impl Rung {
 }
 
 impl Law {
-    /// What this rung adds to the one below it.
+    /// The effect that this rung adds to the one below it.
     pub fn adds(self) -> &'static str {
         match self {
             Self::Continuous => "the paper's own model",
@@ -195,7 +195,7 @@ pub fn grid(case: &Case) -> Result<Vec<GridPoint>, RunError> {
     run(case, options, &mut |_| Ok(())).map(|outcome| outcome.grid)
 }
 
-/// How far one rung's carriage is from that of the rung below it.
+/// Distance of one rung's carriage from that of the rung below it.
 pub fn difference(upper: &[GridPoint], lower: &[GridPoint]) -> Difference {
     let rms = |of: fn(&GridPoint) -> f64| {
         let squares = upper

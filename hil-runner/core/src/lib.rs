@@ -7,7 +7,7 @@
 //! ```
 //!
 //! This crate is the only place that knows both the controller, in counts and
-//! codes, and the plant, in SI units; [`link`] joins them. It opens no file,
+//! codes, and the plant, in SI units; [`message`] joins them. It opens no file,
 //! starts no thread or process and reads no clock, so that it runs in a page as
 //! on a command line; whoever calls it brings those.
 //!
@@ -37,7 +37,7 @@ pub mod figures;
 pub mod io;
 pub mod ladder;
 pub mod lanes;
-pub mod link;
+mod lockstep;
 pub mod message;
 pub mod number;
 pub mod options;

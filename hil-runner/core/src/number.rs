@@ -1,4 +1,5 @@
-//! Numbers on the page: how many digits, and how they are written.
+//! Numbers as people read them, in every table, page, caption and line: digits,
+//! powers of ten, signs.
 
 use serde::ser::{SerializeSeq, Serializer};
 
@@ -29,7 +30,7 @@ pub fn significant(value: f64, digits: usize) -> f64 {
 /// [`MISSING`] for what is not finite.
 ///
 /// ```
-/// use hil_core::report::number::table;
+/// use hil_core::number::table;
 ///
 /// assert_eq!(table(-650.535923826634), "−650.54");
 /// assert_eq!(table(16_383.0), "16383");
@@ -64,7 +65,7 @@ pub const UNKNOWN: &str = "?";
 /// [`UNKNOWN`] without any.
 ///
 /// ```
-/// use hil_core::report::number::held;
+/// use hil_core::number::held;
 ///
 /// assert_eq!(held(-650.535923826634, None), "−650.54");
 /// assert_eq!(held(-650.535923826634, Some(4)), "−650.5");
@@ -86,6 +87,41 @@ pub fn held(value: f64, digits: Option<usize>) -> String {
         power_of_ten(rounded).replace('-', "−")
     } else {
         table(rounded)
+    }
+}
+
+/// [`held`], or [`MISSING`] without a value.
+pub fn shown(value: Option<f64>, digits: Option<usize>) -> String {
+    value.map_or_else(|| MISSING.to_owned(), |value| held(value, digits))
+}
+
+/// A number as [`table`] shows it, rounded to `digits` before.
+///
+/// ```
+/// use hil_core::number::rounded;
+///
+/// assert_eq!(rounded(12.3456, 3), "12.3");
+/// assert_eq!(rounded(0.5, 3), "0.5");
+/// ```
+pub fn rounded(value: f64, digits: usize) -> String {
+    table(significant(value, digits))
+}
+
+/// A small relative error: two digits and its sign.
+///
+/// ```
+/// use hil_core::number::relative_error;
+///
+/// assert_eq!(relative_error(-2.34e-10), "−2.3·10⁻¹⁰");
+/// assert_eq!(relative_error(0.0625), "+0.063");
+/// assert_eq!(relative_error(0.0), "0");
+/// ```
+pub fn relative_error(value: f64) -> String {
+    let text = rounded(value, 2);
+    if value > 0.0 {
+        format!("+{text}")
+    } else {
+        text
     }
 }
 
@@ -111,13 +147,17 @@ pub fn leading_place(value: f64) -> f64 {
 fn power_of_ten(value: f64) -> String {
     let scientific = format!("{value:e}");
     match scientific.split_once('e') {
-        Some((mantissa, exponent)) => format!("{mantissa}·10{}", superscript(exponent)),
+        Some((mantissa, exponent)) => format!("{mantissa}·10{}", raised(exponent)),
         None => scientific,
     }
 }
 
-/// Writes a decimal integer in superscript characters.
-pub fn superscript(integer: &str) -> String {
+/// A whole number in superscript characters.
+pub fn superscript(integer: i32) -> String {
+    raised(&integer.to_string())
+}
+
+fn raised(integer: &str) -> String {
     let raise = |digit| match digit {
         '-' => '⁻',
         '0' => '⁰',
@@ -143,9 +183,9 @@ pub fn share_percent(value: f64, limit: f64) -> Option<f64> {
 }
 
 /// Serialises a column rounded to [`PLOT_DIGITS`], not-finite numbers as null.
-pub(super) fn rounded<S: Serializer>(column: &[f64], serializer: S) -> Result<S::Ok, S::Error> {
-    let mut sequence = serializer.serialize_seq(Some(column.len()))?;
-    for &value in column {
+pub(crate) fn column<S: Serializer>(values: &[f64], serializer: S) -> Result<S::Ok, S::Error> {
+    let mut sequence = serializer.serialize_seq(Some(values.len()))?;
+    for &value in values {
         let value = significant(value, PLOT_DIGITS) + 0.0;
         // Integers without ".0": a third of a code column's size.
         if value.fract() == 0.0 && value.abs() < 1e15 {
@@ -161,13 +201,13 @@ pub(super) fn rounded<S: Serializer>(column: &[f64], serializer: S) -> Result<S:
     sequence.end()
 }
 
-/// [`rounded`] for a column that may be absent (null).
-pub(super) fn rounded_option<S: Serializer>(
-    column: &Option<Vec<f64>>,
+/// [`column`] for one that may be absent (null).
+pub(crate) fn column_option<S: Serializer>(
+    values: &Option<Vec<f64>>,
     serializer: S,
 ) -> Result<S::Ok, S::Error> {
-    match column {
-        Some(column) => rounded(column, serializer),
+    match values {
+        Some(values) => column(values, serializer),
         None => serializer.serialize_none(),
     }
 }
@@ -212,9 +252,9 @@ mod tests {
 
     #[test]
     fn columns_become_json() {
-        let column = [0.0, -0.0, 119.0, 0.123_456_789, f64::NAN, f64::INFINITY];
+        let values = [0.0, -0.0, 119.0, 0.123_456_789, f64::NAN, f64::INFINITY];
         let mut json = Vec::new();
-        rounded(&column, &mut serde_json::Serializer::new(&mut json)).unwrap();
+        column(&values, &mut serde_json::Serializer::new(&mut json)).unwrap();
         assert_eq!(json, b"[0,0,119,0.1234568,null,null]");
     }
 

@@ -1,17 +1,12 @@
-//! What the controller does beyond the paper's law: shape of the law,
+//! Options of the controller beyond the paper's law: shape of the law,
 //! supervision, backlash compensation, requests and injected faults.
 //!
 //! All of it acts on rung `firmware` alone. [`AxisOptions::default`] turns
 //! all of it off; what is left then is the paper's law (eq. 23). Times of the
 //! run are counted nanoseconds, angles radians; the run file has degrees.
 
-mod supervision;
-
+pub use firmware::law::Derivative;
 use plant::Encoder;
-
-pub use supervision::{
-    EncoderGlitch, EncoderLoss, FollowingErrorLimit, GainChange, Injections, Limits, Requests,
-};
 
 /// Everything that rung `firmware` can do beyond the paper's law.
 ///
@@ -30,7 +25,7 @@ pub struct AxisOptions {
     pub law: LawSettings,
     /// Encoders as the controller sees them (`[encoder]`, `[load_encoder]`).
     pub encoders: EncoderSettings,
-    /// What the supervision allows (`[limits]`).
+    /// Limits of the supervision (`[limits]`).
     pub limits: Limits,
     /// Compensation of the backlash (`[backlash]`).
     pub backlash: BacklashSettings,
@@ -43,7 +38,7 @@ pub struct AxisOptions {
 }
 
 impl AxisOptions {
-    /// Whether all of it is off, so that the paper's law remains.
+    /// True if all of it is off, so that the paper's law remains.
     pub fn is_off(&self) -> bool {
         *self == Self::default()
     }
@@ -52,7 +47,7 @@ impl AxisOptions {
 /// Shape of the control law (`[controller]`).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LawSettings {
-    /// What the derivative acts on.
+    /// Signal that the derivative acts on.
     pub derivative: Derivative,
     /// Time constant of the derivative's first-order filter \[s\]; 0 is none.
     pub derivative_filter_s: f64,
@@ -60,12 +55,12 @@ pub struct LawSettings {
     pub anti_windup: AntiWindup,
     /// Time constant of [`AntiWindup::BackCalculation`] \[s\], greater than 0.
     pub tracking_time_s: f64,
-    /// Mantissa bits of the gains' words, 8 to 31.
+    /// Mantissa bits of the fixed-point gains, 8 to 31.
     pub word_bits: u32,
-    /// Fraction bits that Kp, Ki·Δt and Kd/Δt are rounded to before they become
-    /// words, 0 to 40; [`None`] rounds to the words alone.
+    /// Fraction bits that Kp, Ki·Δt and Kd/Δt are rounded to before they get
+    /// their mantissas, 0 to 40; [`None`] rounds once.
     pub gain_fraction_bits: Option<u8>,
-    /// How the law's output becomes a whole code.
+    /// Rounding of the law's output to a whole code.
     pub quantiser: Quantiser,
     /// Seed of [`Quantiser::Dither`].
     pub dither_seed: u32,
@@ -73,13 +68,13 @@ pub struct LawSettings {
     pub slew_limit_codes_per_s: Option<f64>,
     /// Feed-forward from the reference; all 0 is none.
     pub feed_forward: FeedForward,
-    /// Where the setpoints come from.
+    /// Origin of the setpoints.
     pub setpoints: SetpointOrigin,
-    /// Which encoders close the loop.
+    /// Encoders that close the loop.
     pub feedback: Feedback,
     /// At rest, errors up to this count as 0 \[counts\]; 0 is no dead band.
     pub rest_dead_band_counts: u32,
-    /// What the integrator does while the axis stands.
+    /// Integrator while the axis stands.
     pub rest_integrator: RestIntegrator,
 }
 
@@ -104,16 +99,7 @@ impl Default for LawSettings {
     }
 }
 
-/// What the derivative acts on (`controller.derivative`).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Derivative {
-    /// The error: the paper's law.
-    Error,
-    /// The measured position, so that a jump of the setpoint gives no kick.
-    Measurement,
-}
-
-/// How the integrator is kept from winding up (`controller.anti_windup`).
+/// Guard of the integrator against winding up (`controller.anti_windup`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AntiWindup {
     /// Not at all: the paper's law.
@@ -121,11 +107,11 @@ pub enum AntiWindup {
     /// It goes no further than the headroom that is left, while the error
     /// drives it out.
     Clamp,
-    /// What the limit cuts off is led back into it.
+    /// The part that the limit cuts off is led back into it.
     BackCalculation,
 }
 
-/// How the law's output becomes a whole code (`controller.quantiser`).
+/// Rounding of the law's output to a whole code (`controller.quantiser`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quantiser {
     /// The nearest code.
@@ -136,7 +122,7 @@ pub enum Quantiser {
     Dither,
 }
 
-/// Where the setpoints come from (`controller.setpoints`).
+/// Origin of the setpoints (`controller.setpoints`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SetpointOrigin {
     /// A table of positions, one a sample, computed before the run.
@@ -147,7 +133,7 @@ pub enum SetpointOrigin {
     Queue,
 }
 
-/// Which encoders close the loop (`controller.feedback`).
+/// Encoders that close the loop (`controller.feedback`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Feedback {
     /// The one on the motor shaft.
@@ -156,7 +142,7 @@ pub enum Feedback {
     Dual,
 }
 
-/// What the integrator does while the axis stands
+/// Integrator while the axis stands
 /// (`controller.rest_integrator`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum RestIntegrator {
@@ -199,17 +185,17 @@ impl Default for EncoderSettings {
 /// Compensation of the backlash in the reference (`[backlash]`).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BacklashSettings {
-    /// What makes the reference cross the gap.
+    /// Trigger of the reference's way across the gap.
     pub compensation: Compensation,
     /// Half gap \[rad\] at the joint; [`None`] takes the joint's own.
     pub half_gap_rad: Option<f64>,
-    /// Where the width of the gap is known from.
+    /// Source of the width of the gap.
     pub gap: GapSource,
-    /// How the measurement of the gap notices the far flank.
-    pub backlash_measurement_detection: HomingDetection,
+    /// Sign of the far flank to the measurement of the gap.
+    pub backlash_measurement_detection: FlankDetection,
     /// Motor speed of the measurement \[counts/s\], greater than 0.
     pub backlash_measurement_speed_counts_per_s: f64,
-    /// Output that means a flank to [`HomingDetection::Effort`] \[codes\].
+    /// Output that means a flank to [`FlankDetection::Effort`] \[codes\].
     pub backlash_measurement_effort_codes: u32,
 }
 
@@ -219,14 +205,14 @@ impl Default for BacklashSettings {
             compensation: Compensation::None,
             half_gap_rad: None,
             gap: GapSource::Given,
-            backlash_measurement_detection: HomingDetection::LoadEncoder,
+            backlash_measurement_detection: FlankDetection::LoadEncoder,
             backlash_measurement_speed_counts_per_s: 200.0,
             backlash_measurement_effort_codes: 50,
         }
     }
 }
 
-/// What makes the reference cross the gap (`backlash.compensation`).
+/// Trigger of the reference's way across the gap (`backlash.compensation`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Compensation {
     /// Nothing: no compensation.
@@ -237,7 +223,7 @@ pub enum Compensation {
     Acceleration,
 }
 
-/// Where the width of the gap is known from (`backlash.gap`).
+/// Source of the width of the gap (`backlash.gap`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum GapSource {
     /// From the settings.
@@ -246,11 +232,107 @@ pub enum GapSource {
     Measured,
 }
 
-/// How the measurement notices the far flank (`backlash.backlash_measurement_detection`).
+/// Sign of the far flank to the measurement
+/// (`backlash.backlash_measurement_detection`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum HomingDetection {
+pub enum FlankDetection {
     /// The load encoder moves.
     LoadEncoder,
     /// The output rises.
     Effort,
+}
+
+/// Limits of the supervision (`[limits]`); [`None`] is not monitored.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Limits {
+    /// Largest following error.
+    pub following_error: Option<FollowingErrorLimit>,
+    /// Largest change of the encoder count in one sample \[counts\], below
+    /// half the counter's range.
+    pub count_jump_counts: Option<u32>,
+    /// Standstill of the count that means that the encoder is lost.
+    pub encoder_loss: Option<EncoderLoss>,
+    /// Longest time with the output at its limit \[ns\], greater than 0.
+    pub saturation_ns: Option<u64>,
+    /// A missed tick is a fault.
+    pub missed_ticks: bool,
+    /// Largest speed of the axis at the carriage \[m/s\]. The backlash
+    /// compensation needs it.
+    pub velocity_mps: Option<f64>,
+    /// Largest acceleration of the axis at the carriage \[m/s²\]. The backlash
+    /// compensation needs it.
+    pub acceleration_mps2: Option<f64>,
+}
+
+/// Largest following error: `counts + per_speed_s·|reference speed|`.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FollowingErrorLimit {
+    /// At standstill \[counts\], at least 1.
+    pub counts: u32,
+    /// On top, per speed \[counts/(counts/s)\], at least 0.
+    pub per_speed_s: f64,
+}
+
+/// The encoder counts as lost if its count stands still this long under an
+/// output of at least this size.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct EncoderLoss {
+    /// Time \[ns\], greater than 0.
+    pub after_ns: u64,
+    /// Magnitude of the output \[codes\], at least 1.
+    pub codes: u32,
+}
+
+/// Requests at given times \[ns\] (`[sequence]`); [`None`] never comes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Requests {
+    /// Disable the axis.
+    pub disable_ns: Option<u64>,
+    /// Enable the axis.
+    pub enable_ns: Option<u64>,
+    /// The emergency stop goes on.
+    pub emergency_stop_ns: Option<u64>,
+    /// The emergency stop goes off, later than it went on.
+    pub emergency_stop_release_ns: Option<u64>,
+    /// Reset the faults.
+    pub reset_ns: Option<u64>,
+}
+
+/// Gains that hold from some time on (`[gain_change]`); at least one of them
+/// changes, [`None`] stays as it is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GainChange {
+    /// Time of the change \[ns\].
+    pub at_ns: u64,
+    /// Proportional gain \[codes/count\].
+    pub kp: Option<f64>,
+    /// Integral gain \[codes/(count s)\].
+    pub ki_per_s: Option<f64>,
+    /// Derivative gain \[codes s/count\].
+    pub kd_s: Option<f64>,
+}
+
+/// Hardware that misbehaves at given times \[ns\] (`[inject]`); [`None`] never
+/// does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Injections {
+    /// One wrong count.
+    pub encoder_glitch: Option<EncoderGlitch>,
+    /// From here on the count stands still.
+    pub encoder_freeze_ns: Option<u64>,
+    /// The tick at this time does not come.
+    pub missed_tick_ns: Option<u64>,
+    /// The transfer at this time fails.
+    pub bus_error_ns: Option<u64>,
+    /// From here on the queue of setpoints is not filled.
+    pub setpoint_underrun_ns: Option<u64>,
+}
+
+/// One wrong count of the encoder.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct EncoderGlitch {
+    /// Time \[ns\].
+    pub at_ns: u64,
+    /// Counts that are added to the true one \[counts\].
+    pub counts: i32,
 }

@@ -1,6 +1,7 @@
-//! Gains in SI units → the firmware's words, and positions → its setpoints.
+//! Gains in SI units → the firmware's fixed-point gains, and positions → its
+//! setpoints.
 //!
-//! The firmware only accepts or rejects words; this is where they are made.
+//! The firmware only accepts or rejects fixed-point gains; this is where they are made.
 //! Per sample the law needs `Kp`, `Ki·Δt` and `Kd/Δt` in codes per count
 //! (eq. 23 at `t = k·Δt`). Each becomes `w·2^−f` with the largest `f` for which
 //! `w` fits 31 bits, so that
@@ -17,18 +18,18 @@
 //!
 //! The error range `|e| ≤ E` is a power of two: at least twice the travel, so
 //! that an axis that stands still or runs the wrong way stays inside, and at
-//! least 2^17 counts. Gains are refused if their words do not reach that far.
-//! Mostly they reach further, and then the range is as wide as they allow: the
-//! words are the same, and an axis that runs away stays within the firmware's
+//! least 2^17 counts. Gains are refused if their fixed-point form does not reach that
+//! far. Mostly it reaches further, and then the range is as wide as they allow: the
+//! gains are the same, and an axis that runs away stays within the firmware's
 //! promise for longer. The paper's gains at 1 ms reach 2^27 counts.
 
-mod error;
-
-use firmware::{ErrorRange, Gain, GainWord, Pid, PidWords, SetpointTable};
+use firmware::law::Part;
+use firmware::refusal::What;
+use firmware::{ErrorRange, Gain, GainWord, Pid, PidWords, Refusal, SetpointTable};
 use plant::PidGains;
 
-pub(crate) use error::rounded_down;
-pub use error::{QuantiseError, UnfitGain};
+/// Largest error range \[counts\].
+const MAX_ERROR: u64 = 1 << ErrorRange::MAX_BITS;
 
 /// Largest mantissa, as a number.
 const MAX_MANTISSA: f64 = i32::MAX as f64;
@@ -36,56 +37,108 @@ const MAX_MANTISSA: f64 = i32::MAX as f64;
 /// Bits of the largest mantissa.
 const MANTISSA_BITS: u32 = 31;
 
-/// One gain as the firmware has it.
+/// One gain of the law in fixed point.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct QuantisedGain {
-    /// Key in the run file.
-    pub key: &'static str,
-    /// Which gain of the law.
-    pub gain: Gain,
-    /// The gain that the run file asks for, per sample \[codes/count\].
+pub struct FixedPointGain {
+    /// Part of the law.
+    pub part: Part,
+    /// Value in the run file, in its key's unit.
+    pub value: f64,
+    /// The gain that the law multiplies by, per sample.
     pub wanted: f64,
-    /// The word that stands for it.
+    /// The fixed-point number that stands for it.
     pub word: GainWord,
 }
 
-impl QuantisedGain {
-    /// The gain as the law has it: `Kp`, `Ki·Δt` or `Kd/Δt`.
+impl FixedPointGain {
+    /// Key in the run file.
+    pub fn key(&self) -> &'static str {
+        key(self.part)
+    }
+
+    /// The gain as the law has it.
     pub fn name(&self) -> &'static str {
-        match self.gain {
-            Gain::Proportional => "Kp",
-            Gain::Integral => "Ki·Δt",
-            Gain::Derivative => "Kd/Δt",
+        match self.part {
+            Part::Proportional => "Kp",
+            Part::Integral => "Ki·Δt",
+            Part::Derivative => "Kd/Δt",
+            Part::Velocity => "Kv/Δt",
+            Part::Acceleration => "Ka/Δt²",
+            Part::Friction => "Kf",
         }
     }
 
-    /// What the word is worth, exactly \[codes/count\].
-    pub fn value(&self) -> f64 {
-        // 31 bits and a power of two: no rounding.
-        f64::from(self.word.mantissa) / power_of_two(self.word.fraction_bits)
+    /// Its unit in the law: rates come in units of their own.
+    pub fn unit(&self) -> &'static str {
+        match self.part {
+            Part::Proportional | Part::Integral | Part::Derivative => "codes/count",
+            Part::Velocity => "codes/unit of v",
+            Part::Acceleration => "codes/unit of a",
+            Part::Friction => "codes",
+        }
     }
 
-    /// `(value − wanted)/wanted`; 0 where nothing is wanted.
+    /// True for one of the three gains of eq. 23, which are shown even
+    /// where they are 0.
+    pub fn is_of_the_paper(&self) -> bool {
+        matches!(
+            self.part,
+            Part::Proportional | Part::Integral | Part::Derivative
+        )
+    }
+
+    /// `(value of the fixed-point number − wanted)/wanted`; 0 where nothing is wanted.
     pub fn relative_error(&self) -> f64 {
         if self.wanted == 0.0 {
             0.0
         } else {
-            (self.value() - self.wanted) / self.wanted
+            (value(self.word) - self.wanted) / self.wanted
         }
     }
 }
 
-/// The gains of a run in words, accepted by the firmware.
+/// The run file's key of a gain.
+pub const fn key(part: Part) -> &'static str {
+    match part {
+        Part::Proportional => "controller.kp",
+        Part::Integral => "controller.ki_per_s",
+        Part::Derivative => "controller.kd_s",
+        Part::Velocity => "controller.velocity_ff_s",
+        Part::Acceleration => "controller.acceleration_ff_s2",
+        Part::Friction => "controller.friction_ff_codes",
+    }
+}
+
+/// The gains of a run as tables and reports show them, whichever law they belong to.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FixedPointGains {
+    /// The gains that are not left out.
+    pub rows: Vec<FixedPointGain>,
+    /// `E`: errors up to this size are within the declared range \[counts\].
+    pub error_limit: i32,
+}
+
+/// The gains of the paper's law, accepted by the firmware.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct QuantisedGains {
-    /// The control law with these words; it also knows the declared ranges
+    /// The control law with these gains; it also knows the declared ranges
     /// (`error_limit`, `error_sum_limit`).
     pub pid: Pid,
     /// `Kp`, `Ki·Δt` and `Kd/Δt`, in this order.
-    pub gains: [QuantisedGain; 3],
+    pub gains: [FixedPointGain; 3],
 }
 
-/// Turns gains into words for a sample time \[ns\] and a travel of the motor
+impl QuantisedGains {
+    /// All of them as they are shown.
+    pub fn fixed_point(&self) -> FixedPointGains {
+        FixedPointGains {
+            rows: self.gains.to_vec(),
+            error_limit: self.pid.error_limit(),
+        }
+    }
+}
+
+/// Turns gains into fixed-point ones for a sample time \[ns\] and a travel of the motor
 /// shaft \[counts\].
 ///
 /// # Errors
@@ -106,7 +159,7 @@ pub struct QuantisedGains {
 /// let error = quantise(&gains, 1_000_000, 99_900).unwrap_err();
 /// assert_eq!(
 ///     error.to_string(),
-///     "controller.kp = 9000: the firmware's words hold at most 2047.99 \
+///     "controller.kp = 9000: the firmware's fixed-point gains hold at most 2047.99 \
 ///      at this sample time and errors up to 262144 counts",
 /// );
 /// # Ok::<(), hil_core::quantise::QuantiseError>(())
@@ -120,15 +173,15 @@ pub fn quantise(
     let sample_ns = sample_time_ns as f64;
     // Per sample: Ki·Δt and Kd/Δt with Δt in ns, times and over 10^9.
     let settings = [
-        ("controller.kp", Gain::Proportional, gains.kp, gains.kp),
+        (Part::Proportional, Gain::Proportional, gains.kp, gains.kp),
         (
-            "controller.ki_per_s",
+            Part::Integral,
             Gain::Integral,
             gains.ki_per_s,
             gains.ki_per_s * sample_ns / 1e9,
         ),
         (
-            "controller.kd_s",
+            Part::Derivative,
             Gain::Derivative,
             gains.kd_s,
             gains.kd_s * 1e9 / sample_ns,
@@ -136,12 +189,12 @@ pub fn quantise(
     ];
 
     let mut unfit = Vec::new();
-    for (key, gain, value, wanted) in settings {
+    for (part, gain, value, wanted) in settings {
         let most = largest(gain, range);
         // Also false for NaN.
         if !(0.0..=most).contains(&wanted) {
             unfit.push(UnfitGain {
-                key,
+                key: key(part),
                 value,
                 largest: match gain {
                     Gain::Proportional => most,
@@ -156,9 +209,9 @@ pub fn quantise(
         return Err(QuantiseError::Gains(unfit));
     }
 
-    let gains = settings.map(|(key, gain, _, wanted)| QuantisedGain {
-        key,
-        gain,
+    let gains = settings.map(|(part, gain, value, wanted)| FixedPointGain {
+        part,
+        value,
         wanted,
         word: finest_word(wanted, gain.max_fraction_bits(), MANTISSA_BITS),
     });
@@ -199,7 +252,7 @@ pub(crate) fn error_range(travel_counts: i64) -> Option<ErrorRange> {
         .and_then(ErrorRange::from_bits)
 }
 
-/// Largest gain per sample that has a word for this error range.
+/// Largest gain per sample that has a fixed-point form for this error range.
 fn largest(gain: Gain, range: ErrorRange) -> f64 {
     match gain {
         // A full mantissa at the fewest fraction bits.
@@ -210,7 +263,7 @@ fn largest(gain: Gain, range: ErrorRange) -> f64 {
     }
 }
 
-/// The word with the most fraction bits, at most `max`, whose mantissa fits
+/// The number with the most fraction bits, at most `max`, whose mantissa fits
 /// `mantissa_bits` bits; for gains from 0 to 2^`mantissa_bits` − 1.
 pub(crate) fn finest_word(gain: f64, max: u8, mantissa_bits: u32) -> GainWord {
     let largest = ((1_u64 << mantissa_bits) - 1) as f64;
@@ -224,6 +277,141 @@ pub(crate) fn finest_word(gain: f64, max: u8, mantissa_bits: u32) -> GainWord {
 /// `2^exponent` for exponents below 64, exactly.
 pub(crate) fn power_of_two(exponent: u8) -> f64 {
     (1_u64 << exponent) as f64
+}
+
+/// The value of a fixed-point number, exactly: 31 bits and a power of two.
+fn value(word: GainWord) -> f64 {
+    f64::from(word.mantissa) / power_of_two(word.fraction_bits)
+}
+
+/// `value` with so many significant digits, rounded down so that what a message
+/// calls allowed is allowed.
+pub(crate) fn rounded_down(value: f64, significant: i32) -> f64 {
+    if value == 0.0 {
+        return value;
+    }
+    let digits = significant - 1 - value.log10().floor() as i32;
+    // Dividing by a power of ten gives the nearest number to the decimal;
+    // multiplying by a negative power of ten would not.
+    if digits >= 0 {
+        let scale = 10_f64.powi(digits);
+        (value * scale).floor() / scale
+    } else {
+        let scale = 10_f64.powi(-digits);
+        (value / scale).floor() * scale
+    }
+}
+
+/// A gain that no fixed-point number can hold.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct UnfitGain {
+    /// Key in the run file.
+    pub key: &'static str,
+    /// Value in the run file.
+    pub value: f64,
+    /// Largest value that fits this sample time and error range.
+    pub largest: f64,
+    /// The errors that the travel asks for \[counts\].
+    pub error_limit: i32,
+}
+
+impl UnfitGain {
+    /// The allowed, as the second half of a sentence.
+    pub fn because(&self) -> String {
+        if self.value.is_finite() && self.value >= 0.0 {
+            format!(
+                "the firmware's fixed-point gains hold at most {} at this sample time and errors \
+                 up to {} counts",
+                rounded_down(self.largest, 6),
+                self.error_limit
+            )
+        } else {
+            "a gain must be finite and at least 0".to_owned()
+        }
+    }
+}
+
+/// Settings of a controller that the firmware cannot have. The run cannot start.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum QuantiseError {
+    /// The travel is too long for the largest error range \[counts\].
+    #[error(
+        "the travel makes {0} encoder counts; the firmware takes at most {most}",
+        most = MAX_ERROR / 2
+    )]
+    Travel(i64),
+    /// Gains that no fixed-point number can hold: all of them.
+    #[error("{}", lines(.0))]
+    Gains(Vec<UnfitGain>),
+    /// The firmware refuses the gains.
+    #[error("{0}")]
+    Words(Refusal),
+    /// The firmware refuses the gains of its law.
+    #[error("{0}")]
+    Law(Refusal),
+    /// A setting that has no fixed-point form.
+    #[error("{key} = {value}: {because}")]
+    Setting {
+        /// Key in the run file.
+        key: &'static str,
+        /// Value in the run file.
+        value: f64,
+        /// The allowed, as the second half of a sentence.
+        because: String,
+    },
+    /// The motion cannot be generated on the chip.
+    #[error("{0}")]
+    Motion(Refusal),
+    /// The gap could not be measured.
+    #[error("{0}")]
+    Gap(String),
+    /// Without a sample time there are no gains per sample.
+    #[error("a sampled law needs controller.sample_time_s")]
+    NoSampleTime,
+    /// The delay is to be measured on a chip, and none takes part.
+    #[error(
+        "only the steps of a chip are measured; run law \"firmware\" over a link to one \
+         (--link qemu), or give a number of seconds"
+    )]
+    DelayUnknown,
+    /// The electronics cannot be had.
+    #[error("{0}")]
+    Io(String),
+    /// The setpoints do not fit the table.
+    #[error("{0}")]
+    Setpoints(Refusal),
+    /// The firmware knows no converter of that many bits.
+    #[error(transparent)]
+    Dac(Refusal),
+}
+
+impl QuantiseError {
+    /// A setting that the firmware refuses.
+    pub(crate) fn setting(key: &'static str, value: f64, because: &dyn std::fmt::Display) -> Self {
+        Self::Setting {
+            key,
+            value,
+            because: because.to_string(),
+        }
+    }
+
+    /// The error of a motion with `needed` samples, for callers that know the
+    /// number before they have computed the samples.
+    pub fn too_long(needed: u64, capacity: usize) -> Self {
+        Self::Setpoints(Refusal {
+            what: What::Setpoints,
+            value: i64::try_from(needed).unwrap_or(i64::MAX),
+            least: 1,
+            most: i64::try_from(capacity).unwrap_or(i64::MAX),
+        })
+    }
+}
+
+/// One gain a line.
+fn lines(unfit: &[UnfitGain]) -> String {
+    let line = |gain: &UnfitGain| format!("{} = {}: {}", gain.key, gain.value, gain.because());
+    unfit.iter().map(line).collect::<Vec<_>>().join("\n")
 }
 
 #[cfg(test)]
@@ -253,7 +441,7 @@ mod tests {
                 assert!(gain.relative_error().abs() <= 1e-7, "{gain:?}");
                 let half_a_unit = 0.5 / power_of_two(gain.word.fraction_bits);
                 assert!(
-                    (gain.value() - gain.wanted).abs() <= half_a_unit,
+                    (value(gain.word) - gain.wanted).abs() <= half_a_unit,
                     "{gain:?}"
                 );
             }
@@ -268,8 +456,10 @@ mod tests {
         while gain < 2_000.0 {
             let word = finest_word(gain, 40, MANTISSA_BITS);
             assert!(word.mantissa >= 1 << 30, "{gain}: {word}");
-            let value = f64::from(word.mantissa) / power_of_two(word.fraction_bits);
-            assert!((value - gain).abs() <= gain / 2_147_483_648.0, "{gain}");
+            assert!(
+                (value(word) - gain).abs() <= gain / 2_147_483_648.0,
+                "{gain}"
+            );
             gain *= 1.037;
         }
     }

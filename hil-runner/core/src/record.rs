@@ -1,4 +1,4 @@
-//! What a run keeps while the plant is advanced.
+//! Observers of a run: what they keep while the plant is advanced.
 
 use plant::{Contact, ContactChange, Extremes, ExtremesSettings, Plant, Span, State, Watch};
 

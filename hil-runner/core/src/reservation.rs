@@ -1,4 +1,4 @@
-//! Why a run that keeps its limits does not simply pass.
+//! Reasons for which a run that keeps its limits does not simply pass.
 
 use plant::Contact;
 
@@ -12,7 +12,7 @@ use crate::summary::Summary;
 use crate::theory::{JointState, margin};
 use crate::time::seconds;
 
-/// What a reader has to know before a run's verdicts.
+/// A reason that a reader has to know before a run's verdicts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reservation {
     /// The run ends before the motion does.
@@ -118,10 +118,10 @@ pub fn kept_but(runs: &[(&str, &[Reservation])]) -> Option<String> {
     (!words.is_empty()).then(|| format!("All limits kept, but: {}", words.join(", ")))
 }
 
-/// How the keys of figures begin that need a window of rest.
+/// Beginnings of the keys of figures that need a window of rest.
 const OF_REST: [&str; 2] = ["rest_", "limit_cycle_"];
 
-/// Which of the figures whose keys begin so a run does not have.
+/// The figures whose keys begin so that a run does not have.
 fn null_figures(summary: &Summary, begins: &[&str]) -> String {
     let null = SUMMARY_FIGURES.iter().filter(|figure| {
         let named = begins.iter().any(|begin| figure.key.starts_with(begin));
@@ -134,14 +134,14 @@ fn null_figures(summary: &Summary, begins: &[&str]) -> String {
     }
 }
 
-/// Whether the carriage is in the gap without anything that keeps it there.
+/// True if the carriage is in the gap without anything that keeps it there.
 fn floats(case: &Case, contact: Contact) -> bool {
     let resistance = &case.axis.carriage.resistance;
     let held = resistance.opposes_motion && resistance.constant_n > 0.0;
     case.has_gap() && contact == Contact::Open && !held
 }
 
-/// Which state of the joint makes the sampled loop unstable.
+/// The states of the joint that make the sampled loop unstable.
 fn unstable_loop(case: &Case) -> Option<String> {
     if case.controller.law == Law::Continuous {
         return None;
@@ -164,7 +164,7 @@ fn unstable_loop(case: &Case) -> Option<String> {
     })
 }
 
-/// Which figures hold to how many digits.
+/// The figures by the number of digits that hold.
 fn digits_sentence(summary: &Summary) -> Option<String> {
     let digits = &summary.digits_that_hold;
     let most = digits.values().max()?;

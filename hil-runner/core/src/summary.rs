@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::budget::{self, Verdict};
 use crate::case::{Case, Law};
 use crate::chip_cost::ChipReport;
-use crate::controllers::AxisStatus;
+use crate::message::AxisStatus;
 use crate::number;
 use crate::rest::Seen;
 use crate::time::seconds;
@@ -50,7 +50,7 @@ pub struct Summary {
     pub impacts: u64,
     /// Largest |ε̇| at an impact \[rad/s\]; 0 without one.
     pub hardest_impact_radps: f64,
-    /// What the joint's damper has turned into heat, `∫ c·ε̇² dt` \[J\].
+    /// Heat of the joint's damper, `∫ c·ε̇² dt` \[J\].
     pub joint_loss_j: f64,
     /// Largest voltage in force \[V\].
     pub peak_abs_voltage_v: f64,
@@ -66,7 +66,7 @@ pub struct Summary {
     /// Bits that tell the counts apart that the encoder went through; `None`
     /// where there are none.
     pub encoder_bits_used: Option<u32>,
-    /// Half of the carriage's swing at rest about its straight line \[µm\];
+    /// Amplitude of the carriage at rest about its straight line \[µm\];
     /// `None`, as what follows, where it does not rest.
     pub rest_ripple_um: Option<f64>,
     /// The same where it is a sustained oscillation, else 0 \[µm\].
@@ -81,13 +81,13 @@ pub struct Summary {
     pub rest_error_max_um: Option<f64>,
     /// RMS of x_ref − x over the same rows \[µm\].
     pub rest_error_rms_um: Option<f64>,
-    /// How often the supervision stopped the axis; left out where none runs.
+    /// Number of times that the supervision stopped the axis; left out where none runs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub faults: Option<u32>,
-    /// What the axis reported at the end; left out where no supervision runs.
+    /// Report of the axis at the end; left out where no supervision runs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub axis: Option<AxisReport>,
-    /// What the chip reported; left out where none runs.
+    /// Report of the chip; left out where none runs.
     #[serde(flatten)]
     pub chip: Option<ChipReport>,
     /// Every change of contact: `[t_s, from, to]`.
@@ -138,19 +138,16 @@ impl Summary {
 
     /// A figure as tables show it, with the digits that hold.
     pub fn shown(&self, key: &str) -> String {
-        self.figure(key).map_or_else(
-            || number::MISSING.to_owned(),
-            |value| number::held(value, self.digits(key)),
-        )
+        number::shown(self.figure(key), self.digits(key))
     }
 
-    /// How many digits of a figure hold; `None` where all that tables show do.
+    /// Number of digits of a figure that hold; `None` where all that tables show do.
     pub fn digits(&self, key: &str) -> Option<usize> {
         self.digits_that_hold.get(key).copied()
     }
 }
 
-/// What the supervision of the axis has to say.
+/// Report of the supervision of the axis.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AxisReport {
     /// State at the end.
@@ -164,7 +161,7 @@ pub struct AxisReport {
 /// A fault in a summary.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FaultReport {
-    /// What tripped.
+    /// The limit or fault that tripped.
     pub cause: &'static str,
     /// Number of the sample.
     pub tick: u64,
@@ -178,7 +175,7 @@ pub struct FaultReport {
     pub error_counts: i32,
     /// The last code before the safe output.
     pub dac_code: i32,
-    /// What was measured, in the unit of the cause.
+    /// The measured value, in the unit of the cause.
     pub measured: i64,
     /// The limit that it passed.
     pub limit: i64,
@@ -257,7 +254,7 @@ impl RowFigures {
     }
 }
 
-/// What is known at the end of a run.
+/// Facts at the end of a run.
 #[derive(Debug)]
 pub(crate) struct EndOfRun<'a> {
     pub(crate) case: &'a Case,
@@ -269,9 +266,9 @@ pub(crate) struct EndOfRun<'a> {
     pub(crate) held_limit_ns: u64,
     /// Every change of contact, if they were kept.
     pub(crate) events: Option<&'a [ContactChange]>,
-    /// What the axis reported last.
+    /// Last report of the axis.
     pub(crate) axis: Option<AxisStatus>,
-    /// What its chip reported.
+    /// Report of its chip.
     pub(crate) chip: Option<ChipReport>,
 }
 

@@ -34,13 +34,6 @@ pub struct Row {
     pub contact: i8,
 }
 
-impl Row {
-    /// State of the axis, where supervision runs.
-    fn axis_state(&self) -> Option<State> {
-        self.sample.and_then(|sample| sample.axis_state)
-    }
-}
-
 /// The controller's part of a row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sample {
@@ -73,32 +66,19 @@ impl<W: Write> TraceWriter<W> {
     /// # Errors
     /// Whatever the sink reports.
     pub fn row(&mut self, row: &Row) -> std::io::Result<()> {
+        let sample = row.sample.as_ref();
+        let state = sample.and_then(|sample| sample.axis_state);
+        let controller = sample.map(|sample| [sample.error_counts, sample.dac_code]);
         if !self.header_written {
-            let controller: &[&str] = match row.sample {
-                Some(_) => &["error_counts", "dac_code"],
-                None => &[],
-            };
-            let state: &[&str] = match row.axis_state() {
-                Some(_) => &["axis_state"],
-                None => &[],
-            };
-            self.csv
-                .write_record(
-                    [
-                        &["t_s", "x_ref_m", "acc_ref_mps2"],
-                        controller,
-                        &PLANT_COLUMNS,
-                        state,
-                    ]
-                    .concat(),
-                )
-                .map_err(io_error)?;
+            let controller = controller.map(|_| ["error_counts", "dac_code"]);
+            let names = ["t_s", "x_ref_m", "acc_ref_mps2"].into_iter();
+            let names = names.chain(controller.into_iter().flatten());
+            let names = names.chain(PLANT_COLUMNS);
+            let names = names.chain(state.map(|_| "axis_state"));
+            self.csv.write_record(names).map_err(io_error)?;
             self.header_written = true;
         }
-        let controller: &[f64] = match &row.sample {
-            Some(sample) => &[sample.error_counts, sample.dac_code],
-            None => &[],
-        };
+        let command = [row.t_s, row.x_ref_m, row.acc_ref_mps2];
         let plant = [
             row.motor_voltage_v,
             row.current_a,
@@ -109,17 +89,20 @@ impl<W: Write> TraceWriter<W> {
             row.acc_mps2,
             f64::from(row.contact),
         ];
-        let command = [row.t_s, row.x_ref_m, row.acc_ref_mps2];
-        for value in command.iter().chain(controller).chain(&plant) {
+        for value in command
+            .iter()
+            .chain(controller.iter().flatten())
+            .chain(&plant)
+        {
             self.csv.write_field(shortest(*value)).map_err(io_error)?;
         }
-        if let Some(state) = row.axis_state() {
+        if let Some(state) = state {
             self.csv.write_field(state.name()).map_err(io_error)?;
         }
         self.csv.write_record(None::<&[u8]>).map_err(io_error)
     }
 
-    /// Whether no row has been written.
+    /// True before the first row.
     pub fn is_empty(&self) -> bool {
         !self.header_written
     }
@@ -133,7 +116,7 @@ impl<W: Write> TraceWriter<W> {
     }
 }
 
-/// What the sink said; a row of equal length each time leaves nothing else.
+/// The sink's own error; a row of equal length each time leaves nothing else.
 fn io_error(error: csv::Error) -> std::io::Error {
     match error.into_kind() {
         csv::ErrorKind::Io(error) => error,

@@ -9,22 +9,22 @@
 //! [`GIVE_UP`] without an answer, on a slow line after [`PATIENCES`], the line
 //! counts as dead.
 
-use core::fmt;
 use std::time::{Duration, Instant};
 
-use firmware::link::frame::{LARGEST_FRAME, Received, Receiver, crc32_on, encode};
-use firmware::link::header::VERSION;
-use firmware::link::{Events, Identity, Nak, Reply, Request, SourceKind, Step, Stepped};
+use firmware_link::body::VERSION;
+use firmware_link::frame::{LARGEST_FRAME, Received, Receiver, crc32_on, encode};
+use firmware_link::{Events, Identity, Nak, Reply, Request, SourceKind, Step, Stepped};
+use thiserror::Error;
 
 use super::line::{Line, LineError};
 
-/// How long a chip may be silent before the run ends.
+/// Time that a chip may be silent before the run ends.
 pub const GIVE_UP: Duration = Duration::from_secs(3);
 
 /// The same in patiences of the line, where that is longer.
 pub const PATIENCES: u32 = 8;
 
-/// What a client has noticed of its line. Matters of the moment: they enter no
+/// Notes of a client on its line. Matters of the moment: they enter no
 /// summary.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Noticed {
@@ -105,12 +105,12 @@ impl Client {
         Ok(())
     }
 
-    /// What answers at the other end.
+    /// The chip at the other end.
     pub fn identity(&self) -> &Identity {
         &self.identity
     }
 
-    /// What was noticed of the line so far.
+    /// The notes on the line so far.
     pub fn noticed(&self) -> Noticed {
         self.noticed
     }
@@ -181,11 +181,10 @@ impl Client {
         let mut patience = self.line.patience();
         let give_up = GIVE_UP.max(patience * PATIENCES);
         let start = Instant::now();
-        self.line.send(&frame).map_err(ClientError::Line)?;
+        self.line.send(&frame)?;
         let mut buffer = [0; 256];
         loop {
-            let count = self.line.receive(&mut buffer, patience);
-            let count = count.map_err(ClientError::Line)?;
+            let count = self.line.receive(&mut buffer, patience)?;
             let mut again = count == 0;
             if again {
                 // A chip that is slow, not silent, must not drown in repetitions.
@@ -219,8 +218,8 @@ impl Client {
             if again {
                 self.noticed.repeated += 1;
                 // A 0 ends whatever the line has made of the frame before.
-                self.line.send(&[0]).map_err(ClientError::Line)?;
-                self.line.send(&frame).map_err(ClientError::Line)?;
+                self.line.send(&[0])?;
+                self.line.send(&frame)?;
             }
         }
     }
@@ -239,25 +238,36 @@ fn next_session(last: u16) -> u16 {
     }
 }
 
-/// Why a session has ended.
-#[derive(Debug)]
+/// A reason for which a session has ended.
+#[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ClientError {
     /// The line has ended.
-    Line(LineError),
+    #[error(transparent)]
+    Line(#[from] LineError),
     /// Nobody has answered for so long.
+    #[error("the controller has not answered for {} s", waited.as_secs())]
     Silent {
         /// The time.
         waited: Duration,
     },
     /// The chip speaks another version of the protocol.
+    #[error(
+        "the controller speaks version {there} of the protocol, this program version {VERSION}: build \
+         image and program from the same sources"
+    )]
     Version {
         /// Its version.
         there: u8,
     },
     /// The chip says that its timer has no frequency.
+    #[error("the controller tells a timer of 0 Hz")]
     NoTimer,
     /// A code that the converter does not have.
+    #[error(
+        "the controller answers code {code}; the converter has {} to {largest}",
+        -largest - 1
+    )]
     Code {
         /// The code.
         code: i32,
@@ -265,58 +275,35 @@ pub enum ClientError {
         largest: i32,
     },
     /// The chip does not carry the request out.
+    #[error("{}", refusal(.0))]
     Refused(Nak),
     /// An answer to something else.
+    #[error("the controller answers something else than was asked")]
     Unexpected,
     /// A request that fits no frame.
+    #[error("a request does not fit a frame")]
     TooLong,
 }
 
-impl fmt::Display for ClientError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Line(error) => error.fmt(f),
-            Self::Silent { waited } => write!(
-                f,
-                "the controller has not answered for {} s",
-                waited.as_secs()
-            ),
-            Self::Version { there } => write!(
-                f,
-                "the controller speaks version {there} of the protocol, this program version \
-                 {VERSION}: build image and program from the same sources"
-            ),
-            Self::NoTimer => f.write_str("the controller tells a timer of 0 Hz"),
-            Self::Code { code, largest } => write!(
-                f,
-                "the controller answers code {code}; the converter has {} to {largest}",
-                -largest - 1
-            ),
-            Self::Refused(nak) => match nak {
-                Nak::Session => f.write_str("the controller has restarted and lost its memory"),
-                Nak::Number { expected } => write!(
-                    f,
-                    "the controller has lost its place: it expects request {expected}"
-                ),
-                Nak::Configuration { here } => write!(
-                    f,
-                    "the controller has another configuration than this run: its CRC-32 is {here:08x}"
-                ),
-                Nak::Settings => f.write_str("the controller refuses its settings"),
-                Nak::Table => f.write_str(
-                    "the motion has more setpoints than the controller's table; a longer sample \
-                     time or controller.setpoints = \"generator\" needs fewer",
-                ),
-                Nak::Driving => f.write_str(
-                    "the controller drives an axis of its own; it serves a bench after a reset \
-                     in bench mode",
-                ),
-                _ => write!(f, "the controller refuses a request: {nak:?}"),
-            },
-            Self::Unexpected => f.write_str("the controller answers something else than was asked"),
-            Self::TooLong => f.write_str("a request does not fit a frame"),
+/// A refusal in words.
+fn refusal(nak: &Nak) -> String {
+    match nak {
+        Nak::Session => "the controller has restarted and lost its memory".to_owned(),
+        Nak::Number { expected } => {
+            format!("the controller has lost its place: it expects request {expected}")
         }
+        Nak::Configuration { here } => format!(
+            "the controller has another configuration than this run: its CRC-32 is {here:08x}"
+        ),
+        Nak::Settings => "the controller refuses its settings".to_owned(),
+        Nak::Table => "the motion has more setpoints than the controller's table; a longer sample \
+                       time or controller.setpoints = \"generator\" needs fewer"
+            .to_owned(),
+        Nak::Driving => {
+            "the controller drives an axis of its own; it serves a bench after a reset \
+                         in bench mode"
+                .to_owned()
+        }
+        _ => format!("the controller refuses a request: {nak:?}"),
     }
 }
-
-impl std::error::Error for ClientError {}

@@ -20,12 +20,12 @@ use std::time::{Duration, Instant};
 
 use rustix::fs::OFlags;
 
-use super::error::ChipError;
+use super::line::ChipError;
 
-/// What the guard does.
+/// The work of the guard.
 const SCRIPT: &str = include_str!("guard.sh");
 
-/// How long the guard may take to clean up; it took 5 ms to 28 ms with four
+/// Time that the guard may take to clean up; it took 5 ms to 28 ms with four
 /// busy processes a core, 2026-11.
 const CLEANED_UP: Duration = Duration::from_secs(2);
 
@@ -41,7 +41,7 @@ pub struct Guarded {
     guard: Child,
     /// Closes when this value or this process is gone.
     hold: Option<ChildStdin>,
-    /// What the child writes to standard output and standard error.
+    /// The words of the child on standard output and standard error.
     output: ChildStderr,
     said: String,
 }
@@ -108,12 +108,12 @@ impl Guarded {
         &self.folder
     }
 
-    /// What messages call the child.
+    /// The name of the child in messages.
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// What the child has said so far, on standard output and standard error.
+    /// The words of the child so far, on standard output and standard error.
     pub fn said(&mut self) -> &str {
         let mut bytes = [0; 512];
         // Ends where nothing more is there yet.
@@ -124,7 +124,7 @@ impl Guarded {
         &self.said
     }
 
-    /// How the child ended, if it has: "QEMU has ended with signal 9".
+    /// The end of the child, if it has: "QEMU has ended with signal 9".
     pub fn ended(&mut self) -> Option<String> {
         let status = match self.guard.try_wait() {
             Ok(None) => return None,
@@ -163,7 +163,7 @@ impl Guarded {
         }
     }
 
-    /// How the child ended, where its end of the line is known to be closed.
+    /// The end of the child, where its end of the line is known to be closed.
     pub(super) fn hung_up(&mut self) -> String {
         match self.ended_within(CLEANED_UP) {
             Some(ended) => ended,

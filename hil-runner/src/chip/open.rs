@@ -2,9 +2,8 @@
 
 use std::path::PathBuf;
 
-use super::error::ChipError;
 use super::image::Finder;
-use super::line::Line;
+use super::line::{ChipError, Line};
 use super::serial::SerialLine;
 use super::spec::{ChipLink, Program, Target, Transport};
 
@@ -13,7 +12,7 @@ use super::spec::{ChipLink, Program, Target, Transport};
 pub struct Opened {
     /// The line.
     pub line: Box<dyn Line>,
-    /// What runs on the chip, where this side has put it there.
+    /// The image on the chip, where this side has put it there.
     pub image: Option<Image>,
 }
 
@@ -42,7 +41,7 @@ pub fn open(link: &ChipLink, tell: &mut dyn FnMut(&str)) -> Result<Opened, ChipE
 }
 
 /// Starts the image of a target that measures what a sample costs; it says what
-/// [`super::budget::cost`] reads. As [`open`] otherwise.
+/// [`super::budget`] reads. As [`open`] otherwise.
 ///
 /// # Errors
 /// [`ChipError`]. Nothing that was started is left.
@@ -74,11 +73,9 @@ fn in_qemu(
     program: Program,
     tell: &mut dyn FnMut(&str),
 ) -> Result<Opened, ChipError> {
-    use super::fifo::FifoLine;
     use super::image::crc32;
-    use super::one_cpu::{OnOneCpu, OneCpu};
-    use super::pty::PtyLine;
-    use super::qemu;
+    use super::qemu::{self, OnOneCpu, OneCpu};
+    use super::qemu_lines::{FifoLine, PtyLine};
     use std::time::Duration;
 
     /// QEMU was there in 25 ms to 150 ms with five busy processes on two

@@ -4,13 +4,12 @@
 use std::io::{ErrorKind, Read, Write};
 use std::time::Duration;
 
-use firmware::link::frame::LARGEST_FRAME;
+use firmware_link::frame::LARGEST_FRAME;
 use serialport::{ClearBuffer, SerialPort};
 
-use super::error::ChipError;
-use super::line::{Line, LineError};
+use super::line::{ChipError, Line, LineError};
 
-/// What the system and an adapter may add to an answer: USB polls in
+/// Time that the system and an adapter may add to an answer: USB polls in
 /// milliseconds, and some adapters gather bytes for 16 ms.
 const LATENCY: Duration = Duration::from_millis(50);
 

@@ -1,7 +1,9 @@
-//! What a link is called on the command line.
+//! Names of links on the command line.
 
 use core::fmt;
 use core::str::FromStr;
+
+use thiserror::Error;
 
 /// A processor that the firmware is built for, and the machine that QEMU
 /// shows it.
@@ -42,7 +44,7 @@ impl Target {
     }
 }
 
-/// How the bytes get to a chip in QEMU.
+/// The way of the bytes to a chip in QEMU.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Transport {
     /// Two FIFOs that the firmware reads and writes by semihosting.
@@ -51,7 +53,7 @@ pub enum Transport {
     Uart,
 }
 
-/// What an image does.
+/// The work of an image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Program {
     /// Serves the controller over FIFOs.
@@ -73,7 +75,7 @@ impl Program {
         }
     }
 
-    /// How its bytes get here.
+    /// The way of its bytes.
     pub const fn transport(self) -> Transport {
         match self {
             Self::Fifo | Self::Cost => Transport::Fifo,
@@ -182,18 +184,9 @@ impl FromStr for ChipLink {
 }
 
 /// A text that names no link to a chip.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error(
+    "{0} is no link to a chip; it must be qemu[:m4|m0|m3|rv32], qemu-uart[:m4|m0|m3|rv32] or \
+     serial:PORT[@BAUD]"
+)]
 pub struct UnknownLink(pub String);
-
-impl fmt::Display for UnknownLink {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(
-            f,
-            "{} is no link to a chip; it must be qemu[:m4|m0|m3|rv32], \
-             qemu-uart[:m4|m0|m3|rv32] or serial:PORT[@BAUD]",
-            self.0
-        )
-    }
-}
-
-impl std::error::Error for UnknownLink {}

@@ -1,9 +1,10 @@
-//! `hil-runner certify`: is the controller on a chip the one that was
-//! simulated?
+//! `hil-runner certify`: the controller on chips held against the one that was
+//! simulated.
 
 use anyhow::{anyhow, bail};
 use clap::Args;
-use hil_core::case::{ComputationDelay, Law};
+use hil_core::case::ComputationDelay;
+use hil_core::number;
 use hil_core::runfile::RunFile;
 use hil_runner::chip::certify::{
     Difference, HostTrace, RowDifference, TraceHash, VectorFile, replay, stored,
@@ -11,12 +12,9 @@ use hil_runner::chip::certify::{
 use hil_runner::chip::installed;
 use hil_runner::chip::spec::{ChipLink, Transport};
 
-use super::explain;
-use super::interrupt;
-use super::link::OpenChip;
-use super::progress::Progress;
-use super::run::load;
-use super::terminal;
+use super::link_option::OpenChip;
+use super::terminal::{self, Progress, check_signals};
+use super::{Cases, Sets, explain, refuse_other_laws};
 
 /// Hold the controller on chips against the host's, bit for bit
 ///
@@ -34,56 +32,40 @@ use super::terminal;
                   hil-runner certify paper-2 --set controller.anti_windup=clamp"
 )]
 pub(crate) struct Certify {
-    /// Run files or built-in cases (paper-1 … paper-4, paper-2-12bit)
-    #[arg(required = true)]
-    cases: Vec<String>,
+    #[command(flatten)]
+    cases: Cases,
     /// Chip: qemu[:m4|m0|m3|rv32], qemu-uart[:m4|m0|m3|rv32] or serial:PORT[@BAUD]; may be
     /// given several times. Without it, every target that can be run in QEMU here
     #[arg(long = "link", value_name = "LINK")]
     links: Vec<ChipLink>,
-    /// Override a key of the run file; the value is TOML, a bare word a string
-    #[arg(long = "set", value_name = "KEY.PATH=VALUE")]
-    sets: Vec<String>,
+    #[command(flatten)]
+    sets: Sets,
 }
 
-/// What was computed, and where.
-#[derive(Debug)]
-pub(super) struct Certificate {
+/// A computation, and its place.
+#[derive(Debug, Default)]
+struct Certificate {
     /// The link to the chip; none is the host.
-    pub(super) link: Option<ChipLink>,
+    link: Option<ChipLink>,
     /// CRC-32 of the chip's image.
-    pub(super) image: Option<u32>,
+    image: Option<u32>,
     /// Cases that were begun.
-    pub(super) cases: usize,
+    cases: usize,
     /// Steps up to the first difference.
-    pub(super) steps: u64,
+    steps: u64,
     /// Over these steps.
-    pub(super) hash: TraceHash,
+    hash: TraceHash,
     /// The first one.
-    pub(super) difference: Option<Difference>,
+    difference: Option<Difference>,
     /// Files of vectors that were begun.
-    pub(super) files: usize,
+    files: usize,
     /// Rows up to the first difference.
-    pub(super) rows: u64,
+    rows: u64,
     /// The first one.
-    pub(super) row_difference: Option<RowDifference>,
+    row_difference: Option<RowDifference>,
 }
 
 impl Certificate {
-    fn new(link: Option<ChipLink>, image: Option<u32>) -> Self {
-        Self {
-            link,
-            image,
-            cases: 0,
-            steps: 0,
-            hash: TraceHash::default(),
-            difference: None,
-            files: 0,
-            rows: 0,
-            row_difference: None,
-        }
-    }
-
     /// The first differences, a line each.
     fn differences(&self) -> String {
         let Some(link) = &self.link else {
@@ -102,20 +84,16 @@ impl Certificate {
 
 impl Certify {
     pub(crate) fn execute(&self) -> anyhow::Result<bool> {
-        let files = load(&self.cases, &self.sets)?;
-        for file in &files {
-            if file.case.controller.law != Law::Firmware {
-                let because = "a chip runs the firmware; the law must be \"firmware\"";
-                bail!("{}", file.refuse("controller", "law", because));
-            }
-            if file.case.controller.computation_delay == ComputationDelay::Measured {
-                let because =
-                    "host and chip run in loops of their own, which need one delay: a time";
-                bail!(
-                    "{}",
-                    file.refuse("controller", "computation_delay_s", because)
-                );
-            }
+        let files = self.sets.load(&self.cases.cases)?;
+        refuse_other_laws(&files, "a chip runs the firmware")?;
+        let measured =
+            |file: &&RunFile| file.case.controller.computation_delay == ComputationDelay::Measured;
+        if let Some(file) = files.iter().find(measured) {
+            let because = "host and chip run in loops of their own, which need one delay: a time";
+            bail!(
+                "{}",
+                file.refuse("controller", "computation_delay_s", because)
+            );
         }
         let links = if self.links.is_empty() {
             installed_links()?
@@ -135,12 +113,10 @@ impl Certify {
                 Ok(certificate) => certificates.push(certificate),
                 Err(error) => errors.push(format!("{error:#}")),
             }
-            interrupt::check()?;
+            check_signals()?;
         }
         let differences = certificates.iter().map(Certificate::differences);
-        terminal::print(
-            &(terminal::certificate_table(&certificates) + &differences.collect::<String>()),
-        )?;
+        terminal::print(&(table(&certificates) + &differences.collect::<String>()))?;
         if !errors.is_empty() {
             bail!("{}", errors.join("\n"));
         }
@@ -182,7 +158,7 @@ impl<'f> Bench<'f> {
         }
         let mut counted = 0;
         for file in &vectors {
-            let rows = firmware::vectors::replay(&file.text)
+            let rows = firmware_link::vectors::replay(&file.text)
                 .map_err(|mismatch| anyhow!("on the host: {}, {mismatch}", file.name))?;
             counted += rows as u64;
         }
@@ -195,7 +171,7 @@ impl<'f> Bench<'f> {
     }
 
     fn of_host(&self) -> Certificate {
-        let mut certificate = Certificate::new(None, None);
+        let mut certificate = Certificate::default();
         for host in &self.hosts {
             certificate.cases += 1;
             certificate.steps += host.steps().len() as u64;
@@ -210,7 +186,11 @@ impl<'f> Bench<'f> {
         let mut chip = OpenChip::open(link)?;
         let client = chip.under_test().client;
         let image = client.identity().image_crc;
-        let mut certificate = Certificate::new(Some(link.clone()), Some(image));
+        let mut certificate = Certificate {
+            link: Some(link.clone()),
+            image: Some(image),
+            ..Certificate::default()
+        };
         for (file, host) in self.files.iter().zip(&self.hosts) {
             let mut progress =
                 Progress::labelled(&file.case, &format!("{link}, {}", file.case.name));
@@ -243,4 +223,42 @@ impl<'f> Bench<'f> {
         }
         Ok(certificate)
     }
+}
+
+/// The computations of the host and of every chip, a line each.
+fn table(certificates: &[Certificate]) -> String {
+    let header = [
+        "target",
+        "image",
+        "trace hash",
+        "cases",
+        "steps",
+        "",
+        "vector\nfiles",
+        "rows",
+        "",
+    ];
+    let mut table = terminal::table(&header, 3);
+    for certificate in certificates {
+        let Certificate { link, image, .. } = certificate;
+        let verdict = |differs: bool| match (link, differs) {
+            (None, _) => "",
+            (Some(_), false) => "same",
+            (Some(_), true) => "differs",
+        };
+        let missing = || number::MISSING.to_owned();
+        table.add_row([
+            link.as_ref()
+                .map_or_else(|| "host".to_owned(), ToString::to_string),
+            image.map_or_else(missing, |crc| format!("{crc:08x}")),
+            certificate.hash.to_string(),
+            certificate.cases.to_string(),
+            certificate.steps.to_string(),
+            verdict(certificate.difference.is_some()).to_owned(),
+            certificate.files.to_string(),
+            certificate.rows.to_string(),
+            verdict(certificate.row_difference.is_some()).to_owned(),
+        ]);
+    }
+    terminal::text(&table)
 }

@@ -1,24 +1,23 @@
 //! `hil-runner ladder`: one case on every rung.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, anyhow};
 use clap::Args;
 use hil_core::case::{Case, ComputationDelay, Law};
 use hil_core::case_run::keys_without_effect;
-use hil_core::ladder::{climb, climb_over, confirm};
+use hil_core::ladder::{Rung, climb, climb_over, confirm};
+use hil_core::number;
 use hil_core::run::RunOptions;
 use hil_core::runfile::RunFile;
 use hil_runner::chip::spec::ChipLink;
 use hil_runner::command_line::{command_line, each_with};
-use hil_runner::output::OutputFile;
+use hil_runner::files::output::OutputFile;
 use hil_runner::report;
 
-use super::explain;
-use super::link::OpenChip;
-use super::progress::Progress;
-use super::terminal;
+use super::link_option::OpenChip;
+use super::terminal::{self, Progress};
+use super::{Sets, explain, make_out_folder, refuse_shared_paths, warn};
 
 const REPORT: &str = "out/ladder.html";
 
@@ -29,10 +28,15 @@ const REPORT: &str = "out/ladder.html";
 /// word lengths. Differences are taken on common 1 ms rows. A ladder judges
 /// nothing: budgets are for `run`.
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  \
+#[command(
+    after_help = "sampled and quantised are what others call model in the loop (MIL), firmware software in the loop (SIL),\n\
+                  with --link qemu or --link serial processor in the loop (PIL): the plant waits for the chip.\n\
+                  Hardware in the loop (HIL) needs the clock running.\n\n\
+                  Examples:\n  \
                   hil-runner ladder paper-1\n  \
                   hil-runner ladder paper-1 --link qemu:m0\n  \
-                  hil-runner ladder axis.toml --report out/axis-ladder.html --set controller.sample_time_s=2e-4")]
+                  hil-runner ladder axis.toml --report out/axis-ladder.html --set controller.sample_time_s=2e-4"
+)]
 pub(crate) struct Ladder {
     /// Run file or built-in case
     case: String,
@@ -42,20 +46,19 @@ pub(crate) struct Ladder {
     /// A chip for one rung more: qemu[:m4|m0|m3|rv32], qemu-uart[:…] or serial:PORT[@BAUD]
     #[arg(long, value_name = "LINK")]
     link: Option<ChipLink>,
-    /// Override a key of the run file; the value is TOML, a bare word a string
-    #[arg(long = "set", value_name = "KEY.PATH=VALUE")]
-    sets: Vec<String>,
+    #[command(flatten)]
+    sets: Sets,
 }
 
 impl Ladder {
     pub(crate) fn execute(&self) -> anyhow::Result<bool> {
         let files = self.load_rungs()?;
-        super::run::refuse_shared_paths(std::slice::from_ref(&self.case), &[&self.report])?;
+        refuse_shared_paths(std::slice::from_ref(&self.case), &[&self.report])?;
         // The folder that this program makes by itself.
         if self.report.parent() == Path::new(REPORT).parent() {
-            std::fs::create_dir_all("out").context("the folder out cannot be made")?;
+            make_out_folder()?;
         }
-        let mut page = OutputFile::create(&self.report)?;
+        let page = OutputFile::create(&self.report)?;
         let mut chip = self.link.as_ref().map(OpenChip::open).transpose()?;
         let on_chip = self.case_on_chip()?;
         let cases: Vec<Case> = files.iter().map(|file| file.case.clone()).collect();
@@ -68,17 +71,17 @@ impl Ladder {
             ..RunOptions::default()
         };
         let mut rungs = climb(&cases, options, &mut sink);
-        if let (Ok(rungs), Some(chip), Some(case)) = (&mut rungs, &mut chip, &on_chip) {
+        if let (Ok(rungs), Some(chip)) = (&mut rungs, &mut chip) {
             let climbed = chip
-                .law(case)
-                .and_then(|mut law| climb_over(rungs, case, options, &mut law, &mut sink));
+                .law(&on_chip)
+                .and_then(|mut law| climb_over(rungs, &on_chip, options, &mut law, &mut sink));
             if let Err(error) = climbed {
                 drop(progress);
                 return Err(explain(files.last().unwrap_or(first), error));
             }
         }
         drop(progress);
-        let mut progress = Progress::labelled(&first.case, &format!("{}, again", first.case.name));
+        let mut progress = Progress::again(&first.case);
         let mut sink = |row: &_| progress.row(row);
         let rungs = rungs.and_then(|mut rungs| {
             confirm(&mut rungs, &cases, &mut sink)?;
@@ -93,21 +96,16 @@ impl Ladder {
             explain(file, error).context(rung)
         })?;
         let data = hil_core::report::ladder_report(&self.command_line(), &rungs);
-        page.write_all(report::render(&data)?.as_bytes())?;
-        page.commit()?;
+        page.write_whole(&report::render(&data)?)?;
+        let name = &first.case.name;
         for rung in &rungs {
-            let (case, law) = (&rung.case.name, rung.name());
-            for warning in rung.warnings() {
-                terminal::tell(&format!("{case}: rung {law}: warning: {warning}\n"));
-            }
+            warn(&format!("{name}: rung {}", rung.name()), rung.warnings());
         }
-        if let (Some(warning), Some(case)) = (keys_without_effect(&cases), cases.first()) {
-            terminal::tell(&format!("{}: warning: {warning}\n", case.name));
-        }
+        warn(name, keys_without_effect(&cases));
         if self.report.as_os_str() == "-" {
-            terminal::tell(&terminal::ladder_table(&rungs));
+            terminal::tell(&table(&rungs));
         } else {
-            terminal::print(&terminal::ladder_table(&rungs))?;
+            terminal::print(&table(&rungs))?;
             terminal::tell(&format!("plots: {}\n", self.report.display()));
         }
         Ok(true)
@@ -115,43 +113,70 @@ impl Ladder {
 
     /// The case that the chip gets: the one that was asked for, on rung
     /// `firmware`.
-    fn case_on_chip(&self) -> anyhow::Result<Option<Case>> {
-        let mut sets = self.sets.clone();
-        sets.push(format!("controller.law={}", Law::Firmware.name()));
-        let files = super::run::load(std::slice::from_ref(&self.case), &sets)?;
-        Ok(files.into_iter().next().map(|file| file.case))
+    fn case_on_chip(&self) -> anyhow::Result<Case> {
+        let sets = self.sets.and(on_rung(Law::Firmware));
+        Ok(sets.load_one(&self.case)?.case)
     }
 
     /// The case with each law, checked as if the run file had asked for it.
     fn load_rungs(&self) -> anyhow::Result<Vec<RunFile>> {
         // What is wrong on any rung is said without naming one.
-        let asked = super::run::load(std::slice::from_ref(&self.case), &self.sets)?;
-        let mut files = Vec::with_capacity(Law::ALL.len());
-        for law in Law::ALL {
-            let mut sets = self.sets.clone();
-            if self.link.is_some() && asked.iter().any(is_measured) {
-                // No rung on this host has a time of its own: the chip adds it.
-                sets.push("controller.computation_delay_s=0".to_owned());
-            }
-            sets.push(format!("controller.law={}", law.name()));
-            let rung = super::run::load(std::slice::from_ref(&self.case), &sets)
-                .with_context(|| format!("rung {}", law.name()))?;
-            files.extend(rung);
+        let asked = self.sets.load_one(&self.case)?;
+        let mut sets = self.sets.clone();
+        if self.link.is_some()
+            && asked.case.controller.computation_delay == ComputationDelay::Measured
+        {
+            // No rung on this host has a time of its own: the chip adds it.
+            sets = sets.and("controller.computation_delay_s=0".to_owned());
         }
-        Ok(files)
+        let load = |law: Law| {
+            let file = sets.and(on_rung(law)).load_one(&self.case);
+            file.with_context(|| format!("rung {}", law.name()))
+        };
+        Law::ALL.into_iter().map(load).collect()
     }
 
     fn command_line(&self) -> String {
         let link = self.link.as_ref().map(ToString::to_string);
         let words = ["ladder", &self.case]
             .into_iter()
-            .chain(each_with("--set", &self.sets))
+            .chain(each_with("--set", &self.sets.sets))
             .chain(each_with("--link", &link));
         command_line(words)
     }
 }
 
-/// Whether the delay is that of each step.
-fn is_measured(file: &RunFile) -> bool {
-    file.case.controller.computation_delay == ComputationDelay::Measured
+/// The override that asks for a rung.
+fn on_rung(law: Law) -> String {
+    format!("controller.law={}", law.name())
+}
+
+/// The rungs of a ladder.
+fn table(rungs: &[Rung]) -> String {
+    let header = [
+        "rung",
+        "adds",
+        "peak acc\nm/s²",
+        "following\nerror mm",
+        "final\nerror µm",
+        "contact\nchanges",
+        "rms Δacc\nm/s²",
+        "rms Δx\nµm",
+    ];
+    let mut table = terminal::table(&header, 2);
+    for rung in rungs {
+        let figure = |key: &str| rung.outcome.summary.shown(key);
+        let [acc_digits, position_digits] = rung.difference_digits;
+        table.add_row([
+            rung.name(),
+            rung.adds().to_owned(),
+            figure("peak_abs_acc_mps2"),
+            figure("peak_following_error_mm"),
+            figure("final_error_um"),
+            figure("contact_changes"),
+            number::shown(rung.difference.map(|d| d.rms_acc_mps2), acc_digits),
+            number::shown(rung.difference.map(|d| d.rms_position_um), position_digits),
+        ]);
+    }
+    terminal::text(&table)
 }

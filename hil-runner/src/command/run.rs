@@ -1,28 +1,57 @@
-//! `hil-runner run`: one or more cases with their outputs.
+//! `hil-runner run`: one or more cases with their outputs; without a verb the
+//! paper's four.
 
-use std::collections::HashSet;
-use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
-use hil_core::case::Law;
 use hil_core::case_run::CaseRun;
 use hil_core::controllers::IoKind;
+use hil_core::error::RunError;
+use hil_core::reservation::kept_but;
 use hil_core::run::RunOptions;
-use hil_core::runfile::{self, RunFile};
+use hil_core::runfile::RunFile;
 use hil_core::trace::TraceWriter;
+use hil_core::{figures, number};
 use hil_runner::command_line::{command_line, each_with};
-use hil_runner::output::{OutputFile, same_file};
-use hil_runner::{files, report};
+use hil_runner::files::output::OutputFile;
+use hil_runner::report;
 
-use super::explain;
-use super::link::{self, LinkName};
-use super::progress::Progress;
-use super::terminal;
+use super::link_option::{self, LinkName};
+use super::terminal::{self, Progress};
+use super::{Cases, Sets, explain, make_out_folder, refuse_other_laws, refuse_shared_paths, warn};
+
+/// The cases of the program without a verb, and its page.
+const PAPER: [&str; 4] = ["paper-1", "paper-2", "paper-3", "paper-4"];
+const PAPER_PAGE: &str = "out/report.html";
+
+/// The paper's four simulations on the firmware rung.
+pub(super) fn main_job() -> anyhow::Result<bool> {
+    make_out_folder()?;
+    let run = Run {
+        cases: Cases {
+            cases: PAPER.map(str::to_owned).into(),
+        },
+        report: Some(PAPER_PAGE.into()),
+        ..Run::default()
+    };
+    let title = Title {
+        heading: "The paper's four simulations".to_owned(),
+        command_line: "hil-runner".to_owned(),
+    };
+    let end = format!("plots and all figures: {PAPER_PAGE}\n");
+    run.make(&run.sets.load(&run.cases.cases)?, title, &end)
+}
+
+/// Heading and command of a page.
+#[derive(Debug)]
+pub(super) struct Title {
+    heading: String,
+    command_line: String,
+}
 
 /// Run one or more cases and check their budgets
-#[derive(Debug, Args)]
+#[derive(Debug, Default, Args)]
 #[command(after_help = "Examples:\n  \
                   hil-runner run paper-2 --trace trace.csv --summary summary.json\n  \
                   hil-runner run axis.toml --report axis.html --set controller.kp=4\n  \
@@ -33,9 +62,8 @@ use super::terminal;
                   hil-runner run axis.toml --link serial:/dev/ttyACM0@921600\n  \
                   hil-runner run paper-1 --set controller.law=quantised --set budget.final_error_um=50")]
 pub(crate) struct Run {
-    /// Run files or built-in cases (paper-1 … paper-4, paper-2-12bit)
-    #[arg(required = true)]
-    cases: Vec<String>,
+    #[command(flatten)]
+    cases: Cases,
     /// Write every row as CSV; `-` is standard output
     #[arg(long, value_name = "F.csv")]
     trace: Option<PathBuf>,
@@ -45,10 +73,9 @@ pub(crate) struct Run {
     /// Write a self-contained page with plots, all cases side by side
     #[arg(long, value_name = "F.html")]
     report: Option<PathBuf>,
-    /// Override a key of the run file; the value is TOML, a bare word a string
-    #[arg(long = "set", value_name = "KEY.PATH=VALUE")]
-    sets: Vec<String>,
-    #[arg(long, help = link::HELP, default_value_t = LinkName::InProcess)]
+    #[command(flatten)]
+    sets: Sets,
+    #[arg(long, help = link_option::HELP, default_value_t = LinkName::InProcess)]
     link: LinkName,
     /// How the firmware reaches encoder and converter; the results are the same
     #[arg(long, value_enum, default_value_t = IoName::Direct)]
@@ -56,8 +83,9 @@ pub(crate) struct Run {
 }
 
 /// Names of the electronics on the command line.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
 enum IoName {
+    #[default]
     /// Registers and codes as numbers
     Direct,
     /// The firmware's drivers over models of an LS7366R and an AD5721R or AD5761R
@@ -66,35 +94,38 @@ enum IoName {
 
 impl Run {
     pub(crate) fn execute(&self) -> anyhow::Result<bool> {
-        if self.cases.len() > 1 && (self.trace.is_some() || self.summary.is_some()) {
+        if self.cases.cases.len() > 1 && (self.trace.is_some() || self.summary.is_some()) {
             bail!("--trace and --summary take one case; give several cases with --report");
         }
-        self.make(&load(&self.cases, &self.sets)?)
+        let files = self.sets.load(&self.cases.cases)?;
+        self.make(&files, self.title(&files), "")
     }
 
     /// A row of a study's results, with its report and its trace.
-    pub(super) fn of_row(case: String, sets: Vec<String>, report: PathBuf, trace: PathBuf) -> Self {
+    pub(super) fn of_row(case: String, sets: Sets, report: PathBuf, trace: PathBuf) -> Self {
         Self {
-            cases: vec![case],
+            cases: Cases { cases: vec![case] },
             trace: Some(trace),
-            summary: None,
             report: Some(report),
             sets,
-            link: LinkName::InProcess,
-            io: IoName::Direct,
+            ..Self::default()
         }
     }
 
-    /// Runs the files of the cases.
-    pub(super) fn make(&self, files: &[RunFile]) -> anyhow::Result<bool> {
-        refuse_shared_paths(&self.cases, &self.outputs().collect::<Vec<_>>())?;
-        if self.io == IoName::Spi
-            && let Some(file) = files
-                .iter()
-                .find(|f| f.case.controller.law != Law::Firmware)
-        {
-            let because = "--io spi runs the firmware's drivers; the law must be \"firmware\"";
-            bail!("{}", file.refuse("controller", "law", because));
+    /// The names of the cases, and this command.
+    pub(super) fn title(&self, files: &[RunFile]) -> Title {
+        let names = files.iter().map(|file| file.case.name.as_str());
+        Title {
+            heading: names.collect::<Vec<_>>().join(", "),
+            command_line: self.command_line(),
+        }
+    }
+
+    /// Runs the files of the cases; `end` stands below the tables.
+    pub(super) fn make(&self, files: &[RunFile], title: Title, end: &str) -> anyhow::Result<bool> {
+        refuse_shared_paths(&self.cases.cases, &self.outputs().collect::<Vec<_>>())?;
+        if self.io == IoName::Spi {
+            refuse_other_laws(files, "--io spi runs the firmware's drivers")?;
         }
         self.link.refuse_other_laws(files)?;
         if self.io == IoName::Spi && matches!(self.link, LinkName::Chip(_)) {
@@ -105,9 +136,10 @@ impl Run {
             );
         }
         // Every path is opened before the first run.
-        let mut trace = open(self.trace.as_ref())?.map(TraceWriter::new);
-        let summary = open(self.summary.as_ref())?;
-        let report = open(self.report.as_ref())?;
+        let open = |path: &Option<PathBuf>| path.as_deref().map(OutputFile::create).transpose();
+        let mut trace = open(&self.trace)?.map(TraceWriter::new);
+        let summary = open(&self.summary)?;
+        let report = open(&self.report)?;
         let mut link = self.link.open()?;
         let options = RunOptions {
             io: match self.io {
@@ -134,47 +166,40 @@ impl Run {
                 trace.finish()?.commit()?;
             }
             let mut run = run.map_err(|error| explain(file, error))?;
-            super::confirm(&mut run, options).map_err(|error| explain(file, error))?;
+            confirm(&mut run, options).map_err(|error| explain(file, error))?;
             runs.push(run);
         }
         link.tell();
-        if let Some(mut file) = summary
-            && let Some(run) = runs.first()
-        {
-            serde_json::to_writer_pretty(&mut file, &run.outcome.summary)?;
-            file.write_all(b"\n")?;
-            file.commit()?;
+        if let (Some(file), Some(run)) = (summary, runs.first()) {
+            file.write_whole(&(serde_json::to_string_pretty(&run.outcome.summary)? + "\n"))?;
         }
-        if let Some(mut file) = report {
-            let page = report::render(&hil_core::report::report(
-                &title(&runs),
-                &self.command_line(),
-                &runs,
-            ))?;
-            file.write_all(page.as_bytes())?;
-            file.commit()?;
+        if let Some(file) = report {
+            let Title {
+                heading,
+                command_line,
+            } = title;
+            let data = hil_core::report::report(&heading, &command_line, &runs);
+            file.write_whole(&report::render(&data)?)?;
         }
-        self.show(&runs)?;
-        Ok(runs.iter().all(CaseRun::passes))
-    }
-
-    fn show(&self, runs: &[CaseRun]) -> anyhow::Result<()> {
-        let text = terminal::figure_table(runs)
-            + &terminal::verdict_table(runs)
-            + &terminal::word_tables(runs)
-            + &terminal::timing_lines(runs)
-            + &terminal::chip_lines(runs);
+        let text = figure_table(&runs)
+            + &verdict_table(&runs)
+            + &gain_tables(&runs)
+            + &timing_lines(&runs)
+            + &chip_lines(&runs)
+            + end;
         // Data on standard output stays alone there.
         if self.has_data_on_stdout() {
             terminal::tell(&text);
         } else {
             terminal::print(&text)?;
         }
-        super::warn(runs);
-        Ok(())
+        for run in &runs {
+            warn(&run.outcome.summary.name, &run.warnings);
+        }
+        Ok(runs.iter().all(CaseRun::passes))
     }
 
-    /// Whether an output goes to standard output.
+    /// True if an output goes to standard output.
     pub(super) fn has_data_on_stdout(&self) -> bool {
         self.outputs().any(|path| path.as_os_str() == "-")
     }
@@ -193,66 +218,175 @@ impl Run {
         };
         let io = (self.io == IoName::Spi).then(|| "spi".to_owned());
         let words = core::iter::once("run")
-            .chain(self.cases.iter().map(String::as_str))
-            .chain(each_with("--set", &self.sets))
+            .chain(self.cases.cases.iter().map(String::as_str))
+            .chain(each_with("--set", &self.sets.sets))
             .chain(each_with("--link", &link))
             .chain(each_with("--io", &io));
         command_line(words)
     }
 }
 
-/// An output must not replace a run file that is read, nor another output.
-pub(super) fn refuse_shared_paths(cases: &[String], outputs: &[&PathBuf]) -> anyhow::Result<()> {
-    for (i, output) in outputs.iter().enumerate() {
-        let path = output.display();
-        if outputs
-            .iter()
-            .skip(i + 1)
-            .any(|other| same_file(output, other))
-        {
-            bail!("{path} is given for two outputs; each needs its own");
+/// Runs a case again to see which digits of its figures hold.
+fn confirm(run: &mut CaseRun, options: RunOptions) -> Result<(), RunError> {
+    let mut progress = Progress::again(&run.case);
+    run.confirm(options, &mut |row| progress.row(row))
+}
+
+/// The figures that a reader looks for first, a line a run.
+fn figure_table(runs: &[CaseRun]) -> String {
+    let header = [
+        "case",
+        "law",
+        "solver",
+        "peak acc\nm/s²",
+        "following\nerror mm",
+        "final\nerror µm",
+        "settled\nafter s",
+        "contact\nchanges",
+        "peak\nvolts",
+        "peak\ncode",
+    ];
+    let mut table = terminal::table(&header, 3);
+    for run in runs {
+        let summary = &run.outcome.summary;
+        let figure = |key: &str| summary.shown(key);
+        table.add_row([
+            terminal::short(&summary.name),
+            summary.law.to_owned(),
+            summary.solver.to_owned(),
+            figure("peak_abs_acc_mps2"),
+            figure("peak_following_error_mm"),
+            figure("final_error_um"),
+            figure("settling_time_s"),
+            figure("contact_changes"),
+            figure("peak_abs_voltage_v"),
+            figure("max_abs_dac_code"),
+        ]);
+    }
+    terminal::text(&table)
+}
+
+/// Every verdict of every run.
+fn verdict_table(runs: &[CaseRun]) -> String {
+    if runs.iter().all(|run| run.verdicts().next().is_none()) {
+        return "no limits in the budget, no verdicts\n".to_owned();
+    }
+    let header = [
+        "case", "figure", "value", "limit", "margin", "unit", "verdict",
+    ];
+    let mut table = terminal::table(&header, 2);
+    for run in runs {
+        for verdict in run.verdicts() {
+            let limit = number::table(verdict.limit);
+            let digits = run.outcome.summary.digits(&verdict.figure);
+            table.add_row([
+                terminal::short(&run.outcome.summary.name),
+                verdict.figure.clone(),
+                number::shown(verdict.value, digits),
+                if verdict.default {
+                    format!("{limit} (default)")
+                } else {
+                    limit
+                },
+                number::shown(verdict.margin, verdict.margin_digits(digits)),
+                figures::unit(&verdict.figure).to_owned(),
+                if verdict.pass { "pass" } else { "FAIL" }.to_owned(),
+            ]);
         }
-        let is_read = |case: &&String| {
-            runfile::builtin_text(case).is_none() && same_file(Path::new(case), output)
+    }
+    terminal::text(&table) + &standing(runs)
+}
+
+/// Their sum, in a line.
+fn standing(runs: &[CaseRun]) -> String {
+    let of = |pass: bool| {
+        let verdicts = runs.iter().flat_map(CaseRun::verdicts);
+        verdicts.filter(|verdict| verdict.pass == pass).count()
+    };
+    let (kept, broken) = (of(true), of(false));
+    if broken > 0 {
+        return format!("FAIL: {broken} of {} limits broken\n", kept + broken);
+    }
+    let reservations: Vec<_> = runs.iter().map(CaseRun::named_reservations).collect();
+    let words = kept_but(&reservations).unwrap_or_else(|| "PASS: all limits kept".to_owned());
+    format!("{words}\n")
+}
+
+/// The gains in fixed point, once for cases that agree.
+fn gain_tables(runs: &[CaseRun]) -> String {
+    let mut tables: Vec<(String, String)> = Vec::new();
+    for run in runs {
+        let Some(gains) = &run.outcome.gains else {
+            continue;
         };
-        if cases.iter().any(|case| is_read(&case)) {
-            bail!("{path} is a run file of this command; an output would replace it");
+        let header = ["gain per sample", "codes/count", "fixed point", "rounding"];
+        let mut table = terminal::table(&header, 1);
+        for gain in &gains.rows {
+            table.add_row([
+                gain.name().to_owned(),
+                number::table(gain.wanted),
+                gain.word.to_string(),
+                number::relative_error(gain.relative_error()),
+            ]);
+        }
+        let table = terminal::text(&table);
+        let name = &run.outcome.summary.name;
+        match tables.iter_mut().find(|(_, known)| *known == table) {
+            Some((names, _)) => *names += &format!(", {name}"),
+            None => tables.push((format!("fixed-point gains of {name}"), table)),
         }
     }
-    Ok(())
+    let titled = tables
+        .iter()
+        .map(|(names, table)| format!("{names}\n{table}"));
+    titled.collect()
 }
 
-/// Reads the run files; all that is wrong with any of them in one message.
-pub(super) fn load(cases: &[String], sets: &[String]) -> anyhow::Result<Vec<RunFile>> {
-    let mut files = Vec::with_capacity(cases.len());
-    let mut mistakes = Vec::new();
-    let mut told = HashSet::new();
-    for case in cases {
-        match files::run_file(case, sets) {
-            Ok(file) => files.push(file),
-            // The same wrong --set is wrong for every case; once is enough.
-            Err(errors) => mistakes.extend(
-                errors
-                    .entries()
-                    .iter()
-                    .map(ToString::to_string)
-                    .filter(|mistake| told.insert(mistake.clone())),
-            ),
-        }
+/// Host step times, apart from everything that is reproducible.
+fn timing_lines(runs: &[CaseRun]) -> String {
+    let mut lines = String::new();
+    for run in runs {
+        let Some(timing) = run.timing else { continue };
+        let [median, p99, max, clock] = [
+            timing.median_us,
+            timing.p99_us,
+            timing.max_us,
+            timing.clock_us,
+        ]
+        .map(|time_us| number::rounded(time_us, 3));
+        lines += &format!(
+            "{}: host step {median} µs median, {p99} p99, {max} max of {} µs (clock alone {clock})\n",
+            run.outcome.summary.name,
+            number::table(timing.sample_time_us),
+        );
     }
-    if !mistakes.is_empty() {
-        let mut message = String::new();
-        runfile::list_mistakes(&mut message, &mistakes)?;
-        bail!(message);
+    lines
+}
+
+/// The cost of the controller's part of each run on its chip.
+fn chip_lines(runs: &[CaseRun]) -> String {
+    let mut lines = String::new();
+    for run in runs {
+        let summary = &run.outcome.summary;
+        let Some(chip) = &summary.chip else { continue };
+        let step = match (chip.instructions_per_step_max, chip.cycles_per_step_max) {
+            (Some(instructions), Some(cycles)) => {
+                format!("a step {instructions} instructions at most, {cycles} cycles allowed")
+            }
+            (None, Some(cycles)) => format!("a step {cycles} cycles at most"),
+            (_, None) => "no time of its steps".to_owned(),
+        };
+        lines += &format!(
+            "{} on {}, image {}: {step}, {} % of Δt at {} MHz; {} bytes of flash, {} of RAM, {} of stack\n",
+            summary.name,
+            chip.target,
+            chip.image_hash,
+            number::shown(chip.utilisation_max_percent, None),
+            number::table(chip.clock_hz as f64 / 1e6),
+            chip.flash_bytes,
+            chip.ram_bytes,
+            number::shown(chip.stack_bytes.map(f64::from), None),
+        );
     }
-    Ok(files)
-}
-
-pub(super) fn open(path: Option<&PathBuf>) -> anyhow::Result<Option<OutputFile>> {
-    Ok(path.map(|path| OutputFile::create(path)).transpose()?)
-}
-
-fn title(runs: &[CaseRun]) -> String {
-    let names = runs.iter().map(|run| run.outcome.summary.name.as_str());
-    names.collect::<Vec<_>>().join(", ")
+    lines
 }

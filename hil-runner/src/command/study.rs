@@ -1,21 +1,27 @@
 //! `hil-runner study`: one case over many values of its keys.
 
+use std::fs;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::{Args, Subcommand};
 use hil_core::case::Law;
+use hil_core::number;
+use hil_core::runfile::Template;
+use hil_runner::files::output::{OutputFile, same_file};
 use hil_runner::study::results::{
     Origin, Progress, Results, ResultsError, Shard, merge, shards_in_order,
 };
-use hil_runner::study::{Changes, Study, Tally, columns, make, ready};
-use indicatif::{ProgressBar, ProgressStyle};
+use hil_runner::study::{
+    Changes, MOST_ROWS, Study, Tally, base_sentences, best_table, columns, draw, enough_pass,
+    figure_rows, make, page, ready, render, unstable_words,
+};
+use indicatif::ProgressBar;
 
-use super::interrupt;
-use super::study_end;
-use super::study_row;
-use super::terminal;
+use super::run::Run;
+use super::terminal::{self, check_signals, watch_signals_aloud};
+use super::{Sets, warn};
 
 /// Run one case over many values of its keys
 #[derive(Debug, Args)]
@@ -111,7 +117,7 @@ impl StudyCommand {
                 Ok(true)
             }
             (None, Some(name)) => match self.row {
-                Some(row) => study_row::execute(
+                Some(row) => make_row(
                     Path::new(name),
                     row,
                     self.report.clone(),
@@ -163,7 +169,7 @@ impl StudyCommand {
             ));
             return Ok(true);
         }
-        study_end::finish(&study, &folder, &tally, &command_line)
+        finish(&study, &folder, &tally, &command_line)
     }
 }
 
@@ -185,13 +191,13 @@ fn fill(
             start.of
         ));
     }
-    interrupt::watch_aloud(
+    watch_signals_aloud(
         "ending after the runs under way; a second signal (Ctrl-C) ends at once, and loses nothing either\n",
     );
     let bar = bar(study, start);
     let blocks = results.missing_blocks();
     let outcome = make(study, blocks, threads, |block| {
-        if let Err(error) = interrupt::check() {
+        if let Err(error) = check_signals() {
             return ControlFlow::Break(Err(error));
         }
         block.rows.iter().for_each(|row| tally.add(row));
@@ -217,15 +223,8 @@ fn fill(
 }
 
 fn bar(study: &Study, start: Progress) -> ProgressBar {
-    let bar = ProgressBar::new(start.of)
-        .with_prefix(study.name.clone())
-        .with_position(start.done);
-    // A template that does not parse would leave the plain bar.
-    if let Ok(style) = ProgressStyle::with_template(
-        "{prefix}: {bar:30} {human_pos} of {human_len} runs, {per_sec}, {eta} left",
-    ) {
-        bar.set_style(style);
-    }
+    let template = "{prefix}: {bar:30} {human_pos} of {human_len} runs, {per_sec}, {eta} left";
+    let bar = terminal::bar(&study.name, start.of, template).with_position(start.done);
     bar.reset_eta();
     bar
 }
@@ -254,11 +253,10 @@ fn list() -> String {
     let mut table = terminal::table(&["study", "rows", "rungs", "what it asks"], 1);
     for name in ready::names() {
         if let Ok(study) = Study::load(name, &Changes::default()) {
-            let rungs: Vec<&str> = study.rungs.iter().map(|(law, _)| law.name()).collect();
             table.add_row([
                 name.to_owned(),
                 study.rows().to_string(),
-                rungs.join(", "),
+                study.rung_names(),
                 study.title,
             ]);
         }
@@ -280,6 +278,160 @@ impl Merge {
             tally.add(row)
         })?;
         terminal::tell(&format!("{} rows in {}\n", done.of, self.out.display()));
-        study_end::finish(&study, &self.out, &tally, &command_line)
+        finish(&study, &self.out, &tally, &command_line)
     }
+}
+
+/// Prints the table, writes pictures and report; whether enough runs pass.
+fn finish(study: &Study, folder: &Path, tally: &Tally, command_line: &str) -> anyhow::Result<bool> {
+    let words: Vec<String> = base_sentences(study)
+        .into_iter()
+        .map(|sentence| sentence + "\n")
+        .collect();
+    terminal::print(&words.concat())?;
+    terminal::print(&table(tally))?;
+    warn(&study.name, study.warnings());
+    let drawn = draw(study, &tally.pictures);
+    if study.rows() > MOST_ROWS && !drawn.is_empty() {
+        terminal::tell(&format!("the pictures show the first {MOST_ROWS} rows\n"));
+    }
+    for drawn in &drawn {
+        match &drawn.svg {
+            Ok(svg) => write(&folder.join(format!("{}.svg", drawn.picture.file)), svg)?,
+            Err(error) => terminal::tell(&format!("{error}\n")),
+        }
+    }
+    let report = folder.join("report.html");
+    write(&report, &render(&page(study, tally, &drawn, command_line))?)?;
+    terminal::print(&format!(
+        "pictures, plan and all figures: {}\n",
+        report.display()
+    ))?;
+    if tally.rungs.iter().all(|rung| rung.made == 0) {
+        bail!(
+            "no run of the study could be made; {} says why of every row",
+            folder.join("results.csv").display()
+        );
+    }
+    let enough = enough_pass(study, tally).unwrap_or(true);
+    if let (false, Some(required)) = (enough, study.required_yield_percent) {
+        terminal::print(&format!(
+            "FAIL: less than the required {} % are within the limits\n",
+            number::table(required)
+        ))?;
+    }
+    Ok(enough)
+}
+
+fn write(path: &Path, text: &str) -> std::io::Result<()> {
+    OutputFile::create(path)?.write_whole(text)
+}
+
+/// For each rung the span of its runs.
+fn table(tally: &Tally) -> String {
+    let mut text = String::new();
+    for rung in &tally.rungs {
+        let percent = rung.yield_percent();
+        let percent = percent.map_or_else(|| number::MISSING.to_owned(), number::table);
+        text += &format!(
+            "{}: {} of {} runs within the limits ({percent} %)",
+            rung.rung,
+            rung.passed,
+            rung.made + rung.not_made
+        );
+        if rung.excluded > 0 {
+            text += &format!(", {} left out by a constraint", rung.excluded);
+        }
+        text += "\n";
+        if let Some((row, reason)) = &rung.first_reason {
+            text += &format!("{} not made; row {row}: {reason}\n", rung.not_made);
+        }
+        let header = [
+            "figure", "least", "in row", "mean", "most", "in row", "unit", "none",
+        ];
+        let mut table = terminal::table(&header, 1);
+        for cells in figure_rows(rung) {
+            table.add_row(cells);
+        }
+        text += &terminal::text(&table);
+        if let Some(words) = unstable_words(rung) {
+            text += &(words + "\n");
+        }
+    }
+    let best = best_table(tally);
+    if !best.rows.is_empty() {
+        text += "best of the runs within all limits, by what is left of the tightest\n";
+        let heads: Vec<&str> = best.heads.iter().map(String::as_str).collect();
+        let mut table = terminal::table(&heads, 1);
+        for cells in best.rows {
+            table.add_row(cells);
+        }
+        text += &terminal::text(&table);
+    }
+    text
+}
+
+/// Runs one row of a folder of results from what lies there alone. Makes its
+/// report and trace, beside the results unless a path is given;
+/// whether the run passes.
+fn make_row(
+    folder: &Path,
+    number: u64,
+    report: Option<PathBuf>,
+    trace: Option<PathBuf>,
+) -> anyhow::Result<bool> {
+    let origin = Origin::read(folder)?;
+    let study = origin.study(folder)?;
+    let (name, rows) = (&study.name, study.rows());
+    if number >= rows {
+        bail!(
+            "row {number} is not allowed: the rows of study {name} are 0 to {}",
+            rows - 1
+        );
+    }
+    let row = study.planned_row(number);
+    if let Err((status, reason)) = row.case {
+        bail!(
+            "row {number} of study {name} is {}: {reason}",
+            status.name()
+        );
+    }
+    let mut sets = study.row_sets(&row.point, row.rung);
+    sets.push(format!("name={name} row {number}"));
+    let beside = |extension: &str| folder.join(format!("row-{number}.{extension}"));
+    let report = report.unwrap_or_else(|| beside("html"));
+    let trace = trace.unwrap_or_else(|| beside("csv"));
+    refuse_results(folder, &[&report, &trace])?;
+    let written = format!(
+        "plots and all figures: {}\ntrace: {}\n",
+        report.display(),
+        trace.display()
+    );
+    let base = folder.join("base.toml").to_string_lossy().into_owned();
+    let file = Template::parse(&base, &origin.base_text, &sets)?.into_file();
+    let run = Run::of_row(base, Sets { sets }, report, trace);
+    let files = [file];
+    let passes = run.make(&files, run.title(&files), "")?;
+    let text = written + &format!("the same run: {}\n", run.command_line());
+    if run.has_data_on_stdout() {
+        terminal::tell(&text);
+    } else {
+        terminal::print(&text)?;
+    }
+    Ok(passes)
+}
+
+/// Refuses to replace files of the folder, but for those of rows.
+fn refuse_results(folder: &Path, outputs: &[&PathBuf]) -> anyhow::Result<()> {
+    for entry in fs::read_dir(folder)? {
+        let path = entry?.path();
+        let of_row = path
+            .file_name()
+            .is_some_and(|name| name.to_string_lossy().starts_with("row-"));
+        if !of_row && let Some(output) = outputs.iter().find(|output| same_file(output, &path)) {
+            let output = output.display();
+            bail!("{output} is part of the results of the study; an output would replace it");
+        }
+    }
+    Ok(())
 }

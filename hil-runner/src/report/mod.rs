@@ -1,9 +1,10 @@
 //! The report: one HTML file that needs no network, drawn from plain data.
 //!
-//! A [`Report`](hil_core::report::Report) holds what is to be shown and nothing else: no clock, no file,
-//! no simulation. [`render`] turns it into the page, and the same report gives
-//! the same bytes. Only the step time on the host depends on the machine, which is why it
-//! is optional and the page shows it apart.
+//! A [`Report`](hil_core::report::Report) holds the contents of the page and
+//! nothing else: no clock, no file, no simulation. [`render`] fills the
+//! templates in `assets` with its serialised form, and the same report gives the
+//! same bytes. Only the step time on the host depends on the machine, which is
+//! why it is optional and the page shows it apart.
 //!
 //! ```
 //! use hil_core::report::Report;
@@ -21,7 +22,7 @@
 //! # Ok::<(), hil_runner::report::ReportError>(())
 //! ```
 //!
-//! # What is in the file
+//! # Contents of the file
 //!
 //! * Tables are plain HTML, legible with scripts switched off. They show five
 //!   significant digits; each number carries its full value (`<data value>`).
@@ -32,11 +33,7 @@
 //! * A content security policy forbids every load, so that "no network" does
 //!   not rest on our word.
 
-mod context;
-
 mod page;
-#[cfg(test)]
-mod sample;
 #[cfg(test)]
 mod tests;
 

@@ -1,11 +1,10 @@
 //! From [`Report`] to HTML: templates, plot data and assets in one file.
 
-use std::fmt;
-
 use minijinja::syntax::SyntaxConfig;
+use minijinja::value::Serde;
 use minijinja::{AutoEscape, Environment, Value, context};
 
-use super::context::page_context;
+use hil_core::digits;
 use hil_core::number;
 use hil_core::report::Report;
 
@@ -28,43 +27,15 @@ const SCRIPTS: [&str; 2] = [
 
 /// The report could not be rendered. No file was written; the run itself and
 /// its other outputs are not affected.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReportError {
     /// A template of the program itself is wrong.
-    Template(minijinja::Error),
+    #[error("the report's template failed: {0}")]
+    Template(#[from] minijinja::Error),
     /// The plot data could not be written as JSON.
-    Data(serde_json::Error),
-}
-
-impl fmt::Display for ReportError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Template(error) => write!(f, "the report's template failed: {error}"),
-            Self::Data(error) => write!(f, "the report's plot data failed: {error}"),
-        }
-    }
-}
-
-impl std::error::Error for ReportError {
-    fn source(&self) -> Option<&(dyn std::error::Error + 'static)> {
-        match self {
-            Self::Template(error) => Some(error),
-            Self::Data(error) => Some(error),
-        }
-    }
-}
-
-impl From<minijinja::Error> for ReportError {
-    fn from(error: minijinja::Error) -> Self {
-        Self::Template(error)
-    }
-}
-
-impl From<serde_json::Error> for ReportError {
-    fn from(error: serde_json::Error) -> Self {
-        Self::Data(error)
-    }
+    #[error("the report's plot data failed: {0}")]
+    Data(#[from] serde_json::Error),
 }
 
 /// Renders the whole page; the same report gives the same bytes.
@@ -77,20 +48,25 @@ pub fn render(report: &Report) -> Result<String, ReportError> {
     let mut environment = environment()?;
     environment.add_filter("number", number_cell);
     environment.add_filter("share", share);
+    environment.add_filter("standing", standing);
+    environment.add_filter("margin_digits", margin_digits);
     for (name, source) in TEMPLATES {
         environment.add_template(name, source)?;
     }
+    let data = Value::from(Serde(report));
+    let verdicts = report.cases.iter().flat_map(|case| &case.verdicts);
     let page = environment.get_template("report.html")?.render(context! {
-        plot_data => Value::from_safe_string(plot_data(report)?),
+        verdicts => Value::from(Serde(verdicts.collect::<Vec<_>>())),
+        plot_data => Value::from_safe_string(plot_data(&data)?),
         style => Value::from_safe_string([UPLOT_STYLE, "\n", STYLE].concat()),
         uplot => Value::from_safe_string(uplot_with_license()),
         script => Value::from_safe_string(SCRIPTS.concat()),
-        ..page_context(report)
+        ..data.clone()
     })?;
     Ok(page)
 }
 
-/// What templates of pages have in common: every value is escaped.
+/// The environment of templates of pages: every value is escaped.
 pub(crate) fn environment<'s>() -> Result<Environment<'s>, minijinja::Error> {
     let mut environment = Environment::new();
     environment.set_syntax(
@@ -106,7 +82,7 @@ pub(crate) fn environment<'s>() -> Result<Environment<'s>, minijinja::Error> {
 
 /// The report as JSON that cannot end the `<script>` it stands in: in JSON
 /// `<` occurs in strings only, where the escape means the same.
-fn plot_data(report: &Report) -> Result<String, ReportError> {
+fn plot_data(report: &Value) -> Result<String, ReportError> {
     Ok(serde_json::to_string(report)?.replace('<', "\\u003c"))
 }
 
@@ -118,28 +94,43 @@ fn uplot_with_license() -> String {
 /// Filter `number`: a table figure that carries its full value, or the digits
 /// that hold alone.
 fn number_cell(value: Value, digits: Option<usize>) -> Value {
-    match f64::try_from(value) {
-        Ok(value) if value.is_finite() => {
-            let shown = number::held(value, digits);
-            let (full, title) = match digits {
-                None => (value + 0.0, format!("{}", value + 0.0)),
-                Some(0) => return Value::from(shown),
-                Some(digits) => (
-                    number::significant(value, digits),
-                    format!("digits that hold: {digits}"),
-                ),
-            };
-            Value::from_safe_string(format!(
-                "<data value=\"{full}\" title=\"{title}\">{shown}</data>"
-            ))
-        }
-        _ => Value::from(number::MISSING),
-    }
+    let value = f64::try_from(value).ok().filter(|value| value.is_finite());
+    let shown = number::shown(value, digits);
+    let (full, title) = match (value, digits) {
+        (None, _) | (_, Some(0)) => return Value::from(shown),
+        (Some(value), None) => (value + 0.0, format!("{}", value + 0.0)),
+        (Some(value), Some(digits)) => (
+            number::significant(value, digits),
+            format!("digits that hold: {digits}"),
+        ),
+    };
+    Value::from_safe_string(format!(
+        "<data value=\"{full}\" title=\"{title}\">{shown}</data>"
+    ))
 }
 
 /// Filter `share`: magnitude over limit in percent, or none.
 fn share(value: Value, limit: f64) -> Option<f64> {
-    f64::try_from(value)
-        .ok()
-        .and_then(|value| number::share_percent(value, limit))
+    let value = f64::try_from(value).ok()?;
+    number::share_percent(value, limit)
+}
+
+/// Filter `standing`: the banner over verdicts, none without any.
+fn standing(verdicts: Vec<Value>, reserved: Value) -> Option<&'static str> {
+    let fails = |verdict: &Value| verdict.get_attr("pass").is_ok_and(|pass| !pass.is_true());
+    if verdicts.is_empty() {
+        return None;
+    }
+    Some(match (verdicts.iter().any(fails), reserved.is_true()) {
+        (true, _) => "fail",
+        (false, true) => "reserved",
+        (false, false) => "pass",
+    })
+}
+
+/// Filter `margin_digits`: the digits that hold of a margin, where `digits` of
+/// the value do; none for all.
+fn margin_digits(margin: Value, value: Value, digits: Option<usize>) -> Option<usize> {
+    let [margin, value] = [margin, value].map(|number| f64::try_from(number).ok());
+    Some(digits::of_margin(margin?, value?, digits?))
 }

@@ -24,7 +24,7 @@ fn on_chip(sets: &[&str]) -> CaseRun {
     };
     let case = case("paper-2", &[&SETS, sets].concat());
     let outcome = run_on_chip(&case, RunOptions::default(), &mut chip, &mut |_| Ok(())).unwrap();
-    CaseRun::of(&case, outcome).unwrap()
+    CaseRun::of(&case, outcome)
 }
 
 /// Each figure holds a limit of its own size, and none that is smaller.

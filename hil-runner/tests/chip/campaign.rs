@@ -83,8 +83,8 @@ fn a_restart_in_mid_move_is_noticed() {
 /// A whole frame with a code that the converter does not have.
 #[test]
 fn a_code_out_of_range_is_not_applied() {
-    use firmware::link::Reply;
-    use firmware::link::frame::{LARGEST_FRAME, Received, Receiver, encode};
+    use firmware_link::Reply;
+    use firmware_link::frame::{LARGEST_FRAME, Received, Receiver, encode};
     use hil_runner::chip::line::{Line, LineError};
     use std::time::Duration;
 

@@ -4,8 +4,7 @@
 use firmware::{FaultCause, State};
 use hil_core::case::Case;
 use hil_core::error::RunError;
-use hil_core::link::{Link, LinkError};
-use hil_core::message::{Command, Measurement};
+use hil_core::message::{Command, Link, LinkError, Measurement, Steps};
 use hil_runner::chip::ChipLaw;
 use hil_runner::chip::certify::{Comparison, Difference, HostTrace, Number, TraceHash};
 use hil_runner::chip::client::Client;
@@ -66,7 +65,7 @@ impl<L: Link, F: Fn(&mut Command)> Link for Altered<L, F> {
     }
 }
 
-/// What is found of a change at a step of a case.
+/// The finding of a change at a step of a case.
 fn altered(case: &Case, at: u64, change: impl Fn(&mut Command)) -> Difference {
     let mut client = Client::greet(Box::new(Loopback::new())).unwrap();
     let chip = ChipLaw::new(&mut client, case, true).unwrap();
@@ -92,7 +91,9 @@ fn one_code_that_is_1_off_is_found_in_its_step() {
     let Some(Number::Whole(code)) = code else {
         panic!("{code:?}")
     };
-    let found = altered(&case, 512, |command| command.dac_code += 1.0);
+    let found = altered(&case, 512, |command| {
+        command.dac_code = Steps::Whole(command.dac_code.whole() + 1);
+    });
     let number = |value| Number::Whole(value).to_string();
     assert_eq!(
         found.to_string(),
@@ -110,7 +111,9 @@ fn one_code_that_is_1_off_is_found_in_its_step() {
 fn nothing_of_an_answer_may_differ() {
     type Change = fn(&mut Command);
     let changes: [(&str, Change); 6] = [
-        ("error", |command| command.error_counts -= 1.0),
+        ("error", |command| {
+            command.error_counts = Steps::Whole(command.error_counts.whole() - 1);
+        }),
         ("out of range", |command| command.out_of_range = true),
         ("state", |command| {
             command.axis.as_mut().unwrap().state = State::Enabled;
@@ -133,7 +136,7 @@ fn nothing_of_an_answer_may_differ() {
     }
 }
 
-/// How long the chip was busy is no difference: the chip in memory says it with
+/// The execution time of the chip is no difference: the chip in memory says it with
 /// every step, and the host does not.
 #[test]
 fn times_are_not_compared() {

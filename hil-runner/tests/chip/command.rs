@@ -8,8 +8,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use firmware::link::Reply;
-use firmware::link::frame::{LARGEST_FRAME, Received, Receiver, encode};
+use firmware_link::Reply;
+use firmware_link::frame::{LARGEST_FRAME, Received, Receiver, encode};
 use hil_runner::chip::line::Line;
 use serialport::{SerialPort, TTYPort};
 

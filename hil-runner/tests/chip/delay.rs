@@ -9,8 +9,8 @@ use hil_core::lanes::SingleRuns;
 use hil_core::run::{Outcome, RunOptions, run, run_over};
 use hil_core::runfile::SECTIONS;
 use hil_core::trace::Row;
-use hil_runner::channel::LinkKind;
 use hil_runner::chip::client::Client;
+use hil_runner::host::LinkKind;
 use plant::{Drive, Plant, Solver};
 
 use crate::loopback::Loopback;
@@ -71,7 +71,7 @@ fn every_key_of_the_target_is_turned() {
 const UNEVEN: &[u32] = &[1_600, 0, 3_200, 6_400, 1_066];
 const UNEVEN_NS: [u64; 5] = [500_000, 0, 1_000_000, 1_000_000, 333_000];
 
-/// Whether the plant comes by every row if code k comes into force
+/// True if the plant comes by every row if code k comes into force
 /// `delays_ns[k]` after its sample, and code k − 1 stays until then.
 fn replays(case: &Case, rows: &[Row], delays_ns: impl Iterator<Item = u64>) -> bool {
     let period_ns = case.controller.sample_time_ns.unwrap();

@@ -4,15 +4,15 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use firmware::link::frame::{LARGEST_FRAME, Receiver, crc32, encode};
-use firmware::link::{Identity, Server, Target};
 use firmware::{CAPACITY, SetpointTable};
+use firmware_link::frame::{LARGEST_FRAME, Receiver, crc32, encode};
+use firmware_link::{Identity, Server, Target};
 use hil_runner::chip::line::{Line, LineError};
 
 /// Its timer ticks every 40 ns, as in QEMU: 3.2 ticks an instruction.
 #[derive(Debug)]
 pub(crate) struct Memory {
-    /// What the steps take, over and over \[ticks\].
+    /// Times of the steps, over and over \[ticks\].
     ticks: &'static [u32],
     /// Steps that were timed.
     steps: usize,
@@ -21,7 +21,7 @@ pub(crate) struct Memory {
 impl Target for Memory {
     fn identity(&self) -> Identity {
         Identity {
-            version: firmware::link::header::VERSION,
+            version: firmware_link::body::VERSION,
             target: *b"m4\0\0\0\0\0\0",
             image_crc: crc32(b"memory"),
             flash_bytes: 8_000,

@@ -8,7 +8,7 @@ use hil_runner::chip::line::{Line, LineError};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::Rng;
 
-/// What was done to pieces of the traffic.
+/// Damage done to pieces of the traffic.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(crate) struct Done {
     pub(crate) pieces: u64,
@@ -54,7 +54,7 @@ impl<L: Line> Noisy<L> {
         self.random.next_u64() % end
     }
 
-    /// What becomes of a piece on its way.
+    /// Fate of a piece on its way.
     fn pass(&mut self, direction: usize, piece: &[u8]) -> Vec<u8> {
         let mut passed = piece.to_vec();
         let fault = self.below(self.one_of);

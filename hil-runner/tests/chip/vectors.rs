@@ -13,7 +13,7 @@ pub(crate) fn replay_all(client: &mut Client) {
     for file in &files {
         let replayed = replay(client, file, &mut || Ok(())).unwrap();
         assert_eq!(replayed.difference, None, "{}", file.name);
-        let on_host = firmware::vectors::replay(&file.text).unwrap();
+        let on_host = firmware_link::vectors::replay(&file.text).unwrap();
         assert_eq!(replayed.rows, on_host as u64, "{}", file.name);
         rows += replayed.rows;
     }

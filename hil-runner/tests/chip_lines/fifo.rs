@@ -3,8 +3,8 @@
 use std::time::{Duration, Instant};
 
 use hil_runner::chip::ChipError;
-use hil_runner::chip::fifo::FifoLine;
 use hil_runner::chip::line::Line;
+use hil_runner::chip::qemu_lines::FifoLine;
 
 use crate::guard::shell;
 use crate::support::{processes_in, signal, within};

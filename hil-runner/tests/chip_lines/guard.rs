@@ -98,7 +98,7 @@ fn guard_that_is_terminated_takes_its_child_along() {
     assert!(within(GONE, || nothing_left(&folder)));
 }
 
-/// What [`starter`] does once its child runs.
+/// The work of [`starter`] once its child runs.
 const END: &str = "CHIP_TEST_STARTER";
 
 /// Not a test: a process that starts a guarded child and ends as it is told.

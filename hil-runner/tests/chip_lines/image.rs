@@ -23,6 +23,8 @@ impl Project {
             "Cargo.toml",
             "firmware/Cargo.toml",
             "firmware/src/lib.rs",
+            "firmware/link/Cargo.toml",
+            "firmware/link/src/lib.rs",
             "firmware/cortex-m/Cargo.toml",
             "firmware/cortex-m/images/src/lib.rs",
             "firmware/cortex-m/images/src/board/m4.rs",
@@ -119,7 +121,7 @@ impl Project {
         (image, told)
     }
 
-    /// How often the image was built to be had once more.
+    /// Number of builds for the image to be had once more.
     fn builds(&self) -> usize {
         let (image, told) = self.image(&self.finder());
         assert!(image.unwrap().is_file());
@@ -175,6 +177,7 @@ fn image_is_built_when_it_is_missing_or_stale() {
     assert_eq!(project.builds(), 0);
     for file in [
         "firmware/src/lib.rs",
+        "firmware/link/src/lib.rs",
         "firmware/cortex-m/images/src/lib.rs",
         "Cargo.toml",
         // Seen by the time of its folder.

@@ -2,15 +2,15 @@
 
 use std::time::{Duration, Instant};
 
-use firmware::link::frame::{LARGEST_FRAME, Received, Receiver, encode};
-use firmware::link::{Identity, Reply, Request};
+use firmware_link::frame::{LARGEST_FRAME, Received, Receiver, encode};
+use firmware_link::{Identity, Reply, Request};
 use hil_runner::chip::ChipError;
-use hil_runner::chip::fifo::FifoLine;
 use hil_runner::chip::guard::Guarded;
 use hil_runner::chip::image::{Finder, crc32};
 use hil_runner::chip::line::{Line, LineError};
-use hil_runner::chip::pty::PtyLine;
 use hil_runner::chip::qemu;
+use hil_runner::chip::qemu_lines::FifoLine;
+use hil_runner::chip::qemu_lines::PtyLine;
 use hil_runner::chip::spec::{ChipLink, Target, Transport};
 
 use crate::support::{processes_in, signal, within};

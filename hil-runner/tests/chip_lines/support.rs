@@ -1,8 +1,8 @@
-//! What the tests of the lines share.
+//! Parts that the tests of the lines share.
 
 use std::time::{Duration, Instant};
 
-/// Whether `condition` comes true within `limit`.
+/// True if `condition` comes true within `limit`.
 pub(crate) fn within(limit: Duration, mut condition: impl FnMut() -> bool) -> bool {
     let start = Instant::now();
     while !condition() {

@@ -1,4 +1,4 @@
-//! Which targets a test can run.
+//! Targets that a test can run.
 
 use hil_runner::chip;
 use hil_runner::chip::spec::{Target, Transport};

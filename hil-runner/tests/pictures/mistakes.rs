@@ -86,6 +86,11 @@ fn mistakes_of_the_table_are_sentences() {
             "the results have no column \"nix_mm\"",
         ),
         (
+            format!("{LINES}y = \"margin_closed\""),
+            times(),
+            "margin_closed is now modulus_margin_contact",
+        ),
+        (
             lines("where.nix = 1"),
             times(),
             "the results have no column \"nix\"",

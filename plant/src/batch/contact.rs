@@ -1,22 +1,22 @@
 //! Lanes that have left the common step, of all groups: changes of contact are
 //! followed side by side, whatever else happens as single runs.
 
-use super::group::Group;
-use super::lanes::Shared;
-use super::question::{Piece, Question, exceeds};
+use super::group::{Candidate, Group, Piece, Shared, exceeds, state_of, values_of};
 use super::step::Leaving;
-use super::swing::{Begin, Swing};
+use super::transition::{Transition, TransitionStart};
 use super::width::Width;
-use crate::exact::{FIGURES, HELD};
-use crate::joint::Contact;
-use crate::plant::seconds;
-use crate::span::{ContactChange, Watch};
-use crate::state::State;
+use crate::exact::HELD;
+use crate::model::axis::Drive;
+use crate::model::joint::Contact;
+use crate::model::state::State;
+use crate::numerics::seconds;
+use crate::observe::extremes::FIGURES;
+use crate::observe::{ContactChange, Watch};
 
-/// What is needed to follow them, kept from time to time.
+/// Room to follow them in, kept from time to time.
 #[derive(Debug, Clone)]
 pub(super) struct Contacts<W: Width> {
-    begin: Begin<W>,
+    start: TransitionStart<W>,
     /// Of the lanes that are left, those in steps of one kind.
     chunk: Vec<Leaving>,
 }
@@ -24,7 +24,7 @@ pub(super) struct Contacts<W: Width> {
 impl<W: Width> Contacts<W> {
     pub(super) fn new() -> Self {
         Self {
-            begin: Begin::new(),
+            start: TransitionStart::new(),
             chunk: Vec::with_capacity(W::LANES),
         }
     }
@@ -70,56 +70,49 @@ impl<W: Width> Contacts<W> {
         groups: &mut [Group<W>],
         (phase, closed): (usize, bool),
     ) {
-        let [open_course, closed_course] = &shared.phases[phase].courses;
-        let mut swing = None;
+        let [open, flank] = &shared.phases[phase].grids;
+        let mut transition = None;
         // No closures around vectors: a function of its own would not get the
         // instructions that this one is compiled for.
-        if let (Some(open), Some(flank)) = (open_course, closed_course) {
+        if let (Some(open), Some(flank)) = (open, flank) {
             self.gather(groups);
             let asked = (1_u64 << self.chunk.len()) - 1;
             let (from, to) = if closed { (flank, open) } else { (open, flank) };
-            let begin = &self.begin;
-            swing = Some(begin.follow(w, &shared.axis, (closed, from, to), asked));
+            let start = &self.start;
+            transition = Some(start.follow(w, &shared.axis, (closed, from, to), asked));
         }
         for (place, left) in self.chunk.iter().enumerate() {
             let group = &mut groups[left.group];
-            let followed = swing
+            let followed = transition
                 .as_ref()
-                .filter(|swing| swing.known >> place & 1 != 0)
-                .is_some_and(|swing| group.take_swing(shared, left, swing, place));
+                .filter(|transition| transition.known >> place & 1 != 0)
+                .is_some_and(|transition| group.take_transition(shared, left, transition, place));
             if !followed {
                 group.advance_lane(shared, left);
             }
         }
     }
 
-    /// What the lanes of the chunk begin with; the last one is repeated.
+    /// Takes over the starts of the chunk's lanes; the last one is repeated.
     fn gather(&mut self, groups: &[Group<W>]) {
-        let begin = &mut self.begin;
+        let start = &mut self.start;
         for place in 0..W::LANES {
             let Some(left) = self.chunk.get(place).or(self.chunk.last()) else {
                 return;
             };
             let (group, y) = (&groups[left.group], &left.y);
-            let values = [
-                y.beta_rad,
-                y.beta_dot_radps,
-                y.epsilon_rad,
-                y.epsilon_dot_radps,
-                y.current_a,
-            ];
-            for (array, value) in begin.y.iter_mut().zip(values) {
+            for (array, value) in start.y.iter_mut().zip(values_of(y)) {
                 array.as_mut()[place] = value;
             }
-            for (array, value) in begin.commands_m.iter_mut().zip(left.commands_m) {
+            for (array, value) in start.commands_m.iter_mut().zip(left.commands_m) {
                 array.as_mut()[place] = value;
             }
-            let b = group.lanes[left.lane].plant.axis().backlash_half_rad();
+            let b = group.lanes[left.lane].plant.axis.backlash_half_rad();
             for (array, value) in [
-                (&mut begin.voltage_v, left.voltage_v),
-                (&mut begin.flank, group.mode.joint.as_ref()[left.lane]),
-                (&mut begin.backlash_half_rad, b),
-                (&mut begin.bend_m, group.bend_m.as_ref()[left.lane]),
+                (&mut start.voltage_v, left.voltage_v),
+                (&mut start.flank, group.mode.joint.as_ref()[left.lane]),
+                (&mut start.backlash_half_rad, b),
+                (&mut start.bend_m, group.bend_m.as_ref()[left.lane]),
             ] {
                 array.as_mut()[place] = value;
             }
@@ -128,37 +121,69 @@ impl<W: Width> Contacts<W> {
 }
 
 impl<W: Width> Group<W> {
-    /// Whether the joint of a lane is closed; `None` where its step is not one
+    /// Advances a lane as a single run.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn advance_lane(&mut self, shared: &mut Shared, left: &Leaving) {
+        let lane = left.lane;
+        let run = &mut self.lanes[lane];
+        run.plant.set(&left.y, left.time_ns);
+        run.raise(&self.peaks, lane);
+        run.raise(&self.track.ends, lane);
+        let mode = run.plant.mode;
+        // From here on the single run goes on with the sum.
+        run.extremes.joint_loss_j = self.joint_loss_j.as_ref()[lane];
+        if run.result.is_ok() {
+            run.result = run.plant.advance_exactly(
+                &mut shared.tables,
+                &Drive::Held(left.voltage_v),
+                shared.phases[left.phase].length_ns,
+                &mut run.extremes,
+            );
+        }
+        self.joint_loss_j.as_mut()[lane] = run.extremes.joint_loss_j;
+        let y = run.plant.state();
+        let changed = run.plant.mode != mode || run.plant.fresh.is_some();
+        self.raise_floors(lane);
+        let changed = changed || self.mode.is_unsure(lane);
+        self.put(shared, (lane, changed), &y, left.commands_m[1]);
+    }
+
+    /// True if the joint of a lane is closed; `None` where its step is not one
     /// to be followed side by side.
     fn contact_is_closed(&self, lane: usize) -> Option<bool> {
         let simple = !self.mode.is_unsure(lane) && self.lanes[lane].result.is_ok();
         simple.then(|| self.mode.joint.as_ref()[lane] != 0.0)
     }
 
-    /// Takes over what lane number `place` of a swing has done; `false` where its
+    /// Takes over what lane number `place` of a transition has done; `false` where its
     /// settling band needs a closer look.
-    fn take_swing(
+    fn take_transition(
         &mut self,
         shared: &mut Shared,
         left: &Leaving,
-        swing: &Swing<W>,
+        transition: &Transition<W>,
         place: usize,
     ) -> bool {
         let lane = left.lane;
-        let of = |arrays: &[W::Array; HELD]| super::group::state_of::<W>(arrays, place);
-        let (before, after, end) = (of(&swing.before), of(&swing.after), of(&swing.end));
+        let of = |arrays: &[W::Array; HELD]| state_of::<W>(arrays, place);
+        let (before, after, end) = (
+            of(&transition.before),
+            of(&transition.after),
+            of(&transition.end),
+        );
         let at = |array: &W::Array| array.as_ref()[place];
         // As spans sum it up.
         let length_s = seconds(shared.phases[left.phase].length_ns);
-        let change_s = at(&swing.change_s);
+        let change_s = at(&transition.change_s);
         let start_s = seconds(left.time_ns);
         let (middle_s, left_s) = (start_s + change_s, length_s - change_s);
 
         let run = &mut self.lanes[lane];
-        let p = shared.axis.pitch_m_per_rad();
+        let p = shared.axis.pitch_m_per_rad;
         let (travel_m, band_m) = (
-            run.extremes.motion().travel_m(),
-            run.extremes.settling_band_m(),
+            run.extremes.settings.motion.travel_m(),
+            run.extremes.settings.settling_band_m,
         );
         let distance_m = |y: &State| (travel_m - p * y.gamma_rad()).abs();
         if distance_m(&end) > band_m {
@@ -168,7 +193,7 @@ impl<W: Width> Group<W> {
             }
         } else {
             let ends = [(&left.y, &before), (&after, &end)];
-            let strays = swing.carriage_strays_m.iter().map(at);
+            let strays = transition.carriage_strays_m.iter().map(at);
             let inside = |((from, to), stray_m): ((&State, &State), f64)| {
                 distance_m(from).max(distance_m(to)) + stray_m <= band_m
             };
@@ -180,7 +205,7 @@ impl<W: Width> Group<W> {
         // One of the two pieces is closed.
         let step = (left.voltage_v, shared.phases[left.phase].length_ns);
         let (state, flank, length_s) = match self.mode.joint.as_ref()[lane] {
-            0.0 => (&after, at(&swing.flank), left_s),
+            0.0 => (&after, at(&transition.flank), left_s),
             flank => (&left.y, flank, change_s),
         };
         let mut closed = run.plant.at(state, left.time_ns);
@@ -191,9 +216,9 @@ impl<W: Width> Group<W> {
         let from = run.plant.contact();
         let start_flank = self.mode.joint.as_ref()[lane];
         run.plant.set(&end, left.time_ns);
-        run.plant.set_contact(at(&swing.flank));
+        run.plant.set_contact(at(&transition.flank));
         let to = run.plant.contact();
-        let accelerations = swing
+        let accelerations = transition
             .acceleration_mps2
             .each_ref()
             .map(|ends| ends.each_ref().map(at));
@@ -214,13 +239,13 @@ impl<W: Width> Group<W> {
             let peak = &mut self.track.ends[i].as_mut()[lane];
             *peak = sizes.iter().fold(*peak, |peak, size| peak.max(size.abs()));
         }
-        for (piece, flank) in [start_flank, at(&swing.flank)].into_iter().enumerate() {
-            let upper: [f64; FIGURES] = swing.uppers[piece].each_ref().map(at);
+        for (piece, flank) in [start_flank, at(&transition.flank)].into_iter().enumerate() {
+            let upper: [f64; FIGURES] = transition.uppers[piece].each_ref().map(at);
             if exceeds(&upper, &self.known_of(lane)) == 0 {
                 continue;
             }
             let second = piece == 1;
-            let question = Question {
+            let candidate = Candidate {
                 upper,
                 state: if second { after } else { left.y },
                 flank,
@@ -235,7 +260,7 @@ impl<W: Width> Group<W> {
                 }),
                 enclosed: false,
             };
-            self.ask(shared, lane, question);
+            self.add_candidate(shared, lane, candidate);
         }
         self.put(shared, (lane, true), &end, left.commands_m[1]);
         true

@@ -1,11 +1,10 @@
 //! A guard over a step as one polynomial, lane by lane: the operations of
-//! `exact::sketch` and `exact::zeros` in their order. Where these would have to
+//! `exact::sketch` in their order. Where these would have to
 //! look closer, this gives up: the lane is then a single run.
 
-use super::course::{Course, States};
-use super::phase::DRIVING;
+use super::grid::{LaneGrid, States};
 use super::width::Width;
-use crate::exact::{CLOSE, EVALUATION, MOST_NEWTON, SLOPES, VALUES, binomials};
+use crate::exact::{CLOSE, DRIVING, EVALUATION, MOST_NEWTON, SLOPES, VALUES, binomials};
 
 /// A guard in Bernstein form, and what it may be off by.
 pub(super) struct Curve<W: Width> {
@@ -14,7 +13,7 @@ pub(super) struct Curve<W: Width> {
     pub(super) stray: W::Vector,
 }
 
-/// Where a guard is zero for the first time, and the stretch that has no other.
+/// First zero of a guard, and the stretch that has no other.
 pub(super) struct Zero<W: Width> {
     pub(super) theta: W::Vector,
     pub(super) from: W::Vector,
@@ -32,14 +31,14 @@ pub(super) struct DeltaSlopes<W: Width> {
 impl<W: Width> DeltaSlopes<W> {
     /// Over the step that begins with `rate`.
     #[inline(always)]
-    pub(super) fn new(w: W, course: &Course, rate: &States<W>) -> Self {
+    pub(super) fn new(w: W, grid: &LaneGrid, rate: &States<W>) -> Self {
         let mut slopes = [rate[0]; SLOPES];
-        for (slope, row) in slopes.iter_mut().zip(&course.slopes) {
-            *slope = super::course::sum(w, row, rate);
+        for (slope, row) in slopes.iter_mut().zip(&grid.slopes) {
+            *slope = super::grid::sum(w, row, rate);
         }
-        let mut stray = w.splat(course.stray[0]) * w.abs(rate[1]);
+        let mut stray = w.splat(grid.stray[0]) * w.abs(rate[1]);
         for j in 1..DRIVING {
-            stray = stray + w.splat(course.stray[j]) * w.abs(rate[j + 1]);
+            stray = stray + w.splat(grid.stray[j]) * w.abs(rate[j + 1]);
         }
         Self { slopes, stray }
     }
@@ -133,7 +132,7 @@ impl<W: Width> Curve<W> {
         zero
     }
 
-    /// Where the slope is below zero, for certain, from θ to θ.
+    /// Mask of the lanes in which the slope is below zero, for certain, from θ to θ.
     #[inline(always)]
     fn falls_within(&self, w: W, from: W::Vector, to: W::Vector) -> W::Mask {
         let (slope, _) = value_and_slope(w, &self.slopes, w.splat(0.5) * (from + to));
@@ -214,7 +213,7 @@ fn exceeds<W: Width, const N: usize>(w: W, b: &[W::Vector; N], stray: W::Vector)
     w.bits(exceeding(w, b, stray))
 }
 
-/// Where all coefficients exceed `stray`.
+/// Mask of the lanes in which all coefficients exceed `stray`.
 #[inline(always)]
 fn exceeding<W: Width, const N: usize>(w: W, b: &[W::Vector; N], stray: W::Vector) -> W::Mask {
     let mut all = w.greater(b[0], stray);
@@ -236,7 +235,7 @@ fn falls_once<W: Width>(w: W, b: &[W::Vector; VALUES], level: W::Vector) -> u64 
     !again
 }
 
-/// Where the control polygon falls through zero.
+/// Zero of the control polygon, where it falls.
 #[inline(always)]
 fn start_of_newton<W: Width>(w: W, b: &[W::Vector; VALUES]) -> W::Vector {
     let (zero, one, step) = (w.splat(0.0), w.splat(1.0), w.splat(1.0 / 11.0));

@@ -1,27 +1,91 @@
-//! The runs of one group: how they begin, what they have in common, what they
-//! have reached.
+//! The runs of one group: their beginning, what they have in common, what they
+//! have reached, and the steps that have not been looked at: the last ones, and
+//! those that wait as candidates for an extreme.
 
-use super::closer::Lane;
-use super::lanes::{LaneSetup, Shared};
-use super::modes::ModeNumbers;
-use super::phase::{Steps, numbers_of};
-use super::track::Track;
+use super::phase::{ModeNumbers, Phase, Steps, numbers_of};
 use super::width::Width;
-use crate::error::PlantError;
-use crate::exact::{FIGURES, HELD};
-use crate::extremes::Extremes;
-use crate::plant::{Plant, seconds};
-use crate::resistance::GuideMode;
-use crate::state::State;
+use crate::exact::{DRIVING, HELD, Tables};
+use crate::hybrid::{Automaton, PlantError};
+use crate::model::axis::Axis;
+use crate::model::resistance::GuideMode;
+use crate::model::state::State;
+use crate::numerics::{count, seconds};
+use crate::observe::extremes::{Extremes, ExtremesSettings, FIGURES};
+
+/// The plant's parameters that are a run's own, and what it is measured against.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LaneSetup {
+    /// `b`, half the backlash \[rad\]; without meaning on a rigid axis.
+    pub backlash_half_rad: f64,
+    /// The command and the settling band.
+    pub extremes: ExtremesSettings,
+}
+
+/// Numbers that all runs share.
+#[derive(Debug, Clone)]
+pub(super) struct Shared {
+    pub(super) axis: Axis,
+    pub(super) tables: Tables,
+    pub(super) phases: Vec<Phase>,
+    pub(super) lengths_ns: Vec<u64>,
+    /// The largest of the phases' chords, whatever the joint does.
+    pub(super) most_chords: [[f64; DRIVING]; FIGURES],
+}
+
+impl Shared {
+    /// Sets the largest chords, after a phase has learnt some.
+    pub(super) fn find_most_chords(&mut self) {
+        for (i, most) in self.most_chords.iter_mut().enumerate() {
+            for (j, most) in most.iter_mut().enumerate() {
+                let chords = self.phases.iter().flat_map(|phase| &phase.chords[i]);
+                *most = chords.fold(0.0, |most: f64, chord| most.max(chord[j]));
+            }
+        }
+    }
+}
+
+/// The single run that a lane is.
+#[derive(Debug, Clone)]
+pub(super) struct Lane {
+    pub(super) plant: Automaton,
+    pub(super) extremes: Extremes,
+    pub(super) result: Result<(), PlantError>,
+    /// Steps in which a figure may have exceeded its peak.
+    pub(super) candidates: Vec<Candidate>,
+}
+
+impl Lane {
+    pub(super) fn new(plant: Automaton, extremes: Extremes) -> Self {
+        Self {
+            plant,
+            extremes,
+            result: Ok(()),
+            candidates: Vec::new(),
+        }
+    }
+
+    /// Another run; the room for candidates is kept.
+    pub(super) fn start(&mut self, plant: Automaton, extremes: Extremes) {
+        (self.plant, self.extremes, self.result) = (plant, extremes, Ok(()));
+        self.candidates.clear();
+    }
+
+    /// Raises the run's peaks to those of the batch.
+    pub(super) fn raise<A: AsRef<[f64]>>(&mut self, peaks: &[A; FIGURES], lane: usize) {
+        for (peak, figure) in peaks.iter().zip(self.extremes.peaks_mut()) {
+            *figure = figure.max(peak.as_ref()[lane]);
+        }
+    }
+}
 
 /// As many runs as there are lanes, at the same time.
 #[derive(Debug, Clone)]
-pub(crate) struct Group<W: Width> {
+pub(super) struct Group<W: Width> {
     pub(super) width: W,
     /// The step of each length with the numbers of every lane's mode.
     pub(super) steps: Vec<Steps<W>>,
     pub(super) lanes: Vec<Lane>,
-    /// How many of them are runs; the others repeat the last.
+    /// Number of them that are runs; the others repeat the last.
     pub(super) runs: usize,
     /// The last steps.
     pub(super) track: Track<W>,
@@ -32,10 +96,10 @@ pub(crate) struct Group<W: Width> {
     /// Sup of the figures' magnitudes over the ends of the steps before the
     /// present block.
     pub(super) peaks: [W::Array; FIGURES],
-    /// What they are known to reach, between the ends too.
+    /// Magnitudes that they are known to reach, between the ends too.
     pub(super) floors: [W::Array; FIGURES],
     pub(super) peak_abs_voltage_v: W::Array,
-    /// What the joints' dampers have taken \[J\].
+    /// Energy that the joints' dampers have taken \[J\].
     pub(super) joint_loss_j: W::Array,
     /// Number of the last step that ended outside the settling band; of the last
     /// one in which no lane did anything else, where that is later.
@@ -89,10 +153,10 @@ impl<W: Width> Group<W> {
             let motion = &setup.extremes.motion;
             self.travel_m.as_mut()[lane] = motion.travel_m();
             self.band_m.as_mut()[lane] = setup.extremes.settling_band_m;
-            self.bend_m.as_mut()[lane] = motion.peak_acceleration_mps2() * (longest_s * longest_s);
+            self.bend_m.as_mut()[lane] = motion.peak_acceleration_mps2 * (longest_s * longest_s);
             let axis = shared.axis.with_backlash(setup.backlash_half_rad);
             self.backlash_half_rad.as_mut()[lane] = axis.backlash_half_rad();
-            let (plant, extremes) = (Plant::of_axis(axis), Extremes::new(setup.extremes));
+            let (plant, extremes) = (Automaton::new(axis), Extremes::new(setup.extremes));
             match self.lanes.get_mut(lane) {
                 Some(run) => run.start(plant, extremes),
                 None => self.lanes.push(Lane::new(plant, extremes)),
@@ -105,7 +169,7 @@ impl<W: Width> Group<W> {
     /// Sets a lane's numbers to its mode.
     pub(super) fn take_mode(&mut self, shared: &mut Shared, lane: usize) {
         let plant = &self.lanes[lane].plant;
-        let (mode, axis) = (*plant.mode(), *plant.axis());
+        let (mode, axis) = (plant.mode, plant.axis);
         self.mode.set(lane, plant);
         self.track.now_mut().flank.as_mut()[lane] = self.mode.joint.as_ref()[lane];
         let closed = mode.joint.carries();
@@ -147,12 +211,45 @@ impl<W: Width> Group<W> {
         state_of::<W>(&self.track.now().state, lane)
     }
 
-    /// Looks at what still waits for a look.
-    #[inline(always)]
-    pub(super) fn look_back(&mut self, shared: &mut Shared) {
-        self.look_at_track(shared);
-        for lane in 0..W::LANES {
-            self.answer(shared, lane);
+    /// Puts a lane to where its run is, in another mode if it has changed.
+    pub(super) fn put(
+        &mut self,
+        shared: &mut Shared,
+        (lane, changed): (usize, bool),
+        y: &State,
+        command_m: f64,
+    ) {
+        for (array, value) in self.track.now_mut().state.iter_mut().zip(values_of(y)) {
+            array.as_mut()[lane] = value;
+        }
+        let figures = self.lanes[lane].plant.figures(command_m);
+        self.acceleration_mps2.as_mut()[lane] = figures[0];
+        for (start, figure) in self.track.starts.iter_mut().zip(figures) {
+            let start = &mut start.as_mut()[lane];
+            *start = start.max(figure.abs());
+        }
+        if changed {
+            self.take_mode(shared, lane);
+        }
+    }
+
+    /// Magnitudes that a lane is known to reach.
+    pub(super) fn known_of(&self, lane: usize) -> [f64; FIGURES] {
+        core::array::from_fn(|i| {
+            let (peak, end) = (
+                self.peaks[i].as_ref()[lane],
+                self.track.ends[i].as_ref()[lane],
+            );
+            peak.max(end).max(self.floors[i].as_ref()[lane])
+        })
+    }
+
+    /// Raises a lane's floors to the peaks of its single run.
+    pub(super) fn raise_floors(&mut self, lane: usize) {
+        let known = self.lanes[lane].extremes.peaks();
+        for (floor, known) in self.floors.iter_mut().zip(known) {
+            let floor = &mut floor.as_mut()[lane];
+            *floor = floor.max(known);
         }
     }
 
@@ -186,11 +283,23 @@ impl<W: Width> Group<W> {
 /// Length of the step that began at `start_ns`.
 fn length_at(lengths_ns: &[u64], start_ns: f64) -> u64 {
     let sample_ns: u64 = lengths_ns.iter().sum();
-    let into_ns = start_ns % crate::plant::count(sample_ns);
+    let into_ns = start_ns % count(sample_ns);
     let second = lengths_ns.len() > 1 && into_ns != 0.0;
     lengths_ns[usize::from(second)]
 }
 
+/// β, β̇, ε, ε̇ and I.
+pub(super) fn values_of(y: &State) -> [f64; HELD] {
+    [
+        y.beta_rad,
+        y.beta_dot_radps,
+        y.epsilon_rad,
+        y.epsilon_dot_radps,
+        y.current_a,
+    ]
+}
+
+/// The state of a lane from these in lanes.
 pub(super) fn state_of<W: Width>(arrays: &[W::Array; HELD], lane: usize) -> State {
     let value = |place: usize| arrays[place].as_ref()[lane];
     State {
@@ -201,4 +310,157 @@ pub(super) fn state_of<W: Width>(arrays: &[W::Array; HELD], lane: usize) -> Stat
         current_a: value(4),
         beta_integral_rads: 0.0,
     }
+}
+
+/// Places for the steps that have not been looked at, and for now.
+pub(super) const PLACES: usize = 32;
+
+/// Steps of a block: two of them, the step that is taken, and now.
+const BLOCK: usize = PLACES / 2 - 1;
+
+/// Start of a step.
+#[derive(Debug, Clone)]
+pub(super) struct Slot<W: Width> {
+    /// β, β̇, ε, ε̇, I.
+    pub(super) state: [W::Array; HELD],
+    /// The flank in contact: −1, 0 or 1; 1 without a gap.
+    pub(super) flank: W::Array,
+    /// x_ref \[m\].
+    pub(super) command_m: W::Array,
+    pub(super) time_ns: u64,
+    /// Voltage that it is made with.
+    pub(super) voltage_v: W::Array,
+    pub(super) phase: usize,
+    /// The lanes that leave it.
+    pub(super) moved: u64,
+}
+
+/// Steps that have not been looked at, and what is largest within them.
+#[derive(Debug, Clone)]
+pub(super) struct Track<W: Width> {
+    pub(super) slots: Box<[Slot<W>; PLACES]>,
+    /// Steps taken; those from `first` on have not been looked at, those from
+    /// `second` on are of the present block.
+    pub(super) now: usize,
+    pub(super) first: usize,
+    pub(super) second: usize,
+    /// Of the present block: sup of the figures' magnitudes over the ends of its
+    /// steps, over what its first one and those after a change of contact begin
+    /// with, and of the changes of the driving states.
+    pub(super) ends: [W::Array; FIGURES],
+    pub(super) starts: [W::Array; FIGURES],
+    pub(super) changes: [W::Array; DRIVING],
+    /// Of the block before: the larger of the first two, and the third.
+    pub(super) sizes_before: [W::Array; FIGURES],
+    pub(super) changes_before: [W::Array; DRIVING],
+}
+
+impl<W: Width> Track<W> {
+    pub(super) fn new() -> Self {
+        let zero = W::array(0.0);
+        let slot = Slot {
+            state: [zero; HELD],
+            flank: zero,
+            command_m: zero,
+            time_ns: 0,
+            voltage_v: zero,
+            phase: 0,
+            moved: 0,
+        };
+        Self {
+            slots: Box::new(core::array::from_fn(|_| slot.clone())),
+            now: 0,
+            first: 0,
+            second: 0,
+            ends: [zero; FIGURES],
+            starts: [zero; FIGURES],
+            changes: [zero; DRIVING],
+            sizes_before: [zero; FIGURES],
+            changes_before: [zero; DRIVING],
+        }
+    }
+
+    /// At rest at zero.
+    pub(super) fn start(&mut self) {
+        let zero = W::array(0.0);
+        (self.now, self.first, self.second) = (0, 0, 0);
+        let slot = &mut self.slots[0];
+        slot.state = [zero; HELD];
+        (slot.flank, slot.command_m, slot.time_ns) = (zero, zero, 0);
+        (self.ends, self.starts) = ([zero; FIGURES], [zero; FIGURES]);
+        self.changes = [zero; DRIVING];
+    }
+
+    /// Start of the next step.
+    #[inline(always)]
+    pub(super) fn now(&self) -> &Slot<W> {
+        &self.slots[self.now % PLACES]
+    }
+
+    #[inline(always)]
+    pub(super) fn now_mut(&mut self) -> &mut Slot<W> {
+        &mut self.slots[self.now % PLACES]
+    }
+
+    /// Takes a step, which the lanes of `moved` leave; returns where it ends.
+    #[inline(always)]
+    pub(super) fn step(
+        &mut self,
+        w: W,
+        (phase, length_ns): (usize, u64),
+        voltage_v: W::Vector,
+        moved: u64,
+    ) -> &mut Slot<W> {
+        let slot = self.now_mut();
+        w.store(voltage_v, &mut slot.voltage_v);
+        (slot.phase, slot.moved) = (phase, moved);
+        let (flank, time_ns) = (slot.flank, slot.time_ns + length_ns);
+        self.now += 1;
+        let slot = self.now_mut();
+        (slot.flank, slot.time_ns) = (flank, time_ns);
+        slot
+    }
+
+    /// True if the present block is full.
+    #[inline(always)]
+    pub(super) fn block_is_full(&self) -> bool {
+        self.now - self.second == BLOCK
+    }
+}
+
+/// A step to be looked at again, or a piece of one.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Candidate {
+    /// Upper bounds of the figures' magnitudes; −∞ where there is no candidate.
+    pub(super) upper: [f64; FIGURES],
+    pub(super) state: State,
+    /// The flank in contact: −1, 0 or 1.
+    pub(super) flank: f64,
+    pub(super) voltage_v: f64,
+    pub(super) phase: usize,
+    pub(super) time_ns: u64,
+    /// x_ref at both ends of a whole step \[m\].
+    pub(super) commands_m: [f64; 2],
+    /// The piece, where it is one.
+    pub(super) piece: Option<Piece>,
+    /// True if the upper bounds are those of the sketches.
+    pub(super) enclosed: bool,
+}
+
+/// A piece of a step.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Piece {
+    pub(super) start_s: f64,
+    pub(super) length_s: f64,
+    pub(super) end: State,
+}
+
+/// The figures whose upper bounds exceed what is known, as bits.
+pub(super) fn exceeds(upper: &[f64; FIGURES], known: &[f64; FIGURES]) -> u8 {
+    let mut open = 0;
+    for (i, (upper, known)) in upper.iter().zip(known).enumerate() {
+        let outdone = upper <= known;
+        open |= u8::from(!outdone) << i;
+    }
+    open
 }

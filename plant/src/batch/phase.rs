@@ -1,46 +1,48 @@
-//! The numbers of one step: those that all lanes share, and what a lane's mode
-//! decides.
+//! The numbers of one step: those that all lanes share, and those that a lane's
+//! mode decides.
 
-use super::course::Course;
-use super::loss::LaneLoss;
+use super::grid::{LaneGrid, figures};
 use super::width::Width;
-use crate::axis::Axis;
-pub(crate) use crate::exact::DRIVING;
 use crate::exact::{
-    AxisSystem, BOUND_MARGIN, FIGURES, HELD, HeldTable, Quantity, SLOPES, Sketch, VALUES,
+    AxisSystem, BOUND_MARGIN, DRIVING, HELD, HeldTable, Quantity, SLOPES, Sketch, VALUES,
 };
-use crate::state::{BETA_DOT, CURRENT, EPSILON_DOT};
+use crate::hybrid::Automaton;
+use crate::model::axis::Axis;
+use crate::model::joint::JointMode;
+use crate::model::resistance::GuideMode;
+use crate::model::state::{BETA_DOT, CURRENT, EPSILON_DOT};
+use crate::observe::extremes::FIGURES;
 
 /// One step of all groups: what depends on the state of the joint alone.
 #[derive(Debug, Clone)]
-pub(crate) struct Phase {
-    pub(crate) length_ns: u64,
-    /// Whether what follows has the numbers of the open and the closed joint.
+pub(super) struct Phase {
+    pub(super) length_ns: u64,
+    /// True where the numbers of the open and the closed joint are known.
     known: [bool; 2],
     /// Those of the step, for the lanes.
     numbers: [[f64; NUMBERS]; 2],
-    pub(crate) rates: LaneRates,
+    pub(super) rates: LaneRates,
     /// δ and the figures as polynomials over the step.
-    pub(crate) gap: LaneSketch,
-    pub(crate) figures: [LaneSketch; FIGURES],
+    pub(super) gap: LaneSketch,
+    pub(super) figures: [LaneSketch; FIGURES],
     /// Changes of ẍ, I, p·γ and p·β above which they are monotone, per change of
     /// the driving states, and how far they may stray from their chords, with
     /// the joint open and closed.
-    pub(crate) slopes: [[[f64; DRIVING]; 2]; FIGURES],
-    pub(crate) chords: [[[f64; DRIVING]; 2]; FIGURES],
+    pub(super) slopes: [[[f64; DRIVING]; 2]; FIGURES],
+    pub(super) chords: [[[f64; DRIVING]; 2]; FIGURES],
     /// The numbers of changes of contact, with the joint open and closed, where
     /// they can be followed side by side.
-    pub(crate) courses: [Option<Course>; 2],
+    pub(super) grids: [Option<LaneGrid>; 2],
 }
 
 /// One step of the lanes of a group: what depends on each lane's mode, number
 /// by number (see [`numbers_of`]).
 #[derive(Debug, Clone)]
-pub(crate) struct Steps<W: Width> {
+pub(super) struct Steps<W: Width> {
     numbers: [W::Array; NUMBERS],
-    /// What the joint's damper takes.
-    pub(crate) loss: LaneLoss<W>,
-    pub(crate) knows_loss: bool,
+    /// Numbers of the energy that the joint's damper takes.
+    pub(super) loss: LaneLoss<W>,
+    pub(super) knows_loss: bool,
 }
 
 /// Numbers of a step: per state the driving states' coefficients, a constant
@@ -50,7 +52,7 @@ const NUMBERS: usize = HELD * PER_STATE + DRIVING;
 const PER_STATE: usize = DRIVING + 2;
 
 /// The numbers of a table.
-pub(crate) fn numbers_of(table: &HeldTable) -> [f64; NUMBERS] {
+pub(super) fn numbers_of(table: &HeldTable) -> [f64; NUMBERS] {
     let kernel = &table.kernel;
     let mut numbers = [0.0; NUMBERS];
     for (state, to) in numbers.chunks_exact_mut(PER_STATE).take(HELD).enumerate() {
@@ -67,7 +69,7 @@ pub(crate) fn numbers_of(table: &HeldTable) -> [f64; NUMBERS] {
 /// β̈, ε̈ and İ at the start of a step with the joint open and closed: per
 /// driving state, constant, and per volt.
 #[derive(Debug, Clone)]
-pub(crate) struct LaneRates {
+pub(super) struct LaneRates {
     rows: [[[f64; DRIVING]; 3]; 2],
     load: [[f64; 3]; 2],
     per_volt: f64,
@@ -76,10 +78,10 @@ pub(crate) struct LaneRates {
 /// A quantity over the step in Bernstein form (see [`Sketch`]), with the joint
 /// open and closed.
 #[derive(Debug, Clone)]
-pub(crate) struct LaneSketch {
-    /// What each coefficient adds to the one before it, rate by rate.
+pub(super) struct LaneSketch {
+    /// Rise of each coefficient over the one before it, rate by rate.
     columns: [[[f64; VALUES]; HELD]; 2],
-    /// What the polynomial may be off by, per |rate|. At first a bound that
+    /// Error of the polynomial, per |rate|. At first a bound that
     /// excludes nothing, and so it stays without a sketch.
     stray: [[f64; HELD]; 2],
 }
@@ -88,7 +90,7 @@ pub(crate) struct LaneSketch {
 const ACCELERATED: [usize; 3] = [BETA_DOT, EPSILON_DOT, CURRENT];
 
 impl Phase {
-    pub(crate) fn new(length_ns: u64) -> Self {
+    pub(super) fn new(length_ns: u64) -> Self {
         let sketch = LaneSketch {
             columns: [[[0.0; VALUES]; HELD]; 2],
             stray: [[f64::INFINITY; HELD]; 2],
@@ -106,13 +108,13 @@ impl Phase {
             gap: sketch,
             slopes: [[[0.0; DRIVING]; 2]; FIGURES],
             chords: [[[0.0; DRIVING]; 2]; FIGURES],
-            courses: [None, None],
+            grids: [None, None],
         }
     }
 
     /// Takes over the numbers of a table; `false` if they are there already.
-    pub(crate) fn learn(&mut self, table: &HeldTable, axis: &Axis) -> bool {
-        let closed = table.is_closed();
+    pub(super) fn learn(&mut self, table: &HeldTable, axis: &Axis) -> bool {
+        let closed = table.closed;
         let known = &mut self.known[usize::from(closed)];
         if core::mem::replace(known, true) {
             return false;
@@ -132,16 +134,16 @@ impl Phase {
                 self.chords[i][place][j] = BOUND_MARGIN * scale.abs() * chord;
             }
         }
-        self.courses[usize::from(closed)] = Course::of(table, axis);
+        self.grids[usize::from(closed)] = LaneGrid::of(table, axis);
         true
     }
 }
 
 impl Phase {
-    /// Whether a guard of δ stays positive over a step of one lane, by the sketch:
+    /// True if a guard of δ stays positive over a step of one lane, by the sketch:
     /// `guard` of every coefficient exceeds what that may be off by.
     #[inline(always)]
-    pub(crate) fn gap_holds(
+    pub(super) fn gap_holds(
         &self,
         closed: bool,
         from: &[f64; DRIVING],
@@ -164,24 +166,13 @@ impl Phase {
 impl Phase {
     /// The numbers of a step with the joint open or closed and nothing else that
     /// matters, if they are known.
-    pub(crate) fn numbers(&self, closed: bool) -> Option<&[f64; NUMBERS]> {
+    pub(super) fn numbers(&self, closed: bool) -> Option<&[f64; NUMBERS]> {
         self.known[usize::from(closed)].then(|| &self.numbers[usize::from(closed)])
     }
 }
 
-/// The quantities behind the figures, and what they are multiplied with.
-pub(super) fn figures(axis: &Axis) -> [(Quantity, f64); FIGURES] {
-    let p = axis.pitch_m_per_rad();
-    [
-        (Quantity::ScrewAcceleration, p),
-        (Quantity::Current, 1.0),
-        (Quantity::ScrewAngle, p),
-        (Quantity::GearAngle, p),
-    ]
-}
-
 impl<W: Width> Steps<W> {
-    pub(crate) fn new() -> Self {
+    pub(super) fn new() -> Self {
         Self {
             numbers: [W::array(0.0); NUMBERS],
             loss: LaneLoss::none(),
@@ -192,7 +183,7 @@ impl<W: Width> Steps<W> {
     /// A state at the end of the step, in the order of `Kernel::step`, from the
     /// driving states; β itself is added to what it gains.
     #[inline(always)]
-    pub(crate) fn row(
+    pub(super) fn row(
         &self,
         w: W,
         state: usize,
@@ -211,24 +202,24 @@ impl<W: Width> Steps<W> {
         ((rotor + joint) + base) + number(DRIVING + 1) * voltage_v
     }
 
-    /// How far δ may stray from its chord.
+    /// Bound of how far δ strays from its chord.
     #[inline(always)]
-    pub(crate) fn gap_strays(&self, w: W, change: &[W::Vector; DRIVING]) -> W::Vector {
+    pub(super) fn gap_strays(&self, w: W, change: &[W::Vector; DRIVING]) -> W::Vector {
         let bound = |j: usize| w.load(&self.numbers[HELD * PER_STATE + j]);
         (bound(0) * change[0] + bound(1) * change[1])
             + (bound(2) * change[2] + bound(3) * change[3])
     }
 
     /// Takes over what the damper takes, if the table is that of a closed joint.
-    pub(crate) fn learn_loss(&mut self, table: &HeldTable) {
-        if table.is_closed() && !self.knows_loss {
+    pub(super) fn learn_loss(&mut self, table: &HeldTable) {
+        if table.closed && !self.knows_loss {
             self.loss.set(table);
             self.knows_loss = true;
         }
     }
 
     /// Sets one lane to numbers of its own.
-    pub(crate) fn set(&mut self, lane: usize, numbers: &[f64; NUMBERS]) {
+    pub(super) fn set(&mut self, lane: usize, numbers: &[f64; NUMBERS]) {
         for (to, from) in self.numbers.iter_mut().zip(numbers) {
             to.as_mut()[lane] = *from;
         }
@@ -249,7 +240,7 @@ impl LaneRates {
     }
 
     /// The rates of all states: β, β̇, δ, ε̇ and I.
-    pub(crate) fn at(&self, closed: bool, from: &[f64; DRIVING], voltage_v: f64) -> [f64; HELD] {
+    pub(super) fn at(&self, closed: bool, from: &[f64; DRIVING], voltage_v: f64) -> [f64; HELD] {
         let place = usize::from(closed);
         let mut rates = self.load[place];
         for (rate, row) in rates.iter_mut().zip(&self.rows[place]) {
@@ -276,8 +267,8 @@ impl LaneSketch {
         }
     }
 
-    /// What each coefficient adds to the one before it; the last number is 0.
-    pub(crate) fn rises(&self, closed: bool, rates: &[f64; HELD]) -> [f64; VALUES] {
+    /// Rise of each coefficient over the one before it; the last number is 0.
+    pub(super) fn rises(&self, closed: bool, rates: &[f64; HELD]) -> [f64; VALUES] {
         let mut rises = [0.0; VALUES];
         for (column, rate) in self.columns[usize::from(closed)].iter().zip(rates) {
             for (rise, number) in rises.iter_mut().zip(column) {
@@ -287,9 +278,9 @@ impl LaneSketch {
         rises
     }
 
-    /// What the polynomial may be off by, its own rounding and that of a start
+    /// Error of the polynomial, its own rounding and that of a start
     /// of the given size included.
-    pub(crate) fn stray(&self, closed: bool, rates: &[f64; HELD], size: f64) -> f64 {
+    pub(super) fn stray(&self, closed: bool, rates: &[f64; HELD], size: f64) -> f64 {
         let mut sum = size * ROUNDING;
         for (stray, rate) in self.stray[usize::from(closed)].iter().zip(rates) {
             sum += stray * rate.abs();
@@ -304,7 +295,7 @@ const ROUNDING: f64 = 32.0 * f64::EPSILON;
 /// `Σ row_j·x_j` over the driving states, with the numbers of the open or the
 /// closed joint, lane by lane.
 #[inline(always)]
-pub(crate) fn dot_pairs<W: Width>(
+pub(super) fn dot_pairs<W: Width>(
     w: W,
     closed: W::Mask,
     [open_row, closed_row]: &[[f64; DRIVING]; 2],
@@ -316,4 +307,179 @@ pub(crate) fn dot_pairs<W: Width>(
         sum = sum + number * x[j];
     }
     sum
+}
+
+/// Numbers of the closed joint, in the order in which they are needed: β̈ from
+/// δ, ε̇ and I; ε̈ from β̇, δ, ε̇ and I, and its constant part; İ from β̇, I and V; R
+/// row by row, upper triangular; c.
+const LOSS_NUMBERS: usize = 3 + 5 + 3 + DRIVING * (DRIVING + 1) / 2 + 1;
+
+/// The numbers, each in every lane: a vector in memory costs no instruction.
+#[derive(Debug, Clone)]
+pub(super) struct LaneLoss<W: Width>([W::Array; LOSS_NUMBERS]);
+
+impl<W: Width> LaneLoss<W> {
+    /// As long as no joint was closed.
+    pub(super) fn none() -> Self {
+        Self([W::array(0.0); LOSS_NUMBERS])
+    }
+
+    /// Takes over those of a table of the closed joint; without damping there are
+    /// none.
+    pub(super) fn set(&mut self, table: &HeldTable) {
+        let Some(loss) = &table.loss else {
+            return;
+        };
+        let (damping_nms_per_rad, factor) = loss.whole();
+        let system = &table.system;
+        let row = |state: usize| -> [f64; DRIVING] {
+            core::array::from_fn(|j| system.a[(state, BETA_DOT + j)])
+        };
+        let ([_, delta, speed, current], joint) = (row(BETA_DOT), row(EPSILON_DOT));
+        let [induced, _, _, resistive] = row(CURRENT);
+        let triangle = (0..DRIVING).flat_map(|i| (i..DRIVING).map(move |j| factor[(i, j)]));
+        let numbers = [delta, speed, current]
+            .into_iter()
+            .chain(joint)
+            .chain([
+                system.load[EPSILON_DOT],
+                induced,
+                resistive,
+                system.per_volt,
+            ])
+            .chain(triangle)
+            .chain([damping_nms_per_rad]);
+        for (to, number) in self.0.iter_mut().zip(numbers) {
+            *to = W::array(number);
+        }
+    }
+
+    /// True if there is a damper that has been in contact.
+    fn is_some(&self) -> bool {
+        self.0[LOSS_NUMBERS - 1].as_ref()[0] != 0.0
+    }
+
+    /// Energy that the dampers take in a step \[J\]: `c·|R·v|²` with the rates v at its
+    /// start, 0 where the joint is open, in the order of
+    /// `Dissipation::over`.
+    #[inline(always)]
+    pub(super) fn over_step(
+        &self,
+        w: W,
+        from: &[W::Vector; DRIVING],
+        flank: &W::Array,
+        voltage_v: W::Vector,
+    ) -> W::Vector {
+        let zero = w.splat(0.0);
+        if !self.is_some() {
+            return zero;
+        }
+        let [beta_dot, delta, epsilon_dot, current] = *from;
+        let number = |place: usize| w.load(&self.0[place]);
+        // Without the terms that are zero, which change no sum.
+        let gear = number(0) * delta + (number(1) * epsilon_dot + number(2) * current);
+        let joint = (number(3) * beta_dot + number(4) * delta)
+            + (number(5) * epsilon_dot + number(6) * current)
+            + number(7);
+        let armature = (number(8) * beta_dot + number(9) * current) + number(10) * voltage_v;
+        let rates = [gear, epsilon_dot, joint, armature];
+        let (mut sum, mut place) = (zero, 11);
+        for i in 0..DRIVING {
+            let mut part = number(place) * rates[i];
+            for rate in &rates[i + 1..] {
+                place += 1;
+                part = part + number(place) * *rate;
+            }
+            place += 1;
+            sum = sum + part * part;
+        }
+        let flank = w.load(flank);
+        let open = w.at_most(w.abs(flank), w.splat(0.5));
+        w.select(open, zero, number(place) * sum)
+    }
+}
+
+/// The numbers of every lane's mode.
+#[derive(Debug, Clone)]
+pub(super) struct ModeNumbers<W: Width> {
+    /// `m·b` of `δ = ε − m·b`.
+    pub(super) offset_rad: W::Array,
+    /// The guard `base + side·δ − open·|δ|`, positive within the mode.
+    pub(super) base: W::Array,
+    side: W::Array,
+    open: W::Array,
+    /// `k` and `c` while a flank carries, else 0.
+    pub(super) stiffness: W::Array,
+    pub(super) damping: W::Array,
+    /// a0 against the motion.
+    pub(super) resistance_n: W::Array,
+    /// The flank in contact: −1, 0 or 1.
+    pub(super) joint: W::Array,
+}
+
+impl<W: Width> ModeNumbers<W> {
+    pub(super) fn new() -> Self {
+        let zero = W::array(0.0);
+        Self {
+            offset_rad: zero,
+            base: zero,
+            side: zero,
+            open: zero,
+            stiffness: zero,
+            damping: zero,
+            resistance_n: zero,
+            joint: zero,
+        }
+    }
+
+    /// The guard of the joint; where δ is not a number, neither is this.
+    #[inline(always)]
+    pub(super) fn guard(&self, w: W, delta: W::Vector) -> W::Vector {
+        (w.load(&self.base) + w.load(&self.side) * delta) - w.load(&self.open) * w.abs(delta)
+    }
+
+    /// The guard of one lane.
+    pub(super) fn guard_of(&self, lane: usize, delta: f64) -> f64 {
+        let of = |array: &W::Array| array.as_ref()[lane];
+        (of(&self.base) + of(&self.side) * delta) - of(&self.open) * delta.abs()
+    }
+
+    /// True if no bound can tell that the lane keeps its mode.
+    pub(super) fn is_unsure(&self, lane: usize) -> bool {
+        self.base.as_ref()[lane] == f64::NEG_INFINITY
+    }
+
+    /// Sets a lane's numbers to those of its mode.
+    pub(super) fn set(&mut self, lane: usize, plant: &Automaton) {
+        let (mode, axis) = (&plant.mode, &plant.axis);
+        let never = f64::NEG_INFINITY;
+        let simple =
+            !axis.releases() && mode.guide == GuideMode::AsWritten && plant.fresh.is_none();
+        let (base, side, open) = match mode.joint {
+            _ if !simple => (never, 0.0, 0.0),
+            JointMode::Rigid | JointMode::Gapless => (f64::INFINITY, 0.0, 0.0),
+            JointMode::Open => (axis.backlash_half_rad(), 0.0, 1.0),
+            JointMode::Loaded(flank) => (0.0, flank.sign(), 0.0),
+            JointMode::Released(_) => (never, 0.0, 0.0),
+        };
+        let (stiffness, damping) = match (mode.joint, axis.joint) {
+            (JointMode::Gapless | JointMode::Loaded(_), Some(joint)) => {
+                (joint.stiffness_nm_per_rad, joint.damping_nms_per_rad)
+            }
+            _ => (0.0, 0.0),
+        };
+        let resistance_n = mode.guide.direction() * axis.resistance.constant_n;
+        for (array, value) in [
+            (&mut self.offset_rad, axis.offset_rad(mode)),
+            (&mut self.base, base),
+            (&mut self.side, side),
+            (&mut self.open, open),
+            (&mut self.stiffness, stiffness),
+            (&mut self.damping, damping),
+            (&mut self.resistance_n, resistance_n),
+            (&mut self.joint, f64::from(mode.joint.contact().sign())),
+        ] {
+            array.as_mut()[lane] = value;
+        }
+    }
 }

@@ -1,11 +1,12 @@
 //! The step that all lanes of a group take, and which of them leave it.
 
-use super::group::Group;
-use super::lanes::Shared;
-use super::phase::{DRIVING, dot_pairs};
+use super::group::{Group, Shared};
+use super::phase::dot_pairs;
 use super::width::Width;
-use crate::exact::{CARRIAGE, FIGURES};
-use crate::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT, State};
+use crate::exact::DRIVING;
+use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT, State};
+use crate::numerics::count;
+use crate::observe::extremes::{CARRIAGE, FIGURES};
 
 /// A lane that has left the common step, with what it began that with.
 #[derive(Debug, Clone, Copy)]
@@ -54,7 +55,7 @@ impl<W: Width> Group<W> {
         let step = self.step(phase, voltage_v);
         let keeps = self.keeps(phase, &step);
         // Outside the settling band at the end.
-        let p = w.splat(shared.axis.pitch_m_per_rad());
+        let p = w.splat(shared.axis.pitch_m_per_rad);
         let epsilon = step.to[1] + step.offset;
         let carriage = p * (step.beta[1] - epsilon);
         let distance = w.abs(w.load(&self.travel_m) - carriage);
@@ -66,7 +67,7 @@ impl<W: Width> Group<W> {
             command - p * step.beta[1],
         ];
         if w.bits(w.both(keeps, outside)) == all {
-            self.all_outside = crate::plant::count(self.track.now().time_ns);
+            self.all_outside = count(self.track.now().time_ns);
             self.take(shared, (phase, 0), (&step, &ends), command, voltage_v);
             return false;
         }
@@ -90,7 +91,7 @@ impl<W: Width> Group<W> {
         if moved != 0 {
             self.leave((number, phase), moved, (voltage_v, command), leaving);
         }
-        let now = crate::plant::count(self.track.now().time_ns);
+        let now = count(self.track.now().time_ns);
         let outside = w.bits(outside) & !moved;
         for (lane, last) in self.last_outside.as_mut().iter_mut().enumerate() {
             let before = last.max(self.all_outside);
@@ -117,17 +118,17 @@ impl<W: Width> Group<W> {
     #[inline(always)]
     fn acceleration_after(&self, shared: &Shared, step: &Step<W>, epsilon: W::Vector) -> W::Vector {
         let (w, mode, axis) = (self.width, &self.mode, &shared.axis);
-        let p = w.splat(axis.pitch_m_per_rad());
+        let p = w.splat(axis.pitch_m_per_rad);
         let to = &step.to;
         // From ε as the single run knows it; and no torque is 0, not −0.
         let delta = epsilon - step.offset;
         let mut torque = w.load(&mode.stiffness) * delta + w.load(&mode.damping) * to[2];
         torque = torque + w.splat(0.0);
         if axis.joint.is_none() {
-            let motor = axis.motor().torque_constant_nm_per_a;
-            torque = (w.splat(motor) * to[3]) / w.splat(axis.gear_ratio());
+            let motor = axis.motor.torque_constant_nm_per_a;
+            torque = (w.splat(motor) * to[3]) / w.splat(axis.gear_ratio);
         }
-        let a1 = w.splat(axis.resistance().linear_ns_per_rad);
+        let a1 = w.splat(axis.resistance.linear_ns_per_rad);
         let force = w.load(&mode.resistance_n) + a1 * (to[0] - to[2]);
         p * ((torque - p * force) / w.splat(axis.moved_inertia()))
     }
@@ -214,6 +215,32 @@ impl<W: Width> Group<W> {
         moved
     }
 
+    /// Looks at the settling band in the step that begins now, in the lanes of
+    /// `wanted`.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn look_at_band(
+        &mut self,
+        shared: &mut Shared,
+        phase: usize,
+        wanted: u64,
+        voltage_v: W::Vector,
+    ) {
+        let time_ns = self.track.now().time_ns;
+        let mut held = W::array(0.0);
+        self.width.store(voltage_v, &mut held);
+        for lane in (0..W::LANES).filter(|lane| wanted >> lane & 1 != 0) {
+            let y = self.state(lane);
+            let run = &mut self.lanes[lane];
+            run.plant.set(&y, time_ns);
+            let length_ns = shared.phases[phase].length_ns;
+            let (tables, extremes) = (&mut shared.tables, &mut run.extremes);
+            let sought = (0, extremes.settings.settling_band_m);
+            let step = (held.as_ref()[lane], length_ns);
+            run.plant.look_at_step(tables, step, sought, extremes);
+        }
+    }
+
     /// Takes a step, which the lanes of `moved` leave.
     #[inline(always)]
     fn take(
@@ -225,7 +252,10 @@ impl<W: Width> Group<W> {
         voltage_v: W::Vector,
     ) {
         let w = self.width;
-        let loss = self.joint_loss_of(phase, step, voltage_v);
+        let loss =
+            self.steps[phase]
+                .loss
+                .over_step(w, &step.from, &self.track.now().flank, voltage_v);
         w.store(w.load(&self.joint_loss_j) + loss, &mut self.joint_loss_j);
         let length_ns = shared.phases[phase].length_ns;
         let slot = self.track.step(w, (phase, length_ns), voltage_v, moved);

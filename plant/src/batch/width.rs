@@ -1,4 +1,4 @@
-//! How many runs are computed side by side, and with which instructions.
+//! Numbers of runs that are computed side by side, and their instructions.
 //!
 //! Every lane sees the operations of a single run in the same order, so the
 //! width decides about speed alone, never about bits: nothing is added across
@@ -46,9 +46,9 @@ pub trait Width: Copy {
     fn bits(self, mask: Self::Mask) -> u64;
     /// Lane i where bit i is set.
     fn lanes(self, bits: u64) -> Self::Mask;
-    /// Where both hold.
+    /// Both hold.
     fn both(self, a: Self::Mask, b: Self::Mask) -> Self::Mask;
-    /// Where one of them holds.
+    /// At least one of them holds.
     fn either(self, a: Self::Mask, b: Self::Mask) -> Self::Mask;
     /// The larger of the two, either of them where one is not a number: a single
     /// instruction, of which each set has its own.

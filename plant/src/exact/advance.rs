@@ -1,58 +1,31 @@
 //! Solver `exact`: one interval with every change of mode located.
 //!
-//! Under a held voltage an interval without a change costs one step with the
-//! table's kernel and one look at the bound of [`super::levels`]. Everything
-//! else is walked through ([`super::crossing`]) from change to change.
+//! An interval without a change costs one step with the table's matrices and one
+//! look at the bound of [`super::levels`]. Everything else is walked through
+//! ([`super::crossing`]) from change to change.
 
-use super::crossing::{LinearGuard, Stop};
-use super::figures::{CARRIAGE, Piece};
-use super::system::{Column, DELTA, HELD, held_state, to_plant_vector};
-use super::tables::{HeldTable, Quantity, Table, Tables};
-use super::walk::{BOUND_MARGIN, Flow};
-use crate::adaptive::Interval;
-use crate::axis::Drive;
-use crate::error::PlantError;
-use crate::extremes::Extremes;
-use crate::guard::speed_noise;
-use crate::joint::{Flank, JointMode};
-use crate::mode::{Direction, Guard, Guards};
-use crate::motion::MotionPoint;
-use crate::plant::{Plant, seconds};
-use crate::resistance::GuideMode;
-use crate::span::{Interior, Span, Watch};
-use crate::state::{BETA_DOT, BETA_INTEGRAL, EPSILON_DOT, State, Vector};
+use super::crossing::Stop;
+use super::levels::BOUND_MARGIN;
+use super::piece::{FeedbackPiece, HeldPiece, Piece};
+use super::system::{Column, DELTA, FEEDBACK, HELD, feedback_state, held_state, to_plant_vector};
+use super::tables::{Carried, HeldTable, Quantity, Tables};
+use crate::hybrid::guard::Guards;
+use crate::hybrid::{Automaton, Interval, PlantError};
+use crate::model::amplifier::AmplifierMode;
+use crate::model::axis::Drive;
+use crate::model::joint::JointMode;
+use crate::model::motion::MotionPoint;
+use crate::model::pid::ContinuousPid;
+use crate::model::resistance::GuideMode;
+use crate::model::state::{BETA_DOT, BETA_INTEGRAL, EPSILON_DOT, State, Vector};
+use crate::numerics::seconds;
+use crate::observe::extremes::{CARRIAGE, Extremes};
+use crate::observe::{Interior, Span, Watch};
 
 /// Units in the last place of the terms of δ that its rounding may reach.
 pub(crate) const NOISE_ULPS: f64 = 4.0 * f64::EPSILON;
 
-/// A smooth piece of the solution under a held voltage.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct HeldPiece<'a> {
-    pub(crate) table: &'a HeldTable,
-    pub(crate) input: Column<HELD>,
-    pub(crate) start: Column<HELD>,
-    pub(crate) offset_rad: f64,
-    /// β̂, which a held voltage does not advance.
-    pub(crate) beta_integral_rads: f64,
-}
-
-impl HeldPiece<'_> {
-    /// Where the whole step ends.
-    fn whole_end(&self, voltage_v: f64) -> Vector {
-        let end = self.table.kernel.step(&self.start, voltage_v);
-        to_plant_vector(&end, self.offset_rad, self.beta_integral_rads)
-    }
-
-    pub(crate) fn flow(&self) -> Flow<'_, HELD> {
-        Flow {
-            table: &self.table.table,
-            input: &self.input,
-            start: &self.start,
-        }
-    }
-}
-
-impl Plant {
+impl Automaton {
     /// Solver `exact` over `length_ns` from now.
     #[inline(always)]
     pub(crate) fn advance_exactly(
@@ -62,7 +35,7 @@ impl Plant {
         length_ns: u64,
         watch: &mut impl Watch,
     ) -> Result<(), PlantError> {
-        if !self.axis.is_affine() {
+        if self.axis.resistance.quadratic_ns2_per_rad2 != 0.0 {
             return Err(PlantError::NotAffine);
         }
         match drive {
@@ -121,16 +94,16 @@ impl Plant {
             start_s: seconds(self.time_ns),
             length_s: seconds(length_ns),
             y: (&self.y, &y),
-            interior: Interior::Held(&piece),
+            interior: &piece,
         });
         self.y = y;
         true
     }
 
-    /// Whether the joint keeps its mode over a step from `start` to `end` of δ,
+    /// True if the joint keeps its mode over a step from `start` to `end` of δ,
     /// which strays from its chord by at most `strays`.
     #[inline(always)]
-    pub(super) fn joint_keeps(&self, start: f64, end: f64, strays: impl FnOnce() -> f64) -> bool {
+    fn joint_keeps(&self, start: f64, end: f64, strays: impl FnOnce() -> f64) -> bool {
         let lowest = match self.mode.joint {
             JointMode::Rigid | JointMode::Gapless => return true,
             JointMode::Open => self.axis.backlash_half_rad() - start.abs().max(end.abs()),
@@ -153,47 +126,21 @@ impl Plant {
         }
     }
 
-    /// Searches the step that the bound allows for when the carriage is last
-    /// outside the settling band.
-    pub(crate) fn look_at_band(
-        &self,
-        tables: &mut Tables,
-        (voltage_v, length_ns): (f64, u64),
-        extremes: &mut Extremes,
-    ) {
-        let band_m = extremes.settling_band_m();
-        let place = tables.held(&self.axis, &self.mode, length_ns);
-        let solution = self.piece(&tables.held[place], voltage_v);
-        let end = solution.whole_end(voltage_v);
-        let times_s = (seconds(self.time_ns), seconds(length_ns));
-        self.look(&solution, times_s, &end, (0, band_m), extremes);
-    }
-
-    /// Searches it for the extremes of [`Extremes::peaks`] whose bits are set.
+    /// Searches the step that the bound allows for the extremes of
+    /// [`Extremes::peaks`] whose bits are set in `which`, and for when the
+    /// carriage is last further than `band_m` from the travel.
     pub(crate) fn look_at_step(
         &self,
         tables: &mut Tables,
         (voltage_v, length_ns): (f64, u64),
-        which: u8,
+        sought: (u8, f64),
         extremes: &mut Extremes,
     ) {
         let place = tables.held(&self.axis, &self.mode, length_ns);
         let solution = self.piece(&tables.held[place], voltage_v);
         let end = solution.whole_end(voltage_v);
         let times_s = (seconds(self.time_ns), seconds(length_ns));
-        self.look(&solution, times_s, &end, (which, f64::INFINITY), extremes);
-    }
-
-    /// What the joint's damper takes over a piece of the step \[J\].
-    pub(crate) fn joint_loss_j(
-        &self,
-        tables: &mut Tables,
-        (voltage_v, length_ns): (f64, u64),
-        length_s: f64,
-    ) -> f64 {
-        let place = tables.held(&self.axis, &self.mode, length_ns);
-        self.piece(&tables.held[place], voltage_v)
-            .joint_loss_j(length_s)
+        self.look(&solution, times_s, &end, sought, extremes);
     }
 
     /// The same for a piece of the step, which ends in `end`.
@@ -216,6 +163,18 @@ impl Plant {
         );
     }
 
+    /// Energy that the joint's damper takes over a piece of the step \[J\].
+    pub(crate) fn joint_loss_j(
+        &self,
+        tables: &mut Tables,
+        (voltage_v, length_ns): (f64, u64),
+        length_s: f64,
+    ) -> f64 {
+        let place = tables.held(&self.axis, &self.mode, length_ns);
+        self.piece(&tables.held[place], voltage_v)
+            .joint_loss_j(length_s)
+    }
+
     fn look(
         &self,
         solution: &HeldPiece<'_>,
@@ -224,7 +183,7 @@ impl Plant {
         (which, band_m): (u8, f64),
         extremes: &mut Extremes,
     ) {
-        let motion = extremes.motion();
+        let motion = &extremes.settings.motion;
         let mut commands = [MotionPoint::default(); 2];
         if which >> CARRIAGE != 0 {
             commands = [motion.at(start_s), motion.at(start_s + length_s)];
@@ -262,7 +221,7 @@ impl Plant {
             let place = tables.held(&self.axis, &mode, length_ns);
             let table = &tables.held[place];
             let piece = self.piece(table, voltage_v);
-            let left_s = interval.left_s();
+            let left_s = interval.length_s - interval.done_s;
             let guards = self.guards(drive);
             let linear = guards.map(|g| Some(self.linear_guard(g?, &table.table, 0.0)));
             let stop =
@@ -273,13 +232,12 @@ impl Plant {
                         time_s: interval.now_s(),
                     })?;
             let mut end = stop.x;
-            if stop.guard.is_none() && interval.done_s() == 0.0 {
+            if stop.guard.is_none() && interval.done_s == 0.0 {
                 // The very step that the bound would have allowed.
                 end = table.kernel.step(&piece.start, voltage_v);
             }
             let y = to_plant_vector(&end, offset_rad, piece.beta_integral_rads);
-            let interior = Interior::Held(&piece);
-            self.move_over(drive, &interval, &stop, y, interior, watch)?;
+            self.move_over(drive, &interval, &stop, y, &piece, watch)?;
             if self.end_of_piece(&mut interval, &stop, &guards, drive, watch)? {
                 return Ok(());
             }
@@ -287,13 +245,13 @@ impl Plant {
     }
 
     /// Emits the span up to `stop` and moves there.
-    pub(super) fn move_over<const D: usize>(
+    fn move_over<const D: usize>(
         &mut self,
         drive: &Drive<'_>,
         interval: &Interval,
         stop: &Stop<D>,
         y: Vector,
-        interior: Interior<'_>,
+        interior: &dyn Interior,
         watch: &mut impl Watch,
     ) -> Result<(), PlantError> {
         let time_s = interval.now_s();
@@ -325,7 +283,7 @@ impl Plant {
 
     /// Switches at the guard that stopped the piece; `true` at the end of the
     /// interval.
-    pub(super) fn end_of_piece<const D: usize>(
+    fn end_of_piece<const D: usize>(
         &mut self,
         interval: &mut Interval,
         stop: &Stop<D>,
@@ -333,7 +291,7 @@ impl Plant {
         drive: &Drive<'_>,
         watch: &mut impl Watch,
     ) -> Result<bool, PlantError> {
-        interval.move_by(stop.time_s);
+        interval.done_s += stop.time_s;
         match stop.guard.and_then(|place| guards[place]) {
             None => Ok(true),
             Some(guard) => {
@@ -353,42 +311,171 @@ impl Plant {
         let length_s = table.length_s();
         self.axis.set_parting_noise(NOISE_ULPS * terms, length_s);
     }
+}
 
-    /// A guard of the present mode as a linear function of the table's state.
-    pub(super) fn linear_guard<'t, const D: usize>(
-        &self,
-        guard: Guard,
-        table: &'t Table<D>,
-        limit_v: f64,
-    ) -> LinearGuard<'t, D> {
-        let joint = self.axis.joint;
-        let b = self.axis.backlash_half_rad();
-        let release_nm = joint.map_or(0.0, |joint| self.axis.release_noise_nm(joint, &self.y));
-        let part_rad = joint.map_or(0.0, |joint| release_nm / joint.stiffness_nm_per_rad);
-        let flank = |flank: Flank| flank.sign();
-        let way = |direction: Direction| direction.sign();
-        let (quantity, sign, offset, noise) = match guard {
-            // In the gap δ = ε.
-            Guard::Meet(f) => (Quantity::Delta, -flank(f), b, 0.0),
-            Guard::Part(f) => (Quantity::Delta, flank(f), 0.0, part_rad),
-            Guard::Release(f) => (Quantity::FlankTorque, flank(f), 0.0, release_nm),
-            Guard::Reload(f) => (Quantity::FlankTorque, -flank(f), 0.0, 0.0),
-            Guard::Stop(d) => (Quantity::ScrewSpeed, way(d), 0.0, speed_noise(&self.y)),
-            Guard::Break(d) => (
-                Quantity::MovingTorque,
-                -way(d),
-                self.axis.holding_torque_nm,
-                0.0,
-            ),
-            Guard::Limit(d) => (Quantity::Demand, -way(d), limit_v, 0.0),
-            Guard::Unlimit(d) => (Quantity::Demand, way(d), -limit_v, 0.0),
+/// The continuous law (eq. 27-37): the command is part of the state, so that an
+/// interval without a change is one product with a matrix.
+impl Automaton {
+    /// One interval under the continuous law.
+    fn advance_feedback(
+        &mut self,
+        tables: &mut Tables,
+        drive: &Drive<'_>,
+        pid: &ContinuousPid,
+        length_ns: u64,
+        watch: &mut impl Watch,
+    ) -> Result<(), PlantError> {
+        if self.carries_on(tables, drive, pid, length_ns, watch) {
+            return Ok(());
+        }
+        tables.carried = None;
+        let (start_s, length_s) = (seconds(self.time_ns), seconds(length_ns));
+        let mut interval = Interval::new(start_s, length_s);
+        let breaks_s = pid.motion().breaks_s();
+        let mut last = None;
+        for end_s in breaks_s.map(|t| t - start_s).into_iter().chain([length_s]) {
+            let inside = end_s > interval.done_s && end_s < length_s;
+            if inside || end_s == length_s {
+                last = self.advance_to(
+                    tables,
+                    (drive, pid),
+                    (length_ns, end_s),
+                    &mut interval,
+                    watch,
+                )?;
+            }
+        }
+        if let Some((x, place)) = last {
+            let end_s = seconds(self.time_ns + length_ns);
+            let later = breaks_s.into_iter().filter(|&t| t >= end_s);
+            tables.carried = Some(Box::new(Carried {
+                pid: *pid,
+                time_ns: self.time_ns + length_ns,
+                length_ns,
+                y: self.y,
+                x,
+                place,
+                until_s: later.fold(f64::INFINITY, f64::min),
+            }));
+        }
+        Ok(())
+    }
+
+    /// Takes the whole interval in one step from where the last one ended, if
+    /// the bounds exclude a change.
+    fn carries_on(
+        &mut self,
+        tables: &mut Tables,
+        drive: &Drive<'_>,
+        pid: &ContinuousPid,
+        length_ns: u64,
+        watch: &mut impl Watch,
+    ) -> bool {
+        let Tables {
+            carried, feedback, ..
+        } = tables;
+        let Some(carried) = carried else { return false };
+        let simple = self.fresh.is_none()
+            && !self.axis.releases()
+            && self.mode.guide == GuideMode::AsWritten;
+        let (start_s, length_s) = (seconds(self.time_ns), seconds(length_ns));
+        let same = carried.time_ns == self.time_ns
+            && carried.length_ns == length_ns
+            && carried.y == self.y
+            && start_s + length_s <= carried.until_s
+            && carried.pid.is_same_law(pid);
+        let Some(table) = feedback.get(carried.place) else {
+            return false;
         };
-        LinearGuard {
-            linear: table.quantity(quantity),
-            sign,
-            offset,
-            noise,
-            fresh: self.fresh == Some(guard),
+        if !simple || !same || table.mode != self.mode {
+            return false;
+        }
+        let start = carried.x;
+        let end = start + (table.growth * start + table.drift);
+        let change = (end - start).abs();
+        let stray = |quantity: Quantity| {
+            let bound = &table.table.quantity(quantity).bounds.per_change;
+            BOUND_MARGIN * bound.dot(&change)
+        };
+        let strays = || stray(Quantity::Delta);
+        let joint_keeps =
+            self.joint_keeps(start[DELTA], end[DELTA], strays) && end.iter().all(|x| x.is_finite());
+        let demand = &table.table.quantity(Quantity::Demand);
+        let (v0, v1) = (demand.value(&start), demand.value(&end));
+        let limit_v = pid.voltage_limit_v();
+        let inside_v = match self.mode.amplifier {
+            AmplifierMode::Linear => limit_v - v0.abs().max(v1.abs()),
+            AmplifierMode::AtUpper => v0.min(v1) - limit_v,
+            AmplifierMode::AtLower => (-v0).min(-v1) - limit_v,
+        };
+        if !(joint_keeps && inside_v > stray(Quantity::Demand)) {
+            return false;
+        }
+        let piece = FeedbackPiece {
+            table,
+            start,
+            offset_rad: self.axis.offset_rad(&self.mode),
+            pitch_m_per_rad: self.axis.pitch_m_per_rad,
+        };
+        let y = piece.plant_vector(&end);
+        watch.span(&Span {
+            axis: &self.axis,
+            drive,
+            modes: (self.mode, self.mode),
+            start_s,
+            length_s,
+            y: (&self.y, &y),
+            interior: &piece,
+        });
+        self.y = y;
+        carried.time_ns += length_ns;
+        carried.x = end;
+        carried.y = y;
+        true
+    }
+
+    /// From change to change up to `end_s` after the interval's start, within
+    /// one interval of the command. Returns the whole state at the end with the
+    /// place of its table.
+    fn advance_to(
+        &mut self,
+        tables: &mut Tables,
+        (drive, pid): (&Drive<'_>, &ContinuousPid),
+        (length_ns, end_s): (u64, f64),
+        interval: &mut Interval,
+        watch: &mut impl Watch,
+    ) -> Result<Option<(Column<FEEDBACK>, usize)>, PlantError> {
+        self.settle(drive, interval, watch)?;
+        loop {
+            let (mode, offset_rad) = (self.mode, self.axis.offset_rad(&self.mode));
+            let command = pid.motion().oscillator(interval.now_s());
+            let place = tables.feedback(&self.axis, &mode, pid, command.omega_radps, length_ns);
+            let table = &tables.feedback[place];
+            let pitch_m_per_rad = self.axis.pitch_m_per_rad;
+            let start = feedback_state(&self.y, (offset_rad, pitch_m_per_rad), &command);
+            let terms = table.growth.row(DELTA).transpose().component_mul(&start);
+            let noise_rad = NOISE_ULPS * (start[DELTA].abs() + terms.abs().sum());
+            self.axis.set_parting_noise(noise_rad, seconds(length_ns));
+            let piece = FeedbackPiece {
+                table,
+                start,
+                offset_rad,
+                pitch_m_per_rad,
+            };
+            let (guards, limit_v) = (self.guards(drive), pid.voltage_limit_v());
+            let linear = guards.map(|guard| Some(self.linear_guard(guard?, &table.table, limit_v)));
+            let left_s = end_s - interval.done_s;
+            let too_stiff = PlantError::TooStiff {
+                time_s: interval.now_s(),
+            };
+            let zero = piece.flow().first_zero(&linear, left_s, 0);
+            let stop = zero.map_err(|_| too_stiff)?;
+            let y = piece.plant_vector(&stop.x);
+            self.move_over(drive, interval, &stop, y, &piece, watch)?;
+            if self.end_of_piece(interval, &stop, &guards, drive, watch)? {
+                let untouched = self.y == y && self.mode == mode;
+                return Ok(untouched.then_some((stop.x, place)));
+            }
         }
     }
 }

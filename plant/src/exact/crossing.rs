@@ -1,7 +1,13 @@
-//! The first zero of a mode's guards along the exact solution.
+//! A walk along the exact solution from one state, for as long as a mode lasts,
+//! and the first zero of the mode's guards along it.
 //!
-//! None is missed. The sketch over the whole stretch is believed where its
-//! remainder leaves no question ([`super::zeros`]). Else the stretch is walked
+//! The walk takes the longest steps that will do: one that the chord bound of
+//! [`super::levels`] settles costs two products with a small matrix; one that it
+//! does not settle is halved; the shortest is handed over as a Taylor series,
+//! whose polynomials decide.
+//!
+//! No zero is missed. The sketch over the whole stretch is believed where its
+//! remainder leaves no question ([`super::sketch`]). Else the stretch is walked
 //! along: a leg is passed over only if the chord bound excludes a zero, and on
 //! the shortest legs Descartes' rule isolates every root of the
 //! guard's polynomial, so that a crossing and its return inside one sample are
@@ -10,13 +16,163 @@
 //! be told from a touch.
 
 use super::grid::zero_near;
+use super::levels::Taylor;
+use super::levels::{BOUND_MARGIN, Levels};
 use super::roots::Polynomial;
-use super::sketch::VALUES;
+use super::sketch::{Found, VALUES, first_zero as first_zero_of};
 use super::system::Column;
-use super::tables::Linear;
-use super::taylor::Taylor;
-use super::walk::{BOUND_MARGIN, Flow, Leg, Stretch, TooManySteps};
-use super::zeros::{Found, first_zero as first_zero_of};
+use super::tables::{Linear, Quantity, Table};
+
+use crate::hybrid::Automaton;
+use crate::hybrid::guard::{Direction, Guard, speed_noise};
+use crate::model::joint::Flank;
+
+/// Steps of one walk after which the plant is called too stiff: a sample of
+/// the stiffest axis that was tried takes some thousands.
+const MOST_STEPS: u32 = 4_000_000;
+
+/// The walk took too many steps.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct TooManySteps;
+
+/// The solution of `dx/dt = A·x + u` from `start`.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Flow<'a, const D: usize> {
+    pub(crate) table: &'a Table<D>,
+    pub(crate) input: &'a Column<D>,
+    pub(crate) start: &'a Column<D>,
+}
+
+/// One step along the solution.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Leg<const D: usize> {
+    pub(crate) start_s: f64,
+    pub(crate) length_s: f64,
+    pub(crate) from: Column<D>,
+    /// dx/dt at the start.
+    pub(crate) rate: Column<D>,
+    pub(crate) to: Column<D>,
+    /// Number of the table's step that this is.
+    pub(crate) level: usize,
+}
+
+/// A leg that the bound has settled, or one of the shortest with its series.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Stretch<const D: usize> {
+    Settled(Leg<D>),
+    /// `end` is the θ of the series at which the leg ends.
+    Leaf {
+        leg: Leg<D>,
+        series: Taylor<D>,
+        end: f64,
+    },
+}
+
+/// A walk of a given length, and where it stands.
+#[derive(Debug, Clone)]
+pub(crate) struct Walk<'a, const D: usize> {
+    levels: &'a Levels<D>,
+    input: &'a Column<D>,
+    length_s: f64,
+    time_s: f64,
+    level: usize,
+    steps: u32,
+    pub(crate) x: Column<D>,
+}
+
+impl<'a, const D: usize> Flow<'a, D> {
+    /// A walk that tries steps from `first_level` on.
+    pub(crate) fn walk(&self, length_s: f64, first_level: usize) -> Walk<'a, D> {
+        let levels = &self.table.levels;
+        Walk {
+            levels,
+            input: self.input,
+            length_s,
+            time_s: 0.0,
+            level: first_level.min(levels.steps.len() - 1),
+            steps: 0,
+            x: *self.start,
+        }
+    }
+
+    /// The state after `time_s`. Every leg is settled, so that the number of
+    /// steps is at most that of the halvings.
+    pub(crate) fn at(&self, time_s: f64) -> Column<D> {
+        if let Some(grid) = &self.table.grid {
+            let a = &self.table.levels.a;
+            let rate = a * self.start + self.input;
+            let local = grid.near(a, self.start, &rate, time_s);
+            return local.at(local.sigma(time_s));
+        }
+        let mut walk = self.walk(time_s, 0);
+        while let Ok(Some(_)) = walk.next(|_| true) {}
+        walk.x
+    }
+}
+
+/// Ends are compared with this much of the length to spare: binary fractions
+/// of it are exact, but what is left of an interval after an event is not.
+const SPARE: f64 = 4.0 * f64::EPSILON;
+
+impl<const D: usize> Walk<'_, D> {
+    /// The next stretch, `None` at the end of the walk.
+    pub(crate) fn next(
+        &mut self,
+        settled: impl Fn(&Leg<D>) -> bool,
+    ) -> Result<Option<Stretch<D>>, TooManySteps> {
+        let steps = &self.levels.steps;
+        let last = steps.len() - 1;
+        let left_s = self.length_s - self.time_s;
+        let spare_s = SPARE * self.length_s;
+        if left_s <= spare_s {
+            return Ok(None);
+        }
+        let rate = self.levels.a * self.x + self.input;
+        loop {
+            self.steps += 1;
+            if self.steps > MOST_STEPS {
+                return Err(TooManySteps);
+            }
+            let step = &steps[self.level];
+            let whole = step.length_s <= left_s + spare_s;
+            if !whole && self.level < last {
+                self.level += 1;
+                continue;
+            }
+            let mut leg = Leg {
+                start_s: self.time_s,
+                length_s: step.length_s,
+                from: self.x,
+                rate,
+                to: self.x + step.integral * rate,
+                level: self.level,
+            };
+            if whole && settled(&leg) {
+                self.move_to(&leg);
+                self.level = self.level.saturating_sub(1);
+                return Ok(Some(Stretch::Settled(leg)));
+            }
+            if self.level < last {
+                self.level += 1;
+                continue;
+            }
+            let series = Taylor::new(&self.levels.a, &leg.from, &rate, step.length_s);
+            let mut end = 1.0;
+            if !whole {
+                leg.length_s = left_s;
+                end = left_s / step.length_s;
+                leg.to = series.at(end);
+            }
+            self.move_to(&leg);
+            return Ok(Some(Stretch::Leaf { leg, series, end }));
+        }
+    }
+
+    fn move_to(&mut self, leg: &Leg<D>) {
+        self.time_s = leg.start_s + leg.length_s;
+        self.x = leg.to;
+    }
+}
 
 /// A guard `offset + sign·row·x`, positive within the mode.
 #[derive(Debug, Clone, Copy)]
@@ -24,7 +180,7 @@ pub(crate) struct LinearGuard<'a, const D: usize> {
     pub(crate) linear: &'a Linear<D>,
     pub(crate) sign: f64,
     pub(crate) offset: f64,
-    /// How far below zero the guard must fall to count. The crossing is then
+    /// Depth below zero to which the guard must fall to count. The crossing is then
     /// its zero all the same: every separation of a joint that rattles would
     /// else come late, by the same sign, and the next impacts multiply that.
     pub(crate) noise: f64,
@@ -32,7 +188,7 @@ pub(crate) struct LinearGuard<'a, const D: usize> {
     pub(crate) fresh: bool,
 }
 
-/// Where the solution stops: at the first zero of a guard, or at the end.
+/// Stop of the solution: at the first zero of a guard, or at the end.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Stop<const D: usize> {
     pub(crate) time_s: f64,
@@ -41,23 +197,63 @@ pub(crate) struct Stop<const D: usize> {
     pub(crate) guard: Option<usize>,
 }
 
+impl Automaton {
+    /// A guard of the present mode as a linear function of the table's state.
+    pub(crate) fn linear_guard<'t, const D: usize>(
+        &self,
+        guard: Guard,
+        table: &'t Table<D>,
+        limit_v: f64,
+    ) -> LinearGuard<'t, D> {
+        let joint = self.axis.joint;
+        let b = self.axis.backlash_half_rad();
+        let release_nm = joint.map_or(0.0, |joint| self.axis.release_noise_nm(joint, &self.y));
+        let part_rad = joint.map_or(0.0, |joint| release_nm / joint.stiffness_nm_per_rad);
+        let flank = |flank: Flank| flank.sign();
+        let way = |direction: Direction| direction.sign();
+        let (quantity, sign, offset, noise) = match guard {
+            // In the gap δ = ε.
+            Guard::Meet(f) => (Quantity::Delta, -flank(f), b, 0.0),
+            Guard::Part(f) => (Quantity::Delta, flank(f), 0.0, part_rad),
+            Guard::Release(f) => (Quantity::FlankTorque, flank(f), 0.0, release_nm),
+            Guard::Reload(f) => (Quantity::FlankTorque, -flank(f), 0.0, 0.0),
+            Guard::Stop(d) => (Quantity::ScrewSpeed, way(d), 0.0, speed_noise(&self.y)),
+            Guard::Break(d) => (
+                Quantity::MovingTorque,
+                -way(d),
+                self.axis.holding_torque_nm,
+                0.0,
+            ),
+            Guard::Limit(d) => (Quantity::Demand, -way(d), limit_v, 0.0),
+            Guard::Unlimit(d) => (Quantity::Demand, way(d), -limit_v, 0.0),
+        };
+        LinearGuard {
+            linear: table.quantity(quantity),
+            sign,
+            offset,
+            noise,
+            fresh: self.fresh == Some(guard),
+        }
+    }
+}
+
 impl<const D: usize> LinearGuard<'_, D> {
     fn value(&self, x: &Column<D>) -> f64 {
         (self.offset + self.noise) + self.sign * self.linear.row.dot(x)
     }
 
-    /// Whether the guard stays positive over a leg.
+    /// True if the guard stays positive over a leg.
     fn holds_over(&self, leg: &Leg<D>) -> bool {
         let lower = self.value(&leg.from).min(self.value(&leg.to));
         lower > BOUND_MARGIN * self.linear.bounds.over(leg.level, &leg.rate)
     }
 
-    /// Whether the solution leaves the guard's surface with this leg.
+    /// True if the solution leaves the guard's surface with this leg.
     fn starts_with(&self, leg: &Leg<D>) -> bool {
         self.fresh && leg.start_s == 0.0
     }
 
-    /// What the sketch of the guard over a step tells about its first zero.
+    /// First zero of the guard over a step, as far as its sketch tells.
     fn sketched_zero(&self, flow: &Flow<'_, D>, rate: &Column<D>, theta: f64) -> Option<Found> {
         let start = self.offset + self.sign * self.linear.row.dot(flow.start);
         let sketch = self.linear.sketch.as_ref()?;
@@ -128,7 +324,7 @@ impl<const D: usize> Flow<'_, D> {
     ) -> Option<Stop<D>> {
         let grid = self.table.grid.as_ref()?;
         let rate = self.table.levels.a * self.start + self.input;
-        let theta = length_s / grid.length_s();
+        let theta = length_s / grid.length_s;
         let mut first: Option<(usize, &LinearGuard<'_, D>, [f64; 3])> = None;
         for (place, guard) in guards.iter().enumerate() {
             let Some(guard) = guard else { continue };

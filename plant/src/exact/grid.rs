@@ -2,16 +2,15 @@
 //! and around these by a short Taylor series.
 
 use super::levels::Levels;
-use super::sketch::Sketch;
+use super::levels::{integral, value_and_slope};
 use super::system::{Column, Matrix};
-use super::taylor::{integral, value_and_slope};
 
 /// Cells that a step is divided into.
 pub(crate) const CELLS: usize = 32;
 
 /// Terms of a local series after the constant one. With `λT` at most 8 the series
 /// runs over `λt ≤ 1/8`, and what these leave out is at most
-/// `(1/8)^10/11! = 2.3e-17` of its first term (see [`super::taylor`]).
+/// `(1/8)^10/11! = 2.3e-17` of its first term (see [`super::levels`]).
 pub(crate) const TERMS: usize = 10;
 
 /// Levels of a step that has a grid: `λT/2³ ≤ 1`.
@@ -23,19 +22,21 @@ pub(crate) type LocalCoefficients = [f64; TERMS + 1];
 /// Exact steps to the points of a grid over a step of length T.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Grid<const D: usize> {
-    length_s: f64,
+    /// Length T of the step \[s\].
+    pub(crate) length_s: f64,
     /// `ψ(j·T/32)`, j = 0 … 32.
-    integrals: Vec<Matrix<D>>,
+    pub(crate) integrals: Vec<Matrix<D>>,
     /// `Aⁿ·hⁿ⁺¹/(n + 1)!` with half a cell h: what the terms of a local series
     /// make of the rate, each by itself, so that none waits for another.
-    terms: [Matrix<D>; TERMS],
+    pub(crate) terms: [Matrix<D>; TERMS],
 }
 
 /// The solution around one point of the grid, in `σ = (t − centre)/half`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Local<const D: usize> {
     centre_s: f64,
-    half_s: f64,
+    /// Half a cell \[s\]: the unit of σ.
+    pub(crate) half_s: f64,
     terms: [Column<D>; TERMS + 1],
 }
 
@@ -68,32 +69,6 @@ impl<const D: usize> Grid<D> {
             integrals,
             terms,
         })
-    }
-
-    /// Length T of the step \[s\].
-    pub(crate) fn length_s(&self) -> f64 {
-        self.length_s
-    }
-
-    /// `ψ` at the points of the grid.
-    pub(crate) fn integrals(&self) -> &[Matrix<D>] {
-        &self.integrals
-    }
-
-    /// What the terms of a local series make of the rate.
-    pub(crate) fn terms(&self) -> &[Matrix<D>; TERMS] {
-        &self.terms
-    }
-
-    /// A quantity over the step as a polynomial.
-    pub(crate) fn sketch(&self, a: &Matrix<D>, row: &Column<D>) -> Sketch<D> {
-        // f·e^{At} = f + (f·ψ(t))·A at the points of the grid.
-        let slopes: Vec<Column<D>> = self
-            .integrals
-            .iter()
-            .map(|psi| row + a.transpose() * (psi.transpose() * row))
-            .collect();
-        Sketch::new(a, &slopes, self.length_s)
     }
 
     /// The solution around `time_s`, from `x` with `rate = A·x + u`.
@@ -137,11 +112,6 @@ impl<const D: usize> Local<D> {
     /// The time at σ \[s\].
     pub(crate) fn time_s(&self, sigma: f64) -> f64 {
         self.centre_s + sigma * self.half_s
-    }
-
-    /// Half a cell \[s\]: what σ counts.
-    pub(crate) fn half_s(&self) -> f64 {
-        self.half_s
     }
 
     /// The state at σ, by Horner's rule.

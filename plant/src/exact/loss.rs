@@ -1,4 +1,4 @@
-//! What the joint's damper turns into heat, `∫ c·ε̇² dt`, along the exact
+//! Heat of the joint's damper, `∫ c·ε̇² dt`, along the exact
 //! solution and without a discretisation error.
 //!
 //! Within a mode the input u is constant, so that the rates `v = ẋ = A·x + u`
@@ -24,14 +24,12 @@
 //! e^{Aᵀτ}·W(τ)·e^{Aτ}`, R(2τ) is the triangle of R(τ) above `R(τ)·e^{Aτ}`. Rows
 //! are taken in by Givens rotations, which do not square what is small.
 
-use super::advance::HeldPiece;
-use super::feedback::FeedbackPiece;
 use super::levels::Levels;
+use super::levels::TERMS;
 use super::system::{AxisSystem, Column, DELTA, FEEDBACK, HELD, Matrix};
-use super::taylor::TERMS;
-use crate::axis::Axis;
-use crate::quadrature::GAUSS_8;
-use crate::state::{BETA_DOT, CURRENT, EPSILON_DOT};
+use crate::model::axis::Axis;
+use crate::model::state::{BETA_DOT, CURRENT, EPSILON_DOT};
+use crate::numerics::GAUSS_8;
 
 /// The states under a held voltage that drive something: β̇, δ, ε̇ and I.
 pub(crate) const DRIVING: usize = 4;
@@ -48,7 +46,7 @@ struct Leg<const N: usize> {
     factor: Matrix<N>,
 }
 
-/// What makes the loss of a stretch from the rates at its start.
+/// Matrices that make the loss of a stretch from the rates at its start.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Dissipation<const N: usize> {
     /// c \[N m s/rad\].
@@ -230,7 +228,7 @@ fn length(a: f64, b: f64) -> f64 {
 impl AxisSystem {
     /// The rates of β̇, δ, ε̇ and I, summed in the order of the lanes.
     #[inline(always)]
-    fn driving_rates(&self, x: &Column<HELD>, input: &Column<HELD>) -> Column<DRIVING> {
+    pub(super) fn driving_rates(&self, x: &Column<HELD>, input: &Column<HELD>) -> Column<DRIVING> {
         let rate = |state: usize| {
             let row = |j: usize| self.a[(state, j)] * x[j];
             let rotor = row(BETA_DOT) + row(DELTA);
@@ -246,34 +244,11 @@ impl AxisSystem {
     }
 }
 
-impl HeldPiece<'_> {
-    /// What the joint's damper takes over `length_s` of the piece \[J\].
-    #[inline(always)]
-    pub(crate) fn joint_loss_j(&self, length_s: f64) -> f64 {
-        let Some(loss) = &self.table.loss else {
-            return 0.0;
-        };
-        let rates = self.table.system.driving_rates(&self.start, &self.input);
-        loss.over(rates, length_s)
-    }
-}
-
-impl FeedbackPiece<'_> {
-    /// What the joint's damper takes over `length_s` of the piece \[J\].
-    pub(crate) fn joint_loss_j(&self, length_s: f64) -> f64 {
-        let Some(loss) = &self.table.loss else {
-            return 0.0;
-        };
-        let rates = self.table.table.levels.a * self.start + self.table.input;
-        loss.over(rates, length_s)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
 
-    use super::super::taylor::{Taylor, growth_rate};
+    use super::super::levels::{Taylor, growth_rate};
     use super::*;
 
     /// A joint that swings at `w` with damping ratio `zeta`, driven by a state
@@ -324,7 +299,7 @@ mod tests {
         }
     }
 
-    /// What a damped joint loses until it stands still, by hand: it swings
+    /// Loss of a damped joint until it stands still, by hand: it swings
     /// freely, and its energy is all that there is to lose.
     #[test]
     fn a_swing_that_dies_away_loses_its_energy() {

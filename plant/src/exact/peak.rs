@@ -1,15 +1,16 @@
-//! Extremes of a quantity along the exact solution, between the samples.
+//! Extremes of a quantity along the exact solution, between the samples, and how
+//! far it is behind the command: the command as the slopes of a sketch, and where
+//! the difference turns.
 
-use super::behind::{command_slopes, peak_behind};
-use super::grid::{derivative, zero_near};
+use super::crossing::{Flow, Leg, Stretch};
+use super::grid::{Local, LocalCoefficients, derivative, zero_near};
+use super::levels::BOUND_MARGIN;
+use super::levels::{Coefficients, TERMS, Taylor, value_and_slope};
 use super::roots::Polynomial;
-use super::sketch::Curve;
+use super::sketch::{Curve, Found, SLOPES};
 use super::system::Column;
 use super::tables::Linear;
-use super::taylor::{Coefficients, TERMS, Taylor, value_and_slope};
-use super::walk::{BOUND_MARGIN, Flow, Leg, Stretch};
-use super::zeros::Found;
-use crate::motion::Motion;
+use crate::model::motion::Motion;
 
 /// A quantity `scale·row·x + offset`, or the command less that.
 #[derive(Debug, Clone, Copy)]
@@ -31,7 +32,7 @@ impl<const D: usize> Sought<'_, D> {
         }
     }
 
-    /// How far the quantity may stray from its chord over `length_s`, a step of
+    /// Bound of how far the quantity strays from its chord over `length_s`, a step of
     /// level `level` or shorter: by what the plant's part may, and `T²/8` times
     /// sup|a_ref| for the command.
     pub(crate) fn chord_bound(&self, level: usize, rate: &Column<D>, length_s: f64) -> f64 {
@@ -48,11 +49,11 @@ impl<const D: usize> Sought<'_, D> {
 
     fn bend(&self, length_s: f64) -> f64 {
         self.command.map_or(0.0, |(motion, _)| {
-            motion.peak_acceleration_mps2() * length_s * length_s
+            motion.peak_acceleration_mps2 * length_s * length_s
         })
     }
 
-    /// Whether the quantity's magnitude stays below `floor` within a leg, but
+    /// True if the quantity's magnitude stays below `floor` within a leg, but
     /// for its ends.
     fn stays_below(&self, leg: &Leg<D>, floor: f64) -> bool {
         let end_s = leg.start_s + leg.length_s;
@@ -85,11 +86,11 @@ impl<const D: usize> Sought<'_, D> {
 /// An extreme counts if it exceeds the ends by more than their rounding.
 const ABOVE_THE_ENDS: f64 = 1.0 + 1e-14;
 
-/// What two searches may differ by, as a share: another floor leads through
+/// Difference of two searches, as a share: another floor leads through
 /// other steps.
 const BELOW_THE_FLOOR: f64 = 1.0 - 1e-12;
 
-/// What the sketch tells about a peak between the ends.
+/// Peak between the ends, as far as the sketch tells.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum SketchedPeak {
     /// None, or none above the floor.
@@ -114,7 +115,7 @@ impl<const D: usize> Flow<'_, D> {
         let start = sought.scale * sought.linear.value(self.start) + sought.offset;
         let own = sketch
             .curve(rate, sought.scale, start)
-            .until(length_s / grid.length_s());
+            .until(length_s / grid.length_s);
         let Some((motion, start_s)) = sought.command else {
             return Some(own);
         };
@@ -205,7 +206,7 @@ impl<const D: usize> Flow<'_, D> {
         peak
     }
 
-    /// When within `length_s` the quantity's magnitude is last above `band`.
+    /// Last time within `length_s` at which the quantity's magnitude is above `band`.
     pub(crate) fn last_outside(
         &self,
         sought: &Sought<'_, D>,
@@ -239,4 +240,78 @@ impl<const D: usize> Flow<'_, D> {
         }
         last
     }
+}
+
+/// `ELEVATE·b` writes a polynomial of degree 2 with degree 10: row i has
+/// `C(2,j)·C(8,i−j)/C(10,i)`.
+const ELEVATE: [[f64; 3]; SLOPES] = elevate();
+
+const fn elevate() -> [[f64; 3]; SLOPES] {
+    let mut rows = [[0.0; 3]; SLOPES];
+    let mut i = 0;
+    while i < SLOPES {
+        // Of ten, i are chosen; two of the ten are marked.
+        let (n, k) = (i as f64, (SLOPES - 1 - i) as f64);
+        rows[i] = [
+            k * (k - 1.0) / 90.0,
+            2.0 * k * n / 90.0,
+            n * (n - 1.0) / 90.0,
+        ];
+        i += 1;
+    }
+    rows
+}
+
+/// `h⁴·sup|x⁗|` times this bounds how far `h·ẋ` is from that of the cubic with
+/// the same values and slopes at both ends: √3/216 (Hermite's remainder).
+const HERMITE_SLOPE: f64 = 0.008_02;
+
+/// The command over a stretch without a break as slopes of a sketch, with the
+/// bound of their error.
+pub(crate) fn command_slopes(
+    motion: &Motion,
+    start_s: f64,
+    length_s: f64,
+) -> (f64, [f64; SLOPES], f64) {
+    let (from, to) = (motion.at(start_s), motion.at(start_s + length_s));
+    let (v0, v1) = (from.velocity_mps * length_s, to.velocity_mps * length_s);
+    let change = to.displacement_m - from.displacement_m;
+    let middle = 3.0 * change - (v0 + v1);
+    let slopes = ELEVATE.map(|[a, b, c]| (a * v0 + b * middle) + c * v1);
+    let size = from.displacement_m.abs() + to.displacement_m.abs() + v0.abs() + v1.abs();
+    let rough = motion.fourth_derivatives.displacement_m * length_s * length_s;
+    let stray = HERMITE_SLOPE * rough * length_s * length_s + 16.0 * f64::EPSILON * size;
+    (from.displacement_m, slopes, stray)
+}
+
+/// Newton steps at most towards a turn of |command − quantity|, and the step,
+/// in half cells, that ends them: the value there is known to its square.
+const MOST_NEWTON: usize = 8;
+const CLOSE: f64 = 1e-9;
+
+/// The magnitude of |command − quantity| at its turn near σ.
+fn peak_behind<const D: usize>(
+    local: &Local<D>,
+    q: &LocalCoefficients,
+    (motion, start_s): (&Motion, f64),
+    mut sigma: f64,
+) -> Option<f64> {
+    let h = local.half_s;
+    let slopes = derivative(q);
+    for _ in 0..MOST_NEWTON {
+        let command = motion.at(start_s + local.time_s(sigma));
+        let (speed, bend) = value_and_slope(&slopes, sigma);
+        let step =
+            (command.velocity_mps * h - speed) / (command.acceleration_mps2 * (h * h) - bend);
+        sigma -= step;
+        let inside = sigma.abs() <= 1.25;
+        if !inside {
+            return None;
+        }
+        if step.abs() <= CLOSE {
+            let x_m = motion.at(start_s + local.time_s(sigma)).displacement_m;
+            return Some((x_m - value_and_slope(q, sigma).0).abs());
+        }
+    }
+    None
 }

@@ -6,8 +6,8 @@
 //! sign excludes a root, one proves that there is exactly one; anything else
 //! is halved (de Casteljau).
 
-use super::taylor::{Coefficients, TERMS, value_and_slope};
-use crate::bernstein::halves;
+use super::levels::{Coefficients, TERMS, value_and_slope};
+use crate::numerics::bernstein::halves;
 
 const N: usize = TERMS + 1;
 
@@ -81,7 +81,7 @@ impl Polynomial {
         b
     }
 
-    /// Whether a stretch is nothing but rounding of the coefficients, or not a
+    /// True if a stretch is nothing but rounding of the coefficients, or not a
     /// number: its signs say nothing, and halving it would go on for ever.
     fn is_rounding(&self, b: &Bernstein) -> bool {
         let terms: f64 = self.monomial.iter().map(|a| a.abs()).sum();
@@ -107,7 +107,7 @@ impl Polynomial {
         self.first_nonzero_negative(end)
     }
 
-    /// Whether the cheapest bound of all, |q(θ) − q(0)| ≤ Σ|a_n|, excludes a root.
+    /// True if the cheapest bound of all, |q(θ) − q(0)| ≤ Σ|a_n|, excludes a root.
     fn is_positive(&self) -> bool {
         let mut sum = 0.0;
         for a in &self.monomial[1..] {

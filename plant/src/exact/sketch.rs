@@ -15,10 +15,10 @@
 //! whether the step crosses a guard or turns, and where. The places themselves
 //! then come from the solution ([`super::grid`]), not from the polynomial.
 
-use super::grid::CELLS;
+use super::grid::{CELLS, Grid};
+use super::levels::integral;
 use super::system::{Column, Matrix};
-use super::taylor::integral;
-use super::zeros::{Found, falls_once, first_zero, left_of, value_and_slope};
+use crate::numerics::bernstein::halves;
 
 /// Coefficients of the slope.
 pub(crate) const SLOPES: usize = 11;
@@ -74,7 +74,7 @@ const fn fit() -> [[f64; SLOPES]; SLOPES] {
     rows
 }
 
-/// What rounding adds to the coefficients, relative to the largest of them: the
+/// Rounding of the coefficients, relative to the largest of them: the
 /// rows of [`FIT`] sum up to less than 800.
 const ROUNDING: f64 = 800.0 * 16.0 * f64::EPSILON;
 
@@ -83,13 +83,24 @@ const ROUNDING: f64 = 800.0 * 16.0 * f64::EPSILON;
 pub(crate) struct Sketch<const D: usize> {
     /// Bernstein coefficients of `T·q̇`, per rate.
     pub(crate) slopes: [Column<D>; SLOPES],
-    /// What `T·q̇` may be off by, per |rate|.
+    /// Error of `T·q̇`, per |rate|.
     pub(crate) stray: Column<D>,
 }
 
 impl<const D: usize> Sketch<D> {
+    /// The quantity `row·x` over the step that has this grid.
+    pub(crate) fn over(grid: &Grid<D>, a: &Matrix<D>, row: &Column<D>) -> Self {
+        // f·e^{At} = f + (f·ψ(t))·A at the points of the grid.
+        let slopes: Vec<Column<D>> = grid
+            .integrals
+            .iter()
+            .map(|psi| row + a.transpose() * (psi.transpose() * row))
+            .collect();
+        Self::new(a, &slopes, grid.length_s)
+    }
+
     /// From `f·e^{At}` at every point of the grid.
-    pub(crate) fn new(a: &Matrix<D>, rows: &[Column<D>], length_s: f64) -> Self {
+    fn new(a: &Matrix<D>, rows: &[Column<D>], length_s: f64) -> Self {
         let slopes = FIT.map(|weights| {
             let mut sum = Column::<D>::zeros();
             for (weight, node) in weights.iter().zip(NODES) {
@@ -134,11 +145,11 @@ pub(crate) struct Curve {
     pub(crate) values: [f64; VALUES],
     /// Those of its slope, per step.
     pub(crate) slopes: [f64; SLOPES],
-    /// What each of the two may be off by.
+    /// Error of each of the two.
     pub(crate) stray: f64,
 }
 
-/// What rounding makes of the values, and of a look at them.
+/// Rounding of the values, and of a look at them.
 pub(crate) const EVALUATION: f64 = 16.0 * f64::EPSILON;
 
 impl Curve {
@@ -182,7 +193,7 @@ impl Curve {
         self.values.iter().fold(0.0, |m: f64, b| m.max(b.abs())) + self.stray
     }
 
-    /// Whether the slope is below zero, for certain, from θ to θ.
+    /// True if the slope is below zero, for certain, from θ to θ.
     pub(crate) fn falls_within(&self, from: f64, to: f64) -> bool {
         let slope = value_and_slope(&self.slopes, 0.5 * (from + to)).0;
         let mut bend = 0.0_f64;
@@ -192,7 +203,7 @@ impl Curve {
         slope + 10.0 * bend * (to - from) + self.stray < 0.0
     }
 
-    /// Where the quantity turns, if it does once.
+    /// Turn of the quantity, if it has one.
     pub(crate) fn turn(&self) -> Found {
         let rises = self.slopes[0] > 0.0;
         let slopes = if rises {
@@ -206,4 +217,163 @@ impl Curve {
             found => found,
         }
     }
+}
+
+/// Answer of a polynomial with a remainder about the first zero on \[0, 1\] of
+/// something that is positive at 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum Found {
+    /// There is none.
+    None,
+    /// There is one, near here; in `from ..= to` there is no other.
+    At { theta: f64, from: f64, to: f64 },
+    /// The remainder does not let it tell.
+    Unclear,
+}
+
+/// The first zero of a quantity that is positive at the start and known to
+/// within `stray`; it counts if the quantity falls below `−noise`. Stretches
+/// that do not tell are halved `halvings` times.
+pub(crate) fn first_zero<const N: usize>(
+    b: &[f64; N],
+    stray: f64,
+    noise: f64,
+    halvings: u32,
+) -> Found {
+    let lowest = b.iter().fold(f64::INFINITY, |m: f64, b| m.min(*b));
+    if lowest > stray {
+        return Found::None;
+    }
+    let starts_above = b[0] > stray;
+    if !starts_above {
+        return Found::Unclear;
+    }
+    if b[N - 1] < -(stray + noise) && falls_once(b, 0.0) && falls_once(b, stray) {
+        let found = sole_zero(b, stray);
+        if found != Found::Unclear {
+            return found;
+        }
+    }
+    if halvings == 0 {
+        return Found::Unclear;
+    }
+    let (left, right) = halves(b);
+    let within = |found, from: f64| match found {
+        Found::At {
+            theta,
+            from: low,
+            to,
+        } => Found::At {
+            theta: from + 0.5 * theta,
+            from: from + 0.5 * low,
+            to: from + 0.5 * to,
+        },
+        other => other,
+    };
+    match first_zero(&left, stray, noise, halvings - 1) {
+        Found::None => within(first_zero(&right, stray, noise, halvings - 1), 0.5),
+        found => within(found, 0.0),
+    }
+}
+
+/// True if the coefficients less `level` change their sign once.
+fn falls_once<const N: usize>(b: &[f64; N], level: f64) -> bool {
+    let mut below = false;
+    for b in b {
+        if *b > level {
+            if below {
+                return false;
+            }
+        } else {
+            below = true;
+        }
+    }
+    below
+}
+
+/// The zero of a polynomial p whose coefficients fall through zero once, and
+/// through `stray` too. Let |p(θ)| ≤ s with s no less than `stray`, `−m` the
+/// slope there and K a bound of |p''|. Then p falls by at least `¾·m` per θ as
+/// far as `u = 8·s/m` to both sides if `K·u ≤ m/4`: from more than `stray` to
+/// less than `−stray`. Before that p stays above `stray`, as it falls through
+/// that but once.
+fn sole_zero<const N: usize>(b: &[f64; N], stray: f64) -> Found {
+    let degree = degree_of::<N>();
+    let mut theta = 0.0;
+    for pair in b.windows(2) {
+        if pair[1] <= 0.0 {
+            theta += pair[0] / ((pair[0] - pair[1]) * degree);
+            break;
+        }
+        theta += 1.0 / degree;
+    }
+    for _ in 0..MOST_NEWTON {
+        let (value, slope) = value_and_slope(b, theta);
+        if value.abs() <= stray.max(CLOSE * slope.abs()) {
+            let (m, mut bend) = (-slope, 0.0_f64);
+            let stray = stray.max(value.abs());
+            for three in b.windows(3) {
+                bend = bend.max(((three[2] - three[1]) - (three[1] - three[0])).abs());
+            }
+            let reach = 8.0 * stray / m;
+            if m > 0.0 && bend * degree * (degree - 1.0) * reach <= 0.25 * m {
+                let (from, to) = (theta - reach, theta + reach);
+                return Found::At { theta, from, to };
+            }
+            return Found::Unclear;
+        }
+        theta = (theta - value / slope).clamp(0.0, 1.0);
+    }
+    Found::Unclear
+}
+
+/// Distance from a zero at which θ is near enough: the solution itself is asked for the rest.
+pub(crate) const CLOSE: f64 = 1e-4;
+
+/// Newton steps at most, from where the control polygon falls through zero.
+pub(crate) const MOST_NEWTON: usize = 6;
+
+/// The degree of a polynomial with N coefficients.
+fn degree_of<const N: usize>() -> f64 {
+    // At most 11: the slope's and the quantity's.
+    if N == VALUES { 11.0 } else { 10.0 }
+}
+
+/// `C(degree, i)`.
+pub(crate) const fn binomials<const N: usize>(degree: usize) -> [f64; N] {
+    let mut row = [0.0; N];
+    row[0] = 1.0;
+    let mut i = 1;
+    while i <= degree {
+        row[i] = row[i - 1] * (degree - i + 1) as f64 / i as f64;
+        i += 1;
+    }
+    row
+}
+
+/// Value and slope at θ: Horner's rule in `1 − θ`, with the powers of θ.
+pub(crate) fn value_and_slope<const N: usize>(b: &[f64; N], theta: f64) -> (f64, f64) {
+    let of_value = const { binomials::<N>(N - 1) };
+    let of_slope = const { binomials::<N>(N - 2) };
+    let rest = 1.0 - theta;
+    let (mut value, mut slope, mut power) = (b[0], 0.0, 1.0);
+    for i in 1..N {
+        slope = slope * rest + of_slope[i - 1] * power * (b[i] - b[i - 1]);
+        power *= theta;
+        value = value * rest + of_value[i] * power * b[i];
+    }
+    (value, degree_of::<N>() * slope)
+}
+
+/// Coefficients of the part up to θ.
+fn left_of<const N: usize>(b: &[f64; N], theta: f64) -> [f64; N] {
+    let (mut left, mut row) = ([0.0; N], *b);
+    let rest = 1.0 - theta;
+    for (i, corner) in left.iter_mut().enumerate() {
+        *corner = row[0];
+        for j in 0..N - 1 - i {
+            row[j] = rest * row[j] + theta * row[j + 1];
+        }
+    }
+    left
 }

@@ -26,20 +26,21 @@
 
 use nalgebra::{SMatrix, SVector};
 
-use crate::axis::Axis;
-use crate::joint::JointMode;
-use crate::mode::{AmplifierMode, Mode};
-use crate::motion::Oscillator;
-use crate::pid::ContinuousPid;
-use crate::resistance::GuideMode;
-use crate::state::{BETA, BETA_DOT, BETA_INTEGRAL, CURRENT, EPSILON, EPSILON_DOT, Vector};
+use crate::model::amplifier::AmplifierMode;
+use crate::model::axis::Axis;
+use crate::model::axis::Mode;
+use crate::model::joint::JointMode;
+use crate::model::motion::Oscillator;
+use crate::model::pid::ContinuousPid;
+use crate::model::resistance::GuideMode;
+use crate::model::state::{BETA, BETA_DOT, BETA_INTEGRAL, CURRENT, EPSILON, EPSILON_DOT, Vector};
 
 /// States under a held voltage.
 pub(crate) const HELD: usize = 5;
 /// States under the continuous law, the command included.
 pub(crate) const FEEDBACK: usize = 11;
 
-/// Where δ stands; the place of ε in the plant's own vector.
+/// Place of δ: the place of ε in the plant's own vector.
 pub(crate) const DELTA: usize = EPSILON;
 const X_REF: usize = 6;
 const V_REF: usize = 7;
@@ -76,27 +77,18 @@ impl Axis {
         }
     }
 
-    /// Whether the plant is affine within each mode: no quadratic resistance.
-    pub(crate) fn is_affine(&self) -> bool {
-        self.parameters().is_affine()
-    }
-
     /// The axis in `mode`; its quadratic resistance is left out.
     pub(crate) fn system(&self, mode: &Mode) -> AxisSystem {
-        let motor = self.motor();
-        let (z, p, j1) = (
-            self.gear_ratio(),
-            self.pitch_m_per_rad(),
-            self.gear_inertia(),
-        );
+        let motor = &self.motor;
+        let (z, p, j1) = (self.gear_ratio, self.pitch_m_per_rad, self.gear_inertia);
         let (km, r, l) = (
             motor.torque_constant_nm_per_a,
             motor.resistance_ohm,
             motor.inductance_h,
         );
         let (a0, a1) = (
-            self.resistance().constant_n,
-            self.resistance().linear_ns_per_rad,
+            self.resistance.constant_n,
+            self.resistance.linear_ns_per_rad,
         );
 
         // γ̈ = (τ − p·F_r)/J with J = J2 and τ = Ψ, or rigid (eq. 15, 19).
@@ -142,12 +134,12 @@ impl Axis {
         row
     }
 
-    /// What turns the screw as coefficients of x: Ψ of eq. 9-10, or `k_m·I/z`
+    /// Torque that turns the screw, as coefficients of x: Ψ of eq. 9-10, or `k_m·I/z`
     /// without a joint.
     pub(crate) fn moving_torque_row(&self, mode: &Mode) -> Column<HELD> {
         let mut row = Column::zeros();
         match (self.joint, mode.joint) {
-            (None, _) => row[CURRENT] = self.motor().torque_nm(1.0) / self.gear_ratio(),
+            (None, _) => row[CURRENT] = self.motor.torque_nm(1.0) / self.gear_ratio,
             (Some(_), JointMode::Gapless | JointMode::Loaded(_)) => return self.flank_torque_row(),
             (Some(_), _) => {}
         }
@@ -166,7 +158,7 @@ impl Axis {
 }
 
 impl AxisSystem {
-    /// What drives the system under a held voltage.
+    /// Input of the system under a held voltage.
     pub(crate) fn input(&self, voltage_v: f64) -> Column<HELD> {
         let mut input = self.load;
         input[CURRENT] += self.per_volt * voltage_v;
@@ -176,8 +168,8 @@ impl AxisSystem {
 
 /// The demand of the continuous law as coefficients of its state, eq. 27.
 pub(crate) fn demand_row(pid: &ContinuousPid) -> Column<FEEDBACK> {
-    let (gains, k0) = (pid.gains(), pid.loop_gain());
-    let (s, z) = (pid.radians_per_m(), pid.gear_ratio());
+    let (gains, k0) = (pid.gains, pid.loop_gain);
+    let (s, z) = (pid.radians_per_m, pid.gear_ratio);
     let (kp, ki, kd) = (k0 * gains.kp, k0 * gains.ki_per_s, k0 * gains.kd_s);
     let mut row = Column::zeros();
     row[X_REF] = kp * s;
@@ -219,8 +211,8 @@ pub(crate) fn feedback_system(
     a[(A_REF, W_REF)] = omega;
     a[(W_REF, A_REF)] = -omega;
     // From (β, β̇, β̂) to what they are ahead of the command by.
-    let ahead = ahead_of_command(axis.pitch_m_per_rad());
-    let back = ahead_of_command(-axis.pitch_m_per_rad());
+    let ahead = ahead_of_command(axis.pitch_m_per_rad);
+    let back = ahead_of_command(-axis.pitch_m_per_rad);
     (ahead * a * back, ahead * input)
 }
 
@@ -234,7 +226,7 @@ fn ahead_of_command(pitch_m_per_rad: f64) -> Matrix<FEEDBACK> {
     matrix
 }
 
-/// What is counted from the command, and the command's part.
+/// States that are counted from the command, and the command's part.
 const COMMANDED: [(usize, usize); 3] = [
     (BETA, X_REF),
     (BETA_DOT, V_REF),

@@ -4,30 +4,28 @@
 //! Under a held voltage none of it depends on b, on the voltage or on which
 //! flank carries: two tables serve an axis, six one with dry friction.
 
-use super::feedback::Carried;
 use super::grid::Grid;
-use super::kernel::Kernel;
-use super::levels::{ChordBounds, Levels};
+use super::levels::{BOUND_MARGIN, ChordBounds, ExactStep, Levels};
 use super::loss::{DRIVING, Dissipation};
 use super::sketch::Sketch;
 use super::system::{
     AxisSystem, Column, DELTA, FEEDBACK, HELD, Matrix, demand_row, feedback_system, from_command,
 };
-use crate::axis::Axis;
-use crate::mode::Mode;
-use crate::pid::ContinuousPid;
-use crate::plant::seconds;
-use crate::resistance::GuideMode;
-use crate::state::{BETA, CURRENT};
+use crate::model::axis::Axis;
+use crate::model::axis::Mode;
+use crate::model::pid::ContinuousPid;
+use crate::model::resistance::GuideMode;
+use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON_DOT, Vector};
+use crate::numerics::seconds;
 
-/// What guards and figures look at.
+/// Quantities that guards and figures look at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Quantity {
     /// `δ = ε − m·b`.
     Delta,
     /// `k·δ + c·ε̇`, whether or not the flank carries.
     FlankTorque,
-    /// What turns the screw: Ψ, or `k_m·I/z` without a joint.
+    /// Torque that turns the screw: Ψ, or `k_m·I/z` without a joint.
     MovingTorque,
     /// γ̇.
     ScrewSpeed,
@@ -81,7 +79,7 @@ impl<const D: usize> Table<D> {
         let linear = |row: &Column<D>| Linear {
             row: *row,
             bounds: levels.bounds(row),
-            sketch: grid.as_ref().map(|grid| grid.sketch(&levels.a, row)),
+            sketch: grid.as_ref().map(|grid| Sketch::over(grid, &levels.a, row)),
         };
         let quantities = rows.iter().map(linear).collect();
         Self {
@@ -100,7 +98,8 @@ impl<const D: usize> Table<D> {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct HeldTable {
     length_ns: u64,
-    closed: bool,
+    /// Of a joint that carries torque.
+    pub(crate) closed: bool,
     guide: GuideMode,
     pub(crate) system: AxisSystem,
     pub(crate) table: Table<HELD>,
@@ -113,7 +112,7 @@ pub(crate) struct HeldTable {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct FeedbackTable {
     length_ns: u64,
-    mode: Mode,
+    pub(super) mode: Mode,
     omega: f64,
     pub(crate) table: Table<FEEDBACK>,
     pub(crate) input: Column<FEEDBACK>,
@@ -127,10 +126,19 @@ pub(crate) struct FeedbackTable {
     pub(crate) loss: Option<Box<Dissipation<FEEDBACK>>>,
 }
 
-impl FeedbackTable {
-    pub(crate) fn is_of(&self, mode: &Mode) -> bool {
-        self.mode == *mode
-    }
+/// The whole state at the end of the last interval, to go on from.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Carried {
+    pub(super) pid: ContinuousPid,
+    pub(super) time_ns: u64,
+    pub(super) length_ns: u64,
+    /// The plant's own vector, which must not have been touched.
+    pub(super) y: Vector,
+    pub(super) x: Column<FEEDBACK>,
+    /// Place of the table.
+    pub(super) place: usize,
+    /// Until when the command keeps to its interval \[s\].
+    pub(super) until_s: f64,
 }
 
 /// The tables made so far. They are made when first needed; a sampled run
@@ -227,11 +235,6 @@ impl HeldTable {
         seconds(self.length_ns)
     }
 
-    /// Whether it is that of a joint that carries torque.
-    pub(crate) fn is_closed(&self) -> bool {
-        self.closed
-    }
-
     fn new(axis: &Axis, mode: &Mode, length_ns: u64) -> Self {
         let system = axis.system(mode);
         let rows = held_rows(axis, mode, &system);
@@ -265,7 +268,7 @@ impl FeedbackTable {
             row.fixed_rows_mut::<HELD>(0).copy_from(&held);
         }
         rows[Quantity::Demand as usize] = demand_row(pid);
-        let p = axis.pitch_m_per_rad();
+        let p = axis.pitch_m_per_rad;
         let rows = rows.map(|row| from_command(&row, p));
         let levels = Levels::new(&a, seconds(length_ns));
         let closed = mode.joint.carries();
@@ -286,5 +289,83 @@ impl FeedbackTable {
             drift,
             loss,
         }
+    }
+}
+
+/// The exact step over the whole length, `x(T) = Φ·x + ψ(T)·load + Γ·V`, with
+/// the entries that are not zero: β drives nothing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Kernel {
+    /// Φ, the columns of β̇, δ, ε̇ and I.
+    pub(crate) transition: [[f64; 4]; HELD],
+    /// `ψ(T)·load`.
+    pub(crate) drift: [f64; HELD],
+    /// `Γ = ψ(T)·(0, 0, 0, 0, 1/L)`.
+    pub(crate) per_volt: [f64; HELD],
+    /// `G` of δ, raised by its rounding, for β̇, δ, ε̇ and I.
+    pub(crate) gap_bound: [f64; 4],
+}
+
+impl Kernel {
+    pub(super) fn new(
+        system: &AxisSystem,
+        whole: &ExactStep<HELD>,
+        gap: &ChordBounds<HELD>,
+    ) -> Self {
+        let mut volt = Column::<HELD>::zeros();
+        volt[CURRENT] = system.per_volt;
+        let (drift, per_volt) = (whole.integral * system.load, whole.integral * volt);
+        let column = |j: usize| whole.transition.column(j).into_owned();
+        let (w, d, e, i) = (
+            column(BETA_DOT),
+            column(DELTA),
+            column(EPSILON_DOT),
+            column(CURRENT),
+        );
+        Self {
+            transition: core::array::from_fn(|row| [w[row], d[row], e[row], i[row]]),
+            drift: drift.into(),
+            per_volt: per_volt.into(),
+            gap_bound: core::array::from_fn(|j| BOUND_MARGIN * gap.per_change[j + 1]),
+        }
+    }
+
+    /// Sum of the magnitudes of the terms that make up δ after a step.
+    pub(crate) fn terms_of_delta(&self, x: &Column<HELD>, voltage_v: f64) -> f64 {
+        let phi = &self.transition[DELTA];
+        let terms = [
+            phi[0] * x[BETA_DOT],
+            phi[1] * x[DELTA],
+            phi[2] * x[EPSILON_DOT],
+            phi[3] * x[CURRENT],
+            self.per_volt[DELTA] * voltage_v,
+        ];
+        terms.iter().map(|term| term.abs()).sum()
+    }
+
+    /// One step. The order of the sums is part of the results: the voltage
+    /// comes last because it is known last.
+    #[inline(always)]
+    pub(crate) fn step(&self, x: &Column<HELD>, voltage_v: f64) -> Column<HELD> {
+        Column::<HELD>::from_fn(|row, _| {
+            let phi = &self.transition[row];
+            let base = if row == BETA {
+                x[BETA] + self.drift[row]
+            } else {
+                self.drift[row]
+            };
+            let rotor = phi[0] * x[BETA_DOT] + phi[1] * x[DELTA];
+            let joint = phi[2] * x[EPSILON_DOT] + phi[3] * x[CURRENT];
+            ((rotor + joint) + base) + self.per_volt[row] * voltage_v
+        })
+    }
+
+    /// Bound of how far δ strays from its chord over the step.
+    #[inline(always)]
+    pub(crate) fn gap_strays(&self, from: &Column<HELD>, to: &Column<HELD>) -> f64 {
+        let change = |state: usize| (to[state] - from[state]).abs();
+        let g = &self.gap_bound;
+        (g[0] * change(BETA_DOT) + g[1] * change(DELTA))
+            + (g[2] * change(EPSILON_DOT) + g[3] * change(CURRENT))
     }
 }

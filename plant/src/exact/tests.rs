@@ -4,18 +4,15 @@ use proptest::prelude::*;
 
 use super::grid::{CELLS, Grid};
 use super::levels::{ChordBounds, Levels};
+use super::levels::{TERMS, Taylor, growth_rate};
 use super::roots::Polynomial;
-use super::sketch::{NODE_PRODUCT, NODES};
+use super::sketch::{Found, NODE_PRODUCT, NODES, Sketch, first_zero, value_and_slope};
 use super::system::{Column, Matrix};
 use super::tables::{Quantity, Tables};
-use super::taylor::{TERMS, Taylor, growth_rate};
-use super::zeros::{Found, first_zero, value_and_slope};
-use crate::axis::Axis;
-use crate::joint::{Flank, JointMode};
-use crate::mode::Mode;
-use crate::parameters::{
-    AxisParameters, Carriage, ElasticJoint, Joint, Motor, Resistance, Transmission,
-};
+use crate::model::axis::Axis;
+use crate::model::axis::Mode;
+use crate::model::joint::{Flank, JointMode};
+use crate::{AxisParameters, Carriage, ElasticJoint, Joint, Motor, Resistance, Transmission};
 
 /// Systems with slow, fast, oscillating and undamped parts.
 fn systems() -> impl Strategy<Value = Matrix<3>> {
@@ -67,7 +64,7 @@ fn rows() -> impl Strategy<Value = Column<3>> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(256))]
 
-    /// What the documentation proves: no quantity strays further.
+    /// The documentation proves it: no quantity strays further.
     #[test]
     fn bounds_hold(
         a in systems(),
@@ -99,7 +96,7 @@ proptest! {
         let length_s = growth / growth_rate(&a);
         let levels = Levels::new(&a, length_s);
         let grid = Grid::new(&levels).unwrap();
-        let curve = grid.sketch(&a, &row).curve(&rate, 2.0, 0.25);
+        let curve = Sketch::over(&grid, &a, &row).curve(&rate, 2.0, 0.25);
         let part = curve.until(end);
         let rounding = 1e-13 * (row.abs().dot(&(a.abs() * rate.abs() * length_s + rate.abs()))) * length_s;
         for i in 0..=40 {
@@ -122,7 +119,7 @@ proptest! {
         }
     }
 
-    /// What the sketch calls clear is so: the zero of (θ − r)·(θ − r − gap).
+    /// Zeros that the sketch calls clear are so: that of (θ − r)·(θ − r − gap).
     #[test]
     fn clear_zeros_are_the_first(r in -0.4..1.4_f64, gap in 1e-9..0.9_f64, stray in 1e-13..1e-3_f64) {
         // Three Bernstein coefficients of degree 2, then raised to degree 11.
@@ -307,7 +304,7 @@ fn remainder_is_no_idle_one() {
         Column::<3>::new(0.0, w * w, 0.0),
     );
     let grid = Grid::new(&Levels::new(&a, length_s)).unwrap();
-    let curve = grid.sketch(&a, &row).curve(&rate, 1.0, 0.0);
+    let curve = Sketch::over(&grid, &a, &row).curve(&rate, 1.0, 0.0);
     let mut off = 0.0_f64;
     for i in 0..=400 {
         let theta = f64::from(i) / 400.0;
@@ -329,7 +326,7 @@ fn series_reproduces_an_oscillation() {
     assert!((end[1] / w - libm::cos(w * h)).abs() < 4e-15);
 }
 
-/// What is not a number, or nothing but rounding, ends the search at once
+/// A value that is not a number, or nothing but rounding, ends the search at once
 /// instead of being halved for ever. A resistance that drives the carriage
 /// once made runs that never ended.
 #[test]

@@ -1,4 +1,4 @@
-//! What all Cortex-M have: start, SysTick, interrupts, sleep.
+//! Parts of all Cortex-M: start, SysTick, interrupts, sleep.
 
 use cortex_m::Peripherals;
 use cortex_m::interrupt::InterruptNumber;

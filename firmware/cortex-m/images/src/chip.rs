@@ -1,11 +1,11 @@
-//! What the server asks of its chip.
+//! Chip as the server asks for it.
 
 use core::mem::size_of;
 
 use firmware::SetpointTable;
-use firmware::link::header::VERSION;
-use firmware::link::{Identity, Target};
-use parts::{image, stack};
+use firmware_link::body::VERSION;
+use firmware_link::{Identity, Target};
+use parts::image;
 
 use crate::board::{NAME, TABLE_CAPACITY, TICK_PARTS, TIMER_HZ};
 use crate::processor::Timer;
@@ -89,6 +89,6 @@ impl Target for Chip {
     }
 
     fn stack_bytes(&self) -> u32 {
-        stack::deepest()
+        image::deepest_stack_bytes()
     }
 }

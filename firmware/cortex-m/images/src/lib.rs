@@ -1,11 +1,11 @@
-//! The controller on a chip: [`firmware::link::Server`] behind a line.
+//! The controller on a chip: [`firmware_link::Server`] behind a line.
 //!
 //! ```text
 //!  bin/fifo.rs            bin/uart.rs
 //!      │ semihosting          │ interrupt ─► ring, WFI
 //!      └───────► line ◄───────┘
 //!                 │ frames
-//!          firmware::link::Server ─► chip: timer, stack, identity
+//!          firmware_link::Server ─► chip: timer, stack, identity
 //!                                     │
 //!                                   board/<name>
 //! ```

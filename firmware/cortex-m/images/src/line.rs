@@ -3,9 +3,9 @@
 use core::mem::MaybeUninit;
 
 use firmware::SetpointTable;
-use firmware::link::Server;
-use firmware::link::frame::{Receiver, encode};
-use firmware::link::reply::LARGEST_REPLY;
+use firmware_link::Server;
+use firmware_link::frame::{Receiver, encode};
+use firmware_link::reply::LARGEST_REPLY;
 use heapless::Vec;
 
 use crate::board::TABLE_CAPACITY;
@@ -21,7 +21,7 @@ static mut TABLE: SetpointTable<TABLE_CAPACITY> = SetpointTable::resting_at(0);
 /// The server; what it starts with is written by [`Line::take_memory`].
 static mut LINE: MaybeUninit<Line> = MaybeUninit::uninit();
 
-/// What stands between a transport and the controller.
+/// Link between a transport and the controller.
 #[derive(Debug)]
 pub struct Line {
     receiver: Receiver,

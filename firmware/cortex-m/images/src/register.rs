@@ -22,7 +22,7 @@ impl<T: Copy> Register<T> {
         }
     }
 
-    /// What is in it.
+    /// Its content.
     pub(crate) fn read(self) -> T {
         let register = core::ptr::with_exposed_provenance::<T>(self.address);
         // SAFETY: there is a register (`at`).

@@ -1,4 +1,4 @@
-//! What the RISC-V board has: start, instruction counter, interrupts, sleep.
+//! Parts of the RISC-V board: start, instruction counter, interrupts, sleep.
 
 use core::arch::global_asm;
 
@@ -20,7 +20,7 @@ global_asm!(
     "addi t0, t0, 4",
     "j 1b",
     "2: ret",
-    paint = const parts::stack::STACK_PAINT_VALUE,
+    paint = const parts::image::STACK_PAINT_VALUE,
 );
 
 /// The counter of instructions.

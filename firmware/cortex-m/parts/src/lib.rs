@@ -1,4 +1,4 @@
-//! What every image has, whatever its chip: the proof that nothing panics, its
+//! Parts of every image, whatever its chip: the proof that nothing panics, its
 //! bytes in flash and RAM, the depth of its stack, and a ring that carries
 //! bytes out of an interrupt.
 
@@ -7,4 +7,3 @@
 pub mod image;
 pub mod panic;
 pub mod ring;
-pub mod stack;

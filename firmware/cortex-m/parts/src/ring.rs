@@ -51,7 +51,7 @@ impl Ring {
         Some(byte)
     }
 
-    /// Whether no byte waits.
+    /// Tells whether no byte waits.
     pub fn is_empty(&self) -> bool {
         self.read.load(Ordering::Relaxed) == self.written.load(Ordering::Acquire)
     }

@@ -31,7 +31,7 @@
 //!
 //! # Limits
 //!
-//! | watch | limit | why |
+//! | monitor | limit | why |
 //! | --- | --- | --- |
 //! | following error | 400 counts, 1 mm | 2.6 times what the simulation shows |
 //! | jump of the count | 400 counts a sample | the motor turns 306 counts a sample at 120 V without load |
@@ -41,9 +41,11 @@
 
 use firmware::axis::Axis;
 use firmware::law::{AntiWindup, Law, LawWords};
+use firmware::monitor::{
+    EncoderLossMonitor, FollowingErrorMonitor, SaturationMonitor, TickMonitor,
+};
 use firmware::output::{Output, Quantiser};
-use firmware::watch::{EncoderLossWatch, FollowingErrorWatch, SaturationWatch, TickWatch};
-use firmware::{CounterParameters, Dac, GainWord, MotionError, MotionPlan};
+use firmware::{CounterParameters, Dac, GainWord, MotionPlan, Refusal};
 
 /// `Δt` \[ns\].
 pub const PERIOD_NS: u32 = 1_000_000;
@@ -108,20 +110,21 @@ pub const AXIS: Axis = {
     };
     axis.counter = counter;
     let at_any_speed = GainWord::new(0, 0);
-    let Ok(following) = FollowingErrorWatch::accept(FOLLOWING_ERROR_COUNTS, at_any_speed, 0) else {
+    let Ok(following) = FollowingErrorMonitor::accept(FOLLOWING_ERROR_COUNTS, at_any_speed, 0)
+    else {
         panic!("following error")
     };
     let (codes, samples) = ENCODER_LOSS;
-    let Ok(loss) = EncoderLossWatch::accept(codes, samples) else {
+    let Ok(loss) = EncoderLossMonitor::accept(codes, samples) else {
         panic!("encoder loss")
     };
-    let Ok(saturation) = SaturationWatch::accept(SATURATION_SAMPLES) else {
+    let Ok(saturation) = SaturationMonitor::accept(SATURATION_SAMPLES) else {
         panic!("saturation")
     };
-    axis.watches.following_error = Some(following);
-    axis.watches.encoder_loss = Some(loss);
-    axis.watches.saturation = Some(saturation);
-    axis.watches.ticks = Some(TickWatch);
+    axis.monitors.following_error = Some(following);
+    axis.monitors.encoder_loss = Some(loss);
+    axis.monitors.saturation = Some(saturation);
+    axis.monitors.ticks = Some(TickMonitor);
     axis
 };
 
@@ -129,7 +132,7 @@ pub const AXIS: Axis = {
 ///
 /// # Errors
 /// None with the constants of this page, as its test shows.
-pub fn motions() -> Result<[MotionPlan; 2], MotionError> {
+pub fn motions() -> Result<[MotionPlan; 2], Refusal> {
     let travel = i64::from(TRAVEL_COUNTS) << 32;
     let forth = MotionPlan::new(travel, INTERVALS_PS, PERIOD_NS)?;
     let back = MotionPlan::new(-travel, INTERVALS_PS, PERIOD_NS)?;

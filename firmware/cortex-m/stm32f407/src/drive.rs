@@ -1,10 +1,9 @@
-//! The axis in service: a sample at a time, and what its button asks for.
+//! The axis in service: a sample at a time, the button that moves it, and the
+//! numbers of its samples.
 
 use firmware::axis::{Axis, AxisOutput, AxisState};
 use firmware::hardware::{Board, serve};
 use firmware::{Event, MotionGenerator, MotionPlan, State};
-
-use crate::button::Button;
 
 /// An axis on its electronics, moved to and fro by a button.
 ///
@@ -26,7 +25,7 @@ pub struct Drive<'p, B> {
     forth: &'p MotionPlan,
     back: &'p MotionPlan,
     motion: MotionGenerator<'p>,
-    /// Where the axis is held, or will be when its motion has ended \[counts\].
+    /// Position at which the axis is held, or will be when its motion has ended \[counts\].
     target: i32,
     button: Button,
 }
@@ -99,5 +98,95 @@ impl<'p, B: Board> Drive<'p, B> {
     /// The electronics, for what is not part of a sample.
     pub const fn board_mut(&mut self) -> &mut B {
         &mut self.board
+    }
+}
+
+/// Samples that a level must last: 20 ms at 1 ms, longer than any bounce of
+/// the small buttons on such boards.
+const STEADY_SAMPLES: u8 = 20;
+
+/// A push button without its bounces: finds the presses in the samples of a button.
+///
+/// One that is down when the program starts, or stuck, gives none: it must be
+/// up first.
+///
+/// ```
+/// use stm32f407_drive::Button;
+///
+/// let mut button = Button::default();
+/// let mut presses = |down, samples| (0..samples).filter(|_| button.pressed(down)).count();
+/// assert_eq!(presses(true, 100), 0);
+/// assert_eq!(presses(false, 20), 0);
+/// assert_eq!(presses(true, 19), 0);
+/// assert_eq!(presses(true, 100), 1);
+/// ```
+#[derive(Debug, Clone, Copy)]
+pub struct Button {
+    down: bool,
+    /// Samples in a row with the other level.
+    other: u8,
+}
+
+impl Default for Button {
+    fn default() -> Self {
+        Self {
+            down: true,
+            other: 0,
+        }
+    }
+}
+
+impl Button {
+    /// One sample of the level; whether a press begins with it.
+    pub fn pressed(&mut self, down: bool) -> bool {
+        if down == self.down {
+            self.other = 0;
+            return false;
+        }
+        self.other = self.other.saturating_add(1);
+        if self.other < STEADY_SAMPLES {
+            return false;
+        }
+        self.other = 0;
+        self.down = down;
+        down
+    }
+}
+
+/// Turns a counter of 32 bits, which counts the sample times without the
+/// program, into numbers of samples.
+///
+/// A sample that ends after the next one should have begun has not kept its
+/// time, although none is missing: [`Ticks::overrun`] makes it count as one
+/// more, so that the monitor over missed ticks sees both.
+///
+/// ```
+/// use stm32f407_drive::Ticks;
+///
+/// let mut ticks = Ticks::default();
+/// assert_eq!(ticks.number(u32::MAX), u64::from(u32::MAX));
+/// assert_eq!(ticks.number(0), 1 << 32);
+/// ticks.overrun();
+/// assert_eq!(ticks.number(1), (1 << 32) + 2);
+/// ```
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Ticks {
+    counter: u32,
+    number: u64,
+}
+
+impl Ticks {
+    /// The number of the sample at which the counter reads `counter`; it is
+    /// asked for more often than the counter wraps, every 49 days at 1 ms.
+    pub fn number(&mut self, counter: u32) -> u64 {
+        let passed = counter.wrapping_sub(self.counter);
+        self.counter = counter;
+        self.number = self.number.wrapping_add(u64::from(passed));
+        self.number
+    }
+
+    /// The sample before has ended too late.
+    pub fn overrun(&mut self) {
+        self.number = self.number.wrapping_add(1);
     }
 }

@@ -1,4 +1,4 @@
-//! What the board's image does without knowing its chip: the axis that it
+//! Parts of the board's image that do not know its chip: the axis that it
 //! drives, what its button asks for, how it numbers samples, and what it
 //! answers while it drives.
 //!
@@ -8,12 +8,8 @@
 #![no_std]
 
 pub mod axis;
-mod button;
 mod drive;
 mod refusal;
-mod ticks;
 
-pub use button::Button;
-pub use drive::Drive;
+pub use drive::{Button, Drive, Ticks};
 pub use refusal::answer_while_driving;
-pub use ticks::Ticks;

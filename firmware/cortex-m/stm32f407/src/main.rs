@@ -1,9 +1,9 @@
 //! The image for an STM32F407G-DISC1.
 //!
 //! ```text
-//!                    ┌── no jumper ── bench.rs: link::Server on USART2 ◄──► host
+//!                    ┌── no jumper ── bench: link::Server on USART2 ◄──► host
 //!  reset ── clock ───┤
-//!                    └── jumper ───── driving.rs: Drive every Δt; USART2 says who it is
+//!                    └── jumper ───── drive: Drive every Δt; USART2 says who it is
 //! ```
 //!
 //! Pins, wiring and the order of the first power-up are in `README.md`. Where a

@@ -1,9 +1,9 @@
 //! The line while the axis is driven: it says who is there, and does nothing.
 
-use firmware::link::frame::Received;
-use firmware::link::header::Header;
-use firmware::link::reply::LARGEST_REPLY;
-use firmware::link::{Identity, Nak, Reply, Request};
+use firmware_link::body::Header;
+use firmware_link::frame::Received;
+use firmware_link::reply::LARGEST_REPLY;
+use firmware_link::{Identity, Nak, Reply, Request};
 use heapless::Vec;
 
 /// Answers a frame: HELLO with the identity, everything else with
@@ -29,7 +29,7 @@ mod tests {
     use super::*;
 
     const IDENTITY: Identity = Identity {
-        version: firmware::link::header::VERSION,
+        version: firmware_link::body::VERSION,
         target: *b"f407\0\0\0\0",
         image_crc: 1,
         flash_bytes: 2,

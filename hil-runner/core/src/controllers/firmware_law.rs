@@ -3,79 +3,73 @@
 
 use firmware::{CAPACITY, Controller, ControllerState, Dac, SetpointTable, counts};
 
-use super::axis_controller::{BenchBoard, IoKind};
-use super::{Setpoint, fits_table, last_tick, whole};
+use super::setpoint::Setpoint;
 use crate::case::Case;
-use crate::message::{Command, Measurement};
-use crate::quantise::{QuantiseError, QuantisedGains, quantise, setpoint_table};
+use crate::io::{IoKind, SpiIo};
+use crate::message::{Command, Measurement, whole};
+use crate::quantise::{FixedPointGains, QuantiseError, QuantisedGains, quantise};
 
 /// The firmware's controller with its memory.
 #[derive(Debug, Clone)]
 pub struct FirmwareLaw {
     controller: Controller<CAPACITY>,
     state: ControllerState,
-    gains: QuantisedGains,
-    /// Where count and code go through the drivers.
-    board: Option<BenchBoard>,
+    gains: FixedPointGains,
+    /// Chips and drivers that count and code go through.
+    io: Option<Box<SpiIo>>,
 }
 
 impl FirmwareLaw {
     /// The controller of `case` before its first sample.
     ///
     /// # Errors
-    /// [`QuantiseError`] if a gain fits no word or the motion is longer than the
-    /// setpoint table.
+    /// [`QuantiseError`] if a gain has no fixed-point form or the motion is longer
+    /// than the setpoint table.
     pub fn new(case: &Case, period_ns: u64, io: IoKind) -> Result<Self, QuantiseError> {
         let setpoint = Setpoint::new(case, period_ns);
-        let Parts { gains, dac, last } = Parts::of(case, &setpoint)?;
-        let positions = (0..=last).map(|tick| whole(setpoint.count(tick)));
+        let Parts { gains, dac } = Parts::of(case, period_ns)?;
         Ok(Self {
-            controller: Controller::new(gains.pid, dac, setpoint_table(positions)?),
+            controller: Controller::new(gains.pid, dac, setpoint.table()?),
             state: ControllerState::default(),
-            gains,
-            board: match io {
-                IoKind::Direct => None,
-                IoKind::Spi => Some(BenchBoard::new(case, io)?),
-            },
+            gains: gains.fixed_point(),
+            io: io.chips(case)?,
         })
     }
 
-    /// The words that the gains became, with their rounding.
-    pub fn gains(&self) -> &QuantisedGains {
+    /// The gains in fixed point, with their rounding.
+    pub fn gains(&self) -> &FixedPointGains {
         &self.gains
     }
 
     /// One sample.
     pub fn step(&mut self, measurement: Measurement) -> Command {
-        let mut count = counts::wrap(whole(measurement.position_counts));
-        if let Some(board) = &mut self.board {
-            count = board.count(whole(measurement.position_counts));
-        }
-        let mut output = self.controller.tick(&mut self.state, count);
-        if let Some(board) = &mut self.board {
-            output.code = board.drive(output.code);
-        }
+        let counts = measurement.position_counts.whole();
+        let (output, code) = match &mut self.io {
+            None => {
+                let output = self.controller.tick(&mut self.state, counts::wrap(counts));
+                (output, output.code)
+            }
+            Some(io) => {
+                let count = io.read(counts);
+                let output = self.controller.tick(&mut self.state, count);
+                (output, io.drive(output.code))
+            }
+        };
         let status = output.status;
         Command {
-            tick: measurement.tick,
-            error_counts: f64::from(output.error_counts),
-            dac_code: f64::from(output.code),
             out_of_range: status.error_limited || status.error_sum_beyond_range,
-            execution: None,
-            axis: None,
+            ..Command::whole(measurement.tick, output.error_counts, code)
         }
     }
 }
 
-/// What the firmware is made of, less its setpoints.
+/// The firmware's controller less its setpoints.
 #[derive(Debug)]
 pub struct Parts {
-    /// The gains in words.
+    /// The gains in fixed point.
     pub gains: QuantisedGains,
     /// The converter's range.
     pub dac: Dac,
-    /// The sample of the last setpoint.
-    pub last: u64,
 }
 
 impl Parts {
@@ -83,13 +77,13 @@ impl Parts {
     ///
     /// # Errors
     /// As [`FirmwareLaw::new`].
-    pub fn of(case: &Case, setpoint: &Setpoint) -> Result<Self, QuantiseError> {
-        let last = last_tick(case, setpoint.period_ns);
-        let travel_counts = whole(setpoint.count(last));
-        let gains = quantise(&case.controller.gains, setpoint.period_ns, travel_counts)?;
-        let last = fits_table(last)?;
+    pub fn of(case: &Case, period_ns: u64) -> Result<Self, QuantiseError> {
+        let setpoint = Setpoint::new(case, period_ns);
+        let travel_counts = setpoint.count(setpoint.last_tick());
+        let gains = quantise(&case.controller.gains, period_ns, travel_counts)?;
+        setpoint.last_in_table()?;
         let dac = Dac::with_bits(case.dac.bits).map_err(QuantiseError::Dac)?;
-        Ok(Self { gains, dac, last })
+        Ok(Self { gains, dac })
     }
 }
 
@@ -107,7 +101,7 @@ impl FirmwareOnCounts {
     /// # Errors
     /// Those of [`FirmwareLaw::new`].
     pub fn new(case: &Case, period_ns: u64) -> Result<Self, QuantiseError> {
-        let Parts { gains, dac, .. } = Parts::of(case, &Setpoint::new(case, period_ns))?;
+        let Parts { gains, dac } = Parts::of(case, period_ns)?;
         Ok(Self {
             controller: Controller::new(gains.pid, dac, SetpointTable::starting_at(0)),
             state: ControllerState::default(),

@@ -1,38 +1,50 @@
 //! The sampled control laws, one per rung (`sampled`, `quantised`,
 //! `firmware`).
+//!
+//! ```text
+//! setpoint               the motion in counts, sample by sample
+//! sampled                rungs sampled and quantised
+//! firmware_law           rung firmware: the paper's law alone
+//! axis_controller        rung firmware: the axis with everything beyond it
+//!   setup                  from a case to the axis in fixed point
+//!   backlash_measurement   the width of the gap, found by the firmware's routine
+//!   backlash_compensation  how the reference crosses it
+//!   board                  the electronics
+//!   world                  setpoints, requests and faults of a run
+//! ```
 
-pub mod axis_controller;
-pub mod firmware_law;
-mod quantised;
+mod axis_controller;
+mod backlash_compensation;
+mod backlash_measurement;
+mod board;
+mod firmware_law;
 mod sampled;
+mod setpoint;
+mod setup;
+mod world;
 
 use crate::case::{Case, Law};
-use crate::message::{Command, Measurement};
-use crate::quantise::QuantiseError;
-use crate::time::seconds;
-use firmware::{CAPACITY, SetpointError};
-use plant::{Encoder, Motion};
+use crate::message::{Command, Link, LinkError, Measurement};
+use crate::quantise::{FixedPointGains, QuantiseError};
 
-pub use axis_controller::{
-    AxisController, AxisStatus, GapMeasurement, IoKind, accepted, measure_gap, scaling_request,
-    smallest_sample_time_ns,
-};
-pub use firmware_law::FirmwareLaw;
-pub use firmware_law::FirmwareOnCounts;
-use quantised::QuantisedLaw;
-pub use sampled::Pid;
-use sampled::SampledLaw;
+pub use crate::io::IoKind;
+pub use axis_controller::{AxisController, accepted, smallest_sample_time_ns};
+pub use backlash_compensation::compensated;
+pub use backlash_measurement::{GapMeasurement, measure_gap};
+pub use firmware_law::{FirmwareLaw, FirmwareOnCounts, Parts};
+pub use sampled::{Pid, PidState, SampledLaw};
+pub use setpoint::Setpoint;
+pub use setup::{FROM_REST, Setup, scaling_request};
+pub use world::{Arrivals, Reported, Shown, Source, StreamedQueue, World};
 
 /// The controller of a sampled rung with its memory.
 #[derive(Debug, Clone)]
 pub enum Controller {
-    /// Real numbers, sampled.
-    Sampled(SampledLaw),
-    /// Whole counts and codes, in f64.
-    Quantised(QuantisedLaw),
+    /// In f64: rungs `sampled` and `quantised`.
+    Sampled(Box<SampledLaw>),
     /// The `firmware` crate: the paper's law alone.
     Firmware(Box<FirmwareLaw>),
-    /// The `firmware` crate: an axis with what a product needs.
+    /// The `firmware` crate: the axis with everything beyond it.
     Axis(Box<AxisController>),
 }
 
@@ -41,126 +53,45 @@ impl Controller {
     /// sample time.
     ///
     /// # Errors
-    /// [`QuantiseError`] on rung `firmware`, if a gain fits no word or the
-    /// motion is longer than the setpoint table.
+    /// [`QuantiseError`] on rung `firmware`, if a gain has no fixed-point form or
+    /// the motion is longer than the setpoint table.
     pub fn new(case: &Case, io: IoKind) -> Result<Option<Self>, QuantiseError> {
         let Some(period_ns) = case.controller.sample_time_ns else {
             return Ok(None);
         };
-        Ok(match case.controller.law {
-            Law::Continuous => None,
-            Law::Sampled => Some(Self::Sampled(SampledLaw::new(case, period_ns))),
-            Law::Quantised => Some(Self::Quantised(QuantisedLaw::new(case, period_ns))),
-            Law::Firmware if case.options.is_off() => Some(Self::Firmware(Box::new(
-                FirmwareLaw::new(case, period_ns, io)?,
-            ))),
-            Law::Firmware => Some(Self::Axis(Box::new(AxisController::new(
-                case, period_ns, io,
-            )?))),
-        })
+        Ok(Some(match case.controller.law {
+            Law::Continuous => return Ok(None),
+            Law::Sampled | Law::Quantised => {
+                Self::Sampled(Box::new(SampledLaw::new(case, period_ns)))
+            }
+            Law::Firmware if case.options.is_off() => {
+                Self::Firmware(Box::new(FirmwareLaw::new(case, period_ns, io)?))
+            }
+            Law::Firmware => Self::Axis(Box::new(AxisController::new(case, period_ns, io)?)),
+        }))
     }
 
     /// One sample.
     pub fn step(&mut self, measurement: Measurement) -> Command {
         match self {
             Self::Sampled(law) => law.step(measurement),
-            Self::Quantised(law) => law.step(measurement),
             Self::Firmware(law) => law.step(measurement),
             Self::Axis(law) => law.step(measurement),
         }
     }
 }
 
-/// The motor angle that the motion asks for, in counts as a real number.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Setpoint {
-    motion: Motion,
-    encoder: Encoder,
-    period_ns: u64,
-    /// Carriage displacement per motor angle, `p·z` \[m/rad\].
-    metres_per_rad: f64,
-}
+/// The controller in the same thread.
+impl Link for Controller {
+    fn exchange(&mut self, measurement: Measurement) -> Result<Command, LinkError> {
+        Ok(self.step(measurement))
+    }
 
-impl Setpoint {
-    /// The motion of `case` at samples `period_ns` apart, at the motor.
-    pub fn new(case: &Case, period_ns: u64) -> Self {
-        let transmission = &case.axis.transmission;
-        Self {
-            motion: case.motion,
-            encoder: case.encoder,
-            period_ns,
-            metres_per_rad: transmission.screw_pitch_m_per_rad * transmission.gear_ratio,
+    fn gains(&self) -> Option<FixedPointGains> {
+        match self {
+            Self::Sampled(_) => None,
+            Self::Firmware(law) => Some(law.gains().clone()),
+            Self::Axis(law) => Some(law.gains().clone()),
         }
     }
-
-    /// The same at the load: the screw's angle, in counts of the encoder there.
-    pub fn of_load(case: &Case, period_ns: u64, load: Encoder) -> Self {
-        Self {
-            encoder: load,
-            metres_per_rad: case.axis.transmission.screw_pitch_m_per_rad,
-            ..Self::new(case, period_ns)
-        }
-    }
-
-    /// Counts per displacement of the carriage \[counts/m\].
-    pub fn counts_per_m(&self) -> f64 {
-        self.encoder.counts_per_rad / self.metres_per_rad
-    }
-
-    /// The whole travel, a real number of counts.
-    pub fn travel_counts(&self) -> f64 {
-        let travel_rad = self.motion.travel_m() / self.metres_per_rad;
-        self.encoder.position_counts(travel_rad)
-    }
-
-    /// `α_ref(t_k)` \[rad\].
-    fn alpha_rad(&self, tick: u64) -> f64 {
-        let time_s = crate::time::seconds(tick.saturating_mul(self.period_ns));
-        self.motion.at(time_s).displacement_m / self.metres_per_rad
-    }
-
-    /// `K_enc·α_ref(t_k)`, a real number of counts.
-    pub fn position_counts(&self, tick: u64) -> f64 {
-        self.encoder.position_counts(self.alpha_rad(tick))
-    }
-
-    /// `floor(K_enc·α_ref(t_k) + ½)`, a whole number of counts.
-    pub fn count(&self, tick: u64) -> f64 {
-        self.encoder.setpoint_count(self.alpha_rad(tick))
-    }
-}
-
-/// The first sample at or after the motion's end.
-pub fn last_tick(case: &Case, period_ns: u64) -> u64 {
-    let end_s = case.motion.end_s();
-    let estimate = whole((end_s / seconds(period_ns)).floor());
-    let mut tick = u64::try_from(estimate).unwrap_or(0).saturating_sub(1);
-    while seconds(tick.saturating_mul(period_ns)) < end_s {
-        tick += 1;
-    }
-    tick
-}
-
-/// A whole number of counts as an integer.
-#[expect(
-    clippy::cast_possible_truncation,
-    reason = "whole by construction; beyond 2^63, far past any travel, `as` saturates"
-)]
-pub fn whole(counts: f64) -> i64 {
-    counts as i64
-}
-
-/// `last`, if a table holds the setpoints of the samples up to it: refused
-/// before 10^9 samples of a motion are computed for it.
-fn fits_table(last: u64) -> Result<u64, QuantiseError> {
-    let needed = usize::try_from(last)
-        .unwrap_or(usize::MAX)
-        .saturating_add(1);
-    if needed > CAPACITY {
-        return Err(QuantiseError::Setpoints(SetpointError::TooLong {
-            needed,
-            capacity: CAPACITY,
-        }));
-    }
-    Ok(last)
 }

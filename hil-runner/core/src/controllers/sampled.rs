@@ -1,33 +1,41 @@
-//! Rung `sampled`: the PID law at the sample time in real numbers, without
-//! encoder steps, DAC steps or DAC range.
+//! Rungs `sampled` and `quantised`: the PID law at the sample time in f64, without
+//! encoder and converter, or on whole counts with codes within the converter's range.
 
 use std::ops::{Add, Div, Mul, Sub};
 
-use super::Setpoint;
-use crate::case::Case;
-use crate::message::{Command, Measurement};
+use plant::Dac;
 
-/// The sum of the three terms and its memory, shared by the rungs in f64. `V`
-/// is one number, or one for each of the runs that are computed side by side.
+use super::setpoint::Setpoint;
+use crate::case::Case;
+use crate::message::{Command, Measurement, Steps, whole};
+use crate::time::seconds;
+
+/// The sum of the three terms. `V` is one number, or one for each of the runs that
+/// are computed side by side.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pid<V> {
     /// `K_p`, `K_i` and `K_d`.
-    gains: [V; 3],
-    sample_time_s: V,
+    pub gains: [V; 3],
+    /// `Δt` \[s\].
+    pub sample_time_s: V,
+}
+
+/// Memory of the sum.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PidState<V> {
     /// `S = Σ e·Δt` \[counts·s\].
     sum: V,
     previous_error: Option<V>,
 }
 
-impl Pid<f64> {
-    /// The law with the gains of `case`.
-    pub fn new(case: &Case, period_ns: u64) -> Self {
-        let gains = &case.controller.gains;
-        Self::from_parts(
-            [gains.kp, gains.ki_per_s, gains.kd_s],
-            crate::time::seconds(period_ns),
-            0.0,
-        )
+impl<V> PidState<V> {
+    /// Before the first sample, where the sum is `zero`.
+    #[inline(always)]
+    pub fn new(zero: V) -> Self {
+        Self {
+            sum: zero,
+            previous_error: None,
+        }
     }
 }
 
@@ -35,58 +43,58 @@ impl<V> Pid<V>
 where
     V: Copy + Add<Output = V> + Sub<Output = V> + Mul<Output = V> + Div<Output = V>,
 {
-    /// `gains` are K_p, K_i and K_d, `zero` is the sum at the start.
-    #[inline(always)]
-    pub fn from_parts(gains: [V; 3], sample_time_s: V, zero: V) -> Self {
-        Self {
-            gains,
-            sample_time_s,
-            sum: zero,
-            previous_error: None,
-        }
-    }
-
     /// `y = K_p·e + K_i·S + K_d·(e − e_prev)/Δt` \[codes\], eq. 23 sampled. The
     /// order of the operations is part of the law: decimal gains on whole
     /// counts put y + ½ exactly on integers, and another order moves codes.
     #[inline(always)]
-    pub fn output(&mut self, e: V) -> V {
+    pub fn output(&self, state: &mut PidState<V>, e: V) -> V {
         let [kp, ki, kd] = self.gains;
-        let e_prev = self.previous_error.replace(e).unwrap_or(e);
-        self.sum = self.sum + e * self.sample_time_s;
-        ((kp * e) + (ki * self.sum)) + ((kd * (e - e_prev)) / self.sample_time_s)
+        let e_prev = state.previous_error.replace(e).unwrap_or(e);
+        state.sum = state.sum + e * self.sample_time_s;
+        ((kp * e) + (ki * state.sum)) + ((kd * (e - e_prev)) / self.sample_time_s)
     }
 }
 
-/// The controller of rung `sampled`.
+/// The controller of rungs `sampled` and `quantised`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SampledLaw {
     setpoint: Setpoint,
     pid: Pid<f64>,
+    dac: Dac,
+    state: PidState<f64>,
 }
 
 impl SampledLaw {
+    /// The controller of `case` before its first sample.
     pub fn new(case: &Case, period_ns: u64) -> Self {
+        let gains = &case.controller.gains;
         Self {
             setpoint: Setpoint::new(case, period_ns),
-            pid: Pid::new(case, period_ns),
+            pid: Pid {
+                gains: [gains.kp, gains.ki_per_s, gains.kd_s],
+                sample_time_s: seconds(period_ns),
+            },
+            dac: case.dac,
+            state: PidState::new(0.0),
         }
     }
 
+    /// One sample: whole counts give a whole code, a real position a real one.
     pub fn step(&mut self, measurement: Measurement) -> Command {
-        let Measurement {
-            tick,
-            position_counts,
-            ..
-        } = measurement;
-        let error_counts = self.setpoint.position_counts(tick) - position_counts;
-        Command {
-            tick,
-            error_counts,
-            dac_code: self.pid.output(error_counts),
-            out_of_range: false,
-            execution: None,
-            axis: None,
-        }
+        let tick = measurement.tick;
+        let error_counts = match measurement.position_counts {
+            Steps::Real(position) => Steps::Real(self.setpoint.position_counts(tick) - position),
+            Steps::Whole(count) => Steps::Whole(self.setpoint.count(tick).saturating_sub(count)),
+        };
+        let y = self.pid.output(&mut self.state, error_counts.real());
+        let dac_code = match error_counts {
+            Steps::Real(_) => Steps::Real(y),
+            // code = clamp(floor(y + ½), −2^(n−1), 2^(n−1) − 1)
+            Steps::Whole(_) => {
+                let (lowest, highest) = (self.dac.code_min(), self.dac.code_max());
+                Steps::Whole(whole((y + 0.5).floor()).clamp(lowest.into(), highest.into()))
+            }
+        };
+        Command::new(tick, error_counts, dac_code)
     }
 }

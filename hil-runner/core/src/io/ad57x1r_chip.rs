@@ -15,7 +15,7 @@
 //!
 //! Both registers hold 16 bits, the twelve of an AD5721R left-justified.
 //!
-//! Taken as likely where the sources are silent: the first control word after a
+//! Taken as likely where the sources are silent: the first control frame after a
 //! reset frees the output at the power-up value of its PV bits, a frame with
 //! bit 20 set does nothing. The driver relies on neither. Not wired: the pins
 //! `LDAC` (so the DAC register changes only by command), `CLR` and `RESET`,
@@ -33,7 +33,7 @@ enum Scale {
     Full,
 }
 
-/// What stands at the output.
+/// Output of the chip.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DacOutput {
     /// Clamped to ground: 0 V, whatever the registers hold.
@@ -76,7 +76,7 @@ impl Ad57x1rChip {
         *self = Self::new(self.model);
     }
 
-    /// What stands at the output.
+    /// The output.
     pub fn output(&self) -> DacOutput {
         let Some(control) = self.control else {
             return DacOutput::Clamped;

@@ -1,13 +1,14 @@
-//! One chip on an SPI bus of its own, with faults at wish.
+//! One chip on an SPI bus of its own, and the two lines of the board (power stage,
+//! emergency stop), with faults at wish.
 //!
 //! [`ModelBus`] is the `SpiDevice` that a driver sees. Each transaction selects
 //! the chip, moves its bytes one after the other and deselects it; transactions
 //! are numbered from 0, and a [`BusFault`] names the ones that it spoils.
 
-use std::fmt;
 use std::ops::Range;
 
-use embedded_hal::spi::{Error, ErrorKind, ErrorType, Operation, SpiDevice};
+use embedded_hal::digital::{self, InputPin, OutputPin};
+use embedded_hal::spi::{self, Operation, SpiDevice};
 
 /// A chip as the bus sees it.
 pub trait SpiChip {
@@ -21,7 +22,7 @@ pub trait SpiChip {
     fn deselect(&mut self);
 }
 
-/// What a fault does to a transaction.
+/// Effect of a fault on a transaction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Spoiling {
     /// The bus master reports an error; nothing reaches the chip.
@@ -48,7 +49,7 @@ pub enum Spoiling {
 pub struct BusFault {
     /// The numbers of the transactions that it spoils.
     pub transactions: Range<u64>,
-    /// How.
+    /// The effect.
     pub spoiling: Spoiling,
 }
 
@@ -82,7 +83,7 @@ impl<Chip> ModelBus<Chip> {
     }
 }
 
-impl<Chip> ErrorType for ModelBus<Chip> {
+impl<Chip> spi::ErrorType for ModelBus<Chip> {
     type Error = ModelBusError;
 }
 
@@ -137,22 +138,69 @@ impl<Chip: SpiChip> SpiDevice for ModelBus<Chip> {
 }
 
 /// A transaction that was made to fail.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("transaction {transaction} on the bus was lost")]
 pub struct ModelBusError {
     /// Its number.
     pub transaction: u64,
 }
 
-impl Error for ModelBusError {
-    fn kind(&self) -> ErrorKind {
-        ErrorKind::Other
+impl spi::Error for ModelBusError {
+    fn kind(&self) -> spi::ErrorKind {
+        spi::ErrorKind::Other
     }
 }
 
-impl fmt::Display for ModelBusError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "transaction {} on the bus was lost", self.transaction)
+/// A line that can be made to fail; as an output or an input.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct ModelPin {
+    /// The level.
+    pub high: bool,
+    /// Every access fails.
+    pub broken: bool,
+}
+
+impl digital::ErrorType for ModelPin {
+    type Error = ModelPinError;
+}
+
+impl ModelPin {
+    const fn access(&mut self) -> Result<&mut bool, ModelPinError> {
+        if self.broken {
+            Err(ModelPinError)
+        } else {
+            Ok(&mut self.high)
+        }
     }
 }
 
-impl std::error::Error for ModelBusError {}
+impl OutputPin for ModelPin {
+    fn set_low(&mut self) -> Result<(), ModelPinError> {
+        self.access().map(|high| *high = false)
+    }
+
+    fn set_high(&mut self) -> Result<(), ModelPinError> {
+        self.access().map(|high| *high = true)
+    }
+}
+
+impl InputPin for ModelPin {
+    fn is_high(&mut self) -> Result<bool, ModelPinError> {
+        self.access().map(|high| *high)
+    }
+
+    fn is_low(&mut self) -> Result<bool, ModelPinError> {
+        self.access().map(|high| !*high)
+    }
+}
+
+/// An access to a line that was made to fail.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("the line is broken")]
+pub struct ModelPinError;
+
+impl digital::Error for ModelPinError {
+    fn kind(&self) -> digital::ErrorKind {
+        digital::ErrorKind::Other
+    }
+}

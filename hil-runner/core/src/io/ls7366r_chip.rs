@@ -9,7 +9,7 @@
 //! The encoder is given as a position in quarters of a line (what ×4 counts) on
 //! an endless axis; the counter follows its differences and wraps at its width.
 //!
-//! What differs from the chip, on purpose: the counter stands still unless MDR0
+//! Different from the chip, on purpose: the counter stands still unless MDR0
 //! asks for a free-running quadrature mode, so that a driver that sets another
 //! mode is found out; index and compare are not wired and their latches stay 0;
 //! the flag pins and the filter clock have no counterpart. After power-up the
@@ -44,7 +44,7 @@ impl Register {
     }
 }
 
-/// What the bytes behind an instruction mean.
+/// Meaning of the bytes behind an instruction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Data {
     /// Nothing: no instruction yet, or one without data.
@@ -79,7 +79,7 @@ pub struct Ls7366rChip {
 }
 
 impl Ls7366rChip {
-    /// What the counter holds after power-up.
+    /// Content of the counter after power-up.
     pub const POWER_UP_COUNT: u32 = 0xDEAD_BEEF;
 
     /// A chip that has just got its supply, at an encoder position \[quarters

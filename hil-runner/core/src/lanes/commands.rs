@@ -12,7 +12,7 @@ pub(crate) const MOST_STEPS: usize = 2;
 /// computed when it is needed, so that no run takes more memory than this.
 const MOST_KEPT: u64 = 65_536;
 
-/// What the command is to one sample.
+/// The command at one sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Command {
     /// `α_ref(t_k)` \[rad\].

@@ -1,8 +1,10 @@
-//! Which runs can be computed side by side.
+//! The runs that can be computed side by side, and the work that they make.
 
-use plant::{AxisParameters, Joint, Motion};
+use std::collections::HashMap;
 
-use crate::case::{Case, Law, Method};
+use plant::{AxisParameters, Joint, Motion, Solver};
+
+use crate::case::{Case, Law};
 
 /// Everything that runs must share to go side by side: the axis but for b,
 /// the command, the timing and the law. Gains, encoder, converter, amplifier,
@@ -36,7 +38,7 @@ impl Family {
         let duration_ns = case.run.duration_ns;
         let fits = law != Law::Continuous
             && (law != Law::Firmware || case.options.is_off())
-            && case.method() == Method::Exact
+            && case.solver() == Solver::Exact
             && case.axis.is_affine()
             && delay_ns <= period_ns
             && duration_ns.is_multiple_of(period_ns);
@@ -119,4 +121,71 @@ impl Family {
     pub(crate) fn first_new_step(&self) -> usize {
         usize::from(self.delay_ns > 0)
     }
+}
+
+/// Runs at a time: so many that the lanes whose contact changes make full
+/// vectors, so few that all stay in the cache.
+pub(super) const AT_A_TIME: usize = 64;
+
+/// Lanes of the widest vectors.
+const LANES: usize = 8;
+
+/// Cases of one family, or cases without one: a piece of work for one thread.
+#[derive(Debug)]
+pub struct Parcel {
+    pub(super) family: Option<Family>,
+    pub(super) places: Vec<usize>,
+}
+
+/// The cases cut into work for a number of threads: as much as is computed at a
+/// time, unless that left a thread without any.
+pub fn parcels(cases: &[Case], threads: usize) -> Vec<Parcel> {
+    let cut = |group: &Group| match group.family {
+        None => 1,
+        Some(_) => {
+            let share = group.places.len().div_ceil(threads);
+            share.next_multiple_of(LANES).min(AT_A_TIME)
+        }
+    };
+    let parcel = |family| {
+        move |places: &[usize]| Parcel {
+            family,
+            places: places.to_vec(),
+        }
+    };
+    groups(cases)
+        .iter()
+        .flat_map(|group| {
+            group
+                .places
+                .chunks(cut(group))
+                .map(parcel(group.family))
+                .collect::<Vec<_>>()
+        })
+        .collect()
+}
+
+/// Places of the cases of one family, in order.
+pub(super) struct Group {
+    pub(super) family: Option<Family>,
+    pub(super) places: Vec<usize>,
+}
+
+/// The families in the order in which they appear.
+pub(super) fn groups(cases: &[Case]) -> Vec<Group> {
+    let mut groups: Vec<Group> = Vec::new();
+    let mut known = HashMap::new();
+    for (place, case) in cases.iter().enumerate() {
+        let family = Family::of(case);
+        let key = family.as_ref().map(Family::key);
+        let number = *known.entry(key).or_insert(groups.len());
+        match groups.get_mut(number) {
+            Some(group) => group.places.push(place),
+            None => groups.push(Group {
+                family,
+                places: vec![place],
+            }),
+        }
+    }
+    groups
 }

@@ -6,98 +6,28 @@
 //! nothing is added across lanes.
 //!
 //! ```text
-//! family     which runs can go side by side
+//! family     the runs that can go side by side, and the work of a thread
 //! commands   the motion at the samples, computed once for all of them
-//! settings   gains, encoder, converter and amplifier, lane by lane
-//! laws       the sampled laws on all lanes
-//! seen       what the rows leave behind, lane by lane
-//! lockstep   laws and axes from sample to sample
+//! laws       the sampled laws on all lanes, and gains, encoder and drive lane by lane
+//! side_by_side  laws and axes from sample to sample, and what their rows leave behind
 //! worker     what one thread keeps from run to run
 //! ```
 
 mod commands;
 mod family;
 mod laws;
-mod lockstep;
-mod seen;
-mod settings;
+mod side_by_side;
 mod worker;
 
-use std::collections::HashMap;
-
-use crate::case::Case;
-use family::Family;
-
+pub use family::{Parcel, parcels};
 pub use worker::{Runs, SingleRuns};
-
-/// Cases side by side at most.
-const LANES: usize = 8;
-
-/// Cases of one family, or cases without one: a piece of work for one thread.
-#[derive(Debug)]
-pub struct Parcel {
-    family: Option<Family>,
-    places: Vec<usize>,
-}
-
-/// The cases cut into work for a number of threads: as much as is computed at a
-/// time, unless that left a thread without any.
-pub fn parcels(cases: &[Case], threads: usize) -> Vec<Parcel> {
-    let cut = |group: &Group| match group.family {
-        None => 1,
-        Some(_) => {
-            let share = group.places.len().div_ceil(threads);
-            share.next_multiple_of(LANES).min(Runs::AT_A_TIME)
-        }
-    };
-    let parcel = |family| {
-        move |places: &[usize]| Parcel {
-            family,
-            places: places.to_vec(),
-        }
-    };
-    groups(cases)
-        .iter()
-        .flat_map(|group| {
-            group
-                .places
-                .chunks(cut(group))
-                .map(parcel(group.family))
-                .collect::<Vec<_>>()
-        })
-        .collect()
-}
-
-/// Places of the cases of one family, in order.
-struct Group {
-    family: Option<Family>,
-    places: Vec<usize>,
-}
-
-/// The families in the order in which they appear.
-fn groups(cases: &[Case]) -> Vec<Group> {
-    let mut groups: Vec<Group> = Vec::new();
-    let mut known = HashMap::new();
-    for (place, case) in cases.iter().enumerate() {
-        let family = Family::of(case);
-        let key = family.as_ref().map(Family::key);
-        let number = *known.entry(key).or_insert(groups.len());
-        match groups.get_mut(number) {
-            Some(group) => group.places.push(place),
-            None => groups.push(Group {
-                family,
-                places: vec![place],
-            }),
-        }
-    }
-    groups
-}
 
 #[cfg(all(test, target_arch = "x86_64"))]
 mod tests {
     use fearless_simd::Level;
 
     use super::*;
+    use crate::case::Case;
     use crate::runfile;
     use crate::summary::Summary;
 

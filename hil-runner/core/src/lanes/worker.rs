@@ -1,11 +1,10 @@
-//! What one thread keeps from run to run.
+//! Tables that one thread keeps from run to run.
 
 use fearless_simd::{Level, Simd, dispatch};
 use plant::{Eight, Four, One, Width};
 
-use super::family::{Family, Key};
-use super::lockstep::Lanes;
-use super::{Group, Parcel, groups};
+use super::family::{AT_A_TIME, Family, Group, Key, Parcel, groups};
+use super::side_by_side::Lanes;
 use crate::case::Case;
 use crate::error::RunError;
 use crate::run::{RunOptions, run};
@@ -19,7 +18,7 @@ const MOST_FAMILIES: usize = 4;
 
 /// Figures of one run after the other, on one thread.
 ///
-/// What depends on axis, command and timing alone is computed for the first
+/// Everything that depends on axis, command and timing alone is computed for the first
 /// run and kept as long as these stay the same; gains, backlash, encoder and
 /// drive may change from run to run at no cost.
 #[derive(Debug)]
@@ -130,7 +129,7 @@ impl Default for Runs {
 
 impl Runs {
     /// Runs of one axis that are computed at a time.
-    pub const AT_A_TIME: usize = super::lockstep::AT_A_TIME;
+    pub const AT_A_TIME: usize = AT_A_TIME;
 
     /// Nothing computed yet.
     pub fn new() -> Self {

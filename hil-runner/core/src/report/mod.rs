@@ -1,25 +1,26 @@
 //! The data of a report: everything that a page shows of one or more runs, or of
 //! a ladder, and nothing else.
+//!
+//! Verdicts and times of the host stand in it as they came out; figures,
+//! settings and curves as rows and columns that a page can show without knowing
+//! a case.
 
-mod case_report;
-mod chip;
-mod from_runs;
-mod ladder_report;
+mod ladder;
 mod parameters;
-mod parameters_options;
+mod runs;
 mod traces;
 
-pub use case_report::{CaseReport, FigureRow, HostTiming, Parameter, VerdictRow};
-pub use from_runs::{ladder_report, report};
-pub use ladder_report::{Held, LadderReport, LadderRung};
+pub use ladder::{Held, LadderReport, LadderRung, ladder_report};
+pub use runs::{CaseReport, FigureRow, Parameter, report};
 pub use traces::{ContactInterval, Traces};
 
 use serde::Serialize;
 
 /// Everything that one report shows.
 ///
-/// Its `Serialize` is the JSON that stands in the page: figures in full,
-/// curves rounded to [`PLOT_DIGITS`](crate::number::PLOT_DIGITS).
+/// Its `Serialize` is what the page is rendered from, and the JSON that stands
+/// in it: figures in full, curves rounded to
+/// [`PLOT_DIGITS`](crate::number::PLOT_DIGITS).
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Report {
     /// Heading of the page.
@@ -28,19 +29,10 @@ pub struct Report {
     pub command_line: String,
     /// Program and version, such as `hil-runner 0.1.0`; no date.
     pub generated_by: String,
-    /// Why they do not simply pass if they keep their limits, in a few words.
+    /// Reasons not simply to pass if they keep their limits, in a few words.
     pub reserved: Option<String>,
     /// The runs, in the order in which they are shown.
     pub cases: Vec<CaseReport>,
     /// The rungs of one case side by side, from `hil-runner ladder`.
     pub ladder: Option<LadderReport>,
-}
-
-impl Report {
-    /// Whether every verdict of every case passes; `None` without verdicts.
-    pub fn passed(&self) -> Option<bool> {
-        let mut verdicts = self.cases.iter().flat_map(|case| &case.verdicts).peekable();
-        verdicts.peek()?;
-        Some(verdicts.all(|verdict| verdict.pass))
-    }
 }

@@ -1,8 +1,13 @@
 //! The curves of one run, as columns.
 
+use plant::{ContactChange, Joint};
 use serde::Serialize;
 
-use crate::number::{rounded, rounded_option};
+use crate::case::{Case, Law};
+use crate::number::{column, column_option};
+use crate::record::PlotPoint;
+use crate::run::Outcome;
+use crate::time::seconds;
 
 /// Curves over time; every column has one entry per entry of `t_s`.
 ///
@@ -17,31 +22,31 @@ use crate::number::{rounded, rounded_option};
 #[derive(Debug, Clone, Default, PartialEq, Serialize)]
 pub struct Traces {
     /// Time \[s\], never descending.
-    #[serde(serialize_with = "rounded")]
+    #[serde(serialize_with = "column")]
     pub t_s: Vec<f64>,
     /// Commanded carriage acceleration \[m/s²\].
-    #[serde(serialize_with = "rounded")]
+    #[serde(serialize_with = "column")]
     pub acc_ref_mps2: Vec<f64>,
     /// Carriage acceleration ẍ \[m/s²\].
-    #[serde(serialize_with = "rounded")]
+    #[serde(serialize_with = "column")]
     pub acc_mps2: Vec<f64>,
     /// x_ref − x at the carriage \[mm\].
-    #[serde(serialize_with = "rounded")]
+    #[serde(serialize_with = "column")]
     pub following_error_mm: Vec<f64>,
     /// Motor voltage \[V\].
-    #[serde(serialize_with = "rounded")]
+    #[serde(serialize_with = "column")]
     pub motor_voltage_v: Vec<f64>,
-    /// Whether the voltage holds its value until the next entry (sampled
-    /// laws) and is drawn as steps, or is a continuous curve.
+    /// True where the voltage holds its value until the next entry (sampled
+    /// laws) and is drawn as steps; else it is a continuous curve.
     pub voltage_held: bool,
     /// Armature current \[A\].
-    #[serde(serialize_with = "rounded")]
+    #[serde(serialize_with = "column")]
     pub current_a: Vec<f64>,
     /// DAC code, held until the next entry; `None` on rung `continuous`.
-    #[serde(serialize_with = "rounded_option")]
+    #[serde(serialize_with = "column_option")]
     pub dac_code: Option<Vec<f64>>,
     /// Joint gap ε = β − γ \[°\]; `None` where the joint is rigid.
-    #[serde(serialize_with = "rounded_option")]
+    #[serde(serialize_with = "column_option")]
     pub gap_deg: Option<Vec<f64>>,
     /// Amplifier limit V_max \[V\]; drawn at plus and minus this value.
     pub voltage_limit_v: f64,
@@ -49,11 +54,62 @@ pub struct Traces {
     pub code_limits: Option<(f64, f64)>,
     /// Half backlash b \[°\].
     pub backlash_half_deg: f64,
-    /// When the joint carries torque, in order.
+    /// Times at which the joint carries torque, in order.
     pub contact_intervals: Vec<ContactInterval>,
     /// Times of the impacts: the gap closes \[s\].
-    #[serde(serialize_with = "rounded")]
+    #[serde(serialize_with = "column")]
     pub impacts_s: Vec<f64>,
+}
+
+impl Traces {
+    /// The curves of a run, of the points that it kept for plots.
+    pub(super) fn of(case: &Case, outcome: &Outcome) -> Self {
+        let (points, changes) = (&outcome.plot, &outcome.contact_changes);
+        let of_points =
+            |of: &dyn Fn(&PlotPoint) -> f64| points.iter().map(of).collect::<Vec<f64>>();
+        let pitch = case.axis.transmission.screw_pitch_m_per_rad;
+        let acc_ref = |(i, point): (usize, &PlotPoint)| {
+            // Of two points at one instant the first shows the limit before.
+            if points.get(i + 1).is_some_and(|next| next.t_s == point.t_s) {
+                case.motion.acceleration_before_mps2(point.t_s)
+            } else {
+                case.motion.at(point.t_s).acceleration_mps2
+            }
+        };
+        let end_s = seconds(case.run.duration_ns);
+        let has_codes = case.controller.law != Law::Continuous;
+        let elastic = match case.axis.transmission.joint {
+            Joint::Rigid => None,
+            Joint::Elastic(joint) => Some(joint),
+        };
+        Self {
+            t_s: of_points(&|p| p.t_s),
+            acc_ref_mps2: points.iter().enumerate().map(acc_ref).collect(),
+            acc_mps2: of_points(&|p| p.acc_mps2),
+            following_error_mm: of_points(&|p| {
+                1e3 * (case.motion.at(p.t_s).displacement_m - pitch * p.state.gamma_rad())
+            }),
+            motor_voltage_v: of_points(&|p| p.voltage_v),
+            voltage_held: has_codes,
+            current_a: of_points(&|p| p.state.current_a),
+            dac_code: has_codes.then(|| of_points(&|p| p.dac_code.unwrap_or(0.0))),
+            gap_deg: elastic.map(|_| of_points(&|p| p.state.epsilon_rad.to_degrees())),
+            voltage_limit_v: case.amplifier.voltage_limit_v,
+            code_limits: (case.controller.law >= Law::Quantised).then(|| {
+                (
+                    f64::from(case.dac.code_min()),
+                    f64::from(case.dac.code_max()),
+                )
+            }),
+            backlash_half_deg: elastic.map_or(0.0, |joint| joint.backlash_half_rad.to_degrees()),
+            contact_intervals: contact_intervals(points, changes, end_s),
+            impacts_s: changes
+                .iter()
+                .filter(|c| c.impact)
+                .map(|c| c.time_s)
+                .collect(),
+        }
+    }
 }
 
 /// A time during which the joint rests on one flank.
@@ -65,4 +121,25 @@ pub struct ContactInterval {
     pub end_s: f64,
     /// +1 at ε = +b, −1 at ε = −b.
     pub contact: i8,
+}
+
+fn contact_intervals(
+    points: &[PlotPoint],
+    changes: &[ContactChange],
+    end_s: f64,
+) -> Vec<ContactInterval> {
+    let mut intervals = Vec::new();
+    let (mut start_s, mut contact) = (0.0, points.first().map_or(0, |p| p.contact.sign()));
+    let ends = changes.iter().map(|c| (c.time_s, c.to.sign()));
+    for (time_s, next) in ends.chain([(end_s, 0)]) {
+        if contact != 0 {
+            intervals.push(ContactInterval {
+                start_s,
+                end_s: time_s,
+                contact,
+            });
+        }
+        (start_s, contact) = (time_s, next);
+    }
+    intervals
 }

@@ -1,4 +1,4 @@
-//! What keeps a limit cycle going: the same case again with one nonlinearity
+//! The cause of a limit cycle: the same case again with one nonlinearity
 //! taken away at a time.
 //!
 //! A smooth loop that is stable comes to rest. Where one does not, the steps of
@@ -39,7 +39,7 @@ const MOST_DAC_BITS: u32 = 24;
 /// Share of its amplitude below which a cycle counts as gone.
 const GONE: f64 = 0.2;
 
-/// What is not linear about an axis and its controller.
+/// Nonlinearity of an axis and its controller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Nonlinearity {
     /// The encoder's steps.
@@ -70,7 +70,7 @@ impl Nonlinearity {
 /// A case with one nonlinearity taken away.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Counterfactual {
-    /// What was taken away.
+    /// The one that was taken away.
     pub without: Nonlinearity,
     /// The case to be run.
     pub case: Case,
@@ -161,12 +161,12 @@ fn remove_friction(case: &mut Case) -> bool {
 pub struct FedBy([bool; Nonlinearity::ALL.len()]);
 
 impl FedBy {
-    /// Whether a nonlinearity is one of them.
+    /// True if a nonlinearity is one of them.
     pub fn contains(&self, nonlinearity: Nonlinearity) -> bool {
         self.0[nonlinearity as usize]
     }
 
-    /// Whether there is none.
+    /// True if there is none.
     pub fn is_none(&self) -> bool {
         !self.0.contains(&true)
     }
@@ -183,7 +183,7 @@ impl fmt::Display for FedBy {
     }
 }
 
-/// What feeds a cycle of `amplitude_um` \[µm\]: whatever it is without which the
+/// The nonlinearities that feed a cycle of `amplitude_um` \[µm\]: whatever it is without which the
 /// amplitude, in `results`, falls below a fifth. A run that gave no amplitude
 /// tells nothing, and where there is no cycle (an amplitude of 0) nothing
 /// feeds it.

@@ -3,6 +3,7 @@
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
+use super::ripple::Ripple;
 use super::*;
 
 const INTERVAL_S: f64 = 1e-3;
@@ -81,7 +82,7 @@ fn two_periods_are_not_enough() {
     assert!(found.ripple_um > 0.5);
 }
 
-/// What rings out is none: the second half is less than half of the first. The
+/// A step that rings out is none: the second half is less than half of the first. The
 /// contrast: slowly enough it is one.
 #[test]
 fn a_decaying_sine_is_a_cycle_if_it_takes_long() {
@@ -189,7 +190,7 @@ fn a_chirp_is_no_cycle() {
     assert!(cycle(chirp(1.1)).is_some());
 }
 
-/// What rounding leaves is no cycle, however regular.
+/// The rest that rounding leaves is no cycle, however regular.
 #[test]
 fn rounding_is_no_cycle() {
     let found = look(100, |i| 1e-7 * sine(i, 10.0));
@@ -239,7 +240,7 @@ fn bits_are_those_of_the_range() {
     }
 }
 
-/// What a sine of whole periods does to the line and to the half swing, at
+/// Effect of a sine of whole periods on the line and on the amplitude, at
 /// worst over its phases: the figures of `ripple.rs` and docs/OUTPUTS.md. The
 /// contrast is the line without weights.
 #[test]

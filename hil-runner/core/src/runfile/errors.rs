@@ -7,6 +7,8 @@
 
 use core::fmt;
 
+use thiserror::Error;
+
 /// Where a value or a fault stands.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Place {
@@ -20,12 +22,14 @@ pub enum Place {
 }
 
 /// What is wrong. No run can be made from a file with any of these.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum Problem {
     /// The file cannot be read as text; says why.
+    #[error("{0}")]
     Unreadable(String),
     /// The text is not TOML. Nothing else is known about it then.
+    #[error("not TOML: {message}")]
     Syntax {
         /// Column in characters, counted from 1.
         column: usize,
@@ -33,18 +37,30 @@ pub enum Problem {
         message: String,
     },
     /// A `--set` that names no key or has no value; says why.
+    #[error("{0}")]
     Override(String),
     /// A key or section that the run file does not have.
+    #[error("unknown {what}; {hint}")]
     Unknown {
         /// `key motor.inertia` or `section [moter]`.
         what: String,
         /// What may have been meant, or what there is.
         hint: String,
     },
+    /// A key that has another name now.
+    #[error("{key} is now {name}")]
+    Renamed {
+        /// Path of the key, as it was.
+        key: String,
+        /// Its name in the same section.
+        name: &'static str,
+    },
     /// A key or section that must be given and is not; the rest of the
     /// sentence after the file's name.
+    #[error("{0}")]
     Missing(String),
     /// A value of the wrong type or out of its range.
+    #[error("{key} = {text} is not allowed: {because}")]
     NotAllowed {
         /// Path of the key, such as `motor.inertia_kg_m2`.
         key: String,
@@ -56,7 +72,8 @@ pub enum Problem {
 }
 
 /// One finding.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("{}: {problem}", self.origin())]
 pub struct RunFileError {
     /// Name of the file or built-in case.
     pub source_name: String,
@@ -66,27 +83,19 @@ pub struct RunFileError {
     pub problem: Problem,
 }
 
-impl fmt::Display for RunFileError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match &self.place {
-            Place::File => write!(f, "{}", self.source_name)?,
-            Place::Line(line) => write!(f, "{}:{line}", self.source_name)?,
-            Place::Set(text) => write!(f, "--set {text}")?,
-        }
-        match &self.problem {
-            Problem::Syntax { column, message } => write!(f, ":{column}: not TOML: {message}"),
-            Problem::Unreadable(why) | Problem::Override(why) | Problem::Missing(why) => {
-                write!(f, ": {why}")
+impl RunFileError {
+    /// `x.toml:12`, with the column where the text is not TOML.
+    fn origin(&self) -> String {
+        match (&self.place, &self.problem) {
+            (Place::File, _) => self.source_name.clone(),
+            (Place::Line(line), Problem::Syntax { column, .. }) => {
+                format!("{}:{line}:{column}", self.source_name)
             }
-            Problem::Unknown { what, hint } => write!(f, ": unknown {what}; {hint}"),
-            Problem::NotAllowed { key, text, because } => {
-                write!(f, ": {key} = {text} is not allowed: {because}")
-            }
+            (Place::Line(line), _) => format!("{}:{line}", self.source_name),
+            (Place::Set(text), _) => format!("--set {text}"),
         }
     }
 }
-
-impl std::error::Error for RunFileError {}
 
 /// Most mistakes that a message lists: what a screen shows.
 pub const MOST_MISTAKES: usize = 20;
@@ -108,7 +117,7 @@ pub fn list_mistakes(to: &mut impl fmt::Write, mistakes: &[impl fmt::Display]) -
 }
 
 /// Everything that is wrong with a run file; prints one line for each.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub struct RunFileErrors {
     entries: Vec<RunFileError>,
 }
@@ -133,8 +142,6 @@ impl fmt::Display for RunFileErrors {
     }
 }
 
-impl std::error::Error for RunFileErrors {}
-
 /// Collects the findings of one file.
 #[derive(Debug)]
 pub(super) struct Findings {
@@ -153,10 +160,6 @@ impl Findings {
 
     pub(super) fn is_empty(&self) -> bool {
         self.entries.is_empty()
-    }
-
-    pub(super) fn source_name(&self) -> &str {
-        &self.source_name
     }
 
     pub(super) fn push(&mut self, place: Place, problem: Problem) {

@@ -1,8 +1,9 @@
-//! What a key of the run file is: kind, range, unit, when it must be given,
-//! and the words for all of that. The keys themselves stand in
-//! [`SECTIONS`](super::SECTIONS).
+//! A key of the run file: name, kind, range, unit, when it must be given, its
+//! place in a case, how a report and a commented file show it, and the words for
+//! all of that. The keys themselves stand in [`SECTIONS`](super::SECTIONS).
 
-use crate::case::Law;
+use super::values::{Choices, Stored, Value, show_number};
+use crate::case::{Case, Law};
 
 /// One section of the run file; the name of the first one is empty, its keys
 /// stand at the top of the file.
@@ -17,9 +18,23 @@ pub struct Section {
 }
 
 impl Section {
+    pub(super) const fn meaning(mut self, meaning: &'static str) -> Self {
+        self.meaning = meaning;
+        self
+    }
+
     /// The key of that name.
     pub fn key(&self, name: &str) -> Option<&'static Key> {
         self.keys.iter().find(|key| key.name == name)
+    }
+
+    /// Whether a key stands before its partner, where it has one.
+    pub(super) fn leads(&self, key: &Key) -> bool {
+        let (Need::OneOf(partner) | Need::NotWith(partner)) = key.need else {
+            return true;
+        };
+        let mut names = self.keys.iter().map(|key| key.name);
+        names.find(|name| [key.name, partner].contains(name)) == Some(key.name)
     }
 
     /// Whether the section must be there for every run.
@@ -46,6 +61,49 @@ pub struct Key {
     pub meaning: &'static str,
     /// The rungs on which it changes anything.
     pub acts: Acts,
+    /// Field of the controller's own settings that says it once more, as a path
+    /// from [`Axis`](firmware::axis::Axis): the wire cannot read this table.
+    pub field: Option<&'static str>,
+    /// Whether no check of several keys asks for it, so that a value in its
+    /// range can be written straight into a case.
+    pub(super) alone: bool,
+    pub(super) access: Access,
+    pub(crate) shown: Shown,
+    /// Value that a commented file shows, where there is no default.
+    pub(super) example: &'static str,
+    /// Remark beside it, in the lines that it takes.
+    pub(super) note: &'static [&'static str],
+}
+
+/// Where a case has a value; nowhere if a part is left out of the case.
+type Place = fn(&mut Case) -> Option<&mut dyn Stored>;
+
+/// The way of a value into a case and out of it.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Access {
+    /// Not by the key alone.
+    None,
+    /// One place has it as it is.
+    Place(Place),
+    /// The case has the number in another unit, or as a part of something else.
+    Own(fn(&mut Case, f64), fn(&Case) -> Option<f64>),
+}
+
+/// A setting as a report shows it; without a label it does not.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Shown {
+    pub(crate) label: &'static str,
+    /// For numbers, from the key's unit to the one that is shown.
+    pub(crate) factor: f64,
+    /// The unit that is shown, if it is another than the key's.
+    pub(crate) unit: Option<&'static str>,
+    /// Words for a choice or a switch; one without any is not shown.
+    pub(crate) words: &'static [(&'static str, &'static str)],
+    /// Text in the place of all that.
+    pub(crate) text: Option<fn(&Case) -> Option<String>>,
+    /// When it is shown; otherwise wherever it acts, and beyond the paper's law
+    /// only if it differs from its default.
+    pub(crate) when: Option<fn(&Case) -> bool>,
 }
 
 /// The rungs on which a key changes anything.
@@ -160,35 +218,7 @@ pub enum Need {
     /// May be left out; then the stem of the file's name holds.
     FileStem,
     /// May be left out; then this holds.
-    Default(DefaultValue),
-}
-
-/// A default.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum DefaultValue {
-    /// Of a [`Kind::Flag`].
-    Flag(bool),
-    /// Of a [`Kind::Choice`].
-    Choice(&'static str),
-    /// Of a [`Kind::Number`].
-    Number(f64),
-    /// Of a [`Kind::Whole`].
-    Whole(u32),
-    /// Of a [`Kind::Time`] or [`Kind::TimeOrWord`] \[ns\].
-    Nanoseconds(u64),
-}
-
-impl DefaultValue {
-    /// The default as a run file would say it.
-    pub fn to_toml(self) -> String {
-        match self {
-            Self::Flag(flag) => flag.to_string(),
-            Self::Choice(choice) => format!("\"{choice}\""),
-            Self::Number(number) => show_number(number),
-            Self::Whole(whole) => whole.to_string(),
-            Self::Nanoseconds(ns) => show_number(ns as f64 / 1e9),
-        }
-    }
+    Default(Value),
 }
 
 /// Largest time that a run file may give \[s\]: 31 years. 1e18 ns fit well
@@ -258,7 +288,58 @@ impl Key {
         }
     }
 
-    pub(super) const fn or(mut self, default: DefaultValue) -> Self {
+    /// Puts a value that the key allows into a case.
+    pub(super) fn set(&self, case: &mut Case, value: Value) {
+        match self.access {
+            Access::None => {}
+            Access::Place(place) => {
+                if let Some(stored) = place(case) {
+                    stored.store(value);
+                }
+            }
+            Access::Own(set, _) => {
+                if let Some(number) = value.number() {
+                    set(case, number);
+                }
+            }
+        }
+    }
+
+    /// The value that a case has, [`None`] where it has none.
+    ///
+    /// ```
+    /// use hil_core::runfile::{self, KeyPath, Value};
+    ///
+    /// let case = runfile::builtin("paper-2", &["controller.quantiser=dither".to_owned()])?;
+    /// let value = |path| KeyPath::find(path).map(|found| found.key.get(&case));
+    /// assert_eq!(value("controller.kp"), Ok(Some(Value::Number(3.2))));
+    /// assert_eq!(value("controller.quantiser"), Ok(Some(Value::Choice("dither"))));
+    /// assert_eq!(value("limits.saturation_s"), Ok(None));
+    /// # Ok::<(), runfile::RunFileErrors>(())
+    /// ```
+    pub fn get(&self, case: &Case) -> Option<Value> {
+        match self.access {
+            Access::None => None,
+            // One place serves both ways; the copy is what it is asked for.
+            Access::Place(place) => place(&mut case.clone())?.load(),
+            Access::Own(_, get) => get(case).map(Value::Number),
+        }
+    }
+
+    /// What holds if the key is left out.
+    pub fn default(&self) -> Option<Value> {
+        match self.need {
+            Need::Default(value) => Some(value),
+            _ => None,
+        }
+    }
+
+    pub(super) const fn meaning(mut self, meaning: &'static str) -> Self {
+        self.meaning = meaning;
+        self
+    }
+
+    pub(super) const fn or(mut self, default: Value) -> Self {
         self.need = Need::Default(default);
         self
     }
@@ -270,6 +351,85 @@ impl Key {
 
     pub(super) const fn acting(mut self, acts: Acts) -> Self {
         self.acts = acts;
+        self
+    }
+
+    pub(super) const fn at(mut self, place: Place) -> Self {
+        self.access = Access::Place(place);
+        self
+    }
+
+    /// For a key that no check asks for together with others.
+    pub(super) const fn alone(mut self) -> Self {
+        self.alone = true;
+        self
+    }
+
+    pub(super) const fn alone_at(self, place: Place) -> Self {
+        self.at(place).alone()
+    }
+
+    pub(super) const fn by(
+        mut self,
+        set: fn(&mut Case, f64),
+        get: fn(&Case) -> Option<f64>,
+    ) -> Self {
+        self.access = Access::Own(set, get);
+        self
+    }
+
+    pub(super) const fn field(mut self, field: &'static str) -> Self {
+        self.field = Some(field);
+        self
+    }
+
+    pub(super) const fn shown(mut self, label: &'static str) -> Self {
+        self.shown.label = label;
+        self
+    }
+
+    /// Shown in another unit.
+    pub(super) const fn shown_in(
+        mut self,
+        label: &'static str,
+        factor: f64,
+        unit: &'static str,
+    ) -> Self {
+        self.shown.factor = factor;
+        self.shown.unit = Some(unit);
+        self.shown(label)
+    }
+
+    /// Words of choices; `true` is that of a switch.
+    pub(super) const fn words(mut self, words: &'static [(&'static str, &'static str)]) -> Self {
+        self.shown.words = words;
+        self
+    }
+
+    pub(super) const fn text(mut self, text: fn(&Case) -> Option<String>) -> Self {
+        self.shown.text = Some(text);
+        self
+    }
+
+    pub(super) const fn when(mut self, when: fn(&Case) -> bool) -> Self {
+        self.shown.when = Some(when);
+        self
+    }
+
+    /// A remark for the commented file, a line each.
+    pub(super) const fn note(mut self, note: &'static [&'static str]) -> Self {
+        self.note = note;
+        self
+    }
+
+    /// May be left out; the commented file shows an example then.
+    pub(super) const fn optional(self, example: &'static str) -> Self {
+        self.needing(Need::Optional, example)
+    }
+
+    pub(super) const fn needing(mut self, need: Need, example: &'static str) -> Self {
+        self.need = need;
+        self.example = example;
         self
     }
 
@@ -290,40 +450,62 @@ pub(super) const fn of_firmware<const N: usize>(mut keys: [Key; N]) -> [Key; N] 
     keys
 }
 
+/// A section without words.
+pub(super) const fn section(name: &'static str, keys: &'static [Key]) -> Section {
+    Section {
+        name,
+        meaning: "",
+        keys,
+    }
+}
+
 /// A required number.
-pub(super) const fn number(
-    name: &'static str,
-    range: Range,
-    unit: &'static str,
-    meaning: &'static str,
-) -> Key {
-    value(name, Kind::Number(range), unit, meaning)
+pub(super) const fn number(name: &'static str, range: Range, unit: &'static str) -> Key {
+    value(name, Kind::Number(range), unit)
+}
+
+/// A required whole number.
+pub(super) const fn whole(name: &'static str, low: i64, high: i64, unit: &'static str) -> Key {
+    value(name, Kind::Whole(low, high), unit)
 }
 
 /// A required time of the run.
-pub(super) const fn time(name: &'static str, range: Range, meaning: &'static str) -> Key {
-    value(name, Kind::Time(range), "s", meaning)
+pub(super) const fn time(name: &'static str, range: Range) -> Key {
+    value(name, Kind::Time(range), "s")
 }
 
 /// A flag that is off unless it is set.
-pub(super) const fn flag(name: &'static str, meaning: &'static str) -> Key {
-    value(name, Kind::Flag, "", meaning).or(DefaultValue::Flag(false))
+pub(super) const fn flag(name: &'static str) -> Key {
+    value(name, Kind::Flag, "").or(Value::Flag(false))
+}
+
+/// One of the choices of a setting, the first unless another is given.
+pub(super) const fn choice<T: Choices>(name: &'static str) -> Key {
+    value(name, Kind::Choice(T::NAMES), "").or(Value::Choice(T::NAMES[0]))
 }
 
 /// A required value of any kind.
-pub(super) const fn value(
-    name: &'static str,
-    kind: Kind,
-    unit: &'static str,
-    meaning: &'static str,
-) -> Key {
+pub(super) const fn value(name: &'static str, kind: Kind, unit: &'static str) -> Key {
     Key {
         name,
         kind,
         unit,
         need: Need::Always,
-        meaning,
+        meaning: "",
         acts: Acts::Everywhere,
+        field: None,
+        alone: false,
+        access: Access::None,
+        shown: Shown {
+            label: "",
+            factor: 1.0,
+            unit: None,
+            words: &[],
+            text: None,
+            when: None,
+        },
+        example: "",
+        note: &[],
     }
 }
 
@@ -333,15 +515,6 @@ pub(super) fn either(words: &[String]) -> String {
         [] => String::new(),
         [one] => one.clone(),
         [most @ .., last] => format!("{} or {last}", most.join(", ")),
-    }
-}
-
-/// A number in its shorter notation: 1e-11 rather than 0.00000000001.
-pub(super) fn show_number(number: f64) -> String {
-    if number == 0.0 || (1e-4..1e6).contains(&number.abs()) {
-        number.to_string()
-    } else {
-        format!("{number:e}")
     }
 }
 

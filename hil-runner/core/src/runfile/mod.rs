@@ -9,46 +9,53 @@
 //! ```
 //!
 //! ```text
-//! name or path ──► text ──► tree (every value with its line) ──► --set ──► checks ──► assemble ──► Case
-//!                                                                          ▲
-//!                                                             key table ───┴──► schema, key reference
+//! name or path ──► text ──► tree (every value with its line) ──► --set ──► checks ──► Case ──► settings in a report
+//!                                                                          ▲           ▲           ▲
+//!                                                        table of keys ────┴───────────┴───────────┤
+//!                                                                                                  └──► schema, key reference, commented file
 //! ```
 //!
 //! Values arrive in SI units: pitch in m/rad, backlash in rad, travel in m,
 //! times in counted nanoseconds.
 
-mod assemble;
-mod builtin;
 mod check;
-mod check_value;
 mod consistency;
 mod errors;
-mod key_reference;
-mod key_table;
+mod key_path;
 mod keys;
-mod nanoseconds;
 mod overrides;
-mod schema;
-mod suggest;
+mod pages;
+mod table;
 mod template;
 mod tree;
 mod values;
 
-pub use builtin::{builtin_names, builtin_text};
+use std::path::Path;
+
+use plant::{
+    Amplifier, AxisParameters, Carriage, Dac, Encoder, Joint, Motion, Motor, PidGains, Resistance,
+    Transmission,
+};
+
 pub use consistency::{MOST_COUNTS, MOST_RK4_STEPS, MOST_ROWS};
 pub use errors::{MOST_MISTAKES, Place, Problem, RunFileError, RunFileErrors, list_mistakes};
-pub use key_reference::key_reference;
-pub use key_table::SECTIONS;
+pub use key_path::{KeyPath, KeyValue};
 pub use keys::{
-    Acts, DefaultValue, Key, Kind, LARGEST_MAGNITUDE, LONGEST_TIME_S, Need, Range,
-    SMALLEST_MAGNITUDE, Section,
+    Acts, Key, Kind, LARGEST_MAGNITUDE, LONGEST_TIME_S, Need, Range, SMALLEST_MAGNITUDE, Section,
 };
-pub use schema::schema;
-pub use template::{KeyPath, KeyValue, Template};
+pub use pages::{commented, key_reference, schema};
+pub use table::SECTIONS;
+pub use template::Template;
+pub use values::Value;
 
-use crate::case::Case;
+use crate::case::{
+    Case, ComputationDelay, ControllerSettings, Law, Limit, RunSettings, SolverChoice,
+    TargetSettings,
+};
+use crate::options::AxisOptions;
+use check::Values;
 use errors::Findings;
-use values::Values;
+use tree::{Table, Toml};
 
 /// A run file that was read and found right.
 #[derive(Debug, Clone)]
@@ -76,10 +83,9 @@ impl RunFile {
         };
         overrides::apply(&mut tree, sets, &mut findings);
         let values = check::check(&tree, &mut findings);
-        consistency::check(&values, &mut findings);
-        match assemble::assemble(&values, &tree) {
-            Some(case) if findings.is_empty() => Ok(Self {
-                case,
+        match consistency::check(&values, &mut findings) {
+            Some(motion) if findings.is_empty() => Ok(Self {
+                case: case(source_name, &tree, &values, motion),
                 source_name: source_name.to_owned(),
                 values,
             }),
@@ -106,10 +112,133 @@ impl RunFile {
     /// ```
     pub fn refuse(&self, section: &str, key: &str, because: &str) -> RunFileErrors {
         let mut findings = Findings::new(&self.source_name);
-        let (place, problem) = consistency::refusal(&self.values, section, key, because.to_owned());
+        let key = keys::path(section, key);
+        let (place, problem) = consistency::refusal(&self.values, &key, because.to_owned());
         findings.push(place, problem);
         findings.into_errors()
     }
+}
+
+/// The case of a file without findings.
+fn case(source_name: &str, tree: &Table, values: &Values, motion: Motion) -> Case {
+    let mut case = blank(motion);
+    for (key, value) in values.valid() {
+        key.set(&mut case, value);
+    }
+    case.name = match tree.get("name").map(|node| &node.value) {
+        Some(Toml::Text(name)) => name.clone(),
+        _ => {
+            let stem = Path::new(source_name).file_stem();
+            stem.map_or("run".into(), |stem| stem.to_string_lossy())
+                .into_owned()
+        }
+    };
+    // The limits in the order of the file.
+    case.budget = tree.section("budget").map(|budget| {
+        let limit = |(figure, _): &(String, _)| {
+            Some(Limit {
+                figure: figure.clone(),
+                limit: values.get(&keys::path("budget", figure))?,
+            })
+        };
+        budget.entries.iter().filter_map(limit).collect()
+    });
+    case.keys_without_effect = values.without_effect(case.controller.law);
+    case
+}
+
+/// A case in which no key has been set: every required key and every default
+/// takes the place of what stands here.
+fn blank(motion: Motion) -> Case {
+    Case {
+        name: String::new(),
+        axis: AxisParameters {
+            motor: Motor {
+                inertia_kg_m2: 0.0,
+                torque_constant_nm_per_a: 0.0,
+                resistance_ohm: 0.0,
+                inductance_h: 0.0,
+            },
+            transmission: Transmission {
+                gear_ratio: 0.0,
+                joint: Joint::Rigid,
+                screw_inertia_kg_m2: 0.0,
+                screw_pitch_m_per_rad: 0.0,
+            },
+            carriage: Carriage {
+                mass_kg: 0.0,
+                resistance: Resistance::default(),
+            },
+        },
+        dac: Dac {
+            bits: 0,
+            step_v: 0.0,
+        },
+        amplifier: Amplifier {
+            gain: 0.0,
+            voltage_limit_v: 0.0,
+        },
+        encoder: Encoder {
+            counts_per_rad: 0.0,
+        },
+        controller: ControllerSettings {
+            law: Law::Continuous,
+            gains: PidGains {
+                kp: 0.0,
+                ki_per_s: 0.0,
+                kd_s: 0.0,
+            },
+            sample_time_ns: None,
+            computation_delay: ComputationDelay::Fixed(0),
+        },
+        options: AxisOptions::default(),
+        target: TargetSettings::default(),
+        motion,
+        run: RunSettings {
+            duration_ns: 0,
+            solver: SolverChoice::Auto,
+            row_interval_ns: 0,
+            rk4_step_ns: 0,
+            tolerance: 0.0,
+            settling_band_um: 0.0,
+            events: false,
+        },
+        budget: None,
+        keys_without_effect: Vec::new(),
+    }
+}
+
+/// Name and text of every built-in case.
+const CASES: [(&str, &str); 5] = [
+    ("paper-1", include_str!("../../../../cases/paper-1.toml")),
+    ("paper-2", include_str!("../../../../cases/paper-2.toml")),
+    ("paper-3", include_str!("../../../../cases/paper-3.toml")),
+    ("paper-4", include_str!("../../../../cases/paper-4.toml")),
+    (
+        "paper-2-12bit",
+        include_str!("../../../../cases/paper-2-12bit.toml"),
+    ),
+];
+
+/// Names of the built-in cases: the paper's four simulations and the second
+/// one with the 12-bit converter of the paper's table.
+pub fn builtin_names() -> impl Iterator<Item = &'static str> {
+    CASES.iter().map(|(name, _)| *name)
+}
+
+/// The run file of a built-in case, with its comments.
+///
+/// ```
+/// use hil_core::runfile::builtin_text;
+///
+/// assert!(builtin_text("paper-1").is_some_and(|text| text.contains("[motor]")));
+/// assert!(builtin_text("paper-9").is_none());
+/// ```
+pub fn builtin_text(name: &str) -> Option<&'static str> {
+    CASES
+        .iter()
+        .find(|(known, _)| *known == name)
+        .map(|(_, text)| *text)
 }
 
 /// A built-in case with the overrides of a command line.

@@ -2,9 +2,9 @@
 //! of the file before anything is checked.
 
 use super::errors::{Findings, Place, Problem, one_line};
-use super::key_table::SECTIONS;
-use super::template::KeyPath;
-use super::tree::{Node, Table, Value, parse_value};
+use super::key_path::KeyPath;
+use super::table;
+use super::tree::{Node, Table, Toml, parse_value};
 
 /// Longest override that a message repeats \[characters\].
 const ECHO: usize = 80;
@@ -57,15 +57,15 @@ fn read_value(text: &str, place: &Place) -> Result<Node, String> {
         Err(_) => Ok(Node {
             place: place.clone(),
             text: one_line(text, ECHO),
-            value: Value::Text(text.to_owned()),
+            value: Toml::Text(text.to_owned()),
         }),
     }
 }
 
 fn set_top(tree: &mut Table, name: &str, node: Node) -> Result<(), String> {
-    let section = SECTIONS.iter().find(|section| section.name == name);
+    let section = table::find(name);
     match (section, &node.value) {
-        (Some(section), Value::Flag(_) | Value::Number(_) | Value::Text(_) | Value::Date) => {
+        (Some(section), Toml::Flag(_) | Toml::Number(_) | Toml::Text(_) | Toml::Date) => {
             let example = section.keys.first().map_or("key", |key| key.name);
             Err(format!(
                 "{name} is a section; set one of its keys, such as {name}.{example}"
@@ -83,12 +83,12 @@ fn set_in_section(tree: &mut Table, section: &str, key: &str, node: Node) {
         let table = Node {
             place: node.place.clone(),
             text: String::new(),
-            value: Value::Table(Table::default()),
+            value: Toml::Table(Table::default()),
         };
         tree.set(section, table);
     }
     // A file that has `section = 3` keeps it: that is reported on its own.
-    if let Some(Value::Table(table)) = tree.get_mut(section).map(|node| &mut node.value) {
+    if let Some(Toml::Table(table)) = tree.get_mut(section).map(|node| &mut node.value) {
         table.set(key, node);
     }
 }
@@ -99,7 +99,7 @@ fn remove_partner(tree: &mut Table, section: &str, key: &str) {
     let Some(partner) = known.ok().and_then(|key| key.partner()) else {
         return;
     };
-    if let Some(Value::Table(table)) = tree.get_mut(section).map(|node| &mut node.value) {
+    if let Some(Toml::Table(table)) = tree.get_mut(section).map(|node| &mut node.value) {
         table.entries.retain(|(name, node)| {
             name != partner.key.name || !matches!(node.place, Place::Line(_))
         });

@@ -5,142 +5,13 @@
 //! millisecond. Gains, gap, masses and the like, on which no check of several
 //! keys depends, are written straight into the case, in less than a microsecond.
 
-use core::f64::consts::PI;
-
-use plant::Joint;
-
-use super::check_value::check_number;
+use super::RunFile;
+use super::check::check_number;
 use super::errors::{Place, RunFileErrors};
-use super::key_table::SECTIONS;
-use super::keys::{Key, Kind, Need, path};
-use super::{RunFile, suggest};
+use super::key_path::{KeyPath, KeyValue};
+use super::keys::{Key, Kind, path};
+use super::values::Value;
 use crate::case::Case;
-use crate::time::seconds;
-
-/// A key of the run file by its path, such as `controller.kp`.
-#[derive(Debug, Clone, Copy)]
-pub struct KeyPath {
-    /// Name of its section.
-    pub section: &'static str,
-    /// What the key is.
-    pub key: &'static Key,
-    write: Option<Write>,
-}
-
-/// Writes a value that was found in the key's range into a case.
-type Write = fn(&mut Case, f64);
-
-impl KeyPath {
-    /// The key at a path.
-    ///
-    /// # Errors
-    /// A sentence for a path that names no key, with what may have been meant.
-    ///
-    /// ```
-    /// use hil_core::runfile::KeyPath;
-    ///
-    /// assert_eq!(KeyPath::find("controller.kp")?.key.name, "kp");
-    /// let error = KeyPath::find("controller.sample_time").unwrap_err();
-    /// assert_eq!(error, "unknown key controller.sample_time; did you mean sample_time_s?");
-    /// # Ok::<(), String>(())
-    /// ```
-    pub fn find(path: &str) -> Result<Self, String> {
-        let (section_name, key_name) = path.split_once('.').unwrap_or(("", path));
-        let Some(section) = SECTIONS.iter().find(|s| s.name == section_name) else {
-            let hint = suggest::section(section_name).text;
-            return Err(format!(
-                "unknown section [{section_name}] in {path}; {hint}"
-            ));
-        };
-        let Some(key) = section.key(key_name) else {
-            let hint = suggest::key(section_name, key_name).text;
-            return Err(format!("unknown key {path}; {hint}"));
-        };
-        Ok(Self {
-            section: section.name,
-            key,
-            write: writer(section.name, key.name),
-        })
-    }
-
-    /// The path.
-    pub fn path(&self) -> String {
-        path(self.section, self.key.name)
-    }
-
-    /// The key that says the same in another way, such as `lines` and
-    /// `counts_per_rad`; only one of the two can be given.
-    pub fn partner(&self) -> Option<Self> {
-        match self.key.need {
-            Need::OneOf(partner) | Need::NotWith(partner) => {
-                Self::find(&path(self.section, partner)).ok()
-            }
-            _ => None,
-        }
-    }
-
-    /// A number as a value of this key: times in whole nanoseconds, whole
-    /// numbers whole, the nearest each.
-    pub fn value(&self, number: f64) -> KeyValue {
-        match self.key.kind {
-            Kind::Time(_) | Kind::TimeOrWord(..) => match nearest_whole(1e9 * number) {
-                Some(ns) => KeyValue::Nanoseconds(ns),
-                None => KeyValue::Number(number),
-            },
-            Kind::Whole(..) => match nearest_whole(number) {
-                Some(whole) => KeyValue::Whole(whole),
-                None => KeyValue::Number(number),
-            },
-            _ => KeyValue::Number(number),
-        }
-    }
-}
-
-/// The nearest whole number, where `i64` holds it exactly.
-#[expect(
-    clippy::cast_possible_truncation,
-    reason = "whole, and within the bounds"
-)]
-fn nearest_whole(number: f64) -> Option<i64> {
-    const MOST: f64 = 9_007_199_254_740_992.0; // 2^53
-    let whole = libm::round(number);
-    (whole.abs() <= MOST).then_some(whole as i64)
-}
-
-/// Another value of a key.
-#[derive(Debug, Clone, PartialEq)]
-pub enum KeyValue {
-    /// A number.
-    Number(f64),
-    /// A time, written in seconds \[ns\].
-    Nanoseconds(i64),
-    /// A whole number.
-    Whole(i64),
-    /// Anything else, as TOML.
-    Toml(String),
-}
-
-impl KeyValue {
-    /// The value as a number, in the key's unit; [`None`] for what is none.
-    pub fn number(&self) -> Option<f64> {
-        match self {
-            Self::Number(number) => Some(*number),
-            Self::Nanoseconds(ns) => Some(u64::try_from(*ns).map_or(*ns as f64 / 1e9, seconds)),
-            Self::Whole(whole) => Some(*whole as f64),
-            Self::Toml(_) => None,
-        }
-    }
-
-    /// The value as a run file has it.
-    pub fn to_toml(&self) -> String {
-        match self {
-            Self::Number(number) => format!("{number:?}"),
-            Self::Nanoseconds(ns) => format!("{ns}e-9"),
-            Self::Whole(whole) => whole.to_string(),
-            Self::Toml(text) => text.clone(),
-        }
-    }
-}
 
 /// A run file with all that holds for every run.
 #[derive(Debug, Clone)]
@@ -188,12 +59,7 @@ impl Template {
 
     /// What a key has without any change, where that is a number.
     pub fn number(&self, key: &KeyPath) -> Option<f64> {
-        let (section, name) = (key.section, key.key.name);
-        let values = &self.file.values;
-        values
-            .number(section, name)
-            .or_else(|| values.nanoseconds(section, name).map(seconds))
-            .or_else(|| values.whole::<i64>(section, name).map(|n| n as f64))
+        self.file.values.value(&key.path())?.number()
     }
 
     /// Section, key and value, as it was written, of what the overrides set to
@@ -206,7 +72,7 @@ impl Template {
 
     /// Whether the file or an override gives a key.
     pub fn is_given(&self, section: &str, key: &str) -> bool {
-        self.file.values.is_given(section, key)
+        self.file.values.is_given(&path(section, key))
     }
 
     /// The run with these values instead.
@@ -251,58 +117,21 @@ impl Template {
             let (Kind::Number(range), KeyValue::Number(number)) = (key.key.kind, value) else {
                 return None;
             };
-            let write = key.write?;
             // The text of a file has no −0 either.
             let number = check_number(*number + 0.0, range, key.key).ok()?;
-            write(case.get_or_insert_with(|| self.base().clone()), number);
+            let case = case.get_or_insert_with(|| self.base().clone());
+            key.key
+                .alone
+                .then(|| key.key.set(case, Value::Number(number)))?;
         }
         case
     }
 }
 
-/// For keys that stand in one place of the case, and in no check together
-/// with others.
-fn writer(section: &str, key: &str) -> Option<Write> {
-    Some(match (section, key) {
-        ("controller", "kp") => |case, v| case.controller.gains.kp = v,
-        ("controller", "ki_per_s") => |case, v| case.controller.gains.ki_per_s = v,
-        ("controller", "kd_s") => |case, v| case.controller.gains.kd_s = v,
-        ("motor", "inertia_kg_m2") => |case, v| case.axis.motor.inertia_kg_m2 = v,
-        ("motor", "torque_constant_nm_per_a") => {
-            |case, v| case.axis.motor.torque_constant_nm_per_a = v
-        }
-        ("motor", "resistance_ohm") => |case, v| case.axis.motor.resistance_ohm = v,
-        ("motor", "inductance_h") => |case, v| case.axis.motor.inductance_h = v,
-        ("carriage", "mass_kg") => |case, v| case.axis.carriage.mass_kg = v,
-        ("transmission", "screw_inertia_kg_m2") => {
-            |case, v| case.axis.transmission.screw_inertia_kg_m2 = v
-        }
-        ("transmission", "stiffness_nm_per_rad") => |case, v| {
-            if let Joint::Elastic(joint) = &mut case.axis.transmission.joint {
-                joint.stiffness_nm_per_rad = v;
-            }
-        },
-        ("transmission", "damping_nms_per_rad") => |case, v| {
-            if let Joint::Elastic(joint) = &mut case.axis.transmission.joint {
-                joint.damping_nms_per_rad = v;
-            }
-        },
-        ("transmission", "backlash_half_deg") => |case, v| {
-            if let Joint::Elastic(joint) = &mut case.axis.transmission.joint {
-                // deg → rad
-                joint.backlash_half_rad = v * PI / 180.0;
-            }
-        },
-        ("drive", "amplifier_gain") => |case, v| case.amplifier.gain = v,
-        ("drive", "voltage_limit_v") => |case, v| case.amplifier.voltage_limit_v = v,
-        _ => return None,
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::runfile::builtin_text;
+    use crate::runfile::{SECTIONS, builtin_text};
 
     fn template(sets: &[&str]) -> Template {
         let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
@@ -317,7 +146,7 @@ mod tests {
         for section in SECTIONS {
             for key in section.keys {
                 let key = KeyPath::find(&path(section.name, key.name)).unwrap();
-                if key.write.is_none() {
+                if !key.key.alone {
                     continue;
                 }
                 for number in [0.001, 0.3, 1.0 / 3.0, 2.0, 17.77] {

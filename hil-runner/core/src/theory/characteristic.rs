@@ -25,7 +25,7 @@ use super::held::PulseResponse;
 use super::linear_axis::LinearAxis;
 use super::polynomial::{DEGREE, Polynomial, all_roots_within_circle, on_circle};
 
-/// What of the loop does not depend on the gains.
+/// The part of the loop that does not depend on the gains.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Characteristic {
     /// `N(w)/z_gear`, of degree 5 or 3.
@@ -91,7 +91,7 @@ impl Characteristic {
         ]
     }
 
-    /// Whether the closed loop comes to rest by itself. Without K_i the
+    /// True if the closed loop comes to rest by itself. Without K_i the
     /// integrator drives nothing and is left out; without K_p and K_i nothing
     /// holds the axis in place, and the loop is not stable.
     pub(crate) fn is_stable(&self, gains: &LoopGains) -> bool {

@@ -14,7 +14,7 @@
 //! error falls to a quarter when T is halved. Without T and τ it is the loop of
 //! rung `continuous`.
 //!
-//! Whether a loop with a delay is stable follows from Nyquist's criterion: the
+//! Stability of a loop with a delay follows from Nyquist's criterion: the
 //! curve 1 + L is followed from low to high frequency, and its turns around 0
 //! are counted.
 
@@ -22,11 +22,10 @@ use core::f64::consts::PI;
 
 use nalgebra::Complex;
 
-use super::curve::Curve;
+use super::curve::{Curve, Limits, bends, refined};
 use super::gains::{LoopGains, is_papers_loop};
 use super::linear_axis::{JointState, LinearAxis};
 use super::margin::Margin;
-use super::refine::{Limits, bends, refined};
 use crate::case::{Case, Law};
 use crate::time::seconds;
 
@@ -108,7 +107,7 @@ impl DelayedLoop {
         (half.conj() * ki / s + half * s * kd + kp) * lag
     }
 
-    /// What a deflection of the joint's flanks makes of ε, by the torque that it
+    /// Response of ε to a deflection of the joint's flanks, by the torque that it
     /// is worth: `−(k + c·s)·(1/Z + 1/m)` with the controlled motor's `Z` and
     /// the screw's `m`. None without a joint.
     pub(crate) fn joint_response(&self, radps: f64) -> Option<Complex<f64>> {

@@ -59,7 +59,7 @@ pub fn loop_gain(case: &Case) -> f64 {
     case.encoder.counts_per_rad * case.dac.step_v * case.amplifier.gain
 }
 
-/// Whether the linear loop of a case is that of the paper's law.
+/// True if the linear loop of a case is that of the paper's law.
 ///
 /// On rung `firmware` a filter of the derivative, a second encoder, a slew
 /// limit, other gains during the run and a rest that changes the law make it

@@ -10,9 +10,8 @@ use nalgebra::Complex;
 use plant::Joint;
 
 use super::characteristic::Characteristic;
-use super::cycles::{Border, Cycle, borders, decades, prediction};
+use super::cycles::{Border, Cycle, borders, decades, deflection_third, joint_share, prediction};
 use super::delay::DelayedLoop;
-use super::describing::{deflection_third, joint_share};
 use super::family::LoopFamily;
 use super::gains::{LoopGains, is_papers_loop};
 use super::linear_axis::{JointState, LinearAxis};
@@ -34,10 +33,10 @@ pub fn gap_cycle(case: &Case) -> Option<Cycle> {
 pub fn gap_cycles(case: &Case) -> Vec<Cycle> {
     let resistance = &case.axis.carriage.resistance;
     let odd = resistance.constant_n == 0.0 && resistance.quadratic_ns2_per_rad2 == 0.0;
-    let (Joint::Elastic(joint), Some(axis), Some(timing), true) = (
+    let (Joint::Elastic(joint), Some(axis), Some(closed), true) = (
         case.axis.transmission.joint,
         LinearAxis::new(&case.axis, JointState::Closed),
-        Timing::of(case),
+        GapLoop::of(case),
         odd && is_papers_loop(case),
     ) else {
         return Vec::new();
@@ -46,21 +45,20 @@ pub fn gap_cycles(case: &Case) -> Vec<Cycle> {
     if b <= 0.0 {
         return Vec::new();
     }
-    let gains = LoopGains::of(case);
     // The amplitude as A/b − 1, which resolves a contact of any depth.
     let softened = |depth: f64| axis.with_share_of_joint(joint_share(1.0 / (1.0 + depth)));
     let depths = decades(1e-4, 1e4, 12);
-    let found = borders(&depths, |depth| timing.is_stable(&softened(depth), &gains));
+    let found = borders(&depths, |depth| closed.is_stable(&softened(depth)));
     let cycle = |border: &Border| {
         let depth = border.amplitude;
         let soft = softened(depth);
-        let radps = timing.weakest_radps(&soft, &gains);
+        let radps = closed.weakest_radps(&soft);
         let s = Complex::new(0.0, radps);
         let screw_rad = b * (1.0 + depth) * soft.screw_per_joint(s)?.norm_sqr().sqrt();
         let gear_rad = screw_rad / soft.screw_per_gear(s).norm_sqr().sqrt();
         // What the third harmonic of the deflection makes of ε, over A − b.
         let third = deflection_third(1.0 / (1.0 + depth)) * (1.0 + depth) / depth;
-        let delayed = timing.delayed(&axis, &gains);
+        let delayed = closed.delayed(&axis);
         let back = delayed.joint_response(3.0 * radps)?;
         let volts_per_rad = delayed.law(radps).norm_sqr().sqrt() / axis.gear_ratio;
         Some(Cycle::new(
@@ -74,53 +72,56 @@ pub fn gap_cycles(case: &Case) -> Vec<Cycle> {
     found.iter().filter_map(cycle).collect()
 }
 
-/// When the law sees the axis.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum Timing {
-    Continuous,
-    Sampled { period_s: f64, delay_s: f64 },
+/// The loop around an axis whose joint is softened: sampled, or on rung
+/// `continuous` the paper's own.
+struct GapLoop {
+    gains: LoopGains,
+    /// Sample time and delay \[s\].
+    timing: Option<[f64; 2]>,
 }
 
-impl Timing {
+impl GapLoop {
     fn of(case: &Case) -> Option<Self> {
-        if case.controller.law == Law::Continuous {
-            return Some(Self::Continuous);
-        }
-        Some(Self::Sampled {
-            period_s: seconds(case.controller.sample_time_ns.filter(|&ns| ns > 0)?),
-            delay_s: seconds(case.controller.computation_delay.fixed_ns()?),
+        let timing = match case.controller.law {
+            Law::Continuous => None,
+            _ => Some([
+                seconds(case.controller.sample_time_ns.filter(|&ns| ns > 0)?),
+                seconds(case.controller.computation_delay.fixed_ns()?),
+            ]),
+        };
+        Some(Self {
+            gains: LoopGains::of(case),
+            timing,
         })
     }
 
-    fn delayed(self, axis: &LinearAxis, gains: &LoopGains) -> DelayedLoop {
-        let continuous = DelayedLoop::continuous(axis, gains);
-        match self {
-            Self::Continuous => continuous,
-            Self::Sampled { period_s, delay_s } => DelayedLoop {
-                period_s,
-                delay_s,
-                ..continuous
-            },
+    fn delayed(&self, axis: &LinearAxis) -> DelayedLoop {
+        let [period_s, delay_s] = self.timing.unwrap_or_default();
+        DelayedLoop {
+            axis: *axis,
+            gains: self.gains,
+            period_s,
+            delay_s,
         }
     }
 
-    fn is_stable(self, axis: &LinearAxis, gains: &LoopGains) -> bool {
-        match self {
-            Self::Continuous => self.delayed(axis, gains).margin().stable,
-            Self::Sampled { period_s, delay_s } => {
-                Characteristic::new(axis, period_s, delay_s).is_stable(gains)
+    fn is_stable(&self, axis: &LinearAxis) -> bool {
+        match self.timing {
+            None => self.delayed(axis).margin().stable,
+            Some([period_s, delay_s]) => {
+                Characteristic::new(axis, period_s, delay_s).is_stable(&self.gains)
             }
         }
     }
 
     /// The frequency at which L comes closest to −1.
-    fn weakest_radps(self, axis: &LinearAxis, gains: &LoopGains) -> f64 {
-        match self {
-            Self::Continuous => self.delayed(axis, gains).margin().weakest_radps,
-            Self::Sampled { period_s, delay_s } => {
-                let family = LoopFamily::of_axis(axis, period_s, delay_s);
-                family.margin(gains).weakest_radps
+    fn weakest_radps(&self, axis: &LinearAxis) -> f64 {
+        let margin = match self.timing {
+            None => self.delayed(axis).margin(),
+            Some([period_s, delay_s]) => {
+                LoopFamily::of_axis(axis, period_s, delay_s).margin(&self.gains)
             }
-        }
+        };
+        margin.weakest_radps
     }
 }

@@ -65,7 +65,7 @@ fn integral<const N: usize>(
 }
 
 impl<const N: usize> HeldStep<N> {
-    /// The step over `period_s` with the new voltage `delay_s` late.
+    /// The step over `period_s` with the new voltage after `delay_s`.
     pub(crate) fn new(
         a: &SMatrix<f64, N, N>,
         b: &SVector<f64, N>,
@@ -74,11 +74,11 @@ impl<const N: usize> HeldStep<N> {
     ) -> Self {
         let (whole, _) = integral(a, period_s);
         let (rest, after) = integral(a, period_s - delay_s);
-        let (late, _) = integral(a, delay_s);
+        let (delayed, _) = integral(a, delay_s);
         Self {
             change: a * whole,
             present: rest * b,
-            past: after * (late * b),
+            past: after * (delayed * b),
         }
     }
 }

@@ -3,7 +3,7 @@
 use nalgebra::{Complex, SMatrix, SVector};
 use plant::{AxisParameters, Joint};
 
-/// What the joint does in the linear picture.
+/// State of the joint in the linear picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum JointState {
     /// A flank carries: k and c act as if there were no gap. A rigid axis is
@@ -30,7 +30,7 @@ pub(crate) struct LinearAxis {
     pub(crate) gear_ratio: f64,
 }
 
-/// What the motor moves.
+/// Load of the motor.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Body {
     /// `J·β̈ = τ − d·β̇`: the whole axis, or the motor alone.

@@ -1,4 +1,4 @@
-//! How far a loop is from instability, read from its response `L(jω)`.
+//! Distance of a loop from instability, read from its response `L(jω)`.
 //!
 //! The modulus margin `min |1 + L|` is the distance of the Nyquist curve from
 //! −1, the reciprocal of the sensitivity's peak M_s (Åström and Wittenmark,
@@ -13,11 +13,11 @@ use super::curve::Curve;
 /// Margins of a loop.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Margin {
-    /// Whether the closed loop comes to rest by itself.
+    /// The closed loop comes to rest by itself.
     pub stable: bool,
     /// `min |1 + L|` over all frequencies, `1/M_s`, at least 0.
     pub modulus: f64,
-    /// Where that minimum lies \[rad/s\].
+    /// Frequency of that minimum \[rad/s\].
     pub weakest_radps: f64,
     /// Smallest turn that brings the loop to instability \[rad\], a lag if
     /// above 0: that of `−L` where `|L| = 1`. `None` for an unstable loop, or
@@ -90,7 +90,7 @@ pub(crate) fn modulus<F: Fn(f64) -> Complex<f64>>(curve: &Curve<'_, F>) -> f64 {
     nearest(curve, curve.lowest()).1.sqrt()
 }
 
-/// Where −1 is nearest and its squared distance, from the point nearest to it.
+/// Frequency at which −1 is nearest, and its squared distance, from the point nearest to it.
 fn nearest<F: Fn(f64) -> Complex<f64>>(curve: &Curve<'_, F>, lowest: (usize, f64)) -> (f64, f64) {
     let (mut weakest, mut distance) = (curve.frequency[lowest.0], lowest.1);
     for (start, marks) in curve.marked(lowest.1) {

@@ -10,7 +10,7 @@
 //!
 //! | question | function |
 //! | --- | --- |
-//! | how far from instability? | [`LoopFamily::margin`], [`margin`], [`MarginField`] |
+//! | how far from instability? | [`LoopFamily::margin`], [`margin`] |
 //! | what do hold and delay cost, to first order? | [`margin_by_delay`] |
 //! | does the axis cycle in its gap? | [`gap_cycle`] |
 //! | does it cycle by steps of encoder or converter? | [`encoder_cycle`], [`dac_cycle`] |
@@ -21,31 +21,26 @@
 //! in `docs/THEORY.md`.
 
 mod characteristic;
-mod closed_loop;
 mod curve;
 mod cycles;
 mod delay;
-mod describing;
 mod family;
-mod field;
 mod gains;
 mod gap_cycles;
-mod grid;
 mod held;
 mod linear_axis;
 mod margin;
 mod noise;
 mod polynomial;
-mod refine;
 mod step_cycles;
 #[cfg(test)]
 mod tests;
 
-pub use cycles::{Cycle, CycleStability, FEWEST_SAMPLES, MOST_DISTORTION};
+pub use cycles::{
+    Cycle, CycleStability, FEWEST_SAMPLES, MOST_DISTORTION, joint_share, quantiser, quantiser_bias,
+};
 pub use delay::margin_by_delay;
-pub use describing::{joint_share, quantiser, quantiser_bias};
-pub use family::{FamilyKey, LoopError, LoopFamily};
-pub use field::{MarginField, margin};
+pub use family::{FamilyKey, LoopError, LoopFamily, margin};
 pub use gains::{LoopGains, is_papers_loop, loop_gain};
 pub use gap_cycles::{gap_cycle, gap_cycles};
 pub use linear_axis::JointState;

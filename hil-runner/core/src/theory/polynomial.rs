@@ -72,7 +72,7 @@ pub(crate) fn on_circle(theta: f64) -> Complex<f64> {
     Complex::new(-2.0 * sin * sin, 2.0 * sin * cos)
 }
 
-/// Whether all roots of `Σ c_k·w^k`, `c` of exact degree `c.len() − 1` and at
+/// True if all roots of `Σ c_k·w^k`, `c` of exact degree `c.len() − 1` and at
 /// most [`DEGREE`], lie within the unit circle of `z = 1 + w`.
 ///
 /// The bilinear map `z = (1 + s)/(1 − s)`, so `w = 2s/(1 − s)`, takes the disc
@@ -98,7 +98,7 @@ pub(crate) fn all_roots_within_circle(c: &[f64]) -> bool {
     routh(&shifted[..=n])
 }
 
-/// Whether all roots of a real polynomial, the highest power first, have
+/// True if all roots of a real polynomial, the highest power first, have
 /// negative real parts: every entry of the first column of Routh's scheme has
 /// the sign of the first.
 fn routh(c: &[f64]) -> bool {

@@ -15,8 +15,10 @@
 use nalgebra::Complex;
 use plant::Joint;
 
-use super::cycles::{Border, Cycle, FEWEST_SAMPLES, borders, decades, prediction};
-use super::describing::{quantiser, quantiser_bias, quantiser_harmonics};
+use super::cycles::{
+    Border, Cycle, FEWEST_SAMPLES, borders, decades, prediction, quantiser, quantiser_bias,
+    quantiser_harmonics,
+};
 use super::family::LoopFamily;
 use super::gains::{LoopGains, is_papers_loop};
 use super::linear_axis::{JointState, LinearAxis};

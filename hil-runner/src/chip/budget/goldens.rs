@@ -1,13 +1,44 @@
-//! What the figures of a target were when someone last looked at them.
+//! Figures of a target, and what they were when someone last looked at them.
 
-use core::fmt::{self, Write};
 use std::collections::BTreeMap;
+use std::fmt::Write;
 use std::path::Path;
 
 use serde::Deserialize;
+use thiserror::Error;
 
-use super::{Amount, Figure, Instructions};
 use crate::chip::spec::Target;
+
+/// Something that was measured.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Figure {
+    /// Its name, unique among those of a target.
+    pub name: String,
+    /// Its amount.
+    pub amount: Amount,
+}
+
+/// A measured amount.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Amount {
+    /// Instructions of a sample.
+    Instructions(Instructions),
+    /// Bytes of memory.
+    Bytes(u32),
+}
+
+/// Instructions of the samples of one kind.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Instructions {
+    /// Most.
+    pub max: u32,
+    /// Lower median.
+    pub median: u32,
+    /// Of the very first sample, which is not among the others: it begins
+    /// filter and integral. `None` where it was not taken apart.
+    pub first: Option<u32>,
+}
 
 /// Instructions may differ by this share \[%\] or by this many, whichever is
 /// more.
@@ -26,16 +57,8 @@ const BYTES: Tolerance = Tolerance {
 #[derive(Debug, Clone, PartialEq, Eq, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Goldens {
-    instructions: BTreeMap<String, Golden>,
+    instructions: BTreeMap<String, Instructions>,
     bytes: BTreeMap<String, u32>,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct Golden {
-    max: u32,
-    median: u32,
-    first: Option<u32>,
 }
 
 impl Goldens {
@@ -57,13 +80,8 @@ impl Goldens {
 
     /// The golden of a figure.
     pub fn get(&self, name: &str) -> Option<Amount> {
-        let instructions = self.instructions.get(name).map(|golden| {
-            Amount::Instructions(Instructions {
-                max: golden.max,
-                median: golden.median,
-                first: golden.first,
-            })
-        });
+        let instructions = self.instructions.get(name).copied();
+        let instructions = instructions.map(Amount::Instructions);
         instructions.or_else(|| self.bytes.get(name).copied().map(Amount::Bytes))
     }
 
@@ -93,7 +111,7 @@ impl Goldens {
     }
 }
 
-/// How a figure stands to its golden.
+/// A figure held against its golden.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Judgement {
     /// Name of the figure.
@@ -102,11 +120,11 @@ pub struct Judgement {
     pub golden: Option<Amount>,
     /// The part that is farthest off; none where one of the two is missing.
     pub difference: Option<Difference>,
-    /// Whether it is within the tolerance.
+    /// True if it is within the tolerance.
     pub pass: bool,
 }
 
-/// How far a part of a figure is from its golden.
+/// Distance of a part of a figure from its golden.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Difference {
     /// "max", "median", "first" or "bytes".
@@ -115,7 +133,7 @@ pub struct Difference {
     pub measured: u32,
     /// Golden.
     pub golden: u32,
-    /// Whether it is within the tolerance.
+    /// True if it is within the tolerance.
     pub within: bool,
 }
 
@@ -218,20 +236,12 @@ pub fn text(target: Target, figures: &[Figure]) -> String {
 }
 
 /// A file of goldens that cannot be used.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("{path} is no file of goldens: {}", because.trim_end())]
 pub struct GoldenError {
     path: String,
     because: String,
 }
-
-impl fmt::Display for GoldenError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { path, because } = self;
-        write!(f, "{path} is no file of goldens: {}", because.trim_end())
-    }
-}
-
-impl std::error::Error for GoldenError {}
 
 #[cfg(test)]
 #[allow(clippy::unwrap_used, reason = "a test stops where its setup fails")]

@@ -1,58 +1,42 @@
-//! What the controller costs on a chip, and what it has cost before.
+//! Cost of the controller on a chip, held against what it has cost before.
 //!
 //! ```text
-//!  image cost ──► cost: every feature of a constant axis ─┐
-//!  image fifo ──► runs: an axis of words, by state ───────┼─► figures ──► goldens
+//!  image cost ──► every feature of a constant axis ───────┐
+//!  image fifo ──► runs: an axis over the line, by state ──┼─► figures ──► goldens
 //!  images fifo, uart, cost: flash, RAM, deepest stack ────┘
 //! ```
+//!
+//! The image `cost` says its identity, then name and times of each feature, then
+//! its stack; `images/src/bin/cost/main.rs` has the bodies.
 
-pub mod cost;
-pub mod error;
 pub mod goldens;
-pub mod runs;
 
-pub use error::BudgetError;
+use std::time::{Duration, Instant};
 
-use crate::chip::Meter;
-use crate::chip::spec::{Program, Target};
+use firmware_link::frame::{Received, Receiver};
+use firmware_link::{Identity, Reply, Status};
 use hil_core::case::TargetSettings;
+use hil_core::chip_cost::ChipReport;
+use hil_core::error::RunError;
+use hil_core::run::RunOptions;
+use hil_core::runfile::RunFileErrors;
+use thiserror::Error;
 
-/// Something that was measured.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Figure {
-    /// What it is, unique among those of a target.
-    pub name: String,
-    /// How much.
-    pub amount: Amount,
-}
-
-/// A measured amount.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Amount {
-    /// Instructions of a sample.
-    Instructions(Instructions),
-    /// Bytes of memory.
-    Bytes(u32),
-}
-
-/// Instructions of the samples of one kind.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Instructions {
-    /// Most.
-    pub max: u32,
-    /// Lower median.
-    pub median: u32,
-    /// Of the very first sample, which is not among the others: it begins
-    /// filter and integral. `None` where it was not taken apart.
-    pub first: Option<u32>,
-}
+use super::chip_law::{ChipUnderTest, run_on_chip};
+use super::client::{Client, ClientError};
+use super::line::{ChipError, Line, LineError};
+use super::meter::Meter;
+use super::open::{open, open_cost};
+use super::spec::{ChipLink, Program, Target, Transport};
+use crate::files;
+pub use goldens::{Amount, Figure, Instructions};
 
 /// All figures of a target.
 #[derive(Debug, Clone, PartialEq)]
 pub struct TargetFigures {
     /// The target.
     pub target: Target,
-    /// How instructions become cycles and time.
+    /// Meter of instructions, cycles and time.
     pub meter: Meter,
     /// The figures, in the order in which they are shown.
     pub figures: Vec<Figure>,
@@ -68,8 +52,7 @@ pub fn measure(
     settings: TargetSettings,
     tell: &mut dyn FnMut(&str),
 ) -> Result<TargetFigures, BudgetError> {
-    let measured = cost::measure(target, settings, tell)?;
-    let mut figures: Vec<Figure> = measured.features;
+    let (meter, mut figures, cost_memory) = cost(target, settings, tell)?;
     let mut memory = Vec::new();
     for program in [Program::Fifo, Program::Uart] {
         tell(&format!(
@@ -77,47 +60,247 @@ pub fn measure(
             target.name(),
             program.name()
         ));
-        let ran = runs::run(target, program.transport(), tell)?;
+        let (states, bytes) = runs(target, program.transport(), tell)?;
         // Over either transport the same instructions.
         if program == Program::Fifo {
-            figures.extend(ran.states);
+            figures.extend(states);
         }
-        memory.extend(ran.memory.figures(program));
+        memory.extend(memory_figures(program, bytes));
     }
-    memory.extend(measured.memory.figures(Program::Cost));
+    memory.extend(memory_figures(Program::Cost, cost_memory));
     figures.append(&mut memory);
     Ok(TargetFigures {
         target,
-        meter: measured.meter,
+        meter,
         figures,
     })
 }
 
-/// Memory that an image takes \[bytes\].
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Memory {
-    /// Flash.
-    pub flash: u32,
-    /// Statics less the table of setpoints.
-    pub ram: u32,
-    /// Deepest stack.
-    pub stack: u32,
+/// Memory that an image takes: flash, statics less the table of setpoints,
+/// deepest stack \[bytes\].
+type Memory = [u32; 3];
+
+fn memory_figures(program: Program, memory: Memory) -> impl Iterator<Item = Figure> {
+    let kinds = ["flash", "RAM", "deepest stack"].into_iter().zip(memory);
+    kinds.map(move |(kind, bytes)| Figure {
+        name: format!("image {}, {kind}", program.name()),
+        amount: Amount::Bytes(bytes),
+    })
 }
 
-impl Memory {
-    fn figures(self, program: Program) -> impl Iterator<Item = Figure> {
-        let name = program.name();
-        [
-            ("flash", self.flash),
-            ("RAM", self.ram),
-            ("deepest stack", self.stack),
-        ]
-        .into_iter()
-        .map(move |(what, bytes)| Figure {
-            name: format!("image {name}, {what}"),
-            amount: Amount::Bytes(bytes),
-        })
+/// First byte of a body with a feature's name.
+const NAME: u8 = 0x41;
+
+/// First byte of a body with times.
+const TIMES: u8 = 0x42;
+
+/// Silence after which nothing more is awaited. All of it takes 0.3 s on an
+/// idle machine, 2026-11.
+const SILENCE: Duration = Duration::from_secs(10);
+
+/// Meter of the chip's times, features in the order of the image, and its memory.
+type Measured = (Meter, Vec<Figure>, Memory);
+
+/// Starts the image of a target and listens to its end.
+///
+/// # Errors
+/// [`BudgetError`] if it cannot be started, or says something else.
+fn cost(
+    target: Target,
+    settings: TargetSettings,
+    tell: &mut dyn FnMut(&str),
+) -> Result<Measured, BudgetError> {
+    let mut opened = open_cost(target, tell)?;
+    tell(&format!("{}: samples of constant axes", target.name()));
+    listen(&mut *opened.line, settings)
+}
+
+/// Listens to the image `cost` at the other end of `line`.
+///
+/// # Errors
+/// [`BudgetError`] if it says something else, or not all.
+fn listen(line: &mut dyn Line, settings: TargetSettings) -> Result<Measured, BudgetError> {
+    let mut receiver = Receiver::new();
+    let mut said = Said::default();
+    let mut buffer = [0; 4096];
+    let mut heard = Instant::now();
+    loop {
+        let count = line.receive(&mut buffer, SILENCE)?;
+        if count == 0 {
+            if heard.elapsed() >= SILENCE {
+                return Err(BudgetError::Silent);
+            }
+            continue;
+        }
+        heard = Instant::now();
+        for byte in buffer.get(..count).unwrap_or_default() {
+            let Some(received) = receiver.take(*byte) else {
+                continue;
+            };
+            // A FIFO damages nothing.
+            let Received::Body(body) = received else {
+                return Err(BudgetError::Unexpected);
+            };
+            if let Some(status) = said.take(body)? {
+                return said.measured(status, settings);
+            }
+        }
     }
+}
+
+/// The figures that were told so far.
+#[derive(Debug, Default)]
+struct Said {
+    identity: Option<Identity>,
+    /// Name and times \[ticks\].
+    features: Vec<(String, Vec<u32>)>,
+}
+
+impl Said {
+    /// A body; the status ends it.
+    fn take(&mut self, body: &[u8]) -> Result<Option<Status>, BudgetError> {
+        match body.split_first() {
+            Some((&NAME, name)) => {
+                let name = str::from_utf8(name).map_err(|_| BudgetError::Unexpected)?;
+                self.features.push((name.to_owned(), Vec::new()));
+            }
+            Some((&TIMES, times)) => {
+                let (times, []) = times.as_chunks::<4>() else {
+                    return Err(BudgetError::Unexpected);
+                };
+                let (_, known) = self.features.last_mut().ok_or(BudgetError::Unexpected)?;
+                known.extend(times.iter().map(|time| u32::from_le_bytes(*time)));
+            }
+            _ => match Reply::read(body) {
+                Some((_, Reply::Hello(identity))) => self.identity = Some(identity),
+                Some((_, Reply::Status(status))) => return Ok(Some(status)),
+                _ => return Err(BudgetError::Unexpected),
+            },
+        }
+        Ok(None)
+    }
+
+    fn measured(self, status: Status, settings: TargetSettings) -> Result<Measured, BudgetError> {
+        let identity = self.identity.ok_or(BudgetError::Unexpected)?;
+        let samples: usize = self.features.iter().map(|(_, times)| times.len()).sum();
+        if u32::try_from(samples) != Ok(status.steps) {
+            return Err(BudgetError::Unexpected);
+        }
+        let meter = Meter::new(&identity, true, settings);
+        let features = self.features.into_iter().map(|(name, times)| {
+            let counts = times.iter().filter_map(|t| meter.time(*t).instructions);
+            let counts: Vec<u32> = counts.collect();
+            // A feature has more samples than one.
+            let (first, others) = counts.split_first().ok_or(BudgetError::NoSteps)?;
+            Ok(Figure {
+                name,
+                amount: Amount::Instructions(Instructions {
+                    max: others.iter().copied().max().ok_or(BudgetError::NoSteps)?,
+                    median: median(others).ok_or(BudgetError::NoSteps)?,
+                    first: Some(*first),
+                }),
+            })
+        });
+        let features = features.collect::<Result<_, BudgetError>>()?;
+        let memory = [identity.flash_bytes, identity.ram_bytes, status.stack_bytes];
+        Ok((meter, features, memory))
+    }
+}
+
+/// The case of the runs.
+const CASE: &str = "paper-2";
+
+/// Every feature that goes with every other one, and requests that lead
+/// through all states: off, on again, and a stop.
+const EVERYTHING: [&str; 32] = [
+    "drive.dac_bits=16",
+    "encoder.counter_bits=16",
+    "load_encoder.counts_per_mm=1000",
+    "controller.derivative=measurement",
+    "controller.derivative_filter_s=0.0005",
+    "controller.anti_windup=back-calculation",
+    "controller.tracking_time_s=0.02",
+    "controller.word_bits=24",
+    "controller.quantiser=error-feedback",
+    "controller.slew_limit_codes_per_s=300000",
+    "controller.velocity_ff_s=0.0769",
+    "controller.acceleration_ff_s2=0.0005",
+    "controller.friction_ff_codes=20",
+    "controller.setpoints=generator",
+    "controller.rest_dead_band_counts=1",
+    "controller.rest_integrator=hold",
+    "backlash.compensation=acceleration",
+    "backlash.gap=measured",
+    "limits.following_error_counts=600",
+    "limits.following_error_per_speed_s=0.01",
+    "limits.count_jump_counts=300",
+    "limits.encoder_loss_s=0.02",
+    "limits.encoder_loss_codes=400",
+    "limits.saturation_s=0.1",
+    "limits.missed_ticks=true",
+    "limits.velocity_mps=2",
+    "limits.acceleration_mps2=20",
+    "sequence.disable_s=1.3",
+    "sequence.enable_s=1.4",
+    "sequence.emergency_stop_s=1.5",
+    "run.duration_s=1.6",
+    "run.events=false",
+];
+
+/// Runs the paper's controller and then an axis with everything on, whose
+/// options are looked at in every sample. Instructions by the state after the
+/// sample, and memory of the image.
+///
+/// # Errors
+/// [`BudgetError`] if there is no chip, or a run ends early.
+fn runs(
+    target: Target,
+    transport: Transport,
+    tell: &mut dyn FnMut(&str),
+) -> Result<(Vec<Figure>, Memory), BudgetError> {
+    let link = ChipLink::Qemu { target, transport };
+    let mut client = Client::greet(open(&link, tell)?.line)?;
+    let paper = report(&mut client, &[])?;
+    let everything = report(&mut client, &EVERYTHING)?;
+    let mut states = figures("run", &paper);
+    states.extend(figures("run, everything", &everything));
+    let memory = [
+        everything.flash_bytes,
+        everything.ram_bytes,
+        // Painted once, so that it is that of both.
+        everything.stack_bytes.unwrap_or(0),
+    ];
+    Ok((states, memory))
+}
+
+fn report(client: &mut Client, sets: &[&str]) -> Result<ChipReport, BudgetError> {
+    let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
+    let file = files::run_file(CASE, &sets)?;
+    let mut chip = ChipUnderTest {
+        client,
+        in_qemu: true,
+    };
+    let outcome = run_on_chip(
+        &file.case,
+        RunOptions::default(),
+        &mut chip,
+        &mut |_| Ok(()),
+    )?;
+    outcome.summary.chip.ok_or(BudgetError::NoSteps)
+}
+
+/// A figure a state.
+fn figures(name: &str, report: &ChipReport) -> Vec<Figure> {
+    let whole = |count: u64| u32::try_from(count).unwrap_or(u32::MAX);
+    let of_states = report.states.iter().map(|cost| Figure {
+        name: format!("{name}, {}", cost.state),
+        amount: Amount::Instructions(Instructions {
+            max: whole(cost.max),
+            median: whole(cost.median),
+            first: None,
+        }),
+    });
+    of_states.collect()
 }
 
 /// The lower median of counts that are not empty.
@@ -125,4 +308,36 @@ fn median(counts: &[u32]) -> Option<u32> {
     let mut sorted = counts.to_vec();
     sorted.sort_unstable();
     sorted.get(sorted.len().saturating_sub(1) / 2).copied()
+}
+
+/// A reason for which there are no figures. What was started has been ended.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum BudgetError {
+    /// There is no line to the chip.
+    #[error(transparent)]
+    Chip(#[from] ChipError),
+    /// The chip does not answer.
+    #[error(transparent)]
+    Client(#[from] ClientError),
+    /// The line has ended before the last figure.
+    #[error(transparent)]
+    Line(#[from] LineError),
+    /// The chip has said nothing for a while.
+    #[error("the chip has stopped telling what its samples cost")]
+    Silent,
+    /// The chip said what the image for costs does not say.
+    #[error(
+        "the chip tells something else than what its samples cost; its image is of another version"
+    )]
+    Unexpected,
+    /// The case that is run does not run.
+    #[error(transparent)]
+    Case(#[from] RunFileErrors),
+    /// The run ended early.
+    #[error(transparent)]
+    Run(#[from] RunError),
+    /// The run visited no state.
+    #[error("the chip has computed no sample")]
+    NoSteps,
 }

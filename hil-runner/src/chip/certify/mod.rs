@@ -1,4 +1,4 @@
-//! Whether a chip gives the bits of the host: every number of every step of a
+//! Comparison of a chip with the host, bit for bit: every number of every step of a
 //! case in closed loop, and every row of the golden vectors.
 //!
 //! ```text
@@ -12,10 +12,9 @@
 //! Either side has a plant of its own. As long as the codes are the same the
 //! plants are, and a code that differs is found in its own step.
 //!
-//! What is compared is [`Step`]; the same numbers go into the [`TraceHash`] of
-//! either side. How long a step took is no part of it.
+//! A [`Step`] is compared; the same numbers go into the [`TraceHash`] of
+//! either side. The time of a step is no part of it.
 
-mod difference;
 mod step;
 mod vectors;
 
@@ -26,12 +25,10 @@ use super::client::Client;
 use hil_core::case::{Case, Law};
 use hil_core::controllers::{Controller, IoKind};
 use hil_core::error::RunError;
-use hil_core::link::{Link, LinkError};
-use hil_core::message::{Command, Measurement};
+use hil_core::message::{Command, Link, LinkError, Measurement};
 use hil_core::run::{RowSink, RunOptions, run_over};
 
-pub use difference::{Difference, NumberPair, RowDifference};
-pub use step::{Named, Number, Step, TraceHash};
+pub use step::{Difference, Named, Number, NumberPair, RowDifference, Step, TraceHash};
 pub use vectors::{ReplayError, Replayed, VectorFile, replay, stored};
 
 /// A run of a case with the host's controller, step by step; about 400 bytes
@@ -42,7 +39,7 @@ pub struct HostTrace<'c> {
     steps: Vec<Step>,
 }
 
-/// How a chip has fared against the host in one case.
+/// Result of a chip against the host in one case.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Comparison {
     /// Steps that were compared.

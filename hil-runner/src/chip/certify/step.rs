@@ -1,14 +1,16 @@
-//! A step as the numbers that are compared, and their hash.
+//! A step as the numbers that are compared, their hash, and the words for where
+//! chip and host part.
 
 use core::fmt;
 
 use crc::{CRC_64_XZ, Crc};
 use firmware::Fault;
 
-use hil_core::controllers::whole;
-use hil_core::message::{Command, Measurement};
+use hil_core::case::Case;
+use hil_core::message::{Command, Measurement, Steps};
+use hil_core::time::seconds;
 
-/// What went into a sample and what came out of it.
+/// Input and output of a sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
     measurement: Measurement,
@@ -22,11 +24,11 @@ pub enum Number {
     None,
     /// A number.
     Whole(i64),
-    /// What has a name: a state, the cause of a fault.
+    /// A thing with a name: a state, the cause of a fault.
     Name(&'static str),
 }
 
-/// A number and what it is.
+/// A number with its name.
 pub type Named = (&'static str, Number);
 
 impl Step {
@@ -57,17 +59,14 @@ impl Step {
             command,
         } = self;
         let axis = command.axis.as_ref();
-        let counts = |value: f64| Number::Whole(whole(value));
+        let steps = |steps: Steps| Number::Whole(steps.whole());
         let of_axis = |value: Option<u32>| Number::of(value.map(i64::from));
         let mut numbers = vec![
             ("sample", Number::Whole(command.tick.cast_signed())),
-            ("count", counts(measurement.position_counts)),
-            (
-                "count of the load",
-                Number::of(measurement.load_counts.map(whole)),
-            ),
-            ("code", counts(command.dac_code)),
-            ("error", counts(command.error_counts)),
+            ("count", steps(measurement.position_counts)),
+            ("count of the load", Number::of(measurement.load_counts)),
+            ("code", steps(command.dac_code)),
+            ("error", steps(command.error_counts)),
             ("out of range", Number::flag(command.out_of_range)),
             ("state", Number::name(axis.map(|axis| axis.state.name()))),
             ("faults", of_axis(axis.map(|axis| axis.faults))),
@@ -88,7 +87,7 @@ impl Step {
     }
 }
 
-/// What the numbers of a fault are.
+/// Names of the numbers of a fault.
 pub(super) const FAULT: [&str; 8] = [
     "fault",
     "sample of the fault",
@@ -212,25 +211,103 @@ impl fmt::Display for TraceHash {
     }
 }
 
+/// A number that is another on the chip.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct NumberPair {
+    /// Its name.
+    pub name: &'static str,
+    /// On the chip.
+    pub chip: Number,
+    /// On the host, or in the file.
+    pub wanted: Number,
+}
+
+impl NumberPair {
+    /// Those that differ.
+    pub(super) fn differing(chip: Vec<Named>, wanted: Vec<Named>) -> Vec<Self> {
+        chip.into_iter()
+            .zip(wanted)
+            .filter(|(chip, wanted)| chip != wanted)
+            .map(|((name, chip), (_, wanted))| Self { name, chip, wanted })
+            .collect()
+    }
+}
+
+/// The first step of a case at which a chip differs from the host.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Difference {
+    /// Name of the case.
+    pub case: String,
+    /// Number of the step, k.
+    pub tick: u64,
+    /// Its time \[s\].
+    pub time_s: f64,
+    /// The numbers that differ, at least one.
+    pub numbers: Vec<NumberPair>,
+}
+
+impl Difference {
+    /// Between the same step of host and chip; `None` if there is none.
+    pub(super) fn between(case: &Case, host: &Step, chip: &Step) -> Option<Self> {
+        let numbers = NumberPair::differing(chip.numbers(), host.numbers());
+        let period_ns = case.controller.sample_time_ns.unwrap_or(0);
+        (!numbers.is_empty()).then(|| Self {
+            case: case.name.clone(),
+            tick: host.tick(),
+            time_s: seconds(host.tick().saturating_mul(period_ns)),
+            numbers,
+        })
+    }
+}
+
+impl fmt::Display for Difference {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            case, tick, time_s, ..
+        } = self;
+        write!(f, "differs at step {tick} ({time_s} s) of {case}: ")?;
+        write_pairs(f, &self.numbers, "here")
+    }
+}
+
+/// The first row of a file of vectors that a chip answers otherwise.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RowDifference {
+    /// Name of the file.
+    pub file: String,
+    /// Number of the line, from 1.
+    pub line: usize,
+    /// The numbers that differ, at least one.
+    pub numbers: Vec<NumberPair>,
+}
+
+impl fmt::Display for RowDifference {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "differs at line {} of {}: ", self.line, self.file)?;
+        write_pairs(f, &self.numbers, "in the file")
+    }
+}
+
+/// "code −17 on the chip, −16 here; state fault on the chip, moving here".
+fn write_pairs(f: &mut fmt::Formatter<'_>, pairs: &[NumberPair], there: &str) -> fmt::Result {
+    for (place, NumberPair { name, chip, wanted }) in pairs.iter().enumerate() {
+        let separator = if place == 0 { "" } else { "; " };
+        write!(f, "{separator}{name} {chip} on the chip, {wanted} {there}")?;
+    }
+    Ok(())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn step(tick: u64, dac_code: f64) -> Step {
+    fn step(tick: u64, dac_code: i32) -> Step {
         let measurement = Measurement {
             tick,
-            position_counts: 7.0,
+            position_counts: Steps::Whole(7),
             load_counts: None,
         };
-        let command = Command {
-            tick,
-            error_counts: -1.0,
-            dac_code,
-            out_of_range: false,
-            execution: None,
-            axis: None,
-        };
-        Step::new(measurement, command)
+        Step::new(measurement, Command::whole(tick, -1, dac_code))
     }
 
     /// The bytes as the documentation has them, through the library's own
@@ -250,11 +327,11 @@ mod tests {
             // No state, 3 numbers of the axis, 2 faults.
             bytes.extend([0; 1 + 3 + 16]);
         }
-        let hash = TraceHash::of(&[step(0, 3.0), step(1, -4.0)]);
+        let hash = TraceHash::of(&[step(0, 3), step(1, -4)]);
         assert_eq!(hash.to_string(), format!("{:016x}", CRC.checksum(&bytes)));
         // The contrast: any other code, or another order.
-        assert_ne!(hash, TraceHash::of(&[step(0, 3.0), step(1, -5.0)]));
-        assert_ne!(hash, TraceHash::of(&[step(1, -4.0), step(0, 3.0)]));
+        assert_ne!(hash, TraceHash::of(&[step(0, 3), step(1, -5)]));
+        assert_ne!(hash, TraceHash::of(&[step(1, -4), step(0, 3)]));
         // Check value of CRC-64/XZ in the catalogue.
         assert_eq!(CRC.checksum(b"123456789"), 0x995d_c9bb_df19_39fa);
     }

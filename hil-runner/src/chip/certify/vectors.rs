@@ -1,15 +1,14 @@
 //! The firmware's golden vectors, replayed at the end of a line.
 
-use core::fmt;
 use std::io;
 use std::path::{Path, PathBuf};
 
 use firmware::Axis;
-use firmware::link::{Events, Request, SourceKind, Step, Stepped, settings as wire};
-use firmware::vectors::{Mismatch, Row, What, rows};
+use firmware_link::vectors::{Mismatch, Row, What, rows};
+use firmware_link::{Events, Request, SourceKind, Step, Stepped, settings as wire};
+use thiserror::Error;
 
-use super::difference::{NumberPair, RowDifference};
-use super::step::{FAULT, Named, Number, fault_numbers};
+use super::step::{FAULT, Named, Number, NumberPair, RowDifference, fault_numbers};
 use crate::chip::client::{Client, ClientError};
 
 /// A file of vectors.
@@ -17,11 +16,11 @@ use crate::chip::client::{Client, ClientError};
 pub struct VectorFile {
     /// Its name.
     pub name: String,
-    /// What is in it.
+    /// Its contents.
     pub text: String,
 }
 
-/// How a chip has fared with the rows of a file.
+/// Result of a chip with the rows of a file.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Replayed {
     /// Rows that were compared.
@@ -36,7 +35,7 @@ pub struct Replayed {
 /// [`ReplayError::Folder`] if they are not there.
 pub fn stored() -> Result<Vec<VectorFile>, ReplayError> {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let folder = here.parent().unwrap_or(here).join("firmware/vectors");
+    let folder = here.parent().unwrap_or(here).join("firmware/link/vectors");
     read(&folder).map_err(|error| ReplayError::Folder { folder, error })
 }
 
@@ -155,7 +154,7 @@ fn step(
     })
 }
 
-/// What the numbers of a row are, less those of its fault.
+/// Names of the numbers of a row, less those of its fault.
 const ROW: [&str; 6] = [
     "code",
     "error",
@@ -201,50 +200,40 @@ fn named(row: [Number; 6], fault: [Number; 8]) -> Vec<Named> {
     row.chain(FAULT.into_iter().zip(fault)).collect()
 }
 
-/// Why vectors could not be replayed.
-#[derive(Debug)]
+/// A reason for which vectors could not be replayed.
+#[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum ReplayError {
     /// The files are not there.
+    #[error(
+        "the golden vectors cannot be read from {}, in the sources of this program: {error}",
+        folder.display()
+    )]
     Folder {
-        /// Where they must be.
+        /// The folder that must have them.
         folder: PathBuf,
-        /// What the system says.
+        /// The words of the system.
         error: io::Error,
     },
     /// A file has a line that is none.
+    #[error("{name}, {mismatch}")]
     File {
         /// Its name.
         name: String,
-        /// The line, and what is wrong with it.
+        /// The line, and its mistake.
         mismatch: Mismatch,
     },
     /// The chip does not answer, or refuses.
+    #[error("at line {line} of {name}: {error}")]
     Chip {
         /// Name of the file.
         name: String,
         /// Number of the line, from 1.
         line: usize,
-        /// Why.
+        /// The reason.
         error: ClientError,
     },
     /// Ended from outside.
+    #[error(transparent)]
     Row(io::Error),
 }
-
-impl fmt::Display for ReplayError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Folder { folder, error } => write!(
-                f,
-                "the golden vectors cannot be read from {}, in the sources of this program: {error}",
-                folder.display()
-            ),
-            Self::File { name, mismatch } => write!(f, "{name}, {mismatch}"),
-            Self::Chip { name, line, error } => write!(f, "at line {line} of {name}: {error}"),
-            Self::Row(error) => error.fmt(f),
-        }
-    }
-}
-
-impl std::error::Error for ReplayError {}

@@ -10,7 +10,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use crate::chip::error::ChipError;
+use crate::chip::line::ChipError;
 use crate::chip::spec::Target;
 
 /// The name by which the compiler calls its linker.
@@ -21,7 +21,7 @@ const LINKER: &str = "rust-lld";
 pub struct Toolchain {
     /// The compiler.
     pub rustc: PathBuf,
-    /// Whether the core library has to be built too.
+    /// True if the core library has to be built too.
     pub build_core: bool,
     /// The linker, where the compiler would not find it by itself.
     pub linker: Option<PathBuf>,
@@ -83,7 +83,7 @@ impl Toolchain {
     }
 }
 
-/// Whether `rustc` has to build the core library of `target` itself; `None` if
+/// True if `rustc` has to build the core library of `target` itself; `None` if
 /// it cannot, or is not there.
 fn needs_core(rustc: &Path, target: Target, folder: &Path) -> Option<bool> {
     let ready = ask(

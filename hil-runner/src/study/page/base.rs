@@ -99,36 +99,35 @@ impl Study {
 /// in one sentence.
 fn facts(name: &str, case: &Case) -> String {
     let shown = number::table;
-    let digits = |value: f64| shown(number::significant(value, 6));
     let transmission = &case.axis.transmission;
     let gains = &case.controller.gains;
     let period = case.controller.sample_time_ns.map(|ns| {
         let delay = match case.controller.computation_delay {
             ComputationDelay::Fixed(0) => String::new(),
             ComputationDelay::Fixed(ns) => {
-                format!(" and {} ms delay", digits(1e3 * seconds(ns)))
+                format!(" and {} ms delay", shown(1e3 * seconds(ns)))
             }
             ComputationDelay::Measured => " and the chip's own delay".to_owned(),
         };
-        format!(", Δt = {} ms{delay}", digits(1e3 * seconds(ns)))
+        format!(", Δt = {} ms{delay}", shown(1e3 * seconds(ns)))
     });
     let joint = match transmission.joint {
         Joint::Rigid => "a rigid joint".to_owned(),
         Joint::Elastic(joint) => format!(
             "half gap b = {}°",
-            digits(joint.backlash_half_rad.to_degrees())
+            shown(joint.backlash_half_rad.to_degrees())
         ),
     };
     format!(
         "Base {name}: rung {}, {} mm in {} s{}, {} bits over {} V, {} counts/rad, {joint}, \
          K_p = {}, K_i = {} 1/s, K_d = {} s.",
         case.controller.law.name(),
-        digits(1e3 * case.motion.travel_m()),
-        digits(case.motion.end_s()),
+        shown(1e3 * case.motion.travel_m()),
+        shown(case.motion.end_s()),
         period.unwrap_or_default(),
         case.dac.bits,
-        digits(case.dac.step_v * f64::from(case.dac.bits).exp2()),
-        digits(case.encoder.counts_per_rad),
+        shown(case.dac.step_v * f64::from(case.dac.bits).exp2()),
+        shown(case.encoder.counts_per_rad),
         shown(gains.kp),
         shown(gains.ki_per_s),
         shown(gains.kd_s),

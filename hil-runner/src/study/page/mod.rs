@@ -196,7 +196,7 @@ pub fn unstable_words(tally: &RungTally) -> Option<String> {
 pub fn best_table(tally: &Tally) -> FigureTable {
     let heads = ["rung", "row", "least margin %"].map(str::to_owned);
     let best = |rung: &RungTally, best: &Best| {
-        let percent = number::table(number::significant(100.0 * best.margin, 3));
+        let percent = number::rounded(100.0 * best.margin, 3);
         let own = [rung.rung.clone(), best.row.to_string(), percent];
         own.into_iter().chain(best.axes.iter().cloned()).collect()
     };

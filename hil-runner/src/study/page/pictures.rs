@@ -172,10 +172,11 @@ pub(in crate::study) fn mistakes_in_pictures(study: &Study) -> Vec<String> {
         let known = |name: &&str| columns.iter().any(|column| column.name == *name);
         let wanted = picture.columns();
         for name in wanted.iter().filter(|name| !known(name)) {
-            let now = renamed(name).map_or_else(String::new, |now| format!("; it is {now} now"));
-            mistakes.push(format!(
-                "picture {file:?}: the results of this study have no column {name}{now}"
-            ));
+            let why = match renamed(name) {
+                Some(now) => format!("{name} is now {now}"),
+                None => format!("the results of this study have no column {name}"),
+            };
+            mistakes.push(format!("picture {file:?}: {why}"));
         }
         if let Kind::Map(map) = &picture.kind
             && let Err(sentence) = map_has_grid(study, map)

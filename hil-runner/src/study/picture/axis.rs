@@ -10,7 +10,7 @@ use super::text::{LINE, TICK_PX, width};
 use super::ticks::{LogNumbers, Tick, linear, logarithmic};
 use super::unit::{Shown, Unit};
 use super::{PictureError, table::Column};
-use hil_core::number::{significant, table};
+use hil_core::number::{self, significant};
 
 /// How an axis is divided.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
@@ -165,7 +165,7 @@ impl Axis {
         (self.ticks, self.fine) = (ticks, fine);
         for tick in &mut self.ticks {
             if tick.label.chars().count() > LONGEST_NUMBER {
-                tick.label = table(tick.at);
+                tick.label = number::table(tick.at);
             }
         }
     }
@@ -185,7 +185,7 @@ impl Axis {
             .iter()
             .map(|value| Tick {
                 at: value * self.factor,
-                label: table(significant(value * self.factor, 3)),
+                label: number::rounded(value * self.factor, 3),
             })
             .collect();
         let room = match direction {

@@ -67,7 +67,10 @@ impl PictureError {
 impl fmt::Display for PictureError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::UnknownColumn(name) => write!(f, "the results have no column \"{name}\""),
+            Self::UnknownColumn(name) => match hil_core::renamed::renamed(name) {
+                Some(now) => write!(f, "{name} is now {now}"),
+                None => write!(f, "the results have no column \"{name}\""),
+            },
             Self::NotNumbers(name) => {
                 write!(f, "column \"{name}\" has words, and this needs numbers")
             }

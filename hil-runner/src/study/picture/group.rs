@@ -104,8 +104,7 @@ pub(super) fn in_words(value: f64, label: &Label) -> String {
         Some(_) => suited,
         None => unit.plain(),
     };
-    let value = number::significant(value * power_of_ten(shown.shift), 4);
-    let text = number::table(value);
+    let text = number::rounded(value * power_of_ten(shown.shift), 4);
     match shown.symbol.as_str() {
         "" => text,
         "°" | "%" => format!("{text}\u{a0}{}", shown.symbol),

@@ -1,7 +1,5 @@
 //! Powers of ten, exact.
 
-use hil_core::number;
-
 /// Largest k with 10^k ≤ `magnitude`, for a finite number above 0; exact, since
 /// it is read from the decimal digits.
 pub(super) fn decade_below(magnitude: f64) -> i32 {
@@ -13,11 +11,6 @@ pub(super) fn decade_below(magnitude: f64) -> i32 {
 /// 10^k, correctly rounded.
 pub(super) fn power_of_ten(k: i32) -> f64 {
     format!("1e{k}").parse().unwrap_or(f64::NAN)
-}
-
-/// A whole number in superscript characters.
-pub(super) fn superscript(number: i32) -> String {
-    number::superscript(&number.to_string())
 }
 
 #[cfg(test)]

@@ -1,7 +1,8 @@
 //! Where an axis has numbers, and which.
 
-use super::power::{decade_below, power_of_ten, superscript};
+use super::power::{decade_below, power_of_ten};
 use super::unit::prefixed;
+use hil_core::number::superscript;
 
 /// A place on an axis with its number; empty for a place in the grid only.
 #[derive(Debug, Clone, PartialEq)]

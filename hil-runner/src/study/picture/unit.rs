@@ -1,7 +1,8 @@
 //! Units of axes: what a suffix stands for, and the prefix that reads best.
 
 use super::PictureError;
-use super::power::{decade_below, superscript};
+use super::power::decade_below;
+use hil_core::number::superscript;
 
 /// Suffix of a column's name and its symbol, as in `NOTATION.md`, and those of
 /// figures. The longest that fits counts.

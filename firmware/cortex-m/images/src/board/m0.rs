@@ -1,6 +1,6 @@
 //! QEMU's microbit: Cortex-M0 of an nRF51822, 16 KiB of RAM.
 
-/// What it is called.
+/// Name of the board.
 pub const NAME: [u8; 8] = *b"m0\0\0\0\0\0\0";
 
 /// Setpoints that its table holds.

@@ -1,6 +1,6 @@
 //! QEMU's mps2-an385: Cortex-M3.
 
-/// What it is called.
+/// Name of the board.
 pub const NAME: [u8; 8] = *b"m3\0\0\0\0\0\0";
 
 /// Setpoints that its table holds.

@@ -1,6 +1,6 @@
 //! QEMU's mps2-an386: Cortex-M4, no FPU used.
 
-/// What it is called.
+/// Name of the board.
 pub const NAME: [u8; 8] = *b"m4\0\0\0\0\0\0";
 
 /// Setpoints that its table holds.

@@ -1,6 +1,6 @@
 //! QEMU's virt: one RV32IMAC core.
 
-/// What it is called.
+/// Name of the board.
 pub const NAME: [u8; 8] = *b"rv32\0\0\0\0";
 
 /// Setpoints that its table holds.

@@ -1,10 +1,10 @@
-//! What the link's server asks of its chip: name, image, time, stack.
+//! Chip as the link's server asks for it: name, image, time, stack.
 
 use cortex_m::peripheral::{DCB, DWT};
-use firmware::link::header::VERSION;
-use firmware::link::{Identity, Target};
 use firmware::{CAPACITY, SetpointTable};
-use parts::{image, stack};
+use firmware_link::body::VERSION;
+use firmware_link::{Identity, Target};
+use parts::image;
 
 use super::clock::Clocks;
 
@@ -71,6 +71,6 @@ impl Target for Chip {
     }
 
     fn stack_bytes(&self) -> u32 {
-        stack::deepest()
+        image::deepest_stack_bytes()
     }
 }

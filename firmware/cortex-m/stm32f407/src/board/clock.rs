@@ -8,8 +8,6 @@
 use stm32f4::stm32f407::{FLASH, RCC};
 use stm32f407_drive::axis::{PERIOD_NS, SAMPLES_PER_S};
 
-use super::soon;
-
 /// Baud rate of the line.
 pub(super) const BAUD: u32 = 921_600;
 
@@ -24,7 +22,7 @@ const TRIES: u32 = 100_000;
 /// need.
 const PLL: u32 = (1 << 22) | 8 | (336 << 6) | (7 << 24);
 
-/// What runs how fast.
+/// Clocks and their speeds.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Clocks {
     /// The core \[Hz\].
@@ -33,7 +31,7 @@ pub(super) struct Clocks {
     pub(super) baud_sixteenths: u8,
     /// Prescaler of a timer on APB1 that counts microseconds.
     pub(super) timer_prescaler: u16,
-    /// Whether the crystal runs: ±50 ppm, the RC oscillator ±1 % at 25 °C.
+    /// True if the crystal runs: ±50 ppm, the RC oscillator ±1 % at 25 °C.
     pub(super) crystal: bool,
 }
 
@@ -107,4 +105,9 @@ fn run_from_crystal(rcc: &RCC, flash: &FLASH) -> bool {
         .modify(|_, w| w.hpre().div1().ppre1().div4().ppre2().div2());
     rcc.cfgr().modify(|_, w| w.sw().pll());
     soon(TRIES, || rcc.cfgr().read().sws().is_pll())
+}
+
+/// Polls until something is ready, `tries` times at most; no wait is endless.
+pub(super) fn soon(tries: u32, mut ready: impl FnMut() -> bool) -> bool {
+    (0..tries).any(|_| ready())
 }

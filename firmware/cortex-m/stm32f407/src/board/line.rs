@@ -9,13 +9,12 @@ use cortex_m::peripheral::NVIC;
 use parts::ring::Ring;
 use stm32f4::stm32f407::{Interrupt, USART2, interrupt};
 
-use super::clock::Clocks;
-use super::soon;
+use super::clock::{Clocks, soon};
 
 /// Polls for a byte to leave: above 300 µs at 168 MHz, where it takes 11 µs.
 const TRIES: u32 = 10_000;
 
-/// What came and was not yet taken.
+/// Bytes that came and were not yet taken.
 static RECEIVED: Ring = Ring::new();
 
 /// USART2.

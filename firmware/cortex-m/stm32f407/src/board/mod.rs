@@ -1,18 +1,12 @@
 //! The board: what happens at a reset, and the parts of the chip in use.
 
-mod bench;
 mod chip;
 mod clock;
-mod converter;
-mod driving;
 mod electronics;
-mod encoder;
 mod line;
-mod panel;
+mod modes;
 mod pins;
-mod power;
 mod samples;
-mod watchdog;
 
 use cortex_m_rt::entry;
 use firmware::{CAPACITY, SetpointTable};
@@ -21,11 +15,9 @@ use parts as _;
 use stm32f4::stm32f407::Peripherals;
 
 use self::chip::Chip;
-use self::electronics::Electronics;
-use self::encoder::Encoder;
+use self::electronics::{Bus, Electronics, Encoder, PowerStage};
 use self::line::Line;
-use self::panel::{Lamp, Panel};
-use self::power::PowerStage;
+use self::pins::{Lamp, Panel};
 use self::samples::Samples;
 
 /// Core cycles until the pull resistors have charged their pins: 60 µs at
@@ -50,7 +42,7 @@ fn main() -> ! {
     let power = PowerStage::new(chip.GPIOC);
     let drives = power.jumper_is_set();
     let encoder = Encoder::start(chip.TIM2);
-    let converter = converter::Bus::start(chip.SPI2, chip.GPIOB);
+    let converter = Bus::start(chip.SPI2, chip.GPIOB);
     let mut electronics = Electronics::new(encoder, converter, power);
     let is_safe = electronics.initialise().is_ok();
     panel.show(Lamp::Fault, !is_safe);
@@ -60,10 +52,10 @@ fn main() -> ! {
     if drives {
         let samples = Samples::new(chip.TIM3, chip.TIM5);
         let board = is_safe.then_some(electronics);
-        driving::run(board, panel, samples, chip.IWDG, &clocks, line, &meter)
+        modes::drive(board, panel, samples, chip.IWDG, &clocks, line, &meter)
     } else {
         panel.show(Lamp::Bench, true);
-        bench::run(line, meter, TABLE)
+        modes::bench(line, meter, TABLE)
     }
 }
 
@@ -72,9 +64,4 @@ fn halt() -> ! {
     loop {
         cortex_m::asm::wfi();
     }
-}
-
-/// Polls until something is ready, `tries` times at most; no wait is endless.
-fn soon(tries: u32, mut ready: impl FnMut() -> bool) -> bool {
-    (0..tries).any(|_| ready())
 }

@@ -1,4 +1,5 @@
-//! The sample time: TIM3 begins each sample, TIM5 counts them.
+//! The sample time: TIM3 begins each sample, TIM5 counts them, and the
+//! independent watchdog resets a program that leaves them out.
 //!
 //! ```text
 //!  1 MHz ─► TIM3, Δt ──┬── interrupt
@@ -8,7 +9,7 @@
 //! The count goes on without the program, so that a sample that was left out
 //! shows in it.
 
-use stm32f4::stm32f407::{TIM3, TIM5};
+use stm32f4::stm32f407::{IWDG, TIM3, TIM5};
 use stm32f407_drive::axis::PERIOD_NS;
 
 use super::clock::Clocks;
@@ -60,8 +61,35 @@ impl Samples {
         self.counter.cnt().read().bits()
     }
 
-    /// Whether the next one has begun.
+    /// Tells whether the next one has begun.
     pub(super) fn is_over(&self) -> bool {
         self.timer.sr().read().uif().is_update_pending()
+    }
+}
+
+/// The independent watchdog: a program that hangs is a reset, and a reset takes
+/// the power away. It runs from its own oscillator, whatever becomes of the
+/// crystal.
+#[derive(Debug)]
+pub(super) struct Watchdog(IWDG);
+
+impl Watchdog {
+    /// From here on [`Watchdog::feed`] must come within 10 ms; the oscillator
+    /// has 17 to 47 kHz (DS 5.3.9), which makes it 7 to 19 ms. It goes on while a
+    /// debugger holds the core: a breakpoint in drive mode is a reset, because
+    /// the motor would go on with the last code.
+    pub(super) fn start(watchdog: IWDG) -> Self {
+        // RM 21.3 and 21.4: a quarter of 32 kHz, 80 counts.
+        watchdog.kr().write(|w| w.key().start());
+        watchdog.kr().write(|w| w.key().unlock());
+        watchdog.pr().write(|w| w.pr().divide_by4());
+        watchdog.rlr().write(|w| w.rl().set(80));
+        watchdog.kr().write(|w| w.key().feed());
+        Self(watchdog)
+    }
+
+    /// All is well.
+    pub(super) fn feed(&mut self) {
+        self.0.kr().write(|w| w.key().feed());
     }
 }

@@ -1,6 +1,6 @@
 //! Describing functions against the integrals that they are.
 
-use super::super::describing::{deflection_third, quantiser_harmonics};
+use super::super::cycles::{deflection_third, quantiser_harmonics};
 use super::super::{joint_share, quantiser, quantiser_bias};
 
 /// The describing functions against the Fourier integral of what they describe.

@@ -107,7 +107,7 @@ fn a_load_that_drifts_in_the_gap_is_no_prediction() {
     }
 }
 
-/// Where the theory does not apply it is silent.
+/// The theory is silent where it does not apply.
 #[test]
 fn no_cycle_where_the_theory_does_not_apply() {
     let hunting = ["controller.law=sampled", "controller.kd_s=0.2"];

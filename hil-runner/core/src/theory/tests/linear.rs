@@ -5,11 +5,11 @@ use std::f64::consts::PI;
 use nalgebra::{Complex, SMatrix};
 
 use super::super::characteristic::Characteristic;
-use super::super::closed_loop::ClosedLoop;
 use super::super::family::LoopFamily;
 use super::super::gains::LoopGains;
 use super::super::held::HeldStep;
 use super::super::linear_axis::{Body, JointState, LinearAxis, ONE, TWO};
+use super::super::noise::ClosedLoop;
 use super::Draw;
 use crate::time::seconds;
 use plant::Joint;

@@ -1,4 +1,4 @@
-//! What a margin means, and which loops have none.
+//! Meaning of a margin, and the loops that have none.
 
 use std::f64::consts::PI;
 

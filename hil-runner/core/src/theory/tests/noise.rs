@@ -187,7 +187,7 @@ fn variance_is_the_sum_of_the_squared_impulse_response() {
     }
 }
 
-/// Where the theory does not apply it is silent.
+/// The theory is silent where it does not apply.
 #[test]
 fn no_noise_where_the_theory_does_not_apply() {
     let noise = |sets: &[&str]| quantisation_noise(&case("paper-2", sets));

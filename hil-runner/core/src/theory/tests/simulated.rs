@@ -7,7 +7,7 @@ use super::linear::spectral_radius;
 use super::{case, rows};
 use crate::time::seconds;
 
-/// What the closed loop's slowest mode grows by in a sample, from the screw's
+/// Growth of the closed loop's slowest mode in a sample, from the screw's
 /// distance to its command long after the motion.
 fn growth_per_sample(case: &crate::case::Case) -> f64 {
     let rows = rows(case);

@@ -1,4 +1,4 @@
-//! How a simulated axis swings at the end of its run.
+//! Oscillation of a simulated axis at the end of its run.
 
 use super::super::Cycle;
 use super::rows;
@@ -6,7 +6,7 @@ use crate::case::Case;
 use crate::time::seconds;
 use crate::trace::Row;
 
-/// What the axis really does at the end of a run.
+/// The axis at the end of a run.
 pub(super) struct Swing {
     /// √2 times the rms around a mean that moves along \[µm\].
     pub(super) carriage_um: f64,

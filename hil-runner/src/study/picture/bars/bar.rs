@@ -78,8 +78,7 @@ pub(super) fn draw_number(canvas: &mut Canvas, frame: &Frame, top: f64, bar: Opt
         return canvas.text(number::MISSING, (start, middle), &lettering);
     };
     let ends = Ends::of(frame, &bar);
-    let shown = number::significant(bar.median * frame.x.factor(), 3);
-    let text = number::table(shown);
+    let text = number::rounded(bar.median * frame.x.factor(), 3);
     let wide = width(&text, NOTE_PX);
     let (before, behind) = (ends.low.min(ends.end), ends.high.max(ends.end));
     let left = if bar.median < 0.0 && before - wide - 8.0 > frame.area.left {

@@ -1,10 +1,12 @@
 //! The axes that are measured, as constants: what is off costs nothing.
 
-use firmware::axis::{Axis, Feedback, Rest, Watches};
+use firmware::axis::{Axis, Feedback, Monitors, Rest};
 use firmware::law::{AntiWindup, Derivative, FilterWords, Law, LawWords};
+use firmware::monitor::{
+    EncoderLossMonitor, FollowingErrorMonitor, SaturationMonitor, TickMonitor,
+};
 use firmware::output::{Output, Quantiser};
-use firmware::watch::{EncoderLossWatch, FollowingErrorWatch, SaturationWatch, TickWatch};
-use firmware::{CounterParameters, Dac, GainWord, Room, TakeUp, Trigger};
+use firmware::{BacklashCompensation, CounterParameters, Dac, GainWord, Room, Trigger};
 
 /// Takes what was accepted; ends the build where something was refused.
 macro_rules! accepted {
@@ -30,7 +32,7 @@ const WITH_CLAMP: LawWords = LawWords {
     ..WORDS
 };
 
-const OF_PRODUCT: LawWords = LawWords {
+const OF_AXIS: LawWords = LawWords {
     derivative: Derivative::Measurement,
     ..WITH_CLAMP
 };
@@ -62,91 +64,91 @@ const fn axis(words: LawWords, slew: Option<u32>, quantiser: Quantiser) -> Axis 
     Axis::new(law, accepted!(Output::new(dac, slew, quantiser)))
 }
 
-const fn product(words: LawWords) -> Axis {
+const fn in_service(words: LawWords) -> Axis {
     axis(words, None, Quantiser::ErrorFeedback)
 }
 
 pub(crate) static PLAIN: Axis = axis(WORDS, None, Quantiser::Nearest);
 pub(crate) static CLAMP: Axis = axis(WITH_CLAMP, None, Quantiser::Nearest);
-pub(crate) static MEASUREMENT: Axis = axis(OF_PRODUCT, None, Quantiser::Nearest);
-pub(crate) static PRODUCT: Axis = product(OF_PRODUCT);
-pub(crate) static BACK_CALCULATION: Axis = product(LawWords {
+pub(crate) static MEASUREMENT: Axis = axis(OF_AXIS, None, Quantiser::Nearest);
+pub(crate) static AXIS: Axis = in_service(OF_AXIS);
+pub(crate) static BACK_CALCULATION: Axis = in_service(LawWords {
     anti_windup: TRACKING,
-    ..OF_PRODUCT
+    ..OF_AXIS
 });
-pub(crate) static FILTER: Axis = product(LawWords {
+pub(crate) static FILTER: Axis = in_service(LawWords {
     filter: Some(FILTER_WORDS),
-    ..OF_PRODUCT
+    ..OF_AXIS
 });
-pub(crate) static FEED_FORWARD: Axis = product(fed_forward(OF_PRODUCT));
-pub(crate) static SLEW: Axis = axis(OF_PRODUCT, SLEW_CODES, Quantiser::ErrorFeedback);
-pub(crate) static DITHER: Axis = axis(OF_PRODUCT, None, Quantiser::Dither { seed: 1 });
-pub(crate) static LONG_WORDS: Axis = product(LawWords {
+pub(crate) static FEED_FORWARD: Axis = in_service(fed_forward(OF_AXIS));
+pub(crate) static SLEW: Axis = axis(OF_AXIS, SLEW_CODES, Quantiser::ErrorFeedback);
+pub(crate) static DITHER: Axis = axis(OF_AXIS, None, Quantiser::Dither { seed: 1 });
+pub(crate) static LONG_WORDS: Axis = in_service(LawWords {
     kp: GainWord::new(1_717_986_918, 29),
     ki_dt: GainWord::new(1_374_389_535, 38),
     kd_per_dt: GainWord::new(1_677_721_600, 25),
-    ..OF_PRODUCT
+    ..OF_AXIS
 });
 
 /// A counter of 16 bits whose glitches are found.
 const COUNTER_16: CounterParameters = accepted!(CounterParameters::accept(16, Some(3_000)));
 
 /// Each of them trips in the sequence, but for the missed tick.
-const fn watched(velocity_fraction_bits: u8) -> Watches {
-    Watches {
-        following_error: Some(accepted!(FollowingErrorWatch::accept(
+const fn monitored(velocity_fraction_bits: u8) -> Monitors {
+    Monitors {
+        following_error: Some(accepted!(FollowingErrorMonitor::accept(
             30_000,
             GainWord::new(5, 1),
             velocity_fraction_bits,
         ))),
-        encoder_loss: Some(accepted!(EncoderLossWatch::accept(4_000, 400))),
-        saturation: Some(accepted!(SaturationWatch::accept(120))),
-        ticks: Some(TickWatch),
+        encoder_loss: Some(accepted!(EncoderLossMonitor::accept(4_000, 400))),
+        saturation: Some(accepted!(SaturationMonitor::accept(120))),
+        ticks: Some(TickMonitor),
     }
 }
 
 /// 40 counts of half a gap.
-const fn taken_up(trigger: Trigger) -> Option<TakeUp> {
+const fn compensated(trigger: Trigger) -> Option<BacklashCompensation> {
     let room = Room {
         velocity: 4 << 32,
         acceleration: 1 << 30,
     };
-    Some(accepted!(TakeUp::plan(40, room, trigger)))
+    Some(accepted!(BacklashCompensation::plan(40, room, trigger)))
 }
 
-pub(crate) static WATCHES: Axis = {
-    let mut axis = product(OF_PRODUCT);
-    axis.watches = watched(0);
+pub(crate) static MONITORS: Axis = {
+    let mut axis = in_service(OF_AXIS);
+    axis.monitors = monitored(0);
     axis
 };
 pub(crate) static COUNTER: Axis = {
-    let mut axis = product(OF_PRODUCT);
+    let mut axis = in_service(OF_AXIS);
     axis.counter = COUNTER_16;
     axis
 };
 pub(crate) static DUAL: Axis = {
-    let mut axis = product(OF_PRODUCT);
+    let mut axis = in_service(OF_AXIS);
     axis.feedback = Feedback::Load(CounterParameters::WORD);
     axis
 };
-pub(crate) static TAKE_UP: Axis = {
-    let mut axis = product(OF_PRODUCT);
-    axis.take_up = taken_up(Trigger::Velocity);
+pub(crate) static BACKLASH_COMPENSATION: Axis = {
+    let mut axis = in_service(OF_AXIS);
+    axis.backlash_compensation = compensated(Trigger::Velocity);
     axis
 };
 pub(crate) static EVERYTHING: Axis = {
     let words = fed_forward(LawWords {
         filter: Some(FILTER_WORDS),
         anti_windup: TRACKING,
-        ..OF_PRODUCT
+        ..OF_AXIS
     });
     let mut axis = axis(words, SLEW_CODES, Quantiser::ErrorFeedback);
     axis.counter = COUNTER_16;
-    axis.take_up = taken_up(Trigger::Velocity);
+    axis.backlash_compensation = compensated(Trigger::Velocity);
     axis.rest = Rest {
         dead_band: 2,
         hold_integral: true,
     };
-    axis.watches = watched(18);
+    axis.monitors = monitored(18);
     axis
 };

@@ -1,4 +1,4 @@
-//! What is measured: a name, and a sample of an axis that is a constant.
+//! Features that are measured: a name, and a sample of an axis that is a constant.
 
 use firmware::axis::{Axis, AxisState, Inputs};
 use firmware::law::{LawInput, LawState};
@@ -36,11 +36,11 @@ pub(crate) struct TickFeature {
     pub(crate) axis: &'static Axis,
     /// The code, and whether there is power.
     pub(crate) sample: fn(&mut AxisState, &Inputs, &mut Setpoints<'_>) -> (i32, bool),
-    /// Whether there is a second encoder to be read.
+    /// True if there is a second encoder to be read.
     pub(crate) reads_load: bool,
 }
 
-/// The law alone. The product's has clamped anti-windup, the derivative of the
+/// The law alone. The axis' has clamped anti-windup, the derivative of the
 /// measurement and error feedback; what follows it in a row is besides or
 /// instead.
 pub(crate) const LAWS: [LawFeature; 10] = [
@@ -49,31 +49,31 @@ pub(crate) const LAWS: [LawFeature; 10] = [
     law("law, clamp, measurement", |m, i| {
         law_of(&axes::MEASUREMENT, m, i)
     }),
-    law("product law", |m, i| law_of(&axes::PRODUCT, m, i)),
-    law("product law, back-calculation", |m, i| {
+    law("axis law", |m, i| law_of(&axes::AXIS, m, i)),
+    law("axis law, back-calculation", |m, i| {
         law_of(&axes::BACK_CALCULATION, m, i)
     }),
-    law("product law, derivative filter", |m, i| {
+    law("axis law, derivative filter", |m, i| {
         law_of(&axes::FILTER, m, i)
     }),
-    law("product law, feed-forward", |m, i| {
+    law("axis law, feed-forward", |m, i| {
         law_of(&axes::FEED_FORWARD, m, i)
     }),
-    law("product law, slew limit", |m, i| law_of(&axes::SLEW, m, i)),
-    law("product law, dither", |m, i| law_of(&axes::DITHER, m, i)),
-    law("product law, words of 31 bits", |m, i| {
+    law("axis law, slew limit", |m, i| law_of(&axes::SLEW, m, i)),
+    law("axis law, dither", |m, i| law_of(&axes::DITHER, m, i)),
+    law("axis law, words of 31 bits", |m, i| {
         law_of(&axes::LONG_WORDS, m, i)
     }),
 ];
 
-/// A whole sample of an axis with the product's law, from a table unless it
+/// A whole sample of an axis with the axis' law, from a table unless it
 /// has a motion.
 pub(crate) const TICKS: [TickFeature; 7] = [
-    tick("tick", &axes::PRODUCT, |s, i, from| {
-        tick_of(&axes::PRODUCT, s, i, &mut from.table)
+    tick("tick", &axes::AXIS, |s, i, from| {
+        tick_of(&axes::AXIS, s, i, &mut from.table)
     }),
-    tick("tick, watches", &axes::WATCHES, |s, i, from| {
-        tick_of(&axes::WATCHES, s, i, &mut from.table)
+    tick("tick, monitors", &axes::MONITORS, |s, i, from| {
+        tick_of(&axes::MONITORS, s, i, &mut from.table)
     }),
     tick("tick, 16-bit counter", &axes::COUNTER, |s, i, from| {
         tick_of(&axes::COUNTER, s, i, &mut from.table)
@@ -84,12 +84,14 @@ pub(crate) const TICKS: [TickFeature; 7] = [
             tick_of(&axes::DUAL, s, i, &mut from.table)
         })
     },
-    tick("tick, motion generator", &axes::PRODUCT, |s, i, from| {
-        tick_of(&axes::PRODUCT, s, i, &mut from.motion)
+    tick("tick, motion generator", &axes::AXIS, |s, i, from| {
+        tick_of(&axes::AXIS, s, i, &mut from.motion)
     }),
-    tick("tick, take-up", &axes::TAKE_UP, |s, i, from| {
-        tick_of(&axes::TAKE_UP, s, i, &mut from.table)
-    }),
+    tick(
+        "tick, backlash compensation",
+        &axes::BACKLASH_COMPENSATION,
+        |s, i, from| tick_of(&axes::BACKLASH_COMPENSATION, s, i, &mut from.table),
+    ),
     tick("tick, everything", &axes::EVERYTHING, |s, i, from| {
         tick_of(&axes::EVERYTHING, s, i, &mut from.motion)
     }),

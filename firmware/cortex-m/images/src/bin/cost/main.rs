@@ -1,7 +1,7 @@
-//! What a sample costs where the axis is a constant of the image, feature by
+//! Cost of a sample where the axis is a constant of the image, feature by
 //! feature: the time of every sample goes to the host over `from-chip`.
 //!
-//! Frames of [`firmware::link::frame`], in this order and unasked:
+//! Frames of [`firmware_link::frame`], in this order and unasked:
 //!
 //! | body | meaning |
 //! | --- | --- |

@@ -1,4 +1,4 @@
-//! What the samples are driven by: a motor in integers behind the code, so that
+//! Drive of the samples: a motor in integers behind the code, so that
 //! every branch of a sample is taken that a real axis takes.
 
 use core::hint::black_box;
@@ -25,7 +25,7 @@ struct Motor {
 }
 
 impl Motor {
-    /// What the encoder shows \[counts\].
+    /// Reading of the encoder \[counts\].
     fn counts(&mut self) -> i32 {
         // Numerical Recipes, section 7.1.
         self.random = self
@@ -100,7 +100,7 @@ const BETWEEN: u64 = 300;
 const MOTIONS: u64 = 5;
 
 /// From this sample on the motor is blocked, in the middle of the last motion:
-/// the output reaches its limit and stays there until the watch trips.
+/// the output reaches its limit and stays there until the monitor trips.
 const BLOCKED: u64 = BETWEEN * (MOTIONS - 1) + 50;
 
 /// Half the gap between motor and load \[counts\].

@@ -1,7 +1,7 @@
 //! The times of samples, on their way to the host.
 
-use firmware::link::frame::{LARGEST_BODY, LARGEST_FRAME, encode};
-use firmware::link::{Reply, Status, Target};
+use firmware_link::frame::{LARGEST_BODY, LARGEST_FRAME, encode};
+use firmware_link::{Reply, Status, Target};
 use heapless::Vec;
 use images::chip::Chip;
 use semihosting::fd::BorrowedFd;

@@ -1,0 +1,233 @@
+//! One row: what goes into a sample, and what must come out of it.
+
+use core::fmt;
+use core::str::{FromStr, SplitWhitespace};
+
+use firmware::axis::{AxisOutput, Inputs};
+use firmware::faults::{Fault, FaultCause, FaultValues};
+use firmware::reference::{Next, Observed, Setpoint, SetpointSource};
+use firmware::states::{Event, State};
+
+/// Inputs of a sample. It is the source of setpoints of that sample too.
+#[derive(Debug, Clone, Copy)]
+pub struct Given<'a> {
+    /// A letter for each request before the sample, `-` for none.
+    pub requests: &'a str,
+    /// Readings of the hardware.
+    pub inputs: Inputs,
+    /// Answer of the source if it is asked.
+    pub next: Next,
+}
+
+/// The letters of the requests.
+const LETTERS: [(char, Event); 4] = [
+    ('E', Event::Enable),
+    ('S', Event::Start),
+    ('D', Event::Disable),
+    ('R', Event::Reset),
+];
+
+impl<'a> Given<'a> {
+    /// The inputs of a row: all before the bar; `None` if that is anything else.
+    pub fn read(text: &'a str) -> Option<Self> {
+        let mut columns = Columns(text.split_whitespace());
+        let given = Self {
+            requests: columns.requests()?,
+            inputs: Inputs {
+                tick: columns.number()?,
+                motor_register: columns.number()?,
+                load_register: match columns.name()? {
+                    "-" => None,
+                    register => Some(register.parse().ok()?),
+                },
+                emergency_stop: columns.flag()?,
+                failed_transfers: columns.number()?,
+            },
+            next: columns.next()?,
+        };
+        columns.end()?;
+        Some(given)
+    }
+
+    /// The requests, in their order.
+    pub fn events(&self) -> impl Iterator<Item = Event> {
+        let letters = self.requests.chars().filter(|letter| *letter != '-');
+        letters.filter_map(|letter| {
+            let known = LETTERS.iter().find(|(known, _)| *known == letter);
+            known.map(|(_, event)| *event)
+        })
+    }
+}
+
+impl SetpointSource for Given<'_> {
+    fn next(&mut self, _: &Observed) -> Next {
+        self.next
+    }
+}
+
+/// Outputs that it must give.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Wanted {
+    /// Of the sample.
+    pub output: AxisOutput,
+    /// The fault that is latched after it.
+    pub fault: Option<Fault>,
+}
+
+impl Wanted {
+    /// The outputs of a row: all behind the bar; `None` if that is anything
+    /// else.
+    pub fn read(text: &str) -> Option<Self> {
+        let mut columns = Columns(text.split_whitespace());
+        let wanted = Self {
+            output: AxisOutput {
+                code: columns.number()?,
+                error_counts: columns.number()?,
+                state: {
+                    let name = columns.name()?;
+                    State::ALL.into_iter().find(|state| state.name() == name)?
+                },
+                power: columns.flag()?,
+                out_of_range: columns.flag()?,
+            },
+            fault: columns.fault()?,
+        };
+        columns.end()?;
+        Some(wanted)
+    }
+}
+
+/// The columns of a row from left to right.
+struct Columns<'a>(SplitWhitespace<'a>);
+
+impl<'a> Columns<'a> {
+    fn name(&mut self) -> Option<&'a str> {
+        self.0.next()
+    }
+
+    fn number<T: FromStr>(&mut self) -> Option<T> {
+        self.name()?.parse().ok()
+    }
+
+    fn flag(&mut self) -> Option<bool> {
+        match self.name()? {
+            "0" => Some(false),
+            "1" => Some(true),
+            _ => None,
+        }
+    }
+
+    /// Letters that are known, or `-`.
+    fn requests(&mut self) -> Option<&'a str> {
+        let known = |letter| LETTERS.iter().any(|(known, _)| *known == letter);
+        let requests = self.name()?;
+        (requests == "-" || requests.chars().all(known)).then_some(requests)
+    }
+
+    fn next(&mut self) -> Option<Next> {
+        let kind = self.name()?;
+        if kind == "none" {
+            return Some(Next::Underrun);
+        }
+        let setpoint = Setpoint {
+            position: self.number()?,
+            velocity: self.number()?,
+            acceleration: self.number()?,
+        };
+        match kind {
+            "next" => Some(Next::Setpoint(setpoint)),
+            "last" => Some(Next::Last(setpoint)),
+            _ => None,
+        }
+    }
+
+    /// The fault that is latched, or none.
+    fn fault(&mut self) -> Option<Option<Fault>> {
+        let name = self.name()?;
+        if name == "-" {
+            return Some(None);
+        }
+        let mut causes = FaultCause::ALL.into_iter();
+        Some(Some(Fault {
+            cause: causes.find(|cause| cause.name() == name)?,
+            tick: self.number()?,
+            values: FaultValues {
+                setpoint: self.number()?,
+                position: self.number()?,
+                error: self.number()?,
+                code: self.number()?,
+                measured: self.number()?,
+                limit: self.number()?,
+            },
+        }))
+    }
+
+    /// `Some` if nothing is left.
+    fn end(mut self) -> Option<()> {
+        self.0.next().is_none().then_some(())
+    }
+}
+
+impl fmt::Display for Given<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Inputs {
+            tick,
+            motor_register,
+            load_register,
+            emergency_stop,
+            failed_transfers,
+        } = self.inputs;
+        write!(f, "{} {tick} {motor_register} ", self.requests)?;
+        match load_register {
+            Some(register) => write!(f, "{register}")?,
+            None => f.write_str("-")?,
+        }
+        write!(f, " {} {failed_transfers} ", u8::from(emergency_stop))?;
+        let (kind, setpoint) = match self.next {
+            Next::Setpoint(setpoint) => ("next", setpoint),
+            Next::Last(setpoint) => ("last", setpoint),
+            Next::Underrun => return f.write_str("none"),
+        };
+        let Setpoint {
+            position,
+            velocity,
+            acceleration,
+        } = setpoint;
+        write!(f, "{kind} {position} {velocity} {acceleration}")
+    }
+}
+
+impl fmt::Display for Wanted {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let AxisOutput {
+            code,
+            error_counts,
+            state,
+            power,
+            out_of_range,
+        } = self.output;
+        let (power, range) = (u8::from(power), u8::from(out_of_range));
+        write!(f, "{code} {error_counts} {} {power} {range} ", state.name())?;
+        let Some(Fault {
+            cause,
+            tick,
+            values,
+        }) = self.fault
+        else {
+            return f.write_str("-");
+        };
+        let FaultValues {
+            setpoint,
+            position,
+            error,
+            code,
+            measured,
+            limit,
+        } = values;
+        write!(
+            f,
+            "{} {tick} {setpoint} {position} {error} {code} {measured} {limit}",
+            cause.name()
+        )
+    }
+}

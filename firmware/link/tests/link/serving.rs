@@ -1,0 +1,325 @@
+//! A server acts once on a request, and on no other.
+
+use firmware::axis::{Axis, Inputs};
+use firmware::law::{Law, LawWords};
+use firmware::output::{Output, Quantiser};
+use firmware::{Dac, Event, GainWord, Next, SetpointTable, State};
+use firmware_link::frame::{Received, crc32_on};
+use firmware_link::settings::{write_axis, write_paper};
+use firmware_link::{Events, Identity, Nak, Reply, Request, Server, SourceKind, Step, Target};
+
+/// A target in memory whose clock stands still.
+struct Memory;
+
+impl Target for Memory {
+    fn identity(&self) -> Identity {
+        Identity {
+            version: 1,
+            target: *b"memory\0\0",
+            image_crc: 7,
+            flash_bytes: 8,
+            ram_bytes: 9,
+            table_capacity: 16,
+            timer_hz: 10,
+        }
+    }
+    fn start(&mut self) {}
+    fn elapsed(&mut self) -> u32 {
+        5
+    }
+    fn stack_bytes(&self) -> u32 {
+        11
+    }
+}
+
+/// A host that asks once.
+struct Host<'t> {
+    server: Server<'t, 16>,
+    configuration: u32,
+}
+
+impl Host<'_> {
+    fn ask(&mut self, session: u16, number: u32, request: &Request<'_>) -> Reply {
+        let body = request.body(session, number, u64::MAX).unwrap();
+        let reply = self.server.answer(Received::Body(&body), &mut Memory);
+        let (header, reply) = Reply::read(&reply.unwrap()).unwrap();
+        assert_eq!(header.number, number);
+        reply
+    }
+
+    /// A part of the configuration.
+    fn part(&mut self, session: u16, number: u32, request: &Request<'_>) -> Reply {
+        let body = request.body(session, number, 0).unwrap();
+        self.configuration = crc32_on(self.configuration, &[request.kind()]);
+        self.configuration = crc32_on(self.configuration, &body[7..]);
+        self.ask(session, number, request)
+    }
+}
+
+/// Kp = 2 codes per count behind 12 bits.
+fn axis() -> Axis {
+    let dac = Dac::with_bits(12).unwrap();
+    let words = LawWords {
+        kp: GainWord::new(1 << 30, 29),
+        ..LawWords::NONE
+    };
+    let law = Law::accept(words, dac).unwrap();
+    Axis::new(law, Output::new(dac, None, Quantiser::Nearest).unwrap())
+}
+
+fn step(motor_register: u32, tick: u64, events: &[Event]) -> Request<'static> {
+    let mut set = Events::default();
+    for event in events {
+        set.insert(*event);
+    }
+    Request::Step(Step {
+        events: set,
+        inputs: Inputs {
+            tick,
+            motor_register,
+            ..Inputs::default()
+        },
+        motor_unread: false,
+        next: Next::Underrun,
+    })
+}
+
+/// A session in which the axis waits for its first sample, number 4.
+fn configured(table: &mut SetpointTable<16>) -> Host<'_> {
+    let mut host = Host {
+        server: Server::new(table),
+        configuration: 0,
+    };
+    assert!(matches!(host.ask(1, 0, &Request::Hello), Reply::Hello(_)));
+    let payload = write_axis(&axis()).unwrap();
+    assert_eq!(host.part(1, 1, &Request::Axis(&payload)), Reply::Taken);
+    let setpoints: Vec<u8> = [0_i32, 100, 200]
+        .iter()
+        .flat_map(|r| r.to_le_bytes())
+        .collect();
+    assert_eq!(
+        host.part(1, 2, &Request::Setpoints(&setpoints)),
+        Reply::Taken
+    );
+    let begin = Request::Begin {
+        configuration: host.configuration,
+        source: SourceKind::Table,
+        events: Events::default(),
+    };
+    assert_eq!(host.ask(1, 3, &begin), Reply::Taken);
+    host
+}
+
+fn code(reply: Reply) -> i32 {
+    match reply {
+        Reply::Stepped(stepped) => stepped.code,
+        other => panic!("no sample: {other:?}"),
+    }
+}
+
+#[test]
+fn a_session_from_hello_to_status() {
+    let mut table = SetpointTable::resting_at(0);
+    let mut host = configured(&mut table);
+    let first = host.ask(1, 4, &step(0, 0, &[Event::Enable, Event::Start]));
+    let Reply::Stepped(first) = first else {
+        panic!("{first:?}")
+    };
+    assert_eq!(
+        (first.code, first.state, first.ticks),
+        (0, State::Moving, 5)
+    );
+    assert_eq!(code(host.ask(1, 5, &step(90, 1, &[]))), 20);
+    let Reply::Status(status) = host.ask(1, 6, &Request::Status) else {
+        panic!()
+    };
+    assert_eq!((status.stack_bytes, status.steps), (11, 2));
+}
+
+/// The contrast to acting once: a server that carried the repetition out would
+/// answer with the next setpoint's code.
+#[test]
+fn a_repeated_request_is_answered_and_not_repeated() {
+    let mut table = SetpointTable::resting_at(0);
+    let mut host = configured(&mut table);
+    host.ask(1, 4, &step(0, 0, &[Event::Enable, Event::Start]));
+    let once = host.ask(1, 5, &step(90, 1, &[]));
+    let again = host.ask(1, 5, &step(90, 1, &[]));
+    assert_eq!(again, once);
+    assert_eq!(code(host.ask(1, 6, &step(90, 2, &[]))), 220);
+}
+
+#[test]
+fn numbers_and_sessions_that_are_not_expected_are_refused() {
+    let mut table = SetpointTable::resting_at(0);
+    let mut host = configured(&mut table);
+    let number = Reply::Nak(Nak::Number { expected: 4 });
+    for other in [0, 2, 5, 1_000] {
+        assert_eq!(host.ask(1, other, &step(0, 0, &[])), number);
+    }
+    assert_eq!(host.ask(2, 4, &step(0, 0, &[])), Reply::Nak(Nak::Session));
+    // A late HELLO of the same session ends nothing, one of another does.
+    assert!(matches!(host.ask(1, 0, &Request::Hello), Reply::Hello(_)));
+    assert_eq!(code(host.ask(1, 4, &step(0, 0, &[]))), 0);
+    assert!(matches!(host.ask(2, 0, &Request::Hello), Reply::Hello(_)));
+    assert_eq!(host.ask(1, 5, &step(0, 0, &[])), Reply::Nak(Nak::Session));
+    assert_eq!(host.ask(2, 1, &step(0, 0, &[])), Reply::Nak(Nak::Request));
+}
+
+#[test]
+fn another_configuration_is_refused() {
+    let mut table = SetpointTable::resting_at(0);
+    let mut host = Host {
+        server: Server::new(&mut table),
+        configuration: 0,
+    };
+    host.ask(9, 0, &Request::Hello);
+    let payload = write_axis(&axis()).unwrap();
+    host.part(9, 1, &Request::Axis(&payload));
+    let begin = |configuration| Request::Begin {
+        configuration,
+        source: SourceKind::Table,
+        events: Events::default(),
+    };
+    let here = host.configuration;
+    let refused = Reply::Nak(Nak::Configuration { here });
+    assert_eq!(host.ask(9, 2, &begin(here ^ 1)), refused);
+    assert_eq!(host.ask(9, 2, &begin(here)), Reply::Taken);
+}
+
+#[test]
+fn more_setpoints_than_the_table_holds_are_refused() {
+    let mut table = SetpointTable::resting_at(0);
+    let mut host = Host {
+        server: Server::new(&mut table),
+        configuration: 0,
+    };
+    host.ask(9, 0, &Request::Hello);
+    let ten = [0; 40];
+    assert_eq!(host.ask(9, 1, &Request::Setpoints(&ten)), Reply::Taken);
+    let full = Reply::Nak(Nak::Table);
+    assert_eq!(host.ask(9, 2, &Request::Setpoints(&ten)), full);
+}
+
+#[test]
+fn a_damaged_frame_asks_for_the_next_request() {
+    let mut table = SetpointTable::resting_at(0);
+    let mut host = configured(&mut table);
+    let reply = host.server.answer(Received::Damaged, &mut Memory).unwrap();
+    let (header, reply) = Reply::read(&reply).unwrap();
+    assert_eq!((header.session, header.number), (1, 4));
+    assert_eq!(reply, Reply::Nak(Nak::Damaged));
+}
+
+/// Other parameters change the code, and nothing of where the axis stands.
+#[test]
+fn a_running_axis_takes_other_parameters() {
+    let mut table = SetpointTable::resting_at(0);
+    let mut host = configured(&mut table);
+    host.ask(1, 4, &step(0, 0, &[Event::Enable, Event::Start]));
+    assert_eq!(code(host.ask(1, 5, &step(90, 1, &[]))), 20);
+    let law = *axis().law();
+    let slow = Axis::new(
+        law,
+        Output::new(law.dac(), Some(7), Quantiser::Nearest).unwrap(),
+    );
+    let payload = write_axis(&slow).unwrap();
+    assert_eq!(host.ask(1, 6, &Request::Axis(&payload)), Reply::Taken);
+    // Still moving, to the third setpoint: 220 codes, in steps of 7 from 20 on.
+    assert_eq!(code(host.ask(1, 7, &step(90, 2, &[]))), 27);
+    let refused = Reply::Nak(Nak::Settings);
+    assert_eq!(host.ask(1, 8, &Request::Axis(&payload[1..])), refused);
+    assert_eq!(code(host.ask(1, 8, &step(90, 3, &[]))), 34);
+}
+
+/// There is no axis where the paper's controller runs.
+#[test]
+fn the_papers_controller_takes_no_axis() {
+    let mut table = SetpointTable::resting_at(0);
+    let mut host = Host {
+        server: Server::new(&mut table),
+        configuration: 0,
+    };
+    host.ask(1, 0, &Request::Hello);
+    // Kp = 3.2 codes per count, Ki = 5 /s and Kd = 0.05 s at 1 ms.
+    let words = firmware::PidWords {
+        kp: GainWord::new(1_717_986_918, 29),
+        ki_dt: GainWord::new(1_374_389_535, 38),
+        kd_per_dt: GainWord::new(1_677_721_600, 25),
+        error_bits: 18,
+    };
+    let payload = write_paper(&words, Dac::with_bits(12).unwrap()).unwrap();
+    assert_eq!(host.part(1, 1, &Request::Paper(&payload)), Reply::Taken);
+    let begin = Request::Begin {
+        configuration: host.configuration,
+        source: SourceKind::Table,
+        events: Events::default(),
+    };
+    assert_eq!(host.ask(1, 2, &begin), Reply::Taken);
+    let payload = write_axis(&axis()).unwrap();
+    let refused = Reply::Nak(Nak::Request);
+    assert_eq!(host.ask(1, 3, &Request::Axis(&payload)), refused);
+    assert_eq!(code(host.ask(1, 3, &step(0, 0, &[]))), 0);
+}
+
+#[test]
+fn every_refusal_reads_as_it_was_written() {
+    let naks = [
+        Nak::Damaged,
+        Nak::Session,
+        Nak::Number { expected: 7 },
+        Nak::Request,
+        Nak::Configuration { here: 9 },
+        Nak::Settings,
+        Nak::Table,
+        Nak::Driving,
+    ];
+    let mut bodies = Vec::new();
+    for nak in naks {
+        let body = Reply::Nak(nak).body(1, 2).unwrap();
+        let (header, reply) = Reply::read(&body).unwrap();
+        assert_eq!((header.session, header.number), (1, 2));
+        assert_eq!(reply, Reply::Nak(nak));
+        bodies.push(body);
+    }
+    // The next number is none: eight are all that there are.
+    let mut unknown = bodies.pop().unwrap();
+    let cause = unknown.len() - 5;
+    unknown[cause] += 1;
+    assert_eq!(Reply::read(&unknown), None);
+}
+
+proptest::proptest! {
+    #![proptest_config(proptest::test_runner::Config::with_cases(20_000))]
+
+    /// Whatever a whole frame says, the server answers with a reply that can be
+    /// read, or with nothing, and goes on serving.
+    #[test]
+    fn any_body_is_answered_or_left(
+        bodies in proptest::collection::vec(
+            (0_u8..12, 0_u8..3, 0_u32..7, proptest::collection::vec(proptest::num::u8::ANY, 0..60)),
+            1..12,
+        ),
+        begun in proptest::bool::ANY,
+    ) {
+        let mut table = SetpointTable::resting_at(0);
+        let mut server = if begun {
+            configured(&mut table).server
+        } else {
+            Server::new(&mut table)
+        };
+        for (kind, session, number, rest) in bodies {
+            let mut body = vec![kind, session, 0];
+            body.extend(number.to_le_bytes());
+            body.extend(rest);
+            if let Some(reply) = server.answer(Received::Body(&body), &mut Memory) {
+                let (header, _) = Reply::read(&reply).expect("a reply");
+                proptest::prop_assert_eq!(header.number, number);
+            }
+        }
+        let hello = Request::Hello.body(77, 0, 0).unwrap();
+        let reply = server.answer(Received::Body(&hello), &mut Memory).unwrap();
+        let (_, reply) = Reply::read(&reply).unwrap();
+        proptest::prop_assert!(matches!(reply, Reply::Hello(_)));
+    }
+}

@@ -1,0 +1,6 @@
+//! Records the golden vectors of the axis, `firmware/link/vectors/*.txt`, which
+//! [`firmware_link::vectors`] reads.
+
+pub(crate) mod faults;
+pub(crate) mod record;
+pub(crate) mod scenarios;

@@ -1,0 +1,347 @@
+//! Settings that are not accepted: one shape for all of them.
+//!
+//! Whoever accepts settings gives a [`Refusal`] and builds or changes nothing,
+//! so the run cannot start. Its sentence says the value and what would do.
+
+use core::fmt;
+
+use crate::widen;
+use crate::word::{GainWord, Part};
+
+/// A setting that is not accepted.
+///
+/// ```
+/// use firmware::{Dac, Refusal, refusal::What};
+///
+/// let refusal = Dac::with_bits(25).unwrap_err();
+/// assert_eq!(refusal, Refusal { what: What::DacBits, value: 25, least: 2, most: 24 });
+/// assert_eq!(
+///     refusal.to_string(),
+///     "a D/A converter of 25 bits is not supported; it must have 2 to 24 bits"
+/// );
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Refusal {
+    /// The setting.
+    pub what: What,
+    /// The value given, or what the settings come to.
+    pub value: i64,
+    /// The least value that is accepted.
+    pub least: i64,
+    /// The largest value that is accepted.
+    pub most: i64,
+}
+
+/// A setting that can be refused; its unit is that of the values beside it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum What {
+    /// Bits of the converter.
+    DacBits,
+    /// Slew limit \[codes per sample\].
+    SlewCodes,
+    /// Width of a counter \[bits\].
+    CounterBits,
+    /// Largest jump of a counter with so many bits \[counts\].
+    LargestJump(u8),
+    /// End of a travel that begins here \[counts\].
+    TravelFrom(i64),
+    /// Entries of the setpoint table, at least.
+    Setpoints,
+    /// Exponent of the error range.
+    ErrorBits,
+    /// Mantissa of a gain that is negative.
+    Gain(Part, GainWord),
+    /// Fraction bits of a gain of the paper's law.
+    PidFractionBits(Part, GainWord),
+    /// Mantissa of `Kd/Δt` of the paper's law.
+    PidDerivative(GainWord),
+    /// Fraction bits of the sum.
+    SumFractionBits,
+    /// Fraction bits of a gain. Where `least` is more than `most`, the sum
+    /// itself is too coarse for this gain.
+    LawFractionBits(Part, GainWord),
+    /// Largest integer that a gain multiplies: the term needs more than 62 bits.
+    Term(Part, GainWord),
+    /// Largest difference that `Kd/Δt` serves \[counts\].
+    Difference(GainWord),
+    /// Fraction bits of a sum that holds all terms.
+    Terms,
+    /// Declared range of the sum of errors \[counts\].
+    ErrorSum,
+    /// `Δt/(T_f + Δt)·2^31`.
+    FilterSmoothing,
+    /// Fraction bits of the filtered difference.
+    FilterFractionBits,
+    /// `Δt/T_t·2^31`.
+    Tracking,
+    /// Sample time of a motion \[ns\].
+    Period,
+    /// Travel of a motion \[2^−32 counts\].
+    Travel,
+    /// Intervals 1 to 3 together: no speed is gained.
+    Rise,
+    /// Intervals 5 to 7 together: the speed is not lost again.
+    Fall,
+    /// Intervals together \[ps\].
+    Duration,
+    /// Peak of the velocity \[counts per sample\].
+    Velocity,
+    /// Peak of the acceleration in an interval, 1 to 7 \[counts per sample²\].
+    Acceleration(u8),
+    /// Samples of an interval, 1 to 7: their roundings could add up to a
+    /// quarter of a count.
+    IntervalSamples(u8),
+    /// Limit of the following error \[counts\].
+    FollowingError,
+    /// Mantissa of the lag that is allowed per speed.
+    Lag(GainWord),
+    /// Fraction bits of the velocity beside those of the lag.
+    LagFractionBits(GainWord),
+    /// Code that must move the axis.
+    EncoderLossCode,
+    /// Samples after which an encoder is lost.
+    EncoderLossSamples,
+    /// Samples at a limit of the output.
+    SaturationSamples,
+    /// Half gap \[motor counts\].
+    HalfGap,
+    /// Half gap \[motor counts\] for which the motion leaves nothing of this
+    /// velocity or acceleration \[2^−32 counts per sample, per sample²\].
+    NoRoom([u64; 2]),
+    /// Half gap \[motor counts\] that takes too many samples to cross with this
+    /// velocity and acceleration \[2^−32 counts per sample, per sample²\].
+    Crossing([u64; 2]),
+    /// Speed of creep \[2^−16 counts per sample\].
+    CreepSpeed,
+    /// Longest creep \[counts\].
+    LongestCreep,
+    /// Motor counts per load count \[2^−16\].
+    LoadRatio,
+    /// Threshold by which the load is seen to follow.
+    Detection,
+}
+
+impl Refusal {
+    pub(crate) const fn new(what: What, value: i64, [least, most]: [i64; 2]) -> Self {
+        Self {
+            what,
+            value,
+            least,
+            most,
+        }
+    }
+
+    pub(crate) const fn negative(part: Part, word: GainWord) -> Self {
+        let allowed = [0, widen::signed(i32::MAX)];
+        let value = widen::signed(word.mantissa);
+        Self::new(What::Gain(part, word), value, allowed)
+    }
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            what,
+            value,
+            least,
+            most,
+        } = *self;
+        match what {
+            What::DacBits => write!(
+                f,
+                "a D/A converter of {value} bits is not supported; it must have {least} to {most} bits"
+            ),
+            What::SlewCodes => write!(
+                f,
+                "a slew limit of {value} codes per sample is not supported; \
+                 it must be {least} to {most}"
+            ),
+            What::CounterBits => write!(
+                f,
+                "a counter of {value} bits is not supported; it must have between {least} and {most}"
+            ),
+            What::LargestJump(bits) => write!(
+                f,
+                "a largest jump of {value} counts cannot be told from a wrap of {bits} bits \
+                 or lets no axis move; it must lie between {least} and {most}"
+            ),
+            What::TravelFrom(from) => write!(
+                f,
+                "the travel from {from} to {value} counts is too long for positions \
+                 modulo 2^32; it must be shorter than 2^31 counts"
+            ),
+            What::Setpoints if value == 0 => f.write_str(
+                "the setpoint table is empty; it needs at least the setpoint of the first sample",
+            ),
+            What::Setpoints => write!(
+                f,
+                "the motion needs {value} setpoints but the table holds {most}; \
+                 a longer sample time or a shorter motion needs fewer"
+            ),
+            What::ErrorBits => write!(
+                f,
+                "an error range of 2^{value} counts is not supported; \
+                 the exponent must lie between {least} and {most}"
+            ),
+            What::Gain(part, word) => write!(
+                f,
+                "the word {word} of {part} is negative; a gain must be at least {least}"
+            ),
+            What::PidFractionBits(part, word) => write!(
+                f,
+                "the word {word} of {part} has {value} fraction bits; \
+                 it must have between {least} and {most} of them"
+            ),
+            What::PidDerivative(word) => write!(
+                f,
+                "the word {word} of Kd/Δt is larger than 2^27 codes per count; \
+                 with {} fraction bits the mantissa must be at most {most}",
+                word.fraction_bits
+            ),
+            What::SumFractionBits => write!(
+                f,
+                "a sum with {value} fraction bits is not supported; it must have {least} to {most}"
+            ),
+            What::LawFractionBits(part, word) => write!(
+                f,
+                "the word {word} of {part} has {value} fraction bits; \
+                 it must have at least {least} of them, and at most the {most} of the sum"
+            ),
+            What::Term(part, word) => write!(
+                f,
+                "the word {word} of {part} times {value} needs more than 62 bits; \
+                 a smaller gain or a smaller range fits"
+            ),
+            What::Difference(word) => write!(
+                f,
+                "the word {word} of Kd/Δt is too coarse for differences up to {value} counts: \
+                 they must be at most 2^{}",
+                word.fraction_bits
+            ),
+            What::Terms => write!(
+                f,
+                "the terms of the law add up to more than 2^{} codes; \
+                 a sum with fewer than {value} fraction bits or smaller gains fit",
+                62_i64.saturating_sub(value)
+            ),
+            What::ErrorSum => write!(
+                f,
+                "the words let the sum of errors reach {value} counts; \
+                 it must reach {least}: 2^8 errors of the largest size"
+            ),
+            What::FilterSmoothing => write!(
+                f,
+                "the filter's word is {value}; Δt/(T_f + Δt)·2^31 must be between 1 and 2^31 − 1"
+            ),
+            What::FilterFractionBits => write!(
+                f,
+                "the filtered difference has {value} fraction bits; \
+                 the accuracy needs at least {least}, and its range and the sum leave at most {most}"
+            ),
+            What::Tracking => write!(
+                f,
+                "the tracking word is {value}; Δt/T_t·2^31 must be between 1 and 2^31 − 1"
+            ),
+            What::Period => write!(
+                f,
+                "the sample time is {value}; it must be at least {least} ns"
+            ),
+            What::Travel => write!(
+                f,
+                "a travel of {value}/2^32 counts is too long; it must be shorter than 2^31 counts"
+            ),
+            What::Rise => f.write_str(
+                "the intervals 1 to 3 are all 0; one of them must be longer to gain speed",
+            ),
+            What::Fall => f.write_str(
+                "the intervals 5 to 7 are all 0; one of them must be longer to lose speed",
+            ),
+            What::Duration => write!(
+                f,
+                "the intervals add up to {value} ps; together they may last 2^62 ps, 53 days"
+            ),
+            What::Velocity => write!(
+                f,
+                "the motion reaches {value} counts per sample; \
+                 it must stay below 2^30, with a longer motion or a shorter sample time"
+            ),
+            What::Acceleration(interval) => write!(
+                f,
+                "interval {interval} accelerates by {value} counts per sample²; \
+                 it must stay below 2^30, with a longer interval or a shorter sample time"
+            ),
+            What::IntervalSamples(interval) => write!(
+                f,
+                "interval {interval} has {value} samples; \
+                 up to {most} of them are exact to a quarter of a count"
+            ),
+            What::FollowingError => write!(
+                f,
+                "a following error limit of {value} counts is of no use; \
+                 it must lie between {least} and {most}"
+            ),
+            What::Lag(per_speed) => write!(
+                f,
+                "the following error's share per speed {per_speed} is negative; \
+                 it must be at least {least}"
+            ),
+            What::LagFractionBits(per_speed) => write!(
+                f,
+                "the following error's share per speed {per_speed} and a velocity with \
+                 {value} fraction bits have more than 62 of them together"
+            ),
+            What::EncoderLossCode => write!(
+                f,
+                "a code threshold of {value} cannot tell a lost encoder; \
+                 it must lie between {least} and {most}"
+            ),
+            What::EncoderLossSamples => write!(
+                f,
+                "an encoder cannot be lost after {value} samples; it must be at least {least} sample"
+            ),
+            What::SaturationSamples => write!(
+                f,
+                "{value} samples at a limit are never passed; the number must be below {value}"
+            ),
+            What::HalfGap => write!(
+                f,
+                "a half gap of {value} counts is too large; it must be at most {most}"
+            ),
+            What::NoRoom([velocity, acceleration]) => write!(
+                f,
+                "the motion leaves {velocity}·2^-32 counts/sample and {acceleration}·2^-32 \
+                 counts/sample² of the axis' limits; a half gap of {value} counts cannot be \
+                 taken up unless both are above 0"
+            ),
+            What::Crossing([velocity, acceleration]) => write!(
+                f,
+                "with {velocity}·2^-32 counts/sample and {acceleration}·2^-32 counts/sample² \
+                 left of the axis' limits a half gap of {value} counts takes more than \
+                 131070 samples to cross; a slower motion leaves more"
+            ),
+            What::CreepSpeed => write!(
+                f,
+                "a creep of {value}·2^-16 counts/sample is not supported; \
+                 it must lie between {least} and {most}"
+            ),
+            What::LongestCreep => write!(
+                f,
+                "a longest creep of {value} counts is not supported; \
+                 it must lie between {least} and {most}"
+            ),
+            What::LoadRatio => write!(
+                f,
+                "{value}·2^-16 motor counts per load count are not supported; \
+                 it must lie between {least} and {most}"
+            ),
+            What::Detection => write!(
+                f,
+                "a detection with a threshold of {value} sees a load where none is; \
+                 it must be at least {least}"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for Refusal {}

@@ -1,0 +1,293 @@
+//! Bumpless transfer: enabling, switching off in motion, and other gains in motion.
+
+#![allow(clippy::expect_used, reason = "a test stops where its setup fails")]
+
+mod rig;
+
+use firmware::law::{Derivative, FilterWords, Law, LawInput, LawState, LawWords};
+use firmware::output::{Output, Quantiser, Window};
+use firmware::{AxisState, Event, GainWord, Next, Setpoint, State};
+use rig::{Loop, PAPER, Script, Silent, at, axis, dac, position, ramp, with_output};
+
+/// The law's first code for an error and a difference without a take-over.
+fn naive(words: LawWords, error: i32, difference: i32) -> i32 {
+    let law = Law::accept(words, dac(14)).expect("accepted words");
+    let output = Output::new(dac(14), None, Quantiser::Nearest).expect("no slew limit");
+    let input = LawInput {
+        error,
+        difference,
+        ..LawInput::default()
+    };
+    let window = Window::of(dac(14));
+    let sum = law.step(&mut LawState::default(), &input, window).sum;
+    output.code(&mut output.start(), sum, words.sum_fraction_bits, window)
+}
+
+#[test]
+fn enabling_far_from_0_holds_where_the_axis_stands() {
+    let mut run = Loop::new(axis(PAPER), 5_000);
+    for _ in 0..10 {
+        let output = run.tick(&mut Silent);
+        assert_eq!((output.code, output.power), (0, false));
+    }
+    run.request(Event::Enable);
+    for _ in 0..500 {
+        let output = run.tick(&mut Silent);
+        assert_eq!(
+            (output.code, output.error_counts, output.state),
+            (0, 0, State::Enabled)
+        );
+    }
+    assert_eq!(run.motor.counts(), 5_000);
+    // Contrast: a law that starts with its setpoint at 0 drives to its limit.
+    assert_eq!(naive(PAPER, -5_000, 0), -8_192);
+}
+
+/// An axis that coasts at 8 counts per sample is caught where it was enabled.
+#[test]
+fn enabling_in_motion_starts_from_code_0() {
+    for derivative in [Derivative::Error, Derivative::Measurement] {
+        let words = LawWords {
+            derivative,
+            ..PAPER
+        };
+        let mut run = Loop::new(axis(words), -70_000);
+        run.motor.velocity = 8 << 16;
+        for _ in 0..5 {
+            run.tick(&mut Silent);
+        }
+        let speed = i32::try_from(run.motor.velocity >> 16).expect("a small speed");
+        assert!(speed > 4, "still in motion");
+        run.request(Event::Enable);
+        let caught = run.motor.counts();
+        let first = run.tick(&mut Silent);
+        assert_eq!((first.code, first.error_counts, first.power), (0, 0, true));
+        for _ in 0..8_000 {
+            run.tick(&mut Silent);
+        }
+        assert!((run.motor.counts() - caught).abs() <= 1, "{derivative:?}");
+    }
+    // Contrast: the derivative of the measurement alone is a jump.
+    let words = LawWords {
+        derivative: Derivative::Measurement,
+        ..PAPER
+    };
+    assert_eq!(naive(words, 0, 6), -300);
+}
+
+/// A loop in steady motion at 20 counts per sample, under about 500 codes.
+fn in_motion(axis: firmware::Axis) -> Loop {
+    let mut run = Loop::new(axis, 0);
+    run.request(Event::Enable);
+    run.request(Event::Start);
+    let mut source = ramp(0, 1 << 30, 20);
+    for _ in 0..300 {
+        run.tick(&mut source);
+    }
+    assert!(run.motor.velocity > 19 << 16);
+    run
+}
+
+#[test]
+fn switching_off_runs_the_code_down_and_then_takes_the_power() {
+    let slew = 30;
+    let mut run = in_motion(with_output(PAPER, Some(slew), Quantiser::Nearest));
+    let mut code = run.tick(&mut ramp(6_000, 1 << 30, 20)).code;
+    assert!(code > 300, "{code}");
+    run.request(Event::Disable);
+    let mut samples = 0;
+    while code > 0 {
+        let output = run.tick(&mut Silent);
+        let expected = (code - 30).max(0);
+        assert_eq!(output.code, expected);
+        assert_eq!(
+            (output.state, output.power),
+            (State::Disabled, expected != 0)
+        );
+        code = output.code;
+        samples += 1;
+    }
+    assert!(samples > 10, "{samples}");
+    for _ in 0..10 {
+        let output = run.tick(&mut Silent);
+        assert_eq!((output.code, output.power), (0, false));
+    }
+
+    // Contrast: without the limit the code is 0 at once.
+    let mut run = in_motion(axis(PAPER));
+    run.request(Event::Disable);
+    let output = run.tick(&mut Silent);
+    assert_eq!((output.code, output.power), (0, false));
+}
+
+/// The emergency stop does not wait for the slew limit.
+#[test]
+fn a_stop_while_the_code_runs_down_acts_at_once() {
+    let mut run = in_motion(with_output(PAPER, Some(30), Quantiser::Nearest));
+    run.request(Event::Disable);
+    let output = run.tick(&mut Silent);
+    assert!(output.code > 200 && output.power);
+    let output = run.tick_with(&mut Silent, |inputs| inputs.emergency_stop = true);
+    assert_eq!((output.code, output.power), (0, false));
+}
+
+/// Enabled again before the code has come to 0, the law goes on from it; also
+/// where the start is asked for in the same breath.
+#[test]
+fn enabling_while_the_code_runs_down_goes_on_from_it() {
+    for started in [false, true] {
+        let mut run = in_motion(with_output(PAPER, Some(30), Quantiser::Nearest));
+        run.request(Event::Disable);
+        let before = run.tick(&mut Silent).code;
+        assert!(before > 200, "{before}");
+        run.request(Event::Enable);
+        let here = run.motor.counts();
+        let mut stay = Script::new(|_| Next::Setpoint(position(here)));
+        if started {
+            run.request(Event::Start);
+        }
+        let after = run.tick(&mut stay).code;
+        assert_eq!(after, before, "started: {started}");
+    }
+    // Contrast: a law from rest asks for the derivative of nothing: code 0.
+    assert_eq!(naive(PAPER, 0, 20), 0);
+}
+
+/// Other gains, half as stiff and twice as damped.
+fn other(words: LawWords) -> LawWords {
+    LawWords {
+        kp: GainWord::new(1_717_986_918, 30),
+        ki_dt: GainWord::new(687_194_767, 38),
+        kd_per_dt: GainWord::new(1_677_721_600, 24),
+        ..words
+    }
+}
+
+/// Largest step of the code in the sample of the change, over every phase of a
+/// motion that accelerates; and the largest one of the samples before.
+fn steps(words: LawWords, quantiser: Quantiser, told: bool) -> (i32, i32) {
+    let (mut largest, mut usual) = (0, 0);
+    for change in 20..120 {
+        let mut run = Loop::new(with_output(words, None, quantiser), 0);
+        run.request(Event::Enable);
+        run.request(Event::Start);
+        // x = k²/16 counts.
+        let mut source = Script::new(|k| {
+            Next::Setpoint(Setpoint {
+                velocity: i32::try_from(k << 13).expect("a speed"),
+                ..position(i32::try_from(k * k / 16).expect("a position"))
+            })
+        });
+        let mut code = 0;
+        for sample in 0..=change {
+            if sample == change {
+                let law = Law::accept(other(words), dac(14)).expect("accepted words");
+                run.axis.set_law(law);
+                if told {
+                    run.state.gains_changed();
+                }
+            }
+            let now = run.tick(&mut source).code;
+            let step = (now - code).abs();
+            code = now;
+            if sample == change {
+                largest = largest.max(step);
+            } else {
+                usual = usual.max(step);
+            }
+        }
+    }
+    (largest, usual)
+}
+
+#[test]
+fn other_gains_in_motion_go_on_from_the_code_in_force() {
+    let filter = FilterWords {
+        smoothing: 1 << 29,
+        fraction_bits: 12,
+    };
+    let quantisers = [
+        Quantiser::Nearest,
+        Quantiser::ErrorFeedback,
+        Quantiser::Dither { seed: 7 },
+    ];
+    for derivative in [Derivative::Error, Derivative::Measurement] {
+        for filter in [None, Some(filter)] {
+            for quantiser in quantisers {
+                let words = LawWords {
+                    derivative,
+                    filter,
+                    ..PAPER
+                };
+                let (step, usual) = steps(words, quantiser, true);
+                assert!(step <= 1, "{step} at {words:?}, {quantiser:?}");
+                // Contrast: untold, a jump far beyond the steps of the motion itself.
+                let (jump, _) = steps(words, quantiser, false);
+                println!(
+                    "{derivative:?} {filter:?} {quantiser:?}: {step}, untold {jump}, usual {usual}"
+                );
+                assert!(jump > 100, "{jump} at {words:?}, {quantiser:?}");
+            }
+        }
+    }
+}
+
+/// A steady motion of 0.3 counts per sample, followed exactly, under a slow
+/// filter; the words change to `after` at `change`. Largest departure of the
+/// code from the one before, in 150 samples.
+fn departure(before: LawWords, after: LawWords, change: i32) -> i32 {
+    let mut axis_now = axis(before);
+    let mut state = AxisState::start(&axis_now);
+    for event in [Event::Enable, Event::Start] {
+        axis_now.request(&mut state, event).expect("at rest");
+    }
+    let (mut code, mut departure) = (0, 0);
+    for k in 0..change + 150 {
+        if k == change {
+            axis_now = axis(after);
+            state.gains_changed();
+        }
+        let counts = 3 * k / 10;
+        let mut source = Script::new(|_| Next::Setpoint(position(counts)));
+        let tick = u64::try_from(k).expect("a sample");
+        let output = axis_now.tick(&mut state, &at(tick, counts), &mut source);
+        if k < change {
+            code = output.code;
+        } else {
+            departure = departure.max((output.code - code).abs());
+        }
+    }
+    departure
+}
+
+/// The speed is what it was: with other gains the filter goes on from what it
+/// knows, and the samples after the change are as quiet as it is.
+#[test]
+fn other_gains_leave_the_filter_its_memory() {
+    let filter = |fraction_bits| FilterWords {
+        smoothing: 1 << 26,
+        fraction_bits,
+    };
+    let words = LawWords {
+        ki_dt: GainWord::new(1 << 26, 38),
+        derivative: Derivative::Measurement,
+        filter: Some(filter(12)),
+        ..PAPER
+    };
+    let stiffer = LawWords {
+        kp: GainWord::new(1_932_735_283, 29),
+        ..words
+    };
+    // Contrast: a filter of another format starts anew, from the difference of
+    // one sample, 0 or 1 count instead of 0.3.
+    let anew = LawWords {
+        filter: Some(filter(13)),
+        ..words
+    };
+    for change in 300..310 {
+        let goes_on = departure(words, stiffer, change);
+        assert!(goes_on <= 2, "{goes_on} at {change}");
+        let starts = departure(words, anew, change);
+        assert!(starts > 10, "{starts} at {change}");
+    }
+}

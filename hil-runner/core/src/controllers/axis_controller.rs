@@ -1,0 +1,138 @@
+//! Rung `firmware` with everything beyond the paper's law: the firmware's [`Axis`]
+//! on a board, with its setpoints, requests and faults.
+//!
+//! The axis is enabled and started before its first sample. Requests and
+//! injected faults come at the first sample at or after their time.
+
+use firmware::axis::{Axis, AxisState};
+use firmware::hardware::serve;
+use firmware::law::Law;
+
+use super::backlash_compensation::compensated;
+use super::board::BenchBoard;
+use super::setup::{FROM_REST, Setup};
+use super::world::{Reported, Source, World};
+use crate::case::Case;
+use crate::io::IoKind;
+use crate::message::{Command, Measurement};
+use crate::options::GapSource;
+use crate::quantise::{FixedPointGains, QuantiseError};
+
+/// The firmware's axis with its memory, its board and its source of setpoints.
+#[derive(Debug, Clone)]
+pub struct AxisController {
+    axis: Axis,
+    gains: FixedPointGains,
+    /// The law from the gain change on.
+    next_law: Option<Law>,
+    state: AxisState,
+    board: BenchBoard,
+    source: Source,
+    world: World,
+    reported: Reported,
+}
+
+/// Tells whether a run of the case could be set up at this sample time \[ns\], less
+/// the measurement of a gap.
+///
+/// # Errors
+/// [`QuantiseError`] with what is in the way.
+pub fn accepted(case: &Case, sample_time_ns: u64) -> Result<(), QuantiseError> {
+    let setup = Setup::of(case, sample_time_ns)?;
+    let law = setup.law()?.law;
+    match case.options.backlash.gap {
+        GapSource::Given => compensated(&setup, law)?,
+        GapSource::Measured => setup.axis(law)?,
+    };
+    setup.next_law()?;
+    setup.source()?;
+    Ok(())
+}
+
+/// The smallest sample time for which a run of the case could be set up \[ns\],
+/// to three digits; `None` if the present one has none.
+pub fn smallest_sample_time_ns(case: &Case) -> Option<u64> {
+    // A step that is measured and misses its deadline is a verdict, not a refusal.
+    let delay_ns = case.controller.computation_delay.fixed_ns().unwrap_or(0);
+    let fits =
+        |sample_time_ns| sample_time_ns >= delay_ns && accepted(case, sample_time_ns).is_ok();
+    let mut fitting = case.controller.sample_time_ns.filter(|&ns| fits(ns))?;
+    let mut refused = 0;
+    while fitting - refused > 1 && fitting > refused + refused / 1_000 {
+        let middle = refused + (fitting - refused) / 2;
+        if fits(middle) {
+            fitting = middle;
+        } else {
+            refused = middle;
+        }
+    }
+    Some(fitting)
+}
+
+impl AxisController {
+    /// # Errors
+    /// [`QuantiseError`] if a setting has no fixed-point form, the motion cannot be
+    /// generated, the gap cannot be measured or crossed, or the board has no such
+    /// converter.
+    pub fn new(case: &Case, period_ns: u64, io: IoKind) -> Result<Self, QuantiseError> {
+        let setup = Setup::of(case, period_ns)?;
+        let scaled = setup.law()?;
+        let axis = compensated(&setup, scaled.law)?;
+        let mut state = AxisState::start(&axis);
+        // From rest, before the first sample: the table has no refusal here.
+        for event in FROM_REST {
+            let _ = axis.request(&mut state, event);
+        }
+        Ok(Self {
+            reported: Reported::new(state.state()),
+            world: World::new(&case.options, period_ns),
+            axis,
+            next_law: setup.next_law()?,
+            gains: scaled.fixed_point(),
+            state,
+            board: BenchBoard::new(case, io)?,
+            source: setup.source()?,
+        })
+    }
+
+    /// The gains in fixed point, with their rounding.
+    pub fn gains(&self) -> &FixedPointGains {
+        &self.gains
+    }
+
+    /// One sample.
+    pub fn step(&mut self, measurement: Measurement) -> Command {
+        let tick = measurement.tick;
+        let Some(arrivals) = self.world.at(measurement) else {
+            return self.reported.command(tick, false);
+        };
+        for event in arrivals.events.into_iter().flatten() {
+            self.reported.asked(event);
+            // The report has counted a refusal.
+            let _ = self.axis.request(&mut self.state, event);
+        }
+        if arrivals.gains_change
+            && let Some(law) = self.next_law
+            && law != *self.axis.law()
+        {
+            self.axis.set_law(law);
+            self.state.gains_changed();
+        }
+        if let Source::Queue(queue) = &mut self.source {
+            queue.fill(arrivals.queue_is_dry);
+        }
+        self.board.set_inputs(arrivals.shown);
+        let output = serve(
+            &self.axis,
+            &mut self.state,
+            &mut self.board,
+            &mut self.source,
+            tick,
+        );
+        let code = self.board.code_in_force();
+        let fault = self.state.fault().copied();
+        self.reported
+            .sampled(output.state, output.error_counts, code, fault);
+        self.reported.command(tick, output.out_of_range)
+    }
+}

@@ -1,0 +1,316 @@
+//! From a case in SI units to the firmware's axis: law, output, encoders, monitors
+//! and setpoints.
+
+use firmware::axis::{Axis, Feedback as AxisFeedback, Monitors, Rest};
+use firmware::law::Law;
+use firmware::monitor::{
+    EncoderLossMonitor, FollowingErrorMonitor, SaturationMonitor, TickMonitor,
+};
+use firmware::motion::MotionPlan;
+use firmware::output::{Output, Quantiser};
+use firmware::position::CounterParameters;
+use firmware::reference::TableSource;
+use firmware::{Dac, Event};
+
+use super::setpoint::Setpoint;
+use super::world::{Generator, Source, StreamedQueue};
+use crate::case::Case;
+use crate::message::whole;
+use crate::options::{self, Feedback, RestIntegrator, SetpointOrigin};
+use crate::quantise::{QuantiseError, finest_word};
+use crate::scaling::{RateBits, ScaledLaw, ScalingRequest};
+
+/// Requests to the axis before its first sample.
+pub const FROM_REST: [Event; 2] = [Event::Enable, Event::Start];
+
+/// A case, on its way to the parts of an axis.
+#[derive(Debug)]
+pub struct Setup<'a> {
+    pub(super) case: &'a Case,
+    pub(super) period_ns: u64,
+    pub(super) setpoint: Setpoint,
+    plan: Option<MotionPlan>,
+}
+
+impl<'a> Setup<'a> {
+    /// The settings of `case` at a sample time of `period_ns`.
+    ///
+    /// # Errors
+    /// [`QuantiseError`] if the motion cannot be generated.
+    pub fn of(case: &'a Case, period_ns: u64) -> Result<Self, QuantiseError> {
+        let setpoint = match (case.options.law.feedback, case.options.encoders.load) {
+            (Feedback::Dual, Some(load)) => Setpoint::of_load(case, period_ns, load),
+            _ => Setpoint::new(case, period_ns),
+        };
+        let plan = match case.options.law.setpoints {
+            SetpointOrigin::Table => None,
+            SetpointOrigin::Generator | SetpointOrigin::Queue => {
+                Some(plan(case, period_ns, &setpoint)?)
+            }
+        };
+        Ok(Self {
+            case,
+            period_ns,
+            setpoint,
+            plan,
+        })
+    }
+
+    /// The axis without anything that acts on the reference: the one that a
+    /// measurement of the gap runs on.
+    pub(super) fn axis(&self, law: Law) -> Result<Axis, QuantiseError> {
+        let settings = &self.case.options;
+        let output = Output::new(
+            Dac::with_bits(self.case.dac.bits).map_err(QuantiseError::Dac)?,
+            self.slew()?,
+            self.quantiser(),
+        )
+        .map_err(|error| {
+            QuantiseError::setting(
+                "controller.slew_limit_codes_per_s",
+                self.slew_value(),
+                &error,
+            )
+        })?;
+        let bits = u8::try_from(settings.encoders.counter_bits).unwrap_or(u8::MAX);
+        let counter = |jump| {
+            CounterParameters::accept(bits, jump).map_err(|error| {
+                let value = f64::from(settings.limits.count_jump_counts.unwrap_or(0));
+                QuantiseError::setting("limits.count_jump_counts", value, &error)
+            })
+        };
+        let mut axis = Axis::new(law, output);
+        axis.counter = counter(settings.limits.count_jump_counts)?;
+        axis.feedback = match settings.law.feedback {
+            Feedback::Motor => AxisFeedback::Motor,
+            // A jump of the motor is one of the load by as many counts.
+            Feedback::Dual => {
+                let per_count = 1.0 / self.motor_counts_per_count();
+                let jump = settings.limits.count_jump_counts.map(|counts| {
+                    let counts = (f64::from(counts) * per_count).ceil();
+                    // Saturates; what the counter cannot tell is refused.
+                    counts.max(1.0) as u32
+                });
+                AxisFeedback::Load(counter(jump)?)
+            }
+        };
+        axis.rest = Rest {
+            dead_band: settings.law.rest_dead_band_counts,
+            hold_integral: settings.law.rest_integrator == RestIntegrator::Hold,
+        };
+        axis.monitors = self.monitors()?;
+        Ok(axis)
+    }
+
+    /// The law from the start.
+    ///
+    /// # Errors
+    /// [`QuantiseError`] if a gain has no fixed-point form.
+    pub fn law(&self) -> Result<ScaledLaw, QuantiseError> {
+        self.request().scaled_law()
+    }
+
+    /// The law from the gain change on.
+    ///
+    /// # Errors
+    /// As [`Self::law`].
+    pub fn next_law(&self) -> Result<Option<Law>, QuantiseError> {
+        let Some(change) = self.case.options.gain_change else {
+            return Ok(None);
+        };
+        let mut request = self.request();
+        let gains = &mut request.gains;
+        gains.kp = change.kp.unwrap_or(gains.kp);
+        gains.ki_per_s = change.ki_per_s.unwrap_or(gains.ki_per_s);
+        gains.kd_s = change.kd_s.unwrap_or(gains.kd_s);
+        let words = request.scaled_law().map_err(|error| match error {
+            // The gains that change have keys of their own.
+            QuantiseError::Gains(mut unfit) => {
+                for gain in &mut unfit {
+                    gain.key = match gain.key {
+                        "controller.kp" if change.kp.is_some() => "gain_change.kp",
+                        "controller.ki_per_s" if change.ki_per_s.is_some() => {
+                            "gain_change.ki_per_s"
+                        }
+                        "controller.kd_s" if change.kd_s.is_some() => "gain_change.kd_s",
+                        key => key,
+                    };
+                }
+                QuantiseError::Gains(unfit)
+            }
+            error => error,
+        })?;
+        Ok(Some(words.law))
+    }
+
+    /// Everything that the fixed-point gains depend on.
+    pub(super) fn request(&self) -> ScalingRequest {
+        ScalingRequest {
+            settings: self.case.options.law,
+            gains: self.case.controller.gains,
+            sample_time_ns: self.period_ns,
+            travel_counts: self.setpoint.count(self.setpoint.last_tick()),
+            motor_counts_per_count: self.motor_counts_per_count(),
+            dac_bits: self.case.dac.bits,
+            rates: self.rates(),
+        }
+    }
+
+    /// The setpoints of the run.
+    ///
+    /// # Errors
+    /// [`QuantiseError::Setpoints`] if the motion is longer than the table.
+    pub fn source(&self) -> Result<Source, QuantiseError> {
+        Ok(match (self.case.options.law.setpoints, &self.plan) {
+            (SetpointOrigin::Generator, Some(plan)) => {
+                Source::Generator(Box::new(Generator::new(plan.clone())))
+            }
+            (SetpointOrigin::Queue, Some(plan)) => {
+                Source::Queue(Box::new(StreamedQueue::new(Generator::new(plan.clone()))))
+            }
+            _ => Source::Table(Box::new(TableSource::new(self.setpoint.table()?))),
+        })
+    }
+
+    /// `ρ`: motor counts per count of the position's encoder.
+    fn motor_counts_per_count(&self) -> f64 {
+        match (
+            self.case.options.law.feedback,
+            self.case.options.encoders.load,
+        ) {
+            (Feedback::Dual, Some(load)) => self.motor_counts_per_load_count(load),
+            _ => 1.0,
+        }
+    }
+
+    /// A half gap \[rad\], or the joint's own, at the motor \[counts\]: `K_enc·b/z`.
+    pub(super) fn half_gap_counts(&self, half_rad: Option<f64>) -> f64 {
+        let transmission = &self.case.axis.transmission;
+        let half_rad = half_rad.unwrap_or(match &transmission.joint {
+            plant::Joint::Elastic(joint) => joint.backlash_half_rad,
+            plant::Joint::Rigid => 0.0,
+        });
+        self.case.encoder.counts_per_rad * half_rad / transmission.gear_ratio
+    }
+
+    /// Motor counts per count of the load's encoder, `K_enc/(z·K_load)`.
+    pub(super) fn motor_counts_per_load_count(&self, load: plant::Encoder) -> f64 {
+        let z = self.case.axis.transmission.gear_ratio;
+        self.case.encoder.counts_per_rad / (z * load.counts_per_rad)
+    }
+
+    fn rates(&self) -> RateBits {
+        self.plan
+            .as_ref()
+            .map_or(RateBits::default(), |plan| RateBits {
+                velocity: plan.velocity_fraction_bits(),
+                acceleration: plan.acceleration_fraction_bits(),
+            })
+    }
+
+    fn quantiser(&self) -> Quantiser {
+        let settings = &self.case.options.law;
+        match settings.quantiser {
+            options::Quantiser::Nearest => Quantiser::Nearest,
+            options::Quantiser::ErrorFeedback => Quantiser::ErrorFeedback,
+            options::Quantiser::Dither => Quantiser::Dither {
+                seed: settings.dither_seed,
+            },
+        }
+    }
+
+    fn slew_value(&self) -> f64 {
+        self.case.options.law.slew_limit_codes_per_s.unwrap_or(0.0)
+    }
+
+    /// Whole codes per sample, rounded down; none that is wider than any
+    /// converter limits nothing.
+    fn slew(&self) -> Result<Option<u32>, QuantiseError> {
+        let Some(codes_per_s) = self.case.options.law.slew_limit_codes_per_s else {
+            return Ok(None);
+        };
+        let codes = (codes_per_s * self.period_ns as f64 / 1e9).floor();
+        if codes < 1.0 {
+            let least = 1e9 / self.period_ns as f64;
+            let because = format!(
+                "it must be at least one code per sample, {least} codes/s at this sample time"
+            );
+            return Err(QuantiseError::setting(
+                "controller.slew_limit_codes_per_s",
+                codes_per_s,
+                &because,
+            ));
+        }
+        Ok((codes < f64::from(1 << 24)).then_some(whole(codes).unsigned_abs() as u32))
+    }
+
+    /// The monitors of the supervision, in samples and counts.
+    fn monitors(&self) -> Result<Monitors, QuantiseError> {
+        let limits = &self.case.options.limits;
+        let rates = self.rates();
+        let ticks =
+            |time_ns: u64| u32::try_from(time_ns.div_ceil(self.period_ns)).unwrap_or(u32::MAX);
+        let following_error = limits.following_error.map(|limit| {
+            // Samples of lag: counts per (count per sample).
+            let lag = limit.per_speed_s * 1e9 / self.period_ns as f64;
+            let most = FollowingErrorMonitor::MAX_FRACTION_BITS
+                .saturating_sub(rates.velocity)
+                .min(32);
+            if lag >= f64::from(1 << 30) {
+                let because = "it must be below 2^30 sample times";
+                return Err(QuantiseError::setting(
+                    "limits.following_error_per_speed_s",
+                    limit.per_speed_s,
+                    &because,
+                ));
+            }
+            let word = finest_word(lag, most, 31);
+            FollowingErrorMonitor::accept(limit.counts, word, rates.velocity).map_err(|error| {
+                QuantiseError::setting(
+                    "limits.following_error_counts",
+                    f64::from(limit.counts),
+                    &error,
+                )
+            })
+        });
+        let encoder_loss = limits.encoder_loss.map(|loss| {
+            EncoderLossMonitor::accept(loss.codes, ticks(loss.after_ns)).map_err(|error| {
+                QuantiseError::setting("limits.encoder_loss_codes", f64::from(loss.codes), &error)
+            })
+        });
+        let saturation = limits.saturation_ns.map(|after_ns| {
+            SaturationMonitor::accept(ticks(after_ns)).map_err(|error| {
+                QuantiseError::setting("limits.saturation_s", after_ns as f64 / 1e9, &error)
+            })
+        });
+        Ok(Monitors {
+            following_error: following_error.transpose()?,
+            encoder_loss: encoder_loss.transpose()?,
+            saturation: saturation.transpose()?,
+            ticks: limits.missed_ticks.then_some(TickMonitor),
+        })
+    }
+}
+
+/// The plan of the motion for the firmware's generator.
+fn plan(case: &Case, period_ns: u64, setpoint: &Setpoint) -> Result<MotionPlan, QuantiseError> {
+    let travel = setpoint.travel_counts() * 4_294_967_296.0;
+    let period = u32::try_from(period_ns).unwrap_or(u32::MAX);
+    let intervals_ps = case
+        .motion
+        .intervals_s()
+        .map(|t_s| (t_s * 1e12).round() as u64);
+    MotionPlan::new(whole(travel.round()), intervals_ps, period).map_err(QuantiseError::Motion)
+}
+
+/// Everything that the fixed-point gains of a case depend on, whether or not it asks
+/// for more than the paper's law.
+///
+/// # Errors
+/// [`QuantiseError`] if there is no sample time or the motion cannot be
+/// generated.
+pub fn scaling_request(case: &Case) -> Result<ScalingRequest, QuantiseError> {
+    let period_ns = case.controller.sample_time_ns;
+    let period_ns = period_ns.ok_or(QuantiseError::NoSampleTime)?;
+    Ok(Setup::of(case, period_ns)?.request())
+}

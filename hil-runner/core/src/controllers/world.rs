@@ -1,0 +1,315 @@
+//! A run as its axis sees it, sample by sample, wherever the axis runs: setpoints,
+//! requests, injected faults, a queue that runs dry; and the axis' reports so far.
+
+use firmware::motion::{MotionPlan, MotionState};
+use firmware::reference::TableSource;
+use firmware::{
+    CAPACITY, Event, Fault, Next, Observed, Setpoint, SetpointSource, SetpointTable, State, Stream,
+    Streamed, counts,
+};
+
+use crate::message::{AxisStatus, Command, Measurement};
+use crate::options::{AxisOptions, Feedback};
+
+/// Hardware as the axis finds it at one sample.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Shown {
+    /// Position of the motor \[counts\].
+    pub motor_counts: i64,
+    /// Register of the motor's encoder.
+    pub motor_register: u32,
+    /// Register of the load's encoder, where there is one.
+    pub load_register: Option<u32>,
+    /// The emergency stop is asserted.
+    pub emergency_stop: bool,
+    /// The transfer of the motor's register fails.
+    pub bus_fails: bool,
+}
+
+/// Everything that comes with one sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Arrivals {
+    /// Requests before it, in this order.
+    pub events: [Option<Event>; 3],
+    /// The gains change before it.
+    pub gains_change: bool,
+    /// The host no longer fills the queue of setpoints.
+    pub queue_is_dry: bool,
+    /// The hardware.
+    pub shown: Shown,
+}
+
+/// Requests and injected faults. They come at the first sample at or after
+/// their time.
+#[derive(Debug, Clone)]
+pub struct World {
+    schedule: Schedule,
+    /// The count at which the encoder froze.
+    frozen_counts: Option<i64>,
+}
+
+/// The samples at which things come.
+#[derive(Debug, Clone)]
+struct Schedule {
+    requests: [(Option<u64>, Event); 3],
+    gain_change: Option<u64>,
+    dry: Option<u64>,
+    stop: Option<u64>,
+    stop_release: Option<u64>,
+    freeze: Option<u64>,
+    glitch: Option<(u64, i32)>,
+    bus_error: Option<u64>,
+    missed: Option<u64>,
+    /// The bits of the motor's register, and of the load's.
+    masks: [u32; 2],
+}
+
+impl World {
+    /// The world of an axis at samples `period_ns` apart.
+    pub fn new(options: &AxisOptions, period_ns: u64) -> Self {
+        let (requests, injections) = (&options.requests, &options.injections);
+        let from = |at_ns: Option<u64>| at_ns.map(|at_ns| at_ns.div_ceil(period_ns));
+        let missed = from(injections.missed_tick_ns);
+        // Nothing comes at a sample that is missed; it waits for the next.
+        let once = |at_ns| from(at_ns).map(|tick| tick + u64::from(missed == Some(tick)));
+        // A counter of n bits shows n bits; the load's is as wide where it closes the loop.
+        let mask = u32::MAX >> (u32::BITS - options.encoders.counter_bits);
+        let glitch = injections.encoder_glitch;
+        Self {
+            schedule: Schedule {
+                requests: [
+                    (once(requests.disable_ns), Event::Disable),
+                    (once(requests.reset_ns), Event::Reset),
+                    (once(requests.enable_ns), Event::Enable),
+                ],
+                gain_change: once(options.gain_change.map(|change| change.at_ns)),
+                dry: from(injections.setpoint_underrun_ns),
+                stop: from(requests.emergency_stop_ns),
+                stop_release: from(requests.emergency_stop_release_ns),
+                freeze: once(injections.encoder_freeze_ns),
+                glitch: once(glitch.map(|glitch| glitch.at_ns))
+                    .zip(glitch.map(|glitch| glitch.counts)),
+                bus_error: once(injections.bus_error_ns),
+                missed,
+                masks: match options.law.feedback {
+                    Feedback::Dual => [mask, mask],
+                    Feedback::Motor => [mask, u32::MAX],
+                },
+            },
+            frozen_counts: None,
+        }
+    }
+
+    /// Everything that comes with a sample; `None` where it does not come itself: the
+    /// loop does not run, and everything stays as it is.
+    pub fn at(&mut self, measurement: Measurement) -> Option<Arrivals> {
+        let (tick, schedule) = (measurement.tick, &self.schedule);
+        let comes = |at: Option<u64>| at == Some(tick);
+        let since = |from: Option<u64>| from.is_some_and(|from| tick >= from);
+        if comes(schedule.missed) {
+            return None;
+        }
+        let position = measurement.position_counts.whole();
+        if comes(schedule.freeze) {
+            self.frozen_counts = Some(position);
+        }
+        let mut motor_counts = self.frozen_counts.unwrap_or(position);
+        if let Some((at, counts)) = schedule.glitch
+            && at == tick
+        {
+            motor_counts = motor_counts.saturating_add(counts.into());
+        }
+        let [motor_mask, load_mask] = schedule.masks;
+        let register = |counts, mask| counts::wrap(counts).cast_unsigned() & mask;
+        let load_counts = measurement.load_counts;
+        Some(Arrivals {
+            events: schedule
+                .requests
+                .map(|(at, event)| comes(at).then_some(event)),
+            gains_change: comes(schedule.gain_change),
+            queue_is_dry: since(schedule.dry),
+            shown: Shown {
+                motor_counts,
+                motor_register: register(motor_counts, motor_mask),
+                load_register: load_counts.map(|counts| register(counts, load_mask)),
+                emergency_stop: since(schedule.stop) && !since(schedule.stop_release),
+                bus_fails: comes(schedule.bus_error),
+            },
+        })
+    }
+}
+
+/// Reports of the axis so far.
+#[derive(Debug, Clone)]
+pub struct Reported {
+    /// After the last request or sample.
+    state: State,
+    /// `e` of the last sample that ran \[counts\].
+    error_counts: i32,
+    /// The code in force.
+    code: i32,
+    /// The fault that is latched.
+    fault: Option<Fault>,
+    first_fault: Option<Fault>,
+    faults: u32,
+    peak_error_counts: u32,
+    refused_requests: u32,
+}
+
+impl Reported {
+    /// Before the first sample, the axis in `state`.
+    pub fn new(state: State) -> Self {
+        Self {
+            state,
+            error_counts: 0,
+            code: 0,
+            fault: None,
+            first_fault: None,
+            faults: 0,
+            peak_error_counts: 0,
+            refused_requests: 0,
+        }
+    }
+
+    /// The state after the last request or sample.
+    pub fn state(&self) -> State {
+        self.state
+    }
+
+    /// A request before a sample, that leads to another state or is refused.
+    pub fn asked(&mut self, event: Event) {
+        match self.state.after(event) {
+            Ok(state) => self.state = state,
+            Err(_) => self.refused_requests += 1,
+        }
+    }
+
+    /// A sample: its state, error and code in force, and the fault that is latched.
+    pub fn sampled(&mut self, state: State, error_counts: i32, code: i32, fault: Option<Fault>) {
+        if state == State::Fault && self.state != State::Fault {
+            self.faults += 1;
+            self.first_fault = self.first_fault.or(fault);
+        }
+        if self.state.is_powered() || state.is_powered() {
+            let size = error_counts.unsigned_abs();
+            self.peak_error_counts = self.peak_error_counts.max(size);
+        }
+        (self.state, self.error_counts, self.code) = (state, error_counts, code);
+        self.fault = fault;
+    }
+
+    /// Answer to the plant, with the report for the summary.
+    pub fn command(&self, tick: u64, out_of_range: bool) -> Command {
+        Command {
+            out_of_range,
+            axis: Some(AxisStatus {
+                state: self.state,
+                fault: self.fault,
+                first_fault: self.first_fault,
+                faults: self.faults,
+                peak_error_counts: self.peak_error_counts,
+                refused_requests: self.refused_requests,
+            }),
+            ..Command::whole(tick, self.error_counts, self.code)
+        }
+    }
+}
+
+/// The sources of a run.
+#[derive(Debug, Clone)]
+pub enum Source {
+    /// The table in the controller's memory.
+    Table(Box<TableSource<SetpointTable<CAPACITY>, CAPACITY>>),
+    /// The firmware's generator.
+    Generator(Box<Generator>),
+    /// A queue that the host keeps filled.
+    Queue(Box<StreamedQueue>),
+}
+
+impl SetpointSource for Source {
+    fn next(&mut self, observed: &Observed) -> Next {
+        match self {
+            Self::Table(table) => table.next(observed),
+            Self::Generator(generator) => generator.next(),
+            Self::Queue(queue) => queue.next(observed),
+        }
+    }
+}
+
+/// The generator with its memory.
+#[derive(Debug, Clone)]
+pub struct Generator {
+    plan: MotionPlan,
+    state: MotionState,
+}
+
+impl Generator {
+    pub(super) fn new(plan: MotionPlan) -> Self {
+        Self {
+            plan,
+            state: MotionState::default(),
+        }
+    }
+
+    /// The plan that it runs.
+    pub fn plan(&self) -> &MotionPlan {
+        &self.plan
+    }
+
+    fn next(&mut self) -> Next {
+        self.plan.next(&mut self.state)
+    }
+}
+
+/// Setpoints that wait between the link and the axis.
+const WAITING: usize = 16;
+
+/// A queue that the host keeps full from a generator of its own.
+#[derive(Debug, Clone)]
+pub struct StreamedQueue {
+    generator: Generator,
+    stream: Stream<WAITING>,
+    /// The end of the motion was sent.
+    ended: bool,
+    /// End of the motion, once the axis has taken it.
+    last: Option<Setpoint>,
+}
+
+impl StreamedQueue {
+    pub(super) fn new(generator: Generator) -> Self {
+        Self {
+            generator,
+            stream: Stream::new(),
+            ended: false,
+            last: None,
+        }
+    }
+
+    /// Sends what there is room for; nothing where the link is `broken`.
+    pub fn fill(&mut self, broken: bool) {
+        let (mut sender, _) = self.stream.split();
+        while !broken && !self.ended && sender.room() > 0 {
+            let item = match self.generator.next() {
+                Next::Setpoint(setpoint) => Streamed::Setpoint(setpoint),
+                Next::Last(setpoint) => Streamed::Last(setpoint),
+                Next::Underrun => break,
+            };
+            self.ended = matches!(item, Streamed::Last(_));
+            // There is room, by the loop's condition.
+            let _ = sender.send(item);
+        }
+    }
+
+    /// The next setpoint.
+    pub fn next(&mut self, observed: &Observed) -> Next {
+        if let Some(last) = self.last {
+            return Next::Last(last);
+        }
+        let (_, mut receiver) = self.stream.split();
+        let next = receiver.next(observed);
+        if let Next::Last(last) = next {
+            self.last = Some(last);
+        }
+        next
+    }
+}

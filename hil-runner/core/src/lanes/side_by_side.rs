@@ -1,0 +1,422 @@
+//! Controllers and axes of one family in lockstep, as many as there are lanes.
+
+use plant::{Batch, ExtremesSettings, Joint, LaneSetup, PlantError, Width};
+
+use super::commands::{Commands, MOST_STEPS};
+use super::family::{Family, Key};
+use super::laws::{Firmware, Held, LaneLaw, Quantised, Sampled, Settings};
+use crate::case::{Case, Law};
+use crate::controllers::{FirmwareOnCounts, Pid, PidState};
+use crate::error::RunError;
+use crate::quantise::QuantiseError;
+use crate::rest::{Range, Seen, Window};
+use crate::summary::{EndOfRun, RowFigures, Summary};
+use crate::time::seconds;
+
+/// The runs of a family, some groups of lanes at a time. What depends on the
+/// family alone is computed once.
+#[derive(Debug)]
+pub(crate) struct Lanes<W: Width> {
+    width: W,
+    family: Family,
+    key: Key,
+    commands: Commands,
+    batch: Batch<W>,
+    setups: Vec<LaneSetup>,
+    groups: Vec<Settings<W>>,
+    seen: Vec<LaneSeen<W>>,
+    firmware: Vec<Option<FirmwareOnCounts>>,
+    refused: Vec<Option<QuantiseError>>,
+    sums: Vec<Sums<W>>,
+}
+
+/// Sums over the rows of all lanes of a group.
+#[derive(Debug, Clone, Copy)]
+struct Sums<W: Width> {
+    squared_acc_error: W::Array,
+    max_abs_dac_code: W::Array,
+    /// Time under a held voltage at its limit \[ns\], whole.
+    held_limit_ns: W::Array,
+}
+
+/// Progress of a group: the step of a sample that comes next, and everything that
+/// the lanes need to go on.
+#[derive(Debug, Clone, Copy)]
+struct Stand<V> {
+    tick: u64,
+    step: usize,
+    /// The voltage in force, and that of the code of this sample.
+    in_force: Held<V>,
+    next: Held<V>,
+    squared: V,
+    largest: V,
+    limited_ns: V,
+}
+
+/// Steps of a sample.
+struct Rhythm {
+    steps_ns: [f64; MOST_STEPS],
+    steps: usize,
+    /// The first one under the new code.
+    first_new: usize,
+}
+
+impl<W: Width> Lanes<W> {
+    /// # Errors
+    /// [`PlantError::NotAffine`], but for families that does not happen.
+    pub(crate) fn new(width: W, family: Family, key: Key) -> Result<Self, PlantError> {
+        let steps_ns: Vec<u64> = family.steps_ns().collect();
+        Ok(Self {
+            width,
+            family,
+            key,
+            commands: Commands::new(&family),
+            batch: Batch::new(width, &family.axis, &steps_ns)?,
+            setups: Vec::new(),
+            groups: Vec::new(),
+            seen: Vec::new(),
+            firmware: Vec::new(),
+            refused: Vec::new(),
+            sums: Vec::new(),
+        })
+    }
+
+    pub(crate) fn width(&self) -> W {
+        self.width
+    }
+
+    /// The family whose runs these are.
+    pub(crate) fn key(&self) -> &Key {
+        &self.key
+    }
+
+    /// Runs cases of the family, no more than [`super::Runs::AT_A_TIME`], and hands over
+    /// their figures in order.
+    #[inline(always)]
+    pub(crate) fn run<'a>(
+        &mut self,
+        cases: impl ExactSizeIterator<Item = &'a Case> + Clone,
+        mut each: impl FnMut(Result<Summary, RunError>),
+    ) {
+        self.start(cases.clone());
+        match self.family.law {
+            Law::Continuous | Law::Sampled => {
+                let mut laws = self
+                    .pids()
+                    .map(|(pid, state)| Sampled(pid, state))
+                    .collect::<Vec<_>>();
+                self.lockstep(&mut laws);
+            }
+            Law::Quantised => {
+                let mut laws = self
+                    .pids()
+                    .map(|(pid, state)| Quantised(pid, state))
+                    .collect::<Vec<_>>();
+                self.lockstep(&mut laws);
+            }
+            Law::Firmware => {
+                let mut firmware = std::mem::take(&mut self.firmware);
+                let mut laws: Vec<_> = firmware.chunks_mut(W::LANES).map(Firmware).collect();
+                self.lockstep(&mut laws);
+                self.firmware = firmware;
+            }
+        }
+        self.batch.look_back();
+        for (run, case) in cases.enumerate() {
+            each(self.summary(run, case));
+        }
+    }
+
+    /// The law of each group, at its start.
+    #[inline(always)]
+    fn pids(&self) -> impl Iterator<Item = (Pid<W::Vector>, PidState<W::Vector>)> {
+        let w = self.width;
+        let sample_time_s = w.splat(seconds(self.family.period_ns));
+        self.groups.iter().map(move |settings| {
+            let gains = settings.gains.each_ref().map(|array| w.load(array));
+            let pid = Pid {
+                gains,
+                sample_time_s,
+            };
+            (pid, PidState::new(w.splat(0.0)))
+        })
+    }
+
+    /// Puts every lane at rest and sets what is each run's own.
+    #[inline(never)]
+    fn start<'a>(&mut self, cases: impl ExactSizeIterator<Item = &'a Case> + Clone) {
+        self.setups.clear();
+        self.firmware.clear();
+        self.refused.clear();
+        self.groups.clear();
+        self.seen
+            .resize_with(cases.len().div_ceil(W::LANES), LaneSeen::new);
+        for seen in &mut self.seen {
+            // Motion, timing and law are the family's, and with them the window.
+            seen.start(cases.clone().next());
+        }
+        for (run, case) in cases.enumerate() {
+            if run % W::LANES == 0 {
+                self.groups.push(Settings::new());
+            }
+            if let Some(settings) = self.groups.last_mut() {
+                settings.set(run % W::LANES, case);
+            }
+            self.setups.push(LaneSetup {
+                backlash_half_rad: match case.axis.transmission.joint {
+                    Joint::Elastic(joint) => joint.backlash_half_rad,
+                    Joint::Rigid => 0.0,
+                },
+                extremes: ExtremesSettings {
+                    motion: case.motion,
+                    settling_band_m: 1e-6 * case.run.settling_band_um,
+                },
+            });
+            if self.family.law == Law::Firmware {
+                let (controller, refused) = match FirmwareOnCounts::new(case, self.family.period_ns)
+                {
+                    Ok(controller) => (Some(controller), None),
+                    Err(error) => (None, Some(error)),
+                };
+                self.firmware.push(controller);
+                self.refused.push(refused);
+            }
+        }
+        self.batch.start(&self.setups);
+    }
+
+    /// As the lockstep of a single run, all lanes at once. A group in which a
+    /// contact changes waits for others in which one does.
+    #[inline(always)]
+    fn lockstep(&mut self, laws: &mut [impl LaneLaw<W>]) {
+        let w = self.width;
+        let mut rhythm = Rhythm {
+            steps_ns: [0.0; MOST_STEPS],
+            steps: 0,
+            first_new: self.family.first_new_step(),
+        };
+        for length_ns in self.family.steps_ns() {
+            rhythm.steps_ns[rhythm.steps] = whole(length_ns);
+            rhythm.steps += 1;
+        }
+        let zero = w.splat(0.0);
+        let at_rest = Held {
+            voltage_v: zero,
+            limited: zero,
+        };
+        let start = Stand {
+            tick: 0,
+            step: 0,
+            in_force: at_rest,
+            next: at_rest,
+            squared: zero,
+            largest: zero,
+            limited_ns: zero,
+        };
+        let mut stands = vec![start; self.groups.len()];
+        let mut running = true;
+        while running {
+            running = false;
+            for (group, (stand, law)) in stands.iter_mut().zip(laws.iter_mut()).enumerate() {
+                if stand.tick <= self.family.samples {
+                    running |= self.advance(group, &rhythm, stand, law);
+                }
+            }
+            self.batch.catch_up();
+        }
+        self.sums.clear();
+        for stand in &stands {
+            let mut sums = Sums {
+                squared_acc_error: W::array(0.0),
+                max_abs_dac_code: W::array(0.0),
+                held_limit_ns: W::array(0.0),
+            };
+            w.store(stand.squared, &mut sums.squared_acc_error);
+            w.store(stand.largest, &mut sums.max_abs_dac_code);
+            w.store(stand.limited_ns, &mut sums.held_limit_ns);
+            self.sums.push(sums);
+        }
+    }
+
+    /// Advances a group until it is held up, `true`, or its runs are over.
+    #[inline(always)]
+    fn advance(
+        &mut self,
+        group: usize,
+        rhythm: &Rhythm,
+        stand: &mut Stand<W::Vector>,
+        law: &mut impl LaneLaw<W>,
+    ) -> bool {
+        let (w, family, settings) = (self.width, &self.family, &self.groups[group]);
+        let z = w.splat(family.axis.transmission.gear_ratio);
+        let p = w.splat(family.axis.transmission.screw_pitch_m_per_rad);
+        let seen = &mut self.seen[group];
+        let mut now = *stand;
+        let mut axes = self.batch.group(group);
+        while now.tick <= family.samples {
+            let command = self.commands.at(now.tick);
+            if now.step == 0 {
+                // 1. Sample.
+                let alpha = axes.beta_rad() / z;
+                // 2. Compute.
+                let (code, count) = law.code(w, settings, alpha, w.splat(command.alpha_rad));
+                now.next = settings.held(w, code);
+                // 3. Record.
+                let error = axes.acceleration_mps2() - w.splat(command.acceleration_mps2);
+                now.squared = now.squared + error * error;
+                now.largest = w.larger(w.abs(code), now.largest);
+                let carriage = p * (axes.beta_rad() - axes.epsilon_rad());
+                seen.add(w, now.tick, [code, count], carriage);
+                if now.tick == family.samples {
+                    now.tick += 1;
+                    break;
+                }
+            }
+            // 4. Move: first under the code still in force, then under the new.
+            let mut held_up = false;
+            while now.step < rhythm.steps && !held_up {
+                let step = now.step;
+                if step >= rhythm.first_new {
+                    now.in_force = now.next;
+                }
+                let length_ns = w.splat(rhythm.steps_ns[step]);
+                now.limited_ns = now.limited_ns + now.in_force.limited * length_ns;
+                let end_m = w.splat(command.step_ends_m[step]);
+                held_up = axes.advance(step, now.in_force.voltage_v, end_m);
+                now.step += 1;
+            }
+            if now.step == rhythm.steps {
+                now.in_force = now.next;
+                now.step = 0;
+                now.tick += 1;
+            }
+            if held_up {
+                *stand = now;
+                return true;
+            }
+        }
+        *stand = now;
+        false
+    }
+
+    /// The figures of one run.
+    #[inline(never)]
+    fn summary(&mut self, run: usize, case: &Case) -> Result<Summary, RunError> {
+        let (lane, sums) = (run % W::LANES, &self.sums[run / W::LANES]);
+        if let Some(refused) = self.refused.get_mut(run).and_then(Option::take) {
+            return Err(RunError::Quantise(refused));
+        }
+        let rows = RowFigures::from_sums(
+            self.family.samples + 1,
+            sums.squared_acc_error.as_ref()[lane],
+            sums.max_abs_dac_code.as_ref()[lane],
+            self.seen[run / W::LANES].of(lane),
+        );
+        Ok(EndOfRun {
+            case,
+            solver: "exact",
+            state: self.batch.state(run),
+            extremes: &self.batch.extremes_of(run)?,
+            rows: &rows,
+            held_limit_ns: nanoseconds(sums.held_limit_ns.as_ref()[lane]),
+            events: None,
+            axis: None,
+            chip: None,
+        }
+        .summary())
+    }
+}
+
+/// A number of nanoseconds as a float; exact below 2^53, which is 104 days.
+#[expect(clippy::cast_precision_loss, reason = "nanoseconds stay below 2^53")]
+fn whole(ns: u64) -> f64 {
+    ns as f64
+}
+
+/// A whole number of nanoseconds back as an integer.
+#[expect(
+    clippy::cast_possible_truncation,
+    clippy::cast_sign_loss,
+    reason = "a sum of step lengths: whole and not negative"
+)]
+fn nanoseconds(ns: f64) -> u64 {
+    ns as u64
+}
+
+/// Codes and counts so far, and the carriages in the window of rest. A lane
+/// without a run sees something too; nobody asks it.
+#[derive(Debug, Clone)]
+pub(crate) struct LaneSeen<W: Width> {
+    window: Option<Window>,
+    /// Lowest and highest codes and counts before the window, and in it.
+    before: [W::Array; 4],
+    now: [W::Array; 4],
+    positions_m: Vec<W::Array>,
+}
+
+/// The first row that is in no window.
+const NEVER: u64 = u64::MAX;
+
+impl<W: Width> LaneSeen<W> {
+    pub(crate) fn new() -> Self {
+        Self {
+            window: None,
+            before: Self::nothing(),
+            now: Self::nothing(),
+            positions_m: Vec::new(),
+        }
+    }
+
+    fn nothing() -> [W::Array; 4] {
+        let Range { lowest, highest } = Range::EMPTY;
+        [lowest, highest, lowest, highest].map(W::array)
+    }
+
+    /// Forgets everything; the window is that of a case of the lanes.
+    pub(crate) fn start(&mut self, case: Option<&Case>) {
+        self.window = case.and_then(Window::of);
+        self.before = Self::nothing();
+        self.now = Self::nothing();
+        self.positions_m.clear();
+    }
+
+    /// Takes in row number `row`: code, count and carriage \[m\].
+    #[inline(always)]
+    pub(crate) fn add(
+        &mut self,
+        w: W,
+        row: u64,
+        [code, count]: [W::Vector; 2],
+        position_m: W::Vector,
+    ) {
+        let first = self.window.map_or(NEVER, |window| window.first);
+        if row >= first {
+            if row == first {
+                self.before = self.now;
+                self.now = Self::nothing();
+            }
+            let mut array = W::array(0.0);
+            w.store(position_m, &mut array);
+            self.positions_m.push(array);
+        }
+        let [lowest_code, highest_code, lowest_count, highest_count] = &mut self.now;
+        w.store(w.min(code, w.load(lowest_code)), lowest_code);
+        w.store(w.max(code, w.load(highest_code)), highest_code);
+        w.store(w.min(count, w.load(lowest_count)), lowest_count);
+        w.store(w.max(count, w.load(highest_count)), highest_count);
+    }
+
+    /// Codes, counts and carriage of a lane.
+    pub(crate) fn of(&self, lane: usize) -> Seen {
+        let range = |arrays: &[W::Array; 4], place: usize| Range {
+            lowest: arrays[place].as_ref()[lane],
+            highest: arrays[place + 1].as_ref()[lane],
+        };
+        let both = |place: usize| match self.window {
+            Some(_) => [range(&self.before, place), range(&self.now, place)],
+            None => [range(&self.now, place), Range::EMPTY],
+        };
+        let positions_m = self.positions_m.iter().map(|array| array.as_ref()[lane]);
+        Seen::from_parts(self.window, both(0), both(2), positions_m.collect())
+    }
+}

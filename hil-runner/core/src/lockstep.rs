@@ -1,0 +1,318 @@
+//! Controller and plant in lockstep, figures and verdicts at the end.
+
+use plant::{Contact, ContactChange, Drive, Plant, Solver, State};
+
+use crate::case::{Case, ComputationDelay};
+use crate::chip_cost::{ChipReport, ExecutionFigures};
+use crate::error::RunError;
+use crate::io::IoKind;
+use crate::message::{AxisStatus, Command, Link, Measurement, Steps};
+use crate::quantise::{FixedPointGains, QuantiseError};
+use crate::record::{GridPoint, PlotPoint, PlotRecorder, Recorder};
+use crate::summary::{EndOfRun, RowFigures, Summary};
+use crate::time::seconds;
+use crate::trace::{Row, Sample};
+
+/// Choices of a run that change no figure: its electronics, and how much is kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct RunOptions {
+    /// The way of the firmware to encoder and converter.
+    pub io: IoKind,
+    /// Keep the points for the report's curves.
+    pub plot: bool,
+    /// Keep the measurements of the first 100,000 samples, for the timing pass.
+    pub inputs: bool,
+    /// Interval of a common grid on which the carriage is kept \[ns\].
+    pub grid_ns: Option<u64>,
+}
+
+/// Result of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Outcome {
+    /// Key figures and verdicts.
+    pub summary: Summary,
+    /// Points for curves, if asked for.
+    pub plot: Vec<PlotPoint>,
+    /// Contact changes, if the case lists them or a plot was asked for.
+    pub contact_changes: Vec<ContactChange>,
+    /// Contact at the end.
+    pub final_contact: Contact,
+    /// The controller's gains in fixed point; `None` where it computes in real
+    /// numbers.
+    pub gains: Option<FixedPointGains>,
+    /// The measurements that the controller got, if asked for.
+    pub inputs: Vec<Measurement>,
+    /// The carriage on the common grid, if asked for.
+    pub grid: Vec<GridPoint>,
+    /// Samples at which the firmware worked outside its declared ranges.
+    pub out_of_range_samples: u64,
+    /// Requests that the axis' state refused.
+    pub refused_requests: u32,
+}
+
+/// Inputs that a run keeps at most: enough for percentiles of the step time,
+/// and no more memory for a longer run.
+const MOST_INPUTS: usize = 100_000;
+
+/// Receiver of the rows of a run, one call a row.
+pub type RowSink<'a> = dyn FnMut(&Row) -> std::io::Result<()> + Send + 'a;
+
+/// Runs rung `continuous`, which has no samples: a row every row interval.
+///
+/// # Errors
+/// [`RunError`] if a state leaves the finite numbers or a row is not taken.
+pub(crate) fn run_continuous(
+    case: &Case,
+    options: RunOptions,
+    sink: &mut RowSink<'_>,
+) -> Result<Outcome, RunError> {
+    let mut lockstep = Lockstep::new(case, options, sink);
+    lockstep.continuous()?;
+    Ok(lockstep.outcome(None))
+}
+
+/// Runs a case with whatever controller is at the end of `link`. Where the
+/// delay is measured, the link tells it with each command.
+///
+/// # Errors
+/// As [`crate::run::run`]; [`RunError::NoSampleTime`] for a rung that does not
+/// sample.
+pub fn run_over(
+    case: &Case,
+    options: RunOptions,
+    link: &mut impl Link,
+    sink: &mut RowSink<'_>,
+) -> Result<Outcome, RunError> {
+    let Some(period_ns) = case.controller.sample_time_ns else {
+        return Err(RunError::NoSampleTime);
+    };
+    let mut lockstep = Lockstep::new(case, options, sink);
+    lockstep.sampled(link, period_ns)?;
+    let execution = std::mem::take(&mut lockstep.execution);
+    lockstep.chip = link.cost(execution, period_ns)?;
+    Ok(lockstep.outcome(link.gains()))
+}
+
+/// A run in progress.
+struct Lockstep<'a, 's> {
+    case: &'a Case,
+    solver: &'static str,
+    plant: Plant,
+    recorder: Recorder,
+    rows: RowFigures,
+    inputs: Option<Vec<Measurement>>,
+    held_limit_ns: u64,
+    out_of_range_samples: u64,
+    /// The last report of the axis.
+    axis: Option<AxisStatus>,
+    /// Execution times of a chip's steps.
+    execution: ExecutionFigures,
+    chip: Option<ChipReport>,
+    sink: &'a mut RowSink<'s>,
+}
+
+impl<'a, 's> Lockstep<'a, 's> {
+    fn new(case: &'a Case, options: RunOptions, sink: &'a mut RowSink<'s>) -> Self {
+        let solver = case.solver();
+        Self {
+            case,
+            solver: match solver {
+                Solver::Exact => "exact",
+                Solver::Dopri5 { .. } => "dopri5",
+                Solver::Rk4 { .. } => "rk4",
+            },
+            plant: Plant::new(&case.axis, solver),
+            recorder: Recorder::new(case, options.plot, options.grid_ns),
+            rows: RowFigures::new(case),
+            inputs: options.inputs.then(Vec::new),
+            held_limit_ns: 0,
+            out_of_range_samples: 0,
+            axis: None,
+            execution: ExecutionFigures::default(),
+            chip: None,
+            sink,
+        }
+    }
+
+    /// Rung `continuous`: no samples, a row every row interval.
+    fn continuous(&mut self) -> Result<(), RunError> {
+        let case = self.case;
+        let pid = case.continuous_pid();
+        let drive = Drive::Feedback(&pid);
+        let (interval_ns, duration_ns) = (case.run.row_interval_ns, case.run.duration_ns);
+        let mut time_ns = 0;
+        while time_ns <= duration_ns {
+            let voltage_v = self.plant.voltage_v(&drive);
+            self.row(time_ns, None, None, voltage_v)?;
+            time_ns += interval_ns;
+            self.plant
+                .advance(&drive, time_ns.min(duration_ns), &mut self.recorder)?;
+        }
+        Ok(())
+    }
+
+    /// Sampled rungs. At t_k the controller gets the encoder's position; its
+    /// code acts from t_k + delay to t_(k+1) + delay, each delay that of its
+    /// own sample and at most Δt.
+    fn sampled(&mut self, link: &mut impl Link, period_ns: u64) -> Result<(), RunError> {
+        let case = self.case;
+        let duration_ns = case.run.duration_ns;
+        let mut in_force = Held::default();
+        for tick in 0.. {
+            let time_ns = tick * period_ns;
+            if time_ns > duration_ns {
+                break;
+            }
+            // 1. Sample.
+            let measurement = Measurement::new(case, tick, &self.plant.state());
+            // 2. Compute.
+            let command = link.exchange(measurement)?;
+            if link.is_done() {
+                break;
+            }
+            if let Some(inputs) = &mut self.inputs
+                && inputs.len() < MOST_INPUTS
+            {
+                inputs.push(measurement);
+            }
+            self.out_of_range_samples += u64::from(command.out_of_range);
+            self.axis = command.axis.or(self.axis);
+            if let Some(execution) = command.execution {
+                let state = command.axis.map(|axis| axis.state);
+                self.execution.add(execution, state, period_ns);
+            }
+            let next = self.held(command);
+            let delay_ns = match (case.controller.computation_delay, command.execution) {
+                (ComputationDelay::Fixed(ns), _) => ns,
+                // Later than this is a deadline miss; the plant takes the next code then.
+                (ComputationDelay::Measured, Some(execution)) => execution.time_ns.min(period_ns),
+                // A tick that was missed computes nothing: the code stays.
+                (ComputationDelay::Measured, None) if next == in_force => 0,
+                (ComputationDelay::Measured, None) => {
+                    return Err(RunError::Quantise(QuantiseError::DelayUnknown));
+                }
+            };
+            // 3. Record.
+            let sample = Sample {
+                error_counts: command.error_counts.real(),
+                dac_code: next.dac_code,
+                axis_state: command.axis.map(|axis| axis.state),
+            };
+            let count = measurement.position_counts.real();
+            self.row(time_ns, Some(sample), Some(count), next.voltage_v)?;
+            // 4. Move: first under the code still in force, then under the new.
+            self.hold(in_force, (time_ns + delay_ns).min(duration_ns))?;
+            in_force = next;
+            self.hold(in_force, (time_ns + period_ns).min(duration_ns))?;
+        }
+        Ok(())
+    }
+
+    /// The voltage that a code gives.
+    fn held(&self, command: Command) -> Held {
+        let (dac, amplifier, dac_code) = (
+            &self.case.dac,
+            &self.case.amplifier,
+            command.dac_code.real(),
+        );
+        let input_v = dac.output_v(dac_code);
+        let code_limited = match command.dac_code {
+            Steps::Real(_) => false,
+            Steps::Whole(code) => {
+                code <= i64::from(dac.code_min()) || code >= i64::from(dac.code_max())
+            }
+        };
+        Held {
+            voltage_v: amplifier.output_v(input_v),
+            dac_code,
+            limited: code_limited || amplifier.is_limited(input_v),
+        }
+    }
+
+    /// Advances the plant under a held voltage.
+    fn hold(&mut self, held: Held, until_ns: u64) -> Result<(), RunError> {
+        let length_ns = until_ns.saturating_sub(self.plant.time_ns());
+        if held.limited {
+            self.held_limit_ns += length_ns;
+        }
+        if let Some(plot) = &mut self.recorder.plot {
+            plot.dac_code = Some(held.dac_code);
+        }
+        let drive = Drive::Held(held.voltage_v);
+        self.plant.advance(&drive, until_ns, &mut self.recorder)?;
+        Ok(())
+    }
+
+    /// Records the row of `time_ns`, the plant standing there, with the count that
+    /// its sample was computed from.
+    fn row(
+        &mut self,
+        time_ns: u64,
+        sample: Option<Sample>,
+        count: Option<f64>,
+        motor_voltage_v: f64,
+    ) -> Result<(), RunError> {
+        let t_s = seconds(time_ns);
+        let command = self.case.motion.at(t_s);
+        let state: State = self.plant.state();
+        let row = Row {
+            t_s,
+            x_ref_m: command.displacement_m,
+            acc_ref_mps2: command.acceleration_mps2,
+            sample,
+            motor_voltage_v,
+            current_a: state.current_a,
+            beta_rad: state.beta_rad,
+            beta_dot_radps: state.beta_dot_radps,
+            gamma_rad: state.gamma_rad(),
+            gamma_dot_radps: state.gamma_dot_radps(),
+            acc_mps2: self.plant.acceleration_mps2(),
+            contact: self.plant.contact().sign(),
+        };
+        let pitch = self.case.axis.transmission.screw_pitch_m_per_rad;
+        self.rows.add(&row, count, pitch * row.gamma_rad);
+        (self.sink)(&row).map_err(RunError::Row)
+    }
+
+    fn outcome(mut self, gains: Option<FixedPointGains>) -> Outcome {
+        if let Some(grid) = &mut self.recorder.grid {
+            grid.finish(self.case.run.duration_ns, &self.plant);
+        }
+        let events = self.recorder.events.unwrap_or_default();
+        let summary = EndOfRun {
+            case: self.case,
+            solver: self.solver,
+            state: self.plant.state(),
+            extremes: &self.recorder.extremes,
+            rows: &self.rows,
+            held_limit_ns: self.held_limit_ns,
+            events: Some(&events),
+            axis: self.axis,
+            chip: self.chip,
+        }
+        .summary();
+        Outcome {
+            summary,
+            plot: self
+                .recorder
+                .plot
+                .map_or_else(Vec::new, PlotRecorder::finish),
+            contact_changes: events,
+            final_contact: self.plant.contact(),
+            gains,
+            inputs: self.inputs.unwrap_or_default(),
+            grid: self.recorder.grid.map_or_else(Vec::new, |grid| grid.points),
+            out_of_range_samples: self.out_of_range_samples,
+            refused_requests: self.axis.map_or(0, |axis| axis.refused_requests),
+        }
+    }
+}
+
+/// A code and the voltage it gives; 0 V before the first.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+struct Held {
+    voltage_v: f64,
+    dac_code: f64,
+    /// The code or the amplifier stands at its limit.
+    limited: bool,
+}

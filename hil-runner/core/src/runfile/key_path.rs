@@ -1,0 +1,286 @@
+//! A key by its path, and for a path that leads to none the nearest of the known
+//! names.
+
+use super::errors::Problem;
+use super::keys::{Key, Kind, Need, either, path};
+use super::table::{self, SECTIONS};
+use crate::renamed::renamed;
+use crate::time::seconds;
+
+/// A key of the run file by its path, such as `controller.kp`.
+#[derive(Debug, Clone, Copy)]
+pub struct KeyPath {
+    /// Name of its section.
+    pub section: &'static str,
+    /// What the key is.
+    pub key: &'static Key,
+}
+
+impl KeyPath {
+    /// The key at a path.
+    ///
+    /// # Errors
+    /// A sentence for a path that names no key, with what may have been meant.
+    ///
+    /// ```
+    /// use hil_core::runfile::KeyPath;
+    ///
+    /// assert_eq!(KeyPath::find("controller.kp")?.key.name, "kp");
+    /// let error = KeyPath::find("controller.sample_time").unwrap_err();
+    /// assert_eq!(error, "unknown key controller.sample_time; did you mean sample_time_s?");
+    /// let error = KeyPath::find("budget.late_steps").unwrap_err();
+    /// assert_eq!(error, "budget.late_steps is now deadline_misses");
+    /// # Ok::<(), String>(())
+    /// ```
+    pub fn find(path: &str) -> Result<Self, String> {
+        let (section_name, key_name) = path.split_once('.').unwrap_or(("", path));
+        let Some(known) = table::find(section_name) else {
+            let what = format!("section [{section_name}] in {path}");
+            return Err(section(section_name).problem(what).to_string());
+        };
+        let Some(found) = known.key(key_name) else {
+            let hint = key(section_name, key_name);
+            return Err(hint.problem(format!("key {path}")).to_string());
+        };
+        Ok(Self {
+            section: known.name,
+            key: found,
+        })
+    }
+
+    /// The path.
+    pub fn path(&self) -> String {
+        path(self.section, self.key.name)
+    }
+
+    /// The key that says the same in another way, such as `lines` and
+    /// `counts_per_rad`; only one of the two can be given.
+    pub fn partner(&self) -> Option<Self> {
+        match self.key.need {
+            Need::OneOf(partner) | Need::NotWith(partner) => {
+                Self::find(&path(self.section, partner)).ok()
+            }
+            _ => None,
+        }
+    }
+
+    /// A number as a value of this key: times in whole nanoseconds, whole
+    /// numbers whole, the nearest each.
+    pub fn value(&self, number: f64) -> KeyValue {
+        match self.key.kind {
+            Kind::Time(_) | Kind::TimeOrWord(..) => match nearest_whole(1e9 * number) {
+                Some(ns) => KeyValue::Nanoseconds(ns),
+                None => KeyValue::Number(number),
+            },
+            Kind::Whole(..) => match nearest_whole(number) {
+                Some(whole) => KeyValue::Whole(whole),
+                None => KeyValue::Number(number),
+            },
+            _ => KeyValue::Number(number),
+        }
+    }
+}
+
+/// The nearest whole number, where `i64` holds it exactly.
+#[expect(
+    clippy::cast_possible_truncation,
+    reason = "whole, and within the bounds"
+)]
+fn nearest_whole(number: f64) -> Option<i64> {
+    const MOST: f64 = 9_007_199_254_740_992.0; // 2^53
+    let whole = libm::round(number);
+    (whole.abs() <= MOST).then_some(whole as i64)
+}
+
+/// Another value of a key.
+#[derive(Debug, Clone, PartialEq)]
+pub enum KeyValue {
+    /// A number.
+    Number(f64),
+    /// A time, written in seconds \[ns\].
+    Nanoseconds(i64),
+    /// A whole number.
+    Whole(i64),
+    /// Anything else, as TOML.
+    Toml(String),
+}
+
+impl KeyValue {
+    /// The value as a number, in the key's unit; [`None`] for what is none.
+    pub fn number(&self) -> Option<f64> {
+        match self {
+            Self::Number(number) => Some(*number),
+            Self::Nanoseconds(ns) => Some(u64::try_from(*ns).map_or(*ns as f64 / 1e9, seconds)),
+            Self::Whole(whole) => Some(*whole as f64),
+            Self::Toml(_) => None,
+        }
+    }
+
+    /// The value as a run file has it.
+    pub fn to_toml(&self) -> String {
+        match self {
+            Self::Number(number) => format!("{number:?}"),
+            Self::Nanoseconds(ns) => format!("{ns}e-9"),
+            Self::Whole(whole) => whole.to_string(),
+            Self::Toml(text) => text.clone(),
+        }
+    }
+}
+
+/// The hint for an unknown name, and the names it takes to be meant.
+#[derive(Default)]
+pub(super) struct Hint {
+    text: String,
+    pub(super) meant: Vec<&'static str>,
+    renamed: Option<&'static str>,
+}
+
+impl Hint {
+    fn of_text(text: String) -> Self {
+        Self {
+            text,
+            ..Self::default()
+        }
+    }
+
+    /// The problem with `key motor.inertia` or `section [moter]`.
+    pub(super) fn problem(&self, what: String) -> Problem {
+        match self.renamed {
+            Some(name) => Problem::Renamed {
+                key: what.trim_start_matches("key ").to_owned(),
+                name,
+            },
+            None => Problem::Unknown {
+                what,
+                hint: self.text.clone(),
+            },
+        }
+    }
+}
+
+/// Hint for a section that does not exist.
+pub(super) fn section(unknown: &str) -> Hint {
+    let names: Vec<&str> = SECTIONS
+        .iter()
+        .skip(1)
+        .map(|section| section.name)
+        .collect();
+    let meant = nearest(unknown, &names);
+    let text = if meant.is_empty() {
+        format!("the sections are {}", names.join(", "))
+    } else {
+        let brackets: Vec<String> = meant.iter().map(|name| format!("[{name}]")).collect();
+        format!("did you mean {}?", either(&brackets))
+    };
+    Hint {
+        meant,
+        ..Hint::of_text(text)
+    }
+}
+
+/// Hint for a key that its section does not have; `section` is empty at the
+/// top of the file.
+pub(super) fn key(section: &str, unknown: &str) -> Hint {
+    // A name that is right, but in the wrong place: TOML puts every key into
+    // the section whose header stands above it.
+    if let Some(home) = SECTIONS.iter().find(|s| s.key(unknown).is_some()) {
+        return Hint::of_text(if home.name.is_empty() {
+            format!("{unknown} stands at the top of the file, before the first section")
+        } else {
+            format!("{unknown} belongs to [{}]", home.name)
+        });
+    }
+    if table::find(unknown).is_some() {
+        return Hint::of_text(format!("{unknown} is a section; write [{unknown}]"));
+    }
+    let known = table::find(section);
+    let renamed = renamed(unknown).filter(|name| known.is_some_and(|s| s.key(name).is_some()));
+    if renamed.is_some() {
+        return Hint {
+            renamed,
+            ..Hint::default()
+        };
+    }
+    let names: Vec<&str> = known
+        .iter()
+        .flat_map(|section| section.keys)
+        .map(|key| key.name)
+        .collect();
+    let meant = nearest(unknown, &names);
+    let text = if !meant.is_empty() {
+        let words: Vec<String> = meant.iter().map(|name| (*name).to_owned()).collect();
+        format!("did you mean {}?", either(&words))
+    } else if section.is_empty() {
+        "only name stands outside the sections".to_owned()
+    } else {
+        format!("the keys of [{section}] are {}", names.join(", "))
+    };
+    Hint {
+        meant,
+        ..Hint::of_text(text)
+    }
+}
+
+/// Up to three names near `unknown`, the nearest first.
+fn nearest<'a>(unknown: &str, names: &[&'a str]) -> Vec<&'a str> {
+    let unknown = unknown.to_lowercase().replace('-', "_");
+    let mut near: Vec<(usize, &str)> = names
+        .iter()
+        .filter_map(|name| Some((distance(&unknown, name)?, *name)))
+        .collect();
+    near.sort_by_key(|(distance, _)| *distance);
+    let best = near.first().map_or(0, |(distance, _)| *distance);
+    // One clear favourite stands alone; others only show if they are as near.
+    near.into_iter()
+        .filter(|(distance, _)| *distance == best)
+        .map(|(_, name)| name)
+        .take(3)
+        .collect()
+}
+
+/// Edits between the two if they are few enough for a slip; a name without
+/// its unit counts as one edit.
+fn distance(unknown: &str, name: &str) -> Option<usize> {
+    let prefix = unknown.len() >= 2 && name.starts_with(&format!("{unknown}_"));
+    if prefix {
+        return Some(1);
+    }
+    let longest = unknown.chars().count().max(name.len());
+    // A long key cannot be a slip, and the table below is quadratic.
+    if unknown.chars().count() > 2 * name.len() {
+        return None;
+    }
+    let edits = strsim::levenshtein(unknown, name);
+    (edits <= longest.div_ceil(3)).then_some(edits)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{key, nearest, section};
+
+    #[test]
+    fn slips_are_recognised_and_strangers_are_not() {
+        assert_eq!(section("moter").meant, ["motor"]);
+        assert_eq!(section("quaternion").meant, [""; 0]);
+        assert_eq!(key("motor", "inertia").meant, ["inertia_kg_m2"]);
+        assert_eq!(key("budget", "final_eror_um").meant, ["final_error_um"]);
+        assert_eq!(key("motor", "Resistance-Ohm").meant, ["resistance_ohm"]);
+        assert!(key("motor", "kp").text.contains("belongs to [controller]"));
+        assert_eq!(nearest("zz", &["kp", "kd_s"]), [""; 0]);
+    }
+
+    #[test]
+    fn an_old_name_is_told_in_the_section_of_the_new_one() {
+        let told =
+            |section, name: &str| key(section, name).problem(format!("key {section}.{name}"));
+        assert_eq!(
+            told("budget", "late_steps").to_string(),
+            "budget.late_steps is now deadline_misses"
+        );
+        assert!(
+            told("motor", "late_steps")
+                .to_string()
+                .starts_with("unknown key")
+        );
+    }
+}

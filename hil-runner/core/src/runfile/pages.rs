@@ -1,0 +1,282 @@
+//! Pages that are made from the table of keys: the JSON schema of the run file,
+//! the key reference in Markdown, and the lines of a commented run file.
+
+use serde_json::{Map, Value, json};
+
+use super::keys::{Acts, Key, Kind, LONGEST_TIME_S, Need, Range, Section};
+use super::table::SECTIONS;
+use super::values;
+use crate::time::seconds;
+
+/// The JSON schema of the run file (draft 2020-12), for editors.
+///
+/// It says everything about single keys and about which keys must stand
+/// together. Checks between values (the delay against the sample time, an
+/// acceleration without deceleration, whole nanoseconds) are beyond it.
+///
+/// ```
+/// let schema = hil_core::runfile::schema();
+/// let inertia = &schema["properties"]["motor"]["properties"]["inertia_kg_m2"];
+/// assert_eq!(inertia["exclusiveMinimum"], 0);
+/// ```
+pub fn schema() -> Value {
+    let mut properties = Map::new();
+    let mut required = Vec::new();
+    for section in SECTIONS {
+        if section.name.is_empty() {
+            properties.extend(keys(section));
+        } else {
+            properties.insert(section.name.to_owned(), section_schema(section));
+        }
+        if section.is_required() {
+            required.push(section.name);
+        }
+    }
+    json!({
+        "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "title": "Run file of the servo bench",
+        "description": "One run: controller firmware and simulated servo axis in lockstep.",
+        "type": "object",
+        "properties": properties,
+        "required": required,
+        "additionalProperties": false,
+    })
+}
+
+fn keys(section: &Section) -> Map<String, Value> {
+    let schema = |key: &Key| (key.name.to_owned(), key_schema(key));
+    section.keys.iter().map(schema).collect()
+}
+
+fn section_schema(section: &Section) -> Value {
+    let named = |need: Need| -> Vec<&str> {
+        let keys = section.keys.iter().filter(|key| key.need == need);
+        keys.map(|key| key.name).collect()
+    };
+    let mut rules = Vec::new();
+    for key in section.keys {
+        match key.need {
+            Need::OneOf(partner) if key.name < partner => rules.push(json!({"oneOf": [
+                {"required": [key.name]},
+                {"required": [partner]},
+            ]})),
+            Need::NotWith(partner) if key.name < partner => {
+                rules.push(json!({"not": {"required": [key.name, partner]}}));
+            }
+            Need::OnlyWith(partner) => {
+                rules.push(json!({"dependentRequired": {key.name: [partner]}}));
+            }
+            _ => {}
+        }
+    }
+    let elastic = named(Need::ElasticJoint);
+    if !elastic.is_empty() {
+        let rigid = json!({"properties": {"joint": {"const": "rigid"}}, "required": ["joint"]});
+        rules.push(json!({"if": rigid, "else": {"required": elastic}}));
+    }
+    let sampled = named(Need::SampledLaw);
+    if !sampled.is_empty() {
+        let continuous = json!({"properties": {"law": {"const": "continuous"}}});
+        rules.push(json!({"if": continuous, "else": {"required": sampled}}));
+    }
+    let mut schema = json!({
+        "description": section.meaning,
+        "type": "object",
+        "properties": keys(section),
+        "required": named(Need::Always),
+        "additionalProperties": false,
+    });
+    if !rules.is_empty() {
+        schema["allOf"] = Value::Array(rules);
+    }
+    schema
+}
+
+fn key_schema(key: &Key) -> Value {
+    let mut schema = match key.kind {
+        Kind::Text => json!({"type": "string", "minLength": 1}),
+        Kind::Flag => json!({"type": "boolean"}),
+        Kind::Choice(choices) => json!({"enum": choices}),
+        Kind::Number(range) => number_schema(range),
+        Kind::Whole(low, high) => json!({"type": "integer", "minimum": low, "maximum": high}),
+        Kind::Time(range) => time_schema(range),
+        Kind::TimeOrWord(range, word) => json!({"anyOf": [time_schema(range), {"const": word}]}),
+        Kind::Intervals => json!({
+            "type": "array",
+            "items": number_schema(Range::NotNegative),
+            "minItems": 7,
+            "maxItems": 7,
+        }),
+    };
+    let acts = match key.acts {
+        Acts::Everywhere => String::new(),
+        acts => format!("; acts on {}", acts.words()),
+    };
+    schema["description"] = Value::String(key.description() + &acts);
+    if let Some(default) = key.default() {
+        schema["default"] = match default {
+            values::Value::Flag(flag) => json!(flag),
+            values::Value::Choice(choice) => json!(choice),
+            values::Value::Whole(whole) => json!(whole),
+            other => json!(other.number()),
+        };
+    }
+    schema
+}
+
+fn time_schema(range: Range) -> Value {
+    let mut schema = number_schema(range);
+    schema["maximum"] = json!(LONGEST_TIME_S);
+    schema
+}
+
+fn number_schema(range: Range) -> Value {
+    match range {
+        Range::Any => json!({"type": "number"}),
+        Range::Positive => json!({"type": "number", "exclusiveMinimum": 0}),
+        Range::NotNegative => json!({"type": "number", "minimum": 0}),
+        Range::Between(low, high) => json!({"type": "number", "minimum": low, "maximum": high}),
+    }
+}
+
+/// All keys of the run file in Markdown: one table a section.
+///
+/// ```
+/// let page = hil_core::runfile::key_reference();
+/// assert!(page.contains("| `inertia_kg_m2` | kg m² | greater than 0 | required | every rung |"));
+/// ```
+pub fn key_reference() -> String {
+    let mut page = String::from(
+        "# Keys of the run file\n\n\
+         TOML, one file a run. Integers serve for numbers; `nan` and `inf` are refused. Numbers\n\
+         other than 0 lie between 1e-50 and 1e50 in magnitude. Times of the run (marked \"ns\") are\n\
+         whole nanoseconds and at most 1e9 s. `hil-runner schema` prints the same as a JSON schema.\n",
+    );
+    for section in SECTIONS {
+        let title = if section.name.is_empty() {
+            "Top of the file".to_owned()
+        } else {
+            format!("`[{}]`", section.name)
+        };
+        page.push_str(&format!("\n## {title}\n\n{}\n\n", section.meaning));
+        page.push_str("| key | unit | allowed | if left out | acts on | meaning |\n");
+        page.push_str("| --- | --- | --- | --- | --- | --- |\n");
+        for key in section.keys {
+            page.push_str(&row(key));
+        }
+    }
+    page
+}
+
+fn row(key: &Key) -> String {
+    let unit = match key.kind {
+        Kind::Time(_) | Kind::TimeOrWord(..) => "s (ns)",
+        _ => key.unit,
+    };
+    let absent = match key.need {
+        Need::Always => "required".to_owned(),
+        Need::ElasticJoint => "required unless the joint is rigid".to_owned(),
+        Need::SampledLaw => "required unless the law is \"continuous\"".to_owned(),
+        Need::OneOf(partner) => format!("required unless `{partner}` is given; never both"),
+        Need::NotWith(partner) => format!("–; never with `{partner}`"),
+        Need::Optional => "–".to_owned(),
+        Need::OnlyWith(partner) => format!("–; only with `{partner}`"),
+        Need::Limit => "no limit".to_owned(),
+        Need::FileStem => "stem of the file's name".to_owned(),
+        Need::Default(default) => format!("`{}`", default.to_toml()),
+    };
+    let (name, allowed) = (key.name, key.range_words());
+    let acts = key.acts.words();
+    let meaning = key.meaning.trim_end_matches(',');
+    format!("| `{name}` | {unit} | {allowed} | {absent} | {acts} | {meaning} |\n")
+}
+
+/// Column in which the remarks of a commented file begin.
+const REMARKS: usize = 40;
+
+/// A run file in whose sections every key stands: what it does not give is
+/// commented out, with its default or an example, and a remark. Such lines that
+/// it has are written anew, missing ones follow the key above them in the table.
+///
+/// ```
+/// use hil_core::runfile::{builtin_text, commented};
+///
+/// let text = builtin_text("paper-2").unwrap_or_default();
+/// let (before, after) = text.split_once("# no_pull").unwrap_or_default();
+/// let (_, after) = after.split_once('\n').unwrap_or_default();
+/// assert_eq!(commented("paper-2", &format!("{before}{after}")), text);
+/// ```
+pub fn commented(name: &str, text: &str) -> String {
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    for section in SECTIONS.iter().filter(|section| section.name != "budget") {
+        let header = format!("[{}]", section.name);
+        let header = lines.iter().position(|line| line.starts_with(&header));
+        let start = match header {
+            Some(line) => line + 1,
+            None if section.name.is_empty() => 0,
+            None => continue,
+        };
+        let mut at = start;
+        for key in section.keys {
+            let shows = |line: &&String| {
+                let line = line.trim_start_matches("# ").strip_prefix(key.name);
+                line.is_some_and(|rest| rest.starts_with(" = "))
+            };
+            let body = || {
+                lines
+                    .iter()
+                    .skip(start)
+                    .take_while(|line| !line.starts_with('['))
+            };
+            let found = body()
+                .position(|line| shows(&line))
+                .map(|line| start + line);
+            let is_given = |line: usize| lines.get(line).is_some_and(|l| !l.starts_with('#'));
+            if let Some(line) = found.filter(|line| is_given(*line)) {
+                at = line + 1;
+            } else if let Some(comment) = comment(key, name) {
+                let from = found.unwrap_or(at);
+                let more = |line: &&String| line.starts_with("#          ");
+                let old = found.map_or(0, |line| {
+                    1 + lines.iter().skip(line + 1).take_while(more).count()
+                });
+                at = from + comment.len();
+                lines.splice(from..from + old, comment);
+            }
+        }
+    }
+    lines.join("\n") + "\n"
+}
+
+/// A key that is not given, in the lines that it takes; nothing for one that
+/// must be given.
+fn comment(key: &Key, name: &str) -> Option<Vec<String>> {
+    let value = match (key.need, key.default()) {
+        (Need::FileStem, _) => format!("\"{name}\""),
+        (_, Some(values::Value::Number(number))) => format!("{number:?}"),
+        (_, Some(values::Value::Nanoseconds(0))) => "0.0".to_owned(),
+        (_, Some(values::Value::Nanoseconds(ns))) => seconds(ns).to_string(),
+        (_, Some(default)) => default.to_toml(),
+        (_, None) if key.example.is_empty() => return None,
+        (_, None) => key.example.to_owned(),
+    };
+    let first = format!("# {} = {value}", key.name);
+    let mut remarks: Vec<String> = key.note.iter().map(|&note| note.to_owned()).collect();
+    if let (Kind::Choice([_, others @ ..]), []) = (key.kind, key.note) {
+        let quoted: Vec<String> = others.iter().map(|c| format!("\"{c}\"")).collect();
+        remarks.push(format!("or {}", quoted.join(", ")));
+    }
+    let beside = |text: &str, remark: &str| {
+        let spaces = REMARKS.saturating_sub(text.chars().count()).max(3);
+        format!("{text}{:spaces$}# {remark}", "")
+    };
+    let Some((remark, more)) = remarks.split_first() else {
+        return Some(vec![first]);
+    };
+    let more = more.iter().map(|remark| beside("#", remark));
+    Some(
+        std::iter::once(beside(&first, remark))
+            .chain(more)
+            .collect(),
+    )
+}

@@ -1,0 +1,321 @@
+//! Every key of the run file, stated once. This table alone decides which keys
+//! there are: the checks, the case, the JSON schema, the key reference, the
+//! commented file and the settings of a report are made from it.
+//!
+//! A value goes into the case in the order of the table, so that a key may count
+//! on those above it: `lines` on nothing, `counts_per_mm` on the screw's pitch.
+
+mod controller;
+
+use core::f64::consts::{PI, TAU};
+
+use plant::{Dac, ElasticJoint, Joint, Solver};
+
+use self::controller::{
+    BACKLASH, CONTROLLER, ENCODER, GAIN_CHANGE, INJECT, LIMITS, LOAD_ENCODER, SEQUENCE, radians,
+};
+use super::keys::Range::{Any, Between, NotNegative, Positive};
+use super::keys::{
+    Acts, Key, Kind, Need, Section, choice, flag, number, of_firmware, section, time, value, whole,
+};
+use super::values::Value;
+use crate::case::{Case, SolverChoice};
+use crate::figures::{CHIP_FIGURES, Figure, HOST_STEP_P99, SUMMARY_FIGURES};
+
+/// The sections in the order in which a run file usually has them.
+pub static SECTIONS: &[Section] = &[
+    section("", NAME)
+        .meaning("the run"),
+    section("motor", MOTOR)
+        .meaning("DC motor with permanent magnets (paper, Fig. 5)"),
+    section("transmission", TRANSMISSION)
+        .meaning("gear, joint with backlash, and screw (paper, Fig. 2)"),
+    section("carriage", CARRIAGE)
+        .meaning("carriage and guide; resistance F_r = a0 + a1·γ̇ + a2·γ̇² (eq. 13)"),
+    section("drive", DRIVE)
+        .meaning("D/A converter and power amplifier (paper, Fig. 4)"),
+    section("encoder", ENCODER)
+        .meaning("encoder on the motor shaft (eq. 21)"),
+    section("load_encoder", LOAD_ENCODER)
+        .meaning("encoder on the load side, at the screw or at the carriage"),
+    section("controller", CONTROLLER)
+        .meaning("position controller (eq. 23) and its timing"),
+    section("limits", LIMITS)
+        .meaning("what the controller's supervision allows; a limit that is left out is not monitored"),
+    section("backlash", BACKLASH)
+        .meaning("backlash compensation in the reference, and backlash measurement before the motion"),
+    section("motion", MOTION)
+        .meaning("motion command with seven intervals (paper, Fig. 6)"),
+    section("sequence", SEQUENCE)
+        .meaning("requests to the controller at given times"),
+    section("gain_change", GAIN_CHANGE)
+        .meaning("gains that hold from a given time on"),
+    section("inject", INJECT)
+        .meaning("hardware that misbehaves at given times"),
+    section("target", TARGET)
+        .meaning("the chip, as far as the time of a step in QEMU depends on it: without clock_hz m4 has 168 MHz, m0 16 MHz, m3 72 MHz and rv32 108 MHz; a board tells its own clock and counts cycles"),
+    section("run", RUN)
+        .meaning("duration, solver (\"dopri5\" is DOP853) and what is recorded"),
+    section("budget", &BUDGET)
+        .meaning("limits on the magnitude of summary figures; without this section the default budget holds, an empty one limits nothing; from instructions_per_step_max to stack_bytes the figures are those of a chip, and without a link to one they fail"),
+];
+
+/// The section of that name.
+pub(super) fn find(name: &str) -> Option<&'static Section> {
+    SECTIONS.iter().find(|section| section.name == name)
+}
+
+const NAME: &[Key] = &[value("name", Kind::Text, "")
+    .meaning("name of the run")
+    .needed(Need::FileStem)
+    .note(&["default: the file's name without .toml"])];
+
+const MOTOR: &[Key] = &[
+    number("inertia_kg_m2", Positive, "kg m²")
+        .meaning("rotor inertia J_m")
+        .alone_at(|c| Some(&mut c.axis.motor.inertia_kg_m2))
+        .shown("Rotor inertia J_m"),
+    number("torque_constant_nm_per_a", Positive, "N m/A")
+        .meaning("torque and back-e.m.f. constant k_m")
+        .alone_at(|c| Some(&mut c.axis.motor.torque_constant_nm_per_a))
+        .shown("Torque constant k_m"),
+    number("resistance_ohm", Positive, "Ω")
+        .meaning("armature resistance R")
+        .alone_at(|c| Some(&mut c.axis.motor.resistance_ohm))
+        .shown("Armature resistance R"),
+    number("inductance_h", Positive, "H")
+        .meaning("armature inductance L")
+        .alone_at(|c| Some(&mut c.axis.motor.inductance_h))
+        .shown_in("Armature inductance L", 1e3, "mH"),
+];
+
+/// The joint, unless it is rigid.
+fn elastic(case: &mut Case) -> Option<&mut ElasticJoint> {
+    match &mut case.axis.transmission.joint {
+        Joint::Elastic(joint) => Some(joint),
+        Joint::Rigid => None,
+    }
+}
+
+const TRANSMISSION: &[Key] = &[
+    number("gear_ratio", Positive, "")
+        .meaning("gear ratio z, gear output speed over motor speed,")
+        .at(|c| Some(&mut c.axis.transmission.gear_ratio))
+        .shown("Gear ratio z"),
+    value("joint", Kind::Choice(&["elastic", "rigid"]), "")
+        .meaning("joint between gear and screw")
+        .or(Value::Choice("elastic"))
+        .at(|c| Some(&mut c.axis.transmission.joint))
+        .shown("Joint")
+        .words(&[("rigid", "rigid")])
+        .note(&["or \"rigid\": then k, c and b are not needed"]),
+    number("stiffness_nm_per_rad", Positive, "N m/rad")
+        .meaning("contact stiffness k of the joint")
+        .needed(Need::ElasticJoint)
+        .alone_at(|c| Some(&mut elastic(c)?.stiffness_nm_per_rad))
+        .shown("Joint stiffness k"),
+    number("damping_nms_per_rad", NotNegative, "N m s/rad")
+        .meaning("contact damping c of the joint")
+        .needed(Need::ElasticJoint)
+        .alone_at(|c| Some(&mut elastic(c)?.damping_nms_per_rad))
+        .shown("Joint damping c"),
+    number("backlash_half_deg", NotNegative, "deg")
+        .meaning("half backlash b of the joint")
+        .needed(Need::ElasticJoint)
+        .by(
+            |c, half_deg| {
+                if let Some(joint) = elastic(c) {
+                    joint.backlash_half_rad = radians(half_deg);
+                }
+            },
+            |c| Some(elastic(&mut c.clone())?.backlash_half_rad.to_degrees()),
+        )
+        .alone()
+        .shown_in("Half backlash b", 1.0, "°"),
+    number("screw_inertia_kg_m2", Positive, "kg m²")
+        .meaning("screw inertia J_v")
+        .alone_at(|c| Some(&mut c.axis.transmission.screw_inertia_kg_m2))
+        .shown("Screw inertia J_v"),
+    number("screw_pitch_mm_per_rev", Positive, "mm/rev")
+        .meaning("screw pitch p")
+        .by(
+            |c, pitch_mm| c.axis.transmission.screw_pitch_m_per_rad = pitch_m_per_rad(pitch_mm),
+            |c| Some(1e3 * c.axis.transmission.screw_pitch_m_per_rad * 2.0 * PI),
+        )
+        .shown("Screw pitch p"),
+    flag("no_pull")
+        .meaning("switch that keeps the joint's flanks from pulling")
+        .at(|c| Some(&mut elastic(c)?.no_pull))
+        .shown("Flanks")
+        .words(&[("true", "cannot pull")])
+        .note(&["true: a separating flank cannot pull back"]),
+];
+
+/// mm/rev → m/rad
+pub(super) fn pitch_m_per_rad(pitch_mm_per_rev: f64) -> f64 {
+    1e-3 * pitch_mm_per_rev / TAU
+}
+
+const CARRIAGE: &[Key] = &[
+    number("mass_kg", Positive, "kg")
+        .meaning("carriage mass M")
+        .alone_at(|c| Some(&mut c.axis.carriage.mass_kg))
+        .shown("Carriage mass M"),
+    number("resistance_constant_n", Any, "N")
+        .meaning("constant resistance a0")
+        .or(Value::Number(0.0))
+        .at(|c| Some(&mut c.axis.carriage.resistance.constant_n))
+        .shown("Resistance a0")
+        .note(&["a0"]),
+    number("resistance_linear_ns_per_rad", Any, "N s/rad")
+        .meaning("linear resistance a1, per screw speed,")
+        .or(Value::Number(0.0))
+        .at(|c| Some(&mut c.axis.carriage.resistance.linear_ns_per_rad))
+        .shown("Resistance a1")
+        .note(&["a1"]),
+    number("resistance_quadratic_ns2_per_rad2", Any, "N s²/rad²")
+        .meaning("quadratic resistance a2, per screw speed squared,")
+        .or(Value::Number(0.0))
+        .at(|c| Some(&mut c.axis.carriage.resistance.quadratic_ns2_per_rad2))
+        .shown("Resistance a2")
+        .note(&["a2"]),
+    flag("resistance_opposes_motion")
+        .meaning("switch that turns a0 and a2 against the motion")
+        .at(|c| Some(&mut c.axis.carriage.resistance.opposes_motion))
+        .shown("Resistance")
+        .words(&[("true", "opposes motion")])
+        .note(&["true: real friction, the screw can stick"]),
+];
+
+const DRIVE: &[Key] = &[
+    whole("dac_bits", 2, 24, "bits")
+        .meaning("width n of the D/A converter")
+        .or(Value::Whole(16))
+        .acting(Acts::FromQuantisedOrWith("dac_range_v"))
+        .at(|c| Some(&mut c.dac.bits))
+        .shown_in("DAC bits n", 1.0, "")
+        .note(&["n"]),
+    number("dac_lsb_v", Positive, "V")
+        .meaning("D/A step K_dac, volts per code,")
+        .needing(Need::OneOf("dac_range_v"), "0.00488")
+        .at(|c| Some(&mut c.dac.step_v))
+        .shown_in("DAC step K_dac", 1e3, "mV")
+        .note(&["K_dac, volts per code"]),
+    number("dac_range_v", Positive, "V")
+        .meaning("full span ΔV of the D/A converter")
+        .needing(Need::OneOf("dac_lsb_v"), "20.0")
+        .by(
+            |c, range_v| c.dac = Dac::with_range(c.dac.bits, range_v),
+            |c| Some(c.dac.step_v * f64::from(c.dac.bits).exp2()),
+        )
+        .note(&["instead of dac_lsb_v: full span ΔV, step ΔV/2^n"]),
+    number("amplifier_gain", Positive, "")
+        .meaning("amplifier gain K_a")
+        .alone_at(|c| Some(&mut c.amplifier.gain))
+        .shown("Amplifier gain K_a"),
+    number("voltage_limit_v", Positive, "V")
+        .meaning("amplifier's output limit V_max")
+        .alone_at(|c| Some(&mut c.amplifier.voltage_limit_v))
+        .shown("Amplifier limit V_max"),
+];
+
+/// The three make one command, which goes into a case as a whole.
+const MOTION: &[Key] = &[
+    number("travel_mm", Any, "mm")
+        .meaning("travel h of the carriage")
+        .by(|_, _| {}, |c| Some(1e3 * c.motion.travel_m()))
+        .shown("Travel h"),
+    value("intervals_s", Kind::Intervals, "s")
+        .meaning("list of the motion's intervals")
+        .shown("Intervals t1 … t7")
+        .text(|c| Some(c.motion.intervals_s().map(crate::number::table).join(", "))),
+    number("total_time_s", Positive, "s")
+        .meaning("total time T_0 to which the intervals are stretched")
+        .optional("1.0")
+        .by(|_, _| {}, |c| Some(c.motion.end_s()))
+        .shown("Motion time")
+        .note(&["stretches all seven to this sum; default: as they are"]),
+];
+
+const TARGET: &[Key] = &of_firmware([
+    // Far above any microcontroller.
+    whole("clock_hz", 1, 10_000_000_000, "Hz")
+        .meaning("clock of the core")
+        .optional("168e6")
+        .by(
+            |c, clock_hz| c.target.clock_hz = Some(clock_hz as u64),
+            |c| c.target.clock_hz.map(|clock_hz| clock_hz as f64),
+        )
+        .note(&["default: that of a common part"]),
+    // Below 1 for cores that begin two instructions in a cycle, above 100 for
+    // code that runs from a serial flash.
+    number("cycles_per_instruction", Between(0.01, 1_000.0), "")
+        .meaning("number of cycles that an instruction is allowed")
+        .or(Value::Number(4.0))
+        .at(|c| Some(&mut c.target.cycles_per_instruction))
+        .note(&["QEMU counts instructions only"]),
+]);
+
+const RUN: &[Key] = &[
+    time("duration_s", Positive)
+        .meaning("duration of the run")
+        .at(|c| Some(&mut c.run.duration_ns))
+        .shown("Duration"),
+    choice::<SolverChoice>("solver")
+        .meaning("method that solves the plant")
+        .at(|c| Some(&mut c.run.solver)),
+    time("row_interval_s", Positive)
+        .meaning("interval between rows where the law is \"continuous\"")
+        .or(Value::Nanoseconds(1_000_000))
+        .acting(Acts::OnContinuous)
+        .at(|c| Some(&mut c.run.row_interval_ns))
+        .note(&["rows of law \"continuous\"; the others: one a sample"]),
+    time("rk4_step_s", Positive)
+        .meaning("step of solver \"rk4\"")
+        .or(Value::Nanoseconds(10_000))
+        .at(|c| Some(&mut c.run.rk4_step_ns))
+        .shown_in("Solver step", 1e6, "µs")
+        .when(|c| matches!(c.solver(), Solver::Rk4 { .. }))
+        .note(&["solver \"rk4\""]),
+    // Below about 1e-14 the solver would chase rounding, not the solution,
+    // and need steps without end; above 0.1 a "tolerance" tolerates anything.
+    number("tolerance", Between(1e-14, 0.1), "")
+        .meaning("error tolerance of solver \"dopri5\"")
+        .or(Value::Number(1e-11))
+        .at(|c| Some(&mut c.run.tolerance))
+        .shown("Solver tolerance")
+        .when(|c| matches!(c.solver(), Solver::Dopri5 { .. }))
+        .note(&["solver \"dopri5\""]),
+    number("settling_band_um", Positive, "µm")
+        .meaning("half width of the settling band")
+        .or(Value::Number(100.0))
+        .at(|c| Some(&mut c.run.settling_band_um))
+        .shown("Settling band ±"),
+    flag("events")
+        .meaning("switch that lists every contact change")
+        .or(Value::Flag(true))
+        .at(|c| Some(&mut c.run.events))
+        .note(&["list every contact change in the summary"]),
+];
+
+/// One key for every figure of the summary, then those of a chip, and last the
+/// one of the clock.
+const BUDGET: [Key; SUMMARY_FIGURES.len() + CHIP_FIGURES.len() + 1] = {
+    let mut keys = [limit(&HOST_STEP_P99); SUMMARY_FIGURES.len() + CHIP_FIGURES.len() + 1];
+    let mut index = 0;
+    while index < keys.len() - 1 {
+        keys[index] = if index < SUMMARY_FIGURES.len() {
+            limit(&SUMMARY_FIGURES[index])
+        } else {
+            limit(&CHIP_FIGURES[index - SUMMARY_FIGURES.len()])
+        };
+        index += 1;
+    }
+    keys
+};
+
+const fn limit(figure: &Figure) -> Key {
+    number(figure.key, NotNegative, figure.unit)
+        .meaning(figure.label)
+        .needed(Need::Limit)
+}

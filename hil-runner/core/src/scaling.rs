@@ -1,0 +1,386 @@
+//! Settings in SI units → the fixed-point gains of the axis' law (`firmware::law`).
+//!
+//! The firmware accepts or rejects them; this is where they are chosen. The
+//! sum's exponent `F` trades resolution against range: more fraction bits make
+//! finer gains, fewer leave room for larger gains, errors and integrals. Taken
+//! is the largest `F` from which no gain profits any more, and with it the
+//! widest integral, for which the firmware's proof goes through. Where it refuses, the
+//! largest gains that would fit are looked for, all other settings as they are.
+//!
+//! Gains are in codes per motor count in the run file. Where the position
+//! comes from the load, `Kp` and `Ki` act on load counts and are converted:
+//! one load count is `ρ` motor counts.
+
+use firmware::law::{AntiWindup, FilterWords, Law, LawWords, Part};
+use firmware::{Dac, ErrorRange, GainWord};
+use plant::PidGains;
+
+use crate::options::{self, LawSettings};
+use crate::quantise::{
+    FixedPointGain, FixedPointGains, QuantiseError, UnfitGain, error_range, finest_word, key,
+    power_of_two, rounded_down,
+};
+
+/// The gains that can be set, in the order of the law.
+pub const GAIN_KEYS: [&str; 6] = [
+    key(Part::Proportional),
+    key(Part::Integral),
+    key(Part::Derivative),
+    key(Part::Velocity),
+    key(Part::Acceleration),
+    key(Part::Friction),
+];
+
+/// Everything that the fixed-point gains are made from.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ScalingRequest {
+    /// Shape of the law.
+    pub settings: LawSettings,
+    /// Gains per motor count.
+    pub gains: PidGains,
+    /// `Δt` \[ns\].
+    pub sample_time_ns: u64,
+    /// Travel \[counts of the encoder that the position comes from\].
+    pub travel_counts: i64,
+    /// `ρ`: motor counts per count of that encoder; 1 where it is the motor's.
+    pub motor_counts_per_count: f64,
+    /// `n`.
+    pub dac_bits: u32,
+    /// Exponents of the setpoints' rates.
+    pub rates: RateBits,
+}
+
+/// Fraction bits of the velocity \[counts/sample\] and the acceleration
+/// \[counts/sample²\] that come with the setpoints.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct RateBits {
+    /// Of the velocity.
+    pub velocity: u8,
+    /// Of the acceleration.
+    pub acceleration: u8,
+}
+
+/// The law of a run with the gains that it was made of.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ScaledLaw {
+    /// The accepted law.
+    pub law: Law,
+    /// Gains and feed-forward, in the order of the law.
+    pub rows: Vec<FixedPointGain>,
+}
+
+impl ScaledLaw {
+    /// The gains as they are shown: feed-forward only where there is some.
+    pub fn fixed_point(&self) -> FixedPointGains {
+        let shown = |row: &&FixedPointGain| row.wanted != 0.0 || row.is_of_the_paper();
+        FixedPointGains {
+            rows: self.rows.iter().filter(shown).copied().collect(),
+            error_limit: self.law.error_limit(),
+        }
+    }
+}
+
+impl ScalingRequest {
+    /// The fixed-point gains, chosen and accepted.
+    ///
+    /// # Errors
+    /// [`QuantiseError`] that names the keys, their values and what fits.
+    pub fn scaled_law(&self) -> Result<ScaledLaw, QuantiseError> {
+        self.settle().map_err(|refused| match refused {
+            QuantiseError::Law(error) => self.explain(error),
+            other => other,
+        })
+    }
+
+    /// The gains, or the firmware's objection to the last ones that were tried.
+    fn settle(&self) -> Result<ScaledLaw, QuantiseError> {
+        let dac = Dac::with_bits(self.dac_bits).map_err(QuantiseError::Dac)?;
+        let beyond = QuantiseError::Travel(self.travel_counts);
+        let Some(range) = error_range(self.travel_counts) else {
+            return Err(beyond);
+        };
+        let mut refused = None;
+        // The finest gains end at `most`; beyond it bits only cost range.
+        let exponents = LawWords::SUM_FRACTION_BITS;
+        let wanted = self.wanted();
+        let most = wanted
+            .iter()
+            .filter(|gain| gain.wanted != 0.0)
+            .map(|gain| finest_word(self.rounded(gain), 40, self.settings.word_bits).fraction_bits)
+            .max()
+            .unwrap_or(0)
+            .clamp(*exponents.start(), *exponents.end());
+        for sum_fraction_bits in (*exponents.start()..=most).rev() {
+            // Twice the converter's range at least: Q = 2^n codes.
+            let least = u8::try_from(self.dac_bits).unwrap_or(u8::MAX);
+            for integral_bits in (least..=29).rev() {
+                let words = self.with(&wanted, range, sum_fraction_bits, integral_bits)?;
+                match Law::accept(words, dac) {
+                    Ok(law) => {
+                        let rows = wanted.into_iter().zip(gains_of(law.words()));
+                        let rows = rows.map(|(gain, word)| FixedPointGain { word, ..gain });
+                        return Ok(ScaledLaw {
+                            law,
+                            rows: rows.collect(),
+                        });
+                    }
+                    // The widest resolution with the least range says what is
+                    // really in the way.
+                    Err(error) if sum_fraction_bits == most => refused = Some(error),
+                    Err(_) => {}
+                }
+            }
+        }
+        Err(refused.map_or(beyond, QuantiseError::Law))
+    }
+
+    /// The gains as the law multiplies them, not yet in fixed point.
+    fn wanted(&self) -> [FixedPointGain; 6] {
+        let dt_s = self.sample_time_ns as f64 / 1e9;
+        let ratio = self.motor_counts_per_count;
+        let (gains, feed_forward) = (&self.gains, &self.settings.feed_forward);
+        let rates = self.rates;
+        let (kp, ki, kd) = (gains.kp, gains.ki_per_s, gains.kd_s);
+        let (kv, ka) = (feed_forward.velocity_s, feed_forward.acceleration_s2);
+        let kf = feed_forward.friction_codes;
+        [
+            (Part::Proportional, kp, kp * ratio),
+            // As the paper's law forms it: Δt in ns, over 10^9.
+            (
+                Part::Integral,
+                ki,
+                ki * self.sample_time_ns as f64 / 1e9 * ratio,
+            ),
+            (Part::Derivative, kd, kd * 1e9 / self.sample_time_ns as f64),
+            (
+                Part::Velocity,
+                kv,
+                kv * ratio / dt_s / power_of_two(rates.velocity),
+            ),
+            (
+                Part::Acceleration,
+                ka,
+                ka * ratio / (dt_s * dt_s) / power_of_two(rates.acceleration),
+            ),
+            (Part::Friction, kf, kf),
+        ]
+        .map(|(part, value, wanted)| FixedPointGain {
+            part,
+            value,
+            wanted,
+            word: GainWord::new(0, 0),
+        })
+    }
+
+    /// The gain to the fraction bits that were asked for: a multiple of a power
+    /// of two, which its fixed-point form holds exactly where it has that many bits.
+    fn rounded(&self, gain: &FixedPointGain) -> f64 {
+        match self.settings.gain_fraction_bits {
+            Some(bits) if gain.is_of_the_paper() => {
+                (gain.wanted * power_of_two(bits)).round() / power_of_two(bits)
+            }
+            _ => gain.wanted,
+        }
+    }
+
+    /// The fixed-point gains at one exponent of the sum and one range of the integral.
+    fn with(
+        &self,
+        wanted: &[FixedPointGain; 6],
+        range: ErrorRange,
+        sum_fraction_bits: u8,
+        integral_bits: u8,
+    ) -> Result<LawWords, QuantiseError> {
+        let settings = &self.settings;
+        let filter = self.filter(wanted[2].wanted)?;
+        let word = |gain: &FixedPointGain| {
+            // The filtered difference brings fraction bits of its own.
+            let own = match (gain.part, filter) {
+                (Part::Derivative, Some(filter)) => filter.fraction_bits,
+                _ => 0,
+            };
+            let most = sum_fraction_bits.saturating_sub(own);
+            finest_word(self.rounded(gain), most, settings.word_bits)
+        };
+        let [
+            kp,
+            ki_dt,
+            kd_per_dt,
+            velocity_ff,
+            acceleration_ff,
+            friction_ff,
+        ] = wanted.each_ref().map(word);
+        Ok(LawWords {
+            kp,
+            ki_dt,
+            kd_per_dt,
+            velocity_ff,
+            acceleration_ff,
+            friction_ff,
+            error_bits: range.bits(),
+            sum_fraction_bits,
+            integral_bits,
+            derivative: settings.derivative,
+            filter,
+            anti_windup: self.anti_windup()?,
+        })
+    }
+
+    /// `a = Δt/(T_f + Δt)`, and the fewest fraction bits with
+    /// `(Kd/Δt)·2^−h ≤ 1/16`.
+    fn filter(&self, kd_per_dt: f64) -> Result<Option<FilterWords>, QuantiseError> {
+        let filter_s = self.settings.derivative_filter_s;
+        if filter_s == 0.0 {
+            return Ok(None);
+        }
+        let dt_s = self.sample_time_ns as f64 / 1e9;
+        let smoothing = word31(
+            dt_s / (filter_s + dt_s),
+            "controller.derivative_filter_s",
+            filter_s,
+            "Δt/(T_f + Δt) is 0 in 31 bits; at most 10^9 sample times are more",
+        )?;
+        let needed = (0..29).find(|&h| 16.0 * kd_per_dt <= power_of_two(h));
+        Ok(Some(FilterWords {
+            smoothing,
+            fraction_bits: needed.unwrap_or(29),
+        }))
+    }
+
+    fn anti_windup(&self) -> Result<AntiWindup, QuantiseError> {
+        Ok(match self.settings.anti_windup {
+            options::AntiWindup::None => AntiWindup::None,
+            options::AntiWindup::Clamp => AntiWindup::Clamp,
+            options::AntiWindup::BackCalculation => {
+                let (dt_s, tracking_s) = (
+                    self.sample_time_ns as f64 / 1e9,
+                    self.settings.tracking_time_s,
+                );
+                AntiWindup::BackCalculation {
+                    tracking: word31(
+                        dt_s / tracking_s,
+                        "controller.tracking_time_s",
+                        tracking_s,
+                        "it must be longer than the sample time and at most 10^9 of them",
+                    )?,
+                }
+            }
+        })
+    }
+
+    /// The value of a gain by its place in [`GAIN_KEYS`].
+    fn gain_mut(&mut self, index: usize) -> &mut f64 {
+        let feed_forward = &mut self.settings.feed_forward;
+        match index {
+            0 => &mut self.gains.kp,
+            1 => &mut self.gains.ki_per_s,
+            2 => &mut self.gains.kd_s,
+            3 => &mut feed_forward.velocity_s,
+            4 => &mut feed_forward.acceleration_s2,
+            _ => &mut feed_forward.friction_codes,
+        }
+    }
+
+    /// The largest value of a gain that fits, rounded down to five digits, so
+    /// that what a table prints fits too; 0 if none does.
+    pub fn largest_gain(&self, index: usize) -> f64 {
+        let fits = |value: f64| {
+            let mut request = *self;
+            *request.gain_mut(index) = value;
+            request.settle().is_ok()
+        };
+        // Whole powers of two first, then halves of the interval.
+        let mut low = 0.0;
+        let mut high = f64::INFINITY;
+        for exponent in -60..60 {
+            let value = 2_f64.powi(exponent);
+            if fits(value) {
+                low = value;
+            } else if low > 0.0 {
+                high = value;
+                break;
+            }
+        }
+        if !high.is_finite() {
+            return rounded_down(low, 5);
+        }
+        for _ in 0..12 {
+            let middle = 0.5 * (low + high);
+            if fits(middle) {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        rounded_down(low, 5)
+    }
+
+    /// The fewest bits of a fixed-point gain that fit, if more than the present ones do.
+    fn fewest_bits(&self) -> Option<u32> {
+        (self.settings.word_bits + 1..=31).find(|&word_bits| {
+            let mut request = *self;
+            request.settings.word_bits = word_bits;
+            request.settle().is_ok()
+        })
+    }
+
+    /// The firmware's objection in terms of the run file.
+    fn explain(&self, error: firmware::Refusal) -> QuantiseError {
+        if let Some(bits) = self.fewest_bits() {
+            let because = format!(
+                "in fixed point these gains need at least {bits} bits to stay within one code \
+                 of the exact law ({error})"
+            );
+            let word_bits = f64::from(self.settings.word_bits);
+            return QuantiseError::setting("controller.word_bits", word_bits, &because);
+        }
+        let error_limit = error_range(self.travel_counts).map_or(0, |range| range.limit());
+        let unfit = GAIN_KEYS
+            .into_iter()
+            .enumerate()
+            .filter_map(|(index, key)| {
+                let value = *{ *self }.gain_mut(index);
+                let largest = self.largest_gain(index);
+                // A gain is to blame if a smaller one cures.
+                (value > 0.0 && largest > 0.0 && largest < value).then_some(UnfitGain {
+                    key,
+                    value,
+                    largest,
+                    error_limit,
+                })
+            });
+        let unfit: Vec<_> = unfit.collect();
+        if unfit.is_empty() {
+            QuantiseError::Law(error)
+        } else {
+            QuantiseError::Gains(unfit)
+        }
+    }
+}
+
+/// The gains in the order of the law.
+fn gains_of(words: &LawWords) -> [GainWord; 6] {
+    [
+        words.kp,
+        words.ki_dt,
+        words.kd_per_dt,
+        words.velocity_ff,
+        words.acceleration_ff,
+        words.friction_ff,
+    ]
+}
+
+/// `fraction·2^31` as an integer from 1 to 2^31 − 1; beyond, the key's value is refused.
+fn word31(
+    fraction: f64,
+    key: &'static str,
+    value: f64,
+    because: &str,
+) -> Result<i32, QuantiseError> {
+    let word = (fraction * power_of_two(31)).round();
+    if (1.0..=f64::from(i32::MAX)).contains(&word) {
+        // Whole and within the type: the conversion is exact.
+        return Ok(word as i32);
+    }
+    Err(QuantiseError::setting(key, value, &because))
+}

@@ -1,0 +1,117 @@
+//! `hil-runner scaling`: the fixed-point gains of a case with their lengths,
+//! headroom and rounding, and what would fit.
+
+use anyhow::anyhow;
+use clap::Args;
+use hil_core::controllers::{accepted, scaling_request, smallest_sample_time_ns};
+use hil_core::error::RunError;
+use hil_core::number;
+use hil_core::runfile::RunFile;
+use hil_core::scaling::{ScaledLaw, ScalingRequest};
+
+use super::{Cases, Sets, explain, terminal};
+
+/// Show a case's fixed-point gains: lengths, headroom, rounding, and what fits
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  \
+                  hil-runner scaling paper-1 paper-2 paper-3 paper-4\n  \
+                  hil-runner scaling axis.toml --set controller.word_bits=24\n  \
+                  hil-runner scaling paper-2 --set controller.sample_time_s=0.0001")]
+pub(crate) struct Scaling {
+    #[command(flatten)]
+    cases: Cases,
+    #[command(flatten)]
+    sets: Sets,
+}
+
+impl Scaling {
+    pub(crate) fn execute(&self) -> anyhow::Result<bool> {
+        let mut shown: Vec<(Vec<String>, String)> = Vec::new();
+        for file in &self.sets.load(&self.cases.cases)? {
+            let text = describe(file)?;
+            let name = file.case.name.clone();
+            match shown.iter_mut().find(|(_, known)| *known == text) {
+                Some((names, _)) => names.push(name),
+                None => shown.push((vec![name], text)),
+            }
+        }
+        for (names, text) in shown {
+            terminal::print(&format!("{}\n{text}", names.join(", ")))?;
+        }
+        Ok(true)
+    }
+}
+
+fn describe(file: &RunFile) -> anyhow::Result<String> {
+    let refused = |error| explain(file, RunError::Quantise(error));
+    let request = scaling_request(&file.case).map_err(refused)?;
+    let scaled = request.scaled_law().map_err(refused)?;
+    // A run asks for more than its gains, and stops without it.
+    accepted(&file.case, request.sample_time_ns).map_err(refused)?;
+    let table = gain_table(&request, &scaled);
+    let ranges = ranges(file, &request, &scaled)?;
+    Ok(format!("{table}{ranges}"))
+}
+
+fn ranges(file: &RunFile, request: &ScalingRequest, scaled: &ScaledLaw) -> anyhow::Result<String> {
+    let law = &scaled.law;
+    let accepted = law.words();
+    let f = accepted.sum_fraction_bits;
+    let smallest_ns = smallest_sample_time_ns(&file.case)
+        .ok_or_else(|| anyhow!("the gains that were accepted are accepted no more"))?;
+    let alone = if file.case.options.is_off() {
+        "nothing is asked beyond the paper's law: a run takes that one, with an integral of 128 bits,\n\
+         for which these gains fit too, and somewhat larger gains\n"
+    } else {
+        ""
+    };
+    Ok(format!(
+        "sum: 64 bits, {f} of them fraction, {} bits of headroom above the largest sum\n\
+         error |e| ≤ 2^{} = {} counts; sum of errors |Σe| ≤ {} counts; integral ≤ 2^{} codes\n\
+         difference |Δe| ≤ {} counts; beyond it the converter is at its end whatever the rest is\n\
+         sample time: {} µs; the smallest that fits: {} µs\n{alone}",
+        law.headroom_bits(),
+        accepted.error_bits,
+        law.error_limit(),
+        law.error_sum_limit(),
+        accepted.integral_bits,
+        law.slope_limit(),
+        number::table(request.sample_time_ns as f64 / 1e3),
+        number::table(smallest_ns as f64 / 1e3),
+    ))
+}
+
+/// The gains of a law in fixed point with their lengths, and the largest that fit.
+/// Feed-forward is left out where it is off.
+fn gain_table(request: &ScalingRequest, scaled: &ScaledLaw) -> String {
+    let header = [
+        "key",
+        "per sample",
+        "fixed point",
+        "bits",
+        "rounding",
+        "term up to\ncodes",
+        "headroom\nbits",
+        "largest\nthat fits",
+    ];
+    let mut table = terminal::table(&header, 1);
+    let f = f64::from(scaled.law.words().sum_fraction_bits);
+    for (index, row) in scaled.rows.iter().enumerate() {
+        if row.value == 0.0 && !row.is_of_the_paper() {
+            continue;
+        }
+        let largest = scaled.law.largest_term(row.part);
+        table.add_row([
+            row.key().trim_start_matches("controller.").to_owned(),
+            number::table(row.wanted),
+            row.word.to_string(),
+            (u32::BITS - row.word.mantissa.leading_zeros()).to_string(),
+            number::relative_error(row.relative_error()),
+            number::table(largest as f64 * (-f).exp2()),
+            // Of the 62 bits that a sum may take.
+            largest.leading_zeros().saturating_sub(2).to_string(),
+            number::table(request.largest_gain(index)),
+        ]);
+    }
+    terminal::text(&table)
+}

@@ -1,0 +1,299 @@
+//! Output files: found writable before the run, and renamed into place after
+//! it. What stood at the path before stays until then; a file that is never
+//! committed is removed, unless the program is killed outright and leaves a
+//! `.part` beside it.
+
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use tempfile::NamedTempFile;
+
+/// A file that appears under its name when it is committed.
+#[derive(Debug)]
+pub struct OutputFile {
+    sink: BufWriter<Sink>,
+    path: PathBuf,
+}
+
+#[derive(Debug)]
+enum Sink {
+    /// `-`: standard output.
+    Stdout(io::Stdout),
+    /// A device or pipe, written as it is.
+    Direct(File),
+    /// A new file beside the target, renamed to it on commit.
+    Renamed(NamedTempFile, PathBuf),
+}
+
+impl OutputFile {
+    /// Prepares to write to `path`; `-` is standard output.
+    ///
+    /// # Errors
+    /// If the path cannot be written: the sentence names it.
+    pub fn create(path: &Path) -> io::Result<Self> {
+        let sink = sink(path).map_err(|error| named(path, &error))?;
+        Ok(Self {
+            sink: BufWriter::new(sink),
+            path: path.to_owned(),
+        })
+    }
+
+    /// Writes the whole contents of the file and commits it.
+    ///
+    /// # Errors
+    /// As [`OutputFile::commit`].
+    pub fn write_whole(mut self, text: &str) -> io::Result<()> {
+        self.write_all(text.as_bytes())?;
+        self.commit()
+    }
+
+    /// Makes what was written so far appear at the path.
+    ///
+    /// # Errors
+    /// If the last bytes cannot be written or the file cannot be renamed.
+    pub fn commit(self) -> io::Result<()> {
+        let path = self.path;
+        let commit = |sink: BufWriter<Sink>| -> io::Result<()> {
+            match sink.into_inner().map_err(|error| error.into_error())? {
+                Sink::Stdout(mut stdout) => hung_up_is_fine(stdout.flush(), ()),
+                Sink::Direct(mut file) => file.flush(),
+                Sink::Renamed(file, target) => {
+                    file.persist(target).map_err(|error| error.error)?;
+                    Ok(())
+                }
+            }
+        };
+        commit(self.sink).map_err(|error| named(&path, &error))
+    }
+}
+
+/// The error with the path that it is about.
+fn named(path: &Path, error: &io::Error) -> io::Error {
+    let path = path.display();
+    io::Error::new(error.kind(), format!("{path} cannot be written: {error}"))
+}
+
+/// True if two paths lead to the same file, be it there yet or not. A device
+/// or pipe is no file: nothing is lost if two outputs go there.
+pub fn same_file(one: &Path, other: &Path) -> bool {
+    let place = |path: &Path| -> Option<PathBuf> {
+        if path == Path::new("-") {
+            return Some(path.to_owned());
+        }
+        let path = target_of(path).ok()?;
+        match fs::metadata(&path) {
+            Ok(meta) if !meta.is_file() => None,
+            Ok(_) => fs::canonicalize(path).ok(),
+            Err(_) => Some(
+                fs::canonicalize(folder_of(&path))
+                    .ok()?
+                    .join(path.file_name()?),
+            ),
+        }
+    };
+    place(one).is_some_and(|one| place(other) == Some(one))
+}
+
+/// The folder that a path lies in.
+fn folder_of(path: &Path) -> &Path {
+    match path.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
+    }
+}
+
+impl Write for OutputFile {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.sink
+            .write(bytes)
+            .map_err(|error| named(&self.path, &error))
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.sink.flush().map_err(|error| named(&self.path, &error))
+    }
+}
+
+/// A reader of standard output that hangs up has what it wanted.
+fn hung_up_is_fine<T>(result: io::Result<T>, otherwise: T) -> io::Result<T> {
+    match result {
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(otherwise),
+        result => result,
+    }
+}
+
+impl Write for Sink {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match self {
+            Self::Stdout(stdout) => hung_up_is_fine(stdout.write(bytes), bytes.len()),
+            Self::Direct(file) => file.write(bytes),
+            Self::Renamed(file, _) => file.write(bytes),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        match self {
+            Self::Stdout(stdout) => hung_up_is_fine(stdout.flush(), ()),
+            Self::Direct(file) => file.flush(),
+            Self::Renamed(file, _) => file.flush(),
+        }
+    }
+}
+
+fn sink(path: &Path) -> io::Result<Sink> {
+    if path == Path::new("-") {
+        return Ok(Sink::Stdout(io::stdout()));
+    }
+    let target = target_of(path)?;
+    match fs::metadata(&target) {
+        Ok(meta) if meta.is_dir() => Err(io::Error::other("it is a folder")),
+        Ok(meta) if meta.is_file() && meta.permissions().readonly() => {
+            Err(io::Error::other("the file is read-only"))
+        }
+        Ok(meta) if !meta.is_file() => Ok(Sink::Direct(File::options().write(true).open(&target)?)),
+        _ => match beside(&target) {
+            Ok(file) => Ok(Sink::Renamed(file, target)),
+            Err(error) if target != path => {
+                let why = format!("it is a link to {}: {error}", target.display());
+                Err(io::Error::new(error.kind(), why))
+            }
+            Err(error) => Err(error),
+        },
+    }
+}
+
+/// A new file beside `path`, named after it, with the permissions of the file
+/// that it will replace, or those that any new file would have.
+fn beside(path: &Path) -> io::Result<NamedTempFile> {
+    let mut builder = tempfile::Builder::new();
+    let name = path.file_name().unwrap_or_default();
+    let mut prefix = name.to_owned();
+    prefix.push(".");
+    builder.prefix(&prefix).suffix(".part");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(fs::Permissions::from_mode(0o666));
+    }
+    let file = builder.tempfile_in(folder_of(path)).map_err(|error| {
+        // Without the name of the temporary file, which means nothing to a
+        // reader.
+        let why = match error.kind() {
+            io::ErrorKind::NotFound => "its folder does not exist".to_owned(),
+            kind => kind.to_string(),
+        };
+        io::Error::new(error.kind(), why)
+    })?;
+    if let Ok(meta) = fs::metadata(path) {
+        file.as_file().set_permissions(meta.permissions())?;
+    }
+    Ok(file)
+}
+
+/// The path with links followed, so that a rename replaces what the link points
+/// at, be it there yet or not, and never the link.
+fn target_of(path: &Path) -> io::Result<PathBuf> {
+    /// As many links as Linux follows.
+    const MOST_LINKS: usize = 40;
+    // The system knows the way better, such as that of /dev/stdout to a pipe.
+    if fs::metadata(path).is_ok() {
+        return Ok(fs::canonicalize(path).unwrap_or_else(|_| path.to_owned()));
+    }
+    let mut target = path.to_owned();
+    for _ in 0..=MOST_LINKS {
+        match fs::read_link(&target) {
+            Ok(next) => target = target.with_file_name(next),
+            // No link, or nothing at all.
+            Err(_) => return Ok(target),
+        }
+    }
+    Err(io::Error::other("its links lead in a circle"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keeps_the_old_file_until_the_new_one_is_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("trace.csv");
+        fs::write(&path, "old").unwrap();
+        let mut file = OutputFile::create(&path).unwrap();
+        file.write_all(b"new").unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "old");
+        file.commit().unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), "new");
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    /// A link stays one, whether what it points at is there yet or not.
+    #[cfg(unix)]
+    #[test]
+    fn links_are_followed_and_stay() {
+        use std::os::unix::fs::symlink;
+        let folder = tempfile::tempdir().unwrap();
+        let place = |name: &str| folder.path().join(name);
+        let is_link = |name: &str| fs::symlink_metadata(place(name)).unwrap().is_symlink();
+        let write = |name: &str| -> io::Result<()> {
+            let mut file = OutputFile::create(&place(name))?;
+            file.write_all(b"data")?;
+            file.commit()
+        };
+        fs::create_dir(place("data")).unwrap();
+        // Over another link, relative to its own folder.
+        symlink("data/second", place("first")).unwrap();
+        symlink("trace.csv", place("data/second")).unwrap();
+        assert!(same_file(&place("first"), &place("data/trace.csv")));
+        for _ in ["not there yet", "there already"] {
+            write("first").unwrap();
+            assert_eq!(fs::read(place("data/trace.csv")).unwrap(), b"data");
+            assert!(is_link("first") && is_link("data/second"));
+            fs::write(place("data/trace.csv"), "old").unwrap();
+        }
+        symlink(place("data/other.csv"), place("absolute")).unwrap();
+        write("absolute").unwrap();
+        assert_eq!(fs::read(place("data/other.csv")).unwrap(), b"data");
+        symlink("/dev/null", place("null")).unwrap();
+        write("null").unwrap();
+        assert!(is_link("null") && !Path::new("/dev/null").is_file());
+        // What cannot be written has its sentence, and stays a link.
+        symlink("nowhere/trace.csv", place("lost")).unwrap();
+        symlink("circle", place("circle")).unwrap();
+        symlink("/dev/full", place("full")).unwrap();
+        for (name, why) in [
+            ("lost", "nowhere/trace.csv: its folder does not exist"),
+            (
+                "circle",
+                "circle cannot be written: its links lead in a circle",
+            ),
+            (
+                "full",
+                "full cannot be written: No space left on device (os error 28)",
+            ),
+        ] {
+            let told = write(name).unwrap_err().to_string();
+            assert!(told.ends_with(why), "{told}");
+            assert!(is_link(name));
+        }
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 7);
+        assert_eq!(fs::read_dir(place("data")).unwrap().count(), 3);
+    }
+
+    #[test]
+    fn names_a_path_that_cannot_be_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let missing = folder.path().join("no/such/trace.csv");
+        let error = OutputFile::create(&missing).unwrap_err().to_string();
+        assert!(
+            error.ends_with("no/such/trace.csv cannot be written: its folder does not exist"),
+            "{error}"
+        );
+        let error = OutputFile::create(folder.path()).unwrap_err().to_string();
+        assert!(
+            error.ends_with("cannot be written: it is a folder"),
+            "{error}"
+        );
+    }
+}

@@ -1,0 +1,251 @@
+//! Runs on this machine: over a function call or a pair of channels, and with a
+//! clock at the controller's step.
+//!
+//! Controller and plant in two threads, with a channel in each direction, have
+//! the shape that real time needs. The bits are those of a function call, since
+//! the plant waits for the answer. The clock never touches the run itself: steps
+//! are timed in a second pass over the recorded inputs, the first 100,000 of
+//! them.
+
+use std::hint::black_box;
+use std::time::{Duration, Instant};
+
+use crossbeam_channel::{Receiver, Sender};
+use hil_core::case::{Case, Law};
+use hil_core::case_run::{CaseRun, HostTiming};
+use hil_core::controllers::Controller;
+use hil_core::error::RunError;
+use hil_core::message::{Command, Link, LinkError, Measurement};
+use hil_core::quantise::FixedPointGains;
+use hil_core::run::{self, Outcome, RowSink, RunOptions};
+use hil_core::time::seconds;
+
+/// Connection of controller and plant on one machine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum LinkKind {
+    /// A function call: the fast path of everything.
+    #[default]
+    InProcess,
+    /// Two threads and a pair of channels.
+    Channel,
+}
+
+impl LinkKind {
+    /// Runs a case over this connection; see [`run::run`].
+    ///
+    /// # Errors
+    /// As [`run::run`].
+    pub fn run(
+        self,
+        case: &Case,
+        options: RunOptions,
+        sink: &mut RowSink<'_>,
+    ) -> Result<Outcome, RunError> {
+        if self == Self::InProcess || case.controller.law == Law::Continuous {
+            return run::run(case, options, sink);
+        }
+        Self::Channel.run_with(case, options, run::controller(case, options.io)?, sink)
+    }
+
+    /// The same with a controller that is ready for its first sample.
+    ///
+    /// # Errors
+    /// As [`run::run_over`].
+    pub(crate) fn run_with(
+        self,
+        case: &Case,
+        options: RunOptions,
+        mut controller: Controller,
+        sink: &mut RowSink<'_>,
+    ) -> Result<Outcome, RunError> {
+        if self == Self::InProcess {
+            return run::run_over(case, options, &mut controller, sink);
+        }
+        let (mut plant_end, controller_end) = channel_pair();
+        plant_end.gains = controller.gains();
+        std::thread::scope(|scope| {
+            let served = scope.spawn(move || controller_end.serve(controller));
+            let outcome = run::run_over(case, options, &mut plant_end, sink);
+            // Hanging up ends the controller's thread.
+            drop(plant_end);
+            // A controller that ended abnormally has stopped answering, which the
+            // plant's end has told.
+            drop(served.join());
+            outcome
+        })
+    }
+}
+
+/// The plant's end of a pair of channels.
+#[derive(Debug)]
+pub struct ChannelLink {
+    measurements: Sender<Measurement>,
+    commands: Receiver<Command>,
+    gains: Option<FixedPointGains>,
+}
+
+/// The controller's end of a pair of channels.
+#[derive(Debug)]
+pub struct ChannelController {
+    measurements: Receiver<Measurement>,
+    commands: Sender<Command>,
+}
+
+/// Two ends of a lockstep connection between a plant thread and a controller
+/// thread. One message fits in each direction: there is never more in flight.
+pub fn channel_pair() -> (ChannelLink, ChannelController) {
+    let (measurements, from_plant) = crossbeam_channel::bounded(1);
+    let (commands, to_plant) = crossbeam_channel::bounded(1);
+    let plant_end = ChannelLink {
+        measurements,
+        commands: to_plant,
+        gains: None,
+    };
+    let controller_end = ChannelController {
+        measurements: from_plant,
+        commands,
+    };
+    (plant_end, controller_end)
+}
+
+impl Link for ChannelLink {
+    fn exchange(&mut self, measurement: Measurement) -> Result<Command, LinkError> {
+        let tick = measurement.tick;
+        let closed = || LinkError::Closed { tick };
+        self.measurements.send(measurement).map_err(|_| closed())?;
+        let command = self.commands.recv().map_err(|_| closed())?;
+        if command.tick != tick {
+            return Err(LinkError::WrongTick {
+                asked: tick,
+                answered: command.tick,
+            });
+        }
+        Ok(command)
+    }
+
+    fn gains(&self) -> Option<FixedPointGains> {
+        self.gains.clone()
+    }
+}
+
+impl ChannelController {
+    /// Answers measurements until the plant's end is dropped.
+    pub fn serve(self, mut controller: Controller) {
+        for measurement in &self.measurements {
+            if self.commands.send(controller.step(measurement)).is_err() {
+                return;
+            }
+        }
+    }
+}
+
+/// Runs a case and, on sampled rungs, times the controller in a second pass
+/// over what it was fed.
+///
+/// # Errors
+/// [`RunError`]; the rows up to there have been delivered.
+pub fn timed_run(
+    case: &Case,
+    link: LinkKind,
+    options: RunOptions,
+    sink: &mut RowSink<'_>,
+) -> Result<CaseRun, RunError> {
+    let options = RunOptions {
+        inputs: true,
+        ..options
+    };
+    let (Law::Sampled | Law::Quantised | Law::Firmware, Some(period_ns)) =
+        (case.controller.law, case.controller.sample_time_ns)
+    else {
+        return CaseRun::new(case, options, sink);
+    };
+    let controller = run::controller(case, options.io)?;
+    let outcome = link.run_with(case, options, controller.clone(), sink)?;
+    let timing = measure(controller, &outcome.inputs, 1e6 * seconds(period_ns));
+    Ok(CaseRun::of(case, outcome).timed(timing))
+}
+
+/// Feeds `inputs` to `controller` once more; `None` without inputs.
+fn measure(
+    mut controller: Controller,
+    inputs: &[Measurement],
+    sample_time_us: f64,
+) -> Option<HostTiming> {
+    let mut steps: Vec<Duration> = Vec::with_capacity(inputs.len());
+    for &measurement in inputs {
+        let start = Instant::now();
+        black_box(controller.step(black_box(measurement)));
+        steps.push(start.elapsed());
+    }
+    let mut empty: Vec<Duration> = inputs
+        .iter()
+        .map(|measurement| {
+            let start = Instant::now();
+            black_box(measurement);
+            start.elapsed()
+        })
+        .collect();
+    steps.sort_unstable();
+    empty.sort_unstable();
+    Some(HostTiming {
+        steps: steps.len(),
+        median_us: percentile_us(&steps, 50)?,
+        p99_us: percentile_us(&steps, 99)?,
+        max_us: percentile_us(&steps, 100)?,
+        clock_us: percentile_us(&empty, 50)?,
+        sample_time_us,
+    })
+}
+
+/// Nearest-rank percentile of sorted durations \[µs\].
+fn percentile_us(sorted: &[Duration], percent: usize) -> Option<f64> {
+    let rank = (sorted.len() * percent).div_ceil(100).max(1);
+    sorted.get(rank - 1).map(|d| d.as_secs_f64() * 1e6)
+}
+
+#[cfg(test)]
+mod tests {
+    use hil_core::message::Steps;
+
+    use super::*;
+
+    #[test]
+    fn a_controller_that_is_gone_is_an_error() {
+        let (mut link, controller) = channel_pair();
+        drop(controller);
+        let measurement = Measurement {
+            tick: 7,
+            position_counts: Steps::Whole(0),
+            load_counts: None,
+        };
+        assert_eq!(
+            link.exchange(measurement),
+            Err(LinkError::Closed { tick: 7 })
+        );
+    }
+
+    #[test]
+    fn an_answer_to_another_sample_is_an_error() {
+        let (mut link, controller) = channel_pair();
+        let answer = Command::whole(6, 0, 0);
+        controller.commands.send(answer).unwrap();
+        let measurement = Measurement {
+            tick: 7,
+            position_counts: Steps::Whole(0),
+            load_counts: None,
+        };
+        let wrong = LinkError::WrongTick {
+            asked: 7,
+            answered: 6,
+        };
+        assert_eq!(link.exchange(measurement), Err(wrong));
+    }
+
+    #[test]
+    fn takes_the_nearest_rank() {
+        let sorted: Vec<Duration> = (1..=200).map(Duration::from_micros).collect();
+        let at = |percent| percentile_us(&sorted, percent).unwrap().round();
+        assert_eq!((at(50), at(99), at(100)), (100.0, 198.0, 200.0));
+        assert_eq!(percentile_us(&[], 50), None);
+    }
+}

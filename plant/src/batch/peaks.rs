@@ -1,0 +1,435 @@
+//! Peaks between the ends of the steps.
+//!
+//! Steps are looked at a block at a time, one block late: by then most are
+//! outdone. The largest change of each state in a block bounds how far a figure
+//! may stray from its ends; only where that leaves it open are the steps looked
+//! at one by one. A step in which a figure may have exceeded its peak, or a piece
+//! of one between changes of contact, is a candidate. Most of these are outdone
+//! by what comes later, so they wait until they are many: a search by branch and
+//! bound.
+
+use super::group::{Candidate, Group, PLACES, Shared, Slot, exceeds, state_of};
+use super::phase::dot_pairs;
+use super::width::Width;
+use crate::exact::{DRIVING, SLOPES, VALUES, command_slopes};
+use crate::model::motion::Motion;
+use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT};
+use crate::numerics::seconds;
+use crate::observe::extremes::{CARRIAGE, FIGURES};
+
+/// The command over a step in Bernstein form: what each coefficient adds to the
+/// one before it, and what it and its slope may be off by.
+struct CommandRises {
+    rises: [f64; SLOPES],
+    off_m: f64,
+    slope_off_m: f64,
+}
+
+impl CommandRises {
+    fn new(motion: &Motion, candidate: &Candidate, length_ns: u64, bend_m: f64) -> Self {
+        let (start_s, length_s) = (seconds(candidate.time_ns), seconds(length_ns));
+        let end_s = start_s + length_s;
+        if motion.breaks_s().iter().any(|&t| start_s < t && t < end_s) {
+            // Its chord, which a_ref bends by T²/8 at most.
+            let [start_m, end_m] = candidate.commands_m;
+            return Self {
+                rises: [(end_m - start_m) / 11.0; SLOPES],
+                off_m: 0.125 * bend_m,
+                slope_off_m: 0.5 * bend_m / 11.0,
+            };
+        }
+        let (_, slopes, stray) = command_slopes(motion, start_s, length_s);
+        Self {
+            rises: slopes.map(|slope| slope / 11.0),
+            off_m: stray,
+            slope_off_m: stray / 11.0,
+        }
+    }
+}
+
+/// Twelve additions, and what the terms at the start have lost.
+const ROUNDING: f64 = 32.0 * f64::EPSILON;
+
+/// Candidates of a lane that wait at most; how many may go on waiting without a
+/// look at their sketches, and with one.
+const MOST: usize = 96;
+const KEPT_UNSEEN: usize = 64;
+const KEPT: usize = 80;
+
+/// Weights of the coefficients in the values at ¼, ½ and ¾.
+const QUARTERS: [[f64; VALUES]; 3] = quarters();
+
+const fn quarters() -> [[f64; VALUES]; 3] {
+    let degree = VALUES - 1;
+    let mut weights = [[0.0; VALUES]; 3];
+    let (mut i, mut choices) = (0, 1.0);
+    while i < VALUES {
+        let mut power = [choices; 3];
+        let mut factor = 0;
+        while factor < degree {
+            let up = factor < i;
+            power[0] *= if up { 0.25 } else { 0.75 };
+            power[1] *= 0.5;
+            power[2] *= if up { 0.75 } else { 0.25 };
+            factor += 1;
+        }
+        let mut place = 0;
+        while place < 3 {
+            weights[place][i] = power[place];
+            place += 1;
+        }
+        choices *= (degree - i) as f64 / (i + 1) as f64;
+        i += 1;
+    }
+    weights
+}
+
+impl<W: Width> Group<W> {
+    /// Looks at what still waits for a look.
+    #[inline(always)]
+    pub(super) fn look_back(&mut self, shared: &mut Shared) {
+        self.look_at_track(shared);
+        for lane in 0..W::LANES {
+            self.resolve(shared, lane);
+        }
+    }
+
+    /// Looks at the block before the present one, which takes its place.
+    #[inline(always)]
+    pub(super) fn change_block(&mut self, shared: &mut Shared) {
+        let w = self.width;
+        for (peak, end) in self.peaks.iter_mut().zip(&self.track.ends) {
+            w.store(w.max(w.load(peak), w.load(end)), peak);
+        }
+        self.look_at_block(shared);
+        let figures = self.figures_at(shared, self.track.now());
+        let track = &mut self.track;
+        for (i, figure) in figures.into_iter().enumerate() {
+            let size = w.max(w.load(&track.ends[i]), w.load(&track.starts[i]));
+            w.store(size, &mut track.sizes_before[i]);
+            w.store(w.abs(figure), &mut track.starts[i]);
+        }
+        track.changes_before = track.changes;
+        track.ends = [W::array(0.0); FIGURES];
+        track.changes = [W::array(0.0); DRIVING];
+        (track.first, track.second) = (track.second, track.now);
+    }
+
+    /// Looks at the block before the present one.
+    #[inline(always)]
+    fn look_at_block(&mut self, shared: &mut Shared) {
+        let (w, track) = (self.width, &self.track);
+        if track.first == track.second {
+            return;
+        }
+        let all = (1_u64 << W::LANES) - 1;
+        let half_bend = w.load(&self.bend_m) * w.splat(0.125);
+        let mut open = [false; FIGURES];
+        for (i, open) in open.iter_mut().enumerate() {
+            let mut chord = w.splat(0.0);
+            for (most, change) in shared.most_chords[i].iter().zip(&track.changes_before) {
+                chord = chord + w.splat(*most) * w.load(change);
+            }
+            if i >= CARRIAGE {
+                chord = chord + half_bend;
+            }
+            let upper = w.load(&track.sizes_before[i]) + chord;
+            *open = w.bits(w.at_most(upper, self.known(i))) & all != all;
+        }
+        if open == [false; FIGURES] {
+            return;
+        }
+        for step in (track.first..track.second).rev() {
+            self.look_at_step(shared, step, open);
+        }
+    }
+
+    /// Magnitudes that the lanes are known to reach.
+    #[inline(always)]
+    fn known(&self, figure: usize) -> W::Vector {
+        let w = self.width;
+        w.max(w.load(&self.floors[figure]), w.load(&self.peaks[figure]))
+    }
+
+    /// Looks at the figures of `open` within a step; where they may exceed their
+    /// peaks, it has to wait for a closer look.
+    #[inline(always)]
+    fn look_at_step(&mut self, shared: &mut Shared, step: usize, open: [bool; FIGURES]) {
+        let w = self.width;
+        let all = (1_u64 << W::LANES) - 1;
+        let slots = &self.track.slots;
+        let (from, to) = (&slots[step % PLACES], &slots[(step + 1) % PLACES]);
+        let phase = &shared.phases[from.phase];
+        let closed = w.greater(w.abs(w.load(&from.flank)), w.splat(0.5));
+        let mut changes = [w.splat(0.0); DRIVING];
+        for (change, state) in changes
+            .iter_mut()
+            .zip([BETA_DOT, EPSILON, EPSILON_DOT, CURRENT])
+        {
+            *change = w.abs(w.load(&to.state[state]) - w.load(&from.state[state]));
+        }
+        let never = w.splat(f64::NEG_INFINITY);
+        let mut uppers = [W::array(f64::NEG_INFINITY); FIGURES];
+        let mut lanes = 0;
+        for i in (0..FIGURES).filter(|&i| open[i]) {
+            let start = self.figure_at(shared, from, (closed, i));
+            let end = self.figure_at(shared, to, (closed, i));
+            let size = w.max(w.abs(start), w.abs(end));
+            let mut chord = dot_pairs(w, closed, &phase.chords[i], &changes);
+            if i >= CARRIAGE {
+                chord = chord + w.load(&self.bend_m) * w.splat(0.125);
+            }
+            let upper = size + chord;
+            let below = w.at_most(upper, self.known(i));
+            if (w.bits(below) | from.moved) & all == all {
+                continue;
+            }
+            let mut slope = dot_pairs(w, closed, &phase.slopes[i], &changes);
+            if i >= CARRIAGE {
+                slope = slope + w.load(&self.bend_m) * w.splat(0.5);
+            }
+            let outdone = w.either(below, w.greater(w.abs(end - start), slope));
+            w.store(w.select(outdone, never, upper), &mut uppers[i]);
+            lanes |= !(w.bits(outdone) | from.moved) & all;
+        }
+        for lane in (0..self.runs).filter(|lane| lanes >> lane & 1 != 0) {
+            let slots = &self.track.slots;
+            let (from, to) = (&slots[step % PLACES], &slots[(step + 1) % PLACES]);
+            let of = |array: &W::Array| array.as_ref()[lane];
+            let candidate = Candidate {
+                upper: uppers.each_ref().map(of),
+                state: state_of::<W>(&from.state, lane),
+                flank: of(&from.flank),
+                voltage_v: of(&from.voltage_v),
+                phase: from.phase,
+                time_ns: from.time_ns,
+                commands_m: [of(&from.command_m), of(&to.command_m)],
+                piece: None,
+                enclosed: false,
+            };
+            self.add_candidate(shared, lane, candidate);
+        }
+    }
+
+    /// The figures at a slot.
+    #[inline(always)]
+    fn figures_at(&self, shared: &Shared, slot: &Slot<W>) -> [W::Vector; FIGURES] {
+        let w = self.width;
+        let closed = w.greater(w.abs(w.load(&slot.flank)), w.splat(0.5));
+        let mut figures = [w.splat(0.0); FIGURES];
+        for (i, figure) in figures.iter_mut().enumerate() {
+            *figure = self.figure_at(shared, slot, (closed, i));
+        }
+        figures
+    }
+
+    /// A figure at a slot, with the joint open or closed.
+    #[inline(always)]
+    fn figure_at(
+        &self,
+        shared: &Shared,
+        slot: &Slot<W>,
+        (closed, figure): (W::Mask, usize),
+    ) -> W::Vector {
+        let w = self.width;
+        let axis = &shared.axis;
+        let p = w.splat(axis.pitch_m_per_rad);
+        let y = |state: usize| w.load(&slot.state[state]);
+        match figure {
+            0 => {
+                let mut torque = w.splat(0.0);
+                if let Some(joint) = axis.joint {
+                    let delta = y(EPSILON) - w.load(&slot.flank) * w.load(&self.backlash_half_rad);
+                    let carries = w.splat(joint.stiffness_nm_per_rad) * delta
+                        + w.splat(joint.damping_nms_per_rad) * y(EPSILON_DOT);
+                    torque = w.select(closed, carries, torque);
+                } else {
+                    let motor = axis.motor.torque_constant_nm_per_a / axis.gear_ratio;
+                    torque = w.splat(motor) * y(CURRENT);
+                }
+                let a1 = w.splat(axis.resistance.linear_ns_per_rad);
+                let force = w.load(&self.mode.resistance_n) + a1 * (y(BETA_DOT) - y(EPSILON_DOT));
+                p * ((torque - p * force) / w.splat(axis.moved_inertia()))
+            }
+            1 => y(CURRENT),
+            CARRIAGE => w.load(&slot.command_m) - p * (y(BETA) - y(EPSILON)),
+            _ => w.load(&slot.command_m) - p * y(BETA),
+        }
+    }
+
+    /// Looks at all steps that have not been looked at.
+    #[inline(always)]
+    pub(super) fn look_at_track(&mut self, shared: &mut Shared) {
+        self.change_block(shared);
+        self.change_block(shared);
+    }
+}
+
+impl<W: Width> Group<W> {
+    /// Lets a candidate wait; if there are many, they are looked at.
+    #[inline(always)]
+    pub(super) fn add_candidate(&mut self, shared: &mut Shared, lane: usize, candidate: Candidate) {
+        if self.lanes[lane].candidates.len() >= MOST {
+            self.prune(lane);
+            if self.lanes[lane].candidates.len() > KEPT_UNSEEN {
+                self.enclose_all(shared, lane);
+            }
+            if self.lanes[lane].candidates.len() > KEPT {
+                self.resolve_all(shared, lane);
+            }
+        }
+        self.lanes[lane].candidates.push(candidate);
+    }
+
+    /// Resolves all candidates of a lane.
+    #[inline(always)]
+    pub(super) fn resolve(&mut self, shared: &mut Shared, lane: usize) {
+        if !self.lanes[lane].candidates.is_empty() {
+            self.prune(lane);
+            self.enclose_all(shared, lane);
+            self.resolve_all(shared, lane);
+        }
+    }
+
+    /// Drops the candidates that are outdone.
+    fn prune(&mut self, lane: usize) {
+        let known = self.known_of(lane);
+        let candidates = &mut self.lanes[lane].candidates;
+        candidates.retain(|candidate| exceeds(&candidate.upper, &known) != 0);
+    }
+
+    /// Lowers the upper bounds by the sketches, of the last candidate first: it is
+    /// more likely to outdo the others.
+    #[inline(always)]
+    fn enclose_all(&mut self, shared: &Shared, lane: usize) {
+        let mut candidates = core::mem::take(&mut self.lanes[lane].candidates);
+        let mut known = self.known_of(lane);
+        for candidate in candidates.iter_mut().rev() {
+            if !candidate.enclosed && candidate.piece.is_none() {
+                let open = exceeds(&candidate.upper, &known);
+                let mut command = None;
+                for figure in (0..FIGURES).filter(|figure| open >> figure & 1 != 0) {
+                    let floor = self.enclose(shared, (lane, figure), candidate, &mut command);
+                    known[figure] = known[figure].max(floor);
+                }
+            }
+            candidate.enclosed = true;
+        }
+        candidates.retain(|candidate| exceeds(&candidate.upper, &known) != 0);
+        self.lanes[lane].candidates = candidates;
+        for (floor, known) in self.floors.iter_mut().zip(known) {
+            let floor = &mut floor.as_mut()[lane];
+            *floor = floor.max(known);
+        }
+    }
+
+    /// Lowers the upper bound of a figure in a whole step; returns what it
+    /// reaches for certain. `command` is kept from figure to figure.
+    #[inline(always)]
+    fn enclose(
+        &self,
+        shared: &Shared,
+        (lane, figure): (usize, usize),
+        candidate: &mut Candidate,
+        command: &mut Option<CommandRises>,
+    ) -> f64 {
+        let phase = &shared.phases[candidate.phase];
+        let run = &self.lanes[lane];
+        let y = &candidate.state;
+        let closed = candidate.flank != 0.0;
+        let delta = y.epsilon_rad - candidate.flank * run.plant.axis.backlash_half_rad();
+        let from = [y.beta_dot_radps, delta, y.epsilon_dot_radps, y.current_a];
+        let rates = phase.rates.at(closed, &from, candidate.voltage_v);
+        let p = shared.axis.pitch_m_per_rad;
+        let start_m = candidate.commands_m[0];
+        let start = match figure {
+            0 => run.plant.acceleration_at_mps2(y, candidate.flank),
+            1 => y.current_a,
+            CARRIAGE => start_m - p * (y.beta_rad - y.epsilon_rad),
+            _ => start_m - p * y.beta_rad,
+        };
+        let sketch = &phase.figures[figure];
+        let mut rises = sketch.rises(closed, &rates);
+        let mut off = sketch.stray(closed, &rates, start.abs());
+        // The slope, per eleventh of a step, by which the polynomial is off.
+        let mut slope_off = off / 11.0;
+        if figure >= CARRIAGE {
+            let command = match command {
+                Some(command) => command,
+                None => {
+                    let bend_m = self.bend_m.as_ref()[lane];
+                    let motion = &run.extremes.settings.motion;
+                    command.insert(CommandRises::new(
+                        motion,
+                        candidate,
+                        phase.length_ns,
+                        bend_m,
+                    ))
+                }
+            };
+            for (rise, of_command) in rises.iter_mut().zip(&command.rises) {
+                *rise = of_command - *rise;
+            }
+            let size = (start_m.abs() + p * y.beta_rad.abs()) * ROUNDING;
+            off += command.off_m + size;
+            slope_off += command.slope_off_m + size;
+        }
+        let mut values = [start; VALUES];
+        let (mut lowest, mut highest) = (f64::INFINITY, f64::NEG_INFINITY);
+        let mut upper = start.abs();
+        for i in 1..VALUES {
+            let rise = rises[i - 1];
+            lowest = lowest.min(rise);
+            highest = highest.max(rise);
+            values[i] = values[i - 1] + rise;
+            upper = upper.max(values[i].abs());
+        }
+        upper += off;
+        let before = &mut candidate.upper[figure];
+        if lowest.max(-highest) > slope_off {
+            *before = f64::NEG_INFINITY;
+        } else if *before > upper || before.is_nan() {
+            *before = upper;
+        }
+        let mut floor = f64::NEG_INFINITY;
+        for weights in &QUARTERS {
+            let mut inner = 0.0;
+            for (weight, value) in weights.iter().zip(&values) {
+                inner += weight * value;
+            }
+            floor = floor.max(inner.abs() - off);
+        }
+        floor
+    }
+
+    /// Looks at all candidates of a lane, the last first.
+    #[cold]
+    #[inline(never)]
+    fn resolve_all(&mut self, shared: &mut Shared, lane: usize) {
+        while let Some(candidate) = self.lanes[lane].candidates.pop() {
+            let open = exceeds(&candidate.upper, &self.known_of(lane));
+            if open == 0 {
+                continue;
+            }
+            let run = &mut self.lanes[lane];
+            run.raise(&self.peaks, lane);
+            run.raise(&self.track.ends, lane);
+            let mut plant = run.plant.at(&candidate.state, candidate.time_ns);
+            plant.set_contact(candidate.flank);
+            let (tables, extremes) = (&mut shared.tables, &mut run.extremes);
+            let length_ns = shared.phases[candidate.phase].length_ns;
+            let step = (candidate.voltage_v, length_ns);
+            match candidate.piece {
+                None => {
+                    let sought = (open, f64::INFINITY);
+                    plant.look_at_step(tables, step, sought, extremes);
+                }
+                Some(piece) => {
+                    let times_s = (piece.start_s, piece.length_s);
+                    plant.look_at_piece(tables, step, times_s, (&piece.end, open), extremes);
+                }
+            }
+            self.raise_floors(lane);
+        }
+    }
+}

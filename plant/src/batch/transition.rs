@@ -1,0 +1,303 @@
+//! A step with one change of contact, lane by lane: what `Plant::advance_held`
+//! does with it, in the same order of operations. Lanes in which something else
+//! happens, or in which the sketches leave a question open, are told apart.
+
+use super::curve::DeltaSlopes;
+use super::grid::{LaneGrid, States};
+use super::width::Width;
+use crate::exact::{DRIVING, HELD, NOISE_ULPS};
+use crate::model::axis::{Axis, NOISE_PER_BACKLASH};
+use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT};
+use crate::observe::extremes::{CARRIAGE, FIGURES};
+
+/// Starts of the lanes in the step.
+#[derive(Debug, Clone)]
+pub(super) struct TransitionStart<W: Width> {
+    /// β, β̇, ε, ε̇ and I.
+    pub(super) y: [W::Array; HELD],
+    pub(super) voltage_v: W::Array,
+    /// The flank in contact: −1, 0 or 1.
+    pub(super) flank: W::Array,
+    pub(super) backlash_half_rad: W::Array,
+    /// x_ref at both ends \[m\].
+    pub(super) commands_m: [W::Array; 2],
+    /// `T²·sup|a_ref|` \[m\].
+    pub(super) bend_m: W::Array,
+}
+
+/// Step of the lanes of `known`.
+#[derive(Debug, Clone)]
+pub(super) struct Transition<W: Width> {
+    pub(super) known: u64,
+    /// Time of the change of contact, from the start of the step \[s\].
+    pub(super) change_s: W::Array,
+    /// The flank in contact afterwards.
+    pub(super) flank: W::Array,
+    /// β, β̇, ε, ε̇ and I just before the change, just after it, and at the end.
+    pub(super) before: [W::Array; HELD],
+    pub(super) after: [W::Array; HELD],
+    pub(super) end: [W::Array; HELD],
+    /// ẍ at both ends of the two pieces.
+    pub(super) acceleration_mps2: [[W::Array; 2]; 2],
+    /// Upper bounds of the figures' magnitudes on the two pieces, and how far
+    /// the carriage may be from its chord \[m\].
+    pub(super) uppers: [[W::Array; FIGURES]; 2],
+    pub(super) carriage_strays_m: [W::Array; 2],
+}
+
+impl<W: Width> TransitionStart<W> {
+    pub(super) fn new() -> Self {
+        let zero = W::array(0.0);
+        Self {
+            y: [zero; HELD],
+            voltage_v: zero,
+            flank: zero,
+            backlash_half_rad: zero,
+            commands_m: [zero; 2],
+            bend_m: zero,
+        }
+    }
+
+    /// Follows the lanes of `asked`, the joint of which is open or closed, over
+    /// a step with these numbers; the second ones are those of the other state
+    /// of the joint.
+    #[inline(always)]
+    pub(super) fn follow(
+        &self,
+        w: W,
+        axis: &Axis,
+        (closed, grid, next): (bool, &LaneGrid, &LaneGrid),
+        asked: u64,
+    ) -> Transition<W> {
+        let (zero, one) = (w.splat(0.0), w.splat(1.0));
+        let mut y = [zero; HELD];
+        for (vector, array) in y.iter_mut().zip(&self.y) {
+            *vector = w.load(array);
+        }
+        let (voltage_v, b) = (w.load(&self.voltage_v), w.load(&self.backlash_half_rad));
+        let start_flank = w.load(&self.flank);
+        let start_offset = start_flank * b;
+        let mut x = y;
+        x[EPSILON] = y[EPSILON] - start_offset;
+        let rate = grid.rate(w, &x, voltage_v);
+        let slopes = DeltaSlopes::new(w, grid, &rate);
+
+        // The guard `sign·δ + offset` that may fall.
+        let mut known = asked;
+        let (sign, offset, noise) = if closed {
+            let noise = self.part_noise(w, axis, grid, &x);
+            let value = start_flank * y[EPSILON] - (b - noise);
+            known &= w.bits(w.greater(value, zero));
+            (start_flank, zero, noise)
+        } else {
+            let above = w.greater(zero, y[EPSILON] - b);
+            let below = w.greater(zero, (zero - y[EPSILON]) - b);
+            known &= w.bits(w.both(above, below));
+            let rises = w.greater(slopes.end(w, x[EPSILON]), zero);
+            (w.select(rises, zero - one, one), b, zero)
+        };
+        let curve = slopes.guard(w, sign, offset + sign * x[EPSILON]);
+        if !closed {
+            let other = zero - sign;
+            known &= slopes.guard(w, other, offset + other * x[EPSILON]).holds(w);
+        }
+        let length_s = w.splat(grid.length_s);
+        let first = curve.first_zero(w, noise, known);
+        let near_s = first.theta * length_s;
+        let local = grid.near(w, &x, &rate, near_s);
+        let near = local.sigma(near_s);
+        let (sigma, mut known) = local.zero_near(w, (sign, offset), near, first.known);
+        let change_s = local.time_s(sigma);
+        let late = w.at_most(first.from * length_s, change_s);
+        let early = w.at_most(change_s, first.to * length_s);
+        let within = w.both(w.greater(change_s, zero), w.greater(length_s, change_s));
+        known &= w.bits(w.both(w.both(late, early), within));
+        let mut before = local.at(sigma);
+        before[EPSILON] = before[EPSILON] + start_offset;
+
+        // The change, and the joint's other state.
+        let mut after = before;
+        let flank = if closed { zero } else { zero - sign };
+        let end_offset = flank * b;
+        if closed {
+            // Not through to the other flank at once.
+            let through = (zero - start_flank) * after[EPSILON] - b;
+            known &= w.bits(w.greater(zero, through));
+        } else {
+            after[EPSILON] = end_offset;
+        }
+        let mut x = after;
+        x[EPSILON] = after[EPSILON] - end_offset;
+        let left_s = length_s - change_s;
+        let theta = left_s / length_s;
+        let next_rate = next.rate(w, &x, voltage_v);
+        let slopes = DeltaSlopes::new(w, next, &next_rate);
+        if closed {
+            let fresh = zero - start_flank;
+            let curve = slopes.guard(w, fresh, b + fresh * x[EPSILON]);
+            known &= curve.holds_after_start(w, theta);
+            let curve = slopes.guard(w, start_flank, b + start_flank * x[EPSILON]);
+            known &= curve.holds_until(w, theta);
+        } else {
+            let curve = slopes.guard(w, flank, zero + flank * x[EPSILON]);
+            known &= curve.holds_after_start(w, theta);
+        }
+        let local = next.near(w, &x, &next_rate, left_s);
+        let mut end = local.at(local.sigma(left_s));
+        end[EPSILON] = end[EPSILON] + end_offset;
+        let mut size = zero;
+        for (before, end) in before.iter().zip(&end) {
+            size = size + (w.abs(*before) + w.abs(*end));
+        }
+        known &= w.bits(w.at_most(size, w.splat(f64::MAX)));
+
+        let acceleration = [
+            acceleration(w, axis, (grid, start_offset), &y),
+            acceleration(w, axis, (grid, start_offset), &before),
+            acceleration(w, axis, (next, end_offset), &after),
+            acceleration(w, axis, (next, end_offset), &end),
+        ];
+        let behind_m = self.behind(w, axis, [&before, &after, &end], change_s / length_s);
+        let strays = [strays(w, grid, &rate), strays(w, next, &next_rate)];
+        let (bend, two) = (w.load(&self.bend_m) * w.splat(0.125), w.splat(2.0));
+        let mut uppers = [[W::array(0.0); FIGURES]; 2];
+        let mut carriage_strays_m = [W::array(0.0); 2];
+        let currents = [y[CURRENT], after[CURRENT], end[CURRENT]];
+        for piece in 0..2 {
+            let strays = &strays[piece];
+            let ends = w.max(
+                w.abs(acceleration[2 * piece]),
+                w.abs(acceleration[2 * piece + 1]),
+            );
+            w.store(ends + two * strays[0], &mut uppers[piece][0]);
+            let ends = w.max(w.abs(currents[piece]), w.abs(currents[piece + 1]));
+            w.store(ends + two * strays[1], &mut uppers[piece][1]);
+            for i in CARRIAGE..FIGURES {
+                let ends = w.max(
+                    behind_m[i - CARRIAGE][piece],
+                    behind_m[i - CARRIAGE][piece + 1],
+                );
+                w.store(ends + two * (strays[i] + bend), &mut uppers[piece][i]);
+            }
+            w.store(two * strays[CARRIAGE], &mut carriage_strays_m[piece]);
+        }
+        let [a, b, c, d] = acceleration;
+        Transition {
+            known,
+            change_s: stored(w, change_s),
+            flank: stored(w, flank),
+            before: stored_all(w, &before),
+            after: stored_all(w, &after),
+            end: stored_all(w, &end),
+            acceleration_mps2: [[stored(w, a), stored(w, b)], [stored(w, c), stored(w, d)]],
+            uppers,
+            carriage_strays_m,
+        }
+    }
+
+    /// Angle by which a loaded flank must fall to have come away (see
+    /// `Axis::release_noise_nm`) \[rad\].
+    #[inline(always)]
+    fn part_noise(&self, w: W, axis: &Axis, grid: &LaneGrid, x: &States<W>) -> W::Vector {
+        let (rows, per_volt) = &grid.delta_terms;
+        let mut terms = w.abs(w.splat(rows[0]) * x[1]);
+        for j in 1..DRIVING {
+            terms = terms + w.abs(w.splat(rows[j]) * x[j + 1]);
+        }
+        terms = terms + w.abs(w.splat(*per_volt) * w.load(&self.voltage_v));
+        let b = w.load(&self.backlash_half_rad);
+        let parting = w.splat(NOISE_ULPS) * terms + w.splat(NOISE_PER_BACKLASH) * b;
+        let motor = &axis.motor;
+        let km = w.splat(motor.torque_constant_nm_per_a / axis.gear_ratio);
+        let braking = km * w.abs(km * x[BETA_DOT]) / w.splat(motor.resistance_ohm);
+        let stiffness = w.splat(grid.stiffness);
+        let release = stiffness * parting + w.splat(grid.current_noise) * braking;
+        release / stiffness
+    }
+
+    /// Upper bounds of how far carriage and motor are behind the command at the
+    /// start, where the contact changes, and at the end.
+    #[inline(always)]
+    fn behind(
+        &self,
+        w: W,
+        axis: &Axis,
+        [before, after, end]: [&States<W>; 3],
+        theta: W::Vector,
+    ) -> [[W::Vector; 3]; 2] {
+        let p = w.splat(axis.pitch_m_per_rad);
+        let (from_m, end_m) = (w.load(&self.commands_m[0]), w.load(&self.commands_m[1]));
+        let (beta, epsilon) = (w.load(&self.y[BETA]), w.load(&self.y[EPSILON]));
+        let then_m = from_m + theta * (end_m - from_m);
+        // The command bends, and all of this is rounded.
+        let sizes = w.abs(from_m) + w.abs(end_m) + p * (w.abs(before[BETA]) + w.abs(end[BETA]));
+        let moved = p * w.abs(after[EPSILON] - before[EPSILON]);
+        let off =
+            w.load(&self.bend_m) * w.splat(0.125) + sizes * w.splat(64.0 * f64::EPSILON) + moved;
+        let mut behind_m = [
+            [
+                from_m - p * (beta - epsilon),
+                then_m - p * (after[BETA] - after[EPSILON]),
+                end_m - p * (end[BETA] - end[EPSILON]),
+            ],
+            [
+                from_m - p * beta,
+                then_m - p * after[BETA],
+                end_m - p * end[BETA],
+            ],
+        ];
+        for size_m in behind_m.as_flattened_mut() {
+            *size_m = w.abs(*size_m) + off;
+        }
+        behind_m
+    }
+}
+
+/// Bounds of how far the figures stray from their chords.
+#[inline(always)]
+fn strays<W: Width>(w: W, grid: &LaneGrid, rate: &States<W>) -> [W::Vector; FIGURES] {
+    let mut sizes = *rate;
+    for rate in &mut sizes {
+        *rate = w.abs(*rate);
+    }
+    let mut strays = [sizes[0]; FIGURES];
+    for (stray, row) in strays.iter_mut().zip(&grid.chords) {
+        *stray = super::grid::sum(w, row, &sizes);
+    }
+    strays
+}
+
+/// ẍ \[m/s²\], in the order of `Axis::carriage_acceleration_mps2`.
+#[inline(always)]
+fn acceleration<W: Width>(
+    w: W,
+    axis: &Axis,
+    (grid, offset): (&LaneGrid, W::Vector),
+    y: &States<W>,
+) -> W::Vector {
+    let resistance = &axis.resistance;
+    let p = w.splat(axis.pitch_m_per_rad);
+    let delta = y[EPSILON] - offset;
+    let torque = w.splat(grid.stiffness) * delta + w.splat(grid.damping) * y[EPSILON_DOT];
+    let speed = y[BETA_DOT] - y[EPSILON_DOT];
+    let force = w.splat(resistance.constant_n) + w.splat(resistance.linear_ns_per_rad) * speed;
+    // No torque is 0, not −0.
+    let torque = torque + w.splat(0.0);
+    p * ((torque - p * force) / w.splat(axis.moved_inertia()))
+}
+
+#[inline(always)]
+fn stored<W: Width>(w: W, vector: W::Vector) -> W::Array {
+    let mut array = W::array(0.0);
+    w.store(vector, &mut array);
+    array
+}
+
+#[inline(always)]
+fn stored_all<W: Width>(w: W, vectors: &States<W>) -> [W::Array; HELD] {
+    let mut arrays = [W::array(0.0); HELD];
+    for (array, vector) in arrays.iter_mut().zip(vectors) {
+        w.store(*vector, array);
+    }
+    arrays
+}

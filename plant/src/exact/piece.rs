@@ -1,0 +1,370 @@
+//! A piece of the exact solution, and what the figures of a run look at on it.
+
+use super::crossing::Flow;
+use super::peak::{SketchedPeak, Sought};
+use super::system::{Column, FEEDBACK, HELD, plant_vector, to_plant_vector};
+use super::tables::{FeedbackTable, HeldTable, Quantity};
+use crate::model::amplifier::AmplifierMode;
+use crate::model::axis::{Axis, Mode};
+use crate::model::motion::{Motion, MotionPoint};
+use crate::model::state::{Vector, gamma};
+use crate::observe::extremes::{CARRIAGE, Extremes, FIGURES, Seen, figures_at};
+use crate::observe::{Interior, Span};
+
+/// Ends and command of one piece of the solution, for the figures of a run.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Piece<'a> {
+    pub(crate) motion: &'a Motion,
+    pub(crate) start_s: f64,
+    pub(crate) length_s: f64,
+    /// The figures at both ends.
+    pub(crate) ends: [[f64; FIGURES]; 2],
+    /// Distances of the carriage from the travel at both ends \[m\].
+    pub(crate) distances_m: [f64; 2],
+}
+
+impl<'a> Piece<'a> {
+    /// The piece within one mode between the states `ends`, where the command
+    /// is `commands`.
+    pub(crate) fn new(
+        axis: &Axis,
+        mode: &Mode,
+        ends: [&Vector; 2],
+        (motion, commands): (&'a Motion, [MotionPoint; 2]),
+        (start_s, length_s): (f64, f64),
+    ) -> Self {
+        let p = axis.pitch_m_per_rad;
+        let figures =
+            |place: usize| figures_at(axis, mode, ends[place], commands[place].displacement_m);
+        Self {
+            motion,
+            start_s,
+            length_s,
+            ends: [figures(0), figures(1)],
+            distances_m: ends.map(|y| motion.travel_m() - p * gamma(y)),
+        }
+    }
+}
+
+/// A stretch of the solution that a quantity is looked at on.
+#[derive(Debug, Clone, Copy)]
+struct Reach<'a, const D: usize> {
+    flow: Flow<'a, D>,
+    length_s: f64,
+    rate: Column<D>,
+    /// The shortest of the table's steps that is no shorter than the piece.
+    level: usize,
+    /// 1 where the piece is as long as that step. The chord of a shorter one
+    /// lies up to once the deviation from the longer one's, which makes 2.
+    slack: f64,
+}
+
+impl<'a, const D: usize> Reach<'a, D> {
+    fn new(flow: &Flow<'a, D>, length_s: f64) -> Self {
+        let levels = &flow.table.levels;
+        let level = levels
+            .steps
+            .iter()
+            .rposition(|step| step.length_s >= length_s)
+            .unwrap_or(0);
+        let whole = levels.steps[level].length_s == length_s;
+        Self {
+            flow: *flow,
+            length_s,
+            rate: levels.a * flow.start + flow.input,
+            level,
+            slack: if whole { 1.0 } else { 2.0 },
+        }
+    }
+
+    /// Raises `peak` to the supremum of the quantity's magnitude, which at the
+    /// ends is known.
+    fn raise(&self, sought: &Sought<'a, D>, (from, to): (f64, f64), peak: &mut f64) {
+        let length_s = self.length_s;
+        let chord = sought.chord_bound(self.level, &self.rate, length_s);
+        if from.abs().max(to.abs()) + self.slack * chord <= *peak {
+            return;
+        }
+        if self.slack == 1.0
+            && (to - from).abs() >= sought.slope_bound(self.level, &self.rate, length_s)
+        {
+            return;
+        }
+        match self.flow.sketched_peak(sought, &self.rate, length_s, *peak) {
+            SketchedPeak::None => {}
+            SketchedPeak::At(within) => *peak = peak.max(within),
+            SketchedPeak::Unclear => self.search(sought, peak),
+        }
+    }
+
+    /// Raises `peak` by searching the piece; where the command is not smooth,
+    /// its parts.
+    fn search(&self, sought: &Sought<'a, D>, peak: &mut f64) {
+        let Some((motion, start_s)) = sought.command else {
+            let within = self.flow.peak_within(sought, self.length_s, *peak);
+            *peak = within.map_or(*peak, |within| peak.max(within));
+            return;
+        };
+        let length_s = self.length_s;
+        let mut from_s = 0.0;
+        let inner = motion.breaks_s().map(|t| t - start_s);
+        for to_s in inner.into_iter().chain([length_s]) {
+            if to_s <= from_s || to_s > length_s {
+                continue;
+            }
+            let start: Column<D> = self.flow.at(from_s);
+            let flow = Flow {
+                start: &start,
+                ..self.flow
+            };
+            let part = Sought {
+                command: Some((motion, start_s + from_s)),
+                ..*sought
+            };
+            if to_s < length_s {
+                *peak = peak.max(part.value(&self.flow.at(to_s), to_s - from_s).abs());
+            }
+            if let Some(within) = flow.peak_within(&part, to_s - from_s, *peak) {
+                *peak = peak.max(within);
+            }
+            from_s = to_s;
+        }
+    }
+}
+
+/// One piece of the solution with the quantities that figures are made of.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Sights<'a, const D: usize> {
+    reach: Reach<'a, D>,
+    piece: Piece<'a>,
+    /// ẍ, I, and the command less p·γ and p·β.
+    figures: [Sought<'a, D>; FIGURES],
+}
+
+impl<'a, const D: usize> Sights<'a, D> {
+    fn new(
+        axis: &Axis,
+        flow: Flow<'a, D>,
+        (offset_rad, screw_load): (f64, f64),
+        piece: Piece<'a>,
+    ) -> Self {
+        let (p, table) = (axis.pitch_m_per_rad, flow.table);
+        let of = |quantity, scale, offset, command| Sought {
+            linear: table.quantity(quantity),
+            scale,
+            offset,
+            command,
+        };
+        let command = Some((piece.motion, piece.start_s));
+        Self {
+            reach: Reach::new(&flow, piece.length_s),
+            piece,
+            figures: [
+                of(Quantity::ScrewAcceleration, p, p * screw_load, None),
+                of(Quantity::Current, 1.0, 0.0, None),
+                of(Quantity::ScrewAngle, p, -p * offset_rad, command),
+                of(Quantity::GearAngle, p, 0.0, command),
+            ],
+        }
+    }
+
+    /// The larger magnitudes of the figures at the ends.
+    pub(crate) fn sizes(&self) -> [f64; FIGURES] {
+        let [from, to] = &self.piece.ends;
+        core::array::from_fn(|i| from[i].abs().max(to[i].abs()))
+    }
+
+    /// Raises the peaks whose bits are set in `which` to the suprema within the
+    /// piece, those at its ends being known, and looks at the settling band.
+    pub(crate) fn look(&self, mut peaks: [f64; FIGURES], which: u8, band_m: f64) -> Seen {
+        for (figure, peak) in peaks.iter_mut().enumerate() {
+            if which >> figure & 1 != 0 {
+                let [from, to] = &self.piece.ends;
+                let (sought, ends) = (&self.figures[figure], (from[figure], to[figure]));
+                self.reach.raise(sought, ends, peak);
+            }
+        }
+        let after_s = self.last_outside(band_m);
+        Seen {
+            peaks,
+            last_outside_s: after_s.map(|t| self.piece.start_s + t),
+        }
+    }
+
+    /// Last time at which the carriage is further than `band_m` from the travel, counted
+    /// from the start of the piece \[s\].
+    fn last_outside(&self, band_m: f64) -> Option<f64> {
+        let length_s = self.piece.length_s;
+        let [from_m, to_m] = self.piece.distances_m.map(f64::abs);
+        if to_m > band_m {
+            return Some(length_s);
+        }
+        let carriage = &self.figures[CARRIAGE];
+        let distance = Sought {
+            scale: -carriage.scale,
+            offset: self.piece.motion.travel_m() - carriage.offset,
+            command: None,
+            ..*carriage
+        };
+        let chord = distance.chord_bound(self.reach.level, &self.reach.rate, length_s);
+        if from_m.max(to_m) + self.reach.slack * chord <= band_m {
+            return None;
+        }
+        self.reach.flow.last_outside(&distance, band_m, length_s)
+    }
+}
+
+/// A smooth piece of the solution under a held voltage.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct HeldPiece<'a> {
+    pub(crate) table: &'a HeldTable,
+    pub(crate) input: Column<HELD>,
+    pub(crate) start: Column<HELD>,
+    pub(crate) offset_rad: f64,
+    /// β̂, which a held voltage does not advance.
+    pub(crate) beta_integral_rads: f64,
+}
+
+impl HeldPiece<'_> {
+    /// End of the whole step.
+    pub(super) fn whole_end(&self, voltage_v: f64) -> Vector {
+        let end = self.table.kernel.step(&self.start, voltage_v);
+        to_plant_vector(&end, self.offset_rad, self.beta_integral_rads)
+    }
+
+    pub(crate) fn flow(&self) -> Flow<'_, HELD> {
+        Flow {
+            table: &self.table.table,
+            input: &self.input,
+            start: &self.start,
+        }
+    }
+
+    pub(super) fn sights<'a>(&'a self, axis: &Axis, piece: Piece<'a>) -> Sights<'a, HELD> {
+        let constants = (self.offset_rad, self.table.system.screw_load);
+        Sights::new(axis, self.flow(), constants, piece)
+    }
+
+    /// Energy that the joint's damper takes over `length_s` of the piece \[J\].
+    #[inline(always)]
+    pub(crate) fn joint_loss_j(&self, length_s: f64) -> f64 {
+        let Some(loss) = &self.table.loss else {
+            return 0.0;
+        };
+        let rates = self.table.system.driving_rates(&self.start, &self.input);
+        loss.over(rates, length_s)
+    }
+}
+
+/// A smooth piece of the solution under the continuous law.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct FeedbackPiece<'a> {
+    pub(crate) table: &'a FeedbackTable,
+    pub(crate) start: Column<FEEDBACK>,
+    pub(crate) offset_rad: f64,
+    pub(crate) pitch_m_per_rad: f64,
+}
+
+impl FeedbackPiece<'_> {
+    /// The plant's own vector.
+    pub(crate) fn plant_vector(&self, x: &Column<FEEDBACK>) -> Vector {
+        plant_vector(x, (self.offset_rad, self.pitch_m_per_rad))
+    }
+
+    pub(crate) fn flow(&self) -> Flow<'_, FEEDBACK> {
+        Flow {
+            table: &self.table.table,
+            input: &self.table.input,
+            start: &self.start,
+        }
+    }
+
+    fn sights<'a>(&'a self, axis: &Axis, piece: Piece<'a>) -> Sights<'a, FEEDBACK> {
+        let constants = (self.offset_rad, self.table.screw_load);
+        Sights::new(axis, self.flow(), constants, piece)
+    }
+
+    /// Raises `peak_v` to the supremum of the demand's magnitude within the
+    /// piece, which has `ends_v` at its ends.
+    fn raise_voltage(&self, length_s: f64, ends_v: (f64, f64), peak_v: &mut f64) {
+        let demand = Sought {
+            linear: self.table.table.quantity(Quantity::Demand),
+            scale: 1.0,
+            offset: 0.0,
+            command: None,
+        };
+        Reach::new(&self.flow(), length_s).raise(&demand, ends_v, peak_v);
+    }
+
+    /// Energy that the joint's damper takes over `length_s` of the piece \[J\].
+    fn joint_loss_j(&self, length_s: f64) -> f64 {
+        let Some(loss) = &self.table.loss else {
+            return 0.0;
+        };
+        let rates = self.table.table.levels.a * self.start + self.table.input;
+        loss.over(rates, length_s)
+    }
+}
+
+/// Extremes of a run on either kind of piece.
+impl<'a> Piece<'a> {
+    /// The piece over `span` as `extremes` measures it, and the command at its
+    /// end.
+    fn over(span: &Span<'_>, extremes: &'a Extremes) -> (Self, MotionPoint) {
+        let motion = &extremes.settings.motion;
+        let start = extremes.command_at(span.start_s());
+        let commands = [start, motion.at(span.end_s())];
+        let times_s = (span.start_s(), span.length_s());
+        let ends = [span.y.0, span.y.1];
+        let piece = Self::new(span.axis, &span.modes.0, ends, (motion, commands), times_s);
+        (piece, commands[1])
+    }
+}
+
+impl<const D: usize> Sights<'_, D> {
+    /// All figures and the settling band, the ends of the piece included.
+    fn look_at_all(&self, extremes: &Extremes) -> Seen {
+        let mut peaks = extremes.peaks();
+        for (peak, ends) in peaks.iter_mut().zip(self.sizes()) {
+            *peak = peak.max(ends);
+        }
+        self.look(peaks, u8::MAX, extremes.settings.settling_band_m)
+    }
+}
+
+impl Interior for HeldPiece<'_> {
+    fn vector_at(&self, span: &Span<'_>, theta: f64) -> Vector {
+        let x = self.flow().at(theta * span.length_s);
+        to_plant_vector(&x, self.offset_rad, self.beta_integral_rads)
+    }
+
+    fn raise(&self, span: &Span<'_>, extremes: &mut Extremes) {
+        let voltage_v = span.voltage_at_v(0.0).abs();
+        extremes.peak_abs_voltage_v = extremes.peak_abs_voltage_v.max(voltage_v);
+        let (piece, command) = Piece::over(span, extremes);
+        let seen = self.sights(span.axis, piece).look_at_all(extremes);
+        extremes.take(&seen);
+        extremes.command_at_end = Some((span.end_s(), command));
+        extremes.joint_loss_j += self.joint_loss_j(span.length_s);
+    }
+}
+
+impl Interior for FeedbackPiece<'_> {
+    fn vector_at(&self, span: &Span<'_>, theta: f64) -> Vector {
+        self.plant_vector(&self.flow().at(theta * span.length_s))
+    }
+
+    fn raise(&self, span: &Span<'_>, extremes: &mut Extremes) {
+        let ends_v = (span.voltage_at_v(0.0), span.voltage_at_v(1.0));
+        let peak_v = &mut extremes.peak_abs_voltage_v;
+        *peak_v = peak_v.max(ends_v.0.abs()).max(ends_v.1.abs());
+        if span.modes.0.amplifier == AmplifierMode::Linear {
+            self.raise_voltage(span.length_s, ends_v, peak_v);
+        }
+        let (piece, command) = Piece::over(span, extremes);
+        let seen = self.sights(span.axis, piece).look_at_all(extremes);
+        extremes.take(&seen);
+        extremes.command_at_end = Some((span.end_s(), command));
+        extremes.joint_loss_j += self.joint_loss_j(span.length_s);
+    }
+}

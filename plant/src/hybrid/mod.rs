@@ -1,0 +1,257 @@
+//! The axis as a hybrid automaton: a mode with its smooth equations, a state,
+//! and changes of mode where a guard reaches zero ([`guard`]).
+//!
+//! Every solver that locates events moves an [`Automaton`]; what happens at one
+//! instant is the same for all of them and stands here.
+
+pub(crate) mod guard;
+
+use core::fmt;
+
+use self::guard::{Guard, Guards, Instant};
+use crate::model::axis::{Axis, Drive, Mode};
+use crate::model::joint::{Contact, Flank, JointMode};
+use crate::model::pid::Side;
+use crate::model::state::{EPSILON_DOT, State, Vector};
+use crate::observe::extremes::{FIGURES, figures_at};
+use crate::observe::{ContactChange, Watch};
+
+/// Reason why the plant could not be advanced. The state stays where the last
+/// completed step left it; the run cannot go on.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum PlantError {
+    /// A state left the finite numbers.
+    NonFinite {
+        /// Time \[s\].
+        time_s: f64,
+    },
+    /// The adaptive step fell below what the clock resolves, or one interval
+    /// took more steps than [`crate::Plant`] allows: the plant is too stiff,
+    /// or the state runs away in finite time.
+    TooStiff {
+        /// Time \[s\].
+        time_s: f64,
+    },
+    /// Solver `exact` was asked to solve a plant with a quadratic resistance.
+    NotAffine,
+    /// More mode changes in one interval than [`crate::Plant`] allows.
+    TooManyEvents {
+        /// Time \[s\].
+        time_s: f64,
+    },
+}
+
+impl fmt::Display for PlantError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NonFinite { time_s } => {
+                write!(f, "the state left the finite numbers at t = {time_s} s")
+            }
+            Self::TooStiff { time_s } => write!(
+                f,
+                "the solver's step became too short at t = {time_s} s: either the state runs away \
+                 there (a resistance that drives the carriage), or something is too stiff for it \
+                 (a tiny inductance or inertia, a huge stiffness, damping or gain)"
+            ),
+            Self::NotAffine => f.write_str(
+                "solver exact needs a plant without quadratic resistance; dopri5 solves it",
+            ),
+            Self::TooManyEvents { time_s } => write!(
+                f,
+                "the contact or the friction changes its mode without end at t = {time_s} s"
+            ),
+        }
+    }
+}
+
+impl core::error::Error for PlantError {}
+
+/// Mode changes within one interval after which the plant gives up: ten
+/// thousand in a sample or a row are no rattle that anyone could use.
+const MAX_EVENTS: u32 = 10_000;
+
+/// Mode changes at one and the same instant after which the plant gives up: a
+/// contact, a break of stiction and a limit can coincide, more cannot.
+const MAX_EVENTS_AT_ONCE: u32 = 8;
+
+/// An interval that is advanced over from event to event.
+#[derive(Debug)]
+pub(crate) struct Interval {
+    pub(crate) start_s: f64,
+    pub(crate) length_s: f64,
+    /// Time gone since the start \[s\].
+    pub(crate) done_s: f64,
+    /// Steps taken by a solver that counts them.
+    pub(crate) steps: f64,
+    events: u32,
+}
+
+impl Interval {
+    pub(crate) fn new(start_s: f64, length_s: f64) -> Self {
+        Self {
+            start_s,
+            length_s,
+            done_s: 0.0,
+            steps: 0.0,
+            events: 0,
+        }
+    }
+
+    pub(crate) fn now_s(&self) -> f64 {
+        self.start_s + self.done_s
+    }
+
+    pub(crate) fn count_event(&mut self) -> Result<(), PlantError> {
+        self.events += 1;
+        if self.events > MAX_EVENTS {
+            return Err(PlantError::TooManyEvents {
+                time_s: self.now_s(),
+            });
+        }
+        Ok(())
+    }
+}
+
+/// The axis in a mode and a state at one instant.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Automaton {
+    pub(crate) axis: Axis,
+    pub(crate) mode: Mode,
+    pub(crate) y: Vector,
+    pub(crate) time_ns: u64,
+    /// The guard whose surface the state lies on since the last mode change.
+    pub(crate) fresh: Option<Guard>,
+}
+
+impl Automaton {
+    /// At rest at zero, the joint centred in its gap, time 0.
+    pub(crate) fn new(axis: Axis) -> Self {
+        Self {
+            axis,
+            mode: axis.mode_at_rest(),
+            y: Vector::zeros(),
+            time_ns: 0,
+            fresh: None,
+        }
+    }
+
+    /// Takes over a state within the present mode.
+    pub(crate) fn set(&mut self, state: &State, time_ns: u64) {
+        self.y = state.to_vector();
+        self.time_ns = time_ns;
+    }
+
+    /// A copy in the same mode at another state and time.
+    pub(crate) fn at(&self, state: &State, time_ns: u64) -> Self {
+        Self {
+            y: state.to_vector(),
+            time_ns,
+            ..*self
+        }
+    }
+
+    /// Puts a joint with a gap into contact with the flank of this sign, or
+    /// opens it at 0.
+    pub(crate) fn set_contact(&mut self, sign: f64) {
+        if matches!(self.mode.joint, JointMode::Open | JointMode::Loaded(_)) {
+            self.mode.joint = match sign {
+                s if s > 0.0 => JointMode::Loaded(Flank::Drive),
+                s if s < 0.0 => JointMode::Loaded(Flank::Coast),
+                _ => JointMode::Open,
+            };
+        }
+    }
+
+    /// State now.
+    pub(crate) fn state(&self) -> State {
+        State::from_vector(&self.y)
+    }
+
+    /// Contact of the joint now.
+    pub(crate) fn contact(&self) -> Contact {
+        self.mode.joint.contact()
+    }
+
+    /// The figures now, x_ref being `x_ref_m`.
+    pub(crate) fn figures(&self, x_ref_m: f64) -> [f64; FIGURES] {
+        figures_at(&self.axis, &self.mode, &self.y, x_ref_m)
+    }
+
+    /// `ẍ = p·γ̈` now \[m/s²\].
+    pub(crate) fn acceleration_mps2(&self) -> f64 {
+        self.axis.carriage_acceleration_mps2(&self.mode, &self.y)
+    }
+
+    /// ẍ in a state, the flank of this sign being in contact \[m/s²\].
+    pub(crate) fn acceleration_at_mps2(&self, state: &State, flank: f64) -> f64 {
+        let mut there = self.at(state, self.time_ns);
+        there.set_contact(flank);
+        there.acceleration_mps2()
+    }
+
+    pub(crate) fn guards(&self, drive: &Drive<'_>) -> Guards {
+        let feedback = matches!(drive, Drive::Feedback(_));
+        self.mode.guards(self.axis.releases(), feedback)
+    }
+
+    /// Changes the mode at `guard` and reports a change of contact.
+    pub(crate) fn switch(
+        &mut self,
+        guard: Guard,
+        drive: &Drive<'_>,
+        interval: &Interval,
+        watch: &mut impl Watch,
+    ) {
+        let from = self.contact();
+        let acceleration_before_mps2 = self.acceleration_mps2();
+        self.mode = self.axis.switch(guard, &self.mode, &mut self.y);
+        let opposite = guard.opposite(&self.mode);
+        self.fresh = self
+            .guards(drive)
+            .contains(&Some(opposite))
+            .then_some(opposite);
+        let to = self.contact();
+        if from != to {
+            watch.contact_change(&ContactChange {
+                time_s: interval.now_s(),
+                from,
+                to,
+                impact: matches!(guard, Guard::Meet(_)),
+                epsilon_dot_radps: self.y[EPSILON_DOT],
+                acceleration_before_mps2,
+                acceleration_after_mps2: self.acceleration_mps2(),
+            });
+        }
+    }
+
+    /// Changes modes until every guard holds at this very instant: a contact
+    /// may break the stick, a new voltage may move a rigid axis off rest.
+    /// Returns the derivative.
+    pub(crate) fn settle(
+        &mut self,
+        drive: &Drive<'_>,
+        interval: &Interval,
+        watch: &mut impl Watch,
+    ) -> Result<Vector, PlantError> {
+        let time_s = interval.now_s();
+        for _ in 0..MAX_EVENTS_AT_ONCE {
+            let dy = self.axis.derivative(&self.mode, drive, time_s, &self.y);
+            let instant = Instant {
+                time_s,
+                side: Side::After,
+                y: &self.y,
+                dy: &dy,
+            };
+            let broken = self.guards(drive).into_iter().flatten().find(|&guard| {
+                let (value, rate) = self.axis.guard(guard, &self.mode, drive, instant);
+                self.fresh != Some(guard) && (value < 0.0 || value == 0.0 && rate < 0.0)
+            });
+            match broken {
+                None => return Ok(dy),
+                Some(guard) => self.switch(guard, drive, interval, watch),
+            }
+        }
+        Err(PlantError::TooManyEvents { time_s })
+    }
+}

@@ -1,0 +1,295 @@
+//! The parts put together: the only place that knows them all (paper,
+//! eq. 11, 14-15, 19, 32-37).
+//!
+//! ```text
+//! J1·β̈ = k_m·I/z − Ψ        J1 = J_m/z²
+//! J2·γ̈ = Ψ − p·F_r(γ̇)       J2 = J_v + M·p²
+//! L·İ  = V − R·I − k_m·β̇/z
+//! ```
+
+use crate::model::amplifier::AmplifierMode;
+use crate::model::joint::{ElasticJoint, Joint, JointMode, Transmission};
+use crate::model::motor::Motor;
+use crate::model::pid::ContinuousPid;
+use crate::model::resistance::{Carriage, GuideMode, Resistance};
+use crate::model::state::{
+    BETA, BETA_DOT, BETA_INTEGRAL, CURRENT, EPSILON, EPSILON_DOT, State, Vector, gamma_dot,
+};
+
+/// Motor, transmission and carriage: everything that moves.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct AxisParameters {
+    /// The motor.
+    pub motor: Motor,
+    /// Gear, joint and screw.
+    pub transmission: Transmission,
+    /// Carriage and guide.
+    pub carriage: Carriage,
+}
+
+impl AxisParameters {
+    /// True if the plant is affine between events: no quadratic resistance.
+    pub fn is_affine(&self) -> bool {
+        self.carriage.resistance.quadratic_ns2_per_rad2 == 0.0
+    }
+}
+
+/// Source of the motor voltage.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Drive<'a> {
+    /// Constant \[V\], already within the amplifier's limit: a sampled law.
+    Held(f64),
+    /// The continuous law, behind the amplifier's limit.
+    Feedback(&'a ContinuousPid),
+}
+
+/// Everything that selects the equations.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Mode {
+    pub(crate) joint: JointMode,
+    pub(crate) guide: GuideMode,
+    pub(crate) amplifier: AmplifierMode,
+}
+
+/// The axis with what its equations need over and over.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Axis {
+    pub(crate) motor: Motor,
+    pub(crate) gear_ratio: f64,
+    pub(crate) pitch_m_per_rad: f64,
+    pub(crate) resistance: Resistance,
+    /// `J1 = J_m/z²` \[kg m²\].
+    pub(crate) gear_inertia: f64,
+    /// `J2 = J_v + M·p²` \[kg m²\].
+    screw_inertia: f64,
+    /// `p·a0`, the torque that dry friction can hold at the screw \[N m\].
+    pub(crate) holding_torque_nm: f64,
+    pub(crate) joint: Option<ElasticJoint>,
+    /// Angle below b to which a loaded flank must fall to have come away \[rad\].
+    ///
+    /// A torque that dies away (the axis cruises, or rests on dry friction)
+    /// leaves ε at b to within rounding and the solver's error, and neither may
+    /// make contacts: without a margin such runs reported hundreds of changes,
+    /// or never ended. A real separation is shifted by this angle over its
+    /// speed, far below what is asked of the time of an event.
+    pub(crate) parting_noise_rad: f64,
+    /// Error of the current, in units of what the induced voltage
+    /// alone would drive.
+    pub(crate) current_noise: f64,
+}
+
+/// Share of the tolerance that the error of ε reaches at rest, and units in
+/// the last place of b for its rounding: above what was seen.
+const NOISE_PER_TOLERANCE: f64 = 0.001;
+pub(crate) const NOISE_PER_BACKLASH: f64 = 16.0 * f64::EPSILON;
+
+impl Axis {
+    /// `tolerance` is the error of ε that the solver allows itself \[rad\].
+    pub(crate) fn new(parameters: &AxisParameters, tolerance: f64) -> Self {
+        let (t, c) = (&parameters.transmission, &parameters.carriage);
+        let (z, p) = (t.gear_ratio, t.screw_pitch_m_per_rad);
+        let joint = match t.joint {
+            Joint::Rigid => None,
+            Joint::Elastic(joint) => Some(joint),
+        };
+        Self {
+            motor: parameters.motor,
+            gear_ratio: z,
+            pitch_m_per_rad: p,
+            resistance: c.resistance,
+            gear_inertia: parameters.motor.inertia_kg_m2 / (z * z),
+            screw_inertia: t.screw_inertia_kg_m2 + c.mass_kg * p * p,
+            holding_torque_nm: p * c.resistance.constant_n,
+            joint,
+            parting_noise_rad: NOISE_PER_TOLERANCE * tolerance
+                + NOISE_PER_BACKLASH * joint.map_or(0.0, |joint| joint.backlash_half_rad),
+            // The margin of a solver with a tolerance is that.
+            current_noise: 0.0,
+        }
+    }
+
+    /// The same axis with another b; a rigid one is as it was.
+    pub(crate) fn with_backlash(mut self, backlash_half_rad: f64) -> Self {
+        if let Some(joint) = &mut self.joint {
+            joint.backlash_half_rad = backlash_half_rad;
+        }
+        self.set_parting_noise(0.0, f64::INFINITY);
+        self
+    }
+
+    /// b, 0 without a joint \[rad\].
+    pub(crate) fn backlash_half_rad(&self) -> f64 {
+        self.joint.map_or(0.0, |joint| joint.backlash_half_rad)
+    }
+
+    /// Sets the margins of steps of `length_s`: the rounding of b and `noise_rad`
+    /// more; and that of the speed, which stops short of where it settles once
+    /// its change in a step is less than rounding, `τ_m/T` roundings away.
+    pub(crate) fn set_parting_noise(&mut self, noise_rad: f64, length_s: f64) {
+        self.parting_noise_rad = noise_rad + NOISE_PER_BACKLASH * self.backlash_half_rad();
+        let motor = &self.motor;
+        let km = motor.torque_constant_nm_per_a / self.gear_ratio;
+        // τ_m = J·R/k_m², the time that the motor takes to run up.
+        let inertia = self.gear_inertia + self.moved_inertia();
+        let run_up_s = inertia * motor.resistance_ohm / (km * km);
+        let steps = run_up_s / length_s;
+        self.current_noise = if steps.is_finite() {
+            4.0 * f64::EPSILON * steps.max(1.0)
+        } else {
+            0.0
+        };
+    }
+
+    /// True if a loaded flank lets go where it would pull.
+    pub(crate) fn releases(&self) -> bool {
+        self.joint.is_some_and(|joint| joint.releases())
+    }
+
+    /// At rest with the joint centred in its gap.
+    pub(crate) fn mode_at_rest(&self) -> Mode {
+        Mode {
+            joint: match self.joint {
+                None => JointMode::Rigid,
+                Some(joint) => joint.mode_of_state(0.0, 0.0),
+            },
+            guide: self.resistance.mode_at_rest(),
+            amplifier: AmplifierMode::Linear,
+        }
+    }
+
+    /// The mode that the state alone suggests.
+    pub(crate) fn mode_of_state(&self, drive: &Drive<'_>, time_s: f64, y: &Vector) -> Mode {
+        let mut mode = self.mode_at_rest();
+        if let Some(joint) = self.joint {
+            mode.joint = joint.mode_of_state(y[EPSILON], y[EPSILON_DOT]);
+        }
+        mode.guide = self.resistance.mode_of_state(
+            gamma_dot(y),
+            self.moving_torque_nm(&mode, y),
+            self.holding_torque_nm,
+        );
+        if let Drive::Feedback(pid) = drive {
+            let demand_v = demand_v(pid, time_s, y);
+            mode.amplifier = match pid.voltage_limit_v() {
+                limit_v if demand_v >= limit_v => AmplifierMode::AtUpper,
+                limit_v if demand_v <= -limit_v => AmplifierMode::AtLower,
+                _ => AmplifierMode::Linear,
+            };
+        }
+        mode
+    }
+
+    /// Motor voltage `V_m` \[V\].
+    pub(crate) fn voltage_v(&self, mode: &Mode, drive: &Drive<'_>, time_s: f64, y: &Vector) -> f64 {
+        match (drive, mode.amplifier) {
+            (Drive::Held(voltage_v), _) => *voltage_v,
+            (Drive::Feedback(pid), AmplifierMode::Linear) => demand_v(pid, time_s, y),
+            (Drive::Feedback(pid), AmplifierMode::AtUpper) => pid.voltage_limit_v(),
+            (Drive::Feedback(pid), AmplifierMode::AtLower) => -pid.voltage_limit_v(),
+        }
+    }
+
+    /// `dy/dt`, eq. 34 and 37 in the state of [`crate::State`].
+    pub(crate) fn derivative(
+        &self,
+        mode: &Mode,
+        drive: &Drive<'_>,
+        time_s: f64,
+        y: &Vector,
+    ) -> Vector {
+        let (z, motor) = (self.gear_ratio, &self.motor);
+        let (beta_dot, epsilon_dot, current) = (y[BETA_DOT], y[EPSILON_DOT], y[CURRENT]);
+        let gamma_ddot = self.screw_acceleration(mode, y);
+        let (beta_ddot, epsilon_ddot) = match self.joint {
+            None => (gamma_ddot, 0.0),
+            Some(joint) => {
+                // β̈ = (k_m·I/z − Ψ)/J1, eq. 11 and 15.
+                let psi = joint.torque_nm(mode.joint, y[EPSILON], epsilon_dot);
+                let beta_ddot = (motor.torque_nm(current) / z - psi) / self.gear_inertia;
+                (beta_ddot, beta_ddot - gamma_ddot)
+            }
+        };
+        let voltage_v = self.voltage_v(mode, drive, time_s, y);
+        let current_rate = motor.current_rate(voltage_v, current, beta_dot / z);
+        // β̂ is the continuous law's memory; a held voltage has none.
+        let beta_integral_rate = match drive {
+            Drive::Held(_) => 0.0,
+            Drive::Feedback(_) => y[BETA],
+        };
+        Vector::new(
+            beta_dot,
+            beta_ddot,
+            epsilon_dot,
+            epsilon_ddot,
+            current_rate,
+            beta_integral_rate,
+        )
+    }
+
+    /// `γ̈` \[rad/s²\]: eq. 15 with a joint, eq. 19 without, 0 while stuck.
+    pub(crate) fn screw_acceleration(&self, mode: &Mode, y: &Vector) -> f64 {
+        if mode.guide == GuideMode::Stuck {
+            return 0.0;
+        }
+        let resistance = &self.resistance;
+        let force_n = resistance.force_n(mode.guide, gamma_dot(y));
+        (self.moving_torque_nm(mode, y) - self.pitch_m_per_rad * force_n) / self.moved_inertia()
+    }
+
+    /// `d³γ/dt³` \[rad/s³\] from the state and its derivative.
+    pub(crate) fn screw_jerk(&self, mode: &Mode, y: &Vector, dy: &Vector) -> f64 {
+        if mode.guide == GuideMode::Stuck {
+            return 0.0;
+        }
+        let resistance = &self.resistance;
+        let force_rate = resistance.slope(mode.guide, gamma_dot(y)) * gamma_dot(dy);
+        (self.moving_torque_rate(mode, dy) - self.pitch_m_per_rad * force_rate)
+            / self.moved_inertia()
+    }
+
+    /// Torque that turns the screw: Ψ, or `k_m·I/z` without a joint \[N m\].
+    pub(crate) fn moving_torque_nm(&self, mode: &Mode, y: &Vector) -> f64 {
+        match self.joint {
+            None => self.motor.torque_nm(y[CURRENT]) / self.gear_ratio,
+            Some(joint) => joint.torque_nm(mode.joint, y[EPSILON], y[EPSILON_DOT]),
+        }
+    }
+
+    pub(crate) fn moving_torque_rate(&self, mode: &Mode, dy: &Vector) -> f64 {
+        match (self.joint, mode.joint) {
+            (None, _) => self.motor.torque_nm(dy[CURRENT]) / self.gear_ratio,
+            (Some(joint), JointMode::Gapless | JointMode::Loaded(_)) => {
+                joint.flank_torque_rate(dy[EPSILON], dy[EPSILON_DOT])
+            }
+            _ => 0.0,
+        }
+    }
+
+    /// J2, or `J_eq = J_v + J_m/z² + M·p²` without a joint (eq. 19).
+    pub(crate) fn moved_inertia(&self) -> f64 {
+        match self.joint {
+            None => self.screw_inertia + self.gear_inertia,
+            Some(_) => self.screw_inertia,
+        }
+    }
+
+    /// `ẍ = p·γ̈` \[m/s²\].
+    pub(crate) fn carriage_acceleration_mps2(&self, mode: &Mode, y: &Vector) -> f64 {
+        self.pitch_m_per_rad * self.screw_acceleration(mode, y)
+    }
+
+    /// Kinetic energy and the energy stored in the joint, eq. 4-5 \[J\].
+    pub(crate) fn mechanical_energy_j(&self, state: &State) -> f64 {
+        let (w1, w2) = (state.beta_dot_radps, state.gamma_dot_radps());
+        0.5 * self.gear_inertia * w1 * w1
+            + 0.5 * self.screw_inertia * w2 * w2
+            + self
+                .joint
+                .map_or(0.0, |j| j.stored_energy_j(state.epsilon_rad))
+    }
+}
+
+/// The continuous law's demand before the amplifier's limit \[V\].
+pub(crate) fn demand_v(pid: &ContinuousPid, time_s: f64, y: &Vector) -> f64 {
+    pid.demand_v(time_s, y[BETA_INTEGRAL], y[BETA], y[BETA_DOT])
+}

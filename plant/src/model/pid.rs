@@ -1,0 +1,143 @@
+//! The paper's continuous PID law (eq. 27-31): rung `continuous`.
+
+use crate::model::amplifier::Amplifier;
+use crate::model::dac::Dac;
+use crate::model::encoder::Encoder;
+use crate::model::joint::Transmission;
+use crate::model::motion::{Motion, MotionPoint};
+
+/// Gains of the PID law (eq. 23), per encoder count.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PidGains {
+    /// `K_p` \[DAC codes per count\].
+    pub kp: f64,
+    /// `K_i` \[codes per count and second\].
+    pub ki_per_s: f64,
+    /// `K_d` \[codes per (count per second)\].
+    pub kd_s: f64,
+}
+
+/// Side of an instant: the reference's acceleration can jump.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Side {
+    Before,
+    After,
+}
+
+/// Continuous position controller together with its motion command.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ContinuousPid {
+    pub(crate) gains: PidGains,
+    /// `K_0 = K_a·K_enc·K_dac` of eq. 27 \[V/rad per unit of gain\].
+    pub(crate) loop_gain: f64,
+    voltage_limit_v: f64,
+    pub(crate) gear_ratio: f64,
+    /// Carriage displacement to motor angle: `α = x/(p·z)`.
+    pub(crate) radians_per_m: f64,
+    motion: Motion,
+}
+
+impl ContinuousPid {
+    /// Puts the parts of Fig. 4 together.
+    pub fn new(
+        gains: PidGains,
+        encoder: Encoder,
+        dac: Dac,
+        amplifier: Amplifier,
+        transmission: &Transmission,
+        motion: Motion,
+    ) -> Self {
+        Self {
+            gains,
+            loop_gain: amplifier.gain * encoder.counts_per_rad * dac.step_v,
+            voltage_limit_v: amplifier.voltage_limit_v,
+            gear_ratio: transmission.gear_ratio,
+            radians_per_m: 1.0 / (transmission.screw_pitch_m_per_rad * transmission.gear_ratio),
+            motion,
+        }
+    }
+
+    /// The motion command that the controller follows.
+    pub fn motion(&self) -> &Motion {
+        &self.motion
+    }
+
+    /// `±V_max` of the amplifier \[V\].
+    pub fn voltage_limit_v(&self) -> f64 {
+        self.voltage_limit_v
+    }
+
+    /// True if two laws are the same; the motion is that of its travel and
+    /// intervals.
+    pub(crate) fn is_same_law(&self, other: &Self) -> bool {
+        let numbers = |pid: &Self| {
+            (
+                pid.gains,
+                [
+                    pid.loop_gain,
+                    pid.voltage_limit_v,
+                    pid.gear_ratio,
+                    pid.radians_per_m,
+                ],
+                pid.motion.travel_m(),
+                pid.motion.intervals_s(),
+            )
+        };
+        numbers(self) == numbers(other)
+    }
+
+    /// `V_m = K_0·[K_p·e + K_i·∫e + K_d·ė]` before the amplifier's limit,
+    /// eq. 27-28 \[V\].
+    pub(crate) fn demand_v(&self, time_s: f64, beta_hat: f64, beta: f64, beta_dot: f64) -> f64 {
+        let r = self.motion.at(time_s);
+        let (s, z) = (self.radians_per_m, self.gear_ratio);
+        let e = r.displacement_m * s - beta / z;
+        let e_dot = r.velocity_mps * s - beta_dot / z;
+        let e_hat = r.displacement_integral_ms * s - beta_hat / z;
+        let (kp, ki, kd) = (self.gains.kp, self.gains.ki_per_s, self.gains.kd_s);
+        self.loop_gain * (kp * e + ki * e_hat + kd * e_dot)
+    }
+
+    /// Time derivative of the demand \[V/s\].
+    pub(crate) fn demand_rate(
+        &self,
+        time_s: f64,
+        side: Side,
+        beta: f64,
+        beta_dot: f64,
+        beta_ddot: f64,
+    ) -> f64 {
+        let r = self.reference(time_s, side);
+        let (s, z) = (self.radians_per_m, self.gear_ratio);
+        let e = r.displacement_m * s - beta / z;
+        let e_dot = r.velocity_mps * s - beta_dot / z;
+        let e_ddot = r.acceleration_mps2 * s - beta_ddot / z;
+        let (kp, ki, kd) = (self.gains.kp, self.gains.ki_per_s, self.gains.kd_s);
+        self.loop_gain * (kp * e_dot + ki * e + kd * e_ddot)
+    }
+
+    /// Bound of the demand's distance from the cubic through its ends, given how
+    /// far β̂, β, β̇ and the command (its integral, x_ref and v_ref) may be \[V\].
+    pub(crate) fn demand_reach(
+        &self,
+        beta_hat: f64,
+        beta: f64,
+        beta_dot: f64,
+        [integral, displacement, velocity]: [f64; 3],
+    ) -> f64 {
+        let (s, z) = (self.radians_per_m.abs(), self.gear_ratio.abs());
+        let (kp, ki, kd) = (self.gains.kp, self.gains.ki_per_s, self.gains.kd_s);
+        let sum = kp * (displacement * s + beta / z)
+            + ki * (integral * s + beta_hat / z)
+            + kd * (velocity * s + beta_dot / z);
+        self.loop_gain.abs() * sum
+    }
+
+    fn reference(&self, time_s: f64, side: Side) -> MotionPoint {
+        let mut point = self.motion.at(time_s);
+        if side == Side::Before {
+            point.acceleration_mps2 = self.motion.acceleration_before_mps2(time_s);
+        }
+        point
+    }
+}

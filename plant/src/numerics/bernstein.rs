@@ -1,0 +1,319 @@
+//! Polynomials on \[0, 1\] with their roots and largest magnitudes found for
+//! certain, and a quantity over a step as one of degree seven.
+//!
+//! Certainty comes from the Bernstein form: a polynomial on \[0, 1\] lies
+//! within the range of its Bernstein coefficients, so coefficients of one
+//! sign exclude a root, and halving the interval (de Casteljau) separates
+//! whatever is left. A dip below zero and back inside one step is found like
+//! any other crossing; comparing the signs at both ends would miss it.
+//!
+//! The quantity is known by values and slopes at its ends ([`Ends`]). How far it
+//! can be from them often says enough; else four nodes between them make the
+//! polynomial.
+
+/// Halvings after which an undecided interval is called a touch, not a
+/// crossing: 2^-40 of a step is below the clock's resolution.
+const MAX_HALVINGS: u32 = 40;
+
+/// Polynomial of degree below `N` on \[0, 1\] in Bernstein form.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Polynomial<const N: usize> {
+    pub(crate) bernstein: [f64; N],
+}
+
+impl Polynomial<8> {
+    /// `(q(θ) − q(0))/θ`: the polynomial with the root at its start divided
+    /// out, so that rounding cannot find the crossing that began the step
+    /// again. Its value at θ = 0 is known to be at least 0, and is held there.
+    ///
+    /// `B_{j+1,7}/θ = C(7,j+1)/C(6,j)·B_{j,6} = 7/(j + 1)·B_{j,6}`.
+    pub(crate) fn without_root_at_start(&self) -> Polynomial<7> {
+        let [start, others @ ..] = self.bernstein;
+        let mut bernstein = others;
+        for (j, b) in bernstein.iter_mut().enumerate() {
+            *b = (*b - start) * 7.0 / index(j + 1);
+        }
+        bernstein[0] = bernstein[0].max(0.0);
+        Polynomial { bernstein }
+    }
+}
+
+impl<const N: usize> Polynomial<N> {
+    /// The polynomial run backwards, `q(1 − θ)`.
+    pub(crate) fn reversed(mut self) -> Self {
+        self.bernstein.reverse();
+        self
+    }
+
+    /// `offset + factor·q`.
+    pub(crate) fn affine(mut self, offset: f64, factor: f64) -> Self {
+        for b in &mut self.bernstein {
+            *b = offset + factor * *b;
+        }
+        self
+    }
+
+    /// Upper bound of |q| over the step.
+    fn bound(&self) -> f64 {
+        self.bernstein.iter().fold(0.0, |m: f64, b| m.max(b.abs()))
+    }
+
+    /// The first θ in \[0, 1\] at which the polynomial falls below zero.
+    pub(crate) fn first_negative(&self) -> Option<f64> {
+        self.first_negative_in(0.0, 1.0, MAX_HALVINGS)
+    }
+
+    fn first_negative_in(&self, from: f64, to: f64, halvings: u32) -> Option<f64> {
+        let b = &self.bernstein;
+        if b.iter().all(|&b| b >= 0.0) {
+            return None;
+        }
+        if b[0] < 0.0 {
+            return Some(from);
+        }
+        if halvings == 0 {
+            return (b[N - 1] < 0.0).then_some(to);
+        }
+        let (left, right) = self.halves();
+        let middle = 0.5 * (from + to);
+        left.first_negative_in(from, middle, halvings - 1)
+            .or_else(|| right.first_negative_in(middle, to, halvings - 1))
+    }
+
+    /// The larger of `floor` and the supremum of |q| over the step.
+    pub(crate) fn peak_above(&self, floor: f64) -> f64 {
+        let ends = self.bernstein[0].abs().max(self.bernstein[N - 1].abs());
+        self.peak_in(floor.max(ends), MAX_HALVINGS)
+    }
+
+    fn peak_in(&self, mut peak: f64, halvings: u32) -> f64 {
+        // Rounding of the coefficients themselves is not worth halving for.
+        if self.bound() <= peak * (1.0 + 1e-15) || halvings == 0 {
+            return peak;
+        }
+        let (left, right) = self.halves();
+        peak = peak.max(right.bernstein[0].abs());
+        peak = left.peak_in(peak, halvings - 1);
+        right.peak_in(peak, halvings - 1)
+    }
+
+    fn halves(&self) -> (Self, Self) {
+        let (left, right) = halves(&self.bernstein);
+        (Self { bernstein: left }, Self { bernstein: right })
+    }
+}
+
+/// Bernstein coefficients of both halves: de Casteljau at θ = ½.
+pub(crate) fn halves<const N: usize>(b: &[f64; N]) -> ([f64; N], [f64; N]) {
+    let (mut left, mut right) = ([0.0; N], *b);
+    for (i, corner) in left.iter_mut().enumerate() {
+        *corner = right[0];
+        for j in 0..N - 1 - i {
+            right[j] = 0.5 * (right[j] + right[j + 1]);
+        }
+    }
+    (left, right)
+}
+
+/// A small index as a factor.
+fn index(i: usize) -> f64 {
+    f64::from(u8::try_from(i).unwrap_or(u8::MAX))
+}
+
+/// The instants within a step at which a quantity is looked at.
+pub(crate) const NODES: [f64; 4] = [0.2, 0.4, 0.6, 0.8];
+
+/// Values and slopes of a quantity at both ends of a step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Ends {
+    pub(crate) start: f64,
+    /// Change over the whole step if the slope at its start lasted.
+    pub(crate) start_slope: f64,
+    pub(crate) end: f64,
+    /// As `start_slope`, for the slope at the end.
+    pub(crate) end_slope: f64,
+}
+
+/// Share of `reach` in the middle coefficient of [`Ends::hull`], see there.
+const HULL_PER_REACH: f64 = 12.0;
+
+impl Ends {
+    /// Range of the quantity over the step, from its ends alone: at least as
+    /// wide as the quantity, if it strays from the cubic through the ends by
+    /// less than `reach`.
+    ///
+    /// The distance from the cubic has double roots at both ends, `r =
+    /// S·θ²·(1 − θ)²`. With |S| ≤ 6·m the quantity lies between quartics whose
+    /// Bernstein coefficients are those of the cubic, the middle one moved by
+    /// ±m. A constant S makes the largest |r| S/16, so that m = 16/6 of the
+    /// reach would do; 12 leaves S room to vary by 4.5 times over the step.
+    pub(crate) fn hull(&self, reach: f64) -> (f64, f64) {
+        let (b0, b3) = (self.start, self.end);
+        let (b1, b2) = (b0 + self.start_slope / 3.0, b3 - self.end_slope / 3.0);
+        // One degree up.
+        let (c1, c2, c3) = (
+            0.25 * (b0 + 3.0 * b1),
+            0.5 * (b1 + b2),
+            0.25 * (3.0 * b2 + b3),
+        );
+        let m = HULL_PER_REACH * reach;
+        let low = b0.min(b3).min(c1.min(c3)).min(c2 - m);
+        let high = b0.max(b3).max(c1.max(c3)).max(c2 + m);
+        (low, high)
+    }
+
+    /// Upper bound of |q| over the step, as [`Ends::hull`].
+    pub(crate) fn bound(&self, reach: f64) -> f64 {
+        let (low, high) = self.hull(reach);
+        high.max(-low)
+    }
+
+    /// The polynomial `q(θ)`, 0 ≤ θ ≤ 1, through the ends and the values at
+    /// θ = 1/5, 2/5, 3/5 and 4/5.
+    ///
+    /// `q = H + θ²·(1 − θ)²·S` with the cubic H through the ends and another
+    /// cubic S through what is left at the four nodes; both in Bernstein form,
+    /// where a product and a higher degree are weighted sums of coefficients:
+    /// `B_{i,3}·θ²·(1 − θ)² = C(3,i)/C(7,i+2)·B_{i+2,7}`.
+    pub(crate) fn septic(&self, nodes: [f64; 4]) -> Polynomial<8> {
+        let (h0, h3) = (self.start, self.end);
+        let (h1, h2) = (h0 + self.start_slope / 3.0, h3 - self.end_slope / 3.0);
+        let mut left = [0.0; 4];
+        for ((left, theta), value) in left.iter_mut().zip(NODES).zip(nodes) {
+            let rest = 1.0 - theta;
+            let (outer, inner) = (theta * theta, rest * rest);
+            let cubic =
+                (h0 * rest + 3.0 * h1 * theta) * inner + (3.0 * h2 * rest + h3 * theta) * outer;
+            *left = (value - cubic) / (outer * inner);
+        }
+        let [l1, l2, l3, l4] = left;
+        // Bernstein coefficients of the cubic through four values at NODES.
+        let s0 = 4.0 * l1 - 6.0 * l2 + 4.0 * l3 - l4;
+        let s1 = (-58.0 * l1 + 177.0 * l2 - 138.0 * l3 + 37.0 * l4) / 18.0;
+        let s2 = (37.0 * l1 - 138.0 * l2 + 177.0 * l3 - 58.0 * l4) / 18.0;
+        let s3 = -l1 + 4.0 * l2 - 6.0 * l3 + 4.0 * l4;
+        Polynomial {
+            bernstein: [
+                h0,
+                (4.0 * h0 + 3.0 * h1) / 7.0,
+                (6.0 * h0 + 12.0 * h1 + 3.0 * h2 + s0) / 21.0,
+                (4.0 * h0 + 18.0 * h1 + 12.0 * h2 + h3 + 3.0 * s1) / 35.0,
+                (h0 + 12.0 * h1 + 18.0 * h2 + 4.0 * h3 + 3.0 * s2) / 35.0,
+                (3.0 * h1 + 12.0 * h2 + 6.0 * h3 + s3) / 21.0,
+                (3.0 * h2 + 4.0 * h3) / 7.0,
+                h3,
+            ],
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn finds_the_peak_between_the_ends() {
+        // θ·(1 − θ)
+        let q = Polynomial {
+            bernstein: [0.0, 0.5, 0.0],
+        };
+        assert!((q.peak_above(0.0) - 0.25).abs() < 1e-15);
+        assert_eq!(q.peak_above(0.3), 0.3);
+        let negative = q.affine(0.0, -1.0);
+        assert!((negative.peak_above(0.0) - 0.25).abs() < 1e-15);
+    }
+
+    #[test]
+    fn runs_backwards() {
+        // 0.7 − θ
+        let q = Polynomial {
+            bernstein: [0.7, 0.2, -0.3],
+        };
+        let last = q.reversed();
+        assert_eq!(last.first_negative(), Some(0.0));
+        let root = last.affine(0.0, -1.0).first_negative().unwrap();
+        assert!((root - 0.3).abs() < 1e-11, "{root}");
+    }
+
+    fn sampled(q: impl Fn(f64) -> f64, slope: impl Fn(f64) -> f64) -> (Ends, Polynomial<8>) {
+        let ends = Ends {
+            start: q(0.0),
+            start_slope: slope(0.0),
+            end: q(1.0),
+            end_slope: slope(1.0),
+        };
+        (ends, ends.septic(NODES.map(q)))
+    }
+
+    /// De Casteljau at any θ.
+    fn value(q: &Polynomial<8>, theta: f64) -> f64 {
+        let mut b = q.bernstein;
+        for n in (1..8).rev() {
+            for j in 0..n {
+                b[j] += (b[j + 1] - b[j]) * theta;
+            }
+        }
+        b[0]
+    }
+
+    #[test]
+    fn reproduces_degree_seven_and_not_eight() {
+        let of = |degree: i32| {
+            let q = move |t: f64| 3.0 - t + 2.0 * t * t - 5.0 * t.powi(4) + 7.0 * t.powi(degree);
+            let slope = move |t: f64| {
+                -1.0 + 4.0 * t - 20.0 * t.powi(3) + 7.0 * f64::from(degree) * t.powi(degree - 1)
+            };
+            let (_, septic) = sampled(q, slope);
+            let off = |i: u8| {
+                let t = f64::from(i) / 97.0;
+                (value(&septic, t) - q(t)).abs()
+            };
+            (0..=97).map(off).fold(0.0, f64::max)
+        };
+        assert!(of(7) < 1e-14, "{}", of(7));
+        assert!(of(8) > 1e-5, "{}", of(8));
+    }
+
+    #[test]
+    fn finds_a_dip_that_the_ends_do_not_show() {
+        // (t − 0.4)(t − 0.4001): below zero for a ten-thousandth of the step.
+        let (r, s) = (0.4, 0.4001);
+        let (ends, q) = sampled(|t| (t - r) * (t - s), |t| 2.0 * t - r - s);
+        let root = q.first_negative().unwrap();
+        assert!((root - r).abs() < 1e-10, "{root}");
+        assert!(ends.start > 0.0 && ends.end > 0.0);
+        assert!(ends.hull(0.0).0 < 0.0);
+        // The contrast: lifted off zero there is nothing to find.
+        assert_eq!(q.affine(1e-8, 1.0).first_negative(), None);
+    }
+
+    /// A quantity of degree seven that strays far from the cubic through its
+    /// ends stays within the hull; without its reach it would not.
+    #[test]
+    fn hull_holds_what_the_ends_do_not_show() {
+        // 0.01 − a·θ²(1 − θ)²·(1 + θ): dips below zero in the middle.
+        let bump = |t: f64| t * t * (1.0 - t) * (1.0 - t) * (1.0 + t);
+        let (ends, q) = sampled(|t| 0.01 - 0.2 * bump(t), |_| 0.0);
+        assert!(q.first_negative().is_some());
+        assert_eq!(ends.hull(0.0), (0.01, 0.01));
+        let reach = 0.2 * bump(0.53);
+        let (low, high) = ends.hull(reach);
+        assert!(low <= 0.01 - reach && high >= 0.01);
+        assert_eq!(ends.bound(reach), high.max(-low));
+    }
+
+    #[test]
+    fn does_not_find_the_root_at_its_start_again() {
+        // θ·(1.2 − θ)·(θ + 1) shifted by a rounding error below zero.
+        let (_, q) = sampled(
+            |t| t * (1.2 - t) * (t + 1.0) - 1e-17,
+            |t| 1.2 + 0.4 * t - 3.0 * t * t,
+        );
+        assert_eq!(q.first_negative(), Some(0.0));
+        assert_eq!(q.without_root_at_start().first_negative(), None);
+        // The contrast: the return through zero is found.
+        let (_, q) = sampled(|t| t * (0.7 - t), |t| 0.7 - 2.0 * t);
+        let root = q.without_root_at_start().first_negative().unwrap();
+        assert!((root - 0.7).abs() < 1e-11, "{root}");
+    }
+}

@@ -1,0 +1,137 @@
+//! Largest values over the continuous solution, without a trace.
+//!
+//! Every span of the solution is searched between its ends; the limits on
+//! both sides of a contact change are ends of spans. Memory does not grow
+//! with the run.
+
+use crate::model::axis::{Axis, Mode};
+use crate::model::motion::{Motion, MotionPoint};
+use crate::model::state::{BETA, CURRENT, Vector, gamma};
+
+/// Figures whose peaks between the samples are kept: ẍ, I, and how far the
+/// carriage and the motor are behind the command.
+pub(crate) const FIGURES: usize = 4;
+
+/// Place of the carriage's following error; the motor's follows.
+pub(crate) const CARRIAGE: usize = 2;
+
+/// The figures in a state, x_ref being `x_ref_m`.
+pub(crate) fn figures_at(axis: &Axis, mode: &Mode, y: &Vector, x_ref_m: f64) -> [f64; FIGURES] {
+    let p = axis.pitch_m_per_rad;
+    [
+        axis.carriage_acceleration_mps2(mode, y),
+        y[CURRENT],
+        x_ref_m - p * gamma(y),
+        x_ref_m - p * y[BETA],
+    ]
+}
+
+/// Peaks and last exit from the settling band that a look at a piece has shown.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Seen {
+    /// The figures' peaks, this piece included.
+    pub(crate) peaks: [f64; FIGURES],
+    /// Last instant outside the settling band, if the carriage was there \[s\].
+    pub(crate) last_outside_s: Option<f64>,
+}
+
+/// Command and band that following and settling are measured against.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ExtremesSettings {
+    /// The commanded motion.
+    pub motion: Motion,
+    /// Half width of the settling band around the travel \[m\].
+    pub settling_band_m: f64,
+}
+
+/// Extremes of a run so far. Starts at rest at zero.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Extremes {
+    pub(crate) settings: ExtremesSettings,
+    pub(crate) breaks_s: [f64; 7],
+    pub(crate) command_at_end: Option<(f64, MotionPoint)>,
+    /// sup of |ẍ| \[m/s²\], both one-sided limits at events included.
+    pub peak_abs_acceleration_mps2: f64,
+    /// sup of |x_ref − x| \[m\].
+    pub peak_following_error_m: f64,
+    /// sup of |x_ref − p·β| \[m\].
+    pub peak_motor_following_error_m: f64,
+    /// sup of |I| \[A\].
+    pub peak_abs_current_a: f64,
+    /// sup of |V_m| in force \[V\].
+    pub peak_abs_voltage_v: f64,
+    /// Time at the amplifier's limit under the continuous law \[s\].
+    pub voltage_limited_s: f64,
+    /// Last instant at which the carriage was outside the settling band \[s\].
+    pub last_outside_band_s: Option<f64>,
+    /// Changes of contact.
+    pub contact_changes: u64,
+    /// Closings of the gap.
+    pub impacts: u64,
+    /// Largest |ε̇| at which the gap closed \[rad/s\]; 0 if it never did.
+    pub hardest_impact_radps: f64,
+    /// `∫ c·ε̇² dt` over the time in contact \[J\]: what the joint's damper has
+    /// turned into heat.
+    pub joint_loss_j: f64,
+}
+
+impl Extremes {
+    /// Nothing seen yet.
+    pub fn new(settings: ExtremesSettings) -> Self {
+        Self {
+            settings,
+            breaks_s: settings.motion.breaks_s(),
+            command_at_end: None,
+            peak_abs_acceleration_mps2: 0.0,
+            peak_following_error_m: 0.0,
+            peak_motor_following_error_m: 0.0,
+            peak_abs_current_a: 0.0,
+            peak_abs_voltage_v: 0.0,
+            voltage_limited_s: 0.0,
+            last_outside_band_s: None,
+            contact_changes: 0,
+            impacts: 0,
+            hardest_impact_radps: 0.0,
+            joint_loss_j: 0.0,
+        }
+    }
+
+    /// Peaks of ẍ, I and the two following errors.
+    pub(crate) fn peaks(&self) -> [f64; 4] {
+        [
+            self.peak_abs_acceleration_mps2,
+            self.peak_abs_current_a,
+            self.peak_following_error_m,
+            self.peak_motor_following_error_m,
+        ]
+    }
+
+    /// The same, to be raised.
+    pub(crate) fn peaks_mut(&mut self) -> [&mut f64; 4] {
+        [
+            &mut self.peak_abs_acceleration_mps2,
+            &mut self.peak_abs_current_a,
+            &mut self.peak_following_error_m,
+            &mut self.peak_motor_following_error_m,
+        ]
+    }
+
+    /// Takes over what was seen in a piece of the exact solution.
+    pub(crate) fn take(&mut self, seen: &Seen) {
+        for (peak, seen) in self.peaks_mut().into_iter().zip(seen.peaks) {
+            *peak = seen;
+        }
+        // `None` is less than any time.
+        if seen.last_outside_s > self.last_outside_band_s {
+            self.last_outside_band_s = seen.last_outside_s;
+        }
+    }
+
+    /// The command at the start of a span, which is the end of the last.
+    pub(crate) fn command_at(&self, start_s: f64) -> MotionPoint {
+        match self.command_at_end {
+            Some((time_s, command)) if time_s == start_s => command,
+            _ => self.settings.motion.at(start_s),
+        }
+    }
+}
