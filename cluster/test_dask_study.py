@@ -59,7 +59,7 @@ def main():
             victim.join()
         assert status == 0, status
         assert killed and all(killed), "no worker was killed while its shard was being made"
-        # Parquet, too: parts are named by their rows.
+        # Parquet, too.
         for path in sorted(at_once.rglob("*")):
             other = out / path.relative_to(at_once)
             if path.is_file() and path.name != "study.json":

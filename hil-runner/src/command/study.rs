@@ -10,13 +10,12 @@ use hil_core::case::Law;
 use hil_core::number;
 use hil_core::runfile::Template;
 use hil_runner::files::output::{OutputFile, same_file};
-use hil_runner::study::report::render;
 use hil_runner::study::results::{
     Origin, Progress, Results, ResultsError, Shard, merge, shards_in_order,
 };
 use hil_runner::study::{
     Changes, MOST_ROWS, Study, Tally, base_sentences, best_table, columns, draw, enough_pass,
-    figure_rows, make, page, ready, unstable_words,
+    figure_rows, make, page, ready, render, unstable_words,
 };
 use indicatif::ProgressBar;
 
@@ -148,7 +147,7 @@ impl StudyCommand {
             .clone()
             .unwrap_or_else(|| default_folder(&study, self.base.as_deref(), shard));
         let columns = columns(&study);
-        let mut tally = Tally::new(&columns);
+        let mut tally = Tally::new(&study, &columns);
         let origin = Origin::new(&study, shard, name, &changes);
         let command_line = origin.manifest.command_line(self.out.as_deref());
         let mut results = Results::open(&folder, &origin, &columns, &command_line, |row| {
@@ -196,26 +195,20 @@ fn fill(
         "ending after the runs under way; a second signal (Ctrl-C) ends at once, and loses nothing either\n",
     );
     let bar = bar(study, start);
-    let (blocks, manifest) = (results.missing_blocks(), results.manifest().clone());
-    let outcome = make(
-        study,
-        blocks,
-        |block| manifest.rows_of(block),
-        threads,
-        |block| {
-            if let Err(error) = check_signals() {
-                return ControlFlow::Break(Err(error));
+    let blocks = results.missing_blocks();
+    let outcome = make(study, blocks, threads, |block| {
+        if let Err(error) = check_signals() {
+            return ControlFlow::Break(Err(error));
+        }
+        block.rows.iter().for_each(|row| tally.add(row));
+        match results.add(&block) {
+            Ok(()) => {
+                bar.set_position(results.progress().done);
+                ControlFlow::Continue(())
             }
-            block.rows.iter().for_each(|row| tally.add(row));
-            match results.add(&block) {
-                Ok(()) => {
-                    bar.set_position(results.progress().done);
-                    ControlFlow::Continue(())
-                }
-                Err(error) => ControlFlow::Break(Ok(error)),
-            }
-        },
-    );
+            Err(error) => ControlFlow::Break(Ok(error)),
+        }
+    });
     bar.finish_and_clear();
     match outcome? {
         ControlFlow::Continue(()) => Ok(Ok(())),
@@ -260,11 +253,10 @@ fn list() -> String {
     let mut table = terminal::table(&["study", "rows", "rungs", "what it asks"], 1);
     for name in ready::names() {
         if let Ok(study) = Study::load(name, &Changes::default()) {
-            let rungs: Vec<&str> = study.rungs.iter().map(|(law, _)| law.name()).collect();
             table.add_row([
                 name.to_owned(),
                 study.rows().to_string(),
-                rungs.join(", "),
+                study.rung_names(),
                 study.title,
             ]);
         }
@@ -280,7 +272,7 @@ impl Merge {
         };
         let study = first.study(folder)?;
         let columns = columns(&study);
-        let mut tally = Tally::new(&columns);
+        let mut tally = Tally::new(&study, &columns);
         let command_line = first.whole().manifest.command_line(Some(&self.out));
         let done = merge(&self.out, &shards, &columns, &command_line, |row| {
             tally.add(row)
@@ -299,7 +291,7 @@ fn finish(study: &Study, folder: &Path, tally: &Tally, command_line: &str) -> an
     terminal::print(&words.concat())?;
     terminal::print(&table(tally))?;
     warn(&study.name, study.warnings());
-    let drawn = draw(study, folder, &columns(study))?;
+    let drawn = draw(study, &tally.pictures);
     if study.rows() > MOST_ROWS && !drawn.is_empty() {
         terminal::tell(&format!("the pictures show the first {MOST_ROWS} rows\n"));
     }
@@ -431,9 +423,7 @@ fn make_row(
 
 /// Refuses to replace files of the folder, but for those of rows.
 fn refuse_results(folder: &Path, outputs: &[&PathBuf]) -> anyhow::Result<()> {
-    for entry in
-        fs::read_dir(folder)?.chain(fs::read_dir(folder.join("parquet")).into_iter().flatten())
-    {
+    for entry in fs::read_dir(folder)? {
         let path = entry?.path();
         let of_row = path
             .file_name()

@@ -1,50 +1,34 @@
 //! Studies: one case over many values of its keys.
 //!
 //! ```text
-//! study file ──► Study ──► plan ──► points ──► cases ──► lanes ──► rows ──► results (CSV, Parquet)
-//!                 axes, rungs, limits                       threads      └──► pictures, report
+//! study file ──► read ──► plan: points ──► cases ──► rows ──► results (CSV, Parquet)
+//!                          axes, rungs      lanes, threads └──► page: tally, pictures
 //! ```
+//!
+//! `plan` what is to be run, `rows` the runs and their figures, `page` what is
+//! shown of them, `read` the study file, `results` the folder on the disk; each
+//! knows those before it. `picture` draws, and knows none of them.
 
-mod acting;
-mod axis;
-mod base;
-mod border;
-mod cell;
-mod constraint;
-mod definition;
-mod differences;
-mod distribution;
-mod draw;
-mod drawable;
-mod drawing;
-mod engine;
-mod feeding;
-mod file;
-mod loop_gain;
-mod margins;
 mod page;
 pub mod picture;
 mod plan;
-mod read_axes;
-mod read_plan;
-pub mod ready;
-pub mod report;
+mod read;
 pub mod results;
-mod row;
-mod tally;
-mod theory;
+mod rows;
 
-pub use axis::{Axis, AxisValue, Chosen, Scale, Spread};
-pub use base::sentences as base_sentences;
-pub use cell::{Cell, Column, ColumnKind};
-pub use constraint::Constraint;
-pub use definition::{Changes, LoopGain, Point, Study};
-pub use distribution::Distribution;
-pub use drawing::{Drawn, MOST_ROWS, draw};
-pub use engine::{Block, EngineError, make};
-pub use file::StudyFileError;
-pub use page::{best_table, enough_pass, figure_rows, page, unstable_words};
-pub use plan::{MOST_SOBOL_AXES, Plan, PlanError, PlanKind, Position};
-pub use row::{PlannedRow, RowMaker, Status, columns};
-pub use tally::{Best, RungTally, Spread as FigureSpread, Tally};
-pub use theory::Theory;
+pub use page::base::base_sentences;
+pub use page::pictures::{Drawn, MOST_ROWS, draw};
+pub use page::tally::{Best, RungTally, Spread as FigureSpread, Tally};
+pub use page::{
+    AxisRow, FigureTable, Shown, StudyPage, StudyPageError, StudyVerdict, best_table, enough_pass,
+    figure_rows, page, render, unstable_words,
+};
+pub use plan::axis::{Axis, AxisValue, Scale, Spread};
+pub use plan::distribution::Distribution;
+pub use plan::points::{Constraint, MOST_SOBOL_AXES, Plan, PlanError, PlanKind, Position};
+pub use plan::{Changes, LoopGain, Point, Study, Theory};
+pub use read::file::StudyFileError;
+pub use read::ready;
+pub use rows::cell::{Cell, Column, ColumnKind};
+pub use rows::engine::{Block, EngineError, make};
+pub use rows::{PlannedRow, RowMaker, Status, columns};

@@ -107,7 +107,7 @@ fn another_version_is_named() {
     ] {
         let told = messages(&study(folder.path(), command), 2);
         assert!(
-            told.contains("old holds results of version 0.0.9, not"),
+            told.contains("old holds results of version 0.0.9, format 1, not of"),
             "{told}"
         );
     }

@@ -31,7 +31,7 @@ values = ["exact"]
 
 /// Every value of every row, as the CSV writes it, by column.
 fn columns(folder: &Path) -> Vec<(String, Type, Vec<String>)> {
-    let part = File::open(folder.join("parquet/part-00000.parquet")).unwrap();
+    let part = File::open(folder.join("results.parquet")).unwrap();
     let reader = SerializedFileReader::new(part).unwrap();
     let schema = reader.metadata().file_metadata().schema_descr();
     let mut columns: Vec<(String, Type, Vec<String>)> = schema
@@ -55,7 +55,7 @@ fn columns(folder: &Path) -> Vec<(String, Type, Vec<String>)> {
 }
 
 fn metadata(folder: &Path) -> Vec<(String, String)> {
-    let part = File::open(folder.join("parquet/part-00000.parquet")).unwrap();
+    let part = File::open(folder.join("results.parquet")).unwrap();
     let reader = SerializedFileReader::new(part).unwrap();
     let pairs = reader.metadata().file_metadata().key_value_metadata();
     let pairs = pairs.unwrap().iter();

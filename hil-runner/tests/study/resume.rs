@@ -71,6 +71,7 @@ fn a_killed_study_goes_on_to_the_same_bytes() {
         Moment::File("base.toml"),
         Moment::File("study.json"),
         Moment::File("results.journal"),
+        Moment::File("results.parquet.part"),
         Moment::Bytes(1),
         Moment::Bytes(100_000),
         Moment::Entries(1),
@@ -91,6 +92,7 @@ fn a_killed_study_goes_on_to_the_same_bytes() {
         }
         child.kill().unwrap();
         child.wait().unwrap();
+        assert!(!out.join("results.parquet").exists(), "{moment:?}");
         let complete = contents_equal(&whole, &out, "results.csv");
         assert!(!complete, "{moment:?}: the kill came after the last row");
         if let Moment::Entries(_) = moment {
@@ -174,6 +176,8 @@ fn damage_is_told_and_nothing_is_changed() {
         );
         fs::write(&csv, &good_csv).unwrap();
         fs::write(&journal, &good_journal).unwrap();
+        let mut names = crate::support::contents(&out).into_iter();
+        assert!(names.all(|(name, _)| name != Path::new("results.parquet.part")));
     };
     let mut flipped = good_csv.clone();
     flipped[good_csv.len() / 2] ^= 1;

@@ -47,6 +47,7 @@ pub use colour::ColourScale;
 pub use error::PictureError;
 pub use label::Label;
 pub(in crate::study) use map::Field;
+pub(in crate::study) use spec::is_text;
 pub use spec::{
     Atom, Bars, Border, Condition, Histogram, Kind, Limit, Lines, Map, Panel, Picture, Scatter,
 };

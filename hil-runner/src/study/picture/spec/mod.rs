@@ -15,7 +15,13 @@ pub use wanted::{Atom, Condition};
 use serde::Deserialize;
 use serde::de::{DeserializeOwned, Error};
 
-use crate::study::file::is_text;
+/// True of words that can stand in pictures and pages.
+pub(in crate::study) fn is_text(words: &str) -> bool {
+    let fits = |c: char| {
+        (!c.is_control() || matches!(c, '\n' | '\t')) && !matches!(c, '\u{fffe}' | '\u{ffff}')
+    };
+    words.chars().all(fits)
+}
 
 /// One picture of a study.
 ///

@@ -8,10 +8,9 @@
 use std::collections::BTreeMap;
 use std::ops::{ControlFlow, Range};
 
-use super::cell::{Cell, to_csv};
-use super::definition::Study;
-use super::results::journal_checksum;
-use super::row::RowMaker;
+use super::RowMaker;
+use super::cell::{Cell, checksum, to_csv};
+use crate::study::plan::Study;
 use hil_core::lanes::Runs;
 
 /// Blocks under way for each thread, at most: enough to hide a slow block.
@@ -65,28 +64,25 @@ impl Study {
         };
         points * rungs
     }
-}
 
-/// Why a study could not go on.
-#[derive(Debug)]
-#[non_exhaustive]
-pub enum EngineError {
-    /// The threads could not be started; says why.
-    Threads(String),
-    /// A thread ended abnormally.
-    Lost,
-}
-
-impl core::fmt::Display for EngineError {
-    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
-        match self {
-            Self::Threads(why) => write!(f, "the threads could not be started: {why}"),
-            Self::Lost => f.write_str("a thread of the study ended abnormally"),
-        }
+    /// Numbers of the rows of a block.
+    fn rows_of(&self, block: u64) -> Range<u64> {
+        let first = block * self.block_rows();
+        first..(first + self.block_rows()).min(self.rows())
     }
 }
 
-impl std::error::Error for EngineError {}
+/// A study that could not go on.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum EngineError {
+    /// The threads could not be started; says why.
+    #[error("the threads could not be started: {0}")]
+    Threads(String),
+    /// A thread ended abnormally.
+    #[error("a thread of the study ended abnormally")]
+    Lost,
+}
 
 /// Makes blocks of a study and hands them to `each` in their order, until all
 /// are made or `each` ends it.
@@ -96,7 +92,6 @@ impl std::error::Error for EngineError {}
 pub fn make<B>(
     study: &Study,
     blocks: Range<u64>,
-    rows_of: impl Fn(u64) -> Range<u64> + Sync,
     threads: usize,
     mut each: impl FnMut(Block) -> ControlFlow<B> + Send,
 ) -> Result<ControlFlow<B>, EngineError>
@@ -111,25 +106,22 @@ where
     let under_way = threads * BLOCKS_A_THREAD;
     let (ask, asked) = crossbeam_channel::bounded::<u64>(under_way);
     let (give, given) = crossbeam_channel::bounded::<Block>(under_way);
-    let rows_of = &rows_of;
     pool.in_place_scope(|scope| {
         // The threads alone hold the sender: once they are gone, so is it.
         scope.spawn_broadcast(move |_, _| {
             let mut maker = RowMaker::new(study);
             for number in &asked {
-                let rows = maker.rows(rows_of(number));
+                let rows = maker.rows(study.rows_of(number));
                 // A vector takes the bytes; nothing can fail.
                 let csv = to_csv(&rows).unwrap_or_default();
-                let crc = journal_checksum(&csv);
-                if give
-                    .send(Block {
-                        number,
-                        rows,
-                        csv,
-                        crc,
-                    })
-                    .is_err()
-                {
+                let crc = checksum(&csv);
+                let block = Block {
+                    number,
+                    rows,
+                    csv,
+                    crc,
+                };
+                if give.send(block).is_err() {
                     return;
                 }
             }

@@ -1,12 +1,13 @@
-//! What the base of a study has: numbers of its keys, its facts in words, and
+//! The base of a study: numbers of its keys, its facts in words, and
 //! what the study puts in their place.
 
 use core::f64::consts::FRAC_PI_2;
 
 use plant::Joint;
 
-use super::definition::Study;
+use crate::study::plan::Study;
 use hil_core::case::{Case, ComputationDelay, Law};
+use hil_core::case_run::rungs_leave_out;
 use hil_core::figures::{CHIP_FIGURES, Figure, HOST_STEP_P99};
 use hil_core::number;
 use hil_core::rest::Window;
@@ -14,7 +15,7 @@ use hil_core::runfile::{KeyPath, Template};
 use hil_core::time::seconds;
 
 /// The number that a key has in a base, or that its partner says.
-pub(super) fn own_number(base: &Template, key: &KeyPath) -> Option<f64> {
+pub(in crate::study) fn own_number(base: &Template, key: &KeyPath) -> Option<f64> {
     let case = base.base();
     let span_v = case.dac.step_v * f64::from(case.dac.bits).exp2();
     let of_partner = || match key.path().as_str() {
@@ -30,21 +31,18 @@ pub(super) fn own_number(base: &Template, key: &KeyPath) -> Option<f64> {
 }
 
 /// The base and what becomes of it, a sentence each.
-pub fn sentences(study: &Study) -> Vec<String> {
+pub fn base_sentences(study: &Study) -> Vec<String> {
     let facts = facts(&study.base, study.reference.base());
     std::iter::once(facts).chain(replaced(study)).collect()
 }
 
 impl Study {
-    /// What the reader of its results must know before them, a sentence each:
+    /// Warnings to the reader of its results, a sentence each:
     /// keys that do nothing, limits that cannot be judged, runs that are too
     /// short.
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::from_iter(self.keys_without_effect());
-        let Some((_, base)) = self.rungs.first() else {
-            return warnings;
-        };
-        let case = base.base();
+        let case = self.template().base();
         let limited = |figure: &&Figure| {
             let limits = case.budget.iter().flatten();
             limits.into_iter().any(|limit| limit.figure == figure.key)
@@ -55,11 +53,9 @@ impl Study {
                 HOST_STEP_P99.key
             ));
         }
-        let of_chip: Vec<String> = CHIP_FIGURES
-            .iter()
-            .filter(limited)
-            .map(|figure| format!("budget.{}", figure.key))
-            .collect();
+        let of_chip = CHIP_FIGURES.iter().filter(limited);
+        let of_chip = of_chip.map(|figure| format!("budget.{}", figure.key));
+        let of_chip: Vec<String> = of_chip.collect();
         if !of_chip.is_empty() {
             warnings.push(format!(
                 "{} cannot pass: only a chip, over --link, has such figures",
@@ -79,6 +75,23 @@ impl Study {
             ));
         }
         warnings
+    }
+
+    /// The sentence about the keys beyond the paper's law that the base or an
+    /// axis sets and some of the rungs leave out.
+    fn keys_without_effect(&self) -> Option<String> {
+        let leaving = self.rungs.iter().filter(|(law, _)| *law != Law::Firmware);
+        let laws: Vec<Law> = leaving.clone().map(|(law, _)| *law).collect();
+        let (_, template) = leaving.clone().next()?;
+        let mut keys = template.base().keys_without_effect.clone();
+        let of_axes = self.axes.iter().map(|axis| axis.key);
+        let of_axes = of_axes.filter(|key| key.key.is_of_firmware());
+        for path in of_axes.map(|key| key.path()) {
+            if !keys.contains(&path) {
+                keys.push(path);
+            }
+        }
+        rungs_leave_out(&laws, &keys)
     }
 }
 
@@ -121,45 +134,32 @@ fn facts(name: &str, case: &Case) -> String {
     )
 }
 
-/// What the study puts in the place of the base's own, in one sentence; `None`
+/// The values that stand in the place of the base's own, in one sentence; `None`
 /// where nothing.
 fn replaced(study: &Study) -> Option<String> {
     let mut words: Vec<String> = Vec::new();
     for set in &study.sets {
-        let Some((path, value)) = set.split_once('=') else {
-            continue;
-        };
+        let (path, value) = set.split_once('=').unwrap_or((set, ""));
         let Ok(key) = KeyPath::find(path.trim()) else {
             continue;
         };
-        let own = own_number(&study.reference, &key);
-        let now = study.rungs.first();
-        let Some(now) = now.and_then(|(_, rung)| own_number(rung, &key)) else {
-            // No number, and nothing to compare it with.
-            if !study.reference.sets().contains(set) {
-                words.push(format!("{} = {}", key.path(), value.trim()));
+        let now = own_number(study.template(), &key);
+        let changed = format!("{} = {}", key.path(), value.trim());
+        match (own_number(&study.reference, &key), now) {
+            (Some(own), Some(now)) if (own - now).abs() <= 1e-9 * own.abs() => {}
+            (Some(own), Some(_)) => {
+                words.push(format!("{changed} instead of {}", number::table(own)));
             }
-            continue;
-        };
-        match own {
-            Some(own) if (own - now).abs() <= 1e-9 * own.abs() => {}
-            Some(own) => words.push(format!(
-                "{} = {value} instead of {}",
-                key.path(),
-                number::table(own)
-            )),
-            None => words.push(format!("{} = {value}", key.path())),
+            (None, Some(_)) => words.push(changed),
+            // No number, and nothing to compare it with.
+            (_, None) if study.reference.sets().contains(set) => {}
+            (_, None) => words.push(changed),
         }
     }
     let own_law = study.reference.base().controller.law;
-    let laws: Vec<Law> = study.rungs.iter().map(|(law, _)| *law).collect();
-    if !laws.contains(&own_law) {
-        let names: Vec<&str> = laws.iter().map(|law| law.name()).collect();
-        words.push(format!(
-            "rung {} instead of {}",
-            names.join(", "),
-            own_law.name()
-        ));
+    if !study.rungs.iter().any(|(law, _)| *law == own_law) {
+        let (now, own) = (study.rung_names(), own_law.name());
+        words.push(format!("rung {now} instead of {own}"));
     }
     (!words.is_empty()).then(|| format!("The study replaces of the base: {}.", words.join("; ")))
 }

@@ -3,14 +3,14 @@
 //!
 //! A template sees the base with the command line's `--set`: its keys by
 //! `key("controller.kp")`, and what several keys make together, such as
-//! `motion_time_s`. What comes out is an ordinary study file, which is what
+//! `motion_time_s`. The outcome is an ordinary study file, which is what
 //! `--print` prints and the folder of the results keeps.
 
 use minijinja::{AutoEscape, Environment, Error, ErrorKind, UndefinedBehavior, Value, context};
 use plant::Joint;
 
-use super::base::own_number;
 use crate::report;
+use crate::study::page::base::own_number;
 use hil_core::budget::limits;
 use hil_core::case::Law;
 use hil_core::number;
@@ -21,17 +21,20 @@ use hil_core::theory::{JointState, margin};
 const STUDIES: [(&str, &str); 7] = [
     (
         "sample-time",
-        include_str!("../../studies/sample-time.toml"),
+        include_str!("../../../studies/sample-time.toml"),
     ),
-    ("resolution", include_str!("../../studies/resolution.toml")),
-    ("backlash", include_str!("../../studies/backlash.toml")),
-    ("gains", include_str!("../../studies/gains.toml")),
+    (
+        "resolution",
+        include_str!("../../../studies/resolution.toml"),
+    ),
+    ("backlash", include_str!("../../../studies/backlash.toml")),
+    ("gains", include_str!("../../../studies/gains.toml")),
     (
         "word-length",
-        include_str!("../../studies/word-length.toml"),
+        include_str!("../../../studies/word-length.toml"),
     ),
-    ("motion", include_str!("../../studies/motion.toml")),
-    ("tolerance", include_str!("../../studies/tolerance.toml")),
+    ("motion", include_str!("../../../studies/motion.toml")),
+    ("tolerance", include_str!("../../../studies/tolerance.toml")),
 ];
 
 /// Base of a ready study where the command line names none.
@@ -42,7 +45,7 @@ pub fn names() -> impl Iterator<Item = &'static str> {
     STUDIES.iter().map(|(name, _)| *name)
 }
 
-/// Whether there is a ready study of this name.
+/// True if there is a ready study of this name.
 pub fn is_ready(name: &str) -> bool {
     names().any(|known| known == name)
 }
@@ -75,7 +78,7 @@ pub(super) fn render(
     })
 }
 
-/// What a template can call.
+/// Functions that a template can call.
 fn environment(base: &Template, rungs: Option<&[Law]>) -> Result<Environment<'static>, Error> {
     let mut environment = report::environment()?;
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
@@ -125,7 +128,7 @@ fn environment(base: &Template, rungs: Option<&[Law]>) -> Result<Environment<'st
     Ok(environment)
 }
 
-/// What a template can name.
+/// Values that a template can name.
 fn words_of(base_name: &str, base: &Template, rungs: Option<&[Law]>) -> Value {
     let case = base.base();
     let (motion, transmission) = (&case.motion, &case.axis.transmission);

@@ -1,14 +1,22 @@
 //! The report of a study from the study, its results and its pictures.
 
-use super::axis::{Axis, AxisValue, Scale, Spread};
-use super::base;
-use super::definition::{LoopGain, Study};
-use super::distribution::Distribution;
-use super::drawing::Drawn;
-use super::plan::PlanKind;
-use super::report::{AxisRow, FigureTable, Shown, StudyPage, StudyVerdict};
-use super::tally::{RungTally, Tally};
+pub(super) mod base;
+pub(super) mod pictures;
+mod render;
+pub(super) mod tally;
+
+pub use self::render::{
+    AxisRow, FigureTable, Shown, StudyPage, StudyPageError, StudyVerdict, render,
+};
+
+use self::base::base_sentences;
+use self::pictures::Drawn;
+use self::tally::{Best, RungTally, Tally};
+use super::plan::axis::{Axis, Scale, Spread};
+use super::plan::points::PlanKind;
+use super::plan::{LoopGain, Study};
 use hil_core::budget::judged;
+use hil_core::case::Limit;
 use hil_core::figures;
 use hil_core::number;
 
@@ -27,7 +35,7 @@ pub fn page(study: &Study, tally: &Tally, drawn: &[Drawn], command_line: &str) -
         verdict: verdict(study, tally),
         warnings: warnings(tally),
         plan: plan(study),
-        base: base::sentences(study),
+        base: base_sentences(study),
         axes: (study.axes.iter())
             .map(|axis| axis_row(axis, study.plan_kind))
             .collect(),
@@ -35,22 +43,18 @@ pub fn page(study: &Study, tally: &Tally, drawn: &[Drawn], command_line: &str) -
         figures: figure_table(tally),
         validity: study.notes.clone(),
         repeat: vec![command_line.to_owned()],
-        files: vec![
-            ("results.csv".to_owned(), "every run, a row each".to_owned()),
+        files: [
+            ("results.csv", "every run, a row each"),
+            ("results.parquet", "the same as Apache Parquet"),
+            ("study.toml", "the study file"),
+            ("base.toml", "the run file of the base case"),
             (
-                "parquet/".to_owned(),
-                "the same as Apache Parquet".to_owned(),
+                "study.json",
+                "version, --base and --set as given, checksums",
             ),
-            ("study.toml".to_owned(), "the study file".to_owned()),
-            (
-                "base.toml".to_owned(),
-                "the run file of the base case".to_owned(),
-            ),
-            (
-                "study.json".to_owned(),
-                "version, --base and --set as given, checksums".to_owned(),
-            ),
-        ],
+        ]
+        .map(|(name, words)| (name.to_owned(), words.to_owned()))
+        .to_vec(),
         ..StudyPage::default()
     };
     page.warnings.extend(study.warnings());
@@ -67,44 +71,28 @@ pub fn page(study: &Study, tally: &Tally, drawn: &[Drawn], command_line: &str) -
     page
 }
 
-/// Whether enough runs pass, where the study says how many must.
+/// True if enough runs pass, where the study says how many must.
 pub fn enough_pass(study: &Study, tally: &Tally) -> Option<bool> {
     let required = study.required_yield_percent?;
-    Some(
-        tally
-            .yield_percent()
-            .is_some_and(|percent| percent >= required),
-    )
+    let percent = tally.yield_percent();
+    Some(percent.is_some_and(|percent| percent >= required))
 }
 
 fn verdict(study: &Study, tally: &Tally) -> Option<StudyVerdict> {
-    let percent = tally.yield_percent()?;
-    let rungs = tally.rungs.iter().map(|rung| {
-        let RungTally {
-            rung,
-            passed,
-            made,
-            not_made,
-            ..
-        } = rung;
-        format!(
-            "{rung}: {passed} of {} runs keep every limit",
-            made + not_made
-        )
+    let percent = number::table(tally.yield_percent()?);
+    let rungs = tally.rungs.iter().map(|tally| {
+        let (rung, of) = (&tally.rung, tally.made + tally.not_made);
+        format!("{rung}: {} of {of} runs keep every limit", tally.passed)
     });
     let lines: Vec<String> = rungs.collect();
+    let required = study.required_yield_percent.map(number::table);
+    let required = required.map(|required| format!(", required are {required} %"));
     Some(StudyVerdict {
         pass: enough_pass(study, tally),
         line: format!(
-            "{} ({} % in all{})",
+            "{} ({percent} % in all{})",
             lines.join("; "),
-            number::table(percent),
-            study
-                .required_yield_percent
-                .map_or_else(String::new, |required| format!(
-                    ", required are {} %",
-                    number::table(required)
-                ))
+            required.unwrap_or_default()
         ),
     })
 }
@@ -125,7 +113,6 @@ fn warnings(tally: &Tally) -> Vec<String> {
 
 fn plan(study: &Study) -> Vec<String> {
     let points = study.plan.points();
-    let rungs: Vec<&str> = study.rungs.iter().map(|(law, _)| law.name()).collect();
     let kind = match study.plan_kind {
         PlanKind::Grid => "every value of every axis with every value of the others".to_owned(),
         PlanKind::LatinHypercube => format!("a Latin hypercube, seed {}", study.seed),
@@ -134,22 +121,17 @@ fn plan(study: &Study) -> Vec<String> {
     };
     let mut lines = vec![
         format!("{points} points: {kind}."),
-        format!("Each on rung {}.", rungs.join(", ")),
+        format!("Each on rung {}.", study.rung_names()),
     ];
-    if let Some((_, base)) = study.rungs.first() {
-        let (limits, default) = judged(base.base());
-        let texts: Vec<String> = limits
-            .iter()
-            .map(|limit| format!("{} ≤ {}", limit.figure, number::table(limit.limit)))
-            .collect();
-        let whose = if default {
-            ", the defaults for the base"
-        } else {
-            ""
-        };
-        if !texts.is_empty() {
-            lines.push(format!("Limits: {}{whose}.", texts.join(", ")));
-        }
+    let (limits, default) = judged(study.template().base());
+    let limit = |limit: &Limit| format!("{} ≤ {}", limit.figure, number::table(limit.limit));
+    let limits: Vec<String> = limits.iter().map(limit).collect();
+    let whose = match default {
+        true => ", the defaults for the base",
+        false => "",
+    };
+    if !limits.is_empty() {
+        lines.push(format!("Limits: {}{whose}.", limits.join(", ")));
     }
     if study.loop_gain == LoopGain::Constant {
         lines.push(
@@ -164,15 +146,9 @@ fn plan(study: &Study) -> Vec<String> {
 }
 
 fn axis_row(axis: &Axis, plan: PlanKind) -> AxisRow {
-    let values = match &axis.spread {
+    let mut values = match &axis.spread {
         Spread::List(values) => {
-            let texts: Vec<String> = values
-                .iter()
-                .map(|value| match value {
-                    AxisValue::Number(number) => number.to_string(),
-                    AxisValue::Other { label, .. } => label.clone(),
-                })
-                .collect();
+            let texts: Vec<String> = values.iter().map(ToString::to_string).collect();
             texts.join(", ")
         }
         Spread::Range {
@@ -190,63 +166,27 @@ fn axis_row(axis: &Axis, plan: PlanKind) -> AxisRow {
                 _ => format!("{from} to {to}, {scale} drawn"),
             }
         }
-        Spread::Random(distribution) => distribution_words(distribution),
+        Spread::Random(distribution) => distribution.to_string(),
     };
     match &axis.times {
-        Some(_) if axis.is_of_base() => AxisRow {
-            column: axis.key.path(),
-            values: format!("{values}, times what the base has"),
-        },
-        Some(times) => AxisRow {
-            column: axis.factor_column().unwrap_or_default(),
-            values: format!("{values} times {}", times.path()),
-        },
-        None => AxisRow {
-            column: axis.key.path(),
-            values,
-        },
+        Some(_) if axis.is_of_base() => values += ", times what the base has",
+        Some(times) => values += &format!(" times {}", times.path()),
+        None => {}
     }
-}
-
-fn distribution_words(distribution: &Distribution) -> String {
-    match distribution {
-        Distribution::Uniform { low, high } => format!("uniform from {low} to {high}"),
-        Distribution::LogUniform { low, high } => format!("log-uniform from {low} to {high}"),
-        Distribution::Normal {
-            mean,
-            deviation,
-            low,
-            high,
-        } => {
-            let limit = |words: &str, limit: &Option<f64>| {
-                limit.map_or_else(String::new, |limit| format!(", {words} {limit}"))
-            };
-            format!(
-                "normal, mean {mean}, standard deviation {deviation}{}{}",
-                limit("not below", low),
-                limit("not above", high)
-            )
-        }
-        Distribution::Triangular { low, mode, high } => {
-            format!("triangular from {low} over {mode} to {high}")
-        }
+    AxisRow {
+        column: axis.factor_column().unwrap_or_else(|| axis.key.path()),
+        values,
     }
 }
 
 /// Says how many runs have a loop that is unstable, if there are any.
-pub fn unstable_words(rung: &RungTally) -> Option<String> {
-    let RungTally {
-        rung: name,
-        made,
-        unstable,
-        unstable_passed,
-        ..
-    } = rung;
-    (*unstable > 0).then(|| {
+pub fn unstable_words(tally: &RungTally) -> Option<String> {
+    (tally.unstable > 0).then(|| {
         format!(
-            "{name}: theory calls the loop of {unstable} of {made} runs unstable, with the joint closed or open (margin \
-             below 0): their figures may not hold, and --row N says which digits do; {unstable_passed} of them are within \
-             the limits, and not among the best"
+            "{}: theory calls the loop of {} of {} runs unstable, with the joint closed or open (margin \
+             below 0): their figures may not hold, and --row N says which digits do; {} of them are within \
+             the limits, and not among the best",
+            tally.rung, tally.unstable, tally.made, tally.unstable_passed
         )
     })
 }
@@ -255,20 +195,20 @@ pub fn unstable_words(rung: &RungTally) -> Option<String> {
 /// there are none.
 pub fn best_table(tally: &Tally) -> FigureTable {
     let heads = ["rung", "row", "least margin %"].map(str::to_owned);
-    let mut rows = Vec::new();
-    for rung in &tally.rungs {
-        rows.extend(rung.best.iter().map(|best| {
-            let percent = number::rounded(100.0 * best.margin, 3);
-            let own = [rung.rung.clone(), best.row.to_string(), percent];
-            own.into_iter().chain(best.axes.iter().cloned()).collect()
-        }));
-    }
+    let best = |rung: &RungTally, best: &Best| {
+        let percent = number::rounded(100.0 * best.margin, 3);
+        let own = [rung.rung.clone(), best.row.to_string(), percent];
+        own.into_iter().chain(best.axes.iter().cloned()).collect()
+    };
+    let rungs = tally.rungs.iter();
     FigureTable {
         heads: heads
             .into_iter()
             .chain(tally.axes.iter().cloned())
             .collect(),
-        rows,
+        rows: rungs
+            .flat_map(|rung| rung.best.iter().map(move |of_rung| best(rung, of_rung)))
+            .collect(),
     }
 }
 
@@ -284,16 +224,16 @@ fn figure_table(tally: &Tally) -> FigureTable {
         "unit",
         "runs without",
     ];
-    let mut rows = Vec::new();
-    for rung in &tally.rungs {
-        rows.extend(figure_rows(rung).map(|cells| {
-            let rung = std::iter::once(rung.rung.clone());
-            rung.chain(cells).collect()
-        }));
-    }
+    let with_rung = |rung: &RungTally, cells: [String; 8]| {
+        let rung = std::iter::once(rung.rung.clone());
+        rung.chain(cells).collect()
+    };
+    let rungs = tally.rungs.iter();
     FigureTable {
         heads: heads.map(str::to_owned).to_vec(),
-        rows,
+        rows: rungs
+            .flat_map(|rung| figure_rows(rung).map(move |cells| with_rung(rung, cells)))
+            .collect(),
     }
 }
 

@@ -2,6 +2,15 @@
 
 use std::borrow::Cow;
 
+use crc::{CRC_32_ISO_HDLC, Crc, Table};
+
+static CRC: Crc<u32, Table<16>> = Crc::<u32, Table<16>>::new(&CRC_32_ISO_HDLC);
+
+/// The checksum of bytes of results.
+pub(in crate::study) fn checksum(bytes: &[u8]) -> u32 {
+    CRC.checksum(bytes)
+}
+
 /// A value in a row of results.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Cell {
@@ -15,10 +24,11 @@ pub enum Cell {
     Text(Cow<'static, str>),
 }
 
-/// What a column holds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// Kind of a column's cells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ColumnKind {
     /// [`Cell::Number`].
+    #[default]
     Number,
     /// [`Cell::Number`] without a fraction.
     Whole,
@@ -33,12 +43,12 @@ pub enum ColumnKind {
 pub struct Column {
     /// Name with the unit as suffix; that of the key for an axis.
     pub name: String,
-    /// What it holds.
+    /// Kind of its cells.
     pub kind: ColumnKind,
 }
 
 impl ColumnKind {
-    /// Whether the cells are numbers.
+    /// True if the cells are numbers.
     pub fn is_number(self) -> bool {
         matches!(self, Self::Number | Self::Whole)
     }
@@ -52,6 +62,11 @@ impl Cell {
             Some(number) if number.is_finite() => Self::Number(number + 0.0),
             _ => Self::Empty,
         }
+    }
+
+    /// Words.
+    pub fn text(text: impl Into<Cow<'static, str>>) -> Self {
+        Self::Text(text.into())
     }
 
     /// The number, if it is one.
@@ -77,7 +92,7 @@ impl Cell {
     ///
     /// # Errors
     /// Those of the writer.
-    pub(super) fn write(
+    fn write(
         &self,
         writer: &mut csv::Writer<Vec<u8>>,
         buffer: &mut ryu::Buffer,
@@ -96,7 +111,7 @@ impl Cell {
     }
 
     /// Reads a field back; [`None`] if it is not what the column holds.
-    pub(super) fn read(field: &str, kind: ColumnKind) -> Option<Self> {
+    pub(in crate::study) fn read(field: &str, kind: ColumnKind) -> Option<Self> {
         match (kind, field) {
             (_, "") => Some(Self::Empty),
             (ColumnKind::Number | ColumnKind::Whole, field) => {
@@ -106,7 +121,7 @@ impl Cell {
             (ColumnKind::Flag, "true") => Some(Self::Flag(true)),
             (ColumnKind::Flag, "false") => Some(Self::Flag(false)),
             (ColumnKind::Flag, _) => None,
-            (ColumnKind::Text, field) => Some(Self::Text(Cow::Owned(field.to_owned()))),
+            (ColumnKind::Text, field) => Some(Self::text(field.to_owned())),
         }
     }
 }

@@ -2,9 +2,10 @@
 
 use toml::Spanned;
 
-use super::axis::{Axis, AxisValue, Scale, Spread};
-use super::file::{AxisFile, Findings, StudyFile, is_text};
-use super::plan::PlanKind;
+use super::file::{AxisFile, Findings, StudyFile};
+use crate::study::picture::is_text;
+use crate::study::plan::axis::{Axis, AxisValue, Scale, Spread};
+use crate::study::plan::points::PlanKind;
 use hil_core::case::Law;
 use hil_core::runfile::{KeyPath, Template};
 
@@ -15,62 +16,45 @@ pub(super) fn axes(file: &StudyFile, findings: &mut Findings<'_>) -> Vec<Axis> {
     let mut axes: Vec<Axis> = Vec::new();
     for described in &file.axis {
         let (span, path) = (described.key.span(), described.key.get_ref());
-        let mut refuse =
-            |sentence: String| findings.push(span.clone(), format!("axis {path}: {sentence}"));
-        let key = match KeyPath::find(path) {
-            Ok(key) => key,
-            Err(sentence) => {
-                findings.push(span, sentence);
-                continue;
-            }
-        };
-        if matches!(path.as_str(), "name" | "controller.law")
-            || matches!(key.section, "budget" | "target")
-        {
-            refuse(match path.as_str() {
-                "controller.law" => {
-                    "give the rungs at the top: rungs = [\"sampled\", \"quantised\"]".to_owned()
-                }
-                _ => "it changes nothing in the runs of a study; an axis is over a key that does"
-                    .to_owned(),
-            });
-            continue;
-        }
-        if axes.iter().any(|axis| axis.key.path() == *path) {
-            refuse("there is an axis over this key already".to_owned());
-            continue;
-        }
-        let partner = key.partner().map(|partner| partner.path());
-        if let Some(partner) = partner.filter(|path| axes.iter().any(|a| a.key.path() == *path)) {
-            refuse(format!("the axis over {partner} sets the same quantity"));
-            continue;
-        }
-        let times = match described
-            .times
-            .as_ref()
-            .map(|times| KeyPath::find(times.get_ref()))
-        {
-            None => None,
-            Some(Ok(times)) => Some(times),
-            Some(Err(sentence)) => {
-                refuse(sentence);
-                continue;
-            }
-        };
-        let spread = match spread(described, &key, times.is_some(), file.plan) {
-            Ok(spread) => spread,
-            Err(sentence) => {
-                refuse(sentence);
-                continue;
-            }
-        };
-        let axis = Axis { key, spread, times };
-        match axis.check(file.plan) {
-            Ok(()) => axes.push(axis),
-            Err(sentence) => refuse(sentence),
+        let axis = KeyPath::find(path).map(|key| axis(described, key, &axes, file.plan));
+        match axis {
+            Ok(Ok(axis)) => axes.push(axis),
+            Ok(Err(sentence)) => findings.push(span, format!("axis {path}: {sentence}")),
+            Err(sentence) => findings.push(span, sentence),
         }
     }
     axes
+}
+
+/// An axis beside others.
+///
+/// # Errors
+/// The sentence that says what is allowed.
+fn axis(file: &AxisFile, key: KeyPath, others: &[Axis], plan: PlanKind) -> Result<Axis, String> {
+    let path = key.path();
+    if path == "controller.law" {
+        let words = "give the rungs at the top: rungs = [\"sampled\", \"quantised\"]";
+        return Err(words.to_owned());
+    }
+    if path == "name" || matches!(key.section, "budget" | "target") {
+        let words = "it changes nothing in the runs of a study; an axis is over a key that does";
+        return Err(words.to_owned());
+    }
+    let is_axis = |path: &String| others.iter().any(|other| other.key.path() == *path);
+    if is_axis(&path) {
+        return Err("there is an axis over this key already".to_owned());
+    }
+    let partner = key.partner().map(|partner| partner.path());
+    if let Some(partner) = partner.filter(is_axis) {
+        return Err(format!("the axis over {partner} sets the same quantity"));
+    }
+    let times = file
+        .times
+        .as_ref()
+        .map(|times| KeyPath::find(times.get_ref()));
+    let times = times.transpose()?;
+    let spread = spread(file, &key, times.is_some(), plan)?;
+    Ok(Axis { key, spread, times })
 }
 
 /// The values of an axis.
@@ -128,6 +112,11 @@ fn spread(
                 scale,
             })
         }
+        (None, false, Some(_)) if plan == PlanKind::Grid => Err(
+            "a distribution needs a plan that draws: plan = \"latin-hypercube\", \"sobol\" or \"random\"; \
+             on a grid give values or from, to and points"
+                .to_owned(),
+        ),
         (None, false, Some(distribution)) => {
             distribution.check()?;
             Ok(Spread::Random(*distribution))
@@ -150,10 +139,8 @@ fn list(
         return Err("the list of values is empty; an axis has at least one".to_owned());
     }
     if labels.is_some_and(|labels| labels.len() != values.len()) {
-        return Err(format!(
-            "labels must be as many as values, {}",
-            values.len()
-        ));
+        let count = values.len();
+        return Err(format!("labels must be as many as values, {count}"));
     }
     for (place, label) in labels.unwrap_or_default().iter().enumerate() {
         let known = labels.unwrap_or_default()[..place].contains(label);
@@ -164,11 +151,8 @@ fn list(
         }
     }
     let one = |(place, value): (usize, &toml::Value)| {
-        let number = match value {
-            toml::Value::Integer(whole) => Some(*whole as f64),
-            toml::Value::Float(number) => Some(*number),
-            _ => None,
-        };
+        let whole = value.as_integer().map(|whole| whole as f64);
+        let number = whole.or(value.as_float());
         if is_factor && number.is_none() {
             return Err(format!(
                 "{value} is no number, and with times every value is one"
@@ -187,26 +171,20 @@ fn list(
             }
             return Ok(AxisValue::Number(number));
         }
-        if let toml::Value::String(text) = value
-            && !is_text(text)
-        {
+        let toml = value.to_string();
+        let text = value.as_str().unwrap_or(&toml);
+        if !is_text(text) {
             return Err(format!("{text:?} has characters that are no text"));
         }
-        let label = match (labels.and_then(|labels| labels.get(place)), value) {
-            (Some(label), _) => label.clone(),
-            (None, toml::Value::String(text)) => text.clone(),
-            (None, other) => other.to_string(),
-        };
-        Ok(AxisValue::Other {
-            toml: value.to_string(),
-            label,
-        })
+        let label = labels.and_then(|labels| labels.get(place));
+        let label = label.map_or(text, String::as_str).to_owned();
+        Ok(AxisValue::Other { toml, label })
     };
     let list: Result<Vec<_>, String> = values.iter().enumerate().map(one).collect();
     Ok(Spread::List(list?))
 }
 
-/// Whether a key has a number in every run.
+/// True if a key has a number in every run.
 pub(super) fn has_number(key: &KeyPath, axes: &[Axis], rungs: &[(Law, Template)]) -> bool {
     let path = key.path();
     let partner = key.partner().map(|partner| partner.path());
@@ -229,18 +207,15 @@ pub(super) fn times_are_known(
         let Some(times) = &axis.times else { continue };
         let (key, path) = (axis.key.path(), times.path());
         let other = axes.iter().find(|other| other.key.path() == path);
-        let known = if axis.is_of_base() {
-            has_number(times, &[], rungs)
-        } else {
-            has_number(times, axes, rungs)
-        };
+        let others = if axis.is_of_base() { &[] } else { axes };
         let is_factor = |other: &Axis| other.times.is_some() && !other.is_of_base();
-        if !axis.is_of_base() && other.is_some_and(is_factor) {
-            findings.push_whole(format!(
-                "axis {key}: times = {path:?} is itself an axis with times"
-            ));
-        } else if !known {
-            findings.push_whole(format!("axis {key}: times = {path:?} has no number here"));
-        }
+        let what = match has_number(times, others, rungs) {
+            _ if !axis.is_of_base() && other.is_some_and(is_factor) => {
+                "is itself an axis with times"
+            }
+            false => "has no number here",
+            true => continue,
+        };
+        findings.push_whole(format!("axis {key}: times = {path:?} {what}"));
     }
 }

@@ -14,7 +14,7 @@ use hil_core::case::Case;
 use hil_core::options::Feedback;
 use hil_core::runfile::{KeyPath, KeyValue, Kind, Template};
 
-/// What a key is measured in.
+/// Unit that a key is measured in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Steps {
     /// Codes for each count of the motor's encoder.
@@ -30,7 +30,7 @@ enum Steps {
 /// The gains, which every rung has.
 const GAINS: [&str; 3] = ["controller.kp", "controller.ki_per_s", "controller.kd_s"];
 
-/// What else counts in steps, and acts only beyond the paper's law.
+/// Other keys that count in steps, and act only beyond the paper's law.
 const BEYOND: [(&str, Steps); 14] = [
     ("gain_change.kp", Steps::CodesPerCount),
     ("gain_change.ki_per_s", Steps::CodesPerCount),

@@ -1,10 +1,12 @@
 //! One axis of a study: a key of the run file and the values that it takes.
 
+use core::fmt;
+
 use super::distribution::{Distribution, log_between};
-use super::plan::{PlanKind, Position};
+use super::points::Position;
 use hil_core::runfile::{KeyPath, KeyValue};
 
-/// How the steps of a range are spaced (`scale`).
+/// Spacing of the steps of a range (`scale`).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Scale {
@@ -13,6 +15,17 @@ pub enum Scale {
     Linear,
     /// Equal ratios.
     Log,
+}
+
+impl Scale {
+    /// The value at a part of the way, 0 to 1; both ends exact.
+    pub(in crate::study) fn between(self, from: f64, to: f64, part: f64) -> f64 {
+        match self {
+            Self::Log => log_between(from, to, part),
+            Self::Linear if part >= 1.0 => to,
+            Self::Linear => from + part * (to - from),
+        }
+    }
 }
 
 /// The values of an axis.
@@ -35,10 +48,10 @@ pub enum Spread {
     Random(Distribution),
 }
 
-/// One value of a list.
+/// One value of an axis.
 #[derive(Debug, Clone, PartialEq)]
 pub enum AxisValue {
-    /// A number.
+    /// A number: the key's value, or its factor.
     Number(f64),
     /// Anything else.
     Other {
@@ -62,20 +75,6 @@ pub struct Axis {
     pub times: Option<KeyPath>,
 }
 
-/// A value of one axis in one run.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Chosen {
-    /// A number; the key's value, or its factor.
-    Number(f64),
-    /// A value that is no number.
-    Other {
-        /// As TOML.
-        toml: String,
-        /// As results show it.
-        label: String,
-    },
-}
-
 impl Axis {
     /// Number of values on a grid; 1 where the values are drawn.
     pub fn count(&self) -> u64 {
@@ -86,7 +85,7 @@ impl Axis {
         }
     }
 
-    /// Whether every value is a number.
+    /// True if every value is a number.
     pub fn is_numeric(&self) -> bool {
         match &self.spread {
             Spread::List(values) => values
@@ -97,7 +96,7 @@ impl Axis {
     }
 
     /// The value at a position.
-    pub fn at(&self, position: Position) -> Chosen {
+    pub fn at(&self, position: Position) -> AxisValue {
         match &self.spread {
             Spread::List(values) => {
                 let index = match position {
@@ -106,13 +105,9 @@ impl Axis {
                 };
                 let index = usize::try_from(index).unwrap_or(usize::MAX);
                 match values.get(index.min(values.len().saturating_sub(1))) {
-                    Some(AxisValue::Number(number)) => Chosen::Number(*number),
-                    Some(AxisValue::Other { toml, label }) => Chosen::Other {
-                        toml: toml.clone(),
-                        label: label.clone(),
-                    },
+                    Some(value) => value.clone(),
                     // An axis has at least one value.
-                    None => Chosen::Number(f64::NAN),
+                    None => AxisValue::Number(f64::NAN),
                 }
             }
             Spread::Range {
@@ -128,20 +123,16 @@ impl Axis {
                     Position::Index(_) => 0.0,
                     Position::Part(part) => part,
                 };
-                Chosen::Number(match scale {
-                    Scale::Log => log_between(*from, *to, part),
-                    Scale::Linear if part >= 1.0 => *to,
-                    Scale::Linear => from + part * (to - from),
-                })
+                AxisValue::Number(scale.between(*from, *to, part))
             }
-            Spread::Random(distribution) => Chosen::Number(match position {
+            Spread::Random(distribution) => AxisValue::Number(match position {
                 Position::Part(part) => distribution.quantile(part),
                 Position::Index(_) => f64::NAN,
             }),
         }
     }
 
-    /// Whether the values are factors of what the base has for the axis' own key.
+    /// True if the values are factors of what the base has for the axis' own key.
     pub fn is_of_base(&self) -> bool {
         self.times.is_some_and(|times| {
             (times.section, times.key.name) == (self.key.section, self.key.key.name)
@@ -152,22 +143,6 @@ impl Axis {
     pub fn factor_column(&self) -> Option<String> {
         let times = self.times.filter(|_| !self.is_of_base())?;
         Some(format!("{}/{}", self.key.path(), times.path()))
-    }
-
-    /// Whether the axis goes with a plan.
-    ///
-    /// # Errors
-    /// The sentence that says what is allowed.
-    pub fn check(&self, plan: PlanKind) -> Result<(), String> {
-        let drawn = matches!(self.spread, Spread::Random(_));
-        if drawn && plan == PlanKind::Grid {
-            return Err(
-                "a distribution needs a plan that draws: plan = \"latin-hypercube\", \"sobol\" or \"random\"; \
-                 on a grid give values or from, to and points"
-                    .to_owned(),
-            );
-        }
-        Ok(())
     }
 }
 
@@ -181,7 +156,17 @@ fn floor_index(part: f64, length: usize) -> u64 {
     (part * length as f64) as u64
 }
 
-impl Chosen {
+impl fmt::Display for AxisValue {
+    /// The value as results show it.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Number(number) => number.fmt(f),
+            Self::Other { label, .. } => f.write_str(label),
+        }
+    }
+}
+
+impl AxisValue {
     /// The value for the key: as it stands, or times another key's value.
     pub fn value(&self, key: &KeyPath, factor: Option<f64>) -> KeyValue {
         match self {
@@ -203,10 +188,10 @@ mod tests {
         }
     }
 
-    fn number(chosen: Chosen) -> f64 {
+    fn number(chosen: AxisValue) -> f64 {
         match chosen {
-            Chosen::Number(number) => number,
-            Chosen::Other { .. } => panic!("no number"),
+            AxisValue::Number(number) => number,
+            AxisValue::Other { .. } => panic!("no number"),
         }
     }
 
@@ -240,20 +225,10 @@ mod tests {
     #[test]
     fn a_factor_multiplies_another_key() {
         let delay = KeyPath::find("controller.computation_delay_s").unwrap();
-        let chosen = Chosen::Number(0.5);
+        let chosen = AxisValue::Number(0.5);
         assert_eq!(
             chosen.value(&delay, Some(1e-3)),
             KeyValue::Nanoseconds(500_000)
         );
-    }
-
-    #[test]
-    fn a_distribution_needs_a_plan_that_draws() {
-        let axis = axis(Spread::Random(Distribution::Uniform {
-            low: 0.0,
-            high: 1.0,
-        }));
-        assert!(axis.check(PlanKind::Grid).is_err());
-        assert!(axis.check(PlanKind::Sobol).is_ok());
     }
 }

@@ -1,10 +1,10 @@
-//! The report of a study: one HTML file that needs no network and no scripts.
+//! Rendering of the page of a study: one HTML file that needs no network and no scripts.
 //!
 //! A [`StudyPage`] holds what is to be shown, as text and as SVG; [`render`]
 //! puts it into the page. No clock, no file: the same page has the same bytes.
 //!
 //! ```
-//! use hil_runner::study::report::{StudyPage, render};
+//! use hil_runner::study::{StudyPage, render};
 //!
 //! let page = StudyPage {
 //!     title: "Sample time".into(),
@@ -12,35 +12,34 @@
 //!     ..StudyPage::default()
 //! };
 //! assert!(render(&page)?.starts_with("<!doctype html>"));
-//! # Ok::<(), hil_runner::study::report::StudyPageError>(())
+//! # Ok::<(), hil_runner::study::StudyPageError>(())
 //! ```
 
-use std::fmt;
-
 use minijinja::{Value, context};
+use serde::Serialize;
 
-use super::picture::Label;
 use crate::report::environment;
+use crate::study::picture::Label;
 
-const TEMPLATE: &str = include_str!("../../assets/study.html");
+const TEMPLATE: &str = include_str!("../../../assets/study.html");
 /// The style of the other reports, and what pictures need beyond it.
 const STYLES: [&str; 2] = [
-    include_str!("../../assets/report.css"),
-    include_str!("../../assets/study.css"),
+    include_str!("../../../assets/report.css"),
+    include_str!("../../../assets/study.css"),
 ];
 
-/// Everything that the report of a study shows. What is empty is left out.
-#[derive(Debug, Clone, PartialEq, Default)]
+/// Everything that the page of a study shows. What is empty is left out.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct StudyPage {
     /// Heading of the page.
     pub title: String,
-    /// What is studied and why, by paragraphs.
+    /// The question and its reason, by paragraphs.
     pub description: Vec<String>,
     /// Program and version, such as `hil-runner 0.1.0`; no date.
     pub generated_by: String,
-    /// How it came out.
+    /// The outcome.
     pub verdict: Option<StudyVerdict>,
-    /// What the reader must see first: pictures that could not be drawn, runs
+    /// Things that the reader must see first: pictures that could not be drawn, runs
     /// that could not be made; one sentence each.
     pub warnings: Vec<String>,
     /// The plan in words, one sentence each: how many runs, of what kind.
@@ -63,10 +62,10 @@ pub struct StudyPage {
     pub files: Vec<(String, String)>,
 }
 
-/// How a study came out.
-#[derive(Debug, Clone, PartialEq, Eq)]
+/// The outcome of a study.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct StudyVerdict {
-    /// Whether it passes; `None` where nothing is judged but there is a yield
+    /// True if it passes; `None` where nothing is judged but there is a yield
     /// to tell.
     pub pass: Option<bool>,
     /// In words: `948 of 1000 runs keep every limit (94.8 %)`.
@@ -74,7 +73,7 @@ pub struct StudyVerdict {
 }
 
 /// One axis of the plan. Words and unit come from the column's name.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct AxisRow {
     /// Column of the results, such as `controller.sample_time_s`.
     pub column: String,
@@ -83,18 +82,18 @@ pub struct AxisRow {
 }
 
 /// One picture.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Shown {
     /// Stem of the file that holds the same picture.
     pub file: String,
     /// The SVG.
     pub svg: String,
-    /// What the reader should see.
+    /// The thing that the reader should see.
     pub caption: String,
 }
 
 /// A table of texts. A column is set as numbers if all its cells are.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
 pub struct FigureTable {
     /// Heads of the columns.
     pub heads: Vec<String>,
@@ -103,14 +102,17 @@ pub struct FigureTable {
 }
 
 /// The page could not be rendered. The results are not affected.
-#[derive(Debug)]
+#[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StudyPageError {
     /// The template of the program itself is wrong.
-    Template(minijinja::Error),
+    #[error("the template of the study's report failed: {0}")]
+    Template(String),
     /// The picture of this file is no SVG, or has a script in it.
+    #[error("picture \"{0}\" is no SVG without scripts")]
     NoPicture(String),
     /// A row of the key figures has this many cells, not as many as heads.
+    #[error("a row of the key figures has {cells} cells under {heads} heads")]
     Cells {
         /// Cells of the row.
         cells: usize,
@@ -119,26 +121,9 @@ pub enum StudyPageError {
     },
 }
 
-impl fmt::Display for StudyPageError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Template(error) => {
-                write!(f, "the template of the study's report failed: {error}")
-            }
-            Self::NoPicture(file) => write!(f, "picture \"{file}\" is no SVG without scripts"),
-            Self::Cells { cells, heads } => write!(
-                f,
-                "a row of the key figures has {cells} cells under {heads} heads"
-            ),
-        }
-    }
-}
-
-impl std::error::Error for StudyPageError {}
-
 impl From<minijinja::Error> for StudyPageError {
     fn from(error: minijinja::Error) -> Self {
-        Self::Template(error)
+        Self::Template(error.to_string())
     }
 }
 
@@ -156,68 +141,29 @@ pub fn render(page: &StudyPage) -> Result<String, StudyPageError> {
             return Err(StudyPageError::Cells { cells, heads });
         }
     }
+    if let Some(shown) = page.pictures.iter().find(|shown| !is_picture(&shown.svg)) {
+        return Err(StudyPageError::NoPicture(shown.file.clone()));
+    }
     let mut environment = environment()?;
+    environment.add_filter("words", |column: &str| Label::of(column).words);
+    environment.add_filter("unit", |column: &str| Label::of(column).unit);
     environment.add_template("study.html", TEMPLATE)?;
-    let pictures: Result<Vec<Value>, _> = page.pictures.iter().map(picture).collect();
-    let verdict = page.verdict.as_ref();
     Ok(environment.get_template("study.html")?.render(context! {
         style => Value::from_safe_string(STYLES.concat()),
-        title => &page.title,
-        description => &page.description,
-        generated_by => &page.generated_by,
-        judged => verdict.is_some(),
-        passed => verdict.and_then(|verdict| verdict.pass),
-        verdict => verdict.map(|verdict| &verdict.line),
-        warnings => &page.warnings,
-        plan => &page.plan,
-        base => &page.base,
-        best => table(&page.best),
-        axes => page.axes.iter().map(axis).collect::<Vec<_>>(),
-        pictures => pictures?,
-        figures => table(&page.figures),
-        validity => &page.validity,
-        repeat => &page.repeat,
-        files => page.files.iter().map(|(name, words)| {
-            context! { name => name, words => words }
-        }).collect::<Vec<_>>(),
+        numeric => [numeric(&page.best), numeric(&page.figures)],
+        ..Value::from(minijinja::value::Serde(page))
     })?)
 }
 
-/// The SVG goes into the page as it is; it must not bring anything along.
-fn picture(shown: &Shown) -> Result<Value, StudyPageError> {
-    let svg = shown.svg.trim();
+/// Accepts an SVG that brings nothing along: it goes into the page as it is.
+fn is_picture(svg: &str) -> bool {
+    let svg = svg.trim();
     let whole = svg.starts_with("<svg ") && svg.ends_with("</svg>");
-    if !whole || svg.contains("<script") || svg.contains("<foreignObject") {
-        return Err(StudyPageError::NoPicture(shown.file.clone()));
-    }
-    Ok(context! {
-        file => &shown.file,
-        caption => &shown.caption,
-        svg => Value::from_safe_string(svg.to_owned()),
-    })
+    whole && !svg.contains("<script") && !svg.contains("<foreignObject")
 }
 
-fn axis(row: &AxisRow) -> Value {
-    let label = Label::of(&row.column);
-    context! {
-        column => &row.column,
-        words => label.words,
-        unit => label.unit,
-        values => &row.values,
-    }
-}
-
-fn table(table: &FigureTable) -> Value {
-    let heads = table.heads.iter().zip(numeric(table));
-    context! {
-        heads => heads.map(|(words, number)| {
-            context! { words => words, number => number }
-        }).collect::<Vec<_>>(),
-        rows => &table.rows,
-    }
-}
-
-/// Which columns have nothing but numbers and signs that there is none.
+/// For each column whether it has nothing but numbers and signs that there is
+/// none.
 fn numeric(table: &FigureTable) -> Vec<bool> {
     let number = |cell: &String| {
         let first = cell.trim_start_matches(['−', '-', '+', '±', '<', '>', '≤', '≥', ' ']);
@@ -298,7 +244,7 @@ mod tests {
         }
     }
 
-    /// What is empty has no heading: a page of a title alone is short.
+    /// An empty part has no heading: a page of a title alone is short.
     #[test]
     fn empty_parts_are_left_out() {
         let headings = |html: &str| html.matches("<h2").count();

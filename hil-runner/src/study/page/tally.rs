@@ -1,15 +1,17 @@
-//! What all rows of a study add up to, row by row: no more memory for more rows.
+//! Sums over all rows of a study, row by row: no more memory for more rows.
 
-use super::cell::{Cell, Column};
-use super::margins::COLUMNS as MARGINS;
-use super::row::{LEAST_MARGIN, Status};
+use super::pictures::PictureRows;
+use crate::study::plan::Study;
+use crate::study::rows::beside::MARGINS;
+use crate::study::rows::cell::{Cell, Column};
+use crate::study::rows::{LEAST_MARGIN, Status};
 use hil_core::number;
 
 /// Passing runs of a rung that are listed as its best.
 const BEST: usize = 5;
 
 /// Least, mean and most of a column over the runs that were made.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct Spread {
     /// Name of the column.
     pub column: String,
@@ -53,12 +55,12 @@ pub struct Best {
     pub row: u64,
     /// Least relative margin over its limits, 0 to 1.
     pub margin: f64,
-    /// What each column of the axes has there.
+    /// Its values in the columns of the axes.
     pub axes: Vec<String>,
 }
 
 /// The runs of one rung.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Default)]
 pub struct RungTally {
     /// Name of the rung.
     pub rung: String,
@@ -88,8 +90,7 @@ impl RungTally {
     /// Part of the runs within all limits \[%\]; what was asked for and could not
     /// be made counts as outside.
     pub fn yield_percent(&self) -> Option<f64> {
-        let asked = self.made + self.not_made;
-        (asked > 0).then(|| 100.0 * self.passed as f64 / asked as f64)
+        percent(self.passed, self.made + self.not_made)
     }
 
     /// Takes a run among the best, if it is; of equal ones the first stays.
@@ -117,8 +118,10 @@ pub struct Tally {
     pub rungs: Vec<RungTally>,
     /// Names of the columns of the axes.
     pub axes: Vec<String>,
-    /// Places of `row`, `rung`, `status`, `reason` and `pass`.
-    places: [usize; 5],
+    /// The rows that pictures show.
+    pub pictures: PictureRows,
+    /// Places of `rung`, `status`, `reason` and `pass`.
+    places: [usize; 4],
     /// Places of the two stability margins, and of the least margin.
     margins: [usize; 3],
     /// Places and names of the figures.
@@ -126,68 +129,49 @@ pub struct Tally {
 }
 
 impl Tally {
-    /// Nothing added yet, for rows with these columns.
-    pub fn new(columns: &[Column]) -> Self {
+    /// Nothing added yet, for rows with these columns, of which the first is the
+    /// row's number, and axes and rung follow.
+    pub fn new(study: &Study, columns: &[Column]) -> Self {
         let place = |name: &str| {
-            columns
-                .iter()
-                .position(|column| column.name == name)
-                .unwrap_or(usize::MAX)
+            let place = columns.iter().position(|column| column.name == name);
+            place.unwrap_or(usize::MAX)
         };
-        let places = ["row", "rung", "status", "reason", "pass"].map(place);
-        let figures = columns
-            .iter()
-            .enumerate()
-            .filter(|(place, column)| *place > places[4] && column.kind.is_number())
-            .map(|(place, column)| (place, column.name.clone()))
-            .collect();
-        let axes = 1..places[1].min(columns.len());
-        let axes = columns.get(axes).unwrap_or_default();
+        let places = ["rung", "status", "reason", "pass"].map(place);
+        let figures = (columns.iter().enumerate())
+            .filter(|(place, column)| *place > places[3] && column.kind.is_number())
+            .map(|(place, column)| (place, column.name.clone()));
+        let axes = columns.get(1..places[0]).unwrap_or_default();
         Self {
             rungs: Vec::new(),
             axes: axes.iter().map(|column| column.name.clone()).collect(),
+            pictures: PictureRows::new(study, columns),
             places,
             margins: [MARGINS[0], MARGINS[1], LEAST_MARGIN].map(place),
-            figures,
+            figures: figures.collect(),
         }
     }
 
     /// Adds a row.
     pub fn add(&mut self, row: &[Cell]) {
-        let [number, rung, status, reason, pass] = self.places.map(|place| row.get(place));
+        self.pictures.add(row);
+        let [rung, status, reason, pass] = self.places.map(|place| row.get(place));
         let text = |cell: Option<&Cell>| match cell {
             Some(Cell::Text(text)) => text.clone(),
             _ => "".into(),
         };
-        let number = match number {
-            Some(Cell::Number(number)) => whole(*number),
-            _ => 0,
-        };
-        let rung = text(rung);
+        let number = row.first().and_then(Cell::as_whole);
+        let number = number.and_then(|number| u64::try_from(number).ok());
+        let (number, rung) = (number.unwrap_or(0), text(rung));
         let place = self.rungs.iter().position(|known| known.rung == rung);
         let place = place.unwrap_or_else(|| {
+            let figures = self.figures.iter().map(|(_, column)| Spread {
+                column: column.clone(),
+                ..Spread::default()
+            });
             self.rungs.push(RungTally {
                 rung: rung.into_owned(),
-                made: 0,
-                excluded: 0,
-                not_made: 0,
-                passed: 0,
-                unstable: 0,
-                unstable_passed: 0,
-                best: Vec::new(),
-                first_reason: None,
-                figures: self
-                    .figures
-                    .iter()
-                    .map(|(_, column)| Spread {
-                        column: column.clone(),
-                        count: 0,
-                        empty: 0,
-                        least: None,
-                        most: None,
-                        sum: 0.0,
-                    })
-                    .collect(),
+                figures: figures.collect(),
+                ..RungTally::default()
             });
             self.rungs.len() - 1
         });
@@ -199,49 +183,38 @@ impl Tally {
         }
         if status != Status::Ok.name() {
             tally.not_made += 1;
-            if tally.first_reason.is_none() {
-                tally.first_reason = Some((number, text(reason).into_owned()));
-            }
+            let first = || (number, text(reason).into_owned());
+            tally.first_reason.get_or_insert_with(first);
             return;
         }
         tally.made += 1;
+        let value = |place: usize| row.get(place).and_then(Cell::as_number);
         let passed = pass == Some(&Cell::Flag(true));
-        let [closed, open, least] = self
-            .margins
-            .map(|place| row.get(place).and_then(Cell::as_number));
-        let unstable = [closed, open]
-            .into_iter()
-            .flatten()
-            .any(|margin| margin < 0.0);
+        let [contact, gap, least] = self.margins.map(value);
+        let unstable = [contact, gap].into_iter().flatten().any(|it| it < 0.0);
         tally.passed += u64::from(passed);
         tally.unstable += u64::from(unstable);
         tally.unstable_passed += u64::from(unstable && passed);
         if let (true, false, Some(margin)) = (passed, unstable, least) {
-            tally.add_to_best(
-                number,
-                margin,
-                row.get(1..self.places[1]).unwrap_or_default(),
-            );
+            let axes = row.get(1..self.places[0]).unwrap_or_default();
+            tally.add_to_best(number, margin, axes);
         }
         for ((place, _), spread) in self.figures.iter().zip(&mut tally.figures) {
-            spread.add(row.get(*place).and_then(Cell::as_number), number);
+            spread.add(value(*place), number);
         }
     }
 
     /// Part of all runs within all limits \[%\].
     pub fn yield_percent(&self) -> Option<f64> {
         let sum = |of: fn(&RungTally) -> u64| self.rungs.iter().map(of).sum::<u64>();
-        let asked = sum(|rung| rung.made + rung.not_made);
-        (asked > 0).then(|| 100.0 * sum(|rung| rung.passed) as f64 / asked as f64)
+        percent(
+            sum(|rung| rung.passed),
+            sum(|rung| rung.made + rung.not_made),
+        )
     }
 }
 
-/// The number of a row.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "rows are numbered from 0, below 2^53"
-)]
-fn whole(number: f64) -> u64 {
-    number as u64
+/// A part of what was asked for \[%\]; none where nothing was.
+fn percent(part: u64, asked: u64) -> Option<f64> {
+    (asked > 0).then(|| 100.0 * part as f64 / asked as f64)
 }

@@ -2,10 +2,11 @@
 //! value, so that Latin hypercubes and Sobol points keep their order.
 
 use core::f64::consts::SQRT_2;
+use core::fmt;
 
 use serde::Deserialize;
 
-/// How a parameter scatters.
+/// Scatter of a parameter.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Distribution {
@@ -47,51 +48,48 @@ pub enum Distribution {
 }
 
 impl Distribution {
-    /// Whether the parameters make a distribution.
+    /// Checks that the parameters make a distribution.
     ///
     /// # Errors
     /// The sentence that says what is allowed.
     pub fn check(&self) -> Result<(), String> {
         let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
-        match *self {
-            Self::Uniform { low, high } if !(finite(&[low, high]) && low < high) => Err(format!(
-                "a uniform distribution needs low < high, both finite, not {low} and {high}"
-            )),
-            Self::LogUniform { low, high }
-                if !(finite(&[low, high]) && 0.0 < low && low < high) =>
-            {
-                Err(format!(
-                    "a log-uniform distribution needs 0 < low < high, both finite, not {low} and {high}"
-                ))
-            }
+        let (is_right, needs) = match *self {
+            Self::Uniform { low, high } => (
+                finite(&[low, high]) && low < high,
+                format!("uniform distribution needs low < high, both finite, not {low} and {high}"),
+            ),
+            Self::LogUniform { low, high } => (
+                finite(&[low, high]) && 0.0 < low && low < high,
+                format!(
+                    "log-uniform distribution needs 0 < low < high, both finite, not {low} and {high}"
+                ),
+            ),
             Self::Normal {
                 mean, deviation, ..
-            } if !(finite(&[mean, deviation]) && deviation > 0.0) => Err(format!(
-                "a normal distribution needs a finite mean and a deviation greater than 0, not {mean} and {deviation}"
-            )),
+            } if !(finite(&[mean, deviation]) && deviation > 0.0) => (
+                false,
+                format!(
+                    "normal distribution needs a finite mean and a deviation greater than 0, not {mean} and {deviation}"
+                ),
+            ),
             Self::Normal { low, high, .. } => {
-                let (low, high) = (
-                    low.unwrap_or(f64::NEG_INFINITY),
-                    high.unwrap_or(f64::INFINITY),
-                );
+                let low = low.unwrap_or(f64::NEG_INFINITY);
+                let high = high.unwrap_or(f64::INFINITY);
                 let (from, to) = self.normal_limits();
-                if low < high && to - from > 1e-6 {
-                    Ok(())
-                } else {
-                    Err(format!(
-                        "a normal distribution needs low < high with at least a millionth of it between them, not {low} and {high}"
-                    ))
-                }
+                let needs = format!(
+                    "normal distribution needs low < high with at least a millionth of it between them, not {low} and {high}"
+                );
+                (low < high && to - from > 1e-6, needs)
             }
-            Self::Triangular { low, mode, high }
-                if !(finite(&[low, mode, high]) && low <= mode && mode <= high && low < high) =>
-            {
-                Err(format!(
-                    "a triangular distribution needs low ≤ mode ≤ high and low < high, not {low}, {mode} and {high}"
-                ))
-            }
-            _ => Ok(()),
-        }
+            Self::Triangular { low, mode, high } => (
+                finite(&[low, mode, high]) && low <= mode && mode <= high && low < high,
+                format!(
+                    "triangular distribution needs low ≤ mode ≤ high and low < high, not {low}, {mode} and {high}"
+                ),
+            ),
+        };
+        is_right.then_some(()).ok_or(format!("a {needs}"))
     }
 
     /// The value below which a part `u` of all values lies, 0 ≤ `u` < 1.
@@ -135,6 +133,30 @@ impl Distribution {
         };
         let below = |limit: f64| 0.5 * libm::erfc((mean - limit) / (deviation * SQRT_2));
         (low.map_or(0.0, below), high.map_or(1.0, below))
+    }
+}
+
+impl fmt::Display for Distribution {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Uniform { low, high } => write!(f, "uniform from {low} to {high}"),
+            Self::LogUniform { low, high } => write!(f, "log-uniform from {low} to {high}"),
+            Self::Normal {
+                mean,
+                deviation,
+                low,
+                high,
+            } => {
+                write!(f, "normal, mean {mean}, standard deviation {deviation}")?;
+                for (words, limit) in [("not below", low), ("not above", high)] {
+                    limit.map_or(Ok(()), |limit| write!(f, ", {words} {limit}"))?;
+                }
+                Ok(())
+            }
+            Self::Triangular { low, mode, high } => {
+                write!(f, "triangular from {low} over {mode} to {high}")
+            }
+        }
     }
 }
 

@@ -23,12 +23,12 @@ use std::path::Path;
 use serde::Deserialize;
 use toml::Spanned;
 
-use super::axis::Scale;
-use super::definition::LoopGain;
-use super::distribution::Distribution;
-use super::picture::Picture;
-use super::plan::PlanKind;
-use super::theory::Theory;
+use super::ready;
+use crate::study::picture::Picture;
+use crate::study::plan::axis::Scale;
+use crate::study::plan::distribution::Distribution;
+use crate::study::plan::points::PlanKind;
+use crate::study::plan::{LoopGain, Theory};
 use hil_core::runfile::list_mistakes;
 
 /// A study file as it is written.
@@ -38,10 +38,10 @@ pub(super) struct StudyFile {
     /// Name of the study; the file's stem if left out.
     pub(super) name: Option<String>,
     pub(super) title: Option<String>,
-    /// What the study asks, in a sentence or two.
+    /// Question of the study, in a sentence or two.
     #[serde(default)]
     pub(super) description: String,
-    /// What to know before a figure is quoted, a sentence each.
+    /// Remarks to know before a figure is quoted, a sentence each.
     #[serde(default)]
     pub(super) notes: Vec<String>,
     /// Built-in case, or path beside the study file.
@@ -67,10 +67,10 @@ pub(super) struct StudyFile {
     /// Predictions that stand beside the figures.
     #[serde(default)]
     pub(super) theory: Vec<Theory>,
-    /// Whether it is found out what feeds a limit cycle.
+    /// True if it is found out what feeds a limit cycle.
     #[serde(default = "yes")]
     pub(super) feeding: bool,
-    /// Whether each rung is compared with the one before it, row by row.
+    /// True if each rung is compared with the one before it, row by row.
     #[serde(default)]
     pub(super) differences: bool,
     /// Part of the runs that must pass \[%\].
@@ -91,7 +91,7 @@ pub(super) struct AxisFile {
     /// Key by whose value the axis' own is multiplied.
     pub(super) times: Option<Spanned<String>>,
     pub(super) values: Option<Spanned<Vec<toml::Value>>>,
-    /// What results call the values.
+    /// Names of the values in results.
     pub(super) labels: Option<Vec<String>>,
     pub(super) from: Option<f64>,
     pub(super) to: Option<f64>,
@@ -144,29 +144,26 @@ impl<'t> Findings<'t> {
     pub(super) fn push(&mut self, span: Range<usize>, sentence: impl fmt::Display) {
         let before = self.text.get(..span.start).unwrap_or(self.text);
         let line = before.matches('\n').count() + 1;
-        let name = self.source_name;
-        let words = visible(&format!("{name}:{line}: {sentence}"));
-        self.lines.push((line, words));
+        let words = format!("{}:{line}: {sentence}", self.source_name);
+        self.lines.push((line, visible(&words)));
     }
 
     /// A finding about the whole.
     pub(super) fn push_whole(&mut self, sentence: impl fmt::Display) {
-        let name = self.source_name;
-        let words = visible(&format!("{name}: {sentence}"));
-        self.lines.push((usize::MAX, words));
+        let words = format!("{}: {sentence}", self.source_name);
+        self.lines.push((usize::MAX, visible(&words)));
     }
 
-    /// What has been found, if anything.
+    /// The findings, if there are any.
     ///
     /// # Errors
     /// All findings, by line.
     pub(super) fn into_result(mut self) -> Result<(), StudyFileError> {
         self.lines.sort();
         let lines: Vec<String> = self.lines.into_iter().map(|(_, line)| line).collect();
-        if lines.is_empty() {
-            Ok(())
-        } else {
-            Err(StudyFileError { lines })
+        match lines.is_empty() {
+            true => Ok(()),
+            false => Err(StudyFileError { lines }),
         }
     }
 }
@@ -174,7 +171,7 @@ impl<'t> Findings<'t> {
 /// Reads the text of a study file.
 ///
 /// # Errors
-/// Where the text is no TOML, or has keys or types that a study has not.
+/// A text that is no TOML, or has keys or types that a study has not.
 pub(super) fn parse(source_name: &str, text: &str) -> Result<StudyFile, StudyFileError> {
     toml::from_str(text).map_err(|error| {
         let mut findings = Findings::new(source_name, text);
@@ -215,7 +212,7 @@ const LARGEST_FILE: u64 = 1 << 22;
 /// A sentence if there is none, or it is no text of a sensible size.
 pub(super) fn read(path: &str) -> Result<String, StudyFileError> {
     let refuse = |sentence: String| StudyFileError::of(path, sentence);
-    let names = || super::ready::names().collect::<Vec<_>>().join(", ");
+    let names = || ready::names().collect::<Vec<_>>().join(", ");
     let meta = std::fs::metadata(path).map_err(|error| {
         refuse(match error.kind() {
             std::io::ErrorKind::NotFound => {
@@ -256,14 +253,6 @@ fn visible(words: &str) -> String {
         c => c.to_string(),
     };
     words.chars().map(shown).collect()
-}
-
-/// Whether words can stand in pictures and pages.
-pub(in crate::study) fn is_text(words: &str) -> bool {
-    let fits = |c: char| {
-        (!c.is_control() || matches!(c, '\n' | '\t')) && !matches!(c, '\u{fffe}' | '\u{ffff}')
-    };
-    words.chars().all(fits)
 }
 
 /// A path that stands in a file, seen from where the file lies.

@@ -1,0 +1,189 @@
+//! The rows once more as Apache Parquet: `results.parquet`, in groups of 32,768.
+//! It appears under its name when it is complete.
+
+use std::fs::{self, File};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use parquet::basic::{Compression, LogicalType, Repetition, Type as PhysicalType};
+use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DoubleType, Int64Type};
+use parquet::errors::ParquetError;
+use parquet::file::metadata::KeyValue;
+use parquet::file::properties::WriterProperties;
+use parquet::file::writer::SerializedFileWriter;
+use parquet::schema::types::{Type, TypePtr};
+
+use super::error::{ResultsError, io};
+use crate::study::rows::cell::{Cell, Column, ColumnKind};
+
+/// Rows of a group.
+const GROUP_ROWS: usize = 32_768;
+
+/// One column in the group that is being filled: values of its kind, and for
+/// every row 1 where one is there, 0 where the cell is empty.
+#[derive(Debug, Default)]
+struct Filled {
+    kind: ColumnKind,
+    numbers: Vec<f64>,
+    whole: Vec<i64>,
+    flags: Vec<bool>,
+    texts: Vec<ByteArray>,
+    levels: Vec<i16>,
+}
+
+impl Filled {
+    fn add(&mut self, cell: &Cell) {
+        let there = match (self.kind, cell) {
+            (ColumnKind::Number, Cell::Number(number)) => {
+                self.numbers.push(*number);
+                true
+            }
+            // A value that its key refuses may be too large: the reason has it.
+            (ColumnKind::Whole, cell) => {
+                self.whole.extend(cell.as_whole());
+                cell.as_whole().is_some()
+            }
+            (ColumnKind::Flag, Cell::Flag(flag)) => {
+                self.flags.push(*flag);
+                true
+            }
+            (ColumnKind::Text, Cell::Text(text)) => {
+                self.texts.push(ByteArray::from(text.as_bytes().to_vec()));
+                true
+            }
+            _ => false,
+        };
+        self.levels.push(i16::from(there));
+    }
+}
+
+/// Writes rows in their order.
+#[derive(Debug)]
+pub(super) struct ParquetFile {
+    path: PathBuf,
+    /// Name until it is complete; one that is left over is written anew.
+    unfinished: PathBuf,
+    writer: SerializedFileWriter<File>,
+    columns: Vec<Filled>,
+    rows: usize,
+}
+
+impl ParquetFile {
+    /// The file of a folder, which says of itself what the metadata have.
+    pub(super) fn create(
+        folder: &Path,
+        columns: &[Column],
+        metadata: &[(&str, String)],
+    ) -> Result<Self, ResultsError> {
+        let unfinished = folder.join("results.parquet.part");
+        let file = File::create(&unfinished).map_err(io(&unfinished))?;
+        let filled = |column: &Column| Filled {
+            kind: column.kind,
+            ..Filled::default()
+        };
+        let metadata = metadata
+            .iter()
+            .map(|(key, value)| KeyValue::new((*key).to_owned(), value.clone()));
+        let properties = WriterProperties::builder()
+            .set_compression(Compression::SNAPPY)
+            .set_created_by("hil-runner".to_owned())
+            // Numbers hardly ever repeat: a dictionary would cost more time than
+            // it saves space.
+            .set_dictionary_enabled(false)
+            .set_key_value_metadata(Some(metadata.collect()))
+            .build();
+        let writer = schema(columns)
+            .and_then(|schema| SerializedFileWriter::new(file, schema, Arc::new(properties)));
+        Ok(Self {
+            path: folder.join("results.parquet"),
+            writer: writer.map_err(io(&unfinished))?,
+            unfinished,
+            columns: columns.iter().map(filled).collect(),
+            rows: 0,
+        })
+    }
+
+    /// Adds a row; the last one of a group writes it.
+    pub(super) fn add(&mut self, row: &[Cell]) -> Result<(), ResultsError> {
+        for (cell, column) in row.iter().zip(&mut self.columns) {
+            column.add(cell);
+        }
+        self.rows += 1;
+        if self.rows == GROUP_ROWS {
+            self.write_group().map_err(io(&self.unfinished))?;
+        }
+        Ok(())
+    }
+
+    fn write_group(&mut self) -> Result<(), ParquetError> {
+        let mut group = self.writer.next_row_group()?;
+        for filled in &mut self.columns {
+            let Some(mut column) = group.next_column()? else {
+                break;
+            };
+            let levels = Some(filled.levels.as_slice());
+            match filled.kind {
+                ColumnKind::Number => {
+                    column
+                        .typed::<DoubleType>()
+                        .write_batch(&filled.numbers, levels, None)?
+                }
+                ColumnKind::Whole => {
+                    column
+                        .typed::<Int64Type>()
+                        .write_batch(&filled.whole, levels, None)?
+                }
+                ColumnKind::Flag => {
+                    column
+                        .typed::<BoolType>()
+                        .write_batch(&filled.flags, levels, None)?
+                }
+                ColumnKind::Text => {
+                    column
+                        .typed::<ByteArrayType>()
+                        .write_batch(&filled.texts, levels, None)?
+                }
+            };
+            column.close()?;
+            filled.numbers.clear();
+            filled.whole.clear();
+            filled.flags.clear();
+            filled.texts.clear();
+            filled.levels.clear();
+        }
+        group.close()?;
+        self.rows = 0;
+        Ok(())
+    }
+
+    /// Ends the file: under its name if it is complete, else there is none.
+    pub(super) fn close(mut self, is_complete: bool) -> Result<(), ResultsError> {
+        if !is_complete {
+            return fs::remove_file(&self.unfinished).map_err(io(&self.unfinished));
+        }
+        if self.rows > 0 {
+            self.write_group().map_err(io(&self.unfinished))?;
+        }
+        self.writer.close().map_err(io(&self.unfinished))?;
+        fs::rename(&self.unfinished, &self.path).map_err(io(&self.path))
+    }
+}
+
+fn schema(columns: &[Column]) -> Result<TypePtr, ParquetError> {
+    let field = |column: &Column| {
+        let (physical, logical) = match column.kind {
+            ColumnKind::Number => (PhysicalType::DOUBLE, None),
+            ColumnKind::Whole => (PhysicalType::INT64, None),
+            ColumnKind::Flag => (PhysicalType::BOOLEAN, None),
+            ColumnKind::Text => (PhysicalType::BYTE_ARRAY, Some(LogicalType::String)),
+        };
+        Type::primitive_type_builder(&column.name, physical)
+            .with_repetition(Repetition::OPTIONAL)
+            .with_logical_type(logical)
+            .build()
+            .map(Arc::new)
+    };
+    let fields: Result<Vec<TypePtr>, ParquetError> = columns.iter().map(field).collect();
+    let schema = Type::group_type_builder("study").with_fields(fields?);
+    Ok(Arc::new(schema.build()?))
+}
