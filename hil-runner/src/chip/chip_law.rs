@@ -202,7 +202,7 @@ impl Link for ChipLaw<'_> {
 
 impl<'c> ChipLaw<'c> {
     /// Begins a session on the chip and gives it the controller of `case`.
-    /// `in_qemu`: whether its timer counts instructions.
+    /// `in_qemu`: its timer counts instructions.
     ///
     /// # Errors
     /// [`ChipLawError`] if the case has no such controller, or the chip does not

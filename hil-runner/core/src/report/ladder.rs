@@ -2,21 +2,11 @@
 
 use serde::Serialize;
 
-use super::{Report, report};
 use crate::case_run::keys_without_effect;
 use crate::ladder::{GRID_NS, Rung};
 use crate::number::{column, column_option};
 use crate::record::GridPoint;
 use crate::time::seconds;
-
-/// The report of a ladder.
-pub fn ladder_report(command_line: &str, rungs: &[Rung]) -> Report {
-    let name = rungs.first().map_or("", |rung| &rung.outcome.summary.name);
-    Report {
-        ladder: Some(LadderReport::of(name, rungs)),
-        ..report(&format!("Ladder of {name}"), command_line, &[])
-    }
-}
 
 /// A figure, and the number of its digits that hold; `None` for all that tables
 /// show.
@@ -37,7 +27,7 @@ pub struct LadderReport {
 }
 
 impl LadderReport {
-    fn of(case: &str, rungs: &[Rung]) -> Self {
+    pub(super) fn of(case: &str, rungs: &[Rung]) -> Self {
         let rows = rungs.first().map_or(0, |rung| rung.outcome.grid.len());
         let ticks = 0..u64::try_from(rows).unwrap_or(0);
         let below = std::iter::once(None).chain(rungs.iter().map(Some));

@@ -10,11 +10,16 @@ mod parameters;
 mod runs;
 mod traces;
 
-pub use ladder::{Held, LadderReport, LadderRung, ladder_report};
-pub use runs::{CaseReport, FigureRow, Parameter, report};
+pub use ladder::{Held, LadderReport, LadderRung};
+pub use parameters::Parameter;
+pub use runs::{CaseReport, FigureRow};
 pub use traces::{ContactInterval, Traces};
 
 use serde::Serialize;
+
+use crate::case_run::CaseRun;
+use crate::ladder::Rung;
+use crate::reservation::kept_but;
 
 /// Everything that one report shows.
 ///
@@ -35,4 +40,26 @@ pub struct Report {
     pub cases: Vec<CaseReport>,
     /// The rungs of one case side by side, from `hil-runner ladder`.
     pub ladder: Option<LadderReport>,
+}
+
+/// The report of one or more runs.
+pub fn report(title: &str, command_line: &str, runs: &[CaseRun]) -> Report {
+    let named: Vec<_> = runs.iter().map(CaseRun::named_reservations).collect();
+    Report {
+        title: title.to_owned(),
+        command_line: command_line.to_owned(),
+        generated_by: concat!("hil-runner ", env!("CARGO_PKG_VERSION")).to_owned(),
+        cases: runs.iter().map(CaseReport::of).collect(),
+        reserved: kept_but(&named),
+        ladder: None,
+    }
+}
+
+/// The report of a ladder.
+pub fn ladder_report(command_line: &str, rungs: &[Rung]) -> Report {
+    let name = rungs.first().map_or("", |rung| &rung.outcome.summary.name);
+    Report {
+        ladder: Some(LadderReport::of(name, rungs)),
+        ..report(&format!("Ladder of {name}"), command_line, &[])
+    }
 }

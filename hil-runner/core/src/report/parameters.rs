@@ -2,7 +2,8 @@
 //! that a run file can say, less what the rung does not use and what is off. The
 //! words are those of the table of keys.
 
-use super::Parameter;
+use serde::Serialize;
+
 use crate::case::Case;
 use crate::number;
 use crate::quantise::FixedPointGains;
@@ -31,6 +32,18 @@ const BLOCKS: [&str; 19] = [
     "carriage.mass_kg",
     "run.duration_s",
 ];
+
+/// One setting of a run.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Parameter {
+    /// Its name, such as `Sample time Δt`.
+    pub label: String,
+    /// Its value as it should be read; text, because not every setting is a
+    /// number.
+    pub value: String,
+    /// Unit of the value, empty where there is none.
+    pub unit: String,
+}
 
 pub(crate) fn text(label: &str, value: &str, unit: &str) -> Parameter {
     Parameter {
@@ -89,9 +102,13 @@ fn row(key: &Key, case: &Case) -> Option<Parameter> {
 /// The fixed-point gains, with what rounding costs.
 pub(crate) fn of_words(words: &FixedPointGains) -> Vec<Parameter> {
     let gains = words.rows.iter().map(|gain| {
-        let word = format!("{} ({:+.1e})", gain.word, gain.relative_error());
+        let word = format!(
+            "{} ({})",
+            gain.word,
+            number::relative_error(gain.relative_error())
+        );
         text(
-            &format!("Word of {} (rounding)", gain.name()),
+            &format!("{} in fixed point (rounding)", gain.name()),
             &word,
             gain.unit(),
         )

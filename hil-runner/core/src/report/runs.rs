@@ -2,26 +2,14 @@
 
 use serde::Serialize;
 
-use super::{Report, Traces, parameters};
+use super::parameters::{self, Parameter};
+use super::traces::Traces;
 use crate::budget::Verdict;
 use crate::case_run::{CaseRun, HostTiming};
 use crate::chip_cost::{ChipReport, StateCost};
 use crate::figures::{CHIP_FIGURES, Figure, HOST_STEP_P99, SUMMARY_FIGURES};
 use crate::reservation::kept_but;
 use crate::summary::Summary;
-
-/// The report of one or more runs.
-pub fn report(title: &str, command_line: &str, runs: &[CaseRun]) -> Report {
-    let named: Vec<_> = runs.iter().map(CaseRun::named_reservations).collect();
-    Report {
-        title: title.to_owned(),
-        command_line: command_line.to_owned(),
-        generated_by: concat!("hil-runner ", env!("CARGO_PKG_VERSION")).to_owned(),
-        cases: runs.iter().map(CaseReport::of).collect(),
-        reserved: kept_but(&named),
-        ladder: None,
-    }
-}
 
 /// One run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -51,7 +39,7 @@ pub struct CaseReport {
 }
 
 impl CaseReport {
-    fn of(run: &CaseRun) -> Self {
+    pub(super) fn of(run: &CaseRun) -> Self {
         let (case, summary) = (&run.case, &run.outcome.summary);
         let chip = summary.chip.iter();
         let gains = run.outcome.gains.iter();
@@ -81,18 +69,6 @@ impl CaseReport {
             traces: Traces::of(case, &run.outcome),
         }
     }
-}
-
-/// One setting of a run.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Parameter {
-    /// Its name, such as `Sample time Δt`.
-    pub label: String,
-    /// Its value as it should be read; text, because not every setting is a
-    /// number.
-    pub value: String,
-    /// Unit of the value, empty where there is none.
-    pub unit: String,
 }
 
 /// One key figure of a run.

@@ -217,10 +217,12 @@ fn ready(folder: &Path, target: Target, program: Program) -> Result<PathBuf, Chi
 
 /// Sources of an image, from the project's folder: the firmware takes its
 /// edition and the versions of its dependencies from the project's manifest.
-const SOURCES: [&str; 4] = [
+const SOURCES: [&str; 6] = [
     "Cargo.toml",
     "firmware/Cargo.toml",
     "firmware/src",
+    "firmware/link/Cargo.toml",
+    "firmware/link/src",
     "firmware/cortex-m",
 ];
 
