@@ -100,7 +100,7 @@ impl CaseRun {
         };
         let again = run(&digits::nudged(&self.case), options, sink)?;
         let summary = &mut self.outcome.summary;
-        summary.digits_that_hold = digits::that_hold(summary, &again.summary);
+        summary.digits_that_hold = summary.digits_confirmed_by(&again.summary);
         (self.reservations, self.warnings) = remarks(&self.case, &self.outcome);
         Ok(())
     }

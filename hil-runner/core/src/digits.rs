@@ -10,12 +10,8 @@
 //! most half a unit of the first one's n-th digit. A difference below 1 pm, and
 //! in other units than lengths below 10⁻⁹, is rounding and none.
 
-use std::collections::BTreeMap;
-
 use crate::case::Case;
-use crate::figures::SUMMARY_FIGURES;
 use crate::number;
-use crate::summary::Summary;
 
 /// By how much of its mass the carriage is heavier in the second run.
 pub const MASS_CHANGE: f64 = 1e-12;
@@ -25,15 +21,6 @@ pub fn nudged(case: &Case) -> Case {
     let mut case = case.clone();
     case.axis.carriage.mass_kg *= 1.0 + MASS_CHANGE;
     case
-}
-
-/// The figures of which fewer digits hold than tables show, and how many.
-pub fn that_hold(first: &Summary, second: &Summary) -> BTreeMap<&'static str, usize> {
-    let figures = SUMMARY_FIGURES.iter().filter_map(|figure| {
-        let values = [first, second].map(|summary| summary.figure(figure.key));
-        Some((figure.key, confirmed(values, figure.unit)?))
-    });
-    figures.collect()
 }
 
 /// Digits of the first value that the second confirms; `None` where these are

@@ -153,7 +153,7 @@ pub fn confirm(
     }
     for (rung, again) in rungs.iter_mut().zip(&again) {
         let summary = &mut rung.outcome.summary;
-        summary.digits_that_hold = digits::that_hold(summary, &again.outcome.summary);
+        summary.digits_that_hold = summary.digits_confirmed_by(&again.outcome.summary);
         let of = |value: fn(Difference) -> f64, unit: &str| {
             digits::confirmed(
                 [rung.difference.map(value), again.difference.map(value)],

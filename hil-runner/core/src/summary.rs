@@ -8,6 +8,8 @@ use serde::Serialize;
 use crate::budget::{self, Verdict};
 use crate::case::{Case, Law};
 use crate::chip_cost::ChipReport;
+use crate::digits;
+use crate::figures::SUMMARY_FIGURES;
 use crate::message::AxisStatus;
 use crate::number;
 use crate::rest::Seen;
@@ -102,6 +104,16 @@ pub struct Summary {
 }
 
 impl Summary {
+    /// The figures of which fewer digits hold than tables show, and how many: those
+    /// that the summary of a second run confirms; see [`digits`].
+    pub fn digits_confirmed_by(&self, second: &Self) -> BTreeMap<&'static str, usize> {
+        let figures = SUMMARY_FIGURES.iter().filter_map(|figure| {
+            let values = [self, second].map(|summary| summary.figure(figure.key));
+            Some((figure.key, digits::confirmed(values, figure.unit)?))
+        });
+        figures.collect()
+    }
+
     /// A figure by its key; `None` for null and for keys that are no figure.
     pub fn figure(&self, key: &str) -> Option<f64> {
         match key {

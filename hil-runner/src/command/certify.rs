@@ -12,9 +12,9 @@ use hil_runner::chip::certify::{
 use hil_runner::chip::installed;
 use hil_runner::chip::spec::{ChipLink, Transport};
 
+use super::cases::{Cases, Sets, explain, refuse_other_laws};
 use super::link_option::OpenChip;
 use super::terminal::{self, Progress, check_signals};
-use super::{Cases, Sets, explain, refuse_other_laws};
 
 /// Hold the controller on chips against the host's, bit for bit
 ///

@@ -15,9 +15,9 @@ use hil_runner::command_line::{command_line, each_with};
 use hil_runner::files::output::OutputFile;
 use hil_runner::report;
 
+use super::cases::{Sets, explain, make_out_folder, refuse_shared_paths, warn};
 use super::link_option::OpenChip;
 use super::terminal::{self, Progress};
-use super::{Sets, explain, make_out_folder, refuse_shared_paths, warn};
 
 const REPORT: &str = "out/ladder.html";
 

@@ -14,7 +14,8 @@ use hil_runner::chip::spec::{ChipLink, UnknownLink};
 use hil_runner::chip::{self, ChipLaw, ChipUnderTest, name_of, run_on_chip};
 use hil_runner::host::{LinkKind, timed_run};
 
-use super::{refuse_other_laws, terminal};
+use super::cases::refuse_other_laws;
+use super::terminal;
 
 /// A link by its name on the command line.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]

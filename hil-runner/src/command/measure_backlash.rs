@@ -6,7 +6,8 @@ use hil_core::controllers::measure_gap;
 use hil_core::error::RunError;
 use hil_core::number;
 
-use super::{Sets, explain, terminal};
+use super::cases::{Sets, explain};
+use super::terminal;
 
 /// Measure the joint's gap as the firmware does: creep until the load follows
 #[derive(Debug, Args)]

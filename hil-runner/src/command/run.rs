@@ -17,9 +17,11 @@ use hil_runner::command_line::{command_line, each_with};
 use hil_runner::files::output::OutputFile;
 use hil_runner::report;
 
+use super::cases::{
+    Cases, Sets, explain, make_out_folder, refuse_other_laws, refuse_shared_paths, warn,
+};
 use super::link_option::{self, LinkName};
 use super::terminal::{self, Progress};
-use super::{Cases, Sets, explain, make_out_folder, refuse_other_laws, refuse_shared_paths, warn};
 
 /// The cases of the program without a verb, and its page.
 const PAPER: [&str; 4] = ["paper-1", "paper-2", "paper-3", "paper-4"];

@@ -9,7 +9,8 @@ use hil_core::number;
 use hil_core::runfile::RunFile;
 use hil_core::scaling::{ScaledLaw, ScalingRequest};
 
-use super::{Cases, Sets, explain, terminal};
+use super::cases::{Cases, Sets, explain};
+use super::terminal;
 
 /// Show a case's fixed-point gains: lengths, headroom, rounding, and what fits
 #[derive(Debug, Args)]

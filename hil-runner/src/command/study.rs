@@ -19,9 +19,9 @@ use hil_runner::study::{
 };
 use indicatif::ProgressBar;
 
+use super::cases::{Sets, warn};
 use super::run::Run;
 use super::terminal::{self, check_signals, watch_signals_aloud};
-use super::{Sets, warn};
 
 /// Run one case over many values of its keys
 #[derive(Debug, Args)]

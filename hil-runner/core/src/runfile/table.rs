@@ -206,7 +206,7 @@ const DRIVE: &[Key] = &[
         .needing(Need::OneOf("dac_lsb_v"), "20.0")
         .by(
             |c, range_v| c.dac = Dac::with_range(c.dac.bits, range_v),
-            |c| Some(c.dac.step_v * f64::from(c.dac.bits).exp2()),
+            |c| Some(c.dac.step_v * f64::from(1_u32 << c.dac.bits)),
         )
         .note(&["instead of dac_lsb_v: full span ΔV, step ΔV/2^n"]),
     number("amplifier_gain", Positive, "")
