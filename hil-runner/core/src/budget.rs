@@ -38,7 +38,7 @@ impl Verdict {
         }
     }
 
-    /// How many digits of the margin hold, of the value's `digits`.
+    /// Number of digits of the margin that hold, of the value's `digits`.
     pub fn margin_digits(&self, digits: Option<usize>) -> Option<usize> {
         Some(digits::of_margin(self.margin?, self.value?, digits?))
     }

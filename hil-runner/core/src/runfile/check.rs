@@ -111,7 +111,7 @@ fn report_unknown(tree: &Table, findings: &mut Findings) -> Vec<(&'static str, &
     meant
 }
 
-/// Which key is missing if this one is not there, with its description.
+/// The key that is missing if this one is not there, with its description.
 fn missing_words(key: &Key, section: &Section, table: &Table, tree: &Table) -> Option<String> {
     let told = |section: &str, key: &str| match tree.section(section)?.get(key)?.value {
         Toml::Text(ref text) => Some(text.as_str()),
@@ -217,7 +217,7 @@ pub(super) fn check_value(key: &Key, node: &Node) -> Result<Value, String> {
 }
 
 /// # Errors
-/// What the number must be.
+/// Condition on the number.
 pub(super) fn check_number(value: f64, range: Range, key: &Key) -> Result<f64, String> {
     let inside = match range {
         Range::Any => true,
@@ -246,7 +246,7 @@ pub(super) fn check_number(value: f64, range: Range, key: &Key) -> Result<f64, S
 }
 
 /// # Errors
-/// What the time must be.
+/// Condition on the time.
 fn check_time(number: &Number, range: Range, key: &Key) -> Result<u64, String> {
     let value = check_number(number.value, range, key)?;
     if value > LONGEST_TIME_S {
@@ -293,7 +293,7 @@ fn check_intervals(items: &[Node], key: &Key) -> Result<Value, String> {
 /// A key that is given or has a default.
 #[derive(Debug, Clone)]
 pub(super) struct Entry {
-    /// Where it is given; [`None`] for a default.
+    /// Place in the file; [`None`] for a default.
     pub(super) place: Option<Place>,
     /// As it was written.
     pub(super) text: String,
@@ -302,7 +302,7 @@ pub(super) struct Entry {
 }
 
 impl Entry {
-    /// What the file says; no value if that was refused.
+    /// The file's value; none if that was refused.
     pub(super) fn given(node: &Node, value: Option<Value>) -> Self {
         Self {
             place: Some(node.place.clone()),
@@ -311,7 +311,7 @@ impl Entry {
         }
     }
 
-    /// What holds without the key.
+    /// Value that holds without the key.
     pub(super) fn default_of(key: &Key) -> Option<Self> {
         key.default().map(|value| Self {
             place: None,
@@ -340,7 +340,7 @@ impl Values {
             .map(|(_, _, entry)| entry)
     }
 
-    /// Whether the file or the command line says anything about the key, right
+    /// True if the file or the command line says anything about the key, right
     /// or wrong.
     pub(super) fn is_given(&self, key: &str) -> bool {
         self.entry(key).is_some_and(|entry| entry.place.is_some())

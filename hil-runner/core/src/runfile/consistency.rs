@@ -27,7 +27,7 @@ pub const MOST_RK4_STEPS: u64 = 1_000_000_000;
 /// there `f64` still resolves a quarter of a count.
 pub const MOST_COUNTS: f64 = 1_125_899_906_842_624.0;
 
-/// What a load encoder must say.
+/// The keys that a load encoder needs.
 const LOAD_ENCODER: &str = "load_encoder.counts_per_rad or load_encoder.counts_per_mm";
 
 /// A key, and the sentence that says why its value is refused.

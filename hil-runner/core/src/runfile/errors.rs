@@ -1,4 +1,4 @@
-//! What is wrong with a run file: every finding is a value with its place,
+//! Mistakes in a run file: every finding is a value with its place,
 //! and prints as one line.
 //!
 //! ```text
@@ -9,7 +9,7 @@ use core::fmt;
 
 use thiserror::Error;
 
-/// Where a value or a fault stands.
+/// Place of a value or a fault.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Place {
     /// The file as a whole: a key that is not there has no line.
@@ -21,7 +21,7 @@ pub enum Place {
     Set(String),
 }
 
-/// What is wrong. No run can be made from a file with any of these.
+/// A mistake. No run can be made from a file with any of these.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 #[non_exhaustive]
 pub enum Problem {
@@ -33,7 +33,7 @@ pub enum Problem {
     Syntax {
         /// Column in characters, counted from 1.
         column: usize,
-        /// What the TOML parser says.
+        /// Sentence of the TOML parser.
         message: String,
     },
     /// A `--set` that names no key or has no value; says why.
@@ -44,7 +44,7 @@ pub enum Problem {
     Unknown {
         /// `key motor.inertia` or `section [moter]`.
         what: String,
-        /// What may have been meant, or what there is.
+        /// Name that may have been meant, or the names that there are.
         hint: String,
     },
     /// A key that has another name now.
@@ -66,7 +66,7 @@ pub enum Problem {
         key: String,
         /// The value as it was written, shortened to one line.
         text: String,
-        /// What is allowed instead, as a sentence.
+        /// Sentence that says what is allowed instead.
         because: String,
     },
 }
@@ -77,9 +77,9 @@ pub enum Problem {
 pub struct RunFileError {
     /// Name of the file or built-in case.
     pub source_name: String,
-    /// Where it stands.
+    /// Its place.
     pub place: Place,
-    /// What is wrong.
+    /// The mistake.
     pub problem: Problem,
 }
 

@@ -12,7 +12,7 @@ use crate::time::seconds;
 pub struct KeyPath {
     /// Name of its section.
     pub section: &'static str,
-    /// What the key is.
+    /// The key's row in the table.
     pub key: &'static Key,
 }
 

@@ -11,7 +11,7 @@ use crate::case::{Case, Law};
 pub struct Section {
     /// Name without brackets.
     pub name: &'static str,
-    /// What the section describes.
+    /// Subject of the section.
     pub meaning: &'static str,
     /// Its keys.
     pub keys: &'static [Key],
@@ -28,7 +28,7 @@ impl Section {
         self.keys.iter().find(|key| key.name == name)
     }
 
-    /// Whether a key stands before its partner, where it has one.
+    /// True if a key stands before its partner, where it has one.
     pub(super) fn leads(&self, key: &Key) -> bool {
         let (Need::OneOf(partner) | Need::NotWith(partner)) = key.need else {
             return true;
@@ -37,7 +37,7 @@ impl Section {
         names.find(|name| [key.name, partner].contains(name)) == Some(key.name)
     }
 
-    /// Whether the section must be there for every run.
+    /// True if the section must be there for every run.
     pub fn is_required(&self) -> bool {
         self.keys
             .iter()
@@ -56,7 +56,7 @@ pub struct Key {
     pub unit: &'static str,
     /// When it must be given, and what holds if it is not.
     pub need: Need,
-    /// What it is, so that `the {meaning} must be …` reads well; of a limit,
+    /// Its meaning, worded so that `the {meaning} must be …` reads well; of a limit,
     /// the figure that it limits.
     pub meaning: &'static str,
     /// The rungs on which it changes anything.
@@ -64,7 +64,7 @@ pub struct Key {
     /// Field of the controller's own settings that says it once more, as a path
     /// from [`Axis`](firmware::axis::Axis): the wire cannot read this table.
     pub field: Option<&'static str>,
-    /// Whether no check of several keys asks for it, so that a value in its
+    /// True if no check of several keys asks for it, so that a value in its
     /// range can be written straight into a case.
     pub(super) alone: bool,
     pub(super) access: Access,
@@ -75,7 +75,7 @@ pub struct Key {
     pub(super) note: &'static [&'static str],
 }
 
-/// Where a case has a value; nowhere if a part is left out of the case.
+/// Place of the value in a case; none if a part is left out of the case.
 type Place = fn(&mut Case) -> Option<&mut dyn Stored>;
 
 /// The way of a value into a case and out of it.
@@ -121,7 +121,7 @@ pub enum Acts {
 }
 
 impl Acts {
-    /// Whether the key acts on a rung; `is_given` tells of other keys of its
+    /// True if the key acts on a rung; `is_given` tells of other keys of its
     /// section.
     pub fn on(self, law: Law, is_given: impl Fn(&str) -> bool) -> bool {
         match self {
@@ -182,7 +182,7 @@ pub enum Range {
 }
 
 impl Range {
-    /// What a number must be, without its unit.
+    /// Condition on a number, without its unit.
     fn words(self) -> String {
         match self {
             Self::Any => "a finite number".to_owned(),
@@ -234,7 +234,7 @@ pub const LARGEST_MAGNITUDE: f64 = 1e50;
 pub const SMALLEST_MAGNITUDE: f64 = 1e-50;
 
 impl Key {
-    /// What the value must be, unit included: `greater than 0 kg m²`.
+    /// Condition on the value, unit included: `greater than 0 kg m²`.
     pub fn allowed(&self) -> String {
         let unit = |words: String| {
             if self.unit.is_empty() {
@@ -252,7 +252,7 @@ impl Key {
         }
     }
 
-    /// What a sentence says something about: `rotor inertia J_m`.
+    /// Subject of a sentence: `rotor inertia J_m`.
     pub fn subject(&self) -> &'static str {
         match self.need {
             Need::Limit => "limit",
@@ -272,7 +272,7 @@ impl Key {
         words.join(", ")
     }
 
-    /// What the value must be, without its unit.
+    /// Condition on the value, without its unit.
     pub fn range_words(&self) -> String {
         match self.kind {
             Kind::Text => "a string that is not empty".to_owned(),
@@ -326,7 +326,7 @@ impl Key {
         }
     }
 
-    /// What holds if the key is left out.
+    /// Value that holds if the key is left out.
     pub fn default(&self) -> Option<Value> {
         match self.need {
             Need::Default(value) => Some(value),
@@ -433,7 +433,7 @@ impl Key {
         self
     }
 
-    /// Whether it is one of those with which an axis goes beyond the paper's
+    /// True if it is one of those with which an axis goes beyond the paper's
     /// law: they act on rung `firmware` alone.
     pub fn is_of_firmware(&self) -> bool {
         self.acts == Acts::From(Law::Firmware)

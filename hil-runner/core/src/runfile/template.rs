@@ -57,7 +57,7 @@ impl Template {
         &self.text
     }
 
-    /// What a key has without any change, where that is a number.
+    /// Value of a key without any change, where that is a number.
     pub fn number(&self, key: &KeyPath) -> Option<f64> {
         self.file.values.value(&key.path())?.number()
     }
@@ -70,7 +70,7 @@ impl Template {
             .map(|(section, key, entry)| (section, key, entry.text.as_str()))
     }
 
-    /// Whether the file or an override gives a key.
+    /// True if the file or an override gives a key.
     pub fn is_given(&self, section: &str, key: &str) -> bool {
         self.file.values.is_given(&path(section, key))
     }
