@@ -10,6 +10,8 @@
 
 #[path = "features/backlash.rs"]
 mod backlash;
+#[path = "features/backlash_compensation.rs"]
+mod backlash_compensation;
 #[path = "features/bumpless.rs"]
 mod bumpless;
 #[path = "features/dual.rs"]
@@ -18,26 +20,24 @@ mod dual;
 mod everything;
 #[path = "features/faults.rs"]
 mod faults;
+#[path = "features/fixed_point_gains.rs"]
+mod fixed_point_gains;
 #[path = "features/io.rs"]
 mod io;
 #[path = "features/knobs.rs"]
 mod knobs;
 #[path = "features/limit_cycle.rs"]
 mod limit_cycle;
+#[path = "features/monitors.rs"]
+mod monitors;
 #[path = "features/position.rs"]
 mod position;
 #[path = "features/rest.rs"]
 mod rest;
 #[path = "features/setpoints.rs"]
 mod setpoints;
-#[path = "features/take_up.rs"]
-mod take_up;
-#[path = "features/watches.rs"]
-mod watches;
 #[path = "features/windup.rs"]
 mod windup;
-#[path = "features/words.rs"]
-mod words;
 
 use bench_tests::case;
 use hil_core::case::Case;

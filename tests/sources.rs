@@ -108,6 +108,50 @@ fn results_do_not_depend_on_the_platform() {
     }
 }
 
+/// Paths of files that a page names and that are not there. `core`, `runner`,
+/// `firmware` and `plant` stand for the folders of their sources; a name alone is
+/// searched below all of them.
+fn missing_files(page: &str) -> Vec<String> {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let folders = [
+        ("core/", "hil-runner/core/src/"),
+        ("runner/", "hil-runner/src/"),
+        ("firmware/", "firmware/src/"),
+        ("plant/", "plant/src/"),
+    ];
+    let sources: Vec<PathBuf> = ["firmware", "plant", "hil-runner", "tests", "benches"]
+        .into_iter()
+        .flat_map(rust_files)
+        .collect();
+    let named = page.split('`').skip(1).step_by(2);
+    let files = named.filter(|name| name.ends_with(".rs") && !name.contains(['*', '…', ' ']));
+    let is_there = |name: &str| {
+        let spelled = folders
+            .iter()
+            .filter_map(|(short, folder)| Some(format!("{folder}{}", name.strip_prefix(short)?)));
+        root.join(name).exists()
+            || spelled.into_iter().any(|path| root.join(path).exists())
+            || sources.iter().any(|file| file.ends_with(name))
+    };
+    let generic = |name: &&str| name.contains("NAME") || name.contains("KIND");
+    files
+        .filter(|name| !generic(name) && !is_there(name))
+        .map(str::to_owned)
+        .collect()
+}
+
+/// The pages for who comes next name files that are there.
+#[test]
+fn pages_name_files_that_are_there() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    for page in ["docs/ARCHITECTURE.md", "CONTRIBUTING.md"] {
+        let text = std::fs::read_to_string(root.join(page)).unwrap();
+        assert_eq!(missing_files(&text), [""; 0], "{page}");
+    }
+    // The contrast.
+    assert_eq!(missing_files("see `core/nowhere.rs`"), ["core/nowhere.rs"]);
+}
+
 /// The contrast: the search finds what it looks for, and only whole words.
 #[test]
 fn the_search_finds_whole_words() {
