@@ -147,7 +147,7 @@ impl Ran {
             .collect()
     }
 
-    /// The reference that the controller followed, take-up included, at every
+    /// The reference that the controller followed, backlash compensation included, at every
     /// row: `r = e + c` \[counts\].
     pub(crate) fn references(&self) -> Vec<f64> {
         let counts = self.counts();

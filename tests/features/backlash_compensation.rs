@@ -6,7 +6,7 @@ use hil_core::controllers::{IoKind, measure_gap};
 use super::backlash::LIMITS;
 use super::{Ran, largest, steps};
 
-/// An encoder that resolves the take-up: 25 nm a count, gains per count
+/// An encoder that resolves the backlash compensation: 25 nm a count, gains per count
 /// accordingly.
 const FINE: [&str; 4] = [
     "encoder.counts_per_rad=63600",
@@ -31,7 +31,7 @@ fn reference_peaks(limits: &[&str], trigger: &str) -> (f64, f64) {
     )
 }
 
-/// Motion and take-up together stay within the limits of the axis. Motion and
+/// Motion and compensation together stay within the limits of the axis. Motion and
 /// offset are each nearest to their exact value, so a reference is within 1.25
 /// counts and its second difference within 5 counts of 25 nm: 0.125 m/s².
 #[test]
@@ -103,7 +103,7 @@ fn an_overshoot_takes_nothing_up_again() {
     }
 }
 
-/// Homing finds the gap of the joint from either evidence, to 2 counts, for
+/// The backlash measurement finds the gap of the joint from either evidence, to 2 counts, for
 /// narrow gaps and wide ones.
 #[test]
 fn the_measured_gap_is_the_joints() {

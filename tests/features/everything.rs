@@ -35,15 +35,15 @@ pub(crate) const ALL: [&str; 29] = [
     "gain_change.kd_s=0.06",
 ];
 
-/// With the take-up of a measured gap on the motor's loop: nothing trips, and
+/// With the backlash compensation of a measured gap on the motor's loop: nothing trips, and
 /// the error is 525 counts at most where the paper's law needs 1356.
 #[test]
 fn everything_at_once() {
-    let take_up = [
+    let compensation = [
         "backlash.compensation=acceleration",
         "backlash.gap=measured",
     ];
-    let all = Ran::of("paper-2", &[&ALL, &take_up]);
+    let all = Ran::of("paper-2", &[&ALL, &compensation]);
     let paper = Ran::of("paper-2", &[&["limits.missed_ticks=true"]]);
     let [all_counts, paper_counts] = [&all, &paper].map(|ran| ran.axis().peak_error_counts);
     println!(

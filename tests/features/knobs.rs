@@ -61,12 +61,17 @@ fn knobs() -> Vec<Knob> {
     let dither = ["controller.quantiser=dither"];
     let released = [STOP, "sequence.emergency_stop_release_s=0.5"];
     let reset = [&released[..], &["sequence.reset_s=0.6"]].concat();
-    let take_up = [&LIMITS[..], &["backlash.compensation=acceleration"]].concat();
+    let compensation = [&LIMITS[..], &["backlash.compensation=acceleration"]].concat();
     let friction = [
         "carriage.resistance_constant_n=250",
         "carriage.resistance_opposes_motion=true",
     ];
-    let measured = [&take_up[..], &[SCALE, "backlash.gap=measured"], &friction].concat();
+    let measured = [
+        &compensation[..],
+        &[SCALE, "backlash.gap=measured"],
+        &friction,
+    ]
+    .concat();
     let effort = [
         &measured[..],
         &["backlash.backlash_measurement_detection=effort"],
@@ -111,10 +116,10 @@ fn knobs() -> Vec<Knob> {
             "false",
             "true",
         ),
-        knob("limits.velocity_mps", &take_up, "0.51", "2"),
-        knob("limits.acceleration_mps2", &take_up, "2", "20"),
+        knob("limits.velocity_mps", &compensation, "0.51", "2"),
+        knob("limits.acceleration_mps2", &compensation, "2", "20"),
         knob("backlash.compensation", &LIMITS, "velocity", "acceleration"),
-        knob("backlash.half_gap_deg", &take_up, LEFT_OUT, "4"),
+        knob("backlash.half_gap_deg", &compensation, LEFT_OUT, "4"),
         knob(
             "backlash.gap",
             &[&measured[..], &["backlash.half_gap_deg=4"]].concat(),

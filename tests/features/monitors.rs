@@ -1,4 +1,4 @@
-//! The watches that judge the control itself: following error and saturation.
+//! The monitors that judge the control itself: following error and saturation.
 
 use super::Ran;
 

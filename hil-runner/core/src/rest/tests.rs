@@ -281,7 +281,7 @@ fn the_weights_keep_the_line_straight() {
                 *worst = worst.max(found);
             }
         }
-        println!("{periods} periods: line, half swing, both without weights {worst:.4?}");
+        println!("{periods} periods: line, amplitude, both without weights {worst:.4?}");
         let k = 0.5 * TAU * periods;
         let formula = 105.0 / k.powi(3) * (1.0 - 15.0 / k.powi(2));
         assert!((worst[0] - formula).abs() < 1e-5 && (worst[2] - 3.0 / k).abs() < 1e-5);
