@@ -113,7 +113,7 @@ pub fn rounded(value: f64, digits: usize) -> String {
 /// use hil_core::number::relative_error;
 ///
 /// assert_eq!(relative_error(-2.34e-10), "−2.3·10⁻¹⁰");
-/// assert_eq!(relative_error(0.0625), "+0.063");
+/// assert_eq!(relative_error(0.064), "+0.064");
 /// assert_eq!(relative_error(0.0), "0");
 /// ```
 pub fn relative_error(value: f64) -> String {
