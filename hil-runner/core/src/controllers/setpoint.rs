@@ -94,7 +94,7 @@ impl Setpoint {
     /// The setpoints of the whole motion.
     ///
     /// # Errors
-    /// As [`Self::last_in_table`].
+    /// [`QuantiseError`] if the motion is longer than the table.
     pub fn table(&self) -> Result<SetpointTable<CAPACITY>, QuantiseError> {
         setpoint_table((0..=self.last_in_table()?).map(|tick| self.count(tick)))
     }

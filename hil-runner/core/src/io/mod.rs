@@ -6,7 +6,7 @@
 //!  emergency stop ────► line ──────┘   (firmware)   └──► line ─────► power
 //! ```
 //!
-//! [`SpiIo`] wires it up: the controller has its [`Board`](firmware::Board) on
+//! [`SpiIo`] wires it up: the controller has its [`Board`] on
 //! one side, the plant its position and code on the other, and every bit in
 //! between goes through the drivers that a product would run.
 //!
