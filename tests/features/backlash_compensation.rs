@@ -126,6 +126,23 @@ fn the_measured_gap_is_the_joints() {
     }
 }
 
+/// The routine is the firmware's on every rung: its encoder has whole counts, also
+/// below zero, where a rung without an encoder would round the other way.
+#[test]
+fn the_measured_gap_is_the_same_on_every_rung() {
+    let found = ["continuous", "sampled", "quantised", "firmware"].map(|law| {
+        let sets = [
+            "carriage.resistance_constant_n=250",
+            "carriage.resistance_opposes_motion=true",
+            "load_encoder.counts_per_mm=1000",
+            &format!("controller.law={law}"),
+        ];
+        measure_gap(&case("paper-2", &sets)).unwrap()
+    });
+    assert_eq!(found, [found[3]; 4]);
+    assert_eq!(found[0].full_counts, [34, 33, 34]);
+}
+
 /// With the measured gap the axis ends where it ends with the given one.
 #[test]
 fn a_measured_gap_serves_like_a_given_one() {

@@ -7,7 +7,7 @@ use firmware::refusal::What;
 use firmware::{BacklashMeasurement, Creep, Detection, State, counts};
 
 use super::setup::{FROM_REST, Setup};
-use crate::case::Case;
+use crate::case::{Case, Law};
 use crate::lockstep::{RunOptions, run_over};
 use crate::message::{Command, Link, LinkError, Measurement};
 use crate::options::{Feedback, FlankDetection};
@@ -57,6 +57,8 @@ pub fn measure_gap(case: &Case) -> Result<GapMeasurement, QuantiseError> {
     // The motor creeps; the load is only looked at.
     let mut case = case.clone();
     case.options.law.feedback = Feedback::Motor;
+    // The routine is the firmware's, whatever rung is asked for: it has an encoder.
+    case.controller.law = Law::Firmware;
     // The last sample is the last before that time.
     case.run.duration_ns = (LONGEST_S * 1_000_000_000).saturating_sub(period_ns);
     case.run.events = false;
