@@ -24,7 +24,7 @@ pub struct Flank {
     pub sign: f64,
     stiffness_nm_per_rad: f64,
     damping_nms_per_rad: f64,
-    /// Where the flank stands, `sign·b` \[rad\].
+    /// Place of the flank, `sign·b` \[rad\].
     pub surface_rad: f64,
 }
 

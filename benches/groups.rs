@@ -9,7 +9,7 @@ use std::hint::black_box;
 
 use criterion::BenchmarkGroup;
 use criterion::measurement::WallTime;
-use hil_core::lanes::SingleRuns;
+use hil_core::lanes::Runs;
 use hil_core::run::{RunOptions, run};
 use plant::{Joint, Plant, Solver};
 
@@ -30,7 +30,7 @@ type Group<'a> = BenchmarkGroup<'a, WallTime>;
 /// time is not the plant's motion.
 ///
 /// # Errors
-/// What the run file's checks say.
+/// Those of the run file's checks.
 pub fn w1(group: &mut Group<'_>) -> Result<(), Box<dyn Error>> {
     for law in ["quantised", "firmware"] {
         own(group, law, W1, workload::W1_TOLERANCE)?;
@@ -44,7 +44,7 @@ pub fn w1(group: &mut Group<'_>) -> Result<(), Box<dyn Error>> {
 /// `w2/<rung>/<solver>`, `w2/quantised/exact-bare`, `…/law-alone` and `…/rk4`.
 ///
 /// # Errors
-/// What the run file's checks say.
+/// Those of the run file's checks.
 pub fn w2(group: &mut Group<'_>) -> Result<(), Box<dyn Error>> {
     own(group, "quantised", W2, workload::W2_TOLERANCE)?;
     bare(group, W2)?;
@@ -55,7 +55,7 @@ pub fn w2(group: &mut Group<'_>) -> Result<(), Box<dyn Error>> {
 /// `w3/continuous/<solver>` and `w3/continuous/exact-bare`.
 ///
 /// # Errors
-/// What the run file's checks say.
+/// Those of the run file's checks.
 pub fn w3(group: &mut Group<'_>) -> Result<(), Box<dyn Error>> {
     own(group, "continuous", W3, workload::W3_TOLERANCE)?;
     let case = workload::case("continuous", W3, "exact", workload::W3_TOLERANCE)?;
@@ -84,12 +84,10 @@ fn own(
         let case = workload::case(law, workload, solver, tolerance)?;
         let id = format!("{law}/{solver}");
         if solver == "exact" && law != "continuous" {
-            let mut runs = SingleRuns::new();
+            let mut runs = Runs::new();
             // A run that fails would be quick.
-            runs.figures(&case)?;
-            group.bench_function(id, |bencher| {
-                bencher.iter(|| runs.figures(black_box(&case)))
-            });
+            runs.single(&case)?;
+            group.bench_function(id, |bencher| bencher.iter(|| runs.single(black_box(&case))));
             continue;
         }
         group.bench_function(id, |bencher| {
@@ -147,13 +145,13 @@ fn gapless(group: &mut Group<'_>, workload: &str) -> Result<(), Box<dyn Error>> 
     if let Joint::Elastic(joint) = &mut case.axis.transmission.joint {
         joint.backlash_half_rad = 0.0;
     }
-    let mut runs = SingleRuns::new();
-    let contacts = runs.figures(&case)?.contact_changes;
+    let mut runs = Runs::new();
+    let contacts = runs.single(&case)?.contact_changes;
     if contacts > 0 {
         return Err(format!("{contacts} changes of contact without a gap").into());
     }
     group.bench_function("quantised/exact-gapless", |bencher| {
-        bencher.iter(|| runs.figures(black_box(&case)));
+        bencher.iter(|| runs.single(black_box(&case)));
     });
     Ok(())
 }

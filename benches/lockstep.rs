@@ -5,12 +5,11 @@
 use hil_core::case::{Case, Law};
 use plant::{ContinuousPid, Drive, Plant, PlantError};
 
-/// What the sampled laws need of a case.
+/// The part of a case that the sampled laws need.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
     case: Case,
-    /// Whether counts and codes are whole (law `quantised`) or real
-    /// (`sampled`).
+    /// Counts and codes are whole (law `quantised`), or real (`sampled`).
     whole: bool,
     period_ns: u64,
     period_s: f64,
@@ -19,7 +18,7 @@ pub struct Plan {
 
 /// An axis that a lockstep can move.
 pub trait Axis {
-    /// What can go wrong.
+    /// Error of the solver.
     type Error;
     /// `β` now \[rad\].
     fn beta_rad(&self) -> f64;

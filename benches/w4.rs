@@ -13,7 +13,7 @@ use bench_benches::groups::or_exit;
 use bench_benches::workload::{self, W1, W1_TOLERANCE};
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use hil_core::case::Case;
-use hil_runner::lanes;
+use hil_runner::host;
 use plant::Joint;
 
 /// Numbers of threads to be measured.
@@ -27,12 +27,12 @@ fn w4(criterion: &mut Criterion) {
         group.throughput(Throughput::Elements(cases.len() as u64));
         for threads in THREADS.into_iter().filter_map(NonZeroUsize::new) {
             // A run that fails would be quick.
-            let failed = or_exit(lanes::figures(&cases, threads).map_err(Into::into))
+            let failed = or_exit(host::figures(&cases, threads).map_err(Into::into))
                 .into_iter()
                 .find_map(Result::err);
             or_exit(failed.map_or(Ok(()), |error| Err(error.into())));
             group.bench_function(format!("{law}/threads-{threads}"), |bencher| {
-                bencher.iter(|| lanes::figures(black_box(&cases), threads));
+                bencher.iter(|| host::figures(black_box(&cases), threads));
             });
         }
     }

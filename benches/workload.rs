@@ -24,7 +24,7 @@ pub const W3_TOLERANCE: f64 = 1e-8;
 /// Simulation 2 of the paper with further settings, as on the command line.
 ///
 /// # Errors
-/// What the run file's checks say.
+/// Those of the run file's checks.
 pub fn paper_2(sets: &[&str]) -> Result<Case, Box<dyn Error>> {
     let sets: Vec<String> = sets.iter().map(|&set| set.to_owned()).collect();
     files::case("paper-2", &sets).map_err(|errors| errors.to_string().into())
@@ -33,7 +33,7 @@ pub fn paper_2(sets: &[&str]) -> Result<Case, Box<dyn Error>> {
 /// Simulation 2 of the paper for one law, workload, solver and tolerance.
 ///
 /// # Errors
-/// What the run file's checks say.
+/// Those of the run file's checks.
 pub fn case(
     law: &str,
     workload: &str,

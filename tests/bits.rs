@@ -19,7 +19,7 @@ use hil_runner::host::LinkKind;
 /// Keeps the exact solver away from a variant.
 const DOPRI5: &str = "run.solver=dopri5";
 
-/// What is done to a built-in case: its name here, the case, its overrides.
+/// A change of a built-in case: its name here, the case, its overrides.
 const VARIANTS: [(&str, &str, &[&str]); 12] = [
     ("1", "paper-1", &[]),
     ("2", "paper-2", &[]),

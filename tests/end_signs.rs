@@ -1,5 +1,5 @@
-//! What a solver would miss that looks for contacts at the samples' ends
-//! only: the reason for locating crossings within the sample.
+//! Contacts missed by a solver that looks for them at the samples' ends only:
+//! the reason for locating crossings within the sample.
 //!
 //! The draws are the first 300 of work W4: simulation 2 of the paper on
 //! rung `quantised` at 1 ms, with random b in \[0, 4\]°, K_p in \[1, 6\] and K_d

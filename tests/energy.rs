@@ -1,6 +1,6 @@
-//! Where the energy of a run goes: what the armature takes in is the heat of its
-//! copper and of the joint's damper, the work against the resistance, and what
-//! is stored at the end,
+//! Balance of the energy of a run: the intake of the armature is the heat of its
+//! copper and of the joint's damper, the work against the resistance, and the
+//! energy stored at the end,
 //!
 //! ```text
 //! ∫V·I dt = ∫R·I² dt + joint_loss_j + ∫p·F_r·γ̇ dt + Δ(½J1·β̇² + ½J2·γ̇² + U + ½L·I²)
@@ -37,21 +37,21 @@ const GAUSS: [(f64, f64); 8] = [
 /// Time constants of the axis that a piece is long.
 const PIECE: f64 = 0.5;
 
-/// What goes through the axis \[J\].
+/// Energies that go through the axis \[J\].
 #[derive(Debug, Clone, Copy, Default)]
 struct Ledger {
     electrical: f64,
     copper: f64,
     joint: f64,
     resistance: f64,
-    /// What is stored at the end.
+    /// Energy stored at the end.
     stored: f64,
     /// `joint_loss_j` of the run.
     found_joint: f64,
 }
 
 impl Ledger {
-    /// What is missing, as a share of what has gone through.
+    /// Missing energy, as a share of all that has gone through.
     fn gap(&self, joint_loss_j: f64) -> f64 {
         let spent = self.copper + joint_loss_j + self.resistance + self.stored;
         let through = self.electrical.abs() + self.copper + self.resistance.abs() + self.stored;

@@ -1,5 +1,5 @@
-//! What every feature of the product's axis is worth on the simulated plant:
-//! its figure, and the same figure without it.
+//! The worth of every feature of the product's axis on the simulated plant: its
+//! figure, and the same figure without it.
 //!
 //! A run gives the same bits on every machine, so the measured figures that
 //! stand in the comments are not estimates. A bound lies well between the two
@@ -102,7 +102,7 @@ impl Ran {
         &self.outcome.summary
     }
 
-    /// What the supervision says at the end.
+    /// The supervision's report at the end.
     pub(crate) fn axis(&self) -> &AxisReport {
         self.summary().axis.as_ref().unwrap()
     }
@@ -130,7 +130,7 @@ impl Ran {
             .collect()
     }
 
-    /// How far the carriage goes beyond the end of its travel \[mm\].
+    /// Way of the carriage beyond the end of its travel \[mm\].
     pub(crate) fn overshoot_mm(&self) -> f64 {
         let travel_um = 1e6 * self.case.motion.travel_m();
         let most = self.carriage_um().into_iter().fold(f64::MIN, f64::max);

@@ -8,10 +8,10 @@ use bench_tests::{case, reference_folder};
 use hil_core::case::{Case, Law};
 use hil_core::error::RunError;
 use hil_core::figures::SUMMARY_FIGURES;
-use hil_core::lanes::{Runs, SingleRuns};
+use hil_core::lanes::Runs;
 use hil_core::run::{RunOptions, run};
 use hil_core::summary::Summary;
-use hil_runner::lanes::figures;
+use hil_runner::host::figures;
 use plant::{
     Batch, Dac, Drive, Encoder, Extremes, ExtremesSettings, Joint, LaneSetup, One, Plant, Solver,
 };
@@ -214,10 +214,10 @@ fn single_runs_and_threads_give_the_same() {
         drawn(&case_2, 10, 5),
     ]
     .concat();
-    let mut runs = SingleRuns::new();
+    let mut runs = Runs::new();
     let alone: Vec<_> = cases
         .iter()
-        .map(|case| runs.figures(case).unwrap())
+        .map(|case| runs.single(case).unwrap())
         .collect();
     for (case, figures) in cases.iter().zip(&alone) {
         assert_eq!(*figures, single(case).unwrap());
@@ -282,7 +282,8 @@ fn what_overflows_fails_in_a_lane_too() {
         if lane.group(0).advance(0, 1.0, case.motion.travel_m()) {
             lane.catch_up();
         }
-        assert_eq!(lane.extremes(0).err(), alone.err(), "{step}");
+        lane.look_back();
+        assert_eq!(lane.extremes_of(0).err(), alone.err(), "{step}");
         if alone.is_err() {
             break;
         }

@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-/// What a name ends in and the unit that it then has.
+/// Ends of names, and the unit that such a name has.
 const SUFFIXES: [(&str, &str); 27] = [
     ("_s", "s"),
     ("_ns", "ns"),
@@ -45,7 +45,7 @@ const LIST_OF_SYMBOLS: [&str; 42] = [
     "K_dac", "N", "K_enc", "K_a", "K_0", "K_p", "K_i", "K_d", "h", "T_0",
 ];
 
-/// What the paper introduces later, as the second table names it.
+/// Symbols that the paper introduces later, as the second table names them.
 const INTRODUCED_LATER: [&str; 16] = [
     "Ψ",
     "Ψ_e, Ψ_v",
@@ -131,7 +131,7 @@ fn is_word(c: char) -> bool {
     c.is_alphanumeric() || c == '_'
 }
 
-/// Whether `word` occurs in `text` with no letter, digit or `_` beside it.
+/// True if `word` occurs in `text` with no letter, digit or `_` beside it.
 fn has_word(text: &str, word: &str) -> bool {
     text.match_indices(word).any(|(at, _)| {
         !text[..at].ends_with(is_word) && !text[at + word.len()..].starts_with(is_word)
@@ -174,7 +174,7 @@ fn equations_of(source: &str) -> BTreeSet<u32> {
         .collect()
 }
 
-/// What is wrong with the equation cell of a row.
+/// The fault of a row's equation cell.
 fn wrong_equations(row: &Row, source: &str) -> Vec<String> {
     let (cell, file) = (row.equations.as_str(), &row.file);
     if cell == NOTHING {
@@ -208,7 +208,7 @@ fn unit_of_name(name: &str) -> Option<&'static str> {
         .map(|(_, unit)| *unit)
 }
 
-/// What is wrong with one row.
+/// The faults of one row.
 fn wrong_row(row: &Row, root: &Path) -> Vec<String> {
     let symbol = &row.symbol;
     if row.meaning.is_empty() || row.unit.is_empty() || symbol.is_empty() {

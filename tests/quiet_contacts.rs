@@ -1,5 +1,5 @@
-//! Where the joint's torque dies away, neither rounding nor the solver's
-//! error may count as contacts. The numbers of changes are those of an
+//! Neither rounding nor the solver's error may count as contacts as the joint's
+//! torque dies away. The numbers of changes are those of an
 //! independent program in extended precision.
 
 use bench_tests::{case, rows};

@@ -57,7 +57,7 @@ impl Reference {
     }
 }
 
-/// Whether the rows and events agree; the first thing that does not.
+/// Compares rows and events; the error is the first thing that does not agree.
 fn compare(toml: &Path, link: LinkKind, sets: &[&str]) -> Result<(), String> {
     let reference = Reference::read(toml);
     let (rows, outcome) = rows(&case(toml.to_str().unwrap(), sets), link);

@@ -1,11 +1,11 @@
-//! How axes come to rest: ripple, limit cycles and what feeds them, and how much
-//! of encoder and converter is at work.
+//! Axes at rest: ripple, limit cycles and their sources, and the share of
+//! encoder and converter that is at work.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use bench_tests::{case, rows};
 use hil_core::case::Case;
-use hil_core::lanes::SingleRuns;
+use hil_core::lanes::Runs;
 use hil_core::rest::feeding::{baseline, counterfactuals, fed_by};
 use hil_core::summary::Summary;
 use hil_core::trace::Row;
@@ -118,7 +118,7 @@ fn amplitude(x: &[f64]) -> f64 {
     0.5 * (highest - lowest)
 }
 
-/// Where there is nothing to tell the figures are null, and fail a budget.
+/// Figures are null without anything to tell, and fail a budget.
 #[test]
 fn figures_without_a_window_are_null() {
     let keys = [
@@ -158,16 +158,16 @@ fn figures_without_a_window_are_null() {
     }
 }
 
-/// What feeds the cycle of a case, in words.
+/// The source of a case's limit cycle, in words.
 fn feeding(case: &Case) -> String {
-    let mut runs = SingleRuns::new();
-    let base = runs.figures(&baseline(case)).unwrap();
+    let mut runs = Runs::new();
+    let base = runs.single(&baseline(case)).unwrap();
     assert!(base.limit_cycle_um > Some(0.0), "no cycle: {base:?}");
     let amplitude_um = base.rest_ripple_um.unwrap();
     let results: Vec<_> = counterfactuals(case)
         .iter()
         .map(|other| {
-            let figures = runs.figures(&other.case).unwrap();
+            let figures = runs.single(&other.case).unwrap();
             (other.without, figures.rest_ripple_um)
         })
         .collect();

@@ -81,7 +81,7 @@ pub(crate) fn base_with(from: &str, to: &str) -> String {
     BASE.replace(from, to)
 }
 
-/// What the run file named `x.toml` prints, line by line; empty if it is right.
+/// The lines printed for the run file named `x.toml`; empty if it is right.
 pub(crate) fn messages(text: &str, sets: &[&str]) -> Vec<String> {
     match parse(text, sets) {
         Ok(_) => Vec::new(),

@@ -1,4 +1,4 @@
-//! What the sources themselves must not contain.
+//! Words that the sources must not contain.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 

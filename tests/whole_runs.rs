@@ -92,7 +92,7 @@ impl Run {
     }
 }
 
-/// What the runs that cannot be compared have in common.
+/// Properties shared by the runs that cannot be compared.
 const REASONS: [&str; 5] = [
     "undamped joint",
     "codes flip",

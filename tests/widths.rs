@@ -21,7 +21,7 @@ use plant::{
     PlantError, Solver, State, Width,
 };
 
-/// What one run looks like from outside after a step, in bits.
+/// One run after a step as seen from outside, in bits.
 #[derive(Debug, Clone, PartialEq)]
 struct Look {
     state: [u64; 5],
@@ -113,7 +113,7 @@ impl Group {
         }
     }
 
-    /// Whether the first step of a sample is under the code before.
+    /// The first step of a sample is under the code before.
     fn is_delayed(&self) -> bool {
         self.delay_ns() > 0
     }
@@ -251,7 +251,8 @@ fn compare_at<W: Width>(
                         Err(PlantError::NotAffine),
                     );
                     found.extremes = if asked {
-                        Look::bits_of(batch.extremes(lane))
+                        batch.look_back();
+                        Look::bits_of(batch.extremes_of(lane))
                     } else {
                         expected[step].extremes
                     };

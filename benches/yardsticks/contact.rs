@@ -13,7 +13,7 @@ pub(crate) const GUARDS: usize = 2;
 /// One change of contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Change {
-    /// When \[s\].
+    /// Instant \[s\].
     pub time_s: f64,
     /// −1, 0 or 1.
     pub from: f64,
@@ -21,16 +21,16 @@ pub struct Change {
     pub to: f64,
 }
 
-/// Why a run ended early.
+/// Reason for the early end of a run.
 #[derive(Debug)]
 #[non_exhaustive]
 pub enum YardstickError {
-    /// What `diffsol` reported.
+    /// An error reported by `diffsol`.
     Solver(DiffsolError),
     /// A flank was met and left again within the first step after a change,
     /// where a root at the step's start hides the second one.
     MissedContact {
-        /// When \[s\].
+        /// Instant \[s\].
         time_s: f64,
     },
 }

@@ -68,8 +68,8 @@
 
 use crate::counts::difference;
 use crate::reference::Setpoint;
-use crate::refusal::{Refusal, What};
-use crate::widen;
+use crate::refusal::{Refusal, What, accepted};
+use crate::wide;
 
 /// Largest half gap \[motor counts\].
 pub const HALF_GAP_MAX: u32 = 1 << 24;
@@ -149,11 +149,8 @@ impl BacklashCompensation {
     /// # Errors
     /// A [`Refusal`] where the gap is too large, where nothing is left of a limit or where the move would take more than [`SAMPLES_MAX`] samples.
     pub const fn plan(half_gap_counts: u32, room: Room, trigger: Trigger) -> Result<Self, Refusal> {
-        let half_gap = widen::unsigned(half_gap_counts);
-        if half_gap_counts > HALF_GAP_MAX {
-            let allowed = [0, widen::unsigned(HALF_GAP_MAX)];
-            return Err(Refusal::new(What::HalfGap, half_gap, allowed));
-        }
+        accepted!(What::HalfGap.word_within(half_gap_counts, [0, HALF_GAP_MAX]));
+        let half_gap = wide::unsigned(half_gap_counts);
         let limits = [room.velocity, room.acceleration];
         let less = [0, half_gap.saturating_sub(1)];
         let too_long = Refusal::new(What::Crossing(limits), half_gap, less);
@@ -388,8 +385,8 @@ const fn half_samples(distance: u32, room: Room) -> Option<u32> {
 /// Tells whether `N = n` samples, at most 65 535, keep both limits.
 const fn enough(n: u32, distance: u32, room: Room) -> bool {
     // D·2^32 ≤ 2^57. A product that saturates is large enough in any case.
-    let scaled = widen::word(distance).wrapping_shl(32);
-    let n = widen::word(n);
+    let scaled = wide::word(distance).wrapping_shl(32);
+    let n = wide::word(n);
     // N² ≤ 65 535²
     scaled <= room.velocity.saturating_mul(n)
         && scaled <= room.acceleration.saturating_mul(n.wrapping_mul(n))

@@ -168,26 +168,17 @@ impl BacklashMeasurement {
     /// # Errors
     /// A [`Refusal`] that names what is out of its range.
     pub fn accept(creep: Creep, detection: Detection) -> Result<Self, Refusal> {
-        let refused = |what, value, most| {
-            let [value, most] = [value, most].map(i64::from);
-            Err(Refusal::new(what, value, [1, most]))
-        };
-        let (speed, counts) = (creep.speed, creep.longest_counts);
-        if speed == 0 || speed > SPEED_MAX {
-            return refused(What::CreepSpeed, speed, SPEED_MAX);
-        }
-        if counts == 0 || counts > CREEP_MAX {
-            return refused(What::LongestCreep, counts, CREEP_MAX);
-        }
-        match detection {
-            Detection::LoadEncoder { ratio, .. } if ratio == 0 || ratio > RATIO_MAX => {
-                refused(What::LoadRatio, ratio, RATIO_MAX)
+        What::CreepSpeed.word_within(creep.speed, [1, SPEED_MAX])?;
+        What::LongestCreep.word_within(creep.longest_counts, [1, CREEP_MAX])?;
+        let threshold = match detection {
+            Detection::LoadEncoder { counts, ratio } => {
+                What::LoadRatio.word_within(ratio, [1, RATIO_MAX])?;
+                counts
             }
-            Detection::LoadEncoder { counts: 0, .. }
-            | Detection::Effort { codes: 0, .. }
-            | Detection::Effort { samples: 0, .. } => refused(What::Detection, 0, u32::MAX),
-            _ => Ok(Self { creep, detection }),
-        }
+            Detection::Effort { codes, samples } => codes.min(samples),
+        };
+        What::Detection.word_within(threshold, [1, u32::MAX])?;
+        Ok(Self { creep, detection })
     }
 }
 
@@ -220,29 +211,23 @@ pub enum BacklashMeasurementError {
 impl fmt::Display for BacklashMeasurementError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NeverFollowed { counts } => write!(
-                f,
+            Self::NeverFollowed { counts } => f.write_fmt(format_args!(
                 "the load did not follow the motor within {counts} counts of creep; \
                  the gap is wider than that, or the load follows below the threshold"
-            ),
+            )),
             Self::Disagree {
-                full_counts: [first, second, third],
-                tolerance_counts,
-            } => write!(
-                f,
-                "three crossings gave gaps of {first}, {second} and {third} counts; \
-                 they may differ by {tolerance_counts}"
-            ),
-            Self::Negative {
-                full_counts: [first, second, third],
-            } => write!(
-                f,
-                "three crossings gave gaps of {first}, {second} and {third} counts; a load that \
-                 moves further than the motor means that the ratio of the two encoders is wrong"
-            ),
-            Self::NoLoadEncoder => write!(
-                f,
-                "the gap is to be measured by the load's encoder but there is no count of it"
+                full_counts: [a, b, c],
+                tolerance_counts: most,
+            } => f.write_fmt(format_args!(
+                "three crossings gave gaps of {a}, {b} and {c} counts; they may differ by {most}"
+            )),
+            Self::Negative { full_counts: g } => f.write_fmt(format_args!(
+                "three crossings gave gaps of {}, {} and {} counts; a load that moves further than \
+                 the motor means that the ratio of the two encoders is wrong",
+                g[0], g[1], g[2]
+            )),
+            Self::NoLoadEncoder => f.write_str(
+                "the gap is to be measured by the load's encoder but there is no count of it",
             ),
         }
     }
@@ -252,26 +237,6 @@ impl core::error::Error for BacklashMeasurementError {}
 
 /// Fraction bits of the speed, of `ρ` and of everything that is computed.
 const FRACTION_BITS: u32 = 16;
-
-/// One run of the routine.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct BacklashMeasurementRun {
-    settings: BacklashMeasurement,
-    state: RunState,
-}
-
-/// The four legs of the routine.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Leg {
-    /// Creep + to the first flank.
-    First,
-    /// Creep − across the gap.
-    Second,
-    /// Creep + across the gap.
-    Third,
-    /// Creep − across the gap.
-    Fourth,
-}
 
 /// Phase of the run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -284,10 +249,12 @@ enum Phase {
     Ended(Result<Gap, BacklashMeasurementError>),
 }
 
-/// Memory of a run. Marks, distances and gaps are in 2^−16 counts.
+/// One run of the routine. Marks, distances and gaps are in 2^−16 counts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-struct RunState {
-    leg: Leg,
+pub struct BacklashMeasurementRun {
+    settings: BacklashMeasurement,
+    /// Legs that have ended, 0 to 3; those that creep backwards follow an odd number.
+    legs: u8,
     phase: Phase,
     /// Reference at the start, from which motor counts are measured.
     start: i32,
@@ -327,41 +294,17 @@ impl BacklashMeasurement {
     pub const fn start(&self, position: i32) -> BacklashMeasurementRun {
         BacklashMeasurementRun {
             settings: *self,
-            state: RunState {
-                leg: Leg::First,
-                phase: Phase::Creeping,
-                start: position,
-                origin: position,
-                crept: 0,
-                load_zero: 0,
-                load_start: 0,
-                streak: 0,
-                arrival: 0,
-                departure: 0,
-                gaps: [0; 2],
-            },
-        }
-    }
-}
-
-impl Leg {
-    /// Direction of the creep.
-    const fn direction(self) -> i64 {
-        match self {
-            Self::First | Self::Third => 1,
-            Self::Second | Self::Fourth => -1,
-        }
-    }
-}
-
-impl RunState {
-    /// The reference of this sample.
-    const fn setpoint(&self) -> Setpoint {
-        let way = nearest(self.crept).wrapping_mul(self.leg.direction());
-        Setpoint {
-            position: self.origin.wrapping_add(wrap(way)),
-            velocity: 0,
-            acceleration: 0,
+            legs: 0,
+            phase: Phase::Creeping,
+            start: position,
+            origin: position,
+            crept: 0,
+            load_zero: 0,
+            load_start: 0,
+            streak: 0,
+            arrival: 0,
+            departure: 0,
+            gaps: [0; 2],
         }
     }
 }
@@ -370,17 +313,31 @@ impl BacklashMeasurementRun {
     /// Result; `None` while it runs. A failure leaves the axis where
     /// it stands.
     pub const fn result(&self) -> Option<Result<Gap, BacklashMeasurementError>> {
-        match self.state.phase {
+        match self.phase {
             Phase::Ended(result) => Some(result),
             Phase::Creeping | Phase::Pausing { .. } => None,
         }
     }
 
+    /// Direction of the present leg's creep.
+    const fn direction(&self) -> i64 {
+        if self.legs & 1 == 0 { 1 } else { -1 }
+    }
+
+    /// The reference of this sample.
+    const fn setpoint(&self) -> Setpoint {
+        let way = nearest(self.crept).wrapping_mul(self.direction());
+        Setpoint {
+            position: self.origin.wrapping_add(wrap(way)),
+            velocity: 0,
+            acceleration: 0,
+        }
+    }
+
     /// One sample of the routine; `Ok` while nothing has come of it.
     fn advance(&mut self, observed: &Observed) -> Result<Option<Gap>, BacklashMeasurementError> {
-        let (creep, s) = (self.settings.creep, &mut self.state);
-        let direction = s.leg.direction();
-        let position = scaled(difference(observed.position, s.start));
+        let (creep, direction) = (self.settings.creep, self.direction());
+        let position = scaled(difference(observed.position, self.start));
 
         // The mark of this sample, and whether the load follows or resists.
         let (mark, resists, needed) = match self.settings.detection {
@@ -388,45 +345,53 @@ impl BacklashMeasurementRun {
                 let load = observed
                     .load_position
                     .ok_or(BacklashMeasurementError::NoLoadEncoder)?;
-                if s.crept == 0 {
-                    s.load_start = load;
-                    if s.leg == Leg::First {
-                        s.load_zero = load;
+                if self.crept == 0 {
+                    self.load_start = load;
+                    if self.legs == 0 {
+                        self.load_zero = load;
                     }
                 }
                 // The edge just crossed: |l| ≤ 2^31, ρ ≤ 2^28.
                 let upper = i64::from(direction < 0);
-                let edge = i64::from(difference(load, s.load_zero)).wrapping_add(upper);
+                let edge = i64::from(difference(load, self.load_zero)).wrapping_add(upper);
                 let mark = position.wrapping_sub(i64::from(ratio).wrapping_mul(edge));
-                let moved = i64::from(difference(load, s.load_start)).wrapping_mul(direction);
+                let moved = i64::from(difference(load, self.load_start)).wrapping_mul(direction);
                 (mark, moved >= i64::from(counts), 1)
             }
             Detection::Effort { codes, samples } => {
                 // The flank behind was left where the motor stood furthest out.
-                let further = s.departure.wrapping_sub(position).wrapping_mul(direction) > 0;
-                s.departure = if further { position } else { s.departure };
+                let further = self
+                    .departure
+                    .wrapping_sub(position)
+                    .wrapping_mul(direction)
+                    > 0;
+                self.departure = if further { position } else { self.departure };
                 let effort = i64::from(observed.code).wrapping_mul(direction);
                 (position, effort >= i64::from(codes), samples)
             }
         };
 
-        if let Phase::Pausing { left } = s.phase {
-            s.phase = match left.checked_sub(1) {
+        if let Phase::Pausing { left } = self.phase {
+            self.phase = match left.checked_sub(1) {
                 Some(left) => Phase::Pausing { left },
                 None => Phase::Creeping,
             };
             return Ok(None);
         }
-        if s.streak == 0 {
-            s.arrival = mark;
+        if self.streak == 0 {
+            self.arrival = mark;
         }
-        s.streak = if resists { s.streak.wrapping_add(1) } else { 0 };
-        if s.streak >= needed {
+        self.streak = if resists {
+            self.streak.wrapping_add(1)
+        } else {
+            0
+        };
+        if self.streak >= needed {
             return self.arrive(mark);
         }
         // crept ≤ 2^28·2^16 + 2^24
-        s.crept = s.crept.wrapping_add(i64::from(creep.speed));
-        if s.crept > i64::from(creep.longest_counts).wrapping_shl(FRACTION_BITS) {
+        self.crept = self.crept.wrapping_add(i64::from(creep.speed));
+        if self.crept > i64::from(creep.longest_counts).wrapping_shl(FRACTION_BITS) {
             let counts = creep.longest_counts;
             return Err(BacklashMeasurementError::NeverFollowed { counts });
         }
@@ -435,29 +400,23 @@ impl BacklashMeasurementRun {
 
     /// The motor has engaged: notes the gap and turns to the next leg.
     fn arrive(&mut self, mark: i64) -> Result<Option<Gap>, BacklashMeasurementError> {
-        let s = &mut self.state;
         // Marks are below 2^60.
-        let direction = s.leg.direction();
-        let gap = s.arrival.wrapping_sub(s.departure).wrapping_mul(direction);
-        let [first, second] = s.gaps;
-        let next = match s.leg {
-            Leg::First => Leg::Second,
-            Leg::Second => {
-                s.gaps = [gap, 0];
-                Leg::Third
-            }
-            Leg::Third => {
-                s.gaps = [first, gap];
-                Leg::Fourth
-            }
-            Leg::Fourth => return self.conclude([first, second, gap]).map(Some),
-        };
-        s.origin = s.setpoint().position;
-        s.leg = next;
-        s.crept = 0;
-        s.streak = 0;
-        s.departure = mark;
-        s.phase = Phase::Pausing {
+        let gap = self.arrival.wrapping_sub(self.departure);
+        let gap = gap.wrapping_mul(self.direction());
+        let [first, second] = self.gaps;
+        match self.legs {
+            // It began anywhere.
+            0 => {}
+            1 => self.gaps = [gap, 0],
+            2 => self.gaps = [first, gap],
+            _ => return self.conclude([first, second, gap]).map(Some),
+        }
+        self.origin = self.setpoint().position;
+        self.legs = self.legs.wrapping_add(1);
+        self.crept = 0;
+        self.streak = 0;
+        self.departure = mark;
+        self.phase = Phase::Pausing {
             left: self.settings.creep.pause_samples,
         };
         Ok(None)
@@ -495,10 +454,10 @@ impl SetpointSource for BacklashMeasurementRun {
         if self.result().is_none()
             && let Some(result) = self.advance(observed).transpose()
         {
-            self.state.phase = Phase::Ended(result);
+            self.phase = Phase::Ended(result);
         }
-        let setpoint = self.state.setpoint();
-        match self.state.phase {
+        let setpoint = self.setpoint();
+        match self.phase {
             Phase::Ended(_) => Next::Last(setpoint),
             Phase::Creeping | Phase::Pausing { .. } => Next::Setpoint(setpoint),
         }

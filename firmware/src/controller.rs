@@ -9,7 +9,7 @@
 use crate::counts;
 use crate::dac::Dac;
 use crate::pid::{Pid, PidState};
-use crate::setpoint::SetpointTable;
+use crate::reference::SetpointTable;
 
 /// The position controller of one axis with a table of at most `N` setpoints.
 ///
@@ -78,11 +78,6 @@ impl<const N: usize> Controller<N> {
             },
         }
     }
-
-    /// The control law.
-    pub const fn pid(&self) -> &Pid {
-        &self.pid
-    }
 }
 
 /// Memory of a [`Controller`]. The default is the state before sample 0.
@@ -90,18 +85,6 @@ impl<const N: usize> Controller<N> {
 pub struct ControllerState {
     sample: u64,
     pid: PidState,
-}
-
-impl ControllerState {
-    /// `k` of the next sample: the number of samples so far.
-    pub const fn sample(&self) -> u64 {
-        self.sample
-    }
-
-    /// Memory of the control law.
-    pub const fn pid(&self) -> &PidState {
-        &self.pid
-    }
 }
 
 /// Results of one sample.

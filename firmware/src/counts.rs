@@ -13,9 +13,8 @@
 //! e = r − c   (modulo 2^32, taken between −2^31 and 2^31 − 1)
 //! ```
 
-use crate::product::by_target;
-use crate::refusal::{Refusal, What};
-use crate::widen;
+use crate::refusal::{Refusal, What, accepted};
+use crate::wide::{self, by_target};
 
 /// The position modulo 2^32 that a counter of 32 bits shows for `position`
 /// \[counts\].
@@ -28,9 +27,7 @@ use crate::widen;
 /// assert_eq!(wrap((1 << 40) + 7), 7);
 /// ```
 pub const fn wrap(position: i64) -> i32 {
-    // The lower half of the word: two's complement is arithmetic modulo 2^32.
-    let [b0, b1, b2, b3, ..] = position.to_le_bytes();
-    i32::from_le_bytes([b0, b1, b2, b3])
+    wide::lower(position)
 }
 
 /// `e = r − c`, eq. 20 and 22 in counts: how far the encoder is behind the
@@ -103,36 +100,23 @@ impl ErrorRange {
     /// and fits an `i32` with either sign.
     pub const MAX_BITS: u8 = 29;
 
-    /// The range `|e| ≤ 2^bits` counts; `None` unless `bits` is 17 to 29.
+    /// The range `|e| ≤ 2^bits` counts.
+    ///
+    /// # Errors
+    /// [`Refusal`] unless `bits` is 17 to 29.
     ///
     /// ```
     /// use firmware::ErrorRange;
     ///
-    /// assert_eq!(ErrorRange::from_bits(17).map(|range| range.limit()), Some(131_072));
-    /// assert_eq!(ErrorRange::from_bits(30), None);
+    /// assert_eq!(ErrorRange::from_bits(17).map(|range| range.limit()), Ok(131_072));
+    /// assert!(ErrorRange::from_bits(30).is_err());
     /// ```
-    pub const fn from_bits(bits: u8) -> Option<Self> {
-        if bits < Self::MIN_BITS || bits > Self::MAX_BITS {
-            return None;
-        }
-        Some(Self {
+    pub const fn from_bits(bits: u8) -> Result<Self, Refusal> {
+        accepted!(What::ErrorBits.byte_within(bits, [Self::MIN_BITS, Self::MAX_BITS]));
+        Ok(Self {
             bits,
-            limit: 1_i32.wrapping_shl(widen::byte(bits)),
+            limit: 1_i32.wrapping_shl(wide::byte(bits)),
         })
-    }
-
-    /// The refusal of an exponent outside 17 to 29.
-    pub(crate) const fn refusal(bits: u8) -> Refusal {
-        let [value, least, most] = [bits, Self::MIN_BITS, Self::MAX_BITS];
-        let allowed = [
-            widen::unsigned(widen::byte(least)),
-            widen::unsigned(widen::byte(most)),
-        ];
-        Refusal::new(
-            What::ErrorBits,
-            widen::unsigned(widen::byte(value)),
-            allowed,
-        )
     }
 
     /// The exponent of `E`, 17 to 29.
@@ -161,7 +145,10 @@ mod tests {
         for bits in 0..=u8::MAX {
             let allowed = (17..=29).contains(&bits);
             let range = ErrorRange::from_bits(bits);
-            assert_eq!(range.map(ErrorRange::limit), allowed.then(|| 1 << bits));
+            assert_eq!(
+                range.map(ErrorRange::limit).ok(),
+                allowed.then(|| 1 << bits)
+            );
         }
     }
 

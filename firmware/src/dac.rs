@@ -24,8 +24,7 @@
 //!   codes, so that no number of ticks that fits the 64-bit tick counter
 //!   brings it to its end at 2^87.
 
-use crate::refusal::{Refusal, What};
-use crate::widen;
+use crate::refusal::{Refusal, What, accepted};
 
 use fixed::types::{I32F32, I88F40};
 
@@ -62,20 +61,12 @@ impl Dac {
     /// Largest number of bits.
     pub const MAX_BITS: u32 = 24;
 
-    const fn refusal(bits: u32) -> Refusal {
-        let most = widen::unsigned(Self::MAX_BITS);
-        let allowed = [widen::unsigned(Self::MIN_BITS), most];
-        Refusal::new(What::DacBits, widen::unsigned(bits), allowed)
-    }
-
     /// The range of a converter of `bits` bits, 2 to 24.
     ///
     /// # Errors
     /// [`Refusal`] where `bits` lies outside 2 to 24.
     pub const fn with_bits(bits: u32) -> Result<Self, Refusal> {
-        if bits < Self::MIN_BITS || bits > Self::MAX_BITS {
-            return Err(Self::refusal(bits));
-        }
+        accepted!(What::DacBits.word_within(bits, [Self::MIN_BITS, Self::MAX_BITS]));
         // An arithmetic shift of −2^31 by 32 − n leaves −2^(n−1); the
         // complement of that is 2^(n−1) − 1.
         let min_code = i32::MIN.wrapping_shr(u32::BITS.wrapping_sub(bits));
@@ -127,7 +118,8 @@ mod tests {
         for bits in 0..=64 {
             let dac = Dac::with_bits(bits);
             if !(2..=24).contains(&bits) {
-                assert_eq!(dac, Err(Dac::refusal(bits)));
+                let refusal = Refusal::new(What::DacBits, bits.into(), [2, 24]);
+                assert_eq!(dac, Err(refusal));
                 continue;
             }
             let dac = dac.expect("2 to 24 bits are supported");

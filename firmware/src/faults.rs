@@ -102,18 +102,19 @@ pub struct Trip {
 
 impl Trip {
     /// The emergency stop is pressed: there is nothing to measure.
-    pub const EMERGENCY_STOP: Self = Self {
-        cause: FaultCause::EmergencyStop,
-        measured: 0,
-        limit: 0,
-    };
+    pub const EMERGENCY_STOP: Self = Self::new(FaultCause::EmergencyStop, 0, 0);
 
     /// The source of setpoints had none where one was needed.
-    pub const SETPOINT_UNDERRUN: Self = Self {
-        cause: FaultCause::SetpointUnderrun,
-        measured: 0,
-        limit: 1,
-    };
+    pub const SETPOINT_UNDERRUN: Self = Self::new(FaultCause::SetpointUnderrun, 0, 1);
+
+    #[inline(always)]
+    pub(crate) const fn new(cause: FaultCause, measured: i64, limit: i64) -> Self {
+        Self {
+            cause,
+            measured,
+            limit,
+        }
+    }
 }
 
 /// The more urgent of two trips of one tick; `first` if they have one cause.
@@ -135,7 +136,7 @@ pub fn most_urgent(first: Option<Trip>, second: Option<Trip>) -> Option<Trip> {
 }
 
 /// Values at the sample of a fault.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct FaultValues {
     /// Setpoint, in counts of the encoder that the position comes from
     /// \[counts, modulo 2^32\].

@@ -151,16 +151,14 @@ impl PidWords {
     /// Checks every demand of the module page; the error range if all hold.
     pub(crate) fn check(&self) -> Result<ErrorRange, Refusal> {
         let error_bits = self.error_bits;
-        let range = ErrorRange::from_bits(error_bits).ok_or(ErrorRange::refusal(error_bits))?;
+        let range = ErrorRange::from_bits(error_bits)?;
 
         for (gain, word) in [
             (Gain::Proportional, self.kp),
             (Gain::Integral, self.ki_dt),
             (Gain::Derivative, self.kd_per_dt),
         ] {
-            if word.mantissa < 0 {
-                return Err(Refusal::negative(gain.part(), word));
-            }
+            What::Gain(gain.part(), word).positive(word.mantissa)?;
             // A full mantissa frees the derivative from its lower bound.
             let full = gain == Gain::Derivative && word.mantissa >= DERIVATIVE_OUTWEIGHS;
             let min = if full {
@@ -179,10 +177,8 @@ impl PidWords {
         let exponent = DERIVATIVE_MAX_BITS.saturating_add(word.fraction_bits);
         let most = power_of_two_or_most(u32::from(exponent));
         let max_mantissa = i32::try_from(most).unwrap_or(i32::MAX);
-        if word.mantissa > max_mantissa {
-            let (value, most) = (i64::from(word.mantissa), i64::from(max_mantissa));
-            return Err(Refusal::new(What::PidDerivative(word), value, [0, most]));
-        }
+        let what = What::PidDerivative(word);
+        what.within(i64::from(word.mantissa), [0, i64::from(max_mantissa)])?;
         Ok(range)
     }
 

@@ -65,7 +65,6 @@
 //! | [`counts`] | positions modulo 2^32, their differences, the range of errors |
 //! | [`word`] | a gain as mantissa and exponent |
 //! | [`dac`] | codes, the converter's range, the paper's rounding |
-//! | [`setpoint`] | the table of setpoints |
 //! | [`refusal`] | what is not accepted: the setting, its value, what would do |
 //! | **the paper's** | |
 //! | [`gains`] | which words its law accepts; derivation of every word length |
@@ -79,7 +78,7 @@
 //! | [`law`] | its law in a 64-bit sum; acceptance, wind-up, bumpless transfer |
 //! | [`output`] | slew limit, quantiser, converter's range |
 //! | **setpoints and backlash** | |
-//! | [`reference`](mod@reference) | what a source of setpoints is |
+//! | [`reference`](mod@reference) | what a source of setpoints is; the table |
 //! | [`motion`] | the paper's seven intervals, sample by sample |
 //! | [`stream`] | a queue that a host fills |
 //! | [`backlash_compensation`] | carries the motor across the gap when the load changes flank |
@@ -152,13 +151,11 @@ pub mod motion;
 pub mod output;
 pub mod pid;
 pub mod position;
-mod product;
 pub mod reference;
 pub mod refusal;
-pub mod setpoint;
 pub mod states;
 pub mod stream;
-mod widen;
+mod wide;
 pub mod word;
 
 pub use axis::{Axis, AxisOutput, AxisState, Inputs};
@@ -175,9 +172,10 @@ pub use hardware::Board;
 pub use motion::{MotionGenerator, MotionPlan, MotionState};
 pub use pid::{Pid, PidOutput, PidState};
 pub use position::{CounterParameters, PositionState, Reading};
-pub use reference::{Next, Observed, Setpoint, SetpointSource};
+pub use reference::{
+    CAPACITY, CAPACITY_SMALLEST, Next, Observed, Setpoint, SetpointSource, SetpointTable,
+};
 pub use refusal::Refusal;
-pub use setpoint::{CAPACITY, CAPACITY_SMALLEST, SetpointTable};
 pub use states::{Event, Refused, State};
 pub use stream::{Stream, StreamReceiver, StreamSender, Streamed};
 pub use word::GainWord;

@@ -12,9 +12,8 @@
 //! first is for [`crate::FaultLatch`] to remember.
 
 use crate::faults::{FaultCause, Trip};
-use crate::product;
-use crate::refusal::{Refusal, What};
-use crate::widen;
+use crate::refusal::{Refusal, What, accepted};
+use crate::wide;
 use crate::word::GainWord;
 
 /// Monitors the distance of the axis from its setpoint.
@@ -86,28 +85,15 @@ impl FollowingErrorMonitor {
         per_speed: GainWord,
         velocity_fraction_bits: u8,
     ) -> Result<Self, Refusal> {
-        if limit_counts == 0 || limit_counts > Self::MAX_LIMIT_COUNTS {
-            let allowed = [1, widen::unsigned(Self::MAX_LIMIT_COUNTS)];
-            let value = widen::unsigned(limit_counts);
-            return Err(Refusal::new(What::FollowingError, value, allowed));
-        }
-        if per_speed.mantissa < 0 {
-            let value = widen::signed(per_speed.mantissa);
-            let allowed = [0, widen::signed(i32::MAX)];
-            return Err(Refusal::new(What::Lag(per_speed), value, allowed));
-        }
-        let fraction_bits = per_speed
-            .fraction_bits
-            .saturating_add(velocity_fraction_bits);
+        accepted!(What::FollowingError.word_within(limit_counts, [1, Self::MAX_LIMIT_COUNTS]));
+        accepted!(What::Lag(per_speed).positive(per_speed.mantissa));
+        let own = per_speed.fraction_bits;
+        let fraction_bits = own.saturating_add(velocity_fraction_bits);
         if fraction_bits > Self::MAX_FRACTION_BITS {
-            let left = Self::MAX_FRACTION_BITS.saturating_sub(per_speed.fraction_bits);
-            let allowed = [0, widen::unsigned(widen::byte(left))];
-            let value = widen::unsigned(widen::byte(velocity_fraction_bits));
-            return Err(Refusal::new(
-                What::LagFractionBits(per_speed),
-                value,
-                allowed,
-            ));
+            let left = Self::MAX_FRACTION_BITS.saturating_sub(own);
+            let what = What::LagFractionBits(per_speed);
+            let value = wide::bits(velocity_fraction_bits);
+            return Err(Refusal::new(what, value, [0, wide::bits(left)]));
         }
         Ok(Self {
             limit_counts,
@@ -135,16 +121,12 @@ impl FollowingErrorMonitor {
         state.peak = state.peak.max(size);
 
         // a + floor(w·|v|·2^−F) [counts]; nothing wraps (see the type)
-        let lag = product::unsigned(self.mantissa, velocity.unsigned_abs())
+        let lag = wide::product(self.mantissa, velocity.unsigned_abs())
             .wrapping_shr(u32::from(self.fraction_bits));
         let limit = u64::from(self.limit_counts).wrapping_add(lag).cast_signed();
 
         let measured = i64::from(size);
-        (measured > limit).then_some(Trip {
-            cause: FaultCause::FollowingError,
-            measured,
-            limit,
-        })
+        (measured > limit).then_some(Trip::new(FaultCause::FollowingError, measured, limit))
     }
 }
 
@@ -196,15 +178,9 @@ impl EncoderLossMonitor {
     /// # Ok::<(), firmware::Refusal>(())
     /// ```
     pub const fn accept(code_threshold: u32, ticks: u32) -> Result<Self, Refusal> {
-        if code_threshold == 0 || code_threshold > Self::MAX_CODE_THRESHOLD {
-            let allowed = [1, widen::unsigned(Self::MAX_CODE_THRESHOLD)];
-            let value = widen::unsigned(code_threshold);
-            return Err(Refusal::new(What::EncoderLossCode, value, allowed));
-        }
-        if ticks == 0 {
-            let allowed = [1, widen::unsigned(u32::MAX)];
-            return Err(Refusal::new(What::EncoderLossSamples, 0, allowed));
-        }
+        let codes = [1, Self::MAX_CODE_THRESHOLD];
+        accepted!(What::EncoderLossCode.word_within(code_threshold, codes));
+        accepted!(What::EncoderLossSamples.word_within(ticks, [1, u32::MAX]));
         Ok(Self {
             code_threshold,
             ticks,
@@ -222,11 +198,12 @@ impl EncoderLossMonitor {
     pub fn check(&self, state: &mut EncoderLossState, code: i32, difference: i32) -> Option<Trip> {
         let still = (code.unsigned_abs() >= self.code_threshold) & (difference == 0);
         state.samples = lengthened(state.samples, still);
-        (state.samples >= self.ticks).then_some(Trip {
-            cause: FaultCause::EncoderLoss,
-            measured: i64::from(state.samples),
-            limit: i64::from(self.ticks),
-        })
+        let [samples, limit] = [state.samples, self.ticks];
+        (samples >= limit).then_some(Trip::new(
+            FaultCause::EncoderLoss,
+            i64::from(samples),
+            i64::from(limit),
+        ))
     }
 }
 
@@ -259,11 +236,7 @@ impl SaturationMonitor {
     /// # Ok::<(), firmware::Refusal>(())
     /// ```
     pub const fn accept(ticks: u32) -> Result<Self, Refusal> {
-        if ticks == u32::MAX {
-            let value = widen::unsigned(ticks);
-            let allowed = [0, value.saturating_sub(1)];
-            return Err(Refusal::new(What::SaturationSamples, value, allowed));
-        }
+        accepted!(What::SaturationSamples.word_within(ticks, [0, u32::MAX - 1]));
         Ok(Self { ticks })
     }
 
@@ -276,11 +249,12 @@ impl SaturationMonitor {
     #[inline]
     pub fn check(&self, state: &mut SaturationState, at_limit: bool) -> Option<Trip> {
         state.samples = lengthened(state.samples, at_limit);
-        (state.samples > self.ticks).then_some(Trip {
-            cause: FaultCause::SaturationTooLong,
-            measured: i64::from(state.samples),
-            limit: i64::from(self.ticks),
-        })
+        let [samples, limit] = [state.samples, self.ticks];
+        (samples > limit).then_some(Trip::new(
+            FaultCause::SaturationTooLong,
+            i64::from(samples),
+            i64::from(limit),
+        ))
     }
 }
 
@@ -313,11 +287,7 @@ impl TickMonitor {
         // Counted modulo 2^64, so that no end has to be looked at.
         let expected = state.expected.replace(tick.wrapping_add(1))?;
         let missed = tick.wrapping_sub(expected).cast_signed();
-        (missed != 0).then_some(Trip {
-            cause: FaultCause::MissedTick,
-            measured: missed,
-            limit: 0,
-        })
+        (missed != 0).then_some(Trip::new(FaultCause::MissedTick, missed, 0))
     }
 }
 

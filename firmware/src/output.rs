@@ -22,8 +22,8 @@
 //!   about `Σy` by up to `½·√N` codes (standard deviation).
 
 use crate::dac::Dac;
-use crate::refusal::{Refusal, What};
-use crate::widen;
+use crate::refusal::{Refusal, What, accepted};
+use crate::wide::upper;
 
 /// The codes that this sample can reach, both ends included.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -83,13 +83,6 @@ impl Window {
 pub(crate) fn sum_of(code: i32, fraction_bits: u8) -> i64 {
     let upper = code.wrapping_shl(u32::from(fraction_bits).wrapping_sub(32));
     i64::from(upper).wrapping_shl(32)
-}
-
-/// The upper word of a sum.
-#[inline(always)]
-pub(crate) fn upper(sum: i64) -> i32 {
-    let [_, _, _, _, b4, b5, b6, b7] = sum.to_le_bytes();
-    i32::from_le_bytes([b4, b5, b6, b7])
 }
 
 /// Way from a sum to a whole code.
@@ -172,14 +165,10 @@ impl Output {
         quantiser: Quantiser,
     ) -> Result<Self, Refusal> {
         let slew = match slew_codes {
-            None => Output::SLEW_MOST,
-            Some(codes) if codes == 0 || codes > Self::SLEW_MOST => {
-                let allowed = [1, widen::unsigned(Self::SLEW_MOST)];
-                let value = widen::unsigned(codes);
-                return Err(Refusal::new(What::SlewCodes, value, allowed));
-            }
+            None => Self::SLEW_MOST,
             Some(codes) => codes,
         };
+        accepted!(What::SlewCodes.word_within(slew, [1, Self::SLEW_MOST]));
         Ok(Self {
             dac,
             slew: slew.cast_signed(),

@@ -31,10 +31,9 @@
 //! `n` is 8 to 32. The largest jump is at least 1, or no axis could move, and
 //! below `2^(n−1)`, where differences end and no jump would be seen.
 
-use crate::refusal::{Refusal, What};
-
 use crate::faults::{FaultCause, Trip};
-use crate::widen;
+use crate::refusal::{Refusal, What, accepted};
+use crate::wide;
 
 /// A counter and what its axis can do at most.
 ///
@@ -61,13 +60,6 @@ pub struct CounterParameters {
     largest_jump: Option<u32>,
 }
 
-impl Default for CounterParameters {
-    /// 32 bits, no glitch looked for.
-    fn default() -> Self {
-        Self::WORD
-    }
-}
-
 impl CounterParameters {
     /// Fewest bits of a counter.
     pub const MIN_BITS: u8 = 8;
@@ -87,21 +79,13 @@ impl CounterParameters {
     /// A [`Refusal`] unless `bits` is 8 to 32 and the jump 1 to
     /// `2^(bits−1) − 1`.
     pub const fn accept(bits: u8, largest_jump: Option<u32>) -> Result<Self, Refusal> {
-        if bits < Self::MIN_BITS || bits > Self::MAX_BITS {
-            let least = widen::unsigned(widen::byte(Self::MIN_BITS));
-            let most = widen::unsigned(widen::byte(Self::MAX_BITS));
-            let value = widen::unsigned(widen::byte(bits));
-            return Err(Refusal::new(What::CounterBits, value, [least, most]));
-        }
+        accepted!(What::CounterBits.byte_within(bits, [Self::MIN_BITS, Self::MAX_BITS]));
         let counter = Self { bits, largest_jump };
-        let max = counter.half_wheel().saturating_sub(1);
-        match largest_jump {
-            Some(largest_jump) if largest_jump == 0 || largest_jump > max => {
-                let (value, most) = (widen::unsigned(largest_jump), widen::unsigned(max));
-                Err(Refusal::new(What::LargestJump(bits), value, [1, most]))
-            }
-            _ => Ok(counter),
+        if let Some(jump) = largest_jump {
+            let most = counter.half_wheel().saturating_sub(1);
+            accepted!(What::LargestJump(bits).word_within(jump, [1, most]));
         }
+        Ok(counter)
     }
 
     /// Takes the register as it was read; bits above the counter's width are
@@ -128,11 +112,11 @@ impl CounterParameters {
             return Reading {
                 position: last,
                 difference: 0,
-                glitch: Some(Trip {
-                    cause: FaultCause::EncoderGlitch,
-                    measured: i64::from(difference),
-                    limit: i64::from(limit),
-                }),
+                glitch: Some(Trip::new(
+                    FaultCause::EncoderGlitch,
+                    i64::from(difference),
+                    i64::from(limit),
+                )),
             };
         }
 
@@ -184,7 +168,7 @@ impl CounterParameters {
 
     /// `2^(n−1)`.
     const fn half_wheel(&self) -> u32 {
-        1_u32.wrapping_shl(widen::byte(self.bits.saturating_sub(1)))
+        1_u32.wrapping_shl(wide::byte(self.bits.saturating_sub(1)))
     }
 }
 
@@ -222,28 +206,4 @@ pub struct Reading {
     /// The jump, signed, and the largest magnitude that was allowed, if the
     /// reading was not credible.
     pub glitch: Option<Trip>,
-}
-
-/// The travel from `from` to `to` \[counts\], if positions modulo 2^32 can tell
-/// it from its complement: less than 2^31 counts either way.
-///
-/// # Errors
-/// A [`Refusal`] of longer ones; nothing must move then.
-///
-/// ```
-/// use firmware::position::travel_fits;
-///
-/// assert_eq!(travel_fits(5_000_000_000, 5_000_000_010), Ok(10));
-/// assert!(travel_fits(0, 1 << 31).is_err());
-/// ```
-pub fn travel_fits(from: i64, to: i64) -> Result<i32, Refusal> {
-    to.checked_sub(from)
-        .and_then(|travel| i32::try_from(travel).ok())
-        // −2^31 is its own complement.
-        .filter(|travel| *travel != i32::MIN)
-        .ok_or_else(|| {
-            let half = i64::from(i32::MAX);
-            let allowed = [from.saturating_sub(half), from.saturating_add(half)];
-            Refusal::new(What::TravelFrom(from), to, allowed)
-        })
 }

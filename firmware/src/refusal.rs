@@ -5,7 +5,7 @@
 
 use core::fmt;
 
-use crate::widen;
+use crate::wide;
 use crate::word::{GainWord, Part};
 
 /// A setting that is not accepted.
@@ -44,8 +44,6 @@ pub enum What {
     CounterBits,
     /// Largest jump of a counter with so many bits \[counts\].
     LargestJump(u8),
-    /// End of a travel that begins here \[counts\].
-    TravelFrom(i64),
     /// Entries of the setpoint table, at least.
     Setpoints,
     /// Exponent of the error range.
@@ -122,6 +120,58 @@ pub enum What {
     Detection,
 }
 
+/// `?` for constant evaluation, which has none yet.
+macro_rules! accepted {
+    ($result:expr) => {
+        match $result {
+            Ok(value) => value,
+            Err(refusal) => return Err(refusal),
+        }
+    };
+}
+
+pub(crate) use accepted;
+
+impl What {
+    /// Refuses a value that is not allowed. Inlined, so that an image that drops
+    /// a refusal makes none.
+    #[inline(always)]
+    pub(crate) const fn within(self, value: i64, allowed: [i64; 2]) -> Result<(), Refusal> {
+        let [least, most] = allowed;
+        if value < least || value > most {
+            return Err(Refusal::new(self, value, allowed));
+        }
+        Ok(())
+    }
+
+    /// The same for words without sign.
+    #[inline(always)]
+    pub(crate) const fn word_within(
+        self,
+        value: u32,
+        [least, most]: [u32; 2],
+    ) -> Result<(), Refusal> {
+        let allowed = [wide::unsigned(least), wide::unsigned(most)];
+        self.within(wide::unsigned(value), allowed)
+    }
+
+    /// The same for bytes.
+    #[inline(always)]
+    pub(crate) const fn byte_within(
+        self,
+        value: u8,
+        [least, most]: [u8; 2],
+    ) -> Result<(), Refusal> {
+        self.word_within(wide::byte(value), [wide::byte(least), wide::byte(most)])
+    }
+
+    /// The same for a mantissa, which must not be negative.
+    #[inline(always)]
+    pub(crate) const fn positive(self, mantissa: i32) -> Result<(), Refusal> {
+        self.within(wide::signed(mantissa), [0, wide::signed(i32::MAX)])
+    }
+}
+
 impl Refusal {
     pub(crate) const fn new(what: What, value: i64, [least, most]: [i64; 2]) -> Self {
         Self {
@@ -130,12 +180,6 @@ impl Refusal {
             least,
             most,
         }
-    }
-
-    pub(crate) const fn negative(part: Part, word: GainWord) -> Self {
-        let allowed = [0, widen::signed(i32::MAX)];
-        let value = widen::signed(word.mantissa);
-        Self::new(What::Gain(part, word), value, allowed)
     }
 }
 
@@ -147,196 +191,156 @@ impl fmt::Display for Refusal {
             least,
             most,
         } = *self;
+        // A sentence of the setting, its value and its range.
+        macro_rules! say {
+            ($($sentence:tt)*) => { write!(f, $($sentence)*) };
+        }
         match what {
-            What::DacBits => write!(
-                f,
+            What::DacBits => say!(
                 "a D/A converter of {value} bits is not supported; it must have {least} to {most} bits"
             ),
-            What::SlewCodes => write!(
-                f,
+            What::SlewCodes => say!(
                 "a slew limit of {value} codes per sample is not supported; \
                  it must be {least} to {most}"
             ),
-            What::CounterBits => write!(
-                f,
+            What::CounterBits => say!(
                 "a counter of {value} bits is not supported; it must have between {least} and {most}"
             ),
-            What::LargestJump(bits) => write!(
-                f,
+            What::LargestJump(bits) => say!(
                 "a largest jump of {value} counts cannot be told from a wrap of {bits} bits \
                  or lets no axis move; it must lie between {least} and {most}"
             ),
-            What::TravelFrom(from) => write!(
-                f,
-                "the travel from {from} to {value} counts is too long for positions \
-                 modulo 2^32; it must be shorter than 2^31 counts"
-            ),
-            What::Setpoints if value == 0 => f.write_str(
+            What::Setpoints if value == 0 => say!(
                 "the setpoint table is empty; it needs at least the setpoint of the first sample",
             ),
-            What::Setpoints => write!(
-                f,
+            What::Setpoints => say!(
                 "the motion needs {value} setpoints but the table holds {most}; \
                  a longer sample time or a shorter motion needs fewer"
             ),
-            What::ErrorBits => write!(
-                f,
+            What::ErrorBits => say!(
                 "an error range of 2^{value} counts is not supported; \
                  the exponent must lie between {least} and {most}"
             ),
-            What::Gain(part, word) => write!(
-                f,
-                "the word {word} of {part} is negative; a gain must be at least {least}"
-            ),
-            What::PidFractionBits(part, word) => write!(
-                f,
+            What::Gain(part, word) => {
+                say!("the word {word} of {part} is negative; a gain must be at least {least}")
+            }
+            What::PidFractionBits(part, word) => say!(
                 "the word {word} of {part} has {value} fraction bits; \
                  it must have between {least} and {most} of them"
             ),
-            What::PidDerivative(word) => write!(
-                f,
+            What::PidDerivative(word) => say!(
                 "the word {word} of Kd/Δt is larger than 2^27 codes per count; \
                  with {} fraction bits the mantissa must be at most {most}",
                 word.fraction_bits
             ),
-            What::SumFractionBits => write!(
-                f,
+            What::SumFractionBits => say!(
                 "a sum with {value} fraction bits is not supported; it must have {least} to {most}"
             ),
-            What::LawFractionBits(part, word) => write!(
-                f,
+            What::LawFractionBits(part, word) => say!(
                 "the word {word} of {part} has {value} fraction bits; \
                  it must have at least {least} of them, and at most the {most} of the sum"
             ),
-            What::Term(part, word) => write!(
-                f,
+            What::Term(part, word) => say!(
                 "the word {word} of {part} times {value} needs more than 62 bits; \
                  a smaller gain or a smaller range fits"
             ),
-            What::Difference(word) => write!(
-                f,
+            What::Difference(word) => say!(
                 "the word {word} of Kd/Δt is too coarse for differences up to {value} counts: \
                  they must be at most 2^{}",
                 word.fraction_bits
             ),
-            What::Terms => write!(
-                f,
+            What::Terms => say!(
                 "the terms of the law add up to more than 2^{} codes; \
                  a sum with fewer than {value} fraction bits or smaller gains fit",
                 62_i64.saturating_sub(value)
             ),
-            What::ErrorSum => write!(
-                f,
+            What::ErrorSum => say!(
                 "the words let the sum of errors reach {value} counts; \
                  it must reach {least}: 2^8 errors of the largest size"
             ),
-            What::FilterSmoothing => write!(
-                f,
+            What::FilterSmoothing => say!(
                 "the filter's word is {value}; Δt/(T_f + Δt)·2^31 must be between 1 and 2^31 − 1"
             ),
-            What::FilterFractionBits => write!(
-                f,
+            What::FilterFractionBits => say!(
                 "the filtered difference has {value} fraction bits; \
                  the accuracy needs at least {least}, and its range and the sum leave at most {most}"
             ),
-            What::Tracking => write!(
-                f,
-                "the tracking word is {value}; Δt/T_t·2^31 must be between 1 and 2^31 − 1"
-            ),
-            What::Period => write!(
-                f,
-                "the sample time is {value}; it must be at least {least} ns"
-            ),
-            What::Travel => write!(
-                f,
+            What::Tracking => {
+                say!("the tracking word is {value}; Δt/T_t·2^31 must be between 1 and 2^31 − 1")
+            }
+            What::Period => say!("the sample time is {value}; it must be at least {least} ns"),
+            What::Travel => say!(
                 "a travel of {value}/2^32 counts is too long; it must be shorter than 2^31 counts"
             ),
-            What::Rise => f.write_str(
-                "the intervals 1 to 3 are all 0; one of them must be longer to gain speed",
-            ),
-            What::Fall => f.write_str(
-                "the intervals 5 to 7 are all 0; one of them must be longer to lose speed",
-            ),
-            What::Duration => write!(
-                f,
-                "the intervals add up to {value} ps; together they may last 2^62 ps, 53 days"
-            ),
-            What::Velocity => write!(
-                f,
+            What::Rise => {
+                say!("the intervals 1 to 3 are all 0; one of them must be longer to gain speed",)
+            }
+            What::Fall => {
+                say!("the intervals 5 to 7 are all 0; one of them must be longer to lose speed",)
+            }
+            What::Duration => {
+                say!("the intervals add up to {value} ps; together they may last 2^62 ps, 53 days")
+            }
+            What::Velocity => say!(
                 "the motion reaches {value} counts per sample; \
                  it must stay below 2^30, with a longer motion or a shorter sample time"
             ),
-            What::Acceleration(interval) => write!(
-                f,
+            What::Acceleration(interval) => say!(
                 "interval {interval} accelerates by {value} counts per sample²; \
                  it must stay below 2^30, with a longer interval or a shorter sample time"
             ),
-            What::IntervalSamples(interval) => write!(
-                f,
+            What::IntervalSamples(interval) => say!(
                 "interval {interval} has {value} samples; \
                  up to {most} of them are exact to a quarter of a count"
             ),
-            What::FollowingError => write!(
-                f,
+            What::FollowingError => say!(
                 "a following error limit of {value} counts is of no use; \
                  it must lie between {least} and {most}"
             ),
-            What::Lag(per_speed) => write!(
-                f,
+            What::Lag(per_speed) => say!(
                 "the following error's share per speed {per_speed} is negative; \
                  it must be at least {least}"
             ),
-            What::LagFractionBits(per_speed) => write!(
-                f,
+            What::LagFractionBits(per_speed) => say!(
                 "the following error's share per speed {per_speed} and a velocity with \
                  {value} fraction bits have more than 62 of them together"
             ),
-            What::EncoderLossCode => write!(
-                f,
+            What::EncoderLossCode => say!(
                 "a code threshold of {value} cannot tell a lost encoder; \
                  it must lie between {least} and {most}"
             ),
-            What::EncoderLossSamples => write!(
-                f,
+            What::EncoderLossSamples => say!(
                 "an encoder cannot be lost after {value} samples; it must be at least {least} sample"
             ),
-            What::SaturationSamples => write!(
-                f,
+            What::SaturationSamples => say!(
                 "{value} samples at a limit are never passed; the number must be below {value}"
             ),
-            What::HalfGap => write!(
-                f,
-                "a half gap of {value} counts is too large; it must be at most {most}"
-            ),
-            What::NoRoom([velocity, acceleration]) => write!(
-                f,
+            What::HalfGap => {
+                say!("a half gap of {value} counts is too large; it must be at most {most}")
+            }
+            What::NoRoom([velocity, acceleration]) => say!(
                 "the motion leaves {velocity}·2^-32 counts/sample and {acceleration}·2^-32 \
                  counts/sample² of the axis' limits; a half gap of {value} counts cannot be \
                  taken up unless both are above 0"
             ),
-            What::Crossing([velocity, acceleration]) => write!(
-                f,
+            What::Crossing([velocity, acceleration]) => say!(
                 "with {velocity}·2^-32 counts/sample and {acceleration}·2^-32 counts/sample² \
                  left of the axis' limits a half gap of {value} counts takes more than \
                  131070 samples to cross; a slower motion leaves more"
             ),
-            What::CreepSpeed => write!(
-                f,
+            What::CreepSpeed => say!(
                 "a creep of {value}·2^-16 counts/sample is not supported; \
                  it must lie between {least} and {most}"
             ),
-            What::LongestCreep => write!(
-                f,
+            What::LongestCreep => say!(
                 "a longest creep of {value} counts is not supported; \
                  it must lie between {least} and {most}"
             ),
-            What::LoadRatio => write!(
-                f,
+            What::LoadRatio => say!(
                 "{value}·2^-16 motor counts per load count are not supported; \
                  it must lie between {least} and {most}"
             ),
-            What::Detection => write!(
-                f,
+            What::Detection => say!(
                 "a detection with a threshold of {value} sees a load where none is; \
                  it must be at least {least}"
             ),

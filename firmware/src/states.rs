@@ -146,8 +146,8 @@ pub struct Refused {
 
 impl fmt::Display for Refused {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { state, event } = self;
-        let allowed = match event {
+        let (asked, now) = (self.event.name(), self.state.name());
+        let must = match self.event {
             Event::Enable => "the axis must be disabled",
             Event::Disable => "a fault has to be reset",
             Event::Start => "the axis must be enabled or holding",
@@ -155,12 +155,7 @@ impl fmt::Display for Refused {
             Event::Fail => "a check must have tripped",
             Event::Reset => "there must be a fault",
         };
-        write!(
-            f,
-            "the event {} is refused in the state {}; {allowed}",
-            event.name(),
-            state.name()
-        )
+        write!(f, "the event {asked} is refused in the state {now}; {must}")
     }
 }
 

@@ -219,11 +219,13 @@ proptest! {
         let controller = Controller::new(
             pid,
             Dac::with_bits(24).unwrap(),
-            SetpointTable::<1>::starting_at(0),
+            SetpointTable::<1>::resting_at(0),
         );
         let mut state = ControllerState::default();
         for count in counts {
-            controller.tick(&mut state, count);
+            let output = controller.tick(&mut state, count);
+            prop_assert_eq!(output.error_counts, count.wrapping_neg());
+            prop_assert!((-(1 << 23)..1 << 23).contains(&output.code));
         }
     }
 }

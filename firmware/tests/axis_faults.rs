@@ -156,7 +156,7 @@ fn comes_back(run: &mut Loop) {
 fn without_its_watch_nothing_trips() {
     for mut provocation in provocations() {
         provocation.monitors = Monitors::default();
-        provocation.counter = CounterParameters::default();
+        provocation.counter = CounterParameters::WORD;
         match provocation.cause {
             FaultCause::EmergencyStop | FaultCause::HardwareBus => provocation.inputs = |_, _| {},
             FaultCause::SetpointUnderrun => provocation.next = stay,

@@ -94,7 +94,7 @@ fn runs_of_samples_start_anew_when_the_axis_is_enabled() {
 #[test]
 fn a_load_register_that_does_not_come_stops_the_axis() {
     let mut axis = axis(PAPER);
-    axis.feedback = Feedback::Load(CounterParameters::default());
+    axis.feedback = Feedback::Load(CounterParameters::WORD);
     let mut state = AxisState::start(&axis);
     axis.request(&mut state, Event::Enable).expect("disabled");
     let sample = |state: &mut AxisState, tick, load_register| {

@@ -7,7 +7,6 @@ mod exact;
 
 use exact::Random;
 use firmware::faults::{FaultCause, Trip};
-use firmware::position::travel_fits;
 use firmware::refusal::What;
 use firmware::{CounterParameters, PositionState, Refusal};
 use proptest::prelude::*;
@@ -177,19 +176,6 @@ proptest! {
             prop_assert_eq!(state.missed(), since);
         }
     }
-
-    #[test]
-    fn a_travel_is_its_difference_or_refused(from in any::<i64>(), near in -3_i64 << 30..3 << 30, far in any::<i64>()) {
-        for to in [from.saturating_add(near), far] {
-            let travel = i128::from(to) - i128::from(from);
-            let expected = if travel.unsigned_abs() < 1 << 31 {
-                Ok(travel as i32)
-            } else {
-                Err(too_long(from, to))
-            };
-            prop_assert_eq!(travel_fits(from, to), expected);
-        }
-    }
 }
 
 /// 100 counts a sample in 8 bits: after one bad reading 200 would be allowed,
@@ -227,24 +213,6 @@ fn a_missed_sample_allows_its_jump_below_half_the_register() {
             let trip = reading.glitch.map(|trip| (trip.measured, trip.limit));
             assert_eq!(trip, (step.abs() > limit).then_some((step, limit)));
         }
-    }
-}
-
-#[test]
-fn travels_end_below_half_the_wheel() {
-    let half = 1_i64 << 31;
-    assert_eq!(travel_fits(0, half - 1), Ok(i32::MAX));
-    assert_eq!(travel_fits(0, 1 - half), Ok(-i32::MAX));
-    for (from, to) in [(0, half), (0, -half), (half, 0), (i64::MIN, i64::MAX)] {
-        let error = travel_fits(from, to).expect_err("too long");
-        assert_eq!(error, too_long(from, to));
-        assert_eq!(
-            error.to_string(),
-            format!(
-                "the travel from {from} to {to} counts is too long for positions modulo 2^32; \
-                 it must be shorter than 2^31 counts"
-            )
-        );
     }
 }
 
@@ -292,10 +260,4 @@ fn refusal(what: What, value: i64, [least, most]: [i64; 2]) -> Refusal {
         least,
         most,
     }
-}
-
-fn too_long(from: i64, to: i64) -> Refusal {
-    let half = i64::from(i32::MAX);
-    let allowed = [from.saturating_sub(half), from.saturating_add(half)];
-    refusal(What::TravelFrom(from), to, allowed)
 }

@@ -54,7 +54,7 @@ fn an_empty_table_is_refused() {
 
 #[test]
 fn pushing_and_filling_give_the_same_table() {
-    let mut pushed = SetpointTable::<8>::starting_at(5);
+    let mut pushed = SetpointTable::<8>::from_counts(&[5]).expect("there is room");
     for setpoint in [6, -7, i32::MIN] {
         pushed.push(setpoint).expect("there is room");
     }
@@ -87,16 +87,19 @@ fn the_controller_takes_one_setpoint_a_sample_and_starts_anew_with_a_new_state()
     let table = SetpointTable::<4>::from_counts(&[10, 20, 30]).expect("there is room");
     let controller = Controller::new(pid, dac, table);
 
-    for _ in 0..2 {
+    let [first, second] = [(); 2].map(|()| {
         let mut state = ControllerState::default();
-        for (k, error) in [10, 20, 30, 30, 30].into_iter().enumerate() {
-            assert_eq!(state.sample(), u64::try_from(k).expect("small"));
+        for error in [10, 20, 30, 30, 30] {
+            let before = state;
             let output = controller.tick(&mut state, 0);
+            // Each sample is counted.
+            assert_ne!(state, before);
             assert_eq!((output.error_counts, output.code), (error, error));
             assert!(!output.status.code_limited);
         }
-        assert_eq!(state.pid().previous_error(), Some(30));
-    }
+        state
+    });
+    assert_eq!(first, second);
 }
 
 #[test]
@@ -109,7 +112,7 @@ fn status_tells_the_limits_apart() {
     })
     .expect("accepted");
     let dac = Dac::with_bits(12).expect("12 bits are supported");
-    let table = SetpointTable::<1>::starting_at(0);
+    let table = SetpointTable::<1>::resting_at(0);
     let controller = Controller::new(pid, dac, table);
     let mut state = ControllerState::default();
 

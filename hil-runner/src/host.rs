@@ -1,5 +1,5 @@
-//! Runs on this machine: over a function call or a pair of channels, and with a
-//! clock at the controller's step.
+//! Runs on this machine: over a function call or a pair of channels, with a
+//! clock at the controller's step, and many of them on several threads.
 //!
 //! Controller and plant in two threads, with a channel in each direction, have
 //! the shape that real time needs. The bits are those of a function call, since
@@ -8,17 +8,20 @@
 //! them.
 
 use std::hint::black_box;
+use std::num::NonZeroUsize;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, Sender};
 use hil_core::case::{Case, Law};
-use hil_core::case_run::{CaseRun, HostTiming};
 use hil_core::controllers::Controller;
 use hil_core::error::RunError;
+use hil_core::lanes::{Runs, parcels};
 use hil_core::message::{Command, Link, LinkError, Measurement};
+use hil_core::number::seconds;
 use hil_core::quantise::FixedPointGains;
-use hil_core::run::{self, Outcome, RowSink, RunOptions};
-use hil_core::time::seconds;
+use hil_core::run::{self, CaseRun, HostTiming, Outcome, RowSink, RunOptions};
+use hil_core::summary::Summary;
 
 /// Connection of controller and plant on one machine.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -41,17 +44,17 @@ impl LinkKind {
         options: RunOptions,
         sink: &mut RowSink<'_>,
     ) -> Result<Outcome, RunError> {
-        if self == Self::InProcess || case.controller.law == Law::Continuous {
+        if case.controller.law == Law::Continuous {
             return run::run(case, options, sink);
         }
-        Self::Channel.run_with(case, options, run::controller(case, options.io)?, sink)
+        self.run_with(case, options, run::controller(case, options.io)?, sink)
     }
 
     /// The same with a controller that is ready for its first sample.
     ///
     /// # Errors
     /// As [`run::run_over`].
-    pub(crate) fn run_with(
+    fn run_with(
         self,
         case: &Case,
         options: RunOptions,
@@ -61,10 +64,22 @@ impl LinkKind {
         if self == Self::InProcess {
             return run::run_over(case, options, &mut controller, sink);
         }
-        let (mut plant_end, controller_end) = channel_pair();
-        plant_end.gains = controller.gains();
+        // One message fits in each direction: there is never more in flight.
+        let (measurements, asked) = crossbeam_channel::bounded(1);
+        let (answers, commands) = crossbeam_channel::bounded(1);
+        let mut plant_end = ChannelLink {
+            measurements,
+            commands,
+            gains: controller.gains(),
+        };
         std::thread::scope(|scope| {
-            let served = scope.spawn(move || controller_end.serve(controller));
+            let served = scope.spawn(move || {
+                for measurement in &asked {
+                    if answers.send(controller.step(measurement)).is_err() {
+                        return;
+                    }
+                }
+            });
             let outcome = run::run_over(case, options, &mut plant_end, sink);
             // Hanging up ends the controller's thread.
             drop(plant_end);
@@ -78,34 +93,10 @@ impl LinkKind {
 
 /// The plant's end of a pair of channels.
 #[derive(Debug)]
-pub struct ChannelLink {
+struct ChannelLink {
     measurements: Sender<Measurement>,
     commands: Receiver<Command>,
     gains: Option<FixedPointGains>,
-}
-
-/// The controller's end of a pair of channels.
-#[derive(Debug)]
-pub struct ChannelController {
-    measurements: Receiver<Measurement>,
-    commands: Sender<Command>,
-}
-
-/// Two ends of a lockstep connection between a plant thread and a controller
-/// thread. One message fits in each direction: there is never more in flight.
-pub fn channel_pair() -> (ChannelLink, ChannelController) {
-    let (measurements, from_plant) = crossbeam_channel::bounded(1);
-    let (commands, to_plant) = crossbeam_channel::bounded(1);
-    let plant_end = ChannelLink {
-        measurements,
-        commands: to_plant,
-        gains: None,
-    };
-    let controller_end = ChannelController {
-        measurements: from_plant,
-        commands,
-    };
-    (plant_end, controller_end)
 }
 
 impl Link for ChannelLink {
@@ -125,17 +116,6 @@ impl Link for ChannelLink {
 
     fn gains(&self) -> Option<FixedPointGains> {
         self.gains.clone()
-    }
-}
-
-impl ChannelController {
-    /// Answers measurements until the plant's end is dropped.
-    pub fn serve(self, mut controller: Controller) {
-        for measurement in &self.measurements {
-            if self.commands.send(controller.step(measurement)).is_err() {
-                return;
-            }
-        }
     }
 }
 
@@ -171,22 +151,12 @@ fn measure(
     inputs: &[Measurement],
     sample_time_us: f64,
 ) -> Option<HostTiming> {
-    let mut steps: Vec<Duration> = Vec::with_capacity(inputs.len());
-    for &measurement in inputs {
-        let start = Instant::now();
-        black_box(controller.step(black_box(measurement)));
-        steps.push(start.elapsed());
-    }
-    let mut empty: Vec<Duration> = inputs
-        .iter()
-        .map(|measurement| {
-            let start = Instant::now();
-            black_box(measurement);
-            start.elapsed()
-        })
-        .collect();
-    steps.sort_unstable();
-    empty.sort_unstable();
+    let steps = times(inputs, |measurement| {
+        black_box(controller.step(black_box(*measurement)));
+    });
+    let empty = times(inputs, |measurement| {
+        black_box(measurement);
+    });
     Some(HostTiming {
         steps: steps.len(),
         median_us: percentile_us(&steps, 50)?,
@@ -197,10 +167,75 @@ fn measure(
     })
 }
 
+/// The time of each step over its input, sorted.
+fn times(inputs: &[Measurement], mut step: impl FnMut(&Measurement)) -> Vec<Duration> {
+    let timed = inputs.iter().map(|measurement| {
+        let start = Instant::now();
+        step(measurement);
+        start.elapsed()
+    });
+    let mut times: Vec<Duration> = timed.collect();
+    times.sort_unstable();
+    times
+}
+
 /// Nearest-rank percentile of sorted durations \[µs\].
 fn percentile_us(sorted: &[Duration], percent: usize) -> Option<f64> {
     let rank = (sorted.len() * percent).div_ceil(100).max(1);
     sorted.get(rank - 1).map(|d| d.as_secs_f64() * 1e6)
+}
+
+/// The figures of every case, in their order: bit for bit those of
+/// [`hil_core::run::run`] with `run.events = false`, whatever the number of
+/// threads.
+///
+/// ```
+/// use std::num::NonZeroUsize;
+/// use hil_core::runfile;
+/// use hil_runner::host;
+///
+/// let case = runfile::builtin("paper-2", &["controller.law=quantised".to_owned()])?;
+/// let cases: Vec<_> = (1..=5)
+///     .map(|gain| {
+///         let mut case = case.clone();
+///         case.controller.gains.kp = f64::from(gain);
+///         case
+///     })
+///     .collect();
+/// let figures = host::figures(&cases, NonZeroUsize::MIN)?;
+/// let errors: Vec<_> = figures.iter().flatten().map(|f| f.peak_following_error_mm).collect();
+/// assert!(errors.is_sorted_by(|a, b| a > b));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// # Errors
+/// The threads cannot be started.
+pub fn figures(
+    cases: &[Case],
+    threads: NonZeroUsize,
+) -> Result<Vec<Result<Summary, RunError>>, rayon::ThreadPoolBuildError> {
+    let threads = threads.get();
+    if threads == 1 {
+        let mut results = Vec::with_capacity(cases.len());
+        Runs::new().figures(cases, &mut results);
+        return Ok(results);
+    }
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()?;
+    let parcels = parcels(cases, threads);
+    let next = AtomicUsize::new(0);
+    let done = pool.broadcast(|_| {
+        let mut runs = Runs::new();
+        let mut done = Vec::new();
+        while let Some(parcel) = parcels.get(next.fetch_add(1, Ordering::Relaxed)) {
+            runs.of_parcel(cases, parcel, |place, figures| done.push((place, figures)));
+        }
+        done
+    });
+    let mut done: Vec<_> = done.into_iter().flatten().collect();
+    done.sort_unstable_by_key(|(place, _)| *place);
+    Ok(done.into_iter().map(|(_, figures)| figures).collect())
 }
 
 #[cfg(test)]
@@ -209,10 +244,23 @@ mod tests {
 
     use super::*;
 
+    /// The plant's end, and the controller's.
+    fn ends() -> (ChannelLink, Receiver<Measurement>, Sender<Command>) {
+        let (measurements, asked) = crossbeam_channel::bounded(1);
+        let (answers, commands) = crossbeam_channel::bounded(1);
+        let gains = None;
+        let link = ChannelLink {
+            measurements,
+            commands,
+            gains,
+        };
+        (link, asked, answers)
+    }
+
     #[test]
     fn a_controller_that_is_gone_is_an_error() {
-        let (mut link, controller) = channel_pair();
-        drop(controller);
+        let (mut link, asked, answers) = ends();
+        drop((asked, answers));
         let measurement = Measurement {
             tick: 7,
             position_counts: Steps::Whole(0),
@@ -226,9 +274,9 @@ mod tests {
 
     #[test]
     fn an_answer_to_another_sample_is_an_error() {
-        let (mut link, controller) = channel_pair();
+        let (mut link, _asked, answers) = ends();
         let answer = Command::whole(6, 0, 0);
-        controller.commands.send(answer).unwrap();
+        answers.send(answer).unwrap();
         let measurement = Measurement {
             tick: 7,
             position_counts: Steps::Whole(0),

@@ -6,9 +6,7 @@
 //! ```
 
 pub mod chip;
-pub mod command_line;
 pub mod files;
 pub mod host;
-pub mod lanes;
 pub mod report;
 pub mod study;

@@ -6,10 +6,9 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-use hil_core::case_run::CaseRun;
 use hil_core::ladder::GRID_NS;
 use hil_core::reservation::{Reservation, kept_but};
-use hil_core::run::{Outcome, RunOptions};
+use hil_core::run::{CaseRun, Outcome, RunOptions};
 use hil_runner::{files, report};
 
 const FLOATING: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../tests/cases/floating.toml");

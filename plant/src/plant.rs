@@ -3,8 +3,7 @@
 
 use crate::exact::Tables;
 use crate::hybrid::{Automaton, PlantError};
-use crate::model::axis::AxisParameters;
-use crate::model::axis::{Axis, Drive};
+use crate::model::axis::{Axis, AxisParameters, Drive};
 use crate::model::joint::Contact;
 use crate::model::state::State;
 use crate::numerics::seconds;

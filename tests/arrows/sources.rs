@@ -20,7 +20,7 @@ pub(crate) struct Package {
     files: BTreeMap<Names, File>,
 }
 
-/// What one file says.
+/// One file, with the paths that it uses and the names that it passes on.
 struct File {
     path: String,
     /// Every path that it uses, from the root of its package or of another.
@@ -231,7 +231,7 @@ impl<'ast> Visit<'ast> for Found<'_> {
     }
 }
 
-/// Whether an item is there for tests alone.
+/// True of an item that is there for tests alone.
 fn is_test(attributes: &[syn::Attribute]) -> bool {
     attributes.iter().any(|attribute| {
         attribute.path().is_ident("cfg")

@@ -8,7 +8,7 @@ use plant::{ContactChange, Plant, Solver, State};
 use crate::margin::{Margin, Passage};
 use crate::trial::{Sample, Trial, components};
 
-/// What the state may differ by, in units of its range over the run.
+/// Tolerance of the state, in units of its range over the run.
 pub(crate) const STATE_SHARE: f64 = 1e-10;
 
 /// Ranges below this are held to this: a component that stands still has no
@@ -25,12 +25,12 @@ pub(crate) const SHALLOW_RAD: f64 = 1e-12;
 /// Positions this close to the next count are left to rounding \[counts\].
 const NEAR_COUNT: f64 = 1e-6;
 
-/// Where one last bit of the start moves the reference's end by more than this
-/// share of the tolerance, the tolerance means nothing: a solver rounds at
-/// least a hundred times on the way, and a hundred roundings add up like ten.
+/// Share of the tolerance beyond which it means nothing if one last bit of the
+/// start moves the reference's end by so much: a solver rounds at least a
+/// hundred times on the way, and a hundred roundings add up like ten.
 const LAST_BIT_SHARE: f64 = 0.1;
 
-/// Why a sample that does not agree is left out.
+/// Reason to leave out a sample that does not agree.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Excuse {
     /// A surface was touched.
@@ -42,14 +42,14 @@ pub(crate) enum Excuse {
     Amplified,
 }
 
-/// What came of one sample.
+/// Outcome of one sample.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Verdict {
     /// A surface was touched.
     pub(crate) touched: bool,
     /// The position is next to a count.
     pub(crate) near_count: bool,
-    /// Why a disagreement does not count.
+    /// Reason for which a disagreement does not count.
     pub(crate) excuse: Option<Excuse>,
     /// Compared with the finer reference.
     pub(crate) finer: bool,
@@ -57,10 +57,9 @@ pub(crate) struct Verdict {
     pub(crate) state_share: f64,
     /// Largest difference in time of a contact change over what it may be.
     pub(crate) time_share: f64,
-    /// Where the last bit of the start decides: how many times its effect the
-    /// difference is.
+    /// The difference in units of the effect of the last bit, if that decides.
     pub(crate) last_bits: f64,
-    /// What does not agree.
+    /// The first thing that does not agree.
     pub(crate) fault: Option<String>,
 }
 
@@ -193,7 +192,7 @@ fn seconds(ns: u64) -> f64 {
     ns as f64 / 1e9
 }
 
-/// How far the reference's end moves, in units of its tolerance, when one
+/// Movement of the reference's end, in units of its tolerance, when one
 /// component of the start changes in its last bit: the largest of all ten.
 fn last_bit_share(trial: &Trial, sample: &Sample, tolerance: f64, end: &State) -> f64 {
     let start = sample.before.state();

@@ -1,5 +1,5 @@
-//! How close the reference comes to a contact surface without going through,
-//! or how little it goes through: below that, rounding decides what happens.
+//! Margin between the reference and a contact surface that it does not go through,
+//! or only by a little: if it is small, rounding decides what happens.
 //!
 //! Two surfaces part the modes of the joint: `|ε| = b`, and with `no_pull`
 //! the flank's torque `Ψ = 0`, here as the angle `Ψ/k`. Between two passes
@@ -141,7 +141,7 @@ impl Margin {
     }
 }
 
-/// Where the rate changes its sign, by halving.
+/// The instant at which the rate changes its sign, by halving.
 fn turning_point(
     look: &impl Fn(f64) -> Option<(f64, f64)>,
     mut from: f64,

@@ -1,4 +1,4 @@
-//! What a campaign saw, counted.
+//! Counts over the samples of a campaign.
 
 use core::fmt;
 

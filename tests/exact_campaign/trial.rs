@@ -8,7 +8,7 @@ use hil_core::controllers::{Controller, IoKind};
 use hil_core::message::Measurement;
 use plant::{AxisParameters, ContactChange, Drive, Joint, Plant, PlantError, Span, State, Watch};
 
-/// Where the voltage of a sample comes from.
+/// Source of a sample's voltage.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Excitation {
     /// The law's own codes.
@@ -59,7 +59,7 @@ impl Sample {
 pub(crate) struct Trial {
     /// Axis, law and parts.
     pub(crate) case: Case,
-    /// Where the voltages came from.
+    /// Source of the voltages.
     pub(crate) excitation: Excitation,
     /// The samples in order.
     pub(crate) samples: Vec<Sample>,
@@ -117,7 +117,7 @@ impl Trial {
     /// behind the reference's back.
     ///
     /// # Errors
-    /// What the exact solver gave up with.
+    /// The error with which the exact solver gave up.
     pub(crate) fn run(seed: u64, spoil: fn(&mut AxisParameters)) -> Result<Self, PlantError> {
         let draw = &mut Draw::new(seed);
         let laws = [Law::Sampled, Law::Quantised, Law::Firmware];

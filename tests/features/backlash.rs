@@ -3,7 +3,7 @@
 
 use super::{FRICTION, PAPER, Ran};
 
-/// What the axis can do; the paper's moves need 0.5 m/s and 3.1 m/s².
+/// Limits of the axis; the paper's moves need 0.5 m/s and 3.1 m/s².
 pub(crate) const LIMITS: [&str; 3] = [
     "limits.velocity_mps=2",
     "limits.acceleration_mps2=20",

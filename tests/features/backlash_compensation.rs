@@ -1,4 +1,4 @@
-//! How the gap is crossed, and how it is measured.
+//! Crossing the gap, and measuring it.
 
 use bench_tests::case;
 use hil_core::controllers::{IoKind, measure_gap};

@@ -1,11 +1,11 @@
-//! What the table of words says that fits, fits; and not much more does.
+//! Settings that fit by the table of fixed-point gains do fit; hardly any others do.
 
 use bench_tests::case;
 use hil_core::controllers::{
     Controller, IoKind, accepted, scaling_request, smallest_sample_time_ns,
 };
 use hil_core::number;
-use hil_core::scaling::GAIN_KEYS;
+use hil_core::quantise::{PARTS, key as key_of};
 use hil_core::scaling::ScalingRequest;
 
 use super::Ran;
@@ -57,7 +57,7 @@ fn the_largest_gain_fits_and_one_percent_more_does_not() {
     for sets in CASES {
         let request = scaling_request(&case("paper-2", sets)).unwrap();
         request.scaled_law().unwrap();
-        for (index, key) in GAIN_KEYS.into_iter().enumerate() {
+        for (index, key) in PARTS.map(key_of).into_iter().enumerate() {
             let largest = request.largest_gain(index);
             println!("{sets:?}: {key} up to {}", number::table(largest));
             assert!(
@@ -77,7 +77,7 @@ fn the_largest_gain_fits_and_one_percent_more_does_not() {
 fn the_printed_largest_gain_fits() {
     for sets in CASES {
         let request = scaling_request(&case("paper-2", sets)).unwrap();
-        for (index, key) in GAIN_KEYS.into_iter().enumerate() {
+        for (index, key) in PARTS.map(key_of).into_iter().enumerate() {
             let printed = number::table(request.largest_gain(index));
             let (mantissa, exponent) = printed.split_once("·10").unwrap_or((&printed, ""));
             let exponent: String = exponent.chars().map(plain_digit).collect();
@@ -130,7 +130,7 @@ fn the_smallest_sample_time_fits_and_one_percent_less_does_not() {
 fn the_run_agrees_with_the_table() {
     let sets = [GENERATOR, "run.duration_s=0.01"];
     let request = scaling_request(&case("paper-2", &sets)).unwrap();
-    for (index, key) in GAIN_KEYS.into_iter().enumerate() {
+    for (index, key) in PARTS.map(key_of).into_iter().enumerate() {
         let largest = request.largest_gain(index);
         let run = |value: f64| {
             let set = format!("{key}={value:e}");
@@ -149,7 +149,7 @@ fn the_run_agrees_with_the_table() {
     }
 }
 
-/// What stops a run stops the table too, words or not.
+/// An error that stops a run stops the table too, words or not.
 #[test]
 fn what_no_run_takes_has_no_table() {
     for sets in [

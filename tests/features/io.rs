@@ -83,7 +83,7 @@ fn an_error_on_the_bus_ends_both_safely() {
     assert_eq!(at.motor_voltage_v, 0.0);
 }
 
-/// What no chip on the board can do is refused with a sentence.
+/// Wirings that no chip on the board has are refused with a sentence.
 #[test]
 fn boards_that_cannot_be_had() {
     for (set, sentence) in [

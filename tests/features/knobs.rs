@@ -178,8 +178,8 @@ fn knobs() -> Vec<Knob> {
     ]
 }
 
-/// What a setting does: to the rows and the fault of the run, and for a
-/// measurement of the gap, which must give the same gap on whatever way, to its own record.
+/// The effect of a setting: on the rows and the fault of the run, and for a
+/// measurement of the gap, which must give the same gap on whatever way, on its own record.
 type Effect = (Vec<Row>, Option<FaultReport>, Option<GapMeasurement>);
 
 fn effect(base: &[&str], key: &str, value: &str) -> Effect {

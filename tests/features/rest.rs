@@ -2,8 +2,8 @@
 
 use super::{FRICTION, Ran, largest};
 
-/// Where friction holds the load: the error at the end \[counts\], and the
-/// last change of the code after the motion's end \[s\].
+/// Friction holds the load: the error at the end \[counts\], and the last
+/// change of the code after the motion's end \[s\].
 fn at_rest(set: &str) -> (f64, f64) {
     let ran = Ran::of("paper-2", &[&FRICTION, &[set]]);
     let codes = ran.codes();

@@ -83,8 +83,8 @@ fn windup_behind_a_slew_limit() {
     assert!(back.overshoot_mm() < 0.0);
 }
 
-/// What an axis that never reaches a limit gets from a treatment: nothing at
-/// all, to the last bit.
+/// A treatment changes nothing of an axis that never reaches a limit, to the
+/// last bit.
 #[test]
 fn no_limit_no_treatment() {
     let run = |treatment: &str| {

@@ -1,8 +1,7 @@
 //! On which rungs a key acts, and what is said of one that does not.
 
 use hil_core::case::Law;
-use hil_core::case_run::keys_without_effect;
-use hil_core::run::{RunOptions, run};
+use hil_core::run::{RunOptions, keys_without_effect, run};
 use hil_core::runfile::{Key, Need, Section};
 use hil_core::trace::Row;
 use hil_runner::study::{Changes, Study};
@@ -12,7 +11,7 @@ use super::{BASE, parse};
 
 const LOWER: [Law; 3] = [Law::Continuous, Law::Sampled, Law::Quantised];
 
-/// What else a key needs to stand in a run file, and on rung `firmware`.
+/// Further keys that a key needs in a run file, and on rung `firmware`.
 fn beside(path: &str) -> &'static [&'static str] {
     match path {
         "controller.feedback" => &[
@@ -59,7 +58,7 @@ fn keys_of_firmware() -> impl Iterator<Item = (String, &'static Key)> {
         .map(|(section, key)| (path(section, key), key))
 }
 
-/// What is said of the base with these sets on a rung.
+/// The remark on the base with these sets on a rung.
 fn told(law: Law, sets: &[&str]) -> Option<String> {
     let of_law = format!("controller.law={}", law.name());
     let case = parse(BASE, &[&[of_law.as_str()], sets].concat());
@@ -170,7 +169,7 @@ fn a_key_changes_nothing_where_it_does_not_act() {
     assert!(range("drive.dac_bits=14") != range("drive.dac_bits=12"));
 }
 
-/// What a study of the base on one rung says. The base has what an axis over
+/// Reads a study of the base on one rung. The base has what an axis over
 /// one key of a pair needs.
 fn study(law: Law, body: &str, sets: &[String]) -> Result<Study, String> {
     let pairs = "[gain_change]\nat_s = 0.2\nkp = 3\n[inject]\nencoder_glitch_s = 0.2\n\

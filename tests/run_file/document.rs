@@ -81,7 +81,7 @@ impl Document {
     }
 }
 
-/// Whether a key leaves no room for the other one of its section.
+/// True of a key that leaves no room for the other one of its section.
 fn excludes(key: &Key, other: &Key) -> bool {
     matches!(key.need, Need::OneOf(partner) | Need::NotWith(partner) if partner == other.name)
 }

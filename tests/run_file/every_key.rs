@@ -1,4 +1,4 @@
-//! What must hold for every key of the table, one after the other.
+//! Rules for every key of the table, one after the other.
 
 use hil_core::case::{Case, Law};
 use hil_core::runfile::{Key, Kind, Need, Range, Section, Value};

@@ -46,7 +46,7 @@ const COMPENSATION: [&str; 4] = [
     "backlash.compensation=velocity",
 ];
 
-/// What else must be said, and two values of the key.
+/// Further keys that must be given, and two values of the key.
 fn values(path: &str) -> (&'static [&'static str], [&'static str; 2]) {
     let generator = &COMPENSATION[..1];
     match path {

@@ -1,4 +1,4 @@
-//! What the run file says about the controller beyond the paper's law.
+//! Keys of the run file for a controller beyond the paper's law.
 
 use hil_runner::files;
 use std::f64::consts::{PI, TAU};

@@ -82,7 +82,7 @@ fn all_errors_are_reported_at_once_in_the_order_of_the_file() {
     );
 }
 
-/// What a screen shows, in the order of the file, and how many more there are.
+/// The sentences on a screen, in the order of the file, and the number of others.
 #[test]
 fn of_very_many_errors_the_first_are_listed() {
     let printed = |unknown: usize| -> Vec<String> {

@@ -127,12 +127,8 @@ pub struct Receiver {
 
 impl Receiver {
     /// At the start of a frame.
-    pub const fn new() -> Self {
-        Self {
-            state: DecoderState::Idle,
-            bytes: Vec::new(),
-            broken: false,
-        }
+    pub fn new() -> Self {
+        Self::default()
     }
 
     /// Takes a byte; `Some` if it ends a frame.

@@ -10,30 +10,15 @@ use firmware::MotionPlan;
 use firmware::motion::PlanHead;
 use firmware::motion::piece::{Long, Piece, Point, Shape, Turn};
 
-use crate::body::{Reader, Writer};
+use crate::body::{Reader, Wire, Writer};
 use crate::settings::Payload;
 
 /// The parts of a plan, the head first.
 pub fn parts(plan: &MotionPlan) -> impl Iterator<Item = Payload> {
-    let PlanHead {
-        sign,
-        end,
-        last_sample,
-        velocity_fraction_bits,
-        acceleration_fraction_bits,
-    } = plan.head();
-    let mut head = Writer::new();
-    head.i32(sign);
-    head.i32(end);
-    head.u64(last_sample);
-    head.u8(velocity_fraction_bits);
-    head.u8(acceleration_fraction_bits);
-    let pieces = plan.pieces().iter().filter_map(|piece| {
-        let mut part = Writer::new();
-        write_piece(&mut part, piece);
-        part.finish()
-    });
-    head.finish().into_iter().chain(pieces)
+    let first = Writer::body(|to| head(to, &mut plan.head()));
+    let pieces = plan.pieces().iter();
+    let pieces = pieces.filter_map(|one| Writer::body(|to| piece(to, &mut { *one })));
+    first.into_iter().chain(pieces)
 }
 
 /// Adds a part to a plan; a head begins another. `None` if it is no part, or
@@ -41,122 +26,94 @@ pub fn parts(plan: &MotionPlan) -> impl Iterator<Item = Payload> {
 pub fn take_part(plan: &mut MotionPlan, part: &[u8]) -> Option<()> {
     let mut from = Reader::new(part);
     if part.len() == HEAD_BYTES {
-        plan.begin(PlanHead {
-            sign: from.i32()?,
-            end: from.i32()?,
-            last_sample: from.u64()?,
-            velocity_fraction_bits: from.u8()?,
-            acceleration_fraction_bits: from.u8()?,
-        });
+        let mut taken = PlanHead::default();
+        head(&mut from, &mut taken)?;
+        plan.begin(taken);
         return Some(());
     }
-    let piece = read_piece(&mut from)?;
+    let [straight, _] = shapes();
+    let mut taken = Piece {
+        samples: 0,
+        entry: Point::default(),
+        shape: straight,
+    };
+    piece(&mut from, &mut taken)?;
     from.end()?;
-    plan.push(piece)
+    plan.push(taken)
 }
 
 /// Bytes of a head; a piece has more.
 const HEAD_BYTES: usize = 18;
 
-fn write_piece<const N: usize>(to: &mut Writer<N>, piece: &Piece) {
-    to.u32(piece.samples);
-    let Point {
-        line,
-        step,
-        sine,
-        cosine,
-        velocity,
-    } = piece.entry;
-    for long in [line, step] {
-        write_long(to, long);
-    }
-    for number in [sine, cosine, velocity] {
-        to.i64(number);
-    }
-    match piece.shape {
+fn head(wire: &mut impl Wire, head: &mut PlanHead) -> Option<()> {
+    wire.i32(&mut head.sign)?;
+    wire.i32(&mut head.end)?;
+    wire.u64(&mut head.last_sample)?;
+    wire.u8(&mut head.velocity_fraction_bits)?;
+    wire.u8(&mut head.acceleration_fraction_bits)
+}
+
+/// The two shapes, in the order of their numbers on the line.
+fn shapes() -> [Shape; 2] {
+    [
+        Shape::Straight {
+            growth: Long::default(),
+            velocity_growth: 0,
+            acceleration: 0,
+        },
+        Shape::Sine {
+            turn: Turn::default(),
+            shift: 0,
+            velocity_centre: 0,
+            velocity_weight: 0,
+            acceleration_weight: 0,
+            acceleration_centre: 0,
+        },
+    ]
+}
+
+fn piece(wire: &mut impl Wire, piece: &mut Piece) -> Option<()> {
+    let entry = &mut piece.entry;
+    wire.u32(&mut piece.samples)?;
+    long(wire, &mut entry.line)?;
+    long(wire, &mut entry.step)?;
+    wire.i64(&mut entry.sine)?;
+    wire.i64(&mut entry.cosine)?;
+    wire.i64(&mut entry.velocity)?;
+    wire.choice(&mut piece.shape, &shapes())?;
+    match &mut piece.shape {
         Shape::Straight {
             growth,
             velocity_growth,
             acceleration,
         } => {
-            to.u8(0);
-            write_long(to, growth);
-            to.i64(velocity_growth);
-            to.i32(acceleration);
+            long(wire, growth)?;
+            wire.i64(velocity_growth)?;
+            wire.i32(acceleration)
         }
         Shape::Sine {
-            turn,
+            turn: Turn { high, low, centre },
             shift,
             velocity_centre,
             velocity_weight,
             acceleration_weight,
             acceleration_centre,
         } => {
-            to.u8(1);
-            write_turn(to, turn);
-            to.u8(shift);
-            to.i64(velocity_centre);
-            to.i32(velocity_weight);
-            to.i32(acceleration_weight);
-            to.i32(acceleration_centre);
+            wire.u32(high)?;
+            wire.i32(low)?;
+            wire.i32(centre)?;
+            wire.u8(shift)?;
+            wire.i64(velocity_centre)?;
+            wire.i32(velocity_weight)?;
+            wire.i32(acceleration_weight)?;
+            wire.i32(acceleration_centre)
         }
     }
 }
 
-fn read_piece(from: &mut Reader<'_>) -> Option<Piece> {
-    Some(Piece {
-        samples: from.u32()?,
-        entry: Point {
-            line: read_long(from)?,
-            step: read_long(from)?,
-            sine: from.i64()?,
-            cosine: from.i64()?,
-            velocity: from.i64()?,
-        },
-        shape: match from.u8()? {
-            0 => Shape::Straight {
-                growth: read_long(from)?,
-                velocity_growth: from.i64()?,
-                acceleration: from.i32()?,
-            },
-            1 => Shape::Sine {
-                turn: read_turn(from)?,
-                shift: from.u8()?,
-                velocity_centre: from.i64()?,
-                velocity_weight: from.i32()?,
-                acceleration_weight: from.i32()?,
-                acceleration_centre: from.i32()?,
-            },
-            _ => return None,
-        },
-    })
-}
-
-fn write_long<const N: usize>(to: &mut Writer<N>, long: Long) {
-    let [lower, upper] = long.high;
-    for word in [long.low, lower, upper] {
-        to.u32(word);
-    }
-}
-
-fn read_long(from: &mut Reader<'_>) -> Option<Long> {
-    let [low, lower, upper] = [from.u32()?, from.u32()?, from.u32()?];
-    Some(Long {
-        high: [lower, upper],
-        low,
-    })
-}
-
-fn write_turn<const N: usize>(to: &mut Writer<N>, turn: Turn) {
-    to.u32(turn.high);
-    to.i32(turn.low);
-    to.i32(turn.centre);
-}
-
-fn read_turn(from: &mut Reader<'_>) -> Option<Turn> {
-    Some(Turn {
-        high: from.u32()?,
-        low: from.i32()?,
-        centre: from.i32()?,
-    })
+fn long(wire: &mut impl Wire, long: &mut Long) -> Option<()> {
+    let [lower, upper] = &mut long.high;
+    wire.u32(&mut long.low)?;
+    wire.u32(lower)?;
+    wire.u32(upper)
 }

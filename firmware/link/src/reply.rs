@@ -2,9 +2,8 @@
 
 use heapless::Vec;
 
-use crate::body::{Header, VERSION};
-use crate::body::{Reader, Writer};
-use crate::request::Events;
+use crate::body::{Header, VERSION, Wire, Writer};
+use crate::request::{Events, flag};
 use firmware::faults::{Fault, FaultCause, FaultValues};
 use firmware::states::State;
 
@@ -27,7 +26,7 @@ pub enum Reply {
 }
 
 /// Identity of the other end.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Identity {
     /// Version of the protocol ([`VERSION`]).
     pub version: u8,
@@ -46,7 +45,7 @@ pub struct Identity {
 }
 
 /// Results of a sample.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Stepped {
     /// Code for the converter.
     pub code: i32,
@@ -69,7 +68,7 @@ pub struct Stepped {
 }
 
 /// Record of the controller since it started.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Status {
     /// Deepest stack so far \[bytes\]; 0 where it is not known.
     pub stack_bytes: u32,
@@ -106,6 +105,20 @@ pub enum Nak {
     Driving,
 }
 
+impl Nak {
+    /// Every reason, in the order of their numbers on the line.
+    const ALL: [Self; 8] = [
+        Self::Damaged,
+        Self::Session,
+        Self::Number { expected: 0 },
+        Self::Request,
+        Self::Configuration { here: 0 },
+        Self::Settings,
+        Self::Table,
+        Self::Driving,
+    ];
+}
+
 mod kind {
     pub(super) const HELLO: u8 = 0x81;
     pub(super) const TAKEN: u8 = 0x82;
@@ -114,16 +127,14 @@ mod kind {
     pub(super) const NAK: u8 = 0xff;
 }
 
-mod flag {
-    pub(super) const POWER: u8 = 0x10;
-    pub(super) const OUT_OF_RANGE: u8 = 0x20;
-    pub(super) const FAULT: u8 = 0x40;
-}
+/// Flags of a step's results, beside the refused requests.
+const POWER: u8 = 0x10;
+const OUT_OF_RANGE: u8 = 0x20;
+const FAULT: u8 = 0x40;
 
 impl Reply {
     /// The reply as a body; it always fits.
-    pub fn body(&self, session: u16, number: u32) -> Option<Vec<u8, LARGEST_REPLY>> {
-        let mut to = Writer::new();
+    pub fn body(mut self, session: u16, number: u32) -> Option<Vec<u8, LARGEST_REPLY>> {
         let kind = match self {
             Self::Hello(_) => kind::HELLO,
             Self::Taken => kind::TAKEN,
@@ -131,184 +142,103 @@ impl Reply {
             Self::Status(_) => kind::STATUS,
             Self::Nak(_) => kind::NAK,
         };
-        Header {
+        let mut header = Header {
             kind,
             session,
             number,
-        }
-        .write(&mut to);
-        match self {
-            Self::Hello(identity) => identity.write(&mut to),
-            Self::Taken => {}
-            Self::Stepped(stepped) => stepped.write(&mut to),
-            Self::Status(status) => {
-                to.u32(status.stack_bytes);
-                to.u32(status.steps);
-            }
-            Self::Nak(nak) => {
-                let (code, value) = match *nak {
-                    Nak::Damaged => (0, 0),
-                    Nak::Session => (1, 0),
-                    Nak::Number { expected } => (2, expected),
-                    Nak::Request => (3, 0),
-                    Nak::Configuration { here } => (4, here),
-                    Nak::Settings => (5, 0),
-                    Nak::Table => (6, 0),
-                    Nak::Driving => (7, 0),
-                };
-                to.u8(code);
-                to.u32(value);
-            }
-        }
-        to.finish()
+        };
+        Writer::body(|to| {
+            header.fields(to)?;
+            self.fields(to)
+        })
     }
 
     /// A body and its header; `None` if it is no reply.
     pub fn read(body: &[u8]) -> Option<(Header, Self)> {
         let (header, mut from) = Header::read(body)?;
-        let reply = match header.kind {
-            // The rest of another version's may be anything.
-            kind::HELLO => return Some((header, Self::Hello(Identity::read(from)?))),
+        let mut reply = match header.kind {
+            kind::HELLO => Self::Hello(Identity::default()),
             kind::TAKEN => Self::Taken,
-            kind::STEPPED => Self::Stepped(Stepped::read(&mut from)?),
-            kind::STATUS => Self::Status(Status {
-                stack_bytes: from.u32()?,
-                steps: from.u32()?,
-            }),
-            kind::NAK => {
-                let (code, value) = (from.u8()?, from.u32()?);
-                Self::Nak(match code {
-                    0 => Nak::Damaged,
-                    1 => Nak::Session,
-                    2 => Nak::Number { expected: value },
-                    3 => Nak::Request,
-                    4 => Nak::Configuration { here: value },
-                    5 => Nak::Settings,
-                    6 => Nak::Table,
-                    7 => Nak::Driving,
-                    _ => return None,
-                })
-            }
+            kind::STEPPED => Self::Stepped(Stepped::default()),
+            kind::STATUS => Self::Status(Status::default()),
+            kind::NAK => Self::Nak(Nak::Damaged),
             _ => return None,
         };
-        from.end()?;
+        reply.fields(&mut from)?;
+        match reply {
+            // The rest of another version's may be anything.
+            Self::Hello(identity) if identity.version != VERSION => {}
+            _ => from.end()?,
+        }
         Some((header, reply))
+    }
+
+    fn fields(&mut self, wire: &mut impl Wire) -> Option<()> {
+        match self {
+            Self::Hello(identity) => identity.fields(wire),
+            Self::Taken => Some(()),
+            Self::Stepped(stepped) => stepped.fields(wire),
+            Self::Status(status) => {
+                wire.u32(&mut status.stack_bytes)?;
+                wire.u32(&mut status.steps)
+            }
+            Self::Nak(nak) => {
+                wire.choice(nak, &Nak::ALL)?;
+                match nak {
+                    Nak::Number { expected: value } | Nak::Configuration { here: value } => {
+                        wire.u32(value)
+                    }
+                    _ => wire.u32(&mut 0),
+                }
+            }
+        }
     }
 }
 
 impl Identity {
-    fn write<const N: usize>(&self, to: &mut Writer<N>) {
-        to.u8(self.version);
-        to.bytes(&self.target);
-        for number in [
-            self.image_crc,
-            self.flash_bytes,
-            self.ram_bytes,
-            self.table_capacity,
-            self.timer_hz,
-        ] {
-            to.u32(number);
+    fn fields(&mut self, wire: &mut impl Wire) -> Option<()> {
+        wire.u8(&mut self.version)?;
+        if self.version != VERSION {
+            return Some(());
         }
-    }
-
-    fn read(mut from: Reader<'_>) -> Option<Self> {
-        let mut identity = Self {
-            version: from.u8()?,
-            target: [0; 8],
-            image_crc: 0,
-            flash_bytes: 0,
-            ram_bytes: 0,
-            table_capacity: 0,
-            timer_hz: 0,
-        };
-        if identity.version != VERSION {
-            return Some(identity);
-        }
-        for byte in &mut identity.target {
-            *byte = from.u8()?;
-        }
-        for number in [
-            &mut identity.image_crc,
-            &mut identity.flash_bytes,
-            &mut identity.ram_bytes,
-            &mut identity.table_capacity,
-            &mut identity.timer_hz,
-        ] {
-            *number = from.u32()?;
-        }
-        from.end()?;
-        Some(identity)
+        self.target.iter_mut().try_for_each(|byte| wire.u8(byte))?;
+        wire.u32(&mut self.image_crc)?;
+        wire.u32(&mut self.flash_bytes)?;
+        wire.u32(&mut self.ram_bytes)?;
+        wire.u32(&mut self.table_capacity)?;
+        wire.u32(&mut self.timer_hz)
     }
 }
 
 impl Stepped {
-    fn write<const N: usize>(&self, to: &mut Writer<N>) {
-        to.i32(self.code);
-        to.i32(self.error_counts);
-        to.u8(number_of(&State::ALL, &self.state));
-        let mut flags = self.refused.bits();
-        for (flag, set) in [
-            (flag::POWER, self.power),
-            (flag::OUT_OF_RANGE, self.out_of_range),
-            (flag::FAULT, self.fault.is_some()),
-        ] {
-            if set {
-                flags |= flag;
-            }
+    fn fields(&mut self, wire: &mut impl Wire) -> Option<()> {
+        wire.i32(&mut self.code)?;
+        wire.i32(&mut self.error_counts)?;
+        wire.choice(&mut self.state, &State::ALL)?;
+        let mut flags = self.refused.bits()
+            | flag(POWER, self.power)
+            | flag(OUT_OF_RANGE, self.out_of_range)
+            | flag(FAULT, self.fault.is_some());
+        wire.u8(&mut flags)?;
+        self.refused = Events::of_bits(flags);
+        self.power = flags & POWER != 0;
+        self.out_of_range = flags & OUT_OF_RANGE != 0;
+        wire.u32(&mut self.ticks)?;
+        if flags & FAULT == 0 {
+            return Some(());
         }
-        to.u8(flags);
-        to.u32(self.ticks);
-        let Some(fault) = self.fault else { return };
-        to.u8(number_of(&FaultCause::ALL, &fault.cause));
-        to.u64(fault.tick);
-        let values = fault.values;
-        for value in [values.setpoint, values.position, values.error, values.code] {
-            to.i32(value);
-        }
-        to.i64(values.measured);
-        to.i64(values.limit);
+        let fault = self.fault.get_or_insert(Fault {
+            cause: FaultCause::EmergencyStop,
+            tick: 0,
+            values: FaultValues::default(),
+        });
+        wire.choice(&mut fault.cause, &FaultCause::ALL)?;
+        wire.u64(&mut fault.tick)?;
+        wire.i32(&mut fault.values.setpoint)?;
+        wire.i32(&mut fault.values.position)?;
+        wire.i32(&mut fault.values.error)?;
+        wire.i32(&mut fault.values.code)?;
+        wire.i64(&mut fault.values.measured)?;
+        wire.i64(&mut fault.values.limit)
     }
-
-    fn read(from: &mut Reader<'_>) -> Option<Self> {
-        let code = from.i32()?;
-        let error_counts = from.i32()?;
-        let state = *State::ALL.get(usize::from(from.u8()?))?;
-        let flags = from.u8()?;
-        let ticks = from.u32()?;
-        let fault = if flags & flag::FAULT != 0 {
-            Some(Fault {
-                cause: *FaultCause::ALL.get(usize::from(from.u8()?))?,
-                tick: from.u64()?,
-                values: FaultValues {
-                    setpoint: from.i32()?,
-                    position: from.i32()?,
-                    error: from.i32()?,
-                    code: from.i32()?,
-                    measured: from.i64()?,
-                    limit: from.i64()?,
-                },
-            })
-        } else {
-            None
-        };
-        Some(Self {
-            code,
-            error_counts,
-            state,
-            power: flags & flag::POWER != 0,
-            out_of_range: flags & flag::OUT_OF_RANGE != 0,
-            refused: Events::of_bits(flags),
-            ticks,
-            fault,
-        })
-    }
-}
-
-/// The place of a value in the list of all.
-fn number_of<T: PartialEq>(all: &[T], value: &T) -> u8 {
-    let place = all.iter().position(|known| known == value);
-    // The lists are complete, and short.
-    place
-        .and_then(|place| u8::try_from(place).ok())
-        .unwrap_or(u8::MAX)
 }

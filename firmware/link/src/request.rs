@@ -2,8 +2,7 @@
 
 use heapless::Vec;
 
-use crate::body::Header;
-use crate::body::{Reader, Writer};
+use crate::body::{Header, Reader, Wire, Writer};
 use crate::frame::LARGEST_BODY;
 use firmware::axis::Inputs;
 use firmware::reference::{Next, Setpoint};
@@ -60,6 +59,11 @@ pub enum SourceKind {
     Step,
 }
 
+impl SourceKind {
+    /// Every kind, in the order of their numbers on the line.
+    const ALL: [Self; 3] = [Self::Table, Self::Plan, Self::Step];
+}
+
 /// Inputs of one sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
@@ -82,6 +86,8 @@ pub struct Events(u8);
 impl Events {
     /// In the order in which they are asked for.
     pub const ORDER: [Event; 4] = [Event::Disable, Event::Reset, Event::Enable, Event::Start];
+    /// The bit of each.
+    const BITS: [u8; 4] = [1, 2, 4, 8];
 
     /// The set of the lower four bits.
     pub(super) const fn of_bits(bits: u8) -> Self {
@@ -95,31 +101,20 @@ impl Events {
 
     /// With `event`; those that no one may ask for are left out.
     pub fn insert(&mut self, event: Event) {
-        for (place, known) in Self::ORDER.into_iter().enumerate() {
-            if known == event {
-                self.0 |= bit(place);
-            }
+        for (bit, known) in Self::BITS.into_iter().zip(Self::ORDER) {
+            self.0 |= flag(bit, known == event);
         }
     }
 
     /// Its events in their order.
     pub fn iter(self) -> impl Iterator<Item = Event> {
-        let events = Self::ORDER.into_iter().enumerate();
-        events.filter_map(move |(place, event)| (self.0 & bit(place) != 0).then_some(event))
+        let events = Self::BITS.into_iter().zip(Self::ORDER);
+        events.filter_map(move |(bit, event)| (self.0 & bit != 0).then_some(event))
     }
 
     /// Tells whether there is none.
     pub const fn is_empty(self) -> bool {
         self.0 == 0
-    }
-}
-
-const fn bit(place: usize) -> u8 {
-    match place {
-        0 => 1,
-        1 => 2,
-        2 => 4,
-        _ => 8,
     }
 }
 
@@ -136,13 +131,16 @@ mod kind {
     pub(super) const STATUS: u8 = 0x09;
 }
 
-/// Contents of a step besides the motor's register.
-mod flag {
-    pub(super) const EMERGENCY_STOP: u8 = 0x10;
-    pub(super) const LOAD: u8 = 0x20;
-    /// Tick, failed transfers, and whether the motor's register is missing.
-    pub(super) const ODD: u8 = 0x40;
-    pub(super) const NEXT: u8 = 0x80;
+/// Flags of a step: what it has besides the motor's register.
+const EMERGENCY_STOP: u8 = 0x10;
+const LOAD: u8 = 0x20;
+/// Tick, failed transfers, and whether the motor's register is missing.
+const ODD: u8 = 0x40;
+const NEXT: u8 = 0x80;
+
+/// `flag` where it is set, or 0.
+pub(super) const fn flag(flag: u8, set: bool) -> u8 {
+    if set { flag } else { 0 }
 }
 
 impl Request<'_> {
@@ -150,38 +148,23 @@ impl Request<'_> {
     ///
     /// `last_tick` is that of the step before, which a step only mentions where
     /// its own does not follow.
-    pub fn body(&self, session: u16, number: u32, last_tick: u64) -> Option<Vec<u8, LARGEST_BODY>> {
-        let mut to = Writer::new();
-        let kind = self.kind();
-        Header {
-            kind,
+    pub fn body(
+        mut self,
+        session: u16,
+        number: u32,
+        last_tick: u64,
+    ) -> Option<Vec<u8, LARGEST_BODY>> {
+        let mut header = Header {
+            kind: self.kind(),
             session,
             number,
-        }
-        .write(&mut to);
-        match self {
-            Self::Hello | Self::Status => {}
-            Self::Paper(payload)
-            | Self::Axis(payload)
-            | Self::Setpoints(payload)
-            | Self::Plan(payload)
-            | Self::Law(payload) => to.bytes(payload),
-            Self::Begin {
-                configuration,
-                source,
-                events,
-            } => {
-                to.u32(*configuration);
-                to.u8(events.bits());
-                to.u8(match source {
-                    SourceKind::Table => 0,
-                    SourceKind::Plan => 1,
-                    SourceKind::Step => 2,
-                });
-            }
-            Self::Step(step) => step.write(&mut to, last_tick),
-        }
-        to.finish()
+        };
+        Writer::body(|to| {
+            header.fields(to)?;
+            self.fields(to, last_tick)?;
+            to.bytes(self.payload());
+            Some(())
+        })
     }
 
     /// Kind on the line; it begins a part's share of the
@@ -199,123 +182,103 @@ impl Request<'_> {
             Self::Status => kind::STATUS,
         }
     }
+
+    const fn payload(&self) -> &[u8] {
+        match self {
+            Self::Paper(payload)
+            | Self::Axis(payload)
+            | Self::Setpoints(payload)
+            | Self::Plan(payload)
+            | Self::Law(payload) => payload,
+            Self::Hello | Self::Begin { .. } | Self::Step(_) | Self::Status => &[],
+        }
+    }
+
+    /// Contents but for a payload.
+    fn fields(&mut self, wire: &mut impl Wire, last_tick: u64) -> Option<()> {
+        match self {
+            Self::Begin {
+                configuration,
+                source,
+                events,
+            } => {
+                wire.u32(configuration)?;
+                wire.u8(&mut events.0)?;
+                *events = Events::of_bits(events.0);
+                wire.choice(source, &SourceKind::ALL)
+            }
+            Self::Step(step) => step.fields(wire, last_tick),
+            _ => Some(()),
+        }
+    }
 }
 
 impl<'a> Request<'a> {
     /// The request behind a header of that kind; `None` if there is no such one.
     pub(super) fn read(kind: u8, mut from: Reader<'a>, last_tick: u64) -> Option<Self> {
-        Some(match kind {
-            kind::HELLO => Self::Hello,
-            kind::PAPER => Self::Paper(from.rest()),
-            kind::AXIS => Self::Axis(from.rest()),
-            kind::SETPOINTS => Self::Setpoints(from.rest()),
-            kind::PLAN => Self::Plan(from.rest()),
-            kind::LAW => Self::Law(from.rest()),
-            kind::STATUS => Self::Status,
-            kind::BEGIN => {
-                let configuration = from.u32()?;
-                let events = Events::of_bits(from.u8()?);
-                let source = match from.u8()? {
-                    0 => SourceKind::Table,
-                    1 => SourceKind::Plan,
-                    2 => SourceKind::Step,
-                    _ => return None,
-                };
-                from.end()?;
-                Self::Begin {
-                    configuration,
-                    source,
-                    events,
-                }
-            }
-            kind::STEP => Self::Step(Step::read(from, last_tick)?),
+        let payload = from.rest();
+        let mut request = match kind {
+            kind::HELLO => return Some(Self::Hello),
+            kind::PAPER => return Some(Self::Paper(payload)),
+            kind::AXIS => return Some(Self::Axis(payload)),
+            kind::SETPOINTS => return Some(Self::Setpoints(payload)),
+            kind::PLAN => return Some(Self::Plan(payload)),
+            kind::LAW => return Some(Self::Law(payload)),
+            kind::STATUS => return Some(Self::Status),
+            kind::BEGIN => Self::Begin {
+                configuration: 0,
+                source: SourceKind::Table,
+                events: Events::default(),
+            },
+            kind::STEP => Self::Step(Step {
+                events: Events::default(),
+                inputs: Inputs {
+                    tick: last_tick.wrapping_add(1),
+                    ..Inputs::default()
+                },
+                motor_unread: false,
+                next: Next::Underrun,
+            }),
             _ => return None,
-        })
+        };
+        request.fields(&mut from, last_tick)?;
+        from.end()?;
+        Some(request)
     }
 }
 
 impl Step {
-    fn write<const N: usize>(&self, to: &mut Writer<N>, last_tick: u64) {
-        let inputs = &self.inputs;
+    fn fields(&mut self, wire: &mut impl Wire, last_tick: u64) -> Option<()> {
+        let inputs = &mut self.inputs;
         let follows = inputs.tick == last_tick.wrapping_add(1)
             && inputs.failed_transfers == 0
             && !self.motor_unread;
-        let mut flags = self.events.bits();
-        for (flag, present) in [
-            (flag::EMERGENCY_STOP, inputs.emergency_stop),
-            (flag::LOAD, inputs.load_register.is_some()),
-            (flag::ODD, !follows),
-            (flag::NEXT, self.next != Next::Underrun),
-        ] {
-            if present {
-                flags |= flag;
+        let mut flags = self.events.0
+            | flag(EMERGENCY_STOP, inputs.emergency_stop)
+            | flag(LOAD, inputs.load_register.is_some())
+            | flag(ODD, !follows)
+            | flag(NEXT, self.next != Next::Underrun);
+        wire.u8(&mut flags)?;
+        self.events = Events::of_bits(flags);
+        inputs.emergency_stop = flags & EMERGENCY_STOP != 0;
+        wire.u32(&mut inputs.motor_register)?;
+        if flags & LOAD != 0 {
+            wire.u32(inputs.load_register.get_or_insert_default())?;
+        }
+        if flags & ODD != 0 {
+            wire.u64(&mut inputs.tick)?;
+            wire.u32(&mut inputs.failed_transfers)?;
+            wire.flag(&mut self.motor_unread)?;
+        }
+        if flags & NEXT != 0 {
+            let zero = Setpoint::default();
+            wire.choice(&mut self.next, &[Next::Setpoint(zero), Next::Last(zero)])?;
+            if let Next::Setpoint(setpoint) | Next::Last(setpoint) = &mut self.next {
+                wire.i32(&mut setpoint.position)?;
+                wire.i32(&mut setpoint.velocity)?;
+                wire.i32(&mut setpoint.acceleration)?;
             }
         }
-        to.u8(flags);
-        to.u32(inputs.motor_register);
-        if let Some(register) = inputs.load_register {
-            to.u32(register);
-        }
-        if !follows {
-            to.u64(inputs.tick);
-            to.u32(inputs.failed_transfers);
-            to.u8(u8::from(self.motor_unread));
-        }
-        let (last, setpoint) = match self.next {
-            Next::Underrun => return,
-            Next::Setpoint(setpoint) => (0, setpoint),
-            Next::Last(setpoint) => (1, setpoint),
-        };
-        to.u8(last);
-        to.i32(setpoint.position);
-        to.i32(setpoint.velocity);
-        to.i32(setpoint.acceleration);
-    }
-
-    fn read(mut from: Reader<'_>, last_tick: u64) -> Option<Self> {
-        let flags = from.u8()?;
-        let has = |flag| flags & flag != 0;
-        let motor_register = from.u32()?;
-        let load_register = if has(flag::LOAD) {
-            Some(from.u32()?)
-        } else {
-            None
-        };
-        let (tick, failed_transfers, unread) = if has(flag::ODD) {
-            (from.u64()?, from.u32()?, from.u8()?)
-        } else {
-            (last_tick.wrapping_add(1), 0, 0)
-        };
-        if unread > 1 {
-            return None;
-        }
-        let next = if has(flag::NEXT) {
-            let last = from.u8()?;
-            let setpoint = Setpoint {
-                position: from.i32()?,
-                velocity: from.i32()?,
-                acceleration: from.i32()?,
-            };
-            match last {
-                0 => Next::Setpoint(setpoint),
-                1 => Next::Last(setpoint),
-                _ => return None,
-            }
-        } else {
-            Next::Underrun
-        };
-        from.end()?;
-        Some(Self {
-            events: Events::of_bits(flags),
-            inputs: Inputs {
-                tick,
-                motor_register,
-                load_register,
-                emergency_stop: has(flag::EMERGENCY_STOP),
-                failed_transfers,
-            },
-            motor_unread: unread != 0,
-            next,
-        })
+        Some(())
     }
 }

@@ -7,8 +7,7 @@
 
 use heapless::Vec;
 
-use crate::body::Header;
-use crate::body::Reader;
+use crate::body::{Header, Reader, Wire};
 use crate::frame::{Received, crc32_on};
 use crate::reply::{Identity, LARGEST_REPLY, Nak, Reply, Status, Stepped};
 use crate::request::{Events, Request, SourceKind, Step};
@@ -17,8 +16,7 @@ use firmware::axis::{Axis, AxisOutput, AxisState, Inputs};
 use firmware::controller::{Controller, ControllerState};
 use firmware::counts;
 use firmware::motion::{MotionPlan, MotionState, PlanHead};
-use firmware::reference::{Next, Observed, Setpoint, SetpointSource};
-use firmware::setpoint::SetpointTable;
+use firmware::reference::{Next, Observed, Setpoint, SetpointSource, SetpointTable};
 use firmware::states::State;
 
 /// Target as a server needs it.
@@ -118,7 +116,7 @@ pub struct Server<'t, const N: usize> {
 
 impl<'t, const N: usize> Server<'t, N> {
     /// Waits for a HELLO; the table is for the setpoints of every session.
-    pub const fn new(table: &'t mut SetpointTable<N>) -> Self {
+    pub fn new(table: &'t mut SetpointTable<N>) -> Self {
         Self {
             session: None,
             next: 0,
@@ -132,8 +130,8 @@ impl<'t, const N: usize> Server<'t, N> {
                 kind: SourceKind::Table,
                 table,
                 k: 0,
-                plan: MotionPlan::at_rest(),
-                motion: MotionState::at_start(),
+                plan: MotionPlan::default(),
+                motion: MotionState::default(),
                 given: Next::Underrun,
             },
         }
@@ -199,7 +197,7 @@ impl<'t, const N: usize> Server<'t, N> {
         self.source.table.rest_at(0);
         self.source.k = 0;
         self.source.plan.begin(PlanHead::default());
-        self.source.motion = MotionState::at_start();
+        self.source.motion = MotionState::default();
     }
 
     fn carry_out(
@@ -264,7 +262,8 @@ impl<'t, const N: usize> Server<'t, N> {
     fn setpoints(&mut self, payload: &[u8]) -> Result<(), Nak> {
         let mut from = Reader::new(payload);
         while from.end().is_none() {
-            let setpoint = from.i32().ok_or(Nak::Request)?;
+            let mut setpoint = 0;
+            from.i32(&mut setpoint).ok_or(Nak::Request)?;
             self.source.table.push(setpoint).map_err(|_| Nak::Table)?;
         }
         Ok(())

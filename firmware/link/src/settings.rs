@@ -3,7 +3,7 @@
 
 use heapless::Vec;
 
-use crate::body::{Reader, Writer};
+use crate::body::{Reader, Wire, Writer};
 use crate::frame::LARGEST_BODY;
 use firmware::axis::{Axis, Feedback, Monitors, Rest};
 use firmware::backlash_compensation::{BacklashCompensation, Trigger};
@@ -21,284 +21,275 @@ use firmware::word::GainWord;
 /// A part of a configuration.
 pub type Payload = Vec<u8, LARGEST_BODY>;
 
+/// Settings of an axis, not accepted yet. The default is everything off, and
+/// no converter: that one has to be named.
+#[derive(Debug, Clone, Copy)]
+pub struct Settings {
+    pub(crate) dac_bits: u32,
+    pub(crate) words: LawWords,
+    pub(crate) slew: Option<u32>,
+    pub(crate) quantiser: Quantiser,
+    pub(crate) counter: CounterParameters,
+    pub(crate) feedback: Feedback,
+    pub(crate) backlash_compensation: Option<BacklashCompensation>,
+    pub(crate) rest: Rest,
+    pub(crate) monitors: Monitors,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            dac_bits: 0,
+            words: LawWords::NONE,
+            slew: None,
+            quantiser: Quantiser::Nearest,
+            counter: CounterParameters::WORD,
+            feedback: Feedback::Motor,
+            backlash_compensation: None,
+            rest: Rest::NONE,
+            monitors: Monitors::NONE,
+        }
+    }
+}
+
+impl Settings {
+    fn of_law(law: &Law) -> Self {
+        Self {
+            dac_bits: law.dac().bits(),
+            words: *law.words(),
+            ..Self::default()
+        }
+    }
+
+    fn of_axis(axis: &Axis) -> Self {
+        Self {
+            slew: axis.output().slew_codes(),
+            quantiser: axis.output().quantiser(),
+            counter: axis.counter,
+            feedback: axis.feedback,
+            backlash_compensation: axis.backlash_compensation,
+            rest: axis.rest,
+            monitors: axis.monitors,
+            ..Self::of_law(axis.law())
+        }
+    }
+
+    /// The law; `None` where the firmware refuses it.
+    fn law(&self) -> Option<Law> {
+        Law::accept(self.words, Dac::with_bits(self.dac_bits).ok()?).ok()
+    }
+
+    /// The axis; `None` where the firmware refuses it.
+    pub fn axis(&self) -> Option<Axis> {
+        let law = self.law()?;
+        let output = Output::new(law.dac(), self.slew, self.quantiser).ok()?;
+        let mut axis = Axis::new(law, output);
+        axis.counter = self.counter;
+        axis.feedback = self.feedback;
+        axis.backlash_compensation = self.backlash_compensation;
+        axis.rest = self.rest;
+        axis.monitors = self.monitors;
+        Some(axis)
+    }
+
+    fn law_fields(&mut self, wire: &mut impl Wire) -> Option<()> {
+        dac(wire, &mut self.dac_bits)?;
+        let words = &mut self.words;
+        wire.u8(&mut words.error_bits)?;
+        wire.u8(&mut words.sum_fraction_bits)?;
+        wire.u8(&mut words.integral_bits)?;
+        word(wire, &mut words.kp)?;
+        word(wire, &mut words.ki_dt)?;
+        word(wire, &mut words.kd_per_dt)?;
+        word(wire, &mut words.velocity_ff)?;
+        word(wire, &mut words.acceleration_ff)?;
+        word(wire, &mut words.friction_ff)?;
+        wire.choice(
+            &mut words.derivative,
+            &[Derivative::Error, Derivative::Measurement],
+        )?;
+        const FILTER: FilterWords = FilterWords {
+            smoothing: 0,
+            fraction_bits: 0,
+        };
+        wire.choice(&mut words.filter, &[None, Some(FILTER)])?;
+        if let Some(filter) = &mut words.filter {
+            wire.i32(&mut filter.smoothing)?;
+            wire.u8(&mut filter.fraction_bits)?;
+        }
+        const TREATMENTS: [AntiWindup; 3] = [
+            AntiWindup::None,
+            AntiWindup::Clamp,
+            AntiWindup::BackCalculation { tracking: 0 },
+        ];
+        wire.choice(&mut words.anti_windup, &TREATMENTS)?;
+        match &mut words.anti_windup {
+            AntiWindup::BackCalculation { tracking } => wire.i32(tracking),
+            AntiWindup::None | AntiWindup::Clamp => Some(()),
+        }
+    }
+
+    fn axis_fields(&mut self, wire: &mut impl Wire) -> Option<()> {
+        self.law_fields(wire)?;
+        optional(wire, &mut self.slew)?;
+        const QUANTISERS: [Quantiser; 3] = [
+            Quantiser::Nearest,
+            Quantiser::ErrorFeedback,
+            Quantiser::Dither { seed: 0 },
+        ];
+        wire.choice(&mut self.quantiser, &QUANTISERS)?;
+        match &mut self.quantiser {
+            Quantiser::Dither { seed } => wire.u32(seed)?,
+            Quantiser::Nearest | Quantiser::ErrorFeedback => wire.u32(&mut 0)?,
+        }
+        counter(wire, &mut self.counter)?;
+        const FEEDBACKS: [Feedback; 2] = [Feedback::Motor, Feedback::Load(CounterParameters::WORD)];
+        wire.choice(&mut self.feedback, &FEEDBACKS)?;
+        if let Feedback::Load(load) = &mut self.feedback {
+            counter(wire, load)?;
+        }
+        backlash_compensation(wire, &mut self.backlash_compensation)?;
+        wire.u32(&mut self.rest.dead_band)?;
+        wire.flag(&mut self.rest.hold_integral)?;
+        monitors(wire, &mut self.monitors)
+    }
+}
+
 /// The paper's words and converter.
 pub fn write_paper(words: &PidWords, dac: Dac) -> Option<Payload> {
-    let mut to = Writer::new();
-    to.u8(dac_bits(dac));
-    to.u8(words.error_bits);
-    for word in [words.kp, words.ki_dt, words.kd_per_dt] {
-        write_word(&mut to, word);
-    }
-    to.finish()
+    Writer::body(|to| paper(to, &mut dac.bits(), &mut { *words }))
 }
 
 /// Reads what [`write_paper`] wrote; `None` if it is damaged or refused.
 pub fn read_paper(payload: &[u8]) -> Option<(Pid, Dac)> {
     let mut from = Reader::new(payload);
-    let dac = Dac::with_bits(u32::from(from.u8()?)).ok()?;
-    let words = PidWords {
-        error_bits: from.u8()?,
-        kp: read_word(&mut from)?,
-        ki_dt: read_word(&mut from)?,
-        kd_per_dt: read_word(&mut from)?,
+    let none = GainWord::new(0, 0);
+    let mut bits = 0;
+    let mut words = PidWords {
+        kp: none,
+        ki_dt: none,
+        kd_per_dt: none,
+        error_bits: 0,
     };
+    paper(&mut from, &mut bits, &mut words)?;
     from.end()?;
-    Some((Pid::accept(words).ok()?, dac))
+    Some((Pid::accept(words).ok()?, Dac::with_bits(bits).ok()?))
 }
 
 /// The law of an axis with its converter.
 pub fn write_law(law: &Law) -> Option<Payload> {
-    let mut to = Writer::new();
-    law_to(&mut to, law);
-    to.finish()
+    Writer::body(|to| Settings::of_law(law).law_fields(to))
 }
 
 /// Reads what [`write_law`] wrote; `None` if it is damaged or refused.
 pub fn read_law(payload: &[u8]) -> Option<Law> {
-    let mut from = Reader::new(payload);
-    let law = law_from(&mut from)?;
+    let (mut settings, mut from) = (Settings::default(), Reader::new(payload));
+    settings.law_fields(&mut from)?;
     from.end()?;
-    Some(law)
+    settings.law()
 }
 
 /// All parameters of an axis.
 pub fn write_axis(axis: &Axis) -> Option<Payload> {
-    let mut to = Writer::new();
-    law_to(&mut to, axis.law());
-    to.u32(axis.output().slew_codes().unwrap_or(0));
-    let (kind, seed) = match axis.output().quantiser() {
-        Quantiser::Nearest => (0, 0),
-        Quantiser::ErrorFeedback => (1, 0),
-        Quantiser::Dither { seed } => (2, seed),
-    };
-    to.u8(kind);
-    to.u32(seed);
-    counter_to(&mut to, axis.counter);
-    match axis.feedback {
-        Feedback::Motor => to.u8(0),
-        Feedback::Load(counter) => {
-            to.u8(1);
-            counter_to(&mut to, counter);
-        }
-    }
-    match axis.backlash_compensation {
-        None => to.u8(0),
-        Some(backlash_compensation) => {
-            to.u8(match backlash_compensation.trigger() {
-                Trigger::Velocity => 1,
-                Trigger::Acceleration => 2,
-            });
-            to.u32(backlash_compensation.half_gap_counts());
-            to.u32(backlash_compensation.samples());
-        }
-    }
-    to.u32(axis.rest.dead_band);
-    to.u8(u8::from(axis.rest.hold_integral));
-    monitors_to(&mut to, &axis.monitors);
-    to.finish()
+    Writer::body(|to| Settings::of_axis(axis).axis_fields(to))
 }
 
 /// Reads what [`write_axis`] wrote; `None` if it is damaged or refused.
 pub fn read_axis(payload: &[u8]) -> Option<Axis> {
-    let mut from = Reader::new(payload);
-    let law = law_from(&mut from)?;
-    let slew = from.u32()?;
-    let (kind, seed) = (from.u8()?, from.u32()?);
-    let quantiser = match kind {
-        0 => Quantiser::Nearest,
-        1 => Quantiser::ErrorFeedback,
-        2 => Quantiser::Dither { seed },
-        _ => return None,
-    };
-    let output = Output::new(law.dac(), (slew != 0).then_some(slew), quantiser).ok()?;
-    let mut axis = Axis::new(law, output);
-    axis.counter = counter_from(&mut from)?;
-    axis.feedback = match from.u8()? {
-        0 => Feedback::Motor,
-        1 => Feedback::Load(counter_from(&mut from)?),
-        _ => return None,
-    };
-    let trigger = match from.u8()? {
-        0 => None,
-        1 => Some(Trigger::Velocity),
-        2 => Some(Trigger::Acceleration),
-        _ => return None,
-    };
-    axis.backlash_compensation = match trigger {
-        None => None,
-        Some(trigger) => Some(BacklashCompensation::planned(
-            from.u32()?,
-            from.u32()?,
-            trigger,
-        )?),
-    };
-    axis.rest = Rest {
-        dead_band: from.u32()?,
-        hold_integral: flag_from(&mut from)?,
-    };
-    axis.monitors = monitors_from(&mut from)?;
+    let (mut settings, mut from) = (Settings::default(), Reader::new(payload));
+    settings.axis_fields(&mut from)?;
     from.end()?;
-    Some(axis)
+    settings.axis()
 }
 
-fn law_to<const N: usize>(to: &mut Writer<N>, law: &Law) {
-    let words = law.words();
-    to.u8(dac_bits(law.dac()));
-    to.u8(words.error_bits);
-    to.u8(words.sum_fraction_bits);
-    to.u8(words.integral_bits);
-    for word in [
-        words.kp,
-        words.ki_dt,
-        words.kd_per_dt,
-        words.velocity_ff,
-        words.acceleration_ff,
-        words.friction_ff,
-    ] {
-        write_word(to, word);
-    }
-    to.u8(match words.derivative {
-        Derivative::Error => 0,
-        Derivative::Measurement => 1,
-    });
-    match words.filter {
-        None => to.u8(0),
-        Some(filter) => {
-            to.u8(1);
-            to.i32(filter.smoothing);
-            to.u8(filter.fraction_bits);
-        }
-    }
-    match words.anti_windup {
-        AntiWindup::None => to.u8(0),
-        AntiWindup::Clamp => to.u8(1),
-        AntiWindup::BackCalculation { tracking } => {
-            to.u8(2);
-            to.i32(tracking);
-        }
-    }
+fn paper(wire: &mut impl Wire, dac_bits: &mut u32, words: &mut PidWords) -> Option<()> {
+    dac(wire, dac_bits)?;
+    wire.u8(&mut words.error_bits)?;
+    word(wire, &mut words.kp)?;
+    word(wire, &mut words.ki_dt)?;
+    word(wire, &mut words.kd_per_dt)
 }
 
-fn law_from(from: &mut Reader<'_>) -> Option<Law> {
-    let dac = Dac::with_bits(u32::from(from.u8()?)).ok()?;
-    let words = LawWords {
-        error_bits: from.u8()?,
-        sum_fraction_bits: from.u8()?,
-        integral_bits: from.u8()?,
-        kp: read_word(from)?,
-        ki_dt: read_word(from)?,
-        kd_per_dt: read_word(from)?,
-        velocity_ff: read_word(from)?,
-        acceleration_ff: read_word(from)?,
-        friction_ff: read_word(from)?,
-        derivative: match from.u8()? {
-            0 => Derivative::Error,
-            1 => Derivative::Measurement,
-            _ => return None,
-        },
-        filter: match from.u8()? {
-            0 => None,
-            1 => Some(FilterWords {
-                smoothing: from.i32()?,
-                fraction_bits: from.u8()?,
-            }),
-            _ => return None,
-        },
-        anti_windup: match from.u8()? {
-            0 => AntiWindup::None,
-            1 => AntiWindup::Clamp,
-            2 => AntiWindup::BackCalculation {
-                tracking: from.i32()?,
-            },
-            _ => return None,
-        },
+/// Bits of the converter, in a byte.
+fn dac(wire: &mut impl Wire, bits: &mut u32) -> Option<()> {
+    let mut byte = u8::try_from(*bits).ok()?;
+    wire.u8(&mut byte)?;
+    *bits = u32::from(byte);
+    Some(())
+}
+
+fn word(wire: &mut impl Wire, word: &mut GainWord) -> Option<()> {
+    wire.i32(&mut word.mantissa)?;
+    wire.u8(&mut word.fraction_bits)
+}
+
+/// A number that is refused where it is 0, which stands for none.
+fn optional(wire: &mut impl Wire, number: &mut Option<u32>) -> Option<()> {
+    let mut value = number.unwrap_or(0);
+    wire.u32(&mut value)?;
+    *number = (value != 0).then_some(value);
+    Some(())
+}
+
+fn counter(wire: &mut impl Wire, counter: &mut CounterParameters) -> Option<()> {
+    let (mut bits, mut jump) = (counter.bits(), counter.largest_jump());
+    wire.u8(&mut bits)?;
+    optional(wire, &mut jump)?;
+    *counter = CounterParameters::accept(bits, jump).ok()?;
+    Some(())
+}
+
+fn backlash_compensation(
+    wire: &mut impl Wire,
+    planned: &mut Option<BacklashCompensation>,
+) -> Option<()> {
+    let mut kind = match planned.map(|plan| plan.trigger()) {
+        None => 0,
+        Some(Trigger::Velocity) => 1,
+        Some(Trigger::Acceleration) => 2,
     };
-    Law::accept(words, dac).ok()
+    wire.u8(&mut kind)?;
+    let trigger = match kind {
+        0 => return Some(()),
+        1 => Trigger::Velocity,
+        2 => Trigger::Acceleration,
+        _ => return None,
+    };
+    let (mut half_gap, mut samples) =
+        planned.map_or((0, 0), |plan| (plan.half_gap_counts(), plan.samples()));
+    wire.u32(&mut half_gap)?;
+    wire.u32(&mut samples)?;
+    *planned = Some(BacklashCompensation::planned(half_gap, samples, trigger)?);
+    Some(())
 }
 
-fn monitors_to<const N: usize>(to: &mut Writer<N>, monitors: &Monitors) {
+fn monitors(wire: &mut impl Wire, monitors: &mut Monitors) -> Option<()> {
     // A limit of 0 is none: every monitor refuses it.
-    let [limit, mantissa, fraction_bits] = monitors.following_error.map_or([0; 3], |monitor| {
-        let (limit, word) = monitor.limits();
-        [
-            limit,
-            word.mantissa.cast_unsigned(),
-            u32::from(word.fraction_bits),
-        ]
-    });
-    to.u32(limit);
-    to.u32(mantissa);
-    to.u32(fraction_bits);
-    let (code, samples) = monitors
-        .encoder_loss
-        .map_or((0, 0), |monitor| monitor.limits());
-    to.u32(code);
-    to.u32(samples);
-    // 2^32 − 1 is none: the monitor refuses it.
-    to.u32(
-        monitors
-            .saturation
-            .map_or(u32::MAX, |monitor| monitor.limit()),
-    );
-    to.u8(u8::from(monitors.ticks.is_some()));
-}
-
-fn monitors_from(from: &mut Reader<'_>) -> Option<Monitors> {
-    let (limit, mantissa, fraction_bits) = (from.u32()?, from.u32()?, from.u32()?);
-    let following_error = if limit == 0 {
-        None
-    } else {
-        let lag = GainWord::new(mantissa.cast_signed(), u8::try_from(fraction_bits).ok()?);
-        Some(FollowingErrorMonitor::accept(limit, lag, 0).ok()?)
-    };
-    let (code, samples) = (from.u32()?, from.u32()?);
-    let encoder_loss = if code == 0 {
-        None
-    } else {
-        Some(EncoderLossMonitor::accept(code, samples).ok()?)
-    };
-    let samples = from.u32()?;
-    let saturation = if samples == u32::MAX {
-        None
-    } else {
-        Some(SaturationMonitor::accept(samples).ok()?)
-    };
-    Some(Monitors {
-        following_error,
-        encoder_loss,
-        saturation,
-        ticks: flag_from(from)?.then_some(TickMonitor),
-    })
-}
-
-fn counter_to<const N: usize>(to: &mut Writer<N>, counter: CounterParameters) {
-    to.u8(counter.bits());
-    // A jump of 0 is none: a counter refuses it.
-    to.u32(counter.largest_jump().unwrap_or(0));
-}
-
-fn counter_from(from: &mut Reader<'_>) -> Option<CounterParameters> {
-    let (bits, jump) = (from.u8()?, from.u32()?);
-    CounterParameters::accept(bits, (jump != 0).then_some(jump)).ok()
-}
-
-fn write_word<const N: usize>(to: &mut Writer<N>, word: GainWord) {
-    to.i32(word.mantissa);
-    to.u8(word.fraction_bits);
-}
-
-fn read_word(from: &mut Reader<'_>) -> Option<GainWord> {
-    Some(GainWord::new(from.i32()?, from.u8()?))
-}
-
-fn flag_from(from: &mut Reader<'_>) -> Option<bool> {
-    match from.u8()? {
-        0 => Some(false),
-        1 => Some(true),
-        _ => None,
+    let following_error = &mut monitors.following_error;
+    let (mut limit, mut lag) =
+        following_error.map_or((0, GainWord::new(0, 0)), |monitor| monitor.limits());
+    let mut fraction_bits = u32::from(lag.fraction_bits);
+    wire.u32(&mut limit)?;
+    wire.i32(&mut lag.mantissa)?;
+    wire.u32(&mut fraction_bits)?;
+    if limit != 0 {
+        lag.fraction_bits = u8::try_from(fraction_bits).ok()?;
+        *following_error = Some(FollowingErrorMonitor::accept(limit, lag, 0).ok()?);
     }
-}
-
-fn dac_bits(dac: Dac) -> u8 {
-    u8::try_from(dac.bits()).unwrap_or(0)
+    let encoder_loss = &mut monitors.encoder_loss;
+    let (mut code, mut samples) = encoder_loss.map_or((0, 0), |monitor| monitor.limits());
+    wire.u32(&mut code)?;
+    wire.u32(&mut samples)?;
+    if code != 0 {
+        *encoder_loss = Some(EncoderLossMonitor::accept(code, samples).ok()?);
+    }
+    // 2^32 − 1 is none: the monitor refuses it.
+    let saturation = &mut monitors.saturation;
+    let mut samples = saturation.map_or(u32::MAX, |monitor| monitor.limit());
+    wire.u32(&mut samples)?;
+    *saturation = SaturationMonitor::accept(samples).ok();
+    let mut ticks = monitors.ticks.is_some();
+    wire.flag(&mut ticks)?;
+    monitors.ticks = ticks.then_some(TickMonitor);
+    Some(())
 }

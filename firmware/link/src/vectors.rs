@@ -28,13 +28,11 @@
 mod row;
 mod settings;
 
-use core::fmt;
-use core::str::Lines;
-
 use firmware::axis::{Axis, AxisState};
+use thiserror::Error;
 
+pub use crate::settings::Settings;
 pub use row::{Given, Wanted};
-pub use settings::Settings;
 
 /// A row with all that comes before it.
 #[derive(Debug, Clone, Copy)]
@@ -51,7 +49,8 @@ pub struct Row<'a> {
 }
 
 /// Line at which a file and an axis part.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
+#[error("line {line}: {what}")]
 pub struct Mismatch {
     /// Number of the line, from 1.
     pub line: usize,
@@ -60,97 +59,60 @@ pub struct Mismatch {
 }
 
 /// Mistakes of a line.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Error)]
 pub enum What {
     /// It is neither a setting nor a row.
+    #[error("it is neither a setting nor a row")]
     Unreadable,
     /// The firmware refuses the settings before it.
+    #[error("the firmware refuses the settings before it")]
     Settings,
     /// The axis refuses a request of the row.
+    #[error("the axis refuses a request of it")]
     Request,
     /// The outputs of the row are others.
+    #[error("the axis gives other outputs")]
     Outputs,
-}
-
-impl fmt::Display for Mismatch {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let what = match self.what {
-            What::Unreadable => "it is neither a setting nor a row",
-            What::Settings => "the firmware refuses the settings before it",
-            What::Request => "the axis refuses a request of it",
-            What::Outputs => "the axis gives other outputs",
-        };
-        write!(f, "line {}: {what}", self.line)
-    }
-}
-
-impl core::error::Error for Mismatch {}
-
-/// The rows of a file; see [`rows()`].
-#[derive(Debug, Clone)]
-pub struct Rows<'a> {
-    lines: Lines<'a>,
-    /// Of the last line.
-    line: usize,
-    settings: Settings,
-    changed: bool,
 }
 
 /// The rows of a file with the axis that each is for. A line that cannot be
 /// read, or settings that the firmware refuses, come as [`Mismatch`].
-pub fn rows(text: &str) -> Rows<'_> {
-    Rows {
-        lines: text.lines(),
-        line: 0,
-        settings: Settings::default(),
-        changed: true,
-    }
-}
-
-impl<'a> Iterator for Rows<'a> {
-    type Item = Result<Row<'a>, Mismatch>;
-
-    fn next(&mut self) -> Option<Self::Item> {
-        loop {
-            let content = self.lines.next()?.trim();
-            self.line = self.line.saturating_add(1);
-            if content.is_empty() || content.starts_with('#') {
-                continue;
-            }
-            match content.split_once('|') {
-                Some((inputs, outputs)) => {
-                    let line = self.line;
-                    let row = self.row(inputs, outputs);
-                    return Some(row.map_err(|what| Mismatch { line, what }));
-                }
-                None if self.settings.set(content).is_some() => self.changed = true,
-                None => {
-                    return Some(Err(Mismatch {
-                        line: self.line,
-                        what: What::Unreadable,
-                    }));
-                }
-            }
+pub fn rows(text: &str) -> impl Iterator<Item = Result<Row<'_>, Mismatch>> {
+    let (mut settings, mut changed) = (Settings::default(), true);
+    text.lines().zip(1..).filter_map(move |(content, line)| {
+        let content = content.trim();
+        if content.is_empty() || content.starts_with('#') {
+            return None;
         }
-    }
+        let row = match content.split_once('|') {
+            Some((inputs, outputs)) => {
+                let settings = core::mem::take(&mut changed).then_some(&settings);
+                row(line, inputs, outputs, settings)
+            }
+            None if settings.set(content).is_some() => {
+                changed = true;
+                return None;
+            }
+            None => Err(What::Unreadable),
+        };
+        Some(row.map_err(|what| Mismatch { line, what }))
+    })
 }
 
-impl<'a> Rows<'a> {
-    fn row(&mut self, inputs: &'a str, outputs: &str) -> Result<Row<'a>, What> {
-        let given = Given::read(inputs).ok_or(What::Unreadable)?;
-        let wanted = Wanted::read(outputs).ok_or(What::Unreadable)?;
-        let axis = if core::mem::take(&mut self.changed) {
-            Some(self.settings.axis().ok_or(What::Settings)?)
-        } else {
-            None
-        };
-        Ok(Row {
-            line: self.line,
-            axis,
-            given,
-            wanted,
-        })
-    }
+/// A row behind `settings`, where they are others than those before.
+fn row<'a>(
+    line: usize,
+    inputs: &'a str,
+    outputs: &str,
+    settings: Option<&Settings>,
+) -> Result<Row<'a>, What> {
+    let refused = |settings: &Settings| settings.axis().ok_or(What::Settings);
+    Ok(Row {
+        line,
+        given: Given::read(inputs).ok_or(What::Unreadable)?,
+        wanted: Wanted::read(outputs).ok_or(What::Unreadable)?,
+        axis: settings.map(refused).transpose()?,
+    })
 }
 
 /// The number of rows in a file whose every row the axis gives.

@@ -9,11 +9,7 @@ use crate::reference::{Next, Observed, Setpoint, SetpointSource};
 use crate::states::{Event, State};
 
 /// The register of the load's encoder did not come.
-const LOAD_NOT_READ: Trip = Trip {
-    cause: FaultCause::HardwareBus,
-    measured: 1,
-    limit: 0,
-};
+const LOAD_NOT_READ: Trip = Trip::new(FaultCause::HardwareBus, 1, 0);
 
 /// Readings of the encoders \[counts\].
 struct Seen {
@@ -204,12 +200,11 @@ impl Axis {
         let monitor = self.monitors.ticks;
         let mut trip = monitor.and_then(|monitor| monitor.check(&mut state.ticks, inputs.tick));
         if inputs.failed_transfers != 0 {
-            let bus = Trip {
-                cause: FaultCause::HardwareBus,
-                measured: i64::from(inputs.failed_transfers),
-                limit: 0,
-            };
-            note(&mut trip, Some(bus));
+            let failed = i64::from(inputs.failed_transfers);
+            note(
+                &mut trip,
+                Some(Trip::new(FaultCause::HardwareBus, failed, 0)),
+            );
         }
         if inputs.emergency_stop {
             note(&mut trip, Some(Trip::EMERGENCY_STOP));

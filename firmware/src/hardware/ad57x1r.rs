@@ -47,7 +47,7 @@
 //! are refused and nothing is sent. Cut to the width they would change sign;
 //! saturated, they would hide that controller and converter disagree about the
 //! width, with every voltage wrong by a power of two. The caller switches off
-//! on every error, see [`crate::hardware::board`].
+//! on every error, see [`crate::hardware`].
 
 use core::fmt;
 
@@ -129,29 +129,16 @@ impl Ad57x1rModel {
 /// ```
 #[derive(Debug, Clone)]
 pub struct Ad57x1r<SPI> {
-    spi: SPI,
-    model: Ad57x1rModel,
+    /// The bus below the driver, for what the driver does not do.
+    pub spi: SPI,
+    /// The converter, and with it the codes.
+    pub model: Ad57x1rModel,
 }
 
 impl<SPI> Ad57x1r<SPI> {
     /// A chip that has not been spoken to yet.
     pub const fn new(spi: SPI, model: Ad57x1rModel) -> Self {
         Self { spi, model }
-    }
-
-    /// The converter, and with it the codes.
-    pub const fn model(&self) -> Ad57x1rModel {
-        self.model
-    }
-
-    /// The bus below the driver.
-    pub const fn spi(&self) -> &SPI {
-        &self.spi
-    }
-
-    /// The bus below the driver, for what the driver does not do.
-    pub const fn spi_mut(&mut self) -> &mut SPI {
-        &mut self.spi
     }
 }
 
@@ -263,26 +250,22 @@ impl<E: fmt::Debug> fmt::Display for Ad57x1rError<E> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Bus(error) => write!(f, "the transfer to the converter failed: {error:?}"),
-            Self::Answer { command, frame } => write!(
-                f,
+            Self::Answer { command, frame } => f.write_fmt(format_args!(
                 "the converter answered {frame:02x?} to the command {command:#x}; \
                  an answer must repeat the command"
-            ),
-            Self::Control { written, read } => write!(
-                f,
+            )),
+            Self::Control { written, read } => f.write_fmt(format_args!(
                 "the converter's control register was set to {written:#06x} and reads {read:#06x}; \
                  the chip must answer as written, without short circuit or brown-out"
-            ),
-            Self::NotAtZero { code } => write!(
-                f,
+            )),
+            Self::NotAtZero { code } => f.write_fmt(format_args!(
                 "the converter was set to the code 0 and reads {code}; \
                  the chip must answer as written"
-            ),
-            Self::CodeOutOfRange { code, bits } => write!(
-                f,
+            )),
+            Self::CodeOutOfRange { code, bits } => f.write_fmt(format_args!(
                 "the code {code} does not fit a converter of {bits} bits; \
                  controller and converter must have the same number of bits"
-            ),
+            )),
         }
     }
 }

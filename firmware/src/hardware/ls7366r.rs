@@ -132,7 +132,8 @@ impl Ls7366rStatus {
 /// ```
 #[derive(Debug, Clone)]
 pub struct Ls7366r<SPI> {
-    spi: SPI,
+    /// The bus below the driver, for what the driver does not do.
+    pub spi: SPI,
     width: CounterWidth,
 }
 
@@ -140,21 +141,6 @@ impl<SPI> Ls7366r<SPI> {
     /// A chip that has not been spoken to yet.
     pub const fn new(spi: SPI, width: CounterWidth) -> Self {
         Self { spi, width }
-    }
-
-    /// The width that the counter is given.
-    pub const fn width(&self) -> CounterWidth {
-        self.width
-    }
-
-    /// The bus below the driver.
-    pub const fn spi(&self) -> &SPI {
-        &self.spi
-    }
-
-    /// The bus below the driver, for what the driver does not do.
-    pub const fn spi_mut(&mut self) -> &mut SPI {
-        &mut self.spi
     }
 }
 
@@ -173,8 +159,8 @@ impl<SPI: SpiDevice> Ls7366r<SPI> {
         self.write(&[instruction::CLEAR_STR])?;
 
         for (register, read, written) in [
-            (ModeRegister::Mdr0, instruction::READ_MDR0, MDR0),
-            (ModeRegister::Mdr1, instruction::READ_MDR1, mdr1),
+            ("MDR0", instruction::READ_MDR0, MDR0),
+            ("MDR1", instruction::READ_MDR1, mdr1),
         ] {
             let read = self.read_byte(read)?;
             if read != written {
@@ -250,24 +236,6 @@ impl<SPI: SpiDevice> Ls7366r<SPI> {
     }
 }
 
-/// One of the two mode registers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum ModeRegister {
-    /// Counting mode, index, filter.
-    Mdr0,
-    /// Width, enable, flags.
-    Mdr1,
-}
-
-impl fmt::Display for ModeRegister {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Self::Mdr0 => "MDR0",
-            Self::Mdr1 => "MDR1",
-        })
-    }
-}
-
 /// Reason for which the counter cannot be used. A [`Ls7366rError::Bus`] may pass; after the
 /// others the count is worthless until [`Ls7366r::initialise`] succeeds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -278,8 +246,8 @@ pub enum Ls7366rError<E> {
     /// A mode register does not read back as written: another chip, a swapped
     /// or broken line, the wrong SPI mode.
     ModeRegister {
-        /// The register.
-        register: ModeRegister,
+        /// The register, MDR0 or MDR1.
+        register: &'static str,
         /// The byte written.
         written: u8,
         /// The byte read back.
@@ -305,22 +273,19 @@ impl<E: fmt::Debug> fmt::Display for Ls7366rError<E> {
                 register,
                 written,
                 read,
-            } => write!(
-                f,
+            } => f.write_fmt(format_args!(
                 "the counter's {register} was set to {written:#04x} and reads {read:#04x}; \
                  the chip must answer as written"
-            ),
-            Self::NotCounting { status } => write!(
-                f,
+            )),
+            Self::NotCounting { status } => f.write_fmt(format_args!(
                 "the counter is not counting (status {:#04x}); its enable pin must be high",
                 status.bits()
-            ),
-            Self::PowerLost { status } => write!(
-                f,
+            )),
+            Self::PowerLost { status } => f.write_fmt(format_args!(
                 "the counter has lost its supply (status {:#04x}); \
                  it must be initialised and the axis be referenced again",
                 status.bits()
-            ),
+            )),
         }
     }
 }

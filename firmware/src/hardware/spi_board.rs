@@ -18,13 +18,13 @@
 //! supply with a pull-down resistor is asserted at [`PinState::Low`]. Either
 //! way a broken wire is an emergency stop.
 
-use core::fmt;
+use core::fmt::{self, Debug};
 
 use embedded_hal::digital::{InputPin, OutputPin, PinState};
 use embedded_hal::spi::SpiDevice;
 
+use super::Board;
 use super::ad57x1r::{Ad57x1r, Ad57x1rError};
-use super::board::Board;
 use super::ls7366r::{Ls7366r, Ls7366rError};
 
 /// A pin with its polarity.
@@ -124,32 +124,15 @@ pub enum SpiBoardError<Counter, Converter, EnablePin, StopPin> {
     EmergencyStop(StopPin),
 }
 
-impl<Counter, Converter, EnablePin, StopPin> fmt::Display
-    for SpiBoardError<Counter, Converter, EnablePin, StopPin>
-where
-    Counter: fmt::Debug,
-    Converter: fmt::Debug,
-    EnablePin: fmt::Debug,
-    StopPin: fmt::Debug,
-{
+impl<C: Debug, D: Debug, E: Debug, S: Debug> fmt::Display for SpiBoardError<C, D, E, S> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Counter(error) => error.fmt(f),
-            Self::Converter(error) => error.fmt(f),
-            Self::Enable(error) => write!(f, "the enable line could not be set: {error:?}"),
-            Self::EmergencyStop(error) => {
-                write!(f, "the emergency stop could not be read: {error:?}")
-            }
+            Self::Counter(e) => write!(f, "{e}"),
+            Self::Converter(e) => write!(f, "{e}"),
+            Self::Enable(e) => write!(f, "the enable line could not be set: {e:?}"),
+            Self::EmergencyStop(e) => write!(f, "the emergency stop could not be read: {e:?}"),
         }
     }
 }
 
-impl<Counter, Converter, EnablePin, StopPin> core::error::Error
-    for SpiBoardError<Counter, Converter, EnablePin, StopPin>
-where
-    Counter: fmt::Debug,
-    Converter: fmt::Debug,
-    EnablePin: fmt::Debug,
-    StopPin: fmt::Debug,
-{
-}
+impl<C: Debug, D: Debug, E: Debug, S: Debug> core::error::Error for SpiBoardError<C, D, E, S> {}

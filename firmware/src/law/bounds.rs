@@ -6,10 +6,9 @@ use super::term::Term;
 use super::words::{AntiWindup, LARGEST_RATE, LawWords};
 use crate::counts::ErrorRange;
 use crate::dac::Dac;
-use crate::refusal::{Refusal, What};
-use crate::widen;
-use crate::word::Part;
-use crate::word::{GainWord, power_of_two, power_of_two_or_most};
+use crate::refusal::{Refusal, What, accepted};
+use crate::wide;
+use crate::word::{GainWord, Part, power_of_two, power_of_two_or_most};
 
 /// Results of acceptance, aligned to the sum. In this order in memory: what
 /// every sample needs comes first, where the smallest processors reach it with
@@ -50,15 +49,8 @@ pub(super) struct Largest {
 /// Bits of a 64-bit word that the largest sum leaves: it takes 62.
 const BITS_ABOVE_SUM: u32 = 2;
 
-/// `?` for constant evaluation, which has none yet.
-macro_rules! accepted {
-    ($result:expr) => {
-        match $result {
-            Ok(value) => value,
-            Err(error) => return Err(error),
-        }
-    };
-}
+/// Words that are above 0.
+const WORD: [i64; 2] = [1, wide::signed(i32::MAX)];
 
 impl LawWords {
     /// Checks every demand of [`super::words`] for the converter `dac`. Inlined
@@ -68,18 +60,10 @@ impl LawWords {
     pub(super) const fn check(&self, dac: Dac) -> Result<Aligned, Refusal> {
         let f = self.sum_fraction_bits;
         let supported = Self::SUM_FRACTION_BITS;
-        if f < *supported.start() || f > *supported.end() {
-            let (least, most) = (bits_of(*supported.start()), bits_of(*supported.end()));
-            return Err(Refusal::new(
-                What::SumFractionBits,
-                bits_of(f),
-                [least, most],
-            ));
-        }
+        let supported = [*supported.start(), *supported.end()];
+        accepted!(What::SumFractionBits.byte_within(f, supported));
         let error_bits = self.error_bits;
-        let Some(range) = ErrorRange::from_bits(error_bits) else {
-            return Err(ErrorRange::refusal(error_bits));
-        };
+        let range = accepted!(ErrorRange::from_bits(error_bits));
         let errors = range.limit().unsigned_abs();
 
         let least_p = error_bits.saturating_add(2);
@@ -90,10 +74,10 @@ impl LawWords {
         let friction = accepted!(self.term(Part::Friction, self.friction_ff, 1, 5));
 
         // Everything but the derivative and the integral  [2^−F codes]
-        let bits = bits_of(f);
+        let bits = wide::bits(f);
         let too_wide = Refusal::new(What::Terms, bits, [0, bits.saturating_sub(1)]);
         let code_range = codes(dac.min_code().unsigned_abs(), f);
-        let integral_range = match 1_u32.checked_shl(widen::byte(self.integral_bits)) {
+        let integral_range = match 1_u32.checked_shl(wide::byte(self.integral_bits)) {
             Some(whole) => codes(whole, f),
             None => None,
         };
@@ -140,20 +124,13 @@ impl LawWords {
         };
 
         let error_sum_limit = self.error_sum_limit(integral_range, f);
-        let wanted = widen::word(errors).saturating_mul(1 << 8);
+        let wanted = wide::word(errors).saturating_mul(1 << 8);
         if error_sum_limit < wanted {
             let (reached, wanted) = (error_sum_limit.cast_signed(), wanted.cast_signed());
             return Err(Refusal::new(What::ErrorSum, reached, [wanted, i64::MAX]));
         }
-        if let AntiWindup::BackCalculation { tracking } = self.anti_windup
-            && tracking < 1
-        {
-            let allowed = [1, widen::signed(i32::MAX)];
-            return Err(Refusal::new(
-                What::Tracking,
-                widen::signed(tracking),
-                allowed,
-            ));
+        if let AntiWindup::BackCalculation { tracking } = self.anti_windup {
+            accepted!(What::Tracking.within(wide::signed(tracking), WORD));
         }
         Ok(Aligned {
             range,
@@ -180,9 +157,7 @@ impl LawWords {
         least: u8,
     ) -> Result<Term, Refusal> {
         let most = self.sum_fraction_bits;
-        if word.mantissa < 0 {
-            return Err(Refusal::negative(part, word));
-        }
+        accepted!(What::Gain(part, word).positive(word.mantissa));
         let fine_enough = word.mantissa == 0 || word.fraction_bits >= least;
         if !fine_enough || word.fraction_bits > most {
             return Err(fraction_bits(part, word, [least, most]));
@@ -190,7 +165,7 @@ impl LawWords {
         match Term::align(word, most, limit) {
             Some(term) => Ok(term),
             None => {
-                let value = widen::unsigned(limit);
+                let value = wide::unsigned(limit);
                 Err(Refusal::new(
                     What::Term(part, word),
                     value,
@@ -210,9 +185,7 @@ impl LawWords {
     #[inline(always)]
     const fn slope_limit(&self, errors: u32, rest: u64) -> Result<u32, Refusal> {
         let (part, word) = (Part::Derivative, self.kd_per_dt);
-        if word.mantissa < 0 {
-            return Err(Refusal::negative(part, word));
-        }
+        accepted!(What::Gain(part, word).positive(word.mantissa));
         let most = self.sum_fraction_bits;
         let Some(shift) = most.checked_sub(word.fraction_bits) else {
             return Err(fraction_bits(part, word, [0, most]));
@@ -223,10 +196,10 @@ impl LawWords {
             _ => whole,
         };
         // At most 2^40; a term beyond 64 bits outweighs with one count.
-        let unit = power_of_two_or_most(widen::byte(shift));
-        let counts = match unit.checked_mul(widen::word(word.mantissa.unsigned_abs())) {
+        let unit = power_of_two_or_most(wide::byte(shift));
+        let counts = match unit.checked_mul(wide::word(word.mantissa.unsigned_abs())) {
             Some(one_count) => match rest.saturating_sub(1).checked_div(one_count) {
-                Some(before) => match widen::narrowed(before.saturating_add(1)) {
+                Some(before) => match wide::narrowed(before.saturating_add(1)) {
                     Some(first) if first < whole => first,
                     _ => whole,
                 },
@@ -236,11 +209,9 @@ impl LawWords {
             None => 1,
         };
         // D·2^−(fd+1) ≤ ½
-        let coarse = word.mantissa != 0
-            && widen::word(counts) > power_of_two_or_most(widen::byte(word.fraction_bits));
-        if coarse {
-            let most = power_of_two_or_most(widen::byte(word.fraction_bits)).cast_signed();
-            let value = widen::unsigned(counts);
+        let most = power_of_two_or_most(wide::byte(word.fraction_bits));
+        if word.mantissa != 0 && wide::word(counts) > most {
+            let (value, most) = (wide::unsigned(counts), most.cast_signed());
             return Err(Refusal::new(What::Difference(word), value, [0, most]));
         }
         Ok(counts)
@@ -255,24 +226,20 @@ impl LawWords {
             let term = accepted!(self.term(part, word, slope_limit, 0));
             return Ok((term, slope_limit));
         };
-        if filter.smoothing < 1 {
-            let (value, most) = (widen::signed(filter.smoothing), widen::signed(i32::MAX));
-            return Err(Refusal::new(What::FilterSmoothing, value, [1, most]));
-        }
+        accepted!(What::FilterSmoothing.within(wide::signed(filter.smoothing), WORD));
         // X·2^h ≤ 2^29, and a product no finer than the sum
         let finer = self.sum_fraction_bits.saturating_sub(word.fraction_bits);
         let by_range = FilterWords::most_fraction_bits(slope_limit);
         let most = if finer < by_range { finer } else { by_range };
         // (Kd/Δt)·2^−h ≤ 1/16, that is w·2^4 ≤ 2^(fd+h); no gain is negative here
-        let gain = widen::word(word.mantissa.unsigned_abs()).saturating_mul(16);
-        let bits =
-            widen::byte(word.fraction_bits).saturating_add(widen::byte(filter.fraction_bits));
+        let gain = wide::word(word.mantissa.unsigned_abs()).saturating_mul(16);
+        let bits = wide::byte(word.fraction_bits).saturating_add(wide::byte(filter.fraction_bits));
         if filter.fraction_bits > most || gain > power_of_two_or_most(bits) {
             let needed = 64_u32
                 .saturating_sub(gain.saturating_sub(1).leading_zeros())
-                .saturating_sub(widen::byte(word.fraction_bits));
-            let allowed = [widen::unsigned(needed), bits_of(most)];
-            let value = bits_of(filter.fraction_bits);
+                .saturating_sub(wide::byte(word.fraction_bits));
+            let allowed = [wide::unsigned(needed), wide::bits(most)];
+            let value = wide::bits(filter.fraction_bits);
             return Err(Refusal::new(What::FilterFractionBits, value, allowed));
         }
         let scaled = GainWord {
@@ -281,7 +248,7 @@ impl LawWords {
         };
         // |v̂| ≤ X·2^h + 1, and the filter's value never leaves its inputs' range.
         let limit = slope_limit
-            .wrapping_shl(widen::byte(filter.fraction_bits))
+            .wrapping_shl(wide::byte(filter.fraction_bits))
             .saturating_add(1);
         Ok((accepted!(self.term(part, scaled, limit, 0)), limit))
     }
@@ -289,10 +256,10 @@ impl LawWords {
     /// `S`, the smaller of `2^(fi−1)` and `Q/(Ki·Δt)` \[counts\].
     const fn error_sum_limit(&self, integral_range: u64, f: u8) -> u64 {
         let word = self.ki_dt;
-        let by_rounding = power_of_two_or_most(widen::byte(word.fraction_bits.saturating_sub(1)));
-        let shift = widen::byte(f.saturating_sub(word.fraction_bits));
+        let by_rounding = power_of_two_or_most(wide::byte(word.fraction_bits.saturating_sub(1)));
+        let shift = wide::byte(f.saturating_sub(word.fraction_bits));
         let one_error =
-            widen::word(word.mantissa.unsigned_abs()).saturating_mul(power_of_two_or_most(shift));
+            wide::word(word.mantissa.unsigned_abs()).saturating_mul(power_of_two_or_most(shift));
         match integral_range.checked_div(one_error) {
             Some(by_range) if by_range < by_rounding => by_range,
             Some(_) => by_rounding,
@@ -302,21 +269,17 @@ impl LawWords {
     }
 }
 
-const fn bits_of(value: u8) -> i64 {
-    widen::unsigned(widen::byte(value))
-}
-
 /// The refusal of a word for its fraction bits.
 const fn fraction_bits(part: Part, word: GainWord, [least, most]: [u8; 2]) -> Refusal {
     let what = What::LawFractionBits(part, word);
-    let allowed = [bits_of(least), bits_of(most)];
-    Refusal::new(what, bits_of(word.fraction_bits), allowed)
+    let allowed = [wide::bits(least), wide::bits(most)];
+    Refusal::new(what, wide::bits(word.fraction_bits), allowed)
 }
 
 /// `count` codes \[2^−F codes\], where 64 bits hold them.
 const fn codes(count: u32, f: u8) -> Option<u64> {
-    match power_of_two(widen::byte(f)) {
-        Some(one) => one.checked_mul(widen::word(count)),
+    match power_of_two(wide::byte(f)) {
+        Some(one) => one.checked_mul(wide::word(count)),
         None => None,
     }
 }

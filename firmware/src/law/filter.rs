@@ -24,7 +24,7 @@
 //! With `|x| ≤ X` and `X·2^h ≤ 2^29`, `|x·2^h − v̂| ≤ 2^30 + 1` and
 //! `|W| ≤ 2^60`: nothing overflows.
 
-use crate::product;
+use crate::wide;
 
 /// The filter as words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -51,24 +51,25 @@ impl FilterWords {
 
 /// `W·2^−31` to the nearest integer, halves away from zero.
 #[inline]
-fn rounded(wide: i64) -> i32 {
+fn rounded(state: i64) -> i32 {
     const HALF: i64 = 1 << 30;
     // Adding ½ and cutting off rounds halves up; one unit less below zero
     // makes that halves away from zero.
-    let biased = wide.wrapping_add(HALF).wrapping_add(wide.wrapping_shr(63));
+    let biased = state
+        .wrapping_add(HALF)
+        .wrapping_add(state.wrapping_shr(63));
     // |W| ≤ 2^60, so the quotient has 30 bits: the low word is all of it.
-    let [b0, b1, b2, b3, ..] = biased.wrapping_shr(31).to_le_bytes();
-    i32::from_le_bytes([b0, b1, b2, b3])
+    wide::lower(biased.wrapping_shr(31))
 }
 
 /// One sample: the filtered difference \[2^−h counts\] for the difference `x`
 /// \[counts\].
 #[inline]
-pub(crate) fn step(words: FilterWords, wide: &mut i64, x: i32) -> i32 {
+pub(crate) fn step(words: FilterWords, state: &mut i64, x: i32) -> i32 {
     let input = x.wrapping_shl(u32::from(words.fraction_bits));
-    let gap = input.wrapping_sub(rounded(*wide));
-    *wide = wide.wrapping_add(product::signed(words.smoothing, gap));
-    rounded(*wide)
+    let gap = input.wrapping_sub(rounded(*state));
+    *state = state.wrapping_add(wide::signed_product(words.smoothing, gap));
+    rounded(*state)
 }
 
 /// The state that has settled at the difference `x` \[counts\].

@@ -35,20 +35,16 @@
 
 mod bounds;
 pub mod filter;
-#[cfg(any(test, all(target_arch = "arm", not(target_has_atomic = "32"))))]
-mod narrow;
-mod state;
 mod step;
 mod term;
 pub mod words;
 
 pub use crate::word::Part;
 pub use filter::FilterWords;
-pub use state::LawState;
 pub use words::{AntiWindup, Derivative, LawWords};
 
 use crate::dac::Dac;
-use crate::refusal::Refusal;
+use crate::refusal::{Refusal, accepted};
 use bounds::Aligned;
 
 /// The law with accepted words. Immutable; its memory is [`LawState`].
@@ -134,10 +130,7 @@ impl Law {
     /// A [`Refusal`] that names the part, its word and what is allowed.
     #[inline(always)]
     pub const fn accept(words: LawWords, dac: Dac) -> Result<Self, Refusal> {
-        let aligned = match words.check(dac) {
-            Ok(aligned) => aligned,
-            Err(error) => return Err(error),
-        };
+        let aligned = accepted!(words.check(dac));
         let feeds_forward = words.velocity_ff.mantissa != 0
             || words.acceleration_ff.mantissa != 0
             || words.friction_ff.mantissa != 0;
@@ -224,4 +217,68 @@ pub struct LawOutput {
     pub difference_limited: bool,
     /// True if the integral was held at the end of its declared range.
     pub integral_limited: bool,
+}
+
+/// Memory of the law. The default is the state before the first sample.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct LawState {
+    /// `(Ki·Δt)·Σe` \[2^−F codes\].
+    integral: i64,
+    /// The filter's memory.
+    filtered: i64,
+    /// `e(k−1)` \[counts\].
+    previous_error: i32,
+    phase: Phase,
+    /// `h` of the filter whose memory that is.
+    filter_bits: Option<u8>,
+}
+
+impl LawState {
+    /// Before a first sample that goes on from `code`, the last one that the
+    /// converter was given: after enabling, or with other gains than before.
+    /// A code outside the window of that sample counts as its nearer end.
+    pub const fn take_over(code: i32) -> Self {
+        Self {
+            integral: 0,
+            filtered: 0,
+            previous_error: 0,
+            phase: Phase::TakeOver(code),
+            filter_bits: None,
+        }
+    }
+
+    /// The next sample comes with other words; it goes on from `code`, the last
+    /// one that the converter was given.
+    pub(crate) const fn change_over(&mut self, code: i32) {
+        self.phase = match self.phase {
+            Phase::First | Phase::TakeOver(_) => Phase::TakeOver(code),
+            Phase::Running | Phase::ChangeOver(_) => Phase::ChangeOver(code),
+        };
+    }
+
+    /// `(Ki·Δt)·Σe` \[2^−F codes\].
+    pub const fn integral(&self) -> i64 {
+        self.integral
+    }
+}
+
+/// Memory that a sample begins with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+enum Phase {
+    /// Nothing: no error and no difference came before.
+    #[default]
+    First,
+    /// As the first, but the output goes on from this code.
+    TakeOver(i32),
+    /// The memory of the sample before, but the output goes on from this code.
+    ChangeOver(i32),
+    /// The memory of the sample before.
+    Running,
+}
+
+impl Phase {
+    /// Tells whether the sample before was one of this law's.
+    const fn goes_on(self) -> bool {
+        matches!(self, Self::Running | Self::ChangeOver(_))
+    }
 }

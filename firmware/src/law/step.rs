@@ -1,10 +1,10 @@
 //! One sample of the law.
 
-use super::state::{LawState, Phase};
 use super::words::{AntiWindup, Derivative};
-use super::{Law, LawInput, LawOutput, filter, term};
+use super::{Law, LawInput, LawOutput, LawState, Phase, filter, term};
 use crate::counts;
 use crate::output::{self, Window};
+use crate::wide;
 
 impl Law {
     /// One sample: the sum `y` for the errors and the motion of this sample.
@@ -78,7 +78,7 @@ impl Law {
         let limit = self.aligned.integral_limit;
         // |I| ≤ Q. Q is a power of two and fills the upper word alone, in which
         // one addition and one comparison tell for all but Q itself.
-        let [upper, whole] = [output::upper(integral), output::upper(limit)];
+        let [upper, whole] = [wide::upper(integral), wide::upper(limit)];
         let above = upper.wrapping_add(whole).cast_unsigned();
         state.integral = integral;
         if above >= whole.wrapping_mul(2).cast_unsigned() {

@@ -10,13 +10,16 @@
 //! w·x·2^(F−f) = (w·2^m)·(x·2^s),   m + s = F − f,   w·2^m < 2^31,   |x|·2^s < 2^31
 //! ```
 //!
-//! That is one 32×32→64-bit product ([`crate::product`]). A processor without
-//! it has a shorter way where gain and integer are narrow ([`super::narrow`]).
+//! That is one 32×32→64-bit product ([`crate::wide`]). A processor without
+//! it has a shorter way where gain and integer are narrow: a gain of 24 bits
+//! times an integer of 17 needs 41 bits, so two products of 32 bits with parts
+//! of the gain do, where the general product takes four of 16-bit halves:
+//!
+//! ```text
+//! w·x·2^s = (H·x)·2^(s+t) + (L·x)·2^s,   w = H·2^t + L,   |H·x|, |L·x| < 2^31,   s + t ≤ 31
+//! ```
 
-#[cfg(any(test, all(target_arch = "arm", not(target_has_atomic = "32"))))]
-use super::narrow::Narrow;
-use crate::product::{self, by_target};
-use crate::widen;
+use crate::wide::{self, by_target};
 use crate::word::GainWord;
 
 /// A gain aligned to the sum's unit, for integers up to a limit.
@@ -26,7 +29,7 @@ pub(crate) struct Term {
     /// `2^s`: a product costs a processor what a shift does, and no mask.
     scale: i32,
     #[cfg(any(test, all(target_arch = "arm", not(target_has_atomic = "32"))))]
-    narrow: Option<Narrow>,
+    narrow: Option<narrow::Narrow>,
 }
 
 impl Term {
@@ -36,13 +39,13 @@ impl Term {
         let Some(whole_shift) = sum_fraction_bits.checked_sub(word.fraction_bits) else {
             return None;
         };
-        let whole_shift = widen::byte(whole_shift);
+        let whole_shift = wide::byte(whole_shift);
         if word.mantissa == 0 {
             return Some(Self {
                 mantissa: 0,
                 scale: 0,
                 #[cfg(any(test, all(target_arch = "arm", not(target_has_atomic = "32"))))]
-                narrow: Narrow::of(0, 0, limit),
+                narrow: narrow::Narrow::of(0, 0, limit),
             });
         }
         // Zero bits above the mantissa, less the sign; none above a negative one.
@@ -60,8 +63,8 @@ impl Term {
             return None;
         }
         let scale = 1_i32.wrapping_shl(shift);
-        let most = widen::word(limit).saturating_mul(widen::word(scale.unsigned_abs()));
-        if most > widen::word(i32::MAX.unsigned_abs()) {
+        let most = wide::word(limit).saturating_mul(wide::word(scale.unsigned_abs()));
+        if most > wide::word(i32::MAX.unsigned_abs()) {
             return None;
         }
         Some(Self {
@@ -69,7 +72,7 @@ impl Term {
             scale,
             #[cfg(any(test, all(target_arch = "arm", not(target_has_atomic = "32"))))]
             narrow: match whole_shift.to_le_bytes() {
-                [shift, ..] => Narrow::of(word.mantissa, shift, limit),
+                [shift, ..] => narrow::Narrow::of(word.mantissa, shift, limit),
             },
         })
     }
@@ -89,7 +92,7 @@ impl Term {
     #[inline]
     fn times_wide(self, x: i32) -> i64 {
         // Fits by `align`: |x|·2^s < 2^31.
-        product::signed(self.mantissa, x.wrapping_mul(self.scale))
+        wide::signed_product(self.mantissa, x.wrapping_mul(self.scale))
     }
 
     /// Largest magnitude of [`Term::times`] \[2^−F codes\]: that of `limit`, for
@@ -97,7 +100,7 @@ impl Term {
     pub(crate) const fn largest(self, limit: u32) -> u64 {
         // Both below 2^31, by `align`.
         let scaled = limit.wrapping_mul(self.scale.unsigned_abs());
-        widen::word(self.mantissa.unsigned_abs()).wrapping_mul(widen::word(scaled))
+        wide::word(self.mantissa.unsigned_abs()).wrapping_mul(wide::word(scaled))
     }
 
     /// Tells whether the gain is 0.
@@ -110,20 +113,99 @@ impl Term {
 /// `x`; for `0 ≤ w`, `|x| < 2^62`.
 #[inline]
 pub(crate) fn scaled(x: i64, w: i32) -> i64 {
-    let [l0, l1, l2, l3, h0, h1, h2, h3] = x.to_le_bytes();
-    let low = u32::from_le_bytes([l0, l1, l2, l3]);
-    let high = i32::from_le_bytes([h0, h1, h2, h3]);
+    let (low, high) = (wide::lower(x).cast_unsigned(), wide::upper(x));
     // Adding ½ and cutting off rounds halves up; one unit less below zero
     // makes that halves away from zero.
     let half = (1_i32 << 30).wrapping_add(high.wrapping_shr(31));
     // x·w + ½ = H·w·2^32 + (L·w + ½), the bracket at least 0 and below 2^64
-    let lower = product::unsigned(low, w.cast_unsigned())
+    let lower = wide::product(low, w.cast_unsigned())
         .wrapping_add(u64::from(half.cast_unsigned()))
         .cast_signed();
-    let upper = product::signed(w, high).wrapping_add(lower.wrapping_shr(32));
+    let upper = wide::signed_product(w, high).wrapping_add(lower.wrapping_shr(32));
     // Cut to 2^31 of them: from the upper two words of three and one bit more.
     let bit = lower.cast_unsigned().wrapping_shr(31) & 1;
     (upper.wrapping_shl(1).cast_unsigned() | bit).cast_signed()
+}
+
+/// Terms from two products of 32 bits.
+#[cfg(any(test, all(target_arch = "arm", not(target_has_atomic = "32"))))]
+mod narrow {
+    use crate::wide;
+
+    /// A gain in two parts, aligned to the sum's unit.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub(super) struct Narrow {
+        high: i32,
+        low: i32,
+        /// `s + t`.
+        high_shift: Shift,
+        /// `s`.
+        low_shift: Shift,
+    }
+
+    /// A shift of a word into a double one.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    struct Shift {
+        /// `2^places`, for up to 31 of them: a product needs no mask.
+        factor: u32,
+        /// Rest of 31 places.
+        rest: u32,
+    }
+
+    impl Narrow {
+        /// The parts of `mantissa·2^shift`, `mantissa ≥ 0`, for integers
+        /// `0 < |x| ≤ limit`; `None` where they are too wide.
+        pub(super) const fn of(mantissa: i32, shift: u8, limit: u32) -> Option<Self> {
+            // The largest t that leaves L·x its 31 bits, and the shift its 31.
+            let by_limit = limit.saturating_sub(1).leading_zeros().saturating_sub(1);
+            let [by_limit, ..] = by_limit.to_le_bytes();
+            let Some(by_shift) = 31_u8.checked_sub(shift) else {
+                return None;
+            };
+            let t = if by_limit < by_shift {
+                by_limit
+            } else {
+                by_shift
+            };
+            let high = mantissa.wrapping_shr(wide::byte(t));
+            let low = mantissa.wrapping_sub(high.wrapping_shl(wide::byte(t)));
+            let most = wide::word(high.unsigned_abs()).saturating_mul(wide::word(limit));
+            if most > wide::word(i32::MAX.unsigned_abs()) {
+                return None;
+            }
+            Some(Self {
+                high,
+                low,
+                high_shift: Shift::by(shift.saturating_add(t)),
+                low_shift: Shift::by(shift),
+            })
+        }
+
+        /// `w·x·2^s`.
+        #[inline]
+        pub(super) fn times(self, x: i32) -> i64 {
+            let high = self.high_shift.of(self.high.wrapping_mul(x));
+            high.wrapping_add(self.low_shift.of(self.low.wrapping_mul(x)))
+        }
+    }
+
+    impl Shift {
+        const fn by(places: u8) -> Self {
+            Self {
+                factor: 1_u32.wrapping_shl(wide::byte(places)),
+                rest: wide::byte(31_u8.saturating_sub(places)),
+            }
+        }
+
+        /// `value` shifted, from shifts of words.
+        #[inline]
+        fn of(self, value: i32) -> i64 {
+            let low = value.cast_unsigned().wrapping_mul(self.factor);
+            // Down by 32 less the places, in two steps: a word is never shifted by 32.
+            let high = value.wrapping_shr(1).wrapping_shr(self.rest);
+            i64::from(high).wrapping_shl(32) | i64::from(low)
+        }
+    }
 }
 
 #[cfg(test)]

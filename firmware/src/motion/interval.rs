@@ -9,7 +9,7 @@ use super::piece::{
 };
 use super::real::Real;
 use crate::refusal::{Refusal, What};
-use crate::widen::held;
+use crate::wide::held;
 
 /// Samples of one interval with constant acceleration at most.
 const STRAIGHT_SAMPLES_MAX: u64 = 1 << 30;
@@ -71,11 +71,10 @@ pub(super) fn chain(
     // Speed gained per unit of amplitude: ∫ of a quarter sine is (2/π)·T.
     let gain = t2.plus(c.times(t1.plus(t3)));
     let loss = t6.plus(c.times(t5.plus(t7)));
-    if gain.is_zero() {
-        return Err(Refusal::new(What::Rise, 0, [1, i64::MAX]));
-    }
-    if loss.is_zero() {
-        return Err(Refusal::new(What::Fall, 0, [1, i64::MAX]));
+    for (what, speed) in [(What::Rise, gain), (What::Fall, loss)] {
+        if speed.is_zero() {
+            return Err(Refusal::new(what, 0, [1, i64::MAX]));
+        }
     }
     // Speeds at the joints as parts of the peak speed.
     let v1 = c.times(t1).over(gain);
@@ -87,43 +86,28 @@ pub(super) fn chain(
     let sine = |t: Real, v: Real| t.times(v).times(rest);
     let ramp = |t: Real, u: Real, v: Real| t.times(u.plus(v)).scaled(-1);
     let cosine = |t: Real, v: Real| t.times(v.plus(c.times(Real::ONE.minus(v))));
-    let displacements = [
-        sine(t1, v1),
-        ramp(t2, v1, v2),
-        cosine(t3, v2),
-        t4,
-        cosine(t5, v5),
-        ramp(t6, v5, v6),
-        sine(t7, v6),
+    let (zero, one) = (Real::ZERO, Real::ONE);
+    let (rise, constant, fall) = (Course::Rise, Course::Constant, Course::Fall);
+    // Length, displacement and speed at the start.
+    let parts = [
+        (rise, t1, sine(t1, v1), zero),
+        (constant, t2, ramp(t2, v1, v2), v1),
+        (fall, t3, cosine(t3, v2), v2),
+        (constant, t4, t4, one),
+        (rise, t5, cosine(t5, v5), one),
+        (constant, t6, ramp(t6, v5, v6), v5),
+        (fall, t7, sine(t7, v6), v6),
     ];
-    let unit = displacements.iter().fold(Real::ZERO, |sum, &u| sum.plus(u));
+    let unit = parts.iter().fold(zero, |sum, part| sum.plus(part.2));
     let peak = Real::from_integer(travel).scaled(-32).over(unit);
 
     let (up, down) = (peak.over(gain), peak.over(loss).negated());
-    let one = Real::ONE;
-    let starts = [Real::ZERO, v1, v2, one, one, v5, v6];
-    let amplitudes = [up, up, up, Real::ZERO, down, down, down];
-    let courses = [
-        Course::Rise,
-        Course::Constant,
-        Course::Fall,
-        Course::Constant,
-        Course::Rise,
-        Course::Constant,
-        Course::Fall,
-    ];
-    let rows = intervals_ps
-        .into_iter()
-        .zip([t1, t2, t3, t4, t5, t6, t7])
-        .zip(displacements)
-        .zip(starts)
-        .zip(amplitudes)
-        .zip(courses)
-        .zip(1..);
+    let amplitudes = [up, up, up, zero, down, down, down];
+    let rows = intervals_ps.into_iter().zip(parts).zip(amplitudes).zip(1..);
 
     let mut intervals = Vec::new();
     let (mut start_ps, mut position) = (0_u64, Real::ZERO);
-    for ((((((t_ps, duration), displacement), speed), amplitude), course), number) in rows {
+    for (((t_ps, (course, duration, displacement, speed)), amplitude), number) in rows {
         // Sample k lies in the interval if start ≤ k·Δt < end.
         let end_ps = start_ps.saturating_add(t_ps);
         let first_sample = sample_from(start_ps, period_ps);
@@ -181,13 +165,9 @@ impl Interval {
             }
             // x = x0 + S + v0·τ − S·cos ωτ
             Course::Fall => {
+                let start = self.position.plus(sine_amplitude);
                 let velocity = self.velocity.plus(speed.times(sine));
-                (
-                    self.position.plus(sine_amplitude),
-                    self.velocity,
-                    cosine,
-                    velocity,
-                )
+                (start, self.velocity, cosine, velocity)
             }
         };
         let line = line_start.plus(line_speed.times(self.first));
@@ -303,11 +283,10 @@ impl Interval {
 
     fn samples_up_to(&self, max: u64) -> Result<u32, Refusal> {
         let [value, most] = [self.samples, max].map(held);
-        let refused = Refusal::new(What::IntervalSamples(self.number), value, [1, most]);
-        if self.samples > max {
-            return Err(refused);
-        }
-        u32::try_from(self.samples).map_err(|_| refused)
+        let samples = u32::try_from(self.samples).ok();
+        samples
+            .filter(|_| value <= most)
+            .ok_or_else(|| Refusal::new(What::IntervalSamples(self.number), value, [1, most]))
     }
 }
 

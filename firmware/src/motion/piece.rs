@@ -13,8 +13,8 @@
 //! | weight of the acceleration | `Fa + 61 − Fy` | `i32`, up to 2^30 |
 
 use super::real::Real;
-use crate::product::{self, by_target};
 use crate::reference::Setpoint;
+use crate::wide::{self, by_target};
 
 /// Fraction bits at which line and sine meet.
 pub(super) const GRID_BITS: u32 = 30;
@@ -71,16 +71,11 @@ impl Long {
             low,
         }
     }
-
-    #[cfg(test)]
-    pub(super) fn cut_to_30_bits(self) -> Self {
-        Self { low: 0, ..self }
-    }
 }
 
 /// The factor `ε = 2·sin(ω/2)`, at most √2, with 62 fraction bits:
 /// `high·2^32 + low`, where `|low| ≤ 2^31`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Turn {
     /// Multiples of 2^−30.
     pub high: u32,
@@ -104,15 +99,6 @@ impl Turn {
         }
     }
 
-    #[cfg(test)]
-    pub(super) fn cut_to_32_bits(self) -> Self {
-        Self {
-            low: 0,
-            centre: 1 << 29,
-            ..self
-        }
-    }
-
     /// `ε·value` to 1.5 units, for `|value| < 2^62`.
     ///
     /// With `ε = (E·2^32 + l)·2^−62` and `value = H·2^32 + L` the product is
@@ -122,15 +108,15 @@ impl Turn {
     /// makes of it. `E ≤ √2·2^30`, `|H| ≤ 2^30` and `|l| ≤ 2^31`: the bracket
     /// stays below `(√2 + ½)·2^62 + 2^31 < 2^63`, the whole below 2^63.
     fn of(self, value: i64) -> i64 {
-        let (high, low) = (high_word(value), low_word(value));
-        let cross = product::unsigned(self.high, low).cast_signed();
+        let (high, low) = (wide::upper(value), wide::lower(value).cast_unsigned());
+        let cross = wide::product(self.high, low).cast_signed();
         let lower = i64::from(self.centre)
             .wrapping_add(cross)
-            .wrapping_add(product::signed(self.low, high));
+            .wrapping_add(wide::signed_product(self.low, high));
         // 4·E·H + lower·2^−30: the upper two of three words, and two bits more
-        let upper = product::signed(self.high.cast_signed(), high)
-            .wrapping_add(i64::from(high_word(lower)));
-        upper.wrapping_shl(2) | i64::from(low_word(lower).wrapping_shr(30))
+        let upper = wide::signed_product(self.high.cast_signed(), high)
+            .wrapping_add(i64::from(wide::upper(lower)));
+        upper.wrapping_shl(2) | i64::from(wide::lower(lower).cast_unsigned().wrapping_shr(30))
     }
 }
 
@@ -181,23 +167,6 @@ pub struct Point {
     pub velocity: i64,
 }
 
-impl Point {
-    /// Before the first sample.
-    pub(super) const ZERO: Self = {
-        let zero = Long {
-            high: [0; 2],
-            low: 0,
-        };
-        Self {
-            line: zero,
-            step: zero,
-            sine: 0,
-            cosine: 0,
-            velocity: 0,
-        }
-    };
-}
-
 /// The samples of one interval.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Piece {
@@ -233,9 +202,9 @@ impl Piece {
                 point.sine = point.sine.wrapping_add(turn.of(before));
                 point.cosine = before.wrapping_sub(turn.of(point.sine));
                 // Both below 2^30, so that their sum fits.
-                let sum = high_word(before).wrapping_add(high_word(point.cosine));
+                let sum = wide::upper(before).wrapping_add(wide::upper(point.cosine));
                 point.velocity =
-                    velocity_centre.wrapping_sub(product::signed(velocity_weight, sum));
+                    velocity_centre.wrapping_sub(wide::signed_product(velocity_weight, sum));
             }
         }
     }
@@ -252,14 +221,14 @@ impl Piece {
                 acceleration_centre,
                 ..
             } => {
-                let weighted = product::signed(acceleration_weight, high_word(point.sine))
+                let weighted = wide::signed_product(acceleration_weight, wide::upper(point.sine))
                     .wrapping_add(i64::from(acceleration_centre));
                 (
                     by_target!(
                         point.sine.wrapping_shr(u32::from(shift)),
                         shifted(point.sine, shift)
                     ),
-                    low_signed(weighted.wrapping_shr(ACCELERATION_BITS)),
+                    wide::lower(weighted.wrapping_shr(ACCELERATION_BITS)),
                 )
             }
         };
@@ -270,8 +239,8 @@ impl Piece {
             .wrapping_add(1 << GRID_BITS.wrapping_sub(1));
         let velocity = point.velocity.wrapping_shr(VELOCITY_BITS.unsigned_abs());
         Setpoint {
-            position: low_signed(position.wrapping_shr(GRID_BITS)),
-            velocity: turned(low_signed(velocity)),
+            position: wide::lower(position.wrapping_shr(GRID_BITS)),
+            velocity: turned(wide::lower(velocity)),
             acceleration: turned(acceleration),
         }
     }
@@ -281,7 +250,7 @@ impl Piece {
 /// processor without long products has no routine as short as this.
 #[cfg(any(test, all(target_arch = "arm", not(target_has_atomic = "32"))))]
 fn shifted(value: i64, shift: u8) -> i64 {
-    let (high, low) = (high_word(value), low_word(value));
+    let (high, low) = (wide::upper(value), wide::lower(value).cast_unsigned());
     let shift = u32::from(shift);
     if shift < 32 {
         // Up by 32 less the shift, in two steps: a word is never shifted by 32.
@@ -294,26 +263,6 @@ fn shifted(value: i64, shift: u8) -> i64 {
     } else {
         i64::from(high.wrapping_shr(shift.wrapping_sub(32)))
     }
-}
-
-/// `floor(value/2^32)`.
-#[inline]
-fn high_word(value: i64) -> i32 {
-    let [.., a, b, c, d] = value.to_le_bytes();
-    i32::from_le_bytes([a, b, c, d])
-}
-
-/// The lower half.
-#[inline]
-fn low_word(value: i64) -> u32 {
-    low_signed(value).cast_unsigned()
-}
-
-/// The value modulo 2^32.
-#[inline]
-fn low_signed(value: i64) -> i32 {
-    let [a, b, c, d, ..] = value.to_le_bytes();
-    i32::from_le_bytes([a, b, c, d])
 }
 
 #[cfg(test)]

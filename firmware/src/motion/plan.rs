@@ -7,7 +7,7 @@ use super::piece::{Piece, Point};
 use super::real::Real;
 use crate::reference::{Next, Observed, Setpoint, SetpointSource};
 use crate::refusal::{Refusal, What};
-use crate::widen::held;
+use crate::wide::held;
 
 /// Fraction bits of velocity and acceleration at most.
 const OUTPUT_BITS_MAX: i32 = 60;
@@ -17,7 +17,8 @@ const DURATION_MAX_PS: u64 = 1 << 62;
 /// Peaks of velocity and acceleration \[counts per sample, per sample²\].
 const PEAKS: [i64; 2] = [0, (1 << 30) - 1];
 
-/// A motion that can be generated: checked and computed once.
+/// A motion that can be generated: checked and computed once. The default is no
+/// motion: the axis stays at 0.
 ///
 /// ```
 /// use firmware::MotionPlan;
@@ -26,12 +27,12 @@ const PEAKS: [i64; 2] = [0, (1 << 30) - 1];
 /// let quarter_ps = 250_000_000_000;
 /// let intervals_ps = [quarter_ps, 0, quarter_ps, 0, quarter_ps, 0, quarter_ps];
 /// let plan = MotionPlan::new(1 << 52, intervals_ps, 1_000_000)?;
-/// assert_eq!(plan.last_sample(), 1_000);
+/// assert_eq!(plan.head().last_sample, 1_000);
 /// // The peak is 2^21 counts per second, 2^11.03 per sample, in 30 bits.
-/// assert_eq!(plan.velocity_fraction_bits(), 18);
+/// assert_eq!(plan.head().velocity_fraction_bits, 18);
 /// # Ok::<(), firmware::Refusal>(())
 /// ```
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct MotionPlan {
     /// Those of the intervals that have samples, for the travel's magnitude.
     pub(super) pieces: Vec<Piece, 7>,
@@ -45,11 +46,11 @@ pub struct PlanHead {
     pub sign: i32,
     /// The end of the motion, `floor(h + ½)` \[counts, modulo 2^32\].
     pub end: i32,
-    /// Number of the sample at which the motion has ended.
+    /// Number of the sample at which the motion has ended; the first is 0.
     pub last_sample: u64,
-    /// Fraction bits of the setpoints' velocities.
+    /// Fraction bits of the setpoints' velocities, 0 to 60.
     pub velocity_fraction_bits: u8,
-    /// Fraction bits of the setpoints' accelerations.
+    /// Fraction bits of the setpoints' accelerations, 0 to 60.
     pub acceleration_fraction_bits: u8,
 }
 
@@ -61,26 +62,12 @@ impl MotionPlan {
     /// [`Refusal`] if there is no acceleration or no deceleration, or what
     /// is asked for cannot be generated to a quarter of a count.
     pub fn new(travel: i64, intervals_ps: [u64; 7], period_ns: u32) -> Result<Self, Refusal> {
-        if period_ns == 0 {
-            return Err(Refusal::new(What::Period, 0, [1, i64::from(u32::MAX)]));
-        }
-        if travel == i64::MIN {
-            return Err(Refusal::new(
-                What::Travel,
-                travel,
-                [i64::MIN.saturating_add(1), i64::MAX],
-            ));
-        }
+        What::Period.word_within(period_ns, [1, u32::MAX])?;
+        What::Travel.within(travel, [i64::MIN.saturating_add(1), i64::MAX])?;
         let total_ps = intervals_ps
             .iter()
             .fold(0_u64, |sum, &t| sum.saturating_add(t));
-        if total_ps > DURATION_MAX_PS {
-            return Err(Refusal::new(
-                What::Duration,
-                held(total_ps),
-                [0, held(DURATION_MAX_PS)],
-            ));
-        }
+        What::Duration.within(held(total_ps), [0, held(DURATION_MAX_PS)])?;
         // Below 2^42.
         let period_ps = u64::from(period_ns).saturating_mul(1_000);
         let (peak, intervals) = chain(travel.unsigned_abs(), intervals_ps, period_ps)?;
@@ -117,20 +104,6 @@ impl MotionPlan {
         })
     }
 
-    /// No motion: the axis stays at 0.
-    pub const fn at_rest() -> Self {
-        Self {
-            pieces: Vec::new(),
-            head: PlanHead {
-                sign: 0,
-                end: 0,
-                last_sample: 0,
-                velocity_fraction_bits: 0,
-                acceleration_fraction_bits: 0,
-            },
-        }
-    }
-
     /// The plan less its pieces.
     pub const fn head(&self) -> PlanHead {
         self.head
@@ -151,26 +124,6 @@ impl MotionPlan {
     /// Adds the next piece; `None` if there is no room for it.
     pub fn push(&mut self, piece: Piece) -> Option<()> {
         self.pieces.push(piece).ok()
-    }
-
-    /// Fraction bits of the setpoints' velocities, 0 to 60.
-    pub const fn velocity_fraction_bits(&self) -> u8 {
-        self.head.velocity_fraction_bits
-    }
-
-    /// Fraction bits of the setpoints' accelerations, 0 to 60.
-    pub const fn acceleration_fraction_bits(&self) -> u8 {
-        self.head.acceleration_fraction_bits
-    }
-
-    /// Number of the sample at which the motion has ended; the first is 0.
-    pub const fn last_sample(&self) -> u64 {
-        self.head.last_sample
-    }
-
-    /// The travel, rounded \[counts, modulo 2^32\].
-    pub const fn end(&self) -> i32 {
-        self.head.end
     }
 }
 
@@ -284,15 +237,6 @@ impl MotionPlan {
 }
 
 impl MotionState {
-    /// Before the first sample.
-    pub const fn at_start() -> Self {
-        Self {
-            point: Point::ZERO,
-            left: 0,
-            entered: 0,
-        }
-    }
-
     #[inline]
     fn enter(&mut self, piece: &Piece) {
         // Seven intervals at most.

@@ -96,7 +96,7 @@ fn every_lost_transaction_of_an_initialisation_is_reported_as_it_is() {
         let lost = SpiBoardError::Counter(Ls7366rError::Bus(Lost(7)));
         assert_eq!(board.initialise(), Err(lost));
         assert_eq!(board.enable.pin.levels, [PinState::Low]);
-        board.counter.spi().assert_done();
+        board.counter.spi.assert_done();
     }
     for at in 0..CONVERTER.len() {
         let converter = Script::of(&CONVERTER[..at]).then_lost(CONVERTER[at].0, 8);
@@ -104,7 +104,7 @@ fn every_lost_transaction_of_an_initialisation_is_reported_as_it_is() {
         let lost = SpiBoardError::Converter(Ad57x1rError::Bus(Lost(8)));
         assert_eq!(board.initialise(), Err(lost));
         assert_eq!(board.enable.pin.levels, [PinState::Low]);
-        board.converter.spi().assert_done();
+        board.converter.spi.assert_done();
     }
 }
 
@@ -119,7 +119,7 @@ fn switching_off_tries_both_and_power_first() {
     broken.enable.pin.broken = true;
     let error = broken.switch_off().expect_err("the line is broken");
     assert_eq!(error, SpiBoardError::Enable(digital::ErrorKind::Other));
-    broken.converter.spi().assert_done();
+    broken.converter.spi.assert_done();
 
     // The bus fails: the power is off all the same.
     let lost = Script::of(&[]).then_lost(&[0x03, 0, 0], 9);

@@ -21,7 +21,7 @@ fn the_converter_is_reset_set_to_midscale_and_read_back() {
     for model in [Ad57x1rModel::Ad5721r, Ad57x1rModel::Ad5761r] {
         let mut converter = Ad57x1r::new(Script::of(&CONVERTER), model);
         converter.initialise().expect("as planned");
-        converter.spi().assert_done();
+        converter.spi.assert_done();
     }
 }
 
@@ -76,7 +76,7 @@ fn all_codes_of_12_bits_are_left_justified_and_read_back() {
         let mut converter = Ad57x1r::new(script, Ad57x1rModel::Ad5721r);
         assert_eq!(converter.set_code(i32::from(code)), Ok(()));
         assert_eq!(converter.code(), Ok(i32::from(code)));
-        converter.spi().assert_done();
+        converter.spi.assert_done();
     }
 }
 
@@ -87,7 +87,7 @@ proptest! {
         let script = Script::of(&[(&[0x03, high, low], &[])]);
         let mut converter = Ad57x1r::new(script, Ad57x1rModel::Ad5761r);
         prop_assert_eq!(converter.set_code(i32::from(code)), Ok(()));
-        converter.spi().assert_done();
+        converter.spi.assert_done();
     }
 
     /// Nothing is said on the bus: the script is empty.

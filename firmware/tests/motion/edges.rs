@@ -11,7 +11,7 @@ fn the_acceleration_belongs_to_what_follows_a_jump() {
     let each_ps = 4_000_000_000;
     let plan = MotionPlan::new(8 << 32, [0, each_ps, 0, 0, 0, each_ps, 0], 1_000_000);
     let plan = plan.expect("a plan");
-    let half = 1 << (plan.acceleration_fraction_bits() - 1);
+    let half = 1 << (plan.head().acceleration_fraction_bits - 1);
     let seen = all(&plan).into_iter().map(|(s, _)| s.acceleration);
     let expected = [[half; 4], [-half; 4]].concat().into_iter().chain([0]);
     assert!(seen.eq(expected));
@@ -20,7 +20,7 @@ fn the_acceleration_belongs_to_what_follows_a_jump() {
 #[test]
 fn no_travel_is_a_rest_of_the_same_length() {
     let plan = MotionPlan::new(0, [1_000_000_007; 7], 1_000_000).expect("a plan");
-    assert_eq!(plan.last_sample(), 8);
+    assert_eq!(plan.head().last_sample, 8);
     assert!(
         all(&plan)
             .iter()

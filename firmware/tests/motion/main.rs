@@ -97,9 +97,13 @@ fn compare(drawn: Drawn, plan: &MotionPlan, half_pi: &Fixed, every: u64) -> Wors
     let mut state = MotionState::default();
     let mut worst = Worst::default();
     let (mut previous, mut position) = (0_i32, 0_i64);
-    for k in 0..=plan.last_sample() {
+    for k in 0..=plan.head().last_sample {
         let (setpoint, last) = step(plan, &mut state);
-        assert_eq!(last, k == plan.last_sample(), "sample {k} of {drawn:?}");
+        assert_eq!(
+            last,
+            k == plan.head().last_sample,
+            "sample {k} of {drawn:?}"
+        );
         let moved = i64::from(setpoint.position.wrapping_sub(previous));
         assert!(moved * travel.signum() >= 0, "back at {k} of {drawn:?}");
         previous = setpoint.position;
@@ -115,12 +119,12 @@ fn compare(drawn: Drawn, plan: &MotionPlan, half_pi: &Fixed, every: u64) -> Wors
                 velocity: off(
                     i64::from(setpoint.velocity),
                     &exact.velocity,
-                    plan.velocity_fraction_bits(),
+                    plan.head().velocity_fraction_bits,
                 ),
                 acceleration: off(
                     i64::from(setpoint.acceleration),
                     &exact.acceleration,
-                    plan.acceleration_fraction_bits(),
+                    plan.head().acceleration_fraction_bits,
                 ),
             });
         }
@@ -149,7 +153,7 @@ fn survey(cases: u32, most_samples: u64, looks: u64) -> (Worst, u32) {
         let (travel, intervals_ps, period_ns) = drawn;
         match MotionPlan::new(travel, intervals_ps, period_ns) {
             Ok(plan) => {
-                let every = (plan.last_sample() / looks).max(1);
+                let every = (plan.head().last_sample / looks).max(1);
                 worst.take(compare(drawn, &plan, &half_pi, every));
                 planned += 1;
             }
@@ -198,8 +202,13 @@ fn the_longest_travel_follows_the_command() {
         for each_ps in [143_000_777_777_777, 15_000_777_777_777, 7_000_777_777] {
             let drawn = (travel, [each_ps; 7], 1_000_000);
             let plan = MotionPlan::new(travel, [each_ps; 7], 1_000_000).expect("a plan");
-            let worst = compare(drawn, &plan, &half_pi, (plan.last_sample() / 500).max(1));
-            println!("{travel} in {} samples: {worst:?}", plan.last_sample());
+            let worst = compare(
+                drawn,
+                &plan,
+                &half_pi,
+                (plan.head().last_sample / 500).max(1),
+            );
+            println!("{travel} in {} samples: {worst:?}", plan.head().last_sample);
             assert!(within(worst));
         }
     }
@@ -229,11 +238,11 @@ fn summed_velocities_do_not_follow() {
     let plan = plan.expect("a plan");
     let mut state = MotionState::default();
     let (mut twice, mut before, mut worst) = (0_i64, 0, 0_f64);
-    for _ in 0..=plan.last_sample() {
+    for _ in 0..=plan.head().last_sample {
         let (setpoint, _) = step(&plan, &mut state);
         twice += i64::from(before) + i64::from(setpoint.velocity);
         before = setpoint.velocity;
-        let summed = twice as f64 / 2_f64.powi(1 + i32::from(plan.velocity_fraction_bits()));
+        let summed = twice as f64 / 2_f64.powi(1 + i32::from(plan.head().velocity_fraction_bits));
         worst = worst.max((summed - f64::from(setpoint.position)).abs());
     }
     assert!(worst > BOUND.position, "{worst}");
@@ -242,7 +251,7 @@ fn summed_velocities_do_not_follow() {
 /// A whole run of setpoints.
 fn all(plan: &MotionPlan) -> Vec<(Setpoint, MotionState)> {
     let mut state = MotionState::default();
-    (0..=plan.last_sample())
+    (0..=plan.head().last_sample)
         .map(|_| {
             let (setpoint, _) = step(plan, &mut state);
             (setpoint, state)
@@ -258,7 +267,7 @@ proptest! {
         let back = MotionPlan::new(-travel, intervals, period);
         prop_assert_eq!(there.is_ok(), back.is_ok());
         if let (Ok(there), Ok(back)) = (there, back) {
-            prop_assert_eq!(there.velocity_fraction_bits(), back.velocity_fraction_bits());
+            prop_assert_eq!(there.head().velocity_fraction_bits, back.head().velocity_fraction_bits);
             for ((a, sum), (b, mirrored)) in all(&there).into_iter().zip(all(&back)) {
                 prop_assert_eq!(sum, mirrored);
                 prop_assert_eq!((a.velocity, a.acceleration), (-b.velocity, -b.acceleration));
@@ -274,7 +283,7 @@ proptest! {
         if let Ok(plan) = MotionPlan::new(travel, intervals, period) {
             let mut source = MotionGenerator::new(&plan, start);
             let (mut next, mut state) = (None, MotionState::default());
-            for _ in 0..=plan.last_sample() {
+            for _ in 0..=plan.head().last_sample {
                 let (mut expected, last) = step(&plan, &mut state);
                 expected.position = expected.position.wrapping_add(start);
                 let expected =
@@ -283,7 +292,7 @@ proptest! {
                 prop_assert_eq!(next, Some(expected));
                 prop_assert_eq!(source.state(), &state);
             }
-            let end = start.wrapping_add(plan.end());
+            let end = start.wrapping_add(plan.head().end);
             prop_assert!(matches!(next, Some(Next::Last(last)) if last.position == end));
         }
     }

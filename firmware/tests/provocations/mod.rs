@@ -50,7 +50,7 @@ pub(crate) fn provocations() -> Vec<Provocation> {
     let quiet = || Provocation {
         cause: FaultCause::EmergencyStop,
         monitors: Monitors::default(),
-        counter: CounterParameters::default(),
+        counter: CounterParameters::WORD,
         inputs: |_, inputs| inputs.emergency_stop = true,
         next: stay,
         last: 0,

@@ -3,9 +3,8 @@
 use serde::Serialize;
 
 use crate::case::{Case, Law, Limit};
-use crate::digits;
 use crate::figures::HOST_STEP_P99;
-use crate::time::seconds;
+use crate::number::{self, seconds};
 
 /// One limit and whether it holds.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -40,7 +39,7 @@ impl Verdict {
 
     /// Number of digits of the margin that hold, of the value's `digits`.
     pub fn margin_digits(&self, digits: Option<usize>) -> Option<usize> {
-        Some(digits::of_margin(self.margin?, self.value?, digits?))
+        Some(number::of_margin(self.margin?, self.value?, digits?))
     }
 }
 
@@ -61,10 +60,7 @@ pub fn judged(case: &Case) -> (Vec<Limit>, bool) {
     // the budget asks for.
     let supervised = case.controller.law == Law::Firmware && !case.options.is_off();
     if supervised && limits.iter().all(|limit| limit.figure != FAULTS) {
-        limits.push(Limit {
-            figure: FAULTS.to_owned(),
-            limit: 0.0,
-        });
+        limits.push(Limit::new(FAULTS, 0.0));
     }
     (limits, default)
 }
@@ -72,21 +68,13 @@ pub fn judged(case: &Case) -> (Vec<Limit>, bool) {
 /// Without `[budget]`: no saturation, at most twice the commanded
 /// acceleration, at most 2 % of the travel as following error.
 fn default_limits(case: &Case) -> Vec<Limit> {
-    let limit = |figure: &str, limit: f64| Limit {
-        figure: figure.to_owned(),
-        limit,
-    };
     let end_s = seconds(case.run.duration_ns);
+    let peak_mps2 = case.motion.peak_acceleration_until_mps2(end_s);
+    let travel_m = case.motion.travel_m().abs();
     vec![
-        limit("voltage_saturated_s", 0.0),
-        limit(
-            "peak_abs_acc_mps2",
-            2.0 * case.motion.peak_acceleration_until_mps2(end_s),
-        ),
-        limit(
-            "peak_following_error_mm",
-            1e3 * 0.02 * case.motion.travel_m().abs(),
-        ),
+        Limit::new("voltage_saturated_s", 0.0),
+        Limit::new("peak_abs_acc_mps2", 2.0 * peak_mps2),
+        Limit::new("peak_following_error_mm", 1e3 * 0.02 * travel_m),
     ]
 }
 
@@ -107,10 +95,7 @@ pub(crate) fn verdicts(case: &Case, figure: impl Fn(&str) -> Option<f64>) -> Vec
     // was due.
     let late = figure(DEADLINE_MISSES);
     if late.is_some() && limits.iter().all(|limit| limit.figure != DEADLINE_MISSES) {
-        let none = Limit {
-            figure: DEADLINE_MISSES.to_owned(),
-            limit: 0.0,
-        };
+        let none = Limit::new(DEADLINE_MISSES, 0.0);
         verdicts.push(Verdict::new(&none, late, true));
     }
     verdicts

@@ -6,6 +6,10 @@ use plant::{
 
 use crate::options::AxisOptions;
 
+/// By how much of its mass the carriage is heavier in a second run, which tells how
+/// many digits of the first one's figures hold.
+pub const MASS_CHANGE: f64 = 1e-12;
+
 /// A run that is complete and within every allowed range.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Case {
@@ -58,6 +62,9 @@ impl Law {
         Self::Firmware,
     ];
 
+    /// Their names, in the same order.
+    pub const NAMES: [&str; 4] = ["continuous", "sampled", "quantised", "firmware"];
+
     /// The rung of a name.
     pub fn find(name: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|law| law.name() == name)
@@ -65,12 +72,7 @@ impl Law {
 
     /// The rung's name in run files, traces and summaries.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Continuous => "continuous",
-            Self::Sampled => "sampled",
-            Self::Quantised => "quantised",
-            Self::Firmware => "firmware",
-        }
+        Self::NAMES[self as usize]
     }
 }
 
@@ -148,6 +150,14 @@ impl Case {
         matches!(self.axis.transmission.joint, Joint::Elastic(joint) if joint.backlash_half_rad > 0.0)
     }
 
+    /// The case of the second run: see [`MASS_CHANGE`].
+    #[must_use]
+    pub fn nudged(&self) -> Self {
+        let mut case = self.clone();
+        case.axis.carriage.mass_kg *= 1.0 + MASS_CHANGE;
+        case
+    }
+
     /// The law of rung `continuous` (eq. 27-37).
     pub fn continuous_pid(&self) -> ContinuousPid {
         ContinuousPid::new(
@@ -199,4 +209,12 @@ pub struct Limit {
     pub figure: String,
     /// Largest allowed magnitude, in the figure's own unit, at least 0.
     pub limit: f64,
+}
+
+impl Limit {
+    /// A limit on the figure of that key.
+    pub fn new(figure: &str, limit: f64) -> Self {
+        let figure = figure.to_owned();
+        Self { figure, limit }
+    }
 }

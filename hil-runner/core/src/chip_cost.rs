@@ -15,7 +15,7 @@ pub struct ExecutionTime {
 }
 
 /// The chip's part of a summary; its keys stand among those of the run.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct ChipReport {
     /// Name of the target, as the image says it.
     pub target: String,
@@ -82,23 +82,6 @@ pub struct StateCost {
 /// Name of the steps of the paper's controller, which has no states.
 const NO_STATE: &str = "paper";
 
-/// A chip's own account of itself.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Chip {
-    /// Name of the target.
-    pub name: String,
-    /// CRC-32 of the image.
-    pub image_crc: u32,
-    /// Flash that the image takes \[bytes\].
-    pub flash_bytes: u32,
-    /// Static RAM less the table of setpoints \[bytes\].
-    pub ram_bytes: u32,
-    /// Deepest stack \[bytes\], where the chip knows it.
-    pub stack_bytes: Option<u32>,
-    /// Clock that times are given at \[Hz\].
-    pub clock_hz: u64,
-}
-
 /// Collects what the steps of a run cost.
 #[derive(Debug, Clone, Default)]
 pub struct ExecutionFigures {
@@ -127,8 +110,9 @@ impl ExecutionFigures {
         self.deadline_misses += u64::from(time.time_ns > period_ns);
     }
 
-    /// The report on a chip that says `chip` of itself.
-    pub fn report(mut self, chip: Chip, period_ns: u64) -> ChipReport {
+    /// The report on a chip that says `own` of itself, with everything that the steps
+    /// of the run cost.
+    pub fn report(mut self, own: ChipReport, period_ns: u64) -> ChipReport {
         let names = State::ALL.iter().map(|state| state.name());
         let mut states = Vec::new();
         let mut all = Vec::new();
@@ -152,20 +136,15 @@ impl ExecutionFigures {
         // Every step takes some cycles, where the timer runs.
         let runs = self.most_cycles > 0;
         ChipReport {
-            target: chip.name,
-            image_hash: format!("{:08x}", chip.image_crc),
             link_steps: all.len() as u64,
-            clock_hz: chip.clock_hz,
             instructions_per_step_max: instructions(all.last().copied()),
             instructions_per_step_median: instructions(median(&all)),
             cycles_per_step_max: runs.then_some(self.most_cycles),
             utilisation_max_percent: runs
                 .then_some(100.0 * self.longest_ns as f64 / period_ns as f64),
             deadline_misses: runs.then_some(self.deadline_misses),
-            flash_bytes: chip.flash_bytes,
-            ram_bytes: chip.ram_bytes,
-            stack_bytes: chip.stack_bytes,
             states,
+            ..own
         }
     }
 }
@@ -195,19 +174,12 @@ mod tests {
         ] {
             figures.add(time(instructions), Some(state), 25_000);
         }
-        let chip = Chip {
-            name: "m4".to_owned(),
-            image_crc: 0xab,
-            flash_bytes: 1,
-            ram_bytes: 2,
-            stack_bytes: None,
-            clock_hz: 1,
+        let own = ChipReport {
+            target: "m4".to_owned(),
+            ..ChipReport::default()
         };
-        let report = figures.report(chip, 25_000);
-        assert_eq!(
-            (report.target.as_str(), report.image_hash.as_str()),
-            ("m4", "000000ab")
-        );
+        let report = figures.report(own, 25_000);
+        assert_eq!((report.target.as_str(), report.link_steps), ("m4", 4));
         assert_eq!(report.instructions_per_step_max, Some(30));
         assert_eq!(report.instructions_per_step_median, Some(10));
         assert_eq!(report.cycles_per_step_max, Some(120));

@@ -1,9 +1,13 @@
-//! Errors of a run.
+//! Errors of a run, and the keys of the run file that caused them.
 
+use firmware::Refusal;
+use firmware::law::Part;
+use firmware::refusal::What;
 use plant::PlantError;
 
 use crate::message::LinkError;
-use crate::quantise::QuantiseError;
+use crate::quantise::{QuantiseError, key};
+use crate::runfile::RunFile;
 
 /// A run that could not be made or finished. Rows up to there were delivered.
 #[derive(Debug, thiserror::Error)]
@@ -18,9 +22,6 @@ pub enum RunError {
     /// The gains or the motion do not fit the firmware.
     #[error(transparent)]
     Quantise(#[from] QuantiseError),
-    /// A sampled rung without a sample time.
-    #[error("a sampled law needs controller.sample_time_s")]
-    NoSampleTime,
     /// A row was not taken: it could not be written, or the run was interrupted.
     #[error("{0}")]
     Row(std::io::Error),
@@ -32,6 +33,50 @@ pub enum RunError {
 impl RunError {
     /// True if the case makes no run: it was refused before its first sample.
     pub fn is_refusal(&self) -> bool {
-        matches!(self, Self::Quantise(_) | Self::NoSampleTime)
+        matches!(self, Self::Quantise(_))
     }
+}
+
+/// The error of a run of this file as the user should read it.
+pub fn explain(file: &RunFile, error: &RunError) -> String {
+    let refuse = |key: &str, because: &str| file.refuse(key, because).to_string();
+    let RunError::Quantise(refused) = error else {
+        return format!("{}: {error}", file.case.name);
+    };
+    let key = match refused {
+        QuantiseError::Gains(unfit) => {
+            let lines = unfit.iter().map(|gain| refuse(gain.key, &gain.because()));
+            return lines.collect::<Vec<_>>().join("\n");
+        }
+        QuantiseError::Setting { key, because, .. } => return refuse(key, because),
+        QuantiseError::Refused(refusal) => key_of(refusal),
+        QuantiseError::DelayUnknown => Some("controller.computation_delay_s"),
+        QuantiseError::Travel(_) => Some("motion.travel_mm"),
+        _ => None,
+    };
+    match key {
+        Some(key) => refuse(key, &refused.to_string()),
+        None => format!("{}: {refused}", file.case.name),
+    }
+}
+
+/// The key that a refusal of the firmware is best laid at, if there is one.
+fn key_of(refusal: &Refusal) -> Option<&'static str> {
+    let part = match refusal.what {
+        What::Gain(part, _) | What::LawFractionBits(part, _) | What::Term(part, _) => part,
+        What::SumFractionBits | What::Terms | What::ErrorBits => Part::Proportional,
+        What::Difference(_) => Part::Derivative,
+        What::ErrorSum => Part::Integral,
+        What::FilterSmoothing | What::FilterFractionBits => {
+            return Some("controller.derivative_filter_s");
+        }
+        What::Tracking => return Some("controller.tracking_time_s"),
+        What::Period | What::Travel | What::Rise | What::Fall | What::Duration | What::Velocity => {
+            return Some("motion.travel_mm");
+        }
+        What::Acceleration(_) | What::IntervalSamples(_) => return Some("motion.travel_mm"),
+        What::Setpoints if refusal.value > 0 => return Some("controller.sample_time_s"),
+        _ => return None,
+    };
+    Some(key(part))
 }

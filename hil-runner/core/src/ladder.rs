@@ -2,13 +2,12 @@
 //! below it.
 
 use crate::case::{Case, Law};
-use crate::case_run::fault_warning;
-use crate::digits;
 use crate::error::RunError;
 use crate::message::Link;
+use crate::number;
 use crate::record::GridPoint;
 use crate::reservation;
-use crate::run::{Outcome, RowSink, RunOptions, run, run_over};
+use crate::run::{Outcome, RowSink, RunOptions, fault_warning, run, run_over};
 
 /// Interval of the rows that all rungs have in common \[ns\].
 pub const GRID_NS: u64 = 1_000_000;
@@ -88,6 +87,13 @@ impl Law {
     }
 }
 
+fn on_grid(options: RunOptions) -> RunOptions {
+    RunOptions {
+        grid_ns: Some(GRID_NS),
+        ..options
+    }
+}
+
 /// Runs the cases of a ladder, one for each rung from the bottom up; they
 /// differ in their law alone. The rows of all of them go to `sink`.
 ///
@@ -98,10 +104,7 @@ pub fn climb(
     options: RunOptions,
     sink: &mut RowSink<'_>,
 ) -> Result<Vec<Rung>, (usize, RunError)> {
-    let options = RunOptions {
-        grid_ns: Some(GRID_NS),
-        ..options
-    };
+    let options = on_grid(options);
     let mut rungs: Vec<Rung> = Vec::with_capacity(cases.len());
     for (number, case) in cases.iter().enumerate() {
         let outcome = run(case, options, sink).map_err(|error| (number, error))?;
@@ -121,17 +124,13 @@ pub fn climb_over(
     link: &mut impl Link,
     sink: &mut RowSink<'_>,
 ) -> Result<(), RunError> {
-    let options = RunOptions {
-        grid_ns: Some(GRID_NS),
-        ..options
-    };
-    let outcome = run_over(case, options, link, sink)?;
+    let outcome = run_over(case, on_grid(options), link, sink)?;
     push(rungs, case, outcome);
     Ok(())
 }
 
 /// Runs the cases of a ladder once more on the host, their carriages heavier by
-/// [`MASS_CHANGE`](crate::digits::MASS_CHANGE) of their mass, to see how many
+/// [`MASS_CHANGE`](crate::case::MASS_CHANGE) of their mass, to see how many
 /// digits of the figures hold. A chip's figures are held against the host's; not
 /// those of one whose delay is measured.
 ///
@@ -142,20 +141,20 @@ pub fn confirm(
     cases: &[Case],
     sink: &mut RowSink<'_>,
 ) -> Result<(), (usize, RunError)> {
-    let cases: Vec<Case> = cases.iter().map(digits::nudged).collect();
+    let cases: Vec<Case> = cases.iter().map(Case::nudged).collect();
     let mut again = climb(&cases, RunOptions::default(), sink)?;
     if let [.., below, on_chip] = rungs
         && let Some(firmware) = again.last().cloned()
         && on_chip.case.controller.computation_delay == below.case.controller.computation_delay
         && on_chip.target.is_some()
     {
-        push(&mut again, &digits::nudged(&on_chip.case), firmware.outcome);
+        push(&mut again, &on_chip.case.nudged(), firmware.outcome);
     }
     for (rung, again) in rungs.iter_mut().zip(&again) {
         let summary = &mut rung.outcome.summary;
         summary.digits_that_hold = summary.digits_confirmed_by(&again.outcome.summary);
         let of = |value: fn(Difference) -> f64, unit: &str| {
-            digits::confirmed(
+            number::confirmed(
                 [rung.difference.map(value), again.difference.map(value)],
                 unit,
             )
@@ -188,10 +187,7 @@ fn push(rungs: &mut Vec<Rung>, case: &Case, outcome: Outcome) {
 /// # Errors
 /// As [`run`].
 pub fn grid(case: &Case) -> Result<Vec<GridPoint>, RunError> {
-    let options = RunOptions {
-        grid_ns: Some(GRID_NS),
-        ..RunOptions::default()
-    };
+    let options = on_grid(RunOptions::default());
     run(case, options, &mut |_| Ok(())).map(|outcome| outcome.grid)
 }
 

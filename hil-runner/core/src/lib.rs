@@ -27,12 +27,9 @@
 
 pub mod budget;
 pub mod case;
-pub mod case_run;
 pub mod chip_cost;
 pub mod controllers;
-pub mod digits;
 pub mod error;
-pub mod explain;
 pub mod figures;
 pub mod io;
 pub mod ladder;
@@ -43,7 +40,6 @@ pub mod number;
 pub mod options;
 pub mod quantise;
 pub mod record;
-pub mod renamed;
 pub mod report;
 pub mod reservation;
 pub mod rest;
@@ -52,5 +48,4 @@ pub mod runfile;
 pub mod scaling;
 pub mod summary;
 pub mod theory;
-pub mod time;
 pub mod trace;

@@ -7,10 +7,10 @@ use crate::chip_cost::{ChipReport, ExecutionFigures};
 use crate::error::RunError;
 use crate::io::IoKind;
 use crate::message::{AxisStatus, Command, Link, Measurement, Steps};
+use crate::number::seconds;
 use crate::quantise::{FixedPointGains, QuantiseError};
 use crate::record::{GridPoint, PlotPoint, PlotRecorder, Recorder};
 use crate::summary::{EndOfRun, RowFigures, Summary};
-use crate::time::seconds;
 use crate::trace::{Row, Sample};
 
 /// Choices of a run that change no figure: its electronics, and how much is kept.
@@ -75,7 +75,7 @@ pub(crate) fn run_continuous(
 /// delay is measured, the link tells it with each command.
 ///
 /// # Errors
-/// As [`crate::run::run`]; [`RunError::NoSampleTime`] for a rung that does not
+/// As [`crate::run::run`]; [`QuantiseError::NoSampleTime`] for a rung that does not
 /// sample.
 pub fn run_over(
     case: &Case,
@@ -83,9 +83,8 @@ pub fn run_over(
     link: &mut impl Link,
     sink: &mut RowSink<'_>,
 ) -> Result<Outcome, RunError> {
-    let Some(period_ns) = case.controller.sample_time_ns else {
-        return Err(RunError::NoSampleTime);
-    };
+    let period_ns = case.controller.sample_time_ns;
+    let period_ns = period_ns.ok_or(QuantiseError::NoSampleTime)?;
     let mut lockstep = Lockstep::new(case, options, sink);
     lockstep.sampled(link, period_ns)?;
     let execution = std::mem::take(&mut lockstep.execution);
@@ -210,11 +209,8 @@ impl<'a, 's> Lockstep<'a, 's> {
 
     /// The voltage that a code gives.
     fn held(&self, command: Command) -> Held {
-        let (dac, amplifier, dac_code) = (
-            &self.case.dac,
-            &self.case.amplifier,
-            command.dac_code.real(),
-        );
+        let (dac, amplifier) = (&self.case.dac, &self.case.amplifier);
+        let dac_code = command.dac_code.real();
         let input_v = dac.output_v(dac_code);
         let code_limited = match command.dac_code {
             Steps::Real(_) => false,

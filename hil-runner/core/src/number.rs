@@ -1,7 +1,32 @@
 //! Numbers as people read them, in every table, page, caption and line: digits,
 //! powers of ten, signs.
+//!
+//! # Digits that hold
+//!
+//! Those of a figure that a second run confirms, in which the carriage is heavier by
+//! 10⁻¹² of its mass ([`Case::nudged`](crate::case::Case::nudged)), which nobody could
+//! measure.
+//!
+//! A well-conditioned run gives the same figures to eight digits and more. One
+//! that rattles, or whose loop is unstable, makes of 10⁻¹² whatever there is
+//! room for, and of its figures only the digits that both runs share say
+//! anything.
+//!
+//! The rule: n digits hold if the second value differs from the first by at
+//! most half a unit of the first one's n-th digit. A difference below 1 pm, and
+//! in other units than lengths below 10⁻⁹, is rounding and none.
 
 use serde::ser::{SerializeSeq, Serializer};
+
+/// Nanoseconds as seconds, correctly rounded: time is counted, and turned into seconds
+/// only to be shown or to evaluate the motion command.
+#[expect(
+    clippy::cast_precision_loss,
+    reason = "exact below 2^53 ns, which is 104 days"
+)]
+pub fn seconds(ns: u64) -> f64 {
+    ns as f64 / 1e9
+}
 
 /// Significant digits of plot data. A plot is about 10³ pixels high; 10⁻⁷ of
 /// full scale survives a zoom by 10³ with a tenth of a pixel to spare.
@@ -158,19 +183,11 @@ pub fn superscript(integer: i32) -> String {
 }
 
 fn raised(integer: &str) -> String {
-    let raise = |digit| match digit {
-        '-' => '⁻',
-        '0' => '⁰',
-        '1' => '¹',
-        '2' => '²',
-        '3' => '³',
-        '4' => '⁴',
-        '5' => '⁵',
-        '6' => '⁶',
-        '7' => '⁷',
-        '8' => '⁸',
-        '9' => '⁹',
-        other => other,
+    let digits: Vec<char> = "⁰¹²³⁴⁵⁶⁷⁸⁹".chars().collect();
+    let raise = |character: char| match character.to_digit(10) {
+        Some(digit) => digits[digit as usize],
+        None if character == '-' => '⁻',
+        None => character,
     };
     integer.chars().map(raise).collect()
 }
@@ -210,6 +227,49 @@ pub(crate) fn column_option<S: Serializer>(
         Some(values) => column(values, serializer),
         None => serializer.serialize_none(),
     }
+}
+
+/// Digits of the first value that the second confirms; `None` where these are
+/// all that tables show.
+pub fn confirmed([first, second]: [Option<f64>; 2], unit: &str) -> Option<usize> {
+    let (first, second) = match (first, second) {
+        (None, None) => return None,
+        (Some(first), Some(second)) => (first, second),
+        _ => return Some(0),
+    };
+    let difference = (first - second).abs();
+    if difference <= rounding(unit) {
+        return None;
+    }
+    let shown = digits_shown(first);
+    let mut half_unit = 0.5 * leading_place(first);
+    let mut digits = 0;
+    while digits < shown && difference <= half_unit {
+        digits += 1;
+        half_unit /= 10.0;
+    }
+    (digits < shown).then_some(digits)
+}
+
+/// Differences up to this are rounding, in the unit of the figure.
+fn rounding(unit: &str) -> f64 {
+    if unit == "µm" { 1e-6 } else { 1e-9 }
+}
+
+/// Digits that hold of what a value leaves of a limit: down to the same place.
+pub fn of_margin(margin: f64, value: f64, digits: usize) -> usize {
+    let mut left = digits;
+    let (mut place, leading) = (leading_place(value), leading_place(margin));
+    // A place is a power of ten, if not to the last bit.
+    while place > 2.0 * leading && left > 0 {
+        place /= 10.0;
+        left -= 1;
+    }
+    while place < 0.5 * leading && digits > 0 {
+        place *= 10.0;
+        left += 1;
+    }
+    left
 }
 
 #[cfg(test)]
@@ -263,5 +323,42 @@ mod tests {
         assert_eq!(share_percent(-1.0, 4.0), Some(25.0));
         assert_eq!(share_percent(0.0, 0.0), None);
         assert_eq!(share_percent(f64::NAN, 1.0), None);
+    }
+
+    fn of(first: f64, second: f64) -> Option<usize> {
+        confirmed([Some(first), Some(second)], "m/s²")
+    }
+
+    #[test]
+    fn half_a_unit_of_the_last_digit_is_allowed() {
+        assert_eq!(of(1.6457, 1.645_740), None);
+        assert_eq!(of(1.6457, 1.645_760), Some(4));
+        assert_eq!(of(-650.5, -651.5), Some(2));
+        assert_eq!(of(650.5, -650.5), Some(0));
+        assert_eq!(of(0.0, 0.3), Some(0));
+    }
+
+    #[test]
+    fn whole_numbers_hold_to_their_last_digit() {
+        assert_eq!(of(29.0, 31.0), Some(1));
+        assert_eq!(of(123_456.0, 123_457.0), Some(5));
+        assert_eq!(of(123_456.0, 123_456.0), None);
+    }
+
+    #[test]
+    fn rounding_is_no_difference_and_no_value_is_one() {
+        assert_eq!(confirmed([Some(1e-9), Some(-2e-9)], "µm"), None);
+        assert_eq!(confirmed([Some(1e-3), Some(2e-3)], "µm"), Some(0));
+        assert_eq!(confirmed([None, None], "µm"), None);
+        assert_eq!(confirmed([Some(1.0), None], "µm"), Some(0));
+    }
+
+    #[test]
+    fn a_margin_holds_down_to_the_same_place() {
+        // 1.6(457) of 3.1416 leaves 1.5, of 1.7 it leaves nothing that is known.
+        assert_eq!(of_margin(1.4959, 1.6457, 2), 2);
+        assert_eq!(of_margin(0.0543, 1.6457, 2), 0);
+        assert_eq!(of_margin(998.35, 1.6457, 2), 4);
+        assert_eq!(of_margin(0.0, 1.6457, 2), 0);
     }
 }

@@ -265,7 +265,7 @@ pub struct Limits {
 }
 
 /// Largest following error: `counts + per_speed_s·|reference speed|`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FollowingErrorLimit {
     /// At standstill \[counts\], at least 1.
     pub counts: u32,
@@ -275,7 +275,7 @@ pub struct FollowingErrorLimit {
 
 /// The encoder counts as lost if its count stands still this long under an
 /// output of at least this size.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct EncoderLoss {
     /// Time \[ns\], greater than 0.
     pub after_ns: u64,
@@ -300,7 +300,7 @@ pub struct Requests {
 
 /// Gains that hold from some time on (`[gain_change]`); at least one of them
 /// changes, [`None`] stays as it is.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct GainChange {
     /// Time of the change \[ns\].
     pub at_ns: u64,
@@ -329,7 +329,7 @@ pub struct Injections {
 }
 
 /// One wrong count of the encoder.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct EncoderGlitch {
     /// Time \[ns\].
     pub at_ns: u64,

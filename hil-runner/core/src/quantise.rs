@@ -23,6 +23,8 @@
 //! gains are the same, and an axis that runs away stays within the firmware's
 //! promise for longer. The paper's gains at 1 ms reach 2^27 counts.
 
+use core::fmt::Display;
+
 use firmware::law::Part;
 use firmware::refusal::What;
 use firmware::{ErrorRange, Gain, GainWord, Pid, PidWords, Refusal, SetpointTable};
@@ -58,24 +60,12 @@ impl FixedPointGain {
 
     /// The gain as the law has it.
     pub fn name(&self) -> &'static str {
-        match self.part {
-            Part::Proportional => "Kp",
-            Part::Integral => "Ki·Δt",
-            Part::Derivative => "Kd/Δt",
-            Part::Velocity => "Kv/Δt",
-            Part::Acceleration => "Ka/Δt²",
-            Part::Friction => "Kf",
-        }
+        words(self.part)[1]
     }
 
     /// Its unit in the law: rates come in units of their own.
     pub fn unit(&self) -> &'static str {
-        match self.part {
-            Part::Proportional | Part::Integral | Part::Derivative => "codes/count",
-            Part::Velocity => "codes/unit of v",
-            Part::Acceleration => "codes/unit of a",
-            Part::Friction => "codes",
-        }
+        words(self.part)[2]
     }
 
     /// True for one of the three gains of eq. 23, which are shown even
@@ -97,16 +87,31 @@ impl FixedPointGain {
     }
 }
 
-/// The run file's key of a gain.
-pub const fn key(part: Part) -> &'static str {
+/// The parts of the law that have a gain, in its order.
+pub const PARTS: [Part; 6] = [
+    Part::Proportional,
+    Part::Integral,
+    Part::Derivative,
+    Part::Velocity,
+    Part::Acceleration,
+    Part::Friction,
+];
+
+/// The run file's key of a gain, its name in the law and its unit there.
+fn words(part: Part) -> [&'static str; 3] {
     match part {
-        Part::Proportional => "controller.kp",
-        Part::Integral => "controller.ki_per_s",
-        Part::Derivative => "controller.kd_s",
-        Part::Velocity => "controller.velocity_ff_s",
-        Part::Acceleration => "controller.acceleration_ff_s2",
-        Part::Friction => "controller.friction_ff_codes",
+        Part::Proportional => ["controller.kp", "Kp", "codes/count"],
+        Part::Integral => ["controller.ki_per_s", "Ki·Δt", "codes/count"],
+        Part::Derivative => ["controller.kd_s", "Kd/Δt", "codes/count"],
+        Part::Velocity => ["controller.velocity_ff_s", "Kv/Δt", "codes/unit of v"],
+        Part::Acceleration => ["controller.acceleration_ff_s2", "Ka/Δt²", "codes/unit of a"],
+        Part::Friction => ["controller.friction_ff_codes", "Kf", "codes"],
     }
+}
+
+/// The run file's key of a gain.
+pub fn key(part: Part) -> &'static str {
+    words(part)[0]
 }
 
 /// The gains of a run as tables and reports show them, whichever law they belong to.
@@ -172,29 +177,20 @@ pub fn quantise(
     let range = error_range(travel_counts).ok_or(QuantiseError::Travel(travel_counts))?;
     let sample_ns = sample_time_ns as f64;
     // Per sample: Ki·Δt and Kd/Δt with Δt in ns, times and over 10^9.
+    let (kp, ki, kd) = (gains.kp, gains.ki_per_s, gains.kd_s);
     let settings = [
-        (Part::Proportional, Gain::Proportional, gains.kp, gains.kp),
-        (
-            Part::Integral,
-            Gain::Integral,
-            gains.ki_per_s,
-            gains.ki_per_s * sample_ns / 1e9,
-        ),
-        (
-            Part::Derivative,
-            Gain::Derivative,
-            gains.kd_s,
-            gains.kd_s * 1e9 / sample_ns,
-        ),
+        (Gain::Proportional, kp, kp),
+        (Gain::Integral, ki, ki * sample_ns / 1e9),
+        (Gain::Derivative, kd, kd * 1e9 / sample_ns),
     ];
 
     let mut unfit = Vec::new();
-    for (part, gain, value, wanted) in settings {
+    for (gain, value, wanted) in settings {
         let most = largest(gain, range);
         // Also false for NaN.
         if !(0.0..=most).contains(&wanted) {
             unfit.push(UnfitGain {
-                key: key(part),
+                key: key(gain.part()),
                 value,
                 largest: match gain {
                     Gain::Proportional => most,
@@ -209,8 +205,8 @@ pub fn quantise(
         return Err(QuantiseError::Gains(unfit));
     }
 
-    let gains = settings.map(|(part, gain, value, wanted)| FixedPointGain {
-        part,
+    let gains = settings.map(|(gain, value, wanted)| FixedPointGain {
+        part: gain.part(),
         value,
         wanted,
         word: finest_word(wanted, gain.max_fraction_bits(), MANTISSA_BITS),
@@ -227,8 +223,7 @@ pub fn quantise(
     let pid = (range.bits()..=ErrorRange::MAX_BITS)
         .rev()
         .find_map(|error_bits| accept(error_bits).ok())
-        .map_or_else(|| accept(range.bits()), Ok)
-        .map_err(QuantiseError::Words)?;
+        .map_or_else(|| accept(range.bits()), Ok)?;
     Ok(QuantisedGains { pid, gains })
 }
 
@@ -236,12 +231,12 @@ pub fn quantise(
 /// modulo 2^32 as an encoder register shows it.
 ///
 /// # Errors
-/// [`QuantiseError::Setpoints`] without any position or with more than `N`.
+/// [`QuantiseError::Refused`] without any position or with more than `N`.
 pub fn setpoint_table<const N: usize>(
     positions: impl IntoIterator<Item = i64>,
 ) -> Result<SetpointTable<N>, QuantiseError> {
     let counts: Vec<i32> = positions.into_iter().map(firmware::counts::wrap).collect();
-    SetpointTable::from_counts(&counts).map_err(QuantiseError::Setpoints)
+    Ok(SetpointTable::from_counts(&counts)?)
 }
 
 /// The smallest range with `E ≥ 2·|travel|`: the one that is asked for.
@@ -249,7 +244,7 @@ pub(crate) fn error_range(travel_counts: i64) -> Option<ErrorRange> {
     let twice = travel_counts.unsigned_abs().checked_mul(2)?;
     (ErrorRange::MIN_BITS..=ErrorRange::MAX_BITS)
         .find(|&bits| twice <= 1 << bits)
-        .and_then(ErrorRange::from_bits)
+        .and_then(|bits| ErrorRange::from_bits(bits).ok())
 }
 
 /// Largest gain per sample that has a fixed-point form for this error range.
@@ -344,12 +339,9 @@ pub enum QuantiseError {
     /// Gains that no fixed-point number can hold: all of them.
     #[error("{}", lines(.0))]
     Gains(Vec<UnfitGain>),
-    /// The firmware refuses the gains.
+    /// The firmware refuses its law, its converter, its motion or its setpoints.
     #[error("{0}")]
-    Words(Refusal),
-    /// The firmware refuses the gains of its law.
-    #[error("{0}")]
-    Law(Refusal),
+    Refused(Refusal),
     /// A setting that has no fixed-point form.
     #[error("{key} = {value}: {because}")]
     Setting {
@@ -360,12 +352,9 @@ pub enum QuantiseError {
         /// The allowed, as the second half of a sentence.
         because: String,
     },
-    /// The motion cannot be generated on the chip.
+    /// The gap could not be measured, or the electronics cannot be had; a sentence.
     #[error("{0}")]
-    Motion(Refusal),
-    /// The gap could not be measured.
-    #[error("{0}")]
-    Gap(String),
+    Bench(String),
     /// Without a sample time there are no gains per sample.
     #[error("a sampled law needs controller.sample_time_s")]
     NoSampleTime,
@@ -375,20 +364,17 @@ pub enum QuantiseError {
          (--link qemu), or give a number of seconds"
     )]
     DelayUnknown,
-    /// The electronics cannot be had.
-    #[error("{0}")]
-    Io(String),
-    /// The setpoints do not fit the table.
-    #[error("{0}")]
-    Setpoints(Refusal),
-    /// The firmware knows no converter of that many bits.
-    #[error(transparent)]
-    Dac(Refusal),
+}
+
+impl From<Refusal> for QuantiseError {
+    fn from(refusal: Refusal) -> Self {
+        Self::Refused(refusal)
+    }
 }
 
 impl QuantiseError {
-    /// A setting that the firmware refuses.
-    pub(crate) fn setting(key: &'static str, value: f64, because: &dyn std::fmt::Display) -> Self {
+    /// A setting that is refused.
+    pub(crate) fn setting(key: &'static str, value: f64, because: impl Display) -> Self {
         Self::Setting {
             key,
             value,
@@ -396,10 +382,15 @@ impl QuantiseError {
         }
     }
 
+    /// The same for what the firmware says of the setting of that key.
+    pub(crate) fn of<E: Display>(key: &'static str, value: f64) -> impl FnOnce(E) -> Self {
+        move |refusal| Self::setting(key, value, refusal)
+    }
+
     /// The error of a motion with `needed` samples, for callers that know the
     /// number before they have computed the samples.
     pub fn too_long(needed: u64, capacity: usize) -> Self {
-        Self::Setpoints(Refusal {
+        Self::Refused(Refusal {
             what: What::Setpoints,
             value: i64::try_from(needed).unwrap_or(i64::MAX),
             least: 1,

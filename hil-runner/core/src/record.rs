@@ -3,7 +3,7 @@
 use plant::{Contact, ContactChange, Extremes, ExtremesSettings, Plant, Span, State, Watch};
 
 use crate::case::Case;
-use crate::time::seconds;
+use crate::number::seconds;
 
 /// Follows a run: extremes always, the rest as far as it was asked for.
 #[derive(Debug)]
@@ -209,11 +209,13 @@ impl GridRecorder {
     /// Adds the instant at which the run ends, if it is one of the grid.
     pub(crate) fn finish(&mut self, end_ns: u64, plant: &Plant) {
         if self.next_s() <= seconds(end_ns) {
-            self.points.push(GridPoint {
-                x_m: self.pitch_m_per_rad * plant.state().gamma_rad(),
-                acc_mps2: plant.acceleration_mps2(),
-            });
+            self.push(&plant.state(), plant.acceleration_mps2());
         }
+    }
+
+    fn push(&mut self, state: &State, acc_mps2: f64) {
+        let x_m = self.pitch_m_per_rad * state.gamma_rad();
+        self.points.push(GridPoint { x_m, acc_mps2 });
     }
 
     fn next_s(&self) -> f64 {
@@ -224,10 +226,7 @@ impl GridRecorder {
     fn span(&mut self, span: &Span<'_>) {
         while self.next_s() < span.end_s() {
             let theta = ((self.next_s() - span.start_s()) / span.length_s()).clamp(0.0, 1.0);
-            self.points.push(GridPoint {
-                x_m: self.pitch_m_per_rad * span.state_at(theta).gamma_rad(),
-                acc_mps2: span.acceleration_at_mps2(theta),
-            });
+            self.push(&span.state_at(theta), span.acceleration_at_mps2(theta));
         }
     }
 }

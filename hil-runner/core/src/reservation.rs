@@ -2,15 +2,13 @@
 
 use plant::Contact;
 
-use crate::case::{Case, Law};
-use crate::digits::MASS_CHANGE;
+use crate::case::{Case, Law, MASS_CHANGE};
 use crate::figures::SUMMARY_FIGURES;
-use crate::number;
+use crate::lockstep::Outcome;
+use crate::number::{self, seconds};
 use crate::rest::{FEWEST, Window};
-use crate::run::Outcome;
 use crate::summary::Summary;
 use crate::theory::{JointState, margin};
-use crate::time::seconds;
 
 /// A reason that a reader has to know before a run's verdicts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

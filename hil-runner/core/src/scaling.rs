@@ -12,32 +12,21 @@
 //! one load count is `ρ` motor counts.
 
 use firmware::law::{AntiWindup, FilterWords, Law, LawWords, Part};
-use firmware::{Dac, ErrorRange, GainWord};
-use plant::PidGains;
+use firmware::{Dac, GainWord};
 
 use crate::options::{self, LawSettings};
 use crate::quantise::{
-    FixedPointGain, FixedPointGains, QuantiseError, UnfitGain, error_range, finest_word, key,
-    power_of_two, rounded_down,
+    FixedPointGain, FixedPointGains, PARTS, QuantiseError, UnfitGain, error_range, finest_word,
+    key, power_of_two, rounded_down,
 };
-
-/// The gains that can be set, in the order of the law.
-pub const GAIN_KEYS: [&str; 6] = [
-    key(Part::Proportional),
-    key(Part::Integral),
-    key(Part::Derivative),
-    key(Part::Velocity),
-    key(Part::Acceleration),
-    key(Part::Friction),
-];
 
 /// Everything that the fixed-point gains are made from.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ScalingRequest {
-    /// Shape of the law.
+    /// Shape of the law, less its gains.
     pub settings: LawSettings,
-    /// Gains per motor count.
-    pub gains: PidGains,
+    /// Gains per motor count and feed-forward, in the order of [`PARTS`].
+    pub gains: [f64; 6],
     /// `Δt` \[ns\].
     pub sample_time_ns: u64,
     /// Travel \[counts of the encoder that the position comes from\].
@@ -87,42 +76,70 @@ impl ScalingRequest {
     /// [`QuantiseError`] that names the keys, their values and what fits.
     pub fn scaled_law(&self) -> Result<ScaledLaw, QuantiseError> {
         self.settle().map_err(|refused| match refused {
-            QuantiseError::Law(error) => self.explain(error),
+            QuantiseError::Refused(error) => self.explain(error),
             other => other,
         })
     }
 
     /// The gains, or the firmware's objection to the last ones that were tried.
     fn settle(&self) -> Result<ScaledLaw, QuantiseError> {
-        let dac = Dac::with_bits(self.dac_bits).map_err(QuantiseError::Dac)?;
+        let dac = Dac::with_bits(self.dac_bits)?;
         let beyond = QuantiseError::Travel(self.travel_counts);
         let Some(range) = error_range(self.travel_counts) else {
             return Err(beyond);
         };
+        let wanted = self.wanted();
+        let filter = self.filter(wanted[2].wanted)?;
+        let anti_windup = self.anti_windup()?;
+        // Twice the converter's range at least: Q = 2^n codes.
+        let least = u8::try_from(self.dac_bits).unwrap_or(u8::MAX);
         let mut refused = None;
         // The finest gains end at `most`; beyond it bits only cost range.
         let exponents = LawWords::SUM_FRACTION_BITS;
-        let wanted = self.wanted();
         let most = wanted
             .iter()
             .filter(|gain| gain.wanted != 0.0)
-            .map(|gain| finest_word(self.rounded(gain), 40, self.settings.word_bits).fraction_bits)
+            .map(|gain| self.finest(gain, 40).fraction_bits)
             .max()
             .unwrap_or(0)
             .clamp(*exponents.start(), *exponents.end());
         for sum_fraction_bits in (*exponents.start()..=most).rev() {
-            // Twice the converter's range at least: Q = 2^n codes.
-            let least = u8::try_from(self.dac_bits).unwrap_or(u8::MAX);
+            let rows = wanted.map(|gain| {
+                // The filtered difference brings fraction bits of its own.
+                let own = match (gain.part, filter) {
+                    (Part::Derivative, Some(filter)) => filter.fraction_bits,
+                    _ => 0,
+                };
+                let word = self.finest(&gain, sum_fraction_bits.saturating_sub(own));
+                FixedPointGain { word, ..gain }
+            });
+            let [
+                kp,
+                ki_dt,
+                kd_per_dt,
+                velocity_ff,
+                acceleration_ff,
+                friction_ff,
+            ] = rows.map(|row| row.word);
             for integral_bits in (least..=29).rev() {
-                let words = self.with(&wanted, range, sum_fraction_bits, integral_bits)?;
+                let words = LawWords {
+                    kp,
+                    ki_dt,
+                    kd_per_dt,
+                    velocity_ff,
+                    acceleration_ff,
+                    friction_ff,
+                    error_bits: range.bits(),
+                    sum_fraction_bits,
+                    integral_bits,
+                    derivative: self.settings.derivative,
+                    filter,
+                    anti_windup,
+                };
                 match Law::accept(words, dac) {
                     Ok(law) => {
-                        let rows = wanted.into_iter().zip(gains_of(law.words()));
-                        let rows = rows.map(|(gain, word)| FixedPointGain { word, ..gain });
-                        return Ok(ScaledLaw {
-                            law,
-                            rows: rows.collect(),
-                        });
+                        let rows = rows.to_vec();
+                        return Ok(ScaledLaw { law, rows });
                     }
                     // The widest resolution with the least range says what is
                     // really in the way.
@@ -131,99 +148,44 @@ impl ScalingRequest {
                 }
             }
         }
-        Err(refused.map_or(beyond, QuantiseError::Law))
+        Err(refused.map_or(beyond, QuantiseError::Refused))
     }
 
     /// The gains as the law multiplies them, not yet in fixed point.
     fn wanted(&self) -> [FixedPointGain; 6] {
-        let dt_s = self.sample_time_ns as f64 / 1e9;
-        let ratio = self.motor_counts_per_count;
-        let (gains, feed_forward) = (&self.gains, &self.settings.feed_forward);
-        let rates = self.rates;
-        let (kp, ki, kd) = (gains.kp, gains.ki_per_s, gains.kd_s);
-        let (kv, ka) = (feed_forward.velocity_s, feed_forward.acceleration_s2);
-        let kf = feed_forward.friction_codes;
-        [
-            (Part::Proportional, kp, kp * ratio),
+        let sample_ns = self.sample_time_ns as f64;
+        let (dt_s, ratio) = (sample_ns / 1e9, self.motor_counts_per_count);
+        let [velocity, acceleration] =
+            [self.rates.velocity, self.rates.acceleration].map(power_of_two);
+        let [kp, ki, kd, kv, ka, kf] = self.gains;
+        let wanted = [
+            kp * ratio,
             // As the paper's law forms it: Δt in ns, over 10^9.
-            (
-                Part::Integral,
-                ki,
-                ki * self.sample_time_ns as f64 / 1e9 * ratio,
-            ),
-            (Part::Derivative, kd, kd * 1e9 / self.sample_time_ns as f64),
-            (
-                Part::Velocity,
-                kv,
-                kv * ratio / dt_s / power_of_two(rates.velocity),
-            ),
-            (
-                Part::Acceleration,
-                ka,
-                ka * ratio / (dt_s * dt_s) / power_of_two(rates.acceleration),
-            ),
-            (Part::Friction, kf, kf),
-        ]
-        .map(|(part, value, wanted)| FixedPointGain {
-            part,
-            value,
-            wanted,
+            ki * sample_ns / 1e9 * ratio,
+            kd * 1e9 / sample_ns,
+            kv * ratio / dt_s / velocity,
+            ka * ratio / (dt_s * dt_s) / acceleration,
+            kf,
+        ];
+        core::array::from_fn(|index| FixedPointGain {
+            part: PARTS[index],
+            value: self.gains[index],
+            wanted: wanted[index],
             word: GainWord::new(0, 0),
         })
     }
 
-    /// The gain to the fraction bits that were asked for: a multiple of a power
-    /// of two, which its fixed-point form holds exactly where it has that many bits.
-    fn rounded(&self, gain: &FixedPointGain) -> f64 {
-        match self.settings.gain_fraction_bits {
+    /// The finest fixed-point form of a gain with at most `most` fraction bits. One of
+    /// the paper's is rounded before to the bits that were asked for: a multiple of a
+    /// power of two, which the form holds exactly where it has that many.
+    fn finest(&self, gain: &FixedPointGain, most: u8) -> GainWord {
+        let rounded = match self.settings.gain_fraction_bits {
             Some(bits) if gain.is_of_the_paper() => {
                 (gain.wanted * power_of_two(bits)).round() / power_of_two(bits)
             }
             _ => gain.wanted,
-        }
-    }
-
-    /// The fixed-point gains at one exponent of the sum and one range of the integral.
-    fn with(
-        &self,
-        wanted: &[FixedPointGain; 6],
-        range: ErrorRange,
-        sum_fraction_bits: u8,
-        integral_bits: u8,
-    ) -> Result<LawWords, QuantiseError> {
-        let settings = &self.settings;
-        let filter = self.filter(wanted[2].wanted)?;
-        let word = |gain: &FixedPointGain| {
-            // The filtered difference brings fraction bits of its own.
-            let own = match (gain.part, filter) {
-                (Part::Derivative, Some(filter)) => filter.fraction_bits,
-                _ => 0,
-            };
-            let most = sum_fraction_bits.saturating_sub(own);
-            finest_word(self.rounded(gain), most, settings.word_bits)
         };
-        let [
-            kp,
-            ki_dt,
-            kd_per_dt,
-            velocity_ff,
-            acceleration_ff,
-            friction_ff,
-        ] = wanted.each_ref().map(word);
-        Ok(LawWords {
-            kp,
-            ki_dt,
-            kd_per_dt,
-            velocity_ff,
-            acceleration_ff,
-            friction_ff,
-            error_bits: range.bits(),
-            sum_fraction_bits,
-            integral_bits,
-            derivative: settings.derivative,
-            filter,
-            anti_windup: self.anti_windup()?,
-        })
+        finest_word(rounded, most, self.settings.word_bits)
     }
 
     /// `a = Δt/(T_f + Δt)`, and the fewest fraction bits with
@@ -252,10 +214,8 @@ impl ScalingRequest {
             options::AntiWindup::None => AntiWindup::None,
             options::AntiWindup::Clamp => AntiWindup::Clamp,
             options::AntiWindup::BackCalculation => {
-                let (dt_s, tracking_s) = (
-                    self.sample_time_ns as f64 / 1e9,
-                    self.settings.tracking_time_s,
-                );
+                let dt_s = self.sample_time_ns as f64 / 1e9;
+                let tracking_s = self.settings.tracking_time_s;
                 AntiWindup::BackCalculation {
                     tracking: word31(
                         dt_s / tracking_s,
@@ -268,25 +228,12 @@ impl ScalingRequest {
         })
     }
 
-    /// The value of a gain by its place in [`GAIN_KEYS`].
-    fn gain_mut(&mut self, index: usize) -> &mut f64 {
-        let feed_forward = &mut self.settings.feed_forward;
-        match index {
-            0 => &mut self.gains.kp,
-            1 => &mut self.gains.ki_per_s,
-            2 => &mut self.gains.kd_s,
-            3 => &mut feed_forward.velocity_s,
-            4 => &mut feed_forward.acceleration_s2,
-            _ => &mut feed_forward.friction_codes,
-        }
-    }
-
-    /// The largest value of a gain that fits, rounded down to five digits, so
+    /// The largest value of the gain of a part of [`PARTS`] that fits, rounded down to five digits, so
     /// that what a table prints fits too; 0 if none does.
     pub fn largest_gain(&self, index: usize) -> f64 {
         let fits = |value: f64| {
             let mut request = *self;
-            *request.gain_mut(index) = value;
+            request.gains[index] = value;
             request.settle().is_ok()
         };
         // Whole powers of two first, then halves of the interval.
@@ -332,42 +279,31 @@ impl ScalingRequest {
                  of the exact law ({error})"
             );
             let word_bits = f64::from(self.settings.word_bits);
-            return QuantiseError::setting("controller.word_bits", word_bits, &because);
+            return QuantiseError::setting("controller.word_bits", word_bits, because);
         }
         let error_limit = error_range(self.travel_counts).map_or(0, |range| range.limit());
-        let unfit = GAIN_KEYS
-            .into_iter()
-            .enumerate()
-            .filter_map(|(index, key)| {
-                let value = *{ *self }.gain_mut(index);
-                let largest = self.largest_gain(index);
-                // A gain is to blame if a smaller one cures.
-                (value > 0.0 && largest > 0.0 && largest < value).then_some(UnfitGain {
-                    key,
-                    value,
-                    largest,
-                    error_limit,
-                })
-            });
+        let unfit =
+            PARTS
+                .into_iter()
+                .zip(self.gains)
+                .enumerate()
+                .filter_map(|(index, (part, value))| {
+                    let largest = self.largest_gain(index);
+                    // A gain is to blame if a smaller one cures.
+                    (value > 0.0 && largest > 0.0 && largest < value).then_some(UnfitGain {
+                        key: key(part),
+                        value,
+                        largest,
+                        error_limit,
+                    })
+                });
         let unfit: Vec<_> = unfit.collect();
         if unfit.is_empty() {
-            QuantiseError::Law(error)
+            QuantiseError::Refused(error)
         } else {
             QuantiseError::Gains(unfit)
         }
     }
-}
-
-/// The gains in the order of the law.
-fn gains_of(words: &LawWords) -> [GainWord; 6] {
-    [
-        words.kp,
-        words.ki_dt,
-        words.kd_per_dt,
-        words.velocity_ff,
-        words.acceleration_ff,
-        words.friction_ff,
-    ]
 }
 
 /// `fraction·2^31` as an integer from 1 to 2^31 − 1; beyond, the key's value is refused.
@@ -382,5 +318,5 @@ fn word31(
         // Whole and within the type: the conversion is exact.
         return Ok(word as i32);
     }
-    Err(QuantiseError::setting(key, value, &because))
+    Err(QuantiseError::setting(key, value, because))
 }

@@ -8,12 +8,10 @@ use serde::Serialize;
 use crate::budget::{self, Verdict};
 use crate::case::{Case, Law};
 use crate::chip_cost::ChipReport;
-use crate::digits;
 use crate::figures::SUMMARY_FIGURES;
 use crate::message::AxisStatus;
-use crate::number;
+use crate::number::{self, seconds};
 use crate::rest::Seen;
-use crate::time::seconds;
 use crate::trace::Row;
 
 /// Key figures of a run; the keys are those of the summary file.
@@ -105,11 +103,11 @@ pub struct Summary {
 
 impl Summary {
     /// The figures of which fewer digits hold than tables show, and how many: those
-    /// that the summary of a second run confirms; see [`digits`].
+    /// that the summary of a second run confirms; see [`number`].
     pub fn digits_confirmed_by(&self, second: &Self) -> BTreeMap<&'static str, usize> {
         let figures = SUMMARY_FIGURES.iter().filter_map(|figure| {
             let values = [self, second].map(|summary| summary.figure(figure.key));
-            Some((figure.key, digits::confirmed(values, figure.unit)?))
+            Some((figure.key, number::confirmed(values, figure.unit)?))
         });
         figures.collect()
     }
@@ -219,10 +217,10 @@ impl AxisReport {
 /// Collects over the rows what the plant's own observer does not see.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct RowFigures {
-    rows: u64,
-    squared_acc_error: f64,
-    max_abs_dac_code: Option<f64>,
-    seen: Seen,
+    pub(crate) rows: u64,
+    pub(crate) squared_acc_error: f64,
+    pub(crate) max_abs_dac_code: Option<f64>,
+    pub(crate) seen: Seen,
 }
 
 impl RowFigures {
@@ -232,21 +230,6 @@ impl RowFigures {
             squared_acc_error: 0.0,
             max_abs_dac_code: None,
             seen: Seen::new(case),
-        }
-    }
-
-    /// From sums that were made elsewhere, row by row in the same order.
-    pub(crate) fn from_sums(
-        rows: u64,
-        squared_acc_error: f64,
-        max_abs_dac_code: f64,
-        seen: Seen,
-    ) -> Self {
-        Self {
-            rows,
-            squared_acc_error,
-            max_abs_dac_code: Some(max_abs_dac_code),
-            seen,
         }
     }
 

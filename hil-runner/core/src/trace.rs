@@ -68,33 +68,32 @@ impl<W: Write> TraceWriter<W> {
     pub fn row(&mut self, row: &Row) -> std::io::Result<()> {
         let sample = row.sample.as_ref();
         let state = sample.and_then(|sample| sample.axis_state);
-        let controller = sample.map(|sample| [sample.error_counts, sample.dac_code]);
+        let columns = [
+            ("t_s", Some(row.t_s)),
+            ("x_ref_m", Some(row.x_ref_m)),
+            ("acc_ref_mps2", Some(row.acc_ref_mps2)),
+            ("error_counts", sample.map(|sample| sample.error_counts)),
+            ("dac_code", sample.map(|sample| sample.dac_code)),
+            ("motor_voltage_v", Some(row.motor_voltage_v)),
+            ("current_a", Some(row.current_a)),
+            ("beta_rad", Some(row.beta_rad)),
+            ("beta_dot_radps", Some(row.beta_dot_radps)),
+            ("gamma_rad", Some(row.gamma_rad)),
+            ("gamma_dot_radps", Some(row.gamma_dot_radps)),
+            ("acc_mps2", Some(row.acc_mps2)),
+            ("contact", Some(f64::from(row.contact))),
+        ];
+        let columns = columns
+            .iter()
+            .filter_map(|(name, value)| Some((*name, (*value)?)));
         if !self.header_written {
-            let controller = controller.map(|_| ["error_counts", "dac_code"]);
-            let names = ["t_s", "x_ref_m", "acc_ref_mps2"].into_iter();
-            let names = names.chain(controller.into_iter().flatten());
-            let names = names.chain(PLANT_COLUMNS);
+            let names = columns.clone().map(|(name, _)| name);
             let names = names.chain(state.map(|_| "axis_state"));
             self.csv.write_record(names).map_err(io_error)?;
             self.header_written = true;
         }
-        let command = [row.t_s, row.x_ref_m, row.acc_ref_mps2];
-        let plant = [
-            row.motor_voltage_v,
-            row.current_a,
-            row.beta_rad,
-            row.beta_dot_radps,
-            row.gamma_rad,
-            row.gamma_dot_radps,
-            row.acc_mps2,
-            f64::from(row.contact),
-        ];
-        for value in command
-            .iter()
-            .chain(controller.iter().flatten())
-            .chain(&plant)
-        {
-            self.csv.write_field(shortest(*value)).map_err(io_error)?;
+        for (_, value) in columns {
+            self.csv.write_field(shortest(value)).map_err(io_error)?;
         }
         if let Some(state) = state {
             self.csv.write_field(state.name()).map_err(io_error)?;
@@ -123,17 +122,6 @@ fn io_error(error: csv::Error) -> std::io::Error {
         other => std::io::Error::other(format!("{other:?}")),
     }
 }
-
-const PLANT_COLUMNS: [&str; 8] = [
-    "motor_voltage_v",
-    "current_a",
-    "beta_rad",
-    "beta_dot_radps",
-    "gamma_rad",
-    "gamma_dot_radps",
-    "acc_mps2",
-    "contact",
-];
 
 /// The shortest text that reads back as the same number; whole numbers
 /// without a fraction, very small and very large ones with an exponent.

@@ -13,16 +13,23 @@ use std::time::{Duration, Instant};
 
 use firmware_link::body::VERSION;
 use firmware_link::frame::{LARGEST_FRAME, Received, Receiver, crc32_on, encode};
-use firmware_link::{Events, Identity, Nak, Reply, Request, SourceKind, Step, Stepped};
-use thiserror::Error;
+use firmware_link::{Events, Identity, Nak, Reply, Request, SourceKind, Status, Step, Stepped};
 
-use super::line::{Line, LineError};
+use super::line::{ChipError, Line};
 
 /// Time that a chip may be silent before the run ends.
 pub const GIVE_UP: Duration = Duration::from_secs(3);
 
 /// The same in patiences of the line, where that is longer.
 pub const PATIENCES: u32 = 8;
+
+/// An answer to something else.
+const UNEXPECTED: &str = "the controller answers something else than was asked";
+
+/// A request that fits no frame.
+pub(super) fn too_long() -> ChipError {
+    "a request does not fit a frame".into()
+}
 
 /// Notes of a client on its line. Matters of the moment: they enter no
 /// summary.
@@ -57,8 +64,8 @@ impl Client {
     /// Greets the chip.
     ///
     /// # Errors
-    /// [`ClientError`] if nobody answers, or in another version.
-    pub fn greet(line: Box<dyn Line>) -> Result<Self, ClientError> {
+    /// [`ChipError`] if nobody answers, or in another version.
+    pub fn greet(line: Box<dyn Line>) -> Result<Self, ChipError> {
         let mut client = Self {
             line,
             receiver: Receiver::new(),
@@ -84,22 +91,24 @@ impl Client {
     /// Begins a session: the chip forgets what was.
     ///
     /// # Errors
-    /// [`ClientError`] if nobody answers, or in another version.
-    pub fn begin_session(&mut self) -> Result<(), ClientError> {
+    /// [`ChipError`] if nobody answers, or in another version.
+    pub fn begin_session(&mut self) -> Result<(), ChipError> {
         self.session = next_session(self.session);
         self.number = 0;
         self.last_tick = u64::MAX;
         self.configuration = 0;
         let Reply::Hello(identity) = self.ask(&Request::Hello)? else {
-            return Err(ClientError::Unexpected);
+            return Err(UNEXPECTED.into());
         };
         if identity.version != VERSION {
-            return Err(ClientError::Version {
-                there: identity.version,
-            });
+            return Err(ChipError(format!(
+                "the controller speaks version {} of the protocol, this program version {VERSION}: \
+                 build image and program from the same sources",
+                identity.version
+            )));
         }
         if identity.timer_hz == 0 {
-            return Err(ClientError::NoTimer);
+            return Err("the controller tells a timer of 0 Hz".into());
         }
         self.identity = identity;
         Ok(())
@@ -118,8 +127,8 @@ impl Client {
     /// The next request: asks until it is answered.
     ///
     /// # Errors
-    /// [`ClientError`]; the session is over then.
-    pub fn request(&mut self, request: &Request<'_>) -> Result<Reply, ClientError> {
+    /// [`ChipError`]; the session is over then.
+    pub fn request(&mut self, request: &Request<'_>) -> Result<Reply, ChipError> {
         if !matches!(request, Request::Status) {
             self.number = self.number.wrapping_add(1);
         }
@@ -141,11 +150,11 @@ impl Client {
     /// A request that is answered by having been taken.
     ///
     /// # Errors
-    /// [`ClientError`]; the session is over then.
-    pub fn take(&mut self, request: &Request<'_>) -> Result<(), ClientError> {
+    /// [`ChipError`]; the session is over then.
+    pub fn take(&mut self, request: &Request<'_>) -> Result<(), ChipError> {
         match self.request(request)? {
             Reply::Taken => Ok(()),
-            _ => Err(ClientError::Unexpected),
+            _ => Err(UNEXPECTED.into()),
         }
     }
 
@@ -153,8 +162,8 @@ impl Client {
     /// have been asked for before the first.
     ///
     /// # Errors
-    /// [`ClientError`]; the session is over then.
-    pub fn begin(&mut self, source: SourceKind, events: Events) -> Result<(), ClientError> {
+    /// [`ChipError`]; the session is over then.
+    pub fn begin(&mut self, source: SourceKind, events: Events) -> Result<(), ChipError> {
         let configuration = self.configuration;
         self.take(&Request::Begin {
             configuration,
@@ -166,18 +175,29 @@ impl Client {
     /// One sample.
     ///
     /// # Errors
-    /// [`ClientError`]; the session is over then.
-    pub fn step(&mut self, step: Step) -> Result<Stepped, ClientError> {
+    /// [`ChipError`]; the session is over then.
+    pub fn step(&mut self, step: Step) -> Result<Stepped, ChipError> {
         match self.request(&Request::Step(step))? {
             Reply::Stepped(stepped) => Ok(stepped),
-            _ => Err(ClientError::Unexpected),
+            _ => Err(UNEXPECTED.into()),
         }
     }
 
-    fn ask(&mut self, request: &Request<'_>) -> Result<Reply, ClientError> {
+    /// The chip's own notes on the session.
+    ///
+    /// # Errors
+    /// [`ChipError`]; the session is over then.
+    pub fn status(&mut self) -> Result<Status, ChipError> {
+        match self.request(&Request::Status)? {
+            Reply::Status(status) => Ok(status),
+            _ => Err(UNEXPECTED.into()),
+        }
+    }
+
+    fn ask(&mut self, request: &Request<'_>) -> Result<Reply, ChipError> {
         let body = request.body(self.session, self.number, self.last_tick);
         let frame = body.and_then(|body| encode::<LARGEST_FRAME>(&body));
-        let frame = frame.ok_or(ClientError::TooLong)?;
+        let frame = frame.ok_or_else(too_long)?;
         let mut patience = self.line.patience();
         let give_up = GIVE_UP.max(patience * PATIENCES);
         let start = Instant::now();
@@ -204,7 +224,7 @@ impl Client {
                         {
                             self.noticed.answered += 1;
                             return match reply {
-                                Reply::Nak(nak) => Err(ClientError::Refused(nak)),
+                                Reply::Nak(nak) => Err(refusal(&nak)),
                                 reply => Ok(reply),
                             };
                         }
@@ -213,7 +233,10 @@ impl Client {
                 }
             }
             if start.elapsed() > give_up {
-                return Err(ClientError::Silent { waited: give_up });
+                return Err(ChipError(format!(
+                    "the controller has not answered for {} s",
+                    give_up.as_secs()
+                )));
             }
             if again {
                 self.noticed.repeated += 1;
@@ -238,56 +261,9 @@ fn next_session(last: u16) -> u16 {
     }
 }
 
-/// A reason for which a session has ended.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum ClientError {
-    /// The line has ended.
-    #[error(transparent)]
-    Line(#[from] LineError),
-    /// Nobody has answered for so long.
-    #[error("the controller has not answered for {} s", waited.as_secs())]
-    Silent {
-        /// The time.
-        waited: Duration,
-    },
-    /// The chip speaks another version of the protocol.
-    #[error(
-        "the controller speaks version {there} of the protocol, this program version {VERSION}: build \
-         image and program from the same sources"
-    )]
-    Version {
-        /// Its version.
-        there: u8,
-    },
-    /// The chip says that its timer has no frequency.
-    #[error("the controller tells a timer of 0 Hz")]
-    NoTimer,
-    /// A code that the converter does not have.
-    #[error(
-        "the controller answers code {code}; the converter has {} to {largest}",
-        -largest - 1
-    )]
-    Code {
-        /// The code.
-        code: i32,
-        /// The largest one that there is.
-        largest: i32,
-    },
-    /// The chip does not carry the request out.
-    #[error("{}", refusal(.0))]
-    Refused(Nak),
-    /// An answer to something else.
-    #[error("the controller answers something else than was asked")]
-    Unexpected,
-    /// A request that fits no frame.
-    #[error("a request does not fit a frame")]
-    TooLong,
-}
-
 /// A refusal in words.
-fn refusal(nak: &Nak) -> String {
-    match nak {
+fn refusal(nak: &Nak) -> ChipError {
+    ChipError(match nak {
         Nak::Session => "the controller has restarted and lost its memory".to_owned(),
         Nak::Number { expected } => {
             format!("the controller has lost its place: it expects request {expected}")
@@ -305,5 +281,5 @@ fn refusal(nak: &Nak) -> String {
                 .to_owned()
         }
         _ => format!("the controller refuses a request: {nak:?}"),
-    }
+    })
 }

@@ -44,23 +44,23 @@ pub struct Guarded {
     /// The words of the child on standard output and standard error.
     output: ChildStderr,
     said: String,
+    /// The processor that the child and the thread that started it share, until
+    /// the child is gone.
+    pub(super) one_cpu: Option<OneCpu>,
 }
 
 impl Guarded {
     /// Starts `program`, which messages call `name`.
     ///
     /// # Errors
-    /// [`ChipError::Start`] if there is no shell or no room for the folder. That
+    /// [`ChipError`] if there is no shell or no room for the folder. That
     /// `program` cannot be started shows in [`Guarded::ended`].
     pub fn start(
         name: &str,
         program: &Path,
         arguments: impl IntoIterator<Item = OsString>,
     ) -> Result<Self, ChipError> {
-        let failed = |because: String| ChipError::Start {
-            program: name.to_owned(),
-            because,
-        };
+        let failed = |because: String| not_started(name, &because);
         let mut guard = Command::new("sh")
             .args(["-c", SCRIPT, "sh"])
             .arg(std::env::temp_dir())
@@ -96,11 +96,10 @@ impl Guarded {
             hold: Some(hold),
             output,
             said: String::new(),
+            one_cpu: None,
         };
-        match unblocked {
-            Ok(()) => Ok(started),
-            Err(error) => Err(failed(error.to_string())),
-        }
+        unblocked.map_err(|error| failed(error.to_string()))?;
+        Ok(started)
     }
 
     /// The private folder.
@@ -164,12 +163,24 @@ impl Guarded {
     }
 
     /// The end of the child, where its end of the line is known to be closed.
-    pub(super) fn hung_up(&mut self) -> String {
-        match self.ended_within(CLEANED_UP) {
-            Some(ended) => ended,
-            None => format!("{} has closed its end of the line", self.name),
-        }
+    pub(super) fn hung_up(&mut self) -> ChipError {
+        let ended = self.ended_within(CLEANED_UP);
+        ChipError(ended.unwrap_or_else(|| format!("{} has closed its end of the line", self.name)))
     }
+
+    /// Looks after the child where nothing has come from it.
+    ///
+    /// # Errors
+    /// Its end, if it has ended.
+    pub(super) fn check(&mut self) -> Result<(), ChipError> {
+        self.ended().map_or(Ok(()), |ended| Err(ChipError(ended)))
+    }
+}
+
+/// The error of a program that could not be started, or ended before its line
+/// was open.
+pub(super) fn not_started(program: &str, because: &str) -> ChipError {
+    ChipError(format!("{program} could not be started: {because}"))
 }
 
 impl Drop for Guarded {
@@ -182,5 +193,54 @@ impl Drop for Guarded {
         }
         // Where the guard itself was killed its helper may not be done yet.
         let _ = std::fs::remove_dir_all(&self.folder);
+    }
+}
+
+/// Keeps this thread, and the processes that it starts, on one processor, until
+/// this is dropped in the same thread.
+#[derive(Debug)]
+pub(super) struct OneCpu {
+    /// The processors that the thread had before.
+    #[cfg(target_os = "linux")]
+    before: Option<rustix::thread::CpuSet>,
+}
+
+#[cfg(target_os = "linux")]
+impl OneCpu {
+    pub(super) fn keep() -> Self {
+        use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
+        let before = sched_getaffinity(None).ok();
+        let mut one = CpuSet::new();
+        if let Some(before) = &before {
+            let allowed: Vec<usize> = (0..CpuSet::MAX_CPU)
+                .filter(|cpu| before.is_set(*cpu))
+                .collect();
+            // Two runs at once, started one after the other, take two of them.
+            let turn = usize::try_from(std::process::id()).unwrap_or(0) % allowed.len().max(1);
+            if let Some(cpu) = allowed.get(turn) {
+                one.set(*cpu);
+            }
+        }
+        // Where the system does not allow it, only speed is lost.
+        let kept = sched_setaffinity(None, &one).is_ok();
+        Self {
+            before: before.filter(|_| kept),
+        }
+    }
+}
+
+#[cfg(target_os = "linux")]
+impl Drop for OneCpu {
+    fn drop(&mut self) {
+        if let Some(before) = &self.before {
+            let _ = rustix::thread::sched_setaffinity(None, before);
+        }
+    }
+}
+
+#[cfg(not(target_os = "linux"))]
+impl OneCpu {
+    pub(super) fn keep() -> Self {
+        Self {}
     }
 }

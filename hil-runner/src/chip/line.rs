@@ -1,13 +1,16 @@
-//! A line to a chip: bytes out, bytes in, no more; and the reasons for which
-//! there is none.
+//! A line to a chip: bytes out, bytes in, no more; the reasons for which there
+//! is none; and the line over a serial port, to a board or to QEMU's chip behind
+//! a pseudo-terminal.
 
 use std::fmt;
-use std::path::PathBuf;
+use std::io::{ErrorKind, Read, Write};
 use std::time::Duration;
 
+use firmware_link::frame::LARGEST_FRAME;
+use hil_core::error::RunError;
+use hil_core::message::LinkError;
+use serialport::{ClearBuffer, SerialPort};
 use thiserror::Error;
-
-use super::spec::Target;
 
 /// A line to a chip. Bytes may be damaged, lost or doubled on it; what is built
 /// on it has to find that out.
@@ -15,136 +18,162 @@ pub trait Line: fmt::Debug + Send {
     /// Hands bytes to the line.
     ///
     /// # Errors
-    /// [`LineError`] if the other end is gone.
-    fn send(&mut self, bytes: &[u8]) -> Result<(), LineError>;
+    /// [`ChipError`] if the other end is gone.
+    fn send(&mut self, bytes: &[u8]) -> Result<(), ChipError>;
 
     /// Waits for bytes, at most for `timeout`; gives how many there are now in
     /// `buffer`, 0 if none came.
     ///
     /// # Errors
-    /// [`LineError`] if the other end is gone.
-    fn receive(&mut self, buffer: &mut [u8], timeout: Duration) -> Result<usize, LineError>;
+    /// [`ChipError`] if the other end is gone.
+    fn receive(&mut self, buffer: &mut [u8], timeout: Duration) -> Result<usize, ChipError>;
 
     /// Time that an answer may take before it counts as lost and is asked for
     /// again.
     fn patience(&self) -> Duration;
 }
 
-/// A line that has ended.
-#[derive(Debug, Error)]
-#[error("{because}")]
-pub struct LineError {
-    /// The event, a sentence without its stop: "QEMU has ended with signal 9".
-    pub because: String,
+/// A reason for which there is no chip, or no longer one, or for which it does
+/// not do what it is asked: a sentence without its stop, such as "QEMU has ended
+/// with signal 9". Whatever was started has been ended.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+#[error("{0}")]
+pub struct ChipError(pub String);
+
+impl From<&str> for ChipError {
+    fn from(sentence: &str) -> Self {
+        Self(sentence.to_owned())
+    }
 }
 
-/// A reason for which there is no line to a chip. Nothing has been started, or it has been
-/// ended again; the run cannot be made.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum ChipError {
-    /// The folder of ready images has none for this target.
-    #[error(
-        "{} is not there; MCU_IMAGE_DIR must name a folder that has it, or be unset",
-        path.display()
-    )]
-    NoReadyImage {
-        /// The path that must have it.
-        path: PathBuf,
-    },
-    /// There is no image and nothing to build it from.
-    #[error(
-        "there is no image for {} and no firmware in {} to build it from; MCU_IMAGE_DIR may name a \
-         folder with ready images",
-        target.name(),
-        folder.display()
-    )]
-    NoSources {
-        /// The target.
-        target: Target,
-        /// The folder that had the sources.
-        folder: PathBuf,
-    },
-    /// No compiler here builds for the target.
-    #[error(
-        "no compiler here builds for {triple}; install its core with `rustup target add {triple}`, or \
-         Debian's compiler and the core's sources with \
-         `apt-get install --no-install-recommends rustc-web cargo-web rust-web-src lld`",
-        triple = target.triple()
-    )]
-    NoCompiler {
-        /// The target.
-        target: Target,
-    },
-    /// No linker here links for the target.
-    #[error(
-        "no linker here links for {}; install one, for example with \
-         `apt-get install --no-install-recommends lld`",
-        target.triple()
-    )]
-    NoLinker {
-        /// The target.
-        target: Target,
-    },
-    /// The image could not be built.
-    #[error(
-        "the image for {} could not be built; the compiler says:\n{}",
-        target.name(),
-        output.trim_end()
-    )]
-    Build {
-        /// The target.
-        target: Target,
-        /// The words of the compiler.
-        output: String,
-    },
-    /// A file that is no image for a chip.
-    #[error("{} is no image for a chip: {because}", path.display())]
-    NotAnImage {
-        /// The file.
-        path: PathBuf,
-        /// Its mistake, a sentence without its stop.
-        because: String,
-    },
-    /// A program is not installed.
-    #[error(
-        "{program} is missing; install it, for example with \
-         `apt-get install --no-install-recommends {package}`"
-    )]
-    NoProgram {
-        /// The program.
-        program: &'static str,
-        /// Debian's package that has it.
-        package: &'static str,
-    },
-    /// A program could not be started, or ended before the line was open.
-    #[error("{program} could not be started: {because}")]
-    Start {
-        /// The program.
-        program: String,
-        /// The event, a sentence without its stop.
-        because: String,
-    },
-    /// The program runs, but has not opened its end of the line.
-    #[error("{program} runs, but its image has not opened the line within {waited_s} s")]
-    NotOpened {
-        /// The program.
-        program: String,
-        /// Time that it was waited for \[s\].
-        waited_s: f64,
-    },
-    /// A serial port could not be opened.
-    #[error("the serial port {path} cannot be opened: {because}")]
-    Port {
-        /// The port.
-        path: String,
-        /// The words of the system.
-        because: String,
-    },
-    /// QEMU's lines need a system with FIFOs and pseudo-terminals.
-    #[error(
-        "a chip in QEMU needs FIFOs and pseudo-terminals, which this system does not have; \
-         serial:PORT[@BAUD] works here"
-    )]
-    NotUnix,
+impl From<ChipError> for RunError {
+    fn from(ChipError(sentence): ChipError) -> Self {
+        Self::Link(LinkError::Refused(sentence))
+    }
+}
+
+/// Time that the system and an adapter may add to an answer: USB polls in
+/// milliseconds, and some adapters gather bytes for 16 ms.
+const LATENCY: Duration = Duration::from_millis(50);
+
+/// A start bit, eight of data, a stop bit.
+const BITS_PER_BYTE: f64 = 10.0;
+
+#[cfg(unix)]
+type Port = serialport::TTYPort;
+#[cfg(windows)]
+type Port = serialport::COMPort;
+
+/// A serial port with a chip at its other end.
+#[derive(Debug)]
+pub struct SerialLine {
+    path: String,
+    port: Port,
+    patience: Duration,
+}
+
+impl SerialLine {
+    /// Opens the port for itself alone: 8 bits, no parity, one stop bit, no flow
+    /// control.
+    ///
+    /// # Errors
+    /// [`ChipError`] if it is not there, not allowed or in use.
+    pub fn open(path: &str, baud: u32) -> Result<Self, ChipError> {
+        let failed = |error: serialport::Error| {
+            let because = error.description;
+            let help = match error.kind {
+                serialport::ErrorKind::Io(ErrorKind::PermissionDenied) => {
+                    "; on many systems the user must be in the group dialout"
+                }
+                _ => "",
+            };
+            ChipError(format!(
+                "the serial port {path} cannot be opened: {because}{help}"
+            ))
+        };
+        let line_s = 2.0 * LARGEST_FRAME as f64 * BITS_PER_BYTE / f64::from(baud);
+        let patience = LATENCY + Duration::from_secs_f64(line_s);
+        let port = serialport::new(path, baud)
+            .timeout(patience)
+            .open_native()
+            .map_err(failed)?;
+        unblock(&port).map_err(failed)?;
+        // What is left of an earlier session.
+        port.clear(ClearBuffer::All).map_err(failed)?;
+        Ok(Self {
+            path: path.to_owned(),
+            port,
+            patience,
+        })
+    }
+
+    fn gone(&self, because: &str) -> ChipError {
+        ChipError(format!("the serial port {} is gone: {because}", self.path))
+    }
+}
+
+/// Lets a write end where there is no room left: a chip that does not read
+/// would stop this program otherwise, as `serialport` waits for room for one
+/// byte only.
+#[cfg(unix)]
+fn unblock(port: &Port) -> serialport::Result<()> {
+    use nix::fcntl::{FcntlArg, OFlag, fcntl};
+    use std::os::fd::AsRawFd;
+
+    fcntl(port.as_raw_fd(), FcntlArg::F_SETFL(OFlag::O_NONBLOCK))
+        .map(drop)
+        .map_err(|error| std::io::Error::from(error).into())
+}
+
+/// Windows ends a write at its time-out.
+#[cfg(windows)]
+fn unblock(_: &Port) -> serialport::Result<()> {
+    Ok(())
+}
+
+impl Line for SerialLine {
+    /// Loses what a port does not take that is not emptied.
+    fn send(&mut self, bytes: &[u8]) -> Result<(), ChipError> {
+        let mut left = bytes;
+        // The time-out of the last wait for an answer may have been short.
+        let waits = self.port.set_timeout(self.patience);
+        waits.map_err(|error| self.gone(&error.description))?;
+        while !left.is_empty() {
+            match self.port.write(left) {
+                Ok(count @ 1..) => left = left.get(count..).unwrap_or_default(),
+                Ok(0) => return Ok(()),
+                Err(error) => match error.kind() {
+                    ErrorKind::Interrupted => {}
+                    ErrorKind::TimedOut | ErrorKind::WouldBlock => return Ok(()),
+                    _ => return Err(self.gone(&error.to_string())),
+                },
+            }
+        }
+        Ok(())
+    }
+
+    fn receive(&mut self, buffer: &mut [u8], timeout: Duration) -> Result<usize, ChipError> {
+        let waits = self.port.set_timeout(timeout);
+        waits.map_err(|error| self.gone(&error.description))?;
+        match self.port.read(buffer) {
+            // There was something to read, and it was the end.
+            Ok(0) if !buffer.is_empty() => Err(self.gone("it was closed")),
+            Ok(count) => Ok(count),
+            Err(error) => match error.kind() {
+                ErrorKind::Interrupted | ErrorKind::TimedOut | ErrorKind::WouldBlock => Ok(0),
+                _ => Err(self.gone(&error.to_string())),
+            },
+        }
+    }
+
+    fn patience(&self) -> Duration {
+        self.patience
+    }
+}
+
+impl Drop for SerialLine {
+    fn drop(&mut self) {
+        // Closing would wait up to 30 s for a chip to take what is left.
+        let _ = self.port.clear(ClearBuffer::All);
+    }
 }

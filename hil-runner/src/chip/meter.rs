@@ -79,16 +79,12 @@ impl Meter {
         }
     }
 
-    /// Cycles that are allowed for as many instructions, and their time \[ns\].
+    /// Cycles that are allowed for as many instructions, rounded up, and their time
+    /// \[ns\].
     pub fn of_instructions(&self, instructions: u32) -> (u64, u64) {
-        let cycles = self.cycles(instructions);
-        (cycles, rounded_up(cycles, self.clock_hz))
-    }
-
-    /// Cycles that are allowed for as many instructions, rounded up.
-    fn cycles(&self, instructions: u32) -> u64 {
         let cycles = f64::from(instructions) * self.cycles_per_instruction;
-        whole(cycles.ceil()).unsigned_abs()
+        let cycles = whole(cycles.ceil()).unsigned_abs();
+        (cycles, rounded_up(cycles, self.clock_hz))
     }
 }
 

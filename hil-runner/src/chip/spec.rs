@@ -3,8 +3,6 @@
 use core::fmt;
 use core::str::FromStr;
 
-use thiserror::Error;
-
 /// A processor that the firmware is built for, and the machine that QEMU
 /// shows it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -33,6 +31,11 @@ impl Target {
         }
     }
 
+    /// The target of that name.
+    pub fn find(name: &str) -> Option<Self> {
+        Self::ALL.into_iter().find(|target| target.name() == name)
+    }
+
     /// The compiler's name for it.
     pub const fn triple(self) -> &'static str {
         match self {
@@ -53,46 +56,19 @@ pub enum Transport {
     Uart,
 }
 
-/// The work of an image.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Program {
-    /// Serves the controller over FIFOs.
-    Fifo,
-    /// Serves the controller over the chip's UART.
-    Uart,
-    /// Measures what a sample costs, feature by feature, and says it over
-    /// FIFOs.
-    Cost,
-}
-
-impl Program {
-    /// The image's name as a program.
-    pub const fn name(self) -> &'static str {
+impl Transport {
+    /// The image that serves the controller over it, by its name as a program.
+    pub const fn image(self) -> &'static str {
         match self {
             Self::Fifo => "fifo",
             Self::Uart => "uart",
-            Self::Cost => "cost",
-        }
-    }
-
-    /// The way of its bytes.
-    pub const fn transport(self) -> Transport {
-        match self {
-            Self::Fifo | Self::Cost => Transport::Fifo,
-            Self::Uart => Transport::Uart,
         }
     }
 }
 
-impl From<Transport> for Program {
-    /// The controller behind that transport.
-    fn from(transport: Transport) -> Self {
-        match transport {
-            Transport::Fifo => Self::Fifo,
-            Transport::Uart => Self::Uart,
-        }
-    }
-}
+/// The image that measures what a sample costs, feature by feature, and says it
+/// over FIFOs.
+pub const COST_IMAGE: &str = "cost";
 
 /// A controller on a chip, and the way to it.
 ///
@@ -105,7 +81,7 @@ impl From<Transport> for Program {
 /// let board: ChipLink = "serial:/dev/ttyACM0@921600".parse()?;
 /// assert_eq!(board, ChipLink::Serial { path: "/dev/ttyACM0".into(), baud: 921_600 });
 /// assert!("qemu:m7".parse::<ChipLink>().is_err());
-/// # Ok::<(), hil_runner::chip::spec::UnknownLink>(())
+/// # Ok::<(), String>(())
 /// ```
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub enum ChipLink {
@@ -144,49 +120,41 @@ impl fmt::Display for ChipLink {
 }
 
 impl FromStr for ChipLink {
-    type Err = UnknownLink;
+    type Err = String;
 
-    fn from_str(text: &str) -> Result<Self, UnknownLink> {
-        let unknown = || UnknownLink(text.to_owned());
+    /// Reads a link; a text that names none has a sentence.
+    fn from_str(text: &str) -> Result<Self, String> {
         let (kind, rest) = match text.split_once(':') {
             Some((kind, rest)) => (kind, Some(rest)),
             None => (text, None),
         };
         let qemu = |transport| {
-            let target = match rest {
-                None => Target::M4,
-                Some(name) => Target::ALL
-                    .into_iter()
-                    .find(|target| target.name() == name)
-                    .ok_or_else(unknown)?,
-            };
-            Ok(Self::Qemu { target, transport })
+            let target = rest.map_or(Some(Target::M4), Target::find)?;
+            Some(Self::Qemu { target, transport })
         };
-        match (kind, rest) {
+        let link = match (kind, rest) {
             ("qemu", _) => qemu(Transport::Fifo),
             ("qemu-uart", _) => qemu(Transport::Uart),
-            ("serial", Some(rest)) => {
-                let (path, baud) = match rest.rsplit_once('@') {
-                    Some((path, baud)) => (path, baud.parse().map_err(|_| unknown())?),
-                    None => (rest, DEFAULT_BAUD),
-                };
-                if path.is_empty() || baud == 0 {
-                    return Err(unknown());
-                }
-                Ok(Self::Serial {
-                    path: path.to_owned(),
-                    baud,
-                })
-            }
-            _ => Err(unknown()),
-        }
+            ("serial", Some(rest)) => Self::serial(rest),
+            _ => None,
+        };
+        link.ok_or_else(|| {
+            format!(
+                "{text} is no link to a chip; it must be qemu[:m4|m0|m3|rv32], \
+                 qemu-uart[:m4|m0|m3|rv32] or serial:PORT[@BAUD]"
+            )
+        })
     }
 }
 
-/// A text that names no link to a chip.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error(
-    "{0} is no link to a chip; it must be qemu[:m4|m0|m3|rv32], qemu-uart[:m4|m0|m3|rv32] or \
-     serial:PORT[@BAUD]"
-)]
-pub struct UnknownLink(pub String);
+impl ChipLink {
+    /// Reads `PORT` or `PORT@BAUD`.
+    fn serial(text: &str) -> Option<Self> {
+        let (path, baud) = match text.rsplit_once('@') {
+            Some((path, baud)) => (path, baud.parse().ok()?),
+            None => (text, DEFAULT_BAUD),
+        };
+        let path = path.to_owned();
+        (!path.is_empty() && baud > 0).then_some(Self::Serial { path, baud })
+    }
+}

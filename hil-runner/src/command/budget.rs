@@ -5,16 +5,17 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use clap::Args;
-use hil_core::case::TargetSettings;
 use hil_core::number;
-use hil_runner::chip::budget::goldens::{self, Difference, Goldens, Judgement};
-use hil_runner::chip::budget::{Amount, Instructions, TargetFigures, measure};
+use hil_runner::chip::budget::goldens::{
+    self, Amount, Difference, Goldens, Instructions, Judgement,
+};
+use hil_runner::chip::budget::{TargetFigures, measure};
 use hil_runner::chip::image::Finder;
 use hil_runner::chip::installed;
 use hil_runner::chip::spec::{Target, Transport};
-use hil_runner::files::output::OutputFile;
+use hil_runner::files::OutputFile;
 
-use super::terminal::{self, table, text};
+use super::terminal::{self, table};
 
 /// Measure what the controller costs on chips, and hold it against the goldens
 ///
@@ -43,18 +44,21 @@ pub(crate) struct Budget {
 }
 
 fn target(name: &str) -> Result<Target, String> {
-    let known = Target::ALL.into_iter().find(|target| target.name() == name);
-    known.ok_or_else(|| format!("{name} is no target; it must be m4, m0, m3 or rv32"))
+    Target::find(name).ok_or_else(|| format!("{name} is no target; it must be m4, m0, m3 or rv32"))
 }
 
 impl Budget {
     pub(crate) fn execute(&self) -> anyhow::Result<bool> {
-        let folder = self.goldens.clone().unwrap_or_else(goldens_folder);
+        let own = || {
+            Finder::from_environment()
+                .project
+                .join("firmware/cortex-m/goldens")
+        };
+        let folder = self.goldens.clone().unwrap_or_else(own);
         let mut pass = true;
         for target in self.here()? {
             let mut tell = |text: &str| terminal::tell(&format!("{text}\n"));
-            let measured = measure(target, TargetSettings::default(), &mut tell)
-                .with_context(|| target.name())?;
+            let measured = measure(target, &mut tell).with_context(|| target.name())?;
             let path = folder.join(format!("{}.toml", target.name()));
             let known = Goldens::read(&path)?;
             if self.bless {
@@ -63,7 +67,7 @@ impl Budget {
             }
             let judgements = known.judge(&measured.figures);
             terminal::print(&tables(&measured, &judgements))?;
-            if judgements.iter().any(|judgement| !judgement.pass) {
+            if !judgements.iter().all(Judgement::pass) {
                 pass = false;
                 terminal::tell(&format!(
                     "{}: not as in {}; `hil-runner budget {0} --bless` writes down what is meant \
@@ -83,13 +87,12 @@ impl Budget {
         for (target, there) in installed(Transport::Fifo) {
             let named = self.targets.contains(&target);
             match there {
-                Ok(()) if named || self.targets.is_empty() => here.push(target),
-                Ok(()) => {}
+                _ if !named && !self.targets.is_empty() => {}
+                Ok(()) => here.push(target),
                 Err(error) if named => bail!("{}: {error}", target.name()),
-                Err(error) if self.targets.is_empty() => {
+                Err(error) => {
                     terminal::tell(&format!("{} is left out: {error}\n", target.name()));
                 }
-                Err(_) => {}
             }
         }
         if here.is_empty() {
@@ -99,24 +102,16 @@ impl Budget {
     }
 }
 
-/// The goldens among the firmware's sources.
-fn goldens_folder() -> PathBuf {
-    let project = Finder::from_environment().project;
-    project.join("firmware").join("cortex-m").join("goldens")
-}
-
 /// Writes the goldens, and what is no longer as it was.
 fn bless(measured: &TargetFigures, known: &Goldens, path: &Path) -> anyhow::Result<()> {
     let name = measured.target.name();
     let text = goldens::text(measured.target, &measured.figures);
     OutputFile::create(path)?.write_whole(&text)?;
     let judgements = known.judge(&measured.figures);
-    let changes = changes(measured.target, &judgements);
-    let changes = if changes.is_empty() {
-        format!("{name}: nothing has changed\n")
-    } else {
-        changes
-    };
+    let mut changes = changes(name, &judgements);
+    if changes.is_empty() {
+        changes = format!("{name}: nothing has changed\n");
+    }
     Ok(terminal::print(&changes)?)
 }
 
@@ -127,56 +122,39 @@ const SAMPLE_TIME_NS: f64 = 1e6;
 fn tables(measured: &TargetFigures, judgements: &[Judgement]) -> String {
     let name = measured.target.name();
     let clock_mhz = number::table(measured.meter.clock_hz() as f64 / 1e6);
-    let mut instructions = table(
-        &[
-            "instructions of a sample",
-            "max",
-            "median",
-            "first",
-            "cycles",
-            "µs",
-            "% of\n1 ms",
-            "golden",
-            "off by",
-            "",
-        ],
-        1,
-    );
-    let mut bytes = table(&["memory", "bytes", "golden", "off by", ""], 1);
+    let (mut instructions, mut bytes) = (Vec::new(), Vec::new());
     for judgement in judgements {
-        let figure = &judgement.figure;
-        let measured_amount = measured
-            .figures
-            .iter()
-            .find(|measured| measured.name == *figure)
-            .map(|measured| measured.amount);
         let golden = judgement.golden.map(largest);
         let ends = [
             golden.map_or_else(missing, |golden| golden.to_string()),
-            judgement.difference.map_or_else(missing, off_by),
-            verdict(judgement, measured_amount.is_some()).to_owned(),
+            judgement.difference().map_or_else(missing, off_by),
+            verdict(judgement).to_owned(),
         ];
-        let row = |cells: Vec<String>| [vec![figure.clone()], cells, ends.to_vec()].concat();
-        match (measured_amount, judgement.golden) {
-            (Some(Amount::Instructions(count)), _) => {
-                instructions.add_row(row(costs(measured, count)));
-            }
-            (Some(Amount::Bytes(count)), _) => {
-                bytes.add_row(row(vec![count.to_string()]));
-            }
-            (None, Some(Amount::Bytes(_))) => {
-                bytes.add_row(row(vec![missing()]));
-            }
-            (None, _) => {
-                instructions.add_row(row(vec![missing(); 6]));
-            }
-        }
+        let (table, cells) = match (judgement.measured, judgement.golden) {
+            (Some(Amount::Instructions(count)), _) => (&mut instructions, costs(measured, count)),
+            (Some(Amount::Bytes(count)), _) => (&mut bytes, vec![count.to_string()]),
+            (None, Some(Amount::Bytes(_))) => (&mut bytes, vec![missing()]),
+            (None, _) => (&mut instructions, vec![missing(); 6]),
+        };
+        table.push([vec![judgement.figure.clone()], cells, ends.to_vec()].concat());
     }
+    let header = [
+        "instructions of a sample",
+        "max",
+        "median",
+        "first",
+        "cycles",
+        "µs",
+        "% of\n1 ms",
+        "golden",
+        "off by",
+        "",
+    ];
     format!(
         "{name} ({}), times at {clock_mhz} MHz\n{}{}",
         measured.target.triple(),
-        text(&instructions),
-        text(&bytes)
+        table(&header, 1, instructions),
+        table(&["memory", "bytes", "golden", "off by", ""], 1, bytes)
     )
 }
 
@@ -197,12 +175,11 @@ fn costs(measured: &TargetFigures, count: Instructions) -> Vec<String> {
 }
 
 /// The changes since the goldens, a line a figure.
-fn changes(target: Target, judgements: &[Judgement]) -> String {
-    let name = target.name();
+fn changes(name: &str, judgements: &[Judgement]) -> String {
     let mut lines = String::new();
     for judgement in judgements {
         let figure = &judgement.figure;
-        let line = match (judgement.golden, judgement.difference) {
+        let line = match (judgement.golden, judgement.difference()) {
             (_, Some(difference)) if difference.signed() == 0 => continue,
             (_, Some(difference)) => format!(
                 "{} {} → {}",
@@ -238,11 +215,11 @@ fn off_by(difference: Difference) -> String {
     format!("{signed:+} {part}").trim_end().to_owned()
 }
 
-fn verdict(judgement: &Judgement, measured: bool) -> &'static str {
-    match (judgement.pass, judgement.golden, measured) {
-        (true, ..) => "pass",
-        (_, None, _) => "NEW",
-        (_, _, false) => "GONE",
+fn verdict(judgement: &Judgement) -> &'static str {
+    match (judgement.golden, judgement.measured) {
+        _ if judgement.pass() => "pass",
+        (None, _) => "NEW",
+        (_, None) => "GONE",
         _ => "FAIL",
     }
 }

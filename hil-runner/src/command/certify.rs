@@ -6,14 +6,11 @@ use clap::Args;
 use hil_core::case::ComputationDelay;
 use hil_core::number;
 use hil_core::runfile::RunFile;
-use hil_runner::chip::certify::{
-    Difference, HostTrace, RowDifference, TraceHash, VectorFile, replay, stored,
-};
+use hil_runner::chip::certify::{Comparison, HostTrace, TraceHash, VectorFile, replay, stored};
 use hil_runner::chip::installed;
 use hil_runner::chip::spec::{ChipLink, Transport};
 
-use super::cases::{Cases, Sets, explain, refuse_other_laws};
-use super::link_option::OpenChip;
+use super::options::{Cases, OpenChip, Sets, explain, refuse_other_laws};
 use super::terminal::{self, Progress, check_signals};
 
 /// Hold the controller on chips against the host's, bit for bit
@@ -49,36 +46,41 @@ struct Certificate {
     link: Option<ChipLink>,
     /// CRC-32 of the chip's image.
     image: Option<u32>,
-    /// Cases that were begun.
-    cases: usize,
-    /// Steps up to the first difference.
-    steps: u64,
-    /// Over these steps.
+    /// Over the steps of the cases.
     hash: TraceHash,
-    /// The first one.
-    difference: Option<Difference>,
-    /// Files of vectors that were begun.
-    files: usize,
-    /// Rows up to the first difference.
-    rows: u64,
-    /// The first one.
-    row_difference: Option<RowDifference>,
+    /// Cases and their steps.
+    cases: Compared,
+    /// Files of vectors and their rows.
+    vectors: Compared,
+}
+
+/// Cases or files that were begun, and what they have up to the first difference.
+#[derive(Debug, Default)]
+struct Compared {
+    begun: usize,
+    all: Comparison,
+}
+
+impl Compared {
+    /// Takes in one more; true if it differs, and is the last.
+    fn add(&mut self, one: Comparison) -> bool {
+        self.begun += 1;
+        self.all.compared += one.compared;
+        self.all.difference = one.difference;
+        self.all.difference.is_some()
+    }
 }
 
 impl Certificate {
     /// The first differences, a line each.
     fn differences(&self) -> String {
-        let Some(link) = &self.link else {
-            return String::new();
-        };
-        let of_step = self.difference.iter().map(ToString::to_string);
-        let of_row = self.row_difference.iter().map(ToString::to_string);
-        let lines = of_step.chain(of_row);
-        lines.map(|line| format!("{link}: {line}\n")).collect()
-    }
-
-    fn is_same(&self) -> bool {
-        self.difference.is_none() && self.row_difference.is_none()
+        let link = self
+            .link
+            .as_ref()
+            .map_or_else(String::new, ToString::to_string);
+        let parts = [&self.cases, &self.vectors].into_iter();
+        let found = parts.filter_map(|part| part.all.difference.as_ref());
+        found.map(|found| format!("{link}: {found}\n")).collect()
     }
 }
 
@@ -90,10 +92,7 @@ impl Certify {
             |file: &&RunFile| file.case.controller.computation_delay == ComputationDelay::Measured;
         if let Some(file) = files.iter().find(measured) {
             let because = "host and chip run in loops of their own, which need one delay: a time";
-            bail!(
-                "{}",
-                file.refuse("controller", "computation_delay_s", because)
-            );
+            bail!("{}", file.refuse("controller.computation_delay_s", because));
         }
         let links = if self.links.is_empty() {
             installed_links()?
@@ -105,22 +104,24 @@ impl Certify {
             terminal::tell(&format!("left out: {error}\n"));
             Vec::new()
         });
-        let bench = Bench::on_host(&files, vectors)?;
-        let mut certificates = vec![bench.of_host()];
+        let (bench, host) = Bench::on_host(&files, vectors)?;
+        let rows = host.vectors.all.compared;
+        let mut certificates = vec![host];
         let mut errors = Vec::new();
         for link in links {
-            match bench.of_chip(&link) {
+            match bench.of_chip(&link, rows) {
                 Ok(certificate) => certificates.push(certificate),
                 Err(error) => errors.push(format!("{error:#}")),
             }
             check_signals()?;
         }
         let differences = certificates.iter().map(Certificate::differences);
-        terminal::print(&(table(&certificates) + &differences.collect::<String>()))?;
+        let differences: String = differences.collect();
+        terminal::print(&(table(&certificates) + &differences))?;
         if !errors.is_empty() {
             bail!("{}", errors.join("\n"));
         }
-        Ok(certificates.iter().all(Certificate::is_same))
+        Ok(differences.is_empty())
     }
 }
 
@@ -145,82 +146,69 @@ struct Bench<'f> {
     files: &'f [RunFile],
     hosts: Vec<HostTrace<'f>>,
     vectors: Vec<VectorFile>,
-    rows: u64,
 }
 
 impl<'f> Bench<'f> {
-    fn on_host(files: &'f [RunFile], vectors: Vec<VectorFile>) -> anyhow::Result<Self> {
+    fn on_host(
+        files: &'f [RunFile],
+        vectors: Vec<VectorFile>,
+    ) -> anyhow::Result<(Self, Certificate)> {
         let mut hosts = Vec::with_capacity(files.len());
+        let mut certificate = Certificate::default();
         for file in files {
             let mut progress = Progress::of(&file.case);
             let host = HostTrace::record(&file.case, &mut |row| progress.row(row));
-            hosts.push(host.map_err(|error| explain(file, error))?);
+            let host = host.map_err(|error| explain(file, error))?;
+            certificate.cases.begun += 1;
+            certificate.cases.all.compared += host.steps().len() as u64;
+            certificate.hash.extend(host.steps());
+            hosts.push(host);
         }
-        let mut counted = 0;
         for file in &vectors {
             let rows = firmware_link::vectors::replay(&file.text)
                 .map_err(|mismatch| anyhow!("on the host: {}, {mismatch}", file.name))?;
-            counted += rows as u64;
+            certificate.vectors.begun += 1;
+            certificate.vectors.all.compared += rows as u64;
         }
-        Ok(Self {
+        let bench = Self {
             files,
             hosts,
             vectors,
-            rows: counted,
-        })
+        };
+        Ok((bench, certificate))
     }
 
-    fn of_host(&self) -> Certificate {
-        let mut certificate = Certificate::default();
-        for host in &self.hosts {
-            certificate.cases += 1;
-            certificate.steps += host.steps().len() as u64;
-            certificate.hash.extend(host.steps());
-        }
-        certificate.files = self.vectors.len();
-        certificate.rows = self.rows;
-        certificate
-    }
-
-    fn of_chip(&self, link: &ChipLink) -> anyhow::Result<Certificate> {
+    fn of_chip(&self, link: &ChipLink, rows: u64) -> anyhow::Result<Certificate> {
         let mut chip = OpenChip::open(link)?;
-        let client = chip.under_test().client;
-        let image = client.identity().image_crc;
         let mut certificate = Certificate {
             link: Some(link.clone()),
-            image: Some(image),
+            image: Some(chip.client.identity().image_crc),
             ..Certificate::default()
         };
         for (file, host) in self.files.iter().zip(&self.hosts) {
             let mut progress =
                 Progress::labelled(&file.case, &format!("{link}, {}", file.case.name));
             let mut sink = |row: &_| progress.row(row);
-            let compared = host.compare_chip(client, &mut certificate.hash, &mut sink);
+            let law = chip.law(&file.case);
+            let compared =
+                law.and_then(|mut law| host.compare(&mut law, &mut certificate.hash, &mut sink));
             let compared =
                 compared.map_err(|error| explain(file, error).context(link.to_string()))?;
-            certificate.cases += 1;
-            certificate.steps += compared.steps;
-            certificate.difference = compared.difference;
-            if certificate.difference.is_some() {
+            if certificate.cases.add(compared) {
                 break;
             }
         }
-        let mut progress = Progress::of_rows(&format!("{link}, vectors"), self.rows);
+        let mut progress = Progress::of_rows(&format!("{link}, vectors"), rows);
         let mut on_row = || progress.one();
         for file in &self.vectors {
-            let replayed =
-                replay(client, file, &mut on_row).map_err(|error| anyhow!("{link}: {error}"))?;
-            certificate.files += 1;
-            certificate.rows += replayed.rows;
-            certificate.row_difference = replayed.difference;
-            if certificate.row_difference.is_some() {
+            let replayed = replay(&mut chip.client, file, &mut on_row)
+                .map_err(|error| anyhow!("{link}: {error}"))?;
+            if certificate.vectors.add(replayed) {
                 break;
             }
         }
         drop(progress);
-        if client.noticed().repeated > 0 {
-            terminal::tell(&chip.noticed());
-        }
+        chip.tell();
         Ok(certificate)
     }
 }
@@ -238,27 +226,28 @@ fn table(certificates: &[Certificate]) -> String {
         "rows",
         "",
     ];
-    let mut table = terminal::table(&header, 3);
-    for certificate in certificates {
+    let rows = certificates.iter().map(|certificate| {
         let Certificate { link, image, .. } = certificate;
-        let verdict = |differs: bool| match (link, differs) {
-            (None, _) => "",
-            (Some(_), false) => "same",
-            (Some(_), true) => "differs",
+        let part = |Compared { begun, all }: &Compared| {
+            let verdict = match (link, &all.difference) {
+                (None, _) => "",
+                (Some(_), None) => "same",
+                (Some(_), Some(_)) => "differs",
+            };
+            [
+                begun.to_string(),
+                all.compared.to_string(),
+                verdict.to_owned(),
+            ]
         };
-        let missing = || number::MISSING.to_owned();
-        table.add_row([
-            link.as_ref()
-                .map_or_else(|| "host".to_owned(), ToString::to_string),
-            image.map_or_else(missing, |crc| format!("{crc:08x}")),
+        let link = link.as_ref().map(ToString::to_string);
+        let image = image.map(|crc| format!("{crc:08x}"));
+        let own = [
+            link.unwrap_or_else(|| "host".to_owned()),
+            image.unwrap_or_else(|| number::MISSING.to_owned()),
             certificate.hash.to_string(),
-            certificate.cases.to_string(),
-            certificate.steps.to_string(),
-            verdict(certificate.difference.is_some()).to_owned(),
-            certificate.files.to_string(),
-            certificate.rows.to_string(),
-            verdict(certificate.row_difference.is_some()).to_owned(),
-        ]);
-    }
-    terminal::text(&table)
+        ];
+        [own, part(&certificate.cases), part(&certificate.vectors)].concat()
+    });
+    terminal::table(&header, 3, rows)
 }

@@ -5,18 +5,15 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, anyhow};
 use clap::Args;
 use hil_core::case::{Case, ComputationDelay, Law};
-use hil_core::case_run::keys_without_effect;
 use hil_core::ladder::{Rung, climb, climb_over, confirm};
 use hil_core::number;
-use hil_core::run::RunOptions;
+use hil_core::run::{RunOptions, keys_without_effect};
 use hil_core::runfile::RunFile;
 use hil_runner::chip::spec::ChipLink;
-use hil_runner::command_line::{command_line, each_with};
-use hil_runner::files::output::OutputFile;
-use hil_runner::report;
+use hil_runner::files::OutputFile;
+use hil_runner::report::{self, command_line, each_with};
 
-use super::cases::{Sets, explain, make_out_folder, refuse_shared_paths, warn};
-use super::link_option::OpenChip;
+use super::options::{OpenChip, Sets, again, explain, make_out_folder, refuse_shared_paths, warn};
 use super::terminal::{self, Progress};
 
 const REPORT: &str = "out/ladder.html";
@@ -60,7 +57,9 @@ impl Ladder {
         }
         let page = OutputFile::create(&self.report)?;
         let mut chip = self.link.as_ref().map(OpenChip::open).transpose()?;
-        let on_chip = self.case_on_chip()?;
+        // The one that was asked for, on rung `firmware`.
+        let on_chip = self.sets.and(on_rung(Law::Firmware));
+        let on_chip = on_chip.load_one(&self.case)?.case;
         let cases: Vec<Case> = files.iter().map(|file| file.case.clone()).collect();
         let first = files.first().context("a ladder has rungs")?;
         let mut progress = Progress::of(&first.case);
@@ -81,7 +80,7 @@ impl Ladder {
             }
         }
         drop(progress);
-        let mut progress = Progress::again(&first.case);
+        let mut progress = Progress::labelled(&first.case, &again(&first.case));
         let mut sink = |row: &_| progress.row(row);
         let rungs = rungs.and_then(|mut rungs| {
             confirm(&mut rungs, &cases, &mut sink)?;
@@ -109,13 +108,6 @@ impl Ladder {
             terminal::tell(&format!("plots: {}\n", self.report.display()));
         }
         Ok(true)
-    }
-
-    /// The case that the chip gets: the one that was asked for, on rung
-    /// `firmware`.
-    fn case_on_chip(&self) -> anyhow::Result<Case> {
-        let sets = self.sets.and(on_rung(Law::Firmware));
-        Ok(sets.load_one(&self.case)?.case)
     }
 
     /// The case with each law, checked as if the run file had asked for it.
@@ -163,11 +155,10 @@ fn table(rungs: &[Rung]) -> String {
         "rms Δacc\nm/s²",
         "rms Δx\nµm",
     ];
-    let mut table = terminal::table(&header, 2);
-    for rung in rungs {
+    let rows = rungs.iter().map(|rung| {
         let figure = |key: &str| rung.outcome.summary.shown(key);
         let [acc_digits, position_digits] = rung.difference_digits;
-        table.add_row([
+        [
             rung.name(),
             rung.adds().to_owned(),
             figure("peak_abs_acc_mps2"),
@@ -176,7 +167,7 @@ fn table(rungs: &[Rung]) -> String {
             figure("contact_changes"),
             number::shown(rung.difference.map(|d| d.rms_acc_mps2), acc_digits),
             number::shown(rung.difference.map(|d| d.rms_position_um), position_digits),
-        ]);
-    }
-    terminal::text(&table)
+        ]
+    });
+    terminal::table(&header, 2, rows)
 }

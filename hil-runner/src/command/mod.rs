@@ -1,13 +1,10 @@
-//! The verbs, one file each.
+//! The verbs, one file each but for the shortest, which stand here.
 
 mod budget;
-mod cases;
 mod certify;
 mod ladder;
-mod link_option;
-mod measure_backlash;
+mod options;
 mod run;
-mod run_file;
 mod scaling;
 mod study;
 mod terminal;
@@ -15,8 +12,13 @@ mod terminal;
 use std::ffi::OsString;
 
 use anyhow::bail;
-use clap::{Parser, Subcommand};
-use hil_runner::command_line::command_line;
+use clap::{Args, Parser, Subcommand};
+use hil_core::controllers::measure_gap;
+use hil_core::error::RunError;
+use hil_core::{number, runfile};
+use hil_runner::report::command_line;
+
+use options::{Sets, explain};
 
 pub(crate) use terminal::tell;
 
@@ -54,7 +56,7 @@ enum Command {
     /// Show a case's fixed-point gains: lengths, headroom, rounding, and what fits
     Scaling(scaling::Scaling),
     /// Measure the joint's gap as the firmware does: creep until the load follows
-    MeasureBacklash(measure_backlash::MeasureBacklash),
+    MeasureBacklash(MeasureBacklash),
     /// Hold the controller on chips against the host's, bit for bit
     Certify(certify::Certify),
     /// Measure what the controller costs on chips, and hold it against the goldens
@@ -62,9 +64,9 @@ enum Command {
     /// Run one case over many values of its keys, and draw what comes out
     Study(study::StudyCommand),
     /// Print a commented run file to start from
-    Init(run_file::Init),
+    Init(Init),
     /// Print the JSON schema of run files, for editors
-    Schema(run_file::Schema),
+    Schema(Schema),
 }
 
 /// Verbs of earlier versions, and what they are called now.
@@ -104,4 +106,76 @@ fn refuse_old_verb(arguments: impl Iterator<Item = OsString>) -> anyhow::Result<
         bail!("{old} is now {new}: {line}");
     }
     Ok(())
+}
+
+/// Measure the joint's gap as the firmware does: creep until the load follows
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  \
+                  hil-runner measure-backlash paper-2 --set load_encoder.counts_per_mm=1000 \\\n    \
+                  --set carriage.resistance_constant_n=250 --set carriage.resistance_opposes_motion=true\n  \
+                  hil-runner measure-backlash axis.toml --set backlash.backlash_measurement_detection=effort")]
+struct MeasureBacklash {
+    /// Run file or built-in case
+    case: String,
+    #[command(flatten)]
+    sets: Sets,
+}
+
+impl MeasureBacklash {
+    fn execute(&self) -> anyhow::Result<bool> {
+        let file = self.sets.load_one(&self.case)?;
+        let gap =
+            measure_gap(&file.case).map_err(|error| explain(&file, RunError::Quantise(error)))?;
+        let [first, second, third] = gap.full_counts;
+        terminal::print(&format!(
+            "{}: half gap {} motor counts; the joint's own is {}\n\
+             whole gap at three crossings: {first}, {second}, {third} motor counts; \
+             {} s of simulated time\n",
+            file.case.name,
+            gap.half_counts,
+            number::table(gap.true_half_counts),
+            number::table(gap.duration_s),
+        ))?;
+        Ok(true)
+    }
+}
+
+/// Print a commented run file to start from
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  hil-runner init paper-4 > axis.toml")]
+struct Init {
+    /// Built-in case to start from
+    #[arg(default_value = "paper-2")]
+    case: String,
+}
+
+impl Init {
+    fn execute(&self) -> anyhow::Result<bool> {
+        let Some(text) = runfile::builtin_text(&self.case) else {
+            let names: Vec<&str> = runfile::builtin_names().collect();
+            bail!(
+                "there is no built-in case {:?}; there are {}",
+                self.case,
+                names.join(", ")
+            );
+        };
+        terminal::print(&runfile::commented(&self.case, text))?;
+        Ok(true)
+    }
+}
+
+/// Print the JSON schema of run files
+///
+/// Editors with TOML support (taplo and others) complete and check run files
+/// with it.
+#[derive(Debug, Args)]
+#[command(after_help = "Example:\n  hil-runner schema > run-file.schema.json")]
+struct Schema {}
+
+impl Schema {
+    fn execute(&self) -> anyhow::Result<bool> {
+        let schema = serde_json::to_string_pretty(&runfile::schema())?;
+        terminal::print(&format!("{schema}\n"))?;
+        Ok(true)
+    }
 }

@@ -5,22 +5,21 @@ use std::path::PathBuf;
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
-use hil_core::case_run::CaseRun;
+use hil_core::budget::Verdict;
 use hil_core::controllers::IoKind;
-use hil_core::error::RunError;
 use hil_core::reservation::kept_but;
-use hil_core::run::RunOptions;
+use hil_core::run::{CaseRun, RunOptions};
 use hil_core::runfile::RunFile;
 use hil_core::trace::TraceWriter;
 use hil_core::{figures, number};
-use hil_runner::command_line::{command_line, each_with};
-use hil_runner::files::output::OutputFile;
-use hil_runner::report;
+use hil_runner::files::OutputFile;
+use hil_runner::host::timed_run;
+use hil_runner::report::{self, command_line, each_with};
 
-use super::cases::{
-    Cases, Sets, explain, make_out_folder, refuse_other_laws, refuse_shared_paths, warn,
+use super::options::{
+    Cases, LINK_HELP, LinkName, Sets, again, explain, make_out_folder, once_each,
+    refuse_other_laws, refuse_shared_paths, warn,
 };
-use super::link_option::{self, LinkName};
 use super::terminal::{self, Progress};
 
 /// The cases of the program without a verb, and its page.
@@ -37,19 +36,9 @@ pub(super) fn main_job() -> anyhow::Result<bool> {
         report: Some(PAPER_PAGE.into()),
         ..Run::default()
     };
-    let title = Title {
-        heading: "The paper's four simulations".to_owned(),
-        command_line: "hil-runner".to_owned(),
-    };
+    let title = ["The paper's four simulations", "hil-runner"].map(str::to_owned);
     let end = format!("plots and all figures: {PAPER_PAGE}\n");
     run.make(&run.sets.load(&run.cases.cases)?, title, &end)
-}
-
-/// Heading and command of a page.
-#[derive(Debug)]
-pub(super) struct Title {
-    heading: String,
-    command_line: String,
 }
 
 /// Run one or more cases and check their budgets
@@ -77,7 +66,7 @@ pub(crate) struct Run {
     report: Option<PathBuf>,
     #[command(flatten)]
     sets: Sets,
-    #[arg(long, help = link_option::HELP, default_value_t = LinkName::InProcess)]
+    #[arg(long, help = LINK_HELP, default_value_t)]
     link: LinkName,
     /// How the firmware reaches encoder and converter; the results are the same
     #[arg(long, value_enum, default_value_t = IoName::Direct)]
@@ -114,35 +103,39 @@ impl Run {
         }
     }
 
-    /// The names of the cases, and this command.
-    pub(super) fn title(&self, files: &[RunFile]) -> Title {
+    /// Heading and command of a page: the names of the cases, and this command.
+    pub(super) fn title(&self, files: &[RunFile]) -> [String; 2] {
         let names = files.iter().map(|file| file.case.name.as_str());
-        Title {
-            heading: names.collect::<Vec<_>>().join(", "),
-            command_line: self.command_line(),
-        }
+        let names = names.collect::<Vec<_>>().join(", ");
+        [names, self.command_line()]
     }
 
     /// Runs the files of the cases; `end` stands below the tables.
-    pub(super) fn make(&self, files: &[RunFile], title: Title, end: &str) -> anyhow::Result<bool> {
+    pub(super) fn make(
+        &self,
+        files: &[RunFile],
+        [heading, command_line]: [String; 2],
+        end: &str,
+    ) -> anyhow::Result<bool> {
         refuse_shared_paths(&self.cases.cases, &self.outputs().collect::<Vec<_>>())?;
         if self.io == IoName::Spi {
             refuse_other_laws(files, "--io spi runs the firmware's drivers")?;
         }
-        self.link.refuse_other_laws(files)?;
-        if self.io == IoName::Spi && matches!(self.link, LinkName::Chip(_)) {
-            bail!(
-                "--io spi is for a controller on this host; a chip has electronics of its own \
-                 (--link {})",
-                self.link
-            );
+        if let LinkName::Chip(link) = &self.link {
+            refuse_other_laws(files, &format!("--link {link} runs the firmware"))?;
+            if self.io == IoName::Spi {
+                bail!(
+                    "--io spi is for a controller on this host; a chip has electronics of its own \
+                     (--link {link})"
+                );
+            }
         }
         // Every path is opened before the first run.
         let open = |path: &Option<PathBuf>| path.as_deref().map(OutputFile::create).transpose();
         let mut trace = open(&self.trace)?.map(TraceWriter::new);
         let summary = open(&self.summary)?;
         let report = open(&self.report)?;
-        let mut link = self.link.open()?;
+        let (kind, mut chip) = self.link.open()?;
         let options = RunOptions {
             io: match self.io {
                 IoName::Direct => IoKind::Direct,
@@ -158,7 +151,10 @@ impl Run {
                 progress.row(row)?;
                 trace.as_mut().map_or(Ok(()), |trace| trace.row(row))
             };
-            let run = link.run(&file.case, options, &mut sink);
+            let run = match &mut chip {
+                Some(chip) => chip.run(&file.case, options, &mut sink),
+                None => timed_run(&file.case, kind, options, &mut sink),
+            };
             drop(progress);
             // What was traced before an error is kept all the same; a run that was
             // refused has no rows and replaces nothing.
@@ -168,18 +164,19 @@ impl Run {
                 trace.finish()?.commit()?;
             }
             let mut run = run.map_err(|error| explain(file, error))?;
-            confirm(&mut run, options).map_err(|error| explain(file, error))?;
+            // Again, to see which digits of its figures hold.
+            let mut progress = Progress::labelled(&file.case, &again(&file.case));
+            let confirmed = run.confirm(options, &mut |row| progress.row(row));
+            confirmed.map_err(|error| explain(file, error))?;
             runs.push(run);
         }
-        link.tell();
+        if let Some(chip) = &chip {
+            chip.tell();
+        }
         if let (Some(file), Some(run)) = (summary, runs.first()) {
             file.write_whole(&(serde_json::to_string_pretty(&run.outcome.summary)? + "\n"))?;
         }
         if let Some(file) = report {
-            let Title {
-                heading,
-                command_line,
-            } = title;
             let data = hil_core::report::report(&heading, &command_line, &runs);
             file.write_whole(&report::render(&data)?)?;
         }
@@ -189,21 +186,21 @@ impl Run {
             + &timing_lines(&runs)
             + &chip_lines(&runs)
             + end;
-        // Data on standard output stays alone there.
-        if self.has_data_on_stdout() {
-            terminal::tell(&text);
-        } else {
-            terminal::print(&text)?;
-        }
+        self.say(&text)?;
         for run in &runs {
             warn(&run.outcome.summary.name, &run.warnings);
         }
         Ok(runs.iter().all(CaseRun::passes))
     }
 
-    /// True if an output goes to standard output.
-    pub(super) fn has_data_on_stdout(&self) -> bool {
-        self.outputs().any(|path| path.as_os_str() == "-")
+    /// Prints a text, but to standard error where an output goes to standard output:
+    /// data stays alone there.
+    pub(super) fn say(&self, text: &str) -> std::io::Result<()> {
+        if self.outputs().any(|path| path.as_os_str() == "-") {
+            terminal::tell(text);
+            return Ok(());
+        }
+        terminal::print(text)
     }
 
     fn outputs(&self) -> impl Iterator<Item = &PathBuf> {
@@ -214,10 +211,7 @@ impl Run {
 
     /// The command without its outputs.
     pub(super) fn command_line(&self) -> String {
-        let link = match &self.link {
-            LinkName::InProcess => None,
-            link => Some(link.to_string()),
-        };
+        let link = (self.link != LinkName::default()).then(|| self.link.to_string());
         let io = (self.io == IoName::Spi).then(|| "spi".to_owned());
         let words = core::iter::once("run")
             .chain(self.cases.cases.iter().map(String::as_str))
@@ -228,44 +222,27 @@ impl Run {
     }
 }
 
-/// Runs a case again to see which digits of its figures hold.
-fn confirm(run: &mut CaseRun, options: RunOptions) -> Result<(), RunError> {
-    let mut progress = Progress::again(&run.case);
-    run.confirm(options, &mut |row| progress.row(row))
-}
-
 /// The figures that a reader looks for first, a line a run.
 fn figure_table(runs: &[CaseRun]) -> String {
-    let header = [
-        "case",
-        "law",
-        "solver",
-        "peak acc\nm/s²",
-        "following\nerror mm",
-        "final\nerror µm",
-        "settled\nafter s",
-        "contact\nchanges",
-        "peak\nvolts",
-        "peak\ncode",
+    const FIGURES: [(&str, &str); 7] = [
+        ("peak acc\nm/s²", "peak_abs_acc_mps2"),
+        ("following\nerror mm", "peak_following_error_mm"),
+        ("final\nerror µm", "final_error_um"),
+        ("settled\nafter s", "settling_time_s"),
+        ("contact\nchanges", "contact_changes"),
+        ("peak\nvolts", "peak_abs_voltage_v"),
+        ("peak\ncode", "max_abs_dac_code"),
     ];
-    let mut table = terminal::table(&header, 3);
-    for run in runs {
+    let heads = FIGURES.map(|(head, _)| head);
+    let header = [&["case", "law", "solver"][..], &heads].concat();
+    let rows = runs.iter().map(|run| {
         let summary = &run.outcome.summary;
-        let figure = |key: &str| summary.shown(key);
-        table.add_row([
-            terminal::short(&summary.name),
-            summary.law.to_owned(),
-            summary.solver.to_owned(),
-            figure("peak_abs_acc_mps2"),
-            figure("peak_following_error_mm"),
-            figure("final_error_um"),
-            figure("settling_time_s"),
-            figure("contact_changes"),
-            figure("peak_abs_voltage_v"),
-            figure("max_abs_dac_code"),
-        ]);
-    }
-    terminal::text(&table)
+        let name = terminal::short(&summary.name);
+        let own = [name, summary.law.to_owned(), summary.solver.to_owned()];
+        let figures = FIGURES.map(|(_, key)| summary.shown(key));
+        own.into_iter().chain(figures).collect::<Vec<_>>()
+    });
+    terminal::table(&header, 3, rows)
 }
 
 /// Every verdict of every run.
@@ -276,27 +253,23 @@ fn verdict_table(runs: &[CaseRun]) -> String {
     let header = [
         "case", "figure", "value", "limit", "margin", "unit", "verdict",
     ];
-    let mut table = terminal::table(&header, 2);
-    for run in runs {
-        for verdict in run.verdicts() {
-            let limit = number::table(verdict.limit);
-            let digits = run.outcome.summary.digits(&verdict.figure);
-            table.add_row([
-                terminal::short(&run.outcome.summary.name),
-                verdict.figure.clone(),
-                number::shown(verdict.value, digits),
-                if verdict.default {
-                    format!("{limit} (default)")
-                } else {
-                    limit
-                },
-                number::shown(verdict.margin, verdict.margin_digits(digits)),
-                figures::unit(&verdict.figure).to_owned(),
-                if verdict.pass { "pass" } else { "FAIL" }.to_owned(),
-            ]);
-        }
-    }
-    terminal::text(&table) + &standing(runs)
+    let of = |run: &CaseRun, verdict: &Verdict| {
+        let digits = run.outcome.summary.digits(&verdict.figure);
+        let default = if verdict.default { " (default)" } else { "" };
+        [
+            terminal::short(&run.outcome.summary.name),
+            verdict.figure.clone(),
+            number::shown(verdict.value, digits),
+            number::table(verdict.limit) + default,
+            number::shown(verdict.margin, verdict.margin_digits(digits)),
+            figures::unit(&verdict.figure).to_owned(),
+            if verdict.pass { "pass" } else { "FAIL" }.to_owned(),
+        ]
+    };
+    let rows = runs
+        .iter()
+        .flat_map(|run| run.verdicts().map(move |verdict| of(run, verdict)));
+    terminal::table(&header, 2, rows) + &standing(runs)
 }
 
 /// Their sum, in a line.
@@ -316,31 +289,25 @@ fn standing(runs: &[CaseRun]) -> String {
 
 /// The gains in fixed point, once for cases that agree.
 fn gain_tables(runs: &[CaseRun]) -> String {
-    let mut tables: Vec<(String, String)> = Vec::new();
+    let header = ["gain per sample", "codes/count", "fixed point", "rounding"];
+    let mut tables = Vec::new();
     for run in runs {
         let Some(gains) = &run.outcome.gains else {
             continue;
         };
-        let header = ["gain per sample", "codes/count", "fixed point", "rounding"];
-        let mut table = terminal::table(&header, 1);
-        for gain in &gains.rows {
-            table.add_row([
+        let rows = gains.rows.iter().map(|gain| {
+            [
                 gain.name().to_owned(),
                 number::table(gain.wanted),
                 gain.word.to_string(),
                 number::relative_error(gain.relative_error()),
-            ]);
-        }
-        let table = terminal::text(&table);
-        let name = &run.outcome.summary.name;
-        match tables.iter_mut().find(|(_, known)| *known == table) {
-            Some((names, _)) => *names += &format!(", {name}"),
-            None => tables.push((format!("fixed-point gains of {name}"), table)),
-        }
+            ]
+        });
+        let name = run.outcome.summary.name.clone();
+        tables.push((name, terminal::table(&header, 1, rows)));
     }
-    let titled = tables
-        .iter()
-        .map(|(names, table)| format!("{names}\n{table}"));
+    let titled = once_each(tables).into_iter();
+    let titled = titled.map(|(names, table)| format!("fixed-point gains of {names}\n{table}"));
     titled.collect()
 }
 
@@ -349,17 +316,15 @@ fn timing_lines(runs: &[CaseRun]) -> String {
     let mut lines = String::new();
     for run in runs {
         let Some(timing) = run.timing else { continue };
-        let [median, p99, max, clock] = [
-            timing.median_us,
-            timing.p99_us,
-            timing.max_us,
-            timing.clock_us,
-        ]
-        .map(|time_us| number::rounded(time_us, 3));
+        let shown = |time_us| number::rounded(time_us, 3);
         lines += &format!(
-            "{}: host step {median} µs median, {p99} p99, {max} max of {} µs (clock alone {clock})\n",
+            "{}: host step {} µs median, {} p99, {} max of {} µs (clock alone {})\n",
             run.outcome.summary.name,
+            shown(timing.median_us),
+            shown(timing.p99_us),
+            shown(timing.max_us),
             number::table(timing.sample_time_us),
+            shown(timing.clock_us),
         );
     }
     lines

@@ -9,7 +9,7 @@ use hil_core::number;
 use hil_core::runfile::RunFile;
 use hil_core::scaling::{ScaledLaw, ScalingRequest};
 
-use super::cases::{Cases, Sets, explain};
+use super::options::{Cases, Sets, explain, once_each};
 use super::terminal;
 
 /// Show a case's fixed-point gains: lengths, headroom, rounding, and what fits
@@ -27,17 +27,13 @@ pub(crate) struct Scaling {
 
 impl Scaling {
     pub(crate) fn execute(&self) -> anyhow::Result<bool> {
-        let mut shown: Vec<(Vec<String>, String)> = Vec::new();
-        for file in &self.sets.load(&self.cases.cases)? {
-            let text = describe(file)?;
-            let name = file.case.name.clone();
-            match shown.iter_mut().find(|(_, known)| *known == text) {
-                Some((names, _)) => names.push(name),
-                None => shown.push((vec![name], text)),
-            }
-        }
-        for (names, text) in shown {
-            terminal::print(&format!("{}\n{text}", names.join(", ")))?;
+        let files = self.sets.load(&self.cases.cases)?;
+        let texts = files
+            .iter()
+            .map(|file| Ok((file.case.name.clone(), describe(file)?)));
+        let texts = texts.collect::<anyhow::Result<Vec<_>>>()?;
+        for (names, text) in once_each(texts) {
+            terminal::print(&format!("{names}\n{text}"))?;
         }
         Ok(true)
     }
@@ -95,14 +91,12 @@ fn gain_table(request: &ScalingRequest, scaled: &ScaledLaw) -> String {
         "headroom\nbits",
         "largest\nthat fits",
     ];
-    let mut table = terminal::table(&header, 1);
     let f = f64::from(scaled.law.words().sum_fraction_bits);
-    for (index, row) in scaled.rows.iter().enumerate() {
-        if row.value == 0.0 && !row.is_of_the_paper() {
-            continue;
-        }
+    let rows = scaled.rows.iter().enumerate();
+    let rows = rows.filter(|(_, row)| row.value != 0.0 || row.is_of_the_paper());
+    let rows = rows.map(|(index, row)| {
         let largest = scaled.law.largest_term(row.part);
-        table.add_row([
+        [
             row.key().trim_start_matches("controller.").to_owned(),
             number::table(row.wanted),
             row.word.to_string(),
@@ -112,7 +106,7 @@ fn gain_table(request: &ScalingRequest, scaled: &ScaledLaw) -> String {
             // Of the 62 bits that a sum may take.
             largest.leading_zeros().saturating_sub(2).to_string(),
             number::table(request.largest_gain(index)),
-        ]);
-    }
-    terminal::text(&table)
+        ]
+    });
+    terminal::table(&header, 1, rows)
 }

@@ -1,25 +1,21 @@
 //! `hil-runner study`: one case over many values of its keys.
 
 use std::fs;
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::{Args, Subcommand};
 use hil_core::case::Law;
 use hil_core::number;
-use hil_core::runfile::Template;
-use hil_runner::files::output::{OutputFile, same_file};
-use hil_runner::study::results::{
-    Origin, Progress, Results, ResultsError, Shard, merge, shards_in_order,
-};
+use hil_core::runfile::RunFile;
+use hil_runner::files::{OutputFile, same_file};
+use hil_runner::study::results::{Origin, Progress, Results, Shard, merge, shards_in_order};
 use hil_runner::study::{
     Changes, MOST_ROWS, Study, Tally, base_sentences, best_table, columns, draw, enough_pass,
-    figure_rows, make, page, ready, render, unstable_words,
+    figure_rows, make, ready, render, unstable_words,
 };
-use indicatif::ProgressBar;
 
-use super::cases::{Sets, warn};
+use super::options::{Sets, warn};
 use super::run::Run;
 use super::terminal::{self, check_signals, watch_signals_aloud};
 
@@ -117,12 +113,7 @@ impl StudyCommand {
                 Ok(true)
             }
             (None, Some(name)) => match self.row {
-                Some(row) => make_row(
-                    Path::new(name),
-                    row,
-                    self.report.clone(),
-                    self.trace.clone(),
-                ),
+                Some(row) => self.make_row(Path::new(name), row),
                 None => self.run(name),
             },
             (None, None) => bail!("give a study file or a ready study; --list shows them"),
@@ -149,7 +140,7 @@ impl StudyCommand {
         let columns = columns(&study);
         let mut tally = Tally::new(&study, &columns);
         let origin = Origin::new(&study, shard, name, &changes);
-        let command_line = origin.manifest.command_line(self.out.as_deref());
+        let command_line = origin.command_line(self.out.as_deref());
         let mut results = Results::open(&folder, &origin, &columns, &command_line, |row| {
             tally.add(row)
         })?;
@@ -157,76 +148,93 @@ impl StudyCommand {
             Some(threads) => usize::from(threads),
             None => std::thread::available_parallelism().map_or(1, std::num::NonZeroUsize::get),
         };
-        let progress = fill(&study, &mut results, &mut tally, threads, &command_line)?;
-        let end = results.close()?;
-        progress?;
-        debug_assert_eq!(end.done, end.of);
+        let is_complete = fill(&study, &mut results, &mut tally, threads)?;
+        let Progress { done, of } = results.close()?;
+        let place = folder.display();
+        if !is_complete {
+            bail!("interrupted: {done} of {of} rows are in {place}; to go on: {command_line}");
+        }
         if shard != Shard::WHOLE {
             terminal::tell(&format!(
-                "shard {shard} is complete: {} rows in {}\n",
-                end.of,
-                folder.display()
+                "shard {shard} is complete: {of} rows in {place}\n"
             ));
             return Ok(true);
         }
         finish(&study, &folder, &tally, &command_line)
     }
+
+    /// Runs one row of a folder of results from what lies there alone. Makes its
+    /// report and trace, beside the results unless a path is given;
+    /// whether the run passes.
+    fn make_row(&self, folder: &Path, number: u64) -> anyhow::Result<bool> {
+        let origin = Origin::read(folder)?;
+        let study = origin.study(folder)?;
+        let (name, rows) = (&study.name, study.rows());
+        if number >= rows {
+            bail!(
+                "row {number} is not allowed: the rows of study {name} are 0 to {}",
+                rows - 1
+            );
+        }
+        let row = study.planned_row(number);
+        if let Err((status, reason)) = row.case {
+            bail!(
+                "row {number} of study {name} is {}: {reason}",
+                status.name()
+            );
+        }
+        let mut sets = study.row_sets(&row.point, row.rung);
+        sets.push(format!("name={name} row {number}"));
+        let beside = |extension: &str| folder.join(format!("row-{number}.{extension}"));
+        let report = self.report.clone().unwrap_or_else(|| beside("html"));
+        let trace = self.trace.clone().unwrap_or_else(|| beside("csv"));
+        refuse_results(folder, &[&report, &trace])?;
+        let written = format!(
+            "plots and all figures: {}\ntrace: {}\n",
+            report.display(),
+            trace.display()
+        );
+        let base = folder.join("base.toml").to_string_lossy().into_owned();
+        let file = RunFile::parse(&base, &origin.base_text, &sets)?;
+        let run = Run::of_row(base, Sets { sets }, report, trace);
+        let files = [file];
+        let passes = run.make(&files, run.title(&files), "")?;
+        run.say(&(written + &format!("the same run: {}\n", run.command_line())))?;
+        Ok(passes)
+    }
 }
 
-/// Makes the rows that are missing. The outer error is the folder's, the inner
-/// one the user's who ended it.
+/// Makes the rows that are missing; false if the user has ended it.
 fn fill(
     study: &Study,
     results: &mut Results,
     tally: &mut Tally,
     threads: usize,
-    command_line: &str,
-) -> anyhow::Result<anyhow::Result<()>> {
-    let start = results.progress();
-    if start.done > 0 {
+) -> anyhow::Result<bool> {
+    let Progress { done, of } = results.progress();
+    if done > 0 {
+        let folder = results.folder().display();
         terminal::tell(&format!(
-            "{}: {} of {} rows are there already\n",
-            results.folder().display(),
-            start.done,
-            start.of
+            "{folder}: {done} of {of} rows are there already\n"
         ));
     }
     watch_signals_aloud(
         "ending after the runs under way; a second signal (Ctrl-C) ends at once, and loses nothing either\n",
     );
-    let bar = bar(study, start);
-    let blocks = results.missing_blocks();
-    let outcome = make(study, blocks, threads, |block| {
-        if let Err(error) = check_signals() {
-            return ControlFlow::Break(Err(error));
+    let template = "{prefix}: {bar:30} {human_pos} of {human_len} runs, {per_sec}, {eta} left";
+    let bar = terminal::bar(&study.name, of, template).with_position(done);
+    bar.reset_eta();
+    let made = make(study, results.missing_blocks(), threads, |block| {
+        if check_signals().is_err() {
+            return Ok(false);
         }
         block.rows.iter().for_each(|row| tally.add(row));
-        match results.add(&block) {
-            Ok(()) => {
-                bar.set_position(results.progress().done);
-                ControlFlow::Continue(())
-            }
-            Err(error) => ControlFlow::Break(Ok(error)),
-        }
+        results.add(&block)?;
+        bar.set_position(results.progress().done);
+        Ok(true)
     });
     bar.finish_and_clear();
-    match outcome? {
-        ControlFlow::Continue(()) => Ok(Ok(())),
-        ControlFlow::Break(Ok(error)) => Err(ResultsError::into(error)),
-        ControlFlow::Break(Err(interrupted)) => Ok(Err(anyhow::anyhow!(
-            "{interrupted}: {} of {} rows are in {}; to go on: {command_line}",
-            results.progress().done,
-            start.of,
-            results.folder().display()
-        ))),
-    }
-}
-
-fn bar(study: &Study, start: Progress) -> ProgressBar {
-    let template = "{prefix}: {bar:30} {human_pos} of {human_len} runs, {per_sec}, {eta} left";
-    let bar = terminal::bar(&study.name, start.of, template).with_position(start.done);
-    bar.reset_eta();
-    bar
+    made
 }
 
 /// A rung of the command line.
@@ -250,18 +258,12 @@ fn default_folder(study: &Study, base: Option<&str>, shard: Shard) -> PathBuf {
 
 /// The ready studies, a line each.
 fn list() -> String {
-    let mut table = terminal::table(&["study", "rows", "rungs", "what it asks"], 1);
-    for name in ready::names() {
-        if let Ok(study) = Study::load(name, &Changes::default()) {
-            table.add_row([
-                name.to_owned(),
-                study.rows().to_string(),
-                study.rung_names(),
-                study.title,
-            ]);
-        }
-    }
-    terminal::text(&table)
+    let rows = ready::names().filter_map(|name| {
+        let study = Study::load(name, &Changes::default()).ok()?;
+        let (rows, rungs) = (study.rows().to_string(), study.rung_names());
+        Some([name.to_owned(), rows, rungs, study.title])
+    });
+    terminal::table(&["study", "rows", "rungs", "what it asks"], 1, rows)
 }
 
 impl Merge {
@@ -273,7 +275,7 @@ impl Merge {
         let study = first.study(folder)?;
         let columns = columns(&study);
         let mut tally = Tally::new(&study, &columns);
-        let command_line = first.whole().manifest.command_line(Some(&self.out));
+        let command_line = first.whole().command_line(Some(&self.out));
         let done = merge(&self.out, &shards, &columns, &command_line, |row| {
             tally.add(row)
         })?;
@@ -302,7 +304,7 @@ fn finish(study: &Study, folder: &Path, tally: &Tally, command_line: &str) -> an
         }
     }
     let report = folder.join("report.html");
-    write(&report, &render(&page(study, tally, &drawn, command_line))?)?;
+    write(&report, &render(study, tally, &drawn, command_line)?)?;
     terminal::print(&format!(
         "pictures, plan and all figures: {}\n",
         report.display()
@@ -349,11 +351,7 @@ fn table(tally: &Tally) -> String {
         let header = [
             "figure", "least", "in row", "mean", "most", "in row", "unit", "none",
         ];
-        let mut table = terminal::table(&header, 1);
-        for cells in figure_rows(rung) {
-            table.add_row(cells);
-        }
-        text += &terminal::text(&table);
+        text += &terminal::table(&header, 1, figure_rows(rung));
         if let Some(words) = unstable_words(rung) {
             text += &(words + "\n");
         }
@@ -361,64 +359,9 @@ fn table(tally: &Tally) -> String {
     let best = best_table(tally);
     if !best.rows.is_empty() {
         text += "best of the runs within all limits, by what is left of the tightest\n";
-        let heads: Vec<&str> = best.heads.iter().map(String::as_str).collect();
-        let mut table = terminal::table(&heads, 1);
-        for cells in best.rows {
-            table.add_row(cells);
-        }
-        text += &terminal::text(&table);
+        text += &terminal::table(&best.heads, 1, best.rows);
     }
     text
-}
-
-/// Runs one row of a folder of results from what lies there alone. Makes its
-/// report and trace, beside the results unless a path is given;
-/// whether the run passes.
-fn make_row(
-    folder: &Path,
-    number: u64,
-    report: Option<PathBuf>,
-    trace: Option<PathBuf>,
-) -> anyhow::Result<bool> {
-    let origin = Origin::read(folder)?;
-    let study = origin.study(folder)?;
-    let (name, rows) = (&study.name, study.rows());
-    if number >= rows {
-        bail!(
-            "row {number} is not allowed: the rows of study {name} are 0 to {}",
-            rows - 1
-        );
-    }
-    let row = study.planned_row(number);
-    if let Err((status, reason)) = row.case {
-        bail!(
-            "row {number} of study {name} is {}: {reason}",
-            status.name()
-        );
-    }
-    let mut sets = study.row_sets(&row.point, row.rung);
-    sets.push(format!("name={name} row {number}"));
-    let beside = |extension: &str| folder.join(format!("row-{number}.{extension}"));
-    let report = report.unwrap_or_else(|| beside("html"));
-    let trace = trace.unwrap_or_else(|| beside("csv"));
-    refuse_results(folder, &[&report, &trace])?;
-    let written = format!(
-        "plots and all figures: {}\ntrace: {}\n",
-        report.display(),
-        trace.display()
-    );
-    let base = folder.join("base.toml").to_string_lossy().into_owned();
-    let file = Template::parse(&base, &origin.base_text, &sets)?.into_file();
-    let run = Run::of_row(base, Sets { sets }, report, trace);
-    let files = [file];
-    let passes = run.make(&files, run.title(&files), "")?;
-    let text = written + &format!("the same run: {}\n", run.command_line());
-    if run.has_data_on_stdout() {
-        terminal::tell(&text);
-    } else {
-        terminal::print(&text)?;
-    }
-    Ok(passes)
 }
 
 /// Refuses to replace files of the folder, but for those of rows.

@@ -9,10 +9,10 @@ use std::io::{self, Write};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use comfy_table::{CellAlignment, ContentArrangement, LineStyle, Table, TableStyle};
+use comfy_table::{CellAlignment, ContentArrangement, LineStyle, Row, Table, TableStyle};
 use hil_core::case::Case;
-use hil_core::time::seconds;
-use hil_core::trace::Row;
+use hil_core::number::seconds;
+use hil_core::trace;
 use indicatif::{ProgressBar, ProgressStyle};
 
 const WIDTH: u16 = 100;
@@ -54,25 +54,26 @@ pub(super) fn short(name: &str) -> String {
     name.chars().take(LONGEST - 1).chain(['…']).collect()
 }
 
-/// The first `names` columns left, the others right.
-pub(super) fn table(header: &[&str], names: usize) -> Table {
+/// A table, the first `names` columns left, the others right, without the padding
+/// at the ends of its lines.
+pub(super) fn table<R: Into<Row>>(
+    header: &[impl AsRef<str>],
+    names: usize,
+    rows: impl IntoIterator<Item = R>,
+) -> String {
     let mut table = Table::new();
     table
         .load_style(STYLE)
         .set_content_arrangement(ContentArrangement::Dynamic)
         .set_width(WIDTH)
-        .set_header(header);
+        .set_header(header.iter().map(AsRef::as_ref))
+        .add_rows(rows);
     for (i, column) in table.column_iter_mut().enumerate() {
         column.set_padding((0, 1));
         if i >= names {
             column.set_cell_alignment(CellAlignment::Right);
         }
     }
-    table
-}
-
-/// The table without the padding at the ends of its lines.
-pub(super) fn text(table: &Table) -> String {
     table.trim_fmt() + "\n"
 }
 
@@ -125,11 +126,6 @@ impl Progress {
         Self::labelled(case, &case.name)
     }
 
-    /// The same for the second run of the case.
-    pub(super) fn again(case: &Case) -> Self {
-        Self::labelled(case, &format!("{}, again", case.name))
-    }
-
     /// The same under another name than that of the case.
     pub(super) fn labelled(case: &Case, label: &str) -> Self {
         let microseconds = case.run.duration_ns / 1000;
@@ -155,19 +151,17 @@ impl Progress {
     ///
     /// # Errors
     /// If the run was interrupted.
-    pub(super) fn row(&mut self, row: &Row) -> io::Result<()> {
-        self.rows += 1;
-        if self.rows.is_multiple_of(ROWS_A_LOOK) {
+    pub(super) fn row(&mut self, row: &trace::Row) -> io::Result<()> {
+        self.step(|bar, _| {
             let share = row.t_s / seconds(1000);
             #[expect(
                 clippy::cast_possible_truncation,
                 clippy::cast_sign_loss,
                 reason = "a time of the run in whole microseconds"
             )]
-            self.bar.set_position(share as u64);
-            self.bar.set_message(format!("{:.3}", row.t_s));
-        }
-        check_signals()
+            bar.set_position(share as u64);
+            bar.set_message(format!("{:.3}", row.t_s));
+        })
     }
 
     /// One of the rows that are no rows of a run.
@@ -175,9 +169,13 @@ impl Progress {
     /// # Errors
     /// If the program was interrupted.
     pub(super) fn one(&mut self) -> io::Result<()> {
+        self.step(|bar, rows| bar.set_position(rows.into()))
+    }
+
+    fn step(&mut self, look: impl FnOnce(&ProgressBar, u32)) -> io::Result<()> {
         self.rows += 1;
         if self.rows.is_multiple_of(ROWS_A_LOOK) {
-            self.bar.set_position(self.rows.into());
+            look(&self.bar, self.rows);
         }
         check_signals()
     }

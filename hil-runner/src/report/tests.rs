@@ -1,10 +1,10 @@
 //! Promises of the page: nothing is loaded, nothing leaves its place, all is there.
 
 use hil_core::budget::Verdict;
-use hil_core::case_run::HostTiming;
 use hil_core::report::{
     CaseReport, ContactInterval, FigureRow, LadderReport, LadderRung, Parameter, Report, Traces,
 };
+use hil_core::run::HostTiming;
 
 use super::*;
 
@@ -139,6 +139,35 @@ fn sample_page_is_one_file() {
     let path = directory.join("sample.html");
     std::fs::write(&path, render(&sample()).unwrap()).unwrap();
     assert!(std::fs::metadata(&path).unwrap().len() < 300_000);
+}
+
+/// Signs that a shell would take apart or put something else in the place of.
+#[test]
+fn a_shell_takes_the_words_as_they_are() {
+    let values = [
+        "a b",
+        "it's",
+        "\"$HOME\" `id` $(id)",
+        "motion.intervals_s=[0.1, 0.2, 0.0]",
+        "budget={a = 1}",
+        "line\nbreak",
+        "",
+        "*?~!^#;&|<>\\",
+        "µ",
+    ];
+    let line = command_line(values);
+    let taken = shlex::split(&line).unwrap();
+    assert_eq!(taken[0], "hil-runner");
+    assert_eq!(taken[1..], values);
+    // And not as they stand.
+    assert_ne!(shlex::split(&values.join(" ")).unwrap_or_default(), values);
+}
+
+#[test]
+fn an_option_stands_before_each_of_its_values() {
+    let sets = ["a=1".to_owned(), "b=2".to_owned()];
+    let words: Vec<&str> = each_with("--set", &sets).collect();
+    assert_eq!(words, ["--set", "a=1", "--set", "b=2"]);
 }
 
 /// A small report, shapes like a run's without a simulation: two cases, one of them rigid and continuous with holes, and a ladder.

@@ -20,12 +20,10 @@ pub use page::base::base_sentences;
 pub use page::pictures::{Drawn, MOST_ROWS, draw};
 pub use page::tally::{Best, RungTally, Spread as FigureSpread, Tally};
 pub use page::{
-    AxisRow, FigureTable, Shown, StudyPage, StudyPageError, StudyVerdict, best_table, enough_pass,
-    figure_rows, page, render, unstable_words,
+    FigureTable, StudyPageError, best_table, enough_pass, figure_rows, render, unstable_words,
 };
-pub use plan::axis::{Axis, AxisValue, Scale, Spread};
-pub use plan::distribution::Distribution;
-pub use plan::points::{Constraint, MOST_SOBOL_AXES, Plan, PlanError, PlanKind, Position};
+pub use plan::axis::{Axis, AxisValue, Distribution, Normal, Range, Scale, Spread};
+pub use plan::points::{Constraint, MOST_SOBOL_AXES, Plan, PlanKind, Position};
 pub use plan::{Changes, LoopGain, Point, Study, Theory};
 pub use read::file::StudyFileError;
 pub use read::ready;

@@ -1,12 +1,11 @@
 //! Limits on what the chip's part costs, and the page and report that show it.
 
 use hil_core::case::Case;
-use hil_core::case_run::CaseRun;
 use hil_core::figures::CHIP_FIGURES;
 use hil_core::ladder::{Rung, climb, climb_over, confirm};
-use hil_core::run::RunOptions;
+use hil_core::run::{CaseRun, RunOptions, run_over};
+use hil_runner::chip::ChipLaw;
 use hil_runner::chip::client::Client;
-use hil_runner::chip::{ChipLaw, ChipUnderTest, run_on_chip};
 
 use crate::loopback::Loopback;
 use crate::same_codes::case;
@@ -18,12 +17,9 @@ const SETS: [&str; 2] = ["run.duration_s=0.1", "target.clock_hz=399999"];
 
 fn on_chip(sets: &[&str]) -> CaseRun {
     let mut client = Client::greet(Box::new(Loopback::with_ticks(&[160, 320, 160]))).unwrap();
-    let mut chip = ChipUnderTest {
-        client: &mut client,
-        in_qemu: true,
-    };
     let case = case("paper-2", &[&SETS, sets].concat());
-    let outcome = run_on_chip(&case, RunOptions::default(), &mut chip, &mut |_| Ok(())).unwrap();
+    let mut law = ChipLaw::new(&mut client, &case, true).unwrap();
+    let outcome = run_over(&case, RunOptions::default(), &mut law, &mut |_| Ok(())).unwrap();
     CaseRun::of(&case, outcome)
 }
 

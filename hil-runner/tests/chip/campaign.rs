@@ -45,7 +45,8 @@ fn a_bad_line_changes_no_code() {
 /// A chip that loses its memory in mid-move ends the run with a sentence.
 #[test]
 fn a_restart_in_mid_move_is_noticed() {
-    use hil_runner::chip::line::{Line, LineError};
+    use hil_runner::chip::ChipError;
+    use hil_runner::chip::line::Line;
     use std::time::Duration;
 
     #[derive(Debug)]
@@ -54,14 +55,14 @@ fn a_restart_in_mid_move_is_noticed() {
         frames: u32,
     }
     impl Line for Restarting {
-        fn send(&mut self, bytes: &[u8]) -> Result<(), LineError> {
+        fn send(&mut self, bytes: &[u8]) -> Result<(), ChipError> {
             self.frames += 1;
             if self.frames == 700 {
                 self.chip.restart();
             }
             self.chip.send(bytes)
         }
-        fn receive(&mut self, buffer: &mut [u8], timeout: Duration) -> Result<usize, LineError> {
+        fn receive(&mut self, buffer: &mut [u8], timeout: Duration) -> Result<usize, ChipError> {
             self.chip.receive(buffer, timeout)
         }
         fn patience(&self) -> Duration {
@@ -85,16 +86,17 @@ fn a_restart_in_mid_move_is_noticed() {
 fn a_code_out_of_range_is_not_applied() {
     use firmware_link::Reply;
     use firmware_link::frame::{LARGEST_FRAME, Received, Receiver, encode};
-    use hil_runner::chip::line::{Line, LineError};
+    use hil_runner::chip::ChipError;
+    use hil_runner::chip::line::Line;
     use std::time::Duration;
 
     #[derive(Debug)]
     struct Wild(Loopback, i32);
     impl Line for Wild {
-        fn send(&mut self, bytes: &[u8]) -> Result<(), LineError> {
+        fn send(&mut self, bytes: &[u8]) -> Result<(), ChipError> {
             self.0.send(bytes)
         }
-        fn receive(&mut self, buffer: &mut [u8], timeout: Duration) -> Result<usize, LineError> {
+        fn receive(&mut self, buffer: &mut [u8], timeout: Duration) -> Result<usize, ChipError> {
             let count = self.0.receive(buffer, timeout)?;
             let mut receiver = Receiver::new();
             for byte in &buffer[..count] {

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 
 use hil_core::case::Case;
 use hil_core::controllers::{Controller, IoKind, measure_gap};
-use hil_core::lanes::SingleRuns;
+use hil_core::lanes::Runs;
 use hil_core::run::{Outcome, RunOptions, run, run_over};
 use hil_core::runfile::SECTIONS;
 use hil_core::trace::Row;
@@ -172,7 +172,7 @@ fn only_a_chip_measures() {
             let error = link.run(&case, options, &mut |_| Ok(())).unwrap_err();
             assert!(error.to_string().contains(sentence), "{error}");
         }
-        let error = SingleRuns::new().figures(&case).unwrap_err();
+        let error = Runs::new().single(&case).unwrap_err();
         assert!(error.to_string().contains(sentence), "{error}");
         let mut controller = Controller::new(&case, IoKind::Direct).unwrap().unwrap();
         let options = RunOptions::default();

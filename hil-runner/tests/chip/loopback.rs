@@ -7,7 +7,8 @@ use std::time::Duration;
 use firmware::{CAPACITY, SetpointTable};
 use firmware_link::frame::{LARGEST_FRAME, Receiver, crc32, encode};
 use firmware_link::{Identity, Server, Target};
-use hil_runner::chip::line::{Line, LineError};
+use hil_runner::chip::ChipError;
+use hil_runner::chip::line::Line;
 
 /// Its timer ticks every 40 ns, as in QEMU: 3.2 ticks an instruction.
 #[derive(Debug)]
@@ -75,7 +76,7 @@ impl Loopback {
 }
 
 impl Line for Loopback {
-    fn send(&mut self, bytes: &[u8]) -> Result<(), LineError> {
+    fn send(&mut self, bytes: &[u8]) -> Result<(), ChipError> {
         for byte in bytes {
             let Some(received) = self.receiver.take(*byte) else {
                 continue;
@@ -87,7 +88,7 @@ impl Line for Loopback {
         Ok(())
     }
 
-    fn receive(&mut self, buffer: &mut [u8], _: Duration) -> Result<usize, LineError> {
+    fn receive(&mut self, buffer: &mut [u8], _: Duration) -> Result<usize, ChipError> {
         let count = buffer.len().min(self.replies.len());
         for (place, byte) in buffer.iter_mut().zip(self.replies.drain(..count)) {
             *place = byte;

@@ -4,7 +4,8 @@
 use std::collections::VecDeque;
 use std::time::Duration;
 
-use hil_runner::chip::line::{Line, LineError};
+use hil_runner::chip::ChipError;
+use hil_runner::chip::line::Line;
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::Rng;
 
@@ -108,12 +109,12 @@ impl<L: Line> Noisy<L> {
 }
 
 impl<L: Line> Line for Noisy<L> {
-    fn send(&mut self, bytes: &[u8]) -> Result<(), LineError> {
+    fn send(&mut self, bytes: &[u8]) -> Result<(), ChipError> {
         let passed = self.pass(0, bytes);
         self.line.send(&passed)
     }
 
-    fn receive(&mut self, buffer: &mut [u8], timeout: Duration) -> Result<usize, LineError> {
+    fn receive(&mut self, buffer: &mut [u8], timeout: Duration) -> Result<usize, ChipError> {
         if self.arrived.is_empty() {
             let mut piece = [0; 256];
             let count = self.line.receive(&mut piece, timeout)?;

@@ -1,11 +1,11 @@
 //! Over a line the run is the same, to the last bit.
 
 use hil_core::case::Case;
-use hil_core::run::{Outcome, RunOptions, run};
+use hil_core::run::{Outcome, RunOptions, run, run_over};
 use hil_core::trace::Row;
+use hil_runner::chip::ChipLaw;
 use hil_runner::chip::client::Client;
 use hil_runner::chip::line::Line;
-use hil_runner::chip::{ChipUnderTest, run_on_chip};
 use hil_runner::files;
 
 use crate::loopback::Loopback;
@@ -31,11 +31,9 @@ pub(crate) fn on_chip(case: &Case, client: &mut Client) -> Result<(Vec<Row>, Out
         rows.push(*row);
         Ok(())
     };
-    let mut chip = ChipUnderTest {
-        client,
-        in_qemu: true,
-    };
-    let outcome = run_on_chip(case, RunOptions::default(), &mut chip, &mut sink);
+    let law = ChipLaw::new(client, case, true);
+    let outcome =
+        law.and_then(|mut law| run_over(case, RunOptions::default(), &mut law, &mut sink));
     outcome
         .map(|outcome| (rows, outcome))
         .map_err(|error| error.to_string())

@@ -4,7 +4,7 @@ use std::io::{Read, Write};
 use std::time::{Duration, Instant};
 
 use hil_runner::chip::line::Line;
-use hil_runner::chip::serial::SerialLine;
+use hil_runner::chip::line::SerialLine;
 use hil_runner::chip::spec::ChipLink;
 use serialport::{SerialPort, TTYPort};
 

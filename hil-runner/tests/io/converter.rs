@@ -17,7 +17,7 @@ fn converter(model: Ad57x1rModel) -> Converter {
 }
 
 fn output(converter: &Converter) -> DacOutput {
-    converter.spi().chip.output()
+    converter.spi.chip.output()
 }
 
 /// Written, at the output, read back, and in volts: the same code.
@@ -25,10 +25,10 @@ fn assert_passes(converter: &mut Converter, code: i32) {
     converter.set_code(code).expect("the code is in range");
     assert_eq!(output(converter), DacOutput::Code(code));
     assert_eq!(converter.code(), Ok(code));
-    let codes = f64::from(1 << converter.model().bits());
+    let codes = f64::from(1 << converter.model.bits());
     // Every term has few bits: the sums are exact.
     let volts = 20.0 * f64::from(code) / codes;
-    assert_eq!(converter.spi().chip.output_v(), volts);
+    assert_eq!(converter.spi.chip.output_v(), volts);
 }
 
 #[test]
@@ -53,7 +53,7 @@ fn codes_of_16_bits_stand_at_the_output() {
 /// or swaps the bytes of the data. Right only where the mistake has no effect.
 #[test]
 fn misplaced_bits_show_at_the_output() {
-    let mut chip = converter(Ad57x1rModel::Ad5721r).spi().chip.clone();
+    let mut chip = converter(Ad57x1rModel::Ad5721r).spi.chip.clone();
     let mut right = [0, 0];
     for code in -2_048..=2_047_i16 {
         let [high, low] = code.to_be_bytes();
@@ -88,7 +88,7 @@ fn the_output_is_at_0_v_all_through_the_initialisation() {
             let mut converter = Ad57x1r::new(bus, model);
             let error = Ad57x1rError::Bus(ModelBusError { transaction: lost });
             assert_eq!(converter.initialise(), Err(error));
-            assert_eq!(converter.spi().chip.output_v(), 0.0);
+            assert_eq!(converter.spi.chip.output_v(), 0.0);
             assert_eq!(converter.initialise(), Ok(()));
             assert_passes(&mut converter, 5);
         }
@@ -122,7 +122,7 @@ fn no_single_bit_error_leaves_a_wrong_setting_behind() {
                 "byte {byte}, {mask:#x}"
             );
             if !refused {
-                assert_eq!(converter.spi().chip.output_v(), 0.0);
+                assert_eq!(converter.spi.chip.output_v(), 0.0);
                 assert_passes(&mut converter, -1_000);
             }
         }
@@ -200,8 +200,8 @@ proptest! {
     fn power_lost_is_0_v(code in -2_048..=2_047) {
         let mut converter = converter(Ad57x1rModel::Ad5721r);
         converter.set_code(code).expect("in range");
-        converter.spi_mut().chip.lose_power();
-        prop_assert_eq!(converter.spi().chip.output_v(), 0.0);
+        converter.spi.chip.lose_power();
+        prop_assert_eq!(converter.spi.chip.output_v(), 0.0);
         converter.set_code(code).expect("the bus is whole");
         prop_assert_eq!(output(&converter), DacOutput::Clamped);
         converter.initialise().expect("the chip is whole");

@@ -15,7 +15,7 @@ fn counter_at(position: i64, width: CounterWidth) -> Counter {
 }
 
 fn chip(counter: &mut Counter) -> &mut Ls7366rChip {
-    &mut counter.spi_mut().chip
+    &mut counter.spi.chip
 }
 
 proptest! {

@@ -27,13 +27,14 @@ fn other_widths_are_refused_with_what_there_is() {
     let error = SpiIo::new(14, 32).expect_err("no such converter");
     assert_eq!(
         error.to_string(),
-        "there is no converter of 14 bits on SPI; \
+        "drive.dac_bits = 14: there is no converter of 14 bits on SPI; \
          it must have 12 bits (AD5721R) or 16 bits (AD5761R)"
     );
     let error = SpiIo::new(16, 24).expect_err("no such counter");
     assert_eq!(
         error.to_string(),
-        "there is no counter of 24 bits on SPI; the LS7366R must be used with 16 or 32 bits"
+        "encoder.counter_bits = 24: there is no counter of 24 bits on SPI; \
+         the LS7366R must be used with 16 or 32 bits"
     );
 }
 

@@ -32,7 +32,7 @@ fn scale(sheet: &Sheet, upwards: bool) -> Vec<(f64, f64)> {
         .collect()
 }
 
-/// Where a value stands by the two outer numbers of a scale.
+/// The place of a value by the two outer numbers of a scale.
 fn place(scale: &[(f64, f64)], measure: fn(f64) -> f64, value: f64) -> f64 {
     let (first, last) = (scale[0], scale[scale.len() - 1]);
     let share = (measure(value) - measure(first.0)) / (measure(last.0) - measure(first.0));
@@ -176,7 +176,7 @@ fn runs_of_one_place_are_median_and_band() {
     assert!(band(&sheet_of([2.0, 2.0, 2.0, 5.0, 5.0, 5.0])).is_empty());
 }
 
-/// Where a run is missing the line is parted, and the remark counts it.
+/// A missing run parts the line, and the remark counts it.
 #[test]
 fn missing_runs_part_the_line() {
     let x = numbers("controller.sample_time_s", [1.0, 2.0, 3.0, 4.0, 5.0]);

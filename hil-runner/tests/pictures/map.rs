@@ -163,7 +163,7 @@ fn cells_that_fail_have_a_cross() {
     assert_eq!(crosses([1.0; 6]), (0, false));
 }
 
-/// Where cells are too small for a cross each, that is said.
+/// Cells too small for a cross each are told of in a remark.
 #[test]
 fn crosses_of_many_cells_are_thinned() {
     let keys = "kind = \"map\"\nx = \"controller.kp\"\ny = \"controller.kd_s\"\n\

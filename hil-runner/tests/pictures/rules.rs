@@ -1,4 +1,4 @@
-//! What holds for every picture, and that the rules can be broken.
+//! Rules that hold for every picture, and a proof that each can be broken.
 
 use super::samples::{all, draw_sample};
 use super::sheet::{Box, Sheet, Text};

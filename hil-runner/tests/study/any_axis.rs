@@ -17,7 +17,7 @@ use crate::support::{messages, study};
 
 const AXES: [&str; 4] = ["ballscrew", "belt", "rotary", "hanging"];
 
-/// What is true of the paper's second simulation and of none of these axes.
+/// Words true of the paper's second simulation and of none of these axes.
 const OF_THE_PAPER: [&str; 14] = [
     "250 mm",
     "1.5 s",

@@ -1,5 +1,5 @@
-//! What a study says of its base, which of its runs are best, and what it does
-//! not take in silence.
+//! A study's words on its base and on the best of its runs, and mistakes that
+//! it does not take in silence.
 
 use std::fs;
 
@@ -74,7 +74,7 @@ fn the_best_runs_have_the_largest_least_margin() {
     assert!(page.contains("Best of the runs within all limits"));
 }
 
-/// Where the lines of some rows stand in a table.
+/// Numbers of the lines that some rows take in a table.
 trait Places {
     fn map_places(&self, table: &str) -> Vec<usize>;
 }

@@ -2,7 +2,7 @@
 
 use crate::support::{STUDY, folder_with, messages, study};
 
-/// What the program says to a study; nothing is written.
+/// Output for a study that is refused; nothing is written.
 fn told(text: &str) -> String {
     let folder = folder_with(text);
     let told = messages(&study(folder.path(), &["small.toml"]), 2);

@@ -1,4 +1,4 @@
-//! What made the results lies beside them, and is known to be that.
+//! The origin of results lies beside them, and is known to be theirs.
 
 use std::fs;
 use std::path::Path;

@@ -58,7 +58,7 @@ fn the_pictures_of_the_docs_are_those_of_the_command() {
     }
 }
 
-/// What a reader copies works as it stands.
+/// Commands that a reader copies work as they stand.
 #[test]
 fn the_examples_of_the_docs_are_made() {
     let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs");

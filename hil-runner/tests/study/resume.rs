@@ -30,7 +30,7 @@ fn threads_change_nothing() {
     assert_ne!(csv("1"), csv("other"));
 }
 
-/// What stands in the folder when a study is killed.
+/// Contents of the folder of a study that was killed.
 #[derive(Debug, Clone, Copy)]
 enum Moment {
     /// This file, be it complete or not.
@@ -153,7 +153,7 @@ fn what_was_being_written_is_written_again() {
     }
 }
 
-/// What is not what was written is told, and stays as it is.
+/// Files that are not as they were written are named, and stay as they are.
 #[test]
 fn damage_is_told_and_nothing_is_changed() {
     let folder = folder_with(STUDY);

@@ -66,7 +66,7 @@ fn command(printed: &str) -> String {
     line.unwrap().to_owned()
 }
 
-/// What a page shows, but for the time that the host took.
+/// The contents of a page, but for the time that the host took.
 fn shown(page: &[u8]) -> Value {
     let page = std::str::from_utf8(page).unwrap();
     let (_, data) = page.split_once("id=\"plot-data\">").unwrap();

@@ -1,4 +1,4 @@
-//! What stands in a row is what the run alone gives.
+//! Rows hold the figures that the run alone gives.
 
 use hil_runner::files;
 use std::fs;
@@ -303,8 +303,8 @@ fn a_set_takes_the_place_of_its_partner() {
     assert!(messages(&study(folder.path(), &both), 2).contains("give one of the two"));
 }
 
-/// What the firmware does not take is `refused`, with the sentence of the run;
-/// a run that leaves the finite numbers on its way has `failed`.
+/// Settings that the firmware does not take make a run `refused`, with the
+/// sentence of the run; one that leaves the finite numbers on its way has `failed`.
 #[test]
 fn a_row_that_acceptance_refuses_is_refused() {
     let cases = [

@@ -47,7 +47,7 @@ pub(crate) fn program(folder: &Path, arguments: &[&str]) -> Command {
     command
 }
 
-/// What the program does.
+/// Runs `study` with these arguments.
 pub(crate) fn study(folder: &Path, arguments: &[&str]) -> Output {
     program(folder, arguments).output().unwrap()
 }
@@ -100,7 +100,7 @@ pub(crate) fn assert_same(one: &Path, other: &Path) {
     }
 }
 
-/// What a shell does with a line, where the program is on its path.
+/// Runs a line in a shell, with the program on its path.
 pub(crate) fn shell(folder: &Path, line: &str) -> Output {
     let program = Path::new(env!("CARGO_BIN_EXE_hil-runner"));
     let path = std::env::var("PATH").unwrap_or_default();

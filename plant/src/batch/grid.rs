@@ -131,8 +131,7 @@ impl LaneGrid {
             cells = w.select(beyond, further, cells);
         }
         // The lanes' points of the grid, gathered.
-        let mut numbers = W::array(0.0);
-        w.store(cells, &mut numbers);
+        let numbers = w.stored(cells);
         let mut own = W::array(0.0);
         let mut psi = [[W::array(0.0); DRIVING]; HELD];
         for (lane, &cell) in numbers.as_ref().iter().enumerate() {

@@ -55,19 +55,15 @@ pub(super) struct Lane {
 }
 
 impl Lane {
-    pub(super) fn new(plant: Automaton, extremes: Extremes) -> Self {
+    /// The lane of a run, with the room for candidates that another one left.
+    fn new(plant: Automaton, extremes: Extremes, mut candidates: Vec<Candidate>) -> Self {
+        candidates.clear();
         Self {
             plant,
             extremes,
             result: Ok(()),
-            candidates: Vec::new(),
+            candidates,
         }
-    }
-
-    /// Another run; the room for candidates is kept.
-    pub(super) fn start(&mut self, plant: Automaton, extremes: Extremes) {
-        (self.plant, self.extremes, self.result) = (plant, extremes, Ok(()));
-        self.candidates.clear();
     }
 
     /// Raises the run's peaks to those of the batch.
@@ -158,8 +154,11 @@ impl<W: Width> Group<W> {
             self.backlash_half_rad.as_mut()[lane] = axis.backlash_half_rad();
             let (plant, extremes) = (Automaton::new(axis), Extremes::new(setup.extremes));
             match self.lanes.get_mut(lane) {
-                Some(run) => run.start(plant, extremes),
-                None => self.lanes.push(Lane::new(plant, extremes)),
+                Some(run) => {
+                    let room = core::mem::take(&mut run.candidates);
+                    *run = Lane::new(plant, extremes, room);
+                }
+                None => self.lanes.push(Lane::new(plant, extremes, Vec::new())),
             }
             self.take_mode(shared, lane);
             self.take_figures(lane);
@@ -182,8 +181,7 @@ impl<W: Width> Group<W> {
                     steps.set(lane, numbers);
                 }
                 _ => {
-                    let place = shared.tables.held(&axis, &mode, phase.length_ns);
-                    let table = &shared.tables.held[place];
+                    let table = shared.tables.held(&axis, &mode, phase.length_ns);
                     learnt |= phase.learn(table, &axis);
                     steps.set(lane, &numbers_of(table));
                     steps.learn_loss(table);

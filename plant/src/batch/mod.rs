@@ -38,8 +38,7 @@ use self::step::Leaving;
 pub use self::width::{Eight, Four, One, Width};
 use crate::exact::{DRIVING, Tables};
 use crate::hybrid::PlantError;
-use crate::model::axis::Axis;
-use crate::model::axis::AxisParameters;
+use crate::model::axis::{Axis, AxisParameters};
 use crate::model::state::State;
 use crate::observe::extremes::{Extremes, FIGURES};
 
@@ -174,19 +173,7 @@ impl<W: Width> Batch<W> {
         self.groups[run / W::LANES].state(run % W::LANES)
     }
 
-    /// Extremes of a run so far, or why it could not go on.
-    ///
-    /// # Errors
-    /// The [`PlantError`] that stopped the run; it stands where it stopped.
-    #[inline(always)]
-    pub fn extremes(&mut self, run: usize) -> Result<Extremes, PlantError> {
-        self.groups[run / W::LANES].look_back(&mut self.shared);
-        self.extremes_of(run)
-    }
-
-    /// Looks at what still waits for a look in any run, so that
-    /// [`Batch::extremes`] need not: for a caller whose code has the instructions
-    /// of the width, where what follows has not.
+    /// Looks at what still waits for a look in any run.
     #[inline(always)]
     pub fn look_back(&mut self) {
         for group in &mut self.groups[..self.running] {
@@ -194,10 +181,12 @@ impl<W: Width> Batch<W> {
         }
     }
 
-    /// As [`Batch::extremes`] where nothing waits any more.
+    /// Extremes of a run so far, or the error that ended it; [`Batch::look_back`]
+    /// has to come first: it wants a caller whose code has the instructions of the
+    /// width, and this does not.
     ///
     /// # Errors
-    /// As there.
+    /// The [`PlantError`] that stopped the run; it stands where it stopped.
     pub fn extremes_of(&self, run: usize) -> Result<Extremes, PlantError> {
         self.groups[run / W::LANES].extremes_of(&self.shared.lengths_ns, run % W::LANES)
     }

@@ -263,9 +263,7 @@ impl<W: Width> Group<W> {
         self.change_block(shared);
         self.change_block(shared);
     }
-}
 
-impl<W: Width> Group<W> {
     /// Lets a candidate wait; if there are many, they are looked at.
     #[inline(always)]
     pub(super) fn add_candidate(&mut self, shared: &mut Shared, lane: usize, candidate: Candidate) {

@@ -137,9 +137,7 @@ impl Phase {
         self.grids[usize::from(closed)] = LaneGrid::of(table, axis);
         true
     }
-}
 
-impl Phase {
     /// True if a guard of δ stays positive over a step of one lane, by the sketch:
     /// `guard` of every coefficient exceeds what that may be off by.
     #[inline(always)]
@@ -161,9 +159,7 @@ impl Phase {
         }
         holds
     }
-}
 
-impl Phase {
     /// The numbers of a step with the joint open or closed and nothing else that
     /// matters, if they are known.
     pub(super) fn numbers(&self, closed: bool) -> Option<&[f64; NUMBERS]> {

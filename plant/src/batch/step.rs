@@ -199,11 +199,9 @@ impl<W: Width> Group<W> {
             size = size + w.abs(*to);
         }
         open &= w.bits(w.at_most(size, w.splat(f64::MAX)));
-        let (mut from, mut held) = ([W::array(0.0); DRIVING], W::array(0.0));
-        for (array, vector) in from.iter_mut().zip(&step.from) {
-            w.store(*vector, array);
-        }
-        w.store(voltage_v, &mut held);
+        let [a, b, c, d] = step.from;
+        let from = [w.stored(a), w.stored(b), w.stored(c), w.stored(d)];
+        let held = w.stored(voltage_v);
         for lane in (0..W::LANES).filter(|lane| open >> lane & 1 != 0) {
             let x = from.each_ref().map(|array| array.as_ref()[lane]);
             let closed = self.track.now().flank.as_ref()[lane] != 0.0;
@@ -227,8 +225,7 @@ impl<W: Width> Group<W> {
         voltage_v: W::Vector,
     ) {
         let time_ns = self.track.now().time_ns;
-        let mut held = W::array(0.0);
-        self.width.store(voltage_v, &mut held);
+        let held = self.width.stored(voltage_v);
         for lane in (0..W::LANES).filter(|lane| wanted >> lane & 1 != 0) {
             let y = self.state(lane);
             let run = &mut self.lanes[lane];
@@ -286,9 +283,8 @@ impl<W: Width> Group<W> {
         leaving: &mut Vec<Leaving>,
     ) {
         let now = self.track.now();
-        let (mut held, mut command_m) = (W::array(0.0), W::array(0.0));
-        self.width.store(voltage_v, &mut held);
-        self.width.store(command, &mut command_m);
+        let held = self.width.stored(voltage_v);
+        let command_m = self.width.stored(command);
         for lane in (0..W::LANES).filter(|lane| moved >> lane & 1 != 0) {
             leaving.push(Leaving {
                 group,

@@ -1,4 +1,4 @@
-//! A step with one change of contact, lane by lane: what `Plant::advance_held`
+//! A step with one change of contact, lane by lane: what `Automaton::advance_held`
 //! does with it, in the same order of operations. Lanes in which something else
 //! happens, or in which the sketches leave a question open, are told apart.
 
@@ -184,12 +184,12 @@ impl<W: Width> TransitionStart<W> {
         let [a, b, c, d] = acceleration;
         Transition {
             known,
-            change_s: stored(w, change_s),
-            flank: stored(w, flank),
+            change_s: w.stored(change_s),
+            flank: w.stored(flank),
             before: stored_all(w, &before),
             after: stored_all(w, &after),
             end: stored_all(w, &end),
-            acceleration_mps2: [[stored(w, a), stored(w, b)], [stored(w, c), stored(w, d)]],
+            acceleration_mps2: [[w.stored(a), w.stored(b)], [w.stored(c), w.stored(d)]],
             uppers,
             carriage_strays_m,
         }
@@ -284,13 +284,6 @@ fn acceleration<W: Width>(
     // No torque is 0, not −0.
     let torque = torque + w.splat(0.0);
     p * ((torque - p * force) / w.splat(axis.moved_inertia()))
-}
-
-#[inline(always)]
-fn stored<W: Width>(w: W, vector: W::Vector) -> W::Array {
-    let mut array = W::array(0.0);
-    w.store(vector, &mut array);
-    array
 }
 
 #[inline(always)]

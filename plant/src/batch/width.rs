@@ -56,6 +56,14 @@ pub trait Width: Copy {
     /// The smaller of the two, likewise.
     fn min(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
 
+    /// A copy in memory.
+    #[inline(always)]
+    fn stored(self, vector: Self::Vector) -> Self::Array {
+        let mut array = Self::array(0.0);
+        self.store(vector, &mut array);
+        array
+    }
+
     /// The larger of the two, `b` where `a` is not a number.
     #[inline(always)]
     fn larger(self, a: Self::Vector, b: Self::Vector) -> Self::Vector {
@@ -73,23 +81,33 @@ pub trait Width: Copy {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct One;
 
-/// One number in memory, apart from its neighbours: a vector of them, loaded
-/// right after they were stored one by one, would wait for the stores.
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[repr(C, align(16))]
-pub struct Alone([f64; 1]);
+/// Numbers in memory, one per lane, on a boundary of their own.
+macro_rules! in_memory {
+    ($(#[doc = $doc:expr])* $array:ident, $align:literal, $lanes:literal) => {
+        $(#[doc = $doc])*
+        #[derive(Debug, Clone, Copy, PartialEq)]
+        #[repr(C, align($align))]
+        pub struct $array([f64; $lanes]);
 
-impl AsRef<[f64]> for Alone {
-    fn as_ref(&self) -> &[f64] {
-        &self.0
-    }
+        impl AsRef<[f64]> for $array {
+            fn as_ref(&self) -> &[f64] {
+                &self.0
+            }
+        }
+
+        impl AsMut<[f64]> for $array {
+            fn as_mut(&mut self) -> &mut [f64] {
+                &mut self.0
+            }
+        }
+    };
 }
 
-impl AsMut<[f64]> for Alone {
-    fn as_mut(&mut self) -> &mut [f64] {
-        &mut self.0
-    }
-}
+in_memory!(
+    /// One number in memory, apart from its neighbours: a vector of them, loaded
+    /// right after they were stored one by one, would wait for the stores.
+    Alone, 16, 1
+);
 
 impl Width for One {
     const LANES: usize = 1;
@@ -162,23 +180,11 @@ impl Width for One {
 /// Runs side by side with the instructions that `S` stands for.
 macro_rules! side_by_side {
     ($width:ident, $runs:literal, $array:ident, $align:literal, $lanes:literal, $vector:ident, $mask:ident) => {
-        #[doc = concat!($runs, " numbers in memory, on a boundary of as many bytes: a load that")]
-        #[doc = "crosses the end of a cache line takes twice as long."]
-        #[derive(Debug, Clone, Copy, PartialEq)]
-        #[repr(C, align($align))]
-        pub struct $array([f64; $lanes]);
-
-        impl AsRef<[f64]> for $array {
-            fn as_ref(&self) -> &[f64] {
-                &self.0
-            }
-        }
-
-        impl AsMut<[f64]> for $array {
-            fn as_mut(&mut self) -> &mut [f64] {
-                &mut self.0
-            }
-        }
+        in_memory!(
+            #[doc = concat!($runs, " numbers in memory, on a boundary of as many bytes: a load that")]
+            #[doc = "crosses the end of a cache line takes twice as long."]
+            $array, $align, $lanes
+        );
 
         #[doc = concat!($runs, " runs, with the instructions that `S` stands for.")]
         #[derive(Debug, Clone, Copy)]

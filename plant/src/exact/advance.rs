@@ -20,7 +20,7 @@ use crate::model::resistance::GuideMode;
 use crate::model::state::{BETA_DOT, BETA_INTEGRAL, EPSILON_DOT, State, Vector};
 use crate::numerics::seconds;
 use crate::observe::extremes::{CARRIAGE, Extremes};
-use crate::observe::{Interior, Span, Watch};
+use crate::observe::{Interior, Watch};
 
 /// Units in the last place of the terms of δ that its rounding may reach.
 pub(crate) const NOISE_ULPS: f64 = 4.0 * f64::EPSILON;
@@ -62,8 +62,7 @@ impl Automaton {
         if self.fresh.is_some() || self.axis.releases() || self.mode.guide == GuideMode::Stuck {
             return false;
         }
-        let place = tables.held(&self.axis, &self.mode, length_ns);
-        let table = &tables.held[place];
+        let table = tables.held(&self.axis, &self.mode, length_ns);
         let offset_rad = self.axis.offset_rad(&self.mode);
         let start = held_state(&self.y, offset_rad);
         let end = table.kernel.step(&start, voltage_v);
@@ -87,16 +86,8 @@ impl Automaton {
         }
         let y = to_plant_vector(&end, offset_rad, self.y[BETA_INTEGRAL]);
         let piece = self.piece(table, voltage_v);
-        watch.span(&Span {
-            axis: &self.axis,
-            drive,
-            modes: (self.mode, self.mode),
-            start_s: seconds(self.time_ns),
-            length_s: seconds(length_ns),
-            y: (&self.y, &y),
-            interior: &piece,
-        });
-        self.y = y;
+        let times_s = (seconds(self.time_ns), seconds(length_ns));
+        self.move_along(drive, times_s, y, &piece, watch);
         true
     }
 
@@ -136,8 +127,8 @@ impl Automaton {
         sought: (u8, f64),
         extremes: &mut Extremes,
     ) {
-        let place = tables.held(&self.axis, &self.mode, length_ns);
-        let solution = self.piece(&tables.held[place], voltage_v);
+        let table = tables.held(&self.axis, &self.mode, length_ns);
+        let solution = self.piece(table, voltage_v);
         let end = solution.whole_end(voltage_v);
         let times_s = (seconds(self.time_ns), seconds(length_ns));
         self.look(&solution, times_s, &end, sought, extremes);
@@ -152,15 +143,10 @@ impl Automaton {
         (end, which): (&State, u8),
         extremes: &mut Extremes,
     ) {
-        let place = tables.held(&self.axis, &self.mode, length_ns);
-        let solution = self.piece(&tables.held[place], voltage_v);
-        self.look(
-            &solution,
-            times_s,
-            &end.to_vector(),
-            (which, f64::INFINITY),
-            extremes,
-        );
+        let table = tables.held(&self.axis, &self.mode, length_ns);
+        let solution = self.piece(table, voltage_v);
+        let sought = (which, f64::INFINITY);
+        self.look(&solution, times_s, &end.to_vector(), sought, extremes);
     }
 
     /// Energy that the joint's damper takes over a piece of the step \[J\].
@@ -170,9 +156,8 @@ impl Automaton {
         (voltage_v, length_ns): (f64, u64),
         length_s: f64,
     ) -> f64 {
-        let place = tables.held(&self.axis, &self.mode, length_ns);
-        self.piece(&tables.held[place], voltage_v)
-            .joint_loss_j(length_s)
+        let table = tables.held(&self.axis, &self.mode, length_ns);
+        self.piece(table, voltage_v).joint_loss_j(length_s)
     }
 
     fn look(
@@ -213,24 +198,19 @@ impl Automaton {
         watch: &mut impl Watch,
     ) -> Result<(), PlantError> {
         let mut interval = Interval::new(seconds(self.time_ns), seconds(length_ns));
-        let place = tables.held(&self.axis, &self.mode, length_ns);
-        self.set_parting_noise(&tables.held[place], voltage_v);
+        let table = tables.held(&self.axis, &self.mode, length_ns);
+        self.set_parting_noise(table, voltage_v);
         self.settle(drive, &interval, watch)?;
         loop {
             let (mode, offset_rad) = (self.mode, self.axis.offset_rad(&self.mode));
-            let place = tables.held(&self.axis, &mode, length_ns);
-            let table = &tables.held[place];
+            let table = tables.held(&self.axis, &mode, length_ns);
             let piece = self.piece(table, voltage_v);
             let left_s = interval.length_s - interval.done_s;
             let guards = self.guards(drive);
             let linear = guards.map(|g| Some(self.linear_guard(g?, &table.table, 0.0)));
-            let stop =
-                piece
-                    .flow()
-                    .first_zero(&linear, left_s, 1)
-                    .map_err(|_| PlantError::TooStiff {
-                        time_s: interval.now_s(),
-                    })?;
+            let zero = piece.flow().first_zero(&linear, left_s, 1);
+            let time_s = interval.now_s();
+            let stop = zero.map_err(|_| PlantError::TooStiff { time_s })?;
             let mut end = stop.x;
             if stop.guard.is_none() && interval.done_s == 0.0 {
                 // The very step that the bound would have allowed.
@@ -259,15 +239,7 @@ impl Automaton {
             return Err(PlantError::NonFinite { time_s });
         }
         if stop.time_s > 0.0 {
-            watch.span(&Span {
-                axis: &self.axis,
-                drive,
-                modes: (self.mode, self.mode),
-                start_s: time_s,
-                length_s: stop.time_s,
-                y: (&self.y, &y),
-                interior,
-            });
+            self.move_along(drive, (time_s, stop.time_s), y, interior, watch);
             self.fresh = None;
         }
         self.y = y;
@@ -418,16 +390,7 @@ impl Automaton {
             pitch_m_per_rad: self.axis.pitch_m_per_rad,
         };
         let y = piece.plant_vector(&end);
-        watch.span(&Span {
-            axis: &self.axis,
-            drive,
-            modes: (self.mode, self.mode),
-            start_s,
-            length_s,
-            y: (&self.y, &y),
-            interior: &piece,
-        });
-        self.y = y;
+        self.move_along(drive, (start_s, length_s), y, &piece, watch);
         carried.time_ns += length_ns;
         carried.x = end;
         carried.y = y;
@@ -465,11 +428,9 @@ impl Automaton {
             let (guards, limit_v) = (self.guards(drive), pid.voltage_limit_v());
             let linear = guards.map(|guard| Some(self.linear_guard(guard?, &table.table, limit_v)));
             let left_s = end_s - interval.done_s;
-            let too_stiff = PlantError::TooStiff {
-                time_s: interval.now_s(),
-            };
             let zero = piece.flow().first_zero(&linear, left_s, 0);
-            let stop = zero.map_err(|_| too_stiff)?;
+            let time_s = interval.now_s();
+            let stop = zero.map_err(|_| PlantError::TooStiff { time_s })?;
             let y = piece.plant_vector(&stop.x);
             self.move_over(drive, interval, &stop, y, &piece, watch)?;
             if self.end_of_piece(interval, &stop, &guards, drive, watch)? {

@@ -16,16 +16,14 @@
 //! be told from a touch.
 
 use super::grid::zero_near;
-use super::levels::Taylor;
-use super::levels::{BOUND_MARGIN, Levels};
+use super::levels::{BOUND_MARGIN, Levels, Taylor};
 use super::roots::Polynomial;
 use super::sketch::{Found, VALUES, first_zero as first_zero_of};
 use super::system::Column;
 use super::tables::{Linear, Quantity, Table};
 
 use crate::hybrid::Automaton;
-use crate::hybrid::guard::{Direction, Guard, speed_noise};
-use crate::model::joint::Flank;
+use crate::hybrid::guard::{Guard, speed_noise};
 
 /// Steps of one walk after which the plant is called too stiff: a sample of
 /// the stiffest axis that was tried takes some thousands.
@@ -209,23 +207,17 @@ impl Automaton {
         let b = self.axis.backlash_half_rad();
         let release_nm = joint.map_or(0.0, |joint| self.axis.release_noise_nm(joint, &self.y));
         let part_rad = joint.map_or(0.0, |joint| release_nm / joint.stiffness_nm_per_rad);
-        let flank = |flank: Flank| flank.sign();
-        let way = |direction: Direction| direction.sign();
+        let holding_nm = self.axis.holding_torque_nm;
         let (quantity, sign, offset, noise) = match guard {
             // In the gap δ = ε.
-            Guard::Meet(f) => (Quantity::Delta, -flank(f), b, 0.0),
-            Guard::Part(f) => (Quantity::Delta, flank(f), 0.0, part_rad),
-            Guard::Release(f) => (Quantity::FlankTorque, flank(f), 0.0, release_nm),
-            Guard::Reload(f) => (Quantity::FlankTorque, -flank(f), 0.0, 0.0),
-            Guard::Stop(d) => (Quantity::ScrewSpeed, way(d), 0.0, speed_noise(&self.y)),
-            Guard::Break(d) => (
-                Quantity::MovingTorque,
-                -way(d),
-                self.axis.holding_torque_nm,
-                0.0,
-            ),
-            Guard::Limit(d) => (Quantity::Demand, -way(d), limit_v, 0.0),
-            Guard::Unlimit(d) => (Quantity::Demand, way(d), -limit_v, 0.0),
+            Guard::Meet(f) => (Quantity::Delta, -f.sign(), b, 0.0),
+            Guard::Part(f) => (Quantity::Delta, f.sign(), 0.0, part_rad),
+            Guard::Release(f) => (Quantity::FlankTorque, f.sign(), 0.0, release_nm),
+            Guard::Reload(f) => (Quantity::FlankTorque, -f.sign(), 0.0, 0.0),
+            Guard::Stop(d) => (Quantity::ScrewSpeed, d.sign(), 0.0, speed_noise(&self.y)),
+            Guard::Break(d) => (Quantity::MovingTorque, -d.sign(), holding_nm, 0.0),
+            Guard::Limit(d) => (Quantity::Demand, -d.sign(), limit_v, 0.0),
+            Guard::Unlimit(d) => (Quantity::Demand, d.sign(), -limit_v, 0.0),
         };
         LinearGuard {
             linear: table.quantity(quantity),

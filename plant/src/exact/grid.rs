@@ -1,8 +1,7 @@
 //! Exact states anywhere within a step: at 32 points of it by one product each,
 //! and around these by a short Taylor series.
 
-use super::levels::Levels;
-use super::levels::{integral, value_and_slope};
+use super::levels::{Levels, integral, value_and_slope};
 use super::system::{Column, Matrix};
 
 /// Cells that a step is divided into.

@@ -24,8 +24,7 @@
 //! e^{Aᵀτ}·W(τ)·e^{Aτ}`, R(2τ) is the triangle of R(τ) above `R(τ)·e^{Aτ}`. Rows
 //! are taken in by Givens rotations, which do not square what is small.
 
-use super::levels::Levels;
-use super::levels::TERMS;
+use super::levels::{Levels, TERMS};
 use super::system::{AxisSystem, Column, DELTA, FEEDBACK, HELD, Matrix};
 use crate::model::axis::Axis;
 use crate::model::state::{BETA_DOT, CURRENT, EPSILON_DOT};

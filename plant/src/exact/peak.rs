@@ -4,8 +4,7 @@
 
 use super::crossing::{Flow, Leg, Stretch};
 use super::grid::{Local, LocalCoefficients, derivative, zero_near};
-use super::levels::BOUND_MARGIN;
-use super::levels::{Coefficients, TERMS, Taylor, value_and_slope};
+use super::levels::{BOUND_MARGIN, Coefficients, TERMS, Taylor, value_and_slope};
 use super::roots::Polynomial;
 use super::sketch::{Curve, Found, SLOPES};
 use super::system::Column;

@@ -44,6 +44,18 @@ impl<'a> Piece<'a> {
             distances_m: ends.map(|y| motion.travel_m() - p * gamma(y)),
         }
     }
+
+    /// The piece over `span` as `extremes` measures it, and the command at its
+    /// end.
+    fn over(span: &Span<'_>, extremes: &'a Extremes) -> (Self, MotionPoint) {
+        let motion = &extremes.settings.motion;
+        let start = extremes.command_at(span.start_s());
+        let commands = [start, motion.at(span.end_s())];
+        let times_s = (span.start_s(), span.length_s());
+        let ends = [span.y.0, span.y.1];
+        let piece = Self::new(span.axis, &span.modes.0, ends, (motion, commands), times_s);
+        (piece, commands[1])
+    }
 }
 
 /// A stretch of the solution that a quantity is looked at on.
@@ -191,6 +203,15 @@ impl<'a, const D: usize> Sights<'a, D> {
         }
     }
 
+    /// All figures and the settling band, the ends of the piece included.
+    fn look_at_all(&self, extremes: &Extremes) -> Seen {
+        let mut peaks = extremes.peaks();
+        for (peak, ends) in peaks.iter_mut().zip(self.sizes()) {
+            *peak = peak.max(ends);
+        }
+        self.look(peaks, u8::MAX, extremes.settings.settling_band_m)
+    }
+
     /// Last time at which the carriage is further than `band_m` from the travel, counted
     /// from the start of the piece \[s\].
     fn last_outside(&self, band_m: f64) -> Option<f64> {
@@ -303,32 +324,6 @@ impl FeedbackPiece<'_> {
         };
         let rates = self.table.table.levels.a * self.start + self.table.input;
         loss.over(rates, length_s)
-    }
-}
-
-/// Extremes of a run on either kind of piece.
-impl<'a> Piece<'a> {
-    /// The piece over `span` as `extremes` measures it, and the command at its
-    /// end.
-    fn over(span: &Span<'_>, extremes: &'a Extremes) -> (Self, MotionPoint) {
-        let motion = &extremes.settings.motion;
-        let start = extremes.command_at(span.start_s());
-        let commands = [start, motion.at(span.end_s())];
-        let times_s = (span.start_s(), span.length_s());
-        let ends = [span.y.0, span.y.1];
-        let piece = Self::new(span.axis, &span.modes.0, ends, (motion, commands), times_s);
-        (piece, commands[1])
-    }
-}
-
-impl<const D: usize> Sights<'_, D> {
-    /// All figures and the settling band, the ends of the piece included.
-    fn look_at_all(&self, extremes: &Extremes) -> Seen {
-        let mut peaks = extremes.peaks();
-        for (peak, ends) in peaks.iter_mut().zip(self.sizes()) {
-            *peak = peak.max(ends);
-        }
-        self.look(peaks, u8::MAX, extremes.settings.settling_band_m)
     }
 }
 

@@ -11,8 +11,7 @@ use super::sketch::Sketch;
 use super::system::{
     AxisSystem, Column, DELTA, FEEDBACK, HELD, Matrix, demand_row, feedback_system, from_command,
 };
-use crate::model::axis::Axis;
-use crate::model::axis::Mode;
+use crate::model::axis::{Axis, Mode};
 use crate::model::pid::ContinuousPid;
 use crate::model::resistance::GuideMode;
 use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON_DOT, Vector};
@@ -145,7 +144,7 @@ pub(crate) struct Carried {
 /// needs two, one for each state of the joint.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Tables {
-    pub(crate) held: Vec<HeldTable>,
+    held: Vec<HeldTable>,
     pub(crate) feedback: Vec<FeedbackTable>,
     pid: Option<Box<ContinuousPid>>,
     pub(crate) carried: Option<Box<Carried>>,
@@ -156,18 +155,14 @@ pub(crate) struct Tables {
 const MOST_TABLES: usize = 64;
 
 impl Tables {
-    /// The place of the table for `mode` and `length_ns`, made if need be.
+    /// The table for `mode` and `length_ns`, made if need be.
     #[inline]
-    pub(crate) fn held(&mut self, axis: &Axis, mode: &Mode, length_ns: u64) -> usize {
+    pub(crate) fn held(&mut self, axis: &Axis, mode: &Mode, length_ns: u64) -> &HeldTable {
         let key = (mode.joint.carries(), mode.guide, length_ns);
-        let found = self
-            .held
-            .iter()
-            .position(|t| (t.closed, t.guide, t.length_ns) == key);
-        if let Some(place) = found {
-            return place;
-        }
-        self.make_held(axis, mode, length_ns)
+        let mut tables = self.held.iter();
+        let found = tables.position(|t| (t.closed, t.guide, t.length_ns) == key);
+        let place = found.unwrap_or_else(|| self.make_held(axis, mode, length_ns));
+        &self.held[place]
     }
 
     #[cold]
@@ -179,7 +174,7 @@ impl Tables {
         self.held.len() - 1
     }
 
-    /// The same for the continuous law; `omega` is that of the command's
+    /// The place of that for the continuous law; `omega` is that of the command's
     /// interval.
     pub(crate) fn feedback(
         &mut self,
@@ -193,11 +188,9 @@ impl Tables {
             self.feedback.clear();
             self.pid = Some(Box::new(*pid));
         }
-        let found = self
-            .feedback
-            .iter()
-            .position(|t| (t.mode, t.omega, t.length_ns) == (*mode, omega, length_ns));
-        if let Some(place) = found {
+        let key = (*mode, omega, length_ns);
+        let mut tables = self.feedback.iter();
+        if let Some(place) = tables.position(|t| (t.mode, t.omega, t.length_ns) == key) {
             return place;
         }
         if self.feedback.len() >= MOST_TABLES {

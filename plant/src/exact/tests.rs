@@ -260,8 +260,8 @@ fn the_papers_axis_has_sketches() {
             ..axis.mode_at_rest()
         };
         let mut tables = Tables::default();
-        let place = tables.held(&axis, &mode, length_ns);
-        let quantity = tables.held[place].table.quantity(Quantity::Delta);
+        let table = tables.held(&axis, &mode, length_ns);
+        let quantity = table.table.quantity(Quantity::Delta);
         quantity.sketch.is_some()
     };
     for joint in [JointMode::Open, JointMode::Loaded(Flank::Drive)] {

@@ -65,7 +65,7 @@ impl Mode {
     /// go where it would pull, `feedback` whether the voltage follows the
     /// continuous law.
     pub(crate) fn guards(&self, releases: bool, feedback: bool) -> Guards {
-        let joint = match self.joint {
+        let [a, b] = match self.joint {
             JointMode::Rigid | JointMode::Gapless => [None, None],
             JointMode::Open => [
                 Some(Guard::Meet(Flank::Drive)),
@@ -75,7 +75,7 @@ impl Mode {
             JointMode::Loaded(flank) => [Some(Guard::Part(flank)), None],
             JointMode::Released(flank) => [Some(Guard::Part(flank)), Some(Guard::Reload(flank))],
         };
-        let guide = match self.guide {
+        let [c, d] = match self.guide {
             GuideMode::AsWritten => [None, None],
             GuideMode::Forward => [Some(Guard::Stop(Direction::Positive)), None],
             GuideMode::Backward => [Some(Guard::Stop(Direction::Negative)), None],
@@ -84,7 +84,7 @@ impl Mode {
                 Some(Guard::Break(Direction::Negative)),
             ],
         };
-        let amplifier = match self.amplifier {
+        let [e, f] = match self.amplifier {
             _ if !feedback => [None, None],
             AmplifierMode::Linear => [
                 Some(Guard::Limit(Direction::Positive)),
@@ -93,14 +93,7 @@ impl Mode {
             AmplifierMode::AtUpper => [Some(Guard::Unlimit(Direction::Positive)), None],
             AmplifierMode::AtLower => [Some(Guard::Unlimit(Direction::Negative)), None],
         };
-        [
-            joint[0],
-            joint[1],
-            guide[0],
-            guide[1],
-            amplifier[0],
-            amplifier[1],
-        ]
+        [a, b, c, d, e, f]
     }
 }
 
@@ -130,15 +123,6 @@ impl Guard {
     }
 }
 
-/// One instant at which a guard is looked at.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Instant<'a> {
-    pub(crate) time_s: f64,
-    pub(crate) side: Side,
-    pub(crate) y: &'a Vector,
-    pub(crate) dy: &'a Vector,
-}
-
 /// Rounding of γ̇ = β̇ − ε̇ \[rad/s\]: a screw that has
 /// just begun to slide behind a running gear must not stop because of it. Nor
 /// must one at the very start of a run, where both speeds are next to nothing.
@@ -164,20 +148,16 @@ impl Axis {
         joint.stiffness_nm_per_rad * self.parting_noise_rad + current_nm
     }
 
-    /// A guard's value and its rate at one instant.
+    /// A guard's value and its rate at one side of an instant, from the state and
+    /// its derivative.
     pub(crate) fn guard(
         &self,
         guard: Guard,
         mode: &Mode,
         drive: &Drive<'_>,
-        instant: Instant<'_>,
+        (time_s, side): (f64, Side),
+        (y, dy): (&Vector, &Vector),
     ) -> (f64, f64) {
-        let Instant {
-            time_s,
-            side,
-            y,
-            dy,
-        } = instant;
         let gap = |flank: Flank, b: f64| {
             let s = flank.sign();
             (s * y[EPSILON] - b, s * dy[EPSILON])

@@ -8,13 +8,13 @@ pub(crate) mod guard;
 
 use core::fmt;
 
-use self::guard::{Guard, Guards, Instant};
+use self::guard::{Guard, Guards};
 use crate::model::axis::{Axis, Drive, Mode};
 use crate::model::joint::{Contact, Flank, JointMode};
 use crate::model::pid::Side;
 use crate::model::state::{EPSILON_DOT, State, Vector};
 use crate::observe::extremes::{FIGURES, figures_at};
-use crate::observe::{ContactChange, Watch};
+use crate::observe::{ContactChange, Interior, Span, Watch};
 
 /// Reason why the plant could not be advanced. The state stays where the last
 /// completed step left it; the run cannot go on.
@@ -190,6 +190,29 @@ impl Automaton {
         there.acceleration_mps2()
     }
 
+    /// Moves on to `y`, and hands the piece of the solution that leads there to the
+    /// observer: it starts at `start_s` and is `length_s` long.
+    #[inline(always)]
+    pub(crate) fn move_along(
+        &mut self,
+        drive: &Drive<'_>,
+        (start_s, length_s): (f64, f64),
+        y: Vector,
+        interior: &dyn Interior,
+        watch: &mut impl Watch,
+    ) {
+        watch.span(&Span {
+            axis: &self.axis,
+            drive,
+            modes: (self.mode, self.mode),
+            start_s,
+            length_s,
+            y: (&self.y, &y),
+            interior,
+        });
+        self.y = y;
+    }
+
     pub(crate) fn guards(&self, drive: &Drive<'_>) -> Guards {
         let feedback = matches!(drive, Drive::Feedback(_));
         self.mode.guards(self.axis.releases(), feedback)
@@ -237,14 +260,9 @@ impl Automaton {
         let time_s = interval.now_s();
         for _ in 0..MAX_EVENTS_AT_ONCE {
             let dy = self.axis.derivative(&self.mode, drive, time_s, &self.y);
-            let instant = Instant {
-                time_s,
-                side: Side::After,
-                y: &self.y,
-                dy: &dy,
-            };
+            let (now, here) = ((time_s, Side::After), (&self.y, &dy));
             let broken = self.guards(drive).into_iter().flatten().find(|&guard| {
-                let (value, rate) = self.axis.guard(guard, &self.mode, drive, instant);
+                let (value, rate) = self.axis.guard(guard, &self.mode, drive, now, here);
                 self.fresh != Some(guard) && (value < 0.0 || value == 0.0 && rate < 0.0)
             });
             match broken {

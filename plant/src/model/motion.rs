@@ -145,7 +145,7 @@ impl Motion {
             displacement_integral_ms: end.displacement_integral_ms,
             ..MotionPoint::default()
         };
-        let end_s = end_of(&segments);
+        let end_s = segments[6].start_s + segments[6].duration_s;
         let finite = segments.iter().all(|s| s.amplitude_mps2.is_finite())
             && end.displacement_integral_ms.is_finite()
             && end_s.is_finite();
@@ -209,16 +209,15 @@ impl Motion {
 
     /// The command at `time_s`.
     pub fn at(&self, time_s: f64) -> MotionPoint {
-        if time_s < 0.0 {
-            return MotionPoint::default();
+        match self.segment_at(time_s) {
+            Some(segment) => segment.at((time_s - segment.start_s).max(0.0)),
+            None if time_s >= 0.0 && time_s + self.rounding_s() >= self.end_s => MotionPoint {
+                displacement_integral_ms: self.end.displacement_integral_ms
+                    + self.travel_m * (time_s - self.end_s),
+                ..self.end
+            },
+            None => MotionPoint::default(),
         }
-        if time_s + self.rounding_s() >= self.end_s {
-            return self.after_end(time_s);
-        }
-        self.segment_at(time_s)
-            .map_or_else(MotionPoint::default, |segment| {
-                segment.at((time_s - segment.start_s).max(0.0))
-            })
     }
 
     /// The interval that `time_s` belongs to; none before and after the motion.
@@ -256,14 +255,6 @@ impl Motion {
         8.0 * f64::EPSILON * self.end_s
     }
 
-    fn after_end(&self, time_s: f64) -> MotionPoint {
-        MotionPoint {
-            displacement_integral_ms: self.end.displacement_integral_ms
-                + self.travel_m * (time_s - self.end_s),
-            ..self.end
-        }
-    }
-
     /// The command at `time_s` as an oscillator, right-continuous.
     pub(crate) fn oscillator(&self, time_s: f64) -> Oscillator {
         let still = |point: MotionPoint| Oscillator {
@@ -276,20 +267,17 @@ impl Motion {
             Some(segment) => {
                 let tau_s = (time_s - segment.start_s).max(0.0);
                 let point = segment.at(tau_s);
-                let w = FRAC_PI_2 / segment.duration_s;
-                let a = segment.amplitude_mps2;
-                match segment.shape {
-                    Shape::Constant => still(point),
-                    Shape::Rise => Oscillator {
-                        point,
-                        quadrature_mps2: a * libm::cos(w * tau_s),
-                        omega_radps: w,
-                    },
-                    Shape::Fall => Oscillator {
-                        point,
-                        quadrature_mps2: -a * libm::sin(w * tau_s),
-                        omega_radps: w,
-                    },
+                let omega_radps = FRAC_PI_2 / segment.duration_s;
+                let (a, phase) = (segment.amplitude_mps2, omega_radps * tau_s);
+                let quadrature_mps2 = match segment.shape {
+                    Shape::Constant => return still(point),
+                    Shape::Rise => a * libm::cos(phase),
+                    Shape::Fall => -a * libm::sin(phase),
+                };
+                Oscillator {
+                    point,
+                    quadrature_mps2,
+                    omega_radps,
                 }
             }
         }
@@ -451,10 +439,4 @@ fn fourth_derivatives(segments: &[Segment; 7]) -> MotionPoint {
         }
     }
     largest
-}
-
-/// End of the last of them \[s\].
-fn end_of(segments: &[Segment; 7]) -> f64 {
-    let last = &segments[6];
-    last.start_s + last.duration_s
 }

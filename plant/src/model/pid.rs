@@ -4,7 +4,7 @@ use crate::model::amplifier::Amplifier;
 use crate::model::dac::Dac;
 use crate::model::encoder::Encoder;
 use crate::model::joint::Transmission;
-use crate::model::motion::{Motion, MotionPoint};
+use crate::model::motion::Motion;
 
 /// Gains of the PID law (eq. 23), per encoder count.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -90,12 +90,11 @@ impl ContinuousPid {
     /// eq. 27-28 \[V\].
     pub(crate) fn demand_v(&self, time_s: f64, beta_hat: f64, beta: f64, beta_dot: f64) -> f64 {
         let r = self.motion.at(time_s);
-        let (s, z) = (self.radians_per_m, self.gear_ratio);
-        let e = r.displacement_m * s - beta / z;
-        let e_dot = r.velocity_mps * s - beta_dot / z;
-        let e_hat = r.displacement_integral_ms * s - beta_hat / z;
-        let (kp, ki, kd) = (self.gains.kp, self.gains.ki_per_s, self.gains.kd_s);
-        self.loop_gain * (kp * e + ki * e_hat + kd * e_dot)
+        self.weighted([
+            (r.displacement_integral_ms, beta_hat),
+            (r.displacement_m, beta),
+            (r.velocity_mps, beta_dot),
+        ])
     }
 
     /// Time derivative of the demand \[V/s\].
@@ -107,13 +106,24 @@ impl ContinuousPid {
         beta_dot: f64,
         beta_ddot: f64,
     ) -> f64 {
-        let r = self.reference(time_s, side);
+        let mut r = self.motion.at(time_s);
+        if side == Side::Before {
+            r.acceleration_mps2 = self.motion.acceleration_before_mps2(time_s);
+        }
+        self.weighted([
+            (r.displacement_m, beta),
+            (r.velocity_mps, beta_dot),
+            (r.acceleration_mps2, beta_ddot),
+        ])
+    }
+
+    /// `K_0·[K_p·e + K_i·ê + K_d·ė]` with the errors ê, e and ė, or the rates of these:
+    /// each from its command and from the gear output.
+    fn weighted(&self, commands_and_angles: [(f64, f64); 3]) -> f64 {
         let (s, z) = (self.radians_per_m, self.gear_ratio);
-        let e = r.displacement_m * s - beta / z;
-        let e_dot = r.velocity_mps * s - beta_dot / z;
-        let e_ddot = r.acceleration_mps2 * s - beta_ddot / z;
+        let [e_hat, e, e_dot] = commands_and_angles.map(|(command, angle)| command * s - angle / z);
         let (kp, ki, kd) = (self.gains.kp, self.gains.ki_per_s, self.gains.kd_s);
-        self.loop_gain * (kp * e_dot + ki * e + kd * e_ddot)
+        self.loop_gain * (kp * e + ki * e_hat + kd * e_dot)
     }
 
     /// Bound of the demand's distance from the cubic through its ends, given how
@@ -131,13 +141,5 @@ impl ContinuousPid {
             + ki * (integral * s + beta_hat / z)
             + kd * (velocity * s + beta_dot / z);
         self.loop_gain.abs() * sum
-    }
-
-    fn reference(&self, time_s: f64, side: Side) -> MotionPoint {
-        let mut point = self.motion.at(time_s);
-        if side == Side::Before {
-            point.acceleration_mps2 = self.motion.acceleration_before_mps2(time_s);
-        }
-        point
     }
 }

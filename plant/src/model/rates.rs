@@ -3,8 +3,7 @@
 //! time calls, [`Axis::derivative`] without its case distinctions and
 //! divisions.
 
-use crate::model::axis::Mode;
-use crate::model::axis::{Axis, Drive};
+use crate::model::axis::{Axis, Drive, Mode};
 use crate::model::joint::JointMode;
 use crate::model::resistance::GuideMode;
 use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT, Vector, gamma_dot};

@@ -95,13 +95,9 @@ impl Span<'_> {
 
     /// Carriage acceleration at `start + θ·length` \[m/s²\].
     pub fn acceleration_at_mps2(&self, theta: f64) -> f64 {
-        let mode = if theta < 1.0 {
-            &self.modes.0
-        } else {
-            &self.modes.1
-        };
+        let y = self.vector_at(theta);
         self.axis
-            .carriage_acceleration_mps2(mode, &self.vector_at(theta))
+            .carriage_acceleration_mps2(self.mode_at(theta), &y)
     }
 
     /// Contact within the span.
@@ -111,14 +107,14 @@ impl Span<'_> {
 
     /// Motor voltage at `start + θ·length` \[V\].
     pub fn voltage_at_v(&self, theta: f64) -> f64 {
-        let mode = if theta < 1.0 {
-            &self.modes.0
-        } else {
-            &self.modes.1
-        };
-        let time_s = self.start_s + theta * self.length_s;
+        let (time_s, y) = (self.start_s + theta * self.length_s, self.vector_at(theta));
         self.axis
-            .voltage_v(mode, self.drive, time_s, &self.vector_at(theta))
+            .voltage_v(self.mode_at(theta), self.drive, time_s, &y)
+    }
+
+    fn mode_at(&self, theta: f64) -> &Mode {
+        let (start, end) = &self.modes;
+        if theta < 1.0 { start } else { end }
     }
 
     /// True if the amplifier stands at its limit under the continuous law.

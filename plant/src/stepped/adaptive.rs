@@ -10,7 +10,7 @@
 
 use super::dop853::{self, Step};
 use super::piece::{Reach, SteppedPiece};
-use crate::hybrid::guard::{Direction, Guard, Instant};
+use crate::hybrid::guard::{Direction, Guard};
 use crate::hybrid::{Automaton, Interval, PlantError};
 use crate::model::axis::Drive;
 use crate::model::pid::Side;
@@ -18,7 +18,7 @@ use crate::model::rates::Rates;
 use crate::model::state::Vector;
 use crate::numerics::bernstein::{Ends, NODES};
 use crate::numerics::seconds;
-use crate::observe::{Span, Watch};
+use crate::observe::Watch;
 
 /// Steps that any interval may take, and steps per second of simulated time
 /// on top, after which the plant is called too stiff: an average step below
@@ -68,7 +68,7 @@ impl Automaton {
         let axis = self.axis;
         while interval.done_s < end_s {
             let left_s = end_s - interval.done_s;
-            let h = even_share(left_s, steps.next_s());
+            let h = even_share(left_s, steps.next_s);
             let last = h == left_s;
             let time_s = interval.now_s();
             let rates = Rates::new(&axis, &self.mode, drive);
@@ -120,20 +120,9 @@ impl Automaton {
             rates: (step.f0(), &step.f1),
             reach,
         };
-        watch.span(&Span {
-            axis: &self.axis,
-            drive,
-            modes: (self.mode, self.mode),
-            start_s: step.start_s,
-            length_s: step.h,
-            y: (&step.y0, &step.y1),
-            interior: &piece,
-        });
-        self.y = step.y1;
+        self.move_along(drive, (step.start_s, step.h), step.y1, &piece, watch);
     }
-}
 
-impl Automaton {
     /// The guard that is first to fall below zero within the step, and where.
     fn first_event(
         &self,
@@ -145,7 +134,9 @@ impl Automaton {
         let mut first: Option<(Guard, f64)> = None;
         let mut upper = None;
         for guard in self.guards(drive).into_iter().flatten() {
-            let look = |instant: Instant<'_>| self.axis.guard(guard, &self.mode, drive, instant);
+            let look = |now: (f64, Side), here: (&Vector, &Vector)| {
+                self.axis.guard(guard, &self.mode, drive, now, here)
+            };
             let (start_s, end_s) = (step.start_s, step.start_s + step.h);
             let ends = match (guard, upper, drive) {
                 // The two limits are one demand seen from both sides.
@@ -153,18 +144,8 @@ impl Automaton {
                     mirrored(&ends, 2.0 * pid.voltage_limit_v())
                 }
                 _ => {
-                    let (start, start_rate) = look(Instant {
-                        time_s: start_s,
-                        side: Side::After,
-                        y: &step.y0,
-                        dy: step.f0(),
-                    });
-                    let (end, end_rate) = look(Instant {
-                        time_s: end_s,
-                        side: Side::Before,
-                        y: &step.y1,
-                        dy: &step.f1,
-                    });
+                    let (start, start_rate) = look((start_s, Side::After), (&step.y0, step.f0()));
+                    let (end, end_rate) = look((end_s, Side::Before), (&step.y1, &step.f1));
                     Ends {
                         start,
                         start_slope: start_rate * step.h,
@@ -182,14 +163,8 @@ impl Automaton {
             }
             let septic = ends.septic(NODES.map(|theta| {
                 let y = step.at(|t, y| rates.at(t, y), theta);
-                look(Instant {
-                    time_s: start_s + theta * step.h,
-                    side: Side::After,
-                    y: &y,
-                    // The rate is not used; any derivative will do.
-                    dy: step.f0(),
-                })
-                .0
+                // The rate is not used; any derivative will do.
+                look((start_s + theta * step.h, Side::After), (&y, step.f0())).0
             }));
             let root = if self.fresh == Some(guard) {
                 septic.without_root_at_start().first_negative()
@@ -221,13 +196,9 @@ impl Automaton {
         let f = |t: f64, y: &Vector| rates.at(t, y);
         let (time_s, f0) = (step.start_s, step.f0());
         let look = |step: &Step| {
-            let instant = Instant {
-                time_s: time_s + step.h,
-                side: Side::Before,
-                y: &step.y1,
-                dy: &step.f1,
-            };
-            self.axis.guard(guard, &self.mode, drive, instant)
+            let now = (time_s + step.h, Side::Before);
+            self.axis
+                .guard(guard, &self.mode, drive, now, (&step.y1, &step.f1))
         };
         let mut h = theta * step.h;
         let (mut low_s, mut high_s) = (0.0, None);
@@ -301,6 +272,7 @@ const NOISE_WEIGHT: f64 = 2.0;
 /// Steps that the error control would take next.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct StepSize {
+    /// Step to take next \[s\].
     next_s: f64,
     /// After a jump of the voltage, from the last such jump: the transient that
     /// follows needs shorter steps than what it has become by the next one.
@@ -318,11 +290,6 @@ impl StepSize {
             restart_s: 1e-5,
             restarted: false,
         }
-    }
-
-    /// Step to take next \[s\].
-    fn next_s(&self) -> f64 {
-        self.next_s
     }
 
     /// The voltage has jumped.

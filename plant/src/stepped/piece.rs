@@ -57,11 +57,6 @@ impl Reach {
         }
     }
 
-    /// Of the armature current \[A\].
-    pub(crate) fn current(&self) -> f64 {
-        self.stray.states[CURRENT]
-    }
-
     /// Of β for the motor, or of γ \[rad\].
     pub(crate) fn angle(&self, of_motor: bool) -> f64 {
         if of_motor {
@@ -76,11 +71,6 @@ impl Reach {
     fn command(&self, fourth_derivative: f64) -> f64 {
         let square = self.length_s * self.length_s;
         fourth_derivative * square * square / 384.0
-    }
-
-    /// Of x_ref \[m\].
-    pub(crate) fn displacement(&self, motion: &Motion) -> f64 {
-        self.command(motion.fourth_derivatives.displacement_m)
     }
 
     /// `k·ε + c·ε̇` of a flank \[N m\].
@@ -126,7 +116,7 @@ impl Axis {
         match self.joint {
             Some(joint) if loaded => reach.flank_torque(&joint),
             Some(_) => 0.0,
-            None => (self.motor.torque_nm(reach.current()) / self.gear_ratio).abs(),
+            None => (self.motor.torque_nm(reach.stray.states[CURRENT]) / self.gear_ratio).abs(),
         }
     }
 
@@ -293,7 +283,7 @@ impl Stepped<'_> {
         self.quantity(
             |_, _, y, dy, _| (y[CURRENT], dy[CURRENT]),
             |_, y| y[CURRENT],
-            self.piece.reach.current(),
+            self.piece.reach.stray.states[CURRENT],
         )
     }
 
@@ -342,7 +332,8 @@ impl Stepped<'_> {
                 )
             },
             move |t, y| motion.at(t).displacement_m - p * angle(y),
-            reach.displacement(motion) + p.abs() * reach.angle(of_motor),
+            reach.command(motion.fourth_derivatives.displacement_m)
+                + p.abs() * reach.angle(of_motor),
         )
     }
 
@@ -404,6 +395,7 @@ impl Stepped<'_> {
         }
     }
 
+    /// Calls `look` with the part between two θ.
     fn part(&self, from: f64, to: f64, look: &mut impl FnMut(&Stepped<'_>)) {
         let span = self.span;
         let start_s = span.start_s + from * span.length_s;

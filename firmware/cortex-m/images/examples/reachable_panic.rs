@@ -1,4 +1,4 @@
-//! The contrast to the proof in `parts/src/panic.rs`: an image with a panic that can
+//! The contrast to the proof in `parts/src/lib.rs`: an image with a panic that can
 //! be reached, by a byte that no compiler knows beforehand. It must not link.
 
 #![no_std]

@@ -1,9 +1,6 @@
 //! Chip as the server asks for it.
 
-use core::mem::size_of;
-
 use firmware::SetpointTable;
-use firmware_link::body::VERSION;
 use firmware_link::{Identity, Target};
 use parts::image;
 
@@ -34,21 +31,16 @@ pub struct Chip {
 
 impl Chip {
     /// Starts the timer, measures what an empty pair takes, and reads the image.
-    pub fn new() -> Self {
-        let table = u32::try_from(size_of::<SetpointTable<TABLE_CAPACITY>>()).unwrap_or(0);
+    pub fn at_start() -> Self {
         let mut chip = Self {
             timer: Timer::start(),
             started: 0,
             empty: 0,
-            identity: Identity {
-                version: VERSION,
-                target: NAME,
-                image_crc: image::crc(),
-                flash_bytes: image::flash_bytes(),
-                ram_bytes: image::static_bytes().saturating_sub(table),
-                table_capacity: u32::try_from(TABLE_CAPACITY).unwrap_or(u32::MAX),
-                timer_hz: PARTS_HZ,
-            },
+            identity: image::identity::<SetpointTable<TABLE_CAPACITY>>(
+                NAME,
+                TABLE_CAPACITY,
+                PARTS_HZ,
+            ),
         };
         let mut sum = 0_u32;
         for _ in 0..PARTS {
@@ -64,12 +56,6 @@ impl Chip {
     #[inline(never)]
     fn ticks(&mut self) -> u32 {
         self.timer.since(self.started)
-    }
-}
-
-impl Default for Chip {
-    fn default() -> Self {
-        Self::new()
     }
 }
 

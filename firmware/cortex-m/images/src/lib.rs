@@ -7,19 +7,18 @@
 //!                 │ frames
 //!          firmware_link::Server ─► chip: timer, stack, identity
 //!                                     │
-//!                                   board/<name>
+//!                                   board/
 //! ```
 //!
 //! The board is chosen by the compile target. Nothing here can panic: see
-//! [`parts::panic`].
+//! [`parts`].
 
 #![no_std]
 
 #[cfg(target_arch = "arm")]
 mod arm_copy;
 #[cfg_attr(board = "m0", path = "board/m0.rs")]
-#[cfg_attr(board = "m3", path = "board/m3.rs")]
-#[cfg_attr(board = "m4", path = "board/m4.rs")]
+#[cfg_attr(any(board = "m3", board = "m4"), path = "board/mps2.rs")]
 #[cfg_attr(board = "rv32", path = "board/rv32.rs")]
 pub mod board;
 pub mod chip;

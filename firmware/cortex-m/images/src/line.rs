@@ -44,7 +44,7 @@ impl Line {
         line.write(Self {
             receiver: Receiver::new(),
             server: Server::new(table),
-            chip: Chip::new(),
+            chip: Chip::at_start(),
         })
     }
 

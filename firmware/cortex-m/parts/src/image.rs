@@ -3,6 +3,8 @@
 
 #[cfg(target_arch = "arm")]
 use cortex_m_rt::STACK_PAINT_VALUE;
+use firmware_link::Identity;
+use firmware_link::body::VERSION;
 use firmware_link::frame::crc32_on;
 
 /// Pattern that the image paints the stack with; on Arm the runtime does it.
@@ -26,13 +28,28 @@ fn between(from: *const u8, to: *const u8) -> u32 {
 
 /// Bytes that the image takes in flash: from the vector table to the last
 /// initial value of a static.
-pub fn flash_bytes() -> u32 {
+fn flash_bytes() -> u32 {
     let data = between(&raw const __sdata, &raw const __edata);
     between(&raw const __vector_table, &raw const __sidata).saturating_add(data)
 }
 
+/// Identity of the image on a chip of that name, whose table of setpoints is the
+/// type `T` with that capacity.
+pub fn identity<T>(target: [u8; 8], capacity: usize, timer_hz: u32) -> Identity {
+    let table = u32::try_from(size_of::<T>()).unwrap_or(0);
+    Identity {
+        version: VERSION,
+        target,
+        image_crc: crc(),
+        flash_bytes: flash_bytes(),
+        ram_bytes: static_bytes().saturating_sub(table),
+        table_capacity: u32::try_from(capacity).unwrap_or(u32::MAX),
+        timer_hz,
+    }
+}
+
 /// CRC-32 over those bytes, as they are read here and now.
-pub fn crc() -> u32 {
+fn crc() -> u32 {
     let mut at = &raw const __vector_table;
     let mut crc = 0;
     for _ in 0..flash_bytes() {
@@ -47,7 +64,7 @@ pub fn crc() -> u32 {
 }
 
 /// All statics \[bytes\].
-pub fn static_bytes() -> u32 {
+fn static_bytes() -> u32 {
     between(&raw const __sdata, (&raw const _stack_end).cast())
 }
 

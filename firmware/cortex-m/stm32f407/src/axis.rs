@@ -146,9 +146,12 @@ mod tests {
     #[test]
     fn the_motions_are_opposite_and_last_a_second() {
         let [forth, back] = motions().expect("two motions");
-        assert_eq!((forth.end(), back.end()), (TRAVEL_COUNTS, -TRAVEL_COUNTS));
-        assert_eq!(forth.last_sample(), u64::from(SAMPLES_PER_S));
-        assert_eq!(back.last_sample(), u64::from(SAMPLES_PER_S));
+        assert_eq!(
+            (forth.head().end, back.head().end),
+            (TRAVEL_COUNTS, -TRAVEL_COUNTS)
+        );
+        assert_eq!(forth.head().last_sample, u64::from(SAMPLES_PER_S));
+        assert_eq!(back.head().last_sample, u64::from(SAMPLES_PER_S));
     }
 
     #[test]

@@ -20,8 +20,10 @@ use firmware::{Event, MotionGenerator, MotionPlan, State};
 #[derive(Debug)]
 pub struct Drive<'p, B> {
     axis: Axis,
-    state: AxisState,
-    board: B,
+    /// Memory of the axis.
+    pub state: AxisState,
+    /// The electronics.
+    pub board: B,
     forth: &'p MotionPlan,
     back: &'p MotionPlan,
     motion: MotionGenerator<'p>,
@@ -74,7 +76,7 @@ impl<'p, B: Board> Drive<'p, B> {
     }
 
     fn next_motion(&mut self) {
-        let towards_end = i64::from(self.forth.end()) - i64::from(self.target);
+        let towards_end = i64::from(self.forth.head().end) - i64::from(self.target);
         let from_start = i64::from(self.target);
         let plan = if from_start.abs() <= towards_end.abs() {
             self.forth
@@ -82,22 +84,7 @@ impl<'p, B: Board> Drive<'p, B> {
             self.back
         };
         self.motion = MotionGenerator::new(plan, self.target);
-        self.target = self.target.wrapping_add(plan.end());
-    }
-
-    /// Memory of the axis.
-    pub const fn state(&self) -> &AxisState {
-        &self.state
-    }
-
-    /// The electronics.
-    pub const fn board(&self) -> &B {
-        &self.board
-    }
-
-    /// The electronics, for what is not part of a sample.
-    pub const fn board_mut(&mut self) -> &mut B {
-        &mut self.board
+        self.target = self.target.wrapping_add(plan.head().end);
     }
 }
 

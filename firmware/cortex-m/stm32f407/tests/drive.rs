@@ -85,7 +85,7 @@ impl Bench<'_> {
             self.counter += 1;
             let tick = self.ticks.number(self.counter);
             last = Some(self.drive.sample(tick, down));
-            self.drive.board_mut().turn();
+            self.drive.board.turn();
         }
         last.expect("a sample")
     }
@@ -96,15 +96,15 @@ impl Bench<'_> {
     }
 
     fn fault(&self) -> Option<FaultCause> {
-        self.drive.state().fault().map(|fault| fault.cause)
+        self.drive.state.fault().map(|fault| fault.cause)
     }
 
     fn assert_safe(&self, cause: FaultCause) {
-        assert_eq!(self.drive.state().state(), State::Fault);
+        assert_eq!(self.drive.state.state(), State::Fault);
         assert_eq!(self.fault(), Some(cause));
-        assert!(!self.drive.board().powered);
+        assert!(!self.drive.board.powered);
         if cause != FaultCause::HardwareBus {
-            assert_eq!(self.drive.board().code, 0);
+            assert_eq!(self.drive.board.code, 0);
         }
     }
 }
@@ -127,7 +127,7 @@ fn moving(plans: &[MotionPlan; 2]) -> Bench<'_> {
     bench.press();
     let output = bench.run(240, false);
     assert_eq!((output.state, output.power), (State::Moving, true));
-    assert!(bench.drive.board().position > 100.0);
+    assert!(bench.drive.board.position > 100.0);
     bench
 }
 
@@ -136,12 +136,12 @@ fn presses_enable_and_move_to_and_fro() {
     let plans = motions().expect("two motions");
     let mut bench = bench(&plans);
     assert_eq!(bench.run(50, false).state, State::Disabled);
-    assert!(!bench.drive.board().powered);
+    assert!(!bench.drive.board.powered);
     assert_eq!(bench.press().state, State::Enabled);
     for end in [TRAVEL_COUNTS, 0, TRAVEL_COUNTS] {
         assert_eq!(bench.press().state, State::Moving);
         assert_eq!(bench.run(5_000, false).state, State::Holding);
-        let off = bench.drive.board().position - f64::from(end);
+        let off = bench.drive.board.position - f64::from(end);
         assert!(off.abs() < 3.0, "{off} counts beside {end}");
     }
     assert_eq!(bench.fault(), None);
@@ -159,7 +159,7 @@ fn a_press_in_motion_switches_off_and_the_next_motions_stay_near() {
         assert_eq!((output.state, output.power), (State::Disabled, false));
         bench.run(50, false);
         bench.press();
-        let position = bench.drive.board().position;
+        let position = bench.drive.board.position;
         let half = f64::from(TRAVEL_COUNTS) / 2.0;
         assert!(position > -half && position < 3.0 * half, "{position}");
     }
@@ -170,13 +170,13 @@ fn a_press_in_motion_switches_off_and_the_next_motions_stay_near() {
 fn the_stop_acts_in_its_sample_and_waits_for_two_presses() {
     let plans = motions().expect("two motions");
     let mut bench = moving(&plans);
-    bench.drive.board_mut().stop = true;
+    bench.drive.board.stop = true;
     bench.run(1, false);
     bench.assert_safe(FaultCause::EmergencyStop);
     // A press while it is asserted does not help.
     bench.press();
     bench.assert_safe(FaultCause::EmergencyStop);
-    bench.drive.board_mut().stop = false;
+    bench.drive.board.stop = false;
     bench.run(100, false);
     assert_eq!(bench.press().state, State::Disabled);
     assert_eq!(bench.press().state, State::Enabled);
@@ -201,19 +201,19 @@ fn a_missed_tick_and_an_overrun_are_faults() {
 fn a_lost_encoder_is_a_fault_before_a_millimetre_is_gone() {
     let plans = motions().expect("two motions");
     let mut bench = moving(&plans);
-    bench.drive.board_mut().encoder_cut = true;
-    let before = bench.drive.board().position;
+    bench.drive.board.encoder_cut = true;
+    let before = bench.drive.board.position;
     bench.run(200, false);
     bench.assert_safe(FaultCause::FollowingError);
     // 400 counts of error, and what the motor does until it stands.
-    assert!(bench.drive.board().position - before < 4_000.0);
+    assert!(bench.drive.board.position - before < 4_000.0);
 }
 
 #[test]
 fn a_converter_that_does_not_answer_is_a_fault() {
     let plans = motions().expect("two motions");
     let mut bench = moving(&plans);
-    bench.drive.board_mut().converter_cut = true;
+    bench.drive.board.converter_cut = true;
     bench.run(1, false);
     bench.assert_safe(FaultCause::HardwareBus);
 }

@@ -30,16 +30,13 @@ const LETTERS: [(char, Event); 4] = [
 impl<'a> Given<'a> {
     /// The inputs of a row: all before the bar; `None` if that is anything else.
     pub fn read(text: &'a str) -> Option<Self> {
-        let mut columns = Columns(text.split_whitespace());
+        let mut columns = Columns::of(text);
         let given = Self {
             requests: columns.requests()?,
             inputs: Inputs {
                 tick: columns.number()?,
                 motor_register: columns.number()?,
-                load_register: match columns.name()? {
-                    "-" => None,
-                    register => Some(register.parse().ok()?),
-                },
+                load_register: columns.optional()?,
                 emergency_stop: columns.flag()?,
                 failed_transfers: columns.number()?,
             },
@@ -78,7 +75,7 @@ impl Wanted {
     /// The outputs of a row: all behind the bar; `None` if that is anything
     /// else.
     pub fn read(text: &str) -> Option<Self> {
-        let mut columns = Columns(text.split_whitespace());
+        let mut columns = Columns::of(text);
         let wanted = Self {
             output: AxisOutput {
                 code: columns.number()?,
@@ -97,16 +94,28 @@ impl Wanted {
     }
 }
 
-/// The columns of a row from left to right.
-struct Columns<'a>(SplitWhitespace<'a>);
+/// The columns of a row, or the values of a setting, from left to right.
+pub(super) struct Columns<'a>(SplitWhitespace<'a>);
 
 impl<'a> Columns<'a> {
-    fn name(&mut self) -> Option<&'a str> {
+    pub(super) fn of(text: &'a str) -> Self {
+        Self(text.split_whitespace())
+    }
+
+    pub(super) fn name(&mut self) -> Option<&'a str> {
         self.0.next()
     }
 
-    fn number<T: FromStr>(&mut self) -> Option<T> {
+    pub(super) fn number<T: FromStr>(&mut self) -> Option<T> {
         self.name()?.parse().ok()
+    }
+
+    /// A number, or `-` for none.
+    pub(super) fn optional<T: FromStr>(&mut self) -> Option<Option<T>> {
+        match self.name()? {
+            "-" => Some(None),
+            number => number.parse().ok().map(Some),
+        }
     }
 
     fn flag(&mut self) -> Option<bool> {
@@ -163,7 +172,7 @@ impl<'a> Columns<'a> {
     }
 
     /// `Some` if nothing is left.
-    fn end(mut self) -> Option<()> {
+    pub(super) fn end(mut self) -> Option<()> {
         self.0.next().is_none().then_some(())
     }
 }

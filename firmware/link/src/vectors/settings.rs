@@ -1,73 +1,26 @@
 //! An axis from lines `key = value`, numbers and names only.
 
-use core::str::{FromStr, SplitWhitespace};
-
-use firmware::axis::{Axis, Feedback, Monitors, Rest};
+use firmware::axis::Feedback;
 use firmware::backlash_compensation::{BacklashCompensation, Room, Trigger};
-use firmware::dac::Dac;
-use firmware::law::{AntiWindup, Derivative, FilterWords, Law, LawWords};
+use firmware::law::{AntiWindup, Derivative, FilterWords};
 use firmware::monitor::{
     EncoderLossMonitor, FollowingErrorMonitor, SaturationMonitor, TickMonitor,
 };
-use firmware::output::{Output, Quantiser};
+use firmware::output::Quantiser;
 use firmware::position::CounterParameters;
 use firmware::word::GainWord;
 
-/// Settings of the lines so far. The default is everything off, and no
-/// converter: that one has to be named.
-#[derive(Debug, Clone, Copy)]
-pub struct Settings {
-    dac_bits: Option<u32>,
-    slew: Option<u32>,
-    quantiser: Quantiser,
-    words: LawWords,
-    counter: CounterParameters,
-    feedback: Feedback,
-    backlash_compensation: Option<BacklashCompensation>,
-    rest: Rest,
-    monitors: Monitors,
-}
+use super::row::Columns;
+use crate::settings::Settings;
 
-impl Default for Settings {
-    fn default() -> Self {
-        Self {
-            dac_bits: None,
-            slew: None,
-            quantiser: Quantiser::Nearest,
-            words: LawWords::NONE,
-            counter: CounterParameters::default(),
-            feedback: Feedback::Motor,
-            backlash_compensation: None,
-            rest: Rest::default(),
-            monitors: Monitors::default(),
-        }
-    }
-}
-
-/// The values of a line, from left to right.
-struct Values<'a>(SplitWhitespace<'a>);
-
-impl<'a> Values<'a> {
-    fn name(&mut self) -> Option<&'a str> {
-        self.0.next()
-    }
-
-    fn number<T: FromStr>(&mut self) -> Option<T> {
-        self.0.next()?.parse().ok()
-    }
-
+/// Values that belong together.
+impl Columns<'_> {
     fn word(&mut self) -> Option<GainWord> {
         Some(GainWord::new(self.number()?, self.number()?))
     }
 
-    /// `bits` and `largest jump`, `-` for none.
     fn counter(&mut self) -> Option<CounterParameters> {
-        let bits = self.number()?;
-        let jump = match self.name()? {
-            "-" => None,
-            jump => Some(jump.parse().ok()?),
-        };
-        CounterParameters::accept(bits, jump).ok()
+        CounterParameters::accept(self.number()?, self.optional()?).ok()
     }
 
     fn backlash_compensation(&mut self) -> Option<BacklashCompensation> {
@@ -90,10 +43,10 @@ impl Settings {
     /// value that the firmware refuses.
     pub fn set(&mut self, line: &str) -> Option<()> {
         let (key, values) = line.split_once('=')?;
-        let mut v = Values(values.split_whitespace());
+        let mut v = Columns::of(values);
         let (words, monitors) = (&mut self.words, &mut self.monitors);
         match key.trim() {
-            "dac_bits" => self.dac_bits = Some(v.number()?),
+            "dac_bits" => self.dac_bits = v.number()?,
             "slew_codes" => self.slew = Some(v.number()?),
             "quantiser" => {
                 self.quantiser = match v.name()? {
@@ -154,20 +107,6 @@ impl Settings {
             _ => return None,
         }
         // Nothing may be left over.
-        v.0.next().is_none().then_some(())
-    }
-
-    /// The axis; `None` where the firmware refuses it.
-    pub fn axis(&self) -> Option<Axis> {
-        let dac = Dac::with_bits(self.dac_bits?).ok()?;
-        let law = Law::accept(self.words, dac).ok()?;
-        let output = Output::new(dac, self.slew, self.quantiser).ok()?;
-        let mut axis = Axis::new(law, output);
-        axis.counter = self.counter;
-        axis.feedback = self.feedback;
-        axis.backlash_compensation = self.backlash_compensation;
-        axis.rest = self.rest;
-        axis.monitors = self.monitors;
-        Some(axis)
+        v.end()
     }
 }

@@ -7,6 +7,7 @@
     reason = "a test stops where its setup fails"
 )]
 
+mod bytes;
 mod frames;
 mod parameters;
 mod serving;

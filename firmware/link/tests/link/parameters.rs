@@ -32,7 +32,7 @@ fn paper() -> LawWords {
 }
 
 /// Axes that differ in everything that an axis has.
-fn axes() -> Vec<Axis> {
+pub(crate) fn axes() -> Vec<Axis> {
     let dac = Dac::with_bits(14).unwrap();
     let plain = |quantiser, slew| {
         let law = Law::accept(paper(), dac).unwrap();
@@ -147,12 +147,12 @@ fn a_plan_runs_alike_wherever_it_was_planned() {
         120_000_000_000,
     ];
     let plan = MotionPlan::new(-(54_321 << 32) + 77, intervals_ps, 1_000_000).unwrap();
-    let mut other = MotionPlan::at_rest();
+    let mut other = MotionPlan::default();
     for part in plan_parts(&plan) {
         take_part(&mut other, &part).expect("a part of a plan");
     }
     assert_eq!(other, plan);
-    let (mut here, mut there) = (MotionState::default(), MotionState::at_start());
+    let (mut here, mut there) = (MotionState::default(), MotionState::default());
     for _ in 0..460 {
         assert_eq!(plan.next(&mut here), other.next(&mut there));
     }

@@ -8,9 +8,9 @@ use firmware::axis::{Axis, AxisState};
 use firmware::hardware::serve;
 use firmware::law::Law;
 
-use super::backlash_compensation::compensated;
+use super::backlash::compensated;
 use super::board::BenchBoard;
-use super::setup::{FROM_REST, Setup};
+use super::setup::{Setup, started};
 use super::world::{Reported, Source, World};
 use crate::case::Case;
 use crate::io::IoKind;
@@ -22,7 +22,8 @@ use crate::quantise::{FixedPointGains, QuantiseError};
 #[derive(Debug, Clone)]
 pub struct AxisController {
     axis: Axis,
-    gains: FixedPointGains,
+    /// The gains in fixed point, with their rounding.
+    pub(super) gains: FixedPointGains,
     /// The law from the gain change on.
     next_law: Option<Law>,
     state: AxisState,
@@ -78,11 +79,7 @@ impl AxisController {
         let setup = Setup::of(case, period_ns)?;
         let scaled = setup.law()?;
         let axis = compensated(&setup, scaled.law)?;
-        let mut state = AxisState::start(&axis);
-        // From rest, before the first sample: the table has no refusal here.
-        for event in FROM_REST {
-            let _ = axis.request(&mut state, event);
-        }
+        let state = started(&axis);
         Ok(Self {
             reported: Reported::new(state.state()),
             world: World::new(&case.options, period_ns),
@@ -93,11 +90,6 @@ impl AxisController {
             board: BenchBoard::new(case, io)?,
             source: setup.source()?,
         })
-    }
-
-    /// The gains in fixed point, with their rounding.
-    pub fn gains(&self) -> &FixedPointGains {
-        &self.gains
     }
 
     /// One sample.

@@ -12,13 +12,10 @@ use crate::quantise::QuantiseError;
 #[derive(Debug, Clone)]
 pub(super) struct BenchBoard {
     shown: Shown,
-    electronics: Electronics,
-}
-
-#[derive(Debug, Clone)]
-enum Electronics {
-    Memory { code: i32, powered: bool },
-    Spi(Box<SpiIo>),
+    code: i32,
+    powered: bool,
+    /// The chips, unless all of it is in memory.
+    chips: Option<Box<SpiIo>>,
 }
 
 impl BenchBoard {
@@ -27,20 +24,18 @@ impl BenchBoard {
     /// # Errors
     /// [`QuantiseError`] if the converter has no such range.
     pub(super) fn new(case: &Case, io: IoKind) -> Result<Self, QuantiseError> {
-        let memory = Electronics::Memory {
-            code: 0,
-            powered: false,
-        };
         Ok(Self {
             shown: Shown::default(),
-            electronics: io.chips(case)?.map_or(memory, Electronics::Spi),
+            code: 0,
+            powered: false,
+            chips: io.chips(case)?,
         })
     }
 
     /// The world at the next sample.
     pub(super) fn set_inputs(&mut self, shown: Shown) {
         self.shown = shown;
-        if let Electronics::Spi(io) = &mut self.electronics {
+        if let Some(io) = &mut self.chips {
             if shown.bus_fails {
                 io.fail_next(Part::Counter);
             }
@@ -51,9 +46,9 @@ impl BenchBoard {
 
     /// The code that the amplifier gets: 0 while its power is off.
     pub(super) fn code_in_force(&self) -> i32 {
-        match &self.electronics {
-            Electronics::Memory { code, powered } => i32::from(*powered) * code,
-            Electronics::Spi(io) => io.code_in_force(),
+        match &self.chips {
+            None => i32::from(self.powered) * self.code,
+            Some(io) => io.code_in_force(),
         }
     }
 }
@@ -66,37 +61,33 @@ impl Board for BenchBoard {
     type Error = TransferFailed;
 
     fn motor_register(&mut self) -> Result<u32, TransferFailed> {
-        match &mut self.electronics {
-            Electronics::Memory { .. } if self.shown.bus_fails => Err(TransferFailed),
-            Electronics::Memory { .. } => Ok(self.shown.motor_register),
-            Electronics::Spi(io) => io.board().motor_register().map_err(|_| TransferFailed),
+        match &mut self.chips {
+            None if self.shown.bus_fails => Err(TransferFailed),
+            None => Ok(self.shown.motor_register),
+            Some(io) => io.board().motor_register().map_err(|_| TransferFailed),
         }
     }
 
-    fn set_code(&mut self, new: i32) -> Result<(), TransferFailed> {
-        match &mut self.electronics {
-            Electronics::Memory { code, .. } => {
-                *code = new;
-                Ok(())
-            }
-            Electronics::Spi(io) => io.board().set_code(new).map_err(|_| TransferFailed),
+    fn set_code(&mut self, code: i32) -> Result<(), TransferFailed> {
+        self.code = code;
+        match &mut self.chips {
+            None => Ok(()),
+            Some(io) => io.board().set_code(code).map_err(|_| TransferFailed),
         }
     }
 
     fn set_power(&mut self, on: bool) -> Result<(), TransferFailed> {
-        match &mut self.electronics {
-            Electronics::Memory { powered, .. } => {
-                *powered = on;
-                Ok(())
-            }
-            Electronics::Spi(io) => io.board().set_power(on).map_err(|_| TransferFailed),
+        self.powered = on;
+        match &mut self.chips {
+            None => Ok(()),
+            Some(io) => io.board().set_power(on).map_err(|_| TransferFailed),
         }
     }
 
     fn emergency_stop(&mut self) -> Result<bool, TransferFailed> {
-        match &mut self.electronics {
-            Electronics::Memory { .. } => Ok(self.shown.emergency_stop),
-            Electronics::Spi(io) => io.board().emergency_stop().map_err(|_| TransferFailed),
+        match &mut self.chips {
+            None => Ok(self.shown.emergency_stop),
+            Some(io) => io.board().emergency_stop().map_err(|_| TransferFailed),
         }
     }
 

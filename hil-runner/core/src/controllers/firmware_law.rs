@@ -14,7 +14,8 @@ use crate::quantise::{FixedPointGains, QuantiseError, QuantisedGains, quantise};
 pub struct FirmwareLaw {
     controller: Controller<CAPACITY>,
     state: ControllerState,
-    gains: FixedPointGains,
+    /// The gains in fixed point, with their rounding.
+    pub(super) gains: FixedPointGains,
     /// Chips and drivers that count and code go through.
     io: Option<Box<SpiIo>>,
 }
@@ -36,24 +37,17 @@ impl FirmwareLaw {
         })
     }
 
-    /// The gains in fixed point, with their rounding.
-    pub fn gains(&self) -> &FixedPointGains {
-        &self.gains
-    }
-
     /// One sample.
     pub fn step(&mut self, measurement: Measurement) -> Command {
         let counts = measurement.position_counts.whole();
-        let (output, code) = match &mut self.io {
-            None => {
-                let output = self.controller.tick(&mut self.state, counts::wrap(counts));
-                (output, output.code)
-            }
-            Some(io) => {
-                let count = io.read(counts);
-                let output = self.controller.tick(&mut self.state, count);
-                (output, io.drive(output.code))
-            }
+        let count = match &mut self.io {
+            None => counts::wrap(counts),
+            Some(io) => io.read(counts),
+        };
+        let output = self.controller.tick(&mut self.state, count);
+        let code = match &mut self.io {
+            None => output.code,
+            Some(io) => io.drive(output.code),
         };
         let status = output.status;
         Command {
@@ -82,7 +76,7 @@ impl Parts {
         let travel_counts = setpoint.count(setpoint.last_tick());
         let gains = quantise(&case.controller.gains, period_ns, travel_counts)?;
         setpoint.last_in_table()?;
-        let dac = Dac::with_bits(case.dac.bits).map_err(QuantiseError::Dac)?;
+        let dac = Dac::with_bits(case.dac.bits)?;
         Ok(Self { gains, dac })
     }
 }
@@ -103,7 +97,7 @@ impl FirmwareOnCounts {
     pub fn new(case: &Case, period_ns: u64) -> Result<Self, QuantiseError> {
         let Parts { gains, dac } = Parts::of(case, period_ns)?;
         Ok(Self {
-            controller: Controller::new(gains.pid, dac, SetpointTable::starting_at(0)),
+            controller: Controller::new(gains.pid, dac, SetpointTable::resting_at(0)),
             state: ControllerState::default(),
         })
     }

@@ -7,15 +7,13 @@
 //! firmware_law           rung firmware: the paper's law alone
 //! axis_controller        rung firmware: the axis with everything beyond it
 //!   setup                  from a case to the axis in fixed point
-//!   backlash_measurement   the width of the gap, found by the firmware's routine
-//!   backlash_compensation  how the reference crosses it
+//!   backlash               how the reference crosses the gap, and its width, measured
 //!   board                  the electronics
 //!   world                  setpoints, requests and faults of a run
 //! ```
 
 mod axis_controller;
-mod backlash_compensation;
-mod backlash_measurement;
+mod backlash;
 mod board;
 mod firmware_law;
 mod sampled;
@@ -29,8 +27,7 @@ use crate::quantise::{FixedPointGains, QuantiseError};
 
 pub use crate::io::IoKind;
 pub use axis_controller::{AxisController, accepted, smallest_sample_time_ns};
-pub use backlash_compensation::compensated;
-pub use backlash_measurement::{GapMeasurement, measure_gap};
+pub use backlash::{GapMeasurement, compensated, measure_gap};
 pub use firmware_law::{FirmwareLaw, FirmwareOnCounts, Parts};
 pub use sampled::{Pid, PidState, SampledLaw};
 pub use setpoint::Setpoint;
@@ -90,8 +87,8 @@ impl Link for Controller {
     fn gains(&self) -> Option<FixedPointGains> {
         match self {
             Self::Sampled(_) => None,
-            Self::Firmware(law) => Some(law.gains().clone()),
-            Self::Axis(law) => Some(law.gains().clone()),
+            Self::Firmware(law) => Some(law.gains.clone()),
+            Self::Axis(law) => Some(law.gains.clone()),
         }
     }
 }

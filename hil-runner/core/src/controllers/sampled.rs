@@ -8,7 +8,7 @@ use plant::Dac;
 use super::setpoint::Setpoint;
 use crate::case::Case;
 use crate::message::{Command, Measurement, Steps, whole};
-use crate::time::seconds;
+use crate::number::seconds;
 
 /// The sum of the three terms. `V` is one number, or one for each of the runs that
 /// are computed side by side.

@@ -5,8 +5,8 @@ use plant::{Encoder, Motion};
 
 use crate::case::Case;
 use crate::message::whole;
+use crate::number::seconds;
 use crate::quantise::{QuantiseError, setpoint_table};
-use crate::time::seconds;
 
 /// The motor angle that the motion asks for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -81,7 +81,7 @@ impl Setpoint {
     /// samples of a motion are computed for it.
     ///
     /// # Errors
-    /// [`QuantiseError::Setpoints`] if the motion is longer than the table.
+    /// [`QuantiseError::Refused`] if the motion is longer than the table.
     pub(super) fn last_in_table(&self) -> Result<u64, QuantiseError> {
         let last = self.last_tick();
         let needed = last.saturating_add(1);

@@ -1,7 +1,7 @@
 //! From a case in SI units to the firmware's axis: law, output, encoders, monitors
 //! and setpoints.
 
-use firmware::axis::{Axis, Feedback as AxisFeedback, Monitors, Rest};
+use firmware::axis::{Axis, AxisState, Feedback as AxisFeedback, Monitors, Rest};
 use firmware::law::Law;
 use firmware::monitor::{
     EncoderLossMonitor, FollowingErrorMonitor, SaturationMonitor, TickMonitor,
@@ -11,17 +11,31 @@ use firmware::output::{Output, Quantiser};
 use firmware::position::CounterParameters;
 use firmware::reference::TableSource;
 use firmware::{Dac, Event};
+use plant::{Encoder, Joint};
 
 use super::setpoint::Setpoint;
 use super::world::{Generator, Source, StreamedQueue};
 use crate::case::Case;
 use crate::message::whole;
 use crate::options::{self, Feedback, RestIntegrator, SetpointOrigin};
-use crate::quantise::{QuantiseError, finest_word};
+use crate::quantise::{PARTS, QuantiseError, finest_word, key};
 use crate::scaling::{RateBits, ScaledLaw, ScalingRequest};
+
+/// Key of the largest change of the output.
+const SLEW_LIMIT: &str = "controller.slew_limit_codes_per_s";
 
 /// Requests to the axis before its first sample.
 pub const FROM_REST: [Event; 2] = [Event::Enable, Event::Start];
+
+/// The memory of an axis before its first sample, enabled and started.
+pub(super) fn started(axis: &Axis) -> AxisState {
+    let mut state = AxisState::start(axis);
+    // From rest the table has no refusal.
+    for event in FROM_REST {
+        let _ = axis.request(&mut state, event);
+    }
+    state
+}
 
 /// A case, on its way to the parts of an axis.
 #[derive(Debug)]
@@ -29,6 +43,8 @@ pub struct Setup<'a> {
     pub(super) case: &'a Case,
     pub(super) period_ns: u64,
     pub(super) setpoint: Setpoint,
+    /// The encoder at the load, where the position comes from it.
+    load: Option<Encoder>,
     plan: Option<MotionPlan>,
 }
 
@@ -38,9 +54,11 @@ impl<'a> Setup<'a> {
     /// # Errors
     /// [`QuantiseError`] if the motion cannot be generated.
     pub fn of(case: &'a Case, period_ns: u64) -> Result<Self, QuantiseError> {
-        let setpoint = match (case.options.law.feedback, case.options.encoders.load) {
-            (Feedback::Dual, Some(load)) => Setpoint::of_load(case, period_ns, load),
-            _ => Setpoint::new(case, period_ns),
+        let load = case.options.encoders.load;
+        let load = load.filter(|_| case.options.law.feedback == Feedback::Dual);
+        let setpoint = match load {
+            Some(load) => Setpoint::of_load(case, period_ns, load),
+            None => Setpoint::new(case, period_ns),
         };
         let plan = match case.options.law.setpoints {
             SetpointOrigin::Table => None,
@@ -52,6 +70,7 @@ impl<'a> Setup<'a> {
             case,
             period_ns,
             setpoint,
+            load,
             plan,
         })
     }
@@ -61,23 +80,19 @@ impl<'a> Setup<'a> {
     pub(super) fn axis(&self, law: Law) -> Result<Axis, QuantiseError> {
         let settings = &self.case.options;
         let output = Output::new(
-            Dac::with_bits(self.case.dac.bits).map_err(QuantiseError::Dac)?,
+            Dac::with_bits(self.case.dac.bits)?,
             self.slew()?,
             self.quantiser(),
         )
-        .map_err(|error| {
-            QuantiseError::setting(
-                "controller.slew_limit_codes_per_s",
-                self.slew_value(),
-                &error,
-            )
-        })?;
+        .map_err(QuantiseError::of(
+            SLEW_LIMIT,
+            settings.law.slew_limit_codes_per_s.unwrap_or(0.0),
+        ))?;
         let bits = u8::try_from(settings.encoders.counter_bits).unwrap_or(u8::MAX);
         let counter = |jump| {
-            CounterParameters::accept(bits, jump).map_err(|error| {
-                let value = f64::from(settings.limits.count_jump_counts.unwrap_or(0));
-                QuantiseError::setting("limits.count_jump_counts", value, &error)
-            })
+            let value = f64::from(settings.limits.count_jump_counts.unwrap_or(0));
+            CounterParameters::accept(bits, jump)
+                .map_err(QuantiseError::of("limits.count_jump_counts", value))
         };
         let mut axis = Axis::new(law, output);
         axis.counter = counter(settings.limits.count_jump_counts)?;
@@ -118,23 +133,23 @@ impl<'a> Setup<'a> {
         let Some(change) = self.case.options.gain_change else {
             return Ok(None);
         };
+        let changes = [
+            ("gain_change.kp", change.kp),
+            ("gain_change.ki_per_s", change.ki_per_s),
+            ("gain_change.kd_s", change.kd_s),
+        ];
         let mut request = self.request();
-        let gains = &mut request.gains;
-        gains.kp = change.kp.unwrap_or(gains.kp);
-        gains.ki_per_s = change.ki_per_s.unwrap_or(gains.ki_per_s);
-        gains.kd_s = change.kd_s.unwrap_or(gains.kd_s);
+        for (gain, (_, change)) in request.gains.iter_mut().zip(changes) {
+            *gain = change.unwrap_or(*gain);
+        }
         let words = request.scaled_law().map_err(|error| match error {
             // The gains that change have keys of their own.
             QuantiseError::Gains(mut unfit) => {
-                for gain in &mut unfit {
-                    gain.key = match gain.key {
-                        "controller.kp" if change.kp.is_some() => "gain_change.kp",
-                        "controller.ki_per_s" if change.ki_per_s.is_some() => {
-                            "gain_change.ki_per_s"
-                        }
-                        "controller.kd_s" if change.kd_s.is_some() => "gain_change.kd_s",
-                        key => key,
-                    };
+                for (part, (own, change)) in PARTS.into_iter().zip(changes) {
+                    let mut unfit = unfit.iter_mut().filter(|gain| gain.key == key(part));
+                    if let (Some(gain), Some(_)) = (unfit.next(), change) {
+                        gain.key = own;
+                    }
                 }
                 QuantiseError::Gains(unfit)
             }
@@ -145,9 +160,18 @@ impl<'a> Setup<'a> {
 
     /// Everything that the fixed-point gains depend on.
     pub(super) fn request(&self) -> ScalingRequest {
+        let (gains, settings) = (&self.case.controller.gains, self.case.options.law);
+        let ahead = &settings.feed_forward;
         ScalingRequest {
-            settings: self.case.options.law,
-            gains: self.case.controller.gains,
+            settings,
+            gains: [
+                gains.kp,
+                gains.ki_per_s,
+                gains.kd_s,
+                ahead.velocity_s,
+                ahead.acceleration_s2,
+                ahead.friction_codes,
+            ],
             sample_time_ns: self.period_ns,
             travel_counts: self.setpoint.count(self.setpoint.last_tick()),
             motor_counts_per_count: self.motor_counts_per_count(),
@@ -159,7 +183,7 @@ impl<'a> Setup<'a> {
     /// The setpoints of the run.
     ///
     /// # Errors
-    /// [`QuantiseError::Setpoints`] if the motion is longer than the table.
+    /// [`QuantiseError::Refused`] if the motion is longer than the table.
     pub fn source(&self) -> Result<Source, QuantiseError> {
         Ok(match (self.case.options.law.setpoints, &self.plan) {
             (SetpointOrigin::Generator, Some(plan)) => {
@@ -174,27 +198,22 @@ impl<'a> Setup<'a> {
 
     /// `ρ`: motor counts per count of the position's encoder.
     fn motor_counts_per_count(&self) -> f64 {
-        match (
-            self.case.options.law.feedback,
-            self.case.options.encoders.load,
-        ) {
-            (Feedback::Dual, Some(load)) => self.motor_counts_per_load_count(load),
-            _ => 1.0,
-        }
+        self.load
+            .map_or(1.0, |load| self.motor_counts_per_load_count(load))
     }
 
     /// A half gap \[rad\], or the joint's own, at the motor \[counts\]: `K_enc·b/z`.
     pub(super) fn half_gap_counts(&self, half_rad: Option<f64>) -> f64 {
         let transmission = &self.case.axis.transmission;
         let half_rad = half_rad.unwrap_or(match &transmission.joint {
-            plant::Joint::Elastic(joint) => joint.backlash_half_rad,
-            plant::Joint::Rigid => 0.0,
+            Joint::Elastic(joint) => joint.backlash_half_rad,
+            Joint::Rigid => 0.0,
         });
         self.case.encoder.counts_per_rad * half_rad / transmission.gear_ratio
     }
 
     /// Motor counts per count of the load's encoder, `K_enc/(z·K_load)`.
-    pub(super) fn motor_counts_per_load_count(&self, load: plant::Encoder) -> f64 {
+    pub(super) fn motor_counts_per_load_count(&self, load: Encoder) -> f64 {
         let z = self.case.axis.transmission.gear_ratio;
         self.case.encoder.counts_per_rad / (z * load.counts_per_rad)
     }
@@ -203,8 +222,8 @@ impl<'a> Setup<'a> {
         self.plan
             .as_ref()
             .map_or(RateBits::default(), |plan| RateBits {
-                velocity: plan.velocity_fraction_bits(),
-                acceleration: plan.acceleration_fraction_bits(),
+                velocity: plan.head().velocity_fraction_bits,
+                acceleration: plan.head().acceleration_fraction_bits,
             })
     }
 
@@ -219,10 +238,6 @@ impl<'a> Setup<'a> {
         }
     }
 
-    fn slew_value(&self) -> f64 {
-        self.case.options.law.slew_limit_codes_per_s.unwrap_or(0.0)
-    }
-
     /// Whole codes per sample, rounded down; none that is wider than any
     /// converter limits nothing.
     fn slew(&self) -> Result<Option<u32>, QuantiseError> {
@@ -235,11 +250,7 @@ impl<'a> Setup<'a> {
             let because = format!(
                 "it must be at least one code per sample, {least} codes/s at this sample time"
             );
-            return Err(QuantiseError::setting(
-                "controller.slew_limit_codes_per_s",
-                codes_per_s,
-                &because,
-            ));
+            return Err(QuantiseError::setting(SLEW_LIMIT, codes_per_s, because));
         }
         Ok((codes < f64::from(1 << 24)).then_some(whole(codes).unsigned_abs() as u32))
     }
@@ -258,30 +269,22 @@ impl<'a> Setup<'a> {
                 .min(32);
             if lag >= f64::from(1 << 30) {
                 let because = "it must be below 2^30 sample times";
-                return Err(QuantiseError::setting(
-                    "limits.following_error_per_speed_s",
-                    limit.per_speed_s,
-                    &because,
-                ));
+                let key = "limits.following_error_per_speed_s";
+                return Err(QuantiseError::setting(key, limit.per_speed_s, because));
             }
-            let word = finest_word(lag, most, 31);
-            FollowingErrorMonitor::accept(limit.counts, word, rates.velocity).map_err(|error| {
-                QuantiseError::setting(
-                    "limits.following_error_counts",
-                    f64::from(limit.counts),
-                    &error,
-                )
-            })
+            let (word, counts) = (finest_word(lag, most, 31), limit.counts);
+            FollowingErrorMonitor::accept(counts, word, rates.velocity).map_err(QuantiseError::of(
+                "limits.following_error_counts",
+                f64::from(counts),
+            ))
         });
         let encoder_loss = limits.encoder_loss.map(|loss| {
-            EncoderLossMonitor::accept(loss.codes, ticks(loss.after_ns)).map_err(|error| {
-                QuantiseError::setting("limits.encoder_loss_codes", f64::from(loss.codes), &error)
-            })
+            let refused = QuantiseError::of("limits.encoder_loss_codes", f64::from(loss.codes));
+            EncoderLossMonitor::accept(loss.codes, ticks(loss.after_ns)).map_err(refused)
         });
         let saturation = limits.saturation_ns.map(|after_ns| {
-            SaturationMonitor::accept(ticks(after_ns)).map_err(|error| {
-                QuantiseError::setting("limits.saturation_s", after_ns as f64 / 1e9, &error)
-            })
+            let refused = QuantiseError::of("limits.saturation_s", after_ns as f64 / 1e9);
+            SaturationMonitor::accept(ticks(after_ns)).map_err(refused)
         });
         Ok(Monitors {
             following_error: following_error.transpose()?,
@@ -300,7 +303,11 @@ fn plan(case: &Case, period_ns: u64, setpoint: &Setpoint) -> Result<MotionPlan, 
         .motion
         .intervals_s()
         .map(|t_s| (t_s * 1e12).round() as u64);
-    MotionPlan::new(whole(travel.round()), intervals_ps, period).map_err(QuantiseError::Motion)
+    Ok(MotionPlan::new(
+        whole(travel.round()),
+        intervals_ps,
+        period,
+    )?)
 }
 
 /// Everything that the fixed-point gains of a case depend on, whether or not it asks

@@ -39,18 +39,10 @@ pub struct Arrivals {
     pub shown: Shown,
 }
 
-/// Requests and injected faults. They come at the first sample at or after
-/// their time.
+/// Requests and injected faults, by the samples at which they come: the first at or
+/// after their time.
 #[derive(Debug, Clone)]
 pub struct World {
-    schedule: Schedule,
-    /// The count at which the encoder froze.
-    frozen_counts: Option<i64>,
-}
-
-/// The samples at which things come.
-#[derive(Debug, Clone)]
-struct Schedule {
     requests: [(Option<u64>, Event); 3],
     gain_change: Option<u64>,
     dry: Option<u64>,
@@ -62,6 +54,8 @@ struct Schedule {
     missed: Option<u64>,
     /// The bits of the motor's register, and of the load's.
     masks: [u32; 2],
+    /// The count at which the encoder froze.
+    frozen_counts: Option<i64>,
 }
 
 impl World {
@@ -76,25 +70,22 @@ impl World {
         let mask = u32::MAX >> (u32::BITS - options.encoders.counter_bits);
         let glitch = injections.encoder_glitch;
         Self {
-            schedule: Schedule {
-                requests: [
-                    (once(requests.disable_ns), Event::Disable),
-                    (once(requests.reset_ns), Event::Reset),
-                    (once(requests.enable_ns), Event::Enable),
-                ],
-                gain_change: once(options.gain_change.map(|change| change.at_ns)),
-                dry: from(injections.setpoint_underrun_ns),
-                stop: from(requests.emergency_stop_ns),
-                stop_release: from(requests.emergency_stop_release_ns),
-                freeze: once(injections.encoder_freeze_ns),
-                glitch: once(glitch.map(|glitch| glitch.at_ns))
-                    .zip(glitch.map(|glitch| glitch.counts)),
-                bus_error: once(injections.bus_error_ns),
-                missed,
-                masks: match options.law.feedback {
-                    Feedback::Dual => [mask, mask],
-                    Feedback::Motor => [mask, u32::MAX],
-                },
+            requests: [
+                (once(requests.disable_ns), Event::Disable),
+                (once(requests.reset_ns), Event::Reset),
+                (once(requests.enable_ns), Event::Enable),
+            ],
+            gain_change: once(options.gain_change.map(|change| change.at_ns)),
+            dry: from(injections.setpoint_underrun_ns),
+            stop: from(requests.emergency_stop_ns),
+            stop_release: from(requests.emergency_stop_release_ns),
+            freeze: once(injections.encoder_freeze_ns),
+            glitch: once(glitch.map(|glitch| glitch.at_ns)).zip(glitch.map(|glitch| glitch.counts)),
+            bus_error: once(injections.bus_error_ns),
+            missed,
+            masks: match options.law.feedback {
+                Feedback::Dual => [mask, mask],
+                Feedback::Motor => [mask, u32::MAX],
             },
             frozen_counts: None,
         }
@@ -103,37 +94,36 @@ impl World {
     /// Everything that comes with a sample; `None` where it does not come itself: the
     /// loop does not run, and everything stays as it is.
     pub fn at(&mut self, measurement: Measurement) -> Option<Arrivals> {
-        let (tick, schedule) = (measurement.tick, &self.schedule);
+        let tick = measurement.tick;
         let comes = |at: Option<u64>| at == Some(tick);
         let since = |from: Option<u64>| from.is_some_and(|from| tick >= from);
-        if comes(schedule.missed) {
+        if comes(self.missed) {
             return None;
         }
         let position = measurement.position_counts.whole();
-        if comes(schedule.freeze) {
+        if comes(self.freeze) {
             self.frozen_counts = Some(position);
         }
         let mut motor_counts = self.frozen_counts.unwrap_or(position);
-        if let Some((at, counts)) = schedule.glitch
+        if let Some((at, counts)) = self.glitch
             && at == tick
         {
             motor_counts = motor_counts.saturating_add(counts.into());
         }
-        let [motor_mask, load_mask] = schedule.masks;
+        let [motor_mask, load_mask] = self.masks;
         let register = |counts, mask| counts::wrap(counts).cast_unsigned() & mask;
-        let load_counts = measurement.load_counts;
         Some(Arrivals {
-            events: schedule
-                .requests
-                .map(|(at, event)| comes(at).then_some(event)),
-            gains_change: comes(schedule.gain_change),
-            queue_is_dry: since(schedule.dry),
+            events: self.requests.map(|(at, event)| comes(at).then_some(event)),
+            gains_change: comes(self.gain_change),
+            queue_is_dry: since(self.dry),
             shown: Shown {
                 motor_counts,
                 motor_register: register(motor_counts, motor_mask),
-                load_register: load_counts.map(|counts| register(counts, load_mask)),
-                emergency_stop: since(schedule.stop) && !since(schedule.stop_release),
-                bus_fails: comes(schedule.bus_error),
+                load_register: measurement
+                    .load_counts
+                    .map(|counts| register(counts, load_mask)),
+                emergency_stop: since(self.stop) && !since(self.stop_release),
+                bus_fails: comes(self.bus_error),
             },
         })
     }
@@ -142,74 +132,64 @@ impl World {
 /// Reports of the axis so far.
 #[derive(Debug, Clone)]
 pub struct Reported {
-    /// After the last request or sample.
-    state: State,
+    /// The state is that after the last request or sample.
+    status: AxisStatus,
     /// `e` of the last sample that ran \[counts\].
     error_counts: i32,
     /// The code in force.
     code: i32,
-    /// The fault that is latched.
-    fault: Option<Fault>,
-    first_fault: Option<Fault>,
-    faults: u32,
-    peak_error_counts: u32,
-    refused_requests: u32,
 }
 
 impl Reported {
     /// Before the first sample, the axis in `state`.
     pub fn new(state: State) -> Self {
         Self {
-            state,
+            status: AxisStatus {
+                state,
+                fault: None,
+                first_fault: None,
+                faults: 0,
+                peak_error_counts: 0,
+                refused_requests: 0,
+            },
             error_counts: 0,
             code: 0,
-            fault: None,
-            first_fault: None,
-            faults: 0,
-            peak_error_counts: 0,
-            refused_requests: 0,
         }
     }
 
     /// The state after the last request or sample.
     pub fn state(&self) -> State {
-        self.state
+        self.status.state
     }
 
     /// A request before a sample, that leads to another state or is refused.
     pub fn asked(&mut self, event: Event) {
-        match self.state.after(event) {
-            Ok(state) => self.state = state,
-            Err(_) => self.refused_requests += 1,
+        match self.status.state.after(event) {
+            Ok(state) => self.status.state = state,
+            Err(_) => self.status.refused_requests += 1,
         }
     }
 
     /// A sample: its state, error and code in force, and the fault that is latched.
     pub fn sampled(&mut self, state: State, error_counts: i32, code: i32, fault: Option<Fault>) {
-        if state == State::Fault && self.state != State::Fault {
-            self.faults += 1;
-            self.first_fault = self.first_fault.or(fault);
+        let status = &mut self.status;
+        if state == State::Fault && status.state != State::Fault {
+            status.faults += 1;
+            status.first_fault = status.first_fault.or(fault);
         }
-        if self.state.is_powered() || state.is_powered() {
+        if status.state.is_powered() || state.is_powered() {
             let size = error_counts.unsigned_abs();
-            self.peak_error_counts = self.peak_error_counts.max(size);
+            status.peak_error_counts = status.peak_error_counts.max(size);
         }
-        (self.state, self.error_counts, self.code) = (state, error_counts, code);
-        self.fault = fault;
+        (status.state, status.fault) = (state, fault);
+        (self.error_counts, self.code) = (error_counts, code);
     }
 
     /// Answer to the plant, with the report for the summary.
     pub fn command(&self, tick: u64, out_of_range: bool) -> Command {
         Command {
             out_of_range,
-            axis: Some(AxisStatus {
-                state: self.state,
-                fault: self.fault,
-                first_fault: self.first_fault,
-                faults: self.faults,
-                peak_error_counts: self.peak_error_counts,
-                refused_requests: self.refused_requests,
-            }),
+            axis: Some(self.status),
             ..Command::whole(tick, self.error_counts, self.code)
         }
     }
@@ -239,7 +219,8 @@ impl SetpointSource for Source {
 /// The generator with its memory.
 #[derive(Debug, Clone)]
 pub struct Generator {
-    plan: MotionPlan,
+    /// The plan that it runs.
+    pub plan: MotionPlan,
     state: MotionState,
 }
 
@@ -249,11 +230,6 @@ impl Generator {
             plan,
             state: MotionState::default(),
         }
-    }
-
-    /// The plan that it runs.
-    pub fn plan(&self) -> &MotionPlan {
-        &self.plan
     }
 
     fn next(&mut self) -> Next {

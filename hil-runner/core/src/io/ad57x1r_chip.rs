@@ -25,14 +25,6 @@ use firmware::hardware::Ad57x1rModel;
 
 use super::bus::SpiChip;
 
-/// The two ends and the middle of the range: PV and CV.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Scale {
-    Zero,
-    Middle,
-    Full,
-}
-
 /// Output of the chip.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DacOutput {
@@ -116,12 +108,13 @@ impl Ad57x1rChip {
         data & (u16::MAX << self.unused_bits())
     }
 
-    /// The register value of `scale` in the coding of `control`.
-    const fn value(&self, scale: Scale, control: u16) -> u16 {
-        let straight = match scale {
-            Scale::Zero => 0,
-            Scale::Middle => 0x8000,
-            Scale::Full => u16::MAX,
+    /// The data that PV, bits 4 and 3, asks for, in the coding of `control`: an end
+    /// of the range or its middle.
+    const fn power_up(&self, control: u16) -> u16 {
+        let straight = match (control >> 3) & 0b11 {
+            0b00 => 0,
+            0b01 => 0x8000,
+            _ => u16::MAX,
         };
         let sign = if twos_complement(control) { 0x8000 } else { 0 };
         self.cut(straight ^ sign)
@@ -135,7 +128,7 @@ impl Ad57x1rChip {
     }
 
     fn reset_data(&mut self, control: u16) {
-        self.input = self.value(power_up(control), control);
+        self.input = self.power_up(control);
         self.dac = self.input;
     }
 
@@ -168,15 +161,6 @@ impl Ad57x1rChip {
 /// B2C, bit 7.
 const fn twos_complement(control: u16) -> bool {
     control & 0x0080 != 0
-}
-
-/// PV, bits 4 and 3.
-const fn power_up(control: u16) -> Scale {
-    match (control >> 3) & 0b11 {
-        0b00 => Scale::Zero,
-        0b01 => Scale::Middle,
-        _ => Scale::Full,
-    }
 }
 
 impl SpiChip for Ad57x1rChip {

@@ -18,31 +18,21 @@
 
 use super::bus::SpiChip;
 
-/// The registers that an instruction can name: B5 B4 B3.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Register {
-    Mdr0,
-    Mdr1,
-    Dtr,
-    Cntr,
-    Otr,
-    Str,
-    None,
-}
+// The registers that an instruction can name: B5 B4 B3.
+const MDR0: u8 = 0b001;
+const MDR1: u8 = 0b010;
+const DTR: u8 = 0b011;
+const CNTR: u8 = 0b100;
+const OTR: u8 = 0b101;
+const STR: u8 = 0b110;
 
-impl Register {
-    const fn named_in(instruction: u8) -> Self {
-        match (instruction >> 3) & 0b111 {
-            0b001 => Self::Mdr0,
-            0b010 => Self::Mdr1,
-            0b011 => Self::Dtr,
-            0b100 => Self::Cntr,
-            0b101 => Self::Otr,
-            0b110 => Self::Str,
-            _ => Self::None,
-        }
-    }
-}
+// The bits of STR: CY BW CMP IDX CEN PLS U/D S.
+const CARRY: u8 = 1 << 7;
+const BORROW: u8 = 1 << 6;
+const COUNT_ENABLED: u8 = 1 << 3;
+const POWER_LOST: u8 = 1 << 2;
+const COUNTED_UP: u8 = 1 << 1;
+const NEGATIVE: u8 = 1;
 
 /// Meaning of the bytes behind an instruction.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -53,7 +43,7 @@ enum Data {
     Out(u32),
     /// They enter `register`; taken over when all `bytes` are in.
     In {
-        register: Register,
+        register: u8,
         bytes: usize,
         word: u32,
     },
@@ -69,11 +59,8 @@ pub struct Ls7366rChip {
     dtr: u32,
     cntr: u32,
     otr: u32,
-    carry: bool,
-    borrow: bool,
-    power_lost: bool,
-    counted_up: bool,
-    negative: bool,
+    /// The latched bits of STR, all but [`COUNT_ENABLED`].
+    latched: u8,
     instruction: Option<u8>,
     data: Data,
 }
@@ -93,11 +80,7 @@ impl Ls7366rChip {
             dtr: 0,
             cntr: Self::POWER_UP_COUNT,
             otr: 0,
-            carry: false,
-            borrow: false,
-            power_lost: true,
-            counted_up: false,
-            negative: false,
+            latched: POWER_LOST,
             instruction: None,
             data: Data::Ignored,
         }
@@ -135,13 +118,14 @@ impl Ls7366rChip {
         if counts == 0 {
             return;
         }
-        self.counted_up = counts > 0;
+        let latched = self.latched & !COUNTED_UP;
+        self.latched = latched | if counts > 0 { COUNTED_UP } else { 0 };
         let beyond = i128::from(self.cntr) + counts;
         let turn = 1_i128 << (8 * self.bytes());
         match beyond.div_euclid(turn) {
             0 => {}
-            1.. => (self.carry, self.negative) = (true, false),
-            _ => (self.borrow, self.negative) = (true, true),
+            1.. => self.latched = (self.latched | CARRY) & !NEGATIVE,
+            _ => self.latched |= BORROW | NEGATIVE,
         }
         self.cntr = u32::try_from(beyond.rem_euclid(turn)).unwrap_or(0);
     }
@@ -165,20 +149,8 @@ impl Ls7366rChip {
         word & (u32::MAX >> (32 - 8 * self.bytes()))
     }
 
-    /// CY BW CMP IDX CEN PLS U/D S.
-    fn status(&self) -> u8 {
-        [
-            self.carry,
-            self.borrow,
-            false,
-            false,
-            self.counting(),
-            self.power_lost,
-            self.counted_up,
-            self.negative,
-        ]
-        .into_iter()
-        .fold(0, |bits, bit| bits << 1 | u8::from(bit))
+    const fn status(&self) -> u8 {
+        self.latched | if self.counting() { COUNT_ENABLED } else { 0 }
     }
 
     /// The lowest bytes of `word` leave the chip.
@@ -189,49 +161,45 @@ impl Ls7366rChip {
     /// B7 B6: 00 CLR, 01 RD, 10 WR, 11 LOAD. Table 1 of the data sheet.
     fn start(&mut self, instruction: u8) {
         self.instruction = Some(instruction);
-        let register = Register::named_in(instruction);
+        let register = (instruction >> 3) & 0b111;
         self.data = Data::Ignored;
         match (instruction >> 6, register) {
-            (0b00, Register::Mdr0) => self.mdr0 = 0,
-            (0b00, Register::Mdr1) => self.mdr1 = 0,
-            (0b00, Register::Cntr) => self.cntr = 0,
-            (0b00, Register::Str) => {
-                (self.carry, self.borrow, self.power_lost) = (false, false, false);
-                (self.counted_up, self.negative) = (false, false);
-            }
-            (0b01, Register::Mdr0) => self.data = Self::out(u32::from(self.mdr0), 1),
-            (0b01, Register::Mdr1) => self.data = Self::out(u32::from(self.mdr1), 1),
-            (0b01, Register::Cntr) => {
+            (0b00, MDR0) => self.mdr0 = 0,
+            (0b00, MDR1) => self.mdr1 = 0,
+            (0b00, CNTR) => self.cntr = 0,
+            (0b00, STR) => self.latched = 0,
+            (0b01, MDR0) => self.data = Self::out(u32::from(self.mdr0), 1),
+            (0b01, MDR1) => self.data = Self::out(u32::from(self.mdr1), 1),
+            (0b01, CNTR) => {
                 self.otr = self.cntr;
                 self.data = Self::out(self.otr, self.bytes());
             }
-            (0b01, Register::Otr) => self.data = Self::out(self.otr, self.bytes()),
-            (0b01, Register::Str) => self.data = Self::out(u32::from(self.status()), 1),
-            (0b10, Register::Mdr0 | Register::Mdr1) => self.take(register, 1),
-            (0b10, Register::Dtr) => self.take(register, self.bytes()),
-            (0b11, Register::Cntr) => self.cntr = self.cut(self.dtr),
-            (0b11, Register::Otr) => self.otr = self.cntr,
+            (0b01, OTR) => self.data = Self::out(self.otr, self.bytes()),
+            (0b01, STR) => self.data = Self::out(u32::from(self.status()), 1),
+            (0b10, MDR0 | MDR1 | DTR) => {
+                let bytes = if register == DTR { self.bytes() } else { 1 };
+                let word = 0;
+                self.data = Data::In {
+                    register,
+                    bytes,
+                    word,
+                };
+            }
+            (0b11, CNTR) => self.cntr = self.cut(self.dtr),
+            (0b11, OTR) => self.otr = self.cntr,
             _ => {}
         }
     }
 
-    fn take(&mut self, register: Register, bytes: usize) {
-        self.data = Data::In {
-            register,
-            bytes,
-            word: 0,
-        };
-    }
-
-    fn store(&mut self, register: Register, word: u32) {
+    fn store(&mut self, register: u8, word: u32) {
         let [low, ..] = word.to_le_bytes();
         match register {
-            Register::Mdr0 => self.mdr0 = low,
-            Register::Mdr1 => {
+            MDR0 => self.mdr0 = low,
+            MDR1 => {
                 self.mdr1 = low;
                 self.cntr = self.cut(self.cntr);
             }
-            Register::Dtr => self.dtr = word,
+            DTR => self.dtr = word,
             _ => {}
         }
     }

@@ -24,9 +24,7 @@ use std::ops::Range;
 
 use embedded_hal::digital::PinState;
 use firmware::Board;
-use firmware::hardware::{
-    Ad57x1r, Ad57x1rModel, CounterWidth, Line, Ls7366r, SpiBoard, SpiBoardError,
-};
+use firmware::hardware::{Ad57x1r, Ad57x1rModel, CounterWidth, Line, Ls7366r, SpiBoard};
 
 use crate::case::Case;
 use crate::quantise::QuantiseError;
@@ -55,20 +53,12 @@ impl IoKind {
             return Ok(None);
         }
         let counter_bits = case.options.encoders.counter_bits;
-        match SpiIo::new(case.dac.bits, counter_bits) {
-            Ok(io) => Ok(Some(Box::new(io))),
-            Err(error) => Err(match error.key() {
-                Some((key, value)) => QuantiseError::setting(key, f64::from(value), &error),
-                None => QuantiseError::Io(error.to_string()),
-            }),
-        }
+        Ok(Some(Box::new(SpiIo::new(case.dac.bits, counter_bits)?)))
     }
 }
 
 /// The firmware's board over the model chips.
 pub type ModelBoard = SpiBoard<ModelBus<Ls7366rChip>, ModelBus<Ad57x1rChip>, ModelPin, ModelPin>;
-
-type ModelBoardError = SpiBoardError<ModelBusError, ModelBusError, ModelPinError, ModelPinError>;
 
 /// A part that can be made to fail.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -115,32 +105,43 @@ impl SpiIo {
     /// initialised at position 0: power off, code 0.
     ///
     /// # Errors
-    /// [`SpiIoError`] for other numbers of bits, or if the drivers do not take
+    /// [`QuantiseError`] for other numbers of bits, or if the drivers do not take
     /// the chips.
-    pub fn new(dac_bits: u32, counter_bits: u32) -> Result<Self, SpiIoError> {
+    pub fn new(dac_bits: u32, counter_bits: u32) -> Result<Self, QuantiseError> {
         let model = [Ad57x1rModel::Ad5721r, Ad57x1rModel::Ad5761r]
             .into_iter()
             .find(|model| model.bits() == dac_bits)
-            .ok_or(SpiIoError::DacBits(dac_bits))?;
+            .ok_or_else(|| {
+                let because = format!(
+                    "there is no converter of {dac_bits} bits on SPI; \
+                     it must have 12 bits (AD5721R) or 16 bits (AD5761R)"
+                );
+                QuantiseError::setting("drive.dac_bits", f64::from(dac_bits), because)
+            })?;
         let width = [CounterWidth::Bits16, CounterWidth::Bits32]
             .into_iter()
             .find(|width| width.bits() == counter_bits)
-            .ok_or(SpiIoError::CounterBits(counter_bits))?;
+            .ok_or_else(|| {
+                let because = format!(
+                    "there is no counter of {counter_bits} bits on SPI; \
+                     the LS7366R must be used with 16 or 32 bits"
+                );
+                QuantiseError::setting("encoder.counter_bits", f64::from(counter_bits), because)
+            })?;
 
+        let line = || Line {
+            pin: ModelPin::default(),
+            active: PinState::High,
+        };
         let mut board = SpiBoard {
             counter: Ls7366r::new(ModelBus::new(Ls7366rChip::new(0)), width),
             converter: Ad57x1r::new(ModelBus::new(Ad57x1rChip::new(model)), model),
-            enable: Line {
-                pin: ModelPin::default(),
-                active: PinState::High,
-            },
+            enable: line(),
             // A closed loop to ground against a pull-up: high when open.
-            stop: Line {
-                pin: ModelPin::default(),
-                active: PinState::High,
-            },
+            stop: line(),
         };
-        board.initialise().map_err(SpiIoError::Board)?;
+        let initialised = board.initialise();
+        initialised.map_err(|error| QuantiseError::Bench(error.to_string()))?;
         Ok(Self {
             board,
             next_tick: 0,
@@ -159,7 +160,7 @@ impl SpiIo {
     pub fn start_tick(&mut self, position_counts: i64) {
         let tick = self.next_tick;
         self.next_tick += 1;
-        self.board.counter.spi_mut().chip.move_to(position_counts);
+        self.board.counter.spi.chip.move_to(position_counts);
 
         let fails = |part| {
             let fault = self.fault.as_ref();
@@ -172,11 +173,8 @@ impl SpiIo {
             })
         };
         let board = &mut self.board;
-        board.counter.spi_mut().set_fault(bus_fault(Part::Counter));
-        board
-            .converter
-            .spi_mut()
-            .set_fault(bus_fault(Part::Converter));
+        board.counter.spi.set_fault(bus_fault(Part::Counter));
+        board.converter.spi.set_fault(bus_fault(Part::Converter));
         board.enable.pin.broken = fails(Part::Enable);
         board.stop.pin.broken = fails(Part::EmergencyStop);
     }
@@ -220,7 +218,7 @@ impl SpiIo {
 
     /// The code at the converter's output; 0 while it is clamped to ground.
     pub fn code(&self) -> i32 {
-        match self.board.converter.spi().chip.output() {
+        match self.board.converter.spi.chip.output() {
             DacOutput::Clamped => 0,
             DacOutput::Code(code) => code,
         }
@@ -229,33 +227,5 @@ impl SpiIo {
     /// True while the power stage is on.
     pub fn powered(&self) -> bool {
         self.board.enable.pin.high
-    }
-}
-
-/// A board that cannot be had.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum SpiIoError {
-    /// No converter with this number of bits.
-    #[error(
-        "there is no converter of {0} bits on SPI; it must have 12 bits (AD5721R) or 16 bits (AD5761R)"
-    )]
-    DacBits(u32),
-    /// No counter with this number of bits.
-    #[error("there is no counter of {0} bits on SPI; the LS7366R must be used with 16 or 32 bits")]
-    CounterBits(u32),
-    /// A driver did not take its chip.
-    #[error("{0}")]
-    Board(ModelBoardError),
-}
-
-impl SpiIoError {
-    /// The run file's key and value that are to blame, if they are.
-    pub fn key(&self) -> Option<(&'static str, u32)> {
-        match self {
-            Self::DacBits(bits) => Some(("drive.dac_bits", *bits)),
-            Self::CounterBits(bits) => Some(("encoder.counter_bits", *bits)),
-            Self::Board(_) => None,
-        }
     }
 }

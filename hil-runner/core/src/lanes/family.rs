@@ -1,13 +1,14 @@
 //! The runs that can be computed side by side, and the work that they make.
-
-use std::collections::HashMap;
+//!
+//! The motion command at the samples is computed once for all runs of a family.
 
 use plant::{AxisParameters, Joint, Motion, Solver};
 
 use crate::case::{Case, Law};
+use crate::number::seconds;
 
-/// Everything that runs must share to go side by side: the axis but for b,
-/// the command, the timing and the law. Gains, encoder, converter, amplifier,
+/// Everything that runs must share to go side by side: the axis but for b, which
+/// is 0 here, the command, the timing and the law. Gains, encoder, converter, amplifier,
 /// settling band and budget are each run's own.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Family {
@@ -19,13 +20,6 @@ pub(crate) struct Family {
     /// Samples after the one at 0.
     pub(crate) samples: u64,
 }
-
-/// Numbers that tell families apart.
-const KEY: usize = 27;
-
-/// A family as plain bits, to be looked up.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(crate) struct Key([u64; KEY]);
 
 impl Family {
     /// The family of a case; none where the run has to be made by itself:
@@ -42,8 +36,12 @@ impl Family {
             && case.axis.is_affine()
             && delay_ns <= period_ns
             && duration_ns.is_multiple_of(period_ns);
+        let mut axis = case.axis;
+        if let Joint::Elastic(joint) = &mut axis.transmission.joint {
+            joint.backlash_half_rad = 0.0;
+        }
         fits.then_some(Self {
-            axis: case.axis,
+            axis,
             motion: case.motion,
             law,
             period_ns,
@@ -52,75 +50,36 @@ impl Family {
         })
     }
 
-    /// Equal for two families exactly if their runs can go side by side.
-    pub(crate) fn key(&self) -> Key {
-        let (motor, transmission) = (&self.axis.motor, &self.axis.transmission);
-        let (carriage, resistance) = (&self.axis.carriage, &self.axis.carriage.resistance);
-        let (stiffness, damping, no_pull) = match transmission.joint {
-            Joint::Rigid => (0.0, 0.0, 2),
-            Joint::Elastic(joint) => (
-                joint.stiffness_nm_per_rad,
-                joint.damping_nms_per_rad,
-                u64::from(joint.no_pull),
-            ),
-        };
-        let [t1, t2, t3, t4, t5, t6, t7] = self.motion.intervals_s();
-        let numbers = [
-            motor.inertia_kg_m2,
-            motor.torque_constant_nm_per_a,
-            motor.resistance_ohm,
-            motor.inductance_h,
-            transmission.gear_ratio,
-            transmission.screw_inertia_kg_m2,
-            transmission.screw_pitch_m_per_rad,
-            stiffness,
-            damping,
-            carriage.mass_kg,
-            resistance.constant_n,
-            resistance.linear_ns_per_rad,
-            resistance.quadratic_ns2_per_rad2,
-            self.motion.travel_m(),
-            t1,
-            t2,
-            t3,
-            t4,
-            t5,
-            t6,
-            t7,
-        ]
-        .map(f64::to_bits);
-        let whole = [
-            no_pull,
-            u64::from(resistance.opposes_motion),
-            self.period_ns,
-            self.delay_ns,
-            self.samples,
-            match self.law {
-                Law::Continuous => 0,
-                Law::Sampled => 1,
-                Law::Quantised => 2,
-                Law::Firmware => 3,
-            },
-        ];
-        let mut key = [0; KEY];
-        for (to, from) in key.iter_mut().zip(numbers.into_iter().chain(whole)) {
-            *to = from;
-        }
-        Key(key)
-    }
-
-    /// Steps of a sample \[ns\]: up to the delay, and after it. A delay of 0 or
-    /// of a whole sample leaves one.
-    pub(crate) fn steps_ns(&self) -> impl Iterator<Item = u64> + use<> {
+    /// Steps of a sample: up to the delay, and after it. A delay of 0 or of a whole
+    /// sample leaves one.
+    pub(crate) fn steps(&self) -> SampleSteps {
         let (delay_ns, rest_ns) = (self.delay_ns, self.period_ns - self.delay_ns);
-        [delay_ns, rest_ns].into_iter().filter(|&ns| ns > 0)
+        let (lengths_ns, number) = match (delay_ns, rest_ns) {
+            (0, length_ns) | (length_ns, 0) => ([length_ns, 0], 1),
+            both => (both.into(), 2),
+        };
+        SampleSteps {
+            lengths_ns,
+            real_ns: lengths_ns.map(|length_ns| length_ns as f64),
+            number,
+            first_new: usize::from(delay_ns > 0),
+        }
     }
+}
 
-    /// Number of the first step of a sample under the new code; a step that
-    /// there is not where the code waits for the next sample.
-    pub(crate) fn first_new_step(&self) -> usize {
-        usize::from(self.delay_ns > 0)
-    }
+/// Steps of a sample at most.
+pub(crate) const MOST_STEPS: usize = 2;
+
+/// The steps of a sample.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct SampleSteps {
+    pub(crate) lengths_ns: [u64; MOST_STEPS],
+    /// The same as real numbers.
+    pub(crate) real_ns: [f64; MOST_STEPS],
+    pub(crate) number: usize,
+    /// The first one under the new code; a step that there is not where the code
+    /// waits for the next sample.
+    pub(crate) first_new: usize,
 }
 
 /// Runs at a time: so many that the lanes whose contact changes make full
@@ -140,52 +99,107 @@ pub struct Parcel {
 /// The cases cut into work for a number of threads: as much as is computed at a
 /// time, unless that left a thread without any.
 pub fn parcels(cases: &[Case], threads: usize) -> Vec<Parcel> {
-    let cut = |group: &Group| match group.family {
-        None => 1,
-        Some(_) => {
-            let share = group.places.len().div_ceil(threads);
-            share.next_multiple_of(LANES).min(AT_A_TIME)
-        }
-    };
-    let parcel = |family| {
-        move |places: &[usize]| Parcel {
+    let mut parcels = Vec::new();
+    for Parcel { family, places } in groups(cases) {
+        let share = match family {
+            None => 1,
+            Some(_) => {
+                let share = places.len().div_ceil(threads);
+                share.next_multiple_of(LANES).min(AT_A_TIME)
+            }
+        };
+        parcels.extend(places.chunks(share).map(|places| Parcel {
             family,
             places: places.to_vec(),
-        }
-    };
-    groups(cases)
-        .iter()
-        .flat_map(|group| {
-            group
-                .places
-                .chunks(cut(group))
-                .map(parcel(group.family))
-                .collect::<Vec<_>>()
-        })
-        .collect()
+        }));
+    }
+    parcels
 }
 
-/// Places of the cases of one family, in order.
-pub(super) struct Group {
-    pub(super) family: Option<Family>,
-    pub(super) places: Vec<usize>,
-}
+/// Families that a case is compared with at most: an axis of its own for every case
+/// must not cost more than the runs.
+const MOST_COMPARED: usize = 1024;
 
-/// The families in the order in which they appear.
-pub(super) fn groups(cases: &[Case]) -> Vec<Group> {
-    let mut groups: Vec<Group> = Vec::new();
-    let mut known = HashMap::new();
+/// The families in the order in which they appear, each with its cases in order.
+pub(super) fn groups(cases: &[Case]) -> Vec<Parcel> {
+    let mut groups: Vec<Parcel> = Vec::new();
     for (place, case) in cases.iter().enumerate() {
         let family = Family::of(case);
-        let key = family.as_ref().map(Family::key);
-        let number = *known.entry(key).or_insert(groups.len());
-        match groups.get_mut(number) {
+        let mut last = groups.iter_mut().rev().take(MOST_COMPARED);
+        match last.find(|group| group.family == family) {
             Some(group) => group.places.push(place),
-            None => groups.push(Group {
+            None => groups.push(Parcel {
                 family,
                 places: vec![place],
             }),
         }
     }
     groups
+}
+
+/// Samples that are kept: 2 MB, 65 s at 1 ms. Of later ones the command is
+/// computed when it is needed, so that no run takes more memory than this.
+const MOST_KEPT: u64 = 65_536;
+
+/// The command at one sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Command {
+    /// `α_ref(t_k)` \[rad\].
+    pub(crate) alpha_rad: f64,
+    /// `ẍ_ref(t_k)`, right-continuous \[m/s²\].
+    pub(crate) acceleration_mps2: f64,
+    /// `x_ref` at the end of each step of the sample \[m\].
+    pub(crate) step_ends_m: [f64; MOST_STEPS],
+}
+
+/// The command from sample to sample.
+#[derive(Debug, Clone)]
+pub(crate) struct Commands {
+    motion: Motion,
+    period_ns: u64,
+    steps_ns: [u64; MOST_STEPS],
+    metres_per_rad: f64,
+    kept: Vec<Command>,
+}
+
+impl Commands {
+    pub(crate) fn new(family: &Family) -> Self {
+        let transmission = &family.axis.transmission;
+        let mut commands = Self {
+            motion: family.motion,
+            period_ns: family.period_ns,
+            steps_ns: family.steps().lengths_ns,
+            metres_per_rad: transmission.screw_pitch_m_per_rad * transmission.gear_ratio,
+            kept: Vec::new(),
+        };
+        let kept = family.samples.saturating_add(1).min(MOST_KEPT);
+        commands.kept = (0..kept).map(|tick| commands.compute(tick)).collect();
+        commands
+    }
+
+    /// The command of sample `tick`.
+    #[inline(always)]
+    pub(crate) fn at(&self, tick: u64) -> Command {
+        match usize::try_from(tick).ok().and_then(|k| self.kept.get(k)) {
+            Some(command) => *command,
+            None => self.compute(tick),
+        }
+    }
+
+    #[inline(never)]
+    fn compute(&self, tick: u64) -> Command {
+        let mut time_ns = tick * self.period_ns;
+        let now = self.motion.at(seconds(time_ns));
+        let step_ends_m = self.steps_ns.map(|length_ns| {
+            // The end of a step as the plant's spans have it.
+            let end_s = seconds(time_ns) + seconds(length_ns);
+            time_ns += length_ns;
+            self.motion.at(end_s).displacement_m
+        });
+        Command {
+            alpha_rad: now.displacement_m / self.metres_per_rad,
+            acceleration_mps2: now.acceleration_mps2,
+            step_ends_m,
+        }
+    }
 }

@@ -10,102 +10,49 @@ use crate::controllers::{FirmwareOnCounts, Pid, PidState};
 pub(crate) trait LaneLaw<W: Width> {
     /// The codes for where the motors are and where they should be \[rad\], and
     /// the counts that they were computed from.
-    fn code(
-        &mut self,
-        w: W,
-        settings: &Settings<W>,
-        alpha_rad: W::Vector,
-        alpha_ref_rad: W::Vector,
-    ) -> (W::Vector, W::Vector);
+    fn code(&mut self, w: W, settings: &Settings<W>, angles_rad: [W::Vector; 2]) -> [W::Vector; 2];
 }
 
-/// Rung `sampled`: real numbers.
+/// Rung `sampled`, real numbers, or `quantised`: whole counts and whole codes.
 #[derive(Debug)]
-pub(crate) struct Sampled<V>(pub(crate) Pid<V>, pub(crate) PidState<V>);
-
-/// Rung `quantised`: whole counts and whole codes.
-#[derive(Debug)]
-pub(crate) struct Quantised<V>(pub(crate) Pid<V>, pub(crate) PidState<V>);
+pub(crate) struct Sampled<V, const WHOLE: bool>(pub(crate) Pid<V>, pub(crate) PidState<V>);
 
 /// Rung `firmware`: the `firmware` crate, lane after lane. A lane without a
 /// controller gets the code 0.
 #[derive(Debug)]
 pub(crate) struct Firmware<'a>(pub(crate) &'a mut [Option<FirmwareOnCounts>]);
 
-impl<W: Width> LaneLaw<W> for Sampled<W::Vector> {
+impl<W: Width, const WHOLE: bool> LaneLaw<W> for Sampled<W::Vector, WHOLE> {
     #[inline(always)]
-    fn code(
-        &mut self,
-        w: W,
-        settings: &Settings<W>,
-        alpha_rad: W::Vector,
-        alpha_ref_rad: W::Vector,
-    ) -> (W::Vector, W::Vector) {
-        let counts_per_rad = w.load(&settings.counts_per_rad);
-        let position_counts = counts_per_rad * alpha_rad;
-        let error_counts = counts_per_rad * alpha_ref_rad - position_counts;
-        (self.0.output(&mut self.1, error_counts), position_counts)
-    }
-}
-
-impl<W: Width> LaneLaw<W> for Quantised<W::Vector> {
-    #[inline(always)]
-    fn code(
-        &mut self,
-        w: W,
-        settings: &Settings<W>,
-        alpha_rad: W::Vector,
-        alpha_ref_rad: W::Vector,
-    ) -> (W::Vector, W::Vector) {
-        let (setpoint, count) = counts(w, settings, alpha_rad, alpha_ref_rad);
-        let y = self.0.output(&mut self.1, setpoint - count);
+    fn code(&mut self, w: W, settings: &Settings<W>, angles_rad: [W::Vector; 2]) -> [W::Vector; 2] {
+        let [position, setpoint] = settings.counts::<WHOLE>(w, angles_rad);
+        let y = self.0.output(&mut self.1, setpoint - position);
+        if !WHOLE {
+            return [y, position];
+        }
         // code = clamp(floor(y + ½), −2^(n−1), 2^(n−1) − 1)
-        let code = settings.clamped_code(w, w.floor(y + w.splat(0.5)));
-        (code, count)
+        let code = w.floor(y + w.splat(0.5));
+        let (lowest, highest) = (w.load(&settings.code_min), w.load(&settings.code_max));
+        [clamp(w, code, lowest, highest), position]
     }
 }
 
 impl<W: Width> LaneLaw<W> for Firmware<'_> {
     #[inline(always)]
-    fn code(
-        &mut self,
-        w: W,
-        settings: &Settings<W>,
-        alpha_rad: W::Vector,
-        alpha_ref_rad: W::Vector,
-    ) -> (W::Vector, W::Vector) {
-        let (setpoint, count) = counts(w, settings, alpha_rad, alpha_ref_rad);
-        let mut setpoints = W::array(0.0);
-        let mut counts = W::array(0.0);
-        let mut codes = W::array(0.0);
+    fn code(&mut self, w: W, settings: &Settings<W>, angles_rad: [W::Vector; 2]) -> [W::Vector; 2] {
+        let [position, setpoint] = settings.counts::<true>(w, angles_rad);
+        let [mut positions, mut setpoints, mut codes] = [W::array(0.0); 3];
+        w.store(position, &mut positions);
         w.store(setpoint, &mut setpoints);
-        w.store(count, &mut counts);
-        let inputs = setpoints.as_ref().iter().zip(counts.as_ref());
-        for ((code, controller), (&setpoint, &count)) in
-            codes.as_mut().iter_mut().zip(self.0.iter_mut()).zip(inputs)
-        {
+        let inputs = setpoints.as_ref().iter().zip(positions.as_ref());
+        let lanes = codes.as_mut().iter_mut().zip(self.0.iter_mut());
+        for ((code, controller), (&setpoint, &position)) in lanes.zip(inputs) {
             if let Some(controller) = controller {
-                *code = controller.code(setpoint, count);
+                *code = controller.code(setpoint, position);
             }
         }
-        (w.load(&codes), count)
+        [w.load(&codes), position]
     }
-}
-
-/// Setpoint and position in whole counts: `floor(K_enc·α_ref + ½)` and
-/// `floor(K_enc·α)`.
-#[inline(always)]
-fn counts<W: Width>(
-    w: W,
-    settings: &Settings<W>,
-    alpha_rad: W::Vector,
-    alpha_ref_rad: W::Vector,
-) -> (W::Vector, W::Vector) {
-    let counts_per_rad = w.load(&settings.counts_per_rad);
-    (
-        w.floor(counts_per_rad * alpha_ref_rad + w.splat(0.5)),
-        w.floor(counts_per_rad * alpha_rad),
-    )
 }
 
 /// Settings of the lanes, in memory. A lane without a run has zeros: its axis
@@ -149,18 +96,15 @@ impl<W: Width> Settings<W> {
 
     pub(crate) fn set(&mut self, lane: usize, case: &Case) {
         let gains = &case.controller.gains;
-        for (array, gain) in self
-            .gains
-            .iter_mut()
-            .zip([gains.kp, gains.ki_per_s, gains.kd_s])
-        {
-            array.as_mut()[lane] = gain;
-        }
+        let [kp, ki, kd] = &mut self.gains;
         let (code_min, code_max) = match case.controller.law {
             Law::Sampled => (f64::NEG_INFINITY, f64::INFINITY),
             _ => (case.dac.code_min().into(), case.dac.code_max().into()),
         };
         for (array, value) in [
+            (kp, gains.kp),
+            (ki, gains.ki_per_s),
+            (kd, gains.kd_s),
             (&mut self.counts_per_rad, case.encoder.counts_per_rad),
             (&mut self.code_min, code_min),
             (&mut self.code_max, code_max),
@@ -172,10 +116,21 @@ impl<W: Width> Settings<W> {
         }
     }
 
-    /// The code within the converter's range.
+    /// Position and setpoint in counts, `K_enc·α` and `K_enc·α_ref`, or in whole
+    /// ones: `floor(K_enc·α)` and `floor(K_enc·α_ref + ½)`.
     #[inline(always)]
-    pub(crate) fn clamped_code(&self, w: W, code: W::Vector) -> W::Vector {
-        clamp(w, code, w.load(&self.code_min), w.load(&self.code_max))
+    fn counts<const WHOLE: bool>(
+        &self,
+        w: W,
+        [alpha, alpha_ref]: [W::Vector; 2],
+    ) -> [W::Vector; 2] {
+        let counts_per_rad = w.load(&self.counts_per_rad);
+        let (position, setpoint) = (counts_per_rad * alpha, counts_per_rad * alpha_ref);
+        if WHOLE {
+            [w.floor(position), w.floor(setpoint + w.splat(0.5))]
+        } else {
+            [position, setpoint]
+        }
     }
 
     /// `V_m = clamp(K_a·K_dac·code, ±V_max)`.

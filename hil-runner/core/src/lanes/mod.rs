@@ -6,23 +6,22 @@
 //! nothing is added across lanes.
 //!
 //! ```text
-//! family     the runs that can go side by side, and the work of a thread
-//! commands   the motion at the samples, computed once for all of them
+//! family     the runs that can go side by side, their command, and the work of a thread
 //! laws       the sampled laws on all lanes, and gains, encoder and drive lane by lane
 //! side_by_side  laws and axes from sample to sample, and what their rows leave behind
 //! worker     what one thread keeps from run to run
 //! ```
 
-mod commands;
 mod family;
 mod laws;
 mod side_by_side;
 mod worker;
 
 pub use family::{Parcel, parcels};
-pub use worker::{Runs, SingleRuns};
+pub use worker::Runs;
 
-#[cfg(all(test, target_arch = "x86_64"))]
+#[cfg(target_arch = "x86_64")]
+#[cfg(test)]
 mod tests {
     use fearless_simd::Level;
 

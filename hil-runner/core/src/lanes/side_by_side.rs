@@ -2,16 +2,15 @@
 
 use plant::{Batch, ExtremesSettings, Joint, LaneSetup, PlantError, Width};
 
-use super::commands::{Commands, MOST_STEPS};
-use super::family::{Family, Key};
-use super::laws::{Firmware, Held, LaneLaw, Quantised, Sampled, Settings};
+use super::family::{Commands, Family, SampleSteps};
+use super::laws::{Firmware, Held, LaneLaw, Sampled, Settings};
 use crate::case::{Case, Law};
 use crate::controllers::{FirmwareOnCounts, Pid, PidState};
 use crate::error::RunError;
+use crate::number::seconds;
 use crate::quantise::QuantiseError;
 use crate::rest::{Range, Seen, Window};
 use crate::summary::{EndOfRun, RowFigures, Summary};
-use crate::time::seconds;
 
 /// The runs of a family, some groups of lanes at a time. What depends on the
 /// family alone is computed once.
@@ -19,7 +18,6 @@ use crate::time::seconds;
 pub(crate) struct Lanes<W: Width> {
     width: W,
     family: Family,
-    key: Key,
     commands: Commands,
     batch: Batch<W>,
     setups: Vec<LaneSetup>,
@@ -46,25 +44,16 @@ struct Progress<V> {
     limited_ns: V,
 }
 
-/// Steps of a sample.
-struct SampleSteps {
-    steps_ns: [f64; MOST_STEPS],
-    steps: usize,
-    /// The first one under the new code.
-    first_new: usize,
-}
-
 impl<W: Width> Lanes<W> {
     /// # Errors
     /// [`PlantError::NotAffine`], but for families that does not happen.
-    pub(crate) fn new(width: W, family: Family, key: Key) -> Result<Self, PlantError> {
-        let steps_ns: Vec<u64> = family.steps_ns().collect();
+    pub(crate) fn new(width: W, family: Family) -> Result<Self, PlantError> {
+        let steps = family.steps();
         Ok(Self {
             width,
             family,
-            key,
             commands: Commands::new(&family),
-            batch: Batch::new(width, &family.axis, &steps_ns)?,
+            batch: Batch::new(width, &family.axis, &steps.lengths_ns[..steps.number])?,
             setups: Vec::new(),
             groups: Vec::new(),
             seen: Vec::new(),
@@ -79,8 +68,8 @@ impl<W: Width> Lanes<W> {
     }
 
     /// The family whose runs these are.
-    pub(crate) fn key(&self) -> &Key {
-        &self.key
+    pub(crate) fn family(&self) -> &Family {
+        &self.family
     }
 
     /// Runs cases of the family, no more than [`super::Runs::AT_A_TIME`], and hands over
@@ -94,17 +83,11 @@ impl<W: Width> Lanes<W> {
         self.start(cases.clone());
         match self.family.law {
             Law::Continuous | Law::Sampled => {
-                let mut laws = self
-                    .pids()
-                    .map(|(pid, state)| Sampled(pid, state))
-                    .collect::<Vec<_>>();
+                let mut laws = self.laws::<false>();
                 self.lockstep(&mut laws);
             }
             Law::Quantised => {
-                let mut laws = self
-                    .pids()
-                    .map(|(pid, state)| Quantised(pid, state))
-                    .collect::<Vec<_>>();
+                let mut laws = self.laws::<true>();
                 self.lockstep(&mut laws);
             }
             Law::Firmware => {
@@ -122,17 +105,18 @@ impl<W: Width> Lanes<W> {
 
     /// The law of each group, at its start.
     #[inline(always)]
-    fn pids(&self) -> impl Iterator<Item = (Pid<W::Vector>, PidState<W::Vector>)> {
+    fn laws<const WHOLE: bool>(&self) -> Vec<Sampled<W::Vector, WHOLE>> {
         let w = self.width;
         let sample_time_s = w.splat(seconds(self.family.period_ns));
-        self.groups.iter().map(move |settings| {
+        let law = |settings: &Settings<W>| {
             let gains = settings.gains.each_ref().map(|array| w.load(array));
             let pid = Pid {
                 gains,
                 sample_time_s,
             };
-            (pid, PidState::new(w.splat(0.0)))
-        })
+            Sampled(pid, PidState::new(w.splat(0.0)))
+        };
+        self.groups.iter().map(law).collect()
     }
 
     /// Puts every lane at rest and sets what is each run's own.
@@ -166,13 +150,9 @@ impl<W: Width> Lanes<W> {
                 },
             });
             if self.family.law == Law::Firmware {
-                let (controller, refused) = match FirmwareOnCounts::new(case, self.family.period_ns)
-                {
-                    Ok(controller) => (Some(controller), None),
-                    Err(error) => (None, Some(error)),
-                };
-                self.firmware.push(controller);
-                self.refused.push(refused);
+                let made = FirmwareOnCounts::new(case, self.family.period_ns);
+                self.refused.push(made.as_ref().err().cloned());
+                self.firmware.push(made.ok());
             }
         }
         self.batch.start(&self.setups);
@@ -183,15 +163,7 @@ impl<W: Width> Lanes<W> {
     #[inline(always)]
     fn lockstep(&mut self, laws: &mut [impl LaneLaw<W>]) {
         let w = self.width;
-        let mut steps_of_sample = SampleSteps {
-            steps_ns: [0.0; MOST_STEPS],
-            steps: 0,
-            first_new: self.family.first_new_step(),
-        };
-        for length_ns in self.family.steps_ns() {
-            steps_of_sample.steps_ns[steps_of_sample.steps] = length_ns as f64;
-            steps_of_sample.steps += 1;
-        }
+        let steps = self.family.steps();
         let zero = w.splat(0.0);
         let at_rest = Held {
             voltage_v: zero,
@@ -212,7 +184,7 @@ impl<W: Width> Lanes<W> {
             running = false;
             for (group, (progress, law)) in reached.iter_mut().zip(laws.iter_mut()).enumerate() {
                 if progress.tick <= self.family.samples {
-                    running |= self.advance(group, &steps_of_sample, progress, law);
+                    running |= self.advance(group, &steps, progress, law);
                 }
             }
             self.batch.catch_up();
@@ -233,7 +205,7 @@ impl<W: Width> Lanes<W> {
     fn advance(
         &mut self,
         group: usize,
-        steps_of_sample: &SampleSteps,
+        steps: &SampleSteps,
         progress: &mut Progress<W::Vector>,
         law: &mut impl LaneLaw<W>,
     ) -> bool {
@@ -249,7 +221,7 @@ impl<W: Width> Lanes<W> {
                 // 1. Sample.
                 let alpha = axes.beta_rad() / z;
                 // 2. Compute.
-                let (code, count) = law.code(w, settings, alpha, w.splat(command.alpha_rad));
+                let [code, count] = law.code(w, settings, [alpha, w.splat(command.alpha_rad)]);
                 now.next = settings.held(w, code);
                 // 3. Record.
                 let error = axes.acceleration_mps2() - w.splat(command.acceleration_mps2);
@@ -264,18 +236,18 @@ impl<W: Width> Lanes<W> {
             }
             // 4. Move: first under the code still in force, then under the new.
             let mut held_up = false;
-            while now.step < steps_of_sample.steps && !held_up {
+            while now.step < steps.number && !held_up {
                 let step = now.step;
-                if step >= steps_of_sample.first_new {
+                if step >= steps.first_new {
                     now.in_force = now.next;
                 }
-                let length_ns = w.splat(steps_of_sample.steps_ns[step]);
+                let length_ns = w.splat(steps.real_ns[step]);
                 now.limited_ns = now.limited_ns + now.in_force.limited * length_ns;
                 let end_m = w.splat(command.step_ends_m[step]);
                 held_up = axes.advance(step, now.in_force.voltage_v, end_m);
                 now.step += 1;
             }
-            if now.step == steps_of_sample.steps {
+            if now.step == steps.number {
                 now.in_force = now.next;
                 now.step = 0;
                 now.tick += 1;
@@ -298,12 +270,12 @@ impl<W: Width> Lanes<W> {
         if let Some(refused) = self.refused.get_mut(run).and_then(Option::take) {
             return Err(RunError::Quantise(refused));
         }
-        let rows = RowFigures::from_sums(
-            self.family.samples + 1,
-            squared,
-            largest,
-            self.seen[run / W::LANES].of(lane),
-        );
+        let rows = RowFigures {
+            rows: self.family.samples + 1,
+            squared_acc_error: squared,
+            max_abs_dac_code: Some(largest),
+            seen: self.seen[run / W::LANES].of(lane),
+        };
         Ok(EndOfRun {
             case,
             solver: "exact",
@@ -394,6 +366,11 @@ impl<W: Width> LaneSeen<W> {
             None => [range(&self.now, place), Range::EMPTY],
         };
         let positions_m = self.positions_m.iter().map(|array| array.as_ref()[lane]);
-        Seen::from_parts(self.window, both(0), both(2), positions_m.collect())
+        Seen {
+            window: self.window,
+            codes: both(0),
+            counts: both(2),
+            positions_m: positions_m.collect(),
+        }
     }
 }

@@ -3,7 +3,7 @@
 use fearless_simd::{Level, Simd, dispatch};
 use plant::{Eight, Four, One, Width};
 
-use super::family::{AT_A_TIME, Family, Group, Key, Parcel, groups};
+use super::family::{AT_A_TIME, Family, Parcel, groups};
 use super::side_by_side::Lanes;
 use crate::case::Case;
 use crate::error::RunError;
@@ -16,60 +16,9 @@ const MOST_ALONE: usize = 2;
 /// Families whose tables are kept.
 const MOST_FAMILIES: usize = 4;
 
-/// Figures of one run after the other, on one thread.
-///
-/// Everything that depends on axis, command and timing alone is computed for the first
-/// run and kept as long as these stay the same; gains, backlash, encoder and
-/// drive may change from run to run at no cost.
-#[derive(Debug)]
-pub struct SingleRuns {
-    level: Level,
-    lanes: Option<Lanes<One>>,
-}
-
-impl Default for SingleRuns {
-    fn default() -> Self {
-        Self::new()
-    }
-}
-
-impl SingleRuns {
-    /// Nothing computed yet.
-    pub fn new() -> Self {
-        Self {
-            level: for_one(),
-            lanes: None,
-        }
-    }
-
-    /// The figures of a run, bit for bit those of [`run`] with
-    /// `run.events = false`.
-    ///
-    /// # Errors
-    /// As [`run`].
-    pub fn figures(&mut self, case: &Case) -> Result<Summary, RunError> {
-        match Family::of(case) {
-            Some(family) => self.of_family(family, case),
-            None => alone(case),
-        }
-    }
-
-    fn of_family(&mut self, family: Family, case: &Case) -> Result<Summary, RunError> {
-        let key = family.key();
-        let lanes = match self.lanes.take().filter(|lanes| *lanes.key() == key) {
-            Some(fitting) => fitting,
-            None => Lanes::new(One, family, key)?,
-        };
-        let lanes = self.lanes.insert(lanes);
-        // The scalar code, too, is faster with an instruction for `floor`.
-        dispatch!(self.level, simd => one(simd, lanes, case))
-    }
-}
-
 /// Instructions for a single run: one with `floor`. The compiler uses wider
 /// ones to gather what lies apart, which takes longer than it saves.
-fn for_one() -> Level {
-    let level = Level::new();
+fn for_one(level: Level) -> Level {
     #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
     if let Some(narrow) = level.as_sse4_2() {
         return Level::Sse4_2(narrow);
@@ -87,8 +36,9 @@ fn one<S: Simd>(_: S, lanes: &mut Lanes<One>, case: &Case) -> Result<Summary, Ru
 /// Figures of many runs at a time, side by side, on one thread: what a thread
 /// of a study keeps.
 ///
-/// As with [`SingleRuns`], what depends on axis, command and timing alone is
-/// kept from call to call, for the last few axes. A call is best given some
+/// What depends on axis, command and timing alone is computed for the first run and
+/// kept from call to call, for the last few axes; gains, backlash, encoder and drive
+/// may change from run to run at no cost. A call is best given some
 /// hundreds of cases; [`Runs::AT_A_TIME`] of one axis are computed at a time,
 /// and of a smaller number some lanes stay empty.
 ///
@@ -118,7 +68,8 @@ pub struct Runs {
     level: Level,
     /// The last one used comes last.
     families: Vec<Box<dyn SideBySide>>,
-    single: SingleRuns,
+    /// For cases that are alone in their family.
+    single: Option<Lanes<One>>,
 }
 
 impl Default for Runs {
@@ -141,8 +92,27 @@ impl Runs {
         Self {
             level,
             families: Vec::new(),
-            single: SingleRuns::new(),
+            single: None,
         }
+    }
+
+    /// The figures of a run, bit for bit those of [`run`] with
+    /// `run.events = false`.
+    ///
+    /// # Errors
+    /// As [`run`].
+    pub fn single(&mut self, case: &Case) -> Result<Summary, RunError> {
+        let Some(family) = Family::of(case) else {
+            return alone(case);
+        };
+        let known = self.single.take();
+        let lanes = match known.filter(|lanes| *lanes.family() == family) {
+            Some(fitting) => fitting,
+            None => Lanes::new(One, family)?,
+        };
+        let lanes = self.single.insert(lanes);
+        // The scalar code, too, is faster with an instruction for `floor`.
+        dispatch!(for_one(self.level), simd => one(simd, lanes, case))
     }
 
     /// Appends the figures of every case, in their order: bit for bit those of
@@ -150,8 +120,8 @@ impl Runs {
     pub fn figures(&mut self, cases: &[Case], figures: &mut Vec<Result<Summary, RunError>>) {
         let first = figures.len();
         figures.extend(cases.iter().map(|_| Err(RunError::Lost)));
-        for Group { family, places } in groups(cases) {
-            self.of_places(family, cases, &places, |place, result| {
+        for parcel in groups(cases) {
+            self.of_parcel(cases, &parcel, |place, result| {
                 figures[first + place] = result;
             });
         }
@@ -162,49 +132,30 @@ impl Runs {
         &mut self,
         cases: &[Case],
         parcel: &Parcel,
-        each: impl FnMut(usize, Result<Summary, RunError>),
-    ) {
-        self.of_places(parcel.family, cases, &parcel.places, each);
-    }
-
-    /// The figures of some of the cases, which are of one family or have none.
-    fn of_places(
-        &mut self,
-        family: Option<Family>,
-        cases: &[Case],
-        places: &[usize],
         mut each: impl FnMut(usize, Result<Summary, RunError>),
     ) {
-        let Some(family) = family else {
-            places
-                .iter()
-                .for_each(|&place| each(place, alone(&cases[place])));
-            return;
-        };
-        for places in places.chunks(Self::AT_A_TIME) {
-            if places.len() <= MOST_ALONE {
-                for &place in places {
-                    each(place, self.single.of_family(family, &cases[place]));
-                }
+        for places in parcel.places.chunks(Self::AT_A_TIME) {
+            let prepared = match parcel.family {
+                Some(family) if places.len() > MOST_ALONE => self.prepared(family).ok(),
+                _ => None,
+            };
+            if let Some(lanes) = prepared {
+                lanes.run(cases, places, &mut each);
                 continue;
             }
-            match self.prepared(family) {
-                Ok(lanes) => lanes.run(cases, places, &mut each),
-                // Not a family after all: the single run says why.
-                Err(_) => places
-                    .iter()
-                    .for_each(|&place| each(place, alone(&cases[place]))),
+            for &place in places {
+                each(place, self.single(&cases[place]));
             }
         }
     }
 
     /// The lanes for a family: those at hand if there are such.
     fn prepared(&mut self, family: Family) -> Result<&mut dyn SideBySide, RunError> {
-        let key = family.key();
-        let known = self.families.iter().position(|lanes| *lanes.key() == key);
+        let mut known = self.families.iter();
+        let known = known.position(|lanes| *lanes.family() == family);
         let lanes = match known {
             Some(place) => self.families.remove(place),
-            None => side_by_side(self.level, family, key)?,
+            None => side_by_side(self.level, family)?,
         };
         if self.families.len() >= MOST_FAMILIES {
             self.families.remove(0);
@@ -217,8 +168,7 @@ impl Runs {
 
 /// The runs of a family with one kind of instructions.
 trait SideBySide: std::fmt::Debug + Send {
-    /// The family.
-    fn key(&self) -> &Key;
+    fn family(&self) -> &Family;
     /// Runs some of the cases, no more than [`Runs::AT_A_TIME`].
     fn run(
         &mut self,
@@ -230,25 +180,25 @@ trait SideBySide: std::fmt::Debug + Send {
 
 /// Lanes with given instructions, as many as a vector holds: a narrower one
 /// would need more steps, of a wider one too few halves fit in the registers.
-fn side_by_side(level: Level, family: Family, key: Key) -> Result<Box<dyn SideBySide>, RunError> {
+fn side_by_side(level: Level, family: Family) -> Result<Box<dyn SideBySide>, RunError> {
     #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
     if let Level::Avx512(simd) = level {
-        return Ok(Box::new(Lanes::new(Eight(simd), family, key)?));
+        return Ok(Box::new(Lanes::new(Eight(simd), family)?));
     }
-    dispatch!(level, simd => four(simd, family, key))
+    dispatch!(level, simd => four(simd, family))
 }
 
 #[inline(always)]
-fn four<S: Simd>(simd: S, family: Family, key: Key) -> Result<Box<dyn SideBySide>, RunError> {
-    Ok(Box::new(Lanes::new(Four(simd), family, key)?))
+fn four<S: Simd>(simd: S, family: Family) -> Result<Box<dyn SideBySide>, RunError> {
+    Ok(Box::new(Lanes::new(Four(simd), family)?))
 }
 
 /// As [`SideBySide`], for a width with instructions of its own.
 macro_rules! in_lanes {
     ($width:ident) => {
         impl<S: Simd> SideBySide for Lanes<$width<S>> {
-            fn key(&self) -> &Key {
-                self.key()
+            fn family(&self) -> &Family {
+                self.family()
             }
 
             fn run(

@@ -5,21 +5,24 @@
 //! settings and curves as rows and columns that a page can show without knowing
 //! a case.
 
-mod ladder;
 mod parameters;
-mod runs;
 mod traces;
-
-pub use ladder::{Held, LadderReport, LadderRung};
-pub use parameters::Parameter;
-pub use runs::{CaseReport, FigureRow};
-pub use traces::{ContactInterval, Traces};
 
 use serde::Serialize;
 
-use crate::case_run::CaseRun;
-use crate::ladder::Rung;
+use crate::budget::Verdict;
+use crate::chip_cost::{ChipReport, StateCost};
+use crate::figures::{CHIP_FIGURES, Figure, HOST_STEP_P99, SUMMARY_FIGURES};
+use crate::ladder::{GRID_NS, Rung};
+use crate::number::{column, column_option, seconds};
+use crate::record::GridPoint;
 use crate::reservation::kept_but;
+use crate::run::{CaseRun, HostTiming, keys_without_effect};
+use crate::summary::Summary;
+use parameters::{text, value};
+
+pub use parameters::Parameter;
+pub use traces::{ContactInterval, Traces};
 
 /// Everything that one report shows.
 ///
@@ -61,5 +64,237 @@ pub fn ladder_report(command_line: &str, rungs: &[Rung]) -> Report {
     Report {
         ladder: Some(LadderReport::of(name, rungs)),
         ..report(&format!("Ladder of {name}"), command_line, &[])
+    }
+}
+
+/// One run.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct CaseReport {
+    /// Name of the run; unique within a report, or the reader cannot tell
+    /// two columns apart.
+    pub name: String,
+    /// The rung: `continuous`, `sampled`, `quantised` or `firmware`.
+    pub law: String,
+    /// The solver that was really used.
+    pub solver: String,
+    /// Settings worth seeing beside the result: Δt, bits, K_enc, b, …
+    pub parameters: Vec<Parameter>,
+    /// Budgets and how they came out; the [`FigureRow`] of the same key has
+    /// label, unit and digits.
+    pub verdicts: Vec<Verdict>,
+    /// The summary's figures in display order.
+    pub figures: Vec<FigureRow>,
+    /// Time of the controller step on this machine, if measured.
+    pub host_timing: Option<HostTiming>,
+    /// Reasons not simply to pass if it keeps its limits, in a few words.
+    pub reserved: Option<String>,
+    /// Remarks that the reader must see, one sentence each.
+    pub warnings: Vec<String>,
+    /// The curves.
+    pub traces: Traces,
+}
+
+impl CaseReport {
+    fn of(run: &CaseRun) -> Self {
+        let (case, summary) = (&run.case, &run.outcome.summary);
+        let chip = summary.chip.iter();
+        let gains = run.outcome.gains.iter();
+        let on_host = run.timing_verdict.iter().map(|verdict| FigureRow {
+            value: verdict.value,
+            ..FigureRow::of(&HOST_STEP_P99, summary)
+        });
+        Self {
+            name: summary.name.clone(),
+            law: summary.law.to_owned(),
+            solver: summary.solver.to_owned(),
+            parameters: parameters::of(case)
+                .into_iter()
+                .chain(gains.flat_map(parameters::of_words))
+                .chain(chip.flat_map(chip_parameters))
+                .collect(),
+            verdicts: run.verdicts().cloned().collect(),
+            figures: SUMMARY_FIGURES
+                .iter()
+                .map(|figure| FigureRow::of(figure, summary))
+                .chain(chip_figures(summary))
+                .chain(on_host)
+                .collect(),
+            host_timing: run.timing,
+            reserved: kept_but(&[run.named_reservations()]),
+            warnings: run.warnings.clone(),
+            traces: Traces::of(case, &run.outcome),
+        }
+    }
+}
+
+/// One key figure of a run.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct FigureRow {
+    /// Key in the summary, such as `final_error_um`.
+    pub key: String,
+    /// The same in words.
+    pub label: String,
+    /// Unit of the value, empty for counts of things.
+    pub unit: String,
+    /// The value; `None` where the run has no such figure.
+    pub value: Option<f64>,
+    /// Number of digits that hold; `None` for all that tables show.
+    pub digits: Option<usize>,
+}
+
+impl FigureRow {
+    fn of(figure: &Figure, summary: &Summary) -> Self {
+        Self {
+            key: figure.key.to_owned(),
+            label: figure.label.to_owned(),
+            unit: figure.unit.to_owned(),
+            value: summary.figure(figure.key),
+            digits: summary.digits(figure.key),
+        }
+    }
+}
+
+/// The chip's own account of itself.
+fn chip_parameters(chip: &ChipReport) -> Vec<Parameter> {
+    vec![
+        text("Target", &chip.target, ""),
+        text("CRC-32 of the image", &chip.image_hash, ""),
+        value("Steps over the link", chip.link_steps as f64, ""),
+        value("Clock of the core", chip.clock_hz as f64 / 1e6, "MHz"),
+    ]
+}
+
+/// The figures of the chip, or those that a budget names in vain; nothing for a
+/// run that has to do with no chip.
+fn chip_figures(summary: &Summary) -> Vec<FigureRow> {
+    let named = |key: &str| summary.verdicts.iter().any(|verdict| verdict.figure == key);
+    let of_chip = CHIP_FIGURES
+        .iter()
+        .filter(|figure| summary.chip.is_some() || named(figure.key))
+        .map(|figure| FigureRow::of(figure, summary));
+    let states = summary.chip.iter().flat_map(|chip| {
+        let counted = match chip.instructions_per_step_max {
+            Some(_) => "instructions",
+            None => "cycles",
+        };
+        let rows = chip.states.iter();
+        rows.flat_map(move |state| of_state(state, counted))
+    });
+    of_chip.chain(states).collect()
+}
+
+/// The cost of the steps that end in a state.
+fn of_state(cost: &StateCost, counted: &str) -> [FigureRow; 2] {
+    let row = |figure: &str, words: &str, value: u64| FigureRow {
+        key: format!("states.{}.{figure}", cost.state),
+        label: format!("{words} {counted} of a step, {}", cost.state),
+        unit: String::new(),
+        value: Some(value as f64),
+        digits: None,
+    };
+    [
+        row("max", "Most", cost.max),
+        row("median", "Median", cost.median),
+    ]
+}
+
+/// A figure, and the number of its digits that hold; `None` for all that tables
+/// show.
+pub type Held = (Option<f64>, Option<usize>);
+
+/// All rungs of one case, their differences on common rows.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LadderReport {
+    /// Name of the case.
+    pub case: String,
+    /// Remarks that hold for several rungs, one sentence each.
+    pub warnings: Vec<String>,
+    /// Times of the common rows \[s\], ascending.
+    #[serde(serialize_with = "column")]
+    pub t_s: Vec<f64>,
+    /// The rungs from the bottom up.
+    pub rungs: Vec<LadderRung>,
+}
+
+impl LadderReport {
+    fn of(case: &str, rungs: &[Rung]) -> Self {
+        let rows = rungs.first().map_or(0, |rung| rung.outcome.grid.len());
+        let ticks = 0..u64::try_from(rows).unwrap_or(0);
+        let below = std::iter::once(None).chain(rungs.iter().map(Some));
+        Self {
+            case: case.to_owned(),
+            warnings: Vec::from_iter(keys_without_effect(rungs.iter().map(|rung| &rung.case))),
+            t_s: ticks.map(|tick| seconds(tick * GRID_NS)).collect(),
+            rungs: rungs
+                .iter()
+                .zip(below)
+                .map(|(rung, below)| LadderRung::of(rung, below))
+                .collect(),
+        }
+    }
+}
+
+/// One rung. "Below" is the rung before it in [`LadderReport::rungs`];
+/// differences are this rung less the one below and `None` on the lowest.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct LadderRung {
+    /// Name of the rung.
+    pub name: String,
+    /// The effect it adds, such as `sampling, computation delay`.
+    pub adds: String,
+    /// sup of |ẍ| \[m/s²\].
+    pub peak_abs_acc_mps2: Held,
+    /// sup of |x_ref − x| \[mm\].
+    pub peak_following_error_mm: Held,
+    /// x_ref − x at the end \[µm\], signed.
+    pub final_error_um: Held,
+    /// Changes of `contact`.
+    pub contact_changes: Held,
+    /// Root mean square of the difference of ẍ over the rows \[m/s²\].
+    pub rms_acc_diff_mps2: Held,
+    /// Root mean square of the difference of x over the rows \[µm\].
+    pub rms_pos_diff_um: Held,
+    /// Remarks that the reader must see, one sentence each.
+    pub warnings: Vec<String>,
+    /// Times of its own acceleration \[s\], never descending: the same time
+    /// stands twice where it jumps, so that needles have their full height.
+    #[serde(serialize_with = "column")]
+    pub t_s: Vec<f64>,
+    /// Carriage acceleration ẍ at these times \[m/s²\].
+    #[serde(serialize_with = "column")]
+    pub acc_mps2: Vec<f64>,
+    /// Difference of ẍ to the rung below on the rows \[m/s²\].
+    #[serde(serialize_with = "column_option")]
+    pub acc_diff_mps2: Option<Vec<f64>>,
+    /// Difference of x to the rung below on the rows \[µm\].
+    #[serde(serialize_with = "column_option")]
+    pub pos_diff_um: Option<Vec<f64>>,
+}
+
+impl LadderRung {
+    fn of(rung: &Rung, below: Option<&Rung>) -> Self {
+        let (summary, plot) = (&rung.outcome.summary, &rung.outcome.plot);
+        let held = |key: &str| (summary.figure(key), summary.digits(key));
+        let [acc_digits, position_digits] = rung.difference_digits;
+        let difference = |of: fn(&GridPoint, &GridPoint) -> f64| {
+            let lower = &below?.outcome.grid;
+            let rows = rung.outcome.grid.iter().zip(lower);
+            Some(rows.map(|(u, l)| of(u, l)).collect())
+        };
+        Self {
+            name: rung.name(),
+            adds: rung.adds().to_owned(),
+            peak_abs_acc_mps2: held("peak_abs_acc_mps2"),
+            peak_following_error_mm: held("peak_following_error_mm"),
+            final_error_um: held("final_error_um"),
+            contact_changes: held("contact_changes"),
+            rms_acc_diff_mps2: (rung.difference.map(|d| d.rms_acc_mps2), acc_digits),
+            rms_pos_diff_um: (rung.difference.map(|d| d.rms_position_um), position_digits),
+            warnings: rung.warnings(),
+            t_s: plot.iter().map(|point| point.t_s).collect(),
+            acc_mps2: plot.iter().map(|point| point.acc_mps2).collect(),
+            acc_diff_mps2: difference(|u, l| u.acc_mps2 - l.acc_mps2),
+            pos_diff_um: difference(|u, l| 1e6 * (u.x_m - l.x_m)),
+        }
     }
 }

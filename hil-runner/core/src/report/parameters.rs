@@ -102,11 +102,8 @@ fn row(key: &Key, case: &Case) -> Option<Parameter> {
 /// The fixed-point gains, with what rounding costs.
 pub(crate) fn of_words(words: &FixedPointGains) -> Vec<Parameter> {
     let gains = words.rows.iter().map(|gain| {
-        let word = format!(
-            "{} ({})",
-            gain.word,
-            number::relative_error(gain.relative_error())
-        );
+        let rounding = number::relative_error(gain.relative_error());
+        let word = format!("{} ({rounding})", gain.word);
         text(
             &format!("{} in fixed point (rounding)", gain.name()),
             &word,

@@ -4,10 +4,9 @@ use plant::{ContactChange, Joint};
 use serde::Serialize;
 
 use crate::case::{Case, Law};
-use crate::number::{column, column_option};
+use crate::lockstep::Outcome;
+use crate::number::{column, column_option, seconds};
 use crate::record::PlotPoint;
-use crate::run::Outcome;
-use crate::time::seconds;
 
 /// Curves over time; every column has one entry per entry of `t_s`.
 ///

@@ -9,11 +9,11 @@
 //!
 //! ```
 //! use hil_core::rest::feeding::{baseline, counterfactuals, fed_by};
-//! use hil_core::{lanes::SingleRuns, runfile};
+//! use hil_core::{lanes::Runs, runfile};
 //!
 //! let case = runfile::builtin("paper-1", &["run.duration_s=2".to_owned()])?;
-//! let mut runs = SingleRuns::new();
-//! let mut ripple_um = |case: &_| runs.figures(case).ok()?.rest_ripple_um;
+//! let mut runs = Runs::new();
+//! let mut ripple_um = |case: &_| runs.single(case).ok()?.rest_ripple_um;
 //! if let Some(amplitude_um) = ripple_um(&baseline(&case)) {
 //!     let without: Vec<_> = counterfactuals(&case)
 //!         .iter()
@@ -58,12 +58,7 @@ impl Nonlinearity {
 
     /// Its name in tables.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Encoder => "encoder",
-            Self::Dac => "dac",
-            Self::Gap => "gap",
-            Self::Friction => "friction",
-        }
+        ["encoder", "dac", "gap", "friction"][self as usize]
     }
 }
 

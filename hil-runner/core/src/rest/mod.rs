@@ -12,17 +12,222 @@
 //! seen too small or too slow.
 //!
 //! ```text
-//! seen      the window, and what its rows leave behind: positions, ranges of codes and counts
 //! ripple    how far the carriage strays from a straight line, and whether regularly
 //! feeding   the quantiser, gap or friction that keeps a cycle going
 //! ```
 
 pub mod feeding;
 mod ripple;
-mod seen;
-
-pub use seen::{FEWEST, Window};
-pub(crate) use seen::{Range, Seen};
-
 #[cfg(test)]
 mod tests;
+
+use self::ripple::{Ripple, count};
+use crate::case::{Case, Law};
+use crate::message::whole;
+use crate::number::{self, seconds};
+
+/// Lowest and highest of whole numbers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Range {
+    pub(crate) lowest: f64,
+    pub(crate) highest: f64,
+}
+
+impl Range {
+    /// Of nothing yet.
+    pub(crate) const EMPTY: Self = Self {
+        lowest: f64::INFINITY,
+        highest: f64::NEG_INFINITY,
+    };
+
+    pub(crate) fn add(&mut self, value: f64) {
+        self.lowest = self.lowest.min(value);
+        self.highest = self.highest.max(value);
+    }
+
+    /// The range of both.
+    pub(crate) fn with(self, other: Self) -> Self {
+        Self {
+            lowest: self.lowest.min(other.lowest),
+            highest: self.highest.max(other.highest),
+        }
+    }
+
+    /// Highest less lowest; 0 of nothing.
+    pub(crate) fn width(&self) -> u64 {
+        u64::try_from(whole(self.highest - self.lowest)).unwrap_or(0)
+    }
+
+    /// The smallest n with all of it in −2^(n−1) … 2^(n−1) − 1, at least 1.
+    pub(crate) fn signed_bits(&self) -> u32 {
+        // A negative number −m − 1 takes as many bits as m.
+        let bits = |n: f64| {
+            let n = whole(n);
+            i64::BITS - if n < 0 { !n } else { n }.leading_zeros()
+        };
+        bits(self.lowest).max(bits(self.highest)) + 1
+    }
+
+    /// Bits that tell all values from lowest to highest apart,
+    /// `ceil(log2(highest − lowest + 1))`.
+    pub(crate) fn bits_of_width(&self) -> u32 {
+        u64::BITS - self.width().leading_zeros()
+    }
+}
+
+/// x_ref − x at the rows of the window of rest.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct RestError {
+    /// Largest magnitude \[µm\].
+    pub(crate) max_um: f64,
+    /// Root mean square \[µm\].
+    pub(crate) rms_um: f64,
+}
+
+/// Codes and counts so far, and the carriage in the window of rest.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Seen {
+    pub(crate) window: Option<Window>,
+    /// Before the window, and in it.
+    pub(crate) codes: [Range; 2],
+    pub(crate) counts: [Range; 2],
+    pub(crate) positions_m: Vec<f64>,
+}
+
+impl Seen {
+    /// Nothing of a run yet.
+    pub(crate) fn new(case: &Case) -> Self {
+        Self {
+            window: Window::of(case),
+            codes: [Range::EMPTY; 2],
+            counts: [Range::EMPTY; 2],
+            positions_m: Vec::new(),
+        }
+    }
+
+    /// Takes in row number `row`: code and count, where there are any, and the
+    /// carriage.
+    pub(crate) fn add(&mut self, row: u64, sample: Option<[f64; 2]>, position_m: f64) {
+        let inside = self.window.is_some_and(|window| row >= window.first);
+        if let Some([code, count]) = sample {
+            let place = usize::from(inside);
+            self.codes[place].add(code);
+            self.counts[place].add(count);
+        }
+        if inside {
+            self.positions_m.push(position_m);
+        }
+    }
+
+    /// Codes of the whole run.
+    pub(crate) fn codes(&self) -> Range {
+        self.codes[0].with(self.codes[1])
+    }
+
+    /// Counts of the whole run.
+    pub(crate) fn counts(&self) -> Range {
+        self.counts[0].with(self.counts[1])
+    }
+
+    /// Codes and counts in the window, if there is one.
+    pub(crate) fn at_rest(&self) -> Option<[Range; 2]> {
+        self.window.map(|_| [self.codes[1], self.counts[1]])
+    }
+
+    /// Distance of the carriage from where it should rest, if there is a window.
+    pub(crate) fn rest_error(&self, x_ref_m: f64) -> Option<RestError> {
+        self.window?;
+        let errors_um = self.positions_m.iter().map(|x_m| 1e6 * (x_ref_m - x_m));
+        let (mut max_um, mut squares) = (0.0_f64, 0.0);
+        for error_um in errors_um {
+            max_um = max_um.max(error_um.abs());
+            squares += error_um * error_um;
+        }
+        Some(RestError {
+            max_um,
+            rms_um: (squares / count(self.positions_m.len())).sqrt(),
+        })
+    }
+
+    /// Ripple of the carriage, if there is a window.
+    pub(crate) fn ripple(&self) -> Option<Ripple> {
+        let interval_s = seconds(self.window?.interval_ns);
+        Some(Ripple::of(&self.positions_m, interval_s))
+    }
+}
+
+/// Rows of a window at least: a line takes two, three periods some more.
+pub const FEWEST: u64 = 8;
+
+/// Rows of a window at most: 32 kB of positions.
+const MOST: u64 = 4_096;
+
+/// Consecutive rows up to the end of the run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Window {
+    /// Number of the first row.
+    pub first: u64,
+    /// From row to row \[ns\].
+    pub interval_ns: u64,
+}
+
+impl Window {
+    /// The window of a case; `None` where it does not rest long enough.
+    pub fn of(case: &Case) -> Option<Self> {
+        let interval_ns = interval_ns(case)?;
+        let (rest_s, end_s) = (rest_from_s(case), seconds(case.run.duration_ns));
+        let from_s = 0.5 * (rest_s + end_s);
+        if from_s >= end_s {
+            return None;
+        }
+        let last = case.run.duration_ns / interval_ns;
+        // The division may be off by a rounding: one row earlier, then on.
+        let estimate = whole((from_s / seconds(interval_ns)).floor());
+        let mut first = u64::try_from(estimate).unwrap_or(0).saturating_sub(1);
+        while seconds(first.saturating_mul(interval_ns)) < from_s {
+            first += 1;
+        }
+        let rows = (last + 1).saturating_sub(first);
+        (rows >= FEWEST).then_some(Self {
+            first: first.max((last + 1).saturating_sub(MOST)),
+            interval_ns,
+        })
+    }
+}
+
+/// From row to row of a case \[ns\]; `None` without a sample time.
+fn interval_ns(case: &Case) -> Option<u64> {
+    let interval_ns = match case.controller.law {
+        Law::Continuous => Some(case.run.row_interval_ns),
+        _ => case.controller.sample_time_ns,
+    };
+    interval_ns.filter(|&ns| ns > 0)
+}
+
+/// End of the last thing that is asked of the axis or happens to it \[s\].
+fn rest_from_s(case: &Case) -> f64 {
+    let motion_s = case.motion.end_s();
+    if case.controller.law != Law::Firmware {
+        return motion_s;
+    }
+    let options = &case.options;
+    let (requests, injections) = (&options.requests, &options.injections);
+    let times_ns = [
+        requests.disable_ns,
+        requests.enable_ns,
+        requests.emergency_stop_ns,
+        requests.emergency_stop_release_ns,
+        requests.reset_ns,
+        options.gain_change.map(|change| change.at_ns),
+        injections.encoder_freeze_ns,
+        injections.encoder_glitch.map(|glitch| glitch.at_ns),
+        injections.missed_tick_ns,
+        injections.bus_error_ns,
+        injections.setpoint_underrun_ns,
+    ];
+    let within = times_ns
+        .into_iter()
+        .flatten()
+        .filter(|&ns| ns < case.run.duration_ns);
+    within.map(seconds).fold(motion_s, f64::max)
+}

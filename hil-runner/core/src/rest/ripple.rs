@@ -222,10 +222,8 @@ fn is_regular(periods: &[f64]) -> bool {
     let scatter = (squares / count(periods.len())).sqrt();
     // Of an odd number the middle one belongs to neither half.
     let half = periods.len() / 2;
-    let (earlier, later) = (
-        mean(&periods[..half]),
-        mean(&periods[periods.len() - half..]),
-    );
+    let earlier = mean(&periods[..half]);
+    let later = mean(&periods[periods.len() - half..]);
     scatter <= SCATTER * all && (later - earlier).abs() <= DRIFT * earlier.min(later)
 }
 

@@ -38,20 +38,32 @@ pub(super) fn check(tree: &Table, findings: &mut Findings) -> Values {
                 let checked = check_value(key, node).map_err(|because| {
                     not_allowed(findings, node, &path(section.name, key.name), because);
                 });
-                Some(Entry::given(node, checked.ok()))
+                Some(Entry {
+                    place: Some(node.place.clone()),
+                    text: node.text.clone(),
+                    value: checked.ok(),
+                })
             } else {
                 let excused = meant.contains(&(section.name, key.name));
                 if let Some(table) = table.filter(|_| !excused)
                     && let Some(words) = missing_words(key, section, table, tree)
                 {
                     let place = node.map(|node| &node.place);
-                    findings.push_missing(place, lacks(section, place, &words));
+                    let line = match place {
+                        Some(Place::Line(line)) => format!(" (line {line})"),
+                        _ => String::new(),
+                    };
+                    let sentence = format!("[{}]{line} lacks {words}", section.name);
+                    findings.push_missing(place, sentence);
                 }
-                Entry::default_of(key)
+                key.default().map(|value| Entry {
+                    place: None,
+                    text: value.to_toml(),
+                    value: Some(value),
+                })
             };
-            if let Some(entry) = entry {
-                values.insert(section.name, key, entry);
-            }
+            let entry = entry.map(|entry| (section.name, key, entry));
+            values.entries.extend(entry);
         }
     }
     values
@@ -139,13 +151,6 @@ fn missing_words(key: &Key, section: &Section, table: &Table, tree: &Table) -> O
         _ => false,
     };
     missing.then(|| format!("{}: {}", key.name, key.description()))
-}
-
-fn lacks(section: &Section, place: Option<&Place>, words: &str) -> String {
-    match place {
-        Some(Place::Line(line)) => format!("[{}] (line {line}) lacks {words}", section.name),
-        _ => format!("[{}] lacks {words}", section.name),
-    }
 }
 
 fn lacks_section(section: &Section) -> String {
@@ -293,32 +298,12 @@ fn check_intervals(items: &[Node], key: &Key) -> Result<Value, String> {
 /// A key that is given or has a default.
 #[derive(Debug, Clone)]
 pub(super) struct Entry {
-    /// Place in the file; [`None`] for a default.
+    /// Place in the file; [`None`] for the default, the value that holds without the key.
     pub(super) place: Option<Place>,
     /// As it was written.
     pub(super) text: String,
     /// [`None`] if it was refused.
     value: Option<Value>,
-}
-
-impl Entry {
-    /// The file's value; none if that was refused.
-    pub(super) fn given(node: &Node, value: Option<Value>) -> Self {
-        Self {
-            place: Some(node.place.clone()),
-            text: node.text.clone(),
-            value,
-        }
-    }
-
-    /// Value that holds without the key.
-    pub(super) fn default_of(key: &Key) -> Option<Self> {
-        key.default().map(|value| Self {
-            place: None,
-            text: value.to_toml(),
-            value: Some(value),
-        })
-    }
 }
 
 /// All keys that are given or have a default.
@@ -328,10 +313,6 @@ pub(super) struct Values {
 }
 
 impl Values {
-    pub(super) fn insert(&mut self, section: &'static str, key: &'static Key, entry: Entry) {
-        self.entries.push((section, key, entry));
-    }
-
     pub(super) fn entry(&self, key: &str) -> Option<&Entry> {
         let (section, name) = key.rsplit_once('.').unwrap_or(("", key));
         self.entries

@@ -43,10 +43,12 @@ pub(super) fn check(v: &Values, findings: &mut Findings) -> Option<Motion> {
     let mut refusals = pairs(v);
     refusals.extend(resistance(v));
     refusals.extend(exact_needs_affine(v));
-    refusals.extend(delay(v));
+    let must = "the delay must be at most the sample time";
+    refusals.extend(times(v, [DELAY, SAMPLE_TIME], u64::gt, must));
     refusals.extend(gain_change(v));
     refusals.extend(count_jump(v));
-    refusals.extend(emergency_stop(v));
+    let must = "the release must come after the stop";
+    refusals.extend(times(v, [STOP_RELEASE, STOP], u64::le, must));
     refusals.extend(feedback(v));
     refusals.extend(compensation(v));
     refusals.extend(measured_gap(v));
@@ -140,20 +142,18 @@ fn only_one_of(v: &Values, key: &str, partner: &str) -> Option<Refusal> {
 
 fn resistance(v: &Values) -> Vec<Refusal> {
     let switch = "carriage.resistance_opposes_motion";
-    let terms = [
+    let mut terms = vec![
         ("carriage.resistance_constant_n", "constant resistance a0"),
         (A2, "quadratic resistance a2"),
     ];
     let negative = |key| v.get(switch) == Some(true) && v.get(key).is_some_and(|a: f64| a < 0.0);
+    terms.retain(|(key, _)| negative(key));
     let refused_term = |(key, meaning)| {
         let switch = v.quote(switch);
-        refused(
-            key,
-            format!("the {meaning} must be at least 0 with {switch}"),
-        )
+        let because = format!("the {meaning} must be at least 0 with {switch}");
+        refused(key, because)
     };
-    let terms = terms.into_iter().filter(|(key, _)| negative(key));
-    terms.map(refused_term).collect()
+    terms.into_iter().map(refused_term).collect()
 }
 
 const A2: &str = "carriage.resistance_quadratic_ns2_per_rad2";
@@ -171,15 +171,17 @@ fn exact_needs_affine(v: &Values) -> Option<Refusal> {
 
 const SAMPLE_TIME: &str = "controller.sample_time_s";
 const DELAY: &str = "controller.computation_delay_s";
+const STOP: &str = "sequence.emergency_stop_s";
+const STOP_RELEASE: &str = "sequence.emergency_stop_release_s";
 
-fn delay(v: &Values) -> Option<Refusal> {
-    (v.get::<u64>(DELAY)? > v.get::<u64>(SAMPLE_TIME)?).then(|| {
-        let sample = v.quote(SAMPLE_TIME);
-        refused(
-            DELAY,
-            format!("the delay must be at most the sample time, {sample}"),
-        )
-    })
+/// Refuses a time that stands to another one as it must not.
+fn times(
+    v: &Values,
+    [key, other]: [&str; 2],
+    wrong: fn(&u64, &u64) -> bool,
+    must: &str,
+) -> Option<Refusal> {
+    wrong(&v.get(key)?, &v.get(other)?).then(|| refused(key, format!("{must}, {}", v.quote(other))))
 }
 
 fn gain_change(v: &Values) -> Option<Refusal> {
@@ -198,24 +200,8 @@ fn count_jump(v: &Values) -> Option<Refusal> {
     let half = 1_u32.checked_shl(v.get::<u32>(bits)?.saturating_sub(1))?;
     (v.get::<u32>(jump)? >= half).then(|| {
         let counter = v.quote(bits);
-        refused(
-            jump,
-            format!("it must be less than {half}, half the range of {counter}"),
-        )
-    })
-}
-
-fn emergency_stop(v: &Values) -> Option<Refusal> {
-    let (stop, release) = (
-        "sequence.emergency_stop_s",
-        "sequence.emergency_stop_release_s",
-    );
-    (v.get::<u64>(release)? <= v.get::<u64>(stop)?).then(|| {
-        let stop = v.quote(stop);
-        refused(
-            release,
-            format!("the release must come after the stop, {stop}"),
-        )
+        let because = format!("it must be less than {half}, half the range of {counter}");
+        refused(jump, because)
     })
 }
 
@@ -351,7 +337,7 @@ fn setpoint_table(v: &Values, motion: &Motion) -> Option<Refusal> {
     // units in the last place; a millionth of a sample is rounding.
     let samples = motion.end_s() * 1e9 / sample_ns as f64 - 1e-6;
     let needed = samples.ceil().max(0.0) + 1.0;
-    let capacity = firmware::setpoint::CAPACITY;
+    let capacity = firmware::CAPACITY;
     let from_table =
         law(v)? == Law::Firmware && v.get("controller.setpoints") == Some(SetpointOrigin::Table);
     (from_table && needed > capacity as f64).then(|| {

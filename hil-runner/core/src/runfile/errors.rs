@@ -203,24 +203,17 @@ impl Findings {
 /// `text` in one line of at most `limit` characters: a message stays one line
 /// whatever a file holds.
 pub(super) fn one_line(text: &str, limit: usize) -> String {
+    let words: Vec<&str> = text.split_whitespace().collect();
     let mut line = String::new();
-    let mut length = 0;
-    for (index, word) in text.split_whitespace().enumerate() {
-        if index > 0 {
-            line.push(' ');
-            length += 1;
-        }
-        for character in word.chars() {
-            if length >= limit {
+    for (length, character) in words.join(" ").chars().enumerate() {
+        match character {
+            ' ' => line.push(' '),
+            _ if length >= limit => {
                 line.push('…');
-                return line;
+                break;
             }
-            if character.is_control() {
-                line.extend(character.escape_default());
-            } else {
-                line.push(character);
-            }
-            length += 1;
+            _ if character.is_control() => line.extend(character.escape_default()),
+            _ => line.push(character),
         }
     }
     line

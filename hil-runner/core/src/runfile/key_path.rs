@@ -4,8 +4,7 @@
 use super::errors::Problem;
 use super::keys::{Key, Kind, Need, either, path};
 use super::table::{self, SECTIONS};
-use crate::renamed::renamed;
-use crate::time::seconds;
+use crate::number::seconds;
 
 /// A key of the run file by its path, such as `controller.kp`.
 #[derive(Debug, Clone, Copy)]
@@ -67,17 +66,12 @@ impl KeyPath {
     /// A number as a value of this key: times in whole nanoseconds, whole
     /// numbers whole, the nearest each.
     pub fn value(&self, number: f64) -> KeyValue {
-        match self.key.kind {
-            Kind::Time(_) | Kind::TimeOrWord(..) => match nearest_whole(1e9 * number) {
-                Some(ns) => KeyValue::Nanoseconds(ns),
-                None => KeyValue::Number(number),
-            },
-            Kind::Whole(..) => match nearest_whole(number) {
-                Some(whole) => KeyValue::Whole(whole),
-                None => KeyValue::Number(number),
-            },
-            _ => KeyValue::Number(number),
-        }
+        let (whole, of): (_, fn(i64) -> KeyValue) = match self.key.kind {
+            Kind::Time(_) | Kind::TimeOrWord(..) => (1e9 * number, KeyValue::Nanoseconds),
+            Kind::Whole(..) => (number, KeyValue::Whole),
+            _ => return KeyValue::Number(number),
+        };
+        nearest_whole(whole).map_or(KeyValue::Number(number), of)
     }
 }
 
@@ -158,24 +152,62 @@ impl Hint {
     }
 }
 
-/// Hint for a section that does not exist.
-pub(super) fn section(unknown: &str) -> Hint {
-    let names: Vec<&str> = SECTIONS
-        .iter()
-        .skip(1)
-        .map(|section| section.name)
-        .collect();
-    let meant = nearest(unknown, &names);
-    let text = if meant.is_empty() {
-        format!("the sections are {}", names.join(", "))
-    } else {
-        let brackets: Vec<String> = meant.iter().map(|name| format!("[{name}]")).collect();
-        format!("did you mean {}?", either(&brackets))
+/// Names that something had before, for sentences that tell the new one; no old
+/// name is taken in the place of the new one. Keys of the run file within their
+/// section, and figures: old name, new name.
+const RENAMED: [(&str, &str); 7] = [
+    ("homing_detection", "backlash_measurement_detection"),
+    (
+        "homing_speed_counts_per_s",
+        "backlash_measurement_speed_counts_per_s",
+    ),
+    ("homing_effort_codes", "backlash_measurement_effort_codes"),
+    ("late_steps", "deadline_misses"),
+    ("margin_closed", "modulus_margin_contact"),
+    ("margin_open", "modulus_margin_gap"),
+    ("theory_margin_closed", "theory_modulus_margin_contact"),
+];
+
+/// The name that a key or figure has now; [`None`] if it never had another.
+///
+/// ```
+/// use hil_core::runfile::renamed;
+///
+/// assert_eq!(renamed("margin_closed"), Some("modulus_margin_contact"));
+/// assert_eq!(renamed("backlash.homing_detection"), Some("backlash_measurement_detection"));
+/// assert_eq!(renamed("final_error_um"), None);
+/// ```
+pub fn renamed(name: &str) -> Option<&'static str> {
+    let name = name.rsplit_once('.').map_or(name, |(_, name)| name);
+    let (_, now) = RENAMED.iter().find(|(old, _)| *old == name)?;
+    Some(now)
+}
+
+/// The hint with the names that are near, or else with these words.
+fn near(
+    unknown: &str,
+    names: &[&'static str],
+    show: fn(&&str) -> String,
+    otherwise: String,
+) -> Hint {
+    let meant = nearest(unknown, names);
+    let shown: Vec<String> = meant.iter().map(show).collect();
+    let text = match either(&shown) {
+        none if none.is_empty() => otherwise,
+        names => format!("did you mean {names}?"),
     };
     Hint {
         meant,
         ..Hint::of_text(text)
     }
+}
+
+/// Hint for a section that does not exist.
+pub(super) fn section(unknown: &str) -> Hint {
+    let names = SECTIONS.iter().skip(1).map(|section| section.name);
+    let names: Vec<&str> = names.collect();
+    let otherwise = format!("the sections are {}", names.join(", "));
+    near(unknown, &names, |name| format!("[{name}]"), otherwise)
 }
 
 /// Hint for a key that its section does not have; `section` is empty at the
@@ -206,19 +238,12 @@ pub(super) fn key(section: &str, unknown: &str) -> Hint {
         .flat_map(|section| section.keys)
         .map(|key| key.name)
         .collect();
-    let meant = nearest(unknown, &names);
-    let text = if !meant.is_empty() {
-        let words: Vec<String> = meant.iter().map(|name| (*name).to_owned()).collect();
-        format!("did you mean {}?", either(&words))
-    } else if section.is_empty() {
+    let otherwise = if section.is_empty() {
         "only name stands outside the sections".to_owned()
     } else {
         format!("the keys of [{section}] are {}", names.join(", "))
     };
-    Hint {
-        meant,
-        ..Hint::of_text(text)
-    }
+    near(unknown, &names, |name| (*name).to_owned(), otherwise)
 }
 
 /// Up to three names near `unknown`, the nearest first.

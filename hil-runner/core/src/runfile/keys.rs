@@ -236,19 +236,13 @@ pub const SMALLEST_MAGNITUDE: f64 = 1e-50;
 impl Key {
     /// Condition on the value, unit included: `greater than 0 kg m²`.
     pub fn allowed(&self) -> String {
-        let unit = |words: String| {
-            if self.unit.is_empty() {
-                words
-            } else {
-                format!("{words} {}", self.unit)
-            }
-        };
+        let (words, unit) = (self.range_words(), self.unit);
         match self.kind {
-            Kind::Number(Range::Any) if self.unit.is_empty() => self.range_words(),
-            Kind::Number(Range::Any) => format!("a finite number of {}", self.unit),
-            Kind::Number(range) | Kind::Time(range) => unit(range.words()),
-            Kind::TimeOrWord(range, word) => format!("{} or \"{word}\"", unit(range.words())),
-            _ => self.range_words(),
+            Kind::TimeOrWord(range, word) => format!("{} {unit} or \"{word}\"", range.words()),
+            Kind::Number(_) | Kind::Time(_) if unit.is_empty() => words,
+            Kind::Number(Range::Any) => format!("{words} of {unit}"),
+            Kind::Number(_) | Kind::Time(_) => format!("{words} {unit}"),
+            _ => words,
         }
     }
 

@@ -39,7 +39,7 @@ use plant::{
 
 pub use consistency::{MOST_COUNTS, MOST_RK4_STEPS, MOST_ROWS};
 pub use errors::{MOST_MISTAKES, Place, Problem, RunFileError, RunFileErrors, list_mistakes};
-pub use key_path::{KeyPath, KeyValue};
+pub use key_path::{KeyPath, KeyValue, renamed};
 pub use keys::{
     Acts, Key, Kind, LARGEST_MAGNITUDE, LONGEST_TIME_S, Need, Range, SMALLEST_MAGNITUDE, Section,
 };
@@ -105,15 +105,14 @@ impl RunFile {
     /// let text = builtin_text("paper-1").unwrap_or_default();
     /// let file = RunFile::parse("x.toml", text, &["controller.kp=1e9".to_owned()])?;
     /// assert_eq!(
-    ///     file.refuse("controller", "kp", "no word can hold more than 1e6").to_string(),
+    ///     file.refuse("controller.kp", "no word can hold more than 1e6").to_string(),
     ///     "--set controller.kp=1e9: controller.kp = 1e9 is not allowed: no word can hold more than 1e6",
     /// );
     /// # Ok::<(), hil_core::runfile::RunFileErrors>(())
     /// ```
-    pub fn refuse(&self, section: &str, key: &str, because: &str) -> RunFileErrors {
+    pub fn refuse(&self, key: &str, because: &str) -> RunFileErrors {
         let mut findings = Findings::new(&self.source_name);
-        let key = keys::path(section, key);
-        let (place, problem) = consistency::refusal(&self.values, &key, because.to_owned());
+        let (place, problem) = consistency::refusal(&self.values, key, because.to_owned());
         findings.push(place, problem);
         findings.into_errors()
     }
@@ -136,10 +135,8 @@ fn case(source_name: &str, tree: &Table, values: &Values, motion: Motion) -> Cas
     // The limits in the order of the file.
     case.budget = tree.section("budget").map(|budget| {
         let limit = |(figure, _): &(String, _)| {
-            Some(Limit {
-                figure: figure.clone(),
-                limit: values.get(&keys::path("budget", figure))?,
-            })
+            let limit = values.get(&keys::path("budget", figure))?;
+            Some(Limit::new(figure, limit))
         };
         budget.entries.iter().filter_map(limit).collect()
     });
@@ -170,17 +167,12 @@ fn blank(motion: Motion) -> Case {
                 resistance: Resistance::default(),
             },
         },
-        dac: Dac {
-            bits: 0,
-            step_v: 0.0,
-        },
+        dac: Dac::with_range(0, 0.0),
         amplifier: Amplifier {
             gain: 0.0,
             voltage_limit_v: 0.0,
         },
-        encoder: Encoder {
-            counts_per_rad: 0.0,
-        },
+        encoder: Encoder::with_lines(0.0),
         controller: ControllerSettings {
             law: Law::Continuous,
             gains: PidGains {

@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 use super::keys::{Acts, Key, Kind, LONGEST_TIME_S, Need, Range, Section};
 use super::table::SECTIONS;
 use super::values;
-use crate::time::seconds;
+use crate::number::seconds;
 
 /// The JSON schema of the run file (draft 2020-12), for editors.
 ///

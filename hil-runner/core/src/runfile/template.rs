@@ -42,11 +42,6 @@ impl Template {
         &self.file.case
     }
 
-    /// The run file without any change.
-    pub fn into_file(self) -> RunFile {
-        self.file
-    }
-
     /// The overrides that hold for every run.
     pub fn sets(&self) -> &[String] {
         &self.sets

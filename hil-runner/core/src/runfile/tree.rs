@@ -60,17 +60,13 @@ pub(super) struct Table {
 
 impl Table {
     pub(super) fn get(&self, key: &str) -> Option<&Node> {
-        self.entries
-            .iter()
-            .find(|(name, _)| name == key)
-            .map(|(_, node)| node)
+        let (_, node) = self.entries.iter().find(|(name, _)| name == key)?;
+        Some(node)
     }
 
     pub(super) fn get_mut(&mut self, key: &str) -> Option<&mut Node> {
-        self.entries
-            .iter_mut()
-            .find(|(name, _)| name == key)
-            .map(|(_, node)| node)
+        let mut entries = self.entries.iter_mut();
+        entries.find(|(name, _)| name == key).map(|(_, node)| node)
     }
 
     /// The keys of a section that is there and is a table.
@@ -102,21 +98,18 @@ impl Table {
 /// Line and problem if the text is not TOML.
 pub(super) fn parse_document(text: &str) -> Result<Table, (Place, Problem)> {
     let lines = Lines::new(text);
+    let locate = |span: Range<usize>| {
+        let (line, _) = lines.position(span.start);
+        (Place::Line(line), text.get(span).unwrap_or(""))
+    };
     match DeTable::parse(text) {
-        Ok(document) => Ok(table(document.get_ref(), &|span| place_in(&lines, span))),
+        Ok(document) => Ok(table(document.get_ref(), &locate)),
         Err(error) => {
-            let span = error.span().unwrap_or(text.len()..text.len());
-            let (line, column) = lines.position(span.start);
-            let message = syntax_message(error.message(), text.get(span).unwrap_or(""));
-            let problem = Problem::Syntax { column, message };
-            Err((Place::Line(line), problem))
+            let (at, message) = syntax_error(text, &error);
+            let (line, column) = lines.position(at);
+            Err((Place::Line(line), Problem::Syntax { column, message }))
         }
     }
-}
-
-fn place_in<'t>(lines: &Lines<'t>, span: Range<usize>) -> (Place, &'t str) {
-    let (line, _) = lines.position(span.start);
-    (Place::Line(line), lines.text.get(span).unwrap_or(""))
 }
 
 /// Reads one value that was given on the command line.
@@ -129,33 +122,30 @@ pub(super) fn parse_value(text: &str, place: &Place) -> Result<Node, String> {
             let locate = |span: Range<usize>| (place.clone(), text.get(span).unwrap_or(""));
             Ok(node(value.get_ref(), value.span(), &locate))
         }
-        Err(error) => {
-            let span = error.span().unwrap_or(text.len()..text.len());
-            Err(syntax_message(
-                error.message(),
-                text.get(span).unwrap_or(""),
-            ))
-        }
+        Err(error) => Err(syntax_error(text, &error).1),
     }
 }
 
-/// The parser's message, with what it leaves out.
-fn syntax_message(message: &str, unexpected: &str) -> String {
-    let unexpected = one_line(unexpected, ECHO);
-    match message {
+/// Place of an error in the text, and the parser's message with what it leaves out.
+fn syntax_error(text: &str, error: &toml::de::Error) -> (usize, String) {
+    let span = error.span().unwrap_or(text.len()..text.len());
+    let at = span.start;
+    let unexpected = one_line(text.get(span).unwrap_or(""), ECHO);
+    let message = match error.message() {
         "duplicate key" => format!("{unexpected} is given twice"),
-        _ if message.starts_with("string values must be quoted") => {
+        message if message.starts_with("string values must be quoted") => {
             if unexpected.is_empty() {
                 "a value is missing here".to_owned()
             } else {
                 format!("{unexpected} is no TOML value; strings stand in quotes")
             }
         }
-        _ if message.starts_with("unexpected key or value") => {
+        message if message.starts_with("unexpected key or value") => {
             "there is more than one value on this line".to_owned()
         }
-        _ => one_line(message.trim_end_matches(", expected nothing"), usize::MAX),
-    }
+        message => one_line(message.trim_end_matches(", expected nothing"), usize::MAX),
+    };
+    (at, message)
 }
 
 /// Place and text of a span.
@@ -201,11 +191,9 @@ fn integer_number(integer: &toml::de::DeInteger<'_>) -> Number {
     if integer.radix() == 10 {
         return decimal_number(integer.as_str());
     }
-    match i128::from_str_radix(integer.as_str(), integer.radix()) {
-        Ok(value) => decimal_number(&value.to_string()),
-        // More than 127 bits: as good as infinite.
-        Err(_) => decimal_number("inf"),
-    }
+    let value = i128::from_str_radix(integer.as_str(), integer.radix());
+    // More than 127 bits: as good as infinite.
+    decimal_number(&value.map_or("inf".to_owned(), |value| value.to_string()))
 }
 
 fn decimal_number(text: &str) -> Number {
@@ -245,9 +233,9 @@ impl<'t> Lines<'t> {
 /// as its complement.
 const TOLERANCE: (f64, f64) = (0.000_001, 0.999_999);
 
-/// Digits that are looked at on either side of the point. Times are at most
-/// 1e9 s, that is 19 digits of nanoseconds; the rest leaves room for zeros.
-const LONGEST: i64 = 400;
+/// Places that are looked at on either side of the point: 64 bits hold 20 digits, and
+/// as many behind the point are far below the tolerance.
+const PLACES: usize = 20;
 
 /// The nanoseconds in `decimal` seconds, without a detour over `f64`; `None` if
 /// they are not whole, or are negative or too many for 64 bits.
@@ -266,34 +254,25 @@ pub(super) fn nanoseconds(decimal: &str) -> Option<u64> {
     if digits.is_empty() || !digits.bytes().all(|digit| digit.is_ascii_digit()) {
         return None;
     }
-    let leading = digits.len() - digits.trim_start_matches('0').len();
-    let significant = digits.trim_start_matches('0').trim_end_matches('0');
+    let significant = digits.trim_start_matches('0');
     if significant.is_empty() {
         return Some(0);
     }
     // How many significant digits stand before the point, in nanoseconds.
+    let leading = digits.len() - significant.len();
     let point = i64::try_from(whole.len()).ok()? - i64::try_from(leading).ok()?;
     let point = point.checked_add(exponent)?.checked_add(9)?;
-    if !(-LONGEST..=LONGEST).contains(&point) {
-        // Either far below the tolerance or far above every allowed time.
-        return (point < 0).then_some(0);
+    let Ok(point) = usize::try_from(point.saturating_add(PLACES as i64)) else {
+        return Some(0);
+    };
+    if point > 2 * PLACES {
+        return None;
     }
-    let length = i64::try_from(significant.len()).ok()?;
-    let (whole_ns, part) = if point <= 0 {
-        let zeros = "0".repeat(usize::try_from(-point).ok()?);
-        (0, format!("0.{zeros}{significant}"))
-    } else if point >= length {
-        let zeros = "0".repeat(usize::try_from(point - length).ok()?);
-        (format!("{significant}{zeros}").parse().ok()?, String::new())
-    } else {
-        let (before, after) = significant.split_at(usize::try_from(point).ok()?);
-        (before.parse::<u64>().ok()?, format!("0.{after}"))
-    };
-    let part: f64 = if part.is_empty() {
-        0.0
-    } else {
-        part.parse().ok()?
-    };
+    let zeros = "0".repeat(PLACES);
+    let padded = format!("{zeros}{significant}{zeros}");
+    let (before, after) = padded.split_at_checked(point)?;
+    let whole_ns: u64 = format!("0{before}").parse().ok()?;
+    let part: f64 = format!("0.{after}").parse().ok()?;
     if part <= TOLERANCE.0 {
         Some(whole_ns)
     } else if part >= TOLERANCE.1 {

@@ -3,11 +3,11 @@
 use plant::{ElasticJoint, Joint};
 
 use crate::case::{ComputationDelay, Law, SolverChoice};
+use crate::number::seconds;
 use crate::options::{
     AntiWindup, Compensation, Derivative, EncoderGlitch, EncoderLoss, Feedback, FlankDetection,
     FollowingErrorLimit, GainChange, GapSource, Quantiser, RestIntegrator, SetpointOrigin,
 };
-use crate::time::seconds;
 
 /// A value of the type and in the range that its key asks for.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -85,58 +85,26 @@ impl<T: Setting> Stored for Option<T> {
     }
 }
 
-impl Setting for f64 {
-    fn of(value: Value) -> Option<Self> {
-        match value {
-            Value::Number(number) => Some(number),
-            _ => None,
-        }
-    }
+/// Plain numbers and switches, and the kind of value that they are.
+macro_rules! plain {
+    ($($setting:ty: $kind:ident),+) => {$(
+        impl Setting for $setting {
+            fn of(value: Value) -> Option<Self> {
+                match value {
+                    Value::$kind(plain) => Self::try_from(plain).ok(),
+                    _ => None,
+                }
+            }
 
-    fn value(&self) -> Value {
-        Value::Number(*self)
-    }
+            fn value(&self) -> Value {
+                Value::$kind((*self).into())
+            }
+        }
+    )+};
 }
 
-impl Setting for bool {
-    fn of(value: Value) -> Option<Self> {
-        match value {
-            Value::Flag(flag) => Some(flag),
-            _ => None,
-        }
-    }
-
-    fn value(&self) -> Value {
-        Value::Flag(*self)
-    }
-}
-
-/// Whole numbers of 64 bits are times.
-impl Setting for u64 {
-    fn of(value: Value) -> Option<Self> {
-        match value {
-            Value::Nanoseconds(ns) => Some(ns),
-            _ => None,
-        }
-    }
-
-    fn value(&self) -> Value {
-        Value::Nanoseconds(*self)
-    }
-}
-
-impl Setting for u32 {
-    fn of(value: Value) -> Option<Self> {
-        match value {
-            Value::Whole(whole) => Self::try_from(whole).ok(),
-            _ => None,
-        }
-    }
-
-    fn value(&self) -> Value {
-        Value::Whole(i64::from(*self))
-    }
-}
+// Whole numbers of 64 bits are times.
+plain!(bool: Flag, f64: Number, u8: Whole, u32: Whole, i32: Whole, u64: Nanoseconds);
 
 /// The word for a delay that the chip's steps make.
 pub(super) const MEASURED: &str = "measured";
@@ -179,54 +147,22 @@ impl Setting for Joint {
 
 /// Settings of several keys, of which the first makes them; the others then
 /// have their place inside.
-impl Setting for FollowingErrorLimit {
-    fn of(value: Value) -> Option<Self> {
-        let per_speed_s = 0.0;
-        u32::of(value).map(|counts| Self {
-            counts,
-            per_speed_s,
-        })
-    }
+macro_rules! led_by {
+    ($($setting:ty: $first:ident),+) => {$(
+        impl Setting for $setting {
+            fn of(value: Value) -> Option<Self> {
+                let $first = Setting::of(value)?;
+                Some(Self { $first, ..Self::default() })
+            }
 
-    fn value(&self) -> Value {
-        self.counts.value()
-    }
+            fn value(&self) -> Value {
+                self.$first.value()
+            }
+        }
+    )+};
 }
 
-impl Setting for EncoderLoss {
-    fn of(value: Value) -> Option<Self> {
-        u64::of(value).map(|after_ns| Self { after_ns, codes: 0 })
-    }
-
-    fn value(&self) -> Value {
-        self.after_ns.value()
-    }
-}
-
-impl Setting for EncoderGlitch {
-    fn of(value: Value) -> Option<Self> {
-        u64::of(value).map(|at_ns| Self { at_ns, counts: 0 })
-    }
-
-    fn value(&self) -> Value {
-        self.at_ns.value()
-    }
-}
-
-impl Setting for GainChange {
-    fn of(value: Value) -> Option<Self> {
-        u64::of(value).map(|at_ns| Self {
-            at_ns,
-            kp: None,
-            ki_per_s: None,
-            kd_s: None,
-        })
-    }
-
-    fn value(&self) -> Value {
-        self.at_ns.value()
-    }
-}
+led_by!(FollowingErrorLimit: counts, EncoderLoss: after_ns, EncoderGlitch: at_ns, GainChange: at_ns);
 
 /// A setting of which there are a few.
 pub(super) trait Choices: Copy + PartialEq + 'static {
@@ -252,59 +188,32 @@ impl<T: Choices> Setting for T {
     }
 }
 
+/// Settings with their choices and the names of these in a run file.
+macro_rules! choices {
+    ($($setting:ty { $($choice:ident = $name:literal),+ })+) => {$(
+        impl Choices for $setting {
+            const ALL: &'static [Self] = &[$(Self::$choice),+];
+            const NAMES: &'static [&'static str] = &[$($name),+];
+        }
+    )+};
+}
+
+choices! {
+    SolverChoice { Auto = "auto", Exact = "exact", Dopri5 = "dopri5", Rk4 = "rk4" }
+    Derivative { Error = "error", Measurement = "measurement" }
+    AntiWindup { None = "none", Clamp = "clamp", BackCalculation = "back-calculation" }
+    Quantiser { Nearest = "nearest", ErrorFeedback = "error-feedback", Dither = "dither" }
+    SetpointOrigin { Table = "table", Generator = "generator", Queue = "queue" }
+    Feedback { Motor = "motor", Dual = "dual" }
+    RestIntegrator { Run = "run", Hold = "hold" }
+    Compensation { None = "none", Velocity = "velocity", Acceleration = "acceleration" }
+    GapSource { Given = "given", Measured = "measured" }
+    FlankDetection { LoadEncoder = "load-encoder", Effort = "effort" }
+}
+
 impl Choices for Law {
     const ALL: &'static [Self] = &Self::ALL;
-    const NAMES: &'static [&'static str] = &["continuous", "sampled", "quantised", "firmware"];
-}
-
-impl Choices for SolverChoice {
-    const ALL: &'static [Self] = &[Self::Auto, Self::Exact, Self::Dopri5, Self::Rk4];
-    const NAMES: &'static [&'static str] = &["auto", "exact", "dopri5", "rk4"];
-}
-
-impl Choices for Derivative {
-    const ALL: &'static [Self] = &[Self::Error, Self::Measurement];
-    const NAMES: &'static [&'static str] = &["error", "measurement"];
-}
-
-impl Choices for AntiWindup {
-    const ALL: &'static [Self] = &[Self::None, Self::Clamp, Self::BackCalculation];
-    const NAMES: &'static [&'static str] = &["none", "clamp", "back-calculation"];
-}
-
-impl Choices for Quantiser {
-    const ALL: &'static [Self] = &[Self::Nearest, Self::ErrorFeedback, Self::Dither];
-    const NAMES: &'static [&'static str] = &["nearest", "error-feedback", "dither"];
-}
-
-impl Choices for SetpointOrigin {
-    const ALL: &'static [Self] = &[Self::Table, Self::Generator, Self::Queue];
-    const NAMES: &'static [&'static str] = &["table", "generator", "queue"];
-}
-
-impl Choices for Feedback {
-    const ALL: &'static [Self] = &[Self::Motor, Self::Dual];
-    const NAMES: &'static [&'static str] = &["motor", "dual"];
-}
-
-impl Choices for RestIntegrator {
-    const ALL: &'static [Self] = &[Self::Run, Self::Hold];
-    const NAMES: &'static [&'static str] = &["run", "hold"];
-}
-
-impl Choices for Compensation {
-    const ALL: &'static [Self] = &[Self::None, Self::Velocity, Self::Acceleration];
-    const NAMES: &'static [&'static str] = &["none", "velocity", "acceleration"];
-}
-
-impl Choices for GapSource {
-    const ALL: &'static [Self] = &[Self::Given, Self::Measured];
-    const NAMES: &'static [&'static str] = &["given", "measured"];
-}
-
-impl Choices for FlankDetection {
-    const ALL: &'static [Self] = &[Self::LoadEncoder, Self::Effort];
-    const NAMES: &'static [&'static str] = &["load-encoder", "effort"];
+    const NAMES: &'static [&'static str] = &Self::NAMES;
 }
 
 /// A number in its shorter notation: 1e-11 rather than 0.00000000001.

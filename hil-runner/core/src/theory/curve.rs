@@ -1,6 +1,12 @@
-//! A response `L` at rising frequencies, and what is looked for on it.
+//! A response `L(jω)` at rising frequencies, and its distance from instability.
 //!
-//! Nothing happens on most of it: blocks of the curve are first looked over
+//! The modulus margin `min |1 + L|` is the distance of the Nyquist curve from
+//! −1, the reciprocal of the sensitivity's peak M_s (Åström and Wittenmark,
+//! "Computer-Controlled Systems", 3.4 and 5.5). 0.5 and more is a sound loop. One
+//! number covers gain and phase at once: a loop with modulus m endures any gain
+//! from 1/(1+m) to 1/(1−m) and a lag of 2·asin(m/2).
+//!
+//! Nothing happens on most of a curve: blocks of it are first looked over
 //! without a branch, and only those with a mark are searched. [`refined`] chooses
 //! the frequencies: closer where the response bends.
 
@@ -22,13 +28,13 @@ pub(crate) struct Curve<'a, F> {
 
 /// Marks of what there is to find in a block of chords.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub(crate) struct Marks {
+struct Marks {
     /// |L| passes 1.
-    pub(crate) unit_gain: bool,
+    unit_gain: bool,
     /// L passes the real axis.
-    pub(crate) real: bool,
+    real: bool,
     /// A chord may come nearer to −1 than the points.
-    pub(crate) near: bool,
+    near: bool,
 }
 
 /// Chords of a block.
@@ -51,7 +57,7 @@ impl<F: Fn(f64) -> Complex<f64>> Curve<'_, F> {
     }
 
     /// The point nearest to −1 and its squared distance.
-    pub(crate) fn lowest(&self) -> (usize, f64) {
+    fn lowest(&self) -> (usize, f64) {
         const LANES: usize = 4;
         let squared = |re: f64, im: f64| (1.0 + re) * (1.0 + re) + im * im;
         let mut lanes = [f64::INFINITY; LANES];
@@ -72,8 +78,29 @@ impl<F: Fn(f64) -> Complex<f64>> Curve<'_, F> {
         (at.unwrap_or(0), lowest)
     }
 
+    /// `min |1 + L|`, without what else a [`Margin`] tells.
+    pub(crate) fn modulus(&self) -> f64 {
+        self.closest(self.lowest()).1.sqrt()
+    }
+
+    /// Frequency at which −1 is nearest, and its squared distance, from the point
+    /// nearest to it.
+    fn closest(&self, lowest: (usize, f64)) -> (f64, f64) {
+        let (mut weakest, mut distance) = (self.frequency[lowest.0], lowest.1);
+        for (start, marks) in self.marked(lowest.1) {
+            if marks.near {
+                self.each_minimum(start, lowest.1, |frequency, value| {
+                    if value < distance {
+                        (weakest, distance) = (frequency, value);
+                    }
+                });
+            }
+        }
+        (weakest, distance)
+    }
+
     /// The blocks with something to find, by their first chord.
-    pub(crate) fn marked(&self, lowest: f64) -> impl Iterator<Item = (usize, Marks)> {
+    fn marked(&self, lowest: f64) -> impl Iterator<Item = (usize, Marks)> {
         let bound = 2.0 * CANDIDATE * lowest;
         let chords = self.re.len() - 1;
         (0..chords).step_by(BLOCK).filter_map(move |start| {
@@ -102,7 +129,7 @@ impl<F: Fn(f64) -> Complex<f64>> Curve<'_, F> {
     /// Every local minimum of |1 + L|² in the block from `start` that may be
     /// the lowest: frequency and value. The chords tell where it can be, L
     /// itself then where it is.
-    pub(crate) fn each_minimum(&self, start: usize, lowest: f64, mut found: impl FnMut(f64, f64)) {
+    fn each_minimum(&self, start: usize, lowest: f64, mut found: impl FnMut(f64, f64)) {
         let bound = CANDIDATE * lowest;
         let mut before = if start == 0 {
             f64::INFINITY
@@ -127,10 +154,8 @@ impl<F: Fn(f64) -> Complex<f64>> Curve<'_, F> {
     fn minimum(&self, i: usize) -> (f64, f64) {
         let n = self.re.len();
         let middle = i.clamp(1, n - 2);
-        let (lowest, highest) = (
-            self.frequency[i.saturating_sub(1)],
-            self.frequency[(i + 2).min(n - 1)],
-        );
+        let lowest = self.frequency[i.saturating_sub(1)];
+        let highest = self.frequency[(i + 2).min(n - 1)];
         let point = |k: usize| (self.frequency[k], self.point(k));
         let mut three = [point(middle - 1), point(middle), point(middle + 1)];
         three.sort_by(|a, b| squared_distance(a.1).total_cmp(&squared_distance(b.1)));
@@ -165,11 +190,7 @@ impl<F: Fn(f64) -> Complex<f64>> Curve<'_, F> {
 
     /// Every `|L| = 1` in the block from `start`: its frequency, whether |L|
     /// falls there, and L.
-    pub(crate) fn each_unit_gain(
-        &self,
-        start: usize,
-        mut found: impl FnMut(f64, bool, Complex<f64>),
-    ) {
+    fn each_unit_gain(&self, start: usize, mut found: impl FnMut(f64, bool, Complex<f64>)) {
         let excess = |value: Complex<f64>| value.norm_sqr() - 1.0;
         for i in start..(start + BLOCK).min(self.re.len() - 1) {
             let ends = [i, i + 1].map(|k| excess(self.point(k)));
@@ -180,9 +201,8 @@ impl<F: Fn(f64) -> Complex<f64>> Curve<'_, F> {
         }
     }
 
-    /// Every point of the block from `start` on the negative real axis: its
-    /// frequency and |L|.
-    pub(crate) fn each_phase_crossing(&self, start: usize, mut found: impl FnMut(f64, f64)) {
+    /// |L| at every point of the block from `start` on the negative real axis.
+    fn each_phase_crossing(&self, start: usize, mut found: impl FnMut(f64)) {
         let last = self.re.len() - 1;
         // The chord to a real end crosses nothing.
         let chords = if self.ends_real { last - 1 } else { last };
@@ -192,16 +212,15 @@ impl<F: Fn(f64) -> Complex<f64>> Curve<'_, F> {
                 continue;
             }
             let size = self.re[i].abs().max(self.re[i + 1].abs());
-            let (frequency, value) =
-                self.zero(i, ends.map(|im| im / size), |value| value.im / size);
+            let (_, value) = self.zero(i, ends.map(|im| im / size), |value| value.im / size);
             if value.re < -NOTHING {
-                found(frequency, -value.re);
+                found(-value.re);
             }
         }
     }
 
     /// |L| in the middle of a sampled spectrum, where L is negative there.
-    pub(crate) fn real_end(&self) -> Option<f64> {
+    fn real_end(&self) -> Option<f64> {
         let last = self.re[self.re.len() - 1];
         (self.ends_real && last < 0.0).then_some(-last)
     }
@@ -233,6 +252,78 @@ impl<F: Fn(f64) -> Complex<f64>> Curve<'_, F> {
             (b, fb) = (x, fx);
         }
         best
+    }
+}
+
+/// Margins of a loop.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Margin {
+    /// The closed loop comes to rest by itself.
+    pub stable: bool,
+    /// `min |1 + L|` over all frequencies, `1/M_s`, at least 0.
+    pub modulus: f64,
+    /// Frequency of that minimum \[rad/s\].
+    pub weakest_radps: f64,
+    /// Smallest turn that brings the loop to instability \[rad\], a lag if
+    /// above 0: that of `−L` where `|L| = 1`. `None` for an unstable loop, or
+    /// where |L| is never 1.
+    pub phase_rad: Option<f64>,
+    /// Smallest factor above 1 that brings the loop to instability; `None` for
+    /// an unstable loop, or where no gain does.
+    pub gain: Option<f64>,
+    /// Lowest frequency at which |L| falls to 1 \[rad/s\]: up to there the loop
+    /// follows. `None` where it never does.
+    pub crossover_radps: Option<f64>,
+}
+
+impl Margin {
+    /// The modulus margin, negative for an unstable loop: 0 is the border.
+    pub fn signed(&self) -> f64 {
+        if self.stable {
+            self.modulus
+        } else {
+            -self.modulus
+        }
+    }
+
+    /// Reads a curve, frequencies in its unit.
+    pub(crate) fn of<F: Fn(f64) -> Complex<f64>>(curve: &Curve<'_, F>, stable: bool) -> Self {
+        let lowest = curve.lowest();
+        let (weakest, distance) = curve.closest(lowest);
+        let (mut crossover, mut phase): (Option<f64>, Option<f64>) = (None, None);
+        // The largest |L| below 1 where L is negative; 0 without any.
+        let mut magnitude = 0.0_f64;
+        let mut negative = |at: f64| {
+            if at < 1.0 {
+                magnitude = magnitude.max(at);
+            }
+        };
+        for (start, marks) in curve.marked(lowest.1) {
+            if marks.unit_gain {
+                curve.each_unit_gain(start, |frequency, falls, value| {
+                    if falls && crossover.is_none() {
+                        crossover = Some(frequency);
+                    }
+                    // arg(−L): what turns L to −1.
+                    let lag = libm::atan2(-value.im, -value.re);
+                    if phase.is_none_or(|phase| lag.abs() < phase.abs()) {
+                        phase = Some(lag);
+                    }
+                });
+            }
+            if marks.real && stable {
+                curve.each_phase_crossing(start, &mut negative);
+            }
+        }
+        curve.real_end().into_iter().for_each(negative);
+        Self {
+            stable,
+            modulus: distance.sqrt(),
+            weakest_radps: weakest,
+            phase_rad: phase.filter(|_| stable),
+            gain: (stable && magnitude > 0.0).then(|| 1.0 / magnitude),
+            crossover_radps: crossover,
+        }
     }
 }
 

@@ -14,11 +14,42 @@
 //! The gains N(A) of joint and staircase stand at the end: Gelb and Vander Velde,
 //! "Multiple-Input Describing Functions and Nonlinear System Design", 1968, 2.3 and
 //! appendix B; Slotine and Li, "Applied Nonlinear Control", 5.
+//!
+//! # In the gap of the joint
+//!
+//! `Ψ = (k + c·d/dt) dz(ε)` becomes `ν(A)·(k·ε + c·ε̇)`, [`joint_share`], and the
+//! axis a linear one whose joint grows stiffer with the amplitude. It predicts
+//! a motor that hunts between the flanks because it is not stable alone. A load
+//! that drifts through the gap and is thrown back is no sine, and the distortion
+//! says so.
+//!
+//! # By steps of encoder or converter
+//!
+//! Each is looked at with the other and the gap left out.
+//!
+//! `e = r − floor(K_enc·α)` and `code = floor(y + ½)` are staircases with the
+//! gain of [`quantiser`]. An integrator in the loop fixes the mean of what leaves
+//! it: that of the codes is the code that holds the constant resistance, that of
+//! e is 0 with K_i and the holding code over K_p without. A mean between two
+//! steps makes a relay of the staircase, and then there is a cycle wherever the
+//! loop has a gain margin at all; a whole mean leaves room to rest.
+//!
+//! An axis with a gap and no weight stands with its joint open: the motor cycles
+//! alone and the carriage does not move. Where the motor would reach the flanks
+//! there is no prediction.
 
 use core::f64::consts::PI;
 
-use super::linear_axis::LinearAxis;
+use nalgebra::Complex;
+use plant::Joint;
+
+use super::characteristic::{Characteristic, LoopGains, is_papers_loop};
+use super::delay::DelayedLoop;
+use super::family::LoopFamily;
+use super::linear_axis::{JointState, LinearAxis};
 use crate::case::{Case, Law};
+use crate::number::seconds;
+use crate::options::Quantiser;
 
 /// A predicted limit cycle.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,7 +92,7 @@ pub const FEWEST_SAMPLES: f64 = 8.0;
 
 impl Cycle {
     /// A cycle from the amplitudes of γ, β and V.
-    pub(crate) fn new(
+    fn new(
         axis: &LinearAxis,
         [screw_rad, gear_rad, voltage_v]: [f64; 3],
         radps: f64,
@@ -81,7 +112,7 @@ impl Cycle {
 
 /// The last of the cycles that attract, are a sine, and stay within the voltage
 /// and above the period given: what decays from a motion meets it first.
-pub(crate) fn prediction(cycles: &[Cycle], case: &Case, shortest_s: f64) -> Option<Cycle> {
+fn prediction(cycles: &[Cycle], case: &Case, shortest_s: f64) -> Option<Cycle> {
     let amplifier = &case.amplifier;
     let range_v = match case.controller.law {
         Law::Continuous | Law::Sampled => f64::INFINITY,
@@ -99,15 +130,13 @@ pub(crate) fn prediction(cycles: &[Cycle], case: &Case, shortest_s: f64) -> Opti
     fitting.next_back().copied()
 }
 
-/// A border of stability on the way to larger amplitudes.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Border {
-    pub(crate) amplitude: f64,
-    pub(crate) stability: CycleStability,
-}
-
-/// Borders at which `is_stable` changes between neighbours of `amplitudes`, by halving.
-pub(crate) fn borders(amplitudes: &[f64], is_stable: impl Fn(f64) -> bool) -> Vec<Border> {
+/// The cycles at the borders of stability on the way to larger amplitudes: where it
+/// changes between neighbours of `amplitudes`, found by halving.
+fn at_borders(
+    amplitudes: &[f64],
+    is_stable: impl Fn(f64) -> bool,
+    cycle: impl Fn(f64, CycleStability) -> Option<Cycle>,
+) -> Vec<Cycle> {
     let mut found = Vec::new();
     let states: Vec<bool> = amplitudes.iter().map(|&at| is_stable(at)).collect();
     for (pair, state) in amplitudes.windows(2).zip(states.windows(2)) {
@@ -125,24 +154,240 @@ pub(crate) fn borders(amplitudes: &[f64], is_stable: impl Fn(f64) -> bool) -> Ve
                 high = middle;
             }
         }
-        found.push(Border {
-            amplitude: 0.5 * (low + high),
-            stability: if after {
-                CycleStability::Attracting
-            } else {
-                CycleStability::Repelling
-            },
-        });
+        let stability = if after {
+            CycleStability::Attracting
+        } else {
+            CycleStability::Repelling
+        };
+        found.extend(cycle(0.5 * (low + high), stability));
     }
     found
 }
 
 /// Points from `low` to `high`, `per_decade` of them to each.
-pub(crate) fn decades(low: f64, high: f64, per_decade: u32) -> Vec<f64> {
+fn decades(low: f64, high: f64, per_decade: u32) -> Vec<f64> {
     let ratio = libm::exp10(1.0 / f64::from(per_decade));
     core::iter::successors(Some(low), |at| Some(at * ratio))
         .take_while(|at| *at < high * (1.0 + 1e-9))
         .collect()
+}
+
+/// The predicted cycle in the gap: of [`gap_cycles`] the largest that attracts
+/// and fulfils its conditions. About a millisecond; 20 on rung
+/// `continuous`.
+pub fn gap_cycle(case: &Case) -> Option<Cycle> {
+    prediction(&gap_cycles(case), case, 0.0)
+}
+
+/// All cycles in the gap, by rising amplitude in the joint; with `no_pull` as if
+/// a separating flank could pull. Empty without a gap, with a constant or
+/// quadratic resistance (the joint then rests on a flank, or sticks), and where
+/// the loop is not the paper's ([`is_papers_loop`]). Encoder and converter count
+/// as without steps.
+pub fn gap_cycles(case: &Case) -> Vec<Cycle> {
+    let resistance = &case.axis.carriage.resistance;
+    let odd = resistance.constant_n == 0.0 && resistance.quadratic_ns2_per_rad2 == 0.0;
+    let (Joint::Elastic(joint), Some(delayed), true) = (
+        case.axis.transmission.joint,
+        DelayedLoop::of(case, JointState::Closed),
+        odd && is_papers_loop(case),
+    ) else {
+        return Vec::new();
+    };
+    let (b, axis) = (joint.backlash_half_rad, delayed.axis);
+    if b <= 0.0 {
+        return Vec::new();
+    }
+    // The amplitude as A/b − 1, which resolves a contact of any depth.
+    let softened = |depth: f64| DelayedLoop {
+        axis: axis.with_share_of_joint(joint_share(1.0 / (1.0 + depth))),
+        ..delayed
+    };
+    let sampled = case.controller.law != Law::Continuous;
+    let is_stable = |depth: f64| {
+        let soft = softened(depth);
+        if !sampled {
+            return soft.margin().stable;
+        }
+        Characteristic::new(&soft.axis, soft.period_s, soft.delay_s).is_stable(&soft.gains)
+    };
+    let cycle = |depth: f64, stability: CycleStability| {
+        let soft = softened(depth);
+        let margin = if sampled {
+            LoopFamily::of_axis(&soft.axis, soft.period_s, soft.delay_s).margin(&soft.gains)
+        } else {
+            soft.margin()
+        };
+        let radps = margin.weakest_radps;
+        let s = Complex::new(0.0, radps);
+        let screw_rad = b * (1.0 + depth) * soft.axis.screw_per_joint(s)?.norm_sqr().sqrt();
+        let gear_rad = screw_rad / soft.axis.screw_per_gear(s).norm_sqr().sqrt();
+        // What the third harmonic of the deflection makes of ε, over A − b.
+        let third = deflection_third(1.0 / (1.0 + depth)) * (1.0 + depth) / depth;
+        let back = delayed.joint_response(3.0 * radps)?;
+        let volts_per_rad = delayed.law(radps).norm_sqr().sqrt() / axis.gear_ratio;
+        Some(Cycle::new(
+            &axis,
+            [screw_rad, gear_rad, gear_rad * volts_per_rad],
+            radps,
+            stability,
+            third * back.norm_sqr().sqrt(),
+        ))
+    };
+    at_borders(&decades(1e-4, 1e4, 12), is_stable, cycle)
+}
+
+/// The predicted cycle of the encoder's steps: of [`encoder_cycles`] the
+/// largest that attracts and fulfils its conditions.
+pub fn encoder_cycle(case: &Case) -> Option<Cycle> {
+    predicted(case, &encoder_cycles(case))
+}
+
+/// The predicted cycle of the converter's steps: of [`dac_cycles`] the largest
+/// that attracts and fulfils its conditions.
+pub fn dac_cycle(case: &Case) -> Option<Cycle> {
+    predicted(case, &dac_cycles(case))
+}
+
+/// All cycles of the encoder's steps up to four counts, the smallest first. Empty
+/// on rungs without steps, with dry friction (the axis sticks), and where the
+/// loop is not the paper's ([`is_papers_loop`]). A tenth of
+/// a millisecond; up to two with a weight.
+pub fn encoder_cycles(case: &Case) -> Vec<Cycle> {
+    let Some(mut stepped) = SteppedLoop::of(case) else {
+        return Vec::new();
+    };
+    let gains = &case.controller.gains;
+    stepped.mean = if gains.ki_per_s == 0.0 {
+        stepped.mean / gains.kp
+    } else {
+        0.0
+    };
+    let rad_per_count = 1.0 / case.encoder.counts_per_rad;
+    stepped.cycles(|amplitude, _| amplitude * rad_per_count)
+}
+
+/// All cycles of the converter's steps up to four codes, the smallest first.
+/// Empty as [`encoder_cycles`], and with a quantiser that rounds to other than
+/// the nearest code.
+pub fn dac_cycles(case: &Case) -> Vec<Cycle> {
+    let nearest =
+        case.controller.law != Law::Firmware || case.options.law.quantiser == Quantiser::Nearest;
+    let Some(stepped) = SteppedLoop::of(case).filter(|_| nearest) else {
+        return Vec::new();
+    };
+    let volts_per_code = case.dac.step_v * case.amplifier.gain;
+    stepped.cycles(|amplitude, radps| {
+        // y = −C·α, and A is the amplitude of y.
+        let law = stepped
+            .gains
+            .law(radps * stepped.period_s, stepped.period_s);
+        amplitude * volts_per_code / law.norm_sqr().sqrt()
+    })
+}
+
+fn predicted(case: &Case, cycles: &[Cycle]) -> Option<Cycle> {
+    let period_s = seconds(case.controller.sample_time_ns?);
+    prediction(cycles, case, FEWEST_SAMPLES * period_s)
+}
+
+/// A loop with one staircase.
+struct SteppedLoop {
+    axis: LinearAxis,
+    family: LoopFamily,
+    gains: LoopGains,
+    period_s: f64,
+    /// Mean of what leaves the staircase, in its steps; at first that of the
+    /// codes.
+    mean: f64,
+    /// Half the gap that the motor has for itself; `None` where the joint is
+    /// closed.
+    room_rad: Option<f64>,
+}
+
+impl SteppedLoop {
+    /// The loop around the axis at rest.
+    fn of(case: &Case) -> Option<Self> {
+        let resistance = &case.axis.carriage.resistance;
+        let sticks = resistance.opposes_motion && resistance.constant_n != 0.0;
+        let whole = matches!(case.controller.law, Law::Quantised | Law::Firmware);
+        if sticks || !whole || !is_papers_loop(case) {
+            return None;
+        }
+        let (transmission, motor) = (&case.axis.transmission, &case.axis.motor);
+        let weight_n = resistance.constant_n;
+        let room_rad = match transmission.joint {
+            Joint::Elastic(joint) if joint.backlash_half_rad > 0.0 && weight_n == 0.0 => {
+                Some(joint.backlash_half_rad)
+            }
+            _ => None,
+        };
+        let joint = match room_rad {
+            Some(_) => JointState::Open,
+            None => JointState::Closed,
+        };
+        // p·a0 = k_m·I/z and V = R·I hold it.
+        let current_a = transmission.screw_pitch_m_per_rad * weight_n * transmission.gear_ratio
+            / motor.torque_constant_nm_per_a;
+        let holding_v = motor.resistance_ohm * current_a;
+        Some(Self {
+            axis: LinearAxis::new(&case.axis, joint)?,
+            family: LoopFamily::of(case, joint)?,
+            gains: LoopGains::of(case),
+            period_s: seconds(case.controller.sample_time_ns?),
+            mean: holding_v / (case.dac.step_v * case.amplifier.gain),
+            room_rad,
+        })
+    }
+
+    /// The cycles; `motor_rad` is the amplitude of α for that of the
+    /// staircase's input and a frequency.
+    fn cycles(&self, motor_rad: impl Fn(f64, f64) -> f64) -> Vec<Cycle> {
+        let gain_at = |amplitude: f64| quantiser(amplitude, self.bias(amplitude)).1;
+        let is_stable = |amplitude: f64| {
+            let gain = gain_at(amplitude);
+            // Below the first threshold nothing moves.
+            gain == 0.0 || self.family.is_stable(&self.gains.times(gain))
+        };
+        let mut amplitudes = decades(1e-4, 0.1, 12);
+        amplitudes.extend((11..=400).map(|n| 0.01 * f64::from(n)));
+        let cycle = |amplitude: f64, stability: CycleStability| {
+            let gains = self.gains.times(gain_at(amplitude));
+            let radps = self.family.margin(&gains).weakest_radps;
+            let motor_rad = motor_rad(amplitude, radps);
+            let gear_rad = motor_rad * self.axis.gear_ratio;
+            let law = gains.law(radps * self.period_s, self.period_s);
+            let voltage_v = motor_rad * law.norm_sqr().sqrt();
+            let screw_rad = match self.room_rad {
+                Some(room_rad) if gear_rad > room_rad => return None,
+                Some(_) => 0.0,
+                None => {
+                    let s = Complex::new(0.0, radps);
+                    gear_rad * self.axis.screw_per_gear(s).norm_sqr().sqrt()
+                }
+            };
+            Some(Cycle::new(
+                &self.axis,
+                [screw_rad, gear_rad, voltage_v],
+                radps,
+                stability,
+                self.distortion(amplitude, radps * self.period_s),
+            ))
+        };
+        at_borders(&amplitudes, is_stable, cycle)
+    }
+
+    fn bias(&self, amplitude: f64) -> f64 {
+        quantiser_bias(amplitude, self.mean)
+    }
+
+    /// Second and third harmonic after a round through the loop, over A.
+    fn distortion(&self, amplitude: f64, theta: f64) -> f64 {
+        let [second, third] = quantiser_harmonics(amplitude, self.bias(amplitude));
+        let back = |n: f64| self.family.at(&self.gains, n * theta).norm_sqr();
+        let squares = second * second * back(2.0) + third * third * back(3.0);
+        squares.sqrt() / amplitude
+    }
 }
 
 /// Share of a joint's stiffness and damping that acts on the fundamental of

@@ -22,32 +22,18 @@ use core::f64::consts::PI;
 
 use nalgebra::Complex;
 
-use super::curve::{Curve, Limits, bends, refined};
-use super::gains::{LoopGains, is_papers_loop};
+use super::characteristic::{LoopGains, is_papers_loop};
+use super::curve::{Curve, Limits, Margin, bends, refined};
 use super::linear_axis::{JointState, LinearAxis};
-use super::margin::Margin;
 use crate::case::{Case, Law};
-use crate::time::seconds;
+use crate::number::seconds;
 
 /// The margins of a case as hold and delay change them to first order, with the
 /// joint closed; on rung `continuous` those of the paper's own loop. `None`
 /// where the loop is not the paper's ([`is_papers_loop`]), or its delay or
 /// sample time is not known.
 pub fn margin_by_delay(case: &Case) -> Option<Margin> {
-    let (period_s, delay_s) = match case.controller.law {
-        Law::Continuous => (0.0, 0.0),
-        _ => (
-            seconds(case.controller.sample_time_ns?),
-            seconds(case.controller.computation_delay.fixed_ns()?),
-        ),
-    };
-    let axis = LinearAxis::new(&case.axis, JointState::Closed)?;
-    let delayed = DelayedLoop {
-        axis,
-        gains: LoopGains::of(case),
-        period_s,
-        delay_s,
-    };
+    let delayed = DelayedLoop::of(case, JointState::Closed)?;
     is_papers_loop(case).then(|| delayed.margin())
 }
 
@@ -78,14 +64,22 @@ const CLOSEST: f64 = 1e-10;
 const MOST_POINTS: usize = 10_000;
 
 impl DelayedLoop {
-    /// The paper's own loop, without sampling.
-    pub(crate) fn continuous(axis: &LinearAxis, gains: &LoopGains) -> Self {
-        Self {
-            axis: *axis,
-            gains: *gains,
-            period_s: 0.0,
-            delay_s: 0.0,
-        }
+    /// The loop of a case; on rung `continuous` the paper's own. None without such
+    /// a joint, or where delay or sample time is not known.
+    pub(crate) fn of(case: &Case, joint: JointState) -> Option<Self> {
+        let (period_s, delay_s) = match case.controller.law {
+            Law::Continuous => (0.0, 0.0),
+            _ => (
+                seconds(case.controller.sample_time_ns.filter(|&ns| ns > 0)?),
+                seconds(case.controller.computation_delay.fixed_ns()?),
+            ),
+        };
+        Some(Self {
+            axis: LinearAxis::new(&case.axis, joint)?,
+            gains: LoopGains::of(case),
+            period_s,
+            delay_s,
+        })
     }
 
     /// `L(jω)`.

@@ -8,14 +8,12 @@ use core::f64::consts::PI;
 use nalgebra::Complex;
 use plant::AxisParameters;
 
-use super::characteristic::Characteristic;
-use super::curve::{Curve, Limits, bends, refined};
+use super::characteristic::{Characteristic, LoopGains, is_papers_loop};
+use super::curve::{Curve, Limits, Margin, bends, refined};
 use super::delay::DelayedLoop;
-use super::gains::{LoopGains, is_papers_loop};
 use super::linear_axis::{JointState, LinearAxis};
-use super::margin::{Margin, modulus};
 use crate::case::{Case, Law};
-use crate::time::seconds;
+use crate::number::seconds;
 
 /// An axis of the paper's kind needs about a hundred points.
 const LIMITS: Limits = Limits {
@@ -68,19 +66,19 @@ pub struct LoopFamily {
     characteristic: Characteristic,
     period_s: f64,
     /// Angles θ = ωΔt up to π.
-    theta: Vec<f64>,
+    pub(super) theta: Vec<f64>,
     /// The parts of `L(e^{jθ})` for K_p, K_i and K_d.
     re: [Vec<f64>; 3],
     im: [Vec<f64>; 3],
 }
 
-/// Numbers that a family depends on.
-const KEY: usize = 15;
-
-/// A family as plain bits, to be looked up. b, dry and quadratic resistance,
-/// motion and everything that is open have no part in it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct FamilyKey([u64; KEY]);
+/// Everything that a family depends on. b, dry and quadratic resistance, motion and
+/// everything that is open have no part in it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FamilyKey {
+    axis: Option<LinearAxis>,
+    timing_ns: [u64; 2],
+}
 
 impl LoopFamily {
     /// Works out the responses on a grid of frequencies and the characteristic
@@ -143,34 +141,10 @@ impl LoopFamily {
         delay_ns: u64,
         joint: JointState,
     ) -> FamilyKey {
-        let (motor, transmission) = (&axis.motor, &axis.transmission);
-        let (stiffness, damping, coupling) = match transmission.joint {
-            plant::Joint::Rigid => (0.0, 0.0, 0),
-            plant::Joint::Elastic(joint) => {
-                (joint.stiffness_nm_per_rad, joint.damping_nms_per_rad, 1)
-            }
-        };
-        let bits = |value: f64| (value + 0.0).to_bits();
-        FamilyKey([
-            bits(motor.inertia_kg_m2),
-            bits(motor.torque_constant_nm_per_a),
-            bits(motor.resistance_ohm),
-            bits(motor.inductance_h),
-            bits(transmission.gear_ratio),
-            bits(stiffness),
-            bits(damping),
-            bits(transmission.screw_inertia_kg_m2),
-            bits(transmission.screw_pitch_m_per_rad),
-            bits(axis.carriage.mass_kg),
-            bits(axis.carriage.resistance.linear_ns_per_rad),
-            coupling,
-            period_ns,
-            delay_ns,
-            match joint {
-                JointState::Closed => 0,
-                JointState::Open => 1,
-            },
-        ])
+        FamilyKey {
+            axis: LinearAxis::new(axis, joint),
+            timing_ns: [period_ns, delay_ns],
+        }
     }
 
     /// The margins of the closed loop: a microsecond or two.
@@ -186,7 +160,7 @@ impl LoopFamily {
     /// [`Margin::signed`] alone, without a look at phase and gain.
     pub fn signed_modulus(&self, gains: &LoopGains) -> f64 {
         let at = |theta: f64| self.at(gains, theta);
-        let distance = self.with_curve(gains, &at, modulus);
+        let distance = self.with_curve(gains, &at, |curve| curve.modulus());
         if self.is_stable(gains) {
             distance
         } else {
@@ -288,17 +262,8 @@ pub fn margin(case: &Case, joint: JointState) -> Option<Margin> {
     if !is_papers_loop(case) {
         return None;
     }
-    let gains = LoopGains::of(case);
     if case.controller.law == Law::Continuous {
-        let axis = LinearAxis::new(&case.axis, joint)?;
-        return Some(DelayedLoop::continuous(&axis, &gains).margin());
+        return Some(DelayedLoop::of(case, joint)?.margin());
     }
-    Some(LoopFamily::of(case, joint)?.margin(&gains))
-}
-
-#[cfg(test)]
-impl LoopFamily {
-    pub(crate) fn points(&self) -> usize {
-        self.theta.len()
-    }
+    Some(LoopFamily::of(case, joint)?.margin(&LoopGains::of(case)))
 }

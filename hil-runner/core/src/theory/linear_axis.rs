@@ -20,34 +20,29 @@ pub enum JointState {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct LinearAxis {
     /// `k_m/z` \[N m/A\].
-    pub(crate) torque_nm_per_a: f64,
-    pub(crate) resistance_ohm: f64,
-    pub(crate) inductance_h: f64,
-    pub(crate) body: Body,
+    torque_nm_per_a: f64,
+    resistance_ohm: f64,
+    inductance_h: f64,
+    /// J1; of one body all that moves.
+    gear_kg_m2: f64,
+    /// d, of the screw or of the one body: 0 of the motor alone.
+    drag_nms_per_rad: f64,
+    /// The screw behind the joint. Without one it is one body, the whole axis
+    /// or the motor alone: `J1·β̈ = τ − d·β̇`.
+    load: Option<Load>,
     /// `p` \[m/rad\].
     pub(crate) pitch_m_per_rad: f64,
     /// `z`.
     pub(crate) gear_ratio: f64,
 }
 
-/// Load of the motor.
+/// A second body, and `Ψ = k·ε + c·ε̇` between the two.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Body {
-    /// `J·β̈ = τ − d·β̇`: the whole axis, or the motor alone.
-    One {
-        inertia_kg_m2: f64,
-        drag_nms_per_rad: f64,
-    },
-    /// Two bodies and `Ψ = k·ε + c·ε̇` between them.
-    Two {
-        /// `J1`.
-        gear_kg_m2: f64,
-        /// `J2`.
-        screw_kg_m2: f64,
-        drag_nms_per_rad: f64,
-        stiffness_nm_per_rad: f64,
-        damping_nms_per_rad: f64,
-    },
+struct Load {
+    /// J2.
+    screw_kg_m2: f64,
+    stiffness_nm_per_rad: f64,
+    damping_nms_per_rad: f64,
 }
 
 /// States of one body: β, β̇, I.
@@ -65,29 +60,28 @@ impl LinearAxis {
         let screw_kg_m2 = transmission.screw_inertia_kg_m2 + axis.carriage.mass_kg * p * p;
         // The torque p·F_r of F_r = a1·γ̇.
         let drag_nms_per_rad = p * axis.carriage.resistance.linear_ns_per_rad;
-        let body = match (transmission.joint, joint) {
+        let (gear_kg_m2, drag_nms_per_rad, load) = match (transmission.joint, joint) {
             (Joint::Rigid, JointState::Open) => return None,
-            (Joint::Elastic(_), JointState::Open) => Body::One {
-                inertia_kg_m2: gear_kg_m2,
-                drag_nms_per_rad: 0.0,
-            },
-            (Joint::Rigid, JointState::Closed) => Body::One {
-                inertia_kg_m2: gear_kg_m2 + screw_kg_m2,
-                drag_nms_per_rad,
-            },
-            (Joint::Elastic(joint), JointState::Closed) => Body::Two {
-                gear_kg_m2,
-                screw_kg_m2,
-                drag_nms_per_rad,
-                stiffness_nm_per_rad: joint.stiffness_nm_per_rad,
-                damping_nms_per_rad: joint.damping_nms_per_rad,
-            },
+            (Joint::Elastic(_), JointState::Open) => (gear_kg_m2, 0.0, None),
+            (Joint::Rigid, JointState::Closed) => {
+                (gear_kg_m2 + screw_kg_m2, drag_nms_per_rad, None)
+            }
+            (Joint::Elastic(joint), JointState::Closed) => {
+                let load = Load {
+                    screw_kg_m2,
+                    stiffness_nm_per_rad: joint.stiffness_nm_per_rad,
+                    damping_nms_per_rad: joint.damping_nms_per_rad,
+                };
+                (gear_kg_m2, drag_nms_per_rad, Some(load))
+            }
         };
         Some(Self {
             torque_nm_per_a: motor.torque_constant_nm_per_a / z,
             resistance_ohm: motor.resistance_ohm,
             inductance_h: motor.inductance_h,
-            body,
+            gear_kg_m2,
+            drag_nms_per_rad,
+            load,
             pitch_m_per_rad: p,
             gear_ratio: z,
         })
@@ -95,47 +89,31 @@ impl LinearAxis {
 
     /// The same with `share` of the joint's stiffness and damping.
     pub(crate) fn with_share_of_joint(mut self, share: f64) -> Self {
-        if let Body::Two {
-            stiffness_nm_per_rad,
-            damping_nms_per_rad,
-            ..
-        } = &mut self.body
-        {
-            *stiffness_nm_per_rad *= share;
-            *damping_nms_per_rad *= share;
+        if let Some(load) = &mut self.load {
+            load.stiffness_nm_per_rad *= share;
+            load.damping_nms_per_rad *= share;
         }
         self
     }
 
     /// A of one body, x = (β, β̇, I).
-    pub(crate) fn one(&self, inertia_kg_m2: f64, drag_nms_per_rad: f64) -> SMatrix<f64, ONE, ONE> {
+    pub(crate) fn one(&self) -> SMatrix<f64, ONE, ONE> {
         let (km, r, l) = self.armature();
-        let j = inertia_kg_m2;
-        SMatrix::<f64, ONE, ONE>::new(
-            0.0,
-            1.0,
-            0.0, //
-            0.0,
-            -drag_nms_per_rad / j,
-            km / j, //
-            0.0,
-            -km / l,
-            -r / l,
-        )
+        let (j, d) = (self.gear_kg_m2, self.drag_nms_per_rad);
+        let mut a = SMatrix::<f64, ONE, ONE>::zeros();
+        a[(0, 1)] = 1.0;
+        a[(1, 1)] = -d / j;
+        a[(1, 2)] = km / j;
+        a[(2, 1)] = -km / l;
+        a[(2, 2)] = -r / l;
+        a
     }
 
     /// A of two bodies, x = (β, β̇, ε, ε̇, I); none for one body.
     pub(crate) fn two(&self) -> Option<SMatrix<f64, TWO, TWO>> {
-        let Body::Two {
-            gear_kg_m2: j1,
-            screw_kg_m2: j2,
-            drag_nms_per_rad: d,
-            stiffness_nm_per_rad: k,
-            damping_nms_per_rad: c,
-        } = self.body
-        else {
-            return None;
-        };
+        let load = self.load?;
+        let (j1, j2, d) = (self.gear_kg_m2, load.screw_kg_m2, self.drag_nms_per_rad);
+        let (k, c) = (load.stiffness_nm_per_rad, load.damping_nms_per_rad);
         let (km, r, l) = self.armature();
         // β̈ = (k_m/z·I − k·ε − c·ε̇)/J1
         let gear = [0.0, 0.0, -k / j1, -c / j1, km / j1];
@@ -173,27 +151,18 @@ impl LinearAxis {
     /// ```
     pub(crate) fn response(&self, s: Complex<f64>) -> Complex<f64> {
         let (km, r, l) = self.armature();
-        let (free, load) = match self.body {
-            Body::One {
-                inertia_kg_m2: j,
-                drag_nms_per_rad: d,
-            } => (Complex::from(1.0), s * (s * j + d)),
-            Body::Two { gear_kg_m2: j1, .. } => {
-                let (q, m) = self.joint_and_screw(s);
-                (m + q, s * s * j1 * (m + q) + q * m)
-            }
+        let j1 = self.gear_kg_m2;
+        let (free, load) = match self.joint_and_screw(s) {
+            None => (Complex::from(1.0), s * (s * j1 + self.drag_nms_per_rad)),
+            Some((q, m)) => (m + q, s * s * j1 * (m + q) + q * m),
         };
         free * km / ((s * l + r) * load + s * free * (km * km))
     }
 
-    /// `γ(s)/ε(s)`; none where the screw does not follow the motor through a
-    /// joint.
+    /// `γ(s)/ε(s)`, as m·γ = q·ε; none where the screw does not follow the motor
+    /// through a joint.
     pub(crate) fn screw_per_joint(&self, s: Complex<f64>) -> Option<Complex<f64>> {
-        // m·γ = q·ε
-        matches!(self.body, Body::Two { .. }).then(|| {
-            let (q, m) = self.joint_and_screw(s);
-            q / m
-        })
+        self.joint_and_screw(s).map(|(q, m)| q / m)
     }
 
     /// `−(k + c·s)·(1/Z + 1/m)`: ε for a deflection of the joint, whose torque
@@ -205,64 +174,37 @@ impl LinearAxis {
         law: Complex<f64>,
     ) -> Option<Complex<f64>> {
         let (km, r, l) = self.armature();
-        let Body::Two { gear_kg_m2: j1, .. } = self.body else {
-            return None;
-        };
-        let (q, m) = self.joint_and_screw(s);
-        let motor = s * s * j1 + (s * km + law) * km / (s * l + r);
+        let (q, m) = self.joint_and_screw(s)?;
+        let motor = s * s * self.gear_kg_m2 + (s * km + law) * km / (s * l + r);
         Some(-q * (motor.inv() + m.inv()))
     }
 
     /// `γ(s)/β(s)`: 1 for one body.
     pub(crate) fn screw_per_gear(&self, s: Complex<f64>) -> Complex<f64> {
-        match self.body {
-            Body::One { .. } => Complex::from(1.0),
-            Body::Two { .. } => {
-                let (q, m) = self.joint_and_screw(s);
-                q / (m + q)
-            }
-        }
+        let joint = self.joint_and_screw(s);
+        joint.map_or(Complex::from(1.0), |(q, m)| q / (m + q))
     }
 
-    /// `k + c·s` and `J2·s² + d·s`; 0 for one body.
-    fn joint_and_screw(&self, s: Complex<f64>) -> (Complex<f64>, Complex<f64>) {
-        match self.body {
-            Body::One { .. } => (Complex::from(0.0), Complex::from(0.0)),
-            Body::Two {
-                screw_kg_m2: j2,
-                drag_nms_per_rad: d,
-                stiffness_nm_per_rad: k,
-                damping_nms_per_rad: c,
-                ..
-            } => (s * c + k, s * (s * j2 + d)),
-        }
+    /// `k + c·s` and `J2·s² + d·s`; none for one body.
+    fn joint_and_screw(&self, s: Complex<f64>) -> Option<(Complex<f64>, Complex<f64>)> {
+        let load = self.load?;
+        let joint = s * load.damping_nms_per_rad + load.stiffness_nm_per_rad;
+        Some((joint, s * (s * load.screw_kg_m2 + self.drag_nms_per_rad)))
     }
 
     /// Angular frequencies at which the response bends: the run-up of the
     /// motor, the armature, and the joint's antiresonance and resonance.
     pub(crate) fn corners_radps(&self) -> [f64; 4] {
         let (km, r, l) = self.armature();
-        let run_up = |j: f64, d: f64| (km * km / r + d) / j;
-        match self.body {
-            Body::One {
-                inertia_kg_m2: j,
-                drag_nms_per_rad: d,
-            } => {
-                let slow = run_up(j, d);
-                [slow, r / l, slow, r / l]
+        let j1 = self.gear_kg_m2;
+        let run_up = |j: f64| (km * km / r + self.drag_nms_per_rad) / j;
+        match self.load {
+            None => [run_up(j1), r / l, run_up(j1), r / l],
+            Some(load) => {
+                let (j2, k) = (load.screw_kg_m2, load.stiffness_nm_per_rad);
+                let (antiresonance, resonance) = ((k / j2).sqrt(), (k / j1 + k / j2).sqrt());
+                [run_up(j1 + j2), r / l, antiresonance, resonance]
             }
-            Body::Two {
-                gear_kg_m2: j1,
-                screw_kg_m2: j2,
-                drag_nms_per_rad: d,
-                stiffness_nm_per_rad: k,
-                ..
-            } => [
-                run_up(j1 + j2, d),
-                r / l,
-                (k / j2).sqrt(),
-                (k / j1 + k / j2).sqrt(),
-            ],
         }
     }
 }

@@ -25,25 +25,19 @@ mod curve;
 mod cycles;
 mod delay;
 mod family;
-mod gains;
-mod gap_cycles;
 mod held;
 mod linear_axis;
-mod margin;
 mod noise;
-mod polynomial;
-mod step_cycles;
 #[cfg(test)]
 mod tests;
 
+pub use characteristic::{LoopGains, is_papers_loop, loop_gain};
+pub use curve::Margin;
 pub use cycles::{
-    Cycle, CycleStability, FEWEST_SAMPLES, MOST_DISTORTION, joint_share, quantiser, quantiser_bias,
+    Cycle, CycleStability, FEWEST_SAMPLES, MOST_DISTORTION, dac_cycle, dac_cycles, encoder_cycle,
+    encoder_cycles, gap_cycle, gap_cycles, joint_share, quantiser, quantiser_bias,
 };
 pub use delay::margin_by_delay;
 pub use family::{FamilyKey, LoopError, LoopFamily, margin};
-pub use gains::{LoopGains, is_papers_loop, loop_gain};
-pub use gap_cycles::{gap_cycle, gap_cycles};
 pub use linear_axis::JointState;
-pub use margin::Margin;
 pub use noise::{Noise, NoiseFigures, quantisation_noise};
-pub use step_cycles::{dac_cycle, dac_cycles, encoder_cycle, encoder_cycles};

@@ -21,13 +21,13 @@
 
 use nalgebra::{SMatrix, SVector};
 
+use super::characteristic::{LoopGains, is_papers_loop};
 use super::family::LoopFamily;
-use super::gains::{LoopGains, is_papers_loop};
 use super::held::HeldStep;
-use super::linear_axis::{Body, JointState, LinearAxis, ONE, TWO};
+use super::linear_axis::{JointState, LinearAxis, ONE, TWO};
 use crate::case::{Case, Law};
+use crate::number::seconds;
 use crate::options::Quantiser;
-use crate::time::seconds;
 
 /// Quantisation noise of an axis in motion, the joint closed: standard
 /// deviations at the samples.
@@ -91,27 +91,21 @@ pub fn quantisation_noise(case: &Case) -> Option<Noise> {
     if !family.is_stable(&gains) {
         return None;
     }
-    let steps = Steps {
-        error_rad: rad_per_count / 12.0_f64.sqrt(),
-        voltage_v: volts_per_code / 12.0_f64.sqrt(),
-    };
-    let [of_error, of_code] = match axis.body {
-        Body::One {
-            inertia_kg_m2,
-            drag_nms_per_rad,
-        } => {
-            let a = axis.one(inertia_kg_m2, drag_nms_per_rad);
-            let step = HeldStep::<ONE>::new(&a, &axis.per_volt(), period_s, delay_s);
+    let steps = [rad_per_count, volts_per_code].map(|step| step / 12.0_f64.sqrt());
+    let [of_error, of_code] = match axis.two() {
+        None => {
+            let a = axis.one();
+            let step = HeldStep::<ONE>::new(&axis, &a, period_s, delay_s);
             let closed = ClosedLoop::<6>::new(&step, &gains, axis.gear_ratio, period_s);
-            steps.variances(&closed, &outputs(&axis, a.row(1).transpose(), None))
+            let outputs = outputs(&axis, a.row(1).transpose(), None);
+            variances(&closed, &outputs, steps)
         }
-        Body::Two { .. } => {
-            let a = axis.two()?;
-            let step = HeldStep::<TWO>::new(&a, &axis.per_volt(), period_s, delay_s);
+        Some(a) => {
+            let step = HeldStep::<TWO>::new(&axis, &a, period_s, delay_s);
             let closed = ClosedLoop::<8>::new(&step, &gains, axis.gear_ratio, period_s);
             // γ̈ = β̈ − ε̈
             let screw = (a.row(1) - a.row(3)).transpose();
-            steps.variances(&closed, &outputs(&axis, screw, Some(2)))
+            variances(&closed, &outputs(&axis, screw, Some(2)), steps)
         }
     };
     let together = core::array::from_fn(|k| 2.0 * of_error[k] + of_code[k]);
@@ -123,13 +117,6 @@ pub fn quantisation_noise(case: &Case) -> Option<Noise> {
         together: NoiseFigures::of_variances(together),
         mean_um: 1e6 * 0.5 * rad_per_count * per_motor_rad,
     })
-}
-
-/// Standard deviations of the two kinds of steps.
-#[derive(Debug, Clone, Copy)]
-struct Steps {
-    error_rad: f64,
-    voltage_v: f64,
 }
 
 /// Carriage position \[m\] and acceleration \[m/s²\] as coefficients of the
@@ -152,31 +139,24 @@ fn outputs<const N: usize, const D: usize>(
     [position, acceleration]
 }
 
-impl Steps {
-    /// Variances of position, acceleration and voltage from one source of error
-    /// and from the codes.
-    fn variances<const D: usize>(
-        &self,
-        closed: &ClosedLoop<D>,
-        outputs: &[SVector<f64, D>; 2],
-    ) -> [[f64; 3]; 2] {
-        let of = |state: SVector<f64, D>, direct_v: f64| {
-            let p = covariance(&closed.transition, &state);
-            let variance = |row: &SVector<f64, D>| row.dot(&(p * row)).max(0.0);
-            [
-                variance(&outputs[0]),
-                variance(&outputs[1]),
-                variance(&closed.voltage) + direct_v * direct_v,
-            ]
-        };
-        [
-            of(
-                closed.per_error * self.error_rad,
-                closed.voltage_per_error * self.error_rad,
-            ),
-            of(closed.per_volt * self.voltage_v, self.voltage_v),
-        ]
-    }
+/// Variances of position, acceleration and voltage from one source of error and from
+/// the codes, whose standard deviations are `error_rad` and `voltage_v`.
+fn variances<const D: usize>(
+    closed: &ClosedLoop<D>,
+    outputs: &[SVector<f64, D>; 2],
+    [error_rad, voltage_v]: [f64; 2],
+) -> [[f64; 3]; 2] {
+    let of = |state: SVector<f64, D>, direct_v: f64| {
+        let p = covariance(&closed.transition, &state);
+        let variance = |row: &SVector<f64, D>| row.dot(&(p * row)).max(0.0);
+        let voltage = variance(&closed.voltage) + direct_v * direct_v;
+        [variance(&outputs[0]), variance(&outputs[1]), voltage]
+    };
+    let direct_v = closed.voltage_per_error * error_rad;
+    [
+        of(closed.per_error * error_rad, direct_v),
+        of(closed.per_volt * voltage_v, voltage_v),
+    ]
 }
 
 /// Doublings of the sum: 2^40 samples.

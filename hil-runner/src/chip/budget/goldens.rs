@@ -5,8 +5,8 @@ use std::fmt::Write;
 use std::path::Path;
 
 use serde::Deserialize;
-use thiserror::Error;
 
+use crate::chip::line::ChipError;
 use crate::chip::spec::Target;
 
 /// Something that was measured.
@@ -65,11 +65,11 @@ impl Goldens {
     /// Reads the file of a target; one that is not there has no goldens.
     ///
     /// # Errors
-    /// [`GoldenError`] if it cannot be read, or is no such file.
-    pub fn read(path: &Path) -> Result<Self, GoldenError> {
-        let failed = |because: String| GoldenError {
-            path: path.display().to_string(),
-            because,
+    /// [`ChipError`] if it cannot be read, or is no such file.
+    pub fn read(path: &Path) -> Result<Self, ChipError> {
+        let failed = |because: String| {
+            let (path, because) = (path.display(), because.trim_end());
+            ChipError(format!("{path} is no file of goldens: {because}"))
         };
         match std::fs::read_to_string(path) {
             Ok(text) => toml::from_str(&text).map_err(|error| failed(error.to_string())),
@@ -88,26 +88,16 @@ impl Goldens {
     /// Holds figures against their goldens: one judgement a figure, then one a
     /// golden that nothing was measured for.
     pub fn judge(&self, figures: &[Figure]) -> Vec<Judgement> {
-        let measured = figures.iter().map(|figure| {
-            let golden = self.get(&figure.name);
-            let difference = golden.and_then(|golden| figure.amount.farthest_from(golden));
-            Judgement {
-                figure: figure.name.clone(),
-                golden,
-                pass: difference.is_some_and(|difference| difference.within),
-                difference,
-            }
-        });
+        let judge = |name: &String, measured: Option<Amount>| Judgement {
+            figure: name.clone(),
+            measured,
+            golden: self.get(name),
+        };
+        let there = figures.iter();
+        let there = there.map(|figure| judge(&figure.name, Some(figure.amount)));
         let names = self.instructions.keys().chain(self.bytes.keys());
-        let gone = names
-            .filter(|name| figures.iter().all(|figure| figure.name != **name))
-            .map(|name| Judgement {
-                figure: name.clone(),
-                golden: self.get(name),
-                difference: None,
-                pass: false,
-            });
-        measured.chain(gone).collect()
+        let gone = names.filter(|name| figures.iter().all(|figure| figure.name != **name));
+        there.chain(gone.map(|name| judge(name, None))).collect()
     }
 }
 
@@ -116,12 +106,40 @@ impl Goldens {
 pub struct Judgement {
     /// Name of the figure.
     pub figure: String,
+    /// Its amount; none for a figure that is gone.
+    pub measured: Option<Amount>,
     /// The golden; none for a figure that is new.
     pub golden: Option<Amount>,
-    /// The part that is farthest off; none where one of the two is missing.
-    pub difference: Option<Difference>,
+}
+
+impl Judgement {
+    /// The part that is farthest off; none where one of the two is missing, or
+    /// they have other parts.
+    pub fn difference(&self) -> Option<Difference> {
+        let (measured, tolerance) = self.measured?.parts();
+        let (golden, _) = self.golden?.parts();
+        let names = |parts: &[(&'static str, u32)]| parts.iter().map(|(part, _)| *part).collect();
+        let (ours, theirs): (Vec<_>, Vec<_>) = (names(&measured), names(&golden));
+        if ours != theirs {
+            return None;
+        }
+        let parts = measured.into_iter().zip(golden);
+        let differences = parts.map(|((part, measured), (_, golden))| Difference {
+            part,
+            measured,
+            golden,
+            within: tolerance.allows(measured, golden),
+        });
+        let far = |part: &Difference| (!part.within, part.signed().unsigned_abs());
+        // Of equals the first.
+        differences.rev().max_by_key(far)
+    }
+
     /// True if it is within the tolerance.
-    pub pass: bool,
+    pub fn pass(&self) -> bool {
+        self.difference()
+            .is_some_and(|difference| difference.within)
+    }
 }
 
 /// Distance of a part of a figure from its golden.
@@ -138,15 +156,6 @@ pub struct Difference {
 }
 
 impl Difference {
-    fn new(part: &'static str, measured: u32, golden: u32, tolerance: Tolerance) -> Self {
-        Self {
-            part,
-            measured,
-            golden,
-            within: tolerance.allows(measured, golden),
-        }
-    }
-
     /// Measured less golden.
     pub fn signed(self) -> i64 {
         i64::from(self.measured) - i64::from(self.golden)
@@ -154,36 +163,16 @@ impl Difference {
 }
 
 impl Amount {
-    /// Its parts against those of a golden: name, measured and golden.
-    fn parts(self, golden: Self) -> Option<Vec<Difference>> {
-        match (self, golden) {
-            (Self::Bytes(measured), Self::Bytes(golden)) => {
-                Some(vec![Difference::new("bytes", measured, golden, BYTES)])
+    /// Its parts by name, and how far they may be off.
+    fn parts(self) -> (Vec<(&'static str, u32)>, Tolerance) {
+        match self {
+            Self::Bytes(bytes) => (vec![("bytes", bytes)], BYTES),
+            Self::Instructions(Instructions { max, median, first }) => {
+                let mut parts = vec![("max", max), ("median", median)];
+                parts.extend(first.map(|first| ("first", first)));
+                (parts, INSTRUCTIONS)
             }
-            (Self::Instructions(measured), Self::Instructions(golden)) => {
-                let part =
-                    |name, measured, golden| Difference::new(name, measured, golden, INSTRUCTIONS);
-                let mut parts = vec![
-                    part("max", measured.max, golden.max),
-                    part("median", measured.median, golden.median),
-                ];
-                match (measured.first, golden.first) {
-                    (Some(measured), Some(golden)) => parts.push(part("first", measured, golden)),
-                    (None, None) => {}
-                    _ => return None,
-                }
-                Some(parts)
-            }
-            _ => None,
         }
-    }
-
-    /// The part that is farthest off; none where the two have other parts.
-    fn farthest_from(self, golden: Self) -> Option<Difference> {
-        let parts = self.parts(golden)?;
-        let far = |part: &Difference| (!part.within, part.signed().unsigned_abs());
-        // Of equals the first.
-        parts.into_iter().rev().max_by_key(far)
     }
 }
 
@@ -235,14 +224,6 @@ pub fn text(target: Target, figures: &[Figure]) -> String {
     )
 }
 
-/// A file of goldens that cannot be used.
-#[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("{path} is no file of goldens: {}", because.trim_end())]
-pub struct GoldenError {
-    path: String,
-    because: String,
-}
-
 #[cfg(test)]
 #[allow(clippy::unwrap_used, reason = "a test stops where its setup fails")]
 mod tests {
@@ -277,7 +258,11 @@ mod tests {
         for figure in &figures {
             assert_eq!(read.get(&figure.name), Some(figure.amount));
         }
-        assert!(read.judge(&figures).iter().all(|judgement| judgement.pass));
+        assert!(
+            read.judge(&figures)
+                .iter()
+                .all(|judgement| judgement.pass())
+        );
         assert!(toml::from_str::<Goldens>("[instruction]\n").is_err());
     }
 
@@ -288,7 +273,7 @@ mod tests {
             let [judgement] = &golden.judge(&[figure("law", max, median, Some(first))])[..] else {
                 return false;
             };
-            judgement.pass
+            judgement.pass()
         };
         assert!(pass(103, 97, 100));
         for (max, median, first) in [
@@ -304,7 +289,7 @@ mod tests {
     #[test]
     fn small_figures_may_be_two_instructions_off() {
         let golden = goldens(&[figure("law", 40, 40, None)]);
-        let pass = |max| golden.judge(&[figure("law", max, 40, None)])[0].pass;
+        let pass = |max| golden.judge(&[figure("law", max, 40, None)])[0].pass();
         assert_eq!(
             [pass(38), pass(42), pass(43), pass(37)],
             [true, true, false, false]
@@ -314,7 +299,7 @@ mod tests {
     #[test]
     fn bytes_may_be_five_percent_off() {
         let golden = goldens(&[bytes(1_000)]);
-        let pass = |count| golden.judge(&[bytes(count)])[0].pass;
+        let pass = |count| golden.judge(&[bytes(count)])[0].pass();
         assert_eq!(
             [pass(1_050), pass(950), pass(1_051), pass(949)],
             [true, true, false, false]
@@ -325,7 +310,7 @@ mod tests {
     fn the_part_that_fails_is_shown() {
         let golden = goldens(&[figure("law", 1_000, 10, None)]);
         let judged = golden.judge(&[figure("law", 1_020, 14, None)]);
-        let difference = judged[0].difference.unwrap();
+        let difference = judged[0].difference().unwrap();
         assert_eq!(
             (difference.part, difference.signed(), difference.within),
             ("median", 4, false)
@@ -338,11 +323,11 @@ mod tests {
         let judged = golden.judge(&[figure("new", 10, 10, None)]);
         let names: Vec<(&str, bool, bool)> = judged
             .iter()
-            .map(|j| (j.figure.as_str(), j.golden.is_some(), j.pass))
+            .map(|j| (j.figure.as_str(), j.golden.is_some(), j.pass()))
             .collect();
         assert_eq!(names, [("new", false, false), ("old", true, false)]);
         // A figure that has lost its first sample is another one.
         let golden = goldens(&[figure("law", 10, 10, Some(10))]);
-        assert!(!golden.judge(&[figure("law", 10, 10, None)])[0].pass);
+        assert!(!golden.judge(&[figure("law", 10, 10, None)])[0].pass());
     }
 }

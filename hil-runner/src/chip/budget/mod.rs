@@ -18,18 +18,16 @@ use firmware_link::{Identity, Reply, Status};
 use hil_core::case::TargetSettings;
 use hil_core::chip_cost::ChipReport;
 use hil_core::error::RunError;
-use hil_core::run::RunOptions;
-use hil_core::runfile::RunFileErrors;
-use thiserror::Error;
+use hil_core::run::{RunOptions, run_over};
 
-use super::chip_law::{ChipUnderTest, run_on_chip};
-use super::client::{Client, ClientError};
-use super::line::{ChipError, Line, LineError};
+use super::chip_law::ChipLaw;
+use super::client::Client;
+use super::line::ChipError;
 use super::meter::Meter;
-use super::open::{open, open_cost};
-use super::spec::{ChipLink, Program, Target, Transport};
+use super::spec::{COST_IMAGE, ChipLink, Target, Transport};
+use super::{open, open_cost};
 use crate::files;
-pub use goldens::{Amount, Figure, Instructions};
+use goldens::{Amount, Figure, Instructions};
 
 /// All figures of a target.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,28 +44,23 @@ pub struct TargetFigures {
 /// while.
 ///
 /// # Errors
-/// [`BudgetError`] if an image cannot be had, or does not do its work.
-pub fn measure(
-    target: Target,
-    settings: TargetSettings,
-    tell: &mut dyn FnMut(&str),
-) -> Result<TargetFigures, BudgetError> {
-    let (meter, mut figures, cost_memory) = cost(target, settings, tell)?;
+/// [`ChipError`] if an image cannot be had, or does not do its work.
+pub fn measure(target: Target, tell: &mut dyn FnMut(&str)) -> Result<TargetFigures, ChipError> {
+    let (meter, mut figures, cost_memory) = cost(target, tell)?;
     let mut memory = Vec::new();
-    for program in [Program::Fifo, Program::Uart] {
+    for transport in [Transport::Fifo, Transport::Uart] {
+        let (name, image) = (target.name(), transport.image());
         tell(&format!(
-            "{}: samples of an axis of words, image {}",
-            target.name(),
-            program.name()
+            "{name}: samples of an axis of words, image {image}"
         ));
-        let (states, bytes) = runs(target, program.transport(), tell)?;
+        let (states, bytes) = runs(target, transport, tell)?;
         // Over either transport the same instructions.
-        if program == Program::Fifo {
+        if transport == Transport::Fifo {
             figures.extend(states);
         }
-        memory.extend(memory_figures(program, bytes));
+        memory.extend(memory_figures(image, bytes));
     }
-    memory.extend(memory_figures(Program::Cost, cost_memory));
+    memory.extend(memory_figures(COST_IMAGE, cost_memory));
     figures.append(&mut memory);
     Ok(TargetFigures {
         target,
@@ -80,10 +73,10 @@ pub fn measure(
 /// deepest stack \[bytes\].
 type Memory = [u32; 3];
 
-fn memory_figures(program: Program, memory: Memory) -> impl Iterator<Item = Figure> {
+fn memory_figures(image: &str, memory: Memory) -> impl Iterator<Item = Figure> {
     let kinds = ["flash", "RAM", "deepest stack"].into_iter().zip(memory);
     kinds.map(move |(kind, bytes)| Figure {
-        name: format!("image {}, {kind}", program.name()),
+        name: format!("image {image}, {kind}"),
         amount: Amount::Bytes(bytes),
     })
 }
@@ -98,28 +91,23 @@ const TIMES: u8 = 0x42;
 /// idle machine, 2026-11.
 const SILENCE: Duration = Duration::from_secs(10);
 
+/// The chip said what the image for costs does not say.
+const UNEXPECTED: &str =
+    "the chip tells something else than what its samples cost; its image is of another version";
+
+/// The chip has told of no sample.
+const NO_STEPS: &str = "the chip has computed no sample";
+
 /// Meter of the chip's times, features in the order of the image, and its memory.
 type Measured = (Meter, Vec<Figure>, Memory);
 
 /// Starts the image of a target and listens to its end.
 ///
 /// # Errors
-/// [`BudgetError`] if it cannot be started, or says something else.
-fn cost(
-    target: Target,
-    settings: TargetSettings,
-    tell: &mut dyn FnMut(&str),
-) -> Result<Measured, BudgetError> {
-    let mut opened = open_cost(target, tell)?;
+/// [`ChipError`] if it cannot be started, or says something else, or not all.
+fn cost(target: Target, tell: &mut dyn FnMut(&str)) -> Result<Measured, ChipError> {
+    let mut line = open_cost(target, tell)?.line;
     tell(&format!("{}: samples of constant axes", target.name()));
-    listen(&mut *opened.line, settings)
-}
-
-/// Listens to the image `cost` at the other end of `line`.
-///
-/// # Errors
-/// [`BudgetError`] if it says something else, or not all.
-fn listen(line: &mut dyn Line, settings: TargetSettings) -> Result<Measured, BudgetError> {
     let mut receiver = Receiver::new();
     let mut said = Said::default();
     let mut buffer = [0; 4096];
@@ -128,7 +116,7 @@ fn listen(line: &mut dyn Line, settings: TargetSettings) -> Result<Measured, Bud
         let count = line.receive(&mut buffer, SILENCE)?;
         if count == 0 {
             if heard.elapsed() >= SILENCE {
-                return Err(BudgetError::Silent);
+                return Err("the chip has stopped telling what its samples cost".into());
             }
             continue;
         }
@@ -139,10 +127,10 @@ fn listen(line: &mut dyn Line, settings: TargetSettings) -> Result<Measured, Bud
             };
             // A FIFO damages nothing.
             let Received::Body(body) = received else {
-                return Err(BudgetError::Unexpected);
+                return Err(UNEXPECTED.into());
             };
             if let Some(status) = said.take(body)? {
-                return said.measured(status, settings);
+                return said.measured(status);
             }
         }
     }
@@ -158,50 +146,50 @@ struct Said {
 
 impl Said {
     /// A body; the status ends it.
-    fn take(&mut self, body: &[u8]) -> Result<Option<Status>, BudgetError> {
+    fn take(&mut self, body: &[u8]) -> Result<Option<Status>, ChipError> {
         match body.split_first() {
             Some((&NAME, name)) => {
-                let name = str::from_utf8(name).map_err(|_| BudgetError::Unexpected)?;
+                let name = str::from_utf8(name).map_err(|_| UNEXPECTED)?;
                 self.features.push((name.to_owned(), Vec::new()));
             }
             Some((&TIMES, times)) => {
                 let (times, []) = times.as_chunks::<4>() else {
-                    return Err(BudgetError::Unexpected);
+                    return Err(UNEXPECTED.into());
                 };
-                let (_, known) = self.features.last_mut().ok_or(BudgetError::Unexpected)?;
+                let (_, known) = self.features.last_mut().ok_or(UNEXPECTED)?;
                 known.extend(times.iter().map(|time| u32::from_le_bytes(*time)));
             }
             _ => match Reply::read(body) {
                 Some((_, Reply::Hello(identity))) => self.identity = Some(identity),
                 Some((_, Reply::Status(status))) => return Ok(Some(status)),
-                _ => return Err(BudgetError::Unexpected),
+                _ => return Err(UNEXPECTED.into()),
             },
         }
         Ok(None)
     }
 
-    fn measured(self, status: Status, settings: TargetSettings) -> Result<Measured, BudgetError> {
-        let identity = self.identity.ok_or(BudgetError::Unexpected)?;
+    fn measured(self, status: Status) -> Result<Measured, ChipError> {
+        let identity = self.identity.ok_or(UNEXPECTED)?;
         let samples: usize = self.features.iter().map(|(_, times)| times.len()).sum();
         if u32::try_from(samples) != Ok(status.steps) {
-            return Err(BudgetError::Unexpected);
+            return Err(UNEXPECTED.into());
         }
-        let meter = Meter::new(&identity, true, settings);
+        let meter = Meter::new(&identity, true, TargetSettings::default());
         let features = self.features.into_iter().map(|(name, times)| {
             let counts = times.iter().filter_map(|t| meter.time(*t).instructions);
             let counts: Vec<u32> = counts.collect();
             // A feature has more samples than one.
-            let (first, others) = counts.split_first().ok_or(BudgetError::NoSteps)?;
+            let (first, others) = counts.split_first().ok_or(NO_STEPS)?;
             Ok(Figure {
                 name,
                 amount: Amount::Instructions(Instructions {
-                    max: others.iter().copied().max().ok_or(BudgetError::NoSteps)?,
-                    median: median(others).ok_or(BudgetError::NoSteps)?,
+                    max: others.iter().copied().max().ok_or(NO_STEPS)?,
+                    median: median(others).ok_or(NO_STEPS)?,
                     first: Some(*first),
                 }),
             })
         });
-        let features = features.collect::<Result<_, BudgetError>>()?;
+        let features = features.collect::<Result<_, ChipError>>()?;
         let memory = [identity.flash_bytes, identity.ram_bytes, status.stack_bytes];
         Ok((meter, features, memory))
     }
@@ -252,12 +240,12 @@ const EVERYTHING: [&str; 32] = [
 /// sample, and memory of the image.
 ///
 /// # Errors
-/// [`BudgetError`] if there is no chip, or a run ends early.
+/// [`ChipError`] if there is no chip, or a run ends early.
 fn runs(
     target: Target,
     transport: Transport,
     tell: &mut dyn FnMut(&str),
-) -> Result<(Vec<Figure>, Memory), BudgetError> {
+) -> Result<(Vec<Figure>, Memory), ChipError> {
     let link = ChipLink::Qemu { target, transport };
     let mut client = Client::greet(open(&link, tell)?.line)?;
     let paper = report(&mut client, &[])?;
@@ -273,20 +261,14 @@ fn runs(
     Ok((states, memory))
 }
 
-fn report(client: &mut Client, sets: &[&str]) -> Result<ChipReport, BudgetError> {
+fn report(client: &mut Client, sets: &[&str]) -> Result<ChipReport, ChipError> {
     let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
-    let file = files::run_file(CASE, &sets)?;
-    let mut chip = ChipUnderTest {
-        client,
-        in_qemu: true,
-    };
-    let outcome = run_on_chip(
-        &file.case,
-        RunOptions::default(),
-        &mut chip,
-        &mut |_| Ok(()),
-    )?;
-    outcome.summary.chip.ok_or(BudgetError::NoSteps)
+    let case = files::case(CASE, &sets).map_err(|errors| ChipError(errors.to_string()))?;
+    let failed = |error: RunError| ChipError(error.to_string());
+    let mut law = ChipLaw::new(client, &case, true).map_err(failed)?;
+    let outcome = run_over(&case, RunOptions::default(), &mut law, &mut |_| Ok(()));
+    let report = outcome.map_err(failed)?.summary.chip;
+    Ok(report.ok_or(NO_STEPS)?)
 }
 
 /// A figure a state.
@@ -308,36 +290,4 @@ fn median(counts: &[u32]) -> Option<u32> {
     let mut sorted = counts.to_vec();
     sorted.sort_unstable();
     sorted.get(sorted.len().saturating_sub(1) / 2).copied()
-}
-
-/// A reason for which there are no figures. What was started has been ended.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum BudgetError {
-    /// There is no line to the chip.
-    #[error(transparent)]
-    Chip(#[from] ChipError),
-    /// The chip does not answer.
-    #[error(transparent)]
-    Client(#[from] ClientError),
-    /// The line has ended before the last figure.
-    #[error(transparent)]
-    Line(#[from] LineError),
-    /// The chip has said nothing for a while.
-    #[error("the chip has stopped telling what its samples cost")]
-    Silent,
-    /// The chip said what the image for costs does not say.
-    #[error(
-        "the chip tells something else than what its samples cost; its image is of another version"
-    )]
-    Unexpected,
-    /// The case that is run does not run.
-    #[error(transparent)]
-    Case(#[from] RunFileErrors),
-    /// The run ended early.
-    #[error(transparent)]
-    Run(#[from] RunError),
-    /// The run visited no state.
-    #[error("the chip has computed no sample")]
-    NoSteps,
 }

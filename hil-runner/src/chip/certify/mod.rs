@@ -15,21 +15,24 @@
 //! A [`Step`] is compared; the same numbers go into the [`TraceHash`] of
 //! either side. The time of a step is no part of it.
 
-mod step;
 mod vectors;
 
+use core::fmt;
 use std::slice::Iter;
 
-use super::chip_law::{ChipLaw, ChipLawError};
-use super::client::Client;
-use hil_core::case::{Case, Law};
+use crc::{CRC_64_XZ, Crc};
+use firmware::Fault;
+
+use super::chip_law::refuse_other_laws;
+use hil_core::case::Case;
 use hil_core::controllers::{Controller, IoKind};
 use hil_core::error::RunError;
-use hil_core::message::{Command, Link, LinkError, Measurement};
+use hil_core::message::{AxisStatus, Command, Link, LinkError, Measurement, Steps};
+use hil_core::number::seconds;
+use hil_core::quantise::QuantiseError;
 use hil_core::run::{RowSink, RunOptions, run_over};
 
-pub use step::{Difference, Named, Number, NumberPair, RowDifference, Step, TraceHash};
-pub use vectors::{ReplayError, Replayed, VectorFile, replay, stored};
+pub use vectors::{VectorFile, replay, stored};
 
 /// A run of a case with the host's controller, step by step; about 400 bytes
 /// each.
@@ -39,11 +42,11 @@ pub struct HostTrace<'c> {
     steps: Vec<Step>,
 }
 
-/// Result of a chip against the host in one case.
-#[derive(Debug, Clone, PartialEq)]
+/// Result of a chip against the host in one case, or against a file of vectors.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Comparison {
-    /// Steps that were compared.
-    pub steps: u64,
+    /// Steps, or rows, that were compared.
+    pub compared: u64,
     /// The first difference; nothing was compared behind it.
     pub difference: Option<Difference>,
 }
@@ -54,12 +57,10 @@ impl<'c> HostTrace<'c> {
     /// # Errors
     /// As [`hil_core::run::run()`], and for any other rung.
     pub fn record(case: &'c Case, sink: &mut RowSink<'_>) -> Result<Self, RunError> {
-        if case.controller.law != Law::Firmware {
-            return Err(ChipLawError::Law(case.controller.law).into());
-        }
+        refuse_other_laws(case)?;
         let controller = Controller::new(case, IoKind::Direct).map_err(RunError::Quantise)?;
         let mut recording = Recording {
-            controller: controller.ok_or(RunError::NoSampleTime)?,
+            controller: controller.ok_or(RunError::Quantise(QuantiseError::NoSampleTime))?,
             steps: Vec::new(),
         };
         run_over(case, RunOptions::default(), &mut recording, sink)?;
@@ -88,31 +89,14 @@ impl<'c> HostTrace<'c> {
             case: self.case,
             host: self.steps.iter(),
             hash,
-            steps: 0,
-            difference: None,
+            comparison: Comparison::default(),
         };
         let run = run_over(self.case, RunOptions::default(), &mut compared, sink);
-        let (steps, difference) = (compared.steps, compared.difference);
-        if difference.is_none() {
+        let comparison = compared.comparison;
+        if comparison.difference.is_none() {
             run?;
         }
-        Ok(Comparison { steps, difference })
-    }
-
-    /// Gives the chip the controller of the case and compares.
-    ///
-    /// # Errors
-    /// As [`super::run_on_chip`].
-    pub fn compare_chip(
-        &self,
-        client: &mut Client,
-        hash: &mut TraceHash,
-        sink: &mut RowSink<'_>,
-    ) -> Result<Comparison, RunError> {
-        // Nobody looks at the times.
-        let in_qemu = false;
-        let mut law = ChipLaw::new(client, self.case, in_qemu)?;
-        self.compare(&mut law, hash, sink)
+        Ok(comparison)
     }
 }
 
@@ -136,8 +120,7 @@ struct Compared<'a, L> {
     case: &'a Case,
     host: Iter<'a, Step>,
     hash: &'a mut TraceHash,
-    steps: u64,
-    difference: Option<Difference>,
+    comparison: Comparison,
 }
 
 impl<L: Link> Link for Compared<'_, L> {
@@ -146,14 +129,298 @@ impl<L: Link> Link for Compared<'_, L> {
         let command = self.link.exchange(measurement)?;
         let step = Step::new(measurement, command);
         self.hash.add(&step);
-        self.steps += 1;
+        self.comparison.compared += 1;
         // Both runs have the steps of the one case.
         let host = self.host.next().ok_or(LinkError::Closed { tick })?;
-        self.difference = Difference::between(self.case, host, &step);
-        if self.difference.is_some() {
-            // Ends the run.
-            return Err(LinkError::Closed { tick });
+        let numbers = NumberPair::differing(step.numbers(), host.numbers());
+        if numbers.is_empty() {
+            return Ok(command);
         }
-        Ok(command)
+        let period_ns = self.case.controller.sample_time_ns.unwrap_or(0);
+        let time_s = seconds(tick.saturating_mul(period_ns));
+        self.comparison.difference = Some(Difference {
+            at: tick,
+            place: format!("step {tick} ({time_s} s) of {}", self.case.name),
+            numbers,
+            other: "here",
+        });
+        // Ends the run.
+        Err(LinkError::Closed { tick })
+    }
+}
+
+/// Input and output of a sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Step {
+    measurement: Measurement,
+    command: Command,
+}
+
+/// A number that is compared.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Number {
+    /// There is none.
+    None,
+    /// A number.
+    Whole(i64),
+    /// A thing with a name: a state, the cause of a fault.
+    Name(&'static str),
+}
+
+/// A number with its name.
+pub type Named = (&'static str, Number);
+
+impl Step {
+    /// A step of the firmware, whose counts and codes are whole numbers; how
+    /// long it took is left out.
+    pub fn new(measurement: Measurement, command: Command) -> Self {
+        let command = Command {
+            execution: None,
+            ..command
+        };
+        Self {
+            measurement,
+            command,
+        }
+    }
+
+    /// Everything that is compared: the sample, what the encoders show, what
+    /// the controller answers, what the axis reports, and the fault that is
+    /// latched and the first of the run, 8 numbers each.
+    pub fn numbers(&self) -> Vec<Named> {
+        let Self {
+            measurement,
+            command,
+        } = self;
+        let axis = command.axis.as_ref();
+        let steps = |steps: Steps| Number::Whole(steps.whole());
+        let of_axis = |number: fn(&AxisStatus) -> u32| Number::of(axis.map(number).map(i64::from));
+        let mut numbers = vec![
+            ("sample", Number::Whole(command.tick.cast_signed())),
+            ("count", steps(measurement.position_counts)),
+            ("count of the load", Number::of(measurement.load_counts)),
+            ("code", steps(command.dac_code)),
+            ("error", steps(command.error_counts)),
+            ("out of range", Number::flag(command.out_of_range)),
+            (
+                "state",
+                axis.map_or(Number::None, |axis| Number::Name(axis.state.name())),
+            ),
+            ("faults", of_axis(|axis| axis.faults)),
+            ("refused requests", of_axis(|axis| axis.refused_requests)),
+            ("peak error", of_axis(|axis| axis.peak_error_counts)),
+        ];
+        let latched = fault_numbers(axis.and_then(|axis| axis.fault));
+        let first = fault_numbers(axis.and_then(|axis| axis.first_fault));
+        numbers.extend(FAULT.into_iter().zip(latched));
+        numbers.extend(FIRST_FAULT.into_iter().zip(first));
+        numbers
+    }
+}
+
+/// Names of the numbers of a fault.
+const FAULT: [&str; 8] = [
+    "fault",
+    "sample of the fault",
+    "setpoint at the fault",
+    "position at the fault",
+    "error at the fault",
+    "code at the fault",
+    "measured at the fault",
+    "limit of the fault",
+];
+
+const FIRST_FAULT: [&str; 8] = [
+    "first fault",
+    "sample of the first fault",
+    "setpoint at the first fault",
+    "position at the first fault",
+    "error at the first fault",
+    "code at the first fault",
+    "measured at the first fault",
+    "limit of the first fault",
+];
+
+/// The numbers of a fault.
+fn fault_numbers(fault: Option<Fault>) -> [Number; 8] {
+    let Some(Fault {
+        cause,
+        tick,
+        values,
+    }) = fault
+    else {
+        return [Number::None; 8];
+    };
+    [
+        Number::Name(cause.name()),
+        Number::Whole(tick.cast_signed()),
+        Number::Whole(values.setpoint.into()),
+        Number::Whole(values.position.into()),
+        Number::Whole(values.error.into()),
+        Number::Whole(values.code.into()),
+        Number::Whole(values.measured),
+        Number::Whole(values.limit),
+    ]
+}
+
+impl Number {
+    fn of(value: Option<i64>) -> Self {
+        value.map_or(Self::None, Self::Whole)
+    }
+
+    fn flag(value: bool) -> Self {
+        Self::Whole(i64::from(value))
+    }
+}
+
+impl fmt::Display for Number {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::None => f.write_str("none"),
+            Self::Whole(value) if *value < 0 => write!(f, "−{}", value.unsigned_abs()),
+            Self::Whole(value) => write!(f, "{value}"),
+            Self::Name(name) => f.write_str(name),
+        }
+    }
+}
+
+static CRC: Crc<u64> = Crc::<u64>::new(&CRC_64_XZ);
+
+/// CRC-64/XZ over the numbers of every step, in the order of
+/// [`Step::numbers`]. A number is a byte 1 and its 8 bytes, lowest first, in
+/// two's complement; a name a byte 2, its letters, and a byte 0; none a byte
+/// 0.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct TraceHash(u64);
+
+impl TraceHash {
+    /// Takes in a step.
+    pub fn add(&mut self, step: &Step) {
+        let mut bytes = Vec::new();
+        for (_, number) in step.numbers() {
+            match number {
+                Number::None => bytes.push(0),
+                Number::Whole(value) => {
+                    bytes.push(1);
+                    bytes.extend(value.to_le_bytes());
+                }
+                Number::Name(name) => {
+                    bytes.push(2);
+                    bytes.extend(name.bytes());
+                    bytes.push(0);
+                }
+            }
+        }
+        // The algorithm reflects the bits, and inverts at its start and end.
+        let mut digest = CRC.digest_with_initial((!self.0).reverse_bits());
+        digest.update(&bytes);
+        self.0 = digest.finalize();
+    }
+
+    /// Takes in some steps.
+    pub fn extend(&mut self, steps: &[Step]) {
+        for step in steps {
+            self.add(step);
+        }
+    }
+}
+
+impl fmt::Display for TraceHash {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{:016x}", self.0)
+    }
+}
+
+/// A number that is another on the chip.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct NumberPair {
+    /// Its name.
+    pub name: &'static str,
+    /// On the chip.
+    pub chip: Number,
+    /// On the host, or in the file.
+    pub wanted: Number,
+}
+
+impl NumberPair {
+    /// Those that differ.
+    fn differing(chip: Vec<Named>, wanted: Vec<Named>) -> Vec<Self> {
+        chip.into_iter()
+            .zip(wanted)
+            .filter(|(chip, wanted)| chip != wanted)
+            .map(|((name, chip), (_, wanted))| Self { name, chip, wanted })
+            .collect()
+    }
+}
+
+/// The first step of a case, or row of a file of vectors, at which a chip differs.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Difference {
+    /// Number of the step, k, or of the line, from 1.
+    pub at: u64,
+    /// The place in words: "step 512 (0.512 s) of paper-2".
+    pub place: String,
+    /// The numbers that differ, at least one.
+    pub numbers: Vec<NumberPair>,
+    /// The origin of the numbers that the chip's are held against: "here".
+    pub other: &'static str,
+}
+
+/// "differs at step 3 (0.003 s) of paper-1: code −17 on the chip, −16 here; state
+/// fault on the chip, moving here".
+impl fmt::Display for Difference {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "differs at {}: ", self.place)?;
+        for (place, NumberPair { name, chip, wanted }) in self.numbers.iter().enumerate() {
+            let separator = if place == 0 { "" } else { "; " };
+            let other = self.other;
+            write!(f, "{separator}{name} {chip} on the chip, {wanted} {other}")?;
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn step(tick: u64, dac_code: i32) -> Step {
+        let measurement = Measurement {
+            tick,
+            position_counts: Steps::Whole(7),
+            load_counts: None,
+        };
+        Step::new(measurement, Command::whole(tick, -1, dac_code))
+    }
+
+    /// The bytes as the documentation has them, through the library's own
+    /// whole checksum.
+    #[test]
+    fn the_hash_is_that_of_the_documented_bytes() {
+        let number = |value: i64| {
+            let mut bytes = vec![1];
+            bytes.extend(value.to_le_bytes());
+            bytes
+        };
+        let mut bytes = Vec::new();
+        for (tick, code) in [(0, 3), (1, -4)] {
+            bytes.extend([number(tick), number(7)].concat());
+            bytes.push(0);
+            bytes.extend([number(code), number(-1), number(0)].concat());
+            // No state, 3 numbers of the axis, 2 faults.
+            bytes.extend([0; 1 + 3 + 16]);
+        }
+        let of = |steps: &[Step]| {
+            let mut hash = TraceHash::default();
+            hash.extend(steps);
+            hash
+        };
+        let hash = of(&[step(0, 3), step(1, -4)]);
+        assert_eq!(hash.to_string(), format!("{:016x}", CRC.checksum(&bytes)));
+        // The contrast: any other code, or another order.
+        assert_ne!(hash, of(&[step(0, 3), step(1, -5)]));
+        assert_ne!(hash, of(&[step(1, -4), step(0, 3)]));
+        // Check value of CRC-64/XZ in the catalogue.
+        assert_eq!(CRC.checksum(b"123456789"), 0x995d_c9bb_df19_39fa);
     }
 }

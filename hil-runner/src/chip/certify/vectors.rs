@@ -1,15 +1,15 @@
 //! The firmware's golden vectors, replayed at the end of a line.
 
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use firmware::Axis;
 use firmware_link::vectors::{Mismatch, Row, What, rows};
 use firmware_link::{Events, Request, SourceKind, Step, Stepped, settings as wire};
-use thiserror::Error;
 
-use super::step::{FAULT, Named, Number, NumberPair, RowDifference, fault_numbers};
-use crate::chip::client::{Client, ClientError};
+use super::{Comparison, Difference, FAULT, Named, Number, NumberPair, fault_numbers};
+use crate::chip::client::{Client, too_long};
+use crate::chip::line::ChipError;
 
 /// A file of vectors.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -20,23 +20,19 @@ pub struct VectorFile {
     pub text: String,
 }
 
-/// Result of a chip with the rows of a file.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Replayed {
-    /// Rows that were compared.
-    pub rows: u64,
-    /// The first difference; nothing was compared behind it.
-    pub difference: Option<RowDifference>,
-}
-
 /// The files of the source tree that this program was built from, by name.
 ///
 /// # Errors
-/// [`ReplayError::Folder`] if they are not there.
-pub fn stored() -> Result<Vec<VectorFile>, ReplayError> {
+/// [`ChipError`] if they are not there.
+pub fn stored() -> Result<Vec<VectorFile>, ChipError> {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
     let folder = here.parent().unwrap_or(here).join("firmware/link/vectors");
-    read(&folder).map_err(|error| ReplayError::Folder { folder, error })
+    read(&folder).map_err(|error| {
+        ChipError(format!(
+            "the golden vectors cannot be read from {}, in the sources of this program: {error}",
+            folder.display()
+        ))
+    })
 }
 
 fn read(folder: &Path) -> io::Result<Vec<VectorFile>> {
@@ -59,51 +55,38 @@ fn read(folder: &Path) -> io::Result<Vec<VectorFile>> {
 /// answers one otherwise. `on_row` is called before each.
 ///
 /// # Errors
-/// [`ReplayError`] if the file cannot be read, the chip does not answer, or
-/// `on_row` ends it.
+/// [`ChipError`] if the file cannot be read, the chip does not answer, or `on_row`
+/// ends it.
 pub fn replay(
     client: &mut Client,
     file: &VectorFile,
     on_row: &mut dyn FnMut() -> io::Result<()>,
-) -> Result<Replayed, ReplayError> {
-    let unreadable = |mismatch| ReplayError::File {
-        name: file.name.clone(),
-        mismatch,
-    };
+) -> Result<Comparison, ChipError> {
+    let name = &file.name;
+    let unreadable = |mismatch: Mismatch| ChipError(format!("{name}, {mismatch}"));
     let mut axis = None;
-    let mut replayed = 0;
+    let mut replayed = Comparison::default();
     for row in rows(&file.text) {
         let row = row.map_err(unreadable)?;
-        on_row().map_err(ReplayError::Row)?;
-        let events = events(&row).ok_or_else(|| {
-            unreadable(Mismatch {
-                line: row.line,
-                what: What::Unreadable,
-            })
-        })?;
-        let stepped = step(client, &mut axis, &row, events);
-        let stepped = stepped.map_err(|error| ReplayError::Chip {
-            name: file.name.clone(),
-            line: row.line,
-            error,
-        })?;
-        replayed += 1;
+        let line = row.line;
+        on_row().map_err(|error| ChipError(error.to_string()))?;
+        let what = What::Unreadable;
+        let events = events(&row).ok_or_else(|| unreadable(Mismatch { line, what }))?;
+        let stepped = step(client, &mut axis, &row, events)
+            .map_err(|error| ChipError(format!("at line {line} of {name}: {error}")))?;
+        replayed.compared += 1;
         let numbers = NumberPair::differing(gave(&stepped), wanted(&row));
         if !numbers.is_empty() {
-            return Ok(Replayed {
-                rows: replayed,
-                difference: Some(RowDifference {
-                    file: file.name.clone(),
-                    line: row.line,
-                    numbers,
-                }),
+            replayed.difference = Some(Difference {
+                at: line as u64,
+                place: format!("line {line} of {name}"),
+                numbers,
+                other: "in the file",
             });
+            break;
         }
     }
-    Ok(Replayed {
-        rows: replayed,
-        difference: None,
-    })
+    Ok(replayed)
 }
 
 /// The requests of a row as the set that goes over the line; `None` if they
@@ -122,27 +105,25 @@ fn step(
     axis: &mut Option<Axis>,
     row: &Row<'_>,
     events: Events,
-) -> Result<Stepped, ClientError> {
+) -> Result<Stepped, ChipError> {
     if let Some(other) = row.axis {
-        match axis {
-            None => {
-                client.begin_session()?;
-                let payload = wire::write_axis(&other).ok_or(ClientError::TooLong)?;
-                client.take(&Request::Axis(&payload))?;
-                client.begin(SourceKind::Step, Events::default())?;
-            }
-            Some(before) => {
-                let mut with_law = *before;
-                with_law.set_law(*other.law());
-                // As a bench changes gains, where that is all.
-                if with_law == other {
-                    let payload = wire::write_law(other.law()).ok_or(ClientError::TooLong)?;
-                    client.take(&Request::Law(&payload))?;
-                } else {
-                    let payload = wire::write_axis(&other).ok_or(ClientError::TooLong)?;
-                    client.take(&Request::Axis(&payload))?;
-                }
-            }
+        let is_law_alone = axis.is_some_and(|mut before| {
+            before.set_law(*other.law());
+            before == other
+        });
+        if axis.is_none() {
+            client.begin_session()?;
+        }
+        // As a bench changes gains, where that is all.
+        if is_law_alone {
+            let payload = wire::write_law(other.law()).ok_or_else(too_long)?;
+            client.take(&Request::Law(&payload))?;
+        } else {
+            let payload = wire::write_axis(&other).ok_or_else(too_long)?;
+            client.take(&Request::Axis(&payload))?;
+        }
+        if axis.is_none() {
+            client.begin(SourceKind::Step, Events::default())?;
         }
         *axis = Some(other);
     }
@@ -198,42 +179,4 @@ fn wanted(row: &Row<'_>) -> Vec<Named> {
 fn named(row: [Number; 6], fault: [Number; 8]) -> Vec<Named> {
     let row = ROW.into_iter().zip(row);
     row.chain(FAULT.into_iter().zip(fault)).collect()
-}
-
-/// A reason for which vectors could not be replayed.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum ReplayError {
-    /// The files are not there.
-    #[error(
-        "the golden vectors cannot be read from {}, in the sources of this program: {error}",
-        folder.display()
-    )]
-    Folder {
-        /// The folder that must have them.
-        folder: PathBuf,
-        /// The words of the system.
-        error: io::Error,
-    },
-    /// A file has a line that is none.
-    #[error("{name}, {mismatch}")]
-    File {
-        /// Its name.
-        name: String,
-        /// The line, and its mistake.
-        mismatch: Mismatch,
-    },
-    /// The chip does not answer, or refuses.
-    #[error("at line {line} of {name}: {error}")]
-    Chip {
-        /// Name of the file.
-        name: String,
-        /// Number of the line, from 1.
-        line: usize,
-        /// The reason.
-        error: ClientError,
-    },
-    /// Ended from outside.
-    #[error(transparent)]
-    Row(io::Error),
 }

@@ -7,12 +7,11 @@ use plant::Joint;
 
 use crate::study::plan::Study;
 use hil_core::case::{Case, ComputationDelay, Law};
-use hil_core::case_run::rungs_leave_out;
 use hil_core::figures::{CHIP_FIGURES, Figure, HOST_STEP_P99};
-use hil_core::number;
+use hil_core::number::{self, seconds};
 use hil_core::rest::Window;
+use hil_core::run::rungs_leave_out;
 use hil_core::runfile::{KeyPath, Template};
-use hil_core::time::seconds;
 
 /// The number that a key has in a base, or that its partner says.
 pub(in crate::study) fn own_number(base: &Template, key: &KeyPath) -> Option<f64> {

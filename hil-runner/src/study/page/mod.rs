@@ -1,74 +1,141 @@
-//! The report of a study from the study, its results and its pictures.
+//! The report of a study from the study, its results and its pictures: one HTML
+//! file that needs no network and no scripts. No clock, no file: the same study has
+//! the same bytes.
 
 pub(super) mod base;
 pub(super) mod pictures;
-mod render;
 pub(super) mod tally;
 
-pub use self::render::{
-    AxisRow, FigureTable, Shown, StudyPage, StudyPageError, StudyVerdict, render,
-};
+use minijinja::{Value, context};
 
 use self::base::base_sentences;
 use self::pictures::Drawn;
 use self::tally::{Best, RungTally, Tally};
+use super::picture::Label;
 use super::plan::axis::{Axis, Scale, Spread};
 use super::plan::points::PlanKind;
 use super::plan::{LoopGain, Study};
+use crate::report::environment;
 use hil_core::budget::judged;
 use hil_core::case::Limit;
 use hil_core::figures;
 use hil_core::number;
 
-/// The page; `command_line` makes the study again.
-pub fn page(study: &Study, tally: &Tally, drawn: &[Drawn], command_line: &str) -> StudyPage {
-    let mut page = StudyPage {
-        title: study.title.clone(),
-        description: vec![
-            study
-                .description
-                .split_whitespace()
-                .collect::<Vec<_>>()
-                .join(" "),
-        ],
-        generated_by: format!("hil-runner {}", env!("CARGO_PKG_VERSION")),
-        verdict: verdict(study, tally),
-        warnings: warnings(tally),
-        plan: plan(study),
-        base: base_sentences(study),
-        axes: (study.axes.iter())
-            .map(|axis| axis_row(axis, study.plan_kind))
-            .collect(),
-        best: best_table(tally),
-        figures: figure_table(tally),
-        validity: study.notes.clone(),
-        repeat: vec![command_line.to_owned()],
-        files: [
-            ("results.csv", "every run, a row each"),
-            ("results.parquet", "the same as Apache Parquet"),
-            ("study.toml", "the study file"),
-            ("base.toml", "the run file of the base case"),
-            (
-                "study.json",
-                "version, --base and --set as given, checksums",
-            ),
-        ]
-        .map(|(name, words)| (name.to_owned(), words.to_owned()))
-        .to_vec(),
-        ..StudyPage::default()
-    };
-    page.warnings.extend(study.warnings());
+const TEMPLATE: &str = include_str!("../../../assets/study.html");
+/// The style of the other reports, and what pictures need beyond it.
+const STYLES: [&str; 2] = [
+    include_str!("../../../assets/report.css"),
+    include_str!("../../../assets/study.css"),
+];
+
+/// A table of texts. A column is set as numbers if all its cells are.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct FigureTable {
+    /// Heads of the columns.
+    pub heads: Vec<String>,
+    /// Rows, each with as many cells as there are heads.
+    pub rows: Vec<Vec<String>>,
+}
+
+/// The page could not be rendered, a sentence. The results are not affected.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct StudyPageError(String);
+
+impl From<minijinja::Error> for StudyPageError {
+    fn from(error: minijinja::Error) -> Self {
+        Self(format!(
+            "the template of the study's report failed: {error}"
+        ))
+    }
+}
+
+/// Renders the whole page; `command_line` makes the study again.
+///
+/// # Errors
+///
+/// A picture that is no SVG, a row of the key figures without its cells, or a
+/// fault of the program's own template.
+pub fn render(
+    study: &Study,
+    tally: &Tally,
+    drawn: &[Drawn],
+    command_line: &str,
+) -> Result<String, StudyPageError> {
+    let mut warnings = warnings(tally);
+    warnings.extend(study.warnings());
+    let mut pictures = Vec::new();
     for Drawn { picture, svg } in drawn {
+        let caption = picture.caption.as_deref().unwrap_or_default();
         match svg {
-            Ok(svg) => page.pictures.push(Shown {
-                file: picture.file.clone(),
-                svg: svg.clone(),
-                caption: picture.caption.clone().unwrap_or_default(),
-            }),
-            Err(error) => page.warnings.push(error.to_string()),
+            Ok(svg) => pictures.push(shown(&picture.file, svg, caption)?),
+            Err(error) => warnings.push(error.to_string()),
         }
     }
-    page
+    let words = study.description.split_whitespace();
+    let axes = study.axes.iter();
+    filled(context! {
+        title => study.title.as_str(),
+        description => [words.collect::<Vec<_>>().join(" ")],
+        generated_by => format!("hil-runner {}", env!("CARGO_PKG_VERSION")),
+        verdict => verdict(study, tally),
+        warnings,
+        plan => plan(study),
+        base => base_sentences(study),
+        axes => axes.map(|axis| axis_row(axis, study.plan.kind)).collect::<Vec<_>>(),
+        best => shown_table(&best_table(tally))?,
+        pictures,
+        figures => shown_table(&figure_table(tally))?,
+        validity => study.notes.clone(),
+        repeat => [command_line.to_owned()],
+        files => [
+            ["results.csv", "every run, a row each"],
+            ["results.parquet", "the same as Apache Parquet"],
+            ["study.toml", "the study file"],
+            ["base.toml", "the run file of the base case"],
+            ["study.json", "version, --base and --set as given, checksums"],
+        ],
+    })
+}
+
+/// The template with these values; what is empty or not there is left out.
+fn filled(page: Value) -> Result<String, StudyPageError> {
+    let mut environment = environment()?;
+    environment.add_filter("words", |column: &str| Label::of(column).words);
+    environment.add_filter("unit", |column: &str| Label::of(column).unit);
+    environment.add_template("study.html", TEMPLATE)?;
+    let style = Value::from_safe_string(STYLES.concat());
+    Ok(environment
+        .get_template("study.html")?
+        .render(context! { style, ..page })?)
+}
+
+/// A picture for the page: an SVG that brings nothing along, as it goes in as it is.
+fn shown(file: &str, svg: &str, caption: &str) -> Result<Value, StudyPageError> {
+    let whole = svg.trim().starts_with("<svg ") && svg.trim().ends_with("</svg>");
+    if !whole || svg.contains("<script") || svg.contains("<foreignObject") {
+        let words = format!("picture \"{file}\" is no SVG without scripts");
+        return Err(StudyPageError(words));
+    }
+    Ok(context! { file, svg, caption })
+}
+
+/// A table for the page, with a flag for each column that has nothing but numbers
+/// and signs that there is none.
+fn shown_table(FigureTable { heads, rows }: &FigureTable) -> Result<Value, StudyPageError> {
+    let columns = heads.len();
+    if let Some(row) = rows.iter().find(|row| row.len() != columns) {
+        let cells = row.len();
+        let words = format!("a row of the key figures has {cells} cells under {columns} heads");
+        return Err(StudyPageError(words));
+    }
+    let number = |cell: &String| {
+        let first = cell.trim_start_matches(['−', '-', '+', '±', '<', '>', '≤', '≥', ' ']);
+        first.is_empty() || first == "–" || first.starts_with(|c: char| c.is_ascii_digit())
+    };
+    let numeric = (0..columns).map(|at| rows.iter().all(|row| row.get(at).is_none_or(number)));
+    let numeric: Vec<bool> = numeric.collect();
+    Ok(context! { heads, rows, numeric })
 }
 
 /// True if enough runs pass, where the study says how many must.
@@ -78,7 +145,9 @@ pub fn enough_pass(study: &Study, tally: &Tally) -> Option<bool> {
     Some(percent.is_some_and(|percent| percent >= required))
 }
 
-fn verdict(study: &Study, tally: &Tally) -> Option<StudyVerdict> {
+/// The outcome: pass or not, none where nothing is judged but there is a yield to
+/// tell; and a line: `948 of 1000 runs keep every limit (94.8 %)`.
+fn verdict(study: &Study, tally: &Tally) -> Option<Value> {
     let percent = number::table(tally.yield_percent()?);
     let rungs = tally.rungs.iter().map(|tally| {
         let (rung, of) = (&tally.rung, tally.made + tally.not_made);
@@ -87,13 +156,10 @@ fn verdict(study: &Study, tally: &Tally) -> Option<StudyVerdict> {
     let lines: Vec<String> = rungs.collect();
     let required = study.required_yield_percent.map(number::table);
     let required = required.map(|required| format!(", required are {required} %"));
-    Some(StudyVerdict {
-        pass: enough_pass(study, tally),
-        line: format!(
-            "{} ({percent} % in all{})",
-            lines.join("; "),
-            required.unwrap_or_default()
-        ),
+    let required = required.unwrap_or_default();
+    Some(context! {
+        pass => enough_pass(study, tally),
+        line => format!("{} ({percent} % in all{required})", lines.join("; ")),
     })
 }
 
@@ -113,11 +179,11 @@ fn warnings(tally: &Tally) -> Vec<String> {
 
 fn plan(study: &Study) -> Vec<String> {
     let points = study.plan.points();
-    let kind = match study.plan_kind {
+    let kind = match study.plan.kind {
         PlanKind::Grid => "every value of every axis with every value of the others".to_owned(),
-        PlanKind::LatinHypercube => format!("a Latin hypercube, seed {}", study.seed),
-        PlanKind::Sobol => format!("points of the Sobol sequence, seed {}", study.seed),
-        PlanKind::Random => format!("independent points, seed {}", study.seed),
+        PlanKind::LatinHypercube => format!("a Latin hypercube, seed {}", study.plan.seed),
+        PlanKind::Sobol => format!("points of the Sobol sequence, seed {}", study.plan.seed),
+        PlanKind::Random => format!("independent points, seed {}", study.plan.seed),
     };
     let mut lines = vec![
         format!("{points} points: {kind}."),
@@ -145,19 +211,16 @@ fn plan(study: &Study) -> Vec<String> {
     lines
 }
 
-fn axis_row(axis: &Axis, plan: PlanKind) -> AxisRow {
+/// Column of an axis, and its values in words. Words and unit come from the column.
+fn axis_row(axis: &Axis, plan: PlanKind) -> Value {
     let mut values = match &axis.spread {
         Spread::List(values) => {
             let texts: Vec<String> = values.iter().map(ToString::to_string).collect();
             texts.join(", ")
         }
-        Spread::Range {
-            from,
-            to,
-            points,
-            scale,
-        } => {
-            let scale = match scale {
+        Spread::Range(range) => {
+            let (from, to, points) = (range.from, range.to, range.points);
+            let scale = match range.scale {
                 Scale::Linear => "evenly",
                 Scale::Log => "logarithmically",
             };
@@ -173,10 +236,7 @@ fn axis_row(axis: &Axis, plan: PlanKind) -> AxisRow {
         Some(times) => values += &format!(" times {}", times.path()),
         None => {}
     }
-    AxisRow {
-        column: axis.factor_column().unwrap_or_else(|| axis.key.path()),
-        values,
-    }
+    context! { column => axis.factor_column().unwrap_or_else(|| axis.key.path()), values }
 }
 
 /// Says how many runs have a loop that is unstable, if there are any.
@@ -253,4 +313,138 @@ pub fn figure_rows(rung: &RungTally) -> impl Iterator<Item = [String; 8]> + '_ {
             figure.empty.to_string(),
         ])
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn svg(words: &str) -> String {
+        format!("<svg xmlns=\"http://www.w3.org/2000/svg\"><desc>{words}</desc></svg>\n")
+    }
+
+    /// A page, with other words in some of its places where there are any.
+    fn page(other: Option<&str>) -> String {
+        let words = |own: &'static str| other.unwrap_or(own).to_owned();
+        let texts = |texts: &[&str]| texts.iter().map(ToString::to_string).collect::<Vec<_>>();
+        let best = FigureTable {
+            heads: texts(&["Rung", "Margin"]),
+            rows: vec![texts(&["sampled", "12"])],
+        };
+        let figures = FigureTable {
+            heads: texts(&["Figure", "Value"]),
+            rows: vec![vec![words("Error"), "−1.5".into()], texts(&["Cycle", "–"])],
+        };
+        let picture = shown("a-file", &svg("a picture"), &words("A caption."));
+        let page = context! {
+            title => words("A title"),
+            description => [words("A first paragraph."), "A second one.".into()],
+            generated_by => "a program 1.0",
+            verdict => context! { pass => false, line => words("948 of 1000 runs") },
+            warnings => [words("A warning.")],
+            plan => ["A grid of 1000 runs."],
+            base => ["A base."],
+            best => shown_table(&best).unwrap(),
+            axes => [context! {
+                column => "controller.sample_time_s",
+                values => words("0.001, 0.002"),
+            }],
+            pictures => [picture.unwrap()],
+            figures => shown_table(&figures).unwrap(),
+            validity => ["A remark on validity."],
+            repeat => [words("hil-runner study a-study")],
+            files => [["results.csv".to_owned(), words("every run")]],
+        };
+        filled(page).unwrap()
+    }
+
+    #[test]
+    fn everything_is_on_the_page() {
+        let html = page(None);
+        for words in [
+            "<title>A title – FAIL</title>",
+            "A first paragraph.",
+            "A second one.",
+            "a program 1.0",
+            "948 of 1000 runs",
+            "A warning.",
+            "A grid of 1000 runs.",
+            "Sample time Δt",
+            "<code>controller.sample_time_s</code>",
+            "0.001, 0.002",
+            "<desc>a picture</desc>",
+            "A caption.",
+            "<th scope=\"col\" class=\"n\">Value</th>",
+            "<td class=\"n\">−1.5</td>",
+            "A remark on validity.",
+            "hil-runner study a-study",
+            "results.csv",
+        ] {
+            assert!(html.contains(words), "{words}");
+        }
+    }
+
+    /// An empty part has no heading: a page of a title alone is short.
+    #[test]
+    fn empty_parts_are_left_out() {
+        let headings = |html: &str| html.matches("<h2").count();
+        let none = FigureTable {
+            heads: Vec::new(),
+            rows: Vec::new(),
+        };
+        let table = shown_table(&none).unwrap();
+        let empty =
+            context! { title => "", verdict => (), best => table.clone(), figures => table };
+        assert_eq!(headings(&filled(empty).unwrap()), 0);
+        assert_eq!(headings(&page(None)), 6);
+    }
+
+    #[test]
+    fn nothing_is_loaded() {
+        let html = page(None);
+        assert!(html.contains("default-src 'none'"));
+        let html = html.replace("xmlns=\"http://www.w3.org/2000/svg\"", "");
+        for load in [
+            "src=", "@import", "url(", "http:", "https:", "<script", "<iframe",
+        ] {
+            assert!(!html.contains(load), "{load}");
+        }
+    }
+
+    #[test]
+    fn words_cannot_leave_their_place() {
+        let hostile = "</h1><script>alert(1)</script><!--\"'&";
+        let tags = |html: &str| html.matches('<').count();
+        let html = page(Some(hostile));
+        assert_eq!(tags(&html), tags(&page(None)));
+        assert!(html.contains("&lt;script&gt;alert(1)"));
+    }
+
+    #[test]
+    fn pictures_bring_no_scripts() {
+        for svg in [
+            "<p>no picture</p>".to_owned(),
+            svg("").replace("<desc>", "<script>1</script><desc>"),
+            svg("") + "<p>more</p>",
+        ] {
+            let error = shown("a-file", &svg, "").unwrap_err().to_string();
+            assert_eq!(error, "picture \"a-file\" is no SVG without scripts");
+        }
+    }
+
+    #[test]
+    fn rows_have_their_cells() {
+        let texts = |texts: &[&str]| texts.iter().map(ToString::to_string).collect::<Vec<_>>();
+        let table = FigureTable {
+            heads: texts(&["Figure", "Value"]),
+            rows: vec![texts(&["Error", "−1.5"]), texts(&["Cycle"])],
+        };
+        let error = shown_table(&table).unwrap_err().to_string();
+        assert_eq!(error, "a row of the key figures has 1 cells under 2 heads");
+    }
+
+    #[test]
+    fn same_page_same_bytes() {
+        assert_eq!(page(None), page(None));
+    }
 }

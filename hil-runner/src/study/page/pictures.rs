@@ -11,8 +11,8 @@ use crate::study::plan::points::PlanKind;
 use crate::study::rows::beside::Margins;
 use crate::study::rows::cell::{Cell, Column};
 use crate::study::rows::columns;
-use hil_core::renamed::renamed;
 use hil_core::runfile::KeyPath;
+use hil_core::runfile::renamed;
 
 /// Rows that pictures show: the first ones. Of a plan that draws, these are
 /// drawn like all others.
@@ -154,9 +154,7 @@ fn places(axis: &Axis) -> Option<Vec<f64>> {
     }
     let parts = (0..POINTS).map(|i| f64::from(i) / f64::from(POINTS - 1));
     match &axis.spread {
-        Spread::Range {
-            from, to, scale, ..
-        } => Some(parts.map(|part| scale.between(*from, *to, part)).collect()),
+        Spread::Range(range) => Some(parts.map(|part| range.between(part)).collect()),
         Spread::List(_) | Spread::Random(_) => None,
     }
 }
@@ -208,17 +206,17 @@ fn map_has_grid(study: &Study, map: &Map) -> Result<(), String> {
     let axis = |name: &str| study.axes.iter().find(|axis| axis.key.path() == name);
     let places = [axis(&map.x), axis(&map.y)];
     let drawn = |axis: &&Axis| !matches!(axis.spread, Spread::List(_));
-    if study.plan_kind != PlanKind::Grid
+    if study.plan.kind != PlanKind::Grid
         && let Some(axis) = places.iter().flatten().copied().find(drawn)
     {
         return Err(format!(
             "a map needs a grid, and plan = {:?} draws {}; kind \"scatter\" can show it",
-            study.plan_kind.name(),
+            study.plan.kind.name(),
             axis.key.path()
         ));
     }
     let ranges = places.map(|axis| {
-        axis.is_some_and(|axis| matches!(axis.spread, Spread::Range { .. }) && axis.times.is_none())
+        axis.is_some_and(|axis| matches!(axis.spread, Spread::Range(_)) && axis.times.is_none())
     });
     if !map.border.is_empty() && ranges != [true; 2] {
         return Err(

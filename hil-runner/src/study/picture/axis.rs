@@ -1,18 +1,15 @@
-//! One axis: title, scale, numbers.
+//! One axis: title, scale from a number to its place, numbers.
 
 use serde::Deserialize;
 
+use super::PictureError;
 use super::label::Label;
-use super::power::{decade_below, power_of_ten};
-use super::scale::Scale;
-pub(super) use super::scale::{Margin, extent};
 use super::text::{LINE, TICK_PX, width};
 use super::ticks::{LogNumbers, Tick, linear, logarithmic};
-use super::unit::{Shown, Unit};
-use super::{PictureError, table::Column};
+use super::unit::{Shown, Unit, decade_below, power_of_ten};
 use hil_core::number::{self, significant};
 
-/// How an axis is divided.
+/// Division of an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Spacing {
@@ -23,20 +20,57 @@ pub enum Spacing {
     Log,
 }
 
-/// What a picture may say about an axis.
-#[derive(Debug, Clone, PartialEq, Default)]
+/// The keys of a picture for one of its axes.
+#[derive(Debug, Clone, PartialEq, Default, Deserialize)]
 pub struct AxisKeys {
     /// Words instead of those of the column's name.
     pub label: Option<String>,
     /// Unit to show instead of the one that suits the numbers.
     pub unit: Option<String>,
-    /// How it is divided.
+    /// Its division.
+    #[serde(default, rename = "scale")]
     pub spacing: Spacing,
     /// Its ends, in the column's unit, instead of those of the data.
-    pub range: Option<(f64, f64)>,
+    pub range: Option<[f64; 2]>,
 }
 
-/// Which way an axis runs.
+/// Narrowest range of an axis, relative to its ends.
+const NARROWEST: f64 = 1e-9;
+
+impl AxisKeys {
+    /// The keys, as they stand behind the name of the axis.
+    pub(super) const NAMES: [&str; 4] = ["scale", "label", "unit", "range"];
+
+    /// Holds the range of the axis of that name against its division.
+    pub(super) fn check(&self, name: &str) -> Result<(), String> {
+        if let Some([low, high]) = self.range {
+            let finite = low.is_finite() && high.is_finite();
+            if !(finite && low < high) {
+                return Err(format!(
+                    "{name}_range = [{low}, {high}] must rise from a number to a larger one"
+                ));
+            }
+            if high - low < NARROWEST * low.abs().max(high.abs()) {
+                return Err(format!(
+                    "{name}_range = [{low}, {high}] is too narrow: numbers on it could not be told apart"
+                ));
+            }
+            if self.spacing == Spacing::Log && low <= 0.0 {
+                return Err(format!(
+                    "{name}_range = [{low}, {high}] must be above 0 on a logarithmic axis"
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// The words of the axis of a column with that label.
+    pub(super) fn words(&self, label: &Label) -> String {
+        self.label.as_ref().unwrap_or(&label.words).clone()
+    }
+}
+
+/// Direction in which an axis runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Direction {
     Across,
@@ -53,7 +87,7 @@ pub(super) struct Axis {
     pub(super) fine: Vec<f64>,
     scale: Scale,
     /// Shown number = number · factor.
-    factor: f64,
+    pub(super) factor: f64,
     numbers: LogNumbers,
 }
 
@@ -66,13 +100,15 @@ impl Axis {
         margin: Margin,
     ) -> Result<Self, PictureError> {
         let unit = label.unit();
-        let extent = keys.range.or(extent).unwrap_or(match keys.spacing {
+        let range = keys.range.map(|[low, high]| (low, high));
+        let extent = range.or(extent).unwrap_or(match keys.spacing {
             Spacing::Linear => (0.0, 1.0),
             Spacing::Log => (1.0, 10.0),
         });
         let largest = extent.0.abs().max(extent.1.abs());
+        let words = keys.words(label);
         let mut shown = match &keys.unit {
-            Some(symbol) => unit.asked(&label.words, symbol)?,
+            Some(symbol) => unit.asked(&words, symbol)?,
             None => suited(&unit, keys.spacing, largest),
         };
         let numbers = match keys.spacing {
@@ -87,18 +123,12 @@ impl Axis {
             (Spacing::Linear, None) => Scale::linear(low, high, margin),
             (Spacing::Log, None) => Scale::log(low, high, margin),
         };
-        let words = keys.label.clone().unwrap_or_else(|| label.words.clone());
-        let symbol = match numbers {
+        let unit = match numbers {
             LogNumbers::Prefixes(_) => String::new(),
             _ => shown.symbol,
         };
-        let title = Label {
-            words,
-            unit: symbol,
-        }
-        .title();
         Ok(Self {
-            title,
+            title: Label { words, unit }.title(),
             ticks: Vec::new(),
             fine: Vec::new(),
             scale,
@@ -123,30 +153,14 @@ impl Axis {
         }
     }
 
-    /// Whether its places have names.
+    /// True where its places have names.
     pub(super) fn has_places(&self) -> bool {
         matches!(self.scale, Scale::Places(_))
     }
 
     /// Finds the numbers that have room on `length` pixels.
     pub(super) fn fit(&mut self, length_px: f64, direction: Direction) {
-        let gap = match direction {
-            Direction::Across => 16.0,
-            Direction::Up => TICK_PX * LINE,
-        };
-        let extent = |tick: &Tick| match direction {
-            Direction::Across => width(&tick.label, TICK_PX),
-            Direction::Up => 0.0,
-        };
-        let fits = |ticks: &[Tick]| {
-            ticks.windows(2).all(|pair| match pair {
-                [a, b] => {
-                    let apart = (self.of_shown(b.at) - self.of_shown(a.at)) * length_px;
-                    apart >= gap + 0.5 * (extent(a) + extent(b))
-                }
-                _ => true,
-            })
-        };
+        let fits = |ticks: &[Tick]| self.have_room(ticks, 16.0, length_px, direction);
         let per_tick = match direction {
             Direction::Across => 75.0,
             Direction::Up => 42.0,
@@ -188,26 +202,24 @@ impl Axis {
                 label: number::rounded(value * self.factor, 3),
             })
             .collect();
-        let room = match direction {
-            Direction::Across => 12.0,
-            Direction::Up => TICK_PX * LINE,
-        };
-        let fits = ticks.windows(2).all(|pair| match pair {
-            [a, b] => {
-                let apart = (self.of_shown(b.at) - self.of_shown(a.at)) * length_px;
-                let wide = match direction {
-                    Direction::Across => {
-                        0.5 * (width(&a.label, TICK_PX) + width(&b.label, TICK_PX))
-                    }
-                    Direction::Up => 0.0,
-                };
-                apart >= room + wide
-            }
-            _ => true,
-        });
-        if fits {
+        if self.have_room(&ticks, 12.0, length_px, direction) {
             (self.ticks, self.fine) = (ticks, Vec::new());
         }
+    }
+
+    /// True of ticks whose numbers stand apart: side by side by `gap_px`, one above
+    /// the other by a line.
+    fn have_room(&self, ticks: &[Tick], gap_px: f64, length_px: f64, direction: Direction) -> bool {
+        let least_px = |a: &Tick, b: &Tick| match direction {
+            Direction::Across => {
+                gap_px + 0.5 * (width(&a.label, TICK_PX) + width(&b.label, TICK_PX))
+            }
+            Direction::Up => TICK_PX * LINE,
+        };
+        ticks
+            .iter()
+            .zip(ticks.iter().skip(1))
+            .all(|(a, b)| (self.of_shown(b.at) - self.of_shown(a.at)) * length_px >= least_px(a, b))
     }
 
     /// Share of the axis at a value, 0 at its start and 1 at its end; `None`
@@ -224,17 +236,12 @@ impl Axis {
         self.scale.share(shown)
     }
 
-    /// Whether a value lies on the axis.
+    /// True of a value that lies on the axis.
     pub(super) fn holds(&self, value: f64) -> bool {
         // Rounding alone must not throw out an end.
         let slack = 1e-9;
         self.share(value)
             .is_some_and(|share| (-slack..=1.0 + slack).contains(&share))
-    }
-
-    /// Shown number over number.
-    pub(super) fn factor(&self) -> f64 {
-        self.factor
     }
 
     /// Width of the widest number \[px\].
@@ -270,7 +277,8 @@ fn suited(unit: &Unit, spacing: Spacing, largest: f64) -> Shown {
     }
 }
 
-/// How the numbers from one end of a logarithmic axis to the other read best.
+/// The form in which the numbers of a logarithmic axis, from one end to the
+/// other, read best.
 fn log_numbers(shown: &mut Shown, extent: (f64, f64), asked: bool) -> LogNumbers {
     let factor = power_of_ten(shown.shift);
     let ends = [extent.0, extent.1].map(|end| decade_below((end * factor).abs()));
@@ -286,14 +294,94 @@ fn log_numbers(shown: &mut Shown, extent: (f64, f64), asked: bool) -> LogNumbers
     }
 }
 
-/// Label of a column, or the words that the picture has for it.
-pub(super) fn label_of(column: &Column, words: Option<&String>) -> Label {
-    let label = Label::of(&column.name);
-    match words {
-        Some(words) => Label {
-            words: words.clone(),
-            ..label
-        },
-        None => label,
+/// Ends of an axis if the picture does not give them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Margin {
+    /// A little before and behind the data.
+    Around,
+    /// The same, but from 0 if the data come near it.
+    FromZero,
+    /// With the data.
+    None,
+}
+
+/// Ends in the shown unit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Scale {
+    Linear(f64, f64),
+    Log(f64, f64),
+    /// That many places of equal width.
+    Places(usize),
+}
+
+/// Share of an axis that is left free at either end.
+const FREE: f64 = 0.04;
+
+impl Scale {
+    /// An even scale for data that span from `low` to `high`.
+    pub(super) fn linear(low: f64, high: f64, margin: Margin) -> Self {
+        let size = low.abs().max(high.abs());
+        // One value, or values that differ by rounding alone.
+        let (low, high) = if high - low > 1e-12 * size {
+            (low, high)
+        } else if size == 0.0 {
+            return Self::Linear(0.0, 1.0);
+        } else {
+            (low - 0.1 * size, high + 0.1 * size)
+        };
+        let free = FREE * (high - low);
+        match margin {
+            Margin::None => Self::Linear(low, high),
+            Margin::FromZero if low >= 0.0 && low < 0.5 * high => {
+                Self::Linear(0.0, high + FREE * high)
+            }
+            Margin::FromZero if high <= 0.0 && high > 0.5 * low => {
+                Self::Linear(low + FREE * low, 0.0)
+            }
+            // No axis shows negative times because of a margin.
+            Margin::Around | Margin::FromZero => {
+                let start = if low >= 0.0 {
+                    (low - free).max(0.0)
+                } else {
+                    low - free
+                };
+                Self::Linear(start, high + free)
+            }
+        }
     }
+
+    /// A logarithmic scale for data above 0.
+    pub(super) fn log(low: f64, high: f64, margin: Margin) -> Self {
+        let span = libm::log10(high / low);
+        let (low, high, span) = if span > 1e-9 {
+            (low, high, span)
+        } else {
+            (low / 3.0, high * 3.0, 1.0)
+        };
+        let free = match margin {
+            Margin::None => 1.0,
+            Margin::Around | Margin::FromZero => libm::pow(10.0, FREE * span),
+        };
+        Self::Log(low / free, high * free)
+    }
+
+    /// Share of the axis at a number, 0 at its start and 1 at its end.
+    pub(super) fn share(self, shown: f64) -> f64 {
+        match self {
+            Self::Linear(low, high) => (shown - low) / (high - low),
+            Self::Log(low, high) => {
+                let (from, to) = (libm::log10(low), libm::log10(high));
+                (libm::log10(shown) - from) / (to - from)
+            }
+            Self::Places(count) => (shown + 0.5) / count as f64,
+        }
+    }
+}
+
+/// Smallest and largest of some numbers.
+pub(super) fn extent(values: impl IntoIterator<Item = f64>) -> Option<(f64, f64)> {
+    values.into_iter().fold(None, |found, value| match found {
+        None => Some((value, value)),
+        Some((low, high)) => Some((f64::min(low, value), f64::max(high, value))),
+    })
 }

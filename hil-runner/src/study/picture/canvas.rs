@@ -29,6 +29,16 @@ pub(super) struct Area {
 }
 
 impl Area {
+    /// The area between two places along x and two along y.
+    pub(super) const fn of([left, right]: [f64; 2], [top, bottom]: [f64; 2]) -> Self {
+        Self {
+            left,
+            top,
+            right,
+            bottom,
+        }
+    }
+
     pub(super) fn width(&self) -> f64 {
         self.right - self.left
     }
@@ -44,7 +54,7 @@ impl Area {
         )
     }
 
-    /// Whether a point lies in it, its edge included.
+    /// True of a point within it or on its edge.
     pub(super) fn holds(&self, (x, y): Point) -> bool {
         // The half step that drawing rounds away.
         let half = 0.5 / STEPS;
@@ -52,7 +62,7 @@ impl Area {
             && (self.top - half..=self.bottom + half).contains(&y)
     }
 
-    /// Whether two rectangles share a point.
+    /// True if two rectangles share a point.
     pub(super) fn meets(&self, other: &Area) -> bool {
         self.left < other.right
             && other.left < self.right
@@ -61,7 +71,7 @@ impl Area {
     }
 }
 
-/// How a line is drawn.
+/// Colour, width and dashes of a line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Stroke {
     pub(super) colour: Colour,
@@ -72,7 +82,10 @@ pub(super) struct Stroke {
 
 impl Stroke {
     pub(super) const fn solid(colour: Colour, width_px: f64) -> Self {
-        let dash = &[];
+        Self::dashed(colour, width_px, &[])
+    }
+
+    pub(super) const fn dashed(colour: Colour, width_px: f64, dash: &'static [f64]) -> Self {
         Self {
             colour,
             width_px,
@@ -81,7 +94,7 @@ impl Stroke {
     }
 }
 
-/// Where a text stands from its point; its middle line is always at the point.
+/// The part of a text that stands at its point; its middle line always does.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Anchor {
     Start,
@@ -89,7 +102,7 @@ pub(super) enum Anchor {
     End,
 }
 
-/// How a text is drawn.
+/// Size, place and colour of a text.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Lettering {
     pub(super) size_px: f64,
@@ -142,7 +155,8 @@ impl<'a> Canvas<'a> {
     /// A filled rectangle.
     pub(super) fn fill(&mut self, area: &Area, colour: Colour) {
         let style = ShapeStyle::from(&colour).filled();
-        let (from, to) = corners(area);
+        let (from, to) = ((area.left, area.top), (area.right, area.bottom));
+        let (from, to) = (units(&from), units(&to));
         let result = self.backend.draw_rect(from, to, &style, true);
         self.note(result);
     }
@@ -182,23 +196,17 @@ impl<'a> Canvas<'a> {
 
     /// The outline of a rectangle.
     pub(super) fn outline(&mut self, area: &Area, stroke: &Stroke) {
-        let (left, top, right, bottom) = (area.left, area.top, area.right, area.bottom);
-        let corners = [
-            (left, top),
-            (right, top),
-            (right, bottom),
-            (left, bottom),
-            (left, top),
-        ];
+        let across = [area.left, area.right, area.right, area.left, area.left];
+        let up = [area.top, area.top, area.bottom, area.bottom, area.top];
+        let corners: Vec<Point> = across.into_iter().zip(up).collect();
         self.path(&corners, stroke);
     }
 
     /// A line of text.
     pub(super) fn text(&mut self, text: &str, at: Point, lettering: &Lettering) {
-        let style = if lettering.bold {
-            FontStyle::Bold
-        } else {
-            FontStyle::Normal
+        let style = match lettering.bold {
+            true => FontStyle::Bold,
+            false => FontStyle::Normal,
         };
         let size = lettering.size_px * STEPS * FONT_FACTOR;
         let mut font = FontDesc::new(FontFamily::SansSerif, size, style);
@@ -217,6 +225,21 @@ impl<'a> Canvas<'a> {
         };
         let result = self.backend.draw_text(text, &style, units(&at));
         self.note(result);
+    }
+
+    /// Lines of text below each other, `pitch_px` apart, the first one `first`
+    /// times that below the point.
+    pub(super) fn lines(
+        &mut self,
+        lines: &[String],
+        (x, top): Point,
+        (pitch_px, first): (f64, f64),
+        lettering: &Lettering,
+    ) {
+        for (line, row) in lines.iter().zip(0_u32..) {
+            let y = top + pitch_px * (f64::from(row) + first);
+            self.text(line, (x, y), lettering);
+        }
     }
 
     /// Ends the drawing.
@@ -238,13 +261,6 @@ fn whole(px: f64) -> i32 {
 
 fn units(&(x, y): &Point) -> (i32, i32) {
     (whole(x), whole(y))
-}
-
-fn corners(area: &Area) -> ((i32, i32), (i32, i32)) {
-    (
-        units(&(area.left, area.top)),
-        units(&(area.right, area.bottom)),
-    )
 }
 
 fn line_style(stroke: &Stroke) -> ShapeStyle {

@@ -49,7 +49,7 @@ fn slot_px(x: &Axis, width_px: f64) -> f64 {
     (width_px / x.ticks.len().max(1) as f64 - GAP).max(1.0)
 }
 
-/// Whether names along x are too wide to stand level: a word would break, or
+/// True of names along x that are too wide to stand level: a word would break, or
 /// need more than three lines.
 fn turned(x: &Axis, width_px: f64) -> bool {
     let slot = slot_px(x, width_px);
@@ -65,12 +65,12 @@ impl Frame<'_> {
         Some((self.across(x)?, self.up(y)?))
     }
 
-    /// Where a value of x stands \[px\].
+    /// Place of a value of x \[px\].
     pub(super) fn across(&self, x: f64) -> Option<f64> {
         Some(self.area.left + self.x.share(x)? * self.area.width())
     }
 
-    /// Where a value of y stands \[px\].
+    /// Place of a value of y \[px\].
     pub(super) fn up(&self, y: f64) -> Option<f64> {
         Some(self.area.bottom - self.y.share(y)? * self.area.height())
     }
@@ -141,7 +141,6 @@ impl Frame<'_> {
     fn draw_across(&self, canvas: &mut Canvas) {
         let area = &self.area;
         let top = area.bottom + TICK;
-        let line = TICK_PX * LINE;
         let turned = self.x.has_places() && turned(self.x, area.width());
         for tick in &self.x.ticks {
             let x = self.at_x(tick.at);
@@ -157,20 +156,16 @@ impl Frame<'_> {
                 vec![tick.label.clone()]
             };
             let lettering = Lettering::of(TICK_PX, Anchor::Middle);
-            for (text, row) in lines.iter().zip(0_u32..) {
-                canvas.text(text, (x, top + line * (f64::from(row) + 0.6)), &lettering);
-            }
+            canvas.lines(&lines, (x, top), (TICK_PX * LINE, 0.6), &lettering);
         }
         let below = top + x_numbers_px(self.x, area.width()) + GAP;
         let lettering = Lettering::of(AXIS_PX, Anchor::Middle);
         let lines = fold(&self.x.title, AXIS_PX, area.width());
-        for (text, row) in lines.iter().zip(0_u32..) {
-            let y = below + AXIS_PX * LINE * (f64::from(row) + 0.4);
-            canvas.text(text, (area.middle().0, y), &lettering);
-        }
+        let corner = (area.middle().0, below);
+        canvas.lines(&lines, corner, (AXIS_PX * LINE, 0.4), &lettering);
     }
 
-    /// What an empty plot says.
+    /// Writes into a plot that has no value to show.
     pub(super) fn draw_nothing(&self, canvas: &mut Canvas) {
         let mut lettering = Lettering::of(AXIS_PX, Anchor::Middle);
         lettering.colour = MUTED;
@@ -178,7 +173,7 @@ impl Frame<'_> {
     }
 }
 
-/// Where an axis has lines of the grid; names have none.
+/// Places of an axis' lines in the grid; names have none.
 fn places(axis: &Axis, fine: bool) -> Vec<f64> {
     if axis.has_places() {
         Vec::new()

@@ -4,8 +4,8 @@ use super::PictureError;
 use std::collections::BTreeMap;
 
 use super::label::Label;
-use super::power::power_of_ten;
 use super::table::{Column, Values};
+use super::unit::power_of_ten;
 use hil_core::number;
 
 /// Seven shapes, filled and hollow, and as many colours.
@@ -14,8 +14,8 @@ const MOST_SERIES: usize = 14;
 /// The different values of a column among some rows.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Different {
-    /// Which of the values each row of the table has; `None` without a value,
-    /// or where the row is not among those asked for.
+    /// The value of each row of the table, by its place among them; `None` without
+    /// a value, or where the row is not among those asked for.
     pub(super) of_row: Vec<Option<usize>>,
     /// The values in words, numbers with their unit.
     pub(super) names: Vec<String>,
@@ -118,7 +118,6 @@ pub(super) struct Spread {
     pub(super) median: f64,
     pub(super) low: f64,
     pub(super) high: f64,
-    pub(super) count: usize,
 }
 
 impl Spread {
@@ -128,12 +127,7 @@ impl Spread {
         let (low, high) = (*values.first()?, *values.last()?);
         let count = values.len();
         let median = f64::midpoint(values[(count - 1) / 2], values[count / 2]);
-        Some(Self {
-            median,
-            low,
-            high,
-            count,
-        })
+        Some(Self { median, low, high })
     }
 
     /// The spread in another unit; `factor` is above 0.
@@ -142,7 +136,6 @@ impl Spread {
             median: self.median * factor,
             low: self.low * factor,
             high: self.high * factor,
-            count: self.count,
         }
     }
 }

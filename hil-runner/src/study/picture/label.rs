@@ -4,7 +4,7 @@ use super::unit::{Unit, suffix};
 use hil_core::figures::{CHIP_FIGURES, SUMMARY_FIGURES};
 use hil_core::runfile::SECTIONS;
 
-/// What a column is called in a picture.
+/// Name and unit of a column in a picture.
 ///
 /// ```
 /// use hil_runner::study::picture::Label;

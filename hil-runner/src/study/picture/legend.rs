@@ -1,12 +1,11 @@
-//! What the marks mean: rows above the plots, never over the data.
+//! The legend: rows above the plots, never over the data.
 
 use super::canvas::{Anchor, Area, Canvas, Lettering, Point, Stroke};
 use super::colour::{Colour, INK, WHITE};
-use super::hatch::Hatch;
-use super::mark::{Mark, RADIUS};
+use super::mark::{Hatch, Mark, RADIUS};
 use super::text::{LINE, TICK_PX, bold_width, fold, width};
 
-/// What stands before the words of an entry.
+/// The sign before the words of an entry.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Key {
     /// A line, with the marks of its points if it has any.
@@ -35,13 +34,18 @@ pub(super) struct Group {
     pub(super) entries: Vec<Entry>,
 }
 
+impl Entry {
+    pub(super) fn new(key: Key, words: impl Into<String>) -> Self {
+        let words = words.into();
+        Self { key, words }
+    }
+}
+
 impl Group {
-    /// One entry alone.
-    pub(super) fn of(entry: Entry) -> Self {
-        Self {
-            heading: String::new(),
-            entries: vec![entry],
-        }
+    /// Entries without a common word.
+    pub(super) fn of(entries: Vec<Entry>) -> Self {
+        let heading = String::new();
+        Self { heading, entries }
     }
 }
 
@@ -150,9 +154,7 @@ impl Legend {
                 }
                 None => 0.0,
             };
-            for (line, row) in placed.lines.iter().zip(0_u32..) {
-                canvas.text(line, (x + indent, y + ROW * f64::from(row)), &lettering);
-            }
+            canvas.lines(&placed.lines, (x + indent, y), (ROW, 0.0), &lettering);
         }
     }
 }
@@ -160,12 +162,7 @@ impl Legend {
 impl Key {
     /// Draws the key from `x` on, about the line `y`.
     fn draw(&self, canvas: &mut Canvas, x: f64, y: f64) {
-        let field = Area {
-            left: x + 6.0,
-            top: y - 7.0,
-            right: x + KEY - 4.0,
-            bottom: y + 7.0,
-        };
+        let field = Area::of([x + 6.0, x + KEY - 4.0], [y - 7.0, y + 7.0]);
         let line = [(x, y), (x + KEY, y)];
         match self {
             Self::Line(stroke, mark) => {

@@ -1,7 +1,9 @@
-//! The marks of points: one shape per series, told apart without colour.
+//! Signs that are told apart without colour: the marks of points, one shape per
+//! series, and the hatches of fields without a value.
 
-use super::canvas::{Canvas, Point};
-use super::colour::{Colour, WHITE};
+use super::canvas::{Area, Canvas, Point, Stroke};
+use super::clip::clipped;
+use super::colour::{Colour, MUTED, NO_VALUE, WHITE};
 
 /// A shape.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -43,6 +45,15 @@ pub(super) fn shape(index: usize) -> Shape {
 }
 
 impl Mark {
+    /// A mark all of one colour.
+    pub(super) const fn filled(shape: Shape, colour: Colour) -> Self {
+        Self {
+            shape,
+            colour,
+            hollow: false,
+        }
+    }
+
     /// Draws the mark about a point.
     pub(super) fn draw(&self, canvas: &mut Canvas, at: Point, radius_px: f64) {
         draw(canvas, self.shape, at, radius_px, self.colour);
@@ -102,4 +113,54 @@ fn plus() -> [Point; 12] {
         (-l, -a),
         (-a, -a),
     ]
+}
+
+/// Lines over a grey field without a value, by the state of its run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Hatch {
+    /// None.
+    Plain,
+    /// Rising to the right.
+    Rising,
+    /// Falling to the right.
+    Falling,
+    /// Both.
+    Crossed,
+}
+
+/// Distance of two lines along x \[px\].
+const PITCH: f64 = 7.0;
+
+impl Hatch {
+    /// The hatch of the n-th state, so that no two of the first four are alike.
+    pub(super) fn of(index: usize) -> Self {
+        const HATCHES: [Hatch; 4] = [Hatch::Rising, Hatch::Falling, Hatch::Crossed, Hatch::Plain];
+        HATCHES[index % HATCHES.len()]
+    }
+
+    /// Fills an area; lines of neighbours meet.
+    pub(super) fn draw(self, canvas: &mut Canvas, area: &Area) {
+        canvas.fill(area, NO_VALUE);
+        let slopes: &[f64] = match self {
+            Self::Plain => &[],
+            Self::Rising => &[-1.0],
+            Self::Falling => &[1.0],
+            Self::Crossed => &[-1.0, 1.0],
+        };
+        let stroke = Stroke::solid(MUTED, 0.9);
+        for slope in slopes {
+            // Lines x − slope·y = k·pitch, k whole: the same for every area.
+            let ends = [area.top, area.bottom].map(|y| -slope * y);
+            let low = area.left + ends[0].min(ends[1]);
+            let high = area.right + ends[0].max(ends[1]);
+            let mut k = (low / PITCH).ceil();
+            while k * PITCH <= high {
+                let at = |y: f64| (k * PITCH + slope * y, y);
+                for part in clipped(&[at(area.top), at(area.bottom)], area) {
+                    canvas.path(&part, &stroke);
+                }
+                k += 1.0;
+            }
+        }
+    }
 }

@@ -12,7 +12,7 @@
 //! legend beside the data, and the library knows no widths of text without
 //! fonts. Coordinates are tenths of a pixel; the text of all labels is text.
 //!
-//! What cannot be shown is said: values that are missing, not above 0 on a
+//! Nothing is left out in silence: values that are missing, not above 0 on a
 //! logarithmic axis, or beyond its ends are counted in a remark below the plot.
 
 mod axis;
@@ -23,7 +23,6 @@ mod colour;
 mod error;
 mod frame;
 mod group;
-mod hatch;
 mod histogram;
 mod label;
 mod legend;
@@ -31,9 +30,7 @@ mod lines;
 mod map;
 mod mark;
 mod note;
-mod own;
-mod power;
-mod scale;
+mod reference;
 mod scatter;
 mod sheet;
 mod spec;
@@ -93,9 +90,9 @@ pub struct Curve {
 ///
 /// # Errors
 ///
-/// What does not fit together, with the name of the picture: a column that the
-/// table lacks, words where numbers are needed, two units on one axis, a map
-/// of rows that are no grid.
+/// A mistake, with the name of the picture: a column that the table lacks, words
+/// where numbers are needed, two units on one axis, a map of rows that are no
+/// grid.
 pub fn draw(spec: &Picture, table: &Table, curves: &[Curve]) -> Result<String, PictureError> {
     let drawn = table.check().and_then(|()| match &spec.kind {
         Kind::Lines(lines) => lines::draw(spec, lines, table, curves),
@@ -104,7 +101,7 @@ pub fn draw(spec: &Picture, table: &Table, curves: &[Curve]) -> Result<String, P
         Kind::Histogram(histogram) => histogram::draw(spec, histogram, table),
         Kind::Scatter(scatter) => scatter::draw(spec, scatter, table, curves),
     });
-    drawn.map_err(|error| error.in_picture(&spec.file))
+    drawn.map_err(|error| PictureError::In(spec.file.clone(), Box::new(error)))
 }
 
 impl Picture {

@@ -24,18 +24,14 @@ impl Chosen {
         let rows = (0..table.rows()).filter(|&row| kept[row]);
         let (left_out, rows): (Vec<usize>, Vec<usize>) = rows.partition(|&row| dropped(row));
         let conditions: Vec<String> = spec.conditions.iter().map(ToString::to_string).collect();
-        let mut notes = match (conditions.is_empty(), rows.is_empty()) {
-            (true, _) => Vec::new(),
-            (false, false) => vec![format!(
-                "Only runs with {} are shown.",
-                conditions.join(" and ")
-            )],
-            (false, true) => vec![format!(
-                "None of the {} has {}.",
-                counted(table.rows(), "run", "runs"),
-                conditions.join(" and ")
-            )],
-        };
+        let conditions = conditions.join(" and ");
+        let mut notes = Vec::new();
+        if !conditions.is_empty() && rows.is_empty() {
+            let runs = counted(table.rows(), "run", "runs");
+            notes.push(format!("None of the {runs} has {conditions}."));
+        } else if !conditions.is_empty() {
+            notes.push(format!("Only runs with {conditions} are shown."));
+        }
         if !left_out.is_empty() {
             let points = counted(left_out.len(), "point", "points");
             notes.push(format!("The study's constraints leave out {points}."));
@@ -55,7 +51,7 @@ fn excluded(spec: &Picture, table: &Table) -> Vec<bool> {
     }
 }
 
-/// What was left out of a picture.
+/// Counts of the values that a picture does not show, or not one by one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct LeftOut {
     /// Runs or values that are none.
@@ -85,13 +81,14 @@ impl LeftOut {
             ));
         }
         if self.not_above_0 > 0 {
+            let values = values(self.not_above_0, "is", "are");
             notes.push(format!(
-                "{} not above 0 and not shown: the axis is logarithmic.",
-                are(self.not_above_0)
+                "{values} not above 0 and not shown: the axis is logarithmic."
             ));
         }
         if self.beyond > 0 {
-            notes.push(format!("{} beyond the ends of the axes.", lie(self.beyond)));
+            let values = values(self.beyond, "lies", "lie");
+            notes.push(format!("{values} beyond the ends of the axes."));
         }
         notes
     }
@@ -102,12 +99,7 @@ pub(super) fn counted(count: usize, one: &str, several: &str) -> String {
     format!("{count} {}", if count == 1 { one } else { several })
 }
 
-fn are(count: usize) -> String {
-    let verb = if count == 1 { "is" } else { "are" };
-    format!("{} {verb}", counted(count, "value", "values"))
-}
-
-fn lie(count: usize) -> String {
-    let verb = if count == 1 { "lies" } else { "lie" };
-    format!("{} {verb}", counted(count, "value", "values"))
+/// The same with a verb.
+fn values(count: usize, one: &str, several: &str) -> String {
+    counted(count, &format!("value {one}"), &format!("values {several}"))
 }

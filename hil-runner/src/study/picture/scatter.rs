@@ -1,17 +1,17 @@
 //! Kind `scatter`: one mark per run, by verdict.
 
-use super::axis::{Axis, Direction, Margin, Spacing, extent, label_of};
+use super::axis::{Axis, Direction, Margin, Spacing, extent};
 use super::canvas::{Area, Canvas, Point, Stroke};
-use super::colour::{Colour, FAIL, INK, MUTED, PASS};
+use super::colour::{FAIL, INK, MUTED, PASS};
 use super::frame::{Frame, room_below, room_left, room_right};
-use super::group::in_words;
-use super::label::capital;
+use super::label::Label;
 use super::legend::{Entry, Group, Key};
-use super::lines::{LIMIT_LINE, draw_limits, with_limits, with_sign};
 use super::map::parts;
 use super::mark::{Mark, Shape};
 use super::note::{Chosen, LeftOut};
-use super::own;
+use super::reference::{
+    base_line_entry, draw_base_line, draw_limits, limit_entry, limits, with_limits,
+};
 use super::sheet::{EDGE, Sheet, WIDTH};
 use super::spec::{Picture, Scatter};
 use super::{Curve, PictureError, Table};
@@ -46,16 +46,13 @@ pub(super) fn draw(
     let Chosen { rows, mut notes } = Chosen::of(spec, table)?;
     let mut left_out = LeftOut::default();
     let runs = runs(scatter, table, &rows, &mut left_out)?;
-    let label = label_of(table.column(&scatter.x)?, scatter.x_axis.label.as_ref());
     let span = extent(runs.iter().map(|run| run.x));
+    let label = Label::of(&scatter.x);
     let mut x = Axis::new(&scatter.x_axis, &label, span, Margin::Around)?;
-    let label = label_of(table.column(&scatter.y)?, scatter.y_axis.label.as_ref());
+    let label = Label::of(&scatter.y);
     let log = scatter.y_axis.spacing == Spacing::Log;
     let span = extent(runs.iter().map(|run| run.y));
-    let limits = match &scatter.limit {
-        Some(limit) => with_sign(limit.value, span, log),
-        None => Vec::new(),
-    };
+    let limits = limits(scatter.limit.as_ref(), span, log);
     let span = with_limits(span, &limits, log);
     let mut y = Axis::new(&scatter.y_axis, &label, span, Margin::Around)?;
     let beyond = |run: &&Run| !(x.holds(run.x) && y.holds(run.y));
@@ -65,33 +62,12 @@ pub(super) fn draw(
     x.fit(WIDTH - EDGE - left - 22.0, Direction::Across);
     let right = WIDTH - room_right(&x);
     let mut entries = legend(&runs);
-    entries.extend(curves.iter().map(|curve| Entry {
-        key: Key::Line(CURVE, None),
-        words: curve.label.clone(),
-    }));
-    entries.extend(scatter.limit.iter().map(|limit| Entry {
-        key: Key::Line(LIMIT_LINE, None),
-        words: capital(&format!(
-            "{}: {}",
-            limit.label,
-            in_words(limit.value, &label)
-        )),
-    }));
-    entries.extend(own::line_entry(table, &scatter.x, &x));
-    let heading = String::new();
-    let groups = [Group { heading, entries }];
-    let groups = if groups[0].entries.is_empty() {
-        &[]
-    } else {
-        groups.as_slice()
-    };
+    let of_curve = |curve: &Curve| Entry::new(Key::Line(CURVE, None), &curve.label);
+    entries.extend(curves.iter().map(of_curve));
+    entries.extend(scatter.limit.iter().map(|limit| limit_entry(limit, &label)));
+    entries.extend(base_line_entry(table, &scatter.x, &x));
     let frame = |top: f64| Frame {
-        area: Area {
-            left,
-            top,
-            right,
-            bottom: top + HEIGHT,
-        },
+        area: Area::of([left, right], [top, top + HEIGHT]),
         x: &x,
         y: &y,
     };
@@ -105,7 +81,7 @@ pub(super) fn draw(
             marks.len()
         ));
     }
-    let sheet = Sheet::new(&spec.title, groups, &notes);
+    let sheet = Sheet::new(&spec.title, &[Group::of(entries)], &notes);
     let top = sheet.top();
     let frame = frame(top);
     let bottom = frame.area.bottom + room_below(&x, right - left);
@@ -123,8 +99,8 @@ pub(super) fn draw(
                 canvas.path(&part, &CURVE);
             }
         }
-        own::draw_line(canvas, &frame, table, &scatter.x);
-        draw_limits(canvas, &frame, &limits);
+        draw_base_line(canvas, &frame, table, &scatter.x);
+        draw_limits(canvas, &frame, &limits, Direction::Up);
     })
 }
 
@@ -137,10 +113,7 @@ fn runs(
 ) -> Result<Vec<Run>, PictureError> {
     let x = table.column(&scatter.x)?.numbers()?;
     let y = table.column(&scatter.y)?.numbers()?;
-    let pass = match &scatter.pass {
-        Some(name) => Some(table.column(name)?),
-        None => table.find("pass"),
-    };
+    let pass = table.column_or(scatter.pass.as_ref(), "pass")?;
     let log = [scatter.x_axis.spacing, scatter.y_axis.spacing].map(|of| of == Spacing::Log);
     let mut runs = Vec::new();
     for &row in rows {
@@ -162,15 +135,10 @@ fn runs(
 }
 
 fn mark(pass: Option<bool>) -> Mark {
-    let of = |shape: Shape, colour: Colour| Mark {
-        shape,
-        colour,
-        hollow: false,
-    };
     match pass {
-        Some(true) => of(Shape::Circle, PASS),
-        Some(false) => of(Shape::Cross, FAIL),
-        None => of(Shape::Diamond, MUTED),
+        Some(true) => Mark::filled(Shape::Circle, PASS),
+        Some(false) => Mark::filled(Shape::Cross, FAIL),
+        None => Mark::filled(Shape::Diamond, MUTED),
     }
 }
 
@@ -198,7 +166,7 @@ fn marks(runs: &[Run], frame: &Frame) -> Vec<(Point, Mark)> {
     marks
 }
 
-/// How many runs there are of each verdict, if there are verdicts.
+/// Counts the runs of each verdict, if there are verdicts.
 fn legend(runs: &[Run]) -> Vec<Entry> {
     if runs.iter().all(|run| run.pass.is_none()) {
         return Vec::new();
@@ -210,10 +178,7 @@ fn legend(runs: &[Run]) -> Vec<Entry> {
     ];
     let entry = |(pass, words): (Option<bool>, &str)| {
         let count = runs.iter().filter(|run| run.pass == pass).count();
-        (count > 0).then(|| Entry {
-            key: Key::Mark(mark(pass)),
-            words: format!("{words}: {count}"),
-        })
+        (count > 0).then(|| Entry::new(Key::Mark(mark(pass)), format!("{words}: {count}")))
     };
     verdicts.into_iter().filter_map(entry).collect()
 }

@@ -32,7 +32,7 @@ impl Sheet {
         }
     }
 
-    /// Where the plots may begin \[px\].
+    /// Height at which the plots may begin \[px\].
     pub(super) fn top(&self) -> f64 {
         let legend = match self.legend.height {
             0.0 => 0.0,
@@ -56,27 +56,25 @@ impl Sheet {
         let size = (WIDTH, (bottom + notes + EDGE).ceil());
         let mut svg = String::new();
         let mut canvas = Canvas::new(&mut svg, size);
-        let ground = Area {
-            left: 0.0,
-            top: 0.0,
-            right: size.0,
-            bottom: size.1,
-        };
-        canvas.fill(&ground, WHITE);
+        canvas.fill(&Area::of([0.0, size.0], [0.0, size.1]), WHITE);
         let mut lettering = Lettering::of(TITLE_PX, Anchor::Start);
         lettering.bold = true;
-        for (line, row) in self.title.iter().zip(0_u32..) {
-            let y = EDGE + TITLE_PX * LINE * (f64::from(row) + 0.5);
-            canvas.text(line, (EDGE, y), &lettering);
-        }
+        canvas.lines(
+            &self.title,
+            (EDGE, EDGE),
+            (TITLE_PX * LINE, 0.5),
+            &lettering,
+        );
         self.legend.draw(&mut canvas, (EDGE, self.title_bottom()));
         plots(&mut canvas);
         let mut lettering = Lettering::of(NOTE_PX, Anchor::Start);
         lettering.colour = MUTED;
-        for (line, row) in self.notes.iter().zip(0_u32..) {
-            let y = bottom + NOTE_PX * LINE * (f64::from(row) + 0.5);
-            canvas.text(line, (EDGE, y), &lettering);
-        }
+        canvas.lines(
+            &self.notes,
+            (EDGE, bottom),
+            (NOTE_PX * LINE, 0.5),
+            &lettering,
+        );
         canvas.finish()?;
         let title = self.title.join(" ");
         Ok(with_head(&svg, size, &title, words))

@@ -22,7 +22,7 @@ pub struct Column {
     pub name: String,
     /// One value per row.
     pub values: Values,
-    /// What the base of the study has, in the unit of the name: pictures mark
+    /// The value of the study's base, in the unit of the name: pictures mark
     /// it along their axes.
     pub own: Option<f64>,
 }
@@ -39,16 +39,11 @@ pub enum Values {
 
 impl Values {
     /// Number of rows.
-    pub fn len(&self) -> usize {
+    fn len(&self) -> usize {
         match self {
             Self::Number(values) => values.len(),
             Self::Text(values) => values.len(),
         }
-    }
-
-    /// Whether there is no row.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
     }
 }
 
@@ -66,17 +61,26 @@ impl Table {
     /// Every column has as many rows as the first.
     pub(super) fn check(&self) -> Result<(), PictureError> {
         let rows = self.rows();
-        match self
-            .columns
-            .iter()
-            .find(|column| column.values.len() != rows)
-        {
+        let mut columns = self.columns.iter();
+        match columns.find(|column| column.values.len() != rows) {
             Some(column) => Err(PictureError::Lengths {
                 column: column.name.clone(),
                 rows: column.values.len(),
                 expected: rows,
             }),
             None => Ok(()),
+        }
+    }
+
+    /// The column of that name, or the one that counts without a name.
+    pub(super) fn column_or(
+        &self,
+        name: Option<&String>,
+        usual: &str,
+    ) -> Result<Option<&Column>, PictureError> {
+        match name {
+            Some(name) => self.column(name).map(Some),
+            None => Ok(self.find(usual)),
         }
     }
 
@@ -120,7 +124,7 @@ impl Column {
     }
 }
 
-/// Whether a word of a column of states says that the run was made.
+/// True of a word in a column of states that says that the run was made.
 pub(super) fn is_made(word: &str) -> bool {
     matches!(word, "" | "ok" | "done" | "made")
 }

@@ -1,4 +1,4 @@
-//! How wide a text is, without fonts: the widest that a reader may have.
+//! The width of a text, without fonts: the widest that a reader may have.
 
 /// Size of the title \[px\].
 pub(super) const TITLE_PX: f64 = 18.0;

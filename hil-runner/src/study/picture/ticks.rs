@@ -1,7 +1,6 @@
-//! Where an axis has numbers, and which.
+//! Places and numbers of an axis' ticks.
 
-use super::power::{decade_below, power_of_ten};
-use super::unit::prefixed;
+use super::unit::{decade_below, power_of_ten, prefixed};
 use hil_core::number::superscript;
 
 /// A place on an axis with its number; empty for a place in the grid only.
@@ -12,7 +11,7 @@ pub(super) struct Tick {
     pub(super) label: String,
 }
 
-/// How the numbers of a logarithmic axis are written.
+/// Form of the numbers of a logarithmic axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum LogNumbers {
     /// 0.01, 0.1, 1, 10.
@@ -105,30 +104,16 @@ pub(super) fn logarithmic(
             })
             .collect()
     };
-    let fine: Vec<f64> = if high / low < 2e6 {
-        set(&[2, 3, 4, 5, 6, 7, 8, 9], 1)
-    } else {
-        set(&[1], 1)
-    }
-    .iter()
-    .map(|tick| tick.at)
-    .collect();
-    let sets: [(&[u8], i32); 12] = [
-        (&[1, 2, 3, 5, 7], 1),
-        (&[1, 2, 3, 5], 1),
-        (&[1, 2, 5], 1),
-        (&[1, 3], 1),
-        (&[1], 1),
-        (&[1], 2),
-        (&[1], 3),
-        (&[1], 6),
-        (&[1], 12),
-        (&[1], 24),
-        (&[1], 48),
-        (&[1], 96),
-    ];
+    let digits: &[u8] = match high / low < 2e6 {
+        true => &[2, 3, 4, 5, 6, 7, 8, 9],
+        false => &[1],
+    };
+    let fine: Vec<f64> = set(digits, 1).iter().map(|tick| tick.at).collect();
+    let within_decades: [&[u8]; 4] = [&[1, 2, 3, 5, 7], &[1, 2, 3, 5], &[1, 2, 5], &[1, 3]];
+    let dense = within_decades.map(|digits| set(digits, 1));
+    let sparse = [1, 2, 3, 6, 12, 24, 48, 96].map(|every| set(&[1], every));
+    let sets = [dense.as_slice(), &sparse].concat();
     // Less than three numbers say little about an axis that is not even.
-    let sets = sets.map(|(digits, every)| set(digits, every));
     let fitting = |ticks: &&Vec<Tick>| ticks.len() <= most && fits(ticks);
     let chosen = sets
         .iter()

@@ -1,7 +1,7 @@
-//! Units of axes: what a suffix stands for, and the prefix that reads best.
+//! Units of axes: what a suffix stands for, the prefix that reads best, and
+//! powers of ten, which are exact.
 
 use super::PictureError;
-use super::power::decade_below;
 use hil_core::number::superscript;
 
 /// Suffix of a column's name and its symbol, as in `NOTATION.md`, and those of
@@ -100,7 +100,7 @@ pub(super) struct Unit {
     base: Option<(&'static str, i32)>,
 }
 
-/// How numbers of a unit are shown.
+/// Form in which numbers of a unit are shown.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Shown {
     /// Shown number = number · 10^`shift`.
@@ -214,6 +214,19 @@ pub(super) fn prefixed(base: &str, decade: i32) -> (i32, String) {
     (power, symbol)
 }
 
+/// Largest k with 10^k ≤ `magnitude`, for a finite number above 0; exact, since
+/// it is read from the decimal digits.
+pub(super) fn decade_below(magnitude: f64) -> i32 {
+    let text = format!("{magnitude:e}");
+    let exponent = text.split_once('e').map_or("0", |(_, exponent)| exponent);
+    exponent.parse().unwrap_or(0)
+}
+
+/// 10^k, correctly rounded.
+pub(super) fn power_of_ten(k: i32) -> f64 {
+    format!("1e{k}").parse().unwrap_or(f64::NAN)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -276,5 +289,14 @@ mod tests {
             error,
             "\"t_s\" is in s and \"mm\" in mm: they cannot share an axis"
         );
+    }
+
+    #[test]
+    fn decades_are_exact_at_their_ends() {
+        for k in -20..20 {
+            let power = power_of_ten(k);
+            assert_eq!(decade_below(power), k);
+            assert_eq!(decade_below(power.next_down()), k - 1);
+        }
     }
 }

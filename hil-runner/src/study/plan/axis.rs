@@ -1,13 +1,17 @@
-//! One axis of a study: a key of the run file and the values that it takes.
+//! One axis of a study: a key of the run file and the values that it takes. Random
+//! ones have a distribution, by its quantiles: one number in (0, 1) gives one value,
+//! so that Latin hypercubes and Sobol points keep their order.
 
+use core::f64::consts::SQRT_2;
 use core::fmt;
 
-use super::distribution::{Distribution, log_between};
+use serde::Deserialize;
+
 use super::points::Position;
 use hil_core::runfile::{KeyPath, KeyValue};
 
 /// Spacing of the steps of a range (`scale`).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Scale {
     /// Equal differences.
@@ -17,35 +21,39 @@ pub enum Scale {
     Log,
 }
 
-impl Scale {
-    /// The value at a part of the way, 0 to 1; both ends exact.
-    pub(in crate::study) fn between(self, from: f64, to: f64, part: f64) -> f64 {
-        match self {
-            Self::Log => log_between(from, to, part),
-            Self::Linear if part >= 1.0 => to,
-            Self::Linear => from + part * (to - from),
-        }
-    }
-}
-
 /// The values of an axis.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Spread {
     /// These values.
     List(Vec<AxisValue>),
-    /// From one number to another, both included; `points` of them on a grid.
-    Range {
-        /// First value.
-        from: f64,
-        /// Last value.
-        to: f64,
-        /// Number of values on a grid, at least 1.
-        points: u64,
-        /// Spacing.
-        scale: Scale,
-    },
+    /// From one number to another.
+    Range(Range),
     /// Drawn at random.
     Random(Distribution),
+}
+
+/// From one number to another, both included; `points` of them on a grid.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Range {
+    /// First value.
+    pub from: f64,
+    /// Last value.
+    pub to: f64,
+    /// Number of values on a grid, at least 1.
+    pub points: u64,
+    /// Spacing.
+    pub scale: Scale,
+}
+
+impl Range {
+    /// The value at a part of the way, 0 to 1; both ends exact.
+    pub(in crate::study) fn between(&self, part: f64) -> f64 {
+        match self.scale {
+            Scale::Log => log_between(self.from, self.to, part),
+            Scale::Linear if part >= 1.0 => self.to,
+            Scale::Linear => self.from + part * (self.to - self.from),
+        }
+    }
 }
 
 /// One value of an axis.
@@ -80,7 +88,7 @@ impl Axis {
     pub fn count(&self) -> u64 {
         match &self.spread {
             Spread::List(values) => values.len() as u64,
-            Spread::Range { points, .. } => *points,
+            Spread::Range(range) => range.points,
             Spread::Random(_) => 1,
         }
     }
@@ -91,7 +99,7 @@ impl Axis {
             Spread::List(values) => values
                 .iter()
                 .all(|value| matches!(value, AxisValue::Number(_))),
-            Spread::Range { .. } | Spread::Random(_) => true,
+            Spread::Range(_) | Spread::Random(_) => true,
         }
     }
 
@@ -110,21 +118,13 @@ impl Axis {
                     None => AxisValue::Number(f64::NAN),
                 }
             }
-            Spread::Range {
-                from,
-                to,
-                points,
-                scale,
-            } => {
-                let part = match position {
-                    Position::Index(index) if *points > 1 => {
-                        index as f64 / points.saturating_sub(1) as f64
-                    }
-                    Position::Index(_) => 0.0,
-                    Position::Part(part) => part,
-                };
-                AxisValue::Number(scale.between(*from, *to, part))
-            }
+            Spread::Range(range) => AxisValue::Number(range.between(match position {
+                Position::Index(index) if range.points > 1 => {
+                    index as f64 / range.points.saturating_sub(1) as f64
+                }
+                Position::Index(_) => 0.0,
+                Position::Part(part) => part,
+            })),
             Spread::Random(distribution) => AxisValue::Number(match position {
                 Position::Part(part) => distribution.quantile(part),
                 Position::Index(_) => f64::NAN,
@@ -176,6 +176,197 @@ impl AxisValue {
     }
 }
 
+/// Scatter of a parameter.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
+pub enum Distribution {
+    /// Every value from `low` to `high` is as likely as another.
+    Uniform {
+        /// Lowest value.
+        low: f64,
+        /// Highest value.
+        high: f64,
+    },
+    /// The logarithm is uniform; both limits are greater than 0.
+    LogUniform {
+        /// Lowest value.
+        low: f64,
+        /// Highest value.
+        high: f64,
+    },
+    /// The normal distribution.
+    Normal(Normal),
+    /// Most likely at `mode`, falling in straight lines to `low` and `high`.
+    Triangular {
+        /// Lowest value.
+        low: f64,
+        /// Most likely value.
+        mode: f64,
+        /// Highest value.
+        high: f64,
+    },
+}
+
+/// The normal distribution; what lies outside `low` and `high` is never drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Normal {
+    /// Mean μ.
+    pub mean: f64,
+    /// Standard deviation σ, greater than 0.
+    pub deviation: f64,
+    /// Lowest value; none if left out.
+    pub low: Option<f64>,
+    /// Highest value; none if left out.
+    pub high: Option<f64>,
+}
+
+impl Normal {
+    /// The lowest and the highest value.
+    fn limits(&self) -> [f64; 2] {
+        let low = self.low.unwrap_or(f64::NEG_INFINITY);
+        [low, self.high.unwrap_or(f64::INFINITY)]
+    }
+
+    /// The parts of the whole distribution below them.
+    fn parts(&self) -> [f64; 2] {
+        let below = |limit| 0.5 * libm::erfc((self.mean - limit) / (self.deviation * SQRT_2));
+        [self.low.map_or(0.0, below), self.high.map_or(1.0, below)]
+    }
+}
+
+impl Distribution {
+    /// Checks that the parameters make a distribution.
+    ///
+    /// # Errors
+    /// The sentence that says what is allowed.
+    pub fn check(&self) -> Result<(), String> {
+        let finite = |values: &[f64]| values.iter().all(|value| value.is_finite());
+        let (is_right, needs) = match *self {
+            Self::Uniform { low, high } => (
+                finite(&[low, high]) && low < high,
+                format!("uniform distribution needs low < high, both finite, not {low} and {high}"),
+            ),
+            Self::LogUniform { low, high } => (
+                finite(&[low, high]) && 0.0 < low && low < high,
+                format!(
+                    "log-uniform distribution needs 0 < low < high, both finite, not {low} and {high}"
+                ),
+            ),
+            Self::Normal(normal) => {
+                let (mean, deviation) = (normal.mean, normal.deviation);
+                let ([low, high], [from, to]) = (normal.limits(), normal.parts());
+                if finite(&[mean, deviation]) && deviation > 0.0 {
+                    let needs = format!(
+                        "normal distribution needs low < high with at least a millionth of it between them, not {low} and {high}"
+                    );
+                    (low < high && to - from > 1e-6, needs)
+                } else {
+                    let needs = format!(
+                        "normal distribution needs a finite mean and a deviation greater than 0, not {mean} and {deviation}"
+                    );
+                    (false, needs)
+                }
+            }
+            Self::Triangular { low, mode, high } => (
+                finite(&[low, mode, high]) && low <= mode && mode <= high && low < high,
+                format!(
+                    "triangular distribution needs low ≤ mode ≤ high and low < high, not {low}, {mode} and {high}"
+                ),
+            ),
+        };
+        is_right.then_some(()).ok_or(format!("a {needs}"))
+    }
+
+    /// The value below which a part `u` of all values lies, 0 ≤ `u` < 1.
+    pub fn quantile(&self, u: f64) -> f64 {
+        match *self {
+            Self::Uniform { low, high } => low + u * (high - low),
+            Self::LogUniform { low, high } => log_between(low, high, u),
+            Self::Normal(normal) => {
+                let ([low, high], [from, to]) = (normal.limits(), normal.parts());
+                let quantile = normal_quantile(from + u * (to - from));
+                (normal.mean + normal.deviation * quantile)
+                    .max(low)
+                    .min(high)
+            }
+            Self::Triangular { low, mode, high } => {
+                let (rise, fall, width) = (mode - low, high - mode, high - low);
+                if u * width < rise {
+                    low + (u * width * rise).sqrt()
+                } else {
+                    high - ((1.0 - u) * width * fall).sqrt()
+                }
+            }
+        }
+    }
+}
+
+impl fmt::Display for Distribution {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Uniform { low, high } => write!(f, "uniform from {low} to {high}"),
+            Self::LogUniform { low, high } => write!(f, "log-uniform from {low} to {high}"),
+            Self::Normal(normal) => {
+                let (mean, deviation) = (normal.mean, normal.deviation);
+                write!(f, "normal, mean {mean}, standard deviation {deviation}")?;
+                for (words, limit) in [("not below", normal.low), ("not above", normal.high)] {
+                    limit.map_or(Ok(()), |limit| write!(f, ", {words} {limit}"))?;
+                }
+                Ok(())
+            }
+            Self::Triangular { low, mode, high } => {
+                write!(f, "triangular from {low} over {mode} to {high}")
+            }
+        }
+    }
+}
+
+/// `low·(high/low)^u`, both ends exact.
+fn log_between(low: f64, high: f64, u: f64) -> f64 {
+    if u <= 0.0 {
+        low
+    } else if u >= 1.0 {
+        high
+    } else {
+        libm::exp(libm::log(low) + u * (libm::log(high) - libm::log(low)))
+    }
+}
+
+/// Largest magnitude that is drawn of a standard normal distribution: what
+/// 53 bits can tell from 0.
+const FARTHEST: f64 = 8.2;
+
+/// The inverse of the standard normal distribution: a start by the logistic
+/// approximation, then Newton's method on `erfc`, which converges from there
+/// in both tails (error below 1e-14 of the value).
+fn normal_quantile(part: f64) -> f64 {
+    // By symmetry only the lower half, where `erfc` keeps its digits.
+    if part > 0.5 {
+        return -normal_quantile(1.0 - part);
+    }
+    if part <= 1e-16 {
+        return -FARTHEST;
+    }
+    // In the tail log(part) ≈ −x²/2 − log(−x·√2π); near 0 the logistic curve.
+    let mut x = if part < 0.02 {
+        -(-2.0 * libm::log(part)).sqrt()
+    } else {
+        libm::log(part / (1.0 - part)) / 1.702
+    };
+    for _ in 0..60 {
+        // Newton on log Φ, which is concave: Φ(x) = ½·erfc(−x/√2).
+        let below = 0.5 * libm::erfc(-x / SQRT_2);
+        let density = libm::exp(-0.5 * x * x) / 2.506_628_274_631_000_7; // √2π
+        let step = libm::log(below / part) * below / density;
+        x -= step;
+        if step.abs() <= 1e-15 * x.abs() {
+            break;
+        }
+    }
+    x.max(-FARTHEST)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -198,12 +389,12 @@ mod tests {
     #[test]
     fn ranges_have_both_ends_exactly() {
         for (scale, middle) in [(Scale::Linear, 5.05), (Scale::Log, 1.0)] {
-            let axis = axis(Spread::Range {
+            let axis = axis(Spread::Range(Range {
                 from: 0.1,
                 to: 10.0,
                 points: 3,
                 scale,
-            });
+            }));
             let at = |i| number(axis.at(Position::Index(i)));
             assert_eq!((at(0), at(2)), (0.1, 10.0));
             assert!((at(1) - middle).abs() < 1e-15 * 10.0);
@@ -230,5 +421,132 @@ mod tests {
             chosen.value(&delay, Some(1e-3)),
             KeyValue::Nanoseconds(500_000)
         );
+    }
+
+    /// Quantiles of the standard normal distribution as tables have them
+    /// (Abramowitz & Stegun, table 26.5, and NIST's handbook).
+    #[test]
+    fn quantiles_are_those_of_the_tables() {
+        for (part, quantile) in [
+            (0.5, 0.0),
+            (0.975, 1.959_963_984_540_054),
+            (0.995, 2.575_829_303_548_901),
+            (0.841_344_746_068_542_9, 1.0),
+            (0.001, -3.090_232_306_167_813_5),
+            (1e-10, -6.361_340_902_404_056),
+        ] {
+            let found = normal_quantile(part);
+            assert!(
+                (found - quantile).abs() < 2e-14 * quantile.abs().max(1.0),
+                "{part}: {found}"
+            );
+        }
+    }
+
+    /// The distribution of the quantile is the part again, everywhere.
+    #[test]
+    fn the_quantile_inverts_the_distribution() {
+        for i in 1..2000 {
+            let part = f64::from(i) / 2000.0;
+            let below = 0.5 * libm::erfc(-normal_quantile(part) / SQRT_2);
+            assert!((below - part).abs() < 1e-15 + 1e-14 * part, "{part}");
+        }
+    }
+
+    #[test]
+    fn limits_are_never_passed_and_moments_are_right() {
+        let n = 20_000;
+        let moments = |distribution: Distribution| {
+            distribution.check().unwrap();
+            let values: Vec<f64> = (0..n)
+                .map(|i| distribution.quantile((f64::from(i) + 0.5) / f64::from(n)))
+                .collect();
+            let mean = values.iter().sum::<f64>() / f64::from(n);
+            let variance =
+                values.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / f64::from(n);
+            assert!(values.is_sorted());
+            (values[0], mean, variance, values[values.len() - 1])
+        };
+        let near = |found: f64, wanted: f64| {
+            assert!(
+                (found - wanted).abs() < 1e-3 * wanted.abs().max(1.0),
+                "{found} {wanted}"
+            )
+        };
+        let (_, mean, variance, _) = moments(Distribution::Normal(Normal {
+            mean: 5.0,
+            deviation: 2.0,
+            low: None,
+            high: None,
+        }));
+        near(mean, 5.0);
+        near(variance, 4.0);
+        // Cut at ±1σ: variance 1 − 2φ(1)/(2Φ(1) − 1).
+        let (low, mean, variance, high) = moments(Distribution::Normal(Normal {
+            mean: 0.0,
+            deviation: 1.0,
+            low: Some(-1.0),
+            high: Some(1.0),
+        }));
+        assert!(low >= -1.0 && high <= 1.0);
+        near(mean, 0.0);
+        near(variance, 0.291_125);
+        let (low, mean, variance, high) = moments(Distribution::Triangular {
+            low: 1.0,
+            mode: 2.0,
+            high: 4.0,
+        });
+        assert!(low >= 1.0 && high <= 4.0);
+        near(mean, 7.0 / 3.0);
+        near(variance, (1.0 + 4.0 + 16.0 - 2.0 - 4.0 - 8.0) / 18.0);
+        let (low, mean, _, high) = moments(Distribution::LogUniform {
+            low: 0.1,
+            high: 10.0,
+        });
+        assert!(low >= 0.1 && high <= 10.0);
+        near(mean, 9.9 / 100.0_f64.ln());
+        let (_, mean, variance, _) = moments(Distribution::Uniform {
+            low: -1.0,
+            high: 3.0,
+        });
+        near(mean, 1.0);
+        near(variance, 16.0 / 12.0);
+    }
+
+    #[test]
+    fn what_is_no_distribution_is_refused() {
+        for wrong in [
+            Distribution::Uniform {
+                low: 1.0,
+                high: 1.0,
+            },
+            Distribution::LogUniform {
+                low: 0.0,
+                high: 1.0,
+            },
+            Distribution::Normal(Normal {
+                mean: 0.0,
+                deviation: 0.0,
+                low: None,
+                high: None,
+            }),
+            Distribution::Normal(Normal {
+                mean: 0.0,
+                deviation: 1.0,
+                low: Some(9.0),
+                high: None,
+            }),
+            Distribution::Triangular {
+                low: 0.0,
+                mode: 2.0,
+                high: 1.0,
+            },
+            Distribution::Uniform {
+                low: f64::NAN,
+                high: 1.0,
+            },
+        ] {
+            assert!(wrong.check().is_err(), "{wrong:?}");
+        }
     }
 }

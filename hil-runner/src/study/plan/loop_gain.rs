@@ -10,9 +10,11 @@
 //! Whole numbers of counts and codes become the nearest whole number, at least 1
 //! in size. Word lengths stay: they are what a finer step may ask more of.
 
+use std::sync::LazyLock;
+
 use hil_core::case::Case;
 use hil_core::options::Feedback;
-use hil_core::runfile::{KeyPath, KeyValue, Kind, Template};
+use hil_core::runfile::{Key, KeyPath, KeyValue, Kind, SECTIONS, Section, Template};
 
 /// Unit that a key is measured in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -27,29 +29,37 @@ enum Steps {
     PositionCounts,
 }
 
-/// The gains, which every rung has.
-const GAINS: [&str; 3] = ["controller.kp", "controller.ki_per_s", "controller.kd_s"];
+impl Steps {
+    /// The steps that a key counts in, by its unit; limits of the budget judge, and
+    /// are left as they are.
+    fn of(section: &str, key: &Key) -> Option<Self> {
+        match (section, key.name, key.unit) {
+            ("budget", ..) => None,
+            (_, "rest_dead_band_counts" | "following_error_counts", _) => {
+                Some(Self::PositionCounts)
+            }
+            (.., "counts" | "counts/s") => Some(Self::Counts),
+            (.., "codes" | "codes/s") => Some(Self::Codes),
+            (.., "codes/count" | "codes/(count s)" | "codes s/count" | "codes s²/count") => {
+                Some(Self::CodesPerCount)
+            }
+            _ => None,
+        }
+    }
+}
 
-/// Other keys that count in steps, and act only beyond the paper's law.
-const BEYOND: [(&str, Steps); 14] = [
-    ("gain_change.kp", Steps::CodesPerCount),
-    ("gain_change.ki_per_s", Steps::CodesPerCount),
-    ("gain_change.kd_s", Steps::CodesPerCount),
-    ("controller.velocity_ff_s", Steps::CodesPerCount),
-    ("controller.acceleration_ff_s2", Steps::CodesPerCount),
-    ("controller.friction_ff_codes", Steps::Codes),
-    ("controller.slew_limit_codes_per_s", Steps::Codes),
-    ("controller.rest_dead_band_counts", Steps::PositionCounts),
-    ("limits.following_error_counts", Steps::PositionCounts),
-    ("limits.count_jump_counts", Steps::Counts),
-    ("limits.encoder_loss_codes", Steps::Codes),
-    (
-        "backlash.backlash_measurement_speed_counts_per_s",
-        Steps::Counts,
-    ),
-    ("backlash.backlash_measurement_effort_codes", Steps::Codes),
-    ("inject.encoder_glitch_counts", Steps::Counts),
-];
+/// Every key that counts in steps.
+static COUNTED: LazyLock<Vec<(KeyPath, Steps)>> = LazyLock::new(|| {
+    let counted = |section: &'static Section| {
+        let path = |key| KeyPath {
+            section: section.name,
+            key,
+        };
+        let steps = move |key| Some((path(key), Steps::of(section.name, key)?));
+        section.keys.iter().filter_map(steps)
+    };
+    SECTIONS.iter().flat_map(counted).collect()
+});
 
 /// The keys that a row needs so that its loop is that which `template` and
 /// `changes` describe at the steps of `base`; `case` has the steps of the row.
@@ -72,34 +82,53 @@ pub(super) fn at_other_steps(
         Steps::Counts => case.encoder.counts_per_rad / base.encoder.counts_per_rad,
         Steps::PositionCounts => position(case) / position(base),
     };
-    let scaled = |(path, steps): (&str, Steps)| {
-        let key = KeyPath::find(path).ok()?;
+    let scaled = |(key, steps): &(KeyPath, Steps)| {
+        let path = key.path();
         let changed = changes.iter().find(|(changed, _)| changed.path() == path);
         let number = match changed {
             Some((_, value)) => value.number()?,
-            None => template.number(&key)?,
+            None => template.number(key)?,
         };
-        let scaled = number * factor(steps);
+        let mut size = (number * factor(*steps)).abs();
         // Nothing stays nothing, and something does not become nothing.
-        let steps = matches!(key.key.kind, Kind::Whole(..)) && number != 0.0;
-        let least = if steps {
-            scaled.abs().max(1.0)
-        } else {
-            scaled.abs()
-        };
-        Some((key, key.value(least.copysign(number))))
+        if matches!(key.key.kind, Kind::Whole(..)) && number != 0.0 {
+            size = size.max(1.0);
+        }
+        Some((*key, key.value(size.copysign(number))))
     };
     // With the paper's law alone the other keys do nothing, and must not be
     // what turns the rest on.
-    let beyond = if case.options.is_off() {
-        &[]
-    } else {
-        &BEYOND[..]
-    };
-    let gains = GAINS.map(|path| (path, Steps::CodesPerCount));
-    gains
-        .into_iter()
-        .chain(beyond.iter().copied())
-        .filter_map(scaled)
-        .collect()
+    let acts = |key: &KeyPath| !case.options.is_off() || !key.key.is_of_firmware();
+    let counted = COUNTED.iter().filter(|(key, _)| acts(key));
+    counted.filter_map(scaled).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The unit of a key says the steps.
+    #[test]
+    fn keys_count_in_the_steps_of_their_unit() {
+        let steps = |path: &str| {
+            let mut counted = COUNTED.iter();
+            counted
+                .find(|(key, _)| key.path() == path)
+                .map(|(_, steps)| *steps)
+        };
+        for (path, wanted) in [
+            ("controller.kp", Some(Steps::CodesPerCount)),
+            ("gain_change.kd_s", Some(Steps::CodesPerCount)),
+            ("controller.slew_limit_codes_per_s", Some(Steps::Codes)),
+            ("limits.following_error_counts", Some(Steps::PositionCounts)),
+            ("inject.encoder_glitch_counts", Some(Steps::Counts)),
+            ("limits.following_error_per_speed_s", None),
+            ("encoder.counts_per_rad", None),
+            ("budget.max_abs_dac_code", None),
+            ("budget.rest_encoder_counts", None),
+        ] {
+            assert_eq!(steps(path), wanted, "{path}");
+        }
+        assert_eq!(COUNTED.len(), 17);
+    }
 }

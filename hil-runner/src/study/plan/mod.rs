@@ -5,7 +5,6 @@
 //! ```
 
 pub(super) mod axis;
-pub(super) mod distribution;
 mod loop_gain;
 pub(super) mod points;
 
@@ -13,7 +12,7 @@ use serde::Deserialize;
 
 use self::axis::{Axis, AxisValue};
 use self::loop_gain::at_other_steps;
-use self::points::{Constraint, Plan, PlanKind};
+use self::points::{Constraint, Plan};
 use crate::study::picture::Picture;
 use hil_core::case::{Case, Law};
 use hil_core::runfile::{KeyPath, KeyValue, RunFileErrors, Template};
@@ -60,12 +59,8 @@ pub struct Study {
     /// The base with the command line's `--set` alone, before what the study
     /// changes.
     pub reference: Template,
-    /// Kind of plan.
-    pub plan_kind: PlanKind,
     /// The points.
     pub plan: Plan,
-    /// Seed of plans that draw.
-    pub seed: u64,
     /// The axes.
     pub axes: Vec<Axis>,
     /// Rungs that every point is run on, each with its run file.

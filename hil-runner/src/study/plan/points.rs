@@ -60,55 +60,48 @@ pub enum Position {
 /// A plan over a number of axes.
 #[derive(Debug, Clone)]
 pub struct Plan {
-    kind: PlanKind,
+    /// Its kind.
+    pub kind: PlanKind,
     points: u64,
-    seed: u64,
+    /// Seed of plans that draw.
+    pub seed: u64,
     /// Of a grid, the values of each axis.
     counts: Vec<u64>,
     /// Of a Sobol plan, the direction numbers of each axis.
     directions: Vec<Vec<u64>>,
 }
 
-/// A plan that there is not.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[non_exhaustive]
-pub enum PlanError {
-    /// More rows than results can number.
-    #[error(
-        "more rows than 2^53, which is as far as results can number them; make the plan smaller"
-    )]
-    TooMany,
-    /// More axes than the Sobol sequence has dimensions here.
-    #[error(
-        "a Sobol plan has at most {MOST_SOBOL_AXES} axes, not {0}; \"latin-hypercube\" takes any number"
-    )]
-    TooManyAxes(usize),
-    /// More points than the Sobol sequence has here.
-    #[error(
-        "a Sobol plan has at most {most} points, not {0}; \"random\" takes any number",
-        most = 1_u64 << SOBOL_BITS
-    )]
-    TooLong(u64),
-}
+/// More rows than results can number.
+pub(in crate::study) const TOO_MANY: &str =
+    "more rows than 2^53, which is as far as results can number them; make the plan smaller";
 
 impl Plan {
     /// A plan of `runs` points (of the grid: all) over axes with so many values
     /// each.
     ///
     /// # Errors
-    /// [`PlanError`].
-    pub fn new(kind: PlanKind, counts: &[u64], runs: u64, seed: u64) -> Result<Self, PlanError> {
+    /// The sentence that says what there is at most.
+    pub fn new(kind: PlanKind, counts: &[u64], runs: u64, seed: u64) -> Result<Self, String> {
         let axes = counts.len();
         let product = |product: u64, &count| product.checked_mul(count);
         let (mut points, mut directions) = (runs, Vec::new());
         match kind {
             PlanKind::Grid => {
                 let product = counts.iter().try_fold(1_u64, product);
-                points = product.ok_or(PlanError::TooMany)?;
+                points = product.ok_or(TOO_MANY)?;
             }
             PlanKind::LatinHypercube | PlanKind::Random => {}
-            PlanKind::Sobol if axes > MOST_SOBOL_AXES => return Err(PlanError::TooManyAxes(axes)),
-            PlanKind::Sobol if runs > 1 << SOBOL_BITS => return Err(PlanError::TooLong(runs)),
+            PlanKind::Sobol if axes > MOST_SOBOL_AXES => {
+                return Err(format!(
+                    "a Sobol plan has at most {MOST_SOBOL_AXES} axes, not {axes}; \"latin-hypercube\" takes any number"
+                ));
+            }
+            PlanKind::Sobol if runs > 1 << SOBOL_BITS => {
+                let most = 1_u64 << SOBOL_BITS;
+                return Err(format!(
+                    "a Sobol plan has at most {most} points, not {runs}; \"random\" takes any number"
+                ));
+            }
             PlanKind::Sobol => {
                 let table = JoeKuoD6::minimal();
                 directions = Sobol::<f64>::init_direction_vals(axes, SOBOL_BITS, &table);
@@ -412,17 +405,16 @@ mod tests {
     fn what_cannot_be_counted_is_refused() {
         let plan =
             |kind, counts: &[u64], runs| Plan::new(kind, counts, runs, 0).map(|plan| plan.points());
+        let refused = |kind, counts: &[u64], runs| plan(kind, counts, runs).unwrap_err();
+        assert_eq!(refused(PlanKind::Grid, &[1 << 40, 1 << 40], 0), TOO_MANY);
         assert_eq!(
-            plan(PlanKind::Grid, &[1 << 40, 1 << 40], 0),
-            Err(PlanError::TooMany)
+            refused(PlanKind::Sobol, &[1; 101], 5),
+            "a Sobol plan has at most 100 axes, not 101; \"latin-hypercube\" takes any number"
         );
         assert_eq!(
-            plan(PlanKind::Sobol, &[1; 101], 5),
-            Err(PlanError::TooManyAxes(101))
-        );
-        assert_eq!(
-            plan(PlanKind::Sobol, &[1], 1 << 41),
-            Err(PlanError::TooLong(1 << 41))
+            refused(PlanKind::Sobol, &[1], 1 << 41),
+            "a Sobol plan has at most 1099511627776 points, not 2199023255552; \
+             \"random\" takes any number"
         );
         assert_eq!(plan(PlanKind::Grid, &[], 0), Ok(1));
     }

@@ -4,10 +4,9 @@ use toml::Spanned;
 
 use super::file::{AxisFile, Findings, StudyFile};
 use crate::study::picture::is_text;
-use crate::study::plan::axis::{Axis, AxisValue, Scale, Spread};
+use crate::study::plan::axis::{Axis, AxisValue, Range, Scale, Spread};
 use crate::study::plan::points::PlanKind;
-use hil_core::case::Law;
-use hil_core::runfile::{KeyPath, Template};
+use hil_core::runfile::KeyPath;
 
 /// Most values of an axis: more are rather a slip of the keyboard.
 const MOST_VALUES: u64 = 1_000_000_000;
@@ -105,12 +104,12 @@ fn spread(
                     "points = {points} is not allowed: from 1 to {MOST_VALUES}, and more than 1 only where from and to differ"
                 ));
             }
-            Ok(Spread::Range {
+            Ok(Spread::Range(Range {
                 from,
                 to,
                 points,
                 scale,
-            })
+            }))
         }
         (None, false, Some(_)) if plan == PlanKind::Grid => Err(
             "a distribution needs a plan that draws: plan = \"latin-hypercube\", \"sobol\" or \"random\"; \
@@ -182,40 +181,4 @@ fn list(
     };
     let list: Result<Vec<_>, String> = values.iter().enumerate().map(one).collect();
     Ok(Spread::List(list?))
-}
-
-/// True if a key has a number in every run.
-pub(super) fn has_number(key: &KeyPath, axes: &[Axis], rungs: &[(Law, Template)]) -> bool {
-    let path = key.path();
-    let partner = key.partner().map(|partner| partner.path());
-    match axes.iter().find(|axis| axis.key.path() == path) {
-        Some(axis) => axis.is_numeric(),
-        // An axis over its partner takes its place.
-        None if axes.iter().any(|axis| Some(axis.key.path()) == partner) => false,
-        None => rungs
-            .first()
-            .is_none_or(|(_, template)| template.number(key).is_some()),
-    }
-}
-
-pub(super) fn times_are_known(
-    axes: &[Axis],
-    rungs: &[(Law, Template)],
-    findings: &mut Findings<'_>,
-) {
-    for axis in axes {
-        let Some(times) = &axis.times else { continue };
-        let (key, path) = (axis.key.path(), times.path());
-        let other = axes.iter().find(|other| other.key.path() == path);
-        let others = if axis.is_of_base() { &[] } else { axes };
-        let is_factor = |other: &Axis| other.times.is_some() && !other.is_of_base();
-        let what = match has_number(times, others, rungs) {
-            _ if !axis.is_of_base() && other.is_some_and(is_factor) => {
-                "is itself an axis with times"
-            }
-            false => "has no number here",
-            true => continue,
-        };
-        findings.push_whole(format!("axis {key}: times = {path:?} {what}"));
-    }
 }

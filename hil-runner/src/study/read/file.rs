@@ -25,8 +25,7 @@ use toml::Spanned;
 
 use super::ready;
 use crate::study::picture::Picture;
-use crate::study::plan::axis::Scale;
-use crate::study::plan::distribution::Distribution;
+use crate::study::plan::axis::{Distribution, Scale};
 use crate::study::plan::points::PlanKind;
 use crate::study::plan::{LoopGain, Theory};
 use hil_core::runfile::list_mistakes;

@@ -1,23 +1,24 @@
 //! From the text of a study file, or the name of a ready study, to a study.
 
-pub(super) mod axes;
+mod axes;
 pub(super) mod file;
-mod plan;
 pub mod ready;
 
-use self::axes::{axes, times_are_known};
-use self::file::{Findings, StudyFileError};
-use self::plan::{
-    base_with, constraints, is_a_name, name, plan, refuse_without_effect, required_yield, rungs,
-    sets,
-};
+use core::ops::Range;
+use std::path::Path;
+
+use toml::Spanned;
+
+use self::file::{Findings, StudyFile, StudyFileError};
 use crate::files;
 use crate::study::page::pictures::mistakes_in_pictures;
 use crate::study::picture::is_text;
-use crate::study::plan::points::PlanError;
+use crate::study::plan::axis::Axis;
+use crate::study::plan::points::{Constraint, Plan, PlanKind, TOO_MANY};
 use crate::study::plan::{Changes, Study};
 use hil_core::budget::limits;
-use hil_core::runfile::{Template, builtin_text};
+use hil_core::case::Law;
+use hil_core::runfile::{Acts, Key, KeyPath, RunFileErrors, Template, builtin_text};
 
 /// Rows of a study at most: their numbers are exact as floats.
 const MOST_ROWS: u64 = 1 << 53;
@@ -66,45 +67,35 @@ impl Study {
     /// # Errors
     /// As [`Study::load`].
     pub fn parse(source_name: &str, text: &str, changes: &Changes) -> Result<Self, StudyFileError> {
-        let file = file::parse(source_name, text)?;
-        let mut findings = Findings::new(source_name, text);
-        let name = name(&file, source_name);
-        let title = file.title.iter().map(|text| ("title", text));
-        let notes = file.notes.iter().map(|text| ("notes", text));
-        let texts = title
-            .chain([("description", &file.description)])
-            .chain(notes);
-        for (key, text) in texts.filter(|(_, text)| !is_text(text)) {
-            findings.push_whole(format!("{key} = {text:?} has characters that are no text"));
-        }
-        if !is_a_name(&name) {
-            findings.push_whole(format!(
-                "name = {name:?} is not allowed: the study's name must have letters, digits, - and _ alone"
-            ));
-        }
-        let axes = axes(&file, &mut findings);
-        let around_base = ready::is_ready(source_name);
-        let sets = sets(&file, &axes, changes, around_base, &mut findings);
+        let mut reading = Reading {
+            file: file::parse(source_name, text)?,
+            changes,
+            axes: Vec::new(),
+            sets: Vec::new(),
+            rungs: Vec::new(),
+            findings: Findings::new(source_name, text),
+        };
+        let name = reading.name(source_name);
+        reading.refuse_what_is_no_text();
+        reading.axes = axes::axes(&reading.file, &mut reading.findings);
+        reading.sets = reading.sets(ready::is_ready(source_name));
+        let own = reading.file.base.get_ref();
         let base = match &changes.base {
             Some(base) => base.clone(),
-            None if builtin_text(file.base.get_ref()).is_some() => file.base.get_ref().clone(),
-            None => file::beside(source_name, file.base.get_ref()),
+            None if builtin_text(own).is_some() => own.clone(),
+            None => file::beside(source_name, own),
         };
-        let rungs = rungs(&file, &base, changes, &sets, &mut findings);
+        reading.rungs = reading.rungs(&base);
         // A base that only the study's own keys make a run stands for itself.
         let reference = base_with(&base, changes, &changes.sets).ok();
-        let reference = reference.or_else(|| Some(rungs.first()?.1.clone()));
-        let constraints = constraints(&file, &axes, &rungs, &mut findings);
-        let plan = plan(&file, &axes, &mut findings);
-        let required_yield_percent = required_yield(&file, &mut findings);
-        let asked = changes.rungs.as_ref().map(Vec::len);
-        let asked = asked.or(file.rungs.as_ref().map(|names| names.get_ref().len()));
-        if file.differences && asked.unwrap_or(1) == 1 {
-            findings.push_whole("differences = true needs at least two rungs to compare");
-        }
-        times_are_known(&axes, &rungs, &mut findings);
-        refuse_without_effect(&file, &axes, &rungs, &mut findings);
-        findings.into_result()?;
+        let reference = reference.or_else(|| Some(reading.rungs.first()?.1.clone()));
+        let constraints = reading.constraints();
+        let plan = reading.plan();
+        reading.refuse_other_yields();
+        reading.refuse_unknown_times();
+        reading.refuse_without_effect();
+        reading.findings.into_result()?;
+        let file = reading.file;
         let (Some(plan), Some(reference)) = (plan, reference) else {
             return Err(StudyFileError::of(source_name, "has no plan"));
         };
@@ -115,24 +106,22 @@ impl Study {
             notes: file.notes,
             base,
             reference,
-            plan_kind: file.plan,
             plan,
-            seed: file.seed,
-            axes,
-            rungs,
+            axes: reading.axes,
+            rungs: reading.rungs,
             constraints,
             loop_gain: file.loop_gain,
             theory: file.theory,
             feeding: file.feeding,
             differences: file.differences,
-            required_yield_percent,
+            required_yield_percent: file.required_yield_percent.map(Spanned::into_inner),
             pictures: file.picture,
             text: text.to_owned(),
-            sets,
+            sets: reading.sets,
         };
         let rows = study.plan.points().checked_mul(study.rungs.len() as u64);
         if rows.is_none_or(|rows| rows > MOST_ROWS) {
-            return Err(StudyFileError::of(source_name, PlanError::TooMany));
+            return Err(StudyFileError::of(source_name, TOO_MANY));
         }
         let mut findings = Findings::new(source_name, text);
         for sentence in mistakes_in_pictures(&study) {
@@ -148,4 +137,319 @@ impl Study {
         }
         Ok(study)
     }
+}
+
+/// A study file, and what has been made of it so far.
+#[derive(Debug)]
+struct Reading<'t> {
+    file: StudyFile,
+    changes: &'t Changes,
+    axes: Vec<Axis>,
+    /// Keys that differ from the base in every run, as on a command line.
+    sets: Vec<String>,
+    /// Each with its run file; they differ in their law alone.
+    rungs: Vec<(Law, Template)>,
+    findings: Findings<'t>,
+}
+
+impl Reading<'_> {
+    /// The name of the study, which is also that of a folder.
+    fn name(&mut self, source_name: &str) -> String {
+        let stem = Path::new(source_name)
+            .file_stem()
+            .unwrap_or("study".as_ref());
+        let name = self.file.name.clone();
+        let name = name.unwrap_or_else(|| stem.to_string_lossy().into_owned());
+        let plain = |c: char| c.is_alphanumeric() || c == '-' || c == '_';
+        if name.is_empty() || name.len() > 100 || !name.chars().all(plain) {
+            self.findings.push_whole(format!(
+                "name = {name:?} is not allowed: the study's name must have letters, digits, - and _ alone"
+            ));
+        }
+        name
+    }
+
+    fn refuse_what_is_no_text(&mut self) {
+        let title = self.file.title.iter().map(|text| ("title", text));
+        let notes = self.file.notes.iter().map(|text| ("notes", text));
+        let texts = title
+            .chain([("description", &self.file.description)])
+            .chain(notes);
+        for (key, text) in texts.filter(|(_, text)| !is_text(text)) {
+            let words = format!("{key} = {text:?} has characters that are no text");
+            self.findings.push_whole(words);
+        }
+    }
+
+    /// `section.key=value` of `[set]`, the budget and the command line, which has the
+    /// last word; but what a study has that is made around its base was made from
+    /// the command line already.
+    fn sets(&mut self, around_base: bool) -> Vec<String> {
+        let mut sets = Vec::new();
+        for (section, value) in &self.file.set {
+            let Some(keys) = value.as_table() else {
+                sets.push(format!("{section}={value}"));
+                continue;
+            };
+            let keys = keys.iter();
+            sets.extend(keys.map(|(key, value)| format!("{section}.{key}={value}")));
+        }
+        if let Some(budget) = &self.file.budget {
+            let limits = budget.iter().map(|(key, value)| format!("{key}={value}"));
+            let limits: Vec<String> = limits.collect();
+            sets.push(format!("budget={{{}}}", limits.join(", ")));
+        }
+        let path = |set: &String| -> String {
+            let (path, _) = set.split_once('=').unwrap_or((set, ""));
+            path.split_whitespace().collect()
+        };
+        let partner = |path: &str| Some(KeyPath::find(path).ok()?.partner()?.path());
+        let over = |path: &str| -> Option<String> {
+            let other = partner(path);
+            let mut axes = self.axes.iter().map(|axis| axis.key.path());
+            axes.find(|axis| *axis == path || Some(axis) == other.as_ref())
+        };
+        // Of a pair, too, what comes later takes the place of what was before.
+        let (mut earlier, later) = match around_base {
+            true => (self.changes.sets.clone(), sets),
+            false => (sets, self.changes.sets.clone()),
+        };
+        let replaced: Vec<String> = later.iter().filter_map(|set| partner(&path(set))).collect();
+        earlier.retain(|set| !replaced.contains(&path(set)));
+        if around_base {
+            // The axes have been made from it.
+            earlier.retain(|set| over(&path(set)).is_none());
+        }
+        let sets = [earlier, later].concat();
+        for set in &sets {
+            let path = path(set);
+            if !path.contains('.') && !matches!(path.as_str(), "budget" | "name") {
+                self.findings.push_whole(format!(
+                    "{set}: a study takes a section's keys one by one, section.key=value"
+                ));
+            }
+            let has_rungs =
+                self.file.rungs.is_some() && !around_base || self.changes.rungs.is_some();
+            if path == "controller.law" && has_rungs {
+                self.findings
+                    .push_whole(format!("{set} would be overridden by rungs"));
+            }
+            if let Some(axis) = over(&path) {
+                self.findings
+                    .push_whole(format!("{set} would be overridden by the axis over {axis}"));
+            }
+        }
+        sets
+    }
+
+    /// The rungs that the command line or the file asks for, or that of the base.
+    fn rungs(&mut self, base: &str) -> Vec<(Law, Template)> {
+        let (file, changes, findings) = (&self.file, self.changes, &mut self.findings);
+        let of_file = file.rungs.as_ref().map(|names| names.get_ref().iter());
+        let of_file = of_file.map(|names| names.map(String::as_str).collect());
+        let of_changes = changes.rungs.as_ref().map(|laws| laws.iter());
+        let asked: Option<Vec<&str>> = of_changes
+            .map(|laws| laws.map(|law| law.name()).collect())
+            .or(of_file);
+        if file.differences && asked.as_ref().map_or(1, Vec::len) == 1 {
+            findings.push_whole("differences = true needs at least two rungs to compare");
+        }
+        let mut load = |sets: &[String], span: Range<usize>| match base_with(base, changes, sets) {
+            Ok(template) => Some(template),
+            Err(errors) => {
+                for error in errors.entries() {
+                    findings.push(span.clone(), format!("base: {error}"));
+                }
+                None
+            }
+        };
+        let Some(names) = asked else {
+            let own = load(&self.sets, file.base.span());
+            return Vec::from_iter(own.map(|own| (own.base().controller.law, own)));
+        };
+        let mut rungs: Vec<(Law, Template)> = Vec::new();
+        let span = file.rungs.as_ref().map(Spanned::span);
+        let span = span.unwrap_or_else(|| file.base.span());
+        let mut wrong = names.is_empty();
+        for (place, name) in names.iter().enumerate() {
+            let Some(law) = Law::find(name) else {
+                wrong = true;
+                continue;
+            };
+            wrong |= names[..place].contains(name);
+            let mut sets = self.sets.clone();
+            sets.push(format!("controller.law={name}"));
+            match load(&sets, span.clone()) {
+                Some(template) => rungs.push((law, template)),
+                // What is wrong with one rung is mostly wrong with all.
+                None => break,
+            }
+        }
+        if wrong {
+            let known = Law::ALL.map(Law::name).join(", ");
+            let words =
+                format!("rungs = {names:?} is not allowed: one or more of {known}, each once");
+            findings.push(span, words);
+        }
+        rungs
+    }
+
+    fn constraints(&mut self) -> Vec<Constraint> {
+        let mut constraints = Vec::new();
+        for text in &self.file.constraints {
+            let mut refuse = |words: String| {
+                let words = format!("constraint {:?}: {words}", text.get_ref());
+                self.findings.push(text.span(), words);
+            };
+            match Constraint::parse(text.get_ref()) {
+                Ok(constraint) => {
+                    let known = |key: &&KeyPath| has_number(key, &self.axes, &self.rungs);
+                    for key in constraint.keys().filter(|key| !known(key)) {
+                        refuse(format!("{} has no number here", key.path()));
+                    }
+                    constraints.push(constraint);
+                }
+                Err(sentence) => refuse(sentence),
+            }
+        }
+        constraints
+    }
+
+    fn plan(&mut self) -> Option<Plan> {
+        let (file, findings) = (&self.file, &mut self.findings);
+        let counts: Vec<u64> = self.axes.iter().map(Axis::count).collect();
+        let runs = file.runs.as_ref().map(|runs| *runs.get_ref());
+        let refused = match (runs, file.plan) {
+            (Some(_), PlanKind::Grid) => Some(
+                "runs is not allowed: the axes' values decide how many points a grid has"
+                    .to_owned(),
+            ),
+            (None, kind) if kind != PlanKind::Grid => Some(format!(
+                "plan = {:?} needs runs, the number of its points",
+                kind.name()
+            )),
+            (Some(0), _) => {
+                Some("runs = 0 is not allowed: a study has at least one run".to_owned())
+            }
+            _ => None,
+        };
+        let plan = match refused {
+            Some(sentence) => Err(sentence),
+            None => Plan::new(file.plan, &counts, runs.unwrap_or(0), file.seed),
+        };
+        let refuse = |sentence: String| match &file.runs {
+            Some(runs) if sentence.starts_with("runs") => findings.push(runs.span(), sentence),
+            _ => findings.push_whole(sentence),
+        };
+        plan.map_err(refuse).ok()
+    }
+
+    fn refuse_other_yields(&mut self) {
+        if let Some(asked) = &self.file.required_yield_percent
+            && !(0.0..=100.0).contains(asked.get_ref())
+        {
+            let percent = asked.get_ref();
+            let words = format!("required_yield_percent = {percent} is not allowed: from 0 to 100");
+            self.findings.push(asked.span(), words);
+        }
+    }
+
+    /// Refuses axes with times of a key that has no number of its own.
+    fn refuse_unknown_times(&mut self) {
+        for axis in &self.axes {
+            let Some(times) = &axis.times else { continue };
+            let (key, path) = (axis.key.path(), times.path());
+            let other = self.axes.iter().find(|other| other.key.path() == path);
+            let others = if axis.is_of_base() {
+                &[]
+            } else {
+                &self.axes[..]
+            };
+            let is_factor = |other: &Axis| other.times.is_some() && !other.is_of_base();
+            let what = match has_number(times, others, &self.rungs) {
+                _ if !axis.is_of_base() && other.is_some_and(is_factor) => {
+                    "is itself an axis with times"
+                }
+                false => "has no number here",
+                true => continue,
+            };
+            self.findings
+                .push_whole(format!("axis {key}: times = {path:?} {what}"));
+        }
+    }
+
+    /// Refuses axes over keys, and values for keys, that act on no rung.
+    fn refuse_without_effect(&mut self) {
+        let (rungs, axes, findings) = (&self.rungs, &self.axes, &mut self.findings);
+        let Some((_, template)) = rungs.first() else {
+            return;
+        };
+        let acts = |section: &str, key: &Key| {
+            let is_given = |other: &str| {
+                let of_axis =
+                    |axis: &Axis| (axis.key.section, axis.key.key.name) == (section, other);
+                template.is_given(section, other) || axes.iter().any(of_axis)
+            };
+            rungs.iter().any(|(law, _)| key.acts.on(*law, is_given))
+        };
+        for KeyPath { section, key, .. } in axes.iter().map(|axis| &axis.key) {
+            let path = format!("{section}.{}", key.name);
+            let mut described = self.file.axis.iter().map(|axis| &axis.key);
+            if !acts(section, key)
+                && let Some(described) = described.find(|key| *key.get_ref() == path)
+            {
+                let why = changes_nothing(key.acts, rungs);
+                findings.push(described.span(), format!("axis {path}: it {why}"));
+            }
+        }
+        for (section, key, text) in template.overridden() {
+            if !acts(section, key) {
+                let why = changes_nothing(key.acts, rungs);
+                let name = key.name;
+                findings.push_whole(format!("{section}.{name} = {text} {why}; or leave it out"));
+            }
+        }
+    }
+}
+
+/// The base case with these values, from its path or from the text that
+/// `changes` has of it.
+///
+/// # Errors
+/// Mistakes in the base and the values.
+fn base_with(base: &str, changes: &Changes, sets: &[String]) -> Result<Template, RunFileErrors> {
+    match &changes.base_text {
+        Some(text) => Template::parse(base, text, sets),
+        None => Template::parse(base, &files::text(base)?, sets),
+    }
+}
+
+/// True if a key has a number in every run.
+fn has_number(key: &KeyPath, axes: &[Axis], rungs: &[(Law, Template)]) -> bool {
+    let path = key.path();
+    let partner = key.partner().map(|partner| partner.path());
+    match axes.iter().find(|axis| axis.key.path() == path) {
+        Some(axis) => axis.is_numeric(),
+        // An axis over its partner takes its place.
+        None if axes.iter().any(|axis| Some(axis.key.path()) == partner) => false,
+        None => rungs
+            .first()
+            .is_none_or(|(_, template)| template.number(key).is_some()),
+    }
+}
+
+/// The reason that a key has no place in a study on these rungs, and what to do.
+fn changes_nothing(acts: Acts, rungs: &[(Law, Template)]) -> String {
+    let names: Vec<&str> = rungs.iter().map(|(law, _)| law.name()).collect();
+    let noun = if names.len() == 1 { "rung" } else { "rungs" };
+    let mut laws = Law::ALL.into_iter();
+    let first = laws
+        .find(|law| acts.on(*law, |_| false))
+        .map_or("", Law::name);
+    format!(
+        "changes nothing on {noun} {} of this study: it acts on {}; add rungs = [\"{first}\"] or give \
+         --rungs {first}",
+        names.join(", "),
+        acts.words()
+    )
 }

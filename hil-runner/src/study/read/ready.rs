@@ -157,7 +157,7 @@ fn words_of(base_name: &str, base: &Template, rungs: Option<&[Law]>) -> Value {
         travel_mm => number::significant(1e3 * motion.travel_m(), 9),
         motion_time_s => motion.end_s(),
         intervals_s => motion.intervals_s().to_vec(),
-        duration_s => hil_core::time::seconds(case.run.duration_ns),
+        duration_s => hil_core::number::seconds(case.run.duration_ns),
         dac_bits => case.dac.bits,
         dac_range_v => case.dac.step_v * f64::from(case.dac.bits).exp2(),
         lines => whole_lines(lines),

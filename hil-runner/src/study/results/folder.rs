@@ -7,10 +7,10 @@ use std::io::{Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use super::error::{ResultsError, damaged, io};
 use super::journal::{CSV, Entry, HEADER, JOURNAL, csv_header, for_each_block};
-use super::origin::{Manifest, Origin};
+use super::origin::Origin;
 use super::parquet::ParquetFile;
+use super::{ResultsError, damaged, io};
 use crate::study::rows::cell::{Cell, Column};
 use crate::study::rows::engine::Block;
 
@@ -35,7 +35,7 @@ pub struct Progress {
 #[derive(Debug)]
 pub struct Results {
     folder: PathBuf,
-    manifest: Manifest,
+    origin: Origin,
     csv: File,
     journal: File,
     parquet: ParquetFile,
@@ -60,46 +60,40 @@ impl Results {
         command_line: &str,
         mut each: impl FnMut(&[Cell]),
     ) -> Result<Self, ResultsError> {
-        let manifest = &origin.manifest;
         if folder.join("study.json").exists() {
-            refuse_other_study(folder, manifest)?;
+            refuse_other_study(folder, origin)?;
         } else {
             refuse_other_contents(folder, origin)?;
             fs::create_dir_all(folder).map_err(io(folder))?;
-            refuse_small_disk(folder, manifest, columns.len(), 0)?;
+            refuse_small_disk(folder, origin, columns.len(), 0)?;
             origin.write(folder)?;
         }
         let (csv_path, journal_path) = (folder.join(CSV), folder.join(JOURNAL));
         let size = |path: &Path| fs::metadata(path).map(|it| it.len()).ok();
         let (csv_size, journal_size) = (size(&csv_path), size(&journal_path));
         // A study that is killed here has an empty journal and no CSV.
-        for (one, other, is_alone) in [
-            (
-                &csv_path,
-                &journal_path,
-                csv_size > Some(0) && journal_size.unwrap_or(0) == 0,
-            ),
-            (
-                &journal_path,
-                &csv_path,
-                journal_size > Some(0) && csv_size.is_none(),
-            ),
-        ] {
-            if is_alone {
-                return Err(damaged(
-                    one,
-                    format!("is there without {}", other.display()),
-                ));
-            }
+        let alone = match (csv_size, journal_size) {
+            (Some(1..), None | Some(0)) => Some((&csv_path, &journal_path)),
+            (None, Some(1..)) => Some((&journal_path, &csv_path)),
+            _ => None,
+        };
+        if let Some((one, other)) = alone {
+            let words = format!("is there without {}", other.display());
+            return Err(damaged(one, words));
         }
         let mut journal = open(&journal_path)?;
         match journal.try_lock() {
             Ok(()) => {}
-            Err(TryLockError::WouldBlock) => return Err(ResultsError::InUse(folder.to_owned())),
+            Err(TryLockError::WouldBlock) => {
+                return Err(ResultsError(format!(
+                    "{}: another process is at work on these results; wait for it, or give another folder with --out",
+                    folder.display()
+                )));
+            }
             Err(TryLockError::Error(error)) => return Err(io(&journal_path)(error)),
         }
         let mut csv = open(&csv_path)?;
-        let blocks = manifest.own_blocks();
+        let blocks = origin.own_blocks();
         let mut parquet = ParquetFile::create(folder, columns, &origin.metadata(command_line))?;
         let whole = for_each_block(&journal, folder, columns, &blocks, |block| {
             block.rows.iter().try_for_each(|row| {
@@ -114,8 +108,8 @@ impl Results {
                 return Err(error);
             }
         };
-        let done = manifest.rows_before(whole.next_block);
-        refuse_small_disk(folder, manifest, columns.len(), done)?;
+        let done = origin.rows_before(whole.next_block);
+        refuse_small_disk(folder, origin, columns.len(), done)?;
         // What follows the last whole block was being written.
         let csv_bytes = match whole.next_block == blocks.start {
             true => 0,
@@ -130,7 +124,7 @@ impl Results {
         cut(&mut journal, whole.journal_bytes, HEADER).map_err(io(&journal_path))?;
         Ok(Self {
             folder: folder.to_owned(),
-            manifest: manifest.clone(),
+            origin: origin.clone(),
             csv,
             journal,
             parquet,
@@ -148,14 +142,14 @@ impl Results {
 
     /// Blocks that are not there yet.
     pub fn missing_blocks(&self) -> Range<u64> {
-        self.next_block..self.manifest.own_blocks().end
+        self.next_block..self.origin.own_blocks().end
     }
 
     /// Its progress.
     pub fn progress(&self) -> Progress {
         Progress {
-            done: self.manifest.rows_before(self.next_block),
-            of: self.manifest.rows_before(self.manifest.own_blocks().end),
+            done: self.origin.rows_before(self.next_block),
+            of: self.origin.rows_before(self.origin.own_blocks().end),
         }
     }
 
@@ -224,11 +218,10 @@ pub fn merge(
     mut each: impl FnMut(&[Cell]),
 ) -> Result<Progress, ResultsError> {
     let first = ordered.first().map(|(_, origin)| origin.whole());
-    let first =
-        first.ok_or_else(|| ResultsError::Refused("there are no shards to merge".to_owned()))?;
+    let first = first.ok_or_else(|| ResultsError("there are no shards to merge".to_owned()))?;
     let mut results = Results::open(folder, &first, columns, command_line, &mut each)?;
-    for (path, Origin { manifest, .. }) in ordered {
-        let blocks = manifest.own_blocks();
+    for (path, origin) in ordered {
+        let blocks = origin.own_blocks();
         let journal_path = path.join(JOURNAL);
         let journal = File::open(&journal_path).map_err(io(&journal_path))?;
         let whole = for_each_block(&journal, path, columns, &blocks, |block| {
@@ -239,10 +232,10 @@ pub fn merge(
             results.add(block)
         })?;
         if whole.next_block != blocks.end {
-            return Err(ResultsError::Refused(format!(
+            return Err(ResultsError(format!(
                 "{}: shard {} is not complete; run it again and it goes on",
                 path.display(),
-                manifest.shard
+                origin.shard
             )));
         }
     }
@@ -270,7 +263,7 @@ fn refuse_other_contents(folder: &Path, origin: &Origin) -> Result<(), ResultsEr
     let names = entries.flatten().map(|entry| entry.file_name());
     let mut names = names.map(|name| name.to_string_lossy().into_owned());
     match names.find(|name| !origin.has_begun(folder, name)) {
-        Some(other) => Err(ResultsError::Refused(format!(
+        Some(other) => Err(ResultsError(format!(
             "{} holds {other} and no results of a study (study.json is missing); give an empty or new folder with --out",
             folder.display()
         ))),
@@ -278,8 +271,8 @@ fn refuse_other_contents(folder: &Path, origin: &Origin) -> Result<(), ResultsEr
     }
 }
 
-fn refuse_other_study(folder: &Path, wanted: &Manifest) -> Result<(), ResultsError> {
-    let found = Origin::read(folder)?.manifest;
+fn refuse_other_study(folder: &Path, wanted: &Origin) -> Result<(), ResultsError> {
+    let found = Origin::read(folder)?;
     let what = if found.study != wanted.study {
         format!("study {}, not {}", found.study, wanted.study)
     } else if !found.is_same_study(wanted) {
@@ -290,7 +283,7 @@ fn refuse_other_study(folder: &Path, wanted: &Manifest) -> Result<(), ResultsErr
     } else {
         return Ok(());
     };
-    Err(ResultsError::Refused(format!(
+    Err(ResultsError(format!(
         "{} holds results of {what}; give another folder with --out, or remove this one",
         folder.display()
     )))
@@ -299,18 +292,18 @@ fn refuse_other_study(folder: &Path, wanted: &Manifest) -> Result<(), ResultsErr
 /// Refuses a study whose rows the disk cannot hold.
 fn refuse_small_disk(
     folder: &Path,
-    manifest: &Manifest,
+    origin: &Origin,
     columns: usize,
     done_rows: u64,
 ) -> Result<(), ResultsError> {
-    let missing = manifest.rows_before(manifest.own_blocks().end) - done_rows;
+    let missing = origin.rows_before(origin.own_blocks().end) - done_rows;
     let bytes = u128::from(missing) * columns as u128 * u128::from(BYTES_A_CELL);
     let free = free_bytes(folder)?;
     if bytes <= free {
         return Ok(());
     }
     let gigabytes = |bytes: u128| bytes as f64 / 1e9;
-    Err(ResultsError::Refused(format!(
+    Err(ResultsError(format!(
         "{}: {missing} rows need about {:.3} GB, and the disk has {:.3} GB free; make the plan smaller, or give another disk with --out",
         folder.display(),
         gigabytes(bytes),

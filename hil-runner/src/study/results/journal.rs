@@ -11,7 +11,7 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Seek};
 use std::path::{Path, PathBuf};
 
-use super::error::{ResultsError, damaged, io};
+use super::{ResultsError, damaged, damaged_at, io};
 use crate::study::rows::cell::{Cell, Column, checksum};
 use crate::study::rows::engine::Block;
 
@@ -76,7 +76,7 @@ pub(super) struct Whole {
 /// the end, in their order.
 ///
 /// # Errors
-/// [`ResultsError::Damaged`] if something is not what was written, and those of
+/// [`ResultsError`] if something is not what was written, and those of
 /// `each`.
 pub(super) fn for_each_block(
     mut journal: &File,
@@ -96,7 +96,7 @@ pub(super) fn for_each_block(
     let mut csv = None;
     let mut line = Vec::new();
     for number in 1_u64.. {
-        let wrong = |words| ResultsError::Damaged(format!("{}:{number}: {words}", path.display()));
+        let wrong = |words| damaged_at(path.display(), format_args!(":{number}: {words}"));
         let no_line = || wrong("this is no line of a journal");
         line.clear();
         let limited = &mut lines.by_ref().take(LONGEST_LINE);
@@ -123,7 +123,7 @@ pub(super) fn for_each_block(
             let (found, next) = (entry.block, whole.next_block);
             if found != next || found >= blocks.end {
                 let words = format!(": block {found} stands where block {next} should");
-                return Err(ResultsError::Damaged(path.display().to_string() + &words));
+                return Err(damaged_at(path.display(), words));
             }
             let csv = match &mut csv {
                 Some(csv) => csv,

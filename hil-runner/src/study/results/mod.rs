@@ -15,12 +15,35 @@
 //! on with the block after it: to the same bytes as if nothing had happened.
 //! The Parquet file follows from the CSV and is made again then.
 
-mod error;
 mod folder;
 mod journal;
 mod origin;
 mod parquet;
 
-pub use error::ResultsError;
+use std::path::Path;
+
 pub use folder::{Progress, Results, merge};
-pub use origin::{Manifest, Origin, Shard, shards_in_order};
+pub use origin::{Origin, Shard, shards_in_order};
+
+/// Results that cannot be written or read, a sentence. Nothing that lay there
+/// before has been changed.
+#[derive(Debug, thiserror::Error)]
+#[error("{0}")]
+pub struct ResultsError(String);
+
+/// An error of the system, or of a format, with the file that it is about.
+fn io<E: core::fmt::Display>(path: &Path) -> impl Fn(E) -> ResultsError {
+    move |error| ResultsError(format!("{}: {error}", path.display()))
+}
+
+/// A file that is not what was written.
+fn damaged(path: &Path, words: impl core::fmt::Display) -> ResultsError {
+    damaged_at(path.display(), format_args!(" {words}"))
+}
+
+/// The same at a place of the file.
+fn damaged_at(place: impl core::fmt::Display, words: impl core::fmt::Display) -> ResultsError {
+    ResultsError(format!(
+        "{place}{words}; nothing was changed: give another folder, or remove this one and start again"
+    ))
+}

@@ -11,14 +11,19 @@ use std::path::{Path, PathBuf};
 use crc::{CRC_64_XZ, Crc};
 use serde::{Deserialize, Serialize};
 
-use super::error::{ResultsError, damaged, io};
-use crate::command_line::{command_line, each_with};
+use super::{ResultsError, damaged, io};
+use crate::report::{command_line, each_with};
 use crate::study::plan::{Changes, Study};
 use crate::study::rows::columns;
 use hil_core::case::Law;
 
 /// Changes whenever the same study file would give other bytes.
 const FORMAT: u32 = 3;
+
+/// Names of the texts that the manifest has the checksums of, and its own.
+const STUDY_FILE: &str = "study.toml";
+const BASE_FILE: &str = "base.toml";
+const MANIFEST: &str = "study.json";
 
 /// A part of a study: number `number` of `of` parts, from 1.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -64,10 +69,17 @@ impl FromStr for Shard {
     }
 }
 
-/// Contents of `study.json`.
+/// All that a study and its rows are made from, wherever the files lie that it
+/// was read from first; without the two texts the contents of `study.json`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Manifest {
+pub struct Origin {
+    /// The study file as it was run.
+    #[serde(skip)]
+    pub study_text: String,
+    /// The run file of the base case.
+    #[serde(skip)]
+    pub base_text: String,
     /// Name of the study.
     pub study: String,
     /// Version of this file and of all that decides the bytes of the results.
@@ -101,12 +113,13 @@ pub struct Manifest {
     crc64: String,
 }
 
-impl Manifest {
+impl Origin {
     /// That of a study, or a part of it.
     pub fn new(study: &Study, shard: Shard, source: &str, changes: &Changes) -> Self {
         let rungs = changes.rungs.as_ref().map(|laws| laws.iter());
         let columns = columns(study).into_iter();
-        let manifest = Self {
+        let base_text = study.template().text().to_owned();
+        let origin = Self {
             study: study.name.clone(),
             format: FORMAT,
             version: env!("CARGO_PKG_VERSION").to_owned(),
@@ -120,27 +133,29 @@ impl Manifest {
             columns: columns.map(|column| column.name).collect(),
             sets_crc64: crc64(study.sets.join("\n").as_bytes()),
             study_crc64: crc64(study.text.as_bytes()),
-            base_crc64: crc64(study.template().text().as_bytes()),
+            base_crc64: crc64(base_text.as_bytes()),
             crc64: String::new(),
+            study_text: study.text.clone(),
+            base_text,
         };
-        manifest.signed()
+        origin.signed()
     }
 
     /// With the checksum that belongs to it.
     fn signed(mut self) -> Self {
         self.crc64.clear();
-        self.crc64 = crc64(self.text().as_bytes());
+        self.crc64 = crc64(self.manifest().as_bytes());
         self
     }
 
     /// Additions of the command line to the study.
-    pub fn changes(&self) -> Changes {
+    fn changes(&self) -> Changes {
         let rungs = self.rungs.as_ref().map(|names| names.iter());
         Changes {
             base: self.base.clone(),
             sets: self.sets.clone(),
             rungs: rungs.map(|names| names.filter_map(|name| Law::find(name)).collect()),
-            ..Changes::default()
+            base_text: Some(self.base_text.clone()),
         }
     }
 
@@ -181,7 +196,7 @@ impl Manifest {
 
     /// True if the rows are those of the same study, wherever its file and its
     /// base lie.
-    pub fn is_same_study(&self, other: &Self) -> bool {
+    pub(super) fn is_same_study(&self, other: &Self) -> bool {
         let placed = Self {
             source: self.source.clone(),
             base: self.base.clone(),
@@ -190,98 +205,50 @@ impl Manifest {
         self.whole() == placed.signed()
     }
 
-    /// Reads the manifest of a folder.
+    /// Reads that of a folder.
     ///
     /// # Errors
-    /// If there is none, it is not what was written, or another version of the
-    /// program has written it.
+    /// If a file of it is missing, or is not what was written, or another version of
+    /// the program has written it.
     pub fn read(folder: &Path) -> Result<Self, ResultsError> {
         let path = folder.join(MANIFEST);
         let other = |version: &str, format: u32| {
-            ResultsError::Refused(format!(
+            ResultsError(format!(
                 "{} holds results of version {version}, format {format}, not of {}, format {FORMAT}; give another folder with --out, or remove this one",
                 folder.display(),
                 env!("CARGO_PKG_VERSION")
             ))
         };
         let bytes = fs::read(&path).map_err(|error| match error.kind() {
-            ErrorKind::NotFound => ResultsError::Refused(format!(
+            ErrorKind::NotFound => ResultsError(format!(
                 "{} holds no results of a study: {} is missing",
                 folder.display(),
                 path.display()
             )),
             _ => io(&path)(error),
         })?;
-        let manifest: Self = serde_json::from_slice(&bytes).map_err(|error| {
+        let mut origin: Self = serde_json::from_slice(&bytes).map_err(|error| {
             // Another format has other keys.
             match serde_json::from_slice(&bytes) {
                 Ok(Format { format, version }) if format != FORMAT => other(&version, format),
                 _ => damaged(&path, format!("is not what was written: {error}")),
             }
         })?;
-        if manifest.clone().signed().text().as_bytes() != bytes {
+        if origin.clone().signed().manifest().as_bytes() != bytes {
             let words = "is not what was written: its checksum is that of another text";
             return Err(damaged(&path, words));
         }
-        if (manifest.format, manifest.version.as_str()) != (FORMAT, env!("CARGO_PKG_VERSION")) {
-            return Err(other(&manifest.version, manifest.format));
+        if (origin.format, origin.version.as_str()) != (FORMAT, env!("CARGO_PKG_VERSION")) {
+            return Err(other(&origin.version, origin.format));
         }
-        Ok(manifest)
+        origin.study_text = text(&folder.join(STUDY_FILE), &origin.study_crc64)?;
+        origin.base_text = text(&folder.join(BASE_FILE), &origin.base_crc64)?;
+        Ok(origin)
     }
 
-    /// The manifest as it is written.
-    pub(super) fn text(&self) -> String {
+    /// The text of `study.json`.
+    fn manifest(&self) -> String {
         serde_json::to_string_pretty(self).unwrap_or_default() + "\n"
-    }
-}
-
-/// Keys that every format has.
-#[derive(Deserialize)]
-struct Format {
-    format: u32,
-    version: String,
-}
-
-/// Names of the texts that the manifest has the checksums of, and its own.
-const STUDY_FILE: &str = "study.toml";
-const BASE_FILE: &str = "base.toml";
-const MANIFEST: &str = "study.json";
-
-/// All that a study and its rows are made from, wherever the files lie that it
-/// was read from first.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Origin {
-    /// The study, and the part of it.
-    pub manifest: Manifest,
-    /// The study file as it was run.
-    pub study_text: String,
-    /// The run file of the base case.
-    pub base_text: String,
-}
-
-impl Origin {
-    /// That of a study, or a part of it.
-    pub fn new(study: &Study, shard: Shard, source: &str, changes: &Changes) -> Self {
-        Self {
-            manifest: Manifest::new(study, shard, source, changes),
-            study_text: study.text.clone(),
-            base_text: study.template().text().to_owned(),
-        }
-    }
-
-    /// Reads that of a folder.
-    ///
-    /// # Errors
-    /// If a file of it is missing, or is not what was written.
-    pub fn read(folder: &Path) -> Result<Self, ResultsError> {
-        let manifest = Manifest::read(folder)?;
-        let study_text = text(&folder.join(STUDY_FILE), &manifest.study_crc64)?;
-        let base_text = text(&folder.join(BASE_FILE), &manifest.base_crc64)?;
-        Ok(Self {
-            manifest,
-            study_text,
-            base_text,
-        })
     }
 
     /// The study of a folder, from what lies there alone.
@@ -290,35 +257,22 @@ impl Origin {
     /// If this program does not make the same study of it.
     pub fn study(&self, folder: &Path) -> Result<Study, ResultsError> {
         let path = folder.join(STUDY_FILE);
-        let Manifest { source, shard, .. } = &self.manifest;
-        let changes = Changes {
-            base_text: Some(self.base_text.clone()),
-            ..self.manifest.changes()
-        };
-        let study = Study::parse(source, &self.study_text, &changes)
+        let changes = self.changes();
+        let study = Study::parse(&self.source, &self.study_text, &changes)
             .map_err(|error| damaged(&path, format!("is no study: {error}")))?;
-        if Manifest::new(&study, *shard, source, &changes) != self.manifest {
+        if Self::new(&study, self.shard, &self.source, &changes) != *self {
             return Err(damaged(&path, "gives another study than study.json says"));
         }
         Ok(study)
     }
 
-    /// The same for all of the study.
-    #[must_use]
-    pub fn whole(&self) -> Self {
-        Self {
-            manifest: self.manifest.whole(),
-            ..self.clone()
-        }
-    }
-
     /// Metadata of the Parquet file.
     pub(super) fn metadata(&self, command_line: &str) -> [(&'static str, String); 6] {
         // Texts alone: nothing can fail.
-        let sets = serde_json::to_string(&self.manifest.sets).unwrap_or_default();
+        let sets = serde_json::to_string(&self.sets).unwrap_or_default();
         [
-            ("study", self.manifest.study.clone()),
-            ("program", format!("hil-runner {}", self.manifest.version)),
+            ("study", self.study.clone()),
+            ("program", format!("hil-runner {}", self.version)),
             ("command_line", command_line.to_owned()),
             ("sets", sets),
             (STUDY_FILE, self.study_text.clone()),
@@ -330,7 +284,7 @@ impl Origin {
     pub(super) fn write(&self, folder: &Path) -> Result<(), ResultsError> {
         write_new(&folder.join(STUDY_FILE), &self.study_text)?;
         write_new(&folder.join(BASE_FILE), &self.base_text)?;
-        write_new(&folder.join(MANIFEST), &self.manifest.text())
+        write_new(&folder.join(MANIFEST), &self.manifest())
     }
 
     /// True of a file that [`Origin::write`] leaves where it is ended
@@ -345,6 +299,13 @@ impl Origin {
             }
         }
     }
+}
+
+/// Keys that every format has.
+#[derive(Deserialize)]
+struct Format {
+    format: u32,
+    version: String,
 }
 
 /// The checksum of a text as the manifest has it.
@@ -388,14 +349,14 @@ pub fn shards_in_order(shards: &[PathBuf]) -> Result<Vec<(PathBuf, Origin)>, Res
         .iter()
         .map(read)
         .collect::<Result<Vec<_>, ResultsError>>()?;
-    found.sort_by_key(|(_, origin)| origin.manifest.shard.number);
+    found.sort_by_key(|(_, origin)| origin.shard.number);
     let Some((first_path, first)) = found.first() else {
         return Ok(found);
     };
-    let of = first.manifest.shard.of;
-    let refuse = |words: String| Err(ResultsError::Refused(words));
-    for (path, Origin { manifest, .. }) in &found {
-        if !manifest.is_same_study(&first.manifest) || manifest.shard.of != of {
+    let of = first.shard.of;
+    let refuse = |words: String| Err(ResultsError(words));
+    for (path, origin) in &found {
+        if !origin.is_same_study(first) || origin.shard.of != of {
             return refuse(format!(
                 "{} and {} are not shards of the same study, cut into as many parts",
                 first_path.display(),
@@ -403,7 +364,7 @@ pub fn shards_in_order(shards: &[PathBuf]) -> Result<Vec<(PathBuf, Origin)>, Res
             ));
         }
     }
-    let numbers = found.iter().map(|(_, origin)| origin.manifest.shard.number);
+    let numbers = found.iter().map(|(_, origin)| origin.shard.number);
     let numbers: Vec<u64> = numbers.collect();
     let missing: Vec<String> = (1..=of.min(1 << 20))
         .filter(|number| numbers.binary_search(number).is_err())

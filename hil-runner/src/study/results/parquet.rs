@@ -6,14 +6,14 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use parquet::basic::{Compression, LogicalType, Repetition, Type as PhysicalType};
-use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DoubleType, Int64Type};
+use parquet::data_type::{BoolType, ByteArray, ByteArrayType, DataType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
-use parquet::file::writer::SerializedFileWriter;
+use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use parquet::schema::types::{Type, TypePtr};
 
-use super::error::{ResultsError, io};
+use super::{ResultsError, io};
 use crate::study::rows::cell::{Cell, Column, ColumnKind};
 
 /// Rows of a group.
@@ -121,29 +121,13 @@ impl ParquetFile {
             let Some(mut column) = group.next_column()? else {
                 break;
             };
-            let levels = Some(filled.levels.as_slice());
+            let levels = &filled.levels;
             match filled.kind {
-                ColumnKind::Number => {
-                    column
-                        .typed::<DoubleType>()
-                        .write_batch(&filled.numbers, levels, None)?
-                }
-                ColumnKind::Whole => {
-                    column
-                        .typed::<Int64Type>()
-                        .write_batch(&filled.whole, levels, None)?
-                }
-                ColumnKind::Flag => {
-                    column
-                        .typed::<BoolType>()
-                        .write_batch(&filled.flags, levels, None)?
-                }
-                ColumnKind::Text => {
-                    column
-                        .typed::<ByteArrayType>()
-                        .write_batch(&filled.texts, levels, None)?
-                }
-            };
+                ColumnKind::Number => write::<DoubleType>(&mut column, &filled.numbers, levels),
+                ColumnKind::Whole => write::<Int64Type>(&mut column, &filled.whole, levels),
+                ColumnKind::Flag => write::<BoolType>(&mut column, &filled.flags, levels),
+                ColumnKind::Text => write::<ByteArrayType>(&mut column, &filled.texts, levels),
+            }?;
             column.close()?;
             filled.numbers.clear();
             filled.whole.clear();
@@ -167,6 +151,14 @@ impl ParquetFile {
         self.writer.close().map_err(io(&self.unfinished))?;
         fs::rename(&self.unfinished, &self.path).map_err(io(&self.path))
     }
+}
+
+fn write<T: DataType>(
+    column: &mut SerializedColumnWriter<'_>,
+    values: &[T::T],
+    levels: &[i16],
+) -> Result<usize, ParquetError> {
+    column.typed::<T>().write_batch(values, Some(levels), None)
 }
 
 fn schema(columns: &[Column]) -> Result<TypePtr, ParquetError> {

@@ -2,6 +2,8 @@
 //! predictions of theory, feeding of its limit cycle, distance from the rung
 //! before it.
 
+use std::collections::VecDeque;
+
 use super::cell::Cell;
 use crate::study::plan::Theory;
 use hil_core::case::{Case, Law};
@@ -22,9 +24,7 @@ pub(in crate::study) const MARGINS: [&str; 2] = ["modulus_margin_contact", "modu
 /// Loops of the last families.
 #[derive(Debug, Default)]
 pub(in crate::study) struct Margins {
-    known: Vec<(FamilyKey, Option<LoopFamily>)>,
-    /// Place that is given up next.
-    oldest: usize,
+    known: VecDeque<(FamilyKey, Option<LoopFamily>)>,
 }
 
 impl Margins {
@@ -50,21 +50,12 @@ impl Margins {
         let delay_ns = case.controller.computation_delay.fixed_ns()?;
         let key = LoopFamily::key(&case.axis, period_ns, delay_ns, joint);
         let place = self.known.iter().position(|(known, _)| *known == key);
-        let place = match place {
-            Some(place) => place,
-            None => {
-                let made = (key, LoopFamily::of(case, joint));
-                if self.known.len() < KEPT {
-                    self.known.push(made);
-                    self.known.len() - 1
-                } else {
-                    let place = self.oldest;
-                    self.oldest = (place + 1) % KEPT;
-                    self.known[place] = made;
-                    place
-                }
-            }
-        };
+        let place = place.unwrap_or_else(|| {
+            // The oldest makes room.
+            self.known.truncate(KEPT - 1);
+            self.known.push_front((key, LoopFamily::of(case, joint)));
+            0
+        });
         self.known[place].1.as_ref()
     }
 }

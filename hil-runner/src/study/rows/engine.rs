@@ -6,7 +6,7 @@
 //! holds does not depend on who makes it.
 
 use std::collections::BTreeMap;
-use std::ops::{ControlFlow, Range};
+use std::ops::Range;
 
 use super::RowMaker;
 use super::cell::{Cell, checksum, to_csv};
@@ -84,20 +84,17 @@ pub enum EngineError {
     Lost,
 }
 
-/// Makes blocks of a study and hands them to `each` in their order, until all
-/// are made or `each` ends it.
+/// Makes blocks of a study and hands them to `each` in their order, until all are
+/// made or `each` ends it with `false`; true if all are made.
 ///
 /// # Errors
-/// [`EngineError`].
-pub fn make<B>(
+/// [`EngineError`], and those of `each`.
+pub fn make<E: From<EngineError> + Send>(
     study: &Study,
     blocks: Range<u64>,
     threads: usize,
-    mut each: impl FnMut(Block) -> ControlFlow<B> + Send,
-) -> Result<ControlFlow<B>, EngineError>
-where
-    B: Send,
-{
+    mut each: impl FnMut(Block) -> Result<bool, E> + Send,
+) -> Result<bool, E> {
     let pool = rayon::ThreadPoolBuilder::new()
         .num_threads(threads)
         .thread_name(|number| format!("study-{number}"))
@@ -131,30 +128,28 @@ where
             // The channel has room for all of them.
             let _ = ask.send(number);
         }
-        let (mut ask, mut early) = (Some(ask), BTreeMap::new());
+        let mut early = BTreeMap::new();
         let mut next = blocks.start;
-        let mut outcome = Ok(ControlFlow::Continue(()));
+        let mut outcome = Ok(true);
         'blocks: while next < blocks.end {
             let Ok(block) = given.recv() else {
-                outcome = Err(EngineError::Lost);
+                outcome = Err(EngineError::Lost.into());
                 break;
             };
             early.insert(block.number, block);
             while let Some(block) = early.remove(&next) {
                 next += 1;
-                if let (Some(ask), Some(number)) = (&ask, to_ask.next()) {
+                if let Some(number) = to_ask.next() {
                     let _ = ask.send(number);
                 }
-                if let ControlFlow::Break(value) = each(block) {
-                    outcome = Ok(ControlFlow::Break(value));
+                outcome = each(block);
+                if !matches!(outcome, Ok(true)) {
                     break 'blocks;
                 }
             }
         }
         // No more questions, and no one to take the answers: the threads end.
-        ask = None;
-        drop(ask);
-        drop(given);
+        drop((ask, given));
         outcome
     })
 }

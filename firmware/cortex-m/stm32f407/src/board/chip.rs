@@ -2,7 +2,6 @@
 
 use cortex_m::peripheral::{DCB, DWT};
 use firmware::{CAPACITY, SetpointTable};
-use firmware_link::body::VERSION;
 use firmware_link::{Identity, Target};
 use parts::image;
 
@@ -26,17 +25,12 @@ impl Chip {
         dcb.enable_trace();
         dwt.set_cycle_count(0);
         dwt.enable_cycle_counter();
-        let table = u32::try_from(size_of::<SetpointTable<CAPACITY>>()).unwrap_or(0);
         let mut chip = Self {
-            identity: Identity {
-                version: VERSION,
-                target: *b"f407\0\0\0\0",
-                image_crc: image::crc(),
-                flash_bytes: image::flash_bytes(),
-                ram_bytes: image::static_bytes().saturating_sub(table),
-                table_capacity: u32::try_from(CAPACITY).unwrap_or(u32::MAX),
-                timer_hz: clocks.core_hz,
-            },
+            identity: image::identity::<SetpointTable<CAPACITY>>(
+                *b"f407\0\0\0\0",
+                CAPACITY,
+                clocks.core_hz,
+            ),
             started: 0,
             empty: 0,
         };

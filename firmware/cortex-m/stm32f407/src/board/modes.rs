@@ -6,8 +6,10 @@ use core::cell::Cell;
 use cortex_m::peripheral::NVIC;
 use critical_section::Mutex;
 use firmware::{CAPACITY, SetpointTable, State};
-use firmware_link::frame::{LARGEST_FRAME, Receiver, encode};
+use firmware_link::frame::{LARGEST_FRAME, Received, Receiver, encode};
+use firmware_link::reply::LARGEST_REPLY;
 use firmware_link::{Server, Target};
+use heapless::Vec;
 use stm32f4::stm32f407::{IWDG, Interrupt, interrupt};
 use stm32f407_drive::axis::{AXIS, motions};
 use stm32f407_drive::{Drive, Ticks, answer_while_driving};
@@ -22,19 +24,19 @@ use super::samples::{Samples, Watchdog};
 /// Bench mode: the controller on this chip, the plant at the other end of the
 /// line. Serves one host after another; the electronics stay as the reset has
 /// left them, off and at 0 V.
-pub(super) fn bench(
+pub(super) fn bench(line: Line, mut chip: Chip, table: &'static mut SetpointTable<CAPACITY>) -> ! {
+    let mut server = Server::new(table);
+    serve(line, |received| server.answer(received, &mut chip))
+}
+
+/// Answers what comes on the line.
+fn serve(
     mut line: Line,
-    mut chip: Chip,
-    table: &'static mut SetpointTable<CAPACITY>,
+    mut answer: impl FnMut(Received<'_>) -> Option<Vec<u8, LARGEST_REPLY>>,
 ) -> ! {
     let mut receiver = Receiver::new();
-    let mut server = Server::new(table);
     loop {
-        let byte = line.next_byte();
-        let Some(received) = receiver.take(byte) else {
-            continue;
-        };
-        let reply = server.answer(received, &mut chip);
+        let reply = receiver.take(line.next_byte()).and_then(&mut answer);
         if let Some(frame) = reply.and_then(|reply| encode::<LARGEST_FRAME>(&reply)) {
             line.send(&frame);
         }
@@ -76,7 +78,7 @@ pub(super) fn drive(
     samples: Samples,
     watchdog: IWDG,
     clocks: &Clocks,
-    mut line: Line,
+    line: Line,
     chip: &Chip,
 ) -> ! {
     panel.show(Lamp::Drive, true);
@@ -84,17 +86,9 @@ pub(super) fn drive(
         Some(drive) => start(drive, panel, samples, watchdog, clocks),
         None => panel.show(Lamp::Fault, true),
     }
-    let mut receiver = Receiver::new();
-    loop {
-        let byte = line.next_byte();
-        let Some(received) = receiver.take(byte) else {
-            continue;
-        };
-        let reply = answer_while_driving(received, chip.identity());
-        if let Some(frame) = reply.and_then(|reply| encode::<LARGEST_FRAME>(&reply)) {
-            line.send(&frame);
-        }
-    }
+    serve(line, |received| {
+        answer_while_driving(received, chip.identity())
+    })
 }
 
 fn planned(electronics: Electronics) -> Option<Drive<'static, Electronics>> {

@@ -12,8 +12,8 @@ use super::super::keys::{
 use super::super::values::{MEASURED, Value};
 use crate::case::{Case, Law};
 use crate::options::{
-    AntiWindup, Compensation, Derivative, EncoderGlitch, Feedback, FlankDetection,
-    FollowingErrorLimit, GainChange, GapSource, Quantiser, RestIntegrator, SetpointOrigin,
+    AntiWindup, Compensation, Derivative, Feedback, FlankDetection, GainChange, GapSource,
+    Quantiser, RestIntegrator, SetpointOrigin,
 };
 
 /// Keys beyond the paper's law among those that every rung has.
@@ -159,10 +159,7 @@ pub(super) const CONTROLLER: &[Key] = &[
         )
         .optional("24")
         .acting(FIRMWARE)
-        .by(
-            |c, bits| c.options.law.gain_fraction_bits = Some(bits as u8),
-            |c| c.options.law.gain_fraction_bits.map(f64::from),
-        )
+        .at(|c| Some(&mut c.options.law.gain_fraction_bits))
         .note(&["of the gains per sample; default: all that fit"]),
     choice::<Quantiser>("quantiser")
         .meaning("way from the law's output to a whole code")
@@ -254,10 +251,6 @@ const LARGEST_ERROR_COUNTS: i64 = 1_000_000_000;
 /// The largest code that the widest converter has: 2^23 − 1.
 const MOST_CODES: i64 = 8_388_607;
 
-fn following_error(case: &mut Case) -> Option<&mut FollowingErrorLimit> {
-    case.options.limits.following_error.as_mut()
-}
-
 pub(super) const LIMITS: &[Key] = &of_firmware([
     whole("following_error_counts", 1, LARGEST_ERROR_COUNTS, "counts")
         .meaning("largest following error at standstill")
@@ -272,15 +265,10 @@ pub(super) const LIMITS: &[Key] = &of_firmware([
     )
     .meaning("following error allowed on top per reference speed, 0 if left out,")
     .needing(Need::OnlyWith("following_error_counts"), "0.01")
-    .at(|c| Some(&mut following_error(c)?.per_speed_s))
+    .at(|c| Some(&mut c.options.limits.following_error.as_mut()?.per_speed_s))
     .field("monitors.following_error.mantissa")
     .shown_in("… and per speed", 1e3, "ms")
-    .when(|c| {
-        c.options
-            .limits
-            .following_error
-            .is_some_and(|limit| limit.per_speed_s != 0.0)
-    })
+    .when(|c| matches!(c.options.limits.following_error, Some(limit) if limit.per_speed_s != 0.0))
     .note(&["on top, counts per (count per second)"]),
     whole("count_jump_counts", 1, i32::MAX as i64, "counts")
         .meaning("largest change of the motor's count in one sample")
@@ -440,10 +428,6 @@ pub(super) const GAIN_CHANGE: &[Key] = &of_firmware([
         .at(|c| Some(&mut gain_change(c)?.kd_s)),
 ]);
 
-fn glitch(case: &mut Case) -> Option<&mut EncoderGlitch> {
-    case.options.injections.encoder_glitch.as_mut()
-}
-
 pub(super) const INJECT: &[Key] = &of_firmware([
     time("encoder_glitch_s", NotNegative)
         .meaning("time of one wrong encoder count")
@@ -458,14 +442,7 @@ pub(super) const INJECT: &[Key] = &of_firmware([
     )
     .meaning("error of the one wrong encoder count")
     .needing(Need::OnlyWith("encoder_glitch_s"), "-4096")
-    .by(
-        |c, counts| {
-            if let Some(glitch) = glitch(c) {
-                glitch.counts = counts as i32;
-            }
-        },
-        |c| Some(f64::from(c.options.injections.encoder_glitch?.counts)),
-    ),
+    .at(|c| Some(&mut c.options.injections.encoder_glitch.as_mut()?.counts)),
     time("encoder_freeze_s", NotNegative)
         .meaning("time from which the encoder count stands still")
         .optional("0.5")

@@ -30,7 +30,12 @@ fn halving_the_sample_time_quarters_the_difference() {
                     let sampled = margin(&case, JointState::Closed).unwrap().modulus;
                     let delayed = margin_by_delay(&case).unwrap().modulus;
                     let axis = LinearAxis::new(&case.axis, JointState::Closed).unwrap();
-                    let continuous = DelayedLoop::continuous(&axis, &LoopGains::of(&case));
+                    let continuous = DelayedLoop {
+                        axis,
+                        gains: LoopGains::of(&case),
+                        period_s: 0.0,
+                        delay_s: 0.0,
+                    };
                     [delayed - sampled, continuous.margin().modulus - sampled]
                 })
                 .to_vec();
@@ -82,8 +87,10 @@ fn nyquist_agrees_with_a_very_short_sample_time() {
         let gains = draw.gains();
         let linear = LinearAxis::new(&axis, JointState::Closed).unwrap();
         let continuous = DelayedLoop {
+            axis: linear,
+            gains,
             period_s: 1e-6,
-            ..DelayedLoop::continuous(&linear, &gains)
+            delay_s: 0.0,
         };
         let continuous = continuous.margin();
         let family = LoopFamily::new(&axis, 1000, 0, JointState::Closed).unwrap();

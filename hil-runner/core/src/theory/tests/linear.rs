@@ -5,13 +5,13 @@ use std::f64::consts::PI;
 use nalgebra::{Complex, SMatrix};
 
 use super::super::characteristic::Characteristic;
+use super::super::characteristic::LoopGains;
 use super::super::family::LoopFamily;
-use super::super::gains::LoopGains;
 use super::super::held::HeldStep;
-use super::super::linear_axis::{Body, JointState, LinearAxis, ONE, TWO};
+use super::super::linear_axis::{JointState, LinearAxis, ONE, TWO};
 use super::super::noise::ClosedLoop;
 use super::Draw;
-use crate::time::seconds;
+use crate::number::seconds;
 use plant::Joint;
 
 /// Largest magnitude of the closed loop's poles, by the QR algorithm on its
@@ -26,20 +26,15 @@ pub(super) fn spectral_radius(
         let magnitudes = poles.iter().map(|z| z.norm_sqr().sqrt());
         magnitudes.fold(0.0, f64::max)
     };
-    match axis.body {
-        Body::One {
-            inertia_kg_m2,
-            drag_nms_per_rad,
-        } => {
-            let a = axis.one(inertia_kg_m2, drag_nms_per_rad);
-            let step = HeldStep::<ONE>::new(&a, &axis.per_volt(), period_s, delay_s);
+    match axis.two() {
+        None => {
+            let step = HeldStep::<ONE>::new(axis, &axis.one(), period_s, delay_s);
             let closed = ClosedLoop::<6>::new(&step, gains, axis.gear_ratio, period_s);
             let moving = without_idle_integrator(closed.transition, ONE + 1, gains);
             largest(moving.complex_eigenvalues().as_slice())
         }
-        Body::Two { .. } => {
-            let a = axis.two().unwrap();
-            let step = HeldStep::<TWO>::new(&a, &axis.per_volt(), period_s, delay_s);
+        Some(a) => {
+            let step = HeldStep::<TWO>::new(axis, &a, period_s, delay_s);
             let closed = ClosedLoop::<8>::new(&step, gains, axis.gear_ratio, period_s);
             let moving = without_idle_integrator(closed.transition, TWO + 1, gains);
             largest(moving.complex_eigenvalues().as_slice())
@@ -129,12 +124,8 @@ fn modulus_margin_agrees_with_brute_force() {
         let family = LoopFamily::new(&axis, period_ns, delay_ns, JointState::Closed).unwrap();
         let linear = LinearAxis::new(&axis, JointState::Closed).unwrap();
         let t = seconds(period_ns);
-        let step = HeldStep::<TWO>::new(
-            &linear.two().unwrap(),
-            &linear.per_volt(),
-            t,
-            seconds(delay_ns),
-        );
+        let a = linear.two().unwrap();
+        let step = HeldStep::<TWO>::new(&linear, &a, t, seconds(delay_ns));
         let distance = |theta: f64| {
             let l = solved(&step, linear.gear_ratio, &gains, t, theta);
             (l + 1.0).norm_sqr().sqrt()
@@ -158,7 +149,7 @@ fn modulus_margin_agrees_with_brute_force() {
         if margin.modulus > lowest * (1.0 + 1e-7) {
             missed.push((margin.modulus, lowest));
         }
-        sizes.push(family.points());
+        sizes.push(family.theta.len());
     }
     sizes.sort_unstable();
     println!(

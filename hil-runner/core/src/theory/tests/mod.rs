@@ -15,7 +15,7 @@ use plant::{AxisParameters, Carriage, ElasticJoint, Joint, Motor, Resistance, Tr
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
-use super::gains::LoopGains;
+use super::characteristic::LoopGains;
 use crate::case::Case;
 use crate::run::{RunOptions, run};
 use crate::runfile;

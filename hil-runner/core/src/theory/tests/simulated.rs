@@ -1,11 +1,11 @@
 //! The border of stability against the simulated axis.
 
+use super::super::characteristic::LoopGains;
 use super::super::family::LoopFamily;
-use super::super::gains::LoopGains;
 use super::super::linear_axis::{JointState, LinearAxis};
 use super::linear::spectral_radius;
 use super::{case, rows};
-use crate::time::seconds;
+use crate::number::seconds;
 
 /// Growth of the closed loop's slowest mode in a sample, from the screw's
 /// distance to its command long after the motion.

@@ -3,7 +3,7 @@
 use super::super::Cycle;
 use super::rows;
 use crate::case::Case;
-use crate::time::seconds;
+use crate::number::seconds;
 use crate::trace::Row;
 
 /// The axis at the end of a run.

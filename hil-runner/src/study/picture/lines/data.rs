@@ -1,8 +1,8 @@
-//! What the curves are made of: rows, places along x, series.
+//! The data of the curves: rows, places along x, series.
 
-use super::Axis;
-use crate::study::picture::axis::{Margin, Spacing, extent, label_of};
+use crate::study::picture::axis::{Axis, Margin, Spacing, extent};
 use crate::study::picture::group::{Different, Spread};
+use crate::study::picture::label::Label;
 use crate::study::picture::note::{Chosen, LeftOut};
 use crate::study::picture::spec::{Lines, Picture};
 use crate::study::picture::{PictureError, Table};
@@ -62,10 +62,9 @@ impl<'a> Data<'a> {
         lines: &Lines,
         left_out: &mut LeftOut,
     ) -> Result<Axis, PictureError> {
-        let column = self.table.column(&lines.x)?;
-        let label = label_of(column, lines.x_axis.label.as_ref());
+        let label = Label::of(&lines.x);
         if let Some(names) = &self.x_names {
-            return Ok(Axis::of_places(label.words, names));
+            return Ok(Axis::of_places(lines.x_axis.words(&label), names));
         }
         let log = lines.x_axis.spacing == Spacing::Log;
         let values = || self.rows.iter().filter_map(|&row| self.x_of_row[row]);

@@ -1,28 +1,19 @@
-//! How the curves look, and the legend that says so.
+//! Colours, dashes and marks of the curves, and their legend.
 
 use super::data::Data;
+use crate::study::picture::Curve;
 use crate::study::picture::canvas::Stroke;
-use crate::study::picture::colour::{Colour, INK, LIMIT, MUTED, SERIES, darker, series};
-use crate::study::picture::group::in_words;
-use crate::study::picture::label::{Label, capital, within};
+use crate::study::picture::colour::{Colour, INK, MUTED, SERIES, darker, series};
+use crate::study::picture::label::{Label, within};
 use crate::study::picture::legend::{Entry, Group, Key};
 use crate::study::picture::mark::{Mark, shape};
-use crate::study::picture::spec::Lines;
-use crate::study::picture::{Curve, Table};
+use crate::study::picture::reference::limit_entry;
+use crate::study::picture::spec::{Lines, Panel};
 
 /// Width of the curves \[px\].
 const CURVE: f64 = 2.0;
 /// Dashes of theory \[px\], by column.
 const THEORY: [&[f64]; 3] = [&[8.0, 5.0], &[2.5, 3.5], &[14.0, 4.0, 3.0, 4.0]];
-/// Dashes of a limit \[px\].
-const LIMIT_DASH: &[f64] = &[16.0, 4.0, 2.0, 4.0];
-
-/// The line of a limit.
-pub(in crate::study::picture) const LIMIT_LINE: Stroke = Stroke {
-    colour: LIMIT,
-    width_px: 1.6,
-    dash: LIMIT_DASH,
-};
 
 /// Who looks how, by column and series.
 pub(super) struct Looks {
@@ -37,7 +28,7 @@ pub(super) struct Looks {
 
 impl Looks {
     pub(super) fn of(lines: &Lines, data: &Data) -> Self {
-        let columns = |of: fn(&super::Panel) -> &Vec<String>| {
+        let columns = |of: fn(&Panel) -> &Vec<String>| {
             let mut names: Vec<String> = Vec::new();
             for name in lines.panels.iter().flat_map(of) {
                 if !names.contains(name) {
@@ -98,39 +89,27 @@ impl Looks {
         } else {
             darker(SERIES[(self.simulated.len() + place) % SERIES.len()])
         };
-        Stroke {
-            colour,
-            width_px: CURVE,
-            dash: THEORY[place % THEORY.len()],
-        }
+        Stroke::dashed(colour, CURVE, THEORY[place % THEORY.len()])
     }
 
     /// Line of a curve that the caller gave.
     pub(super) fn given(&self, at: usize) -> Stroke {
-        Stroke {
-            colour: INK,
-            width_px: CURVE,
-            dash: THEORY[at % THEORY.len()],
-        }
+        Stroke::dashed(INK, CURVE, THEORY[at % THEORY.len()])
     }
 
     /// The legend: series, columns, curves, limits.
-    pub(super) fn legend(&self, lines: &Lines, table: &Table, curves: &[Curve]) -> Vec<Group> {
+    pub(super) fn legend(&self, lines: &Lines, curves: &[Curve]) -> Vec<Group> {
         let mut groups = Vec::new();
         if let Some(column) = lines.series.as_ref().filter(|_| !self.series.is_empty()) {
             let entries = self.series.iter().enumerate().map(|(at, name)| {
-                let first = self.simulated.first();
-                let key = match first {
+                let key = match self.simulated.first() {
                     Some(column) => {
                         let (stroke, mark) = self.simulated(column, at);
                         Key::Line(stroke, Some(mark))
                     }
                     None => Key::Line(self.theory("", at), None),
                 };
-                Entry {
-                    key,
-                    words: name.clone(),
-                }
+                Entry::new(key, name)
             });
             groups.push(Group {
                 heading: format!("{}:", Label::of(column).words),
@@ -139,16 +118,10 @@ impl Looks {
         }
         let mut entries = self.columns(lines);
         for (at, curve) in curves.iter().enumerate() {
-            entries.push(Entry {
-                key: Key::Line(self.given(at), None),
-                words: curve.label.clone(),
-            });
+            entries.push(Entry::new(Key::Line(self.given(at), None), &curve.label));
         }
-        entries.extend(limits(lines, table));
-        if !entries.is_empty() {
-            let heading = String::new();
-            groups.push(Group { heading, entries });
-        }
+        entries.extend(limits(lines));
+        groups.push(Group::of(entries));
         groups
     }
 
@@ -175,52 +148,33 @@ impl Looks {
             stroke.colour = grey(stroke.colour);
             Key::Line(stroke, None)
         };
-        if self.alike {
-            let first = |columns: &[String]| columns.first().cloned();
-            let simulated = first(&self.simulated).map(|column| Entry {
-                key: simulated(&column),
-                words: lines
-                    .marks
-                    .clone()
-                    .unwrap_or_else(|| "simulated".to_owned()),
-            });
-            let theory = first(&self.theory).map(|column| Entry {
-                key: theory(&column),
-                words: lines.dashes.clone().unwrap_or_else(|| "theory".to_owned()),
-            });
-            return simulated.into_iter().chain(theory).collect();
-        }
-        let words = |column: &String| Label::of(column).words;
-        let simulated = self.simulated.iter().map(|column| Entry {
-            key: simulated(column),
-            words: words(column),
-        });
-        let theory = self.theory.iter().map(|column| Entry {
-            key: theory(column),
-            words: words(column),
-        });
-        simulated.chain(theory).collect()
+        let named = |column: &str, own: &Option<String>, usual: &str| match (self.alike, own) {
+            (false, _) => Label::of(column).words,
+            (true, Some(own)) => own.clone(),
+            (true, None) => usual.to_owned(),
+        };
+        let most = if self.alike { 1 } else { usize::MAX };
+        let marks = self.simulated.iter().take(most);
+        let marks = marks
+            .map(|column| Entry::new(simulated(column), named(column, &lines.marks, "simulated")));
+        let dashes = self.theory.iter().take(most);
+        let dashes =
+            dashes.map(|column| Entry::new(theory(column), named(column, &lines.dashes, "theory")));
+        marks.chain(dashes).collect()
     }
 }
 
 /// One entry per limit; where panels differ it says of what.
-fn limits(lines: &Lines, table: &Table) -> Vec<Entry> {
+fn limits(lines: &Lines) -> Vec<Entry> {
     let several = lines.panels.len() > 1;
-    let entry = |panel: &super::Panel| {
+    let entry = |panel: &Panel| {
         let limit = panel.limit.as_ref()?;
-        let column = panel.y.first().or(panel.theory.first())?;
-        let column = table.find(column)?;
-        let label = Label::of(&column.name);
-        let value = in_words(limit.value, &label);
-        let words = panel.y_axis.label.as_ref().unwrap_or(&label.words);
-        let of = match several {
-            true => format!(" ({})", within(words)),
-            false => String::new(),
-        };
-        Some(Entry {
-            key: Key::Line(LIMIT_LINE, None),
-            words: capital(&format!("{}: {value}{of}", limit.label)),
-        })
+        let label = Label::of(panel.first_column());
+        let mut entry = limit_entry(limit, &label);
+        if several {
+            entry.words += &format!(" ({})", within(&panel.y_axis.words(&label)));
+        }
+        Some(entry)
     };
     lines.panels.iter().filter_map(entry).collect()
 }

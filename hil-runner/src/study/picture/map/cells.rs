@@ -1,16 +1,18 @@
-//! The cells: colour, hatch, and a cross where a limit is not kept.
+//! The cells: colour, hatch, and a cross where a limit is not kept; and the bar
+//! that says which colour is how much.
 
 use super::grid::{Cell, Grid};
 use super::{Axis, Frame, Hatch};
-use crate::study::picture::canvas::{Area, Canvas, Point, Stroke};
-use crate::study::picture::colour::{Colour, ColourScale, INK, WHITE, ink_on};
+use crate::study::picture::canvas::{Anchor, Area, Canvas, Lettering, Point, Stroke};
+use crate::study::picture::colour::{Colour, ColourScale, INK, MUTED, WHITE, ink_on};
 use crate::study::picture::mark::{Mark, Shape};
+use crate::study::picture::text::{AXIS_PX, LINE, TICK_PX, fold};
 
 /// Crosses closer than this run into each other \[px\].
 const CROSS_ROOM: f64 = 11.0;
 /// Cells overlap by this \[px\]: with less than a pixel white shines through
 /// where two edges share one.
-pub(super) const OVERLAP: f64 = 1.2;
+const OVERLAP: f64 = 1.2;
 
 /// Steps of colour.
 const SHADES: f64 = 110.0;
@@ -24,7 +26,7 @@ pub(super) struct Painting<'a> {
     pub(super) states: &'a [&'a str],
 }
 
-/// What a cell is filled with.
+/// The filling of a cell.
 #[derive(Clone, Copy, PartialEq)]
 enum Filling {
     Colour(Colour),
@@ -88,12 +90,10 @@ impl Painting<'_> {
             let y = self.frame.up(edge)?;
             Some(y.clamp(plot.top, plot.bottom))
         };
-        let area = Area {
-            left: across(*x.get(first)?)?,
-            right: across(*x.get(end)?)?,
-            bottom: up(*y.get(j)?)?,
-            top: up(*y.get(j + 1)?)?,
-        };
+        let area = Area::of(
+            [across(*x.get(first)?)?, across(*x.get(end)?)?],
+            [up(*y.get(j + 1)?)?, up(*y.get(j)?)?],
+        );
         (area.width() > 0.0 && area.height() > 0.0).then_some(area)
     }
 
@@ -132,11 +132,7 @@ impl Painting<'_> {
                 let Some(area) = self.area(i, i + 1, j) else {
                     continue;
                 };
-                let mark = Mark {
-                    shape: Shape::Cross,
-                    colour: self.colour(cell).map_or(INK, ink_on),
-                    hollow: false,
-                };
+                let mark = Mark::filled(Shape::Cross, self.colour(cell).map_or(INK, ink_on));
                 let room = 0.45 * area.width().min(area.height());
                 let radius = if every_x.max(every_y) > 1 {
                     radius
@@ -182,7 +178,7 @@ fn cell_px(grid: &Grid, plot: &Area) -> [f64; 2] {
     ]
 }
 
-/// What there is to say of crosses that stand for several cells.
+/// The remark on crosses that stand for several cells.
 pub(super) fn note(grid: &Grid, plot: &Area) -> Option<String> {
     let [across, up] = cell_px(grid, plot).map(stride);
     let thinned = across.max(up) > 1 && grid.cells.iter().any(|cell| cell.fails);
@@ -202,4 +198,56 @@ fn stride(cell_px: f64) -> usize {
     )]
     let every = (CROSS_ROOM / cell_px).ceil().clamp(1.0, 1e3) as usize;
     every
+}
+
+/// Room between plot and bar, width of the bar, ticks, room to the numbers.
+const APART: f64 = 24.0;
+const BAR: f64 = 18.0;
+const TICK: f64 = 5.0;
+const GAP: f64 = 6.0;
+/// Steps of colour: more than an eye can tell on this height.
+const STEPS: u32 = 110;
+
+/// Room right of the plot \[px\].
+pub(super) fn bar_room(z: &Axis, height_px: f64) -> f64 {
+    let lines = fold(&z.title, AXIS_PX, height_px).len();
+    APART + BAR + TICK + 2.0 * GAP + z.widest_px() + lines as f64 * AXIS_PX * LINE
+}
+
+/// Draws the bar beside the plot.
+pub(super) fn draw_bar(canvas: &mut Canvas, plot: &Area, z: &Axis, colours: ColourScale) {
+    let bar = Area {
+        left: plot.right + APART,
+        right: plot.right + APART + BAR,
+        ..*plot
+    };
+    let step = bar.height() / f64::from(STEPS);
+    for at in 0..STEPS {
+        let bottom = bar.bottom - step * f64::from(at);
+        let field = Area {
+            // A little more, which the next step covers: no seams.
+            top: (bottom - step - OVERLAP).max(bar.top),
+            bottom,
+            ..bar
+        };
+        let share = (f64::from(at) + 0.5) / f64::from(STEPS);
+        canvas.fill(&field, colours.at(share));
+    }
+    let stroke = Stroke::solid(MUTED, 1.2);
+    canvas.outline(&bar, &stroke);
+    let numbers = bar.right + TICK + GAP * 0.5;
+    for tick in &z.ticks {
+        let y = bar.bottom - z.of_shown(tick.at) * bar.height();
+        canvas.path(&[(bar.right, y), (bar.right + TICK, y)], &stroke);
+        let lettering = Lettering::of(TICK_PX, Anchor::Start);
+        canvas.text(&tick.label, (numbers, y), &lettering);
+    }
+    let mut lettering = Lettering::of(AXIS_PX, Anchor::Middle);
+    lettering.upwards = true;
+    let mut x = numbers + z.widest_px() + GAP;
+    for line in fold(&z.title, AXIS_PX, bar.height()) {
+        x += 0.5 * AXIS_PX * LINE;
+        canvas.text(&line, (x, bar.middle().1), &lettering);
+        x += 0.5 * AXIS_PX * LINE;
+    }
 }

@@ -68,7 +68,7 @@ impl Field<'_> {
         }
     }
 
-    /// Where an edge has the level, by the straight line between its ends.
+    /// The point of an edge at the level, by the straight line between its ends.
     fn crossing(&self, (i, j, along_x): Edge, level: f64) -> Option<Point> {
         let (p, q) = if along_x { (i + 1, j) } else { (i, j + 1) };
         let (from, to) = (self.value(i, j)?, self.value(p, q)?);

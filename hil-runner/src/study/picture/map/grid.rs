@@ -15,11 +15,11 @@ pub(super) struct Side {
     pub(super) edges: Vec<f64>,
     /// Words, if the column has words.
     pub(super) names: Option<Vec<String>>,
-    /// Which value each row of the table has.
+    /// The value that each row of the table has, by its place in `values`.
     of_row: Vec<Option<usize>>,
 }
 
-/// What a cell shows.
+/// The contents of a cell.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(super) struct Cell {
     /// Median of the figure.
@@ -28,7 +28,7 @@ pub(super) struct Cell {
     pub(super) level: Option<f64>,
     /// A run of the cell fails.
     pub(super) fails: bool,
-    /// Why there is no figure; `None` where there is one or no run at all.
+    /// Reason for a missing figure; `None` where there is one or no run at all.
     pub(super) state: Option<String>,
     /// Number of runs.
     pub(super) runs: usize,
@@ -45,9 +45,9 @@ pub(super) struct Grid {
 /// Less of the grid filled than this and the rows are no grid.
 const LEAST_FILLED: f64 = 0.2;
 
-/// What a run without a figure is called if nothing else is said of it.
+/// Word for a run without a figure, if nothing else is said of it.
 const NO_VALUE: &str = "no value";
-/// What a figure is called that a logarithmic scale does not have.
+/// Word for a figure that a logarithmic scale does not have.
 const NOT_ABOVE_0: &str = "not above 0";
 
 impl Side {
@@ -119,11 +119,7 @@ fn edges(values: &[f64], log: bool) -> Vec<f64> {
         [value] => vec![value - 0.5 * value.abs(), value + 0.5 * value.abs()],
         [first, second, ..] => {
             let mut edges = vec![beyond(*first, *second)];
-            for pair in values.windows(2) {
-                if let [a, b] = pair {
-                    edges.push(between(*a, *b));
-                }
-            }
+            edges.extend(values.windows(2).map(|pair| between(pair[0], pair[1])));
             if let [.., last_but_one, last] = values {
                 edges.push(beyond(*last, *last_but_one));
             }
@@ -144,13 +140,14 @@ impl Grid {
         let y = Side::of(table.column(&map.y)?, &map.y_axis, rows, left_out)?;
         let (across, up) = (x.values.len(), y.values.len());
         // A plan that is no grid has rows² cells: they must not even be formed.
-        let no_grid = |filled: usize| {
-            across.min(up) > 2 && (filled as f64) < LEAST_FILLED * (across as f64 * up as f64)
+        let check = |filled: usize| {
+            let enough = LEAST_FILLED * (across as f64 * up as f64);
+            match across.min(up) > 2 && (filled as f64) < enough {
+                true => Err(PictureError::NoGrid { across, up, filled }),
+                false => Ok(()),
+            }
         };
-        if no_grid(rows.len()) {
-            let filled = rows.len();
-            return Err(PictureError::NoGrid { across, up, filled });
-        }
+        check(rows.len())?;
         let mut of_cell: Vec<Vec<usize>> = vec![Vec::new(); across * up];
         for &row in rows {
             left_out.of += 1;
@@ -161,16 +158,11 @@ impl Grid {
         }
         // Rows that the logarithmic axes leave out are told of already.
         left_out.missing = left_out.missing.saturating_sub(left_out.not_above_0);
-        let filled = of_cell.iter().filter(|rows| !rows.is_empty()).count();
-        if no_grid(filled) {
-            return Err(PictureError::NoGrid { across, up, filled });
-        }
+        check(of_cell.iter().filter(|rows| !rows.is_empty()).count())?;
         let z = table.column(&map.z)?.numbers()?;
-        let level = table
-            .column(map.contours_of.as_ref().unwrap_or(&map.z))?
-            .numbers()?;
-        let pass = optional(table, map.pass.as_ref(), "pass")?;
-        let state = optional(table, map.status.as_ref(), "status")?;
+        let level = table.column(map.contour_column())?.numbers()?;
+        let pass = table.column_or(map.pass.as_ref(), "pass")?;
+        let state = table.column_or(map.status.as_ref(), "status")?;
         let log = map.z_axis.spacing == Spacing::Log;
         let cells = of_cell.iter().map(|rows| {
             left_out.shared = left_out.shared.max(rows.len());
@@ -223,18 +215,6 @@ impl Grid {
         }
         states.sort_unstable();
         states
-    }
-}
-
-/// The column of that name, or the one that counts without a name.
-fn optional<'a>(
-    table: &'a Table,
-    name: Option<&String>,
-    usual: &str,
-) -> Result<Option<&'a Column>, PictureError> {
-    match name {
-        Some(name) => table.column(name).map(Some),
-        None => Ok(table.find(usual)),
     }
 }
 

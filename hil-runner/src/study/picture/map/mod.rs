@@ -1,6 +1,5 @@
 //! Kind `map`: a figure as colour over two parameters.
 
-mod bar;
 mod cells;
 mod contour;
 mod grid;
@@ -8,20 +7,19 @@ mod over;
 
 pub(in crate::study) use contour::Field;
 
-use super::axis::{Axis, AxisKeys, Direction, Margin, extent, label_of};
+use super::axis::{Axis, AxisKeys, Direction, Margin, extent};
 use super::canvas::{Area, Canvas};
 use super::colour::INK;
 use super::frame::{Frame, room_below, room_left};
-use super::hatch::Hatch;
 use super::label::Label;
 use super::legend::{Entry, Group, Key};
-use super::mark::{Mark, Shape};
+use super::mark::{Hatch, Mark, Shape};
 use super::note::{Chosen, LeftOut, counted};
-use super::own;
+use super::reference::{diamond_entry, draw_diamond};
 use super::sheet::{EDGE, Sheet, WIDTH};
 use super::spec::{Map, Picture};
 use super::{Curve, PictureError, Table};
-use cells::Painting;
+use cells::{Painting, bar_room, draw_bar};
 use grid::{Grid, Side};
 use over::Overlay;
 
@@ -44,11 +42,10 @@ pub(super) fn draw(
     let Chosen { rows, mut notes } = Chosen::of(spec, table)?;
     let mut left_out = LeftOut::default();
     let grid = Grid::of(map, table, &rows, &mut left_out)?;
-    let mut x = side_axis(table, &map.x, &map.x_axis, &grid.x)?;
-    let mut y = side_axis(table, &map.y, &map.y_axis, &grid.y)?;
+    let mut x = side_axis(&map.x, &map.x_axis, &grid.x)?;
+    let mut y = side_axis(&map.y, &map.y_axis, &grid.y)?;
     let values = || grid.cells.iter().filter_map(|cell| cell.z);
-    let column = table.column(&map.z)?;
-    let label = label_of(column, map.z_axis.label.as_ref());
+    let label = Label::of(&map.z);
     let mut z = Axis::new(&map.z_axis, &label, extent(values()), Margin::None)?;
     let beyond = values().filter(|&value| !z.holds(value)).count();
     let tall = match grid.y.values.len() {
@@ -58,24 +55,22 @@ pub(super) fn draw(
     z.fit(tall, Direction::Up);
     y.fit_values(&grid.y.values, tall, Direction::Up);
     let left = EDGE + room_left(&y, tall);
-    let right = WIDTH - EDGE - bar::room(&z, tall);
+    let right = WIDTH - EDGE - bar_room(&z, tall);
     x.fit_values(&grid.x.values, right - left, Direction::Across);
     // Nothing of the overlay depends on how far down the plot begins.
-    let at = |top: f64| Area {
-        left,
-        top,
-        right,
-        bottom: top + tall,
-    };
+    let at = |top: f64| Area::of([left, right], [top, top + tall]);
     if right - left < LEAST_WIDTH_PX {
         return Err(PictureError::NoRoom);
     }
     let frame = |area: Area| Frame { area, x: &x, y: &y };
-    let draft = Overlay::new(map, table, &grid, &frame(at(0.0)), curves)?;
+    let draft = Overlay::new(map, &grid, &frame(at(0.0)), curves);
     let states = grid.states();
     let sides = [map.x.as_str(), map.y.as_str()];
-    let mut groups = legend(map, &grid, &states, &draft);
-    groups.extend(own::diamond_entry(table, sides, [&x, &y]).map(Group::of));
+    let base = diamond_entry(table, sides, [&x, &y]);
+    let groups = [
+        Group::of(legend(map, &grid, &states, &draft)),
+        Group::of(base.into_iter().collect()),
+    ];
     notes.extend(left_out.notes("Cells show medians"));
     notes.extend(empty_cells(&grid));
     notes.extend((beyond > 0).then(|| {
@@ -86,7 +81,7 @@ pub(super) fn draw(
     notes.extend(draft.notes());
     let sheet = Sheet::new(&spec.title, &groups, &notes);
     let frame = frame(at(sheet.top()));
-    let overlay = Overlay::new(map, table, &grid, &frame, curves)?;
+    let overlay = Overlay::new(map, &grid, &frame, curves);
     let bottom = frame.area.bottom + room_below(&x, right - left);
     sheet.draw(bottom, &spec.words(), |canvas: &mut Canvas| {
         let painting = Painting {
@@ -98,9 +93,9 @@ pub(super) fn draw(
         };
         painting.draw(canvas);
         overlay.draw(canvas, &frame.area);
-        own::draw_diamond(canvas, &frame, table, sides);
+        draw_diamond(canvas, &frame, table, sides);
         frame.draw_axes(canvas, true);
-        bar::draw(canvas, &frame.area, &z, map.colours);
+        draw_bar(canvas, &frame.area, &z, map.colours);
         if grid.cells.iter().all(|cell| cell.runs == 0) {
             frame.draw_nothing(canvas);
         }
@@ -108,43 +103,24 @@ pub(super) fn draw(
 }
 
 /// The axis of one side of the grid, from edge to edge of its cells.
-fn side_axis(
-    table: &Table,
-    column: &str,
-    keys: &AxisKeys,
-    side: &Side,
-) -> Result<Axis, PictureError> {
-    let label = label_of(table.column(column)?, keys.label.as_ref());
+fn side_axis(column: &str, keys: &AxisKeys, side: &Side) -> Result<Axis, PictureError> {
+    let label = Label::of(column);
     match &side.names {
-        Some(names) => Ok(Axis::of_places(label.words, names)),
+        Some(names) => Ok(Axis::of_places(keys.words(&label), names)),
         None => Axis::new(keys, &label, side.span(), Margin::None),
     }
 }
 
-fn legend(map: &Map, grid: &Grid, states: &[&str], overlay: &Overlay) -> Vec<Group> {
+fn legend(map: &Map, grid: &Grid, states: &[&str], overlay: &Overlay) -> Vec<Entry> {
     let mut entries = Vec::new();
     if grid.cells.iter().any(|cell| cell.fails) {
-        let mark = Mark {
-            shape: Shape::Cross,
-            colour: INK,
-            hollow: false,
-        };
-        entries.push(Entry {
-            key: Key::Mark(mark),
-            words: "a limit is not kept".to_owned(),
-        });
+        let mark = Mark::filled(Shape::Cross, INK);
+        entries.push(Entry::new(Key::Mark(mark), "a limit is not kept"));
     }
-    entries.extend(states.iter().enumerate().map(|(at, state)| Entry {
-        key: Key::Hatched(Hatch::of(at)),
-        words: (*state).to_owned(),
-    }));
+    let of_state = |(at, state): (usize, &&str)| Entry::new(Key::Hatched(Hatch::of(at)), *state);
+    entries.extend(states.iter().enumerate().map(of_state));
     entries.extend(overlay.legend(map.colours.at(0.45)));
-    let heading = String::new();
-    if entries.is_empty() {
-        Vec::new()
-    } else {
-        vec![Group { heading, entries }]
-    }
+    entries
 }
 
 /// Cells without a run are white: who reads that must know.
@@ -154,9 +130,4 @@ fn empty_cells(grid: &Grid) -> Option<String> {
         let cells = counted(grid.cells.len(), "cell", "cells");
         format!("White: no run ({empty} of {cells}).")
     })
-}
-
-/// Words and unit of the column of the contour lines.
-fn contour_label(map: &Map) -> Label {
-    Label::of(map.contours_of.as_ref().unwrap_or(&map.z))
 }

@@ -1,30 +1,26 @@
-//! What lies over the cells: contour lines and the caller's curves.
+//! Lines over the cells: contours and the caller's curves.
 
 use super::contour::Field;
 use super::grid::Grid;
-use super::{Curve, Frame, Map, contour_label};
+use super::{Curve, Frame, Map};
 use crate::study::picture::axis::Spacing;
 use crate::study::picture::canvas::{Anchor, Area, Canvas, Lettering, Point, Stroke};
 use crate::study::picture::clip::clipped;
 use crate::study::picture::colour::{Colour, INK, SERIES, WHITE};
 use crate::study::picture::group::in_words;
+use crate::study::picture::label::Label;
 use crate::study::picture::legend::{Entry, Key};
 use crate::study::picture::text::{NOTE_PX, width};
-use crate::study::picture::{PictureError, Table};
 
 /// Lines of the contours.
 const CONTOUR: Stroke = Stroke::solid(INK, 1.6);
-/// What a light edge adds to a line's width \[px\].
+/// Light edge beside a line, both sides together \[px\].
 const CASING: f64 = 2.4;
 
 /// Line of the n-th curve of the caller.
 fn curve_line(at: usize) -> Stroke {
     const DASHES: [&[f64]; 3] = [&[], &[9.0, 5.0], &[2.5, 3.5]];
-    Stroke {
-        colour: SERIES[[1, 3, 6][at % 3]],
-        width_px: 2.8,
-        dash: DASHES[at % DASHES.len()],
-    }
+    Stroke::dashed(SERIES[[1, 3, 6][at % 3]], 2.8, DASHES[at % DASHES.len()])
 }
 
 /// A line over the map.
@@ -34,28 +30,20 @@ struct Line {
     /// Words beside the line itself, else in the legend.
     beside: bool,
     words: String,
-    /// What there is to say if the line is not to be seen.
+    /// Remark to be made if the line is not to be seen.
     unseen: String,
 }
 
 /// All lines over a map.
 pub(super) struct Overlay {
     lines: Vec<Line>,
-    /// What the contours are of, with their levels.
+    /// Words and levels of the contours.
     contours: Option<String>,
 }
 
 impl Overlay {
-    pub(super) fn new(
-        map: &Map,
-        table: &Table,
-        grid: &Grid,
-        frame: &Frame,
-        curves: &[Curve],
-    ) -> Result<Self, PictureError> {
-        let column = map.contours_of.as_ref().unwrap_or(&map.z);
-        table.column(column)?;
-        let label = contour_label(map);
+    pub(super) fn new(map: &Map, grid: &Grid, frame: &Frame, curves: &[Curve]) -> Self {
+        let label = Label::of(map.contour_column());
         let mut lines = Vec::new();
         for &level in &map.contours {
             let words = in_words(level, &label);
@@ -67,6 +55,9 @@ impl Overlay {
                 words,
             });
         }
+        let levels: Vec<&str> = lines.iter().map(|line| line.words.as_str()).collect();
+        let contours =
+            (!levels.is_empty()).then(|| format!("{} = {}", label.words, levels.join(", ")));
         lines.extend(curves.iter().enumerate().map(|(at, curve)| Line {
             parts: parts(curve, frame),
             stroke: curve_line(at),
@@ -74,31 +65,19 @@ impl Overlay {
             words: curve.label.clone(),
             unseen: format!("\"{}\" does not cross this plot.", curve.label),
         }));
-        let levels: Vec<String> = map
-            .contours
-            .iter()
-            .map(|&level| in_words(level, &label))
-            .collect();
-        let contours =
-            (!levels.is_empty()).then(|| format!("{} = {}", label.words, levels.join(", ")));
-        Ok(Self { lines, contours })
+        Self { lines, contours }
     }
 
     pub(super) fn legend(&self, ground: Colour) -> Vec<Entry> {
-        let contours = self.contours.iter().map(|words| Entry {
-            key: Key::Cased(CONTOUR, ground),
-            words: words.clone(),
-        });
+        let contours = self.contours.iter();
+        let contours = contours.map(|words| Entry::new(Key::Cased(CONTOUR, ground), words));
         let seen = |line: &&Line| !line.beside && !line.parts.is_empty();
         let curves = self.lines.iter().filter(seen);
-        let curves = curves.map(|line| Entry {
-            key: Key::Cased(line.stroke, ground),
-            words: line.words.clone(),
-        });
+        let curves = curves.map(|line| Entry::new(Key::Cased(line.stroke, ground), &line.words));
         contours.chain(curves).collect()
     }
 
-    /// What there is to say of lines that are not to be seen.
+    /// Remarks on lines that are not to be seen.
     pub(super) fn notes(&self) -> Vec<String> {
         let unseen = self.lines.iter().filter(|line| line.parts.is_empty());
         unseen.map(|line| line.unseen.clone()).collect()
@@ -137,12 +116,7 @@ impl Overlay {
         if all < 3.0 * half.0 {
             return None;
         }
-        let around = |(x, y): Point| Area {
-            left: x - half.0,
-            top: y - half.1,
-            right: x + half.0,
-            bottom: y + half.1,
-        };
+        let around = |(x, y): Point| Area::of([x - half.0, x + half.0], [y - half.1, y + half.1]);
         let free = |area: &Area| {
             let inside = plot.holds((area.left, area.top)) && plot.holds((area.right, area.bottom));
             inside && !taken.iter().any(|other| other.meets(area))
@@ -166,7 +140,7 @@ impl Overlay {
     }
 }
 
-/// Why a contour is not to be seen, `words` being its level.
+/// The reason for which a contour is not to be seen, `words` being its level.
 fn unseen(grid: &Grid, level: f64, words: &str) -> String {
     let levels = || grid.cells.iter().filter_map(|cell| cell.level);
     if levels().all(|value| value < level) {
@@ -244,10 +218,8 @@ fn along(line: &[Point], mut way: f64) -> Option<Point> {
         let step = distance(from, to);
         if way <= step && step > 0.0 {
             let share = way / step;
-            return Some((
-                from.0 + share * (to.0 - from.0),
-                from.1 + share * (to.1 - from.1),
-            ));
+            let between = |a: f64, b: f64| a + share * (b - a);
+            return Some((between(from.0, to.0), between(from.1, to.1)));
         }
         way -= step;
     }

@@ -1,17 +1,143 @@
-//! The other kinds: map, bars, histogram, scatter.
+//! The kinds of pictures, and the limit of a figure.
 
-use serde::Deserialize;
+use serde::{Deserialize, Deserializer};
 
-use super::chart::{Limit, axis};
-use crate::study::picture::axis::{AxisKeys, Spacing};
+use super::kind_keys;
+use crate::study::picture::axis::AxisKeys;
 use crate::study::picture::colour::ColourScale;
+
+/// Curves over a parameter.
+///
+/// Rows that share x and series are one point: their median, with a band from
+/// the smallest to the largest.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Lines {
+    /// Column along x; words are places in the order of the rows.
+    pub x: String,
+    /// The axis of x: `x_scale`, `x_label`, `x_unit`, `x_range`.
+    pub x_axis: AxisKeys,
+    /// Column whose values are the series.
+    pub series: Option<String>,
+    /// Words for what has marks, in the legend; without this key `simulated`,
+    /// or the columns' own where a plot has several.
+    pub marks: Option<String>,
+    /// Words for what is dashed; without this key `theory`, or as above.
+    pub dashes: Option<String>,
+    /// The plots from top to bottom; the keys of a panel may stand in the
+    /// picture itself if there is only one.
+    pub panels: Vec<Panel>,
+}
+
+/// One plot of a picture of lines.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Panel {
+    /// Simulated columns: marks and lines.
+    #[serde(default, deserialize_with = "columns")]
+    pub y: Vec<String>,
+    /// Columns of theory: dashed lines.
+    #[serde(default, deserialize_with = "columns")]
+    pub theory: Vec<String>,
+    /// The axis of y: `y_scale`, `y_label`, `y_unit`, `y_range`.
+    #[serde(default, rename = "y_*")]
+    pub y_axis: AxisKeys,
+    /// Limit of the columns.
+    pub limit: Option<Limit>,
+}
+
+impl Panel {
+    fn check(&self) -> Result<(), String> {
+        match self.y.is_empty() && self.theory.is_empty() {
+            true => Err("y or theory must name at least one column".to_owned()),
+            false => Ok(()),
+        }
+    }
+
+    /// The column whose words and unit the axis of y has.
+    pub(in crate::study::picture) fn first_column(&self) -> &str {
+        let first = self.y.first().or(self.theory.first());
+        first.map_or("", String::as_str)
+    }
+}
+
+/// Reads one column or several.
+fn columns<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<String>, D::Error> {
+    #[derive(Deserialize)]
+    #[serde(untagged, expecting = "a column or a list of columns")]
+    enum Columns {
+        One(String),
+        Several(Vec<String>),
+    }
+    Ok(match Columns::deserialize(deserializer)? {
+        Columns::One(name) => vec![name],
+        Columns::Several(names) => names,
+    })
+}
+
+/// Keys of a picture of lines, among them those of its only panel.
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct LinesKeys {
+    x: String,
+    #[serde(default, rename = "x_*")]
+    x_axis: AxisKeys,
+    series: Option<String>,
+    marks: Option<String>,
+    dashes: Option<String>,
+    #[serde(default, deserialize_with = "columns")]
+    y: Vec<String>,
+    #[serde(default, deserialize_with = "columns")]
+    theory: Vec<String>,
+    #[serde(rename = "y_*")]
+    y_axis: Option<AxisKeys>,
+    limit: Option<Limit>,
+    #[serde(default)]
+    panel: Vec<toml::Table>,
+}
+
+impl Lines {
+    pub(super) fn read(table: toml::Table) -> Result<Self, String> {
+        let keys: LinesKeys = kind_keys(table, &["x", "y"], |_| Ok(()))?;
+        let says_nothing = keys.y.is_empty()
+            && keys.theory.is_empty()
+            && keys.y_axis.is_none()
+            && keys.limit.is_none();
+        let own = Panel {
+            y: keys.y,
+            theory: keys.theory,
+            y_axis: keys.y_axis.unwrap_or_default(),
+            limit: keys.limit,
+        };
+        let panels = if keys.panel.is_empty() {
+            own.check()?;
+            vec![own]
+        } else if says_nothing {
+            let panels = keys.panel.into_iter();
+            let panels = panels.map(|table| kind_keys(table, &["y"], Panel::check));
+            panels.collect::<Result<_, _>>()?
+        } else {
+            return Err(
+                "with [[picture.panel]] the keys of y, theory and limit belong into the panels"
+                    .to_owned(),
+            );
+        };
+        Ok(Self {
+            x: keys.x,
+            x_axis: keys.x_axis,
+            series: keys.series,
+            marks: keys.marks,
+            dashes: keys.dashes,
+            panels,
+        })
+    }
+}
 
 /// A figure as colour over two parameters, one cell per pair of values.
 ///
 /// Rows that share a cell show their median; the cell fails if one of them
 /// does.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(try_from = "MapKeys")]
+#[serde(deny_unknown_fields)]
 pub struct Map {
     /// Column along x; words are places in the order of the rows.
     pub x: String,
@@ -20,12 +146,16 @@ pub struct Map {
     /// Column shown as colour.
     pub z: String,
     /// The axis of x: `x_scale`, `x_label`, `x_unit`, `x_range`.
+    #[serde(default, rename = "x_*")]
     pub x_axis: AxisKeys,
     /// The axis of y, alike.
+    #[serde(default, rename = "y_*")]
     pub y_axis: AxisKeys,
     /// The scale of colours, alike; beyond `z_range` its ends hold.
+    #[serde(default, rename = "z_*")]
     pub z_axis: AxisKeys,
     /// `colours`: which scale.
+    #[serde(default)]
     pub colours: ColourScale,
     /// Column of verdicts; a cell that fails has a cross. Without this key a
     /// column `pass` counts, if there is one.
@@ -35,12 +165,34 @@ pub struct Map {
     /// counts, if there is one.
     pub status: Option<String>,
     /// Levels of contour lines, in the unit of their column.
+    #[serde(default)]
     pub contours: Vec<f64>,
     /// Column of the contour lines; without this key that of the colours.
     pub contours_of: Option<String>,
     /// Borders of stability that whoever calls is to draw over the map: this
     /// module draws all that it is given.
+    #[serde(default)]
     pub border: Vec<Border>,
+}
+
+impl Map {
+    pub(super) fn check(&self) -> Result<(), String> {
+        if self.x == self.y {
+            return Err(format!("x and y are both \"{}\"", self.x));
+        }
+        if let Some(level) = self.contours.iter().find(|level| !level.is_finite()) {
+            return Err(format!("contours has {level}, which is no level"));
+        }
+        if self.contours_of.is_some() && self.contours.is_empty() {
+            return Err("contours_of needs levels: contours = […]".to_owned());
+        }
+        Ok(())
+    }
+
+    /// The column of the contour lines.
+    pub(in crate::study::picture) fn contour_column(&self) -> &str {
+        self.contours_of.as_ref().unwrap_or(&self.z)
+    }
 }
 
 /// A border of stability.
@@ -53,74 +205,12 @@ pub enum Border {
     Open,
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct MapKeys {
-    x: String,
-    y: String,
-    z: String,
-    #[serde(default)]
-    x_scale: Spacing,
-    x_label: Option<String>,
-    x_unit: Option<String>,
-    x_range: Option<[f64; 2]>,
-    #[serde(default)]
-    y_scale: Spacing,
-    y_label: Option<String>,
-    y_unit: Option<String>,
-    y_range: Option<[f64; 2]>,
-    #[serde(default)]
-    z_scale: Spacing,
-    z_label: Option<String>,
-    z_unit: Option<String>,
-    z_range: Option<[f64; 2]>,
-    #[serde(default)]
-    colours: ColourScale,
-    pass: Option<String>,
-    status: Option<String>,
-    #[serde(default)]
-    contours: Vec<f64>,
-    contours_of: Option<String>,
-    #[serde(default)]
-    border: Vec<Border>,
-}
-
-impl TryFrom<MapKeys> for Map {
-    type Error = String;
-
-    fn try_from(keys: MapKeys) -> Result<Self, String> {
-        if keys.x == keys.y {
-            return Err(format!("x and y are both \"{}\"", keys.x));
-        }
-        if let Some(level) = keys.contours.iter().find(|level| !level.is_finite()) {
-            return Err(format!("contours has {level}, which is no level"));
-        }
-        if keys.contours_of.is_some() && keys.contours.is_empty() {
-            return Err("contours_of needs levels: contours = […]".to_owned());
-        }
-        Ok(Self {
-            x_axis: axis("x", keys.x_scale, keys.x_label, keys.x_unit, keys.x_range)?,
-            y_axis: axis("y", keys.y_scale, keys.y_label, keys.y_unit, keys.y_range)?,
-            z_axis: axis("z", keys.z_scale, keys.z_label, keys.z_unit, keys.z_range)?,
-            x: keys.x,
-            y: keys.y,
-            z: keys.z,
-            colours: keys.colours,
-            pass: keys.pass,
-            status: keys.status,
-            contours: keys.contours,
-            contours_of: keys.contours_of,
-            border: keys.border,
-        })
-    }
-}
-
 /// A figure by categories: level bars with the number behind each.
 ///
 /// Rows that share category and series are one bar: their median, with a line
 /// from the smallest to the largest.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(try_from = "BarsKeys")]
+#[serde(deny_unknown_fields)]
 pub struct Bars {
     /// Column of the categories.
     pub category: String,
@@ -131,134 +221,136 @@ pub struct Bars {
     /// Column of the bars' lengths.
     pub y: String,
     /// Its axis: `y_scale`, `y_label`, `y_unit`, `y_range`.
+    #[serde(default, rename = "y_*")]
     pub y_axis: AxisKeys,
-    /// What is allowed.
+    /// Limit of y.
     pub limit: Option<Limit>,
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct BarsKeys {
-    category: String,
-    category_label: Option<String>,
-    series: Option<String>,
-    y: String,
-    #[serde(default)]
-    y_scale: Spacing,
-    y_label: Option<String>,
-    y_unit: Option<String>,
-    y_range: Option<[f64; 2]>,
-    limit: Option<Limit>,
-}
-
-impl TryFrom<BarsKeys> for Bars {
-    type Error = String;
-
-    fn try_from(keys: BarsKeys) -> Result<Self, String> {
-        Ok(Self {
-            category: keys.category,
-            category_label: keys.category_label,
-            series: keys.series,
-            y: keys.y,
-            y_axis: axis("y", keys.y_scale, keys.y_label, keys.y_unit, keys.y_range)?,
-            limit: keys.limit,
-        })
-    }
-}
-
-/// How a figure is distributed over the runs.
+/// Distribution of a figure over the runs.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(try_from = "HistogramKeys")]
+#[serde(deny_unknown_fields)]
 pub struct Histogram {
     /// Column of the figure.
     pub x: String,
     /// Its axis: `x_scale`, `x_label`, `x_unit`, `x_range`.
+    #[serde(default, rename = "x_*")]
     pub x_axis: AxisKeys,
     /// Number of intervals, about; without this key by the rule of Freedman
     /// and Diaconis.
     pub bins: Option<usize>,
-    /// What is allowed; the picture then tells the yield.
+    /// Limit of the figure; the picture then tells the yield.
     pub limit: Option<Limit>,
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct HistogramKeys {
-    x: String,
-    #[serde(default)]
-    x_scale: Spacing,
-    x_label: Option<String>,
-    x_unit: Option<String>,
-    x_range: Option<[f64; 2]>,
-    bins: Option<usize>,
-    limit: Option<Limit>,
-}
-
-impl TryFrom<HistogramKeys> for Histogram {
-    type Error = String;
-
-    fn try_from(keys: HistogramKeys) -> Result<Self, String> {
-        if let Some(bins) = keys.bins.filter(|bins| !(1..=200).contains(bins)) {
-            return Err(format!("bins = {bins} must be from 1 to 200"));
+impl Histogram {
+    pub(super) fn check(&self) -> Result<(), String> {
+        match self.bins {
+            Some(bins) if !(1..=200).contains(&bins) => {
+                Err(format!("bins = {bins} must be from 1 to 200"))
+            }
+            _ => Ok(()),
         }
-        Ok(Self {
-            x: keys.x,
-            x_axis: axis("x", keys.x_scale, keys.x_label, keys.x_unit, keys.x_range)?,
-            bins: keys.bins,
-            limit: keys.limit,
-        })
     }
 }
 
 /// One mark per run, by verdict.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(try_from = "ScatterKeys")]
+#[serde(deny_unknown_fields)]
 pub struct Scatter {
     /// Column along x.
     pub x: String,
     /// Column along y.
     pub y: String,
     /// The axis of x: `x_scale`, `x_label`, `x_unit`, `x_range`.
+    #[serde(default, rename = "x_*")]
     pub x_axis: AxisKeys,
     /// The axis of y, alike.
+    #[serde(default, rename = "y_*")]
     pub y_axis: AxisKeys,
     /// Column of verdicts. Without this key a column `pass` counts, if there
     /// is one.
     pub pass: Option<String>,
-    /// What is allowed of y.
+    /// Limit of y.
     pub limit: Option<Limit>,
 }
 
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct ScatterKeys {
-    x: String,
-    y: String,
-    #[serde(default)]
-    x_scale: Spacing,
-    x_label: Option<String>,
-    x_unit: Option<String>,
-    x_range: Option<[f64; 2]>,
-    #[serde(default)]
-    y_scale: Spacing,
-    y_label: Option<String>,
-    y_unit: Option<String>,
-    y_range: Option<[f64; 2]>,
-    pass: Option<String>,
-    limit: Option<Limit>,
+/// Limit of the magnitude of a figure, in the unit of its column.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Limit {
+    /// Largest magnitude.
+    pub value: f64,
+    /// Words for it.
+    pub label: String,
+    /// The value is still to be taken from the budget of the study's base
+    /// (`limit = "budget"`).
+    pub of_budget: bool,
 }
 
-impl TryFrom<ScatterKeys> for Scatter {
-    type Error = String;
+impl Limit {
+    /// Puts the budget's limit of a column for the value, if it is to be; no
+    /// limit where the budget has none.
+    pub(super) fn resolve(
+        limit: &mut Option<Self>,
+        column: &str,
+        budget: &impl Fn(&str) -> Option<f64>,
+    ) {
+        let Some(asked) = limit.as_mut().filter(|limit| limit.of_budget) else {
+            return;
+        };
+        match budget(column) {
+            Some(value) => (asked.value, asked.of_budget) = (value, false),
+            None => *limit = None,
+        }
+    }
+}
 
-    fn try_from(keys: ScatterKeys) -> Result<Self, String> {
+impl<'de> Deserialize<'de> for Limit {
+    /// A number or `"budget"`, or a table of `value` and `label`.
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        #[derive(Deserialize)]
+        #[serde(untagged)]
+        enum Value {
+            Number(f64),
+            Word(Budget),
+        }
+        #[derive(Deserialize)]
+        #[serde(rename_all = "lowercase")]
+        enum Budget {
+            Budget,
+        }
+        #[derive(Deserialize)]
+        #[serde(deny_unknown_fields)]
+        struct Table {
+            value: Value,
+            label: Option<String>,
+        }
+        #[derive(Deserialize)]
+        #[serde(
+            untagged,
+            expecting = "limit must be a number, \"budget\" or { value = …, label = \"…\" }"
+        )]
+        enum Keys {
+            Value(Value),
+            Table(Table),
+        }
+        let (value, label) = match Keys::deserialize(deserializer)? {
+            Keys::Value(value) => (value, None),
+            Keys::Table(table) => (table.value, table.label),
+        };
+        let (value, of_budget) = match value {
+            Value::Number(value) => (value, false),
+            Value::Word(Budget::Budget) => (0.0, true),
+        };
+        if !(value.is_finite() && value >= 0.0) {
+            return Err(serde::de::Error::custom(format!(
+                "limit = {value} must be a number of at least 0: it holds for the magnitude"
+            )));
+        }
         Ok(Self {
-            x_axis: axis("x", keys.x_scale, keys.x_label, keys.x_unit, keys.x_range)?,
-            y_axis: axis("y", keys.y_scale, keys.y_label, keys.y_unit, keys.y_range)?,
-            x: keys.x,
-            y: keys.y,
-            pass: keys.pass,
-            limit: keys.limit,
+            value,
+            label: label.unwrap_or_else(|| "allowed".to_owned()),
+            of_budget,
         })
     }
 }

@@ -1,19 +1,19 @@
-//! What a study file says about a picture: `[[picture]]`.
+//! Keys of a picture in a study file: `[[picture]]`.
 //!
 //! Keys of every kind: `file` (stem of the SVG's name), `title`, `kind`,
 //! `caption`, and `where`, a table of columns and the value or values that a
 //! row must have to be shown. The others are those of the kind.
 
-mod chart;
 mod kinds;
 mod wanted;
 
-pub use chart::{Limit, Lines, Panel};
-pub use kinds::{Bars, Border, Histogram, Map, Scatter};
+pub use kinds::{Bars, Border, Histogram, Limit, Lines, Map, Panel, Scatter};
 pub use wanted::{Atom, Condition};
 
 use serde::Deserialize;
 use serde::de::{DeserializeOwned, Error};
+
+use super::axis::AxisKeys;
 
 /// True of words that can stand in pictures and pages.
 pub(in crate::study) fn is_text(words: &str) -> bool {
@@ -53,11 +53,11 @@ pub struct Picture {
     pub file: String,
     /// Title, shown above the plots.
     pub title: String,
-    /// What the reader should see; for the report.
+    /// Words for the report on the thing to be seen.
     pub caption: Option<String>,
-    /// What a row must have to be shown.
+    /// Conditions that a row must fulfil to be shown.
     pub conditions: Vec<Condition>,
-    /// What is drawn.
+    /// Kind of drawing, with its keys.
     pub kind: Kind,
 }
 
@@ -70,7 +70,7 @@ pub enum Kind {
     Map(Map),
     /// A figure by categories.
     Bars(Bars),
-    /// How a figure is distributed.
+    /// Distribution of a figure.
     Histogram(Histogram),
     /// One mark per run.
     Scatter(Scatter),
@@ -113,11 +113,11 @@ fn rest(mut table: toml::Table, file: &str) -> Result<Picture, String> {
         None => Vec::new(),
     };
     let kind = match kind.as_str() {
-        "lines" => Kind::Lines(kind_keys(table)?),
-        "map" => Kind::Map(kind_keys(table)?),
-        "bars" => Kind::Bars(kind_keys(table)?),
-        "histogram" => Kind::Histogram(kind_keys(table)?),
-        "scatter" => Kind::Scatter(kind_keys(table)?),
+        "lines" => Kind::Lines(Lines::read(table)?),
+        "map" => Kind::Map(kind_keys(table, &["x", "y", "z"], Map::check)?),
+        "bars" => Kind::Bars(kind_keys(table, &["y"], |_| Ok(()))?),
+        "histogram" => Kind::Histogram(kind_keys(table, &["x"], Histogram::check)?),
+        "scatter" => Kind::Scatter(kind_keys(table, &["x", "y"], |_| Ok(()))?),
         other => {
             return Err(format!(
                 "there is no kind \"{other}\"; the kinds are lines, map, bars, histogram and scatter"
@@ -143,9 +143,45 @@ fn no_text(value: &toml::Value) -> Option<&str> {
     }
 }
 
-fn kind_keys<T: DeserializeOwned>(table: toml::Table) -> Result<T, String> {
-    let keys = toml::Value::Table(table).try_into();
-    keys.map_err(|error: toml::de::Error| error.message().trim_end().to_owned())
+/// Reads and checks the keys of a kind. Those of each of its axes, `x_scale`,
+/// `x_label` and so on, are one field of its structure, `x_*`.
+fn kind_keys<T: DeserializeOwned>(
+    mut table: toml::Table,
+    axes: &[&str],
+    check: impl Fn(&T) -> Result<(), String>,
+) -> Result<T, String> {
+    let mut found = Vec::new();
+    for axis in axes {
+        let field = format!("{axis}_*");
+        if table.contains_key(&field) {
+            return Err(format!("unknown field `{field}`"));
+        }
+        let keys = AxisKeys::NAMES.iter().filter_map(|key| {
+            let value = table.remove(&format!("{axis}_{key}"))?;
+            Some(((*key).to_owned(), value))
+        });
+        let keys: toml::Table = keys.collect();
+        if !keys.is_empty() {
+            table.insert(field, toml::Value::Table(keys.clone()));
+            found.push((axis, keys));
+        }
+    }
+    let kind: T = read_as(table).map_err(|message| {
+        axes.iter().fold(message, |message, axis| {
+            let names = AxisKeys::NAMES.map(|key| format!("`{axis}_{key}`"));
+            message.replace(&format!("`{axis}_*`"), &names.join(", "))
+        })
+    })?;
+    check(&kind)?;
+    for (axis, keys) in found {
+        read_as::<AxisKeys>(keys)?.check(axis)?;
+    }
+    Ok(kind)
+}
+
+fn read_as<T: DeserializeOwned>(table: toml::Table) -> Result<T, String> {
+    let value = toml::Value::Table(table).try_into();
+    value.map_err(|error: toml::de::Error| error.message().trim_end().to_owned())
 }
 
 /// Takes a text out of the table.
@@ -164,8 +200,8 @@ impl Picture {
         match &mut self.kind {
             Kind::Lines(lines) => {
                 for panel in &mut lines.panels {
-                    let column = panel.y.first().or(panel.theory.first()).cloned();
-                    Limit::resolve(&mut panel.limit, &column.unwrap_or_default(), &budget);
+                    let column = panel.first_column().to_owned();
+                    Limit::resolve(&mut panel.limit, &column, &budget);
                 }
             }
             Kind::Bars(bars) => Limit::resolve(&mut bars.limit, &bars.y, &budget),

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use serde::Deserialize;
+
 use crate::study::picture::PictureError;
 use crate::study::picture::label::{Label, within};
 use crate::study::picture::table::{Table, Values};
@@ -17,7 +19,8 @@ pub struct Condition {
 }
 
 /// A value that a row may have.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(untagged)]
 pub enum Atom {
     /// A number; equal up to rounding, 10⁻⁹ of it.
     Number(f64),
@@ -62,19 +65,13 @@ fn collect(above: &str, table: toml::Table, found: &mut Vec<Condition>) -> Resul
 }
 
 fn atom(column: &str, value: toml::Value) -> Result<Atom, String> {
-    match value {
-        toml::Value::Integer(number) => Ok(Atom::Number(number as f64)),
-        toml::Value::Float(number) => Ok(Atom::Number(number)),
-        toml::Value::String(text) => Ok(Atom::Text(text)),
-        toml::Value::Boolean(flag) => Ok(Atom::Flag(flag)),
-        _ => Err(format!(
-            "where.{column} must be a number, a text, true or false, or a list of these"
-        )),
-    }
+    value.try_into().map_err(|_| {
+        format!("where.{column} must be a number, a text, true or false, or a list of these")
+    })
 }
 
 impl Condition {
-    /// Whether each row of the table has one of the values.
+    /// Says of each row of the table if it has one of the values.
     pub(in crate::study::picture) fn holds(
         &self,
         table: &Table,

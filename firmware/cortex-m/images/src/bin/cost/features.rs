@@ -36,83 +36,55 @@ pub(crate) struct TickFeature {
     pub(crate) axis: &'static Axis,
     /// The code, and whether there is power.
     pub(crate) sample: fn(&mut AxisState, &Inputs, &mut Setpoints<'_>) -> (i32, bool),
-    /// True if there is a second encoder to be read.
-    pub(crate) reads_load: bool,
+}
+
+/// A law by its axis, whose constants the function knows.
+macro_rules! law {
+    ($name:literal, $axis:ident) => {
+        LawFeature {
+            name: $name,
+            sample: |memory, input| law_of(&axes::$axis, memory, input),
+        }
+    };
 }
 
 /// The law alone. The axis' has clamped anti-windup, the derivative of the
 /// measurement and error feedback; what follows it in a row is besides or
 /// instead.
 pub(crate) const LAWS: [LawFeature; 10] = [
-    law("law", |m, i| law_of(&axes::PLAIN, m, i)),
-    law("law, clamp", |m, i| law_of(&axes::CLAMP, m, i)),
-    law("law, clamp, measurement", |m, i| {
-        law_of(&axes::MEASUREMENT, m, i)
-    }),
-    law("axis law", |m, i| law_of(&axes::AXIS, m, i)),
-    law("axis law, back-calculation", |m, i| {
-        law_of(&axes::BACK_CALCULATION, m, i)
-    }),
-    law("axis law, derivative filter", |m, i| {
-        law_of(&axes::FILTER, m, i)
-    }),
-    law("axis law, feed-forward", |m, i| {
-        law_of(&axes::FEED_FORWARD, m, i)
-    }),
-    law("axis law, slew limit", |m, i| law_of(&axes::SLEW, m, i)),
-    law("axis law, dither", |m, i| law_of(&axes::DITHER, m, i)),
-    law("axis law, words of 31 bits", |m, i| {
-        law_of(&axes::LONG_WORDS, m, i)
-    }),
+    law!("law", PLAIN),
+    law!("law, clamp", CLAMP),
+    law!("law, clamp, measurement", MEASUREMENT),
+    law!("axis law", AXIS),
+    law!("axis law, back-calculation", BACK_CALCULATION),
+    law!("axis law, derivative filter", FILTER),
+    law!("axis law, feed-forward", FEED_FORWARD),
+    law!("axis law, slew limit", SLEW),
+    law!("axis law, dither", DITHER),
+    law!("axis law, words of 31 bits", LONG_WORDS),
 ];
 
-/// A whole sample of an axis with the axis' law, from a table unless it
-/// has a motion.
+/// An axis, likewise, and the source of its setpoints.
+macro_rules! tick {
+    ($name:literal, $axis:ident, $source:ident) => {
+        TickFeature {
+            name: $name,
+            axis: &axes::$axis,
+            sample: |state, inputs, from| tick_of(&axes::$axis, state, inputs, &mut from.$source),
+        }
+    };
+}
+
+/// A whole sample of an axis with the axis' law.
 pub(crate) const TICKS: [TickFeature; 7] = [
-    tick("tick", &axes::AXIS, |s, i, from| {
-        tick_of(&axes::AXIS, s, i, &mut from.table)
-    }),
-    tick("tick, monitors", &axes::MONITORS, |s, i, from| {
-        tick_of(&axes::MONITORS, s, i, &mut from.table)
-    }),
-    tick("tick, 16-bit counter", &axes::COUNTER, |s, i, from| {
-        tick_of(&axes::COUNTER, s, i, &mut from.table)
-    }),
-    TickFeature {
-        reads_load: true,
-        ..tick("tick, two encoders", &axes::DUAL, |s, i, from| {
-            tick_of(&axes::DUAL, s, i, &mut from.table)
-        })
-    },
-    tick("tick, motion generator", &axes::AXIS, |s, i, from| {
-        tick_of(&axes::AXIS, s, i, &mut from.motion)
-    }),
-    tick(
-        "tick, backlash compensation",
-        &axes::BACKLASH_COMPENSATION,
-        |s, i, from| tick_of(&axes::BACKLASH_COMPENSATION, s, i, &mut from.table),
-    ),
-    tick("tick, everything", &axes::EVERYTHING, |s, i, from| {
-        tick_of(&axes::EVERYTHING, s, i, &mut from.motion)
-    }),
+    tick!("tick", AXIS, table),
+    tick!("tick, monitors", MONITORS, table),
+    tick!("tick, 16-bit counter", COUNTER, table),
+    tick!("tick, two encoders", DUAL, table),
+    tick!("tick, motion generator", AXIS, motion),
+    tick!("tick, backlash compensation", BACKLASH_COMPENSATION, table),
+    tick!("tick, everything", EVERYTHING, motion),
 ];
-
-const fn law(name: &'static str, sample: fn(&mut LawMemory, &LawInput) -> i32) -> LawFeature {
-    LawFeature { name, sample }
-}
-
-const fn tick(
-    name: &'static str,
-    axis: &'static Axis,
-    sample: fn(&mut AxisState, &Inputs, &mut Setpoints<'_>) -> (i32, bool),
-) -> TickFeature {
-    TickFeature {
-        name,
-        axis,
-        sample,
-        reads_load: false,
-    }
-}
 
 /// One sample of a law and its output.
 #[inline(always)]

@@ -27,7 +27,7 @@ use semihosting::sys::arm_compat::{OpenMode, sys_open};
 
 #[images::entry]
 fn main() -> ! {
-    let mut chip = Chip::new();
+    let mut chip = Chip::at_start();
     report(&mut chip);
     process::exit(0)
 }

@@ -3,7 +3,7 @@
 
 use core::hint::black_box;
 
-use firmware::axis::{AxisState, Inputs};
+use firmware::axis::{AxisState, Feedback, Inputs};
 use firmware::law::LawInput;
 use firmware::law::words::LARGEST_RATE;
 use firmware::reference::TableSource;
@@ -116,6 +116,7 @@ pub(crate) fn drive_axis(feature: &TickFeature, samples: &mut Samples<'_>) -> Op
     let (there, back) = (plan(6_000)?, plan(-60_000)?);
 
     let axis = feature.axis;
+    let reads_load = matches!(axis.feedback, Feedback::Load(_));
     let sample = black_box(feature.sample);
     let mut state = AxisState::start(axis);
     let mut motor = Motor::default();
@@ -128,7 +129,7 @@ pub(crate) fn drive_axis(feature: &TickFeature, samples: &mut Samples<'_>) -> Op
             // The second one goes back.
             let plan = if k == BETWEEN { &back } else { &there };
             setpoints = from(plan, start);
-            start = start.wrapping_add(plan.end());
+            start = start.wrapping_add(plan.head().end);
             // An axis on a fault refuses it.
             let _ = axis.request(&mut state, Event::Start);
         }
@@ -145,7 +146,7 @@ pub(crate) fn drive_axis(feature: &TickFeature, samples: &mut Samples<'_>) -> Op
         let inputs = Inputs {
             tick: k,
             motor_register: register,
-            load_register: feature.reads_load.then_some(load.cast_unsigned()),
+            load_register: reads_load.then_some(load.cast_unsigned()),
             ..Inputs::default()
         };
         let (code, _) = samples.measure(|| sample(&mut state, &inputs, &mut setpoints))?;

@@ -1,5 +1,12 @@
-//! Products of 32-bit words, with all 64 bits, chosen per target and the same
-//! on every one.
+//! Double words: words into them and back, and products of words with all 64
+//! bits, chosen per target and the same on every one.
+//!
+//! # Constant evaluation
+//!
+//! `From` and `TryFrom` cannot run there. The bytes say the same, and cost the
+//! same.
+//!
+//! # Products
 //!
 //! Every product of two 32-bit words fits 64 bits, so nothing here can wrap.
 //! ARMv7-M and larger processors have one instruction for it. ARMv6-M (the
@@ -13,6 +20,68 @@
 //!
 //! For words with sign `ah` and `bh` have it and `al` and `bl` do not, so that
 //! nothing is to be corrected afterwards.
+
+/// A byte as a word.
+pub(crate) const fn byte(value: u8) -> u32 {
+    u32::from_le_bytes([value, 0, 0, 0])
+}
+
+/// A word as a double one.
+pub(crate) const fn word(value: u32) -> u64 {
+    let [b0, b1, b2, b3] = value.to_le_bytes();
+    u64::from_le_bytes([b0, b1, b2, b3, 0, 0, 0, 0])
+}
+
+/// A word as a double one with a sign.
+pub(crate) const fn unsigned(value: u32) -> i64 {
+    word(value).cast_signed()
+}
+
+/// A byte as a double one with a sign.
+pub(crate) const fn bits(value: u8) -> i64 {
+    unsigned(byte(value))
+}
+
+/// A word with a sign as a double one.
+pub(crate) const fn signed(value: i32) -> i64 {
+    let magnitude = unsigned(value.unsigned_abs());
+    if value < 0 {
+        magnitude.wrapping_neg()
+    } else {
+        magnitude
+    }
+}
+
+/// The word that a double one fits, if it does.
+pub(crate) const fn narrowed(value: u64) -> Option<u32> {
+    match value.to_le_bytes() {
+        [b0, b1, b2, b3, 0, 0, 0, 0] => Some(u32::from_le_bytes([b0, b1, b2, b3])),
+        _ => None,
+    }
+}
+
+/// A double word with a sign, held at the end of the type.
+pub(crate) const fn held(value: u64) -> i64 {
+    if value > i64::MAX.unsigned_abs() {
+        i64::MAX
+    } else {
+        value.cast_signed()
+    }
+}
+
+/// The upper word, `floor(value/2^32)`.
+#[inline(always)]
+pub(crate) const fn upper(value: i64) -> i32 {
+    let [.., a, b, c, d] = value.to_le_bytes();
+    i32::from_le_bytes([a, b, c, d])
+}
+
+/// The lower word: two's complement is arithmetic modulo 2^32.
+#[inline(always)]
+pub(crate) const fn lower(value: i64) -> i32 {
+    let [a, b, c, d, ..] = value.to_le_bytes();
+    i32::from_le_bytes([a, b, c, d])
+}
 
 /// True if the processor has a long multiplication. Of Arm's, those without
 /// are the ones without compare-and-swap.
@@ -33,7 +102,7 @@ pub(crate) use by_target;
 
 /// `u·v`.
 #[inline]
-pub(crate) fn unsigned(u: u32, v: u32) -> u64 {
+pub(crate) fn product(u: u32, v: u32) -> u64 {
     by_target!(
         u64::from(u).wrapping_mul(u64::from(v)),
         halves::unsigned(u, v)
@@ -42,7 +111,7 @@ pub(crate) fn unsigned(u: u32, v: u32) -> u64 {
 
 /// `a·b`.
 #[inline]
-pub(crate) fn signed(a: i32, b: i32) -> i64 {
+pub(crate) fn signed_product(a: i32, b: i32) -> i64 {
     by_target!(
         i64::from(a).wrapping_mul(i64::from(b)),
         halves::signed(a, b)
@@ -109,9 +178,9 @@ mod tests {
         let [u, v] = [a.cast_unsigned(), b.cast_unsigned()];
         let exact = i128::from(a).wrapping_mul(i128::from(b));
         let words = u128::from(u).wrapping_mul(u128::from(v));
-        assert_eq!(i128::from(signed(a, b)), exact, "{a}·{b}");
+        assert_eq!(i128::from(signed_product(a, b)), exact, "{a}·{b}");
         assert_eq!(i128::from(halves::signed(a, b)), exact, "{a}·{b}");
-        assert_eq!(u128::from(unsigned(u, v)), words, "{u}·{v}");
+        assert_eq!(u128::from(product(u, v)), words, "{u}·{v}");
         assert_eq!(u128::from(halves::unsigned(u, v)), words, "{u}·{v}");
     }
 
@@ -141,6 +210,24 @@ mod tests {
             for b in corners {
                 agree(a, b);
             }
+        }
+    }
+
+    #[test]
+    fn they_are_what_from_and_try_from_give() {
+        for value in [0, 1, 0x7f, 0x80, 0xff] {
+            assert_eq!(byte(value), u32::from(value));
+        }
+        for value in [0, 1, 0xff00, 0x1234_5678, u32::MAX] {
+            assert_eq!(word(value), u64::from(value));
+            assert_eq!(unsigned(value), i64::from(value));
+            assert_eq!(narrowed(u64::from(value)), Some(value));
+            let beyond = u64::from(value) + (1 << 32);
+            assert_eq!(narrowed(beyond), u32::try_from(beyond).ok());
+        }
+        assert_eq!([held(7), held(1 << 63)], [7, i64::MAX]);
+        for value in [0, 1, -1, i32::MIN, i32::MAX] {
+            assert_eq!(signed(value), i64::from(value));
         }
     }
 }

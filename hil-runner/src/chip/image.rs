@@ -1,13 +1,12 @@
 //! Images of the targets: found, built where they must be, and read.
 //!
 //! An image is taken from the folder that `MCU_IMAGE_DIR` names, or built from
-//! the firmware's sources with [`compiler`]. It is stale when a source file is
+//! the firmware's sources with a toolchain. It is stale when a source file is
 //! newer than the last build; what really has to be compiled then is cargo's to
 //! say, and two builders at a time wait for each other by cargo's own lock.
 
-pub mod compiler;
-
 use std::env;
+use std::ffi::OsString;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -21,8 +20,7 @@ use object::read::elf::{FileHeader, ProgramHeader};
 use tempfile::NamedTempFile;
 
 use super::line::ChipError;
-use super::spec::{Program, Target};
-use compiler::Toolchain;
+use super::spec::Target;
 
 /// The origin of images.
 #[derive(Debug, Clone)]
@@ -68,87 +66,81 @@ impl Finder {
         }
     }
 
-    /// The image of a target, built on the way where it is missing or stale;
-    /// `tell` gets one line before that, without its line end.
+    /// The image of a target by its name, built on the way where it is missing or
+    /// stale; `tell` gets one line before that, without its line end.
     ///
     /// # Errors
     /// [`ChipError`] if there is none and it cannot be built.
     pub fn image(
         &self,
         target: Target,
-        program: impl Into<Program>,
+        image: &str,
         tell: &mut dyn FnMut(&str),
     ) -> Result<PathBuf, ChipError> {
-        let program = program.into();
-        if let Some(folder) = &self.ready {
-            return ready(folder, target, program);
-        }
-        let image = self.built(target).join(program.name());
-        let workspace = self.workspace();
-        if !workspace.is_dir() {
-            // A program that is used without its sources.
-            if image.is_file() {
-                return Ok(image);
+        let (path, is_stale) = self.found(target, image)?;
+        if is_stale {
+            let (name, triple) = (target.name(), target.triple());
+            tell(&format!("building the images for {name} ({triple})"));
+            self.build(target)?;
+            if !path.is_file() {
+                return Err(not_an_image(&path, "the build has not made it"));
             }
-            return Err(ChipError::NoSources {
-                target,
-                folder: workspace,
-            });
         }
-        let stamp = self.stamp(target);
-        if !image.is_file() || newer_than(&stamp, &self.project) {
-            tell(&format!(
-                "building the images for {} ({})",
-                target.name(),
-                target.triple()
-            ));
-            self.build(target, &stamp)?;
-        }
-        if image.is_file() {
-            return Ok(image);
-        }
-        Err(ChipError::NotAnImage {
-            path: image,
-            because: "the build has not made it".to_owned(),
-        })
+        Ok(path)
     }
 
     /// Looks for an image of a target, or what could build it.
     ///
     /// # Errors
     /// [`ChipError`] that says what is missing.
-    pub fn available(&self, target: Target, program: impl Into<Program>) -> Result<(), ChipError> {
-        let program = program.into();
+    pub fn available(&self, target: Target, image: &str) -> Result<(), ChipError> {
+        let (_, is_stale) = self.found(target, image)?;
+        if !is_stale {
+            return Ok(());
+        }
+        // The map of memory is the image's own of a target; not every one has an image.
+        let memory = format!("images/memory/{}.x", target.name());
+        if !self.workspace().join(memory).is_file() {
+            return Err(self.no_sources(target));
+        }
+        Toolchain::find(target, &self.compilers, &self.workspace()).map(drop)
+    }
+
+    /// The path of an image, and true if it has to be built first.
+    fn found(&self, target: Target, image: &str) -> Result<(PathBuf, bool), ChipError> {
         if let Some(folder) = &self.ready {
-            return ready(folder, target, program).map(drop);
+            let path = folder.join(format!("{}-{image}.elf", target.name()));
+            if path.is_file() {
+                return Ok((path, false));
+            }
+            return Err(ChipError(format!(
+                "{} is not there; MCU_IMAGE_DIR must name a folder that has it, or be unset",
+                path.display()
+            )));
         }
-        let workspace = self.workspace();
-        let image = self.built(target).join(program.name());
-        let stale = || newer_than(&self.stamp(target), &self.project);
-        match (workspace.is_dir(), image.is_file()) {
-            (false, true) => Ok(()),
-            (false, false) => Err(ChipError::NoSources {
-                target,
-                folder: workspace,
-            }),
-            (true, true) if !stale() => Ok(()),
-            (true, _) if !self.board(target).is_file() => Err(ChipError::NoSources {
-                target,
-                folder: workspace,
-            }),
-            (true, _) => Toolchain::find(target, &self.compilers, &workspace).map(drop),
+        let path = self.built(target).join(image);
+        match (self.workspace().is_dir(), path.is_file()) {
+            (false, false) => Err(self.no_sources(target)),
+            // A program that is used without its sources.
+            (false, true) => Ok((path, false)),
+            (true, false) => Ok((path, true)),
+            (true, true) => Ok((path, newer_than(&self.stamp(target), &self.project))),
         }
+    }
+
+    /// There is no image and nothing to build it from.
+    fn no_sources(&self, target: Target) -> ChipError {
+        ChipError(format!(
+            "there is no image for {} and no firmware in {} to build it from; MCU_IMAGE_DIR may \
+             name a folder with ready images",
+            target.name(),
+            self.workspace().display()
+        ))
     }
 
     /// The firmware's workspace for chips.
     fn workspace(&self) -> PathBuf {
         self.project.join("firmware").join("cortex-m")
-    }
-
-    /// The source that a target's image has of its own; not every one has an image.
-    fn board(&self, target: Target) -> PathBuf {
-        let board = format!("images/src/board/{}.rs", target.name());
-        self.workspace().join(board)
     }
 
     /// The folder of a target's built images.
@@ -161,8 +153,8 @@ impl Finder {
         self.built(target).join("images.built")
     }
 
-    fn build(&self, target: Target, stamp: &Path) -> Result<(), ChipError> {
-        let failed = |output: String| ChipError::Build { target, output };
+    fn build(&self, target: Target) -> Result<(), ChipError> {
+        let failed = |output: String| not_built(target, &output);
         let workspace = self.workspace();
         let toolchain = Toolchain::find(target, &self.compilers, &workspace)?;
         // Its time is that before the build: what changes during it is newer.
@@ -191,12 +183,28 @@ impl Finder {
             Ok(output) if !output.status.success() => {
                 Err(failed(String::from_utf8_lossy(&output.stderr).into_owned()))
             }
-            Ok(_) => match begun.persist(stamp) {
-                Ok(_) => Ok(()),
-                Err(error) => Err(failed(format!("{}: {error}", stamp.display()))),
-            },
+            Ok(_) => {
+                let stamp = self.stamp(target);
+                let stamped = begun.persist(&stamp).map(drop);
+                stamped.map_err(|error| failed(format!("{}: {error}", stamp.display())))
+            }
         }
     }
+}
+
+fn not_built(target: Target, output: &str) -> ChipError {
+    ChipError(format!(
+        "the image for {} could not be built; the compiler says:\n{}",
+        target.name(),
+        output.trim_end()
+    ))
+}
+
+fn not_an_image(path: &Path, because: &str) -> ChipError {
+    ChipError(format!(
+        "{} is no image for a chip: {because}",
+        path.display()
+    ))
 }
 
 /// A program by name as it is; by path from here, as it will run elsewhere.
@@ -205,14 +213,6 @@ fn named_or_absolute(program: PathBuf) -> PathBuf {
         return program;
     }
     std::path::absolute(&program).unwrap_or(program)
-}
-
-fn ready(folder: &Path, target: Target, program: Program) -> Result<PathBuf, ChipError> {
-    let path = folder.join(format!("{}-{}.elf", target.name(), program.name()));
-    if path.is_file() {
-        return Ok(path);
-    }
-    Err(ChipError::NoReadyImage { path })
 }
 
 /// Sources of an image, from the project's folder: the firmware takes its
@@ -271,14 +271,11 @@ const LARGEST_FLASH: usize = 4 << 20;
 /// as `objcopy -O binary` writes it and QEMU leaves it.
 ///
 /// # Errors
-/// [`ChipError::NotAnImage`] if the file cannot be read, or is no 32-bit
-/// little-endian ELF file with something to load.
+/// [`ChipError`] if the file cannot be read, or is no 32-bit little-endian ELF
+/// file with something to load.
 pub fn crc32(path: &Path) -> Result<u32, ChipError> {
-    let not = |because: String| ChipError::NotAnImage {
-        path: path.to_path_buf(),
-        because,
-    };
-    let file = std::fs::read(path).map_err(|error| not(error.to_string()))?;
+    let not = |because: String| not_an_image(path, &because);
+    let file = fs::read(path).map_err(|error| not(error.to_string()))?;
     let flash = flash(&file).map_err(not)?;
     Ok(crc32_on(0, &flash))
 }
@@ -312,6 +309,167 @@ fn flash(file: &[u8]) -> Result<Vec<u8>, String> {
         flash.extend_from_slice(bytes);
     }
     Ok(flash)
+}
+
+/// The name by which the compiler calls its linker.
+const LINKER: &str = "rust-lld";
+
+/// A compiler that can build for a target, and a linker where it has none of its
+/// own. Rust's own installer has the core library of a target ready; a
+/// distribution's compiler has its sources, and builds it on the way.
+#[derive(Debug, Clone, PartialEq, Eq)]
+struct Toolchain {
+    rustc: PathBuf,
+    /// True if the core library has to be built too.
+    build_core: bool,
+    /// The linker, where the compiler would not find it by itself.
+    linker: Option<PathBuf>,
+    target: Target,
+}
+
+impl Toolchain {
+    /// The first of `compilers` that can build for `target`, asked in `folder`,
+    /// whose settings may choose the toolchain.
+    ///
+    /// # Errors
+    /// [`ChipError`] if there is none, or no linker.
+    fn find(target: Target, compilers: &[PathBuf], folder: &Path) -> Result<Self, ChipError> {
+        let triple = target.triple();
+        let (rustc, build_core) = compilers
+            .iter()
+            .find_map(|rustc| Some((rustc, needs_core(rustc, target, folder)?)))
+            .ok_or_else(|| {
+                ChipError(format!(
+                    "no compiler here builds for {triple}; install its core with `rustup target \
+                     add {triple}`, or Debian's compiler and the core's sources with \
+                     `apt-get install --no-install-recommends rustc-web cargo-web rust-web-src lld`"
+                ))
+            })?;
+        let own = |rustc: &PathBuf| bundled_linker(&ask(rustc, &["--print", "sysroot"], folder)?);
+        let linker = if own(rustc).is_some() || on_path(LINKER).is_some() {
+            None
+        } else {
+            let other = compilers.iter().find_map(own);
+            let linker = other
+                .or_else(|| on_path("ld.lld"))
+                .or_else(|| on_path("lld"));
+            Some(linker.ok_or_else(|| {
+                ChipError(format!(
+                    "no linker here links for {triple}; install one, for example with \
+                     `apt-get install --no-install-recommends lld`"
+                ))
+            })?)
+        };
+        Ok(Self {
+            rustc: rustc.clone(),
+            build_core,
+            linker,
+            target,
+        })
+    }
+
+    /// Makes `cargo` build with this toolchain. A linker that the compiler does
+    /// not find by itself is linked into `folder`, under the name it looks for.
+    ///
+    /// # Errors
+    /// [`ChipError`] if the link cannot be made.
+    fn prepare(&self, cargo: &mut Command, folder: &Path) -> Result<(), ChipError> {
+        cargo.env("RUSTC", &self.rustc);
+        if self.build_core {
+            // Both are of the development version only, unless it is asked for
+            // so.
+            cargo.env("RUSTC_BOOTSTRAP", "1").arg("-Zbuild-std=core");
+        }
+        if let Some(linker) = &self.linker {
+            let failed = |error: io::Error| {
+                let output = format!("{LINKER} in {}: {error}", folder.display());
+                not_built(self.target, &output)
+            };
+            let folder = folder.join("linker");
+            fs::create_dir_all(&folder).map_err(failed)?;
+            link(linker, &folder.join(LINKER)).map_err(failed)?;
+            cargo.env("PATH", before_path(folder).map_err(failed)?);
+        }
+        Ok(())
+    }
+}
+
+/// True if `rustc` has to build the core library of `target` itself; `None` if
+/// it cannot, or is not there.
+fn needs_core(rustc: &Path, target: Target, folder: &Path) -> Option<bool> {
+    let ready = ask(
+        rustc,
+        &["--print", "target-libdir", "--target", target.triple()],
+        folder,
+    )?;
+    let is_core = |entry: io::Result<fs::DirEntry>| {
+        let name = entry.map(|entry| entry.file_name()).unwrap_or_default();
+        let name = name.to_string_lossy();
+        name.starts_with("libcore-") && name.ends_with(".rlib")
+    };
+    if fs::read_dir(ready).is_ok_and(|mut files| files.any(is_core)) {
+        return Some(false);
+    }
+    let sysroot = ask(rustc, &["--print", "sysroot"], folder)?;
+    let sources = sysroot.join("lib/rustlib/src/rust/library/core");
+    sources.is_dir().then_some(true)
+}
+
+/// The path that `rustc` prints.
+fn ask(rustc: &Path, arguments: &[&str], folder: &Path) -> Option<PathBuf> {
+    let output = Command::new(rustc)
+        .args(arguments)
+        .current_dir(folder)
+        .stdin(Stdio::null())
+        .output()
+        .ok()
+        .filter(|output| output.status.success())?;
+    let text = String::from_utf8(output.stdout).ok()?;
+    Some(PathBuf::from(text.trim_end()))
+}
+
+/// The linker that comes with a compiler, one folder for each host.
+fn bundled_linker(sysroot: &Path) -> Option<PathBuf> {
+    fs::read_dir(sysroot.join("lib/rustlib"))
+        .ok()?
+        .filter_map(|host| Some(host.ok()?.path().join("bin").join(LINKER)))
+        .find(|linker| linker.is_file())
+}
+
+/// The path of a program on the search path.
+pub(super) fn on_path(program: &str) -> Option<PathBuf> {
+    let paths = env::var_os("PATH")?;
+    env::split_paths(&paths)
+        .map(|folder| folder.join(program))
+        .find(|path| path.is_file())
+}
+
+/// The search path with `folder` in front.
+fn before_path(folder: PathBuf) -> io::Result<OsString> {
+    let paths = env::var_os("PATH").unwrap_or_default();
+    env::join_paths([folder].into_iter().chain(env::split_paths(&paths))).map_err(io::Error::other)
+}
+
+#[cfg(unix)]
+fn link(linker: &Path, name: &Path) -> io::Result<()> {
+    use std::os::unix::fs::symlink;
+
+    match symlink(linker, name) {
+        Err(error) if error.kind() == io::ErrorKind::AlreadyExists => {
+            if fs::read_link(name)? == linker {
+                return Ok(());
+            }
+            // The one that was there the last time.
+            fs::remove_file(name)?;
+            symlink(linker, name)
+        }
+        result => result,
+    }
+}
+
+#[cfg(not(unix))]
+fn link(linker: &Path, name: &Path) -> io::Result<()> {
+    fs::copy(linker, name).map(drop)
 }
 
 #[cfg(test)]

@@ -1,4 +1,17 @@
-//! Electronics as a controller needs them: four methods.
+//! The electronics of the axis through `embedded-hal` 1.0.
+//!
+//! ```text
+//!  your loop, once per sample                     the board
+//!  ─────────────────────────        Board         ─────────────────────────
+//!  inputs   ◄── emergency_stop, motor_register ── stop loop, LS7366R counter
+//!  one tick of the controller
+//!  outputs  ──► set_code, set_power ────────────► AD57x1R converter, enable
+//! ```
+//!
+//! [`Board`] is all that a controller needs to know of its electronics. A board
+//! of your own implements it: four methods, no registration, no macro. For
+//! boards made of an LS7366R quadrature counter ([`ls7366r`]) and an AD5721R or
+//! AD5761R converter ([`ad57x1r`]) it is implemented already: [`SpiBoard`].
 //!
 //! # Order in a tick
 //!
@@ -20,6 +33,14 @@
 //!
 //! A code that was refused leaves the converter where it was, so the power has
 //! to go in the same tick; the next tick may try again.
+
+pub mod ad57x1r;
+pub mod ls7366r;
+pub mod spi_board;
+
+pub use ad57x1r::{Ad57x1r, Ad57x1rError, Ad57x1rModel};
+pub use ls7366r::{CounterWidth, Ls7366r, Ls7366rError, Ls7366rStatus};
+pub use spi_board::{Line, SpiBoard, SpiBoardError};
 
 use crate::axis::{Axis, AxisOutput, AxisState, Inputs};
 use crate::reference::SetpointSource;

@@ -1,18 +1,111 @@
-//! Measuring the gap of the simulated joint with the firmware's own routine:
-//! before the move, on the same axis, at rest.
+//! The gap of a run: how the reference crosses it, within the room that the motion
+//! leaves, and its width, which the firmware's own routine finds before the move, on
+//! the same axis, at rest.
 
 use firmware::axis::{Axis, AxisState, Inputs};
 use firmware::backlash_measurement::{BacklashMeasurementRun, RATIO_MAX};
+use firmware::law::Law as AxisLaw;
 use firmware::refusal::What;
-use firmware::{BacklashMeasurement, Creep, Detection, State, counts};
+use firmware::{
+    BacklashCompensation, BacklashMeasurement, Creep, Detection, Room, State, Trigger, counts,
+};
 
-use super::setup::{FROM_REST, Setup};
+use super::setup::{Setup, started};
 use crate::case::{Case, Law};
 use crate::lockstep::{RunOptions, run_over};
 use crate::message::{Command, Link, LinkError, Measurement};
-use crate::options::{Feedback, FlankDetection};
+use crate::number::seconds;
+use crate::options::{Compensation, Feedback, FlankDetection, GapSource};
 use crate::quantise::QuantiseError;
-use crate::time::seconds;
+
+/// The axis of a run: where the case asks for a compensation by a measured gap, the
+/// gap is measured here.
+///
+/// # Errors
+/// [`QuantiseError`] if a setting has no fixed-point form, or the gap cannot be
+/// measured or crossed.
+pub fn compensated(setup: &Setup<'_>, law: AxisLaw) -> Result<Axis, QuantiseError> {
+    let mut axis = setup.axis(law)?;
+    axis.backlash_compensation = compensation(setup)?;
+    Ok(axis)
+}
+
+/// The crossing of the gap, within what the motion leaves of the limits.
+fn compensation(setup: &Setup<'_>) -> Result<Option<BacklashCompensation>, QuantiseError> {
+    let (case, setpoint) = (setup.case, &setup.setpoint);
+    let backlash = &case.options.backlash;
+    let trigger = match backlash.compensation {
+        Compensation::None => return Ok(None),
+        Compensation::Velocity => Trigger::Velocity,
+        Compensation::Acceleration => Trigger::Acceleration,
+    };
+    let half_gap_counts = match backlash.gap {
+        // Saturates; a gap that large is refused by the plan.
+        GapSource::Given => setup.half_gap_counts(backlash.half_gap_rad).round() as u32,
+        GapSource::Measured => measure_gap(case)?.half_counts,
+    };
+    let limits = &case.options.limits;
+    let motion = &case.motion;
+    let [t1, t2, t3, ..] = motion.intervals_s();
+    // The speed is largest where the acceleration ends.
+    let peak_mps = motion.at(t1 + t2 + t3).velocity_mps.abs();
+    let peak_mps2 = motion.peak_acceleration_until_mps2(motion.end_s());
+    let dt_s = setup.period_ns as f64 / 1e9;
+    let room = |key: &'static str, limit: Option<f64>, peak: f64, per_sample: f64| {
+        let limit = limit.unwrap_or(0.0);
+        let left = (limit - peak) * setpoint.counts_per_m() * per_sample;
+        let room = (left * 4_294_967_296.0).floor();
+        if room < 1.0 {
+            let unit = if key.ends_with("mps2") {
+                "m/s²"
+            } else {
+                "m/s"
+            };
+            let because = format!(
+                "the motion's own peak is {peak:.6} {unit}; the backlash compensation needs room above it"
+            );
+            return Err(QuantiseError::setting(key, limit, because));
+        }
+        // Saturates: more room than any axis needs.
+        Ok(room as u64)
+    };
+    let room = Room {
+        velocity: room("limits.velocity_mps", limits.velocity_mps, peak_mps, dt_s)?,
+        acceleration: room(
+            "limits.acceleration_mps2",
+            limits.acceleration_mps2,
+            peak_mps2,
+            dt_s * dt_s,
+        )?,
+    };
+    let half_rad = f64::from(half_gap_counts) * case.axis.transmission.gear_ratio
+        / case.encoder.counts_per_rad;
+    let refused = QuantiseError::of("backlash.half_gap_deg", half_rad.to_degrees());
+    let crossing = BacklashCompensation::plan(half_gap_counts, room, trigger).map_err(refused)?;
+    let longest = setpoint.last_tick();
+    if u64::from(crossing.samples()) > longest {
+        let samples = crossing.samples();
+        // The limit that is to blame is the one without which it would fit.
+        let faster = Room {
+            velocity: u64::MAX,
+            ..room
+        };
+        let fits = |crossing: BacklashCompensation| u64::from(crossing.samples()) <= longest;
+        let by_velocity =
+            BacklashCompensation::plan(half_gap_counts, faster, trigger).is_ok_and(fits);
+        let (key, limit) = if by_velocity {
+            ("limits.velocity_mps", limits.velocity_mps)
+        } else {
+            ("limits.acceleration_mps2", limits.acceleration_mps2)
+        };
+        let because = format!(
+            "it leaves the backlash compensation so little room that it needs {samples} samples, longer than the \
+                 motion with its {longest}"
+        );
+        return Err(QuantiseError::setting(key, limit.unwrap_or(0.0), because));
+    }
+    Ok(Some(crossing))
+}
 
 /// Samples that the effort must last to count as the load's.
 const EFFORT_SAMPLES: u32 = 5;
@@ -45,7 +138,7 @@ pub struct GapMeasurement {
 /// Creeps until the load follows, both ways, twice.
 ///
 /// # Errors
-/// [`QuantiseError::Gap`] if the load never follows, the measurements
+/// [`QuantiseError::Bench`] if the load never follows, the measurements
 /// disagree, or the axis stops on a fault; [`QuantiseError::DelayUnknown`] if
 /// the delay is to be measured on a chip; else as for a run.
 pub fn measure_gap(case: &Case) -> Result<GapMeasurement, QuantiseError> {
@@ -67,20 +160,24 @@ pub fn measure_gap(case: &Case) -> Result<GapMeasurement, QuantiseError> {
     // The routine has reasons of its own to push against a load.
     axis.monitors.saturation = None;
     let true_half_counts = setup.half_gap_counts(None);
-    let mut creeping = Creeping::new(axis, routine(&setup, true_half_counts)?.start(0));
-
-    let gap = |because: String| QuantiseError::Gap(because);
-    let stopped = |because: &dyn std::fmt::Display| {
-        gap(format!("the backlash measurement stopped: {because}"))
+    let mut creeping = Creeping {
+        state: started(&axis),
+        axis,
+        run: routine(&setup, true_half_counts)?.start(0),
+        ended: None,
     };
+
+    let failed =
+        |because: String| QuantiseError::Bench(format!("the backlash measurement {because}"));
+    let stopped = |because: &dyn std::fmt::Display| failed(format!("stopped: {because}"));
     let options = RunOptions::default();
     run_over(&case, options, &mut creeping, &mut |_| Ok(())).map_err(|error| stopped(&error))?;
     if let Some(fault) = creeping.state.fault() {
         return Err(stopped(fault));
     }
     let Some(ended) = creeping.ended else {
-        return Err(gap(format!(
-            "the backlash measurement did not end within {LONGEST_S} s; a higher \
+        return Err(failed(format!(
+            "did not end within {LONGEST_S} s; a higher \
              backlash.backlash_measurement_speed_counts_per_s is quicker"
         )));
     };
@@ -91,10 +188,8 @@ pub fn measure_gap(case: &Case) -> Result<GapMeasurement, QuantiseError> {
             true_half_counts,
             duration_s: seconds(ended * period_ns),
         }),
-        Some(Err(error)) => Err(gap(format!("the backlash measurement failed: {error}"))),
-        None => Err(gap(
-            "the backlash measurement ended without a result".to_owned()
-        )),
+        Some(Err(error)) => Err(failed(format!("failed: {error}"))),
+        None => Err(failed("ended without a result".to_owned())),
     }
 }
 
@@ -105,22 +200,6 @@ struct Creeping {
     run: BacklashMeasurementRun,
     /// The sample at which the routine had ended, or the axis had stopped.
     ended: Option<u64>,
-}
-
-impl Creeping {
-    fn new(axis: Axis, run: BacklashMeasurementRun) -> Self {
-        let mut state = AxisState::start(&axis);
-        // From rest: the table has no refusal here.
-        for event in FROM_REST {
-            let _ = axis.request(&mut state, event);
-        }
-        Self {
-            axis,
-            state,
-            run,
-            ended: None,
-        }
-    }
 }
 
 impl Link for Creeping {
@@ -148,7 +227,8 @@ fn routine(setup: &Setup<'_>, true_half_counts: f64) -> Result<BacklashMeasureme
     let (case, period_ns) = (setup.case, setup.period_ns);
     let dt_s = period_ns as f64 / 1e9;
     let backlash = &case.options.backlash;
-    let speed = (backlash.backlash_measurement_speed_counts_per_s * dt_s * 65_536.0).round();
+    let counts_per_s = backlash.backlash_measurement_speed_counts_per_s;
+    let speed = (counts_per_s * dt_s * 65_536.0).round();
     let longest = (LONGEST_GAPS * 2.0 * true_half_counts + LONGEST_COUNTS).round();
     let creep = Creep {
         // Saturates; what is too fast is refused.
@@ -165,7 +245,7 @@ fn routine(setup: &Setup<'_>, true_half_counts: f64) -> Result<BacklashMeasureme
             ratio: ratio(setup.motor_counts_per_load_count(load))?,
         },
         (FlankDetection::LoadEncoder, None) => {
-            return Err(QuantiseError::Gap(
+            return Err(QuantiseError::Bench(
                 "backlash.backlash_measurement_detection = \"load-encoder\" needs load_encoder.counts_per_rad or \
                  load_encoder.counts_per_mm; \"effort\" does without"
                     .to_owned(),
@@ -185,11 +265,7 @@ fn routine(setup: &Setup<'_>, true_half_counts: f64) -> Result<BacklashMeasureme
             }
             _ => error.to_string(),
         };
-        QuantiseError::setting(
-            key,
-            backlash.backlash_measurement_speed_counts_per_s,
-            &because,
-        )
+        QuantiseError::setting(key, counts_per_s, because)
     })
 }
 
@@ -200,7 +276,7 @@ fn ratio(motor_counts_per_load_count: f64) -> Result<u32, QuantiseError> {
         // Whole and within the type: the conversion is exact.
         return Ok(ratio as u32);
     }
-    Err(QuantiseError::Gap(format!(
+    Err(QuantiseError::Bench(format!(
         "a load encoder with {motor_counts_per_load_count:.3e} motor counts to a count cannot measure \
          the gap; it must have from 7.6e-4 to 4096 of them, or use \
          backlash.backlash_measurement_detection = \"effort\""

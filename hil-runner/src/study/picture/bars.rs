@@ -1,22 +1,20 @@
 //! Kind `bars`: a figure by categories. The bars lie level, since names of any
 //! length have room on their left and any number of bars below each other.
 
-mod bar;
-
-use super::axis::{Axis, Direction, Margin, Spacing, extent, label_of};
-use super::canvas::{Anchor, Area, Canvas, Lettering};
-use super::colour::{Colour, series};
+use super::axis::{Axis, Direction, Margin, Spacing, extent};
+use super::canvas::{Anchor, Area, Canvas, Lettering, Stroke};
+use super::colour::{Colour, INK, WHITE, series};
 use super::frame::{Frame, room_below};
 use super::group::{Different, Spread};
-use super::label::{Label, capital};
+use super::label::Label;
 use super::legend::{Entry, Group, Key};
-use super::lines::{LIMIT_LINE, with_limits, with_sign};
 use super::note::{Chosen, LeftOut};
+use super::reference::{draw_limits, limit_entry, limits, with_limits};
 use super::sheet::{EDGE, Sheet, WIDTH};
 use super::spec::{Bars, Picture};
-use super::text::{LINE, TICK_PX, fold, width};
+use super::text::{LINE, NOTE_PX, TICK_PX, fold, width};
 use super::{PictureError, Table};
-use bar::{draw_bar, draw_name, draw_number};
+use hil_core::number;
 
 /// Height of a bar, of the room between categories \[px\].
 const BAR: f64 = 19.0;
@@ -26,7 +24,7 @@ const NAMES: f64 = 230.0;
 /// More bars than this need another picture.
 const MOST_BARS: usize = 400;
 
-/// What the bars show.
+/// Categories, series and the values of their bars.
 struct Data {
     categories: Different,
     series: Option<Different>,
@@ -98,19 +96,12 @@ pub(super) fn draw(spec: &Picture, bars: &Bars, table: &Table) -> Result<String,
     let Chosen { rows, mut notes } = Chosen::of(spec, table)?;
     let mut left_out = LeftOut::default();
     let data = Data::of(bars, table, &rows, &mut left_out)?;
-    let label = label_of(table.column(&bars.y)?, bars.y_axis.label.as_ref());
+    let label = Label::of(&bars.y);
     let log = bars.y_axis.spacing == Spacing::Log;
     let span = extent(data.spreads().flat_map(|bar| [bar.low, bar.high]));
-    let limits = match &bars.limit {
-        Some(limit) => with_sign(limit.value, span, log),
-        None => Vec::new(),
-    };
-    let names: Vec<Vec<String>> = data
-        .categories
-        .names
-        .iter()
-        .map(|name| fold(name, TICK_PX, NAMES))
-        .collect();
+    let limits = limits(bars.limit.as_ref(), span, log);
+    let names = data.categories.names.iter();
+    let names: Vec<Vec<String>> = names.map(|name| fold(name, TICK_PX, NAMES)).collect();
     let widest = names.iter().flatten().map(|line| width(line, TICK_PX));
     let left = EDGE + widest.fold(0.0, f64::max) + 12.0;
     let right = WIDTH - EDGE - 12.0;
@@ -128,10 +119,8 @@ pub(super) fn draw(spec: &Picture, bars: &Bars, table: &Table) -> Result<String,
             .push("The axis is logarithmic: compare where bars end, not how long they are.".into());
     }
     let sheet = Sheet::new(&spec.title, &groups, &notes);
-    let heading = match &bars.category_label {
-        Some(words) => words.clone(),
-        None => Label::of(&bars.category).words,
-    };
+    let own = bars.category_label.clone();
+    let heading = own.unwrap_or_else(|| Label::of(&bars.category).words);
     let top = sheet.top() + TICK_PX * LINE;
     let heights: Vec<f64> = names
         .iter()
@@ -142,12 +131,7 @@ pub(super) fn draw(spec: &Picture, bars: &Bars, table: &Table) -> Result<String,
         .collect();
     let tall = heights.iter().sum::<f64>().max(60.0);
     let frame = Frame {
-        area: Area {
-            left,
-            top,
-            right,
-            bottom: top + tall,
-        },
+        area: Area::of([left, right], [top, top + tall]),
         x: &axis,
         y: &Axis::of_places(String::new(), &[]),
     };
@@ -174,11 +158,7 @@ pub(super) fn draw(spec: &Picture, bars: &Bars, table: &Table) -> Result<String,
         for &(top, bar, colour) in &placed {
             draw_bar(canvas, &frame, top, bar, colour);
         }
-        for x in limits.iter().filter_map(|&limit| frame.across(limit)) {
-            if (left..=right).contains(&x) {
-                canvas.path(&[(x, top), (x, top + tall)], &LIMIT_LINE);
-            }
-        }
+        draw_limits(canvas, &frame, &limits, Direction::Across);
         for &(top, bar, _) in &placed {
             draw_number(canvas, &frame, top, bar);
         }
@@ -208,25 +188,102 @@ fn with_room((low, high): (f64, f64), room: f64, log: bool) -> (f64, f64) {
 fn legend(bars: &Bars, data: &Data, label: &Label) -> Vec<Group> {
     let mut groups = Vec::new();
     if let (Some(column), Some(series)) = (&bars.series, &data.series) {
-        let entries = series.names.iter().enumerate().map(|(at, name)| Entry {
-            key: Key::Field(data.colour(at)),
-            words: name.clone(),
-        });
+        let entries = series.names.iter().enumerate();
+        let entries = entries.map(|(at, name)| Entry::new(Key::Field(data.colour(at)), name));
         let group = Group {
             heading: format!("{}:", Label::of(column).words),
             entries: entries.collect(),
         };
         groups.extend((!group.entries.is_empty()).then_some(group));
     }
-    if let Some(limit) = &bars.limit {
-        let value = super::group::in_words(limit.value, label);
-        groups.push(Group {
-            heading: String::new(),
-            entries: vec![Entry {
-                key: Key::Line(LIMIT_LINE, None),
-                words: capital(&format!("{}: {value}", limit.label)),
-            }],
-        });
-    }
+    let limit = bars.limit.as_ref().map(|limit| limit_entry(limit, label));
+    groups.extend(limit.map(|entry| Group::of(vec![entry])));
     groups
+}
+
+/// The name of a category beside its bars.
+fn draw_name(canvas: &mut Canvas, lines: &[String], (right, middle): (f64, f64)) {
+    let first = middle - 0.5 * (lines.len() as f64 - 1.0) * TICK_PX * LINE;
+    let lettering = Lettering::of(TICK_PX, Anchor::End);
+    canvas.lines(lines, (right, first), (TICK_PX * LINE, 0.0), &lettering);
+}
+
+/// Ends of a bar and of its spread on the sheet \[px\].
+struct Ends {
+    zero: f64,
+    end: f64,
+    low: f64,
+    high: f64,
+}
+
+impl Ends {
+    fn of(frame: &Frame, bar: &Spread) -> Self {
+        let inside = |x: f64| x.clamp(frame.area.left, frame.area.right);
+        let zero = inside(frame.across(0.0).unwrap_or(frame.area.left));
+        let at = |value: f64| frame.across(value).map_or(zero, inside);
+        Self {
+            zero,
+            end: at(bar.median),
+            low: at(bar.low),
+            high: at(bar.high),
+        }
+    }
+}
+
+/// A bar from 0 or the start of the axis, and its spread.
+fn draw_bar(canvas: &mut Canvas, frame: &Frame, top: f64, bar: Option<Spread>, colour: Colour) {
+    let Some(bar) = bar else { return };
+    let ends = Ends::of(frame, &bar);
+    let field = Area::of(
+        [ends.zero.min(ends.end), ends.zero.max(ends.end)],
+        [top + 1.5, top + BAR - 1.5],
+    );
+    canvas.fill(&field, colour);
+    if ends.high > ends.low {
+        let middle = top + 0.5 * BAR;
+        for (width_px, colour) in [(3.4, WHITE), (1.4, INK)] {
+            let stroke = Stroke::solid(colour, width_px);
+            canvas.path(&[(ends.low, middle), (ends.high, middle)], &stroke);
+            for x in [ends.low, ends.high] {
+                canvas.path(&[(x, middle - 4.0), (x, middle + 4.0)], &stroke);
+            }
+        }
+    }
+}
+
+/// The number behind a bar, on white: a limit's line may run there.
+fn draw_number(canvas: &mut Canvas, frame: &Frame, top: f64, bar: Option<Spread>) {
+    let middle = top + 0.5 * BAR;
+    let mut lettering = Lettering::of(NOTE_PX, Anchor::Start);
+    let Some(bar) = bar else {
+        let zero = frame.across(0.0).unwrap_or(frame.area.left);
+        let start = zero.max(frame.area.left) + 5.0;
+        return canvas.text(number::MISSING, (start, middle), &lettering);
+    };
+    let ends = Ends::of(frame, &bar);
+    let text = number::rounded(bar.median * frame.x.factor, 3);
+    let wide = width(&text, NOTE_PX);
+    let (before, behind) = (ends.low.min(ends.end), ends.high.max(ends.end));
+    let left = if bar.median < 0.0 && before - wide - 8.0 > frame.area.left {
+        before - wide - 5.0
+    } else if behind + wide + 8.0 < frame.area.right {
+        behind + 5.0
+    } else {
+        // The axis was given, and bar or spread fill it.
+        match bar.median < 0.0 {
+            true => frame.area.left + 4.0,
+            false => frame.area.right - wide - 4.0,
+        }
+    };
+    let ground = Area::of(
+        [left - 1.0, left + wide + 1.0],
+        [middle - 0.55 * NOTE_PX, middle + 0.55 * NOTE_PX],
+    );
+    canvas.fill(&ground, WHITE);
+    if bar.median < 0.0 && left < before {
+        lettering.anchor = Anchor::End;
+        canvas.text(&text, (left + wide, middle), &lettering);
+    } else {
+        canvas.text(&text, (left, middle), &lettering);
+    }
 }

@@ -1,4 +1,21 @@
-//! The UART of Arm's MPS2 boards.
+//! Arm's MPS2 in QEMU: mps2-an385 with a Cortex-M3, mps2-an386 with a Cortex-M4
+//! whose FPU is not used.
+
+/// Name of the board.
+pub const NAME: [u8; 8] = if cfg!(board = "m3") {
+    *b"m3\0\0\0\0\0\0"
+} else {
+    *b"m4\0\0\0\0\0\0"
+};
+
+/// Setpoints that its table holds.
+pub const TABLE_CAPACITY: usize = firmware::CAPACITY;
+
+/// Frequency of the processor's clock \[Hz\].
+pub const TIMER_HZ: u32 = 25_000_000;
+
+/// Parts of a tick that are told apart ([`crate::chip`]).
+pub const TICK_PARTS: u32 = 125;
 
 /// UART 0, at any rate: QEMU has no wires.
 pub mod uart {

@@ -1,28 +1,60 @@
-//! From [`Report`] to HTML: templates, plot data and assets in one file.
+//! The report: one HTML file that needs no network, drawn from plain data.
+//!
+//! A [`Report`] holds the contents of the page and
+//! nothing else: no clock, no file, no simulation. [`render`] fills the
+//! templates in `assets` with its serialised form, and the same report gives the
+//! same bytes. Only the step time on the host depends on the machine, which is
+//! why it is optional and the page shows it apart.
+//!
+//! ```
+//! use hil_core::report::Report;
+//! use hil_runner::report::render;
+//!
+//! let report = Report {
+//!     title: "Servo bench".into(),
+//!     command_line: "hil-runner".into(),
+//!     generated_by: "hil-runner 0.1.0".into(),
+//!     reserved: None,
+//!     cases: Vec::new(),
+//!     ladder: None,
+//! };
+//! assert!(render(&report)?.starts_with("<!doctype html>"));
+//! # Ok::<(), hil_runner::report::ReportError>(())
+//! ```
+//!
+//! # Contents of the file
+//!
+//! * Tables are plain HTML, legible with scripts switched off. They show five
+//!   significant digits; each number carries its full value (`<data value>`).
+//! * Plots are drawn by uPlot (`assets/uplot`, MIT, copied in unchanged) from
+//!   the report as JSON in the page. Curves are rounded to
+//!   [`PLOT_DIGITS`](hil_core::number::PLOT_DIGITS) significant digits, which no screen can tell from
+//!   the original and which halves the file.
+//! * A content security policy forbids every load, so that "no network" does
+//!   not rest on our word.
 
 use minijinja::syntax::SyntaxConfig;
 use minijinja::value::Serde;
 use minijinja::{AutoEscape, Environment, Value, context};
 
-use hil_core::digits;
 use hil_core::number;
 use hil_core::report::Report;
 
 /// The page and its parts; `report.html` includes the others by these names.
 const TEMPLATES: [(&str, &str); 4] = [
-    ("report.html", include_str!("../../assets/report.html")),
-    ("verdicts.html", include_str!("../../assets/verdicts.html")),
-    ("case.html", include_str!("../../assets/case.html")),
-    ("ladder.html", include_str!("../../assets/ladder.html")),
+    ("report.html", include_str!("../assets/report.html")),
+    ("verdicts.html", include_str!("../assets/verdicts.html")),
+    ("case.html", include_str!("../assets/case.html")),
+    ("ladder.html", include_str!("../assets/ladder.html")),
 ];
 
-const UPLOT_SCRIPT: &str = include_str!("../../assets/uplot/uPlot.iife.min.js");
-const UPLOT_STYLE: &str = include_str!("../../assets/uplot/uPlot.min.css");
-const UPLOT_LICENSE: &str = include_str!("../../assets/uplot/LICENSE");
-const STYLE: &str = include_str!("../../assets/report.css");
+const UPLOT_SCRIPT: &str = include_str!("../assets/uplot/uPlot.iife.min.js");
+const UPLOT_STYLE: &str = include_str!("../assets/uplot/uPlot.min.css");
+const UPLOT_LICENSE: &str = include_str!("../assets/uplot/LICENSE");
+const STYLE: &str = include_str!("../assets/report.css");
 const SCRIPTS: [&str; 2] = [
-    include_str!("../../assets/chart.js"),
-    include_str!("../../assets/report.js"),
+    include_str!("../assets/chart.js"),
+    include_str!("../assets/report.js"),
 ];
 
 /// The report could not be rendered. No file was written; the run itself and
@@ -132,5 +164,36 @@ fn standing(verdicts: Vec<Value>, reserved: Value) -> Option<&'static str> {
 /// the value do; none for all.
 fn margin_digits(margin: Value, value: Value, digits: Option<usize>) -> Option<usize> {
     let [margin, value] = [margin, value].map(|number| f64::try_from(number).ok());
-    Some(digits::of_margin(margin?, value?, digits?))
+    Some(number::of_margin(margin?, value?, digits?))
 }
+
+/// The line that starts this program with these words: a POSIX shell takes
+/// each of them as it is.
+///
+/// ```
+/// use hil_runner::report::command_line;
+///
+/// let words = ["run", "my axis.toml", "--set", "motion.travel_mm=20"];
+/// assert_eq!(
+///     command_line(words),
+///     "hil-runner run 'my axis.toml' --set 'motion.travel_mm=20'",
+/// );
+/// ```
+pub fn command_line<'w>(words: impl IntoIterator<Item = &'w str>) -> String {
+    let words = core::iter::once("hil-runner").chain(words);
+    // Quoting fails for NUL alone, which no command line can have had.
+    let quoter = shlex::Quoter::new().allow_nul(true);
+    quoter.join(words).unwrap_or_default()
+}
+
+/// An option that is given once for each of its values.
+pub fn each_with<'w>(
+    option: &'w str,
+    values: impl IntoIterator<Item = &'w String>,
+) -> impl Iterator<Item = &'w str> {
+    let pair = move |value: &'w String| [option, value.as_str()];
+    values.into_iter().flat_map(pair)
+}
+
+#[cfg(test)]
+mod tests;

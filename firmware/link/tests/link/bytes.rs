@@ -1,0 +1,164 @@
+//! The bytes of version 1, held by the CRC-32 of all that goes over the line.
+
+use firmware::axis::Inputs;
+use firmware::faults::{Fault, FaultCause, FaultValues};
+use firmware::{Dac, Event, GainWord, MotionPlan, Next, PidWords, Setpoint, State};
+use firmware_link::frame::{crc32, crc32_on};
+use firmware_link::plan::parts;
+use firmware_link::settings::{write_axis, write_law, write_paper};
+use firmware_link::{Events, Identity, Nak, Reply, Request, SourceKind, Status, Step, Stepped};
+
+use crate::parameters::axes;
+
+/// The CRC-32 of bodies, each with its length in front.
+fn crc_of<T: AsRef<[u8]>>(bodies: impl IntoIterator<Item = T>) -> u32 {
+    bodies.into_iter().fold(0, |crc, body| {
+        let length = u8::try_from(body.as_ref().len()).unwrap();
+        crc32_on(crc32_on(crc, &[length]), body.as_ref())
+    })
+}
+
+fn events(events: &[Event]) -> Events {
+    let mut set = Events::default();
+    events.iter().for_each(|event| set.insert(*event));
+    set
+}
+
+fn steps() -> impl Iterator<Item = Request<'static>> {
+    let setpoint = Setpoint {
+        position: -70_000,
+        velocity: 0x1234_5678,
+        acceleration: -3,
+    };
+    let nexts = [
+        Next::Underrun,
+        Next::Setpoint(setpoint),
+        Next::Last(setpoint),
+    ];
+    nexts.into_iter().enumerate().flat_map(|(k, next)| {
+        let odd = [false, true];
+        odd.map(|odd| {
+            Request::Step(Step {
+                events: events(&Events::ORDER[k..]),
+                inputs: Inputs {
+                    tick: if odd { 0x0102_0304_0506_0708 } else { 42 },
+                    motor_register: 0xfedc_ba98,
+                    load_register: odd.then_some(77),
+                    emergency_stop: k == 1,
+                    failed_transfers: u32::from(odd) * 3,
+                },
+                motor_unread: odd,
+                next,
+            })
+        })
+    })
+}
+
+#[test]
+fn the_requests() {
+    const PAYLOAD: &[u8] = &[1, 0, 2, 255];
+    let others = [
+        Request::Hello,
+        Request::Paper(PAYLOAD),
+        Request::Axis(PAYLOAD),
+        Request::Setpoints(PAYLOAD),
+        Request::Plan(PAYLOAD),
+        Request::Law(PAYLOAD),
+        Request::Status,
+    ];
+    let sources = [SourceKind::Table, SourceKind::Plan, SourceKind::Step];
+    let begins = sources.map(|source| Request::Begin {
+        configuration: 0xdead_beef,
+        source,
+        events: events(&[Event::Enable, Event::Start]),
+    });
+    let requests = others.into_iter().chain(begins).chain(steps());
+    let bodies = requests.map(|request| request.body(0x1f2e, 0x0a0b_0c0d, 41).unwrap());
+    assert_eq!(crc_of(bodies), 2_237_843_397);
+}
+
+#[test]
+fn the_replies() {
+    let identity = Identity {
+        version: 1,
+        target: *b"memory\0\0",
+        image_crc: 0x0102_0304,
+        flash_bytes: 5,
+        ram_bytes: 6,
+        table_capacity: 7,
+        timer_hz: 8,
+    };
+    let faults = FaultCause::ALL.map(|cause| {
+        Some(Fault {
+            cause,
+            tick: 9 << 40,
+            values: FaultValues {
+                setpoint: -1,
+                position: 2,
+                error: -3,
+                code: 4,
+                measured: -(5 << 33),
+                limit: 6 << 34,
+            },
+        })
+    });
+    let faults = faults.into_iter().chain([None]);
+    let steps = faults.zip(State::ALL.into_iter().cycle());
+    let steps = steps.map(|(fault, state)| {
+        Reply::Stepped(Stepped {
+            code: -8_191,
+            error_counts: 100_000,
+            state,
+            power: state.is_powered(),
+            out_of_range: fault.is_none(),
+            refused: events(&[Event::Reset, Event::Start]),
+            ticks: 0x0a0b_0c0d,
+            fault,
+        })
+    });
+    let naks = [
+        Nak::Damaged,
+        Nak::Session,
+        Nak::Number { expected: 7 },
+        Nak::Request,
+        Nak::Configuration { here: 9 },
+        Nak::Settings,
+        Nak::Table,
+        Nak::Driving,
+    ];
+    let others = [
+        Reply::Hello(identity),
+        Reply::Taken,
+        Reply::Status(Status {
+            stack_bytes: 2_824,
+            steps: 1_500,
+        }),
+    ];
+    let replies = others.into_iter().chain(naks.map(Reply::Nak)).chain(steps);
+    let bodies = replies.map(|reply| reply.body(0x1f2e, 0x0a0b_0c0d).unwrap());
+    assert_eq!(crc_of(bodies), 1_034_536_959);
+}
+
+#[test]
+fn the_settings_and_a_plan() {
+    let axes = axes();
+    let words = PidWords {
+        kp: GainWord::new(1_717_986_918, 29),
+        ki_dt: GainWord::new(1_374_389_535, 38),
+        kd_per_dt: GainWord::new(1_677_721_600, 25),
+        error_bits: 18,
+    };
+    let paper = write_paper(&words, Dac::with_bits(14).unwrap()).unwrap();
+    let laws = axes.iter().map(|axis| write_law(axis.law()).unwrap());
+    let settings = axes.iter().map(|axis| write_axis(axis).unwrap());
+    assert_eq!(
+        crc_of([paper].into_iter().chain(laws).chain(settings)),
+        3_076_774_177
+    );
+    let eighth_ps = 125_000_333_000;
+    let plan = MotionPlan::new(-(54_321 << 32) + 77, [eighth_ps; 7], 1_000_000).unwrap();
+    assert_eq!(crc_of(parts(&plan)), 429_898_691);
+    // The contrast: a length and an order are seen.
+    assert_ne!(crc_of([&[1, 2], &[3, 4]]), crc_of([&[1, 2], &[4, 3]]));
+    assert_ne!(crc_of([&[7][..]]), crc32(&[7]));
+}
