@@ -65,15 +65,24 @@ fn a_motor_that_hunts_within_the_gap_moves_no_carriage() {
 }
 
 /// The figures are those of the rows: the last 4,096 at most, from the middle
-/// of the rest on.
+/// of the rest on, or those that `run.rest_window_s` asks for.
 #[test]
 fn the_window_is_the_second_half_of_the_rest() {
     // Samples of 2 ms: the motion ends at 1 s, the rest's middle is at 3.5 s or 11 s.
-    for (duration, first, last) in [("6", 1750, 3000), ("21", 10_500 - 4095, 10_500)] {
-        let case = vertical(&[
-            "controller.sample_time_s=0.002",
-            &format!("run.duration_s={duration}"),
-        ]);
+    for (duration, wanted, first, last) in [
+        ("6", None, 1750, 3000),
+        ("21", None, 10_500 - 4095, 10_500),
+        ("6", Some("1.7"), 2150, 3000),
+        ("6", Some("5"), 500, 3000),
+        ("21", Some("10"), 5500, 10_500),
+    ] {
+        let mut sets = vec![
+            "controller.sample_time_s=0.002".to_owned(),
+            format!("run.duration_s={duration}"),
+        ];
+        sets.extend(wanted.map(|window| format!("run.rest_window_s={window}")));
+        let sets: Vec<&str> = sets.iter().map(String::as_str).collect();
+        let case = vertical(&sets);
         let (rows, outcome) = rows(&case, LinkKind::InProcess);
         assert_eq!(rows.len(), last + 1);
         let window = &rows[first..];
@@ -85,9 +94,9 @@ fn the_window_is_the_second_half_of_the_rest() {
         let x: Vec<f64> = window.iter().map(|row| 1e6 * p * row.gamma_rad).collect();
         let expected = amplitude(&x);
         let found = figures.rest_ripple_um.unwrap();
-        assert!((found / expected - 1.0).abs() < 1e-6, "{found} {expected}");
+        assert!((found / expected - 1.0).abs() < 1e-9, "{found} {expected}");
         // The contrast: another window, another ripple.
-        assert!((found / amplitude(&x[100..]) - 1.0).abs() > 1e-6);
+        assert!((found / amplitude(&x[100..]) - 1.0).abs() > 1e-9);
         // So are the errors at rest, to the last rounding.
         let errors_um = |rows: &[Row]| -> Vec<f64> {
             let carriage_m = rows.iter().map(|row| row.x_ref_m - p * row.gamma_rad);

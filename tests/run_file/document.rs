@@ -115,7 +115,12 @@ pub(crate) fn samples(key: &Key) -> (String, String) {
         Kind::Number(_) => pair("2", "3.5"),
         Kind::Whole(..) => pair("12", "14"),
         Kind::Time(Range::NotNegative) | Kind::TimeOrWord(..) => pair("0", "0.001"),
-        Kind::Time(_) => pair("0.002", "0.001"),
+        Kind::Time(_) => match key.name {
+            // Long enough for a rest, and a window within it.
+            "duration_s" => pair("1000", "999"),
+            "rest_window_s" => pair("200", "300"),
+            _ => pair("0.002", "0.001"),
+        },
         Kind::Intervals => pair("[1, 0, 1, 0, 1, 0, 1]", "[1, 0.5, 1, 0, 1, 0, 1]"),
     }
 }

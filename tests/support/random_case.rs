@@ -84,6 +84,7 @@ pub fn random_case(draw: &mut Draw, laws: &[Law], sample_times_s: (f64, f64)) ->
             rk4_step_ns: 10_000,
             tolerance: 1e-11,
             settling_band_um: 100.0,
+            rest_window_ns: None,
             events: true,
         },
         budget: None,

@@ -198,6 +198,9 @@ pub struct RunSettings {
     pub tolerance: f64,
     /// Half width of the settling band at the carriage \[µm\].
     pub settling_band_um: f64,
+    /// Length of the window at the end of the run that the figures of rest are
+    /// taken from \[ns\]; `None` for the second half of the rest.
+    pub rest_window_ns: Option<u64>,
     /// List every contact change in the summary.
     pub events: bool,
 }

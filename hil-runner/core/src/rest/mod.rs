@@ -4,7 +4,8 @@
 //! At rest is the axis from the end of the motion (on rung `firmware` from the
 //! last request, gain change or injected fault, if that is later) to the end of
 //! the run. Looked at is the *window*, the second half of that: the rows from
-//! its middle on, the last 4,096 of them at most, so that memory stays bounded.
+//! its middle on, the last 4,096 of them at most, so that memory stays bounded;
+//! or as much of its end as `run.rest_window_s` asks for.
 //! With fewer than 8 rows there is no window and all figures of it are null.
 //!
 //! The carriage is taken at the rows alone, the samples, on rung `continuous`
@@ -159,8 +160,14 @@ impl Seen {
 /// Rows of a window at least: a line takes two, three periods some more.
 pub const FEWEST: u64 = 8;
 
-/// Rows of a window at most: 32 kB of positions.
+/// Rows of a window at most that nobody asked for: 32 kB of positions.
 const MOST: u64 = 4_096;
+
+/// Rows of `run.rest_window_s` at most: 8 MB of positions.
+const MOST_WANTED: u64 = 1_000_000;
+
+/// Difference at which two times are one \[s\]: the motion's end is a sum of seconds.
+const ROUNDING_S: f64 = 1e-12;
 
 /// Consecutive rows up to the end of the run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -176,8 +183,12 @@ impl Window {
     pub fn of(case: &Case) -> Option<Self> {
         let interval_ns = interval_ns(case)?;
         let (rest_s, end_s) = (rest_from_s(case), seconds(case.run.duration_ns));
-        let from_s = 0.5 * (rest_s + end_s);
-        if from_s >= end_s {
+        let wanted = case.run.rest_window_ns;
+        let from_s = match wanted {
+            Some(ns) => seconds(case.run.duration_ns.checked_sub(ns)?),
+            None => 0.5 * (rest_s + end_s),
+        };
+        if from_s + ROUNDING_S < rest_s || from_s >= end_s {
             return None;
         }
         let last = case.run.duration_ns / interval_ns;
@@ -188,8 +199,9 @@ impl Window {
             first += 1;
         }
         let rows = (last + 1).saturating_sub(first);
+        let most = if wanted.is_some() { MOST_WANTED } else { MOST };
         (rows >= FEWEST).then_some(Self {
-            first: first.max((last + 1).saturating_sub(MOST)),
+            first: first.max((last + 1).saturating_sub(most)),
             interval_ns,
         })
     }
@@ -202,6 +214,26 @@ fn interval_ns(case: &Case) -> Option<u64> {
         _ => case.controller.sample_time_ns,
     };
     interval_ns.filter(|&ns| ns > 0)
+}
+
+/// What is allowed where `run.rest_window_s` does not lie within the rest, or has
+/// too few or too many rows.
+pub(crate) fn unfit_window(case: &Case) -> Option<String> {
+    let (window_ns, interval_ns) = (case.run.rest_window_ns?, interval_ns(case)?);
+    let rest_s = (seconds(case.run.duration_ns) - rest_from_s(case)).max(0.0);
+    let (rest, interval) = (number::table(rest_s), number::table(seconds(interval_ns)));
+    if seconds(window_ns) > rest_s + ROUNDING_S {
+        return Some(format!(
+            "the window must lie within the rest, which the run ends with and which takes {rest} s"
+        ));
+    }
+    let rows = window_ns / interval_ns + 1;
+    let fits = (FEWEST..=MOST_WANTED).contains(&rows);
+    (!fits).then(|| {
+        format!(
+            "its samples, {interval} s apart, would be {rows}; {FEWEST} to {MOST_WANTED} are allowed"
+        )
+    })
 }
 
 /// End of the last thing that is asked of the axis or happens to it \[s\].

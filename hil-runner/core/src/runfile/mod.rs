@@ -53,6 +53,7 @@ use crate::case::{
     TargetSettings,
 };
 use crate::options::AxisOptions;
+use crate::rest::unfit_window;
 use check::Values;
 use errors::Findings;
 use tree::{Table, Toml};
@@ -84,11 +85,17 @@ impl RunFile {
         overrides::apply(&mut tree, sets, &mut findings);
         let values = check::check(&tree, &mut findings);
         match consistency::check(&values, &mut findings) {
-            Some(motion) if findings.is_empty() => Ok(Self {
-                case: case(source_name, &tree, &values, motion),
-                source_name: source_name.to_owned(),
-                values,
-            }),
+            Some(motion) if findings.is_empty() => {
+                let file = Self {
+                    case: case(source_name, &tree, &values, motion),
+                    source_name: source_name.to_owned(),
+                    values,
+                };
+                match unfit_window(&file.case) {
+                    Some(because) => Err(file.refuse("run.rest_window_s", &because)),
+                    None => Ok(file),
+                }
+            }
             _ => Err(findings.into_errors()),
         }
     }
@@ -193,6 +200,7 @@ fn blank(motion: Motion) -> Case {
             rk4_step_ns: 0,
             tolerance: 0.0,
             settling_band_um: 0.0,
+            rest_window_ns: None,
             events: false,
         },
         budget: None,

@@ -291,6 +291,12 @@ const RUN: &[Key] = &[
         .or(Value::Number(100.0))
         .at(|c| Some(&mut c.run.settling_band_um))
         .shown("Settling band ±"),
+    time("rest_window_s", Positive)
+        .meaning("length of the window of rest, up to the end of the run,")
+        .optional("0.2")
+        .at(|c| Some(&mut c.run.rest_window_ns))
+        .shown("Window of rest")
+        .note(&["default: the second half of the rest, at most 4096 samples"]),
     flag("events")
         .meaning("switch that lists every contact change")
         .or(Value::Flag(true))
