@@ -151,8 +151,11 @@ impl What {
         value: u32,
         [least, most]: [u32; 2],
     ) -> Result<(), Refusal> {
-        let allowed = [wide::unsigned(least), wide::unsigned(most)];
-        self.within(wide::unsigned(value), allowed)
+        if value < least || value > most {
+            let allowed = [wide::unsigned(least), wide::unsigned(most)];
+            return Err(Refusal::new(self, wide::unsigned(value), allowed));
+        }
+        Ok(())
     }
 
     /// The same for bytes.
@@ -168,7 +171,11 @@ impl What {
     /// The same for a mantissa, which must not be negative.
     #[inline(always)]
     pub(crate) const fn positive(self, mantissa: i32) -> Result<(), Refusal> {
-        self.within(wide::signed(mantissa), [0, wide::signed(i32::MAX)])
+        if mantissa < 0 {
+            let allowed = [0, wide::signed(i32::MAX)];
+            return Err(Refusal::new(self, wide::signed(mantissa), allowed));
+        }
+        Ok(())
     }
 }
 

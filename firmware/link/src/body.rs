@@ -1,7 +1,7 @@
 //! Bodies: numbers as bytes, the lowest byte first, behind a header.
 //!
 //! What a body holds is said once, by a function that hands its fields to a
-//! [`Wire`] in their order: a [`Writer`] takes their values, a [`Reader`] gives
+//! `Wire` in their order: a `Writer` takes their values, a [`Reader`] gives
 //! them those that came.
 
 use core::mem::discriminant;

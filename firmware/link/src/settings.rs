@@ -5,7 +5,7 @@ use heapless::Vec;
 
 use crate::body::{Reader, Wire, Writer};
 use crate::frame::LARGEST_BODY;
-use firmware::axis::{Axis, Feedback, Monitors, Rest};
+use firmware::axis::{Axis, Feedback, Monitors};
 use firmware::backlash_compensation::{BacklashCompensation, Trigger};
 use firmware::dac::Dac;
 use firmware::gains::PidWords;
@@ -21,78 +21,32 @@ use firmware::word::GainWord;
 /// A part of a configuration.
 pub type Payload = Vec<u8, LARGEST_BODY>;
 
-/// Settings of an axis, not accepted yet. The default is everything off, and
-/// no converter: that one has to be named.
+/// A law's words and its converter, not accepted yet.
 #[derive(Debug, Clone, Copy)]
-pub struct Settings {
-    pub(crate) dac_bits: u32,
-    pub(crate) words: LawWords,
-    pub(crate) slew: Option<u32>,
-    pub(crate) quantiser: Quantiser,
-    pub(crate) counter: CounterParameters,
-    pub(crate) feedback: Feedback,
-    pub(crate) backlash_compensation: Option<BacklashCompensation>,
-    pub(crate) rest: Rest,
-    pub(crate) monitors: Monitors,
+struct LawSettings {
+    dac_bits: u32,
+    words: LawWords,
 }
 
-impl Default for Settings {
-    fn default() -> Self {
-        Self {
-            dac_bits: 0,
-            words: LawWords::NONE,
-            slew: None,
-            quantiser: Quantiser::Nearest,
-            counter: CounterParameters::WORD,
-            feedback: Feedback::Motor,
-            backlash_compensation: None,
-            rest: Rest::NONE,
-            monitors: Monitors::NONE,
-        }
-    }
-}
+impl LawSettings {
+    const NONE: Self = Self {
+        dac_bits: 0,
+        words: LawWords::NONE,
+    };
 
-impl Settings {
-    fn of_law(law: &Law) -> Self {
+    fn of(law: &Law) -> Self {
         Self {
             dac_bits: law.dac().bits(),
             words: *law.words(),
-            ..Self::default()
-        }
-    }
-
-    fn of_axis(axis: &Axis) -> Self {
-        Self {
-            slew: axis.output().slew_codes(),
-            quantiser: axis.output().quantiser(),
-            counter: axis.counter,
-            feedback: axis.feedback,
-            backlash_compensation: axis.backlash_compensation,
-            rest: axis.rest,
-            monitors: axis.monitors,
-            ..Self::of_law(axis.law())
         }
     }
 
     /// The law; `None` where the firmware refuses it.
-    fn law(&self) -> Option<Law> {
+    fn accepted(&self) -> Option<Law> {
         Law::accept(self.words, Dac::with_bits(self.dac_bits).ok()?).ok()
     }
 
-    /// The axis; `None` where the firmware refuses it.
-    pub fn axis(&self) -> Option<Axis> {
-        let law = self.law()?;
-        let output = Output::new(law.dac(), self.slew, self.quantiser).ok()?;
-        let mut axis = Axis::new(law, output);
-        axis.counter = self.counter;
-        axis.feedback = self.feedback;
-        axis.backlash_compensation = self.backlash_compensation;
-        axis.rest = self.rest;
-        axis.monitors = self.monitors;
-        Some(axis)
-    }
-
-    fn law_fields(&mut self, wire: &mut impl Wire) -> Option<()> {
+    fn fields(&mut self, wire: &mut impl Wire) -> Option<()> {
         dac(wire, &mut self.dac_bits)?;
         let words = &mut self.words;
         wire.u8(&mut words.error_bits)?;
@@ -128,31 +82,6 @@ impl Settings {
             AntiWindup::None | AntiWindup::Clamp => Some(()),
         }
     }
-
-    fn axis_fields(&mut self, wire: &mut impl Wire) -> Option<()> {
-        self.law_fields(wire)?;
-        optional(wire, &mut self.slew)?;
-        const QUANTISERS: [Quantiser; 3] = [
-            Quantiser::Nearest,
-            Quantiser::ErrorFeedback,
-            Quantiser::Dither { seed: 0 },
-        ];
-        wire.choice(&mut self.quantiser, &QUANTISERS)?;
-        match &mut self.quantiser {
-            Quantiser::Dither { seed } => wire.u32(seed)?,
-            Quantiser::Nearest | Quantiser::ErrorFeedback => wire.u32(&mut 0)?,
-        }
-        counter(wire, &mut self.counter)?;
-        const FEEDBACKS: [Feedback; 2] = [Feedback::Motor, Feedback::Load(CounterParameters::WORD)];
-        wire.choice(&mut self.feedback, &FEEDBACKS)?;
-        if let Feedback::Load(load) = &mut self.feedback {
-            counter(wire, load)?;
-        }
-        backlash_compensation(wire, &mut self.backlash_compensation)?;
-        wire.u32(&mut self.rest.dead_band)?;
-        wire.flag(&mut self.rest.hold_integral)?;
-        monitors(wire, &mut self.monitors)
-    }
 }
 
 /// The paper's words and converter.
@@ -178,28 +107,71 @@ pub fn read_paper(payload: &[u8]) -> Option<(Pid, Dac)> {
 
 /// The law of an axis with its converter.
 pub fn write_law(law: &Law) -> Option<Payload> {
-    Writer::body(|to| Settings::of_law(law).law_fields(to))
+    Writer::body(|to| LawSettings::of(law).fields(to))
 }
 
 /// Reads what [`write_law`] wrote; `None` if it is damaged or refused.
 pub fn read_law(payload: &[u8]) -> Option<Law> {
-    let (mut settings, mut from) = (Settings::default(), Reader::new(payload));
-    settings.law_fields(&mut from)?;
+    let (mut law, mut from) = (LawSettings::NONE, Reader::new(payload));
+    law.fields(&mut from)?;
     from.end()?;
-    settings.law()
+    law.accepted()
 }
 
 /// All parameters of an axis.
 pub fn write_axis(axis: &Axis) -> Option<Payload> {
-    Writer::body(|to| Settings::of_axis(axis).axis_fields(to))
+    let output = axis.output();
+    Writer::body(|to| {
+        LawSettings::of(axis.law()).fields(to)?;
+        output_fields(to, &mut output.slew_codes(), &mut output.quantiser())?;
+        axis_fields(to, &mut { *axis })
+    })
 }
 
 /// Reads what [`write_axis`] wrote; `None` if it is damaged or refused.
 pub fn read_axis(payload: &[u8]) -> Option<Axis> {
-    let (mut settings, mut from) = (Settings::default(), Reader::new(payload));
-    settings.axis_fields(&mut from)?;
+    let (mut law, mut from) = (LawSettings::NONE, Reader::new(payload));
+    law.fields(&mut from)?;
+    let law = law.accepted()?;
+    let (mut slew, mut quantiser) = (None, Quantiser::Nearest);
+    output_fields(&mut from, &mut slew, &mut quantiser)?;
+    let mut axis = Axis::new(law, Output::new(law.dac(), slew, quantiser).ok()?);
+    axis_fields(&mut from, &mut axis)?;
     from.end()?;
-    settings.axis()
+    Some(axis)
+}
+
+/// Slew limit and quantiser of an axis.
+fn output_fields(
+    wire: &mut impl Wire,
+    slew: &mut Option<u32>,
+    quantiser: &mut Quantiser,
+) -> Option<()> {
+    optional(wire, slew)?;
+    const QUANTISERS: [Quantiser; 3] = [
+        Quantiser::Nearest,
+        Quantiser::ErrorFeedback,
+        Quantiser::Dither { seed: 0 },
+    ];
+    wire.choice(quantiser, &QUANTISERS)?;
+    match quantiser {
+        Quantiser::Dither { seed } => wire.u32(seed),
+        Quantiser::Nearest | Quantiser::ErrorFeedback => wire.u32(&mut 0),
+    }
+}
+
+/// What an axis has besides law and output.
+fn axis_fields(wire: &mut impl Wire, axis: &mut Axis) -> Option<()> {
+    counter(wire, &mut axis.counter)?;
+    const FEEDBACKS: [Feedback; 2] = [Feedback::Motor, Feedback::Load(CounterParameters::WORD)];
+    wire.choice(&mut axis.feedback, &FEEDBACKS)?;
+    if let Feedback::Load(load) = &mut axis.feedback {
+        counter(wire, load)?;
+    }
+    backlash_compensation(wire, &mut axis.backlash_compensation)?;
+    wire.u32(&mut axis.rest.dead_band)?;
+    wire.flag(&mut axis.rest.hold_integral)?;
+    monitors(wire, &mut axis.monitors)
 }
 
 fn paper(wire: &mut impl Wire, dac_bits: &mut u32, words: &mut PidWords) -> Option<()> {

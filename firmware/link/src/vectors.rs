@@ -31,8 +31,8 @@ mod settings;
 use firmware::axis::{Axis, AxisState};
 use thiserror::Error;
 
-pub use crate::settings::Settings;
 pub use row::{Given, Wanted};
+pub use settings::Settings;
 
 /// A row with all that comes before it.
 #[derive(Debug, Clone, Copy)]

@@ -149,6 +149,7 @@ impl LawWords {
         })
     }
 
+    #[inline(never)]
     const fn term(
         &self,
         part: Part,

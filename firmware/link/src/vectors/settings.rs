@@ -1,17 +1,17 @@
 //! An axis from lines `key = value`, numbers and names only.
 
-use firmware::axis::Feedback;
+use firmware::axis::{Axis, Feedback, Monitors, Rest};
 use firmware::backlash_compensation::{BacklashCompensation, Room, Trigger};
-use firmware::law::{AntiWindup, Derivative, FilterWords};
+use firmware::dac::Dac;
+use firmware::law::{AntiWindup, Derivative, FilterWords, Law, LawWords};
 use firmware::monitor::{
     EncoderLossMonitor, FollowingErrorMonitor, SaturationMonitor, TickMonitor,
 };
-use firmware::output::Quantiser;
+use firmware::output::{Output, Quantiser};
 use firmware::position::CounterParameters;
 use firmware::word::GainWord;
 
 use super::row::Columns;
-use crate::settings::Settings;
 
 /// Values that belong together.
 impl Columns<'_> {
@@ -38,7 +38,51 @@ impl Columns<'_> {
     }
 }
 
+/// Settings of an axis, not accepted yet. The default is everything off, and
+/// no converter: that one has to be named.
+#[derive(Debug, Clone, Copy)]
+pub struct Settings {
+    dac_bits: u32,
+    words: LawWords,
+    slew: Option<u32>,
+    quantiser: Quantiser,
+    counter: CounterParameters,
+    feedback: Feedback,
+    backlash_compensation: Option<BacklashCompensation>,
+    rest: Rest,
+    monitors: Monitors,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            dac_bits: 0,
+            words: LawWords::NONE,
+            slew: None,
+            quantiser: Quantiser::Nearest,
+            counter: CounterParameters::WORD,
+            feedback: Feedback::Motor,
+            backlash_compensation: None,
+            rest: Rest::NONE,
+            monitors: Monitors::NONE,
+        }
+    }
+}
+
 impl Settings {
+    /// The axis; `None` where the firmware refuses it.
+    pub fn axis(&self) -> Option<Axis> {
+        let law = Law::accept(self.words, Dac::with_bits(self.dac_bits).ok()?).ok()?;
+        let output = Output::new(law.dac(), self.slew, self.quantiser).ok()?;
+        let mut axis = Axis::new(law, output);
+        axis.counter = self.counter;
+        axis.feedback = self.feedback;
+        axis.backlash_compensation = self.backlash_compensation;
+        axis.rest = self.rest;
+        axis.monitors = self.monitors;
+        Some(axis)
+    }
+
     /// Takes the line `key = value`; `None` where it says nothing known, or a
     /// value that the firmware refuses.
     pub fn set(&mut self, line: &str) -> Option<()> {
