@@ -144,9 +144,12 @@ fn unstable_loop(case: &Case) -> Option<String> {
     if case.controller.law == Law::Continuous {
         return None;
     }
-    let states = [(JointState::Closed, "closed"), (JointState::Open, "open")];
+    let states = [
+        (JointState::Contact, "in contact"),
+        (JointState::Gap, "in the gap"),
+    ];
     let unstable = states.into_iter().filter_map(|(joint, words)| {
-        if joint == JointState::Open && !case.has_gap() {
+        if joint == JointState::Gap && !case.has_gap() {
             return None;
         }
         let margin = margin(case, joint)?.signed();
@@ -155,7 +158,7 @@ fn unstable_loop(case: &Case) -> Option<String> {
     let unstable: Vec<String> = unstable.collect();
     (!unstable.is_empty()).then(|| {
         format!(
-            "the sampled loop is unstable with the joint {}: small causes grow, and figures do not \
+            "the sampled loop is unstable {}: small causes grow, and figures do not \
              hold beyond the digits that are shown",
             unstable.join(" and ")
         )

@@ -180,7 +180,7 @@ fn a_change_of_resolution_alone_changes_no_loop() {
         let mut study = of_axis("resolution", axis).unwrap();
         let base = study.reference.base().clone();
         let both = |case: &Case| {
-            [JointState::Closed, JointState::Open]
+            [JointState::Contact, JointState::Gap]
                 .map(|joint| margin(case, joint).map(|margin| margin.signed()))
         };
         let own = both(&base);

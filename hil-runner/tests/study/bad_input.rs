@@ -175,16 +175,12 @@ fn every_mistake_has_its_line() {
             format!(
                 "{}{}",
                 axis("values = [1, 2]"),
-                map("border = [\"half\"]\n")
+                map("border = [\"closed\"]\n")
             ),
-            "unknown variant `half`, expected `closed` or `open`",
+            "unknown variant `closed`, expected `contact` or `gap`",
         ),
         (
-            format!(
-                "{}{}",
-                axis("values = [1, 2]"),
-                map("border = [\"open\"]\n")
-            ),
+            format!("{}{}", axis("values = [1, 2]"), map("border = [\"gap\"]\n")),
             "picture \"f\": a border needs x and y to be axes with from and to",
         ),
         (

@@ -34,7 +34,7 @@
 //! steps makes a relay of the staircase, and then there is a cycle wherever the
 //! loop has a gain margin at all; a whole mean leaves room to rest.
 //!
-//! An axis with a gap and no weight stands with its joint open: the motor cycles
+//! An axis with a gap and no weight stands in the gap: the motor cycles
 //! alone and the carriage does not move. Where the motor would reach the flanks
 //! there is no prediction.
 
@@ -189,7 +189,7 @@ pub fn gap_cycles(case: &Case) -> Vec<Cycle> {
     let odd = resistance.constant_n == 0.0 && resistance.quadratic_ns2_per_rad2 == 0.0;
     let (Joint::Elastic(joint), Some(delayed), true) = (
         case.axis.transmission.joint,
-        DelayedLoop::of(case, JointState::Closed),
+        DelayedLoop::of(case, JointState::Contact),
         odd && is_papers_loop(case),
     ) else {
         return Vec::new();
@@ -323,8 +323,8 @@ impl SteppedLoop {
             _ => None,
         };
         let joint = match room_rad {
-            Some(_) => JointState::Open,
-            None => JointState::Closed,
+            Some(_) => JointState::Gap,
+            None => JointState::Contact,
         };
         // p·a0 = k_m·I/z and V = R·I hold it.
         let current_a = transmission.screw_pitch_m_per_rad * weight_n * transmission.gear_ratio

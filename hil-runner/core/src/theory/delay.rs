@@ -29,11 +29,11 @@ use crate::case::{Case, Law};
 use crate::number::seconds;
 
 /// The margins of a case as hold and delay change them to first order, with the
-/// joint closed; on rung `continuous` those of the paper's own loop. `None`
+/// axis in contact; on rung `continuous` those of the paper's own loop. `None`
 /// where the loop is not the paper's ([`is_papers_loop`]), or its delay or
 /// sample time is not known.
 pub fn margin_by_delay(case: &Case) -> Option<Margin> {
-    let delayed = DelayedLoop::of(case, JointState::Closed)?;
+    let delayed = DelayedLoop::of(case, JointState::Contact)?;
     is_papers_loop(case).then(|| delayed.margin())
 }
 

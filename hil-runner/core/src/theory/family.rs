@@ -55,7 +55,7 @@ pub enum LoopError {
 /// use hil_core::theory::{JointState, LoopFamily, LoopGains};
 ///
 /// let case = runfile::builtin("paper-2", &[])?;
-/// let family = LoopFamily::new(&case.axis, 1_000_000, 0, JointState::Closed)?;
+/// let family = LoopFamily::new(&case.axis, 1_000_000, 0, JointState::Contact)?;
 /// let gains = LoopGains::of(&case);
 /// assert!(family.margin(&gains).stable);
 /// assert!(!family.margin(&gains.times(200.0)).stable);
@@ -85,7 +85,7 @@ impl LoopFamily {
     /// polynomial: some ten microseconds to a millisecond.
     ///
     /// # Errors
-    /// [`LoopError`] for a rigid axis with an open joint, and for a timing that
+    /// [`LoopError`] for a rigid axis in a gap, and for a timing that
     /// cannot be.
     pub fn new(
         axis: &AxisParameters,
@@ -254,7 +254,7 @@ fn angles(characteristic: &Characteristic, corners_radps: &[f64; 4], period_s: f
 /// The margins of a case's linear loop: sampled, with hold and delay as they
 /// are, or on rung `continuous` the paper's own. `None` where the loop is not
 /// the paper's ([`is_papers_loop`]), its sample time or delay is not known, or
-/// a rigid axis is asked for an open joint.
+/// a rigid axis is asked for its gap.
 ///
 /// Works out a family for one case; whoever has many of one axis and timing
 /// keeps the [`LoopFamily`].

@@ -1,4 +1,4 @@
-//! The axis as a linear system, its joint closed or open.
+//! The axis as a linear system, in contact or in the gap.
 
 use nalgebra::{Complex, SMatrix, SVector};
 use plant::{AxisParameters, Joint};
@@ -8,9 +8,9 @@ use plant::{AxisParameters, Joint};
 pub enum JointState {
     /// A flank carries: k and c act as if there were no gap. A rigid axis is
     /// one body.
-    Closed,
+    Contact,
     /// Within the gap: the motor turns its gear alone. A rigid axis has none.
-    Open,
+    Gap,
 }
 
 /// The linear axis, `J1·β̈ = k_m·I/z − Ψ`, `J2·γ̈ = Ψ − p·a1·γ̇`,
@@ -51,7 +51,7 @@ pub(crate) const ONE: usize = 3;
 pub(crate) const TWO: usize = 5;
 
 impl LinearAxis {
-    /// The linear axis; none for the open joint of a rigid axis.
+    /// The linear axis; none within the gap of a rigid axis, which has none.
     pub(crate) fn new(axis: &AxisParameters, joint: JointState) -> Option<Self> {
         let (motor, transmission) = (&axis.motor, &axis.transmission);
         let (z, p) = (transmission.gear_ratio, transmission.screw_pitch_m_per_rad);
@@ -61,12 +61,12 @@ impl LinearAxis {
         // The torque p·F_r of F_r = a1·γ̇.
         let drag_nms_per_rad = p * axis.carriage.resistance.linear_ns_per_rad;
         let (gear_kg_m2, drag_nms_per_rad, load) = match (transmission.joint, joint) {
-            (Joint::Rigid, JointState::Open) => return None,
-            (Joint::Elastic(_), JointState::Open) => (gear_kg_m2, 0.0, None),
-            (Joint::Rigid, JointState::Closed) => {
+            (Joint::Rigid, JointState::Gap) => return None,
+            (Joint::Elastic(_), JointState::Gap) => (gear_kg_m2, 0.0, None),
+            (Joint::Rigid, JointState::Contact) => {
                 (gear_kg_m2 + screw_kg_m2, drag_nms_per_rad, None)
             }
-            (Joint::Elastic(joint), JointState::Closed) => {
+            (Joint::Elastic(joint), JointState::Contact) => {
                 let load = Load {
                     screw_kg_m2,
                     stiffness_nm_per_rad: joint.stiffness_nm_per_rad,

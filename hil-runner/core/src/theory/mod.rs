@@ -3,8 +3,8 @@
 //!
 //! ```text
 //!  Case ──► LinearAxis ──► HeldStep ──► PulseResponse ──► Characteristic ──► stable?
-//!           joint closed   Φ, Γ0, Γ1    β/V in w = z − 1   L(e^{jωΔt})        Routh
-//!           or open                                             │
+//!           in contact     Φ, Γ0, Γ1    β/V in w = z − 1   L(e^{jωΔt})        Routh
+//!           or in the gap                                       │
 //!                    LoopFamily = Characteristic + Grid ────────┴──► Margin
 //! ```
 //!

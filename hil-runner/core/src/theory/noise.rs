@@ -29,7 +29,7 @@ use crate::case::{Case, Law};
 use crate::number::seconds;
 use crate::options::Quantiser;
 
-/// Quantisation noise of an axis in motion, the joint closed: standard
+/// Quantisation noise of an axis in motion, in contact: standard
 /// deviations at the samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Noise {
@@ -81,13 +81,13 @@ pub fn quantisation_noise(case: &Case) -> Option<Noise> {
     if !nearest || !is_papers_loop(case) {
         return None;
     }
-    let axis = LinearAxis::new(&case.axis, JointState::Closed)?;
+    let axis = LinearAxis::new(&case.axis, JointState::Contact)?;
     let period_s = seconds(case.controller.sample_time_ns.filter(|&ns| ns > 0)?);
     let delay_s = seconds(case.controller.computation_delay.fixed_ns()?);
     let gains = LoopGains::of(case);
     let rad_per_count = 1.0 / case.encoder.counts_per_rad;
     let volts_per_code = case.dac.step_v * case.amplifier.gain;
-    let family = LoopFamily::of(case, JointState::Closed)?;
+    let family = LoopFamily::of(case, JointState::Contact)?;
     if !family.is_stable(&gains) {
         return None;
     }

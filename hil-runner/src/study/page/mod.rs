@@ -243,7 +243,7 @@ fn axis_row(axis: &Axis, plan: PlanKind) -> Value {
 pub fn unstable_words(tally: &RungTally) -> Option<String> {
     (tally.unstable > 0).then(|| {
         format!(
-            "{}: theory calls the loop of {} of {} runs unstable, with the joint closed or open (margin \
+            "{}: theory calls the loop of {} of {} runs unstable, in contact or in the gap (margin \
              below 0): their figures may not hold, and --row N says which digits do; {} of them are within \
              the limits, and not among the best",
             tally.rung, tally.unstable, tally.made, tally.unstable_passed

@@ -102,7 +102,7 @@ pub fn draw(study: &Study, rows: &PictureRows) -> Vec<Drawn> {
 /// Points along each axis at which the margin is computed.
 const POINTS: u32 = 81;
 
-/// The borders with the joint closed and open over the axes of these columns,
+/// The borders in contact and in the gap over the axes of these columns,
 /// whatever rung of the study has a margin; none where the columns are no
 /// numeric axes.
 fn borders(study: &Study, map: &Map) -> Vec<Curve> {
@@ -131,8 +131,8 @@ fn borders(study: &Study, map: &Map) -> Vec<Curve> {
         }
     }
     let words = [
-        (Border::Closed, "border of stability, joint closed"),
-        (Border::Open, "border of stability, joint open"),
+        (Border::Contact, "border of stability, in contact"),
+        (Border::Gap, "border of stability, in the gap"),
     ];
     let wanted = words.into_iter().zip(&fields);
     let wanted = wanted.filter(|((border, _), _)| map.border.contains(border));

@@ -72,7 +72,7 @@ pub struct RungTally {
     pub not_made: u64,
     /// Runs within all limits.
     pub passed: u64,
-    /// Runs whose linear loop is unstable with the joint open or closed: their
+    /// Runs whose linear loop is unstable in contact or in the gap: their
     /// figures may not hold.
     pub unstable: u64,
     /// Those of them that are within all limits.

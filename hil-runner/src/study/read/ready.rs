@@ -153,7 +153,7 @@ fn words_of(base_name: &str, base: &Template, rungs: Option<&[Law]>) -> Value {
         rigid => transmission.joint == Joint::Rigid,
         has_gap => case.has_gap(),
         // Whether theory has a linear loop of the runs.
-        has_loop => law != Law::Continuous && margin(&sampled, JointState::Closed).is_some(),
+        has_loop => law != Law::Continuous && margin(&sampled, JointState::Contact).is_some(),
         travel_mm => number::significant(1e3 * motion.travel_m(), 9),
         motion_time_s => motion.end_s(),
         intervals_s => motion.intervals_s().to_vec(),

@@ -36,8 +36,8 @@ impl Margins {
             return [Cell::Empty, Cell::Empty];
         }
         let gains = LoopGains::of(case);
-        [JointState::Closed, JointState::Open].map(|joint| {
-            if joint == JointState::Open && !case.has_gap() {
+        [JointState::Contact, JointState::Gap].map(|joint| {
+            if joint == JointState::Gap && !case.has_gap() {
                 return Cell::Empty;
             }
             let family = self.family(case, joint);

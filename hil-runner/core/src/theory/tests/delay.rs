@@ -27,9 +27,9 @@ fn halving_the_sample_time_quarters_the_difference() {
                     case.controller.sample_time_ns = Some(period_ns);
                     let delay_ns = (delay_share * period_ns as f64) as u64;
                     case.controller.computation_delay = ComputationDelay::Fixed(delay_ns);
-                    let sampled = margin(&case, JointState::Closed).unwrap().modulus;
+                    let sampled = margin(&case, JointState::Contact).unwrap().modulus;
                     let delayed = margin_by_delay(&case).unwrap().modulus;
-                    let axis = LinearAxis::new(&case.axis, JointState::Closed).unwrap();
+                    let axis = LinearAxis::new(&case.axis, JointState::Contact).unwrap();
                     let continuous = DelayedLoop {
                         axis,
                         gains: LoopGains::of(&case),
@@ -58,11 +58,11 @@ fn the_papers_axis_at_longer_sample_times() {
     for period_ms in [1.0, 2.0, 4.0, 8.0, 16.0] {
         let sample_time = format!("controller.sample_time_s={}", 1e-3 * period_ms);
         let case = case("paper-2", &["controller.law=sampled", &sample_time]);
-        let sampled = margin(&case, JointState::Closed).unwrap();
+        let sampled = margin(&case, JointState::Contact).unwrap();
         let delayed = margin_by_delay(&case).unwrap();
-        let open = margin(&case, JointState::Open).unwrap();
+        let open = margin(&case, JointState::Gap).unwrap();
         println!(
-            "{period_ms} ms: {sampled:.4?}\n  by delay {delayed:.4?}\n  joint open {:.3}",
+            "{period_ms} ms: {sampled:.4?}\n  by delay {delayed:.4?}\n  in the gap {:.3}",
             open.signed()
         );
         let off = delayed.modulus / sampled.modulus - 1.0;
@@ -85,7 +85,7 @@ fn nyquist_agrees_with_a_very_short_sample_time() {
     for _ in 0..2000 {
         let axis = draw.axis();
         let gains = draw.gains();
-        let linear = LinearAxis::new(&axis, JointState::Closed).unwrap();
+        let linear = LinearAxis::new(&axis, JointState::Contact).unwrap();
         let continuous = DelayedLoop {
             axis: linear,
             gains,
@@ -93,7 +93,7 @@ fn nyquist_agrees_with_a_very_short_sample_time() {
             delay_s: 0.0,
         };
         let continuous = continuous.margin();
-        let family = LoopFamily::new(&axis, 1000, 0, JointState::Closed).unwrap();
+        let family = LoopFamily::new(&axis, 1000, 0, JointState::Contact).unwrap();
         let sampled = family.margin(&gains);
         counts[usize::from(continuous.stable)] += 1;
         let near = sampled.modulus < 0.01;
@@ -114,13 +114,13 @@ fn nyquist_agrees_with_a_very_short_sample_time() {
 #[test]
 fn the_field_crosses_zero_at_the_border() {
     let case = case("paper-2", &["controller.sample_time_s=0.004"]);
-    let family = LoopFamily::of(&case, JointState::Closed).unwrap();
+    let family = LoopFamily::of(&case, JointState::Contact).unwrap();
     let signed = |kp: f64, kd_s: f64| {
         let mut case = case.clone();
         (case.controller.gains.kp, case.controller.gains.kd_s) = (kp, kd_s);
         family.margin(&LoopGains::of(&case)).signed()
     };
-    let at_home = margin(&case, JointState::Closed).unwrap().signed();
+    let at_home = margin(&case, JointState::Contact).unwrap().signed();
     assert_eq!(signed(3.2, 0.05), at_home);
     let mut signs = [0; 2];
     for column in 0..40 {
@@ -155,9 +155,13 @@ fn another_law_has_no_margin() {
     ];
     for (sets, has) in cases {
         let case = case("paper-2", sets);
-        assert_eq!(margin(&case, JointState::Closed).is_some(), has, "{sets:?}");
+        assert_eq!(
+            margin(&case, JointState::Contact).is_some(),
+            has,
+            "{sets:?}"
+        );
         assert_eq!(margin_by_delay(&case).is_some(), has, "{sets:?}");
     }
     let rigid = case("paper-2", &["transmission.joint=rigid"]);
-    assert_eq!(margin(&rigid, JointState::Open), None);
+    assert_eq!(margin(&rigid, JointState::Gap), None);
 }

@@ -63,8 +63,8 @@ fn a_motor_that_hunts_in_the_gap() {
     ];
     for sets in cases {
         let case = case("paper-2", &[&common[..], sets].concat());
-        let alone = margin(&case, JointState::Open).unwrap();
-        let loaded = margin(&case, JointState::Closed).unwrap();
+        let alone = margin(&case, JointState::Gap).unwrap();
+        let loaded = margin(&case, JointState::Contact).unwrap();
         assert!(!alone.stable && loaded.stable, "{sets:?}");
         let cycle = gap_cycle(&case).unwrap();
         let swing = swing(&case, 4.0, 20.0 * cycle.period_s);

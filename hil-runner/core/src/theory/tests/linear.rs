@@ -64,8 +64,8 @@ fn stability_agrees_with_eigenvalues() {
             axis.transmission.joint = Joint::Rigid;
         }
         let joint = match trial % 3 {
-            0 if trial % 5 != 0 => JointState::Open,
-            _ => JointState::Closed,
+            0 if trial % 5 != 0 => JointState::Gap,
+            _ => JointState::Contact,
         };
         let gains = draw.gains();
         let period_ns = draw.decades(1e3, 1e7).round() as u64;
@@ -121,8 +121,8 @@ fn modulus_margin_agrees_with_brute_force() {
         let gains = draw.gains();
         let period_ns = draw.decades(1e4, 1e7).round() as u64;
         let delay_ns = [0, period_ns / 3, period_ns][trial % 3];
-        let family = LoopFamily::new(&axis, period_ns, delay_ns, JointState::Closed).unwrap();
-        let linear = LinearAxis::new(&axis, JointState::Closed).unwrap();
+        let family = LoopFamily::new(&axis, period_ns, delay_ns, JointState::Contact).unwrap();
+        let linear = LinearAxis::new(&axis, JointState::Contact).unwrap();
         let t = seconds(period_ns);
         let a = linear.two().unwrap();
         let step = HeldStep::<TWO>::new(&linear, &a, t, seconds(delay_ns));
@@ -195,7 +195,7 @@ fn held_response_tends_to_the_continuous_one() {
     let mut worst = 0.0_f64;
     for trial in 0..200 {
         let mut axis = draw.axis();
-        let joint = [JointState::Closed, JointState::Open][trial % 2];
+        let joint = [JointState::Contact, JointState::Gap][trial % 2];
         if trial % 5 == 0 {
             axis.transmission.joint = Joint::Rigid;
         }

@@ -15,7 +15,7 @@ use crate::number::seconds;
 #[test]
 fn a_slow_loop_is_read_below_the_grid() {
     let case = case("paper-2", &[]);
-    let family = LoopFamily::of(&case, JointState::Closed).unwrap();
+    let family = LoopFamily::of(&case, JointState::Contact).unwrap();
     let gains = LoopGains {
         kp_v_per_rad: 1e-3,
         ki_v_per_rads: 0.0,
@@ -34,7 +34,7 @@ fn a_slow_loop_is_read_below_the_grid() {
 fn the_modulus_alone_is_the_same() {
     let case = case("paper-2", &[]);
     let mut unstable = 0;
-    for joint in [JointState::Closed, JointState::Open] {
+    for joint in [JointState::Contact, JointState::Gap] {
         let family = LoopFamily::of(&case, joint).unwrap();
         for step in 0..200 {
             let size = 1.05_f64.powi(step - 60);
@@ -52,7 +52,7 @@ fn the_modulus_alone_is_the_same() {
 #[test]
 fn a_loop_without_position_is_not_stable() {
     let case = case("paper-2", &[]);
-    let family = LoopFamily::of(&case, JointState::Closed).unwrap();
+    let family = LoopFamily::of(&case, JointState::Contact).unwrap();
     let gains = |kp, ki, kd| LoopGains {
         kp_v_per_rad: kp,
         ki_v_per_rads: ki,
@@ -73,7 +73,7 @@ fn gain_and_phase_margin_lead_to_the_border() {
         &["controller.kp=8", "controller.ki_per_s=100"],
     ] {
         let case = case("paper-2", sets);
-        let family = LoopFamily::of(&case, JointState::Closed).unwrap();
+        let family = LoopFamily::of(&case, JointState::Contact).unwrap();
         let gains = LoopGains::of(&case);
         let margin = family.margin(&gains);
         println!("{sets:?}: {margin:.3?}");
@@ -98,19 +98,19 @@ fn what_cannot_be_is_refused() {
     let new = |axis: &AxisParameters, period, delay, joint| {
         LoopFamily::new(axis, period, delay, joint).err()
     };
-    assert_eq!(new(&axis, 1000, 1000, JointState::Open), None);
+    assert_eq!(new(&axis, 1000, 1000, JointState::Gap), None);
     assert_eq!(
-        new(&axis, 0, 0, JointState::Closed),
+        new(&axis, 0, 0, JointState::Contact),
         Some(LoopError::NoSampleTime)
     );
     let late = LoopError::DelayBeyondSample {
         delay_ns: 1001,
         period_ns: 1000,
     };
-    assert_eq!(new(&axis, 1000, 1001, JointState::Closed), Some(late));
+    assert_eq!(new(&axis, 1000, 1001, JointState::Contact), Some(late));
     axis.transmission.joint = Joint::Rigid;
     assert_eq!(
-        new(&axis, 1000, 0, JointState::Open),
+        new(&axis, 1000, 0, JointState::Gap),
         Some(LoopError::RigidHasNoGap)
     );
     println!("{}; {late}", LoopError::RigidHasNoGap);
@@ -120,7 +120,7 @@ fn what_cannot_be_is_refused() {
 #[test]
 fn keys_tell_families_apart() {
     let case = case("paper-2", &[]);
-    let key = |axis: &AxisParameters| LoopFamily::key(axis, 1000, 0, JointState::Closed);
+    let key = |axis: &AxisParameters| LoopFamily::key(axis, 1000, 0, JointState::Contact);
     let mut axis = case.axis;
     if let Joint::Elastic(joint) = &mut axis.transmission.joint {
         joint.backlash_half_rad = 0.0;
@@ -128,7 +128,7 @@ fn keys_tell_families_apart() {
     axis.carriage.resistance.constant_n = 5.0;
     assert_eq!(key(&axis), key(&case.axis));
     // Two masses of one inertia, to the last bit, are one family.
-    let family = |axis: &AxisParameters| LoopFamily::new(axis, 1000, 0, JointState::Closed);
+    let family = |axis: &AxisParameters| LoopFamily::new(axis, 1000, 0, JointState::Contact);
     for change in [1e-15, 1e-12] {
         axis.carriage.mass_kg = case.axis.carriage.mass_kg * (1.0 + change);
         let same = key(&axis) == key(&case.axis);
@@ -136,9 +136,9 @@ fn keys_tell_families_apart() {
     }
     assert_ne!(key(&axis), key(&case.axis));
     let other = [
-        LoopFamily::key(&case.axis, 1001, 0, JointState::Closed),
-        LoopFamily::key(&case.axis, 1000, 1, JointState::Closed),
-        LoopFamily::key(&case.axis, 1000, 0, JointState::Open),
+        LoopFamily::key(&case.axis, 1001, 0, JointState::Contact),
+        LoopFamily::key(&case.axis, 1000, 1, JointState::Contact),
+        LoopFamily::key(&case.axis, 1000, 0, JointState::Gap),
     ];
     assert!(other.iter().all(|other| *other != key(&case.axis)));
 }

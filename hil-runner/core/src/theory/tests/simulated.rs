@@ -48,11 +48,11 @@ fn two_per_cent_beside_the_border() {
             "run.events=false",
         ];
         let mut case = case("paper-2", &[&common[..], sets].concat());
-        let family = LoopFamily::of(&case, JointState::Closed).unwrap();
+        let family = LoopFamily::of(&case, JointState::Contact).unwrap();
         let gains = LoopGains::of(&case);
         let border = family.margin(&gains).gain.unwrap();
         let written = case.controller.gains;
-        let linear = LinearAxis::new(&case.axis, JointState::Closed).unwrap();
+        let linear = LinearAxis::new(&case.axis, JointState::Contact).unwrap();
         let period_s = seconds(case.controller.sample_time_ns.unwrap());
         let delay_s = seconds(case.controller.computation_delay.fixed_ns().unwrap());
         for factor in [0.98 * border, 1.02 * border] {

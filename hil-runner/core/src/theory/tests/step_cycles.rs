@@ -20,7 +20,7 @@ fn on_the_edge(sets: &[&str], gain_margin: f64, coarse_encoder: bool) -> Case {
         "run.duration_s=40",
     ];
     let mut case = case("paper-2", &[&common[..], sets].concat());
-    let reserve = margin(&case, JointState::Closed).unwrap().gain.unwrap();
+    let reserve = margin(&case, JointState::Contact).unwrap().gain.unwrap();
     let fine = 30.0;
     let mut factor = reserve / gain_margin;
     if coarse_encoder {
@@ -187,7 +187,7 @@ fn pitch_m_per_rad(case: &Case) -> f64 {
 fn a_motor_in_its_gap_leaves_the_carriage_alone() {
     let sets = ["controller.law=quantised"];
     let case = case("paper-2", &sets);
-    let open = margin(&case, JointState::Open).unwrap();
+    let open = margin(&case, JointState::Gap).unwrap();
     let factor = open.gain.unwrap() / 1.2;
     let mut edge = case.clone();
     edge.controller.gains.kp *= factor;

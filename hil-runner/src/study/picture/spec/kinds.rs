@@ -199,10 +199,10 @@ impl Map {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Border {
-    /// Of the loop with the joint closed.
-    Closed,
-    /// Of the loop with the joint open.
-    Open,
+    /// Of the loop in contact.
+    Contact,
+    /// Of the loop in the gap.
+    Gap,
 }
 
 /// A figure by categories: level bars with the number behind each.
