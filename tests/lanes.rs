@@ -10,7 +10,9 @@ use hil_core::error::RunError;
 use hil_core::figures::SUMMARY_FIGURES;
 use hil_core::lanes::Runs;
 use hil_core::run::{RunOptions, run};
+use hil_core::runfile::{Kind, SECTIONS};
 use hil_core::summary::Summary;
+use hil_runner::files;
 use hil_runner::host::figures;
 use plant::{
     Batch, Dac, Drive, Encoder, Extremes, ExtremesSettings, Joint, LaneSetup, One, Plant, Solver,
@@ -141,6 +143,46 @@ fn lanes_may_differ_in_everything_but_axis_and_timing() {
         let saturated = |case: &Case| single(case).unwrap().voltage_saturated_s > 0.0;
         assert!(cases.iter().filter(|case| saturated(case)).count() > 5);
         assert_same(&cases, threads(1));
+    }
+}
+
+/// Every key of the run file, in two other values beside the base's: what a key
+/// changes is each run's own, or parts families.
+#[test]
+fn every_key_may_differ_from_run_to_run() {
+    const NUMBERS: [&str; 14] = [
+        "0.0005", "0.002", "0.05", "0.1", "0.2", "0.4", "1", "2", "3", "12", "14", "60", "400",
+        "-1",
+    ];
+    for law in ["sampled", "quantised", "firmware"] {
+        let law = format!("controller.law={law}");
+        // Runs side by side list no events.
+        let base = case("paper-2", &[&law, "run.events=false"]);
+        let (mut walked, mut windows) = (0, 0);
+        for section in SECTIONS {
+            for key in section.keys {
+                let values: Vec<String> = match key.kind {
+                    Kind::Flag => ["true", "false"].map(str::to_owned).into(),
+                    Kind::Choice(names) => names.iter().map(|name| format!("{name:?}")).collect(),
+                    _ => NUMBERS.map(str::to_owned).into(),
+                };
+                let others = values.iter().filter_map(|value| {
+                    let set = format!("{}.{}={value}", section.name, key.name);
+                    let mut case = files::case("paper-2", &[law.clone(), set]).ok()?;
+                    case.run.events = false;
+                    (case != base && case.controller.law == base.controller.law).then_some(case)
+                });
+                let others: Vec<Case> = others.take(2).collect();
+                let [first, second] = &others[..] else {
+                    continue;
+                };
+                walked += 1;
+                windows += u32::from(key.name == "rest_window_s");
+                let together = [first, &base, second, &base].map(Case::clone);
+                assert_same(&together, threads(1));
+            }
+        }
+        assert!(walked >= 40 && windows == 1, "{law}: {walked}");
     }
 }
 

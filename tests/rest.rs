@@ -7,6 +7,7 @@ use bench_tests::{case, rows};
 use hil_core::case::Case;
 use hil_core::lanes::Runs;
 use hil_core::rest::feeding::{baseline, counterfactuals, fed_by};
+use hil_core::rest::{FEWEST, Window};
 use hil_core::summary::Summary;
 use hil_core::trace::Row;
 use hil_runner::host::LinkKind;
@@ -62,6 +63,36 @@ fn a_motor_that_hunts_within_the_gap_moves_no_carriage() {
     assert_eq!(figures.limit_cycle_period_s, None);
     // A code of 5887 takes 14 bits.
     assert_eq!(figures.dac_bits_used, Some(14));
+}
+
+/// A window that is not refused has its samples, whatever the run's last one.
+#[test]
+fn a_window_is_refused_or_has_its_samples() {
+    let (mut refused, mut taken) = (0, 0);
+    for duration_ms in 1500..1520 {
+        for window_ms in [6.5, 7.0, 7.5, 8.0, 20.0, 499.5, 500.0, 515.5, 520.5] {
+            let sets = [
+                "controller.sample_time_s=0.001".to_owned(),
+                format!("run.duration_s={}", f64::from(duration_ms) / 1e3 + 0.0005),
+                format!("run.rest_window_s={}", window_ms / 1e3),
+            ];
+            match hil_runner::files::case("paper-2", &sets) {
+                Ok(case) => {
+                    let window = Window::of(&case).unwrap();
+                    assert!(case.run.duration_ns / 1_000_000 + 1 - window.first >= FEWEST);
+                    taken += 1;
+                }
+                Err(refusal) => {
+                    assert!(
+                        refusal.to_string().contains("run.rest_window_s"),
+                        "{refusal}"
+                    );
+                    refused += 1;
+                }
+            }
+        }
+    }
+    assert!(refused > 20 && taken > 80, "{refused} {taken}");
 }
 
 /// The figures are those of the rows: the last 4,096 at most, from the middle

@@ -6,6 +6,7 @@ use plant::{AxisParameters, Joint, Motion, Solver};
 
 use crate::case::{Case, Law};
 use crate::number::seconds;
+use crate::rest::Window;
 
 /// Everything that runs must share to go side by side: the axis but for b, which
 /// is 0 here, the command, the timing and the law. Gains, encoder, converter, amplifier,
@@ -19,6 +20,8 @@ pub(crate) struct Family {
     pub(crate) delay_ns: u64,
     /// Samples after the one at 0.
     pub(crate) samples: u64,
+    /// The samples at rest.
+    pub(crate) window: Option<Window>,
 }
 
 impl Family {
@@ -47,6 +50,7 @@ impl Family {
             period_ns,
             delay_ns,
             samples: duration_ns / period_ns,
+            window: Window::of(case),
         })
     }
 

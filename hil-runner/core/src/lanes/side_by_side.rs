@@ -121,7 +121,7 @@ impl<W: Width> Lanes<W> {
 
     /// Puts every lane at rest and sets what is each run's own.
     #[inline(never)]
-    fn start<'a>(&mut self, cases: impl ExactSizeIterator<Item = &'a Case> + Clone) {
+    fn start<'a>(&mut self, cases: impl ExactSizeIterator<Item = &'a Case>) {
         self.setups.clear();
         self.firmware.clear();
         self.refused.clear();
@@ -129,8 +129,7 @@ impl<W: Width> Lanes<W> {
         self.seen
             .resize_with(cases.len().div_ceil(W::LANES), LaneSeen::new);
         for seen in &mut self.seen {
-            // Motion, timing and law are the family's, and with them the window.
-            seen.start(cases.clone().next());
+            seen.start(self.family.window);
         }
         for (run, case) in cases.enumerate() {
             if run % W::LANES == 0 {
@@ -321,9 +320,9 @@ impl<W: Width> LaneSeen<W> {
         [lowest, highest, lowest, highest].map(W::array)
     }
 
-    /// Forgets everything; the window is that of a case of the lanes.
-    pub(crate) fn start(&mut self, case: Option<&Case>) {
-        self.window = case.and_then(Window::of);
+    /// Forgets everything.
+    pub(crate) fn start(&mut self, window: Option<Window>) {
+        self.window = window;
         self.before = Self::nothing();
         self.now = Self::nothing();
         self.positions_m.clear();

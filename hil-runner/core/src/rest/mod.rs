@@ -191,20 +191,25 @@ impl Window {
         if from_s + ROUNDING_S < rest_s || from_s >= end_s {
             return None;
         }
-        let last = case.run.duration_ns / interval_ns;
-        // The division may be off by a rounding: one row earlier, then on.
-        let estimate = whole((from_s / seconds(interval_ns)).floor());
-        let mut first = u64::try_from(estimate).unwrap_or(0).saturating_sub(1);
-        while seconds(first.saturating_mul(interval_ns)) < from_s {
-            first += 1;
-        }
-        let rows = (last + 1).saturating_sub(first);
+        let (first, rows) = rows_from(from_s, interval_ns, case);
         let most = if wanted.is_some() { MOST_WANTED } else { MOST };
         (rows >= FEWEST).then_some(Self {
-            first: first.max((last + 1).saturating_sub(most)),
+            first: first + rows.saturating_sub(most),
             interval_ns,
         })
     }
+}
+
+/// The first row that is not before a time, and how many there are from it on.
+fn rows_from(from_s: f64, interval_ns: u64, case: &Case) -> (u64, u64) {
+    // The division may be off by a rounding: one row earlier, then on.
+    let estimate = whole((from_s / seconds(interval_ns)).floor());
+    let mut first = u64::try_from(estimate).unwrap_or(0).saturating_sub(1);
+    while seconds(first.saturating_mul(interval_ns)) < from_s {
+        first += 1;
+    }
+    let last = case.run.duration_ns / interval_ns;
+    (first, (last + 1).saturating_sub(first))
 }
 
 /// From row to row of a case \[ns\]; `None` without a sample time.
@@ -222,12 +227,18 @@ pub(crate) fn unfit_window(case: &Case) -> Option<String> {
     let (window_ns, interval_ns) = (case.run.rest_window_ns?, interval_ns(case)?);
     let rest_s = (seconds(case.run.duration_ns) - rest_from_s(case)).max(0.0);
     let (rest, interval) = (number::table(rest_s), number::table(seconds(interval_ns)));
-    if seconds(window_ns) > rest_s + ROUNDING_S {
+    let within = seconds(window_ns) <= rest_s + ROUNDING_S;
+    let Some(from_ns) = case
+        .run
+        .duration_ns
+        .checked_sub(window_ns)
+        .filter(|_| within)
+    else {
         return Some(format!(
             "the window must lie within the rest, which the run ends with and which takes {rest} s"
         ));
-    }
-    let rows = window_ns / interval_ns + 1;
+    };
+    let (_, rows) = rows_from(seconds(from_ns), interval_ns, case);
     let fits = (FEWEST..=MOST_WANTED).contains(&rows);
     (!fits).then(|| {
         format!(
@@ -237,7 +248,7 @@ pub(crate) fn unfit_window(case: &Case) -> Option<String> {
 }
 
 /// End of the last thing that is asked of the axis or happens to it \[s\].
-fn rest_from_s(case: &Case) -> f64 {
+pub fn rest_from_s(case: &Case) -> f64 {
     let motion_s = case.motion.end_s();
     if case.controller.law != Law::Firmware {
         return motion_s;
