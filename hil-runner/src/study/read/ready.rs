@@ -14,6 +14,7 @@ use crate::study::page::base::own_number;
 use hil_core::budget::limits;
 use hil_core::case::Law;
 use hil_core::number;
+use hil_core::rest::rest_from_s;
 use hil_core::runfile::{KeyPath, Template};
 use hil_core::theory::{JointState, margin};
 
@@ -141,8 +142,11 @@ fn words_of(base_name: &str, base: &Template, rungs: Option<&[Law]>) -> Value {
         _ => None,
     };
     let law = *rung.unwrap_or(&case.controller.law);
-    let mut sampled = case.clone();
-    sampled.controller.law = law;
+    let on = |law| {
+        let mut case = case.clone();
+        case.controller.law = law;
+        case
+    };
     context! {
         base => base_name,
         // As it can stand within quotes of TOML.
@@ -153,9 +157,11 @@ fn words_of(base_name: &str, base: &Template, rungs: Option<&[Law]>) -> Value {
         rigid => transmission.joint == Joint::Rigid,
         has_gap => case.has_gap(),
         // Whether theory has a linear loop of the runs.
-        has_loop => law != Law::Continuous && margin(&sampled, JointState::Contact).is_some(),
+        has_loop => law != Law::Continuous && margin(&on(law), JointState::Contact).is_some(),
         travel_mm => number::significant(1e3 * motion.travel_m(), 9),
         motion_time_s => motion.end_s(),
+        // Requests and faults act on this rung, and come later than on any other.
+        rest_from_s => rest_from_s(&on(Law::Firmware)),
         intervals_s => motion.intervals_s().to_vec(),
         duration_s => hil_core::number::seconds(case.run.duration_ns),
         dac_bits => case.dac.bits,
