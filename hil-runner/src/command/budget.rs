@@ -55,11 +55,20 @@ impl Budget {
                 .join("firmware/cortex-m/goldens")
         };
         let folder = self.goldens.clone().unwrap_or_else(own);
+        if !folder.is_dir() {
+            bail!(
+                "{} is no folder; --goldens takes the folder of the goldens",
+                folder.display()
+            );
+        }
         let mut pass = true;
         for target in self.here()? {
+            let path = folder.join(format!("{}.toml", target.name()));
+            if !self.bless && !path.is_file() {
+                bail!("{} is not there; --bless writes it", path.display());
+            }
             let mut tell = |text: &str| terminal::tell(&format!("{text}\n"));
             let measured = measure(target, &mut tell).with_context(|| target.name())?;
-            let path = folder.join(format!("{}.toml", target.name()));
             let known = Goldens::read(&path)?;
             if self.bless {
                 bless(&measured, &known, &path)?;
@@ -69,11 +78,14 @@ impl Budget {
             terminal::print(&tables(&measured, &judgements))?;
             if !judgements.iter().all(Judgement::pass) {
                 pass = false;
+                let goldens = self.goldens.as_ref();
+                let goldens = goldens.map(|folder| format!(" --goldens {}", folder.display()));
                 terminal::tell(&format!(
-                    "{}: not as in {}; `hil-runner budget {0} --bless` writes down what is meant \
+                    "{}: not as in {}; `hil-runner budget {0}{} --bless` writes down what is meant \
                      to stay\n",
                     target.name(),
-                    path.display()
+                    path.display(),
+                    goldens.unwrap_or_default()
                 ));
             }
         }

@@ -44,7 +44,7 @@ pub(crate) struct StudyCommand {
     #[arg(value_name = "STUDY", required_unless_present = "list")]
     study: Option<String>,
     /// List the ready studies
-    #[arg(long)]
+    #[arg(long, conflicts_with_all = ["study", "base", "sets", "rungs", "out", "threads", "shard"])]
     list: bool,
     /// Print the file of a ready study around its base, to start from
     #[arg(long, conflicts_with_all = ["list", "sets", "rungs", "out", "threads", "shard"])]

@@ -57,7 +57,12 @@ fn goldens_of_the_m4_hold_and_one_that_is_4_percent_off_does_not() {
         "{text}"
     );
     let told = String::from_utf8_lossy(&output.stderr);
-    assert!(told.contains("`hil-runner budget m4 --bless`"), "{told}");
+    let advice = format!("`hil-runner budget m4 --goldens {folder} --bless`");
+    assert!(told.contains(&advice), "{told}");
+
+    // Goldens that are not there are no measurement that has failed.
+    let output = budget(&["m0", "--goldens", folder]);
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
 
     // Blessed, it says what has changed and holds.
     let output = budget(&["m4", "--goldens", folder, "--bless"]);

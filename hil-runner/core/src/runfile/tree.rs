@@ -167,9 +167,14 @@ fn table(source: &DeTable<'_>, locate: Locate<'_>) -> Table {
 
 fn node(value: &DeValue<'_>, span: Range<usize>, locate: Locate<'_>) -> Node {
     let (place, text) = locate(span);
+    let text = match value {
+        // Of dotted keys the parser has the key's own span.
+        DeValue::Table(_) if !text.starts_with(['{', '[']) => "{ … }".to_owned(),
+        _ => one_line(text, ECHO),
+    };
     Node {
         place,
-        text: one_line(text, ECHO),
+        text,
         value: match value {
             DeValue::String(text) => Toml::Text(text.to_string()),
             DeValue::Integer(integer) => Toml::Number(integer_number(integer)),
