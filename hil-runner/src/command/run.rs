@@ -296,8 +296,12 @@ fn gain_tables(runs: &[CaseRun]) -> String {
             continue;
         };
         let rows = gains.rows.iter().map(|gain| {
+            let name = match gain.unit() {
+                "codes/count" => gain.name().to_owned(),
+                unit => format!("{} in {unit}", gain.name()),
+            };
             [
-                gain.name().to_owned(),
+                name,
                 number::table(gain.wanted),
                 gain.word.to_string(),
                 number::relative_error(gain.relative_error()),

@@ -83,7 +83,7 @@ fn ranges(file: &RunFile, request: &ScalingRequest, scaled: &ScaledLaw) -> anyho
 fn gain_table(request: &ScalingRequest, scaled: &ScaledLaw) -> String {
     let header = [
         "key",
-        "per sample",
+        "per sample\ncodes/count",
         "fixed point",
         "bits",
         "rounding",
@@ -98,7 +98,10 @@ fn gain_table(request: &ScalingRequest, scaled: &ScaledLaw) -> String {
         let largest = scaled.law.largest_term(row.part);
         [
             row.key().trim_start_matches("controller.").to_owned(),
-            number::table(row.wanted),
+            match row.unit() {
+                "codes/count" => number::table(row.wanted),
+                unit => format!("{} {unit}", number::table(row.wanted)),
+            },
             row.word.to_string(),
             (u32::BITS - row.word.mantissa.leading_zeros()).to_string(),
             number::relative_error(row.relative_error()),

@@ -292,7 +292,7 @@ const RUN: &[Key] = &[
         .at(|c| Some(&mut c.run.settling_band_um))
         .shown("Settling band ±"),
     time("rest_window_s", Positive)
-        .meaning("length of the window of rest, up to the end of the run,")
+        .meaning("length of the window of rest, up to the end of the run; without it the second half of the rest, at most 4096 samples,")
         .optional("0.2")
         .at(|c| Some(&mut c.run.rest_window_ns))
         .shown("Window of rest")

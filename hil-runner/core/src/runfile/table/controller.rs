@@ -187,7 +187,7 @@ pub(super) const CONTROLLER: &[Key] = &[
         .shown("Slew limit")
         .note(&["default: no limit"]),
     number("velocity_ff_s", NotNegative, "codes s/count")
-        .meaning("feed-forward per reference velocity")
+        .meaning("feed-forward per reference velocity, which a setpoint table does not know,")
         .or(Value::Number(0.0))
         .acting(FIRMWARE)
         .at(|c| Some(&mut c.options.law.feed_forward.velocity_s))
@@ -195,7 +195,7 @@ pub(super) const CONTROLLER: &[Key] = &[
         .shown("Velocity feed-forward")
         .note(&["feed-forward, codes per (count per second)"]),
     number("acceleration_ff_s2", NotNegative, "codes s²/count")
-        .meaning("feed-forward per reference acceleration")
+        .meaning("feed-forward per reference acceleration, which a setpoint table does not know,")
         .or(Value::Number(0.0))
         .acting(FIRMWARE)
         .at(|c| Some(&mut c.options.law.feed_forward.acceleration_s2))
@@ -203,7 +203,7 @@ pub(super) const CONTROLLER: &[Key] = &[
         .shown("Acceleration feed-forward")
         .note(&["codes per (count per second squared)"]),
     number("friction_ff_codes", NotNegative, "codes")
-        .meaning("feed-forward with the sign of the reference velocity")
+        .meaning("feed-forward with the sign of the reference velocity, which a setpoint table does not know,")
         .or(Value::Number(0.0))
         .acting(FIRMWARE)
         .at(|c| Some(&mut c.options.law.feed_forward.friction_codes))
