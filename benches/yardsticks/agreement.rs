@@ -13,7 +13,7 @@ use bench_benches::rk4_axis::Rk4Axis;
 use bench_benches::workload::{self, W1, W2, W3};
 use hil_core::case::Case;
 use hil_core::run::{Outcome, RunOptions, run};
-use hil_core::runfile::{self, builtin_names};
+use hil_core::runfile::builtin_names;
 use plant::{Plant, Solver};
 use yardsticks::contact::Change;
 use yardsticks::{diffsol_axis, diffsol_continuous};
