@@ -45,6 +45,22 @@ fn every_mistake_has_its_line() {
             "small.toml:1: base: paper-9: there is no such file",
         ),
         (
+            format!("rungs = [\"firmware\"]\n{base}[set]\n\nrun.duration_s = -3\n"),
+            "small.toml:5: run.duration_s = -3 is not allowed",
+        ),
+        (
+            format!("rungs = [\"firmware\"]\n{base}[set.controller]\nkp = 3\nkpp = 3\n"),
+            "small.toml:5: unknown key controller.kpp; did you mean kp",
+        ),
+        (
+            format!("rungs = [\"firmware\"]\n{base}[budget]\nfinal_error_um = 3\nimpact = 1\n"),
+            "small.toml:5: unknown key budget.impact; did you mean impacts",
+        ),
+        (
+            "rungs = [\"firmware\"]\n\nbase = \"paper-9\"\n".to_owned(),
+            "small.toml:3: base: paper-9: there is no such file",
+        ),
+        (
             format!("{base}[[axis]]\nkey = \"controller.kpp\"\nvalues = [1]\n"),
             "small.toml:3: unknown key controller.kpp; did you mean kp",
         ),
@@ -130,6 +146,10 @@ fn every_mistake_has_its_line() {
         (
             format!("{base}constraints = [\"controller.kp\"]\n"),
             "there is no <",
+        ),
+        (
+            format!("{base}constraints = [\"controller.kp <\"]\n"),
+            "small.toml:2: constraint \"controller.kp <\": a term is missing",
         ),
         (
             format!("{base}constraints = [\"controller.kpp < 3\"]\n"),

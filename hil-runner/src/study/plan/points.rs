@@ -281,6 +281,9 @@ impl Constraint {
 impl Term {
     fn parse(text: &str) -> Result<Self, String> {
         let text = text.trim();
+        if text.is_empty() {
+            return Err("a term is missing; it is a number, a key, or NUMBER * KEY".to_owned());
+        }
         let (factor, rest) = match text.split_once('*') {
             Some((factor, key)) => (factor.trim(), Some(key.trim())),
             None if text.parse::<f64>().is_ok() => (text, None),

@@ -22,6 +22,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 use toml::Spanned;
+use toml::de::DeTable;
 
 use super::ready;
 use crate::study::picture::Picture;
@@ -145,6 +146,24 @@ impl<'t> Findings<'t> {
         let line = before.matches('\n').count() + 1;
         let words = format!("{}:{line}: {sentence}", self.source_name);
         self.lines.push((line, visible(&words)));
+    }
+
+    /// The place of `section.key=value` of `[set]`, or of the limit of `[budget]`
+    /// that `problem` names.
+    pub(super) fn place_of(&self, set: &str, problem: &str) -> Option<Range<usize>> {
+        let file = DeTable::parse(self.text).ok()?;
+        let section = |name: &str| file.get_ref().get(name)?.get_ref().as_table();
+        let (path, _) = set.split_once('=')?;
+        let Some((name, key)) = path.split_once('.') else {
+            let named = |key: &str| problem.contains(&format!("budget.{key}"));
+            let limits = section("budget")?.iter();
+            let limits = limits.filter(|(key, _)| named(key.get_ref()));
+            // A name may begin as another does.
+            let limit = limits.max_by_key(|(key, _)| key.get_ref().len());
+            return limit.map(|(_, value)| value.span());
+        };
+        let keys = section("set")?.get(name)?.get_ref().as_table()?;
+        keys.get(key).map(Spanned::span)
     }
 
     /// A finding about the whole.

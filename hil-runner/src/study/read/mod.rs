@@ -18,7 +18,7 @@ use crate::study::plan::points::{Constraint, Plan, PlanKind, TOO_MANY};
 use crate::study::plan::{Changes, Study};
 use hil_core::budget::limits;
 use hil_core::case::Law;
-use hil_core::runfile::{Acts, Key, KeyPath, RunFileErrors, Template, builtin_text};
+use hil_core::runfile::{Acts, Key, KeyPath, Place, RunFileErrors, Template, builtin_text};
 
 /// Rows of a study at most: their numbers are exact as floats.
 const MOST_ROWS: u64 = 1 << 53;
@@ -254,11 +254,18 @@ impl Reading<'_> {
         if file.differences && asked.as_ref().map_or(1, Vec::len) == 1 {
             findings.push_whole("differences = true needs at least two rungs to compare");
         }
-        let mut load = |sets: &[String], span: Range<usize>| match base_with(base, changes, sets) {
+        let mut load = |sets: &[String], law: Range<usize>| match base_with(base, changes, sets) {
             Ok(template) => Some(template),
             Err(errors) => {
                 for error in errors.entries() {
-                    findings.push(span.clone(), format!("base: {error}"));
+                    match &error.place {
+                        Place::Set(set) if changes.sets.contains(set) => findings.push_whole(error),
+                        Place::Set(set) => {
+                            let place = findings.place_of(set, &error.problem.to_string());
+                            findings.push(place.unwrap_or(law.clone()), &error.problem);
+                        }
+                        _ => findings.push(file.base.span(), format!("base: {error}")),
+                    }
                 }
                 None
             }
