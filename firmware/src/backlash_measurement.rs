@@ -211,21 +211,25 @@ pub enum BacklashMeasurementError {
 impl fmt::Display for BacklashMeasurementError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::NeverFollowed { counts } => f.write_fmt(format_args!(
+            Self::NeverFollowed { counts } => write!(
+                f,
                 "the load did not follow the motor within {counts} counts of creep; \
                  the gap is wider than that, or the load follows below the threshold"
-            )),
+            ),
             Self::Disagree {
                 full_counts: [a, b, c],
                 tolerance_counts: most,
-            } => f.write_fmt(format_args!(
+            } => write!(
+                f,
                 "three crossings gave gaps of {a}, {b} and {c} counts; they may differ by {most}"
-            )),
-            Self::Negative { full_counts: g } => f.write_fmt(format_args!(
-                "three crossings gave gaps of {}, {} and {} counts; a load that moves further than \
-                 the motor means that the ratio of the two encoders is wrong",
-                g[0], g[1], g[2]
-            )),
+            ),
+            Self::Negative {
+                full_counts: [a, b, c],
+            } => write!(
+                f,
+                "three crossings gave gaps of {a}, {b} and {c} counts; a load that moves further than \
+                 the motor means that the ratio of the two encoders is wrong"
+            ),
             Self::NoLoadEncoder => f.write_str(
                 "the gap is to be measured by the load's encoder but there is no count of it",
             ),
@@ -253,7 +257,7 @@ enum Phase {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct BacklashMeasurementRun {
     settings: BacklashMeasurement,
-    /// Legs that have ended, 0 to 3; those that creep backwards follow an odd number.
+    /// Legs that have ended, 0 to 3; where that is odd the present one creeps backwards.
     legs: u8,
     phase: Phase,
     /// Reference at the start, from which motor counts are measured.
@@ -405,7 +409,7 @@ impl BacklashMeasurementRun {
         let gap = gap.wrapping_mul(self.direction());
         let [first, second] = self.gaps;
         match self.legs {
-            // It began anywhere.
+            // The first leg began anywhere in the gap: its distance is no gap.
             0 => {}
             1 => self.gaps = [gap, 0],
             2 => self.gaps = [first, gap],

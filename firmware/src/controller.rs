@@ -87,6 +87,18 @@ pub struct ControllerState {
     pid: PidState,
 }
 
+impl ControllerState {
+    /// `k` of the next sample: the number of samples so far.
+    pub const fn sample(&self) -> u64 {
+        self.sample
+    }
+
+    /// Memory of the control law.
+    pub const fn pid(&self) -> &PidState {
+        &self.pid
+    }
+}
+
 /// Results of one sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Output {

@@ -158,7 +158,7 @@ impl PidWords {
             (Gain::Integral, self.ki_dt),
             (Gain::Derivative, self.kd_per_dt),
         ] {
-            What::Gain(gain.part(), word).positive(word.mantissa)?;
+            What::Gain(gain.part(), word).not_negative(word.mantissa)?;
             // A full mantissa frees the derivative from its lower bound.
             let full = gain == Gain::Derivative && word.mantissa >= DERIVATIVE_OUTWEIGHS;
             let min = if full {

@@ -86,7 +86,7 @@ impl FollowingErrorMonitor {
         velocity_fraction_bits: u8,
     ) -> Result<Self, Refusal> {
         accepted!(What::FollowingError.word_within(limit_counts, [1, Self::MAX_LIMIT_COUNTS]));
-        accepted!(What::Lag(per_speed).positive(per_speed.mantissa));
+        accepted!(What::Lag(per_speed).not_negative(per_speed.mantissa));
         let own = per_speed.fraction_bits;
         let fraction_bits = own.saturating_add(velocity_fraction_bits);
         if fraction_bits > Self::MAX_FRACTION_BITS {

@@ -179,6 +179,12 @@ impl PidState {
     pub const fn integral(&self) -> CodeSum {
         self.integral
     }
+
+    /// The last error \[counts\], held within the error range; `None` before
+    /// the first sample.
+    pub const fn previous_error(&self) -> Option<i32> {
+        self.previous_error
+    }
 }
 
 /// Results of one step of the law.

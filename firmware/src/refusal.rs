@@ -170,7 +170,7 @@ impl What {
 
     /// The same for a mantissa, which must not be negative.
     #[inline(always)]
-    pub(crate) const fn positive(self, mantissa: i32) -> Result<(), Refusal> {
+    pub(crate) const fn not_negative(self, mantissa: i32) -> Result<(), Refusal> {
         if mantissa < 0 {
             let allowed = [0, wide::signed(i32::MAX)];
             return Err(Refusal::new(self, wide::signed(mantissa), allowed));

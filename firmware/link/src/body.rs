@@ -21,7 +21,7 @@ pub(crate) trait Wire {
     fn u64(&mut self, value: &mut u64) -> Option<()>;
 
     /// A byte: the place of a value in the list of all. What one holds besides
-    /// comes behind it and is 0 in the list.
+    /// comes behind it, is a placeholder in the list, and does not tell values apart.
     fn choice<T: Copy>(&mut self, value: &mut T, all: &[T]) -> Option<()>;
 
     /// 4 bytes.

@@ -196,6 +196,7 @@ impl Reply {
 }
 
 impl Identity {
+    /// Of another version nothing but the version is known.
     fn fields(&mut self, wire: &mut impl Wire) -> Option<()> {
         wire.u8(&mut self.version)?;
         if self.version != VERSION {

@@ -230,6 +230,7 @@ impl<'a> Request<'a> {
                 source: SourceKind::Table,
                 events: Events::default(),
             },
+            // As it is without the odd fields: the tick follows the last one.
             kind::STEP => Self::Step(Step {
                 events: Events::default(),
                 inputs: Inputs {

@@ -86,8 +86,9 @@ pub fn rows(text: &str) -> impl Iterator<Item = Result<Row<'_>, Mismatch>> {
         }
         let row = match content.split_once('|') {
             Some((inputs, outputs)) => {
-                let settings = core::mem::take(&mut changed).then_some(&settings);
-                row(line, inputs, outputs, settings)
+                let row = row(line, inputs, outputs, changed.then_some(&settings));
+                changed &= row.is_err();
+                row
             }
             None if settings.set(content).is_some() => {
                 changed = true;
@@ -106,12 +107,12 @@ fn row<'a>(
     outputs: &str,
     settings: Option<&Settings>,
 ) -> Result<Row<'a>, What> {
-    let refused = |settings: &Settings| settings.axis().ok_or(What::Settings);
+    let accepted = |settings: &Settings| settings.axis().ok_or(What::Settings);
     Ok(Row {
         line,
         given: Given::read(inputs).ok_or(What::Unreadable)?,
         wanted: Wanted::read(outputs).ok_or(What::Unreadable)?,
-        axis: settings.map(refused).transpose()?,
+        axis: settings.map(accepted).transpose()?,
     })
 }
 

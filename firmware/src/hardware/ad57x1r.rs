@@ -132,13 +132,18 @@ pub struct Ad57x1r<SPI> {
     /// The bus below the driver, for what the driver does not do.
     pub spi: SPI,
     /// The converter, and with it the codes.
-    pub model: Ad57x1rModel,
+    model: Ad57x1rModel,
 }
 
 impl<SPI> Ad57x1r<SPI> {
     /// A chip that has not been spoken to yet.
     pub const fn new(spi: SPI, model: Ad57x1rModel) -> Self {
         Self { spi, model }
+    }
+
+    /// The converter.
+    pub const fn model(&self) -> Ad57x1rModel {
+        self.model
     }
 }
 
@@ -250,22 +255,26 @@ impl<E: fmt::Debug> fmt::Display for Ad57x1rError<E> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Bus(error) => write!(f, "the transfer to the converter failed: {error:?}"),
-            Self::Answer { command, frame } => f.write_fmt(format_args!(
+            Self::Answer { command, frame } => write!(
+                f,
                 "the converter answered {frame:02x?} to the command {command:#x}; \
                  an answer must repeat the command"
-            )),
-            Self::Control { written, read } => f.write_fmt(format_args!(
+            ),
+            Self::Control { written, read } => write!(
+                f,
                 "the converter's control register was set to {written:#06x} and reads {read:#06x}; \
                  the chip must answer as written, without short circuit or brown-out"
-            )),
-            Self::NotAtZero { code } => f.write_fmt(format_args!(
+            ),
+            Self::NotAtZero { code } => write!(
+                f,
                 "the converter was set to the code 0 and reads {code}; \
                  the chip must answer as written"
-            )),
-            Self::CodeOutOfRange { code, bits } => f.write_fmt(format_args!(
+            ),
+            Self::CodeOutOfRange { code, bits } => write!(
+                f,
                 "the code {code} does not fit a converter of {bits} bits; \
                  controller and converter must have the same number of bits"
-            )),
+            ),
         }
     }
 }

@@ -273,19 +273,22 @@ impl<E: fmt::Debug> fmt::Display for Ls7366rError<E> {
                 register,
                 written,
                 read,
-            } => f.write_fmt(format_args!(
+            } => write!(
+                f,
                 "the counter's {register} was set to {written:#04x} and reads {read:#04x}; \
                  the chip must answer as written"
-            )),
-            Self::NotCounting { status } => f.write_fmt(format_args!(
+            ),
+            Self::NotCounting { status } => write!(
+                f,
                 "the counter is not counting (status {:#04x}); its enable pin must be high",
                 status.bits()
-            )),
-            Self::PowerLost { status } => f.write_fmt(format_args!(
+            ),
+            Self::PowerLost { status } => write!(
+                f,
                 "the counter has lost its supply (status {:#04x}); \
                  it must be initialised and the axis be referenced again",
                 status.bits()
-            )),
+            ),
         }
     }
 }

@@ -149,6 +149,8 @@ impl LawWords {
         })
     }
 
+    /// A function for all six gains: the compiler made one for each constant
+    /// `limit`, 640 bytes of flash on Cortex-M0.
     #[inline(never)]
     const fn term(
         &self,
@@ -158,7 +160,7 @@ impl LawWords {
         least: u8,
     ) -> Result<Term, Refusal> {
         let most = self.sum_fraction_bits;
-        accepted!(What::Gain(part, word).positive(word.mantissa));
+        accepted!(What::Gain(part, word).not_negative(word.mantissa));
         let fine_enough = word.mantissa == 0 || word.fraction_bits >= least;
         if !fine_enough || word.fraction_bits > most {
             return Err(fraction_bits(part, word, [least, most]));
@@ -186,7 +188,7 @@ impl LawWords {
     #[inline(always)]
     const fn slope_limit(&self, errors: u32, rest: u64) -> Result<u32, Refusal> {
         let (part, word) = (Part::Derivative, self.kd_per_dt);
-        accepted!(What::Gain(part, word).positive(word.mantissa));
+        accepted!(What::Gain(part, word).not_negative(word.mantissa));
         let most = self.sum_fraction_bits;
         let Some(shift) = most.checked_sub(word.fraction_bits) else {
             return Err(fraction_bits(part, word, [0, most]));

@@ -25,7 +25,7 @@ fn assert_passes(converter: &mut Converter, code: i32) {
     converter.set_code(code).expect("the code is in range");
     assert_eq!(output(converter), DacOutput::Code(code));
     assert_eq!(converter.code(), Ok(code));
-    let codes = f64::from(1 << converter.model.bits());
+    let codes = f64::from(1 << converter.model().bits());
     // Every term has few bits: the sums are exact.
     let volts = 20.0 * f64::from(code) / codes;
     assert_eq!(converter.spi.chip.output_v(), volts);

@@ -20,8 +20,7 @@ use firmware::{Event, MotionGenerator, MotionPlan, State};
 #[derive(Debug)]
 pub struct Drive<'p, B> {
     axis: Axis,
-    /// Memory of the axis.
-    pub state: AxisState,
+    state: AxisState,
     /// The electronics.
     pub board: B,
     forth: &'p MotionPlan,
@@ -45,6 +44,11 @@ impl<'p, B: Board> Drive<'p, B> {
             target: 0,
             button: Button::default(),
         }
+    }
+
+    /// Memory of the axis.
+    pub const fn state(&self) -> &AxisState {
+        &self.state
     }
 
     /// The sample number `tick`, with the level of the button.

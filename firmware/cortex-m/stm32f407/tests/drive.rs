@@ -96,11 +96,11 @@ impl Bench<'_> {
     }
 
     fn fault(&self) -> Option<FaultCause> {
-        self.drive.state.fault().map(|fault| fault.cause)
+        self.drive.state().fault().map(|fault| fault.cause)
     }
 
     fn assert_safe(&self, cause: FaultCause) {
-        assert_eq!(self.drive.state.state(), State::Fault);
+        assert_eq!(self.drive.state().state(), State::Fault);
         assert_eq!(self.fault(), Some(cause));
         assert!(!self.drive.board.powered);
         if cause != FaultCause::HardwareBus {

@@ -6,8 +6,9 @@ use firmware::{Dac, Event, GainWord, MotionPlan, Next, PidWords, Setpoint, State
 use firmware_link::frame::{crc32, crc32_on};
 use firmware_link::plan::parts;
 use firmware_link::settings::{write_axis, write_law, write_paper};
-use firmware_link::{Events, Identity, Nak, Reply, Request, SourceKind, Status, Step, Stepped};
+use firmware_link::{Events, Identity, Reply, Request, SourceKind, Status, Step, Stepped};
 
+use crate::NAKS;
 use crate::parameters::axes;
 
 /// The CRC-32 of bodies, each with its length in front.
@@ -116,16 +117,6 @@ fn the_replies() {
             fault,
         })
     });
-    let naks = [
-        Nak::Damaged,
-        Nak::Session,
-        Nak::Number { expected: 7 },
-        Nak::Request,
-        Nak::Configuration { here: 9 },
-        Nak::Settings,
-        Nak::Table,
-        Nak::Driving,
-    ];
     let others = [
         Reply::Hello(identity),
         Reply::Taken,
@@ -134,7 +125,7 @@ fn the_replies() {
             steps: 1_500,
         }),
     ];
-    let replies = others.into_iter().chain(naks.map(Reply::Nak)).chain(steps);
+    let replies = others.into_iter().chain(NAKS.map(Reply::Nak)).chain(steps);
     let bodies = replies.map(|reply| reply.body(0x1f2e, 0x0a0b_0c0d).unwrap());
     assert_eq!(crc_of(bodies), 1_034_536_959);
 }

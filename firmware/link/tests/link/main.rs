@@ -11,3 +11,17 @@ mod bytes;
 mod frames;
 mod parameters;
 mod serving;
+
+use firmware_link::Nak;
+
+/// Every refusal, in the order of their numbers on the line.
+const NAKS: [Nak; 8] = [
+    Nak::Damaged,
+    Nak::Session,
+    Nak::Number { expected: 7 },
+    Nak::Request,
+    Nak::Configuration { here: 9 },
+    Nak::Settings,
+    Nak::Table,
+    Nak::Driving,
+];

@@ -264,18 +264,8 @@ fn the_papers_controller_takes_no_axis() {
 
 #[test]
 fn every_refusal_reads_as_it_was_written() {
-    let naks = [
-        Nak::Damaged,
-        Nak::Session,
-        Nak::Number { expected: 7 },
-        Nak::Request,
-        Nak::Configuration { here: 9 },
-        Nak::Settings,
-        Nak::Table,
-        Nak::Driving,
-    ];
     let mut bodies = Vec::new();
-    for nak in naks {
+    for nak in crate::NAKS {
         let body = Reply::Nak(nak).body(1, 2).unwrap();
         let (header, reply) = Reply::read(&body).unwrap();
         assert_eq!((header.session, header.number), (1, 2));
