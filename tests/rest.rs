@@ -93,6 +93,15 @@ fn a_window_is_refused_or_has_its_samples() {
         }
     }
     assert!(refused > 20 && taken > 80, "{refused} {taken}");
+    // The whole rest is a window, where roundings of long times part by 1e-12 s too.
+    let whole = [
+        "run.duration_s=14398.139".to_owned(),
+        "sequence.disable_s=11558.127".to_owned(),
+        "run.rest_window_s=2840.012".to_owned(),
+        "controller.sample_time_s=0.004".to_owned(),
+    ];
+    let case = hil_runner::files::case("paper-2", &whole).unwrap();
+    assert!(Window::of(&case).is_some());
 }
 
 /// The figures are those of the rows: the last 4,096 at most, from the middle
@@ -114,6 +123,8 @@ fn the_window_is_the_second_half_of_the_rest() {
         sets.extend(wanted.map(|window| format!("run.rest_window_s={window}")));
         let sets: Vec<&str> = sets.iter().map(String::as_str).collect();
         let case = vertical(&sets);
+        let found = Window::of(&case).unwrap();
+        assert_eq!(usize::try_from(found.first).unwrap(), first);
         let (rows, outcome) = rows(&case, LinkKind::InProcess);
         assert_eq!(rows.len(), last + 1);
         let window = &rows[first..];

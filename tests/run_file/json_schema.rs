@@ -44,13 +44,17 @@ fn schema_and_parser_agree_on_single_keys() {
         ] {
             // These are a matter of several keys.
             let across = key.name == "emergency_stop_s"
-                || matches!(value, "1" | "0.5" | "25.0") && key.name == "duration_s"
                 || value == "-0.5" && key.name.starts_with("resistance_")
                 || value == "1" && key.name == "computation_delay_s"
                 || value == "0.5" && key.name == "computation_delay_s"
                 || value == "25.0" && key.name == "computation_delay_s";
-            if !across {
-                agree(&Document::full().with(section, key, value).text());
+            let full = Document::full();
+            if key.name == "duration_s" {
+                // A window of rest must lie within it.
+                let full = full.without(section, section.key("rest_window_s").unwrap());
+                agree(&full.with(section, key, value).text());
+            } else if !across {
+                agree(&full.with(section, key, value).text());
             }
         }
         if matches!(key.kind, Kind::Intervals) {

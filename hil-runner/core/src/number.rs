@@ -151,7 +151,7 @@ pub fn relative_error(value: f64) -> String {
 }
 
 /// Digits that [`table`] shows of a number: all of an integer below 10⁷.
-pub fn digits_shown(value: f64) -> usize {
+fn digits_shown(value: f64) -> usize {
     if value.fract() == 0.0 && value.abs() < 1e7 {
         format!("{:.0}", value.abs()).len()
     } else {
@@ -160,7 +160,7 @@ pub fn digits_shown(value: f64) -> usize {
 }
 
 /// The unit of a number's first digit, a power of ten; 0 for 0.
-pub fn leading_place(value: f64) -> f64 {
+fn leading_place(value: f64) -> f64 {
     let text = format!("{value:e}");
     match text.split_once('e') {
         Some((_, exponent)) if value != 0.0 => format!("1e{exponent}").parse().unwrap_or(0.0),

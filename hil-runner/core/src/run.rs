@@ -234,7 +234,7 @@ pub fn rungs_leave_out(laws: &[Law], keys: &[String]) -> Option<String> {
 }
 
 /// The first fault in a sentence, and how many there were.
-pub fn fault_warning(outcome: &Outcome) -> Option<String> {
+pub(crate) fn fault_warning(outcome: &Outcome) -> Option<String> {
     let summary = &outcome.summary;
     let fault = summary.axis.as_ref()?.fault.as_ref()?;
     let more = match summary.faults {

@@ -23,7 +23,7 @@ use crate::quantise::{
 /// Everything that the fixed-point gains are made from.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ScalingRequest {
-    /// Shape of the law, less its gains.
+    /// Shape of the law; its feed-forward stands in `gains` and is not read here.
     pub settings: LawSettings,
     /// Gains per motor count and feed-forward, in the order of [`PARTS`].
     pub gains: [f64; 6],

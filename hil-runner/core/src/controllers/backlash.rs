@@ -155,6 +155,7 @@ pub fn measure_gap(case: &Case) -> Result<GapMeasurement, QuantiseError> {
     // The last sample is the last before that time.
     case.run.duration_ns = (LONGEST_S * 1_000_000_000).saturating_sub(period_ns);
     case.run.events = false;
+    case.run.rest_window_ns = None;
     let setup = Setup::of(&case, period_ns)?;
     let mut axis = setup.axis(setup.law()?.law)?;
     // The routine has reasons of its own to push against a load.

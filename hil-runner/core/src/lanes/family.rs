@@ -6,7 +6,7 @@ use plant::{AxisParameters, Joint, Motion, Solver};
 
 use crate::case::{Case, Law};
 use crate::number::seconds;
-use crate::rest::Window;
+use crate::rest::{MOST, Window};
 
 /// Everything that runs must share to go side by side: the axis but for b, which
 /// is 0 here, the command, the timing and the law. Gains, encoder, converter, amplifier,
@@ -27,7 +27,8 @@ pub(crate) struct Family {
 impl Family {
     /// The family of a case; none where the run has to be made by itself:
     /// another solver, the continuous law, an axis with more than the paper's
-    /// law, a delay that is measured, or a duration that ends within a sample.
+    /// law, a delay that is measured, a duration that ends within a sample, or a
+    /// window of rest that takes too much memory side by side.
     pub(crate) fn of(case: &Case) -> Option<Self> {
         let period_ns = case.controller.sample_time_ns.filter(|&ns| ns > 0)?;
         let delay_ns = case.controller.computation_delay.fixed_ns()?;
@@ -39,18 +40,25 @@ impl Family {
             && case.axis.is_affine()
             && delay_ns <= period_ns
             && duration_ns.is_multiple_of(period_ns);
+        if !fits {
+            return None;
+        }
+        let (samples, window) = (duration_ns / period_ns, Window::of(case));
+        if window.is_some_and(|window| samples + 1 - window.first > MOST) {
+            return None;
+        }
         let mut axis = case.axis;
         if let Joint::Elastic(joint) = &mut axis.transmission.joint {
             joint.backlash_half_rad = 0.0;
         }
-        fits.then_some(Self {
+        Some(Self {
             axis,
             motion: case.motion,
             law,
             period_ns,
             delay_ns,
-            samples: duration_ns / period_ns,
-            window: Window::of(case),
+            samples,
+            window,
         })
     }
 
@@ -124,7 +132,8 @@ pub fn parcels(cases: &[Case], threads: usize) -> Vec<Parcel> {
 /// must not cost more than the runs.
 const MOST_COMPARED: usize = 1024;
 
-/// The families in the order in which they appear, each with its cases in order.
+/// The families in the order in which they appear, each with its cases in order; one
+/// comes again where more than [`MOST_COMPARED`] others lie between its cases.
 pub(super) fn groups(cases: &[Case]) -> Vec<Parcel> {
     let mut groups: Vec<Parcel> = Vec::new();
     for (place, case) in cases.iter().enumerate() {

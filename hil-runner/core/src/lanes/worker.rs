@@ -108,7 +108,11 @@ impl Runs {
         let known = self.single.take();
         let lanes = match known.filter(|lanes| *lanes.family() == family) {
             Some(fitting) => fitting,
-            None => Lanes::new(One, family)?,
+            None => match Lanes::new(One, family) {
+                Ok(lanes) => lanes,
+                // Not a family after all: the run by itself says why.
+                Err(_) => return alone(case),
+            },
         };
         let lanes = self.single.insert(lanes);
         // The scalar code, too, is faster with an instruction for `floor`.

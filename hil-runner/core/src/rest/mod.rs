@@ -161,7 +161,7 @@ impl Seen {
 pub const FEWEST: u64 = 8;
 
 /// Rows of a window at most that nobody asked for: 32 kB of positions.
-const MOST: u64 = 4_096;
+pub(crate) const MOST: u64 = 4_096;
 
 /// Rows of `run.rest_window_s` at most: 8 MB of positions.
 const MOST_WANTED: u64 = 1_000_000;
@@ -182,22 +182,27 @@ impl Window {
     /// The window of a case; `None` where it does not rest long enough.
     pub fn of(case: &Case) -> Option<Self> {
         let interval_ns = interval_ns(case)?;
-        let (rest_s, end_s) = (rest_from_s(case), seconds(case.run.duration_ns));
-        let wanted = case.run.rest_window_ns;
-        let from_s = match wanted {
-            Some(ns) => seconds(case.run.duration_ns.checked_sub(ns)?),
-            None => 0.5 * (rest_s + end_s),
+        let (from_s, most) = match case.run.rest_window_ns {
+            Some(window_ns) => (wanted_from_s(case, window_ns)?, MOST_WANTED),
+            None => {
+                let (rest_s, end_s) = (rest_from_s(case), seconds(case.run.duration_ns));
+                let from_s = 0.5 * (rest_s + end_s);
+                (Some(from_s).filter(|&from_s| from_s < end_s)?, MOST)
+            }
         };
-        if from_s + ROUNDING_S < rest_s || from_s >= end_s {
-            return None;
-        }
         let (first, rows) = rows_from(from_s, interval_ns, case);
-        let most = if wanted.is_some() { MOST_WANTED } else { MOST };
         (rows >= FEWEST).then_some(Self {
             first: first + rows.saturating_sub(most),
             interval_ns,
         })
     }
+}
+
+/// The start of a window of that length at the end of the run, if all of it is rest
+/// \[s\].
+fn wanted_from_s(case: &Case, window_ns: u64) -> Option<f64> {
+    let from_s = seconds(case.run.duration_ns.checked_sub(window_ns)?);
+    (from_s + ROUNDING_S >= rest_from_s(case)).then_some(from_s)
 }
 
 /// The first row that is not before a time, and how many there are from it on.
@@ -225,20 +230,15 @@ fn interval_ns(case: &Case) -> Option<u64> {
 /// too few or too many rows.
 pub(crate) fn unfit_window(case: &Case) -> Option<String> {
     let (window_ns, interval_ns) = (case.run.rest_window_ns?, interval_ns(case)?);
-    let rest_s = (seconds(case.run.duration_ns) - rest_from_s(case)).max(0.0);
-    let (rest, interval) = (number::table(rest_s), number::table(seconds(interval_ns)));
-    let within = seconds(window_ns) <= rest_s + ROUNDING_S;
-    let Some(from_ns) = case
-        .run
-        .duration_ns
-        .checked_sub(window_ns)
-        .filter(|_| within)
-    else {
+    let Some(from_s) = wanted_from_s(case, window_ns) else {
+        let rest_s = (seconds(case.run.duration_ns) - rest_from_s(case)).max(0.0);
+        let rest = number::table(rest_s);
         return Some(format!(
             "the window must lie within the rest, which the run ends with and which takes {rest} s"
         ));
     };
-    let (_, rows) = rows_from(seconds(from_ns), interval_ns, case);
+    let (_, rows) = rows_from(from_s, interval_ns, case);
+    let interval = number::table(seconds(interval_ns));
     let fits = (FEWEST..=MOST_WANTED).contains(&rows);
     (!fits).then(|| {
         format!(
