@@ -61,12 +61,14 @@ impl Budget {
                 folder.display()
             );
         }
-        let mut pass = true;
-        for target in self.here()? {
-            let path = folder.join(format!("{}.toml", target.name()));
-            if !self.bless && !path.is_file() {
-                bail!("{} is not there; --bless writes it", path.display());
-            }
+        let (here, mut pass) = (self.here()?, true);
+        let goldens_of = |target: Target| folder.join(format!("{}.toml", target.name()));
+        let mut paths = here.iter().map(|target| goldens_of(*target));
+        if let Some(path) = paths.find(|path| !self.bless && !path.is_file()) {
+            bail!("{} is not there; --bless writes it", path.display());
+        }
+        for target in here {
+            let path = goldens_of(target);
             let mut tell = |text: &str| terminal::tell(&format!("{text}\n"));
             let measured = measure(target, &mut tell).with_context(|| target.name())?;
             let known = Goldens::read(&path)?;

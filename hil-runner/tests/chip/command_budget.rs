@@ -61,8 +61,12 @@ fn goldens_of_the_m4_hold_and_one_that_is_4_percent_off_does_not() {
     assert!(told.contains(&advice), "{told}");
 
     // Goldens that are not there are no measurement that has failed.
-    let output = budget(&["m0", "--goldens", folder]);
+    let empty = tempfile::tempdir().unwrap();
+    let output = budget(&["m4", "--goldens", empty.path().to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(2), "{output:?}");
+    assert!(
+        String::from_utf8_lossy(&output.stderr).contains("m4.toml is not there; --bless writes it")
+    );
 
     // Blessed, it says what has changed and holds.
     let output = budget(&["m4", "--goldens", folder, "--bless"]);

@@ -281,7 +281,7 @@ impl Constraint {
 impl Term {
     fn parse(text: &str) -> Result<Self, String> {
         let text = text.trim();
-        if text.is_empty() {
+        if text.is_empty() || text.ends_with('*') {
             return Err("a term is missing; it is a number, a key, or NUMBER * KEY".to_owned());
         }
         let (factor, rest) = match text.split_once('*') {

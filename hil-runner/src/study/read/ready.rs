@@ -147,6 +147,8 @@ fn words_of(base_name: &str, base: &Template, rungs: Option<&[Law]>) -> Value {
         case.controller.law = law;
         case
     };
+    let mut endless = on(Law::Firmware);
+    endless.run.duration_ns = u64::MAX;
     context! {
         base => base_name,
         // As it can stand within quotes of TOML.
@@ -160,8 +162,8 @@ fn words_of(base_name: &str, base: &Template, rungs: Option<&[Law]>) -> Value {
         has_loop => law != Law::Continuous && margin(&on(law), JointState::Contact).is_some(),
         travel_mm => number::significant(1e3 * motion.travel_m(), 9),
         motion_time_s => motion.end_s(),
-        // Requests and faults act on this rung, and come later than on any other.
-        rest_from_s => rest_from_s(&on(Law::Firmware)),
+        // After all requests and faults: a study may run longer than its base.
+        rest_from_s => rest_from_s(&endless),
         intervals_s => motion.intervals_s().to_vec(),
         duration_s => hil_core::number::seconds(case.run.duration_ns),
         dac_bits => case.dac.bits,
