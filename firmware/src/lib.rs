@@ -80,7 +80,7 @@
 //! | **setpoints and backlash** | |
 //! | [`reference`](mod@reference) | what a source of setpoints is; the table |
 //! | [`motion`] | the paper's seven intervals, sample by sample |
-//! | [`stream`] | a queue that a host fills |
+//! | [`stream`] | a queue that a host fills, without locks or compare-and-swap |
 //! | [`backlash_compensation`] | carries the motor across the gap when the load changes flank |
 //! | [`backlash_measurement`] | measures the gap |
 //! | **electronics** | |
@@ -124,6 +124,9 @@
 //! rejects words and never changes them. It starts no timer: the caller comes
 //! at every sample. [`Controller`] has no anti-windup, no supervision and no
 //! states: that is the paper's; for a machine there is [`Axis`].
+//!
+//! Of a processor it asks words of 32 bits that are loaded and stored whole,
+//! which Cortex-M0 and RV32IMC have as well.
 
 #![no_std]
 #![deny(

@@ -11,10 +11,17 @@
 //! it is the last. A queue that runs empty before that mark is an underrun,
 //! and is reported at the sample that it happens: what the axis does about it
 //! is the axis's business, and the receiver hands out what comes after.
+//!
+//! # Processors
+//!
+//! Loads and stores of whole words are all that the queue asks of a processor.
+//! `heapless::spsc` would serve, but it leaves out those without
+//! compare-and-swap that are not on a list of its own, such as
+//! `riscv32imc-unknown-none-elf`, or takes a critical section there, and then
+//! one end does wait for the other.
 
 use core::fmt;
-
-use heapless::spsc::{Consumer, Producer, Queue};
+use core::sync::atomic::{AtomicBool, AtomicI32, AtomicUsize, Ordering};
 
 use crate::reference::{Next, Observed, Setpoint, SetpointSource};
 
@@ -54,9 +61,9 @@ impl Streamed {
 /// assert_eq!(receiver.next(&seen), Next::Last(at(2)));
 /// # Ok::<(), firmware::stream::Streamed>(())
 /// ```
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Stream<const N: usize> {
-    queue: Queue<Streamed, N>,
+    queue: Queue<[Place; N]>,
 }
 
 impl<const N: usize> Stream<N> {
@@ -67,27 +74,150 @@ impl<const N: usize> Stream<N> {
     pub const fn new() -> Self {
         let () = Self::HAS_ROOM;
         Self {
-            queue: Queue::new(),
+            queue: Queue {
+                sent: AtomicUsize::new(0),
+                taken: AtomicUsize::new(0),
+                places: [const { Place::new() }; N],
+            },
         }
     }
 
     /// The two ends, before the first setpoint of a motion. What is in the
     /// queue stays there.
     pub fn split(&mut self) -> (StreamSender<'_>, StreamReceiver<'_>) {
-        let (producer, consumer) = self.queue.split();
-        (
-            StreamSender { producer },
-            StreamReceiver {
-                consumer,
-                last: None,
-            },
-        )
+        let queue = &self.queue;
+        (StreamSender { queue }, StreamReceiver { queue, last: None })
+    }
+}
+
+impl<const N: usize> Default for Stream<N> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Ring of places for one sender and one receiver. One place stays empty, so
+/// that a full ring is not taken for an empty one.
+#[derive(Debug)]
+struct Queue<Places: ?Sized> {
+    /// Place of the next setpoint to be sent; only the sender changes it.
+    sent: AtomicUsize,
+    /// Place of the next setpoint to be taken; only the receiver changes it.
+    taken: AtomicUsize,
+    places: Places,
+}
+
+impl Queue<[Place]> {
+    fn capacity(&self) -> usize {
+        self.places.len().saturating_sub(1)
+    }
+
+    /// Exact but for what the other end does meanwhile: the sender sees as many
+    /// as this or more than there are, the receiver as many or fewer.
+    fn waiting(&self) -> usize {
+        let sent = self.sent.load(Ordering::Acquire);
+        let taken = self.taken.load(Ordering::Acquire);
+        let turn = if sent < taken { self.places.len() } else { 0 };
+        sent.saturating_add(turn).saturating_sub(taken)
+    }
+
+    fn after(&self, place: usize) -> usize {
+        let next = place.saturating_add(1);
+        if next < self.places.len() { next } else { 0 }
+    }
+
+    /// Appends an item; by the sender only. `None` where there is no room.
+    fn send(&self, item: Streamed) -> Option<()> {
+        let sent = self.sent.load(Ordering::Relaxed);
+        let next = self.after(sent);
+        // Acquired, so that the receiver is done with the place.
+        if next == self.taken.load(Ordering::Acquire) {
+            return None;
+        }
+        self.places.get(sent)?.store(item);
+        self.sent.store(next, Ordering::Release);
+        Some(())
+    }
+
+    /// Takes the first item; by the receiver only.
+    fn take(&self) -> Option<Streamed> {
+        let taken = self.taken.load(Ordering::Relaxed);
+        // Acquired, so that the place is filled.
+        if taken == self.sent.load(Ordering::Acquire) {
+            return None;
+        }
+        let item = self.places.get(taken)?.load();
+        self.taken.store(self.after(taken), Ordering::Release);
+        Some(item)
+    }
+}
+
+impl<Places: Clone> Clone for Queue<Places> {
+    fn clone(&self) -> Self {
+        let copy = |at: &AtomicUsize| AtomicUsize::new(at.load(Ordering::Relaxed));
+        Self {
+            sent: copy(&self.sent),
+            taken: copy(&self.taken),
+            places: self.places.clone(),
+        }
+    }
+}
+
+/// An item, word by word: both ends refer to it, and only what is atomic can be
+/// written through that without `unsafe`. Its order is that of the ring's ends.
+#[derive(Debug)]
+struct Place {
+    position: AtomicI32,
+    velocity: AtomicI32,
+    acceleration: AtomicI32,
+    last: AtomicBool,
+}
+
+impl Place {
+    const fn new() -> Self {
+        Self {
+            position: AtomicI32::new(0),
+            velocity: AtomicI32::new(0),
+            acceleration: AtomicI32::new(0),
+            last: AtomicBool::new(false),
+        }
+    }
+
+    fn store(&self, item: Streamed) {
+        let setpoint = item.setpoint();
+        self.position.store(setpoint.position, Ordering::Relaxed);
+        self.velocity.store(setpoint.velocity, Ordering::Relaxed);
+        self.acceleration
+            .store(setpoint.acceleration, Ordering::Relaxed);
+        let last = matches!(item, Streamed::Last(_));
+        self.last.store(last, Ordering::Relaxed);
+    }
+
+    fn load(&self) -> Streamed {
+        let setpoint = Setpoint {
+            position: self.position.load(Ordering::Relaxed),
+            velocity: self.velocity.load(Ordering::Relaxed),
+            acceleration: self.acceleration.load(Ordering::Relaxed),
+        };
+        if self.last.load(Ordering::Relaxed) {
+            Streamed::Last(setpoint)
+        } else {
+            Streamed::Setpoint(setpoint)
+        }
+    }
+}
+
+impl Clone for Place {
+    fn clone(&self) -> Self {
+        let copy = Self::new();
+        copy.store(self.load());
+        copy
     }
 }
 
 /// The end that the link fills.
 pub struct StreamSender<'a> {
-    producer: Producer<'a, Streamed>,
+    queue: &'a Queue<[Place]>,
 }
 
 impl StreamSender<'_> {
@@ -97,13 +227,13 @@ impl StreamSender<'_> {
     /// The setpoint itself, where the axis has not yet taken enough of the
     /// others. Nothing is lost: send it again.
     pub fn send(&mut self, item: Streamed) -> Result<(), Streamed> {
-        self.producer.enqueue(item)
+        self.queue.send(item).ok_or(item)
     }
 
     /// Number of setpoints that can be sent now; taking one makes room for one.
     pub fn room(&self) -> usize {
         // The queue never holds more than it can.
-        self.producer.capacity().saturating_sub(self.producer.len())
+        self.queue.capacity().saturating_sub(self.queue.waiting())
     }
 }
 
@@ -117,7 +247,7 @@ impl fmt::Debug for StreamSender<'_> {
 
 /// The end that the axis empties, one setpoint a sample.
 pub struct StreamReceiver<'a> {
-    consumer: Consumer<'a, Streamed>,
+    queue: &'a Queue<[Place]>,
     /// The end of the last motion, until the next one begins.
     last: Option<Setpoint>,
 }
@@ -126,14 +256,14 @@ impl StreamReceiver<'_> {
     /// Number of setpoints that wait. A motion had better begin with a few: the
     /// link may be late by as many samples.
     pub fn waiting(&self) -> usize {
-        self.consumer.len()
+        self.queue.waiting()
     }
 
     /// Throws away what waits, and forgets where the last motion ended.
     pub fn discard(&mut self) {
         // No more than there can be: a sender that goes on does not hold it up.
-        for _ in 0..self.consumer.capacity() {
-            let _ = self.consumer.dequeue();
+        for _ in 0..self.queue.capacity() {
+            let _ = self.queue.take();
         }
         self.last = None;
     }
@@ -141,7 +271,7 @@ impl StreamReceiver<'_> {
 
 impl SetpointSource for StreamReceiver<'_> {
     fn next(&mut self, _: &Observed) -> Next {
-        match (self.consumer.dequeue(), self.last) {
+        match (self.queue.take(), self.last) {
             (Some(Streamed::Setpoint(setpoint)), _) => {
                 self.last = None;
                 Next::Setpoint(setpoint)

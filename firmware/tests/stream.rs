@@ -95,6 +95,23 @@ fn what_is_discarded_is_gone() {
 }
 
 #[test]
+fn a_copy_goes_its_own_way() {
+    let mut stream = Stream::<3>::new();
+    let (mut sender, _) = stream.split();
+    sender.send(Streamed::Setpoint(at(1))).expect("room");
+    sender.send(Streamed::Last(at(2))).expect("room");
+    let mut copy = stream.clone();
+    assert_eq!(next(&mut stream.split().1), Next::Setpoint(at(1)));
+    let (mut sender, mut receiver) = copy.split();
+    assert_eq!(sender.room(), 0);
+    assert_eq!(next(&mut receiver), Next::Setpoint(at(1)));
+    sender.send(Streamed::Setpoint(at(3))).expect("room");
+    assert_eq!(next(&mut receiver), Next::Last(at(2)));
+    assert_eq!(next(&mut receiver), Next::Setpoint(at(3)));
+    assert_eq!(stream.split().1.waiting(), 1);
+}
+
+#[test]
 fn both_ends_work_at_the_same_time() {
     const COUNT: i32 = 20_000;
     let mut stream = Stream::<16>::new();
