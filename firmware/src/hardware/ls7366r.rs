@@ -21,7 +21,7 @@
 //! | CLR CNTR, CLR STR | `20`, `30` | count 0, status latches cleared |
 //! | RD MDR0, RD MDR1 | `48 xx`, `50 xx` | read back what was written |
 //! | RD CNTR | `60 xx xx (xx xx)` | the count, coherent |
-//! | RD STR | `70 xx` | the status |
+//! | RD STR | `70 xx` | the status; at a start once before CLR STR, too |
 //!
 //! RD CNTR copies the counter to the output register OTR at once and then
 //! shifts OTR out: all bytes are of one instant, however slow the bus is and
@@ -31,12 +31,20 @@
 //! # Checks
 //!
 //! [`Ls7366r::initialise`] refuses a chip that does not read back both mode
-//! registers as written, or that says that it is not counting (its `CNT_EN` pin
-//! is held low), or that still reports a loss of power. [`Ls7366r::count`]
-//! reads the status behind every count: a chip that has lost its supply for a
-//! moment comes back with a cleared MDR0, in which it is not a quadrature
-//! counter at all, and would otherwise go on answering plausible numbers. Count
-//! and status are 7 bytes a sample (5 with two-byte counts): 14 µs at 4 MHz.
+//! registers as written, that after a loss of power says that it is not counting
+//! (its `CNT_EN` pin is held low), or whose loss of power stays on record.
+//!
+//! It asks for CEN before CLR STR. Table 1 says that this clears STR "to zero",
+//! page 3 that CEN tells whether the counter is enabled, and nothing which of
+//! the two holds behind it, or how long. PLS tells whether a CLR STR has gone
+//! before since power-up; if so, CEN is not asked, and a `CNT_EN` that has gone
+//! low meanwhile is left to the monitor over a lost encoder.
+//!
+//! [`Ls7366r::count`] reads the status behind every count: a chip that has lost
+//! its supply for a moment comes back with a cleared MDR0, in which it is not a
+//! quadrature counter at all, and would otherwise go on answering plausible
+//! numbers. Count and status are 7 bytes a sample (5 with two-byte counts): 14 µs
+//! at 4 MHz.
 
 use core::fmt;
 
@@ -100,7 +108,8 @@ impl Ls7366rStatus {
         self.0 & 0x40 != 0
     }
 
-    /// B3, CEN: the counter is enabled.
+    /// B3, CEN: the counter is enabled. No source says what it reads behind
+    /// CLR STR, and so behind [`Ls7366r::initialise`].
     pub const fn counting(self) -> bool {
         self.0 & 0x08 != 0
     }
@@ -155,6 +164,7 @@ impl<SPI: SpiDevice> Ls7366r<SPI> {
         let mdr1 = self.width.mdr1();
         self.write(&[instruction::WRITE_MDR0, MDR0])?;
         self.write(&[instruction::WRITE_MDR1, mdr1])?;
+        let before = self.status()?;
         self.write(&[instruction::CLEAR_CNTR])?;
         self.write(&[instruction::CLEAR_STR])?;
 
@@ -171,12 +181,11 @@ impl<SPI: SpiDevice> Ls7366r<SPI> {
                 });
             }
         }
-        let status = self.trusted_status()?;
-        if status.counting() {
-            Ok(())
-        } else {
-            Err(Ls7366rError::NotCounting { status })
+        // Behind the mode registers, which tell a chip that is not there.
+        if before.power_lost() && !before.counting() {
+            return Err(Ls7366rError::NotCounting { status: before });
         }
+        self.trusted_status().map(drop)
     }
 
     /// The count \[counts\], modulo 2^16 or 2^32 by the width.

@@ -95,13 +95,30 @@ fn a_chip_out_of_power_is_not_believed() {
     }
     counter.initialise().expect("the chip is whole again");
     assert_eq!(counter.count(), Ok(0));
+}
 
-    chip(&mut counter).set_enable_pin(false);
-    let error = counter.initialise();
-    assert!(
-        matches!(error, Err(Ls7366rError::NotCounting { .. })),
-        "{error:?}"
-    );
+/// Both readings of CLR STR: a chip that counts is taken, at power-up and later;
+/// the contrast, one with its enable pin held low, is found out at power-up.
+#[test]
+fn what_clr_str_does_to_cen_does_not_matter() {
+    for clears in [false, true] {
+        let mut chip = Ls7366rChip::new(0);
+        chip.set_clears_cen(clears);
+        let mut counter = Ls7366r::new(ModelBus::new(chip), CounterWidth::Bits32);
+        for _ in 0..2 {
+            counter.initialise().expect("the chip is whole");
+            assert_eq!(counter.count(), Ok(0));
+            let status = counter.status().expect("the bus is whole");
+            assert_eq!(status.counting(), !clears);
+        }
+        counter.spi.chip.set_enable_pin(false);
+        counter.spi.chip.lose_power();
+        let error = counter.initialise();
+        assert!(
+            matches!(error, Err(Ls7366rError::NotCounting { .. })),
+            "{error:?}"
+        );
+    }
 }
 
 /// A bit that turns over on its way to the chip is found out, or does not
@@ -109,7 +126,7 @@ fn a_chip_out_of_power_is_not_believed() {
 #[test]
 fn no_single_bit_error_leaves_a_wrong_mode_behind() {
     for width in [CounterWidth::Bits16, CounterWidth::Bits32] {
-        for (transaction, byte, bit) in (0..7)
+        for (transaction, byte, bit) in (0..8)
             .flat_map(|t| (0..2).flat_map(move |byte| (0..8).map(move |bit| (t, byte, 1 << bit))))
         {
             let spoiling = Spoiling::Mosi { byte, mask: bit };
@@ -137,7 +154,7 @@ fn no_single_bit_error_leaves_a_wrong_mode_behind() {
                 "{transaction} {byte} {bit:#x}"
             );
         }
-        for (transaction, bit) in [(4, 0..8), (5, 0..8), (6, 2..4)] {
+        for (transaction, bit) in [(2, 3..4), (5, 0..8), (6, 0..8), (7, 2..3)] {
             for bit in bit {
                 let spoiling = Spoiling::Miso {
                     byte: 1,
@@ -152,14 +169,14 @@ fn no_single_bit_error_leaves_a_wrong_mode_behind() {
 
 #[test]
 fn every_lost_transaction_is_reported_and_the_next_one_works() {
-    for transaction in 0..7 {
+    for transaction in 0..8 {
         let bus = spoiled(Ls7366rChip::new(0), transaction, Spoiling::Error);
         let mut counter = Ls7366r::new(bus, CounterWidth::Bits32);
         let lost = Ls7366rError::Bus(ModelBusError { transaction });
         assert_eq!(counter.initialise(), Err(lost));
         assert_eq!(counter.initialise(), Ok(()));
     }
-    for lost in [7, 8] {
+    for lost in [8, 9] {
         let bus = spoiled(Ls7366rChip::new(0), lost, Spoiling::Error);
         let mut counter = Ls7366r::new(bus, CounterWidth::Bits32);
         counter.initialise().expect("whole up to here");

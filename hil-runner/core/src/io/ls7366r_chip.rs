@@ -14,7 +14,8 @@
 //! mode is found out; index and compare are not wired and their latches stay 0;
 //! the flag pins and the filter clock have no counterpart. After power-up the
 //! counter holds [`Ls7366rChip::POWER_UP_COUNT`], because a chip promises
-//! nothing about it.
+//! nothing about it. Whether CLR STR takes CEN along no source settles: it does
+//! or does not, as asked for, and then for good.
 
 use super::bus::SpiChip;
 
@@ -61,6 +62,9 @@ pub struct Ls7366rChip {
     otr: u32,
     /// The latched bits of STR, all but [`COUNT_ENABLED`].
     latched: u8,
+    /// CLR STR takes CEN along.
+    clears_cen: bool,
+    cen_cleared: bool,
     instruction: Option<u8>,
     data: Data,
 }
@@ -81,6 +85,8 @@ impl Ls7366rChip {
             cntr: Self::POWER_UP_COUNT,
             otr: 0,
             latched: POWER_LOST,
+            clears_cen: false,
+            cen_cleared: false,
             instruction: None,
             data: Data::Ignored,
         }
@@ -90,6 +96,7 @@ impl Ls7366rChip {
     pub fn lose_power(&mut self) {
         *self = Self {
             enable_pin: self.enable_pin,
+            clears_cen: self.clears_cen,
             ..Self::new(self.position)
         };
     }
@@ -97,6 +104,11 @@ impl Ls7366rChip {
     /// The level of `CNT_EN`, which a pull-up holds high.
     pub fn set_enable_pin(&mut self, high: bool) {
         self.enable_pin = high;
+    }
+
+    /// The other reading of the data sheet: CLR STR clears CEN, too.
+    pub fn set_clears_cen(&mut self, clears: bool) {
+        self.clears_cen = clears;
     }
 
     /// The encoder moves to a position \[quarters of a line\].
@@ -150,7 +162,8 @@ impl Ls7366rChip {
     }
 
     const fn status(&self) -> u8 {
-        self.latched | if self.counting() { COUNT_ENABLED } else { 0 }
+        let enabled = self.counting() && !self.cen_cleared;
+        self.latched | if enabled { COUNT_ENABLED } else { 0 }
     }
 
     /// The lowest bytes of `word` leave the chip.
@@ -167,7 +180,10 @@ impl Ls7366rChip {
             (0b00, MDR0) => self.mdr0 = 0,
             (0b00, MDR1) => self.mdr1 = 0,
             (0b00, CNTR) => self.cntr = 0,
-            (0b00, STR) => self.latched = 0,
+            (0b00, STR) => {
+                self.latched = 0;
+                self.cen_cleared = self.clears_cen;
+            }
             (0b01, MDR0) => self.data = Self::out(u32::from(self.mdr0), 1),
             (0b01, MDR1) => self.data = Self::out(u32::from(self.mdr1), 1),
             (0b01, CNTR) => {
