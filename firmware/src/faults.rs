@@ -20,7 +20,7 @@
 //! | cause | `measured` | `limit` |
 //! | --- | --- | --- |
 //! | emergency stop | 0 | 0 |
-//! | hardware bus | transfers that failed in this sample | 0 |
+//! | hardware bus | transfers that failed in this sample, answers that were not believed among them | 0 |
 //! | missed tick | ticks missed; below 0: by how many it came again | 0 |
 //! | encoder glitch | difference of the counter, signed \[counts\] | largest magnitude \[counts\] |
 //! | encoder loss | samples without a count under a driving code | samples that are a loss |
@@ -37,7 +37,8 @@ use core::fmt;
 pub enum FaultCause {
     /// The emergency stop is pressed. Release it, then reset.
     EmergencyStop,
-    /// Encoder or converter could not be reached.
+    /// Encoder or converter could not be reached, or says itself that it is not to
+    /// be trusted: it has lost its supply, met a short circuit or a brown-out.
     HardwareBus,
     /// The control loop did not run at a tick, or ran twice.
     MissedTick,
@@ -201,7 +202,8 @@ impl fmt::Display for Fault {
             FaultCause::EmergencyStop => f.write_str("the emergency stop is pressed"),
             FaultCause::HardwareBus => write!(
                 f,
-                "encoder or converter could not be reached: transfers that failed {measured}, \
+                "encoder or converter could not be reached or trusted: \
+                 transfers that failed {measured}, \
                  allowed {limit}"
             ),
             FaultCause::MissedTick if measured < limit => write!(

@@ -22,12 +22,12 @@
 //! | 1111 | `0F 00 00` | software full reset: as after power-up, output clamped to ground |
 //! | 0100 | `04 02 E8` | control register, which also frees the output |
 //! | 0011 | `03 hh ll` | write and update the DAC register |
-//! | 1100, 1011 | `0C 00 00`, `0B 00 00` | read back control, DAC register; the answer comes with the next frame |
+//! | 1100, 1011 | `0C 02 E8`, `0B 00 00` | read back control, DAC register; the answer comes with the next frame, whichever |
 //! | 0000 | `00 02 E8` | no operation; fetches an answer |
 //!
-//! The data of a no operation do not matter. Those here are the control word,
-//! because one turned bit makes the command 0100 of it, and nothing is read
-//! back behind the last answer that could find out.
+//! The data of a no operation and of a read-back do not matter. Where they are
+//! the control word, one turned bit makes the command 0100 of them, and the chip
+//! is then set as it was; one makes 0011 of 1011, and the code is then 0.
 //!
 //! # The control word
 //!
@@ -41,6 +41,23 @@
 //! is −10 V, full speed backwards. The full reset goes before every setting of
 //! the range; it also clamps the output to ground meanwhile. That the code 0 is
 //! then written all the same makes the output independent of PV.
+//!
+//! # Every code is a look at the chip
+//!
+//! [`Ad57x1r::set_code`] asks for the control register and takes the answer with
+//! the frame that carries the code: a frame more in a sample, 3 bytes, 6 µs at
+//! 4 MHz. The register must read as written, with these two clear:
+//!
+//! | bit | Table 16 | set by |
+//! | --- | --- | --- |
+//! | 12, SC | short-circuit condition detected | an output that has met its limit of current |
+//! | 11, BO | brownout condition detected | a supply that was too low |
+//!
+//! Both keep what they have seen until the control register is written, so that
+//! nothing between two samples is missed; a chip that has lost its registers with
+//! its supply, or does not answer, is found by the same comparison. The code has
+//! gone out by then: the caller switches off, and that a fault was reset clears
+//! neither bit. [`Ad57x1r::initialise`] does, at standstill.
 //!
 //! # Codes beyond the range
 //!
@@ -66,8 +83,8 @@ mod command {
 /// See the page's section on the control word.
 const CONTROL: u16 = 0x02E8;
 
-/// Bits 12 to 0 of the control register; the others are not defined. Bits 12
-/// and 11 report a short circuit and a brown-out, and must be clear.
+/// Bits 12 to 0 of the control register; the others are not defined. SC and BO
+/// among them, which [`CONTROL`] has clear.
 const CONTROL_MASK: u16 = 0x1FFF;
 
 /// Bit 20, always 0, and the command.
@@ -157,31 +174,36 @@ impl<SPI: SpiDevice> Ad57x1r<SPI> {
         self.write(command::FULL_RESET, [0, 0])?;
         self.write(command::WRITE_CONTROL, CONTROL.to_be_bytes())?;
         self.set_code(0)?;
-
-        let control = u16::from_be_bytes(self.read_back(command::READ_CONTROL)?);
-        if control & CONTROL_MASK != CONTROL {
-            return Err(Ad57x1rError::Control {
-                written: CONTROL,
-                read: control,
-            });
-        }
         match self.code()? {
             0 => Ok(()),
             code => Err(Ad57x1rError::NotAtZero { code }),
         }
     }
 
-    /// Writes a code to the DAC register: 0 is 0 V, the smallest is −10 V.
+    /// Writes a code to the DAC register, 0 is 0 V, the smallest is −10 V, and
+    /// looks at the control register with it.
     ///
     /// # Errors
     /// [`Ad57x1rError::CodeOutOfRange`], and the output stays as it is;
-    /// [`Ad57x1rError::Bus`].
+    /// [`Ad57x1rError::Bus`], and it may;
+    /// [`Ad57x1rError::Control`], [`Ad57x1rError::Answer`], and the code was sent.
     pub fn set_code(&mut self, code: i32) -> Result<(), Ad57x1rError<SPI::Error>> {
         let data = self.model.data(code).ok_or(Ad57x1rError::CodeOutOfRange {
             code,
             bits: self.model.bits(),
         })?;
-        self.write(command::WRITE_AND_UPDATE, data.to_be_bytes())
+        self.write(command::READ_CONTROL, CONTROL.to_be_bytes())?;
+        let [high, low] = data.to_be_bytes();
+        let carrier = [command::WRITE_AND_UPDATE, high, low];
+        let control = u16::from_be_bytes(self.answer(command::READ_CONTROL, carrier)?);
+        if control & CONTROL_MASK == CONTROL {
+            Ok(())
+        } else {
+            Err(Ad57x1rError::Control {
+                written: CONTROL,
+                read: control,
+            })
+        }
     }
 
     /// The code that the DAC register holds, read back in two frames.
@@ -189,7 +211,10 @@ impl<SPI: SpiDevice> Ad57x1r<SPI> {
     /// # Errors
     /// [`Ad57x1rError::Bus`], [`Ad57x1rError::Answer`].
     pub fn code(&mut self) -> Result<i32, Ad57x1rError<SPI::Error>> {
-        let data = i16::from_be_bytes(self.read_back(command::READ_DAC)?);
+        self.write(command::READ_DAC, [0, 0])?;
+        let [high, low] = CONTROL.to_be_bytes();
+        let carrier = [command::NO_OPERATION, high, low];
+        let data = i16::from_be_bytes(self.answer(command::READ_DAC, carrier)?);
         Ok(self.model.code(data))
     }
 
@@ -199,11 +224,13 @@ impl<SPI: SpiDevice> Ad57x1r<SPI> {
         written.map_err(Ad57x1rError::Bus)
     }
 
-    /// The answer carries the command that it belongs to.
-    fn read_back(&mut self, command: u8) -> Result<[u8; 2], Ad57x1rError<SPI::Error>> {
-        self.write(command, [0, 0])?;
-        let [high, low] = CONTROL.to_be_bytes();
-        let mut frame = [command::NO_OPERATION, high, low];
+    /// Sends `frame`; the answer to `command`, which went before, comes with it
+    /// and carries that command.
+    fn answer(
+        &mut self,
+        command: u8,
+        mut frame: [u8; 3],
+    ) -> Result<[u8; 2], Ad57x1rError<SPI::Error>> {
         let transferred = self.spi.transfer_in_place(&mut frame);
         transferred.map_err(Ad57x1rError::Bus)?;
         let [answered, data @ ..] = frame;
@@ -229,11 +256,12 @@ pub enum Ad57x1rError<E> {
         /// The frame that came back.
         frame: [u8; 3],
     },
-    /// The control register does not read back as written.
+    /// The control register does not read back as written: the chip has met a
+    /// short circuit or a brown-out, has lost its supply, or was never set.
     Control {
         /// The word written.
         written: u16,
-        /// The word read back; bits 12 and 11 are short circuit and brown-out.
+        /// The word read back; bit 12 is SC, bit 11 BO.
         read: u16,
     },
     /// The DAC register does not read back the code 0.
@@ -263,7 +291,8 @@ impl<E: fmt::Debug> fmt::Display for Ad57x1rError<E> {
             Self::Control { written, read } => write!(
                 f,
                 "the converter's control register was set to {written:#06x} and reads {read:#06x}; \
-                 the chip must answer as written, without short circuit or brown-out"
+                 the chip must answer as written, without short circuit (bit 12) \
+                 or brown-out (bit 11)"
             ),
             Self::NotAtZero { code } => write!(
                 f,

@@ -31,8 +31,9 @@
 //! board does not repeat anything on its own: a repeated transfer would make a
 //! late sample out of a visible fault.
 //!
-//! A code that was refused leaves the converter where it was, so the power has
-//! to go in the same tick; the next tick may try again.
+//! A code that fails may have left the converter where it was, or have reached
+//! one that reports a fault of its own, so the power has to go in the same tick;
+//! the next tick may try again.
 
 pub mod ad57x1r;
 pub mod ls7366r;
@@ -105,7 +106,8 @@ pub trait Board {
     /// 0 is 0 V. The output changes before this returns.
     ///
     /// # Errors
-    /// The code could not be written, or is not one of the converter's.
+    /// The code could not be written, is not one of the converter's, or what
+    /// stands at the output is not to be trusted.
     fn set_code(&mut self, code: i32) -> Result<(), Self::Error>;
 
     /// Switches the power stage on or off.

@@ -39,8 +39,8 @@ pub struct Line<Pin> {
 /// An LS7366R, an AD57x1R, an enable output and a stop input.
 ///
 /// Made of its parts; [`SpiBoard::initialise`] goes before the first tick. If
-/// it is forgotten, the converter stays clamped to ground and the counter's
-/// first reading is an error.
+/// it is forgotten, the converter stays clamped to ground, and the counter's
+/// first reading and the first code are errors.
 #[derive(Debug, Clone)]
 pub struct SpiBoard<Counter, Converter, EnablePin, StopPin> {
     /// The motor's encoder.

@@ -3,13 +3,17 @@
 use std::convert::Infallible;
 
 use embedded_hal::digital::{self, InputPin, OutputPin, PinState};
-use firmware::Board;
+use firmware::axis::{Axis, AxisState};
 use firmware::hardware::{
     Ad57x1r, Ad57x1rError, Ad57x1rModel, CounterWidth, Line, Ls7366r, Ls7366rError, SpiBoard,
-    SpiBoardError,
+    SpiBoardError, serve,
 };
+use firmware::law::{Law, LawWords};
+use firmware::output::{Output, Quantiser};
+use firmware::reference::TableSource;
+use firmware::{Board, Dac, Event, FaultCause, GainWord, SetpointTable, State};
 
-use crate::converter::CONVERTER;
+use crate::converter::{CONVERTER, LOOK};
 use crate::counter::COUNTER_32;
 use crate::script::{Lost, Script};
 
@@ -113,7 +117,7 @@ fn switching_off_tries_both_and_power_first() {
     // The enable line fails: the code is set to 0 all the same.
     let mut broken = board(
         Script::of(&[]),
-        Script::of(&[(&[0x03, 0, 0], &[])]),
+        Script::of(&[LOOK, CONVERTER[3]]),
         PinState::High,
     );
     broken.enable.pin.broken = true;
@@ -122,7 +126,7 @@ fn switching_off_tries_both_and_power_first() {
     broken.converter.spi.assert_done();
 
     // The bus fails: the power is off all the same.
-    let lost = Script::of(&[]).then_lost(&[0x03, 0, 0], 9);
+    let lost = Script::of(&[]).then_lost(LOOK.0, 9);
     let mut board = board(Script::of(&[]), lost, PinState::High);
     let error = board.switch_off().expect_err("the bus is broken");
     assert_eq!(
@@ -137,6 +141,63 @@ fn switching_off_tries_both_and_power_first() {
         error,
         SpiBoardError::EmergencyStop(digital::ErrorKind::Other)
     );
+}
+
+/// A short circuit at the converter is a fault of the sample that finds it, with
+/// its record; the contrast: the same sample without the bit.
+#[test]
+fn a_short_circuit_is_a_fault_of_its_sample() {
+    let dac = Dac::with_bits(16).expect("supported");
+    let words = LawWords {
+        kp: GainWord::new(1 << 30, 29),
+        ..LawWords::NONE
+    };
+    let law = Law::accept(words, dac).expect("2 codes a count");
+    let output = Output::new(dac, None, Quantiser::Nearest).expect("no slew limit");
+    let axis = Axis::new(law, output);
+    let table = SetpointTable::<4>::from_counts(&[0, 100]).expect("two setpoints");
+
+    for shorted in [false, true] {
+        let answer: &[u8] = if shorted {
+            &[0x0C, 0x12, 0xE8]
+        } else {
+            &[0x0C, 0x02, 0xE8]
+        };
+        let mut counter: Vec<(&[u8], &[u8])> = Vec::new();
+        for _ in 0..2 {
+            counter.push((&[0x60, 0, 0, 0, 0], &[0; 5]));
+            counter.push((&[0x70, 0], &[0, 0x08]));
+        }
+        let mut converter = vec![LOOK, CONVERTER[3], LOOK, (&[0x03, 0x00, 0xC8], answer)];
+        if shorted {
+            // Switched off by the sample, and looked at once more.
+            converter.extend([LOOK, (&[0x03, 0, 0], answer)]);
+        }
+        let mut board = board(Script::of(&counter), Script::of(&converter), PinState::High);
+
+        let mut state = AxisState::start(&axis);
+        let mut source = TableSource::new(&table);
+        for event in [Event::Enable, Event::Start] {
+            axis.request(&mut state, event).expect("out of disabled");
+        }
+        serve(&axis, &mut state, &mut board, &mut source, 0);
+        let output = serve(&axis, &mut state, &mut board, &mut source, 1);
+        board.counter.spi.assert_done();
+        board.converter.spi.assert_done();
+        let power = board.enable.pin.levels.last();
+        if shorted {
+            assert_eq!((output.state, output.code), (State::Fault, 0));
+            assert_eq!(power, Some(&PinState::Low));
+            let fault = state.fault().expect("a short circuit");
+            assert_eq!((fault.cause, fault.tick), (FaultCause::HardwareBus, 1));
+            assert_eq!((fault.values.measured, fault.values.limit), (1, 0));
+            assert_eq!((fault.values.setpoint, fault.values.code), (100, 200));
+        } else {
+            assert_eq!((output.state, output.code), (State::Holding, 200));
+            assert_eq!(power, Some(&PinState::High));
+            assert_eq!(state.fault(), None);
+        }
+    }
 }
 
 /// A board with a load-side encoder overrides one method; errors of its own

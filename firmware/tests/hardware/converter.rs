@@ -5,13 +5,18 @@ use proptest::prelude::*;
 
 use crate::script::{Script, spoiled};
 
+/// The question for the control register, which goes before every code.
+pub(crate) const LOOK: (&[u8], &[u8]) = (&[0x0C, 0x02, 0xE8], &[]);
+
+/// The answer of a converter in order.
+const IN_ORDER: &[u8] = &[0x0C, 0x02, 0xE8];
+
 /// Exchange of a converter and its initialisation.
-pub(crate) const CONVERTER: [(&[u8], &[u8]); 7] = [
+pub(crate) const CONVERTER: [(&[u8], &[u8]); 6] = [
     (&[0x0F, 0, 0], &[]),
     (&[0x04, 0x02, 0xE8], &[]),
-    (&[0x03, 0, 0], &[]),
-    (&[0x0C, 0, 0], &[]),
-    (&[0x00, 0x02, 0xE8], &[0xEC, 0xE2, 0xE8]),
+    LOOK,
+    (&[0x03, 0, 0], &[0xEC, 0xE2, 0xE8]),
     (&[0x0B, 0, 0], &[]),
     (&[0x00, 0x02, 0xE8], &[0x0B, 0, 0]),
 ];
@@ -33,7 +38,7 @@ fn a_converter_that_answers_wrong_is_refused() {
     };
     // No chip, another command's answer.
     for answer in [&[0, 0, 0], &[0xFF; 3], &[0x0B, 0x02, 0xE8]] {
-        let error = initialise(4, answer);
+        let error = initialise(3, answer);
         assert!(
             matches!(error, Err(Ad57x1rError::Answer { .. })),
             "{error:?}"
@@ -52,13 +57,51 @@ fn a_converter_that_answers_wrong_is_refused() {
             written: 0x02E8,
             read: u16::from_be_bytes(read),
         };
-        assert_eq!(initialise(4, answer), Err(error));
+        assert_eq!(initialise(3, answer), Err(error));
     }
-    let error = initialise(6, &[0x0B, 0x80, 0x00]).expect_err("−10 V");
+    let error = initialise(5, &[0x0B, 0x80, 0x00]).expect_err("−10 V");
     assert_eq!(
         error.to_string(),
         "the converter was set to the code 0 and reads -2048; the chip must answer as written"
     );
+}
+
+/// Every code looks at the converter; the contrast: one in order, whose undefined
+/// bits are set.
+#[test]
+fn a_converter_that_reports_a_condition_fails_the_code() {
+    let set_code = |answer: &[u8]| {
+        let script = Script::of(&[LOOK, (&[0x03, 0x12, 0x34], answer)]);
+        let mut converter = Ad57x1r::new(script, Ad57x1rModel::Ad5761r);
+        let set = converter.set_code(0x1234);
+        converter.spi.assert_done();
+        set
+    };
+    assert_eq!(set_code(&[0xEC, 0xE2, 0xE8]), Ok(()));
+    // Short circuit, brown-out, both, a register that went with the supply.
+    for read in [0x12E8_u16, 0x0AE8, 0x1AE8, 0x0000] {
+        let [high, low] = read.to_be_bytes();
+        let error = Ad57x1rError::Control {
+            written: 0x02E8,
+            read,
+        };
+        assert_eq!(set_code(&[0x0C, high, low]), Err(error));
+    }
+    assert_eq!(
+        set_code(&[0x0C, 0x12, 0xE8]).map_err(|error| error.to_string()),
+        Err(
+            "the converter's control register was set to 0x02e8 and reads 0x12e8; the chip \
+             must answer as written, without short circuit (bit 12) or brown-out (bit 11)"
+                .to_owned()
+        )
+    );
+    // No chip at all.
+    for answer in [[0; 3], [0xFF; 3]] {
+        assert!(matches!(
+            set_code(&answer),
+            Err(Ad57x1rError::Answer { .. })
+        ));
+    }
 }
 
 #[test]
@@ -69,7 +112,8 @@ fn all_codes_of_12_bits_are_left_justified_and_read_back() {
         // The four bits below have no meaning.
         let answer = [0x0B, high, low | 0x0A];
         let script = Script::of(&[
-            (&written, &[]),
+            LOOK,
+            (&written, IN_ORDER),
             (&[0x0B, 0, 0], &[]),
             (&[0x00, 0x02, 0xE8], &answer),
         ]);
@@ -84,7 +128,7 @@ proptest! {
     #[test]
     fn codes_of_16_bits_go_out_as_they_are(code: i16) {
         let [high, low] = code.to_be_bytes();
-        let script = Script::of(&[(&[0x03, high, low], &[])]);
+        let script = Script::of(&[LOOK, (&[0x03, high, low], IN_ORDER)]);
         let mut converter = Ad57x1r::new(script, Ad57x1rModel::Ad5761r);
         prop_assert_eq!(converter.set_code(i32::from(code)), Ok(()));
         converter.spi.assert_done();

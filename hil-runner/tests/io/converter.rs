@@ -83,7 +83,7 @@ fn the_output_is_at_0_v_all_through_the_initialisation() {
         // again in every transaction of the initialisation but the first.
         say(&mut chip, [0x03, 0x7F, 0xFF]);
         assert!(chip.output_v() > 9.99);
-        for lost in 1..7 {
+        for lost in 1..6 {
             let bus = spoiled(chip.clone(), lost, Spoiling::Error);
             let mut converter = Ad57x1r::new(bus, model);
             let error = Ad57x1rError::Bus(ModelBusError { transaction: lost });
@@ -104,7 +104,7 @@ fn no_single_bit_error_leaves_a_wrong_setting_behind() {
         let mut chip = Ad57x1rChip::new(model);
         say(&mut chip, [0x04, 0x05, 0x03]);
         say(&mut chip, [0x03, 0x12, 0x34]);
-        for bit in 0..7 * 24 {
+        for bit in 0..6 * 24 {
             let (transaction, byte, mask) = (bit / 24, bit / 8 % 3, 1 << (bit % 8));
             let byte = usize::try_from(byte).expect("below 3");
             let bus = spoiled(chip.clone(), transaction, Spoiling::Mosi { byte, mask });
@@ -127,7 +127,7 @@ fn no_single_bit_error_leaves_a_wrong_setting_behind() {
             }
         }
         // Back: the command that is answered, control, code.
-        for (transaction, byte, bits) in [(4, 0, 0..5), (4, 1, 0..5), (4, 2, 0..8), (6, 1, 0..8)] {
+        for (transaction, byte, bits) in [(3, 0, 0..5), (3, 1, 0..5), (3, 2, 0..8), (5, 1, 0..8)] {
             for bit in bits {
                 let spoiling = Spoiling::Miso {
                     byte,
@@ -143,20 +143,82 @@ fn no_single_bit_error_leaves_a_wrong_setting_behind() {
 #[test]
 fn a_lost_code_leaves_the_last_one_and_the_next_one_works() {
     for model in MODELS {
-        // Transactions 0 to 6 are the initialisation.
-        let bus = spoiled(Ad57x1rChip::new(model), 8, Spoiling::Error);
-        let mut converter = Ad57x1r::new(bus, model);
-        converter.initialise().expect("whole up to here");
-        converter.set_code(100).expect("whole up to here");
-        let lost = Ad57x1rError::Bus(ModelBusError { transaction: 8 });
-        assert_eq!(converter.set_code(200), Err(lost));
-        assert_eq!(output(&converter), DacOutput::Code(100));
-        assert_passes(&mut converter, 300);
+        // Transactions 0 to 5 are the initialisation, 6 and 7 the first code: 8
+        // asks for the control register, 9 carries the code.
+        for lost in [8, 9] {
+            let bus = spoiled(Ad57x1rChip::new(model), lost, Spoiling::Error);
+            let mut converter = Ad57x1r::new(bus, model);
+            converter.initialise().expect("whole up to here");
+            converter.set_code(100).expect("whole up to here");
+            let error = Ad57x1rError::Bus(ModelBusError { transaction: lost });
+            assert_eq!(converter.set_code(200), Err(error));
+            assert_eq!(output(&converter), DacOutput::Code(100));
+            assert_passes(&mut converter, 300);
 
-        let beyond = 1 << (model.bits() - 1);
-        assert!(converter.set_code(beyond).is_err());
-        assert!(converter.set_code(-beyond - 1).is_err());
-        assert_eq!(output(&converter), DacOutput::Code(300));
+            let beyond = 1 << (model.bits() - 1);
+            assert!(converter.set_code(beyond).is_err());
+            assert!(converter.set_code(-beyond - 1).is_err());
+            assert_eq!(output(&converter), DacOutput::Code(300));
+        }
+    }
+}
+
+/// A bit that turns over in the question for the control register, or in the
+/// answer to it, is not taken for a chip in order, and leaves one behind.
+#[test]
+fn no_single_bit_error_hides_in_the_look_at_the_chip() {
+    for model in MODELS {
+        let question = (0..24).map(|bit| (6, bit));
+        let answer = (0..24).map(|bit| (7, bit));
+        for (transaction, bit) in question.chain(answer) {
+            let (byte, mask) = (bit / 8, 1 << (bit % 8));
+            let (spoiling, matters) = if transaction == 6 {
+                (Spoiling::Mosi { byte, mask }, byte == 0 && mask < 0x20)
+            } else {
+                (Spoiling::Miso { byte, mask }, byte == 2 || mask < 0x20)
+            };
+            let bus = spoiled(Ad57x1rChip::new(model), transaction, spoiling);
+            let mut converter = Ad57x1r::new(bus, model);
+            converter.initialise().expect("whole up to here");
+            let set = converter.set_code(100);
+            assert_eq!(set.is_err(), matters, "{transaction}, {byte}, {mask:#x}");
+            assert_passes(&mut converter, 200);
+        }
+    }
+}
+
+/// Something that happens to a chip.
+type Happen = fn(&mut Ad57x1rChip);
+
+/// A short circuit and a brown-out fail every code from the next one on, until
+/// the chip is initialised; the contrast: none has been, and none does.
+#[test]
+fn conditions_of_the_chip_fail_the_next_code() {
+    let conditions: [(Happen, u16); 3] = [
+        (Ad57x1rChip::short_circuit, 0x12E8),
+        (Ad57x1rChip::brown_out, 0x0AE8),
+        (|_| {}, 0x02E8),
+    ];
+    for model in MODELS {
+        for (happen, read) in conditions {
+            let mut converter = converter(model);
+            assert_passes(&mut converter, 100);
+            happen(&mut converter.spi.chip);
+            for code in [200, 0] {
+                let expected = if read == 0x02E8 {
+                    Ok(())
+                } else {
+                    Err(Ad57x1rError::Control {
+                        written: 0x02E8,
+                        read,
+                    })
+                };
+                assert_eq!(converter.set_code(code), expected);
+                assert_eq!(output(&converter), DacOutput::Code(code));
+            }
+            converter.initialise().expect("the chip is whole");
+            assert_passes(&mut converter, 300);
+        }
     }
 }
 
@@ -194,15 +256,16 @@ fn the_chip_keeps_its_other_promises() {
 }
 
 proptest! {
-    /// Without supply the output is clamped, whatever was written before; the
-    /// driver does not notice until it reads back or initialises again.
+    /// Without supply the output is clamped, whatever was written before, and the
+    /// next code fails.
     #[test]
     fn power_lost_is_0_v(code in -2_048..=2_047) {
         let mut converter = converter(Ad57x1rModel::Ad5721r);
         converter.set_code(code).expect("in range");
         converter.spi.chip.lose_power();
         prop_assert_eq!(converter.spi.chip.output_v(), 0.0);
-        converter.set_code(code).expect("the bus is whole");
+        let set = converter.set_code(code);
+        prop_assert!(matches!(set, Err(Ad57x1rError::Control { .. })), "{set:?}");
         prop_assert_eq!(output(&converter), DacOutput::Clamped);
         converter.initialise().expect("the chip is whole");
         assert_passes(&mut converter, code);

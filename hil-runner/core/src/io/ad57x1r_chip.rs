@@ -17,13 +17,19 @@
 //!
 //! Taken as likely where the sources are silent: the first control frame after a
 //! reset frees the output at the power-up value of its PV bits, a frame with
-//! bit 20 set does nothing. The driver relies on neither. Not wired: the pins
-//! `LDAC` (so the DAC register changes only by command), `CLR` and `RESET`,
-//! overrange, short circuit and brown-out.
+//! bit 20 set does nothing; after a reset short circuit and brown-out stand until
+//! control is written, which clears them. The driver relies on none of it. Not
+//! wired: the pins `LDAC` (so the DAC register changes only by command), `CLR`
+//! and `RESET`, and overrange. A short circuit and a brown-out are only reported:
+//! the output stays as it is.
 
 use firmware::hardware::Ad57x1rModel;
 
 use super::bus::SpiChip;
+
+// Bits of the control register that only the chip sets.
+const SHORT_CIRCUIT: u16 = 1 << 12;
+const BROWN_OUT: u16 = 1 << 11;
 
 /// Output of the chip.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,6 +52,8 @@ pub struct Ad57x1rChip {
     dac: u16,
     /// `None` until written: the output is clamped.
     control: Option<u16>,
+    /// Bits of the conditions seen since control was written.
+    seen: u16,
     daisy_chain: bool,
 }
 
@@ -59,6 +67,7 @@ impl Ad57x1rChip {
             input: 0,
             dac: 0,
             control: None,
+            seen: SHORT_CIRCUIT | BROWN_OUT,
             daisy_chain: true,
         }
     }
@@ -66,6 +75,16 @@ impl Ad57x1rChip {
     /// The supply goes and comes back.
     pub fn lose_power(&mut self) {
         *self = Self::new(self.model);
+    }
+
+    /// The output meets a short circuit, which may pass.
+    pub fn short_circuit(&mut self) {
+        self.seen |= SHORT_CIRCUIT;
+    }
+
+    /// The supply becomes too low for a moment, and the registers survive it.
+    pub fn brown_out(&mut self) {
+        self.seen |= BROWN_OUT;
     }
 
     /// The output.
@@ -122,6 +141,7 @@ impl Ad57x1rChip {
 
     fn set_control(&mut self, data: u16) {
         let control = data & 0x07FF;
+        self.seen = 0;
         if self.control.replace(control).is_none() {
             self.reset_data(control);
         }
@@ -146,7 +166,7 @@ impl Ad57x1rChip {
             0x9 => self.daisy_chain = low & 1 == 0,
             0xA => self.answer(head, self.input),
             0xB => self.answer(head, self.dac),
-            0xC => self.answer(head, self.control.unwrap_or(0)),
+            0xC => self.answer(head, self.control.unwrap_or(0) | self.seen),
             0xF => self.lose_power(),
             _ => {}
         }
