@@ -216,4 +216,11 @@ fn a_converter_that_does_not_answer_is_a_fault() {
     bench.drive.board.converter_cut = true;
     bench.run(1, false);
     bench.assert_safe(FaultCause::HardwareBus);
+    // A press resets it, and the next sample finds it again: 0 is a code, too.
+    bench.press();
+    bench.assert_safe(FaultCause::HardwareBus);
+    // The contrast: mended, the same press leaves the fault.
+    bench.drive.board.converter_cut = false;
+    assert_eq!(bench.press().state, State::Disabled);
+    assert_eq!(bench.fault(), None);
 }
