@@ -22,6 +22,18 @@ const TRIES: u32 = 100_000;
 /// need.
 const PLL: u32 = (1 << 22) | 8 | (336 << 6) | (7 << 24);
 
+/// Fields of that register: Q, source, P, N and M. The others are reserved and
+/// "must be kept at reset value" (RM 7.3.2), which is not 0 for bit 29.
+const PLL_FIELDS: u32 = (0xf << 24) | (1 << 22) | (3 << 16) | (0x1ff << 6) | 0x3f;
+
+/// The register with this PLL in it.
+const fn with_pll(register: u32) -> u32 {
+    (register & !PLL_FIELDS) | PLL
+}
+
+/// From RM 7.3.2's reset value, bit 29 is kept; Q = 4, N = 192 and M = 16 are not.
+const _: () = assert!(with_pll(0x2400_3010) == 0x2740_5408 && PLL & !PLL_FIELDS == 0);
+
 /// Clocks and their speeds.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Clocks {
@@ -79,8 +91,9 @@ fn run_from_crystal(rcc: &RCC, flash: &FLASH) -> bool {
     if !soon(TRIES, || rcc.cr().read().hserdy().is_ready()) {
         return false;
     }
-    // SAFETY: `PLL` keeps to what the manual allows.
-    rcc.pllcfgr().write(|w| unsafe { w.bits(PLL) });
+    // SAFETY: `PLL` keeps to what the manual allows, and all else stays.
+    rcc.pllcfgr()
+        .modify(|r, w| unsafe { w.bits(with_pll(r.bits())) });
     rcc.cr().modify(|_, w| w.pllon().on());
     if !soon(TRIES, || rcc.cr().read().pllrdy().is_ready()) {
         return false;
