@@ -158,6 +158,23 @@ impl Bus {
         Self { spi, port }
     }
 
+    /// Takes away what a transfer that timed out has left behind: its byte may
+    /// come later, and every answer after it would be taken for the next one's.
+    ///
+    /// The part is busy as long as one is under way or waits to be sent (RM
+    /// 28.3.7); it goes out while nothing is selected, and no chip takes it.
+    /// Reading the data takes the byte away, the status behind it an overrun (RM
+    /// 28.3.10).
+    fn drain(&self) -> Result<(), TimedOut> {
+        let spi = &self.spi;
+        if !soon(TRIES, || !spi.sr().read().bsy().is_busy()) {
+            return Err(TimedOut);
+        }
+        let _ = spi.dr().read();
+        let _ = spi.sr().read();
+        Ok(())
+    }
+
     /// Exchanges a byte (RM 28.3.5).
     fn exchange(&self, byte: u8) -> Result<u8, TimedOut> {
         let spi = &self.spi;
@@ -211,6 +228,7 @@ impl ErrorType for Bus {
 
 impl SpiDevice for Bus {
     fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), TimedOut> {
+        self.drain()?;
         self.port.bsrr().write(|w| w.br12().reset());
         let done = operations
             .iter_mut()
