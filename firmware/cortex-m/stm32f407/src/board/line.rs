@@ -14,6 +14,12 @@ use super::clock::{Clocks, soon};
 /// Polls for a byte to leave: above 300 µs at 168 MHz, where it takes 11 µs.
 const TRIES: u32 = 10_000;
 
+/// Below the sample's, which stays at 0 as after a reset, the highest: a byte does
+/// not delay a sample. The chip has the upper four bits of a priority (RM 12.1.1). A
+/// sample that keeps the line waiting for longer than a byte, 11 µs, may cost one,
+/// as it did with one priority for both, and the host asks again.
+const PRIORITY: u8 = 1 << 4;
+
 /// Bytes that came and were not yet taken.
 static RECEIVED: Ring = Ring::new();
 
@@ -23,7 +29,7 @@ pub(super) struct Line(USART2);
 
 impl Line {
     /// Receives from here on.
-    pub(super) fn start(usart: USART2, clocks: &Clocks) -> Self {
+    pub(super) fn start(usart: USART2, nvic: &mut NVIC, clocks: &Clocks) -> Self {
         // RM 30.6.3.
         let sixteenths = clocks.baud_sixteenths;
         usart.brr().write(|w| {
@@ -35,6 +41,8 @@ impl Line {
             w.ue().enabled().te().enabled().re().enabled();
             w.rxneie().enabled()
         });
+        // SAFETY: no critical section relies on priorities.
+        unsafe { nvic.set_priority(Interrupt::USART2, PRIORITY) };
         // SAFETY: no critical section relies on this interrupt being masked.
         unsafe { NVIC::unmask(Interrupt::USART2) };
         Self(usart)

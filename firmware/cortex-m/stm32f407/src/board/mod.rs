@@ -30,7 +30,7 @@ fn main() -> ! {
     static mut TABLE: SetpointTable<CAPACITY> = SetpointTable::resting_at(0);
 
     // Both are there: nothing has taken them before.
-    let (Some(core), Some(chip)) = (cortex_m::Peripherals::take(), Peripherals::take()) else {
+    let (Some(mut core), Some(chip)) = (cortex_m::Peripherals::take(), Peripherals::take()) else {
         halt()
     };
     pins::connect(&chip);
@@ -47,7 +47,7 @@ fn main() -> ! {
     let is_safe = electronics.initialise().is_ok();
     panel.show(Lamp::Fault, !is_safe);
 
-    let line = Line::start(chip.USART2, &clocks);
+    let line = Line::start(chip.USART2, &mut core.NVIC, &clocks);
     let meter = Chip::start(core.DCB, core.DWT, &clocks);
     if drives {
         let samples = Samples::new(chip.TIM3, chip.TIM5);
