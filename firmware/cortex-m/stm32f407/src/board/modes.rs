@@ -104,13 +104,15 @@ fn start(
     watchdog: IWDG,
     clocks: &Clocks,
 ) {
+    // The watchdog first: it waits for its oscillator, and a sample is not to.
+    let watchdog = Watchdog::start(watchdog);
     samples.start(clocks);
     let service = Service {
         drive,
         panel,
         samples,
         ticks: Ticks::default(),
-        watchdog: Watchdog::start(watchdog),
+        watchdog,
     };
     critical_section::with(|section| HANDOVER.borrow(section).set(Some(service)));
     // SAFETY: no critical section relies on this interrupt being masked.

@@ -12,7 +12,11 @@
 use stm32f4::stm32f407::{IWDG, TIM3, TIM5};
 use stm32f407_drive::axis::PERIOD_NS;
 
-use super::clock::Clocks;
+use super::clock::{Clocks, soon};
+
+/// Polls for the watchdog's settings: above 0.6 ms at 168 MHz, where a register of
+/// APB1 takes 4 cycles and more; 0.3 ms are needed.
+const TRIES: u32 = 25_000;
 
 /// TIM3's last count in a sample \[µs\]. It has 16 bits (`clock.rs`).
 const LAST_US: u16 = {
@@ -84,6 +88,14 @@ impl Watchdog {
         watchdog.kr().write(|w| w.key().unlock());
         watchdog.pr().write(|w| w.pr().divide_by4());
         watchdog.rlr().write(|w| w.rl().set(80));
+        // RM 21.4.4: the oscillator takes both over within 5 of its cycles, 0.3 ms
+        // at 17 kHz, and until then a feed loads what was there before: after a
+        // reset 4,095 counts, half a second. Should it take longer, the first
+        // samples feed it again.
+        let _ = soon(TRIES, || {
+            let status = watchdog.sr().read();
+            status.pvu().bit_is_clear() && status.rvu().bit_is_clear()
+        });
         watchdog.kr().write(|w| w.key().feed());
         Self(watchdog)
     }
