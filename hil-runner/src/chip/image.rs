@@ -1,18 +1,21 @@
 //! Images of the targets: found, built where they must be, and read.
 //!
 //! An image is taken from the folder that `MCU_IMAGE_DIR` names, or built from
-//! the firmware's sources with a toolchain. It is stale when a source file is
-//! newer than the last build; what really has to be compiled then is cargo's to
-//! say, and two builders at a time wait for each other by cargo's own lock.
+//! the firmware's sources with a toolchain. It is stale when a source or the image
+//! itself is not what it was at the last build, by content and whatever its time
+//! says; what really has to be compiled then is cargo's to say, and two builders
+//! at a time wait for each other by cargo's own lock.
 
+use std::collections::BTreeMap;
 use std::env;
 use std::ffi::OsString;
-use std::fs;
+use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::time::SystemTime;
 
+use crc::{CRC_64_XZ, Crc};
 use firmware_link::frame::crc32_on;
 use object::LittleEndian;
 use object::elf::{FileHeader32, PT_LOAD};
@@ -124,7 +127,10 @@ impl Finder {
             // A program that is used without its sources.
             (false, true) => Ok((path, false)),
             (true, false) => Ok((path, true)),
-            (true, true) => Ok((path, newer_than(&self.stamp(target), &self.project))),
+            (true, true) => {
+                let is_stale = self.is_stale(target, &path);
+                Ok((path, is_stale))
+            }
         }
     }
 
@@ -148,20 +154,36 @@ impl Finder {
         self.target_folder.join(target.triple()).join("release")
     }
 
-    /// A file as old as the last build.
-    fn stamp(&self, target: Target) -> PathBuf {
+    /// The contents of the last build, as [`Contents`] writes them.
+    fn record(&self, target: Target) -> PathBuf {
         self.built(target).join("images.built")
+    }
+
+    /// True if a source or the image is another than that of the last build. What
+    /// cannot be read counts as another.
+    fn is_stale(&self, target: Target, image: &Path) -> bool {
+        let last = Contents::read(&self.record(target));
+        let sources = Contents::of_sources(&self.project);
+        match (last, sources, checksum(image)) {
+            (Ok(last), Ok(sources), Ok(sum)) => {
+                !last.has(&sources) || last.0.get(&name_of(image)) != Some(&sum)
+            }
+            _ => true,
+        }
     }
 
     fn build(&self, target: Target) -> Result<(), ChipError> {
         let failed = |output: String| not_built(target, &output);
         let workspace = self.workspace();
         let toolchain = Toolchain::find(target, &self.compilers, &workspace)?;
-        // Its time is that before the build: what changes during it is newer.
+        // What changes during the build is not in it.
         let folder = self.built(target);
-        let begun = fs::create_dir_all(&folder)
-            .and_then(|()| NamedTempFile::new_in(&folder))
+        let sources = fs::create_dir_all(&folder)
+            .and_then(|()| Contents::of_sources(&self.project))
             .map_err(|error| failed(format!("{}: {error}", folder.display())))?;
+        if let Ok(last) = Contents::read(&self.record(target)) {
+            last.show_changes(&sources, &self.project, &folder);
+        }
         let mut cargo = Command::new(&self.cargo);
         cargo
             .args(["build", "--release", "--locked", "--package", "images"])
@@ -183,11 +205,10 @@ impl Finder {
             Ok(output) if !output.status.success() => {
                 Err(failed(String::from_utf8_lossy(&output.stderr).into_owned()))
             }
-            Ok(_) => {
-                let stamp = self.stamp(target);
-                let stamped = begun.persist(&stamp).map(drop);
-                stamped.map_err(|error| failed(format!("{}: {error}", stamp.display())))
-            }
+            Ok(_) => sources
+                .with_images(&folder)
+                .and_then(|contents| contents.write(&self.record(target)))
+                .map_err(|error| failed(format!("{}: {error}", folder.display()))),
         }
     }
 }
@@ -226,39 +247,111 @@ const SOURCES: [&str; 6] = [
     "firmware/cortex-m",
 ];
 
-/// True if any source in `project` is as new as `stamp` or newer. A stamp or a
-/// source that cannot be read counts as changed.
-fn newer_than(stamp: &Path, project: &Path) -> bool {
-    let Ok(built) = fs::metadata(stamp).and_then(|stamp| stamp.modified()) else {
-        return true;
-    };
-    SOURCES
-        .iter()
-        .any(|source| changed_since(built, &project.join(source)).unwrap_or(true))
+/// Names of the images.
+const IMAGES: [&str; 3] = ["fifo", "uart", "cost"];
+
+/// Checksums of files: of sources by their path from the project's folder, of
+/// images by their name.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+struct Contents(BTreeMap<String, u64>);
+
+impl Contents {
+    fn of_sources(project: &Path) -> io::Result<Self> {
+        let mut contents = Self::default();
+        for source in SOURCES {
+            contents.add(project, Path::new(source))?;
+        }
+        Ok(contents)
+    }
+
+    fn add(&mut self, project: &Path, path: &Path) -> io::Result<()> {
+        let here = project.join(path);
+        if !here.is_dir() {
+            let name = path.to_string_lossy().into_owned();
+            self.0.insert(name, checksum(&here)?);
+            return Ok(());
+        }
+        for entry in fs::read_dir(here)? {
+            let name = entry?.file_name();
+            // Built files, and an editor's or a file manager's own.
+            if name != "target" && !name.as_encoded_bytes().starts_with(b".") {
+                self.add(project, &path.join(name))?;
+            }
+        }
+        Ok(())
+    }
+
+    /// With the images in `folder` that are there.
+    fn with_images(mut self, folder: &Path) -> io::Result<Self> {
+        for image in IMAGES.map(|name| folder.join(name)) {
+            if image.is_file() {
+                self.0.insert(name_of(&image), checksum(&image)?);
+            }
+        }
+        Ok(self)
+    }
+
+    /// Tells whether these are the sources of this build: all of them, and no other.
+    fn has(&self, sources: &Self) -> bool {
+        let own = self.0.iter();
+        own.filter(|(name, _)| !IMAGES.contains(&name.as_str()))
+            .eq(sources.0.iter())
+    }
+
+    /// Cargo goes by times. A source that has changed without a new one, as one that
+    /// is put back, gets it; an image that is not what was built goes. A file that
+    /// cannot be changed is cargo's to judge.
+    fn show_changes(&self, sources: &Self, project: &Path, folder: &Path) {
+        for (name, sum) in &sources.0 {
+            if self.0.get(name) != Some(sum)
+                && let Ok(source) = File::options().append(true).open(project.join(name))
+            {
+                let _ = source.set_modified(SystemTime::now());
+            }
+        }
+        for image in IMAGES.map(|name| folder.join(name)) {
+            if checksum(&image).ok().as_ref() != self.0.get(&name_of(&image)) {
+                let _ = fs::remove_file(image);
+            }
+        }
+    }
+
+    /// One file a line: the checksum in 16 hexadecimal digits, its name.
+    fn write(&self, path: &Path) -> io::Result<()> {
+        let lines = self
+            .0
+            .iter()
+            .map(|(name, sum)| format!("{sum:016x} {name}\n"));
+        let folder = path.parent().unwrap_or(path);
+        // In one piece: two builders write the same.
+        let file = NamedTempFile::new_in(folder)?;
+        fs::write(file.path(), lines.collect::<String>())?;
+        file.persist(path)?;
+        Ok(())
+    }
+
+    fn read(path: &Path) -> io::Result<Self> {
+        let line = |line: &str| {
+            let (sum, name) = line.split_once(' ')?;
+            Some((name.to_owned(), u64::from_str_radix(sum, 16).ok()?))
+        };
+        let text = fs::read_to_string(path)?;
+        let contents = text.lines().map(line).collect::<Option<_>>();
+        contents
+            .map(Self)
+            .ok_or_else(|| io::ErrorKind::InvalidData.into())
+    }
 }
 
-/// A folder's own time tells of files that were added or removed.
-fn changed_since(built: SystemTime, path: &Path) -> io::Result<bool> {
-    let metadata = fs::metadata(path)?;
-    // Equal times may hide a change: file systems count in milliseconds.
-    if metadata.modified()? >= built {
-        return Ok(true);
-    }
-    if !metadata.is_dir() {
-        return Ok(false);
-    }
-    for entry in fs::read_dir(path)? {
-        let entry = entry?;
-        let name = entry.file_name();
-        // Built files, and an editor's or a file manager's own.
-        if name == "target" || name.as_encoded_bytes().starts_with(b".") {
-            continue;
-        }
-        if changed_since(built, &entry.path())? {
-            return Ok(true);
-        }
-    }
-    Ok(false)
+/// CRC-64/XZ of a file.
+fn checksum(path: &Path) -> io::Result<u64> {
+    Ok(Crc::<u64>::new(&CRC_64_XZ).checksum(&fs::read(path)?))
+}
+
+/// The last part of a path.
+fn name_of(path: &Path) -> String {
+    let name = path.file_name().unwrap_or_default();
+    name.to_string_lossy().into_owned()
 }
 
 /// More than the flash of any chip here; a larger gap between two segments is a

@@ -10,7 +10,7 @@ use hil_runner::chip::ChipError;
 use hil_runner::chip::image::Finder;
 use hil_runner::chip::spec::Target;
 
-/// A project with sources that are an hour old, a compiler and a cargo.
+/// A project with sources, a compiler and a cargo.
 struct Project {
     folder: tempfile::TempDir,
 }
@@ -34,8 +34,8 @@ impl Project {
         // Notes its call, and makes both images.
         project.script(
             "cargo",
-            "echo \"$RUSTC $RUSTC_BOOTSTRAP $(command -v rust-lld)\" >>called\n\
-             echo \"$*\" >>called\n\
+            "echo \"$RUSTC $RUSTC_BOOTSTRAP $(command -v rust-lld)\" >>.called\n\
+             echo \"$*\" >>.called\n\
              while [ $# -gt 0 ]; do\n\
              case $1 in --target) t=$2;; --target-dir) d=$2;; esac; shift\n\
              done\n\
@@ -46,7 +46,6 @@ impl Project {
             "lib/rustlib/thumbv7em-none-eabihf/lib/libcore-1.rlib",
         );
         project.script("rustc.root/lib/rustlib/host/bin/rust-lld", "exit 1");
-        project.age(project.path());
         project
     }
 
@@ -91,15 +90,12 @@ impl Project {
         );
     }
 
-    /// Makes all that is in `path` an hour old.
-    fn age(&self, path: &Path) {
-        if path.is_dir() {
-            for entry in fs::read_dir(path).unwrap() {
-                self.age(&entry.unwrap().path());
-            }
-        }
+    /// Writes a file and leaves the time that it had: an hour ago.
+    fn write_as_old(&self, file: &str, text: &str) {
+        self.write(file, text);
         let hour_ago = SystemTime::now() - Duration::from_secs(3600);
-        File::open(path).unwrap().set_modified(hour_ago).unwrap();
+        let file = File::options().append(true).open(self.path().join(file));
+        file.unwrap().set_modified(hour_ago).unwrap();
     }
 
     fn finder(&self) -> Finder {
@@ -129,7 +125,7 @@ impl Project {
     }
 
     fn called(&self) -> String {
-        fs::read_to_string(self.path().join("firmware/cortex-m/called")).unwrap()
+        fs::read_to_string(self.path().join("firmware/cortex-m/.called")).unwrap()
     }
 }
 
@@ -167,33 +163,36 @@ fn image_is_built_when_it_is_missing_or_stale() {
             .join("target/chip/thumbv7em-none-eabihf/release/fifo")
     );
     assert_eq!(told, ["building the images for m4 (thumbv7em-none-eabihf)"]);
-    // What cargo was called with is left beside the sources here.
-    project.age(&project.path().join("firmware"));
     assert_eq!(project.builds(), 0);
     for file in [
         "firmware/src/lib.rs",
         "firmware/link/src/lib.rs",
         "firmware/cortex-m/images/src/lib.rs",
         "Cargo.toml",
-        // Seen by the time of its folder.
         "firmware/src/added.rs",
     ] {
-        project.write(file, "// changed");
+        project.write_as_old(file, "// changed");
         assert_eq!(project.builds(), 1, "{file}");
-        // Written and built in one tick of the file system's clock is stale.
-        project.age(&project.path().join(file));
-        project.age(&project.path().join("firmware"));
+        assert_eq!(project.builds(), 0, "{file}");
+        // Cargo would not see what has no new time.
+        let modified = fs::metadata(project.path().join(file)).unwrap().modified();
+        let age = modified.unwrap().elapsed().unwrap_or_default();
+        assert!(age < Duration::from_secs(600), "{file}: {age:?}");
+        // The contrast: a new time and nothing else.
+        project.write(file, "// changed");
         assert_eq!(project.builds(), 0, "{file}");
     }
     fs::remove_file(project.path().join("firmware/src/added.rs")).unwrap();
     assert_eq!(project.builds(), 1);
-    project.age(&project.path().join("firmware"));
     // Nothing that an image is made of.
     project.write("firmware/cortex-m/target/debug/thing", "");
     project.write("firmware/tests/some.rs", "");
-    project.age(&project.path().join("firmware/cortex-m"));
-    project.write("firmware/cortex-m/target/debug/thing", "again");
     assert_eq!(project.builds(), 0);
+    // Another image than the one that was built.
+    let image = "target/chip/thumbv7em-none-eabihf/release/fifo";
+    project.write_as_old(image, "damaged");
+    assert_eq!(project.builds(), 1);
+    assert_ne!(fs::read(project.path().join(image)).unwrap(), b"damaged");
     // As after `cargo clean`.
     fs::remove_dir_all(project.path().join("target")).unwrap();
     assert_eq!(project.builds(), 1);
@@ -214,7 +213,7 @@ fn two_builders_at_a_time_do_not_disturb_each_other() {
             .path()
             .join("target/chip/thumbv7em-none-eabihf/release"),
     );
-    // Two images and the time of the last build.
+    // Two images and the contents of the last build.
     assert_eq!(left.unwrap().count(), 3);
 }
 
