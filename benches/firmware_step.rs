@@ -5,6 +5,11 @@
 //! (250 mm in 1 s, 99 900 counts) some way behind, with a ripple of a few
 //! counts; they are computed before the clock starts.
 
+#![allow(
+    clippy::expect_used,
+    reason = "a bench without its axis would measure nothing"
+)]
+
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
@@ -18,8 +23,7 @@ use firmware::{
     Axis, AxisState, BacklashCompensation, CAPACITY, Controller, ControllerState, Dac, Event,
     GainWord, Inputs, MotionGenerator, MotionPlan, Room, Trigger,
 };
-use hil_core::quantise::{quantise, setpoint_table};
-use plant::PidGains;
+use hil_core::quantise::setpoint_table;
 
 /// Samples of the move, at 1 ms.
 const SAMPLES: i64 = 1_000;
@@ -33,20 +37,19 @@ fn setpoint(k: i64) -> i64 {
     TRAVEL * k * k * (3 * SAMPLES - 2 * k) / (SAMPLES * SAMPLES * SAMPLES)
 }
 
+/// `Kp` = 3.2, `Ki·Δt` = 0.005, `Kd/Δt` = 50 codes per count: the paper at 1 ms.
+const PAPER: LawWords = LawWords {
+    kp: GainWord::new(13_421_773, 22),
+    ki_dt: GainWord::new(10_737_418, 31),
+    kd_per_dt: GainWord::new(13_107_200, 18),
+    ..LawWords::NONE
+};
+
 fn firmware_step(criterion: &mut Criterion) {
-    let gains = PidGains {
-        kp: 3.2,
-        ki_per_s: 5.0,
-        kd_s: 0.05,
-    };
-    let Ok(quantised) = quantise(&gains, 1_000_000, TRAVEL) else {
-        return;
-    };
-    let Ok(dac) = Dac::with_bits(14) else { return };
-    let Ok(setpoints) = setpoint_table::<CAPACITY>((0..=SAMPLES).map(setpoint)) else {
-        return;
-    };
-    let controller = Controller::new(quantised.pid, dac, setpoints);
+    let dac = Dac::with_bits(14).expect("14 bits");
+    let law = Law::accept(PAPER, dac).expect("the paper's words");
+    let setpoints = setpoint_table::<CAPACITY>((0..=SAMPLES).map(setpoint)).expect("1001 of them");
+    let controller = Controller::new(law, setpoints);
 
     // 12 ms behind, with a triangle of ±3 counts. 1024 of them so that the
     // index wraps without a division.
@@ -55,12 +58,12 @@ fn firmware_step(criterion: &mut Criterion) {
         .collect();
 
     criterion.bench_function("firmware/step/paper", |bencher| {
-        let mut state = ControllerState::default();
+        let mut state = ControllerState::start(&controller);
         let mut k = 0;
         bencher.iter(|| {
             k = (k + 1) & 1_023;
             if k == 0 {
-                state = ControllerState::default();
+                state = ControllerState::start(&controller);
             }
             controller.tick(&mut state, black_box(counts[k])).code
         });
@@ -69,24 +72,16 @@ fn firmware_step(criterion: &mut Criterion) {
 
 /// The axis: its law, and everything on.
 fn axis_step(criterion: &mut Criterion) {
-    let Ok(dac) = Dac::with_bits(14) else { return };
+    let dac = Dac::with_bits(14).expect("14 bits");
     let word = |mantissa, fraction_bits| GainWord::new(mantissa, fraction_bits);
-    // Kp = 3.2, Ki·Δt = 0.005, Kd/Δt = 50 codes per count.
-    let off = LawWords {
-        kp: word(1_717_986_918, 29),
-        ki_dt: word(1_374_389_535, 38),
-        kd_per_dt: word(1_677_721_600, 25),
-        error_bits: 18,
-        ..LawWords::NONE
-    };
     let guarded = LawWords {
         derivative: Derivative::Measurement,
         anti_windup: AntiWindup::Clamp,
-        ..off
+        ..PAPER
     };
     let everything = LawWords {
-        velocity_ff: word(1 << 20, 38),
-        acceleration_ff: word(1 << 20, 38),
+        velocity_ff: word(1 << 14, 32),
+        acceleration_ff: word(1 << 14, 32),
         friction_ff: word(1 << 20, 20),
         filter: Some(FilterWords {
             smoothing: 1 << 29,
@@ -96,7 +91,7 @@ fn axis_step(criterion: &mut Criterion) {
         ..guarded
     };
     for (name, words, slew, quantiser) in [
-        ("axis-off", off, None, Quantiser::Nearest),
+        ("axis-off", PAPER, None, Quantiser::Nearest),
         ("axis-guarded", guarded, None, Quantiser::ErrorFeedback),
         (
             "axis-everything",
@@ -105,10 +100,8 @@ fn axis_step(criterion: &mut Criterion) {
             Quantiser::ErrorFeedback,
         ),
     ] {
-        let (Ok(law), Ok(output)) = (Law::accept(words, dac), Output::new(dac, slew, quantiser))
-        else {
-            return;
-        };
+        let law = Law::accept(words, dac).expect("words within the ranges");
+        let output = Output::new(dac, slew, quantiser).expect("a slew limit");
         let mut axis = Axis::new(law, output);
         let intervals_ps = [
             250_000_000_000,
@@ -119,20 +112,21 @@ fn axis_step(criterion: &mut Criterion) {
             0,
             250_000_000_000,
         ];
-        let Ok(plan) = MotionPlan::new(TRAVEL << 32, intervals_ps, 1_000_000) else {
-            return;
-        };
+        let plan = MotionPlan::new(TRAVEL << 32, intervals_ps, 1_000_000).expect("a motion");
         if name == "axis-everything" {
             let room = Room {
                 velocity: 100 << 32,
                 acceleration: 1 << 32,
             };
-            axis.backlash_compensation =
-                BacklashCompensation::plan(17, room, Trigger::Acceleration).ok();
+            let gap = BacklashCompensation::plan(17, room, Trigger::Acceleration);
+            axis.backlash_compensation = Some(gap.expect("room for the gap"));
+            let following_error = FollowingErrorMonitor::accept(50_000, word(1, 0), 14);
+            let encoder_loss = EncoderLossMonitor::accept(8_000, 1_000);
+            let saturation = SaturationMonitor::accept(1_000_000);
             axis.monitors = Monitors {
-                following_error: FollowingErrorMonitor::accept(50_000, word(1, 0), 20).ok(),
-                encoder_loss: EncoderLossMonitor::accept(8_000, 1_000).ok(),
-                saturation: SaturationMonitor::accept(1_000_000).ok(),
+                following_error: Some(following_error.expect("a limit")),
+                encoder_loss: Some(encoder_loss.expect("a code and samples")),
+                saturation: Some(saturation.expect("samples")),
                 ticks: Some(TickMonitor),
             };
         }

@@ -28,12 +28,12 @@ mod tick;
 
 use crate::backlash_compensation::{BacklashCompensation, BacklashCompensationState};
 use crate::faults::{Fault, FaultCause, FaultLatch, FaultValues};
-use crate::law::{Law, LawState};
+use crate::law::{Begin, Law, LawState};
 use crate::monitor::{
     EncoderLossMonitor, EncoderLossState, FollowingErrorMonitor, FollowingErrorState,
     SaturationMonitor, SaturationState, TickMonitor, TickState,
 };
-use crate::output::{Output, OutputState};
+use crate::output::Output;
 use crate::position::{CounterParameters, PositionState};
 use crate::states::{Event, Refused, State};
 
@@ -211,7 +211,6 @@ impl Monitors {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct AxisState {
     law: LawState,
-    output: OutputState,
     motor: PositionState,
     load: PositionState,
     backlash_compensation: BacklashCompensationState,
@@ -225,6 +224,9 @@ pub struct AxisState {
     state: State,
     /// True if the axis was enabled since the last sample.
     position_to_hold: bool,
+    /// Memory that the next sample of the law begins with, where it does not go
+    /// on from the one before.
+    begin: Option<Begin>,
 }
 
 /// The whole memory of an axis is small enough for the smallest chips.
@@ -234,8 +236,7 @@ impl AxisState {
     /// Before the first sample: disabled, code 0.
     pub fn start(axis: &Axis) -> Self {
         Self {
-            law: LawState::default(),
-            output: axis.output.start(),
+            law: LawState::start(&axis.output),
             motor: PositionState::default(),
             load: PositionState::default(),
             backlash_compensation: BacklashCompensationState::default(),
@@ -247,6 +248,7 @@ impl AxisState {
             setpoint: 0,
             state: State::Disabled,
             position_to_hold: false,
+            begin: Some(Begin::AtRest),
         }
     }
 
@@ -274,8 +276,10 @@ impl AxisState {
     /// Tells that the next sample comes with another law: the output goes on
     /// from where it stands, whatever the gains are.
     pub fn gains_changed(&mut self) {
-        self.law.change_over(self.output.code());
-        self.output.forget_remainder();
+        self.begin = Some(match self.begin {
+            Some(Begin::AtRest | Begin::FromCode) => Begin::FromCode,
+            Some(Begin::OtherGains) | None => Begin::OtherGains,
+        });
     }
 
     /// The state.

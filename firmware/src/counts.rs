@@ -14,7 +14,7 @@
 //! ```
 
 use crate::refusal::{Refusal, What, accepted};
-use crate::wide::{self, by_target};
+use crate::wide;
 
 /// The position modulo 2^32 that a counter of 32 bits shows for `position`
 /// \[counts\].
@@ -45,48 +45,11 @@ pub const fn difference(setpoint: i32, count: i32) -> i32 {
     setpoint.wrapping_sub(count)
 }
 
-/// `value`, held between `−limit` and `limit`, for limits from 0 to 2^30: odd
-/// in `value` but for `i32::MIN`, which has no opposite.
-#[inline]
-pub(crate) const fn within(value: i32, limit: i32) -> i32 {
-    // Most values are: one addition and one comparison tell, for
-    // −limit ≤ value ≤ limit is 0 ≤ value + limit ≤ 2·limit in words without sign.
-    let above = value.wrapping_add(limit).cast_unsigned();
-    if above <= limit.wrapping_mul(2).cast_unsigned() {
-        value
-    } else if value > 0 {
-        limit
-    } else {
-        limit.wrapping_neg()
-    }
-}
-
-/// The same for a power of two: to −limit … limit − 1, which is one instruction
-/// where the limit is a constant and the processor saturates, and then the one
-/// that is missing.
-#[cfg(any(test, not(all(target_arch = "arm", not(target_has_atomic = "32")))))]
-#[inline]
-const fn saturated(value: i32, limit: i32) -> i32 {
-    let below = limit.wrapping_sub(1);
-    let held = if value > below {
-        below
-    } else if value < limit.wrapping_neg() {
-        limit.wrapping_neg()
-    } else {
-        value
-    };
-    if value > held {
-        held.wrapping_add(1)
-    } else {
-        held
-    }
-}
-
 /// The errors for which the promises of this crate hold: `|e| ≤ E`, `E` a
 /// power of two \[counts\].
 ///
 /// `E` sets how many fraction bits the gains need, so it is chosen with them,
-/// from the travel of the axis.
+/// from the errors that the axis may have.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ErrorRange {
     bits: u8,
@@ -128,12 +91,6 @@ impl ErrorRange {
     pub const fn limit(self) -> i32 {
         self.limit
     }
-
-    /// `error` held within the range, alike on both sides \[counts\].
-    #[inline]
-    pub const fn hold(self, error: i32) -> i32 {
-        by_target!(saturated(error, self.limit), within(error, self.limit))
-    }
 }
 
 #[cfg(test)]
@@ -150,19 +107,6 @@ mod tests {
                 allowed.then(|| 1 << bits)
             );
         }
-    }
-
-    #[test]
-    fn holding_is_odd_and_reaches_the_limit() {
-        let range = ErrorRange::from_bits(17).expect("17 is the smallest exponent");
-        for error in [0, 1, 131_071, 131_072, 131_073, i32::MAX] {
-            assert_eq!(range.hold(error), error.min(131_072));
-            assert_eq!(range.hold(-error), -range.hold(error));
-            assert_eq!(saturated(error, 131_072), within(error, 131_072));
-            assert_eq!(saturated(-error, 131_072), within(-error, 131_072));
-        }
-        assert_eq!(range.hold(i32::MIN), -131_072);
-        assert_eq!(within(i32::MIN, 131_072), -131_072);
     }
 
     #[test]

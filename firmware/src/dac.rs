@@ -1,52 +1,22 @@
-//! Codes of the D/A converter: the unit of the control law's sum, and the one
-//! rounding of the controller.
+//! Codes of the D/A converter: the unit of the control law's sum.
 //!
-//! A converter of `n` bits (eq. 24) takes the codes −2^(n−1) to 2^(n−1)−1. The
-//! law gives a sum `y` in the unit of one code, and
-//!
-//! ```text
-//! code = clamp(floor(y + ½), −2^(n−1), 2^(n−1) − 1)
-//! ```
-//!
-//! Two sums that lie at most 1 apart give codes that lie at most 1 apart:
-//! `floor(y + ½)` steps once in every unit, and a clamp never moves two values
-//! away from each other. That is why the error budget of [`crate::gains`] is
-//! one code for everything before this line.
-//!
-//! # Types
-//!
-//! * [`Codes`] has 32 integer and 32 fraction bits: a machine word of 64 bits,
-//!   for the proportional and the derivative term, which together stay below
-//!   2^31 codes.
-//! * [`CodeSum`] has 88 integer and 40 fraction bits: for the integral, which
-//!   needs 40 fraction bits (see [`crate::gains`]) and at least 29 integer
-//!   bits, 69 in all and thus more than 64. One tick adds less than 2^20
-//!   codes, so that no number of ticks that fits the 64-bit tick counter
-//!   brings it to its end at 2^87.
+//! A converter of `n` bits (eq. 24) takes the codes −2^(n−1) to 2^(n−1)−1.
 
 use crate::refusal::{Refusal, What, accepted};
 
-use fixed::types::{I32F32, I88F40};
+use fixed::types::I32F32;
 
-/// A term of the control law, in DAC codes.
+/// A term of the control law or its sum, in DAC codes: the upper word counts
+/// codes, the lower one is their fraction.
 pub type Codes = I32F32;
-
-/// The integral and the sum of the control law, in DAC codes.
-pub type CodeSum = I88F40;
-
-/// Half a code.
-const HALF: CodeSum = CodeSum::from_bits(1 << 39);
 
 /// Range of a bipolar D/A converter of `n` bits.
 ///
 /// ```
-/// use firmware::{CodeSum, Dac};
+/// use firmware::Dac;
 ///
 /// let dac = Dac::with_bits(12)?;
-/// // Halves go up, on both sides of zero.
-/// assert_eq!(dac.code(CodeSum::from_bits(5 << 39)), 3);
-/// assert_eq!(dac.code(CodeSum::from_bits(-5 << 39)), -2);
-/// assert_eq!(dac.code(CodeSum::MAX), 2_047);
+/// assert_eq!((dac.min_code(), dac.max_code()), (-2_048, 2_047));
 /// # Ok::<(), firmware::Refusal>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -98,15 +68,6 @@ impl Dac {
     pub const fn is_limit(self, code: i32) -> bool {
         code == self.max_code || code == self.min_code
     }
-
-    /// The code for the sum `y` \[codes\].
-    pub fn code(self, sum: CodeSum) -> i32 {
-        // floor(y + ½): a saturating addition, and a conversion that rounds
-        // down and saturates as well.
-        let nearest: i32 = sum.saturating_add(HALF).saturating_to_num();
-        // clamp(…, −2^(n−1), 2^(n−1) − 1)                              eq. 24
-        nearest.min(self.max_code).max(self.min_code)
-    }
 }
 
 #[cfg(test)]
@@ -126,23 +87,5 @@ mod tests {
             assert_eq!(dac.min_code(), -(1 << (bits - 1)));
             assert_eq!(dac.max_code(), (1 << (bits - 1)) - 1);
         }
-    }
-
-    #[test]
-    fn rounding_is_floor_of_y_plus_a_half() {
-        let dac = Dac::with_bits(14).expect("14 bits are supported");
-        // Quarters of a code.
-        for quarters in -40_000..40_000_i32 {
-            let sum = CodeSum::from_bits(i128::from(quarters) << 38);
-            let expected = (quarters + 2).div_euclid(4).clamp(-8_192, 8_191);
-            assert_eq!(dac.code(sum), expected);
-        }
-    }
-
-    #[test]
-    fn extreme_sums_saturate() {
-        let dac = Dac::with_bits(24).expect("24 bits are supported");
-        assert_eq!(dac.code(CodeSum::MAX), (1 << 23) - 1);
-        assert_eq!(dac.code(CodeSum::MIN), -(1 << 23));
     }
 }

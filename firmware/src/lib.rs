@@ -1,15 +1,15 @@
-//! Position controllers of the axis, in integers: the paper's, and the one that
-//! a machine needs.
+//! Position controller of an axis, in integers.
 //!
-//! # The paper: [`Controller`]
+//! # The law
 //!
-//! The paper's PID law (section 3, eq. 20-24) behind a table of setpoints, and
-//! nothing else. [`Axis`] is measured against it.
+//! One [`law`]: the paper's PID (section 3, eq. 20-24), and behind switches what
+//! an axis in service needs. Behind a table of setpoints, and nothing else, it
+//! is the paper's [`Controller`]:
 //!
 //! ```text
-//!  setpoint table          error range         PID words               DAC range
+//!  setpoint table          error range         words                   range
 //!  r(k) ──────►(+)── e ──► |e| ≤ E ──┬─► Kp·e ───────────────┐
-//!  [counts]     ▲-                   ├─► Σe ─► (Ki·Δt)·Σe ──►(+)─ y ─► floor(y + ½) ─► code
+//!  [counts]     ▲-                   ├─► (Ki·Δt)·e ──► Σ ───►(+)─ y ─► floor(y + ½) ─► code
 //!               │ [counts]           └─► Δe ─► (Kd/Δt)·Δe ───┘ [codes]  clamped      [codes]
 //!  encoder ── c(k)
 //! ```
@@ -18,21 +18,21 @@
 //! [`Controller::tick`] and hands the code to the converter:
 //!
 //! ```
-//! use firmware::{Controller, ControllerState, Dac, GainWord, Pid, PidWords, SetpointTable};
+//! use firmware::law::{Law, LawWords};
+//! use firmware::{Controller, ControllerState, Dac, GainWord, SetpointTable};
 //!
 //! // Kp = 3.2 codes per count, Ki = 5 /s and Kd = 0.05 s at Δt = 1 ms.
-//! let words = PidWords {
+//! let words = LawWords {
 //!     kp: GainWord::new(1_717_986_918, 29),
-//!     ki_dt: GainWord::new(1_374_389_535, 38),
+//!     ki_dt: GainWord::new(21_474_836, 32),
 //!     kd_per_dt: GainWord::new(1_677_721_600, 25),
-//!     error_bits: 18,
+//!     ..LawWords::NONE
 //! };
-//! let pid = Pid::accept(words)?;
-//! let dac = Dac::with_bits(14)?;
+//! let law = Law::accept(words, Dac::with_bits(14)?)?;
 //! let setpoints = SetpointTable::<2_048>::from_counts(&[0, 4, 12])?;
-//! let controller = Controller::new(pid, dac, setpoints);
+//! let controller = Controller::new(law, setpoints);
 //!
-//! let mut state = ControllerState::default();
+//! let mut state = ControllerState::start(&controller);
 //! // k = 0: no error. k = 1: e = 4, y = 3.2·4 + 0.005·4 + 50·4 = 212.82.
 //! assert_eq!(controller.tick(&mut state, 0).code, 0);
 //! assert_eq!(controller.tick(&mut state, 0).code, 213);
@@ -60,23 +60,21 @@
 //!
 //! # Modules
 //!
-//! | both | |
+//! | numbers | |
 //! | --- | --- |
 //! | [`counts`] | positions modulo 2^32, their differences, the range of errors |
 //! | [`word`] | a gain as mantissa and exponent |
-//! | [`dac`] | codes, the converter's range, the paper's rounding |
+//! | [`dac`] | codes, the converter's range |
 //! | [`refusal`] | what is not accepted: the setting, its value, what would do |
-//! | **the paper's** | |
-//! | [`gains`] | which words its law accepts; derivation of every word length |
-//! | [`pid`] | its law, and why the sum is exact and odd |
-//! | [`controller`] | table, law and converter in one |
+//! | **the law** | |
+//! | [`law`] | the equation, exact and odd; wind-up, bumpless transfer; derivation of every word length |
+//! | [`output`] | slew limit, quantiser, converter's range |
+//! | [`controller`] | table, law and converter in one: the paper's |
 //! | **the axis in service** | |
 //! | [`axis`] | everything below in the order of a sample; options, inputs, memory |
 //! | [`position`] | register to position; wrap-around and glitches |
 //! | [`monitor`] | following error, encoder loss, saturation, missed tick |
 //! | [`faults`], [`states`] | why it stops, the first fault latched; what leads where |
-//! | [`law`] | its law in a 64-bit sum; acceptance, wind-up, bumpless transfer |
-//! | [`output`] | slew limit, quantiser, converter's range |
 //! | **setpoints and backlash** | |
 //! | [`reference`](mod@reference) | what a source of setpoints is; the table |
 //! | [`motion`] | the paper's seven intervals, sample by sample |
@@ -91,39 +89,39 @@
 //!
 //! # Promises
 //!
-//! * **Both laws**: fed the same counts from `k = 0` on, within the declared
-//!   ranges and rounded to the nearest, the code differs by at most 1 from that
-//!   of the law in exact rationals with the decimal gains. The sum before
-//!   rounding is exactly odd in `e`. Nothing overflows, whatever comes in.
-//!   [`law::words`] says what exact means with a filter or against wind-up.
-//! * **Axis, additions off**: started at rest and within the declared ranges, the
-//!   codes of [`Controller`], bit for bit.
+//! * **Law**: fed the same counts from `k = 0` on, within the declared ranges and
+//!   rounded to the nearest, the code differs by at most 1 from that of the law
+//!   in exact rationals with the decimal gains. The sum before rounding is
+//!   exactly odd in `e`. Nothing overflows, whatever comes in. [`law::words`] says
+//!   what exact means with a filter or against wind-up.
+//! * **Axis, additions off**: started at rest, the codes of [`Controller`], bit
+//!   for bit.
 //! * **Faults**: act in the sample that finds them, code 0 and power off.
 //! * **Changes in motion**: other gains, or enabling, go on from the code in
-//!   force, as far as the integral reaches.
+//!   force.
 //! * **Motion**: within ¾ count of the exact command, and ends at the nearest count.
 //! * **Backlash compensation**: motion and offset together stay within the axis' limits.
 //! * **Backlash measurement**: half the gap, with bounds for either way of seeing the load.
 //! * **Memory**: an axis keeps less than 256 bytes.
 //!
-//! | quantity | unit | [`Controller`] | [`Axis`] |
-//! | --- | --- | --- | --- |
-//! | setpoint `r`, position `c` | counts | `i32`, modulo 2^32: all | the same |
-//! | error `e` | counts | ±2^`error_bits`, 17 to 29; beyond: held and flagged | the same |
-//! | `Σe` | counts | [`Pid::error_sum_limit`], at least 2^8 of the largest errors; beyond: flagged | [`Law::error_sum_limit`](law::Law::error_sum_limit), likewise; the integral is held at ±2^`integral_bits` codes |
-//! | words | codes/count | `i32`, own exponent to 32, of `Ki·Δt` to 40 | `i32`, own exponent to `F` |
-//! | sum `y` | codes | [`CodeSum`] (`I88F40`), below 2^31 | `i64` in 2^−`F`, `F` 33 to 40, below 2^(62−`F`) |
-//! | feed-forward's velocity, acceleration | of their source | none | below 2^30 |
-//! | code | codes | −2^(n−1) to 2^(n−1)−1, `n` 2 to 24 | the same |
-//! | sample | 1 | `u64`: all | the same |
+//! | quantity | unit | range |
+//! | --- | --- | --- |
+//! | setpoint `r`, position `c` | counts | `i32`, modulo 2^32: all |
+//! | error `e` | counts | ±2^`error_bits`, 17 to 29; beyond: held and told |
+//! | `Σe` | counts | [`Law::error_sum_limit`](law::Law::error_sum_limit), at least 2^8 of the largest errors |
+//! | words | codes/count | `i32`, own exponent to 32 |
+//! | sum `y` | codes | [`Codes`] (`I32F32`), below 2^31 |
+//! | feed-forward's velocity, acceleration | of their source | below 2^24 |
+//! | code | codes | −2^(n−1) to 2^(n−1)−1, `n` 2 to 24 |
+//! | sample | 1 | `u64`: all |
 //!
 //! # Limits
 //!
 //! No floating point, no heap, no unsafe code, no panic, no feature switches.
 //! Gains in SI units are turned into words on the host; this crate accepts or
 //! rejects words and never changes them. It starts no timer: the caller comes
-//! at every sample. [`Controller`] has no anti-windup, no supervision and no
-//! states: that is the paper's; for a machine there is [`Axis`].
+//! at every sample. [`Controller`] has no supervision and no states: that is the
+//! paper's; for a machine there is [`Axis`].
 //!
 //! Of a processor it asks words of 32 bits that are loaded and stored whole,
 //! which Cortex-M0 and RV32IMC have as well.
@@ -146,13 +144,11 @@ pub mod controller;
 pub mod counts;
 pub mod dac;
 pub mod faults;
-pub mod gains;
 pub mod hardware;
 pub mod law;
 pub mod monitor;
 pub mod motion;
 pub mod output;
-pub mod pid;
 pub mod position;
 pub mod reference;
 pub mod refusal;
@@ -166,14 +162,12 @@ pub use backlash_compensation::{BacklashCompensation, BacklashCompensationState,
 pub use backlash_measurement::{
     BacklashMeasurement, BacklashMeasurementError, BacklashMeasurementRun, Creep, Detection, Gap,
 };
-pub use controller::{Controller, ControllerState, Output, Status};
+pub use controller::{Controller, ControllerOutput, ControllerState};
 pub use counts::ErrorRange;
-pub use dac::{CodeSum, Codes, Dac};
+pub use dac::{Codes, Dac};
 pub use faults::{Fault, FaultCause, FaultLatch, FaultValues, Trip};
-pub use gains::{Gain, PidWords};
 pub use hardware::Board;
 pub use motion::{MotionGenerator, MotionPlan, MotionState};
-pub use pid::{Pid, PidOutput, PidState};
 pub use position::{CounterParameters, PositionState, Reading};
 pub use reference::{
     CAPACITY, CAPACITY_SMALLEST, Next, Observed, Setpoint, SetpointSource, SetpointTable,

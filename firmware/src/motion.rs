@@ -20,7 +20,7 @@
 //!   formed, and the sign comes just before the rounding.
 //! * Velocity and acceleration are within `3 + N·2^−27` units of theirs, where
 //!   `N` is the number of samples of the interval; the exponents are such that
-//!   the peaks lie between 2^29 and 2^30 units (60 fraction bits at most). At a
+//!   the peaks lie between 2^23 and 2^24 units (60 fraction bits at most). At a
 //!   jump the acceleration is that of what follows.
 //!
 //! # Equations
@@ -91,7 +91,7 @@
 //!
 //! Travels up to 2^31 counts, intervals up to 53 days together, sample times
 //! from 1 ns to 4.29 s. Refused are, besides what is no motion, only speeds and
-//! accelerations of 2^30 and more and the intervals with too many samples
+//! accelerations of 2^24 and more and the intervals with too many samples
 //! ([`crate::Refusal`]). Positions are modulo 2^32, so that a motion may pass the
 //! end of the counter's range. Per sample there are eight products 32×32→64, no
 //! division and nothing wider than 64 bits; planning divides and uses 128.

@@ -17,13 +17,12 @@
 //!   whole code, however long it runs. The codes for `+y` and `−y` therefore
 //!   add up to `1 − ρ⁺(N) − ρ⁻(N)`, at most 1 in size: their means are
 //!   opposite to within 1 code/N. At a limit nothing is carried over.
-//! * **Dither**: `ρ` uniform in (0, 1), from a generator with a seed. The mean
+//! * **Dither**: `ρ` uniform in [0, 1), from a generator with a seed. The mean
 //!   code is then the sum, at the price of noise: the sum of `N` codes wanders
 //!   about `Σy` by up to `½·√N` codes (standard deviation).
 
 use crate::dac::Dac;
 use crate::refusal::{Refusal, What, accepted};
-use crate::wide::upper;
 
 /// The codes that this sample can reach, both ends included.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -51,38 +50,11 @@ impl Window {
         self.high
     }
 
-    /// Tells whether the upper word of `sum` alone tells that it is within: both ends
-    /// fill theirs alone, so it mostly does.
+    /// The code within that is nearest to `code`.
     #[inline(always)]
-    pub(crate) fn surely_holds(self, sum: i64, fraction_bits: u8) -> bool {
-        let low = upper(sum_of(self.low, fraction_bits));
-        let high = upper(sum_of(self.high, fraction_bits));
-        let above = upper(sum).wrapping_sub(low).cast_unsigned();
-        above < high.wrapping_sub(low).cast_unsigned()
+    pub(crate) fn nearest(self, code: i32) -> i32 {
+        code.min(self.high).max(self.low)
     }
-
-    /// Distance of `sum` beyond the window, 0 inside; in the unit of the sum,
-    /// 2^−`fraction_bits` codes, below 2^62.
-    #[inline(always)]
-    pub fn excess(self, sum: i64, fraction_bits: u8) -> i64 {
-        let low = sum_of(self.low, fraction_bits);
-        let high = sum_of(self.high, fraction_bits);
-        if sum > high {
-            sum.wrapping_sub(high)
-        } else if sum < low {
-            sum.wrapping_sub(low)
-        } else {
-            0
-        }
-    }
-}
-
-/// A code in units of 2^−F codes. F is at least 33, so that only the upper
-/// word is shifted; a code has 24 bits and F − 32 is at most 8, so it fits.
-#[inline(always)]
-pub(crate) fn sum_of(code: i32, fraction_bits: u8) -> i64 {
-    let upper = code.wrapping_shl(u32::from(fraction_bits).wrapping_sub(32));
-    i64::from(upper).wrapping_shl(32)
 }
 
 /// Way from a sum to a whole code.
@@ -103,19 +75,19 @@ pub enum Quantiser {
 /// Parameters of the output: converter, slew limit and quantiser.
 ///
 /// ```
-/// use firmware::Dac;
-/// use firmware::output::{Output, OutputState, Quantiser};
+/// use firmware::law::{Law, LawInput, LawState, LawWords};
+/// use firmware::output::{Output, Quantiser};
+/// use firmware::{Dac, GainWord};
 ///
-/// let output = Output::new(Dac::with_bits(12)?, None, Quantiser::ErrorFeedback)?;
-/// let mut state = output.start();
-/// // 0.3 codes: the mean of the codes is the sum, nearest would give 0.
-/// let sum = (3_i64 << 38) / 10;
-/// let codes: i32 = (0..1_000)
-///     .map(|_| {
-///         let window = output.window(&state);
-///         output.code(&mut state, sum, 38, window)
-///     })
-///     .sum();
+/// // 0.3 codes per count.
+/// let words = LawWords { kp: GainWord::new(1_288_490_189, 32), ..LawWords::NONE };
+/// let dac = Dac::with_bits(12)?;
+/// let law = Law::accept(words, dac)?;
+/// let output = Output::new(dac, None, Quantiser::ErrorFeedback)?;
+/// let mut state = LawState::start(&output);
+/// // The mean of the codes is the sum; the nearest would be 0.
+/// let input = LawInput { error: 1, ..LawInput::default() };
+/// let codes: i32 = (0..1_000).map(|_| law.step(&output, &mut state, &input)).sum();
 /// assert_eq!(codes, 300);
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
@@ -125,30 +97,6 @@ pub struct Output {
     /// Largest step per sample \[codes\]; larger than any where there is none.
     slew: i32,
     quantiser: Quantiser,
-}
-
-/// Memory of the output.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct OutputState {
-    /// The last code.
-    code: i32,
-    /// `ρ − ½` \[2^−F codes\].
-    remainder: i64,
-    /// Of the dither's generator.
-    random: u32,
-}
-
-impl OutputState {
-    /// The last code.
-    pub const fn code(&self) -> i32 {
-        self.code
-    }
-
-    /// Forgets what rounding kept: its unit is that of the sum, which other
-    /// words may change.
-    pub(crate) const fn forget_remainder(&mut self) {
-        self.remainder = 0;
-    }
 }
 
 impl Output {
@@ -176,85 +124,41 @@ impl Output {
         })
     }
 
+    /// An output whose code may change by any step.
+    pub const fn unlimited(dac: Dac, quantiser: Quantiser) -> Self {
+        Self {
+            dac,
+            slew: Self::SLEW_MOST.cast_signed(),
+            quantiser,
+        }
+    }
+
     /// The same for another converter.
     pub(crate) const fn of_converter(mut self, dac: Dac) -> Self {
         self.dac = dac;
         self
     }
 
-    /// The memory before the first sample: code 0, the generator at its seed.
-    pub const fn start(&self) -> OutputState {
-        OutputState {
-            code: 0,
-            remainder: 0,
-            random: match self.quantiser {
-                Quantiser::Dither { seed } => seed,
-                Quantiser::Nearest | Quantiser::ErrorFeedback => 0,
-            },
+    /// Start of the dither's generator.
+    pub(crate) const fn seed(&self) -> u32 {
+        match self.quantiser {
+            Quantiser::Dither { seed } => seed,
+            Quantiser::Nearest | Quantiser::ErrorFeedback => 0,
         }
     }
 
-    /// The codes that can be reached from the last one.
+    /// The codes that can be reached from `code`.
     #[inline(always)]
-    pub fn window(&self, state: &OutputState) -> Window {
+    pub(crate) fn window(&self, code: i32) -> Window {
         if self.slew == Output::SLEW_MOST.cast_signed() {
             // Wider than any converter.
             return Window::of(self.dac);
         }
         // Codes have 24 bits, the step 25: no sum leaves 26.
         Window {
-            low: self.dac.min_code().max(state.code.wrapping_sub(self.slew)),
-            high: self.dac.max_code().min(state.code.wrapping_add(self.slew)),
+            low: self.dac.min_code().max(code.wrapping_sub(self.slew)),
+            high: self.dac.max_code().min(code.wrapping_add(self.slew)),
         }
-    }
-
-    /// The code for a sum in units of 2^−`fraction_bits` codes (33 to 40),
-    /// |sum| < 2^62.
-    #[inline(always)]
-    pub fn code(
-        &self,
-        state: &mut OutputState,
-        sum: i64,
-        fraction_bits: u8,
-        window: Window,
-    ) -> i32 {
-        // F − 32: how far the point lies above the lower word.
-        let above = u32::from(fraction_bits).wrapping_sub(32);
-        let half = 1_i32.wrapping_shl(above.wrapping_sub(1));
-        // y + ρ − ½, below 2^62 + 2^40
-        let shifted = match self.quantiser {
-            Quantiser::Nearest => sum,
-            Quantiser::ErrorFeedback => sum.wrapping_add(state.remainder),
-            Quantiser::Dither { .. } => sum.wrapping_add(state.uniform(above)),
-        };
-        // floor(y + ρ): the half lies in the upper word, and so does the code.
-        let whole = upper(shifted).wrapping_add(half).wrapping_shr(above);
-        let code = whole.min(window.high).max(window.low);
-        if self.quantiser == Quantiser::ErrorFeedback {
-            state.remainder = if code == whole {
-                shifted.wrapping_sub(sum_of(whole, fraction_bits))
-            } else {
-                0
-            };
-        }
-        state.code = code;
-        code
-    }
-
-    /// One step towards code 0, for a drive that is switched off in order.
-    pub fn towards_zero(&self, state: &mut OutputState) -> i32 {
-        state.code = 0
-            .max(state.code.wrapping_sub(self.slew))
-            .min(state.code.wrapping_add(self.slew));
-        state.forget_remainder();
-        state.code
-    }
-
-    /// Code 0 at once: the safe output of a fault.
-    pub const fn safe(&self, state: &mut OutputState) -> i32 {
-        state.code = 0;
-        state.forget_remainder();
-        0
     }
 
     /// The converter.
@@ -275,25 +179,5 @@ impl Output {
     /// Way from a sum to a whole code.
     pub const fn quantiser(&self) -> Quantiser {
         self.quantiser
-    }
-}
-
-impl OutputState {
-    /// Uniform in (−½, ½) codes, in units of 2^−(32 + `above`): every one of
-    /// 2^32 values, each in the middle of its cell, once in a period.
-    #[inline(always)]
-    fn uniform(&mut self, above: u32) -> i64 {
-        // A linear congruential generator of full period (Numerical Recipes,
-        // section 7.1, "quick and dirty"): modulo 2^32, its upper bits are
-        // what rounding looks at.
-        self.random = self
-            .random
-            .wrapping_mul(1_664_525)
-            .wrapping_add(1_013_904_223);
-        // (2·random + 1)/2^33 − ½ codes, a multiple of 2^−33
-        let cell = i64::from(self.random.cast_signed().wrapping_sub(i32::MIN))
-            .wrapping_shl(1)
-            .wrapping_add(1);
-        cell.wrapping_shl(above.wrapping_sub(1))
     }
 }

@@ -48,22 +48,17 @@ pub enum What {
     Setpoints,
     /// Exponent of the error range.
     ErrorBits,
+    /// Exponent of the integral's range.
+    IntegralBits,
     /// Mantissa of a gain that is negative.
     Gain(Part, GainWord),
-    /// Fraction bits of a gain of the paper's law.
-    PidFractionBits(Part, GainWord),
-    /// Mantissa of `Kd/Δt` of the paper's law.
-    PidDerivative(GainWord),
-    /// Fraction bits of the sum.
-    SumFractionBits,
-    /// Fraction bits of a gain. Where `least` is more than `most`, the sum
-    /// itself is too coarse for this gain.
-    LawFractionBits(Part, GainWord),
+    /// Fraction bits of a gain.
+    FractionBits(Part, GainWord),
     /// Largest integer that a gain multiplies: the term needs more than 62 bits.
     Term(Part, GainWord),
     /// Largest difference that `Kd/Δt` serves \[counts\].
     Difference(GainWord),
-    /// Fraction bits of a sum that holds all terms.
+    /// Largest sum of all terms \[codes\].
     Terms,
     /// Declared range of the sum of errors \[counts\].
     ErrorSum,
@@ -228,24 +223,15 @@ impl fmt::Display for Refusal {
                 "an error range of 2^{value} counts is not supported; \
                  the exponent must lie between {least} and {most}"
             ),
+            What::IntegralBits => say!(
+                "an integral of 2^{value} codes is not supported; the exponent must be at most {most}"
+            ),
             What::Gain(part, word) => {
                 say!("the word {word} of {part} is negative; a gain must be at least {least}")
             }
-            What::PidFractionBits(part, word) => say!(
+            What::FractionBits(part, word) => say!(
                 "the word {word} of {part} has {value} fraction bits; \
                  it must have between {least} and {most} of them"
-            ),
-            What::PidDerivative(word) => say!(
-                "the word {word} of Kd/Δt is larger than 2^27 codes per count; \
-                 with {} fraction bits the mantissa must be at most {most}",
-                word.fraction_bits
-            ),
-            What::SumFractionBits => say!(
-                "a sum with {value} fraction bits is not supported; it must have {least} to {most}"
-            ),
-            What::LawFractionBits(part, word) => say!(
-                "the word {word} of {part} has {value} fraction bits; \
-                 it must have at least {least} of them, and at most the {most} of the sum"
             ),
             What::Term(part, word) => say!(
                 "the word {word} of {part} times {value} needs more than 62 bits; \
@@ -257,9 +243,8 @@ impl fmt::Display for Refusal {
                 word.fraction_bits
             ),
             What::Terms => say!(
-                "the terms of the law add up to more than 2^{} codes; \
-                 a sum with fewer than {value} fraction bits or smaller gains fit",
-                62_i64.saturating_sub(value)
+                "the terms of the law add up to {value} codes; they must stay within {most}: \
+                 smaller gains or smaller ranges fit"
             ),
             What::ErrorSum => say!(
                 "the words let the sum of errors reach {value} counts; \
@@ -290,11 +275,11 @@ impl fmt::Display for Refusal {
             }
             What::Velocity => say!(
                 "the motion reaches {value} counts per sample; \
-                 it must stay below 2^30, with a longer motion or a shorter sample time"
+                 it must stay below 2^24, with a longer motion or a shorter sample time"
             ),
             What::Acceleration(interval) => say!(
                 "interval {interval} accelerates by {value} counts per sample²; \
-                 it must stay below 2^30, with a longer interval or a shorter sample time"
+                 it must stay below 2^24, with a longer interval or a shorter sample time"
             ),
             What::IntervalSamples(interval) => say!(
                 "interval {interval} has {value} samples; \

@@ -15,7 +15,7 @@ use core::fmt;
 /// A gain as a word, in DAC codes per encoder count.
 ///
 /// Plain data: any mantissa and exponent can be written here, and
-/// [`crate::Pid::accept`] decides whether they can serve as a gain.
+/// [`crate::law::Law::accept`] decides whether they can serve as a gain.
 ///
 /// ```
 /// use firmware::GainWord;
@@ -38,22 +38,6 @@ impl GainWord {
             mantissa,
             fraction_bits,
         }
-    }
-
-    /// Number of bits that the mantissa occupies: 0 to 31, or 32 where it is
-    /// negative.
-    pub(crate) const fn mantissa_bits(self) -> u32 {
-        u32::BITS.saturating_sub(self.mantissa.leading_zeros())
-    }
-
-    /// The mantissa that stands for the same gain with `fraction_bits`
-    /// fraction bits: an exact shift to the left. `None` where that would take
-    /// a shift to the right or more than 64 bits.
-    pub(crate) fn aligned(self, fraction_bits: u8) -> Option<i64> {
-        let shift = fraction_bits.checked_sub(self.fraction_bits)?;
-        let factor = power_of_two(u32::from(shift))?.cast_signed();
-        // 2^63 has no i64 of its own.
-        (factor > 0).then(|| i64::from(self.mantissa).checked_mul(factor))?
     }
 }
 
@@ -87,15 +71,11 @@ impl fmt::Display for Part {
     }
 }
 
-/// `2^bits`, where 64 bits hold it. By a shift: a power in general multiplies
-/// in a loop, and the compiler writes that out at every use.
-pub(crate) const fn power_of_two(bits: u32) -> Option<u64> {
-    1_u64.checked_shl(bits)
-}
-
-/// `2^bits`, or the largest number where 64 bits do not hold it.
+/// `2^bits`, or the largest number where 64 bits do not hold it. By a shift: a
+/// power in general multiplies in a loop, and the compiler writes that out at
+/// every use.
 pub(crate) const fn power_of_two_or_most(bits: u32) -> u64 {
-    match power_of_two(bits) {
+    match 1_u64.checked_shl(bits) {
         Some(power) => power,
         None => u64::MAX,
     }
@@ -104,35 +84,5 @@ pub(crate) const fn power_of_two_or_most(bits: u32) -> u64 {
 impl fmt::Display for GainWord {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}·2^-{}", self.mantissa, self.fraction_bits)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn aligning_shifts_to_the_left_only() {
-        let word = GainWord::new(-3, 4);
-        assert_eq!(word.aligned(4), Some(-3));
-        assert_eq!(word.aligned(6), Some(-12));
-        assert_eq!(word.aligned(3), None);
-    }
-
-    #[test]
-    fn aligning_never_loses_the_top_bits() {
-        // 2^31 − 1 has 31 bits: 32 more are its limit in a signed 64-bit word.
-        let word = GainWord::new(i32::MAX, 0);
-        assert_eq!(word.aligned(32), Some(i64::from(i32::MAX) << 32));
-        assert_eq!(word.aligned(33), None);
-        assert_eq!(GainWord::new(1, 0).aligned(200), None);
-    }
-
-    #[test]
-    fn mantissa_bits_count_from_the_top_one() {
-        assert_eq!(GainWord::new(0, 0).mantissa_bits(), 0);
-        assert_eq!(GainWord::new(1 << 29, 0).mantissa_bits(), 30);
-        assert_eq!(GainWord::new(i32::MAX, 0).mantissa_bits(), 31);
-        assert_eq!(GainWord::new(i32::MIN, 0).mantissa_bits(), 32);
     }
 }

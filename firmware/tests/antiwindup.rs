@@ -9,7 +9,7 @@
 #![allow(clippy::expect_used, reason = "a test stops where its setup fails")]
 
 use firmware::law::{AntiWindup, Law, LawInput, LawState, LawWords};
-use firmware::output::{Output, Quantiser, Window};
+use firmware::output::{Output, Quantiser};
 use firmware::{Dac, GainWord};
 
 /// `Δt/T_t` = 1/32.
@@ -66,8 +66,11 @@ impl Loop {
         }
         let dac = Dac::with_bits(12).expect("12 bits");
         let law = Law::accept(self.words, dac).expect("accepted");
-        let output = Output::new(dac, self.slew, Quantiser::Nearest).expect("a slew limit");
-        let (mut state, mut codes) = (LawState::default(), output.start());
+        let seen = self.slew.filter(|_| self.sees != Sees::RangeOnly);
+        let output = Output::new(dac, seen, Quantiser::Nearest).expect("a slew limit");
+        let mut state = LawState::start(&output);
+        let slew = self.slew.map_or(1 << 24, u32::cast_signed);
+        let mut code = 0_i32;
         let (mut position, [mut past, mut integral], mut settled) = (0_i64, [0, 0], 0);
         const SAMPLES: i32 = 12_000;
         let (target, _) = (self.reference)(SAMPLES);
@@ -79,29 +82,27 @@ impl Loop {
                 velocity,
                 ..LawInput::default()
             };
-            let window = output.window(&codes);
-            let seen = if self.sees == Sees::RangeOnly {
-                Window::of(dac)
-            } else {
-                window
-            };
+            let range = |code: i32| code.clamp(dac.min_code(), dac.max_code());
+            let window = [range(code - slew), range(code + slew)];
             if self.sees == Sees::WholeSteps {
-                let bits = self.words.sum_fraction_bits;
-                let sum = law.step(&mut { state }, &input, seen).sum;
-                let excess = window.excess(sum, bits);
+                let terms = law.terms(&mut state.clone(), &input);
+                let whole = (terms.direct + state.integral() + terms.step)
+                    .round()
+                    .to_num::<i32>();
+                let excess = whole - whole.clamp(window[0], window[1]);
                 input.hold_integral = excess != 0 && (excess > 0) == (input.error > 0);
             }
-            let mut sum = law.step(&mut state, &input, seen).sum;
+            let mut given = law.step(&output, &mut state, &input);
             if self.sees == Sees::NoFeedForward {
-                let shift = self.words.sum_fraction_bits - feed_forward.fraction_bits;
-                sum += (i64::from(feed_forward.mantissa) * i64::from(velocity)) << shift;
+                let gain = i64::from(feed_forward.mantissa) * i64::from(velocity);
+                given += i32::try_from(gain >> feed_forward.fraction_bits).expect("12 bits");
             }
-            let code = output.code(&mut codes, sum, self.words.sum_fraction_bits, window);
+            code = given.clamp(window[0], window[1]);
             position = (self.axis)(position, i64::from(code));
             let apart = (position >> 6) - i64::from(target);
             past = past.max(apart);
             settled = if apart.abs() > 20 { k } else { settled };
-            integral = integral.max(state.integral() >> self.words.sum_fraction_bits);
+            integral = integral.max(state.integral().to_num());
         }
         let apart = (position >> 6) - i64::from(target);
         Run {
@@ -163,7 +164,7 @@ const SLEW: fn() -> Loop = || Loop {
 /// with a feed-forward that alone is more than the largest code; then 1000.
 const FAR: fn() -> Loop = || Loop {
     words: LawWords {
-        velocity_ff: GainWord::new(1 << 28, 38),
+        velocity_ff: GainWord::new(1 << 22, 32),
         ..SLEW().words
     },
     slew: None,
@@ -236,4 +237,24 @@ fn contrast_a_clamp_of_whole_steps_never_arrives_under_a_slew_limit() {
     println!("{run:?}");
     assert_eq!(run.integral, 0);
     assert!(run.apart < -1_000);
+}
+
+#[test]
+fn without_an_integral_gain_nothing_is_left_behind() {
+    // What is drawn from an integral that nothing fills would stay for ever.
+    let step = Loop {
+        words: LawWords {
+            ki_dt: GainWord::new(0, 0),
+            ..gains(8)
+        },
+        ..RANGE()
+    };
+    for treatment in TREATMENTS {
+        let run = step.run(treatment);
+        assert_eq!(
+            (run.past, run.integral, run.apart),
+            (0, 0, 0),
+            "{treatment:?}"
+        );
+    }
 }

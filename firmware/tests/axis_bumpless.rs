@@ -4,23 +4,26 @@
 
 mod rig;
 
-use firmware::law::{Derivative, FilterWords, Law, LawInput, LawState, LawWords};
-use firmware::output::{Output, Quantiser, Window};
+use firmware::law::{Begin, Derivative, FilterWords, Law, LawInput, LawState, LawWords};
+use firmware::output::{Output, Quantiser};
 use firmware::{AxisState, Event, GainWord, Next, Setpoint, State};
 use rig::{Loop, PAPER, Script, Silent, at, axis, dac, position, ramp, with_output};
 
 /// The law's first code for an error and a difference without a take-over.
 fn naive(words: LawWords, error: i32, difference: i32) -> i32 {
     let law = Law::accept(words, dac(14)).expect("accepted words");
-    let output = Output::new(dac(14), None, Quantiser::Nearest).expect("no slew limit");
+    let output = Output::unlimited(dac(14), Quantiser::Nearest);
     let input = LawInput {
         error,
         difference,
         ..LawInput::default()
     };
-    let window = Window::of(dac(14));
-    let sum = law.step(&mut LawState::default(), &input, window).sum;
-    output.code(&mut output.start(), sum, words.sum_fraction_bits, window)
+    law.begin(
+        &output,
+        &mut LawState::start(&output),
+        &input,
+        Begin::AtRest,
+    )
 }
 
 #[test]
@@ -157,8 +160,8 @@ fn enabling_while_the_code_runs_down_goes_on_from_it() {
 fn other(words: LawWords) -> LawWords {
     LawWords {
         kp: GainWord::new(1_717_986_918, 30),
-        ki_dt: GainWord::new(687_194_767, 38),
-        kd_per_dt: GainWord::new(1_677_721_600, 24),
+        ki_dt: GainWord::new(10_737_418, 32),
+        kd_per_dt: GainWord::new(104_857_600, 20),
         ..words
     }
 }
@@ -269,7 +272,7 @@ fn other_gains_leave_the_filter_its_memory() {
         fraction_bits,
     };
     let words = LawWords {
-        ki_dt: GainWord::new(1 << 26, 38),
+        ki_dt: GainWord::new(1 << 20, 32),
         derivative: Derivative::Measurement,
         filter: Some(filter(12)),
         ..PAPER
@@ -281,7 +284,7 @@ fn other_gains_leave_the_filter_its_memory() {
     // Contrast: a filter of another format starts anew, from the difference of
     // one sample, 0 or 1 count instead of 0.3.
     let anew = LawWords {
-        filter: Some(filter(13)),
+        filter: Some(filter(11)),
         ..words
     };
     for change in 300..310 {

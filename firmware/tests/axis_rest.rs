@@ -7,7 +7,7 @@ mod rig;
 
 use firmware::axis::Rest;
 use firmware::law::{AntiWindup, Derivative, Law, LawInput, LawState, LawWords};
-use firmware::output::{Quantiser, Window};
+use firmware::output::{Output, Quantiser};
 use firmware::{Axis, Event, GainWord, Next, State};
 use rig::{Loop, PAPER, Script, at, dac, position, ramp, with_output};
 
@@ -104,7 +104,7 @@ fn error_feedback_shrinks_the_limit_cycle_of_a_fractional_code() {
     // Kp = 0.02, Ki·Δt = 0.0001, Kd/Δt = 0.4 codes per count.
     let words = LawWords {
         kp: GainWord::new(85_899_346, 32),
-        ki_dt: GainWord::new(27_487_791, 38),
+        ki_dt: GainWord::new(429_497, 32),
         kd_per_dt: GainWord::new(107_374_182, 28),
         derivative: Derivative::Measurement,
         ..LawWords::NONE
@@ -151,7 +151,7 @@ fn a_dead_band_ends_the_hunting_of_static_friction() {
     // Kp = 3.2, Ki·Δt = 0.02, Kd/Δt = 50 codes per count.
     let words = LawWords {
         kp: GainWord::new(1_717_986_918, 29),
-        ki_dt: GainWord::new(1_374_389_535, 36),
+        ki_dt: GainWord::new(85_899_346, 32),
         kd_per_dt: GainWord::new(1_677_721_600, 25),
         derivative: Derivative::Measurement,
         ..LawWords::NONE
@@ -268,16 +268,15 @@ fn the_edge_of_the_dead_band_gives_no_kick() {
 
     // Contrast: the same law, told that the error is 0 from one sample to the next.
     let law = Law::accept(PAPER, dac(14)).expect("accepted words");
-    let window = Window::of(dac(14));
+    let output = Output::unlimited(dac(14), Quantiser::Nearest);
     let codes = |second: LawInput| {
-        let mut state = LawState::default();
+        let mut state = LawState::start(&output);
         let first = LawInput {
             error: 13,
             ..LawInput::default()
         };
-        law.step(&mut state, &first, window);
-        let integral = state.integral();
-        (law.step(&mut state, &second, window).sum - integral) >> 38
+        law.step(&output, &mut state, &first);
+        law.terms(&mut state, &second).direct
     };
     let within = LawInput {
         error: 12,

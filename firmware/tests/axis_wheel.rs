@@ -7,11 +7,13 @@ mod exact;
 mod rig;
 
 use exact::Random;
+use exact::model::Model;
 use firmware::axis::{Feedback, Monitors};
-use firmware::law::{Derivative, LawWords};
+use firmware::law::{Begin, Derivative, LawInput, LawWords};
 use firmware::monitor::FollowingErrorMonitor;
+use firmware::output::Quantiser;
 use firmware::{
-    Axis, AxisState, CounterParameters, Dac, Event, GainWord, Inputs, Next, Observed, Setpoint,
+    Axis, AxisState, CounterParameters, Event, GainWord, Inputs, Next, Observed, Setpoint,
     SetpointSource,
 };
 use rig::{Loop, Motor, PAPER, Silent, at, axis, dac, position};
@@ -86,23 +88,15 @@ fn a_register_of_16_bits_is_no_plain_number() {
     assert_eq!(here, codes(10_000, 16, 32));
 }
 
-/// `clamp(floor(y + ½))` with `y` in exact integers of 2^−38 codes: `Kp·e` and
-/// `(Ki·Δt)·Σe` of the load, `(Kd/Δt)·(−Δc)` of the motor.
-fn exact_code(e: i128, sum: i128, motor_difference: i128, dac: Dac) -> i32 {
-    let word = |word: GainWord| i128::from(word.mantissa) << (38 - word.fraction_bits);
-    let y = word(PAPER.kp) * e + word(PAPER.ki_dt) * sum - word(PAPER.kd_per_dt) * motor_difference;
-    let nearest = (y + (1 << 37)) >> 38;
-    let held = nearest.clamp(dac.min_code().into(), dac.max_code().into());
-    i32::try_from(held).expect("a code")
-}
-
 /// Number of 5000 codes that differ from the exact law; motor and load are two
 /// unrelated walks. `swapped` gives each the other's place.
 fn dual_loop_differs(swapped: bool) -> (usize, usize) {
-    let mut axis = axis(LawWords {
+    let words = LawWords {
         derivative: Derivative::Measurement,
         ..PAPER
-    });
+    };
+    let mut model = Model::new(words, 14, None, Quantiser::Nearest);
+    let mut axis = axis(words);
     axis.feedback = Feedback::Load(CounterParameters::accept(12, None).expect("a width"));
     axis.counter = CounterParameters::accept(16, None).expect("a width");
     let mut state = AxisState::start(&axis);
@@ -111,7 +105,7 @@ fn dual_loop_differs(swapped: bool) -> (usize, usize) {
     }
     let mut random = Random(4);
     let (mut motor, mut reference) = (0_i64, 0_i64);
-    let (mut sum, mut last_motor) = (0, None);
+    let mut last_motor = None;
     let (mut different, mut limited) = (0, 0);
     for tick in 0..5_000 {
         motor += random.between(-30, 33);
@@ -133,10 +127,15 @@ fn dual_loop_differs(swapped: bool) -> (usize, usize) {
         let mut source = rig::Script::new(|_| Next::Setpoint(setpoint));
         let output = axis.tick(&mut state, &inputs, &mut source);
 
-        let e = i128::from(reference - load);
-        sum += e;
-        let difference = last_motor.replace(motor).map_or(0, |last| motor - last);
-        let exact = exact_code(e, sum, difference.into(), dac(14));
+        let small = |counts: i64| i32::try_from(counts).expect("a short walk");
+        let input = LawInput {
+            error: small(reference - load),
+            difference: small(last_motor.map_or(0, |last| motor - last)),
+            ..LawInput::default()
+        };
+        let begin = last_motor.is_none().then_some(Begin::AtRest);
+        last_motor = Some(motor);
+        let exact = i32::try_from(model.step(&input, begin).code).expect("14 bits");
         different += usize::from(output.code != exact);
         limited += usize::from(dac(14).is_limit(exact));
     }

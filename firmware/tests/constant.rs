@@ -19,8 +19,8 @@ const WORDS: LawWords = LawWords {
     kp: GainWord::new(13_421_773, 22),
     ki_dt: GainWord::new(10_737_418, 31),
     kd_per_dt: GainWord::new(13_107_200, 18),
-    velocity_ff: GainWord::new(5_000, 38),
-    acceleration_ff: GainWord::new(20_000, 38),
+    velocity_ff: GainWord::new(5_000, 32),
+    acceleration_ff: GainWord::new(20_000, 32),
     friction_ff: GainWord::new(40 << 10, 10),
     derivative: Derivative::Measurement,
     filter: Some(FilterWords {

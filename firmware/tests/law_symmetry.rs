@@ -1,128 +1,164 @@
-//! The axis' law mirrored: the opposite errors, differences and rates give
-//! exactly the opposite sums, with every option.
-//!
-//! Wind-up is treated against the window of the converter, and −2^(n−1) has no
-//! opposite code; so each sample is given a window that a slew limit cuts out
-//! around some code, and its mirror image. That is also where the asymmetry of
-//! the whole range is shown.
+//! Two symmetries that no word length may break: the sum is exactly odd as long
+//! as the output is at no limit, and a shift of the wheel of 2^32 counts changes
+//! nothing.
 
 #![allow(clippy::expect_used, reason = "a test stops where its setup fails")]
 
 mod exact;
 
-use exact::Random;
-use exact::axis_inputs::{Drive, Samples};
-use exact::axis_law::Model;
-use exact::axis_words::accepted;
-use firmware::law::{AntiWindup, Derivative, Law, LawInput, LawState, LawWords};
-use firmware::output::{Output, Quantiser, Window};
-use firmware::{Dac, GainWord};
+use exact::inputs::Samples;
+use exact::model::{CODE, Model};
+use exact::words::accepted;
+use exact::{Random, sample};
+use firmware::law::{AntiWindup, Begin, Derivative, Law, LawInput, LawState, LawWords};
+use firmware::output::{Output, Quantiser};
+use firmware::{Controller, ControllerState, Dac, GainWord, SetpointTable};
 
-fn mirrored(input: &LawInput) -> LawInput {
-    LawInput {
-        error: -input.error,
-        difference: -input.difference,
-        velocity: -input.velocity,
-        acceleration: -input.acceleration,
-        ..*input
-    }
-}
-
-/// The window around `code` of a converter with a slew limit.
-fn window_around(code: i32, slew: i32, dac: Dac) -> Window {
-    let slew = Some(slew.unsigned_abs());
-    let output = Output::new(dac, slew, Quantiser::Nearest).expect("1 to 2^24 codes");
-    let mut state = output.start();
-    output.code(&mut state, i64::from(code) << 33, 33, Window::of(dac));
-    assert_eq!(state.code(), code);
-    output.window(&state)
+/// The input with the other signs; the one integer and the one rate that have
+/// no opposite are held first.
+fn pair(input: LawInput) -> [LawInput; 2] {
+    [1, -1].map(|sign| {
+        let mirrored = |x: i32, most: i32| sign * x.clamp(-most, most);
+        LawInput {
+            error: mirrored(input.error, i32::MAX),
+            difference: mirrored(input.difference, i32::MAX),
+            velocity: mirrored(input.velocity, (1 << 24) - 1),
+            acceleration: mirrored(input.acceleration, (1 << 24) - 1),
+            ..input
+        }
+    })
 }
 
 #[test]
 fn the_sum_is_exactly_odd_with_every_option() {
     let mut random = Random(71);
-    let [mut steps, mut beyond, mut derivatives, mut treatments] = [0, 0, 0, 0];
-    for seed in 0..2_500_u64 {
-        let (law, dac) = accepted(&mut random);
-        if dac.max_code() < 7 {
-            continue;
-        }
-        derivatives |= match (law.words().derivative, law.words().filter.is_some()) {
+    let [mut steps, mut limited, mut derivatives, mut treatments] = [0, 0, 0, 0];
+    for round in 0..2_500_u64 {
+        let law = accepted(&mut random);
+        let words = law.words();
+        derivatives |= match (words.derivative, words.filter.is_some()) {
             (Derivative::Error, false) => 1,
             (Derivative::Error, true) => 2,
             (Derivative::Measurement, false) => 4,
             (Derivative::Measurement, true) => 8,
         };
-        treatments |= match law.words().anti_windup {
+        treatments |= match words.anti_windup {
             AntiWindup::None => 1,
             AntiWindup::Clamp => 2,
             AntiWindup::BackCalculation { .. } => 4,
         };
-        let quarter = i64::from(dac.max_code() / 4);
-        let model = Model::new(*law.words(), dac, None, Quantiser::Nearest);
-        let drive = Drive::ALL[usize::try_from(seed % 5).expect("below 5")];
-        let mut samples = Samples::new(drive, seed / 5);
-        let (mut up, mut down) = (LawState::default(), LawState::default());
+        let output = Output::unlimited(law.dac(), Quantiser::Nearest);
+        let mut model = Model::new(*words, law.dac().bits(), None, Quantiser::Nearest);
+        let mut samples = Samples::of_round(round);
+        let mut states = [LawState::start(&output); 2];
+        let mut begin = Some(Begin::AtRest);
         for _ in 0..600 {
-            let small = |x: i64| i32::try_from(x).expect("24 bits");
-            let code = small(random.between(-quarter, quarter));
-            let slew = small(random.between(1, quarter));
-            let mut input = samples.next(&model);
-            // The one integer that has no opposite.
-            input.error = input.error.max(-i32::MAX);
-            input.difference = input.difference.max(-i32::MAX);
-            if random.one_in(200) {
-                (up, down) = (LawState::take_over(code), LawState::take_over(-code));
+            let inputs = pair(samples.next(&model));
+            let [plus, minus] =
+                [0, 1].map(|k| sample(&law, &output, &mut states[k], &inputs[k], begin));
+            assert_eq!(plus.sum, -minus.sum, "{words:?}");
+            model.step(&inputs[0], begin);
+            let at_limit = [plus, minus]
+                .iter()
+                .any(|given| given.code != (given.sum + CODE / 2).div_euclid(CODE));
+            begin = None;
+            if at_limit && words.anti_windup != AntiWindup::None {
+                // −2^(n−1) has no opposite code: wind-up is treated otherwise.
+                begin = Some(Begin::AtRest);
+            } else {
+                assert_eq!(states[0].integral(), -states[1].integral(), "{words:?}");
             }
-            let here = window_around(code, slew, dac);
-            let plus = law.step(&mut up, &input, here);
-            let minus = law.step(
-                &mut down,
-                &mirrored(&input),
-                window_around(-code, slew, dac),
-            );
-            assert_eq!(plus.sum, -minus.sum, "{:?}", law.words());
-            assert_eq!(up.integral(), -down.integral(), "{:?}", law.words());
-            assert_eq!(
-                [
-                    plus.error_limited,
-                    plus.difference_limited,
-                    plus.integral_limited
-                ],
-                [
-                    minus.error_limited,
-                    minus.difference_limited,
-                    minus.integral_limited
-                ]
-            );
-            beyond += u32::from(here.excess(plus.sum, law.words().sum_fraction_bits) != 0);
+            limited += u32::from(at_limit);
             steps += 1;
         }
     }
-    println!("{steps} pairs of samples, {beyond} beyond their window");
+    println!("{steps} pairs of samples, {limited} at a limit");
     assert_eq!([derivatives, treatments], [15, 7], "every option was met");
-    assert!(steps > 1_000_000 && beyond > steps / 10);
+    assert!(steps - limited > 400_000 && limited > 400_000);
+}
+
+/// `Ki·Δt` = 2^−10 alone, at the given converter.
+fn integral_alone(anti_windup: AntiWindup, dac_bits: u32) -> (Law, Output) {
+    let words = LawWords {
+        ki_dt: GainWord::new(1 << 20, 30),
+        anti_windup,
+        ..LawWords::NONE
+    };
+    let dac = Dac::with_bits(dac_bits).expect("2 to 24 bits");
+    let law = Law::accept(words, dac).expect("accepted");
+    (law, Output::unlimited(dac, Quantiser::Nearest))
+}
+
+/// The integral after these errors \[codes\].
+fn integral((law, output): &(Law, Output), errors: impl Iterator<Item = i32>) -> f64 {
+    let mut state = LawState::start(output);
+    for error in errors {
+        let input = LawInput {
+            error,
+            ..LawInput::default()
+        };
+        sample(law, output, &mut state, &input, None);
+    }
+    state.integral().to_num()
+}
+
+#[test]
+fn contrast_a_truncating_shift_is_not_odd_and_creeps() {
+    // The same law with a product shifted to whole codes: floor(Ki·Δt·e).
+    let truncating = |error: i64| (error * (1 << 20)) >> 30;
+    assert_ne!(truncating(-511), -truncating(511));
+    let creep: i64 = (0..1_000).map(|_| truncating(511) + truncating(-511)).sum();
+    assert_eq!(creep, -1_000);
+    let errors = (0..2_000).map(|k| if k % 2 == 0 { 511 } else { -511 });
+    assert_eq!(integral(&integral_alone(AntiWindup::None, 12), errors), 0.0);
 }
 
 #[test]
 fn contrast_the_whole_range_has_a_code_more_below() {
-    // Ki·Δt = 1, 2 bits: codes −2 to 1. Beyond 1 the clamp refuses, and the
-    // mirror image goes on to −2: asymmetry of the converter, not of the law.
-    let words = LawWords {
-        ki_dt: GainWord::new(1 << 30, 38),
-        anti_windup: AntiWindup::Clamp,
-        ..LawWords::NONE
-    };
-    let dac = Dac::with_bits(2).expect("2 bits");
-    let law = Law::accept(words, dac).expect("accepted");
-    let [up, down] = [1, -1].map(|sign| {
-        let mut state = LawState::default();
+    // 2 bits: codes −2 to 1. Beyond 1 the clamp refuses, and the mirror image
+    // goes on to −2: asymmetry of the converter, not of the law.
+    let law = integral_alone(AntiWindup::Clamp, 2);
+    let [up, down] = [1024, -1024].map(|error| integral(&law, [error; 5].into_iter()));
+    assert_eq!([up, down], [1.0, -2.0]);
+}
+
+#[test]
+fn the_integral_goes_on_exactly_beyond_its_declared_range_and_says_so() {
+    // S = 2^29 counts are 2^12 of the largest errors, 128 codes each.
+    let (law, output) = integral_alone(AntiWindup::None, 12);
+    let mut state = LawState::start(&output);
+    for k in 1..=(1 << 12) + 3 {
         let input = LawInput {
-            error: sign * (1 << 8),
+            error: -1 << 17,
             ..LawInput::default()
         };
-        (0..3).for_each(|_| _ = law.step(&mut state, &input, Window::of(dac)));
-        state.integral()
-    });
-    assert_eq!([up, down], [1 << 38, -2 << 38]);
+        let given = sample(&law, &output, &mut state, &input, None);
+        assert_eq!(given.told, k > 1 << 12, "sample {k}");
+    }
+    assert_eq!(state.integral(), -((1 << 19) + 3 * 128));
+    // And back: the way out and the way in end at zero exactly.
+    let errors = [-1 << 17; (1 << 12) + 3].into_iter();
+    let there_and_back = errors.clone().chain(errors.map(|e: i32| -e));
+    assert_eq!(integral(&(law, output), there_and_back), 0.0);
+}
+
+#[test]
+fn shifting_setpoints_and_counts_alike_changes_nothing() {
+    let mut random = Random(72);
+    for _ in 0..300 {
+        let law = accepted(&mut random);
+        let samples = [[(); 64]; 2].map(|row| row.map(|()| random.word()));
+        let shift = random.word();
+        let run = |shift: i32| {
+            let setpoints = samples[0].map(|r| r.wrapping_add(shift));
+            let table = SetpointTable::<64>::from_counts(&setpoints).expect("there is room");
+            let controller = Controller::new(law, table);
+            let mut state = ControllerState::start(&controller);
+            // Some samples more than setpoints: the last one is held.
+            let counts = samples[1].into_iter().chain([0; 9]);
+            let ticks = counts.map(|c| controller.tick(&mut state, c.wrapping_add(shift)));
+            ticks.collect::<Vec<_>>()
+        };
+        assert_eq!(run(0), run(shift));
+    }
 }

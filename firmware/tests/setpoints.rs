@@ -1,10 +1,12 @@
 //! The setpoint table: what it holds, what it refuses, what it holds on to;
 //! and the controller's walk through it.
 
+#![allow(clippy::expect_used, reason = "a test stops where its setup fails")]
+
+use firmware::law::{Law, LawWords};
 use firmware::refusal::What;
 use firmware::{
-    CAPACITY, CAPACITY_SMALLEST, Controller, ControllerState, Dac, GainWord, Pid, PidWords,
-    Refusal, SetpointTable,
+    CAPACITY, CAPACITY_SMALLEST, Controller, ControllerState, Dac, GainWord, Refusal, SetpointTable,
 };
 
 #[test]
@@ -74,48 +76,47 @@ fn the_last_setpoint_is_held_for_ever() {
     }
 }
 
+/// `Kp` = 1 with 12 bits.
+fn controller<const N: usize>(setpoints: &[i32]) -> Controller<N> {
+    let words = LawWords {
+        kp: GainWord::new(1 << 30, 30),
+        ..LawWords::NONE
+    };
+    let dac = Dac::with_bits(12).expect("12 bits are supported");
+    let table = SetpointTable::from_counts(setpoints).expect("there is room");
+    Controller::new(Law::accept(words, dac).expect("accepted"), table)
+}
+
 #[test]
 fn the_controller_takes_one_setpoint_a_sample_and_starts_anew_with_a_new_state() {
-    let pid = Pid::accept(PidWords {
-        kp: GainWord::new(1 << 30, 30),
-        ki_dt: GainWord::new(0, 40),
-        kd_per_dt: GainWord::new(0, 32),
-        error_bits: 17,
-    })
-    .expect("accepted");
-    let dac = Dac::with_bits(12).expect("12 bits are supported");
-    let table = SetpointTable::<4>::from_counts(&[10, 20, 30]).expect("there is room");
-    let controller = Controller::new(pid, dac, table);
-
+    let controller = controller::<4>(&[10, 20, 30]);
     for _ in 0..2 {
-        let mut state = ControllerState::default();
+        let mut state = ControllerState::start(&controller);
         for (k, error) in [10, 20, 30, 30, 30].into_iter().enumerate() {
             assert_eq!(state.sample(), u64::try_from(k).expect("small"));
             let output = controller.tick(&mut state, 0);
             assert_eq!((output.error_counts, output.code), (error, error));
-            assert!(!output.status.code_limited);
+            assert!(!output.out_of_range);
         }
-        assert_eq!(state.pid().previous_error(), Some(30));
     }
 }
 
 #[test]
-fn status_tells_the_limits_apart() {
-    let pid = Pid::accept(PidWords {
-        kp: GainWord::new(1, 20),
-        ki_dt: GainWord::new(0, 40),
-        kd_per_dt: GainWord::new(0, 32),
-        error_bits: 17,
-    })
-    .expect("accepted");
-    let dac = Dac::with_bits(12).expect("12 bits are supported");
-    let table = SetpointTable::<1>::resting_at(0);
-    let controller = Controller::new(pid, dac, table);
-    let mut state = ControllerState::default();
-
-    let status = controller.tick(&mut state, -131_072).status;
-    assert_eq!(status, firmware::Status::default());
-    let output = controller.tick(&mut state, -131_073);
-    assert!(output.status.error_limited && !output.status.code_limited);
-    assert_eq!(output.error_counts, 131_073, "the error as it was measured");
+fn an_error_beyond_its_range_is_told_and_held() {
+    let controller = controller::<1>(&[0]);
+    let mut state = ControllerState::start(&controller);
+    for (count, beyond) in [
+        (-131_072, false),
+        (-131_073, true),
+        (131_072, false),
+        (i32::MIN, true),
+    ] {
+        let output = controller.tick(&mut state, count);
+        assert_eq!(output.out_of_range, beyond);
+        assert_eq!(
+            output.error_counts,
+            count.wrapping_neg(),
+            "as it was measured"
+        );
+    }
 }

@@ -126,8 +126,9 @@ fn a_move_across_two_to_the_31_gives_the_same_codes() {
     assert_eq!(here, across);
 }
 
-/// The largest travel is 2^28 counts; a longer one is refused with a sentence,
-/// from whichever source it comes.
+/// The largest travel of a motion that the firmware generates is below 2^31
+/// counts; a longer one is refused with a sentence. A table goes on round the
+/// wheel of counts.
 #[test]
 fn too_long_a_move_is_refused() {
     for source in ["table", "generator", "queue"] {
@@ -147,17 +148,12 @@ fn too_long_a_move_is_refused() {
                 .err()
                 .map(|error| error.to_string())
         };
-        // 157 rad: 267 million counts fit 2^28 = 268 million.
-        assert_eq!(refusal("1.7e6"), None);
-        for (counts_per_rad, counts) in [("1.8e6", 282_743_339), ("1.37e7", 2_151_990_968_i64)] {
-            let sentence = refusal(counts_per_rad).unwrap();
-            println!("{sentence}");
-            assert_eq!(
-                sentence,
-                format!(
-                    "the travel makes {counts} encoder counts; the firmware takes at most 268435456"
-                )
-            );
-        }
+        // 157 rad: 2 136 million counts.
+        assert_eq!(refusal("1.36e7"), None, "{source}");
+        let sentence = refusal("1.37e7");
+        let wanted = "motion.travel_mm = 250: it makes 2151990968 encoder counts; a motion that \
+                      the firmware generates is shorter than 2^31 = 2147483648";
+        let refused = (source != "table").then_some(wanted);
+        assert_eq!(sentence.as_deref(), refused, "{source}");
     }
 }

@@ -107,13 +107,23 @@ fn a_key_that_names_a_field_decides_on_it() {
 }
 
 /// Fields that follow from several keys or from others.
-const DERIVED: [&str; 12] = [
-    "law.aligned",
+const DERIVED: [&str; 22] = [
+    "law.acceleration",
     "law.dac",
+    "law.difference_is_declared",
+    "law.difference_limit",
+    "law.error_limit",
+    "law.error_sum_limit",
     "law.feeds_forward",
+    "law.friction",
+    "law.integral_range",
+    "law.kd_per_dt",
+    "law.ki_dt",
+    "law.kp",
+    "law.largest",
+    "law.velocity",
     "law.words.error_bits",
     "law.words.integral_bits",
-    "law.words.sum_fraction_bits",
     "output.dac",
     "backlash_compensation.change",
     "backlash_compensation.first",

@@ -34,7 +34,7 @@
 //! | kind | request | payload |
 //! | --- | --- | --- |
 //! | `01` | HELLO | – |
-//! | `02` | PAPER | [`settings::write_paper`] |
+//! | `02` | PAPER | [`settings::write_law`] |
 //! | `03` | AXIS | [`settings::write_axis`] |
 //! | `04` | SETPOINTS | 4 bytes each |
 //! | `05` | PLAN | [`plan::parts`] |

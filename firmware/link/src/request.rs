@@ -21,7 +21,7 @@ pub enum Request<'a> {
     /// Begins a session, unless it is the present one.
     Hello,
     /// The paper's controller: its words and converter
-    /// ([`crate::settings::read_paper`]).
+    /// ([`crate::settings::read_law`]).
     Paper(&'a [u8]),
     /// The axis in service ([`crate::settings::read_axis`]); behind BEGIN other
     /// parameters of the one that runs, from the next sample on.

@@ -238,9 +238,10 @@ impl<'t, const N: usize> Server<'t, N> {
 
     #[inline(never)]
     fn paper(&mut self, payload: &[u8]) -> Result<(), Nak> {
-        let (pid, dac) = settings::read_paper(payload).ok_or(Nak::Settings)?;
-        let controller = Controller::new(pid, dac, SetpointTable::resting_at(0));
-        self.machine = Machine::Paper(controller, ControllerState::default());
+        let law = settings::read_law(payload).ok_or(Nak::Settings)?;
+        let controller = Controller::new(law, SetpointTable::resting_at(0));
+        let state = ControllerState::start(&controller);
+        self.machine = Machine::Paper(controller, state);
         Ok(())
     }
 
@@ -331,13 +332,12 @@ fn paper_step<const N: usize>(
     let count = inputs.motor_register.cast_signed();
     let output = controller.tick(state, counts::difference(count, setpoint));
     let ticks = target.elapsed();
-    let status = output.status;
     Stepped {
         code: output.code,
         error_counts: output.error_counts,
         state: State::Moving,
         power: true,
-        out_of_range: status.error_limited | status.error_sum_beyond_range,
+        out_of_range: output.out_of_range,
         refused: Events::default(),
         ticks,
         fault: None,

@@ -8,13 +8,11 @@ use crate::frame::LARGEST_BODY;
 use firmware::axis::{Axis, Feedback, Monitors};
 use firmware::backlash_compensation::{BacklashCompensation, Trigger};
 use firmware::dac::Dac;
-use firmware::gains::PidWords;
 use firmware::law::{AntiWindup, Derivative, FilterWords, Law, LawWords};
 use firmware::monitor::{
     EncoderLossMonitor, FollowingErrorMonitor, SaturationMonitor, TickMonitor,
 };
 use firmware::output::{Output, Quantiser};
-use firmware::pid::Pid;
 use firmware::position::CounterParameters;
 use firmware::word::GainWord;
 
@@ -50,7 +48,6 @@ impl LawSettings {
         dac(wire, &mut self.dac_bits)?;
         let words = &mut self.words;
         wire.u8(&mut words.error_bits)?;
-        wire.u8(&mut words.sum_fraction_bits)?;
         wire.u8(&mut words.integral_bits)?;
         word(wire, &mut words.kp)?;
         word(wire, &mut words.ki_dt)?;
@@ -84,28 +81,7 @@ impl LawSettings {
     }
 }
 
-/// The paper's words and converter.
-pub fn write_paper(words: &PidWords, dac: Dac) -> Option<Payload> {
-    Writer::body(|to| paper(to, &mut dac.bits(), &mut { *words }))
-}
-
-/// Reads what [`write_paper`] wrote; `None` if it is damaged or refused.
-pub fn read_paper(payload: &[u8]) -> Option<(Pid, Dac)> {
-    let mut from = Reader::new(payload);
-    let none = GainWord::new(0, 0);
-    let mut bits = 0;
-    let mut words = PidWords {
-        kp: none,
-        ki_dt: none,
-        kd_per_dt: none,
-        error_bits: 0,
-    };
-    paper(&mut from, &mut bits, &mut words)?;
-    from.end()?;
-    Some((Pid::accept(words).ok()?, Dac::with_bits(bits).ok()?))
-}
-
-/// The law of an axis with its converter.
+/// A law with its converter.
 pub fn write_law(law: &Law) -> Option<Payload> {
     Writer::body(|to| LawSettings::of(law).fields(to))
 }
@@ -172,14 +148,6 @@ fn axis_fields(wire: &mut impl Wire, axis: &mut Axis) -> Option<()> {
     wire.u32(&mut axis.rest.dead_band)?;
     wire.flag(&mut axis.rest.hold_integral)?;
     monitors(wire, &mut axis.monitors)
-}
-
-fn paper(wire: &mut impl Wire, dac_bits: &mut u32, words: &mut PidWords) -> Option<()> {
-    dac(wire, dac_bits)?;
-    wire.u8(&mut words.error_bits)?;
-    word(wire, &mut words.kp)?;
-    word(wire, &mut words.ki_dt)?;
-    word(wire, &mut words.kd_per_dt)
 }
 
 /// Bits of the converter, in a byte.

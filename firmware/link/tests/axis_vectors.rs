@@ -126,7 +126,7 @@ fn a_flipped_bit_in_a_word_is_noticed() {
 /// declared ranges, which decide on acceptance only.
 #[test]
 fn a_setting_left_out_is_noticed() {
-    let ranges = ["error_bits", "sum_fraction_bits", "integral_bits"];
+    let ranges = ["error_bits", "integral_bits"];
     for (name, text) in stored() {
         for (place, line) in settings(&text) {
             let (key, _) = line.split_once(" = ").expect("a setting");

@@ -4,7 +4,7 @@ use super::{Axis, AxisOutput, AxisState, Feedback, Inputs};
 use crate::backlash_compensation::BacklashCompensationState;
 use crate::counts;
 use crate::faults::{FaultCause, FaultValues, Trip, most_urgent};
-use crate::law::{LawInput, LawState};
+use crate::law::{Begin, LawInput};
 use crate::reference::{Next, Observed, Setpoint, SetpointSource};
 use crate::states::{Event, State};
 
@@ -42,7 +42,7 @@ impl Axis {
         // 1. Inputs.
         let mut trip = self.hardware_trip(state, inputs);
         let seen = self.read(state, inputs, &mut trip);
-        let code_in_force = state.output.code();
+        let code_in_force = state.law.code();
         // What follows in this sample leads from one powered state to another.
         let powered = state.state.is_powered();
         // A drive that runs down after a Disable is still one that drives.
@@ -143,23 +143,22 @@ impl Axis {
     #[inline(always)]
     fn drive(&self, state: &mut AxisState, input: LawInput) -> (i32, bool) {
         let input = self.at_rest(state, input);
-        let window = self.output.window(&state.output);
-        let law = self.law.step(&mut state.law, &input, window);
-        let bits = self.law.words().sum_fraction_bits;
-        let code = self.output.code(&mut state.output, law.sum, bits, window);
-        let out_of_range = law.error_limited | law.difference_limited | law.integral_limited;
-        (code, out_of_range)
+        let code = match state.begin.take() {
+            None => self.law.step(&self.output, &mut state.law, &input),
+            Some(begin) => self.law.begin(&self.output, &mut state.law, &input, begin),
+        };
+        (code, state.law.take_left_range())
     }
 
     /// The code that really goes out, and whether with power.
     #[inline(always)]
     fn end(&self, state: &mut AxisState, code: i32) -> (i32, bool) {
         match state.state {
-            State::Fault => (self.output.safe(&mut state.output), false),
+            State::Fault => (state.law.safe(), false),
             // A drive that is switched off in order keeps its power until its
             // output has come to 0.
             State::Disabled => {
-                let code = self.output.towards_zero(&mut state.output);
+                let code = state.law.towards_zero(&self.output);
                 (code, code != 0)
             }
             State::Enabled | State::Moving | State::Holding => (code, true),
@@ -180,13 +179,13 @@ impl Axis {
             setpoint: state.setpoint,
             position,
             error: error_counts,
-            code: state.output.code(),
+            code: state.law.code(),
             measured: i64::from(failed_transfers),
             limit: 0,
         };
         state.fail(tick, values, FaultCause::HardwareBus);
         AxisOutput {
-            code: self.output.safe(&mut state.output),
+            code: state.law.safe(),
             power: false,
             state: state.state,
             error_counts,
@@ -230,13 +229,13 @@ impl Axis {
             // Hold where the axis stands, and go on from the code in force.
             setpoint.position = position;
             state.backlash_compensation = BacklashCompensationState::default();
-            let code = state.output.code();
-            state.law = if state.state == State::Enabled || code != 0 {
-                LawState::take_over(code)
+            let goes_on = state.state == State::Enabled || state.law.code() != 0;
+            state.begin = Some(if goes_on {
+                Begin::FromCode
             } else {
                 // Started in the same breath, from rest.
-                LawState::default()
-            };
+                Begin::AtRest
+            });
         }
         let mut powered = true;
         match state.state {

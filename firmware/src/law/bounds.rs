@@ -2,128 +2,89 @@
 //! image is compiled, so that a constant law is accepted or refused there.
 
 use super::filter::FilterWords;
-use super::term::Term;
-use super::words::{AntiWindup, LARGEST_RATE, LawWords};
+use super::term::{FRACTION_BITS, Term};
+use super::words::{AntiWindup, Derivative, LARGEST_RATE, LawWords};
+use super::{Largest, Law};
 use crate::counts::ErrorRange;
-use crate::dac::Dac;
+use crate::dac::{Codes, Dac};
 use crate::refusal::{Refusal, What, accepted};
 use crate::wide;
-use crate::word::{GainWord, Part, power_of_two, power_of_two_or_most};
+use crate::word::{GainWord, Part, power_of_two_or_most};
 
-/// Results of acceptance, aligned to the sum. In this order in memory: what
-/// every sample needs comes first, where the smallest processors reach it with
-/// one instruction.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(C)]
-pub(super) struct Aligned {
-    pub(super) range: ErrorRange,
-    /// `D` \[counts\].
-    pub(super) slope_limit: i32,
-    pub(super) proportional: Term,
-    pub(super) integral: Term,
-    pub(super) derivative: Term,
-    /// `Q` \[2^−F codes\].
-    pub(super) integral_limit: i64,
-    /// \[2^−F codes\].
-    pub(super) friction: i64,
-    pub(super) velocity: Term,
-    pub(super) acceleration: Term,
-    /// Largest magnitudes \[2^−F codes\].
-    pub(super) largest: Largest,
-    /// `S` \[counts\].
-    pub(super) error_sum_limit: u64,
-    /// Bits left above the largest sum.
-    pub(super) headroom_bits: u32,
-}
-
-/// Largest magnitudes of the terms over the declared ranges \[2^−F codes\].
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) struct Largest {
-    pub(super) proportional: u64,
-    pub(super) integral: u64,
-    pub(super) derivative: u64,
-    pub(super) velocity: u64,
-    pub(super) acceleration: u64,
-}
-
-/// Bits of a 64-bit word that the largest sum leaves: it takes 62.
-const BITS_ABOVE_SUM: u32 = 2;
+/// The terms may add up to this many codes.
+const MOST_CODES: u32 = 1 << 30;
 
 /// Words that are above 0.
 const WORD: [i64; 2] = [1, wide::signed(i32::MAX)];
+
+impl Law {
+    /// Accepts words if the law with them stays within one code of the exact
+    /// one over the declared ranges, and nothing can overflow ([`words`]).
+    ///
+    /// # Errors
+    /// A [`Refusal`] that names the part, its word and what is allowed.
+    #[inline(always)]
+    pub const fn accept(words: LawWords, dac: Dac) -> Result<Self, Refusal> {
+        Ok(accepted!(words.check(dac)))
+    }
+
+    /// Largest magnitude of the integral \[codes\].
+    pub(super) const INTEGRAL_MOST: i32 = 1 << 30;
+}
 
 impl LawWords {
     /// Checks every demand of [`super::words`] for the converter `dac`. Inlined
     /// with all that it calls once: an image that drops a refusal then makes none,
     /// which is 2 KiB of flash.
     #[inline(always)]
-    pub(super) const fn check(&self, dac: Dac) -> Result<Aligned, Refusal> {
-        let f = self.sum_fraction_bits;
-        let supported = Self::SUM_FRACTION_BITS;
-        let supported = [*supported.start(), *supported.end()];
-        accepted!(What::SumFractionBits.byte_within(f, supported));
+    const fn check(&self, dac: Dac) -> Result<Law, Refusal> {
         let error_bits = self.error_bits;
         let range = accepted!(ErrorRange::from_bits(error_bits));
+        accepted!(What::IntegralBits.byte_within(self.integral_bits, [0, 30]));
         let errors = range.limit().unsigned_abs();
 
         let least_p = error_bits.saturating_add(2);
-        let proportional = accepted!(self.term(Part::Proportional, self.kp, errors, least_p));
-        let integral = accepted!(self.term(Part::Integral, self.ki_dt, errors, 0));
+        let kp = accepted!(self.term(Part::Proportional, self.kp, errors, least_p));
+        let ki_dt = accepted!(self.term(Part::Integral, self.ki_dt, errors, 0));
         let velocity = accepted!(self.rate(Part::Velocity, self.velocity_ff));
         let acceleration = accepted!(self.rate(Part::Acceleration, self.acceleration_ff));
-        let friction = accepted!(self.term(Part::Friction, self.friction_ff, 1, 5));
+        let friction = accepted!(self.term(Part::Friction, self.friction_ff, 1, 5)).largest(1);
 
-        // Everything but the derivative and the integral  [2^−F codes]
-        let bits = wide::bits(f);
-        let too_wide = Refusal::new(What::Terms, bits, [0, bits.saturating_sub(1)]);
-        let code_range = codes(dac.min_code().unsigned_abs(), f);
-        let integral_range = match 1_u32.checked_shl(wide::byte(self.integral_bits)) {
-            Some(whole) => codes(whole, f),
-            None => None,
-        };
+        // Everything but the derivative and the integral
+        let code_range = codes(dac.min_code().unsigned_abs());
+        let integral_range = codes(1_u32.wrapping_shl(wide::byte(self.integral_bits)));
         let mut largest = Largest {
-            proportional: proportional.largest(errors),
-            integral: integral.largest(errors),
+            proportional: kp.largest(errors),
+            integral: ki_dt.largest(errors),
             derivative: 0,
             velocity: velocity.largest(LARGEST_RATE),
             acceleration: acceleration.largest(LARGEST_RATE),
+            headroom_bits: 0,
         };
         let direct = total(&[
             largest.proportional,
             largest.velocity,
             largest.acceleration,
-            friction.largest(1),
+            friction,
         ]);
-        let (Some(code_range), Some(integral_range), Some(direct)) =
-            (code_range, integral_range, direct)
-        else {
-            return Err(too_wide);
-        };
 
         // D                                        (Kd/Δt)·D ≥ the rest, ≤ 2·E
-        let Some(rest) = total(&[direct, integral_range, code_range, code_range]) else {
-            return Err(too_wide);
-        };
-        let slope_limit = accepted!(self.slope_limit(errors, rest));
-        let (derivative, limit) = accepted!(self.derivative_term(slope_limit));
-        largest.derivative = derivative.largest(limit);
+        let rest = total(&[direct, integral_range, code_range, code_range]);
+        let difference_limit = accepted!(self.difference_limit(errors, rest));
+        let outweighs = self.filter.is_none() && difference_limit < errors.saturating_mul(2);
+        let (kd_per_dt, limit) = accepted!(self.derivative_term(difference_limit));
+        largest.derivative = kd_per_dt.largest(limit);
 
-        let all = [
-            direct,
-            largest.derivative,
-            // No sum that these belong to saturates and still fits.
-            integral_range.saturating_mul(3),
-            code_range.saturating_mul(3),
-        ];
-        let headroom_bits = match total(&all) {
-            Some(sum) => sum.leading_zeros().checked_sub(BITS_ABOVE_SUM),
-            None => None,
-        };
-        let Some(headroom_bits) = headroom_bits else {
-            return Err(too_wide);
-        };
+        // T + R ≤ 2^30 codes
+        let all = total(&[direct, largest.derivative, largest.integral, code_range]);
+        if all > codes(MOST_CODES) {
+            let needed = wide::held(whole_codes(all));
+            let allowed = [0, wide::unsigned(MOST_CODES)];
+            return Err(Refusal::new(What::Terms, needed, allowed));
+        }
+        largest.headroom_bits = all.leading_zeros().saturating_sub(1);
 
-        let error_sum_limit = self.error_sum_limit(integral_range, f);
+        let error_sum_limit = self.error_sum_limit(integral_range);
         let wanted = wide::word(errors).saturating_mul(1 << 8);
         if error_sum_limit < wanted {
             let (reached, wanted) = (error_sum_limit.cast_signed(), wanted.cast_signed());
@@ -132,20 +93,34 @@ impl LawWords {
         if let AntiWindup::BackCalculation { tracking } = self.anti_windup {
             accepted!(What::Tracking.within(wide::signed(tracking), WORD));
         }
-        Ok(Aligned {
-            range,
-            proportional,
-            integral,
-            derivative,
+        // (Ki·Δt)·S, which is at most Q
+        let told = match ki_dt.largest(1) {
+            0 => integral_range,
+            one_error => one_error.saturating_mul(error_sum_limit),
+        };
+        Ok(Law {
+            error_limit: range.limit(),
+            difference_limit: difference_limit.cast_signed(),
+            kp,
+            ki_dt,
+            kd_per_dt: match self.derivative {
+                Derivative::Error => kd_per_dt,
+                // −(c − c_prev)
+                Derivative::Measurement => kd_per_dt.negated(),
+            },
             velocity,
             acceleration,
-            // Of the integer 1.
-            friction: friction.largest(1).cast_signed(),
-            slope_limit: slope_limit.cast_signed(),
-            integral_limit: integral_range.cast_signed(),
+            friction: Codes::from_bits(friction.cast_signed()),
+            feeds_forward: self.velocity_ff.mantissa != 0
+                || self.acceleration_ff.mantissa != 0
+                || self.friction_ff.mantissa != 0,
+            difference_is_declared: !outweighs,
+            words: *self,
+            dac,
+            // The first whole number of codes beyond.
+            integral_range: wide::upper(wide::held(told)).wrapping_add(1),
             largest,
             error_sum_limit,
-            headroom_bits,
         })
     }
 
@@ -159,13 +134,12 @@ impl LawWords {
         limit: u32,
         least: u8,
     ) -> Result<Term, Refusal> {
-        let most = self.sum_fraction_bits;
         accepted!(What::Gain(part, word).not_negative(word.mantissa));
         let fine_enough = word.mantissa == 0 || word.fraction_bits >= least;
-        if !fine_enough || word.fraction_bits > most {
-            return Err(fraction_bits(part, word, [least, most]));
+        if !fine_enough || word.fraction_bits > FRACTION_BITS {
+            return Err(fraction_bits(part, word, least));
         }
-        match Term::align(word, most, limit) {
+        match Term::align(word, limit) {
             Some(term) => Ok(term),
             None => {
                 let value = wide::unsigned(limit);
@@ -180,30 +154,30 @@ impl LawWords {
 
     #[inline(always)]
     const fn rate(&self, part: Part, word: GainWord) -> Result<Term, Refusal> {
-        self.term(part, word, LARGEST_RATE, 35)
+        self.term(part, word, LARGEST_RATE, 29)
     }
 
-    /// `D`: the first difference whose term reaches `rest`, at most `2·E`, and
+    /// `D`: the first power of two whose term reaches `rest`, at most `2·E`, and
     /// with a filter at most 2^29.
     #[inline(always)]
-    const fn slope_limit(&self, errors: u32, rest: u64) -> Result<u32, Refusal> {
+    const fn difference_limit(&self, errors: u32, rest: u64) -> Result<u32, Refusal> {
         let (part, word) = (Part::Derivative, self.kd_per_dt);
         accepted!(What::Gain(part, word).not_negative(word.mantissa));
-        let most = self.sum_fraction_bits;
-        let Some(shift) = most.checked_sub(word.fraction_bits) else {
-            return Err(fraction_bits(part, word, [0, most]));
+        let Some(shift) = FRACTION_BITS.checked_sub(word.fraction_bits) else {
+            return Err(fraction_bits(part, word, 0));
         };
         let whole = errors.saturating_mul(2);
         let whole = match self.filter {
             Some(_) if whole > FilterWords::LARGEST_DIFFERENCE => FilterWords::LARGEST_DIFFERENCE,
             _ => whole,
         };
-        // At most 2^40; a term beyond 64 bits outweighs with one count.
+        // At most 2^32; a term beyond 64 bits outweighs with one count.
         let unit = power_of_two_or_most(wide::byte(shift));
         let counts = match unit.checked_mul(wide::word(word.mantissa.unsigned_abs())) {
             Some(one_count) => match rest.saturating_sub(1).checked_div(one_count) {
                 Some(before) => match wide::narrowed(before.saturating_add(1)) {
-                    Some(first) if first < whole => first,
+                    // Below 2^30: there is a next one.
+                    Some(first) if first < whole => first.next_power_of_two(),
                     _ => whole,
                 },
                 // Without a gain no difference outweighs anything.
@@ -223,16 +197,16 @@ impl LawWords {
     /// The derivative's term, of counts or of filtered counts, and the largest
     /// number of them.
     #[inline(always)]
-    const fn derivative_term(&self, slope_limit: u32) -> Result<(Term, u32), Refusal> {
+    const fn derivative_term(&self, difference_limit: u32) -> Result<(Term, u32), Refusal> {
         let (part, word) = (Part::Derivative, self.kd_per_dt);
         let Some(filter) = self.filter else {
-            let term = accepted!(self.term(part, word, slope_limit, 0));
-            return Ok((term, slope_limit));
+            let term = accepted!(self.term(part, word, difference_limit, 0));
+            return Ok((term, difference_limit));
         };
         accepted!(What::FilterSmoothing.within(wide::signed(filter.smoothing), WORD));
-        // X·2^h ≤ 2^29, and a product no finer than the sum
-        let finer = self.sum_fraction_bits.saturating_sub(word.fraction_bits);
-        let by_range = FilterWords::most_fraction_bits(slope_limit);
+        // D·2^h ≤ 2^29, and a product no finer than the sum
+        let finer = FRACTION_BITS.saturating_sub(word.fraction_bits);
+        let by_range = FilterWords::most_fraction_bits(difference_limit);
         let most = if finer < by_range { finer } else { by_range };
         // (Kd/Δt)·2^−h ≤ 1/16, that is w·2^4 ≤ 2^(fd+h); no gain is negative here
         let gain = wide::word(word.mantissa.unsigned_abs()).saturating_mul(16);
@@ -249,18 +223,18 @@ impl LawWords {
             fraction_bits: word.fraction_bits.saturating_add(filter.fraction_bits),
             ..word
         };
-        // |v̂| ≤ X·2^h + 1, and the filter's value never leaves its inputs' range.
-        let limit = slope_limit
+        // |v̂| ≤ D·2^h + 1, and the filter's value never leaves its inputs' range.
+        let limit = difference_limit
             .wrapping_shl(wide::byte(filter.fraction_bits))
             .saturating_add(1);
         Ok((accepted!(self.term(part, scaled, limit, 0)), limit))
     }
 
     /// `S`, the smaller of `2^(fi−1)` and `Q/(Ki·Δt)` \[counts\].
-    const fn error_sum_limit(&self, integral_range: u64, f: u8) -> u64 {
+    const fn error_sum_limit(&self, integral_range: u64) -> u64 {
         let word = self.ki_dt;
         let by_rounding = power_of_two_or_most(wide::byte(word.fraction_bits.saturating_sub(1)));
-        let shift = wide::byte(f.saturating_sub(word.fraction_bits));
+        let shift = wide::byte(FRACTION_BITS.saturating_sub(word.fraction_bits));
         let one_error =
             wide::word(word.mantissa.unsigned_abs()).saturating_mul(power_of_two_or_most(shift));
         match integral_range.checked_div(one_error) {
@@ -273,29 +247,29 @@ impl LawWords {
 }
 
 /// The refusal of a word for its fraction bits.
-const fn fraction_bits(part: Part, word: GainWord, [least, most]: [u8; 2]) -> Refusal {
-    let what = What::LawFractionBits(part, word);
-    let allowed = [wide::bits(least), wide::bits(most)];
+const fn fraction_bits(part: Part, word: GainWord, least: u8) -> Refusal {
+    let what = What::FractionBits(part, word);
+    let allowed = [wide::bits(least), wide::bits(FRACTION_BITS)];
     Refusal::new(what, wide::bits(word.fraction_bits), allowed)
 }
 
-/// `count` codes \[2^−F codes\], where 64 bits hold them.
-const fn codes(count: u32, f: u8) -> Option<u64> {
-    match power_of_two(wide::byte(f)) {
-        Some(one) => one.checked_mul(wide::word(count)),
-        None => None,
-    }
+/// `count` codes \[2^−32 codes\].
+const fn codes(count: u32) -> u64 {
+    wide::word(count).wrapping_shl(32)
 }
 
-/// The sum of all, where 64 bits hold it.
-const fn total(mut parts: &[u64]) -> Option<u64> {
+/// So many 2^−32 codes in whole codes, rounded up.
+const fn whole_codes(sum: u64) -> u64 {
+    sum.saturating_add(u64::MAX.wrapping_shr(32))
+        .wrapping_shr(32)
+}
+
+/// The sum of all, or the largest number where 64 bits do not hold it.
+const fn total(mut parts: &[u64]) -> u64 {
     let mut sum = 0_u64;
     while let [part, rest @ ..] = parts {
-        sum = match sum.checked_add(*part) {
-            Some(sum) => sum,
-            None => return None,
-        };
+        sum = sum.saturating_add(*part);
         parts = rest;
     }
-    Some(sum)
+    sum
 }

@@ -1,37 +1,47 @@
-//! The axis' law: the paper's PID (eq. 23) with the additions that an
-//! axis in service needs, in one 64-bit sum.
+//! The control law: the paper's PID (eq. 23 at `t = k·Δt`) with the additions
+//! that an axis in service needs, in one 64-bit sum of 32 fraction bits.
 //!
 //! ```text
 //! y = Kp·e + (Ki·Δt)·Σe + (Kd/Δt)·δ + Kv·v + Ka·a + Kf·sign(v)
 //!     δ = e − e_prev  or  −(c − c_prev),  filtered or not
+//! code = floor(y + ρ), limited
 //! ```
 //!
-//! Everything that [`crate::Pid`] promises holds here: words with an exponent
-//! of their own, exact products, exact sums, one rounding behind them, the sum
-//! before rounding exactly odd. What differs is the integral: it is bounded
-//! (`Q`, [`words`]), which is what lets the sum fit 64 bits, and it can be
-//! kept from winding up. With every addition off the codes are those of the
-//! paper's law, bit for bit, as long as `|Σe|` stays within the declared range.
+//! `Σe` includes the present error; the difference is 0 at `k = 0`. With every
+//! addition off and `ρ = ½` this is the paper's law.
+//!
+//! # The sum is exact, and exactly odd
+//!
+//! A gain is `w·2^−f` with an integer `w` and `f` at most 32. A term is one
+//! integer product of gain and counts, the sum three integer additions, proven
+//! in [`words`] not to overflow: nothing rounds and nothing is cut off. Products
+//! and sums of integers are odd, and so are the two limits that lie before them
+//! (`|e| ≤ E`, `|δ| ≤ D`). Thus the errors `−e(0), −e(1), …` give exactly `−y`,
+//! bit for bit, as long as the output is not at a limit. A law with truncating
+//! shifts gives `floor(−y)`, which is not `−floor(y)`: it creeps.
+//!
+//! With 32 fraction bits the upper word of the sum is the code and the lower
+//! one what rounding leaves, so that one test of the upper word tells whether
+//! range or slew limit are left, whether wind-up is to be treated and whether a
+//! remainder is kept.
 //!
 //! # Wind-up
 //!
-//! The headroom is what the converter really has left at this sample: its
-//! range, cut by the slew limit ([`crate::output::Window`]), against a sum
-//! that contains the feed-forward. [`AntiWindup::Clamp`] refuses the part of
-//! the integral's step that would push a sum beyond the headroom further out:
-//! not the whole step, or a slew limit below `(Ki·Δt)·e` would stop the integral
-//! for ever.
-//! [`AntiWindup::BackCalculation`] makes the step and takes back the excess
-//! times `Δt/T_t`, rounded to `2^−F` codes with halves away from zero.
+//! What the output cannot give is `x` codes, a whole number: beyond the
+//! converter's range, cut by the slew limit ([`crate::output::Window`]), of a sum
+//! that contains the feed-forward. [`AntiWindup::Clamp`] refuses the part of the
+//! integral's step that would push the sum further out: a step of `x` codes or
+//! more ends in the last code, a smaller one is not made. (Refusing every step
+//! would stop the integral for ever under a slew limit below `(Ki·Δt)·e`.)
+//! [`AntiWindup::BackCalculation`] makes the step and takes back `x·Δt/T_t`. An
+//! integral without a gain is none, and stays as it is.
 //!
 //! # Bumpless transfer
 //!
-//! Once the axis is enabled ([`LawState::take_over`]), or its gains change in
-//! motion, the next sample puts the integral where the sum equals the last
-//! code: the output goes on from where it stands. That needs an integral gain;
-//! without one the integral would keep the difference for ever, so then it
-//! starts from zero. And it needs the other terms to be within `Q` of the code;
-//! beyond, the integral starts at its end and says so.
+//! Once the axis is enabled, or its gains change in motion, [`Law::begin`] puts
+//! the integral where the sum equals the code in force: the output goes on from
+//! where it stands. That needs an integral gain; without one the integral would
+//! keep the difference for ever, so then it starts from zero.
 
 mod bounds;
 pub mod filter;
@@ -43,35 +53,34 @@ pub use crate::word::Part;
 pub use filter::FilterWords;
 pub use words::{AntiWindup, Derivative, LawWords};
 
-use crate::dac::Dac;
-use crate::refusal::{Refusal, accepted};
-use bounds::Aligned;
+use crate::dac::{Codes, Dac};
+use crate::output::Output;
+use term::Term;
 
 /// The law with accepted words. Immutable; its memory is [`LawState`].
 ///
 /// ```
-/// use firmware::law::{Law, LawInput, LawState, LawWords};
-/// use firmware::output::Window;
+/// use firmware::law::{Begin, Law, LawInput, LawState, LawWords};
+/// use firmware::output::{Output, Quantiser};
 /// use firmware::{Dac, GainWord};
 ///
 /// // Kp = 3.2, Ki·Δt = 0.005, Kd/Δt = 50 codes per count: the paper at 1 ms.
 /// let words = LawWords {
 ///     kp: GainWord::new(1_717_986_918, 29),
-///     ki_dt: GainWord::new(1_374_389_535, 38),
+///     ki_dt: GainWord::new(21_474_836, 32),
 ///     kd_per_dt: GainWord::new(1_677_721_600, 25),
-///     error_bits: 18,
-///     sum_fraction_bits: 38,
-///     integral_bits: 20,
 ///     ..LawWords::NONE
 /// };
 /// let dac = Dac::with_bits(14)?;
 /// let law = Law::accept(words, dac)?;
 ///
-/// // y = 3.2·10 + 0.005·10 + 0 = 32.05 codes, in units of 2^−38 of them.
-/// let mut state = LawState::default();
+/// // y = 3.2·10 + 0.005·10 + 0 = 32.05 codes.
+/// let output = Output::new(dac, None, Quantiser::Nearest)?;
+/// let mut state = LawState::start(&output);
 /// let input = LawInput { error: 10, ..LawInput::default() };
-/// let y = law.step(&mut state, &input, Window::of(dac)).sum;
-/// assert_eq!((y * 100 + (1 << 37)) >> 38, 3_205);
+/// assert_eq!(law.begin(&output, &mut state, &input, Begin::AtRest), 32);
+/// // 32.1 codes.
+/// assert_eq!(law.step(&output, &mut state, &input), 32);
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
 ///
@@ -114,34 +123,46 @@ use bounds::Aligned;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(C)]
 pub struct Law {
+    // What every sample needs comes first, where the smallest processors reach
+    // it with one instruction.
+    /// `E` \[counts\].
+    error_limit: i32,
+    /// `D` \[counts\].
+    difference_limit: i32,
+    kp: Term,
+    ki_dt: Term,
+    kd_per_dt: Term,
+    velocity: Term,
+    acceleration: Term,
+    /// \[codes\].
+    friction: Codes,
     /// True if any feed-forward is not zero.
     feeds_forward: bool,
-    aligned: Aligned,
+    /// True if `D` does not outweigh the other terms.
+    difference_is_declared: bool,
     words: LawWords,
     /// The converter that the words were accepted for.
     dac: Dac,
+    /// The first whole number of codes beyond `(Ki·Δt)·S`.
+    integral_range: i32,
+    largest: Largest,
+    /// `S` \[counts\].
+    error_sum_limit: u64,
+}
+
+/// Largest magnitudes of the terms over the declared ranges \[2^−32 codes\].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Largest {
+    proportional: u64,
+    integral: u64,
+    derivative: u64,
+    velocity: u64,
+    acceleration: u64,
+    /// Bits left above the largest sum.
+    headroom_bits: u32,
 }
 
 impl Law {
-    /// Accepts words if the law with them stays within one code of the exact
-    /// one over the declared ranges, and nothing can overflow ([`words`]).
-    ///
-    /// # Errors
-    /// A [`Refusal`] that names the part, its word and what is allowed.
-    #[inline(always)]
-    pub const fn accept(words: LawWords, dac: Dac) -> Result<Self, Refusal> {
-        let aligned = accepted!(words.check(dac));
-        let feeds_forward = words.velocity_ff.mantissa != 0
-            || words.acceleration_ff.mantissa != 0
-            || words.friction_ff.mantissa != 0;
-        Ok(Self {
-            words,
-            aligned,
-            feeds_forward,
-            dac,
-        })
-    }
-
     /// The converter that the words were accepted for.
     pub const fn dac(&self) -> Dac {
         self.dac
@@ -154,35 +175,35 @@ impl Law {
 
     /// `E`: errors up to this size are within the declared range \[counts\].
     pub const fn error_limit(&self) -> i32 {
-        self.aligned.range.limit()
+        self.error_limit
     }
 
     /// `S`: largest `|Σe|` of the declared range \[counts\].
     pub const fn error_sum_limit(&self) -> u64 {
-        self.aligned.error_sum_limit
+        self.error_sum_limit
     }
 
     /// `D`: differences beyond this one are held here \[counts\].
-    pub const fn slope_limit(&self) -> i32 {
-        self.aligned.slope_limit
+    pub const fn difference_limit(&self) -> i32 {
+        self.difference_limit
     }
 
-    /// Largest magnitude of a term over the declared ranges \[2^−F codes\]; of
+    /// Largest magnitude of a term over the declared ranges \[2^−32 codes\]; of
     /// the integral, of one step of it.
     pub const fn largest_term(&self, part: Part) -> u64 {
         match part {
-            Part::Proportional => self.aligned.largest.proportional,
-            Part::Integral => self.aligned.largest.integral,
-            Part::Derivative => self.aligned.largest.derivative,
-            Part::Velocity => self.aligned.largest.velocity,
-            Part::Acceleration => self.aligned.largest.acceleration,
-            Part::Friction => self.aligned.friction.unsigned_abs(),
+            Part::Proportional => self.largest.proportional,
+            Part::Integral => self.largest.integral,
+            Part::Derivative => self.largest.derivative,
+            Part::Velocity => self.largest.velocity,
+            Part::Acceleration => self.largest.acceleration,
+            Part::Friction => self.friction.to_bits().unsigned_abs(),
         }
     }
 
     /// Bits that are left above the largest sum that the declared ranges allow.
     pub const fn headroom_bits(&self) -> u32 {
-        self.aligned.headroom_bits
+        self.largest.headroom_bits
     }
 }
 
@@ -193,9 +214,9 @@ pub struct LawInput {
     pub error: i32,
     /// `c − c_prev` of the motor \[counts\].
     pub difference: i32,
-    /// `v` of the setpoint, in its source's unit, below 2^30.
+    /// `v` of the setpoint, in its source's unit, below [`words::LARGEST_RATE`].
     pub velocity: i32,
-    /// `a` of the setpoint, in its source's unit, below 2^30.
+    /// `a` of the setpoint, in its source's unit, below [`words::LARGEST_RATE`].
     pub acceleration: i32,
     /// True if the error is within the dead band of an axis at rest: it counts
     /// as 0 for `Kp` and `Ki`. Its difference does not, or the band's edge
@@ -205,80 +226,98 @@ pub struct LawInput {
     pub hold_integral: bool,
 }
 
-/// Results of the law in one sample.
+/// Terms of a sum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct LawOutput {
-    /// `y` before rounding \[2^−F codes\].
-    pub sum: i64,
-    /// True if `|e|` was beyond the declared range and held at its limit.
-    pub error_limited: bool,
-    /// True if a difference was beyond its declared range and held at its
-    /// limit; not where the limit is one that outweighs everything else.
-    pub difference_limited: bool,
-    /// True if the integral was held at the end of its declared range.
-    pub integral_limited: bool,
+pub struct Terms {
+    /// Everything but the integral \[codes\].
+    pub direct: Codes,
+    /// `(Ki·Δt)·e`, by which the integral grows \[codes\].
+    pub step: Codes,
 }
 
-/// Memory of the law. The default is the state before the first sample.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+/// Memory that a sample begins with which does not go on from the one before.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Begin {
+    /// None: no error and no difference came before.
+    AtRest,
+    /// None, but the output goes on from the code in force.
+    FromCode,
+    /// That of a law with other gains; the output goes on from the code in
+    /// force.
+    OtherGains,
+}
+
+/// Memory of the law.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(C)]
 pub struct LawState {
-    /// `(Ki·Δt)·Σe` \[2^−F codes\].
-    integral: i64,
-    /// The filter's memory.
-    filtered: i64,
+    /// `(Ki·Δt)·Σe` \[codes\].
+    integral: Codes,
+    /// `ρ` of the error feedback \[2^−32 codes\].
+    remainder: u32,
+    /// The last code.
+    code: i32,
     /// `e(k−1)` \[counts\].
     previous_error: i32,
-    phase: Phase,
-    /// `h` of the filter whose memory that is.
-    filter_bits: Option<u8>,
+    /// Of the dither's generator.
+    random: u32,
+    /// The filter's memory.
+    filtered: i64,
+    /// `h` of the filter whose memory that is, and what it filters.
+    filter_of: Option<(u8, Derivative)>,
+    /// True if a declared range was left since this was last asked.
+    left_range: bool,
 }
 
+/// Half a code \[2^−32 codes\].
+const HALF: u32 = 1 << 31;
+
 impl LawState {
-    /// Before a first sample that goes on from `code`, the last one that the
-    /// converter was given: after enabling, or with other gains than before.
-    /// A code outside the window of that sample counts as its nearer end.
-    pub const fn take_over(code: i32) -> Self {
+    /// Before the first sample, which [`Law::begin`] makes: code 0, the
+    /// generator of the dither at its seed.
+    pub const fn start(output: &Output) -> Self {
         Self {
-            integral: 0,
-            filtered: 0,
+            integral: Codes::ZERO,
+            remainder: HALF,
+            code: 0,
             previous_error: 0,
-            phase: Phase::TakeOver(code),
-            filter_bits: None,
+            random: output.seed(),
+            filtered: 0,
+            filter_of: None,
+            left_range: false,
         }
     }
 
-    /// The next sample comes with other words; it goes on from `code`, the last
-    /// one that the converter was given.
-    pub(crate) const fn change_over(&mut self, code: i32) {
-        self.phase = match self.phase {
-            Phase::First | Phase::TakeOver(_) => Phase::TakeOver(code),
-            Phase::Running | Phase::ChangeOver(_) => Phase::ChangeOver(code),
-        };
-    }
-
-    /// `(Ki·Δt)·Σe` \[2^−F codes\].
-    pub const fn integral(&self) -> i64 {
+    /// `(Ki·Δt)·Σe` \[codes\].
+    pub const fn integral(&self) -> Codes {
         self.integral
     }
-}
 
-/// Memory that a sample begins with.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-enum Phase {
-    /// Nothing: no error and no difference came before.
-    #[default]
-    First,
-    /// As the first, but the output goes on from this code.
-    TakeOver(i32),
-    /// The memory of the sample before, but the output goes on from this code.
-    ChangeOver(i32),
-    /// The memory of the sample before.
-    Running,
-}
+    /// The last code.
+    pub const fn code(&self) -> i32 {
+        self.code
+    }
 
-impl Phase {
-    /// Tells whether the sample before was one of this law's.
-    const fn goes_on(self) -> bool {
-        matches!(self, Self::Running | Self::ChangeOver(_))
+    /// One step towards code 0, for a drive that is switched off in order.
+    pub fn towards_zero(&mut self, output: &Output) -> i32 {
+        self.code = output.window(self.code).nearest(0);
+        self.remainder = HALF;
+        self.code
+    }
+
+    /// Code 0 at once: the safe output of a fault.
+    pub const fn safe(&mut self) -> i32 {
+        self.code = 0;
+        self.remainder = HALF;
+        0
+    }
+
+    /// Tells whether a declared range was left since this was last asked: an
+    /// error was held, a difference that does not outweigh the other terms, or
+    /// the sum of errors was beyond its range in a sample whose output was at a
+    /// limit. In other samples nobody looks at the sum of errors.
+    #[inline(always)]
+    pub const fn take_left_range(&mut self) -> bool {
+        core::mem::replace(&mut self.left_range, false)
     }
 }

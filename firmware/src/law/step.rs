@@ -1,217 +1,287 @@
-//! One sample of the law.
+//! One sample of the law, top to bottom.
 
 use super::words::{AntiWindup, Derivative};
-use super::{Law, LawInput, LawOutput, LawState, Phase, filter, term};
-use crate::counts;
-use crate::output::{self, Window};
+use super::{Begin, HALF, Law, LawInput, LawState, Terms, filter};
+use crate::dac::Codes;
+use crate::output::{Output, Quantiser};
 use crate::wide;
 
 impl Law {
-    /// One sample: the sum `y` for the errors and the motion of this sample.
-    ///
-    /// The sums below cannot wrap ([`super::words`], section Overflow).
+    /// One sample: the code for the errors and the motion of this sample.
     #[inline(always)]
-    pub fn step(&self, state: &mut LawState, input: &LawInput, window: Window) -> LawOutput {
-        if state.phase != Phase::Running {
-            return self.begin(state, *input, window);
+    pub fn step(&self, output: &Output, state: &mut LawState, input: &LawInput) -> i32 {
+        // ρ                                                            [codes]
+        let rounding = rounding(output, state);
+        let terms = self.terms_from(rounding, state, input);
+        self.code(output, state, terms)
+    }
+
+    /// The terms of `y`, with `ρ` of this sample.
+    ///
+    /// They are products of words and integers, exact; the sums cannot wrap
+    /// ([`super::words`], section Overflow).
+    #[inline(always)]
+    fn terms_from(&self, rounding: Codes, state: &mut LawState, input: &LawInput) -> Terms {
+        // |e| ≤ E                                                     [counts]
+        let e = held(input.error, self.error_limit, &mut state.left_range);
+        // δ = e − e_prev  or  −(c − c_prev),  |δ| ≤ D                 [counts]
+        let difference = self.difference(state, input, e);
+        let rate = self.rate(state, difference);
+        let e = if input.within_dead_band { 0 } else { e };
+
+        // ρ + Kp·e + (Kd/Δt)·δ                          eq. 23, 1st and 3rd term
+        let mut direct = rounding
+            .wrapping_add(self.kp.times(e))
+            .wrapping_add(self.kd_per_dt.times(rate));
+        // Kv·v + Ka·a + Kf·sign(v)
+        if self.feeds_forward {
+            direct = direct.wrapping_add(self.feed_forward(input));
         }
-        let e = self.aligned.range.hold(input.error);
-        let (direct, difference_limited) = self.direct(state, input, e);
-        let limited = (e != input.error, difference_limited);
-        let (integral, sum) = if input.hold_integral {
-            (state.integral, direct.wrapping_add(state.integral))
+        // (Ki·Δt)·e
+        let step = if input.hold_integral {
+            Codes::ZERO
         } else {
-            self.integrated(state.integral, counted(input, e), direct, window)
+            self.ki_dt.times(e)
         };
-        self.end(state, (integral, sum), direct, limited)
+        Terms { direct, step }
+    }
+
+    /// The terms of `y` alone.
+    pub fn terms(&self, state: &mut LawState, input: &LawInput) -> Terms {
+        self.terms_from(Codes::ZERO, state, input)
+    }
+
+    /// The code of a sum: the upper word of `y + ρ`, whose lower one is what
+    /// rounding leaves. One test tells whether the output can give it.
+    #[inline(always)]
+    fn code(&self, output: &Output, state: &mut LawState, terms: Terms) -> i32 {
+        // I ← I + (Ki·Δt)·e                                   eq. 23, 2nd term
+        let integral = state.integral.wrapping_add(terms.step);
+        // y + ρ                                                        eq. 23
+        let sum = terms.direct.wrapping_add(integral);
+        // floor(y + ρ)                                                 eq. 24
+        let whole = wide::upper(sum.to_bits());
+        let code = output.window(state.code).nearest(whole);
+        state.code = code;
+        if code == whole {
+            state.integral = integral;
+            state.remainder = wide::lower(sum.to_bits()).cast_unsigned();
+            return code;
+        }
+        rare();
+        state.integral = self.limited(state, terms.step, whole.wrapping_sub(code));
+        state.remainder = HALF;
+        code
+    }
+
+    /// The integral after a sample whose sum lies `excess` codes beyond what the
+    /// output can give: kept from winding up.
+    #[inline(always)]
+    fn limited(&self, state: &mut LawState, step: Codes, excess: i32) -> Codes {
+        let next = state.integral.wrapping_add(step);
+        if self.ki_dt.is_zero() {
+            // No gain would ever bring back what is drawn from it here.
+            return next;
+        }
+        // Of the step, in whole codes.
+        let pushes = wide::upper(step.to_bits());
+        match self.words.anti_windup {
+            AntiWindup::None => self.bounded(next, &mut state.left_range),
+            // Up to the end, and no further out.
+            AntiWindup::Clamp if (pushes.wrapping_sub(excess) ^ excess) >= 0 => {
+                next.wrapping_sub(codes(excess))
+            }
+            AntiWindup::Clamp if (pushes ^ excess) >= 0 => state.integral,
+            AntiWindup::Clamp => next,
+            // I ← I + (u − y)·Δt/T_t
+            AntiWindup::BackCalculation { tracking } => {
+                let back = wide::signed_product(tracking, excess).wrapping_shl(1);
+                self.bounded(
+                    next.wrapping_sub(Codes::from_bits(back)),
+                    &mut state.left_range,
+                )
+            }
+        }
+    }
+
+    /// The integral, kept where no sum can overflow; one beyond its declared range
+    /// is told. Clamped it cannot be ([`super::words`]).
+    #[inline(always)]
+    fn bounded(&self, integral: Codes, left_range: &mut bool) -> Codes {
+        // Both ends fill their upper word alone.
+        let whole = wide::upper(integral.to_bits());
+        let within = |range: i32| {
+            let above = whole.wrapping_add(range).cast_unsigned();
+            above < range.wrapping_mul(2).cast_unsigned()
+        };
+        if within(self.integral_range) {
+            return integral;
+        }
+        rare();
+        *left_range = true;
+        if within(Self::INTEGRAL_MOST) {
+            integral
+        } else if whole > 0 {
+            codes(Self::INTEGRAL_MOST)
+        } else {
+            codes(Self::INTEGRAL_MOST.wrapping_neg())
+        }
     }
 
     /// A sample that does not go on from the one before: the first, or one
-    /// whose output goes on from a code. Rare, so it is compiled apart: the
-    /// input comes by value so that the other samples need not keep theirs in
-    /// memory for it.
+    /// whose output goes on from the code in force.
     #[cold]
-    fn begin(&self, state: &mut LawState, input: LawInput, window: Window) -> LawOutput {
-        let input = &input;
-        let phase = core::mem::replace(&mut state.phase, Phase::Running);
-        let e = self.aligned.range.hold(input.error);
-        if !phase.goes_on() {
+    #[inline(never)]
+    pub fn begin(
+        &self,
+        output: &Output,
+        state: &mut LawState,
+        input: &LawInput,
+        begin: Begin,
+    ) -> i32 {
+        if begin != Begin::OtherGains {
             // No error came before: no difference either.
-            state.previous_error = e;
+            state.previous_error = held(input.error, self.error_limit, &mut false);
+            state.integral = Codes::ZERO;
+            state.filter_of = None;
         }
-        self.begin_filter(state, input, e, phase);
-        let (direct, difference_limited) = self.direct(state, input, e);
-        let (integral, sum) = match phase {
-            // I with y = the last code, which the window holds: in range, it
-            // can be shifted
-            Phase::TakeOver(code) | Phase::ChangeOver(code) if !self.aligned.integral.is_zero() => {
-                let code = code.min(window.high()).max(window.low());
-                let sum = output::sum_of(code, self.words.sum_fraction_bits);
-                (sum.wrapping_sub(direct), sum)
+        state.remainder = HALF;
+        self.begin_filter(state, input);
+        let mut terms = self.terms(state, input);
+        if begin != Begin::AtRest {
+            if !self.ki_dt.is_zero() {
+                // I with y = the code in force
+                let code = output.window(state.code).nearest(state.code);
+                let integral = codes(code).wrapping_sub(terms.direct);
+                state.integral = self.bounded(integral, &mut state.left_range);
+                state.code = code;
+                return code;
             }
             // A step that an integral gain of 0 would keep for ever.
-            Phase::TakeOver(_) | Phase::ChangeOver(_) => (0, direct),
-            _ if input.hold_integral => (state.integral, direct.wrapping_add(state.integral)),
-            _ => self.integrated(state.integral, counted(input, e), direct, window),
-        };
-        let limited = (e != input.error, difference_limited);
-        self.end(state, (integral, sum), direct, limited)
-    }
-
-    /// Keeps the integral within its range, and with it the sum. `limited`:
-    /// whether the error was held, and whether a difference was.
-    #[inline(always)]
-    fn end(
-        &self,
-        state: &mut LawState,
-        (integral, sum): (i64, i64),
-        direct: i64,
-        limited: (bool, bool),
-    ) -> LawOutput {
-        let mut output = LawOutput {
-            // y                                                          eq. 23
-            sum,
-            error_limited: limited.0,
-            difference_limited: limited.1,
-            integral_limited: false,
-        };
-        let limit = self.aligned.integral_limit;
-        // |I| ≤ Q. Q is a power of two and fills the upper word alone, in which
-        // one addition and one comparison tell for all but Q itself.
-        let [upper, whole] = [wide::upper(integral), wide::upper(limit)];
-        let above = upper.wrapping_add(whole).cast_unsigned();
-        state.integral = integral;
-        if above >= whole.wrapping_mul(2).cast_unsigned() {
-            state.integral = integral.min(limit).max(limit.wrapping_neg());
-            output.sum = direct.wrapping_add(state.integral);
-            output.integral_limited = state.integral != integral;
+            state.integral = Codes::ZERO;
         }
-        output
+        terms.direct = terms.direct.wrapping_add(rounding(output, state));
+        self.code(output, state, terms)
     }
 
-    /// Everything but the integral, and whether a δ was held that does not
-    /// outweigh everything else.
+    /// δ, held at its limit \[counts\]; of the measurement with the other sign,
+    /// which its gain has too.
     #[inline(always)]
-    fn direct(&self, state: &mut LawState, input: &LawInput, e: i32) -> (i64, bool) {
-        // Kp·e + (Kd/Δt)·δ                              eq. 23, 1st and 3rd term
-        let (derivative, limited) = self.derivative(state, input, e);
-        let proportional = self.aligned.proportional.times(counted(input, e));
-        let pd = proportional.wrapping_add(derivative);
-        // Kv·v + Ka·a + Kf·sign(v)
-        let direct = if self.feeds_forward {
-            pd.wrapping_add(self.feed_forward(input))
-        } else {
-            pd
+    fn difference(&self, state: &mut LawState, input: &LawInput, e: i32) -> i32 {
+        let previous = core::mem::replace(&mut state.previous_error, e);
+        let difference = match self.words.derivative {
+            // |e| ≤ 2^30, so the difference fits
+            Derivative::Error => e.wrapping_sub(previous),
+            Derivative::Measurement => input.difference,
         };
-        (direct, limited)
+        let mut told = false;
+        let held = held(difference, self.difference_limit, &mut told);
+        // Where D outweighs everything else, nothing is lost.
+        if told && self.difference_is_declared {
+            state.left_range = true;
+        }
+        held
     }
 
-    /// δ before and after it is held at its limit \[counts\].
+    /// δ, filtered where that is asked for \[2^−h counts\].
     #[inline(always)]
-    fn difference(&self, state: &LawState, input: &LawInput, e: i32) -> (i32, i32) {
-        let limit = self.aligned.slope_limit;
-        match self.words.derivative {
-            // e − e_prev; |e| ≤ 2^29, so the difference fits
-            Derivative::Error => {
-                let difference = e.wrapping_sub(state.previous_error);
-                (difference, counts::within(difference, limit))
-            }
-            // −(c − c_prev); only what is held surely has an opposite
-            Derivative::Measurement => {
-                let held = counts::within(input.difference, limit);
-                (input.difference.saturating_neg(), held.wrapping_neg())
-            }
+    fn rate(&self, state: &mut LawState, difference: i32) -> i32 {
+        match self.words.filter {
+            None => difference,
+            Some(filter) => filter::step(filter, &mut state.filtered, difference),
         }
-    }
-
-    /// `(Kd/Δt)·δ` \[2^−F codes\], and whether a δ was held that does not
-    /// outweigh everything else.
-    #[inline(always)]
-    fn derivative(&self, state: &mut LawState, input: &LawInput, e: i32) -> (i64, bool) {
-        let law = &self.aligned;
-        let (difference, held) = self.difference(state, input, e);
-        state.previous_error = e;
-        if let Some(filter) = self.words.filter {
-            let filtered = filter::step(filter, &mut state.filtered, held);
-            return (law.derivative.times(filtered), held != difference);
-        }
-        let outweighs = law.slope_limit < law.range.limit().wrapping_mul(2);
-        (law.derivative.times(held), held != difference && !outweighs)
     }
 
     /// Makes the filter's memory one that this sample can go on from.
-    fn begin_filter(&self, state: &mut LawState, input: &LawInput, e: i32, phase: Phase) {
-        let Some(filter) = self.words.filter else {
-            state.filter_bits = None;
-            return;
-        };
-        let bits = Some(filter.fraction_bits);
-        state.filtered = if phase.goes_on() && state.filter_bits == bits {
-            // The speed is what it was; other words may declare less of it.
-            let most = filter::settled(filter, self.aligned.slope_limit);
-            state.filtered.min(most).max(most.wrapping_neg())
-        } else {
-            // Nothing was filtered yet: start settled, without a transient.
-            filter::settled(filter, self.difference(state, input, e).1)
-        };
-        state.filter_bits = bits;
+    fn begin_filter(&self, state: &mut LawState, input: &LawInput) {
+        let derivative = self.words.derivative;
+        let of = self
+            .words
+            .filter
+            .map(|filter| (filter.fraction_bits, derivative));
+        if let Some(filter) = self.words.filter {
+            state.filtered = if state.filter_of == of {
+                // The speed is what it was; other words may declare less of it.
+                let most = filter::settled(filter, self.difference_limit);
+                state.filtered.min(most).max(most.wrapping_neg())
+            } else {
+                // Nothing was filtered yet: start settled, without a transient.
+                let mut before = *state;
+                let e = held(input.error, self.error_limit, &mut before.left_range);
+                filter::settled(filter, self.difference(&mut before, input, e))
+            };
+        }
+        state.filter_of = of;
     }
 
     #[inline(always)]
-    fn feed_forward(&self, input: &LawInput) -> i64 {
-        let law = &self.aligned;
-        let rates = law
+    fn feed_forward(&self, input: &LawInput) -> Codes {
+        let [v, a] = [input.velocity, input.acceleration].map(rate_within);
+        let rates = self
             .velocity
-            .times(input.velocity)
-            .wrapping_add(law.acceleration.times(input.acceleration));
-        if input.velocity > 0 {
-            rates.wrapping_add(law.friction)
-        } else if input.velocity < 0 {
-            rates.wrapping_sub(law.friction)
+            .times(v)
+            .wrapping_add(self.acceleration.times(a));
+        if v > 0 {
+            rates.wrapping_add(self.friction)
+        } else if v < 0 {
+            rates.wrapping_sub(self.friction)
         } else {
             rates
         }
     }
+}
 
-    /// The integral after this sample, and the sum with it.
-    #[inline(always)]
-    fn integrated(&self, integral: i64, e: i32, direct: i64, window: Window) -> (i64, i64) {
-        // (Ki·Δt)·Σe ← (Ki·Δt)·Σe + (Ki·Δt)·e                 eq. 23, 2nd term
-        let next = integral.wrapping_add(self.aligned.integral.times(e));
-        let sum = next.wrapping_add(direct);
-        let bits = self.words.sum_fraction_bits;
-        let integral = match self.words.anti_windup {
-            AntiWindup::None => return (next, sum),
-            _ if window.surely_holds(sum, bits) => return (next, sum),
-            // Beyond the headroom, and e pushes further out: up to its end, if
-            // the sum was not there before.
-            AntiWindup::Clamp if e > 0 => {
-                let end = output::sum_of(window.high(), bits).wrapping_sub(direct);
-                if end <= integral {
-                    integral
-                } else {
-                    next.min(end)
-                }
-            }
-            AntiWindup::Clamp => {
-                let end = output::sum_of(window.low(), bits).wrapping_sub(direct);
-                if end >= integral {
-                    integral
-                } else {
-                    next.max(end)
-                }
-            }
-            // I ← I + (u − y)·Δt/T_t
-            AntiWindup::BackCalculation { tracking } => {
-                next.wrapping_sub(term::scaled(window.excess(sum, bits), tracking))
-            }
-        };
-        (integral, direct.wrapping_add(integral))
+/// `ρ` of this sample ([`crate::output`]).
+#[inline(always)]
+fn rounding(output: &Output, state: &mut LawState) -> Codes {
+    let rounding = match output.quantiser() {
+        Quantiser::Nearest => HALF,
+        Quantiser::ErrorFeedback => state.remainder,
+        Quantiser::Dither { .. } => {
+            // A linear congruential generator of full period (Numerical
+            // Recipes, section 7.1, "quick and dirty"): modulo 2^32, its upper
+            // bits are what rounding looks at.
+            state.random = state
+                .random
+                .wrapping_mul(1_664_525)
+                .wrapping_add(1_013_904_223);
+            state.random
+        }
+    };
+    Codes::from_bits(i64::from(rounding))
+}
+
+/// `value`, held between `−limit` and `limit`; a value beyond is told.
+#[inline(always)]
+fn held(value: i32, limit: i32, told: &mut bool) -> i32 {
+    // −limit ≤ value ≤ limit is 0 ≤ value + limit ≤ 2·limit without sign.
+    let above = value.wrapping_add(limit).cast_unsigned();
+    if above <= limit.wrapping_mul(2).cast_unsigned() {
+        return value;
+    }
+    rare();
+    *told = true;
+    if value > 0 {
+        limit
+    } else {
+        limit.wrapping_neg()
     }
 }
 
-/// The error as `Kp` and `Ki` see it.
+/// Tells the compiler which way is not the usual one.
+#[cold]
 #[inline(always)]
-const fn counted(input: &LawInput, e: i32) -> i32 {
-    if input.within_dead_band { 0 } else { e }
+fn rare() {}
+
+/// `count` codes.
+#[inline(always)]
+fn codes(count: i32) -> Codes {
+    Codes::from_bits(i64::from(count).wrapping_shl(32))
+}
+
+/// A rate of the setpoint within its declared range.
+#[inline(always)]
+fn rate_within(rate: i32) -> i32 {
+    const MOST: i32 = super::words::LARGEST_RATE.cast_signed();
+    rate.min(MOST.wrapping_sub(1)).max(MOST.wrapping_neg())
 }

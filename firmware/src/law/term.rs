@@ -1,13 +1,13 @@
-//! One term of the law: a gain times an integer, exact, in the unit of the sum.
+//! One term of the law: a gain times an integer, exact.
 //!
-//! The sum of the law is an `i64` that counts `2^−F` codes. A gain `w·2^−f`
-//! times an integer `x` is `w·x·2^(F−f)` of them. Shifting the product costs
+//! A sum counts 2^−32 codes ([`Codes`]). A gain `w·2^−f` times an integer `x` is
+//! `w·x·2^(32−f)` of them. Shifting the product costs
 //! a 32-bit processor several instructions, shifting one 32-bit factor costs
 //! one; so the mantissa takes as much of the shift as its 31 bits hold, once,
 //! when the gain is accepted, and `x` takes the rest:
 //!
 //! ```text
-//! w·x·2^(F−f) = (w·2^m)·(x·2^s),   m + s = F − f,   w·2^m < 2^31,   |x|·2^s < 2^31
+//! w·x·2^(32−f) = (w·2^m)·(x·2^s),   m + s = 32 − f,   w·2^m < 2^31,   |x|·2^s < 2^31
 //! ```
 //!
 //! That is one 32×32→64-bit product ([`crate::wide`]). A processor without
@@ -19,10 +19,14 @@
 //! w·x·2^s = (H·x)·2^(s+t) + (L·x)·2^s,   w = H·2^t + L,   |H·x|, |L·x| < 2^31,   s + t ≤ 31
 //! ```
 
+use crate::dac::Codes;
 use crate::wide::{self, by_target};
 use crate::word::GainWord;
 
-/// A gain aligned to the sum's unit, for integers up to a limit.
+/// Fraction bits of a sum, and of a gain at most.
+pub(crate) const FRACTION_BITS: u8 = 32;
+
+/// A gain aligned to the unit of a sum, for integers up to a limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Term {
     mantissa: i32,
@@ -35,8 +39,8 @@ pub(crate) struct Term {
 impl Term {
     /// The term of `word` for integers `|x| ≤ limit`, or `None` where the word
     /// is negative, is finer than the sum, or a factor needs more than 31 bits.
-    pub(crate) const fn align(word: GainWord, sum_fraction_bits: u8, limit: u32) -> Option<Self> {
-        let Some(whole_shift) = sum_fraction_bits.checked_sub(word.fraction_bits) else {
+    pub(crate) const fn align(word: GainWord, limit: u32) -> Option<Self> {
+        let Some(whole_shift) = FRACTION_BITS.checked_sub(word.fraction_bits) else {
             return None;
         };
         let whole_shift = wide::byte(whole_shift);
@@ -77,25 +81,38 @@ impl Term {
         })
     }
 
-    /// `w·x` in the sum's unit, exactly, for `|x| ≤ limit`.
-    #[inline]
-    pub(crate) fn times(self, x: i32) -> i64 {
-        by_target!(
+    /// The same with the other sign.
+    pub(crate) const fn negated(mut self) -> Self {
+        self.mantissa = self.mantissa.wrapping_neg();
+        #[cfg(any(test, all(target_arch = "arm", not(target_has_atomic = "32"))))]
+        {
+            self.narrow = match self.narrow {
+                Some(narrow) => Some(narrow.negated()),
+                None => None,
+            };
+        }
+        self
+    }
+
+    /// `w·2^−f·x` \[codes\], exactly, for `|x| ≤ limit`.
+    #[inline(always)]
+    pub(crate) fn times(self, x: i32) -> Codes {
+        Codes::from_bits(by_target!(
             self.times_wide(x),
             match self.narrow {
                 Some(narrow) => narrow.times(x),
                 None => self.times_wide(x),
             }
-        )
+        ))
     }
 
-    #[inline]
+    #[inline(always)]
     fn times_wide(self, x: i32) -> i64 {
         // Fits by `align`: |x|·2^s < 2^31.
         wide::signed_product(self.mantissa, x.wrapping_mul(self.scale))
     }
 
-    /// Largest magnitude of [`Term::times`] \[2^−F codes\]: that of `limit`, for
+    /// Largest magnitude of [`Term::times`] \[2^−32 codes\]: that of `limit`, for
     /// which the term was aligned.
     pub(crate) const fn largest(self, limit: u32) -> u64 {
         // Both below 2^31, by `align`.
@@ -107,24 +124,6 @@ impl Term {
     pub(crate) const fn is_zero(self) -> bool {
         self.mantissa == 0
     }
-}
-
-/// `x·w·2^−31`, rounded to the nearest integer, halves away from zero: odd in
-/// `x`; for `0 ≤ w`, `|x| < 2^62`.
-#[inline]
-pub(crate) fn scaled(x: i64, w: i32) -> i64 {
-    let (low, high) = (wide::lower(x).cast_unsigned(), wide::upper(x));
-    // Adding ½ and cutting off rounds halves up; one unit less below zero
-    // makes that halves away from zero.
-    let half = (1_i32 << 30).wrapping_add(high.wrapping_shr(31));
-    // x·w + ½ = H·w·2^32 + (L·w + ½), the bracket at least 0 and below 2^64
-    let lower = wide::product(low, w.cast_unsigned())
-        .wrapping_add(u64::from(half.cast_unsigned()))
-        .cast_signed();
-    let upper = wide::signed_product(w, high).wrapping_add(lower.wrapping_shr(32));
-    // Cut to 2^31 of them: from the upper two words of three and one bit more.
-    let bit = lower.cast_unsigned().wrapping_shr(31) & 1;
-    (upper.wrapping_shl(1).cast_unsigned() | bit).cast_signed()
 }
 
 /// Terms from two products of 32 bits.
@@ -181,6 +180,12 @@ mod narrow {
             })
         }
 
+        pub(super) const fn negated(mut self) -> Self {
+            self.high = self.high.wrapping_neg();
+            self.low = self.low.wrapping_neg();
+            self
+        }
+
         /// `w·x·2^s`.
         #[inline]
         pub(super) fn times(self, x: i32) -> i64 {
@@ -223,51 +228,43 @@ mod tests {
 
         #[test]
         fn a_term_is_the_gain_times_the_integer(
-            mantissa in 0..=i32::MAX, f in 0..=40_u8, sum in 32..=40_u8, limit_bits in 1..=30_u32,
-            x in any::<i32>(),
+            mantissa in 0..=i32::MAX, f in 0..=32_u8, limit_bits in 1..=30_u32, x in any::<i32>(),
         ) {
             let limit = 1_u32 << limit_bits;
             let x = x >> (31 - limit_bits);
-            if let Some(term) = Term::align(GainWord::new(mantissa, f), sum, limit) {
-                let exact = (i128::from(mantissa) * i128::from(x)) << (sum - f);
-                prop_assert_eq!(i128::from(term.times(x)), exact);
-                prop_assert!(term.times(x).unsigned_abs() <= term.largest(limit));
+            if let Some(term) = Term::align(GainWord::new(mantissa, f), limit) {
+                let exact = (i128::from(mantissa) * i128::from(x)) << (32 - f);
+                prop_assert_eq!(i128::from(term.times(x).to_bits()), exact);
+                prop_assert!(term.times(x).to_bits().unsigned_abs() <= term.largest(limit));
                 if let Some(narrow) = term.narrow {
                     prop_assert_eq!(i128::from(narrow.times(x)), exact);
                 }
             }
-        }
-
-        #[test]
-        fn scaling_rounds_halves_away(x in -(1_i64 << 62) + 1..1 << 62, w in 0..=i32::MAX) {
-            let doubled = i128::from(x.unsigned_abs()) * i128::from(w) * 2 + (1 << 31);
-            let exact = (doubled >> 32) * i128::from(x.signum());
-            prop_assert_eq!(i128::from(scaled(x, w)), exact);
-            prop_assert_eq!(scaled(-x, w), -scaled(x, w));
         }
     }
 
     #[test]
     fn gains_of_24_bits_are_narrow_at_17_bits_of_error() {
         let narrow = |mantissa, f, limit| {
-            let term = Term::align(GainWord::new(mantissa, f), 38, limit)?;
+            let term = Term::align(GainWord::new(mantissa, f), limit)?;
             term.narrow
         };
-        for f in 20..=38 {
+        for f in 20..=32 {
             assert!(narrow((1 << 24) - 1, f, 1 << 17).is_some(), "{f}");
         }
         // Contrast: 42 bits and more.
-        assert!(narrow((1 << 30) - 1, 38, 1 << 17).is_none());
+        assert!(narrow((1 << 30) - 1, 32, 1 << 17).is_none());
     }
 
     #[test]
     fn what_does_not_fit_is_refused() {
-        // 2^30·2^(38−29): 2^39 of 2^−38 codes a count; 2^22 counts are 31 bits.
-        let word = GainWord::new(1 << 30, 29);
-        assert!(Term::align(word, 38, (1 << 22) - 1).is_some());
-        assert!(Term::align(word, 38, 1 << 22).is_none());
-        assert!(Term::align(word, 28, 1).is_none(), "finer than the sum");
-        assert!(Term::align(GainWord::new(-1, 30), 38, 1).is_none());
-        assert!(Term::align(GainWord::new(0, 0), 38, i32::MAX.unsigned_abs()).is_some());
+        // 2^30·2^(32−23): 2^39 of 2^−32 codes a count; 2^22 counts are 31 bits.
+        let word = GainWord::new(1 << 30, 23);
+        assert!(Term::align(word, (1 << 22) - 1).is_some());
+        assert!(Term::align(word, 1 << 22).is_none());
+        let finer = GainWord::new(1, 33);
+        assert!(Term::align(finer, 1).is_none(), "finer than the sum");
+        assert!(Term::align(GainWord::new(-1, 30), 1).is_none());
+        assert!(Term::align(GainWord::new(0, 0), i32::MAX.unsigned_abs()).is_some());
     }
 }

@@ -15,7 +15,12 @@ const OUTPUT_BITS_MAX: i32 = 60;
 const DURATION_MAX_PS: u64 = 1 << 62;
 
 /// Peaks of velocity and acceleration \[counts per sample, per sample²\].
-const PEAKS: [i64; 2] = [0, (1 << 30) - 1];
+const PEAKS: [i64; 2] = [0, (1 << PEAK_BITS) - 1];
+
+/// Bits of those peaks: setpoints' rates stay below
+/// [`crate::law::words::LARGEST_RATE`].
+const PEAK_BITS: u8 = 24;
+const _: () = assert!(1 << PEAK_BITS == crate::law::words::LARGEST_RATE);
 
 /// A motion that can be generated: checked and computed once. The default is no
 /// motion: the axis stays at 0.
@@ -28,8 +33,8 @@ const PEAKS: [i64; 2] = [0, (1 << 30) - 1];
 /// let intervals_ps = [quarter_ps, 0, quarter_ps, 0, quarter_ps, 0, quarter_ps];
 /// let plan = MotionPlan::new(1 << 52, intervals_ps, 1_000_000)?;
 /// assert_eq!(plan.head().last_sample, 1_000);
-/// // The peak is 2^21 counts per second, 2^11.03 per sample, in 30 bits.
-/// assert_eq!(plan.head().velocity_fraction_bits, 18);
+/// // The peak is 2^21 counts per second, 2^11.03 per sample, in 24 bits.
+/// assert_eq!(plan.head().velocity_fraction_bits, 12);
 /// # Ok::<(), firmware::Refusal>(())
 /// ```
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -127,9 +132,9 @@ impl MotionPlan {
     }
 }
 
-/// Fraction bits that bring a peak to 2^29 to 2^30; none if it is larger.
+/// Fraction bits that bring a peak to 2^23 to 2^24; none if it is larger.
 fn output_bits(peak: Real) -> Option<i32> {
-    let bits = 30_i32.saturating_sub(peak.bits());
+    let bits = i32::from(PEAK_BITS).saturating_sub(peak.bits());
     (bits >= 0).then_some(bits.min(OUTPUT_BITS_MAX))
 }
 

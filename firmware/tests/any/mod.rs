@@ -29,11 +29,11 @@ fn word(bits: core::ops::RangeInclusive<u8>) -> impl Strategy<Value = GainWord> 
 }
 
 fn words() -> impl Strategy<Value = LawWords> {
-    let integral = (0..=1_i32 << 22, 33..=36_u8).prop_map(|(m, bits)| GainWord::new(m, bits));
-    let rate = || (0..=1_i32 << 24, 36..=36_u8).prop_map(|(m, bits)| GainWord::new(m, bits));
-    let gains = (word(29..=33), integral, word(18..=33));
-    let forward = (rate(), rate(), word(20..=33));
-    let ranges = (17..=20_u8, 33..=36_u8, 17..=23_u8);
+    let integral = (0..=1_i32 << 22, 28..=32_u8).prop_map(|(m, bits)| GainWord::new(m, bits));
+    let rate = || (0..=1_i32 << 24, 29..=32_u8).prop_map(|(m, bits)| GainWord::new(m, bits));
+    let gains = (word(29..=32), integral, word(18..=32));
+    let forward = (rate(), rate(), word(20..=32));
+    let ranges = (17..=20_u8, 17..=23_u8);
     let filter = of((1..=i32::MAX, 6..=13_u8));
     let anti_windup = prop_oneof![
         Just(AntiWindup::None),
@@ -42,30 +42,21 @@ fn words() -> impl Strategy<Value = LawWords> {
     ];
     let derivative = prop_oneof![Just(Derivative::Error), Just(Derivative::Measurement)];
     (gains, forward, ranges, filter, anti_windup, derivative).prop_map(
-        |(gains, forward, ranges, filter, anti_windup, derivative)| {
-            let sum_fraction_bits = ranges.1;
-            // A word that is finer than the sum is as fine as the sum.
-            let cut = |word: GainWord| GainWord {
-                fraction_bits: word.fraction_bits.min(sum_fraction_bits),
-                ..word
-            };
-            LawWords {
-                kp: cut(gains.0),
-                ki_dt: cut(gains.1),
-                kd_per_dt: cut(gains.2),
-                velocity_ff: cut(forward.0),
-                acceleration_ff: cut(forward.1),
-                friction_ff: cut(forward.2),
-                error_bits: ranges.0,
-                sum_fraction_bits,
-                integral_bits: ranges.2,
-                derivative,
-                filter: filter.map(|(smoothing, fraction_bits)| FilterWords {
-                    smoothing,
-                    fraction_bits,
-                }),
-                anti_windup,
-            }
+        |(gains, forward, ranges, filter, anti_windup, derivative)| LawWords {
+            kp: gains.0,
+            ki_dt: gains.1,
+            kd_per_dt: gains.2,
+            velocity_ff: forward.0,
+            acceleration_ff: forward.1,
+            friction_ff: forward.2,
+            error_bits: ranges.0,
+            integral_bits: ranges.1,
+            derivative,
+            filter: filter.map(|(smoothing, fraction_bits)| FilterWords {
+                smoothing,
+                fraction_bits,
+            }),
+            anti_windup,
         },
     )
 }
@@ -89,7 +80,6 @@ fn law(words: LawWords, bits: u32) -> Law {
         ..without_forward
     };
     let wide = LawWords {
-        sum_fraction_bits: 33,
         integral_bits: 20,
         friction_ff: none,
         ..soft

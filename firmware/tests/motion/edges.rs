@@ -74,8 +74,8 @@ fn what_cannot_be_generated_is_refused() {
         ),
         (
             refused(1 << 62, [0, second, 0, 0, 0, second, 0], 1_000_000_000),
-            (What::Velocity, 1 << 30, [0, (1 << 30) - 1]),
-            "the motion reaches 1073741824 counts per sample; it must stay below 2^30, \
+            (What::Velocity, 1 << 30, [0, (1 << 24) - 1]),
+            "the motion reaches 1073741824 counts per sample; it must stay below 2^24, \
              with a longer motion or a shorter sample time",
         ),
         (
@@ -83,10 +83,10 @@ fn what_cannot_be_generated_is_refused() {
             (
                 What::Acceleration(6),
                 536_870_911_999_463,
-                [0, (1 << 30) - 1],
+                [0, (1 << 24) - 1],
             ),
             "interval 6 accelerates by 536870911999463 counts per sample²; it must stay \
-             below 2^30, with a longer interval or a shorter sample time",
+             below 2^24, with a longer interval or a shorter sample time",
         ),
         (
             refused(1 << 62, [9 * day, 0, 0, 0, 0, 0, day], 1_000_000),

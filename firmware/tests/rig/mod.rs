@@ -19,10 +19,11 @@ use firmware::{
 };
 
 /// `Kp` = 3.2, `Ki·Δt` = 0.005, `Kd/Δt` = 50 codes per count: the paper at 1 ms.
+/// 12 bits of the last one are left to a filter.
 pub(crate) const PAPER: LawWords = LawWords {
     kp: GainWord::new(1_717_986_918, 29),
-    ki_dt: GainWord::new(1_374_389_535, 38),
-    kd_per_dt: GainWord::new(1_677_721_600, 25),
+    ki_dt: GainWord::new(21_474_836, 32),
+    kd_per_dt: GainWord::new(52_428_800, 20),
     error_bits: 18,
     ..LawWords::NONE
 };

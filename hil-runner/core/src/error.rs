@@ -51,7 +51,6 @@ pub fn explain(file: &RunFile, error: &RunError) -> String {
         QuantiseError::Setting { key, because, .. } => return refuse(key, because),
         QuantiseError::Refused(refusal) => key_of(refusal),
         QuantiseError::DelayUnknown => Some("controller.computation_delay_s"),
-        QuantiseError::Travel(_) => Some("motion.travel_mm"),
         _ => None,
     };
     match key {
@@ -63,10 +62,11 @@ pub fn explain(file: &RunFile, error: &RunError) -> String {
 /// The key that a refusal of the firmware is best laid at, if there is one.
 fn key_of(refusal: &Refusal) -> Option<&'static str> {
     let part = match refusal.what {
-        What::Gain(part, _) | What::LawFractionBits(part, _) | What::Term(part, _) => part,
-        What::SumFractionBits | What::Terms | What::ErrorBits => Part::Proportional,
+        What::Gain(part, _) | What::FractionBits(part, _) | What::Term(part, _) => part,
+        What::Terms => Part::Proportional,
+        What::ErrorBits => return Some("limits.following_error_counts"),
         What::Difference(_) => Part::Derivative,
-        What::ErrorSum => Part::Integral,
+        What::ErrorSum | What::IntegralBits => Part::Integral,
         What::FilterSmoothing | What::FilterFractionBits => {
             return Some("controller.derivative_filter_s");
         }

@@ -55,10 +55,11 @@ pub struct LawSettings {
     pub anti_windup: AntiWindup,
     /// Time constant of [`AntiWindup::BackCalculation`] \[s\], greater than 0.
     pub tracking_time_s: f64,
-    /// Mantissa bits of the fixed-point gains, 8 to 31.
-    pub word_bits: u32,
+    /// Mantissa bits of the fixed-point gains, 8 to 31; [`None`] takes 24, or as many
+    /// more as the accuracy needs.
+    pub word_bits: Option<u32>,
     /// Fraction bits that Kp, Ki·Δt and Kd/Δt are rounded to before they get
-    /// their mantissas, 0 to 40; [`None`] rounds once.
+    /// their mantissas, 0 to 32; [`None`] rounds once.
     pub gain_fraction_bits: Option<u8>,
     /// Rounding of the law's output to a whole code.
     pub quantiser: Quantiser,
@@ -85,7 +86,7 @@ impl Default for LawSettings {
             derivative_filter_s: 0.0,
             anti_windup: AntiWindup::None,
             tracking_time_s: 0.01,
-            word_bits: 31,
+            word_bits: None,
             gain_fraction_bits: None,
             quantiser: Quantiser::Nearest,
             dither_seed: 1,

@@ -1,10 +1,10 @@
-//! Settings in SI units → the fixed-point gains of the axis' law (`firmware::law`).
+//! Settings in SI units → the fixed-point gains of the law (`firmware::law`).
 //!
-//! The firmware accepts or rejects them; this is where they are chosen. The
-//! sum's exponent `F` trades resolution against range: more fraction bits make
-//! finer gains, fewer leave room for larger gains, errors and integrals. Taken
-//! is the largest `F` from which no gain profits any more, and with it the
-//! widest integral, for which the firmware's proof goes through. Where it refuses, the
+//! The firmware accepts or rejects them; this is where they are chosen: each gain
+//! as fine as its bits and the 32 fraction bits of the sum allow, the range of
+//! errors by need (2^17 counts, or what the limit of the following error allows),
+//! the declared range of the integral so wide that it holds four times the
+//! converter and 2^8 of the largest errors. Where the firmware refuses, the
 //! largest gains that would fit are looked for, all other settings as they are.
 //!
 //! Gains are in codes per motor count in the run file. Where the position
@@ -12,13 +12,23 @@
 //! one load count is `ρ` motor counts.
 
 use firmware::law::{AntiWindup, FilterWords, Law, LawWords, Part};
-use firmware::{Dac, GainWord};
+use firmware::{Dac, ErrorRange, GainWord};
 
 use crate::options::{self, LawSettings};
 use crate::quantise::{
-    FixedPointGain, FixedPointGains, PARTS, QuantiseError, UnfitGain, error_range, finest_word,
-    key, power_of_two, rounded_down,
+    FixedPointGain, FixedPointGains, PARTS, QuantiseError, UnfitGain, finest_word, key,
+    power_of_two, rounded_down,
 };
+
+/// Fraction bits of a gain at most: those of the sum.
+const FRACTION_BITS: u8 = 32;
+
+/// Bits of a gain that a processor multiplies by an error of 17 bits in two
+/// products of 32.
+const USUAL_BITS: u32 = 24;
+
+/// Bits of a gain at most.
+const MOST_BITS: u32 = 31;
 
 /// Everything that the fixed-point gains are made from.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -29,8 +39,9 @@ pub struct ScalingRequest {
     pub gains: [f64; 6],
     /// `Δt` \[ns\].
     pub sample_time_ns: u64,
-    /// Travel \[counts of the encoder that the position comes from\].
-    pub travel_counts: i64,
+    /// Largest error that the limit of the following error allows \[counts of the
+    /// encoder that the position comes from\]; 0 without a limit.
+    pub allowed_error_counts: f64,
     /// `ρ`: motor counts per count of that encoder; 1 where it is the motor's.
     pub motor_counts_per_count: f64,
     /// `n`.
@@ -81,74 +92,76 @@ impl ScalingRequest {
         })
     }
 
-    /// The gains, or the firmware's objection to the last ones that were tried.
+    /// The gains in as many bits as the settings say, or as few as will do.
     fn settle(&self) -> Result<ScaledLaw, QuantiseError> {
+        if let Some(bits) = self.settings.word_bits {
+            return self.settle_in(bits);
+        }
+        let mut fewer = USUAL_BITS..MOST_BITS;
+        let fitting = fewer.find_map(|bits| self.settle_in(bits).ok());
+        fitting.map_or_else(|| self.settle_in(MOST_BITS), Ok)
+    }
+
+    /// The gains in mantissas of so many bits, or the firmware's objection to them.
+    fn settle_in(&self, word_bits: u32) -> Result<ScaledLaw, QuantiseError> {
         let dac = Dac::with_bits(self.dac_bits)?;
-        let beyond = QuantiseError::Travel(self.travel_counts);
-        let Some(range) = error_range(self.travel_counts) else {
-            return Err(beyond);
-        };
         let wanted = self.wanted();
         let filter = self.filter(wanted[2].wanted)?;
-        let anti_windup = self.anti_windup()?;
-        // Twice the converter's range at least: Q = 2^n codes.
-        let least = u8::try_from(self.dac_bits).unwrap_or(u8::MAX);
-        let mut refused = None;
-        // The finest gains end at `most`; beyond it bits only cost range.
-        let exponents = LawWords::SUM_FRACTION_BITS;
-        let most = wanted
-            .iter()
-            .filter(|gain| gain.wanted != 0.0)
-            .map(|gain| self.finest(gain, 40).fraction_bits)
-            .max()
-            .unwrap_or(0)
-            .clamp(*exponents.start(), *exponents.end());
-        for sum_fraction_bits in (*exponents.start()..=most).rev() {
-            let rows = wanted.map(|gain| {
-                // The filtered difference brings fraction bits of its own.
-                let own = match (gain.part, filter) {
-                    (Part::Derivative, Some(filter)) => filter.fraction_bits,
-                    _ => 0,
-                };
-                let word = self.finest(&gain, sum_fraction_bits.saturating_sub(own));
-                FixedPointGain { word, ..gain }
-            });
-            let [
-                kp,
-                ki_dt,
-                kd_per_dt,
-                velocity_ff,
-                acceleration_ff,
-                friction_ff,
-            ] = rows.map(|row| row.word);
-            for integral_bits in (least..=29).rev() {
-                let words = LawWords {
-                    kp,
-                    ki_dt,
-                    kd_per_dt,
-                    velocity_ff,
-                    acceleration_ff,
-                    friction_ff,
-                    error_bits: range.bits(),
-                    sum_fraction_bits,
-                    integral_bits,
-                    derivative: self.settings.derivative,
-                    filter,
-                    anti_windup,
-                };
-                match Law::accept(words, dac) {
-                    Ok(law) => {
-                        let rows = rows.to_vec();
-                        return Ok(ScaledLaw { law, rows });
-                    }
-                    // The widest resolution with the least range says what is
-                    // really in the way.
-                    Err(error) if sum_fraction_bits == most => refused = Some(error),
-                    Err(_) => {}
-                }
-            }
-        }
-        Err(refused.map_or(beyond, QuantiseError::Refused))
+        let rows = wanted.map(|gain| {
+            // The filtered difference brings fraction bits of its own.
+            let own = match (gain.part, filter) {
+                (Part::Derivative, Some(filter)) => filter.fraction_bits,
+                _ => 0,
+            };
+            let word = self.finest(&gain, FRACTION_BITS.saturating_sub(own), word_bits);
+            FixedPointGain { word, ..gain }
+        });
+        let [
+            kp,
+            ki_dt,
+            kd_per_dt,
+            velocity_ff,
+            acceleration_ff,
+            friction_ff,
+        ] = rows.map(|row| row.word);
+        let error_bits = self.error_bits();
+        let words = LawWords {
+            kp,
+            ki_dt,
+            kd_per_dt,
+            velocity_ff,
+            acceleration_ff,
+            friction_ff,
+            error_bits,
+            integral_bits: self.integral_bits(wanted[1].wanted, error_bits),
+            derivative: self.settings.derivative,
+            filter,
+            anti_windup: self.anti_windup()?,
+        };
+        let law = Law::accept(words, dac)?;
+        Ok(ScaledLaw {
+            law,
+            rows: rows.to_vec(),
+        })
+    }
+
+    /// Exponent of the range of errors: by need, at least 2^17. What no range
+    /// holds, the firmware refuses.
+    fn error_bits(&self) -> u8 {
+        let holds = |&bits: &u8| self.allowed_error_counts <= power_of_two(bits);
+        let bits = (ErrorRange::MIN_BITS..=ErrorRange::MAX_BITS).find(holds);
+        bits.unwrap_or(ErrorRange::MAX_BITS + 1)
+    }
+
+    /// Exponent of the integral's declared range.
+    fn integral_bits(&self, ki_dt: f64, error_bits: u8) -> u8 {
+        let converter = u8::try_from(self.dac_bits).unwrap_or(u8::MAX);
+        let least = LawWords::NONE
+            .integral_bits
+            .max(converter.saturating_add(2));
+        let errors = ki_dt * power_of_two(error_bits.saturating_add(8).min(63));
+        let holds = |&bits: &u8| errors <= power_of_two(bits);
+        (least..30).find(holds).unwrap_or(30)
     }
 
     /// The gains as the law multiplies them, not yet in fixed point.
@@ -178,14 +191,14 @@ impl ScalingRequest {
     /// The finest fixed-point form of a gain with at most `most` fraction bits. One of
     /// the paper's is rounded before to the bits that were asked for: a multiple of a
     /// power of two, which the form holds exactly where it has that many.
-    fn finest(&self, gain: &FixedPointGain, most: u8) -> GainWord {
+    fn finest(&self, gain: &FixedPointGain, most: u8, word_bits: u32) -> GainWord {
         let rounded = match self.settings.gain_fraction_bits {
             Some(bits) if gain.is_of_the_paper() => {
                 (gain.wanted * power_of_two(bits)).round() / power_of_two(bits)
             }
             _ => gain.wanted,
         };
-        finest_word(rounded, most, self.settings.word_bits)
+        finest_word(rounded, most, word_bits)
     }
 
     /// `a = Δt/(T_f + Δt)`, and the fewest fraction bits with
@@ -262,26 +275,23 @@ impl ScalingRequest {
         rounded_down(low, 5)
     }
 
-    /// The fewest bits of a fixed-point gain that fit, if more than the present ones do.
-    fn fewest_bits(&self) -> Option<u32> {
-        (self.settings.word_bits + 1..=31).find(|&word_bits| {
-            let mut request = *self;
-            request.settings.word_bits = word_bits;
-            request.settle().is_ok()
-        })
+    /// The fewest bits of a fixed-point gain that fit, at least so many.
+    fn fewest_bits(&self, least: u32) -> Option<u32> {
+        (least..=MOST_BITS).find(|&word_bits| self.settle_in(word_bits).is_ok())
     }
 
     /// The firmware's objection in terms of the run file.
     fn explain(&self, error: firmware::Refusal) -> QuantiseError {
-        if let Some(bits) = self.fewest_bits() {
+        if let Some(own) = self.settings.word_bits
+            && let Some(bits) = self.fewest_bits(own)
+        {
             let because = format!(
                 "in fixed point these gains need at least {bits} bits to stay within one code \
                  of the exact law ({error})"
             );
-            let word_bits = f64::from(self.settings.word_bits);
-            return QuantiseError::setting("controller.word_bits", word_bits, because);
+            return QuantiseError::setting("controller.word_bits", f64::from(own), because);
         }
-        let error_limit = error_range(self.travel_counts).map_or(0, |range| range.limit());
+        let error_limit = ErrorRange::from_bits(self.error_bits()).map_or(0, ErrorRange::limit);
         let unfit =
             PARTS
                 .into_iter()

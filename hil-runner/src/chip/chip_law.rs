@@ -9,8 +9,8 @@ use firmware_link::{Events, Identity, Request, SourceKind, Step, plan, settings 
 use hil_core::case::{Case, Law};
 use hil_core::chip_cost::{ChipReport, ExecutionFigures};
 use hil_core::controllers::{
-    Arrivals, FROM_REST, Parts, Reported, Setpoint, Setup, Source, StreamedQueue, World,
-    compensated,
+    Arrivals, FROM_REST, Reported, Setpoint, Setup, Source, StreamedQueue, World, compensated,
+    papers_law,
 };
 use hil_core::error::RunError;
 use hil_core::message::{Command, Link, LinkError, Measurement};
@@ -212,13 +212,13 @@ fn give_paper(
     case: &Case,
     period_ns: u64,
 ) -> Result<FixedPointGains, RunError> {
-    let Parts { gains, dac } = Parts::of(case, period_ns)?;
-    let payload = wire::write_paper(gains.pid.words(), dac).ok_or_else(too_long)?;
+    let scaled = papers_law(case, period_ns)?;
+    let payload = wire::write_law(&scaled.law).ok_or_else(too_long)?;
     client.take(&Request::Paper(&payload))?;
     let table = Setpoint::new(case, period_ns).table()?;
     send_table(client, table.as_counts())?;
     client.begin(SourceKind::Table, Events::default())?;
-    Ok(gains.fixed_point())
+    Ok(scaled.fixed_point())
 }
 
 /// Gives the chip the axis of a case; the host keeps its own part.

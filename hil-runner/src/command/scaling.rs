@@ -53,26 +53,19 @@ fn describe(file: &RunFile) -> anyhow::Result<String> {
 fn ranges(file: &RunFile, request: &ScalingRequest, scaled: &ScaledLaw) -> anyhow::Result<String> {
     let law = &scaled.law;
     let accepted = law.words();
-    let f = accepted.sum_fraction_bits;
     let smallest_ns = smallest_sample_time_ns(&file.case)
         .ok_or_else(|| anyhow!("the gains that were accepted are accepted no more"))?;
-    let alone = if file.case.options.is_off() {
-        "nothing is asked beyond the paper's law: a run takes that one, with an integral of 128 bits,\n\
-         for which these gains fit too, and somewhat larger gains\n"
-    } else {
-        ""
-    };
     Ok(format!(
-        "sum: 64 bits, {f} of them fraction, {} bits of headroom above the largest sum\n\
+        "sum: 64 bits, 32 of them fraction, {} bits of headroom above the largest sum\n\
          error |e| ≤ 2^{} = {} counts; sum of errors |Σe| ≤ {} counts; integral ≤ 2^{} codes\n\
          difference |Δe| ≤ {} counts; beyond it the converter is at its end whatever the rest is\n\
-         sample time: {} µs; the smallest that fits: {} µs\n{alone}",
+         sample time: {} µs; the smallest that fits: {} µs\n",
         law.headroom_bits(),
         accepted.error_bits,
         law.error_limit(),
         law.error_sum_limit(),
         accepted.integral_bits,
-        law.slope_limit(),
+        law.difference_limit(),
         number::table(request.sample_time_ns as f64 / 1e3),
         number::table(smallest_ns as f64 / 1e3),
     ))
@@ -91,7 +84,6 @@ fn gain_table(request: &ScalingRequest, scaled: &ScaledLaw) -> String {
         "headroom\nbits",
         "largest\nthat fits",
     ];
-    let f = f64::from(scaled.law.words().sum_fraction_bits);
     let rows = scaled.rows.iter().enumerate();
     let rows = rows.filter(|(_, row)| row.value != 0.0 || row.is_of_the_paper());
     let rows = rows.map(|(index, row)| {
@@ -105,8 +97,8 @@ fn gain_table(request: &ScalingRequest, scaled: &ScaledLaw) -> String {
             row.word.to_string(),
             (u32::BITS - row.word.mantissa.leading_zeros()).to_string(),
             number::relative_error(row.relative_error()),
-            number::table(largest as f64 * (-f).exp2()),
-            // Of the 62 bits that a sum may take.
+            number::table(largest as f64 / 4_294_967_296.0),
+            // Of the 62 bits that the terms may take.
             largest.leading_zeros().saturating_sub(2).to_string(),
             number::table(request.largest_gain(index)),
         ]

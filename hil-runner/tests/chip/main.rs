@@ -16,6 +16,7 @@ mod command;
 #[cfg(unix)]
 mod command_budget;
 mod delay;
+mod judged;
 mod loopback;
 mod noise;
 mod same_codes;

@@ -1,20 +1,21 @@
 //! The whole board: controller on one side, plant on the other.
 
 use firmware::hardware::SpiBoardError;
-use firmware::{Board, Controller, ControllerState, Dac, GainWord, Pid, PidWords, SetpointTable};
+use firmware::law::{Law, LawWords};
+use firmware::{Board, Controller, ControllerState, Dac, GainWord, SetpointTable};
 use hil_core::io::{ModelBoard, Part, SpiIo};
 use proptest::prelude::*;
 
 fn controller(dac_bits: u32) -> Controller<3> {
-    let words = PidWords {
+    let words = LawWords {
         kp: GainWord::new(1_717_986_918, 29),
-        ki_dt: GainWord::new(1_374_389_535, 38),
+        ki_dt: GainWord::new(21_474_836, 32),
         kd_per_dt: GainWord::new(1_677_721_600, 25),
-        error_bits: 18,
+        ..LawWords::NONE
     };
+    let dac = Dac::with_bits(dac_bits).expect("supported");
     Controller::new(
-        Pid::accept(words).expect("words for errors up to 2^18 counts"),
-        Dac::with_bits(dac_bits).expect("supported"),
+        Law::accept(words, dac).expect("words that are accepted"),
         SetpointTable::from_counts(&[0, 40, 90]).expect("three setpoints"),
     )
 }
@@ -58,7 +59,8 @@ proptest! {
         for dac_bits in [12, 16] {
             let mut io = SpiIo::new(dac_bits, 32).expect("supported");
             let controller = controller(dac_bits);
-            let (mut state, mut direct) = <[ControllerState; 2]>::default().into();
+            let mut state = ControllerState::start(&controller);
+            let mut direct = state;
             io.board().set_power(true).expect("whole");
             for &position in &positions {
                 io.start_tick(position);

@@ -310,10 +310,10 @@ fn a_row_that_acceptance_refuses_is_refused() {
     let cases = [
         ("controller.kp", "1e5", "refused", "controller.kp = 100000"),
         (
-            "motion.travel_mm",
-            "1e6",
+            "limits.following_error_counts",
+            "2000000000",
             "refused",
-            "motion.travel_mm = 1000000",
+            "limits.following_error_counts = 2000000000",
         ),
         (
             "controller.sample_time_s",

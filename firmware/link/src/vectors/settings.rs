@@ -106,7 +106,6 @@ impl Settings {
             "acceleration_ff" => words.acceleration_ff = v.word()?,
             "friction_ff" => words.friction_ff = v.word()?,
             "error_bits" => words.error_bits = v.number()?,
-            "sum_fraction_bits" => words.sum_fraction_bits = v.number()?,
             "integral_bits" => words.integral_bits = v.number()?,
             "derivative" => {
                 words.derivative = match v.name()? {

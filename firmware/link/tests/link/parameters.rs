@@ -7,14 +7,9 @@ use firmware::monitor::{
 };
 use firmware::output::{Output, Quantiser};
 use firmware::position::CounterParameters;
-use firmware::{
-    BacklashCompensation, Dac, GainWord, MotionPlan, MotionState, Next, Pid, PidWords, Room,
-    Trigger,
-};
+use firmware::{BacklashCompensation, Dac, GainWord, MotionPlan, MotionState, Next, Room, Trigger};
 use firmware_link::plan::{parts as plan_parts, take_part};
-use firmware_link::settings::{
-    read_axis, read_law, read_paper, write_axis, write_law, write_paper,
-};
+use firmware_link::settings::{read_axis, read_law, write_axis, write_law};
 
 fn word(mantissa: i32, fraction_bits: u8) -> GainWord {
     GainWord::new(mantissa, fraction_bits)
@@ -23,10 +18,9 @@ fn word(mantissa: i32, fraction_bits: u8) -> GainWord {
 fn paper() -> LawWords {
     LawWords {
         kp: word(1_717_986_918, 29),
-        ki_dt: word(343_597_384, 36),
+        ki_dt: word(21_474_836, 32),
         kd_per_dt: word(1_677_721_600, 25),
         error_bits: 18,
-        sum_fraction_bits: 36,
         ..LawWords::NONE
     }
 }
@@ -39,8 +33,9 @@ pub(crate) fn axes() -> Vec<Axis> {
         Axis::new(law, Output::new(dac, slew, quantiser).unwrap())
     };
     let everything = LawWords {
-        velocity_ff: word(26_214_400, 36),
-        acceleration_ff: word(524_288_000, 36),
+        kd_per_dt: word(209_715_200, 22),
+        velocity_ff: word(1_638_400, 32),
+        acceleration_ff: word(32_768_000, 32),
         friction_ff: word(20_971_520, 20),
         derivative: Derivative::Measurement,
         filter: Some(FilterWords {
@@ -97,23 +92,6 @@ fn an_axis_comes_out_as_it_went_in() {
         assert_eq!(read_axis(&payload), Some(axis));
         let law = write_law(axis.law()).expect("fits a frame");
         assert_eq!(read_law(&law), Some(*axis.law()));
-    }
-}
-
-#[test]
-fn the_papers_controller_too() {
-    for bits in [2, 14, 24] {
-        let dac = Dac::with_bits(bits).unwrap();
-        assert_eq!(dac.bits(), bits);
-        let words = PidWords {
-            kp: word(1_717_986_918, 29),
-            ki_dt: word(1_374_389_535, 38),
-            kd_per_dt: word(1_677_721_600, 25),
-            error_bits: 18,
-        };
-        let payload = write_paper(&words, dac).expect("fits a frame");
-        let (pid, read) = read_paper(&payload).expect("accepted");
-        assert_eq!((pid, read), (Pid::accept(words).unwrap(), dac));
     }
 }
 

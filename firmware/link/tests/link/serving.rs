@@ -5,7 +5,7 @@ use firmware::law::{Law, LawWords};
 use firmware::output::{Output, Quantiser};
 use firmware::{Dac, Event, GainWord, Next, SetpointTable, State};
 use firmware_link::frame::{Received, crc32_on};
-use firmware_link::settings::{write_axis, write_paper};
+use firmware_link::settings::{write_axis, write_law};
 use firmware_link::{Events, Identity, Nak, Reply, Request, Server, SourceKind, Step, Target};
 
 /// A target in memory whose clock stands still.
@@ -241,14 +241,7 @@ fn the_papers_controller_takes_no_axis() {
         configuration: 0,
     };
     host.ask(1, 0, &Request::Hello);
-    // Kp = 3.2 codes per count, Ki = 5 /s and Kd = 0.05 s at 1 ms.
-    let words = firmware::PidWords {
-        kp: GainWord::new(1_717_986_918, 29),
-        ki_dt: GainWord::new(1_374_389_535, 38),
-        kd_per_dt: GainWord::new(1_677_721_600, 25),
-        error_bits: 18,
-    };
-    let payload = write_paper(&words, Dac::with_bits(12).unwrap()).unwrap();
+    let payload = write_law(axis().law()).unwrap();
     assert_eq!(host.part(1, 1, &Request::Paper(&payload)), Reply::Taken);
     let begin = Request::Begin {
         configuration: host.configuration,

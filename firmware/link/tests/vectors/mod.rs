@@ -2,5 +2,6 @@
 //! [`firmware_link::vectors`] reads.
 
 pub(crate) mod faults;
+pub(crate) mod judge;
 pub(crate) mod record;
 pub(crate) mod scenarios;

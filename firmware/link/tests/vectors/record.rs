@@ -1,17 +1,19 @@
-//! Records a file of vectors: an axis from settings, in a loop with a motor.
+//! Records a file of vectors: an axis from settings, in a loop with a motor. The
+//! codes, which drive that motor, are the judge's.
 
 use core::fmt::Write as _;
 
 use firmware::{Axis, AxisOutput, AxisState, Inputs, Next};
 use firmware_link::vectors::{Given, Settings, Wanted};
 
+use super::judge::Judge;
 use crate::rig::Motor;
 
 /// A file that is being written.
 pub(crate) struct Recorder {
     text: String,
     settings: Settings,
-    running: Option<(Axis, AxisState)>,
+    running: Option<(Axis, AxisState, Judge)>,
     changed: bool,
     pub(crate) motor: Motor,
     pub(crate) tick: u64,
@@ -56,11 +58,12 @@ impl Recorder {
     ) -> AxisOutput {
         if core::mem::take(&mut self.changed) {
             let axis = self.settings.axis().expect("settings that make an axis");
-            self.running = Some(match self.running {
-                None => (axis, AxisState::start(&axis)),
-                Some((_, mut state)) => {
+            self.running = Some(match self.running.take() {
+                None => (axis, AxisState::start(&axis), Judge::of(axis)),
+                Some((_, mut state, mut judge)) => {
                     state.gains_changed();
-                    (axis, state)
+                    judge.change(axis);
+                    (axis, state, judge)
                 }
             });
             self.text.push('\n');
@@ -76,11 +79,13 @@ impl Recorder {
             inputs,
             next,
         };
-        let (axis, state) = self.running.as_mut().expect("an axis");
+        let (axis, state, judge) = self.running.as_mut().expect("an axis");
         for event in given.events() {
             axis.request(state, event).expect("the state allows it");
         }
         let output = axis.tick(state, &inputs, &mut given);
+        let code = judge.code(&given, &output);
+        let output = AxisOutput { code, ..output };
         self.motor.step(output.code);
         self.tick = inputs.tick + 1;
         let wanted = Wanted {

@@ -10,8 +10,8 @@ use crate::rig::Motor;
 /// The paper's gains at 1 ms.
 pub(super) const PAPER: &str = "dac_bits = 14
     kp = 1717986918 29
-    ki_dt = 1374389535 38
-    kd_per_dt = 1677721600 25
+    ki_dt = 21474836 32
+    kd_per_dt = 13107200 18
     error_bits = 18";
 
 /// Every file: its name and its text.
@@ -197,13 +197,12 @@ fn feed_forward() -> String {
     file.set(
         "dac_bits = 14
         kp = 1717986918 29
-        ki_dt = 343597384 36
-        kd_per_dt = 1677721600 25
-        velocity_ff = 26214400 36
-        acceleration_ff = 524288000 36
+        ki_dt = 21474836 32
+        kd_per_dt = 13107200 18
+        velocity_ff = 1638400 32
+        acceleration_ff = 32768000 32
         friction_ff = 20971520 20
-        error_bits = 18
-        sum_fraction_bits = 36",
+        error_bits = 18",
     );
     go(&mut file, "ES", 0, 1, 10);
     go(&mut file, "S", 800, -1, 10);
@@ -311,8 +310,8 @@ fn gains_change() -> String {
         match k {
             30 => file.set(
                 "kp = 1717986918 30
-                ki_dt = 687194767 38
-                kd_per_dt = 1677721600 24",
+                ki_dt = 10737418 32
+                kd_per_dt = 26214400 18",
             ),
             70 => {
                 file.set("kp = 1932735283 29\nfilter = 1073741824 12\nquantiser = error-feedback")

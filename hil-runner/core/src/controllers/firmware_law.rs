@@ -1,13 +1,17 @@
 //! Rung `firmware`: the `firmware` crate on the host, with the setpoint table
 //! that the chip would hold.
 
-use firmware::{CAPACITY, Controller, ControllerState, Dac, SetpointTable, counts};
+use firmware::law::{Begin, Law, LawInput, LawState};
+use firmware::output::{Output, Quantiser};
+use firmware::{CAPACITY, Controller, ControllerState, counts};
 
 use super::setpoint::Setpoint;
+use super::setup::Setup;
 use crate::case::Case;
 use crate::io::{IoKind, SpiIo};
 use crate::message::{Command, Measurement, whole};
-use crate::quantise::{FixedPointGains, QuantiseError, QuantisedGains, quantise};
+use crate::quantise::{FixedPointGains, QuantiseError};
+use crate::scaling::ScaledLaw;
 
 /// The firmware's controller with its memory.
 #[derive(Debug, Clone)]
@@ -27,12 +31,13 @@ impl FirmwareLaw {
     /// [`QuantiseError`] if a gain has no fixed-point form or the motion is longer
     /// than the setpoint table.
     pub fn new(case: &Case, period_ns: u64, io: IoKind) -> Result<Self, QuantiseError> {
-        let setpoint = Setpoint::new(case, period_ns);
-        let Parts { gains, dac } = Parts::of(case, period_ns)?;
+        let scaled = papers_law(case, period_ns)?;
+        let table = Setpoint::new(case, period_ns).table()?;
+        let controller = Controller::new(scaled.law, table);
         Ok(Self {
-            controller: Controller::new(gains.pid, dac, setpoint.table()?),
-            state: ControllerState::default(),
-            gains: gains.fixed_point(),
+            state: ControllerState::start(&controller),
+            controller,
+            gains: scaled.fixed_point(),
             io: io.chips(case)?,
         })
     }
@@ -49,56 +54,44 @@ impl FirmwareLaw {
             None => output.code,
             Some(io) => io.drive(output.code),
         };
-        let status = output.status;
         Command {
-            out_of_range: status.error_limited || status.error_sum_beyond_range,
+            out_of_range: output.out_of_range,
             ..Command::whole(measurement.tick, output.error_counts, code)
         }
     }
 }
 
-/// The firmware's controller less its setpoints.
-#[derive(Debug)]
-pub struct Parts {
-    /// The gains in fixed point.
-    pub gains: QuantisedGains,
-    /// The converter's range.
-    pub dac: Dac,
+/// The law of a case that asks for no more than the paper's.
+///
+/// # Errors
+/// [`QuantiseError`] if a gain has no fixed-point form or the motion is longer
+/// than the setpoint table.
+pub fn papers_law(case: &Case, period_ns: u64) -> Result<ScaledLaw, QuantiseError> {
+    Setpoint::new(case, period_ns).last_in_table()?;
+    Setup::of(case, period_ns)?.law()
 }
 
-impl Parts {
-    /// The parts of the controller of `case`.
-    ///
-    /// # Errors
-    /// As [`FirmwareLaw::new`].
-    pub fn of(case: &Case, period_ns: u64) -> Result<Self, QuantiseError> {
-        let setpoint = Setpoint::new(case, period_ns);
-        let travel_counts = setpoint.count(setpoint.last_tick());
-        let gains = quantise(&case.controller.gains, period_ns, travel_counts)?;
-        setpoint.last_in_table()?;
-        let dac = Dac::with_bits(case.dac.bits)?;
-        Ok(Self { gains, dac })
-    }
-}
-
-/// The firmware's controller on a wheel of counts that turns with the
-/// setpoint: its table holds the one setpoint 0, and it is fed c − r. The
-/// error r − c is that of [`FirmwareLaw`], and so is every code, without a
-/// table for every run.
+/// The firmware's law on errors `r − c`: every code is that of [`FirmwareLaw`],
+/// without a table for every run.
 #[derive(Debug, Clone)]
 pub struct FirmwareOnCounts {
-    controller: Controller<1>,
-    state: ControllerState,
+    law: Law,
+    output: Output,
+    state: LawState,
+    begun: bool,
 }
 
 impl FirmwareOnCounts {
     /// # Errors
     /// Those of [`FirmwareLaw::new`].
     pub fn new(case: &Case, period_ns: u64) -> Result<Self, QuantiseError> {
-        let Parts { gains, dac } = Parts::of(case, period_ns)?;
+        let law = papers_law(case, period_ns)?.law;
+        let output = Output::unlimited(law.dac(), Quantiser::Nearest);
         Ok(Self {
-            controller: Controller::new(gains.pid, dac, SetpointTable::resting_at(0)),
-            state: ControllerState::default(),
+            law,
+            output,
+            state: LawState::start(&output),
+            begun: false,
         })
     }
 
@@ -106,7 +99,16 @@ impl FirmwareOnCounts {
     #[inline]
     pub fn code(&mut self, setpoint_counts: f64, position_counts: f64) -> f64 {
         let [setpoint, count] = [setpoint_counts, position_counts].map(|n| counts::wrap(whole(n)));
-        let relative = counts::difference(count, setpoint);
-        f64::from(self.controller.tick(&mut self.state, relative).code)
+        let input = LawInput {
+            error: counts::difference(setpoint, count),
+            ..LawInput::default()
+        };
+        let (law, output, state) = (&self.law, &self.output, &mut self.state);
+        let code = if core::mem::replace(&mut self.begun, true) {
+            law.step(output, state, &input)
+        } else {
+            law.begin(output, state, &input, Begin::AtRest)
+        };
+        f64::from(code)
     }
 }

@@ -28,7 +28,7 @@ use crate::quantise::{FixedPointGains, QuantiseError};
 pub use crate::io::IoKind;
 pub use axis_controller::{AxisController, accepted, smallest_sample_time_ns};
 pub use backlash::{GapMeasurement, compensated, measure_gap};
-pub use firmware_law::{FirmwareLaw, FirmwareOnCounts, Parts};
+pub use firmware_law::{FirmwareLaw, FirmwareOnCounts, papers_law};
 pub use sampled::{Pid, PidState, SampledLaw};
 pub use setpoint::Setpoint;
 pub use setup::{FROM_REST, Setup, scaling_request};

@@ -50,6 +50,12 @@ impl Setpoint {
         self.encoder.position_counts(travel_rad)
     }
 
+    /// Largest speed of the motion \[counts/s\].
+    pub(super) fn peak_counts_per_s(&self) -> f64 {
+        let [t1, t2, t3, ..] = self.motion.intervals_s();
+        self.motion.at(t1 + t2 + t3).velocity_mps.abs() * self.counts_per_m()
+    }
+
     /// `α_ref(t_k)` \[rad\].
     fn alpha_rad(&self, tick: u64) -> f64 {
         let time_s = seconds(tick.saturating_mul(self.period_ns));

@@ -173,11 +173,23 @@ impl<'a> Setup<'a> {
                 ahead.friction_codes,
             ],
             sample_time_ns: self.period_ns,
-            travel_counts: self.setpoint.count(self.setpoint.last_tick()),
+            allowed_error_counts: self.allowed_error_counts(),
             motor_counts_per_count: self.motor_counts_per_count(),
             dac_bits: self.case.dac.bits,
             rates: self.rates(),
         }
+    }
+
+    /// Largest error that the limit of the following error allows \[counts of the
+    /// encoder that the position comes from\].
+    fn allowed_error_counts(&self) -> f64 {
+        self.case
+            .options
+            .limits
+            .following_error
+            .map_or(0.0, |limit| {
+                f64::from(limit.counts) + limit.per_speed_s * self.setpoint.peak_counts_per_s()
+            })
     }
 
     /// The setpoints of the run.
@@ -297,7 +309,21 @@ impl<'a> Setup<'a> {
 
 /// The plan of the motion for the firmware's generator.
 fn plan(case: &Case, period_ns: u64, setpoint: &Setpoint) -> Result<MotionPlan, QuantiseError> {
-    let travel = setpoint.travel_counts() * 4_294_967_296.0;
+    let counts = setpoint.travel_counts();
+    let travel = counts * 4_294_967_296.0;
+    if travel.abs() >= 9_223_372_036_854_775_808.0 {
+        let because = format!(
+            "it makes {} encoder counts; a motion that the firmware generates is shorter than \
+             2^31 = 2147483648",
+            counts.round()
+        );
+        let key = "motion.travel_mm";
+        return Err(QuantiseError::setting(
+            key,
+            case.motion.travel_m() * 1e3,
+            because,
+        ));
+    }
     let period = u32::try_from(period_ns).unwrap_or(u32::MAX);
     let intervals_ps = case
         .motion

@@ -147,12 +147,15 @@ pub(super) const CONTROLLER: &[Key] = &[
         .when(|c| c.options.law.anti_windup == AntiWindup::BackCalculation)
         .note(&["of \"back-calculation\""]),
     whole("word_bits", 8, 31, "bits")
-        .meaning("width of the mantissas of the fixed-point gains")
-        .or(Value::Whole(31))
+        .meaning(
+            "width of the mantissas of the fixed-point gains; without it 24, or as many more as \
+             these gains need to stay within one code of the exact law,",
+        )
+        .optional("24")
         .acting(FIRMWARE)
         .at(|c| Some(&mut c.options.law.word_bits))
-        .note(&["mantissas of the fixed-point gains"]),
-    whole("gain_fraction_bits", 0, 40, "bits")
+        .note(&["mantissas of the fixed-point gains; default: 24, more where needed"]),
+    whole("gain_fraction_bits", 0, 32, "bits")
         .meaning(
             "fraction bits that the gains per sample are rounded to before they become fixed-point \
              gains; without it as many as those hold,",

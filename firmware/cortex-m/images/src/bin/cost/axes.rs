@@ -48,8 +48,8 @@ const FILTER_WORDS: FilterWords = FilterWords {
 
 const fn fed_forward(words: LawWords) -> LawWords {
     LawWords {
-        velocity_ff: GainWord::new(5_000, 38),
-        acceleration_ff: GainWord::new(20_000, 38),
+        velocity_ff: GainWord::new(5_000, 32),
+        acceleration_ff: GainWord::new(20_000, 32),
         friction_ff: GainWord::new(40 << 10, 10),
         ..words
     }
@@ -85,7 +85,7 @@ pub(crate) static SLEW: Axis = axis(OF_AXIS, SLEW_CODES, Quantiser::ErrorFeedbac
 pub(crate) static DITHER: Axis = axis(OF_AXIS, None, Quantiser::Dither { seed: 1 });
 pub(crate) static LONG_WORDS: Axis = in_service(LawWords {
     kp: GainWord::new(1_717_986_918, 29),
-    ki_dt: GainWord::new(1_374_389_535, 38),
+    ki_dt: GainWord::new(21_474_836, 32),
     kd_per_dt: GainWord::new(1_677_721_600, 25),
     ..OF_AXIS
 });

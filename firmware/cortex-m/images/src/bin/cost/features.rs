@@ -2,7 +2,6 @@
 
 use firmware::axis::{Axis, AxisState, Inputs};
 use firmware::law::{LawInput, LawState};
-use firmware::output::OutputState;
 use firmware::reference::TableSource;
 use firmware::{MotionGenerator, SetpointTable};
 
@@ -17,17 +16,11 @@ pub(crate) struct Setpoints<'p> {
     pub(crate) motion: MotionGenerator<'p>,
 }
 
-/// Memory of a law and its output.
-#[derive(Default)]
-pub(crate) struct LawMemory {
-    law: LawState,
-    pub(crate) output: OutputState,
-}
-
 /// A law of which a sample is measured.
 pub(crate) struct LawFeature {
     pub(crate) name: &'static str,
-    pub(crate) sample: fn(&mut LawMemory, &LawInput) -> i32,
+    pub(crate) axis: &'static Axis,
+    pub(crate) sample: fn(&mut LawState, &LawInput) -> i32,
 }
 
 /// An axis of which a sample is measured.
@@ -43,7 +36,8 @@ macro_rules! law {
     ($name:literal, $axis:ident) => {
         LawFeature {
             name: $name,
-            sample: |memory, input| law_of(&axes::$axis, memory, input),
+            axis: &axes::$axis,
+            sample: |state, input| law_of(&axes::$axis, state, input),
         }
     };
 }
@@ -88,18 +82,14 @@ pub(crate) const TICKS: [TickFeature; 7] = [
 
 /// One sample of a law and its output.
 #[inline(always)]
-fn law_of(axis: &'static Axis, memory: &mut LawMemory, input: &LawInput) -> i32 {
-    let (law, output) = (axis.law(), axis.output());
+fn law_of(axis: &'static Axis, state: &mut LawState, input: &LawInput) -> i32 {
     // An axis without a dead band has neither.
     let input = LawInput {
         within_dead_band: false,
         hold_integral: false,
         ..*input
     };
-    let window = output.window(&memory.output);
-    let sum = law.step(&mut memory.law, &input, window).sum;
-    let bits = law.words().sum_fraction_bits;
-    output.code(&mut memory.output, sum, bits, window)
+    axis.law().step(axis.output(), state, &input)
 }
 
 /// One sample of an axis.

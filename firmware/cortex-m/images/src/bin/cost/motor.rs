@@ -4,12 +4,12 @@
 use core::hint::black_box;
 
 use firmware::axis::{AxisState, Feedback, Inputs};
-use firmware::law::LawInput;
+use firmware::law::{Begin, LawInput, LawState};
 use firmware::law::words::LARGEST_RATE;
 use firmware::reference::TableSource;
 use firmware::{Event, MotionGenerator, MotionPlan, Next, Observed, SetpointSource, SetpointTable};
 
-use crate::features::{LawFeature, LawMemory, Setpoints, TickFeature};
+use crate::features::{LawFeature, Setpoints, TickFeature};
 use crate::samples::Samples;
 
 /// Follows the code with a time constant of 16 samples, and jitters by a count
@@ -67,14 +67,15 @@ fn setpoint(k: i32) -> i32 {
 /// Drives a law and takes the time of every sample.
 pub(crate) fn drive_law(feature: &LawFeature, samples: &mut Samples<'_>) -> Option<()> {
     let rate = |now: i32, before: i32| {
-        let limit = LARGEST_RATE.cast_signed();
+        let limit = LARGEST_RATE.cast_signed().wrapping_sub(1);
         now.wrapping_sub(before)
             .max(limit.wrapping_neg())
             .min(limit)
     };
     // A function that is only known when it is called.
     let sample = black_box(feature.sample);
-    let mut memory = LawMemory::default();
+    let (law, output) = (feature.axis.law(), feature.axis.output());
+    let mut state = LawState::start(output);
     let mut motor = Motor::default();
     let mut input = LawInput::default();
     let mut counts = 0;
@@ -89,8 +90,12 @@ pub(crate) fn drive_law(feature: &LawFeature, samples: &mut Samples<'_>) -> Opti
             ..LawInput::default()
         };
         counts = now;
-        let code = samples.measure(|| sample(&mut memory, &input));
-        motor.step(code?, 4);
+        let code = if k == 0 {
+            law.begin(output, &mut state, &input, Begin::AtRest)
+        } else {
+            samples.measure(|| sample(&mut state, &input))?
+        };
+        motor.step(code, 4);
     }
     Some(())
 }

@@ -1,10 +1,10 @@
-//! Inputs of an adversary for the axis' law: the corners of every declared
-//! range at once, and sums just beside the limits of the converter.
+//! Inputs of an adversary: the corners of every declared range at once, and
+//! sums just beside the limits of the converter.
 
 use firmware::law::LawInput;
 
 use super::Random;
-use super::axis_law::{Model, two};
+use super::model::{CODE, Model, two, value};
 
 /// Choice of the next sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -32,7 +32,7 @@ impl Drive {
     ];
 }
 
-/// A source of samples.
+/// A source of samples; nothing of them need be within its range.
 #[derive(Debug, Clone)]
 pub(crate) struct Samples {
     drive: Drive,
@@ -42,7 +42,8 @@ pub(crate) struct Samples {
     last: [i64; 4],
 }
 
-const RATE: i64 = 1 << 30;
+const RATE: i64 = 1 << 24;
+const MAX: i64 = i32::MAX as i64;
 
 impl Samples {
     pub(crate) fn new(drive: Drive, seed: u64) -> Self {
@@ -55,18 +56,22 @@ impl Samples {
         }
     }
 
-    /// The next sample for the axis that `model` describes. Velocity and
-    /// acceleration are within their range; error and difference need not be.
+    /// The drive whose turn it is in a round, with a seed of its own.
+    pub(crate) fn of_round(round: u64) -> Self {
+        let drive = Drive::ALL[usize::try_from(round % 5).expect("below 5")];
+        Self::new(drive, round / 5)
+    }
+
+    /// The next sample for the axis that `model` describes.
     pub(crate) fn next(&mut self, model: &Model) -> LawInput {
-        let limit = i64::try_from(model.ranges.error).expect("at most 2^29");
-        let slope = i64::try_from(model.ranges.slope).expect("at most 2^30");
-        let (min, max) = (i64::from(i32::MIN), i64::from(i32::MAX));
-        let [e, d, v, a] = match self.drive {
+        let limits = [model.ranges.error, model.ranges.difference];
+        let [limit, difference] = limits.map(|x| i64::try_from(x).expect("at most 2^30"));
+        let wish = match self.drive {
             Drive::Corners => [
-                self.corner(&[limit, limit + 1, slope, slope / 2, max, 1, 0], min),
-                self.corner(&[slope, slope + 1, limit, max, 1, 0], min),
-                self.corner(&[RATE, 1, 0], -RATE),
-                self.corner(&[RATE, 1, 0], -RATE),
+                self.corner(&[limit, limit + 1, difference, difference / 2, MAX, 1, 0]),
+                self.corner(&[difference, difference + 1, limit, MAX, 1, 0]),
+                self.corner(&[RATE, RATE - 1, MAX, 1, 0]),
+                self.corner(&[RATE, RATE - 1, MAX, 1, 0]),
             ],
             Drive::Together => {
                 self.k += 1;
@@ -74,12 +79,11 @@ impl Samples {
                     self.sign = -self.sign;
                 }
                 let up = self.k % 600 < 300 || self.k % 2 == 1;
-                let sign = if up { self.sign } else { -self.sign };
-                let rate = RATE * self.sign;
-                [sign * max, -sign * max, rate, rate]
+                let [error, rate] = [if up { self.sign } else { -self.sign }, self.sign];
+                [error * MAX, -error * MAX, rate * MAX, rate * MAX]
             }
-            Drive::Uniform => [31, 31, 30, 30].map(|bits| {
-                let size = 1 << self.random.between(0, bits);
+            Drive::Uniform => [(); 4].map(|()| {
+                let size = 1 << self.random.between(0, 31);
                 self.random.between(-size, size - 1)
             }),
             Drive::Walk => self.last.map(|last| {
@@ -94,12 +98,7 @@ impl Samples {
                 [self.beside_a_code(model), d, v, a]
             }
         };
-        self.last = [
-            e.clamp(min, max),
-            d.clamp(min, max),
-            v.clamp(-RATE, RATE),
-            a.clamp(-RATE, RATE),
-        ];
+        self.last = wish.map(|x| x.clamp(-MAX - 1, MAX));
         let [error, difference, velocity, acceleration] =
             self.last.map(|x| i32::try_from(x).expect("32 bits"));
         LawInput {
@@ -112,14 +111,13 @@ impl Samples {
         }
     }
 
-    /// One of `corners`, of either sign, or `lowest`.
-    fn corner(&mut self, corners: &[i64], lowest: i64) -> i64 {
-        let last = i64::try_from(corners.len()).expect("short") - 1;
-        let index = usize::try_from(self.random.between(0, last)).expect("short");
-        match self.random.between(0, 16) {
-            0 => lowest,
-            n if n % 2 == 0 => corners[index],
-            _ => -corners[index],
+    /// One of `corners`, of either sign, or the lowest integer.
+    fn corner(&mut self, corners: &[i64]) -> i64 {
+        let corner = self.random.one_of(corners);
+        if self.random.one_in(16) {
+            -MAX - 1
+        } else {
+            corner * self.random.one_of(&[1, -1])
         }
     }
 
@@ -127,16 +125,16 @@ impl Samples {
     /// window, half a code beyond it, or a whole range beyond it.
     fn beside_a_code(&mut self, model: &Model) -> i64 {
         let (low, high) = model.window();
-        let unit = two(u32::from(model.words.sum_fraction_bits));
-        let target = match self.random.between(0, 4) {
-            0 => low * unit,
-            1 => high * unit,
-            2 => high * unit + unit / 2,
-            3 => 2 * high * unit,
-            _ => model.code * unit,
-        };
-        let gain = super::axis_law::value(&model.words, model.words.kp)
-            + super::axis_law::value(&model.words, model.words.ki_dt);
+        let ends = [
+            low * CODE,
+            high * CODE,
+            high * CODE + CODE / 2,
+            2 * high * CODE,
+        ];
+        let target = self
+            .random
+            .one_of(&[ends[0], ends[1], ends[2], ends[3], model.code * CODE]);
+        let gain = value(model.words.kp) + value(model.words.ki_dt);
         let error = (target - model.integral).div_euclid(gain.max(1));
         let near = i64::try_from(error.clamp(-two(31), two(31))).expect("33 bits");
         near + self.random.between(-2, 2)
