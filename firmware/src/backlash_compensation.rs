@@ -170,7 +170,7 @@ impl BacklashCompensation {
 
     /// The plan of a move that takes `samples`, as another machine has planned
     /// it; `None` for a number of samples or a gap that no plan has.
-    pub fn planned(half_gap_counts: u32, samples: u32, trigger: Trigger) -> Option<Self> {
+    pub const fn planned(half_gap_counts: u32, samples: u32, trigger: Trigger) -> Option<Self> {
         let half_samples = samples.wrapping_shr(1);
         let whole = half_samples.wrapping_mul(2) == samples;
         if half_gap_counts > HALF_GAP_MAX || !whole || half_samples > HALF_SAMPLES_MAX {

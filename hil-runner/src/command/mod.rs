@@ -5,6 +5,7 @@ mod certify;
 mod ladder;
 mod options;
 mod run;
+mod rust_axis;
 mod scaling;
 mod study;
 mod terminal;

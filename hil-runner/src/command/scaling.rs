@@ -3,31 +3,45 @@
 
 use anyhow::anyhow;
 use clap::Args;
-use hil_core::controllers::{accepted, scaling_request, smallest_sample_time_ns};
+use hil_core::controllers::{
+    Setup, accepted, compensated, scaling_request, smallest_sample_time_ns,
+};
 use hil_core::error::RunError;
 use hil_core::number;
+use hil_core::quantise::QuantiseError;
 use hil_core::runfile::RunFile;
 use hil_core::scaling::{ScaledLaw, ScalingRequest};
 
 use super::options::{Cases, Sets, explain, once_each};
-use super::terminal;
+use super::{rust_axis, terminal};
 
 /// Show a case's fixed-point gains: lengths, headroom, rounding, and what fits
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  \
                   hil-runner scaling paper-1 paper-2 paper-3 paper-4\n  \
                   hil-runner scaling axis.toml --set controller.word_bits=24\n  \
-                  hil-runner scaling paper-2 --set controller.sample_time_s=0.0001")]
+                  hil-runner scaling paper-2 --set controller.sample_time_s=0.0001\n  \
+                  hil-runner scaling axis.toml --rust > src/axis.rs")]
 pub(crate) struct Scaling {
     #[command(flatten)]
     cases: Cases,
     #[command(flatten)]
     sets: Sets,
+    /// Print the axis of one case as a Rust constant for an image of one's own
+    #[arg(long)]
+    rust: bool,
 }
 
 impl Scaling {
     pub(crate) fn execute(&self) -> anyhow::Result<bool> {
         let files = self.sets.load(&self.cases.cases)?;
+        if self.rust {
+            let [file] = files.as_slice() else {
+                anyhow::bail!("--rust prints the axis of one case, not of {}", files.len());
+            };
+            terminal::print(&constant(file)?)?;
+            return Ok(true);
+        }
         let texts = files
             .iter()
             .map(|file| Ok((file.case.name.clone(), describe(file)?)));
@@ -37,6 +51,19 @@ impl Scaling {
         }
         Ok(true)
     }
+}
+
+/// The axis of a case as source.
+fn constant(file: &RunFile) -> anyhow::Result<String> {
+    let refused = |error| explain(file, RunError::Quantise(error));
+    let case = &file.case;
+    let period_ns = case.controller.sample_time_ns;
+    let period_ns = period_ns.ok_or_else(|| refused(QuantiseError::NoSampleTime))?;
+    let setup = Setup::of(case, period_ns).map_err(refused)?;
+    let law = setup.law().map_err(refused)?.law;
+    let axis = compensated(&setup, law).map_err(refused)?;
+    let request = scaling_request(case).map_err(refused)?;
+    Ok(rust_axis::source(&case.name, &request, &axis))
 }
 
 fn describe(file: &RunFile) -> anyhow::Result<String> {

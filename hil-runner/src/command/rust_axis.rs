@@ -1,0 +1,189 @@
+//! An axis as Rust source: a constant to paste into an image, with the limits and
+//! ranges that it was accepted for.
+
+use firmware::axis::{Axis, Feedback};
+use firmware::backlash_compensation::BacklashCompensation;
+use firmware::law::{AntiWindup, FilterWords, Law};
+use firmware::monitor::{EncoderLossMonitor, FollowingErrorMonitor, SaturationMonitor};
+use firmware::output::Quantiser;
+use firmware::position::CounterParameters;
+use firmware::word::GainWord;
+use hil_core::scaling::ScalingRequest;
+
+/// The constant `AXIS` of the case `name`, whose gains were made from `request`.
+pub(super) fn source(name: &str, request: &ScalingRequest, axis: &Axis) -> String {
+    let (law, output) = (axis.law(), axis.output());
+    let words = law.words();
+    let gain = |key: &str, word| format!("        {key}: {},\n", literal(word));
+    let gains = [
+        gain("kp", words.kp),
+        gain("ki_dt", words.ki_dt),
+        gain("kd_per_dt", words.kd_per_dt),
+        gain("velocity_ff", words.velocity_ff),
+        gain("acceleration_ff", words.acceleration_ff),
+        gain("friction_ff", words.friction_ff),
+    ];
+    format!(
+        "/// The axis of {name}, a sample every {sample_time_ns} ns, by `hil-runner scaling --rust`.\n\
+         ///\n{ranges}{rates}\
+         pub const AXIS: firmware::Axis = {{\n    \
+             use firmware::*;\n\
+         \n    \
+             let words = law::LawWords {{\n{gains}        \
+                 error_bits: {error_bits},\n        \
+                 integral_bits: {integral_bits},\n        \
+                 derivative: law::Derivative::{derivative:?},\n        \
+                 filter: {filter},\n        \
+                 anti_windup: law::AntiWindup::{anti_windup},\n    \
+             }};\n    \
+             let Ok(dac) = Dac::with_bits({bits}) else {{ panic!() }};\n    \
+             let Ok(law) = law::Law::accept(words, dac) else {{ panic!() }};\n    \
+             let Ok(output) = output::Output::new(dac, {slew:?}, output::Quantiser::{quantiser}) else {{ panic!() }};\n    \
+             {rest}\n\
+         }};\n",
+        sample_time_ns = request.sample_time_ns,
+        ranges = ranges(law),
+        rates = rates(request),
+        gains = gains.concat(),
+        error_bits = words.error_bits,
+        integral_bits = words.integral_bits,
+        derivative = words.derivative,
+        filter = filter(words.filter),
+        anti_windup = match words.anti_windup {
+            AntiWindup::None => "None".to_owned(),
+            AntiWindup::Clamp => "Clamp".to_owned(),
+            AntiWindup::BackCalculation { tracking } =>
+                format!("BackCalculation {{ tracking: {tracking} }}"),
+        },
+        bits = law.dac().bits(),
+        slew = output.slew_codes(),
+        quantiser = match output.quantiser() {
+            Quantiser::Nearest => "Nearest".to_owned(),
+            Quantiser::ErrorFeedback => "ErrorFeedback".to_owned(),
+            Quantiser::Dither { seed } => format!("Dither {{ seed: {seed} }}"),
+        },
+        rest = additions(axis),
+    )
+}
+
+/// The declared ranges, as comments.
+fn ranges(law: &Law) -> String {
+    let dac = law.dac();
+    let sums = match law.error_sum_limit() {
+        u64::MAX => String::new(),
+        limit => format!(" and |Σe| ≤ {limit}"),
+    };
+    format!(
+        "/// Within |e| ≤ {}{sums} counts a code is at most 1 from the exact law's.\n\
+         /// Differences beyond {} counts are held there. Codes are {} to {}.\n",
+        law.error_limit(),
+        law.difference_limit(),
+        dac.min_code(),
+        dac.max_code(),
+    )
+}
+
+/// The unit of feed-forward, where there is some.
+fn rates(request: &ScalingRequest) -> String {
+    let [.., velocity, acceleration, _] = request.gains;
+    if velocity == 0.0 && acceleration == 0.0 {
+        return String::new();
+    }
+    let bits = request.rates;
+    format!(
+        "/// Setpoints come with velocities in 2^-{} counts/sample and accelerations in 2^-{} counts/sample².\n",
+        bits.velocity, bits.acceleration
+    )
+}
+
+/// The axis with a line for everything that is not off.
+fn additions(axis: &Axis) -> String {
+    let mut lines = vec!["let mut axis = Axis::new(law, output);".to_owned()];
+    let mut field = |name: &str, value: String| lines.push(format!("axis.{name} = {value};"));
+    if axis.counter != CounterParameters::WORD {
+        field("counter", counter(axis.counter));
+    }
+    if let Feedback::Load(load) = axis.feedback {
+        field(
+            "feedback",
+            format!("axis::Feedback::Load({})", counter(load)),
+        );
+    }
+    if let Some(plan) = axis.backlash_compensation {
+        field("backlash_compensation", compensation(&plan));
+    }
+    if axis.rest.dead_band != 0 {
+        field("rest.dead_band", axis.rest.dead_band.to_string());
+    }
+    if axis.rest.hold_integral {
+        field("rest.hold_integral", "true".to_owned());
+    }
+    let monitors = &axis.monitors;
+    if let Some(monitor) = monitors.following_error {
+        field("monitors.following_error", following_error(&monitor));
+    }
+    if let Some(monitor) = monitors.encoder_loss {
+        field("monitors.encoder_loss", encoder_loss(&monitor));
+    }
+    if let Some(monitor) = monitors.saturation {
+        field("monitors.saturation", saturation(&monitor));
+    }
+    if monitors.ticks.is_some() {
+        field("monitors.ticks", "Some(monitor::TickMonitor)".to_owned());
+    }
+    if lines.len() == 1 {
+        return "Axis::new(law, output)".to_owned();
+    }
+    lines.push("axis".to_owned());
+    lines.join("\n    ")
+}
+
+fn literal(word: GainWord) -> String {
+    format!("GainWord::new({}, {})", word.mantissa, word.fraction_bits)
+}
+
+fn filter(words: Option<FilterWords>) -> String {
+    match words {
+        None => "None".to_owned(),
+        Some(filter) => format!("Some(law::{filter:?})"),
+    }
+}
+
+/// What an acceptance that cannot fail gives, in a constant.
+fn accepted(call: &str) -> String {
+    format!("match {call} {{ Ok(accepted) => accepted, Err(_) => panic!() }}")
+}
+
+fn counter(counter: CounterParameters) -> String {
+    let (bits, jump) = (counter.bits(), counter.largest_jump());
+    accepted(&format!("CounterParameters::accept({bits}, {jump:?})"))
+}
+
+fn compensation(plan: &BacklashCompensation) -> String {
+    format!(
+        "BacklashCompensation::planned({}, {}, Trigger::{:?})",
+        plan.half_gap_counts(),
+        plan.samples(),
+        plan.trigger(),
+    )
+}
+
+fn following_error(monitor: &FollowingErrorMonitor) -> String {
+    let (counts, per_speed) = monitor.limits();
+    let call = format!(
+        "monitor::FollowingErrorMonitor::accept({counts}, {}, 0)",
+        literal(per_speed)
+    );
+    format!("Some({})", accepted(&call))
+}
+
+fn encoder_loss(monitor: &EncoderLossMonitor) -> String {
+    let (code, ticks) = monitor.limits();
+    let call = format!("monitor::EncoderLossMonitor::accept({code}, {ticks})");
+    format!("Some({})", accepted(&call))
+}
+
+fn saturation(monitor: &SaturationMonitor) -> String {
+    let call = format!("monitor::SaturationMonitor::accept({})", monitor.limit());
+    format!("Some({})", accepted(&call))
+}

@@ -1,0 +1,115 @@
+//! `hil-runner scaling --rust` prints an axis that compiles, and that is the one of
+//! the run.
+//!
+//! `BLESS=1 cargo test -p hil-runner --test printed_axis` rewrites the files
+//! after an intended change; with `CI` set it refuses.
+
+#![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+/// What the command printed, pasted.
+#[allow(
+    clippy::panic,
+    clippy::unreadable_literal,
+    missing_docs,
+    unreachable_pub,
+    reason = "a constant of an image ends its build where something is refused"
+)]
+mod printed_axis {
+    #[rustfmt::skip]
+    pub(crate) mod dual;
+    #[rustfmt::skip]
+    pub(crate) mod everything;
+    #[rustfmt::skip]
+    pub(crate) mod paper;
+}
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+use firmware::Axis;
+use hil_core::controllers::{Setup, compensated};
+use hil_core::runfile::builtin;
+
+/// Every part of an axis on the motor's encoder that can be off, on.
+const EVERYTHING: [&str; 22] = [
+    "controller.derivative=measurement",
+    "controller.derivative_filter_s=0.0005",
+    "controller.anti_windup=back-calculation",
+    "controller.quantiser=dither",
+    "controller.slew_limit_codes_per_s=300000",
+    "controller.velocity_ff_s=0.0769",
+    "controller.acceleration_ff_s2=0.0005",
+    "controller.friction_ff_codes=20",
+    "controller.setpoints=generator",
+    "controller.rest_dead_band_counts=1",
+    "controller.rest_integrator=hold",
+    "encoder.counter_bits=16",
+    "limits.count_jump_counts=300",
+    "limits.following_error_counts=600",
+    "limits.following_error_per_speed_s=0.01",
+    "limits.encoder_loss_s=0.02",
+    "limits.encoder_loss_codes=400",
+    "limits.saturation_s=0.1",
+    "limits.missed_ticks=true",
+    "limits.velocity_mps=2",
+    "limits.acceleration_mps2=20",
+    "backlash.compensation=velocity",
+];
+
+/// The position from the load.
+const DUAL: [&str; 4] = [
+    "controller.derivative=measurement",
+    "controller.feedback=dual",
+    "load_encoder.counts_per_mm=1000",
+    "limits.count_jump_counts=300",
+];
+
+fn scaling(sets: &[&str], more: &[&str]) -> Output {
+    let sets = sets.iter().flat_map(|set| ["--set", set]);
+    let mut command = Command::new(env!("CARGO_BIN_EXE_hil-runner"));
+    let command = command.args(["scaling", "paper-2", "--rust"]);
+    command.args(sets).args(more).output().unwrap()
+}
+
+/// The axis of the run.
+fn axis(sets: &[&str]) -> Axis {
+    let sets: Vec<String> = sets.iter().map(ToString::to_string).collect();
+    let case = builtin("paper-2", &sets).unwrap();
+    let setup = Setup::of(&case, case.controller.sample_time_ns.unwrap()).unwrap();
+    compensated(&setup, setup.law().unwrap().law).unwrap()
+}
+
+#[test]
+fn the_printed_constant_is_the_axis_of_the_run() {
+    for (file, sets, printed) in [
+        ("paper", &[][..], printed_axis::paper::AXIS),
+        ("everything", &EVERYTHING, printed_axis::everything::AXIS),
+        ("dual", &DUAL, printed_axis::dual::AXIS),
+    ] {
+        let here = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/printed_axis");
+        let path = here.join(file).with_extension("rs");
+        let output = scaling(sets, &[]);
+        assert!(output.status.success(), "{output:?}");
+        if std::env::var_os("BLESS").is_some() {
+            assert!(std::env::var_os("CI").is_none(), "not rewritten in CI");
+            std::fs::write(&path, &output.stdout).unwrap();
+            continue;
+        }
+        let text = String::from_utf8(output.stdout).unwrap();
+        assert_eq!(text, std::fs::read_to_string(&path).unwrap(), "{file}");
+        assert_eq!(printed, axis(sets), "{file}");
+    }
+    // The contrast: an axis is told from that of one setting less.
+    assert_ne!(printed_axis::dual::AXIS, axis(&DUAL[..3]));
+}
+
+#[test]
+fn one_axis_at_a_time() {
+    let output = scaling(&[], &["paper-1"]);
+    assert_eq!(output.status.code(), Some(2));
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(
+        said.contains("--rust prints the axis of one case, not of 2"),
+        "{said}"
+    );
+}
