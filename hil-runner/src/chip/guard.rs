@@ -215,8 +215,10 @@ impl OneCpu {
             let allowed: Vec<usize> = (0..CpuSet::MAX_CPU)
                 .filter(|cpu| before.is_set(*cpu))
                 .collect();
-            // Two runs at once, started one after the other, take two of them.
-            let turn = usize::try_from(std::process::id()).unwrap_or(0) % allowed.len().max(1);
+            // Two runs at once, in processes or threads that were started one after
+            // the other, take two of them.
+            let thread = rustix::thread::gettid().as_raw_nonzero().get();
+            let turn = usize::try_from(thread).unwrap_or(0) % allowed.len().max(1);
             if let Some(cpu) = allowed.get(turn) {
                 one.set(*cpu);
             }

@@ -91,10 +91,36 @@ fn arguments(target: Target, transport: Transport, image: &Path) -> Vec<OsString
 /// # Errors
 /// [`ChipError`] if QEMU is not installed, or cannot be started.
 pub fn start(target: Target, transport: Transport, image: &Path) -> Result<Guarded, ChipError> {
+    start_with(target, transport, image, Vec::new())
+}
+
+/// Starts QEMU with an image that may do anything, over its FIFOs. Every
+/// instruction goes into the file `log` when it is first translated, by
+/// address, bytes and text; a program that the image asks the host to run ends
+/// QEMU, where it can be told so.
+///
+/// # Errors
+/// As [`start`].
+pub(super) fn start_logged(target: Target, image: &Path, log: &Path) -> Result<Guarded, ChipError> {
+    let mut more: Vec<OsString> = ["-d", "in_asm", "-D"].map(OsString::from).into();
+    more.push(log.into());
+    if cfg!(target_os = "linux") {
+        more.extend(["-sandbox", "on,spawn=deny"].map(OsString::from));
+    }
+    start_with(target, Transport::Fifo, image, more)
+}
+
+fn start_with(
+    target: Target,
+    transport: Transport,
+    image: &Path,
+    more: Vec<OsString>,
+) -> Result<Guarded, ChipError> {
     let program = find(target)?;
     // QEMU runs in a folder of its own.
     let image = std::path::absolute(image).unwrap_or_else(|_| image.to_path_buf());
-    Guarded::start("QEMU", &program, arguments(target, transport, &image))
+    let arguments = arguments(target, transport, &image).into_iter().chain(more);
+    Guarded::start("QEMU", &program, arguments)
 }
 
 /// Between two tries to open a FIFO that nobody reads yet, and two looks at what

@@ -10,6 +10,8 @@ use hil_runner::chip::certify::{Comparison, HostTrace, TraceHash, VectorFile, re
 use hil_runner::chip::installed;
 use hil_runner::chip::spec::{ChipLink, Transport};
 
+#[cfg(unix)]
+use super::flips;
 use super::options::{Cases, OpenChip, Sets, explain, refuse_other_laws};
 use super::terminal::{self, Progress, check_signals};
 
@@ -26,7 +28,8 @@ use super::terminal::{self, Progress, check_signals};
                   hil-runner certify paper-1 paper-2 paper-3 paper-4\n  \
                   hil-runner certify axis.toml --link qemu:m0 --link qemu-uart:m0\n  \
                   hil-runner certify paper-2 --link serial:/dev/ttyACM0@921600\n  \
-                  hil-runner certify paper-2 --set controller.anti_windup=clamp"
+                  hil-runner certify paper-2 --set controller.anti_windup=clamp\n  \
+                  hil-runner certify paper-1 paper-2 paper-3 paper-4 --flips 200 --link qemu:m4"
 )]
 pub(crate) struct Certify {
     #[command(flatten)]
@@ -35,6 +38,16 @@ pub(crate) struct Certify {
     /// given several times. Without it, every target that can be run in QEMU here
     #[arg(long = "link", value_name = "LINK")]
     links: Vec<ChipLink>,
+    /// Measure the comparison itself: invert a bit of so many executed instructions of
+    /// the image in QEMU, one at a time, and tell which flips the vectors and then the
+    /// cases find; one that survives is exit status 1
+    #[cfg(unix)]
+    #[arg(long, value_name = "N")]
+    flips: Option<core::num::NonZeroUsize>,
+    /// The draw of the flips
+    #[cfg(unix)]
+    #[arg(long, value_name = "SEED", default_value_t = 1, requires = "flips")]
+    seed: u64,
     #[command(flatten)]
     sets: Sets,
 }
@@ -99,6 +112,10 @@ impl Certify {
         } else {
             self.links.clone()
         };
+        #[cfg(unix)]
+        if let Some(count) = self.flips {
+            return flips::execute(&files, &links, count.get(), self.seed);
+        }
         // A program without its sources has none; the cases can be compared.
         let vectors = stored().unwrap_or_else(|error| {
             terminal::tell(&format!("left out: {error}\n"));

@@ -2,6 +2,8 @@
 
 mod budget;
 mod certify;
+#[cfg(unix)]
+mod flips;
 mod ladder;
 mod options;
 mod run;

@@ -192,6 +192,24 @@ fn what_cannot_be_certified_is_said() {
          is not allowed: host and chip run in loops of their own, which need one delay: a time\n"
     );
 
+    let board = certify(&[
+        "paper-2",
+        "--flips",
+        "3",
+        "--link",
+        "serial:/dev/no-such-port",
+    ]);
+    assert_eq!(board.status.code(), Some(2));
+    assert_eq!(
+        text(&board.stderr),
+        "--flips needs an image in QEMU, --link qemu[:m4|m0|m3|rv32], not \
+         serial:/dev/no-such-port@115200\n"
+    );
+    // No flips would all be found.
+    let none = certify(&["paper-2", "--flips", "0"]);
+    assert_eq!(none.status.code(), Some(2), "{none:?}");
+    assert!(text(&none.stderr).contains("--flips <N>"), "{none:?}");
+
     let link = certify(&["paper-2", "--link", "in-process"]);
     assert_eq!(link.status.code(), Some(2));
     assert!(

@@ -16,6 +16,8 @@ mod command;
 #[cfg(unix)]
 mod command_budget;
 mod delay;
+#[cfg(unix)]
+mod flips;
 mod judged;
 mod loopback;
 mod noise;

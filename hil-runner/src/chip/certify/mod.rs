@@ -15,6 +15,8 @@
 //! A [`Step`] is compared; the same numbers go into the [`TraceHash`] of
 //! either side. The time of a step is no part of it.
 
+#[cfg(unix)]
+pub mod flips;
 mod vectors;
 
 use core::fmt;
