@@ -24,8 +24,8 @@ fn swings_um(quantiser: &str, more: &[&str]) -> [f64; 3] {
 /// 0.15 µm a second, so that a short window sees a part of the count and a long
 /// one all of it. Dither is right in the mean too, and shakes the axis meanwhile.
 ///
-/// Measured from 4 to 6, 6 to 10, 10 to 30 s: nearest 12.48, 12.35, 12.72, error
-/// feedback 0.30, 0.60, 2.51, dither 8.82, 7.62, 8.20 µm.
+/// Measured from 4 to 6, 6 to 10, 10 to 30 s: nearest 12.71, 13.09, 12.73, error
+/// feedback 0.31, 0.61, 2.50, dither 8.82, 7.62, 8.20 µm.
 #[test]
 fn error_feedback_ends_the_limit_cycle() {
     let [nearest, feedback, dither] =

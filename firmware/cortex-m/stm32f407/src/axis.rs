@@ -67,12 +67,9 @@ const INTERVALS_PS: [u64; 7] = {
 
 /// See the page's section on gains.
 const WORDS: LawWords = LawWords {
-    kp: GainWord::new(1_717_986_918, 27),
-    ki_dt: GainWord::new(1_374_389_535, 36),
-    kd_per_dt: GainWord::new(1_677_721_600, 23),
-    error_bits: 17,
-    sum_fraction_bits: 36,
-    integral_bits: 23,
+    kp: GainWord::new(13_421_773, 20),
+    ki_dt: GainWord::new(10_737_418, 29),
+    kd_per_dt: GainWord::new(13_107_200, 16),
     anti_windup: AntiWindup::Clamp,
     ..LawWords::NONE
 };

@@ -53,8 +53,9 @@ impl Judge {
         });
     }
 
-    /// The code of a row whose other outputs are these.
-    pub(crate) fn code(&mut self, given: &Given<'_>, output: &AxisOutput) -> i32 {
+    /// The code of a row whose other outputs are these, and whether the law has
+    /// left a declared range.
+    pub(crate) fn code(&mut self, given: &Given<'_>, output: &AxisOutput) -> (i32, bool) {
         let difference = self.difference(&given.inputs);
         let asks = |letter| given.requests.contains(letter);
         if asks('E') {
@@ -75,12 +76,12 @@ impl Judge {
         let stands = matches!(output.state, State::Enabled | State::Holding);
         let rest = self.axis.rest;
         let error = output.error_counts;
-        let code = match output.state {
-            State::Fault => 0,
+        let (code, told) = match output.state {
+            State::Fault => (0, false),
             // Towards 0, as far as the slew limit lets it.
             State::Disabled => {
                 let (low, high) = self.model.window();
-                low.max(high.min(0))
+                (low.max(high.min(0)), false)
             }
             State::Enabled | State::Moving | State::Holding => {
                 let input = LawInput {
@@ -91,13 +92,14 @@ impl Judge {
                     within_dead_band: stands && error.unsigned_abs() <= rest.dead_band,
                     hold_integral: stands && rest.hold_integral,
                 };
-                self.model.step(&input, self.begin.take()).code
+                let sample = self.model.step(&input, self.begin.take());
+                (sample.code, sample.told)
             }
         };
         if !output.state.is_powered() {
             self.model.rest_at(code);
         }
-        i32::try_from(code).expect("a code")
+        (i32::try_from(code).expect("a code"), told)
     }
 
     /// `c − c_prev` of the motor's counter \[counts\]; 0 where it is not credible.

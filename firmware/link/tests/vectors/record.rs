@@ -84,8 +84,12 @@ impl Recorder {
             axis.request(state, event).expect("the state allows it");
         }
         let output = axis.tick(state, &inputs, &mut given);
-        let code = judge.code(&given, &output);
-        let output = AxisOutput { code, ..output };
+        let (code, out_of_range) = judge.code(&given, &output);
+        let output = AxisOutput {
+            code,
+            out_of_range,
+            ..output
+        };
         self.motor.step(output.code);
         self.tick = inputs.tick + 1;
         let wanted = Wanted {

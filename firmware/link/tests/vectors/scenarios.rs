@@ -3,8 +3,8 @@
 use firmware::counts::wrap;
 use firmware::{Next, Setpoint};
 
-use super::faults;
 use super::record::Recorder;
+use super::{corners, faults};
 use crate::rig::Motor;
 
 /// The paper's gains at 1 ms.
@@ -58,6 +58,7 @@ pub(crate) fn all() -> Vec<(&'static str, String)> {
         ("gains-change", gains_change()),
     ];
     files.extend(faults::all());
+    files.extend(corners::all());
     files
 }
 
