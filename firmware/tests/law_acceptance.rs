@@ -78,15 +78,15 @@ fn the_papers_words_are_accepted_with_their_ranges() {
     assert_eq!(law.error_limit(), 1 << 18);
     // Q/(Ki·Δt) = 2^20/0.005
     assert_eq!(law.error_sum_limit(), 209_715_204);
-    // (3.2·2^18 + 2^20 + 2·2^13)/50 = 38 076 codes, and the next power of two
-    assert_eq!(law.difference_limit(), 1 << 16);
-    // 3.2·2^18 + 50·2^16 + 0.005·2^18 + 2^13: 22 bits of 31.
+    // (3.2·2^18 + 2^20 + 2·2^13)/50 = 38 076.1 counts
+    assert_eq!(law.difference_limit(), 38_077);
+    // 3.2·2^18 + 50·38 077 + 0.005·2^18 + 2^13: 22 bits of 31.
     assert_eq!(law.headroom_bits(), 9);
     assert_eq!(
         law.largest_term(Part::Proportional),
         1_717_986_918 << (18 + 3)
     );
-    assert_eq!(law.largest_term(Part::Derivative), 50 << (16 + 32));
+    assert_eq!(law.largest_term(Part::Derivative), (50 * 38_077) << 32);
 }
 
 #[test]

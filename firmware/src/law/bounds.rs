@@ -157,7 +157,7 @@ impl LawWords {
         self.term(part, word, LARGEST_RATE, 29)
     }
 
-    /// `D`: the first power of two whose term reaches `rest`, at most `2·E`, and
+    /// `D`: the first difference whose term reaches `rest`, at most `2·E`, and
     /// with a filter at most 2^29.
     #[inline(always)]
     const fn difference_limit(&self, errors: u32, rest: u64) -> Result<u32, Refusal> {
@@ -176,8 +176,7 @@ impl LawWords {
         let counts = match unit.checked_mul(wide::word(word.mantissa.unsigned_abs())) {
             Some(one_count) => match rest.saturating_sub(1).checked_div(one_count) {
                 Some(before) => match wide::narrowed(before.saturating_add(1)) {
-                    // Below 2^30: there is a next one.
-                    Some(first) if first < whole => first.next_power_of_two(),
+                    Some(first) if first < whole => first,
                     _ => whole,
                 },
                 // Without a gain no difference outweighs anything.

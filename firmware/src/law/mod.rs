@@ -188,6 +188,13 @@ impl Law {
         self.difference_limit
     }
 
+    /// Tells whether the output is at an end of its range beyond
+    /// [`Law::difference_limit`], whatever the other terms are; else that is the
+    /// end of a declared range.
+    pub const fn difference_outweighs(&self) -> bool {
+        !self.difference_is_declared && !self.kd_per_dt.is_zero()
+    }
+
     /// Largest magnitude of a term over the declared ranges \[2^−32 codes\]; of
     /// the integral, of one step of it.
     pub const fn largest_term(&self, part: Part) -> u64 {

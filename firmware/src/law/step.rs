@@ -105,7 +105,8 @@ impl Law {
     }
 
     /// The integral, kept where no sum can overflow; one beyond its declared range
-    /// is told. Clamped it cannot be ([`super::words`]).
+    /// is told. Clamped it needs neither: it stays below the largest sum
+    /// ([`super::words`]).
     #[inline(always)]
     fn bounded(&self, integral: Codes, left_range: &mut bool) -> Codes {
         // Both ends fill their upper word alone.

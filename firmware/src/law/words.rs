@@ -49,10 +49,13 @@
 //! window, and the other two treatments hold it at 2^30. So the sum stays below
 //! `2^30 + T < 2^31`. Velocities and accelerations beyond 2^24 are held there.
 //!
+//! A term is a product of two factors of 31 bits (`term`): one below 2^29 codes
+//! always has them, one of 2^29 to 2^30 codes has them or is refused by name.
+//!
 //! # Derivative
 //!
 //! At small `Δt` one count of difference is worth thousands of codes. `Δe` is
-//! held at the first power of two `D` whose term outweighs everything else,
+//! held at the first count `D` whose term outweighs everything else,
 //!
 //! ```text
 //! (Kd/Δt)·D ≥ Kp·E + FF + Q + 2·R,   D ≤ 2·E

@@ -67,10 +67,12 @@ impl Ranges {
             Some(_) => two(29).min(2 * error),
             None => 2 * error,
         };
-        let mut difference = 1;
-        while difference < most && gain * difference < direct + integral + 2 * code {
-            difference *= 2;
-        }
+        // The first count that outweighs the rest.
+        let rest = direct + integral + 2 * code;
+        let difference = match gain {
+            0 => most,
+            _ => most.min((rest + gain - 1).div_euclid(gain)),
+        };
         // With a filter its value may be a unit of 2^−h beyond D.
         let unit = words.filter.map_or(0, |filter| {
             let units = two(filter.fraction_bits.min(100));

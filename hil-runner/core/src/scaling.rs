@@ -11,6 +11,8 @@
 //! comes from the load, `Kp` and `Ki` act on load counts and are converted:
 //! one load count is `ρ` motor counts.
 
+use core::ops::RangeInclusive;
+
 use firmware::law::{AntiWindup, FilterWords, Law, LawWords, Part};
 use firmware::{Dac, ErrorRange, GainWord};
 
@@ -125,7 +127,7 @@ impl ScalingRequest {
             friction_ff,
         ] = rows.map(|row| row.word);
         let error_bits = self.error_bits();
-        let words = LawWords {
+        let mut words = LawWords {
             kp,
             ki_dt,
             kd_per_dt,
@@ -133,16 +135,25 @@ impl ScalingRequest {
             acceleration_ff,
             friction_ff,
             error_bits,
-            integral_bits: self.integral_bits(wanted[1].wanted, error_bits),
+            integral_bits: 0,
             derivative: self.settings.derivative,
             filter,
             anti_windup: self.anti_windup()?,
         };
-        let law = Law::accept(words, dac)?;
-        Ok(ScaledLaw {
-            law,
-            rows: rows.to_vec(),
-        })
+        let mut refused = None;
+        for integral_bits in self.integral_bits(wanted[1].wanted, error_bits).rev() {
+            words.integral_bits = integral_bits;
+            match Law::accept(words, dac) {
+                Ok(law) => {
+                    let rows = rows.to_vec();
+                    return Ok(ScaledLaw { law, rows });
+                }
+                // The range that was wanted says what is in the way.
+                Err(refusal) => refused = refused.or(Some(refusal)),
+            }
+        }
+        // At least one was tried.
+        Err(refused.map_or(QuantiseError::NoSampleTime, QuantiseError::Refused))
     }
 
     /// Exponent of the range of errors: by need, at least 2^17. What no range
@@ -153,15 +164,17 @@ impl ScalingRequest {
         bits.unwrap_or(ErrorRange::MAX_BITS + 1)
     }
 
-    /// Exponent of the integral's declared range.
-    fn integral_bits(&self, ki_dt: f64, error_bits: u8) -> u8 {
+    /// Exponents of the integral's declared range: the least that will do, to the
+    /// one that is wanted.
+    fn integral_bits(&self, ki_dt: f64, error_bits: u8) -> RangeInclusive<u8> {
         let converter = u8::try_from(self.dac_bits).unwrap_or(u8::MAX);
-        let least = LawWords::NONE
-            .integral_bits
-            .max(converter.saturating_add(2));
         let errors = ki_dt * power_of_two(error_bits.saturating_add(8).min(63));
         let holds = |&bits: &u8| errors <= power_of_two(bits);
-        (least..30).find(holds).unwrap_or(30)
+        let least = (converter..30).find(holds).unwrap_or(30);
+        let wanted = LawWords::NONE
+            .integral_bits
+            .max(converter.saturating_add(2));
+        least..=wanted.clamp(least, 30)
     }
 
     /// The gains as the law multiplies them, not yet in fixed point.

@@ -43,7 +43,7 @@ pub(super) fn source(name: &str, request: &ScalingRequest, axis: &Axis) -> Strin
          }};\n",
         sample_time_ns = request.sample_time_ns,
         ranges = ranges(law),
-        rates = rates(request),
+        rates = rates(request, axis),
         gains = gains.concat(),
         error_bits = words.error_bits,
         integral_bits = words.integral_bits,
@@ -83,10 +83,14 @@ fn ranges(law: &Law) -> String {
     )
 }
 
-/// The unit of feed-forward, where there is some.
-fn rates(request: &ScalingRequest) -> String {
+/// The unit of the setpoints' rates, where something reads them.
+fn rates(request: &ScalingRequest, axis: &Axis) -> String {
     let [.., velocity, acceleration, _] = request.gains;
-    if velocity == 0.0 && acceleration == 0.0 {
+    let lag = axis
+        .monitors
+        .following_error
+        .map(|monitor| monitor.limits().1);
+    if velocity == 0.0 && acceleration == 0.0 && lag.is_none_or(|lag| lag.mantissa == 0) {
         return String::new();
     }
     let bits = request.rates;

@@ -62,6 +62,8 @@ fn constant(file: &RunFile) -> anyhow::Result<String> {
     let setup = Setup::of(case, period_ns).map_err(refused)?;
     let law = setup.law().map_err(refused)?.law;
     let axis = compensated(&setup, law).map_err(refused)?;
+    // A run asks for more than its axis, and stops without it.
+    accepted(case, period_ns).map_err(refused)?;
     let request = scaling_request(case).map_err(refused)?;
     Ok(rust_axis::source(&case.name, &request, &axis))
 }
@@ -84,15 +86,23 @@ fn ranges(file: &RunFile, request: &ScalingRequest, scaled: &ScaledLaw) -> anyho
         .ok_or_else(|| anyhow!("the gains that were accepted are accepted no more"))?;
     Ok(format!(
         "sum: 64 bits, 32 of them fraction, {} bits of headroom above the largest sum\n\
-         error |e| ≤ 2^{} = {} counts; sum of errors |Σe| ≤ {} counts; integral ≤ 2^{} codes\n\
-         difference |Δe| ≤ {} counts; beyond it the converter is at its end whatever the rest is\n\
+         error |e| ≤ 2^{} = {} counts; {}integral ≤ 2^{} codes\n\
+         difference |Δe| ≤ {} counts{}\n\
          sample time: {} µs; the smallest that fits: {} µs\n",
         law.headroom_bits(),
         accepted.error_bits,
         law.error_limit(),
-        law.error_sum_limit(),
+        match law.error_sum_limit() {
+            u64::MAX => String::new(),
+            limit => format!("sum of errors |Σe| ≤ {limit} counts; "),
+        },
         accepted.integral_bits,
         law.difference_limit(),
+        if law.difference_outweighs() {
+            "; beyond it the converter is at its end whatever the rest is"
+        } else {
+            ""
+        },
         number::table(request.sample_time_ns as f64 / 1e3),
         number::table(smallest_ns as f64 / 1e3),
     ))

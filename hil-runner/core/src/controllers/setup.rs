@@ -60,6 +60,19 @@ impl<'a> Setup<'a> {
             Some(load) => Setpoint::of_load(case, period_ns, load),
             None => Setpoint::new(case, period_ns),
         };
+        let travel_counts = setpoint.travel_counts();
+        if travel_counts.abs() >= 2_147_483_648.0 {
+            let because = format!(
+                "it makes {} encoder counts; a travel must be shorter than 2^31 = 2147483648",
+                travel_counts.round()
+            );
+            let travel_mm = case.motion.travel_m() * 1e3;
+            return Err(QuantiseError::setting(
+                "motion.travel_mm",
+                travel_mm,
+                because,
+            ));
+        }
         let plan = match case.options.law.setpoints {
             SetpointOrigin::Table => None,
             SetpointOrigin::Generator | SetpointOrigin::Queue => {
@@ -309,21 +322,7 @@ impl<'a> Setup<'a> {
 
 /// The plan of the motion for the firmware's generator.
 fn plan(case: &Case, period_ns: u64, setpoint: &Setpoint) -> Result<MotionPlan, QuantiseError> {
-    let counts = setpoint.travel_counts();
-    let travel = counts * 4_294_967_296.0;
-    if travel.abs() >= 9_223_372_036_854_775_808.0 {
-        let because = format!(
-            "it makes {} encoder counts; a motion that the firmware generates is shorter than \
-             2^31 = 2147483648",
-            counts.round()
-        );
-        let key = "motion.travel_mm";
-        return Err(QuantiseError::setting(
-            key,
-            case.motion.travel_m() * 1e3,
-            because,
-        ));
-    }
+    let travel = setpoint.travel_counts() * 4_294_967_296.0;
     let period = u32::try_from(period_ns).unwrap_or(u32::MAX);
     let intervals_ps = case
         .motion

@@ -4,8 +4,8 @@
 use core::hint::black_box;
 
 use firmware::axis::{AxisState, Feedback, Inputs};
-use firmware::law::{Begin, LawInput, LawState};
 use firmware::law::words::LARGEST_RATE;
+use firmware::law::{Begin, LawInput, LawState};
 use firmware::reference::TableSource;
 use firmware::{Event, MotionGenerator, MotionPlan, Next, Observed, SetpointSource, SetpointTable};
 
