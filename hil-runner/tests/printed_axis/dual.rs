@@ -1,7 +1,7 @@
 /// The axis of paper-2, a sample every 1000000 ns, by `hil-runner scaling --rust`.
 ///
 /// Within |e| ≤ 131072 and |Σe| ≤ 524798909 counts a code is at most 1 from the exact law's.
-/// Differences beyond 32768 counts are held there. Codes are -8192 to 8191.
+/// Differences beyond 24652 counts are held there. Codes are -8192 to 8191.
 pub const AXIS: firmware::Axis = {
     use firmware::*;
 
