@@ -19,7 +19,7 @@ const WORD: [i64; 2] = [1, wide::signed(i32::MAX)];
 
 impl Law {
     /// Accepts words if the law with them stays within one code of the exact
-    /// one over the declared ranges, and nothing can overflow ([`words`]).
+    /// one over the declared ranges, and nothing can overflow ([`super::words`]).
     ///
     /// # Errors
     /// A [`Refusal`] that names the part, its word and what is allowed.
