@@ -309,6 +309,10 @@ impl Contents {
                 let _ = source.set_modified(SystemTime::now());
             }
         }
+        // Of other sources, it is what another builder has just made of them.
+        if !self.has(sources) {
+            return;
+        }
         for image in IMAGES.map(|name| folder.join(name)) {
             if checksum(&image).ok().as_ref() != self.0.get(&name_of(&image)) {
                 let _ = fs::remove_file(image);

@@ -46,9 +46,7 @@ fn compensation(setup: &Setup<'_>) -> Result<Option<BacklashCompensation>, Quant
     };
     let limits = &case.options.limits;
     let motion = &case.motion;
-    let [t1, t2, t3, ..] = motion.intervals_s();
-    // The speed is largest where the acceleration ends.
-    let peak_mps = motion.at(t1 + t2 + t3).velocity_mps.abs();
+    let peak_mps = setpoint.peak_mps();
     let peak_mps2 = motion.peak_acceleration_until_mps2(motion.end_s());
     let dt_s = setup.period_ns as f64 / 1e9;
     let room = |key: &'static str, limit: Option<f64>, peak: f64, per_sample: f64| {

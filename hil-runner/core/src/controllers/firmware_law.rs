@@ -1,9 +1,7 @@
 //! Rung `firmware`: the `firmware` crate on the host, with the setpoint table
 //! that the chip would hold.
 
-use firmware::law::{Begin, Law, LawInput, LawState};
-use firmware::output::{Output, Quantiser};
-use firmware::{CAPACITY, Controller, ControllerState, counts};
+use firmware::{CAPACITY, Controller, ControllerState, SetpointTable, counts};
 
 use super::setpoint::Setpoint;
 use super::setup::Setup;
@@ -75,10 +73,8 @@ pub fn papers_law(case: &Case, period_ns: u64) -> Result<ScaledLaw, QuantiseErro
 /// without a table for every run.
 #[derive(Debug, Clone)]
 pub struct FirmwareOnCounts {
-    law: Law,
-    output: Output,
-    state: LawState,
-    begun: bool,
+    controller: Controller<1>,
+    state: ControllerState,
 }
 
 impl FirmwareOnCounts {
@@ -86,12 +82,10 @@ impl FirmwareOnCounts {
     /// Those of [`FirmwareLaw::new`].
     pub fn new(case: &Case, period_ns: u64) -> Result<Self, QuantiseError> {
         let law = papers_law(case, period_ns)?.law;
-        let output = Output::unlimited(law.dac(), Quantiser::Nearest);
+        let controller = Controller::new(law, SetpointTable::resting_at(0));
         Ok(Self {
-            law,
-            output,
-            state: LawState::start(&output),
-            begun: false,
+            state: ControllerState::start(&controller),
+            controller,
         })
     }
 
@@ -99,16 +93,7 @@ impl FirmwareOnCounts {
     #[inline]
     pub fn code(&mut self, setpoint_counts: f64, position_counts: f64) -> f64 {
         let [setpoint, count] = [setpoint_counts, position_counts].map(|n| counts::wrap(whole(n)));
-        let input = LawInput {
-            error: counts::difference(setpoint, count),
-            ..LawInput::default()
-        };
-        let (law, output, state) = (&self.law, &self.output, &mut self.state);
-        let code = if core::mem::replace(&mut self.begun, true) {
-            law.step(output, state, &input)
-        } else {
-            law.begin(output, state, &input, Begin::AtRest)
-        };
-        f64::from(code)
+        let relative = counts::difference(count, setpoint);
+        f64::from(self.controller.tick(&mut self.state, relative).code)
     }
 }

@@ -50,10 +50,10 @@ impl Setpoint {
         self.encoder.position_counts(travel_rad)
     }
 
-    /// Largest speed of the motion \[counts/s\].
-    pub(super) fn peak_counts_per_s(&self) -> f64 {
+    /// Largest speed of the motion, where its acceleration ends \[m/s\].
+    pub(super) fn peak_mps(&self) -> f64 {
         let [t1, t2, t3, ..] = self.motion.intervals_s();
-        self.motion.at(t1 + t2 + t3).velocity_mps.abs() * self.counts_per_m()
+        self.motion.at(t1 + t2 + t3).velocity_mps.abs()
     }
 
     /// `α_ref(t_k)` \[rad\].

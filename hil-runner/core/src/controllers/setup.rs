@@ -196,13 +196,11 @@ impl<'a> Setup<'a> {
     /// Largest error that the limit of the following error allows \[counts of the
     /// encoder that the position comes from\].
     fn allowed_error_counts(&self) -> f64 {
-        self.case
-            .options
-            .limits
-            .following_error
-            .map_or(0.0, |limit| {
-                f64::from(limit.counts) + limit.per_speed_s * self.setpoint.peak_counts_per_s()
-            })
+        let speed_counts_per_s = self.setpoint.peak_mps() * self.setpoint.counts_per_m();
+        let limit = self.case.options.limits.following_error;
+        limit.map_or(0.0, |limit| {
+            f64::from(limit.counts) + limit.per_speed_s * speed_counts_per_s
+        })
     }
 
     /// The setpoints of the run.
