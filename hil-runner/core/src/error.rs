@@ -64,7 +64,6 @@ fn key_of(refusal: &Refusal) -> Option<&'static str> {
     let part = match refusal.what {
         What::Gain(part, _) | What::FractionBits(part, _) | What::Term(part, _) => part,
         What::Terms => Part::Proportional,
-        What::ErrorBits => return Some("limits.following_error_counts"),
         What::Difference(_) => Part::Derivative,
         What::ErrorSum | What::IntegralBits => Part::Integral,
         What::FilterSmoothing | What::FilterFractionBits => {

@@ -4,8 +4,10 @@
 //! as fine as its bits and the 32 fraction bits of the sum allow, the range of
 //! errors by need (2^17 counts, or what the limit of the following error allows),
 //! the declared range of the integral so wide that it holds four times the
-//! converter and 2^8 of the largest errors. Where the firmware refuses, the
-//! largest gains that would fit are looked for, all other settings as they are.
+//! converter and 2^8 of the largest errors. Where the firmware refuses gains for
+//! the errors that the limit allows, the largest limit that would do is looked
+//! for; where it refuses them for any, the largest gains that would fit. All other
+//! settings are as they are.
 //!
 //! Gains are in codes per motor count in the run file. Where the position
 //! comes from the load, `Kp` and `Ki` act on load counts and are converted:
@@ -16,7 +18,7 @@ use core::ops::RangeInclusive;
 use firmware::law::{AntiWindup, FilterWords, Law, LawWords, Part};
 use firmware::{Dac, ErrorRange, GainWord};
 
-use crate::options::{self, LawSettings};
+use crate::options::{self, FollowingErrorLimit, LawSettings};
 use crate::quantise::{
     FixedPointGain, FixedPointGains, PARTS, QuantiseError, UnfitGain, finest_word, key,
     power_of_two, rounded_down,
@@ -32,6 +34,12 @@ const USUAL_BITS: u32 = 24;
 /// Bits of a gain at most.
 const MOST_BITS: u32 = 31;
 
+/// Key of the limit of the following error at standstill.
+pub(crate) const FOLLOWING_ERROR: &str = "limits.following_error_counts";
+
+/// Key of what it allows on top.
+pub(crate) const FOLLOWING_ERROR_PER_SPEED: &str = "limits.following_error_per_speed_s";
+
 /// Everything that the fixed-point gains are made from.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ScalingRequest {
@@ -41,9 +49,11 @@ pub struct ScalingRequest {
     pub gains: [f64; 6],
     /// `Δt` \[ns\].
     pub sample_time_ns: u64,
-    /// Largest error that the limit of the following error allows \[counts of the
-    /// encoder that the position comes from\]; 0 without a limit.
-    pub allowed_error_counts: f64,
+    /// Limit of the following error \[counts of the encoder that the position comes
+    /// from\].
+    pub following_error: Option<FollowingErrorLimit>,
+    /// Largest speed of the motion \[the same counts/s\].
+    pub peak_speed_counts_per_s: f64,
     /// `ρ`: motor counts per count of that encoder; 1 where it is the motor's.
     pub motor_counts_per_count: f64,
     /// `n`.
@@ -159,9 +169,29 @@ impl ScalingRequest {
     /// Exponent of the range of errors: by need, at least 2^17. What no range
     /// holds, the firmware refuses.
     fn error_bits(&self) -> u8 {
-        let holds = |&bits: &u8| self.allowed_error_counts <= power_of_two(bits);
+        let allowed_counts = self.following_error.map_or(0.0, |limit| {
+            f64::from(limit.counts) + self.by_speed_counts(limit)
+        });
+        let holds = |&bits: &u8| allowed_counts <= power_of_two(bits);
         let bits = (ErrorRange::MIN_BITS..=ErrorRange::MAX_BITS).find(holds);
         bits.unwrap_or(ErrorRange::MAX_BITS + 1)
+    }
+
+    /// Share of the allowed errors that comes by the motion's largest speed \[counts\].
+    fn by_speed_counts(&self, limit: FollowingErrorLimit) -> f64 {
+        limit.per_speed_s * self.peak_speed_counts_per_s
+    }
+
+    /// The same for errors up to `2^bits` counts.
+    fn with_errors_of(&self, bits: u8) -> Self {
+        let limit = FollowingErrorLimit {
+            counts: 1 << bits,
+            per_speed_s: 0.0,
+        };
+        Self {
+            following_error: Some(limit),
+            ..*self
+        }
     }
 
     /// Exponents of the integral's declared range: the least that will do, to the
@@ -255,12 +285,13 @@ impl ScalingRequest {
     }
 
     /// The largest value of the gain of a part of [`PARTS`] that fits, rounded down to five digits, so
-    /// that what a table prints fits too; 0 if none does.
+    /// that what a table prints fits too; 0 if none does. One that is rounded to 0 is no gain.
     pub fn largest_gain(&self, index: usize) -> f64 {
         let fits = |value: f64| {
             let mut request = *self;
             request.gains[index] = value;
-            request.settle().is_ok()
+            let scaled = request.settle();
+            scaled.is_ok_and(|scaled| scaled.rows[index].word.mantissa != 0)
         };
         // Whole powers of two first, then halves of the interval.
         let mut low = 0.0;
@@ -304,28 +335,80 @@ impl ScalingRequest {
             );
             return QuantiseError::setting("controller.word_bits", f64::from(own), because);
         }
-        let error_limit = ErrorRange::from_bits(self.error_bits()).map_or(0, ErrorRange::limit);
-        let unfit =
-            PARTS
-                .into_iter()
-                .zip(self.gains)
-                .enumerate()
-                .filter_map(|(index, (part, value))| {
-                    let largest = self.largest_gain(index);
-                    // A gain is to blame if a smaller one cures.
-                    (value > 0.0 && largest > 0.0 && largest < value).then_some(UnfitGain {
-                        key: key(part),
-                        value,
-                        largest,
-                        error_limit,
-                    })
-                });
-        let unfit: Vec<_> = unfit.collect();
-        if unfit.is_empty() {
-            QuantiseError::Refused(error)
-        } else {
-            QuantiseError::Gains(unfit)
+        let error_bits = self.error_bits();
+        if let Some(limit) = self.following_error
+            && let Some(bits) = self.widest_errors_below(error_bits)
+        {
+            return self.too_many_errors(limit, bits);
         }
+        let unfit = self.unfit_gains();
+        if !unfit.is_empty() {
+            return QuantiseError::Gains(unfit);
+        }
+        if error_bits == ErrorRange::MIN_BITS {
+            return QuantiseError::Refused(error);
+        }
+        // Gains that fit no range of errors are told for the least.
+        let least = self.with_errors_of(ErrorRange::MIN_BITS).scaled_law();
+        least.err().unwrap_or(QuantiseError::Refused(error))
+    }
+
+    /// The gains of which a smaller one alone would fit.
+    fn unfit_gains(&self) -> Vec<UnfitGain> {
+        let error_limit = ErrorRange::from_bits(self.error_bits()).map_or(0, ErrorRange::limit);
+        let gains = PARTS.into_iter().zip(self.gains).enumerate();
+        let unfit = gains.filter_map(|(index, (part, value))| {
+            let largest = self.largest_gain(index);
+            (value > 0.0 && largest > 0.0 && largest < value).then_some(UnfitGain {
+                key: key(part),
+                value,
+                largest,
+                error_limit,
+            })
+        });
+        unfit.collect()
+    }
+
+    /// Exponent of the widest range of errors below that of `error_bits` for which
+    /// the gains as they are fit.
+    fn widest_errors_below(&self, error_bits: u8) -> Option<u8> {
+        let mut narrower = (ErrorRange::MIN_BITS..error_bits).rev();
+        narrower.find(|&bits| self.with_errors_of(bits).settle().is_ok())
+    }
+
+    /// The objection to a limit of the following error where the gains fit errors up to
+    /// `2^bits` counts and no more.
+    fn too_many_errors(&self, limit: FollowingErrorLimit, bits: u8) -> QuantiseError {
+        let most_counts = power_of_two(bits);
+        let word_bits = self.settings.word_bits;
+        let within = word_bits.map_or(String::new(), |bits| format!(" in {bits} bits"));
+        let holds = format!(
+            "the firmware holds errors up to {most_counts} counts with these gains{within} at this \
+             sample time"
+        );
+        let counts = f64::from(limit.counts);
+        let left_counts = (most_counts - self.by_speed_counts(limit)).floor();
+        if left_counts < 1.0 {
+            // No limit at standstill is small enough.
+            let beside_counts = if counts < most_counts { counts } else { 1.0 };
+            let most_s = (most_counts - beside_counts) / self.peak_speed_counts_per_s;
+            let because = format!(
+                "{holds}; beside {FOLLOWING_ERROR} = {beside_counts} it must be at most {} for the \
+                 motion's largest speed",
+                rounded_down(most_s, 5)
+            );
+            return QuantiseError::setting(FOLLOWING_ERROR_PER_SPEED, limit.per_speed_s, because);
+        }
+        let because = if left_counts < most_counts {
+            format!(
+                "{holds}, of which {FOLLOWING_ERROR_PER_SPEED} takes {} at the motion's largest \
+                 speed; it must be at most {left_counts}",
+                most_counts - left_counts
+            )
+        } else {
+            holds
+        };
+        QuantiseError::setting(FOLLOWING_ERROR, counts, because)
     }
 }
 

@@ -19,7 +19,9 @@ use crate::case::Case;
 use crate::message::whole;
 use crate::options::{self, Feedback, RestIntegrator, SetpointOrigin};
 use crate::quantise::{PARTS, QuantiseError, finest_word, key};
-use crate::scaling::{RateBits, ScaledLaw, ScalingRequest};
+use crate::scaling::{
+    FOLLOWING_ERROR, FOLLOWING_ERROR_PER_SPEED, RateBits, ScaledLaw, ScalingRequest,
+};
 
 /// Key of the largest change of the output.
 const SLEW_LIMIT: &str = "controller.slew_limit_codes_per_s";
@@ -166,6 +168,12 @@ impl<'a> Setup<'a> {
                 }
                 QuantiseError::Gains(unfit)
             }
+            // The gains before it have been accepted with this setting.
+            QuantiseError::Setting {
+                key,
+                value,
+                because,
+            } => QuantiseError::setting(key, value, format!("from the gain change on, {because}")),
             error => error,
         })?;
         Ok(Some(words.law))
@@ -186,21 +194,12 @@ impl<'a> Setup<'a> {
                 ahead.friction_codes,
             ],
             sample_time_ns: self.period_ns,
-            allowed_error_counts: self.allowed_error_counts(),
+            following_error: self.case.options.limits.following_error,
+            peak_speed_counts_per_s: self.setpoint.peak_mps() * self.setpoint.counts_per_m(),
             motor_counts_per_count: self.motor_counts_per_count(),
             dac_bits: self.case.dac.bits,
             rates: self.rates(),
         }
-    }
-
-    /// Largest error that the limit of the following error allows \[counts of the
-    /// encoder that the position comes from\].
-    fn allowed_error_counts(&self) -> f64 {
-        let speed_counts_per_s = self.setpoint.peak_mps() * self.setpoint.counts_per_m();
-        let limit = self.case.options.limits.following_error;
-        limit.map_or(0.0, |limit| {
-            f64::from(limit.counts) + limit.per_speed_s * speed_counts_per_s
-        })
     }
 
     /// The setpoints of the run.
@@ -292,14 +291,15 @@ impl<'a> Setup<'a> {
                 .min(32);
             if lag >= f64::from(1 << 30) {
                 let because = "it must be below 2^30 sample times";
-                let key = "limits.following_error_per_speed_s";
-                return Err(QuantiseError::setting(key, limit.per_speed_s, because));
+                return Err(QuantiseError::setting(
+                    FOLLOWING_ERROR_PER_SPEED,
+                    limit.per_speed_s,
+                    because,
+                ));
             }
             let (word, counts) = (finest_word(lag, most, 31), limit.counts);
-            FollowingErrorMonitor::accept(counts, word, rates.velocity).map_err(QuantiseError::of(
-                "limits.following_error_counts",
-                f64::from(counts),
-            ))
+            FollowingErrorMonitor::accept(counts, word, rates.velocity)
+                .map_err(QuantiseError::of(FOLLOWING_ERROR, f64::from(counts)))
         });
         let encoder_loss = limits.encoder_loss.map(|loss| {
             let refused = QuantiseError::of("limits.encoder_loss_codes", f64::from(loss.codes));
