@@ -25,7 +25,7 @@ impl Law {
     /// A [`Refusal`] that names the part, its word and what is allowed.
     #[inline(always)]
     pub const fn accept(words: LawWords, dac: Dac) -> Result<Self, Refusal> {
-        Ok(accepted!(words.check(dac)))
+        words.check(dac)
     }
 
     /// Largest magnitude of the integral \[codes\].
