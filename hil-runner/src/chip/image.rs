@@ -298,9 +298,11 @@ impl Contents {
             .eq(sources.0.iter())
     }
 
-    /// Cargo goes by times. A source that has changed without a new one, as one that
-    /// is put back, gets it; an image that is not what was built goes. A file that
-    /// cannot be changed is cargo's to judge.
+    /// Shows cargo, which goes by times, what has changed. A source that has gets a
+    /// new time, also where its own is newer than the record: of a build that failed,
+    /// of another target's or of a script's in this folder the record knows nothing,
+    /// and what they compiled may be newer still. An image that is not what was built
+    /// goes. A file that cannot be changed is cargo's to judge.
     fn show_changes(&self, sources: &Self, project: &Path, folder: &Path) {
         for (name, sum) in &sources.0 {
             if self.0.get(name) != Some(sum)

@@ -92,10 +92,18 @@ impl Project {
 
     /// Writes a file and leaves the time that it had: an hour ago.
     fn write_as_old(&self, file: &str, text: &str) {
+        self.write_at(file, text, SystemTime::now() - Duration::from_secs(3600));
+    }
+
+    fn write_at(&self, file: &str, text: &str, modified: SystemTime) {
         self.write(file, text);
-        let hour_ago = SystemTime::now() - Duration::from_secs(3600);
         let file = File::options().append(true).open(self.path().join(file));
-        file.unwrap().set_modified(hour_ago).unwrap();
+        file.unwrap().set_modified(modified).unwrap();
+    }
+
+    fn modified(&self, file: &str) -> SystemTime {
+        let data = fs::metadata(self.path().join(file));
+        data.unwrap().modified().unwrap()
     }
 
     fn finder(&self) -> Finder {
@@ -175,8 +183,7 @@ fn image_is_built_when_it_is_missing_or_stale() {
         assert_eq!(project.builds(), 1, "{file}");
         assert_eq!(project.builds(), 0, "{file}");
         // Cargo would not see what has no new time.
-        let modified = fs::metadata(project.path().join(file)).unwrap().modified();
-        let age = modified.unwrap().elapsed().unwrap_or_default();
+        let age = project.modified(file).elapsed().unwrap_or_default();
         assert!(age < Duration::from_secs(600), "{file}: {age:?}");
         // The contrast: a new time and nothing else.
         project.write(file, "// changed");
@@ -196,6 +203,23 @@ fn image_is_built_when_it_is_missing_or_stale() {
     // As after `cargo clean`.
     fs::remove_dir_all(project.path().join("target")).unwrap();
     assert_eq!(project.builds(), 1);
+}
+
+/// A build that failed is newer than the record, and may have compiled what was
+/// there between the record and what is put back.
+#[test]
+fn a_source_newer_than_the_record_gets_a_new_time_too() {
+    let project = Project::new();
+    assert_eq!(project.builds(), 1);
+    let record = "target/chip/thumbv7em-none-eabihf/release/images.built";
+    let newer = project.modified(record) + Duration::from_millis(1);
+    let [changed, as_it_was] = ["firmware/src/lib.rs", "firmware/link/src/lib.rs"];
+    project.write_at(changed, "// changed", newer);
+    project.write_at(as_it_was, "", newer);
+    assert_eq!(project.builds(), 1);
+    assert_ne!(project.modified(changed), newer);
+    // The contrast: the content of the record.
+    assert_eq!(project.modified(as_it_was), newer);
 }
 
 #[test]
