@@ -21,7 +21,7 @@ use firmware::monitor::{
 use firmware::output::{Output, Quantiser};
 use firmware::{
     Axis, AxisState, BacklashCompensation, CAPACITY, Controller, ControllerState, Dac, Event,
-    GainWord, Inputs, MotionGenerator, MotionPlan, Room, Trigger,
+    GainWord, Inputs, Motion, MotionPlan, PlannedMotion, Room, Trigger,
 };
 use hil_core::quantise::setpoint_table;
 
@@ -113,6 +113,7 @@ fn axis_step(criterion: &mut Criterion) {
             250_000_000_000,
         ];
         let plan = MotionPlan::new(TRAVEL << 32, intervals_ps, 1_000_000).expect("a motion");
+        let planned = PlannedMotion::<256>::new(&plan, &words).expect("room for its stretches");
         if name == "axis-everything" {
             let room = Room {
                 velocity: 100 << 32,
@@ -134,9 +135,9 @@ fn axis_step(criterion: &mut Criterion) {
             let fresh = || {
                 let mut state = AxisState::start(&axis);
                 // From rest: neither is refused.
-                let _ = axis.request(&mut state, Event::Enable);
-                let _ = axis.request(&mut state, Event::Start);
-                (state, MotionGenerator::new(&plan, 0))
+                let _ = state.request(Event::Enable);
+                let _ = state.request(Event::Start);
+                (state, Motion::new(&planned, 0))
             };
             let (mut state, mut source) = fresh();
             let mut tick = 0;
@@ -152,7 +153,7 @@ fn axis_step(criterion: &mut Criterion) {
                     motor_register: black_box(firmware::counts::wrap(behind)).cast_unsigned(),
                     ..Inputs::default()
                 };
-                axis.tick(&mut state, &inputs, &mut source).code
+                state.tick(&inputs, &mut source).code
             });
         });
     }

@@ -19,9 +19,10 @@ use sources::{Package, arrows};
 
 /// Every package of the workspace with a library: its name in Rust, its folder
 /// and the packages that it may use.
-const PACKAGES: [(&str, &str, &[&str]); 5] = [
+const PACKAGES: [(&str, &str, &[&str]); 6] = [
     ("firmware", "firmware/src", &[]),
     ("firmware_link", "firmware/link/src", &["firmware"]),
+    ("servo", "firmware/c/src", &["firmware"]),
     ("plant", "plant/src", &[]),
     ("hil_core", "hil-runner/core/src", &["firmware", "plant"]),
     (

@@ -152,6 +152,32 @@ fn pages_name_files_that_are_there() {
     assert_eq!(missing_files("see `core/nowhere.rs`"), ["core/nowhere.rs"]);
 }
 
+/// The programs on the page of one's own board are those that `scripts/boards` builds.
+#[test]
+fn snippets_are_built() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let page = std::fs::read_to_string(root.join("docs/BOARD.md")).unwrap();
+    let built = rust_files("firmware/examples/boards").into_iter();
+    let built: Vec<String> = built
+        .map(|file| std::fs::read_to_string(file).unwrap())
+        .collect();
+    let snippets = page.split("```rust\n").skip(1);
+    let snippets: Vec<&str> = snippets
+        .filter_map(|rest| rest.split("```").next())
+        .collect();
+    assert_eq!(snippets.len(), 3);
+    for snippet in snippets {
+        let is_built = |snippet: &str| built.iter().any(|program| program.contains(snippet));
+        assert!(is_built(snippet), "{snippet}");
+        // The contrast.
+        assert!(!is_built(
+            &snippet
+                .replacen("drive", "drives", 1)
+                .replacen("code", "codes", 1)
+        ));
+    }
+}
+
 /// The contrast: the search finds what it looks for, and only whole words.
 #[test]
 fn the_search_finds_whole_words() {

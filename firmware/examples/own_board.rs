@@ -2,7 +2,7 @@
 //! sample. Here the board is a motor in memory.
 //!
 //! ```text
-//!                       MotionGenerator
+//!                       Motion
 //!                              │ setpoints
 //!                              ▼
 //!  emergency_stop, ────► serve: Axis::tick ────► set_code, set_power
@@ -20,7 +20,7 @@ use firmware::hardware::{Board, serve};
 use firmware::law::{Law, LawWords};
 use firmware::monitor::FollowingErrorMonitor;
 use firmware::output::{Output, Quantiser};
-use firmware::{Dac, Event, FaultCause, GainWord, MotionGenerator, MotionPlan, State};
+use firmware::{Dac, Event, FaultCause, GainWord, Motion, MotionPlan, PlannedMotion, State};
 
 /// A motor whose shaft turns by one count per sample for every 8 codes.
 #[derive(Debug, Default)]
@@ -88,12 +88,12 @@ fn axis() -> Axis {
 }
 
 /// Resets a fault, enables and starts.
-fn start(axis: &Axis, state: &mut AxisState) {
+fn start(state: &mut AxisState) {
     if state.state() == State::Fault {
-        axis.request(state, Event::Reset).expect("out of a fault");
+        state.request(Event::Reset).expect("out of a fault");
     }
     for event in [Event::Enable, Event::Start] {
-        axis.request(state, event).expect("out of disabled");
+        state.request(event).expect("out of disabled");
     }
 }
 
@@ -107,11 +107,15 @@ fn main() {
 
     // 400 counts, 40 ms up to speed and 40 ms down, a sample every 1 ms.
     let intervals_ps = [0, 40_000_000_000, 0, 0, 0, 40_000_000_000, 0];
-    let plan = MotionPlan::new(400 << 32, intervals_ps, 1_000_000).expect("a short motion");
-    let mut motion = MotionGenerator::new(&plan, 0);
-    start(&axis, &mut state);
+    let planned = |counts: i64| {
+        let plan = MotionPlan::new(counts << 32, intervals_ps, 1_000_000).expect("a short motion");
+        PlannedMotion::<8>::new(&plan, axis.law().words()).expect("few stretches")
+    };
+    let forth = planned(400);
+    let mut motion = Motion::new(&forth, 0);
+    start(&mut state);
     for _ in 0..120 {
-        serve(&axis, &mut state, &mut board, &mut motion, tick());
+        serve(&mut state, &mut board, &mut motion, tick());
         board.turn();
     }
     // A quarter of the error goes each sample, until 2·e/8 is less than a count.
@@ -120,7 +124,7 @@ fn main() {
 
     // A fault acts in the sample that finds it, and says what it was.
     board.cable_broken = true;
-    serve(&axis, &mut state, &mut board, &mut motion, tick());
+    serve(&mut state, &mut board, &mut motion, tick());
     let fault = state.fault().expect("the cable is broken");
     println!("{}: {fault}", fault.cause.name());
     assert_eq!(fault.cause, FaultCause::HardwareBus);
@@ -128,17 +132,17 @@ fn main() {
 
     // Mended, and back to 0: the axis goes on from where it stands.
     board.cable_broken = false;
-    let plan = MotionPlan::new(-(397 << 32), intervals_ps, 1_000_000).expect("a short motion");
-    let mut motion = MotionGenerator::new(&plan, 397);
-    start(&axis, &mut state);
+    let back = planned(-397);
+    let mut motion = Motion::new(&back, 397);
+    start(&mut state);
     for _ in 0..40 {
-        serve(&axis, &mut state, &mut board, &mut motion, tick());
+        serve(&mut state, &mut board, &mut motion, tick());
         board.turn();
     }
     assert_eq!((state.state(), board.powered), (State::Moving, true));
 
     board.stop_pressed = true;
-    let output = serve(&axis, &mut state, &mut board, &mut motion, tick());
+    let output = serve(&mut state, &mut board, &mut motion, tick());
     let fault = state.fault().expect("the emergency stop is pressed");
     println!("{}: {fault}", fault.cause.name());
     assert_eq!((output.state, output.power), (State::Fault, false));

@@ -10,7 +10,7 @@
 //! ```
 //!
 //! A fault that is found in a sample acts in that sample: the code is 0 and
-//! the power is off before [`Axis::tick`] returns. Which events lead from
+//! the power is off before [`AxisState::tick`] returns. Which events lead from
 //! which state to which, and what each fault means, is in [`crate::states`]
 //! and [`crate::faults`].
 //!
@@ -24,21 +24,22 @@
 //! that of the motor, which the joint's backlash cannot hide. `Kp` and `Ki·Δt`
 //! are then in codes per load count, `Kd/Δt` in codes per motor count.
 
+mod rare;
+mod state;
 mod tick;
+mod words;
 
-use crate::backlash_compensation::{BacklashCompensation, BacklashCompensationState};
-use crate::faults::{Fault, FaultCause, FaultLatch, FaultValues};
-use crate::law::{Begin, Law, LawState};
-use crate::monitor::{
-    EncoderLossMonitor, EncoderLossState, FollowingErrorMonitor, FollowingErrorState,
-    SaturationMonitor, SaturationState, TickMonitor, TickState,
-};
+pub use state::AxisState;
+
+use crate::backlash_compensation::BacklashCompensation;
+use crate::law::Law;
+use crate::monitor::{EncoderLossMonitor, FollowingErrorMonitor, SaturationMonitor, TickMonitor};
 use crate::output::Output;
-use crate::position::{CounterParameters, PositionState};
-use crate::states::{Event, Refused, State};
+use crate::position::CounterParameters;
+use crate::states::State;
 
-/// An axis: everything that does not change in motion. Its memory is
-/// [`AxisState`].
+/// Settings of an axis: everything that does not change in motion. What runs
+/// with them is an [`AxisState`].
 ///
 /// ```
 /// use firmware::axis::{Axis, AxisState, Inputs};
@@ -55,15 +56,15 @@ use crate::states::{Event, Refused, State};
 /// let table = SetpointTable::<16>::from_counts(&[0, 100])?;
 /// let mut source = TableSource::new(&table);
 /// let mut state = AxisState::start(&axis);
-/// axis.request(&mut state, Event::Enable)?;
-/// axis.request(&mut state, Event::Start)?;
-/// let first = axis.tick(&mut state, &Inputs { tick: 0, ..Inputs::default() }, &mut source);
+/// state.request(Event::Enable)?;
+/// state.request(Event::Start)?;
+/// let first = state.tick(&Inputs { tick: 0, ..Inputs::default() }, &mut source);
 /// assert_eq!((first.code, first.state), (0, State::Moving));
-/// let second = axis.tick(&mut state, &Inputs { tick: 1, motor_register: 90, ..Inputs::default() }, &mut source);
+/// let second = state.tick(&Inputs { tick: 1, motor_register: 90, ..Inputs::default() }, &mut source);
 /// assert_eq!((second.code, second.state), (20, State::Holding));
 /// // The emergency stop acts in the sample that sees it.
 /// let stop = Inputs { tick: 2, emergency_stop: true, ..Inputs::default() };
-/// let third = axis.tick(&mut state, &stop, &mut source);
+/// let third = state.tick(&stop, &mut source);
 /// assert_eq!((third.code, third.power, third.state), (0, false, State::Fault));
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
@@ -108,49 +109,10 @@ impl Axis {
         &self.output
     }
 
-    /// Other gains; in motion together with [`AxisState::gains_changed`].
+    /// Other gains; in motion, [`AxisState::change`] takes them over.
     pub const fn set_law(&mut self, law: Law) {
         self.law = law;
         self.output = self.output.of_converter(law.dac());
-    }
-
-    /// Asks for another state; it acts from the next sample on.
-    ///
-    /// # Errors
-    /// [`Refused`] if the state does not allow it, and for the two events that
-    /// the axis finds out itself; nothing has changed then.
-    pub fn request(&self, state: &mut AxisState, event: Event) -> Result<State, Refused> {
-        let next = state.state.after(event)?;
-        match event {
-            Event::Enable => {
-                state.position_to_hold = true;
-                // Samples in a row: those before the power went off do not count.
-                state.loss = EncoderLossState::default();
-                state.saturation = SaturationState::default();
-            }
-            Event::Reset => {
-                state.latch.clear();
-                // A counter that never came back starts anew; the axis has
-                // to be homed.
-                if state.motor.missed() != 0 {
-                    state.motor = PositionState::default();
-                }
-                if state.load.missed() != 0 {
-                    state.load = PositionState::default();
-                }
-            }
-            Event::Disable | Event::Start => {}
-            // A fault without its record, a motion that ends where its source
-            // does not: neither is for others to say.
-            Event::MotionEnded | Event::Fail => {
-                return Err(Refused {
-                    state: state.state,
-                    event,
-                });
-            }
-        }
-        state.state = next;
-        Ok(next)
     }
 }
 
@@ -207,117 +169,9 @@ impl Monitors {
     };
 }
 
-/// Memory of an [`Axis`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct AxisState {
-    law: LawState,
-    motor: PositionState,
-    load: PositionState,
-    backlash_compensation: BacklashCompensationState,
-    latch: FaultLatch,
-    ticks: TickState,
-    following: FollowingErrorState,
-    loss: EncoderLossState,
-    saturation: SaturationState,
-    /// The last setpoint, without the backlash compensation \[counts, modulo 2^32\].
-    setpoint: i32,
-    state: State,
-    /// True if the axis was enabled since the last sample.
-    position_to_hold: bool,
-    /// Memory that the next sample of the law begins with, where it does not go
-    /// on from the one before.
-    begin: Option<Begin>,
-}
-
-/// The whole memory of an axis is small enough for the smallest chips.
-const _: () = assert!(size_of::<AxisState>() < 256, "state of an axis: 256 bytes");
-
-impl AxisState {
-    /// Before the first sample: disabled, code 0.
-    pub fn start(axis: &Axis) -> Self {
-        Self {
-            law: LawState::start(&axis.output),
-            motor: PositionState::default(),
-            load: PositionState::default(),
-            backlash_compensation: BacklashCompensationState::default(),
-            latch: FaultLatch::default(),
-            ticks: TickState::default(),
-            following: FollowingErrorState::default(),
-            loss: EncoderLossState::default(),
-            saturation: SaturationState::default(),
-            setpoint: 0,
-            state: State::Disabled,
-            position_to_hold: false,
-            begin: Some(Begin::AtRest),
-        }
-    }
-
-    /// Keeps the first fault and ends in its state.
-    fn fail(&mut self, tick: u64, values: FaultValues, cause: FaultCause) {
-        self.latch.trip(Fault {
-            cause,
-            tick,
-            values,
-        });
-        // Any state ends in the fault; the table has no refusal for it.
-        self.state = self.state.after(Event::Fail).unwrap_or(State::Fault);
-    }
-
-    /// The register of the last good reading of the motor's encoder, for a
-    /// sample whose reading failed.
-    pub fn last_registers(&self) -> (u32, Option<u32>) {
-        let register = |position: Option<i32>| position.map(i32::cast_unsigned);
-        (
-            register(self.motor.position()).unwrap_or_default(),
-            register(self.load.position()),
-        )
-    }
-
-    /// Tells that the next sample comes with another law: the output goes on
-    /// from where it stands, whatever the gains are.
-    pub fn gains_changed(&mut self) {
-        self.begin = Some(match self.begin {
-            Some(Begin::AtRest | Begin::FromCode) => Begin::FromCode,
-            Some(Begin::OtherGains) | None => Begin::OtherGains,
-        });
-    }
-
-    /// The state.
-    pub const fn state(&self) -> State {
-        self.state
-    }
-
-    /// Position of the motor \[counts, modulo 2^32\]; `None` before the first
-    /// sample, and after the reset of a glitch that never came back: the axis
-    /// has lost its reference then and must be homed.
-    pub const fn position(&self) -> Option<i32> {
-        self.motor.position()
-    }
-
-    /// The fault that is latched.
-    pub const fn fault(&self) -> Option<&Fault> {
-        self.latch.get()
-    }
-
-    /// Largest `|e|` since the start or the last reset of the peak \[counts\];
-    /// kept by the following-error monitor.
-    pub const fn peak_error_counts(&self) -> u32 {
-        self.following.peak()
-    }
-
-    /// Starts the peak of `|e|` anew.
-    pub const fn reset_peak_error(&mut self) {
-        self.following.reset_peak();
-    }
-
-    /// Memory of the law.
-    pub const fn law(&self) -> &LawState {
-        &self.law
-    }
-}
-
 /// Readings of the hardware at one sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Inputs {
     /// Number of the sample, counted by the timer that starts it.
     pub tick: u64,
@@ -334,6 +188,7 @@ pub struct Inputs {
 
 /// Results of one sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct AxisOutput {
     /// Code for the converter.
     pub code: i32,

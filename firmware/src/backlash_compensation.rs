@@ -13,8 +13,7 @@
 //!
 //! # Choice of the flank
 //!
-//! The reference alone ([`Trigger`]). Error and output are not arguments of
-//! [`BacklashCompensation::step`]: a motor that
+//! The reference alone ([`Trigger`]), never error or output: a motor that
 //! oscillates about its goal changes the sign of both, and a compensation that
 //! followed them would throw the motor across the gap and back for ever. At
 //! rest, and where the acceleration is 0, the last flank is kept.
@@ -52,23 +51,23 @@
 //!
 //! # Exactness
 //!
-//! `T` and its first difference are kept as a whole number and a part of `N²`
-//! and advanced by additions with a carry, so they are `T(j)` and its
-//! difference exactly and `T(2·N) = 2·B` needs no correction. The offset is
-//! the nearest integer, half away from zero: within half a count of the exact
-//! one, and exactly odd in the direction. Between two samples it moves by less
-//! than `D/N + 1`.
+//! `T` is the sum of its first differences, and those of the second ones, in
+//! 2^−32 counts ([`Counts`]): three additions a sample. `B/N²` is rounded once, so
+//! that `T(j)` is off by at most `j²·2^−33`; at the middle and at the end it is
+//! exact. The offset is the nearest integer to that: within `½ + N²·2^−33` counts
+//! of the exact one, which is ½ and a 500th up to `N` = 4,096, and exactly odd in
+//! the direction. Between two samples it moves by less than `D/N + 1`.
 //!
 //! | quantity | type | magnitude |
 //! | --- | --- | --- |
 //! | `B` | `u32` | at most 2^24 |
-//! | `T`, its difference | whole `u32` | at most 2^25 |
-//! | parts of `N²`, `N ≤ 65 535` | `u32` | below `N²` < 2^32 |
+//! | `T`, its differences | `I32F32` | at most 2^25 counts |
 //! | `D·2^32` against `v·N`, `a·N²` | `u64` | 2^57; products saturate |
 
-use crate::counts::difference;
-use crate::reference::Setpoint;
+use crate::counts::Counts;
+use crate::reference::Stretch;
 use crate::refusal::{Refusal, What, accepted};
+use crate::settings::Settings;
 use crate::wide;
 
 /// Largest half gap \[motor counts\].
@@ -107,25 +106,16 @@ pub struct Room {
     pub acceleration: u64,
 }
 
-/// The compensation of one gap, planned. Immutable; its memory is
-/// [`BacklashCompensationState`].
+/// The compensation of one gap, planned.
 ///
 /// ```
-/// use firmware::{Room, Setpoint, BacklashCompensation, BacklashCompensationState, Trigger};
+/// use firmware::{BacklashCompensation, Room, Trigger};
 ///
 /// // 4 counts to either side, at most 2 counts/sample and 1/2 count/sample²:
 /// // D/N² = 8/16.
 /// let room = Room { velocity: 2 << 32, acceleration: 1 << 31 };
 /// let backlash_compensation = BacklashCompensation::plan(4, room, Trigger::Velocity)?;
 /// assert_eq!(backlash_compensation.samples(), 8);
-///
-/// let mut state = BacklashCompensationState::default();
-/// let forwards = Setpoint { velocity: 1, ..Setpoint::default() };
-/// let backwards = Setpoint { velocity: -1, ..Setpoint::default() };
-/// let first = [(); 8].map(|()| backlash_compensation.step(&mut state, &forwards));
-/// assert_eq!(first, [0, 1, 1, 2, 3, 4, 4, 4]);
-/// let reversal = [(); 8].map(|()| backlash_compensation.step(&mut state, &backwards));
-/// assert_eq!(reversal, [4, 3, 2, 0, -2, -3, -4, -4]);
 /// # Ok::<(), firmware::Refusal>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -134,12 +124,8 @@ pub struct BacklashCompensation {
     half_gap_counts: u32,
     /// `N`, 1 to 65 535.
     half_samples: u32,
-    /// `N²`.
-    n2: u32,
     /// `B/N²`, the first difference at the first sample.
-    first: Mixed,
-    /// `2·B/N²`, by which it grows and shrinks.
-    change: Mixed,
+    first: Counts,
 }
 
 impl BacklashCompensation {
@@ -181,23 +167,24 @@ impl BacklashCompensation {
 
     /// `None` for no samples at all.
     const fn of(half_gap_counts: u32, half_samples: u32, trigger: Trigger) -> Option<Self> {
-        // N² ≤ 65 535² < 2^32, D ≤ 2^25
+        // N² ≤ 65 535² < 2^32, B·2^32 ≤ 2^56
         let n2 = half_samples.wrapping_mul(half_samples);
-        let distance = half_gap_counts.wrapping_mul(2);
-        let (Some(first), Some(change)) = (
-            Mixed::ratio(half_gap_counts, n2),
-            Mixed::ratio(distance, n2),
-        ) else {
+        let whole = wide::word(half_gap_counts).wrapping_shl(32);
+        let nearest = whole.wrapping_add(wide::word(n2.wrapping_shr(1)));
+        let Some(first) = nearest.checked_div(wide::word(n2)) else {
             return None;
         };
         Some(Self {
             trigger,
             half_gap_counts,
             half_samples,
-            n2,
-            first,
-            change,
+            first: Counts::from_bits(wide::held(first)),
         })
+    }
+
+    /// `B/N²`, by which the first sample moves \[counts\].
+    pub(crate) const fn first(&self) -> Counts {
+        self.first
     }
 
     /// Choice of the flank.
@@ -214,156 +201,170 @@ impl BacklashCompensation {
     pub const fn half_gap_counts(&self) -> u32 {
         self.half_gap_counts
     }
+}
 
-    /// The offset of this sample \[motor counts\], for the setpoint of this
-    /// sample; to be called once a sample, also while the reference rests.
-    #[inline]
-    pub fn step(&self, state: &mut BacklashCompensationState, setpoint: &Setpoint) -> i32 {
-        let previous = state.previous_position.replace(setpoint.position);
+/// A compensation as the samples read it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(C)]
+pub(crate) struct Crossing {
+    /// `B` \[motor counts\].
+    half_gap: i32,
+    /// `N`.
+    half_samples: u32,
+    /// `B/N²`, the first difference at the first sample.
+    first: Counts,
+    /// `None` where there is nothing to compensate.
+    trigger: Option<Trigger>,
+}
+
+impl Crossing {
+    pub(crate) fn of(settings: &Settings) -> Self {
+        let [low, high] = [settings.crossing_first_low, settings.crossing_first_high];
+        Self {
+            half_gap: settings.half_gap_counts.cast_signed(),
+            half_samples: settings.crossing_half_samples,
+            first: Counts::from_bits(wide::joined(high.cast_signed(), low.cast_signed())),
+            trigger: match [
+                settings.crossing_half_samples,
+                settings.flank_of_acceleration,
+            ] {
+                [0, _] => None,
+                [_, 1] => Some(Trigger::Acceleration),
+                _ => Some(Trigger::Velocity),
+            },
+        }
+    }
+
+    /// The flank that a part of the command asks for; 0 where it asks for none.
+    pub(crate) const fn sign_of(&self, stretch: &Stretch) -> i8 {
+        match self.trigger {
+            Some(Trigger::Velocity) => stretch.velocity_sign,
+            Some(Trigger::Acceleration) => stretch.acceleration_sign,
+            None => 0,
+        }
+    }
+
+    /// The flank that a setpoint asks for which lies `moved` counts from the one
+    /// before.
+    pub(crate) const fn sign(&self, velocity: i32, acceleration: i32, moved: i32) -> i8 {
         let rate = match self.trigger {
-            Trigger::Acceleration => setpoint.acceleration,
-            Trigger::Velocity if setpoint.velocity != 0 => setpoint.velocity,
-            Trigger::Velocity => previous.map_or(0, |last| difference(setpoint.position, last)),
+            Some(Trigger::Acceleration) => acceleration,
+            Some(Trigger::Velocity) if velocity != 0 => velocity,
+            Some(Trigger::Velocity) => moved,
+            None => 0,
         };
-        if rate > 0 {
-            state.wanted = Flank::Positive;
-        } else if rate < 0 {
-            state.wanted = Flank::Negative;
+        match rate {
+            0 => 0,
+            1.. => 1,
+            _ => -1,
         }
-
-        let samples = self.samples();
-        if state.left == 0 && state.wanted != state.flank {
-            state.from_centre = state.flank == Flank::Neither;
-            state.flank = state.wanted;
-            state.left = samples;
-            state.travel = Mixed::default();
-        }
-        if state.left > 0 {
-            state.velocity = if state.left == samples {
-                self.first
-            } else if state.left > self.half_samples {
-                state.velocity.plus(self.change, self.n2)
-            } else if state.left == self.half_samples {
-                state.velocity
-            } else {
-                state.velocity.minus(self.change, self.n2)
-            };
-            // T(j) ← T(j − 1) + (T(j) − T(j − 1))
-            state.travel = state.travel.plus(state.velocity, self.n2);
-            state.left = state.left.wrapping_sub(1);
-        }
-        self.offset(state)
     }
 
-    /// The nearest integer to the exact offset, half away from zero.
-    #[inline]
-    const fn offset(&self, state: &BacklashCompensationState) -> i32 {
-        // All magnitudes are at most 2·B ≤ 2^25: nothing wraps.
-        let Mixed { whole, part } = state.travel;
-        let ahead = if state.from_centre {
-            // T/2, half up: floor((T + 1)/2)
-            whole.wrapping_add(1).wrapping_shr(1)
+    /// Starts the move to the flank that is asked for, where none is under way.
+    pub(crate) fn begin(&self, state: &mut CrossingState) {
+        if state.left != 0 || state.wanted == state.flank {
+            return;
+        }
+        let from_centre = state.flank == 0;
+        let (base, first) = if from_centre {
+            (
+                0,
+                Counts::from_bits(self.first.to_bits().wrapping_add(1).wrapping_shr(1)),
+            )
         } else {
-            // T − B, half up where it is not negative, half down where it is
-            let rest = self.n2.wrapping_sub(part);
-            let up = part > rest || (part == rest && whole >= self.half_gap_counts);
-            let nearest = if up { whole.wrapping_add(1) } else { whole };
-            nearest.wrapping_sub(self.half_gap_counts)
+            (self.half_gap, self.first)
         };
-        match state.flank {
-            Flank::Neither => 0,
-            Flank::Positive => ahead.cast_signed(),
-            Flank::Negative => ahead.cast_signed().wrapping_neg(),
+        *state = CrossingState {
+            left: self.half_samples,
+            offset: state.offset,
+            base,
+            flank: state.wanted,
+            wanted: state.wanted,
+            brakes: false,
+            travel: HALF,
+            velocity: first,
+            change: first.wrapping_add(first),
+        };
+    }
+
+    /// One sample of a move that is under way.
+    #[inline(always)]
+    pub(crate) fn advance(state: &mut CrossingState) {
+        state.travel = state.travel.wrapping_add(state.velocity);
+        state.velocity = state.velocity.wrapping_add(state.change);
+        state.left = state.left.wrapping_sub(1);
+        state.offset = state.nearest();
+    }
+
+    /// A move has come to its middle, or to its end: exactly there.
+    pub(crate) fn turn(&self, state: &mut CrossingState) {
+        if state.brakes {
+            state.offset = self.half_gap.wrapping_mul(i32::from(state.flank));
+            return self.begin(state);
         }
+        // T(N) = B, of a move from the centre T(N)/2
+        let whole = wide::signed(self.half_gap).wrapping_shl(32);
+        let half_way = if state.base == 0 {
+            whole.wrapping_shr(1)
+        } else {
+            whole
+        };
+        state.travel = HALF.wrapping_add(Counts::from_bits(half_way));
+        state.velocity = state.velocity.wrapping_sub(state.change);
+        state.change = state.change.wrapping_neg();
+        state.left = self.half_samples;
+        state.brakes = true;
+        state.offset = state.nearest();
     }
 }
 
-/// A flank of the joint.
+/// Half a count.
+const HALF: Counts = Counts::from_bits(1 << 31);
+
+/// Memory of a [`Crossing`]. The default is an offset of 0, the joint centred.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-enum Flank {
-    /// None yet: the joint counts as centred.
-    #[default]
-    Neither,
-    /// The motor pushes in the positive direction.
-    Positive,
-    /// The motor pushes in the negative direction.
-    Negative,
+#[repr(C)]
+pub(crate) struct CrossingState {
+    /// Samples that this half of the running move still takes; 0 at rest.
+    pub(crate) left: u32,
+    /// \[motor counts\].
+    pub(crate) offset: i32,
+    /// Where the move begins: half a gap behind the centre, or there.
+    base: i32,
+    /// The flank that the running move leads to, or the last one led to; 0 at the
+    /// start, when the joint counts as centred.
+    flank: i8,
+    /// The flank that the command has last asked for.
+    wanted: i8,
+    /// True in the second half of the move.
+    brakes: bool,
+    /// `T + ½`.
+    travel: Counts,
+    /// Its change to the next sample.
+    velocity: Counts,
+    /// The change of that.
+    change: Counts,
 }
 
-/// Memory of the backlash compensation. The default is an offset of 0, the joint centred.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct BacklashCompensationState {
-    /// `T` of the running or the last move \[counts\].
-    travel: Mixed,
-    /// `T(j) − T(j − 1)` of the last sample \[counts per sample\].
-    velocity: Mixed,
-    /// Samples that the running move still takes; 0 at rest.
-    left: u32,
-    /// Position of the last setpoint \[counts\].
-    previous_position: Option<i32>,
-    /// The flank that the reference has last asked for.
-    wanted: Flank,
-    /// The flank that the running move leads to, or the last one led to.
-    flank: Flank,
-    /// True if that move started at the centre.
-    from_centre: bool,
-}
+impl CrossingState {
+    /// Notes the flank that the command asks for; tells whether it is another than
+    /// that of the last move.
+    pub(crate) const fn asks_for(&mut self, flank: i8) -> bool {
+        self.wanted = flank;
+        flank != self.flank
+    }
 
-impl BacklashCompensationState {
     /// Tells whether the offset is on its way, or about to be: the axis is not in
     /// position before this is over.
-    #[inline]
-    pub fn is_under_way(&self) -> bool {
-        self.left > 0 || self.wanted != self.flank
-    }
-}
-
-/// A number `whole + part/N²` with `part < N²`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-struct Mixed {
-    whole: u32,
-    part: u32,
-}
-
-impl Mixed {
-    /// `numerator/denominator`; `None` for a denominator of 0.
-    const fn ratio(numerator: u32, denominator: u32) -> Option<Self> {
-        match (
-            numerator.checked_div(denominator),
-            numerator.checked_rem(denominator),
-        ) {
-            (Some(whole), Some(part)) => Some(Self { whole, part }),
-            _ => None,
-        }
+    pub(crate) const fn is_under_way(&self) -> bool {
+        self.left != 0 || self.wanted != self.flank
     }
 
-    /// The sum, in parts of `n2`. Whole numbers stay below 2^26, and only a sum
-    /// of parts below `n2` is ever formed: nothing wraps.
-    #[inline]
-    const fn plus(self, other: Self, n2: u32) -> Self {
-        let whole = self.whole.wrapping_add(other.whole);
-        let missing = n2.wrapping_sub(other.part);
-        let (carry, part) = if self.part >= missing {
-            (1, self.part.wrapping_sub(missing))
-        } else {
-            (0, self.part.wrapping_add(other.part))
-        };
-        let whole = whole.wrapping_add(carry);
-        Self { whole, part }
-    }
-
-    /// The difference, in parts of `n2`, for `other ≤ self`: nothing wraps.
-    #[inline]
-    const fn minus(self, other: Self, n2: u32) -> Self {
-        let whole = self.whole.wrapping_sub(other.whole);
-        let (borrow, part) = if self.part >= other.part {
-            (0, self.part.wrapping_sub(other.part))
-        } else {
-            let missing = n2.wrapping_sub(other.part);
-            (1, self.part.wrapping_add(missing))
-        };
-        let whole = whole.wrapping_sub(borrow);
-        Self { whole, part }
+    /// `dir·(T − B)`, to the nearest count; of a move from the centre `dir·T/2`.
+    #[inline(always)]
+    fn nearest(&self) -> i32 {
+        let ahead = wide::upper(self.travel.to_bits()).wrapping_sub(self.base);
+        ahead.wrapping_mul(i32::from(self.flank))
     }
 }
 

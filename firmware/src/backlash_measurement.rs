@@ -141,7 +141,7 @@ pub struct Creep {
 ///     let seen = Observed { position: motor, load_position: Some(load * 4), code: 0 };
 ///     match run.next(&seen) {
 ///         Next::Setpoint(setpoint) => motor = setpoint.position,
-///         Next::Last(_) | Next::Underrun => break,
+///         Next::Stretch(_) | Next::Last(_) | Next::Underrun => break,
 ///     }
 /// }
 /// assert_eq!(run.result().and_then(Result::ok).map(|gap| gap.half_counts), Some(7));
@@ -329,12 +329,11 @@ impl BacklashMeasurementRun {
     }
 
     /// The reference of this sample.
-    const fn setpoint(&self) -> Setpoint {
+    fn setpoint(&self) -> Setpoint {
         let way = nearest(self.crept).wrapping_mul(self.direction());
         Setpoint {
             position: self.origin.wrapping_add(wrap(way)),
-            velocity: 0,
-            acceleration: 0,
+            ..Setpoint::default()
         }
     }
 

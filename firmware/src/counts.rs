@@ -16,6 +16,11 @@
 use crate::refusal::{Refusal, What, accepted};
 use crate::wide;
 
+use fixed::types::I32F32;
+
+/// A position modulo 2^32 with its fraction, in encoder counts.
+pub type Counts = I32F32;
+
 /// The position modulo 2^32 that a counter of 32 bits shows for `position`
 /// \[counts\].
 ///

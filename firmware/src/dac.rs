@@ -10,6 +10,9 @@ use fixed::types::I32F32;
 /// codes, the lower one is their fraction.
 pub type Codes = I32F32;
 
+/// Half a code \[2^−32 codes\].
+pub(crate) const HALF: u32 = 1 << 31;
+
 /// Range of a bipolar D/A converter of `n` bits.
 ///
 /// ```
@@ -37,13 +40,18 @@ impl Dac {
     /// [`Refusal`] where `bits` lies outside 2 to 24.
     pub const fn with_bits(bits: u32) -> Result<Self, Refusal> {
         accepted!(What::DacBits.word_within(bits, [Self::MIN_BITS, Self::MAX_BITS]));
+        Ok(Self::of_bits(bits))
+    }
+
+    /// That of bits in their range.
+    pub(crate) const fn of_bits(bits: u32) -> Self {
         // An arithmetic shift of −2^31 by 32 − n leaves −2^(n−1); the
         // complement of that is 2^(n−1) − 1.
         let min_code = i32::MIN.wrapping_shr(u32::BITS.wrapping_sub(bits));
-        Ok(Self {
+        Self {
             min_code,
             max_code: !min_code,
-        })
+        }
     }
 
     /// `−2^(n−1)`.

@@ -33,6 +33,7 @@ use core::fmt;
 /// Causes that stop the axis, the most urgent first: the order of the variants is
 /// the priority where several appear in one tick.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum FaultCause {
     /// The emergency stop is pressed. Release it, then reset.
@@ -92,6 +93,7 @@ impl FaultCause {
 /// A check that has failed: which, and by what. The page of this file says
 /// what the two numbers are for each cause.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Trip {
     /// The check.
     pub cause: FaultCause,
@@ -138,6 +140,7 @@ pub fn most_urgent(first: Option<Trip>, second: Option<Trip>) -> Option<Trip> {
 
 /// Values at the sample of a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct FaultValues {
     /// Setpoint, in counts of the encoder that the position comes from
     /// \[counts, modulo 2^32\].
@@ -176,6 +179,7 @@ pub struct FaultValues {
 /// );
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Fault {
     /// The cause.
     pub cause: FaultCause,

@@ -1,5 +1,5 @@
-//! Four monitors over an axis: each looks at one sample and gives a [`crate::Trip`]
-//! when its limit is passed.
+//! Limits of the four monitors over an axis. The axis looks at them in every
+//! sample, and gives a [`crate::Trip`] when one is passed.
 //!
 //! | monitor | trips when |
 //! | --- | --- |
@@ -11,9 +11,7 @@
 //! A monitor goes on tripping while its condition lasts; which fault was the
 //! first is for [`crate::FaultLatch`] to remember.
 
-use crate::faults::{FaultCause, Trip};
 use crate::refusal::{Refusal, What, accepted};
-use crate::wide;
 use crate::word::GainWord;
 
 /// Monitors the distance of the axis from its setpoint.
@@ -21,40 +19,32 @@ use crate::word::GainWord;
 /// Without feed-forward an axis follows at a distance that grows with its
 /// speed, `v` over the velocity gain, so a fixed limit would have to allow at
 /// rest what is only normal at full speed. `s` is that lag \[samples\], a word
-/// `w·2^−f`, and `v_ref = v·2^−q` \[counts/sample\] with the fraction bits `q`
-/// of the source of setpoints. With `F = f + q` the demand is
+/// `w·2^−f`, and `V` the setpoint's speed cut off to 2^−16 counts per sample.
+/// `|e|` and `a` are whole, so that one product and one shift decide without
+/// any error:
 ///
 /// ```text
-/// |e|·2^F > a·2^F + w·|v|
+/// |e| > a + floor(w·V·2^−(f + 16))
 /// ```
 ///
-/// `|e|` and `a` are whole, so `|e| − a > w·|v|·2^−F` holds exactly when
-/// `|e| − a > floor(w·|v|·2^−F)`: one product and one shift decide without
-/// any error, and `a + floor(w·|v|·2^−F)` is the largest `|e|` that is
-/// allowed, which is what a fault has to report. Rounding `v` to whole counts
-/// per sample or the product to the nearest count would decide wrongly.
+/// The right side is the largest `|e|` that is allowed, which is what a fault has
+/// to report. Rounding the speed to whole counts per sample or the product to the
+/// nearest count would decide wrongly.
 ///
 /// | value | magnitude | of |
 /// | --- | --- | --- |
 /// | `\|e\|` | ≤ 2^31 | 2^32 |
 /// | `a` | < 2^31 | 2^32 |
-/// | `w·\|v\|` | < 2^31·2^31 = 2^62 | 2^64 |
-/// | `F` | ≤ 62; beyond, the second part would always be 0 | 64 |
-/// | `a + floor(w·\|v\|·2^−F)` | < 2^31 + 2^62 < 2^63 | 2^63 |
+/// | `w·V` | < 2^31·2^32 = 2^63 | 2^64 |
+/// | `f` | ≤ 46; beyond, the second part would always be 0 | 64 − 16 |
 ///
 /// ```
-/// use firmware::monitor::{FollowingErrorState, FollowingErrorMonitor};
+/// use firmware::monitor::FollowingErrorMonitor;
 /// use firmware::GainWord;
 ///
 /// // 200 counts at rest and 2.5 samples of lag; velocities in 2^-16 counts/sample.
 /// let monitor = FollowingErrorMonitor::accept(200, GainWord::new(5, 1), 16)?;
-/// let mut state = FollowingErrorState::default();
-/// // At 10.2 counts per sample 225.5 are allowed.
-/// let velocity = 668_467;
-/// assert_eq!(monitor.check(&mut state, -225, velocity), None);
-/// let trip = monitor.check(&mut state, -226, velocity).expect("one count more");
-/// assert_eq!((trip.measured, trip.limit), (226, 225));
-/// assert_eq!(state.peak(), 226);
+/// assert_eq!(monitor.limits(), (200, GainWord::new(5, 1)));
 /// # Ok::<(), firmware::Refusal>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -63,23 +53,28 @@ pub struct FollowingErrorMonitor {
     limit_counts: u32,
     /// `w`.
     mantissa: u32,
-    /// `F`.
+    /// `f`.
     fraction_bits: u8,
+    /// Those of the setpoints' velocities.
+    velocity_fraction_bits: u8,
 }
+
+/// Speeds are taken in 2^−16 counts per sample.
+pub(crate) const SPEED_BITS: u32 = 16;
 
 impl FollowingErrorMonitor {
     /// Largest limit at rest \[counts\]: `|e|` can only just pass it.
     pub const MAX_LIMIT_COUNTS: u32 = i32::MAX.cast_unsigned();
-    /// Largest sum of the fraction bits of lag and velocity.
-    pub const MAX_FRACTION_BITS: u8 = 62;
+    /// Most fraction bits of the lag.
+    pub const MAX_FRACTION_BITS: u8 = 46;
 
     /// A limit of `limit_counts` at rest, and of `per_speed` more for each
     /// count per sample of the setpoint, that is a lag \[samples\]; the
     /// setpoint's velocity has `velocity_fraction_bits` fraction bits.
     ///
     /// # Errors
-    /// A [`Refusal`] unless the limit is 1 to 2^31 − 1, of a lag below 0, and
-    /// where lag and velocity have more than 62 fraction bits together.
+    /// A [`Refusal`] unless the limit is 1 to 2^31 − 1, of a lag below 0 or with
+    /// more than 46 fraction bits.
     pub const fn accept(
         limit_counts: u32,
         per_speed: GainWord,
@@ -87,64 +82,27 @@ impl FollowingErrorMonitor {
     ) -> Result<Self, Refusal> {
         accepted!(What::FollowingError.word_within(limit_counts, [1, Self::MAX_LIMIT_COUNTS]));
         accepted!(What::Lag(per_speed).not_negative(per_speed.mantissa));
-        let own = per_speed.fraction_bits;
-        let fraction_bits = own.saturating_add(velocity_fraction_bits);
-        if fraction_bits > Self::MAX_FRACTION_BITS {
-            let left = Self::MAX_FRACTION_BITS.saturating_sub(own);
-            let what = What::LagFractionBits(per_speed);
-            let value = wide::bits(velocity_fraction_bits);
-            return Err(Refusal::new(what, value, [0, wide::bits(left)]));
-        }
+        let fraction_bits = per_speed.fraction_bits;
+        let most = [0, Self::MAX_FRACTION_BITS];
+        accepted!(What::LagFractionBits(per_speed).byte_within(fraction_bits, most));
+        accepted!(What::VelocityFractionBits.byte_within(velocity_fraction_bits, [0, 60]));
         Ok(Self {
             limit_counts,
             mantissa: per_speed.mantissa.unsigned_abs(),
             fraction_bits,
+            velocity_fraction_bits,
         })
     }
 
-    /// The limit at rest \[counts\], and what it grows by per unit of the
-    /// setpoint's velocity.
+    /// The limit at rest \[counts\], and the lag \[samples\].
     pub const fn limits(&self) -> (u32, GainWord) {
         let word = GainWord::new(self.mantissa.cast_signed(), self.fraction_bits);
         (self.limit_counts, word)
     }
 
-    /// One sample: takes `e` \[counts\] and the velocity of the setpoint.
-    #[inline]
-    pub fn check(
-        &self,
-        state: &mut FollowingErrorState,
-        error: i32,
-        velocity: i32,
-    ) -> Option<Trip> {
-        let size = error.unsigned_abs();
-        state.peak = state.peak.max(size);
-
-        // a + floor(w·|v|·2^−F) [counts]; nothing wraps (see the type)
-        let lag = wide::product(self.mantissa, velocity.unsigned_abs())
-            .wrapping_shr(u32::from(self.fraction_bits));
-        let limit = u64::from(self.limit_counts).wrapping_add(lag).cast_signed();
-
-        let measured = i64::from(size);
-        (measured > limit).then_some(Trip::new(FaultCause::FollowingError, measured, limit))
-    }
-}
-
-/// Memory of a [`FollowingErrorMonitor`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct FollowingErrorState {
-    peak: u32,
-}
-
-impl FollowingErrorState {
-    /// Largest `|e|` since the start or the last reset \[counts\].
-    pub const fn peak(&self) -> u32 {
-        self.peak
-    }
-
-    /// Starts the peak anew.
-    pub const fn reset_peak(&mut self) {
-        self.peak = 0;
+    /// Fraction bits of the setpoints' velocities.
+    pub const fn velocity_fraction_bits(&self) -> u8 {
+        self.velocity_fraction_bits
     }
 }
 
@@ -168,13 +126,10 @@ impl EncoderLossMonitor {
     /// the one at rest would do.
     ///
     /// ```
-    /// use firmware::monitor::{EncoderLossState, EncoderLossMonitor};
+    /// use firmware::monitor::EncoderLossMonitor;
     ///
-    /// let monitor = EncoderLossMonitor::accept(300, 2)?;
-    /// let mut state = EncoderLossState::default();
-    /// assert_eq!(monitor.check(&mut state, -300, 0), None);
-    /// assert!(monitor.check(&mut state, -300, 0).is_some());
-    /// assert_eq!(monitor.check(&mut state, -300, 1), None);
+    /// assert_eq!(EncoderLossMonitor::accept(300, 2)?.limits(), (300, 2));
+    /// assert!(EncoderLossMonitor::accept(0, 2).is_err());
     /// # Ok::<(), firmware::Refusal>(())
     /// ```
     pub const fn accept(code_threshold: u32, ticks: u32) -> Result<Self, Refusal> {
@@ -191,26 +146,6 @@ impl EncoderLossMonitor {
     pub const fn limits(&self) -> (u32, u32) {
         (self.code_threshold, self.ticks)
     }
-
-    /// One sample: takes the code that was in force up to it and the change of
-    /// the count \[counts\].
-    #[inline]
-    pub fn check(&self, state: &mut EncoderLossState, code: i32, difference: i32) -> Option<Trip> {
-        let still = (code.unsigned_abs() >= self.code_threshold) & (difference == 0);
-        state.samples = lengthened(state.samples, still);
-        let [samples, limit] = [state.samples, self.ticks];
-        (samples >= limit).then_some(Trip::new(
-            FaultCause::EncoderLoss,
-            i64::from(samples),
-            i64::from(limit),
-        ))
-    }
-}
-
-/// Memory of an [`EncoderLossMonitor`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct EncoderLossState {
-    samples: u32,
 }
 
 /// Guards against an output that stands at a limit: an axis that cannot do what
@@ -227,12 +162,10 @@ impl SaturationMonitor {
     /// A [`Refusal`] of 2^32 − 1, which the counter never passes.
     ///
     /// ```
-    /// use firmware::monitor::{SaturationState, SaturationMonitor};
+    /// use firmware::monitor::SaturationMonitor;
     ///
-    /// let monitor = SaturationMonitor::accept(1)?;
-    /// let mut state = SaturationState::default();
-    /// assert_eq!(monitor.check(&mut state, true), None);
-    /// assert!(monitor.check(&mut state, true).is_some());
+    /// assert_eq!(SaturationMonitor::accept(1)?.limit(), 1);
+    /// assert!(SaturationMonitor::accept(u32::MAX).is_err());
     /// # Ok::<(), firmware::Refusal>(())
     /// ```
     pub const fn accept(ticks: u32) -> Result<Self, Refusal> {
@@ -244,67 +177,10 @@ impl SaturationMonitor {
     pub const fn limit(&self) -> u32 {
         self.ticks
     }
-
-    /// One sample: takes whether the output stands at a limit.
-    #[inline]
-    pub fn check(&self, state: &mut SaturationState, at_limit: bool) -> Option<Trip> {
-        state.samples = lengthened(state.samples, at_limit);
-        let [samples, limit] = [state.samples, self.ticks];
-        (samples > limit).then_some(Trip::new(
-            FaultCause::SaturationTooLong,
-            i64::from(samples),
-            i64::from(limit),
-        ))
-    }
 }
 
-/// Memory of a [`SaturationMonitor`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct SaturationState {
-    samples: u32,
-}
-
-/// Checks that the control loop runs at every tick, once.
+/// Checks that the control loop runs at every tick, once, by the number of its
+/// tick, which the hardware timer counts and not the loop. The first one may be
+/// any; after a trip the next one is compared with the number that came.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct TickMonitor;
-
-impl TickMonitor {
-    /// One sample: takes the number of its tick, counted by the hardware timer
-    /// and not by the loop. The first one may be any; after a trip the next one
-    /// is compared with the number that came.
-    ///
-    /// ```
-    /// use firmware::monitor::{TickState, TickMonitor};
-    ///
-    /// let mut state = TickState::default();
-    /// assert_eq!(TickMonitor.check(&mut state, 41), None);
-    /// assert_eq!(TickMonitor.check(&mut state, 42), None);
-    /// let trip = TickMonitor.check(&mut state, 45).expect("43 and 44 are missing");
-    /// assert_eq!(trip.measured, 2);
-    /// ```
-    #[inline]
-    pub fn check(&self, state: &mut TickState, tick: u64) -> Option<Trip> {
-        // Counted modulo 2^64, so that no end has to be looked at.
-        let expected = state.expected.replace(tick.wrapping_add(1))?;
-        let missed = tick.wrapping_sub(expected).cast_signed();
-        (missed != 0).then_some(Trip::new(FaultCause::MissedTick, missed, 0))
-    }
-}
-
-/// Memory of a [`TickMonitor`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct TickState {
-    /// The number that comes next; none before the first tick.
-    expected: Option<u64>,
-}
-
-/// The length of a run of samples after one more; it ends where the condition
-/// does, and stays at its largest value.
-#[inline]
-const fn lengthened(samples: u32, goes_on: bool) -> u32 {
-    if goes_on {
-        samples.saturating_add(1)
-    } else {
-        0
-    }
-}

@@ -1,12 +1,12 @@
-//! Motion command with seven intervals (paper, Fig. 6), generated sample by
-//! sample in integers.
+//! Motion command with seven intervals (paper, Fig. 6) in stretches, planned in
+//! integers.
 //!
 //! The acceleration is a quarter sine up (`t1`), constant (`t2`), a quarter
 //! cosine down (`t3`), rest (`t4`), then the mirrored three below zero
 //! (`t5`-`t7`). Any interval may be zero. Both amplitudes follow from zero
-//! final speed and the travel `h`. [`MotionPlan`] computes once what
-//! [`MotionGenerator`] needs at every sample; [`MotionState`] is all that
-//! changes, so that any number of axes can run the same plan.
+//! final speed and the travel `h`. [`MotionPlan`] computes once what its
+//! [`Stretches`] need, a [`PlannedMotion`] keeps them, and [`Motion`] hands them
+//! to an axis, of which any number can run the same one.
 //!
 //! # Promises
 //!
@@ -18,10 +18,8 @@
 //!   at rest, and reported as [`crate::Next::Last`].
 //! * A mirrored travel gives exactly mirrored sums: those of the magnitude are
 //!   formed, and the sign comes just before the rounding.
-//! * Velocity and acceleration are within `3 + N·2^−27` units of theirs, where
-//!   `N` is the number of samples of the interval; the exponents are such that
-//!   the peaks lie between 2^23 and 2^24 units (60 fraction bits at most). At a
-//!   jump the acceleration is that of what follows.
+//! * The feed-forward is within 1/8 code of `Kv·v + Ka·a + Kf·sign(v)` of the
+//!   exact command. At a jump the acceleration is that of what follows.
 //!
 //! # Equations
 //!
@@ -31,76 +29,42 @@
 //!
 //! ```text
 //! constant  x = x0 + v0·τ + A·τ²/2
-//! rise      x = x0     + (v0 + A/ω)·τ − S·sin φ,   φ = ω·τ
-//! fall      x = x0 + S +  v0·τ        − S·sin φ,   φ = ω·τ + π/2
-//!           v =          slope of line − S·ω·cos φ,   a = S·ω²·sin φ
+//! rise      x = x0     + (v0 + A/ω)·τ − S·sin ωτ,   v = v0 + (A/ω)·(1 − cos ωτ),   a = A·sin ωτ
+//! fall      x = x0 + S +  v0·τ        − S·cos ωτ,   v = v0 + (A/ω)·sin ωτ,         a = A·cos ωτ
 //! ```
 //!
-//! The parabola is summed by its differences. The sine is turned: with
-//! `s = S·sin φ`, `c` = `S·cos φ` half a sample later, and `ε = 2·sin(ω/2)`,
+//! A stretch of `N` samples is the cubic through `x` at its first sample, at a
+//! third and two thirds, and at the sample behind it; its feed-forward is the
+//! parabola through three points. Both go over into differences of a sample,
+//! rounded to 2^−32. Every stretch begins with the exact command: no error
+//! outlives it. The sine is turned from point to point of an interval in numbers
+//! of 62 bits (`real.rs`), and computed anew at the first sample of each.
 //!
-//! ```text
-//! s ← s + ε·c,   c ← c − ε·s
-//! ```
-//!
-//! is exact, as `sin(φ+ω) − sin φ = ε·cos(φ+ω/2)`; and the cosine at the sample
-//! is the mean of the two beside it over `cos(ω/2)`. Line and sine are computed
-//! anew at the first sample of every interval, from the exact whole number of
-//! picoseconds that it comes after the interval's start: no error outlives its
-//! interval, and there is none from the resolution of time. An interval with
-//! one sample needs no turning; with two or more `ω < π/2`.
-//!
-//! # Error of the position, in counts
-//!
-//! The sine has `Fy` fraction bits such that `S·2^Fy` lies between 2^61 and
-//! 2^62. `N` is the number of samples of the interval.
+//! # Error
 //!
 //! | from | bound | where |
 //! | --- | --- | --- |
-//! | turning: 1.5 units a product (`piece.rs`), two a sample. One unit off in `s` or `c` never becomes more than `1/cos(ω/2) ≤ √2` units in `s` | `√2·3·N·2^−Fy` | sine |
-//! | `ε` to 2^−63: `φ` is off by at most `√2·2^−63` a sample, `S < 2^(62−Fy)` | `0.71·N·2^−Fy` | sine |
-//! | `s` and `c` at the first sample, to a unit each | `2·√2·2^−Fy` | sine |
-//! | together for `N ≥ 2`, with `N ≤ 2^(Fy−5)` | `6.4·N·2^−Fy ≤ 0.2` | sine |
-//! | differences to 2^−63, with `N ≤ 2^30` | `(N/2 + N²/4)·2^−62 ≤ 0.07` | parabola |
-//! | the step of a line to 2^−63, with `N < 2^32` | `N·2^−63 ≤ 2^−31` | line |
-//! | the sine cut off where it meets the line | 2^−30 | sine |
-//! | planning: 62 bits a number, 40 operations in a row, up to 2^33 counts | 2^−23 | all |
+//! | cubic through four points, `\|x⁗\| ≤ A·ω²` | `A·ω²·N⁴/1944 ≤ 1/8` count | sine |
+//! | jerk to 2^−33, summed three times, `N ≤ 2^10` | `N³/6·2^−33 ≤ 0.021` counts | sine |
+//! | acceleration to 2^−33, `N ≤ 2^10`; `N ≤ 2^14` | `N²/2·2^−33` ≤ 10^−4; 0.016 counts | sine; parabola |
+//! | velocity to 2^−33, `N ≤ 2^26` | `N·2^−33 ≤ 0.008` counts | all |
+//! | planning: 62 bits a number, up to 2^33 counts | 2^−20 counts | all |
+//! | parabola through three points, `\|f‴\| ≤ Kv·A·ω² + Ka·A·ω³` | `\|f‴\|·N³/124.7 ≤ 1/16` code | sine |
 //!
-//! The largest sum is 0.2 + 2^−30 + 2^−22 < ¼. What `N` may be follows from `Fy`,
-//! that is from `S`, at most 1.75 times what the interval travels: 2^25
-//! samples, 9 hours at 1 ms, for `S` of 2^32 counts, and more for less. Measured
-//! over 1.67·10^7 samples with `S` of 2^30: 0.0015 counts.
-//!
-//! At a change of interval the sum returns to the exact command by what it was
-//! off. There, a motion that is slower than that per sample may go back by one
-//! count: after 10^6 samples, one slower than 0.007 counts a sample.
-//!
-//! # Error of velocity and acceleration, in their units
-//!
-//! | from | velocity | acceleration |
-//! | --- | --- | --- |
-//! | rounding | 0.5 | 0.5 |
-//! | weight to half a unit, times `2^31·2^−30` and `2^30·2^−29` | 1 | 1 |
-//! | low words left out, about their mean: 1 and ½ units times the weight, `√2·2^30·2^−30` and `2^30·2^−29`, and 1/64 for the margin of `S` | 1.44 | 1.02 |
-//! | drift of cosine and sine, `6.4·N·2^−32` in each word, times the same | `N·2^−27.7` | `N·2^−28.3` |
-//!
-//! With constant acceleration the velocity is summed in `2^−30` units: at most
-//! `0.5 + (N + 1)·2^−31`.
+//! The largest sum is 0.16 < ¼ count, and below 1/8 code.
 //!
 //! # Range and cost
 //!
 //! Travels up to 2^31 counts, intervals up to 53 days together, sample times
 //! from 1 ns to 4.29 s. Refused are, besides what is no motion, only speeds and
-//! accelerations of 2^24 and more and the intervals with too many samples
-//! ([`crate::Refusal`]). Positions are modulo 2^32, so that a motion may pass the
-//! end of the counter's range. Per sample there are eight products 32×32→64, no
-//! division and nothing wider than 64 bits; planning divides and uses 128.
+//! accelerations of 2^24 and more ([`crate::Refusal`]). Positions are modulo 2^32,
+//! so that a motion may pass the end of the counter's range. A sample is five
+//! additions of 64 bits; planning divides, uses 128 bits, and is done once a move.
 
 mod interval;
-pub mod piece;
 mod plan;
 mod real;
-#[cfg(test)]
-mod tests;
+mod stretches;
 
-pub use self::plan::{MotionGenerator, MotionPlan, MotionState, PlanHead};
+pub use self::plan::{Motion, MotionPlan, PlanHead, PlannedMotion};
+pub use self::stretches::Stretches;

@@ -21,8 +21,9 @@
 //!   code is then the sum, at the price of noise: the sum of `N` codes wanders
 //!   about `Σy` by up to `½·√N` codes (standard deviation).
 
-use crate::dac::Dac;
+use crate::dac::{Dac, HALF};
 use crate::refusal::{Refusal, What, accepted};
+use crate::settings::Settings;
 
 /// The codes that this sample can reach, both ends included.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -96,6 +97,9 @@ pub struct Output {
     dac: Dac,
     /// Largest step per sample \[codes\]; larger than any where there is none.
     slew: i32,
+    /// Bits that are kept of what rounding leaves, and those that are set.
+    kept: u32,
+    set: u32,
     quantiser: Quantiser,
 }
 
@@ -117,20 +121,48 @@ impl Output {
             Some(codes) => codes,
         };
         accepted!(What::SlewCodes.word_within(slew, [1, Self::SLEW_MOST]));
-        Ok(Self {
-            dac,
-            slew: slew.cast_signed(),
-            quantiser,
-        })
+        Ok(Self::limited(dac, slew, quantiser))
     }
 
     /// An output whose code may change by any step.
     pub const fn unlimited(dac: Dac, quantiser: Quantiser) -> Self {
+        Self::limited(dac, Self::SLEW_MOST, quantiser)
+    }
+
+    /// That of checked settings.
+    pub(crate) fn of(settings: &Settings) -> Self {
+        let quantiser = match settings.quantiser {
+            0 => Quantiser::Nearest,
+            1 => Quantiser::ErrorFeedback,
+            _ => Quantiser::Dither {
+                seed: settings.dither_seed,
+            },
+        };
+        Self::limited(
+            Dac::of_bits(settings.dac_bits),
+            settings.slew_codes,
+            quantiser,
+        )
+    }
+
+    const fn limited(dac: Dac, slew: u32, quantiser: Quantiser) -> Self {
+        let [kept, set] = match quantiser {
+            Quantiser::ErrorFeedback => [u32::MAX, 0],
+            Quantiser::Nearest | Quantiser::Dither { .. } => [0, HALF],
+        };
         Self {
             dac,
-            slew: Self::SLEW_MOST.cast_signed(),
+            slew: slew.cast_signed(),
+            kept,
+            set,
             quantiser,
         }
+    }
+
+    /// `ρ` of the next sample where rounding has left `rest` \[2^−32 codes\].
+    #[inline(always)]
+    pub(crate) const fn remainder(&self, rest: u32) -> u32 {
+        rest & self.kept | self.set
     }
 
     /// The same for another converter.
@@ -147,8 +179,32 @@ impl Output {
         }
     }
 
-    /// The codes that can be reached from `code`.
+    /// Tells whether `whole` is a code that can be reached from `code`.
+    ///
+    /// ```text
+    /// 0 ≤ whole + 2^(n−1) < 2^n,   0 ≤ whole − code_prev + s ≤ 2·s
+    /// ```
     #[inline(always)]
+    pub(crate) const fn reaches(&self, code: i32, whole: i32) -> bool {
+        let slew_is_free = self.slew == Self::SLEW_MOST.cast_signed();
+        let from_least = whole.wrapping_sub(self.dac.min_code()).cast_unsigned();
+        let from_slowest = whole
+            .wrapping_sub(code)
+            .wrapping_add(self.slew)
+            .cast_unsigned();
+        let most = self.dac.max_code().cast_unsigned();
+        let slew = self.slew.cast_unsigned();
+        from_least <= most.wrapping_mul(2).wrapping_add(1)
+            && (slew_is_free || from_slowest <= slew.wrapping_mul(2))
+    }
+
+    /// Tells whether `ρ` is random.
+    #[inline(always)]
+    pub(crate) const fn dithers(&self) -> bool {
+        matches!(self.quantiser, Quantiser::Dither { .. })
+    }
+
+    /// The codes that can be reached from `code`.
     pub(crate) fn window(&self, code: i32) -> Window {
         if self.slew == Output::SLEW_MOST.cast_signed() {
             // Wider than any converter.
@@ -164,6 +220,10 @@ impl Output {
     /// The converter.
     pub const fn dac(&self) -> Dac {
         self.dac
+    }
+
+    pub(crate) const fn slew(&self) -> u32 {
+        self.slew.cast_unsigned()
     }
 
     /// Largest change of the code per sample \[codes\], where there is one.

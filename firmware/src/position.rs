@@ -23,8 +23,8 @@
 //! readings in a row allow `(m + 1)` times the jump, so that one disturbed
 //! transfer costs nothing. Once this reaches `2^(n−1)`, a motion could not be
 //! told from its complement: only the very register of the last good reading
-//! is accepted from there on, and the way back is to start anew with
-//! `PositionState::default()`, which needs a new reference.
+//! is accepted from there on, and the way back is to start anew, with the reset
+//! of the fault, which needs a new reference.
 //!
 //! # Ranges
 //!
@@ -38,18 +38,13 @@ use crate::wide;
 /// A counter and what its axis can do at most.
 ///
 /// ```
-/// use firmware::{CounterParameters, PositionState};
+/// use firmware::CounterParameters;
 ///
 /// // 16 bits, at most 500 counts per sample.
 /// let counter = CounterParameters::accept(16, Some(500))?;
-/// let mut state = PositionState::default();
-/// assert_eq!(counter.read(&mut state, 0x7FFF).position, 32_767);
-/// // Two counts on, across the end of the register.
-/// assert_eq!(counter.read(&mut state, 0x8001).position, 32_769);
-///
-/// let reading = counter.read(&mut state, 0x0001);
-/// assert_eq!(reading.glitch.map(|trip| trip.measured), Some(-32_768));
-/// assert_eq!((reading.position, reading.difference), (32_769, 0));
+/// assert_eq!((counter.bits(), counter.largest_jump()), (16, Some(500)));
+/// // Half a turn forwards is half a turn backwards.
+/// assert!(CounterParameters::accept(16, Some(32_768)).is_err());
 /// # Ok::<(), firmware::Refusal>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -88,51 +83,6 @@ impl CounterParameters {
         Ok(counter)
     }
 
-    /// Takes the register as it was read; bits above the counter's width are
-    /// ignored.
-    #[inline]
-    pub fn read(&self, state: &mut PositionState, register: u32) -> Reading {
-        let Some(last) = state.position else {
-            let position = self.signed(register);
-            state.position = Some(position);
-            return Reading {
-                position,
-                difference: 0,
-                glitch: None,
-            };
-        };
-
-        // d = register − c, modulo 2^n                                 [counts]
-        let difference = self.signed(register.wrapping_sub(last.cast_unsigned()));
-        if let Some(limit) = self.allowed(state.missed)
-            && difference.unsigned_abs() > limit
-        {
-            // At 10 µs it takes 12 hours to the end, and there it stays.
-            state.missed = state.missed.saturating_add(1);
-            return Reading {
-                position: last,
-                difference: 0,
-                glitch: Some(Trip::new(
-                    FaultCause::EncoderGlitch,
-                    i64::from(difference),
-                    i64::from(limit),
-                )),
-            };
-        }
-
-        // c ← c + d, modulo 2^32                                       [counts]
-        let position = last.wrapping_add(difference);
-        *state = PositionState {
-            position: Some(position),
-            missed: 0,
-        };
-        Reading {
-            position,
-            difference,
-            glitch: None,
-        }
-    }
-
     /// `n`, the width of the counter.
     pub const fn bits(&self) -> u8 {
         self.bits
@@ -144,66 +94,79 @@ impl CounterParameters {
         self.largest_jump
     }
 
-    /// Largest `|d|` after `missed` bad readings \[counts\].
-    #[inline]
-    fn allowed(&self, missed: u32) -> Option<u32> {
-        let largest = self.largest_jump?;
-        if missed == 0 {
-            return Some(largest);
-        }
-        let grown = largest.saturating_mul(missed.saturating_add(1));
-        Some(if grown < self.half_wheel() { grown } else { 0 })
-    }
-
-    /// The low `n` bits as a signed number.
-    #[inline]
-    fn signed(&self, register: u32) -> i32 {
-        // To the top of the word and back with the sign; 0 to 24 places.
-        let above = u32::BITS.saturating_sub(u32::from(self.bits));
-        register
-            .wrapping_shl(above)
-            .cast_signed()
-            .wrapping_shr(above)
-    }
-
     /// `2^(n−1)`.
     const fn half_wheel(&self) -> u32 {
         1_u32.wrapping_shl(wide::byte(self.bits.saturating_sub(1)))
     }
 }
 
+/// The low bits of a register as a signed number; `shift` is 32 less their number.
+#[inline(always)]
+pub(crate) const fn signed(register: u32, shift: u32) -> i32 {
+    // To the top of the word and back with the sign.
+    register
+        .wrapping_shl(shift)
+        .cast_signed()
+        .wrapping_shr(shift)
+}
+
 /// Memory of a counter. The default is the state before the first reading.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct PositionState {
+pub(crate) struct Counter {
     /// `c` of the last good reading \[counts, modulo 2^32\].
-    position: Option<i32>,
+    pub(crate) position: i32,
     /// Bad readings since then.
-    missed: u32,
+    pub(crate) missed: u32,
+    /// True from the first reading on.
+    pub(crate) known: bool,
 }
 
-impl PositionState {
-    /// Position of the last good reading \[counts, modulo 2^32\]; `None` before
-    /// the first.
-    pub const fn position(&self) -> Option<i32> {
-        self.position
+impl Counter {
+    /// Takes a register of `32 − shift` bits, of which changes up to `jump` are
+    /// credible; the change \[counts\].
+    pub(crate) fn follow(&mut self, register: u32, shift: u32, jump: u32) -> Result<i32, Trip> {
+        if !self.known {
+            self.known = true;
+            self.position = signed(register, shift);
+            return Ok(0);
+        }
+        // d = register − c, modulo 2^n                                 [counts]
+        let difference = signed(register.wrapping_sub(self.position.cast_unsigned()), shift);
+        let limit = self.allowed(shift, jump);
+        if difference.unsigned_abs() > limit {
+            // At 10 µs it takes 12 hours to the end, and there it stays.
+            self.missed = self.missed.saturating_add(1);
+            return Err(Trip::new(
+                FaultCause::EncoderGlitch,
+                i64::from(difference),
+                i64::from(limit),
+            ));
+        }
+        // c ← c + d, modulo 2^32                                       [counts]
+        self.position = self.position.wrapping_add(difference);
+        self.missed = 0;
+        Ok(difference)
     }
 
-    /// Number of readings in a row that have been glitches, up to the last one. Not 0
-    /// when a fault is reset: the counter has not come back, start anew.
-    pub const fn missed(&self) -> u32 {
-        self.missed
+    /// Largest `|d|` after bad readings \[counts\].
+    fn allowed(&self, shift: u32, jump: u32) -> u32 {
+        if self.missed == 0 || jump == u32::MAX {
+            return jump;
+        }
+        let half_wheel = (1_u32 << 31).wrapping_shr(shift);
+        let grown = jump.saturating_mul(self.missed.saturating_add(1));
+        if grown < half_wheel { grown } else { 0 }
     }
-}
 
-/// Results of one reading.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Reading {
-    /// Position \[counts, modulo 2^32\]: the last good one after a glitch.
-    pub position: i32,
-    /// Change since the last good reading \[counts\]; 0 at the first reading
-    /// and at a glitch.
-    pub difference: i32,
-    /// The jump, signed, and the largest magnitude that was allowed, if the
-    /// reading was not credible.
-    pub glitch: Option<Trip>,
+    /// Starts anew after a reading that never came back.
+    pub(crate) fn reset(&mut self) {
+        if self.missed != 0 {
+            *self = Self::default();
+        }
+    }
+
+    /// The position of the last good reading, if there was one.
+    pub(crate) fn position(&self) -> Option<i32> {
+        self.known.then_some(self.position)
+    }
 }

@@ -12,8 +12,10 @@ use core::borrow::Borrow;
 
 use heapless::Vec;
 
-use crate::counts;
+use crate::counts::{self, Counts};
+use crate::dac::Codes;
 use crate::refusal::{Refusal, What};
+use crate::wide;
 
 /// Command to the axis at one sample.
 ///
@@ -21,6 +23,7 @@ use crate::refusal::{Refusal, What};
 /// those of the source, declared once when the feed-forward words are made, so
 /// that each uses its 32 bits to the full at any sample time.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Setpoint {
     /// Position \[counts, modulo 2^32\].
     pub position: i32,
@@ -28,6 +31,9 @@ pub struct Setpoint {
     pub velocity: i32,
     /// Acceleration \[2^−`acceleration_fraction_bits` counts per sample²\].
     pub acceleration: i32,
+    /// Feed-forward that the source has computed itself \[codes\]; `None` leaves it
+    /// to the law's words, of velocity and acceleration.
+    pub ahead: Option<Codes>,
 }
 
 /// State of the axis as a source of setpoints sees it: a routine such as a
@@ -43,11 +49,149 @@ pub struct Observed {
     pub code: i32,
 }
 
+/// Samples of a motion whose third difference is constant: the command as
+/// forward differences, three additions a sample.
+///
+/// ```text
+/// r(k+1) = r(k) + v(k),   v(k+1) = v(k) + a(k),   a(k+1) = a(k) + j
+/// ```
+///
+/// So it is with the feed-forward, whose second difference is constant.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[repr(C)]
+pub struct Stretch {
+    /// `r + ½` at the first sample, whose whole part is the nearest count.
+    pub position: Counts,
+    /// `v`, the change to the next sample.
+    pub velocity: Counts,
+    /// `a`, the change of that.
+    pub acceleration: Counts,
+    /// `j`, the change of that.
+    pub jerk: Counts,
+    /// Feed-forward at the first sample.
+    pub ahead: Codes,
+    /// Its change to the next sample.
+    pub ahead_change: Codes,
+    /// The change of that.
+    pub ahead_growth: Codes,
+    /// Number of samples, at least 1.
+    pub samples: u32,
+    /// Sign of the velocity on the way: −1, 0 or 1.
+    pub velocity_sign: i8,
+    /// Sign of the acceleration on the way.
+    pub acceleration_sign: i8,
+}
+
+impl Stretch {
+    /// Words of a stretch on a line and in a table: the seven numbers, the lower word
+    /// of each first, the samples, and the two signs a byte each.
+    pub const WORDS: usize = 16;
+
+    /// The words, in their order.
+    pub fn to_words(&self) -> [i32; Self::WORDS] {
+        let [v, a] = [self.velocity_sign, self.acceleration_sign].map(i8::cast_unsigned);
+        let numbers = [
+            self.position.to_bits(),
+            self.velocity.to_bits(),
+            self.acceleration.to_bits(),
+            self.jerk.to_bits(),
+            self.ahead.to_bits(),
+            self.ahead_change.to_bits(),
+            self.ahead_growth.to_bits(),
+        ];
+        let [b, c, d, e, f, g, h] = numbers.map(|n| [wide::lower(n), wide::upper(n)]);
+        let [[b, i], [c, j], [d, k], [e, l], [f, m], [g, n], [h, o]] = [b, c, d, e, f, g, h];
+        let signs = i32::from_le_bytes([v, a, 0, 0]);
+        let samples = self.samples.cast_signed();
+        [b, i, c, j, d, k, e, l, f, m, g, n, h, o, samples, signs]
+    }
+
+    /// The stretch of these words.
+    #[inline]
+    pub fn from_words(words: &[i32; Self::WORDS]) -> Self {
+        let [b, i, c, j, d, k, e, l, f, m, g, n, h, o, samples, signs] = *words;
+        let number = |lower, upper| Counts::from_bits(wide::joined(upper, lower));
+        let signs = signs.to_le_bytes().map(|sign| sign.cast_signed().signum());
+        let [velocity_sign, acceleration_sign, ..] = signs;
+        Self {
+            position: number(b, i),
+            velocity: number(c, j),
+            acceleration: number(d, k),
+            jerk: number(e, l),
+            ahead: number(f, m),
+            ahead_change: number(g, n),
+            ahead_growth: number(h, o),
+            samples: samples.cast_unsigned(),
+            velocity_sign,
+            acceleration_sign,
+        }
+    }
+
+    /// An axis that stays at `position` \[counts\].
+    pub const fn resting_at(position: i32) -> Self {
+        Self {
+            position: nearest(position),
+            velocity: Counts::ZERO,
+            acceleration: Counts::ZERO,
+            jerk: Counts::ZERO,
+            ahead: Codes::ZERO,
+            ahead_change: Codes::ZERO,
+            ahead_growth: Codes::ZERO,
+            samples: u32::MAX,
+            velocity_sign: 0,
+            acceleration_sign: 0,
+        }
+    }
+
+    /// From one sample to the next; how many there are is for who asks to know.
+    #[inline(always)]
+    pub fn advance(&mut self) {
+        self.position = self.position.wrapping_add(self.velocity);
+        self.velocity = self.velocity.wrapping_add(self.acceleration);
+        self.acceleration = self.acceleration.wrapping_add(self.jerk);
+        self.ahead = self.ahead.wrapping_add(self.ahead_change);
+        self.ahead_change = self.ahead_change.wrapping_add(self.ahead_growth);
+    }
+
+    /// The first of its samples as a setpoint of its own, with so many fraction bits
+    /// of the velocity; of the acceleration it tells the sign.
+    pub fn first(&self, velocity_fraction_bits: u8) -> Setpoint {
+        let shift = 32_i64.wrapping_sub(wide::bits(velocity_fraction_bits));
+        let velocity = match u32::try_from(shift) {
+            Ok(down) => self.velocity.to_bits().wrapping_shr(down),
+            Err(_) => {
+                let up = shift.unsigned_abs().try_into().unwrap_or(0);
+                self.velocity.to_bits().wrapping_shl(up)
+            }
+        };
+        Setpoint {
+            position: self.setpoint(),
+            velocity: wide::lower(velocity),
+            acceleration: i32::from(self.acceleration_sign),
+            ahead: Some(self.ahead),
+        }
+    }
+
+    /// The setpoint of the first of its samples \[counts, modulo 2^32\].
+    #[inline(always)]
+    pub const fn setpoint(&self) -> i32 {
+        wide::upper(self.position.to_bits())
+    }
+}
+
+/// A whole position as that of a stretch: with the half that rounds it.
+pub(crate) const fn nearest(position: i32) -> Counts {
+    Counts::from_bits(wide::joined(position, i32::MIN))
+}
+
 /// Answer of a source for this sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Next {
     /// A setpoint of the motion.
     Setpoint(Setpoint),
+    /// The setpoints of this sample and of those after it; the source is asked
+    /// again behind them.
+    Stretch(Stretch),
     /// The last setpoint: the axis holds it from here on.
     Last(Setpoint),
     /// The motion has not ended but there is no setpoint.
@@ -129,6 +273,11 @@ impl<const N: usize> SetpointTable<N> {
         Refusal::new(What::Setpoints, needed, [1, most])
     }
 
+    /// Entries that it still has room for.
+    pub fn room(&self) -> usize {
+        N.saturating_sub(self.entries.len())
+    }
+
     /// Appends the setpoint of the next sample \[counts\].
     ///
     /// # Errors
@@ -164,7 +313,40 @@ impl<const N: usize> SetpointTable<N> {
 #[derive(Debug, Clone)]
 pub struct TableSource<T, const N: usize> {
     table: T,
-    k: u64,
+    place: TablePlace,
+}
+
+/// How far a table has been read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TablePlace {
+    k: usize,
+    /// The entry before, from the second on \[counts\].
+    before: i32,
+}
+
+impl TablePlace {
+    /// Before the first entry.
+    pub const START: Self = Self { k: 0, before: 0 };
+
+    /// The setpoint of the next entry, and from the last one on that.
+    #[inline]
+    pub fn next<const N: usize>(&mut self, table: &SetpointTable<N>) -> Next {
+        let entry = table.entries.get(self.k);
+        let position = entry.copied().unwrap_or(table.last);
+        let before = if self.k == 0 { position } else { self.before };
+        self.before = position;
+        self.k = self.k.saturating_add(1);
+        let setpoint = |velocity| Setpoint {
+            position,
+            velocity,
+            ..Setpoint::default()
+        };
+        if self.k < table.entries.len() {
+            Next::Setpoint(setpoint(counts::difference(position, before)))
+        } else {
+            Next::Last(setpoint(0))
+        }
+    }
 }
 
 impl<T: Borrow<SetpointTable<N>>, const N: usize> TableSource<T, N> {
@@ -175,28 +357,14 @@ impl<T: Borrow<SetpointTable<N>>, const N: usize> TableSource<T, N> {
 
     /// Starts at the first entry.
     pub const fn new(table: T) -> Self {
-        Self { table, k: 0 }
+        let place = TablePlace::START;
+        Self { table, place }
     }
 }
 
 impl<T: Borrow<SetpointTable<N>>, const N: usize> SetpointSource for TableSource<T, N> {
+    #[inline]
     fn next(&mut self, _: &Observed) -> Next {
-        let table = self.table.borrow();
-        let position = table.at(self.k);
-        let before = table.at(self.k.saturating_sub(1));
-        self.k = self.k.saturating_add(1);
-        let entries = table.as_counts().len();
-        if usize::try_from(self.k).is_ok_and(|k| k < entries) {
-            Next::Setpoint(Setpoint {
-                position,
-                velocity: counts::difference(position, before),
-                acceleration: 0,
-            })
-        } else {
-            Next::Last(Setpoint {
-                position,
-                ..Setpoint::default()
-            })
-        }
+        self.place.next(self.table.borrow())
     }
 }

@@ -21,6 +21,7 @@ use crate::word::{GainWord, Part};
 /// );
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Refusal {
     /// The setting.
     pub what: What,
@@ -34,6 +35,7 @@ pub struct Refusal {
 
 /// A setting that can be refused; its unit is that of the values beside it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum What {
     /// Bits of the converter.
@@ -82,15 +84,16 @@ pub enum What {
     Velocity,
     /// Peak of the acceleration in an interval, 1 to 7 \[counts per sample²\].
     Acceleration(u8),
-    /// Samples of an interval, 1 to 7: their roundings could add up to a
-    /// quarter of a count.
-    IntervalSamples(u8),
+    /// Stretches of a planned motion.
+    Stretches,
     /// Limit of the following error \[counts\].
     FollowingError,
     /// Mantissa of the lag that is allowed per speed.
     Lag(GainWord),
-    /// Fraction bits of the velocity beside those of the lag.
+    /// Fraction bits of the lag.
     LagFractionBits(GainWord),
+    /// Fraction bits of the setpoints' velocities.
+    VelocityFractionBits,
     /// Code that must move the axis.
     EncoderLossCode,
     /// Samples after which an encoder is lost.
@@ -281,9 +284,9 @@ impl fmt::Display for Refusal {
                 "interval {interval} accelerates by {value} counts per sample²; \
                  it must stay below 2^24, with a longer interval or a shorter sample time"
             ),
-            What::IntervalSamples(interval) => say!(
-                "interval {interval} has {value} samples; \
-                 up to {most} of them are exact to a quarter of a count"
+            What::Stretches => say!(
+                "the motion has {value} stretches; there is room for {most}, which a smaller \
+                 feed-forward or a slower motion needs"
             ),
             What::FollowingError => say!(
                 "a following error limit of {value} counts is of no use; \
@@ -294,8 +297,12 @@ impl fmt::Display for Refusal {
                  it must be at least {least}"
             ),
             What::LagFractionBits(per_speed) => say!(
-                "the following error's share per speed {per_speed} and a velocity with \
-                 {value} fraction bits have more than 62 of them together"
+                "the following error's share per speed {per_speed} has {value} fraction bits; \
+                 it must have at most {most}"
+            ),
+            What::VelocityFractionBits => say!(
+                "velocities of {value} fraction bits are not supported; \
+                 they must have at most {most}"
             ),
             What::EncoderLossCode => say!(
                 "a code threshold of {value} cannot tell a lost encoder; \

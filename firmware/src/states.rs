@@ -17,6 +17,7 @@ use core::fmt;
 
 /// States of an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum State {
     /// Without power; the position is followed all the same.
     #[default]
@@ -96,6 +97,7 @@ impl State {
 /// Events of an axis: requests from outside, and what it finds out
 /// itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Event {
     /// Request: power on and hold the position where the axis stands.
     Enable,
@@ -137,6 +139,7 @@ impl Event {
 
 /// A request that the state does not follow. The axis goes on as it was.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Refused {
     /// The state, before and after.
     pub state: State,

@@ -23,7 +23,9 @@
 use core::fmt;
 use core::sync::atomic::{AtomicBool, AtomicI32, AtomicUsize, Ordering};
 
+use crate::dac::Codes;
 use crate::reference::{Next, Observed, Setpoint, SetpointSource};
+use crate::wide;
 
 /// A setpoint on its way, with velocity and acceleration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -170,6 +172,9 @@ struct Place {
     position: AtomicI32,
     velocity: AtomicI32,
     acceleration: AtomicI32,
+    /// Feed-forward, where there is one: its upper and its lower word.
+    ahead: [AtomicI32; 2],
+    computed: AtomicBool,
     last: AtomicBool,
 }
 
@@ -179,6 +184,8 @@ impl Place {
             position: AtomicI32::new(0),
             velocity: AtomicI32::new(0),
             acceleration: AtomicI32::new(0),
+            ahead: [const { AtomicI32::new(0) }; 2],
+            computed: AtomicBool::new(false),
             last: AtomicBool::new(false),
         }
     }
@@ -189,15 +196,27 @@ impl Place {
         self.velocity.store(setpoint.velocity, Ordering::Relaxed);
         self.acceleration
             .store(setpoint.acceleration, Ordering::Relaxed);
+        let ahead = setpoint.ahead.unwrap_or_default().to_bits();
+        let [upper, lower] = &self.ahead;
+        upper.store(wide::upper(ahead), Ordering::Relaxed);
+        lower.store(wide::lower(ahead), Ordering::Relaxed);
+        let computed = setpoint.ahead.is_some();
+        self.computed.store(computed, Ordering::Relaxed);
         let last = matches!(item, Streamed::Last(_));
         self.last.store(last, Ordering::Relaxed);
     }
 
     fn load(&self) -> Streamed {
+        let [upper, lower] = self
+            .ahead
+            .each_ref()
+            .map(|word| word.load(Ordering::Relaxed));
+        let ahead = Codes::from_bits(wide::joined(upper, lower));
         let setpoint = Setpoint {
             position: self.position.load(Ordering::Relaxed),
             velocity: self.velocity.load(Ordering::Relaxed),
             acceleration: self.acceleration.load(Ordering::Relaxed),
+            ahead: self.computed.load(Ordering::Relaxed).then_some(ahead),
         };
         if self.last.load(Ordering::Relaxed) {
             Streamed::Last(setpoint)

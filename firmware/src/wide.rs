@@ -26,6 +26,12 @@ pub(crate) const fn byte(value: u8) -> u32 {
     u32::from_le_bytes([value, 0, 0, 0])
 }
 
+/// The lowest byte of a word.
+pub(crate) const fn lowest_byte(value: u32) -> u8 {
+    let [byte, ..] = value.to_le_bytes();
+    byte
+}
+
 /// A word as a double one.
 pub(crate) const fn word(value: u32) -> u64 {
     let [b0, b1, b2, b3] = value.to_le_bytes();
@@ -81,6 +87,11 @@ pub(crate) const fn upper(value: i64) -> i32 {
 pub(crate) const fn lower(value: i64) -> i32 {
     let [a, b, c, d, ..] = value.to_le_bytes();
     i32::from_le_bytes([a, b, c, d])
+}
+
+/// The double word of an upper and a lower one.
+pub(crate) const fn joined(upper: i32, lower: i32) -> i64 {
+    signed(upper).wrapping_shl(32) | unsigned(lower.cast_unsigned())
 }
 
 /// True if the processor has a long multiplication. Of Arm's, those without

@@ -24,6 +24,7 @@ use core::fmt;
 /// assert_eq!(half.to_string(), "1·2^-1");
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct GainWord {
     /// Mantissa, in units of 2^−`fraction_bits` codes per count.
     pub mantissa: i32,
@@ -43,6 +44,7 @@ impl GainWord {
 
 /// A part of the law that has a gain of its own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Part {
     /// `Kp·e`.
     Proportional,

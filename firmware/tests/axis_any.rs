@@ -52,18 +52,18 @@ proptest! {
         for sample in samples {
             if let Some(event) = sample.request {
                 let before = state;
-                if axis.request(&mut state, event).is_err() {
+                if state.request(event).is_err() {
                     prop_assert_eq!(state, before, "a refused request changes nothing");
                 }
             }
             if sample.gains_changed {
-                state.gains_changed();
+                state.change(&axis);
             }
             tick = tick.wrapping_add(sample.inputs.tick);
             let before = state;
             let inputs = Inputs { tick, ..sample.inputs };
             let mut source = Script::new(|_| sample.next);
-            let output = axis.tick(&mut state, &inputs, &mut source);
+            let output = state.tick(&inputs, &mut source);
             holds(&axis, &before, &state, output)?;
         }
     }
@@ -75,7 +75,7 @@ proptest! {
 fn what_must_hold_can_fail() {
     let axis = rig::axis(rig::PAPER);
     let mut state = AxisState::start(&axis);
-    let fine = axis.tick(&mut state, &Inputs::default(), &mut rig::Silent);
+    let fine = state.tick(&Inputs::default(), &mut rig::Silent);
     assert!(holds(&axis, &state, &state, fine).is_ok());
     for wrong in [
         AxisOutput {
@@ -100,7 +100,7 @@ fn what_must_hold_can_fail() {
         emergency_stop: true,
         ..Inputs::default()
     };
-    let safe = axis.tick(&mut stopped, &stop, &mut rig::Silent);
+    let safe = stopped.tick(&stop, &mut rig::Silent);
     assert!(holds(&axis, &state, &stopped, safe).is_ok());
     assert!(
         holds(

@@ -8,9 +8,7 @@ mod rig;
 use firmware::law::{AntiWindup, Derivative, Law, LawWords};
 use firmware::output::{Output, Quantiser};
 use firmware::reference::TableSource;
-use firmware::{
-    Axis, AxisState, Controller, ControllerState, Event, GainWord, SetpointTable, State,
-};
+use firmware::{Axis, Controller, ControllerState, GainWord, SetpointTable, State};
 use proptest::prelude::*;
 use rig::{Motor, PAPER, at, dac};
 
@@ -53,17 +51,14 @@ fn differing(
     let mut controller_state = ControllerState::start(&controller);
 
     let mut source = TableSource::new(&table);
-    let mut state = AxisState::start(&axis);
-    for event in [Event::Enable, Event::Start] {
-        axis.request(&mut state, event).expect("at rest");
-    }
+    let mut state = rig::started(&axis);
     let mut motor = Motor::at(i64::from(table.at(0)));
     let mut seen = std::collections::BTreeSet::new();
     let mut different = 0;
     for tick in 0..samples {
         let counts = motor.counts();
         let paper = controller.tick(&mut controller_state, counts);
-        let output = axis.tick(&mut state, &at(tick as u64, counts), &mut source);
+        let output = state.tick(&at(tick as u64, counts), &mut source);
         assert!(output.power && state.fault().is_none());
         assert_eq!(output.error_counts, paper.error_counts);
         different += usize::from(output.code != paper.code);

@@ -70,9 +70,7 @@ fn rest(axis: Axis, mut rig: Rig) -> Seen {
     let (mut distance, mut integral, mut integral_moves) = (0, None, false);
     for tick in 0..SAMPLES {
         let counts = i32::try_from(rig.position >> 16).expect("a short move");
-        let output = run
-            .axis
-            .tick(&mut run.state, &at(tick, counts), &mut source);
+        let output = run.state.tick(&at(tick, counts), &mut source);
         assert_eq!(output.state, State::Holding);
         rig.step(output.code);
         if tick >= SAMPLES * 2 / 3 {

@@ -65,23 +65,19 @@ fn runs_of_samples_start_anew_when_the_axis_is_enabled() {
     let mut sample = |state: &mut AxisState| {
         tick += 1;
         let mut far = Script::new(|_| Next::Setpoint(position(50_000)));
-        axis.tick(state, &at(tick, 0), &mut far)
+        state.tick(&at(tick, 0), &mut far)
     };
     for _ in 0..20 {
-        for event in [Event::Enable, Event::Start] {
-            axis.request(&mut state, event).expect("disabled");
-        }
+        rig::start(&mut state);
         for _ in 0..3 {
             assert_eq!(sample(&mut state).code, 8_191);
             assert_eq!(state.fault(), None, "three samples are allowed");
         }
-        axis.request(&mut state, Event::Disable).expect("moving");
+        state.request(Event::Disable).expect("moving");
         sample(&mut state);
     }
     // Contrast: four in a row.
-    for event in [Event::Enable, Event::Start] {
-        axis.request(&mut state, event).expect("disabled");
-    }
+    rig::start(&mut state);
     for _ in 0..4 {
         sample(&mut state);
     }
@@ -96,13 +92,13 @@ fn a_load_register_that_does_not_come_stops_the_axis() {
     let mut axis = axis(PAPER);
     axis.feedback = Feedback::Load(CounterParameters::WORD);
     let mut state = AxisState::start(&axis);
-    axis.request(&mut state, Event::Enable).expect("disabled");
+    state.request(Event::Enable).expect("disabled");
     let sample = |state: &mut AxisState, tick, load_register| {
         let inputs = Inputs {
             load_register,
             ..at(tick, 70_000)
         };
-        axis.tick(state, &inputs, &mut Silent)
+        state.tick(&inputs, &mut Silent)
     };
     assert_eq!(sample(&mut state, 0, Some(35_000)).error_counts, 0);
     let output = sample(&mut state, 1, None);
@@ -115,8 +111,8 @@ fn a_load_register_that_does_not_come_stops_the_axis() {
     assert_eq!((fault.values.position, fault.values.error), (35_000, 0));
 
     // Contrast: a register that reads 0 is a position, far from the setpoint.
-    axis.request(&mut state, Event::Reset).expect("a fault");
-    axis.request(&mut state, Event::Enable).expect("disabled");
+    state.request(Event::Reset).expect("a fault");
+    state.request(Event::Enable).expect("disabled");
     assert_eq!(sample(&mut state, 2, Some(35_000)).error_counts, 0);
     assert_eq!(sample(&mut state, 3, Some(0)).error_counts, 35_000);
 }
@@ -130,7 +126,7 @@ fn what_the_axis_finds_out_itself_cannot_be_requested() {
         run.request(Event::Start);
         run.tick(&mut ramp(0, 100, 1));
         let before = run.state;
-        let refused = run.axis.request(&mut run.state, event);
+        let refused = run.state.request(event);
         assert_eq!(
             refused,
             Err(Refused {

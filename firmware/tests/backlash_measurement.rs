@@ -109,6 +109,7 @@ impl Axis {
                     assert_eq!(run.result(), None);
                     self.follow(setpoint.position);
                 }
+                Next::Stretch(_) => panic!("single setpoints"),
                 Next::Last(held) => {
                     let result = run.result().expect("ended");
                     for _ in 0..3 {

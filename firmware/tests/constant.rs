@@ -12,7 +12,7 @@ use firmware::monitor::{
 use firmware::output::{Output, Quantiser};
 use firmware::{
     Axis, AxisState, BacklashCompensation, CounterParameters, Dac, ErrorRange, Event, GainWord,
-    Inputs, MotionGenerator, MotionPlan, Refusal, Room, Trigger,
+    Inputs, Motion, MotionPlan, PlannedMotion, Refusal, Room, Trigger,
 };
 
 const WORDS: LawWords = LawWords {
@@ -76,10 +76,11 @@ const AXIS: Axis = axis(WORDS, 16);
 fn codes(axis: &Axis) -> Vec<i32> {
     let second_ps = 1_000_000_000_000 / 64;
     let plan = MotionPlan::new(6_000 << 32, [second_ps; 7], 1_000_000).expect("a motion");
-    let mut source = MotionGenerator::new(&plan, 0);
+    let planned = PlannedMotion::<64>::new(&plan, axis.law().words()).expect("few stretches");
+    let mut source = Motion::new(&planned, 0);
     let mut state = AxisState::start(axis);
-    axis.request(&mut state, Event::Enable).expect("disabled");
-    axis.request(&mut state, Event::Start).expect("enabled");
+    state.request(Event::Enable).expect("disabled");
+    state.request(Event::Start).expect("enabled");
     (0..200)
         .map(|tick| {
             let inputs = Inputs {
@@ -87,7 +88,7 @@ fn codes(axis: &Axis) -> Vec<i32> {
                 motor_register: 0xFFF0,
                 ..Inputs::default()
             };
-            axis.tick(&mut state, &inputs, &mut source).code
+            state.tick(&inputs, &mut source).code
         })
         .collect()
 }

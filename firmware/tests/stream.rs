@@ -4,7 +4,7 @@
 
 use std::collections::VecDeque;
 
-use firmware::{Next, Observed, Setpoint, SetpointSource, Stream, StreamReceiver, Streamed};
+use firmware::{Codes, Next, Observed, Setpoint, SetpointSource, Stream, StreamReceiver, Streamed};
 use proptest::prelude::*;
 
 /// A setpoint that cannot be taken for another.
@@ -13,6 +13,7 @@ fn at(position: i32) -> Setpoint {
         position,
         velocity: position.wrapping_mul(3),
         acceleration: !position,
+        ahead: (position % 2 == 0).then_some(Codes::from_bits((!i64::from(position)) << 7)),
     }
 }
 
@@ -137,6 +138,7 @@ fn both_ends_work_at_the_same_time() {
                     assert_eq!(setpoint, at(expected));
                     break;
                 }
+                Next::Stretch(_) => panic!("single setpoints"),
                 Next::Underrun => {
                     std::thread::yield_now();
                     continue;

@@ -1,5 +1,5 @@
-//! `hil-runner scaling --rust` prints an axis that compiles, and that is the one of
-//! the run.
+//! `hil-runner scaling --rust` and `--c` print an axis that compiles, and that is the
+//! one of the run.
 //!
 //! `BLESS=1 cargo test -p hil-runner --test printed_axis` rewrites the files
 //! after an intended change; with `CI` set it refuses.
@@ -26,7 +26,7 @@ mod printed_axis {
 use std::path::Path;
 use std::process::{Command, Output};
 
-use firmware::Axis;
+use firmware::{Axis, Settings};
 use hil_core::controllers::{Setup, compensated};
 use hil_core::runfile::builtin;
 
@@ -64,10 +64,10 @@ const DUAL: [&str; 4] = [
     "limits.count_jump_counts=300",
 ];
 
-fn scaling(sets: &[&str], more: &[&str]) -> Output {
+fn scaling(language: &str, sets: &[&str], more: &[&str]) -> Output {
     let sets = sets.iter().flat_map(|set| ["--set", set]);
     let mut command = Command::new(env!("CARGO_BIN_EXE_hil-runner"));
-    let command = command.args(["scaling", "paper-2", "--rust"]);
+    let command = command.args(["scaling", "paper-2", language]);
     command.args(sets).args(more).output().unwrap()
 }
 
@@ -88,7 +88,7 @@ fn the_printed_constant_is_the_axis_of_the_run() {
     ] {
         let here = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/printed_axis");
         let path = here.join(file).with_extension("rs");
-        let output = scaling(sets, &[]);
+        let output = scaling("--rust", sets, &[]);
         assert!(output.status.success(), "{output:?}");
         if std::env::var_os("BLESS").is_some() {
             assert!(std::env::var_os("CI").is_none(), "not rewritten in CI");
@@ -103,13 +103,68 @@ fn the_printed_constant_is_the_axis_of_the_run() {
     assert_ne!(printed_axis::dual::AXIS, axis(&DUAL[..3]));
 }
 
+/// The words of the printed initialiser, as a program in C has them.
+fn words_in_c(sets: &[&str]) -> Vec<u32> {
+    let output = scaling("--c", sets, &[]);
+    assert!(output.status.success(), "{output:?}");
+    let folder = tempfile::tempdir().unwrap();
+    let [source, program] = ["axis.c", "axis"].map(|name| folder.path().join(name));
+    let main = "#include <stdio.h>\nint main(void) {\n  const uint32_t *word = (const void *)&axis;\n  \
+                for (unsigned i = 0; i < sizeof axis / 4; i++) printf(\"%u\\n\", (unsigned)word[i]);\n  \
+                return 0;\n}\n";
+    std::fs::write(&source, [&output.stdout, main.as_bytes()].concat()).unwrap();
+    let header = Path::new(env!("CARGO_MANIFEST_DIR")).join("../firmware/c/include");
+    let mut compiler = Command::new("cc");
+    compiler.args([
+        "-std=c99",
+        "-Wall",
+        "-Wextra",
+        "-Wpedantic",
+        "-Werror",
+        "-I",
+    ]);
+    let compiler = compiler.arg(header).arg(source).arg("-o").arg(&program);
+    assert!(compiler.status().unwrap().success());
+    let printed = Command::new(program).output().unwrap().stdout;
+    let lines = String::from_utf8(printed).unwrap();
+    lines.lines().map(|line| line.parse().unwrap()).collect()
+}
+
+#[test]
+fn the_printed_initialiser_has_the_words_of_the_run() {
+    for sets in [&[][..], &EVERYTHING, &DUAL] {
+        let words = Settings::of(&axis(sets)).to_words();
+        assert_eq!(words_in_c(sets), words);
+    }
+    // The contrast: words are told from those of one setting less.
+    assert_ne!(
+        words_in_c(&DUAL),
+        Settings::of(&axis(&DUAL[..3])).to_words()
+    );
+}
+
 #[test]
 fn one_axis_at_a_time() {
-    let output = scaling(&[], &["paper-1"]);
-    assert_eq!(output.status.code(), Some(2));
-    let said = String::from_utf8(output.stderr).unwrap();
-    assert!(
-        said.contains("--rust prints the axis of one case, not of 2"),
-        "{said}"
-    );
+    for (language, more, sentence) in [
+        (
+            "--rust",
+            "paper-1",
+            "--rust prints the axis of one case, not of 2",
+        ),
+        (
+            "--c",
+            "paper-1",
+            "--c prints the axis of one case, not of 2",
+        ),
+        (
+            "--c",
+            "--rust",
+            "--rust and --c each print an axis of their own: give one of them",
+        ),
+    ] {
+        let output = scaling(language, &[], &[more]);
+        assert_eq!(output.status.code(), Some(2));
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(said.contains(sentence), "{said}");
+    }
 }

@@ -103,7 +103,7 @@ fn exact(run: &CaseRun) -> Outcome {
 /// friction: the verdict on it flips with the duration. With friction it is not.
 #[test]
 fn a_carriage_that_floats_is_told() {
-    let durations = ["0.9", "1.0", "1.1", "1.2", "1.5"];
+    let durations = ["0.9", "1.0", "1.1", "1.15", "1.5"];
     let runs = durations.map(|s| ran(FLOATING, &[&format!("run.duration_s={s}")]));
     let figure = |run: &CaseRun, key: &str| run.outcome.summary.figure(key).unwrap();
     let finals = runs.each_ref().map(|run| figure(run, "final_error_um"));

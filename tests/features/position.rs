@@ -5,7 +5,8 @@ use bench_tests::case;
 use firmware::axis::Inputs;
 use firmware::output::{Output, Quantiser};
 use firmware::{
-    Axis, AxisState, CounterParameters, Dac, Event, MotionGenerator, MotionPlan, State, counts,
+    Axis, AxisState, CounterParameters, Dac, Event, Motion, MotionPlan, PlannedMotion, State,
+    counts,
 };
 use hil_core::controllers::{IoKind, scaling_request};
 use plant::{ContactChange, Drive, Plant, Solver, Span, Watch};
@@ -73,10 +74,11 @@ fn codes_from(start: i32, counter_bits: u8) -> (Vec<i32>, i64) {
     ];
     #[expect(clippy::cast_possible_truncation, reason = "a whole number below 2^63")]
     let plan = MotionPlan::new(travel.round() as i64, quarters, 1_000_000).unwrap();
-    let mut source = MotionGenerator::new(&plan, start);
+    let planned = PlannedMotion::<256>::new(&plan, law.words()).unwrap();
+    let mut source = Motion::new(&planned, start);
     let mut state = AxisState::start(&axis);
     for event in [Event::Enable, Event::Start] {
-        axis.request(&mut state, event).unwrap();
+        state.request(event).unwrap();
     }
     let mut plant = Plant::new(&case.axis, Solver::Exact);
     let mut position = 0;
@@ -89,7 +91,7 @@ fn codes_from(start: i32, counter_bits: u8) -> (Vec<i32>, i64) {
             motor_register: counts::wrap(position).cast_unsigned(),
             ..Inputs::default()
         };
-        let output = axis.tick(&mut state, &inputs, &mut source);
+        let output = state.tick(&inputs, &mut source);
         let volts = case
             .amplifier
             .output_v(case.dac.output_v(f64::from(output.code)));

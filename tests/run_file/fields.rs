@@ -107,29 +107,20 @@ fn a_key_that_names_a_field_decides_on_it() {
 }
 
 /// Fields that follow from several keys or from others.
-const DERIVED: [&str; 22] = [
-    "law.acceleration",
+const DERIVED: [&str; 13] = [
     "law.dac",
-    "law.difference_is_declared",
-    "law.difference_limit",
-    "law.error_limit",
     "law.error_sum_limit",
-    "law.feeds_forward",
-    "law.friction",
-    "law.integral_range",
-    "law.kd_per_dt",
-    "law.ki_dt",
-    "law.kp",
     "law.largest",
-    "law.velocity",
+    "law.operands",
     "law.words.error_bits",
     "law.words.integral_bits",
     "output.dac",
-    "backlash_compensation.change",
+    "output.kept",
+    "output.set",
     "backlash_compensation.first",
     "backlash_compensation.half_samples",
-    "backlash_compensation.n2",
     "monitors.following_error.fraction_bits",
+    "monitors.following_error.velocity_fraction_bits",
 ];
 
 #[test]

@@ -150,7 +150,7 @@ impl Wire for Reader<'_> {
 }
 
 /// Version of the protocol, told in every HELLO; both sides must have the same.
-pub const VERSION: u8 = 1;
+pub const VERSION: u8 = 2;
 
 /// Head of a body; the same in every version.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -4,7 +4,7 @@
 //!  host                                    chip
 //!  HELLO session ─────────────────────►    forgets what was
 //!        ◄─── identity: version, image     
-//!  1: AXIS, 2: SETPOINTS, … ──────────►    accepts, each in its turn
+//!  1: SETTINGS, 2: MEMORY, … ─────────►    checks, each in its turn
 //!        ◄──────────────────────── TAKEN
 //!  n: BEGIN, CRC of all of them ──────►    compares
 //!        ◄──────────────────────── TAKEN
@@ -26,29 +26,14 @@
 //!   no session: the host learns that its controller has lost its memory
 //!   ([`Nak::Session`]).
 //! * Both sides have the same configuration: the chip compares the CRC-32 of all
-//!   that it was sent ([`Nak::Configuration`]), and accepts every word anew
+//!   that it was sent ([`Nak::Configuration`]), and checks every word
 //!   ([`Nak::Settings`]).
 //!
-//! # Bodies
+//! # Bytes
 //!
-//! | kind | request | payload |
-//! | --- | --- | --- |
-//! | `01` | HELLO | – |
-//! | `02` | PAPER | [`settings::write_law`] |
-//! | `03` | AXIS | [`settings::write_axis`] |
-//! | `04` | SETPOINTS | 4 bytes each |
-//! | `05` | PLAN | [`plan::parts`] |
-//! | `06` | BEGIN | CRC-32 of the configuration, events, source |
-//! | `07` | STEP | flags, motor register; as flagged: load register, tick and transfers, setpoint |
-//! | `08` | LAW | [`settings::write_law`] |
-//! | `09` | STATUS | – |
-//! | `81` | to HELLO | [`reply::Identity`] |
-//! | `82` | taken | – |
-//! | `87` | to STEP | code, error, state, flags, time; the fault where one is latched |
-//! | `89` | to STATUS | stack, steps |
-//! | `ff` | NAK | cause, value |
-//!
-//! Each behind kind, session (2 bytes) and number (4 bytes).
+//! `docs/LINE.md` has every frame and body byte by byte, for hosts in other
+//! languages, and `docs/line_client.py` is one; a test holds the page to this
+//! package.
 //!
 //! [`Nak::Number`]: reply::Nak::Number
 //! [`Nak::Damaged`]: reply::Nak::Damaged

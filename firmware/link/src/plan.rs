@@ -1,119 +1,97 @@
-//! A plan as bytes, for a chip that is to run what a host has planned:
-//! planning divides and needs 128 bits and 11 KiB of flash, running a plan needs
-//! neither.
-//!
-//! The parts are the plan's head and its pieces, in their order. A chip takes
-//! them as they are: whatever the numbers, running them can neither panic nor
-//! leave the integers, and the frames that bring them carry a CRC.
+//! A plan in the memory of a chip: the words of its stretches, and the end of
+//! the motion.
 
-use firmware::MotionPlan;
-use firmware::motion::PlanHead;
-use firmware::motion::piece::{Long, Piece, Point, Shape, Turn};
+use firmware::{AxisState, Counts, Next, Setpoint, Stretch};
 
-use crate::body::{Reader, Wire, Writer};
-use crate::settings::Payload;
+/// Most samples of a stretch that is curved: the sum that is checked is made
+/// sample by sample.
+const CURVED_SAMPLES_MAX: u32 = 1 << 14;
 
-/// The parts of a plan, the head first.
-pub fn parts(plan: &MotionPlan) -> impl Iterator<Item = Payload> {
-    let first = Writer::body(|to| head(to, &mut plan.head()));
-    let pieces = plan.pieces().iter();
-    let pieces = pieces.filter_map(|one| Writer::body(|to| piece(to, &mut { *one })));
-    first.into_iter().chain(pieces)
+/// The words of a plan, in their order.
+pub fn words(stretches: &[Stretch], end: i32) -> impl Iterator<Item = i32> {
+    let words = stretches.iter().flat_map(Stretch::to_words);
+    words.chain(core::iter::once(end))
 }
 
-/// Adds a part to a plan; a head begins another. `None` if it is no part, or
-/// one too many: the plan is then what it was.
-pub fn take_part(plan: &mut MotionPlan, part: &[u8]) -> Option<()> {
-    let mut from = Reader::new(part);
-    if part.len() == HEAD_BYTES {
-        let mut taken = PlanHead::default();
-        head(&mut from, &mut taken)?;
-        plan.begin(taken);
-        return Some(());
-    }
-    let [straight, _] = shapes();
-    let mut taken = Piece {
-        samples: 0,
-        entry: Point::default(),
-        shape: straight,
-    };
-    piece(&mut from, &mut taken)?;
-    from.end()?;
-    plan.push(taken)
-}
-
-/// Bytes of a head; a piece has more.
-const HEAD_BYTES: usize = 18;
-
-fn head(wire: &mut impl Wire, head: &mut PlanHead) -> Option<()> {
-    wire.i32(&mut head.sign)?;
-    wire.i32(&mut head.end)?;
-    wire.u64(&mut head.last_sample)?;
-    wire.u8(&mut head.velocity_fraction_bits)?;
-    wire.u8(&mut head.acceleration_fraction_bits)
-}
-
-/// The two shapes, in the order of their numbers on the line.
-fn shapes() -> [Shape; 2] {
-    [
-        Shape::Straight {
-            growth: Long::default(),
-            velocity_growth: 0,
-            acceleration: 0,
-        },
-        Shape::Sine {
-            turn: Turn::default(),
-            shift: 0,
-            velocity_centre: 0,
-            velocity_weight: 0,
-            acceleration_weight: 0,
-            acceleration_centre: 0,
-        },
-    ]
-}
-
-fn piece(wire: &mut impl Wire, piece: &mut Piece) -> Option<()> {
-    let entry = &mut piece.entry;
-    wire.u32(&mut piece.samples)?;
-    long(wire, &mut entry.line)?;
-    long(wire, &mut entry.step)?;
-    wire.i64(&mut entry.sine)?;
-    wire.i64(&mut entry.cosine)?;
-    wire.i64(&mut entry.velocity)?;
-    wire.choice(&mut piece.shape, &shapes())?;
-    match &mut piece.shape {
-        Shape::Straight {
-            growth,
-            velocity_growth,
-            acceleration,
-        } => {
-            long(wire, growth)?;
-            wire.i64(velocity_growth)?;
-            wire.i32(acceleration)
+/// What a source of these words gives at word `at`, and the word after it.
+pub(crate) fn next(words: &[i32], at: usize) -> Option<(Next, usize)> {
+    let rest = words.get(at..)?;
+    match rest.split_first_chunk() {
+        Some((stretch, _)) => {
+            let after = at.saturating_add(Stretch::WORDS);
+            Some((Next::Stretch(Stretch::from_words(stretch)), after))
         }
-        Shape::Sine {
-            turn: Turn { high, low, centre },
-            shift,
-            velocity_centre,
-            velocity_weight,
-            acceleration_weight,
-            acceleration_centre,
-        } => {
-            wire.u32(high)?;
-            wire.i32(low)?;
-            wire.i32(centre)?;
-            wire.u8(shift)?;
-            wire.i64(velocity_centre)?;
-            wire.i32(velocity_weight)?;
-            wire.i32(acceleration_weight)?;
-            wire.i32(acceleration_centre)
+        None => {
+            let position = *rest.first()?;
+            let last = Setpoint {
+                position,
+                ..Setpoint::default()
+            };
+            Some((Next::Last(last), at))
         }
     }
 }
 
-fn long(wire: &mut impl Wire, long: &mut Long) -> Option<()> {
-    let [lower, upper] = &mut long.high;
-    wire.u32(&mut long.low)?;
-    wire.u32(lower)?;
-    wire.u32(upper)
+/// Walks through a plan: each stretch has samples and goes on where the one
+/// before has ended, but for what two samples of acceleration make. The first that
+/// does not is told.
+pub(crate) fn check(words: &[i32], axis: &AxisState) -> Result<(), u32> {
+    let (mut at, mut stretches) = (0, 0_u32);
+    let mut before: Option<Stretch> = None;
+    loop {
+        let (from, after) = match next(words, at) {
+            Some((Next::Stretch(stretch), after)) => (stretch, Some(after)),
+            Some((Next::Last(last), _)) if words.len() == at.saturating_add(1) => {
+                (Stretch::resting_at(last.position), None)
+            }
+            _ => return Err(stretches),
+        };
+        let goes_on = before.is_none_or(|before| {
+            let gap = from.setpoint().wrapping_sub(before.setpoint());
+            let [a, b] = [before, from].map(|stretch| whole(stretch.acceleration));
+            gap.unsigned_abs() <= a.saturating_add(b).saturating_add(2)
+        });
+        let Some(after) = after.filter(|_| goes_on) else {
+            return if goes_on { Ok(()) } else { Err(stretches) };
+        };
+        before = Some(end_of(from, axis).ok_or(stretches)?);
+        at = after;
+        stretches = stretches.saturating_add(1);
+    }
+}
+
+/// A stretch after its last sample; none of one without samples, with too many, or
+/// whose feed-forward the axis does not take.
+pub(crate) fn end_of(mut stretch: Stretch, axis: &AxisState) -> Option<Stretch> {
+    if stretch.samples == 0 || !axis.takes_ahead(stretch.ahead) {
+        return None;
+    }
+    let straight = stretch.acceleration == 0 && stretch.jerk == 0;
+    if straight && stretch.ahead_change == 0 && stretch.ahead_growth == 0 {
+        let samples = i64::from(stretch.samples);
+        let way = stretch.velocity.to_bits().wrapping_mul(samples);
+        stretch.position = stretch.position.wrapping_add(Counts::from_bits(way));
+        return Some(stretch);
+    }
+    if stretch.samples > CURVED_SAMPLES_MAX {
+        return None;
+    }
+    for _ in 0..stretch.samples {
+        if !axis.takes_ahead(stretch.ahead) {
+            return None;
+        }
+        stretch.advance();
+    }
+    Some(stretch)
+}
+
+/// The magnitude in whole counts, rounded up.
+fn whole(value: Counts) -> u32 {
+    value
+        .to_bits()
+        .unsigned_abs()
+        .wrapping_shr(32)
+        .try_into()
+        .unwrap_or(u32::MAX - 1)
+        .saturating_add(1)
 }

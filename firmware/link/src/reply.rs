@@ -97,25 +97,34 @@ pub enum Nak {
         /// Its CRC-32 here.
         here: u32,
     },
-    /// The firmware refuses the settings.
-    Settings,
-    /// The table of setpoints is full.
-    Table,
+    /// The firmware refuses a word of the settings.
+    Settings {
+        /// Its place.
+        word: u32,
+    },
+    /// The memory is full.
+    Memory,
     /// The controller drives an axis of its own and serves no host meanwhile.
     Driving,
+    /// The plan has a jump, or a stretch that is none.
+    Plan {
+        /// Place of the stretch.
+        stretch: u32,
+    },
 }
 
 impl Nak {
     /// Every reason, in the order of their numbers on the line.
-    const ALL: [Self; 8] = [
+    const ALL: [Self; 9] = [
         Self::Damaged,
         Self::Session,
         Self::Number { expected: 0 },
         Self::Request,
         Self::Configuration { here: 0 },
-        Self::Settings,
-        Self::Table,
+        Self::Settings { word: 0 },
+        Self::Memory,
         Self::Driving,
+        Self::Plan { stretch: 0 },
     ];
 }
 
@@ -185,9 +194,10 @@ impl Reply {
             Self::Nak(nak) => {
                 wire.choice(nak, &Nak::ALL)?;
                 match nak {
-                    Nak::Number { expected: value } | Nak::Configuration { here: value } => {
-                        wire.u32(value)
-                    }
+                    Nak::Number { expected: value }
+                    | Nak::Configuration { here: value }
+                    | Nak::Settings { word: value }
+                    | Nak::Plan { stretch: value } => wire.u32(value),
                     _ => wire.u32(&mut 0),
                 }
             }

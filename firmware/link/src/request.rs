@@ -4,12 +4,13 @@ use heapless::Vec;
 
 use crate::body::{Header, Reader, Wire, Writer};
 use crate::frame::LARGEST_BODY;
+use firmware::Codes;
 use firmware::axis::Inputs;
-use firmware::reference::{Next, Setpoint};
+use firmware::reference::{Next, Setpoint, Stretch};
 use firmware::states::Event;
 
-/// Setpoints of one [`Request::Setpoints`] at most.
-pub const MOST_SETPOINTS: usize = 44;
+/// Words of one [`Request::Memory`] at most.
+pub const MOST_WORDS: usize = 44;
 
 /// A request to the controller.
 ///
@@ -20,16 +21,12 @@ pub const MOST_SETPOINTS: usize = 44;
 pub enum Request<'a> {
     /// Begins a session, unless it is the present one.
     Hello,
-    /// The paper's controller: its words and converter
-    /// ([`crate::settings::read_law`]).
-    Paper(&'a [u8]),
-    /// The axis in service ([`crate::settings::read_axis`]); behind BEGIN other
-    /// parameters of the one that runs, from the next sample on.
-    Axis(&'a [u8]),
-    /// The next setpoints of the table \[counts\], 4 bytes each.
-    Setpoints(&'a [u8]),
-    /// The next part of a planned motion ([`firmware::MotionPlan`]).
-    Plan(&'a [u8]),
+    /// The axis' settings ([`crate::settings::read`]); behind BEGIN other ones of
+    /// the axis that runs, from the next sample on.
+    Settings(&'a [u8]),
+    /// The next words of the memory, 4 bytes each: setpoints of the table
+    /// \[counts\], or a plan ([`crate::plan::words`]).
+    Memory(&'a [u8]),
     /// The configuration is complete.
     Begin {
         /// CRC-32 over kind and payload of every part, in their order.
@@ -41,9 +38,6 @@ pub enum Request<'a> {
     },
     /// One sample.
     Step(Step),
-    /// Other words of the law, from the next sample on
-    /// ([`crate::settings::read_law`]).
-    Law(&'a [u8]),
     /// Asks for the record of the controller so far.
     Status,
 }
@@ -51,9 +45,9 @@ pub enum Request<'a> {
 /// Source of a controller's setpoints.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SourceKind {
-    /// The table that was sent.
+    /// The memory is a table of setpoints.
     Table,
-    /// The planned motion that was sent.
+    /// The memory is a planned motion.
     Plan,
     /// They come with every [`Step`].
     Step,
@@ -121,13 +115,10 @@ impl Events {
 /// Kinds of requests on the line; those of replies have the upper bit.
 mod kind {
     pub(super) const HELLO: u8 = 0x01;
-    pub(super) const PAPER: u8 = 0x02;
-    pub(super) const AXIS: u8 = 0x03;
-    pub(super) const SETPOINTS: u8 = 0x04;
-    pub(super) const PLAN: u8 = 0x05;
+    pub(super) const SETTINGS: u8 = 0x03;
+    pub(super) const MEMORY: u8 = 0x04;
     pub(super) const BEGIN: u8 = 0x06;
     pub(super) const STEP: u8 = 0x07;
-    pub(super) const LAW: u8 = 0x08;
     pub(super) const STATUS: u8 = 0x09;
 }
 
@@ -172,24 +163,17 @@ impl Request<'_> {
     pub const fn kind(&self) -> u8 {
         match self {
             Self::Hello => kind::HELLO,
-            Self::Paper(_) => kind::PAPER,
-            Self::Axis(_) => kind::AXIS,
-            Self::Setpoints(_) => kind::SETPOINTS,
-            Self::Plan(_) => kind::PLAN,
+            Self::Settings(_) => kind::SETTINGS,
+            Self::Memory(_) => kind::MEMORY,
             Self::Begin { .. } => kind::BEGIN,
             Self::Step(_) => kind::STEP,
-            Self::Law(_) => kind::LAW,
             Self::Status => kind::STATUS,
         }
     }
 
     const fn payload(&self) -> &[u8] {
         match self {
-            Self::Paper(payload)
-            | Self::Axis(payload)
-            | Self::Setpoints(payload)
-            | Self::Plan(payload)
-            | Self::Law(payload) => payload,
+            Self::Settings(payload) | Self::Memory(payload) => payload,
             Self::Hello | Self::Begin { .. } | Self::Step(_) | Self::Status => &[],
         }
     }
@@ -219,11 +203,8 @@ impl<'a> Request<'a> {
         let payload = from.rest();
         let mut request = match kind {
             kind::HELLO => return Some(Self::Hello),
-            kind::PAPER => return Some(Self::Paper(payload)),
-            kind::AXIS => return Some(Self::Axis(payload)),
-            kind::SETPOINTS => return Some(Self::Setpoints(payload)),
-            kind::PLAN => return Some(Self::Plan(payload)),
-            kind::LAW => return Some(Self::Law(payload)),
+            kind::SETTINGS => return Some(Self::Settings(payload)),
+            kind::MEMORY => return Some(Self::Memory(payload)),
             kind::STATUS => return Some(Self::Status),
             kind::BEGIN => Self::Begin {
                 configuration: 0,
@@ -273,13 +254,38 @@ impl Step {
         }
         if flags & NEXT != 0 {
             let zero = Setpoint::default();
-            wire.choice(&mut self.next, &[Next::Setpoint(zero), Next::Last(zero)])?;
-            if let Next::Setpoint(setpoint) | Next::Last(setpoint) = &mut self.next {
-                wire.i32(&mut setpoint.position)?;
-                wire.i32(&mut setpoint.velocity)?;
-                wire.i32(&mut setpoint.acceleration)?;
+            let kinds = [
+                Next::Setpoint(zero),
+                Next::Last(zero),
+                Next::Stretch(Stretch::default()),
+            ];
+            wire.choice(&mut self.next, &kinds)?;
+            match &mut self.next {
+                Next::Setpoint(setpoint) | Next::Last(setpoint) => {
+                    setpoint_fields(setpoint, wire)?;
+                }
+                Next::Stretch(stretch) => {
+                    let mut words = stretch.to_words();
+                    words.iter_mut().try_for_each(|word| wire.i32(word))?;
+                    *stretch = Stretch::from_words(&words);
+                }
+                Next::Underrun => {}
             }
         }
         Some(())
     }
+}
+
+fn setpoint_fields(setpoint: &mut Setpoint, wire: &mut impl Wire) -> Option<()> {
+    wire.i32(&mut setpoint.position)?;
+    wire.i32(&mut setpoint.velocity)?;
+    wire.i32(&mut setpoint.acceleration)?;
+    let mut computed = setpoint.ahead.is_some();
+    wire.flag(&mut computed)?;
+    if computed {
+        let mut bits = setpoint.ahead.unwrap_or_default().to_bits();
+        wire.i64(&mut bits)?;
+        setpoint.ahead = Some(Codes::from_bits(bits));
+    }
+    Some(())
 }

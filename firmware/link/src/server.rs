@@ -7,16 +7,14 @@
 
 use heapless::Vec;
 
-use crate::body::{Header, Reader, Wire};
+use crate::body::{Header, Reader};
 use crate::frame::{Received, crc32_on};
 use crate::reply::{Identity, LARGEST_REPLY, Nak, Reply, Status, Stepped};
 use crate::request::{Events, Request, SourceKind, Step};
 use crate::{plan, settings};
-use firmware::axis::{Axis, AxisOutput, AxisState, Inputs};
-use firmware::controller::{Controller, ControllerState};
-use firmware::counts;
-use firmware::motion::{MotionPlan, MotionState, PlanHead};
-use firmware::reference::{Next, Observed, Setpoint, SetpointSource, SetpointTable};
+use firmware::axis::{AxisOutput, AxisState, Inputs};
+use firmware::reference::{Next, Observed, SetpointSource, SetpointTable, TablePlace};
+use firmware::settings::Unfit;
 use firmware::states::State;
 
 /// Target as a server needs it.
@@ -34,63 +32,30 @@ pub trait Target {
     fn stack_bytes(&self) -> u32;
 }
 
-/// The controller of a session.
-#[derive(Debug)]
-#[allow(
-    clippy::large_enum_variant,
-    reason = "there is one, in the chip's static memory, as large as its largest"
-)]
-enum Machine {
-    /// None yet.
-    None,
-    /// The paper's. It stands on a wheel of counts that turns with the
-    /// setpoint: its own table holds 0 and it is fed `c − r`.
-    Paper(Controller<1>, ControllerState),
-    /// The axis in service.
-    Axis(Axis, AxisState),
-}
-
 /// Source of the axis' setpoints.
 #[derive(Debug)]
 struct Source<'t, const N: usize> {
     kind: SourceKind,
-    table: &'t mut SetpointTable<N>,
-    /// The next entry of the table; 32 bits, because a chip has no more in one
-    /// word, and the last entry is held at their end too.
-    k: u32,
-    plan: MotionPlan,
-    motion: MotionState,
+    memory: &'t mut SetpointTable<N>,
+    /// The next word of a plan, or entry of a table.
+    at: usize,
+    place: TablePlace,
     /// Setpoint that came with the step.
     given: Next,
 }
 
-impl<const N: usize> Source<'_, N> {
-    /// The next entry; as [`firmware::reference::TableSource`].
-    fn entry(&mut self) -> Next {
-        let position = self.table.at(u64::from(self.k));
-        let before = self.table.at(u64::from(self.k.saturating_sub(1)));
-        self.k = self.k.saturating_add(1);
-        let entries = self.table.as_counts().len();
-        if usize::try_from(self.k).is_ok_and(|k| k < entries) {
-            Next::Setpoint(Setpoint {
-                position,
-                velocity: counts::difference(position, before),
-                acceleration: 0,
-            })
-        } else {
-            Next::Last(Setpoint {
-                position,
-                ..Setpoint::default()
-            })
-        }
-    }
-}
-
 impl<const N: usize> SetpointSource for Source<'_, N> {
+    #[inline]
     fn next(&mut self, _: &Observed) -> Next {
         match self.kind {
-            SourceKind::Table => self.entry(),
-            SourceKind::Plan => self.plan.next(&mut self.motion),
+            SourceKind::Table => self.place.next(self.memory),
+            SourceKind::Plan => match plan::next(self.memory.as_counts(), self.at) {
+                Some((next, after)) => {
+                    self.at = after;
+                    next
+                }
+                None => Next::Underrun,
+            },
             SourceKind::Step => self.given,
         }
     }
@@ -110,13 +75,14 @@ pub struct Server<'t, const N: usize> {
     begun: bool,
     steps: u32,
     last_tick: u64,
-    machine: Machine,
+    /// None before its settings.
+    axis: Option<AxisState>,
     source: Source<'t, N>,
 }
 
 impl<'t, const N: usize> Server<'t, N> {
-    /// Waits for a HELLO; the table is for the setpoints of every session.
-    pub fn new(table: &'t mut SetpointTable<N>) -> Self {
+    /// Waits for a HELLO; the memory is for the setpoints of every session.
+    pub const fn new(memory: &'t mut SetpointTable<N>) -> Self {
         Self {
             session: None,
             next: 0,
@@ -125,13 +91,12 @@ impl<'t, const N: usize> Server<'t, N> {
             begun: false,
             steps: 0,
             last_tick: u64::MAX,
-            machine: Machine::None,
+            axis: None,
             source: Source {
                 kind: SourceKind::Table,
-                table,
-                k: 0,
-                plan: MotionPlan::default(),
-                motion: MotionState::default(),
+                memory,
+                at: 0,
+                place: TablePlace::START,
                 given: Next::Underrun,
             },
         }
@@ -193,11 +158,10 @@ impl<'t, const N: usize> Server<'t, N> {
         self.begun = false;
         self.steps = 0;
         self.last_tick = u64::MAX;
-        self.machine = Machine::None;
-        self.source.table.rest_at(0);
-        self.source.k = 0;
-        self.source.plan.begin(PlanHead::default());
-        self.source.motion = MotionState::default();
+        self.axis = None;
+        self.source.memory.rest_at(0);
+        self.source.at = 0;
+        self.source.place = TablePlace::START;
     }
 
     fn carry_out(
@@ -208,17 +172,10 @@ impl<'t, const N: usize> Server<'t, N> {
     ) -> Reply {
         let done = match request {
             Request::Step(step) if self.begun => return self.step(step, target),
-            Request::Law(payload) if self.begun => self.change_law(payload),
-            Request::Axis(payload) => self.axis(payload),
-            Request::Step(_) | Request::Law(_) | Request::Hello | Request::Status => {
-                Err(Nak::Request)
-            }
+            Request::Settings(payload) => self.settings(payload),
+            Request::Step(_) | Request::Hello | Request::Status => Err(Nak::Request),
             _ if self.begun => Err(Nak::Request),
-            Request::Paper(payload) => self.paper(payload),
-            Request::Setpoints(payload) => self.setpoints(payload),
-            Request::Plan(payload) => {
-                plan::take_part(&mut self.source.plan, payload).ok_or(Nak::Settings)
-            }
+            Request::Memory(payload) => self.remember(payload),
             Request::Begin {
                 configuration,
                 source,
@@ -237,35 +194,27 @@ impl<'t, const N: usize> Server<'t, N> {
     }
 
     #[inline(never)]
-    fn paper(&mut self, payload: &[u8]) -> Result<(), Nak> {
-        let law = settings::read_law(payload).ok_or(Nak::Settings)?;
-        let controller = Controller::new(law, SetpointTable::resting_at(0));
-        let state = ControllerState::start(&controller);
-        self.machine = Machine::Paper(controller, state);
-        Ok(())
+    fn settings(&mut self, payload: &[u8]) -> Result<(), Nak> {
+        let settings = settings::read(payload).ok_or(Nak::Request)?;
+        let accepted = match &mut self.axis {
+            Some(axis) if self.begun => axis.change_to(&settings),
+            axis => AxisState::start_with(&settings).map(|state| *axis = Some(state)),
+        };
+        accepted.map_err(|Unfit { word }| Nak::Settings { word: word.into() })
     }
 
     #[inline(never)]
-    fn axis(&mut self, payload: &[u8]) -> Result<(), Nak> {
-        let axis = settings::read_axis(payload).ok_or(Nak::Settings)?;
-        match &mut self.machine {
-            Machine::Axis(running, state) if self.begun => {
-                *running = axis;
-                state.gains_changed();
-            }
-            _ if self.begun => return Err(Nak::Request),
-            machine => *machine = Machine::Axis(axis, AxisState::start(&axis)),
+    fn remember(&mut self, payload: &[u8]) -> Result<(), Nak> {
+        let (words, ragged) = payload.as_chunks();
+        if !ragged.is_empty() {
+            return Err(Nak::Request);
         }
-        Ok(())
-    }
-
-    #[inline(never)]
-    fn setpoints(&mut self, payload: &[u8]) -> Result<(), Nak> {
-        let mut from = Reader::new(payload);
-        while from.end().is_none() {
-            let mut setpoint = 0;
-            from.i32(&mut setpoint).ok_or(Nak::Request)?;
-            self.source.table.push(setpoint).map_err(|_| Nak::Table)?;
+        if words.len() > self.source.memory.room() {
+            return Err(Nak::Memory);
+        }
+        for word in words {
+            let word = i32::from_le_bytes(*word);
+            self.source.memory.push(word).map_err(|_| Nak::Memory)?;
         }
         Ok(())
     }
@@ -276,103 +225,66 @@ impl<'t, const N: usize> Server<'t, N> {
                 here: self.configuration,
             });
         }
-        match &mut self.machine {
-            Machine::None => return Err(Nak::Request),
-            Machine::Paper(..) => {}
-            Machine::Axis(axis, state) => {
-                if !ask_for(axis, state, events).is_empty() {
-                    return Err(Nak::Request);
-                }
-            }
+        let axis = self.axis.as_mut().ok_or(Nak::Request)?;
+        if kind == SourceKind::Plan {
+            let stretch = |stretch| Nak::Plan { stretch };
+            plan::check(self.source.memory.as_counts(), axis).map_err(stretch)?;
         }
+        // All of them or none.
+        let after = |state: State, event| state.after(event);
+        if events.iter().try_fold(axis.state(), after).is_err() {
+            return Err(Nak::Request);
+        }
+        ask_for(axis, events);
         self.source.kind = kind;
         self.begun = true;
         Ok(())
     }
 
-    #[inline(never)]
-    fn change_law(&mut self, payload: &[u8]) -> Result<(), Nak> {
-        let Machine::Axis(axis, state) = &mut self.machine else {
-            return Err(Nak::Request);
-        };
-        axis.set_law(settings::read_law(payload).ok_or(Nak::Settings)?);
-        state.gains_changed();
-        Ok(())
-    }
-
     fn step(&mut self, step: &Step, target: &mut impl Target) -> Reply {
-        let source = &mut self.source;
-        source.given = step.next;
-        let stepped = match &mut self.machine {
-            Machine::None => return Reply::Nak(Nak::Request),
-            Machine::Paper(controller, state) => {
-                paper_step(controller, state, source, &step.inputs, target)
-            }
-            Machine::Axis(axis, state) => axis_step(axis, state, source, step, target),
+        let Some(axis) = &mut self.axis else {
+            return Reply::Nak(Nak::Request);
         };
+        if let Next::Stretch(stretch) = step.next
+            && plan::end_of(stretch, axis).is_none()
+        {
+            return Reply::Nak(Nak::Request);
+        }
+        self.source.given = step.next;
+        let stepped = axis_step(axis, &mut self.source, step, target);
         self.steps = self.steps.wrapping_add(1);
         self.last_tick = step.inputs.tick;
         Reply::Stepped(stepped)
     }
 }
 
-/// One sample of the paper's controller. A function of its own has all registers
-/// for the sample: 34 instructions fewer of 174 on an m4.
-#[inline(never)]
-fn paper_step<const N: usize>(
-    controller: &Controller<1>,
-    state: &mut ControllerState,
-    source: &mut Source<'_, N>,
-    inputs: &Inputs,
-    target: &mut impl Target,
-) -> Stepped {
-    target.start();
-    let setpoint = source.table.at(u64::from(source.k));
-    source.k = source.k.saturating_add(1);
-    let count = inputs.motor_register.cast_signed();
-    let output = controller.tick(state, counts::difference(count, setpoint));
-    let ticks = target.elapsed();
-    Stepped {
-        code: output.code,
-        error_counts: output.error_counts,
-        state: State::Moving,
-        power: true,
-        out_of_range: output.out_of_range,
-        refused: Events::default(),
-        ticks,
-        fault: None,
-    }
-}
-
-/// One sample of the axis, with its time; likewise 5 fewer of 449.
+/// One sample of the axis, with its time.
 #[inline(never)]
 fn timed<const N: usize>(
-    axis: &Axis,
     state: &mut AxisState,
     source: &mut Source<'_, N>,
     inputs: &Inputs,
     target: &mut impl Target,
 ) -> (AxisOutput, u32) {
     target.start();
-    let output = axis.tick(state, inputs, source);
+    let output = state.tick(inputs, source);
     (output, target.elapsed())
 }
 
 /// One step of the axis in service.
 #[inline(never)]
 fn axis_step<const N: usize>(
-    axis: &Axis,
     state: &mut AxisState,
     source: &mut Source<'_, N>,
     step: &Step,
     target: &mut impl Target,
 ) -> Stepped {
-    let refused = ask_for(axis, state, step.events);
+    let refused = ask_for(state, step.events);
     let mut inputs = step.inputs;
     if step.motor_unread {
         (inputs.motor_register, _) = state.last_registers();
     }
-    let (output, ticks) = timed(axis, state, source, &inputs, target);
+    let (output, ticks) = timed(state, source, &inputs, target);
     Stepped {
         code: output.code,
         error_counts: output.error_counts,
@@ -386,10 +298,10 @@ fn axis_step<const N: usize>(
 }
 
 /// Asks for the events in their order; those that were refused.
-fn ask_for(axis: &Axis, state: &mut AxisState, events: Events) -> Events {
+fn ask_for(state: &mut AxisState, events: Events) -> Events {
     let mut refused = Events::default();
     for event in events.iter() {
-        if axis.request(state, event).is_err() {
+        if state.request(event).is_err() {
             refused.insert(event);
         }
     }

@@ -3,11 +3,11 @@
 //!
 //! The files are `firmware/link/vectors/*.txt`, their format is in the `README.md`
 //! beside them. Whoever brings the controller to another processor replays them
-//! there, with [`replay()`] on the processor itself, or row by row from a host
-//! that has it at the end of a line: [`rows()`] needs no axis.
+//! there, with one call of [`report()`] on the processor itself, or row by row from
+//! a host that has it at the end of a line: [`rows()`] needs no axis.
 //!
 //! ```
-//! use firmware_link::vectors::{What, replay};
+//! use firmware_link::vectors::replay;
 //!
 //! // Kp = 2 codes per count behind 12 bits; 10 counts behind its setpoint.
 //! let file = "\
@@ -22,15 +22,17 @@
 //! // One code of it is another.
 //! let other = file.replace("| 20 10", "| 21 10");
 //! let mismatch = replay(&other).unwrap_err();
-//! assert_eq!((mismatch.line, mismatch.what), (5, What::Outputs));
+//! assert_eq!(mismatch.to_string(), "line 5: the axis gives 20 10 holding 1 0 -");
 //! ```
 
+mod report;
 mod row;
 mod settings;
 
 use firmware::axis::{Axis, AxisState};
 use thiserror::Error;
 
+pub use report::{ALL, File, SMALL, report};
 pub use row::{Given, Wanted};
 pub use settings::Settings;
 
@@ -40,7 +42,7 @@ pub struct Row<'a> {
     /// Number of its line, from 1.
     pub line: usize,
     /// The axis, where it is another from this row on. The first row has it;
-    /// each later one comes with [`firmware::AxisState::gains_changed`].
+    /// each later one comes with [`firmware::AxisState::change`].
     pub axis: Option<Axis>,
     /// Inputs of the sample.
     pub given: Given<'a>,
@@ -70,9 +72,9 @@ pub enum What {
     /// The axis refuses a request of the row.
     #[error("the axis refuses a request of it")]
     Request,
-    /// The outputs of the row are others.
-    #[error("the axis gives other outputs")]
-    Outputs,
+    /// The outputs of the row are others than these of the axis.
+    #[error("the axis gives {0}")]
+    Outputs(Wanted),
 }
 
 /// The rows of a file with the axis that each is for. A line that cannot be
@@ -121,34 +123,34 @@ fn row<'a>(
 /// # Errors
 /// [`Mismatch`] with the first line where file and axis part.
 pub fn replay(text: &str) -> Result<usize, Mismatch> {
-    let mut running: Option<(Axis, AxisState)> = None;
+    let mut running: Option<AxisState> = None;
     let mut count: usize = 0;
     for row in rows(text) {
         let row = row?;
         if let Some(axis) = row.axis {
             running = Some(match running {
-                None => (axis, AxisState::start(&axis)),
-                Some((_, mut state)) => {
-                    state.gains_changed();
-                    (axis, state)
+                None => AxisState::start(&axis),
+                Some(mut state) => {
+                    state.change(&axis);
+                    state
                 }
             });
         }
         let line = row.line;
         let fail = |what| Mismatch { line, what };
-        let (axis, state) = running.as_mut().ok_or(fail(What::Settings))?;
-        sample(axis, state, &row).map_err(fail)?;
+        let state = running.as_mut().ok_or(fail(What::Settings))?;
+        sample(state, &row).map_err(fail)?;
         count = count.saturating_add(1);
     }
     Ok(count)
 }
 
-fn sample(axis: &Axis, state: &mut AxisState, row: &Row<'_>) -> Result<(), What> {
+fn sample(state: &mut AxisState, row: &Row<'_>) -> Result<(), What> {
     let mut given = row.given;
     for event in given.events() {
-        axis.request(state, event).map_err(|_| What::Request)?;
+        state.request(event).map_err(|_| What::Request)?;
     }
-    let output = axis.tick(state, &row.given.inputs, &mut given);
+    let output = state.tick(&row.given.inputs, &mut given);
     let gave = Wanted {
         output,
         fault: state.fault().copied(),
@@ -156,6 +158,6 @@ fn sample(axis: &Axis, state: &mut AxisState, row: &Row<'_>) -> Result<(), What>
     if gave == row.wanted {
         Ok(())
     } else {
-        Err(What::Outputs)
+        Err(What::Outputs(gave))
     }
 }

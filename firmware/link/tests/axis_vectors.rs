@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Once;
 
-use firmware_link::vectors::{What, replay};
+use firmware_link::vectors::{ALL, File, What, replay, report};
 use vectors::scenarios;
 
 fn folder() -> PathBuf {
@@ -68,6 +68,31 @@ fn the_files_are_those_of_the_scenarios() {
     let size: usize = stored.values().map(String::len).sum();
     println!("{} files, {size} bytes", stored.len());
     assert!(size < 400_000, "{size} bytes");
+}
+
+/// One call for a board: all of the folder, and the first row that differs.
+#[test]
+fn a_report_says_what_is_equal_and_what_is_not() {
+    let mut names: Vec<String> = stored().into_keys().map(|name| name + ".txt").collect();
+    names.sort();
+    assert_eq!(names, ALL.map(|(name, _)| name));
+    let said = |files: &[File]| {
+        let mut line = String::new();
+        let equal = report(files.iter().copied(), &mut line).expect("a string takes it");
+        (equal, line)
+    };
+    assert_eq!(
+        said(&ALL),
+        (true, "5518 rows of 35 files, all equal\n".into())
+    );
+
+    // Contrast: the first row of the last file wants another code.
+    let mut files = ALL;
+    let (_, text) = &mut files[34];
+    *text = text.replacen("| 0 0 disabled", "| 1 0 disabled", 1).leak();
+    let differs = "wrap-32.txt, line 10: the axis gives 0 0 disabled 0 0 -; \
+                   the file has - 0 2147483448 - 0 0 none | 1 0 disabled 0 0 -\n";
+    assert_eq!(said(&files), (false, differs.into()));
 }
 
 /// The lines of a file that set something, with their place.
@@ -136,6 +161,44 @@ fn a_setting_left_out_is_noticed() {
     }
 }
 
+/// Contrast: one more in the whole part of each number of a stretch, one sample
+/// less, and the other direction.
+#[test]
+fn another_stretch_is_noticed() {
+    let text = &stored()["stretches"];
+    let mut noticed = 0;
+    for (place, line) in text.lines().enumerate() {
+        let Some((inputs, words)) = line.split_once(" stretch ") else {
+            continue;
+        };
+        let (words, outputs) = words.split_once(" | ").expect("a row");
+        let words: Vec<i32> = words
+            .split(' ')
+            .map(|word| word.parse().expect("a word"))
+            .collect();
+        // The third differences act from the fourth sample on.
+        if words[14] < 4 {
+            continue;
+        }
+        // A direction on the way back waits for the end of the one before.
+        let direction = (!inputs.starts_with('-')).then_some(15);
+        for word in (1..14).step_by(2).chain([14]).chain(direction) {
+            let mut other = words.clone();
+            other[word] = match word {
+                14 => words[word] - 1,
+                // From 1 to −1, or back.
+                15 => words[word] ^ 0xfe,
+                _ => words[word] + 1,
+            };
+            let other: Vec<String> = other.iter().map(ToString::to_string).collect();
+            let line = format!("{inputs} stretch {} | {outputs}", other.join(" "));
+            assert!(replay(&with_line(text, place, &line)).is_err(), "{line}");
+            noticed += 1;
+        }
+    }
+    assert_eq!(noticed, 54 * 8 + 2);
+}
+
 /// Contrast: each number of an output, one off.
 #[test]
 fn another_output_is_noticed() {
@@ -156,7 +219,8 @@ fn another_output_is_noticed() {
                 other[column] = (number ^ 1).to_string();
                 let text = with_line(&text, place, &format!("{inputs} | {}", other.join(" ")));
                 let part = replay(&text).expect_err("another output");
-                assert_eq!((part.line, part.what), (place + 1, What::Outputs), "{name}");
+                let outputs = matches!(part.what, What::Outputs(_));
+                assert_eq!((part.line, outputs), (place + 1, true), "{name}");
             }
         }
     }

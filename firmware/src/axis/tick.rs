@@ -1,278 +1,140 @@
-//! One sample of the axis: its setpoint, its supervision, its law, its output.
+//! One sample of the axis, top to bottom: its usual case. What is rare leaves by
+//! one branch for each cause to [`super::rare`].
 
-use super::{Axis, AxisOutput, AxisState, Feedback, Inputs};
-use crate::backlash_compensation::BacklashCompensationState;
+use super::rare::Done;
+use super::{AxisOutput, AxisState, Inputs};
+use crate::backlash_compensation::Crossing;
 use crate::counts;
-use crate::faults::{FaultCause, FaultValues, Trip, most_urgent};
-use crate::law::{Begin, LawInput};
-use crate::reference::{Next, Observed, Setpoint, SetpointSource};
-use crate::states::{Event, State};
+use crate::dac::Codes;
+use crate::faults::{FaultCause, Trip};
+use crate::law::LawInput;
+use crate::position::signed;
+use crate::reference::SetpointSource;
 
-/// The register of the load's encoder did not come.
-const LOAD_NOT_READ: Trip = Trip::new(FaultCause::HardwareBus, 1, 0);
-
-/// Readings of the encoders \[counts\].
-struct Seen {
-    /// Of the encoder that closes the loop.
-    position: i32,
-    motor_position: i32,
-    motor_difference: i32,
-    load_position: Option<i32>,
-    /// Movement while the axis is driven; 0 where one of two stands still.
-    moved: i32,
-}
-
-/// Keeps the more urgent of two trips; nearly always there is none.
-#[inline(always)]
-fn note(trip: &mut Option<Trip>, other: Option<Trip>) {
-    if other.is_some() {
-        *trip = most_urgent(*trip, other);
-    }
-}
-
-impl Axis {
+impl AxisState {
     /// One sample.
     #[inline(always)]
-    pub fn tick(
-        &self,
-        state: &mut AxisState,
-        inputs: &Inputs,
-        source: &mut impl SetpointSource,
-    ) -> AxisOutput {
-        // 1. Inputs.
-        let mut trip = self.hardware_trip(state, inputs);
-        let seen = self.read(state, inputs, &mut trip);
-        let code_in_force = state.law.code();
-        // What follows in this sample leads from one powered state to another.
-        let powered = state.state.is_powered();
-        // A drive that runs down after a Disable is still one that drives.
-        if let (true, Some(monitor)) = (powered | (code_in_force != 0), &self.monitors.encoder_loss)
-        {
-            let lost = monitor.check(&mut state.loss, code_in_force, seen.moved);
-            note(&mut trip, lost);
-        }
-
-        // 2. Reference.
-        let observed = Observed {
-            position: seen.motor_position,
-            load_position: seen.load_position,
-            code: code_in_force,
-        };
-        let (setpoint, underrun) = self.reference(state, seen.position, &observed, source);
-        note(&mut trip, underrun);
-
-        // 3. e = r − c                                       eq. 20, 22 [counts]
-        let error_counts = counts::difference(setpoint.position, seen.position);
-        if let (true, Some(monitor)) = (powered, &self.monitors.following_error) {
-            let too_far = monitor.check(&mut state.following, error_counts, setpoint.velocity);
-            note(&mut trip, too_far);
-        }
-
-        // 4. Law and output, unless the sample ends in safety.
-        let mut out_of_range = false;
-        let mut code = code_in_force;
-        if trip.is_none() && powered {
-            let input = LawInput {
-                error: error_counts,
-                difference: seen.motor_difference,
-                velocity: setpoint.velocity,
-                acceleration: setpoint.acceleration,
-                ..LawInput::default()
-            };
-            (code, out_of_range) = self.drive(state, input);
-            if let Some(monitor) = &self.monitors.saturation {
-                let at_limit = self.output.dac().is_limit(code);
-                trip = monitor.check(&mut state.saturation, at_limit);
-            }
-        }
-
-        // 5. End.
-        if let Some(trip) = trip {
-            let values = FaultValues {
-                setpoint: setpoint.position,
-                position: seen.position,
-                error: error_counts,
-                code,
-                measured: trip.measured,
-                limit: trip.limit,
-            };
-            state.fail(inputs.tick, values, trip.cause);
-        }
-        let (code, power) = self.end(state, code);
+    pub fn tick(&mut self, inputs: &Inputs, source: &mut impl SetpointSource) -> AxisOutput {
+        let code = self.sample(inputs, source);
         AxisOutput {
             code,
-            power,
-            state: state.state,
-            error_counts,
-            out_of_range,
+            power: self.state.is_powered() || code != 0,
+            state: self.state,
+            error_counts: self.error,
+            out_of_range: self.law.take_left_range(),
         }
     }
 
-    /// Both encoders.
-    #[inline(always)]
-    fn read(&self, state: &mut AxisState, inputs: &Inputs, trip: &mut Option<Trip>) -> Seen {
-        let motor = self.counter.read(&mut state.motor, inputs.motor_register);
-        note(trip, motor.glitch);
-        let mut seen = Seen {
-            position: motor.position,
-            motor_position: motor.position,
-            motor_difference: motor.difference,
-            moved: motor.difference,
-            load_position: inputs.load_register.map(u32::cast_signed),
-        };
-        if let Feedback::Load(counter) = self.feedback {
-            if let Some(register) = inputs.load_register {
-                let load = counter.read(&mut state.load, register);
-                note(trip, load.glitch);
-                seen.position = load.position;
+    /// The code of one sample.
+    #[inline]
+    fn sample(&mut self, inputs: &Inputs, source: &mut impl SetpointSource) -> i32 {
+        // 1. Whether it is a usual sample
+        if u64::from(self.rare | inputs.trips()) | (inputs.tick ^ self.expected) != 0
+            && let Some(code) = self.prepare(inputs, source)
+        {
+            return code;
+        }
+        self.expected = inputs.tick.wrapping_add(1);
+
+        // 2. c ← c + d                                                 [counts]
+        let difference = signed(
+            inputs
+                .motor_register
+                .wrapping_sub(self.motor.position.cast_unsigned()),
+            u32::BITS.wrapping_sub(self.operands.settings.counter_bits),
+        );
+        if difference.unsigned_abs() > self.operands.settings.largest_jump_counts {
+            return self.jumped(inputs, source);
+        }
+        self.motor.position = self.motor.position.wrapping_add(difference);
+        let (mut position, mut moved) = (self.motor.position, difference);
+        if self.operands.settings.feedback_of_load != 0 {
+            match self.read_load(inputs) {
                 // With two encoders both must move.
-                if load.difference == 0 {
-                    seen.moved = 0;
-                }
-            } else {
-                // No register is not a register that reads 0.
-                note(trip, Some(LOAD_NOT_READ));
-                seen.position = state.load.position().unwrap_or_default();
+                Ok(0) => moved = 0,
+                Ok(_) => {}
+                Err(trip) => return self.trip(inputs, source, trip, Done::Positions),
             }
-            seen.load_position = state.load.position();
+            position = self.load.position;
         }
-        seen
-    }
-
-    /// The law's code, and whether the law left a declared range.
-    #[inline(always)]
-    fn drive(&self, state: &mut AxisState, input: LawInput) -> (i32, bool) {
-        let input = self.at_rest(state, input);
-        let code = match state.begin.take() {
-            None => self.law.step(&self.output, &mut state.law, &input),
-            Some(begin) => self.law.begin(&self.output, &mut state.law, &input, begin),
-        };
-        (code, state.law.take_left_range())
-    }
-
-    /// The code that really goes out, and whether with power.
-    #[inline(always)]
-    fn end(&self, state: &mut AxisState, code: i32) -> (i32, bool) {
-        match state.state {
-            State::Fault => (state.law.safe(), false),
-            // A drive that is switched off in order keeps its power until its
-            // output has come to 0.
-            State::Disabled => {
-                let code = state.law.towards_zero(&self.output);
-                (code, code != 0)
+        let code = self.law.code();
+        if moved == 0 && code.unsigned_abs() >= self.operands.settings.encoder_loss_codes {
+            if let Some(lost) = self.stood_still() {
+                return self.trip(inputs, source, lost, Done::Positions);
             }
-            State::Enabled | State::Moving | State::Holding => (code, true),
+        } else {
+            self.still = 0;
         }
-    }
 
-    /// The sample of `tick` has computed its output, but the hardware did not
-    /// take it: the axis stops in the same sample.
-    pub fn output_failed(
-        &self,
-        state: &mut AxisState,
-        tick: u64,
-        failed_transfers: u32,
-    ) -> AxisOutput {
-        let position = state.motor.position().unwrap_or_default();
-        let error_counts = counts::difference(state.setpoint, position);
-        let values = FaultValues {
-            setpoint: state.setpoint,
-            position,
-            error: error_counts,
-            code: state.law.code(),
-            measured: i64::from(failed_transfers),
-            limit: 0,
-        };
-        state.fail(tick, values, FaultCause::HardwareBus);
-        AxisOutput {
-            code: state.law.safe(),
-            power: false,
-            state: state.state,
-            error_counts,
-            out_of_range: false,
+        // 3. Reference
+        if self.left != 0 {
+            self.left = self.left.wrapping_sub(1);
+            self.motion.advance();
+        } else if !self.next_stretch(inputs, source) {
+            return self.trip(inputs, source, Trip::SETPOINT_UNDERRUN, Done::Reference);
         }
-    }
-
-    /// Trips that the hardware itself reports.
-    #[inline(always)]
-    fn hardware_trip(&self, state: &mut AxisState, inputs: &Inputs) -> Option<Trip> {
-        let monitor = self.monitors.ticks;
-        let mut trip = monitor.and_then(|monitor| monitor.check(&mut state.ticks, inputs.tick));
-        if inputs.failed_transfers != 0 {
-            let failed = i64::from(inputs.failed_transfers);
-            note(
-                &mut trip,
-                Some(Trip::new(FaultCause::HardwareBus, failed, 0)),
-            );
-        }
-        if inputs.emergency_stop {
-            note(&mut trip, Some(Trip::EMERGENCY_STOP));
-        }
-        trip
-    }
-
-    /// The setpoint of this sample, backlash compensation included.
-    #[inline(always)]
-    fn reference(
-        &self,
-        state: &mut AxisState,
-        position: i32,
-        observed: &Observed,
-        source: &mut impl SetpointSource,
-    ) -> (Setpoint, Option<Trip>) {
-        let mut underrun = None;
-        let mut setpoint = Setpoint {
-            position: state.setpoint,
-            ..Setpoint::default()
-        };
-        if core::mem::take(&mut state.position_to_hold) {
-            // Hold where the axis stands, and go on from the code in force.
-            setpoint.position = position;
-            state.backlash_compensation = BacklashCompensationState::default();
-            let goes_on = state.state == State::Enabled || state.law.code() != 0;
-            state.begin = Some(if goes_on {
-                Begin::FromCode
-            } else {
-                // Started in the same breath, from rest.
-                Begin::AtRest
-            });
-        }
-        let mut powered = true;
-        match state.state {
-            State::Disabled | State::Fault => {
-                setpoint.position = position;
-                powered = false;
+        let setpoint = self.motion.setpoint();
+        let ahead = self.motion.ahead;
+        self.setpoint = setpoint;
+        let crossing = &mut self.crossing;
+        if crossing.left != 0 {
+            Crossing::advance(crossing);
+            if crossing.left == 0 {
+                self.crossed();
             }
-            State::Enabled | State::Holding => {}
-            State::Moving => match source.next(observed) {
-                Next::Setpoint(next) => setpoint = next,
-                Next::Last(last) => {
-                    setpoint = last;
-                    state.state = state
-                        .state
-                        .after(Event::MotionEnded)
-                        .unwrap_or(State::Holding);
-                }
-                Next::Underrun => underrun = Some(Trip::SETPOINT_UNDERRUN),
-            },
         }
-        state.setpoint = setpoint.position;
-        if let (true, Some(backlash_compensation)) = (powered, &self.backlash_compensation) {
-            let offset = backlash_compensation.step(&mut state.backlash_compensation, &setpoint);
-            setpoint.position = setpoint.position.wrapping_add(offset);
-        }
-        (setpoint, underrun)
-    }
 
-    /// Dead band and held integral while the axis stands.
-    #[inline(always)]
-    fn at_rest(&self, state: &AxisState, input: LawInput) -> LawInput {
-        let stands = matches!(state.state, State::Holding | State::Enabled)
-            && !state.backlash_compensation.is_under_way();
-        LawInput {
-            within_dead_band: stands && input.error.unsigned_abs() <= self.rest.dead_band,
-            hold_integral: stands && self.rest.hold_integral,
-            ..input
+        // 4. e = r − c                                       eq. 20, 22 [counts]
+        let error = counts::difference(setpoint.wrapping_add(self.crossing.offset), position);
+        self.error = error;
+        let size = error.unsigned_abs();
+        self.peak = self.peak.max(size);
+        if size > self.operands.settings.following_error_counts
+            && let Some(far) = self.too_far(size)
+        {
+            return self.trip(inputs, source, far, Done::Reference);
         }
+
+        // 5. Law and output
+        let input = LawInput {
+            error,
+            difference,
+            ahead,
+            within_dead_band: size < self.band,
+            ..LawInput::default()
+        };
+        let (law, output) = (&self.operands.law, &self.operands.output);
+        let mut takes_over = false;
+        if let Some(begin) = self.begin {
+            self.begin = None;
+            takes_over = law.prepare(&mut self.law, error, difference, begin);
+        }
+        let rounding = Codes::from_bits(i64::from(self.law.remainder()));
+        let terms = law.terms(rounding, &mut self.law, &input, self.ki_dt);
+        let code = if takes_over {
+            law.take_over(output, &mut self.law, terms.direct.wrapping_sub(rounding))
+        } else {
+            law.code(output, &mut self.law, terms)
+        };
+        if self.operands.output.dac().is_limit(code) {
+            self.saturated = self.saturated.saturating_add(1);
+            let [samples, limit] = [self.saturated, self.operands.settings.saturation_samples];
+            if samples > limit {
+                let [measured, limit] = [samples, limit].map(i64::from);
+                let trip = Trip::new(FaultCause::SaturationTooLong, measured, limit);
+                return self.trip(inputs, source, trip, Done::Reference);
+            }
+        } else {
+            self.saturated = 0;
+        }
+        code
+    }
+}
+
+impl Inputs {
+    /// Tells whether the hardware itself reports a fault.
+    #[inline(always)]
+    fn trips(&self) -> bool {
+        self.emergency_stop | (self.failed_transfers != 0)
     }
 }

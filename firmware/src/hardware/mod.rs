@@ -43,7 +43,7 @@ pub use ad57x1r::{Ad57x1r, Ad57x1rError, Ad57x1rModel};
 pub use ls7366r::{CounterWidth, Ls7366r, Ls7366rError, Ls7366rStatus};
 pub use spi_board::{Line, SpiBoard, SpiBoardError};
 
-use crate::axis::{Axis, AxisOutput, AxisState, Inputs};
+use crate::axis::{AxisOutput, AxisState, Inputs};
 use crate::reference::SetpointSource;
 
 /// The electronics of one axis.
@@ -174,18 +174,17 @@ pub trait Board {
 /// let mut source = TableSource::new(&table);
 ///
 /// let mut state = AxisState::start(&axis);
-/// axis.request(&mut state, Event::Enable)?;
-/// axis.request(&mut state, Event::Start)?;
+/// state.request(Event::Enable)?;
+/// state.request(Event::Start)?;
 /// let mut board = Memory::default();
 /// for tick in 0..2 {
-///     serve(&axis, &mut state, &mut board, &mut source, tick);
+///     serve(&mut state, &mut board, &mut source, tick);
 /// }
 /// // Kp·e = 2·100 codes
 /// assert_eq!((board.code, board.powered), (200, true));
 /// # Ok::<(), Box<dyn core::error::Error>>(())
 /// ```
 pub fn serve<B: Board>(
-    axis: &Axis,
     state: &mut AxisState,
     board: &mut B,
     source: &mut impl SetpointSource,
@@ -217,7 +216,7 @@ pub fn serve<B: Board>(
     };
 
     // 2. The controller's tick.
-    let output = axis.tick(state, &inputs, source);
+    let output = state.tick(&inputs, source);
 
     // 3. Outputs: the code first, then the power; off the other way round.
     let set = if output.power {
@@ -232,7 +231,7 @@ pub fn serve<B: Board>(
             // The fault is latched whether or not the board obeys now; the
             // next sample switches off again.
             let _ = board.switch_off();
-            axis.output_failed(state, tick, 1)
+            state.output_failed(tick, 1)
         }
     }
 }

@@ -4,7 +4,7 @@
 use super::filter::FilterWords;
 use super::term::{FRACTION_BITS, Term};
 use super::words::{AntiWindup, Derivative, LARGEST_RATE, LawWords};
-use super::{Largest, Law};
+use super::{Largest, Law, Operands};
 use crate::counts::ErrorRange;
 use crate::dac::{Codes, Dac};
 use crate::refusal::{Refusal, What, accepted};
@@ -27,7 +27,9 @@ impl Law {
     pub const fn accept(words: LawWords, dac: Dac) -> Result<Self, Refusal> {
         words.check(dac)
     }
+}
 
+impl Operands {
     /// Largest magnitude of the integral \[codes\].
     pub(super) const INTEGRAL_MOST: i32 = 1 << 30;
 }
@@ -98,7 +100,7 @@ impl LawWords {
             0 => integral_range,
             one_error => one_error.saturating_mul(error_sum_limit),
         };
-        Ok(Law {
+        let operands = Operands {
             error_limit: range.limit(),
             difference_limit: difference_limit.cast_signed(),
             kp,
@@ -108,17 +110,29 @@ impl LawWords {
                 // −(c − c_prev)
                 Derivative::Measurement => kd_per_dt.negated(),
             },
-            velocity,
-            acceleration,
-            friction: Codes::from_bits(friction.cast_signed()),
+            derivative: self.derivative,
             feeds_forward: self.velocity_ff.mantissa != 0
                 || self.acceleration_ff.mantissa != 0
                 || self.friction_ff.mantissa != 0,
             difference_is_declared: !outweighs,
-            words: *self,
-            dac,
+            filter: self.filter,
+            velocity,
+            acceleration,
+            friction: Codes::from_bits(friction.cast_signed()),
+            // What 2^30 codes leave beside the other terms.
+            ahead_limit: wide::upper(wide::held(
+                codes(MOST_CODES)
+                    .saturating_sub(all)
+                    .saturating_add(total(&[largest.velocity, largest.acceleration, friction])),
+            )),
+            anti_windup: self.anti_windup,
             // The first whole number of codes beyond.
             integral_range: wide::upper(wide::held(told)).wrapping_add(1),
+        };
+        Ok(Law {
+            operands,
+            words: *self,
+            dac,
             largest,
             error_sum_limit,
         })

@@ -64,16 +64,49 @@ fn rounded(state: i64) -> i32 {
 
 /// One sample: the filtered difference \[2^−h counts\] for the difference `x`
 /// \[counts\].
-#[inline]
-pub(crate) fn step(words: FilterWords, state: &mut i64, x: i32) -> i32 {
+#[inline(always)]
+pub(crate) fn step(words: FilterWords, state: &mut Filtered, x: i32) -> i32 {
     let input = x.wrapping_shl(u32::from(words.fraction_bits));
-    let gap = input.wrapping_sub(rounded(*state));
-    *state = state.wrapping_add(wide::signed_product(words.smoothing, gap));
-    rounded(*state)
+    let gap = input.wrapping_sub(state.value);
+    state.sum = state
+        .sum
+        .wrapping_add(wide::signed_product(words.smoothing, gap));
+    state.value = rounded(state.sum);
+    state.value
+}
+
+/// Memory of the filter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(C)]
+pub(crate) struct Filtered {
+    /// `W`.
+    sum: i64,
+    /// `v̂`.
+    value: i32,
+}
+
+impl Filtered {
+    pub(crate) const ZERO: Self = Self { sum: 0, value: 0 };
+
+    /// That has settled at the difference `x` \[counts\], held at `most`.
+    pub(crate) fn settled(words: FilterWords, x: i32) -> Self {
+        Self::of(settled(words, x))
+    }
+
+    /// Keeps it within what has settled at differences up to `most` \[counts\].
+    pub(crate) fn hold(&mut self, words: FilterWords, most: i32) {
+        let most = settled(words, most);
+        *self = Self::of(self.sum.min(most).max(most.wrapping_neg()));
+    }
+
+    fn of(sum: i64) -> Self {
+        let value = rounded(sum);
+        Self { sum, value }
+    }
 }
 
 /// The state that has settled at the difference `x` \[counts\].
-pub(crate) fn settled(words: FilterWords, x: i32) -> i64 {
+fn settled(words: FilterWords, x: i32) -> i64 {
     i64::from(x.wrapping_shl(u32::from(words.fraction_bits))).wrapping_shl(31)
 }
 
@@ -122,7 +155,7 @@ mod tests {
             repeat in 1..50_usize,
         ) {
             let words = FilterWords { smoothing, fraction_bits };
-            let (mut wide, mut mirrored, mut exact) = (0, 0, 0_i128);
+            let (mut wide, mut mirrored, mut exact) = (Filtered::ZERO, Filtered::ZERO, 0_i128);
             for &input in inputs.iter().cycle().take(inputs.len() * repeat) {
                 // To the largest difference, both ends included.
                 let x = wide::lower(input >> (fraction_bits + 2));
@@ -145,7 +178,7 @@ mod tests {
             smoothing,
             fraction_bits: 4,
         };
-        let mut wide = 0;
+        let mut wide = Filtered::ZERO;
         let mut last = 0;
         for _ in 0..1_500_000 {
             last = step(words, &mut wide, 1);
@@ -165,8 +198,8 @@ mod tests {
             smoothing: 1 << 29,
             fraction_bits: 10,
         };
-        let mut wide = settled(words, -37);
+        let mut wide = Filtered::settled(words, -37);
         assert_eq!(step(words, &mut wide, -37), -37 << 10);
-        assert_eq!(wide, settled(words, -37));
+        assert_eq!(wide, Filtered::settled(words, -37));
     }
 }

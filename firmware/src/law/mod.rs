@@ -46,14 +46,15 @@
 mod bounds;
 pub mod filter;
 mod step;
-mod term;
+pub(crate) mod term;
 pub mod words;
 
 pub use crate::word::Part;
 pub use filter::FilterWords;
+use filter::Filtered;
 pub use words::{AntiWindup, Derivative, LawWords};
 
-use crate::dac::{Codes, Dac};
+use crate::dac::{Codes, Dac, HALF};
 use crate::output::Output;
 use term::Term;
 
@@ -121,33 +122,44 @@ use term::Term;
 /// # assert_eq!(AXIS.law().error_limit(), 1 << 17);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(C)]
 pub struct Law {
-    // What every sample needs comes first, where the smallest processors reach
-    // it with one instruction.
-    /// `E` \[counts\].
-    error_limit: i32,
-    /// `D` \[counts\].
-    difference_limit: i32,
-    kp: Term,
-    ki_dt: Term,
-    kd_per_dt: Term,
-    velocity: Term,
-    acceleration: Term,
-    /// \[codes\].
-    friction: Codes,
-    /// True if any feed-forward is not zero.
-    feeds_forward: bool,
-    /// True if `D` does not outweigh the other terms.
-    difference_is_declared: bool,
+    pub(crate) operands: Operands,
     words: LawWords,
     /// The converter that the words were accepted for.
     dac: Dac,
-    /// The first whole number of codes beyond `(Ki·Δt)·S`.
-    integral_range: i32,
     largest: Largest,
     /// `S` \[counts\].
     error_sum_limit: u64,
+}
+
+/// A law as its samples read it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(C)]
+pub(crate) struct Operands {
+    // What every sample needs comes first, where the smallest processors reach
+    // it with one instruction.
+    /// `E` \[counts\].
+    pub(crate) error_limit: i32,
+    /// `D` \[counts\].
+    pub(crate) difference_limit: i32,
+    pub(crate) kp: Term,
+    pub(crate) ki_dt: Term,
+    pub(crate) kd_per_dt: Term,
+    pub(crate) derivative: Derivative,
+    /// True if any feed-forward is not zero.
+    pub(crate) feeds_forward: bool,
+    /// True if `D` does not outweigh the other terms.
+    pub(crate) difference_is_declared: bool,
+    pub(crate) filter: Option<FilterWords>,
+    pub(crate) velocity: Term,
+    pub(crate) acceleration: Term,
+    /// \[codes\].
+    pub(crate) friction: Codes,
+    /// Largest feed-forward of a source that computes it itself \[codes\].
+    pub(crate) ahead_limit: i32,
+    pub(crate) anti_windup: AntiWindup,
+    /// The first whole number of codes beyond `(Ki·Δt)·S`.
+    pub(crate) integral_range: i32,
 }
 
 /// Largest magnitudes of the terms over the declared ranges \[2^−32 codes\].
@@ -168,6 +180,10 @@ impl Law {
         self.dac
     }
 
+    pub(crate) const fn operands(&self) -> &Operands {
+        &self.operands
+    }
+
     /// The words that were accepted.
     pub const fn words(&self) -> &LawWords {
         &self.words
@@ -175,7 +191,7 @@ impl Law {
 
     /// `E`: errors up to this size are within the declared range \[counts\].
     pub const fn error_limit(&self) -> i32 {
-        self.error_limit
+        self.operands.error_limit
     }
 
     /// `S`: largest `|Σe|` of the declared range \[counts\].
@@ -185,14 +201,14 @@ impl Law {
 
     /// `D`: differences beyond this one are held here \[counts\].
     pub const fn difference_limit(&self) -> i32 {
-        self.difference_limit
+        self.operands.difference_limit
     }
 
     /// Tells whether the output is at an end of its range beyond
     /// [`Law::difference_limit`], whatever the other terms are; else that is the
     /// end of a declared range.
     pub const fn difference_outweighs(&self) -> bool {
-        !self.difference_is_declared && !self.kd_per_dt.is_zero()
+        !self.operands.difference_is_declared && !self.operands.kd_per_dt.is_zero()
     }
 
     /// Largest magnitude of a term over the declared ranges \[2^−32 codes\]; of
@@ -204,7 +220,7 @@ impl Law {
             Part::Derivative => self.largest.derivative,
             Part::Velocity => self.largest.velocity,
             Part::Acceleration => self.largest.acceleration,
-            Part::Friction => self.friction.to_bits().unsigned_abs(),
+            Part::Friction => self.operands.friction.to_bits().unsigned_abs(),
         }
     }
 
@@ -225,6 +241,8 @@ pub struct LawInput {
     pub velocity: i32,
     /// `a` of the setpoint, in its source's unit, below [`words::LARGEST_RATE`].
     pub acceleration: i32,
+    /// Feed-forward that the source has computed itself \[codes\].
+    pub ahead: Codes,
     /// True if the error is within the dead band of an axis at rest: it counts
     /// as 0 for `Kp` and `Ki`. Its difference does not, or the band's edge
     /// would be a step of the derivative.
@@ -269,15 +287,12 @@ pub struct LawState {
     /// Of the dither's generator.
     random: u32,
     /// The filter's memory.
-    filtered: i64,
+    filtered: Filtered,
     /// `h` of the filter whose memory that is, and what it filters.
     filter_of: Option<(u8, Derivative)>,
     /// True if a declared range was left since this was last asked.
     left_range: bool,
 }
-
-/// Half a code \[2^−32 codes\].
-const HALF: u32 = 1 << 31;
 
 impl LawState {
     /// Before the first sample, which [`Law::begin`] makes: code 0, the
@@ -289,7 +304,7 @@ impl LawState {
             code: 0,
             previous_error: 0,
             random: output.seed(),
-            filtered: 0,
+            filtered: Filtered::ZERO,
             filter_of: None,
             left_range: false,
         }
@@ -300,9 +315,35 @@ impl LawState {
         self.integral
     }
 
+    /// `ρ` of the next sample \[2^−32 codes\].
+    pub(crate) const fn remainder(&self) -> u32 {
+        self.remainder
+    }
+
     /// The last code.
     pub const fn code(&self) -> i32 {
         self.code
+    }
+
+    /// Draws `ρ` of the next sample, where the output dithers.
+    #[inline(always)]
+    pub(crate) fn dither(&mut self, output: &Output) {
+        if output.dithers() {
+            // A linear congruential generator of full period (Numerical
+            // Recipes, section 7.1, "quick and dirty"): modulo 2^32, its upper
+            // bits are what rounding looks at.
+            self.random = self
+                .random
+                .wrapping_mul(1_664_525)
+                .wrapping_add(1_013_904_223);
+            self.remainder = self.random;
+        }
+    }
+
+    /// Forgets what rounding has left, and goes on within the converter's codes.
+    pub(crate) fn begin_rounding(&mut self, dac: Dac) {
+        self.code = self.code.min(dac.max_code()).max(dac.min_code());
+        self.remainder = HALF;
     }
 
     /// One step towards code 0, for a drive that is switched off in order.

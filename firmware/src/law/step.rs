@@ -1,75 +1,139 @@
 //! One sample of the law, top to bottom.
 
+use super::filter::Filtered;
+use super::term::Term;
 use super::words::{AntiWindup, Derivative};
-use super::{Begin, HALF, Law, LawInput, LawState, Terms, filter};
-use crate::dac::Codes;
-use crate::output::{Output, Quantiser};
+use super::{Begin, Law, LawInput, LawState, Operands, Terms, filter};
+use crate::dac::{Codes, HALF};
+use crate::output::Output;
 use crate::wide;
 
 impl Law {
     /// One sample: the code for the errors and the motion of this sample.
     #[inline(always)]
     pub fn step(&self, output: &Output, state: &mut LawState, input: &LawInput) -> i32 {
+        state.dither(output);
+        self.operands.step(output, state, input)
+    }
+
+    /// A sample that does not go on from the one before: the first, or one
+    /// whose output goes on from the code in force.
+    pub fn begin(
+        &self,
+        output: &Output,
+        state: &mut LawState,
+        input: &LawInput,
+        begin: Begin,
+    ) -> i32 {
+        state.remainder = HALF;
+        state.dither(output);
+        self.operands.first(output, state, input, begin)
+    }
+
+    /// The terms of `y` alone.
+    pub fn terms(&self, state: &mut LawState, input: &LawInput) -> Terms {
+        {
+            let ki_dt = self.operands.integrating(input);
+            self.operands.terms(Codes::ZERO, state, input, ki_dt)
+        }
+    }
+}
+
+impl Operands {
+    /// A first sample, see [`Law::begin`], with the `ρ` of the memory.
+    #[inline(always)]
+    pub(crate) fn first(
+        &self,
+        output: &Output,
+        state: &mut LawState,
+        input: &LawInput,
+        begin: Begin,
+    ) -> i32 {
+        if self.prepare(state, input.error, input.difference, begin) {
+            let terms = self.terms(Codes::ZERO, state, input, self.ki_dt);
+            return self.take_over(output, state, terms.direct);
+        }
+        self.step(output, state, input)
+    }
+
+    /// One sample, see [`Law::step`].
+    #[inline(always)]
+    pub(crate) fn step(&self, output: &Output, state: &mut LawState, input: &LawInput) -> i32 {
         // ρ                                                            [codes]
-        let rounding = rounding(output, state);
-        let terms = self.terms_from(rounding, state, input);
+        let rounding = Codes::from_bits(i64::from(state.remainder));
+        let terms = self.terms(rounding, state, input, self.integrating(input));
         self.code(output, state, terms)
     }
 
-    /// The terms of `y`, with `ρ` of this sample.
+    /// `Ki·Δt` of a sample.
+    #[inline(always)]
+    fn integrating(&self, input: &LawInput) -> Term {
+        if input.hold_integral {
+            Term::ZERO
+        } else {
+            self.ki_dt
+        }
+    }
+
+    /// The terms of `y`, with `ρ` and `Ki·Δt` of this sample.
     ///
     /// They are products of words and integers, exact; the sums cannot wrap
     /// ([`super::words`], section Overflow).
     #[inline(always)]
-    fn terms_from(&self, rounding: Codes, state: &mut LawState, input: &LawInput) -> Terms {
+    pub(crate) fn terms(
+        &self,
+        rounding: Codes,
+        state: &mut LawState,
+        input: &LawInput,
+        ki_dt: Term,
+    ) -> Terms {
         // |e| ≤ E                                                     [counts]
         let e = held(input.error, self.error_limit, &mut state.left_range);
         // δ = e − e_prev  or  −(c − c_prev),  |δ| ≤ D                 [counts]
-        let difference = self.difference(state, input, e);
+        let difference = self.difference(state, input.difference, e);
         let rate = self.rate(state, difference);
         let e = if input.within_dead_band { 0 } else { e };
 
         // ρ + Kp·e + (Kd/Δt)·δ                          eq. 23, 1st and 3rd term
         let mut direct = rounding
+            .wrapping_add(input.ahead)
             .wrapping_add(self.kp.times(e))
             .wrapping_add(self.kd_per_dt.times(rate));
         // Kv·v + Ka·a + Kf·sign(v)
         if self.feeds_forward {
-            direct = direct.wrapping_add(self.feed_forward(input));
+            direct = direct.wrapping_add(self.feed_forward(input.velocity, input.acceleration));
         }
         // (Ki·Δt)·e
-        let step = if input.hold_integral {
-            Codes::ZERO
-        } else {
-            self.ki_dt.times(e)
-        };
+        let step = ki_dt.times(e);
         Terms { direct, step }
-    }
-
-    /// The terms of `y` alone.
-    pub fn terms(&self, state: &mut LawState, input: &LawInput) -> Terms {
-        self.terms_from(Codes::ZERO, state, input)
     }
 
     /// The code of a sum: the upper word of `y + ρ`, whose lower one is what
     /// rounding leaves. One test tells whether the output can give it.
     #[inline(always)]
-    fn code(&self, output: &Output, state: &mut LawState, terms: Terms) -> i32 {
+    pub(crate) fn code(&self, output: &Output, state: &mut LawState, terms: Terms) -> i32 {
         // I ← I + (Ki·Δt)·e                                   eq. 23, 2nd term
         let integral = state.integral.wrapping_add(terms.step);
         // y + ρ                                                        eq. 23
         let sum = terms.direct.wrapping_add(integral);
         // floor(y + ρ)                                                 eq. 24
         let whole = wide::upper(sum.to_bits());
+        if output.reaches(state.code, whole) {
+            state.code = whole;
+            state.integral = integral;
+            state.remainder = output.remainder(wide::lower(sum.to_bits()).cast_unsigned());
+            return whole;
+        }
+        self.limit(output, state, terms.step, whole)
+    }
+
+    /// A sum that the output cannot give, whose code would be `whole`.
+    #[inline(always)]
+    fn limit(&self, output: &Output, state: &mut LawState, step: Codes, whole: i32) -> i32 {
+        rare();
         let code = output.window(state.code).nearest(whole);
         state.code = code;
-        if code == whole {
-            state.integral = integral;
-            state.remainder = wide::lower(sum.to_bits()).cast_unsigned();
-            return code;
-        }
-        rare();
-        state.integral = self.limited(state, terms.step, whole.wrapping_sub(code));
+        state.integral = self.limited(state, step, whole.wrapping_sub(code));
         state.remainder = HALF;
         code
     }
@@ -85,7 +149,7 @@ impl Law {
         }
         // Of the step, in whole codes.
         let pushes = wide::upper(step.to_bits());
-        match self.words.anti_windup {
+        match self.anti_windup {
             AntiWindup::None => self.bounded(next, &mut state.left_range),
             // Up to the end, and no further out.
             AntiWindup::Clamp if (pushes.wrapping_sub(excess) ^ excess) >= 0 => {
@@ -129,51 +193,53 @@ impl Law {
         }
     }
 
-    /// A sample that does not go on from the one before: the first, or one
-    /// whose output goes on from the code in force.
+    /// Puts the memory where a sample can begin that does not go on from the one
+    /// before; tells whether its output is the code in force ([`Self::take_over`]).
     #[cold]
     #[inline(never)]
-    pub fn begin(
+    pub(crate) fn prepare(
         &self,
-        output: &Output,
         state: &mut LawState,
-        input: &LawInput,
+        error: i32,
+        moved: i32,
         begin: Begin,
-    ) -> i32 {
+    ) -> bool {
+        let takes_over = begin != Begin::AtRest && !self.ki_dt.is_zero();
         if begin != Begin::OtherGains {
             // No error came before: no difference either.
-            state.previous_error = held(input.error, self.error_limit, &mut false);
-            state.integral = Codes::ZERO;
+            state.previous_error = held(error, self.error_limit, &mut false);
             state.filter_of = None;
         }
-        state.remainder = HALF;
-        self.begin_filter(state, input);
-        let mut terms = self.terms(state, input);
-        if begin != Begin::AtRest {
-            if !self.ki_dt.is_zero() {
-                // I with y = the code in force
-                let code = output.window(state.code).nearest(state.code);
-                let integral = codes(code).wrapping_sub(terms.direct);
-                state.integral = self.bounded(integral, &mut state.left_range);
-                state.code = code;
-                return code;
-            }
+        if begin != Begin::OtherGains || !takes_over {
             // A step that an integral gain of 0 would keep for ever.
             state.integral = Codes::ZERO;
         }
-        terms.direct = terms.direct.wrapping_add(rounding(output, state));
-        self.code(output, state, terms)
+        self.begin_filter(state, error, moved);
+        takes_over
+    }
+
+    /// Goes on from the code in force: the integral with which the sum is that code.
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn take_over(&self, output: &Output, state: &mut LawState, direct: Codes) -> i32 {
+        // I with y = the code in force
+        let code = output.window(state.code).nearest(state.code);
+        let integral = codes(code).wrapping_sub(direct);
+        state.integral = self.bounded(integral, &mut state.left_range);
+        state.remainder = HALF;
+        state.code = code;
+        code
     }
 
     /// δ, held at its limit \[counts\]; of the measurement with the other sign,
     /// which its gain has too.
     #[inline(always)]
-    fn difference(&self, state: &mut LawState, input: &LawInput, e: i32) -> i32 {
+    fn difference(&self, state: &mut LawState, moved: i32, e: i32) -> i32 {
         let previous = core::mem::replace(&mut state.previous_error, e);
-        let difference = match self.words.derivative {
+        let difference = match self.derivative {
             // |e| ≤ 2^30, so the difference fits
             Derivative::Error => e.wrapping_sub(previous),
-            Derivative::Measurement => input.difference,
+            Derivative::Measurement => moved,
         };
         let mut told = false;
         let held = held(difference, self.difference_limit, &mut told);
@@ -187,37 +253,40 @@ impl Law {
     /// δ, filtered where that is asked for \[2^−h counts\].
     #[inline(always)]
     fn rate(&self, state: &mut LawState, difference: i32) -> i32 {
-        match self.words.filter {
+        match self.filter {
             None => difference,
             Some(filter) => filter::step(filter, &mut state.filtered, difference),
         }
     }
 
     /// Makes the filter's memory one that this sample can go on from.
-    fn begin_filter(&self, state: &mut LawState, input: &LawInput) {
-        let derivative = self.words.derivative;
-        let of = self
-            .words
-            .filter
-            .map(|filter| (filter.fraction_bits, derivative));
-        if let Some(filter) = self.words.filter {
-            state.filtered = if state.filter_of == of {
+    fn begin_filter(&self, state: &mut LawState, error: i32, moved: i32) {
+        let derivative = self.derivative;
+        let of = self.filter.map(|filter| (filter.fraction_bits, derivative));
+        if let Some(filter) = self.filter {
+            if state.filter_of == of {
                 // The speed is what it was; other words may declare less of it.
-                let most = filter::settled(filter, self.difference_limit);
-                state.filtered.min(most).max(most.wrapping_neg())
+                state.filtered.hold(filter, self.difference_limit);
             } else {
                 // Nothing was filtered yet: start settled, without a transient.
                 let mut before = *state;
-                let e = held(input.error, self.error_limit, &mut before.left_range);
-                filter::settled(filter, self.difference(&mut before, input, e))
-            };
+                let e = held(error, self.error_limit, &mut before.left_range);
+                let difference = self.difference(&mut before, moved, e);
+                state.filtered = Filtered::settled(filter, difference);
+            }
         }
         state.filter_of = of;
     }
 
+    /// A feed-forward that its source has computed, within its declared range.
+    pub(crate) fn held_ahead(&self, ahead: Codes) -> Codes {
+        let most = codes(self.ahead_limit);
+        ahead.min(most).max(most.wrapping_neg())
+    }
+
     #[inline(always)]
-    fn feed_forward(&self, input: &LawInput) -> Codes {
-        let [v, a] = [input.velocity, input.acceleration].map(rate_within);
+    pub(crate) fn feed_forward(&self, v: i32, a: i32) -> Codes {
+        let [v, a] = [v, a].map(rate_within);
         let rates = self
             .velocity
             .times(v)
@@ -230,26 +299,6 @@ impl Law {
             rates
         }
     }
-}
-
-/// `ρ` of this sample ([`crate::output`]).
-#[inline(always)]
-fn rounding(output: &Output, state: &mut LawState) -> Codes {
-    let rounding = match output.quantiser() {
-        Quantiser::Nearest => HALF,
-        Quantiser::ErrorFeedback => state.remainder,
-        Quantiser::Dither { .. } => {
-            // A linear congruential generator of full period (Numerical
-            // Recipes, section 7.1, "quick and dirty"): modulo 2^32, its upper
-            // bits are what rounding looks at.
-            state.random = state
-                .random
-                .wrapping_mul(1_664_525)
-                .wrapping_add(1_013_904_223);
-            state.random
-        }
-    };
-    Codes::from_bits(i64::from(rounding))
 }
 
 /// `value`, held between `−limit` and `limit`; a value beyond is told.

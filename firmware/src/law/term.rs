@@ -37,6 +37,14 @@ pub(crate) struct Term {
 }
 
 impl Term {
+    /// No gain.
+    pub(crate) const ZERO: Self = Self {
+        mantissa: 0,
+        scale: 0,
+        #[cfg(any(test, all(target_arch = "arm", not(target_has_atomic = "32"))))]
+        narrow: narrow::Narrow::of(0, 0, 1),
+    };
+
     /// The term of `word` for integers `|x| ≤ limit`, or `None` where the word
     /// is negative, is finer than the sum, or a factor needs more than 31 bits.
     pub(crate) const fn align(word: GainWord, limit: u32) -> Option<Self> {
@@ -45,12 +53,7 @@ impl Term {
         };
         let whole_shift = wide::byte(whole_shift);
         if word.mantissa == 0 {
-            return Some(Self {
-                mantissa: 0,
-                scale: 0,
-                #[cfg(any(test, all(target_arch = "arm", not(target_has_atomic = "32"))))]
-                narrow: narrow::Narrow::of(0, 0, limit),
-            });
+            return Some(Self::ZERO);
         }
         // Zero bits above the mantissa, less the sign; none above a negative one.
         let Some(room) = word.mantissa.leading_zeros().checked_sub(1) else {

@@ -2,12 +2,13 @@
 
 use heapless::Vec;
 
-use super::interval::{chain, sample_from};
-use super::piece::{Piece, Point};
+use super::interval::{Interval, chain, sample_from};
 use super::real::Real;
-use crate::reference::{Next, Observed, Setpoint, SetpointSource};
+use crate::counts::Counts;
+use crate::law::LawWords;
+use crate::reference::{Next, Observed, Setpoint, SetpointSource, Stretch};
 use crate::refusal::{Refusal, What};
-use crate::wide::held;
+use crate::wide::{self, held};
 
 /// Fraction bits of velocity and acceleration at most.
 const OUTPUT_BITS_MAX: i32 = 60;
@@ -40,11 +41,11 @@ const _: () = assert!(1 << PEAK_BITS == crate::law::words::LARGEST_RATE);
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct MotionPlan {
     /// Those of the intervals that have samples, for the travel's magnitude.
-    pub(super) pieces: Vec<Piece, 7>,
+    pub(super) intervals: Vec<Interval, 7>,
     pub(super) head: PlanHead,
 }
 
-/// A plan without its pieces; the default is no motion.
+/// A plan without its intervals; the default is no motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct PlanHead {
     /// −1 where the travel is negative, otherwise 0.
@@ -89,16 +90,16 @@ impl MotionPlan {
             acceleration_bits = acceleration_bits.min(bits);
         }
 
-        let mut pieces = Vec::new();
+        let mut with_samples = Vec::new();
         for interval in intervals.iter().filter(|interval| interval.samples > 0) {
             // There is room for all seven.
-            let _ = pieces.push(interval.piece(velocity_bits, acceleration_bits)?);
+            let _ = with_samples.push(*interval);
         }
         let half = 1_i128 << 31_u32;
         let end = i128::from(travel).wrapping_add(half).wrapping_shr(32);
         let [a, b, c, d, ..] = end.to_le_bytes();
         Ok(Self {
-            pieces,
+            intervals: with_samples,
             head: PlanHead {
                 sign: i32::from(travel < 0).wrapping_neg(),
                 end: i32::from_le_bytes([a, b, c, d]),
@@ -109,26 +110,9 @@ impl MotionPlan {
         })
     }
 
-    /// The plan less its pieces.
+    /// The plan less its intervals.
     pub const fn head(&self) -> PlanHead {
         self.head
-    }
-
-    /// The pieces in their order.
-    pub fn pieces(&self) -> &[Piece] {
-        &self.pieces
-    }
-
-    /// Begins a plan that another machine has computed; its pieces follow. In
-    /// place: a plan is too large to pass over a chip's stack.
-    pub fn begin(&mut self, head: PlanHead) {
-        self.pieces.clear();
-        self.head = head;
-    }
-
-    /// Adds the next piece; `None` if there is no room for it.
-    pub fn push(&mut self, piece: Piece) -> Option<()> {
-        self.pieces.push(piece).ok()
     }
 }
 
@@ -143,110 +127,96 @@ fn rounded(value: Real) -> i64 {
     i64::try_from(value.to_fixed(0).unsigned_abs()).unwrap_or(i64::MAX)
 }
 
-/// Progress of a motion: 56 bytes. The default is before its first
-/// sample.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct MotionState {
-    pub(super) point: Point,
-    /// Samples of the present interval still to come.
-    pub(super) left: u32,
-    /// Intervals entered so far.
-    pub(super) entered: u8,
+/// The stretches of a motion in memory, at most `N` of them: planned once, run as
+/// often as it is wanted.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct PlannedMotion<const N: usize> {
+    stretches: Vec<Stretch, N>,
+    end: i32,
 }
 
-/// An axis keeps all that it remembers in 256 bytes.
-const _: () = assert!(size_of::<MotionState>() == 56);
+impl<const N: usize> PlannedMotion<N> {
+    /// The stretches of a plan from 0 on, with the feed-forward that the words
+    /// give ([`MotionPlan::stretches`]).
+    ///
+    /// # Errors
+    /// A [`Refusal`] where there are more than `N`.
+    pub fn new(plan: &MotionPlan, words: &LawWords) -> Result<Self, Refusal> {
+        let mut stretches = Vec::new();
+        for stretch in plan.stretches(words, 0) {
+            stretches.push(stretch).map_err(|_| {
+                let [needed, most] = [plan.stretches(words, 0).count(), N]
+                    .map(|count| i64::try_from(count).unwrap_or(i64::MAX));
+                Refusal::new(What::Stretches, needed, [0, most])
+            })?;
+        }
+        let end = plan.head().end;
+        Ok(Self { stretches, end })
+    }
 
-/// A source of setpoints that computes them from a plan.
+    /// The end of the motion \[counts\].
+    pub const fn end(&self) -> i32 {
+        self.end
+    }
+
+    /// The stretches in their order.
+    pub fn stretches(&self) -> &[Stretch] {
+        &self.stretches
+    }
+}
+
+/// A source of setpoints that runs a planned motion.
 ///
 /// ```
-/// use firmware::{MotionGenerator, MotionPlan, Next, Observed, SetpointSource};
+/// use firmware::law::LawWords;
+/// use firmware::{Motion, MotionPlan, Next, Observed, PlannedMotion, SetpointSource};
 ///
 /// // 1000 counts up in 40 ms and to rest in 40 ms, a sample every 20 ms.
 /// let intervals_ps = [0, 40_000_000_000, 0, 0, 0, 40_000_000_000, 0];
 /// let plan = MotionPlan::new(1_000 << 32, intervals_ps, 20_000_000)?;
-/// let mut source = MotionGenerator::new(&plan, 7);
-/// let mut positions = [0; 5];
-/// for position in &mut positions {
-///     *position = match source.next(&Observed::default()) {
-///         Next::Setpoint(setpoint) | Next::Last(setpoint) => setpoint.position,
-///         Next::Underrun => unreachable!("a plan has every sample"),
-///     };
-/// }
-/// assert_eq!(positions, [7, 132, 507, 882, 1_007]);
+/// let planned = PlannedMotion::<8>::new(&plan, &LawWords::NONE)?;
+/// let mut source = Motion::new(&planned, 7);
+/// // Up, down, and the end.
+/// assert!(matches!(source.next(&Observed::default()), Next::Stretch(up) if up.samples == 2));
+/// assert!(matches!(source.next(&Observed::default()), Next::Stretch(_)));
+/// assert!(matches!(source.next(&Observed::default()), Next::Last(end) if end.position == 1_007));
 /// # Ok::<(), firmware::Refusal>(())
 /// ```
 #[derive(Debug, Clone)]
-pub struct MotionGenerator<'a> {
-    plan: &'a MotionPlan,
-    state: MotionState,
+pub struct Motion<'a> {
+    stretches: core::slice::Iter<'a, Stretch>,
+    end: i32,
     start: i32,
 }
 
-impl<'a> MotionGenerator<'a> {
-    /// Starts the motion at `start` \[counts, modulo 2^32\].
-    pub fn new(plan: &'a MotionPlan, start: i32) -> Self {
+impl<'a> Motion<'a> {
+    /// The motion from `start` on \[counts, modulo 2^32\].
+    pub fn new<const N: usize>(planned: &'a PlannedMotion<N>, start: i32) -> Self {
         Self {
-            plan,
-            state: MotionState::default(),
+            stretches: planned.stretches.iter(),
+            end: start.wrapping_add(planned.end),
             start,
         }
     }
-
-    /// Progress of the motion.
-    pub const fn state(&self) -> &MotionState {
-        &self.state
-    }
 }
 
-impl SetpointSource for MotionGenerator<'_> {
+impl SetpointSource for Motion<'_> {
     #[inline]
     fn next(&mut self, _: &Observed) -> Next {
-        let next = self.plan.next(&mut self.state);
-        let placed = |setpoint: Setpoint| Setpoint {
-            position: setpoint.position.wrapping_add(self.start),
-            ..setpoint
-        };
-        match next {
-            Next::Setpoint(setpoint) => Next::Setpoint(placed(setpoint)),
-            Next::Last(setpoint) => Next::Last(placed(setpoint)),
-            Next::Underrun => Next::Underrun,
-        }
-    }
-}
-
-impl MotionPlan {
-    /// The setpoint of the next sample, relative to where the motion starts;
-    /// from the end on the last one.
-    #[inline]
-    pub fn next(&self, state: &mut MotionState) -> Next {
-        let piece = if state.left > 0 {
-            state.left = state.left.wrapping_sub(1);
-            let present = usize::from(state.entered).wrapping_sub(1);
-            self.pieces
-                .get(present)
-                .inspect(|piece| piece.advance(&mut state.point))
-        } else {
-            let piece = self.pieces.get(usize::from(state.entered));
-            piece.inspect(|piece| state.enter(piece))
-        };
-        match piece {
-            Some(piece) => Next::Setpoint(piece.setpoint(&state.point, self.head.sign)),
+        match self.stretches.next() {
+            Some(stretch) => Next::Stretch(Stretch {
+                position: stretch.position.wrapping_add(whole(self.start)),
+                ..*stretch
+            }),
             None => Next::Last(Setpoint {
-                position: self.head.end,
-                velocity: 0,
-                acceleration: 0,
+                position: self.end,
+                ..Setpoint::default()
             }),
         }
     }
 }
 
-impl MotionState {
-    #[inline]
-    fn enter(&mut self, piece: &Piece) {
-        // Seven intervals at most.
-        self.entered = self.entered.wrapping_add(1);
-        self.left = piece.samples.wrapping_sub(1);
-        self.point = piece.entry;
-    }
+/// Whole counts.
+const fn whole(counts: i32) -> Counts {
+    Counts::from_bits(wide::joined(counts, 0))
 }

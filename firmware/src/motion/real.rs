@@ -82,6 +82,17 @@ impl Real {
         }
     }
 
+    pub(super) fn magnitude(self) -> Self {
+        Self {
+            mantissa: self.mantissa.saturating_abs(),
+            ..self
+        }
+    }
+
+    pub(super) fn at_most(self, other: Self) -> bool {
+        other.minus(self).mantissa >= 0
+    }
+
     /// `self·2^power`, exactly.
     pub(super) fn scaled(self, power: i32) -> Self {
         Self {
@@ -167,7 +178,8 @@ impl Real {
         }
     }
 
-    /// Sine and cosine of `0 ≤ self ≤ π/2`, to 2^−60.
+    /// Sine and cosine of `0 ≤ self ≤ π/2`, to 2^−60; a little beyond, where a curve
+    /// has its last point, as well.
     #[inline(never)]
     pub(super) fn sine_cosine(self) -> (Self, Self) {
         let square = self.times(self);

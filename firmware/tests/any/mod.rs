@@ -8,8 +8,8 @@ use firmware::monitor::{
 };
 use firmware::output::{Output, Quantiser};
 use firmware::{
-    Axis, BacklashCompensation, CounterParameters, Event, GainWord, Inputs, Next, Room, Setpoint,
-    Trigger,
+    Axis, BacklashCompensation, Codes, CounterParameters, Event, GainWord, Inputs, Next, Room,
+    Setpoint, Stretch, Trigger,
 };
 use proptest::option::of;
 use proptest::prelude::*;
@@ -109,7 +109,7 @@ fn backlash_compensation() -> impl Strategy<Value = BacklashCompensation> {
 
 fn monitors() -> impl Strategy<Value = Monitors> {
     let following =
-        (1..=0x7FFF_FFFF_u32, word(0..=30), 0..=32_u8).prop_map(|(limit, lag, bits)| {
+        (1..=0x7FFF_FFFF_u32, word(0..=46), 0..=60_u8).prop_map(|(limit, lag, bits)| {
             FollowingErrorMonitor::accept(limit, lag, bits).expect("a monitor")
         });
     let loss = (1..=0x7F_FFFF_u32, 1..=20_u32)
@@ -178,9 +178,17 @@ prop_compose! {
         stop in prop::bool::weighted(0.03),
         failed in prop_oneof![30 => Just(0_u32), 1 => any::<u32>()],
         kind in 0..20_u8,
-        setpoint in (prop_oneof![-50..=50_i32, number()], number(), number()),
+        setpoint in (prop_oneof![-50..=50_i32, number()], number(), number(), of(any::<i64>())),
+        stretch in (prop::array::uniform16(number()), 0..20_i32),
     ) -> Sample {
-        let setpoint = Setpoint { position: setpoint.0, velocity: setpoint.1, acceleration: setpoint.2 };
+        let setpoint = Setpoint {
+            position: setpoint.0,
+            velocity: setpoint.1,
+            acceleration: setpoint.2,
+            ahead: setpoint.3.map(Codes::from_bits),
+        };
+        let (mut words, samples) = stretch;
+        words[14] = samples;
         Sample {
             request,
             gains_changed,
@@ -194,6 +202,7 @@ prop_compose! {
             next: match kind {
                 0 => Next::Underrun,
                 1 => Next::Last(setpoint),
+                2 => Next::Stretch(Stretch::from_words(&words)),
                 _ => Next::Setpoint(setpoint),
             },
         }

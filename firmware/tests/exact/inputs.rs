@@ -1,6 +1,7 @@
 //! Inputs of an adversary: the corners of every declared range at once, and
 //! sums just beside the limits of the converter.
 
+use firmware::Codes;
 use firmware::law::LawInput;
 
 use super::Random;
@@ -106,6 +107,7 @@ impl Samples {
             difference,
             velocity,
             acceleration,
+            ahead: Codes::ZERO,
             within_dead_band: self.random.one_in(16),
             hold_integral: self.random.one_in(16),
         }

@@ -182,13 +182,16 @@ impl Model {
             + derivative
             + value(words.velocity_ff) * rate(input.velocity)
             + value(words.acceleration_ff) * rate(input.acceleration)
-            + value(words.friction_ff) * i128::from(input.velocity.signum());
+            + value(words.friction_ff) * i128::from(input.velocity.signum())
+            + i128::from(input.ahead.to_bits());
 
         let (low, high) = self.window();
         if matches!(begin, Some(Begin::FromCode | Begin::OtherGains)) {
             self.code = self.code.clamp(low, high);
             self.integral = 0;
             if words.ki_dt.mantissa != 0 {
+                // A number is drawn in every sample.
+                self.rounding();
                 self.integral = self.bounded(self.code * CODE - direct);
                 return self.sample(self.integral + direct);
             }

@@ -178,10 +178,10 @@ fn a_short_circuit_is_a_fault_of_its_sample() {
         let mut state = AxisState::start(&axis);
         let mut source = TableSource::new(&table);
         for event in [Event::Enable, Event::Start] {
-            axis.request(&mut state, event).expect("out of disabled");
+            state.request(event).expect("out of disabled");
         }
-        serve(&axis, &mut state, &mut board, &mut source, 0);
-        let output = serve(&axis, &mut state, &mut board, &mut source, 1);
+        serve(&mut state, &mut board, &mut source, 0);
+        let output = serve(&mut state, &mut board, &mut source, 1);
         board.counter.spi.assert_done();
         board.converter.spi.assert_done();
         let power = board.enable.pin.levels.last();

@@ -1,4 +1,4 @@
-//! The motion generator against the exact command: within its bound at every
+//! Motions in stretches against the exact command: within their bounds at every
 //! sample looked at, exact at the end, mirrored, and refused only with reason.
 
 #![allow(
@@ -10,10 +10,9 @@
 mod command;
 mod edges;
 
+use firmware::law::LawWords;
 use firmware::refusal::What;
-use firmware::{
-    MotionGenerator, MotionPlan, MotionState, Next, Observed, Setpoint, SetpointSource,
-};
+use firmware::{Codes, GainWord, MotionPlan, Stretch};
 use proptest::prelude::*;
 use proptest::strategy::ValueTree;
 use proptest::test_runner::{Config, RngAlgorithm, TestRng, TestRunner};
@@ -23,12 +22,37 @@ use command::{Command, Fixed};
 /// A travel, its intervals \[ps\] and the sample time \[ns\].
 type Drawn = (i64, [u64; 7], u32);
 
-/// The setpoint of the next sample, and whether it is the last.
-fn step(plan: &MotionPlan, state: &mut MotionState) -> (Setpoint, bool) {
-    match plan.next(state) {
-        Next::Setpoint(setpoint) => (setpoint, false),
-        Next::Last(setpoint) => (setpoint, true),
-        Next::Underrun => panic!("a plan has every sample"),
+/// One sample of a motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Sample {
+    position: i32,
+    ahead: Codes,
+}
+
+/// Every sample of stretches, made as an axis makes them.
+fn samples(stretches: impl Iterator<Item = Stretch>) -> impl Iterator<Item = Sample> {
+    stretches.flat_map(|mut stretch| {
+        core::iter::from_fn(move || {
+            (stretch.samples > 0).then(|| {
+                stretch.samples -= 1;
+                let sample = Sample {
+                    position: stretch.position.floor().to_num(),
+                    ahead: stretch.ahead,
+                };
+                stretch.advance();
+                sample
+            })
+        })
+    })
+}
+
+/// Words of a feed-forward that gives some thousands of codes: of the velocity,
+/// of the acceleration, or none.
+fn words(velocity: i32, acceleration: i32) -> LawWords {
+    LawWords {
+        velocity_ff: GainWord::new(velocity, 32),
+        acceleration_ff: GainWord::new(acceleration, 32),
+        ..LawWords::NONE
     }
 }
 
@@ -68,22 +92,20 @@ fn drawn(most_samples: u64) -> impl Strategy<Value = Drawn> {
 struct Worst {
     /// Distance of the rounded position from the exact one \[counts\].
     position: f64,
-    /// In units of the output.
-    velocity: f64,
-    acceleration: f64,
+    /// Of the feed-forward \[codes\].
+    ahead: f64,
 }
 
 impl Worst {
     fn take(&mut self, other: Self) {
         self.position = self.position.max(other.position);
-        self.velocity = self.velocity.max(other.velocity);
-        self.acceleration = self.acceleration.max(other.acceleration);
+        self.ahead = self.ahead.max(other.ahead);
     }
 }
 
 /// Runs the motion to its end and compares `every`-th samples, and those on
-/// both sides of each change of interval.
-fn compare(drawn: Drawn, plan: &MotionPlan, half_pi: &Fixed, every: u64) -> Worst {
+/// both sides of each change of interval; with the number of its stretches.
+fn compare(drawn: Drawn, plan: &MotionPlan, half_pi: &Fixed, every: u64) -> (Worst, usize) {
     let (travel, intervals_ps, period_ns) = drawn;
     let command = Command::new(travel, intervals_ps, period_ns, half_pi);
     let period_ps = u64::from(period_ns) * 1_000;
@@ -94,48 +116,34 @@ fn compare(drawn: Drawn, plan: &MotionPlan, half_pi: &Fixed, every: u64) -> Wors
         let edge = sum.div_ceil(period_ps);
         edges.extend([edge.saturating_sub(1), edge, edge + 1]);
     }
-    let mut state = MotionState::default();
+    // Half a thousandth of a code a unit of 24 bits: up to 8,192 codes.
+    let words = words(1 << 21, 1 << 21);
+    let stretches: Vec<Stretch> = plan.stretches(&words, 0).collect();
     let mut worst = Worst::default();
     let (mut previous, mut position) = (0_i32, 0_i64);
-    for k in 0..=plan.head().last_sample {
-        let (setpoint, last) = step(plan, &mut state);
-        assert_eq!(
-            last,
-            k == plan.head().last_sample,
-            "sample {k} of {drawn:?}"
-        );
-        let moved = i64::from(setpoint.position.wrapping_sub(previous));
+    let mut count = 0;
+    for (k, sample) in (0_u64..).zip(samples(stretches.iter().copied())) {
+        let moved = i64::from(sample.position.wrapping_sub(previous));
         assert!(moved * travel.signum() >= 0, "back at {k} of {drawn:?}");
-        previous = setpoint.position;
+        previous = sample.position;
         position += moved;
         if k % every == 0 || edges.contains(&k) {
             let exact = command.at_sample(k);
-            let off = |value: i64, exact: &Fixed, bits: u8| {
-                let value = Fixed::ratio(i128::from(value), 1 << u32::from(bits));
-                value.sub(exact).to_f64(i32::from(bits)).abs()
-            };
+            let off = Fixed::ratio(i128::from(position), 1).sub(&exact.position);
+            let unit = |bits: u8| 2_f64.powi(i32::from(bits) - 11);
+            let ahead = exact.velocity.to_f64(0) * unit(plan.head().velocity_fraction_bits)
+                + exact.acceleration.to_f64(0) * unit(plan.head().acceleration_fraction_bits);
             worst.take(Worst {
-                position: off(position, &exact.position, 0),
-                velocity: off(
-                    i64::from(setpoint.velocity),
-                    &exact.velocity,
-                    plan.head().velocity_fraction_bits,
-                ),
-                acceleration: off(
-                    i64::from(setpoint.acceleration),
-                    &exact.acceleration,
-                    plan.head().acceleration_fraction_bits,
-                ),
+                position: off.to_f64(0).abs(),
+                ahead: (sample.ahead.to_num::<f64>() - ahead).abs(),
             });
         }
+        count = k + 1;
     }
-    let (setpoint, last) = step(plan, &mut state);
-    assert!(last, "the end is held");
+    assert_eq!(count, plan.head().last_sample, "{drawn:?}");
     let end = (i128::from(travel) + (1 << 31)) >> 32;
-    assert_eq!(i128::from(position), end, "of {drawn:?}");
-    assert_eq!(setpoint.position, previous);
-    assert_eq!((setpoint.velocity, setpoint.acceleration), (0, 0));
-    worst
+    assert_eq!(plan.head().end, end as i32, "of {drawn:?}");
+    (worst, stretches.len())
 }
 
 /// Draws motions and gives the worst of all that have a plan, and how many.
@@ -154,7 +162,7 @@ fn survey(cases: u32, most_samples: u64, looks: u64) -> (Worst, u32) {
         match MotionPlan::new(travel, intervals_ps, period_ns) {
             Ok(plan) => {
                 let every = (plan.head().last_sample / looks).max(1);
-                worst.take(compare(drawn, &plan, &half_pi, every));
+                worst.take(compare(drawn, &plan, &half_pi, every).0);
                 planned += 1;
             }
             Err(refusal) => assert!(
@@ -166,18 +174,14 @@ fn survey(cases: u32, most_samples: u64, looks: u64) -> (Worst, u32) {
     (worst, planned)
 }
 
-/// ½ for the rounding and ¼ for all before it; 3 units and `N·2^−27`, below
-/// 0.01 here, for velocity and acceleration (see `firmware::motion`).
+/// ½ for the rounding and ¼ for all before it; see `firmware::motion`.
 const BOUND: Worst = Worst {
     position: 0.75,
-    velocity: 3.01,
-    acceleration: 3.01,
+    ahead: 0.125,
 };
 
 fn within(worst: Worst) -> bool {
-    worst.position <= BOUND.position
-        && worst.velocity <= BOUND.velocity
-        && worst.acceleration <= BOUND.acceleration
+    worst.position <= BOUND.position && worst.ahead <= BOUND.ahead
 }
 
 #[test]
@@ -202,61 +206,41 @@ fn the_longest_travel_follows_the_command() {
         for each_ps in [143_000_777_777_777, 15_000_777_777_777, 33_000_777_777] {
             let drawn = (travel, [each_ps; 7], 1_000_000);
             let plan = MotionPlan::new(travel, [each_ps; 7], 1_000_000).expect("a plan");
-            let worst = compare(
-                drawn,
-                &plan,
-                &half_pi,
-                (plan.head().last_sample / 500).max(1),
-            );
-            println!("{travel} in {} samples: {worst:?}", plan.head().last_sample);
+            let every = (plan.head().last_sample / 500).max(1);
+            let (worst, stretches) = compare(drawn, &plan, &half_pi, every);
+            let samples = plan.head().last_sample;
+            println!("{travel} in {samples} samples, {stretches} stretches: {worst:?}");
             assert!(within(worst));
         }
     }
 }
 
-/// Two thousandths of a count are no more than the rounding of a tie: with 53
-/// bits or more in all sums, nearly every position is the nearest integer.
+/// A usual motion takes few stretches. The contrast: ones twice as long leave
+/// their bound.
 #[test]
-fn positions_are_the_nearest_integers() {
-    let (worst, _) = survey(500, 1 << 10, 64);
-    assert!(worst.position < 0.502, "{worst:?}");
-}
-
-/// Need for the bound: positions summed from the velocities of the
-/// setpoints, 24 bits each, lose it within the same motion.
-#[test]
-fn summed_velocities_do_not_follow() {
-    // Constant accelerations and whole samples: the mean of two velocities is
-    // the exact step.
-    let each_ps = 33_333 * 1_000_000_000;
-    let travel = 2_000_000_011 << 32;
-    let plan = MotionPlan::new(
-        travel,
-        [0, each_ps, 0, 9 * each_ps, 0, each_ps, 0],
-        1_000_000,
-    );
-    let plan = plan.expect("a plan");
-    let mut state = MotionState::default();
-    let (mut twice, mut before, mut worst) = (0_i64, 0, 0_f64);
-    for _ in 0..=plan.head().last_sample {
-        let (setpoint, _) = step(&plan, &mut state);
-        twice += i64::from(before) + i64::from(setpoint.velocity);
-        before = setpoint.velocity;
-        let summed = twice as f64 / 2_f64.powi(1 + i32::from(plan.head().velocity_fraction_bits));
-        worst = worst.max((summed - f64::from(setpoint.position)).abs());
+fn usual_motions_take_few_stretches() {
+    let half_pi = Fixed::half_pi();
+    let ms = 1_000_000_000;
+    for (counts, each_ms) in [(6_000_i64, 40), (100_000, 140), (10_000_000, 140)] {
+        let drawn = (counts << 32, [each_ms * ms; 7], 1_000_000);
+        let plan = MotionPlan::new(drawn.0, drawn.1, drawn.2).expect("a plan");
+        let (worst, stretches) = compare(drawn, &plan, &half_pi, 1);
+        println!(
+            "{counts} counts in {} ms: {stretches} stretches, {worst:?}",
+            7 * each_ms
+        );
+        assert!(within(worst));
+        assert!(stretches <= 160, "{stretches}");
     }
-    assert!(worst > BOUND.position, "{worst}");
 }
 
-/// A whole run of setpoints.
-fn all(plan: &MotionPlan) -> Vec<(Setpoint, MotionState)> {
-    let mut state = MotionState::default();
-    (0..=plan.head().last_sample)
-        .map(|_| {
-            let (setpoint, _) = step(plan, &mut state);
-            (setpoint, state)
-        })
-        .collect()
+fn stretches(plan: &MotionPlan, start: i32) -> Vec<Stretch> {
+    plan.stretches(&words(1 << 20, 1 << 19), start).collect()
+}
+
+/// Every sample of a plan.
+fn all(plan: &MotionPlan) -> Vec<Sample> {
+    samples(stretches(plan, 0).into_iter()).collect()
 }
 
 proptest! {
@@ -267,12 +251,10 @@ proptest! {
         let back = MotionPlan::new(-travel, intervals, period);
         prop_assert_eq!(there.is_ok(), back.is_ok());
         if let (Ok(there), Ok(back)) = (there, back) {
-            prop_assert_eq!(there.head().velocity_fraction_bits, back.head().velocity_fraction_bits);
-            for ((a, sum), (b, mirrored)) in all(&there).into_iter().zip(all(&back)) {
-                prop_assert_eq!(sum, mirrored);
-                prop_assert_eq!((a.velocity, a.acceleration), (-b.velocity, -b.acceleration));
+            for (a, b) in all(&there).into_iter().zip(all(&back)) {
+                prop_assert_eq!(a.ahead, -b.ahead);
                 // Both halves go up.
-                prop_assert!([0, 1].contains(&(a.position + b.position)));
+                prop_assert!([0, 1].contains(&a.position.wrapping_add(b.position)));
             }
         }
     }
@@ -281,37 +263,11 @@ proptest! {
     #[test]
     fn the_start_is_added_modulo_2_32((travel, intervals, period) in drawn(16), start: i32) {
         if let Ok(plan) = MotionPlan::new(travel, intervals, period) {
-            let mut source = MotionGenerator::new(&plan, start);
-            let (mut next, mut state) = (None, MotionState::default());
-            for _ in 0..=plan.head().last_sample {
-                let (mut expected, last) = step(&plan, &mut state);
-                expected.position = expected.position.wrapping_add(start);
-                let expected =
-                    if last { Next::Last(expected) } else { Next::Setpoint(expected) };
-                next = Some(source.next(&Observed::default()));
-                prop_assert_eq!(next, Some(expected));
-                prop_assert_eq!(source.state(), &state);
+            let moved = samples(stretches(&plan, start).into_iter());
+            for (a, b) in all(&plan).into_iter().zip(moved) {
+                prop_assert_eq!(a.position.wrapping_add(start), b.position);
+                prop_assert_eq!(a.ahead, b.ahead);
             }
-            let end = start.wrapping_add(plan.head().end);
-            prop_assert!(matches!(next, Some(Next::Last(last)) if last.position == end));
-        }
-    }
-
-    /// Velocity and acceleration use at least 23 of their 24 bits.
-    #[test]
-    fn the_peaks_fill_their_words(
-        travel in prop_oneof![1_i64 << 40..1 << 58, -1_i64 << 58..-1 << 40],
-        samples in prop::array::uniform7(2..60_u64),
-    ) {
-        let intervals = samples.map(|n| n * 1_000_000_000);
-        let plan = MotionPlan::new(travel, intervals, 1_000_000).expect("a plan");
-        let setpoints = all(&plan);
-        let peak = |value: fn(&Setpoint) -> i32| {
-            setpoints.iter().map(|(s, _)| value(s).unsigned_abs()).max()
-        };
-        for peak in [peak(|s| s.velocity), peak(|s| s.acceleration)] {
-            let peak = peak.expect("setpoints");
-            prop_assert!(((1 << 23) - 8..=1 << 24).contains(&peak), "{}", peak);
         }
     }
 }

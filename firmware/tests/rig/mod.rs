@@ -45,6 +45,20 @@ pub(crate) fn with_output(words: LawWords, slew: Option<u32>, quantiser: Quantis
     Axis::new(law, output)
 }
 
+/// An axis that moves from its first sample on.
+pub(crate) fn started(axis: &Axis) -> AxisState {
+    let mut state = AxisState::start(axis);
+    start(&mut state);
+    state
+}
+
+/// Enables an axis and starts its motion.
+pub(crate) fn start(state: &mut AxisState) {
+    for event in [Event::Enable, Event::Start] {
+        state.request(event).expect("the state allows it");
+    }
+}
+
 /// The inputs of an undisturbed sample.
 pub(crate) fn at(tick: u64, motor: i32) -> Inputs {
     Inputs {
@@ -93,7 +107,7 @@ pub(crate) fn ramp(from: i64, to: i64, speed: i64) -> Script<impl FnMut(i64) -> 
             Next::Setpoint(Setpoint {
                 position: wrap(now),
                 velocity: wrap(towards << 16),
-                acceleration: 0,
+                ..Setpoint::default()
             })
         }
     })
@@ -163,9 +177,7 @@ impl Loop {
 
     /// Asks for what the state must allow.
     pub(crate) fn request(&mut self, event: Event) {
-        self.axis
-            .request(&mut self.state, event)
-            .expect("the state allows it");
+        self.state.request(event).expect("the state allows it");
     }
 
     /// One sample with the inputs that `change` makes of the undisturbed ones.
@@ -176,7 +188,7 @@ impl Loop {
     ) -> AxisOutput {
         let mut inputs = at(self.tick, self.motor.counts());
         change(&mut inputs);
-        let output = self.axis.tick(&mut self.state, &inputs, source);
+        let output = self.state.tick(&inputs, source);
         self.motor.step(output.code);
         self.tick += 1;
         output

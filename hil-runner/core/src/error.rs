@@ -73,7 +73,7 @@ fn key_of(refusal: &Refusal) -> Option<&'static str> {
         What::Period | What::Travel | What::Rise | What::Fall | What::Duration | What::Velocity => {
             return Some("motion.travel_mm");
         }
-        What::Acceleration(_) | What::IntervalSamples(_) => return Some("motion.travel_mm"),
+        What::Acceleration(_) => return Some("motion.travel_mm"),
         What::Setpoints if refusal.value > 0 => return Some("controller.sample_time_s"),
         _ => return None,
     };

@@ -3,8 +3,9 @@
 
 use firmware::axis::Inputs;
 use firmware::law::Law as AxisLaw;
-use firmware::{Dac, Next, Observed, State, counts};
-use firmware_link::request::MOST_SETPOINTS;
+use firmware::output::{Output, Quantiser};
+use firmware::{Axis, Dac, Next, Observed, Settings, State, counts};
+use firmware_link::request::MOST_WORDS;
 use firmware_link::{Events, Identity, Request, SourceKind, Step, plan, settings as wire};
 use hil_core::case::{Case, Law};
 use hil_core::chip_cost::{ChipReport, ExecutionFigures};
@@ -37,8 +38,8 @@ pub struct ChipLaw<'c> {
 struct RemoteAxis {
     world: World,
     reported: Reported,
-    /// The law that the chip has, and the one from the gain change on.
-    law: AxisLaw,
+    /// The axis that the chip has, and its law from the gain change on.
+    axis: Axis,
     next_law: Option<AxisLaw>,
     /// The queue, where the setpoints come with the samples.
     queue: Option<Box<StreamedQueue>>,
@@ -59,11 +60,10 @@ impl RemoteAxis {
         }
         if arrivals.gains_change
             && let Some(law) = self.next_law
-            && law != self.law
+            && law != *self.axis.law()
         {
-            let payload = wire::write_law(&law).ok_or_else(too_long)?;
-            client.take(&Request::Law(&payload))?;
-            self.law = law;
+            self.axis.set_law(law);
+            give_settings(client, &self.axis)?;
         }
         let shown = arrivals.shown;
         let inputs = Inputs {
@@ -206,19 +206,30 @@ impl<'c> ChipLaw<'c> {
     }
 }
 
-/// Gives the chip the paper's law of a case.
+/// Gives the chip the paper's law of a case: an axis with everything off, started
+/// at once.
 fn give_paper(
     client: &mut Client,
     case: &Case,
     period_ns: u64,
 ) -> Result<FixedPointGains, RunError> {
     let scaled = papers_law(case, period_ns)?;
-    let payload = wire::write_law(&scaled.law).ok_or_else(too_long)?;
-    client.take(&Request::Paper(&payload))?;
+    let output = Output::unlimited(scaled.law.dac(), Quantiser::Nearest);
+    give_settings(client, &Axis::new(scaled.law, output))?;
     let table = Setpoint::new(case, period_ns).table()?;
     send_table(client, table.as_counts())?;
-    client.begin(SourceKind::Table, Events::default())?;
+    let mut events = Events::default();
+    for event in FROM_REST {
+        events.insert(event);
+    }
+    client.begin(SourceKind::Table, events)?;
     Ok(scaled.fixed_point())
+}
+
+/// Gives the chip the settings of an axis.
+pub(super) fn give_settings(client: &mut Client, axis: &Axis) -> Result<(), ChipError> {
+    let payload = wire::write(&Settings::of(axis)).ok_or_else(too_long)?;
+    client.take(&Request::Settings(&payload))
 }
 
 /// Gives the chip the axis of a case; the host keeps its own part.
@@ -230,18 +241,17 @@ fn give_axis(
     let setup = Setup::of(case, period_ns)?;
     let scaled = setup.law()?;
     let axis = compensated(&setup, scaled.law)?;
-    let payload = wire::write_axis(&axis).ok_or_else(too_long)?;
-    client.take(&Request::Axis(&payload))?;
+    give_settings(client, &axis)?;
     let mut queue = None;
-    let source = match setup.source()? {
+    let source = match setup.source(&scaled.law)? {
         Source::Table(table) => {
             send_table(client, table.table().as_counts())?;
             SourceKind::Table
         }
         Source::Generator(generator) => {
-            for part in plan::parts(&generator.plan) {
-                client.take(&Request::Plan(&part))?;
-            }
+            let words: Vec<i32> = plan::words(&generator.stretches, generator.end).collect();
+            let fewer = "a longer sample time or controller.setpoints = \"queue\"";
+            send_memory(client, &words, "words for its plan", fewer)?;
             SourceKind::Plan
         }
         Source::Queue(streamed) => {
@@ -256,27 +266,38 @@ fn give_axis(
         events.insert(event);
     }
     client.begin(source, events)?;
-    let axis = RemoteAxis {
+    let remote = RemoteAxis {
         world: World::new(&case.options, period_ns),
         reported,
-        law: scaled.law,
+        axis,
         next_law: setup.next_law()?,
         queue,
     };
-    Ok((axis, scaled.fixed_point()))
+    Ok((remote, scaled.fixed_point()))
 }
 
 fn send_table(client: &mut Client, setpoints: &[i32]) -> Result<(), ChipError> {
-    let (needed, capacity) = (setpoints.len(), client.identity().table_capacity);
+    let fewer = "a longer sample time, a shorter motion or controller.setpoints = \"generator\"";
+    send_memory(client, setpoints, "setpoints", fewer)
+}
+
+/// Fills the chip's memory; `what` are the words, of which `fewer` needs fewer.
+fn send_memory(
+    client: &mut Client,
+    words: &[i32],
+    what: &str,
+    fewer: &str,
+) -> Result<(), ChipError> {
+    let (needed, capacity) = (words.len(), client.identity().table_capacity);
     if u32::try_from(needed).is_ok_and(|needed| needed > capacity) {
         return Err(ChipError(format!(
-            "the motion needs {needed} setpoints but the chip's table holds {capacity}; a longer \
-             sample time, a shorter motion or controller.setpoints = \"generator\" needs fewer"
+            "the motion needs {needed} {what} but the chip's table holds {capacity}; {fewer} \
+             needs fewer"
         )));
     }
-    for some in setpoints.chunks(MOST_SETPOINTS) {
-        let bytes: Vec<u8> = some.iter().flat_map(|count| count.to_le_bytes()).collect();
-        client.take(&Request::Setpoints(&bytes))?;
+    for some in words.chunks(MOST_WORDS) {
+        let bytes: Vec<u8> = some.iter().flat_map(|word| word.to_le_bytes()).collect();
+        client.take(&Request::Memory(&bytes))?;
     }
     Ok(())
 }

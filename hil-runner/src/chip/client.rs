@@ -11,6 +11,7 @@
 
 use std::time::{Duration, Instant};
 
+use firmware::Settings;
 use firmware_link::body::VERSION;
 use firmware_link::frame::{LARGEST_FRAME, Received, Receiver, crc32_on, encode};
 use firmware_link::{Events, Identity, Nak, Reply, Request, SourceKind, Status, Step, Stepped};
@@ -135,10 +136,7 @@ impl Client {
         let reply = self.ask(request)?;
         match request {
             Request::Step(step) => self.last_tick = step.inputs.tick,
-            Request::Paper(payload)
-            | Request::Axis(payload)
-            | Request::Setpoints(payload)
-            | Request::Plan(payload) => {
+            Request::Settings(payload) | Request::Memory(payload) => {
                 let crc = crc32_on(self.configuration, &[request.kind()]);
                 self.configuration = crc32_on(crc, payload);
             }
@@ -271,10 +269,20 @@ fn refusal(nak: &Nak) -> ChipError {
         Nak::Configuration { here } => format!(
             "the controller has another configuration than this run: its CRC-32 is {here:08x}"
         ),
-        Nak::Settings => "the controller refuses its settings".to_owned(),
-        Nak::Table => "the motion has more setpoints than the controller's table; a longer sample \
+        Nak::Settings { word } => {
+            let place = usize::try_from(*word).unwrap_or(usize::MAX);
+            let name = Settings::NAMES.get(place).unwrap_or(&"of no name");
+            format!("the controller refuses the word {name} of its settings")
+        }
+        Nak::Plan { stretch } => format!(
+            "the controller refuses the planned motion: its stretch {stretch} does not go on where \
+             the one before ends, or is none"
+        ),
+        Nak::Memory => {
+            "the motion has more setpoints than the controller's table; a longer sample \
                        time or controller.setpoints = \"generator\" needs fewer"
-            .to_owned(),
+                .to_owned()
+        }
         Nak::Driving => {
             "the controller drives an axis of its own; it serves a bench after a reset \
                          in bench mode"

@@ -33,7 +33,7 @@ pub(super) fn execute(
             }
         }
     }
-    let vectors = stored()?;
+    let vectors = stored();
     let mut hosts = Vec::with_capacity(files.len());
     for file in files {
         let mut progress = Progress::of(&file.case);

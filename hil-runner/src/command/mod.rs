@@ -1,6 +1,7 @@
 //! The verbs, one file each but for the shortest, which stand here.
 
 mod budget;
+mod c_axis;
 mod certify;
 #[cfg(unix)]
 mod flips;

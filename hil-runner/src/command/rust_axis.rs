@@ -3,7 +3,7 @@
 
 use firmware::axis::{Axis, Feedback};
 use firmware::backlash_compensation::BacklashCompensation;
-use firmware::law::{AntiWindup, FilterWords, Law};
+use firmware::law::{AntiWindup, FilterWords};
 use firmware::monitor::{EncoderLossMonitor, FollowingErrorMonitor, SaturationMonitor};
 use firmware::output::Quantiser;
 use firmware::position::CounterParameters;
@@ -25,7 +25,7 @@ pub(super) fn source(name: &str, request: &ScalingRequest, axis: &Axis) -> Strin
     ];
     format!(
         "/// The axis of {name}, a sample every {sample_time_ns} ns, by `hil-runner scaling --rust`.\n\
-         ///\n{ranges}{rates}\
+         ///\n{ranges}\
          pub const AXIS: firmware::Axis = {{\n    \
              use firmware::*;\n\
          \n    \
@@ -42,8 +42,7 @@ pub(super) fn source(name: &str, request: &ScalingRequest, axis: &Axis) -> Strin
              {rest}\n\
          }};\n",
         sample_time_ns = request.sample_time_ns,
-        ranges = ranges(law),
-        rates = rates(request, axis),
+        ranges = commented("/// ", &declared(request, axis)),
         gains = gains.concat(),
         error_bits = words.error_bits,
         integral_bits = words.integral_bits,
@@ -66,38 +65,49 @@ pub(super) fn source(name: &str, request: &ScalingRequest, axis: &Axis) -> Strin
     )
 }
 
-/// The declared ranges, as comments.
-fn ranges(law: &Law) -> String {
-    let dac = law.dac();
+/// What was declared, a sentence a line.
+pub(super) fn declared(request: &ScalingRequest, axis: &Axis) -> Vec<String> {
+    let (law, dac) = (axis.law(), axis.law().dac());
     let sums = match law.error_sum_limit() {
         u64::MAX => String::new(),
         limit => format!(" and |Σe| ≤ {limit}"),
     };
-    format!(
-        "/// Within |e| ≤ {}{sums} counts a code is at most 1 from the exact law's.\n\
-         /// Differences beyond {} counts are held there. Codes are {} to {}.\n",
-        law.error_limit(),
-        law.difference_limit(),
-        dac.min_code(),
-        dac.max_code(),
-    )
+    let mut lines = vec![
+        format!(
+            "Within |e| ≤ {}{sums} counts a code is at most 1 from the exact law's.",
+            law.error_limit()
+        ),
+        format!(
+            "Differences beyond {} counts are held there. Codes are {} to {}.",
+            law.difference_limit(),
+            dac.min_code(),
+            dac.max_code(),
+        ),
+    ];
+    lines.extend(rates(request, axis));
+    lines
+}
+
+/// Lines behind the mark of a comment.
+pub(super) fn commented(mark: &str, lines: &[String]) -> String {
+    lines.iter().map(|line| format!("{mark}{line}\n")).collect()
 }
 
 /// The unit of the setpoints' rates, where something reads them.
-fn rates(request: &ScalingRequest, axis: &Axis) -> String {
+fn rates(request: &ScalingRequest, axis: &Axis) -> Option<String> {
     let [.., velocity, acceleration, _] = request.gains;
     let lag = axis
         .monitors
         .following_error
         .map(|monitor| monitor.limits().1);
     if velocity == 0.0 && acceleration == 0.0 && lag.is_none_or(|lag| lag.mantissa == 0) {
-        return String::new();
+        return None;
     }
     let bits = request.rates;
-    format!(
-        "/// Setpoints come with velocities in 2^-{} counts/sample and accelerations in 2^-{} counts/sample².\n",
+    Some(format!(
+        "Setpoints come with velocities in 2^-{} counts/sample and accelerations in 2^-{} counts/sample².",
         bits.velocity, bits.acceleration
-    )
+    ))
 }
 
 /// The axis with a line for everything that is not off.
@@ -175,8 +185,9 @@ fn compensation(plan: &BacklashCompensation) -> String {
 fn following_error(monitor: &FollowingErrorMonitor) -> String {
     let (counts, per_speed) = monitor.limits();
     let call = format!(
-        "monitor::FollowingErrorMonitor::accept({counts}, {}, 0)",
-        literal(per_speed)
+        "monitor::FollowingErrorMonitor::accept({counts}, {}, {})",
+        literal(per_speed),
+        monitor.velocity_fraction_bits(),
     );
     format!("Some({})", accepted(&call))
 }

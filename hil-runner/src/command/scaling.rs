@@ -3,6 +3,7 @@
 
 use anyhow::anyhow;
 use clap::Args;
+use firmware::Axis;
 use hil_core::controllers::{
     Setup, accepted, compensated, scaling_request, smallest_sample_time_ns,
 };
@@ -13,7 +14,7 @@ use hil_core::runfile::RunFile;
 use hil_core::scaling::{ScaledLaw, ScalingRequest};
 
 use super::options::{Cases, Sets, explain, once_each};
-use super::{rust_axis, terminal};
+use super::{c_axis, rust_axis, terminal};
 
 /// Show a case's fixed-point gains: lengths, headroom, rounding, and what fits
 #[derive(Debug, Args)]
@@ -21,7 +22,8 @@ use super::{rust_axis, terminal};
                   hil-runner scaling paper-1 paper-2 paper-3 paper-4\n  \
                   hil-runner scaling axis.toml --set controller.word_bits=24\n  \
                   hil-runner scaling paper-2 --set controller.sample_time_s=0.0001\n  \
-                  hil-runner scaling axis.toml --rust > src/axis.rs")]
+                  hil-runner scaling axis.toml --rust > src/axis.rs\n  \
+                  hil-runner scaling axis.toml --c > axis.h")]
 pub(crate) struct Scaling {
     #[command(flatten)]
     cases: Cases,
@@ -30,16 +32,31 @@ pub(crate) struct Scaling {
     /// Print the axis of one case as a Rust constant for an image of one's own
     #[arg(long)]
     rust: bool,
+    /// Print the same as an initialiser of `servo_settings`, for firmware in C
+    #[arg(long)]
+    c: bool,
 }
+
+/// Source of an axis, by the case's name, the request and the axis.
+type Source = fn(&str, &ScalingRequest, &Axis) -> String;
 
 impl Scaling {
     pub(crate) fn execute(&self) -> anyhow::Result<bool> {
         let files = self.sets.load(&self.cases.cases)?;
-        if self.rust {
+        let source: Option<(_, Source)> = match (self.rust, self.c) {
+            (false, false) => None,
+            (true, false) => Some(("--rust", rust_axis::source)),
+            (false, true) => Some(("--c", c_axis::source)),
+            (true, true) => {
+                anyhow::bail!("--rust and --c each print an axis of their own: give one of them")
+            }
+        };
+        if let Some((option, source)) = source {
             let [file] = files.as_slice() else {
-                anyhow::bail!("--rust prints the axis of one case, not of {}", files.len());
+                let cases = files.len();
+                anyhow::bail!("{option} prints the axis of one case, not of {cases}");
             };
-            terminal::print(&constant(file)?)?;
+            terminal::print(&constant(file, source)?)?;
             return Ok(true);
         }
         let texts = files
@@ -54,7 +71,7 @@ impl Scaling {
 }
 
 /// The axis of a case as source.
-fn constant(file: &RunFile) -> anyhow::Result<String> {
+fn constant(file: &RunFile, source: Source) -> anyhow::Result<String> {
     let refused = |error| explain(file, RunError::Quantise(error));
     let case = &file.case;
     let period_ns = case.controller.sample_time_ns;
@@ -65,7 +82,7 @@ fn constant(file: &RunFile) -> anyhow::Result<String> {
     // A run asks for more than its axis, and stops without it.
     accepted(case, period_ns).map_err(refused)?;
     let request = scaling_request(case).map_err(refused)?;
-    Ok(rust_axis::source(&case.name, &request, &axis))
+    Ok(source(&case.name, &request, &axis))
 }
 
 fn describe(file: &RunFile) -> anyhow::Result<String> {

@@ -17,7 +17,7 @@ fn a_flip_in_a_product_of_the_law_is_found() {
     }
     let finder = Finder::from_environment();
     let image = finder.image(Target::M4, "fifo", &mut |line| eprintln!("{line}"));
-    let vectors = stored().unwrap();
+    let vectors = stored();
     let case = case("paper-2", &[]);
     let hosts = [HostTrace::record(&case, &mut |_| Ok(())).unwrap()];
     // The contrast: the image as it is passes, or there would be no campaign.

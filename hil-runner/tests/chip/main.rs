@@ -19,6 +19,8 @@ mod delay;
 #[cfg(unix)]
 mod flips;
 mod judged;
+#[cfg(unix)]
+mod line_client;
 mod loopback;
 mod noise;
 mod same_codes;

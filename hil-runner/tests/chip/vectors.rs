@@ -7,7 +7,7 @@ use crate::loopback::Loopback;
 
 /// Every row of every file.
 pub(crate) fn replay_all(client: &mut Client) {
-    let files = stored().unwrap();
+    let files = stored();
     assert!(files.len() >= 23, "{}", files.len());
     let mut rows = 0;
     for file in &files {
@@ -27,7 +27,7 @@ fn a_chip_in_memory_gives_every_row() {
 }
 
 fn file(name: &str) -> VectorFile {
-    let mut files = stored().unwrap().into_iter();
+    let mut files = stored().into_iter();
     files.find(|file| file.name == name).unwrap()
 }
 

@@ -62,7 +62,7 @@ fn journal_lines(out: &Path) -> usize {
 /// is complete.
 #[test]
 fn a_killed_study_goes_on_to_the_same_bytes() {
-    let long = STUDY.replace("runs = 1500", "runs = 12000");
+    let long = STUDY.replace("runs = 1500", "runs = 36000");
     let folder = folder_with(&long);
     let whole = made(folder.path(), &["small.toml"], "whole");
     let out = folder.path().join("out");

@@ -47,6 +47,8 @@ use firmware::monitor::{
 use firmware::output::{Output, Quantiser};
 use firmware::{CounterParameters, Dac, GainWord, MotionPlan, Refusal};
 
+use crate::drive::Planned;
+
 /// `Δt` \[ns\].
 pub const PERIOD_NS: u32 = 1_000_000;
 
@@ -129,10 +131,13 @@ pub const AXIS: Axis = {
 ///
 /// # Errors
 /// None with the constants of this page, as its test shows.
-pub fn motions() -> Result<[MotionPlan; 2], Refusal> {
+pub fn motions() -> Result<[Planned; 2], Refusal> {
     let travel = i64::from(TRAVEL_COUNTS) << 32;
-    let forth = MotionPlan::new(travel, INTERVALS_PS, PERIOD_NS)?;
-    let back = MotionPlan::new(-travel, INTERVALS_PS, PERIOD_NS)?;
+    let planned = |travel| {
+        let plan = MotionPlan::new(travel, INTERVALS_PS, PERIOD_NS)?;
+        Planned::new(&plan, AXIS.law().words())
+    };
+    let [forth, back] = [planned(travel)?, planned(-travel)?];
     Ok([forth, back])
 }
 
@@ -143,12 +148,11 @@ mod tests {
     #[test]
     fn the_motions_are_opposite_and_last_a_second() {
         let [forth, back] = motions().expect("two motions");
-        assert_eq!(
-            (forth.head().end, back.head().end),
-            (TRAVEL_COUNTS, -TRAVEL_COUNTS)
-        );
-        assert_eq!(forth.head().last_sample, u64::from(SAMPLES_PER_S));
-        assert_eq!(back.head().last_sample, u64::from(SAMPLES_PER_S));
+        assert_eq!((forth.end(), back.end()), (TRAVEL_COUNTS, -TRAVEL_COUNTS));
+        for planned in [forth, back] {
+            let samples = planned.stretches().iter().map(|stretch| stretch.samples);
+            assert_eq!(samples.sum::<u32>(), SAMPLES_PER_S);
+        }
     }
 
     #[test]

@@ -3,7 +3,10 @@
 
 use firmware::axis::{Axis, AxisOutput, AxisState};
 use firmware::hardware::{Board, serve};
-use firmware::{Event, MotionGenerator, MotionPlan, State};
+use firmware::{Event, Motion, PlannedMotion, State};
+
+/// A motion of a drive: up to 64 stretches.
+pub type Planned = PlannedMotion<64>;
 
 /// An axis on its electronics, moved to and fro by a button.
 ///
@@ -19,13 +22,12 @@ use firmware::{Event, MotionGenerator, MotionPlan, State};
 /// stays within half a travel of these two, wherever it was stopped before.
 #[derive(Debug)]
 pub struct Drive<'p, B> {
-    axis: Axis,
     state: AxisState,
     /// The electronics.
     pub board: B,
-    forth: &'p MotionPlan,
-    back: &'p MotionPlan,
-    motion: MotionGenerator<'p>,
+    forth: &'p Planned,
+    back: &'p Planned,
+    motion: Motion<'p>,
     /// Position at which the axis is held, or will be when its motion has ended \[counts\].
     target: i32,
     button: Button,
@@ -33,14 +35,13 @@ pub struct Drive<'p, B> {
 
 impl<'p, B: Board> Drive<'p, B> {
     /// Disabled; `forth` and `back` are opposite motions.
-    pub fn new(axis: Axis, board: B, forth: &'p MotionPlan, back: &'p MotionPlan) -> Self {
+    pub fn new(axis: Axis, board: B, forth: &'p Planned, back: &'p Planned) -> Self {
         Self {
-            axis,
             state: AxisState::start(&axis),
             board,
             forth,
             back,
-            motion: MotionGenerator::new(forth, 0),
+            motion: Motion::new(forth, 0),
             target: 0,
             button: Button::default(),
         }
@@ -57,8 +58,7 @@ impl<'p, B: Board> Drive<'p, B> {
         if self.button.pressed(button_down) {
             self.press();
         }
-        let (axis, state) = (&self.axis, &mut self.state);
-        let output = serve(axis, state, &mut self.board, &mut self.motion, tick);
+        let output = serve(&mut self.state, &mut self.board, &mut self.motion, tick);
         if let (true, Some(position)) = (free, self.state.position()) {
             self.target = position;
         }
@@ -76,19 +76,19 @@ impl<'p, B: Board> Drive<'p, B> {
             }
         };
         // Each is one that its state allows.
-        let _ = self.axis.request(&mut self.state, event);
+        let _ = self.state.request(event);
     }
 
     fn next_motion(&mut self) {
-        let towards_end = i64::from(self.forth.head().end) - i64::from(self.target);
+        let towards_end = i64::from(self.forth.end()) - i64::from(self.target);
         let from_start = i64::from(self.target);
         let plan = if from_start.abs() <= towards_end.abs() {
             self.forth
         } else {
             self.back
         };
-        self.motion = MotionGenerator::new(plan, self.target);
-        self.target = self.target.wrapping_add(plan.head().end);
+        self.motion = Motion::new(plan, self.target);
+        self.target = self.target.wrapping_add(plan.end());
     }
 }
 

@@ -10,7 +10,7 @@
 pub mod axis;
 mod drive;
 
-pub use drive::{Button, Drive, Ticks};
+pub use drive::{Button, Drive, Planned, Ticks};
 
 use firmware_link::body::Header;
 use firmware_link::frame::Received;
@@ -61,7 +61,7 @@ mod tests {
         let (header, reply) = answer(&Request::Hello);
         assert_eq!((header.session, header.number), (7, 9));
         assert_eq!(reply, Reply::Hello(IDENTITY));
-        for request in [Request::Status, Request::Axis(&[]), Request::Law(&[])] {
+        for request in [Request::Status, Request::Settings(&[]), Request::Memory(&[])] {
             let (header, reply) = answer(&request);
             assert_eq!((header.session, header.number), (7, 9));
             assert_eq!(reply, Reply::Nak(Nak::Driving));

@@ -9,9 +9,9 @@
 )]
 
 use firmware::axis::AxisOutput;
-use firmware::{Board, FaultCause, MotionPlan, State};
+use firmware::{Board, FaultCause, State};
 use stm32f407_drive::axis::{AXIS, TRAVEL_COUNTS, motions};
-use stm32f407_drive::{Drive, Ticks};
+use stm32f407_drive::{Drive, Planned, Ticks};
 
 /// The paper's motor without load, roughly: 120 V at the largest code, 0.25 V s/rad,
 /// 636.6 counts/rad, a time constant of 5 samples.
@@ -109,7 +109,7 @@ impl Bench<'_> {
     }
 }
 
-fn bench(plans: &[MotionPlan; 2]) -> Bench<'_> {
+fn bench(plans: &[Planned; 2]) -> Bench<'_> {
     let [forth, back] = plans;
     let mut bench = Bench {
         drive: Drive::new(AXIS, Motor::default(), forth, back),
@@ -121,7 +121,7 @@ fn bench(plans: &[MotionPlan; 2]) -> Bench<'_> {
 }
 
 /// Enabled, and 300 ms into its first motion.
-fn moving(plans: &[MotionPlan; 2]) -> Bench<'_> {
+fn moving(plans: &[Planned; 2]) -> Bench<'_> {
     let mut bench = bench(plans);
     bench.press();
     bench.press();

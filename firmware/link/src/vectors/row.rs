@@ -3,9 +3,10 @@
 use core::fmt;
 use core::str::{FromStr, SplitWhitespace};
 
+use firmware::Codes;
 use firmware::axis::{AxisOutput, Inputs};
 use firmware::faults::{Fault, FaultCause, FaultValues};
-use firmware::reference::{Next, Observed, Setpoint, SetpointSource};
+use firmware::reference::{Next, Observed, Setpoint, SetpointSource, Stretch};
 use firmware::states::{Event, State};
 
 /// Inputs of a sample. It is the source of setpoints of that sample too.
@@ -138,14 +139,26 @@ impl<'a> Columns<'a> {
         if kind == "none" {
             return Some(Next::Underrun);
         }
-        let setpoint = Setpoint {
+        if kind == "stretch" {
+            let mut words = [0; Stretch::WORDS];
+            for word in &mut words {
+                *word = self.number()?;
+            }
+            return Some(Next::Stretch(Stretch::from_words(&words)));
+        }
+        let mut setpoint = Setpoint {
             position: self.number()?,
             velocity: self.number()?,
             acceleration: self.number()?,
+            ahead: None,
         };
         match kind {
             "next" => Some(Next::Setpoint(setpoint)),
             "last" => Some(Next::Last(setpoint)),
+            "ahead" => {
+                setpoint.ahead = Some(Codes::from_bits(self.number()?));
+                Some(Next::Setpoint(setpoint))
+            }
             _ => None,
         }
     }
@@ -196,13 +209,26 @@ impl fmt::Display for Given<'_> {
             Next::Setpoint(setpoint) => ("next", setpoint),
             Next::Last(setpoint) => ("last", setpoint),
             Next::Underrun => return f.write_str("none"),
+            Next::Stretch(stretch) => {
+                f.write_str("stretch")?;
+                let words = stretch.to_words();
+                return words.iter().try_for_each(|word| write!(f, " {word}"));
+            }
         };
         let Setpoint {
             position,
             velocity,
             acceleration,
+            ahead,
         } = setpoint;
-        write!(f, "{kind} {position} {velocity} {acceleration}")
+        // The end of a motion has none.
+        let ahead = ahead.filter(|_| kind == "next");
+        let kind = if ahead.is_some() { "ahead" } else { kind };
+        write!(f, "{kind} {position} {velocity} {acceleration}")?;
+        match ahead {
+            Some(ahead) => write!(f, " {}", ahead.to_bits()),
+            None => Ok(()),
+        }
     }
 }
 

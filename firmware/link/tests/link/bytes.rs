@@ -1,11 +1,12 @@
-//! The bytes of version 1, held by the CRC-32 of all that goes over the line.
+//! The bytes of version 2, held by the CRC-32 of all that goes over the line.
 
 use firmware::axis::Inputs;
 use firmware::faults::{Fault, FaultCause, FaultValues};
-use firmware::{Event, MotionPlan, Next, Setpoint, State};
+use firmware::law::LawWords;
+use firmware::{Codes, Event, GainWord, MotionPlan, Next, Setpoint, Settings, State, Stretch};
 use firmware_link::frame::{crc32, crc32_on};
-use firmware_link::plan::parts;
-use firmware_link::settings::{write_axis, write_law};
+use firmware_link::plan;
+use firmware_link::settings::write;
 use firmware_link::{Events, Identity, Reply, Request, SourceKind, Status, Step, Stepped};
 
 use crate::NAKS;
@@ -30,17 +31,25 @@ fn steps() -> impl Iterator<Item = Request<'static>> {
         position: -70_000,
         velocity: 0x1234_5678,
         acceleration: -3,
+        ahead: None,
     };
+    let ahead = Setpoint {
+        ahead: Some(Codes::from_bits(-0x0123_4567_89ab_cdef)),
+        ..setpoint
+    };
+    let stretch = Stretch::from_words(&core::array::from_fn(|k| -7 << k));
     let nexts = [
         Next::Underrun,
         Next::Setpoint(setpoint),
         Next::Last(setpoint),
+        Next::Setpoint(ahead),
+        Next::Stretch(stretch),
     ];
     nexts.into_iter().enumerate().flat_map(|(k, next)| {
         let odd = [false, true];
         odd.map(|odd| {
             Request::Step(Step {
-                events: events(&Events::ORDER[k..]),
+                events: events(&Events::ORDER[k.min(3)..]),
                 inputs: Inputs {
                     tick: if odd { 0x0102_0304_0506_0708 } else { 42 },
                     motor_register: 0xfedc_ba98,
@@ -60,11 +69,8 @@ fn the_requests() {
     const PAYLOAD: &[u8] = &[1, 0, 2, 255];
     let others = [
         Request::Hello,
-        Request::Paper(PAYLOAD),
-        Request::Axis(PAYLOAD),
-        Request::Setpoints(PAYLOAD),
-        Request::Plan(PAYLOAD),
-        Request::Law(PAYLOAD),
+        Request::Settings(PAYLOAD),
+        Request::Memory(PAYLOAD),
         Request::Status,
     ];
     let sources = [SourceKind::Table, SourceKind::Plan, SourceKind::Step];
@@ -75,13 +81,13 @@ fn the_requests() {
     });
     let requests = others.into_iter().chain(begins).chain(steps());
     let bodies = requests.map(|request| request.body(0x1f2e, 0x0a0b_0c0d, 41).unwrap());
-    assert_eq!(crc_of(bodies), 2_237_843_397);
+    assert_eq!(crc_of(bodies), 4_068_458_704);
 }
 
 #[test]
 fn the_replies() {
     let identity = Identity {
-        version: 1,
+        version: 2,
         target: *b"memory\0\0",
         image_crc: 0x0102_0304,
         flash_bytes: 5,
@@ -127,18 +133,23 @@ fn the_replies() {
     ];
     let replies = others.into_iter().chain(NAKS.map(Reply::Nak)).chain(steps);
     let bodies = replies.map(|reply| reply.body(0x1f2e, 0x0a0b_0c0d).unwrap());
-    assert_eq!(crc_of(bodies), 1_034_536_959);
+    assert_eq!(crc_of(bodies), 44_308_188);
 }
 
 #[test]
 fn the_settings_and_a_plan() {
     let axes = axes();
-    let laws = axes.iter().map(|axis| write_law(axis.law()).unwrap());
-    let settings = axes.iter().map(|axis| write_axis(axis).unwrap());
-    assert_eq!(crc_of(laws.chain(settings)), 4_213_748_000);
+    let settings = axes.iter().map(|axis| write(&Settings::of(axis)).unwrap());
+    assert_eq!(crc_of(settings), 2_068_289_911);
     let eighth_ps = 125_000_333_000;
     let plan = MotionPlan::new(-(54_321 << 32) + 77, [eighth_ps; 7], 1_000_000).unwrap();
-    assert_eq!(crc_of(parts(&plan)), 1_131_185_853);
+    let forward = LawWords {
+        velocity_ff: GainWord::new(1_638_400, 32),
+        ..LawWords::NONE
+    };
+    let stretches: Vec<Stretch> = plan.stretches(&forward, 77).collect();
+    let words = plan::words(&stretches, plan.head().end + 77);
+    assert_eq!(crc_of(words.map(i32::to_le_bytes)), 3_727_709_164);
     // The contrast: a length and an order are seen.
     assert_ne!(crc_of([&[1, 2], &[3, 4]]), crc_of([&[1, 2], &[4, 3]]));
     assert_ne!(crc_of([&[7][..]]), crc32(&[7]));

@@ -10,18 +10,20 @@
 mod bytes;
 mod frames;
 mod parameters;
+mod plans;
 mod serving;
 
 use firmware_link::Nak;
 
 /// Every refusal, in the order of their numbers on the line.
-const NAKS: [Nak; 8] = [
+const NAKS: [Nak; 9] = [
     Nak::Damaged,
     Nak::Session,
     Nak::Number { expected: 7 },
     Nak::Request,
     Nak::Configuration { here: 9 },
-    Nak::Settings,
-    Nak::Table,
+    Nak::Settings { word: 3 },
+    Nak::Memory,
     Nak::Driving,
+    Nak::Plan { stretch: 2 },
 ];

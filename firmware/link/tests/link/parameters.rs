@@ -7,9 +7,8 @@ use firmware::monitor::{
 };
 use firmware::output::{Output, Quantiser};
 use firmware::position::CounterParameters;
-use firmware::{BacklashCompensation, Dac, GainWord, MotionPlan, MotionState, Next, Room, Trigger};
-use firmware_link::plan::{parts as plan_parts, take_part};
-use firmware_link::settings::{read_axis, read_law, write_axis, write_law};
+use firmware::{BacklashCompensation, Dac, GainWord, Room, Settings, Stretch, Trigger};
+use firmware_link::settings::{read, write};
 
 fn word(mantissa: i32, fraction_bits: u8) -> GainWord {
     GainWord::new(mantissa, fraction_bits)
@@ -88,56 +87,32 @@ pub(crate) fn axes() -> Vec<Axis> {
 #[test]
 fn an_axis_comes_out_as_it_went_in() {
     for axis in axes() {
-        let payload = write_axis(&axis).expect("fits a frame");
-        assert_eq!(read_axis(&payload), Some(axis));
-        let law = write_law(axis.law()).expect("fits a frame");
-        assert_eq!(read_law(&law), Some(*axis.law()));
+        let settings = Settings::of(&axis);
+        let payload = write(&settings).expect("fits a frame");
+        assert_eq!(payload.len(), 4 * Settings::WORDS);
+        assert_eq!(read(&payload), Some(settings));
+        assert_eq!(settings.check(), Ok(()));
     }
 }
 
-/// No byte may be missing or too many, and words that the firmware would not
-/// accept do not become an axis by coming over a line.
+/// No byte may be missing or too many.
 #[test]
 fn what_is_no_axis_is_refused() {
-    let axis = axes().remove(3);
-    let payload = write_axis(&axis).expect("fits a frame");
+    let mut payload = write(&Settings::of(&axes()[3])).expect("fits a frame");
     for length in 0..payload.len() {
-        assert_eq!(read_axis(&payload[..length]), None, "{length} bytes");
+        assert_eq!(read(&payload[..length]), None, "{length} bytes");
     }
-    let mut longer = payload.clone();
-    longer.push(0).unwrap();
-    assert_eq!(read_axis(&longer), None);
-    // The upper byte of Kp's mantissa: a negative gain.
-    let mut negative = payload.clone();
-    negative[7] |= 0x80;
-    assert_eq!(read_axis(&negative), None);
+    payload.push(0).unwrap();
+    assert_eq!(read(&payload), None);
 }
 
+/// Each word of a stretch has its own place.
 #[test]
-fn a_plan_runs_alike_wherever_it_was_planned() {
-    let intervals_ps = [
-        100_000_000_000,
-        50_000_000_000,
-        80_000_000_000,
-        30_000_000_000,
-        70_000_000_000,
-        0,
-        120_000_000_000,
-    ];
-    let plan = MotionPlan::new(-(54_321 << 32) + 77, intervals_ps, 1_000_000).unwrap();
-    let mut other = MotionPlan::default();
-    for part in plan_parts(&plan) {
-        take_part(&mut other, &part).expect("a part of a plan");
-    }
-    assert_eq!(other, plan);
-    let (mut here, mut there) = (MotionState::default(), MotionState::default());
-    for _ in 0..460 {
-        assert_eq!(plan.next(&mut here), other.next(&mut there));
-    }
-    assert!(matches!(plan.next(&mut here), Next::Last(_)));
-    // A part too many, and one that is none.
-    let part = plan_parts(&plan).nth(1).unwrap();
-    take_part(&mut other, &part).expect("seven pieces have room");
-    assert_eq!(take_part(&mut other, &part), None);
-    assert_eq!(take_part(&mut other, &part[1..]), None);
+fn a_stretch_comes_out_as_it_went_in() {
+    let mut words = core::array::from_fn(|place| 0x0102_0304 * (place as i32 + 1));
+    words[15] = 0xff01;
+    let stretch = Stretch::from_words(&words);
+    assert_eq!(stretch.to_words(), words);
+    let signs = [stretch.velocity_sign, stretch.acceleration_sign];
+    assert_eq!((stretch.samples, signs), (0x0f1e_2d3c, [1, -1]));
 }

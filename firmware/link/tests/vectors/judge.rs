@@ -11,11 +11,12 @@
 #[allow(dead_code, reason = "the law's own tests measure more of it")]
 mod model;
 
+use firmware::law::words::LARGEST_RATE;
 use firmware::law::{Begin, LawInput};
-use firmware::{Axis, AxisOutput, Inputs, Next, Setpoint, State};
+use firmware::{Axis, AxisOutput, Codes, Inputs, Next, Setpoint, State, Stretch};
 use firmware_link::vectors::Given;
 
-use model::Model;
+use model::{CODE, MOST, Model, value};
 
 /// The law in exact integers, with the inputs that an axis gives it.
 pub(crate) struct Judge {
@@ -24,6 +25,8 @@ pub(crate) struct Judge {
     /// Memory that the next sample of the law begins with.
     begin: Option<Begin>,
     moves: bool,
+    /// The stretch that was given last, and its samples so far.
+    stretch: (Stretch, u32),
     /// Register of the motor's last credible reading.
     register: Option<u32>,
 }
@@ -37,6 +40,7 @@ impl Judge {
             model: Model::new(words, bits, output.slew_codes(), output.quantiser()),
             begin: Some(Begin::AtRest),
             moves: false,
+            stretch: (Stretch::default(), 0),
             register: None,
         }
     }
@@ -67,11 +71,10 @@ impl Judge {
                 Begin::FromCode
             });
         }
-        // The axis asks its source while it moves.
-        let setpoint = match given.next {
-            Next::Setpoint(next) | Next::Last(next) if self.moves || asks('S') => next,
-            _ => Setpoint::default(),
-        };
+        if given.requests != "-" {
+            self.stretch = (Stretch::default(), 0);
+        }
+        let (setpoint, ahead) = self.command(given.next, self.moves || asks('S'));
         self.moves = output.state == State::Moving;
         let stands = matches!(output.state, State::Enabled | State::Holding);
         let rest = self.axis.rest;
@@ -89,6 +92,7 @@ impl Judge {
                     difference,
                     velocity: setpoint.velocity,
                     acceleration: setpoint.acceleration,
+                    ahead: Codes::from_bits(i64::try_from(ahead).expect("32 bits of codes")),
                     within_dead_band: stands && error.unsigned_abs() <= rest.dead_band,
                     hold_integral: stands && rest.hold_integral,
                 };
@@ -100,6 +104,40 @@ impl Judge {
             self.model.rest_at(code);
         }
         (i32::try_from(code).expect("a code"), told)
+    }
+
+    /// What is asked of this sample, and the feed-forward that came with it
+    /// \[2^−32 codes\]. The axis asks its source while it moves, once a stretch.
+    fn command(&mut self, next: Next, moves: bool) -> (Setpoint, i128) {
+        if !moves {
+            return (Setpoint::default(), 0);
+        }
+        if self.stretch.0.samples == self.stretch.1 {
+            self.stretch = match next {
+                Next::Stretch(stretch) => (stretch, 0),
+                Next::Setpoint(Setpoint {
+                    ahead: Some(ahead), ..
+                }) => {
+                    // Whole codes that 2^30 leave beside the other terms.
+                    let words = self.axis.law().words();
+                    let rates = value(words.velocity_ff) + value(words.acceleration_ff);
+                    let most = rates * i128::from(LARGEST_RATE) + value(words.friction_ff);
+                    let left = MOST - self.model.ranges.largest + most;
+                    let most = left.div_euclid(CODE) * CODE;
+                    let ahead = i128::from(ahead.to_bits()).clamp(-most, most);
+                    return (Setpoint::default(), ahead);
+                }
+                Next::Setpoint(next) | Next::Last(next) => return (next, 0),
+                Next::Underrun => return (Setpoint::default(), 0),
+            };
+        }
+        // f + k·d + k·(k − 1)/2·g, the sum of its differences.
+        let (stretch, samples) = &mut self.stretch;
+        let k = i128::from(*samples);
+        *samples += 1;
+        let [f, d, g] = [stretch.ahead, stretch.ahead_change, stretch.ahead_growth]
+            .map(|codes| i128::from(codes.to_bits()));
+        (Setpoint::default(), f + k * d + k * (k - 1) / 2 * g)
     }
 
     /// `c − c_prev` of the motor's counter \[counts\]; 0 where it is not credible.

@@ -3,7 +3,7 @@
 
 use core::fmt::Write as _;
 
-use firmware::{Axis, AxisOutput, AxisState, Inputs, Next};
+use firmware::{AxisOutput, AxisState, Inputs, Next};
 use firmware_link::vectors::{Given, Settings, Wanted};
 
 use super::judge::Judge;
@@ -13,7 +13,7 @@ use crate::rig::Motor;
 pub(crate) struct Recorder {
     text: String,
     settings: Settings,
-    running: Option<(Axis, AxisState, Judge)>,
+    running: Option<(AxisState, Judge)>,
     changed: bool,
     pub(crate) motor: Motor,
     pub(crate) tick: u64,
@@ -59,11 +59,11 @@ impl Recorder {
         if core::mem::take(&mut self.changed) {
             let axis = self.settings.axis().expect("settings that make an axis");
             self.running = Some(match self.running.take() {
-                None => (axis, AxisState::start(&axis), Judge::of(axis)),
-                Some((_, mut state, mut judge)) => {
-                    state.gains_changed();
+                None => (AxisState::start(&axis), Judge::of(axis)),
+                Some((mut state, mut judge)) => {
+                    state.change(&axis);
                     judge.change(axis);
-                    (axis, state, judge)
+                    (state, judge)
                 }
             });
             self.text.push('\n');
@@ -79,11 +79,11 @@ impl Recorder {
             inputs,
             next,
         };
-        let (axis, state, judge) = self.running.as_mut().expect("an axis");
+        let (state, judge) = self.running.as_mut().expect("an axis");
         for event in given.events() {
-            axis.request(state, event).expect("the state allows it");
+            state.request(event).expect("the state allows it");
         }
-        let output = axis.tick(state, &inputs, &mut given);
+        let output = state.tick(&inputs, &mut given);
         let (code, out_of_range) = judge.code(&given, &output);
         let output = AxisOutput {
             code,

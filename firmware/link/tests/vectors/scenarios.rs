@@ -1,7 +1,8 @@
 //! Scenarios of the files of vectors, one function a file.
 
 use firmware::counts::wrap;
-use firmware::{Next, Setpoint};
+use firmware::law::LawWords;
+use firmware::{Codes, GainWord, MotionPlan, Next, Setpoint};
 
 use super::record::Recorder;
 use super::{corners, faults};
@@ -56,6 +57,8 @@ pub(crate) fn all() -> Vec<(&'static str, String)> {
         ("wrap-16", wrap_16()),
         ("wrap-32", wrap_32()),
         ("gains-change", gains_change()),
+        ("stretches", stretches()),
+        ("ahead", ahead()),
     ];
     files.extend(faults::all());
     files.extend(corners::all());
@@ -85,6 +88,7 @@ pub(super) fn travel(from: i64, direction: i64, k: i64) -> Next {
         position: wrap(x >> 16),
         velocity: number(v),
         acceleration: number(rate),
+        ahead: None,
     };
     if k < TRAVEL {
         Next::Setpoint(setpoint)
@@ -323,6 +327,81 @@ fn gains_change() -> String {
         file.row(if k == 0 { "ES" } else { "-" }, travel(0, 1, k), |_| {});
     }
     for _ in 0..30 {
+        file.row("-", Next::Underrun, |_| {});
+    }
+    file.into_text()
+}
+
+/// A planned move in 122 samples by its stretches, and 20 samples of rest.
+fn run_planned(file: &mut Recorder, requests: &str, from: i32, counts: i64) {
+    let intervals_ps = [28, 0, 30, 8, 24, 6, 24].map(|ms| ms * 1_000_000_000);
+    let plan = MotionPlan::new(counts << 32, intervals_ps, 1_000_000).expect("a slow motion");
+    // 25 codes per count and sample, 500 per count and sample², 20 of friction.
+    let gain = |codes: i32, bits| GainWord::new(codes << (32 - bits), 32);
+    let words = LawWords {
+        velocity_ff: gain(25, plan.head().velocity_fraction_bits),
+        acceleration_ff: gain(500, plan.head().acceleration_fraction_bits),
+        friction_ff: GainWord::new(20, 0),
+        ..LawWords::NONE
+    };
+    let stretches = plan.stretches(&words, from);
+    // The source is asked at the first sample of each.
+    let asked = stretches.flat_map(|stretch| {
+        let others = (1..stretch.samples).map(|_| Next::Underrun);
+        core::iter::once(Next::Stretch(stretch)).chain(others)
+    });
+    let end = Next::Last(Setpoint {
+        position: from.wrapping_add(plan.head().end),
+        ..Setpoint::default()
+    });
+    let rest = [Next::Underrun; 20];
+    for (k, next) in asked.chain([end]).chain(rest).enumerate() {
+        file.row(if k == 0 { requests } else { "-" }, next, |inputs| {
+            inputs.motor_register &= 0xFFFF
+        });
+    }
+}
+
+fn stretches() -> String {
+    let mut file = Recorder::about(
+        "Planned moves as stretches with their feed-forward, across the end of a counter of 16
+        bits, with half a gap of 20 counts taken up: there and back. The source is asked at the
+        first sample of each stretch.",
+    );
+    file.set(PAPER);
+    file.set(
+        "counter = 16 400
+        backlash_compensation = 20 17179869184 1073741824 velocity",
+    );
+    file.motor = Motor::at(65_400);
+    run_planned(&mut file, "ES", -136, 800);
+    run_planned(&mut file, "S", 664, -800);
+    file.into_text()
+}
+
+fn ahead() -> String {
+    let mut file = Recorder::about(
+        "Feed-forward that comes with the setpoints, in fractions of codes and twice beyond what
+        the words declare, and that of the words in every fourth sample.",
+    );
+    file.set(PAPER);
+    file.set("velocity_ff = 1638400 32\nfriction_ff = 20971520 20");
+    for k in 0..=TRAVEL {
+        let next = match travel(0, 1, k) {
+            Next::Setpoint(setpoint) if k % 4 != 0 => Next::Setpoint(Setpoint {
+                // 25 codes per count and sample, and a disturbance.
+                ahead: Some(Codes::from_bits(match k {
+                    50..54 => i64::MAX,
+                    90..94 => i64::MIN,
+                    _ => ((i64::from(setpoint.velocity) * 25) << 16) + 1_234_567_891 * (k % 7),
+                })),
+                ..setpoint
+            }),
+            next => next,
+        };
+        file.row(if k == 0 { "ES" } else { "-" }, next, |_| {});
+    }
+    for _ in 0..20 {
         file.row("-", Next::Underrun, |_| {});
     }
     file.into_text()

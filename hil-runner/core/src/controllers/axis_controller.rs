@@ -46,7 +46,7 @@ pub fn accepted(case: &Case, sample_time_ns: u64) -> Result<(), QuantiseError> {
         GapSource::Measured => setup.axis(law)?,
     };
     setup.next_law()?;
-    setup.source()?;
+    setup.source(&law)?;
     Ok(())
 }
 
@@ -84,11 +84,11 @@ impl AxisController {
             reported: Reported::new(state.state()),
             world: World::new(&case.options, period_ns),
             axis,
-            next_law: setup.next_law()?,
+            next_law: setup.next_law()?.filter(|law| *law != scaled.law),
             gains: scaled.fixed_point(),
             state,
             board: BenchBoard::new(case, io)?,
-            source: setup.source()?,
+            source: setup.source(&scaled.law)?,
         })
     }
 
@@ -101,26 +101,19 @@ impl AxisController {
         for event in arrivals.events.into_iter().flatten() {
             self.reported.asked(event);
             // The report has counted a refusal.
-            let _ = self.axis.request(&mut self.state, event);
+            let _ = self.state.request(event);
         }
         if arrivals.gains_change
-            && let Some(law) = self.next_law
-            && law != *self.axis.law()
+            && let Some(law) = self.next_law.take()
         {
             self.axis.set_law(law);
-            self.state.gains_changed();
+            self.state.change(&self.axis);
         }
         if let Source::Queue(queue) = &mut self.source {
             queue.fill(arrivals.queue_is_dry);
         }
         self.board.set_inputs(arrivals.shown);
-        let output = serve(
-            &self.axis,
-            &mut self.state,
-            &mut self.board,
-            &mut self.source,
-            tick,
-        );
+        let output = serve(&mut self.state, &mut self.board, &mut self.source, tick);
         let code = self.board.code_in_force();
         let fault = self.state.fault().copied();
         self.reported

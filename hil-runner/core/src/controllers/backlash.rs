@@ -161,7 +161,6 @@ pub fn measure_gap(case: &Case) -> Result<GapMeasurement, QuantiseError> {
     let true_half_counts = setup.half_gap_counts(None);
     let mut creeping = Creeping {
         state: started(&axis),
-        axis,
         run: routine(&setup, true_half_counts)?.start(0),
         ended: None,
     };
@@ -194,7 +193,6 @@ pub fn measure_gap(case: &Case) -> Result<GapMeasurement, QuantiseError> {
 
 /// The axis that creeps, with its memory.
 struct Creeping {
-    axis: Axis,
     state: AxisState,
     run: BacklashMeasurementRun,
     /// The sample at which the routine had ended, or the axis had stopped.
@@ -211,7 +209,7 @@ impl Link for Creeping {
             load_register: measurement.load_counts.map(register),
             ..Inputs::default()
         };
-        let output = self.axis.tick(&mut self.state, &inputs, &mut self.run);
+        let output = self.state.tick(&inputs, &mut self.run);
         self.ended = (output.state != State::Moving).then_some(tick);
         Ok(Command::whole(tick, output.error_counts, output.code))
     }

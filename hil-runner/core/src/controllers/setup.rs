@@ -34,7 +34,7 @@ pub(super) fn started(axis: &Axis) -> AxisState {
     let mut state = AxisState::start(axis);
     // From rest the table has no refusal.
     for event in FROM_REST {
-        let _ = axis.request(&mut state, event);
+        let _ = state.request(event);
     }
     state
 }
@@ -202,17 +202,21 @@ impl<'a> Setup<'a> {
         }
     }
 
-    /// The setpoints of the run.
+    /// The setpoints of the run, with the feed-forward of the law.
     ///
     /// # Errors
     /// [`QuantiseError::Refused`] if the motion is longer than the table.
-    pub fn source(&self) -> Result<Source, QuantiseError> {
+    pub fn source(&self, law: &Law) -> Result<Source, QuantiseError> {
         Ok(match (self.case.options.law.setpoints, &self.plan) {
             (SetpointOrigin::Generator, Some(plan)) => {
-                Source::Generator(Box::new(Generator::new(plan.clone())))
+                Source::Generator(Box::new(Generator::new(plan, law)))
             }
             (SetpointOrigin::Queue, Some(plan)) => {
-                Source::Queue(Box::new(StreamedQueue::new(Generator::new(plan.clone()))))
+                let generator = Generator::new(plan, law);
+                Source::Queue(Box::new(StreamedQueue::new(
+                    generator,
+                    self.rates().velocity,
+                )))
             }
             _ => Source::Table(Box::new(TableSource::new(self.setpoint.table()?))),
         })
@@ -286,9 +290,7 @@ impl<'a> Setup<'a> {
         let following_error = limits.following_error.map(|limit| {
             // Samples of lag: counts per (count per sample).
             let lag = limit.per_speed_s * 1e9 / self.period_ns as f64;
-            let most = FollowingErrorMonitor::MAX_FRACTION_BITS
-                .saturating_sub(rates.velocity)
-                .min(32);
+            let most = FollowingErrorMonitor::MAX_FRACTION_BITS.min(32);
             if lag >= f64::from(1 << 30) {
                 let because = "it must be below 2^30 sample times";
                 return Err(QuantiseError::setting(

@@ -1,11 +1,11 @@
 //! A run as its axis sees it, sample by sample, wherever the axis runs: setpoints,
 //! requests, injected faults, a queue that runs dry; and the axis' reports so far.
 
-use firmware::motion::{MotionPlan, MotionState};
+use firmware::law::Law;
 use firmware::reference::TableSource;
 use firmware::{
-    CAPACITY, Event, Fault, Next, Observed, Setpoint, SetpointSource, SetpointTable, State, Stream,
-    Streamed, counts,
+    CAPACITY, Event, Fault, MotionPlan, Next, Observed, Setpoint, SetpointSource, SetpointTable,
+    State, Stream, Streamed, Stretch, counts,
 };
 
 use crate::message::{AxisStatus, Command, Measurement};
@@ -216,24 +216,35 @@ impl SetpointSource for Source {
     }
 }
 
-/// The generator with its memory.
+/// The stretches of a motion, and how far they have been taken.
 #[derive(Debug, Clone)]
 pub struct Generator {
-    /// The plan that it runs.
-    pub plan: MotionPlan,
-    state: MotionState,
+    /// The stretches, in their order.
+    pub stretches: Vec<Stretch>,
+    /// The end of the motion \[counts, modulo 2^32\].
+    pub end: i32,
+    taken: usize,
 }
 
 impl Generator {
-    pub(super) fn new(plan: MotionPlan) -> Self {
+    pub(super) fn new(plan: &MotionPlan, law: &Law) -> Self {
         Self {
-            plan,
-            state: MotionState::default(),
+            stretches: plan.stretches(law.words(), 0).collect(),
+            end: plan.head().end,
+            taken: 0,
         }
     }
 
     fn next(&mut self) -> Next {
-        self.plan.next(&mut self.state)
+        let stretch = self.stretches.get(self.taken);
+        self.taken += 1;
+        stretch.map_or(
+            Next::Last(Setpoint {
+                position: self.end,
+                ..Setpoint::default()
+            }),
+            |stretch| Next::Stretch(*stretch),
+        )
     }
 }
 
@@ -244,6 +255,10 @@ const WAITING: usize = 16;
 #[derive(Debug, Clone)]
 pub struct StreamedQueue {
     generator: Generator,
+    /// The present stretch at the last sample that was sent, and what is left of it.
+    stretch: Stretch,
+    left: u32,
+    velocity_fraction_bits: u8,
     stream: Stream<WAITING>,
     /// The end of the motion was sent.
     ended: bool,
@@ -252,9 +267,12 @@ pub struct StreamedQueue {
 }
 
 impl StreamedQueue {
-    pub(super) fn new(generator: Generator) -> Self {
+    pub(super) fn new(generator: Generator, velocity_fraction_bits: u8) -> Self {
         Self {
             generator,
+            stretch: Stretch::default(),
+            left: 0,
+            velocity_fraction_bits,
             stream: Stream::new(),
             ended: false,
             last: None,
@@ -265,12 +283,22 @@ impl StreamedQueue {
     pub fn fill(&mut self, broken: bool) {
         let (mut sender, _) = self.stream.split();
         while !broken && !self.ended && sender.room() > 0 {
-            let item = match self.generator.next() {
-                Next::Setpoint(setpoint) => Streamed::Setpoint(setpoint),
-                Next::Last(setpoint) => Streamed::Last(setpoint),
-                Next::Underrun => break,
+            if self.left > 0 {
+                self.stretch.advance();
+                self.left -= 1;
+            } else if let Next::Stretch(stretch) = self.generator.next() {
+                (self.stretch, self.left) = (stretch, stretch.samples - 1);
+            } else {
+                self.ended = true;
+            }
+            let item = if self.ended {
+                Streamed::Last(Setpoint {
+                    position: self.generator.end,
+                    ..Setpoint::default()
+                })
+            } else {
+                Streamed::Setpoint(self.stretch.first(self.velocity_fraction_bits))
             };
-            self.ended = matches!(item, Streamed::Last(_));
             // There is room, by the loop's condition.
             let _ = sender.send(item);
         }

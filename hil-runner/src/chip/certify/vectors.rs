@@ -1,14 +1,14 @@
 //! The firmware's golden vectors, replayed at the end of a line.
 
 use std::io;
-use std::path::Path;
 
 use firmware::Axis;
-use firmware_link::vectors::{Mismatch, Row, What, rows};
-use firmware_link::{Events, Request, SourceKind, Step, Stepped, settings as wire};
+use firmware_link::vectors::{ALL, File, Mismatch, Row, What, rows};
+use firmware_link::{Events, SourceKind, Step, Stepped};
 
 use super::{Comparison, Difference, FAULT, Named, Number, NumberPair, fault_numbers};
-use crate::chip::client::{Client, too_long};
+use crate::chip::chip_law::give_settings;
+use crate::chip::client::Client;
 use crate::chip::line::ChipError;
 
 /// A file of vectors.
@@ -21,34 +21,12 @@ pub struct VectorFile {
 }
 
 /// The files of the source tree that this program was built from, by name.
-///
-/// # Errors
-/// [`ChipError`] if they are not there.
-pub fn stored() -> Result<Vec<VectorFile>, ChipError> {
-    let here = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let folder = here.parent().unwrap_or(here).join("firmware/link/vectors");
-    read(&folder).map_err(|error| {
-        ChipError(format!(
-            "the golden vectors cannot be read from {}, in the sources of this program: {error}",
-            folder.display()
-        ))
-    })
-}
-
-fn read(folder: &Path) -> io::Result<Vec<VectorFile>> {
-    let mut files = Vec::new();
-    for entry in std::fs::read_dir(folder)? {
-        let path = entry?.path();
-        if path.extension().is_some_and(|extension| extension == "txt") {
-            let name = path.file_name().unwrap_or_default();
-            files.push(VectorFile {
-                name: name.to_string_lossy().into_owned(),
-                text: std::fs::read_to_string(&path)?,
-            });
-        }
-    }
-    files.sort_by(|a, b| a.name.cmp(&b.name));
-    Ok(files)
+pub fn stored() -> Vec<VectorFile> {
+    let file = |(name, text): File| VectorFile {
+        name: name.into(),
+        text: text.into(),
+    };
+    ALL.map(file).into()
 }
 
 /// Gives the chip the axis of a file and its rows, one after another, until it
@@ -107,21 +85,10 @@ fn step(
     events: Events,
 ) -> Result<Stepped, ChipError> {
     if let Some(other) = row.axis {
-        let is_law_alone = axis.is_some_and(|mut before| {
-            before.set_law(*other.law());
-            before == other
-        });
         if axis.is_none() {
             client.begin_session()?;
         }
-        // As a bench changes gains, where that is all.
-        if is_law_alone {
-            let payload = wire::write_law(other.law()).ok_or_else(too_long)?;
-            client.take(&Request::Law(&payload))?;
-        } else {
-            let payload = wire::write_axis(&other).ok_or_else(too_long)?;
-            client.take(&Request::Axis(&payload))?;
-        }
+        give_settings(client, &other)?;
         if axis.is_none() {
             client.begin(SourceKind::Step, Events::default())?;
         }

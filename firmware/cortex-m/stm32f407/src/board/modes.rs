@@ -93,7 +93,7 @@ pub(super) fn drive(
 
 fn planned(electronics: Electronics) -> Option<Drive<'static, Electronics>> {
     let motions = motions().ok()?;
-    let [forth, back] = cortex_m::singleton!(: [firmware::MotionPlan; 2] = motions)?;
+    let [forth, back] = cortex_m::singleton!(: [stm32f407_drive::Planned; 2] = motions)?;
     Some(Drive::new(AXIS, electronics, forth, back))
 }
 

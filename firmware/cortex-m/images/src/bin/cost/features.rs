@@ -3,7 +3,7 @@
 use firmware::axis::{Axis, AxisState, Inputs};
 use firmware::law::{LawInput, LawState};
 use firmware::reference::TableSource;
-use firmware::{MotionGenerator, SetpointTable};
+use firmware::{Motion, SetpointTable};
 
 use crate::axes;
 
@@ -13,7 +13,7 @@ pub(crate) const SETPOINTS: usize = 256;
 /// The same motion from either source.
 pub(crate) struct Setpoints<'p> {
     pub(crate) table: TableSource<SetpointTable<SETPOINTS>, SETPOINTS>,
-    pub(crate) motion: MotionGenerator<'p>,
+    pub(crate) motion: Motion<'p>,
 }
 
 /// A law of which a sample is measured.
@@ -27,8 +27,8 @@ pub(crate) struct LawFeature {
 pub(crate) struct TickFeature {
     pub(crate) name: &'static str,
     pub(crate) axis: &'static Axis,
-    /// The code, and whether there is power.
-    pub(crate) sample: fn(&mut AxisState, &Inputs, &mut Setpoints<'_>) -> (i32, bool),
+    /// The code.
+    pub(crate) sample: fn(&mut AxisState, &Inputs, &mut Setpoints<'_>) -> i32,
 }
 
 /// A law by its axis, whose constants the function knows.
@@ -64,7 +64,7 @@ macro_rules! tick {
         TickFeature {
             name: $name,
             axis: &axes::$axis,
-            sample: |state, inputs, from| tick_of(&axes::$axis, state, inputs, &mut from.$source),
+            sample: |state, inputs, from| state.tick(inputs, &mut from.$source).code,
         }
     };
 }
@@ -83,23 +83,12 @@ pub(crate) const TICKS: [TickFeature; 7] = [
 /// One sample of a law and its output.
 #[inline(always)]
 fn law_of(axis: &'static Axis, state: &mut LawState, input: &LawInput) -> i32 {
-    // An axis without a dead band has neither.
+    // An axis without a dead band has neither, and its source nothing of its own.
     let input = LawInput {
+        ahead: firmware::Codes::ZERO,
         within_dead_band: false,
         hold_integral: false,
         ..*input
     };
     axis.law().step(axis.output(), state, &input)
-}
-
-/// One sample of an axis.
-#[inline(always)]
-fn tick_of(
-    axis: &'static Axis,
-    state: &mut AxisState,
-    inputs: &Inputs,
-    source: &mut impl firmware::SetpointSource,
-) -> (i32, bool) {
-    let output = axis.tick(state, inputs, source);
-    (output.code, output.power)
 }

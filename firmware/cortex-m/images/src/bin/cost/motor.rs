@@ -3,11 +3,11 @@
 
 use core::hint::black_box;
 
-use firmware::axis::{AxisState, Feedback, Inputs};
+use firmware::axis::{Axis, AxisState, Feedback, Inputs};
 use firmware::law::words::LARGEST_RATE;
 use firmware::law::{Begin, LawInput, LawState};
 use firmware::reference::TableSource;
-use firmware::{Event, MotionGenerator, MotionPlan, Next, Observed, SetpointSource, SetpointTable};
+use firmware::{Event, Motion, MotionPlan, PlannedMotion, SetpointTable};
 
 use crate::features::{LawFeature, Setpoints, TickFeature};
 use crate::samples::Samples;
@@ -117,29 +117,51 @@ pub(crate) fn drive_axis(feature: &TickFeature, samples: &mut Samples<'_>) -> Op
     // second is more than the output gives.
     const MS: u64 = 1_000_000_000;
     let intervals_ps = [20, 40, 20, 60, 20, 40, 20].map(|ms: u64| ms.wrapping_mul(MS));
-    let plan = |counts: i64| MotionPlan::new(counts.wrapping_shl(32), intervals_ps, 1_000_000).ok();
+    let plan = |counts: i64| {
+        let plan = MotionPlan::new(counts.wrapping_shl(32), intervals_ps, 1_000_000).ok()?;
+        Planned::new(&plan, feature.axis.law().words()).ok()
+    };
     let (there, back) = (plan(6_000)?, plan(-60_000)?);
 
-    let axis = feature.axis;
-    let reads_load = matches!(axis.feedback, Feedback::Load(_));
     let sample = black_box(feature.sample);
-    let mut state = AxisState::start(axis);
-    let mut motor = Motor::default();
-    let mut load = 0_i32;
+    let mut state = AxisState::start(feature.axis);
+    state.request(Event::Enable).ok()?;
+    let mut run = Run {
+        state,
+        motor: Motor::default(),
+        load: 0,
+    };
     let mut start = 0_i32;
-    axis.request(&mut state, Event::Enable).ok()?;
-    let mut setpoints = from(&there, start);
-    for k in 0..BETWEEN.wrapping_mul(MOTIONS) {
-        if k.is_multiple_of(BETWEEN) {
-            // The second one goes back.
-            let plan = if k == BETWEEN { &back } else { &there };
-            setpoints = from(plan, start);
-            start = start.wrapping_add(plan.head().end);
-            // An axis on a fault refuses it.
-            let _ = axis.request(&mut state, Event::Start);
+    for motion in 0..MOTIONS {
+        // The second one goes back.
+        let plan = if motion == 1 { &back } else { &there };
+        // An axis on a fault refuses it.
+        let _ = run.state.request(Event::Start);
+        let mut setpoints = from(plan, start);
+        start = start.wrapping_add(plan.end());
+        for k in 0..BETWEEN {
+            let k = motion.wrapping_mul(BETWEEN).wrapping_add(k);
+            let inputs = run.inputs(feature.axis, k);
+            let code = samples.measure(|| sample(&mut run.state, &inputs, &mut setpoints))?;
+            run.motor.step(if k < BLOCKED { code } else { 0 }, 20);
         }
-        let counts = motor.counts();
-        load = load
+    }
+    Some(())
+}
+
+/// An axis with its motor and its load.
+struct Run {
+    state: AxisState,
+    motor: Motor,
+    load: i32,
+}
+
+impl Run {
+    /// Readings of sample `k`.
+    fn inputs(&mut self, axis: &Axis, k: u64) -> Inputs {
+        let counts = self.motor.counts();
+        self.load = self
+            .load
             .max(counts.wrapping_sub(HALF_GAP))
             .min(counts.wrapping_add(HALF_GAP));
         let [low, high, ..] = counts.to_le_bytes();
@@ -148,36 +170,33 @@ pub(crate) fn drive_axis(feature: &TickFeature, samples: &mut Samples<'_>) -> Op
         } else {
             counts.cast_unsigned()
         };
-        let inputs = Inputs {
+        let reads_load = matches!(axis.feedback, Feedback::Load(_));
+        Inputs {
             tick: k,
             motor_register: register,
-            load_register: reads_load.then_some(load.cast_unsigned()),
+            load_register: reads_load.then_some(self.load.cast_unsigned()),
             ..Inputs::default()
-        };
-        let (code, _) = samples.measure(|| sample(&mut state, &inputs, &mut setpoints))?;
-        motor.step(if k < BLOCKED { code } else { 0 }, 20);
-    }
-    Some(())
-}
-
-/// A motion from `start` on, by either source.
-fn from(plan: &MotionPlan, start: i32) -> Setpoints<'_> {
-    let motion = MotionGenerator::new(plan, start);
-    let mut table = SetpointTable::resting_at(start);
-    let mut samples = motion.clone();
-    loop {
-        let (setpoint, ended) = match samples.next(&Observed::default()) {
-            Next::Setpoint(setpoint) => (setpoint, false),
-            Next::Last(setpoint) => (setpoint, true),
-            Next::Underrun => break,
-        };
-        // It ends before the table does.
-        if table.push(setpoint.position).is_err() || ended {
-            break;
         }
     }
+}
+
+/// The longest of the motions in stretches.
+type Planned = PlannedMotion<48>;
+
+/// A planned motion by either source.
+fn from(planned: &Planned, start: i32) -> Setpoints<'_> {
+    let mut table = SetpointTable::resting_at(start);
+    for stretch in planned.stretches() {
+        let mut stretch = *stretch;
+        for _ in 0..stretch.samples {
+            // The motion ends before the table does.
+            let _ = table.push(stretch.setpoint().wrapping_add(start));
+            stretch.advance();
+        }
+    }
+    let _ = table.push(start.wrapping_add(planned.end()));
     Setpoints {
         table: TableSource::new(table),
-        motion,
+        motion: Motion::new(planned, start),
     }
 }
