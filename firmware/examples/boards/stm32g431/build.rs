@@ -1,0 +1,17 @@
+//! Hands the memory map of the board to the linker.
+
+use std::env;
+use std::error::Error;
+use std::fs;
+use std::path::PathBuf;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    println!("cargo::rerun-if-changed=memory.x");
+    let out = PathBuf::from(env::var("OUT_DIR")?);
+    fs::copy("memory.x", out.join("memory.x"))?;
+    println!("cargo::rustc-link-search={}", out.display());
+    for script in ["link.x", "defmt.x"] {
+        println!("cargo::rustc-link-arg-examples=-T{script}");
+    }
+    Ok(())
+}
