@@ -61,7 +61,11 @@ mod tests {
         let (header, reply) = answer(&Request::Hello);
         assert_eq!((header.session, header.number), (7, 9));
         assert_eq!(reply, Reply::Hello(IDENTITY));
-        for request in [Request::Status, Request::Settings(&[]), Request::Memory(&[])] {
+        for request in [
+            Request::Status,
+            Request::Settings(&[]),
+            Request::Memory(&[]),
+        ] {
             let (header, reply) = answer(&request);
             assert_eq!((header.session, header.number), (7, 9));
             assert_eq!(reply, Reply::Nak(Nak::Driving));
