@@ -27,7 +27,7 @@ pub const AXIS: firmware::Axis = {
     axis.backlash_compensation = BacklashCompensation::planned(17, 6, Trigger::Velocity);
     axis.rest.dead_band = 1;
     axis.rest.hold_integral = true;
-    axis.monitors.following_error = Some(match monitor::FollowingErrorMonitor::accept(600, GainWord::new(1342177280, 43), 0) { Ok(accepted) => accepted, Err(_) => panic!() });
+    axis.monitors.following_error = Some(match monitor::FollowingErrorMonitor::accept(600, GainWord::new(1342177280, 27), 16) { Ok(accepted) => accepted, Err(_) => panic!() });
     axis.monitors.encoder_loss = Some(match monitor::EncoderLossMonitor::accept(400, 20) { Ok(accepted) => accepted, Err(_) => panic!() });
     axis.monitors.saturation = Some(match monitor::SaturationMonitor::accept(100) { Ok(accepted) => accepted, Err(_) => panic!() });
     axis.monitors.ticks = Some(monitor::TickMonitor);
