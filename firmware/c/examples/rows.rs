@@ -20,7 +20,12 @@ struct Arrays {
 
 /// Appends to an array; the address in C.
 fn place(of: &str, array: &mut Vec<String>, values: &[impl ToString]) -> String {
-    let values: Vec<String> = values.iter().map(ToString::to_string).collect();
+    let literal = |value: &dyn ToString| match value.to_string() {
+        // A minus is no part of a literal in C.
+        least if least == i64::MIN.to_string() => format!("(-{}-1)", i64::MAX),
+        value => value,
+    };
+    let values: Vec<String> = values.iter().map(|value| literal(value)).collect();
     array.push(format!("{{{}}}", values.join(",")));
     format!("&{of}[{}]", array.len() - 1)
 }
