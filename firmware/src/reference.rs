@@ -33,6 +33,7 @@ pub struct Setpoint {
     pub acceleration: i32,
     /// Feed-forward that the source has computed itself \[codes\]; `None` leaves it
     /// to the law's words, of velocity and acceleration.
+    #[cfg_attr(feature = "defmt", defmt(Debug2Format))]
     pub ahead: Option<Codes>,
 }
 
