@@ -21,7 +21,7 @@ pub(super) enum Done {
 }
 
 /// From the unit of a velocity to that of a speed.
-const SPEED_SHIFT: u32 = 32 - 16;
+const SPEED_SHIFT: u32 = 32 - SPEED_BITS;
 
 /// The register of the load's encoder did not come.
 const LOAD_NOT_READ: Trip = Trip::new(FaultCause::HardwareBus, 1, 0);

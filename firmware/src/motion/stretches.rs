@@ -81,7 +81,7 @@ impl Phase {
 impl MotionPlan {
     /// The motion from `start` on \[counts, modulo 2^32\], with the feed-forward
     /// that the words give: `Kv·v + Ka·a + Kf·sign(v)`, in the exponents of
-    /// [`MotionPlan::head`].
+    /// [`MotionPlan::head`], with the sign that `v` has on the way.
     pub fn stretches(&self, words: &LawWords, start: i32) -> Stretches<'_> {
         let gain = |word: GainWord, rate_bits: u8| {
             let bits = i32::from(rate_bits).wrapping_sub(i32::from(word.fraction_bits));
@@ -211,6 +211,7 @@ impl Stretches<'_> {
         let d1 = f1.minus(f2.scaled(-1)).times(per_half);
 
         let sign = self.plan.head.sign | 1;
+        let moves = !interval.rests();
         let fixed = |value: Real| signed(value.to_fixed(32), sign);
         let acceleration_sign = match (interval.amplitude.is_zero(), interval.number) {
             (true, _) => 0,
@@ -231,13 +232,18 @@ impl Stretches<'_> {
             ahead_growth: Codes::from_bits(fixed(d2.scaled(1))),
             // At most 2^26.
             samples: u32::try_from(samples).unwrap_or(u32::MAX),
-            velocity_sign: direction(sign),
+            velocity_sign: direction(if moves { sign } else { 0 }),
             acceleration_sign: direction(sign.wrapping_mul(acceleration_sign)),
         }
     }
 }
 
 impl Interval {
+    /// Tells whether nothing moves: a motion without travel.
+    fn rests(&self) -> bool {
+        self.velocity.is_zero() && self.amplitude.is_zero()
+    }
+
     /// Tells whether its acceleration is a sine.
     fn is_curved(&self) -> bool {
         self.course != Course::Constant && !self.amplitude.is_zero()
@@ -276,9 +282,15 @@ impl Interval {
             .velocity
             .times(velocity)
             .plus(gains.acceleration.times(acceleration));
+        // Kf·sign(v)
+        let friction = if self.rests() {
+            Real::ZERO
+        } else {
+            gains.friction
+        };
         Instant {
             position,
-            ahead: rates.plus(gains.friction),
+            ahead: rates.plus(friction),
         }
     }
 }

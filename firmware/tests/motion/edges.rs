@@ -31,6 +31,18 @@ fn no_travel_is_a_rest_of_the_same_length() {
         ahead: Codes::ZERO,
     };
     assert_eq!(all(&plan), [rest; 8]);
+    // Nor is there friction to pay for, or a flank to take: contrast, a travel.
+    let words = LawWords {
+        friction_ff: GainWord::new(40, 0),
+        ..LawWords::NONE
+    };
+    let signs = |travel: i64| {
+        let plan = MotionPlan::new(travel, [1_000_000_007; 7], 1_000_000).expect("a plan");
+        let first = plan.stretches(&words, 0).next().expect("a stretch");
+        (first.ahead, first.velocity_sign)
+    };
+    assert_eq!(signs(0), (Codes::ZERO, 0));
+    assert_eq!(signs(-8 << 32), (Codes::from_num(-40), -1));
 }
 
 #[test]

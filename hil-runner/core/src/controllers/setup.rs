@@ -290,7 +290,6 @@ impl<'a> Setup<'a> {
         let following_error = limits.following_error.map(|limit| {
             // Samples of lag: counts per (count per sample).
             let lag = limit.per_speed_s * 1e9 / self.period_ns as f64;
-            let most = FollowingErrorMonitor::MAX_FRACTION_BITS.min(32);
             if lag >= f64::from(1 << 30) {
                 let because = "it must be below 2^30 sample times";
                 return Err(QuantiseError::setting(
@@ -299,7 +298,7 @@ impl<'a> Setup<'a> {
                     because,
                 ));
             }
-            let (word, counts) = (finest_word(lag, most, 31), limit.counts);
+            let (word, counts) = (finest_word(lag, 32, 31), limit.counts);
             FollowingErrorMonitor::accept(counts, word, rates.velocity)
                 .map_err(QuantiseError::of(FOLLOWING_ERROR, f64::from(counts)))
         });
