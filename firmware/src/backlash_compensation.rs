@@ -65,7 +65,7 @@
 //! | `D·2^32` against `v·N`, `a·N²` | `u64` | 2^57; products saturate |
 
 use crate::counts::Counts;
-use crate::reference::Stretch;
+use crate::reference::{Setpoint, Stretch};
 use crate::refusal::{Refusal, What, accepted};
 use crate::settings::Settings;
 use crate::wide;
@@ -203,55 +203,13 @@ impl BacklashCompensation {
     }
 }
 
-/// A compensation as the samples read it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(C)]
-pub(crate) struct Crossing {
-    /// `B` \[motor counts\].
-    half_gap: i32,
-    /// `N`.
-    half_samples: u32,
-    /// `B/N²`, the first difference at the first sample.
-    first: Counts,
-    /// `None` where there is nothing to compensate.
-    trigger: Option<Trigger>,
-}
-
-impl Crossing {
-    pub(crate) fn of(settings: &Settings) -> Self {
-        let [low, high] = [settings.crossing_first_low, settings.crossing_first_high];
-        Self {
-            half_gap: settings.half_gap_counts.cast_signed(),
-            half_samples: settings.crossing_half_samples,
-            first: Counts::from_bits(wide::joined(high.cast_signed(), low.cast_signed())),
-            trigger: match [
-                settings.crossing_half_samples,
-                settings.flank_of_acceleration,
-            ] {
-                [0, _] => None,
-                [_, 1] => Some(Trigger::Acceleration),
-                _ => Some(Trigger::Velocity),
-            },
-        }
-    }
-
-    /// The flank that a part of the command asks for; 0 where it asks for none.
-    pub(crate) const fn sign_of(&self, stretch: &Stretch) -> i8 {
-        match self.trigger {
-            Some(Trigger::Velocity) => stretch.velocity_sign,
-            Some(Trigger::Acceleration) => stretch.acceleration_sign,
-            None => 0,
-        }
-    }
-
-    /// The flank that a setpoint asks for which lies `moved` counts from the one
-    /// before.
-    pub(crate) const fn sign(&self, velocity: i32, acceleration: i32, moved: i32) -> i8 {
-        let rate = match self.trigger {
-            Some(Trigger::Acceleration) => acceleration,
-            Some(Trigger::Velocity) if velocity != 0 => velocity,
-            Some(Trigger::Velocity) => moved,
-            None => 0,
+impl Settings {
+    /// Sign of a velocity or an acceleration, by the trigger; 0 without a compensation.
+    const fn flank_of(&self, velocity: i32, acceleration: i32) -> i8 {
+        let rate = match [self.crossing_half_samples, self.flank_of_acceleration] {
+            [0, _] => 0,
+            [_, 0] => velocity,
+            _ => acceleration,
         };
         match rate {
             0 => 0,
@@ -260,69 +218,28 @@ impl Crossing {
         }
     }
 
-    /// Starts the move to the flank that is asked for, where none is under way.
-    pub(crate) fn begin(&self, state: &mut CrossingState) {
-        if state.left != 0 || state.wanted == state.flank {
-            return;
-        }
-        let from_centre = state.flank == 0;
-        let (base, first) = if from_centre {
-            (
-                0,
-                Counts::from_bits(self.first.to_bits().wrapping_add(1).wrapping_shr(1)),
-            )
-        } else {
-            (self.half_gap, self.first)
-        };
-        *state = CrossingState {
-            left: self.half_samples,
-            offset: state.offset,
-            base,
-            flank: state.wanted,
-            wanted: state.wanted,
-            brakes: false,
-            travel: HALF,
-            velocity: first,
-            change: first.wrapping_add(first),
-        };
+    /// The flank that a part of the command asks for; 0 where it asks for none.
+    pub(crate) fn flank_of_stretch(&self, stretch: &Stretch) -> i8 {
+        let [velocity, acceleration] = [stretch.velocity_sign, stretch.acceleration_sign];
+        self.flank_of(velocity.into(), acceleration.into())
     }
 
-    /// One sample of a move that is under way.
-    #[inline(always)]
-    pub(crate) fn advance(state: &mut CrossingState) {
-        state.travel = state.travel.wrapping_add(state.velocity);
-        state.velocity = state.velocity.wrapping_add(state.change);
-        state.left = state.left.wrapping_sub(1);
-        state.offset = state.nearest();
-    }
-
-    /// A move has come to its middle, or to its end: exactly there.
-    pub(crate) fn turn(&self, state: &mut CrossingState) {
-        if state.brakes {
-            state.offset = self.half_gap.wrapping_mul(i32::from(state.flank));
-            return self.begin(state);
-        }
-        // T(N) = B, of a move from the centre T(N)/2
-        let whole = wide::signed(self.half_gap).wrapping_shl(32);
-        let half_way = if state.base == 0 {
-            whole.wrapping_shr(1)
-        } else {
-            whole
+    /// The flank that a setpoint asks for which lies `moved` counts from the one
+    /// before.
+    pub(crate) const fn flank_of_setpoint(&self, setpoint: &Setpoint, moved: i32) -> i8 {
+        let velocity = match setpoint.velocity {
+            0 => moved,
+            velocity => velocity,
         };
-        state.travel = HALF.wrapping_add(Counts::from_bits(half_way));
-        state.velocity = state.velocity.wrapping_sub(state.change);
-        state.change = state.change.wrapping_neg();
-        state.left = self.half_samples;
-        state.brakes = true;
-        state.offset = state.nearest();
+        self.flank_of(velocity, setpoint.acceleration)
     }
 }
 
 /// Half a count.
 const HALF: Counts = Counts::from_bits(1 << 31);
 
-/// Memory of a [`Crossing`]. The default is an offset of 0, the joint centred.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+/// Memory of a compensation.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(C)]
 pub(crate) struct CrossingState {
     /// Samples that this half of the running move still takes; 0 at rest.
@@ -347,6 +264,71 @@ pub(crate) struct CrossingState {
 }
 
 impl CrossingState {
+    /// An offset of 0, the joint centred.
+    pub(crate) const CENTRED: Self = Self {
+        left: 0,
+        offset: 0,
+        base: 0,
+        flank: 0,
+        wanted: 0,
+        brakes: false,
+        travel: Counts::ZERO,
+        velocity: Counts::ZERO,
+        change: Counts::ZERO,
+    };
+
+    /// Starts the move to the flank that is asked for, where none is under way.
+    pub(crate) fn begin(&mut self, settings: &Settings) {
+        if self.left != 0 || self.wanted == self.flank {
+            return;
+        }
+        let [low, high] = [settings.crossing_first_low, settings.crossing_first_high];
+        let mut first = Counts::from_bits(wide::joined(high.cast_signed(), low.cast_signed()));
+        self.base = settings.half_gap_counts.cast_signed();
+        if self.flank == 0 {
+            // From the centre: half the way, to the nearest.
+            first = Counts::from_bits(first.to_bits().wrapping_add(1).wrapping_shr(1));
+            self.base = 0;
+        }
+        self.left = settings.crossing_half_samples;
+        self.flank = self.wanted;
+        self.brakes = false;
+        self.travel = HALF;
+        self.velocity = first;
+        self.change = first.wrapping_add(first);
+    }
+
+    /// One sample of a move that is under way.
+    #[inline(always)]
+    pub(crate) fn advance(&mut self) {
+        self.travel = self.travel.wrapping_add(self.velocity);
+        self.velocity = self.velocity.wrapping_add(self.change);
+        self.left = self.left.wrapping_sub(1);
+        self.offset = self.nearest();
+    }
+
+    /// A move has come to its middle, or to its end: exactly there.
+    pub(crate) fn turn(&mut self, settings: &Settings) {
+        let half_gap = settings.half_gap_counts.cast_signed();
+        if self.brakes {
+            self.offset = half_gap.wrapping_mul(i32::from(self.flank));
+            return self.begin(settings);
+        }
+        // T(N) = B, of a move from the centre T(N)/2
+        let whole = wide::signed(half_gap).wrapping_shl(32);
+        let half_way = if self.base == 0 {
+            whole.wrapping_shr(1)
+        } else {
+            whole
+        };
+        self.travel = HALF.wrapping_add(Counts::from_bits(half_way));
+        self.velocity = self.velocity.wrapping_sub(self.change);
+        self.change = self.change.wrapping_neg();
+        self.left = settings.crossing_half_samples;
+        self.brakes = true;
+        self.offset = self.nearest();
+    }
+
     /// Notes the flank that the command asks for; tells whether it is another than
     /// that of the last move.
     pub(crate) const fn asks_for(&mut self, flank: i8) -> bool {

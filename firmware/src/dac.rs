@@ -34,6 +34,12 @@ impl Dac {
     /// Largest number of bits.
     pub const MAX_BITS: u32 = 24;
 
+    /// All zeros, of an axis that has no settings yet.
+    pub(crate) const ZERO: Self = Self {
+        min_code: 0,
+        max_code: 0,
+    };
+
     /// The range of a converter of `bits` bits, 2 to 24.
     ///
     /// # Errors

@@ -1,9 +1,8 @@
 //! Reasons for which an axis stops, and what one needs to see of it afterwards.
 //!
-//! The checks of a tick each give a [`Trip`] or none. [`most_urgent`] chooses
-//! among those of one tick, by the order of [`FaultCause`]; the axis adds the
-//! tick and what it knows of the sample and puts the [`Fault`] into its
-//! [`FaultLatch`], which keeps the first one until it is cleared.
+//! Of the checks that trip in one tick the axis keeps the most urgent, by the order
+//! of [`FaultCause`], adds the tick and what it knows of the sample, and latches
+//! this first [`Fault`] until it is reset.
 //!
 //! # Order
 //!
@@ -90,54 +89,6 @@ impl FaultCause {
     }
 }
 
-/// A check that has failed: which, and by what. The page of this file says
-/// what the two numbers are for each cause.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Trip {
-    /// The check.
-    pub cause: FaultCause,
-    /// Measured value.
-    pub measured: i64,
-    /// The limit that it passed.
-    pub limit: i64,
-}
-
-impl Trip {
-    /// The emergency stop is pressed: there is nothing to measure.
-    pub const EMERGENCY_STOP: Self = Self::new(FaultCause::EmergencyStop, 0, 0);
-
-    /// The source of setpoints had none where one was needed.
-    pub const SETPOINT_UNDERRUN: Self = Self::new(FaultCause::SetpointUnderrun, 0, 1);
-
-    #[inline(always)]
-    pub(crate) const fn new(cause: FaultCause, measured: i64, limit: i64) -> Self {
-        Self {
-            cause,
-            measured,
-            limit,
-        }
-    }
-}
-
-/// The more urgent of two trips of one tick; `first` if they have one cause.
-///
-/// ```
-/// use firmware::faults::{Trip, most_urgent};
-///
-/// let both = (Some(Trip::SETPOINT_UNDERRUN), Some(Trip::EMERGENCY_STOP));
-/// assert_eq!(most_urgent(both.0, both.1), Some(Trip::EMERGENCY_STOP));
-/// assert_eq!(most_urgent(None, None), None);
-/// ```
-#[inline]
-pub fn most_urgent(first: Option<Trip>, second: Option<Trip>) -> Option<Trip> {
-    match (first, second) {
-        (Some(a), Some(b)) if b.cause < a.cause => Some(b),
-        (None, b) => b,
-        (a, _) => a,
-    }
-}
-
 /// Values at the sample of a fault.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -189,8 +140,21 @@ pub struct Fault {
     pub values: FaultValues,
 }
 
-/// A fault is part of the memory of each axis, and that has to stay small.
-const _: () = assert!(size_of::<FaultLatch>() <= 48, "a fault has 48 bytes");
+impl Fault {
+    /// All zeros, where none is latched.
+    pub(crate) const ZERO: Self = Self {
+        cause: FaultCause::EmergencyStop,
+        tick: 0,
+        values: FaultValues {
+            setpoint: 0,
+            position: 0,
+            error: 0,
+            code: 0,
+            measured: 0,
+            limit: 0,
+        },
+    };
+}
 
 impl fmt::Display for Fault {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -248,29 +212,5 @@ impl fmt::Display for Fault {
              error {error} counts, code {code})",
             self.tick
         )
-    }
-}
-
-/// Keeps the first fault until it is cleared. The default holds none.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct FaultLatch {
-    first: Option<Fault>,
-}
-
-impl FaultLatch {
-    /// Keeps `fault` if there is none yet: what comes later is mostly a
-    /// consequence of the first.
-    pub fn trip(&mut self, fault: Fault) {
-        self.first.get_or_insert(fault);
-    }
-
-    /// The fault that is latched.
-    pub const fn get(&self) -> Option<&Fault> {
-        self.first.as_ref()
-    }
-
-    /// Forgets the fault.
-    pub fn clear(&mut self) {
-        self.first = None;
     }
 }

@@ -1,5 +1,5 @@
 //! Limits of the four monitors over an axis. The axis looks at them in every
-//! sample, and gives a [`crate::Trip`] when one is passed.
+//! sample, and stops with a [`crate::Fault`] when one is passed.
 //!
 //! | monitor | trips when |
 //! | --- | --- |
@@ -8,8 +8,8 @@
 //! | [`SaturationMonitor`] | output at a limit for more than `ticks` samples in a row |
 //! | [`TickMonitor`] | a tick is not the successor of the last one |
 //!
-//! A monitor goes on tripping while its condition lasts; which fault was the
-//! first is for [`crate::FaultLatch`] to remember.
+//! A monitor goes on tripping while its condition lasts; the axis latches the fault
+//! that was the first.
 
 use crate::refusal::{Refusal, What, accepted};
 use crate::word::GainWord;

@@ -25,39 +25,6 @@ use crate::dac::{Dac, HALF};
 use crate::refusal::{Refusal, What, accepted};
 use crate::settings::Settings;
 
-/// The codes that this sample can reach, both ends included.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Window {
-    low: i32,
-    high: i32,
-}
-
-impl Window {
-    /// The whole range of a converter.
-    pub const fn of(dac: Dac) -> Self {
-        Self {
-            low: dac.min_code(),
-            high: dac.max_code(),
-        }
-    }
-
-    /// Smallest code.
-    pub const fn low(self) -> i32 {
-        self.low
-    }
-
-    /// Largest code.
-    pub const fn high(self) -> i32 {
-        self.high
-    }
-
-    /// The code within that is nearest to `code`.
-    #[inline(always)]
-    pub(crate) fn nearest(self, code: i32) -> i32 {
-        code.min(self.high).max(self.low)
-    }
-}
-
 /// Way from a sum to a whole code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Quantiser {
@@ -145,6 +112,15 @@ impl Output {
         )
     }
 
+    /// All zeros, before an axis is started.
+    pub(crate) const ZERO: Self = Self {
+        dac: Dac::ZERO,
+        slew: 0,
+        kept: 0,
+        set: 0,
+        quantiser: Quantiser::Nearest,
+    };
+
     const fn limited(dac: Dac, slew: u32, quantiser: Quantiser) -> Self {
         let [kept, set] = match quantiser {
             Quantiser::ErrorFeedback => [u32::MAX, 0],
@@ -179,23 +155,25 @@ impl Output {
         }
     }
 
-    /// Tells whether `whole` is a code that can be reached from `code`.
+    /// Tells whether `whole` is a code that can be reached from `code`, in steps of
+    /// at most `slew` where there is such a limit.
     ///
     /// ```text
     /// 0 ≤ whole + 2^(n−1) < 2^n,   0 ≤ whole − code_prev + s ≤ 2·s
     /// ```
     #[inline(always)]
-    pub(crate) const fn reaches(&self, code: i32, whole: i32) -> bool {
-        let slew_is_free = self.slew == Self::SLEW_MOST.cast_signed();
+    pub(crate) const fn reaches(&self, code: i32, whole: i32, slew: Option<u32>) -> bool {
         let from_least = whole.wrapping_sub(self.dac.min_code()).cast_unsigned();
-        let from_slowest = whole
-            .wrapping_sub(code)
-            .wrapping_add(self.slew)
-            .cast_unsigned();
         let most = self.dac.max_code().cast_unsigned();
-        let slew = self.slew.cast_unsigned();
-        from_least <= most.wrapping_mul(2).wrapping_add(1)
-            && (slew_is_free || from_slowest <= slew.wrapping_mul(2))
+        from_least <= most.wrapping_mul(2).wrapping_add(1) && follows(code, whole, slew)
+    }
+
+    /// The same without the two codes at the ends.
+    #[inline(always)]
+    pub(crate) const fn reaches_within(&self, code: i32, whole: i32, slew: u32) -> bool {
+        let most = self.dac.max_code().cast_unsigned();
+        let from_second = whole.cast_unsigned().wrapping_add(most);
+        from_second < most.wrapping_mul(2) && follows(code, whole, Some(slew))
     }
 
     /// Tells whether `ρ` is random.
@@ -204,17 +182,14 @@ impl Output {
         matches!(self.quantiser, Quantiser::Dither { .. })
     }
 
-    /// The codes that can be reached from `code`.
-    pub(crate) fn window(&self, code: i32) -> Window {
-        if self.slew == Output::SLEW_MOST.cast_signed() {
-            // Wider than any converter.
-            return Window::of(self.dac);
-        }
+    /// The code that can be reached from `code` and is nearest to `wanted`.
+    pub(crate) fn nearest(&self, code: i32, wanted: i32) -> i32 {
         // Codes have 24 bits, the step 25: no sum leaves 26.
-        Window {
-            low: self.dac.min_code().max(code.wrapping_sub(self.slew)),
-            high: self.dac.max_code().min(code.wrapping_add(self.slew)),
-        }
+        wanted
+            .min(code.wrapping_add(self.slew))
+            .max(code.wrapping_sub(self.slew))
+            .min(self.dac.max_code())
+            .max(self.dac.min_code())
     }
 
     /// The converter.
@@ -222,6 +197,7 @@ impl Output {
         self.dac
     }
 
+    #[inline(always)]
     pub(crate) const fn slew(&self) -> u32 {
         self.slew.cast_unsigned()
     }
@@ -240,4 +216,12 @@ impl Output {
     pub const fn quantiser(&self) -> Quantiser {
         self.quantiser
     }
+}
+
+/// `0 ≤ whole − code_prev + s ≤ 2·s`
+#[inline(always)]
+const fn follows(code: i32, whole: i32, slew: Option<u32>) -> bool {
+    let Some(slew) = slew else { return true };
+    let from_slowest = whole.wrapping_sub(code).cast_unsigned().wrapping_add(slew);
+    from_slowest <= slew.wrapping_mul(2)
 }

@@ -31,7 +31,6 @@
 //! `n` is 8 to 32. The largest jump is at least 1, or no axis could move, and
 //! below `2^(n−1)`, where differences end and no jump would be seen.
 
-use crate::faults::{FaultCause, Trip};
 use crate::refusal::{Refusal, What, accepted};
 use crate::wide;
 
@@ -110,8 +109,8 @@ pub(crate) const fn signed(register: u32, shift: u32) -> i32 {
         .wrapping_shr(shift)
 }
 
-/// Memory of a counter. The default is the state before the first reading.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+/// Memory of a counter.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Counter {
     /// `c` of the last good reading \[counts, modulo 2^32\].
     pub(crate) position: i32,
@@ -122,9 +121,23 @@ pub(crate) struct Counter {
 }
 
 impl Counter {
-    /// Takes a register of `32 − shift` bits, of which changes up to `jump` are
-    /// credible; the change \[counts\].
-    pub(crate) fn follow(&mut self, register: u32, shift: u32, jump: u32) -> Result<i32, Trip> {
+    /// Before the first reading.
+    pub(crate) const UNKNOWN: Self = Self {
+        position: 0,
+        missed: 0,
+        known: false,
+    };
+
+    /// Takes a register of `bits` bits, of which changes up to `jump` are credible;
+    /// the change, or one that is not with its limit \[counts\].
+    #[inline(never)]
+    pub(crate) fn follow(
+        &mut self,
+        register: u32,
+        bits: u32,
+        jump: u32,
+    ) -> Result<i32, (i32, u32)> {
+        let shift = u32::BITS.wrapping_sub(bits);
         if !self.known {
             self.known = true;
             self.position = signed(register, shift);
@@ -132,15 +145,13 @@ impl Counter {
         }
         // d = register − c, modulo 2^n                                 [counts]
         let difference = signed(register.wrapping_sub(self.position.cast_unsigned()), shift);
-        let limit = self.allowed(shift, jump);
-        if difference.unsigned_abs() > limit {
-            // At 10 µs it takes 12 hours to the end, and there it stays.
-            self.missed = self.missed.saturating_add(1);
-            return Err(Trip::new(
-                FaultCause::EncoderGlitch,
-                i64::from(difference),
-                i64::from(limit),
-            ));
+        if jump != u32::MAX {
+            let limit = self.allowed(shift, jump);
+            if difference.unsigned_abs() > limit {
+                // At 10 µs it takes 12 hours to the end, and there it stays.
+                self.missed = self.missed.saturating_add(1);
+                return Err((difference, limit));
+            }
         }
         // c ← c + d, modulo 2^32                                       [counts]
         self.position = self.position.wrapping_add(difference);
@@ -150,7 +161,7 @@ impl Counter {
 
     /// Largest `|d|` after bad readings \[counts\].
     fn allowed(&self, shift: u32, jump: u32) -> u32 {
-        if self.missed == 0 || jump == u32::MAX {
+        if self.missed == 0 {
             return jump;
         }
         let half_wheel = (1_u32 << 31).wrapping_shr(shift);
@@ -161,7 +172,7 @@ impl Counter {
     /// Starts anew after a reading that never came back.
     pub(crate) fn reset(&mut self) {
         if self.missed != 0 {
-            *self = Self::default();
+            *self = Self::UNKNOWN;
         }
     }
 

@@ -9,6 +9,7 @@
 //! rest.
 
 use core::borrow::Borrow;
+use core::sync::atomic::{Ordering, compiler_fence};
 
 use heapless::Vec;
 
@@ -128,30 +129,69 @@ impl Stretch {
         }
     }
 
+    /// All zeros, before an axis is started.
+    pub(crate) const ZERO: Self = Self {
+        position: Counts::ZERO,
+        velocity: Counts::ZERO,
+        acceleration: Counts::ZERO,
+        jerk: Counts::ZERO,
+        ahead: Codes::ZERO,
+        ahead_change: Codes::ZERO,
+        ahead_growth: Codes::ZERO,
+        samples: 0,
+        velocity_sign: 0,
+        acceleration_sign: 0,
+    };
+
     /// An axis that stays at `position` \[counts\].
     pub const fn resting_at(position: i32) -> Self {
         Self {
             position: nearest(position),
-            velocity: Counts::ZERO,
-            acceleration: Counts::ZERO,
-            jerk: Counts::ZERO,
-            ahead: Codes::ZERO,
-            ahead_change: Codes::ZERO,
-            ahead_growth: Codes::ZERO,
             samples: u32::MAX,
-            velocity_sign: 0,
-            acceleration_sign: 0,
+            ..Self::ZERO
         }
+    }
+
+    /// Takes another stretch, from `start` on \[counts\]. Word by word: it is no call of a
+    /// copy in an image that is to be small.
+    #[inline(always)]
+    pub fn take(&mut self, next: &Self, start: i32) {
+        self.position = next
+            .position
+            .wrapping_add(Counts::from_bits(wide::joined(start, 0)));
+        self.velocity = next.velocity;
+        self.acceleration = next.acceleration;
+        self.jerk = next.jerk;
+        self.ahead = next.ahead;
+        self.ahead_change = next.ahead_change;
+        self.ahead_growth = next.ahead_growth;
+        self.samples = next.samples;
+        self.velocity_sign = next.velocity_sign;
+        self.acceleration_sign = next.acceleration_sign;
+    }
+
+    /// Signs of velocity and acceleration.
+    #[inline(always)]
+    pub(crate) const fn signs(&self) -> [i8; 2] {
+        [self.velocity_sign, self.acceleration_sign]
     }
 
     /// From one sample to the next; how many there are is for who asks to know.
     #[inline(always)]
     pub fn advance(&mut self) {
-        self.position = self.position.wrapping_add(self.velocity);
-        self.velocity = self.velocity.wrapping_add(self.acceleration);
-        self.acceleration = self.acceleration.wrapping_add(self.jerk);
-        self.ahead = self.ahead.wrapping_add(self.ahead_change);
-        self.ahead_change = self.ahead_change.wrapping_add(self.ahead_growth);
+        // The fences cost nothing themselves; between them the compiler loads and stores
+        // a number's words in pairs.
+        let (velocity, acceleration) = (self.velocity, self.acceleration);
+        self.position = self.position.wrapping_add(velocity);
+        compiler_fence(Ordering::SeqCst);
+        self.velocity = velocity.wrapping_add(acceleration);
+        compiler_fence(Ordering::SeqCst);
+        self.acceleration = acceleration.wrapping_add(self.jerk);
+        compiler_fence(Ordering::SeqCst);
+        let change = self.ahead_change;
+        self.ahead = self.ahead.wrapping_add(change);
+        compiler_fence(Ordering::SeqCst);
+        self.ahead_change = change.wrapping_add(self.ahead_growth);
     }
 
     /// The first of its samples as a setpoint of its own, with so many fraction bits
@@ -203,6 +243,19 @@ pub enum Next {
 pub trait SetpointSource {
     /// The setpoint of this sample.
     fn next(&mut self, observed: &Observed) -> Next;
+
+    /// The same with a stretch put where it runs, and `None` then: what an axis asks. A
+    /// source of stretches that has them in memory copies them once.
+    #[inline(always)]
+    fn next_in_place(&mut self, observed: &Observed, stretch: &mut Stretch) -> Option<Next> {
+        match self.next(observed) {
+            Next::Stretch(next) => {
+                *stretch = next;
+                None
+            }
+            next => Some(next),
+        }
+    }
 }
 
 /// Entries of a table on the host and on the larger chips: 64 KiB, 16.4 s of

@@ -8,7 +8,7 @@
 //! division, no sentence.
 
 /// The largest mantissa of a gain, and the largest number with a sign.
-const MOST: u32 = i32::MAX.cast_unsigned();
+pub(crate) const MOST: u32 = i32::MAX.cast_unsigned();
 
 /// A structure of words with their names and ranges, in the order of the line.
 macro_rules! words {
@@ -63,7 +63,8 @@ words! {
     /// let words = LawWords { kp: GainWord::new(1 << 30, 29), ..LawWords::NONE };
     /// let axis = Axis::new(Law::accept(words, dac)?, Output::new(dac, None, Quantiser::Nearest)?);
     /// let settings = Settings::of(&axis);
-    /// assert_eq!((settings.kp_mantissa, settings.kp_fraction_bits), (1 << 30, 29));
+    /// // 2^30·2^3 units of 2^−32 codes a count.
+    /// assert_eq!((settings.kp_mantissa, settings.kp_scale), (1 << 30, 1 << 3));
     /// assert_eq!(settings.check(), Ok(()));
     /// // A word that is out of its range is named.
     /// let unfit = Settings { dac_bits: 25, ..settings }.check().unwrap_err();
@@ -71,51 +72,41 @@ words! {
     /// # Ok::<(), firmware::Refusal>(())
     /// ```
     pub struct Settings {
-        /// `Kp = mantissa·2^−fraction_bits` \[codes per count\]; so with those that follow.
+        /// `Kp`: an integer `x` times `scale`, and that times `mantissa`, is `Kp·x` in 2^−32
+        /// codes; so with the gains that follow.
         kp_mantissa: 0, MOST;
         /// Of `Kp`.
-        kp_fraction_bits: 0, 32;
+        kp_scale: 1, 1 << 30;
         /// `Ki·Δt` \[codes per count\].
         ki_dt_mantissa: 0, MOST;
         /// Of `Ki·Δt`.
-        ki_dt_fraction_bits: 0, 32;
-        /// `Kd/Δt` \[codes per count\].
+        ki_dt_scale: 1, 1 << 30;
+        /// `Kd/Δt` \[codes per count\]; with a filter per unit of the filtered difference.
         kd_per_dt_mantissa: 0, MOST;
-        /// Of `Kd/Δt`; with a filter its fraction bits are added.
-        kd_per_dt_fraction_bits: 0, 32;
-        /// Feed-forward of the velocity \[codes per unit of a setpoint's velocity\].
-        velocity_ff_mantissa: 0, MOST;
-        /// Of the feed-forward of the velocity.
-        velocity_ff_fraction_bits: 0, 32;
-        /// Feed-forward of the acceleration \[codes per unit of a setpoint's
-        /// acceleration\].
-        acceleration_ff_mantissa: 0, MOST;
-        /// Of the feed-forward of the acceleration.
-        acceleration_ff_fraction_bits: 0, 32;
-        /// Feed-forward of the friction \[codes\].
-        friction_ff_mantissa: 0, MOST;
-        /// Of the feed-forward of the friction.
-        friction_ff_fraction_bits: 0, 32;
-        /// Largest feed-forward of a source that computes it itself \[codes\].
-        ahead_limit_codes: 0, 1 << 30;
-        /// `E`, largest error \[counts\].
-        error_limit_counts: 1, 1 << 29;
-        /// `D`, largest difference \[counts\].
-        difference_limit_counts: 1, 1 << 30;
-        /// 1 where beyond `D` a declared range is left.
-        difference_is_declared: 0, 1;
-        /// First whole number beyond the integral's range \[codes\].
-        integral_range_codes: 1, MOST;
+        /// Of `Kd/Δt`.
+        kd_per_dt_scale: 1, 1 << 30;
         /// 1: the derivative is that of the measurement, not of the error.
         derivative_of_measurement: 0, 1;
         /// `a·2^31` of the derivative's filter; 0 is none.
         filter_smoothing: 0, MOST;
-        /// `h` of the filter.
-        filter_fraction_bits: 0, 29;
-        /// 0 none, 1 clamp, 2 back-calculation.
-        anti_windup: 0, 2;
-        /// `Δt/T_t·2^31` of the back-calculation.
-        tracking: 0, MOST;
+        /// `2^h` of the filter: the units of a count in it.
+        filter_scale: 1, 1 << 29;
+        /// `E`, largest error \[counts\].
+        error_limit_counts: 1, 1 << 29;
+        /// `D`, largest difference \[counts\].
+        difference_limit_counts: 1, 1 << 30;
+        /// Bits of the motor's counter.
+        counter_bits: 8, 32;
+        /// Largest change of its count \[counts per sample\].
+        largest_jump_counts: 1, u32::MAX;
+        /// 1: the position is that of the load's encoder.
+        feedback_of_load: 0, 1;
+        /// Code from which on a healthy encoder moves \[codes\].
+        encoder_loss_codes: 1, u32::MAX;
+        /// Samples after which it is lost.
+        encoder_loss_samples: 1, u32::MAX;
+        /// Samples that the output may stand at a limit.
+        saturation_samples: 0, u32::MAX;
         /// Bits of the converter.
         dac_bits: 2, 24;
         /// Largest change of the code \[codes per sample\].
@@ -124,12 +115,29 @@ words! {
         quantiser: 0, 2;
         /// Start of the dither's generator.
         dither_seed: 0, u32::MAX;
-        /// Bits of the motor's counter.
-        counter_bits: 8, 32;
-        /// Largest change of its count \[counts per sample\].
-        largest_jump_counts: 1, u32::MAX;
-        /// 1: the position is that of the load's encoder.
-        feedback_of_load: 0, 1;
+        /// 0 none, 1 clamp, 2 back-calculation.
+        anti_windup: 0, 2;
+        /// `Δt/T_t·2^31` of the back-calculation.
+        tracking: 0, MOST;
+        /// First whole number beyond the integral's range \[codes\].
+        integral_range_codes: 1, MOST;
+        /// 1 where beyond `D` a declared range is left.
+        difference_is_declared: 0, 1;
+        /// Feed-forward of the velocity \[codes per unit of a setpoint's velocity\].
+        velocity_ff_mantissa: 0, MOST;
+        /// Of the feed-forward of the velocity.
+        velocity_ff_scale: 1, 1 << 30;
+        /// Feed-forward of the acceleration \[codes per unit of a setpoint's
+        /// acceleration\].
+        acceleration_ff_mantissa: 0, MOST;
+        /// Of the feed-forward of the acceleration.
+        acceleration_ff_scale: 1, 1 << 30;
+        /// Feed-forward of the friction \[codes\].
+        friction_ff_mantissa: 0, MOST;
+        /// Of the feed-forward of the friction.
+        friction_ff_scale: 1, 1 << 30;
+        /// Largest feed-forward of a source that computes it itself \[codes\].
+        ahead_limit_codes: 0, 1 << 30;
         /// Bits of the load's counter.
         load_counter_bits: 8, 32;
         /// Largest change of its count \[counts per sample\].
@@ -142,12 +150,6 @@ words! {
         lag_fraction_bits: 0, 46;
         /// Fraction bits of setpoints' velocities.
         velocity_fraction_bits: 0, 60;
-        /// Code from which on a healthy encoder moves \[codes\].
-        encoder_loss_codes: 1, u32::MAX;
-        /// Samples after which it is lost.
-        encoder_loss_samples: 1, u32::MAX;
-        /// Samples that the output may stand at a limit.
-        saturation_samples: 0, u32::MAX;
         /// 1: a tick that is missed is a fault.
         watches_ticks: 0, 1;
         /// Errors that count as 0 at rest \[counts\].
@@ -165,6 +167,61 @@ words! {
         /// 1: the flank follows the acceleration, not the velocity.
         flank_of_acceleration: 0, 1;
     }
+}
+
+impl Settings {
+    /// All zeros, which no check accepts.
+    pub(crate) const ZERO: Self = Self::from_words([0; Self::WORDS]);
+
+    /// No gain, no limit, no option; a converter of 2 bits.
+    pub(crate) const OFF: Self = Self {
+        kp_mantissa: 0,
+        kp_scale: 1,
+        ki_dt_mantissa: 0,
+        ki_dt_scale: 1,
+        kd_per_dt_mantissa: 0,
+        kd_per_dt_scale: 1,
+        derivative_of_measurement: 0,
+        filter_smoothing: 0,
+        filter_scale: 1,
+        error_limit_counts: 1 << 17,
+        difference_limit_counts: 1 << 18,
+        counter_bits: 32,
+        largest_jump_counts: u32::MAX,
+        feedback_of_load: 0,
+        encoder_loss_codes: u32::MAX,
+        encoder_loss_samples: u32::MAX,
+        saturation_samples: u32::MAX,
+        dac_bits: 2,
+        slew_codes: 1 << 24,
+        quantiser: 0,
+        dither_seed: 0,
+        anti_windup: 0,
+        tracking: 0,
+        integral_range_codes: 1 << 20,
+        difference_is_declared: 1,
+        velocity_ff_mantissa: 0,
+        velocity_ff_scale: 1,
+        acceleration_ff_mantissa: 0,
+        acceleration_ff_scale: 1,
+        friction_ff_mantissa: 0,
+        friction_ff_scale: 1,
+        ahead_limit_codes: 0,
+        load_counter_bits: 32,
+        load_largest_jump_counts: u32::MAX,
+        following_error_counts: u32::MAX,
+        lag_mantissa: 0,
+        lag_fraction_bits: 0,
+        velocity_fraction_bits: 0,
+        watches_ticks: 0,
+        dead_band_counts: 0,
+        hold_integral: 0,
+        half_gap_counts: 0,
+        crossing_half_samples: 0,
+        crossing_first_low: 0,
+        crossing_first_high: 0,
+        flank_of_acceleration: 0,
+    };
 }
 
 /// A word that is not accepted.

@@ -26,12 +26,6 @@ pub(crate) const fn byte(value: u8) -> u32 {
     u32::from_le_bytes([value, 0, 0, 0])
 }
 
-/// The lowest byte of a word.
-pub(crate) const fn lowest_byte(value: u32) -> u8 {
-    let [byte, ..] = value.to_le_bytes();
-    byte
-}
-
 /// A word as a double one.
 pub(crate) const fn word(value: u32) -> u64 {
     let [b0, b1, b2, b3] = value.to_le_bytes();
@@ -108,8 +102,6 @@ macro_rules! by_target {
         }
     }};
 }
-
-pub(crate) use by_target;
 
 /// `u·v`.
 #[inline]

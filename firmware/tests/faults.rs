@@ -1,7 +1,6 @@
-//! The fault that is kept, the one that is named, and its sentence.
+//! The sentence of a fault.
 
-use firmware::faults::most_urgent;
-use firmware::{Fault, FaultCause, FaultLatch, FaultValues, Trip};
+use firmware::{Fault, FaultCause, FaultValues};
 
 fn fault(cause: FaultCause, tick: u64, measured: i64, limit: i64) -> Fault {
     let values = FaultValues {
@@ -16,43 +15,6 @@ fn fault(cause: FaultCause, tick: u64, measured: i64, limit: i64) -> Fault {
         cause,
         tick,
         values,
-    }
-}
-
-#[test]
-fn the_first_fault_stays_until_it_is_cleared() {
-    let mut latch = FaultLatch::default();
-    assert_eq!(latch.get(), None);
-    let first = fault(FaultCause::SaturationTooLong, 5, 101, 100);
-    latch.trip(first);
-    // Not even a more urgent one of the same tick number takes its place:
-    // that may be a tick which came twice.
-    latch.trip(fault(FaultCause::EmergencyStop, 5, 0, 0));
-    latch.trip(fault(FaultCause::FollowingError, 6, 2, 1));
-    assert_eq!(latch.get(), Some(&first));
-
-    latch.clear();
-    assert_eq!(latch.get(), None);
-    let second = fault(FaultCause::FollowingError, 7, 2, 1);
-    latch.trip(second);
-    assert_eq!(latch.get(), Some(&second));
-}
-
-#[test]
-fn the_more_urgent_cause_wins_in_either_order() {
-    let trip = |cause, measured| Trip {
-        cause,
-        measured,
-        limit: 0,
-    };
-    for (i, a) in FaultCause::ALL.into_iter().enumerate() {
-        assert_eq!(most_urgent(Some(trip(a, 1)), None), Some(trip(a, 1)));
-        assert_eq!(most_urgent(None, Some(trip(a, 1))), Some(trip(a, 1)));
-        for (j, b) in FaultCause::ALL.into_iter().enumerate() {
-            let winner = if j < i { trip(b, 2) } else { trip(a, 1) };
-            let chosen = most_urgent(Some(trip(a, 1)), Some(trip(b, 2)));
-            assert_eq!(chosen, Some(winner));
-        }
     }
 }
 

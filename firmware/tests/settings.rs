@@ -34,27 +34,25 @@ fn refused(settings: &Settings, running: &AxisState) -> Option<&'static str> {
 
 /// `T + R` \[2^−32 codes\], by the ranges and gains of the words.
 fn sum(s: &Settings) -> i128 {
-    let filter = match s.filter_smoothing {
-        0 => 0,
-        _ => s.filter_fraction_bits,
-    };
     let unit = i128::from(s.filter_smoothing != 0);
-    let term = |mantissa: u32, bits: u32, most: i128| ((i128::from(mantissa) * most) << 32) >> bits;
-    let [error, difference] = [s.error_limit_counts, s.difference_limit_counts].map(i128::from);
-    term(s.kp_mantissa, s.kp_fraction_bits, error)
-        + term(s.ki_dt_mantissa, s.ki_dt_fraction_bits, error)
+    let term =
+        |mantissa: u32, scale: u32, most: i128| i128::from(mantissa) * i128::from(scale) * most;
+    let [error, difference, filter] = [
+        s.error_limit_counts,
+        s.difference_limit_counts,
+        s.filter_scale,
+    ]
+    .map(i128::from);
+    term(s.kp_mantissa, s.kp_scale, error)
+        + term(s.ki_dt_mantissa, s.ki_dt_scale, error)
         + term(
             s.kd_per_dt_mantissa,
-            s.kd_per_dt_fraction_bits + filter,
-            (difference << filter) + unit,
+            s.kd_per_dt_scale,
+            difference * filter + unit,
         )
-        + term(s.velocity_ff_mantissa, s.velocity_ff_fraction_bits, 1 << 24)
-        + term(
-            s.acceleration_ff_mantissa,
-            s.acceleration_ff_fraction_bits,
-            1 << 24,
-        )
-        + term(s.friction_ff_mantissa, s.friction_ff_fraction_bits, 1)
+        + term(s.velocity_ff_mantissa, s.velocity_ff_scale, 1 << 24)
+        + term(s.acceleration_ff_mantissa, s.acceleration_ff_scale, 1 << 24)
+        + term(s.friction_ff_mantissa, s.friction_ff_scale, 1)
         + (1 << (s.dac_bits + 31))
 }
 
@@ -69,12 +67,12 @@ fn filled(settings: &Settings) -> Settings {
     if sum(&s) <= 1 << 61 {
         // The largest term of one gain.
         s.kp_mantissa = i32::MAX.unsigned_abs();
-        s.kp_fraction_bits = s.error_limit_counts.ilog2() + 2;
+        s.kp_scale = 1 << (30 - s.error_limit_counts.ilog2());
     }
     let room = (1 << 62) - sum(&s);
     let bits = room.checked_ilog2().unwrap_or(0).saturating_sub(30);
     s.friction_ff_mantissa = u32::try_from(room >> bits).expect("31 bits");
-    s.friction_ff_fraction_bits = 32 - bits;
+    s.friction_ff_scale = 1 << bits;
     s
 }
 
@@ -113,7 +111,7 @@ proptest! {
         let (settings, running) = (Settings::of(&axis), AxisState::start(&axis));
         prop_assert!(sum(&settings) <= 1 << 62);
         let full = filled(&settings);
-        let one_bit = 1 << (32 - full.friction_ff_fraction_bits);
+        let one_bit = i128::from(full.friction_ff_scale);
         prop_assert!(((1 << 62) - one_bit + 1..=1 << 62).contains(&sum(&full)));
         // Contrast: the last that is accepted.
         prop_assert_eq!(refused(&full, &running), None);

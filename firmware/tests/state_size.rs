@@ -3,7 +3,7 @@
 
 use firmware::axis::AxisState;
 use firmware::law::LawState;
-use firmware::{BacklashMeasurementRun, FaultLatch, Stretch};
+use firmware::{BacklashMeasurementRun, Fault, Stretch};
 
 const PAGE: &str = include_str!("../../docs/CONTROLLER.md");
 
@@ -11,7 +11,7 @@ const PAGE: &str = include_str!("../../docs/CONTROLLER.md");
 const PARTS: [(&str, usize); 5] = [
     ("law", size_of::<LawState>()),
     ("stretch of the command", size_of::<Stretch>()),
-    ("latched fault", size_of::<FaultLatch>()),
+    ("latched fault", size_of::<Fault>()),
     ("**the axis** with its settings", size_of::<AxisState>()),
     (
         "backlash measurement, beside it",

@@ -1,12 +1,12 @@
 //! What is rare in a sample: no power, first readings, faults with their
 //! causes and records, and where the next part of the command comes from.
 
+use super::state::TAKE_OVER;
 use super::{AxisOutput, AxisState, Inputs};
-use crate::backlash_compensation::{Crossing, CrossingState};
 use crate::counts::{self, Counts};
 use crate::dac::Codes;
-use crate::faults::{FaultCause, FaultValues, Trip, most_urgent};
-use crate::law::{Begin, term::Term};
+use crate::faults::{FaultCause, FaultValues};
+use crate::law::{Begin, Terms};
 use crate::monitor::SPEED_BITS;
 use crate::reference::{Next, Observed, Setpoint, SetpointSource, Stretch, nearest};
 use crate::states::State;
@@ -23,132 +23,195 @@ pub(super) enum Done {
 /// From the unit of a velocity to that of a speed.
 const SPEED_SHIFT: u32 = 32 - SPEED_BITS;
 
-/// The register of the load's encoder did not come.
-const LOAD_NOT_READ: Trip = Trip::new(FaultCause::HardwareBus, 1, 0);
-
 impl AxisState {
-    /// Brings an unusual sample to where it is a usual one; the code of one that
-    /// ends without the law.
+    /// Brings an unusual sample to where it is a usual one; false for one that ends
+    /// without the law.
     #[cold]
     #[inline(never)]
-    pub(super) fn prepare(
-        &mut self,
-        inputs: &Inputs,
-        source: &mut impl SetpointSource,
-    ) -> Option<i32> {
-        let reported = self.reported(inputs);
+    pub(super) fn prepare(&mut self, inputs: &Inputs, source: &mut impl SetpointSource) -> bool {
+        self.take_reports(inputs);
         self.expected = inputs.tick.wrapping_add(1);
         self.ticked = true;
         if !self.state.is_powered() {
-            return Some(self.without_power(inputs, reported));
+            self.without_power(inputs);
+            return false;
         }
-        if let Some(trip) = reported {
-            return Some(self.trip(inputs, source, trip, Done::Nothing));
+        if self.tripped {
+            self.trip(inputs, source, Done::Nothing);
+            return false;
         }
         // The first readings define the positions.
         if !self.motor.known {
-            let _ = self.read_motor(inputs);
+            self.read_motor(inputs);
         }
-        self.law.dither(&self.operands.output);
-        self.rare = self.operands.output.dithers();
-        None
+        self.law.dither(&self.output);
+        self.usual = !self.output.dithers();
+        true
     }
 
-    /// Trips that the hardware itself reports.
-    fn reported(&self, inputs: &Inputs) -> Option<Trip> {
+    /// A check has tripped: the most urgent of a sample is kept, and nothing where
+    /// a fault is latched.
+    #[inline(never)]
+    fn found(&mut self, cause: FaultCause, measured: i64, limit: i64) {
+        let more_urgent = !self.tripped || cause < self.fault.cause;
+        if self.state != State::Fault && more_urgent {
+            self.tripped = true;
+            self.fault.cause = cause;
+            self.fault.values.measured = measured;
+            self.fault.values.limit = limit;
+        }
+    }
+
+    /// What the hardware itself reports.
+    fn take_reports(&mut self, inputs: &Inputs) {
         if inputs.emergency_stop {
-            return Some(Trip::EMERGENCY_STOP);
+            self.found(FaultCause::EmergencyStop, 0, 0);
         }
         if inputs.failed_transfers != 0 {
-            let failed = i64::from(inputs.failed_transfers);
-            return Some(Trip::new(FaultCause::HardwareBus, failed, 0));
+            self.found(FaultCause::HardwareBus, inputs.failed_transfers.into(), 0);
         }
-        if self.operands.settings.feedback_of_load != 0 && inputs.load_register.is_none() {
-            return Some(LOAD_NOT_READ);
+        if self.settings.feedback_of_load != 0 && inputs.load_register.is_none() {
+            self.found(FaultCause::HardwareBus, 1, 0);
         }
         // Counted modulo 2^64, so that no end has to be looked at.
         let missed = inputs.tick.wrapping_sub(self.expected).cast_signed();
-        let watched = self.operands.settings.watches_ticks != 0 && self.ticked;
-        (watched && missed != 0).then_some(Trip::new(FaultCause::MissedTick, missed, 0))
+        if self.settings.watches_ticks != 0 && self.ticked && missed != 0 {
+            self.found(FaultCause::MissedTick, missed, 0);
+        }
     }
 
     /// A sample without power: the position is followed, and a drive that is
     /// switched off in order runs down.
-    fn without_power(&mut self, inputs: &Inputs, reported: Option<Trip>) -> i32 {
-        let (moved, glitch) = self.read(inputs);
-        let mut trip = most_urgent(reported, glitch);
+    fn without_power(&mut self, inputs: &Inputs) {
+        let moved = self.read(inputs);
         let code = self.law.code();
         // A drive that runs down is still one that drives.
-        if moved == 0
-            && code != 0
-            && code.unsigned_abs() >= self.operands.settings.encoder_loss_codes
-        {
-            trip = most_urgent(trip, self.stood_still());
-        } else if code != 0 {
-            self.still = 0;
+        if code != 0 {
+            let drives = code.unsigned_abs() >= self.settings.encoder_loss_codes;
+            let still = if moved == 0 && drives {
+                self.still.saturating_add(1)
+            } else {
+                0
+            };
+            self.still = still;
+            if still >= self.settings.encoder_loss_samples {
+                self.found_loss(still);
+            }
         }
         self.setpoint = self.place();
         self.error = 0;
-        if let Some(trip) = trip {
-            return self.fail(inputs.tick, self.values(trip), trip.cause);
-        }
-        match self.state {
-            State::Fault => self.law.safe(),
-            _ => self.law.towards_zero(&self.operands.output),
+        if self.tripped {
+            self.fail(inputs.tick);
+        } else if self.state == State::Fault {
+            self.law.safe();
+        } else {
+            self.law.towards_zero(&self.output);
         }
     }
 
     /// Both counters, with what follows a disturbed reading; the movement, 0 where
     /// one of two stands still.
-    fn read(&mut self, inputs: &Inputs) -> (i32, Option<Trip>) {
-        let motor = self.read_motor(inputs);
-        let load = if self.operands.settings.feedback_of_load != 0 {
-            self.read_load(inputs)
-        } else {
-            motor
-        };
-        let moved = if load == Ok(0) { 0 } else { motor.unwrap_or(0) };
-        (moved, most_urgent(motor.err(), load.err()))
+    fn read(&mut self, inputs: &Inputs) -> i32 {
+        let moved = self.read_motor(inputs);
+        if self.settings.feedback_of_load != 0 && self.read_load(inputs) == 0 {
+            return 0;
+        }
+        moved
     }
 
-    fn read_motor(&mut self, inputs: &Inputs) -> Result<i32, Trip> {
-        let settings = &self.operands.settings;
-        let (shift, jump) = (bits(settings.counter_bits), settings.largest_jump_counts);
-        self.motor.follow(inputs.motor_register, shift, jump)
+    fn read_motor(&mut self, inputs: &Inputs) -> i32 {
+        let settings = &self.settings;
+        let (bits, jump) = (settings.counter_bits, settings.largest_jump_counts);
+        let read = self.motor.follow(inputs.motor_register, bits, jump);
+        self.movement(read)
     }
 
     /// The load's counter; by how much it has moved \[counts\].
     #[cold]
     #[inline(never)]
-    pub(super) fn read_load(&mut self, inputs: &Inputs) -> Result<i32, Trip> {
-        let register = inputs.load_register.ok_or(LOAD_NOT_READ)?;
-        let settings = &self.operands.settings;
-        let (shift, jump) = (
-            bits(settings.load_counter_bits),
+    pub(super) fn read_load(&mut self, inputs: &Inputs) -> i32 {
+        let Some(register) = inputs.load_register else {
+            self.found(FaultCause::HardwareBus, 1, 0);
+            return 1;
+        };
+        let settings = &self.settings;
+        let (bits, jump) = (
+            settings.load_counter_bits,
             settings.load_largest_jump_counts,
         );
-        self.load.follow(register, shift, jump)
+        let read = self.load.follow(register, bits, jump);
+        self.movement(read)
     }
 
-    /// The motor's count has changed by more than it can.
+    /// The movement of a counter; of a disturbed reading, whose difference and limit
+    /// trip, any other than 0.
+    fn movement(&mut self, read: Result<i32, (i32, u32)>) -> i32 {
+        read.unwrap_or_else(|(difference, limit)| {
+            self.found(FaultCause::EncoderGlitch, difference.into(), limit.into());
+            difference
+        })
+    }
+
+    /// The motor's count has changed by more than its limit, which ends the sample, or
+    /// than the law takes: what that takes \[counts\].
     #[cold]
     #[inline(never)]
-    pub(super) fn jumped(&mut self, inputs: &Inputs, source: &mut impl SetpointSource) -> i32 {
-        let (_, glitch) = self.read(inputs);
-        match glitch {
-            Some(trip) => self.trip(inputs, source, trip, Done::Positions),
-            // It has, by the caller.
-            None => self.law.code(),
+    pub(super) fn jumped(
+        &mut self,
+        inputs: &Inputs,
+        source: &mut impl SetpointSource,
+        moved: i32,
+    ) -> Option<i32> {
+        let jump = self.settings.largest_jump_counts;
+        if jump != u32::MAX && moved.unsigned_abs() > jump {
+            self.trip(inputs, source, Done::Nothing);
+            return None;
         }
+        Some(self.settings.held_movement(&mut self.law, moved))
     }
 
-    /// One more sample without a count under a driving code.
-    #[inline]
-    pub(super) fn stood_still(&mut self) -> Option<Trip> {
-        self.still = self.still.saturating_add(1);
-        let [samples, limit] = [self.still, self.operands.settings.encoder_loss_samples];
-        let [measured, allowed] = [samples, limit].map(i64::from);
-        (samples >= limit).then_some(Trip::new(FaultCause::EncoderLoss, measured, allowed))
+    /// The encoder has not moved for so many samples under a driving code.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn lost(
+        &mut self,
+        inputs: &Inputs,
+        source: &mut impl SetpointSource,
+        still: u32,
+    ) -> i32 {
+        self.still = still;
+        self.found_loss(still);
+        self.trip(inputs, source, Done::Positions)
+    }
+
+    fn found_loss(&mut self, still: u32) {
+        let limit = self.settings.encoder_loss_samples;
+        self.found(FaultCause::EncoderLoss, still.into(), limit.into());
+    }
+
+    /// An error beyond what a usual sample has: trips, begins anew, or is held
+    /// within its range. `None` ends the sample.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn far(
+        &mut self,
+        inputs: &Inputs,
+        source: &mut impl SetpointSource,
+        moved: i32,
+    ) -> Option<i32> {
+        self.watch_following_error();
+        if self.tripped {
+            self.trip(inputs, source, Done::Reference);
+            return None;
+        }
+        let begin = core::mem::take(&mut self.begin);
+        if begin != Begin::GoingOn {
+            self.usual_sizes = self.settings.near().wrapping_sub(self.band);
+            if self.settings.begin(&mut self.law, self.error, moved, begin) {
+                self.slew = TAKE_OVER;
+            }
+        }
+        Some(self.settings.held_error(&mut self.law, self.error))
     }
 
     /// An error beyond the limit at rest: whether it is beyond that at this speed.
@@ -158,35 +221,76 @@ impl AxisState {
     /// ```
     ///
     /// with `v` in 2^−16 counts per sample.
+    fn watch_following_error(&mut self) {
+        let settings = &self.settings;
+        let (size, at_rest) = (self.error.unsigned_abs(), settings.following_error_counts);
+        if size <= at_rest {
+            return;
+        }
+        let speed = self.motion.velocity.to_bits().unsigned_abs();
+        let speed = wide::narrowed(speed.wrapping_shr(SPEED_SHIFT)).unwrap_or(u32::MAX);
+        let bits = settings.lag_fraction_bits.wrapping_add(SPEED_BITS);
+        let lag = wide::product(settings.lag_mantissa, speed).wrapping_shr(bits);
+        let [measured, limit] = [u64::from(size), u64::from(at_rest).saturating_add(lag)];
+        if measured > limit {
+            let [measured, limit] = [measured, limit].map(wide::held);
+            self.found(FaultCause::FollowingError, measured, limit);
+        }
+    }
+
+    /// A sum that the output cannot give, is not to, or only at an end of its range: the
+    /// code.
     #[cold]
     #[inline(never)]
-    pub(super) fn too_far(&self, size: u32) -> Option<Trip> {
-        let speed = self.motion.velocity.to_bits().unsigned_abs();
-        let speed = u32::try_from(speed.wrapping_shr(SPEED_SHIFT)).unwrap_or(u32::MAX);
-        let bits = self
-            .operands
-            .settings
-            .lag_fraction_bits
-            .wrapping_add(SPEED_BITS);
-        let lag = wide::product(self.operands.settings.lag_mantissa, speed).wrapping_shr(bits);
-        let limit = u64::from(self.operands.settings.following_error_counts).saturating_add(lag);
-        let [measured, limit] = [u64::from(size), limit].map(wide::held);
-        (measured > limit).then_some(Trip::new(FaultCause::FollowingError, measured, limit))
+    pub(super) fn limited(
+        &mut self,
+        inputs: &Inputs,
+        source: &mut impl SetpointSource,
+        terms: Terms,
+    ) -> i32 {
+        let (settings, output) = (&self.settings, &self.output);
+        let code = if self.slew == TAKE_OVER {
+            self.slew = output.slew();
+            let rounding = Codes::from_bits(i64::from(self.law.remainder()));
+            let direct = terms.direct.wrapping_sub(rounding);
+            settings.take_over(output, &mut self.law, direct)
+        } else {
+            let (before, slew) = (self.law.code(), Some(self.slew));
+            let reaches = |code| output.reaches(before, code, slew);
+            match terms.code(output, &mut self.law, reaches) {
+                Some(code) => code,
+                None => settings.limit(output, &mut self.law, terms),
+            }
+        };
+        if !self.output.dac().is_limit(code) {
+            self.saturated = 0;
+            return code;
+        }
+        self.saturated = self.saturated.saturating_add(1);
+        let limit = self.settings.saturation_samples;
+        if self.saturated > limit {
+            self.found(
+                FaultCause::SaturationTooLong,
+                self.saturated.into(),
+                limit.into(),
+            );
+            return self.trip(inputs, source, Done::Reference);
+        }
+        code
     }
 
     /// Power off: completes what the sample has not done yet, for the record, and
-    /// keeps the first of the faults.
+    /// keeps the fault.
     #[cold]
     #[inline(never)]
     pub(super) fn trip(
         &mut self,
         inputs: &Inputs,
         source: &mut impl SetpointSource,
-        trip: Trip,
         done: Done,
     ) -> i32 {
         if done < Done::Positions {
-            let _ = self.read(inputs);
+            self.read(inputs);
         }
         if done < Done::Reference {
             let goes_on = self.left != 0;
@@ -197,20 +301,38 @@ impl AxisState {
                 self.setpoint = self.motion.setpoint();
             }
             if self.crossing.left != 0 {
-                Crossing::advance(&mut self.crossing);
+                self.crossing.advance();
             }
         }
-        let values = self.values(trip);
-        self.error = values.error;
+        self.error = self.difference();
         self.peak = self.peak.max(self.error.unsigned_abs());
-        self.fail(inputs.tick, values, trip.cause)
+        self.fail(inputs.tick)
+    }
+
+    /// Keeps the first fault and ends in its state, with the safe output.
+    fn fail(&mut self, tick: u64) -> i32 {
+        self.tripped = false;
+        if self.state != State::Fault {
+            let (error, position) = (self.difference(), self.place());
+            self.fault.tick = tick;
+            self.fault.values = FaultValues {
+                setpoint: position.wrapping_add(error),
+                position,
+                error,
+                code: self.law.code(),
+                ..self.fault.values
+            };
+        }
+        // Any state ends in the fault; the table has no refusal for it.
+        self.enter(State::Fault);
+        self.law.safe()
     }
 
     /// The sample of `tick` has computed its output, but the hardware did not
     /// take it: the axis stops in the same sample.
     pub fn output_failed(&mut self, tick: u64, failed_transfers: u32) -> AxisOutput {
-        let trip = Trip::new(FaultCause::HardwareBus, failed_transfers.into(), 0);
-        let code = self.fail(tick, self.values(trip), trip.cause);
+        self.found(FaultCause::HardwareBus, failed_transfers.into(), 0);
+        let code = self.fail(tick);
         AxisOutput {
             code,
             power: false,
@@ -220,34 +342,26 @@ impl AxisState {
         }
     }
 
-    /// Record of a sample.
-    fn values(&self, trip: Trip) -> FaultValues {
+    /// `e`, of the setpoint with the compensation while there is power \[counts\].
+    fn difference(&self) -> i32 {
         let offset = if self.state.is_powered() {
             self.crossing.offset
         } else {
             0
         };
-        let (setpoint, position) = (self.setpoint.wrapping_add(offset), self.place());
-        FaultValues {
-            setpoint,
-            position,
-            error: counts::difference(setpoint, position),
-            code: self.law.code(),
-            measured: trip.measured,
-            limit: trip.limit,
-        }
+        counts::difference(self.setpoint.wrapping_add(offset), self.place())
     }
 
     /// The position that the setpoints are for \[counts, modulo 2^32\].
     fn place(&self) -> i32 {
-        if self.operands.settings.feedback_of_load != 0 {
+        if self.settings.feedback_of_load != 0 {
             self.load.position
         } else {
             self.motor.position
         }
     }
 
-    /// The next part of the command; false where there is none.
+    /// The next part of the command; false where there is none, which trips.
     #[inline(never)]
     pub(super) fn next_stretch(
         &mut self,
@@ -255,70 +369,71 @@ impl AxisState {
         source: &mut impl SetpointSource,
     ) -> bool {
         if self.position_to_hold {
-            self.hold_position();
+            // Enabled since the last sample: holds where the axis stands.
+            self.position_to_hold = false;
+            self.setpoint = self.place();
         }
         if self.state != State::Moving {
-            self.motion = Stretch::resting_at(self.setpoint);
-            self.left = self.motion.samples;
-            self.stand_or_move();
+            self.rest();
             return true;
         }
-        let load = if self.operands.settings.feedback_of_load != 0 {
-            self.load.position()
-        } else {
-            inputs.load_register.map(u32::cast_signed)
-        };
         let observed = Observed {
             position: self.motor.position,
-            load_position: load,
+            load_position: if self.settings.feedback_of_load != 0 {
+                self.load.position()
+            } else {
+                inputs.load_register.map(u32::cast_signed)
+            },
             code: self.law.code(),
         };
-        let flank = match source.next(&observed) {
-            Next::Stretch(stretch) => {
-                self.motion = Stretch {
-                    ahead: self.operands.law.held_ahead(stretch.ahead),
-                    ..stretch
-                };
-                self.left = stretch.samples.saturating_sub(1);
-                self.operands.crossing.sign_of(&stretch)
+        let before = self.motion.signs();
+        let Some(other) = source.next_in_place(&observed, &mut self.motion) else {
+            self.left = self.motion.samples.saturating_sub(1);
+            self.settings.hold_ahead(&mut self.motion.ahead);
+            if self.motion.signs() != before {
+                let flank = self.settings.flank_of_stretch(&self.motion);
+                self.turn_to(flank);
             }
-            Next::Setpoint(setpoint) => self.take(&setpoint),
-            Next::Last(setpoint) => {
-                self.state = State::Holding;
-                self.stand_or_move();
-                self.take(&setpoint)
-            }
-            Next::Underrun => return false,
+            return true;
         };
-        if flank != 0 && self.crossing.asks_for(flank) {
-            self.operands.crossing.begin(&mut self.crossing);
-            self.stand_or_move();
-        }
-        true
+        self.take(&other)
     }
 
-    /// Enabled since the last sample: holds where the axis stands, and goes on from
-    /// the code in force.
+    /// Stays at the last setpoint.
     #[cold]
     #[inline(never)]
-    fn hold_position(&mut self) {
-        self.position_to_hold = false;
-        self.setpoint = self.place();
-        self.crossing = CrossingState::default();
-        let goes_on = self.state == State::Enabled || self.law.code() != 0;
-        self.begin = Some(if goes_on {
-            Begin::FromCode
-        } else {
-            // Started in the same breath, from rest.
-            Begin::AtRest
-        });
+    fn rest(&mut self) {
+        self.motion = Stretch::resting_at(self.setpoint);
+        self.left = self.motion.samples;
         self.stand_or_move();
     }
 
-    /// A setpoint of its own; the flank that it asks for.
-    #[inline]
-    fn take(&mut self, setpoint: &Setpoint) -> i8 {
-        let operands = &self.operands;
+    /// The load changes flank, where that is compensated.
+    #[cold]
+    #[inline(never)]
+    fn turn_to(&mut self, flank: i8) {
+        if flank != 0 && self.crossing.asks_for(flank) {
+            self.crossing.begin(&self.settings);
+            self.stand_or_move();
+        }
+    }
+
+    /// What is no stretch: a setpoint of its own, the last one, or none, which is false.
+    #[inline(never)]
+    fn take(&mut self, next: &Next) -> bool {
+        let setpoint = match next {
+            Next::Setpoint(setpoint) => setpoint,
+            Next::Last(setpoint) => {
+                self.state = State::Holding;
+                self.stand_or_move();
+                setpoint
+            }
+            Next::Stretch(_) | Next::Underrun => {
+                self.found(FaultCause::SetpointUnderrun, 0, 1);
+                return false;
+            }
+        };
+        let settings = &self.settings;
         let Setpoint {
             position,
             velocity,
@@ -329,27 +444,41 @@ impl AxisState {
         // What follows from one sample to the next is not asked for.
         let motion = &mut self.motion;
         motion.position = nearest(position);
-        if operands.settings.lag_mantissa != 0 {
-            let bits = operands.settings.velocity_fraction_bits;
-            motion.velocity = counts_per_sample(velocity, bits);
+        if settings.lag_mantissa != 0 {
+            motion.velocity = counts_per_sample(velocity, settings.velocity_fraction_bits);
         }
         motion.ahead = match ahead {
-            Some(ahead) => operands.law.held_ahead(ahead),
-            None if operands.law.feeds_forward => operands.law.feed_forward(velocity, acceleration),
+            Some(ahead) => ahead,
+            None if settings.feeds_forward() => settings.feed_forward(velocity, acceleration),
             None => Codes::ZERO,
         };
-        operands.crossing.sign(velocity, acceleration, moved)
+        settings.hold_ahead(&mut motion.ahead);
+        let flank = settings.flank_of_setpoint(setpoint, moved);
+        // A stretch behind it asks for its flank anew.
+        [motion.velocity_sign, motion.acceleration_sign] = [0, 0];
+        self.turn_to(flank);
+        true
     }
 
     /// The operands that follow from whether the axis is to stand.
     #[inline(never)]
     pub(super) fn stand_or_move(&mut self) {
         let stands = self.state != State::Moving && !self.crossing.is_under_way();
-        let (settings, law) = (&self.operands.settings, &self.operands.law);
-        (self.band, self.ki_dt) = match (stands, settings.hold_integral) {
-            (false, _) => (0, law.ki_dt),
-            (true, 0) => (settings.dead_band_counts.saturating_add(1), law.ki_dt),
-            (true, _) => (settings.dead_band_counts.saturating_add(1), Term::ZERO),
+        let settings = &self.settings;
+        self.band = match stands {
+            true => settings
+                .dead_band_counts
+                .saturating_add(1)
+                .min(settings.near()),
+            false => 0,
+        };
+        self.usual_sizes = match self.begin {
+            Begin::GoingOn => settings.near().wrapping_sub(self.band),
+            _ => 0,
+        };
+        self.ki_dt_mantissa = match stands && settings.hold_integral != 0 {
+            true => 0,
+            false => settings.ki_dt_mantissa.cast_signed(),
         };
     }
 
@@ -357,7 +486,7 @@ impl AxisState {
     #[cold]
     #[inline(never)]
     pub(super) fn crossed(&mut self) {
-        self.operands.crossing.turn(&mut self.crossing);
+        self.crossing.turn(&self.settings);
         self.stand_or_move();
     }
 }
@@ -374,9 +503,4 @@ fn counts_per_sample(velocity: i32, fraction_bits: u32) -> Counts {
     } else {
         size
     }
-}
-
-/// Bits that a counter has less than a word.
-const fn bits(counter: u32) -> u32 {
-    u32::BITS.wrapping_sub(counter)
 }

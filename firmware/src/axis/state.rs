@@ -2,14 +2,14 @@
 //! read them. Every option is an operand that does nothing where it is off.
 
 use super::Axis;
-use crate::backlash_compensation::{Crossing, CrossingState};
+use crate::backlash_compensation::CrossingState;
 use crate::dac::Codes;
-use crate::faults::{Fault, FaultCause, FaultLatch, FaultValues};
-use crate::law::{Begin, LawState, Operands, term::Term};
+use crate::faults::Fault;
+use crate::law::{Begin, LawState};
 use crate::output::Output;
 use crate::position::Counter;
 use crate::reference::Stretch;
-use crate::settings::{Settings, Unfit};
+use crate::settings::{MOST, Settings, Unfit};
 use crate::states::{Event, Refused, State};
 use crate::wide;
 
@@ -19,20 +19,24 @@ use crate::wide;
 pub struct AxisState {
     // What every sample needs comes first, where the smallest processors reach
     // it with one instruction.
-    /// True where the next sample is not a usual one: without power, or without
-    /// a reading before.
-    pub(super) rare: bool,
+    /// False where the next sample is not a usual one: without power, without a
+    /// reading before, or with a random rounding.
+    pub(super) usual: bool,
     pub(super) state: State,
-    /// Memory that the next sample of the law begins with, where it does not go
-    /// on from the one before.
-    pub(super) begin: Option<Begin>,
-    /// Errors below this count as 0 for `Kp` and `Ki` \[counts\]; 0 while it moves.
+    /// Memory that the next sample of the law begins with.
+    pub(super) begin: Begin,
+    /// True if the axis was enabled since the last sample.
+    pub(super) position_to_hold: bool,
+    /// Sizes of `e` from [`Self::band`] on that are usual ones \[counts\].
+    pub(super) usual_sizes: u32,
+    /// Changes of the motor's count beyond this one are looked at \[counts\].
+    pub(super) jump: u32,
+    /// Usual errors below this count as 0 for `Kp` and `Ki` \[counts\]; 0 while it moves.
     pub(super) band: u32,
-    /// `Ki·Δt`, 0 while the integral is held.
-    pub(super) ki_dt: Term,
-    /// Number of the tick that comes next.
-    pub(super) expected: u64,
-    pub(super) motor: Counter,
+    /// Of `Ki·Δt`, 0 while the integral is held.
+    pub(super) ki_dt_mantissa: i32,
+    /// Largest step of the code, or [`TAKE_OVER`].
+    pub(super) slew: u32,
     /// The last setpoint, without the backlash compensation \[counts, modulo 2^32\].
     pub(super) setpoint: i32,
     /// `e` of the last sample \[counts\].
@@ -43,61 +47,78 @@ pub struct AxisState {
     pub(super) still: u32,
     /// Samples in a row with the output at a limit.
     pub(super) saturated: u32,
+    /// Samples of the command's stretch that are to come.
+    pub(super) left: u32,
+    pub(super) motor: Counter,
+    /// Number of the tick that comes next.
+    pub(super) expected: u64,
     pub(super) law: LawState,
     /// The command, at the last sample.
     pub(super) motion: Stretch,
-    /// Samples of its stretch that are to come.
-    pub(super) left: u32,
     pub(super) crossing: CrossingState,
-    pub(super) operands: AxisOperands,
+    pub(super) output: Output,
+    pub(super) settings: Settings,
     // What rare samples need.
     pub(super) load: Counter,
     /// True from the first tick on.
     pub(super) ticked: bool,
-    /// True if the axis was enabled since the last sample.
-    pub(super) position_to_hold: bool,
-    pub(super) latch: FaultLatch,
+    /// True if a check has tripped in this sample.
+    pub(super) tripped: bool,
+    /// The fault that is latched, or of this sample's trip.
+    pub(super) fault: Fault,
 }
 
-/// Settings as the samples read them: their words, and what is made of them once.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(C)]
-pub(super) struct AxisOperands {
-    pub(super) law: Operands,
-    pub(super) output: Output,
-    pub(super) crossing: Crossing,
-    pub(super) settings: Settings,
-}
+/// The whole of an axis is small enough for the smallest chips.
+const _: () = assert!(size_of::<AxisState>() == 504, "an axis: 504 bytes");
 
-impl AxisOperands {
-    /// Settings whose law has been accepted.
-    fn new(settings: &Settings, law: Operands) -> Self {
-        Self {
-            law,
-            output: Output::of(settings),
-            crossing: Crossing::of(settings),
-            settings: *settings,
-        }
-    }
-
-    fn of(axis: &Axis) -> Self {
-        Self::new(&Settings::of(axis), axis.law.operands)
-    }
-
-    /// Settings that came from elsewhere.
-    fn checked(settings: &Settings) -> Result<Self, Unfit> {
-        settings.operands().map(|law| Self::new(settings, law))
+impl Settings {
+    /// The smallest error that is not a usual one \[counts\].
+    pub(super) fn near(&self) -> u32 {
+        let most = self.error_limit_counts.min(self.following_error_counts);
+        most.saturating_add(1)
     }
 }
 
-/// The whole of an axis is small enough for the smallest chips, on which each of
-/// its terms has two forms.
-const _: () = assert!(size_of::<AxisState>() <= 832, "an axis: 832 bytes");
+/// In the place of a slew limit: no code can be reached, so that the output goes
+/// on from the one in force. Twice it is 0 in 32 bits.
+pub(super) const TAKE_OVER: u32 = 1 << 31;
 
 impl AxisState {
+    /// An axis that has not been started, all zeros: it stays disabled.
+    pub const START: Self = Self {
+        usual: false,
+        state: State::Disabled,
+        begin: Begin::GoingOn,
+        position_to_hold: false,
+        usual_sizes: 0,
+        jump: 0,
+        band: 0,
+        ki_dt_mantissa: 0,
+        slew: 0,
+        setpoint: 0,
+        error: 0,
+        peak: 0,
+        still: 0,
+        saturated: 0,
+        left: 0,
+        motor: Counter::UNKNOWN,
+        expected: 0,
+        law: LawState::ZERO,
+        motion: Stretch::ZERO,
+        crossing: CrossingState::CENTRED,
+        output: Output::ZERO,
+        settings: Settings::ZERO,
+        load: Counter::UNKNOWN,
+        ticked: false,
+        tripped: false,
+        fault: Fault::ZERO,
+    };
+
     /// Before the first sample: disabled, code 0.
     pub fn start(axis: &Axis) -> Self {
-        Self::with(AxisOperands::of(axis))
+        let mut state = Self::START;
+        state.restart(&Settings::of(axis));
+        state
     }
 
     /// The same with settings that came from elsewhere.
@@ -105,33 +126,38 @@ impl AxisState {
     /// # Errors
     /// The first word that is not accepted ([`Settings::check`]).
     pub fn start_with(settings: &Settings) -> Result<Self, Unfit> {
-        AxisOperands::checked(settings).map(Self::with)
+        let mut state = Self::START;
+        state.start_in_place(settings)?;
+        Ok(state)
     }
 
-    fn with(operands: AxisOperands) -> Self {
-        Self {
-            rare: true,
-            state: State::Disabled,
-            begin: Some(Begin::AtRest),
-            band: 0,
-            ki_dt: operands.law.ki_dt,
-            expected: 0,
-            motor: Counter::default(),
-            setpoint: 0,
-            error: 0,
-            peak: 0,
-            still: 0,
-            saturated: 0,
-            law: LawState::start(&operands.output),
-            motion: Stretch::default(),
-            left: 0,
-            crossing: CrossingState::default(),
-            operands,
-            load: Counter::default(),
-            ticked: false,
-            position_to_hold: false,
-            latch: FaultLatch::default(),
-        }
+    /// The same in memory that is there already.
+    ///
+    /// # Errors
+    /// The first word that is not accepted; nothing has changed then.
+    pub fn start_in_place(&mut self, settings: &Settings) -> Result<(), Unfit> {
+        settings.check()?;
+        self.restart(settings);
+        Ok(())
+    }
+
+    fn restart(&mut self, settings: &Settings) {
+        *self = Self::START;
+        self.set(settings);
+        self.begins(Begin::AtRest);
+        self.law = LawState::start(&self.output);
+    }
+
+    fn set(&mut self, settings: &Settings) {
+        self.settings = *settings;
+        self.output = Output::of(settings);
+        self.slew = self.output.slew();
+        let takes = match settings.derivative_of_measurement {
+            0 => MOST,
+            _ => settings.difference_limit_counts,
+        };
+        self.jump = settings.largest_jump_counts.min(takes);
+        self.stand_or_move();
     }
 
     /// Asks for another state; it acts from the next sample on.
@@ -144,16 +170,21 @@ impl AxisState {
         match event {
             Event::Enable => {
                 self.position_to_hold = true;
+                self.begins(Begin::FromCode);
+                self.crossing = CrossingState::CENTRED;
                 // Samples in a row: those before the power went off do not count.
                 self.still = 0;
                 self.saturated = 0;
             }
             Event::Reset => {
-                self.latch.clear();
                 // A counter that never came back starts anew; the axis has
                 // to be homed.
                 self.motor.reset();
                 self.load.reset();
+            }
+            // In the same breath as it was enabled, from rest.
+            Event::Start if self.position_to_hold && self.law.code() == 0 => {
+                self.begins(Begin::AtRest);
             }
             Event::Disable | Event::Start => {}
             // A fault without its record, a motion that ends where its source
@@ -169,19 +200,24 @@ impl AxisState {
         Ok(next)
     }
 
+    /// Begins the law's next sample so.
+    fn begins(&mut self, begin: Begin) {
+        self.begin = begin;
+        self.usual_sizes = 0;
+    }
+
     /// Takes a state: the command of the one before has ended.
     pub(super) fn enter(&mut self, state: State) {
         self.state = state;
         self.left = 0;
         self.stand_or_move();
-        self.rare = !(state.is_powered() && self.motor.known) || self.operands.output.dithers();
+        self.usual = state.is_powered() && self.motor.known && !self.output.dithers();
     }
 
     /// Takes other settings from the next sample on: the output goes on from
     /// where it stands, whatever the gains are.
     pub fn change(&mut self, axis: &Axis) {
-        self.operands = AxisOperands::of(axis);
-        self.gains_changed();
+        self.take_on(&Settings::of(axis));
     }
 
     /// The same with settings that came from elsewhere.
@@ -189,19 +225,19 @@ impl AxisState {
     /// # Errors
     /// The first word that is not accepted; nothing has changed then.
     pub fn change_to(&mut self, settings: &Settings) -> Result<(), Unfit> {
-        self.operands = AxisOperands::checked(settings)?;
-        self.gains_changed();
+        settings.check()?;
+        self.take_on(settings);
         Ok(())
     }
 
-    fn gains_changed(&mut self) {
-        self.stand_or_move();
-        self.law.begin_rounding(self.operands.output.dac());
-        self.rare |= self.operands.output.dithers();
-        self.begin = Some(match self.begin {
-            Some(Begin::AtRest | Begin::FromCode) => Begin::FromCode,
-            Some(Begin::OtherGains) | None => Begin::OtherGains,
+    fn take_on(&mut self, settings: &Settings) {
+        self.set(settings);
+        self.begins(match self.begin {
+            Begin::AtRest | Begin::FromCode => Begin::FromCode,
+            Begin::OtherGains | Begin::GoingOn => Begin::OtherGains,
         });
+        self.law.begin_rounding(self.output.dac());
+        self.usual &= !self.output.dithers();
     }
 
     /// Registers of the last good readings of the encoders, for a sample whose
@@ -225,7 +261,10 @@ impl AxisState {
 
     /// The fault that is latched.
     pub const fn fault(&self) -> Option<&Fault> {
-        self.latch.get()
+        match self.state {
+            State::Fault => Some(&self.fault),
+            _ => None,
+        }
     }
 
     /// Largest `|e|` under power since the start or the last reset of the peak
@@ -243,23 +282,11 @@ impl AxisState {
     /// declared range.
     pub const fn takes_ahead(&self, ahead: Codes) -> bool {
         let whole = wide::upper(ahead.to_bits()).unsigned_abs();
-        whole <= self.operands.settings.ahead_limit_codes
+        whole <= self.settings.ahead_limit_codes
     }
 
     /// Memory of the law.
     pub const fn law(&self) -> &LawState {
         &self.law
-    }
-
-    /// Keeps the first fault and ends in its state, with the safe output.
-    pub(super) fn fail(&mut self, tick: u64, values: FaultValues, cause: FaultCause) -> i32 {
-        self.latch.trip(Fault {
-            cause,
-            tick,
-            values,
-        });
-        // Any state ends in the fault; the table has no refusal for it.
-        self.enter(State::Fault);
-        self.law.safe()
     }
 }

@@ -3,11 +3,10 @@
 
 use super::rare::Done;
 use super::{AxisOutput, AxisState, Inputs};
-use crate::backlash_compensation::Crossing;
 use crate::counts;
 use crate::dac::Codes;
-use crate::faults::{FaultCause, Trip};
-use crate::law::LawInput;
+use crate::law::term::Term;
+use crate::law::{self, Begin};
 use crate::position::signed;
 use crate::reference::SetpointSource;
 
@@ -29,57 +28,60 @@ impl AxisState {
     #[inline]
     fn sample(&mut self, inputs: &Inputs, source: &mut impl SetpointSource) -> i32 {
         // 1. Whether it is a usual sample
-        if u64::from(self.rare | inputs.trips()) | (inputs.tick ^ self.expected) != 0
-            && let Some(code) = self.prepare(inputs, source)
+        let reported = u32::from(inputs.emergency_stop) | inputs.failed_transfers;
+        let unusual = reported | u32::from(!self.usual);
+        if u64::from(unusual) | (inputs.tick ^ self.expected) != 0 && !self.prepare(inputs, source)
         {
-            return code;
+            return self.law.code();
         }
         self.expected = inputs.tick.wrapping_add(1);
 
         // 2. c ← c + d                                                 [counts]
+        let register = inputs.motor_register;
         let difference = signed(
-            inputs
-                .motor_register
-                .wrapping_sub(self.motor.position.cast_unsigned()),
-            u32::BITS.wrapping_sub(self.operands.settings.counter_bits),
+            register.wrapping_sub(self.motor.position.cast_unsigned()),
+            u32::BITS.wrapping_sub(self.settings.counter_bits),
         );
-        if difference.unsigned_abs() > self.operands.settings.largest_jump_counts {
-            return self.jumped(inputs, source);
+        let (mut law_moved, jump) = (difference, self.jump);
+        if difference.cast_unsigned().wrapping_add(jump) > jump.wrapping_mul(2) {
+            law_moved = match self.jumped(inputs, source, difference) {
+                Some(held) => held,
+                None => return self.law.code(),
+            };
         }
         self.motor.position = self.motor.position.wrapping_add(difference);
         let (mut position, mut moved) = (self.motor.position, difference);
-        if self.operands.settings.feedback_of_load != 0 {
-            match self.read_load(inputs) {
-                // With two encoders both must move.
-                Ok(0) => moved = 0,
-                Ok(_) => {}
-                Err(trip) => return self.trip(inputs, source, trip, Done::Positions),
+        if self.settings.feedback_of_load != 0 {
+            // With two encoders both must move.
+            if self.read_load(inputs) == 0 {
+                moved = 0;
+            }
+            if self.tripped {
+                return self.trip(inputs, source, Done::Positions);
             }
             position = self.load.position;
         }
-        let code = self.law.code();
-        if moved == 0 && code.unsigned_abs() >= self.operands.settings.encoder_loss_codes {
-            if let Some(lost) = self.stood_still() {
-                return self.trip(inputs, source, lost, Done::Positions);
+        let mut still = 0;
+        if moved == 0 && self.law.code().unsigned_abs() >= self.settings.encoder_loss_codes {
+            still = self.still.saturating_add(1);
+            if still >= self.settings.encoder_loss_samples {
+                return self.lost(inputs, source, still);
             }
-        } else {
-            self.still = 0;
         }
+        self.still = still;
 
         // 3. Reference
         if self.left != 0 {
             self.left = self.left.wrapping_sub(1);
             self.motion.advance();
         } else if !self.next_stretch(inputs, source) {
-            return self.trip(inputs, source, Trip::SETPOINT_UNDERRUN, Done::Reference);
+            return self.trip(inputs, source, Done::Reference);
         }
         let setpoint = self.motion.setpoint();
-        let ahead = self.motion.ahead;
         self.setpoint = setpoint;
-        let crossing = &mut self.crossing;
-        if crossing.left != 0 {
-            Crossing::advance(crossing);
-            if crossing.left == 0 {
+        if self.crossing.left != 0 {
+            self.crossing.advance();
+            if self.crossing.left == 0 {
                 self.crossed();
             }
         }
@@ -89,52 +91,44 @@ impl AxisState {
         self.error = error;
         let size = error.unsigned_abs();
         self.peak = self.peak.max(size);
-        if size > self.operands.settings.following_error_counts
-            && let Some(far) = self.too_far(size)
-        {
-            return self.trip(inputs, source, far, Done::Reference);
+        let (mut e, mut counted) = (error, error);
+        if size.wrapping_sub(self.band) >= self.usual_sizes {
+            if size < self.band && self.begin == Begin::GoingOn {
+                counted = 0;
+            } else {
+                e = match self.far(inputs, source, law_moved) {
+                    Some(held) => held,
+                    None => return self.law.code(),
+                };
+                let stands = self.band != 0;
+                counted = match stands && size <= self.settings.dead_band_counts {
+                    true => 0,
+                    false => e,
+                };
+            }
         }
 
         // 5. Law and output
-        let input = LawInput {
-            error,
-            difference,
-            ahead,
-            within_dead_band: size < self.band,
-            ..LawInput::default()
+        let law_inputs = law::Inputs {
+            e,
+            counted,
+            moved: law_moved,
+            ahead: self.motion.ahead,
+            ki_dt: Term {
+                mantissa: self.ki_dt_mantissa,
+                scale: self.settings.ki_dt_scale.cast_signed(),
+            },
         };
-        let (law, output) = (&self.operands.law, &self.operands.output);
-        let mut takes_over = false;
-        if let Some(begin) = self.begin {
-            self.begin = None;
-            takes_over = law.prepare(&mut self.law, error, difference, begin);
-        }
         let rounding = Codes::from_bits(i64::from(self.law.remainder()));
-        let terms = law.terms(rounding, &mut self.law, &input, self.ki_dt);
-        let code = if takes_over {
-            law.take_over(output, &mut self.law, terms.direct.wrapping_sub(rounding))
-        } else {
-            law.code(output, &mut self.law, terms)
-        };
-        if self.operands.output.dac().is_limit(code) {
-            self.saturated = self.saturated.saturating_add(1);
-            let [samples, limit] = [self.saturated, self.operands.settings.saturation_samples];
-            if samples > limit {
-                let [measured, limit] = [samples, limit].map(i64::from);
-                let trip = Trip::new(FaultCause::SaturationTooLong, measured, limit);
-                return self.trip(inputs, source, trip, Done::Reference);
+        let terms = self.settings.terms(rounding, &mut self.law, law_inputs);
+        let (output, before, slew) = (&self.output, self.law.code(), self.slew);
+        let reaches = |code| output.reaches_within(before, code, slew);
+        match terms.code(output, &mut self.law, reaches) {
+            Some(code) => {
+                self.saturated = 0;
+                code
             }
-        } else {
-            self.saturated = 0;
+            None => self.limited(inputs, source, terms),
         }
-        code
-    }
-}
-
-impl Inputs {
-    /// Tells whether the hardware itself reports a fault.
-    #[inline(always)]
-    fn trips(&self) -> bool {
-        self.emergency_stop | (self.failed_transfers != 0)
     }
 }

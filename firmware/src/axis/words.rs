@@ -1,50 +1,21 @@
-//! An axis' settings as words, and back: the only place that knows both.
+//! An axis' settings as words, and the check of words that come from elsewhere.
+
+use core::mem::offset_of;
 
 use super::{Axis, Feedback};
 use crate::backlash_compensation::{BacklashCompensation, HALF_GAP_MAX, Trigger};
-use crate::dac::Codes;
-use crate::law::term::Term;
-use crate::law::{AntiWindup, Derivative, FilterWords, Operands, words::LARGEST_RATE};
+use crate::law::{FilterWords, term::Term, words::LARGEST_RATE};
 use crate::monitor::FollowingErrorMonitor;
 use crate::output::{Output, Quantiser};
 use crate::position::CounterParameters;
-use crate::settings::{Settings, Unfit};
+use crate::settings::{MOST, Settings, Unfit};
 use crate::wide;
 use crate::word::GainWord;
-
-/// Places of the words that the sum of all terms is refused by.
-mod place {
-    pub(super) const KP: usize = 0;
-    pub(super) const KI_DT: usize = 2;
-    pub(super) const KD_PER_DT: usize = 4;
-    pub(super) const VELOCITY_FF: usize = 6;
-    pub(super) const ACCELERATION_FF: usize = 8;
-    pub(super) const FRICTION_FF: usize = 10;
-    pub(super) const AHEAD_LIMIT: usize = 12;
-    pub(super) const FILTER_FRACTION_BITS: usize = 19;
-    pub(super) const TRACKING: usize = 21;
-    pub(super) const LARGEST_JUMP: usize = 27;
-    pub(super) const LOAD_LARGEST_JUMP: usize = 30;
-}
 
 impl Settings {
     /// The settings of an axis.
     pub const fn of(axis: &Axis) -> Self {
         let (law, output) = (axis.law(), axis.output());
-        let words = law.words();
-        let operands = law.operands();
-        let [smoothing, filter_bits] = match words.filter {
-            Some(filter) => [
-                filter.smoothing.cast_unsigned(),
-                wide::byte(filter.fraction_bits),
-            ],
-            None => [0, 0],
-        };
-        let [anti_windup, tracking] = match words.anti_windup {
-            AntiWindup::None => [0, 0],
-            AntiWindup::Clamp => [1, 0],
-            AntiWindup::BackCalculation { tracking } => [2, tracking.cast_unsigned()],
-        };
         let [quantiser, dither_seed] = match output.quantiser() {
             Quantiser::Nearest => [0, 0],
             Quantiser::ErrorFeedback => [1, 0],
@@ -66,41 +37,17 @@ impl Settings {
             Some(monitor) => monitor.limits(),
             None => (u32::MAX, u32::MAX),
         };
-        let crossing = match axis.backlash_compensation {
-            Some(plan) => plan.words(),
-            None => [0; 5],
-        };
         let [
             half_gap,
             half_samples,
             first_low,
             first_high,
             by_acceleration,
-        ] = crossing;
+        ] = match axis.backlash_compensation {
+            Some(plan) => plan.words(),
+            None => [0; 5],
+        };
         Self {
-            kp_mantissa: words.kp.mantissa.cast_unsigned(),
-            kp_fraction_bits: wide::byte(words.kp.fraction_bits),
-            ki_dt_mantissa: words.ki_dt.mantissa.cast_unsigned(),
-            ki_dt_fraction_bits: wide::byte(words.ki_dt.fraction_bits),
-            kd_per_dt_mantissa: words.kd_per_dt.mantissa.cast_unsigned(),
-            kd_per_dt_fraction_bits: wide::byte(words.kd_per_dt.fraction_bits),
-            velocity_ff_mantissa: words.velocity_ff.mantissa.cast_unsigned(),
-            velocity_ff_fraction_bits: wide::byte(words.velocity_ff.fraction_bits),
-            acceleration_ff_mantissa: words.acceleration_ff.mantissa.cast_unsigned(),
-            acceleration_ff_fraction_bits: wide::byte(words.acceleration_ff.fraction_bits),
-            friction_ff_mantissa: words.friction_ff.mantissa.cast_unsigned(),
-            friction_ff_fraction_bits: wide::byte(words.friction_ff.fraction_bits),
-            ahead_limit_codes: operands.ahead_limit.cast_unsigned(),
-            error_limit_counts: operands.error_limit.cast_unsigned(),
-            difference_limit_counts: operands.difference_limit.cast_unsigned(),
-            difference_is_declared: flag(operands.difference_is_declared),
-            integral_range_codes: operands.integral_range.cast_unsigned(),
-            derivative_of_measurement: flag(matches!(words.derivative, Derivative::Measurement)),
-            filter_smoothing: smoothing,
-            filter_fraction_bits: filter_bits,
-            anti_windup,
-            tracking,
-            dac_bits: law.dac().bits(),
             slew_codes: output.slew(),
             quantiser,
             dither_seed,
@@ -127,157 +74,120 @@ impl Settings {
             crossing_first_low: first_low,
             crossing_first_high: first_high,
             flank_of_acceleration: by_acceleration,
+            ..law.settings
         }
     }
 
-    /// Checks each word against its range, and the sum of all terms.
+    /// Checks each word against its range, and all terms together.
     ///
     /// # Errors
     /// The first word that is not accepted.
+    #[inline(never)]
     pub fn check(&self) -> Result<(), Unfit> {
-        self.operands().map(|_| ())
-    }
-
-    /// The law as the samples read it, of checked words.
-    pub(crate) fn operands(&self) -> Result<Operands, Unfit> {
         for (place, (word, [least, most])) in self.to_words().iter().zip(Self::RANGES).enumerate() {
             if *word < least || *word > most {
                 return Err(Unfit::at(place));
             }
         }
-        Operands::of(self)
+        self.check_terms()?;
+        if self.anti_windup == 2 && self.tracking == 0 {
+            return Err(unfit(offset_of!(Self, tracking)));
+        }
+        let jumps = [
+            (
+                offset_of!(Self, largest_jump_counts),
+                self.counter_bits,
+                self.largest_jump_counts,
+            ),
+            (
+                offset_of!(Self, load_largest_jump_counts),
+                self.load_counter_bits,
+                self.load_largest_jump_counts,
+            ),
+        ];
+        for (offset, bits, jump) in jumps {
+            // Half a wheel is no motion.
+            if jump != u32::MAX && jump.wrapping_shr(bits.wrapping_sub(1)) != 0 {
+                return Err(unfit(offset));
+            }
+        }
+        Ok(())
+    }
+
+    /// `T + R ≤ 2^30` codes, and 31 bits of each factor.
+    fn check_terms(&self) -> Result<(), Unfit> {
+        let filtered = self.filter_smoothing != 0;
+        let differences = self.difference_limit_counts;
+        // D·2^h + 1 units of a filtered difference.
+        let units = if filtered {
+            differences
+                .saturating_mul(self.filter_scale)
+                .saturating_add(1)
+        } else {
+            differences
+        };
+        if filtered && units > FilterWords::LARGEST_DIFFERENCE.saturating_add(1) {
+            return Err(unfit(offset_of!(Self, filter_scale)));
+        }
+        let errors = self.error_limit_counts;
+        let direct = [
+            (offset_of!(Self, kp_mantissa), self.kp(), errors),
+            (offset_of!(Self, ki_dt_mantissa), self.ki_dt(), errors),
+            (
+                offset_of!(Self, kd_per_dt_mantissa),
+                self.kd_per_dt(),
+                units,
+            ),
+        ];
+        let rates = [
+            (
+                offset_of!(Self, velocity_ff_mantissa),
+                self.velocity_ff(),
+                LARGEST_RATE,
+            ),
+            (
+                offset_of!(Self, acceleration_ff_mantissa),
+                self.acceleration_ff(),
+                LARGEST_RATE,
+            ),
+            (
+                offset_of!(Self, friction_ff_mantissa),
+                self.friction_ff(),
+                1,
+            ),
+        ];
+        let range = 1_u32.wrapping_shl(self.dac_bits.wrapping_sub(1));
+        let total = added(wide::word(range).wrapping_shl(32), &direct)?;
+        // A source may put its own feed-forward in the place of these three.
+        let ahead = wide::word(self.ahead_limit_codes).wrapping_shl(32);
+        if total.saturating_add(ahead) > MOST_TERMS {
+            return Err(unfit(offset_of!(Self, ahead_limit_codes)));
+        }
+        added(total, &rates).map(|_| ())
     }
 }
 
 /// 2^30 codes.
 const MOST_TERMS: u64 = 1 << 62;
 
-/// Terms of the law, checked together.
-impl Operands {
-    fn of(settings: &Settings) -> Result<Self, Unfit> {
-        let mut total = wide::word(1 << settings.dac_bits.wrapping_sub(1)).wrapping_shl(32);
-        // T + R ≤ 2^30 codes
-        let mut aligned = |place: usize, mantissa: u32, bits: u32, limit: u32| {
-            let [fraction_bits, ..] = bits.to_le_bytes();
-            let word = GainWord::new(mantissa.cast_signed(), fraction_bits);
-            let term = Term::align(word, limit).ok_or(Unfit::at(place))?;
-            total = total.saturating_add(term.largest(limit));
-            if total > MOST_TERMS {
-                return Err(Unfit::at(place));
-            }
-            Ok(term)
-        };
-        let s = settings;
-        let errors = s.error_limit_counts;
-        let kp = aligned(place::KP, s.kp_mantissa, s.kp_fraction_bits, errors)?;
-        let ki_dt = aligned(
-            place::KI_DT,
-            s.ki_dt_mantissa,
-            s.ki_dt_fraction_bits,
-            errors,
-        )?;
-        let finer = match s.filter_smoothing {
-            0 => 0,
-            _ => s.filter_fraction_bits,
-        };
-        let differences = s.difference_limit_counts;
-        // D·2^h + 1 units of a filtered difference.
-        let units = match s.filter_smoothing {
-            0 => differences,
-            _ if differences.leading_zeros() <= finer => return Err(Unfit::at(place::KD_PER_DT)),
-            _ => differences.wrapping_shl(finer).saturating_add(1),
-        };
-        if s.filter_smoothing != 0 && units > FilterWords::LARGEST_DIFFERENCE.saturating_add(1) {
-            return Err(Unfit::at(place::FILTER_FRACTION_BITS));
+/// The sum with terms of integers up to their limits.
+#[inline(never)]
+fn added(mut total: u64, terms: &[(usize, Term, u32)]) -> Result<u64, Unfit> {
+    for (offset, term, limit) in terms {
+        let units = wide::product(*limit, term.scale.cast_unsigned());
+        let units = wide::narrowed(units).filter(|units| *units <= MOST);
+        let units = units.ok_or(unfit(*offset))?;
+        total = total.saturating_add(wide::product(term.mantissa.cast_unsigned(), units));
+        if total > MOST_TERMS {
+            return Err(unfit(*offset));
         }
-        let kd_bits = s.kd_per_dt_fraction_bits.wrapping_add(finer);
-        let kd_per_dt = aligned(place::KD_PER_DT, s.kd_per_dt_mantissa, kd_bits, units)?;
-        let rate = LARGEST_RATE;
-        let velocity = aligned(
-            place::VELOCITY_FF,
-            s.velocity_ff_mantissa,
-            s.velocity_ff_fraction_bits,
-            rate,
-        )?;
-        let acceleration = aligned(
-            place::ACCELERATION_FF,
-            s.acceleration_ff_mantissa,
-            s.acceleration_ff_fraction_bits,
-            rate,
-        )?;
-        let friction = aligned(
-            place::FRICTION_FF,
-            s.friction_ff_mantissa,
-            s.friction_ff_fraction_bits,
-            1,
-        )?;
-        // A source may put its own feed-forward in the place of these three.
-        let rates = [
-            velocity.largest(rate),
-            acceleration.largest(rate),
-            friction.largest(1),
-        ];
-        let others = rates
-            .iter()
-            .fold(total, |sum, term| sum.saturating_sub(*term));
-        let ahead = wide::word(s.ahead_limit_codes).wrapping_shl(32);
-        if others.saturating_add(ahead) > MOST_TERMS {
-            return Err(Unfit::at(place::AHEAD_LIMIT));
-        }
-        if s.anti_windup == 2 && s.tracking == 0 {
-            return Err(Unfit::at(place::TRACKING));
-        }
-        let jumps = [
-            (place::LARGEST_JUMP, s.counter_bits, s.largest_jump_counts),
-            (
-                place::LOAD_LARGEST_JUMP,
-                s.load_counter_bits,
-                s.load_largest_jump_counts,
-            ),
-        ];
-        for (place, bits, jump) in jumps {
-            // Half a wheel is no motion.
-            let half = 1_u32.wrapping_shl(bits.wrapping_sub(1));
-            if jump != u32::MAX && jump >= half {
-                return Err(Unfit::at(place));
-            }
-        }
-        let measured = s.derivative_of_measurement == 1;
-        Ok(Self {
-            error_limit: errors.cast_signed(),
-            difference_limit: differences.cast_signed(),
-            kp,
-            ki_dt,
-            kd_per_dt: if measured {
-                kd_per_dt.negated()
-            } else {
-                kd_per_dt
-            },
-            derivative: if measured {
-                Derivative::Measurement
-            } else {
-                Derivative::Error
-            },
-            feeds_forward: !(velocity.is_zero() && acceleration.is_zero() && friction.is_zero()),
-            difference_is_declared: s.difference_is_declared == 1,
-            filter: (s.filter_smoothing != 0).then_some(FilterWords {
-                smoothing: s.filter_smoothing.cast_signed(),
-                fraction_bits: wide::lowest_byte(finer),
-            }),
-            velocity,
-            acceleration,
-            friction: Codes::from_bits(friction.largest(1).cast_signed()),
-            ahead_limit: s.ahead_limit_codes.cast_signed(),
-            anti_windup: match s.anti_windup {
-                0 => AntiWindup::None,
-                1 => AntiWindup::Clamp,
-                _ => AntiWindup::BackCalculation {
-                    tracking: s.tracking.cast_signed(),
-                },
-            },
-            integral_range: s.integral_range_codes.cast_signed(),
-        })
     }
+    Ok(total)
+}
+
+/// The word at an offset of the structure.
+const fn unfit(offset: usize) -> Unfit {
+    Unfit::at(offset.wrapping_shr(2))
 }
 
 const fn flag(set: bool) -> u32 {

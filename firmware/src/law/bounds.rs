@@ -4,10 +4,11 @@
 use super::filter::FilterWords;
 use super::term::{FRACTION_BITS, Term};
 use super::words::{AntiWindup, Derivative, LARGEST_RATE, LawWords};
-use super::{Largest, Law, Operands};
+use super::{Largest, Law};
 use crate::counts::ErrorRange;
-use crate::dac::{Codes, Dac};
+use crate::dac::Dac;
 use crate::refusal::{Refusal, What, accepted};
+use crate::settings::Settings;
 use crate::wide;
 use crate::word::{GainWord, Part, power_of_two_or_most};
 
@@ -29,11 +30,6 @@ impl Law {
     }
 }
 
-impl Operands {
-    /// Largest magnitude of the integral \[codes\].
-    pub(super) const INTEGRAL_MOST: i32 = 1 << 30;
-}
-
 impl LawWords {
     /// Checks every demand of [`super::words`] for the converter `dac`. Inlined
     /// with all that it calls once: an image that drops a refusal then makes none,
@@ -50,7 +46,8 @@ impl LawWords {
         let ki_dt = accepted!(self.term(Part::Integral, self.ki_dt, errors, 0));
         let velocity = accepted!(self.rate(Part::Velocity, self.velocity_ff));
         let acceleration = accepted!(self.rate(Part::Acceleration, self.acceleration_ff));
-        let friction = accepted!(self.term(Part::Friction, self.friction_ff, 1, 5)).largest(1);
+        let friction_term = accepted!(self.term(Part::Friction, self.friction_ff, 1, 5));
+        let friction = friction_term.largest(1);
 
         // Everything but the derivative and the integral
         let code_range = codes(dac.min_code().unsigned_abs());
@@ -100,37 +97,44 @@ impl LawWords {
             0 => integral_range,
             one_error => one_error.saturating_mul(error_sum_limit),
         };
-        let operands = Operands {
-            error_limit: range.limit(),
-            difference_limit: difference_limit.cast_signed(),
-            kp,
-            ki_dt,
-            kd_per_dt: match self.derivative {
-                Derivative::Error => kd_per_dt,
-                // −(c − c_prev)
-                Derivative::Measurement => kd_per_dt.negated(),
+        let [smoothing, filter_scale] = match self.filter {
+            Some(filter) => [
+                filter.smoothing.cast_unsigned(),
+                1_u32.wrapping_shl(wide::byte(filter.fraction_bits)),
+            ],
+            None => [0, 1],
+        };
+        let [anti_windup, tracking] = match self.anti_windup {
+            AntiWindup::None => [0, 0],
+            AntiWindup::Clamp => [1, 0],
+            AntiWindup::BackCalculation { tracking } => [2, tracking.cast_unsigned()],
+        };
+        // What 2^30 codes leave beside the other terms.
+        let ahead_limit = codes(MOST_CODES)
+            .saturating_sub(all)
+            .saturating_add(total(&[largest.velocity, largest.acceleration, friction]));
+        let settings = Settings {
+            error_limit_counts: errors,
+            difference_limit_counts: difference_limit,
+            derivative_of_measurement: match self.derivative {
+                Derivative::Error => 0,
+                Derivative::Measurement => 1,
             },
-            derivative: self.derivative,
-            feeds_forward: self.velocity_ff.mantissa != 0
-                || self.acceleration_ff.mantissa != 0
-                || self.friction_ff.mantissa != 0,
-            difference_is_declared: !outweighs,
-            filter: self.filter,
-            velocity,
-            acceleration,
-            friction: Codes::from_bits(friction.cast_signed()),
-            // What 2^30 codes leave beside the other terms.
-            ahead_limit: wide::upper(wide::held(
-                codes(MOST_CODES)
-                    .saturating_sub(all)
-                    .saturating_add(total(&[largest.velocity, largest.acceleration, friction])),
-            )),
-            anti_windup: self.anti_windup,
+            difference_is_declared: if outweighs { 0 } else { 1 },
+            filter_smoothing: smoothing,
+            filter_scale,
+            ahead_limit_codes: wide::upper(wide::held(ahead_limit)).cast_unsigned(),
+            anti_windup,
+            tracking,
             // The first whole number of codes beyond.
-            integral_range: wide::upper(wide::held(told)).wrapping_add(1),
+            integral_range_codes: wide::upper(wide::held(told))
+                .wrapping_add(1)
+                .cast_unsigned(),
+            dac_bits: dac.bits(),
+            ..Settings::of_terms([kp, ki_dt, kd_per_dt, velocity, acceleration, friction_term])
         };
         Ok(Law {
-            operands,
+            settings,
             words: *self,
             dac,
             largest,

@@ -7,14 +7,14 @@
 //! the backward-difference form of `1/(T_f·s + 1)`. A recursion in fixed point
 //! must round somewhere, and one that drops what it rounds off stops moving
 //! while `a·(x − v)` is below half a unit: a constant input is then never
-//! reached. So the remainder is kept: the state `W` has 31 fraction bits more
+//! reached. So the remainder is kept: the state `W` has 32 fraction bits more
 //! than the value `v̂` that is fed back,
 //!
 //! ```text
-//! v̂ = round(W·2^−31),   W ← W + A·(x·2^h − v̂),   A = a·2^31        v = W·2^−(31+h)
+//! v̂ = round(W·2^−32),   W ← W + 2·A·(x·2^h − v̂),   A = a·2^31      v = W·2^−(32+h)
 //! ```
 //!
-//! With `r = v̂ − W·2^−31`, `|r| ≤ ½`, the error against the exact recursion
+//! With `r = v̂ − W·2^−32`, `|r| ≤ ½`, the error against the exact recursion
 //! obeys `d ← (1 − a)·d − a·r`, hence `|d| ≤ ½` for ever: the value that goes
 //! into the law is within one unit of `2^−h` counts of the exact filter
 //! (½ from `d`, ½ from rounding `W`), however long it runs and however small
@@ -22,8 +22,10 @@
 //! filter is exactly odd.
 //!
 //! With `|x| ≤ X` and `X·2^h ≤ 2^29`, `|x·2^h − v̂| ≤ 2^30 + 1` and
-//! `|W| ≤ 2^60`: nothing overflows.
+//! `|W| ≤ 2^61`: nothing overflows.
 
+use crate::dac::HALF;
+use crate::settings::Settings;
 use crate::wide;
 
 /// The filter as words.
@@ -49,30 +51,35 @@ impl FilterWords {
     }
 }
 
-/// `W·2^−31` to the nearest integer, halves away from zero.
-#[inline]
+/// `W·2^−32` to the nearest integer, halves away from zero.
+#[inline(always)]
 fn rounded(state: i64) -> i32 {
-    const HALF: i64 = 1 << 30;
+    let (upper, lower) = (wide::upper(state), wide::lower(state).cast_unsigned());
     // Adding ½ and cutting off rounds halves up; one unit less below zero
     // makes that halves away from zero.
-    let biased = state
-        .wrapping_add(HALF)
-        .wrapping_add(state.wrapping_shr(63));
-    // |W| ≤ 2^60, so the quotient has 30 bits: the low word is all of it.
-    wide::lower(biased.wrapping_shr(31))
+    let half = HALF.wrapping_add(upper.wrapping_shr(31).cast_unsigned());
+    let (_, carries) = lower.overflowing_add(half);
+    upper.wrapping_add(i32::from(carries))
 }
 
 /// One sample: the filtered difference \[2^−h counts\] for the difference `x`
 /// \[counts\].
 #[inline(always)]
-pub(crate) fn step(words: FilterWords, state: &mut Filtered, x: i32) -> i32 {
-    let input = x.wrapping_shl(u32::from(words.fraction_bits));
-    let gap = input.wrapping_sub(state.value);
-    state.sum = state
-        .sum
-        .wrapping_add(wide::signed_product(words.smoothing, gap));
+pub(crate) fn step(settings: &Settings, state: &mut Filtered, x: i32) -> i32 {
+    let smoothing = settings.filter_smoothing.cast_signed();
+    let gap = settings.filtered(x).wrapping_sub(state.value);
+    let change = wide::signed_product(smoothing, gap);
+    state.sum = state.sum.wrapping_add(change).wrapping_add(change);
     state.value = rounded(state.sum);
     state.value
+}
+
+impl Settings {
+    /// `x·2^h` \[2^−h counts\].
+    #[inline(always)]
+    fn filtered(&self, x: i32) -> i32 {
+        x.wrapping_mul(self.filter_scale.cast_signed())
+    }
 }
 
 /// Memory of the filter.
@@ -88,26 +95,20 @@ pub(crate) struct Filtered {
 impl Filtered {
     pub(crate) const ZERO: Self = Self { sum: 0, value: 0 };
 
-    /// That has settled at the difference `x` \[counts\], held at `most`.
-    pub(crate) fn settled(words: FilterWords, x: i32) -> Self {
-        Self::of(settled(words, x))
-    }
-
-    /// Keeps it within what has settled at differences up to `most` \[counts\].
-    pub(crate) fn hold(&mut self, words: FilterWords, most: i32) {
-        let most = settled(words, most);
-        *self = Self::of(self.sum.min(most).max(most.wrapping_neg()));
-    }
-
-    fn of(sum: i64) -> Self {
-        let value = rounded(sum);
+    /// That has settled at the difference `x` \[counts\].
+    pub(crate) fn settled(settings: &Settings, x: i32) -> Self {
+        let value = settings.filtered(x);
+        let sum = i64::from(value).wrapping_shl(32);
         Self { sum, value }
     }
-}
 
-/// The state that has settled at the difference `x` \[counts\].
-fn settled(words: FilterWords, x: i32) -> i64 {
-    i64::from(x.wrapping_shl(u32::from(words.fraction_bits))).wrapping_shl(31)
+    /// Keeps it within what has settled at the largest difference.
+    pub(crate) fn hold(&mut self, settings: &Settings) {
+        let most = settings.difference_limit_counts.cast_signed();
+        let most = Self::settled(settings, most).sum;
+        self.sum = self.sum.min(most).max(most.wrapping_neg());
+        self.value = rounded(self.sum);
+    }
 }
 
 #[cfg(test)]
@@ -120,13 +121,21 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
+    fn words(smoothing: i32, fraction_bits: u8) -> Settings {
+        Settings {
+            filter_smoothing: smoothing.cast_unsigned(),
+            filter_scale: 1 << fraction_bits,
+            ..Settings::OFF
+        }
+    }
+
     #[test]
     fn rounding_is_to_nearest_and_odd() {
         for (halves, nearest) in [(0, 0), (1, 1), (2, 1), (3, 2), (5, 3)] {
-            assert_eq!(rounded(halves << 30), nearest);
-            assert_eq!(rounded(-(halves << 30)), -nearest);
+            assert_eq!(rounded(halves << 31), nearest);
+            assert_eq!(rounded(-(halves << 31)), -nearest);
             assert_eq!(
-                rounded((halves << 30) - 1),
+                rounded((halves << 31) - 1),
                 nearest - i32::from(halves % 2 == 1)
             );
         }
@@ -154,13 +163,13 @@ mod tests {
             ),
             repeat in 1..50_usize,
         ) {
-            let words = FilterWords { smoothing, fraction_bits };
+            let words = words(smoothing, fraction_bits);
             let (mut wide, mut mirrored, mut exact) = (Filtered::ZERO, Filtered::ZERO, 0_i128);
             for &input in inputs.iter().cycle().take(inputs.len() * repeat) {
                 // To the largest difference, both ends included.
                 let x = wide::lower(input >> (fraction_bits + 2));
-                let v = step(words, &mut wide, x);
-                prop_assert_eq!(step(words, &mut mirrored, -x), -v);
+                let v = step(&words, &mut wide, x);
+                prop_assert_eq!(step(&words, &mut mirrored, -x), -v);
                 let gap = (i128::from(x) << (fraction_bits + 60)) - exact;
                 exact += (i128::from(smoothing) * gap) >> 31;
                 let apart = (i128::from(v) << 60) - exact;
@@ -174,14 +183,11 @@ mod tests {
         // a = 10^−5, input 1 count with 4 fraction bits: a·(x − v) is far
         // below half a unit from the start.
         let smoothing = 21_475;
-        let words = FilterWords {
-            smoothing,
-            fraction_bits: 4,
-        };
+        let words = words(smoothing, 4);
         let mut wide = Filtered::ZERO;
         let mut last = 0;
         for _ in 0..1_500_000 {
-            last = step(words, &mut wide, 1);
+            last = step(&words, &mut wide, 1);
         }
         assert_eq!(last, 16);
         // Contrast: the same recursion that rounds its state.
@@ -194,12 +200,9 @@ mod tests {
 
     #[test]
     fn settled_is_where_a_constant_input_ends() {
-        let words = FilterWords {
-            smoothing: 1 << 29,
-            fraction_bits: 10,
-        };
-        let mut wide = Filtered::settled(words, -37);
-        assert_eq!(step(words, &mut wide, -37), -37 << 10);
-        assert_eq!(wide, Filtered::settled(words, -37));
+        let words = words(1 << 29, 10);
+        let mut wide = Filtered::settled(&words, -37);
+        assert_eq!(step(&words, &mut wide, -37), -37 << 10);
+        assert_eq!(wide, Filtered::settled(&words, -37));
     }
 }

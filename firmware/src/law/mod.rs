@@ -28,7 +28,7 @@
 //! # Wind-up
 //!
 //! What the output cannot give is `x` codes, a whole number: beyond the
-//! converter's range, cut by the slew limit ([`crate::output::Window`]), of a sum
+//! converter's range, cut by the slew limit ([`crate::output`]), of a sum
 //! that contains the feed-forward. [`AntiWindup::Clamp`] refuses the part of the
 //! integral's step that would push the sum further out: a step of `x` codes or
 //! more ends in the last code, a smaller one is not made. (Refusing every step
@@ -52,11 +52,12 @@ pub mod words;
 pub use crate::word::Part;
 pub use filter::FilterWords;
 use filter::Filtered;
+pub(crate) use step::Inputs;
 pub use words::{AntiWindup, Derivative, LawWords};
 
 use crate::dac::{Codes, Dac, HALF};
 use crate::output::Output;
-use term::Term;
+use crate::settings::Settings;
 
 /// The law with accepted words. Immutable; its memory is [`LawState`].
 ///
@@ -123,43 +124,14 @@ use term::Term;
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Law {
-    pub(crate) operands: Operands,
+    /// Words that its samples read; those of no concern to it are off.
+    pub(crate) settings: Settings,
     words: LawWords,
     /// The converter that the words were accepted for.
     dac: Dac,
     largest: Largest,
     /// `S` \[counts\].
     error_sum_limit: u64,
-}
-
-/// A law as its samples read it.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[repr(C)]
-pub(crate) struct Operands {
-    // What every sample needs comes first, where the smallest processors reach
-    // it with one instruction.
-    /// `E` \[counts\].
-    pub(crate) error_limit: i32,
-    /// `D` \[counts\].
-    pub(crate) difference_limit: i32,
-    pub(crate) kp: Term,
-    pub(crate) ki_dt: Term,
-    pub(crate) kd_per_dt: Term,
-    pub(crate) derivative: Derivative,
-    /// True if any feed-forward is not zero.
-    pub(crate) feeds_forward: bool,
-    /// True if `D` does not outweigh the other terms.
-    pub(crate) difference_is_declared: bool,
-    pub(crate) filter: Option<FilterWords>,
-    pub(crate) velocity: Term,
-    pub(crate) acceleration: Term,
-    /// \[codes\].
-    pub(crate) friction: Codes,
-    /// Largest feed-forward of a source that computes it itself \[codes\].
-    pub(crate) ahead_limit: i32,
-    pub(crate) anti_windup: AntiWindup,
-    /// The first whole number of codes beyond `(Ki·Δt)·S`.
-    pub(crate) integral_range: i32,
 }
 
 /// Largest magnitudes of the terms over the declared ranges \[2^−32 codes\].
@@ -180,10 +152,6 @@ impl Law {
         self.dac
     }
 
-    pub(crate) const fn operands(&self) -> &Operands {
-        &self.operands
-    }
-
     /// The words that were accepted.
     pub const fn words(&self) -> &LawWords {
         &self.words
@@ -191,7 +159,7 @@ impl Law {
 
     /// `E`: errors up to this size are within the declared range \[counts\].
     pub const fn error_limit(&self) -> i32 {
-        self.operands.error_limit
+        self.settings.error_limit_counts.cast_signed()
     }
 
     /// `S`: largest `|Σe|` of the declared range \[counts\].
@@ -201,14 +169,14 @@ impl Law {
 
     /// `D`: differences beyond this one are held here \[counts\].
     pub const fn difference_limit(&self) -> i32 {
-        self.operands.difference_limit
+        self.settings.difference_limit_counts.cast_signed()
     }
 
     /// Tells whether the output is at an end of its range beyond
     /// [`Law::difference_limit`], whatever the other terms are; else that is the
     /// end of a declared range.
     pub const fn difference_outweighs(&self) -> bool {
-        !self.operands.difference_is_declared && !self.operands.kd_per_dt.is_zero()
+        self.settings.difference_is_declared == 0 && self.settings.kd_per_dt_mantissa != 0
     }
 
     /// Largest magnitude of a term over the declared ranges \[2^−32 codes\]; of
@@ -220,7 +188,7 @@ impl Law {
             Part::Derivative => self.largest.derivative,
             Part::Velocity => self.largest.velocity,
             Part::Acceleration => self.largest.acceleration,
-            Part::Friction => self.operands.friction.to_bits().unsigned_abs(),
+            Part::Friction => self.settings.friction_ff().largest(1),
         }
     }
 
@@ -260,9 +228,12 @@ pub struct Terms {
     pub step: Codes,
 }
 
-/// Memory that a sample begins with which does not go on from the one before.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// Memory that a sample begins with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Begin {
+    /// That of the sample before: a usual one.
+    #[default]
+    GoingOn,
     /// None: no error and no difference came before.
     AtRest,
     /// None, but the output goes on from the code in force.
@@ -288,8 +259,8 @@ pub struct LawState {
     random: u32,
     /// The filter's memory.
     filtered: Filtered,
-    /// `h` of the filter whose memory that is, and what it filters.
-    filter_of: Option<(u8, Derivative)>,
+    /// What filter that is of, 0 without a memory ([`step`]).
+    filter_of: u32,
     /// True if a declared range was left since this was last asked.
     left_range: bool,
 }
@@ -305,10 +276,22 @@ impl LawState {
             previous_error: 0,
             random: output.seed(),
             filtered: Filtered::ZERO,
-            filter_of: None,
+            filter_of: 0,
             left_range: false,
         }
     }
+
+    /// All zeros, before it is started.
+    pub(crate) const ZERO: Self = Self {
+        integral: Codes::ZERO,
+        remainder: 0,
+        code: 0,
+        previous_error: 0,
+        random: 0,
+        filtered: Filtered::ZERO,
+        filter_of: 0,
+        left_range: false,
+    };
 
     /// `(Ki·Δt)·Σe` \[codes\].
     pub const fn integral(&self) -> Codes {
@@ -348,7 +331,7 @@ impl LawState {
 
     /// One step towards code 0, for a drive that is switched off in order.
     pub fn towards_zero(&mut self, output: &Output) -> i32 {
-        self.code = output.window(self.code).nearest(0);
+        self.code = output.nearest(self.code, 0);
         self.remainder = HALF;
         self.code
     }

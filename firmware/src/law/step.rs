@@ -2,10 +2,11 @@
 
 use super::filter::Filtered;
 use super::term::Term;
-use super::words::{AntiWindup, Derivative};
-use super::{Begin, Law, LawInput, LawState, Operands, Terms, filter};
+use super::words::LARGEST_RATE;
+use super::{Begin, Law, LawInput, LawState, Terms, filter};
 use crate::dac::{Codes, HALF};
 use crate::output::Output;
+use crate::settings::Settings;
 use crate::wide;
 
 impl Law {
@@ -13,7 +14,13 @@ impl Law {
     #[inline(always)]
     pub fn step(&self, output: &Output, state: &mut LawState, input: &LawInput) -> i32 {
         state.dither(output);
-        self.operands.step(output, state, input)
+        let terms = self.sample(Codes::from_bits(i64::from(state.remainder)), state, input);
+        let before = state.code;
+        let reaches = |code| output.reaches(before, code, output.slew_codes());
+        match terms.code(output, state, reaches) {
+            Some(code) => code,
+            None => self.settings.limit(output, state, terms),
+        }
     }
 
     /// A sample that does not go on from the one before: the first, or one
@@ -26,146 +33,158 @@ impl Law {
         begin: Begin,
     ) -> i32 {
         state.remainder = HALF;
+        let settings = &self.settings;
+        let moved = settings.held_movement(&mut state.clone(), input.difference);
+        if !settings.begin(state, input.error, moved, begin) {
+            return self.step(output, state, input);
+        }
         state.dither(output);
-        self.operands.first(output, state, input, begin)
+        let direct = self.terms(state, input).direct;
+        settings.take_over(output, state, direct)
     }
 
     /// The terms of `y` alone.
     pub fn terms(&self, state: &mut LawState, input: &LawInput) -> Terms {
-        {
-            let ki_dt = self.operands.integrating(input);
-            self.operands.terms(Codes::ZERO, state, input, ki_dt)
-        }
+        self.sample(Codes::ZERO, state, input)
+    }
+
+    /// The terms with `ρ`, of an input within or beyond the declared ranges.
+    #[inline(always)]
+    fn sample(&self, rounding: Codes, state: &mut LawState, input: &LawInput) -> Terms {
+        let settings = &self.settings;
+        // |e| ≤ E                                                     [counts]
+        let e = settings.held_error(state, input.error);
+        let rates = if settings.feeds_forward() {
+            settings.feed_forward(input.velocity, input.acceleration)
+        } else {
+            Codes::ZERO
+        };
+        let ki_dt = if input.hold_integral {
+            Term::ZERO
+        } else {
+            settings.ki_dt()
+        };
+        let inputs = Inputs {
+            e,
+            counted: if input.within_dead_band { 0 } else { e },
+            moved: if settings.derivative_of_measurement != 0 {
+                settings.held_movement(state, input.difference)
+            } else {
+                0
+            },
+            ahead: input.ahead.wrapping_add(rates),
+            ki_dt,
+        };
+        settings.terms(rounding, state, inputs)
     }
 }
 
-impl Operands {
-    /// A first sample, see [`Law::begin`], with the `ρ` of the memory.
-    #[inline(always)]
-    pub(crate) fn first(
-        &self,
-        output: &Output,
-        state: &mut LawState,
-        input: &LawInput,
-        begin: Begin,
-    ) -> i32 {
-        if self.prepare(state, input.error, input.difference, begin) {
-            let terms = self.terms(Codes::ZERO, state, input, self.ki_dt);
-            return self.take_over(output, state, terms.direct);
-        }
-        self.step(output, state, input)
-    }
+/// Inputs of a sample as the law takes them.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Inputs {
+    /// `e` within its range \[counts\].
+    pub(crate) e: i32,
+    /// The same, 0 within the dead band.
+    pub(crate) counted: i32,
+    /// `c − c_prev`, within its range where the derivative is its \[counts\].
+    pub(crate) moved: i32,
+    /// Feed-forward \[codes\].
+    pub(crate) ahead: Codes,
+    /// `Ki·Δt`, 0 while the integral is held.
+    pub(crate) ki_dt: Term,
+}
 
-    /// One sample, see [`Law::step`].
-    #[inline(always)]
-    pub(crate) fn step(&self, output: &Output, state: &mut LawState, input: &LawInput) -> i32 {
-        // ρ                                                            [codes]
-        let rounding = Codes::from_bits(i64::from(state.remainder));
-        let terms = self.terms(rounding, state, input, self.integrating(input));
-        self.code(output, state, terms)
-    }
-
-    /// `Ki·Δt` of a sample.
-    #[inline(always)]
-    fn integrating(&self, input: &LawInput) -> Term {
-        if input.hold_integral {
-            Term::ZERO
-        } else {
-            self.ki_dt
-        }
-    }
-
-    /// The terms of `y`, with `ρ` and `Ki·Δt` of this sample.
+impl Settings {
+    /// The terms of `y`, with `ρ`.
     ///
     /// They are products of words and integers, exact; the sums cannot wrap
     /// ([`super::words`], section Overflow).
     #[inline(always)]
-    pub(crate) fn terms(
-        &self,
-        rounding: Codes,
-        state: &mut LawState,
-        input: &LawInput,
-        ki_dt: Term,
-    ) -> Terms {
-        // |e| ≤ E                                                     [counts]
-        let e = held(input.error, self.error_limit, &mut state.left_range);
+    pub(crate) fn terms(&self, rounding: Codes, state: &mut LawState, inputs: Inputs) -> Terms {
+        let Inputs {
+            e,
+            counted,
+            moved,
+            ahead,
+            ki_dt,
+        } = inputs;
         // δ = e − e_prev  or  −(c − c_prev),  |δ| ≤ D                 [counts]
-        let difference = self.difference(state, input.difference, e);
-        let rate = self.rate(state, difference);
-        let e = if input.within_dead_band { 0 } else { e };
-
-        // ρ + Kp·e + (Kd/Δt)·δ                          eq. 23, 1st and 3rd term
-        let mut direct = rounding
-            .wrapping_add(input.ahead)
-            .wrapping_add(self.kp.times(e))
-            .wrapping_add(self.kd_per_dt.times(rate));
-        // Kv·v + Ka·a + Kf·sign(v)
-        if self.feeds_forward {
-            direct = direct.wrapping_add(self.feed_forward(input.velocity, input.acceleration));
-        }
+        let difference = self.difference(state, e, moved);
+        state.previous_error = e;
+        // δ, filtered where that is asked for                    [2^−h counts]
+        let rate = if self.filter_smoothing == 0 {
+            difference
+        } else {
+            filter::step(self, &mut state.filtered, difference)
+        };
+        // ρ + FF + Kp·e + (Kd/Δt)·δ                     eq. 23, 1st and 3rd term
+        let direct = rounding
+            .wrapping_add(ahead)
+            .wrapping_add(self.kp().times(counted))
+            .wrapping_add(self.kd_per_dt().times(rate));
         // (Ki·Δt)·e
-        let step = ki_dt.times(e);
+        let step = ki_dt.times(counted);
         Terms { direct, step }
     }
 
-    /// The code of a sum: the upper word of `y + ρ`, whose lower one is what
-    /// rounding leaves. One test tells whether the output can give it.
+    /// `e` within its range \[counts\].
     #[inline(always)]
-    pub(crate) fn code(&self, output: &Output, state: &mut LawState, terms: Terms) -> i32 {
-        // I ← I + (Ki·Δt)·e                                   eq. 23, 2nd term
-        let integral = state.integral.wrapping_add(terms.step);
-        // y + ρ                                                        eq. 23
-        let sum = terms.direct.wrapping_add(integral);
-        // floor(y + ρ)                                                 eq. 24
-        let whole = wide::upper(sum.to_bits());
-        if output.reaches(state.code, whole) {
-            state.code = whole;
-            state.integral = integral;
-            state.remainder = output.remainder(wide::lower(sum.to_bits()).cast_unsigned());
-            return whole;
-        }
-        self.limit(output, state, terms.step, whole)
+    pub(crate) fn held_error(&self, state: &mut LawState, error: i32) -> i32 {
+        held(error, self.error_limit_counts, &mut state.left_range)
     }
 
-    /// A sum that the output cannot give, whose code would be `whole`.
+    /// A measured difference within its range \[counts\].
     #[inline(always)]
-    fn limit(&self, output: &Output, state: &mut LawState, step: Codes, whole: i32) -> i32 {
+    pub(crate) fn held_movement(&self, state: &mut LawState, moved: i32) -> i32 {
+        let mut beyond = false;
+        let moved = held(moved, self.difference_limit_counts, &mut beyond);
+        // Where D outweighs everything else, nothing is lost.
+        if beyond && self.difference_is_declared != 0 {
+            state.left_range = true;
+        }
+        moved
+    }
+
+    /// `δ = e − e_prev` or `−(c − c_prev)`, `|δ| ≤ D` \[counts\].
+    #[inline(always)]
+    fn difference(&self, state: &mut LawState, e: i32, moved: i32) -> i32 {
+        if self.derivative_of_measurement != 0 {
+            return moved.wrapping_neg();
+        }
+        // |e| ≤ 2^29, so the difference fits
+        let difference = e.wrapping_sub(state.previous_error);
+        self.held_movement(state, difference)
+    }
+
+    /// A sum that the output cannot give: the nearest code that it can, with the
+    /// integral kept from winding up.
+    #[inline(always)]
+    pub(crate) fn limit(&self, output: &Output, state: &mut LawState, terms: Terms) -> i32 {
         rare();
-        let code = output.window(state.code).nearest(whole);
+        let next = state.integral.wrapping_add(terms.step);
+        let whole = wide::upper(terms.direct.wrapping_add(next).to_bits());
+        let code = output.nearest(state.code, whole);
+        // x, and the integral's step, in whole codes
+        let excess = whole.wrapping_sub(code);
+        let pushes = wide::upper(terms.step.to_bits());
         state.code = code;
-        state.integral = self.limited(state, step, whole.wrapping_sub(code));
         state.remainder = HALF;
-        code
-    }
-
-    /// The integral after a sample whose sum lies `excess` codes beyond what the
-    /// output can give: kept from winding up.
-    #[inline(always)]
-    fn limited(&self, state: &mut LawState, step: Codes, excess: i32) -> Codes {
-        let next = state.integral.wrapping_add(step);
-        if self.ki_dt.is_zero() {
+        state.integral = match self.anti_windup {
             // No gain would ever bring back what is drawn from it here.
-            return next;
-        }
-        // Of the step, in whole codes.
-        let pushes = wide::upper(step.to_bits());
-        match self.anti_windup {
-            AntiWindup::None => self.bounded(next, &mut state.left_range),
+            _ if self.ki_dt_mantissa == 0 => next,
             // Up to the end, and no further out.
-            AntiWindup::Clamp if (pushes.wrapping_sub(excess) ^ excess) >= 0 => {
-                next.wrapping_sub(codes(excess))
-            }
-            AntiWindup::Clamp if (pushes ^ excess) >= 0 => state.integral,
-            AntiWindup::Clamp => next,
+            1 if (pushes.wrapping_sub(excess) ^ excess) >= 0 => next.wrapping_sub(codes(excess)),
+            1 if (pushes ^ excess) >= 0 => state.integral,
+            1 => next,
             // I ← I + (u − y)·Δt/T_t
-            AntiWindup::BackCalculation { tracking } => {
-                let back = wide::signed_product(tracking, excess).wrapping_shl(1);
-                self.bounded(
-                    next.wrapping_sub(Codes::from_bits(back)),
-                    &mut state.left_range,
-                )
+            2 => {
+                let back = wide::signed_product(self.tracking.cast_signed(), excess);
+                let back = Codes::from_bits(back.wrapping_shl(1));
+                self.bounded(next.wrapping_sub(back), &mut state.left_range)
             }
-        }
+            _ => self.bounded(next, &mut state.left_range),
+        };
+        code
     }
 
     /// The integral, kept where no sum can overflow; one beyond its declared range
@@ -175,21 +194,21 @@ impl Operands {
     fn bounded(&self, integral: Codes, left_range: &mut bool) -> Codes {
         // Both ends fill their upper word alone.
         let whole = wide::upper(integral.to_bits());
-        let within = |range: i32| {
-            let above = whole.wrapping_add(range).cast_unsigned();
-            above < range.wrapping_mul(2).cast_unsigned()
+        let within = |range: u32| {
+            let above = whole.cast_unsigned().wrapping_add(range);
+            above < range.wrapping_mul(2)
         };
-        if within(self.integral_range) {
+        if within(self.integral_range_codes) {
             return integral;
         }
         rare();
         *left_range = true;
-        if within(Self::INTEGRAL_MOST) {
+        if within(INTEGRAL_MOST.cast_unsigned()) {
             integral
         } else if whole > 0 {
-            codes(Self::INTEGRAL_MOST)
+            codes(INTEGRAL_MOST)
         } else {
-            codes(Self::INTEGRAL_MOST.wrapping_neg())
+            codes(INTEGRAL_MOST.wrapping_neg())
         }
     }
 
@@ -197,25 +216,42 @@ impl Operands {
     /// before; tells whether its output is the code in force ([`Self::take_over`]).
     #[cold]
     #[inline(never)]
-    pub(crate) fn prepare(
-        &self,
-        state: &mut LawState,
-        error: i32,
-        moved: i32,
-        begin: Begin,
-    ) -> bool {
-        let takes_over = begin != Begin::AtRest && !self.ki_dt.is_zero();
-        if begin != Begin::OtherGains {
-            // No error came before: no difference either.
-            state.previous_error = held(error, self.error_limit, &mut false);
-            state.filter_of = None;
+    pub(crate) fn begin(&self, state: &mut LawState, error: i32, moved: i32, begin: Begin) -> bool {
+        let anew = match begin {
+            Begin::GoingOn => return false,
+            Begin::OtherGains => false,
+            Begin::AtRest | Begin::FromCode => true,
+        };
+        let takes_over = begin != Begin::AtRest && self.ki_dt_mantissa != 0;
+        let e = held(error, self.error_limit_counts, &mut false);
+        if anew {
+            state.previous_error = e;
         }
-        if begin != Begin::OtherGains || !takes_over {
+        if anew || !takes_over {
             // A step that an integral gain of 0 would keep for ever.
             state.integral = Codes::ZERO;
         }
-        self.begin_filter(state, error, moved);
+        if self.filter_smoothing != 0 {
+            if !anew && state.filter_of == self.filter() {
+                // The speed is what it was; other words may declare less of it.
+                state.filtered.hold(self);
+            } else {
+                // Nothing was filtered yet: start settled, without a transient.
+                let mut before = *state;
+                let difference = self.difference(&mut before, e, moved);
+                state.filtered = Filtered::settled(self, difference);
+            }
+        }
+        state.filter_of = self.filter();
         takes_over
+    }
+
+    /// Number of the filter that a memory is of: its unit, and what it filters.
+    fn filter(&self) -> u32 {
+        if self.filter_smoothing == 0 {
+            return 0;
+        }
+        self.filter_scale.wrapping_shl(1) | self.derivative_of_measurement
     }
 
     /// Goes on from the code in force: the integral with which the sum is that code.
@@ -223,7 +259,7 @@ impl Operands {
     #[inline(never)]
     pub(crate) fn take_over(&self, output: &Output, state: &mut LawState, direct: Codes) -> i32 {
         // I with y = the code in force
-        let code = output.window(state.code).nearest(state.code);
+        let code = output.nearest(state.code, state.code);
         let integral = codes(code).wrapping_sub(direct);
         state.integral = self.bounded(integral, &mut state.left_range);
         state.remainder = HALF;
@@ -231,86 +267,75 @@ impl Operands {
         code
     }
 
-    /// δ, held at its limit \[counts\]; of the measurement with the other sign,
-    /// which its gain has too.
+    /// Tells whether any feed-forward is not zero.
     #[inline(always)]
-    fn difference(&self, state: &mut LawState, moved: i32, e: i32) -> i32 {
-        let previous = core::mem::replace(&mut state.previous_error, e);
-        let difference = match self.derivative {
-            // |e| ≤ 2^30, so the difference fits
-            Derivative::Error => e.wrapping_sub(previous),
-            Derivative::Measurement => moved,
-        };
-        let mut told = false;
-        let held = held(difference, self.difference_limit, &mut told);
-        // Where D outweighs everything else, nothing is lost.
-        if told && self.difference_is_declared {
-            state.left_range = true;
-        }
-        held
+    pub(crate) const fn feeds_forward(&self) -> bool {
+        (self.velocity_ff_mantissa | self.acceleration_ff_mantissa | self.friction_ff_mantissa) != 0
     }
 
-    /// δ, filtered where that is asked for \[2^−h counts\].
-    #[inline(always)]
-    fn rate(&self, state: &mut LawState, difference: i32) -> i32 {
-        match self.filter {
-            None => difference,
-            Some(filter) => filter::step(filter, &mut state.filtered, difference),
-        }
-    }
-
-    /// Makes the filter's memory one that this sample can go on from.
-    fn begin_filter(&self, state: &mut LawState, error: i32, moved: i32) {
-        let derivative = self.derivative;
-        let of = self.filter.map(|filter| (filter.fraction_bits, derivative));
-        if let Some(filter) = self.filter {
-            if state.filter_of == of {
-                // The speed is what it was; other words may declare less of it.
-                state.filtered.hold(filter, self.difference_limit);
-            } else {
-                // Nothing was filtered yet: start settled, without a transient.
-                let mut before = *state;
-                let e = held(error, self.error_limit, &mut before.left_range);
-                let difference = self.difference(&mut before, moved, e);
-                state.filtered = Filtered::settled(filter, difference);
-            }
-        }
-        state.filter_of = of;
-    }
-
-    /// A feed-forward that its source has computed, within its declared range.
-    pub(crate) fn held_ahead(&self, ahead: Codes) -> Codes {
-        let most = codes(self.ahead_limit);
-        ahead.min(most).max(most.wrapping_neg())
-    }
-
+    /// Kv·v + Ka·a + Kf·sign(v) \[codes\]
     #[inline(always)]
     pub(crate) fn feed_forward(&self, v: i32, a: i32) -> Codes {
-        let [v, a] = [v, a].map(rate_within);
-        let rates = self
-            .velocity
-            .times(v)
-            .wrapping_add(self.acceleration.times(a));
-        if v > 0 {
-            rates.wrapping_add(self.friction)
-        } else if v < 0 {
-            rates.wrapping_sub(self.friction)
-        } else {
-            rates
+        const MOST: i32 = LARGEST_RATE.cast_signed();
+        let [x, y] = [v, a].map(|rate| rate.min(MOST.wrapping_sub(1)).max(MOST.wrapping_neg()));
+        let rates = self.velocity_ff().times(x);
+        let rates = rates.wrapping_add(self.acceleration_ff().times(y));
+        rates.wrapping_add(self.friction_ff().times(v.signum()))
+    }
+
+    /// Keeps a feed-forward that its source has computed within its declared range.
+    #[inline(always)]
+    pub(crate) fn hold_ahead(&self, ahead: &mut Codes) {
+        let most = self.ahead_limit_codes;
+        let whole = wide::upper(ahead.to_bits()).cast_unsigned();
+        // Of the upper end the whole code alone.
+        if whole.wrapping_add(most) >= most.wrapping_mul(2) {
+            rare();
+            let most = codes(most.cast_signed());
+            *ahead = (*ahead).min(most).max(most.wrapping_neg());
         }
     }
 }
 
-/// `value`, held between `−limit` and `limit`; a value beyond is told.
+impl Terms {
+    /// The code of a sum: the upper word of `y + ρ`, whose lower one is what
+    /// rounding leaves. One test tells whether the output can give it.
+    #[inline(always)]
+    pub(crate) fn code(
+        self,
+        output: &Output,
+        state: &mut LawState,
+        reaches: impl FnOnce(i32) -> bool,
+    ) -> Option<i32> {
+        // I ← I + (Ki·Δt)·e                                   eq. 23, 2nd term
+        let integral = state.integral.wrapping_add(self.step);
+        // y + ρ                                                        eq. 23
+        let sum = self.direct.wrapping_add(integral).to_bits();
+        // floor(y + ρ)                                                 eq. 24
+        let code = wide::upper(sum);
+        if !reaches(code) {
+            return None;
+        }
+        state.code = code;
+        state.integral = integral;
+        state.remainder = output.remainder(wide::lower(sum).cast_unsigned());
+        Some(code)
+    }
+}
+
+/// Largest magnitude of the integral \[codes\].
+const INTEGRAL_MOST: i32 = 1 << 30;
+
+/// `value`, held between `−limit` and `limit`; one beyond is told.
 #[inline(always)]
-fn held(value: i32, limit: i32, told: &mut bool) -> i32 {
+fn held(value: i32, limit: u32, beyond: &mut bool) -> i32 {
     // −limit ≤ value ≤ limit is 0 ≤ value + limit ≤ 2·limit without sign.
-    let above = value.wrapping_add(limit).cast_unsigned();
-    if above <= limit.wrapping_mul(2).cast_unsigned() {
+    if value.cast_unsigned().wrapping_add(limit) <= limit.wrapping_mul(2) {
         return value;
     }
     rare();
-    *told = true;
+    *beyond = true;
+    let limit = limit.cast_signed();
     if value > 0 {
         limit
     } else {
@@ -327,11 +352,4 @@ fn rare() {}
 #[inline(always)]
 fn codes(count: i32) -> Codes {
     Codes::from_bits(i64::from(count).wrapping_shl(32))
-}
-
-/// A rate of the setpoint within its declared range.
-#[inline(always)]
-fn rate_within(rate: i32) -> i32 {
-    const MOST: i32 = super::words::LARGEST_RATE.cast_signed();
-    rate.min(MOST.wrapping_sub(1)).max(MOST.wrapping_neg())
 }

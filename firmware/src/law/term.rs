@@ -20,7 +20,8 @@
 //! ```
 
 use crate::dac::Codes;
-use crate::wide::{self, by_target};
+use crate::settings::Settings;
+use crate::wide;
 use crate::word::GainWord;
 
 /// Fraction bits of a sum, and of a gain at most.
@@ -29,21 +30,26 @@ pub(crate) const FRACTION_BITS: u8 = 32;
 /// A gain aligned to the unit of a sum, for integers up to a limit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Term {
-    mantissa: i32,
+    pub(crate) mantissa: i32,
     /// `2^s`: a product costs a processor what a shift does, and no mask.
-    scale: i32,
-    #[cfg(any(test, all(target_arch = "arm", not(target_has_atomic = "32"))))]
-    narrow: Option<narrow::Narrow>,
+    pub(crate) scale: i32,
 }
 
 impl Term {
     /// No gain.
     pub(crate) const ZERO: Self = Self {
         mantissa: 0,
-        scale: 0,
-        #[cfg(any(test, all(target_arch = "arm", not(target_has_atomic = "32"))))]
-        narrow: narrow::Narrow::of(0, 0, 1),
+        scale: 1,
     };
+
+    /// The term of two words of settings.
+    #[inline(always)]
+    pub(crate) const fn of(mantissa: u32, scale: u32) -> Self {
+        Self {
+            mantissa: mantissa.cast_signed(),
+            scale: scale.cast_signed(),
+        }
+    }
 
     /// The term of `word` for integers `|x| ≤ limit`, or `None` where the word
     /// is negative, is finer than the sum, or a factor needs more than 31 bits.
@@ -74,45 +80,17 @@ impl Term {
         if most > wide::word(i32::MAX.unsigned_abs()) {
             return None;
         }
-        Some(Self {
-            mantissa,
-            scale,
-            #[cfg(any(test, all(target_arch = "arm", not(target_has_atomic = "32"))))]
-            narrow: match whole_shift.to_le_bytes() {
-                [shift, ..] => narrow::Narrow::of(word.mantissa, shift, limit),
-            },
-        })
-    }
-
-    /// The same with the other sign.
-    pub(crate) const fn negated(mut self) -> Self {
-        self.mantissa = self.mantissa.wrapping_neg();
-        #[cfg(any(test, all(target_arch = "arm", not(target_has_atomic = "32"))))]
-        {
-            self.narrow = match self.narrow {
-                Some(narrow) => Some(narrow.negated()),
-                None => None,
-            };
-        }
-        self
+        Some(Self { mantissa, scale })
     }
 
     /// `w·2^−f·x` \[codes\], exactly, for `|x| ≤ limit`.
     #[inline(always)]
     pub(crate) fn times(self, x: i32) -> Codes {
-        Codes::from_bits(by_target!(
-            self.times_wide(x),
-            match self.narrow {
-                Some(narrow) => narrow.times(x),
-                None => self.times_wide(x),
-            }
-        ))
-    }
-
-    #[inline(always)]
-    fn times_wide(self, x: i32) -> i64 {
         // Fits by `align`: |x|·2^s < 2^31.
-        wide::signed_product(self.mantissa, x.wrapping_mul(self.scale))
+        Codes::from_bits(wide::signed_product(
+            self.mantissa,
+            x.wrapping_mul(self.scale),
+        ))
     }
 
     /// Largest magnitude of [`Term::times`] \[2^−32 codes\]: that of `limit`, for
@@ -122,97 +100,57 @@ impl Term {
         let scaled = limit.wrapping_mul(self.scale.unsigned_abs());
         wide::word(self.mantissa.unsigned_abs()).wrapping_mul(wide::word(scaled))
     }
-
-    /// Tells whether the gain is 0.
-    pub(crate) const fn is_zero(self) -> bool {
-        self.mantissa == 0
-    }
 }
 
-/// Terms from two products of 32 bits.
-#[cfg(any(test, all(target_arch = "arm", not(target_has_atomic = "32"))))]
-mod narrow {
-    use crate::wide;
-
-    /// A gain in two parts, aligned to the sum's unit.
-    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-    pub(super) struct Narrow {
-        high: i32,
-        low: i32,
-        /// `s + t`.
-        high_shift: Shift,
-        /// `s`.
-        low_shift: Shift,
-    }
-
-    /// A shift of a word into a double one.
-    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-    struct Shift {
-        /// `2^places`, for up to 31 of them: a product needs no mask.
-        factor: u32,
-        /// Rest of 31 places.
-        rest: u32,
-    }
-
-    impl Narrow {
-        /// The parts of `mantissa·2^shift`, `mantissa ≥ 0`, for integers
-        /// `0 < |x| ≤ limit`; `None` where they are too wide.
-        pub(super) const fn of(mantissa: i32, shift: u8, limit: u32) -> Option<Self> {
-            // The largest t that leaves L·x its 31 bits, and the shift its 31.
-            let by_limit = limit.saturating_sub(1).leading_zeros().saturating_sub(1);
-            let [by_limit, ..] = by_limit.to_le_bytes();
-            let Some(by_shift) = 31_u8.checked_sub(shift) else {
-                return None;
-            };
-            let t = if by_limit < by_shift {
-                by_limit
-            } else {
-                by_shift
-            };
-            let high = mantissa.wrapping_shr(wide::byte(t));
-            let low = mantissa.wrapping_sub(high.wrapping_shl(wide::byte(t)));
-            let most = wide::word(high.unsigned_abs()).saturating_mul(wide::word(limit));
-            if most > wide::word(i32::MAX.unsigned_abs()) {
-                return None;
-            }
-            Some(Self {
-                high,
-                low,
-                high_shift: Shift::by(shift.saturating_add(t)),
-                low_shift: Shift::by(shift),
-            })
-        }
-
-        pub(super) const fn negated(mut self) -> Self {
-            self.high = self.high.wrapping_neg();
-            self.low = self.low.wrapping_neg();
-            self
-        }
-
-        /// `w·x·2^s`.
-        #[inline]
-        pub(super) fn times(self, x: i32) -> i64 {
-            let high = self.high_shift.of(self.high.wrapping_mul(x));
-            high.wrapping_add(self.low_shift.of(self.low.wrapping_mul(x)))
+/// Gains among the words of settings.
+impl Settings {
+    /// Settings with these six gains and everything else off.
+    pub(crate) const fn of_terms([kp, ki_dt, kd_per_dt, v, a, friction]: [Term; 6]) -> Self {
+        Self {
+            kp_mantissa: kp.mantissa.cast_unsigned(),
+            kp_scale: kp.scale.cast_unsigned(),
+            ki_dt_mantissa: ki_dt.mantissa.cast_unsigned(),
+            ki_dt_scale: ki_dt.scale.cast_unsigned(),
+            kd_per_dt_mantissa: kd_per_dt.mantissa.cast_unsigned(),
+            kd_per_dt_scale: kd_per_dt.scale.cast_unsigned(),
+            velocity_ff_mantissa: v.mantissa.cast_unsigned(),
+            velocity_ff_scale: v.scale.cast_unsigned(),
+            acceleration_ff_mantissa: a.mantissa.cast_unsigned(),
+            acceleration_ff_scale: a.scale.cast_unsigned(),
+            friction_ff_mantissa: friction.mantissa.cast_unsigned(),
+            friction_ff_scale: friction.scale.cast_unsigned(),
+            ..Self::OFF
         }
     }
 
-    impl Shift {
-        const fn by(places: u8) -> Self {
-            Self {
-                factor: 1_u32.wrapping_shl(wide::byte(places)),
-                rest: wide::byte(31_u8.saturating_sub(places)),
-            }
-        }
+    #[inline(always)]
+    pub(crate) const fn kp(&self) -> Term {
+        Term::of(self.kp_mantissa, self.kp_scale)
+    }
 
-        /// `value` shifted, from shifts of words.
-        #[inline]
-        fn of(self, value: i32) -> i64 {
-            let low = value.cast_unsigned().wrapping_mul(self.factor);
-            // Down by 32 less the places, in two steps: a word is never shifted by 32.
-            let high = value.wrapping_shr(1).wrapping_shr(self.rest);
-            i64::from(high).wrapping_shl(32) | i64::from(low)
-        }
+    #[inline(always)]
+    pub(crate) const fn ki_dt(&self) -> Term {
+        Term::of(self.ki_dt_mantissa, self.ki_dt_scale)
+    }
+
+    #[inline(always)]
+    pub(crate) const fn kd_per_dt(&self) -> Term {
+        Term::of(self.kd_per_dt_mantissa, self.kd_per_dt_scale)
+    }
+
+    #[inline(always)]
+    pub(crate) const fn velocity_ff(&self) -> Term {
+        Term::of(self.velocity_ff_mantissa, self.velocity_ff_scale)
+    }
+
+    #[inline(always)]
+    pub(crate) const fn acceleration_ff(&self) -> Term {
+        Term::of(self.acceleration_ff_mantissa, self.acceleration_ff_scale)
+    }
+
+    #[inline(always)]
+    pub(crate) const fn friction_ff(&self) -> Term {
+        Term::of(self.friction_ff_mantissa, self.friction_ff_scale)
     }
 }
 
@@ -239,24 +177,8 @@ mod tests {
                 let exact = (i128::from(mantissa) * i128::from(x)) << (32 - f);
                 prop_assert_eq!(i128::from(term.times(x).to_bits()), exact);
                 prop_assert!(term.times(x).to_bits().unsigned_abs() <= term.largest(limit));
-                if let Some(narrow) = term.narrow {
-                    prop_assert_eq!(i128::from(narrow.times(x)), exact);
-                }
             }
         }
-    }
-
-    #[test]
-    fn gains_of_24_bits_are_narrow_at_17_bits_of_error() {
-        let narrow = |mantissa, f, limit| {
-            let term = Term::align(GainWord::new(mantissa, f), limit)?;
-            term.narrow
-        };
-        for f in 20..=32 {
-            assert!(narrow((1 << 24) - 1, f, 1 << 17).is_some(), "{f}");
-        }
-        // Contrast: 42 bits and more.
-        assert!(narrow((1 << 30) - 1, 32, 1 << 17).is_none());
     }
 
     #[test]

@@ -4,11 +4,10 @@ use heapless::Vec;
 
 use super::interval::{Interval, chain, sample_from};
 use super::real::Real;
-use crate::counts::Counts;
 use crate::law::LawWords;
 use crate::reference::{Next, Observed, Setpoint, SetpointSource, Stretch};
 use crate::refusal::{Refusal, What};
-use crate::wide::{self, held};
+use crate::wide::held;
 
 /// Fraction bits of velocity and acceleration at most.
 const OUTPUT_BITS_MAX: i32 = 60;
@@ -201,22 +200,23 @@ impl<'a> Motion<'a> {
 }
 
 impl SetpointSource for Motion<'_> {
-    #[inline]
-    fn next(&mut self, _: &Observed) -> Next {
+    fn next(&mut self, observed: &Observed) -> Next {
+        let mut stretch = Stretch::default();
+        let other = self.next_in_place(observed, &mut stretch);
+        other.unwrap_or(Next::Stretch(stretch))
+    }
+
+    #[inline(always)]
+    fn next_in_place(&mut self, _: &Observed, stretch: &mut Stretch) -> Option<Next> {
         match self.stretches.next() {
-            Some(stretch) => Next::Stretch(Stretch {
-                position: stretch.position.wrapping_add(whole(self.start)),
-                ..*stretch
-            }),
-            None => Next::Last(Setpoint {
+            Some(next) => {
+                stretch.take(next, self.start);
+                None
+            }
+            None => Some(Next::Last(Setpoint {
                 position: self.end,
                 ..Setpoint::default()
-            }),
+            })),
         }
     }
-}
-
-/// Whole counts.
-const fn whole(counts: i32) -> Counts {
-    Counts::from_bits(wide::joined(counts, 0))
 }

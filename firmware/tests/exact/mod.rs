@@ -35,7 +35,7 @@ pub(crate) fn sample(
     let mut copy = if begin.is_some() { *state } else { before };
     let terms = law.terms(&mut copy, input);
     let integral = match begin {
-        None => bits(before.integral()) + bits(terms.step),
+        None | Some(Begin::GoingOn) => bits(before.integral()) + bits(terms.step),
         Some(Begin::AtRest) => bits(terms.step),
         Some(Begin::FromCode | Begin::OtherGains) => bits(state.integral()),
     };

@@ -53,7 +53,7 @@ impl Judge {
         self.model.quantiser = axis.output().quantiser();
         self.begin = Some(match self.begin {
             Some(Begin::AtRest | Begin::FromCode) => Begin::FromCode,
-            Some(Begin::OtherGains) | None => Begin::OtherGains,
+            Some(Begin::OtherGains | Begin::GoingOn) | None => Begin::OtherGains,
         });
     }
 
