@@ -218,7 +218,7 @@ pub(crate) struct Crossing {
 }
 
 impl Crossing {
-    pub(crate) fn of(settings: &Settings) -> Self {
+    pub(crate) const fn of(settings: &Settings) -> Self {
         let [low, high] = [settings.crossing_first_low, settings.crossing_first_high];
         Self {
             half_gap: settings.half_gap_counts.cast_signed(),
@@ -347,6 +347,19 @@ pub(crate) struct CrossingState {
 }
 
 impl CrossingState {
+    /// An offset of 0, the joint centred.
+    pub(crate) const START: Self = Self {
+        left: 0,
+        offset: 0,
+        base: 0,
+        flank: 0,
+        wanted: 0,
+        brakes: false,
+        travel: Counts::ZERO,
+        velocity: Counts::ZERO,
+        change: Counts::ZERO,
+    };
+
     /// Notes the flank that the command asks for; tells whether it is another than
     /// that of the last move.
     pub(crate) const fn asks_for(&mut self, flank: i8) -> bool {

@@ -258,6 +258,9 @@ pub struct FaultLatch {
 }
 
 impl FaultLatch {
+    /// Without a fault.
+    pub const EMPTY: Self = Self { first: None };
+
     /// Keeps `fault` if there is none yet: what comes later is mostly a
     /// consequence of the first.
     pub fn trip(&mut self, fault: Fault) {

@@ -130,7 +130,7 @@ impl Output {
     }
 
     /// That of checked settings.
-    pub(crate) fn of(settings: &Settings) -> Self {
+    pub(crate) const fn of(settings: &Settings) -> Self {
         let quantiser = match settings.quantiser {
             0 => Quantiser::Nearest,
             1 => Quantiser::ErrorFeedback,

@@ -122,6 +122,13 @@ pub(crate) struct Counter {
 }
 
 impl Counter {
+    /// Before the first reading.
+    pub(crate) const START: Self = Self {
+        position: 0,
+        missed: 0,
+        known: false,
+    };
+
     /// Takes a register of `32 − shift` bits, of which changes up to `jump` are
     /// credible; the change \[counts\].
     pub(crate) fn follow(&mut self, register: u32, shift: u32, jump: u32) -> Result<i32, Trip> {

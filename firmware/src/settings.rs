@@ -43,8 +43,10 @@ macro_rules! words {
             }
 
             /// The structure of these words, unchecked.
-            pub const fn from_words([$($field,)*]: [u32; Self::WORDS]) -> Self {
-                Self { $($field,)* }
+            #[inline(never)]
+            pub const fn from_words(words: [u32; Self::WORDS]) -> Self {
+                let [$($field,)*] = &words;
+                Self { $($field: *$field,)* }
             }
         }
     };

@@ -3,10 +3,11 @@
 
 use super::Axis;
 use crate::backlash_compensation::{Crossing, CrossingState};
-use crate::dac::Codes;
+use crate::counts::Counts;
+use crate::dac::{Codes, Dac};
 use crate::faults::{Fault, FaultCause, FaultLatch, FaultValues};
-use crate::law::{Begin, LawState, Operands, term::Term};
-use crate::output::Output;
+use crate::law::{Begin, Law, LawState, LawWords, Operands, term::Term};
+use crate::output::{Output, Quantiser};
 use crate::position::Counter;
 use crate::reference::Stretch;
 use crate::settings::{Settings, Unfit};
@@ -71,7 +72,7 @@ pub(super) struct AxisOperands {
 
 impl AxisOperands {
     /// Settings whose law has been accepted.
-    fn new(settings: &Settings, law: Operands) -> Self {
+    const fn new(settings: &Settings, law: Operands) -> Self {
         Self {
             law,
             output: Output::of(settings),
@@ -80,7 +81,7 @@ impl AxisOperands {
         }
     }
 
-    fn of(axis: &Axis) -> Self {
+    const fn of(axis: &Axis) -> Self {
         Self::new(&Settings::of(axis), axis.law.operands)
     }
 
@@ -95,6 +96,17 @@ impl AxisOperands {
 const _: () = assert!(size_of::<AxisState>() <= 832, "an axis: 832 bytes");
 
 impl AxisState {
+    /// An axis that has no settings yet.
+    #[allow(clippy::empty_loop, reason = "a constant does not wait")]
+    pub const START: Self = {
+        let dac = Dac::of_bits(16);
+        let Ok(law) = Law::accept(LawWords::NONE, dac) else {
+            loop {}
+        };
+        let output = Output::unlimited(dac, Quantiser::Nearest);
+        Self::with(AxisOperands::of(&Axis::new(law, output)))
+    };
+
     /// Before the first sample: disabled, code 0.
     pub fn start(axis: &Axis) -> Self {
         Self::with(AxisOperands::of(axis))
@@ -108,7 +120,18 @@ impl AxisState {
         AxisOperands::checked(settings).map(Self::with)
     }
 
-    fn with(operands: AxisOperands) -> Self {
+    /// Takes checked settings and starts anew, as [`AxisState::start_with`], where
+    /// the axis stands in memory.
+    ///
+    /// # Errors
+    /// The first word that is not accepted; nothing has changed then.
+    #[inline(never)]
+    pub fn start_in_place(&mut self, settings: &Settings) -> Result<(), Unfit> {
+        *self = Self::with(AxisOperands::checked(settings)?);
+        Ok(())
+    }
+
+    const fn with(operands: AxisOperands) -> Self {
         Self {
             rare: true,
             state: State::Disabled,
@@ -116,21 +139,25 @@ impl AxisState {
             band: 0,
             ki_dt: operands.law.ki_dt,
             expected: 0,
-            motor: Counter::default(),
+            motor: Counter::START,
             setpoint: 0,
             error: 0,
             peak: 0,
             still: 0,
             saturated: 0,
             law: LawState::start(&operands.output),
-            motion: Stretch::default(),
+            motion: Stretch {
+                position: Counts::ZERO,
+                samples: 0,
+                ..Stretch::resting_at(0)
+            },
             left: 0,
-            crossing: CrossingState::default(),
+            crossing: CrossingState::START,
             operands,
-            load: Counter::default(),
+            load: Counter::START,
             ticked: false,
             position_to_hold: false,
-            latch: FaultLatch::default(),
+            latch: FaultLatch::EMPTY,
         }
     }
 
@@ -188,6 +215,7 @@ impl AxisState {
     ///
     /// # Errors
     /// The first word that is not accepted; nothing has changed then.
+    #[inline(never)]
     pub fn change_to(&mut self, settings: &Settings) -> Result<(), Unfit> {
         self.operands = AxisOperands::checked(settings)?;
         self.gains_changed();
