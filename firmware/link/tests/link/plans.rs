@@ -4,8 +4,8 @@
 use firmware::law::{Law, LawWords};
 use firmware::output::{Output, Quantiser};
 use firmware::{
-    Axis, AxisState, Dac, Event, GainWord, Inputs, Motion, MotionPlan, PlannedMotion,
-    SetpointTable, State, Stretch,
+    Axis, AxisState, Dac, Event, GainWord, Inputs, Motion, MotionPlan, PlannedMotion, State,
+    Stretch,
 };
 use firmware_link::request::MOST_WORDS;
 use firmware_link::{Events, Nak, Reply, Request, SourceKind, plan};
@@ -43,8 +43,8 @@ fn planned(travel: i64, thousandths: [u64; 7], start: i32) -> (Vec<Stretch>, i32
 type Planned = PlannedMotion<128>;
 
 /// An axis that was sent a plan; the answer to its BEGIN, and the next number.
-fn begun<'t>(table: &'t mut SetpointTable<ROOM>, words: &[i32]) -> (Host<'t, ROOM>, Reply, u32) {
-    let mut host = Host::greeted(table, 1);
+fn begun(words: &[i32]) -> (Host<ROOM>, Reply, u32) {
+    let mut host = Host::greeted(1);
     host.part(1, 1, &Request::Settings(&payload(&axis())));
     let mut number = 2;
     for part in words.chunks(MOST_WORDS) {
@@ -62,7 +62,7 @@ fn begun<'t>(table: &'t mut SetpointTable<ROOM>, words: &[i32]) -> (Host<'t, ROO
 }
 
 fn refused(words: &[i32]) -> Reply {
-    begun(&mut SetpointTable::resting_at(0), words).1
+    begun(words).1
 }
 
 #[test]
@@ -75,9 +75,8 @@ fn a_plan_runs_to_the_setpoints_of_the_host() {
         planned(1 << 32, [0, 0, 0, 0, 0, 0, 0].map(|_| 1), 5),
     ];
     for (stretches, end, planned) in plans {
-        let mut table = SetpointTable::<ROOM>::resting_at(0);
         let words: Vec<i32> = plan::words(&stretches, end).collect();
-        let (mut host, reply, first) = begun(&mut table, &words);
+        let (mut host, reply, first) = begun(&words);
         assert_eq!(reply, Reply::Taken);
 
         let setpoints = stretches.iter().flat_map(|stretch| {
