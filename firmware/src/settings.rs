@@ -43,10 +43,16 @@ macro_rules! words {
             }
 
             /// The structure of these words, unchecked.
-            #[inline(never)]
-            pub const fn from_words(words: [u32; Self::WORDS]) -> Self {
-                let [$($field,)*] = &words;
-                Self { $($field: *$field,)* }
+            pub const fn from_words([$($field,)*]: [u32; Self::WORDS]) -> Self {
+                Self { $($field,)* }
+            }
+
+            /// All words 0, which are no settings.
+            pub const ZERO: Self = Self::from_words([0; Self::WORDS]);
+
+            /// Takes the words that `next` gives, in their order, unchecked.
+            pub fn fill(&mut self, mut next: impl FnMut() -> u32) {
+                $(self.$field = next();)*
             }
         }
     };

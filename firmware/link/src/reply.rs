@@ -5,6 +5,7 @@ use heapless::Vec;
 use crate::body::{Header, Reader, VERSION};
 use crate::frame::{Frame, LARGEST_BODY, LARGEST_FRAME};
 use crate::request::{Events, flag};
+use firmware::axis::AxisOutput;
 use firmware::faults::{Fault, FaultCause, FaultValues};
 use firmware::states::State;
 
@@ -186,7 +187,7 @@ impl Reply {
         match self {
             Self::Hello(identity) => identity.write(to),
             Self::Taken => {}
-            Self::Stepped(stepped) => stepped.write(to, stepped.fault.as_ref()),
+            Self::Stepped(stepped) => stepped.write(to),
             Self::Status(status) => status.write(to),
             Self::Nak(nak) => nak.write(to),
         }
@@ -255,25 +256,15 @@ impl Status {
 }
 
 impl Stepped {
-    /// With a `fault` from where it is.
-    pub(crate) fn write(&self, to: &mut Frame<[u8]>, fault: Option<&Fault>) {
-        to.i32s(&[self.code, self.error_counts]);
-        to.choice(&self.state, &State::ALL);
-        to.put(
-            self.refused.bits()
-                | flag(POWER, self.power)
-                | flag(OUT_OF_RANGE, self.out_of_range)
-                | flag(FAULT, fault.is_some()),
-        );
-        to.u32(self.ticks);
-        if let Some(fault) = fault {
-            let values = &fault.values;
-            to.choice(&fault.cause, &FaultCause::ALL);
-            to.i64(fault.tick.cast_signed());
-            to.i32s(&[values.setpoint, values.position, values.error, values.code]);
-            to.i64(values.measured);
-            to.i64(values.limit);
-        }
+    fn write(&self, to: &mut Frame<[u8]>) {
+        let output = AxisOutput {
+            code: self.code,
+            power: self.power,
+            state: self.state,
+            error_counts: self.error_counts,
+            out_of_range: self.out_of_range,
+        };
+        write_stepped(to, &output, self.refused, self.ticks, self.fault.as_ref());
     }
 
     fn read(from: &mut Reader<'_>) -> Option<Self> {
@@ -304,5 +295,33 @@ impl Stepped {
                 }),
             },
         })
+    }
+}
+
+/// Results of a sample, from where they are.
+#[inline(never)]
+pub(crate) fn write_stepped(
+    to: &mut Frame<[u8]>,
+    output: &AxisOutput,
+    refused: Events,
+    ticks: u32,
+    fault: Option<&Fault>,
+) {
+    to.i32s(&[output.code, output.error_counts]);
+    to.choice(&output.state, &State::ALL);
+    to.put(
+        refused.bits()
+            | flag(POWER, output.power)
+            | flag(OUT_OF_RANGE, output.out_of_range)
+            | flag(FAULT, fault.is_some()),
+    );
+    to.u32(ticks);
+    if let Some(fault) = fault {
+        let values = &fault.values;
+        to.choice(&fault.cause, &FaultCause::ALL);
+        to.i64(fault.tick.cast_signed());
+        to.i32s(&[values.setpoint, values.position, values.error, values.code]);
+        to.i64(values.measured);
+        to.i64(values.limit);
     }
 }

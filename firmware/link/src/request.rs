@@ -231,6 +231,7 @@ pub(crate) struct Arrived<'a> {
 
 impl<'a> Arrived<'a> {
     /// Reads the fields; the tick `follows` where there is none.
+    #[inline(never)]
     pub(crate) fn read(from: &mut Reader<'a>, follows: u64) -> Self {
         let flags = from.u8();
         let mut step = Self {
@@ -259,10 +260,12 @@ impl<'a> Arrived<'a> {
 }
 
 /// Configuration, events and source of a [`Request::Begin`].
-pub(crate) fn begin(from: &mut Reader<'_>) -> (u32, Events, Option<SourceKind>) {
-    let (configuration, events) = (from.u32(), from.u8());
-    let source = from.choice(&SourceKind::ALL);
-    (configuration, Events::of_bits(events), source)
+#[inline(never)]
+pub(crate) fn begin(payload: &[u8]) -> Option<(u32, Events, SourceKind)> {
+    let mut from = Reader::new(payload);
+    let (configuration, events) = (from.u32(), Events::of_bits(from.u8()));
+    let source = from.choice(&SourceKind::ALL)?;
+    from.has_ended().then_some((configuration, events, source))
 }
 
 /// The source's answer; an underrun, and a mistake of the reader, where there is none.

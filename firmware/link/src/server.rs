@@ -15,12 +15,12 @@
 
 use crate::body::{Header, Reader};
 use crate::frame::{Frame, Received, Receiver, crc32_on};
-use crate::reply::{self, Identity, LARGEST_REPLY_FRAME, Nak, Stepped};
+use crate::plan;
+use crate::reply::{self, Identity, LARGEST_REPLY_FRAME, Nak, write_stepped};
 use crate::request::{Arrived, Events, SourceKind, begin, kind, next};
-use crate::{plan, settings};
 use firmware::axis::{AxisOutput, AxisState, Inputs};
 use firmware::reference::{Next, Observed, SetpointSource, SetpointTable, TablePlace};
-use firmware::settings::Unfit;
+use firmware::settings::{Settings, Unfit};
 
 /// Target as a server needs it.
 pub trait Target {
@@ -82,29 +82,49 @@ impl Server {
                 (header.session, header.number, answer)
             }
         };
-        let to: &mut Frame<[u8]> = &mut self.receiver.frame;
-        match answer {
-            Answer::Kept => {
-                let kept: &Frame<[u8]> = &session.kept;
-                return kept.line().unwrap_or_default();
-            }
-            Answer::Nak(nak) => {
-                to.begin(reply::kind::NAK, host, number);
-                nak.write(to);
-            }
-            Answer::Record => {
-                to.begin(reply::kind::STATUS, host, number);
-                to.u32(target.stack_bytes());
-                to.u32(session.now.steps);
-            }
-            Answer::Identity => {
-                to.begin(reply::kind::HELLO, host, number);
-                target.identity().write(to);
-            }
+        if let Answer::Kept = answer {
+            let kept: &Frame<[u8]> = &session.kept;
+            return kept.line().unwrap_or_default();
         }
-        to.end();
-        to.take_line().unwrap_or_default()
+        let steps = session.now.steps;
+        say(
+            &mut self.receiver.frame,
+            host,
+            number,
+            &answer,
+            steps,
+            target,
+        )
     }
+}
+
+/// An answer that is not kept.
+#[inline(never)]
+fn say<'a>(
+    to: &'a mut Frame<[u8]>,
+    host: u16,
+    number: u32,
+    answer: &Answer,
+    steps: u32,
+    target: &impl Target,
+) -> &'a [u8] {
+    match answer {
+        Answer::Nak(nak) => {
+            to.begin(reply::kind::NAK, host, number);
+            nak.write(to);
+        }
+        Answer::Record => {
+            to.begin(reply::kind::STATUS, host, number);
+            to.u32(target.stack_bytes());
+            to.u32(steps);
+        }
+        _ => {
+            to.begin(reply::kind::HELLO, host, number);
+            target.identity().write(to);
+        }
+    }
+    to.end();
+    to.take_line().unwrap_or_default()
 }
 
 /// What is said to a request.
@@ -186,14 +206,12 @@ impl Session {
         if !known {
             return Answer::Nak(Nak::Session);
         }
-        let step = (header.kind == kind::STEP).then(|| Arrived::read(from, now.tick));
+        // Of a request of another kind it says nothing and is not looked at.
+        let mut step = Arrived::read(from, now.tick);
         let is_whole = match header.kind {
             kind::STATUS => return Answer::Record,
             kind::SETTINGS | kind::MEMORY => true,
-            kind::BEGIN => {
-                let _ = begin(from);
-                from.has_ended()
-            }
+            kind::BEGIN => begin(payload).is_some(),
             kind::STEP => from.has_ended(),
             _ => false,
         };
@@ -208,11 +226,11 @@ impl Session {
             return Answer::Nak(Nak::Number { expected });
         }
         let begun = now.begun;
-        let done = match (header.kind, step) {
-            (kind::SETTINGS, _) => self.settle(payload),
-            (_, Some(step)) if begun => self.step(header, step, memory, target),
-            (kind::MEMORY, _) if !begun => remember(payload, memory),
-            (kind::BEGIN, _) if !begun => self.begin(payload, memory.as_counts()),
+        let done = match header.kind {
+            kind::SETTINGS => self.settle(payload),
+            kind::STEP if begun => self.step(header, &mut step, memory, target),
+            kind::MEMORY if !begun => remember(payload, memory),
+            kind::BEGIN if !begun => self.begin(payload, memory.as_counts()),
             _ => Err(Nak::Request),
         };
         if let Err(nak) = done {
@@ -231,7 +249,12 @@ impl Session {
 
     #[inline(never)]
     fn settle(&mut self, payload: &[u8]) -> Result<(), Nak> {
-        let settings = settings::read(payload).ok_or(Nak::Request)?;
+        let mut from = Reader::new(payload);
+        if payload.len() != 4 * Settings::WORDS {
+            return Err(Nak::Request);
+        }
+        let mut settings = Settings::ZERO;
+        settings.fill(|| from.u32());
         let accepted = if self.now.begun {
             self.axis.change_to(&settings)
         } else {
@@ -242,7 +265,7 @@ impl Session {
     }
 
     fn begin(&mut self, payload: &[u8], words: &[i32]) -> Result<(), Nak> {
-        let (configuration, events, source) = begin(&mut Reader::new(payload));
+        let (configuration, events, source) = begin(payload).ok_or(Nak::Request)?;
         let (now, axis) = (&mut self.now, &mut self.axis);
         if configuration != now.configuration {
             let here = now.configuration;
@@ -251,14 +274,14 @@ impl Session {
         if !now.settled {
             return Err(Nak::Request);
         }
-        if source == Some(SourceKind::Plan) {
+        if source == SourceKind::Plan {
             let stretch = |stretch| Nak::Plan { stretch };
             plan::check(words, axis).map_err(stretch)?;
         }
         if !ask_for(axis, events).is_empty() {
             return Err(Nak::Request);
         }
-        now.source = source.ok_or(Nak::Request)?;
+        now.source = source;
         now.begun = true;
         Ok(())
     }
@@ -267,7 +290,7 @@ impl Session {
     fn step<const N: usize>(
         &mut self,
         header: &Header,
-        mut step: Arrived<'_>,
+        step: &mut Arrived<'_>,
         memory: &SetpointTable<N>,
         target: &mut impl Target,
     ) -> Result<(), Nak> {
@@ -286,17 +309,7 @@ impl Session {
         now.tick = step.inputs.tick.wrapping_add(1);
         let to: &mut Frame<[u8]> = &mut self.kept;
         to.begin(reply::kind::STEPPED, header.session, header.number);
-        let stepped = Stepped {
-            code: output.code,
-            error_counts: output.error_counts,
-            state: output.state,
-            power: output.power,
-            out_of_range: output.out_of_range,
-            refused,
-            ticks,
-            fault: None,
-        };
-        stepped.write(to, axis.fault());
+        write_stepped(to, &output, refused, ticks, axis.fault());
         Ok(())
     }
 }

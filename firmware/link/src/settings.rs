@@ -20,7 +20,7 @@ pub fn write(settings: &Settings) -> Option<Payload> {
 /// Reads what [`write()`] wrote; `None` if words are missing or too many.
 pub fn read(payload: &[u8]) -> Option<Settings> {
     let mut from = Reader::new(payload);
-    let mut words = [0; Settings::WORDS];
-    words.iter_mut().for_each(|word| *word = from.u32());
-    from.has_ended().then(|| Settings::from_words(words))
+    let mut settings = Settings::ZERO;
+    settings.fill(|| from.u32());
+    from.has_ended().then_some(settings)
 }
