@@ -29,7 +29,8 @@ pub(super) fn bench(
     table: &mut SetpointTable<CAPACITY>,
 ) -> ! {
     loop {
-        line.send(server.take(line.next_byte(), table, &mut chip));
+        let byte = line.next_byte();
+        line.send(server.take(byte, table, &mut chip));
     }
 }
 
