@@ -67,7 +67,7 @@
 use crate::counts::Counts;
 use crate::reference::{Setpoint, Stretch};
 use crate::refusal::{Refusal, What, accepted};
-use crate::settings::Settings;
+use crate::settings::Words;
 use crate::wide;
 
 /// Largest half gap \[motor counts\].
@@ -203,10 +203,10 @@ impl BacklashCompensation {
     }
 }
 
-impl Settings {
+impl Words {
     /// Sign of a velocity or an acceleration, by the trigger; 0 without a compensation.
     const fn flank_of(&self, velocity: i32, acceleration: i32) -> i8 {
-        let rate = match [self.crossing_half_samples, self.flank_of_acceleration] {
+        let rate = match [self.crossing_half_samples(), self.flank_of_acceleration()] {
             [0, _] => 0,
             [_, 0] => velocity,
             _ => acceleration,
@@ -278,19 +278,22 @@ impl CrossingState {
     };
 
     /// Starts the move to the flank that is asked for, where none is under way.
-    pub(crate) fn begin(&mut self, settings: &Settings) {
+    pub(crate) fn begin(&mut self, settings: &Words) {
         if self.left != 0 || self.wanted == self.flank {
             return;
         }
-        let [low, high] = [settings.crossing_first_low, settings.crossing_first_high];
+        let [low, high] = [
+            settings.crossing_first_low(),
+            settings.crossing_first_high(),
+        ];
         let mut first = Counts::from_bits(wide::joined(high.cast_signed(), low.cast_signed()));
-        self.base = settings.half_gap_counts.cast_signed();
+        self.base = settings.half_gap_counts().cast_signed();
         if self.flank == 0 {
             // From the centre: half the way, to the nearest.
             first = Counts::from_bits(first.to_bits().wrapping_add(1).wrapping_shr(1));
             self.base = 0;
         }
-        self.left = settings.crossing_half_samples;
+        self.left = settings.crossing_half_samples();
         self.flank = self.wanted;
         self.brakes = false;
         self.travel = HALF;
@@ -308,8 +311,8 @@ impl CrossingState {
     }
 
     /// A move has come to its middle, or to its end: exactly there.
-    pub(crate) fn turn(&mut self, settings: &Settings) {
-        let half_gap = settings.half_gap_counts.cast_signed();
+    pub(crate) fn turn(&mut self, settings: &Words) {
+        let half_gap = settings.half_gap_counts().cast_signed();
         if self.brakes {
             self.offset = half_gap.wrapping_mul(i32::from(self.flank));
             return self.begin(settings);
@@ -324,7 +327,7 @@ impl CrossingState {
         self.travel = HALF.wrapping_add(Counts::from_bits(half_way));
         self.velocity = self.velocity.wrapping_sub(self.change);
         self.change = self.change.wrapping_neg();
-        self.left = settings.crossing_half_samples;
+        self.left = settings.crossing_half_samples();
         self.brakes = true;
         self.offset = self.nearest();
     }

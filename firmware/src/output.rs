@@ -23,7 +23,7 @@
 
 use crate::dac::{Dac, HALF};
 use crate::refusal::{Refusal, What, accepted};
-use crate::settings::Settings;
+use crate::settings::Words;
 
 /// Way from a sum to a whole code.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -97,17 +97,17 @@ impl Output {
     }
 
     /// That of checked settings.
-    pub(crate) fn of(settings: &Settings) -> Self {
-        let quantiser = match settings.quantiser {
+    pub(crate) const fn of(settings: &Words) -> Self {
+        let quantiser = match settings.quantiser() {
             0 => Quantiser::Nearest,
             1 => Quantiser::ErrorFeedback,
             _ => Quantiser::Dither {
-                seed: settings.dither_seed,
+                seed: settings.dither_seed(),
             },
         };
         Self::limited(
-            Dac::of_bits(settings.dac_bits),
-            settings.slew_codes,
+            Dac::of_bits(settings.dac_bits()),
+            settings.slew_codes(),
             quantiser,
         )
     }

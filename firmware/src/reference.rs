@@ -109,24 +109,28 @@ impl Stretch {
     }
 
     /// The stretch of these words.
-    #[inline]
     pub fn from_words(words: &[i32; Self::WORDS]) -> Self {
+        let mut stretch = Self::ZERO;
+        stretch.set_words(words);
+        stretch
+    }
+
+    /// Takes the stretch of these words.
+    #[inline(never)]
+    pub fn set_words(&mut self, words: &[i32; Self::WORDS]) {
         let [b, i, c, j, d, k, e, l, f, m, g, n, h, o, samples, signs] = *words;
         let number = |lower, upper| Counts::from_bits(wide::joined(upper, lower));
-        let signs = signs.to_le_bytes().map(|sign| sign.cast_signed().signum());
-        let [velocity_sign, acceleration_sign, ..] = signs;
-        Self {
-            position: number(b, i),
-            velocity: number(c, j),
-            acceleration: number(d, k),
-            jerk: number(e, l),
-            ahead: number(f, m),
-            ahead_change: number(g, n),
-            ahead_growth: number(h, o),
-            samples: samples.cast_unsigned(),
-            velocity_sign,
-            acceleration_sign,
-        }
+        self.position = number(b, i);
+        self.velocity = number(c, j);
+        self.acceleration = number(d, k);
+        self.jerk = number(e, l);
+        self.ahead = number(f, m);
+        self.ahead_change = number(g, n);
+        self.ahead_growth = number(h, o);
+        self.samples = samples.cast_unsigned();
+        let [velocity, acceleration, ..] = signs.to_le_bytes();
+        self.velocity_sign = velocity.cast_signed();
+        self.acceleration_sign = acceleration.cast_signed();
     }
 
     /// All zeros, before an axis is started.

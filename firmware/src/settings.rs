@@ -7,6 +7,8 @@
 //! terms against overflow. So it needs none of what acceptance needs: no
 //! division, no sentence.
 
+use core::mem::offset_of;
+
 /// The largest mantissa of a gain, and the largest number with a sign.
 pub(crate) const MOST: u32 = i32::MAX.cast_unsigned();
 
@@ -46,6 +48,20 @@ macro_rules! words {
             pub const fn from_words([$($field,)*]: [u32; Self::WORDS]) -> Self {
                 Self { $($field,)* }
             }
+
+        }
+
+        impl Words {
+            /// The words of settings.
+            pub const fn of(settings: &$name) -> Self {
+                Self(settings.to_words())
+            }
+
+            $(#[doc = $doc] $(#[doc = $more])*
+            #[inline(always)]
+            pub(crate) const fn $field(&self) -> u32 {
+                self.0[offset_of!($name, $field) >> 2]
+            })*
         }
     };
 }
@@ -170,9 +186,6 @@ words! {
 }
 
 impl Settings {
-    /// All zeros, which no check accepts.
-    pub(crate) const ZERO: Self = Self::from_words([0; Self::WORDS]);
-
     /// No gain, no limit, no option; a converter of 2 bits.
     pub(crate) const OFF: Self = Self {
         kp_mantissa: 0,
@@ -222,6 +235,66 @@ impl Settings {
         crossing_first_high: 0,
         flank_of_acceleration: 0,
     };
+}
+
+/// Settings as the samples read them: their words in one piece, which a line fills
+/// one after the other.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(transparent)]
+pub struct Words(pub [u32; Settings::WORDS]);
+
+impl Words {
+    /// All words 0, which are no settings.
+    pub const ZERO: Self = Self([0; Settings::WORDS]);
+}
+
+/// Ranges of all words, each once, and which of them a word has: less than half of
+/// the bytes of a range for every word.
+pub(crate) struct Ranges {
+    each: [[u32; 2]; Self::MOST],
+    of_word: [u8; Settings::WORDS],
+}
+
+impl Ranges {
+    /// Different ranges at most.
+    const MOST: usize = 16;
+    /// Those of [`Settings::RANGES`].
+    pub(crate) const ALL: Self = Self::distinct();
+
+    #[allow(
+        clippy::indexing_slicing,
+        clippy::arithmetic_side_effects,
+        reason = "it is evaluated while it is compiled"
+    )]
+    const fn distinct() -> Self {
+        let mut each = [[0; 2]; Self::MOST];
+        let mut of_word = [0; Settings::WORDS];
+        let (mut known, mut word) = (0, 0);
+        while word < Settings::WORDS {
+            let [least, most] = Settings::RANGES[word];
+            let mut place = 0;
+            while place < known && (each[place][0] != least || each[place][1] != most) {
+                place += 1;
+            }
+            each[place] = [least, most];
+            [of_word[word], ..] = place.to_le_bytes();
+            known = if place == known { known + 1 } else { known };
+            word += 1;
+        }
+        Self { each, of_word }
+    }
+
+    /// Tells whether each word is within its range, or the place of the first that is not.
+    pub(crate) fn check(&self, words: &Words) -> Result<(), Unfit> {
+        for (place, (word, range)) in (0..).zip(words.0.iter().zip(&self.of_word)) {
+            // There is one for every word.
+            let [least, most] = *self.each.get(usize::from(*range)).unwrap_or(&[1, 0]);
+            if *word < least || *word > most {
+                return Err(Unfit { word: place });
+            }
+        }
+        Ok(())
+    }
 }
 
 /// A word that is not accepted.

@@ -8,34 +8,15 @@
 //! is always its end: whatever happened before, reading starts afresh behind
 //! it. The CRC is that of ISO-HDLC; a damaged frame passes it once in 2^32.
 
-use cobs::{DecodeResult, DecoderState, EncoderState, PushResult};
 use heapless::Vec;
 
-/// The generator x^32 + x^26 + … + 1, the highest power in the lowest bit.
-const GENERATOR: u32 = 0xedb8_8320;
-
-/// CRCs of all halves of a byte: 64 bytes of flash. A table of all bytes is
-/// 1 KiB, and without one a chip spends two thirds of a sample on two frames.
-const HALVES: [u32; 16] = halves();
-
-const fn halves() -> [u32; 16] {
-    let mut table = [0; 16];
-    let mut rest: &mut [u32] = &mut table;
-    let mut half = 0_u32;
-    while let Some((first, others)) = rest.split_first_mut() {
-        let mut crc = half;
-        let mut bit = 0;
-        while bit < 4_u32 {
-            let generator = if crc & 1 == 0 { 0 } else { GENERATOR };
-            crc = crc.wrapping_shr(1) ^ generator;
-            bit = bit.saturating_add(1);
-        }
-        *first = crc;
-        rest = others;
-        half = half.saturating_add(1);
-    }
-    table
-}
+/// CRCs of all halves of a byte, of the generator x^32 + x^26 + … + 1 with the highest
+/// power in the lowest bit: 64 bytes of flash. A table of all bytes is 1 KiB, and
+/// without one a chip spends two thirds of a sample on two frames.
+const HALVES: [u32; 16] = [
+    0x00000000, 0x1db71064, 0x3b6e20c8, 0x26d930ac, 0x76dc4190, 0x6b6b51f4, 0x4db26158, 0x5005713c,
+    0xedb88320, 0xf00f9344, 0xd6d6a3e8, 0xcb61b38c, 0x9b64c2b0, 0x86d3d2d4, 0xa00ae278, 0xbdbdf21c,
+];
 
 /// The CRC 4 bits further.
 fn half_on(crc: u32) -> u32 {
@@ -47,6 +28,9 @@ fn half_on(crc: u32) -> u32 {
 
 /// Bytes of a CRC.
 const CRC_BYTES: usize = 4;
+
+/// CRC of any bytes followed by their own.
+const CRC_OF_CRC: u32 = 0x2144_df1c;
 
 /// Bytes of the largest body.
 pub const LARGEST_BODY: usize = 192;
@@ -68,31 +52,142 @@ pub fn crc32_on(crc: u32, bytes: &[u8]) -> u32 {
         .fold(!crc, |crc, &byte| half_on(half_on(crc ^ u32::from(byte))))
 }
 
-/// A body as it goes over the line; `None` if it does not fit `N` bytes.
-pub fn encode<const N: usize>(body: &[u8]) -> Option<Vec<u8, N>> {
-    let mut line = Vec::new();
-    // The place of the first distance.
-    line.push(0).ok()?;
-    let mut state = EncoderState::default();
-    let crc = crc32(body).to_le_bytes();
-    for &byte in body.iter().chain(&crc) {
-        match state.push(byte) {
-            PushResult::AddSingle(byte) => line.push(byte).ok()?,
-            PushResult::ModifyFromStartAndSkip((at, distance)) => {
-                *line.get_mut(at)? = distance;
-                line.push(0).ok()?;
+/// A frame, or the front of one, in its memory.
+///
+/// ```text
+/// written   0, body            ─► distance, body with distances, 0
+/// read      distance, …        ─► 0, body, CRC
+/// ```
+#[derive(Debug)]
+pub(crate) struct Frame<B: ?Sized> {
+    /// Bytes so far, of those too that have found no place.
+    pub(crate) length: usize,
+    bytes: B,
+}
+
+impl<const N: usize> Frame<[u8; N]> {
+    /// Without a byte.
+    pub(crate) const EMPTY: Self = Self {
+        length: 0,
+        bytes: [0; N],
+    };
+}
+
+impl Frame<[u8]> {
+    /// Forgets its bytes; with a place for the first distance, as what is written.
+    #[inline(never)]
+    pub(crate) fn begin(&mut self, kind: u8, session: u16, number: u32) {
+        self.length = 0;
+        self.put(0);
+        self.put(kind);
+        self.bytes(&session.to_le_bytes());
+        self.u32(number);
+    }
+
+    /// Appends a byte.
+    #[inline(never)]
+    pub(crate) fn put(&mut self, byte: u8) {
+        if let Some(place) = self.bytes.get_mut(self.length) {
+            *place = byte;
+        }
+        self.length = self.length.saturating_add(1);
+    }
+
+    /// Appends bytes as they are.
+    #[inline(never)]
+    pub(crate) fn bytes(&mut self, bytes: &[u8]) {
+        bytes.iter().for_each(|byte| self.put(*byte));
+    }
+
+    #[inline(never)]
+    pub(crate) fn u32(&mut self, value: u32) {
+        self.bytes(&value.to_le_bytes());
+    }
+
+    #[inline(never)]
+    pub(crate) fn i64(&mut self, value: i64) {
+        self.bytes(&value.to_le_bytes());
+    }
+
+    /// Appends words, 4 bytes each.
+    pub(crate) fn i32s(&mut self, values: &[i32]) {
+        values
+            .iter()
+            .for_each(|value| self.u32(value.cast_unsigned()));
+    }
+
+    /// A byte: the place of `value` in the list of all.
+    pub(crate) fn choice<T: PartialEq>(&mut self, value: &T, all: &[T]) {
+        let mut place = 0_u8;
+        for known in all {
+            if known == value {
+                break;
             }
-            PushResult::ModifyFromStartAndPushAndSkip((at, distance, byte)) => {
-                *line.get_mut(at)? = distance;
-                line.push(byte).ok()?;
-                line.push(0).ok()?;
+            place = place.wrapping_add(1);
+        }
+        self.put(place);
+    }
+
+    /// Ends what was written: CRC, COBS, 0.
+    #[inline(never)]
+    pub(crate) fn end(&mut self) {
+        let crc = crc32(self.body().unwrap_or_default());
+        self.u32(crc);
+        // Every 0 becomes its distance to the next one; the first is none of the
+        // body's, the last one ends the frame.
+        let mut distance = 0_u8;
+        let written = self.bytes.get_mut(..self.length);
+        for byte in written.unwrap_or_default().iter_mut().rev() {
+            distance = distance.wrapping_add(1);
+            if *byte == 0 {
+                *byte = core::mem::take(&mut distance);
             }
         }
+        self.put(0);
     }
-    let (at, distance) = state.finalize();
-    *line.get_mut(at)? = distance;
-    line.push(0).ok()?;
-    Some(line)
+
+    /// The body that was written so far; `None` if something did not fit.
+    pub(crate) fn body(&self) -> Option<&[u8]> {
+        self.bytes.get(1..self.length)
+    }
+
+    /// What was written and ended, as it goes over the line; `None` if something did
+    /// not fit.
+    pub(crate) fn line(&self) -> Option<&[u8]> {
+        self.bytes.get(..self.length)
+    }
+
+    /// The same, and forgets it: the next byte begins another frame.
+    pub(crate) fn take_line(&mut self) -> Option<&[u8]> {
+        self.bytes.get(..core::mem::take(&mut self.length))
+    }
+
+    /// The body of what was read up to its end, decoded where it is; `None` if it is
+    /// damaged. The next byte that is read begins another frame.
+    #[inline(never)]
+    fn read(&mut self) -> Option<&[u8]> {
+        let frame = self.bytes.get_mut(..core::mem::take(&mut self.length))?;
+        // A distance becomes the 0 that it stands for, the last one leads to the end.
+        let mut at = 0_usize;
+        while at < frame.len() {
+            let distance = core::mem::take(frame.get_mut(at)?);
+            at = at.saturating_add(distance.into());
+        }
+        let with_crc = frame.get(1..at)?;
+        let (body, _) = with_crc.split_last_chunk::<CRC_BYTES>()?;
+        (crc32(with_crc) == CRC_OF_CRC).then_some(body)
+    }
+}
+
+/// A body as it goes over the line; `None` if it does not fit `N` bytes.
+pub fn encode<const N: usize>(body: &[u8]) -> Option<Vec<u8, N>> {
+    const { assert!(N <= 255, "a distance of COBS is a byte") };
+    let mut frame = Frame::<[u8; N]>::EMPTY;
+    let to: &mut Frame<[u8]> = &mut frame;
+    to.put(0);
+    to.bytes(body);
+    to.end();
+    Vec::from_slice(to.line()?).ok()
 }
 
 /// Result of a byte.
@@ -116,48 +211,36 @@ pub enum Received<'a> {
 /// assert_eq!(receiver.take(*last), Some(Received::Body(b"\x01\x00servo")));
 /// # Ok::<(), &str>(())
 /// ```
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Receiver {
-    state: DecoderState,
-    /// Body and CRC so far.
-    bytes: Vec<u8, { LARGEST_BODY + CRC_BYTES }>,
-    /// True if a byte was left out: the frame is damaged whatever else comes.
-    broken: bool,
+    /// What has come of a frame; its memory is free from its end to the next byte.
+    pub(crate) frame: Frame<[u8; LARGEST_FRAME - 1]>,
 }
 
 impl Receiver {
     /// At the start of a frame.
-    pub fn new() -> Self {
-        Self::default()
+    pub const fn new() -> Self {
+        Self {
+            frame: Frame::EMPTY,
+        }
     }
 
     /// Takes a byte; `Some` if it ends a frame.
     pub fn take(&mut self, byte: u8) -> Option<Received<'_>> {
-        match self.state.feed(byte) {
-            Ok(DecodeResult::NoData) => None,
-            Ok(DecodeResult::DataStart) => {
-                self.bytes.clear();
-                self.broken = false;
-                None
-            }
-            Ok(DecodeResult::DataContinue(byte)) => {
-                self.broken |= self.bytes.push(byte).is_err();
-                None
-            }
-            Ok(DecodeResult::DataComplete) => Some(self.checked()),
-            Err(_) => Some(Received::Damaged),
+        let frame: &mut Frame<[u8]> = &mut self.frame;
+        if byte != 0 {
+            frame.put(byte);
+            return None;
         }
+        if frame.length == 0 {
+            return None;
+        }
+        Some(frame.read().map_or(Received::Damaged, Received::Body))
     }
+}
 
-    fn checked(&self) -> Received<'_> {
-        let (body, crc) = match self.bytes.split_last_chunk::<CRC_BYTES>() {
-            Some((body, crc)) if !self.broken => (body, crc),
-            _ => return Received::Damaged,
-        };
-        if crc32(body) == u32::from_le_bytes(*crc) {
-            Received::Body(body)
-        } else {
-            Received::Damaged
-        }
+impl Default for Receiver {
+    fn default() -> Self {
+        Self::new()
     }
 }

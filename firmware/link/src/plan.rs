@@ -1,7 +1,7 @@
 //! A plan in the memory of a chip: the words of its stretches, and the end of
 //! the motion.
 
-use firmware::{AxisState, Counts, Next, Setpoint, Stretch};
+use firmware::{AxisState, Codes, Counts, Next, Setpoint, Stretch};
 
 /// Most samples of a stretch that is curved: the sum that is checked is made
 /// sample by sample.
@@ -13,76 +13,78 @@ pub fn words(stretches: &[Stretch], end: i32) -> impl Iterator<Item = i32> {
     words.chain(core::iter::once(end))
 }
 
-/// What a source of these words gives at word `at`, and the word after it.
-pub(crate) fn next(words: &[i32], at: usize) -> Option<(Next, usize)> {
-    let rest = words.get(at..)?;
-    match rest.split_first_chunk() {
-        Some((stretch, _)) => {
-            let after = at.saturating_add(Stretch::WORDS);
-            Some((Next::Stretch(Stretch::from_words(stretch)), after))
-        }
-        None => {
-            let position = *rest.first()?;
-            let last = Setpoint {
-                position,
-                ..Setpoint::default()
-            };
-            Some((Next::Last(last), at))
-        }
+/// What a source of these words gives at word `at`, which is then behind it: a
+/// stretch where it is wanted, or what is none.
+#[inline(always)]
+pub(crate) fn next(words: &[i32], at: &mut usize, stretch: &mut Stretch) -> Option<Next> {
+    let rest = words.get(*at..).unwrap_or_default();
+    if let Some(words) = rest.first_chunk() {
+        *at = at.saturating_add(Stretch::WORDS);
+        stretch.set_words(words);
+        return None;
     }
+    let last = |position| Setpoint {
+        position,
+        ..Setpoint::default()
+    };
+    let end = rest.first().map(|end| Next::Last(last(*end)));
+    Some(end.unwrap_or(Next::Underrun))
 }
 
 /// Walks through a plan: each stretch has samples and goes on where the one
 /// before has ended, but for what two samples of acceleration make. The first that
 /// does not is told.
+#[inline(never)]
 pub(crate) fn check(words: &[i32], axis: &AxisState) -> Result<(), u32> {
-    let (mut at, mut stretches) = (0, 0_u32);
-    let mut before: Option<Stretch> = None;
-    loop {
-        let (from, after) = match next(words, at) {
-            Some((Next::Stretch(stretch), after)) => (stretch, Some(after)),
-            Some((Next::Last(last), _)) if words.len() == at.saturating_add(1) => {
-                (Stretch::resting_at(last.position), None)
-            }
-            _ => return Err(stretches),
-        };
-        let goes_on = before.is_none_or(|before| {
-            let gap = from.setpoint().wrapping_sub(before.setpoint());
-            let [a, b] = [before, from].map(|stretch| whole(stretch.acceleration));
-            gap.unsigned_abs() <= a.saturating_add(b).saturating_add(2)
-        });
-        let Some(after) = after.filter(|_| goes_on) else {
-            return if goes_on { Ok(()) } else { Err(stretches) };
-        };
-        before = Some(end_of(from, axis).ok_or(stretches)?);
-        at = after;
-        stretches = stretches.saturating_add(1);
+    let (words, rest) = words.as_chunks();
+    let (mut before, mut place) = (None, 0_u32);
+    for words in words {
+        let mut stretch = Stretch::from_words(words);
+        if !goes_on(before, &stretch) || !advance_to_end(&mut stretch, axis) {
+            return Err(place);
+        }
+        before = Some((stretch.setpoint(), whole(stretch.acceleration)));
+        place = place.saturating_add(1);
+    }
+    match rest {
+        [end] if goes_on(before, &Stretch::resting_at(*end)) => Ok(()),
+        _ => Err(place),
     }
 }
 
-/// A stretch after its last sample; none of one without samples, with too many, or
-/// whose feed-forward the axis does not take.
-pub(crate) fn end_of(mut stretch: Stretch, axis: &AxisState) -> Option<Stretch> {
-    if stretch.samples == 0 || !axis.takes_ahead(stretch.ahead) {
-        return None;
+/// Tells whether a stretch begins where the one `before` has led, at a setpoint
+/// with an acceleration in whole counts.
+#[inline(never)]
+fn goes_on(before: Option<(i32, u32)>, stretch: &Stretch) -> bool {
+    before.is_none_or(|(setpoint, acceleration)| {
+        let gap = stretch.setpoint().wrapping_sub(setpoint).unsigned_abs();
+        let accelerations = whole(stretch.acceleration).saturating_add(acceleration);
+        gap <= accelerations.saturating_add(2)
+    })
+}
+
+/// Takes a stretch to its last sample and behind it. Tells whether it is one: it
+/// has samples, not too many, and the axis takes its feed-forward.
+#[inline(never)]
+pub(crate) fn advance_to_end(stretch: &mut Stretch, axis: &AxisState) -> bool {
+    let straight = stretch.acceleration == Counts::ZERO
+        && stretch.jerk == Counts::ZERO
+        && stretch.ahead_change == Codes::ZERO
+        && stretch.ahead_growth == Codes::ZERO;
+    let mut samples = stretch.samples;
+    if straight && samples > 0 {
+        // As one long sample.
+        let way = stretch.velocity.to_bits().wrapping_mul(samples.into());
+        stretch.velocity = Counts::from_bits(way);
+        samples = 1;
     }
-    let straight = stretch.acceleration == 0 && stretch.jerk == 0;
-    if straight && stretch.ahead_change == 0 && stretch.ahead_growth == 0 {
-        let samples = i64::from(stretch.samples);
-        let way = stretch.velocity.to_bits().wrapping_mul(samples);
-        stretch.position = stretch.position.wrapping_add(Counts::from_bits(way));
-        return Some(stretch);
-    }
-    if stretch.samples > CURVED_SAMPLES_MAX {
-        return None;
-    }
-    for _ in 0..stretch.samples {
-        if !axis.takes_ahead(stretch.ahead) {
-            return None;
-        }
+    let mut takes = samples > 0 && samples <= CURVED_SAMPLES_MAX;
+    while takes && samples > 0 {
+        takes = axis.takes_ahead(stretch.ahead);
         stretch.advance();
+        samples = samples.saturating_sub(1);
     }
-    Some(stretch)
+    takes
 }
 
 /// The magnitude in whole counts, rounded up.

@@ -2,13 +2,18 @@
 
 use heapless::Vec;
 
-use crate::body::{Header, VERSION, Wire, Writer};
+use crate::body::{Header, Reader, VERSION};
+use crate::frame::{Frame, LARGEST_BODY, LARGEST_FRAME};
 use crate::request::{Events, flag};
+use firmware::axis::AxisOutput;
 use firmware::faults::{Fault, FaultCause, FaultValues};
 use firmware::states::State;
 
 /// Bytes of the largest reply.
-pub const LARGEST_REPLY: usize = 72;
+pub const LARGEST_REPLY: usize = 62;
+
+/// Bytes of the largest reply on the line.
+pub const LARGEST_REPLY_FRAME: usize = LARGEST_REPLY + LARGEST_FRAME - LARGEST_BODY;
 
 /// A controller's answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -114,26 +119,51 @@ pub enum Nak {
 }
 
 impl Nak {
-    /// Every reason, in the order of their numbers on the line.
-    const ALL: [Self; 9] = [
-        Self::Damaged,
-        Self::Session,
-        Self::Number { expected: 0 },
-        Self::Request,
-        Self::Configuration { here: 0 },
-        Self::Settings { word: 0 },
-        Self::Memory,
-        Self::Driving,
-        Self::Plan { stretch: 0 },
-    ];
+    /// Number on the line, and the value beside it.
+    const fn words(self) -> (u8, u32) {
+        match self {
+            Self::Damaged => (0, 0),
+            Self::Session => (1, 0),
+            Self::Number { expected } => (2, expected),
+            Self::Request => (3, 0),
+            Self::Configuration { here } => (4, here),
+            Self::Settings { word } => (5, word),
+            Self::Memory => (6, 0),
+            Self::Driving => (7, 0),
+            Self::Plan { stretch } => (8, stretch),
+        }
+    }
+
+    pub(crate) fn write(self, to: &mut Frame<[u8]>) {
+        let (number, value) = self.words();
+        to.put(number);
+        to.u32(value);
+    }
+
+    fn read(from: &mut Reader<'_>) -> Option<Self> {
+        let (number, value) = (from.u8(), from.u32());
+        let known = [
+            Self::Damaged,
+            Self::Session,
+            Self::Number { expected: value },
+            Self::Request,
+            Self::Configuration { here: value },
+            Self::Settings { word: value },
+            Self::Memory,
+            Self::Driving,
+            Self::Plan { stretch: value },
+        ];
+        known.into_iter().find(|nak| nak.words().0 == number)
+    }
 }
 
-mod kind {
-    pub(super) const HELLO: u8 = 0x81;
-    pub(super) const TAKEN: u8 = 0x82;
-    pub(super) const STEPPED: u8 = 0x87;
-    pub(super) const STATUS: u8 = 0x89;
-    pub(super) const NAK: u8 = 0xff;
+/// Kinds of replies on the line.
+pub(crate) mod kind {
+    pub(crate) const HELLO: u8 = 0x81;
+    pub(crate) const TAKEN: u8 = 0x82;
+    pub(crate) const STEPPED: u8 = 0x87;
+    pub(crate) const STATUS: u8 = 0x89;
+    pub(crate) const NAK: u8 = 0xff;
 }
 
 /// Flags of a step's results, beside the refused requests.
@@ -143,7 +173,7 @@ const FAULT: u8 = 0x40;
 
 impl Reply {
     /// The reply as a body; it always fits.
-    pub fn body(mut self, session: u16, number: u32) -> Option<Vec<u8, LARGEST_REPLY>> {
+    pub fn body(&self, session: u16, number: u32) -> Option<Vec<u8, LARGEST_REPLY>> {
         let kind = match self {
             Self::Hello(_) => kind::HELLO,
             Self::Taken => kind::TAKEN,
@@ -151,105 +181,147 @@ impl Reply {
             Self::Status(_) => kind::STATUS,
             Self::Nak(_) => kind::NAK,
         };
-        let mut header = Header {
-            kind,
-            session,
-            number,
-        };
-        Writer::body(|to| {
-            header.fields(to)?;
-            self.fields(to)
-        })
+        let mut frame = Frame::<[u8; LARGEST_REPLY + 1]>::EMPTY;
+        let to: &mut Frame<[u8]> = &mut frame;
+        to.begin(kind, session, number);
+        match self {
+            Self::Hello(identity) => identity.write(to),
+            Self::Taken => {}
+            Self::Stepped(stepped) => stepped.write(to),
+            Self::Status(status) => status.write(to),
+            Self::Nak(nak) => nak.write(to),
+        }
+        Vec::from_slice(to.body()?).ok()
     }
 
     /// A body and its header; `None` if it is no reply.
     pub fn read(body: &[u8]) -> Option<(Header, Self)> {
         let (header, mut from) = Header::read(body)?;
-        let mut reply = match header.kind {
-            kind::HELLO => Self::Hello(Identity::default()),
+        let reply = match header.kind {
+            kind::HELLO => {
+                let version = from.u8();
+                if version != VERSION {
+                    // The rest of another version's may be anything.
+                    let identity = Identity {
+                        version,
+                        ..Identity::default()
+                    };
+                    return from.whole((header, Self::Hello(identity)));
+                }
+                Self::Hello(Identity::read(&mut from))
+            }
             kind::TAKEN => Self::Taken,
-            kind::STEPPED => Self::Stepped(Stepped::default()),
-            kind::STATUS => Self::Status(Status::default()),
-            kind::NAK => Self::Nak(Nak::Damaged),
+            kind::STEPPED => Self::Stepped(Stepped::read(&mut from)?),
+            kind::STATUS => Self::Status(Status {
+                stack_bytes: from.u32(),
+                steps: from.u32(),
+            }),
+            kind::NAK => Self::Nak(Nak::read(&mut from)?),
             _ => return None,
         };
-        reply.fields(&mut from)?;
-        match reply {
-            // The rest of another version's may be anything.
-            Self::Hello(identity) if identity.version != VERSION => {}
-            _ => from.end()?,
-        }
-        Some((header, reply))
-    }
-
-    fn fields(&mut self, wire: &mut impl Wire) -> Option<()> {
-        match self {
-            Self::Hello(identity) => identity.fields(wire),
-            Self::Taken => Some(()),
-            Self::Stepped(stepped) => stepped.fields(wire),
-            Self::Status(status) => {
-                wire.u32(&mut status.stack_bytes)?;
-                wire.u32(&mut status.steps)
-            }
-            Self::Nak(nak) => {
-                wire.choice(nak, &Nak::ALL)?;
-                match nak {
-                    Nak::Number { expected: value }
-                    | Nak::Configuration { here: value }
-                    | Nak::Settings { word: value }
-                    | Nak::Plan { stretch: value } => wire.u32(value),
-                    _ => wire.u32(&mut 0),
-                }
-            }
-        }
+        from.has_ended().then_some((header, reply))
     }
 }
 
 impl Identity {
-    /// Of another version nothing but the version is known.
-    fn fields(&mut self, wire: &mut impl Wire) -> Option<()> {
-        wire.u8(&mut self.version)?;
-        if self.version != VERSION {
-            return Some(());
+    pub(crate) fn write(&self, to: &mut Frame<[u8]>) {
+        to.put(self.version);
+        to.bytes(&self.target);
+        to.u32(self.image_crc);
+        to.u32(self.flash_bytes);
+        to.u32(self.ram_bytes);
+        to.u32(self.table_capacity);
+        to.u32(self.timer_hz);
+    }
+
+    /// What follows this version.
+    fn read(from: &mut Reader<'_>) -> Self {
+        Self {
+            version: VERSION,
+            target: from.array(),
+            image_crc: from.u32(),
+            flash_bytes: from.u32(),
+            ram_bytes: from.u32(),
+            table_capacity: from.u32(),
+            timer_hz: from.u32(),
         }
-        self.target.iter_mut().try_for_each(|byte| wire.u8(byte))?;
-        wire.u32(&mut self.image_crc)?;
-        wire.u32(&mut self.flash_bytes)?;
-        wire.u32(&mut self.ram_bytes)?;
-        wire.u32(&mut self.table_capacity)?;
-        wire.u32(&mut self.timer_hz)
+    }
+}
+
+impl Status {
+    pub(crate) fn write(&self, to: &mut Frame<[u8]>) {
+        to.u32(self.stack_bytes);
+        to.u32(self.steps);
     }
 }
 
 impl Stepped {
-    fn fields(&mut self, wire: &mut impl Wire) -> Option<()> {
-        wire.i32(&mut self.code)?;
-        wire.i32(&mut self.error_counts)?;
-        wire.choice(&mut self.state, &State::ALL)?;
-        let mut flags = self.refused.bits()
-            | flag(POWER, self.power)
-            | flag(OUT_OF_RANGE, self.out_of_range)
-            | flag(FAULT, self.fault.is_some());
-        wire.u8(&mut flags)?;
-        self.refused = Events::of_bits(flags);
-        self.power = flags & POWER != 0;
-        self.out_of_range = flags & OUT_OF_RANGE != 0;
-        wire.u32(&mut self.ticks)?;
-        if flags & FAULT == 0 {
-            return Some(());
-        }
-        let fault = self.fault.get_or_insert(Fault {
-            cause: FaultCause::EmergencyStop,
-            tick: 0,
-            values: FaultValues::default(),
-        });
-        wire.choice(&mut fault.cause, &FaultCause::ALL)?;
-        wire.u64(&mut fault.tick)?;
-        wire.i32(&mut fault.values.setpoint)?;
-        wire.i32(&mut fault.values.position)?;
-        wire.i32(&mut fault.values.error)?;
-        wire.i32(&mut fault.values.code)?;
-        wire.i64(&mut fault.values.measured)?;
-        wire.i64(&mut fault.values.limit)
+    fn write(&self, to: &mut Frame<[u8]>) {
+        let output = AxisOutput {
+            code: self.code,
+            power: self.power,
+            state: self.state,
+            error_counts: self.error_counts,
+            out_of_range: self.out_of_range,
+        };
+        write_stepped(to, &output, self.refused, self.ticks, self.fault.as_ref());
+    }
+
+    fn read(from: &mut Reader<'_>) -> Option<Self> {
+        let (code, error_counts) = (from.i32(), from.i32());
+        let state = from.choice(&State::ALL)?;
+        let flags = from.u8();
+        Some(Self {
+            code,
+            error_counts,
+            state,
+            power: flags & POWER != 0,
+            out_of_range: flags & OUT_OF_RANGE != 0,
+            refused: Events::of_bits(flags),
+            ticks: from.u32(),
+            fault: match flags & FAULT {
+                0 => None,
+                _ => Some(Fault {
+                    cause: from.choice(&FaultCause::ALL)?,
+                    tick: from.u64(),
+                    values: FaultValues {
+                        setpoint: from.i32(),
+                        position: from.i32(),
+                        error: from.i32(),
+                        code: from.i32(),
+                        measured: from.i64(),
+                        limit: from.i64(),
+                    },
+                }),
+            },
+        })
+    }
+}
+
+/// Results of a sample, from where they are.
+#[inline(never)]
+pub(crate) fn write_stepped(
+    to: &mut Frame<[u8]>,
+    output: &AxisOutput,
+    refused: Events,
+    ticks: u32,
+    fault: Option<&Fault>,
+) {
+    to.i32s(&[output.code, output.error_counts]);
+    to.choice(&output.state, &State::ALL);
+    to.put(
+        refused.bits()
+            | flag(POWER, output.power)
+            | flag(OUT_OF_RANGE, output.out_of_range)
+            | flag(FAULT, fault.is_some()),
+    );
+    to.u32(ticks);
+    if let Some(fault) = fault {
+        let values = &fault.values;
+        to.choice(&fault.cause, &FaultCause::ALL);
+        to.i64(fault.tick.cast_signed());
+        to.i32s(&[values.setpoint, values.position, values.error, values.code]);
+        to.i64(values.measured);
+        to.i64(values.limit);
     }
 }

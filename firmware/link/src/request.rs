@@ -2,8 +2,8 @@
 
 use heapless::Vec;
 
-use crate::body::{Header, Reader, Wire, Writer};
-use crate::frame::LARGEST_BODY;
+use crate::body::Reader;
+use crate::frame::{Frame, LARGEST_BODY};
 use firmware::Codes;
 use firmware::axis::Inputs;
 use firmware::reference::{Next, Setpoint, Stretch};
@@ -55,7 +55,7 @@ pub enum SourceKind {
 
 impl SourceKind {
     /// Every kind, in the order of their numbers on the line.
-    const ALL: [Self; 3] = [Self::Table, Self::Plan, Self::Step];
+    pub(crate) const ALL: [Self; 3] = [Self::Table, Self::Plan, Self::Step];
 }
 
 /// Inputs of one sample.
@@ -80,30 +80,32 @@ pub struct Events(u8);
 impl Events {
     /// In the order in which they are asked for.
     pub const ORDER: [Event; 4] = [Event::Disable, Event::Reset, Event::Enable, Event::Start];
-    /// The bit of each.
-    const BITS: [u8; 4] = [1, 2, 4, 8];
 
     /// The set of the lower four bits.
-    pub(super) const fn of_bits(bits: u8) -> Self {
+    pub(crate) const fn of_bits(bits: u8) -> Self {
         Self(bits & 0xf)
     }
 
     /// The lower four bits.
-    pub(super) const fn bits(self) -> u8 {
+    pub(crate) const fn bits(self) -> u8 {
         self.0
     }
 
     /// With `event`; those that no one may ask for are left out.
     pub fn insert(&mut self, event: Event) {
-        for (bit, known) in Self::BITS.into_iter().zip(Self::ORDER) {
-            self.0 |= flag(bit, known == event);
-        }
+        self.0 |= Self(0xf).filter(|known| known == event).0;
     }
 
-    /// Its events in their order.
-    pub fn iter(self) -> impl Iterator<Item = Event> {
-        let events = Self::BITS.into_iter().zip(Self::ORDER);
-        events.filter_map(move |(bit, event)| (self.0 & bit != 0).then_some(event))
+    /// Those of its events, in their order, of which `kept` says so.
+    pub(crate) fn filter(self, mut kept: impl FnMut(Event) -> bool) -> Self {
+        let (mut bit, mut set) = (1, 0);
+        for event in Self::ORDER {
+            if self.0 & bit != 0 && kept(event) {
+                set |= bit;
+            }
+            bit = bit.wrapping_shl(1);
+        }
+        Self(set)
     }
 
     /// Tells whether there is none.
@@ -113,13 +115,13 @@ impl Events {
 }
 
 /// Kinds of requests on the line; those of replies have the upper bit.
-mod kind {
-    pub(super) const HELLO: u8 = 0x01;
-    pub(super) const SETTINGS: u8 = 0x03;
-    pub(super) const MEMORY: u8 = 0x04;
-    pub(super) const BEGIN: u8 = 0x06;
-    pub(super) const STEP: u8 = 0x07;
-    pub(super) const STATUS: u8 = 0x09;
+pub(crate) mod kind {
+    pub(crate) const HELLO: u8 = 0x01;
+    pub(crate) const SETTINGS: u8 = 0x03;
+    pub(crate) const MEMORY: u8 = 0x04;
+    pub(crate) const BEGIN: u8 = 0x06;
+    pub(crate) const STEP: u8 = 0x07;
+    pub(crate) const STATUS: u8 = 0x09;
 }
 
 /// Flags of a step: what it has besides the motor's register.
@@ -130,7 +132,7 @@ const ODD: u8 = 0x40;
 const NEXT: u8 = 0x80;
 
 /// `flag` where it is set, or 0.
-pub(super) const fn flag(flag: u8, set: bool) -> u8 {
+pub(crate) const fn flag(flag: u8, set: bool) -> u8 {
     if set { flag } else { 0 }
 }
 
@@ -139,23 +141,25 @@ impl Request<'_> {
     ///
     /// `last_tick` is that of the step before, which a step only mentions where
     /// its own does not follow.
-    pub fn body(
-        mut self,
-        session: u16,
-        number: u32,
-        last_tick: u64,
-    ) -> Option<Vec<u8, LARGEST_BODY>> {
-        let mut header = Header {
-            kind: self.kind(),
-            session,
-            number,
-        };
-        Writer::body(|to| {
-            header.fields(to)?;
-            self.fields(to, last_tick)?;
-            to.bytes(self.payload());
-            Some(())
-        })
+    pub fn body(&self, session: u16, number: u32, last_tick: u64) -> Option<Vec<u8, LARGEST_BODY>> {
+        let mut frame = Frame::<[u8; LARGEST_BODY + 1]>::EMPTY;
+        let to: &mut Frame<[u8]> = &mut frame;
+        to.begin(self.kind(), session, number);
+        match self {
+            Self::Hello | Self::Status => {}
+            Self::Settings(payload) | Self::Memory(payload) => to.bytes(payload),
+            Self::Begin {
+                configuration,
+                source,
+                events,
+            } => {
+                to.u32(*configuration);
+                to.put(events.0);
+                to.choice(source, &SourceKind::ALL);
+            }
+            Self::Step(step) => step.write(to, last_tick.wrapping_add(1)),
+        }
+        Vec::from_slice(to.body()?).ok()
     }
 
     /// Kind on the line; it begins a part's share of the
@@ -170,122 +174,121 @@ impl Request<'_> {
             Self::Status => kind::STATUS,
         }
     }
-
-    const fn payload(&self) -> &[u8] {
-        match self {
-            Self::Settings(payload) | Self::Memory(payload) => payload,
-            Self::Hello | Self::Begin { .. } | Self::Step(_) | Self::Status => &[],
-        }
-    }
-
-    /// Contents but for a payload.
-    fn fields(&mut self, wire: &mut impl Wire, last_tick: u64) -> Option<()> {
-        match self {
-            Self::Begin {
-                configuration,
-                source,
-                events,
-            } => {
-                wire.u32(configuration)?;
-                wire.u8(&mut events.0)?;
-                *events = Events::of_bits(events.0);
-                wire.choice(source, &SourceKind::ALL)
-            }
-            Self::Step(step) => step.fields(wire, last_tick),
-            _ => Some(()),
-        }
-    }
-}
-
-impl<'a> Request<'a> {
-    /// The request behind a header of that kind; `None` if there is no such one.
-    pub(super) fn read(kind: u8, mut from: Reader<'a>, last_tick: u64) -> Option<Self> {
-        let payload = from.rest();
-        let mut request = match kind {
-            kind::HELLO => return Some(Self::Hello),
-            kind::SETTINGS => return Some(Self::Settings(payload)),
-            kind::MEMORY => return Some(Self::Memory(payload)),
-            kind::STATUS => return Some(Self::Status),
-            kind::BEGIN => Self::Begin {
-                configuration: 0,
-                source: SourceKind::Table,
-                events: Events::default(),
-            },
-            // As it is without the odd fields: the tick follows the last one.
-            kind::STEP => Self::Step(Step {
-                events: Events::default(),
-                inputs: Inputs {
-                    tick: last_tick.wrapping_add(1),
-                    ..Inputs::default()
-                },
-                motor_unread: false,
-                next: Next::Underrun,
-            }),
-            _ => return None,
-        };
-        request.fields(&mut from, last_tick)?;
-        from.end()?;
-        Some(request)
-    }
 }
 
 impl Step {
-    fn fields(&mut self, wire: &mut impl Wire, last_tick: u64) -> Option<()> {
-        let inputs = &mut self.inputs;
-        let follows = inputs.tick == last_tick.wrapping_add(1)
-            && inputs.failed_transfers == 0
-            && !self.motor_unread;
-        let mut flags = self.events.0
-            | flag(EMERGENCY_STOP, inputs.emergency_stop)
-            | flag(LOAD, inputs.load_register.is_some())
-            | flag(ODD, !follows)
-            | flag(NEXT, self.next != Next::Underrun);
-        wire.u8(&mut flags)?;
-        self.events = Events::of_bits(flags);
-        inputs.emergency_stop = flags & EMERGENCY_STOP != 0;
-        wire.u32(&mut inputs.motor_register)?;
-        if flags & LOAD != 0 {
-            wire.u32(inputs.load_register.get_or_insert_default())?;
+    /// Its fields; a tick that is not the one that `follows` among them.
+    fn write(&self, to: &mut Frame<[u8]>, follows: u64) {
+        let inputs = &self.inputs;
+        let odd = inputs.tick != follows || inputs.failed_transfers != 0 || self.motor_unread;
+        to.put(
+            self.events.0
+                | flag(EMERGENCY_STOP, inputs.emergency_stop)
+                | flag(LOAD, inputs.load_register.is_some())
+                | flag(ODD, odd)
+                | flag(NEXT, self.next != Next::Underrun),
+        );
+        to.u32(inputs.motor_register);
+        if let Some(register) = inputs.load_register {
+            to.u32(register);
         }
-        if flags & ODD != 0 {
-            wire.u64(&mut inputs.tick)?;
-            wire.u32(&mut inputs.failed_transfers)?;
-            wire.flag(&mut self.motor_unread)?;
+        if odd {
+            to.i64(inputs.tick.cast_signed());
+            to.u32(inputs.failed_transfers);
+            to.put(u8::from(self.motor_unread));
         }
-        if flags & NEXT != 0 {
-            let zero = Setpoint::default();
-            let kinds = [
-                Next::Setpoint(zero),
-                Next::Last(zero),
-                Next::Stretch(Stretch::default()),
-            ];
-            wire.choice(&mut self.next, &kinds)?;
-            match &mut self.next {
-                Next::Setpoint(setpoint) | Next::Last(setpoint) => {
-                    setpoint_fields(setpoint, wire)?;
-                }
-                Next::Stretch(stretch) => {
-                    let mut words = stretch.to_words();
-                    words.iter_mut().try_for_each(|word| wire.i32(word))?;
-                    *stretch = Stretch::from_words(&words);
-                }
-                Next::Underrun => {}
+        match &self.next {
+            Next::Setpoint(setpoint) => write_setpoint(to, 0, setpoint),
+            Next::Last(setpoint) => write_setpoint(to, 1, setpoint),
+            Next::Stretch(stretch) => {
+                to.put(2);
+                to.i32s(&stretch.to_words());
             }
+            Next::Underrun => {}
         }
-        Some(())
     }
 }
 
-fn setpoint_fields(setpoint: &mut Setpoint, wire: &mut impl Wire) -> Option<()> {
-    wire.i32(&mut setpoint.position)?;
-    wire.i32(&mut setpoint.velocity)?;
-    wire.i32(&mut setpoint.acceleration)?;
-    let mut computed = setpoint.ahead.is_some();
-    wire.flag(&mut computed)?;
-    if computed {
-        let mut bits = setpoint.ahead.unwrap_or_default().to_bits();
-        wire.i64(&mut bits)?;
-        setpoint.ahead = Some(Codes::from_bits(bits));
+fn write_setpoint(to: &mut Frame<[u8]>, kind: u8, setpoint: &Setpoint) {
+    to.put(kind);
+    to.i32s(&[setpoint.position, setpoint.velocity, setpoint.acceleration]);
+    to.put(u8::from(setpoint.ahead.is_some()));
+    if let Some(ahead) = setpoint.ahead {
+        to.i64(ahead.to_bits());
     }
-    Some(())
+}
+
+/// A [`Step`] as it came: the source's answer stays in its bytes until it is asked
+/// for.
+#[derive(Debug)]
+pub(crate) struct Arrived<'a> {
+    pub(crate) events: Events,
+    pub(crate) inputs: Inputs,
+    pub(crate) motor_unread: bool,
+    /// Empty without an answer.
+    pub(crate) next: Reader<'a>,
+}
+
+impl<'a> Arrived<'a> {
+    /// Reads the fields; the tick `follows` where there is none.
+    #[inline(never)]
+    pub(crate) fn read(from: &mut Reader<'a>, follows: u64) -> Self {
+        let flags = from.u8();
+        let mut step = Self {
+            events: Events::of_bits(flags),
+            inputs: Inputs {
+                tick: follows,
+                motor_register: from.u32(),
+                load_register: (flags & LOAD != 0).then(|| from.u32()),
+                emergency_stop: flags & EMERGENCY_STOP != 0,
+                failed_transfers: 0,
+            },
+            motor_unread: false,
+            next: Reader::new(&[]),
+        };
+        if flags & ODD != 0 {
+            step.inputs.tick = from.u64();
+            step.inputs.failed_transfers = from.u32();
+            step.motor_unread = from.flag();
+        }
+        if flags & NEXT != 0 {
+            step.next = *from;
+            next(from);
+        }
+        step
+    }
+}
+
+/// Configuration, events and source of a [`Request::Begin`].
+#[inline(never)]
+pub(crate) fn begin(payload: &[u8]) -> Option<(u32, Events, SourceKind)> {
+    let mut from = Reader::new(payload);
+    let (configuration, events) = (from.u32(), Events::of_bits(from.u8()));
+    let source = from.choice(&SourceKind::ALL)?;
+    from.has_ended().then_some((configuration, events, source))
+}
+
+/// The source's answer; an underrun, and a mistake of the reader, where there is none.
+#[inline(never)]
+pub(crate) fn next(from: &mut Reader<'_>) -> Next {
+    let kind = from.u8();
+    if kind == 2 {
+        let mut words = [0; Stretch::WORDS];
+        words.iter_mut().for_each(|word| *word = from.i32());
+        return Next::Stretch(Stretch::from_words(&words));
+    }
+    let setpoint = Setpoint {
+        position: from.i32(),
+        velocity: from.i32(),
+        acceleration: from.i32(),
+        ahead: from.flag().then(|| Codes::from_bits(from.i64())),
+    };
+    match from.whole(kind) {
+        Some(0) => Next::Setpoint(setpoint),
+        Some(1) => Next::Last(setpoint),
+        _ => {
+            from.fail();
+            Next::Underrun
+        }
+    }
 }

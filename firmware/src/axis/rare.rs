@@ -70,12 +70,12 @@ impl AxisState {
         if inputs.failed_transfers != 0 {
             self.found(FaultCause::HardwareBus, inputs.failed_transfers.into(), 0);
         }
-        if self.settings.feedback_of_load != 0 && inputs.load_register.is_none() {
+        if self.settings.feedback_of_load() != 0 && inputs.load_register.is_none() {
             self.found(FaultCause::HardwareBus, 1, 0);
         }
         // Counted modulo 2^64, so that no end has to be looked at.
         let missed = inputs.tick.wrapping_sub(self.expected).cast_signed();
-        if self.settings.watches_ticks != 0 && self.ticked && missed != 0 {
+        if self.settings.watches_ticks() != 0 && self.ticked && missed != 0 {
             self.found(FaultCause::MissedTick, missed, 0);
         }
     }
@@ -87,14 +87,14 @@ impl AxisState {
         let code = self.law.code();
         // A drive that runs down is still one that drives.
         if code != 0 {
-            let drives = code.unsigned_abs() >= self.settings.encoder_loss_codes;
+            let drives = code.unsigned_abs() >= self.settings.encoder_loss_codes();
             let still = if moved == 0 && drives {
                 self.still.saturating_add(1)
             } else {
                 0
             };
             self.still = still;
-            if still >= self.settings.encoder_loss_samples {
+            if still >= self.settings.encoder_loss_samples() {
                 self.found_loss(still);
             }
         }
@@ -113,7 +113,7 @@ impl AxisState {
     /// one of two stands still.
     fn read(&mut self, inputs: &Inputs) -> i32 {
         let moved = self.read_motor(inputs);
-        if self.settings.feedback_of_load != 0 && self.read_load(inputs) == 0 {
+        if self.settings.feedback_of_load() != 0 && self.read_load(inputs) == 0 {
             return 0;
         }
         moved
@@ -121,7 +121,7 @@ impl AxisState {
 
     fn read_motor(&mut self, inputs: &Inputs) -> i32 {
         let settings = &self.settings;
-        let (bits, jump) = (settings.counter_bits, settings.largest_jump_counts);
+        let (bits, jump) = (settings.counter_bits(), settings.largest_jump_counts());
         let read = self.motor.follow(inputs.motor_register, bits, jump);
         self.movement(read)
     }
@@ -136,8 +136,8 @@ impl AxisState {
         };
         let settings = &self.settings;
         let (bits, jump) = (
-            settings.load_counter_bits,
-            settings.load_largest_jump_counts,
+            settings.load_counter_bits(),
+            settings.load_largest_jump_counts(),
         );
         let read = self.load.follow(register, bits, jump);
         self.movement(read)
@@ -162,7 +162,7 @@ impl AxisState {
         source: &mut impl SetpointSource,
         moved: i32,
     ) -> Option<i32> {
-        let jump = self.settings.largest_jump_counts;
+        let jump = self.settings.largest_jump_counts();
         if jump != u32::MAX && moved.unsigned_abs() > jump {
             self.trip(inputs, source, Done::Nothing);
             return None;
@@ -185,7 +185,7 @@ impl AxisState {
     }
 
     fn found_loss(&mut self, still: u32) {
-        let limit = self.settings.encoder_loss_samples;
+        let limit = self.settings.encoder_loss_samples();
         self.found(FaultCause::EncoderLoss, still.into(), limit.into());
     }
 
@@ -223,14 +223,14 @@ impl AxisState {
     /// with `v` in 2^−16 counts per sample.
     fn watch_following_error(&mut self) {
         let settings = &self.settings;
-        let (size, at_rest) = (self.error.unsigned_abs(), settings.following_error_counts);
+        let (size, at_rest) = (self.error.unsigned_abs(), settings.following_error_counts());
         if size <= at_rest {
             return;
         }
         let speed = self.motion.velocity.to_bits().unsigned_abs();
         let speed = wide::narrowed(speed.wrapping_shr(SPEED_SHIFT)).unwrap_or(u32::MAX);
-        let bits = settings.lag_fraction_bits.wrapping_add(SPEED_BITS);
-        let lag = wide::product(settings.lag_mantissa, speed).wrapping_shr(bits);
+        let bits = settings.lag_fraction_bits().wrapping_add(SPEED_BITS);
+        let lag = wide::product(settings.lag_mantissa(), speed).wrapping_shr(bits);
         let [measured, limit] = [u64::from(size), u64::from(at_rest).saturating_add(lag)];
         if measured > limit {
             let [measured, limit] = [measured, limit].map(wide::held);
@@ -267,7 +267,7 @@ impl AxisState {
             return code;
         }
         self.saturated = self.saturated.saturating_add(1);
-        let limit = self.settings.saturation_samples;
+        let limit = self.settings.saturation_samples();
         if self.saturated > limit {
             self.found(
                 FaultCause::SaturationTooLong,
@@ -354,7 +354,7 @@ impl AxisState {
 
     /// The position that the setpoints are for \[counts, modulo 2^32\].
     fn place(&self) -> i32 {
-        if self.settings.feedback_of_load != 0 {
+        if self.settings.feedback_of_load() != 0 {
             self.load.position
         } else {
             self.motor.position
@@ -379,7 +379,7 @@ impl AxisState {
         }
         let observed = Observed {
             position: self.motor.position,
-            load_position: if self.settings.feedback_of_load != 0 {
+            load_position: if self.settings.feedback_of_load() != 0 {
                 self.load.position()
             } else {
                 inputs.load_register.map(u32::cast_signed)
@@ -444,8 +444,8 @@ impl AxisState {
         // What follows from one sample to the next is not asked for.
         let motion = &mut self.motion;
         motion.position = nearest(position);
-        if settings.lag_mantissa != 0 {
-            motion.velocity = counts_per_sample(velocity, settings.velocity_fraction_bits);
+        if settings.lag_mantissa() != 0 {
+            motion.velocity = counts_per_sample(velocity, settings.velocity_fraction_bits());
         }
         motion.ahead = match ahead {
             Some(ahead) => ahead,
@@ -467,7 +467,7 @@ impl AxisState {
         let settings = &self.settings;
         self.band = match stands {
             true => settings
-                .dead_band_counts
+                .dead_band_counts()
                 .saturating_add(1)
                 .min(settings.near()),
             false => 0,
@@ -476,9 +476,9 @@ impl AxisState {
             Begin::GoingOn => settings.near().wrapping_sub(self.band),
             _ => 0,
         };
-        self.ki_dt_mantissa = match stands && settings.hold_integral != 0 {
+        self.ki_dt_mantissa = match stands && settings.hold_integral() != 0 {
             true => 0,
-            false => settings.ki_dt_mantissa.cast_signed(),
+            false => settings.ki_dt_mantissa().cast_signed(),
         };
     }
 

@@ -9,7 +9,7 @@ use crate::law::{Begin, LawState};
 use crate::output::Output;
 use crate::position::Counter;
 use crate::reference::Stretch;
-use crate::settings::{MOST, Settings, Unfit};
+use crate::settings::{MOST, Settings, Unfit, Words};
 use crate::states::{Event, Refused, State};
 use crate::wide;
 
@@ -57,7 +57,7 @@ pub struct AxisState {
     pub(super) motion: Stretch,
     pub(super) crossing: CrossingState,
     pub(super) output: Output,
-    pub(super) settings: Settings,
+    pub(super) settings: Words,
     // What rare samples need.
     pub(super) load: Counter,
     /// True from the first tick on.
@@ -71,10 +71,10 @@ pub struct AxisState {
 /// The whole of an axis is small enough for the smallest chips.
 const _: () = assert!(size_of::<AxisState>() == 504, "an axis: 504 bytes");
 
-impl Settings {
+impl Words {
     /// The smallest error that is not a usual one \[counts\].
     pub(super) fn near(&self) -> u32 {
-        let most = self.error_limit_counts.min(self.following_error_counts);
+        let most = self.error_limit_counts().min(self.following_error_counts());
         most.saturating_add(1)
     }
 }
@@ -107,7 +107,7 @@ impl AxisState {
         motion: Stretch::ZERO,
         crossing: CrossingState::CENTRED,
         output: Output::ZERO,
-        settings: Settings::ZERO,
+        settings: Words::ZERO,
         load: Counter::UNKNOWN,
         ticked: false,
         tripped: false,
@@ -117,7 +117,7 @@ impl AxisState {
     /// Before the first sample: disabled, code 0.
     pub fn start(axis: &Axis) -> Self {
         let mut state = Self::START;
-        state.restart(&Settings::of(axis));
+        state.restart(&Words::of(&Settings::of(axis)));
         state
     }
 
@@ -127,36 +127,36 @@ impl AxisState {
     /// The first word that is not accepted ([`Settings::check`]).
     pub fn start_with(settings: &Settings) -> Result<Self, Unfit> {
         let mut state = Self::START;
-        state.start_in_place(settings)?;
+        state.start_in_place(&Words::of(settings))?;
         Ok(state)
     }
 
-    /// The same in memory that is there already.
+    /// The same with words, in memory that is there already.
     ///
     /// # Errors
     /// The first word that is not accepted; nothing has changed then.
-    pub fn start_in_place(&mut self, settings: &Settings) -> Result<(), Unfit> {
-        settings.check()?;
-        self.restart(settings);
+    pub fn start_in_place(&mut self, words: &Words) -> Result<(), Unfit> {
+        words.check()?;
+        self.restart(words);
         Ok(())
     }
 
-    fn restart(&mut self, settings: &Settings) {
+    fn restart(&mut self, settings: &Words) {
         *self = Self::START;
         self.set(settings);
         self.begins(Begin::AtRest);
         self.law = LawState::start(&self.output);
     }
 
-    fn set(&mut self, settings: &Settings) {
+    fn set(&mut self, settings: &Words) {
         self.settings = *settings;
         self.output = Output::of(settings);
         self.slew = self.output.slew();
-        let takes = match settings.derivative_of_measurement {
+        let takes = match settings.derivative_of_measurement() {
             0 => MOST,
-            _ => settings.difference_limit_counts,
+            _ => settings.difference_limit_counts(),
         };
-        self.jump = settings.largest_jump_counts.min(takes);
+        self.jump = settings.largest_jump_counts().min(takes);
         self.stand_or_move();
     }
 
@@ -165,6 +165,7 @@ impl AxisState {
     /// # Errors
     /// [`Refused`] if the state does not allow it, and for the two events that
     /// the axis finds out itself; nothing has changed then.
+    #[inline(never)]
     pub fn request(&mut self, event: Event) -> Result<State, Refused> {
         let next = self.state.after(event)?;
         match event {
@@ -217,7 +218,7 @@ impl AxisState {
     /// Takes other settings from the next sample on: the output goes on from
     /// where it stands, whatever the gains are.
     pub fn change(&mut self, axis: &Axis) {
-        self.take_on(&Settings::of(axis));
+        self.take_on(&Words::of(&Settings::of(axis)));
     }
 
     /// The same with settings that came from elsewhere.
@@ -225,12 +226,20 @@ impl AxisState {
     /// # Errors
     /// The first word that is not accepted; nothing has changed then.
     pub fn change_to(&mut self, settings: &Settings) -> Result<(), Unfit> {
-        settings.check()?;
-        self.take_on(settings);
+        self.change_in_place(&Words::of(settings))
+    }
+
+    /// The same with words.
+    ///
+    /// # Errors
+    /// The first word that is not accepted; nothing has changed then.
+    pub fn change_in_place(&mut self, words: &Words) -> Result<(), Unfit> {
+        words.check()?;
+        self.take_on(words);
         Ok(())
     }
 
-    fn take_on(&mut self, settings: &Settings) {
+    fn take_on(&mut self, settings: &Words) {
         self.set(settings);
         self.begins(match self.begin {
             Begin::AtRest | Begin::FromCode => Begin::FromCode,
@@ -282,7 +291,7 @@ impl AxisState {
     /// declared range.
     pub const fn takes_ahead(&self, ahead: Codes) -> bool {
         let whole = wide::upper(ahead.to_bits()).unsigned_abs();
-        whole <= self.settings.ahead_limit_codes
+        whole <= self.settings.ahead_limit_codes()
     }
 
     /// Memory of the law.

@@ -40,7 +40,7 @@ impl AxisState {
         let register = inputs.motor_register;
         let difference = signed(
             register.wrapping_sub(self.motor.position.cast_unsigned()),
-            u32::BITS.wrapping_sub(self.settings.counter_bits),
+            u32::BITS.wrapping_sub(self.settings.counter_bits()),
         );
         let (mut law_moved, jump) = (difference, self.jump);
         if difference.cast_unsigned().wrapping_add(jump) > jump.wrapping_mul(2) {
@@ -51,7 +51,7 @@ impl AxisState {
         }
         self.motor.position = self.motor.position.wrapping_add(difference);
         let (mut position, mut moved) = (self.motor.position, difference);
-        if self.settings.feedback_of_load != 0 {
+        if self.settings.feedback_of_load() != 0 {
             // With two encoders both must move.
             if self.read_load(inputs) == 0 {
                 moved = 0;
@@ -62,9 +62,9 @@ impl AxisState {
             position = self.load.position;
         }
         let mut still = 0;
-        if moved == 0 && self.law.code().unsigned_abs() >= self.settings.encoder_loss_codes {
+        if moved == 0 && self.law.code().unsigned_abs() >= self.settings.encoder_loss_codes() {
             still = self.still.saturating_add(1);
-            if still >= self.settings.encoder_loss_samples {
+            if still >= self.settings.encoder_loss_samples() {
                 return self.lost(inputs, source, still);
             }
         }
@@ -101,7 +101,7 @@ impl AxisState {
                     None => return self.law.code(),
                 };
                 let stands = self.band != 0;
-                counted = match stands && size <= self.settings.dead_band_counts {
+                counted = match stands && size <= self.settings.dead_band_counts() {
                     true => 0,
                     false => e,
                 };
@@ -116,7 +116,7 @@ impl AxisState {
             ahead: self.motion.ahead,
             ki_dt: Term {
                 mantissa: self.ki_dt_mantissa,
-                scale: self.settings.ki_dt_scale.cast_signed(),
+                scale: self.settings.ki_dt_scale().cast_signed(),
             },
         };
         let rounding = Codes::from_bits(i64::from(self.law.remainder()));

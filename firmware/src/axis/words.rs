@@ -8,9 +8,16 @@ use crate::law::{FilterWords, term::Term, words::LARGEST_RATE};
 use crate::monitor::FollowingErrorMonitor;
 use crate::output::{Output, Quantiser};
 use crate::position::CounterParameters;
-use crate::settings::{MOST, Settings, Unfit};
+use crate::settings::{MOST, Ranges, Settings, Unfit, Words};
 use crate::wide;
 use crate::word::GainWord;
+
+/// The refusal of a word by its name.
+macro_rules! unfit {
+    ($word:ident) => {
+        Unfit::at(offset_of!(Settings, $word) >> 2)
+    };
+}
 
 impl Settings {
     /// The settings of an axis.
@@ -74,7 +81,7 @@ impl Settings {
             crossing_first_low: first_low,
             crossing_first_high: first_high,
             flank_of_acceleration: by_acceleration,
-            ..law.settings
+            ..Self::from_words(law.settings.0)
         }
     }
 
@@ -82,112 +89,76 @@ impl Settings {
     ///
     /// # Errors
     /// The first word that is not accepted.
+    pub fn check(&self) -> Result<(), Unfit> {
+        Words::of(self).check()
+    }
+}
+
+impl Words {
+    /// The same as of the structure ([`Settings::check`]).
+    ///
+    /// # Errors
+    /// The first word that is not accepted.
     #[inline(never)]
     pub fn check(&self) -> Result<(), Unfit> {
-        for (place, (word, [least, most])) in self.to_words().iter().zip(Self::RANGES).enumerate() {
-            if *word < least || *word > most {
-                return Err(Unfit::at(place));
-            }
-        }
-        self.check_terms()?;
-        if self.anti_windup == 2 && self.tracking == 0 {
-            return Err(unfit(offset_of!(Self, tracking)));
-        }
-        let jumps = [
-            (
-                offset_of!(Self, largest_jump_counts),
-                self.counter_bits,
-                self.largest_jump_counts,
-            ),
-            (
-                offset_of!(Self, load_largest_jump_counts),
-                self.load_counter_bits,
-                self.load_largest_jump_counts,
-            ),
-        ];
-        for (offset, bits, jump) in jumps {
-            // Half a wheel is no motion.
-            if jump != u32::MAX && jump.wrapping_shr(bits.wrapping_sub(1)) != 0 {
-                return Err(unfit(offset));
-            }
-        }
-        Ok(())
-    }
-
-    /// `T + R ≤ 2^30` codes, and 31 bits of each factor.
-    fn check_terms(&self) -> Result<(), Unfit> {
-        let filtered = self.filter_smoothing != 0;
-        let differences = self.difference_limit_counts;
+        static RANGES: Ranges = Ranges::ALL;
+        RANGES.check(self)?;
+        let filtered = self.filter_smoothing() != 0;
+        let (errors, differences) = (self.error_limit_counts(), self.difference_limit_counts());
         // D·2^h + 1 units of a filtered difference.
+        let units = wide::product(differences, self.filter_scale());
+        if filtered && units > wide::word(FilterWords::LARGEST_DIFFERENCE) {
+            return Err(unfit!(filter_scale));
+        }
         let units = if filtered {
-            differences
-                .saturating_mul(self.filter_scale)
-                .saturating_add(1)
+            wide::narrowed(units).unwrap_or(MOST).saturating_add(1)
         } else {
             differences
         };
-        if filtered && units > FilterWords::LARGEST_DIFFERENCE.saturating_add(1) {
-            return Err(unfit(offset_of!(Self, filter_scale)));
-        }
-        let errors = self.error_limit_counts;
-        let direct = [
-            (offset_of!(Self, kp_mantissa), self.kp(), errors),
-            (offset_of!(Self, ki_dt_mantissa), self.ki_dt(), errors),
-            (
-                offset_of!(Self, kd_per_dt_mantissa),
-                self.kd_per_dt(),
-                units,
-            ),
-        ];
-        let rates = [
-            (
-                offset_of!(Self, velocity_ff_mantissa),
-                self.velocity_ff(),
-                LARGEST_RATE,
-            ),
-            (
-                offset_of!(Self, acceleration_ff_mantissa),
-                self.acceleration_ff(),
-                LARGEST_RATE,
-            ),
-            (
-                offset_of!(Self, friction_ff_mantissa),
-                self.friction_ff(),
-                1,
-            ),
-        ];
-        let range = 1_u32.wrapping_shl(self.dac_bits.wrapping_sub(1));
-        let total = added(wide::word(range).wrapping_shl(32), &direct)?;
+        let range = 1_u32.wrapping_shl(self.dac_bits().wrapping_sub(1));
+        let mut total = wide::word(range).wrapping_shl(32);
+        // T + R ≤ 2^30 codes, and 31 bits of each factor
+        added(&mut total, self.kp(), errors).ok_or(unfit!(kp_mantissa))?;
+        added(&mut total, self.ki_dt(), errors).ok_or(unfit!(ki_dt_mantissa))?;
+        added(&mut total, self.kd_per_dt(), units).ok_or(unfit!(kd_per_dt_mantissa))?;
         // A source may put its own feed-forward in the place of these three.
-        let ahead = wide::word(self.ahead_limit_codes).wrapping_shl(32);
+        let ahead = wide::word(self.ahead_limit_codes()).wrapping_shl(32);
         if total.saturating_add(ahead) > MOST_TERMS {
-            return Err(unfit(offset_of!(Self, ahead_limit_codes)));
+            return Err(unfit!(ahead_limit_codes));
         }
-        added(total, &rates).map(|_| ())
+        let (v, a) = (self.velocity_ff(), self.acceleration_ff());
+        added(&mut total, v, LARGEST_RATE).ok_or(unfit!(velocity_ff_mantissa))?;
+        added(&mut total, a, LARGEST_RATE).ok_or(unfit!(acceleration_ff_mantissa))?;
+        added(&mut total, self.friction_ff(), 1).ok_or(unfit!(friction_ff_mantissa))?;
+        if self.anti_windup() == 2 && self.tracking() == 0 {
+            return Err(unfit!(tracking));
+        }
+        // Half a wheel is no motion.
+        if !fits(self.counter_bits(), self.largest_jump_counts()) {
+            return Err(unfit!(largest_jump_counts));
+        }
+        if !fits(self.load_counter_bits(), self.load_largest_jump_counts()) {
+            return Err(unfit!(load_largest_jump_counts));
+        }
+        Ok(())
     }
+}
+
+/// Tells whether a counter of so many bits can change by so much, where it is watched.
+fn fits(bits: u32, jump: u32) -> bool {
+    jump == u32::MAX || jump.wrapping_shr(bits.wrapping_sub(1)) == 0
 }
 
 /// 2^30 codes.
 const MOST_TERMS: u64 = 1 << 62;
 
-/// The sum with terms of integers up to their limits.
+/// Adds a term of integers up to a limit; `None` where a factor or the sum is too large.
 #[inline(never)]
-fn added(mut total: u64, terms: &[(usize, Term, u32)]) -> Result<u64, Unfit> {
-    for (offset, term, limit) in terms {
-        let units = wide::product(*limit, term.scale.cast_unsigned());
-        let units = wide::narrowed(units).filter(|units| *units <= MOST);
-        let units = units.ok_or(unfit(*offset))?;
-        total = total.saturating_add(wide::product(term.mantissa.cast_unsigned(), units));
-        if total > MOST_TERMS {
-            return Err(unfit(*offset));
-        }
-    }
-    Ok(total)
-}
-
-/// The word at an offset of the structure.
-const fn unfit(offset: usize) -> Unfit {
-    Unfit::at(offset.wrapping_shr(2))
+fn added(total: &mut u64, term: Term, limit: u32) -> Option<()> {
+    let units = wide::narrowed(wide::product(limit, term.scale.cast_unsigned()))?;
+    let largest = wide::product(term.mantissa.cast_unsigned(), units);
+    *total = total.saturating_add(largest);
+    (units <= MOST && *total <= MOST_TERMS).then_some(())
 }
 
 const fn flag(set: bool) -> u32 {

@@ -8,7 +8,7 @@ use super::{Largest, Law};
 use crate::counts::ErrorRange;
 use crate::dac::Dac;
 use crate::refusal::{Refusal, What, accepted};
-use crate::settings::Settings;
+use crate::settings::{Settings, Words};
 use crate::wide;
 use crate::word::{GainWord, Part, power_of_two_or_most};
 
@@ -134,7 +134,7 @@ impl LawWords {
             ..Settings::of_terms([kp, ki_dt, kd_per_dt, velocity, acceleration, friction_term])
         };
         Ok(Law {
-            settings,
+            settings: Words::of(&settings),
             words: *self,
             dac,
             largest,

@@ -25,7 +25,7 @@
 //! `|W| ≤ 2^61`: nothing overflows.
 
 use crate::dac::HALF;
-use crate::settings::Settings;
+use crate::settings::Words;
 use crate::wide;
 
 /// The filter as words.
@@ -65,8 +65,8 @@ fn rounded(state: i64) -> i32 {
 /// One sample: the filtered difference \[2^−h counts\] for the difference `x`
 /// \[counts\].
 #[inline(always)]
-pub(crate) fn step(settings: &Settings, state: &mut Filtered, x: i32) -> i32 {
-    let smoothing = settings.filter_smoothing.cast_signed();
+pub(crate) fn step(settings: &Words, state: &mut Filtered, x: i32) -> i32 {
+    let smoothing = settings.filter_smoothing().cast_signed();
     let gap = settings.filtered(x).wrapping_sub(state.value);
     let change = wide::signed_product(smoothing, gap);
     state.sum = state.sum.wrapping_add(change).wrapping_add(change);
@@ -74,11 +74,11 @@ pub(crate) fn step(settings: &Settings, state: &mut Filtered, x: i32) -> i32 {
     state.value
 }
 
-impl Settings {
+impl Words {
     /// `x·2^h` \[2^−h counts\].
     #[inline(always)]
     fn filtered(&self, x: i32) -> i32 {
-        x.wrapping_mul(self.filter_scale.cast_signed())
+        x.wrapping_mul(self.filter_scale().cast_signed())
     }
 }
 
@@ -96,15 +96,15 @@ impl Filtered {
     pub(crate) const ZERO: Self = Self { sum: 0, value: 0 };
 
     /// That has settled at the difference `x` \[counts\].
-    pub(crate) fn settled(settings: &Settings, x: i32) -> Self {
+    pub(crate) fn settled(settings: &Words, x: i32) -> Self {
         let value = settings.filtered(x);
         let sum = i64::from(value).wrapping_shl(32);
         Self { sum, value }
     }
 
     /// Keeps it within what has settled at the largest difference.
-    pub(crate) fn hold(&mut self, settings: &Settings) {
-        let most = settings.difference_limit_counts.cast_signed();
+    pub(crate) fn hold(&mut self, settings: &Words) {
+        let most = settings.difference_limit_counts().cast_signed();
         let most = Self::settled(settings, most).sum;
         self.sum = self.sum.min(most).max(most.wrapping_neg());
         self.value = rounded(self.sum);
@@ -119,14 +119,15 @@ impl Filtered {
 )]
 mod tests {
     use super::*;
+    use crate::settings::Settings;
     use proptest::prelude::*;
 
-    fn words(smoothing: i32, fraction_bits: u8) -> Settings {
-        Settings {
+    fn words(smoothing: i32, fraction_bits: u8) -> Words {
+        Words::of(&Settings {
             filter_smoothing: smoothing.cast_unsigned(),
             filter_scale: 1 << fraction_bits,
             ..Settings::OFF
-        }
+        })
     }
 
     #[test]

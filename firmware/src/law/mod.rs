@@ -57,7 +57,7 @@ pub use words::{AntiWindup, Derivative, LawWords};
 
 use crate::dac::{Codes, Dac, HALF};
 use crate::output::Output;
-use crate::settings::Settings;
+use crate::settings::Words;
 
 /// The law with accepted words. Immutable; its memory is [`LawState`].
 ///
@@ -125,7 +125,7 @@ use crate::settings::Settings;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Law {
     /// Words that its samples read; those of no concern to it are off.
-    pub(crate) settings: Settings,
+    pub(crate) settings: Words,
     words: LawWords,
     /// The converter that the words were accepted for.
     dac: Dac,
@@ -159,7 +159,7 @@ impl Law {
 
     /// `E`: errors up to this size are within the declared range \[counts\].
     pub const fn error_limit(&self) -> i32 {
-        self.settings.error_limit_counts.cast_signed()
+        self.settings.error_limit_counts().cast_signed()
     }
 
     /// `S`: largest `|Σe|` of the declared range \[counts\].
@@ -169,14 +169,14 @@ impl Law {
 
     /// `D`: differences beyond this one are held here \[counts\].
     pub const fn difference_limit(&self) -> i32 {
-        self.settings.difference_limit_counts.cast_signed()
+        self.settings.difference_limit_counts().cast_signed()
     }
 
     /// Tells whether the output is at an end of its range beyond
     /// [`Law::difference_limit`], whatever the other terms are; else that is the
     /// end of a declared range.
     pub const fn difference_outweighs(&self) -> bool {
-        self.settings.difference_is_declared == 0 && self.settings.kd_per_dt_mantissa != 0
+        self.settings.difference_is_declared() == 0 && self.settings.kd_per_dt_mantissa() != 0
     }
 
     /// Largest magnitude of a term over the declared ranges \[2^−32 codes\]; of

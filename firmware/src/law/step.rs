@@ -6,7 +6,7 @@ use super::words::LARGEST_RATE;
 use super::{Begin, Law, LawInput, LawState, Terms, filter};
 use crate::dac::{Codes, HALF};
 use crate::output::Output;
-use crate::settings::Settings;
+use crate::settings::Words;
 use crate::wide;
 
 impl Law {
@@ -67,7 +67,7 @@ impl Law {
         let inputs = Inputs {
             e,
             counted: if input.within_dead_band { 0 } else { e },
-            moved: if settings.derivative_of_measurement != 0 {
+            moved: if settings.derivative_of_measurement() != 0 {
                 settings.held_movement(state, input.difference)
             } else {
                 0
@@ -94,7 +94,7 @@ pub(crate) struct Inputs {
     pub(crate) ki_dt: Term,
 }
 
-impl Settings {
+impl Words {
     /// The terms of `y`, with `ρ`.
     ///
     /// They are products of words and integers, exact; the sums cannot wrap
@@ -112,7 +112,7 @@ impl Settings {
         let difference = self.difference(state, e, moved);
         state.previous_error = e;
         // δ, filtered where that is asked for                    [2^−h counts]
-        let rate = if self.filter_smoothing == 0 {
+        let rate = if self.filter_smoothing() == 0 {
             difference
         } else {
             filter::step(self, &mut state.filtered, difference)
@@ -130,16 +130,16 @@ impl Settings {
     /// `e` within its range \[counts\].
     #[inline(always)]
     pub(crate) fn held_error(&self, state: &mut LawState, error: i32) -> i32 {
-        held(error, self.error_limit_counts, &mut state.left_range)
+        held(error, self.error_limit_counts(), &mut state.left_range)
     }
 
     /// A measured difference within its range \[counts\].
     #[inline(always)]
     pub(crate) fn held_movement(&self, state: &mut LawState, moved: i32) -> i32 {
         let mut beyond = false;
-        let moved = held(moved, self.difference_limit_counts, &mut beyond);
+        let moved = held(moved, self.difference_limit_counts(), &mut beyond);
         // Where D outweighs everything else, nothing is lost.
-        if beyond && self.difference_is_declared != 0 {
+        if beyond && self.difference_is_declared() != 0 {
             state.left_range = true;
         }
         moved
@@ -148,7 +148,7 @@ impl Settings {
     /// `δ = e − e_prev` or `−(c − c_prev)`, `|δ| ≤ D` \[counts\].
     #[inline(always)]
     fn difference(&self, state: &mut LawState, e: i32, moved: i32) -> i32 {
-        if self.derivative_of_measurement != 0 {
+        if self.derivative_of_measurement() != 0 {
             return moved.wrapping_neg();
         }
         // |e| ≤ 2^29, so the difference fits
@@ -169,16 +169,16 @@ impl Settings {
         let pushes = wide::upper(terms.step.to_bits());
         state.code = code;
         state.remainder = HALF;
-        state.integral = match self.anti_windup {
+        state.integral = match self.anti_windup() {
             // No gain would ever bring back what is drawn from it here.
-            _ if self.ki_dt_mantissa == 0 => next,
+            _ if self.ki_dt_mantissa() == 0 => next,
             // Up to the end, and no further out.
             1 if (pushes.wrapping_sub(excess) ^ excess) >= 0 => next.wrapping_sub(codes(excess)),
             1 if (pushes ^ excess) >= 0 => state.integral,
             1 => next,
             // I ← I + (u − y)·Δt/T_t
             2 => {
-                let back = wide::signed_product(self.tracking.cast_signed(), excess);
+                let back = wide::signed_product(self.tracking().cast_signed(), excess);
                 let back = Codes::from_bits(back.wrapping_shl(1));
                 self.bounded(next.wrapping_sub(back), &mut state.left_range)
             }
@@ -190,7 +190,7 @@ impl Settings {
     /// The integral, kept where no sum can overflow; one beyond its declared range
     /// is told. Clamped it needs neither: it stays below the largest sum
     /// ([`super::words`]).
-    #[inline(always)]
+    #[inline(never)]
     fn bounded(&self, integral: Codes, left_range: &mut bool) -> Codes {
         // Both ends fill their upper word alone.
         let whole = wide::upper(integral.to_bits());
@@ -198,7 +198,7 @@ impl Settings {
             let above = whole.cast_unsigned().wrapping_add(range);
             above < range.wrapping_mul(2)
         };
-        if within(self.integral_range_codes) {
+        if within(self.integral_range_codes()) {
             return integral;
         }
         rare();
@@ -222,8 +222,8 @@ impl Settings {
             Begin::OtherGains => false,
             Begin::AtRest | Begin::FromCode => true,
         };
-        let takes_over = begin != Begin::AtRest && self.ki_dt_mantissa != 0;
-        let e = held(error, self.error_limit_counts, &mut false);
+        let takes_over = begin != Begin::AtRest && self.ki_dt_mantissa() != 0;
+        let e = held(error, self.error_limit_counts(), &mut false);
         if anew {
             state.previous_error = e;
         }
@@ -231,7 +231,7 @@ impl Settings {
             // A step that an integral gain of 0 would keep for ever.
             state.integral = Codes::ZERO;
         }
-        if self.filter_smoothing != 0 {
+        if self.filter_smoothing() != 0 {
             if !anew && state.filter_of == self.filter() {
                 // The speed is what it was; other words may declare less of it.
                 state.filtered.hold(self);
@@ -248,10 +248,10 @@ impl Settings {
 
     /// Number of the filter that a memory is of: its unit, and what it filters.
     fn filter(&self) -> u32 {
-        if self.filter_smoothing == 0 {
+        if self.filter_smoothing() == 0 {
             return 0;
         }
-        self.filter_scale.wrapping_shl(1) | self.derivative_of_measurement
+        self.filter_scale().wrapping_shl(1) | self.derivative_of_measurement()
     }
 
     /// Goes on from the code in force: the integral with which the sum is that code.
@@ -270,7 +270,10 @@ impl Settings {
     /// Tells whether any feed-forward is not zero.
     #[inline(always)]
     pub(crate) const fn feeds_forward(&self) -> bool {
-        (self.velocity_ff_mantissa | self.acceleration_ff_mantissa | self.friction_ff_mantissa) != 0
+        (self.velocity_ff_mantissa()
+            | self.acceleration_ff_mantissa()
+            | self.friction_ff_mantissa())
+            != 0
     }
 
     /// Kv·v + Ka·a + Kf·sign(v) \[codes\]
@@ -286,7 +289,7 @@ impl Settings {
     /// Keeps a feed-forward that its source has computed within its declared range.
     #[inline(always)]
     pub(crate) fn hold_ahead(&self, ahead: &mut Codes) {
-        let most = self.ahead_limit_codes;
+        let most = self.ahead_limit_codes();
         let whole = wide::upper(ahead.to_bits()).cast_unsigned();
         // Of the upper end the whole code alone.
         if whole.wrapping_add(most) >= most.wrapping_mul(2) {

@@ -20,7 +20,7 @@
 //! ```
 
 use crate::dac::Codes;
-use crate::settings::Settings;
+use crate::settings::{Settings, Words};
 use crate::wide;
 use crate::word::GainWord;
 
@@ -122,35 +122,40 @@ impl Settings {
             ..Self::OFF
         }
     }
+}
 
+impl Words {
     #[inline(always)]
     pub(crate) const fn kp(&self) -> Term {
-        Term::of(self.kp_mantissa, self.kp_scale)
+        Term::of(self.kp_mantissa(), self.kp_scale())
     }
 
     #[inline(always)]
     pub(crate) const fn ki_dt(&self) -> Term {
-        Term::of(self.ki_dt_mantissa, self.ki_dt_scale)
+        Term::of(self.ki_dt_mantissa(), self.ki_dt_scale())
     }
 
     #[inline(always)]
     pub(crate) const fn kd_per_dt(&self) -> Term {
-        Term::of(self.kd_per_dt_mantissa, self.kd_per_dt_scale)
+        Term::of(self.kd_per_dt_mantissa(), self.kd_per_dt_scale())
     }
 
     #[inline(always)]
     pub(crate) const fn velocity_ff(&self) -> Term {
-        Term::of(self.velocity_ff_mantissa, self.velocity_ff_scale)
+        Term::of(self.velocity_ff_mantissa(), self.velocity_ff_scale())
     }
 
     #[inline(always)]
     pub(crate) const fn acceleration_ff(&self) -> Term {
-        Term::of(self.acceleration_ff_mantissa, self.acceleration_ff_scale)
+        Term::of(
+            self.acceleration_ff_mantissa(),
+            self.acceleration_ff_scale(),
+        )
     }
 
     #[inline(always)]
     pub(crate) const fn friction_ff(&self) -> Term {
-        Term::of(self.friction_ff_mantissa, self.friction_ff_scale)
+        Term::of(self.friction_ff_mantissa(), self.friction_ff_scale())
     }
 }
 

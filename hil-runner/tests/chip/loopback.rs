@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use std::time::Duration;
 
 use firmware::{CAPACITY, SetpointTable};
-use firmware_link::frame::{LARGEST_FRAME, Receiver, crc32, encode};
+use firmware_link::frame::crc32;
 use firmware_link::{Identity, Server, Target};
 use hil_runner::chip::ChipError;
 use hil_runner::chip::line::Line;
@@ -45,9 +45,9 @@ impl Target for Memory {
 /// The chip with its line.
 #[derive(Debug)]
 pub(crate) struct Loopback {
-    server: Server<'static, CAPACITY>,
+    server: Server,
+    table: Box<SetpointTable<CAPACITY>>,
     memory: Memory,
-    receiver: Receiver,
     replies: VecDeque<u8>,
 }
 
@@ -59,12 +59,10 @@ impl Loopback {
 
     /// The steps take `ticks`, over and over.
     pub(crate) fn with_ticks(ticks: &'static [u32]) -> Self {
-        // One table a chip; a test ends with its process.
-        let table = Box::leak(Box::new(SetpointTable::resting_at(0)));
         Self {
-            server: Server::new(table),
+            server: Server::START,
+            table: Box::new(SetpointTable::resting_at(0)),
             memory: Memory { ticks, steps: 0 },
-            receiver: Receiver::new(),
             replies: VecDeque::new(),
         }
     }
@@ -78,12 +76,8 @@ impl Loopback {
 impl Line for Loopback {
     fn send(&mut self, bytes: &[u8]) -> Result<(), ChipError> {
         for byte in bytes {
-            let Some(received) = self.receiver.take(*byte) else {
-                continue;
-            };
-            if let Some(body) = self.server.answer(received, &mut self.memory) {
-                self.replies.extend(encode::<LARGEST_FRAME>(&body).unwrap());
-            }
+            let frame = self.server.take(*byte, &mut self.table, &mut self.memory);
+            self.replies.extend(frame);
         }
         Ok(())
     }

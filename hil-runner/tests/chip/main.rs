@@ -27,3 +27,4 @@ mod same_codes;
 #[path = "../chip_lines/targets.rs"]
 mod targets;
 mod vectors;
+mod versions;

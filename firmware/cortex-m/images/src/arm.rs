@@ -1,5 +1,7 @@
 //! Parts of all Cortex-M: start, SysTick, interrupts, sleep.
 
+use core::arch::asm;
+
 use cortex_m::Peripherals;
 use cortex_m::interrupt::InterruptNumber;
 use cortex_m::peripheral::NVIC;
@@ -40,6 +42,25 @@ impl Timer {
     pub(crate) fn since(&self, then: u32) -> u32 {
         then.wrapping_sub(SYST::get_current()) & RELOAD
     }
+}
+
+/// Asks the debugger, which is QEMU, for an operation.
+///
+/// # Safety
+/// The parameters must be those of the operation.
+#[inline(never)]
+pub(crate) unsafe fn semihosting(operation: u32, parameters: &[usize]) -> usize {
+    let answer;
+    // SAFETY: what the operation does with its parameters is who asks to know.
+    unsafe {
+        asm!(
+            "bkpt 0xab",
+            inout("r0") operation => answer,
+            in("r1") parameters.as_ptr(),
+            options(nostack),
+        );
+    }
+    answer
 }
 
 /// The UART's interrupt.

@@ -71,6 +71,10 @@ global_asm!(
     "6: adds r1, #4",
     "entry __aeabi_memclr",
     "movs r2, #0",
+    // r2 is the byte.
+    "entry __aeabi_memset8",
+    "entry __aeabi_memset4",
+    "entry __aeabi_memset",
     "7: subs r1, #1",
     "blo 4b",
     "strb r2, [r0]",

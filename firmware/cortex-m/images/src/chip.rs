@@ -26,21 +26,15 @@ pub struct Chip {
     started: u32,
     /// An empty measurement \[parts of a tick\].
     empty: u32,
-    identity: Identity,
 }
 
 impl Chip {
-    /// Starts the timer, measures what an empty pair takes, and reads the image.
+    /// Starts the timer and measures what an empty pair takes.
     pub fn at_start() -> Self {
         let mut chip = Self {
             timer: Timer::start(),
             started: 0,
             empty: 0,
-            identity: image::identity::<SetpointTable<TABLE_CAPACITY>>(
-                NAME,
-                TABLE_CAPACITY,
-                PARTS_HZ,
-            ),
         };
         let mut sum = 0_u32;
         for _ in 0..PARTS {
@@ -61,7 +55,7 @@ impl Chip {
 
 impl Target for Chip {
     fn identity(&self) -> Identity {
-        self.identity
+        image::identity::<SetpointTable<TABLE_CAPACITY>>(NAME, TABLE_CAPACITY, PARTS_HZ)
     }
 
     #[inline(never)]

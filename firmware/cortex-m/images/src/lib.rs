@@ -22,6 +22,7 @@ mod arm_copy;
 #[cfg_attr(board = "rv32", path = "board/rv32.rs")]
 pub mod board;
 pub mod chip;
+pub mod host;
 pub mod line;
 #[cfg_attr(target_arch = "arm", path = "arm.rs")]
 #[cfg_attr(target_arch = "riscv32", path = "riscv.rs")]

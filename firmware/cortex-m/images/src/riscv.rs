@@ -1,6 +1,6 @@
 //! Parts of the RISC-V board: start, instruction counter, interrupts, sleep.
 
-use core::arch::global_asm;
+use core::arch::{asm, global_asm};
 
 use riscv::register::{mie, minstret, mstatus};
 pub use riscv_rt::entry;
@@ -22,6 +22,32 @@ global_asm!(
     "2: ret",
     paint = const parts::image::STACK_PAINT_VALUE,
 );
+
+/// Asks the debugger, which is QEMU, for an operation.
+///
+/// # Safety
+/// The parameters must be those of the operation.
+#[inline(never)]
+pub(crate) unsafe fn semihosting(operation: u32, parameters: &[usize]) -> usize {
+    let answer;
+    // SAFETY: what the operation does with its parameters is who asks to know. The
+    // three instructions must not be compressed, and lie in one page.
+    unsafe {
+        asm!(
+            ".balign 16",
+            ".option push",
+            ".option norvc",
+            "slli x0, x0, 0x1f",
+            "ebreak",
+            "srai x0, x0, 7",
+            ".option pop",
+            inout("a0") operation => answer,
+            in("a1") parameters.as_ptr(),
+            options(nostack),
+        );
+    }
+    answer
+}
 
 /// The counter of instructions.
 #[derive(Debug)]

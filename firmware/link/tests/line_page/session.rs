@@ -67,23 +67,29 @@ fn of_host(dump: &str) -> Result<Vec<(String, Vec<u8>)>, String> {
 /// The dump of a session with these frames of the host: what a server answers.
 fn replayed(frames: &[(String, Vec<u8>)]) -> Result<String, String> {
     let mut table = SetpointTable::<16>::resting_at(0);
-    let mut server = Server::new(&mut table);
-    let mut receiver = Receiver::new();
+    let mut server = Server::START;
+    let mut receivers = [Receiver::new(), Receiver::new()];
     let mut dump = Vec::new();
     for (title, line) in frames {
         let mut answers = 0;
         for byte in line {
-            let Some(received) = receiver.take(*byte) else {
-                continue;
-            };
-            let Received::Body(body) = received else {
-                return Err(format!("{title}: damaged"));
-            };
-            dump.push(described(title, body, line));
-            let answer = server.answer(received, &mut Fixed).ok_or("no answer")?;
-            let answered = encode::<LARGEST_FRAME>(&answer).ok_or("too long")?;
-            dump.push(described("chip: answers", &answer, &answered));
-            answers += 1;
+            let [of_host, of_chip] = &mut receivers;
+            if let Some(received) = of_host.take(*byte) {
+                let Received::Body(body) = received else {
+                    return Err(format!("{title}: damaged"));
+                };
+                dump.push(described(title, body, line));
+            }
+            let answered = server.take(*byte, &mut table, &mut Fixed);
+            for byte in answered {
+                if let Some(received) = of_chip.take(*byte) {
+                    let Received::Body(answer) = received else {
+                        return Err(format!("{title}: its answer is damaged"));
+                    };
+                    dump.push(described("chip: answers", answer, answered));
+                    answers += 1;
+                }
+            }
         }
         if answers != 1 {
             return Err(format!("{title}: {answers} frames"));

@@ -3,12 +3,13 @@
 
 use firmware::law::{Law, LawWords};
 use firmware::output::{Output, Quantiser};
+use firmware::reference::{Observed, SetpointSource};
 use firmware::{
-    Axis, AxisState, Dac, Event, GainWord, Inputs, Motion, MotionPlan, PlannedMotion,
-    SetpointTable, State, Stretch,
+    Axis, AxisState, Codes, Counts, Dac, Event, GainWord, Inputs, Motion, MotionPlan, Next,
+    PlannedMotion, Setpoint, State, Stretch,
 };
 use firmware_link::request::MOST_WORDS;
-use firmware_link::{Events, Nak, Reply, Request, SourceKind, plan};
+use firmware_link::{Events, Nak, Reply, Request, SourceKind, Step, plan};
 
 use crate::serving::{Host, payload, step};
 
@@ -43,8 +44,8 @@ fn planned(travel: i64, thousandths: [u64; 7], start: i32) -> (Vec<Stretch>, i32
 type Planned = PlannedMotion<128>;
 
 /// An axis that was sent a plan; the answer to its BEGIN, and the next number.
-fn begun<'t>(table: &'t mut SetpointTable<ROOM>, words: &[i32]) -> (Host<'t, ROOM>, Reply, u32) {
-    let mut host = Host::greeted(table, 1);
+fn begun(words: &[i32]) -> (Host<ROOM>, Reply, u32) {
+    let mut host = Host::greeted(1);
     host.part(1, 1, &Request::Settings(&payload(&axis())));
     let mut number = 2;
     for part in words.chunks(MOST_WORDS) {
@@ -62,7 +63,7 @@ fn begun<'t>(table: &'t mut SetpointTable<ROOM>, words: &[i32]) -> (Host<'t, ROO
 }
 
 fn refused(words: &[i32]) -> Reply {
-    begun(&mut SetpointTable::resting_at(0), words).1
+    begun(words).1
 }
 
 #[test]
@@ -75,9 +76,8 @@ fn a_plan_runs_to_the_setpoints_of_the_host() {
         planned(1 << 32, [0, 0, 0, 0, 0, 0, 0].map(|_| 1), 5),
     ];
     for (stretches, end, planned) in plans {
-        let mut table = SetpointTable::<ROOM>::resting_at(0);
         let words: Vec<i32> = plan::words(&stretches, end).collect();
-        let (mut host, reply, first) = begun(&mut table, &words);
+        let (mut host, reply, first) = begun(&words);
         assert_eq!(reply, Reply::Taken);
 
         let setpoints = stretches.iter().flat_map(|stretch| {
@@ -160,4 +160,113 @@ fn a_plan_that_is_none_is_refused_by_its_stretch() {
     let mut longer = good.clone();
     longer.push(end);
     assert_eq!(refused(&longer), at(count));
+}
+
+/// A source that answers what it has.
+struct Given(Next);
+
+impl SetpointSource for Given {
+    fn next(&mut self, _: &Observed) -> Next {
+        self.0
+    }
+}
+
+/// Every answer of a source, and every field of the inputs, arrives as it was sent.
+#[test]
+fn what_comes_with_a_step_is_what_the_axis_takes() {
+    let plain = Setpoint {
+        position: 40,
+        velocity: 30_000,
+        acceleration: -20_000,
+        ahead: None,
+    };
+    let ahead = Setpoint {
+        ahead: Some(Codes::from_bits(-(5 << 32) - 77)),
+        ..plain
+    };
+    let stretch = Stretch {
+        position: Counts::from_bits((50 << 32) + (1 << 31)),
+        velocity: Counts::from_bits(3 << 32),
+        acceleration: Counts::from_bits(-(1 << 31)),
+        jerk: Counts::from_bits(1 << 28),
+        ahead: Codes::from_bits(9 << 32),
+        ahead_change: Codes::from_bits(1 << 33),
+        ahead_growth: Codes::from_bits(-(1 << 32)),
+        samples: 3,
+        velocity_sign: 1,
+        acceleration_sign: -1,
+    };
+    let nexts = [
+        Next::Setpoint(plain),
+        Next::Setpoint(ahead),
+        Next::Stretch(stretch),
+        Next::Underrun,
+        Next::Underrun,
+        Next::Setpoint(plain),
+        Next::Last(ahead),
+        Next::Underrun,
+    ];
+    let mut axis = axis();
+    axis.monitors.ticks = Some(firmware::monitor::TickMonitor);
+    let mut host = Host::<16>::greeted(1);
+    host.part(1, 1, &Request::Settings(&payload(&axis)));
+    let mut events = Events::default();
+    events.insert(Event::Enable);
+    events.insert(Event::Start);
+    let begin = Request::Begin {
+        configuration: host.configuration,
+        source: SourceKind::Step,
+        events,
+    };
+    assert_eq!(host.ask(1, 2, &begin), Reply::Taken);
+    let mut here = AxisState::start(&axis);
+    here.request(Event::Enable).unwrap();
+    here.request(Event::Start).unwrap();
+
+    let mut codes = Vec::new();
+    for (tick, next) in (0..).zip(nexts) {
+        let mut inputs = Inputs {
+            tick,
+            motor_register: 35 + tick as u32,
+            load_register: (tick % 2 == 0).then_some(7),
+            ..Inputs::default()
+        };
+        let mut step = Step {
+            events: Events::default(),
+            inputs,
+            motor_unread: tick == 3,
+            next,
+        };
+        // The last sample: its tick comes again, and says by how much.
+        if tick == 7 {
+            step.inputs.tick = 5;
+        }
+        inputs.tick = step.inputs.tick;
+        if step.motor_unread {
+            (inputs.motor_register, _) = here.last_registers();
+        }
+        let output = here.tick(&inputs, &mut Given(next));
+        let Reply::Stepped(there) = host.ask(1, 3 + tick as u32, &Request::Step(step)) else {
+            panic!("no sample at {tick}")
+        };
+        let seen = (there.code, there.error_counts, there.state);
+        assert_eq!(seen, (output.code, output.error_counts, output.state));
+        assert_eq!(there.fault, here.fault().copied(), "sample {tick}");
+        codes.push(there.code);
+    }
+    assert_eq!(here.fault().unwrap().values.measured, -2);
+    codes.dedup();
+    assert_eq!(codes.len(), 8, "{codes:?}");
+    // A stretch without samples is none.
+    let none = Stretch {
+        samples: 0,
+        ..stretch
+    };
+    let step = Request::Step(Step {
+        events: Events::default(),
+        inputs: Inputs::default(),
+        motor_unread: false,
+        next: Next::Stretch(none),
+    });
+    assert_eq!(host.ask(1, 11, &step), Reply::Nak(Nak::Request));
 }

@@ -4,8 +4,8 @@ use firmware::axis::{Axis, Inputs};
 use firmware::law::{Law, LawWords};
 use firmware::output::{Output, Quantiser};
 use firmware::{Dac, Event, GainWord, Next, SetpointTable, Settings, State};
-use firmware_link::body::VERSION;
-use firmware_link::frame::{Received, crc32_on};
+use firmware_link::body::{Header, VERSION};
+use firmware_link::frame::{LARGEST_FRAME, Received, Receiver, crc32_on, encode};
 use firmware_link::settings::write;
 use firmware_link::{Events, Identity, Nak, Reply, Request, Server, SourceKind, Step, Target};
 
@@ -34,18 +34,25 @@ impl Target for Memory {
 }
 
 /// A host that asks once.
-pub(crate) struct Host<'t, const N: usize = 16> {
-    server: Server<'t, N>,
+pub(crate) struct Host<const N: usize = 16> {
+    server: Server,
+    table: SetpointTable<N>,
     pub(crate) configuration: u32,
 }
 
-impl<'t, const N: usize> Host<'t, N> {
-    /// In a session of its own.
-    pub(crate) fn greeted(table: &'t mut SetpointTable<N>, session: u16) -> Self {
-        let mut host = Self {
-            server: Server::new(table),
+impl<const N: usize> Host<N> {
+    /// Without a session.
+    fn new() -> Self {
+        Self {
+            server: Server::START,
+            table: SetpointTable::resting_at(0),
             configuration: 0,
-        };
+        }
+    }
+
+    /// In a session of its own.
+    pub(crate) fn greeted(session: u16) -> Self {
+        let mut host = Self::new();
         let hello = host.ask(session, 0, &Request::Hello);
         assert!(matches!(hello, Reply::Hello(_)));
         host
@@ -53,10 +60,32 @@ impl<'t, const N: usize> Host<'t, N> {
 
     pub(crate) fn ask(&mut self, session: u16, number: u32, request: &Request<'_>) -> Reply {
         let body = request.body(session, number, u64::MAX).unwrap();
-        let reply = self.server.answer(Received::Body(&body), &mut Memory);
-        let (header, reply) = Reply::read(&reply.unwrap()).unwrap();
+        let (header, reply) = self.body(&body).unwrap();
         assert_eq!(header.number, number);
         reply
+    }
+
+    /// The answer to any body.
+    fn body(&mut self, body: &[u8]) -> Option<(Header, Reply)> {
+        self.line(&encode::<LARGEST_FRAME>(body).unwrap())
+    }
+
+    /// The answer to any frame.
+    fn line(&mut self, frame: &[u8]) -> Option<(Header, Reply)> {
+        let mut answer = None;
+        for byte in frame {
+            let mut receiver = Receiver::new();
+            for byte in self.server.take(*byte, &mut self.table, &mut Memory) {
+                assert_eq!(answer, None, "nothing follows a frame");
+                if let Some(received) = receiver.take(*byte) {
+                    let Received::Body(body) = received else {
+                        panic!("a damaged answer");
+                    };
+                    answer = Some(Reply::read(body).expect("a reply"));
+                }
+            }
+        }
+        answer
     }
 
     /// A part of the configuration.
@@ -102,8 +131,8 @@ pub(crate) fn step(motor_register: u32, tick: u64, events: &[Event]) -> Request<
 }
 
 /// A session in which the axis waits for its first sample, number 4.
-fn configured(table: &mut SetpointTable<16>) -> Host<'_> {
-    let mut host = Host::greeted(table, 1);
+fn configured() -> Host {
+    let mut host = Host::greeted(1);
     let payload = payload(&axis());
     assert_eq!(host.part(1, 1, &Request::Settings(&payload)), Reply::Taken);
     let setpoints: Vec<u8> = [0_i32, 100, 200]
@@ -129,8 +158,7 @@ fn code(reply: Reply) -> i32 {
 
 #[test]
 fn a_session_from_hello_to_status() {
-    let mut table = SetpointTable::<16>::resting_at(0);
-    let mut host = configured(&mut table);
+    let mut host = configured();
     let first = host.ask(1, 4, &step(0, 0, &[Event::Enable, Event::Start]));
     let Reply::Stepped(first) = first else {
         panic!("{first:?}")
@@ -150,8 +178,7 @@ fn a_session_from_hello_to_status() {
 /// answer with the next setpoint's code.
 #[test]
 fn a_repeated_request_is_answered_and_not_repeated() {
-    let mut table = SetpointTable::<16>::resting_at(0);
-    let mut host = configured(&mut table);
+    let mut host = configured();
     host.ask(1, 4, &step(0, 0, &[Event::Enable, Event::Start]));
     let once = host.ask(1, 5, &step(90, 1, &[]));
     let again = host.ask(1, 5, &step(90, 1, &[]));
@@ -161,8 +188,7 @@ fn a_repeated_request_is_answered_and_not_repeated() {
 
 #[test]
 fn numbers_and_sessions_that_are_not_expected_are_refused() {
-    let mut table = SetpointTable::<16>::resting_at(0);
-    let mut host = configured(&mut table);
+    let mut host = configured();
     let number = Reply::Nak(Nak::Number { expected: 4 });
     for other in [0, 2, 5, 1_000] {
         assert_eq!(host.ask(1, other, &step(0, 0, &[])), number);
@@ -178,8 +204,7 @@ fn numbers_and_sessions_that_are_not_expected_are_refused() {
 
 #[test]
 fn another_configuration_is_refused() {
-    let mut table = SetpointTable::<16>::resting_at(0);
-    let mut host = Host::greeted(&mut table, 9);
+    let mut host = Host::<16>::greeted(9);
     host.part(9, 1, &Request::Settings(&payload(&axis())));
     let begin = |configuration| Request::Begin {
         configuration,
@@ -194,20 +219,49 @@ fn another_configuration_is_refused() {
 
 #[test]
 fn more_words_than_the_memory_holds_are_refused() {
-    let mut table = SetpointTable::<16>::resting_at(0);
-    let mut host = Host::greeted(&mut table, 9);
+    let mut host = Host::<16>::greeted(9);
     let ten = [0; 40];
     assert_eq!(host.ask(9, 1, &Request::Memory(&ten)), Reply::Taken);
     let full = Reply::Nak(Nak::Memory);
     assert_eq!(host.ask(9, 2, &Request::Memory(&ten)), full);
+    // Nothing of the ten has been kept: there is room for six.
+    assert_eq!(host.ask(9, 2, &Request::Memory(&[0; 24])), Reply::Taken);
+}
+
+/// Events of BEGIN act all of them or none.
+#[test]
+fn a_begin_that_is_refused_has_not_acted() {
+    for refused in [
+        [Event::Enable, Event::Reset],
+        [Event::Disable, Event::Start],
+    ] {
+        let mut host = Host::<16>::greeted(9);
+        host.part(9, 1, &Request::Settings(&payload(&axis())));
+        let begin = |configuration, asked: &[Event]| {
+            let mut events = Events::default();
+            asked.iter().for_each(|event| events.insert(*event));
+            Request::Begin {
+                configuration,
+                source: SourceKind::Step,
+                events,
+            }
+        };
+        let here = host.configuration;
+        let nak = Reply::Nak(Nak::Request);
+        assert_eq!(host.ask(9, 2, &begin(here, &refused)), nak);
+        // An axis that was enabled would refuse it.
+        assert_eq!(host.ask(9, 2, &begin(here, &[Event::Enable])), Reply::Taken);
+        let Reply::Stepped(stepped) = host.ask(9, 3, &step(0, 0, &[])) else {
+            panic!("a step");
+        };
+        assert_eq!(stepped.state, State::Enabled);
+    }
 }
 
 #[test]
 fn a_damaged_frame_asks_for_the_next_request() {
-    let mut table = SetpointTable::<16>::resting_at(0);
-    let mut host = configured(&mut table);
-    let reply = host.server.answer(Received::Damaged, &mut Memory).unwrap();
-    let (header, reply) = Reply::read(&reply).unwrap();
+    let mut host = configured();
+    let (header, reply) = host.line(&[1, 2, 3, 0]).unwrap();
     assert_eq!((header.session, header.number), (1, 4));
     assert_eq!(reply, Reply::Nak(Nak::Damaged));
 }
@@ -215,8 +269,7 @@ fn a_damaged_frame_asks_for_the_next_request() {
 /// Other parameters change the code, and nothing of where the axis stands.
 #[test]
 fn a_running_axis_takes_other_parameters() {
-    let mut table = SetpointTable::<16>::resting_at(0);
-    let mut host = configured(&mut table);
+    let mut host = configured();
     host.ask(1, 4, &step(0, 0, &[Event::Enable, Event::Start]));
     assert_eq!(code(host.ask(1, 5, &step(90, 1, &[]))), 20);
     let law = *axis().law();
@@ -260,14 +313,14 @@ fn an_older_version_is_told() {
         Reply::Hello(identity).body(1, 0).unwrap()
     };
     for version in [0, 1, 3] {
-        let mut body = body(version);
+        let mut body = body(version)[..8].to_vec();
         for _ in 0..40 {
             let (_, reply) = Reply::read(&body).expect("a greeting");
             let Reply::Hello(identity) = reply else {
                 panic!("{reply:?}")
             };
             assert_eq!((identity.version, identity.target), (version, [0; 8]));
-            body.push(77).unwrap();
+            body.push(77);
         }
     }
     // Contrast: this version is read to its end.
@@ -276,11 +329,9 @@ fn an_older_version_is_told() {
     ours.push(77).unwrap();
     assert_eq!(Reply::read(&ours), None);
     // Requests of version 1 are none here: PAPER, SETPOINTS, PLAN.
-    let mut table = SetpointTable::<16>::resting_at(0);
-    let mut server = Host::greeted(&mut table, 1).server;
+    let mut host = Host::<16>::greeted(1);
     for kind in [0x02, 0x05, 0x08] {
-        let reply = server.answer(Received::Body(&[kind, 1, 0, 1, 0, 0, 0]), &mut Memory);
-        let (_, reply) = Reply::read(&reply.unwrap()).unwrap();
+        let (_, reply) = host.body(&[kind, 1, 0, 1, 0, 0, 0]).unwrap();
         assert_eq!(reply, Reply::Nak(Nak::Request));
     }
 }
@@ -315,24 +366,16 @@ proptest::proptest! {
         ),
         begun in proptest::bool::ANY,
     ) {
-        let mut table = SetpointTable::<16>::resting_at(0);
-        let mut server = if begun {
-            configured(&mut table).server
-        } else {
-            Server::new(&mut table)
-        };
+        let mut host = if begun { configured() } else { Host::new() };
         for (kind, session, number, rest) in bodies {
             let mut body = vec![kind, session, 0];
             body.extend(number.to_le_bytes());
             body.extend(rest);
-            if let Some(reply) = server.answer(Received::Body(&body), &mut Memory) {
-                let (header, _) = Reply::read(&reply).expect("a reply");
+            if let Some((header, _)) = host.body(&body) {
                 proptest::prop_assert_eq!(header.number, number);
             }
         }
-        let hello = Request::Hello.body(77, 0, 0).unwrap();
-        let reply = server.answer(Received::Body(&hello), &mut Memory).unwrap();
-        let (_, reply) = Reply::read(&reply).unwrap();
-        proptest::prop_assert!(matches!(reply, Reply::Hello(_)));
+        let hello = host.ask(77, 0, &Request::Hello);
+        proptest::prop_assert!(matches!(hello, Reply::Hello(_)));
     }
 }

@@ -13,14 +13,12 @@ static RECEIVED: Ring = Ring::new();
 #[images::entry]
 fn main() -> ! {
     // SAFETY: the image begins here, once.
-    let line = unsafe { Line::take_memory() };
+    let mut line = unsafe { Line::take_memory() };
     uart::start();
     images::unmask_uart();
     loop {
         while let Some(byte) = RECEIVED.pop() {
-            if let Some(reply) = line.take(byte) {
-                reply.iter().copied().for_each(uart::send);
-            }
+            line.take(byte).iter().copied().for_each(uart::send);
         }
         images::sleep_unless(|| !RECEIVED.is_empty());
     }

@@ -10,6 +10,7 @@ mod samples;
 
 use cortex_m_rt::entry;
 use firmware::{CAPACITY, SetpointTable};
+use firmware_link::Server;
 // The panic handler.
 use parts as _;
 use stm32f4::stm32f407::Peripherals;
@@ -26,8 +27,9 @@ const PULL_CYCLES: u32 = 10_000;
 
 #[entry]
 fn main() -> ! {
-    // Zeros, so that it takes no flash.
+    // Zeros, so that they take no flash.
     static mut TABLE: SetpointTable<CAPACITY> = SetpointTable::resting_at(0);
+    static mut SERVER: Server = Server::START;
 
     // Both are there: nothing has taken them before.
     let (Some(mut core), Some(chip)) = (cortex_m::Peripherals::take(), Peripherals::take()) else {
@@ -55,7 +57,7 @@ fn main() -> ! {
         modes::drive(board, panel, samples, chip.IWDG, &clocks, line, &meter)
     } else {
         panel.show(Lamp::Bench, true);
-        modes::bench(line, meter, TABLE)
+        modes::bench(line, meter, SERVER, TABLE)
     }
 }
 

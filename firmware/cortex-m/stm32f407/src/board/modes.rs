@@ -6,10 +6,8 @@ use core::cell::Cell;
 use cortex_m::peripheral::NVIC;
 use critical_section::Mutex;
 use firmware::{CAPACITY, SetpointTable, State};
-use firmware_link::frame::{LARGEST_FRAME, Received, Receiver, encode};
-use firmware_link::reply::LARGEST_REPLY;
+use firmware_link::frame::{LARGEST_FRAME, Receiver, encode};
 use firmware_link::{Server, Target};
-use heapless::Vec;
 use stm32f4::stm32f407::{IWDG, Interrupt, interrupt};
 use stm32f407_drive::axis::{AXIS, motions};
 use stm32f407_drive::{Drive, Ticks, answer_while_driving};
@@ -24,19 +22,24 @@ use super::samples::{Samples, Watchdog};
 /// Bench mode: the controller on this chip, the plant at the other end of the
 /// line. Serves one host after another; the electronics stay as the reset has
 /// left them, off and at 0 V.
-pub(super) fn bench(line: Line, mut chip: Chip, table: &'static mut SetpointTable<CAPACITY>) -> ! {
-    let mut server = Server::new(table);
-    serve(line, |received| server.answer(received, &mut chip))
+pub(super) fn bench(
+    mut line: Line,
+    mut chip: Chip,
+    server: &mut Server,
+    table: &mut SetpointTable<CAPACITY>,
+) -> ! {
+    loop {
+        let byte = line.next_byte();
+        line.send(server.take(byte, table, &mut chip));
+    }
 }
 
-/// Answers what comes on the line.
-fn serve(
-    mut line: Line,
-    mut answer: impl FnMut(Received<'_>) -> Option<Vec<u8, LARGEST_REPLY>>,
-) -> ! {
+/// Drive mode's end of the line.
+fn serve(mut line: Line, chip: &Chip) -> ! {
     let mut receiver = Receiver::new();
     loop {
-        let reply = receiver.take(line.next_byte()).and_then(&mut answer);
+        let received = receiver.take(line.next_byte());
+        let reply = received.and_then(|received| answer_while_driving(received, chip.identity()));
         if let Some(frame) = reply.and_then(|reply| encode::<LARGEST_FRAME>(&reply)) {
             line.send(&frame);
         }
@@ -86,9 +89,7 @@ pub(super) fn drive(
         Some(drive) => start(drive, panel, samples, watchdog, clocks),
         None => panel.show(Lamp::Fault, true),
     }
-    serve(line, |received| {
-        answer_while_driving(received, chip.identity())
-    })
+    serve(line, chip)
 }
 
 fn planned(electronics: Electronics) -> Option<Drive<'static, Electronics>> {

@@ -20,25 +20,23 @@ mod samples;
 
 use features::{LAWS, TICKS};
 use images::chip::Chip;
+use images::host::{self, File, Mode};
 use samples::Samples;
-use semihosting::fd::{AsFd, OwnedFd};
-use semihosting::process;
-use semihosting::sys::arm_compat::{OpenMode, sys_open};
 
 #[images::entry]
 fn main() -> ! {
     let mut chip = Chip::at_start();
     report(&mut chip);
-    process::exit(0)
+    host::exit()
 }
 
 /// All features; `None` where the host does not listen.
 fn report(chip: &mut Chip) -> Option<()> {
     // The host opens its ends in the same order: each waits for the other. It
     // has nothing to say.
-    let _requests: OwnedFd = sys_open(c"to-chip", OpenMode::RDONLY_BINARY).ok()?;
-    let host: OwnedFd = sys_open(c"from-chip", OpenMode::WRONLY_TRUNC_BINARY).ok()?;
-    let mut samples = Samples::begin(chip, host.as_fd())?;
+    let _requests = File::open(c"to-chip", Mode::Read)?;
+    let host = File::open(c"from-chip", Mode::Write)?;
+    let mut samples = Samples::begin(chip, &host)?;
     for feature in LAWS {
         samples.name(feature.name)?;
         motor::drive_law(&feature, &mut samples)?;

@@ -4,8 +4,7 @@ use firmware_link::frame::{LARGEST_BODY, LARGEST_FRAME, encode};
 use firmware_link::{Reply, Status, Target};
 use heapless::Vec;
 use images::chip::Chip;
-use semihosting::fd::BorrowedFd;
-use semihosting::sys::write;
+use images::host::File;
 
 /// First byte of a frame with a feature's name.
 const NAME: u8 = 0x41;
@@ -16,7 +15,7 @@ const TIMES: u8 = 0x42;
 /// Measures samples and sends their times.
 pub(crate) struct Samples<'c> {
     chip: &'c mut Chip,
-    host: BorrowedFd<'c>,
+    host: &'c File,
     body: Vec<u8, LARGEST_BODY>,
     taken: u32,
 }
@@ -24,7 +23,7 @@ pub(crate) struct Samples<'c> {
 impl<'c> Samples<'c> {
     /// Says to the host at the end of the line who is there; `None` where nobody
     /// listens.
-    pub(crate) fn begin(chip: &'c mut Chip, host: BorrowedFd<'c>) -> Option<Self> {
+    pub(crate) fn begin(chip: &'c mut Chip, host: &'c File) -> Option<Self> {
         let hello = Reply::Hello(chip.identity()).body(0, 0)?;
         let samples = Self {
             chip,
@@ -89,7 +88,6 @@ impl<'c> Samples<'c> {
 
     fn send(&self, body: &[u8]) -> Option<()> {
         let frame = encode::<LARGEST_FRAME>(body)?;
-        write(self.host, &frame).ok()?;
-        Some(())
+        self.host.write(&frame)
     }
 }
