@@ -96,6 +96,12 @@ impl Events {
         self.0 |= Self(0xf).filter(|known| known == event).0;
     }
 
+    /// Its events in their order.
+    pub fn iter(self) -> impl Iterator<Item = Event> {
+        let has = move |event: &Event| !self.filter(|known| known == *event).is_empty();
+        Self::ORDER.into_iter().filter(has)
+    }
+
     /// Those of its events, in their order, of which `kept` says so.
     pub(crate) fn filter(self, mut kept: impl FnMut(Event) -> bool) -> Self {
         let (mut bit, mut set) = (1, 0);
