@@ -163,11 +163,17 @@ impl Stretch {
         self.position = next
             .position
             .wrapping_add(Counts::from_bits(wide::joined(start, 0)));
+        apart();
         self.velocity = next.velocity;
+        apart();
         self.acceleration = next.acceleration;
+        apart();
         self.jerk = next.jerk;
+        apart();
         self.ahead = next.ahead;
+        apart();
         self.ahead_change = next.ahead_change;
+        apart();
         self.ahead_growth = next.ahead_growth;
         self.samples = next.samples;
         self.velocity_sign = next.velocity_sign;
@@ -183,18 +189,16 @@ impl Stretch {
     /// From one sample to the next; how many there are is for who asks to know.
     #[inline(always)]
     pub fn advance(&mut self) {
-        // The fences cost nothing themselves; between them the compiler loads and stores
-        // a number's words in pairs.
         let (velocity, acceleration) = (self.velocity, self.acceleration);
         self.position = self.position.wrapping_add(velocity);
-        compiler_fence(Ordering::SeqCst);
+        apart();
         self.velocity = velocity.wrapping_add(acceleration);
-        compiler_fence(Ordering::SeqCst);
+        apart();
         self.acceleration = acceleration.wrapping_add(self.jerk);
-        compiler_fence(Ordering::SeqCst);
+        apart();
         let change = self.ahead_change;
         self.ahead = self.ahead.wrapping_add(change);
-        compiler_fence(Ordering::SeqCst);
+        apart();
         self.ahead_change = change.wrapping_add(self.ahead_growth);
     }
 
@@ -222,6 +226,13 @@ impl Stretch {
     pub const fn setpoint(&self) -> i32 {
         wide::upper(self.position.to_bits())
     }
+}
+
+/// Keeps what stands before it apart from what follows: the compiler then loads and
+/// stores a number's words in pairs. It is no instruction itself.
+#[inline(always)]
+fn apart() {
+    compiler_fence(Ordering::SeqCst);
 }
 
 /// A whole position as that of a stretch: with the half that rounds it.

@@ -58,6 +58,7 @@ macro_rules! words {
             }
 
             $(#[doc = $doc] $(#[doc = $more])*
+            #[allow(clippy::indexing_slicing, reason = "a constant below the number of words")]
             #[inline(always)]
             pub(crate) const fn $field(&self) -> u32 {
                 self.0[offset_of!($name, $field) >> 2]

@@ -1,10 +1,10 @@
 //! Double words: words into them and back, and products of words with all 64
 //! bits, chosen per target and the same on every one.
 //!
-//! # Constant evaluation
+//! # Conversions
 //!
-//! `From` and `TryFrom` cannot run there. The bytes say the same, and cost the
-//! same.
+//! `From` and `TryFrom` cannot run in constants, and an image that is optimised for
+//! its bytes takes a word apart where bytes say the same. So this file alone has `as`.
 //!
 //! # Products
 //!
@@ -21,42 +21,43 @@
 //! For words with sign `ah` and `bh` have it and `al` and `bl` do not, so that
 //! nothing is to be corrected afterwards.
 
+#![allow(
+    clippy::as_conversions,
+    reason = "each conversion has its function here, whose name says what is kept"
+)]
+
 /// A byte as a word.
 pub(crate) const fn byte(value: u8) -> u32 {
-    u32::from_le_bytes([value, 0, 0, 0])
+    value as u32
 }
 
 /// A word as a double one.
 pub(crate) const fn word(value: u32) -> u64 {
-    let [b0, b1, b2, b3] = value.to_le_bytes();
-    u64::from_le_bytes([b0, b1, b2, b3, 0, 0, 0, 0])
+    value as u64
 }
 
 /// A word as a double one with a sign.
 pub(crate) const fn unsigned(value: u32) -> i64 {
-    word(value).cast_signed()
+    value as i64
 }
 
 /// A byte as a double one with a sign.
 pub(crate) const fn bits(value: u8) -> i64 {
-    unsigned(byte(value))
+    value as i64
 }
 
 /// A word with a sign as a double one.
 pub(crate) const fn signed(value: i32) -> i64 {
-    let magnitude = unsigned(value.unsigned_abs());
-    if value < 0 {
-        magnitude.wrapping_neg()
-    } else {
-        magnitude
-    }
+    value as i64
 }
 
 /// The word that a double one fits, if it does.
 pub(crate) const fn narrowed(value: u64) -> Option<u32> {
-    match value.to_le_bytes() {
-        [b0, b1, b2, b3, 0, 0, 0, 0] => Some(u32::from_le_bytes([b0, b1, b2, b3])),
-        _ => None,
+    let narrow = value as u32;
+    if word(narrow) == value {
+        Some(narrow)
+    } else {
+        None
     }
 }
 
@@ -72,18 +73,17 @@ pub(crate) const fn held(value: u64) -> i64 {
 /// The upper word, `floor(value/2^32)`.
 #[inline(always)]
 pub(crate) const fn upper(value: i64) -> i32 {
-    let [.., a, b, c, d] = value.to_le_bytes();
-    i32::from_le_bytes([a, b, c, d])
+    value.wrapping_shr(32) as i32
 }
 
 /// The lower word: two's complement is arithmetic modulo 2^32.
 #[inline(always)]
 pub(crate) const fn lower(value: i64) -> i32 {
-    let [a, b, c, d, ..] = value.to_le_bytes();
-    i32::from_le_bytes([a, b, c, d])
+    value as i32
 }
 
 /// The double word of an upper and a lower one.
+#[inline(always)]
 pub(crate) const fn joined(upper: i32, lower: i32) -> i64 {
     signed(upper).wrapping_shl(32) | unsigned(lower.cast_unsigned())
 }

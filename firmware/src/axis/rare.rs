@@ -449,7 +449,9 @@ impl AxisState {
         }
         motion.ahead = match ahead {
             Some(ahead) => ahead,
-            None if settings.feeds_forward() => settings.feed_forward(velocity, acceleration),
+            None if settings.feeds_forward() && (velocity | acceleration) != 0 => {
+                settings.feed_forward(velocity, acceleration)
+            }
             None => Codes::ZERO,
         };
         settings.hold_ahead(&mut motion.ahead);

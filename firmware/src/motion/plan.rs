@@ -135,22 +135,40 @@ pub struct PlannedMotion<const N: usize> {
 }
 
 impl<const N: usize> PlannedMotion<N> {
+    /// No motion: it ends where it starts.
+    pub const NONE: Self = Self {
+        stretches: Vec::new(),
+        end: 0,
+    };
+
     /// The stretches of a plan from 0 on, with the feed-forward that the words
     /// give ([`MotionPlan::stretches`]).
     ///
     /// # Errors
     /// A [`Refusal`] where there are more than `N`.
     pub fn new(plan: &MotionPlan, words: &LawWords) -> Result<Self, Refusal> {
-        let mut stretches = Vec::new();
+        let mut planned = Self::NONE;
+        planned.plan(plan, words)?;
+        Ok(planned)
+    }
+
+    /// The same in memory that is there already.
+    ///
+    /// # Errors
+    /// A [`Refusal`] where there are more than `N`; the motion is none then.
+    pub fn plan(&mut self, plan: &MotionPlan, words: &LawWords) -> Result<(), Refusal> {
+        self.stretches.clear();
+        self.end = 0;
         for stretch in plan.stretches(words, 0) {
-            stretches.push(stretch).map_err(|_| {
+            if self.stretches.push(stretch).is_err() {
+                self.stretches.clear();
                 let [needed, most] = [plan.stretches(words, 0).count(), N]
                     .map(|count| i64::try_from(count).unwrap_or(i64::MAX));
-                Refusal::new(What::Stretches, needed, [0, most])
-            })?;
+                return Err(Refusal::new(What::Stretches, needed, [0, most]));
+            }
         }
-        let end = plan.head().end;
-        Ok(Self { stretches, end })
+        self.end = plan.head().end;
+        Ok(())
     }
 
     /// The end of the motion \[counts\].

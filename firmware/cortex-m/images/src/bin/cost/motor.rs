@@ -117,11 +117,12 @@ pub(crate) fn drive_axis(feature: &TickFeature, samples: &mut Samples<'_>) -> Op
     // second is more than the output gives.
     const MS: u64 = 1_000_000_000;
     let intervals_ps = [20, 40, 20, 60, 20, 40, 20].map(|ms: u64| ms.wrapping_mul(MS));
-    let plan = |counts: i64| {
+    let mut planned = [Planned::NONE; 2];
+    let [there, back] = &mut planned;
+    for (planned, counts) in [(&mut *there, 6_000_i64), (&mut *back, -60_000)] {
         let plan = MotionPlan::new(counts.wrapping_shl(32), intervals_ps, 1_000_000).ok()?;
-        Planned::new(&plan, feature.axis.law().words()).ok()
-    };
-    let (there, back) = (plan(6_000)?, plan(-60_000)?);
+        planned.plan(&plan, feature.axis.law().words()).ok()?;
+    }
 
     let sample = black_box(feature.sample);
     let mut state = AxisState::start(feature.axis);
@@ -134,7 +135,7 @@ pub(crate) fn drive_axis(feature: &TickFeature, samples: &mut Samples<'_>) -> Op
     let mut start = 0_i32;
     for motion in 0..MOTIONS {
         // The second one goes back.
-        let plan = if motion == 1 { &back } else { &there };
+        let plan: &Planned = if motion == 1 { back } else { there };
         // An axis on a fault refuses it.
         let _ = run.state.request(Event::Start);
         let mut setpoints = from(plan, start);
