@@ -18,25 +18,31 @@ import zlib
 
 NONE = 2**32 - 1
 GAINS = ("kp", "ki_dt", "kd_per_dt", "velocity_ff", "acceleration_ff", "friction_ff")
-# Every word of the settings by its name, in the order of the line; all that is off.
-SETTINGS = {f"{gain}_{part}": 0 for gain in GAINS for part in ("mantissa", "fraction_bits")}
-SETTINGS.update(
-    ahead_limit_codes=0, error_limit_counts=2**17, difference_limit_counts=2**18,
-    difference_is_declared=1, integral_range_codes=2**20, derivative_of_measurement=0,
-    filter_smoothing=0, filter_fraction_bits=0, anti_windup=0, tracking=0, dac_bits=12,
-    slew_codes=2**24, quantiser=0, dither_seed=0, counter_bits=32, largest_jump_counts=NONE,
-    feedback_of_load=0, load_counter_bits=32, load_largest_jump_counts=NONE,
-    following_error_counts=NONE, lag_mantissa=0, lag_fraction_bits=0, velocity_fraction_bits=0,
-    encoder_loss_codes=NONE, encoder_loss_samples=NONE, saturation_samples=NONE,
-    watches_ticks=0, dead_band_counts=0, hold_integral=0, half_gap_counts=0,
-    crossing_half_samples=0, crossing_first_low=0, crossing_first_high=0,
-    flank_of_acceleration=0)
+# The words of the settings that are not 0 where everything is off.
+OFF = {f"{gain}_scale": 1 for gain in GAINS}
+OFF.update(
+    filter_scale=1, error_limit_counts=2**17, difference_limit_counts=2**18, counter_bits=32,
+    largest_jump_counts=NONE, encoder_loss_codes=NONE, encoder_loss_samples=NONE,
+    saturation_samples=NONE, dac_bits=12, slew_codes=2**24, integral_range_codes=2**20,
+    difference_is_declared=1, load_counter_bits=32, load_largest_jump_counts=NONE,
+    following_error_counts=NONE)
+# Every word by its name, in the order of the line.
+NAMES = """kp_mantissa kp_scale ki_dt_mantissa ki_dt_scale kd_per_dt_mantissa kd_per_dt_scale
+derivative_of_measurement filter_smoothing filter_scale error_limit_counts
+difference_limit_counts counter_bits largest_jump_counts feedback_of_load encoder_loss_codes
+encoder_loss_samples saturation_samples dac_bits slew_codes quantiser dither_seed anti_windup
+tracking integral_range_codes difference_is_declared velocity_ff_mantissa velocity_ff_scale
+acceleration_ff_mantissa acceleration_ff_scale friction_ff_mantissa friction_ff_scale
+ahead_limit_codes load_counter_bits load_largest_jump_counts following_error_counts lag_mantissa
+lag_fraction_bits velocity_fraction_bits watches_ticks dead_band_counts hold_integral
+half_gap_counts crossing_half_samples crossing_first_low crossing_first_high
+flank_of_acceleration""".split()
+SETTINGS = {name: OFF.get(name, 0) for name in NAMES}
 # This axis: 2, 0.01 and 8 codes per count behind 12 bits, a counter of 16 bits, four checks.
 SETTINGS.update(
-    kp_mantissa=2**30, kp_fraction_bits=29, ki_dt_mantissa=42949673, ki_dt_fraction_bits=32,
-    kd_per_dt_mantissa=2**30, kd_per_dt_fraction_bits=27, anti_windup=1, counter_bits=16,
-    largest_jump_counts=1000, following_error_counts=400, saturation_samples=50,
-    watches_ticks=1)
+    kp_mantissa=2**30, kp_scale=8, ki_dt_mantissa=42949673, kd_per_dt_mantissa=2**30,
+    kd_per_dt_scale=32, anti_windup=1, counter_bits=16, largest_jump_counts=1000,
+    following_error_counts=400, saturation_samples=50, watches_ticks=1)
 # 10 counts a sample, across the end of the counter.
 TABLE = [32_300 + 10 * k for k in range(101)]
 STEPS = 200
@@ -82,8 +88,8 @@ class Chip:
         self.received, self.number, self.configuration, self.repeated = b"", 0, 0, 0
         self.session = 1 + secrets.randbelow(0xffff)
         told = self.ask(HELLO, numbered=False)
-        if told[0] != 2:
-            sys.exit(f"the chip speaks version {told[0]} of the line, this program version 2")
+        if told[0] != 3:
+            sys.exit(f"the chip speaks version {told[0]} of the line, this program version 3")
         _, name, self.image_crc, _, _, self.capacity, self.timer_hz = struct.unpack("<B8s5I", told)
         self.name = name.rstrip(b"\0").decode("ascii", "replace")
 

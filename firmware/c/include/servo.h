@@ -47,50 +47,40 @@ enum servo_cause {
  * 2^32 - 1 is none.
  */
 typedef struct servo_settings {
-  /** Kp = mantissa·2^−fraction_bits [codes per count]; so with those that follow. 0 to 2147483647. */
+  /** Kp: an integer x times scale, and that times mantissa, is Kp·x in 2^−32 codes; so with the gains that follow. 0 to 2147483647. */
   uint32_t kp_mantissa;
-  /** Of Kp. 0 to 32. */
-  uint32_t kp_fraction_bits;
+  /** Of Kp. 1 to 1073741824. */
+  uint32_t kp_scale;
   /** Ki·Δt [codes per count]. 0 to 2147483647. */
   uint32_t ki_dt_mantissa;
-  /** Of Ki·Δt. 0 to 32. */
-  uint32_t ki_dt_fraction_bits;
-  /** Kd/Δt [codes per count]. 0 to 2147483647. */
+  /** Of Ki·Δt. 1 to 1073741824. */
+  uint32_t ki_dt_scale;
+  /** Kd/Δt [codes per count]; with a filter per unit of the filtered difference. 0 to 2147483647. */
   uint32_t kd_per_dt_mantissa;
-  /** Of Kd/Δt; with a filter its fraction bits are added. 0 to 32. */
-  uint32_t kd_per_dt_fraction_bits;
-  /** Feed-forward of the velocity [codes per unit of a setpoint's velocity]. 0 to 2147483647. */
-  uint32_t velocity_ff_mantissa;
-  /** Of the feed-forward of the velocity. 0 to 32. */
-  uint32_t velocity_ff_fraction_bits;
-  /** Feed-forward of the acceleration [codes per unit of a setpoint's acceleration]. 0 to 2147483647. */
-  uint32_t acceleration_ff_mantissa;
-  /** Of the feed-forward of the acceleration. 0 to 32. */
-  uint32_t acceleration_ff_fraction_bits;
-  /** Feed-forward of the friction [codes]. 0 to 2147483647. */
-  uint32_t friction_ff_mantissa;
-  /** Of the feed-forward of the friction. 0 to 32. */
-  uint32_t friction_ff_fraction_bits;
-  /** Largest feed-forward of a source that computes it itself [codes]. 0 to 1073741824. */
-  uint32_t ahead_limit_codes;
-  /** E, largest error [counts]. 1 to 536870912. */
-  uint32_t error_limit_counts;
-  /** D, largest difference [counts]. 1 to 1073741824. */
-  uint32_t difference_limit_counts;
-  /** 1 where beyond D a declared range is left. 0 to 1. */
-  uint32_t difference_is_declared;
-  /** First whole number beyond the integral's range [codes]. 1 to 2147483647. */
-  uint32_t integral_range_codes;
+  /** Of Kd/Δt. 1 to 1073741824. */
+  uint32_t kd_per_dt_scale;
   /** 1: the derivative is that of the measurement, not of the error. 0 to 1. */
   uint32_t derivative_of_measurement;
   /** a·2^31 of the derivative's filter; 0 is none. 0 to 2147483647. */
   uint32_t filter_smoothing;
-  /** h of the filter. 0 to 29. */
-  uint32_t filter_fraction_bits;
-  /** 0 none, 1 clamp, 2 back-calculation. 0 to 2. */
-  uint32_t anti_windup;
-  /** Δt/T_t·2^31 of the back-calculation. 0 to 2147483647. */
-  uint32_t tracking;
+  /** 2^h of the filter: the units of a count in it. 1 to 536870912. */
+  uint32_t filter_scale;
+  /** E, largest error [counts]. 1 to 536870912. */
+  uint32_t error_limit_counts;
+  /** D, largest difference [counts]. 1 to 1073741824. */
+  uint32_t difference_limit_counts;
+  /** Bits of the motor's counter. 8 to 32. */
+  uint32_t counter_bits;
+  /** Largest change of its count [counts per sample]. 1 to 4294967295. */
+  uint32_t largest_jump_counts;
+  /** 1: the position is that of the load's encoder. 0 to 1. */
+  uint32_t feedback_of_load;
+  /** Code from which on a healthy encoder moves [codes]. 1 to 4294967295. */
+  uint32_t encoder_loss_codes;
+  /** Samples after which it is lost. 1 to 4294967295. */
+  uint32_t encoder_loss_samples;
+  /** Samples that the output may stand at a limit. 0 to 4294967295. */
+  uint32_t saturation_samples;
   /** Bits of the converter. 2 to 24. */
   uint32_t dac_bits;
   /** Largest change of the code [codes per sample]. 1 to 16777216. */
@@ -99,12 +89,28 @@ typedef struct servo_settings {
   uint32_t quantiser;
   /** Start of the dither's generator. 0 to 4294967295. */
   uint32_t dither_seed;
-  /** Bits of the motor's counter. 8 to 32. */
-  uint32_t counter_bits;
-  /** Largest change of its count [counts per sample]. 1 to 4294967295. */
-  uint32_t largest_jump_counts;
-  /** 1: the position is that of the load's encoder. 0 to 1. */
-  uint32_t feedback_of_load;
+  /** 0 none, 1 clamp, 2 back-calculation. 0 to 2. */
+  uint32_t anti_windup;
+  /** Δt/T_t·2^31 of the back-calculation. 0 to 2147483647. */
+  uint32_t tracking;
+  /** First whole number beyond the integral's range [codes]. 1 to 2147483647. */
+  uint32_t integral_range_codes;
+  /** 1 where beyond D a declared range is left. 0 to 1. */
+  uint32_t difference_is_declared;
+  /** Feed-forward of the velocity [codes per unit of a setpoint's velocity]. 0 to 2147483647. */
+  uint32_t velocity_ff_mantissa;
+  /** Of the feed-forward of the velocity. 1 to 1073741824. */
+  uint32_t velocity_ff_scale;
+  /** Feed-forward of the acceleration [codes per unit of a setpoint's acceleration]. 0 to 2147483647. */
+  uint32_t acceleration_ff_mantissa;
+  /** Of the feed-forward of the acceleration. 1 to 1073741824. */
+  uint32_t acceleration_ff_scale;
+  /** Feed-forward of the friction [codes]. 0 to 2147483647. */
+  uint32_t friction_ff_mantissa;
+  /** Of the feed-forward of the friction. 1 to 1073741824. */
+  uint32_t friction_ff_scale;
+  /** Largest feed-forward of a source that computes it itself [codes]. 0 to 1073741824. */
+  uint32_t ahead_limit_codes;
   /** Bits of the load's counter. 8 to 32. */
   uint32_t load_counter_bits;
   /** Largest change of its count [counts per sample]. 1 to 4294967295. */
@@ -117,12 +123,6 @@ typedef struct servo_settings {
   uint32_t lag_fraction_bits;
   /** Fraction bits of setpoints' velocities. 0 to 60. */
   uint32_t velocity_fraction_bits;
-  /** Code from which on a healthy encoder moves [codes]. 1 to 4294967295. */
-  uint32_t encoder_loss_codes;
-  /** Samples after which it is lost. 1 to 4294967295. */
-  uint32_t encoder_loss_samples;
-  /** Samples that the output may stand at a limit. 0 to 4294967295. */
-  uint32_t saturation_samples;
   /** 1: a tick that is missed is a fault. 0 to 1. */
   uint32_t watches_ticks;
   /** Errors that count as 0 at rest [counts]. 0 to 4294967295. */
@@ -144,7 +144,7 @@ typedef struct servo_settings {
 /**
  * Number of words of a `servo_axis`.
  */
-#define SERVO_AXIS_WORDS 104
+#define SERVO_AXIS_WORDS 64
 
 /**
  * Return value of what has been done.

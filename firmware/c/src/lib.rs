@@ -30,7 +30,7 @@ fn panic(_: &core::panic::PanicInfo<'_>) -> ! {
 }
 
 /// Number of words of a `servo_axis`.
-pub const SERVO_AXIS_WORDS: usize = 104;
+pub const SERVO_AXIS_WORDS: usize = 64;
 /// Return value of what has been done.
 pub const SERVO_OK: c_int = 0;
 /// Return value where a pointer is null or off its alignment, or the axis has not

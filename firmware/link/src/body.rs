@@ -83,7 +83,7 @@ impl<'a> Reader<'a> {
 }
 
 /// Version of the protocol, told in every HELLO; both sides must have the same.
-pub const VERSION: u8 = 2;
+pub const VERSION: u8 = 3;
 
 /// Head of a body; the same in every version.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
