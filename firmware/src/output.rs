@@ -183,13 +183,15 @@ impl Output {
     }
 
     /// The code that can be reached from `code` and is nearest to `wanted`.
+    #[inline(always)]
     pub(crate) fn nearest(&self, code: i32, wanted: i32) -> i32 {
-        // Codes have 24 bits, the step 25: no sum leaves 26.
-        wanted
-            .min(code.wrapping_add(self.slew))
-            .max(code.wrapping_sub(self.slew))
-            .min(self.dac.max_code())
-            .max(self.dac.min_code())
+        let mut nearest = wanted;
+        if self.slew_codes().is_some() {
+            // Codes have 24 bits, the step 25: no sum leaves 26.
+            let [slowest, fastest] = [code.wrapping_sub(self.slew), code.wrapping_add(self.slew)];
+            nearest = nearest.min(fastest).max(slowest);
+        }
+        nearest.min(self.dac.max_code()).max(self.dac.min_code())
     }
 
     /// The converter.
@@ -203,6 +205,7 @@ impl Output {
     }
 
     /// Largest change of the code per sample \[codes\], where there is one.
+    #[inline(always)]
     pub const fn slew_codes(&self) -> Option<u32> {
         let codes = self.slew.cast_unsigned();
         if codes == Output::SLEW_MOST {

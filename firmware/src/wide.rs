@@ -103,6 +103,8 @@ macro_rules! by_target {
     }};
 }
 
+pub(crate) use by_target;
+
 /// `u·v`.
 #[inline]
 pub(crate) fn product(u: u32, v: u32) -> u64 {

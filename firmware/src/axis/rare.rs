@@ -450,15 +450,17 @@ impl AxisState {
         motion.ahead = match ahead {
             Some(ahead) => ahead,
             None if settings.feeds_forward() && (velocity | acceleration) != 0 => {
-                settings.feed_forward(velocity, acceleration)
+                settings.feed_forward::<false>(velocity, acceleration)
             }
             None => Codes::ZERO,
         };
         settings.hold_ahead(&mut motion.ahead);
-        let flank = settings.flank_of_setpoint(setpoint, moved);
         // A stretch behind it asks for its flank anew.
         [motion.velocity_sign, motion.acceleration_sign] = [0, 0];
-        self.turn_to(flank);
+        if settings.crossing_half_samples() != 0 {
+            let flank = settings.flank_of_setpoint(setpoint, moved);
+            self.turn_to(flank);
+        }
         true
     }
 

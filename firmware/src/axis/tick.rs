@@ -120,7 +120,9 @@ impl AxisState {
             },
         };
         let rounding = Codes::from_bits(i64::from(self.law.remainder()));
-        let terms = self.settings.terms(rounding, &mut self.law, law_inputs);
+        let terms = self
+            .settings
+            .terms::<false>(rounding, &mut self.law, law_inputs);
         let (output, before, slew) = (&self.output, self.law.code(), self.slew);
         let reaches = |code| output.reaches_within(before, code, slew);
         match terms.code(output, &mut self.law, reaches) {

@@ -1,6 +1,6 @@
 //! One sample of the law, top to bottom.
 
-use super::filter::Filtered;
+use super::filter::{FilterWords, Filtered};
 use super::term::Term;
 use super::words::LARGEST_RATE;
 use super::{Begin, Law, LawInput, LawState, Terms, filter};
@@ -55,7 +55,7 @@ impl Law {
         // |e| ≤ E                                                     [counts]
         let e = settings.held_error(state, input.error);
         let rates = if settings.feeds_forward() {
-            settings.feed_forward(input.velocity, input.acceleration)
+            settings.feed_forward::<true>(input.velocity, input.acceleration)
         } else {
             Codes::ZERO
         };
@@ -75,7 +75,7 @@ impl Law {
             ahead: input.ahead.wrapping_add(rates),
             ki_dt,
         };
-        settings.terms(rounding, state, inputs)
+        settings.terms::<true>(rounding, state, inputs)
     }
 }
 
@@ -95,12 +95,17 @@ pub(crate) struct Inputs {
 }
 
 impl Words {
-    /// The terms of `y`, with `ρ`.
+    /// The terms of `y`, with `ρ`; of gains that may be constants of an image.
     ///
     /// They are products of words and integers, exact; the sums cannot wrap
     /// ([`super::words`], section Overflow).
     #[inline(always)]
-    pub(crate) fn terms(&self, rounding: Codes, state: &mut LawState, inputs: Inputs) -> Terms {
+    pub(crate) fn terms<const CONSTANT: bool>(
+        &self,
+        rounding: Codes,
+        state: &mut LawState,
+        inputs: Inputs,
+    ) -> Terms {
         let Inputs {
             e,
             counted,
@@ -117,13 +122,18 @@ impl Words {
         } else {
             filter::step(self, &mut state.filtered, difference)
         };
+        let errors = self.error_limit_counts();
+        let differences = match self.filter_smoothing() {
+            0 => self.difference_limit_counts(),
+            _ => FilterWords::LARGEST_DIFFERENCE,
+        };
         // ρ + FF + Kp·e + (Kd/Δt)·δ                     eq. 23, 1st and 3rd term
         let direct = rounding
             .wrapping_add(ahead)
-            .wrapping_add(self.kp().times(counted))
-            .wrapping_add(self.kd_per_dt().times(rate));
+            .wrapping_add(term::<CONSTANT>(self.kp(), counted, errors))
+            .wrapping_add(term::<CONSTANT>(self.kd_per_dt(), rate, differences));
         // (Ki·Δt)·e
-        let step = ki_dt.times(counted);
+        let step = term::<CONSTANT>(ki_dt, counted, errors);
         Terms { direct, step }
     }
 
@@ -169,28 +179,36 @@ impl Words {
         let pushes = wide::upper(terms.step.to_bits());
         state.code = code;
         state.remainder = HALF;
-        state.integral = match self.anti_windup() {
+        let unbounded = match self.anti_windup() {
             // No gain would ever bring back what is drawn from it here.
-            _ if self.ki_dt_mantissa() == 0 => next,
-            // Up to the end, and no further out.
-            1 if (pushes.wrapping_sub(excess) ^ excess) >= 0 => next.wrapping_sub(codes(excess)),
-            1 if (pushes ^ excess) >= 0 => state.integral,
-            1 => next,
+            _ if self.ki_dt_mantissa() == 0 => {
+                state.integral = next;
+                return code;
+            }
+            1 => {
+                if (pushes.wrapping_sub(excess) ^ excess) >= 0 {
+                    // Up to the end, and no further out.
+                    state.integral = next.wrapping_sub(codes(excess));
+                } else if (pushes ^ excess) < 0 {
+                    state.integral = next;
+                }
+                return code;
+            }
             // I ← I + (u − y)·Δt/T_t
             2 => {
                 let back = wide::signed_product(self.tracking().cast_signed(), excess);
-                let back = Codes::from_bits(back.wrapping_shl(1));
-                self.bounded(next.wrapping_sub(back), &mut state.left_range)
+                next.wrapping_sub(Codes::from_bits(back.wrapping_shl(1)))
             }
-            _ => self.bounded(next, &mut state.left_range),
+            _ => next,
         };
+        state.integral = self.bounded(unbounded, &mut state.left_range);
         code
     }
 
     /// The integral, kept where no sum can overflow; one beyond its declared range
     /// is told. Clamped it needs neither: it stays below the largest sum
     /// ([`super::words`]).
-    #[inline(never)]
+    #[inline(always)]
     fn bounded(&self, integral: Codes, left_range: &mut bool) -> Codes {
         // Both ends fill their upper word alone.
         let whole = wide::upper(integral.to_bits());
@@ -276,14 +294,19 @@ impl Words {
             != 0
     }
 
-    /// Kv·v + Ka·a + Kf·sign(v) \[codes\]
+    /// `Kv·v + Ka·a + Kf·sign(v)` \[codes\]; of gains that may be constants of an image.
     #[inline(always)]
-    pub(crate) fn feed_forward(&self, v: i32, a: i32) -> Codes {
+    pub(crate) fn feed_forward<const CONSTANT: bool>(&self, v: i32, a: i32) -> Codes {
         const MOST: i32 = LARGEST_RATE.cast_signed();
         let [x, y] = [v, a].map(|rate| rate.min(MOST.wrapping_sub(1)).max(MOST.wrapping_neg()));
-        let rates = self.velocity_ff().times(x);
-        let rates = rates.wrapping_add(self.acceleration_ff().times(y));
-        rates.wrapping_add(self.friction_ff().times(v.signum()))
+        let rates = term::<CONSTANT>(self.velocity_ff(), x, LARGEST_RATE);
+        let rates = rates.wrapping_add(term::<CONSTANT>(self.acceleration_ff(), y, LARGEST_RATE));
+        let friction = self.friction_ff().times(1);
+        match v {
+            0 => rates,
+            1.. => rates.wrapping_add(friction),
+            _ => rates.wrapping_sub(friction),
+        }
     }
 
     /// Keeps a feed-forward that its source has computed within its declared range.
@@ -323,6 +346,16 @@ impl Terms {
         state.integral = integral;
         state.remainder = output.remainder(wide::lower(sum).cast_unsigned());
         Some(code)
+    }
+}
+
+/// A term of an integer `|x| ≤ limit`.
+#[inline(always)]
+fn term<const CONSTANT: bool>(term: Term, x: i32, limit: u32) -> Codes {
+    if CONSTANT {
+        term.times_as_constant(x, limit)
+    } else {
+        term.times(x)
     }
 }
 

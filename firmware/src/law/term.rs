@@ -21,7 +21,7 @@
 
 use crate::dac::Codes;
 use crate::settings::{Settings, Words};
-use crate::wide;
+use crate::wide::{self, by_target};
 use crate::word::GainWord;
 
 /// Fraction bits of a sum, and of a gain at most.
@@ -93,6 +93,30 @@ impl Term {
         ))
     }
 
+    /// The same where the term is a constant of the image.
+    #[inline(always)]
+    pub(crate) fn times_as_constant(self, x: i32, limit: u32) -> Codes {
+        by_target!(
+            {
+                let _ = limit;
+                self.times(x)
+            },
+            self.times_in_parts(x, limit)
+        )
+    }
+
+    #[cfg(any(test, all(target_arch = "arm", not(target_has_atomic = "32"))))]
+    #[inline(always)]
+    fn times_in_parts(self, x: i32, limit: u32) -> Codes {
+        let zeros = self.mantissa.trailing_zeros();
+        let shift = zeros.wrapping_add(self.scale.trailing_zeros());
+        let word = self.mantissa.checked_shr(zeros).unwrap_or(0);
+        match narrow::Narrow::of(word, shift, limit) {
+            Some(narrow) => Codes::from_bits(narrow.times(x)),
+            None => self.times(x),
+        }
+    }
+
     /// Largest magnitude of [`Term::times`] \[2^−32 codes\]: that of `limit`, for
     /// which the term was aligned.
     pub(crate) const fn largest(self, limit: u32) -> u64 {
@@ -159,6 +183,82 @@ impl Words {
     }
 }
 
+/// Terms from two products of 32 bits, where the gain is a constant of the image: the
+/// parts are then in the instructions.
+#[cfg(any(test, all(target_arch = "arm", not(target_has_atomic = "32"))))]
+mod narrow {
+    use crate::wide;
+
+    /// A gain in two parts, aligned to the sum's unit.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    pub(super) struct Narrow {
+        high: i32,
+        low: i32,
+        /// `s + t`.
+        high_shift: Shift,
+        /// `s`.
+        low_shift: Shift,
+    }
+
+    /// A shift of a word into a double one.
+    #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+    struct Shift {
+        /// `2^places`, for up to 31 of them: a product needs no mask.
+        factor: u32,
+        /// Rest of 31 places.
+        rest: u32,
+    }
+
+    impl Narrow {
+        /// The parts of `mantissa·2^shift`, `mantissa ≥ 0`, for integers
+        /// `0 < |x| ≤ limit`; `None` where they are too wide.
+        #[inline(always)]
+        pub(super) fn of(mantissa: i32, shift: u32, limit: u32) -> Option<Self> {
+            // The largest t that leaves L·x its 31 bits, and the shift its 31.
+            let by_limit = limit.saturating_sub(1).leading_zeros().saturating_sub(1);
+            let t = by_limit.min(31_u32.checked_sub(shift)?);
+            let high = mantissa.wrapping_shr(t);
+            let low = mantissa.wrapping_sub(high.wrapping_shl(t));
+            let most = wide::word(high.unsigned_abs()).saturating_mul(wide::word(limit));
+            if most > wide::word(i32::MAX.unsigned_abs()) {
+                return None;
+            }
+            Some(Self {
+                high,
+                low,
+                high_shift: Shift::by(shift.saturating_add(t)),
+                low_shift: Shift::by(shift),
+            })
+        }
+
+        /// `w·x·2^s`.
+        #[inline(always)]
+        pub(super) fn times(self, x: i32) -> i64 {
+            let high = self.high_shift.of(self.high.wrapping_mul(x));
+            high.wrapping_add(self.low_shift.of(self.low.wrapping_mul(x)))
+        }
+    }
+
+    impl Shift {
+        #[inline(always)]
+        fn by(places: u32) -> Self {
+            Self {
+                factor: 1_u32.wrapping_shl(places),
+                rest: 31_u32.saturating_sub(places),
+            }
+        }
+
+        /// `value` shifted, from shifts of words.
+        #[inline(always)]
+        fn of(self, value: i32) -> i64 {
+            let low = value.cast_unsigned().wrapping_mul(self.factor);
+            // Down by 32 less the places, in two steps: a word is never shifted by 32.
+            let high = value.wrapping_shr(1).wrapping_shr(self.rest);
+            i64::from(high).wrapping_shl(32) | i64::from(low)
+        }
+    }
+}
+
 #[cfg(test)]
 #[allow(
     clippy::arithmetic_side_effects,
@@ -182,6 +282,7 @@ mod tests {
                 let exact = (i128::from(mantissa) * i128::from(x)) << (32 - f);
                 prop_assert_eq!(i128::from(term.times(x).to_bits()), exact);
                 prop_assert!(term.times(x).to_bits().unsigned_abs() <= term.largest(limit));
+                prop_assert_eq!(i128::from(term.times_in_parts(x, limit).to_bits()), exact);
             }
         }
     }
