@@ -90,28 +90,17 @@ fn axis_step(criterion: &mut Criterion) {
         anti_windup: AntiWindup::BackCalculation { tracking: 1 << 27 },
         ..guarded
     };
+    let feedback = Quantiser::ErrorFeedback;
     for (name, words, slew, quantiser) in [
         ("axis-off", PAPER, None, Quantiser::Nearest),
-        ("axis-guarded", guarded, None, Quantiser::ErrorFeedback),
-        (
-            "axis-everything",
-            everything,
-            Some(500),
-            Quantiser::ErrorFeedback,
-        ),
+        ("axis-guarded", guarded, None, feedback),
+        ("axis-everything", everything, Some(500), feedback),
     ] {
         let law = Law::accept(words, dac).expect("words within the ranges");
         let output = Output::new(dac, slew, quantiser).expect("a slew limit");
         let mut axis = Axis::new(law, output);
-        let intervals_ps = [
-            250_000_000_000,
-            0,
-            250_000_000_000,
-            0,
-            250_000_000_000,
-            0,
-            250_000_000_000,
-        ];
+        let quarter_ps = 250_000_000_000;
+        let intervals_ps = [quarter_ps, 0, quarter_ps, 0, quarter_ps, 0, quarter_ps];
         let plan = MotionPlan::new(TRAVEL << 32, intervals_ps, 1_000_000).expect("a motion");
         let planned = PlannedMotion::<256>::new(&plan, &words).expect("room for its stretches");
         if name == "axis-everything" {

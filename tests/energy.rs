@@ -157,53 +157,36 @@ fn books(case: &Case, solver: Solver) -> Result<(Ledger, Extremes, Vec<f64>), Pl
 
 /// Runs with a gap and without, with friction that sticks and a weight, on
 /// every rung below the firmware's.
-const RUNS: [(&str, &[&str]); 8] = [
-    ("paper-1", &["controller.law=quantised"]),
-    ("paper-2", &["controller.law=sampled"]),
-    ("paper-3", &["controller.law=continuous"]),
+const RUNS: [(&str, &str); 8] = [
+    ("paper-1", "controller.law=quantised"),
+    ("paper-2", "controller.law=sampled"),
+    ("paper-3", "controller.law=continuous"),
+    ("paper-4", "controller.law=quantised run.duration_s=1.2"),
     (
-        "paper-4",
-        &["controller.law=quantised", "run.duration_s=1.2"],
+        "paper-2",
+        "controller.law=quantised transmission.backlash_half_deg=0",
     ),
     (
         "paper-2",
-        &[
-            "controller.law=quantised",
-            "transmission.backlash_half_deg=0",
-        ],
+        "controller.law=continuous transmission.backlash_half_deg=0 \
+             run.row_interval_s=0.004",
     ),
     (
         "paper-2",
-        &[
-            "controller.law=continuous",
-            "transmission.backlash_half_deg=0",
-            "run.row_interval_s=0.004",
-        ],
-    ),
-    (
-        "paper-2",
-        &[
-            "controller.law=quantised",
-            "carriage.resistance_constant_n=250",
-            "carriage.resistance_linear_ns_per_rad=0.3",
-            "carriage.resistance_opposes_motion=true",
-        ],
+        "controller.law=quantised carriage.resistance_constant_n=250 \
+             carriage.resistance_linear_ns_per_rad=0.3 carriage.resistance_opposes_motion=true",
     ),
     (
         "paper-1",
-        &[
-            "controller.law=quantised",
-            "carriage.resistance_constant_n=300",
-            "controller.sample_time_s=0.005",
-            "controller.kp=1.5",
-        ],
+        "controller.law=quantised carriage.resistance_constant_n=300 \
+             controller.sample_time_s=0.005 controller.kp=1.5",
     ),
 ];
 
 #[test]
 fn energy_is_accounted_for() {
     for (name, sets) in RUNS {
-        let case = case(name, sets);
+        let case = case(name, &[sets]);
         let (ledger, _, _) = books(&case, Solver::Exact).unwrap();
         let (gap, without) = (ledger.gap(ledger.found_joint), ledger.gap(0.0));
         let off = ledger.found_joint / ledger.joint - 1.0;
@@ -227,14 +210,14 @@ fn energy_is_accounted_for() {
 #[test]
 fn solvers_agree_about_the_loss() {
     for (name, sets) in RUNS {
-        let case = case(name, sets);
+        let case = case(name, &[sets]);
         let loss = |solver| books(&case, solver).unwrap().0.found_joint;
         let exact = loss(Solver::Exact);
         let adaptive = loss(Solver::Dopri5 { tolerance: 1e-11 }) / exact - 1.0;
         let fixed = loss(Solver::Rk4 { step_ns: 10_000 }) / exact - 1.0;
         println!("{name} {sets:?}: dopri5 off by {adaptive:.1e}, rk4 by {fixed:.1e}");
         assert!(adaptive.abs() < 1e-9, "{name} {sets:?}: {adaptive:e}");
-        let has_gap = !sets.contains(&"transmission.backlash_half_deg=0");
+        let has_gap = !sets.contains("transmission.backlash_half_deg=0");
         assert_eq!(fixed.abs() > 1e-6, has_gap, "{name} {sets:?}: {fixed:e}");
     }
 }
@@ -243,7 +226,7 @@ fn solvers_agree_about_the_loss() {
 #[test]
 fn hardest_impact_is_the_largest_closing_speed() {
     for (name, sets) in RUNS {
-        let case = case(name, sets);
+        let case = case(name, &[sets]);
         let (_, extremes, impacts) = books(&case, Solver::Exact).unwrap();
         let largest = impacts
             .iter()

@@ -53,11 +53,9 @@ pub(crate) const PAPER: [&str; 4] = ["paper-1", "paper-2", "paper-3", "paper-4"]
 /// Dry friction that holds the carriage wherever it comes to rest, and an
 /// integrator quick enough to bring the motor to its setpoint: what is left of
 /// the error is the backlash.
-pub(crate) const FRICTION: [&str; 4] = [
-    "carriage.resistance_constant_n=250",
-    "carriage.resistance_opposes_motion=true",
-    "controller.ki_per_s=30",
-    "run.duration_s=3",
+pub(crate) const FRICTION: [&str; 1] = [
+    "carriage.resistance_constant_n=250 carriage.resistance_opposes_motion=true \
+     controller.ki_per_s=30 run.duration_s=3",
 ];
 
 /// A run with all its rows.

@@ -197,14 +197,8 @@ fn every_case_finds_its_place() {
         &["run.duration_s=1.2345"],
         &["controller.law=firmware"],
         &["transmission.no_pull=true"],
-        &[
-            "carriage.resistance_constant_n=60",
-            "carriage.resistance_linear_ns_per_rad=0.01",
-        ],
-        &[
-            "carriage.resistance_constant_n=60",
-            "carriage.resistance_opposes_motion=true",
-        ],
+        &["carriage.resistance_constant_n=60 carriage.resistance_linear_ns_per_rad=0.01"],
+        &["carriage.resistance_constant_n=60 carriage.resistance_opposes_motion=true"],
         &["controller.sample_time_s=0.005"],
         &["motion.travel_mm=-250"],
         &["controller.kp=400"],
@@ -239,10 +233,7 @@ fn every_case_finds_its_place() {
 
 #[test]
 fn more_samples_than_are_kept() {
-    let sets = [
-        "controller.law=quantised",
-        "controller.sample_time_s=0.00002",
-    ];
+    let sets = ["controller.law=quantised controller.sample_time_s=0.00002"];
     assert_same(&drawn(&case("paper-2", &sets), 290, 4), threads(1));
 }
 

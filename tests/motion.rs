@@ -350,11 +350,8 @@ fn nanoseconds_next_to_seconds_end_exactly() {
     ] {
         let motion = Motion::new(0.25, intervals_s).unwrap();
         assert_eq!(motion.at(motion.end_s()).displacement_m, 0.25);
-        assert_eq!(
-            disagreement(&motion, |t| motion.at(t), 0.3),
-            None,
-            "{intervals_s:?}"
-        );
+        let found = disagreement(&motion, |t| motion.at(t), 0.3);
+        assert_eq!(found, None, "{intervals_s:?}");
     }
 }
 

@@ -8,35 +8,17 @@ use std::fs;
 use std::path::Path;
 
 /// Ends of names, and the unit that such a name has.
-const SUFFIXES: [(&str, &str); 27] = [
-    ("_s", "s"),
-    ("_ns", "ns"),
-    ("_m", "m"),
-    ("_mps", "m/s"),
-    ("_mps2", "m/s²"),
-    ("_ms", "m s"),
-    ("_rad", "rad"),
-    ("_radps", "rad/s"),
-    ("_rads", "rad s"),
-    ("_m_per_rad", "m/rad"),
-    ("_kg", "kg"),
-    ("_kg_m2", "kg m²"),
-    ("_n", "N"),
-    ("_ns_per_rad", "N s/rad"),
-    ("_ns2_per_rad2", "N s²/rad²"),
-    ("_nm", "N m"),
-    ("_nm_per_rad", "N m/rad"),
-    ("_nms_per_rad", "N m s/rad"),
-    ("_nm_per_a", "N m/A"),
-    ("_j", "J"),
-    ("_v", "V"),
-    ("_a", "A"),
-    ("_ohm", "Ω"),
-    ("_h", "H"),
-    ("_per_s", "1/s"),
-    ("_counts", "counts"),
-    ("_counts_per_rad", "counts/rad"),
-];
+const SUFFIXES: &str = "\
+    _s s, _ns ns, _m m, _mps m/s, _mps2 m/s², _ms m s, _rad rad, _radps rad/s, _rads rad s, \
+    _m_per_rad m/rad, _kg kg, _kg_m2 kg m², _n N, _ns_per_rad N s/rad, \
+    _ns2_per_rad2 N s²/rad², _nm N m, _nm_per_rad N m/rad, _nms_per_rad N m s/rad, \
+    _nm_per_a N m/A, _j J, _v V, _a A, _ohm Ω, _h H, _per_s 1/s, _counts counts, \
+    _counts_per_rad counts/rad";
+
+fn suffixes() -> impl Iterator<Item = (&'static str, &'static str)> {
+    let suffixes = SUFFIXES.split(", ");
+    suffixes.filter_map(|suffix| suffix.split_once(' '))
+}
 
 /// The paper's list of symbols.
 const LIST_OF_SYMBOLS: [&str; 42] = [
@@ -99,14 +81,7 @@ fn tables(page: &str, heads: &[&str]) -> Vec<Vec<String>> {
     rows
 }
 
-const HEADS: [&str; 6] = [
-    "symbol",
-    "name in code",
-    "unit",
-    "file",
-    "equation",
-    "meaning",
-];
+const HEADS: &str = "symbol|name in code|unit|file|equation|meaning";
 
 fn rows(page: &str) -> Result<Vec<Row>, String> {
     let row = |cells: Vec<String>| {
@@ -124,7 +99,8 @@ fn rows(page: &str) -> Result<Vec<Row>, String> {
             meaning,
         })
     };
-    tables(page, &HEADS).into_iter().map(row).collect()
+    let heads: Vec<&str> = HEADS.split('|').collect();
+    tables(page, &heads).into_iter().map(row).collect()
 }
 
 fn is_word(c: char) -> bool {
@@ -189,23 +165,19 @@ fn wrong_equations(row: &Row, source: &str) -> Vec<String> {
     if wanted.is_empty() {
         return vec![format!("{}: \"{cell}\" is no equation", row.symbol)];
     }
-    let missing = wanted
-        .difference(&equations_of(source))
-        .copied()
-        .collect::<Vec<_>>();
-    let wrong = missing
-        .iter()
-        .map(|n| format!("{}: {file} does not name eq. {n}", row.symbol));
+    let symbol = &row.symbol;
+    let named = equations_of(source);
+    let missing = wanted.difference(&named);
+    let wrong = missing.map(|n| format!("{symbol}: {file} does not name eq. {n}"));
     wrong.collect()
 }
 
 /// The unit that the longest fitting suffix stands for.
 fn unit_of_name(name: &str) -> Option<&'static str> {
     let name = format!("_{}", name.rsplit("::").next().unwrap_or(name));
-    let fitting = SUFFIXES.iter().filter(|(suffix, _)| name.ends_with(suffix));
-    fitting
-        .max_by_key(|(suffix, _)| suffix.len())
-        .map(|(_, unit)| *unit)
+    let fitting = suffixes().filter(|(suffix, _)| name.ends_with(suffix));
+    let longest = fitting.max_by_key(|(suffix, _)| suffix.len());
+    longest.map(|(_, unit)| unit)
 }
 
 /// The faults of one row.
@@ -229,10 +201,8 @@ fn wrong_row(row: &Row, root: &Path) -> Vec<String> {
     if let Some(unit) = unit_of_name(&row.name) {
         // The gains leave out "codes/count", which the page says.
         if row.unit != unit && row.unit != format!("codes/count · {unit}") {
-            wrong.push(format!(
-                "{symbol}: {} is in {unit}, not in {}",
-                row.name, row.unit
-            ));
+            let (name, not) = (&row.name, &row.unit);
+            wrong.push(format!("{symbol}: {name} is in {unit}, not in {not}"));
         }
     }
     wrong
@@ -253,10 +223,8 @@ fn wrong(page: &str, root: &Path) -> Vec<String> {
     for symbol in needed.filter(|&&symbol| !seen.contains(symbol)) {
         wrong.push(format!("{symbol}: no row"));
     }
-    let suffixes: Vec<_> = SUFFIXES
-        .map(|(s, unit)| vec![format!("`{s}`"), unit.into()])
-        .into();
-    if tables(page, &["suffix", "unit"]) != suffixes {
+    let suffixes = suffixes().map(|(s, unit)| vec![format!("`{s}`"), unit.into()]);
+    if !tables(page, &["suffix", "unit"]).into_iter().eq(suffixes) {
         wrong.push("the table of suffixes is not the one of this test".into());
     }
     wrong
@@ -285,7 +253,7 @@ fn the_first_table_is_the_papers_list() {
     assert_eq!(symbols[..LIST_OF_SYMBOLS.len()], LIST_OF_SYMBOLS);
     let lines = page().lines().filter(|line| line.starts_with("| ")).count();
     // Two lines of head per table, three tables of symbols and one of suffixes.
-    assert_eq!(rows.len() + SUFFIXES.len() + 2 * 4, lines);
+    assert_eq!(rows.len() + suffixes().count() + 2 * 4, lines);
 }
 
 /// The contrast: each kind of mistake is reported, and nothing else.
@@ -293,78 +261,63 @@ fn the_first_table_is_the_papers_list() {
 fn mistakes_are_reported() {
     let inertia = "| J_m | `Motor::inertia_kg_m2` | kg m² | plant/src/model/motor.rs | 2 |";
     let mass = "| M | `Carriage::mass_kg` |";
-    for (good, bad, report) in [
+    let file = "plant/src/model/motor.rs";
+    let of_inertia = [
+        (file, "plant/src/motor.rs", "no file plant/src/motor.rs"),
         (
-            inertia,
-            "| J_m | `Motor::inertia_kg_m2` | kg m² | plant/src/motor.rs | 2 |",
-            "J_m: no file plant/src/motor.rs",
+            "| 2 |",
+            "| 37 |",
+            "plant/src/model/motor.rs does not name eq. 37",
+        ),
+        ("| 2 |", "| ? |", "\"?\" is no equation"),
+        (
+            "| 2 |",
+            "| Fig. 6 |",
+            "plant/src/model/motor.rs does not name Fig. 6",
+        ),
+        ("kg m²", "kg", "Motor::inertia_kg_m2 is in kg m², not in kg"),
+        ("kg m²", "", "a cell is empty"),
+    ];
+    let of_mass = [
+        (
+            "mass_kg",
+            "mass_k",
+            "no mass_k in plant/src/model/resistance.rs",
         ),
         (
-            inertia,
-            "| J_m | `Motor::inertia_kg_m2` | kg m² | plant/src/model/motor.rs | 37 |",
-            "J_m: plant/src/model/motor.rs does not name eq. 37",
+            "Carriage",
+            "Carriages",
+            "no Carriages in plant/src/model/resistance.rs",
         ),
-        (
-            inertia,
-            "| J_m | `Motor::inertia_kg_m2` | kg m² | plant/src/model/motor.rs | ? |",
-            "J_m: \"?\" is no equation",
-        ),
-        (
-            inertia,
-            "| J_m | `Motor::inertia_kg_m2` | kg m² | plant/src/model/motor.rs | Fig. 6 |",
-            "J_m: plant/src/model/motor.rs does not name Fig. 6",
-        ),
-        (
-            inertia,
-            "| J_m | `Motor::inertia_kg_m2` | kg | plant/src/model/motor.rs | 2 |",
-            "J_m: Motor::inertia_kg_m2 is in kg m², not in kg",
-        ),
-        (
-            inertia,
-            "| J_m | `Motor::inertia_kg_m2` |  | plant/src/model/motor.rs | 2 |",
-            "J_m: a cell is empty",
-        ),
-        (
-            mass,
-            "| M | `Carriage::mass_k` |",
-            "M: no mass_k in plant/src/model/resistance.rs",
-        ),
-        (
-            mass,
-            "| M | `Carriages::mass_kg` |",
-            "M: no Carriages in plant/src/model/resistance.rs",
-        ),
-        (mass, "| M | – |", "M: a file but no name"),
-        (
-            "| `_v` | V |",
-            "| `_v` | A |",
-            "the table of suffixes is not the one of this test",
-        ),
-    ] {
+        ("`Carriage::mass_kg`", "–", "a file but no name"),
+    ];
+    let of_inertia = of_inertia.map(|it| (inertia, "J_m: ", it));
+    let of_mass = of_mass.map(|it| (mass, "M: ", it));
+    let of_a_suffix = "the table of suffixes is not the one of this test";
+    let of_a_suffix = ("| `_v` | V |", "", ("V |", "A |", of_a_suffix));
+    for (good, symbol, (part, other, report)) in
+        of_inertia.into_iter().chain(of_mass).chain([of_a_suffix])
+    {
+        let (bad, report) = (good.replace(part, other), format!("{symbol}{report}"));
         assert_eq!(page().matches(good).count(), 1, "{good}");
-        assert_eq!(wrong(&page().replace(good, bad), root()), [report]);
+        assert_eq!(wrong(&page().replace(good, &bad), root()), [report]);
     }
     let without = |symbol: &str| {
+        let row = format!("| {symbol} |");
         let page = page();
-        let lines = page
-            .lines()
-            .filter(|line| !line.starts_with(&format!("| {symbol} |")));
+        let lines = page.lines().filter(|line| !line.starts_with(&row));
         lines.map(|line| format!("{line}\n")).collect::<String>()
     };
     for symbol in LIST_OF_SYMBOLS.iter().chain(&INTRODUCED_LATER) {
-        assert_eq!(
-            wrong(&without(symbol), root()),
-            [format!("{symbol}: no row")]
-        );
+        let none = format!("{symbol}: no row");
+        assert_eq!(wrong(&without(symbol), root()), [none]);
     }
-    let line = page()
-        .lines()
-        .find(|line| line.starts_with("| K_enc |"))
-        .unwrap()
-        .to_owned();
-    let twice = page().replace(&line, &format!("{line}\n{line}"));
+    let page = page();
+    let mut lines = page.lines();
+    let line = lines.find(|line| line.starts_with("| K_enc |")).unwrap();
+    let twice = page.replace(line, &format!("{line}\n{line}"));
     assert_eq!(wrong(&twice, root()), ["K_enc: two rows"]);
-    let short = page().replace(&line, "| K_enc | `Encoder` |");
+    let short = page.replace(line, "| K_enc | `Encoder` |");
     assert!(wrong(&short, root())[0].contains("not six cells"));
 }
 
@@ -379,11 +332,8 @@ fn equations_are_read_as_they_are_written() {
         ("eq. 2. Also eq. 5", vec![2, 5]),
         ("eq. nn, seq 4", vec![]),
     ] {
-        assert_eq!(
-            equations_of(source).into_iter().collect::<Vec<_>>(),
-            found,
-            "{source}"
-        );
+        let read: Vec<u32> = equations_of(source).into_iter().collect();
+        assert_eq!(read, found, "{source}");
     }
     assert_eq!(unit_of_name("Encoder::counts_per_rad"), Some("counts/rad"));
     assert_eq!(unit_of_name("PidGains::kp"), None);

@@ -83,10 +83,8 @@ fn a_window_is_refused_or_has_its_samples() {
                     taken += 1;
                 }
                 Err(refusal) => {
-                    assert!(
-                        refusal.to_string().contains("run.rest_window_s"),
-                        "{refusal}"
-                    );
+                    let words = "run.rest_window_s";
+                    assert!(refusal.to_string().contains(words), "{refusal}");
                     refused += 1;
                 }
             }
@@ -233,34 +231,23 @@ fn what_feeds_a_cycle_is_found() {
     // A weight of 12.2 codes. With a fine encoder the converter alone is left; with
     // that of the file (2.5 µm) its steps hold the swing up too.
     let fine = [
-        "encoder.counts_per_rad=10176",
-        "controller.kp=0.0125",
-        "controller.ki_per_s=0.0625",
-        "controller.kd_s=0.0000625",
+        "encoder.counts_per_rad=10176 controller.kp=0.0125 controller.ki_per_s=0.0625 \
+         controller.kd_s=0.0000625",
     ];
     assert_eq!(feeding(&vertical(&fine)), "dac");
     assert_eq!(feeding(&vertical(&[])), "encoder+dac");
     // A count is 26 µm, a code nothing; the integrator takes the carriage from one
     // edge of a count to the other.
     let coarse = [
-        "encoder.counts_per_rad=60",
-        "drive.dac_bits=20",
-        "drive.dac_lsb_v=1.9073486328125e-5",
-        "controller.kp=9000",
-        "controller.ki_per_s=450000",
-        "controller.kd_s=450",
+        "encoder.counts_per_rad=60 drive.dac_bits=20 drive.dac_lsb_v=1.9073486328125e-5 \
+         controller.kp=9000 controller.ki_per_s=450000 controller.kd_s=450",
     ];
     assert_eq!(feeding(&vertical(&coarse)), "encoder");
     // A loop with an integrator that holds motor and carriage, but not the motor
     // alone: within the gap it swings from flank to flank.
     let loose = [
-        "encoder.counts_per_rad=65000",
-        "drive.dac_bits=24",
-        "drive.dac_lsb_v=4.765625e-6",
-        "controller.kp=32",
-        "controller.ki_per_s=300",
-        "controller.kd_s=2.5",
-        "run.duration_s=8",
+        "encoder.counts_per_rad=65000 drive.dac_bits=24 drive.dac_lsb_v=4.765625e-6 \
+         controller.kp=32 controller.ki_per_s=300 controller.kd_s=2.5 run.duration_s=8",
     ];
     assert_eq!(feeding(&case("paper-2", &loose)), "gap");
 }

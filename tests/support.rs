@@ -23,13 +23,15 @@ pub fn reference_folder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("reference")
 }
 
-/// A case by name or path, with overrides as on the command line.
+/// A case by name or path, with overrides as on the command line: the words of
+/// `sets`, none of which has a space.
 ///
 /// # Panics
 /// If the case cannot be read: a test cannot go on then.
 #[allow(clippy::panic, reason = "a test without its case has failed")]
 pub fn case(name_or_path: &str, sets: &[&str]) -> Case {
-    let sets: Vec<String> = sets.iter().map(|&set| set.to_owned()).collect();
+    let words = sets.iter().flat_map(|sets| sets.split_whitespace());
+    let sets: Vec<String> = words.map(str::to_owned).collect();
     match files::case(name_or_path, &sets) {
         Ok(case) => case,
         Err(errors) => panic!("{errors}"),

@@ -39,9 +39,8 @@ fn mirrored_move_is_symmetric_to_the_bit() {
             assert!(forth.iter().any(|row| row.contact != 0));
         }
         let friction = [
-            "carriage.resistance_constant_n=60",
-            "carriage.resistance_opposes_motion=true",
-            "transmission.no_pull=true",
+            "carriage.resistance_constant_n=60 carriage.resistance_opposes_motion=true \
+             transmission.no_pull=true",
         ];
         let forth = move_of("paper-3", law, 250.0, &friction);
         let back = move_of("paper-3", law, -250.0, &friction);

@@ -124,10 +124,7 @@ impl Group {
 }
 
 fn backlash(case: &Case) -> f64 {
-    match case.axis.transmission.joint {
-        Joint::Elastic(joint) => joint.backlash_half_rad,
-        Joint::Rigid => 0.0,
-    }
+    case.axis.transmission.joint.backlash_half_rad()
 }
 
 fn settings(case: &Case) -> ExtremesSettings {
@@ -140,13 +137,12 @@ fn settings(case: &Case) -> ExtremesSettings {
 /// The voltage that the code of a sample gives.
 fn voltage_v(case: &Case, law: &mut Controller, tick: u64, beta_rad: f64) -> f64 {
     let alpha_rad = beta_rad / case.axis.transmission.gear_ratio;
-    let code = law
-        .step(Measurement {
-            tick,
-            position_counts: Steps::Whole(whole(case.encoder.count(alpha_rad))),
-            load_counts: None,
-        })
-        .dac_code;
+    let measured = Measurement {
+        tick,
+        position_counts: Steps::Whole(whole(case.encoder.count(alpha_rad))),
+        load_counts: None,
+    };
+    let code = law.step(measured).dac_code;
     case.amplifier.output_v(case.dac.output_v(code.real()))
 }
 
@@ -175,9 +171,10 @@ fn single(group: &Group) -> Vec<Vec<Look>> {
                     let until_ns = plant.time_ns() + length_ns;
                     result = plant.advance(&Drive::Held(voltage_v), until_ns, &mut extremes);
                 }
+                let (state, acceleration_mps2) = (plant.state(), plant.acceleration_mps2());
                 looks.push(Look::new(
-                    &plant.state(),
-                    plant.acceleration_mps2(),
+                    &state,
+                    acceleration_mps2,
                     result.map(|()| extremes),
                 ));
             }
@@ -212,14 +209,11 @@ fn compare_at<W: Width>(
     let (lengths_ns, delayed) = (group.lengths_ns(), group.is_delayed());
     let mut batch = Batch::new(width, &group.lanes[0].axis, &lengths_ns).unwrap();
     for (cases, expected) in group.lanes.chunks(W::LANES).zip(expected.chunks(W::LANES)) {
-        let setups: Vec<_> = cases
-            .iter()
-            .map(|case| LaneSetup {
-                backlash_half_rad: backlash(case),
-                extremes: settings(case),
-            })
-            .collect();
-        batch.start(&setups);
+        let setups = cases.iter().map(|case| LaneSetup {
+            backlash_half_rad: backlash(case),
+            extremes: settings(case),
+        });
+        batch.start(&setups.collect::<Vec<_>>());
         let mut laws: Vec<_> = cases.iter().map(controller).collect();
         let mut beta = W::array(0.0);
         let (mut old, mut new) = (W::array(0.0), W::array(0.0));
@@ -288,6 +282,10 @@ fn with_instructions<S: Simd>(
 }
 
 /// A comparison with its name.
+fn compare_with<S: Simd + Sync + 'static>(simd: S) -> Compare {
+    Box::new(move |group, expected| with_instructions(simd, group, expected))
+}
+
 type Compare = Box<dyn Fn(&Group, &[Vec<Look>]) -> Result<(), String> + Sync>;
 
 /// All widths of this machine.
@@ -297,29 +295,14 @@ fn widths() -> Vec<(&'static str, Compare)> {
     let level = Level::new();
     #[cfg(target_arch = "x86_64")]
     {
-        if let Some(simd) = level.as_sse2() {
-            widths.push(("sse2", Box::new(move |g, e| with_instructions(simd, g, e))));
-        }
-        if let Some(simd) = level.as_sse4_2() {
-            widths.push((
-                "sse4.2",
-                Box::new(move |g, e| with_instructions(simd, g, e)),
-            ));
-        }
-        if let Some(simd) = level.as_avx2() {
-            widths.push(("avx2", Box::new(move |g, e| with_instructions(simd, g, e))));
-        }
-        if let Some(simd) = level.as_avx512() {
-            widths.push((
-                "avx512",
-                Box::new(move |g, e| with_instructions(simd, g, e)),
-            ));
-        }
+        let (sse2, sse4_2) = (level.as_sse2(), level.as_sse4_2());
+        widths.extend(sse2.map(|simd| ("sse2", compare_with(simd))));
+        widths.extend(sse4_2.map(|simd| ("sse4.2", compare_with(simd))));
+        widths.extend(level.as_avx2().map(|simd| ("avx2", compare_with(simd))));
+        widths.extend(level.as_avx512().map(|simd| ("avx512", compare_with(simd))));
     }
     #[cfg(target_arch = "aarch64")]
-    if let Some(simd) = level.as_neon() {
-        widths.push(("neon", Box::new(move |g, e| with_instructions(simd, g, e))));
-    }
+    widths.extend(level.as_neon().map(|simd| ("neon", compare_with(simd))));
     assert!(widths.len() > 1, "{level:?}");
     widths
 }
@@ -386,59 +369,40 @@ fn w4_has_the_bits_of_the_single_run() {
 
 #[test]
 fn variants_have_the_bits_of_the_single_run() {
-    let variants: [(&str, &[&str]); 13] = [
-        ("delay", &["controller.computation_delay_s=0.0003"]),
-        ("whole delay", &["controller.computation_delay_s=0.001"]),
-        ("0.1 ms", &["controller.sample_time_s=1e-4"]),
+    let variants: [(&str, &str); 13] = [
+        ("delay", "controller.computation_delay_s=0.0003"),
+        ("whole delay", "controller.computation_delay_s=0.001"),
+        ("0.1 ms", "controller.sample_time_s=1e-4"),
         (
             "7 us",
-            &[
-                "controller.sample_time_s=0.000333",
-                "controller.computation_delay_s=0.000007",
-            ],
+            "controller.sample_time_s=0.000333 controller.computation_delay_s=0.000007",
         ),
-        ("no gap", &["transmission.backlash_half_deg=0"]),
-        ("rigid", &["transmission.joint=rigid"]),
-        ("no pull", &["transmission.no_pull=true"]),
-        ("undamped", &["transmission.damping_nms_per_rad=0"]),
+        ("no gap", "transmission.backlash_half_deg=0"),
+        ("rigid", "transmission.joint=rigid"),
+        ("no pull", "transmission.no_pull=true"),
+        ("undamped", "transmission.damping_nms_per_rad=0"),
         (
             "friction",
-            &[
-                "carriage.resistance_constant_n=60",
-                "carriage.resistance_linear_ns_per_rad=0.5",
-                "carriage.resistance_opposes_motion=true",
-            ],
+            "carriage.resistance_constant_n=60 carriage.resistance_linear_ns_per_rad=0.5 \
+                 carriage.resistance_opposes_motion=true",
         ),
         (
             "friction, rigid",
-            &[
-                "transmission.joint=rigid",
-                "carriage.resistance_constant_n=60",
-                "carriage.resistance_opposes_motion=true",
-            ],
+            "transmission.joint=rigid carriage.resistance_constant_n=60 \
+                 carriage.resistance_opposes_motion=true",
         ),
         (
             "load",
-            &[
-                "carriage.resistance_constant_n=-200",
-                "carriage.resistance_linear_ns_per_rad=3",
-            ],
+            "carriage.resistance_constant_n=-200 carriage.resistance_linear_ns_per_rad=3",
         ),
         (
             "load, rigid",
-            &[
-                "transmission.joint=rigid",
-                "carriage.resistance_constant_n=200",
-                "carriage.resistance_linear_ns_per_rad=3",
-            ],
+            "transmission.joint=rigid carriage.resistance_constant_n=200 \
+                 carriage.resistance_linear_ns_per_rad=3",
         ),
-        ("limited", &["drive.voltage_limit_v=40"]),
+        ("limited", "drive.voltage_limit_v=40"),
     ];
-    let groups: Vec<_> = variants
-        .iter()
-        .map(|(name, sets)| draws(name, sets, 20))
-        .collect();
-    check(&groups);
+    check(&variants.map(|(name, sets)| draws(name, &[sets], 20)));
 }
 
 /// Over all that the equations allow; the lanes differ in b, gains and travel.

@@ -33,10 +33,8 @@ fn a_full_table_is_accepted_and_one_more_is_refused() {
         2_047,
         "a refused setpoint must not be held"
     );
-    assert_eq!(
-        SetpointTable::<CAPACITY_SMALLEST>::from_counts(&counts),
-        Err(error)
-    );
+    let found = SetpointTable::<CAPACITY_SMALLEST>::from_counts(&counts);
+    assert_eq!(found, Err(error));
     assert_eq!(
         error.to_string(),
         "the motion needs 2049 setpoints but the table holds 2048; \

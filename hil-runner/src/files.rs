@@ -54,33 +54,30 @@ pub fn text(name_or_path: &str) -> Result<Cow<'static, str>, RunFileErrors> {
 /// One sentence if the file is missing, is not a file, cannot be read, is not
 /// UTF-8 or is far too large.
 fn read(path: &str) -> Result<String, RunFileErrors> {
-    let refuse = |why: String| RunFileErrors::unreadable(path, why);
+    let refuse = |why: &str| RunFileErrors::unreadable(path, why.to_owned());
     if path.is_empty() {
-        return Err(refuse("the name of the run file is empty".to_owned()));
+        return Err(refuse("the name of the run file is empty"));
     }
     if Path::new(path).is_dir() {
-        return Err(refuse(
-            "this is a directory; give a run file (TOML) or a built-in case".to_owned(),
-        ));
+        let words = "this is a directory; give a run file (TOML) or a built-in case";
+        return Err(refuse(words));
     }
     let mut bytes = Vec::new();
     File::open(path)
         .and_then(|file| file.take(LARGEST_FILE + 1).read_to_end(&mut bytes))
         .map_err(|error| match error.kind() {
-            ErrorKind::NotFound => refuse(not_found(path)),
-            ErrorKind::PermissionDenied => refuse("no permission to read this file".to_owned()),
-            _ => refuse(format!("cannot be read: {error}")),
+            ErrorKind::NotFound => refuse(&not_found(path)),
+            ErrorKind::PermissionDenied => refuse("no permission to read this file"),
+            _ => refuse(&format!("cannot be read: {error}")),
         })?;
     if bytes.len() as u64 > LARGEST_FILE {
-        return Err(refuse(
-            "more than 1 MiB; a run file has a few kilobytes".to_owned(),
-        ));
+        return Err(refuse("more than 1 MiB; a run file has a few kilobytes"));
     }
     String::from_utf8(bytes).map_err(|error| {
         let good = error.utf8_error().valid_up_to();
         let before = error.as_bytes().get(..good).unwrap_or_default();
         let line = before.iter().filter(|byte| **byte == b'\n').count() + 1;
-        refuse(format!(
+        refuse(&format!(
             "not UTF-8 text (line {line}); save the file as UTF-8"
         ))
     })
@@ -96,11 +93,8 @@ fn not_found(path: &str) -> String {
     if builtin_text(stem).is_some() {
         return format!("there is no such file; the built-in case is called {stem}");
     }
-    let names: Vec<&str> = builtin_names().collect();
-    format!(
-        "there is no such file; the built-in cases are {}",
-        names.join(", ")
-    )
+    let names = builtin_names().collect::<Vec<_>>().join(", ");
+    format!("there is no such file; the built-in cases are {names}")
 }
 
 /// A file that appears under its name when it is committed.
@@ -179,11 +173,10 @@ pub fn same_file(one: &Path, other: &Path) -> bool {
         match fs::metadata(&path) {
             Ok(meta) if !meta.is_file() => None,
             Ok(_) => fs::canonicalize(path).ok(),
-            Err(_) => Some(
-                fs::canonicalize(folder_of(&path))
-                    .ok()?
-                    .join(path.file_name()?),
-            ),
+            Err(_) => {
+                let folder = fs::canonicalize(folder_of(&path)).ok()?;
+                Some(folder.join(path.file_name()?))
+            }
         }
     };
     place(one).is_some_and(|one| place(other) == Some(one))
@@ -199,9 +192,8 @@ fn folder_of(path: &Path) -> &Path {
 
 impl Write for OutputFile {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        self.sink
-            .write(bytes)
-            .map_err(|error| named(&self.path, &error))
+        let written = self.sink.write(bytes);
+        written.map_err(|error| named(&self.path, &error))
     }
 
     fn flush(&mut self) -> io::Result<()> {
@@ -380,14 +372,10 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let missing = folder.path().join("no/such/trace.csv");
         let error = OutputFile::create(&missing).unwrap_err().to_string();
-        assert!(
-            error.ends_with("no/such/trace.csv cannot be written: its folder does not exist"),
-            "{error}"
-        );
+        let words = "no/such/trace.csv cannot be written: its folder does not exist";
+        assert!(error.ends_with(words), "{error}");
         let error = OutputFile::create(folder.path()).unwrap_err().to_string();
-        assert!(
-            error.ends_with("cannot be written: it is a folder"),
-            "{error}"
-        );
+        let words = "cannot be written: it is a folder";
+        assert!(error.ends_with(words), "{error}");
     }
 }

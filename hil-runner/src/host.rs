@@ -245,6 +245,12 @@ mod tests {
     use super::*;
 
     /// The plant's end, and the controller's.
+    const MEASUREMENT: Measurement = Measurement {
+        tick: 7,
+        position_counts: Steps::Whole(0),
+        load_counts: None,
+    };
+
     fn ends() -> (ChannelLink, Receiver<Measurement>, Sender<Command>) {
         let (measurements, asked) = crossbeam_channel::bounded(1);
         let (answers, commands) = crossbeam_channel::bounded(1);
@@ -261,15 +267,8 @@ mod tests {
     fn a_controller_that_is_gone_is_an_error() {
         let (mut link, asked, answers) = ends();
         drop((asked, answers));
-        let measurement = Measurement {
-            tick: 7,
-            position_counts: Steps::Whole(0),
-            load_counts: None,
-        };
-        assert_eq!(
-            link.exchange(measurement),
-            Err(LinkError::Closed { tick: 7 })
-        );
+        let closed = LinkError::Closed { tick: 7 };
+        assert_eq!(link.exchange(MEASUREMENT), Err(closed));
     }
 
     #[test]
@@ -277,16 +276,11 @@ mod tests {
         let (mut link, _asked, answers) = ends();
         let answer = Command::whole(6, 0, 0);
         answers.send(answer).unwrap();
-        let measurement = Measurement {
-            tick: 7,
-            position_counts: Steps::Whole(0),
-            load_counts: None,
-        };
         let wrong = LinkError::WrongTick {
             asked: 7,
             answered: 6,
         };
-        assert_eq!(link.exchange(measurement), Err(wrong));
+        assert_eq!(link.exchange(MEASUREMENT), Err(wrong));
     }
 
     #[test]

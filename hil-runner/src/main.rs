@@ -12,7 +12,7 @@ fn main() -> ExitCode {
         Ok(all_pass) if all_pass => ExitCode::SUCCESS,
         Ok(_) => ExitCode::from(1),
         Err(error) => {
-            command::tell(&format!("{error:#}\n"));
+            command::print_error(&format!("{error:#}\n"));
             ExitCode::from(2)
         }
     }

@@ -60,10 +60,8 @@ fn an_emergency_stop_fails_the_run() {
 
     let verdicts = summary["verdicts"].as_array().unwrap();
     assert_eq!(verdicts.len(), 1);
-    assert_eq!(
-        (&verdicts[0]["figure"], &verdicts[0]["pass"]),
-        (&"faults".into(), &false.into())
-    );
+    let found = (&verdicts[0]["figure"], &verdicts[0]["pass"]);
+    assert_eq!(found, (&"faults".into(), &false.into()));
 }
 
 /// The contrast: the same axis, watched as closely, with nothing to stop for.
@@ -72,10 +70,8 @@ fn a_quiet_run_passes() {
     let watched = ["limits.missed_ticks=true", "limits.count_jump_counts=300"];
     let (status, summary, rows) = run(&[&[ANY][..], &watched].concat());
     assert_eq!(status, 0);
-    assert_eq!(
-        (&summary["faults"], &summary["axis"]["state"]),
-        (&0.into(), &"holding".into())
-    );
+    let found = (&summary["faults"], &summary["axis"]["state"]);
+    assert_eq!(found, (&0.into(), &"holding".into()));
     assert!(summary["axis"]["fault"].is_null());
     assert_eq!(rows.last().unwrap()[3], "holding");
 }

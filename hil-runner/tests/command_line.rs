@@ -6,12 +6,18 @@ use std::path::Path;
 use std::process::{Command, Output, Stdio};
 
 /// Runs the program in `folder`.
-fn hil_runner(folder: &Path, args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_hil-runner"))
+fn hil_runner(folder: impl AsRef<Path>, args: &[&str]) -> Output {
+    let mut program = Command::new(env!("CARGO_BIN_EXE_hil-runner"));
+    program
         .args(args)
-        .current_dir(folder)
+        .current_dir(folder.as_ref())
         .output()
         .unwrap()
+}
+
+/// Runs the program in `folder` with the words of a line.
+fn ran(folder: impl AsRef<Path>, line: &str) -> Output {
+    hil_runner(folder, &line.split_whitespace().collect::<Vec<_>>())
 }
 
 fn status(output: &Output) -> i32 {
@@ -30,6 +36,10 @@ fn folder() -> tempfile::TempDir {
     tempfile::tempdir().unwrap()
 }
 
+fn read(folder: &tempfile::TempDir, file: &str) -> String {
+    std::fs::read_to_string(folder.path().join(file)).unwrap()
+}
+
 /// Names of the files in a folder.
 fn files(folder: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(folder).unwrap();
@@ -42,7 +52,7 @@ fn files(folder: &Path) -> Vec<String> {
 #[test]
 fn main_job_passes_and_writes_the_report() {
     let folder = folder();
-    let output = hil_runner(folder.path(), &[]);
+    let output = ran(&folder, "");
     assert_eq!(status(&output), 0, "{}", stderr(&output));
     let text = stdout(&output);
     for name in ["paper-1", "paper-2", "paper-3", "paper-4"] {
@@ -50,7 +60,7 @@ fn main_job_passes_and_writes_the_report() {
     }
     assert_eq!(text.matches(" pass").count(), 12, "{text}");
     assert!(!text.contains("FAIL"));
-    let page = std::fs::read_to_string(folder.path().join("out/report.html")).unwrap();
+    let page = read(&folder, "out/report.html");
     assert!(page.contains("paper-4"));
     assert_eq!(files(&folder.path().join("out")), ["report.html"]);
 }
@@ -58,18 +68,13 @@ fn main_job_passes_and_writes_the_report() {
 #[test]
 fn honest_converter_fails_its_budget() {
     let folder = folder();
-    let output = hil_runner(
-        folder.path(),
-        &["run", "paper-2-12bit", "--summary", "s.json"],
-    );
+    let output = ran(&folder, "run paper-2-12bit --summary s.json");
     assert_eq!(status(&output), 1);
     let text = stdout(&output);
-    let rows = text
-        .lines()
-        .filter(|line| line.trim_end().ends_with("FAIL"));
-    assert_eq!(rows.count(), 2);
+    let broken = |line: &&str| line.trim_end().ends_with("FAIL");
+    assert_eq!(text.lines().filter(broken).count(), 2);
     assert!(text.contains("\nFAIL: 2 of 3 limits broken\n"), "{text}");
-    let summary = std::fs::read_to_string(folder.path().join("s.json")).unwrap();
+    let summary = read(&folder, "s.json");
     let summary: serde_json::Value = serde_json::from_str(&summary).unwrap();
     assert_eq!(summary["max_abs_dac_code"], 2047.0);
     assert_eq!(summary["verdicts"][0]["pass"], false);
@@ -78,17 +83,12 @@ fn honest_converter_fails_its_budget() {
 #[test]
 fn tables_fit_a_hundred_columns() {
     let folder = folder();
-    for args in [
-        &["run", "paper-1", "paper-2-12bit"][..],
-        &[
-            "run",
-            "paper-2-12bit",
-            "--set",
-            "name=a-name-that-is-longer-than-any-table",
-        ],
-        &["ladder", "paper-2"],
+    for line in [
+        "run paper-1 paper-2-12bit",
+        "run paper-2-12bit --set name=a-name-that-is-longer-than-any-table",
+        "ladder paper-2",
     ] {
-        let output = hil_runner(folder.path(), args);
+        let output = ran(&folder, line);
         for line in stdout(&output).lines().filter(|line| !line.contains(':')) {
             assert!(line.trim_end().chars().count() <= 100, "{line}");
         }
@@ -100,10 +100,7 @@ fn budget_of_the_run_file_decides() {
     let folder = folder();
     let run = |limit: &str| {
         let set = format!("budget.final_error_um={limit}");
-        status(&hil_runner(
-            folder.path(),
-            &["run", "paper-1", "--set", &set],
-        ))
+        status(&ran(&folder, &format!("run paper-1 --set {set}")))
     };
     assert_eq!((run("651"), run("650")), (0, 1));
 }
@@ -113,13 +110,13 @@ fn host_step_time_is_judged_only_where_it_is_asked_for() {
     let folder = folder();
     let run = |limit: &str| {
         let set = format!("budget.host_step_p99_us={limit}");
-        let output = hil_runner(
-            folder.path(),
-            &["run", "paper-1", "--set", &set, "--summary", "s.json"],
+        let output = ran(
+            &folder,
+            &format!("run paper-1 --set {set} --summary s.json"),
         );
         assert!(stdout(&output).contains("host_step_p99_us"));
         // It is a matter of this machine's clock and in no summary.
-        let summary = std::fs::read_to_string(folder.path().join("s.json")).unwrap();
+        let summary = read(&folder, "s.json");
         assert!(!summary.contains("host_step"));
         status(&output)
     };
@@ -129,7 +126,7 @@ fn host_step_time_is_judged_only_where_it_is_asked_for() {
 #[test]
 fn data_on_standard_output_stays_alone() {
     let folder = folder();
-    let output = hil_runner(folder.path(), &["run", "paper-1", "--trace", "-"]);
+    let output = ran(&folder, "run paper-1 --trace -");
     assert_eq!(status(&output), 0);
     let mut reader = csv::Reader::from_reader(output.stdout.as_slice());
     assert_eq!(reader.records().map(Result::unwrap).count(), 1501);
@@ -141,59 +138,43 @@ fn trace_has_the_columns_of_its_rung() {
     let folder = folder();
     let header = |law: &str| {
         let set = format!("controller.law={law}");
-        let output = hil_runner(
-            folder.path(),
-            &["run", "paper-1", "--set", &set, "--trace", "-"],
-        );
+        let output = ran(&folder, &format!("run paper-1 --set {set} --trace -"));
         stdout(&output).lines().next().unwrap().to_owned()
     };
+    let reference = "t_s,x_ref_m,acc_ref_mps2";
     let plant = "motor_voltage_v,current_a,beta_rad,beta_dot_radps,gamma_rad,gamma_dot_radps,acc_mps2,contact";
-    assert_eq!(
-        header("continuous"),
-        format!("t_s,x_ref_m,acc_ref_mps2,{plant}")
-    );
-    assert_eq!(
-        header("firmware"),
-        format!("t_s,x_ref_m,acc_ref_mps2,error_counts,dac_code,{plant}")
-    );
+    assert_eq!(header("continuous"), format!("{reference},{plant}"));
+    let codes = format!("{reference},error_counts,dac_code,{plant}");
+    assert_eq!(header("firmware"), codes);
 }
 
 #[test]
 fn same_input_gives_the_same_bytes() {
     let folder = folder();
     for (trace, link) in [("a.csv", "in-process"), ("b.csv", "channel")] {
-        let args = ["run", "paper-3", "--trace", trace, "--link", link];
-        assert_eq!(status(&hil_runner(folder.path(), &args)), 0);
+        let args = format!("run paper-3 --trace {trace} --link {link}");
+        assert_eq!(status(&ran(&folder, &args)), 0);
     }
-    let read = |name| std::fs::read(folder.path().join(name)).unwrap();
-    assert_eq!(read("a.csv"), read("b.csv"));
+    assert_eq!(read(&folder, "a.csv"), read(&folder, "b.csv"));
 }
 
 #[test]
 fn bad_input_is_status_2_and_touches_nothing() {
     let folder = folder();
     std::fs::write(folder.path().join("t.csv"), "precious").unwrap();
-    std::fs::write(
-        folder.path().join("bad.toml"),
-        "[motor]\ninertia_kg_m2 = -1\nspeed = 3\n",
-    )
-    .unwrap();
-    let output = hil_runner(folder.path(), &["run", "bad.toml", "--trace", "t.csv"]);
+    let bad = "[motor]\ninertia_kg_m2 = -1\nspeed = 3\n";
+    std::fs::write(folder.path().join("bad.toml"), bad).unwrap();
+    let output = ran(&folder, "run bad.toml --trace t.csv");
     assert_eq!(status(&output), 2);
     let text = stderr(&output);
-    assert!(
-        text.contains("bad.toml:2: motor.inertia_kg_m2 = -1 is not allowed"),
-        "{text}"
-    );
-    assert!(
-        text.contains("bad.toml:3: unknown key motor.speed"),
-        "{text}"
-    );
+    for words in [
+        "bad.toml:2: motor.inertia_kg_m2 = -1 is not allowed",
+        "bad.toml:3: unknown key motor.speed",
+    ] {
+        assert!(text.contains(words), "{text}");
+    }
     assert!(stdout(&output).is_empty());
-    assert_eq!(
-        std::fs::read_to_string(folder.path().join("t.csv")).unwrap(),
-        "precious"
-    );
+    assert_eq!(read(&folder, "t.csv"), "precious");
     assert_eq!(files(folder.path()), ["bad.toml", "t.csv"]);
 }
 
@@ -201,36 +182,27 @@ fn bad_input_is_status_2_and_touches_nothing() {
 fn unfit_gains_and_tables_name_their_key() {
     let folder = folder();
     let refused = |set: &str| {
-        let output = hil_runner(folder.path(), &["run", "paper-1", "--set", set]);
+        let output = ran(&folder, &format!("run paper-1 --set {set}"));
         assert_eq!(status(&output), 2, "{set}");
         stderr(&output)
     };
     let text = refused("controller.kp=1e9");
-    assert!(
-        text.starts_with("--set controller.kp=1e9: controller.kp = 1e9 is not allowed"),
-        "{text}"
-    );
+    let begin = "--set controller.kp=1e9: controller.kp = 1e9 is not allowed";
+    assert!(text.starts_with(begin), "{text}");
     // Nothing ran, and nothing is replaced.
-    let trace = folder.path().join("t.csv");
-    std::fs::write(&trace, "precious").unwrap();
+    std::fs::write(folder.path().join("t.csv"), "precious").unwrap();
     for set in [
         "controller.kp=1e9",
         "controller.computation_delay_s=measured",
     ] {
-        let args = ["run", "paper-1", "--trace", "t.csv", "--set", set];
-        assert_eq!(status(&hil_runner(folder.path(), &args)), 2, "{set}");
-        assert_eq!(
-            std::fs::read_to_string(&trace).unwrap(),
-            "precious",
-            "{set}"
-        );
+        let args = format!("run paper-1 --trace t.csv --set {set}");
+        assert_eq!(status(&ran(&folder, &args)), 2, "{set}");
+        assert_eq!(read(&folder, "t.csv"), "precious", "{set}");
     }
     let text = refused("controller.sample_time_s=2e-5");
     assert!(text.contains("controller.sample_time_s = 2e-5"), "{text}");
-    assert!(
-        text.contains("49951 setpoints") && text.contains("16384"),
-        "{text}"
-    );
+    let words = ["49951 setpoints", "16384"];
+    assert!(words.iter().all(|word| text.contains(word)), "{text}");
 }
 
 /// Only a chip's steps have a time of their own.
@@ -240,29 +212,22 @@ fn a_delay_that_is_measured_needs_a_chip() {
     let key = "controller.computation_delay_s";
     let set = format!("{key}=measured");
     for command in ["run", "ladder", "measure-backlash"] {
-        let output = hil_runner(folder.path(), &[command, "paper-1", "--set", &set]);
+        let output = ran(&folder, &format!("{command} paper-1 --set {set}"));
         let text = stderr(&output);
         assert_eq!(status(&output), 2, "{command}: {text}");
-        let refused =
-            format!("--set {set}: {key} = measured is not allowed: only the steps of a chip");
+        let refused = "is not allowed: only the steps of a chip";
+        let refused = format!("--set {set}: {key} = measured {refused}");
         assert!(text.contains(&refused), "{command}: {text}");
         assert!(text.contains("--link qemu"), "{command}: {text}");
     }
-    let measured_twice = [
-        ["run", "paper-1", "--set", &set],
-        [
-            "--set",
-            "backlash.gap=measured",
-            "--set",
-            "backlash.backlash_measurement_detection=effort",
-        ],
-    ];
-    let output = hil_runner(folder.path(), measured_twice.as_flattened());
+    let gap = "--set backlash.gap=measured \
+               --set backlash.backlash_measurement_detection=effort";
+    let output = ran(&folder, &format!("run paper-1 --set {set} {gap}"));
     assert_eq!(status(&output), 2);
     let refused = "backlash.gap = measured is not allowed: the gap is measured before";
     assert!(stderr(&output).contains(refused), "{}", stderr(&output));
     // The contrast: word lengths know no delay.
-    let output = hil_runner(folder.path(), &["scaling", "paper-1", "--set", &set]);
+    let output = ran(&folder, &format!("scaling paper-1 --set {set}"));
     assert_eq!(status(&output), 0, "{}", stderr(&output));
 }
 
@@ -270,16 +235,11 @@ fn a_delay_that_is_measured_needs_a_chip() {
 #[test]
 fn limits_of_a_chip_say_that_they_need_one() {
     let folder = folder();
-    let output = hil_runner(
-        folder.path(),
-        &["run", "paper-1", "--set", "budget.cycles_per_step_max=800"],
-    );
+    let output = ran(&folder, "run paper-1 --set budget.cycles_per_step_max=800");
     assert_eq!(status(&output), 1);
     let row = stdout(&output);
-    let row = row
-        .lines()
-        .find(|line| line.contains("cycles_per_step_max"));
-    let row = row.unwrap();
+    let limited = |line: &&str| line.contains("cycles_per_step_max");
+    let row = row.lines().find(limited).unwrap();
     assert!(row.contains('–') && row.ends_with("FAIL"), "{row}");
     let warning = "warning: budget.cycles_per_step_max cannot pass: only a chip, over --link";
     assert!(stderr(&output).contains(warning), "{}", stderr(&output));
@@ -291,33 +251,20 @@ fn keys_that_the_rung_leaves_out_are_told() {
     let folder = folder();
     let run = |law: &str| {
         let law = format!("controller.law={law}");
-        let args = [
-            &[
-                "run",
-                "paper-2",
-                "--summary",
-                "s.json",
-                "--report",
-                "r.html",
-            ][..],
-            &["--set", &law, "--set", "controller.setpoints=generator"],
-            &["--set", "controller.velocity_ff_s=0.02"],
-        ];
-        let output = hil_runner(folder.path(), &args.concat());
-        let read = |file: &str| std::fs::read_to_string(folder.path().join(file)).unwrap();
-        let summary: serde_json::Value = serde_json::from_str(&read("s.json")).unwrap();
-        (stderr(&output), summary, read("r.html"))
+        let line = format!(
+            "run paper-2 --summary s.json --report r.html --set {law} \
+             --set controller.setpoints=generator --set controller.velocity_ff_s=0.02"
+        );
+        let output = ran(&folder, &line);
+        let summary: serde_json::Value = serde_json::from_str(&read(&folder, "s.json")).unwrap();
+        (stderr(&output), summary, read(&folder, "r.html"))
     };
     let keys = ["controller.velocity_ff_s", "controller.setpoints"];
-    let told = format!(
-        "rung sampled leaves out {}: they act on rung firmware",
-        keys.join(", ")
-    );
+    let left_out = keys.join(", ");
+    let told = format!("rung sampled leaves out {left_out}: they act on rung firmware");
     let (terminal, summary, page) = run("sampled");
-    assert!(
-        terminal.contains(&format!("paper-2: warning: {told}\n")),
-        "{terminal}"
-    );
+    let warning = format!("paper-2: warning: {told}\n");
+    assert!(terminal.contains(&warning), "{terminal}");
     assert_eq!(summary["keys_without_effect"], serde_json::json!(keys));
     assert!(page.contains(&told));
     // The contrast: where they act there is nothing to tell.
@@ -330,21 +277,13 @@ fn keys_that_the_rung_leaves_out_are_told() {
 #[test]
 fn an_old_verb_names_its_successor() {
     let folder = folder();
-    for (old, told) in [
-        (
-            "words",
-            "words is now scaling: hil-runner scaling 'an axis.toml'\n",
-        ),
-        (
-            "home",
-            "home is now measure-backlash: hil-runner measure-backlash 'an axis.toml'\n",
-        ),
-    ] {
-        let output = hil_runner(folder.path(), &[old, "an axis.toml"]);
-        assert_eq!((status(&output), stderr(&output).as_str()), (2, told));
+    for (old, new) in [("words", "scaling"), ("home", "measure-backlash")] {
+        let output = hil_runner(&folder, &[old, "an axis.toml"]);
+        let told = format!("{old} is now {new}: hil-runner {new} 'an axis.toml'\n");
+        assert_eq!((status(&output), stderr(&output)), (2, told));
         assert!(stdout(&output).is_empty());
         // As a name of a file it is none.
-        let output = hil_runner(folder.path(), &["run", old]);
+        let output = ran(&folder, &format!("run {old}"));
         assert!(stderr(&output).contains("there is no such file"));
     }
 }
@@ -352,15 +291,10 @@ fn an_old_verb_names_its_successor() {
 #[test]
 fn unwritable_path_is_found_before_the_run() {
     let folder = folder();
-    let args = [
-        "run",
-        "paper-1",
-        "--trace",
-        "t.csv",
-        "--summary",
-        "no/such/s.json",
-    ];
-    let output = hil_runner(folder.path(), &args);
+    let output = ran(
+        &folder,
+        "run paper-1 --trace t.csv --summary no/such/s.json",
+    );
     assert_eq!(status(&output), 2);
     assert!(stderr(&output).contains("no/such/s.json cannot be written"));
     assert!(files(folder.path()).is_empty());
@@ -375,24 +309,16 @@ fn links_lead_to_their_targets() {
     let link = folder.path().join("link.csv");
     std::os::unix::fs::symlink("t.csv", &link).unwrap();
     let run = |trace: &str| {
-        let output = hil_runner(folder.path(), &["run", "paper-1", "--trace", trace]);
+        let output = ran(&folder, &format!("run paper-1 --trace {trace}"));
         assert_eq!(status(&output), 0, "{}", stderr(&output));
         stdout(&output)
     };
     run("link.csv");
     assert!(std::fs::symlink_metadata(&link).unwrap().is_symlink());
-    let trace = std::fs::read_to_string(folder.path().join("t.csv")).unwrap();
+    let trace = read(&folder, "t.csv");
     assert!(run("/dev/stdout").starts_with(&trace));
     std::fs::remove_file(folder.path().join("t.csv")).unwrap();
-    let args = [
-        "run",
-        "paper-1",
-        "--trace",
-        "link.csv",
-        "--summary",
-        "t.csv",
-    ];
-    let output = hil_runner(folder.path(), &args);
+    let output = ran(&folder, "run paper-1 --trace link.csv --summary t.csv");
     assert!(stderr(&output).contains("is given for two outputs"));
 }
 
@@ -401,21 +327,20 @@ fn links_lead_to_their_targets() {
 #[test]
 fn outputs_replace_neither_a_run_file_nor_each_other() {
     let folder = folder();
-    let init = hil_runner(folder.path(), &["init", "paper-1"]);
+    let init = ran(&folder, "init paper-1");
     let mine = folder.path().join("mine.toml");
     std::fs::write(&mine, &init.stdout).unwrap();
     for args in [
-        &["run", "mine.toml", "--trace", "./mine.toml"][..],
-        &["run", "paper-1", "mine.toml", "--report", "mine.toml"],
-        &["ladder", "mine.toml", "--report", "./mine.toml"],
+        "run mine.toml --trace ./mine.toml",
+        "run paper-1 mine.toml --report mine.toml",
+        "ladder mine.toml --report ./mine.toml",
     ] {
-        let output = hil_runner(folder.path(), args);
-        assert_eq!(status(&output), 2, "{args:?}");
+        let output = ran(&folder, args);
+        assert_eq!(status(&output), 2, "{args}");
         assert!(stderr(&output).contains("is a run file of this command"));
         assert_eq!(std::fs::read(&mine).unwrap(), init.stdout);
     }
-    let args = ["run", "paper-1", "--trace", "x", "--summary", "./x"];
-    let output = hil_runner(folder.path(), &args);
+    let output = ran(&folder, "run paper-1 --trace x --summary ./x");
     assert_eq!(status(&output), 2);
     assert!(stderr(&output).contains("is given for two outputs"));
 }
@@ -456,7 +381,7 @@ fn interrupted_by(signal: &str) {
     assert_eq!(status(&output), 2);
     assert_eq!(stderr(&output), "paper-1: interrupted\n", "{signal}");
     assert_eq!(files(folder.path()), ["t.csv"]);
-    let trace = std::fs::read_to_string(folder.path().join("t.csv")).unwrap();
+    let trace = read(&folder, "t.csv");
     assert!(trace.lines().count() > 10 && trace.ends_with('\n'));
 }
 
@@ -479,8 +404,7 @@ fn a_reader_that_hangs_up_is_no_error() {
 #[test]
 fn two_outputs_need_two_paths() {
     let folder = folder();
-    let args = ["run", "paper-1", "--trace", "x", "--summary", "x"];
-    let output = hil_runner(folder.path(), &args);
+    let output = ran(&folder, "run paper-1 --trace x --summary x");
     assert_eq!(status(&output), 2);
     assert!(stderr(&output).contains("x is given for two outputs"));
 }
@@ -490,21 +414,12 @@ fn state_that_leaves_the_finite_numbers_keeps_the_trace_so_far() {
     let folder = folder();
     // A guide that pushes harder the faster the carriage moves.
     let set = "carriage.resistance_linear_ns_per_rad=-1000";
-    let args = [
-        "run",
-        "paper-1",
-        "--set",
-        set,
-        "--trace",
-        "t.csv",
-        "--summary",
-        "s.json",
-    ];
-    let output = hil_runner(folder.path(), &args);
+    let args = format!("run paper-1 --set {set} --trace t.csv --summary s.json");
+    let output = ran(&folder, &args);
     assert_eq!(status(&output), 2);
     let text = stderr(&output);
     assert!(text.contains("left the finite numbers at t = 0."), "{text}");
-    let trace = std::fs::read_to_string(folder.path().join("t.csv")).unwrap();
+    let trace = read(&folder, "t.csv");
     assert!(trace.lines().count() > 100);
     assert_eq!(files(folder.path()), ["t.csv"]);
 }
@@ -512,11 +427,11 @@ fn state_that_leaves_the_finite_numbers_keeps_the_trace_so_far() {
 #[test]
 fn init_prints_a_case_that_runs() {
     let folder = folder();
-    let output = hil_runner(folder.path(), &["init", "paper-4"]);
+    let output = ran(&folder, "init paper-4");
     std::fs::write(folder.path().join("mine.toml"), &output.stdout).unwrap();
-    let output = hil_runner(folder.path(), &["run", "mine.toml"]);
+    let output = ran(&folder, "run mine.toml");
     assert_eq!(status(&output), 0, "{}", stderr(&output));
-    let output = hil_runner(folder.path(), &["init", "paper-9"]);
+    let output = ran(&folder, "init paper-9");
     assert_eq!(status(&output), 2);
     assert!(stderr(&output).contains("paper-2-12bit"));
 }
@@ -524,44 +439,38 @@ fn init_prints_a_case_that_runs() {
 #[test]
 fn ladder_compares_the_rungs() {
     let folder = folder();
-    let output = hil_runner(folder.path(), &["ladder", "paper-2", "--report", "l.html"]);
+    let output = ran(&folder, "ladder paper-2 --report l.html");
     assert_eq!(status(&output), 0, "{}", stderr(&output));
     for law in ["continuous", "sampled", "quantised", "firmware"] {
         assert!(stdout(&output).contains(law));
     }
     assert_eq!(files(folder.path()), ["l.html"]);
     let said = stderr(&output);
-    assert!(
-        said.ends_with("plots: l.html\n") && !said.contains("leave"),
-        "{said}"
-    );
-    let set = ["--set", "controller.derivative=measurement"];
-    let output = hil_runner(
-        folder.path(),
-        &[&["ladder", "paper-2", "--report", "l.html"], &set[..]].concat(),
-    );
+    assert!(said.ends_with("plots: l.html\n"), "{said}");
+    assert!(!said.contains("leave"), "{said}");
+    let set = "--set controller.derivative=measurement";
+    let output = ran(&folder, &format!("ladder paper-2 --report l.html {set}"));
     let told = "paper-2: warning: rungs continuous, sampled, quantised leave out \
                 controller.derivative: it acts on rung firmware\n";
     assert!(stderr(&output).contains(told), "{}", stderr(&output));
-    let page = std::fs::read_to_string(folder.path().join("l.html")).unwrap();
+    let page = read(&folder, "l.html");
     assert!(page.contains(told.trim_start_matches("paper-2: warning: ").trim_end()));
 }
 
 #[test]
 fn schema_is_json() {
-    let output = hil_runner(folder().path(), &["schema"]);
+    let output = ran(folder(), "schema");
     let schema: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
     assert_eq!(schema["additionalProperties"], false);
 }
 
 #[test]
 fn help_has_an_example_for_every_command() {
-    for args in [&[][..], &["run"], &["ladder"], &["init"], &["schema"]] {
-        let args = [args, &["--help"]].concat();
-        let output = hil_runner(folder().path(), &args);
+    for command in ["", "run", "ladder", "init", "schema"] {
+        let output = ran(folder(), &format!("{command} --help"));
         assert_eq!(status(&output), 0);
-        assert!(stdout(&output).contains("Example"), "{args:?}");
-        assert!(stdout(&output).contains("\n  hil-runner"), "{args:?}");
+        assert!(stdout(&output).contains("Example"), "{command}");
+        assert!(stdout(&output).contains("\n  hil-runner"), "{command}");
     }
 }
 
@@ -571,27 +480,19 @@ fn help_has_an_example_for_every_command() {
 fn pages_show_a_command_that_a_shell_takes() {
     let folder = folder();
     let spaced = "motion.intervals_s=[0.02, 0.05, 0.02, 0.05, 0.02, 0.05, 0.02]";
-    let sets = ["--set", "run.duration_s=0.3", "--set", spaced];
+    let more = ["--set", spaced, "--report", "page.html"];
     let quoted = format!("paper-2-12bit --set 'run.duration_s=0.3' --set '{spaced}'");
-    for (arguments, line) in [
-        (
-            &["run", "paper-2-12bit"][..],
-            format!("hil-runner run {quoted}"),
-        ),
-        (
-            &["run", "paper-2-12bit", "--io", "spi", "--link", "channel"],
-            format!("hil-runner run {quoted} --link channel --io spi"),
-        ),
-        (
-            &["ladder", "paper-2-12bit"],
-            format!("hil-runner ladder {quoted}"),
-        ),
+    for (command, given, links) in [
+        ("run", "", ""),
+        ("run", "--io spi --link channel", " --link channel --io spi"),
+        ("ladder", "", ""),
     ] {
-        let arguments = [arguments, &sets, &["--report", "page.html"]].concat();
-        let output = hil_runner(folder.path(), &arguments);
+        let line = format!("{command} paper-2-12bit {given} --set run.duration_s=0.3");
+        let arguments: Vec<&str> = line.split_whitespace().chain(more).collect();
+        let output = hil_runner(&folder, &arguments);
         assert!(status(&output) < 2, "{}", stderr(&output));
-        let page = std::fs::read_to_string(folder.path().join("page.html")).unwrap();
+        let line = format!("hil-runner {command} {quoted}{links}");
         let shown = format!("\"command_line\":\"{line}\"");
-        assert!(page.contains(&shown), "{line}");
+        assert!(read(&folder, "page.html").contains(&shown), "{line}");
     }
 }

@@ -4,9 +4,8 @@
 use super::{FRICTION, PAPER, Ran};
 
 /// Limits of the axis; the paper's moves need 0.5 m/s and 3.1 m/s².
-pub(crate) const LIMITS: [&str; 3] = [
-    "limits.velocity_mps=2",
-    "limits.acceleration_mps2=20",
+pub(crate) const LIMITS: [&str; 2] = [
+    "limits.velocity_mps=2 limits.acceleration_mps2=20",
     "controller.setpoints=generator",
 ];
 
@@ -60,10 +59,8 @@ fn a_load_that_is_thrown_wants_the_acceleration() {
 #[test]
 fn a_load_that_is_pushed_wants_the_velocity() {
     let slow = [
-        "motion.total_time_s=4",
-        "run.duration_s=6",
-        "limits.velocity_mps=0.2",
-        "limits.acceleration_mps2=1",
+        "motion.total_time_s=4 run.duration_s=6 limits.velocity_mps=0.2 \
+         limits.acceleration_mps2=1",
     ];
     for (name, sets) in [("paper-2", &slow[..]), ("paper-3", &[])] {
         let figures = with_every_trigger(name, &[&FRICTION, sets]);
@@ -85,10 +82,8 @@ fn without_friction_it_moves_the_end_by_half_a_gap() {
         show(name, &figures);
         let [none, velocity, acceleration] = figures.map(|(error_um, _)| error_um);
         for (moved_um, sign) in [(velocity - none, -1.0), (acceleration - none, 1.0)] {
-            assert!(
-                (moved_um - sign * half_gap_um).abs() < 8.0,
-                "{name}: {moved_um}"
-            );
+            let off_um = (moved_um - sign * half_gap_um).abs();
+            assert!(off_um < 8.0, "{name}: {moved_um}");
         }
         let [before, _, after] = figures.map(|(_, peak_mps2)| peak_mps2);
         assert!(after < 2.0 * before, "{name}");
@@ -101,25 +96,15 @@ fn without_friction_it_moves_the_end_by_half_a_gap() {
 fn the_gap_that_is_given_is_taken_up() {
     let error_um = |half_gap_deg: f64| {
         let gap = format!("backlash.half_gap_deg={half_gap_deg}");
-        let ran = Ran::of(
-            "paper-2",
-            &[
-                &LIMITS,
-                &FRICTION,
-                &["backlash.compensation=acceleration"],
-                &[&gap],
-            ],
-        );
+        let sets = ["backlash.compensation=acceleration", &gap];
+        let ran = Ran::of("paper-2", &[&LIMITS, &FRICTION, &sets]);
         ran.summary().final_error_um
     };
     let [none, half, whole, twice] = [0.0, 1.5, 3.0, 6.0].map(error_um);
     println!("half gap 0, 1.5, 3, 6°: {none:.1}, {half:.1}, {whole:.1}, {twice:.1} µm");
     // p·b/2 = 20.8 µm for every 1.5°, to a count or two (2.5 µm each).
-    for (moved, expected) in [
-        (half - none, 20.8),
-        (whole - none, 41.7),
-        (twice - none, 83.3),
-    ] {
+    for (to, expected) in [(half, 20.8), (whole, 41.7), (twice, 83.3)] {
+        let moved = to - none;
         assert!((moved - expected).abs() < 5.0, "{moved}");
     }
 }

@@ -8,11 +8,9 @@ use super::{Ran, largest, steps};
 
 /// An encoder that resolves the backlash compensation: 25 nm a count, gains per count
 /// accordingly.
-const FINE: [&str; 4] = [
-    "encoder.counts_per_rad=63600",
-    "controller.kp=0.032",
-    "controller.ki_per_s=0.05",
-    "controller.kd_s=0.0005",
+const FINE: [&str; 1] = [
+    "encoder.counts_per_rad=63600 controller.kp=0.032 controller.ki_per_s=0.05 \
+     controller.kd_s=0.0005",
 ];
 
 /// Largest velocity \[m/s\] and acceleration \[m/s²\] of the reference that
@@ -38,41 +36,33 @@ fn reference_peaks(limits: &[&str], trigger: &str) -> (f64, f64) {
 fn the_reference_stays_within_the_limits() {
     for trigger in ["velocity", "acceleration"] {
         for (v, a) in [(2.0, 20.0), (0.6, 4.0), (0.51, 3.3)] {
-            let limits = [
-                format!("limits.velocity_mps={v}"),
-                format!("limits.acceleration_mps2={a}"),
-            ];
-            let limits = limits.each_ref().map(String::as_str);
-            let (mps, mps2) = reference_peaks(&limits, trigger);
+            let limits = format!("limits.velocity_mps={v} limits.acceleration_mps2={a}");
+            let (mps, mps2) = reference_peaks(&[&limits], trigger);
             println!("{trigger}, limits {v} m/s and {a} m/s²: {mps:.4} m/s and {mps2:.3} m/s²");
             assert!(mps <= v + 0.000_1);
             assert!(mps2 <= a + 0.125);
         }
     }
     // The contrast: what is within 20 m/s² is not within 4.
-    let (_, hasty) = reference_peaks(&LIMITS[..2], "acceleration");
+    let (_, hasty) = reference_peaks(&LIMITS[..1], "acceleration");
     assert!(hasty > 4.125);
 }
 
 /// Limits that the motion alone uses up leave no room, and that is said.
 #[test]
 fn without_room_the_run_is_refused() {
-    for (set, key) in [
-        ("limits.velocity_mps=0.4999", "limits.velocity_mps = 0.4999"),
-        (
-            "limits.acceleration_mps2=1.57",
-            "limits.acceleration_mps2 = 1.57",
-        ),
+    for set in [
+        "limits.velocity_mps=0.4999",
+        "limits.acceleration_mps2=1.57",
     ] {
         let sets = [&LIMITS[..], &["backlash.compensation=velocity", set]].concat();
         let error = Ran::of_case(case("paper-2", &sets), IoKind::Direct).unwrap_err();
         let sentence = error.to_string();
         println!("{sentence}");
-        assert!(sentence.contains(key), "{sentence}");
-        assert!(
-            sentence.contains("the backlash compensation needs room above it"),
-            "{sentence}"
-        );
+        let room = "the backlash compensation needs room above it";
+        for words in [&set.replace('=', " = "), room] {
+            assert!(sentence.contains(words), "{sentence}");
+        }
     }
 }
 
@@ -86,13 +76,9 @@ fn an_overshoot_takes_nothing_up_again() {
         let ran = Ran::of("paper-2", &[&LIMITS, &swinging, &[&trigger]]);
         let after = 1_100;
         let motor = steps(&ran.counts()[after..]);
-        let turns = motor
-            .iter()
-            .filter(|step| **step != 0.0)
-            .collect::<Vec<_>>()
-            .windows(2)
-            .filter(|pair| *pair[0] * *pair[1] < 0.0)
-            .count();
+        let motor: Vec<f64> = motor.into_iter().filter(|step| *step != 0.0).collect();
+        let turned = motor.windows(2).filter(|pair| pair[0] * pair[1] < 0.0);
+        let turns = turned.count();
         let changes = ran.rows[after..].windows(2);
         let changes = changes.filter(|pair| pair[0].contact != pair[1].contact);
         let changes = changes.count();
@@ -107,10 +93,7 @@ fn an_overshoot_takes_nothing_up_again() {
 /// narrow gaps and wide ones.
 #[test]
 fn the_measured_gap_is_the_joints() {
-    let stick = [
-        "carriage.resistance_constant_n=250",
-        "carriage.resistance_opposes_motion=true",
-    ];
+    let stick = ["carriage.resistance_constant_n=250 carriage.resistance_opposes_motion=true"];
     for detection in ["load-encoder", "effort"] {
         for half_gap_deg in [0.3, 1.0, 3.0, 6.0] {
             let joint = format!("transmission.backlash_half_deg={half_gap_deg}");
@@ -132,9 +115,8 @@ fn the_measured_gap_is_the_joints() {
 fn the_measured_gap_is_the_same_on_every_rung() {
     let found = ["continuous", "sampled", "quantised", "firmware"].map(|law| {
         let sets = [
-            "carriage.resistance_constant_n=250",
-            "carriage.resistance_opposes_motion=true",
-            "load_encoder.counts_per_mm=1000",
+            "carriage.resistance_constant_n=250 carriage.resistance_opposes_motion=true \
+             load_encoder.counts_per_mm=1000",
             &format!("controller.law={law}"),
         ];
         measure_gap(&case("paper-2", &sets)).unwrap()
@@ -147,12 +129,8 @@ fn the_measured_gap_is_the_same_on_every_rung() {
 #[test]
 fn a_measured_gap_serves_like_a_given_one() {
     let error_um = |sets: &[&str]| {
-        let trigger = "backlash.compensation=acceleration";
-        let scale = "load_encoder.counts_per_mm=1000";
-        let ran = Ran::of(
-            "paper-2",
-            &[&LIMITS, &super::FRICTION, &[trigger, scale], sets],
-        );
+        let both = ["backlash.compensation=acceleration load_encoder.counts_per_mm=1000"];
+        let ran = Ran::of("paper-2", &[&LIMITS, &super::FRICTION, &both, sets]);
         ran.summary().final_error_um
     };
     let given = error_um(&[]);

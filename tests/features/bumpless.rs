@@ -28,11 +28,7 @@ fn other_gains_make_no_step() {
         &["gain_change.kp=1.6"],
         &["gain_change.ki_per_s=10"],
         &["gain_change.kd_s=0.1"],
-        &[
-            "gain_change.kp=6.4",
-            "gain_change.ki_per_s=10",
-            "gain_change.kd_s=0.1",
-        ],
+        &["gain_change.kp=6.4 gain_change.ki_per_s=10 gain_change.kd_s=0.1"],
     ] {
         let ran = changed(gains);
         let codes = ran.codes();

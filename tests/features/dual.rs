@@ -2,11 +2,10 @@
 
 use super::{FRICTION, Ran};
 
-const SCALE: [&str; 4] = [
+const SCALE: [&str; 2] = [
     "load_encoder.counts_per_mm=1000",
-    "controller.derivative=measurement",
-    "controller.setpoints=generator",
-    "controller.velocity_ff_s=0.05",
+    "controller.derivative=measurement controller.setpoints=generator \
+     controller.velocity_ff_s=0.05",
 ];
 
 const DUAL: [&str; 1] = ["controller.feedback=dual"];
@@ -57,10 +56,8 @@ fn an_encoder_on_the_screw_does_too() {
 /// encoder damps: without its derivative the loop swings.
 #[test]
 fn the_motors_encoder_damps() {
-    let undamped = Ran::of(
-        "paper-2",
-        &[&FRICTION, &SCALE, &DUAL, &["controller.kd_s=0"]],
-    );
+    let none = ["controller.kd_s=0"];
+    let undamped = Ran::of("paper-2", &[&FRICTION, &SCALE, &DUAL, &none]);
     let damped = Ran::of("paper-2", &[&FRICTION, &SCALE, &DUAL]);
     let [without, with] = [&undamped, &damped].map(|ran| ran.summary().peak_abs_acc_mps2);
     println!("peak acceleration {without:.1} m/s² without Kd, {with:.1} with");

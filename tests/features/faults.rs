@@ -5,25 +5,9 @@ use firmware::State;
 
 use super::Ran;
 
-/// The sets that inject a fault and watch for it.
-struct Injected<'a> {
-    sets: &'a [&'a str],
-    cause: &'a str,
-    tick: usize,
-    measured: i64,
-    limit: i64,
-}
-
 /// Powered up to the row before the fault; from it on code, voltage and power
 /// are 0, the state is `fault` and the verdict fails.
-fn stops(injected: &Injected<'_>) -> Ran {
-    let Injected {
-        sets,
-        cause,
-        tick,
-        measured,
-        limit,
-    } = *injected;
+fn stops(sets: &[&str], cause: &str, tick: usize, [measured, limit]: [i64; 2]) -> Ran {
     let ran = Ran::of("paper-2", &[sets]);
     let fault = ran.fault();
     println!("{}", fault.message);
@@ -47,21 +31,19 @@ fn stops(injected: &Injected<'_>) -> Ran {
 
 #[test]
 fn emergency_stop_in_mid_move() {
-    let ran = stops(&Injected {
-        sets: &["sequence.emergency_stop_s=0.4"],
-        cause: "emergency-stop",
-        tick: 400,
-        measured: 0,
-        limit: 0,
-    });
+    let ran = stops(
+        &["sequence.emergency_stop_s=0.4"],
+        "emergency-stop",
+        400,
+        [0, 0],
+    );
     // What the summary keeps: everything up to that row is the plain run's.
     let plain = Ran::of("paper-2", &[]);
     assert_eq!(ran.codes()[..400], plain.codes()[..400]);
     assert_eq!(ran.fault().setpoint_counts, 30_615);
-    assert_eq!(
-        ran.fault().setpoint_counts - ran.fault().position_counts,
-        ran.fault().error_counts
-    );
+    let fault = ran.fault();
+    let distance_counts = fault.setpoint_counts - fault.position_counts;
+    assert_eq!(distance_counts, fault.error_counts);
     // Between two samples: at the first sample after it.
     let later = Ran::of("paper-2", &[&["sequence.emergency_stop_s=0.3991"]]);
     assert_eq!(later.fault().tick, 400);
@@ -70,10 +52,7 @@ fn emergency_stop_in_mid_move() {
 /// Released, reset and enabled: the axis holds where it stands.
 #[test]
 fn the_way_back_from_an_emergency_stop() {
-    let stop = [
-        "sequence.emergency_stop_s=0.4",
-        "sequence.emergency_stop_release_s=0.5",
-    ];
+    let stop = ["sequence.emergency_stop_s=0.4 sequence.emergency_stop_release_s=0.5"];
     let back = ["sequence.reset_s=0.6", "sequence.enable_s=0.7"];
     let ran = Ran::of("paper-2", &[&stop, &back]);
     let states: Vec<State> = ran.samples().iter().filter_map(|s| s.axis_state).collect();
@@ -96,10 +75,8 @@ fn the_way_back_from_an_emergency_stop() {
     let early = Ran::of("paper-2", &[&stop, &early]);
     assert_eq!(early.outcome.refused_requests, 2);
     assert_eq!(early.axis().state, "fault");
-    let pressed = Ran::of(
-        "paper-2",
-        &[&["sequence.emergency_stop_s=0.4", "sequence.reset_s=0.45"]],
-    );
+    let pressed = ["sequence.emergency_stop_s=0.4 sequence.reset_s=0.45"];
+    let pressed = Ran::of("paper-2", &[&pressed]);
     assert_eq!((pressed.axis().state, pressed.fault().tick), ("fault", 400));
     assert_eq!(pressed.summary().faults, Some(2));
 }
@@ -109,9 +86,8 @@ fn the_way_back_from_an_emergency_stop() {
 #[test]
 fn an_encoder_lost_while_the_code_runs_down() {
     let disabled = [
-        "sequence.disable_s=0.4",
-        "controller.slew_limit_codes_per_s=4000",
-        "limits.encoder_loss_s=0.1",
+        "sequence.disable_s=0.4 controller.slew_limit_codes_per_s=4000 \
+         limits.encoder_loss_s=0.1",
     ];
     let ran = Ran::of("paper-2", &[&disabled, &["inject.encoder_freeze_s=0.45"]]);
     assert_eq!(ran.samples()[449].axis_state, Some(State::Disabled));
@@ -127,10 +103,7 @@ fn an_encoder_lost_while_the_code_runs_down() {
 /// that very tick.
 #[test]
 fn a_glitch_of_the_encoder() {
-    let glitch = [
-        "inject.encoder_glitch_s=0.4",
-        "inject.encoder_glitch_counts=-4096",
-    ];
+    let glitch = ["inject.encoder_glitch_s=0.4 inject.encoder_glitch_counts=-4096"];
     let plain = Ran::of("paper-2", &[]).summary().peak_abs_acc_mps2;
     let unwatched = Ran::of("paper-2", &[&glitch]);
     let shaken = unwatched.summary().peak_abs_acc_mps2;
@@ -141,13 +114,7 @@ fn a_glitch_of_the_encoder() {
 
     // The axis made 181 counts in that sample: −4096 + 181.
     let sets = [&glitch[..], &["limits.count_jump_counts=300"]].concat();
-    let ran = stops(&Injected {
-        sets: &sets,
-        cause: "encoder-glitch",
-        tick: 400,
-        measured: -3_915,
-        limit: 300,
-    });
+    let ran = stops(&sets, "encoder-glitch", 400, [-3_915, 300]);
     // The position is the last good one.
     assert_eq!(f64::from(ran.fault().position_counts), ran.counts()[399]);
     // A limit that the motion itself does not reach trips on nothing.
@@ -162,13 +129,12 @@ fn loss_of_the_encoder() {
     let freeze = "inject.encoder_freeze_s=0.4";
     let unwatched = Ran::of("paper-2", &[&[freeze]]);
     let away_mm = unwatched.summary().peak_following_error_mm;
-    let watched = stops(&Injected {
-        sets: &[freeze, "limits.encoder_loss_s=0.01"],
-        cause: "encoder-loss",
-        tick: 410,
-        measured: 10,
-        limit: 10,
-    });
+    let watched = stops(
+        &[freeze, "limits.encoder_loss_s=0.01"],
+        "encoder-loss",
+        410,
+        [10, 10],
+    );
     let travelled = |ran: &Ran| ran.carriage_um().last().unwrap() - ran.carriage_um()[400];
     let (free_mm, stopped_mm) = (1e-3 * travelled(&unwatched), 1e-3 * travelled(&watched));
     println!("from the loss on {free_mm:.0} mm, stopped {stopped_mm:.0} mm");
@@ -178,13 +144,7 @@ fn loss_of_the_encoder() {
 
 #[test]
 fn an_error_on_the_bus() {
-    stops(&Injected {
-        sets: &["inject.bus_error_s=0.4"],
-        cause: "hardware-bus",
-        tick: 400,
-        measured: 1,
-        limit: 0,
-    });
+    stops(&["inject.bus_error_s=0.4"], "hardware-bus", 400, [1, 0]);
 }
 
 /// A tick that does not come costs one sample of an old code: 7.9 m/s² instead
@@ -200,38 +160,25 @@ fn a_missed_tick() {
     assert_eq!(unwatched.codes()[400], unwatched.codes()[399]);
     assert_eq!(unwatched.axis().fault, None);
     assert!(shaken > 3.0 * plain);
-    stops(&Injected {
-        sets: &[missed, "limits.missed_ticks=true"],
-        cause: "missed-tick",
-        tick: 401,
-        measured: 1,
-        limit: 0,
-    });
+    stops(
+        &[missed, "limits.missed_ticks=true"],
+        "missed-tick",
+        401,
+        [1, 0],
+    );
 }
 
 /// A queue that runs dry: the setpoints that wait are used up first.
 #[test]
 fn an_underrun_of_the_queue() {
-    let dry = [
-        "controller.setpoints=queue",
-        "inject.setpoint_underrun_s=0.4",
-    ];
+    let dry = ["controller.setpoints=queue inject.setpoint_underrun_s=0.4"];
     let ran = Ran::of("paper-2", &[&dry]);
     let fault = ran.fault();
     println!("{}", fault.message);
     let waited = fault.tick - 400;
     assert!((1..=16).contains(&waited), "{waited} setpoints waited");
-    stops(&Injected {
-        sets: &dry,
-        cause: "setpoint-underrun",
-        tick: fault.tick as usize,
-        measured: 0,
-        limit: 1,
-    });
+    stops(&dry, "setpoint-underrun", fault.tick as usize, [0, 1]);
     // After the motion's end there is nothing to run dry of.
-    let after = [
-        "controller.setpoints=queue",
-        "inject.setpoint_underrun_s=1.1",
-    ];
+    let after = ["controller.setpoints=queue inject.setpoint_underrun_s=1.1"];
     assert_eq!(Ran::of("paper-2", &[&after]).axis().fault, None);
 }

@@ -17,32 +17,25 @@ const CASES: [&[&str]; 6] = [
     &[GENERATOR],
     &[
         GENERATOR,
-        "drive.dac_bits=24",
-        "encoder.counts_per_rad=63600",
-        "controller.kp=0.032",
-        "controller.ki_per_s=0.05",
-        "controller.kd_s=0.0005",
+        "drive.dac_bits=24 encoder.counts_per_rad=63600 controller.kp=0.032 \
+         controller.ki_per_s=0.05 controller.kd_s=0.0005",
     ],
     &[
         GENERATOR,
-        "controller.sample_time_s=0.00005",
-        "controller.derivative_filter_s=0.001",
+        "controller.sample_time_s=0.00005 controller.derivative_filter_s=0.001",
     ],
     &[
         GENERATOR,
-        "controller.sample_time_s=0.01",
-        "controller.anti_windup=clamp",
+        "controller.sample_time_s=0.01 controller.anti_windup=clamp",
     ],
     &[
         GENERATOR,
-        "controller.velocity_ff_s=0.07",
-        "controller.friction_ff_codes=20",
+        "controller.velocity_ff_s=0.07 controller.friction_ff_codes=20",
     ],
     &[
         GENERATOR,
-        "load_encoder.counts_per_mm=1000",
-        "controller.feedback=dual",
-        "controller.derivative=measurement",
+        "load_encoder.counts_per_mm=1000 controller.feedback=dual \
+         controller.derivative=measurement",
     ],
 ];
 
@@ -60,10 +53,8 @@ fn the_largest_gain_fits_and_one_percent_more_does_not() {
         for (index, key) in PARTS.map(key_of).into_iter().enumerate() {
             let largest = request.largest_gain(index);
             println!("{sets:?}: {key} up to {}", number::table(largest));
-            assert!(
-                with(sets, key, largest).scaled_law().is_ok(),
-                "{key} = {largest}"
-            );
+            let fits = with(sets, key, largest).scaled_law().is_ok();
+            assert!(fits, "{key} = {largest}");
             let more = with(sets, key, 1.01 * largest).scaled_law();
             let sentence = more.unwrap_err().to_string();
             assert!(sentence.contains(key), "{key}: {sentence}");
@@ -81,27 +72,18 @@ fn the_printed_largest_gain_fits() {
             let printed = number::table(request.largest_gain(index));
             let (mantissa, exponent) = printed.split_once("·10").unwrap_or((&printed, ""));
             let exponent: String = exponent.chars().map(plain_digit).collect();
-            let value: f64 = format!(
-                "{mantissa}e{}",
-                if exponent.is_empty() { "0" } else { &exponent }
-            )
-            .parse()
-            .unwrap();
-            assert!(
-                with(sets, key, value).scaled_law().is_ok(),
-                "{sets:?}: {key} = {printed}"
-            );
+            let exponent = if exponent.is_empty() { "0" } else { &exponent };
+            let value: f64 = format!("{mantissa}e{exponent}").parse().unwrap();
+            let fits = with(sets, key, value).scaled_law().is_ok();
+            assert!(fits, "{sets:?}: {key} = {printed}");
         }
     }
 }
 
 /// A digit or sign that stands high.
 fn plain_digit(high: char) -> char {
-    "⁰¹²³⁴⁵⁶⁷⁸⁹⁻"
-        .chars()
-        .zip("0123456789-".chars())
-        .find_map(|(from, to)| (from == high).then_some(to))
-        .unwrap()
+    let mut digits = "⁰¹²³⁴⁵⁶⁷⁸⁹⁻".chars().zip("0123456789-".chars());
+    digits.find(|(from, _)| *from == high).unwrap().1
 }
 
 #[test]
@@ -109,10 +91,8 @@ fn the_smallest_sample_time_fits_and_one_percent_less_does_not() {
     for sets in CASES {
         let mut case = case("paper-2", sets);
         let smallest_ns = smallest_sample_time_ns(&case).unwrap();
-        println!(
-            "{sets:?}: sample time down to {} µs",
-            smallest_ns as f64 / 1e3
-        );
+        let smallest_us = smallest_ns as f64 / 1e3;
+        println!("{sets:?}: sample time down to {smallest_us} µs");
         let mut run_at = |sample_time_ns: u64| {
             case.controller.sample_time_ns = Some(sample_time_ns);
             Controller::new(&case, IoKind::Direct)
@@ -134,16 +114,11 @@ fn the_run_agrees_with_the_table() {
         let largest = request.largest_gain(index);
         let run = |value: f64| {
             let set = format!("{key}={value:e}");
-            Ran::of_case(
-                case("paper-2", &[&sets[..], &[&set]].concat()),
-                IoKind::Direct,
-            )
+            let case = case("paper-2", &[&sets[..], &[&set]].concat());
+            Ran::of_case(case, IoKind::Direct)
         };
-        assert_eq!(
-            run(largest).unwrap().outcome.out_of_range_samples,
-            0,
-            "{key}"
-        );
+        let outcome = run(largest).unwrap().outcome;
+        assert_eq!(outcome.out_of_range_samples, 0, "{key}");
         let sentence = run(1.01 * largest).unwrap_err().to_string();
         assert!(sentence.contains(key), "{sentence}");
     }
@@ -153,11 +128,8 @@ fn the_run_agrees_with_the_table() {
 #[test]
 fn what_no_run_takes_has_no_table() {
     for sets in [
-        ["gain_change.at_s=0.5", "gain_change.kp=1e9"],
-        [
-            "controller.slew_limit_codes_per_s=10",
-            "controller.anti_windup=clamp",
-        ],
+        ["gain_change.at_s=0.5 gain_change.kp=1e9"],
+        ["controller.slew_limit_codes_per_s=10 controller.anti_windup=clamp"],
     ] {
         let case = case("paper-2", &sets);
         assert!(Controller::new(&case, IoKind::Direct).is_err());
@@ -184,6 +156,8 @@ fn the_largest_following_error_fits_and_one_count_more_does_not() {
     const NO_INTEGRAL: &str = "controller.ki_per_s=0";
     const PER_SPEED: &str = "limits.following_error_per_speed_s";
     let lag = format!("{PER_SPEED}=0.0123");
+    let dual = "load_encoder.counts_per_mm=1000 controller.feedback=dual \
+                controller.derivative=measurement";
     let cases: [(&[&str], f64); 7] = [
         // 2^8 errors of the largest size, and a sum of errors up to 2^31.
         (&[], 8_388_608.0),
@@ -194,23 +168,13 @@ fn the_largest_following_error_fits_and_one_count_more_does_not() {
         (&[NO_INTEGRAL, "controller.kp=0"], 536_870_912.0),
         (&[&lag], 8_388_608.0),
         (&[GENERATOR, &lag], 8_388_608.0),
-        (
-            &[
-                &lag,
-                "load_encoder.counts_per_mm=1000",
-                "controller.feedback=dual",
-                "controller.derivative=measurement",
-            ],
-            8_388_608.0,
-        ),
+        (&[&lag, dual], 8_388_608.0),
     ];
     for (sets, range_counts) in cases {
         let with = |counts: f64| {
             let set = format!("limits.following_error_counts={counts}");
-            let sets = [sets, &[&set]].concat();
-            scaling_request(&case("paper-1", &sets))
-                .unwrap()
-                .scaled_law()
+            let request = scaling_request(&case("paper-1", &[sets, &[&set]].concat()));
+            request.unwrap().scaled_law()
         };
         let has_lag = sets.iter().any(|set| set.starts_with(PER_SPEED));
         let words = if has_lag { "at most " } else { "errors up to " };
@@ -239,10 +203,8 @@ fn the_largest_following_error_fits_and_one_count_more_does_not() {
 fn the_largest_following_error_is_that_of_the_gains_in_their_bits() {
     let with = |counts: &str| {
         let limit = format!("limits.following_error_counts={counts}");
-        let sets = ["controller.word_bits=24", &limit];
-        scaling_request(&case("paper-1", &sets))
-            .unwrap()
-            .scaled_law()
+        let request = scaling_request(&case("paper-1", &["controller.word_bits=24", &limit]));
+        request.unwrap().scaled_law()
     };
     assert_eq!(
         with("900000000").unwrap_err().to_string(),
@@ -286,27 +248,16 @@ fn the_largest_lag_fits_and_one_percent_more_does_not() {
 #[test]
 fn gains_that_fit_no_errors_are_told_first() {
     let large = "controller.kp=1e5";
-    for (counts, largest) in [
-        (
-            "2000",
-            "at most 4095.5 at this sample time and errors up to 131072",
-        ),
-        (
-            "200000",
-            "at most 2047.7 at this sample time and errors up to 262144",
-        ),
-        (
-            "300000000",
-            "at most 4095.5 at this sample time and errors up to 131072",
-        ),
-        (
-            "900000000",
-            "at most 4095.5 at this sample time and errors up to 131072",
-        ),
+    for (counts, gain, range) in [
+        ("2000", "4095.5", "131072"),
+        ("200000", "2047.7", "262144"),
+        ("300000000", "4095.5", "131072"),
+        ("900000000", "4095.5", "131072"),
     ] {
+        let largest = format!("at most {gain} at this sample time and errors up to {range}");
         let said = refused(&[large, &format!("limits.following_error_counts={counts}")]);
         assert!(said.starts_with("controller.kp = 100000: "), "{said}");
-        assert!(said.contains(largest), "{said}");
+        assert!(said.contains(&largest), "{said}");
         assert!(!said.contains('\n') && !said.contains("limits."), "{said}");
     }
 }
@@ -326,10 +277,7 @@ fn two_gains_that_fit_no_errors_are_told_as_the_firmware_does() {
 /// A limit serves all gains of the run.
 #[test]
 fn a_limit_that_only_the_next_gains_do_not_fit_is_told_with_the_change() {
-    let sets = [
-        "gain_change.at_s=0.5",
-        "limits.following_error_counts=200000",
-    ];
+    let sets = ["gain_change.at_s=0.5 limits.following_error_counts=200000"];
     let accepted = |kp: &str| accepted(&case("paper-1", &[&sets[..], &[kp]].concat()), 1_000_000);
     let said = accepted("gain_change.kp=3000").unwrap_err().to_string();
     assert_eq!(

@@ -45,21 +45,13 @@ fn the_papers_cases_are_the_same_over_spi() {
 #[test]
 fn a_run_with_many_features_is_the_same_over_spi() {
     let sets = [
-        "drive.dac_bits=16",
-        "encoder.counter_bits=16",
-        "controller.setpoints=queue",
-        "controller.derivative=measurement",
-        "controller.velocity_ff_s=0.0769",
-        "controller.quantiser=dither",
-        "controller.anti_windup=clamp",
-        "controller.slew_limit_codes_per_s=200000",
-        "controller.feedback=dual",
-        "load_encoder.counts_per_mm=1000",
-        "limits.count_jump_counts=1000",
-        "sequence.emergency_stop_s=0.7",
-        "sequence.emergency_stop_release_s=0.9",
-        "sequence.reset_s=1",
-        "sequence.enable_s=1.1",
+        "drive.dac_bits=16 encoder.counter_bits=16 controller.setpoints=queue \
+         controller.derivative=measurement controller.velocity_ff_s=0.0769 \
+         controller.quantiser=dither controller.anti_windup=clamp \
+         controller.slew_limit_codes_per_s=200000 controller.feedback=dual \
+         load_encoder.counts_per_mm=1000 limits.count_jump_counts=1000 \
+         sequence.emergency_stop_s=0.7 sequence.emergency_stop_release_s=0.9 \
+         sequence.reset_s=1 sequence.enable_s=1.1",
     ];
     let (direct, spi) = both("paper-2", &[&sets]);
     assert_eq!(direct.rows, spi.rows);
@@ -71,10 +63,7 @@ fn a_run_with_many_features_is_the_same_over_spi() {
 /// A transfer that fails ends the run safely over both, with the same record.
 #[test]
 fn an_error_on_the_bus_ends_both_safely() {
-    let (direct, spi) = both(
-        "paper-2",
-        &[&["drive.dac_bits=16", "inject.bus_error_s=0.4"]],
-    );
+    let (direct, spi) = both("paper-2", &[&["drive.dac_bits=16 inject.bus_error_s=0.4"]]);
     assert_eq!(direct.rows, spi.rows);
     assert_eq!(direct.outcome, spi.outcome);
     assert_eq!((spi.fault().cause, spi.fault().tick), ("hardware-bus", 400));
@@ -86,18 +75,13 @@ fn an_error_on_the_bus_ends_both_safely() {
 /// Wirings that no chip on the board has are refused with a sentence.
 #[test]
 fn boards_that_cannot_be_had() {
-    for (set, sentence) in [
-        (
-            "drive.dac_bits=14",
-            "there is no converter of 14 bits on SPI",
-        ),
-        (
-            "encoder.counter_bits=24",
-            "there is no counter of 24 bits on SPI",
-        ),
+    for (set, what) in [
+        ("drive.dac_bits=14", "converter of 14 bits"),
+        ("encoder.counter_bits=24", "counter of 24 bits"),
     ] {
+        let sentence = format!("there is no {what} on SPI");
         let case = bench_tests::case("paper-2", &["drive.dac_bits=16", set]);
         let error = Ran::of_case(case, IoKind::Spi).unwrap_err().to_string();
-        assert!(error.contains(sentence), "{error}");
+        assert!(error.contains(&sentence), "{error}");
     }
 }

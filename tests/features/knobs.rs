@@ -27,11 +27,8 @@ fn knob(
     first: &'static str,
     second: &'static str,
 ) -> Knob {
-    Knob {
-        key,
-        base: base.to_vec(),
-        values: [first, second],
-    }
+    let (base, values) = (base.to_vec(), [first, second]);
+    Knob { key, base, values }
 }
 
 const GENERATOR: &str = "controller.setpoints=generator";
@@ -49,34 +46,26 @@ fn knobs() -> Vec<Knob> {
     let loss = [FREEZE, "limits.encoder_loss_s=0.01"];
     let follow = [FREEZE, "limits.following_error_counts=1400"];
     let scaled = [
-        "inject.encoder_freeze_s=0.05",
-        "limits.following_error_counts=200",
-        "limits.following_error_per_speed_s=0.007",
+        "inject.encoder_freeze_s=0.05 limits.following_error_counts=200 \
+         limits.following_error_per_speed_s=0.007",
     ];
     let twelve = ["drive.dac_bits=12"];
-    let back = [
-        "drive.dac_bits=12",
-        "controller.anti_windup=back-calculation",
-    ];
+    let back = ["drive.dac_bits=12 controller.anti_windup=back-calculation"];
     let dither = ["controller.quantiser=dither"];
     let released = [STOP, "sequence.emergency_stop_release_s=0.5"];
     let reset = [&released[..], &["sequence.reset_s=0.6"]].concat();
     let compensation = [&LIMITS[..], &["backlash.compensation=acceleration"]].concat();
-    let friction = [
-        "carriage.resistance_constant_n=250",
-        "carriage.resistance_opposes_motion=true",
-    ];
-    let measured = [
-        &compensation[..],
-        &[SCALE, "backlash.gap=measured"],
-        &friction,
-    ]
-    .concat();
-    let effort = [
-        &measured[..],
-        &["backlash.backlash_measurement_detection=effort"],
-    ]
-    .concat();
+    let friction = ["carriage.resistance_constant_n=250 carriage.resistance_opposes_motion=true"];
+    let gap = [SCALE, "backlash.gap=measured"];
+    let measured = [&compensation[..], &gap, &friction].concat();
+    let by_effort = ["backlash.backlash_measurement_detection=effort"];
+    let effort = [&measured[..], &by_effort].concat();
+    let given = [&measured[..], &["backlash.half_gap_deg=4"]].concat();
+    let pressed = [STOP, "sequence.reset_s=0.6"];
+    let missed = ["inject.missed_tick_s=0.4"];
+    let disabled = ["sequence.disable_s=0.4"];
+    let queue = ["controller.setpoints=queue"];
+    let motor = [SCALE, measured_speed];
     let rest = [&FRICTION[..], &["controller.rest_dead_band_counts=4"]].concat();
     let later = ["gain_change.at_s=0.3", "gain_change.kp=4"];
     vec![
@@ -96,12 +85,7 @@ fn knobs() -> Vec<Knob> {
         knob("controller.acceleration_ff_s2", &[GENERATOR], "0", "0.0001"),
         knob("controller.friction_ff_codes", &[GENERATOR], "0", "10"),
         knob("controller.setpoints", &scaled, "table", "generator"),
-        knob(
-            "controller.feedback",
-            &[SCALE, measured_speed],
-            "motor",
-            "dual",
-        ),
+        knob("controller.feedback", &motor, "motor", "dual"),
         knob("controller.rest_dead_band_counts", &FRICTION, "0", "4"),
         knob("controller.rest_integrator", &rest, "run", "hold"),
         knob("limits.following_error_counts", &[FREEZE], "1400", "2000"),
@@ -110,22 +94,12 @@ fn knobs() -> Vec<Knob> {
         knob("limits.encoder_loss_s", &[FREEZE], "0.01", "0.02"),
         knob("limits.encoder_loss_codes", &loss, "100", "7000"),
         knob("limits.saturation_s", &twelve, "0.05", "0.06"),
-        knob(
-            "limits.missed_ticks",
-            &["inject.missed_tick_s=0.4"],
-            "false",
-            "true",
-        ),
+        knob("limits.missed_ticks", &missed, "false", "true"),
         knob("limits.velocity_mps", &compensation, "0.51", "2"),
         knob("limits.acceleration_mps2", &compensation, "2", "20"),
         knob("backlash.compensation", &LIMITS, "velocity", "acceleration"),
         knob("backlash.half_gap_deg", &compensation, LEFT_OUT, "4"),
-        knob(
-            "backlash.gap",
-            &[&measured[..], &["backlash.half_gap_deg=4"]].concat(),
-            "given",
-            "measured",
-        ),
+        knob("backlash.gap", &given, "given", "measured"),
         knob(
             "backlash.backlash_measurement_detection",
             &measured,
@@ -145,16 +119,11 @@ fn knobs() -> Vec<Knob> {
             "150",
         ),
         knob("sequence.disable_s", &[], LEFT_OUT, "0.4"),
-        knob(
-            "sequence.enable_s",
-            &["sequence.disable_s=0.4"],
-            "0.5",
-            "0.6",
-        ),
+        knob("sequence.enable_s", &disabled, "0.5", "0.6"),
         knob("sequence.emergency_stop_s", &[], LEFT_OUT, "0.4"),
         knob(
             "sequence.emergency_stop_release_s",
-            &[STOP, "sequence.reset_s=0.6"],
+            &pressed,
             LEFT_OUT,
             "0.5",
         ),
@@ -168,12 +137,7 @@ fn knobs() -> Vec<Knob> {
         knob("inject.encoder_freeze_s", &[], LEFT_OUT, "0.4"),
         knob("inject.missed_tick_s", &[], LEFT_OUT, "0.4"),
         knob("inject.bus_error_s", &[], LEFT_OUT, "0.4"),
-        knob(
-            "inject.setpoint_underrun_s",
-            &["controller.setpoints=queue"],
-            LEFT_OUT,
-            "0.4",
-        ),
+        knob("inject.setpoint_underrun_s", &queue, LEFT_OUT, "0.4"),
         knob("sequence.enable_s", &reset, LEFT_OUT, "0.7"),
     ]
 }
@@ -186,16 +150,13 @@ fn effect(base: &[&str], key: &str, value: &str) -> Effect {
     let set = format!("{key}={value}");
     let more: &[&str] = if value == LEFT_OUT { &[] } else { &[&set] };
     // One harmless key, so that both are runs of the product's axis.
-    let axis: &[&str] = &["limits.saturation_s=1e3"];
-    let axis = if key == "limits.saturation_s" {
-        &[]
-    } else {
-        axis
+    let axis: &[&str] = match key {
+        "limits.saturation_s" => &[],
+        _ => &["limits.saturation_s=1e3"],
     };
     let case = bench_tests::case("paper-2", &[axis, base, more].concat());
-    let gap = key
-        .starts_with("backlash.backlash_measurement")
-        .then(|| measure_gap(&case).unwrap());
+    let measures = key.starts_with("backlash.backlash_measurement");
+    let gap = measures.then(|| measure_gap(&case).unwrap());
     let ran = Ran::of_case(case, IoKind::Direct).unwrap();
     let fault = ran.axis().fault.clone();
     (ran.rows, fault, gap)

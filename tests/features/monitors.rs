@@ -13,20 +13,13 @@ fn following_error_static_and_with_the_speed() {
     };
     // On the limit is not beyond it.
     let passes = limit(1_356);
-    assert_eq!(
-        (
-            passes.axis().fault.as_ref(),
-            passes.axis().peak_error_counts
-        ),
-        (None, 1_356)
-    );
+    assert_eq!(passes.axis().fault, None);
+    assert_eq!(passes.axis().peak_error_counts, 1_356);
     let trips = limit(1_355);
     let fault = trips.fault();
     println!("{}", fault.message);
-    assert_eq!(
-        (fault.cause, fault.measured, fault.limit),
-        ("following-error", 1_356, 1_355)
-    );
+    let told = (fault.cause, fault.measured, fault.limit);
+    assert_eq!(told, ("following-error", 1_356, 1_355));
     assert_eq!(trips.rows[fault.tick as usize].motor_voltage_v, 0.0);
 
     // Without an integral the error is the speed's, 0.0084 s of it, and the
@@ -40,10 +33,7 @@ fn following_error_static_and_with_the_speed() {
         Some(ran.axis().fault.as_ref()?.t_s - from_s)
     };
     let fixed = ["limits.following_error_counts=1950"];
-    let scaled = [
-        "limits.following_error_counts=300",
-        "limits.following_error_per_speed_s=0.009",
-    ];
+    let scaled = ["limits.following_error_counts=300 limits.following_error_per_speed_s=0.009"];
     for sets in [&fixed[..], &scaled] {
         let ran = Ran::of("paper-2", &[&lag, sets]);
         assert_eq!(ran.axis().fault, None, "{sets:?}");
@@ -63,10 +53,8 @@ fn saturation_for_too_long() {
     let ran = Ran::of("paper-2-12bit", &[&["limits.saturation_s=0.05"]]);
     let fault = ran.fault();
     println!("{}", fault.message);
-    assert_eq!(
-        (fault.cause, fault.measured, fault.limit),
-        ("saturation-too-long", 51, 50)
-    );
+    let told = (fault.cause, fault.measured, fault.limit);
+    assert_eq!(told, ("saturation-too-long", 51, 50));
     let tick = fault.tick as usize;
     let codes = ran.codes();
     assert!(codes[tick - 50..tick].iter().all(|code| *code == 2_047.0));

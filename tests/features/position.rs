@@ -22,10 +22,8 @@ fn sixteen_bits_give_the_codes_of_thirty_two() {
         assert!(most > 65_536.0 + 32_768.0);
         let narrow = Ran::of(name, &[&["encoder.counter_bits=16"]]);
         assert_eq!(wide.codes(), narrow.codes(), "{name}");
-        assert_eq!(
-            wide.summary().final_error_um,
-            narrow.summary().final_error_um
-        );
+        let [wide, narrow] = [&wide, &narrow].map(|ran| ran.summary().final_error_um);
+        assert_eq!(wide, narrow);
     }
 }
 
@@ -63,16 +61,8 @@ fn codes_from(start: i32, counter_bits: u8) -> (Vec<i32>, i64) {
     let z = case.axis.transmission.gear_ratio;
     let travel_rad = case.motion.travel_m() / (case.axis.transmission.screw_pitch_m_per_rad * z);
     let travel = case.encoder.position_counts(travel_rad) * 4_294_967_296.0;
-    let quarters = [
-        250_000_000_000,
-        0,
-        250_000_000_000,
-        0,
-        250_000_000_000,
-        0,
-        250_000_000_000,
-    ];
-    #[expect(clippy::cast_possible_truncation, reason = "a whole number below 2^63")]
+    const QUARTER: u64 = 250_000_000_000;
+    let quarters = [QUARTER, 0, QUARTER, 0, QUARTER, 0, QUARTER];
     let plan = MotionPlan::new(travel.round() as i64, quarters, 1_000_000).unwrap();
     let planned = PlannedMotion::<256>::new(&plan, law.words()).unwrap();
     let mut source = Motion::new(&planned, start);
@@ -83,7 +73,6 @@ fn codes_from(start: i32, counter_bits: u8) -> (Vec<i32>, i64) {
     let mut plant = Plant::new(&case.axis, Solver::Exact);
     let mut position = 0;
     let codes = (0..=1_500).map(|tick| {
-        #[expect(clippy::cast_possible_truncation, reason = "a whole number of counts")]
         let count = case.encoder.count(plant.state().beta_rad / z) as i64;
         position = i64::from(start) + count;
         let inputs = Inputs {
@@ -92,12 +81,10 @@ fn codes_from(start: i32, counter_bits: u8) -> (Vec<i32>, i64) {
             ..Inputs::default()
         };
         let output = state.tick(&inputs, &mut source);
-        let volts = case
-            .amplifier
-            .output_v(case.dac.output_v(f64::from(output.code)));
-        plant
-            .advance(&Drive::Held(volts), (tick + 1) * 1_000_000, &mut Nobody)
-            .unwrap();
+        let code_v = case.dac.output_v(f64::from(output.code));
+        let drive = Drive::Held(case.amplifier.output_v(code_v));
+        let advanced = plant.advance(&drive, (tick + 1) * 1_000_000, &mut Nobody);
+        advanced.unwrap();
         output.code
     });
     let codes = codes.collect();
@@ -120,10 +107,8 @@ fn a_move_across_two_to_the_31_gives_the_same_codes() {
     // And across the end of a shorter register at the same time. It is
     // sign-extended: the axis stands at -1 - 50 000.
     let (across, _) = codes_from(-50_001, 16);
-    assert_ne!(
-        here, across,
-        "start at -50 001 is not the register's 15 535"
-    );
+    let told = "start at -50 001 is not the register's 15 535";
+    assert_ne!(here, across, "{told}");
     let (across, _) = codes_from(-15_536, 16);
     assert_eq!(here, across);
 }
@@ -136,18 +121,10 @@ fn too_long_a_move_is_refused() {
         let refusal = |counts_per_rad: &str| {
             let source = format!("controller.setpoints={source}");
             let counts = format!("encoder.counts_per_rad={counts_per_rad}");
-            let gains = [
-                "controller.kp=0.0012",
-                "controller.kd_s=1.8e-5",
-                "controller.ki_per_s=0.002",
-            ];
-            let case = case(
-                "paper-2",
-                &[&[source.as_str(), &counts], &gains[..]].concat(),
-            );
-            Ran::of_case(case, IoKind::Direct)
-                .err()
-                .map(|error| error.to_string())
+            let gains = "controller.kp=0.0012 controller.kd_s=1.8e-5 controller.ki_per_s=0.002";
+            let case = case("paper-2", &[&source, &counts, gains]);
+            let refusal = Ran::of_case(case, IoKind::Direct).err();
+            refusal.map(|error| error.to_string())
         };
         // 157 rad: 2 136 million counts.
         assert_eq!(refusal("1.36e7"), None, "{source}");

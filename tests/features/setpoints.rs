@@ -48,10 +48,8 @@ fn generator_and_queue_are_as_long_as_the_motion() {
     assert!((fast_mm - plain_mm).abs() < 0.25 * plain_mm);
 
     let refused = files::case("paper-2", &[fast.to_owned()]).unwrap_err();
-    assert!(
-        refused.to_string().contains("100001 setpoints"),
-        "{refused}"
-    );
+    let refused = refused.to_string();
+    assert!(refused.contains("100001 setpoints"), "{refused}");
 }
 
 /// With a derivative of the measured position the axis lags by what its own
@@ -84,9 +82,8 @@ fn feed_forward_takes_the_lag_away() {
 fn friction_feed_forward_starts_the_axis() {
     let base = [
         GENERATOR,
-        "controller.derivative=measurement",
-        "controller.velocity_ff_s=0.0769",
-        "controller.acceleration_ff_s2=0.0005",
+        "controller.derivative=measurement controller.velocity_ff_s=0.0769 \
+         controller.acceleration_ff_s2=0.0005",
     ];
     // a0·p/z·R/k_m over K_a·K_dac: 1000 N are 653 codes.
     let case = case("paper-2", &[]);
@@ -94,10 +91,7 @@ fn friction_feed_forward_starts_the_axis() {
     let torque_nm = 1_000.0 * gear.screw_pitch_m_per_rad * gear.gear_ratio;
     let volts = torque_nm * motor.resistance_ohm / motor.torque_constant_nm_per_a;
     let codes = volts / (3.0 * 0.00488);
-    let stick = [
-        "carriage.resistance_constant_n=1000",
-        "carriage.resistance_opposes_motion=true",
-    ];
+    let stick = ["carriage.resistance_constant_n=1000 carriage.resistance_opposes_motion=true"];
     let known = format!("controller.friction_ff_codes={codes:.1}");
     let peak = |more: &[&str]| {
         let ran = Ran::of("paper-2", &[&base, &stick, more]);

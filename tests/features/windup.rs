@@ -21,6 +21,15 @@ fn show(name: &str, ran: &Ran) {
     );
 }
 
+/// Runs with every treatment, shown.
+fn treatments(what: &str, more: &[&str]) -> [Ran; 3] {
+    ["none", "clamp", "back-calculation"].map(|treatment| {
+        let ran = windup(treatment, more);
+        show(&format!("{treatment}{what}"), &ran);
+        ran
+    })
+}
+
 /// The paper's gains: 96.8 mm of overshoot and not at rest within 3 s; with
 /// the clamp 3.3 mm and settled after 1.36 s.
 ///
@@ -29,11 +38,7 @@ fn show(name: &str, ran: &Ran) {
 /// creep up: 0.68 mm are left 3 s after the motion.
 #[test]
 fn windup_of_the_papers_gains() {
-    let [none, clamp, back] =
-        ["none", "clamp", "back-calculation"].map(|treatment| windup(treatment, &[]));
-    show("none", &none);
-    show("clamp", &clamp);
-    show("back-calculation", &back);
+    let [none, clamp, back] = treatments("", &[]);
     assert!(none.overshoot_mm() > 50.0);
     assert_eq!(none.summary().settling_time_s, None);
     assert!(clamp.overshoot_mm() < none.overshoot_mm() / 10.0);
@@ -49,11 +54,7 @@ fn windup_of_the_papers_gains() {
 #[test]
 fn windup_of_a_quick_integrator() {
     let quick = ["controller.ki_per_s=30"];
-    let [none, clamp, back] =
-        ["none", "clamp", "back-calculation"].map(|treatment| windup(treatment, &quick));
-    show("none", &none);
-    show("clamp", &clamp);
-    show("back-calculation", &back);
+    let [none, clamp, back] = treatments("", &quick);
     assert!(none.overshoot_mm() > 100.0);
     assert!(none.summary().final_error_um.abs() > 10_000.0);
     for (ran, overshoot_mm, settled_s) in [(&clamp, 8.0, 1.5), (&back, 0.5, 1.0)] {
@@ -68,11 +69,7 @@ fn windup_of_a_quick_integrator() {
 #[test]
 fn windup_behind_a_slew_limit() {
     let slew = ["controller.slew_limit_codes_per_s=50000"];
-    let [none, clamp, back] =
-        ["none", "clamp", "back-calculation"].map(|treatment| windup(treatment, &slew));
-    show("none, slew", &none);
-    show("clamp, slew", &clamp);
-    show("back-calculation, slew", &back);
+    let [none, clamp, back] = treatments(", slew", &slew);
     for ran in [&none, &clamp, &back] {
         assert_eq!(largest(&steps(&ran.codes())), 50.0);
     }
@@ -89,10 +86,8 @@ fn windup_behind_a_slew_limit() {
 fn no_limit_no_treatment() {
     let run = |treatment: &str| {
         let treatment = format!("controller.anti_windup={treatment}");
-        Ran::of(
-            "paper-2",
-            &[&[&treatment, "controller.setpoints=generator"]],
-        )
+        let sets = [&*treatment, "controller.setpoints=generator"];
+        Ran::of("paper-2", &[&sets])
     };
     let none = run("none");
     assert_eq!(none.summary().voltage_saturated_s, 0.0);

@@ -193,10 +193,8 @@ const CURE: &str = "changes nothing on rung quantised of this study: it acts on 
 fn a_study_of_such_a_key_is_refused_where_no_rung_acts() {
     for (path, key) in keys_of_firmware().filter(|(path, _)| !path.starts_with("target")) {
         let axis = format!("[[axis]]\nkey = \"{path}\"\nvalues = [{}]", another(key));
-        assert_eq!(
-            study(Law::Quantised, &axis, &[]).unwrap_err(),
-            format!("x.toml:4: axis {path}: it {CURE}")
-        );
+        let found = study(Law::Quantised, &axis, &[]).unwrap_err();
+        assert_eq!(found, format!("x.toml:4: axis {path}: it {CURE}"));
         let sets: Vec<String> = beside(&path).iter().map(|set| (*set).to_owned()).collect();
         let study = study(Law::Firmware, &axis, &sets).unwrap_or_else(|error| panic!("{error}"));
         study

@@ -37,15 +37,11 @@ fn all_reference_cases_load() {
         let case = load_reference(name);
         assert_eq!(case.name, name);
         assert_eq!(case.controller.law, law, "{name}");
-        assert_eq!(
-            case.controller.sample_time_ns.is_none(),
-            law == Law::Continuous
-        );
+        let found = case.controller.sample_time_ns.is_none();
+        assert_eq!(found, law == Law::Continuous);
     }
-    assert_eq!(
-        load_reference("sampled-rigid-3").axis.transmission.joint,
-        Joint::Rigid
-    );
+    let found = load_reference("sampled-rigid-3").axis.transmission.joint;
+    assert_eq!(found, Joint::Rigid);
     assert!(
         load_reference("sampled-friction-3")
             .axis
@@ -100,10 +96,8 @@ fn pairs_and_total_time_mean_what_they_say() {
     let case = parse(&text, &[]).unwrap();
     assert_eq!(case.dac.step_v, 20.0 / 4096.0);
     assert_eq!(case.encoder.counts_per_rad, 4000.0 / TAU);
-    assert_eq!(
-        case.motion.intervals_s(),
-        [0.5, 0.0, 0.5, 0.0, 0.5, 0.0, 0.5]
-    );
+    let found = case.motion.intervals_s();
+    assert_eq!(found, [0.5, 0.0, 0.5, 0.0, 0.5, 0.0, 0.5]);
 }
 
 #[test]
@@ -218,10 +212,8 @@ fn the_key_reference_is_up_to_date() {
     if std::env::var_os("BLESS").is_some() {
         std::fs::write(path, runfile::key_reference()).unwrap();
     }
-    assert_eq!(
-        std::fs::read_to_string(path).unwrap(),
-        runfile::key_reference()
-    );
+    let found = std::fs::read_to_string(path).unwrap();
+    assert_eq!(found, runfile::key_reference());
 }
 
 /// Keys that a file leaves out stand in it as the table has them.

@@ -37,11 +37,8 @@ fn every_kind_of_error_has_its_sentence() {
     for block in GOLDEN.trim_end().split("\n\n") {
         let changes = block.lines().filter(|line| line.starts_with(['-', '+']));
         let mut lines: Vec<String> = changes.map(str::to_owned).collect();
-        lines.extend(
-            messages(&apply(block), &[])
-                .iter()
-                .map(|m| format!("  {m}")),
-        );
+        let told = messages(&apply(block), &[]);
+        lines.extend(told.iter().map(|m| format!("  {m}")));
         printed.push(lines.join("\n"));
     }
     let printed = printed.join("\n\n") + "\n";
@@ -104,16 +101,8 @@ fn of_very_many_errors_the_first_are_listed() {
 #[test]
 fn an_empty_file_lacks_every_required_section() {
     let lines = messages("", &[]);
-    let sections = [
-        "motor",
-        "transmission",
-        "carriage",
-        "drive",
-        "encoder",
-        "controller",
-        "motion",
-        "run",
-    ];
+    let sections = "motor transmission carriage drive encoder controller motion run";
+    let sections: Vec<&str> = sections.split(' ').collect();
     assert_eq!(lines.len(), sections.len());
     for (line, section) in lines.iter().zip(sections) {
         let start = format!("cases/x.toml: lacks the section [{section}] with ");
@@ -138,11 +127,10 @@ fn unreadable_files_say_why() {
     write("latin.toml", b"[motor]\n# Tr\xe4gheit\n");
     write("large.toml", &vec![b' '; 2 << 20]);
     write("mine.toml", BASE.as_bytes());
+    let directory = "this is a directory; give a run file (TOML) or a built-in case";
+    let none = "there is no such file; the built-in cases are paper-1, paper-2, paper-3, paper-4, paper-2-12bit";
     for (name, sentence) in [
-        (
-            ".",
-            "this is a directory; give a run file (TOML) or a built-in case",
-        ),
+        (".", directory),
         (
             "latin.toml",
             "not UTF-8 text (line 2); save the file as UTF-8",
@@ -151,24 +139,17 @@ fn unreadable_files_say_why() {
             "large.toml",
             "more than 1 MiB; a run file has a few kilobytes",
         ),
-        (
-            "none.toml",
-            "there is no such file; the built-in cases are paper-1, paper-2, paper-3, paper-4, paper-2-12bit",
-        ),
+        ("none.toml", none),
     ] {
         let errors = files::case(&path(name), &[]).unwrap_err();
         assert_eq!(errors.to_string(), format!("{}: {sentence}", path(name)));
     }
     let errors = files::case(&path("mine"), &[]).unwrap_err().to_string();
-    assert!(
-        errors.ends_with(&format!("did you mean {}?", path("mine.toml"))),
-        "{errors}"
-    );
+    let mean = format!("did you mean {}?", path("mine.toml"));
+    assert!(errors.ends_with(&mean), "{errors}");
     let errors = files::case("paper-3.toml", &[]).unwrap_err();
-    assert_eq!(
-        errors.to_string(),
-        "paper-3.toml: there is no such file; the built-in case is called paper-3"
-    );
+    let called = "paper-3.toml: there is no such file; the built-in case is called paper-3";
+    assert_eq!(errors.to_string(), called);
     let errors = files::case("", &[]).unwrap_err();
     assert_eq!(errors.to_string(), ": the name of the run file is empty");
     assert_eq!(files::case(&path("mine.toml"), &[]).unwrap().name, "mine");

@@ -223,8 +223,6 @@ fn a_board_may_have_a_second_encoder() {
             Ok(Some(2))
         }
     }
-    assert_eq!(
-        (Two.motor_register(), Two.load_register()),
-        (Ok(1), Ok(Some(2)))
-    );
+    let found = (Two.motor_register(), Two.load_register());
+    assert_eq!(found, (Ok(1), Ok(Some(2))));
 }

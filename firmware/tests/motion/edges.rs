@@ -107,10 +107,8 @@ fn what_cannot_be_generated_is_refused() {
         ),
     ];
     for (error, expected, sentence) in cases {
-        assert_eq!(
-            (error.what, error.value, [error.least, error.most]),
-            expected
-        );
+        let found = (error.what, error.value, [error.least, error.most]);
+        assert_eq!(found, expected);
         assert_eq!(error.to_string(), sentence);
     }
 }

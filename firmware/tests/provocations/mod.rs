@@ -46,6 +46,13 @@ fn displaced(inputs: &mut Inputs, counts: i32) {
     inputs.motor_register = (HOME + counts).cast_unsigned();
 }
 
+/// One monitor alone.
+fn only(set: impl FnOnce(&mut Monitors)) -> Monitors {
+    let mut monitors = Monitors::default();
+    set(&mut monitors);
+    monitors
+}
+
 pub(crate) fn provocations() -> Vec<Provocation> {
     let quiet = || Provocation {
         cause: FaultCause::EmergencyStop,
@@ -72,10 +79,7 @@ pub(crate) fn provocations() -> Vec<Provocation> {
         },
         Provocation {
             cause: FaultCause::MissedTick,
-            monitors: Monitors {
-                ticks: Some(TickMonitor),
-                ..Monitors::default()
-            },
+            monitors: only(|monitors| monitors.ticks = Some(TickMonitor)),
             inputs: |_, inputs| inputs.tick += 2,
             measured: 2,
             ..quiet()
@@ -90,10 +94,7 @@ pub(crate) fn provocations() -> Vec<Provocation> {
         },
         Provocation {
             cause: FaultCause::EncoderLoss,
-            monitors: Monitors {
-                encoder_loss: Some(loss),
-                ..Monitors::default()
-            },
+            monitors: only(|monitors| monitors.encoder_loss = Some(loss)),
             // 2 codes per count: −300 codes from sample 0 on, seen from 1 on.
             inputs: |_, inputs| displaced(inputs, 150),
             last: 5,
@@ -112,10 +113,7 @@ pub(crate) fn provocations() -> Vec<Provocation> {
         },
         Provocation {
             cause: FaultCause::FollowingError,
-            monitors: Monitors {
-                following_error: Some(following),
-                ..Monitors::default()
-            },
+            monitors: only(|monitors| monitors.following_error = Some(following)),
             inputs: |sample, inputs| displaced(inputs, 200 + sample),
             last: 1,
             measured: 201,
@@ -126,10 +124,7 @@ pub(crate) fn provocations() -> Vec<Provocation> {
         // At 10.5 counts per sample 221 counts are allowed.
         Provocation {
             cause: FaultCause::FollowingError,
-            monitors: Monitors {
-                following_error: Some(following),
-                ..Monitors::default()
-            },
+            monitors: only(|monitors| monitors.following_error = Some(following)),
             inputs: |sample, inputs| displaced(inputs, 221 + sample),
             next: || {
                 Next::Setpoint(Setpoint {
@@ -145,10 +140,7 @@ pub(crate) fn provocations() -> Vec<Provocation> {
         },
         Provocation {
             cause: FaultCause::SaturationTooLong,
-            monitors: Monitors {
-                saturation: Some(saturation),
-                ..Monitors::default()
-            },
+            monitors: only(|monitors| monitors.saturation = Some(saturation)),
             inputs: |_, inputs| displaced(inputs, -5_000),
             last: 3,
             measured: 4,

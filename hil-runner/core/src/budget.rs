@@ -105,11 +105,7 @@ pub(crate) fn verdicts(case: &Case, figure: impl Fn(&str) -> Option<f64>) -> Vec
 /// one is exceeded; `None` without a limit above 0, or where a value is missing
 /// or a limit of 0 is not kept: then no part of a limit says how far.
 pub fn least_relative_margin(verdicts: &[Verdict]) -> Option<f64> {
-    let measured = |verdict: &Verdict| {
-        verdict
-            .margin
-            .is_some_and(|_| verdict.limit > 0.0 || verdict.pass)
-    };
+    let measured = |of: &Verdict| of.margin.is_some() && (of.limit > 0.0 || of.pass);
     if !verdicts.iter().all(measured) {
         return None;
     }
@@ -129,10 +125,7 @@ mod tests {
     use super::*;
 
     fn limit(limit: f64) -> Limit {
-        Limit {
-            figure: "final_error_um".into(),
-            limit,
-        }
+        Limit::new("final_error_um", limit)
     }
 
     #[test]
@@ -144,13 +137,7 @@ mod tests {
 
     #[test]
     fn the_least_margin_is_that_of_the_tightest_limit() {
-        let verdict = |limit, value| {
-            let limit = Limit {
-                figure: "final_error_um".into(),
-                limit,
-            };
-            Verdict::new(&limit, value, false)
-        };
+        let verdict = |most, value| Verdict::new(&limit(most), value, false);
         let half = verdict(50.0, Some(-25.0));
         let least = |others: &[Verdict]| {
             least_relative_margin(&[std::slice::from_ref(&half), others].concat())

@@ -1,8 +1,6 @@
 //! One run, checked and in SI units: what a run file says.
 
-use plant::{
-    Amplifier, AxisParameters, ContinuousPid, Dac, Encoder, Joint, Motion, PidGains, Solver,
-};
+use plant::{Amplifier, AxisParameters, ContinuousPid, Dac, Encoder, Motion, PidGains, Solver};
 
 use crate::options::AxisOptions;
 
@@ -131,9 +129,10 @@ impl Default for TargetSettings {
 }
 
 /// Choice of the method that solves the plant (`run.solver`).
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum SolverChoice {
     /// `exact` where the plant allows it, else `dopri5`.
+    #[default]
     Auto,
     /// Exact between two voltage updates; no quadratic resistance.
     Exact,
@@ -147,7 +146,7 @@ pub enum SolverChoice {
 impl Case {
     /// True if the joint has a gap, so that it can be open.
     pub fn has_gap(&self) -> bool {
-        matches!(self.axis.transmission.joint, Joint::Elastic(joint) if joint.backlash_half_rad > 0.0)
+        self.axis.transmission.joint.backlash_half_rad() > 0.0
     }
 
     /// The case of the second run: see [`MASS_CHANGE`].
@@ -184,7 +183,7 @@ impl Case {
 }
 
 /// Duration, solver and what is recorded (`[run]`).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct RunSettings {
     /// Simulated time \[ns\], greater than 0.
     pub duration_ns: u64,

@@ -166,14 +166,10 @@ mod tests {
             cycles: 4 * u64::from(instructions),
             time_ns: 1_000 * u64::from(instructions),
         };
-        for (instructions, state) in [
-            (10, State::Moving),
-            (30, State::Moving),
-            (20, State::Moving),
-            (5, State::Fault),
-        ] {
-            figures.add(time(instructions), Some(state), 25_000);
+        for instructions in [10, 30, 20] {
+            figures.add(time(instructions), Some(State::Moving), 25_000);
         }
+        figures.add(time(5), Some(State::Fault), 25_000);
         let own = ChipReport {
             target: "m4".to_owned(),
             ..ChipReport::default()
@@ -186,18 +182,13 @@ mod tests {
         assert_eq!(report.deadline_misses, Some(1));
         assert_eq!(report.utilisation_max_percent, Some(120.0));
         assert_eq!(report.stack_bytes, None);
-        let moving = StateCost {
-            state: "moving",
-            steps: 3,
-            max: 30,
-            median: 20,
+        let cost = |state, steps, max, median| StateCost {
+            state,
+            steps,
+            max,
+            median,
         };
-        let fault = StateCost {
-            state: "fault",
-            steps: 1,
-            max: 5,
-            median: 5,
-        };
+        let (moving, fault) = (cost("moving", 3, 30, 20), cost("fault", 1, 5, 5));
         assert_eq!(report.states, [moving, fault]);
     }
 }

@@ -31,84 +31,60 @@ const fn count(key: &'static str, label: &'static str, unit: &'static str) -> Fi
     }
 }
 
-/// Every numeric figure of the summary, in its order.
-pub const SUMMARY_FIGURES: [Figure; 26] = [
-    figure("peak_abs_acc_mps2", "Peak carriage acceleration", "m/s²"),
-    figure(
-        "peak_acc_overshoot_mps2",
-        "Peak acceleration over the commanded peak",
-        "m/s²",
-    ),
-    figure("rms_acc_error_mps2", "RMS acceleration error", "m/s²"),
-    figure("peak_following_error_mm", "Peak following error", "mm"),
-    figure("final_error_um", "Final error", "µm"),
-    figure(
-        "peak_motor_following_error_mm",
-        "Peak following error at the motor",
-        "mm",
-    ),
-    figure("final_motor_error_um", "Final error at the motor", "µm"),
-    figure("settling_time_s", "Settling time", "s"),
-    count("contact_changes", "Contact changes", ""),
-    count("impacts", "Impacts", ""),
-    figure(
-        "hardest_impact_radps",
-        "Largest speed at which the gap closed",
-        "rad/s",
-    ),
-    figure("joint_loss_j", "Energy lost in the joint's damper", "J"),
-    figure("peak_abs_voltage_v", "Peak motor voltage", "V"),
-    figure(
-        "voltage_saturated_s",
-        "Time at the voltage or code limit",
-        "s",
-    ),
-    figure("peak_abs_current_a", "Peak current", "A"),
-    figure("max_abs_dac_code", "Largest DAC code", "codes"),
-    count("dac_bits_used", "Bits of the converter in use", "bits"),
-    count("encoder_bits_used", "Bits of the counts travelled", "bits"),
-    figure("rest_ripple_um", "Amplitude of the carriage at rest", "µm"),
-    figure("limit_cycle_um", "Amplitude of a limit cycle", "µm"),
-    figure("limit_cycle_period_s", "Period of a limit cycle", "s"),
-    count("rest_dac_codes", "Range of the codes at rest", "codes"),
-    count(
-        "rest_encoder_counts",
-        "Range of the counts at rest",
-        "counts",
-    ),
-    figure("rest_error_max_um", "Largest error at rest", "µm"),
-    figure("rest_error_rms_um", "RMS error at rest", "µm"),
-    count("faults", "Faults of the axis", ""),
-];
+/// Constant lists of figures: kind, key, label and unit a line.
+macro_rules! figures {
+    ($($(#[$doc:meta])* $list:ident: $number:literal = {
+        $($kind:ident $key:ident $label:literal $unit:literal)+
+    })+) => {$(
+        $(#[$doc])*
+        pub const $list: [Figure; $number] = [$($kind(stringify!($key), $label, $unit)),+];
+    )+};
+}
 
-/// Figures that a chip adds to a summary, in its order; a run without one gives none of
-/// it. Figures of instructions need QEMU: a board counts cycles.
-pub const CHIP_FIGURES: [Figure; 8] = [
-    count(
-        "instructions_per_step_max",
-        "Most instructions of a step",
-        "",
-    ),
-    count(
-        "instructions_per_step_median",
-        "Median of the instructions of a step",
-        "",
-    ),
-    count("cycles_per_step_max", "Most cycles of a step", ""),
-    figure(
-        "utilisation_max_percent",
-        "Longest step as a share of the sample time",
-        "%",
-    ),
-    count("deadline_misses", "Deadline misses", ""),
-    count("flash_bytes", "Flash of the image", "bytes"),
-    count(
-        "ram_bytes",
-        "Static RAM less the table of setpoints",
-        "bytes",
-    ),
-    count("stack_bytes", "Deepest stack", "bytes"),
-];
+figures! {
+    /// Every numeric figure of the summary, in its order.
+    SUMMARY_FIGURES: 26 = {
+        figure peak_abs_acc_mps2 "Peak carriage acceleration" "m/s²"
+        figure peak_acc_overshoot_mps2 "Peak acceleration over the commanded peak" "m/s²"
+        figure rms_acc_error_mps2 "RMS acceleration error" "m/s²"
+        figure peak_following_error_mm "Peak following error" "mm"
+        figure final_error_um "Final error" "µm"
+        figure peak_motor_following_error_mm "Peak following error at the motor" "mm"
+        figure final_motor_error_um "Final error at the motor" "µm"
+        figure settling_time_s "Settling time" "s"
+        count contact_changes "Contact changes" ""
+        count impacts "Impacts" ""
+        figure hardest_impact_radps "Largest speed at which the gap closed" "rad/s"
+        figure joint_loss_j "Energy lost in the joint's damper" "J"
+        figure peak_abs_voltage_v "Peak motor voltage" "V"
+        figure voltage_saturated_s "Time at the voltage or code limit" "s"
+        figure peak_abs_current_a "Peak current" "A"
+        figure max_abs_dac_code "Largest DAC code" "codes"
+        count dac_bits_used "Bits of the converter in use" "bits"
+        count encoder_bits_used "Bits of the counts travelled" "bits"
+        figure rest_ripple_um "Amplitude of the carriage at rest" "µm"
+        figure limit_cycle_um "Amplitude of a limit cycle" "µm"
+        figure limit_cycle_period_s "Period of a limit cycle" "s"
+        count rest_dac_codes "Range of the codes at rest" "codes"
+        count rest_encoder_counts "Range of the counts at rest" "counts"
+        figure rest_error_max_um "Largest error at rest" "µm"
+        figure rest_error_rms_um "RMS error at rest" "µm"
+        count faults "Faults of the axis" ""
+    }
+
+    /// Figures that a chip adds to a summary, in its order; a run without one gives none of
+    /// it. Figures of instructions need QEMU: a board counts cycles.
+    CHIP_FIGURES: 8 = {
+        count instructions_per_step_max "Most instructions of a step" ""
+        count instructions_per_step_median "Median of the instructions of a step" ""
+        count cycles_per_step_max "Most cycles of a step" ""
+        figure utilisation_max_percent "Longest step as a share of the sample time" "%"
+        count deadline_misses "Deadline misses" ""
+        count flash_bytes "Flash of the image" "bytes"
+        count ram_bytes "Static RAM less the table of setpoints" "bytes"
+        count stack_bytes "Deepest stack" "bytes"
+    }
+}
 
 /// The controller's step time on the host: a matter of this machine's clock,
 /// in no summary, judged only where a budget names it.

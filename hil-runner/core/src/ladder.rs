@@ -154,10 +154,8 @@ pub fn confirm(
         let summary = &mut rung.outcome.summary;
         summary.digits_that_hold = summary.digits_confirmed_by(&again.outcome.summary);
         let of = |value: fn(Difference) -> f64, unit: &str| {
-            number::confirmed(
-                [rung.difference.map(value), again.difference.map(value)],
-                unit,
-            )
+            let both = [rung.difference, again.difference].map(|of| of.map(value));
+            number::confirmed(both, unit)
         };
         rung.difference_digits = [
             of(|difference| difference.rms_acc_mps2, "m/s²"),
@@ -168,9 +166,8 @@ pub fn confirm(
 }
 
 fn push(rungs: &mut Vec<Rung>, case: &Case, outcome: Outcome) {
-    let difference = rungs
-        .last()
-        .map(|below| difference(&outcome.grid, &below.outcome.grid));
+    let below = rungs.last();
+    let difference = below.map(|below| difference(&outcome.grid, &below.outcome.grid));
     let chip = outcome.summary.chip.as_ref();
     rungs.push(Rung {
         case: case.clone(),
@@ -194,10 +191,8 @@ pub fn grid(case: &Case) -> Result<Vec<GridPoint>, RunError> {
 /// Distance of one rung's carriage from that of the rung below it.
 pub fn difference(upper: &[GridPoint], lower: &[GridPoint]) -> Difference {
     let rms = |of: fn(&GridPoint) -> f64| {
-        let squares = upper
-            .iter()
-            .zip(lower)
-            .map(|(u, l)| (of(u) - of(l)) * (of(u) - of(l)));
+        let pairs = upper.iter().zip(lower);
+        let squares = pairs.map(|(u, l)| (of(u) - of(l)) * (of(u) - of(l)));
         let rows = u32::try_from(upper.len().max(1)).unwrap_or(u32::MAX);
         (squares.sum::<f64>() / f64::from(rows)).sqrt()
     };

@@ -287,12 +287,10 @@ impl<'a, 's> Lockstep<'a, 's> {
             chip: self.chip,
         }
         .summary();
+        let plot = self.recorder.plot.map(PlotRecorder::finish);
         Outcome {
             summary,
-            plot: self
-                .recorder
-                .plot
-                .map_or_else(Vec::new, PlotRecorder::finish),
+            plot: plot.unwrap_or_default(),
             contact_changes: events,
             final_contact: self.plant.contact(),
             gains,

@@ -42,10 +42,7 @@ impl Steps {
 }
 
 /// A whole number as an integer.
-#[expect(
-    clippy::cast_possible_truncation,
-    reason = "whole by construction; beyond 2^63, far past any travel, `as` saturates"
-)]
+// Whole by construction; beyond 2^63, far past any travel, `as` saturates.
 #[inline]
 pub fn whole(number: f64) -> i64 {
     number as i64

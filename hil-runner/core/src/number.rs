@@ -20,10 +20,7 @@ use serde::ser::{SerializeSeq, Serializer};
 
 /// Nanoseconds as seconds, correctly rounded: time is counted, and turned into seconds
 /// only to be shown or to evaluate the motion command.
-#[expect(
-    clippy::cast_precision_loss,
-    reason = "exact below 2^53 ns, which is 104 days"
-)]
+// Exact below 2^53 ns, which is 104 days.
 pub fn seconds(ns: u64) -> f64 {
     ns as f64 / 1e9
 }
@@ -142,12 +139,8 @@ pub fn rounded(value: f64, digits: usize) -> String {
 /// assert_eq!(relative_error(0.0), "0");
 /// ```
 pub fn relative_error(value: f64) -> String {
-    let text = rounded(value, 2);
-    if value > 0.0 {
-        format!("+{text}")
-    } else {
-        text
-    }
+    let sign = if value > 0.0 { "+" } else { "" };
+    format!("{sign}{}", rounded(value, 2))
 }
 
 /// Digits that [`table`] shows of a number: all of an integer below 10⁷.
@@ -206,10 +199,7 @@ pub(crate) fn column<S: Serializer>(values: &[f64], serializer: S) -> Result<S::
         let value = significant(value, PLOT_DIGITS) + 0.0;
         // Integers without ".0": a third of a code column's size.
         if value.fract() == 0.0 && value.abs() < 1e15 {
-            #[allow(
-                clippy::cast_possible_truncation,
-                reason = "an integer below 10¹⁵ is exact in i64"
-            )]
+            // An integer below 10¹⁵ is exact in i64.
             sequence.serialize_element(&(value as i64))?;
         } else {
             sequence.serialize_element(&value.is_finite().then_some(value))?;

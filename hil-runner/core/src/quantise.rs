@@ -53,10 +53,7 @@ impl FixedPointGain {
     /// True for one of the three gains of eq. 23, which are shown even
     /// where they are 0.
     pub fn is_of_the_paper(&self) -> bool {
-        matches!(
-            self.part,
-            Part::Proportional | Part::Integral | Part::Derivative
-        )
+        PARTS[..3].contains(&self.part)
     }
 
     /// `(value of the fixed-point number − wanted)/wanted`; 0 where nothing is wanted.
@@ -193,8 +190,8 @@ pub enum QuantiseError {
     #[error("{}", lines(.0))]
     Gains(Vec<UnfitGain>),
     /// The firmware refuses its law, its converter, its motion or its setpoints.
-    #[error("{0}")]
-    Refused(Refusal),
+    #[error(transparent)]
+    Refused(#[from] Refusal),
     /// A setting that has no fixed-point form.
     #[error("{key} = {value}: {because}")]
     Setting {
@@ -217,12 +214,6 @@ pub enum QuantiseError {
          (--link qemu), or give a number of seconds"
     )]
     DelayUnknown,
-}
-
-impl From<Refusal> for QuantiseError {
-    fn from(refusal: Refusal) -> Self {
-        Self::Refused(refusal)
-    }
 }
 
 impl QuantiseError {
@@ -268,10 +259,8 @@ mod tests {
         while gain < 2_000.0 {
             let word = finest_word(gain, 40, 31);
             assert!(word.mantissa >= 1 << 30, "{gain}: {word}");
-            assert!(
-                (value(word) - gain).abs() <= gain / 2_147_483_648.0,
-                "{gain}"
-            );
+            let off = (value(word) - gain).abs();
+            assert!(off <= gain / 2_147_483_648.0, "{gain}");
             gain *= 1.037;
         }
     }

@@ -184,15 +184,12 @@ fn warnings(case: &Case, outcome: &Outcome) -> Vec<String> {
 
 /// The reason why limits on a chip's figures fail where there is no figure.
 fn unknown_figures(summary: &Summary) -> Option<String> {
-    let unknown: Vec<String> = CHIP_FIGURES
-        .iter()
-        .filter(|figure| {
-            let of_figure = |verdict: &&Verdict| verdict.figure == figure.key;
-            let verdict = summary.verdicts.iter().find(of_figure);
-            verdict.is_some_and(|verdict| verdict.value.is_none())
-        })
-        .map(|figure| format!("budget.{}", figure.key))
-        .collect();
+    let unknown = CHIP_FIGURES.iter().filter(|figure| {
+        let is_unknown = |of: &Verdict| of.figure == figure.key && of.value.is_none();
+        summary.verdicts.iter().any(is_unknown)
+    });
+    let unknown = unknown.map(|figure| format!("budget.{}", figure.key));
+    let unknown: Vec<String> = unknown.collect();
     if unknown.is_empty() {
         return None;
     }
@@ -206,10 +203,8 @@ fn unknown_figures(summary: &Summary) -> Option<String> {
 /// The sentence about the keys beyond the paper's law that are set and that the
 /// rungs of these cases, which differ in nothing else, leave out.
 pub fn keys_without_effect<'c>(cases: impl IntoIterator<Item = &'c Case>) -> Option<String> {
-    let cases = cases.into_iter();
-    let leaving: Vec<&Case> = cases
-        .filter(|case| !case.keys_without_effect.is_empty())
-        .collect();
+    let leaving = |case: &&Case| !case.keys_without_effect.is_empty();
+    let leaving: Vec<&Case> = cases.into_iter().filter(leaving).collect();
     let laws: Vec<Law> = leaving.iter().map(|case| case.controller.law).collect();
     rungs_leave_out(&laws, &leaving.first()?.keys_without_effect)
 }
@@ -226,11 +221,8 @@ pub fn rungs_leave_out(laws: &[Law], keys: &[String]) -> Option<String> {
         [_] => "it acts",
         _ => "they act",
     };
-    let firmware = Law::Firmware.name();
-    Some(format!(
-        "{rungs} {}: {act} on rung {firmware}",
-        keys.join(", ")
-    ))
+    let (keys, firmware) = (keys.join(", "), Law::Firmware.name());
+    Some(format!("{rungs} {keys}: {act} on rung {firmware}"))
 }
 
 /// The first fault in a sentence, and how many there were.

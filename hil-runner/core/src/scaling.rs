@@ -252,12 +252,9 @@ impl ScalingRequest {
             return Ok(None);
         }
         let dt_s = self.sample_time_ns as f64 / 1e9;
-        let smoothing = word31(
-            dt_s / (filter_s + dt_s),
-            "controller.derivative_filter_s",
-            filter_s,
-            "Δt/(T_f + Δt) is 0 in 31 bits; at most 10^9 sample times are more",
-        )?;
+        let because = "Δt/(T_f + Δt) is 0 in 31 bits; at most 10^9 sample times are more";
+        let key = "controller.derivative_filter_s";
+        let smoothing = word31(dt_s / (filter_s + dt_s), key, filter_s, because)?;
         let needed = (0..29).find(|&h| 16.0 * kd_per_dt <= power_of_two(h));
         Ok(Some(FilterWords {
             smoothing,
@@ -272,14 +269,10 @@ impl ScalingRequest {
             options::AntiWindup::BackCalculation => {
                 let dt_s = self.sample_time_ns as f64 / 1e9;
                 let tracking_s = self.settings.tracking_time_s;
-                AntiWindup::BackCalculation {
-                    tracking: word31(
-                        dt_s / tracking_s,
-                        "controller.tracking_time_s",
-                        tracking_s,
-                        "it must be longer than the sample time and at most 10^9 of them",
-                    )?,
-                }
+                let because = "it must be longer than the sample time and at most 10^9 of them";
+                let key = "controller.tracking_time_s";
+                let tracking = word31(dt_s / tracking_s, key, tracking_s, because)?;
+                AntiWindup::BackCalculation { tracking }
             }
         })
     }

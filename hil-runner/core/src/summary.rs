@@ -346,7 +346,6 @@ impl EndOfRun<'_> {
 }
 
 /// A count as a figure; exact below 2^53.
-#[expect(clippy::cast_precision_loss, reason = "counts stay below 2^53")]
 fn whole(n: u64) -> f64 {
     n as f64
 }

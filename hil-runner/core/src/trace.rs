@@ -83,9 +83,8 @@ impl<W: Write> TraceWriter<W> {
             ("acc_mps2", Some(row.acc_mps2)),
             ("contact", Some(f64::from(row.contact))),
         ];
-        let columns = columns
-            .iter()
-            .filter_map(|(name, value)| Some((*name, (*value)?)));
+        let columns = columns.into_iter();
+        let columns = columns.filter_map(|(name, value)| Some((name, value?)));
         if !self.header_written {
             let names = columns.clone().map(|(name, _)| name);
             let names = names.chain(state.map(|_| "axis_state"));
@@ -140,15 +139,8 @@ mod tests {
 
     #[test]
     fn numbers_read_back_exactly() {
-        for value in [
-            0.1,
-            1.0 / 3.0,
-            5e-324,
-            1e22,
-            -6.02e-7,
-            12345678.9,
-            2.0_f64.powi(60),
-        ] {
+        let power = 2.0_f64.powi(60);
+        for value in [0.1, 1.0 / 3.0, 5e-324, 1e22, -6.02e-7, 12345678.9, power] {
             assert_eq!(shortest(value).parse::<f64>().unwrap(), value);
         }
         assert_eq!(shortest(-0.0), "0");

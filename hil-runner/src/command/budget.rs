@@ -15,7 +15,7 @@ use hil_runner::chip::installed;
 use hil_runner::chip::spec::{Target, Transport};
 use hil_runner::files::OutputFile;
 
-use super::terminal::{self, table};
+use super::terminal::{self, table, tell};
 
 /// Measure what the controller costs on chips, and hold it against the goldens
 ///
@@ -43,23 +43,20 @@ pub(crate) struct Budget {
     goldens: Option<PathBuf>,
 }
 
+/// The project's folder of goldens.
+const GOLDENS: &str = "firmware/cortex-m/goldens";
+
 fn target(name: &str) -> Result<Target, String> {
     Target::find(name).ok_or_else(|| format!("{name} is no target; it must be m4, m0, m3 or rv32"))
 }
 
 impl Budget {
     pub(crate) fn execute(&self) -> anyhow::Result<bool> {
-        let own = || {
-            Finder::from_environment()
-                .project
-                .join("firmware/cortex-m/goldens")
-        };
+        let own = || Finder::from_environment().project.join(GOLDENS);
         let folder = self.goldens.clone().unwrap_or_else(own);
         if !folder.is_dir() {
-            bail!(
-                "{} is no folder; --goldens takes the folder of the goldens",
-                folder.display()
-            );
+            let place = folder.display();
+            bail!("{place} is no folder; --goldens takes the folder of the goldens");
         }
         let (here, mut pass) = (self.here()?, true);
         let goldens_of = |target: Target| folder.join(format!("{}.toml", target.name()));
@@ -69,7 +66,7 @@ impl Budget {
         }
         for target in here {
             let path = goldens_of(target);
-            let mut tell = |text: &str| terminal::tell(&format!("{text}\n"));
+            let mut tell = |text: &str| tell!("{text}\n");
             let measured = measure(target, &mut tell).with_context(|| target.name())?;
             let known = Goldens::read(&path)?;
             if self.bless {
@@ -82,13 +79,12 @@ impl Budget {
                 pass = false;
                 let goldens = self.goldens.as_ref();
                 let goldens = goldens.map(|folder| format!(" --goldens {}", folder.display()));
-                terminal::tell(&format!(
-                    "{}: not as in {}; `hil-runner budget {0}{} --bless` writes down what is meant \
-                     to stay\n",
-                    target.name(),
+                let (goldens, name) = (goldens.unwrap_or_default(), target.name());
+                tell!(
+                    "{name}: not as in {}; `hil-runner budget {name}{goldens} --bless` writes down what is meant \
+                to stay\n",
                     path.display(),
-                    goldens.unwrap_or_default()
-                ));
+                );
             }
         }
         Ok(pass)
@@ -104,9 +100,7 @@ impl Budget {
                 _ if !named && !self.targets.is_empty() => {}
                 Ok(()) => here.push(target),
                 Err(error) if named => bail!("{}: {error}", target.name()),
-                Err(error) => {
-                    terminal::tell(&format!("{} is left out: {error}\n", target.name()));
-                }
+                Err(error) => tell!("{} is left out: {error}\n", target.name()),
             }
         }
         if here.is_empty() {
@@ -152,23 +146,12 @@ fn tables(measured: &TargetFigures, judgements: &[Judgement]) -> String {
         };
         table.push([vec![judgement.figure.clone()], cells, ends.to_vec()].concat());
     }
-    let header = [
-        "instructions of a sample",
-        "max",
-        "median",
-        "first",
-        "cycles",
-        "µs",
-        "% of\n1 ms",
-        "golden",
-        "off by",
-        "",
-    ];
+    let header = "instructions of a sample|max|median|first|cycles|µs|% of\n1 ms|golden|off by|";
     format!(
         "{name} ({}), times at {clock_mhz} MHz\n{}{}",
         measured.target.triple(),
-        table(&header, 1, instructions),
-        table(&["memory", "bytes", "golden", "off by", ""], 1, bytes)
+        table(header.split('|'), 1, instructions),
+        table(["memory", "bytes", "golden", "off by", ""], 1, bytes)
     )
 }
 
@@ -195,10 +178,7 @@ fn changes(name: &str, judgements: &[Judgement]) -> String {
         let figure = &judgement.figure;
         let line = match (judgement.golden, judgement.difference()) {
             (_, Some(difference)) if difference.signed() == 0 => continue,
-            (_, Some(difference)) => format!(
-                "{} {} → {}",
-                difference.part, difference.golden, difference.measured
-            ),
+            (_, Some(of)) => format!("{} {} → {}", of.part, of.golden, of.measured),
             (None, None) => "new".to_owned(),
             (Some(_), None) => "gone, or another kind of figure".to_owned(),
         };

@@ -13,7 +13,7 @@ use hil_runner::chip::spec::{ChipLink, Transport};
 #[cfg(unix)]
 use super::flips;
 use super::options::{Cases, OpenChip, Sets, explain, refuse_other_laws};
-use super::terminal::{self, Progress, check_signals};
+use super::terminal::{self, Progress, check_signals, tell};
 
 /// Hold the controller on chips against the host's, bit for bit
 ///
@@ -87,10 +87,8 @@ impl Compared {
 impl Certificate {
     /// The first differences, a line each.
     fn differences(&self) -> String {
-        let link = self
-            .link
-            .as_ref()
-            .map_or_else(String::new, ToString::to_string);
+        let link = self.link.as_ref().map(ToString::to_string);
+        let link = link.unwrap_or_default();
         let parts = [&self.cases, &self.vectors].into_iter();
         let found = parts.filter_map(|part| part.all.difference.as_ref());
         found.map(|found| format!("{link}: {found}\n")).collect()
@@ -144,7 +142,7 @@ fn installed_links() -> anyhow::Result<Vec<ChipLink>> {
     for (target, missing) in installed(transport) {
         match missing {
             Ok(()) => links.push(ChipLink::Qemu { target, transport }),
-            Err(error) => terminal::tell(&format!("left out: {}: {error}\n", target.name())),
+            Err(error) => tell!("left out: {}: {error}\n", target.name()),
         }
     }
     if links.is_empty() {
@@ -227,17 +225,7 @@ impl<'f> Bench<'f> {
 
 /// The computations of the host and of every chip, a line each.
 fn table(certificates: &[Certificate]) -> String {
-    let header = [
-        "target",
-        "image",
-        "trace hash",
-        "cases",
-        "steps",
-        "",
-        "vector\nfiles",
-        "rows",
-        "",
-    ];
+    let header = "target|image|trace hash|cases|steps||vector\nfiles|rows|".split('|');
     let rows = certificates.iter().map(|certificate| {
         let Certificate { link, image, .. } = certificate;
         let part = |Compared { begun, all }: &Compared| {
@@ -246,11 +234,8 @@ fn table(certificates: &[Certificate]) -> String {
                 (Some(_), None) => "same",
                 (Some(_), Some(_)) => "differs",
             };
-            [
-                begun.to_string(),
-                all.compared.to_string(),
-                verdict.to_owned(),
-            ]
+            let compared = all.compared.to_string();
+            [begun.to_string(), compared, verdict.to_owned()]
         };
         let link = link.as_ref().map(ToString::to_string);
         let image = image.map(|crc| format!("{crc:08x}"));
@@ -261,5 +246,5 @@ fn table(certificates: &[Certificate]) -> String {
         ];
         [own, part(&certificate.cases), part(&certificate.vectors)].concat()
     });
-    terminal::table(&header, 3, rows)
+    terminal::table(header, 3, rows)
 }

@@ -12,7 +12,7 @@ use hil_runner::chip::spec::{ChipLink, Transport};
 use rayon::prelude::*;
 
 use super::options::explain;
-use super::terminal::{self, Progress, check_signals};
+use super::terminal::{self, Progress, check_signals, tell};
 
 /// Flips so many instructions at the end of every link; true if all are found.
 pub(super) fn execute(
@@ -43,7 +43,7 @@ pub(super) fn execute(
     let mut pass = true;
     for target in targets {
         let name = target.name();
-        let mut tell = |text: &str| terminal::tell(&format!("{text}\n"));
+        let mut tell = |text: &str| tell!("{text}\n");
         let image = Finder::from_environment().image(target, TRANSPORT.image(), &mut tell)?;
         let campaign = Campaign::new(target, &image, &vectors, &hosts).context(name)?;
         let flips = campaign.draw(count, seed).context("--flips")?;
@@ -93,15 +93,13 @@ fn table(ends: &[(Flip, Outcome)], survived: usize) -> String {
         .map(|(kind, name)| row(name, &|other| other == kind))
         .to_vec();
     rows.push(row("found", &|_| true));
-    let none = String::new;
-    rows.push(vec![
-        "survived".to_owned(),
-        none(),
-        none(),
-        none(),
-        survived.to_string(),
-    ]);
-    terminal::table(&["", "start", "vectors", "cases", "flips"], 1, rows)
+    let survived = survived.to_string();
+    rows.push(
+        ["survived", "", "", "", &survived]
+            .map(str::to_owned)
+            .to_vec(),
+    );
+    terminal::table(["", "start", "vectors", "cases", "flips"], 1, rows)
 }
 
 /// Survivors by function, and their number.
@@ -121,17 +119,13 @@ fn survivors(campaign: &Campaign<'_>, ends: &[(Flip, Outcome)]) -> (String, usiz
             survivors.insert(*address, line + &remarks.collect::<String>() + "\n");
         }
     }
-    let survived = functions
-        .values()
-        .map(|(_, survivors)| survivors.len())
-        .sum();
+    let counts = functions.values().map(|(_, survivors)| survivors.len());
+    let survived = counts.sum();
     functions.retain(|_, (_, survivors)| !survivors.is_empty());
     let text = functions.iter().map(|(function, (flips, survivors))| {
         let lines: String = survivors.values().map(String::as_str).collect();
-        format!(
-            "{function}: {} of {flips} survive\n{lines}",
-            survivors.len()
-        )
+        let count = survivors.len();
+        format!("{function}: {count} of {flips} survive\n{lines}")
     });
     (text.collect(), survived)
 }

@@ -14,7 +14,7 @@ use hil_runner::files::OutputFile;
 use hil_runner::report::{self, command_line, each_with};
 
 use super::options::{OpenChip, Sets, again, explain, make_out_folder, refuse_shared_paths, warn};
-use super::terminal::{self, Progress};
+use super::terminal::{self, Progress, tell};
 
 const REPORT: &str = "out/ladder.html";
 
@@ -102,10 +102,10 @@ impl Ladder {
         }
         warn(name, keys_without_effect(&cases));
         if self.report.as_os_str() == "-" {
-            terminal::tell(&table(&rungs));
+            terminal::print_error(&table(&rungs));
         } else {
             terminal::print(&table(&rungs))?;
-            terminal::tell(&format!("plots: {}\n", self.report.display()));
+            tell!("plots: {}\n", self.report.display());
         }
         Ok(true)
     }
@@ -145,16 +145,8 @@ fn on_rung(law: Law) -> String {
 
 /// The rungs of a ladder.
 fn table(rungs: &[Rung]) -> String {
-    let header = [
-        "rung",
-        "adds",
-        "peak acc\nm/s²",
-        "following\nerror mm",
-        "final\nerror µm",
-        "contact\nchanges",
-        "rms Δacc\nm/s²",
-        "rms Δx\nµm",
-    ];
+    let header = "rung|adds|peak acc\nm/s²|following\nerror mm|final\nerror µm|contact\nchanges\
+    |rms Δacc\nm/s²|rms Δx\nµm";
     let rows = rungs.iter().map(|rung| {
         let figure = |key: &str| rung.outcome.summary.shown(key);
         let [acc_digits, position_digits] = rung.difference_digits;
@@ -169,5 +161,5 @@ fn table(rungs: &[Rung]) -> String {
             number::shown(rung.difference.map(|d| d.rms_position_um), position_digits),
         ]
     });
-    terminal::table(&header, 2, rows)
+    terminal::table(header.split('|'), 2, rows)
 }

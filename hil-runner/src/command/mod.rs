@@ -24,7 +24,8 @@ use hil_runner::report::command_line;
 
 use options::{Sets, explain};
 
-pub(crate) use terminal::tell;
+pub(crate) use terminal::print_error;
+use terminal::say;
 
 /// Position-controlled servo axis on the bench: the controller firmware runs
 /// in lockstep with motor, gear, joint with backlash, screw and carriage.
@@ -131,15 +132,15 @@ impl MeasureBacklash {
         let gap =
             measure_gap(&file.case).map_err(|error| explain(&file, RunError::Quantise(error)))?;
         let [first, second, third] = gap.full_counts;
-        terminal::print(&format!(
+        say!(
             "{}: half gap {} motor counts; the joint's own is {}\n\
-             whole gap at three crossings: {first}, {second}, {third} motor counts; \
-             {} s of simulated time\n",
+        whole gap at three crossings: {first}, {second}, {third} motor counts; \
+        {} s of simulated time\n",
             file.case.name,
             gap.half_counts,
             number::table(gap.true_half_counts),
             number::table(gap.duration_s),
-        ))?;
+        )?;
         Ok(true)
     }
 }
@@ -157,11 +158,8 @@ impl Init {
     fn execute(&self) -> anyhow::Result<bool> {
         let Some(text) = runfile::builtin_text(&self.case) else {
             let names: Vec<&str> = runfile::builtin_names().collect();
-            bail!(
-                "there is no built-in case {:?}; there are {}",
-                self.case,
-                names.join(", ")
-            );
+            let (case, names) = (&self.case, names.join(", "));
+            bail!("there is no built-in case {case:?}; there are {names}");
         };
         terminal::print(&runfile::commented(&self.case, text))?;
         Ok(true)
@@ -179,7 +177,7 @@ struct Schema {}
 impl Schema {
     fn execute(&self) -> anyhow::Result<bool> {
         let schema = serde_json::to_string_pretty(&runfile::schema())?;
-        terminal::print(&format!("{schema}\n"))?;
+        say!("{schema}\n")?;
         Ok(true)
     }
 }

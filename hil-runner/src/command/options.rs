@@ -9,8 +9,7 @@ use anyhow::{Context, bail};
 use clap::Args;
 use hil_core::case::{Case, Law};
 use hil_core::error::RunError;
-use hil_core::run::CaseRun;
-use hil_core::run::{RowSink, RunOptions, run_over};
+use hil_core::run::{CaseRun, RowSink, RunOptions, run_over};
 use hil_core::runfile::{self, RunFile};
 use hil_runner::chip::client::Client;
 use hil_runner::chip::spec::ChipLink;
@@ -18,7 +17,7 @@ use hil_runner::chip::{self, ChipLaw, name_of};
 use hil_runner::files::{self, same_file};
 use hil_runner::host::LinkKind;
 
-use super::terminal;
+use super::terminal::{self, tell};
 
 // A documented structure would put its words into the help of every verb.
 #[derive(Debug, Clone, Default, Args)]
@@ -46,13 +45,10 @@ impl Sets {
             match files::run_file(case, &self.sets) {
                 Ok(file) => found.push(file),
                 // The same wrong --set is wrong for every case; once is enough.
-                Err(errors) => mistakes.extend(
-                    errors
-                        .entries()
-                        .iter()
-                        .map(ToString::to_string)
-                        .filter(|mistake| told.insert(mistake.clone())),
-                ),
+                Err(errors) => {
+                    let each = errors.entries().iter().map(ToString::to_string);
+                    mistakes.extend(each.filter(|mistake| told.insert(mistake.clone())));
+                }
             }
         }
         if !mistakes.is_empty() {
@@ -92,10 +88,8 @@ pub(super) fn refuse_other_laws(files: &[RunFile], because: &str) -> anyhow::Res
 pub(super) fn refuse_shared_paths(cases: &[String], outputs: &[&PathBuf]) -> anyhow::Result<()> {
     for (i, output) in outputs.iter().enumerate() {
         let path = output.display();
-        if outputs[i + 1..]
-            .iter()
-            .any(|other| same_file(output, other))
-        {
+        let same = |other: &&PathBuf| same_file(output, other);
+        if outputs[i + 1..].iter().any(same) {
             bail!("{path} is given for two outputs; each needs its own");
         }
         let is_read = |case: &&String| {
@@ -121,7 +115,7 @@ pub(super) fn explain(file: &RunFile, error: RunError) -> anyhow::Error {
 /// Tells on stderr what the user should know besides the figures.
 pub(super) fn warn(name: &str, warnings: impl IntoIterator<Item = impl std::fmt::Display>) {
     for warning in warnings {
-        terminal::tell(&format!("{name}: warning: {warning}\n"));
+        tell!("{name}: warning: {warning}\n");
     }
 }
 
@@ -210,7 +204,7 @@ impl OpenChip {
     /// Opens the line and greets the chip.
     pub(super) fn open(link: &ChipLink) -> anyhow::Result<Self> {
         terminal::watch_signals();
-        let mut tell = |text: &str| terminal::tell(&format!("{text}\n"));
+        let mut tell = |text: &str| tell!("{text}\n");
         let opened = chip::open(link, &mut tell).with_context(|| format!("--link {link}"))?;
         let client = Client::greet(opened.line).with_context(|| format!("--link {link}"))?;
         let on_chip = client.identity().image_crc;
@@ -224,10 +218,8 @@ impl OpenChip {
         if let ChipLink::Qemu { target, .. } = link
             && name != target.name()
         {
-            bail!(
-                "--link {link}: the image is one for {name}, not for {}",
-                target.name()
-            );
+            let target = target.name();
+            bail!("--link {link}: the image is one for {name}, not for {target}");
         }
         terminal::check_signals()?;
         Ok(Self {
@@ -247,10 +239,14 @@ impl OpenChip {
     pub(super) fn tell(&self) {
         let noticed = self.client.noticed();
         if noticed.repeated > 0 {
-            terminal::tell(&format!(
+            tell!(
                 "{}: {} requests answered, {} of them asked again; {} damaged frames, {} stray\n",
-                self.link, noticed.answered, noticed.repeated, noticed.damaged, noticed.stray
-            ));
+                self.link,
+                noticed.answered,
+                noticed.repeated,
+                noticed.damaged,
+                noticed.stray
+            );
         }
     }
 

@@ -197,7 +197,7 @@ impl Run {
     /// data stays alone there.
     pub(super) fn say(&self, text: &str) -> std::io::Result<()> {
         if self.outputs().any(|path| path.as_os_str() == "-") {
-            terminal::tell(text);
+            terminal::print_error(text);
             return Ok(());
         }
         terminal::print(text)
@@ -234,7 +234,7 @@ fn figure_table(runs: &[CaseRun]) -> String {
         ("peak\ncode", "max_abs_dac_code"),
     ];
     let heads = FIGURES.map(|(head, _)| head);
-    let header = [&["case", "law", "solver"][..], &heads].concat();
+    let header = ["case", "law", "solver"].into_iter().chain(heads);
     let rows = runs.iter().map(|run| {
         let summary = &run.outcome.summary;
         let name = terminal::short(&summary.name);
@@ -242,7 +242,7 @@ fn figure_table(runs: &[CaseRun]) -> String {
         let figures = FIGURES.map(|(_, key)| summary.shown(key));
         own.into_iter().chain(figures).collect::<Vec<_>>()
     });
-    terminal::table(&header, 3, rows)
+    terminal::table(header, 3, rows)
 }
 
 /// Every verdict of every run.
@@ -269,7 +269,7 @@ fn verdict_table(runs: &[CaseRun]) -> String {
     let rows = runs
         .iter()
         .flat_map(|run| run.verdicts().map(move |verdict| of(run, verdict)));
-    terminal::table(&header, 2, rows) + &standing(runs)
+    terminal::table(header, 2, rows) + &standing(runs)
 }
 
 /// Their sum, in a line.
@@ -308,7 +308,7 @@ fn gain_tables(runs: &[CaseRun]) -> String {
             ]
         });
         let name = run.outcome.summary.name.clone();
-        tables.push((name, terminal::table(&header, 1, rows)));
+        tables.push((name, terminal::table(header, 1, rows)));
     }
     let titled = once_each(tables).into_iter();
     let titled = titled.map(|(names, table)| format!("fixed-point gains of {names}\n{table}"));

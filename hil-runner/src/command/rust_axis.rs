@@ -72,16 +72,12 @@ pub(super) fn declared(request: &ScalingRequest, axis: &Axis) -> Vec<String> {
         u64::MAX => String::new(),
         limit => format!(" and |Σe| ≤ {limit}"),
     };
+    let (errors, differences) = (law.error_limit(), law.difference_limit());
+    let (lowest, highest) = (dac.min_code(), dac.max_code());
     let mut lines = vec![
+        format!("Within |e| ≤ {errors}{sums} counts a code is at most 1 from the exact law's."),
         format!(
-            "Within |e| ≤ {}{sums} counts a code is at most 1 from the exact law's.",
-            law.error_limit()
-        ),
-        format!(
-            "Differences beyond {} counts are held there. Codes are {} to {}.",
-            law.difference_limit(),
-            dac.min_code(),
-            dac.max_code(),
+            "Differences beyond {differences} counts are held there. Codes are {lowest} to {highest}."
         ),
     ];
     lines.extend(rates(request, axis));
@@ -96,10 +92,8 @@ pub(super) fn commented(mark: &str, lines: &[String]) -> String {
 /// The unit of the setpoints' rates, where something reads them.
 fn rates(request: &ScalingRequest, axis: &Axis) -> Option<String> {
     let [.., velocity, acceleration, _] = request.gains;
-    let lag = axis
-        .monitors
-        .following_error
-        .map(|monitor| monitor.limits().1);
+    let monitor = axis.monitors.following_error;
+    let lag = monitor.map(|monitor| monitor.limits().1);
     if velocity == 0.0 && acceleration == 0.0 && lag.is_none_or(|lag| lag.mantissa == 0) {
         return None;
     }
@@ -118,10 +112,8 @@ fn additions(axis: &Axis) -> String {
         field("counter", counter(axis.counter));
     }
     if let Feedback::Load(load) = axis.feedback {
-        field(
-            "feedback",
-            format!("axis::Feedback::Load({})", counter(load)),
-        );
+        let load = counter(load);
+        field("feedback", format!("axis::Feedback::Load({load})"));
     }
     if let Some(plan) = axis.backlash_compensation {
         field("backlash_compensation", compensation(&plan));

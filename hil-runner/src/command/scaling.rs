@@ -14,7 +14,8 @@ use hil_core::runfile::RunFile;
 use hil_core::scaling::{ScaledLaw, ScalingRequest};
 
 use super::options::{Cases, Sets, explain, once_each};
-use super::{c_axis, rust_axis, terminal};
+use super::terminal::{self, say};
+use super::{c_axis, rust_axis};
 
 /// Show a case's fixed-point gains: lengths, headroom, rounding, and what fits
 #[derive(Debug, Args)]
@@ -59,12 +60,10 @@ impl Scaling {
             terminal::print(&constant(file, source)?)?;
             return Ok(true);
         }
-        let texts = files
-            .iter()
-            .map(|file| Ok((file.case.name.clone(), describe(file)?)));
-        let texts = texts.collect::<anyhow::Result<Vec<_>>>()?;
-        for (names, text) in once_each(texts) {
-            terminal::print(&format!("{names}\n{text}"))?;
+        let described = |file: &RunFile| Ok((file.case.name.clone(), describe(file)?));
+        let texts: anyhow::Result<Vec<_>> = files.iter().map(described).collect();
+        for (names, text) in once_each(texts?) {
+            say!("{names}\n{text}")?;
         }
         Ok(true)
     }
@@ -128,16 +127,8 @@ fn ranges(file: &RunFile, request: &ScalingRequest, scaled: &ScaledLaw) -> anyho
 /// The gains of a law in fixed point with their lengths, and the largest that fit.
 /// Feed-forward is left out where it is off.
 fn gain_table(request: &ScalingRequest, scaled: &ScaledLaw) -> String {
-    let header = [
-        "key",
-        "per sample\ncodes/count",
-        "fixed point",
-        "bits",
-        "rounding",
-        "term up to\ncodes",
-        "headroom\nbits",
-        "largest\nthat fits",
-    ];
+    let header = "key|per sample\ncodes/count|fixed point|bits|rounding|term up to\ncodes\
+    |headroom\nbits|largest\nthat fits";
     let rows = scaled.rows.iter().enumerate();
     let rows = rows.filter(|(_, row)| row.value != 0.0 || row.is_of_the_paper());
     let rows = rows.map(|(index, row)| {
@@ -157,5 +148,5 @@ fn gain_table(request: &ScalingRequest, scaled: &ScaledLaw) -> String {
             number::table(request.largest_gain(index)),
         ]
     });
-    terminal::table(&header, 1, rows)
+    terminal::table(header.split('|'), 1, rows)
 }

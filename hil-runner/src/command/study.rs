@@ -17,7 +17,7 @@ use hil_runner::study::{
 
 use super::options::{Sets, warn};
 use super::run::Run;
-use super::terminal::{self, check_signals, watch_signals_aloud};
+use super::terminal::{self, check_signals, say, tell, watch_signals_aloud};
 
 /// Run one case over many values of its keys
 #[derive(Debug, Args)]
@@ -133,10 +133,8 @@ impl StudyCommand {
         let changes = self.changes();
         let study = Study::load(name, &changes)?;
         let shard = self.shard.unwrap_or(Shard::WHOLE);
-        let folder = self
-            .out
-            .clone()
-            .unwrap_or_else(|| default_folder(&study, self.base.as_deref(), shard));
+        let usual = || default_folder(&study, self.base.as_deref(), shard);
+        let folder = self.out.clone().unwrap_or_else(usual);
         let columns = columns(&study);
         let mut tally = Tally::new(&study, &columns);
         let origin = Origin::new(&study, shard, name, &changes);
@@ -155,9 +153,7 @@ impl StudyCommand {
             bail!("interrupted: {done} of {of} rows are in {place}; to go on: {command_line}");
         }
         if shard != Shard::WHOLE {
-            terminal::tell(&format!(
-                "shard {shard} is complete: {of} rows in {place}\n"
-            ));
+            tell!("shard {shard} is complete: {of} rows in {place}\n");
             return Ok(true);
         }
         finish(&study, &folder, &tally, &command_line)
@@ -171,17 +167,13 @@ impl StudyCommand {
         let study = origin.study(folder)?;
         let (name, rows) = (&study.name, study.rows());
         if number >= rows {
-            bail!(
-                "row {number} is not allowed: the rows of study {name} are 0 to {}",
-                rows - 1
-            );
+            let last = rows - 1;
+            bail!("row {number} is not allowed: the rows of study {name} are 0 to {last}");
         }
         let row = study.planned_row(number);
         if let Err((status, reason)) = row.case {
-            bail!(
-                "row {number} of study {name} is {}: {reason}",
-                status.name()
-            );
+            let status = status.name();
+            bail!("row {number} of study {name} is {status}: {reason}");
         }
         let mut sets = study.row_sets(&row.point, row.rung);
         sets.push(format!("name={name} row {number}"));
@@ -214,9 +206,7 @@ fn fill(
     let Progress { done, of } = results.progress();
     if done > 0 {
         let folder = results.folder().display();
-        terminal::tell(&format!(
-            "{folder}: {done} of {of} rows are there already\n"
-        ));
+        tell!("{folder}: {done} of {of} rows are there already\n");
     }
     watch_signals_aloud(
         "ending after the runs under way; a second signal (Ctrl-C) ends at once, and loses nothing either\n",
@@ -263,7 +253,7 @@ fn list() -> String {
         let (rows, rungs) = (study.rows().to_string(), study.rung_names());
         Some([name.to_owned(), rows, rungs, study.title])
     });
-    terminal::table(&["study", "rows", "rungs", "what it asks"], 1, rows)
+    terminal::table(["study", "rows", "rungs", "what it asks"], 1, rows)
 }
 
 impl Merge {
@@ -279,48 +269,39 @@ impl Merge {
         let done = merge(&self.out, &shards, &columns, &command_line, |row| {
             tally.add(row)
         })?;
-        terminal::tell(&format!("{} rows in {}\n", done.of, self.out.display()));
+        tell!("{} rows in {}\n", done.of, self.out.display());
         finish(&study, &self.out, &tally, &command_line)
     }
 }
 
 /// Prints the table, writes pictures and report; whether enough runs pass.
 fn finish(study: &Study, folder: &Path, tally: &Tally, command_line: &str) -> anyhow::Result<bool> {
-    let words: Vec<String> = base_sentences(study)
-        .into_iter()
-        .map(|sentence| sentence + "\n")
-        .collect();
-    terminal::print(&words.concat())?;
-    terminal::print(&table(tally))?;
+    let sentences = base_sentences(study).into_iter();
+    let sentences: String = sentences.map(|sentence| sentence + "\n").collect();
+    terminal::print(&(sentences + &table(tally)))?;
     warn(&study.name, study.warnings());
     let drawn = draw(study, &tally.pictures);
     if study.rows() > MOST_ROWS && !drawn.is_empty() {
-        terminal::tell(&format!("the pictures show the first {MOST_ROWS} rows\n"));
+        tell!("the pictures show the first {MOST_ROWS} rows\n");
     }
     for drawn in &drawn {
         match &drawn.svg {
             Ok(svg) => write(&folder.join(format!("{}.svg", drawn.picture.file)), svg)?,
-            Err(error) => terminal::tell(&format!("{error}\n")),
+            Err(error) => tell!("{error}\n"),
         }
     }
     let report = folder.join("report.html");
     write(&report, &render(study, tally, &drawn, command_line)?)?;
-    terminal::print(&format!(
-        "pictures, plan and all figures: {}\n",
-        report.display()
-    ))?;
+    say!("pictures, plan and all figures: {}\n", report.display())?;
     if tally.rungs.iter().all(|rung| rung.made == 0) {
-        bail!(
-            "no run of the study could be made; {} says why of every row",
-            folder.join("results.csv").display()
-        );
+        let results = folder.join("results.csv");
+        let results = results.display();
+        bail!("no run of the study could be made; {results} says why of every row");
     }
     let enough = enough_pass(study, tally).unwrap_or(true);
     if let (false, Some(required)) = (enough, study.required_yield_percent) {
-        terminal::print(&format!(
-            "FAIL: less than the required {} % are within the limits\n",
-            number::table(required)
-        ))?;
+        let required = number::table(required);
+        say!("FAIL: less than the required {required} % are within the limits\n")?;
     }
     Ok(enough)
 }
@@ -351,7 +332,7 @@ fn table(tally: &Tally) -> String {
         let header = [
             "figure", "least", "in row", "mean", "most", "in row", "unit", "none",
         ];
-        text += &terminal::table(&header, 1, figure_rows(rung));
+        text += &terminal::table(header, 1, figure_rows(rung));
         if let Some(words) = unstable_words(rung) {
             text += &(words + "\n");
         }
@@ -368,9 +349,8 @@ fn table(tally: &Tally) -> String {
 fn refuse_results(folder: &Path, outputs: &[&PathBuf]) -> anyhow::Result<()> {
     for entry in fs::read_dir(folder)? {
         let path = entry?.path();
-        let of_row = path
-            .file_name()
-            .is_some_and(|name| name.to_string_lossy().starts_with("row-"));
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let of_row = name.starts_with("row-");
         if !of_row && let Some(output) = outputs.iter().find(|output| same_file(output, &path)) {
             let output = output.display();
             bail!("{output} is part of the results of the study; an output would replace it");

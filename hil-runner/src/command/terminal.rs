@@ -15,6 +15,21 @@ use hil_core::number::seconds;
 use hil_core::trace;
 use indicatif::{ProgressBar, ProgressStyle};
 
+/// Writes formatted words to standard error.
+macro_rules! tell {
+    ($($words:tt)*) => {
+        crate::command::terminal::print_error(&format!($($words)*))
+    };
+}
+
+/// Writes formatted words to standard output.
+macro_rules! say {
+    ($($words:tt)*) => {
+        crate::command::terminal::print(&format!($($words)*))
+    };
+}
+pub(super) use {say, tell};
+
 const WIDTH: u16 = 100;
 
 /// Lines around the table and under its header only.
@@ -29,17 +44,15 @@ const STYLE: TableStyle = {
 /// Writes to standard output; a reader that hangs up is no error.
 pub(crate) fn print(text: &str) -> io::Result<()> {
     let mut stdout = io::stdout().lock();
-    match stdout
-        .write_all(text.as_bytes())
-        .and_then(|()| stdout.flush())
-    {
+    let written = stdout.write_all(text.as_bytes());
+    match written.and_then(|()| stdout.flush()) {
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         result => result,
     }
 }
 
 /// Writes a message to standard error; nobody there to read it is no error.
-pub(crate) fn tell(text: &str) {
+pub(crate) fn print_error(text: &str) {
     let mut stderr = io::stderr().lock();
     // There is nowhere left to complain.
     let _ = stderr.write_all(text.as_bytes());
@@ -57,7 +70,7 @@ pub(super) fn short(name: &str) -> String {
 /// A table, the first `names` columns left, the others right, without the padding
 /// at the ends of its lines.
 pub(super) fn table<R: Into<Row>>(
-    header: &[impl AsRef<str>],
+    header: impl IntoIterator<Item = impl AsRef<str>>,
     names: usize,
     rows: impl IntoIterator<Item = R>,
 ) -> String {
@@ -66,7 +79,7 @@ pub(super) fn table<R: Into<Row>>(
         .load_style(STYLE)
         .set_content_arrangement(ContentArrangement::Dynamic)
         .set_width(WIDTH)
-        .set_header(header.iter().map(AsRef::as_ref))
+        .set_header(header.into_iter().map(|head| head.as_ref().to_owned()))
         .add_rows(rows);
     for (i, column) in table.column_iter_mut().enumerate() {
         column.set_padding((0, 1));
@@ -95,7 +108,7 @@ pub(super) fn watch_signals_aloud(words: &'static str) {
             if INTERRUPTED.swap(true, Ordering::Relaxed) {
                 std::process::exit(STATUS);
             }
-            tell(words);
+            print_error(words);
         };
         // Without a handler an interrupt ends the program as it always does.
         let _ = ctrlc::set_handler(handler);
@@ -129,11 +142,8 @@ impl Progress {
     /// The same under another name than that of the case.
     pub(super) fn labelled(case: &Case, label: &str) -> Self {
         let microseconds = case.run.duration_ns / 1000;
-        Self::new(
-            label,
-            microseconds,
-            "{prefix}: {bar:30} t = {msg} s, {eta} left",
-        )
+        let template = "{prefix}: {bar:30} t = {msg} s, {eta} left";
+        Self::new(label, microseconds, template)
     }
 
     /// Follows so many rows that are no rows of a run.
@@ -153,13 +163,8 @@ impl Progress {
     /// If the run was interrupted.
     pub(super) fn row(&mut self, row: &trace::Row) -> io::Result<()> {
         self.step(|bar, _| {
-            let share = row.t_s / seconds(1000);
-            #[expect(
-                clippy::cast_possible_truncation,
-                clippy::cast_sign_loss,
-                reason = "a time of the run in whole microseconds"
-            )]
-            bar.set_position(share as u64);
+            // In whole microseconds.
+            bar.set_position((row.t_s / seconds(1000)) as u64);
             bar.set_message(format!("{:.3}", row.t_s));
         })
     }

@@ -109,10 +109,8 @@ fn verdicts_come_first() {
 fn every_plot_has_a_name_and_absent_curves_have_no_plot() {
     let page = render(&sample()).unwrap();
     let body = between(&page, "<body>", "id=\"plot-data\"");
-    assert_eq!(
-        body.matches("<figure").count(),
-        body.matches("role=\"img\" aria-label=\"").count()
-    );
+    let found = body.matches("<figure").count();
+    assert_eq!(found, body.matches("role=\"img\" aria-label=\"").count());
     let plots = |name: &str| body.matches(&format!("data-plot=\"{name}\"")).count();
     assert_eq!(plots("carriage"), 2);
     assert_eq!((plots("code"), plots("gap")), (1, 1));

@@ -126,11 +126,8 @@ fn every_step_has_its_own_delay() {
         assert!(replays(&case, &rows, delays()), "{name}");
         // The contrast: the delays of the samples before.
         assert!(!replays(&case, &rows, delays().skip(4)), "{name}");
-        assert_eq!(
-            outcome.summary.chip.unwrap().deadline_misses,
-            Some(300),
-            "{name}"
-        );
+        let found = outcome.summary.chip.unwrap().deadline_misses;
+        assert_eq!(found, Some(300), "{name}");
     }
 }
 

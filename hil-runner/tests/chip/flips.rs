@@ -71,8 +71,6 @@ fn a_flip_in_a_product_of_the_law_is_found() {
             bit: 0,
         })
         .unwrap_err();
-    assert!(
-        nowhere.to_string().contains("no byte at 0x70000000"),
-        "{nowhere}"
-    );
+    let words = "no byte at 0x70000000";
+    assert!(nowhere.to_string().contains(words), "{nowhere}");
 }

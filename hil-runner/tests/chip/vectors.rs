@@ -94,15 +94,11 @@ fn what_cannot_be_replayed_is_said() {
         error.to_string()
     };
     let text = "dac_bits = 12\nkp = 1073741824 29\nES 0 0 - 0 0 next 0 0 0 | 0 0 moving 1 0 -\n";
-    assert_eq!(
-        sentence(text, "X 0"),
-        "a.txt, line 3: it is neither a setting nor a row"
-    );
+    let found = sentence(text, "X 0");
+    assert_eq!(found, "a.txt, line 3: it is neither a setting nor a row");
     // The line has one order of requests.
-    assert_eq!(
-        sentence(text, "SE 0"),
-        "a.txt, line 3: it is neither a setting nor a row"
-    );
+    let found = sentence(text, "SE 0");
+    assert_eq!(found, "a.txt, line 3: it is neither a setting nor a row");
     let interrupted = replay(&mut client, &file("paper.txt"), &mut || {
         Err(std::io::Error::other("interrupted"))
     });

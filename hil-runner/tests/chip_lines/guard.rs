@@ -64,10 +64,8 @@ fn program_that_is_missing_is_told() {
     let program = Path::new("/no/such/program");
     let mut guarded = Guarded::start("the fake", program, []).unwrap();
     let told = guarded.ended_within(GONE).unwrap();
-    assert!(
-        told.starts_with("the fake has ended with status 127; it said:"),
-        "{told}"
-    );
+    let words = "the fake has ended with status 127; it said:";
+    assert!(told.starts_with(words), "{told}");
     assert!(told.contains("/no/such/program"), "{told}");
 }
 

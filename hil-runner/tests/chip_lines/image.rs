@@ -147,10 +147,8 @@ fn ready_image_is_taken_as_it_is() {
     let mut none = |line: &str| panic!("{line}");
     let missing = finder.image(Target::M0, "uart", &mut none);
     let sentence = missing.unwrap_err().to_string();
-    assert!(
-        sentence.contains("m0-uart.elf is not there; MCU_IMAGE_DIR"),
-        "{sentence}"
-    );
+    let words = "m0-uart.elf is not there; MCU_IMAGE_DIR";
+    assert!(sentence.contains(words), "{sentence}");
     let path = folder.path().join("m0-uart.elf");
     fs::write(&path, "").unwrap();
     assert_eq!(finder.image(Target::M0, "uart", &mut none).unwrap(), path);
@@ -250,10 +248,8 @@ fn compiler_of_the_installer_needs_nothing() {
     assert!(!called.contains("-Zbuild-std"), "{called}");
     let rustc = project.path().join("rustc");
     // Neither a permission nor a linker.
-    assert!(
-        called.starts_with(&format!("{} ", rustc.display())),
-        "{called}"
-    );
+    let words = format!("{} ", rustc.display());
+    assert!(called.starts_with(&words), "{called}");
 }
 
 #[test]
@@ -275,10 +271,8 @@ fn compiler_of_a_distribution_builds_its_core_and_is_lent_a_linker() {
     let called = project.called();
     assert!(called.contains("-Zbuild-std=core"), "{called}");
     let mut words = called.split_whitespace();
-    assert_eq!(
-        words.next().unwrap(),
-        project.path().join("debian").to_str().unwrap()
-    );
+    let found = words.next().unwrap();
+    assert_eq!(found, project.path().join("debian").to_str().unwrap());
     assert_eq!(words.next(), Some("1"));
     assert!(words.next().unwrap().ends_with("/rust-lld"), "{called}");
 }
@@ -292,10 +286,8 @@ fn without_a_compiler_it_says_what_to_install() {
     let (image, _) = project.image(&finder);
     for error in [available, image.unwrap_err()] {
         let sentence = error.to_string();
-        assert!(
-            sentence.contains("`rustup target add thumbv7em-none-eabihf`"),
-            "{sentence}"
-        );
+        let words = "`rustup target add thumbv7em-none-eabihf`";
+        assert!(sentence.contains(words), "{sentence}");
         assert!(sentence.contains("rustc-web"), "{sentence}");
     }
 }
@@ -311,10 +303,8 @@ fn target_without_a_board_is_not_there() {
     let finder = project.finder();
     let there = finder.available(Target::Rv32, "fifo");
     let sentence = there.unwrap_err().to_string();
-    assert!(
-        sentence.starts_with("there is no image for rv32 and no firmware in "),
-        "{sentence}"
-    );
+    let words = "there is no image for rv32 and no firmware in ";
+    assert!(sentence.starts_with(words), "{sentence}");
     assert!(finder.available(Target::M4, "fifo").is_ok());
 }
 
@@ -344,10 +334,8 @@ fn build_that_makes_no_image_is_told() {
     project.script("cargo", "exit 0");
     let (image, _) = project.image(&project.finder());
     let sentence = image.unwrap_err().to_string();
-    assert!(
-        sentence.ends_with(" is no image for a chip: the build has not made it"),
-        "{sentence}"
-    );
+    let words = " is no image for a chip: the build has not made it";
+    assert!(sentence.ends_with(words), "{sentence}");
 }
 
 #[test]
@@ -359,8 +347,6 @@ fn without_sources_an_image_is_used_as_it_is() {
     fs::remove_dir_all(project.path().join("target")).unwrap();
     let (image, _) = project.image(&project.finder());
     let sentence = image.unwrap_err().to_string();
-    assert!(
-        sentence.starts_with("there is no image for m4 and no firmware in "),
-        "{sentence}"
-    );
+    let words = "there is no image for m4 and no firmware in ";
+    assert!(sentence.starts_with(words), "{sentence}");
 }

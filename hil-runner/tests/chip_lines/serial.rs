@@ -57,10 +57,8 @@ fn board_that_is_unplugged_is_told() {
     drop(board);
     let start = Instant::now();
     let told = line.receive(&mut [0; 8], LIMIT).unwrap_err().to_string();
-    assert!(
-        told.starts_with(&format!("the serial port {path} is gone: ")),
-        "{told}"
-    );
+    let words = format!("the serial port {path} is gone: ");
+    assert!(told.starts_with(&words), "{told}");
     assert!(line.send(b"anyone?").is_err());
     assert!(start.elapsed() < LIMIT / 2);
 }
@@ -101,10 +99,8 @@ fn port_that_is_not_there_is_told_by_name() {
     let error = SerialLine::open("/dev/null", 115_200)
         .unwrap_err()
         .to_string();
-    assert!(
-        error.starts_with("the serial port /dev/null cannot be opened: "),
-        "{error}"
-    );
+    let words = "the serial port /dev/null cannot be opened: ";
+    assert!(error.starts_with(words), "{error}");
 }
 
 #[test]
@@ -112,8 +108,6 @@ fn port_in_use_is_told() {
     let (_board, path) = board();
     let _line = SerialLine::open(&path, 115_200).unwrap();
     let error = SerialLine::open(&path, 115_200).unwrap_err().to_string();
-    assert!(
-        error.starts_with(&format!("the serial port {path} cannot be opened: ")),
-        "{error}"
-    );
+    let words = format!("the serial port {path} cannot be opened: ");
+    assert!(error.starts_with(&words), "{error}");
 }

@@ -46,22 +46,26 @@ fn off(sheet: &Sheet, points: &[(f64, f64)], measures: [fn(f64) -> f64; 2]) -> f
     assert_eq!(marks.len(), points.len());
     marks.sort_by(|a, b| a.0.total_cmp(&b.0));
     let distance = |(mark, point): (&(f64, f64), &(f64, f64))| {
-        let at = (
+        let (x, y) = (
             place(&x, measures[0], point.0),
             place(&y, measures[1], point.1),
         );
-        (mark.0 - at.0).abs().max((mark.1 - at.1).abs())
+        (mark.0 - x).abs().max((mark.1 - y).abs())
     };
     marks.iter().zip(points).map(distance).fold(0.0, f64::max)
 }
 
 const POINTS: [(f64, f64); 4] = [(0.25, 1.5), (0.5, -2.0), (1.0, 7.25), (4.0, 3.0)];
 
-fn four_points() -> hil_runner::study::picture::Table {
+fn rows(points: [(f64, f64); 4]) -> hil_runner::study::picture::Table {
     table([
-        numbers("controller.sample_time_s", POINTS.map(|(x, _)| 1e-3 * x)),
-        numbers("y_mm", POINTS.map(|(_, y)| y)),
+        numbers("controller.sample_time_s", points.map(|(x, _)| 1e-3 * x)),
+        numbers("y_mm", points.map(|(_, y)| y)),
     ])
+}
+
+fn four_points() -> hil_runner::study::picture::Table {
+    rows(POINTS)
 }
 
 /// The sheet counts tenths of a pixel: mark and two numbers round by half of
@@ -83,11 +87,10 @@ fn marks_stand_where_the_numbers_say() {
 fn logarithmic_axes_are_logarithmic() {
     let mut points = POINTS;
     points[1].1 = 200.0;
-    let table = table([
-        numbers("controller.sample_time_s", points.map(|(x, _)| 1e-3 * x)),
-        numbers("y_mm", points.map(|(_, y)| y)),
-    ]);
-    let sheet = sheet("y = \"y_mm\"\nx_scale = \"log\"\ny_scale = \"log\"", table);
+    let sheet = sheet(
+        "y = \"y_mm\"\nx_scale = \"log\"\ny_scale = \"log\"",
+        rows(points),
+    );
     assert!(off(&sheet, &points, [f64::log10, f64::log10]) < ROUNDING_PX);
     let even: fn(f64) -> f64 = |value| value;
     assert!(off(&sheet, &points, [even, even]) > 10.0);
@@ -95,17 +98,12 @@ fn logarithmic_axes_are_logarithmic() {
 
 #[test]
 fn axes_say_quantity_and_unit() {
-    let sheet = sheet(
-        "y = \"y_mm\"\ny_unit = \"um\"\ny_label = \"Error\"",
-        four_points(),
-    );
+    let keys = "y = \"y_mm\"\ny_unit = \"um\"\ny_label = \"Error\"";
+    let sheet = sheet(keys, four_points());
     assert!(sheet.has("Sample time Δt [ms]"), "{:?}", sheet.words());
     assert!(sheet.find("Error [µm]").upwards);
-    assert!(
-        sheet.has("8000") || sheet.has("6000"),
-        "{:?}",
-        sheet.words()
-    );
+    let tick = sheet.has("8000") || sheet.has("6000");
+    assert!(tick, "{:?}", sheet.words());
 }
 
 /// Every mark of the legend has its series, and the legend is above the plot.
@@ -160,10 +158,8 @@ fn runs_of_one_place_are_median_and_band() {
     assert!(off(&found, &[(1.0, 2.0), (2.0, 4.0)], [even, even]) < ROUNDING_PX);
     let band = |sheet: &Sheet| {
         let forms = sheet.forms.iter();
-        forms
-            .filter(|form| form.opacity < 0.5)
-            .cloned()
-            .collect::<Vec<_>>()
+        let light = forms.filter(|form| form.opacity < 0.5);
+        light.cloned().collect::<Vec<_>>()
     };
     let bands = band(&found);
     assert_eq!(bands.len(), 1);
@@ -225,10 +221,8 @@ fn limits_stand_at_their_value() {
         heights.sort_by(f64::total_cmp);
         heights.dedup();
         let y = scale(&sheet, true);
-        (
-            heights,
-            [6.0, -6.0].map(|limit| place(&y, |value| value, limit)),
-        )
+        let expected = [6.0, -6.0].map(|limit| place(&y, |value| value, limit));
+        (heights, expected)
     };
     let (found, expected) = heights("limit = 6");
     assert_eq!(found.len(), 2);
@@ -245,15 +239,10 @@ fn panels_share_x() {
     let sheet = sheet(keys, sample_times(&[12.0], 1));
     let plots = sheet.plots();
     assert_eq!(plots.len(), 2);
-    assert_eq!(
-        (plots[0].left, plots[0].right),
-        (plots[1].left, plots[1].right)
-    );
+    let found = (plots[0].left, plots[0].right);
+    assert_eq!(found, (plots[1].left, plots[1].right));
     assert!(plots[0].bottom < plots[1].top);
-    let titles = sheet
-        .words()
-        .iter()
-        .filter(|words| words.starts_with("Sample time"))
-        .count();
-    assert_eq!(titles, 1);
+    let words = sheet.words().into_iter();
+    let titles = words.filter(|words| words.starts_with("Sample time"));
+    assert_eq!(titles.count(), 1);
 }

@@ -11,4 +11,6 @@ mod others;
 mod rules;
 mod samples;
 mod sheet;
+#[path = "../table/mod.rs"]
+mod table;
 mod tables;

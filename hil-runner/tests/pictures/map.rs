@@ -29,75 +29,60 @@ fn cells<'a>(sheet: &'a Sheet, plot: &Box) -> Vec<&'a Form> {
     sheet.forms.iter().filter(inside).collect()
 }
 
+/// The left ends of the cells' columns, in order.
+fn lefts(sheet: &Sheet) -> Vec<f64> {
+    let cells = cells(sheet, &sheet.plots()[0]);
+    let mut lefts: Vec<f64> = cells.iter().map(|cell| cell.room.left).collect();
+    lefts.sort_by(f64::total_cmp);
+    lefts.dedup();
+    lefts
+}
+
 fn fill_at(sheet: &Sheet, x: f64, y: f64) -> String {
     let at = |form: &&Form| form.tag == "rect" && form.room.holds((x, y));
     sheet.forms.iter().rfind(at).unwrap().fill.clone()
 }
 
-const SIX: [Option<f64>; 6] = [
-    Some(1.0),
-    Some(2.0),
-    Some(3.0),
-    Some(4.0),
-    Some(5.0),
-    Some(6.0),
-];
+const SIX: [f64; 6] = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0];
 
 #[test]
 fn colours_run_from_the_smallest_to_the_largest() {
-    let sheet = sheet(KEYS, six(SIX), vec![]);
+    let sheet = sheet(KEYS, six(SIX.map(Some)), vec![]);
     let plot = sheet.plots()[0];
     assert_eq!(cells(&sheet, &plot).len(), 6);
     // Rows run upwards: the smallest value is below on the left.
-    assert_eq!(
-        fill_at(&sheet, plot.left + 20.0, plot.bottom - 20.0),
-        "#440154"
-    );
-    assert_eq!(
-        fill_at(&sheet, plot.right - 20.0, plot.top + 20.0),
-        "#FDE725"
-    );
+    let found = fill_at(&sheet, plot.left + 20.0, plot.bottom - 20.0);
+    assert_eq!(found, "#440154");
+    let found = fill_at(&sheet, plot.right - 20.0, plot.top + 20.0);
+    assert_eq!(found, "#FDE725");
     assert!(sheet.find("Z [mm]").upwards);
 }
 
 /// Edges lie half way between the values: from 0.5 over 1.5 and 3 to 5.
 #[test]
 fn unequal_steps_have_unequal_cells() {
-    let sheet = sheet(KEYS, six(SIX), vec![]);
+    let sheet = sheet(KEYS, six(SIX.map(Some)), vec![]);
     let plot = sheet.plots()[0];
     let width = plot.right - plot.left;
-    let mut lefts: Vec<f64> = cells(&sheet, &plot)
-        .iter()
-        .map(|cell| cell.room.left)
-        .collect();
-    lefts.sort_by(f64::total_cmp);
-    lefts.dedup();
+    let lefts = lefts(&sheet);
     let expected = [0.5, 1.5, 3.0].map(|edge| plot.left + (edge - 0.5) / 4.5 * width);
     for (left, expected) in lefts.iter().zip(expected) {
         assert!((left - expected).abs() < 0.11, "{left} {expected}");
     }
     // On a logarithmic axis the same values have cells of equal width.
-    let log = self::sheet(&format!("{KEYS}x_scale = \"log\""), six(SIX), vec![]);
-    let mut lefts: Vec<f64> = cells(&log, &plot)
-        .iter()
-        .map(|cell| cell.room.left)
-        .collect();
-    lefts.sort_by(f64::total_cmp);
-    lefts.dedup();
+    let log = self::sheet(
+        &format!("{KEYS}x_scale = \"log\""),
+        six(SIX.map(Some)),
+        vec![],
+    );
+    let lefts = self::lefts(&log);
     assert!((lefts[2] - 2.0 * lefts[1] + lefts[0]).abs() < 0.3);
 }
 
 #[test]
 fn a_cell_of_several_runs_shows_their_median() {
-    let mut rows = six(SIX);
-    let more = six([
-        Some(6.0),
-        Some(2.0),
-        Some(3.0),
-        Some(4.0),
-        Some(5.0),
-        Some(6.0),
-    ]);
+    let mut rows = six(SIX.map(Some));
+    let more = six([6.0, 2.0, 3.0, 4.0, 5.0, 6.0].map(Some));
     for _ in 0..2 {
         for (column, more) in rows.columns.iter_mut().zip(&more.columns) {
             use hil_runner::study::picture::Values::Number;
@@ -109,10 +94,8 @@ fn a_cell_of_several_runs_shows_their_median() {
     let sheet = sheet(KEYS, rows, vec![]);
     let plot = sheet.plots()[0];
     // 1, 6 and 6 in the first cell: the largest colour now.
-    assert_eq!(
-        fill_at(&sheet, plot.left + 20.0, plot.bottom - 20.0),
-        "#FDE725"
-    );
+    let found = fill_at(&sheet, plot.left + 20.0, plot.bottom - 20.0);
+    assert_eq!(found, "#FDE725");
     assert!(sheet.has("Cells show medians of up to 3 runs."));
 }
 
@@ -121,22 +104,19 @@ fn a_cell_of_several_runs_shows_their_median() {
 #[test]
 fn what_was_not_run_is_told_apart() {
     let mut rows = six([Some(1.0), None, None, Some(4.0), Some(5.0), Some(6.0)]);
-    rows.columns.push(words(
-        "status",
-        &["ok", "refused", "failed", "ok", "ok", "ok"],
-    ));
+    let status = ["ok", "refused", "failed", "ok", "ok", "ok"];
+    rows.columns.push(words("status", &status));
     let hatched = |sheet: &Sheet| {
         let plot = sheet.plots()[0];
         let lines = sheet.lines.iter().filter(|line| line.stroke == "#5C646D");
-        lines
-            .filter(|line: &&Line| line.width_px == 0.9 && plot.holds(line.points[0]))
-            .count()
+        let thin = |line: &&Line| line.width_px == 0.9 && plot.holds(line.points[0]);
+        lines.filter(thin).count()
     };
     let both = sheet(KEYS, rows.clone(), vec![]);
     assert!(both.has("failed") && both.has("refused"));
     assert!(hatched(&both) > 10);
     assert!(!both.has("White: no run (1 of 6 cells)."));
-    assert_eq!(hatched(&sheet(KEYS, six(SIX), vec![])), 0);
+    assert_eq!(hatched(&sheet(KEYS, six(SIX.map(Some)), vec![])), 0);
     let fewer = format!("{KEYS}where.status = [\"ok\", \"failed\"]");
     let fewer = sheet(&fewer, rows, vec![]);
     assert!(
@@ -151,7 +131,7 @@ fn what_was_not_run_is_told_apart() {
 #[test]
 fn cells_that_fail_have_a_cross() {
     let crosses = |verdicts: [f64; 6]| {
-        let mut rows = six(SIX);
+        let mut rows = six(SIX.map(Some));
         rows.columns.push(numbers("pass", verdicts));
         let sheet = sheet(KEYS, rows, vec![]);
         let plot = sheet.plots()[0];
@@ -224,12 +204,14 @@ fn curves_are_drawn_over_the_map() {
 /// Beyond the given range of colours its ends hold, and that is said.
 #[test]
 fn colours_beyond_their_range_are_counted() {
-    let sheet = sheet(&format!("{KEYS}z_range = [2, 4]"), six(SIX), vec![]);
-    let plot = sheet.plots()[0];
-    assert_eq!(
-        fill_at(&sheet, plot.left + 20.0, plot.bottom - 20.0),
-        "#440154"
+    let sheet = sheet(
+        &format!("{KEYS}z_range = [2, 4]"),
+        six(SIX.map(Some)),
+        vec![],
     );
+    let plot = sheet.plots()[0];
+    let found = fill_at(&sheet, plot.left + 20.0, plot.bottom - 20.0);
+    assert_eq!(found, "#440154");
     let words = sheet.words().join("|");
     assert!(words.contains("Beyond the ends of the colour scale, shown as its ends: 3 cells."));
 }

@@ -1,71 +1,59 @@
 //! Mistakes of a study file and of a table are sentences.
 
 use super::keys::{BARS, HISTOGRAM, LINES, MAP, SCATTER, parsed};
+use super::table::table;
 use super::tables::{laws, numbers, sample_times, spread};
 use hil_runner::study::picture::{Picture, Table, draw};
 
+const WHOLE: &str = r#"
+kind = "pie" => there is no kind "pie"; the kinds are lines, map, bars, histogram and scatter
+=> it lacks kind
+"#;
+
+const OF_LINES: &str = r#"
+=> y or theory must name at least one column
+y = 3 => a column or a list of columns
+"#;
+
+const OF_AN_ERROR: &str = r#"
+z = 1 => unknown field `z`
+[[panel]]\ny = "a"
+    => with [[picture.panel]] the keys of y, theory and limit belong into the panels
+x_range = [2, 1] => x_range = [2, 1] must rise from a number to a larger one
+y_range = [0, 1]\ny_scale = "log" => y_range = [0, 1] must be above 0 on a logarithmic axis
+limit = -1 => limit = -1 must be a number of at least 0: it holds for the magnitude
+limit = "a" => limit must be a number, "budget" or { value = …, label = "…" }
+where.a = [] => where.a must be a number, a text, true or false, or a list of these
+where = 3 => where is a table of columns and values
+caption = 3 => it has a caption that is no text
+"#;
+
+const OF_A_MAP: &str = r#"
+contours_of = "a" => contours_of needs levels: contours = […]
+contours = [inf] => contours has inf, which is no level
+"#;
+
 #[test]
 fn mistakes_of_the_file_are_sentences() {
-    let lines = |more: &str| format!("{LINES}y = \"peak_following_error_mm\"\n{more}");
-    let map = |more: &str| format!("{MAP}{more}");
-    for (keys, report) in [
-        (
-            "kind = \"pie\"".to_owned(),
-            "there is no kind \"pie\"; the kinds are lines, map, bars, histogram and scatter",
-        ),
-        (String::new(), "it lacks kind"),
-        (LINES.into(), "y or theory must name at least one column"),
-        (lines("z = 1"), "unknown field `z`"),
-        (
-            lines("[[panel]]\ny = \"a\""),
-            "with [[picture.panel]] the keys of y, theory and limit belong into the panels",
-        ),
-        (
-            lines("x_range = [2, 1]"),
-            "x_range = [2, 1] must rise from a number to a larger one",
-        ),
-        (
-            lines("y_range = [0, 1]\ny_scale = \"log\""),
-            "y_range = [0, 1] must be above 0 on a logarithmic axis",
-        ),
-        (
-            lines("limit = -1"),
-            "limit = -1 must be a number of at least 0: it holds for the magnitude",
-        ),
-        (
-            lines("limit = \"a\""),
-            "limit must be a number, \"budget\" or { value = …, label = \"…\" }",
-        ),
-        (
-            lines("where.a = []"),
-            "where.a must be a number, a text, true or false, or a list of these",
-        ),
-        (lines("where = 3"), "where is a table of columns and values"),
-        (format!("{LINES}y = 3"), "a column or a list of columns"),
-        (lines("caption = 3"), "it has a caption that is no text"),
-        (
-            map("contours_of = \"a\""),
-            "contours_of needs levels: contours = […]",
-        ),
-        (
-            map("contours = [inf]"),
-            "contours has inf, which is no level",
-        ),
-        (
-            MAP.replace("kd_s", "kp"),
-            "x and y are both \"controller.kp\"",
-        ),
-        (
-            format!("{HISTOGRAM}bins = 0"),
-            "bins = 0 must be from 1 to 200",
-        ),
+    let lines = format!("{LINES}y = \"peak_following_error_mm\"\n");
+    for (start, cases) in [
+        ("", WHOLE),
+        (LINES, OF_LINES),
+        (&lines, OF_AN_ERROR),
+        (MAP, OF_A_MAP),
+        (HISTOGRAM, "bins = 0 => bins = 0 must be from 1 to 200"),
     ] {
-        let message = parsed(&keys).unwrap_err();
-        let report = format!("picture \"f\": {report}");
-        assert!(message.starts_with(&report), "{message}, not {report}");
+        for (rest, report) in table(cases) {
+            let message = parsed(&format!("{start}{rest}")).unwrap_err();
+            let report = format!("picture \"f\": {report}");
+            assert!(message.starts_with(&report), "{message}, not {report}");
+        }
     }
+    let message = parsed(&MAP.replace("kd_s", "kp")).unwrap_err();
+    let report = "picture \"f\": x and y are both \"controller.kp\"";
+    assert!(message.starts_with(report), "{message}");
     for file in ["", "a/b", "a.svg", "..\\\\a"] {
-        let text = format!("file = \"{file}\"\ntitle = \"T\"\n{}", lines(""));
+        let text = format!("file = \"{file}\"\ntitle = \"T\"\n{lines}");
         let error = toml::from_str::<Picture>(&text).unwrap_err().to_string();
         let report = "file is the stem of a file's name";
         assert!(error.contains(report), "{error}");

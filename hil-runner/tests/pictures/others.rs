@@ -11,10 +11,8 @@ fn sheet(keys: &str, table: Table) -> Sheet {
 
 fn filled<'a>(sheet: &'a Sheet, fill: &str) -> Vec<&'a Form> {
     let plot = sheet.plots()[0];
-    let forms = sheet
-        .forms
-        .iter()
-        .filter(|form| form.tag == "rect" && form.fill == fill);
+    let filled = |form: &&Form| form.tag == "rect" && form.fill == fill;
+    let forms = sheet.forms.iter().filter(filled);
     forms.filter(|form| plot.holds(form.middle)).collect()
 }
 
@@ -27,10 +25,8 @@ fn bars_are_as_long_as_their_values() {
     ]);
     let sheet = sheet("kind = \"bars\"\ncategory = \"law\"\ny = \"y_mm\"", rows);
     let bars = filled(&sheet, "#0072B2");
-    let lengths: Vec<f64> = bars
-        .iter()
-        .map(|bar| bar.room.right - bar.room.left)
-        .collect();
+    let lengths = bars.iter().map(|bar| bar.room.right - bar.room.left);
+    let lengths: Vec<f64> = lengths.collect();
     assert_eq!(lengths.len(), 3);
     assert!((lengths[0] / lengths[2] - 0.5).abs() < 1e-3);
     assert!((lengths[1] / lengths[2] - 0.25).abs() < 1e-3);
@@ -48,10 +44,8 @@ fn a_bar_of_several_runs_is_their_median() {
     ]);
     let sheet = sheet("kind = \"bars\"\ncategory = \"law\"\ny = \"y_mm\"", rows);
     let bars = filled(&sheet, "#0072B2");
-    let lengths: Vec<f64> = bars
-        .iter()
-        .map(|bar| bar.room.right - bar.room.left)
-        .collect();
+    let lengths = bars.iter().map(|bar| bar.room.right - bar.room.left);
+    let lengths: Vec<f64> = lengths.collect();
     assert!((lengths[0] / lengths[1] - 0.5).abs() < 1e-3);
     assert!(sheet.has("Bars and numbers: medians, lines: smallest to largest of up to 3 runs."));
 }
@@ -68,15 +62,12 @@ fn a_histogram_counts_every_run() {
     let plot = sheet.plots()[0];
     let heights = |fill: &str| {
         let bars = filled(&sheet, fill);
-        bars.iter()
-            .map(|bar| bar.room.bottom - bar.room.top)
-            .sum::<f64>()
+        let heights = bars.iter().map(|bar| bar.room.bottom - bar.room.top);
+        heights.sum::<f64>()
     };
     // The axis of counts: from 0 to the plot's lower edge, 1 a run above.
-    let one = sheet
-        .texts
-        .iter()
-        .find(|text| text.words == "1" && text.at.0 < plot.left);
+    let mut texts = sheet.texts.iter();
+    let one = texts.find(|text| text.words == "1" && text.at.0 < plot.left);
     let run_px = plot.bottom - one.unwrap().at.1;
     let within = heights("#0072B2") / run_px;
     let beyond = heights("#D55E00") / run_px;

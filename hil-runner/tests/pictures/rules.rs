@@ -13,12 +13,9 @@ fn wrong(svg: &str) -> Vec<String> {
         Err(error) => return vec![error],
     };
     let mut wrong = Vec::new();
-    let whole = Box {
-        left: 0.0,
-        top: 0.0,
-        right: sheet.width_px,
-        bottom: sheet.height_px,
-    };
+    let whole = Box::new(0.0, 0.0, sheet.width_px, sheet.height_px);
+    let within =
+        |room: &Box| whole.holds((room.left, room.top)) && whole.holds((room.right, room.bottom));
     let plots = sheet.plots();
     let first_plot = plots.iter().map(|plot| plot.top).fold(f64::NAN, f64::min);
     let shown = |point: (f64, f64)| {
@@ -29,9 +26,7 @@ fn wrong(svg: &str) -> Vec<String> {
         if text.size_px < LEAST_PX {
             wrong.push(format!("small: {text:?}"));
         }
-        if !whole.holds((text.room.left, text.room.top))
-            || !whole.holds((text.room.right, text.room.bottom))
-        {
+        if !within(&text.room) {
             wrong.push(format!("off the sheet: {text:?}"));
         }
         if text.words.starts_with('-') || text.words.is_empty() {
@@ -45,9 +40,7 @@ fn wrong(svg: &str) -> Vec<String> {
         }
     }
     for form in &sheet.forms {
-        if !whole.holds((form.room.left, form.room.top))
-            || !whole.holds((form.room.right, form.room.bottom))
-        {
+        if !within(&form.room) {
             wrong.push(format!("off the sheet: {form:?}"));
         }
         if form.tag != "rect" && !shown(form.middle) {
@@ -113,10 +106,8 @@ fn the_rules_can_be_broken() {
     ] {
         let svg = svg.replace("</svg>", &format!("{broken}</svg>"));
         let wrong = wrong(&svg);
-        assert!(
-            wrong.iter().any(|line| line.contains(report)),
-            "{report}: {wrong:?}"
-        );
+        let found = wrong.iter().any(|line| line.contains(report));
+        assert!(found, "{report}: {wrong:?}");
     }
     let framed = svg.replace("#5C646D", "#000000");
     assert!(wrong(&framed).contains(&"no plot".to_owned()));

@@ -15,6 +15,15 @@ pub(super) struct Box {
 }
 
 impl Box {
+    pub(super) fn new(left: f64, top: f64, right: f64, bottom: f64) -> Self {
+        Self {
+            left,
+            top,
+            right,
+            bottom,
+        }
+    }
+
     pub(super) fn holds(&self, (x, y): (f64, f64)) -> bool {
         let slack = 0.11;
         x >= self.left - slack
@@ -139,11 +148,8 @@ impl Sheet {
 fn number(node: &Node, name: &str) -> Result<f64, String> {
     let text = node.attribute(name).unwrap_or("nothing");
     let value: f64 = text.parse().map_err(|_| format!("{name} is {text}"))?;
-    if value.is_finite() {
-        Ok(value)
-    } else {
-        Err(format!("{name} is {text}"))
-    }
+    let finite = value.is_finite().then_some(value);
+    finite.ok_or_else(|| format!("{name} is {text}"))
 }
 
 fn px(node: &Node, name: &str) -> Result<f64, String> {
@@ -157,10 +163,8 @@ fn attribute(node: &Node, name: &str) -> String {
 fn points(node: &Node) -> Result<Vec<(f64, f64)>, String> {
     let point = |pair: &str| {
         let (x, y) = pair.split_once(',')?;
-        Some((
-            x.parse::<f64>().ok()? / STEPS,
-            y.parse::<f64>().ok()? / STEPS,
-        ))
+        let px = |text: &str| Some(text.parse::<f64>().ok()? / STEPS);
+        Some((px(x)?, px(y)?))
     };
     let pairs = node.attribute("points").unwrap_or_default();
     let points: Option<Vec<_>> = pairs.split_whitespace().map(point).collect();
@@ -168,12 +172,8 @@ fn points(node: &Node) -> Result<Vec<(f64, f64)>, String> {
 }
 
 fn room(points: &[(f64, f64)]) -> Box {
-    let mut room = Box {
-        left: f64::INFINITY,
-        top: f64::INFINITY,
-        right: f64::NEG_INFINITY,
-        bottom: f64::NEG_INFINITY,
-    };
+    let (most, least) = (f64::INFINITY, f64::NEG_INFINITY);
+    let mut room = Box::new(most, most, least, least);
     for &(x, y) in points {
         room.left = room.left.min(x);
         room.right = room.right.max(x);
@@ -203,20 +203,10 @@ fn text(node: &Node) -> Result<Text, String> {
     let half = 0.5 * HEIGHT_EM * size_px;
     let room = if upwards {
         let bottom = at.1 + before * length;
-        Box {
-            left: at.0 - half,
-            top: bottom - length,
-            right: at.0 + half,
-            bottom,
-        }
+        Box::new(at.0 - half, bottom - length, at.0 + half, bottom)
     } else {
         let left = at.0 - before * length;
-        Box {
-            left,
-            top: at.1 - half,
-            right: left + length,
-            bottom: at.1 + half,
-        }
+        Box::new(left, at.1 - half, left + length, at.1 + half)
     };
     Ok(Text {
         words,
@@ -240,35 +230,26 @@ fn form(node: &Node) -> Result<Form, String> {
     let room = match node.tag_name().name() {
         "rect" => {
             let (left, top) = (px(node, "x")?, px(node, "y")?);
-            Box {
-                left,
-                top,
-                right: left + px(node, "width")?,
-                bottom: top + px(node, "height")?,
-            }
+            let (width, height) = (px(node, "width")?, px(node, "height")?);
+            Box::new(left, top, left + width, top + height)
         }
         "circle" => {
             let (x, y, r) = (px(node, "cx")?, px(node, "cy")?, px(node, "r")?);
-            Box {
-                left: x - r,
-                top: y - r,
-                right: x + r,
-                bottom: y + r,
-            }
+            Box::new(x - r, y - r, x + r, y + r)
         }
         _ => room(&points(node)?),
     };
+    let middle = (
+        0.5 * (room.left + room.right),
+        0.5 * (room.top + room.bottom),
+    );
     Ok(Form {
         tag: node.tag_name().name().to_owned(),
-        middle: (
-            0.5 * (room.left + room.right),
-            0.5 * (room.top + room.bottom),
-        ),
+        middle,
         room,
         fill: attribute(node, "fill"),
-        opacity: match node.attribute("opacity") {
-            Some(_) => number(node, "opacity")?,
-            None => 1.0,
-        },
+        opacity: node
+            .attribute("opacity")
+            .map_or(Ok(1.0), |_| number(node, "opacity"))?,
     })
 }

@@ -2,28 +2,23 @@
 
 use hil_runner::study::picture::{Column, Curve, Table, Values};
 
+fn column(name: &str, values: Values) -> Column {
+    let (name, own) = (name.into(), None);
+    Column { name, values, own }
+}
+
 pub(super) fn numbers(name: &str, values: impl IntoIterator<Item = f64>) -> Column {
-    Column {
-        name: name.into(),
-        values: Values::Number(values.into_iter().map(Some).collect()),
-        own: None,
-    }
+    let values: Vec<Option<f64>> = values.into_iter().map(Some).collect();
+    holes(name, &values)
 }
 
 pub(super) fn holes(name: &str, values: &[Option<f64>]) -> Column {
-    Column {
-        name: name.into(),
-        values: Values::Number(values.to_vec()),
-        own: None,
-    }
+    column(name, Values::Number(values.to_vec()))
 }
 
 pub(super) fn words(name: &str, values: &[&str]) -> Column {
-    Column {
-        name: name.into(),
-        values: Values::Text(values.iter().map(ToString::to_string).collect()),
-        own: None,
-    }
+    let values = values.iter().map(ToString::to_string);
+    column(name, Values::Text(values.collect()))
 }
 
 pub(super) fn table(columns: impl IntoIterator<Item = Column>) -> Table {
@@ -104,19 +99,13 @@ pub(super) fn spread() -> Table {
     };
     let figure: Vec<f64> = (0..500).map(bell).collect();
     let gap = (0..500).map(|i| 10_f64.powf(-2.0 + 2.0 * share(i, 0.324_718)));
+    let error = figure.iter().map(|v| 0.5 + 0.1 * v);
+    let pass = figure.iter().map(|v| f64::from(u8::from(v.abs() < 0.8)));
     table([
         numbers("transmission.backlash_half_deg", gap),
         numbers("final_error_um", figure.iter().map(|value| 100.0 * value)),
-        numbers(
-            "peak_following_error_mm",
-            figure.iter().map(|v| 0.5 + 0.1 * v),
-        ),
-        numbers(
-            "pass",
-            figure
-                .iter()
-                .map(|value| f64::from(u8::from(value.abs() < 0.8))),
-        ),
+        numbers("peak_following_error_mm", error),
+        numbers("pass", pass),
     ])
 }
 
@@ -126,26 +115,19 @@ pub(super) fn laws() -> Table {
     let law: Vec<&str> = (0..12).map(|i| laws[i % 4]).collect();
     let value = |i: u32| (i != 5).then(|| -650.0 + 90.0 * f64::from(i));
     let values: Vec<Option<f64>> = (0..12).map(value).collect();
+    let error = (0..12).map(|i| 0.03 + f64::from(i * i));
     table([
         words("controller.law", &law),
         numbers("drive.dac_bits", (0..12).map(|i| [8.0, 12.0, 16.0][i / 4])),
         holes("final_error_um", &values),
-        numbers(
-            "rms_acc_error_mps2",
-            (0..12).map(|i| 0.03 + f64::from(i * i)),
-        ),
+        numbers("rms_acc_error_mps2", error),
     ])
 }
 
 /// Awkward values along a plain x.
 pub(super) fn awkward() -> Table {
-    let none = [
-        None,
-        Some(f64::NAN),
-        Some(f64::INFINITY),
-        None,
-        Some(-f64::NAN),
-    ];
+    let (nan, infinite) = (Some(f64::NAN), Some(f64::INFINITY));
+    let none = [None, nan, infinite, None, Some(-f64::NAN)];
     let huge = [1e-9, -3.0, 1e-3, 0.0, 1e6];
     table([
         numbers("x_s", (0..5).map(f64::from)),

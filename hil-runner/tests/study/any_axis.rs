@@ -13,27 +13,17 @@ use hil_core::summary::Summary;
 use hil_core::theory::{JointState, margin};
 use hil_runner::study::{Cell, Changes, LoopGain, RowMaker, Study, base_sentences, columns, ready};
 
-use crate::support::{messages, study};
+use crate::support::{messages, said, study};
 
 const AXES: [&str; 4] = ["ballscrew", "belt", "rotary", "hanging"];
 
 /// Words true of the paper's second simulation and of none of these axes.
-const OF_THE_PAPER: [&str; 14] = [
-    "250 mm",
-    "1.5 s",
-    "3.2",
-    "3°",
-    "636",
-    "1000 lines",
-    "999",
-    "79.954",
-    "80 V",
-    "4.88",
-    "second move",
-    "command 2",
-    "paper",
-    "Paper",
-];
+const OF_THE_PAPER: &str =
+    "250 mm|1.5 s|3.2|3°|636|1000 lines|999|79.954|80 V|4.88|second move|command 2|paper|Paper";
+
+fn of_the_paper() -> Vec<&'static str> {
+    OF_THE_PAPER.split('|').collect()
+}
 
 fn file(axis: &str) -> String {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/study/axes");
@@ -49,10 +39,8 @@ fn of_axis(name: &str, axis: &str) -> Option<Study> {
     match Study::load(name, &changes) {
         Ok(study) => Some(study),
         Err(error) => {
-            assert!(
-                error.to_string().contains("the base's joint is rigid"),
-                "{error}"
-            );
+            let error = error.to_string();
+            assert!(error.contains("the base's joint is rigid"), "{error}");
             assert_eq!((name, axis), ("backlash", "belt"));
             None
         }
@@ -114,16 +102,11 @@ fn no_text_states_what_is_true_of_the_paper_alone() {
             "sample-time" => words.replace("the last 1.5 s of the run", ""),
             _ => words.clone(),
         };
-        assert_eq!(
-            found(&besides, &OF_THE_PAPER),
-            [""; 0],
-            "{name} of {axis}: {words}"
-        );
+        let stated = found(&besides, &of_the_paper());
+        assert_eq!(stated, [""; 0], "{name} of {axis}: {words}");
         let defaults = case.budget.is_none();
-        assert!(
-            defaults || !words.contains("default"),
-            "{name} of {axis}: {words}"
-        );
+        let says = words.contains("default");
+        assert!(defaults || !says, "{name} of {axis}: {words}");
         // What is true of the axis stands there.
         for own in [case.controller.law.name(), axis] {
             assert!(words.contains(own), "{name} of {axis} does not name {own}");
@@ -131,7 +114,7 @@ fn no_text_states_what_is_true_of_the_paper_alone() {
     }
     // The search finds what it looks for where that is true.
     let paper = words(&Study::load("gains", &Changes::default()).unwrap());
-    let there = found(&paper, &OF_THE_PAPER);
+    let there = found(&paper, &of_the_paper());
     for word in ["250 mm", "3.2", "3°", "636", "paper"] {
         assert!(there.contains(&word), "{word}: {paper}");
     }
@@ -143,12 +126,7 @@ fn a_row_is_the_run_with_its_sets() {
     let mut compared = 0;
     for (name, axis, study) in all() {
         let columns = columns(&study);
-        let place = |name: &str| {
-            columns
-                .iter()
-                .position(|column| column.name == name)
-                .unwrap()
-        };
+        let place = |name: &str| columns.iter().position(|it| it.name == name).unwrap();
         let mut maker = RowMaker::new(&study);
         let (rungs, points) = (study.rungs.len() as u64, study.plan.points());
         for point in [0, points / 2, points - 1] {
@@ -163,12 +141,9 @@ fn a_row_is_the_run_with_its_sets() {
                 assert_eq!(case.controller.law, study.rungs[rung].0);
                 let summary = figures_of(&case);
                 for figure in SUMMARY_FIGURES {
-                    assert_eq!(
-                        row[place(figure.key)].as_number(),
-                        summary.figure(figure.key),
-                        "{name} of {axis}, point {point}: {} of {sets:?}",
-                        figure.key
-                    );
+                    let (key, value) = (figure.key, row[place(figure.key)].as_number());
+                    let what = format!("{name} of {axis}, point {point}: {key} of {sets:?}");
+                    assert_eq!(value, summary.figure(key), "{what}");
                 }
                 compared += 1;
             }
@@ -204,10 +179,8 @@ fn a_change_of_resolution_alone_changes_no_loop() {
                     * case.encoder.counts_per_rad
                     * case.dac.step_v
             };
-            assert!(
-                (feed(&case) - feed(&base)).abs() <= 1e-12 * feed(&base),
-                "{axis}"
-            );
+            let change = (feed(&case) - feed(&base)).abs();
+            assert!(change <= 1e-12 * feed(&base), "{axis}");
             if let (Some(own), Some(limit)) = (
                 base.options.limits.following_error,
                 case.options.limits.following_error,
@@ -219,10 +192,8 @@ fn a_change_of_resolution_alone_changes_no_loop() {
             steps.push(case.encoder.counts_per_rad * case.dac.step_v);
             points += 1;
         }
-        assert!(
-            points > 8 && steps.iter().any(|step| step / steps[0] < 0.1),
-            "{axis}: {steps:?}"
-        );
+        let finer = steps.iter().any(|step| step / steps[0] < 0.1);
+        assert!(points > 8 && finer, "{axis}: {steps:?}");
         assert!(worst < 1e-9, "{axis}: {worst}");
         // The measure sees a loop that is not kept.
         study.loop_gain = LoopGain::PerCount;
@@ -239,11 +210,8 @@ fn finer_steps_keep_the_following_error_of_an_axis_with_feed_forward() {
     let study = of_axis("resolution", "ballscrew").unwrap();
     let base = study.reference.base();
     assert_eq!(base.controller.law, Law::Firmware);
-    let rung = study
-        .rungs
-        .iter()
-        .position(|(law, _)| *law == Law::Firmware)
-        .unwrap();
+    let mut rungs = study.rungs.iter();
+    let rung = rungs.position(|(law, _)| *law == Law::Firmware).unwrap();
     let at = |bits: u32, lines: f64| {
         let all = 0..study.plan.points();
         let mut cases = all.filter_map(|point| study.case(&study.point(point), rung).ok());
@@ -255,17 +223,13 @@ fn finer_steps_keep_the_following_error_of_an_axis_with_feed_forward() {
     let own = figures_of(&at(16, 2500.0));
     let mut again = base.clone();
     again.run.duration_ns = study.rungs[rung].1.base().run.duration_ns;
-    assert_eq!(
-        own.peak_following_error_mm,
-        figures_of(&again).peak_following_error_mm
-    );
+    let again = figures_of(&again).peak_following_error_mm;
+    assert_eq!(own.peak_following_error_mm, again);
     for (bits, lines) in [(16, 5000.0), (16, 20000.0), (18, 5000.0)] {
         let finer = figures_of(&at(bits, lines)).peak_following_error_mm;
         let ratio = finer / own.peak_following_error_mm;
-        assert!(
-            (0.8..1.2).contains(&ratio),
-            "{bits} bits, {lines} lines: {ratio}"
-        );
+        let near = (0.8..1.2).contains(&ratio);
+        assert!(near, "{bits} bits, {lines} lines: {ratio}");
     }
 }
 
@@ -276,51 +240,29 @@ fn every_study_and_picture_can_be_made_of_any_axis() {
     for (name, axis, read) in all() {
         let base = format!("{axis}.toml");
         fs::copy(file(axis), folder.path().join(&base)).unwrap();
-        let output = study(folder.path(), &[name, "--base", &base]);
-        assert!(
-            messages(&output, 0)
-                .lines()
-                .all(|line| line.contains("leave")),
-            "{name} of {axis}"
-        );
-        let said = String::from_utf8_lossy(&output.stdout).into_owned();
-        assert!(
-            said.starts_with(&format!(
-                "Base {base}: rung {}",
-                read.reference.base().controller.law.name()
-            )),
-            "{said}"
-        );
+        let output = study(&folder, &format!("{name} --base {base}"));
+        let told = messages(&output, 0);
+        let leave = told.lines().all(|line| line.contains("leave"));
+        assert!(leave, "{name} of {axis}");
+        let (said, law) = (said(&output), read.reference.base().controller.law);
+        let begin = format!("Base {base}: rung {}", law.name());
+        assert!(said.starts_with(&begin), "{said}");
         let out = folder.path().join(format!("out/study-{name}-{axis}"));
         for picture in &read.pictures {
             let svg = fs::read_to_string(out.join(format!("{}.svg", picture.file))).unwrap();
-            assert!(
-                !svg.contains("No value to show"),
-                "{name} of {axis}: {}",
-                picture.file
-            );
-            let names: Vec<&str> = OF_THE_PAPER
-                .into_iter()
-                .filter(|w| w.contains("m") || w.contains('a'))
-                .collect();
-            assert_eq!(
-                found(&svg, &names),
-                [""; 0],
-                "{name} of {axis}: {}",
-                picture.file
-            );
+            let what = format!("{name} of {axis}: {}", picture.file);
+            assert!(!svg.contains("No value to show"), "{what}");
+            let mut names = of_the_paper();
+            names.retain(|w| w.contains("m") || w.contains('a'));
+            assert_eq!(found(&svg, &names), [""; 0], "{what}");
         }
         let page = fs::read_to_string(out.join("report.html")).unwrap();
         assert!(page.contains(&format!("Base {base}")), "{name} of {axis}");
         if let Some(limits) = &read.reference.base().budget {
-            assert!(
-                !page.contains("the defaults for the base"),
-                "{name} of {axis}"
-            );
-            assert!(
-                page.contains(&format!("{} ≤", limits[0].figure)),
-                "{name} of {axis}"
-            );
+            let default = page.contains("the defaults for the base");
+            assert!(!default, "{name} of {axis}");
+            let limit = format!("{} ≤", limits[0].figure);
+            assert!(page.contains(&limit), "{name} of {axis}");
         }
     }
 }

@@ -5,7 +5,8 @@ use std::fs;
 
 use hil_runner::study::{Changes, Study};
 
-use crate::support::{folder_with, messages, study};
+use crate::support::{folder_with, messages, ran, refused, results, said, study};
+use crate::table::table;
 
 /// A study of paper-2 with these lines before its axis over K_p.
 fn text(lines: &str) -> String {
@@ -14,34 +15,22 @@ fn text(lines: &str) -> String {
     )
 }
 
-fn output(text: &str, arguments: &[&str]) -> (i32, String, String) {
-    let folder = folder_with(text);
-    let output = study(folder.path(), &[&["small.toml"], arguments].concat());
-    let said = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
-    (
-        output.status.code().unwrap(),
-        said(&output.stdout),
-        said(&output.stderr),
-    )
+fn output(text: &str, arguments: &str) -> (i32, String, String) {
+    let output = study(folder_with(text), &format!("small.toml {arguments}"));
+    let status = output.status.code().unwrap();
+    (status, said(&output), messages(&output, status))
 }
 
 #[test]
 fn the_best_runs_have_the_largest_least_margin() {
     let folder = folder_with(&text("rungs = [\"quantised\"]"));
-    let done = study(folder.path(), &["small.toml", "--out", "out"]);
+    let done = study(&folder, "small.toml --out out");
     messages(&done, 0);
-    let said = String::from_utf8_lossy(&done.stdout).into_owned();
-    let mut reader = csv::Reader::from_path(folder.path().join("out/results.csv")).unwrap();
-    let header = reader.headers().unwrap().clone();
+    let said = said(&done);
     let mut best: Vec<(f64, u64)> = Vec::new();
     let mut unstable = 0;
-    for (row, record) in reader.records().enumerate() {
-        let record = record.unwrap();
-        let number = |name: &str| -> f64 {
-            record[header.iter().position(|column| column == name).unwrap()]
-                .parse()
-                .unwrap()
-        };
+    for (row, cells) in results(&folder.path().join("out")).iter().enumerate() {
+        let number = |name: &str| -> f64 { cells[name].parse().unwrap() };
         // The default limits of the paper's second move: twice its π/2 m/s², 2 % of 250 mm.
         let parts = [
             1.0 - number("peak_abs_acc_mps2") / core::f64::consts::PI,
@@ -49,10 +38,8 @@ fn the_best_runs_have_the_largest_least_margin() {
         ];
         let least = parts[0].min(parts[1]);
         if number("voltage_saturated_s") == 0.0 {
-            assert!(
-                (number("least_relative_margin") - least).abs() < 1e-9,
-                "row {row}"
-            );
+            let margin = number("least_relative_margin");
+            assert!((margin - least).abs() < 1e-9, "row {row}");
         }
         if number("modulus_margin_gap") < 0.0 || number("modulus_margin_contact") < 0.0 {
             unstable += 1;
@@ -64,66 +51,37 @@ fn the_best_runs_have_the_largest_least_margin() {
     let rows: Vec<u64> = best.iter().map(|(_, row)| *row).collect();
     assert_eq!((rows.as_slice(), unstable), (&[2, 1][..], 1));
     let listed = said.split("best of the runs").nth(1).unwrap();
-    let places = rows.map_places(listed);
-    assert!(places.is_sorted(), "{listed}");
-    assert!(
-        said.contains("theory calls the loop of 1 of 4 runs unstable"),
-        "{said}"
-    );
+    let line = |row: u64| {
+        let row = row.to_string();
+        let mut lines = listed.lines();
+        let line = lines.position(|line| line.split_whitespace().nth(1) == Some(&row));
+        line.unwrap_or_else(|| panic!("row {row}: {listed}"))
+    };
+    assert!(line(2) < line(1), "{listed}");
+    let unstable = "theory calls the loop of 1 of 4 runs unstable";
+    assert!(said.contains(unstable), "{said}");
     let page = fs::read_to_string(folder.path().join("out/report.html")).unwrap();
     assert!(page.contains("Best of the runs within all limits"));
 }
 
-/// Numbers of the lines that some rows take in a table.
-trait Places {
-    fn map_places(&self, table: &str) -> Vec<usize>;
-}
-
-impl Places for Vec<u64> {
-    fn map_places(&self, table: &str) -> Vec<usize> {
-        let line = |row: &u64| {
-            table
-                .lines()
-                .position(|line| line.split_whitespace().nth(1) == Some(&row.to_string()))
-        };
-        self.iter()
-            .map(|row| line(row).unwrap_or_else(|| panic!("row {row}: {table}")))
-            .collect()
-    }
-}
-
 #[test]
 fn rungs_can_be_chosen_and_the_rest_is_told() {
-    let (status, said, told) = output(&text(""), &["--rungs", "sampled,quantised"]);
+    let (status, said, told) = output(&text(""), "--rungs sampled,quantised");
     assert_eq!(status, 0, "{told}");
-    assert!(
-        said.contains("rung sampled, quantised instead of firmware"),
-        "{said}"
+    let chosen = "rung sampled, quantised instead of firmware";
+    assert!(said.contains(chosen), "{said}");
+    refused(
+        folder_with(&text("")),
+        "
+small.toml --rungs sampled,analog
+    => a rung is one of continuous, sampled, quantised, firmware
+small.toml --rungs sampled,sampled => each once
+small.toml --rungs sampled --set controller.law=firmware => would be overridden by rungs
+small.toml --set controller={kp=3} => a study takes a section's keys one by one
+small.toml --row 1 --rungs sampled => cannot be used with
+small.toml --print --set controller.kd_s=0.1 => cannot be used with
+",
     );
-    for (arguments, words) in [
-        (
-            &["--rungs", "sampled,analog"][..],
-            "a rung is one of continuous, sampled, quantised, firmware",
-        ),
-        (&["--rungs", "sampled,sampled"], "each once"),
-        (
-            &["--rungs", "sampled", "--set", "controller.law=firmware"],
-            "would be overridden by rungs",
-        ),
-        (
-            &["--set", "controller={kp=3}"],
-            "a study takes a section's keys one by one",
-        ),
-        (&["--row", "1", "--rungs", "sampled"], "cannot be used with"),
-        (
-            &["--print", "--set", "controller.kd_s=0.1"],
-            "cannot be used with",
-        ),
-    ] {
-        let (status, _, told) = output(&text(""), arguments);
-        assert_eq!(status, 2, "{told}");
-        assert!(told.contains(words), "{told}");
-    }
     // A ready study is made around what the command line sets.
     let set = |sets: &[&str]| {
         let sets = sets.iter().map(ToString::to_string).collect();
@@ -142,43 +100,34 @@ fn rungs_can_be_chosen_and_the_rest_is_told() {
 #[test]
 fn a_study_of_no_run_fails() {
     let none = text("constraints = [\"controller.kp < 0.5\"]");
-    let (status, _, told) = output(&none, &[]);
-    assert_eq!(status, 2, "{told}");
+    let told = ran(folder_with(&none), "small.toml", 2);
     assert!(told.contains("no run of the study could be made"), "{told}");
 }
 
 #[test]
 fn limits_that_cannot_be_judged_and_runs_that_are_too_short_are_told() {
-    let short = text("[set]\nrun.duration_s = 0.3");
-    for (text, words) in [
-        (
-            text("[budget]\nhost_step_p99_us = 1.0"),
-            "host_step_p99_us is not judged in a study",
-        ),
-        (
-            text("[budget]\nflash_bytes = 1000.0"),
-            "budget.flash_bytes cannot pass",
-        ),
-        (short, "the runs end at 0.3 s, before the motion does (1 s)"),
-        (
-            text("[set]\nrun.duration_s = 1.003"),
-            "before there are 8 samples of rest",
-        ),
-    ] {
-        let (_, _, told) = output(&text, &[]);
-        assert!(told.contains(words), "{told}");
+    for (lines, words) in table(
+        r"
+[budget]\nhost_step_p99_us = 1.0 => host_step_p99_us is not judged in a study
+[budget]\nflash_bytes = 1000.0 => budget.flash_bytes cannot pass
+[set]\nrun.duration_s = 0.3 => the runs end at 0.3 s, before the motion does (1 s)
+[set]\nrun.duration_s = 1.003 => before there are 8 samples of rest
+",
+    ) {
+        let (_, _, told) = output(&text(&lines), "");
+        assert!(told.contains(&words), "{told}");
     }
-    let (_, _, told) = output(&text(""), &[]);
+    let (_, _, told) = output(&text(""), "");
     assert_eq!(told, "");
 }
 
 #[test]
 fn what_is_no_number_is_replaced_aloud_too() {
     let rigid = text("[set]\ntransmission.joint = \"rigid\"\nrun.duration_s = 2.0");
-    let (_, said, _) = output(&rigid, &[]);
+    let (_, said, _) = output(&rigid, "");
     let words = "The study replaces of the base: run.duration_s = 2.0 instead of 1.5; transmission.joint = \"rigid\".";
     assert!(said.contains(words), "{said}");
-    let (_, said, _) = output(&text(""), &["--set", "controller.derivative=measurement"]);
+    let (_, said, _) = output(&text(""), "--set controller.derivative=measurement");
     assert!(!said.contains("replaces"), "{said}");
 }
 
@@ -188,23 +137,10 @@ fn a_joint_without_a_gap_has_no_open_margin() {
     let margins = |half_deg: &str| -> Vec<bool> {
         let folder = folder_with(&text("rungs = [\"sampled\"]"));
         let set = format!("transmission.backlash_half_deg={half_deg}");
-        messages(
-            &study(
-                folder.path(),
-                &["small.toml", "--out", "out", "--set", &set],
-            ),
-            0,
-        );
-        let mut reader = csv::Reader::from_path(folder.path().join("out/results.csv")).unwrap();
-        let place = reader
-            .headers()
-            .unwrap()
-            .iter()
-            .position(|name| name == "modulus_margin_gap");
-        reader
-            .records()
-            .map(|record| record.unwrap()[place.unwrap()].is_empty())
-            .collect()
+        ran(&folder, &format!("small.toml --out out --set {set}"), 0);
+        let rows = results(&folder.path().join("out"));
+        let empty = rows.iter().map(|row| row["modulus_margin_gap"].is_empty());
+        empty.collect()
     };
     assert_eq!(margins("0"), [true; 4]);
     assert_eq!(margins("0.1"), [false; 4]);
@@ -218,12 +154,9 @@ fn the_partner_of_an_axis_has_no_number() {
         "base = \"paper-2\"\n[[axis]]\nkey = \"controller.kp\"\ntimes = \"encoder.counts_per_rad\"\nvalues = [0.01]",
     ] {
         let text = format!("{lines}\n[[axis]]\nkey = \"encoder.lines\"\nvalues = [100, 5000]\n");
-        let (status, _, told) = output(&text, &[]);
-        assert_eq!(status, 2, "{told}");
-        assert!(
-            told.contains("encoder.counts_per_rad") && told.contains("has no number here"),
-            "{told}"
-        );
+        let told = ran(folder_with(&text), "small.toml", 2);
+        let words = ["encoder.counts_per_rad", "has no number here"];
+        assert!(words.iter().all(|word| told.contains(word)), "{told}");
     }
 }
 

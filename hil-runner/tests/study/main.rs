@@ -19,3 +19,5 @@ mod row;
 mod rows;
 mod shards;
 mod support;
+#[path = "../table/mod.rs"]
+mod table;

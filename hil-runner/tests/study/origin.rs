@@ -3,27 +3,20 @@
 use std::fs;
 use std::path::Path;
 
-use crate::support::{STUDY, assert_same, contents, folder_with, made, messages, study};
+use crate::support::{STUDY, assert_same, contents, folder_with, made, ran, study};
 
 /// A file that is missing, longer, shorter or has another digit; resuming,
 /// merging and making a row each say which one, and change nothing.
 #[test]
 fn a_damaged_or_missing_file_is_told_by_name() {
     let folder = folder_with(&STUDY.replace("runs = 1500", "runs = 100"));
-    let arguments = ["small.toml", "--set", "controller.ki_per_s=6"];
     let out = folder.path().join("out");
-    made(folder.path(), &arguments, "good");
+    made(&folder, "small.toml --set controller.ki_per_s=6", "good");
     let good = contents(&folder.path().join("good"));
-    let commands: [&[&str]; 3] = [
-        &[
-            "small.toml",
-            "--set",
-            "controller.ki_per_s=6",
-            "--out",
-            "out",
-        ],
-        &["merge", "merged", "out"],
-        &["out", "--row", "0"],
+    let commands = [
+        "small.toml --set controller.ki_per_s=6 --out out",
+        "merge merged out",
+        "out --row 0",
     ];
     let restore = || {
         let _ = fs::remove_dir_all(&out);
@@ -63,13 +56,9 @@ fn a_damaged_or_missing_file_is_told_by_name() {
             }
             let before = contents(&out);
             for command in commands {
-                let told = messages(&study(folder.path(), command), 2);
+                let told = ran(&folder, command, 2);
                 assert!(told.contains(name), "{name} {number} {command:?}: {told}");
-                let what = if number == 0 {
-                    "is missing"
-                } else {
-                    "is not what was written"
-                };
+                let what = ["is missing", "is not what was written"][number.min(1)];
                 assert!(told.contains(what), "{name} {number} {command:?}: {told}");
                 assert_eq!(told.lines().count(), 1, "{told}");
                 assert!(before == contents(&out), "{name} {number} {command:?}");
@@ -80,12 +69,8 @@ fn a_damaged_or_missing_file_is_told_by_name() {
     // The contrast: what is whole is taken by all three.
     restore();
     for command in commands {
-        let output = study(folder.path(), command);
-        assert!(
-            output.status.code().unwrap() < 2,
-            "{command:?}: {}",
-            String::from_utf8_lossy(&output.stderr)
-        );
+        let output = study(&folder, command);
+        assert!(output.status.code().unwrap() < 2, "{command}: {output:?}");
     }
 }
 
@@ -93,23 +78,17 @@ fn a_damaged_or_missing_file_is_told_by_name() {
 #[test]
 fn another_version_is_named() {
     let folder = folder_with(&STUDY.replace("runs = 1500", "runs = 10"));
-    made(folder.path(), &["small.toml"], "old");
+    made(&folder, "small.toml", "old");
     let path = folder.path().join("old/study.json");
     fs::write(
         &path,
         r#"{"study": "small", "format": 1, "version": "0.0.9", "rows": 20}"#,
     )
     .unwrap();
-    for command in [
-        &["small.toml", "--out", "old"][..],
-        &["merge", "merged", "old"],
-        &["old", "--row", "0"],
-    ] {
-        let told = messages(&study(folder.path(), command), 2);
-        assert!(
-            told.contains("old holds results of version 0.0.9, format 1, not of"),
-            "{told}"
-        );
+    for command in ["small.toml --out old", "merge merged old", "old --row 0"] {
+        let told = ran(&folder, command, 2);
+        let words = "old holds results of version 0.0.9, format 1, not of";
+        assert!(told.contains(words), "{told}");
     }
 }
 
@@ -125,24 +104,19 @@ fn a_merge_needs_the_folders_alone() {
     let base = Path::new(env!("CARGO_MANIFEST_DIR")).join("../cases/paper-2.toml");
     let base = fs::read_to_string(base).unwrap();
     fs::write(at("axis.toml"), &base).unwrap();
-    let whole = made(folder.path(), &["small.toml"], "whole");
+    let whole = made(&folder, "small.toml", "whole");
     for shard in ["1/2", "2/2"] {
         let name = shard.replace('/', "-of-");
-        made(folder.path(), &["small.toml", "--shard", shard], &name);
+        made(&folder, &format!("small.toml --shard {shard}"), &name);
     }
     let other = base.replace("mass_kg = 50.0", "mass_kg = 80.0");
     assert_ne!(base, other);
     fs::write(at("axis.toml"), &other).unwrap();
-    let changed = made(folder.path(), &["small.toml"], "changed");
-    assert_ne!(
-        fs::read(changed.join("results.csv")).unwrap(),
-        fs::read(whole.join("results.csv")).unwrap()
-    );
+    let changed = made(&folder, "small.toml", "changed");
+    let found = fs::read(changed.join("results.csv")).unwrap();
+    assert_ne!(found, fs::read(whole.join("results.csv")).unwrap());
     for files in [&["small.toml", "axis.toml"][..], &[]] {
-        messages(
-            &study(folder.path(), &["merge", "out", "2-of-2", "1-of-2"]),
-            0,
-        );
+        ran(&folder, "merge out 2-of-2 1-of-2", 0);
         assert_same(&whole, &at("out"));
         fs::remove_dir_all(at("out")).unwrap();
         for file in files {
@@ -153,26 +127,15 @@ fn a_merge_needs_the_folders_alone() {
     fs::create_dir(at("other")).unwrap();
     fs::write(at("other/small.toml"), &text).unwrap();
     fs::write(at("other/axis.toml"), &base).unwrap();
-    let elsewhere = ["other/small.toml", "--shard", "2/2"];
-    made(folder.path(), &elsewhere, "elsewhere");
-    messages(
-        &study(folder.path(), &["merge", "out", "1-of-2", "elsewhere"]),
-        0,
-    );
+    made(&folder, "other/small.toml --shard 2/2", "elsewhere");
+    ran(&folder, "merge out 1-of-2 elsewhere", 0);
     assert_same(&whole, &at("out"));
     fs::remove_dir_all(at("out")).unwrap();
     // Of a base that was changed in between, shards are not of one study.
     fs::write(at("small.toml"), &text).unwrap();
     fs::write(at("axis.toml"), &other).unwrap();
-    made(
-        folder.path(),
-        &["small.toml", "--shard", "2/2"],
-        "changed-2",
-    );
-    let told = messages(
-        &study(folder.path(), &["merge", "out", "1-of-2", "changed-2"]),
-        2,
-    );
+    made(&folder, "small.toml --shard 2/2", "changed-2");
+    let told = ran(&folder, "merge out 1-of-2 changed-2", 2);
     assert!(told.contains("are not shards of the same study"), "{told}");
     assert!(!at("out").exists());
 }

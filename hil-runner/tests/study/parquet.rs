@@ -8,7 +8,7 @@ use parquet::basic::Type;
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::Field;
 
-use crate::support::{STUDY, folder_with, made, messages, study};
+use crate::support::{STUDY, folder_with, made, ran};
 
 /// Axes over whole numbers and others, rows that are refused, one whose whole
 /// number no integer holds.
@@ -69,7 +69,7 @@ fn whole_numbers_are_integers_and_all_values_those_of_the_csv() {
     let folder = folder_with(AXES);
     let base = concat!(env!("CARGO_MANIFEST_DIR"), "/../cases/paper-2.toml");
     fs::copy(base, folder.path().join("axis.toml")).unwrap();
-    let out = made(folder.path(), &["small.toml"], "made");
+    let out = made(&folder, "small.toml", "made");
     let mut reader = csv::Reader::from_path(out.join("results.csv")).unwrap();
     let header = reader.headers().unwrap().clone();
     let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
@@ -110,43 +110,30 @@ fn whole_numbers_are_integers_and_all_values_those_of_the_csv() {
 #[test]
 fn every_part_says_what_made_it() {
     let folder = folder_with(STUDY);
-    let arguments = ["small.toml", "--set", "controller.ki_per_s=6"];
-    let out = made(folder.path(), &arguments, "made");
-    let text = |name: &str| fs::read_to_string(out.join(name)).unwrap();
+    let line = "small.toml --set controller.ki_per_s=6";
+    let out = made(&folder, line, "made");
+    let base = fs::read_to_string(out.join("base.toml")).unwrap();
+    let again = "hil-runner study small.toml --set 'controller.ki_per_s=6' --out out";
     let expected = [
-        ("study", "small".to_owned()),
-        (
-            "program",
-            format!("hil-runner {}", env!("CARGO_PKG_VERSION")),
-        ),
-        (
-            "command_line",
-            "hil-runner study small.toml --set 'controller.ki_per_s=6' --out out".to_owned(),
-        ),
-        ("sets", r#"["controller.ki_per_s=6"]"#.to_owned()),
-        ("study.toml", STUDY.to_owned()),
-        ("base.toml", text("base.toml")),
+        ("study", "small"),
+        ("program", concat!("hil-runner ", env!("CARGO_PKG_VERSION"))),
+        ("command_line", again),
+        ("sets", r#"["controller.ki_per_s=6"]"#),
+        ("study.toml", STUDY),
+        ("base.toml", &base),
     ];
-    assert_eq!(
-        metadata(&out),
-        expected.map(|(key, value)| (key.to_owned(), value))
-    );
+    let expected = expected.map(|(key, value)| (key.to_owned(), value.to_owned()));
+    assert_eq!(metadata(&out), expected);
     let paper_2 = hil_core::runfile::builtin_text("paper-2").unwrap();
-    assert_eq!(text("base.toml"), paper_2);
+    assert_eq!(base, paper_2);
     // A shard says which one it is; merged, the metadata are those of the whole.
     for shard in ["1/2", "2/2"] {
         let name = shard.replace('/', "-of-");
-        let shard = [&arguments[..], &["--shard", shard]].concat();
-        let part = made(folder.path(), &shard, &name);
+        let part = made(&folder, &format!("{line} --shard {shard}"), &name);
         let line = metadata(&part)[2].1.clone();
-        assert!(
-            line.ends_with(&format!("--shard {} --out out", shard[4])),
-            "{line}"
-        );
+        let end = format!("--shard {shard} --out out");
+        assert!(line.ends_with(&end), "{line}");
     }
-    messages(
-        &study(folder.path(), &["merge", "out", "1-of-2", "2-of-2"]),
-        0,
-    );
+    ran(&folder, "merge out 1-of-2 2-of-2", 0);
     assert_eq!(metadata(&folder.path().join("out")), metadata(&out));
 }

@@ -4,21 +4,20 @@ use std::path::Path;
 
 use hil_runner::study::{Changes, Study, ready};
 
-use crate::support::{folder_with, messages, study};
+use crate::support::{folder_with, messages, ran, said, study};
 
 /// Each is listed, printed, read, and has what its pictures need.
 #[test]
 fn every_ready_study_is_right() {
     let folder = tempfile::TempDir::new().unwrap();
-    let listed = study(folder.path(), &["--list"]);
+    let listed = study(&folder, "--list");
     messages(&listed, 0);
-    let listed = String::from_utf8_lossy(&listed.stdout).into_owned();
+    let listed = said(&listed);
     let names: Vec<&str> = ready::names().collect();
     assert_eq!(names.len(), 7);
     for name in names {
         assert!(listed.contains(name), "{listed}");
-        let printed = study(folder.path(), &["--print", name]);
-        let printed = String::from_utf8_lossy(&printed.stdout).into_owned();
+        let printed = said(&study(&folder, &format!("--print {name}")));
         assert_eq!(printed, Study::text(name, &Changes::default()).unwrap());
         let read = Study::load(name, &Changes::default()).unwrap_or_else(|error| panic!("{error}"));
         assert_eq!(read.name, name);
@@ -28,11 +27,8 @@ fn every_ready_study_is_right() {
         let page = std::fs::read_to_string(docs.join(format!("{name}.md"))).unwrap();
         assert!(page.contains(&format!("hil-runner study {name}")), "{name}");
         for picture in &read.pictures {
-            assert!(
-                page.contains(&format!("({}.svg)", picture.file)),
-                "{name}: {}",
-                picture.file
-            );
+            let shown = format!("({}.svg)", picture.file);
+            assert!(page.contains(&shown), "{name}: {shown}");
         }
     }
 }
@@ -44,15 +40,13 @@ fn the_pictures_of_the_docs_are_those_of_the_command() {
     let folder = tempfile::TempDir::new().unwrap();
     let docs = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/studies");
     for name in ready::names() {
-        messages(&study(folder.path(), &[name, "--out", name]), 0);
+        ran(&folder, &format!("{name} --out {name}"), 0);
         for picture in &Study::load(name, &Changes::default()).unwrap().pictures {
             let file = format!("{}.svg", picture.file);
             let drawn = std::fs::read(folder.path().join(name).join(&file)).unwrap();
             let kept = std::fs::read(docs.join(&file)).unwrap();
-            assert!(
-                drawn == kept,
-                "docs/studies/{file} is not what `hil-runner study {name}` draws"
-            );
+            let what = format!("docs/studies/{file} is not what `hil-runner study {name}` draws");
+            assert!(drawn == kept, "{what}");
         }
         assert!(folder.path().join(name).join("report.html").exists());
     }
@@ -67,7 +61,7 @@ fn the_examples_of_the_docs_are_made() {
         let example = page.split("```toml\n").nth(1).unwrap();
         let example = example.split("```").next().unwrap();
         let folder = folder_with(example);
-        let output = study(folder.path(), &["small.toml", "--out", "out"]);
+        let output = study(&folder, "small.toml --out out");
         assert!(messages(&output, 0).is_empty(), "{file}");
         let drawn = std::fs::read_dir(folder.path().join("out")).unwrap();
         let svg = |entry: &std::fs::DirEntry| entry.path().extension() == Some("svg".as_ref());

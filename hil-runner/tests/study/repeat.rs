@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
 
-use crate::support::{self, assert_same, folder_with, made, messages, program, shell, study};
+use crate::support::{self, assert_same, folder_with, made, messages, program, ran, shell};
 
 const STUDY: &str = r#"
 name = "small"
@@ -59,7 +59,8 @@ fn a_shell_takes_the_line_of_the_page() {
         "my results/$1 [2]",
     ];
     fs::create_dir(at("my results")).unwrap();
-    messages(&study(folder.path(), &arguments), 0);
+    let made = program(&folder, "").args(arguments).output();
+    messages(&made.unwrap(), 0);
     let out = at("my results/$1 [2]");
     let line = repeat_it(&fs::read_to_string(out.join("report.html")).unwrap());
     assert!(line.ends_with("--out 'my results/$1 [2]'"), "{line}");
@@ -80,7 +81,7 @@ fn a_shell_takes_the_line_of_the_page() {
 #[test]
 fn the_line_has_what_was_given() {
     let folder = folder_with(STUDY);
-    messages(&study(folder.path(), &["small.toml"]), 0);
+    ran(&folder, "small.toml", 0);
     let page = folder.path().join("out/study-small/report.html");
     let line = repeat_it(&fs::read_to_string(page).unwrap());
     assert_eq!(line, "hil-runner study small.toml");
@@ -90,15 +91,10 @@ fn the_line_has_what_was_given() {
 #[test]
 fn the_line_of_an_interrupted_study_goes_on() {
     let folder = folder_with(&support::STUDY.replace("runs = 1500", "runs = 6000"));
-    let whole = made(folder.path(), &["small.toml"], "whole");
+    let whole = made(&folder, "small.toml", "whole");
     let out = folder.path().join("out");
-    let child = program(
-        folder.path(),
-        &["small.toml", "--threads", "1", "--out", "out"],
-    )
-    .stderr(Stdio::piped())
-    .spawn()
-    .unwrap();
+    let mut child = program(&folder, "small.toml --threads 1 --out out");
+    let child = child.stderr(Stdio::piped()).spawn().unwrap();
     while fs::metadata(out.join("results.csv")).map_or(0, |csv| csv.len()) < 10_000 {
         sleep(Duration::from_millis(1));
     }

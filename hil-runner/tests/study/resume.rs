@@ -1,23 +1,18 @@
 //! A study that is killed and started again is the study that was not.
 
-use std::fs::{self, OpenOptions};
-use std::io::Write;
+use std::fs;
 use std::path::Path;
 use std::thread::sleep;
 use std::time::Duration;
 
-use crate::support::{STUDY, assert_same, folder_with, made, messages, program, study};
+use crate::support::{STUDY, assert_same, folder_with, made, program, ran, refused};
 
 /// The number of threads changes no byte.
 #[test]
 fn threads_change_nothing() {
     let folder = folder_with(STUDY);
     for threads in ["1", "2", "7"] {
-        made(
-            folder.path(),
-            &["small.toml", "--threads", threads],
-            threads,
-        );
+        made(&folder, &format!("small.toml --threads {threads}"), threads);
     }
     for threads in ["2", "7"] {
         assert_same(&folder.path().join("1"), &folder.path().join(threads));
@@ -25,7 +20,7 @@ fn threads_change_nothing() {
     // What other rows are is told from these.
     let other = STUDY.replace("seed = 3", "seed = 4");
     fs::write(folder.path().join("small.toml"), other).unwrap();
-    made(folder.path(), &["small.toml"], "other");
+    made(&folder, "small.toml", "other");
     let csv = |out: &str| fs::read(folder.path().join(out).join("results.csv")).unwrap();
     assert_ne!(csv("1"), csv("other"));
 }
@@ -64,7 +59,7 @@ fn journal_lines(out: &Path) -> usize {
 fn a_killed_study_goes_on_to_the_same_bytes() {
     let long = STUDY.replace("runs = 1500", "runs = 36000");
     let folder = folder_with(&long);
-    let whole = made(folder.path(), &["small.toml"], "whole");
+    let whole = made(&folder, "small.toml", "whole");
     let out = folder.path().join("out");
     for moment in [
         Moment::File("study.toml"),
@@ -79,12 +74,8 @@ fn a_killed_study_goes_on_to_the_same_bytes() {
         Moment::Entries(20),
     ] {
         // On one thread it takes long enough for none to come too late.
-        let mut child = program(
-            folder.path(),
-            &["small.toml", "--threads", "1", "--out", "out"],
-        )
-        .spawn()
-        .unwrap();
+        let mut child = program(&folder, "small.toml --threads 1 --out out");
+        let mut child = child.spawn().unwrap();
         while !moment.has_come(&out) {
             let ended = child.try_wait().unwrap();
             assert!(ended.is_none(), "the study ended before {moment:?}");
@@ -98,7 +89,7 @@ fn a_killed_study_goes_on_to_the_same_bytes() {
         if let Moment::Entries(_) = moment {
             assert!(journal_lines(&out) < journal_lines(&whole));
         }
-        let done = made(folder.path(), &["small.toml"], "done");
+        let done = made(&folder, "small.toml", "done");
         assert_same(&whole, &done);
         fs::remove_dir_all(&done).unwrap();
     }
@@ -113,7 +104,7 @@ fn contents_equal(one: &Path, other: &Path, file: &str) -> bool {
 #[test]
 fn what_was_being_written_is_written_again() {
     let folder = folder_with(STUDY);
-    let whole = made(folder.path(), &["small.toml"], "whole");
+    let whole = made(&folder, "small.toml", "whole");
     let csv = fs::read(whole.join("results.csv")).unwrap();
     let journal = fs::read_to_string(whole.join("results.journal")).unwrap();
     let lines: Vec<&str> = journal.lines().collect();
@@ -148,7 +139,7 @@ fn what_was_being_written_is_written_again() {
             _ => end(kept - 1) + bytes_more,
         };
         fs::write(out.join("results.csv"), &csv[..bytes.min(csv.len())]).unwrap();
-        let done = made(folder.path(), &["small.toml"], &format!("torn-{number}"));
+        let done = made(&folder, "small.toml", &format!("torn-{number}"));
         assert_same(&whole, &done);
     }
 }
@@ -158,22 +149,17 @@ fn what_was_being_written_is_written_again() {
 fn damage_is_told_and_nothing_is_changed() {
     let folder = folder_with(STUDY);
     let out = folder.path().join("out");
-    messages(&study(folder.path(), &["small.toml", "--out", "out"]), 0);
+    ran(&folder, "small.toml --out out", 0);
     let [csv, journal] = ["results.csv", "results.journal"].map(|name| out.join(name));
     let (good_csv, good_journal) = (fs::read(&csv).unwrap(), fs::read(&journal).unwrap());
     let damage = |file: &Path, bytes: &[u8], words: &str| {
         fs::write(file, bytes).unwrap();
-        let told = messages(&study(folder.path(), &["small.toml", "--out", "out"]), 2);
-        assert!(
-            told.contains(words) && told.contains("nothing was changed"),
-            "{told}"
-        );
+        let told = ran(&folder, "small.toml --out out", 2);
+        assert!(told.contains(words), "{told}");
+        assert!(told.contains("nothing was changed"), "{told}");
         assert_eq!(told.lines().count(), 1, "{told}");
-        assert!(
-            fs::read(file).unwrap() == bytes,
-            "{} was changed",
-            file.display()
-        );
+        let now = fs::read(file).unwrap();
+        assert!(now == bytes, "{} was changed", file.display());
         fs::write(&csv, &good_csv).unwrap();
         fs::write(&journal, &good_journal).unwrap();
         let mut names = crate::support::contents(&out).into_iter();
@@ -202,16 +188,16 @@ fn damage_is_told_and_nothing_is_changed() {
     damage(&journal, b"hello\n", "this is no journal of results");
     damage(&journal, b"", "is there without");
     fs::remove_file(&journal).unwrap();
-    let told = messages(&study(folder.path(), &["small.toml", "--out", "out"]), 2);
+    let told = ran(&folder, "small.toml --out out", 2);
     assert!(told.contains("is there without"), "{told}");
     fs::write(&journal, &good_journal).unwrap();
     fs::remove_file(&csv).unwrap();
-    let told = messages(&study(folder.path(), &["small.toml", "--out", "out"]), 2);
+    let told = ran(&folder, "small.toml --out out", 2);
     assert!(told.contains("results.journal is there without"), "{told}");
     assert!(!csv.exists());
     fs::write(&csv, &good_csv).unwrap();
     // And whole again it is complete.
-    messages(&study(folder.path(), &["small.toml", "--out", "out"]), 0);
+    ran(&folder, "small.toml --out out", 0);
 }
 
 /// Two at once would write into each other.
@@ -219,14 +205,12 @@ fn damage_is_told_and_nothing_is_changed() {
 fn a_folder_belongs_to_one_process() {
     let long = STUDY.replace("runs = 1500", "runs = 400000");
     let folder = folder_with(&long);
-    let mut child = program(folder.path(), &["small.toml", "--out", "out"])
-        .spawn()
-        .unwrap();
+    let mut child = program(&folder, "small.toml --out out").spawn().unwrap();
     let csv = folder.path().join("out/results.csv");
     while fs::metadata(&csv).map_or(0, |meta| meta.len()) < 10_000 {
         sleep(Duration::from_millis(5));
     }
-    let told = messages(&study(folder.path(), &["small.toml", "--out", "out"]), 2);
+    let told = ran(&folder, "small.toml --out out", 2);
     child.kill().unwrap();
     child.wait().unwrap();
     assert!(told.contains("another process is at work"), "{told}");
@@ -235,59 +219,33 @@ fn a_folder_belongs_to_one_process() {
 #[test]
 fn another_study_or_another_folder_is_refused() {
     let folder = folder_with(STUDY);
-    messages(&study(folder.path(), &["small.toml", "--out", "out"]), 0);
+    ran(&folder, "small.toml --out out", 0);
     let before = crate::support::contents(&folder.path().join("out"));
-    for (arguments, words) in [
-        (
-            &[
-                "small.toml",
-                "--out",
-                "out",
-                "--set",
-                "controller.ki_per_s=6",
-            ][..],
-            "another study small",
-        ),
-        (
-            &["small.toml", "--out", "out", "--base", "paper-1"][..],
-            "another study small",
-        ),
-        (
-            &["small.toml", "--out", "out", "--shard", "1/2"][..],
-            "shard 1/1, not 1/2",
-        ),
-        (
-            &["backlash", "--out", "out"][..],
-            "study small, not backlash",
-        ),
-        (&["small.toml", "--out", "."][..], "holds"),
-        (&["small.toml", "--out", "small.toml"][..], "small.toml"),
-    ] {
-        let told = messages(&study(folder.path(), arguments), 2);
-        assert!(told.contains(words), "{told}");
+    let cases = "
+small.toml --out out --set controller.ki_per_s=6 => another study small
+small.toml --out out --base paper-1 => another study small
+small.toml --out out --shard 1/2 => shard 1/1, not 1/2
+backlash --out out => study small, not backlash
+small.toml --out . => holds
+small.toml --out small.toml => small.toml
+";
+    for told in refused(&folder, cases) {
         assert_eq!(told.lines().count(), 1, "{told}");
     }
     assert!(before == crate::support::contents(&folder.path().join("out")));
     // A file that was appended to is none of ours.
     let other = folder.path().join("mine");
     fs::create_dir(&other).unwrap();
-    let mut file = OpenOptions::new()
-        .create(true)
-        .append(true)
-        .open(other.join("results.csv"))
-        .unwrap();
-    file.write_all(b"1,2\n").unwrap();
-    let told = messages(&study(folder.path(), &["small.toml", "--out", "mine"]), 2);
-    assert!(
-        told.contains("holds results.csv and no results of a study"),
-        "{told}"
-    );
+    fs::write(other.join("results.csv"), b"1,2\n").unwrap();
+    let told = ran(&folder, "small.toml --out mine", 2);
+    let words = "holds results.csv and no results of a study";
+    assert!(told.contains(words), "{told}");
     assert_eq!(fs::read(other.join("results.csv")).unwrap(), b"1,2\n");
     // Nor is a study file that is not the one to be run.
     let draft = folder.path().join("draft");
     fs::create_dir(&draft).unwrap();
     fs::write(draft.join("study.toml"), "# my draft\n").unwrap();
-    let told = messages(&study(folder.path(), &["small.toml", "--out", "draft"]), 2);
+    let told = ran(&folder, "small.toml --out draft", 2);
     assert!(told.contains("holds study.toml and no results"), "{told}");
     let kept = fs::read_to_string(draft.join("study.toml")).unwrap();
     assert_eq!(kept, "# my draft\n");

@@ -6,7 +6,9 @@ use std::fs;
 use hil_core::figures::SUMMARY_FIGURES;
 use serde_json::Value;
 
-use crate::support::{contents, folder_with, made, messages, shell, study};
+use crate::support::{
+    contents, folder_with, made, messages, program, refused, results, shell, study,
+};
 
 /// Every kind of axis and value, on every rung; some points are left out, some
 /// make no run.
@@ -85,25 +87,19 @@ fn a_row_its_run_and_the_printed_command_are_one() {
     for loop_gain in ["per-count", "constant"] {
         let text = STUDY.replace("LOOP_GAIN", loop_gain);
         let folder = folder_with(&text);
-        let base = fs::read_to_string(concat!(
-            env!("CARGO_MANIFEST_DIR"),
-            "/../cases/paper-2.toml"
-        ));
-        fs::write(folder.path().join("axis.toml"), base.unwrap()).unwrap();
-        let out = made(folder.path(), &["small.toml"], "a b");
+        let base = hil_core::runfile::builtin_text("paper-2").unwrap();
+        fs::write(folder.path().join("axis.toml"), base).unwrap();
+        let out = made(&folder, "small.toml", "a b");
         fs::remove_file(folder.path().join("axis.toml")).unwrap();
         fs::remove_file(folder.path().join("small.toml")).unwrap();
-        let results = contents(&out);
-        let mut reader = csv::Reader::from_path(out.join("results.csv")).unwrap();
-        let header = reader.headers().unwrap().clone();
-        let place = |name: &str| header.iter().position(|column| column == name).unwrap();
+        let before = contents(&out);
         let (mut made, mut peaks) = ([0; 4], Vec::new());
         let (mut excluded, mut refused) = (0, 0);
-        for (number, record) in reader.records().enumerate() {
-            let record = record.unwrap();
-            let field = |name: &str| &record[place(name)];
+        for (number, row) in results(&out).iter().enumerate() {
+            let field = |name: &str| row[name].as_str();
             let number = number.to_string();
-            let output = study(folder.path(), &["a b", "--row", &number]);
+            let mut of_row = program(&folder, "");
+            let output = of_row.args(["a b", "--row", &number]).output().unwrap();
             if field("status") != "ok" {
                 let told = messages(&output, 2);
                 assert!(told.contains(field("reason")), "{told}");
@@ -161,7 +157,7 @@ fn a_row_its_run_and_the_printed_command_are_one() {
             .into_iter()
             .filter(|(name, _)| !name.to_string_lossy().starts_with("row-"))
             .collect();
-        assert!(kept == results);
+        assert!(kept == before);
     }
 }
 
@@ -172,18 +168,12 @@ fn the_plan_alone_decides_what_a_row_is() {
         .replace("LOOP_GAIN", "per-count")
         .replace("axis.toml", "paper-2");
     let folder = folder_with(&text);
-    let whole = made(folder.path(), &["small.toml"], "whole");
-    let mut reader = csv::Reader::from_path(whole.join("results.csv")).unwrap();
-    let status = reader
-        .headers()
-        .unwrap()
-        .iter()
-        .position(|name| name == "status");
-    let rows: Vec<csv::StringRecord> = reader.records().map(Result::unwrap).collect();
-    let made_rows = (0..rows.len()).filter(|row| &rows[*row][status.unwrap()] == "ok");
+    let whole = made(&folder, "small.toml", "whole");
+    let rows = results(&whole);
+    let made_rows = (0..rows.len()).filter(|row| rows[*row]["status"] == "ok");
     let made_rows: Vec<String> = made_rows.map(|row| row.to_string()).collect();
     let (first, last) = (&made_rows[0], &made_rows[made_rows.len() - 1]);
-    let shard = made(folder.path(), &["small.toml", "--shard", "1/2"], "shard");
+    let shard = made(&folder, "small.toml --shard 1/2", "shard");
     let begun = folder.path().join("begun");
     fs::create_dir(&begun).unwrap();
     for file in ["study.toml", "base.toml", "study.json"] {
@@ -192,7 +182,7 @@ fn the_plan_alone_decides_what_a_row_is() {
     for row in [first, last] {
         let name = format!("row-{row}.csv");
         for out in ["whole", "shard", "begun"] {
-            let output = study(folder.path(), &[out, "--row", row]);
+            let output = study(&folder, &format!("{out} --row {row}"));
             assert!(output.status.code().unwrap() < 2, "{output:?}");
         }
         let trace = fs::read(whole.join(&name)).unwrap();
@@ -209,42 +199,24 @@ fn mistakes_have_a_sentence() {
         .replace("LOOP_GAIN", "per-count")
         .replace("axis.toml", "paper-2");
     let folder = folder_with(&text);
-    let out = made(folder.path(), &["small.toml"], "made");
+    let out = made(&folder, "small.toml", "made");
     fs::create_dir(folder.path().join("empty")).unwrap();
     let before = contents(&out);
-    for (arguments, words) in [
-        (
-            &["made", "--row", "48"][..],
-            "row 48 is not allowed: the rows of study every-rung are 0 to 47",
-        ),
-        (&["made", "--row=-1"][..], "--row"),
-        (&["made", "--row", "x"][..], "--row"),
-        (
-            &["empty", "--row", "0"][..],
-            "empty holds no results of a study: empty/study.json is missing",
-        ),
-        (&["small.toml", "--row", "0"][..], "small.toml/study.json"),
-        (
-            &["made", "--row", "0", "--set", "controller.kp=1"][..],
-            "cannot be used with",
-        ),
-        (&["made", "--report", "x.html"][..], "--row"),
-        (&["made"][..], "made: this is a folder of results; --row N"),
-        (
-            &["made", "--row", "0", "--trace", "made/results.csv"][..],
-            "made/results.csv is part of the results of the study",
-        ),
-        (
-            &["made", "--row", "0", "--report", "made/base.toml"][..],
-            "made/base.toml is part of the results of the study",
-        ),
-        (
-            &["made", "--row", "0", "--report", "x", "--trace", "x"][..],
-            "x is given for two outputs",
-        ),
-    ] {
-        let told = messages(&study(folder.path(), arguments), 2);
-        assert!(told.contains(words), "{arguments:?}\n{told}");
-        assert!(before == contents(&out), "{arguments:?}");
+    let cases = "
+made --row 48 => row 48 is not allowed: the rows of study every-rung are 0 to 47
+made --row=-1 => --row
+made --row x => --row
+empty --row 0 => empty holds no results of a study: empty/study.json is missing
+small.toml --row 0 => small.toml/study.json
+made --row 0 --set controller.kp=1 => cannot be used with
+made --report x.html => --row
+made => made: this is a folder of results; --row N
+made --row 0 --trace made/results.csv => made/results.csv is part of the results of the study
+made --row 0 --report made/base.toml => made/base.toml is part of the results of the study
+made --row 0 --report x --trace x => x is given for two outputs
+";
+    for case in cases.trim().lines() {
+        refused(&folder, case);
+        assert!(before == contents(&out), "{case}");
     }
 }

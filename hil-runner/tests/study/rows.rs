@@ -2,28 +2,25 @@
 
 use hil_runner::files;
 use std::fs;
+use std::path::Path;
 use std::process::Command;
 
 use hil_core::figures::SUMMARY_FIGURES;
 use hil_core::run::{RunOptions, run};
+use hil_core::runfile::builtin_text;
 
-use crate::support::{STUDY, folder_with, messages, study};
+use crate::support::{STUDY, folder_with, messages, ran, results, said, study};
+use crate::table::table;
 
 /// Every tenth row of the study, figure by figure, to the last bit.
 #[test]
 fn a_row_has_the_figures_of_the_run() {
     let folder = folder_with(STUDY);
-    messages(&study(folder.path(), &["small.toml", "--out", "out"]), 0);
-    let mut reader = csv::Reader::from_path(folder.path().join("out/results.csv")).unwrap();
-    let header = reader.headers().unwrap().clone();
+    ran(&folder, "small.toml --out out", 0);
     let (mut made, mut excluded, mut refused) = (0, 0, 0);
-    for (number, record) in reader.records().enumerate() {
-        let record = record.unwrap();
-        let field = |name: &str| {
-            record
-                .get(header.iter().position(|column| column == name).unwrap())
-                .unwrap()
-        };
+    let rows = results(&folder.path().join("out"));
+    for (number, row) in rows.iter().enumerate() {
+        let field = |name: &str| row[name].as_str();
         assert_eq!(field("row"), number.to_string());
         assert_eq!(field("rung"), ["sampled", "quantised"][number % 2]);
         let kd: f64 = field("controller.kd_s").parse().unwrap();
@@ -32,11 +29,8 @@ fn a_row_has_the_figures_of_the_run() {
         excluded += usize::from(kd > 0.09);
         if kd <= 0.09 && kp < 0.0 {
             assert_eq!((field("status"), field("pass")), ("refused", "false"));
-            assert!(
-                field("reason").contains("K_p must be at least 0"),
-                "{}",
-                field("reason")
-            );
+            let reason = field("reason");
+            assert!(reason.contains("K_p must be at least 0"), "{reason}");
             refused += 1;
         }
         if number % 10 > 1 || field("status") != "ok" {
@@ -58,12 +52,8 @@ fn a_row_has_the_figures_of_the_run() {
         for figure in SUMMARY_FIGURES {
             let value = field(figure.key);
             let value: Option<f64> = (!value.is_empty()).then(|| value.parse().unwrap());
-            assert_eq!(
-                value,
-                summary.figure(figure.key),
-                "{} of row {number}",
-                figure.key
-            );
+            let own = summary.figure(figure.key);
+            assert_eq!(value, own, "{} of row {number}", figure.key);
         }
         let passes = summary.verdicts.iter().all(|verdict| verdict.pass);
         assert_eq!(field("pass"), passes.to_string());
@@ -73,6 +63,13 @@ fn a_row_has_the_figures_of_the_run() {
         made > 200 && excluded > 100 && refused > 10,
         "{made} {excluded} {refused}"
     );
+}
+
+/// The first cells of every line of a folder of results.
+fn first_cells(out: &Path, cells: usize) -> Vec<String> {
+    let text = fs::read_to_string(out.join("results.csv")).unwrap();
+    let line = |line: &str| line.split(',').take(cells).collect::<Vec<_>>().join(",");
+    text.lines().map(line).collect()
 }
 
 /// A factor axis: the delay in sample times.
@@ -93,14 +90,9 @@ times = "controller.sample_time_s"
 values = [0, 0.5, 1]
 "#,
     );
-    messages(&study(folder.path(), &["small.toml", "--out", "out"]), 0);
-    let text = fs::read_to_string(folder.path().join("out/results.csv")).unwrap();
-    let rows: Vec<String> = text
-        .lines()
-        .map(|line| line.split(',').take(4).collect::<Vec<_>>().join(","))
-        .collect();
+    ran(&folder, "small.toml --out out", 0);
     assert_eq!(
-        rows,
+        first_cells(&folder.path().join("out"), 4),
         [
             "row,controller.sample_time_s,controller.computation_delay_s/controller.sample_time_s,\
              controller.computation_delay_s",
@@ -157,32 +149,18 @@ y = "final_error_um"
 limit = "budget"
 "#,
     );
-    fs::write(
-        folder.path().join("heavy.toml"),
-        fs::read_to_string(concat!(
-            env!("CARGO_MANIFEST_DIR"),
-            "/../cases/paper-2.toml"
-        ))
-        .unwrap()
-        .replace("mass_kg = 50.0", "mass_kg = 80.0"),
-    )
-    .unwrap();
-    let output = study(folder.path(), &["small.toml", "--base", "heavy.toml"]);
-    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    let heavy = builtin_text("paper-2").unwrap();
+    let heavy = heavy.replace("mass_kg = 50.0", "mass_kg = 80.0");
+    fs::write(folder.path().join("heavy.toml"), heavy).unwrap();
+    let output = study(&folder, "small.toml --base heavy.toml");
+    let said = said(&output);
     assert_eq!(output.status.code(), Some(1), "{said}");
-    assert!(
-        said.contains("sampled: 0 of 4 runs within the limits (0 %)"),
-        "{said}"
-    );
+    let none = "sampled: 0 of 4 runs within the limits (0 %)";
+    assert!(said.contains(none), "{said}");
     assert!(said.contains("FAIL: less than the required 99 %"), "{said}");
     let out = folder.path().join("out/study-small-heavy");
-    let text = fs::read_to_string(out.join("results.csv")).unwrap();
-    let rows: Vec<String> = text
-        .lines()
-        .map(|line| line.split(',').take(5).collect::<Vec<_>>().join(","))
-        .collect();
     assert_eq!(
-        rows,
+        first_cells(&out, 5),
         [
             "row,controller.sample_time_s,controller.computation_delay_s/controller.sample_time_s,\
              controller.computation_delay_s,carriage.mass_kg",
@@ -206,31 +184,26 @@ limit = "budget"
 fn the_report_says_how_a_range_is_taken() {
     let axis = "[[axis]]\nkey = \"controller.kp\"\nfrom = 1\nto = 4\nscale = \"log\"\n";
     for (plan, points, words) in [
-        (
-            "grid\"",
-            "points = 3\n",
-            "1 to 4, 3 values logarithmically spaced",
-        ),
-        ("sobol\"\nruns = 3", "", "1 to 4, logarithmically drawn"),
+        ("grid\"", "points = 3\n", "3 values logarithmically spaced"),
+        ("sobol\"\nruns = 3", "", "logarithmically drawn"),
     ] {
+        let words = format!("1 to 4, {words}");
         let set = "[set]\nrun.duration_s = 0.05\n";
         let text = format!("base = \"paper-2\"\nplan = \"{plan}\n{set}{axis}{points}");
         let folder = folder_with(&text);
-        messages(&study(folder.path(), &["small.toml", "--out", "out"]), 0);
+        ran(&folder, "small.toml --out out", 0);
         let report = fs::read_to_string(folder.path().join("out/report.html")).unwrap();
-        assert!(report.contains(words), "{plan}");
+        assert!(report.contains(&words), "{plan}");
     }
 }
 
 /// Steps of encoder and converter change, the loop does not.
 #[test]
 fn the_loop_gain_can_be_kept() {
-    let study_text = |loop_gain: &str| {
-        format!(
-            r#"
+    let text = r#"
 base = "paper-1"
 rungs = ["sampled"]
-loop_gain = "{loop_gain}"
+loop_gain = "LOOP_GAIN"
 [set]
 run.duration_s = 0.5
 drive.dac_range_v = 80.0
@@ -240,27 +213,16 @@ values = [10, 14]
 [[axis]]
 key = "encoder.lines"
 values = [250, 1000]
-"#
-        )
-    };
+"#;
     let peaks = |loop_gain: &str| -> Vec<f64> {
-        let folder = folder_with(&study_text(loop_gain));
-        let output = study(folder.path(), &["small.toml", "--out", "out"]);
-        assert!(
-            output.status.code().unwrap() < 2,
-            "{}",
-            String::from_utf8_lossy(&output.stderr)
-        );
-        let mut reader = csv::Reader::from_path(folder.path().join("out/results.csv")).unwrap();
-        let header = reader.headers().unwrap().clone();
-        let place = header
+        let folder = folder_with(&text.replace("LOOP_GAIN", loop_gain));
+        let output = study(&folder, "small.toml --out out");
+        assert!(output.status.code().unwrap() < 2, "{output:?}");
+        let rows = results(&folder.path().join("out"));
+        let peak = rows
             .iter()
-            .position(|name| name == "peak_following_error_mm")
-            .unwrap();
-        reader
-            .records()
-            .map(|record| record.unwrap()[place].parse().unwrap())
-            .collect()
+            .map(|row| row["peak_following_error_mm"].parse());
+        peak.map(Result::unwrap).collect()
     };
     // On rung `sampled` nothing is rounded, so only the loop gain could matter.
     let kept = peaks("constant");
@@ -284,64 +246,42 @@ fn a_set_takes_the_place_of_its_partner() {
         let summary = run(&case, RunOptions::default(), &mut |_| Ok(())).unwrap();
         summary.summary.figure("peak_abs_voltage_v").unwrap()
     };
-    let made = |out: &str, sets: &[&str]| -> f64 {
-        let arguments = [&["small.toml", "--out", out], sets].concat();
-        messages(&study(folder.path(), &arguments), 0);
-        let path = folder.path().join(out).join("results.csv");
-        let mut reader = csv::Reader::from_path(path).unwrap();
-        let header = reader.headers().unwrap().clone();
-        let place = header.iter().position(|n| n == "peak_abs_voltage_v");
-        let record = reader.records().next().unwrap().unwrap();
-        record[place.unwrap()].parse().unwrap()
+    let made = |out: &str, sets: &str| -> f64 {
+        ran(&folder, &format!("small.toml --out {out} {sets}"), 0);
+        let rows = results(&folder.path().join(out));
+        rows[0]["peak_abs_voltage_v"].parse().unwrap()
     };
-    assert_eq!(made("set", &[]), own("drive.dac_range_v=40"));
-    let by_line = made("line", &["--set", "drive.dac_lsb_v=0.01"]);
+    assert_eq!(made("set", ""), own("drive.dac_range_v=40"));
+    let by_line = made("line", "--set drive.dac_lsb_v=0.01");
     assert_eq!(by_line, own("drive.dac_lsb_v=0.01"));
     assert_ne!(by_line, own("drive.dac_range_v=40"));
-    let both = ["small.toml", "--set", "drive.dac_lsb_v=0.01"];
-    let both = [&both[..], &["--set", "drive.dac_range_v=20"]].concat();
-    assert!(messages(&study(folder.path(), &both), 2).contains("give one of the two"));
+    let both = "small.toml --set drive.dac_lsb_v=0.01 --set drive.dac_range_v=20";
+    assert!(ran(&folder, both, 2).contains("give one of the two"));
 }
 
 /// Settings that the firmware does not take make a run `refused`, with the
 /// sentence of the run; one that leaves the finite numbers on its way has `failed`.
 #[test]
 fn a_row_that_acceptance_refuses_is_refused() {
-    let cases = [
-        ("controller.kp", "1e5", "refused", "controller.kp = 100000"),
-        (
-            "limits.following_error_counts",
-            "2000000000",
-            "refused",
-            "limits.following_error_counts = 2000000000",
-        ),
-        (
-            "controller.sample_time_s",
-            "1e-6",
-            "refused",
-            "controller.sample_time_s = 1000e-9",
-        ),
-        (
-            "carriage.resistance_linear_ns_per_rad",
-            "-1000",
-            "failed",
-            "left the finite numbers",
-        ),
-    ];
-    for (key, value, status, words) in cases {
+    for (set, words) in table(
+        "
+controller.kp = [1e5] => controller.kp = 100000
+limits.following_error_counts = [2000000000] => limits.following_error_counts = 2000000000
+controller.sample_time_s = [1e-6] => controller.sample_time_s = 1000e-9
+carriage.resistance_linear_ns_per_rad = [-1000] => left the finite numbers
+",
+    ) {
+        let (key, values) = set.split_once(" = ").unwrap();
+        let failed = words == "left the finite numbers";
+        let status = if failed { "failed" } else { "refused" };
         let folder = folder_with(&format!(
-            "base = \"paper-2\"\nrungs = [\"firmware\"]\n[[axis]]\nkey = \"{key}\"\nvalues = [{value}]\n"
+            "base = \"paper-2\"\nrungs = [\"firmware\"]\n[[axis]]\nkey = \"{key}\"\nvalues = {values}\n"
         ));
-        study(folder.path(), &["small.toml", "--out", "out"]);
-        let mut reader = csv::Reader::from_path(folder.path().join("out/results.csv")).unwrap();
-        let header = reader.headers().unwrap().clone();
-        let record = reader.records().next().unwrap().unwrap();
-        let field = |name: &str| {
-            let place = header.iter().position(|column| column == name);
-            record.get(place.unwrap()).unwrap()
-        };
+        study(&folder, "small.toml --out out");
+        let rows = results(&folder.path().join("out"));
+        let field = |name: &str| rows[0][name].as_str();
         assert_eq!((field("status"), field("pass")), (status, "false"), "{key}");
-        assert!(field("reason").contains(words), "{}", field("reason"));
+        assert!(field("reason").contains(&words), "{}", field("reason"));
         // The same from `hil-runner run`.
         let told = Command::new(env!("CARGO_BIN_EXE_hil-runner"))
             .args(["run", "paper-2", "--set", "controller.law=firmware"])

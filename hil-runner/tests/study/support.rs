@@ -1,10 +1,13 @@
 //! A study small enough for tests, and the program that makes it.
 
+use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use tempfile::TempDir;
+
+use crate::table::table;
 
 /// 3,000 short runs on two rungs, some of which cannot be made.
 pub(crate) const STUDY: &str = r#"
@@ -40,22 +43,29 @@ pub(crate) fn folder_with(study: &str) -> TempDir {
     folder
 }
 
-/// The program, in a folder.
-pub(crate) fn program(folder: &Path, arguments: &[&str]) -> Command {
+/// The command `study` in a folder, with the words of a line.
+pub(crate) fn program(folder: impl AsRef<Path>, line: &str) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_hil-runner"));
-    command.current_dir(folder).arg("study").args(arguments);
+    command.current_dir(folder).arg("study");
+    command.args(line.split_whitespace());
     command
 }
 
-/// Runs `study` with these arguments.
-pub(crate) fn study(folder: &Path, arguments: &[&str]) -> Output {
-    program(folder, arguments).output().unwrap()
+/// Runs `study` with the words of a line.
+pub(crate) fn study(folder: impl AsRef<Path>, line: &str) -> Output {
+    program(folder.as_ref(), line).output().unwrap()
+}
+
+/// The messages of `study` with the words of a line; it must end with `status`.
+pub(crate) fn ran(folder: impl AsRef<Path>, line: &str, status: i32) -> String {
+    messages(&study(folder, line), status)
 }
 
 /// Makes a study and moves its results to `name`. All are made into `out`, since
 /// the page shows the command line with its `--out`.
-pub(crate) fn made(folder: &Path, arguments: &[&str], name: &str) -> PathBuf {
-    messages(&study(folder, &[arguments, &["--out", "out"]].concat()), 0);
+pub(crate) fn made(folder: impl AsRef<Path>, line: &str, name: &str) -> PathBuf {
+    let folder = folder.as_ref();
+    ran(folder, &format!("{line} --out out"), 0);
     let moved = folder.join(name);
     fs::rename(folder.join("out"), &moved).unwrap();
     moved
@@ -66,6 +76,29 @@ pub(crate) fn messages(output: &Output, status: i32) -> String {
     let text = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(status), "{text}");
     text
+}
+
+/// Panics unless every line `arguments => words` of a table ends with status 2
+/// and a message with these words; the messages.
+#[track_caller]
+pub(crate) fn refused(folder: impl AsRef<Path>, cases: &str) -> Vec<String> {
+    let told = table(cases).into_iter().map(|(line, words)| {
+        let told = ran(&folder, &line, 2);
+        assert!(told.contains(&words), "{line}\n{told}");
+        told
+    });
+    told.collect()
+}
+
+/// What the program says on standard output.
+pub(crate) fn said(output: &Output) -> String {
+    String::from_utf8_lossy(&output.stdout).into_owned()
+}
+
+/// The rows of a folder of results: every cell by the name of its column.
+pub(crate) fn results(folder: &Path) -> Vec<HashMap<String, String>> {
+    let mut reader = csv::Reader::from_path(folder.join("results.csv")).unwrap();
+    reader.deserialize().map(Result::unwrap).collect()
 }
 
 /// Every file of a folder of results with its bytes, by name.

@@ -202,11 +202,7 @@ pub(super) fn sum<W: Width>(w: W, row: &[f64; DRIVING], x: &States<W>) -> W::Vec
 }
 
 /// The number of a point of the grid.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "a whole number from 0 to the number of cells"
-)]
+// A whole number from 0 to the number of cells.
 fn index(cell: f64) -> usize {
     (cell as usize).min(CELLS)
 }

@@ -14,6 +14,28 @@ use crate::model::axis::Mode;
 use crate::model::joint::{Flank, JointMode};
 use crate::{AxisParameters, Carriage, ElasticJoint, Joint, Motor, Resistance, Transmission};
 
+/// The paper's axis (Table 1) with another joint.
+pub(crate) fn of_the_paper(joint: Joint) -> AxisParameters {
+    AxisParameters {
+        motor: Motor {
+            inertia_kg_m2: 2e-4,
+            torque_constant_nm_per_a: 0.25,
+            resistance_ohm: 1.5,
+            inductance_h: 6.5e-3,
+        },
+        transmission: Transmission {
+            gear_ratio: 2.0,
+            joint,
+            screw_inertia_kg_m2: 8.5e-4,
+            screw_pitch_m_per_rad: 5e-3 / core::f64::consts::TAU,
+        },
+        carriage: Carriage {
+            mass_kg: 50.0,
+            resistance: Resistance::default(),
+        },
+    }
+}
+
 /// Systems with slow, fast, oscillating and undamped parts.
 fn systems() -> impl Strategy<Value = Matrix<3>> {
     (1.0..1e4_f64, 0.0..2.0_f64, 0.1..1e3_f64, -50.0..50.0_f64).prop_map(|(w, zeta, r, c)| {
@@ -228,32 +250,13 @@ fn a_whole_number_of_swings_has_no_bound_per_change() {
 /// closed, and beyond 1.4 ms none: where the documentation says so.
 #[test]
 fn the_papers_axis_has_sketches() {
-    let axis = Axis::new(
-        &AxisParameters {
-            motor: Motor {
-                inertia_kg_m2: 2e-4,
-                torque_constant_nm_per_a: 0.25,
-                resistance_ohm: 1.5,
-                inductance_h: 6.5e-3,
-            },
-            transmission: Transmission {
-                gear_ratio: 2.0,
-                joint: Joint::Elastic(ElasticJoint {
-                    stiffness_nm_per_rad: 350.0,
-                    damping_nms_per_rad: 0.2,
-                    backlash_half_rad: 0.05,
-                    no_pull: false,
-                }),
-                screw_inertia_kg_m2: 8.5e-4,
-                screw_pitch_m_per_rad: 5e-3 / core::f64::consts::TAU,
-            },
-            carriage: Carriage {
-                mass_kg: 50.0,
-                resistance: Resistance::default(),
-            },
-        },
-        0.0,
-    );
+    let joint = Joint::Elastic(ElasticJoint {
+        stiffness_nm_per_rad: 350.0,
+        damping_nms_per_rad: 0.2,
+        backlash_half_rad: 0.05,
+        no_pull: false,
+    });
+    let axis = Axis::new(&of_the_paper(joint), 0.0);
     let has_sketch = |joint, length_ns| {
         let mode = Mode {
             joint,

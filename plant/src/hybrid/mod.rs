@@ -6,8 +6,6 @@
 
 pub(crate) mod guard;
 
-use core::fmt;
-
 use self::guard::{Guard, Guards};
 use crate::model::axis::{Axis, Drive, Mode};
 use crate::model::joint::{Contact, Flank, JointMode};
@@ -18,10 +16,11 @@ use crate::observe::{ContactChange, Interior, Span, Watch};
 
 /// Reason why the plant could not be advanced. The state stays where the last
 /// completed step left it; the run cannot go on.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PlantError {
     /// A state left the finite numbers.
+    #[error("the state left the finite numbers at t = {time_s} s")]
     NonFinite {
         /// Time \[s\].
         time_s: f64,
@@ -29,43 +28,25 @@ pub enum PlantError {
     /// The adaptive step fell below what the clock resolves, or one interval
     /// took more steps than [`crate::Plant`] allows: the plant is too stiff,
     /// or the state runs away in finite time.
+    #[error(
+        "the solver's step became too short at t = {time_s} s: either the state runs away \
+         there (a resistance that drives the carriage), or something is too stiff for it \
+         (a tiny inductance or inertia, a huge stiffness, damping or gain)"
+    )]
     TooStiff {
         /// Time \[s\].
         time_s: f64,
     },
     /// Solver `exact` was asked to solve a plant with a quadratic resistance.
+    #[error("solver exact needs a plant without quadratic resistance; dopri5 solves it")]
     NotAffine,
     /// More mode changes in one interval than [`crate::Plant`] allows.
+    #[error("the contact or the friction changes its mode without end at t = {time_s} s")]
     TooManyEvents {
         /// Time \[s\].
         time_s: f64,
     },
 }
-
-impl fmt::Display for PlantError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::NonFinite { time_s } => {
-                write!(f, "the state left the finite numbers at t = {time_s} s")
-            }
-            Self::TooStiff { time_s } => write!(
-                f,
-                "the solver's step became too short at t = {time_s} s: either the state runs away \
-                 there (a resistance that drives the carriage), or something is too stiff for it \
-                 (a tiny inductance or inertia, a huge stiffness, damping or gain)"
-            ),
-            Self::NotAffine => f.write_str(
-                "solver exact needs a plant without quadratic resistance; dopri5 solves it",
-            ),
-            Self::TooManyEvents { time_s } => write!(
-                f,
-                "the contact or the friction changes its mode without end at t = {time_s} s"
-            ),
-        }
-    }
-}
-
-impl core::error::Error for PlantError {}
 
 /// Mode changes within one interval after which the plant gives up: ten
 /// thousand in a sample or a row are no rattle that anyone could use.

@@ -1,7 +1,7 @@
 //! Power amplifier with limited output (paper, Fig. 4).
 
 /// Power amplifier (paper, Fig. 4).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Amplifier {
     /// `K_a`, volts at the motor per volt at the input \[1\], greater than 0.
     pub gain: f64,

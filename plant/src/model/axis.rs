@@ -8,7 +8,7 @@
 //! ```
 
 use crate::model::amplifier::AmplifierMode;
-use crate::model::joint::{ElasticJoint, Joint, JointMode, Transmission};
+use crate::model::joint::{ElasticJoint, JointMode, Transmission};
 use crate::model::motor::Motor;
 use crate::model::pid::ContinuousPid;
 use crate::model::resistance::{Carriage, GuideMode, Resistance};
@@ -17,7 +17,7 @@ use crate::model::state::{
 };
 
 /// Motor, transmission and carriage: everything that moves.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct AxisParameters {
     /// The motor.
     pub motor: Motor,
@@ -88,10 +88,7 @@ impl Axis {
     pub(crate) fn new(parameters: &AxisParameters, tolerance: f64) -> Self {
         let (t, c) = (&parameters.transmission, &parameters.carriage);
         let (z, p) = (t.gear_ratio, t.screw_pitch_m_per_rad);
-        let joint = match t.joint {
-            Joint::Rigid => None,
-            Joint::Elastic(joint) => Some(joint),
-        };
+        let joint = t.joint.elastic();
         Self {
             motor: parameters.motor,
             gear_ratio: z,
@@ -147,11 +144,9 @@ impl Axis {
 
     /// At rest with the joint centred in its gap.
     pub(crate) fn mode_at_rest(&self) -> Mode {
+        let joint = self.joint.map(|joint| joint.mode_of_state(0.0, 0.0));
         Mode {
-            joint: match self.joint {
-                None => JointMode::Rigid,
-                Some(joint) => joint.mode_of_state(0.0, 0.0),
-            },
+            joint: joint.unwrap_or(JointMode::Rigid),
             guide: self.resistance.mode_at_rest(),
             amplifier: AmplifierMode::Linear,
         }

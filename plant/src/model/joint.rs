@@ -13,7 +13,7 @@
 //! pull for a moment. With `no_pull` the torque is cut off at 0 instead.
 
 /// Gear, joint and screw (paper, section 2, Fig. 2).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Transmission {
     /// `z = β̇/α̇`, gear ratio, eq. 3 \[1\]: gear output speed over motor speed.
     pub gear_ratio: f64,
@@ -26,16 +26,32 @@ pub struct Transmission {
 }
 
 /// Coupling of the gear output (β) to the screw (γ).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Joint {
     /// β = γ (paper, section 2.2).
+    #[default]
     Rigid,
     /// Visco-elastic contact with backlash (paper, section 2.1).
     Elastic(ElasticJoint),
 }
 
+impl Joint {
+    /// The springs and the gap; `None` for a rigid joint.
+    pub fn elastic(self) -> Option<ElasticJoint> {
+        match self {
+            Self::Rigid => None,
+            Self::Elastic(joint) => Some(joint),
+        }
+    }
+
+    /// Half the gap \[rad\], 0 for a rigid joint.
+    pub fn backlash_half_rad(self) -> f64 {
+        self.elastic().map_or(0.0, |joint| joint.backlash_half_rad)
+    }
+}
+
 /// Visco-elastic joint with backlash (paper, eq. 8-10).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ElasticJoint {
     /// `k`, contact stiffness \[N m/rad\], greater than 0.
     pub stiffness_nm_per_rad: f64,

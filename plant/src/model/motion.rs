@@ -17,7 +17,6 @@
 //! ([`Oscillator`]) and a power series.
 
 use core::f64::consts::FRAC_PI_2;
-use core::fmt;
 
 /// The command at one instant.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -48,10 +47,11 @@ pub struct Motion {
 }
 
 /// Reason why seven intervals and a travel make no motion.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum MotionError {
     /// An interval is negative or not finite.
+    #[error("interval t{number} is {duration_s} s; every interval must be finite and at least 0")]
     Interval {
         /// Number of the interval, 1 to 7.
         number: usize,
@@ -59,42 +59,21 @@ pub enum MotionError {
         duration_s: f64,
     },
     /// The travel is not finite \[m\].
+    #[error("the travel is {0} m; it must be finite")]
     Travel(f64),
     /// All seven intervals are zero.
+    #[error("all seven intervals are 0; the motion needs a duration")]
     NoDuration,
     /// `t1` to `t3` are all zero: nothing accelerates the axis.
+    #[error("t1, t2 and t3 are all 0; the motion needs an acceleration")]
     NoAcceleration,
     /// `t5` to `t7` are all zero: nothing stops the axis.
+    #[error("t5, t6 and t7 are all 0; the motion needs a deceleration")]
     NoDeceleration,
     /// Interval and travel are finite, but the motion they make is not.
+    #[error("the intervals or the travel are too large or too small to compute with")]
     OutOfRange,
 }
-
-impl fmt::Display for MotionError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Interval { number, duration_s } => write!(
-                f,
-                "interval t{number} is {duration_s} s; every interval must be finite and at least 0"
-            ),
-            Self::Travel(travel_m) => write!(f, "the travel is {travel_m} m; it must be finite"),
-            Self::NoDuration => {
-                f.write_str("all seven intervals are 0; the motion needs a duration")
-            }
-            Self::NoAcceleration => {
-                f.write_str("t1, t2 and t3 are all 0; the motion needs an acceleration")
-            }
-            Self::NoDeceleration => {
-                f.write_str("t5, t6 and t7 are all 0; the motion needs a deceleration")
-            }
-            Self::OutOfRange => f.write_str(
-                "the intervals or the travel are too large or too small to compute with",
-            ),
-        }
-    }
-}
-
-impl core::error::Error for MotionError {}
 
 impl Motion {
     /// The motion over `travel_m` in the given intervals `t1` to `t7` \[s\].
@@ -336,15 +315,10 @@ enum Shape {
     Fall,
 }
 
-const SHAPES: [Shape; 7] = [
-    Shape::Rise,
-    Shape::Constant,
-    Shape::Fall,
-    Shape::Constant,
-    Shape::Rise,
-    Shape::Constant,
-    Shape::Fall,
-];
+const SHAPES: [Shape; 7] = {
+    use Shape::{Constant, Fall, Rise};
+    [Rise, Constant, Fall, Constant, Rise, Constant, Fall]
+};
 
 /// One interval with the command at its start.
 #[derive(Debug, Clone, Copy, PartialEq)]

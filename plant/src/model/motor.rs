@@ -1,7 +1,7 @@
 //! Armature circuit of the DC motor (paper, eq. 12, 25-26, Fig. 5).
 
 /// Permanent-magnet DC motor (paper, section 3, Fig. 5).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Motor {
     /// `J_m`, rotor inertia, eq. 2 \[kg m²\], greater than 0.
     pub inertia_kg_m2: f64,

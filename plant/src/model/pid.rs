@@ -7,7 +7,7 @@ use crate::model::joint::Transmission;
 use crate::model::motion::Motion;
 
 /// Gains of the PID law (eq. 23), per encoder count.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct PidGains {
     /// `K_p` \[DAC codes per count\].
     pub kp: f64,

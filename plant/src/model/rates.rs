@@ -51,11 +51,8 @@ impl<'a> Rates<'a> {
             ),
             _ => (0.0, 0.0, 0.0),
         };
-        let moves = if mode.guide == GuideMode::Stuck {
-            0.0
-        } else {
-            1.0
-        };
+        let stuck = mode.guide == GuideMode::Stuck;
+        let moves = if stuck { 0.0 } else { 1.0 };
         let screw_per_torque = moves / axis.moved_inertia();
         let resistance = axis
             .resistance
@@ -130,41 +127,21 @@ impl<'a> Rates<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::exact::tests::of_the_paper;
     use crate::model::amplifier::AmplifierMode;
     use crate::model::joint::Flank;
-    use crate::{AxisParameters, Carriage, ElasticJoint, Joint, Motor, Resistance, Transmission};
+    use crate::{ElasticJoint, Joint, Resistance};
 
     fn axis(joint: Joint) -> Axis {
-        let motor = Motor {
-            inertia_kg_m2: 2e-4,
-            torque_constant_nm_per_a: 0.25,
-            resistance_ohm: 1.5,
-            inductance_h: 0.0065,
-        };
-        let transmission = Transmission {
-            gear_ratio: 2.0,
-            joint,
-            screw_inertia_kg_m2: 8.5e-4,
-            screw_pitch_m_per_rad: 8e-4,
-        };
-        let resistance = Resistance {
+        let mut axis = of_the_paper(joint);
+        axis.transmission.screw_pitch_m_per_rad = 8e-4;
+        axis.carriage.resistance = Resistance {
             constant_n: 20.0,
             linear_ns_per_rad: 0.3,
             quadratic_ns2_per_rad2: 0.01,
             opposes_motion: true,
         };
-        let carriage = Carriage {
-            mass_kg: 50.0,
-            resistance,
-        };
-        Axis::new(
-            &AxisParameters {
-                motor,
-                transmission,
-                carriage,
-            },
-            1e-11,
-        )
+        Axis::new(&axis, 1e-11)
     }
 
     /// In every mode the same numbers as the equations of [`Axis`].

@@ -2,7 +2,7 @@
 //! variant that opposes the motion and can hold the screw.
 
 /// Carriage on its guide.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Carriage {
     /// `M`, carriage mass, eq. 2 \[kg\].
     pub mass_kg: f64,

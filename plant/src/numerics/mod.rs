@@ -8,7 +8,6 @@ pub(crate) fn seconds(ns: u64) -> f64 {
 }
 
 /// A count as a float; exact below 2^53, which is 104 days in nanoseconds.
-#[expect(clippy::cast_precision_loss, reason = "counts stay below 2^53")]
 pub(crate) fn count(n: u64) -> f64 {
     n as f64
 }

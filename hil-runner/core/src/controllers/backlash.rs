@@ -67,14 +67,11 @@ fn compensation(setup: &Setup<'_>) -> Result<Option<BacklashCompensation>, Quant
         // Saturates: more room than any axis needs.
         Ok(room as u64)
     };
+    let velocity = room("limits.velocity_mps", limits.velocity_mps, peak_mps, dt_s)?;
+    let (key, limit) = ("limits.acceleration_mps2", limits.acceleration_mps2);
     let room = Room {
-        velocity: room("limits.velocity_mps", limits.velocity_mps, peak_mps, dt_s)?,
-        acceleration: room(
-            "limits.acceleration_mps2",
-            limits.acceleration_mps2,
-            peak_mps2,
-            dt_s * dt_s,
-        )?,
+        velocity,
+        acceleration: room(key, limit, peak_mps2, dt_s * dt_s)?,
     };
     let half_rad = f64::from(half_gap_counts) * case.axis.transmission.gear_ratio
         / case.encoder.counts_per_rad;

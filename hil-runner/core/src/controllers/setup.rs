@@ -11,7 +11,7 @@ use firmware::output::{Output, Quantiser};
 use firmware::position::CounterParameters;
 use firmware::reference::TableSource;
 use firmware::{Dac, Event};
-use plant::{Encoder, Joint};
+use plant::Encoder;
 
 use super::setpoint::Setpoint;
 use super::world::{Generator, Source, StreamedQueue};
@@ -69,17 +69,12 @@ impl<'a> Setup<'a> {
                 travel_counts.round()
             );
             let travel_mm = case.motion.travel_m() * 1e3;
-            return Err(QuantiseError::setting(
-                "motion.travel_mm",
-                travel_mm,
-                because,
-            ));
+            let key = "motion.travel_mm";
+            return Err(QuantiseError::setting(key, travel_mm, because));
         }
         let plan = match case.options.law.setpoints {
             SetpointOrigin::Table => None,
-            SetpointOrigin::Generator | SetpointOrigin::Queue => {
-                Some(plan(case, period_ns, &setpoint)?)
-            }
+            _ => Some(plan(case, period_ns, &setpoint)?),
         };
         Ok(Self {
             case,
@@ -94,15 +89,10 @@ impl<'a> Setup<'a> {
     /// measurement of the gap runs on.
     pub(super) fn axis(&self, law: Law) -> Result<Axis, QuantiseError> {
         let settings = &self.case.options;
-        let output = Output::new(
-            Dac::with_bits(self.case.dac.bits)?,
-            self.slew()?,
-            self.quantiser(),
-        )
-        .map_err(QuantiseError::of(
-            SLEW_LIMIT,
-            settings.law.slew_limit_codes_per_s.unwrap_or(0.0),
-        ))?;
+        let dac = Dac::with_bits(self.case.dac.bits)?;
+        let slew_limit = settings.law.slew_limit_codes_per_s.unwrap_or(0.0);
+        let output = Output::new(dac, self.slew()?, self.quantiser())
+            .map_err(QuantiseError::of(SLEW_LIMIT, slew_limit))?;
         let bits = u8::try_from(settings.encoders.counter_bits).unwrap_or(u8::MAX);
         let counter = |jump| {
             let value = f64::from(settings.limits.count_jump_counts.unwrap_or(0));
@@ -213,10 +203,8 @@ impl<'a> Setup<'a> {
             }
             (SetpointOrigin::Queue, Some(plan)) => {
                 let generator = Generator::new(plan, law);
-                Source::Queue(Box::new(StreamedQueue::new(
-                    generator,
-                    self.rates().velocity,
-                )))
+                let queue = StreamedQueue::new(generator, self.rates().velocity);
+                Source::Queue(Box::new(queue))
             }
             _ => Source::Table(Box::new(TableSource::new(self.setpoint.table()?))),
         })
@@ -231,10 +219,7 @@ impl<'a> Setup<'a> {
     /// A half gap \[rad\], or the joint's own, at the motor \[counts\]: `K_enc·b/z`.
     pub(super) fn half_gap_counts(&self, half_rad: Option<f64>) -> f64 {
         let transmission = &self.case.axis.transmission;
-        let half_rad = half_rad.unwrap_or(match &transmission.joint {
-            Joint::Elastic(joint) => joint.backlash_half_rad,
-            Joint::Rigid => 0.0,
-        });
+        let half_rad = half_rad.unwrap_or(transmission.joint.backlash_half_rad());
         self.case.encoder.counts_per_rad * half_rad / transmission.gear_ratio
     }
 
@@ -291,12 +276,11 @@ impl<'a> Setup<'a> {
             // Samples of lag: counts per (count per sample).
             let lag = limit.per_speed_s * 1e9 / self.period_ns as f64;
             if lag >= f64::from(1 << 30) {
-                let because = "it must be below 2^30 sample times";
-                return Err(QuantiseError::setting(
+                let (key, because) = (
                     FOLLOWING_ERROR_PER_SPEED,
-                    limit.per_speed_s,
-                    because,
-                ));
+                    "it must be below 2^30 sample times",
+                );
+                return Err(QuantiseError::setting(key, limit.per_speed_s, because));
             }
             let (word, counts) = (finest_word(lag, 32, 31), limit.counts);
             FollowingErrorMonitor::accept(counts, word, rates.velocity)
@@ -323,15 +307,10 @@ impl<'a> Setup<'a> {
 fn plan(case: &Case, period_ns: u64, setpoint: &Setpoint) -> Result<MotionPlan, QuantiseError> {
     let travel = setpoint.travel_counts() * 4_294_967_296.0;
     let period = u32::try_from(period_ns).unwrap_or(u32::MAX);
-    let intervals_ps = case
-        .motion
-        .intervals_s()
-        .map(|t_s| (t_s * 1e12).round() as u64);
-    Ok(MotionPlan::new(
-        whole(travel.round()),
-        intervals_ps,
-        period,
-    )?)
+    let intervals_s = case.motion.intervals_s();
+    let intervals_ps = intervals_s.map(|t_s| (t_s * 1e12).round() as u64);
+    let travel = whole(travel.round());
+    Ok(MotionPlan::new(travel, intervals_ps, period)?)
 }
 
 /// Everything that the fixed-point gains of a case depend on, whether or not it asks

@@ -108,25 +108,23 @@ impl SpiIo {
     /// [`QuantiseError`] for other numbers of bits, or if the drivers do not take
     /// the chips.
     pub fn new(dac_bits: u32, counter_bits: u32) -> Result<Self, QuantiseError> {
-        let model = [Ad57x1rModel::Ad5721r, Ad57x1rModel::Ad5761r]
-            .into_iter()
+        let no_part = |key, bits: u32, part: &str, must: &str| {
+            let because = format!("there is no {part} of {bits} bits on SPI; {must}");
+            QuantiseError::setting(key, f64::from(bits), because)
+        };
+        let mut models = [Ad57x1rModel::Ad5721r, Ad57x1rModel::Ad5761r].into_iter();
+        let model = models
             .find(|model| model.bits() == dac_bits)
             .ok_or_else(|| {
-                let because = format!(
-                    "there is no converter of {dac_bits} bits on SPI; \
-                     it must have 12 bits (AD5721R) or 16 bits (AD5761R)"
-                );
-                QuantiseError::setting("drive.dac_bits", f64::from(dac_bits), because)
+                let must = "it must have 12 bits (AD5721R) or 16 bits (AD5761R)";
+                no_part("drive.dac_bits", dac_bits, "converter", must)
             })?;
-        let width = [CounterWidth::Bits16, CounterWidth::Bits32]
-            .into_iter()
+        let mut widths = [CounterWidth::Bits16, CounterWidth::Bits32].into_iter();
+        let width = widths
             .find(|width| width.bits() == counter_bits)
             .ok_or_else(|| {
-                let because = format!(
-                    "there is no counter of {counter_bits} bits on SPI; \
-                     the LS7366R must be used with 16 or 32 bits"
-                );
-                QuantiseError::setting("encoder.counter_bits", f64::from(counter_bits), because)
+                let must = "the LS7366R must be used with 16 or 32 bits";
+                no_part("encoder.counter_bits", counter_bits, "counter", must)
             })?;
 
         let line = || Line {

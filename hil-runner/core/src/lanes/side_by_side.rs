@@ -1,6 +1,6 @@
 //! Controllers and axes of one family in lockstep, as many as there are lanes.
 
-use plant::{Batch, ExtremesSettings, Joint, LaneSetup, PlantError, Width};
+use plant::{Batch, ExtremesSettings, LaneSetup, PlantError, Width};
 
 use super::family::{Commands, Family, SampleSteps};
 use super::laws::{Firmware, Held, LaneLaw, Sampled, Settings};
@@ -16,8 +16,9 @@ use crate::summary::{EndOfRun, RowFigures, Summary};
 /// family alone is computed once.
 #[derive(Debug)]
 pub(crate) struct Lanes<W: Width> {
-    width: W,
-    family: Family,
+    pub(crate) width: W,
+    /// The family whose runs these are.
+    pub(crate) family: Family,
     commands: Commands,
     batch: Batch<W>,
     setups: Vec<LaneSetup>,
@@ -61,15 +62,6 @@ impl<W: Width> Lanes<W> {
             refused: Vec::new(),
             sums: Vec::new(),
         })
-    }
-
-    pub(crate) fn width(&self) -> W {
-        self.width
-    }
-
-    /// The family whose runs these are.
-    pub(crate) fn family(&self) -> &Family {
-        &self.family
     }
 
     /// Runs cases of the family, no more than [`super::Runs::AT_A_TIME`], and hands over
@@ -139,10 +131,7 @@ impl<W: Width> Lanes<W> {
                 settings.set(run % W::LANES, case);
             }
             self.setups.push(LaneSetup {
-                backlash_half_rad: match case.axis.transmission.joint {
-                    Joint::Elastic(joint) => joint.backlash_half_rad,
-                    Joint::Rigid => 0.0,
-                },
+                backlash_half_rad: case.axis.transmission.joint.backlash_half_rad(),
                 extremes: ExtremesSettings {
                     motion: case.motion,
                     settling_band_m: 1e-6 * case.run.settling_band_um,

@@ -106,7 +106,7 @@ impl Runs {
             return alone(case);
         };
         let known = self.single.take();
-        let lanes = match known.filter(|lanes| *lanes.family() == family) {
+        let lanes = match known.filter(|lanes| lanes.family == family) {
             Some(fitting) => fitting,
             None => match Lanes::new(One, family) {
                 Ok(lanes) => lanes,
@@ -202,7 +202,7 @@ macro_rules! in_lanes {
     ($width:ident) => {
         impl<S: Simd> SideBySide for Lanes<$width<S>> {
             fn family(&self) -> &Family {
-                self.family()
+                &self.family
             }
 
             fn run(
@@ -211,7 +211,7 @@ macro_rules! in_lanes {
                 places: &[usize],
                 each: &mut dyn FnMut(usize, Result<Summary, RunError>),
             ) {
-                self.width().0.vectorize(
+                self.width.0.vectorize(
                     #[inline(always)]
                     || run_places(self, cases, places, each),
                 );

@@ -11,27 +11,12 @@ use crate::runfile::{Key, SECTIONS, Value};
 
 /// The order of the report: the first keys of blocks that stand together in the
 /// table. A block goes on there to the first key of another one.
-const BLOCKS: [&str; 19] = [
-    "controller.kp",
-    "controller.rest_dead_band_counts",
-    "controller.setpoints",
-    "encoder.counter_bits",
-    "controller.feedback",
-    "backlash.compensation",
-    "limits.following_error_counts",
-    "sequence.disable_s",
-    "motion.travel_mm",
-    "encoder.counts_per_rad",
-    "drive.dac_bits",
-    "motor.inertia_kg_m2",
-    "transmission.backlash_half_deg",
-    "transmission.joint",
-    "transmission.no_pull",
-    "transmission.gear_ratio",
-    "transmission.screw_inertia_kg_m2",
-    "carriage.mass_kg",
-    "run.duration_s",
-];
+const BLOCKS: &str = "\
+    controller.kp controller.rest_dead_band_counts controller.setpoints encoder.counter_bits \
+    controller.feedback backlash.compensation limits.following_error_counts sequence.disable_s \
+    motion.travel_mm encoder.counts_per_rad drive.dac_bits motor.inertia_kg_m2 \
+    transmission.backlash_half_deg transmission.joint transmission.no_pull \
+    transmission.gear_ratio transmission.screw_inertia_kg_m2 carriage.mass_kg run.duration_s";
 
 /// One setting of a run.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
@@ -64,7 +49,7 @@ pub(crate) fn of(case: &Case) -> Vec<Parameter> {
     for section in SECTIONS {
         for key in section.keys {
             let path = format!("{}.{}", section.name, key.name);
-            let first = BLOCKS.iter().position(|first| *first == path);
+            let first = BLOCKS.split(' ').position(|first| first == path);
             block = first.unwrap_or(block);
             rows.extend(row(key, case).map(|row| (block, row)));
         }
@@ -104,14 +89,10 @@ pub(crate) fn of_words(words: &FixedPointGains) -> Vec<Parameter> {
     let gains = words.rows.iter().map(|gain| {
         let rounding = number::relative_error(gain.relative_error());
         let word = format!("{} ({rounding})", gain.word);
-        text(
-            &format!("{} in fixed point (rounding)", gain.name()),
-            &word,
-            gain.unit(),
-        )
+        let label = format!("{} in fixed point (rounding)", gain.name());
+        text(&label, &word, gain.unit())
     });
     let limit = words.error_limit.to_string();
-    gains
-        .chain([text("Declared range of |e|", &limit, "counts")])
-        .collect()
+    let range = text("Declared range of |e|", &limit, "counts");
+    gains.chain([range]).collect()
 }

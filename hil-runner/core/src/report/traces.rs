@@ -1,6 +1,6 @@
 //! The curves of one run, as columns.
 
-use plant::{ContactChange, Joint};
+use plant::ContactChange;
 use serde::Serialize;
 
 use crate::case::{Case, Law};
@@ -77,10 +77,9 @@ impl Traces {
         };
         let end_s = seconds(case.run.duration_ns);
         let has_codes = case.controller.law != Law::Continuous;
-        let elastic = match case.axis.transmission.joint {
-            Joint::Rigid => None,
-            Joint::Elastic(joint) => Some(joint),
-        };
+        let joint = case.axis.transmission.joint;
+        let limits = [case.dac.code_min(), case.dac.code_max()].map(f64::from);
+        let impacts = changes.iter().filter(|c| c.impact);
         Self {
             t_s: of_points(&|p| p.t_s),
             acc_ref_mps2: points.iter().enumerate().map(acc_ref).collect(),
@@ -92,21 +91,14 @@ impl Traces {
             voltage_held: has_codes,
             current_a: of_points(&|p| p.state.current_a),
             dac_code: has_codes.then(|| of_points(&|p| p.dac_code.unwrap_or(0.0))),
-            gap_deg: elastic.map(|_| of_points(&|p| p.state.epsilon_rad.to_degrees())),
+            gap_deg: joint
+                .elastic()
+                .map(|_| of_points(&|p| p.state.epsilon_rad.to_degrees())),
             voltage_limit_v: case.amplifier.voltage_limit_v,
-            code_limits: (case.controller.law >= Law::Quantised).then(|| {
-                (
-                    f64::from(case.dac.code_min()),
-                    f64::from(case.dac.code_max()),
-                )
-            }),
-            backlash_half_deg: elastic.map_or(0.0, |joint| joint.backlash_half_rad.to_degrees()),
+            code_limits: (case.controller.law >= Law::Quantised).then_some(limits.into()),
+            backlash_half_deg: joint.backlash_half_rad().to_degrees(),
             contact_intervals: contact_intervals(points, changes, end_s),
-            impacts_s: changes
-                .iter()
-                .filter(|c| c.impact)
-                .map(|c| c.time_s)
-                .collect(),
+            impacts_s: impacts.map(|c| c.time_s).collect(),
         }
     }
 }

@@ -215,10 +215,8 @@ mod tests {
     fn a_case_is_run_again_without_what_it_has() {
         use Nonlinearity::{Dac, Encoder, Friction, Gap};
         assert_eq!(without(&case(&[])), [Encoder, Dac, Gap]);
-        assert_eq!(
-            without(&case(&["transmission.joint=rigid"])),
-            [Encoder, Dac]
-        );
+        let found = without(&case(&["transmission.joint=rigid"]));
+        assert_eq!(found, [Encoder, Dac]);
         let closed = case(&["transmission.backlash_half_deg=0", "drive.dac_bits=24"]);
         assert_eq!(without(&closed), [Encoder]);
         let rubbing = [

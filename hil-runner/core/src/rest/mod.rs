@@ -268,9 +268,7 @@ pub fn rest_from_s(case: &Case) -> f64 {
         injections.bus_error_ns,
         injections.setpoint_underrun_ns,
     ];
-    let within = times_ns
-        .into_iter()
-        .flatten()
-        .filter(|&ns| ns < case.run.duration_ns);
+    let within = |ns: &u64| *ns < case.run.duration_ns;
+    let within = times_ns.into_iter().flatten().filter(within);
     within.map(seconds).fold(motion_s, f64::max)
 }

@@ -110,7 +110,6 @@ impl Residual {
 }
 
 /// A number of samples; far below 2^53.
-#[expect(clippy::cast_precision_loss, reason = "a million at most")]
 pub(super) fn count(n: usize) -> f64 {
     n as f64
 }

@@ -141,10 +141,8 @@ fn missing_words(key: &Key, section: &Section, table: &Table, tree: &Table) -> O
             if table.get(partner).is_some() || !section.leads(key) {
                 return None;
             }
-            let description = section
-                .key(partner)
-                .map(Key::description)
-                .unwrap_or_default();
+            let description = section.key(partner).map(Key::description);
+            let description = description.unwrap_or_default();
             let (name, own) = (key.name, key.description());
             return Some(format!("{name} or {partner}: {own}; or {description}"));
         }
@@ -205,10 +203,8 @@ pub(super) fn check_value(key: &Key, node: &Node) -> Result<Value, String> {
         }
         (Kind::TimeOrWord(_, word), Toml::Text(text)) if text == word => Ok(Value::Choice(word)),
         (Kind::Time(range) | Kind::TimeOrWord(range, _), Toml::Number(number)) => {
-            let checked = check_time(number, range, key);
-            checked
-                .map(Value::Nanoseconds)
-                .or_else(|words| must(&words))
+            let time = check_time(number, range, key);
+            time.map(Value::Nanoseconds).or_else(|words| must(&words))
         }
         (Kind::Intervals, Toml::Array(items)) => check_intervals(items, key),
         (Kind::Number(Range::Any) | Kind::Whole(..) | Kind::Text | Kind::Intervals, _) => {
@@ -276,11 +272,8 @@ fn check_intervals(items: &[Node], key: &Key) -> Result<Value, String> {
         match item.value {
             Toml::Number(Number { value, .. }) if (0.0..=LARGEST_MAGNITUDE).contains(&value) => {
                 // What is this short is no interval; see `LARGEST_MAGNITUDE`.
-                *slot = if value < SMALLEST_MAGNITUDE {
-                    0.0
-                } else {
-                    value
-                };
+                let counts = value >= SMALLEST_MAGNITUDE;
+                *slot = if counts { value } else { 0.0 };
             }
             _ => wrong.push(format!("t{} is {}", index + 1, item.text)),
         }

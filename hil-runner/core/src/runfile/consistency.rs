@@ -59,10 +59,8 @@ pub(super) fn check(v: &Values, findings: &mut Findings) -> Option<Motion> {
         refusals.extend(gap_before_the_chip(v));
     }
     let motion = motion(v).and_then(|motion| {
-        let of_intervals = |error: MotionError| refused("motion.intervals_s", error.to_string());
-        motion
-            .map_err(|error| refusals.push(of_intervals(error)))
-            .ok()
+        let refuse = |error: MotionError| refused("motion.intervals_s", error.to_string());
+        motion.map_err(|error| refusals.push(refuse(error))).ok()
     });
     if let Some(motion) = &motion {
         refusals.extend(setpoint_table(v, motion));
@@ -279,13 +277,10 @@ fn setpoint_origin(v: &Values) -> Vec<Refusal> {
     if origin == SetpointOrigin::Table {
         let because =
             format!("{quoted} knows positions only; use setpoints = \"generator\" or \"queue\"");
-        for key in [
-            "controller.velocity_ff_s",
-            "controller.acceleration_ff_s2",
-            "controller.friction_ff_codes",
-        ] {
-            if v.get(key).is_some_and(|gain: f64| gain > 0.0) {
-                refusals.push(refused(key, because.clone()));
+        for key in ["velocity_ff_s", "acceleration_ff_s2", "friction_ff_codes"] {
+            let key = path("controller", key);
+            if v.get(&key).is_some_and(|gain: f64| gain > 0.0) {
+                refusals.push(refused(&key, because.clone()));
             }
         }
         if v.get(COMPENSATION) == Some(Compensation::Acceleration) {

@@ -182,14 +182,12 @@ impl Findings {
 
     fn push_at(&mut self, line: usize, place: Place, problem: Problem) {
         let source_name = self.source_name.clone();
-        self.entries.push((
-            line,
-            RunFileError {
-                source_name,
-                place,
-                problem,
-            },
-        ));
+        let error = RunFileError {
+            source_name,
+            place,
+            problem,
+        };
+        self.entries.push((line, error));
     }
 
     pub(super) fn into_errors(mut self) -> RunFileErrors {

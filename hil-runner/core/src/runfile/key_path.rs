@@ -76,10 +76,6 @@ impl KeyPath {
 }
 
 /// The nearest whole number, where `i64` holds it exactly.
-#[expect(
-    clippy::cast_possible_truncation,
-    reason = "whole, and within the bounds"
-)]
 fn nearest_whole(number: f64) -> Option<i64> {
     const MOST: f64 = 9_007_199_254_740_992.0; // 2^53
     let whole = libm::round(number);
@@ -298,10 +294,8 @@ mod tests {
     fn an_old_name_is_told_in_the_section_of_the_new_one() {
         let told =
             |section, name: &str| key(section, name).problem(format!("key {section}.{name}"));
-        assert_eq!(
-            told("budget", "late_steps").to_string(),
-            "budget.late_steps is now deadline_misses"
-        );
+        let found = told("budget", "late_steps").to_string();
+        assert_eq!(found, "budget.late_steps is now deadline_misses");
         assert!(
             told("motor", "late_steps")
                 .to_string()

@@ -377,6 +377,16 @@ impl Key {
         self
     }
 
+    /// Its meaning, and its name in reports.
+    pub(super) const fn named(self, meaning: &'static str, shown: &'static str) -> Self {
+        self.meaning(meaning).shown(shown)
+    }
+
+    /// The place of a key that acts on rung `firmware` alone.
+    pub(super) const fn firmware_at(self, place: Place) -> Self {
+        self.acting(Acts::From(Law::Firmware)).at(place)
+    }
+
     pub(super) const fn shown(mut self, label: &'static str) -> Self {
         self.shown.label = label;
         self

@@ -32,10 +32,7 @@ mod values;
 
 use std::path::Path;
 
-use plant::{
-    Amplifier, AxisParameters, Carriage, Dac, Encoder, Joint, Motion, Motor, PidGains, Resistance,
-    Transmission,
-};
+use plant::{Amplifier, AxisParameters, Dac, Encoder, Motion, PidGains};
 
 pub use consistency::{MOST_COUNTS, MOST_RK4_STEPS, MOST_ROWS};
 pub use errors::{MOST_MISTAKES, Place, Problem, RunFileError, RunFileErrors, list_mistakes};
@@ -49,8 +46,7 @@ pub use template::Template;
 pub use values::Value;
 
 use crate::case::{
-    Case, ComputationDelay, ControllerSettings, Law, Limit, RunSettings, SolverChoice,
-    TargetSettings,
+    Case, ComputationDelay, ControllerSettings, Law, Limit, RunSettings, TargetSettings,
 };
 use crate::options::AxisOptions;
 use crate::rest::unfit_window;
@@ -156,53 +152,20 @@ fn case(source_name: &str, tree: &Table, values: &Values, motion: Motion) -> Cas
 fn blank(motion: Motion) -> Case {
     Case {
         name: String::new(),
-        axis: AxisParameters {
-            motor: Motor {
-                inertia_kg_m2: 0.0,
-                torque_constant_nm_per_a: 0.0,
-                resistance_ohm: 0.0,
-                inductance_h: 0.0,
-            },
-            transmission: Transmission {
-                gear_ratio: 0.0,
-                joint: Joint::Rigid,
-                screw_inertia_kg_m2: 0.0,
-                screw_pitch_m_per_rad: 0.0,
-            },
-            carriage: Carriage {
-                mass_kg: 0.0,
-                resistance: Resistance::default(),
-            },
-        },
+        axis: AxisParameters::default(),
         dac: Dac::with_range(0, 0.0),
-        amplifier: Amplifier {
-            gain: 0.0,
-            voltage_limit_v: 0.0,
-        },
+        amplifier: Amplifier::default(),
         encoder: Encoder::with_lines(0.0),
         controller: ControllerSettings {
             law: Law::Continuous,
-            gains: PidGains {
-                kp: 0.0,
-                ki_per_s: 0.0,
-                kd_s: 0.0,
-            },
+            gains: PidGains::default(),
             sample_time_ns: None,
             computation_delay: ComputationDelay::Fixed(0),
         },
         options: AxisOptions::default(),
         target: TargetSettings::default(),
         motion,
-        run: RunSettings {
-            duration_ns: 0,
-            solver: SolverChoice::Auto,
-            row_interval_ns: 0,
-            rk4_step_ns: 0,
-            tolerance: 0.0,
-            settling_band_um: 0.0,
-            rest_window_ns: None,
-            events: false,
-        },
+        run: RunSettings::default(),
         budget: None,
         keys_without_effect: Vec::new(),
     }

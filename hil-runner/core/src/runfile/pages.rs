@@ -222,15 +222,9 @@ pub fn commented(name: &str, text: &str) -> String {
                 let line = line.trim_start_matches("# ").strip_prefix(key.name);
                 line.is_some_and(|rest| rest.starts_with(" = "))
             };
-            let body = || {
-                lines
-                    .iter()
-                    .skip(start)
-                    .take_while(|line| !line.starts_with('['))
-            };
-            let found = body()
-                .position(|line| shows(&line))
-                .map(|line| start + line);
+            let body = lines.iter().skip(start);
+            let mut body = body.take_while(|line| !line.starts_with('['));
+            let found = body.position(|line| shows(&line)).map(|line| start + line);
             let is_given = |line: usize| lines.get(line).is_some_and(|l| !l.starts_with('#'));
             if let Some(line) = found.filter(|line| is_given(*line)) {
                 at = line + 1;
@@ -273,10 +267,7 @@ fn comment(key: &Key, name: &str) -> Option<Vec<String>> {
     let Some((remark, more)) = remarks.split_first() else {
         return Some(vec![first]);
     };
-    let more = more.iter().map(|remark| beside("#", remark));
-    Some(
-        std::iter::once(beside(&first, remark))
-            .chain(more)
-            .collect(),
-    )
+    let mut lines = vec![beside(&first, remark)];
+    lines.extend(more.iter().map(|remark| beside("#", remark)));
+    Some(lines)
 }

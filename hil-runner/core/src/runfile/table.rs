@@ -72,17 +72,14 @@ const NAME: &[Key] = &[value("name", Kind::Text, "")
 
 const MOTOR: &[Key] = &[
     number("inertia_kg_m2", Positive, "kg m²")
-        .meaning("rotor inertia J_m")
-        .alone_at(|c| Some(&mut c.axis.motor.inertia_kg_m2))
-        .shown("Rotor inertia J_m"),
+        .named("rotor inertia J_m", "Rotor inertia J_m")
+        .alone_at(|c| Some(&mut c.axis.motor.inertia_kg_m2)),
     number("torque_constant_nm_per_a", Positive, "N m/A")
-        .meaning("torque and back-e.m.f. constant k_m")
-        .alone_at(|c| Some(&mut c.axis.motor.torque_constant_nm_per_a))
-        .shown("Torque constant k_m"),
+        .named("torque and back-e.m.f. constant k_m", "Torque constant k_m")
+        .alone_at(|c| Some(&mut c.axis.motor.torque_constant_nm_per_a)),
     number("resistance_ohm", Positive, "Ω")
-        .meaning("armature resistance R")
-        .alone_at(|c| Some(&mut c.axis.motor.resistance_ohm))
-        .shown("Armature resistance R"),
+        .named("armature resistance R", "Armature resistance R")
+        .alone_at(|c| Some(&mut c.axis.motor.resistance_ohm)),
     number("inductance_h", Positive, "H")
         .meaning("armature inductance L")
         .alone_at(|c| Some(&mut c.axis.motor.inductance_h))
@@ -103,22 +100,19 @@ const TRANSMISSION: &[Key] = &[
         .at(|c| Some(&mut c.axis.transmission.gear_ratio))
         .shown("Gear ratio z"),
     value("joint", Kind::Choice(&["elastic", "rigid"]), "")
-        .meaning("joint between gear and screw")
+        .named("joint between gear and screw", "Joint")
         .or(Value::Choice("elastic"))
         .at(|c| Some(&mut c.axis.transmission.joint))
-        .shown("Joint")
         .words(&[("rigid", "rigid")])
         .note(&["or \"rigid\": then k, c and b are not needed"]),
     number("stiffness_nm_per_rad", Positive, "N m/rad")
-        .meaning("contact stiffness k of the joint")
+        .named("contact stiffness k of the joint", "Joint stiffness k")
         .needed(Need::ElasticJoint)
-        .alone_at(|c| Some(&mut elastic(c)?.stiffness_nm_per_rad))
-        .shown("Joint stiffness k"),
+        .alone_at(|c| Some(&mut elastic(c)?.stiffness_nm_per_rad)),
     number("damping_nms_per_rad", NotNegative, "N m s/rad")
-        .meaning("contact damping c of the joint")
+        .named("contact damping c of the joint", "Joint damping c")
         .needed(Need::ElasticJoint)
-        .alone_at(|c| Some(&mut elastic(c)?.damping_nms_per_rad))
-        .shown("Joint damping c"),
+        .alone_at(|c| Some(&mut elastic(c)?.damping_nms_per_rad)),
     number("backlash_half_deg", NotNegative, "deg")
         .meaning("half backlash b of the joint")
         .needed(Need::ElasticJoint)
@@ -133,16 +127,14 @@ const TRANSMISSION: &[Key] = &[
         .alone()
         .shown_in("Half backlash b", 1.0, "°"),
     number("screw_inertia_kg_m2", Positive, "kg m²")
-        .meaning("screw inertia J_v")
-        .alone_at(|c| Some(&mut c.axis.transmission.screw_inertia_kg_m2))
-        .shown("Screw inertia J_v"),
+        .named("screw inertia J_v", "Screw inertia J_v")
+        .alone_at(|c| Some(&mut c.axis.transmission.screw_inertia_kg_m2)),
     number("screw_pitch_mm_per_rev", Positive, "mm/rev")
-        .meaning("screw pitch p")
+        .named("screw pitch p", "Screw pitch p")
         .by(
             |c, pitch_mm| c.axis.transmission.screw_pitch_m_per_rad = pitch_m_per_rad(pitch_mm),
             |c| Some(1e3 * c.axis.transmission.screw_pitch_m_per_rad * 2.0 * PI),
-        )
-        .shown("Screw pitch p"),
+        ),
     flag("no_pull")
         .meaning("switch that keeps the joint's flanks from pulling")
         .at(|c| Some(&mut elastic(c)?.no_pull))
@@ -158,20 +150,17 @@ pub(super) fn pitch_m_per_rad(pitch_mm_per_rev: f64) -> f64 {
 
 const CARRIAGE: &[Key] = &[
     number("mass_kg", Positive, "kg")
-        .meaning("carriage mass M")
-        .alone_at(|c| Some(&mut c.axis.carriage.mass_kg))
-        .shown("Carriage mass M"),
+        .named("carriage mass M", "Carriage mass M")
+        .alone_at(|c| Some(&mut c.axis.carriage.mass_kg)),
     number("resistance_constant_n", Any, "N")
-        .meaning("constant resistance a0")
+        .named("constant resistance a0", "Resistance a0")
         .or(Value::Number(0.0))
         .at(|c| Some(&mut c.axis.carriage.resistance.constant_n))
-        .shown("Resistance a0")
         .note(&["a0"]),
     number("resistance_linear_ns_per_rad", Any, "N s/rad")
-        .meaning("linear resistance a1, per screw speed,")
+        .named("linear resistance a1, per screw speed,", "Resistance a1")
         .or(Value::Number(0.0))
         .at(|c| Some(&mut c.axis.carriage.resistance.linear_ns_per_rad))
-        .shown("Resistance a1")
         .note(&["a1"]),
     number("resistance_quadratic_ns2_per_rad2", Any, "N s²/rad²")
         .meaning("quadratic resistance a2, per screw speed squared,")
@@ -210,24 +199,20 @@ const DRIVE: &[Key] = &[
         )
         .note(&["instead of dac_lsb_v: full span ΔV, step ΔV/2^n"]),
     number("amplifier_gain", Positive, "")
-        .meaning("amplifier gain K_a")
-        .alone_at(|c| Some(&mut c.amplifier.gain))
-        .shown("Amplifier gain K_a"),
+        .named("amplifier gain K_a", "Amplifier gain K_a")
+        .alone_at(|c| Some(&mut c.amplifier.gain)),
     number("voltage_limit_v", Positive, "V")
-        .meaning("amplifier's output limit V_max")
-        .alone_at(|c| Some(&mut c.amplifier.voltage_limit_v))
-        .shown("Amplifier limit V_max"),
+        .named("amplifier's output limit V_max", "Amplifier limit V_max")
+        .alone_at(|c| Some(&mut c.amplifier.voltage_limit_v)),
 ];
 
 /// The three make one command, which goes into a case as a whole.
 const MOTION: &[Key] = &[
     number("travel_mm", Any, "mm")
-        .meaning("travel h of the carriage")
-        .by(|_, _| {}, |c| Some(1e3 * c.motion.travel_m()))
-        .shown("Travel h"),
+        .named("travel h of the carriage", "Travel h")
+        .by(|_, _| {}, |c| Some(1e3 * c.motion.travel_m())),
     value("intervals_s", Kind::Intervals, "s")
-        .meaning("list of the motion's intervals")
-        .shown("Intervals t1 … t7")
+        .named("list of the motion's intervals", "Intervals t1 … t7")
         .text(|c| Some(c.motion.intervals_s().map(crate::number::table).join(", "))),
     number("total_time_s", Positive, "s")
         .meaning("total time T_0 to which the intervals are stretched")
@@ -258,9 +243,8 @@ const TARGET: &[Key] = &of_firmware([
 
 const RUN: &[Key] = &[
     time("duration_s", Positive)
-        .meaning("duration of the run")
-        .at(|c| Some(&mut c.run.duration_ns))
-        .shown("Duration"),
+        .named("duration of the run", "Duration")
+        .at(|c| Some(&mut c.run.duration_ns)),
     choice::<SolverChoice>("solver")
         .meaning("method that solves the plant")
         .at(|c| Some(&mut c.run.solver)),
@@ -280,17 +264,15 @@ const RUN: &[Key] = &[
     // Below about 1e-14 the solver would chase rounding, not the solution,
     // and need steps without end; above 0.1 a "tolerance" tolerates anything.
     number("tolerance", Between(1e-14, 0.1), "")
-        .meaning("error tolerance of solver \"dopri5\"")
+        .named("error tolerance of solver \"dopri5\"", "Solver tolerance")
         .or(Value::Number(1e-11))
         .at(|c| Some(&mut c.run.tolerance))
-        .shown("Solver tolerance")
         .when(|c| matches!(c.solver(), Solver::Dopri5 { .. }))
         .note(&["solver \"dopri5\""]),
     number("settling_band_um", Positive, "µm")
-        .meaning("half width of the settling band")
+        .named("half width of the settling band", "Settling band ±")
         .or(Value::Number(100.0))
-        .at(|c| Some(&mut c.run.settling_band_um))
-        .shown("Settling band ±"),
+        .at(|c| Some(&mut c.run.settling_band_um)),
     time("rest_window_s", Positive)
         .meaning("length of the window of rest, up to the end of the run; without it the second half of the rest, at most 4096 samples,")
         .optional("0.2")

@@ -74,11 +74,8 @@ impl Table {
         if name.is_empty() {
             return Some(self);
         }
-        match self.get(name) {
-            Some(Node {
-                value: Toml::Table(table),
-                ..
-            }) => Some(table),
+        match &self.get(name)?.value {
+            Toml::Table(table) => Some(table),
             _ => None,
         }
     }

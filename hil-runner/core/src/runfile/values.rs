@@ -128,12 +128,7 @@ impl Setting for Joint {
     fn of(value: Value) -> Option<Self> {
         Some(match value {
             Value::Choice("rigid") => Self::Rigid,
-            _ => Self::Elastic(ElasticJoint {
-                stiffness_nm_per_rad: 0.0,
-                damping_nms_per_rad: 0.0,
-                backlash_half_rad: 0.0,
-                no_pull: false,
-            }),
+            _ => Self::Elastic(ElasticJoint::default()),
         })
     }
 

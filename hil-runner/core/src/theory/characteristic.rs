@@ -142,10 +142,8 @@ impl Characteristic {
         let w = on_circle(theta);
         let z = w + 1.0;
         let (zw, zz, ww) = (z * w, z * z, w * w);
-        let (i, d) = (
-            gains.ki_v_per_rads * self.period_s,
-            gains.kd_vs_per_rad / self.period_s,
-        );
+        let i = gains.ki_v_per_rads * self.period_s;
+        let d = gains.kd_vs_per_rad / self.period_s;
         let law = zw * gains.kp_v_per_rad + zz * i + ww * d;
         let axis = self.zeros.at::<5>(w);
         law * axis / (zz * ww * self.poles.at::<4>(w))

@@ -71,10 +71,8 @@ impl<F: Fn(f64) -> Complex<f64>> Curve<'_, F> {
             }
         }
         lowest = lanes.iter().fold(lowest, |low, lane| low.min(*lane));
-        let points = self.re.iter().zip(self.im);
-        let at = points
-            .into_iter()
-            .position(|(re, im)| squared(*re, *im) == lowest);
+        let mut points = self.re.iter().zip(self.im);
+        let at = points.position(|(re, im)| squared(*re, *im) == lowest);
         (at.unwrap_or(0), lowest)
     }
 
@@ -131,10 +129,9 @@ impl<F: Fn(f64) -> Complex<f64>> Curve<'_, F> {
     /// itself then where it is.
     fn each_minimum(&self, start: usize, lowest: f64, mut found: impl FnMut(f64, f64)) {
         let bound = CANDIDATE * lowest;
-        let mut before = if start == 0 {
-            f64::INFINITY
-        } else {
-            self.chord(start - 1)
+        let mut before = match start {
+            0 => f64::INFINITY,
+            start => self.chord(start - 1),
         };
         let mut here = self.chord(start);
         for i in start..(start + BLOCK).min(self.re.len() - 1) {
@@ -279,11 +276,7 @@ pub struct Margin {
 impl Margin {
     /// The modulus margin, negative for an unstable loop: 0 is the border.
     pub fn signed(&self) -> f64 {
-        if self.stable {
-            self.modulus
-        } else {
-            -self.modulus
-        }
+        signed(self.stable, self.modulus)
     }
 
     /// Reads a curve, frequencies in its unit.
@@ -351,6 +344,11 @@ fn marks(re: &[f64], im: &[f64], bound: f64) -> Marks {
 }
 
 /// `|1 + L|²`.
+/// A modulus, below 0 where the loop is unstable.
+pub(crate) fn signed(stable: bool, modulus: f64) -> f64 {
+    if stable { modulus } else { -modulus }
+}
+
 fn squared_distance(value: Complex<f64>) -> f64 {
     let re = 1.0 + value.re;
     re * re + value.im * value.im

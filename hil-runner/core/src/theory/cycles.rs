@@ -41,7 +41,6 @@
 use core::f64::consts::PI;
 
 use nalgebra::Complex;
-use plant::Joint;
 
 use super::characteristic::{Characteristic, LoopGains, is_papers_loop};
 use super::delay::DelayedLoop;
@@ -154,10 +153,9 @@ fn at_borders(
                 high = middle;
             }
         }
-        let stability = if after {
-            CycleStability::Attracting
-        } else {
-            CycleStability::Repelling
+        let stability = match after {
+            true => CycleStability::Attracting,
+            false => CycleStability::Repelling,
         };
         found.extend(cycle(0.5 * (low + high), stability));
     }
@@ -187,17 +185,12 @@ pub fn gap_cycle(case: &Case) -> Option<Cycle> {
 pub fn gap_cycles(case: &Case) -> Vec<Cycle> {
     let resistance = &case.axis.carriage.resistance;
     let odd = resistance.constant_n == 0.0 && resistance.quadratic_ns2_per_rad2 == 0.0;
-    let (Joint::Elastic(joint), Some(delayed), true) = (
-        case.axis.transmission.joint,
-        DelayedLoop::of(case, JointState::Contact),
-        odd && is_papers_loop(case),
-    ) else {
+    let b = case.axis.transmission.joint.backlash_half_rad();
+    let delayed = DelayedLoop::of(case, JointState::Contact);
+    let Some(delayed) = delayed.filter(|_| b > 0.0 && odd && is_papers_loop(case)) else {
         return Vec::new();
     };
-    let (b, axis) = (joint.backlash_half_rad, delayed.axis);
-    if b <= 0.0 {
-        return Vec::new();
-    }
+    let axis = delayed.axis;
     // The amplitude as A/b − 1, which resolves a contact of any depth.
     let softened = |depth: f64| DelayedLoop {
         axis: axis.with_share_of_joint(joint_share(1.0 / (1.0 + depth))),
@@ -258,11 +251,8 @@ pub fn encoder_cycles(case: &Case) -> Vec<Cycle> {
         return Vec::new();
     };
     let gains = &case.controller.gains;
-    stepped.mean = if gains.ki_per_s == 0.0 {
-        stepped.mean / gains.kp
-    } else {
-        0.0
-    };
+    let holds = gains.ki_per_s == 0.0;
+    stepped.mean = if holds { stepped.mean / gains.kp } else { 0.0 };
     let rad_per_count = 1.0 / case.encoder.counts_per_rad;
     stepped.cycles(|amplitude, _| amplitude * rad_per_count)
 }
@@ -279,9 +269,8 @@ pub fn dac_cycles(case: &Case) -> Vec<Cycle> {
     let volts_per_code = case.dac.step_v * case.amplifier.gain;
     stepped.cycles(|amplitude, radps| {
         // y = −C·α, and A is the amplitude of y.
-        let law = stepped
-            .gains
-            .law(radps * stepped.period_s, stepped.period_s);
+        let period_s = stepped.period_s;
+        let law = stepped.gains.law(radps * period_s, period_s);
         amplitude * volts_per_code / law.norm_sqr().sqrt()
     })
 }
@@ -316,12 +305,8 @@ impl SteppedLoop {
         }
         let (transmission, motor) = (&case.axis.transmission, &case.axis.motor);
         let weight_n = resistance.constant_n;
-        let room_rad = match transmission.joint {
-            Joint::Elastic(joint) if joint.backlash_half_rad > 0.0 && weight_n == 0.0 => {
-                Some(joint.backlash_half_rad)
-            }
-            _ => None,
-        };
+        let b = transmission.joint.backlash_half_rad();
+        let room_rad = (b > 0.0 && weight_n == 0.0).then_some(b);
         let joint = match room_rad {
             Some(_) => JointState::Gap,
             None => JointState::Contact,

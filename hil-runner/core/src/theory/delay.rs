@@ -166,11 +166,10 @@ impl DelayedLoop {
     fn is_stable(&self, points: &[(f64, Complex<f64>)]) -> bool {
         let held = self.gains.kp_v_per_rad != 0.0 || self.gains.ki_v_per_rads != 0.0;
         let first = argument(points[0].1 + 1.0);
-        let mut turned = if first > PI / 2.0 {
-            first - 2.0 * PI
-        } else {
-            first
-        };
+        let mut turned = first;
+        if first > PI / 2.0 {
+            turned -= 2.0 * PI;
+        }
         for pair in points.windows(2) {
             turned += argument((pair[1].1 + 1.0) * (pair[0].1 + 1.0).conj());
         }

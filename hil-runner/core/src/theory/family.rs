@@ -9,7 +9,7 @@ use nalgebra::Complex;
 use plant::AxisParameters;
 
 use super::characteristic::{Characteristic, LoopGains, is_papers_loop};
-use super::curve::{Curve, Limits, Margin, bends, refined};
+use super::curve::{Curve, Limits, Margin, bends, refined, signed};
 use super::delay::DelayedLoop;
 use super::linear_axis::{JointState, LinearAxis};
 use crate::case::{Case, Law};
@@ -161,11 +161,7 @@ impl LoopFamily {
     pub fn signed_modulus(&self, gains: &LoopGains) -> f64 {
         let at = |theta: f64| self.at(gains, theta);
         let distance = self.with_curve(gains, &at, |curve| curve.modulus());
-        if self.is_stable(gains) {
-            distance
-        } else {
-            -distance
-        }
+        signed(self.is_stable(gains), distance)
     }
 
     /// True if the closed loop is stable: a twentieth of the time of

@@ -260,12 +260,10 @@ pub fn best_table(tally: &Tally) -> FigureTable {
         let own = [rung.rung.clone(), best.row.to_string(), percent];
         own.into_iter().chain(best.axes.iter().cloned()).collect()
     };
+    let heads = heads.into_iter().chain(tally.axes.iter().cloned());
     let rungs = tally.rungs.iter();
     FigureTable {
-        heads: heads
-            .into_iter()
-            .chain(tally.axes.iter().cloned())
-            .collect(),
+        heads: heads.collect(),
         rows: rungs
             .flat_map(|rung| rung.best.iter().map(move |of_rung| best(rung, of_rung)))
             .collect(),
@@ -273,24 +271,14 @@ pub fn best_table(tally: &Tally) -> FigureTable {
 }
 
 fn figure_table(tally: &Tally) -> FigureTable {
-    let heads = [
-        "rung",
-        "figure",
-        "least",
-        "in row",
-        "mean",
-        "most",
-        "in row",
-        "unit",
-        "runs without",
-    ];
+    let heads = "rung|figure|least|in row|mean|most|in row|unit|runs without".split('|');
     let with_rung = |rung: &RungTally, cells: [String; 8]| {
         let rung = std::iter::once(rung.rung.clone());
         rung.chain(cells).collect()
     };
     let rungs = tally.rungs.iter();
     FigureTable {
-        heads: heads.map(str::to_owned).to_vec(),
+        heads: heads.map(str::to_owned).collect(),
         rows: rungs
             .flat_map(|rung| figure_rows(rung).map(move |cells| with_rung(rung, cells)))
             .collect(),

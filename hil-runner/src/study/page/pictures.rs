@@ -121,10 +121,9 @@ fn borders(study: &Study, map: &Map) -> Vec<Curve> {
             for (place, value) in [(x_place, x), (y_place, y)] {
                 point.values[place] = study.axes[place].key.value(value);
             }
-            let cells = study
-                .case(&point, study.rungs.len() - 1)
-                .map(|case| margins.cells(&case))
-                .unwrap_or([Cell::Empty, Cell::Empty]);
+            let case = study.case(&point, study.rungs.len() - 1);
+            let none = [Cell::Empty, Cell::Empty];
+            let cells = case.map_or(none, |case| margins.cells(&case));
             for (field, cell) in fields.iter_mut().zip(cells) {
                 field.push(cell.as_number());
             }
@@ -138,7 +137,7 @@ fn borders(study: &Study, map: &Map) -> Vec<Curve> {
     let wanted = wanted.filter(|((border, _), _)| map.border.contains(border));
     let (x, y) = (&x, &y);
     let curves = wanted.flat_map(|((_, words), values)| {
-        let lines = Field { x, y, values }.lines(0.0).into_iter();
+        let lines = Field::of(x, y, values).lines(0.0).into_iter();
         lines.map(|points| Curve {
             label: words.to_owned(),
             points,
@@ -187,10 +186,8 @@ pub(in crate::study) fn mistakes_in_pictures(study: &Study) -> Vec<String> {
         {
             mistakes.push(error.to_string());
         }
-        if study.pictures[..place]
-            .iter()
-            .any(|other| other.file == file)
-        {
+        let same = |other: &Picture| other.file == file;
+        if study.pictures[..place].iter().any(same) {
             mistakes.push(format!("there are two pictures with file = {file:?}"));
         }
     }

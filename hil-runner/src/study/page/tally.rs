@@ -207,10 +207,8 @@ impl Tally {
     /// Part of all runs within all limits \[%\].
     pub fn yield_percent(&self) -> Option<f64> {
         let sum = |of: fn(&RungTally) -> u64| self.rungs.iter().map(of).sum::<u64>();
-        percent(
-            sum(|rung| rung.passed),
-            sum(|rung| rung.made + rung.not_made),
-        )
+        let asked = sum(|rung| rung.made + rung.not_made);
+        percent(sum(|rung| rung.passed), asked)
     }
 }
 

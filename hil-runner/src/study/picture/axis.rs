@@ -43,25 +43,19 @@ impl AxisKeys {
 
     /// Holds the range of the axis of that name against its division.
     pub(super) fn check(&self, name: &str) -> Result<(), String> {
-        if let Some([low, high]) = self.range {
-            let finite = low.is_finite() && high.is_finite();
-            if !(finite && low < high) {
-                return Err(format!(
-                    "{name}_range = [{low}, {high}] must rise from a number to a larger one"
-                ));
-            }
-            if high - low < NARROWEST * low.abs().max(high.abs()) {
-                return Err(format!(
-                    "{name}_range = [{low}, {high}] is too narrow: numbers on it could not be told apart"
-                ));
-            }
-            if self.spacing == Spacing::Log && low <= 0.0 {
-                return Err(format!(
-                    "{name}_range = [{low}, {high}] must be above 0 on a logarithmic axis"
-                ));
-            }
-        }
-        Ok(())
+        let Some([low, high]) = self.range else {
+            return Ok(());
+        };
+        let because = if !(low.is_finite() && high.is_finite() && low < high) {
+            "must rise from a number to a larger one"
+        } else if high - low < NARROWEST * low.abs().max(high.abs()) {
+            "is too narrow: numbers on it could not be told apart"
+        } else if self.spacing == Spacing::Log && low <= 0.0 {
+            "must be above 0 on a logarithmic axis"
+        } else {
+            return Ok(());
+        };
+        Err(format!("{name}_range = [{low}, {high}] {because}"))
     }
 
     /// The words of the axis of a column with that label.
@@ -139,10 +133,8 @@ impl Axis {
 
     /// An axis of places with names: value 0 is the middle of the first.
     pub(super) fn of_places(title: String, names: &[String]) -> Self {
-        let ticks = names.iter().enumerate().map(|(at, name)| Tick {
-            at: at as f64,
-            label: short(name),
-        });
+        let ticks = names.iter().enumerate();
+        let ticks = ticks.map(|(at, name)| Tick::new(at as f64, short(name)));
         Self {
             title,
             ticks: ticks.collect(),
@@ -165,18 +157,12 @@ impl Axis {
             Direction::Across => 75.0,
             Direction::Up => 42.0,
         };
-        #[allow(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "a length on the sheet"
-        )]
         let most = (length_px / per_tick).max(3.0) as usize;
-        let (ticks, fine) = match self.scale {
+        (self.ticks, self.fine) = match self.scale {
             Scale::Places(_) => return,
             Scale::Linear(low, high) => (linear(low, high, most, &fits), Vec::new()),
             Scale::Log(low, high) => logarithmic(low, high, self.numbers, most, &fits),
         };
-        (self.ticks, self.fine) = (ticks, fine);
         for tick in &mut self.ticks {
             if tick.label.chars().count() > LONGEST_NUMBER {
                 tick.label = number::table(tick.at);
@@ -195,13 +181,9 @@ impl Axis {
         if self.has_places() || prefixes || values.is_empty() || !values.iter().all(round) {
             return;
         }
-        let ticks: Vec<Tick> = values
-            .iter()
-            .map(|value| Tick {
-                at: value * self.factor,
-                label: number::rounded(value * self.factor, 3),
-            })
-            .collect();
+        let ticks = values.iter().map(|value| value * self.factor);
+        let ticks = ticks.map(|at| Tick::new(at, number::rounded(at, 3)));
+        let ticks: Vec<Tick> = ticks.collect();
         if self.have_room(&ticks, 12.0, length_px, direction) {
             (self.ticks, self.fine) = (ticks, Vec::new());
         }
@@ -211,15 +193,13 @@ impl Axis {
     /// the other by a line.
     fn have_room(&self, ticks: &[Tick], gap_px: f64, length_px: f64, direction: Direction) -> bool {
         let least_px = |a: &Tick, b: &Tick| match direction {
-            Direction::Across => {
-                gap_px + 0.5 * (width(&a.label, TICK_PX) + width(&b.label, TICK_PX))
-            }
+            Direction::Across => gap_px + 0.5 * (a.width() + b.width()),
             Direction::Up => TICK_PX * LINE,
         };
-        ticks
-            .iter()
-            .zip(ticks.iter().skip(1))
-            .all(|(a, b)| (self.of_shown(b.at) - self.of_shown(a.at)) * length_px >= least_px(a, b))
+        let pairs = ticks.iter().zip(ticks.iter().skip(1));
+        let px =
+            |from: &Tick, to: &Tick| (self.of_shown(to.at) - self.of_shown(from.at)) * length_px;
+        pairs.into_iter().all(|(a, b)| px(a, b) >= least_px(a, b))
     }
 
     /// Share of the axis at a value, 0 at its start and 1 at its end; `None`
@@ -240,14 +220,13 @@ impl Axis {
     pub(super) fn holds(&self, value: f64) -> bool {
         // Rounding alone must not throw out an end.
         let slack = 1e-9;
-        self.share(value)
-            .is_some_and(|share| (-slack..=1.0 + slack).contains(&share))
+        let share = self.share(value);
+        share.is_some_and(|share| (-slack..=1.0 + slack).contains(&share))
     }
 
     /// Width of the widest number \[px\].
     pub(super) fn widest_px(&self) -> f64 {
-        let widths = self.ticks.iter().map(|tick| width(&tick.label, TICK_PX));
-        widths.fold(0.0, f64::max)
+        self.ticks.iter().map(Tick::width).fold(0.0, f64::max)
     }
 }
 
@@ -339,14 +318,8 @@ impl Scale {
                 Self::Linear(low + FREE * low, 0.0)
             }
             // No axis shows negative times because of a margin.
-            Margin::Around | Margin::FromZero => {
-                let start = if low >= 0.0 {
-                    (low - free).max(0.0)
-                } else {
-                    low - free
-                };
-                Self::Linear(start, high + free)
-            }
+            _ if low >= 0.0 => Self::Linear((low - free).max(0.0), high + free),
+            _ => Self::Linear(low - free, high + free),
         }
     }
 
@@ -360,7 +333,7 @@ impl Scale {
         };
         let free = match margin {
             Margin::None => 1.0,
-            Margin::Around | Margin::FromZero => libm::pow(10.0, FREE * span),
+            _ => libm::pow(10.0, FREE * span),
         };
         Self::Log(low / free, high * free)
     }

@@ -40,10 +40,9 @@ impl Data {
         left_out: &mut LeftOut,
     ) -> Result<Self, PictureError> {
         let categories = Different::of(table.column(&bars.category)?, rows)?;
-        let series = match &bars.series {
-            Some(name) => Some(Different::series(table.column(name)?, rows)?),
-            None => None,
-        };
+        let series = bars.series.as_ref();
+        let series = series.map(|name| Different::series(table.column(name)?, rows));
+        let series = series.transpose()?;
         let count = series.as_ref().map_or(1, Different::len);
         if categories.len() * count > MOST_BARS {
             return Err(PictureError::TooManyBars(categories.len() * count));
@@ -52,23 +51,17 @@ impl Data {
         let log = bars.y_axis.spacing == Spacing::Log;
         let mut of_bar: Vec<Vec<f64>> = vec![Vec::new(); categories.len() * count];
         for &row in rows {
-            let within = match &series {
-                Some(series) => series.of_row[row],
-                None => Some(0),
-            };
+            let within = series.as_ref().map_or(Some(0), |series| series.of_row[row]);
             left_out.of += 1;
             match (categories.of_row[row], within, values[row]) {
-                (Some(_), Some(_), Some(value)) if log && value <= 0.0 => {
-                    left_out.not_above_0 += 1;
-                }
+                (Some(_), Some(_), Some(value)) if log && value <= 0.0 => left_out.not_above_0 += 1,
                 (Some(category), Some(within), Some(value)) => {
                     of_bar[category * count + within].push(value);
                 }
                 _ => left_out.missing += 1,
             }
         }
-        let most = of_bar.iter().map(Vec::len).max();
-        left_out.shared = most.unwrap_or(0);
+        left_out.shared = of_bar.iter().map(Vec::len).max().unwrap_or(0);
         Ok(Self {
             categories,
             series,
@@ -114,31 +107,23 @@ pub(super) fn draw(spec: &Picture, bars: &Bars, table: &Table) -> Result<String,
     left_out.beyond = data.spreads().filter(beyond).count();
     let groups = legend(bars, &data, &label);
     notes.extend(left_out.notes("Bars and numbers: medians, lines: smallest to largest"));
-    if log {
-        notes
-            .push("The axis is logarithmic: compare where bars end, not how long they are.".into());
-    }
+    let logarithmic = "The axis is logarithmic: compare where bars end, not how long they are.";
+    notes.extend(log.then(|| logarithmic.to_owned()));
     let sheet = Sheet::new(&spec.title, &groups, &notes);
     let own = bars.category_label.clone();
     let heading = own.unwrap_or_else(|| Label::of(&bars.category).words);
     let top = sheet.top() + TICK_PX * LINE;
-    let heights: Vec<f64> = names
-        .iter()
-        .map(|lines| {
-            let text = lines.len() as f64 * TICK_PX * LINE;
-            APART + text.max(data.per_category() as f64 * BAR)
-        })
-        .collect();
-    let tall = heights.iter().sum::<f64>().max(60.0);
-    let frame = Frame {
-        area: Area::of([left, right], [top, top + tall]),
-        x: &axis,
-        y: &Axis::of_places(String::new(), &[]),
+    let height = |lines: &Vec<String>| {
+        let text = lines.len() as f64 * TICK_PX * LINE;
+        APART + text.max(data.per_category() as f64 * BAR)
     };
+    let heights: Vec<f64> = names.iter().map(height).collect();
+    let tall = heights.iter().sum::<f64>().max(60.0);
+    let y = Axis::of_places(String::new(), &[]);
+    let frame = Frame::of([left, right], [top, top + tall], [&axis, &y]);
     let bottom = frame.area.bottom + room_below(&axis, right - left);
     sheet.draw(bottom, &spec.words(), |canvas: &mut Canvas| {
-        let mut lettering = Lettering::of(TICK_PX, Anchor::Start);
-        lettering.bold = true;
+        let lettering = Lettering::of(TICK_PX, Anchor::Start).bold();
         canvas.text(&heading, (EDGE, top - 0.6 * TICK_PX), &lettering);
         frame.draw_grid(canvas);
         frame.draw_axes(canvas, true);
@@ -268,22 +253,20 @@ fn draw_number(canvas: &mut Canvas, frame: &Frame, top: f64, bar: Option<Spread>
         before - wide - 5.0
     } else if behind + wide + 8.0 < frame.area.right {
         behind + 5.0
+    // The axis was given, and bar or spread fill it.
+    } else if bar.median < 0.0 {
+        frame.area.left + 4.0
     } else {
-        // The axis was given, and bar or spread fill it.
-        match bar.median < 0.0 {
-            true => frame.area.left + 4.0,
-            false => frame.area.right - wide - 4.0,
-        }
+        frame.area.right - wide - 4.0
     };
     let ground = Area::of(
         [left - 1.0, left + wide + 1.0],
         [middle - 0.55 * NOTE_PX, middle + 0.55 * NOTE_PX],
     );
     canvas.fill(&ground, WHITE);
+    let mut x = left;
     if bar.median < 0.0 && left < before {
-        lettering.anchor = Anchor::End;
-        canvas.text(&text, (left + wide, middle), &lettering);
-    } else {
-        canvas.text(&text, (left, middle), &lettering);
+        (lettering.anchor, x) = (Anchor::End, left + wide);
     }
+    canvas.text(&text, (x, middle), &lettering);
 }

@@ -7,7 +7,7 @@ use plotters::style::{Color, FontDesc, FontFamily, FontStyle, FontTransform, Sha
 
 use super::PictureError;
 use super::clip::dashes;
-use super::colour::{Colour, INK};
+use super::colour::{Colour, INK, MUTED};
 
 /// A point \[px\], y downwards.
 pub(super) type Point = (f64, f64);
@@ -123,6 +123,21 @@ impl Lettering {
             upwards: false,
         }
     }
+
+    pub(super) const fn bold(self) -> Self {
+        Self { bold: true, ..self }
+    }
+
+    pub(super) const fn upwards(mut self) -> Self {
+        self.upwards = true;
+        self
+    }
+
+    /// In the colour of what stands beside a plot.
+    pub(super) const fn muted(mut self) -> Self {
+        self.colour = MUTED;
+        self
+    }
 }
 
 /// A picture while it is drawn.
@@ -135,10 +150,8 @@ pub(super) struct Canvas<'a> {
 impl<'a> Canvas<'a> {
     /// An empty sheet of that size that is written to `svg`.
     pub(super) fn new(svg: &'a mut String, size_px: (f64, f64)) -> Self {
-        let size = (
-            whole(size_px.0).unsigned_abs(),
-            whole(size_px.1).unsigned_abs(),
-        );
+        let (width, height) = units(&size_px);
+        let size = (width.unsigned_abs(), height.unsigned_abs());
         Self {
             backend: SVGBackend::with_string(svg, size),
             fault: None,
@@ -155,8 +168,8 @@ impl<'a> Canvas<'a> {
     /// A filled rectangle.
     pub(super) fn fill(&mut self, area: &Area, colour: Colour) {
         let style = ShapeStyle::from(&colour).filled();
-        let (from, to) = ((area.left, area.top), (area.right, area.bottom));
-        let (from, to) = (units(&from), units(&to));
+        let [from, to] =
+            [(area.left, area.top), (area.right, area.bottom)].map(|corner| units(&corner));
         let result = self.backend.draw_rect(from, to, &style, true);
         self.note(result);
     }
@@ -188,9 +201,8 @@ impl<'a> Canvas<'a> {
     pub(super) fn circle(&mut self, centre: Point, radius_px: f64, colour: Colour) {
         let style = ShapeStyle::from(&colour).filled();
         let radius = whole(radius_px).unsigned_abs();
-        let result = self
-            .backend
-            .draw_circle(units(&centre), radius, &style, true);
+        let centre = units(&centre);
+        let result = self.backend.draw_circle(centre, radius, &style, true);
         self.note(result);
     }
 
@@ -251,10 +263,7 @@ impl<'a> Canvas<'a> {
 }
 
 /// Tenths of a pixel.
-#[allow(
-    clippy::cast_possible_truncation,
-    reason = "a picture is some 10⁴ steps wide; beyond, the cast holds the ends"
-)]
+// A picture is some 10⁴ steps wide; beyond, the cast holds the ends.
 fn whole(px: f64) -> i32 {
     (px * STEPS).round() as i32
 }
@@ -290,17 +299,8 @@ pub(super) fn with_head(svg: &str, size_px: (f64, f64), title: &str, words: &str
 
 /// A text that may stand in XML.
 fn escaped(text: &str) -> String {
-    let mut escaped = String::with_capacity(text.len());
-    for letter in text.chars() {
-        match letter {
-            '<' => escaped.push_str("&lt;"),
-            '>' => escaped.push_str("&gt;"),
-            '&' => escaped.push_str("&amp;"),
-            '"' => escaped.push_str("&quot;"),
-            // No XML holds other control characters.
-            letter if letter.is_control() => escaped.push(' '),
-            letter => escaped.push(letter),
-        }
-    }
-    escaped
+    // No XML holds other control characters.
+    let text = text.replace(char::is_control, " ").replace('&', "&amp;");
+    let text = text.replace('<', "&lt;").replace('>', "&gt;");
+    text.replace('"', "&quot;")
 }

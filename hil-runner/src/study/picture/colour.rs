@@ -89,11 +89,6 @@ impl ColourScale {
             Self::Cividis => &CIVIDIS,
         };
         let place = share.clamp(0.0, 1.0) * (table.len() - 1) as f64;
-        #[allow(
-            clippy::cast_possible_truncation,
-            clippy::cast_sign_loss,
-            reason = "0 to 32"
-        )]
         let index = (place as usize).min(table.len() - 2);
         let between = place - index as f64;
         let [from, to] = [table[index], table[index + 1]].map(u32::to_be_bytes);
@@ -105,13 +100,7 @@ impl ColourScale {
 /// `from` at 0, `to` at 1.
 fn mixed(from: u8, to: u8, share: f64) -> u8 {
     let (from, to) = (f64::from(from), f64::from(to));
-    #[allow(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "between two bytes"
-    )]
-    let mixed = (from + share * (to - from)).round() as u8;
-    mixed
+    (from + share * (to - from)).round() as u8
 }
 
 /// A darker shade, for what is drawn over a line of the colour.

@@ -4,6 +4,7 @@ use super::axis::Axis;
 use super::canvas::{Anchor, Area, Canvas, Lettering, Point, Stroke};
 use super::colour::{FINE_GRID, GRID, MUTED};
 use super::text::{AXIS_PX, LINE, TICK_PX, bold_width, fold, width};
+use super::ticks::Tick;
 
 /// Length of a tick \[px\].
 const TICK: f64 = 5.0;
@@ -38,10 +39,8 @@ fn x_numbers_px(x: &Axis, width_px: f64) -> f64 {
     if turned(x, width_px) {
         return x.widest_px() + GAP;
     }
-    let lines = x
-        .ticks
-        .iter()
-        .map(|tick| fold(&tick.label, TICK_PX, slot).len());
+    let labels = x.ticks.iter().map(|tick| &tick.label);
+    let lines = labels.map(|label| fold(label, TICK_PX, slot).len());
     lines.max().unwrap_or(1) as f64 * TICK_PX * LINE
 }
 
@@ -59,7 +58,13 @@ fn turned(x: &Axis, width_px: f64) -> bool {
     })
 }
 
-impl Frame<'_> {
+impl<'a> Frame<'a> {
+    /// The frame with these ends across and up.
+    pub(super) const fn of(across: [f64; 2], up: [f64; 2], [x, y]: [&'a Axis; 2]) -> Self {
+        let area = Area::of(across, up);
+        Self { area, x, y }
+    }
+
     /// The point of two values; `None` for what an axis does not have.
     pub(super) fn point(&self, x: f64, y: f64) -> Option<Point> {
         Some((self.across(x)?, self.up(y)?))
@@ -126,8 +131,7 @@ impl Frame<'_> {
             }
             canvas.text(&tick.label, (area.left - TICK - GAP * 0.5, y), &lettering);
         }
-        let mut lettering = Lettering::of(AXIS_PX, Anchor::Middle);
-        lettering.upwards = true;
+        let lettering = Lettering::of(AXIS_PX, Anchor::Middle).upwards();
         let lines = fold(&self.y.title, AXIS_PX, area.height());
         let middle = area.middle().1;
         let mut x = area.left - TICK - GAP * 1.5 - self.y.widest_px();
@@ -145,8 +149,7 @@ impl Frame<'_> {
         for tick in &self.x.ticks {
             let x = self.at_x(tick.at);
             if turned {
-                let mut lettering = Lettering::of(TICK_PX, Anchor::End);
-                lettering.upwards = true;
+                let lettering = Lettering::of(TICK_PX, Anchor::End).upwards();
                 canvas.text(&tick.label, (x, top + 2.0), &lettering);
                 continue;
             }
@@ -167,8 +170,7 @@ impl Frame<'_> {
 
     /// Writes into a plot that has no value to show.
     pub(super) fn draw_nothing(&self, canvas: &mut Canvas) {
-        let mut lettering = Lettering::of(AXIS_PX, Anchor::Middle);
-        lettering.colour = MUTED;
+        let lettering = Lettering::of(AXIS_PX, Anchor::Middle).muted();
         canvas.text("No value to show", self.area.middle(), &lettering);
     }
 }
@@ -186,10 +188,7 @@ fn places(axis: &Axis, fine: bool) -> Vec<f64> {
 
 /// Room right of a plot for half of the last number along x \[px\].
 pub(super) fn room_right(x: &Axis) -> f64 {
-    let last = x
-        .ticks
-        .last()
-        .map_or(0.0, |tick| width(&tick.label, TICK_PX));
+    let last = x.ticks.last().map_or(0.0, Tick::width);
     (0.5 * last + 6.0).max(22.0)
 }
 

@@ -47,12 +47,10 @@ impl Different {
             });
         }
         let label = Label::of(&column.name);
+        let names = sorted.iter().map(|&value| in_words(value, &label));
         Ok(Self {
             of_row,
-            names: sorted
-                .iter()
-                .map(|&value| in_words(value, &label))
-                .collect(),
+            names: names.collect(),
             numbers: Some(sorted),
         })
     }

@@ -34,11 +34,8 @@ pub(super) fn draw(
         missing: rows.len() - values.len(),
         ..LeftOut::default()
     };
-    let mut shown: Vec<f64> = values
-        .iter()
-        .copied()
-        .filter(|value| !log || *value > 0.0)
-        .collect();
+    let mut shown = values.clone();
+    shown.retain(|value| !log || *value > 0.0);
     shown.sort_by(f64::total_cmp);
     left_out.not_above_0 = values.len() - shown.len();
     let label = Label::of(&histogram.x);
@@ -55,17 +52,13 @@ pub(super) fn draw(
     let left = EDGE + room_left(&y, HEIGHT);
     x.fit(WIDTH - EDGE - left - 22.0, Direction::Across);
     let right = WIDTH - room_right(&x);
-    let groups = match &histogram.limit {
-        Some(limit) => legend(limit, &values, rows.len(), &label),
-        None => Vec::new(),
-    };
+    let limit = histogram.limit.as_ref();
+    let groups = limit.map(|limit| legend(limit, &values, rows.len(), &label));
+    let groups = groups.unwrap_or_default();
     notes.extend(left_out.notes(""));
     let sheet = Sheet::new(&spec.title, &groups, &notes);
-    let frame = Frame {
-        area: Area::of([left, right], [sheet.top(), sheet.top() + HEIGHT]),
-        x: &x,
-        y: &y,
-    };
+    let up = [sheet.top(), sheet.top() + HEIGHT];
+    let frame = Frame::of([left, right], up, [&x, &y]);
     let bottom = frame.area.bottom + room_below(&x, right - left);
     sheet.draw(bottom, &spec.words(), |canvas: &mut Canvas| {
         frame.draw_grid(canvas);
@@ -126,14 +119,11 @@ fn legend(limit: &Limit, values: &[f64], runs: usize, label: &Label) -> Vec<Grou
     let within = within.count();
     let beyond = values.len() - within;
     let missing = runs - values.len();
-    let heading = if runs == 0 {
-        String::new()
-    } else {
-        format!(
-            "Yield {}: {within} of {runs} runs keep the limit",
-            percent(within, runs)
-        )
-    };
+    let mut heading = String::new();
+    if runs > 0 {
+        let share = percent(within, runs);
+        heading = format!("Yield {share}: {within} of {runs} runs keep the limit");
+    }
     let mut entries = vec![
         limit_entry(limit, label),
         Entry::new(Key::Field(PASS), format!("within: {within}")),
@@ -171,16 +161,13 @@ fn bins(sorted: &[f64], histogram: &Histogram, log: bool) -> Vec<Bin> {
     };
     let size = low.abs().max(high.abs());
     let span = high - low;
-    let step = if span <= 1e-12 * size {
-        // All equal: one interval about them.
-        if size > 0.0 { 0.1 * size } else { 0.1 }
+    // All equal: one interval about them.
+    let (step, first) = if span <= 1e-12 * size {
+        let step = if size > 0.0 { 0.1 * size } else { 0.1 };
+        (step, low - 0.5 * step)
     } else {
-        round_step(wanted_step(&places, span, histogram.bins))
-    };
-    let first = if span <= 1e-12 * size {
-        low - 0.5 * step
-    } else {
-        (low / step).floor() * step
+        let step = round_step(wanted_step(&places, span, histogram.bins));
+        (step, (low / step).floor() * step)
     };
     // What an edge stands for; multiples are formed anew, not summed.
     let edge = |count: f64| {
@@ -204,11 +191,9 @@ fn bins(sorted: &[f64], histogram: &Histogram, log: bool) -> Vec<Bin> {
             });
         }
         if let Some(bin) = found.last_mut() {
-            if within(value) {
-                bin.within += 1;
-            } else {
-                bin.beyond += 1;
-            }
+            let within = within(value);
+            bin.within += usize::from(within);
+            bin.beyond += usize::from(!within);
         }
     }
     found

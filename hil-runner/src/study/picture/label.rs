@@ -39,7 +39,9 @@ impl Label {
         if let Some((section, name)) = column.rsplit_once('.') {
             let section = SECTIONS.iter().find(|known| known.name == section);
             if let Some(key) = section.and_then(|section| section.key(name)) {
-                return Self::new(first_part(key.meaning), unit_sign(key.unit));
+                // Pictures have room for signs only.
+                let unit = if key.unit == "deg" { "°" } else { key.unit };
+                return Self::new(first_part(key.meaning), unit);
             }
         }
         from_name(column)
@@ -69,26 +71,16 @@ impl Label {
 
 /// A name that nobody has described: `theory.peak_error_mm`.
 fn from_name(column: &str) -> Label {
-    let (group, name) = match column.rsplit_once('.') {
-        Some((group, name)) => (group, name),
-        None => ("", column),
-    };
-    let (words, unit) = match suffix(name) {
-        Some((suffix, unit)) => (name.strip_suffix(suffix).unwrap_or(name), unit),
-        None => (name, ""),
-    };
+    let (group, name) = column.rsplit_once('.').unwrap_or(("", column));
+    let (suffix, unit) = suffix(name).unwrap_or_default();
+    let words = name.strip_suffix(suffix).unwrap_or(name);
     // A name that is all unit, such as "s", is its own word.
     let words = if words.is_empty() { name } else { words };
-    let words: Vec<&str> = words
-        .split('_')
-        .filter(|word| !word.is_empty())
-        .map(spelled)
-        .filter(|word| !word.is_empty())
-        .collect();
-    let group = group.replace(['.', '_'], " ");
-    let words = match (words.join(" "), group) {
-        (words, group) if group.is_empty() => words,
-        (words, group) => format!("{words} ({group})"),
+    let words = words.split('_').map(spelled);
+    let words: Vec<&str> = words.filter(|word| !word.is_empty()).collect();
+    let words = match group.replace(['.', '_'], " ") {
+        group if group.is_empty() => words.join(" "),
+        group => format!("{} ({group})", words.join(" ")),
     };
     Label::new(&words, unit)
 }
@@ -109,14 +101,6 @@ fn spelled(word: &str) -> &str {
 fn first_part(meaning: &str) -> &str {
     let end = meaning.find([',', ';', '(']).unwrap_or(meaning.len());
     meaning[..end].trim_end()
-}
-
-/// Pictures have room for signs only.
-fn unit_sign(unit: &str) -> &str {
-    match unit {
-        "deg" => "°",
-        other => other,
-    }
 }
 
 /// The words as they stand within a sentence: without their capital, unless

@@ -105,16 +105,13 @@ impl Legend {
             }
         }
         let room = width_px - left;
-        let entries: Vec<(Vec<String>, f64)> = group
-            .entries
-            .iter()
-            .map(|entry| {
-                let lines = fold(&entry.words, TICK_PX, room - KEY - KEY_GAP);
-                let wide = lines.iter().map(|line| width(line, TICK_PX));
-                let wide = KEY + KEY_GAP + wide.fold(0.0, f64::max);
-                (lines, wide)
-            })
-            .collect();
+        let folded = |entry: &Entry| {
+            let lines = fold(&entry.words, TICK_PX, room - KEY - KEY_GAP);
+            let wide = lines.iter().map(|line| width(line, TICK_PX));
+            let wide = KEY + KEY_GAP + wide.fold(0.0, f64::max);
+            (lines, wide)
+        };
+        let entries: Vec<_> = group.entries.iter().map(folded).collect();
         let all: f64 = entries.iter().map(|(_, wide)| wide + BETWEEN).sum();
         // One row, or rows in columns where the entries are about as wide.
         let widest = entries.iter().map(|(_, wide)| wide + BETWEEN);

@@ -32,15 +32,8 @@ const ARM: f64 = 0.28;
 
 /// The shape of a series.
 pub(super) fn shape(index: usize) -> Shape {
-    const SHAPES: [Shape; 7] = [
-        Shape::Circle,
-        Shape::Square,
-        Shape::Triangle,
-        Shape::Diamond,
-        Shape::Point,
-        Shape::Cross,
-        Shape::Plus,
-    ];
+    use Shape::{Circle, Cross, Diamond, Plus, Point, Square, Triangle};
+    const SHAPES: [Shape; 7] = [Circle, Square, Triangle, Diamond, Point, Cross, Plus];
     SHAPES[index % SHAPES.len()]
 }
 
@@ -68,10 +61,8 @@ fn draw(canvas: &mut Canvas, shape: Shape, at: Point, radius_px: f64, colour: Co
     if shape == Shape::Circle {
         return canvas.circle(at, radius_px, colour);
     }
-    let points: Vec<Point> = outline(shape)
-        .iter()
-        .map(|(x, y)| (at.0 + radius_px * x, at.1 + radius_px * y))
-        .collect();
+    let place = |(x, y): &Point| (at.0 + radius_px * x, at.1 + radius_px * y);
+    let points: Vec<Point> = outline(shape).iter().map(place).collect();
     canvas.polygon(&points, colour, 1.0);
 }
 
@@ -90,29 +81,17 @@ fn outline(shape: Shape) -> Vec<Point> {
         // The plus turned by 45°.
         Shape::Cross => {
             let turn = std::f64::consts::FRAC_1_SQRT_2;
-            plus()
-                .map(|(x, y)| (turn * (x - y), turn * (x + y)))
-                .to_vec()
+            let turned = plus().map(|(x, y)| (turn * (x - y), turn * (x + y)));
+            turned.to_vec()
         }
     }
 }
 
 fn plus() -> [Point; 12] {
     let (a, l) = (ARM, 1.25);
-    [
-        (-a, -l),
-        (a, -l),
-        (a, -a),
-        (l, -a),
-        (l, a),
-        (a, a),
-        (a, l),
-        (-a, l),
-        (-a, a),
-        (-l, a),
-        (-l, -a),
-        (-a, -a),
-    ]
+    // Three corners, four times, a quarter turn further each time.
+    let arm = [(-a, -l), (a, -l), (a, -a)];
+    core::array::from_fn(|at| (0..at / 3).fold(arm[at % 3], |(x, y), _| (-y, x)))
 }
 
 /// Lines over a grey field without a value, by the state of its run.

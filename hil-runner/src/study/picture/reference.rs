@@ -19,15 +19,11 @@ pub(super) const LIMIT_LINE: Stroke = Stroke::dashed(LIMIT, 1.6, &[16.0, 4.0, 2.
 
 /// A limit holds for the magnitude: where data are below 0 it has two lines.
 pub(super) fn limits(limit: Option<&Limit>, span: Option<(f64, f64)>, log: bool) -> Vec<f64> {
-    let Some(&Limit { value, .. }) = limit else {
-        return Vec::new();
-    };
     let mut limits = Vec::new();
-    if !log || value > 0.0 {
-        limits.push(value);
-    }
-    if span.is_some_and(|(low, _)| low < 0.0) && value > 0.0 {
-        limits.push(-value);
+    if let Some(&Limit { value, .. }) = limit {
+        limits.extend((!log || value > 0.0).then_some(value));
+        let both_sides = span.is_some_and(|(low, _)| low < 0.0) && value > 0.0;
+        limits.extend(both_sides.then_some(-value));
     }
     limits
 }
@@ -42,12 +38,9 @@ pub(super) fn with_limits(
     let Some((low, high)) = span else {
         return extent(limits.iter().copied());
     };
-    let near = |limit: f64| {
-        if log {
-            limit >= 0.01 * low && limit <= 100.0 * high
-        } else {
-            limit.abs() <= 4.0 * low.abs().max(high.abs())
-        }
+    let near = |limit: f64| match log {
+        true => limit >= 0.01 * low && limit <= 100.0 * high,
+        false => limit.abs() <= 4.0 * low.abs().max(high.abs()),
     };
     let limits = limits.iter().copied().filter(|&limit| near(limit));
     extent(limits.chain([low, high]))

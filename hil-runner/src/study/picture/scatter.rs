@@ -1,7 +1,7 @@
 //! Kind `scatter`: one mark per run, by verdict.
 
 use super::axis::{Axis, Direction, Margin, Spacing, extent};
-use super::canvas::{Area, Canvas, Point, Stroke};
+use super::canvas::{Canvas, Point, Stroke};
 use super::colour::{FAIL, INK, MUTED, PASS};
 use super::frame::{Frame, room_below, room_left, room_right};
 use super::label::Label;
@@ -66,11 +66,7 @@ pub(super) fn draw(
     entries.extend(curves.iter().map(of_curve));
     entries.extend(scatter.limit.iter().map(|limit| limit_entry(limit, &label)));
     entries.extend(base_line_entry(table, &scatter.x, &x));
-    let frame = |top: f64| Frame {
-        area: Area::of([left, right], [top, top + HEIGHT]),
-        x: &x,
-        y: &y,
-    };
+    let frame = |top: f64| Frame::of([left, right], [top, top + HEIGHT], [&x, &y]);
     notes.extend(left_out.notes(""));
     // Which squares runs share does not depend on how far down the plot is.
     let marks = marks(&runs, &frame(0.0));
@@ -156,7 +152,6 @@ fn marks(runs: &[Run], frame: &Frame) -> Vec<(Point, Mark)> {
             let Some(point) = point.filter(|&point| frame.area.holds(point)) else {
                 continue;
             };
-            #[allow(clippy::cast_possible_truncation, reason = "a place on the sheet")]
             let square = [point.0, point.1].map(|place| (place / SQUARE).floor() as i32);
             if !thin || taken.insert(square) {
                 marks.push((point, mark));

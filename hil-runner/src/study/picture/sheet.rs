@@ -2,7 +2,7 @@
 
 use super::PictureError;
 use super::canvas::{Anchor, Area, Canvas, Lettering, with_head};
-use super::colour::{MUTED, WHITE};
+use super::colour::WHITE;
 use super::frame::fold_bold;
 use super::legend::{Group, Legend};
 use super::text::{LINE, NOTE_PX, TITLE_PX, fold};
@@ -22,13 +22,11 @@ pub(super) struct Sheet {
 impl Sheet {
     pub(super) fn new(title: &str, groups: &[Group], notes: &[String]) -> Self {
         let line = WIDTH - 2.0 * EDGE;
+        let folded = notes.iter().flat_map(|note| fold(note, NOTE_PX, line));
         Self {
             title: fold_bold(title, TITLE_PX, line),
             legend: Legend::new(groups, line),
-            notes: notes
-                .iter()
-                .flat_map(|note| fold(note, NOTE_PX, line))
-                .collect(),
+            notes: folded.collect(),
         }
     }
 
@@ -57,24 +55,14 @@ impl Sheet {
         let mut svg = String::new();
         let mut canvas = Canvas::new(&mut svg, size);
         canvas.fill(&Area::of([0.0, size.0], [0.0, size.1]), WHITE);
-        let mut lettering = Lettering::of(TITLE_PX, Anchor::Start);
-        lettering.bold = true;
-        canvas.lines(
-            &self.title,
-            (EDGE, EDGE),
-            (TITLE_PX * LINE, 0.5),
-            &lettering,
-        );
+        let lettering = Lettering::of(TITLE_PX, Anchor::Start).bold();
+        let pitch = (TITLE_PX * LINE, 0.5);
+        canvas.lines(&self.title, (EDGE, EDGE), pitch, &lettering);
         self.legend.draw(&mut canvas, (EDGE, self.title_bottom()));
         plots(&mut canvas);
-        let mut lettering = Lettering::of(NOTE_PX, Anchor::Start);
-        lettering.colour = MUTED;
-        canvas.lines(
-            &self.notes,
-            (EDGE, bottom),
-            (NOTE_PX * LINE, 0.5),
-            &lettering,
-        );
+        let lettering = Lettering::of(NOTE_PX, Anchor::Start).muted();
+        let pitch = (NOTE_PX * LINE, 0.5);
+        canvas.lines(&self.notes, (EDGE, bottom), pitch, &lettering);
         canvas.finish()?;
         let title = self.title.join(" ");
         Ok(with_head(&svg, size, &title, words))

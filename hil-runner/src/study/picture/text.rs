@@ -52,10 +52,9 @@ pub(super) fn fold(text: &str, size_px: f64, line_px: f64) -> Vec<String> {
     let mut line = String::new();
     // A space that must not break is no end of a word.
     for word in text.split(' ').filter(|word| !word.is_empty()) {
-        let longer = if line.is_empty() {
-            word.to_owned()
-        } else {
-            format!("{line} {word}")
+        let longer = match line.as_str() {
+            "" => word.to_owned(),
+            line => format!("{line} {word}"),
         };
         if width(&longer, size_px) <= line_px {
             line = longer;
@@ -125,9 +124,7 @@ mod tests {
 
     #[test]
     fn names_break_behind_their_joints() {
-        assert_eq!(
-            fold("peak_following", 10.0, 40.0),
-            ["peak_", "followin", "g"].map(String::from)
-        );
+        let found = fold("peak_following", 10.0, 40.0);
+        assert_eq!(found, ["peak_", "followin", "g"].map(String::from));
     }
 }

@@ -1,5 +1,6 @@
 //! Places and numbers of an axis' ticks.
 
+use super::text::{TICK_PX, width};
 use super::unit::{decade_below, power_of_ten, prefixed};
 use hil_core::number::superscript;
 
@@ -9,6 +10,16 @@ pub(super) struct Tick {
     /// In the axis' shown unit.
     pub(super) at: f64,
     pub(super) label: String,
+}
+
+impl Tick {
+    pub(super) fn new(at: f64, label: String) -> Self {
+        Self { at, label }
+    }
+
+    pub(super) fn width(&self) -> f64 {
+        width(&self.label, TICK_PX)
+    }
 }
 
 /// Form of the numbers of a logarithmic axis.
@@ -62,8 +73,7 @@ fn multiples(low: f64, high: f64, digit: u8, decade: i32) -> Vec<Tick> {
     let slack = 1e-9;
     let (first, last) = ((low / step - slack).ceil(), (high / step + slack).floor());
     // Beyond 10¹² steps from 0 they cannot be told apart.
-    let many = last - first >= 200.0 || first.abs().max(last.abs()) > 1e12;
-    if many {
+    if last - first >= 200.0 || first.abs().max(last.abs()) > 1e12 {
         return vec![];
     }
     let decimals = usize::try_from(-decade).unwrap_or(0);
@@ -98,10 +108,7 @@ pub(super) fn logarithmic(
         chosen
             .flat_map(|decade| digits.iter().map(move |&digit| (digit, decade)))
             .filter(|&(digit, decade)| within(value(digit, decade)))
-            .map(|(digit, decade)| Tick {
-                at: value(digit, decade),
-                label: number(digit, decade, numbers),
-            })
+            .map(|(digit, decade)| Tick::new(value(digit, decade), number(digit, decade, numbers)))
             .collect()
     };
     let digits: &[u8] = match high / low < 2e6 {
@@ -115,21 +122,17 @@ pub(super) fn logarithmic(
     let sets = [dense.as_slice(), &sparse].concat();
     // Less than three numbers say little about an axis that is not even.
     let fitting = |ticks: &&Vec<Tick>| ticks.len() <= most && fits(ticks);
-    let chosen = sets
-        .iter()
-        .filter(|ticks| ticks.len() >= 3)
-        .find(fitting)
-        .or_else(|| sets.iter().filter(|ticks| ticks.len() == 2).find(fitting));
+    let several = sets.iter().filter(|ticks| ticks.len() >= 3).find(fitting);
+    let two = || sets.iter().filter(|ticks| ticks.len() == 2).find(fitting);
+    let chosen = several.or_else(two);
     let narrow = high / low < 4.0;
     match chosen {
         Some(ticks) if !narrow => (ticks.clone(), fine),
         // Within a few octaves even steps read better, whatever the prefix.
-        _ => match numbers {
-            LogNumbers::Decimal | LogNumbers::Powers => {
-                (linear(low, high, most.min(6), fits), Vec::new())
-            }
-            LogNumbers::Prefixes(_) => (chosen.cloned().unwrap_or_default(), fine),
-        },
+        _ if matches!(numbers, LogNumbers::Prefixes(_)) => {
+            (chosen.cloned().unwrap_or_default(), fine)
+        }
+        _ => (linear(low, high, most.min(6), fits), Vec::new()),
     }
 }
 
@@ -157,11 +160,9 @@ fn number(digit: u8, decade: i32, numbers: LogNumbers) -> String {
 /// `digit · 10^decade` without a power.
 fn decimal(digit: u8, decade: i32) -> String {
     let zeros = "0".repeat(usize::try_from(decade.unsigned_abs()).unwrap_or(0));
-    if decade < 0 {
-        let zeros = &zeros[1..];
-        format!("0.{zeros}{digit}")
-    } else {
-        format!("{digit}{zeros}")
+    match decade < 0 {
+        true => format!("0.{}{digit}", &zeros[1..]),
+        false => format!("{digit}{zeros}"),
     }
 }
 
@@ -176,13 +177,12 @@ mod tests {
     #[test]
     fn even_axes_have_round_numbers() {
         let any = |_: &[Tick]| true;
-        assert_eq!(
-            labels(&linear(0.0, 1.0, 6, &any)),
-            ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]
-        );
+        let ticks = linear(0.0, 1.0, 6, &any);
+        assert_eq!(labels(&ticks), ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
         assert_eq!(labels(&linear(-3.0, 4.0, 5, &any)), ["−2", "0", "2", "4"]);
+        let ticks = linear(1e6, 1e6 + 0.3, 4, &any);
         assert_eq!(
-            labels(&linear(1e6, 1e6 + 0.3, 4, &any)),
+            labels(&ticks),
             ["1000000.0", "1000000.1", "1000000.2", "1000000.3"]
         );
         assert!(linear(1.0, 1.0, 5, &any).is_empty());

@@ -6,57 +6,21 @@ use hil_core::number::superscript;
 
 /// Suffix of a column's name and its symbol, as in `NOTATION.md`, and those of
 /// figures. The longest that fits counts.
-const SUFFIXES: [(&str, &str); 43] = [
-    ("_s", "s"),
-    ("_us", "µs"),
-    ("_m", "m"),
-    ("_mm", "mm"),
-    ("_um", "µm"),
-    ("_mps", "m/s"),
-    ("_mps2", "m/s²"),
-    ("_ms", "m s"),
-    ("_rad", "rad"),
-    ("_radps", "rad/s"),
-    ("_rads", "rad s"),
-    ("_deg", "°"),
-    ("_m_per_rad", "m/rad"),
-    ("_mm_per_rev", "mm/rev"),
-    ("_kg", "kg"),
-    ("_kg_m2", "kg m²"),
-    ("_n", "N"),
-    ("_ns_per_rad", "N s/rad"),
-    ("_ns2_per_rad2", "N s²/rad²"),
-    ("_nm", "N m"),
-    ("_nm_per_rad", "N m/rad"),
-    ("_nms_per_rad", "N m s/rad"),
-    ("_nm_per_a", "N m/A"),
-    ("_j", "J"),
-    ("_v", "V"),
-    ("_a", "A"),
-    ("_ohm", "Ω"),
-    ("_h", "H"),
-    ("_w", "W"),
-    ("_hz", "Hz"),
-    ("_per_s", "1/s"),
-    ("_counts", "counts"),
-    ("_counts_per_rad", "counts/rad"),
-    ("_counts_per_mm", "counts/mm"),
-    ("_counts_per_s", "counts/s"),
-    ("_codes", "codes"),
-    ("_codes_per_s", "codes/s"),
-    ("_bits", "bits"),
-    ("_bytes", "bytes"),
-    ("_percent", "%"),
-    ("_db", "dB"),
-    ("_mv", "mV"),
-    ("_ma", "mA"),
-];
+const SUFFIXES: &str = "\
+    _s s, _us µs, _m m, _mm mm, _um µm, _mps m/s, _mps2 m/s², _ms m s, _rad rad, _radps rad/s, \
+    _rads rad s, _deg °, _m_per_rad m/rad, _mm_per_rev mm/rev, _kg kg, _kg_m2 kg m², _n N, \
+    _ns_per_rad N s/rad, _ns2_per_rad2 N s²/rad², _nm N m, _nm_per_rad N m/rad, \
+    _nms_per_rad N m s/rad, _nm_per_a N m/A, _j J, _v V, _a A, _ohm Ω, _h H, _w W, _hz Hz, \
+    _per_s 1/s, _counts counts, _counts_per_rad counts/rad, _counts_per_mm counts/mm, \
+    _counts_per_s counts/s, _codes codes, _codes_per_s codes/s, _bits bits, _bytes bytes, \
+    _percent %, _db dB, _mv mV, _ma mA";
 
 /// The suffix with its symbol that ends a name, if any.
 pub(super) fn suffix(name: &str) -> Option<(&'static str, &'static str)> {
     let name = format!("_{name}");
-    SUFFIXES
-        .into_iter()
+    let suffixes = SUFFIXES.split(", ");
+    suffixes
+        .filter_map(|suffix| suffix.split_once(' '))
         .filter(|(suffix, _)| name.ends_with(suffix))
         .max_by_key(|(suffix, _)| suffix.len())
 }
@@ -111,6 +75,16 @@ pub(super) struct Shown {
     pub(super) base: Option<(&'static str, i32)>,
 }
 
+impl Shown {
+    fn new(shift: i32, symbol: String, base: Option<(&'static str, i32)>) -> Self {
+        Self {
+            shift,
+            symbol,
+            base,
+        }
+    }
+}
+
 impl Unit {
     /// The unit with that symbol. `m` is the metre: a base unit goes first.
     pub(super) fn of(symbol: &str) -> Self {
@@ -130,11 +104,7 @@ impl Unit {
 
     /// The unit as it is.
     pub(super) fn plain(&self) -> Shown {
-        Shown {
-            shift: 0,
-            symbol: self.symbol.clone(),
-            base: self.base,
-        }
+        Shown::new(0, self.symbol.clone(), self.base)
     }
 
     /// Power of ten from this unit to another of the same base.
@@ -160,11 +130,7 @@ impl Unit {
             other: symbol.clone(),
             other_unit: symbol.clone(),
         })?;
-        Ok(Shown {
-            shift,
-            symbol: other.symbol,
-            base: other.base,
-        })
+        Ok(Shown::new(shift, other.symbol, other.base))
     }
 
     /// The unit that suits numbers up to `largest` in magnitude: numbers from
@@ -181,11 +147,7 @@ impl Unit {
                 if decade + from - power > 4 {
                     return self.by_power(decade);
                 }
-                Shown {
-                    shift: from - power,
-                    symbol,
-                    base: Some((base, power)),
-                }
+                Shown::new(from - power, symbol, Some((base, power)))
             }
             None if (-2..5).contains(&decade) => self.plain(),
             None => self.by_power(decade),
@@ -196,11 +158,8 @@ impl Unit {
     fn by_power(&self, decade: i32) -> Shown {
         let power = decade.div_euclid(3) * 3;
         let space = if self.symbol.is_empty() { "" } else { " " };
-        Shown {
-            shift: -power,
-            symbol: format!("10{}{space}{}", superscript(power), self.symbol),
-            base: None,
-        }
+        let symbol = format!("10{}{space}{}", superscript(power), self.symbol);
+        Shown::new(-power, symbol, None)
     }
 }
 
@@ -271,11 +230,8 @@ mod tests {
             ("", 1e6, -6, "10⁶"),
             ("%", 0.0, 0, "%"),
         ] {
-            assert_eq!(
-                shown(symbol, largest),
-                (shift, text.into()),
-                "{largest} {symbol}"
-            );
+            let found = shown(symbol, largest);
+            assert_eq!(found, (shift, text.into()), "{largest} {symbol}");
         }
     }
 

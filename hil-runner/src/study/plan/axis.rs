@@ -109,14 +109,12 @@ impl Axis {
             Spread::List(values) => {
                 let index = match position {
                     Position::Index(index) => index,
-                    Position::Part(part) => floor_index(part, values.len()),
+                    Position::Part(part) => (part * values.len() as f64) as u64,
                 };
                 let index = usize::try_from(index).unwrap_or(usize::MAX);
-                match values.get(index.min(values.len().saturating_sub(1))) {
-                    Some(value) => value.clone(),
-                    // An axis has at least one value.
-                    None => AxisValue::Number(f64::NAN),
-                }
+                let value = values.get(index.min(values.len().saturating_sub(1)));
+                // An axis has at least one value.
+                value.cloned().unwrap_or(AxisValue::Number(f64::NAN))
             }
             Spread::Range(range) => AxisValue::Number(range.between(match position {
                 Position::Index(index) if range.points > 1 => {
@@ -144,16 +142,6 @@ impl Axis {
         let times = self.times.filter(|_| !self.is_of_base())?;
         Some(format!("{}/{}", self.key.path(), times.path()))
     }
-}
-
-/// The place in a list of `length` that a part of 0 to below 1 falls on.
-#[expect(
-    clippy::cast_possible_truncation,
-    clippy::cast_sign_loss,
-    reason = "a part of the length of a list"
-)]
-fn floor_index(part: f64, length: usize) -> u64 {
-    (part * length as f64) as u64
 }
 
 impl fmt::Display for AxisValue {
@@ -286,9 +274,8 @@ impl Distribution {
             Self::Normal(normal) => {
                 let ([low, high], [from, to]) = (normal.limits(), normal.parts());
                 let quantile = normal_quantile(from + u * (to - from));
-                (normal.mean + normal.deviation * quantile)
-                    .max(low)
-                    .min(high)
+                let value = normal.mean + normal.deviation * quantile;
+                value.max(low).min(high)
             }
             Self::Triangular { low, mode, high } => {
                 let (rise, fall, width) = (mode - low, high - mode, high - low);
@@ -417,10 +404,8 @@ mod tests {
     fn a_factor_multiplies_another_key() {
         let delay = KeyPath::find("controller.computation_delay_s").unwrap();
         let chosen = AxisValue::Number(0.5);
-        assert_eq!(
-            chosen.value(&delay, Some(1e-3)),
-            KeyValue::Nanoseconds(500_000)
-        );
+        let found = chosen.value(&delay, Some(1e-3));
+        assert_eq!(found, KeyValue::Nanoseconds(500_000));
     }
 
     /// Quantiles of the standard normal distribution as tables have them
@@ -436,10 +421,8 @@ mod tests {
             (1e-10, -6.361_340_902_404_056),
         ] {
             let found = normal_quantile(part);
-            assert!(
-                (found - quantile).abs() < 2e-14 * quantile.abs().max(1.0),
-                "{part}: {found}"
-            );
+            let off = (found - quantile).abs();
+            assert!(off < 2e-14 * quantile.abs().max(1.0), "{part}: {found}");
         }
     }
 
@@ -451,6 +434,23 @@ mod tests {
             let below = 0.5 * libm::erfc(-normal_quantile(part) / SQRT_2);
             assert!((below - part).abs() < 1e-15 + 1e-14 * part, "{part}");
         }
+    }
+
+    fn uniform(low: f64, high: f64) -> Distribution {
+        Distribution::Uniform { low, high }
+    }
+
+    fn triangular(low: f64, mode: f64, high: f64) -> Distribution {
+        Distribution::Triangular { low, mode, high }
+    }
+
+    fn normal(mean: f64, deviation: f64, low: Option<f64>, high: Option<f64>) -> Distribution {
+        Distribution::Normal(Normal {
+            mean,
+            deviation,
+            low,
+            high,
+        })
     }
 
     #[test]
@@ -473,78 +473,37 @@ mod tests {
                 "{found} {wanted}"
             )
         };
-        let (_, mean, variance, _) = moments(Distribution::Normal(Normal {
-            mean: 5.0,
-            deviation: 2.0,
-            low: None,
-            high: None,
-        }));
+        let (_, mean, variance, _) = moments(normal(5.0, 2.0, None, None));
         near(mean, 5.0);
         near(variance, 4.0);
         // Cut at ±1σ: variance 1 − 2φ(1)/(2Φ(1) − 1).
-        let (low, mean, variance, high) = moments(Distribution::Normal(Normal {
-            mean: 0.0,
-            deviation: 1.0,
-            low: Some(-1.0),
-            high: Some(1.0),
-        }));
+        let (low, mean, variance, high) = moments(normal(0.0, 1.0, Some(-1.0), Some(1.0)));
         assert!(low >= -1.0 && high <= 1.0);
         near(mean, 0.0);
         near(variance, 0.291_125);
-        let (low, mean, variance, high) = moments(Distribution::Triangular {
-            low: 1.0,
-            mode: 2.0,
-            high: 4.0,
-        });
+        let (low, mean, variance, high) = moments(triangular(1.0, 2.0, 4.0));
         assert!(low >= 1.0 && high <= 4.0);
         near(mean, 7.0 / 3.0);
         near(variance, (1.0 + 4.0 + 16.0 - 2.0 - 4.0 - 8.0) / 18.0);
-        let (low, mean, _, high) = moments(Distribution::LogUniform {
-            low: 0.1,
-            high: 10.0,
-        });
+        let (low, high) = (0.1, 10.0);
+        let (low, mean, _, high) = moments(Distribution::LogUniform { low, high });
         assert!(low >= 0.1 && high <= 10.0);
         near(mean, 9.9 / 100.0_f64.ln());
-        let (_, mean, variance, _) = moments(Distribution::Uniform {
-            low: -1.0,
-            high: 3.0,
-        });
+        let (_, mean, variance, _) = moments(uniform(-1.0, 3.0));
         near(mean, 1.0);
         near(variance, 16.0 / 12.0);
     }
 
     #[test]
     fn what_is_no_distribution_is_refused() {
+        let (low, high) = (0.0, 1.0);
         for wrong in [
-            Distribution::Uniform {
-                low: 1.0,
-                high: 1.0,
-            },
-            Distribution::LogUniform {
-                low: 0.0,
-                high: 1.0,
-            },
-            Distribution::Normal(Normal {
-                mean: 0.0,
-                deviation: 0.0,
-                low: None,
-                high: None,
-            }),
-            Distribution::Normal(Normal {
-                mean: 0.0,
-                deviation: 1.0,
-                low: Some(9.0),
-                high: None,
-            }),
-            Distribution::Triangular {
-                low: 0.0,
-                mode: 2.0,
-                high: 1.0,
-            },
-            Distribution::Uniform {
-                low: f64::NAN,
-                high: 1.0,
-            },
+            uniform(1.0, 1.0),
+            Distribution::LogUniform { low, high },
+            normal(0.0, 0.0, None, None),
+            normal(0.0, 1.0, Some(9.0), None),
+            triangular(0.0, 2.0, 1.0),
+            uniform(f64::NAN, 1.0),
         ] {
             assert!(wrong.check().is_err(), "{wrong:?}");
         }

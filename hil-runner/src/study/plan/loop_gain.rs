@@ -111,10 +111,8 @@ mod tests {
     #[test]
     fn keys_count_in_the_steps_of_their_unit() {
         let steps = |path: &str| {
-            let mut counted = COUNTED.iter();
-            counted
-                .find(|(key, _)| key.path() == path)
-                .map(|(_, steps)| *steps)
+            let counted = COUNTED.iter().find(|(key, _)| key.path() == path);
+            counted.map(|(_, steps)| *steps)
         };
         for (path, wanted) in [
             ("controller.kp", Some(Steps::CodesPerCount)),

@@ -173,10 +173,9 @@ impl Study {
         // A point that makes no run has the values of its axes.
         let changes = self.changes(point, rung);
         let changes = changes.unwrap_or_else(|_| self.chosen(point));
-        let lines = changes
-            .iter()
-            .map(|(key, value)| format!("{}={}", key.path(), value.to_toml()));
-        sets.extend(lines);
+        let line =
+            |(key, value): &(KeyPath, KeyValue)| format!("{}={}", key.path(), value.to_toml());
+        sets.extend(changes.iter().map(line));
         sets
     }
 

@@ -150,10 +150,6 @@ impl Plan {
 }
 
 /// A count as a number; exact below 2^53.
-#[expect(
-    clippy::cast_precision_loss,
-    reason = "counts of points stay below 2^53"
-)]
 fn whole(n: u64) -> f64 {
     n as f64
 }
@@ -171,7 +167,6 @@ fn unit(seed: u64, axis: u64, index: u64) -> f64 {
 }
 
 /// The upper 53 of 64 bits as a number in \[0, 1).
-#[expect(clippy::cast_precision_loss, reason = "53 bits")]
 fn from_bits(bits: u64) -> f64 {
     // 2^-53
     (bits >> 11) as f64 / 9_007_199_254_740_992.0
@@ -289,11 +284,9 @@ impl Term {
             None if text.parse::<f64>().is_ok() => (text, None),
             None => ("1", Some(text)),
         };
-        let factor: f64 = factor
-            .parse()
-            .ok()
-            .filter(|factor: &f64| factor.is_finite())
-            .ok_or_else(|| format!("{factor:?} is no number; write NUMBER * KEY"))?;
+        let number = factor.parse().ok().filter(|n: &f64| n.is_finite());
+        let wrong = || format!("{factor:?} is no number; write NUMBER * KEY");
+        let factor = number.ok_or_else(wrong)?;
         let key = rest.map(KeyPath::find).transpose()?;
         Ok(Self { factor, key })
     }
@@ -396,10 +389,8 @@ mod tests {
                 };
                 // The shift undone, to the 40 bits that are kept.
                 let bits = (found * 2f64.powi(53)) as u64 ^ (shift(axis as u64) >> 11);
-                assert!(
-                    (bits as f64 / 2f64.powi(53) - part).abs() < 1e-12,
-                    "{number} {axis}"
-                );
+                let off = (bits as f64 / 2f64.powi(53) - part).abs();
+                assert!(off < 1e-12, "{number} {axis}");
             }
         }
     }

@@ -47,10 +47,8 @@ fn axis(file: &AxisFile, key: KeyPath, others: &[Axis], plan: PlanKind) -> Resul
     if let Some(partner) = partner.filter(is_axis) {
         return Err(format!("the axis over {partner} sets the same quantity"));
     }
-    let times = file
-        .times
-        .as_ref()
-        .map(|times| KeyPath::find(times.get_ref()));
+    let times = file.times.as_ref();
+    let times = times.map(|times| KeyPath::find(times.get_ref()));
     let times = times.transpose()?;
     let spread = spread(file, &key, times.is_some(), plan)?;
     Ok(Axis { key, spread, times })

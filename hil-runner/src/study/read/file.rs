@@ -193,13 +193,9 @@ impl<'t> Findings<'t> {
 pub(super) fn parse(source_name: &str, text: &str) -> Result<StudyFile, StudyFileError> {
     toml::from_str(text).map_err(|error| {
         let mut findings = Findings::new(source_name, text);
-        let mut message = error.message().replace('\n', " ");
-        for (ours, plain) in [
-            ("expected u64", "expected a whole number from 0 on"),
-            ("expected f64", "expected a number"),
-        ] {
-            message = message.replace(ours, plain);
-        }
+        let message = error.message().replace('\n', " ");
+        let message = message.replace("expected u64", "expected a whole number from 0 on");
+        let mut message = message.replace("expected f64", "expected a number");
         if let Some(key) = error.span().and_then(|span| key_before(text, span.start)) {
             message = format!("{key}: {message}");
         }
@@ -207,10 +203,8 @@ pub(super) fn parse(source_name: &str, text: &str) -> Result<StudyFile, StudyFil
             Some(span) => findings.push(span, message),
             None => findings.push_whole(message),
         }
-        findings
-            .into_result()
-            .err()
-            .unwrap_or_else(|| StudyFileError::of(source_name, "cannot be read"))
+        let found = findings.into_result().err();
+        found.unwrap_or_else(|| StudyFileError::of(source_name, "cannot be read"))
     })
 }
 

@@ -245,12 +245,11 @@ impl Reading<'_> {
     /// The rungs that the command line or the file asks for, or that of the base.
     fn rungs(&mut self, base: &str) -> Vec<(Law, Template)> {
         let (file, changes, findings) = (&self.file, self.changes, &mut self.findings);
-        let of_file = file.rungs.as_ref().map(|names| names.get_ref().iter());
-        let of_file = of_file.map(|names| names.map(String::as_str).collect());
-        let of_changes = changes.rungs.as_ref().map(|laws| laws.iter());
-        let asked: Option<Vec<&str>> = of_changes
-            .map(|laws| laws.map(|law| law.name()).collect())
-            .or(of_file);
+        let asked: Option<Vec<&str>> = match (&changes.rungs, &file.rungs) {
+            (Some(laws), _) => Some(laws.iter().map(|law| law.name()).collect()),
+            (None, Some(names)) => Some(names.get_ref().iter().map(String::as_str).collect()),
+            (None, None) => None,
+        };
         if file.differences && asked.as_ref().map_or(1, Vec::len) == 1 {
             findings.push_whole("differences = true needs at least two rungs to compare");
         }
@@ -367,11 +366,7 @@ impl Reading<'_> {
             let Some(times) = &axis.times else { continue };
             let (key, path) = (axis.key.path(), times.path());
             let other = self.axes.iter().find(|other| other.key.path() == path);
-            let others = if axis.is_of_base() {
-                &[]
-            } else {
-                &self.axes[..]
-            };
+            let others: &[Axis] = if axis.is_of_base() { &[] } else { &self.axes };
             let is_factor = |other: &Axis| other.times.is_some() && !other.is_of_base();
             let what = match has_number(times, others, &self.rungs) {
                 _ if !axis.is_of_base() && other.is_some_and(is_factor) => {

@@ -19,24 +19,22 @@ use hil_core::runfile::{KeyPath, Template};
 use hil_core::theory::{JointState, margin};
 
 /// Name and template of every ready study.
-const STUDIES: [(&str, &str); 7] = [
-    (
+const STUDIES: [(&str, &str); 7] = {
+    macro_rules! with_text {
+        ($($name:literal),+) => {
+            [$(($name, include_str!(concat!("../../../studies/", $name, ".toml")))),+]
+        };
+    }
+    with_text![
         "sample-time",
-        include_str!("../../../studies/sample-time.toml"),
-    ),
-    (
         "resolution",
-        include_str!("../../../studies/resolution.toml"),
-    ),
-    ("backlash", include_str!("../../../studies/backlash.toml")),
-    ("gains", include_str!("../../../studies/gains.toml")),
-    (
+        "backlash",
+        "gains",
         "word-length",
-        include_str!("../../../studies/word-length.toml"),
-    ),
-    ("motion", include_str!("../../../studies/motion.toml")),
-    ("tolerance", include_str!("../../../studies/tolerance.toml")),
-];
+        "motion",
+        "tolerance"
+    ]
+};
 
 /// Base of a ready study where the command line names none.
 pub const BASE: &str = "paper-2";

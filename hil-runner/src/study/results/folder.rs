@@ -158,9 +158,8 @@ impl Results {
     /// # Errors
     /// Those of the system; what was added before stays.
     pub fn add(&mut self, block: &Block) -> Result<(), ResultsError> {
-        self.csv
-            .write_all(&block.csv)
-            .map_err(io(&self.folder.join(CSV)))?;
+        let written = self.csv.write_all(&block.csv);
+        written.map_err(io(&self.folder.join(CSV)))?;
         self.end_byte += block.csv.len() as u64;
         let entry = Entry {
             block: self.next_block,
@@ -195,9 +194,8 @@ impl Results {
     /// Those of the system.
     pub fn close(mut self) -> Result<Progress, ResultsError> {
         self.write_journal()?;
-        self.journal
-            .sync_data()
-            .map_err(io(&self.folder.join(JOURNAL)))?;
+        let synced = self.journal.sync_data();
+        synced.map_err(io(&self.folder.join(JOURNAL)))?;
         let progress = self.progress();
         self.parquet.close(progress.done == progress.of)?;
         Ok(progress)
@@ -243,13 +241,9 @@ pub fn merge(
 }
 
 fn open(path: &Path) -> Result<File, ResultsError> {
-    OpenOptions::new()
-        .read(true)
-        .write(true)
-        .create(true)
-        .truncate(false)
-        .open(path)
-        .map_err(io(path))
+    let mut options = OpenOptions::new();
+    options.read(true).write(true).create(true).truncate(false);
+    options.open(path).map_err(io(path))
 }
 
 /// A folder without `study.json` is new, empty, or what a study leaves that was

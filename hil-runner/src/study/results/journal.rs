@@ -194,9 +194,8 @@ impl<'c> CsvReader<'c> {
             let words = format!("bytes {from} to {end}, block {block}, are not what was written");
             return Err(damaged(&self.path, words));
         }
-        let mut reader = csv::ReaderBuilder::new()
-            .has_headers(false)
-            .from_reader(csv.as_slice());
+        let mut reader = csv::ReaderBuilder::new();
+        let mut reader = reader.has_headers(false).from_reader(csv.as_slice());
         let mut rows = Vec::new();
         for record in reader.records() {
             let record = record.map_err(|error| damaged(&self.path, error))?;

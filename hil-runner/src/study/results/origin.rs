@@ -322,10 +322,8 @@ fn text(path: &Path, crc: &str) -> Result<String, ResultsError> {
     let found = crc64(&bytes);
     if found != crc {
         let words = "is not what was written: its checksum is";
-        return Err(damaged(
-            path,
-            format!("{words} {found}, and study.json has {crc}"),
-        ));
+        let words = format!("{words} {found}, and study.json has {crc}");
+        return Err(damaged(path, words));
     }
     String::from_utf8(bytes).map_err(|_| damaged(path, "is no UTF-8 text"))
 }
@@ -345,10 +343,8 @@ fn write_new(path: &Path, text: &str) -> Result<(), ResultsError> {
 /// If they are not all of one study, or one is damaged, missing or there twice.
 pub fn shards_in_order(shards: &[PathBuf]) -> Result<Vec<(PathBuf, Origin)>, ResultsError> {
     let read = |path: &PathBuf| Ok((path.clone(), Origin::read(path)?));
-    let mut found = shards
-        .iter()
-        .map(read)
-        .collect::<Result<Vec<_>, ResultsError>>()?;
+    let found: Result<Vec<_>, ResultsError> = shards.iter().map(read).collect();
+    let mut found = found?;
     found.sort_by_key(|(_, origin)| origin.shard.number);
     let Some((first_path, first)) = found.first() else {
         return Ok(found);

@@ -33,27 +33,22 @@ struct Filled {
 
 impl Filled {
     fn add(&mut self, cell: &Cell) {
-        let there = match (self.kind, cell) {
-            (ColumnKind::Number, Cell::Number(number)) => {
-                self.numbers.push(*number);
-                true
-            }
+        let values = self.values();
+        match (self.kind, cell) {
+            (ColumnKind::Number, Cell::Number(number)) => self.numbers.push(*number),
             // A value that its key refuses may be too large: the reason has it.
-            (ColumnKind::Whole, cell) => {
-                self.whole.extend(cell.as_whole());
-                cell.as_whole().is_some()
-            }
-            (ColumnKind::Flag, Cell::Flag(flag)) => {
-                self.flags.push(*flag);
-                true
-            }
+            (ColumnKind::Whole, cell) => self.whole.extend(cell.as_whole()),
+            (ColumnKind::Flag, Cell::Flag(flag)) => self.flags.push(*flag),
             (ColumnKind::Text, Cell::Text(text)) => {
-                self.texts.push(ByteArray::from(text.as_bytes().to_vec()));
-                true
+                self.texts.push(text.as_bytes().to_vec().into())
             }
-            _ => false,
-        };
-        self.levels.push(i16::from(there));
+            _ => {}
+        }
+        self.levels.push(i16::from(self.values() > values));
+    }
+
+    fn values(&self) -> usize {
+        self.numbers.len() + self.whole.len() + self.flags.len() + self.texts.len()
     }
 }
 
@@ -81,16 +76,14 @@ impl ParquetFile {
             kind: column.kind,
             ..Filled::default()
         };
-        let metadata = metadata
-            .iter()
-            .map(|(key, value)| KeyValue::new((*key).to_owned(), value.clone()));
+        let pair = |(key, value): &(&str, String)| KeyValue::new((*key).to_owned(), value.clone());
         let properties = WriterProperties::builder()
             .set_compression(Compression::SNAPPY)
             .set_created_by("hil-runner".to_owned())
             // Numbers hardly ever repeat: a dictionary would cost more time than
             // it saves space.
             .set_dictionary_enabled(false)
-            .set_key_value_metadata(Some(metadata.collect()))
+            .set_key_value_metadata(Some(metadata.iter().map(pair).collect()))
             .build();
         let writer = schema(columns)
             .and_then(|schema| SerializedFileWriter::new(file, schema, Arc::new(properties)));

@@ -46,10 +46,8 @@ impl Study {
     pub fn block_rows(&self) -> u64 {
         let samples = self.rungs.iter().map(|(_, template)| {
             let case = template.base();
-            let interval_ns = case
-                .controller
-                .sample_time_ns
-                .unwrap_or(case.run.row_interval_ns);
+            let period_ns = case.controller.sample_time_ns;
+            let interval_ns = period_ns.unwrap_or(case.run.row_interval_ns);
             case.run.duration_ns / interval_ns.max(1)
         });
         let most = samples.max().unwrap_or(0).max(1);

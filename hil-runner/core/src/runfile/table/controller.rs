@@ -16,15 +16,11 @@ use crate::options::{
     Quantiser, RestIntegrator, SetpointOrigin,
 };
 
-/// Keys beyond the paper's law among those that every rung has.
-const FIRMWARE: Acts = Acts::From(Law::Firmware);
-
 pub(super) const ENCODER: &[Key] = &[
     number("counts_per_rad", Positive, "counts/rad")
-        .meaning("encoder resolution K_enc")
+        .named("encoder resolution K_enc", "Encoder K_enc")
         .needing(Need::OneOf("lines"), "636.0")
         .at(|c| Some(&mut c.encoder.counts_per_rad))
-        .shown("Encoder K_enc")
         .note(&["K_enc"]),
     whole("lines", 1, 1_000_000_000, "")
         .meaning("number N of encoder lines per revolution")
@@ -38,8 +34,7 @@ pub(super) const ENCODER: &[Key] = &[
     whole("counter_bits", 8, 32, "bits")
         .meaning("width of the motor's counter, and of the load's where it closes the loop,")
         .or(Value::Whole(32))
-        .acting(FIRMWARE)
-        .at(|c| Some(&mut c.options.encoders.counter_bits))
+        .firmware_at(|c| Some(&mut c.options.encoders.counter_bits))
         .field("counter.bits")
         .shown("Encoder counter")
         .note(&["width of the counters, on law \"firmware\""]),
@@ -47,13 +42,12 @@ pub(super) const ENCODER: &[Key] = &[
 
 pub(super) const LOAD_ENCODER: &[Key] = &of_firmware([
     number("counts_per_rad", Positive, "counts/rad")
-        .meaning("resolution of an encoder on the screw")
+        .named("resolution of an encoder on the screw", "Load encoder")
         .needing(Need::NotWith("counts_per_mm"), "1600.0")
         .by(
             |c, counts_per_rad| c.options.encoders.load = Some(Encoder { counts_per_rad }),
             |c| Some(c.options.encoders.load?.counts_per_rad),
         )
-        .shown("Load encoder")
         .note(&["on the screw"]),
     number("counts_per_mm", Positive, "counts/mm")
         .meaning("resolution of a scale at the carriage")
@@ -79,20 +73,17 @@ pub(super) const CONTROLLER: &[Key] = &[
         .needed(Need::Always)
         .at(|c| Some(&mut c.controller.law)),
     number("kp", NotNegative, "codes/count")
-        .meaning("proportional gain K_p")
+        .named("proportional gain K_p", "Gain Kp")
         .alone_at(|c| Some(&mut c.controller.gains.kp))
-        .field("law.words.kp")
-        .shown("Gain Kp"),
+        .field("law.words.kp"),
     number("ki_per_s", NotNegative, "codes/(count s)")
-        .meaning("integral gain K_i")
+        .named("integral gain K_i", "Gain Ki")
         .alone_at(|c| Some(&mut c.controller.gains.ki_per_s))
-        .field("law.words.ki_dt")
-        .shown("Gain Ki"),
+        .field("law.words.ki_dt"),
     number("kd_s", NotNegative, "codes s/count")
-        .meaning("derivative gain K_d")
+        .named("derivative gain K_d", "Gain Kd")
         .alone_at(|c| Some(&mut c.controller.gains.kd_s))
-        .field("law.words.kd_per_dt")
-        .shown("Gain Kd"),
+        .field("law.words.kd_per_dt"),
     time("sample_time_s", Positive)
         .meaning("sample time Δt")
         .needed(Need::SampledLaw)
@@ -115,33 +106,27 @@ pub(super) const CONTROLLER: &[Key] = &[
         "also \"measured\": what each step takes there",
     ]),
     choice::<Derivative>("derivative")
-        .meaning("quantity of which the derivative is taken")
-        .acting(FIRMWARE)
-        .at(|c| Some(&mut c.options.law.derivative))
+        .named("quantity of which the derivative is taken", "Derivative of")
+        .firmware_at(|c| Some(&mut c.options.law.derivative))
         .field("law.words.derivative")
-        .shown("Derivative of")
         .words(&[("measurement", "the measurement")])
         .note(&["or \"measurement\": no kick when the setpoint jumps"]),
     number("derivative_filter_s", NotNegative, "s")
         .meaning("time constant of the derivative's first-order filter (0: none)")
         .or(Value::Number(0.0))
-        .acting(FIRMWARE)
-        .at(|c| Some(&mut c.options.law.derivative_filter_s))
+        .firmware_at(|c| Some(&mut c.options.law.derivative_filter_s))
         .field("law.words.filter")
         .shown_in("Derivative filter T_f", 1e3, "ms")
         .note(&["first-order filter; 0: none"]),
     choice::<AntiWindup>("anti_windup")
-        .meaning("treatment of integrator wind-up")
-        .acting(FIRMWARE)
-        .at(|c| Some(&mut c.options.law.anti_windup))
+        .named("treatment of integrator wind-up", "Anti-windup")
+        .firmware_at(|c| Some(&mut c.options.law.anti_windup))
         .field("law.words.anti_windup")
-        .shown("Anti-windup")
         .words(&[("clamp", "clamp")]),
     number("tracking_time_s", Positive, "s")
         .meaning("time constant of anti_windup \"back-calculation\"")
         .or(Value::Number(0.01))
-        .acting(FIRMWARE)
-        .at(|c| Some(&mut c.options.law.tracking_time_s))
+        .firmware_at(|c| Some(&mut c.options.law.tracking_time_s))
         .field("law.words.anti_windup.tracking")
         .shown_in("Back-calculation T_t", 1e3, "ms")
         .when(|c| c.options.law.anti_windup == AntiWindup::BackCalculation)
@@ -152,8 +137,7 @@ pub(super) const CONTROLLER: &[Key] = &[
              these gains need to stay within one code of the exact law,",
         )
         .optional("24")
-        .acting(FIRMWARE)
-        .at(|c| Some(&mut c.options.law.word_bits))
+        .firmware_at(|c| Some(&mut c.options.law.word_bits))
         .note(&["mantissas of the fixed-point gains; default: 24, more where needed"]),
     whole("gain_fraction_bits", 0, 32, "bits")
         .meaning(
@@ -161,15 +145,12 @@ pub(super) const CONTROLLER: &[Key] = &[
              gains; without it as many as those hold,",
         )
         .optional("24")
-        .acting(FIRMWARE)
-        .at(|c| Some(&mut c.options.law.gain_fraction_bits))
+        .firmware_at(|c| Some(&mut c.options.law.gain_fraction_bits))
         .note(&["of the gains per sample; default: all that fit"]),
     choice::<Quantiser>("quantiser")
-        .meaning("way from the law's output to a whole code")
-        .acting(FIRMWARE)
-        .at(|c| Some(&mut c.options.law.quantiser))
+        .named("way from the law's output to a whole code", "Quantiser")
+        .firmware_at(|c| Some(&mut c.options.law.quantiser))
         .field("output.quantiser")
-        .shown("Quantiser")
         .text(|c| match c.options.law.quantiser {
             Quantiser::Nearest => None,
             Quantiser::ErrorFeedback => Some("error feedback".to_owned()),
@@ -178,69 +159,58 @@ pub(super) const CONTROLLER: &[Key] = &[
     whole("dither_seed", 0, 4_294_967_295, "")
         .meaning("seed of quantiser \"dither\"")
         .or(Value::Whole(1))
-        .acting(FIRMWARE)
-        .at(|c| Some(&mut c.options.law.dither_seed))
+        .firmware_at(|c| Some(&mut c.options.law.dither_seed))
         .field("output.quantiser.seed"),
     number("slew_limit_codes_per_s", Positive, "codes/s")
         .meaning("limit on the rate of the output, rounded down to whole codes per sample,")
         .optional("1e6")
-        .acting(FIRMWARE)
-        .at(|c| Some(&mut c.options.law.slew_limit_codes_per_s))
+        .firmware_at(|c| Some(&mut c.options.law.slew_limit_codes_per_s))
         .field("output.slew")
         .shown("Slew limit")
         .note(&["default: no limit"]),
     number("velocity_ff_s", NotNegative, "codes s/count")
         .meaning("feed-forward per reference velocity, which a setpoint table does not know,")
         .or(Value::Number(0.0))
-        .acting(FIRMWARE)
-        .at(|c| Some(&mut c.options.law.feed_forward.velocity_s))
+        .firmware_at(|c| Some(&mut c.options.law.feed_forward.velocity_s))
         .field("law.words.velocity_ff")
         .shown("Velocity feed-forward")
         .note(&["feed-forward, codes per (count per second)"]),
     number("acceleration_ff_s2", NotNegative, "codes s²/count")
         .meaning("feed-forward per reference acceleration, which a setpoint table does not know,")
         .or(Value::Number(0.0))
-        .acting(FIRMWARE)
-        .at(|c| Some(&mut c.options.law.feed_forward.acceleration_s2))
+        .firmware_at(|c| Some(&mut c.options.law.feed_forward.acceleration_s2))
         .field("law.words.acceleration_ff")
         .shown("Acceleration feed-forward")
         .note(&["codes per (count per second squared)"]),
     number("friction_ff_codes", NotNegative, "codes")
         .meaning("feed-forward with the sign of the reference velocity, which a setpoint table does not know,")
         .or(Value::Number(0.0))
-        .acting(FIRMWARE)
-        .at(|c| Some(&mut c.options.law.feed_forward.friction_codes))
+        .firmware_at(|c| Some(&mut c.options.law.feed_forward.friction_codes))
         .field("law.words.friction_ff")
         .shown("Friction feed-forward")
         .note(&["codes with the sign of the velocity"]),
     choice::<SetpointOrigin>("setpoints")
-        .meaning("source of the setpoints")
-        .acting(FIRMWARE)
-        .at(|c| Some(&mut c.options.law.setpoints))
-        .shown("Setpoints")
+        .named("source of the setpoints", "Setpoints")
+        .firmware_at(|c| Some(&mut c.options.law.setpoints))
         .words(&[
             ("generator", "generated on the chip"),
             ("queue", "streamed"),
         ]),
     choice::<Feedback>("feedback")
-        .meaning("choice of encoders that close the loop")
-        .acting(FIRMWARE)
-        .at(|c| Some(&mut c.options.law.feedback))
+        .named("choice of encoders that close the loop", "Position from")
+        .firmware_at(|c| Some(&mut c.options.law.feedback))
         .field("feedback")
-        .shown("Position from")
         .words(&[("dual", "the load")])
         .note(&["or \"dual\": position from [load_encoder]"]),
     whole("rest_dead_band_counts", 0, 1_000_000, "counts")
         .meaning("largest error that counts as none at rest")
         .or(Value::Whole(0))
-        .acting(FIRMWARE)
-        .at(|c| Some(&mut c.options.law.rest_dead_band_counts))
+        .firmware_at(|c| Some(&mut c.options.law.rest_dead_band_counts))
         .field("rest.dead_band")
         .shown("Dead band at rest"),
     choice::<RestIntegrator>("rest_integrator")
         .meaning("integrator's part while the axis stands")
-        .acting(FIRMWARE)
-        .at(|c| Some(&mut c.options.law.rest_integrator))
+        .firmware_at(|c| Some(&mut c.options.law.rest_integrator))
         .field("rest.hold_integral")
         .shown("Integrator at rest")
         .words(&[("hold", "held")])
@@ -288,11 +258,10 @@ pub(super) const LIMITS: &[Key] = &of_firmware([
         .shown_in("Encoder lost after", 1e3, "ms")
         .note(&["count stands still for so long …"]),
     whole("encoder_loss_codes", 1, MOST_CODES, "codes")
-        .meaning("output from which encoder_loss_s counts")
+        .named("output from which encoder_loss_s counts", "… under")
         .or(Value::Whole(100))
         .at(|c| Some(&mut c.options.limits.encoder_loss.as_mut()?.codes))
         .field("monitors.encoder_loss.code_threshold")
-        .shown("… under")
         .when(|c| c.options.limits.encoder_loss.is_some())
         .note(&["… under at least this output"]),
     time("saturation_s", Positive)
@@ -302,10 +271,9 @@ pub(super) const LIMITS: &[Key] = &of_firmware([
         .field("monitors.saturation.ticks")
         .shown_in("Longest saturation", 1e3, "ms"),
     flag("missed_ticks")
-        .meaning("switch that makes a missed tick a fault")
+        .named("switch that makes a missed tick a fault", "Missed tick")
         .at(|c| Some(&mut c.options.limits.missed_ticks))
         .field("monitors.ticks")
-        .shown("Missed tick")
         .words(&[("true", "a fault")])
         .note(&["true: a missed tick is a fault"]),
     number("velocity_mps", Positive, "m/s")
@@ -381,30 +349,26 @@ pub(super) const BACKLASH: &[Key] = &of_firmware([
 
 pub(super) const SEQUENCE: &[Key] = &of_firmware([
     time("disable_s", NotNegative)
-        .meaning("time at which the axis is disabled")
+        .named("time at which the axis is disabled", "Disabled at")
         .optional("1.3")
-        .at(|c| Some(&mut c.options.requests.disable_ns))
-        .shown("Disabled at"),
+        .at(|c| Some(&mut c.options.requests.disable_ns)),
     time("enable_s", NotNegative)
-        .meaning("time at which the axis is enabled")
+        .named("time at which the axis is enabled", "Enabled at")
         .optional("1.4")
-        .at(|c| Some(&mut c.options.requests.enable_ns))
-        .shown("Enabled at"),
+        .at(|c| Some(&mut c.options.requests.enable_ns)),
     time("emergency_stop_s", NotNegative)
         .meaning("time at which the emergency stop goes on")
         .optional("0.4")
         .at(|c| Some(&mut c.options.requests.emergency_stop_ns))
         .shown("Emergency stop at"),
     time("emergency_stop_release_s", Positive)
-        .meaning("time at which the emergency stop goes off")
+        .named("time at which the emergency stop goes off", "… released at")
         .needing(Need::OnlyWith("emergency_stop_s"), "0.6")
-        .at(|c| Some(&mut c.options.requests.emergency_stop_release_ns))
-        .shown("… released at"),
+        .at(|c| Some(&mut c.options.requests.emergency_stop_release_ns)),
     time("reset_s", NotNegative)
-        .meaning("time at which the faults are reset")
+        .named("time at which the faults are reset", "Faults reset at")
         .optional("0.7")
-        .at(|c| Some(&mut c.options.requests.reset_ns))
-        .shown("Faults reset at"),
+        .at(|c| Some(&mut c.options.requests.reset_ns)),
 ]);
 
 fn gain_change(case: &mut Case) -> Option<&mut GainChange> {
@@ -413,10 +377,9 @@ fn gain_change(case: &mut Case) -> Option<&mut GainChange> {
 
 pub(super) const GAIN_CHANGE: &[Key] = &of_firmware([
     time("at_s", NotNegative)
-        .meaning("time of the change")
+        .named("time of the change", "Gains changed at")
         .optional("0.5")
-        .at(|c| Some(&mut c.options.gain_change))
-        .shown("Gains changed at"),
+        .at(|c| Some(&mut c.options.gain_change)),
     number("kp", NotNegative, "codes/count")
         .meaning("new proportional gain K_p")
         .needing(Need::OnlyWith("at_s"), "4.0")
@@ -433,10 +396,9 @@ pub(super) const GAIN_CHANGE: &[Key] = &of_firmware([
 
 pub(super) const INJECT: &[Key] = &of_firmware([
     time("encoder_glitch_s", NotNegative)
-        .meaning("time of one wrong encoder count")
+        .named("time of one wrong encoder count", "Injected: glitch at")
         .needing(Need::OnlyWith("encoder_glitch_counts"), "0.5")
-        .at(|c| Some(&mut c.options.injections.encoder_glitch))
-        .shown("Injected: glitch at"),
+        .at(|c| Some(&mut c.options.injections.encoder_glitch)),
     whole(
         "encoder_glitch_counts",
         -LARGEST_ERROR_COUNTS,

@@ -155,11 +155,8 @@ fn another_law_has_no_margin() {
     ];
     for (sets, has) in cases {
         let case = case("paper-2", sets);
-        assert_eq!(
-            margin(&case, JointState::Contact).is_some(),
-            has,
-            "{sets:?}"
-        );
+        let found = margin(&case, JointState::Contact).is_some();
+        assert_eq!(found, has, "{sets:?}");
         assert_eq!(margin_by_delay(&case).is_some(), has, "{sets:?}");
     }
     let rigid = case("paper-2", &["transmission.joint=rigid"]);

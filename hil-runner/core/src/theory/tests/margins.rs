@@ -99,20 +99,16 @@ fn what_cannot_be_is_refused() {
         LoopFamily::new(axis, period, delay, joint).err()
     };
     assert_eq!(new(&axis, 1000, 1000, JointState::Gap), None);
-    assert_eq!(
-        new(&axis, 0, 0, JointState::Contact),
-        Some(LoopError::NoSampleTime)
-    );
+    let found = new(&axis, 0, 0, JointState::Contact);
+    assert_eq!(found, Some(LoopError::NoSampleTime));
     let late = LoopError::DelayBeyondSample {
         delay_ns: 1001,
         period_ns: 1000,
     };
     assert_eq!(new(&axis, 1000, 1001, JointState::Contact), Some(late));
     axis.transmission.joint = Joint::Rigid;
-    assert_eq!(
-        new(&axis, 1000, 0, JointState::Gap),
-        Some(LoopError::RigidHasNoGap)
-    );
+    let found = new(&axis, 1000, 0, JointState::Gap);
+    assert_eq!(found, Some(LoopError::RigidHasNoGap));
     println!("{}; {late}", LoopError::RigidHasNoGap);
 }
 

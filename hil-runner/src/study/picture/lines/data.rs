@@ -97,7 +97,7 @@ impl<'a> Data<'a> {
             }
         }
         rows.sort_by(|(a, _), (b, _)| a.total_cmp(b));
-        #[allow(clippy::float_cmp, reason = "values of x are those of `Different`")]
+        // Values of x are those of `Different`.
         let places = rows.chunk_by(|(a, _), (b, _)| a == b);
         let mut points = Points::new();
         for place in places {

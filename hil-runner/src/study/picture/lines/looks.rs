@@ -37,6 +37,7 @@ impl Looks {
             }
             names
         };
+        let single = |panel: &Panel| panel.y.len() < 2 && panel.theory.len() < 2;
         Self {
             simulated: columns(|panel| &panel.y),
             theory: columns(|panel| &panel.theory),
@@ -45,10 +46,7 @@ impl Looks {
                 None => Vec::new(),
             },
             ordered: data.series.numbers.is_some(),
-            alike: lines
-                .panels
-                .iter()
-                .all(|panel| panel.y.len() < 2 && panel.theory.len() < 2),
+            alike: lines.panels.iter().all(single),
         }
     }
 
@@ -79,15 +77,15 @@ impl Looks {
     pub(super) fn theory(&self, column: &str, at: usize) -> Stroke {
         let place = self.theory.iter().position(|name| name == column);
         let place = if self.alike { 0 } else { place.unwrap_or(0) };
+        // Where each column has its theory, it has the colour of the column.
+        let twins = self.simulated.len() == self.theory.len();
+        let behind = if twins { 0 } else { self.simulated.len() };
         let colour = if !self.series.is_empty() {
             darker(self.series_colour(at))
         } else if self.alike {
             INK
-        } else if self.simulated.len() == self.theory.len() {
-            // The theory of a column has the colour of the column.
-            darker(SERIES[place % SERIES.len()])
         } else {
-            darker(SERIES[(self.simulated.len() + place) % SERIES.len()])
+            darker(SERIES[(behind + place) % SERIES.len()])
         };
         Stroke::dashed(colour, CURVE, THEORY[place % THEORY.len()])
     }
@@ -117,9 +115,10 @@ impl Looks {
             });
         }
         let mut entries = self.columns(lines);
-        for (at, curve) in curves.iter().enumerate() {
-            entries.push(Entry::new(Key::Line(self.given(at), None), &curve.label));
-        }
+        let given = |(at, curve): (usize, &Curve)| {
+            Entry::new(Key::Line(self.given(at), None), &curve.label)
+        };
+        entries.extend(curves.iter().enumerate().map(given));
         entries.extend(limits(lines));
         groups.push(Group::of(entries));
         groups
@@ -131,12 +130,9 @@ impl Looks {
             return Vec::new();
         }
         // Beside series of different colours a column is told by form alone.
-        let grey = |colour: Colour| {
-            if self.series.is_empty() {
-                colour
-            } else {
-                MUTED
-            }
+        let grey = |colour: Colour| match self.series.is_empty() {
+            true => colour,
+            false => MUTED,
         };
         let simulated = |column: &str| {
             let (mut stroke, mut mark) = self.simulated(column, 0);
@@ -154,13 +150,15 @@ impl Looks {
             (true, None) => usual.to_owned(),
         };
         let most = if self.alike { 1 } else { usize::MAX };
-        let marks = self.simulated.iter().take(most);
-        let marks = marks
-            .map(|column| Entry::new(simulated(column), named(column, &lines.marks, "simulated")));
-        let dashes = self.theory.iter().take(most);
-        let dashes =
-            dashes.map(|column| Entry::new(theory(column), named(column, &lines.dashes, "theory")));
-        marks.chain(dashes).collect()
+        let mark = |column: &String| {
+            Entry::new(simulated(column), named(column, &lines.marks, "simulated"))
+        };
+        let dash =
+            |column: &String| Entry::new(theory(column), named(column, &lines.dashes, "theory"));
+        let marks = self.simulated.iter().take(most).map(mark);
+        marks
+            .chain(self.theory.iter().take(most).map(dash))
+            .collect()
     }
 }
 

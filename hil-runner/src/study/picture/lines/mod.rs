@@ -4,7 +4,7 @@ mod data;
 mod looks;
 
 use super::axis::{Axis, Direction, Margin, Spacing, extent};
-use super::canvas::{Area, Canvas, Point, Stroke};
+use super::canvas::{Canvas, Point, Stroke};
 use super::clip::{clipped, thinned};
 use super::frame::{Frame, room_below, room_left, room_right};
 use super::group::Spread;
@@ -61,19 +61,15 @@ pub(super) fn draw(
     let mut notes = data.notes;
     notes.extend(left_out.notes("Lines: medians, bands: smallest to largest"));
     let sheet = Sheet::new(&spec.title, &groups, &notes);
-    let area = |at: usize| {
+    let ends = |at: usize| {
         let top = sheet.top() + at as f64 * (tall + BETWEEN);
-        Area::of([left, right], [top, top + tall])
+        [top, top + tall]
     };
     let lowest = plots.len().saturating_sub(1);
-    let bottom = area(lowest).bottom + room_below(&x, right - left);
+    let bottom = ends(lowest)[1] + room_below(&x, right - left);
     sheet.draw(bottom, &spec.words(), |canvas: &mut Canvas| {
         for (at, plot) in plots.iter().enumerate() {
-            let frame = Frame {
-                area: area(at),
-                x: &x,
-                y: &plot.y,
-            };
+            let frame = Frame::of([left, right], ends(at), [&x, &plot.y]);
             frame.draw_grid(canvas);
             frame.draw_axes(canvas, at == lowest);
             draw_base_line(canvas, &frame, table, &lines.x);
@@ -118,15 +114,13 @@ impl Plot {
         for (name, at) in names().zip(0_usize..) {
             let column = data.table.column(name)?;
             let unit = Label::of(name).unit();
-            let shift = unit
-                .shift_to(&label.unit())
-                .ok_or_else(|| PictureError::Units {
-                    first: panel.first_column().to_owned(),
-                    first_unit: label.unit.clone(),
-                    other: name.clone(),
-                    other_unit: unit.symbol.clone(),
-                })?;
-            let factor = power_of_ten(shift);
+            let apart = || PictureError::Units {
+                first: panel.first_column().to_owned(),
+                first_unit: label.unit.clone(),
+                other: name.clone(),
+                other_unit: unit.symbol.clone(),
+            };
+            let factor = power_of_ten(unit.shift_to(&label.unit()).ok_or_else(apart)?);
             let values = column.numbers()?;
             for series in 0..data.series.len() {
                 let points = data.points(&values, series, x, left_out);
@@ -230,11 +224,7 @@ impl Drawn {
 /// Title and unit of the axis: those of the column if there is only one.
 fn title(panel: &Panel) -> Label {
     let mut label = Label::of(panel.first_column());
-    let columns = match panel.y.len() {
-        0 => panel.theory.len(),
-        simulated => simulated,
-    };
-    if columns > 1 {
+    if panel.y.len() > 1 || panel.y.is_empty() && panel.theory.len() > 1 {
         label.words = "Value".to_owned();
     }
     label
@@ -253,9 +243,8 @@ fn leave_out(curves: &mut [Drawn], left_out: &mut LeftOut) {
 
 /// Points on the sheet.
 fn on_frame(frame: &Frame, part: &[(f64, Option<Spread>)], of: fn(&Spread) -> f64) -> Vec<Point> {
-    part.iter()
-        .filter_map(|(x, spread)| frame.point(*x, of(spread.as_ref()?)))
-        .collect()
+    let point = |(x, spread): &_| frame.point(*x, of(Option::as_ref(spread)?));
+    part.iter().filter_map(point).collect()
 }
 
 /// The band from the smallest to the largest value; a stroke where a point
@@ -273,9 +262,8 @@ fn draw_band(canvas: &mut Canvas, frame: &Frame, part: &[(f64, Option<Spread>)],
         return canvas.path(&[hold(*low), hold(*high)], &whisker);
     }
     let inside = |&(x, _): &Point| (frame.area.left..=frame.area.right).contains(&x);
-    let outline = thinned(high)
-        .into_iter()
-        .chain(thinned(low).into_iter().rev());
+    let back = thinned(low).into_iter().rev();
+    let outline = thinned(high).into_iter().chain(back);
     let outline: Vec<Point> = outline.filter(inside).map(hold).collect();
     canvas.polygon(&outline, stroke.colour, 0.16);
 }

@@ -82,14 +82,8 @@ impl Painting<'_> {
     fn area(&self, first: usize, end: usize, j: usize) -> Option<Area> {
         let (x, y) = (&self.grid.x.edges, &self.grid.y.edges);
         let plot = &self.frame.area;
-        let across = |edge: f64| {
-            let x = self.frame.across(edge)?;
-            Some(x.clamp(plot.left, plot.right))
-        };
-        let up = |edge: f64| {
-            let y = self.frame.up(edge)?;
-            Some(y.clamp(plot.top, plot.bottom))
-        };
+        let across = |edge: f64| Some(self.frame.across(edge)?.clamp(plot.left, plot.right));
+        let up = |edge: f64| Some(self.frame.up(edge)?.clamp(plot.top, plot.bottom));
         let area = Area::of(
             [across(*x.get(first)?)?, across(*x.get(end)?)?],
             [up(*y.get(j + 1)?)?, up(*y.get(j)?)?],
@@ -133,13 +127,13 @@ impl Painting<'_> {
                     continue;
                 };
                 let mark = Mark::filled(Shape::Cross, self.colour(cell).map_or(INK, ink_on));
-                let room = 0.45 * area.width().min(area.height());
-                let radius = if every_x.max(every_y) > 1 {
+                let own = 0.45 * area.width().min(area.height());
+                let room = if every_x.max(every_y) > 1 {
                     radius
                 } else {
-                    radius.min(room)
+                    own
                 };
-                mark.draw(canvas, area.middle(), radius);
+                mark.draw(canvas, area.middle(), radius.min(room));
             }
         }
     }
@@ -191,13 +185,7 @@ pub(super) fn note(grid: &Grid, plot: &Area) -> Option<String> {
 
 /// Every how many cells of that size a cross has room.
 fn stride(cell_px: f64) -> usize {
-    #[allow(
-        clippy::cast_possible_truncation,
-        clippy::cast_sign_loss,
-        reason = "from 1 to the number of pixels of a plot"
-    )]
-    let every = (CROSS_ROOM / cell_px).ceil().clamp(1.0, 1e3) as usize;
-    every
+    (CROSS_ROOM / cell_px).ceil().clamp(1.0, 1e3) as usize
 }
 
 /// Room between plot and bar, width of the bar, ticks, room to the numbers.
@@ -242,8 +230,7 @@ pub(super) fn draw_bar(canvas: &mut Canvas, plot: &Area, z: &Axis, colours: Colo
         let lettering = Lettering::of(TICK_PX, Anchor::Start);
         canvas.text(&tick.label, (numbers, y), &lettering);
     }
-    let mut lettering = Lettering::of(AXIS_PX, Anchor::Middle);
-    lettering.upwards = true;
+    let lettering = Lettering::of(AXIS_PX, Anchor::Middle).upwards();
     let mut x = numbers + z.widest_px() + GAP;
     for line in fold(&z.title, AXIS_PX, bar.height()) {
         x += 0.5 * AXIS_PX * LINE;

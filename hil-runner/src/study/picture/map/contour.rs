@@ -18,7 +18,12 @@ pub(in crate::study) struct Field<'a> {
 /// An edge of the grid, by its first point: along x or along y from there.
 type Edge = (usize, usize, bool);
 
-impl Field<'_> {
+impl<'a> Field<'a> {
+    /// Values at the corners of a grid, row by row.
+    pub(in crate::study) fn of(x: &'a [f64], y: &'a [f64], values: &'a [Option<f64>]) -> Self {
+        Self { x, y, values }
+    }
+
     fn value(&self, i: usize, j: usize) -> Option<f64> {
         self.values.get(j * self.x.len() + i).copied().flatten()
     }
@@ -34,12 +39,9 @@ impl Field<'_> {
                 }
             }
         }
-        let chains = chains(joints);
         let point = |edge: &Edge| self.crossing(*edge, level);
-        chains
-            .iter()
-            .map(|chain| chain.iter().filter_map(point).collect())
-            .collect()
+        let line = |chain: &Vec<Edge>| chain.iter().filter_map(point).collect();
+        chains(joints).iter().map(line).collect()
     }
 
     /// The pieces of a line in the square whose corner is (i, j): pairs of
@@ -126,11 +128,7 @@ mod tests {
             .iter()
             .flat_map(|&y| at.iter().map(move |&x| Some(radius(x, y))))
             .collect();
-        let field = Field {
-            x: &at,
-            y: &at,
-            values: &values,
-        };
+        let field = Field::of(&at, &at, &values);
         let lines = field.lines(12.3);
         assert_eq!(lines.len(), 1);
         assert_eq!(lines[0].first(), lines[0].last());
@@ -152,11 +150,7 @@ mod tests {
     fn a_slope_has_one_open_line_per_level() {
         let (x, y) = (places(5), places(3));
         let values: Vec<Option<f64>> = (0..15).map(|at| Some(f64::from(at % 5))).collect();
-        let field = Field {
-            x: &x,
-            y: &y,
-            values: &values,
-        };
+        let field = Field::of(&x, &y, &values);
         assert_eq!(field.lines(2.5), [vec![(2.5, 0.0), (2.5, 1.0), (2.5, 2.0)]]);
     }
 
@@ -165,11 +159,7 @@ mod tests {
         let (x, y) = (places(2), places(5));
         let mut values: Vec<Option<f64>> = (0..10).map(|at| Some(f64::from(at % 2))).collect();
         values[4] = None;
-        let field = Field {
-            x: &x,
-            y: &y,
-            values: &values,
-        };
+        let field = Field::of(&x, &y, &values);
         let lines = field.lines(0.5);
         assert_eq!(
             lines,
@@ -181,11 +171,7 @@ mod tests {
     fn a_saddle_has_two_lines_that_do_not_cross() {
         let at = places(2);
         let values = [1.0, 0.0, 0.0, 1.0].map(Some);
-        let field = Field {
-            x: &at,
-            y: &at,
-            values: &values,
-        };
+        let field = Field::of(&at, &at, &values);
         assert_eq!(field.lines(0.4).len(), 2);
         assert_eq!(field.lines(0.6).len(), 2);
         assert_ne!(field.lines(0.4), field.lines(0.6));

@@ -97,19 +97,13 @@ impl Side {
 
 /// Edges half way between the values, by ratio where the axis is logarithmic.
 fn edges(values: &[f64], log: bool) -> Vec<f64> {
-    let between = |a: f64, b: f64| {
-        if log {
-            a.sqrt() * b.sqrt()
-        } else {
-            f64::midpoint(a, b)
-        }
+    let between = |a: f64, b: f64| match log {
+        true => a.sqrt() * b.sqrt(),
+        false => f64::midpoint(a, b),
     };
-    let beyond = |end: f64, next: f64| {
-        if log {
-            end / (next / end).sqrt()
-        } else {
-            end - 0.5 * (next - end)
-        }
+    let beyond = |end: f64, next: f64| match log {
+        true => end / (next / end).sqrt(),
+        false => end - 0.5 * (next - end),
     };
     match values {
         [] => Vec::new(),
@@ -166,11 +160,8 @@ impl Grid {
         let log = map.z_axis.spacing == Spacing::Log;
         let cells = of_cell.iter().map(|rows| {
             left_out.shared = left_out.shared.max(rows.len());
-            let made: Vec<usize> = rows
-                .iter()
-                .copied()
-                .filter(|&row| word(state, row).is_none())
-                .collect();
+            let mut made = rows.clone();
+            made.retain(|&row| word(state, row).is_none());
             let median = |values: &[Option<f64>]| {
                 let values = made.iter().filter_map(|&row| values[row]);
                 Spread::of(values.collect()).map(|spread| spread.median)
@@ -179,17 +170,16 @@ impl Grid {
             let z = value.filter(|&z| !log || z > 0.0);
             let why = || match value {
                 Some(_) => NOT_ABOVE_0.to_owned(),
-                None => rows
-                    .iter()
-                    .find_map(|&row| word(state, row))
-                    .unwrap_or_else(|| NO_VALUE.to_owned()),
+                None => {
+                    let told = rows.iter().find_map(|&row| word(state, row));
+                    told.unwrap_or_else(|| NO_VALUE.to_owned())
+                }
             };
+            let fails = |row: &usize| pass.and_then(|pass| pass.verdict(*row)) == Some(false);
             Cell {
                 z,
                 level: median(&level),
-                fails: made
-                    .iter()
-                    .any(|&row| pass.is_some_and(|pass| pass.verdict(row) == Some(false))),
+                fails: made.iter().any(fails),
                 state: (z.is_none() && !rows.is_empty()).then(why),
                 runs: rows.len(),
             }

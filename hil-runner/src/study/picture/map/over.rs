@@ -108,10 +108,8 @@ impl Overlay {
     /// and if that can be of other lines.
     fn place(&self, line: &Line, plot: &Area, taken: &[Area]) -> Option<Area> {
         let half = (0.5 * width(&line.words, NOTE_PX) + 3.0, 0.62 * NOTE_PX);
-        let longest = line.parts.iter().max_by(|a, b| {
-            let (a, b) = (length(a), length(b));
-            a.total_cmp(&b)
-        })?;
+        let longer = |a: &&Vec<Point>, b: &&Vec<Point>| length(a).total_cmp(&length(b));
+        let longest = line.parts.iter().max_by(longer)?;
         let all = length(longest);
         if all < 3.0 * half.0 {
             return None;
@@ -122,10 +120,8 @@ impl Overlay {
             inside && !taken.iter().any(|other| other.meets(area))
         };
         let crossed = |area: &Area| {
-            let others = self
-                .lines
-                .iter()
-                .filter(|other| !std::ptr::eq(*other, line));
+            let others = self.lines.iter();
+            let others = others.filter(|other| !std::ptr::eq(*other, line));
             let mut parts = others.flat_map(|other| &other.parts);
             parts.any(|part| !clipped(part, area).is_empty())
         };
@@ -156,12 +152,9 @@ fn unseen(grid: &Grid, level: f64, words: &str) -> String {
 /// logarithmic, so is the way from one cell to the next.
 fn contour(map: &Map, grid: &Grid, frame: &Frame, level: f64) -> Vec<Vec<Point>> {
     let log = map.contours_of.is_none() && map.z_axis.spacing == Spacing::Log;
-    let measure = |value: f64| {
-        if log {
-            (value > 0.0).then(|| libm::log10(value))
-        } else {
-            Some(value)
-        }
+    let measure = |value: f64| match log {
+        true => (value > 0.0).then(|| libm::log10(value)),
+        false => Some(value),
     };
     let Some(level) = measure(level) else {
         return Vec::new();
@@ -171,30 +164,17 @@ fn contour(map: &Map, grid: &Grid, frame: &Frame, level: f64) -> Vec<Vec<Point>>
     let (Some(x), Some(y)) = (x, y) else {
         return Vec::new();
     };
-    let values: Vec<Option<f64>> = grid
-        .cells
-        .iter()
-        .map(|cell| cell.level.and_then(measure))
-        .collect();
-    let field = Field {
-        x: &x,
-        y: &y,
-        values: &values,
-    };
-    let lines = field.lines(level);
-    lines
-        .iter()
-        .flat_map(|line| clipped(line, &frame.area))
-        .collect()
+    let levels = grid.cells.iter().map(|cell| cell.level);
+    let values: Vec<Option<f64>> = levels.map(|level| level.and_then(measure)).collect();
+    let lines = Field::of(&x, &y, &values).lines(level);
+    let lines = lines.iter().flat_map(|line| clipped(line, &frame.area));
+    lines.collect()
 }
 
 /// A curve of the caller on the sheet, in parts.
 pub(in crate::study::picture) fn parts(curve: &Curve, frame: &Frame) -> Vec<Vec<Point>> {
-    let points: Vec<Option<Point>> = curve
-        .points
-        .iter()
-        .map(|&(x, y)| frame.point(x, y))
-        .collect();
+    let point = |&(x, y): &Point| frame.point(x, y);
+    let points: Vec<Option<Point>> = curve.points.iter().map(point).collect();
     points
         .split(Option::is_none)
         .map(|part| part.iter().copied().flatten().collect::<Vec<_>>())

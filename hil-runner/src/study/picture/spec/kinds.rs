@@ -245,11 +245,9 @@ pub struct Histogram {
 
 impl Histogram {
     pub(super) fn check(&self) -> Result<(), String> {
-        match self.bins {
-            Some(bins) if !(1..=200).contains(&bins) => {
-                Err(format!("bins = {bins} must be from 1 to 200"))
-            }
-            _ => Ok(()),
+        match self.bins.filter(|bins| !(1..=200).contains(bins)) {
+            Some(bins) => Err(format!("bins = {bins} must be from 1 to 200")),
+            None => Ok(()),
         }
     }
 }

@@ -43,10 +43,9 @@ pub(super) fn conditions(value: toml::Value) -> Result<Vec<Condition>, String> {
 
 fn collect(above: &str, table: toml::Table, found: &mut Vec<Condition>) -> Result<(), String> {
     for (key, value) in table {
-        let column = if above.is_empty() {
-            key
-        } else {
-            format!("{above}.{key}")
+        let column = match above {
+            "" => key,
+            above => format!("{above}.{key}"),
         };
         let any_of = match value {
             toml::Value::Table(table) => {
