@@ -111,7 +111,7 @@ const DERIVED: [&str; 13] = [
     "law.dac",
     "law.error_sum_limit",
     "law.largest",
-    "law.operands",
+    "law.settings",
     "law.words.error_bits",
     "law.words.integral_bits",
     "output.dac",
