@@ -172,7 +172,8 @@ pub use hardware::Board;
 pub use motion::{Motion, MotionPlan, PlannedMotion};
 pub use position::CounterParameters;
 pub use reference::{
-    CAPACITY, CAPACITY_SMALLEST, Next, Observed, Setpoint, SetpointSource, SetpointTable, Stretch,
+    CAPACITY, CAPACITY_SMALLEST, InPlace, Next, Observed, Setpoint, SetpointSource, SetpointTable,
+    Stretch,
 };
 pub use refusal::Refusal;
 pub use settings::Settings;

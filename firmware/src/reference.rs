@@ -254,21 +254,48 @@ pub enum Next {
     Underrun,
 }
 
+/// [`Next`] of a source that has put a stretch where it runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum InPlace {
+    /// It is there.
+    Stretch,
+    /// [`Next::Setpoint`].
+    Setpoint(Setpoint),
+    /// [`Next::Last`].
+    Last(Setpoint),
+    /// [`Next::Underrun`].
+    Underrun,
+}
+
+impl InPlace {
+    /// The same as a value, with the stretch that is in place.
+    pub const fn with(self, stretch: Stretch) -> Next {
+        match self {
+            Self::Stretch => Next::Stretch(stretch),
+            Self::Setpoint(setpoint) => Next::Setpoint(setpoint),
+            Self::Last(setpoint) => Next::Last(setpoint),
+            Self::Underrun => Next::Underrun,
+        }
+    }
+}
+
 /// A source of setpoints, asked once a sample while the axis moves.
 pub trait SetpointSource {
     /// The setpoint of this sample.
     fn next(&mut self, observed: &Observed) -> Next;
 
-    /// The same with a stretch put where it runs, and `None` then: what an axis asks. A
-    /// source of stretches that has them in memory copies them once.
+    /// The same with a stretch put where it runs: what an axis asks. A source of stretches
+    /// that has them in memory copies them once.
     #[inline(always)]
-    fn next_in_place(&mut self, observed: &Observed, stretch: &mut Stretch) -> Option<Next> {
+    fn next_in_place(&mut self, observed: &Observed, stretch: &mut Stretch) -> InPlace {
         match self.next(observed) {
             Next::Stretch(next) => {
-                *stretch = next;
-                None
+                stretch.take(&next, 0);
+                InPlace::Stretch
             }
-            next => Some(next),
+            Next::Setpoint(setpoint) => InPlace::Setpoint(setpoint),
+            Next::Last(setpoint) => InPlace::Last(setpoint),
+            Next::Underrun => InPlace::Underrun,
         }
     }
 }

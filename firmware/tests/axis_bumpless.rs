@@ -7,7 +7,7 @@ mod rig;
 use firmware::law::{Begin, Derivative, FilterWords, Law, LawInput, LawState, LawWords};
 use firmware::output::{Output, Quantiser};
 use firmware::{Event, GainWord, Next, Setpoint, State};
-use rig::{Loop, PAPER, Script, Silent, at, axis, dac, position, ramp, with_output};
+use rig::{Loop, PAPER, Script, Silent, at, axis, dac, position, ramp, started, with_output};
 
 /// The law's first code for an error and a difference without a take-over.
 fn naive(words: LawWords, error: i32, difference: i32) -> i32 {
@@ -44,6 +44,25 @@ fn enabling_far_from_0_holds_where_the_axis_stands() {
     assert_eq!(run.motor.counts(), 5_000);
     // Contrast: a law that starts with its setpoint at 0 drives to its limit.
     assert_eq!(naive(PAPER, -5_000, 0), -8_192);
+}
+
+/// Enabled and started in one breath it starts from rest, whatever gains come before its
+/// first sample.
+#[test]
+fn gains_that_change_before_the_first_sample_are_those_it_starts_with() {
+    let other = axis(LawWords {
+        kp: GainWord::new(1 << 30, 29),
+        ..PAPER
+    });
+    let mut changed = started(&axis(PAPER));
+    changed.change(&other);
+    let first = |mut state: firmware::AxisState| {
+        let mut ahead = Script::new(|_| Next::Setpoint(position(100)));
+        state.tick(&at(0, 0), &mut ahead).code
+    };
+    assert_eq!(first(changed), first(started(&other)));
+    // Contrast: 2 codes a count, not the code 0 of before.
+    assert!((200..=201).contains(&first(changed)), "{}", first(changed));
 }
 
 /// An axis that coasts at 8 counts per sample is caught where it was enabled.

@@ -9,7 +9,7 @@ mod rig;
 use firmware::backlash_compensation::{HALF_GAP_MAX, SAMPLES_MAX};
 use firmware::law::LawWords;
 use firmware::refusal::What;
-use firmware::{AxisState, BacklashCompensation, Next, Room, Setpoint, Trigger};
+use firmware::{AxisState, BacklashCompensation, Next, Room, Setpoint, Stretch, Trigger};
 use proptest::prelude::*;
 
 /// One count per sample, and per sample², in the unit of [`Room`].
@@ -372,4 +372,34 @@ fn following_the_error_would_throw_the_motor_to_and_fro() {
     println!("{changes} changes of flank at rest, {worst} counts");
     assert!(changes > 20, "{changes}");
     assert!(worst > 20, "{worst}");
+}
+
+/// A compensation that comes in the middle of a motion takes the flank of the next
+/// stretch, though that has the direction of the one before; of none, the offset stays.
+#[test]
+fn a_compensation_that_comes_in_motion_takes_the_flank_of_the_next_stretch() {
+    let without = rig::axis(LawWords::NONE);
+    let mut with = without;
+    let plan = BacklashCompensation::plan(4, room(2 * ONE, ONE / 2), Trigger::Velocity);
+    with.backlash_compensation = Some(plan.expect("planned"));
+    let error_at_the_end = |other: &firmware::Axis| {
+        let mut state = rig::started(&without);
+        let stretch = Stretch {
+            samples: 5,
+            velocity_sign: 1,
+            ..Stretch::resting_at(0)
+        };
+        let mut source = rig::Script::new(|_| Next::Stretch(stretch));
+        let mut error = 0;
+        for tick in 0..30 {
+            if tick == 3 {
+                state.change(other);
+            }
+            error = state.tick(&rig::at(tick, 0), &mut source).error_counts;
+        }
+        error
+    };
+    assert_eq!(error_at_the_end(&with), 4);
+    // Contrast: without a compensation it stays where it was.
+    assert_eq!(error_at_the_end(&without), 0);
 }

@@ -1,7 +1,7 @@
 //! A plan in the memory of a chip: the words of its stretches, and the end of
 //! the motion.
 
-use firmware::{AxisState, Codes, Counts, Next, Setpoint, Stretch};
+use firmware::{AxisState, Codes, Counts, InPlace, Setpoint, Stretch};
 
 /// Most samples of a stretch that is curved: the sum that is checked is made
 /// sample by sample.
@@ -16,19 +16,19 @@ pub fn words(stretches: &[Stretch], end: i32) -> impl Iterator<Item = i32> {
 /// What a source of these words gives at word `at`, which is then behind it: a
 /// stretch where it is wanted, or what is none.
 #[inline(always)]
-pub(crate) fn next(words: &[i32], at: &mut usize, stretch: &mut Stretch) -> Option<Next> {
+pub(crate) fn next(words: &[i32], at: &mut usize, stretch: &mut Stretch) -> InPlace {
     let rest = words.get(*at..).unwrap_or_default();
     if let Some(words) = rest.first_chunk() {
         *at = at.saturating_add(Stretch::WORDS);
         stretch.set_words(words);
-        return None;
+        return InPlace::Stretch;
     }
     let last = |position| Setpoint {
         position,
         ..Setpoint::default()
     };
-    let end = rest.first().map(|end| Next::Last(last(*end)));
-    Some(end.unwrap_or(Next::Underrun))
+    let end = rest.first().map(|end| InPlace::Last(last(*end)));
+    end.unwrap_or(InPlace::Underrun)
 }
 
 /// Walks through a plan: each stretch has samples and goes on where the one

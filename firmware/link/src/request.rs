@@ -6,7 +6,7 @@ use crate::body::Reader;
 use crate::frame::{Frame, LARGEST_BODY};
 use firmware::Codes;
 use firmware::axis::Inputs;
-use firmware::reference::{Next, Setpoint, Stretch};
+use firmware::reference::{InPlace, Next, Setpoint, Stretch};
 use firmware::states::Event;
 
 /// Words of one [`Request::Memory`] at most.
@@ -259,7 +259,7 @@ impl<'a> Arrived<'a> {
         }
         if flags & NEXT != 0 {
             step.next = *from;
-            next(from);
+            next(from, &mut Stretch::default());
         }
         step
     }
@@ -276,12 +276,13 @@ pub(crate) fn begin(payload: &[u8]) -> Option<(u32, Events, SourceKind)> {
 
 /// The source's answer; an underrun, and a mistake of the reader, where there is none.
 #[inline(never)]
-pub(crate) fn next(from: &mut Reader<'_>) -> Next {
+pub(crate) fn next(from: &mut Reader<'_>, stretch: &mut Stretch) -> InPlace {
     let kind = from.u8();
     if kind == 2 {
         let mut words = [0; Stretch::WORDS];
         words.iter_mut().for_each(|word| *word = from.i32());
-        return Next::Stretch(Stretch::from_words(&words));
+        stretch.set_words(&words);
+        return InPlace::Stretch;
     }
     let setpoint = Setpoint {
         position: from.i32(),
@@ -290,11 +291,11 @@ pub(crate) fn next(from: &mut Reader<'_>) -> Next {
         ahead: from.flag().then(|| Codes::from_bits(from.i64())),
     };
     match from.whole(kind) {
-        Some(0) => Next::Setpoint(setpoint),
-        Some(1) => Next::Last(setpoint),
+        Some(0) => InPlace::Setpoint(setpoint),
+        Some(1) => InPlace::Last(setpoint),
         _ => {
             from.fail();
-            Next::Underrun
+            InPlace::Underrun
         }
     }
 }

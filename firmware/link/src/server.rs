@@ -19,7 +19,9 @@ use crate::plan;
 use crate::reply::{self, Identity, LARGEST_REPLY_FRAME, Nak, write_stepped};
 use crate::request::{Arrived, Events, SourceKind, begin, kind, next};
 use firmware::axis::{AxisOutput, AxisState, Inputs};
-use firmware::reference::{Next, Observed, SetpointSource, SetpointTable, Stretch, TablePlace};
+use firmware::reference::{
+    InPlace, Next, Observed, SetpointSource, SetpointTable, Stretch, TablePlace,
+};
 use firmware::settings::{Settings, Unfit, Words};
 
 /// Target as a server needs it.
@@ -341,10 +343,8 @@ fn remember<const N: usize>(payload: &[u8], memory: &mut SetpointTable<N>) -> Re
 /// Tells whether a stretch that comes with a step is one.
 #[inline(never)]
 fn takes(axis: &AxisState, mut given: Reader<'_>) -> bool {
-    match next(&mut given) {
-        Next::Stretch(mut stretch) => plan::advance_to_end(&mut stretch, axis),
-        _ => true,
-    }
+    let mut stretch = Stretch::default();
+    next(&mut given, &mut stretch) != InPlace::Stretch || plan::advance_to_end(&mut stretch, axis)
 }
 
 /// One sample of the axis, with its time.
@@ -377,25 +377,19 @@ struct Source<'a, const N: usize> {
 impl<const N: usize> SetpointSource for Source<'_, N> {
     fn next(&mut self, observed: &Observed) -> Next {
         let mut stretch = Stretch::default();
-        let other = self.next_in_place(observed, &mut stretch);
-        other.unwrap_or(Next::Stretch(stretch))
+        self.next_in_place(observed, &mut stretch).with(stretch)
     }
 
     #[inline]
-    fn next_in_place(&mut self, _: &Observed, stretch: &mut Stretch) -> Option<Next> {
-        let next = match self.now.source {
-            SourceKind::Table => self.now.place.next(self.memory),
-            SourceKind::Plan => {
-                return plan::next(self.memory.as_counts(), &mut self.now.at, stretch);
-            }
-            SourceKind::Step => next(&mut self.given),
-        };
-        match next {
-            Next::Stretch(given) => {
-                stretch.take(&given, 0);
-                None
-            }
-            next => Some(next),
+    fn next_in_place(&mut self, _: &Observed, stretch: &mut Stretch) -> InPlace {
+        match self.now.source {
+            SourceKind::Table => match self.now.place.next(self.memory) {
+                Next::Last(setpoint) => InPlace::Last(setpoint),
+                Next::Setpoint(setpoint) => InPlace::Setpoint(setpoint),
+                Next::Stretch(_) | Next::Underrun => InPlace::Underrun,
+            },
+            SourceKind::Plan => plan::next(self.memory.as_counts(), &mut self.now.at, stretch),
+            SourceKind::Step => next(&mut self.given, stretch),
         }
     }
 }

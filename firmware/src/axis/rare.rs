@@ -8,7 +8,7 @@ use crate::dac::Codes;
 use crate::faults::{FaultCause, FaultValues};
 use crate::law::{Begin, Terms};
 use crate::monitor::SPEED_BITS;
-use crate::reference::{Next, Observed, Setpoint, SetpointSource, Stretch, nearest};
+use crate::reference::{InPlace, Observed, Setpoint, SetpointSource, Stretch, nearest};
 use crate::states::State;
 use crate::wide;
 
@@ -387,7 +387,8 @@ impl AxisState {
             code: self.law.code(),
         };
         let before = self.motion.signs();
-        let Some(other) = source.next_in_place(&observed, &mut self.motion) else {
+        let next = source.next_in_place(&observed, &mut self.motion);
+        if next == InPlace::Stretch {
             self.left = self.motion.samples.saturating_sub(1);
             self.settings.hold_ahead(&mut self.motion.ahead);
             if self.motion.signs() != before {
@@ -395,8 +396,8 @@ impl AxisState {
                 self.turn_to(flank);
             }
             return true;
-        };
-        self.take(&other)
+        }
+        self.take(&next)
     }
 
     /// Stays at the last setpoint.
@@ -420,15 +421,15 @@ impl AxisState {
 
     /// What is no stretch: a setpoint of its own, the last one, or none, which is false.
     #[inline(never)]
-    fn take(&mut self, next: &Next) -> bool {
+    fn take(&mut self, next: &InPlace) -> bool {
         let setpoint = match next {
-            Next::Setpoint(setpoint) => setpoint,
-            Next::Last(setpoint) => {
+            InPlace::Setpoint(setpoint) => setpoint,
+            InPlace::Last(setpoint) => {
                 self.state = State::Holding;
                 self.stand_or_move();
                 setpoint
             }
-            Next::Stretch(_) | Next::Underrun => {
+            InPlace::Stretch | InPlace::Underrun => {
                 self.found(FaultCause::SetpointUnderrun, 0, 1);
                 return false;
             }

@@ -152,6 +152,8 @@ impl AxisState {
         self.settings = *settings;
         self.output = Output::of(settings);
         self.slew = self.output.slew();
+        // The next stretch asks for its flank anew.
+        [self.motion.velocity_sign, self.motion.acceleration_sign] = [0, 0];
         let takes = match settings.derivative_of_measurement() {
             0 => MOST,
             _ => settings.difference_limit_counts(),
@@ -242,6 +244,8 @@ impl AxisState {
     fn take_on(&mut self, settings: &Words) {
         self.set(settings);
         self.begins(match self.begin {
+            // It begins anew where it is enabled.
+            begin if self.position_to_hold => begin,
             Begin::AtRest | Begin::FromCode => Begin::FromCode,
             Begin::OtherGains | Begin::GoingOn => Begin::OtherGains,
         });

@@ -5,7 +5,7 @@ use heapless::Vec;
 use super::interval::{Interval, chain, sample_from};
 use super::real::Real;
 use crate::law::LawWords;
-use crate::reference::{Next, Observed, Setpoint, SetpointSource, Stretch};
+use crate::reference::{InPlace, Next, Observed, Setpoint, SetpointSource, Stretch};
 use crate::refusal::{Refusal, What};
 use crate::wide::held;
 
@@ -220,21 +220,20 @@ impl<'a> Motion<'a> {
 impl SetpointSource for Motion<'_> {
     fn next(&mut self, observed: &Observed) -> Next {
         let mut stretch = Stretch::default();
-        let other = self.next_in_place(observed, &mut stretch);
-        other.unwrap_or(Next::Stretch(stretch))
+        self.next_in_place(observed, &mut stretch).with(stretch)
     }
 
     #[inline(always)]
-    fn next_in_place(&mut self, _: &Observed, stretch: &mut Stretch) -> Option<Next> {
+    fn next_in_place(&mut self, _: &Observed, stretch: &mut Stretch) -> InPlace {
         match self.stretches.next() {
             Some(next) => {
                 stretch.take(next, self.start);
-                None
+                InPlace::Stretch
             }
-            None => Some(Next::Last(Setpoint {
+            None => InPlace::Last(Setpoint {
                 position: self.end,
                 ..Setpoint::default()
-            })),
+            }),
         }
     }
 }
