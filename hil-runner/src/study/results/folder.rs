@@ -120,8 +120,9 @@ impl Results {
             file.seek(SeekFrom::Start(bytes))?;
             file.write_all(if bytes == 0 { header.as_bytes() } else { &[] })
         };
-        cut(&mut csv, csv_bytes, &csv_header(columns)).map_err(io(&csv_path))?;
+        // The journal first: killed in between, a CSV without it would be no study.
         cut(&mut journal, whole.journal_bytes, HEADER).map_err(io(&journal_path))?;
+        cut(&mut csv, csv_bytes, &csv_header(columns)).map_err(io(&csv_path))?;
         Ok(Self {
             folder: folder.to_owned(),
             origin: origin.clone(),
