@@ -228,11 +228,13 @@ impl Stretch {
     }
 }
 
-/// Keeps what stands before it apart from what follows: the compiler then loads and
-/// stores a number's words in pairs. It is no instruction itself.
+/// Keeps what stands before it apart from what follows on a processor of 32 bits: the
+/// compiler then loads and stores a number's words in pairs. It is no instruction itself.
 #[inline(always)]
 fn apart() {
-    compiler_fence(Ordering::SeqCst);
+    if cfg!(target_pointer_width = "32") {
+        compiler_fence(Ordering::SeqCst);
+    }
 }
 
 /// A whole position as that of a stretch: with the half that rounds it.
