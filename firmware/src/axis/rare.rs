@@ -3,32 +3,24 @@
 
 use super::state::TAKE_OVER;
 use super::{AxisOutput, AxisState, Inputs};
-use crate::counts::{self, Counts};
+use crate::counts::Counts;
 use crate::dac::Codes;
 use crate::faults::{FaultCause, FaultValues};
-use crate::law::{Begin, Terms};
+use crate::law::{Begin, Sum};
 use crate::monitor::SPEED_BITS;
 use crate::reference::{InPlace, Observed, Setpoint, SetpointSource, Stretch, nearest};
 use crate::states::State;
 use crate::wide;
 
-/// How far a sample has come.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd)]
-pub(super) enum Done {
-    Nothing,
-    Positions,
-    Reference,
-}
-
 /// From the unit of a velocity to that of a speed.
 const SPEED_SHIFT: u32 = 32 - SPEED_BITS;
 
 impl AxisState {
-    /// Brings an unusual sample to where it is a usual one; false for one that ends
-    /// without the law.
+    /// Brings an unusual sample to where it is a usual one, or one that ends where its
+    /// error is known; false for one without power, which ends here.
     #[cold]
     #[inline(never)]
-    pub(super) fn prepare(&mut self, inputs: &Inputs, source: &mut impl SetpointSource) -> bool {
+    pub(super) fn prepare(&mut self, inputs: &Inputs) -> bool {
         self.take_reports(inputs);
         self.expected = inputs.tick.wrapping_add(1);
         self.ticked = true;
@@ -36,26 +28,25 @@ impl AxisState {
             self.without_power(inputs);
             return false;
         }
-        if self.tripped {
-            self.trip(inputs, source, Done::Nothing);
-            return false;
-        }
         // The first readings define the positions.
         if !self.motor.known {
-            self.read_motor(inputs);
+            self.read_motor(inputs.motor_register);
         }
-        self.law.dither(&self.output);
+        if !self.tripped {
+            self.law.dither(&self.output);
+        }
         self.usual = !self.output.dithers();
         true
     }
 
     /// A check has tripped: the most urgent of a sample is kept, and nothing where
-    /// a fault is latched.
+    /// a fault is latched. The sample goes on to its error, for the record, and ends there.
     #[inline(never)]
     fn found(&mut self, cause: FaultCause, measured: i64, limit: i64) {
         let more_urgent = !self.tripped || cause < self.fault.cause;
         if self.state != State::Fault && more_urgent {
             self.tripped = true;
+            self.usual_sizes = 0;
             self.fault.cause = cause;
             self.fault.values.measured = measured;
             self.fault.values.limit = limit;
@@ -83,25 +74,23 @@ impl AxisState {
     /// A sample without power: the position is followed, and a drive that is
     /// switched off in order runs down.
     fn without_power(&mut self, inputs: &Inputs) {
-        let moved = self.read(inputs);
-        let code = self.law.code();
+        let mut moved = self.read_motor(inputs.motor_register);
+        if self.settings.feedback_of_load() != 0 && self.read_load(inputs.load_register) == 0 {
+            moved = 0;
+        }
         // A drive that runs down is still one that drives.
+        let code = self.law.code();
         if code != 0 {
-            let drives = code.unsigned_abs() >= self.settings.encoder_loss_codes();
-            let still = if moved == 0 && drives {
-                self.still.saturating_add(1)
+            if moved == 0 && code.unsigned_abs() >= self.settings.encoder_loss_codes() {
+                self.stands_driven();
             } else {
-                0
-            };
-            self.still = still;
-            if still >= self.settings.encoder_loss_samples() {
-                self.found_loss(still);
+                self.still = 0;
             }
         }
         self.setpoint = self.place();
         self.error = 0;
         if self.tripped {
-            self.fail(inputs.tick);
+            self.fail();
         } else if self.state == State::Fault {
             self.law.safe();
         } else {
@@ -109,28 +98,18 @@ impl AxisState {
         }
     }
 
-    /// Both counters, with what follows a disturbed reading; the movement, 0 where
-    /// one of two stands still.
-    fn read(&mut self, inputs: &Inputs) -> i32 {
-        let moved = self.read_motor(inputs);
-        if self.settings.feedback_of_load() != 0 && self.read_load(inputs) == 0 {
-            return 0;
-        }
-        moved
-    }
-
-    fn read_motor(&mut self, inputs: &Inputs) -> i32 {
+    fn read_motor(&mut self, register: u32) -> i32 {
         let settings = &self.settings;
         let (bits, jump) = (settings.counter_bits(), settings.largest_jump_counts());
-        let read = self.motor.follow(inputs.motor_register, bits, jump);
+        let read = self.motor.follow(register, bits, jump);
         self.movement(read)
     }
 
     /// The load's counter; by how much it has moved \[counts\].
     #[cold]
     #[inline(never)]
-    pub(super) fn read_load(&mut self, inputs: &Inputs) -> i32 {
-        let Some(register) = inputs.load_register else {
+    pub(super) fn read_load(&mut self, register: Option<u32>) -> i32 {
+        let Some(register) = register else {
             self.found(FaultCause::HardwareBus, 1, 0);
             return 1;
         };
@@ -152,56 +131,40 @@ impl AxisState {
         })
     }
 
-    /// The motor's count has changed by more than its limit, which ends the sample, or
-    /// than the law takes: what that takes \[counts\].
+    /// The motor's count has changed by more than its limit, which trips, or than the law
+    /// takes: the movement, and what the law takes of it \[counts\].
     #[cold]
     #[inline(never)]
-    pub(super) fn jumped(
-        &mut self,
-        inputs: &Inputs,
-        source: &mut impl SetpointSource,
-        moved: i32,
-    ) -> Option<i32> {
+    pub(super) fn jumped(&mut self, moved: i32) -> (i32, i32) {
         let jump = self.settings.largest_jump_counts();
         if jump != u32::MAX && moved.unsigned_abs() > jump {
-            self.trip(inputs, source, Done::Nothing);
-            return None;
+            // Under power the reading before was a good one.
+            self.motor.missed = 1;
+            self.found(FaultCause::EncoderGlitch, moved.into(), jump.into());
+            return (0, 0);
         }
-        Some(self.settings.held_movement(&mut self.law, moved))
+        (moved, self.settings.held_movement(&mut self.law, moved))
     }
 
-    /// The encoder has not moved for so many samples under a driving code.
+    /// The encoder does not move under a driving code.
     #[cold]
     #[inline(never)]
-    pub(super) fn lost(
-        &mut self,
-        inputs: &Inputs,
-        source: &mut impl SetpointSource,
-        still: u32,
-    ) -> i32 {
-        self.still = still;
-        self.found_loss(still);
-        self.trip(inputs, source, Done::Positions)
-    }
-
-    fn found_loss(&mut self, still: u32) {
+    pub(super) fn stands_driven(&mut self) {
+        self.still = self.still.saturating_add(1);
         let limit = self.settings.encoder_loss_samples();
-        self.found(FaultCause::EncoderLoss, still.into(), limit.into());
+        if self.still >= limit {
+            self.found(FaultCause::EncoderLoss, self.still.into(), limit.into());
+        }
     }
 
-    /// An error beyond what a usual sample has: trips, begins anew, or is held
-    /// within its range. `None` ends the sample.
+    /// An error beyond what a usual sample has, or any where a check has tripped: begins
+    /// anew, or is held within its range. `None` ends the sample with the power off.
     #[cold]
     #[inline(never)]
-    pub(super) fn far(
-        &mut self,
-        inputs: &Inputs,
-        source: &mut impl SetpointSource,
-        moved: i32,
-    ) -> Option<i32> {
+    pub(super) fn far(&mut self, moved: i32) -> Option<i32> {
         self.watch_following_error();
         if self.tripped {
-            self.trip(inputs, source, Done::Reference);
+            self.fail();
             return None;
         }
         let begin = core::mem::take(&mut self.begin);
@@ -242,25 +205,17 @@ impl AxisState {
     /// code.
     #[cold]
     #[inline(never)]
-    pub(super) fn limited(
-        &mut self,
-        inputs: &Inputs,
-        source: &mut impl SetpointSource,
-        terms: Terms,
-    ) -> i32 {
-        let (settings, output) = (&self.settings, &self.output);
+    pub(super) fn limited(&mut self, sum: Sum) -> i32 {
+        let (settings, output, law) = (&self.settings, &self.output, &mut self.law);
+        let code = output.nearest(law.code(), sum.code());
         let code = if self.slew == TAKE_OVER {
             self.slew = output.slew();
-            let rounding = Codes::from_bits(i64::from(self.law.remainder()));
-            let direct = terms.direct.wrapping_sub(rounding);
-            settings.take_over(output, &mut self.law, direct)
+            let direct = sum.direct(law);
+            settings.take_over(output, law, direct)
+        } else if code == sum.code() {
+            sum.take(output, law)
         } else {
-            let (before, slew) = (self.law.code(), Some(self.slew));
-            let reaches = |code| output.reaches(before, code, slew);
-            match terms.code(output, &mut self.law, reaches) {
-                Some(code) => code,
-                None => settings.limit(output, &mut self.law, terms),
-            }
+            settings.limit(law, sum, code)
         };
         if !self.output.dac().is_limit(code) {
             self.saturated = 0;
@@ -269,52 +224,19 @@ impl AxisState {
         self.saturated = self.saturated.saturating_add(1);
         let limit = self.settings.saturation_samples();
         if self.saturated > limit {
-            self.found(
-                FaultCause::SaturationTooLong,
-                self.saturated.into(),
-                limit.into(),
-            );
-            return self.trip(inputs, source, Done::Reference);
+            let measured = self.saturated.into();
+            self.found(FaultCause::SaturationTooLong, measured, limit.into());
+            return self.fail();
         }
         code
     }
 
-    /// Power off: completes what the sample has not done yet, for the record, and
-    /// keeps the fault.
-    #[cold]
-    #[inline(never)]
-    pub(super) fn trip(
-        &mut self,
-        inputs: &Inputs,
-        source: &mut impl SetpointSource,
-        done: Done,
-    ) -> i32 {
-        if done < Done::Positions {
-            self.read(inputs);
-        }
-        if done < Done::Reference {
-            let goes_on = self.left != 0;
-            if goes_on {
-                self.motion.advance();
-            }
-            if goes_on || self.next_stretch(inputs, source) {
-                self.setpoint = self.motion.setpoint();
-            }
-            if self.crossing.left != 0 {
-                self.crossing.advance();
-            }
-        }
-        self.error = self.difference();
-        self.peak = self.peak.max(self.error.unsigned_abs());
-        self.fail(inputs.tick)
-    }
-
-    /// Keeps the first fault and ends in its state, with the safe output.
-    fn fail(&mut self, tick: u64) -> i32 {
+    /// Power off: keeps the first fault and ends in its state, with the safe output.
+    fn fail(&mut self) -> i32 {
         self.tripped = false;
         if self.state != State::Fault {
-            let (error, position) = (self.difference(), self.place());
-            self.fault.tick = tick;
+            let (error, position) = (self.error, self.place());
+            self.fault.tick = self.expected.wrapping_sub(1);
             self.fault.values = FaultValues {
                 setpoint: position.wrapping_add(error),
                 position,
@@ -331,8 +253,9 @@ impl AxisState {
     /// The sample of `tick` has computed its output, but the hardware did not
     /// take it: the axis stops in the same sample.
     pub fn output_failed(&mut self, tick: u64, failed_transfers: u32) -> AxisOutput {
+        self.expected = tick.wrapping_add(1);
         self.found(FaultCause::HardwareBus, failed_transfers.into(), 0);
-        let code = self.fail(tick);
+        let code = self.fail();
         AxisOutput {
             code,
             power: false,
@@ -340,16 +263,6 @@ impl AxisState {
             error_counts: self.error,
             out_of_range: false,
         }
-    }
-
-    /// `e`, of the setpoint with the compensation while there is power \[counts\].
-    fn difference(&self) -> i32 {
-        let offset = if self.state.is_powered() {
-            self.crossing.offset
-        } else {
-            0
-        };
-        counts::difference(self.setpoint.wrapping_add(offset), self.place())
     }
 
     /// The position that the setpoints are for \[counts, modulo 2^32\].
@@ -361,28 +274,27 @@ impl AxisState {
         }
     }
 
-    /// The next part of the command; false where there is none, which trips.
+    /// The next part of the command; where there is none, that trips.
     #[inline(never)]
     pub(super) fn next_stretch(
         &mut self,
-        inputs: &Inputs,
+        load_register: Option<u32>,
         source: &mut impl SetpointSource,
-    ) -> bool {
+    ) {
         if self.position_to_hold {
             // Enabled since the last sample: holds where the axis stands.
             self.position_to_hold = false;
             self.setpoint = self.place();
         }
         if self.state != State::Moving {
-            self.rest();
-            return true;
+            return self.rest();
         }
         let observed = Observed {
             position: self.motor.position,
             load_position: if self.settings.feedback_of_load() != 0 {
                 self.load.position()
             } else {
-                inputs.load_register.map(u32::cast_signed)
+                load_register.map(u32::cast_signed)
             },
             code: self.law.code(),
         };
@@ -395,9 +307,9 @@ impl AxisState {
                 let flank = self.settings.flank_of_stretch(&self.motion);
                 self.turn_to(flank);
             }
-            return true;
+        } else {
+            self.take(&next);
         }
-        self.take(&next)
     }
 
     /// Stays at the last setpoint.
@@ -419,9 +331,9 @@ impl AxisState {
         }
     }
 
-    /// What is no stretch: a setpoint of its own, the last one, or none, which is false.
+    /// What is no stretch: a setpoint of its own, the last one, or none, which trips.
     #[inline(never)]
-    fn take(&mut self, next: &InPlace) -> bool {
+    fn take(&mut self, next: &InPlace) {
         let setpoint = match next {
             InPlace::Setpoint(setpoint) => setpoint,
             InPlace::Last(setpoint) => {
@@ -430,8 +342,7 @@ impl AxisState {
                 setpoint
             }
             InPlace::Stretch | InPlace::Underrun => {
-                self.found(FaultCause::SetpointUnderrun, 0, 1);
-                return false;
+                return self.found(FaultCause::SetpointUnderrun, 0, 1);
             }
         };
         let settings = &self.settings;
@@ -462,7 +373,6 @@ impl AxisState {
             let flank = settings.flank_of_setpoint(setpoint, moved);
             self.turn_to(flank);
         }
-        true
     }
 
     /// The operands that follow from whether the axis is to stand.
@@ -478,7 +388,7 @@ impl AxisState {
             false => 0,
         };
         self.usual_sizes = match self.begin {
-            Begin::GoingOn => settings.near().wrapping_sub(self.band),
+            Begin::GoingOn if !self.tripped => settings.near().wrapping_sub(self.band),
             _ => 0,
         };
         self.ki_dt_mantissa = match stands && settings.hold_integral() != 0 {

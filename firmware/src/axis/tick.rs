@@ -1,12 +1,10 @@
 //! One sample of the axis, top to bottom: its usual case. What is rare leaves by
 //! one branch for each cause to [`super::rare`].
 
-use super::rare::Done;
 use super::{AxisOutput, AxisState, Inputs};
 use crate::counts;
-use crate::dac::Codes;
+use crate::law;
 use crate::law::term::Term;
-use crate::law::{self, Begin};
 use crate::position::signed;
 use crate::reference::SetpointSource;
 
@@ -30,52 +28,42 @@ impl AxisState {
         // 1. Whether it is a usual sample
         let reported = u32::from(inputs.emergency_stop) | inputs.failed_transfers;
         let unusual = reported | u32::from(!self.usual);
-        if u64::from(unusual) | (inputs.tick ^ self.expected) != 0 && !self.prepare(inputs, source)
-        {
+        if u64::from(unusual) | (inputs.tick ^ self.expected) != 0 && !self.prepare(inputs) {
             return self.law.code();
         }
         self.expected = inputs.tick.wrapping_add(1);
 
         // 2. c ← c + d                                                 [counts]
         let register = inputs.motor_register;
-        let difference = signed(
+        let mut moved = signed(
             register.wrapping_sub(self.motor.position.cast_unsigned()),
             u32::BITS.wrapping_sub(self.settings.counter_bits()),
         );
-        let (mut law_moved, jump) = (difference, self.jump);
-        if difference.cast_unsigned().wrapping_add(jump) > jump.wrapping_mul(2) {
-            law_moved = match self.jumped(inputs, source, difference) {
-                Some(held) => held,
-                None => return self.law.code(),
-            };
+        let (mut law_moved, jump) = (moved, self.jump);
+        if moved.cast_unsigned().wrapping_add(jump) > jump.wrapping_mul(2) {
+            (moved, law_moved) = self.jumped(moved);
         }
-        self.motor.position = self.motor.position.wrapping_add(difference);
-        let (mut position, mut moved) = (self.motor.position, difference);
+        self.motor.position = self.motor.position.wrapping_add(moved);
+        let mut position = self.motor.position;
         if self.settings.feedback_of_load() != 0 {
             // With two encoders both must move.
-            if self.read_load(inputs) == 0 {
+            if self.read_load(inputs.load_register) == 0 {
                 moved = 0;
-            }
-            if self.tripped {
-                return self.trip(inputs, source, Done::Positions);
             }
             position = self.load.position;
         }
-        let mut still = 0;
         if moved == 0 && self.law.code().unsigned_abs() >= self.settings.encoder_loss_codes() {
-            still = self.still.saturating_add(1);
-            if still >= self.settings.encoder_loss_samples() {
-                return self.lost(inputs, source, still);
-            }
+            self.stands_driven();
+        } else {
+            self.still = 0;
         }
-        self.still = still;
 
         // 3. Reference
         if self.left != 0 {
             self.left = self.left.wrapping_sub(1);
             self.motion.advance();
-        } else if !self.next_stretch(inputs, source) {
-            return self.trip(inputs, source, Done::Reference);
+        } else {
+            self.next_stretch(inputs.load_register, source);
         }
         let setpoint = self.motion.setpoint();
         self.setpoint = setpoint;
@@ -93,10 +81,10 @@ impl AxisState {
         self.peak = self.peak.max(size);
         let (mut e, mut counted) = (error, error);
         if size.wrapping_sub(self.band) >= self.usual_sizes {
-            if size < self.band && self.begin == Begin::GoingOn {
+            if size < self.band && self.usual_sizes != 0 {
                 counted = 0;
             } else {
-                e = match self.far(inputs, source, law_moved) {
+                e = match self.far(law_moved) {
                     Some(held) => held,
                     None => return self.law.code(),
                 };
@@ -119,18 +107,15 @@ impl AxisState {
                 scale: self.settings.ki_dt_scale().cast_signed(),
             },
         };
-        let rounding = Codes::from_bits(i64::from(self.law.remainder()));
-        let terms = self
-            .settings
-            .terms::<false>(rounding, &mut self.law, law_inputs);
-        let (output, before, slew) = (&self.output, self.law.code(), self.slew);
-        let reaches = |code| output.reaches_within(before, code, slew);
-        match terms.code(output, &mut self.law, reaches) {
-            Some(code) => {
-                self.saturated = 0;
-                code
-            }
-            None => self.limited(inputs, source, terms),
+        let sum = self.settings.sum::<false>(&mut self.law, law_inputs);
+        if self
+            .output
+            .reaches_within(self.law.code(), sum.code(), self.slew)
+        {
+            self.saturated = 0;
+            sum.take(&self.output, &mut self.law)
+        } else {
+            self.limited(sum)
         }
     }
 }

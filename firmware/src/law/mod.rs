@@ -52,7 +52,7 @@ pub mod words;
 pub use crate::word::Part;
 pub use filter::FilterWords;
 use filter::Filtered;
-pub(crate) use step::Inputs;
+pub(crate) use step::{Inputs, Sum};
 pub use words::{AntiWindup, Derivative, LawWords};
 
 use crate::dac::{Codes, Dac, HALF};
@@ -296,11 +296,6 @@ impl LawState {
     /// `(Ki·Δt)·Σe` \[codes\].
     pub const fn integral(&self) -> Codes {
         self.integral
-    }
-
-    /// `ρ` of the next sample \[2^−32 codes\].
-    pub(crate) const fn remainder(&self) -> u32 {
-        self.remainder
     }
 
     /// The last code.

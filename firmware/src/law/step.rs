@@ -14,12 +14,13 @@ impl Law {
     #[inline(always)]
     pub fn step(&self, output: &Output, state: &mut LawState, input: &LawInput) -> i32 {
         state.dither(output);
-        let terms = self.sample(Codes::from_bits(i64::from(state.remainder)), state, input);
-        let before = state.code;
-        let reaches = |code| output.reaches(before, code, output.slew_codes());
-        match terms.code(output, state, reaches) {
-            Some(code) => code,
-            None => self.settings.limit(output, state, terms),
+        let inputs = self.inputs(state, input);
+        let sum = self.settings.sum::<true>(state, inputs);
+        if output.reaches(state.code, sum.code(), output.slew_codes()) {
+            sum.take(output, state)
+        } else {
+            let code = output.nearest(state.code, sum.code());
+            self.settings.limit(state, sum, code)
         }
     }
 
@@ -45,12 +46,13 @@ impl Law {
 
     /// The terms of `y` alone.
     pub fn terms(&self, state: &mut LawState, input: &LawInput) -> Terms {
-        self.sample(Codes::ZERO, state, input)
+        let inputs = self.inputs(state, input);
+        self.settings.terms::<true>(Codes::ZERO, state, inputs)
     }
 
-    /// The terms with `ρ`, of an input within or beyond the declared ranges.
+    /// An input within or beyond the declared ranges as the terms take it.
     #[inline(always)]
-    fn sample(&self, rounding: Codes, state: &mut LawState, input: &LawInput) -> Terms {
+    fn inputs(&self, state: &mut LawState, input: &LawInput) -> Inputs {
         let settings = &self.settings;
         // |e| ≤ E                                                     [counts]
         let e = settings.held_error(state, input.error);
@@ -64,7 +66,7 @@ impl Law {
         } else {
             settings.ki_dt()
         };
-        let inputs = Inputs {
+        Inputs {
             e,
             counted: if input.within_dead_band { 0 } else { e },
             moved: if settings.derivative_of_measurement() != 0 {
@@ -74,8 +76,7 @@ impl Law {
             },
             ahead: input.ahead.wrapping_add(rates),
             ki_dt,
-        };
-        settings.terms::<true>(rounding, state, inputs)
+        }
     }
 }
 
@@ -137,6 +138,19 @@ impl Words {
         Terms { direct, step }
     }
 
+    /// The sum of a sample.
+    #[inline(always)]
+    pub(crate) fn sum<const CONSTANT: bool>(&self, state: &mut LawState, inputs: Inputs) -> Sum {
+        let rounding = Codes::from_bits(i64::from(state.remainder));
+        let Terms { direct, step } = self.terms::<CONSTANT>(rounding, state, inputs);
+        // I ← I + (Ki·Δt)·e                                   eq. 23, 2nd term
+        let integral = state.integral.wrapping_add(step);
+        Sum {
+            codes: direct.wrapping_add(integral),
+            integral,
+        }
+    }
+
     /// `e` within its range \[counts\].
     #[inline(always)]
     pub(crate) fn held_error(&self, state: &mut LawState, error: i32) -> i32 {
@@ -166,17 +180,15 @@ impl Words {
         self.held_movement(state, difference)
     }
 
-    /// A sum that the output cannot give: the nearest code that it can, with the
+    /// A sum that the output cannot give: the nearest `code` that it can, with the
     /// integral kept from winding up.
     #[inline(always)]
-    pub(crate) fn limit(&self, output: &Output, state: &mut LawState, terms: Terms) -> i32 {
+    pub(crate) fn limit(&self, state: &mut LawState, sum: Sum, code: i32) -> i32 {
         rare();
-        let next = state.integral.wrapping_add(terms.step);
-        let whole = wide::upper(terms.direct.wrapping_add(next).to_bits());
-        let code = output.nearest(state.code, whole);
+        let next = sum.integral;
         // x, and the integral's step, in whole codes
-        let excess = whole.wrapping_sub(code);
-        let pushes = wide::upper(terms.step.to_bits());
+        let excess = sum.code().wrapping_sub(code);
+        let pushes = wide::upper(next.wrapping_sub(state.integral).to_bits());
         state.code = code;
         state.remainder = HALF;
         let unbounded = match self.anti_windup() {
@@ -323,29 +335,37 @@ impl Words {
     }
 }
 
-impl Terms {
-    /// The code of a sum: the upper word of `y + ρ`, whose lower one is what
-    /// rounding leaves. One test tells whether the output can give it.
+/// The sum of a sample with what rounding adds, and the integral that it has.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Sum {
+    /// `y + ρ` \[codes\]                                                  eq. 23
+    codes: Codes,
+    integral: Codes,
+}
+
+impl Sum {
+    /// `floor(y + ρ)`: the upper word                                   eq. 24
     #[inline(always)]
-    pub(crate) fn code(
-        self,
-        output: &Output,
-        state: &mut LawState,
-        reaches: impl FnOnce(i32) -> bool,
-    ) -> Option<i32> {
-        // I ← I + (Ki·Δt)·e                                   eq. 23, 2nd term
-        let integral = state.integral.wrapping_add(self.step);
-        // y + ρ                                                        eq. 23
-        let sum = self.direct.wrapping_add(integral).to_bits();
-        // floor(y + ρ)                                                 eq. 24
-        let code = wide::upper(sum);
-        if !reaches(code) {
-            return None;
-        }
-        state.code = code;
-        state.integral = integral;
-        state.remainder = output.remainder(wide::lower(sum).cast_unsigned());
-        Some(code)
+    pub(crate) const fn code(self) -> i32 {
+        wide::upper(self.codes.to_bits())
+    }
+
+    /// Everything but the integral and `ρ`, as long as that has not been taken.
+    pub(crate) fn direct(self, state: &LawState) -> Codes {
+        let rounding = Codes::from_bits(i64::from(state.remainder));
+        let sum = self.codes.wrapping_sub(self.integral);
+        sum.wrapping_sub(rounding)
+    }
+
+    /// The code of a sum that the output can give; the lower word is what rounding
+    /// leaves.
+    #[inline(always)]
+    pub(crate) fn take(self, output: &Output, state: &mut LawState) -> i32 {
+        let rest = wide::lower(self.codes.to_bits()).cast_unsigned();
+        state.code = self.code();
+        state.integral = self.integral;
+        state.remainder = output.remainder(rest);
+        state.code
     }
 }
 
