@@ -143,7 +143,10 @@ impl AxisState {
             self.found(FaultCause::EncoderGlitch, moved.into(), jump.into());
             return (0, 0);
         }
-        (moved, self.settings.held_movement(&mut self.law, moved))
+        (
+            moved,
+            self.settings.held_movement::<false>(&mut self.law, moved),
+        )
     }
 
     /// The encoder does not move under a driving code.
@@ -174,7 +177,7 @@ impl AxisState {
                 self.slew = TAKE_OVER;
             }
         }
-        Some(self.settings.held_error(&mut self.law, self.error))
+        Some(self.settings.held_error::<false>(&mut self.law, self.error))
     }
 
     /// An error beyond the limit at rest: whether it is beyond that at this speed.

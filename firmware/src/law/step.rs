@@ -35,7 +35,7 @@ impl Law {
     ) -> i32 {
         state.remainder = HALF;
         let settings = &self.settings;
-        let moved = settings.held_movement(&mut state.clone(), input.difference);
+        let moved = settings.held_movement::<false>(&mut state.clone(), input.difference);
         if !settings.begin(state, input.error, moved, begin) {
             return self.step(output, state, input);
         }
@@ -55,7 +55,7 @@ impl Law {
     fn inputs(&self, state: &mut LawState, input: &LawInput) -> Inputs {
         let settings = &self.settings;
         // |e| ≤ E                                                     [counts]
-        let e = settings.held_error(state, input.error);
+        let e = settings.held_error::<true>(state, input.error);
         let rates = if settings.feeds_forward() {
             settings.feed_forward::<true>(input.velocity, input.acceleration)
         } else {
@@ -70,7 +70,7 @@ impl Law {
             e,
             counted: if input.within_dead_band { 0 } else { e },
             moved: if settings.derivative_of_measurement() != 0 {
-                settings.held_movement(state, input.difference)
+                settings.held_movement::<true>(state, input.difference)
             } else {
                 0
             },
@@ -115,7 +115,7 @@ impl Words {
             ki_dt,
         } = inputs;
         // δ = e − e_prev  or  −(c − c_prev),  |δ| ≤ D                 [counts]
-        let difference = self.difference(state, e, moved);
+        let difference = self.difference::<CONSTANT>(state, e, moved);
         state.previous_error = e;
         // δ, filtered where that is asked for                    [2^−h counts]
         let rate = if self.filter_smoothing() == 0 {
@@ -153,15 +153,19 @@ impl Words {
 
     /// `e` within its range \[counts\].
     #[inline(always)]
-    pub(crate) fn held_error(&self, state: &mut LawState, error: i32) -> i32 {
-        held(error, self.error_limit_counts(), &mut state.left_range)
+    pub(crate) fn held_error<const CONSTANT: bool>(&self, state: &mut LawState, error: i32) -> i32 {
+        held::<CONSTANT>(error, self.error_limit_counts(), &mut state.left_range)
     }
 
     /// A measured difference within its range \[counts\].
     #[inline(always)]
-    pub(crate) fn held_movement(&self, state: &mut LawState, moved: i32) -> i32 {
+    pub(crate) fn held_movement<const CONSTANT: bool>(
+        &self,
+        state: &mut LawState,
+        moved: i32,
+    ) -> i32 {
         let mut beyond = false;
-        let moved = held(moved, self.difference_limit_counts(), &mut beyond);
+        let moved = held::<CONSTANT>(moved, self.difference_limit_counts(), &mut beyond);
         // Where D outweighs everything else, nothing is lost.
         if beyond && self.difference_is_declared() != 0 {
             state.left_range = true;
@@ -171,13 +175,13 @@ impl Words {
 
     /// `δ = e − e_prev` or `−(c − c_prev)`, `|δ| ≤ D` \[counts\].
     #[inline(always)]
-    fn difference(&self, state: &mut LawState, e: i32, moved: i32) -> i32 {
+    fn difference<const CONSTANT: bool>(&self, state: &mut LawState, e: i32, moved: i32) -> i32 {
         if self.derivative_of_measurement() != 0 {
             return moved.wrapping_neg();
         }
         // |e| ≤ 2^29, so the difference fits
         let difference = e.wrapping_sub(state.previous_error);
-        self.held_movement(state, difference)
+        self.held_movement::<CONSTANT>(state, difference)
     }
 
     /// A sum that the output cannot give: the nearest `code` that it can, with the
@@ -253,7 +257,7 @@ impl Words {
             Begin::AtRest | Begin::FromCode => true,
         };
         let takes_over = begin != Begin::AtRest && self.ki_dt_mantissa() != 0;
-        let e = held(error, self.error_limit_counts(), &mut false);
+        let e = self.held_error::<false>(&mut state.clone(), error);
         if anew {
             state.previous_error = e;
         }
@@ -268,7 +272,7 @@ impl Words {
             } else {
                 // Nothing was filtered yet: start settled, without a transient.
                 let mut before = *state;
-                let difference = self.difference(&mut before, e, moved);
+                let difference = self.difference::<false>(&mut before, e, moved);
                 state.filtered = Filtered::settled(self, difference);
             }
         }
@@ -382,14 +386,24 @@ fn term<const CONSTANT: bool>(term: Term, x: i32, limit: u32) -> Codes {
 /// Largest magnitude of the integral \[codes\].
 const INTEGRAL_MOST: i32 = 1 << 30;
 
-/// `value`, held between `−limit` and `limit`; one beyond is told.
+/// `value`, held between `−limit` and `limit`; one beyond is told. With a limit that is a
+/// constant of the image nearly every value is within a power of two below it, which
+/// takes half the instructions.
 #[inline(always)]
-fn held(value: i32, limit: u32, beyond: &mut bool) -> i32 {
+fn held<const CONSTANT: bool>(value: i32, limit: u32, beyond: &mut bool) -> i32 {
+    let (bits, usual) = (value.cast_unsigned(), power_of_two_within(limit));
     // −limit ≤ value ≤ limit is 0 ≤ value + limit ≤ 2·limit without sign.
-    if value.cast_unsigned().wrapping_add(limit) <= limit.wrapping_mul(2) {
+    let is_usual = match CONSTANT {
+        true => bits.wrapping_add(usual) < usual.wrapping_mul(2),
+        false => bits.wrapping_add(limit) <= limit.wrapping_mul(2),
+    };
+    if is_usual {
         return value;
     }
     rare();
+    if CONSTANT && value.unsigned_abs() <= limit {
+        return value;
+    }
     *beyond = true;
     let limit = limit.cast_signed();
     if value > 0 {
@@ -397,6 +411,13 @@ fn held(value: i32, limit: u32, beyond: &mut bool) -> i32 {
     } else {
         limit.wrapping_neg()
     }
+}
+
+/// The largest power of two up to `limit`: a constant that many an instruction has room
+/// for.
+const fn power_of_two_within(limit: u32) -> u32 {
+    let zeros = limit.leading_zeros();
+    (1_u32 << 31).wrapping_shr(zeros)
 }
 
 /// Tells the compiler which way is not the usual one.
