@@ -65,7 +65,7 @@
 //! | `D·2^32` against `v·N`, `a·N²` | `u64` | 2^57; products saturate |
 
 use crate::counts::Counts;
-use crate::reference::{Setpoint, Stretch};
+use crate::reference::Stretch;
 use crate::refusal::{Refusal, What, accepted};
 use crate::settings::Words;
 use crate::wide;
@@ -204,34 +204,13 @@ impl BacklashCompensation {
 }
 
 impl Words {
-    /// Sign of a velocity or an acceleration, by the trigger; 0 without a compensation.
-    const fn flank_of(&self, velocity: i32, acceleration: i32) -> i8 {
-        let rate = match [self.crossing_half_samples(), self.flank_of_acceleration()] {
-            [0, _] => 0,
-            [_, 0] => velocity,
-            _ => acceleration,
-        };
-        match rate {
-            0 => 0,
-            1.. => 1,
-            _ => -1,
-        }
-    }
-
     /// The flank that a part of the command asks for; 0 where it asks for none.
-    pub(crate) fn flank_of_stretch(&self, stretch: &Stretch) -> i8 {
-        let [velocity, acceleration] = [stretch.velocity_sign, stretch.acceleration_sign];
-        self.flank_of(velocity.into(), acceleration.into())
-    }
-
-    /// The flank that a setpoint asks for which lies `moved` counts from the one
-    /// before.
-    pub(crate) const fn flank_of_setpoint(&self, setpoint: &Setpoint, moved: i32) -> i8 {
-        let velocity = match setpoint.velocity {
-            0 => moved,
-            velocity => velocity,
-        };
-        self.flank_of(velocity, setpoint.acceleration)
+    pub(crate) const fn flank_of(&self, stretch: &Stretch) -> i8 {
+        match [self.crossing_half_samples(), self.flank_of_acceleration()] {
+            [0, _] => 0,
+            [_, 0] => stretch.velocity_sign,
+            _ => stretch.acceleration_sign,
+        }
     }
 }
 

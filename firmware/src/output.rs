@@ -194,6 +194,12 @@ impl Output {
         nearest.min(self.dac.max_code()).max(self.dac.min_code())
     }
 
+    /// The same, of an output that is no constant of the image.
+    #[inline(never)]
+    pub(crate) fn reachable(&self, code: i32, wanted: i32) -> i32 {
+        self.nearest(code, wanted)
+    }
+
     /// The converter.
     pub const fn dac(&self) -> Dac {
         self.dac

@@ -114,7 +114,7 @@ pub(crate) const fn signed(register: u32, shift: u32) -> i32 {
 pub(crate) struct Counter {
     /// `c` of the last good reading \[counts, modulo 2^32\].
     pub(crate) position: i32,
-    /// Bad readings since then.
+    /// Bad readings since then, 0 where the last one was good.
     pub(crate) missed: u32,
     /// True from the first reading on.
     pub(crate) known: bool,
@@ -128,44 +128,35 @@ impl Counter {
         known: false,
     };
 
-    /// Takes a register of `bits` bits, of which changes up to `jump` are credible;
-    /// the change, or one that is not with its limit \[counts\].
-    #[inline(never)]
-    pub(crate) fn follow(
-        &mut self,
-        register: u32,
-        bits: u32,
-        jump: u32,
-    ) -> Result<i32, (i32, u32)> {
+    /// Takes a register of `bits` bits, of which changes up to `jump` are credible: the
+    /// change \[counts\]. One that is not is not followed, and counts as missed.
+    #[inline]
+    pub(crate) fn follow(&mut self, register: u32, bits: u32, jump: u32) -> i32 {
         let shift = u32::BITS.wrapping_sub(bits);
         if !self.known {
             self.known = true;
             self.position = signed(register, shift);
-            return Ok(0);
+            return 0;
         }
         // d = register − c, modulo 2^n                                 [counts]
         let difference = signed(register.wrapping_sub(self.position.cast_unsigned()), shift);
-        if jump != u32::MAX {
-            let limit = self.allowed(shift, jump);
-            if difference.unsigned_abs() > limit {
-                // At 10 µs it takes 12 hours to the end, and there it stays.
-                self.missed = self.missed.saturating_add(1);
-                return Err((difference, limit));
-            }
+        // At 10 µs it takes 12 hours to the end, and there it stays.
+        self.missed = self.missed.saturating_add(1);
+        if difference.unsigned_abs() <= self.allowed(bits, jump) {
+            // c ← c + d, modulo 2^32                                   [counts]
+            self.position = self.position.wrapping_add(difference);
+            self.missed = 0;
         }
-        // c ← c + d, modulo 2^32                                       [counts]
-        self.position = self.position.wrapping_add(difference);
-        self.missed = 0;
-        Ok(difference)
+        difference
     }
 
-    /// Largest `|d|` after bad readings \[counts\].
-    fn allowed(&self, shift: u32, jump: u32) -> u32 {
-        if self.missed == 0 {
+    /// Largest `|d|` of the last of so many readings since the last good one \[counts\].
+    pub(crate) fn allowed(&self, bits: u32, jump: u32) -> u32 {
+        if self.missed <= 1 || jump == u32::MAX {
             return jump;
         }
-        let half_wheel = (1_u32 << 31).wrapping_shr(shift);
-        let grown = jump.saturating_mul(self.missed.saturating_add(1));
+        let half_wheel = 1_u32.wrapping_shl(bits.wrapping_sub(1));
+        let grown = jump.saturating_mul(self.missed);
         if grown < half_wheel { grown } else { 0 }
     }
 

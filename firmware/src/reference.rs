@@ -156,6 +156,24 @@ impl Stretch {
         }
     }
 
+    /// Stays at `position` \[counts\], with no end. Word by word, as [`Self::take`].
+    #[inline(always)]
+    pub(crate) fn rest_at(&mut self, position: i32) {
+        self.position = nearest(position);
+        self.velocity = Counts::ZERO;
+        apart();
+        self.acceleration = Counts::ZERO;
+        apart();
+        self.jerk = Counts::ZERO;
+        apart();
+        self.ahead = Codes::ZERO;
+        apart();
+        self.ahead_change = Codes::ZERO;
+        apart();
+        self.ahead_growth = Codes::ZERO;
+        self.forget_signs();
+    }
+
     /// Takes another stretch, from `start` on \[counts\]. Word by word: it is no call of a
     /// copy in an image that is to be small.
     #[inline(always)]
@@ -184,6 +202,11 @@ impl Stretch {
     #[inline(always)]
     pub(crate) const fn signs(&self) -> [i8; 2] {
         [self.velocity_sign, self.acceleration_sign]
+    }
+
+    /// The next stretch asks for its flank anew.
+    pub(crate) const fn forget_signs(&mut self) {
+        (self.velocity_sign, self.acceleration_sign) = (0, 0);
     }
 
     /// From one sample to the next; how many there are is for who asks to know.

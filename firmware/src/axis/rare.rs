@@ -6,11 +6,17 @@ use super::{AxisOutput, AxisState, Inputs};
 use crate::counts::Counts;
 use crate::dac::Codes;
 use crate::faults::{FaultCause, FaultValues};
-use crate::law::{Begin, Sum};
+use crate::law::{Begin, Sum, TAKES_OVER};
 use crate::monitor::SPEED_BITS;
-use crate::reference::{InPlace, Observed, Setpoint, SetpointSource, Stretch, nearest};
+use crate::reference::{InPlace, Observed, Setpoint, SetpointSource, nearest};
 use crate::states::State;
 use crate::wide;
+
+/// An encoder of the axis.
+enum Encoder {
+    Motor,
+    Load,
+}
 
 /// From the unit of a velocity to that of a speed.
 const SPEED_SHIFT: u32 = 32 - SPEED_BITS;
@@ -30,7 +36,7 @@ impl AxisState {
         }
         // The first readings define the positions.
         if !self.motor.known {
-            self.read_motor(inputs.motor_register);
+            self.read(Encoder::Motor, inputs.motor_register);
         }
         if !self.tripped {
             self.law.dither(&self.output);
@@ -42,14 +48,14 @@ impl AxisState {
     /// A check has tripped: the most urgent of a sample is kept, and nothing where
     /// a fault is latched. The sample goes on to its error, for the record, and ends there.
     #[inline(never)]
-    fn found(&mut self, cause: FaultCause, measured: i64, limit: i64) {
+    fn found(&mut self, cause: FaultCause, measured: i64, limit: u32) {
         let more_urgent = !self.tripped || cause < self.fault.cause;
         if self.state != State::Fault && more_urgent {
             self.tripped = true;
             self.usual_sizes = 0;
             self.fault.cause = cause;
             self.fault.values.measured = measured;
-            self.fault.values.limit = limit;
+            self.fault.values.limit = limit.into();
         }
     }
 
@@ -74,7 +80,7 @@ impl AxisState {
     /// A sample without power: the position is followed, and a drive that is
     /// switched off in order runs down.
     fn without_power(&mut self, inputs: &Inputs) {
-        let mut moved = self.read_motor(inputs.motor_register);
+        let mut moved = self.read(Encoder::Motor, inputs.motor_register);
         if self.settings.feedback_of_load() != 0 && self.read_load(inputs.load_register) == 0 {
             moved = 0;
         }
@@ -98,13 +104,6 @@ impl AxisState {
         }
     }
 
-    fn read_motor(&mut self, register: u32) -> i32 {
-        let settings = &self.settings;
-        let (bits, jump) = (settings.counter_bits(), settings.largest_jump_counts());
-        let read = self.motor.follow(register, bits, jump);
-        self.movement(read)
-    }
-
     /// The load's counter; by how much it has moved \[counts\].
     #[cold]
     #[inline(never)]
@@ -113,40 +112,47 @@ impl AxisState {
             self.found(FaultCause::HardwareBus, 1, 0);
             return 1;
         };
-        let settings = &self.settings;
-        let (bits, jump) = (
-            settings.load_counter_bits(),
-            settings.load_largest_jump_counts(),
-        );
-        let read = self.load.follow(register, bits, jump);
-        self.movement(read)
+        self.read(Encoder::Load, register)
     }
 
-    /// The movement of a counter; of a disturbed reading, whose difference and limit
-    /// trip, any other than 0.
-    fn movement(&mut self, read: Result<i32, (i32, u32)>) -> i32 {
-        read.unwrap_or_else(|(difference, limit)| {
-            self.found(FaultCause::EncoderGlitch, difference.into(), limit.into());
-            difference
-        })
+    /// An encoder's counter; by how much it has moved, any other than 0 where the reading
+    /// was disturbed, which trips \[counts\].
+    #[inline(never)]
+    fn read(&mut self, encoder: Encoder, register: u32) -> i32 {
+        let settings = &self.settings;
+        let (counter, bits, jump) = match encoder {
+            Encoder::Motor => (
+                &mut self.motor,
+                settings.counter_bits(),
+                settings.largest_jump_counts(),
+            ),
+            Encoder::Load => (
+                &mut self.load,
+                settings.load_counter_bits(),
+                settings.load_largest_jump_counts(),
+            ),
+        };
+        let moved = counter.follow(register, bits, jump);
+        if counter.missed != 0 {
+            let limit = counter.allowed(bits, jump);
+            self.found(FaultCause::EncoderGlitch, moved.into(), limit);
+        }
+        moved
     }
 
     /// The motor's count has changed by more than its limit, which trips, or than the law
-    /// takes: the movement, and what the law takes of it \[counts\].
+    /// takes: the movement to follow, and what the law takes of it \[counts\].
     #[cold]
     #[inline(never)]
-    pub(super) fn jumped(&mut self, moved: i32) -> (i32, i32) {
-        let jump = self.settings.largest_jump_counts();
-        if jump != u32::MAX && moved.unsigned_abs() > jump {
-            // Under power the reading before was a good one.
-            self.motor.missed = 1;
-            self.found(FaultCause::EncoderGlitch, moved.into(), jump.into());
+    pub(super) fn jumped(&mut self, register: u32) -> (i32, i32) {
+        let before = self.motor.position;
+        let moved = self.read(Encoder::Motor, register);
+        if self.motor.missed != 0 {
             return (0, 0);
         }
-        (
-            moved,
-            self.settings.held_movement::<false>(&mut self.law, moved),
-        )
+        // The sample follows it.
+        self.motor.position = before;
+        (moved, self.law.held_movement(&self.settings, moved))
     }
 
     /// The encoder does not move under a driving code.
@@ -156,7 +162,7 @@ impl AxisState {
         self.still = self.still.saturating_add(1);
         let limit = self.settings.encoder_loss_samples();
         if self.still >= limit {
-            self.found(FaultCause::EncoderLoss, self.still.into(), limit.into());
+            self.found(FaultCause::EncoderLoss, self.still.into(), limit);
         }
     }
 
@@ -170,14 +176,16 @@ impl AxisState {
             self.fail();
             return None;
         }
+        let e = self.law.held_error(&self.settings, self.error);
         let begin = core::mem::take(&mut self.begin);
         if begin != Begin::GoingOn {
-            self.usual_sizes = self.settings.near().wrapping_sub(self.band);
-            if self.settings.begin(&mut self.law, self.error, moved, begin) {
+            let sizes = self.settings.near().wrapping_add(1);
+            self.usual_sizes = sizes.wrapping_sub(self.band);
+            if self.settings.begin(&mut self.law, e, moved, begin) {
                 self.slew = TAKE_OVER;
             }
         }
-        Some(self.settings.held_error::<false>(&mut self.law, self.error))
+        Some(e)
     }
 
     /// An error beyond the limit at rest: whether it is beyond that at this speed.
@@ -197,10 +205,9 @@ impl AxisState {
         let speed = wide::narrowed(speed.wrapping_shr(SPEED_SHIFT)).unwrap_or(u32::MAX);
         let bits = settings.lag_fraction_bits().wrapping_add(SPEED_BITS);
         let lag = wide::product(settings.lag_mantissa(), speed).wrapping_shr(bits);
-        let [measured, limit] = [u64::from(size), u64::from(at_rest).saturating_add(lag)];
-        if measured > limit {
-            let [measured, limit] = [measured, limit].map(wide::held);
-            self.found(FaultCause::FollowingError, measured, limit);
+        let limit = at_rest.saturating_add(wide::narrowed(lag).unwrap_or(u32::MAX));
+        if size > limit {
+            self.found(FaultCause::FollowingError, size.into(), limit);
         }
     }
 
@@ -210,15 +217,16 @@ impl AxisState {
     #[inline(never)]
     pub(super) fn limited(&mut self, sum: Sum) -> i32 {
         let (settings, output, law) = (&self.settings, &self.output, &mut self.law);
-        let code = output.nearest(law.code(), sum.code());
-        let code = if self.slew == TAKE_OVER {
-            self.slew = output.slew();
-            let direct = sum.direct(law);
-            settings.take_over(output, law, direct)
-        } else if code == sum.code() {
+        let (wanted, treatment) = match self.slew {
+            TAKE_OVER => (law.code(), TAKES_OVER),
+            _ => (sum.code(), settings.anti_windup()),
+        };
+        self.slew = output.slew();
+        let code = output.reachable(law.code(), wanted);
+        let code = if code == sum.code() && treatment != TAKES_OVER {
             sum.take(output, law)
         } else {
-            settings.limit(law, sum, code)
+            settings.limit(law, sum, code, treatment)
         };
         if !self.output.dac().is_limit(code) {
             self.saturated = 0;
@@ -228,7 +236,7 @@ impl AxisState {
         let limit = self.settings.saturation_samples();
         if self.saturated > limit {
             let measured = self.saturated.into();
-            self.found(FaultCause::SaturationTooLong, measured, limit.into());
+            self.found(FaultCause::SaturationTooLong, measured, limit);
             return self.fail();
         }
         code
@@ -302,80 +310,57 @@ impl AxisState {
             code: self.law.code(),
         };
         let before = self.motion.signs();
-        let next = source.next_in_place(&observed, &mut self.motion);
-        if next == InPlace::Stretch {
-            self.left = self.motion.samples.saturating_sub(1);
-            self.settings.hold_ahead(&mut self.motion.ahead);
-            if self.motion.signs() != before {
-                let flank = self.settings.flank_of_stretch(&self.motion);
-                self.turn_to(flank);
+        match source.next_in_place(&observed, &mut self.motion) {
+            InPlace::Stretch => self.left = self.motion.samples.saturating_sub(1),
+            InPlace::Setpoint(setpoint) => self.go_to(&setpoint),
+            InPlace::Last(setpoint) => {
+                self.state = State::Holding;
+                self.go_to(&setpoint);
             }
-        } else {
-            self.take(&next);
+            InPlace::Underrun => return self.found(FaultCause::SetpointUnderrun, 0, 1),
         }
+        self.settings.hold_ahead(&mut self.motion.ahead);
+        if self.motion.signs() != before {
+            let flank = self.settings.flank_of(&self.motion);
+            if flank != 0 && self.crossing.asks_for(flank) {
+                self.crossing.begin(&self.settings);
+            }
+        }
+        self.stand_where_it_rests();
     }
 
     /// Stays at the last setpoint.
     #[cold]
     #[inline(never)]
     fn rest(&mut self) {
-        self.motion = Stretch::resting_at(self.setpoint);
-        self.left = self.motion.samples;
+        self.motion.rest_at(self.setpoint);
+        self.left = u32::MAX;
         self.stand_or_move();
     }
 
-    /// The load changes flank, where that is compensated.
-    #[cold]
+    /// A setpoint of its own: what leads from one sample to the next is not asked for.
     #[inline(never)]
-    fn turn_to(&mut self, flank: i8) {
-        if flank != 0 && self.crossing.asks_for(flank) {
-            self.crossing.begin(&self.settings);
-            self.stand_or_move();
-        }
-    }
-
-    /// What is no stretch: a setpoint of its own, the last one, or none, which trips.
-    #[inline(never)]
-    fn take(&mut self, next: &InPlace) {
-        let setpoint = match next {
-            InPlace::Setpoint(setpoint) => setpoint,
-            InPlace::Last(setpoint) => {
-                self.state = State::Holding;
-                self.stand_or_move();
-                setpoint
-            }
-            InPlace::Stretch | InPlace::Underrun => {
-                return self.found(FaultCause::SetpointUnderrun, 0, 1);
-            }
+    fn go_to(&mut self, setpoint: &Setpoint) {
+        let (settings, motion) = (&self.settings, &mut self.motion);
+        let (v, a) = (setpoint.velocity, setpoint.acceleration);
+        // Of a source that knows positions only.
+        let way = match v {
+            0 => setpoint.position.wrapping_sub(self.setpoint),
+            v => v,
         };
-        let settings = &self.settings;
-        let Setpoint {
-            position,
-            velocity,
-            acceleration,
-            ahead,
-        } = *setpoint;
-        let moved = position.wrapping_sub(self.setpoint);
-        // What follows from one sample to the next is not asked for.
-        let motion = &mut self.motion;
-        motion.position = nearest(position);
-        if settings.lag_mantissa() != 0 {
-            motion.velocity = counts_per_sample(velocity, settings.velocity_fraction_bits());
-        }
-        motion.ahead = match ahead {
-            Some(ahead) => ahead,
-            None if settings.feeds_forward() && (velocity | acceleration) != 0 => {
-                settings.feed_forward::<false>(velocity, acceleration)
+        motion.position = nearest(setpoint.position);
+        motion.velocity = match v {
+            v if v != 0 && settings.lag_mantissa() != 0 => {
+                counts_per_sample(v, settings.velocity_fraction_bits())
             }
+            _ => Counts::ZERO,
+        };
+        motion.ahead = match setpoint.ahead {
+            Some(ahead) => ahead,
+            None if settings.feeds_forward() => settings.feed_forward::<false>(v, a),
             None => Codes::ZERO,
         };
-        settings.hold_ahead(&mut motion.ahead);
-        // A stretch behind it asks for its flank anew.
-        [motion.velocity_sign, motion.acceleration_sign] = [0, 0];
-        if settings.crossing_half_samples() != 0 {
-            let flank = settings.flank_of_setpoint(setpoint, moved);
-            self.turn_to(flank);
-        }
+        (motion.velocity_sign, motion.acceleration_sign) = (sign(way), sign(a));
     }
 
     /// The operands that follow from whether the axis is to stand.
@@ -383,15 +368,14 @@ impl AxisState {
     pub(super) fn stand_or_move(&mut self) {
         let stands = self.state != State::Moving && !self.crossing.is_under_way();
         let settings = &self.settings;
+        // At most 2^29.
+        let near = settings.near();
         self.band = match stands {
-            true => settings
-                .dead_band_counts()
-                .saturating_add(1)
-                .min(settings.near()),
+            true => settings.dead_band_counts().min(near).wrapping_add(1),
             false => 0,
         };
         self.usual_sizes = match self.begin {
-            Begin::GoingOn if !self.tripped => settings.near().wrapping_sub(self.band),
+            Begin::GoingOn if !self.tripped => near.wrapping_add(1).wrapping_sub(self.band),
             _ => 0,
         };
         self.ki_dt_mantissa = match stands && settings.hold_integral() != 0 {
@@ -405,20 +389,33 @@ impl AxisState {
     #[inline(never)]
     pub(super) fn crossed(&mut self) {
         self.crossing.turn(&self.settings);
-        self.stand_or_move();
+        self.stand_where_it_rests();
+    }
+
+    /// While the axis moves, a crossing changes none of its operands.
+    fn stand_where_it_rests(&mut self) {
+        if self.state != State::Moving {
+            self.stand_or_move();
+        }
     }
 }
 
 /// A velocity with so many fraction bits, in counts per sample.
 fn counts_per_sample(velocity: i32, fraction_bits: u32) -> Counts {
-    let bits = i64::from(velocity.unsigned_abs());
-    let size = Counts::from_bits(match 32_u32.checked_sub(fraction_bits) {
-        Some(up) => bits.wrapping_shl(up),
-        None => bits.wrapping_shr(fraction_bits.wrapping_sub(32)),
-    });
+    let size = wide::word(velocity.unsigned_abs()).wrapping_shl(32);
+    let size = Counts::from_bits(size.wrapping_shr(fraction_bits).cast_signed());
     if velocity < 0 {
         size.wrapping_neg()
     } else {
         size
+    }
+}
+
+/// −1, 0 or 1.
+fn sign(value: i32) -> i8 {
+    match value {
+        0 => 0,
+        1.. => 1,
+        _ => -1,
     }
 }

@@ -72,10 +72,9 @@ pub struct AxisState {
 const _: () = assert!(size_of::<AxisState>() == 504, "an axis: 504 bytes");
 
 impl Words {
-    /// The smallest error that is not a usual one \[counts\].
+    /// The largest error that is a usual one \[counts\].
     pub(super) fn near(&self) -> u32 {
-        let most = self.error_limit_counts().min(self.following_error_counts());
-        most.saturating_add(1)
+        self.error_limit_counts().min(self.following_error_counts())
     }
 }
 
@@ -152,8 +151,7 @@ impl AxisState {
         self.settings = *settings;
         self.output = Output::of(settings);
         self.slew = self.output.slew();
-        // The next stretch asks for its flank anew.
-        [self.motion.velocity_sign, self.motion.acceleration_sign] = [0, 0];
+        self.motion.forget_signs();
         let takes = match settings.derivative_of_measurement() {
             0 => MOST,
             _ => settings.difference_limit_counts(),
@@ -175,6 +173,7 @@ impl AxisState {
                 self.position_to_hold = true;
                 self.begins(Begin::FromCode);
                 self.crossing = CrossingState::CENTRED;
+                self.motion.forget_signs();
                 // Samples in a row: those before the power went off do not count.
                 self.still = 0;
                 self.saturated = 0;

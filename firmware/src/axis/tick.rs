@@ -41,7 +41,7 @@ impl AxisState {
         );
         let (mut law_moved, jump) = (moved, self.jump);
         if moved.cast_unsigned().wrapping_add(jump) > jump.wrapping_mul(2) {
-            (moved, law_moved) = self.jumped(moved);
+            (moved, law_moved) = self.jumped(register);
         }
         self.motor.position = self.motor.position.wrapping_add(moved);
         let mut position = self.motor.position;

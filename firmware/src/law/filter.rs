@@ -24,7 +24,8 @@
 //! With `|x| ≤ X` and `X·2^h ≤ 2^29`, `|x·2^h − v̂| ≤ 2^30 + 1` and
 //! `|W| ≤ 2^61`: nothing overflows.
 
-use crate::dac::HALF;
+use super::step::within;
+use crate::dac::{Codes, HALF};
 use crate::settings::Words;
 use crate::wide;
 
@@ -104,9 +105,9 @@ impl Filtered {
 
     /// Keeps it within what has settled at the largest difference.
     pub(crate) fn hold(&mut self, settings: &Words) {
-        let most = settings.difference_limit_counts().cast_signed();
-        let most = Self::settled(settings, most).sum;
-        self.sum = self.sum.min(most).max(most.wrapping_neg());
+        let most = settings.difference_limit_counts();
+        let most = most.wrapping_mul(settings.filter_scale());
+        self.sum = within(Codes::from_bits(self.sum), most).to_bits();
         self.value = rounded(self.sum);
     }
 }

@@ -52,7 +52,7 @@ pub mod words;
 pub use crate::word::Part;
 pub use filter::FilterWords;
 use filter::Filtered;
-pub(crate) use step::{Inputs, Sum};
+pub(crate) use step::{Inputs, Sum, TAKES_OVER};
 pub use words::{AntiWindup, Derivative, LawWords};
 
 use crate::dac::{Codes, Dac, HALF};
@@ -326,7 +326,7 @@ impl LawState {
 
     /// One step towards code 0, for a drive that is switched off in order.
     pub fn towards_zero(&mut self, output: &Output) -> i32 {
-        self.code = output.nearest(self.code, 0);
+        self.code = output.reachable(self.code, 0);
         self.remainder = HALF;
         self.code
     }
@@ -336,6 +336,16 @@ impl LawState {
         self.code = 0;
         self.remainder = HALF;
         0
+    }
+
+    /// An error within its range \[counts\].
+    pub(crate) fn held_error(&mut self, settings: &Words, error: i32) -> i32 {
+        settings.held_error::<false>(error, &mut self.left_range)
+    }
+
+    /// A measured difference within its range \[counts\].
+    pub(crate) fn held_movement(&mut self, settings: &Words, moved: i32) -> i32 {
+        settings.held_movement::<false>(moved, &mut self.left_range)
     }
 
     /// Tells whether a declared range was left since this was last asked: an

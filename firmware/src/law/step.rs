@@ -20,7 +20,8 @@ impl Law {
             sum.take(output, state)
         } else {
             let code = output.nearest(state.code, sum.code());
-            self.settings.limit(state, sum, code)
+            let treatment = self.settings.anti_windup();
+            self.settings.limit(state, sum, code, treatment)
         }
     }
 
@@ -35,13 +36,16 @@ impl Law {
     ) -> i32 {
         state.remainder = HALF;
         let settings = &self.settings;
-        let moved = settings.held_movement::<false>(&mut state.clone(), input.difference);
-        if !settings.begin(state, input.error, moved, begin) {
+        let e = settings.held_error::<false>(input.error, &mut false);
+        let moved = settings.held_movement::<false>(input.difference, &mut false);
+        if !settings.begin(state, e, moved, begin) {
             return self.step(output, state, input);
         }
         state.dither(output);
-        let direct = self.terms(state, input).direct;
-        settings.take_over(output, state, direct)
+        let inputs = self.inputs(state, input);
+        let sum = settings.sum::<true>(state, inputs);
+        let code = output.reachable(state.code, state.code);
+        settings.limit(state, sum, code, TAKES_OVER)
     }
 
     /// The terms of `y` alone.
@@ -55,7 +59,7 @@ impl Law {
     fn inputs(&self, state: &mut LawState, input: &LawInput) -> Inputs {
         let settings = &self.settings;
         // |e| ≤ E                                                     [counts]
-        let e = settings.held_error::<true>(state, input.error);
+        let e = settings.held_error::<true>(input.error, &mut state.left_range);
         let rates = if settings.feeds_forward() {
             settings.feed_forward::<true>(input.velocity, input.acceleration)
         } else {
@@ -70,7 +74,7 @@ impl Law {
             e,
             counted: if input.within_dead_band { 0 } else { e },
             moved: if settings.derivative_of_measurement() != 0 {
-                settings.held_movement::<true>(state, input.difference)
+                settings.held_movement::<true>(input.difference, &mut state.left_range)
             } else {
                 0
             },
@@ -115,7 +119,8 @@ impl Words {
             ki_dt,
         } = inputs;
         // δ = e − e_prev  or  −(c − c_prev),  |δ| ≤ D                 [counts]
-        let difference = self.difference::<CONSTANT>(state, e, moved);
+        let difference =
+            self.difference::<CONSTANT>(state.previous_error, e, moved, &mut state.left_range);
         state.previous_error = e;
         // δ, filtered where that is asked for                    [2^−h counts]
         let rate = if self.filter_smoothing() == 0 {
@@ -153,49 +158,59 @@ impl Words {
 
     /// `e` within its range \[counts\].
     #[inline(always)]
-    pub(crate) fn held_error<const CONSTANT: bool>(&self, state: &mut LawState, error: i32) -> i32 {
-        held::<CONSTANT>(error, self.error_limit_counts(), &mut state.left_range)
+    pub(crate) fn held_error<const CONSTANT: bool>(
+        &self,
+        error: i32,
+        left_range: &mut bool,
+    ) -> i32 {
+        held::<CONSTANT>(error, self.error_limit_counts(), left_range)
     }
 
     /// A measured difference within its range \[counts\].
     #[inline(always)]
     pub(crate) fn held_movement<const CONSTANT: bool>(
         &self,
-        state: &mut LawState,
         moved: i32,
+        left_range: &mut bool,
     ) -> i32 {
         let mut beyond = false;
         let moved = held::<CONSTANT>(moved, self.difference_limit_counts(), &mut beyond);
         // Where D outweighs everything else, nothing is lost.
         if beyond && self.difference_is_declared() != 0 {
-            state.left_range = true;
+            *left_range = true;
         }
         moved
     }
 
     /// `δ = e − e_prev` or `−(c − c_prev)`, `|δ| ≤ D` \[counts\].
     #[inline(always)]
-    fn difference<const CONSTANT: bool>(&self, state: &mut LawState, e: i32, moved: i32) -> i32 {
+    fn difference<const CONSTANT: bool>(
+        &self,
+        previous_error: i32,
+        e: i32,
+        moved: i32,
+        left_range: &mut bool,
+    ) -> i32 {
         if self.derivative_of_measurement() != 0 {
             return moved.wrapping_neg();
         }
         // |e| ≤ 2^29, so the difference fits
-        let difference = e.wrapping_sub(state.previous_error);
-        self.held_movement::<CONSTANT>(state, difference)
+        self.held_movement::<CONSTANT>(e.wrapping_sub(previous_error), left_range)
     }
 
-    /// A sum that the output cannot give: the nearest `code` that it can, with the
-    /// integral kept from winding up.
+    /// A sum that the output cannot give, or is not to: `code` instead, with the integral
+    /// kept from winding up, or where the sum is that code.
     #[inline(always)]
-    pub(crate) fn limit(&self, state: &mut LawState, sum: Sum, code: i32) -> i32 {
+    pub(crate) fn limit(&self, state: &mut LawState, sum: Sum, code: i32, treatment: u32) -> i32 {
         rare();
         let next = sum.integral;
         // x, and the integral's step, in whole codes
         let excess = sum.code().wrapping_sub(code);
         let pushes = wide::upper(next.wrapping_sub(state.integral).to_bits());
+        let rounding = Codes::from_bits(i64::from(state.remainder));
         state.code = code;
         state.remainder = HALF;
-        let unbounded = match self.anti_windup() {
+        let unbounded = match treatment {
             // No gain would ever bring back what is drawn from it here.
             _ if self.ki_dt_mantissa() == 0 => {
                 state.integral = next;
@@ -215,6 +230,10 @@ impl Words {
                 let back = wide::signed_product(self.tracking().cast_signed(), excess);
                 next.wrapping_sub(Codes::from_bits(back.wrapping_shl(1)))
             }
+            // I with y = the code
+            TAKES_OVER => {
+                next.wrapping_sub(sum.codes.wrapping_sub(rounding).wrapping_sub(codes(code)))
+            }
             _ => next,
         };
         state.integral = self.bounded(unbounded, &mut state.left_range);
@@ -227,37 +246,27 @@ impl Words {
     #[inline(always)]
     fn bounded(&self, integral: Codes, left_range: &mut bool) -> Codes {
         // Both ends fill their upper word alone.
+        let range = self.integral_range_codes();
         let whole = wide::upper(integral.to_bits());
-        let within = |range: u32| {
-            let above = whole.cast_unsigned().wrapping_add(range);
-            above < range.wrapping_mul(2)
-        };
-        if within(self.integral_range_codes()) {
+        if whole.cast_unsigned().wrapping_add(range) < range.wrapping_mul(2) {
             return integral;
         }
         rare();
         *left_range = true;
-        if within(INTEGRAL_MOST.cast_unsigned()) {
-            integral
-        } else if whole > 0 {
-            codes(INTEGRAL_MOST)
-        } else {
-            codes(INTEGRAL_MOST.wrapping_neg())
-        }
+        within(integral, INTEGRAL_MOST)
     }
 
     /// Puts the memory where a sample can begin that does not go on from the one
-    /// before; tells whether its output is the code in force ([`Self::take_over`]).
+    /// before; tells whether its output is the code in force ([`TAKES_OVER`]).
     #[cold]
     #[inline(never)]
-    pub(crate) fn begin(&self, state: &mut LawState, error: i32, moved: i32, begin: Begin) -> bool {
+    pub(crate) fn begin(&self, state: &mut LawState, e: i32, moved: i32, begin: Begin) -> bool {
         let anew = match begin {
             Begin::GoingOn => return false,
             Begin::OtherGains => false,
             Begin::AtRest | Begin::FromCode => true,
         };
         let takes_over = begin != Begin::AtRest && self.ki_dt_mantissa() != 0;
-        let e = self.held_error::<false>(&mut state.clone(), error);
         if anew {
             state.previous_error = e;
         }
@@ -271,8 +280,8 @@ impl Words {
                 state.filtered.hold(self);
             } else {
                 // Nothing was filtered yet: start settled, without a transient.
-                let mut before = *state;
-                let difference = self.difference::<false>(&mut before, e, moved);
+                let difference =
+                    self.difference::<false>(state.previous_error, e, moved, &mut false);
                 state.filtered = Filtered::settled(self, difference);
             }
         }
@@ -288,19 +297,6 @@ impl Words {
         self.filter_scale().wrapping_shl(1) | self.derivative_of_measurement()
     }
 
-    /// Goes on from the code in force: the integral with which the sum is that code.
-    #[cold]
-    #[inline(never)]
-    pub(crate) fn take_over(&self, output: &Output, state: &mut LawState, direct: Codes) -> i32 {
-        // I with y = the code in force
-        let code = output.nearest(state.code, state.code);
-        let integral = codes(code).wrapping_sub(direct);
-        state.integral = self.bounded(integral, &mut state.left_range);
-        state.remainder = HALF;
-        state.code = code;
-        code
-    }
-
     /// Tells whether any feed-forward is not zero.
     #[inline(always)]
     pub(crate) const fn feeds_forward(&self) -> bool {
@@ -313,10 +309,14 @@ impl Words {
     /// `Kv·v + Ka·a + Kf·sign(v)` \[codes\]; of gains that may be constants of an image.
     #[inline(always)]
     pub(crate) fn feed_forward<const CONSTANT: bool>(&self, v: i32, a: i32) -> Codes {
-        const MOST: i32 = LARGEST_RATE.cast_signed();
-        let [x, y] = [v, a].map(|rate| rate.min(MOST.wrapping_sub(1)).max(MOST.wrapping_neg()));
-        let rates = term::<CONSTANT>(self.velocity_ff(), x, LARGEST_RATE);
-        let rates = rates.wrapping_add(term::<CONSTANT>(self.acceleration_ff(), y, LARGEST_RATE));
+        let rates =
+            term::<CONSTANT>(self.velocity_ff(), rate(v), LARGEST_RATE).wrapping_add(term::<
+                CONSTANT,
+            >(
+                self.acceleration_ff(),
+                rate(a),
+                LARGEST_RATE,
+            ));
         let friction = self.friction_ff().times(1);
         match v {
             0 => rates,
@@ -328,14 +328,7 @@ impl Words {
     /// Keeps a feed-forward that its source has computed within its declared range.
     #[inline(always)]
     pub(crate) fn hold_ahead(&self, ahead: &mut Codes) {
-        let most = self.ahead_limit_codes();
-        let whole = wide::upper(ahead.to_bits()).cast_unsigned();
-        // Of the upper end the whole code alone.
-        if whole.wrapping_add(most) >= most.wrapping_mul(2) {
-            rare();
-            let most = codes(most.cast_signed());
-            *ahead = (*ahead).min(most).max(most.wrapping_neg());
-        }
+        *ahead = within(*ahead, self.ahead_limit_codes());
     }
 }
 
@@ -354,13 +347,6 @@ impl Sum {
         wide::upper(self.codes.to_bits())
     }
 
-    /// Everything but the integral and `ρ`, as long as that has not been taken.
-    pub(crate) fn direct(self, state: &LawState) -> Codes {
-        let rounding = Codes::from_bits(i64::from(state.remainder));
-        let sum = self.codes.wrapping_sub(self.integral);
-        sum.wrapping_sub(rounding)
-    }
-
     /// The code of a sum that the output can give; the lower word is what rounding
     /// leaves.
     #[inline(always)]
@@ -371,6 +357,13 @@ impl Sum {
         state.remainder = output.remainder(rest);
         state.code
     }
+}
+
+/// A velocity or an acceleration as the feed-forward takes it.
+#[inline(always)]
+fn rate(value: i32) -> i32 {
+    const MOST: i32 = LARGEST_RATE.cast_signed();
+    value.min(MOST.wrapping_sub(1)).max(MOST.wrapping_neg())
 }
 
 /// A term of an integer `|x| ≤ limit`.
@@ -384,7 +377,21 @@ fn term<const CONSTANT: bool>(term: Term, x: i32, limit: u32) -> Codes {
 }
 
 /// Largest magnitude of the integral \[codes\].
-const INTEGRAL_MOST: i32 = 1 << 30;
+const INTEGRAL_MOST: u32 = 1 << 30;
+
+/// In the place of a treatment of wind-up: the output goes on from the code in force.
+pub(crate) const TAKES_OVER: u32 = 3;
+
+/// `value` within `±most` in its whole part; of the upper end that alone.
+#[inline(never)]
+pub(super) fn within(value: Codes, most: u32) -> Codes {
+    let whole = wide::upper(value.to_bits());
+    if whole.cast_unsigned().wrapping_add(most) < most.wrapping_mul(2) {
+        return value;
+    }
+    let most = codes(most.cast_signed());
+    if whole < 0 { most.wrapping_neg() } else { most }
+}
 
 /// `value`, held between `−limit` and `limit`; one beyond is told. With a limit that is a
 /// constant of the image nearly every value is within a power of two below it, which
