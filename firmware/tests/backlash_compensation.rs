@@ -9,7 +9,7 @@ mod rig;
 use firmware::backlash_compensation::{HALF_GAP_MAX, SAMPLES_MAX};
 use firmware::law::LawWords;
 use firmware::refusal::What;
-use firmware::{AxisState, BacklashCompensation, Next, Room, Setpoint, Stretch, Trigger};
+use firmware::{AxisState, BacklashCompensation, Event, Next, Room, Setpoint, Stretch, Trigger};
 use proptest::prelude::*;
 
 /// One count per sample, and per sample², in the unit of [`Room`].
@@ -402,4 +402,33 @@ fn a_compensation_that_comes_in_motion_takes_the_flank_of_the_next_stretch() {
     assert_eq!(error_at_the_end(&with), 4);
     // Contrast: without a compensation it stays where it was.
     assert_eq!(error_at_the_end(&without), 0);
+}
+
+/// An axis that is switched off and back on forgets its flank: a motion that starts in the
+/// same breath, the way of the one before, takes the gap up again.
+#[test]
+fn a_motion_that_starts_as_it_is_enabled_asks_for_its_flank() {
+    let mut axis = rig::axis(LawWords::NONE);
+    let plan = BacklashCompensation::plan(4, room(2 * ONE, ONE / 2), Trigger::Velocity);
+    axis.backlash_compensation = Some(plan.expect("planned"));
+    let mut state = rig::started(&axis);
+    let stretch = Stretch {
+        samples: 5,
+        velocity_sign: 1,
+        ..Stretch::resting_at(0)
+    };
+    let mut source = rig::Script::new(|_| Next::Stretch(stretch));
+    let mut errors = Vec::new();
+    for tick in 0..60 {
+        if tick == 30 {
+            for event in [Event::Disable, Event::Enable, Event::Start] {
+                state.request(event).expect("it moves");
+            }
+        }
+        let output = state.tick(&rig::at(tick, 0), &mut source);
+        errors.push(output.error_counts);
+    }
+    // The offset of either motion, from the centre to the flank.
+    assert_eq!(errors[..30], errors[30..]);
+    assert_eq!((errors[0], errors[29]), (0, 4));
 }
