@@ -21,7 +21,7 @@
 //!   code is then the sum, at the price of noise: the sum of `N` codes wanders
 //!   about `Σy` by up to `½·√N` codes (standard deviation).
 
-use crate::dac::{Dac, HALF};
+use crate::dac::Dac;
 use crate::refusal::{Refusal, What, accepted};
 use crate::settings::Words;
 
@@ -64,9 +64,6 @@ pub struct Output {
     dac: Dac,
     /// Largest step per sample \[codes\]; larger than any where there is none.
     slew: i32,
-    /// Bits that are kept of what rounding leaves, and those that are set.
-    kept: u32,
-    set: u32,
     quantiser: Quantiser,
 }
 
@@ -116,29 +113,21 @@ impl Output {
     pub(crate) const ZERO: Self = Self {
         dac: Dac::ZERO,
         slew: 0,
-        kept: 0,
-        set: 0,
         quantiser: Quantiser::Nearest,
     };
 
     const fn limited(dac: Dac, slew: u32, quantiser: Quantiser) -> Self {
-        let [kept, set] = match quantiser {
-            Quantiser::ErrorFeedback => [u32::MAX, 0],
-            Quantiser::Nearest | Quantiser::Dither { .. } => [0, HALF],
-        };
         Self {
             dac,
             slew: slew.cast_signed(),
-            kept,
-            set,
             quantiser,
         }
     }
 
-    /// `ρ` of the next sample where rounding has left `rest` \[2^−32 codes\].
+    /// Tells whether what rounding leaves is `ρ` of the next sample.
     #[inline(always)]
-    pub(crate) const fn remainder(&self, rest: u32) -> u32 {
-        rest & self.kept | self.set
+    pub(crate) const fn keeps_rest(&self) -> bool {
+        matches!(self.quantiser, Quantiser::ErrorFeedback)
     }
 
     /// The same for another converter.

@@ -213,8 +213,8 @@ impl AxisState {
 
     /// A sum that the output cannot give, is not to, or only at an end of its range: the
     /// code.
-    #[cold]
-    #[inline(never)]
+    #[cfg_attr(target_pointer_width = "32", cold, inline(never))]
+    #[cfg_attr(not(target_pointer_width = "32"), inline)]
     pub(super) fn limited(&mut self, sum: Sum) -> i32 {
         let (settings, output, law) = (&self.settings, &self.output, &mut self.law);
         let (wanted, treatment) = match self.slew {

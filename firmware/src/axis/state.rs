@@ -69,7 +69,7 @@ pub struct AxisState {
 }
 
 /// The whole of an axis is small enough for the smallest chips.
-const _: () = assert!(size_of::<AxisState>() == 504, "an axis: 504 bytes");
+const _: () = assert!(size_of::<AxisState>() == 496, "an axis: 496 bytes");
 
 impl Words {
     /// The largest error that is a usual one \[counts\].

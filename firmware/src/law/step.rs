@@ -351,10 +351,11 @@ impl Sum {
     /// leaves.
     #[inline(always)]
     pub(crate) fn take(self, output: &Output, state: &mut LawState) -> i32 {
-        let rest = wide::lower(self.codes.to_bits()).cast_unsigned();
-        state.code = self.code();
+        if output.keeps_rest() {
+            state.remainder = wide::lower(self.codes.to_bits()).cast_unsigned();
+        }
         state.integral = self.integral;
-        state.remainder = output.remainder(rest);
+        state.code = self.code();
         state.code
     }
 }
@@ -395,12 +396,13 @@ pub(super) fn within(value: Codes, most: u32) -> Codes {
 
 /// `value`, held between `−limit` and `limit`; one beyond is told. With a limit that is a
 /// constant of the image nearly every value is within a power of two below it, which
-/// takes half the instructions.
+/// takes half the instructions of 32 bits.
 #[inline(always)]
 fn held<const CONSTANT: bool>(value: i32, limit: u32, beyond: &mut bool) -> i32 {
+    let narrow = CONSTANT && cfg!(target_pointer_width = "32");
     let (bits, usual) = (value.cast_unsigned(), power_of_two_within(limit));
     // −limit ≤ value ≤ limit is 0 ≤ value + limit ≤ 2·limit without sign.
-    let is_usual = match CONSTANT {
+    let is_usual = match narrow {
         true => bits.wrapping_add(usual) < usual.wrapping_mul(2),
         false => bits.wrapping_add(limit) <= limit.wrapping_mul(2),
     };
@@ -408,7 +410,7 @@ fn held<const CONSTANT: bool>(value: i32, limit: u32, beyond: &mut bool) -> i32 
         return value;
     }
     rare();
-    if CONSTANT && value.unsigned_abs() <= limit {
+    if narrow && value.unsigned_abs() <= limit {
         return value;
     }
     *beyond = true;

@@ -142,11 +142,12 @@ fn tables(measured: &TargetFigures, judgements: &[Judgement]) -> String {
             (Some(Amount::Instructions(count)), _) => (&mut instructions, costs(measured, count)),
             (Some(Amount::Bytes(count)), _) => (&mut bytes, vec![count.to_string()]),
             (None, Some(Amount::Bytes(_))) => (&mut bytes, vec![missing()]),
-            (None, _) => (&mut instructions, vec![missing(); 6]),
+            (None, _) => (&mut instructions, vec![missing(); 7]),
         };
         table.push([vec![judgement.figure.clone()], cells, ends.to_vec()].concat());
     }
-    let header = "instructions of a sample|max|median|first|cycles|µs|% of\n1 ms|golden|off by|";
+    let header =
+        "instructions of a sample|max|99 %|median|first|cycles|µs|% of\n1 ms|golden|off by|";
     format!(
         "{name} ({}), times at {clock_mhz} MHz\n{}{}",
         measured.target.triple(),
@@ -163,6 +164,7 @@ fn costs(measured: &TargetFigures, count: Instructions) -> Vec<String> {
     let time_ns = time_ns as f64;
     vec![
         count.max.to_string(),
+        count.p99.map_or_else(missing, |p99| p99.to_string()),
         count.median.to_string(),
         count.first.map_or_else(missing, |first| first.to_string()),
         cycles.to_string(),

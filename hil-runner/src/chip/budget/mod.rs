@@ -184,7 +184,8 @@ impl Said {
                 name,
                 amount: Amount::Instructions(Instructions {
                     max: others.iter().copied().max().ok_or(NO_STEPS)?,
-                    median: median(others).ok_or(NO_STEPS)?,
+                    p99: percentile(others, 99),
+                    median: percentile(others, 50).ok_or(NO_STEPS)?,
                     first: Some(*first),
                 }),
             })
@@ -278,6 +279,7 @@ fn figures(name: &str, report: &ChipReport) -> Vec<Figure> {
         name: format!("{name}, {}", cost.state),
         amount: Amount::Instructions(Instructions {
             max: whole(cost.max),
+            p99: None,
             median: whole(cost.median),
             first: None,
         }),
@@ -285,9 +287,10 @@ fn figures(name: &str, report: &ChipReport) -> Vec<Figure> {
     of_states.collect()
 }
 
-/// The lower median of counts that are not empty.
-fn median(counts: &[u32]) -> Option<u32> {
+/// The smallest of the counts that `percent` of them do not exceed.
+fn percentile(counts: &[u32], percent: usize) -> Option<u32> {
     let mut sorted = counts.to_vec();
     sorted.sort_unstable();
-    sorted.get(sorted.len().saturating_sub(1) / 2).copied()
+    let place = (sorted.len() * percent).div_ceil(100).saturating_sub(1);
+    sorted.get(place).copied()
 }
