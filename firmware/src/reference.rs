@@ -118,15 +118,22 @@ impl Stretch {
     /// Takes the stretch of these words.
     #[inline(never)]
     pub fn set_words(&mut self, words: &[i32; Self::WORDS]) {
-        let [b, i, c, j, d, k, e, l, f, m, g, n, h, o, samples, signs] = *words;
-        let number = |lower, upper| Counts::from_bits(wide::joined(upper, lower));
+        let [b, i, c, j, d, k, e, l, f, m, g, n, h, o, samples, signs] = words;
+        let number = |lower: &i32, upper: &i32| Counts::from_bits(wide::joined(*upper, *lower));
         self.position = number(b, i);
+        apart();
         self.velocity = number(c, j);
+        apart();
         self.acceleration = number(d, k);
+        apart();
         self.jerk = number(e, l);
+        apart();
         self.ahead = number(f, m);
+        apart();
         self.ahead_change = number(g, n);
+        apart();
         self.ahead_growth = number(h, o);
+        apart();
         self.samples = samples.cast_unsigned();
         let [velocity, acceleration, ..] = signs.to_le_bytes();
         self.velocity_sign = velocity.cast_signed();
@@ -390,8 +397,8 @@ impl<const N: usize> SetpointTable<N> {
     }
 
     fn refusal(needed: usize) -> Refusal {
-        let [needed, most] = [needed, N].map(|entries| i64::try_from(entries).unwrap_or(i64::MAX));
-        Refusal::new(What::Setpoints, needed, [1, most])
+        let entries = |entries: usize| i64::try_from(entries).unwrap_or(i64::MAX);
+        Refusal::new(What::Setpoints, entries(needed), [1, entries(N)])
     }
 
     /// Entries that it still has room for.

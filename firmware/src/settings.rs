@@ -249,15 +249,16 @@ impl Words {
     pub const ZERO: Self = Self([0; Settings::WORDS]);
 }
 
-/// Ranges of all words, each once, and which of them a word has: less than half of
-/// the bytes of a range for every word.
+/// Ranges of all words in less than half of the bytes: the different largest values,
+/// and for each word the place of its own in the lower half of a byte, its least value
+/// in the upper half.
 pub(crate) struct Ranges {
-    each: [[u32; 2]; Self::MOST],
+    most: [u32; Self::MOST],
     of_word: [u8; Settings::WORDS],
 }
 
 impl Ranges {
-    /// Different ranges at most.
+    /// Different largest values at most: a half of a byte tells them apart.
     const MOST: usize = 16;
     /// Those of [`Settings::RANGES`].
     pub(crate) const ALL: Self = Self::distinct();
@@ -268,29 +269,34 @@ impl Ranges {
         reason = "it is evaluated while it is compiled"
     )]
     const fn distinct() -> Self {
-        let mut each = [[0; 2]; Self::MOST];
-        let mut of_word = [0; Settings::WORDS];
+        let mut ranges = Self {
+            most: [0; Self::MOST],
+            of_word: [0; Settings::WORDS],
+        };
         let (mut known, mut word) = (0, 0);
         while word < Settings::WORDS {
             let [least, most] = Settings::RANGES[word];
+            assert!(least < 16, "a half of a byte holds it");
             let mut place = 0;
-            while place < known && (each[place][0] != least || each[place][1] != most) {
+            while place < known && ranges.most[place] != most {
                 place += 1;
             }
-            each[place] = [least, most];
-            [of_word[word], ..] = place.to_le_bytes();
+            ranges.most[place] = most;
             known = if place == known { known + 1 } else { known };
+            let ([least, ..], [place, ..]) = (least.to_le_bytes(), place.to_le_bytes());
+            ranges.of_word[word] = (least << 4) | place;
             word += 1;
         }
-        Self { each, of_word }
+        ranges
     }
 
     /// Tells whether each word is within its range, or the place of the first that is not.
     pub(crate) fn check(&self, words: &Words) -> Result<(), Unfit> {
         for (place, (word, range)) in (0..).zip(words.0.iter().zip(&self.of_word)) {
-            // There is one for every word.
-            let [least, most] = *self.each.get(usize::from(*range)).unwrap_or(&[1, 0]);
-            if *word < least || *word > most {
+            let least = u32::from(range.wrapping_shr(4));
+            // There is one for every half of a byte.
+            let most = self.most.get(usize::from(range & 0xf)).unwrap_or(&0);
+            if *word < least || word > most {
                 return Err(Unfit { word: place });
             }
         }

@@ -1,25 +1,25 @@
 //! Bodies: numbers as bytes, the lowest byte first, behind a header.
 
-/// Takes from the front of a body. Behind its end, and where there is no such
+/// Takes from the front of a body. Where there is too little left, or no such
 /// value, it gives another, and tells at its end.
 #[derive(Debug, Clone, Copy)]
 pub struct Reader<'a> {
     bytes: &'a [u8],
-    failed: bool,
+    /// 0 as long as all was there.
+    wrong: u8,
 }
 
 impl<'a> Reader<'a> {
     /// Reads `bytes` from the front.
     pub(crate) const fn new(bytes: &'a [u8]) -> Self {
-        let failed = false;
-        Self { bytes, failed }
+        Self { bytes, wrong: 0 }
     }
 
-    pub(crate) fn array<const N: usize>(&mut self) -> [u8; N] {
-        let (front, rest) = self.bytes.split_first_chunk().unwrap_or_else(|| {
-            self.failed = true;
-            (&[0; N], &[])
-        });
+    pub(crate) const fn array<const N: usize>(&mut self) -> [u8; N] {
+        let Some((front, rest)) = self.bytes.split_first_chunk() else {
+            self.wrong = 1;
+            return [0; N];
+        };
         self.bytes = rest;
         *front
     }
@@ -50,35 +50,30 @@ impl<'a> Reader<'a> {
     /// A byte, 0 or 1.
     pub(crate) fn flag(&mut self) -> bool {
         let byte = self.u8();
-        self.failed |= byte > 1;
-        byte == 1
+        self.expect_flag(byte);
+        byte & 1 != 0
+    }
+
+    /// What was read is 0 or 1; anything else is wrong.
+    pub(crate) const fn expect_flag(&mut self, byte: u8) {
+        self.wrong |= byte.wrapping_shr(1);
     }
 
     /// A byte: the place of a value in the list of all.
     pub(crate) fn choice<T: Copy>(&mut self, all: &[T]) -> Option<T> {
         let value = all.get(usize::from(self.u8())).copied();
-        self.failed |= value.is_none();
+        self.wrong |= u8::from(value.is_none());
         value
     }
 
-    /// What was read is no value.
-    pub(crate) const fn fail(&mut self) {
-        self.failed = true;
-    }
-
-    /// All that is left.
-    pub(crate) const fn rest(self) -> &'a [u8] {
-        self.bytes
+    /// Tells whether all was there so far.
+    pub(crate) const fn is_good(&self) -> bool {
+        self.wrong == 0
     }
 
     /// Tells whether all was there and nothing is left.
     pub(crate) const fn has_ended(&self) -> bool {
-        self.bytes.is_empty() && !self.failed
-    }
-
-    /// `value`, if all was there.
-    pub(crate) fn whole<T>(&self, value: T) -> Option<T> {
-        (!self.failed).then_some(value)
+        self.bytes.is_empty() && self.is_good()
     }
 }
 
@@ -97,18 +92,29 @@ pub struct Header {
 }
 
 impl Header {
-    /// Reads it from the front of a body; tells whether it is there.
-    #[inline(never)]
-    pub(crate) fn fill(&mut self, from: &mut Reader<'_>) -> bool {
-        self.kind = from.u8();
-        self.session = u16::from_le_bytes([from.u8(), from.u8()]);
-        self.number = from.u32();
-        !from.failed
+    /// All zeros, before the first.
+    pub(crate) const ZERO: Self = Self {
+        kind: 0,
+        session: 0,
+        number: 0,
+    };
+
+    /// Takes the header of a body; what follows it.
+    #[inline(always)]
+    pub(crate) const fn fill<'b>(&mut self, body: &'b [u8]) -> Option<&'b [u8]> {
+        let [kind, a, b, c, d, e, f, payload @ ..] = body else {
+            return None;
+        };
+        self.kind = *kind;
+        self.session = u16::from_le_bytes([*a, *b]);
+        self.number = u32::from_le_bytes([*c, *d, *e, *f]);
+        Some(payload)
     }
 
     /// The header of a body, and what follows it.
     pub fn read(body: &[u8]) -> Option<(Self, Reader<'_>)> {
-        let (mut header, mut from) = (Self::default(), Reader::new(body));
-        header.fill(&mut from).then_some((header, from))
+        let mut header = Self::ZERO;
+        let payload = header.fill(body)?;
+        Some((header, Reader::new(payload)))
     }
 }

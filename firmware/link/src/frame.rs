@@ -10,6 +10,8 @@
 
 use heapless::Vec;
 
+use crate::body::Header;
+
 /// CRCs of all halves of a byte, of the generator x^32 + x^26 + … + 1 with the highest
 /// power in the lowest bit: 64 bytes of flash. A table of all bytes is 1 KiB, and
 /// without one a chip spends two thirds of a sample on two frames.
@@ -59,29 +61,27 @@ pub fn crc32_on(crc: u32, bytes: &[u8]) -> u32 {
 /// read      distance, …        ─► 0, body, CRC
 /// ```
 #[derive(Debug)]
-pub(crate) struct Frame<B: ?Sized> {
-    /// Bytes so far, of those too that have found no place.
-    pub(crate) length: usize,
-    bytes: B,
+pub(crate) struct Frame<const N: usize = LARGEST_FRAME> {
+    /// Bytes so far: all that there is place for where too many came.
+    length: usize,
+    bytes: [u8; N],
 }
 
-impl<const N: usize> Frame<[u8; N]> {
+impl<const N: usize> Frame<N> {
     /// Without a byte.
     pub(crate) const EMPTY: Self = Self {
         length: 0,
         bytes: [0; N],
     };
-}
 
-impl Frame<[u8]> {
-    /// Forgets its bytes; with a place for the first distance, as what is written.
+    /// Forgets its bytes and begins a body, behind a place for the first distance.
     #[inline(never)]
-    pub(crate) fn begin(&mut self, kind: u8, session: u16, number: u32) {
+    pub(crate) fn begin(&mut self, header: &Header) {
         self.length = 0;
         self.put(0);
-        self.put(kind);
-        self.bytes(&session.to_le_bytes());
-        self.u32(number);
+        self.put(header.kind);
+        self.number(header.session.into(), 2);
+        self.number(header.number, 4);
     }
 
     /// Appends a byte.
@@ -89,84 +89,65 @@ impl Frame<[u8]> {
     pub(crate) fn put(&mut self, byte: u8) {
         if let Some(place) = self.bytes.get_mut(self.length) {
             *place = byte;
+            self.length = self.length.wrapping_add(1);
         }
-        self.length = self.length.saturating_add(1);
     }
 
     /// Appends bytes as they are.
-    #[inline(never)]
     pub(crate) fn bytes(&mut self, bytes: &[u8]) {
         bytes.iter().for_each(|byte| self.put(*byte));
     }
 
+    /// Appends so many bytes of a number, the lowest first.
     #[inline(never)]
-    pub(crate) fn u32(&mut self, value: u32) {
-        self.bytes(&value.to_le_bytes());
-    }
-
-    #[inline(never)]
-    pub(crate) fn i64(&mut self, value: i64) {
-        self.bytes(&value.to_le_bytes());
+    pub(crate) fn number(&mut self, mut number: u32, bytes: u8) {
+        for _ in 0..bytes {
+            let [lowest, ..] = number.to_le_bytes();
+            self.put(lowest);
+            number = number.wrapping_shr(8);
+        }
     }
 
     /// Appends words, 4 bytes each.
-    pub(crate) fn i32s(&mut self, values: &[i32]) {
-        values
-            .iter()
-            .for_each(|value| self.u32(value.cast_unsigned()));
-    }
-
-    /// A byte: the place of `value` in the list of all.
-    pub(crate) fn choice<T: PartialEq>(&mut self, value: &T, all: &[T]) {
-        let mut place = 0_u8;
-        for known in all {
-            if known == value {
-                break;
-            }
-            place = place.wrapping_add(1);
-        }
-        self.put(place);
-    }
-
-    /// Ends what was written: CRC, COBS, 0.
     #[inline(never)]
-    pub(crate) fn end(&mut self) {
-        let crc = crc32(self.body().unwrap_or_default());
-        self.u32(crc);
+    pub(crate) fn words(&mut self, words: &[u32]) {
+        words.iter().for_each(|word| self.number(*word, 4));
+    }
+
+    /// The body that was written so far.
+    pub(crate) fn body(&self) -> Option<&[u8]> {
+        self.bytes.get(1..self.length)
+    }
+
+    /// Ends what was written: CRC, COBS, 0. The frame as it goes over the line, `None` if
+    /// something did not fit; the next byte begins another one.
+    #[inline(never)]
+    pub(crate) fn end(&mut self) -> Option<&[u8]> {
+        let crc = crc32(self.body()?);
+        self.number(crc, 4);
         // Every 0 becomes its distance to the next one; the first is none of the
         // body's, the last one ends the frame.
         let mut distance = 0_u8;
-        let written = self.bytes.get_mut(..self.length);
-        for byte in written.unwrap_or_default().iter_mut().rev() {
+        for byte in self.bytes.get_mut(..self.length)?.iter_mut().rev() {
             distance = distance.wrapping_add(1);
             if *byte == 0 {
                 *byte = core::mem::take(&mut distance);
             }
         }
-        self.put(0);
+        let end = self.bytes.get_mut(self.length)?;
+        *end = 0;
+        self.bytes.get(..=core::mem::take(&mut self.length))
     }
+}
 
-    /// The body that was written so far; `None` if something did not fit.
-    pub(crate) fn body(&self) -> Option<&[u8]> {
-        self.bytes.get(1..self.length)
-    }
-
-    /// What was written and ended, as it goes over the line; `None` if something did
-    /// not fit.
-    pub(crate) fn line(&self) -> Option<&[u8]> {
-        self.bytes.get(..self.length)
-    }
-
-    /// The same, and forgets it: the next byte begins another frame.
-    pub(crate) fn take_line(&mut self) -> Option<&[u8]> {
-        self.bytes.get(..core::mem::take(&mut self.length))
-    }
-
+impl Frame {
     /// The body of what was read up to its end, decoded where it is; `None` if it is
     /// damaged. The next byte that is read begins another frame.
     #[inline(never)]
     fn read(&mut self) -> Option<&[u8]> {
-        let frame = self.bytes.get_mut(..core::mem::take(&mut self.length))?;
+        // The end has no place in it.
+        let [bytes @ .., _] = &mut self.bytes;
+        let frame = bytes.get_mut(..core::mem::take(&mut self.length))?;
         // A distance becomes the 0 that it stands for, the last one leads to the end.
         let mut at = 0_usize;
         while at < frame.len() {
@@ -182,12 +163,10 @@ impl Frame<[u8]> {
 /// A body as it goes over the line; `None` if it does not fit `N` bytes.
 pub fn encode<const N: usize>(body: &[u8]) -> Option<Vec<u8, N>> {
     const { assert!(N <= 255, "a distance of COBS is a byte") };
-    let mut frame = Frame::<[u8; N]>::EMPTY;
-    let to: &mut Frame<[u8]> = &mut frame;
-    to.put(0);
-    to.bytes(body);
-    to.end();
-    Vec::from_slice(to.line()?).ok()
+    let mut frame = Frame::<N>::EMPTY;
+    frame.put(0);
+    frame.bytes(body);
+    Vec::from_slice(frame.end()?).ok()
 }
 
 /// Result of a byte.
@@ -214,7 +193,7 @@ pub enum Received<'a> {
 #[derive(Debug)]
 pub struct Receiver {
     /// What has come of a frame; its memory is free from its end to the next byte.
-    pub(crate) frame: Frame<[u8; LARGEST_FRAME - 1]>,
+    pub(crate) frame: Frame,
 }
 
 impl Receiver {
@@ -227,15 +206,14 @@ impl Receiver {
 
     /// Takes a byte; `Some` if it ends a frame.
     pub fn take(&mut self, byte: u8) -> Option<Received<'_>> {
-        let frame: &mut Frame<[u8]> = &mut self.frame;
         if byte != 0 {
-            frame.put(byte);
+            self.frame.put(byte);
             return None;
         }
-        if frame.length == 0 {
+        if self.frame.length == 0 {
             return None;
         }
-        Some(frame.read().map_or(Received::Damaged, Received::Body))
+        Some(self.frame.read().map_or(Received::Damaged, Received::Body))
     }
 }
 

@@ -1,7 +1,7 @@
 //! A plan in the memory of a chip: the words of its stretches, and the end of
 //! the motion.
 
-use firmware::{AxisState, Codes, Counts, InPlace, Setpoint, Stretch};
+use firmware::{AxisState, Counts, InPlace, Setpoint, Stretch};
 
 /// Most samples of a stretch that is curved: the sum that is checked is made
 /// sample by sample.
@@ -36,43 +36,44 @@ pub(crate) fn next(words: &[i32], at: &mut usize, stretch: &mut Stretch) -> InPl
 /// does not is told.
 #[inline(never)]
 pub(crate) fn check(words: &[i32], axis: &AxisState) -> Result<(), u32> {
-    let (words, rest) = words.as_chunks();
-    let (mut before, mut place) = (None, 0_u32);
-    for words in words {
-        let mut stretch = Stretch::from_words(words);
-        if !goes_on(before, &stretch) || !advance_to_end(&mut stretch, axis) {
+    let (mut rest, mut place) = (words, 0_u32);
+    let mut stretch = Stretch::default();
+    // Wherever the first one begins.
+    let (mut end, mut slack) = (0, u32::MAX);
+    loop {
+        let is_end = rest.len() == 1;
+        if let [last] = rest {
+            stretch.position = Stretch::resting_at(*last).position;
+            stretch.acceleration = Counts::ZERO;
+        } else if let Some((words, behind)) = rest.split_first_chunk() {
+            stretch.set_words(words);
+            rest = behind;
+        } else {
             return Err(place);
         }
-        before = Some((stretch.setpoint(), whole(stretch.acceleration)));
-        place = place.saturating_add(1);
+        let gap = stretch.setpoint().wrapping_sub(end).unsigned_abs();
+        slack = whole(stretch.acceleration).saturating_add(slack);
+        if gap > slack.saturating_add(2) {
+            return Err(place);
+        }
+        if is_end {
+            return Ok(());
+        }
+        if !advance_to_end(&mut stretch, axis) {
+            return Err(place);
+        }
+        (end, slack) = (stretch.setpoint(), whole(stretch.acceleration));
+        place = place.wrapping_add(1);
     }
-    match rest {
-        [end] if goes_on(before, &Stretch::resting_at(*end)) => Ok(()),
-        _ => Err(place),
-    }
-}
-
-/// Tells whether a stretch begins where the one `before` has led, at a setpoint
-/// with an acceleration in whole counts.
-#[inline(never)]
-fn goes_on(before: Option<(i32, u32)>, stretch: &Stretch) -> bool {
-    before.is_none_or(|(setpoint, acceleration)| {
-        let gap = stretch.setpoint().wrapping_sub(setpoint).unsigned_abs();
-        let accelerations = whole(stretch.acceleration).saturating_add(acceleration);
-        gap <= accelerations.saturating_add(2)
-    })
 }
 
 /// Takes a stretch to its last sample and behind it. Tells whether it is one: it
 /// has samples, not too many, and the axis takes its feed-forward.
 #[inline(never)]
 pub(crate) fn advance_to_end(stretch: &mut Stretch, axis: &AxisState) -> bool {
-    let straight = stretch.acceleration == Counts::ZERO
-        && stretch.jerk == Counts::ZERO
-        && stretch.ahead_change == Codes::ZERO
-        && stretch.ahead_growth == Codes::ZERO;
+    let curved = stretch.acceleration | stretch.jerk | stretch.ahead_change | stretch.ahead_growth;
     let mut samples = stretch.samples;
-    if straight && samples > 0 {
+    if curved == Counts::ZERO && samples > 0 {
         // As one long sample.
         let way = stretch.velocity.to_bits().wrapping_mul(samples.into());
         stretch.velocity = Counts::from_bits(way);
@@ -82,18 +83,15 @@ pub(crate) fn advance_to_end(stretch: &mut Stretch, axis: &AxisState) -> bool {
     while takes && samples > 0 {
         takes = axis.takes_ahead(stretch.ahead);
         stretch.advance();
-        samples = samples.saturating_sub(1);
+        samples = samples.wrapping_sub(1);
     }
     takes
 }
 
 /// The magnitude in whole counts, rounded up.
+#[inline(never)]
 fn whole(value: Counts) -> u32 {
-    value
-        .to_bits()
-        .unsigned_abs()
-        .wrapping_shr(32)
-        .try_into()
-        .unwrap_or(u32::MAX - 1)
-        .saturating_add(1)
+    let counts = value.to_bits().unsigned_abs().wrapping_shr(32);
+    // At most 2^31.
+    u32::try_from(counts).unwrap_or(0).wrapping_add(1)
 }

@@ -3,7 +3,7 @@
 use heapless::Vec;
 
 use crate::body::{Header, Reader, VERSION};
-use crate::frame::{Frame, LARGEST_BODY, LARGEST_FRAME};
+use crate::frame::Frame;
 use crate::request::{Events, flag};
 use firmware::axis::AxisOutput;
 use firmware::faults::{Fault, FaultCause, FaultValues};
@@ -11,9 +11,6 @@ use firmware::states::State;
 
 /// Bytes of the largest reply.
 pub const LARGEST_REPLY: usize = 62;
-
-/// Bytes of the largest reply on the line.
-pub const LARGEST_REPLY_FRAME: usize = LARGEST_REPLY + LARGEST_FRAME - LARGEST_BODY;
 
 /// A controller's answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -119,25 +116,35 @@ pub enum Nak {
 }
 
 impl Nak {
-    /// Number on the line, and the value beside it.
-    const fn words(self) -> (u8, u32) {
+    /// Number on the line.
+    const fn number(self) -> u8 {
         match self {
-            Self::Damaged => (0, 0),
-            Self::Session => (1, 0),
-            Self::Number { expected } => (2, expected),
-            Self::Request => (3, 0),
-            Self::Configuration { here } => (4, here),
-            Self::Settings { word } => (5, word),
-            Self::Memory => (6, 0),
-            Self::Driving => (7, 0),
-            Self::Plan { stretch } => (8, stretch),
+            Self::Damaged => 0,
+            Self::Session => 1,
+            Self::Number { .. } => 2,
+            Self::Request => 3,
+            Self::Configuration { .. } => 4,
+            Self::Settings { .. } => 5,
+            Self::Memory => 6,
+            Self::Driving => 7,
+            Self::Plan { .. } => 8,
         }
     }
 
-    pub(crate) fn write(self, to: &mut Frame<[u8]>) {
-        let (number, value) = self.words();
-        to.put(number);
-        to.u32(value);
+    /// What is told beside it.
+    const fn value(self) -> u32 {
+        match self {
+            Self::Number { expected: value }
+            | Self::Configuration { here: value }
+            | Self::Settings { word: value }
+            | Self::Plan { stretch: value } => value,
+            _ => 0,
+        }
+    }
+
+    pub(crate) fn write(self, to: &mut Frame) {
+        to.put(self.number());
+        to.number(self.value(), 4);
     }
 
     fn read(from: &mut Reader<'_>) -> Option<Self> {
@@ -153,7 +160,7 @@ impl Nak {
             Self::Driving,
             Self::Plan { stretch: value },
         ];
-        known.into_iter().find(|nak| nak.words().0 == number)
+        known.into_iter().find(|nak| nak.number() == number)
     }
 }
 
@@ -181,17 +188,21 @@ impl Reply {
             Self::Status(_) => kind::STATUS,
             Self::Nak(_) => kind::NAK,
         };
-        let mut frame = Frame::<[u8; LARGEST_REPLY + 1]>::EMPTY;
-        let to: &mut Frame<[u8]> = &mut frame;
-        to.begin(kind, session, number);
+        let mut frame = Frame::EMPTY;
+        frame.begin(&Header {
+            kind,
+            session,
+            number,
+        });
+        let to = &mut frame;
         match self {
             Self::Hello(identity) => identity.write(to),
             Self::Taken => {}
             Self::Stepped(stepped) => stepped.write(to),
-            Self::Status(status) => status.write(to),
+            Self::Status(status) => to.words(&[status.stack_bytes, status.steps]),
             Self::Nak(nak) => nak.write(to),
         }
-        Vec::from_slice(to.body()?).ok()
+        Vec::from_slice(frame.body()?).ok()
     }
 
     /// A body and its header; `None` if it is no reply.
@@ -206,7 +217,7 @@ impl Reply {
                         version,
                         ..Identity::default()
                     };
-                    return from.whole((header, Self::Hello(identity)));
+                    return from.is_good().then_some((header, Self::Hello(identity)));
                 }
                 Self::Hello(Identity::read(&mut from))
             }
@@ -224,14 +235,18 @@ impl Reply {
 }
 
 impl Identity {
-    pub(crate) fn write(&self, to: &mut Frame<[u8]>) {
+    pub(crate) fn write(&self, to: &mut Frame) {
+        let [a, b, c, d, e, f, g, h] = self.target;
         to.put(self.version);
-        to.bytes(&self.target);
-        to.u32(self.image_crc);
-        to.u32(self.flash_bytes);
-        to.u32(self.ram_bytes);
-        to.u32(self.table_capacity);
-        to.u32(self.timer_hz);
+        to.words(&[
+            u32::from_le_bytes([a, b, c, d]),
+            u32::from_le_bytes([e, f, g, h]),
+            self.image_crc,
+            self.flash_bytes,
+            self.ram_bytes,
+            self.table_capacity,
+            self.timer_hz,
+        ]);
     }
 
     /// What follows this version.
@@ -248,23 +263,20 @@ impl Identity {
     }
 }
 
-impl Status {
-    pub(crate) fn write(&self, to: &mut Frame<[u8]>) {
-        to.u32(self.stack_bytes);
-        to.u32(self.steps);
-    }
-}
-
 impl Stepped {
-    fn write(&self, to: &mut Frame<[u8]>) {
-        let output = AxisOutput {
-            code: self.code,
-            power: self.power,
-            state: self.state,
-            error_counts: self.error_counts,
-            out_of_range: self.out_of_range,
+    fn write(&self, to: &mut Frame) {
+        let sample = Sample {
+            output: AxisOutput {
+                code: self.code,
+                power: self.power,
+                state: self.state,
+                error_counts: self.error_counts,
+                out_of_range: self.out_of_range,
+            },
+            refused: self.refused,
+            ticks: self.ticks,
         };
-        write_stepped(to, &output, self.refused, self.ticks, self.fault.as_ref());
+        sample.write(to, self.fault.as_ref());
     }
 
     fn read(from: &mut Reader<'_>) -> Option<Self> {
@@ -298,30 +310,95 @@ impl Stepped {
     }
 }
 
-/// Results of a sample, from where they are.
-#[inline(never)]
-pub(crate) fn write_stepped(
-    to: &mut Frame<[u8]>,
-    output: &AxisOutput,
-    refused: Events,
-    ticks: u32,
-    fault: Option<&Fault>,
-) {
-    to.i32s(&[output.code, output.error_counts]);
-    to.choice(&output.state, &State::ALL);
-    to.put(
-        refused.bits()
-            | flag(POWER, output.power)
-            | flag(OUT_OF_RANGE, output.out_of_range)
-            | flag(FAULT, fault.is_some()),
-    );
-    to.u32(ticks);
-    if let Some(fault) = fault {
-        let values = &fault.values;
-        to.choice(&fault.cause, &FaultCause::ALL);
-        to.i64(fault.tick.cast_signed());
-        to.i32s(&[values.setpoint, values.position, values.error, values.code]);
-        to.i64(values.measured);
-        to.i64(values.limit);
+/// The part of a [`Stepped`] that a session keeps; the fault is the axis'.
+#[derive(Debug)]
+pub(crate) struct Sample {
+    pub(crate) output: AxisOutput,
+    pub(crate) refused: Events,
+    pub(crate) ticks: u32,
+}
+
+impl Sample {
+    /// All zeros, before the first.
+    pub(crate) const NONE: Self = Self {
+        output: AxisOutput {
+            code: 0,
+            power: false,
+            state: State::Disabled,
+            error_counts: 0,
+            out_of_range: false,
+        },
+        refused: Events::NONE,
+        ticks: 0,
+    };
+
+    pub(crate) fn write(&self, to: &mut Frame, fault: Option<&Fault>) {
+        let output = &self.output;
+        to.words(&[
+            output.code.cast_unsigned(),
+            output.error_counts.cast_unsigned(),
+        ]);
+        to.put(state_number(output.state));
+        to.put(
+            self.refused.bits()
+                | flag(POWER, output.power)
+                | flag(OUT_OF_RANGE, output.out_of_range)
+                | flag(FAULT, fault.is_some()),
+        );
+        to.number(self.ticks, 4);
+        if let Some(fault) = fault {
+            let values = &fault.values;
+            let [a, b] = halves(fault.tick.cast_signed());
+            let [g, h] = halves(values.measured);
+            let [i, j] = halves(values.limit);
+            to.put(cause_number(fault.cause));
+            to.words(&[
+                a,
+                b,
+                values.setpoint.cast_unsigned(),
+                values.position.cast_unsigned(),
+                values.error.cast_unsigned(),
+                values.code.cast_unsigned(),
+                g,
+                h,
+                i,
+                j,
+            ]);
+        }
+    }
+}
+
+/// The two words of a number, the lower one first.
+pub(crate) const fn halves(number: i64) -> [u32; 2] {
+    let [a, b, c, d, e, f, g, h] = number.to_le_bytes();
+    [
+        u32::from_le_bytes([a, b, c, d]),
+        u32::from_le_bytes([e, f, g, h]),
+    ]
+}
+
+/// Place of a state in [`State::ALL`].
+const fn state_number(state: State) -> u8 {
+    match state {
+        State::Disabled => 0,
+        State::Enabled => 1,
+        State::Moving => 2,
+        State::Holding => 3,
+        State::Fault => 4,
+    }
+}
+
+/// Place of a cause in [`FaultCause::ALL`].
+const fn cause_number(cause: FaultCause) -> u8 {
+    match cause {
+        FaultCause::EmergencyStop => 0,
+        FaultCause::HardwareBus => 1,
+        FaultCause::MissedTick => 2,
+        FaultCause::EncoderGlitch => 3,
+        FaultCause::EncoderLoss => 4,
+        FaultCause::SetpointUnderrun => 5,
+        FaultCause::FollowingError => 6,
+        // That of the last one: saturation too long.
+        _ => 7,
     }
 }

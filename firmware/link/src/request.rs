@@ -2,10 +2,12 @@
 
 use heapless::Vec;
 
-use crate::body::Reader;
+use crate::body::{Header, Reader};
 use crate::frame::{Frame, LARGEST_BODY};
+use crate::plan;
+use crate::reply::halves;
 use firmware::Codes;
-use firmware::axis::Inputs;
+use firmware::axis::{AxisState, Inputs};
 use firmware::reference::{InPlace, Next, Setpoint, Stretch};
 use firmware::states::Event;
 
@@ -53,11 +55,6 @@ pub enum SourceKind {
     Step,
 }
 
-impl SourceKind {
-    /// Every kind, in the order of their numbers on the line.
-    pub(crate) const ALL: [Self; 3] = [Self::Table, Self::Plan, Self::Step];
-}
-
 /// Inputs of one sample.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
@@ -81,6 +78,9 @@ impl Events {
     /// In the order in which they are asked for.
     pub const ORDER: [Event; 4] = [Event::Disable, Event::Reset, Event::Enable, Event::Start];
 
+    /// Without an event.
+    pub(crate) const NONE: Self = Self(0);
+
     /// The set of the lower four bits.
     pub(crate) const fn of_bits(bits: u8) -> Self {
         Self(bits & 0xf)
@@ -100,6 +100,13 @@ impl Events {
     pub fn iter(self) -> impl Iterator<Item = Event> {
         let has = move |event: &Event| !self.filter(|known| known == *event).is_empty();
         Self::ORDER.into_iter().filter(has)
+    }
+
+    /// Tells whether an axis that was just made takes all of them: it is disabled, so that
+    /// there is nothing to reset, and it starts where it is enabled.
+    pub(crate) const fn suit_a_new_axis(self) -> bool {
+        let [reset, enable, start] = [0x2, 0x4, 0x8];
+        self.0 & reset == 0 && self.0 & (enable | start) != start
     }
 
     /// Those of its events, in their order, of which `kept` says so.
@@ -137,6 +144,10 @@ const LOAD: u8 = 0x20;
 const ODD: u8 = 0x40;
 const NEXT: u8 = 0x80;
 
+/// Kinds of a source's answer; a setpoint of the motion is 0.
+const LAST: u8 = 1;
+const STRETCH: u8 = 2;
+
 /// `flag` where it is set, or 0.
 pub(crate) const fn flag(flag: u8, set: bool) -> u8 {
     if set { flag } else { 0 }
@@ -148,9 +159,13 @@ impl Request<'_> {
     /// `last_tick` is that of the step before, which a step only mentions where
     /// its own does not follow.
     pub fn body(&self, session: u16, number: u32, last_tick: u64) -> Option<Vec<u8, LARGEST_BODY>> {
-        let mut frame = Frame::<[u8; LARGEST_BODY + 1]>::EMPTY;
-        let to: &mut Frame<[u8]> = &mut frame;
-        to.begin(self.kind(), session, number);
+        let mut frame = Frame::EMPTY;
+        frame.begin(&Header {
+            kind: self.kind(),
+            session,
+            number,
+        });
+        let to = &mut frame;
         match self {
             Self::Hello | Self::Status => {}
             Self::Settings(payload) | Self::Memory(payload) => to.bytes(payload),
@@ -159,13 +174,17 @@ impl Request<'_> {
                 source,
                 events,
             } => {
-                to.u32(*configuration);
+                to.number(*configuration, 4);
                 to.put(events.0);
-                to.choice(source, &SourceKind::ALL);
+                to.put(match source {
+                    SourceKind::Table => 0,
+                    SourceKind::Plan => 1,
+                    SourceKind::Step => 2,
+                });
             }
             Self::Step(step) => step.write(to, last_tick.wrapping_add(1)),
         }
-        Vec::from_slice(to.body()?).ok()
+        Vec::from_slice(frame.body()?).ok()
     }
 
     /// Kind on the line; it begins a part's share of the
@@ -184,7 +203,7 @@ impl Request<'_> {
 
 impl Step {
     /// Its fields; a tick that is not the one that `follows` among them.
-    fn write(&self, to: &mut Frame<[u8]>, follows: u64) {
+    fn write(&self, to: &mut Frame, follows: u64) {
         let inputs = &self.inputs;
         let odd = inputs.tick != follows || inputs.failed_transfers != 0 || self.motor_unread;
         to.put(
@@ -194,33 +213,39 @@ impl Step {
                 | flag(ODD, odd)
                 | flag(NEXT, self.next != Next::Underrun),
         );
-        to.u32(inputs.motor_register);
+        to.number(inputs.motor_register, 4);
         if let Some(register) = inputs.load_register {
-            to.u32(register);
+            to.number(register, 4);
         }
         if odd {
-            to.i64(inputs.tick.cast_signed());
-            to.u32(inputs.failed_transfers);
+            to.words(&halves(inputs.tick.cast_signed()));
+            to.number(inputs.failed_transfers, 4);
             to.put(u8::from(self.motor_unread));
         }
         match &self.next {
             Next::Setpoint(setpoint) => write_setpoint(to, 0, setpoint),
-            Next::Last(setpoint) => write_setpoint(to, 1, setpoint),
+            Next::Last(setpoint) => write_setpoint(to, LAST, setpoint),
             Next::Stretch(stretch) => {
-                to.put(2);
-                to.i32s(&stretch.to_words());
+                to.put(STRETCH);
+                to.words(&stretch.to_words().map(i32::cast_unsigned));
             }
             Next::Underrun => {}
         }
     }
 }
 
-fn write_setpoint(to: &mut Frame<[u8]>, kind: u8, setpoint: &Setpoint) {
+fn write_setpoint(to: &mut Frame, kind: u8, setpoint: &Setpoint) {
     to.put(kind);
-    to.i32s(&[setpoint.position, setpoint.velocity, setpoint.acceleration]);
+    let Setpoint {
+        position,
+        velocity,
+        acceleration,
+        ..
+    } = *setpoint;
+    to.words(&[position, velocity, acceleration].map(i32::cast_unsigned));
     to.put(u8::from(setpoint.ahead.is_some()));
     if let Some(ahead) = setpoint.ahead {
-        to.i64(ahead.to_bits());
+        to.words(&halves(ahead.to_bits()));
     }
 }
 
@@ -233,12 +258,17 @@ pub(crate) struct Arrived<'a> {
     pub(crate) motor_unread: bool,
     /// Empty without an answer.
     pub(crate) next: Reader<'a>,
+    /// False where its length is not what it says, or a byte has no such value.
+    pub(crate) is_whole: bool,
+    /// False where it brings a stretch that is none.
+    pub(crate) is_fit: bool,
 }
 
 impl<'a> Arrived<'a> {
     /// Reads the fields; the tick `follows` where there is none.
     #[inline(never)]
-    pub(crate) fn read(from: &mut Reader<'a>, follows: u64) -> Self {
+    pub(crate) fn read(payload: &'a [u8], follows: u64, axis: &AxisState) -> Self {
+        let mut from = Reader::new(payload);
         let flags = from.u8();
         let mut step = Self {
             events: Events::of_bits(flags),
@@ -251,34 +281,47 @@ impl<'a> Arrived<'a> {
             },
             motor_unread: false,
             next: Reader::new(&[]),
+            is_whole: false,
+            is_fit: true,
         };
         if flags & ODD != 0 {
             step.inputs.tick = from.u64();
             step.inputs.failed_transfers = from.u32();
             step.motor_unread = from.flag();
         }
-        if flags & NEXT != 0 {
-            step.next = *from;
-            next(from, &mut Stretch::default());
+        let mut stretch = Stretch::default();
+        let is_stretch = flags & NEXT != 0 && {
+            step.next = from;
+            next(&mut from, &mut stretch) == InPlace::Stretch
+        };
+        step.is_whole = from.has_ended();
+        if step.is_whole && is_stretch {
+            step.is_fit = plan::advance_to_end(&mut stretch, axis);
         }
         step
     }
 }
 
 /// Configuration, events and source of a [`Request::Begin`].
-#[inline(never)]
-pub(crate) fn begin(payload: &[u8]) -> Option<(u32, Events, SourceKind)> {
-    let mut from = Reader::new(payload);
-    let (configuration, events) = (from.u32(), Events::of_bits(from.u8()));
-    let source = from.choice(&SourceKind::ALL)?;
-    from.has_ended().then_some((configuration, events, source))
+pub(crate) const fn begin(payload: &[u8]) -> Option<(u32, Events, SourceKind)> {
+    let [a, b, c, d, events, source] = *payload else {
+        return None;
+    };
+    let source = match source {
+        0 => SourceKind::Table,
+        1 => SourceKind::Plan,
+        2 => SourceKind::Step,
+        _ => return None,
+    };
+    let configuration = u32::from_le_bytes([a, b, c, d]);
+    Some((configuration, Events::of_bits(events), source))
 }
 
 /// The source's answer; an underrun, and a mistake of the reader, where there is none.
 #[inline(never)]
 pub(crate) fn next(from: &mut Reader<'_>, stretch: &mut Stretch) -> InPlace {
     let kind = from.u8();
-    if kind == 2 {
+    if kind == STRETCH {
         let mut words = [0; Stretch::WORDS];
         words.iter_mut().for_each(|word| *word = from.i32());
         stretch.set_words(&words);
@@ -290,12 +333,12 @@ pub(crate) fn next(from: &mut Reader<'_>, stretch: &mut Stretch) -> InPlace {
         acceleration: from.i32(),
         ahead: from.flag().then(|| Codes::from_bits(from.i64())),
     };
-    match from.whole(kind) {
-        Some(0) => InPlace::Setpoint(setpoint),
-        Some(1) => InPlace::Last(setpoint),
-        _ => {
-            from.fail();
-            InPlace::Underrun
-        }
+    from.expect_flag(kind);
+    if !from.is_good() {
+        InPlace::Underrun
+    } else if kind == LAST {
+        InPlace::Last(setpoint)
+    } else {
+        InPlace::Setpoint(setpoint)
     }
 }

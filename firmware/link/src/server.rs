@@ -2,23 +2,23 @@
 //!
 //! A [`Server`] knows neither a line nor a board, so that every target, and the
 //! host's tests, run the same one. A request that changes something is carried out
-//! once: its number must be the next one, and the frame that answered the last is
+//! once: its number must be the next one, and what the last one was answered is
 //! kept for a repetition.
 //!
 //! ```text
-//! byte ─► Receiver ─► request ─┬─ carried out ─► frame that is kept ─► line
-//!            ▲                 │
-//!            └──── its memory ─┴─ refused, or nothing to carry out ──► line
+//! byte ─► Receiver ─► request ─► session, axis ─► what to say ─┐
+//!            ▲                                                 │
+//!            └──── its memory ◄────────────────────────────────┘ frame ─► line
 //! ```
 //!
 //! Everything happens in the server's own memory, which is all zeros at the start.
 
 use crate::body::{Header, Reader};
-use crate::frame::{Frame, Received, Receiver, crc32_on};
+use crate::frame::{Received, Receiver, crc32_on};
 use crate::plan;
-use crate::reply::{self, Identity, LARGEST_REPLY_FRAME, Nak, write_stepped};
+use crate::reply::{self, Identity, Nak, Sample};
 use crate::request::{Arrived, Events, SourceKind, begin, kind, next};
-use firmware::axis::{AxisOutput, AxisState, Inputs};
+use firmware::axis::{AxisState, Inputs};
 use firmware::reference::{
     InPlace, Next, Observed, SetpointSource, SetpointTable, Stretch, TablePlace,
 };
@@ -44,7 +44,7 @@ pub trait Target {
 #[repr(C)]
 pub struct Server {
     session: Session,
-    /// Its memory is also that of the answers that are not kept.
+    /// Its memory is also that of the answers.
     receiver: Receiver,
 }
 
@@ -53,7 +53,8 @@ impl Server {
     pub const START: Self = Self {
         session: Session {
             now: Progress::START,
-            kept: Frame::EMPTY,
+            header: Header::ZERO,
+            sample: Sample::NONE,
             axis: AxisState::START,
         },
         receiver: Receiver::new(),
@@ -68,74 +69,41 @@ impl Server {
         target: &mut impl Target,
     ) -> &[u8] {
         let session = &mut self.session;
-        let (host, number, answer) = match self.receiver.take(byte) {
+        let done = match self.receiver.take(byte) {
             None => return &[],
             Some(Received::Damaged) => {
-                let now = &session.now;
-                let answer = Answer::Nak(Nak::Damaged);
-                (now.host.unwrap_or(0), now.next, answer)
+                session.header.session = session.now.host.unwrap_or(0);
+                session.header.number = session.now.next;
+                Err(Nak::Damaged)
             }
             Some(Received::Body(body)) => {
-                let (mut header, mut from) = (Header::default(), Reader::new(body));
-                if !header.fill(&mut from) {
+                let Some(payload) = session.header.fill(body) else {
                     return &[];
-                }
-                let answer = session.answer(&header, &mut from, memory, target);
-                (header.session, header.number, answer)
+                };
+                session.answer(payload, memory, target)
             }
         };
-        if let Answer::Kept = answer {
-            let kept: &Frame<[u8]> = &session.kept;
-            return kept.line().unwrap_or_default();
-        }
-        let steps = session.now.steps;
-        say(
-            &mut self.receiver.frame,
-            host,
-            number,
-            &answer,
-            steps,
-            target,
-        )
+        self.say(done, target)
     }
-}
 
-/// An answer that is not kept.
-#[inline(never)]
-fn say<'a>(
-    to: &'a mut Frame<[u8]>,
-    host: u16,
-    number: u32,
-    answer: &Answer,
-    steps: u32,
-    target: &impl Target,
-) -> &'a [u8] {
-    match answer {
-        Answer::Nak(nak) => {
-            to.begin(reply::kind::NAK, host, number);
-            nak.write(to);
+    /// The answer to the request at hand, as a frame.
+    #[inline(never)]
+    fn say(&mut self, done: Result<(), Nak>, target: &impl Target) -> &[u8] {
+        let session = &mut self.session;
+        let to = &mut self.receiver.frame;
+        if done.is_err() {
+            session.header.kind = reply::kind::NAK;
         }
-        Answer::Record => {
-            to.begin(reply::kind::STATUS, host, number);
-            to.u32(target.stack_bytes());
-            to.u32(steps);
+        to.begin(&session.header);
+        match (done, session.header.kind) {
+            (Err(nak), _) => nak.write(to),
+            (Ok(()), reply::kind::HELLO) => target.identity().write(to),
+            (Ok(()), reply::kind::STATUS) => to.words(&[target.stack_bytes(), session.now.steps]),
+            (Ok(()), reply::kind::STEPPED) => session.sample.write(to, session.axis.fault()),
+            _ => {}
         }
-        _ => {
-            to.begin(reply::kind::HELLO, host, number);
-            target.identity().write(to);
-        }
+        to.end().unwrap_or_default()
     }
-    to.end();
-    to.take_line().unwrap_or_default()
-}
-
-/// What is said to a request.
-enum Answer {
-    /// The frame that is kept.
-    Kept,
-    Identity,
-    Record,
-    Nak(Nak),
 }
 
 /// A session with a host.
@@ -143,8 +111,10 @@ enum Answer {
 #[repr(C)]
 struct Session {
     now: Progress,
-    /// The answer to the last request that was carried out; empty before the first.
-    kept: Frame<[u8; LARGEST_REPLY_FRAME]>,
+    /// That of the request at hand, then of its answer.
+    header: Header,
+    /// The last sample.
+    sample: Sample,
     axis: AxisState,
 }
 
@@ -157,6 +127,8 @@ struct Progress {
     settled: bool,
     begun: bool,
     source: SourceKind,
+    /// Kind of the answer to the last request that was carried out; 0 before the first.
+    kept: u8,
     /// Number of the next request.
     next: u32,
     /// CRC-32 over the parts so far.
@@ -175,6 +147,7 @@ impl Progress {
         settled: false,
         begun: false,
         source: SourceKind::Table,
+        kept: 0,
         next: 0,
         configuration: 0,
         steps: 0,
@@ -186,77 +159,86 @@ impl Progress {
 
 impl Session {
     /// Carries out a request, if it is one and the next.
+    #[inline(never)]
     fn answer<const N: usize>(
         &mut self,
-        header: &Header,
-        from: &mut Reader<'_>,
+        payload: &[u8],
         memory: &mut SetpointTable<N>,
         target: &mut impl Target,
-    ) -> Answer {
-        let (now, payload) = (&mut self.now, from.rest());
+    ) -> Result<(), Nak> {
+        let (header, now) = (&mut self.header, &mut self.now);
+        let kind = header.kind;
         let known = now.host == Some(header.session);
-        if header.kind == kind::HELLO {
+        if kind == kind::HELLO {
             if !known {
                 *now = Progress::START;
                 now.host = Some(header.session);
                 now.next = 1;
-                self.kept.length = 0;
                 memory.rest_at(0);
             }
-            return Answer::Identity;
+            header.kind = reply::kind::HELLO;
+            return Ok(());
         }
         if !known {
-            return Answer::Nak(Nak::Session);
+            return Err(Nak::Session);
         }
         // Of a request of another kind it says nothing and is not looked at.
-        let mut step = Arrived::read(from, now.tick);
-        let is_whole = match header.kind {
-            kind::STATUS => return Answer::Record,
-            kind::SETTINGS | kind::MEMORY => true,
-            kind::BEGIN => begin(payload).is_some(),
-            kind::STEP => from.has_ended(),
-            _ => false,
-        };
-        let expected = now.next;
-        if !is_whole {
-            return Answer::Nak(Nak::Request);
+        let mut step = Arrived::read(payload, now.tick, &self.axis);
+        if kind == kind::STATUS {
+            header.kind = reply::kind::STATUS;
+            return Ok(());
         }
-        if header.number.wrapping_add(1) == expected && self.kept.length > 0 {
-            return Answer::Kept;
+        let is_whole = if kind == kind::STEP {
+            step.is_whole
+        } else if kind == kind::BEGIN {
+            begin(payload).is_some()
+        } else {
+            kind == kind::SETTINGS || kind == kind::MEMORY
+        };
+        if !is_whole {
+            return Err(Nak::Request);
+        }
+        let expected = now.next;
+        if header.number.wrapping_add(1) == expected && now.kept != 0 {
+            header.kind = now.kept;
+            return Ok(());
         }
         if header.number != expected {
-            return Answer::Nak(Nak::Number { expected });
+            return Err(Nak::Number { expected });
         }
-        let begun = now.begun;
-        let done = match header.kind {
-            kind::SETTINGS => self.settle(payload),
-            kind::STEP if begun => self.step(header, &mut step, memory, target),
-            kind::MEMORY if !begun => remember(payload, memory),
-            kind::BEGIN if !begun => self.begin(payload, memory.as_counts()),
-            _ => Err(Nak::Request),
-        };
-        if let Err(nak) = done {
-            return Answer::Nak(nak);
+        if kind == kind::SETTINGS {
+            self.settle(payload)?;
+        } else if now.begun != (kind == kind::STEP) {
+            return Err(Nak::Request);
+        } else if kind == kind::STEP {
+            self.step(&mut step, memory, target)?;
+        } else if kind == kind::MEMORY {
+            remember(payload, memory)?;
+        } else {
+            self.begin(payload, memory.as_counts())?;
         }
-        let kept: &mut Frame<[u8]> = &mut self.kept;
-        if header.kind != kind::STEP {
-            let crc = crc32_on(self.now.configuration, &[header.kind]);
-            self.now.configuration = crc32_on(crc, payload);
-            kept.begin(reply::kind::TAKEN, header.session, header.number);
+        let now = &mut self.now;
+        now.next = expected.wrapping_add(1);
+        now.kept = reply::kind::STEPPED;
+        if kind != kind::STEP {
+            now.kept = reply::kind::TAKEN;
+            now.configuration = crc32_on(now.configuration, &[kind]);
+            now.configuration = crc32_on(now.configuration, payload);
         }
-        kept.end();
-        self.now.next = expected.wrapping_add(1);
-        Answer::Kept
+        self.header.kind = now.kept;
+        Ok(())
     }
 
     #[inline(never)]
     fn settle(&mut self, payload: &[u8]) -> Result<(), Nak> {
-        let mut from = Reader::new(payload);
-        if payload.len() != 4 * Settings::WORDS {
+        let (bytes, ragged) = payload.as_chunks();
+        if bytes.len() != Settings::WORDS || !ragged.is_empty() {
             return Err(Nak::Request);
         }
         let mut words = Words::ZERO;
-        words.0.iter_mut().for_each(|word| *word = from.u32());
+        for (word, bytes) in words.0.iter_mut().zip(bytes) {
+            *word = u32::from_le_bytes(*bytes);
+        }
         let accepted = if self.now.begun {
             self.axis.change_in_place(&words)
         } else {
@@ -281,12 +263,7 @@ impl Session {
             plan::check(words, axis).map_err(stretch)?;
         }
         // All of them or none.
-        let mut state = Ok(axis.state());
-        let _ = events.filter(|event| {
-            state = state.and_then(|state| state.after(event));
-            false
-        });
-        if state.is_err() {
+        if !events.suit_a_new_axis() {
             return Err(Nak::Request);
         }
         ask_for(axis, events);
@@ -298,27 +275,23 @@ impl Session {
     /// One step of the axis in service.
     fn step<const N: usize>(
         &mut self,
-        header: &Header,
         step: &mut Arrived<'_>,
         memory: &SetpointTable<N>,
         target: &mut impl Target,
     ) -> Result<(), Nak> {
-        let (now, axis) = (&mut self.now, &mut self.axis);
-        if !takes(axis, step.next) {
+        let (now, sample, axis) = (&mut self.now, &mut self.sample, &mut self.axis);
+        if !step.is_fit {
             return Err(Nak::Request);
         }
-        let refused = ask_for(axis, step.events);
+        sample.refused = ask_for(axis, step.events);
         if step.motor_unread {
             (step.inputs.motor_register, _) = axis.last_registers();
         }
-        let given = step.next;
-        let mut source = Source { now, memory, given };
-        let (output, ticks) = timed(axis, &step.inputs, &mut source, target);
         now.steps = now.steps.wrapping_add(1);
         now.tick = step.inputs.tick.wrapping_add(1);
-        let to: &mut Frame<[u8]> = &mut self.kept;
-        to.begin(reply::kind::STEPPED, header.session, header.number);
-        write_stepped(to, &output, refused, ticks, axis.fault());
+        let given = &mut step.next;
+        let mut source = Source { now, memory, given };
+        timed(axis, &step.inputs, &mut source, target, sample);
         Ok(())
     }
 }
@@ -340,24 +313,20 @@ fn remember<const N: usize>(payload: &[u8], memory: &mut SetpointTable<N>) -> Re
     Ok(())
 }
 
-/// Tells whether a stretch that comes with a step is one.
-#[inline(never)]
-fn takes(axis: &AxisState, mut given: Reader<'_>) -> bool {
-    let mut stretch = Stretch::default();
-    next(&mut given, &mut stretch) != InPlace::Stretch || plan::advance_to_end(&mut stretch, axis)
-}
-
 /// One sample of the axis, with its time.
 #[inline(never)]
 fn timed<const N: usize>(
     axis: &mut AxisState,
     inputs: &Inputs,
-    source: &mut Source<'_, N>,
+    source: &mut Source<'_, '_, N>,
     target: &mut impl Target,
-) -> (AxisOutput, u32) {
+    sample: &mut Sample,
+) {
     target.start();
     let output = axis.tick(inputs, source);
-    (output, target.elapsed())
+    // Where the results are kept is none of the sample's time.
+    sample.ticks = target.elapsed();
+    sample.output = output;
 }
 
 /// Asks for the events in their order; those that were refused.
@@ -367,14 +336,14 @@ fn ask_for(axis: &mut AxisState, events: Events) -> Events {
 }
 
 /// Source of the axis' setpoints in a sample.
-struct Source<'a, const N: usize> {
+struct Source<'a, 'b, const N: usize> {
     now: &'a mut Progress,
     memory: &'a SetpointTable<N>,
     /// Setpoint that came with the step.
-    given: Reader<'a>,
+    given: &'a mut Reader<'b>,
 }
 
-impl<const N: usize> SetpointSource for Source<'_, N> {
+impl<const N: usize> SetpointSource for Source<'_, '_, N> {
     fn next(&mut self, observed: &Observed) -> Next {
         let mut stretch = Stretch::default();
         self.next_in_place(observed, &mut stretch).with(stretch)
@@ -389,7 +358,7 @@ impl<const N: usize> SetpointSource for Source<'_, N> {
                 Next::Stretch(_) | Next::Underrun => InPlace::Underrun,
             },
             SourceKind::Plan => plan::next(self.memory.as_counts(), &mut self.now.at, stretch),
-            SourceKind::Step => next(&mut self.given, stretch),
+            SourceKind::Step => next(self.given, stretch),
         }
     }
 }

@@ -4,7 +4,7 @@ use core::mem::offset_of;
 
 use super::{Axis, Feedback};
 use crate::backlash_compensation::{BacklashCompensation, HALF_GAP_MAX, Trigger};
-use crate::law::{FilterWords, term::Term, words::LARGEST_RATE};
+use crate::law::{FilterWords, words::LARGEST_RATE};
 use crate::monitor::FollowingErrorMonitor;
 use crate::output::{Output, Quantiser};
 use crate::position::CounterParameters;
@@ -12,10 +12,17 @@ use crate::settings::{MOST, Ranges, Settings, Unfit, Words};
 use crate::wide;
 use crate::word::GainWord;
 
+/// Place of a word by its name.
+macro_rules! place {
+    ($word:ident) => {
+        offset_of!(Settings, $word) >> 2
+    };
+}
+
 /// The refusal of a word by its name.
 macro_rules! unfit {
     ($word:ident) => {
-        Unfit::at(offset_of!(Settings, $word) >> 2)
+        Unfit::at(place!($word))
     };
 }
 
@@ -103,33 +110,26 @@ impl Words {
     pub fn check(&self) -> Result<(), Unfit> {
         static RANGES: Ranges = Ranges::ALL;
         RANGES.check(self)?;
-        let filtered = self.filter_smoothing() != 0;
-        let (errors, differences) = (self.error_limit_counts(), self.difference_limit_counts());
-        // D·2^h + 1 units of a filtered difference.
-        let units = wide::product(differences, self.filter_scale());
-        if filtered && units > wide::word(FilterWords::LARGEST_DIFFERENCE) {
-            return Err(unfit!(filter_scale));
+        let (errors, mut units) = (self.error_limit_counts(), self.difference_limit_counts());
+        if self.filter_smoothing() != 0 {
+            // D·2^h + 1 units of a filtered difference.
+            let filtered = product(units, self.filter_scale());
+            if filtered > wide::word(FilterWords::LARGEST_DIFFERENCE) {
+                return Err(unfit!(filter_scale));
+            }
+            units = wide::narrowed(filtered).unwrap_or(MOST).wrapping_add(1);
         }
-        let units = if filtered {
-            wide::narrowed(units).unwrap_or(MOST).saturating_add(1)
-        } else {
-            differences
-        };
         let range = 1_u32.wrapping_shl(self.dac_bits().wrapping_sub(1));
         let mut total = wide::word(range).wrapping_shl(32);
         // T + R ≤ 2^30 codes, and 31 bits of each factor
-        added(&mut total, self.kp(), errors).ok_or(unfit!(kp_mantissa))?;
-        added(&mut total, self.ki_dt(), errors).ok_or(unfit!(ki_dt_mantissa))?;
-        added(&mut total, self.kd_per_dt(), units).ok_or(unfit!(kd_per_dt_mantissa))?;
+        self.add(&mut total, place!(kp_mantissa), &[errors, errors, units])?;
         // A source may put its own feed-forward in the place of these three.
         let ahead = wide::word(self.ahead_limit_codes()).wrapping_shl(32);
-        if total.saturating_add(ahead) > MOST_TERMS {
+        if total.wrapping_add(ahead) > MOST_TERMS {
             return Err(unfit!(ahead_limit_codes));
         }
-        let (v, a) = (self.velocity_ff(), self.acceleration_ff());
-        added(&mut total, v, LARGEST_RATE).ok_or(unfit!(velocity_ff_mantissa))?;
-        added(&mut total, a, LARGEST_RATE).ok_or(unfit!(acceleration_ff_mantissa))?;
-        added(&mut total, self.friction_ff(), 1).ok_or(unfit!(friction_ff_mantissa))?;
+        let limits = [LARGEST_RATE, LARGEST_RATE, 1];
+        self.add(&mut total, place!(velocity_ff_mantissa), &limits)?;
         if self.anti_windup() == 2 && self.tracking() == 0 {
             return Err(unfit!(tracking));
         }
@@ -142,24 +142,41 @@ impl Words {
         }
         Ok(())
     }
+
+    /// Adds three terms of integers up to their limits, mantissa and scale each, from the
+    /// word at `place` on. The first of which a factor or the sum is too large is told.
+    #[inline(never)]
+    fn add(&self, total: &mut u64, mut place: usize, limits: &[u32; 3]) -> Result<(), Unfit> {
+        let (terms, _) = self.0.get(place..).unwrap_or_default().as_chunks();
+        for ([mantissa, scale], limit) in terms.iter().zip(limits) {
+            let units = product(*limit, *scale);
+            if units > wide::word(MOST) {
+                return Err(Unfit::at(place));
+            }
+            // Two numbers of at most 2^62.
+            *total = total.wrapping_add(wide::word(*mantissa).wrapping_mul(units));
+            if *total > MOST_TERMS {
+                return Err(Unfit::at(place));
+            }
+            place = place.wrapping_add(2);
+        }
+        Ok(())
+    }
+}
+
+/// [`wide::product`] where it may be a call: what is checked once takes its time.
+fn product(a: u32, b: u32) -> u64 {
+    wide::word(a).wrapping_mul(wide::word(b))
 }
 
 /// Tells whether a counter of so many bits can change by so much, where it is watched.
+#[inline(never)]
 fn fits(bits: u32, jump: u32) -> bool {
     jump == u32::MAX || jump.wrapping_shr(bits.wrapping_sub(1)) == 0
 }
 
 /// 2^30 codes.
 const MOST_TERMS: u64 = 1 << 62;
-
-/// Adds a term of integers up to a limit; `None` where a factor or the sum is too large.
-#[inline(never)]
-fn added(total: &mut u64, term: Term, limit: u32) -> Option<()> {
-    let units = wide::narrowed(wide::product(limit, term.scale.cast_unsigned()))?;
-    let largest = wide::product(term.mantissa.cast_unsigned(), units);
-    *total = total.saturating_add(largest);
-    (units <= MOST && *total <= MOST_TERMS).then_some(())
-}
 
 const fn flag(set: bool) -> u32 {
     if set { 1 } else { 0 }

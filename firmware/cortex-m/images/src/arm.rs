@@ -2,45 +2,49 @@
 
 use core::arch::asm;
 
-use cortex_m::Peripherals;
 use cortex_m::interrupt::InterruptNumber;
 use cortex_m::peripheral::NVIC;
-use cortex_m::peripheral::SYST;
-use cortex_m::peripheral::syst::SystClkSource;
 pub use cortex_m_rt::entry;
 
 use crate::board::uart;
+use crate::register::Register;
 
 /// SysTick counts down through 24 bits.
 const RELOAD: u32 = 0xff_ffff;
+
+// SAFETY: SysTick, the same in every Cortex-M; Arm DDI 0403E, B3.3.
+const CONTROL: Register<u32> = unsafe { Register::at(0xe000_e010) };
+// SAFETY: likewise.
+const RELOAD_VALUE: Register<u32> = unsafe { Register::at(0xe000_e014) };
+// SAFETY: likewise.
+const CURRENT: Register<u32> = unsafe { Register::at(0xe000_e018) };
+
+const ENABLE: u32 = 1 << 0;
+const CORE_CLOCK: u32 = 1 << 2;
 
 /// SysTick at the processor's clock, free running.
 #[derive(Debug)]
 pub(crate) struct Timer;
 
 impl Timer {
-    /// Starts it, if it is not yet taken.
+    /// Starts it.
     pub(crate) fn start() -> Self {
-        if let Some(mut peripherals) = Peripherals::take() {
-            let systick = &mut peripherals.SYST;
-            systick.set_clock_source(SystClkSource::Core);
-            systick.set_reload(RELOAD);
-            systick.clear_current();
-            systick.enable_counter();
-        }
+        RELOAD_VALUE.write(RELOAD);
+        CURRENT.write(0);
+        CONTROL.write(CORE_CLOCK | ENABLE);
         Self
     }
 
     /// Ticks left until it starts again.
     #[inline(always)]
     pub(crate) fn now(&self) -> u32 {
-        SYST::get_current()
+        CURRENT.read()
     }
 
     /// Ticks since it was `then`; right below 2^24 of them, 0.6 s at least.
     #[inline(always)]
     pub(crate) fn since(&self, then: u32) -> u32 {
-        then.wrapping_sub(SYST::get_current()) & RELOAD
+        then.wrapping_sub(CURRENT.read()) & RELOAD
     }
 }
 

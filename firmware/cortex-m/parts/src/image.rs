@@ -23,14 +23,14 @@ unsafe extern "C" {
 
 /// Bytes from one address to another.
 fn between(from: *const u8, to: *const u8) -> u32 {
-    u32::try_from(to.addr().saturating_sub(from.addr())).unwrap_or(u32::MAX)
+    u32::try_from(to.addr().wrapping_sub(from.addr())).unwrap_or(u32::MAX)
 }
 
 /// Bytes that the image takes in flash: from the vector table to the last
 /// initial value of a static.
 fn flash_bytes() -> u32 {
     let data = between(&raw const __sdata, &raw const __edata);
-    between(&raw const __vector_table, &raw const __sidata).saturating_add(data)
+    between(&raw const __vector_table, &raw const __sidata).wrapping_add(data)
 }
 
 /// Identity of the image on a chip of that name, whose table of setpoints is the
@@ -42,7 +42,7 @@ pub fn identity<T>(target: [u8; 8], capacity: usize, timer_hz: u32) -> Identity 
         target,
         image_crc: crc(),
         flash_bytes: flash_bytes(),
-        ram_bytes: static_bytes().saturating_sub(table),
+        ram_bytes: static_bytes().wrapping_sub(table),
         table_capacity: u32::try_from(capacity).unwrap_or(u32::MAX),
         timer_hz,
     }
@@ -81,5 +81,5 @@ pub fn deepest_stack_bytes() -> u32 {
     while at < top && unsafe { at.read_volatile() } == STACK_PAINT_VALUE {
         at = at.wrapping_add(1);
     }
-    u32::try_from(top.addr().saturating_sub(at.addr())).unwrap_or(u32::MAX)
+    between(at.cast(), top.cast())
 }

@@ -258,6 +258,34 @@ fn a_begin_that_is_refused_has_not_acted() {
     }
 }
 
+/// Every set of events, as the table of states has it from disabled on.
+#[test]
+fn a_begin_takes_the_events_that_a_new_axis_takes() {
+    let asked = [Event::Disable, Event::Reset, Event::Enable, Event::Start];
+    for bits in 0_u8..16 {
+        let mut events = Events::default();
+        let mut state = Some(State::Disabled);
+        for (place, event) in asked.into_iter().enumerate() {
+            if bits >> place & 1 == 1 {
+                events.insert(event);
+                state = state.and_then(|state| state.after(event).ok());
+            }
+        }
+        let mut host = Host::<16>::greeted(1);
+        host.part(1, 1, &Request::Settings(&payload(&axis())));
+        let begin = Request::Begin {
+            configuration: host.configuration,
+            source: SourceKind::Table,
+            events,
+        };
+        let expected = match state {
+            Some(_) => Reply::Taken,
+            None => Reply::Nak(Nak::Request),
+        };
+        assert_eq!(host.ask(1, 2, &begin), expected, "{events:?}");
+    }
+}
+
 #[test]
 fn a_damaged_frame_asks_for_the_next_request() {
     let mut host = configured();
