@@ -5,33 +5,13 @@ use super::table::table;
 use super::tables::{laws, numbers, sample_times, spread};
 use hil_runner::study::picture::{Picture, Table, draw};
 
-const WHOLE: &str = r#"
-kind = "pie" => there is no kind "pie"; the kinds are lines, map, bars, histogram and scatter
-=> it lacks kind
-"#;
+const WHOLE: &str = include_str!("mistakes/whole.txt");
 
-const OF_LINES: &str = r#"
-=> y or theory must name at least one column
-y = 3 => a column or a list of columns
-"#;
+const OF_LINES: &str = include_str!("mistakes/of-lines.txt");
 
-const OF_AN_ERROR: &str = r#"
-z = 1 => unknown field `z`
-[[panel]]\ny = "a"
-    => with [[picture.panel]] the keys of y, theory and limit belong into the panels
-x_range = [2, 1] => x_range = [2, 1] must rise from a number to a larger one
-y_range = [0, 1]\ny_scale = "log" => y_range = [0, 1] must be above 0 on a logarithmic axis
-limit = -1 => limit = -1 must be a number of at least 0: it holds for the magnitude
-limit = "a" => limit must be a number, "budget" or { value = …, label = "…" }
-where.a = [] => where.a must be a number, a text, true or false, or a list of these
-where = 3 => where is a table of columns and values
-caption = 3 => it has a caption that is no text
-"#;
+const OF_AN_ERROR: &str = include_str!("mistakes/of-an-error.txt");
 
-const OF_A_MAP: &str = r#"
-contours_of = "a" => contours_of needs levels: contours = […]
-contours = [inf] => contours has inf, which is no level
-"#;
+const OF_A_MAP: &str = include_str!("mistakes/of-a-map.txt");
 
 #[test]
 fn mistakes_of_the_file_are_sentences() {
