@@ -157,47 +157,30 @@ fn books(case: &Case, solver: Solver) -> Result<(Ledger, Extremes, Vec<f64>), Pl
 
 /// Runs with a gap and without, with friction that sticks and a weight, on
 /// every rung below the firmware's.
-const RUNS: [(&str, &str); 8] = [
-    ("paper-1", "controller.law=quantised"),
-    ("paper-2", "controller.law=sampled"),
-    ("paper-3", "controller.law=continuous"),
-    ("paper-4", "controller.law=quantised run.duration_s=1.2"),
-    (
-        "paper-2",
-        "controller.law=quantised transmission.backlash_half_deg=0",
-    ),
-    (
-        "paper-2",
-        "controller.law=continuous transmission.backlash_half_deg=0 \
-             run.row_interval_s=0.004",
-    ),
-    (
-        "paper-2",
-        "controller.law=quantised carriage.resistance_constant_n=250 \
-             carriage.resistance_linear_ns_per_rad=0.3 carriage.resistance_opposes_motion=true",
-    ),
-    (
-        "paper-1",
-        "controller.law=quantised carriage.resistance_constant_n=300 \
-             controller.sample_time_s=0.005 controller.kp=1.5",
-    ),
-];
+const RUNS: &str = include_str!("energy/runs.txt");
+
+/// The cases of [`RUNS`], each with its line.
+fn runs() -> impl Iterator<Item = (&'static str, Case)> {
+    RUNS.lines().map(|line| {
+        let (name, sets) = line.split_once(' ').unwrap();
+        (line, case(name, &[sets]))
+    })
+}
 
 #[test]
 fn energy_is_accounted_for() {
-    for (name, sets) in RUNS {
-        let case = case(name, &[sets]);
+    for (run, case) in runs() {
         let (ledger, _, _) = books(&case, Solver::Exact).unwrap();
         let (gap, without) = (ledger.gap(ledger.found_joint), ledger.gap(0.0));
         let off = ledger.found_joint / ledger.joint - 1.0;
         println!(
-            "{name} {sets:?}: missing {gap:.1e}, {without:.1e} without the joint, which is off by \
+            "{run}: missing {gap:.1e}, {without:.1e} without the joint, which is off by \
              {off:.1e}\n{ledger:?}"
         );
-        assert!(gap < 1e-12, "{name} {sets:?}: {gap:e} {ledger:?}");
-        assert!(off.abs() < 1e-11, "{name} {sets:?}: {off:e} {ledger:?}");
+        assert!(gap < 1e-12, "{run}: {gap:e} {ledger:?}");
+        assert!(off.abs() < 1e-11, "{run}: {off:e} {ledger:?}");
         // The contrast: without the joint's loss the books do not close.
-        assert!(without > 1e-9, "{name} {sets:?}: {without:e}");
+        assert!(without > 1e-9, "{run}: {without:e}");
     }
 }
 
@@ -209,34 +192,29 @@ fn energy_is_accounted_for() {
 /// without.
 #[test]
 fn solvers_agree_about_the_loss() {
-    for (name, sets) in RUNS {
-        let case = case(name, &[sets]);
+    for (run, case) in runs() {
         let loss = |solver| books(&case, solver).unwrap().0.found_joint;
         let exact = loss(Solver::Exact);
         let adaptive = loss(Solver::Dopri5 { tolerance: 1e-11 }) / exact - 1.0;
         let fixed = loss(Solver::Rk4 { step_ns: 10_000 }) / exact - 1.0;
-        println!("{name} {sets:?}: dopri5 off by {adaptive:.1e}, rk4 by {fixed:.1e}");
-        assert!(adaptive.abs() < 1e-9, "{name} {sets:?}: {adaptive:e}");
-        let has_gap = !sets.contains("transmission.backlash_half_deg=0");
-        assert_eq!(fixed.abs() > 1e-6, has_gap, "{name} {sets:?}: {fixed:e}");
+        println!("{run}: dopri5 off by {adaptive:.1e}, rk4 by {fixed:.1e}");
+        assert!(adaptive.abs() < 1e-9, "{run}: {adaptive:e}");
+        let has_gap = !run.contains("transmission.backlash_half_deg=0");
+        assert_eq!(fixed.abs() > 1e-6, has_gap, "{run}: {fixed:e}");
     }
 }
 
 /// The hardest impact is the largest of all closing speeds.
 #[test]
 fn hardest_impact_is_the_largest_closing_speed() {
-    for (name, sets) in RUNS {
-        let case = case(name, &[sets]);
+    for (run, case) in runs() {
         let (_, extremes, impacts) = books(&case, Solver::Exact).unwrap();
         let largest = impacts
             .iter()
             .fold(0.0_f64, |most, speed| most.max(speed.abs()));
         assert_eq!(extremes.impacts, impacts.len() as u64);
-        assert_eq!(extremes.hardest_impact_radps, largest, "{name} {sets:?}");
-        println!(
-            "{name} {sets:?}: {} impacts, {largest:.3} rad/s",
-            impacts.len()
-        );
+        assert_eq!(extremes.hardest_impact_radps, largest, "{run}");
+        println!("{run}: {} impacts, {largest:.3} rad/s", impacts.len());
     }
 }
 

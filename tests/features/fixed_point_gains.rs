@@ -12,43 +12,19 @@ use super::Ran;
 
 const GENERATOR: &str = "controller.setpoints=generator";
 
-/// Cases of different sample times, converters, resolutions and options.
-const CASES: [&[&str]; 6] = [
-    &[GENERATOR],
-    &[
-        GENERATOR,
-        "drive.dac_bits=24 encoder.counts_per_rad=63600 controller.kp=0.032 \
-         controller.ki_per_s=0.05 controller.kd_s=0.0005",
-    ],
-    &[
-        GENERATOR,
-        "controller.sample_time_s=0.00005 controller.derivative_filter_s=0.001",
-    ],
-    &[
-        GENERATOR,
-        "controller.sample_time_s=0.01 controller.anti_windup=clamp",
-    ],
-    &[
-        GENERATOR,
-        "controller.velocity_ff_s=0.07 controller.friction_ff_codes=20",
-    ],
-    &[
-        GENERATOR,
-        "load_encoder.counts_per_mm=1000 controller.feedback=dual \
-         controller.derivative=measurement",
-    ],
-];
+/// Settings of cases of different sample times, converters, resolutions and options.
+const CASES: &str = include_str!("fixed_point_gains.txt");
 
-fn with(sets: &[&str], key: &str, value: f64) -> ScalingRequest {
+fn with(sets: &str, key: &str, value: f64) -> ScalingRequest {
     let set = format!("{key}={value:e}");
-    let all = [sets, &["run.duration_s=0.01", &set]].concat();
+    let all = [sets, "run.duration_s=0.01", &set];
     scaling_request(&case("paper-2", &all)).unwrap()
 }
 
 #[test]
 fn the_largest_gain_fits_and_one_percent_more_does_not() {
-    for sets in CASES {
-        let request = scaling_request(&case("paper-2", sets)).unwrap();
+    for sets in CASES.lines() {
+        let request = scaling_request(&case("paper-2", &[sets])).unwrap();
         request.scaled_law().unwrap();
         for (index, key) in PARTS.map(key_of).into_iter().enumerate() {
             let largest = request.largest_gain(index);
@@ -66,8 +42,8 @@ fn the_largest_gain_fits_and_one_percent_more_does_not() {
 /// As the table prints it, with the digits that it prints.
 #[test]
 fn the_printed_largest_gain_fits() {
-    for sets in CASES {
-        let request = scaling_request(&case("paper-2", sets)).unwrap();
+    for sets in CASES.lines() {
+        let request = scaling_request(&case("paper-2", &[sets])).unwrap();
         for (index, key) in PARTS.map(key_of).into_iter().enumerate() {
             let printed = number::table(request.largest_gain(index));
             let (mantissa, exponent) = printed.split_once("·10").unwrap_or((&printed, ""));
@@ -88,8 +64,8 @@ fn plain_digit(high: char) -> char {
 
 #[test]
 fn the_smallest_sample_time_fits_and_one_percent_less_does_not() {
-    for sets in CASES {
-        let mut case = case("paper-2", sets);
+    for sets in CASES.lines() {
+        let mut case = case("paper-2", &[sets]);
         let smallest_ns = smallest_sample_time_ns(&case).unwrap();
         let smallest_us = smallest_ns as f64 / 1e3;
         println!("{sets:?}: sample time down to {smallest_us} µs");

@@ -6,38 +6,10 @@ use hil_core::runfile::{Key, Need, Section};
 use hil_core::trace::Row;
 use hil_runner::study::{Changes, Study};
 
-use super::document::{all_keys, samples};
+use super::document::{all_keys, beside, samples};
 use super::{BASE, parse};
 
 const LOWER: [Law; 3] = [Law::Continuous, Law::Sampled, Law::Quantised];
-
-/// Further keys that a key needs in a run file, and on rung `firmware`.
-fn beside(path: &str) -> &'static [&'static str] {
-    match path {
-        "controller.feedback" => &[
-            "load_encoder.counts_per_mm=1000",
-            "controller.derivative=measurement",
-        ],
-        "controller.velocity_ff_s"
-        | "controller.acceleration_ff_s2"
-        | "controller.friction_ff_codes" => &["controller.setpoints=generator"],
-        "limits.following_error_per_speed_s" => &["limits.following_error_counts=1400"],
-        "backlash.compensation" => &[
-            "controller.setpoints=generator",
-            "limits.velocity_mps=2",
-            "limits.acceleration_mps2=20",
-        ],
-        "backlash.gap" => &["load_encoder.counts_per_mm=1000"],
-        "sequence.enable_s" => &["sequence.disable_s=0"],
-        "sequence.emergency_stop_release_s" => &["sequence.emergency_stop_s=0"],
-        "gain_change.at_s" => &["gain_change.kp=4"],
-        "gain_change.kp" | "gain_change.ki_per_s" | "gain_change.kd_s" => &["gain_change.at_s=0.3"],
-        "inject.encoder_glitch_s" => &["inject.encoder_glitch_counts=10"],
-        "inject.encoder_glitch_counts" => &["inject.encoder_glitch_s=0.05"],
-        "inject.setpoint_underrun_s" => &["controller.setpoints=queue"],
-        _ => &[],
-    }
-}
 
 /// A value that is not the default.
 fn another(key: &Key) -> String {
@@ -70,7 +42,7 @@ fn a_key_that_the_rung_leaves_out_is_told() {
     let mut keys = 0;
     for (path, key) in keys_of_firmware() {
         let set = format!("{path}={}", another(key));
-        let sets = [beside(&path), &[&set]].concat();
+        let sets = [&beside(&path)[..], &[&set]].concat();
         for law in LOWER {
             let told = told(law, &sets).unwrap_or_default();
             let named = told.starts_with(&format!("rung {} leaves out ", law.name()))
@@ -138,7 +110,7 @@ fn a_key_changes_nothing_where_it_does_not_act() {
     for (section, key) in all_keys() {
         let path = path(section, key);
         let set = format!("{path}={}", another(key));
-        let sets = [beside(&path), &[&set]].concat();
+        let sets = [&beside(&path)[..], &[&set]].concat();
         for (law, plain) in Law::ALL.into_iter().zip(&plain) {
             if !key.acts.on(law, |_| false) {
                 assert!(outcome(law, &sets) == *plain, "{set} on {}", law.name());
@@ -195,7 +167,7 @@ fn a_study_of_such_a_key_is_refused_where_no_rung_acts() {
         let axis = format!("[[axis]]\nkey = \"{path}\"\nvalues = [{}]", another(key));
         let found = study(Law::Quantised, &axis, &[]).unwrap_err();
         assert_eq!(found, format!("x.toml:4: axis {path}: it {CURE}"));
-        let sets: Vec<String> = beside(&path).iter().map(|set| (*set).to_owned()).collect();
+        let sets: Vec<String> = beside(&path).into_iter().map(str::to_owned).collect();
         let study = study(Law::Firmware, &axis, &sets).unwrap_or_else(|error| panic!("{error}"));
         study
             .case(&study.point(0), 0)
@@ -210,7 +182,7 @@ fn a_study_of_such_a_key_is_refused_where_no_rung_acts() {
 fn a_value_for_such_a_key_is_refused_likewise() {
     for (path, key) in keys_of_firmware() {
         let value = another(key);
-        let mut sets: Vec<String> = beside(&path).iter().map(|set| (*set).to_owned()).collect();
+        let mut sets: Vec<String> = beside(&path).into_iter().map(str::to_owned).collect();
         sets.push(format!("{path}={value}"));
         let told = study(Law::Quantised, "", &sets).unwrap_err();
         let line = format!("x.toml: {path} = {value} {CURE}; or leave it out");

@@ -92,6 +92,13 @@ pub(crate) fn all_keys() -> impl Iterator<Item = (&'static Section, &'static Key
         .flat_map(|section| section.keys.iter().map(move |key| (section, key)))
 }
 
+/// Further keys without which a key cannot stand or acts on nothing, as sets.
+pub(crate) fn beside(path: &str) -> Vec<&'static str> {
+    let mut lines = include_str!("beside.txt").lines();
+    let sets = lines.find_map(|line| line.strip_prefix(path)?.strip_prefix(": "));
+    sets.unwrap_or_default().split_whitespace().collect()
+}
+
 /// Two allowed values of a key that go with the first values of the others.
 pub(crate) fn samples(key: &Key) -> (String, String) {
     let pair = |a: &str, b: &str| (a.to_owned(), b.to_owned());

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use hil_core::controllers::{Setup, compensated};
 
-use super::document::all_keys;
+use super::document::{all_keys, beside, samples};
 use super::{BASE, parse};
 
 /// Paths and values of all fields of the axis that a run on rung `firmware` with
@@ -39,65 +39,18 @@ fn is_within(path: &str, field: &str) -> bool {
         .is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
 }
 
-const COMPENSATION: [&str; 4] = [
-    "controller.setpoints=generator",
-    "limits.velocity_mps=2",
-    "limits.acceleration_mps2=20",
-    "backlash.compensation=velocity",
-];
-
-/// Further keys that must be given, and two values of the key.
-fn values(path: &str) -> (&'static [&'static str], [&'static str; 2]) {
-    let generator = &COMPENSATION[..1];
-    match path {
-        "drive.dac_bits" => (&[], ["14", "16"]),
-        "encoder.counter_bits" => (&[], ["16", "32"]),
-        "controller.kp" | "controller.ki_per_s" | "controller.kd_s" => (&[], ["0.01", "0.02"]),
-        "controller.derivative" => (&[], ["error", "measurement"]),
-        "controller.derivative_filter_s" => (&[], ["0.001", "0.002"]),
-        "controller.anti_windup" => (&[], ["none", "clamp"]),
-        "controller.tracking_time_s" => (
-            &["controller.anti_windup=back-calculation"],
-            ["0.01", "0.1"],
-        ),
-        "controller.quantiser" => (&[], ["nearest", "error-feedback"]),
-        "controller.dither_seed" => (&["controller.quantiser=dither"], ["1", "2"]),
-        "controller.slew_limit_codes_per_s" => (&[], ["1e5", "2e5"]),
-        "controller.velocity_ff_s" | "controller.acceleration_ff_s2" => {
-            (generator, ["0.001", "0.002"])
-        }
-        "controller.friction_ff_codes" => (generator, ["10", "20"]),
-        "controller.feedback" => (
-            &[
-                "load_encoder.counts_per_mm=1000",
-                "controller.derivative=measurement",
-            ],
-            ["motor", "dual"],
-        ),
-        "controller.rest_dead_band_counts" => (&[], ["0", "4"]),
-        "controller.rest_integrator" => (&[], ["run", "hold"]),
-        "limits.following_error_counts" => (&[], ["1400", "2000"]),
-        "limits.following_error_per_speed_s" => {
-            (&["limits.following_error_counts=1400"], ["0.01", "0.03"])
-        }
-        "limits.count_jump_counts" => (&[], ["300", "400"]),
-        "limits.encoder_loss_s" | "limits.saturation_s" => (&[], ["0.01", "0.02"]),
-        "limits.encoder_loss_codes" => (&["limits.encoder_loss_s=0.01"], ["100", "200"]),
-        "limits.missed_ticks" => (&[], ["false", "true"]),
-        "backlash.compensation" => (&COMPENSATION[..3], ["velocity", "acceleration"]),
-        "backlash.half_gap_deg" => (&COMPENSATION, ["3", "4"]),
-        path => panic!("{path} has no values here"),
-    }
-}
-
 #[test]
 fn a_key_that_names_a_field_decides_on_it() {
     for (section, key) in all_keys() {
         let Some(field) = key.field else { continue };
         let path = format!("{}.{}", section.name, key.name);
-        let (beside, values) = values(&path);
-        let [first, second] = values.map(|value| {
-            let all = fields(&[beside, &[&format!("{path}={value}")]].concat());
+        // A code per sample is the least for a slew limit.
+        let (first, second) = match key.name {
+            "slew_limit_codes_per_s" => ("1e5".to_owned(), "2e5".to_owned()),
+            _ => samples(key),
+        };
+        let [first, second] = [first, second].map(|value| {
+            let all = fields(&[&beside(&path)[..], &[&format!("{path}={value}")]].concat());
             let within = all.into_iter().filter(|(path, _)| is_within(path, field));
             within.collect::<Vec<_>>()
         });
@@ -106,49 +59,25 @@ fn a_key_that_names_a_field_decides_on_it() {
     }
 }
 
+/// Keys with which every field is there.
+const EVERYTHING: &str = include_str!("everything.txt");
+
 /// Fields that follow from several keys or from others.
-const DERIVED: [&str; 13] = [
-    "law.dac",
-    "law.error_sum_limit",
-    "law.largest",
-    "law.settings",
-    "law.words.error_bits",
-    "law.words.integral_bits",
-    "output.dac",
-    "output.kept",
-    "output.set",
-    "backlash_compensation.first",
-    "backlash_compensation.half_samples",
-    "monitors.following_error.fraction_bits",
-    "monitors.following_error.velocity_fraction_bits",
-];
+const DERIVED: &str = include_str!("derived.txt");
 
 #[test]
 fn a_field_that_no_key_names_is_derived() {
-    let everything = [
-        &COMPENSATION[..],
-        &[
-            "controller.derivative=measurement",
-            "controller.derivative_filter_s=0.001",
-            "controller.anti_windup=back-calculation",
-            "controller.quantiser=dither",
-            "limits.following_error_counts=1400",
-            "limits.count_jump_counts=300",
-            "limits.encoder_loss_s=0.05",
-            "limits.saturation_s=0.05",
-            "limits.missed_ticks=true",
-        ],
-    ];
-    let fields = fields(&everything.concat());
+    let everything: Vec<&str> = EVERYTHING.lines().collect();
+    let fields = fields(&everything);
     let named = |path: &str| {
         let mut named = all_keys().filter_map(|(_, key)| key.field);
         named.any(|field| is_within(path, field))
     };
     for path in fields.keys() {
-        let derived = DERIVED.iter().any(|field| is_within(path, field));
+        let derived = DERIVED.lines().any(|field| is_within(path, field));
         assert_ne!(named(path), derived, "{path}");
     }
-    for field in DERIVED {
+    for field in DERIVED.lines() {
         assert!(fields.keys().any(|path| is_within(path, field)), "{field}");
     }
 }

@@ -87,51 +87,11 @@ fn a_budget_figure_keeps_its_place() {
 }
 
 /// A change `set => sentence` a line; lines set in go on with the one before.
-const WRONG: &str = r#"
-controller.kp => there is no =; write --set section.key=value
-=> there is no =; write --set section.key=value
-=3 => the key is incomplete; write --set section.key=value
-controller.=3 => the key is incomplete; write --set section.key=value
-.kp=3 => the key is incomplete; write --set section.key=value
-controller.kp= => there is no value after the =
-a.b.c=3 => the key is too deep; write --set section.key=value
-motor=3 => motor is a section; set one of its keys, such as motor.inertia_kg_m2
-moter.inertia_kg_m2=3 => unknown section [moter]; did you mean [motor]?
-kp=3 => unknown key kp; kp belongs to [controller]
-controller.kpp=3 => unknown key controller.kpp; did you mean kp?
-budget.late_steps=0 => budget.late_steps is now deadline_misses
-backlash.homing_detection=effort
-    => backlash.homing_detection is now backlash_measurement_detection
-motion.intervals_s=[1, 2 => the value is not TOML: unclosed array, expected `]`
-controller.kp=abc
-    => controller.kp = abc is not allowed: the proportional gain K_p must be a number, at least 0
-    codes/count, not a string
-controller.kp=3,2
-    => controller.kp = 3,2 is not allowed: the proportional gain K_p must be a number, at least 0
-    codes/count, not a string
-controller.law=firmwar
-    => controller.law = firmwar is not allowed: the control law must be "continuous", "sampled",
-    "quantised" or "firmware"
-controller.computation_delay_s=1
-    => controller.computation_delay_s = 1 is not allowed: the delay must be at most the sample
-    time, controller.sample_time_s = 0.001 (line 31)
-controller.computation_delay_s=fast
-    => controller.computation_delay_s = fast is not allowed: the delay from sample to new voltage
-    must be a number, at least 0 s or "measured"
-controller.computation_delay_s=-1
-    => controller.computation_delay_s = -1 is not allowed: the delay from sample to new voltage
-    must be at least 0 s or "measured"
-target.clock_hz=168000000.5
-    => target.clock_hz = 168000000.5 is not allowed: the clock of the core must be a whole number
-    from 1 to 10000000000
-name=3
-    => name = 3 is not allowed: the name of the run must be a string that is not empty, not a
-    number
-"#;
+const WRONG: &str = include_str!("overrides.txt");
 
 #[test]
 fn wrong_overrides_have_their_sentences() {
-    for case in WRONG.trim().replace("\n    ", " ").lines() {
+    for case in WRONG.replace("\n    ", " ").lines() {
         let (set, sentence) = case.split_once("=>").unwrap();
         let (set, sentence) = (set.trim(), sentence.trim());
         assert_eq!(messages(BASE, &[set]), [format!("--set {set}: {sentence}")]);

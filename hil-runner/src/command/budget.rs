@@ -25,11 +25,7 @@ use super::terminal::{self, table, tell};
 /// the tolerance of firmware/cortex-m/goldens/<TARGET>.toml fail, better ones too.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Exit status: 0 all figures are within their tolerance, 1 one is not, 2 a target could not be run.\n\n\
-                  Examples:\n  \
-                  hil-runner budget\n  \
-                  hil-runner budget m4 m0\n  \
-                  hil-runner budget m4 --bless"
+    after_help = include_str!("help/budget.txt").trim_ascii_end()
 )]
 pub(crate) struct Budget {
     /// Targets: m4, m0, m3, rv32; without any, all that can be run in QEMU here

@@ -23,13 +23,7 @@ use super::terminal::{self, Progress, check_signals, tell};
 /// steps of all cases.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Exit status: 0 all bits are the same, 1 a chip differs, 2 a chip could not be run.\n\n\
-                  Examples:\n  \
-                  hil-runner certify paper-1 paper-2 paper-3 paper-4\n  \
-                  hil-runner certify axis.toml --link qemu:m0 --link qemu-uart:m0\n  \
-                  hil-runner certify paper-2 --link serial:/dev/ttyACM0@921600\n  \
-                  hil-runner certify paper-2 --set controller.anti_windup=clamp\n  \
-                  hil-runner certify paper-1 paper-2 paper-3 paper-4 --flips 200 --link qemu:m4"
+    after_help = include_str!("help/certify.txt").trim_ascii_end()
 )]
 pub(crate) struct Certify {
     #[command(flatten)]

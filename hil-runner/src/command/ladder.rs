@@ -26,13 +26,7 @@ const REPORT: &str = "out/ladder.html";
 /// nothing: budgets are for `run`.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "sampled and quantised are what others call model in the loop (MIL), firmware software in the loop (SIL),\n\
-                  with --link qemu or --link serial processor in the loop (PIL): the plant waits for the chip.\n\
-                  Hardware in the loop (HIL) needs the clock running.\n\n\
-                  Examples:\n  \
-                  hil-runner ladder paper-1\n  \
-                  hil-runner ladder paper-1 --link qemu:m0\n  \
-                  hil-runner ladder axis.toml --report out/axis-ladder.html --set controller.sample_time_s=2e-4"
+    after_help = include_str!("help/ladder.txt").trim_ascii_end()
 )]
 pub(crate) struct Ladder {
     /// Run file or built-in case

@@ -30,23 +30,7 @@ use terminal::say;
 /// Position-controlled servo axis on the bench: the controller firmware runs
 /// in lockstep with motor, gear, joint with backlash, screw and carriage.
 #[derive(Debug, Parser)]
-#[command(
-    version,
-    after_help = "Without a command: the paper's four simulations on the firmware rung, budgets \
-                  checked, out/report.html written.\n\n\
-                  Built-in cases: paper-1, paper-2, paper-3, paper-4, paper-2-12bit. \
-                  Exit status: 0 all verdicts pass, 1 a verdict fails, 2 the run could not be made.\n\n\
-                  Examples:\n  \
-                  hil-runner\n  \
-                  hil-runner run paper-2 --trace trace.csv --summary summary.json\n  \
-                  hil-runner run paper-2 --link qemu\n  \
-                  hil-runner ladder paper-1\n  \
-                  hil-runner scaling paper-1\n  \
-                  hil-runner certify paper-1 paper-2 paper-3 paper-4\n  \
-                  hil-runner budget m4 m0\n  \
-                  hil-runner study sample-time\n  \
-                  hil-runner init paper-2 > axis.toml"
-)]
+#[command(version, after_help = include_str!("help/main.txt").trim_ascii_end())]
 pub(crate) struct CommandLine {
     #[command(subcommand)]
     command: Option<Command>,
@@ -115,10 +99,7 @@ fn refuse_old_verb(arguments: impl Iterator<Item = OsString>) -> anyhow::Result<
 
 /// Measure the joint's gap as the firmware does: creep until the load follows
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  \
-                  hil-runner measure-backlash paper-2 --set load_encoder.counts_per_mm=1000 \\\n    \
-                  --set carriage.resistance_constant_n=250 --set carriage.resistance_opposes_motion=true\n  \
-                  hil-runner measure-backlash axis.toml --set backlash.backlash_measurement_detection=effort")]
+#[command(after_help = include_str!("help/measure-backlash.txt").trim_ascii_end())]
 struct MeasureBacklash {
     /// Run file or built-in case
     case: String,

@@ -43,15 +43,7 @@ pub(super) fn main_job() -> anyhow::Result<bool> {
 
 /// Run one or more cases and check their budgets
 #[derive(Debug, Default, Args)]
-#[command(after_help = "Examples:\n  \
-                  hil-runner run paper-2 --trace trace.csv --summary summary.json\n  \
-                  hil-runner run axis.toml --report axis.html --set controller.kp=4\n  \
-                  hil-runner run paper-2 paper-2-12bit --report compare.html\n  \
-                  hil-runner run paper-2-12bit --io spi\n  \
-                  hil-runner run paper-2 --link qemu:m0\n  \
-                  hil-runner run paper-2 --link qemu --set controller.computation_delay_s=measured --set budget.flash_bytes=32768\n  \
-                  hil-runner run axis.toml --link serial:/dev/ttyACM0@921600\n  \
-                  hil-runner run paper-1 --set controller.law=quantised --set budget.final_error_um=50")]
+#[command(after_help = include_str!("help/run.txt").trim_ascii_end())]
 pub(crate) struct Run {
     #[command(flatten)]
     cases: Cases,

@@ -3,9 +3,8 @@
 
 use firmware::axis::{Axis, Feedback};
 use firmware::backlash_compensation::BacklashCompensation;
-use firmware::law::{AntiWindup, FilterWords};
+use firmware::law::FilterWords;
 use firmware::monitor::{EncoderLossMonitor, FollowingErrorMonitor, SaturationMonitor};
-use firmware::output::Quantiser;
 use firmware::position::CounterParameters;
 use firmware::word::GainWord;
 use hil_core::scaling::ScalingRequest;
@@ -14,14 +13,24 @@ use hil_core::scaling::ScalingRequest;
 pub(super) fn source(name: &str, request: &ScalingRequest, axis: &Axis) -> String {
     let (law, output) = (axis.law(), axis.output());
     let words = law.words();
-    let gain = |key: &str, word| format!("        {key}: {},\n", literal(word));
-    let gains = [
-        gain("kp", words.kp),
-        gain("ki_dt", words.ki_dt),
-        gain("kd_per_dt", words.kd_per_dt),
-        gain("velocity_ff", words.velocity_ff),
-        gain("acceleration_ff", words.acceleration_ff),
-        gain("friction_ff", words.friction_ff),
+    let words = [
+        ("kp", literal(words.kp)),
+        ("ki_dt", literal(words.ki_dt)),
+        ("kd_per_dt", literal(words.kd_per_dt)),
+        ("velocity_ff", literal(words.velocity_ff)),
+        ("acceleration_ff", literal(words.acceleration_ff)),
+        ("friction_ff", literal(words.friction_ff)),
+        ("error_bits", words.error_bits.to_string()),
+        ("integral_bits", words.integral_bits.to_string()),
+        (
+            "derivative",
+            format!("law::Derivative::{:?}", words.derivative),
+        ),
+        ("filter", filter(words.filter)),
+        (
+            "anti_windup",
+            format!("law::AntiWindup::{:?}", words.anti_windup),
+        ),
     ];
     format!(
         "/// The axis of {name}, a sample every {sample_time_ns} ns, by `hil-runner scaling --rust`.\n\
@@ -29,38 +38,21 @@ pub(super) fn source(name: &str, request: &ScalingRequest, axis: &Axis) -> Strin
          pub const AXIS: firmware::Axis = {{\n    \
              use firmware::*;\n\
          \n    \
-             let words = law::LawWords {{\n{gains}        \
-                 error_bits: {error_bits},\n        \
-                 integral_bits: {integral_bits},\n        \
-                 derivative: law::Derivative::{derivative:?},\n        \
-                 filter: {filter},\n        \
-                 anti_windup: law::AntiWindup::{anti_windup},\n    \
+             let words = law::LawWords {{\n{words}    \
              }};\n    \
              let Ok(dac) = Dac::with_bits({bits}) else {{ panic!() }};\n    \
              let Ok(law) = law::Law::accept(words, dac) else {{ panic!() }};\n    \
-             let Ok(output) = output::Output::new(dac, {slew:?}, output::Quantiser::{quantiser}) else {{ panic!() }};\n    \
+             let Ok(output) = output::Output::new(dac, {slew:?}, output::Quantiser::{quantiser:?}) else {{ panic!() }};\n    \
              {rest}\n\
          }};\n",
         sample_time_ns = request.sample_time_ns,
         ranges = commented("/// ", &declared(request, axis)),
-        gains = gains.concat(),
-        error_bits = words.error_bits,
-        integral_bits = words.integral_bits,
-        derivative = words.derivative,
-        filter = filter(words.filter),
-        anti_windup = match words.anti_windup {
-            AntiWindup::None => "None".to_owned(),
-            AntiWindup::Clamp => "Clamp".to_owned(),
-            AntiWindup::BackCalculation { tracking } =>
-                format!("BackCalculation {{ tracking: {tracking} }}"),
-        },
+        words = words
+            .map(|(key, word)| format!("        {key}: {word},\n"))
+            .concat(),
         bits = law.dac().bits(),
         slew = output.slew_codes(),
-        quantiser = match output.quantiser() {
-            Quantiser::Nearest => "Nearest".to_owned(),
-            Quantiser::ErrorFeedback => "ErrorFeedback".to_owned(),
-            Quantiser::Dither { seed } => format!("Dither {{ seed: {seed} }}"),
-        },
+        quantiser = output.quantiser(),
         rest = additions(axis),
     )
 }
@@ -107,36 +99,26 @@ fn rates(request: &ScalingRequest, axis: &Axis) -> Option<String> {
 /// The axis with a line for everything that is not off.
 fn additions(axis: &Axis) -> String {
     let mut lines = vec!["let mut axis = Axis::new(law, output);".to_owned()];
-    let mut field = |name: &str, value: String| lines.push(format!("axis.{name} = {value};"));
-    if axis.counter != CounterParameters::WORD {
-        field("counter", counter(axis.counter));
-    }
-    if let Feedback::Load(load) = axis.feedback {
-        let load = counter(load);
-        field("feedback", format!("axis::Feedback::Load({load})"));
-    }
-    if let Some(plan) = axis.backlash_compensation {
-        field("backlash_compensation", compensation(&plan));
-    }
-    if axis.rest.dead_band != 0 {
-        field("rest.dead_band", axis.rest.dead_band.to_string());
-    }
-    if axis.rest.hold_integral {
-        field("rest.hold_integral", "true".to_owned());
-    }
-    let monitors = &axis.monitors;
-    if let Some(monitor) = monitors.following_error {
-        field("monitors.following_error", following_error(&monitor));
-    }
-    if let Some(monitor) = monitors.encoder_loss {
-        field("monitors.encoder_loss", encoder_loss(&monitor));
-    }
-    if let Some(monitor) = monitors.saturation {
-        field("monitors.saturation", saturation(&monitor));
-    }
-    if monitors.ticks.is_some() {
-        field("monitors.ticks", "Some(monitor::TickMonitor)".to_owned());
-    }
+    let mut field = |name: &str, value: Option<String>| {
+        lines.extend(value.map(|value| format!("axis.{name} = {value};")));
+    };
+    let (rest, monitors) = (axis.rest, axis.monitors);
+    let own_counter = Some(axis.counter).filter(|counter| *counter != CounterParameters::WORD);
+    field("counter", own_counter.map(counter));
+    field("feedback", load(axis.feedback));
+    let compensation = axis.backlash_compensation.map(compensation);
+    field("backlash_compensation", compensation);
+    let dead_band = Some(rest.dead_band).filter(|counts| *counts != 0);
+    field("rest.dead_band", dead_band.map(|counts| counts.to_string()));
+    let holds = rest.hold_integral.then(|| "true".to_owned());
+    field("rest.hold_integral", holds);
+    let following_error = monitors.following_error.map(following_error);
+    field("monitors.following_error", following_error);
+    let encoder_loss = monitors.encoder_loss.map(encoder_loss);
+    field("monitors.encoder_loss", encoder_loss);
+    field("monitors.saturation", monitors.saturation.map(saturation));
+    let ticks = monitors.ticks.map(|_| "Some(monitor::TickMonitor)");
+    field("monitors.ticks", ticks.map(str::to_owned));
     if lines.len() == 1 {
         return "Axis::new(law, output)".to_owned();
     }
@@ -165,7 +147,14 @@ fn counter(counter: CounterParameters) -> String {
     accepted(&format!("CounterParameters::accept({bits}, {jump:?})"))
 }
 
-fn compensation(plan: &BacklashCompensation) -> String {
+fn load(feedback: Feedback) -> Option<String> {
+    match feedback {
+        Feedback::Load(load) => Some(format!("axis::Feedback::Load({})", counter(load))),
+        Feedback::Motor => None,
+    }
+}
+
+fn compensation(plan: BacklashCompensation) -> String {
     format!(
         "BacklashCompensation::planned({}, {}, Trigger::{:?})",
         plan.half_gap_counts(),
@@ -174,23 +163,23 @@ fn compensation(plan: &BacklashCompensation) -> String {
     )
 }
 
-fn following_error(monitor: &FollowingErrorMonitor) -> String {
-    let (counts, per_speed) = monitor.limits();
-    let call = format!(
-        "monitor::FollowingErrorMonitor::accept({counts}, {}, {})",
-        literal(per_speed),
-        monitor.velocity_fraction_bits(),
-    );
+/// A monitor of that name, with its limits.
+fn monitor(name: &str, limits: &str) -> String {
+    let call = format!("monitor::{name}::accept({limits})");
     format!("Some({})", accepted(&call))
 }
 
-fn encoder_loss(monitor: &EncoderLossMonitor) -> String {
-    let (code, ticks) = monitor.limits();
-    let call = format!("monitor::EncoderLossMonitor::accept({code}, {ticks})");
-    format!("Some({})", accepted(&call))
+fn following_error(monitored: FollowingErrorMonitor) -> String {
+    let ((counts, per_speed), bits) = (monitored.limits(), monitored.velocity_fraction_bits());
+    let limits = format!("{counts}, {}, {bits}", literal(per_speed));
+    monitor("FollowingErrorMonitor", &limits)
 }
 
-fn saturation(monitor: &SaturationMonitor) -> String {
-    let call = format!("monitor::SaturationMonitor::accept({})", monitor.limit());
-    format!("Some({})", accepted(&call))
+fn encoder_loss(monitored: EncoderLossMonitor) -> String {
+    let (code, ticks) = monitored.limits();
+    monitor("EncoderLossMonitor", &format!("{code}, {ticks}"))
+}
+
+fn saturation(monitored: SaturationMonitor) -> String {
+    monitor("SaturationMonitor", &monitored.limit().to_string())
 }

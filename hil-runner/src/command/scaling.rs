@@ -19,12 +19,7 @@ use super::{c_axis, rust_axis};
 
 /// Show a case's fixed-point gains: lengths, headroom, rounding, and what fits
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  \
-                  hil-runner scaling paper-1 paper-2 paper-3 paper-4\n  \
-                  hil-runner scaling axis.toml --set controller.word_bits=24\n  \
-                  hil-runner scaling paper-2 --set controller.sample_time_s=0.0001\n  \
-                  hil-runner scaling axis.toml --rust > src/axis.rs\n  \
-                  hil-runner scaling axis.toml --c > axis.h")]
+#[command(after_help = include_str!("help/scaling.txt").trim_ascii_end())]
 pub(crate) struct Scaling {
     #[command(flatten)]
     cases: Cases,

@@ -23,19 +23,7 @@ use super::terminal::{self, check_signals, say, tell, watch_signals_aloud};
 #[derive(Debug, Args)]
 #[command(
     args_conflicts_with_subcommands = true,
-    after_help = "Started again with the same folder, a study that was ended goes on; its results are those of \
-                  a study that was not.\n\n\
-                  Exit status: 0 all rows are there (and enough of them pass, where the study says how many must), \
-                  1 too few pass, 2 the study could not be made or was interrupted.\n\n\
-                  Examples:\n  \
-                  hil-runner study --list\n  \
-                  hil-runner study sample-time\n  \
-                  hil-runner study backlash --base axis.toml --set controller.kp=4\n  \
-                  hil-runner study --print tolerance > my-study.toml\n  \
-                  hil-runner study my-study.toml --out results --threads 8\n  \
-                  hil-runner study my-study.toml --shard 2/8 --out part-2\n  \
-                  hil-runner study merge results part-1 part-2 part-3 part-4 part-5 part-6 part-7 part-8\n  \
-                  hil-runner study results --row 17"
+    after_help = include_str!("help/study.txt").trim_ascii_end()
 )]
 pub(crate) struct StudyCommand {
     #[command(subcommand)]

@@ -77,15 +77,6 @@ fn goldens_of_the_m4_hold_and_one_that_is_4_percent_off_does_not() {
 }
 
 #[test]
-fn what_is_no_target_is_refused_with_a_sentence() {
-    let output = budget(&["m7"]);
-    assert_eq!(output.status.code(), Some(2));
-    let told = String::from_utf8_lossy(&output.stderr);
-    let words = "m7 is no target; it must be m4, m0, m3 or rv32";
-    assert!(told.contains(words), "{told}");
-}
-
-#[test]
 fn file_that_has_no_goldens_is_refused_with_its_name() {
     let here = targets("goldens that cannot be read", Transport::Fifo);
     if !here.contains(&Target::M4) {

@@ -1,37 +1,18 @@
 //! Mistakes of a study file and of a table are sentences.
 
-use super::keys::{BARS, HISTOGRAM, LINES, MAP, SCATTER, parsed};
+use super::keys::{HISTOGRAM, LINES, MAP, parsed};
 use super::table::table;
-use super::tables::{laws, numbers, sample_times, spread};
+use super::tables::{Rows, numbers, sample_times};
 use hil_runner::study::picture::{Picture, Table, draw};
+use serde::Deserialize;
 
-const WHOLE: &str = r#"
-kind = "pie" => there is no kind "pie"; the kinds are lines, map, bars, histogram and scatter
-=> it lacks kind
-"#;
+const WHOLE: &str = include_str!("mistakes/whole.txt");
 
-const OF_LINES: &str = r#"
-=> y or theory must name at least one column
-y = 3 => a column or a list of columns
-"#;
+const OF_LINES: &str = include_str!("mistakes/of-lines.txt");
 
-const OF_AN_ERROR: &str = r#"
-z = 1 => unknown field `z`
-[[panel]]\ny = "a"
-    => with [[picture.panel]] the keys of y, theory and limit belong into the panels
-x_range = [2, 1] => x_range = [2, 1] must rise from a number to a larger one
-y_range = [0, 1]\ny_scale = "log" => y_range = [0, 1] must be above 0 on a logarithmic axis
-limit = -1 => limit = -1 must be a number of at least 0: it holds for the magnitude
-limit = "a" => limit must be a number, "budget" or { value = …, label = "…" }
-where.a = [] => where.a must be a number, a text, true or false, or a list of these
-where = 3 => where is a table of columns and values
-caption = 3 => it has a caption that is no text
-"#;
+const OF_AN_ERROR: &str = include_str!("mistakes/of-an-error.txt");
 
-const OF_A_MAP: &str = r#"
-contours_of = "a" => contours_of needs levels: contours = […]
-contours = [inf] => contours has inf, which is no level
-"#;
+const OF_A_MAP: &str = include_str!("mistakes/of-a-map.txt");
 
 #[test]
 fn mistakes_of_the_file_are_sentences() {
@@ -60,71 +41,38 @@ fn mistakes_of_the_file_are_sentences() {
     }
 }
 
+#[derive(Deserialize)]
+struct OfTheTable {
+    mistake: Vec<Mistake>,
+}
+
+#[derive(Deserialize)]
+struct Mistake {
+    table: Rows,
+    report: String,
+    keys: String,
+}
+
+#[track_caller]
+fn refused(keys: &str, table: &Table, report: &str) {
+    let picture = parsed(keys).unwrap();
+    let message = draw(&picture, table, &[]).unwrap_err().to_string();
+    let report = format!("picture \"f\": {report}");
+    assert!(message.starts_with(&report), "{message}, not {report}");
+}
+
 #[test]
 fn mistakes_of_the_table_are_sentences() {
-    let lines = |more: &str| format!("{LINES}y = \"peak_following_error_mm\"\n{more}");
-    let times = || sample_times(&[8.0], 1);
-    let mut short = times();
-    short.columns[1] = numbers("drive.dac_bits", [8.0]);
-    let spread_lines = "kind = \"lines\"\nx = \"final_error_um\"\ny = \"pass\"\n";
-    for (keys, table, report) in [
-        (
-            format!("{LINES}y = \"nix_mm\""),
-            times(),
-            "the results have no column \"nix_mm\"",
-        ),
-        (
-            format!("{LINES}y = \"margin_closed\""),
-            times(),
-            "margin_closed is now modulus_margin_contact",
-        ),
-        (
-            lines("where.nix = 1"),
-            times(),
-            "the results have no column \"nix\"",
-        ),
-        (
-            lines("theory = \"peak_abs_acc_mps2\""),
-            times(),
-            "\"peak_following_error_mm\" is in mm and \"peak_abs_acc_mps2\" in m/s²: they cannot \
-             share an axis",
-        ),
-        (
-            lines("y_unit = \"ms\""),
-            times(),
-            "\"Peak following error\" is in mm and \"ms\" in ms: they cannot share an axis",
-        ),
-        (
-            lines(""),
-            short,
-            "column \"drive.dac_bits\" has 1 rows where the first column has 9",
-        ),
-        (
-            BARS.replace("rms_acc_error_mps2", "controller.law"),
-            laws(),
-            "column \"controller.law\" has words, and this needs numbers",
-        ),
-        (
-            SCATTER.replace("scatter", "map") + "z = \"pass\"",
-            spread(),
-            "a map needs a regular grid, but 500 values along x and",
-        ),
-        (
-            "kind = \"bars\"\ncategory = \"final_error_um\"\ny = \"pass\"".into(),
-            spread(),
-            "500 bars are more than a picture can show; kind \"histogram\" or \"lines\" can",
-        ),
-        (
-            format!("{spread_lines}series = \"final_error_um\""),
-            spread(),
-            "column \"final_error_um\" has 500 different values, more series than a legend can",
-        ),
-    ] {
-        let picture = parsed(&keys).unwrap();
-        let message = draw(&picture, &table, &[]).unwrap_err().to_string();
-        let report = format!("picture \"f\": {report}");
-        assert!(message.starts_with(&report), "{message}, not {report}");
+    let of_the_table: OfTheTable =
+        toml::from_str(include_str!("mistakes/of-the-table.toml")).unwrap();
+    for mistake in of_the_table.mistake {
+        refused(&mistake.keys, &mistake.table.table(), &mistake.report);
     }
+    let keys = format!("{LINES}y = \"peak_following_error_mm\"\n");
+    let mut short = sample_times(&[8.0], 1);
+    short.columns[1] = numbers("drive.dac_bits", [8.0]);
+    let report = "column \"drive.dac_bits\" has 1 rows where the first column has 9";
+    refused(&keys, &short, report);
 }
 
 /// A random plan of 100,000 runs has 10¹⁰ cells: the map is refused before they
@@ -140,7 +88,6 @@ fn a_large_plan_that_is_no_grid_is_refused_at_once() {
             column("c", 0.5),
         ],
     };
-    let picture = parsed("kind = \"map\"\nx = \"a\"\ny = \"b\"\nz = \"c\"").unwrap();
-    let message = draw(&picture, &table, &[]).unwrap_err().to_string();
-    assert!(message.contains("a map needs a regular grid"), "{message}");
+    let keys = "kind = \"map\"\nx = \"a\"\ny = \"b\"\nz = \"c\"";
+    refused(keys, &table, "a map needs a regular grid");
 }

@@ -1,6 +1,36 @@
 //! Tables as studies have them, and awkward ones.
 
 use hil_runner::study::picture::{Column, Curve, Table, Values};
+use serde::Deserialize;
+
+/// The name of a table in a file of samples.
+#[derive(Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum Rows {
+    Awkward,
+    Gains(u32, u32),
+    Laws,
+    Lengths,
+    LongNames,
+    One,
+    SampleTimes(Vec<f64>, u32),
+    Spread,
+}
+
+impl Rows {
+    pub(super) fn table(&self) -> Table {
+        match self {
+            Self::Awkward => awkward(),
+            Self::Gains(across, up) => gains(*across, *up),
+            Self::Laws => laws(),
+            Self::Lengths => lengths(),
+            Self::LongNames => long_names(),
+            Self::One => one(),
+            Self::SampleTimes(bits, runs) => sample_times(bits, *runs),
+            Self::Spread => spread(),
+        }
+    }
+}
 
 fn column(name: &str, values: Values) -> Column {
     let (name, own) = (name.into(), None);
@@ -124,8 +154,17 @@ pub(super) fn laws() -> Table {
     ])
 }
 
+/// Columns with units that have prefixes, on a grid.
+fn lengths() -> Table {
+    table([
+        numbers("x_s", [1.0, 2.0, 1.0, 2.0]),
+        numbers("y_mm", [1.0, 1.0, 2.0, 2.0]),
+        numbers("z", [1.0, 2.0, 3.0, 4.0]),
+    ])
+}
+
 /// Awkward values along a plain x.
-pub(super) fn awkward() -> Table {
+fn awkward() -> Table {
     let (nan, infinite) = (Some(f64::NAN), Some(f64::INFINITY));
     let none = [None, nan, infinite, None, Some(-f64::NAN)];
     let huge = [1e-9, -3.0, 1e-3, 0.0, 1e6];
@@ -151,12 +190,12 @@ pub(super) fn border() -> Curve {
 }
 
 /// A single run.
-pub(super) fn one() -> Table {
+fn one() -> Table {
     table([numbers("x_s", [0.001]), numbers("y_mm", [5.0])])
 }
 
 /// Names that no line can hold, and letters that XML does not take.
-pub(super) fn long_names() -> Table {
+fn long_names() -> Table {
     let long = "a rather long name of a series that nobody would call short, and which goes on \
                 for longer than a line of the legend has room for, so that it must be folded";
     let laws = ["continuous", "sampled", "continuous", "sampled"];

@@ -12,22 +12,7 @@ use crate::support::{STUDY, folder_with, made, ran};
 
 /// Axes over whole numbers and others, rows that are refused, one whose whole
 /// number no integer holds.
-const AXES: &str = r#"
-base = "axis.toml"
-name = "mixed"
-rungs = ["sampled", "quantised"]
-[set]
-run.duration_s = 0.3
-[[axis]]
-key = "drive.dac_bits"
-values = [12, 14, 1e300]
-[[axis]]
-key = "transmission.backlash_half_deg"
-values = [0, 1]
-[[axis]]
-key = "run.solver"
-values = ["exact"]
-"#;
+const AXES: &str = include_str!("studies/mixed.toml");
 
 /// Every value of every row, as the CSV writes it, by column.
 fn columns(folder: &Path) -> Vec<(String, Type, Vec<String>)> {

@@ -9,17 +9,7 @@ use std::time::Duration;
 
 use crate::support::{self, assert_same, folder_with, made, messages, program, ran, shell};
 
-const STUDY: &str = r#"
-name = "small"
-base = "paper-2"
-rungs = ["sampled"]
-feeding = false
-[set]
-run.duration_s = 0.2
-[[axis]]
-key = "controller.kp"
-values = [1, 2, 3]
-"#;
+const STUDY: &str = include_str!("studies/repeat.toml");
 
 /// The command line of a page, without what HTML makes of it.
 fn repeat_it(page: &str) -> String {

@@ -12,53 +12,7 @@ use crate::support::{
 
 /// Every kind of axis and value, on every rung; some points are left out, some
 /// make no run.
-const STUDY: &str = r#"
-name = "every-rung"
-base = "axis.toml"
-rungs = ["continuous", "sampled", "quantised", "firmware"]
-plan = "random"
-runs = 12
-seed = 5
-feeding = false
-loop_gain = "LOOP_GAIN"
-constraints = ["controller.kp <= 5"]
-
-[set]
-run.duration_s = 0.3
-motion.intervals_s = [0.02, 0.05, 0.02, 0.05, 0.02, 0.05, 0.02]
-
-[budget]
-peak_following_error_mm = 60
-peak_abs_voltage_v = 9
-
-[[axis]]
-key = "controller.kp"
-distribution = { kind = "normal", mean = 2.0, deviation = 2.0 }
-
-[[axis]]
-key = "controller.sample_time_s"
-from = 3e-4
-to = 2e-3
-scale = "log"
-
-[[axis]]
-key = "controller.computation_delay_s"
-times = "controller.sample_time_s"
-values = [0, 0.5]
-
-[[axis]]
-key = "carriage.mass_kg"
-times = "carriage.mass_kg"
-distribution = { kind = "uniform", low = 0.8, high = 1.2 }
-
-[[axis]]
-key = "drive.dac_bits"
-values = [10, 12, 14]
-
-[[axis]]
-key = "run.solver"
-values = ["exact", "rk4"]
-"#;
+const STUDY: &str = include_str!("studies/every-rung.toml");
 
 /// The line with the equivalent command.
 fn command(printed: &str) -> String {

@@ -75,21 +75,7 @@ fn first_cells(out: &Path, cells: usize) -> Vec<String> {
 /// A factor axis: the delay in sample times.
 #[test]
 fn an_axis_can_follow_another() {
-    let folder = folder_with(
-        r#"
-base = "paper-1"
-rungs = ["sampled"]
-[set]
-run.duration_s = 0.1
-[[axis]]
-key = "controller.sample_time_s"
-values = [0.001, 0.002]
-[[axis]]
-key = "controller.computation_delay_s"
-times = "controller.sample_time_s"
-values = [0, 0.5, 1]
-"#,
-    );
+    let folder = folder_with(include_str!("studies/follow.toml"));
     ran(&folder, "small.toml --out out", 0);
     assert_eq!(
         first_cells(&folder.path().join("out"), 4),
@@ -110,45 +96,7 @@ values = [0, 0.5, 1]
 /// axis that is a factor of such a one.
 #[test]
 fn an_axis_can_scatter_around_the_base() {
-    let folder = folder_with(
-        r#"
-base = "paper-2"
-rungs = ["sampled"]
-required_yield_percent = 99
-[set]
-run.duration_s = 0.1
-[budget]
-peak_abs_acc_mps2 = 0.001
-[[axis]]
-key = "controller.sample_time_s"
-times = "controller.sample_time_s"
-values = [0.5, 2]
-[[axis]]
-key = "controller.computation_delay_s"
-times = "controller.sample_time_s"
-values = [0, 1]
-[[axis]]
-key = "carriage.mass_kg"
-times = "carriage.mass_kg"
-values = [0.5]
-[[picture]]
-kind = "lines"
-file = "f"
-title = "T"
-x = "controller.sample_time_s"
-series = "controller.computation_delay_s/controller.sample_time_s"
-y = "peak_abs_acc_mps2"
-limit = "budget"
-[[picture]]
-kind = "lines"
-file = "g"
-title = "T"
-x = "controller.sample_time_s"
-series = "controller.computation_delay_s/controller.sample_time_s"
-y = "final_error_um"
-limit = "budget"
-"#,
-    );
+    let folder = folder_with(include_str!("studies/scatter.toml"));
     let heavy = builtin_text("paper-2").unwrap();
     let heavy = heavy.replace("mass_kg = 50.0", "mass_kg = 80.0");
     fs::write(folder.path().join("heavy.toml"), heavy).unwrap();
@@ -200,20 +148,7 @@ fn the_report_says_how_a_range_is_taken() {
 /// Steps of encoder and converter change, the loop does not.
 #[test]
 fn the_loop_gain_can_be_kept() {
-    let text = r#"
-base = "paper-1"
-rungs = ["sampled"]
-loop_gain = "LOOP_GAIN"
-[set]
-run.duration_s = 0.5
-drive.dac_range_v = 80.0
-[[axis]]
-key = "drive.dac_bits"
-values = [10, 14]
-[[axis]]
-key = "encoder.lines"
-values = [250, 1000]
-"#;
+    let text = include_str!("studies/loop-gain.toml");
     let peaks = |loop_gain: &str| -> Vec<f64> {
         let folder = folder_with(&text.replace("LOOP_GAIN", loop_gain));
         let output = study(&folder, "small.toml --out out");

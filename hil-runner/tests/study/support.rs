@@ -10,31 +10,7 @@ use tempfile::TempDir;
 use crate::table::table;
 
 /// 3,000 short runs on two rungs, some of which cannot be made.
-pub(crate) const STUDY: &str = r#"
-name = "small"
-base = "paper-2"
-rungs = ["sampled", "quantised"]
-plan = "random"
-runs = 1500
-seed = 3
-feeding = false
-constraints = ["controller.kd_s <= 0.09"]
-
-[set]
-run.duration_s = 0.3
-
-[[axis]]
-key = "transmission.backlash_half_deg"
-distribution = { kind = "uniform", low = 0.0, high = 4.0 }
-
-[[axis]]
-key = "controller.kp"
-distribution = { kind = "normal", mean = 3.0, deviation = 1.5 }
-
-[[axis]]
-key = "controller.kd_s"
-distribution = { kind = "uniform", low = 0.0, high = 0.1 }
-"#;
+pub(crate) const STUDY: &str = include_str!("studies/small.toml");
 
 /// A folder with a study file.
 pub(crate) fn folder_with(study: &str) -> TempDir {

@@ -201,40 +201,7 @@ const CASE: &str = "paper-2";
 
 /// Every feature that goes with every other one, and requests that lead
 /// through all states: off, on again, and a stop.
-const EVERYTHING: [&str; 32] = [
-    "drive.dac_bits=16",
-    "encoder.counter_bits=16",
-    "load_encoder.counts_per_mm=1000",
-    "controller.derivative=measurement",
-    "controller.derivative_filter_s=0.0005",
-    "controller.anti_windup=back-calculation",
-    "controller.tracking_time_s=0.02",
-    "controller.word_bits=24",
-    "controller.quantiser=error-feedback",
-    "controller.slew_limit_codes_per_s=300000",
-    "controller.velocity_ff_s=0.0769",
-    "controller.acceleration_ff_s2=0.0005",
-    "controller.friction_ff_codes=20",
-    "controller.setpoints=generator",
-    "controller.rest_dead_band_counts=1",
-    "controller.rest_integrator=hold",
-    "backlash.compensation=acceleration",
-    "backlash.gap=measured",
-    "limits.following_error_counts=600",
-    "limits.following_error_per_speed_s=0.01",
-    "limits.count_jump_counts=300",
-    "limits.encoder_loss_s=0.02",
-    "limits.encoder_loss_codes=400",
-    "limits.saturation_s=0.1",
-    "limits.missed_ticks=true",
-    "limits.velocity_mps=2",
-    "limits.acceleration_mps2=20",
-    "sequence.disable_s=1.3",
-    "sequence.enable_s=1.4",
-    "sequence.emergency_stop_s=1.5",
-    "run.duration_s=1.6",
-    "run.events=false",
-];
+const EVERYTHING: &str = include_str!("everything.txt");
 
 /// Runs the paper's controller and then an axis with everything on, whose
 /// options are looked at in every sample. Instructions by the state after the
@@ -249,8 +216,8 @@ fn runs(
 ) -> Result<(Vec<Figure>, Memory), ChipError> {
     let link = ChipLink::Qemu { target, transport };
     let mut client = Client::greet(open(&link, tell)?.line)?;
-    let paper = report(&mut client, &[])?;
-    let everything = report(&mut client, &EVERYTHING)?;
+    let paper = report(&mut client, "")?;
+    let everything = report(&mut client, EVERYTHING)?;
     let mut states = figures("run", &paper);
     states.extend(figures("run, everything", &everything));
     let memory = [
@@ -262,8 +229,9 @@ fn runs(
     Ok((states, memory))
 }
 
-fn report(client: &mut Client, sets: &[&str]) -> Result<ChipReport, ChipError> {
-    let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
+/// The report of a run with these sets, one a line.
+fn report(client: &mut Client, sets: &str) -> Result<ChipReport, ChipError> {
+    let sets: Vec<String> = sets.lines().map(str::to_owned).collect();
     let case = files::case(CASE, &sets).map_err(|errors| ChipError(errors.to_string()))?;
     let failed = |error: RunError| ChipError(error.to_string());
     let mut law = ChipLaw::new(client, &case, true).map_err(failed)?;

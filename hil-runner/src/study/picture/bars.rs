@@ -45,7 +45,10 @@ impl Data {
         let series = series.transpose()?;
         let count = series.as_ref().map_or(1, Different::len);
         if categories.len() * count > MOST_BARS {
-            return Err(PictureError::TooManyBars(categories.len() * count));
+            return Err(PictureError::new(format!(
+                "{} bars are more than a picture can show; kind \"histogram\" or \"lines\" can",
+                categories.len() * count
+            )));
         }
         let values = table.column(&bars.y)?.numbers()?;
         let log = bars.y_axis.spacing == Spacing::Log;

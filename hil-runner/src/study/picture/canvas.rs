@@ -160,7 +160,7 @@ impl<'a> Canvas<'a> {
 
     fn note<E: std::error::Error>(&mut self, result: Result<(), E>) {
         if let Err(error) = result {
-            let fault = PictureError::Drawing(error.to_string());
+            let fault = PictureError::new(format!("the picture could not be drawn: {error}"));
             self.fault.get_or_insert(fault);
         }
     }

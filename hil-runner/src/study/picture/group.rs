@@ -79,10 +79,11 @@ impl Different {
     pub(super) fn series(column: &Column, rows: &[usize]) -> Result<Self, PictureError> {
         let series = Self::of(column, rows)?;
         if series.len() > MOST_SERIES {
-            return Err(PictureError::TooManySeries {
-                column: column.name.clone(),
-                values: series.len(),
-            });
+            return Err(PictureError::new(format!(
+                "column \"{}\" has {} different values, more series than a legend can tell apart",
+                column.name,
+                series.len()
+            )));
         }
         Ok(series)
     }

@@ -101,7 +101,7 @@ pub fn draw(spec: &Picture, table: &Table, curves: &[Curve]) -> Result<String, P
         Kind::Histogram(histogram) => histogram::draw(spec, histogram, table),
         Kind::Scatter(scatter) => scatter::draw(spec, scatter, table, curves),
     });
-    drawn.map_err(|error| PictureError::In(spec.file.clone(), Box::new(error)))
+    drawn.map_err(|error| PictureError::new(format!("picture \"{}\": {error}", spec.file)))
 }
 
 impl Picture {

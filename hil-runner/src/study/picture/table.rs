@@ -1,6 +1,7 @@
 //! The results of a study as pictures and reports take them: named columns.
 
 use super::PictureError;
+use hil_core::runfile::renamed;
 
 /// Largest magnitude that is shown; a run that left all bounds has no figure.
 const LARGEST: f64 = 1e100;
@@ -63,11 +64,11 @@ impl Table {
         let rows = self.rows();
         let mut columns = self.columns.iter();
         match columns.find(|column| column.values.len() != rows) {
-            Some(column) => Err(PictureError::Lengths {
-                column: column.name.clone(),
-                rows: column.values.len(),
-                expected: rows,
-            }),
+            Some(column) => Err(PictureError::new(format!(
+                "column \"{}\" has {} rows where the first column has {rows}",
+                column.name,
+                column.values.len()
+            ))),
             None => Ok(()),
         }
     }
@@ -86,8 +87,12 @@ impl Table {
 
     /// The column of that name, or the sentence that there is none.
     pub(super) fn column(&self, name: &str) -> Result<&Column, PictureError> {
-        self.find(name)
-            .ok_or_else(|| PictureError::UnknownColumn(name.to_owned()))
+        // With its name today if it was renamed.
+        let missing = || match renamed(name) {
+            Some(now) => format!("{name} is now {now}"),
+            None => format!("the results have no column \"{name}\""),
+        };
+        self.find(name).ok_or_else(|| PictureError::new(missing()))
     }
 }
 
@@ -103,7 +108,10 @@ impl Column {
                 };
                 Ok(values.iter().map(|value| value.and_then(fit)).collect())
             }
-            Values::Text(_) => Err(PictureError::NotNumbers(self.name.clone())),
+            Values::Text(_) => Err(PictureError::new(format!(
+                "column \"{}\" has words, and this needs numbers",
+                self.name
+            ))),
         }
     }
 

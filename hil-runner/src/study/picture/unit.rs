@@ -124,12 +124,8 @@ impl Unit {
             _ => symbol,
         };
         let other = Unit::of(&symbol);
-        let shift = self.shift_to(&other).ok_or_else(|| PictureError::Units {
-            first: column.to_owned(),
-            first_unit: self.symbol.clone(),
-            other: symbol.clone(),
-            other_unit: symbol.clone(),
-        })?;
+        let apart = || PictureError::units([(column, &self.symbol), (&symbol, &symbol)]);
+        let shift = self.shift_to(&other).ok_or_else(apart)?;
         Ok(Shown::new(shift, other.symbol, other.base))
     }
 

@@ -114,12 +114,8 @@ impl Plot {
         for (name, at) in names().zip(0_usize..) {
             let column = data.table.column(name)?;
             let unit = Label::of(name).unit();
-            let apart = || PictureError::Units {
-                first: panel.first_column().to_owned(),
-                first_unit: label.unit.clone(),
-                other: name.clone(),
-                other_unit: unit.symbol.clone(),
-            };
+            let first = (panel.first_column(), label.unit.as_str());
+            let apart = || PictureError::units([first, (name, &unit.symbol)]);
             let factor = power_of_ten(unit.shift_to(&label.unit()).ok_or_else(apart)?);
             let values = column.numbers()?;
             for series in 0..data.series.len() {

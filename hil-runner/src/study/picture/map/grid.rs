@@ -137,7 +137,12 @@ impl Grid {
         let check = |filled: usize| {
             let enough = LEAST_FILLED * (across as f64 * up as f64);
             match across.min(up) > 2 && (filled as f64) < enough {
-                true => Err(PictureError::NoGrid { across, up, filled }),
+                true => Err(PictureError::new(format!(
+                    "a map needs a regular grid, but {across} values along x and {up} along y \
+                     make {} cells of which at most {filled} have a run; kind \"scatter\" can \
+                     show such a plan",
+                    across * up
+                ))),
                 false => Ok(()),
             }
         };

@@ -60,7 +60,8 @@ pub(super) fn draw(
     // Nothing of the overlay depends on how far down the plot begins.
     let at = |top: f64| Area::of([left, right], [top, top + tall]);
     if right - left < LEAST_WIDTH_PX {
-        return Err(PictureError::NoRoom);
+        let sentence = "the words beside the plot leave no room for it";
+        return Err(PictureError::new(sentence));
     }
     let frame = |area: Area| Frame { area, x: &x, y: &y };
     let draft = Overlay::new(map, &grid, &frame(at(0.0)), curves);

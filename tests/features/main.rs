@@ -8,35 +8,20 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
-#[path = "features/backlash.rs"]
 mod backlash;
-#[path = "features/backlash_compensation.rs"]
 mod backlash_compensation;
-#[path = "features/bumpless.rs"]
 mod bumpless;
-#[path = "features/dual.rs"]
 mod dual;
-#[path = "features/everything.rs"]
 mod everything;
-#[path = "features/faults.rs"]
 mod faults;
-#[path = "features/fixed_point_gains.rs"]
 mod fixed_point_gains;
-#[path = "features/io.rs"]
 mod io;
-#[path = "features/knobs.rs"]
 mod knobs;
-#[path = "features/limit_cycle.rs"]
 mod limit_cycle;
-#[path = "features/monitors.rs"]
 mod monitors;
-#[path = "features/position.rs"]
 mod position;
-#[path = "features/rest.rs"]
 mod rest;
-#[path = "features/setpoints.rs"]
 mod setpoints;
-#[path = "features/windup.rs"]
 mod windup;
 
 use bench_tests::case;

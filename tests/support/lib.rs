@@ -1,12 +1,8 @@
 //! Shared helpers of the cross-crate tests.
 
-#[path = "support/digest.rs"]
 pub mod digest;
-#[path = "support/draw.rs"]
 pub mod draw;
-#[path = "support/random_case.rs"]
 pub mod random_case;
-#[path = "support/solvers.rs"]
 pub mod solvers;
 
 use hil_runner::files;
