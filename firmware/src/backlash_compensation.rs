@@ -296,14 +296,9 @@ impl CrossingState {
             self.offset = half_gap.wrapping_mul(i32::from(self.flank));
             return self.begin(settings);
         }
-        // T(N) = B, of a move from the centre T(N)/2
-        let whole = wide::signed(half_gap).wrapping_shl(32);
-        let half_way = if self.base == 0 {
-            whole.wrapping_shr(1)
-        } else {
-            whole
-        };
-        self.travel = HALF.wrapping_add(Counts::from_bits(half_way));
+        // T(N) = B, of a move from the centre T(N)/2: half the way from the base
+        let way = wide::signed(half_gap.wrapping_add(self.base));
+        self.travel = HALF.wrapping_add(Counts::from_bits(way.wrapping_shl(31)));
         self.velocity = self.velocity.wrapping_sub(self.change);
         self.change = self.change.wrapping_neg();
         self.left = settings.crossing_half_samples();

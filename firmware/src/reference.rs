@@ -459,21 +459,23 @@ impl TablePlace {
     /// The setpoint of the next entry, and from the last one on that.
     #[inline]
     pub fn next<const N: usize>(&mut self, table: &SetpointTable<N>) -> Next {
-        let entry = table.entries.get(self.k);
-        let position = entry.copied().unwrap_or(table.last);
-        let before = if self.k == 0 { position } else { self.before };
+        let (entries, before) = (&table.entries, self.before);
+        let position = entries.get(self.k).copied().unwrap_or(table.last);
         self.before = position;
-        self.k = self.k.saturating_add(1);
-        let setpoint = |velocity| Setpoint {
+        let mut setpoint = Setpoint {
             position,
-            velocity,
             ..Setpoint::default()
         };
-        if self.k < table.entries.len() {
-            Next::Setpoint(setpoint(counts::difference(position, before)))
-        } else {
-            Next::Last(setpoint(0))
+        let is_first = self.k == 0;
+        // No entry has the largest number.
+        self.k = self.k.saturating_add(1);
+        if self.k >= entries.len() {
+            return Next::Last(setpoint);
         }
+        if !is_first {
+            setpoint.velocity = counts::difference(position, before);
+        }
+        Next::Setpoint(setpoint)
     }
 }
 

@@ -19,16 +19,17 @@ pub fn words(stretches: &[Stretch], end: i32) -> impl Iterator<Item = i32> {
 pub(crate) fn next(words: &[i32], at: &mut usize, stretch: &mut Stretch) -> InPlace {
     let rest = words.get(*at..).unwrap_or_default();
     if let Some(words) = rest.first_chunk() {
-        *at = at.saturating_add(Stretch::WORDS);
+        *at = at.wrapping_add(Stretch::WORDS);
         stretch.set_words(words);
         return InPlace::Stretch;
     }
-    let last = |position| Setpoint {
-        position,
-        ..Setpoint::default()
-    };
-    let end = rest.first().map(|end| InPlace::Last(last(*end)));
-    end.unwrap_or(InPlace::Underrun)
+    match rest.first() {
+        Some(end) => InPlace::Last(Setpoint {
+            position: *end,
+            ..Setpoint::default()
+        }),
+        None => InPlace::Underrun,
+    }
 }
 
 /// Walks through a plan: each stretch has samples and goes on where the one
@@ -73,19 +74,25 @@ pub(crate) fn check(words: &[i32], axis: &AxisState) -> Result<(), u32> {
 pub(crate) fn advance_to_end(stretch: &mut Stretch, axis: &AxisState) -> bool {
     let curved = stretch.acceleration | stretch.jerk | stretch.ahead_change | stretch.ahead_growth;
     let mut samples = stretch.samples;
-    if curved == Counts::ZERO && samples > 0 {
+    if samples == 0 {
+        return false;
+    }
+    if curved == Counts::ZERO {
         // As one long sample.
         let way = stretch.velocity.to_bits().wrapping_mul(samples.into());
         stretch.velocity = Counts::from_bits(way);
         samples = 1;
     }
-    let mut takes = samples > 0 && samples <= CURVED_SAMPLES_MAX;
-    while takes && samples > 0 {
-        takes = axis.takes_ahead(stretch.ahead);
-        stretch.advance();
-        samples = samples.wrapping_sub(1);
+    if samples > CURVED_SAMPLES_MAX {
+        return false;
     }
-    takes
+    for _ in 0..samples {
+        if !axis.takes_ahead(stretch.ahead) {
+            return false;
+        }
+        stretch.advance();
+    }
+    true
 }
 
 /// The magnitude in whole counts, rounded up.

@@ -292,7 +292,7 @@ impl<'a> Arrived<'a> {
         let mut stretch = Stretch::default();
         let is_stretch = flags & NEXT != 0 && {
             step.next = from;
-            next(&mut from, &mut stretch) == InPlace::Stretch
+            matches!(next(&mut from, &mut stretch), InPlace::Stretch)
         };
         step.is_whole = from.has_ended();
         if step.is_whole && is_stretch {

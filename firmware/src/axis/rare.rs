@@ -48,7 +48,13 @@ impl AxisState {
     /// A check has tripped: the most urgent of a sample is kept, and nothing where
     /// a fault is latched. The sample goes on to its error, for the record, and ends there.
     #[inline(never)]
-    fn found(&mut self, cause: FaultCause, measured: i64, limit: u32) {
+    fn found(&mut self, cause: FaultCause, measured: u32, limit: u32) {
+        self.found_signed(cause, measured.into(), limit);
+    }
+
+    /// The same with a value that has a sign.
+    #[inline(never)]
+    fn found_signed(&mut self, cause: FaultCause, measured: i64, limit: u32) {
         let more_urgent = !self.tripped || cause < self.fault.cause;
         if self.state != State::Fault && more_urgent {
             self.tripped = true;
@@ -65,15 +71,12 @@ impl AxisState {
             self.found(FaultCause::EmergencyStop, 0, 0);
         }
         if inputs.failed_transfers != 0 {
-            self.found(FaultCause::HardwareBus, inputs.failed_transfers.into(), 0);
-        }
-        if self.settings.feedback_of_load() != 0 && inputs.load_register.is_none() {
-            self.found(FaultCause::HardwareBus, 1, 0);
+            self.found(FaultCause::HardwareBus, inputs.failed_transfers, 0);
         }
         // Counted modulo 2^64, so that no end has to be looked at.
         let missed = inputs.tick.wrapping_sub(self.expected).cast_signed();
         if self.settings.watches_ticks() != 0 && self.ticked && missed != 0 {
-            self.found(FaultCause::MissedTick, missed, 0);
+            self.found_signed(FaultCause::MissedTick, missed, 0);
         }
     }
 
@@ -135,7 +138,7 @@ impl AxisState {
         let moved = counter.follow(register, bits, jump);
         if counter.missed != 0 {
             let limit = counter.allowed(bits, jump);
-            self.found(FaultCause::EncoderGlitch, moved.into(), limit);
+            self.found_signed(FaultCause::EncoderGlitch, moved.into(), limit);
         }
         moved
     }
@@ -162,7 +165,7 @@ impl AxisState {
         self.still = self.still.saturating_add(1);
         let limit = self.settings.encoder_loss_samples();
         if self.still >= limit {
-            self.found(FaultCause::EncoderLoss, self.still.into(), limit);
+            self.found(FaultCause::EncoderLoss, self.still, limit);
         }
     }
 
@@ -207,7 +210,7 @@ impl AxisState {
         let lag = wide::product(settings.lag_mantissa(), speed).wrapping_shr(bits);
         let limit = at_rest.saturating_add(wide::narrowed(lag).unwrap_or(u32::MAX));
         if size > limit {
-            self.found(FaultCause::FollowingError, size.into(), limit);
+            self.found(FaultCause::FollowingError, size, limit);
         }
     }
 
@@ -235,8 +238,7 @@ impl AxisState {
         self.saturated = self.saturated.saturating_add(1);
         let limit = self.settings.saturation_samples();
         if self.saturated > limit {
-            let measured = self.saturated.into();
-            self.found(FaultCause::SaturationTooLong, measured, limit);
+            self.found(FaultCause::SaturationTooLong, self.saturated, limit);
             return self.fail();
         }
         code
@@ -265,7 +267,7 @@ impl AxisState {
     /// take it: the axis stops in the same sample.
     pub fn output_failed(&mut self, tick: u64, failed_transfers: u32) -> AxisOutput {
         self.expected = tick.wrapping_add(1);
-        self.found(FaultCause::HardwareBus, failed_transfers.into(), 0);
+        self.found(FaultCause::HardwareBus, failed_transfers, 0);
         let code = self.fail();
         AxisOutput {
             code,
@@ -277,6 +279,7 @@ impl AxisState {
     }
 
     /// The position that the setpoints are for \[counts, modulo 2^32\].
+    #[inline(never)]
     fn place(&self) -> i32 {
         if self.settings.feedback_of_load() != 0 {
             self.load.position
@@ -349,6 +352,7 @@ impl AxisState {
             v => v,
         };
         motion.position = nearest(setpoint.position);
+        // Its size is all that is asked for.
         motion.velocity = match v {
             v if v != 0 && settings.lag_mantissa() != 0 => {
                 counts_per_sample(v, settings.velocity_fraction_bits())
@@ -400,15 +404,10 @@ impl AxisState {
     }
 }
 
-/// A velocity with so many fraction bits, in counts per sample.
+/// The size of a velocity with so many fraction bits, in counts per sample.
 fn counts_per_sample(velocity: i32, fraction_bits: u32) -> Counts {
     let size = wide::word(velocity.unsigned_abs()).wrapping_shl(32);
-    let size = Counts::from_bits(size.wrapping_shr(fraction_bits).cast_signed());
-    if velocity < 0 {
-        size.wrapping_neg()
-    } else {
-        size
-    }
+    Counts::from_bits(size.wrapping_shr(fraction_bits).cast_signed())
 }
 
 /// −1, 0 or 1.

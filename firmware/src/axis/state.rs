@@ -27,6 +27,11 @@ pub struct AxisState {
     pub(super) begin: Begin,
     /// True if the axis was enabled since the last sample.
     pub(super) position_to_hold: bool,
+    // Asked for in rare samples, at hand for them too.
+    /// True from the first tick on.
+    pub(super) ticked: bool,
+    /// True if a check has tripped in this sample.
+    pub(super) tripped: bool,
     /// Sizes of `e` from [`Self::band`] on that are usual ones \[counts\].
     pub(super) usual_sizes: u32,
     /// Changes of the motor's count beyond this one are looked at \[counts\].
@@ -60,16 +65,12 @@ pub struct AxisState {
     pub(super) settings: Words,
     // What rare samples need.
     pub(super) load: Counter,
-    /// True from the first tick on.
-    pub(super) ticked: bool,
-    /// True if a check has tripped in this sample.
-    pub(super) tripped: bool,
     /// The fault that is latched, or of this sample's trip.
     pub(super) fault: Fault,
 }
 
 /// The whole of an axis is small enough for the smallest chips.
-const _: () = assert!(size_of::<AxisState>() == 496, "an axis: 496 bytes");
+const _: () = assert!(size_of::<AxisState>() == 488, "an axis: 488 bytes");
 
 impl Words {
     /// The largest error that is a usual one \[counts\].
@@ -89,6 +90,8 @@ impl AxisState {
         state: State::Disabled,
         begin: Begin::GoingOn,
         position_to_hold: false,
+        ticked: false,
+        tripped: false,
         usual_sizes: 0,
         jump: 0,
         band: 0,
@@ -108,8 +111,6 @@ impl AxisState {
         output: Output::ZERO,
         settings: Words::ZERO,
         load: Counter::UNKNOWN,
-        ticked: false,
-        tripped: false,
         fault: Fault::ZERO,
     };
 
@@ -144,7 +145,7 @@ impl AxisState {
         *self = Self::START;
         self.set(settings);
         self.begins(Begin::AtRest);
-        self.law = LawState::start(&self.output);
+        self.law.start_in_place(&self.output);
     }
 
     fn set(&mut self, settings: &Words) {
@@ -213,7 +214,12 @@ impl AxisState {
         self.state = state;
         self.left = 0;
         self.stand_or_move();
-        self.usual = state.is_powered() && self.motor.known && !self.output.dithers();
+        self.set_usual();
+    }
+
+    /// Whether the next sample is a usual one, as far as is known before it.
+    pub(super) fn set_usual(&mut self) {
+        self.usual = self.state.is_powered() && self.motor.known && !self.output.dithers();
     }
 
     /// Takes other settings from the next sample on: the output goes on from
@@ -248,8 +254,8 @@ impl AxisState {
             Begin::AtRest | Begin::FromCode => Begin::FromCode,
             Begin::OtherGains | Begin::GoingOn => Begin::OtherGains,
         });
-        self.law.begin_rounding(self.output.dac());
-        self.usual &= !self.output.dithers();
+        self.law.begin_rounding(&self.output);
+        self.set_usual();
     }
 
     /// Registers of the last good readings of the encoders, for a sample whose

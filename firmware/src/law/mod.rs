@@ -269,16 +269,15 @@ impl LawState {
     /// Before the first sample, which [`Law::begin`] makes: code 0, the
     /// generator of the dither at its seed.
     pub const fn start(output: &Output) -> Self {
-        Self {
-            integral: Codes::ZERO,
-            remainder: HALF,
-            code: 0,
-            previous_error: 0,
-            random: output.seed(),
-            filtered: Filtered::ZERO,
-            filter_of: 0,
-            left_range: false,
-        }
+        let mut state = Self::ZERO;
+        state.start_in_place(output);
+        state
+    }
+
+    /// The same in memory that is all zeros.
+    pub(crate) const fn start_in_place(&mut self, output: &Output) {
+        self.remainder = HALF;
+        self.random = output.seed();
     }
 
     /// All zeros, before it is started.
@@ -319,8 +318,8 @@ impl LawState {
     }
 
     /// Forgets what rounding has left, and goes on within the converter's codes.
-    pub(crate) fn begin_rounding(&mut self, dac: Dac) {
-        self.code = self.code.min(dac.max_code()).max(dac.min_code());
+    pub(crate) fn begin_rounding(&mut self, output: &Output) {
+        self.code = output.reachable(self.code, self.code);
         self.remainder = HALF;
     }
 
