@@ -213,6 +213,8 @@ impl Session {
         let is_whole = match header.kind {
             kind::STATUS => return Answer::Record,
             kind::SETTINGS | kind::MEMORY => true,
+            #[cfg(feature = "planner")]
+            kind::PLAN => true,
             kind::BEGIN => begin(payload).is_some(),
             kind::STEP => from.has_ended(),
             _ => false,
@@ -232,6 +234,8 @@ impl Session {
             kind::SETTINGS => self.settle(payload),
             kind::STEP if begun => self.step(header, &mut step, memory, target),
             kind::MEMORY if !begun => remember(payload, memory),
+            #[cfg(feature = "planner")]
+            kind::PLAN if !begun => crate::planned::remember(payload, memory),
             kind::BEGIN if !begun => self.begin(payload, memory.as_counts()),
             _ => Err(Nak::Request),
         };

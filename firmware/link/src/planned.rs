@@ -1,0 +1,85 @@
+//! A motion that the chip plans itself: what it is asked for, and what it makes of it.
+
+use firmware::GainWord;
+
+use crate::frame::Frame;
+
+/// A motion to be planned ([`firmware::MotionPlan::new`]), with the feed-forward that
+/// comes with it ([`firmware::MotionPlan::stretches`]).
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Planned {
+    /// \[2^−32 counts\].
+    pub travel: i64,
+    /// The intervals `t1` to `t7` \[ps\].
+    pub intervals_ps: [u64; 7],
+    /// Sample time \[ns\].
+    pub period_ns: u32,
+    /// Position that it starts from \[counts, modulo 2^32\].
+    pub start: i32,
+    /// Gains of velocity, acceleration and friction.
+    pub gains: [GainWord; 3],
+}
+
+impl Planned {
+    pub(crate) fn write(&self, to: &mut Frame<[u8]>) {
+        to.i64(self.travel);
+        for t_ps in self.intervals_ps {
+            to.i64(t_ps.cast_signed());
+        }
+        to.u32(self.period_ns);
+        to.i32s(&[self.start]);
+        for gain in self.gains {
+            to.i32s(&[gain.mantissa]);
+            to.put(gain.fraction_bits);
+        }
+    }
+}
+
+#[cfg(feature = "planner")]
+pub(crate) use self::server::remember;
+
+#[cfg(feature = "planner")]
+mod server {
+    use firmware::motion::Planner;
+    use firmware::{GainWord, SetpointTable, Stretch};
+
+    use crate::body::Reader;
+    use crate::reply::Nak;
+
+    /// Plans a motion and appends its words to the memory, as if they had been sent.
+    #[inline(never)]
+    pub(crate) fn remember<const N: usize>(
+        payload: &[u8],
+        memory: &mut SetpointTable<N>,
+    ) -> Result<(), Nak> {
+        let mut from = Reader::new(payload);
+        let travel = from.i64();
+        let mut intervals_ps = [0; 7];
+        intervals_ps.iter_mut().for_each(|t_ps| *t_ps = from.u64());
+        let (period_ns, start) = (from.u32(), from.i32());
+        let mut gains = [GainWord::new(0, 0); 3];
+        for gain in &mut gains {
+            *gain = GainWord::new(from.i32(), from.u8());
+        }
+        if !from.has_ended() {
+            return Err(Nak::Request);
+        }
+        let mut planner = Planner::NONE;
+        let planned = planner.plan(travel, &intervals_ps, period_ns);
+        planned.map_err(|_| Nak::Plan { stretch: 0 })?;
+        planner.begin(&gains, start);
+
+        let before = memory.as_counts().len();
+        let mut words = [0; Stretch::WORDS];
+        let mut has_room = true;
+        while has_room && planner.next(&mut words) {
+            has_room = words.iter().all(|word| memory.push(*word).is_ok());
+        }
+        let end = planner.head().end.wrapping_add(start);
+        if has_room && memory.push(end).is_ok() {
+            return Ok(());
+        }
+        memory.keep(before);
+        Err(Nak::Memory)
+    }
+}
