@@ -374,8 +374,8 @@ impl<const N: usize> SetpointTable<N> {
     }
 
     fn refusal(needed: usize) -> Refusal {
-        let [needed, most] = [needed, N].map(|entries| i64::try_from(entries).unwrap_or(i64::MAX));
-        Refusal::new(What::Setpoints, needed, [1, most])
+        let held = |entries: usize| i64::try_from(entries).unwrap_or(i64::MAX);
+        Refusal::new(What::Setpoints, held(needed), [1, held(N)])
     }
 
     /// Entries that it still has room for.

@@ -4,6 +4,10 @@ use firmware::GainWord;
 
 use crate::frame::Frame;
 
+/// Bytes of its fields.
+#[cfg(feature = "planner")]
+const BYTES: usize = 8 + 7 * 8 + 4 + 4 + 3 * 5;
+
 /// A motion to be planned ([`firmware::MotionPlan::new`]), with the feed-forward that
 /// comes with it ([`firmware::MotionPlan::stretches`]).
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -57,29 +61,30 @@ mod server {
         let mut intervals_ps = [0; 7];
         intervals_ps.iter_mut().for_each(|t_ps| *t_ps = from.u64());
         let (period_ns, start) = (from.u32(), from.i32());
-        let mut gains = [GainWord::new(0, 0); 3];
-        for gain in &mut gains {
-            *gain = GainWord::new(from.i32(), from.u8());
-        }
-        if !from.has_ended() {
+        if payload.len() != super::BYTES {
             return Err(Nak::Request);
         }
         let mut planner = Planner::NONE;
         let planned = planner.plan(travel, &intervals_ps, period_ns);
         planned.map_err(|_| Nak::Plan { stretch: 0 })?;
-        planner.begin(&gains, start);
+        let gain = || Some(GainWord::new(from.i32(), from.u8()));
+        planner.begin(core::iter::from_fn(gain), start);
 
         let before = memory.as_counts().len();
         let mut words = [0; Stretch::WORDS];
-        let mut has_room = true;
-        while has_room && planner.next(&mut words) {
-            has_room = words.iter().all(|word| memory.push(*word).is_ok());
+        loop {
+            let is_stretch = planner.next(&mut words);
+            let end = [planner.end().wrapping_add(start)];
+            let words: &[i32] = if is_stretch { &words } else { &end };
+            for word in words {
+                if memory.push(*word).is_err() {
+                    memory.keep(before);
+                    return Err(Nak::Memory);
+                }
+            }
+            if !is_stretch {
+                return Ok(());
+            }
         }
-        let end = planner.head().end.wrapping_add(start);
-        if has_room && memory.push(end).is_ok() {
-            return Ok(());
-        }
-        memory.keep(before);
-        Err(Nak::Memory)
     }
 }

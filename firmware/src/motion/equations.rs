@@ -67,8 +67,9 @@ places! { 0; T X V A B FIRST }
 // From a node on: its position, and the feed-forward behind the positions of all seven.
 places! { 0; NODE }
 places! { 7; AHEAD }
-// All of them, what is looked at by name first.
-places! { 0;
+// All others, what is looked at by name first.
+places! { RELATIVE;
+    PERIOD END GAIN LOSS LEFT PEAK S K FOURTH SLOPE
     T1 X1 V1 A1 B1 FIRST1
     T2 X2 V2 A2 B2 FIRST2
     T3 X3 V3 A3 B3 FIRST3
@@ -76,9 +77,8 @@ places! { 0;
     T5 X5 V5 A5 B5 FIRST5
     T6 X6 V6 A6 B6 FIRST6
     T7 X7 V7 A7 B7 FIRST7
-    PERIOD END GAIN LOSS LEFT PEAK S K FOURTH SLOPE
     ZERO ONE TWO THREE SIX HALF C HALF_PI BEFORE LIMIT
-    OMEGA P Q SPEED WIDTH BASE LINE BEND START
+    OMEGA P Q SPEED WIDTH BASE LINE BEND START PASSED
     THETA SINE COSINE SQUARE N DIVISOR
     KV KA KF TAU VELOCITY ACCELERATION LENGTH SIXTH PER
     THIRD CUBE COUNTS CODES
@@ -181,6 +181,7 @@ programs! {
         SLOPE = A + ZERO;
         BEND = B + ZERO;
         START = FIRST + ZERO;
+        PASSED = ZERO + ZERO;
         S = T + ZERO;
         OMEGA = HALF_PI / S;
         SPEED = BEND / OMEGA;
@@ -257,11 +258,12 @@ programs! {
         K = THIRD * CUBE;
         K = CODES - K;
     }
-    /// A stretch, from sample `τ` of the interval on.
+    /// A stretch, from `τ` of the interval on.
     BEGIN {
         SIXTH = LENGTH / SIX;
         THETA = OMEGA * SIXTH;
-        TAU = START + TAU;
+        TAU = START + PASSED;
+        PASSED = PASSED + LENGTH;
     }
     /// The command at `τ`.
     COMMAND {

@@ -98,7 +98,7 @@ impl MotionPlan {
         // It was accepted, or is no motion, which has no stretches.
         if self.again(planner).is_ok() {
             let gains = [words.velocity_ff, words.acceleration_ff, words.friction_ff];
-            planner.begin(&gains, start);
+            planner.begin(gains, start);
         }
     }
 }

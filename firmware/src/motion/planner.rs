@@ -1,9 +1,9 @@
 //! A motion planned in place: its chain of intervals, and its stretches one by one.
 
 use super::equations::{
-    BEGIN, BOUNDS, C, CHAIN, COMMAND, CONSTANTS, DIFFERENCES, DIVIDE, ENTER, FALL, FITS, FOURTH,
-    GAIN, INTERVAL, K, KV, LARGEST, LEFT, LENGTH, LIMIT, LOSS, N, N0, N6, ONLY, PEAK, PERIOD, RISE,
-    S, SERIES, SLOPE, T, TAU, TERMS, TURN,
+    BEGIN, BOUNDS, C, CHAIN, COMMAND, CONSTANTS, DIFFERENCES, DIVIDE, ENTER, F0, FALL, FITS,
+    FOURTH, GAIN, INTERVAL, K, KV, LARGEST, LEFT, LENGTH, LIMIT, LOSS, N, N0, ONLY, PEAK, PERIOD,
+    RISE, S, SERIES, SLOPE, T, T1, TERMS, TURN,
 };
 use super::numbers::Numbers;
 use super::plan::PlanHead;
@@ -14,7 +14,7 @@ use crate::wide::{held, joined, lower, upper};
 use crate::word::GainWord;
 
 /// Fraction bits of velocity and acceleration at most.
-const OUTPUT_BITS_MAX: u8 = 60;
+const OUTPUT_BITS_MAX: i32 = 60;
 /// The intervals together last at most this long \[ps\].
 const DURATION_MAX_PS: u64 = 1 << 62;
 
@@ -46,7 +46,7 @@ const LINE_SAMPLES_MAX: u32 = 1 << 26;
 /// // 1000 counts up in 40 ms and to rest in 40 ms, a sample every 20 ms.
 /// let mut planner = Planner::NONE;
 /// planner.plan(1_000 << 32, &[0, 40_000_000_000, 0, 0, 0, 40_000_000_000, 0], 20_000_000)?;
-/// planner.begin(&[GainWord::new(0, 0); 3], 0);
+/// planner.begin([GainWord::new(0, 0); 3], 0);
 /// let mut words = [0; 16];
 /// assert!(planner.next(&mut words) && planner.next(&mut words));
 /// assert!(!planner.next(&mut words));
@@ -56,15 +56,18 @@ const LINE_SAMPLES_MAX: u32 = 1 << 26;
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[repr(C)]
 pub struct Planner {
-    head: PlanHead,
-    /// Samples of the intervals.
+    /// Samples of the intervals, and of all of them.
     samples: [u64; 7],
-    /// Samples of the present interval that have passed, and intervals that have.
-    sample: u64,
+    last_sample: u64,
+    /// Samples of the present interval that are left, and intervals that have begun.
+    left: u64,
     interval: u8,
+    /// Fraction bits of velocity, acceleration and friction.
+    fraction_bits: [i32; 3],
     /// Sign of the motion: −1, 0 or 1.
     direction: i32,
-    /// Added to every position \[counts, modulo 2^32\].
+    /// The end of the motion, and what is added to every position \[counts, modulo 2^32\].
+    end: i32,
     start: i32,
     /// Samples of the interval's stretches; the last one may be shorter.
     length: u32,
@@ -77,11 +80,13 @@ pub struct Planner {
 impl Planner {
     /// No motion: it ends where it starts.
     pub const NONE: Self = Self {
-        head: PlanHead::NONE,
         samples: [0; 7],
-        sample: 0,
+        last_sample: 0,
+        left: 0,
         interval: 0,
+        fraction_bits: [0; 3],
         direction: 0,
+        end: 0,
         start: 0,
         length: 0,
         turned: 0,
@@ -90,7 +95,19 @@ impl Planner {
 
     /// What is known of the motion besides its stretches.
     pub const fn head(&self) -> PlanHead {
-        self.head
+        let [velocity, acceleration, _] = self.fraction_bits;
+        PlanHead {
+            sign: self.direction.wrapping_shr(31),
+            end: self.end,
+            last_sample: self.last_sample,
+            velocity_fraction_bits: lowest_byte(velocity),
+            acceleration_fraction_bits: lowest_byte(acceleration),
+        }
+    }
+
+    /// The end of the motion, `floor(h + ½)` \[counts, modulo 2^32\].
+    pub const fn end(&self) -> i32 {
+        self.end
     }
 
     /// Plans the motion of [`super::MotionPlan::new`] in a planner that has none.
@@ -105,20 +122,16 @@ impl Planner {
     ) -> Result<(), Refusal> {
         What::Period.word_within(period_ns, [1, u32::MAX])?;
         What::Travel.within(travel, [i64::MIN.saturating_add(1), i64::MAX])?;
-        let Self {
-            head,
-            samples,
-            numbers,
-            ..
-        } = self;
+        let numbers = &mut self.numbers;
         // Below 2^42.
         numbers.set(PERIOD, u64::from(period_ns).wrapping_mul(1_000));
         numbers.set(LIMIT, DURATION_MAX_PS);
         numbers.set(C, TWO_OVER_PI);
         numbers.make(CONSTANTS);
-        for (t_ps, samples) in intervals_ps.iter().zip(&mut *samples) {
+        numbers.base = T1;
+        for (t_ps, samples) in intervals_ps.iter().zip(&mut self.samples) {
             numbers.set(T, *t_ps);
-            numbers.set(N, head.last_sample);
+            numbers.set(N, self.last_sample);
             numbers.make(DIVIDE);
             if numbers.at(LEFT).is_negative() {
                 let total = intervals_ps.iter();
@@ -127,11 +140,10 @@ impl Planner {
                 return Err(Refusal::new(What::Duration, held(total_ps), allowed));
             }
             let end = numbers.at(S).fixed(0).cast_unsigned();
-            *samples = end.wrapping_sub(head.last_sample);
-            head.last_sample = end;
+            *samples = end.wrapping_sub(self.last_sample);
+            self.last_sample = end;
             numbers.base = numbers.base.wrapping_add(INTERVAL);
         }
-        numbers.base = 0;
         // In units of 2^−32 counts so far.
         numbers.set(PEAK, travel.unsigned_abs()).scale(-32);
         numbers.make(CHAIN);
@@ -143,13 +155,13 @@ impl Planner {
             return refused(What::Fall);
         }
 
-        head.sign = i32::from(travel < 0).wrapping_neg();
-        head.end = upper(travel.wrapping_add(1 << 31));
+        self.direction = lower(travel.signum());
+        self.end = upper(travel.wrapping_add(1 << 31));
         let peak = numbers.at(PEAK);
         let refused = || Refusal::new(What::Velocity, peak.rounded(), PEAKS);
-        head.velocity_fraction_bits = output_bits(peak).ok_or_else(refused)?;
+        let velocity_bits = output_bits(peak).ok_or_else(refused)?;
         let mut least = OUTPUT_BITS_MAX;
-        for (interval, samples) in (0..).zip(samples) {
+        for (interval, samples) in (0..).zip(&self.samples) {
             if *samples > 0 {
                 enter(numbers, interval);
                 // One sample may be all of an interval so short that its peak is never seen.
@@ -160,62 +172,48 @@ impl Planner {
                 least = output_bits(peak).ok_or_else(refused)?.min(least);
             }
         }
-        head.acceleration_fraction_bits = least;
+        self.fraction_bits = [velocity_bits.min(OUTPUT_BITS_MAX), least, 0];
         Ok(())
     }
 
     /// Goes to the first stretch, with positions from `start` on \[counts, modulo 2^32\]
     /// and the feed-forward `Kv·v + Ka·a + Kf·sign(v)`, whose gains these are, in the
     /// exponents of [`Planner::head`].
-    pub fn begin(&mut self, gains: &[GainWord; 3], start: i32) {
-        let (head, numbers) = (&self.head, &mut self.numbers);
-        let rates = [
-            head.velocity_fraction_bits,
-            head.acceleration_fraction_bits,
-            0,
-        ];
-        for ((gain, rate_bits), place) in gains.iter().zip(rates).zip(KV..) {
-            let bits = i32::from(rate_bits).wrapping_sub(gain.fraction_bits.into());
-            let there = numbers.set(place, gain.mantissa.unsigned_abs().into());
+    pub fn begin(&mut self, gains: impl IntoIterator<Item = GainWord>, start: i32) {
+        for ((place, bits), gain) in (KV..).zip(&self.fraction_bits).zip(gains) {
+            let bits = bits.wrapping_sub(gain.fraction_bits.into());
+            let there = self.numbers.set(place, gain.mantissa.unsigned_abs().into());
             there.scale(bits).sign(gain.mantissa < 0);
         }
-        let moves = !numbers.at(PEAK).is_zero();
-        self.direction = if moves { head.sign | 1 } else { 0 };
         self.start = start;
-        (self.interval, self.sample) = (0, 0);
+        (self.interval, self.left) = (0, 0);
     }
 
     /// Gives the words of the next stretch ([`Stretch::from_words`]); tells whether there
     /// is one.
     pub fn next(&mut self, words: &mut [i32; Stretch::WORDS]) -> bool {
         let numbers = &mut self.numbers;
-        let left = loop {
+        while self.left == 0 {
             let Some(samples) = self.samples.get(usize::from(self.interval)) else {
                 return false;
             };
-            let left = samples.wrapping_sub(self.sample);
-            if left > 0 {
-                break left;
-            }
-            self.sample = 0;
-            self.interval = self.interval.wrapping_add(1);
-        };
-        if self.sample == 0 {
+            self.left = *samples;
             enter(numbers, self.interval);
             self.length = longest(numbers);
             self.turned = 0;
+            self.interval = self.interval.wrapping_add(1);
         }
-        let samples = u32::try_from(left).unwrap_or(u32::MAX).min(self.length);
+        let samples = u32::try_from(self.left).unwrap_or(u32::MAX);
+        let samples = samples.min(self.length);
+        self.left = self.left.wrapping_sub(samples.into());
         numbers.set(LENGTH, samples.into());
-        numbers.set(TAU, self.sample);
         numbers.make(BEGIN);
         if samples != self.turned {
             self.turned = samples;
             turn(numbers);
         }
-        self.sample = self.sample.wrapping_add(samples.into());
         // Seven: the command is taken at every second, the feed-forward at every third.
-        for node in N0..=N6 {
+        for node in N0..F0 {
             if node > N0 {
                 numbers.make(TURN);
             }
@@ -236,7 +234,7 @@ impl Planner {
         }
         *length = samples.cast_signed();
         // The fourth interval has no acceleration, those behind it the other.
-        let flank = 3_i32.wrapping_sub(self.interval.into()).signum();
+        let flank = 4_i32.wrapping_sub(self.interval.into()).signum();
         let flank = flank.wrapping_mul(self.direction);
         *signs = (self.direction & 0xff) | (flank & 0xff).wrapping_shl(8);
         true
@@ -246,7 +244,7 @@ impl Planner {
 /// Enters one of the intervals, 0 to 6, at its first sample.
 #[inline(never)]
 fn enter(numbers: &mut Numbers, interval: u8) {
-    numbers.base = interval.wrapping_mul(INTERVAL);
+    numbers.base = interval.wrapping_mul(INTERVAL).wrapping_add(T1);
     numbers.make(ENTER);
     turn(numbers);
     // Those that are no sine are 0 times one.
@@ -294,10 +292,16 @@ fn longest(numbers: &mut Numbers) -> u32 {
     longest
 }
 
-/// Fraction bits that bring a peak to 2^23 to 2^24; none if it is larger.
-fn output_bits(peak: &Real) -> Option<u8> {
+/// Fraction bits that bring a peak to 2^23 to 2^24, however many; none if it is larger.
+fn output_bits(peak: &Real) -> Option<i32> {
     let bits = i32::from(PEAK_BITS).wrapping_sub(peak.bits());
-    u8::try_from(bits.min(OUTPUT_BITS_MAX.into())).ok()
+    (bits >= 0).then_some(bits)
+}
+
+/// 0 to 60 as a byte.
+const fn lowest_byte(bits: i32) -> u8 {
+    let [lowest, ..] = bits.to_le_bytes();
+    lowest
 }
 
 #[cfg(test)]
