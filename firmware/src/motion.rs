@@ -6,7 +6,8 @@
 //! (`t5`-`t7`). Any interval may be zero. Both amplitudes follow from zero
 //! final speed and the travel `h`. [`MotionPlan`] computes once what its
 //! [`Stretches`] need, a [`PlannedMotion`] keeps them, and [`Motion`] hands them
-//! to an axis, of which any number can run the same one.
+//! to an axis, of which any number can run the same one. A [`Planner`] does both in
+//! one place, for a chip with little memory.
 //!
 //! # Promises
 //!
@@ -59,12 +60,14 @@
 //! from 1 ns to 4.29 s. Refused are, besides what is no motion, only speeds and
 //! accelerations of 2^24 and more ([`crate::Refusal`]). Positions are modulo 2^32,
 //! so that a motion may pass the end of the counter's range. A sample is five
-//! additions of 64 bits; planning divides, uses 128 bits, and is done once a move.
+//! additions of 64 bits; planning is done once a move, by a table of equations
+//! (`equations.rs`) for the sake of its bytes: some 10^5 instructions a stretch.
 
-mod interval;
+mod equations;
+mod numbers;
 mod plan;
+mod planner;
 mod real;
-mod stretches;
 
-pub use self::plan::{Motion, MotionPlan, PlanHead, PlannedMotion};
-pub use self::stretches::Stretches;
+pub use self::plan::{Motion, MotionPlan, PlanHead, PlannedMotion, Stretches};
+pub use self::planner::Planner;

@@ -373,6 +373,13 @@ impl<const N: usize> SetpointTable<N> {
         }
     }
 
+    /// Forgets the entries behind the first ones, of which there are so many; the axis
+    /// stays at the last of them, or where there is none at 0.
+    pub fn keep(&mut self, entries: usize) {
+        self.entries.truncate(entries);
+        self.last = self.entries.last().copied().unwrap_or(0);
+    }
+
     /// Forgets the entries; the axis stays at `position` \[counts\].
     pub fn rest_at(&mut self, position: i32) {
         self.entries.clear();

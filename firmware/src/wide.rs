@@ -123,6 +123,31 @@ pub(crate) fn signed_product(a: i32, b: i32) -> i64 {
     )
 }
 
+/// `floor(u·v/2^64)`.
+#[inline]
+pub(crate) fn high_product(u: u64, v: u64) -> u64 {
+    let [[u0, u1], [v0, v1]] = [u, v].map(words);
+    let [_, carry] = words(product(u0, v0));
+    let [low, high] = words(product(u1, v0).wrapping_add(word(carry)));
+    let [_, carry] = words(product(u0, v1).wrapping_add(word(low)));
+    product(u1, v1)
+        .wrapping_add(word(high))
+        .wrapping_add(word(carry))
+}
+
+/// The lower and the upper word.
+#[inline]
+fn words(value: u64) -> [u32; 2] {
+    let value = value.cast_signed();
+    [lower(value), upper(value)].map(i32::cast_unsigned)
+}
+
+/// `u·2^63/v` cut off, for `u < 2·v`; 0 where `v` is 0.
+pub(crate) fn wide_quotient(u: u64, v: u64) -> u64 {
+    let quotient = u128::from(u).wrapping_shl(63).checked_div(v.into());
+    quotient.unwrap_or(0) as u64
+}
+
 /// The same from halves: what ARMv6-M runs, here for every machine to test.
 #[cfg(any(test, all(target_arch = "arm", not(target_has_atomic = "32"))))]
 mod halves {
@@ -195,6 +220,14 @@ mod tests {
         #[test]
         fn every_way_gives_the_exact_product(a in any::<i32>(), b in any::<i32>()) {
             agree(a, b);
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn the_high_product_is_the_upper_half(u in any::<u64>(), v in any::<u64>()) {
+            let exact = u128::from(u).wrapping_mul(u128::from(v)) >> 64;
+            prop_assert_eq!(u128::from(high_product(u, v)), exact);
         }
     }
 

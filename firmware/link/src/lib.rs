@@ -55,12 +55,14 @@
 pub mod body;
 pub mod frame;
 pub mod plan;
+pub mod planned;
 pub mod reply;
 pub mod request;
 pub mod server;
 pub mod settings;
 pub mod vectors;
 
+pub use planned::Planned;
 pub use reply::{Identity, Nak, Reply, Status, Stepped};
 pub use request::{Events, Request, SourceKind, Step};
 pub use server::{Server, Target};

@@ -5,6 +5,7 @@ use heapless::Vec;
 use crate::body::{Header, Reader};
 use crate::frame::{Frame, LARGEST_BODY};
 use crate::plan;
+use crate::planned::Planned;
 use crate::reply::halves;
 use firmware::Codes;
 use firmware::axis::{AxisState, Inputs};
@@ -29,6 +30,9 @@ pub enum Request<'a> {
     /// The next words of the memory, 4 bytes each: setpoints of the table
     /// \[counts\], or a plan ([`crate::plan::words`]).
     Memory(&'a [u8]),
+    /// The next words of the memory, which the chip plans itself; refused as unknown
+    /// where it cannot.
+    Plan(&'a Planned),
     /// The configuration is complete.
     Begin {
         /// CRC-32 over kind and payload of every part, in their order.
@@ -132,6 +136,7 @@ pub(crate) mod kind {
     pub(crate) const HELLO: u8 = 0x01;
     pub(crate) const SETTINGS: u8 = 0x03;
     pub(crate) const MEMORY: u8 = 0x04;
+    pub(crate) const PLAN: u8 = 0x05;
     pub(crate) const BEGIN: u8 = 0x06;
     pub(crate) const STEP: u8 = 0x07;
     pub(crate) const STATUS: u8 = 0x09;
@@ -169,6 +174,7 @@ impl Request<'_> {
         match self {
             Self::Hello | Self::Status => {}
             Self::Settings(payload) | Self::Memory(payload) => to.bytes(payload),
+            Self::Plan(planned) => planned.write(to),
             Self::Begin {
                 configuration,
                 source,
@@ -194,6 +200,7 @@ impl Request<'_> {
             Self::Hello => kind::HELLO,
             Self::Settings(_) => kind::SETTINGS,
             Self::Memory(_) => kind::MEMORY,
+            Self::Plan(_) => kind::PLAN,
             Self::Begin { .. } => kind::BEGIN,
             Self::Step(_) => kind::STEP,
             Self::Status => kind::STATUS,

@@ -2,28 +2,13 @@
 
 use heapless::Vec;
 
-use super::interval::{Interval, chain, sample_from};
-use super::real::Real;
+use super::planner::Planner;
 use crate::law::LawWords;
 use crate::reference::{InPlace, Next, Observed, Setpoint, SetpointSource, Stretch};
 use crate::refusal::{Refusal, What};
-use crate::wide::held;
 
-/// Fraction bits of velocity and acceleration at most.
-const OUTPUT_BITS_MAX: i32 = 60;
-/// The intervals together last at most this long \[ps\].
-const DURATION_MAX_PS: u64 = 1 << 62;
-
-/// Peaks of velocity and acceleration \[counts per sample, per sample²\].
-const PEAKS: [i64; 2] = [0, (1 << PEAK_BITS) - 1];
-
-/// Bits of those peaks: setpoints' rates stay below
-/// [`crate::law::words::LARGEST_RATE`].
-const PEAK_BITS: u8 = 24;
-const _: () = assert!(1 << PEAK_BITS == crate::law::words::LARGEST_RATE);
-
-/// A motion that can be generated: checked and computed once. The default is no
-/// motion: the axis stays at 0.
+/// A motion that can be generated: checked once. The default is no motion: the
+/// axis stays at 0.
 ///
 /// ```
 /// use firmware::MotionPlan;
@@ -39,12 +24,13 @@ const _: () = assert!(1 << PEAK_BITS == crate::law::words::LARGEST_RATE);
 /// ```
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct MotionPlan {
-    /// Those of the intervals that have samples, for the travel's magnitude.
-    pub(super) intervals: Vec<Interval, 7>,
-    pub(super) head: PlanHead,
+    travel: i64,
+    intervals_ps: [u64; 7],
+    period_ns: u32,
+    head: PlanHead,
 }
 
-/// A plan without its intervals; the default is no motion.
+/// What is known of a motion besides its stretches; the default is no motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct PlanHead {
     /// −1 where the travel is negative, otherwise 0.
@@ -59,6 +45,17 @@ pub struct PlanHead {
     pub acceleration_fraction_bits: u8,
 }
 
+impl PlanHead {
+    /// No motion.
+    pub(super) const NONE: Self = Self {
+        sign: 0,
+        end: 0,
+        last_sample: 0,
+        velocity_fraction_bits: 0,
+        acceleration_fraction_bits: 0,
+    };
+}
+
 impl MotionPlan {
     /// The motion over `travel` \[2^−32 counts\] in the intervals `t1` to `t7`
     /// \[ps\], with a sample every `period_ns` from its start on.
@@ -67,63 +64,57 @@ impl MotionPlan {
     /// [`Refusal`] if there is no acceleration or no deceleration, or what
     /// is asked for cannot be generated to a quarter of a count.
     pub fn new(travel: i64, intervals_ps: [u64; 7], period_ns: u32) -> Result<Self, Refusal> {
-        What::Period.word_within(period_ns, [1, u32::MAX])?;
-        What::Travel.within(travel, [i64::MIN.saturating_add(1), i64::MAX])?;
-        let total_ps = intervals_ps
-            .iter()
-            .fold(0_u64, |sum, &t| sum.saturating_add(t));
-        What::Duration.within(held(total_ps), [0, held(DURATION_MAX_PS)])?;
-        // Below 2^42.
-        let period_ps = u64::from(period_ns).saturating_mul(1_000);
-        let (peak, intervals) = chain(travel.unsigned_abs(), intervals_ps, period_ps)?;
-
-        let velocity_bits =
-            output_bits(peak).ok_or_else(|| Refusal::new(What::Velocity, rounded(peak), PEAKS))?;
-        let mut acceleration_bits = OUTPUT_BITS_MAX;
-        for interval in intervals.iter().filter(|interval| interval.samples > 0) {
-            let largest = interval.largest_acceleration();
-            let bits = output_bits(largest).ok_or_else(|| {
-                let what = What::Acceleration(interval.number);
-                Refusal::new(what, rounded(largest), PEAKS)
-            })?;
-            acceleration_bits = acceleration_bits.min(bits);
-        }
-
-        let mut with_samples = Vec::new();
-        for interval in intervals.iter().filter(|interval| interval.samples > 0) {
-            // There is room for all seven.
-            let _ = with_samples.push(*interval);
-        }
-        let half = 1_i128 << 31_u32;
-        let end = i128::from(travel).wrapping_add(half).wrapping_shr(32);
-        let [a, b, c, d, ..] = end.to_le_bytes();
-        Ok(Self {
-            intervals: with_samples,
-            head: PlanHead {
-                sign: i32::from(travel < 0).wrapping_neg(),
-                end: i32::from_le_bytes([a, b, c, d]),
-                last_sample: sample_from(total_ps, period_ps),
-                velocity_fraction_bits: u8::try_from(velocity_bits).unwrap_or(0),
-                acceleration_fraction_bits: u8::try_from(acceleration_bits).unwrap_or(0),
-            },
-        })
+        let mut plan = Self {
+            travel,
+            intervals_ps,
+            period_ns,
+            head: PlanHead::NONE,
+        };
+        let mut planner = Planner::NONE;
+        plan.again(&mut planner)?;
+        plan.head = planner.head();
+        Ok(plan)
     }
 
-    /// The plan less its intervals.
+    fn again(&self, planner: &mut Planner) -> Result<(), Refusal> {
+        planner.plan(self.travel, &self.intervals_ps, self.period_ns)
+    }
+
+    /// What is known of the motion besides its stretches.
     pub const fn head(&self) -> PlanHead {
         self.head
     }
+
+    /// The motion from `start` on \[counts, modulo 2^32\], with the feed-forward
+    /// that the words give: `Kv·v + Ka·a + Kf·sign(v)`, in the exponents of
+    /// [`MotionPlan::head`], with the sign that `v` has on the way.
+    pub fn stretches(&self, words: &LawWords, start: i32) -> Stretches {
+        let mut stretches = Stretches(Planner::NONE);
+        self.begin(&mut stretches.0, words, start);
+        stretches
+    }
+
+    fn begin(&self, planner: &mut Planner, words: &LawWords, start: i32) {
+        // It was accepted, or is no motion, which has no stretches.
+        if self.again(planner).is_ok() {
+            let gains = [words.velocity_ff, words.acceleration_ff, words.friction_ff];
+            planner.begin(gains, start);
+        }
+    }
 }
 
-/// Fraction bits that bring a peak to 2^23 to 2^24; none if it is larger.
-fn output_bits(peak: Real) -> Option<i32> {
-    let bits = i32::from(PEAK_BITS).saturating_sub(peak.bits());
-    (bits >= 0).then_some(bits.min(OUTPUT_BITS_MAX))
-}
+/// Stretches of a plan, in their order.
+#[derive(Debug, Clone)]
+pub struct Stretches(Planner);
 
-/// Magnitude in whole units, for messages.
-fn rounded(value: Real) -> i64 {
-    i64::try_from(value.to_fixed(0).unsigned_abs()).unwrap_or(i64::MAX)
+impl Iterator for Stretches {
+    type Item = Stretch;
+
+    fn next(&mut self) -> Option<Stretch> {
+        let mut words = [0; Stretch::WORDS];
+        let there = self.0.next(&mut words);
+        there.then(|| Stretch::from_words(&words))
+    }
 }
 
 /// The stretches of a motion in memory, at most `N` of them: planned once, run as
@@ -159,13 +150,19 @@ impl<const N: usize> PlannedMotion<N> {
     pub fn plan(&mut self, plan: &MotionPlan, words: &LawWords) -> Result<(), Refusal> {
         self.stretches.clear();
         self.end = 0;
-        for stretch in plan.stretches(words, 0) {
-            if self.stretches.push(stretch).is_err() {
-                self.stretches.clear();
-                let [needed, most] = [plan.stretches(words, 0).count(), N]
-                    .map(|count| i64::try_from(count).unwrap_or(i64::MAX));
-                return Err(Refusal::new(What::Stretches, needed, [0, most]));
-            }
+        let mut planner = Planner::NONE;
+        plan.begin(&mut planner, words, 0);
+        let mut words = [0; Stretch::WORDS];
+        let mut needed = 0_i64;
+        while planner.next(&mut words) {
+            needed = needed.saturating_add(1);
+            // What has no room is counted.
+            let _ = self.stretches.push(Stretch::from_words(&words));
+        }
+        let most = i64::try_from(N).unwrap_or(i64::MAX);
+        if needed > most {
+            self.stretches.clear();
+            return Err(Refusal::new(What::Stretches, needed, [0, most]));
         }
         self.end = plan.head().end;
         Ok(())

@@ -9,6 +9,7 @@
 
 mod command;
 mod edges;
+mod golden;
 
 use firmware::law::LawWords;
 use firmware::refusal::What;

@@ -1,11 +1,13 @@
 //! The numbers of the page are those of the program.
 
 use firmware::axis::Inputs;
-use firmware::{Event, FaultCause, Next, Setpoint, Settings, State, Stretch};
+use firmware::{Event, FaultCause, GainWord, Next, Setpoint, Settings, State, Stretch};
 use firmware_link::frame::{LARGEST_BODY, LARGEST_FRAME, crc32};
 use firmware_link::reply::LARGEST_REPLY;
 use firmware_link::request::MOST_WORDS;
-use firmware_link::{Events, Identity, Nak, Reply, Request, SourceKind, Status, Step, Stepped};
+use firmware_link::{
+    Events, Identity, Nak, Planned, Reply, Request, SourceKind, Status, Step, Stepped,
+};
 
 use crate::{PAGE, section};
 
@@ -111,6 +113,33 @@ fn states_causes_sources_and_refusals() {
     assert_eq!(pairs("cause | name | value | because"), numbered(&names));
 }
 
+const PLAN: Planned = Planned {
+    travel: 1,
+    intervals_ps: [2, 3, 4, 5, 6, 7, 8],
+    period_ns: 9,
+    start: 10,
+    gains: [GainWord::new(11, 12); 3],
+};
+
+/// Every field of a PLAN is where the page says.
+#[test]
+fn the_fields_of_a_plan() {
+    let body = Request::Plan(&PLAN).body(0, 0, 0).unwrap();
+    assert!(PAGE.contains(&format!("A PLAN has {} bytes", body.len())));
+    let (_, text) = PAGE.split_once("**PLAN** plans").unwrap();
+    for (field, [offset, size], first) in [
+        ("travel", [7, 8], 1),
+        ("intervals", [15, 56], 2),
+        ("period", [71, 4], 9),
+        ("start", [75, 4], 10),
+        ("gains", [79, 15], 11),
+    ] {
+        assert!(text.contains(&format!("\n| {offset} | {size} | {field} |")));
+        assert_eq!(body[offset], first);
+    }
+    assert_eq!((body[15 + 48], body[83]), (8, 12));
+}
+
 #[test]
 fn the_kinds() {
     let step = Request::Step(step(Next::Underrun));
@@ -123,6 +152,7 @@ fn the_kinds() {
         ("HELLO", Request::Hello),
         ("SETTINGS", Request::Settings(&[])),
         ("MEMORY", Request::Memory(&[])),
+        ("PLAN", Request::Plan(&PLAN)),
         ("BEGIN", begin),
         ("STEP", step),
         ("STATUS", Request::Status),

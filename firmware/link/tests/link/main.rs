@@ -10,6 +10,7 @@
 mod bytes;
 mod frames;
 mod parameters;
+mod planned;
 mod plans;
 mod serving;
 

@@ -17,7 +17,7 @@ use crate::serving::{Host, payload, step};
 const ROOM: usize = 2_048;
 
 /// Feed-forward and a little of everything else.
-fn axis() -> Axis {
+pub(crate) fn axis() -> Axis {
     let words = LawWords {
         kp: GainWord::new(13_421_773, 24),
         ki_dt: GainWord::new(10_737_418, 32),

@@ -36,7 +36,7 @@ impl Target for Memory {
 /// A host that asks once.
 pub(crate) struct Host<const N: usize = 16> {
     server: Server,
-    table: SetpointTable<N>,
+    pub(crate) table: SetpointTable<N>,
     pub(crate) configuration: u32,
 }
 
@@ -66,7 +66,7 @@ impl<const N: usize> Host<N> {
     }
 
     /// The answer to any body.
-    fn body(&mut self, body: &[u8]) -> Option<(Header, Reply)> {
+    pub(crate) fn body(&mut self, body: &[u8]) -> Option<(Header, Reply)> {
         self.line(&encode::<LARGEST_FRAME>(body).unwrap())
     }
 
