@@ -102,7 +102,7 @@
 //! * **Motion**: within ¾ count of the exact command, and ends at the nearest count.
 //! * **Backlash compensation**: motion and offset together stay within the axis' limits.
 //! * **Backlash measurement**: half the gap, with bounds for either way of seeing the load.
-//! * **Memory**: an axis and its settings take 504 bytes, all zeros before it is started.
+//! * **Memory**: an axis and its settings take 488 bytes, all zeros before it is started.
 //!
 //! | quantity | unit | range |
 //! | --- | --- | --- |
