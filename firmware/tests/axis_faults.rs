@@ -9,7 +9,9 @@ mod rig;
 use firmware::axis::Monitors;
 use firmware::law::LawWords;
 use firmware::monitor::TickMonitor;
-use firmware::{Axis, CounterParameters, Event, Fault, FaultCause, GainWord, Next, State};
+use firmware::{
+    Axis, AxisState, CounterParameters, Event, Fault, FaultCause, GainWord, Next, State,
+};
 use provocations::{HOME, Provocation, provocations, stay};
 use rig::{Loop, Script, Silent, axis, position, ramp};
 
@@ -214,4 +216,23 @@ fn an_emergency_stop_that_is_still_pressed_trips_again() {
     run.request(Event::Reset);
     let second = provoke(&mut run, provocation).expect("a fault");
     assert_eq!((second.cause, second.tick), (first.cause, first.tick + 1));
+}
+
+/// A motion that starts in the same breath as the axis is enabled, and has no setpoint yet:
+/// the record has the place where the axis stands, not the end of some motion before.
+#[test]
+fn an_underrun_at_the_start_tells_where_the_axis_stands() {
+    let mut state = AxisState::start(&axis(LawWords::NONE));
+    for event in [Event::Enable, Event::Start] {
+        state.request(event).expect("it is disabled");
+    }
+    let output = state.tick(&rig::at(0, 4_711), &mut Script::new(|_| Next::Underrun));
+    let fault = state.fault().expect("an underrun");
+    assert_eq!(fault.cause, FaultCause::SetpointUnderrun);
+    let values = fault.values;
+    assert_eq!(
+        (values.setpoint, values.position, values.error),
+        (4_711, 4_711, 0)
+    );
+    assert_eq!((output.error_counts, state.peak_error_counts()), (0, 0));
 }

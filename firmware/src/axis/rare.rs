@@ -96,7 +96,6 @@ impl AxisState {
                 self.still = 0;
             }
         }
-        self.setpoint = self.place();
         self.error = 0;
         if self.tripped {
             self.fail();
@@ -155,7 +154,12 @@ impl AxisState {
         }
         // The sample follows it.
         self.motor.position = before;
-        (moved, self.law.held_movement(&self.settings, moved))
+        // Of a sample that has tripped the law takes nothing.
+        let taken = match self.tripped {
+            true => 0,
+            false => self.law.held_movement(&self.settings, moved),
+        };
+        (moved, taken)
     }
 
     /// The encoder does not move under a driving code.
@@ -298,7 +302,7 @@ impl AxisState {
         if self.position_to_hold {
             // Enabled since the last sample: holds where the axis stands.
             self.position_to_hold = false;
-            self.setpoint = self.place();
+            self.motion.position = nearest(self.place());
         }
         if self.state != State::Moving {
             return self.rest();
@@ -336,7 +340,7 @@ impl AxisState {
     #[cold]
     #[inline(never)]
     fn rest(&mut self) {
-        self.motion.rest_at(self.setpoint);
+        self.motion.rest_at(self.motion.setpoint());
         self.left = u32::MAX;
         self.stand_or_move();
     }
@@ -348,7 +352,7 @@ impl AxisState {
         let (v, a) = (setpoint.velocity, setpoint.acceleration);
         // Of a source that knows positions only.
         let way = match v {
-            0 => setpoint.position.wrapping_sub(self.setpoint),
+            0 => setpoint.position.wrapping_sub(motion.setpoint()),
             v => v,
         };
         motion.position = nearest(setpoint.position);

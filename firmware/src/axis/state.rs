@@ -42,8 +42,6 @@ pub struct AxisState {
     pub(super) ki_dt_mantissa: i32,
     /// Largest step of the code, or [`TAKE_OVER`].
     pub(super) slew: u32,
-    /// The last setpoint, without the backlash compensation \[counts, modulo 2^32\].
-    pub(super) setpoint: i32,
     /// `e` of the last sample \[counts\].
     pub(super) error: i32,
     /// Largest `|e|` \[counts\].
@@ -58,7 +56,8 @@ pub struct AxisState {
     /// Number of the tick that comes next.
     pub(super) expected: u64,
     pub(super) law: LawState,
-    /// The command, at the last sample.
+    /// The command, at the last sample: its position is the last setpoint, without the
+    /// backlash compensation.
     pub(super) motion: Stretch,
     pub(super) crossing: CrossingState,
     pub(super) output: Output,
@@ -97,7 +96,6 @@ impl AxisState {
         band: 0,
         ki_dt_mantissa: 0,
         slew: 0,
-        setpoint: 0,
         error: 0,
         peak: 0,
         still: 0,

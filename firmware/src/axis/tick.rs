@@ -65,8 +65,6 @@ impl AxisState {
         } else {
             self.next_stretch(inputs.load_register, source);
         }
-        let setpoint = self.motion.setpoint();
-        self.setpoint = setpoint;
         if self.crossing.left != 0 {
             self.crossing.advance();
             if self.crossing.left == 0 {
@@ -75,7 +73,8 @@ impl AxisState {
         }
 
         // 4. e = r − c                                       eq. 20, 22 [counts]
-        let error = counts::difference(setpoint.wrapping_add(self.crossing.offset), position);
+        let setpoint = self.motion.setpoint().wrapping_add(self.crossing.offset);
+        let error = counts::difference(setpoint, position);
         self.error = error;
         let size = error.unsigned_abs();
         self.peak = self.peak.max(size);

@@ -27,6 +27,10 @@ pub const PATIENCES: u32 = 8;
 /// An answer to something else.
 const UNEXPECTED: &str = "the controller answers something else than was asked";
 
+/// Another identity than that of the session before.
+const CHANGED: &str = "the controller's identity has changed since it was greeted: its flash is \
+                       another, or it is another controller";
+
 /// A request that fits no frame.
 pub(super) fn too_long() -> ChipError {
     "a request does not fit a frame".into()
@@ -110,6 +114,10 @@ impl Client {
         }
         if identity.timer_hz == 0 {
             return Err("the controller tells a timer of 0 Hz".into());
+        }
+        // Before it is greeted it has none.
+        if self.identity.version != 0 && identity != self.identity {
+            return Err(CHANGED.into());
         }
         self.identity = identity;
         Ok(())

@@ -16,6 +16,9 @@ use hil_runner::chip::line::Line;
 struct Other {
     version: u8,
     more: usize,
+    /// What the rest of an identity has in every byte, and what the next one has more.
+    rest: u8,
+    drift: u8,
     receiver: Receiver,
     replies: VecDeque<u8>,
 }
@@ -31,7 +34,8 @@ impl Line for Other {
             reply.extend(header.session.to_le_bytes());
             reply.extend(header.number.to_le_bytes());
             reply.push(self.version);
-            reply.resize(reply.len() + self.more, 77);
+            reply.resize(reply.len() + self.more, self.rest);
+            self.rest += self.drift;
             self.replies
                 .extend(encode::<LARGEST_FRAME>(&reply).unwrap());
         }
@@ -51,10 +55,12 @@ impl Line for Other {
     }
 }
 
-fn greeted(version: u8, more: usize) -> Result<Client, ChipError> {
+fn greeted(version: u8, more: usize, drift: u8) -> Result<Client, ChipError> {
     Client::greet(Box::new(Other {
         version,
         more,
+        rest: 77,
+        drift,
         receiver: Receiver::new(),
         replies: VecDeque::new(),
     }))
@@ -64,7 +70,7 @@ fn greeted(version: u8, more: usize) -> Result<Client, ChipError> {
 fn both_versions_are_told() {
     for version in [VERSION - 1, VERSION + 1, 0, 255] {
         for more in [0, 1, 28, 60] {
-            let ChipError(sentence) = greeted(version, more).unwrap_err();
+            let ChipError(sentence) = greeted(version, more, 0).unwrap_err();
             let expected = format!(
                 "the controller speaks version {version} of the protocol, this program version \
                  {VERSION}: build image and program from the same sources"
@@ -73,5 +79,16 @@ fn both_versions_are_told() {
         }
     }
     // The contrast: this version, with the rest that it has.
-    assert!(greeted(VERSION, 28).is_ok());
+    assert!(greeted(VERSION, 28, 0).is_ok());
+}
+
+/// A chip whose image changes while it runs, by a store that has gone astray, is told by
+/// the next session.
+#[test]
+fn an_identity_that_changes_is_told() {
+    let again = |drift| greeted(VERSION, 28, drift).unwrap().begin_session();
+    let ChipError(sentence) = again(1).unwrap_err();
+    assert!(sentence.contains("identity has changed"), "{sentence}");
+    // The contrast: the same one.
+    assert!(again(0).is_ok());
 }
