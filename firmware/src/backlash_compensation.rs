@@ -47,7 +47,8 @@
 //! the same time, with half the speed and half the acceleration.
 //!
 //! A change of flank during a move waits until the move has ended: never a
-//! jump. Moves start and end at rest.
+//! jump. Moves start and end at rest. Only settings with another gap, taken on
+//! during a move, make one: half of the difference at its middle, half at its end.
 //!
 //! # Exactness
 //!

@@ -69,5 +69,5 @@ mod plan;
 mod planner;
 mod real;
 
-pub use self::plan::{Motion, MotionPlan, PlanHead, PlannedMotion, Stretches};
-pub use self::planner::Planner;
+pub use self::plan::{Motion, MotionPlan, PlannedMotion, Stretches};
+pub use self::planner::{PlanHead, Planner};

@@ -88,6 +88,17 @@ pub(crate) const fn joined(upper: i32, lower: i32) -> i64 {
     signed(upper).wrapping_shl(32) | unsigned(lower.cast_unsigned())
 }
 
+/// `value` within `±most` in its upper word; of the upper end that word alone.
+#[inline(never)]
+pub(crate) fn within(value: i64, most: u32) -> i64 {
+    let whole = upper(value);
+    if whole.cast_unsigned().wrapping_add(most) < most.wrapping_mul(2) {
+        return value;
+    }
+    let most = joined(most.cast_signed(), 0);
+    if whole < 0 { most.wrapping_neg() } else { most }
+}
+
 /// True if the processor has a long multiplication. Of Arm's, those without
 /// are the ones without compare-and-swap.
 macro_rules! by_target {

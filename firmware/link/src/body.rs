@@ -77,6 +77,15 @@ impl<'a> Reader<'a> {
     }
 }
 
+/// The two words of a number, the lower one first.
+pub(crate) const fn halves(number: i64) -> [u32; 2] {
+    let [a, b, c, d, e, f, g, h] = number.to_le_bytes();
+    [
+        u32::from_le_bytes([a, b, c, d]),
+        u32::from_le_bytes([e, f, g, h]),
+    ]
+}
+
 /// Version of the protocol, told in every HELLO; both sides must have the same.
 pub const VERSION: u8 = 3;
 

@@ -56,6 +56,7 @@ pub mod body;
 pub mod frame;
 pub mod plan;
 pub mod planned;
+mod planning;
 pub mod reply;
 pub mod request;
 pub mod server;

@@ -2,7 +2,7 @@
 
 use heapless::Vec;
 
-use crate::body::{Header, Reader, VERSION};
+use crate::body::{Header, Reader, VERSION, halves};
 use crate::frame::Frame;
 use crate::request::{Events, flag};
 use firmware::axis::AxisOutput;
@@ -366,15 +366,6 @@ impl Sample {
             ]);
         }
     }
-}
-
-/// The two words of a number, the lower one first.
-pub(crate) const fn halves(number: i64) -> [u32; 2] {
-    let [a, b, c, d, e, f, g, h] = number.to_le_bytes();
-    [
-        u32::from_le_bytes([a, b, c, d]),
-        u32::from_le_bytes([e, f, g, h]),
-    ]
 }
 
 /// Place of a state in [`State::ALL`].

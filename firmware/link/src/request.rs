@@ -2,11 +2,10 @@
 
 use heapless::Vec;
 
-use crate::body::{Header, Reader};
+use crate::body::{Header, Reader, halves};
 use crate::frame::{Frame, LARGEST_BODY};
 use crate::plan;
 use crate::planned::Planned;
-use crate::reply::halves;
 use firmware::Codes;
 use firmware::axis::{AxisState, Inputs};
 use firmware::reference::{InPlace, Next, Setpoint, Stretch};

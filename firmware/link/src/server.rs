@@ -16,7 +16,7 @@
 use crate::body::{Header, Reader};
 use crate::frame::{Received, Receiver, crc32_on};
 use crate::plan;
-use crate::planned;
+use crate::planning;
 use crate::reply::{self, Identity, Nak, Sample};
 use crate::request::{Arrived, Events, SourceKind, begin, kind, next};
 use firmware::axis::{AxisState, Inputs};
@@ -194,7 +194,7 @@ impl Session {
         } else if kind == kind::BEGIN {
             begin(payload).is_some()
         } else {
-            kind == kind::SETTINGS || kind == kind::MEMORY || planned::takes(kind)
+            kind == kind::SETTINGS || kind == kind::MEMORY || planning::takes(kind)
         };
         if !is_whole {
             return Err(Nak::Request);
@@ -215,8 +215,8 @@ impl Session {
             self.step(&mut step, memory, target)?;
         } else if kind == kind::MEMORY {
             remember(payload, memory)?;
-        } else if planned::takes(kind) {
-            planned::remember(payload, memory)?;
+        } else if planning::takes(kind) {
+            planning::remember(payload, memory)?;
         } else {
             self.begin(payload, memory.as_counts())?;
         }

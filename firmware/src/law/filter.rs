@@ -24,8 +24,7 @@
 //! With `|x| ≤ X` and `X·2^h ≤ 2^29`, `|x·2^h − v̂| ≤ 2^30 + 1` and
 //! `|W| ≤ 2^61`: nothing overflows.
 
-use super::step::within;
-use crate::dac::{Codes, HALF};
+use crate::dac::HALF;
 use crate::settings::Words;
 use crate::wide;
 
@@ -107,7 +106,7 @@ impl Filtered {
     pub(crate) fn hold(&mut self, settings: &Words) {
         let most = settings.difference_limit_counts();
         let most = most.wrapping_mul(settings.filter_scale());
-        self.sum = within(Codes::from_bits(self.sum), most).to_bits();
+        self.sum = wide::within(self.sum, most);
         self.value = rounded(self.sum);
     }
 }

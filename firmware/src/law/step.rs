@@ -10,7 +10,8 @@ use crate::settings::Words;
 use crate::wide;
 
 impl Law {
-    /// One sample: the code for the errors and the motion of this sample.
+    /// One sample: the code for the errors and the motion of this sample, on the output
+    /// that the memory began with ([`Law::begin`]).
     #[inline(always)]
     pub fn step(&self, output: &Output, state: &mut LawState, input: &LawInput) -> i32 {
         state.dither(output);
@@ -253,7 +254,7 @@ impl Words {
         }
         rare();
         *left_range = true;
-        within(integral, INTEGRAL_MOST)
+        Codes::from_bits(wide::within(integral.to_bits(), INTEGRAL_MOST))
     }
 
     /// Puts the memory where a sample can begin that does not go on from the one
@@ -328,7 +329,7 @@ impl Words {
     /// Keeps a feed-forward that its source has computed within its declared range.
     #[inline(always)]
     pub(crate) fn hold_ahead(&self, ahead: &mut Codes) {
-        *ahead = within(*ahead, self.ahead_limit_codes());
+        *ahead = Codes::from_bits(wide::within(ahead.to_bits(), self.ahead_limit_codes()));
     }
 }
 
@@ -382,17 +383,6 @@ const INTEGRAL_MOST: u32 = 1 << 30;
 
 /// In the place of a treatment of wind-up: the output goes on from the code in force.
 pub(crate) const TAKES_OVER: u32 = 3;
-
-/// `value` within `±most` in its whole part; of the upper end that alone.
-#[inline(never)]
-pub(super) fn within(value: Codes, most: u32) -> Codes {
-    let whole = wide::upper(value.to_bits());
-    if whole.cast_unsigned().wrapping_add(most) < most.wrapping_mul(2) {
-        return value;
-    }
-    let most = codes(most.cast_signed());
-    if whole < 0 { most.wrapping_neg() } else { most }
-}
 
 /// `value`, held between `−limit` and `limit`; one beyond is told. With a limit that is a
 /// constant of the image nearly every value is within a power of two below it, which

@@ -2,7 +2,7 @@
 
 use heapless::Vec;
 
-use super::planner::Planner;
+use super::planner::{PlanHead, Planner};
 use crate::law::LawWords;
 use crate::reference::{InPlace, Next, Observed, Setpoint, SetpointSource, Stretch};
 use crate::refusal::{Refusal, What};
@@ -28,32 +28,6 @@ pub struct MotionPlan {
     intervals_ps: [u64; 7],
     period_ns: u32,
     head: PlanHead,
-}
-
-/// What is known of a motion besides its stretches; the default is no motion.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct PlanHead {
-    /// −1 where the travel is negative, otherwise 0.
-    pub sign: i32,
-    /// The end of the motion, `floor(h + ½)` \[counts, modulo 2^32\].
-    pub end: i32,
-    /// Number of the sample at which the motion has ended; the first is 0.
-    pub last_sample: u64,
-    /// Fraction bits of the setpoints' velocities, 0 to 60.
-    pub velocity_fraction_bits: u8,
-    /// Fraction bits of the setpoints' accelerations, 0 to 60.
-    pub acceleration_fraction_bits: u8,
-}
-
-impl PlanHead {
-    /// No motion.
-    pub(super) const NONE: Self = Self {
-        sign: 0,
-        end: 0,
-        last_sample: 0,
-        velocity_fraction_bits: 0,
-        acceleration_fraction_bits: 0,
-    };
 }
 
 impl MotionPlan {

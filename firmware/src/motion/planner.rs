@@ -6,7 +6,6 @@ use super::equations::{
     RISE, S, SERIES, SLOPE, T, T1, TERMS, TURN,
 };
 use super::numbers::Numbers;
-use super::plan::PlanHead;
 use super::real::Real;
 use crate::reference::Stretch;
 use crate::refusal::{Refusal, What};
@@ -36,6 +35,32 @@ const SINE_SAMPLES_MAX: u32 = 1 << 10;
 const PARABOLA_SAMPLES_MAX: u32 = 1 << 14;
 /// Most samples of a stretch of a line: `N·2^−33 = 2^−7` counts.
 const LINE_SAMPLES_MAX: u32 = 1 << 26;
+
+/// What is known of a motion besides its stretches; the default is no motion.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct PlanHead {
+    /// −1 where the travel is negative, otherwise 0.
+    pub sign: i32,
+    /// The end of the motion, `floor(h + ½)` \[counts, modulo 2^32\].
+    pub end: i32,
+    /// Number of the sample at which the motion has ended; the first is 0.
+    pub last_sample: u64,
+    /// Fraction bits of the setpoints' velocities, 0 to 60.
+    pub velocity_fraction_bits: u8,
+    /// Fraction bits of the setpoints' accelerations, 0 to 60.
+    pub acceleration_fraction_bits: u8,
+}
+
+impl PlanHead {
+    /// No motion.
+    pub(super) const NONE: Self = Self {
+        sign: 0,
+        end: 0,
+        last_sample: 0,
+        velocity_fraction_bits: 0,
+        acceleration_fraction_bits: 0,
+    };
+}
 
 /// Plans a motion and gives its stretches, in 2.3 KiB of memory.
 ///
