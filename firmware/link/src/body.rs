@@ -101,6 +101,9 @@ pub struct Header {
 }
 
 impl Header {
+    /// Its bytes at the front of a body.
+    pub const BYTES: usize = 7;
+
     /// All zeros, before the first.
     pub(crate) const ZERO: Self = Self {
         kind: 0,

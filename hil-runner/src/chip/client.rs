@@ -12,7 +12,7 @@
 use std::time::{Duration, Instant};
 
 use firmware::Settings;
-use firmware_link::body::VERSION;
+use firmware_link::body::{Header, VERSION};
 use firmware_link::frame::{LARGEST_FRAME, Received, Receiver, crc32_on, encode};
 use firmware_link::{Events, Identity, Nak, Reply, Request, SourceKind, Status, Step, Stepped};
 
@@ -144,7 +144,9 @@ impl Client {
         let reply = self.ask(request)?;
         match request {
             Request::Step(step) => self.last_tick = step.inputs.tick,
-            Request::Settings(payload) | Request::Memory(payload) => {
+            Request::Settings(_) | Request::Memory(_) | Request::Plan(_) => {
+                let body = request.body(0, 0, 0).ok_or_else(too_long)?;
+                let payload = body.get(Header::BYTES..).unwrap_or_default();
                 let crc = crc32_on(self.configuration, &[request.kind()]);
                 self.configuration = crc32_on(crc, payload);
             }

@@ -1,7 +1,10 @@
 //! A chip is held against the host step by step, and the first difference is
 //! found where it is.
 
-use firmware::{FaultCause, State};
+use firmware::law::{Law, LawWords};
+use firmware::output::{Output, Quantiser};
+use firmware::{Axis, Dac, Event, FaultCause, GainWord, Settings, State};
+use firmware_link::{Events, Planned, Request, SourceKind, settings};
 use hil_core::case::Case;
 use hil_core::error::RunError;
 use hil_core::message::{Command, Link, LinkError, Measurement, Steps};
@@ -216,6 +219,30 @@ fn only_the_firmware_is_compared() {
     );
 }
 
+/// 1000 counts up in 40 ms and to rest in 40 ms.
+const PLAN: Planned = Planned {
+    travel: 1_000 << 32,
+    intervals_ps: [0, 40_000_000_000, 0, 0, 0, 40_000_000_000, 0],
+    period_ns: 1_000_000,
+    start: 0,
+    gains: [GainWord::new(0, 0); 3],
+};
+
+/// What is planned there counts into the configuration as what is sent.
+#[test]
+fn a_chip_that_plans_has_the_configuration_of_its_host() {
+    let dac = Dac::with_bits(14).unwrap();
+    let law = Law::accept(LawWords::NONE, dac).unwrap();
+    let axis = Axis::new(law, Output::unlimited(dac, Quantiser::Nearest));
+    let settings = settings::write(&Settings::of(&axis)).unwrap();
+    let mut client = Client::greet(Box::new(Loopback::new())).unwrap();
+    client.take(&Request::Settings(&settings)).unwrap();
+    client.take(&Request::Plan(&PLAN)).unwrap();
+    let mut events = Events::default();
+    events.insert(Event::Enable);
+    client.begin(SourceKind::Plan, events).unwrap();
+}
+
 /// The images, where they can be run here.
 #[test]
 fn every_image_in_qemu_is_the_same() {
@@ -229,6 +256,10 @@ fn every_image_in_qemu_is_the_same() {
         let begin = std::time::Instant::now();
         certify(&mut client);
         replay_all(&mut client);
+        // It is built without the planner, and is none the worse for being asked.
+        let refused = client.request(&Request::Plan(&PLAN)).unwrap_err();
+        assert!(refused.0.contains("refuses"), "{refused}");
+        client.begin_session().unwrap();
         println!("{link}: {:.2} s", begin.elapsed().as_secs_f64());
     }
 }
