@@ -1,4 +1,4 @@
-//! A motion that the chip plans itself: what it is asked for, and what it makes of it.
+//! A motion that the chip plans itself: what it is asked for.
 
 use firmware::GainWord;
 

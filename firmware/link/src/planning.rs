@@ -2,10 +2,6 @@
 
 use crate::request::kind;
 
-/// Bytes of its fields.
-#[cfg(feature = "planner")]
-const BYTES: usize = 8 + 7 * 8 + 4 + 4 + 3 * 5;
-
 /// Tells whether a request is a PLAN, which a server without a planner does not know.
 pub(crate) const fn takes(kind: u8) -> bool {
     cfg!(feature = "planner") && kind == kind::PLAN
@@ -35,6 +31,9 @@ mod server {
     use crate::body::Reader;
     use crate::reply::Nak;
 
+    /// Bytes of the fields of a [`crate::Planned`].
+    const BYTES: usize = 8 + 7 * 8 + 4 + 4 + 3 * 5;
+
     /// Plans a motion and appends its words to the memory, as if they had been sent.
     #[inline(never)]
     pub(crate) fn remember<const N: usize>(
@@ -46,7 +45,7 @@ mod server {
         let mut intervals_ps = [0; 7];
         intervals_ps.iter_mut().for_each(|t_ps| *t_ps = from.u64());
         let (period_ns, start) = (from.u32(), from.i32());
-        if payload.len() != super::BYTES {
+        if payload.len() != BYTES {
             return Err(Nak::Request);
         }
         let mut planner = Planner::NONE;

@@ -22,7 +22,8 @@ const CURRENT: Register<u32> = unsafe { Register::at(0xe000_e018) };
 const ENABLE: u32 = 1 << 0;
 const CORE_CLOCK: u32 = 1 << 2;
 
-/// SysTick at the processor's clock, free running.
+/// SysTick at the processor's clock, free running. By its registers: `cortex_m`'s way
+/// takes 12 bytes more, of the 16 that an image has left.
 #[derive(Debug)]
 pub(crate) struct Timer;
 

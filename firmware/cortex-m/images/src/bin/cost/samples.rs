@@ -1,7 +1,7 @@
 //! The times of samples, on their way to the host.
 
 use firmware_link::frame::{LARGEST_BODY, LARGEST_FRAME, encode};
-use firmware_link::{Identity, Reply, Status, Target};
+use firmware_link::{Reply, Status, Target};
 use heapless::Vec;
 use images::chip::Chip;
 use images::host::File;
@@ -24,12 +24,7 @@ impl<'c> Samples<'c> {
     /// Says to the host at the end of the line who is there; `None` where nobody
     /// listens.
     pub(crate) fn begin(chip: &'c mut Chip, host: &'c File) -> Option<Self> {
-        // There is no table here to be taken off.
-        let identity = Identity {
-            ram_bytes: 0,
-            ..chip.identity()
-        };
-        let hello = Reply::Hello(identity).body(0, 0)?;
+        let hello = Reply::Hello(chip.identity()).body(0, 0)?;
         let samples = Self {
             chip,
             host,
