@@ -112,8 +112,8 @@ fn bare(group: &mut Group<'_>, workload: &str) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// The law with the shortest of all plants, β = β₀ + Γ·V: each sample needs
-/// the one before it, and no plant can be quicker than that.
+/// The law as written with the shortest of all plants, β = β₀ + Γ·V: each sample
+/// needs the one before it.
 fn law_alone(group: &mut Group<'_>, workload: &str) -> Result<(), Box<dyn Error>> {
     struct Shortest(f64);
     impl Axis for Shortest {

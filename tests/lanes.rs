@@ -313,7 +313,7 @@ fn what_overflows_fails_in_a_lane_too() {
     for step in 1..1000 {
         alone = plant.advance(&Drive::Held(1.0), step * STEP_NS, &mut seen);
         if lane.group(0).advance(0, 1.0, case.motion.travel_m()) {
-            lane.catch_up();
+            lane.catch_up(true);
         }
         lane.look_back();
         assert_eq!(lane.extremes_of(0).err(), alone.err(), "{step}");

@@ -232,7 +232,7 @@ fn compare_at<W: Width>(
                 }
                 let (voltage_v, command_m) = (width.load(voltage), width.load(&command));
                 if batch.group(0).advance(phase, voltage_v, command_m) {
-                    batch.catch_up();
+                    batch.catch_up(true);
                 }
                 time_ns += length_ns;
                 let mut acceleration = W::array(0.0);

@@ -13,51 +13,66 @@ use crate::numerics::seconds;
 use crate::observe::extremes::FIGURES;
 use crate::observe::{ContactChange, Watch};
 
-/// Room to follow them in, kept from time to time.
+/// Lanes that wait to be followed, and room to follow them in.
 #[derive(Debug, Clone)]
 pub(super) struct Contacts<W: Width> {
     start: TransitionStart<W>,
-    /// Of the lanes that are left, those in steps of one kind.
+    /// By phase, those of open and of closed joints: only steps of one kind go side by
+    /// side.
+    waiting: Vec<[Vec<Leaving>; 2]>,
+    /// Of these, the ones that are followed now.
     chunk: Vec<Leaving>,
 }
 
 impl<W: Width> Contacts<W> {
-    pub(super) fn new() -> Self {
+    pub(super) fn new(phases: usize) -> Self {
         Self {
             start: TransitionStart::new(),
+            waiting: (0..phases).map(|_| [Vec::new(), Vec::new()]).collect(),
             chunk: Vec::with_capacity(W::LANES),
         }
     }
 
-    /// Follows all lanes of `leaving`.
+    /// Forgets the lanes that wait.
+    pub(super) fn start(&mut self) {
+        for list in self.waiting.iter_mut().flatten() {
+            list.clear();
+        }
+    }
+
+    /// Follows the lanes of `leaving`, as many of a kind at a time as there are
+    /// lanes; the rest wait, but with `all` until a group may go on.
     #[inline(always)]
     pub(super) fn follow(
         &mut self,
         w: W,
         shared: &mut Shared,
         groups: &mut [Group<W>],
-        leaving: &mut Vec<Leaving>,
+        (leaving, all): (&mut Vec<Leaving>, bool),
     ) {
-        while let Some(left) = leaving.pop() {
-            let closed = groups[left.group].contact_is_closed(left.lane);
-            self.chunk.clear();
-            self.chunk.push(left);
-            let (Some(closed), phase) = (closed, left.phase) else {
-                groups[left.group].advance_lane(shared, &left);
-                continue;
-            };
-            // Others of its kind.
-            let mut place = leaving.len();
-            while place > 0 && self.chunk.len() < W::LANES {
-                place -= 1;
-                let other = &leaving[place];
-                if other.phase == phase
-                    && groups[other.group].contact_is_closed(other.lane) == Some(closed)
-                {
-                    self.chunk.push(leaving.swap_remove(place));
+        for left in leaving.drain(..) {
+            let group = &mut groups[left.group];
+            match group.contact_is_closed(left.lane) {
+                Some(closed) => self.waiting[left.phase][usize::from(closed)].push(left),
+                None => {
+                    group.advance_lane(shared, &left);
+                    group.held_up -= 1;
                 }
             }
-            self.follow_chunk(w, shared, groups, (phase, closed));
+        }
+        let most = if all { 1 } else { W::LANES };
+        for place in 0..2 * self.waiting.len() {
+            let (phase, closed) = (place / 2, place % 2 == 1);
+            loop {
+                let list = &mut self.waiting[phase][usize::from(closed)];
+                if list.len() < most {
+                    break;
+                }
+                self.chunk.clear();
+                let rest = list.len().saturating_sub(W::LANES);
+                self.chunk.extend(list.drain(rest..));
+                self.follow_chunk(w, shared, groups, (phase, closed));
+            }
         }
     }
 
@@ -90,6 +105,7 @@ impl<W: Width> Contacts<W> {
             if !followed {
                 group.advance_lane(shared, left);
             }
+            group.held_up -= 1;
         }
     }
 

@@ -83,6 +83,8 @@ pub(super) struct Group<W: Width> {
     pub(super) lanes: Vec<Lane>,
     /// Number of them that are runs; the others repeat the last.
     pub(super) runs: usize,
+    /// Number of lanes that have left the step and wait to be followed.
+    pub(super) held_up: usize,
     /// The last steps.
     pub(super) track: Track<W>,
     pub(super) mode: ModeNumbers<W>,
@@ -115,6 +117,7 @@ impl<W: Width> Group<W> {
             steps: (0..phases).map(|_| Steps::new()).collect(),
             lanes: Vec::with_capacity(W::LANES),
             runs: 0,
+            held_up: 0,
             track: Track::new(),
             mode: ModeNumbers::new(),
             backlash_half_rad: zero,
@@ -137,7 +140,7 @@ impl<W: Width> Group<W> {
         let longest_ns = shared.phases.iter().map(|phase| phase.length_ns).max();
         let longest_s = seconds(longest_ns.unwrap_or(0));
         self.track.start();
-        self.runs = setups.len();
+        (self.runs, self.held_up) = (setups.len(), 0);
         self.peaks = [zero; FIGURES];
         self.floors = [zero; FIGURES];
         self.peak_abs_voltage_v = zero;

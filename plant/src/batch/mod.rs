@@ -34,6 +34,7 @@ use self::contact::Contacts;
 pub use self::group::LaneSetup;
 use self::group::{Group, Shared};
 use self::phase::Phase;
+pub use self::step::InStep;
 use self::step::Leaving;
 pub use self::width::{Eight, Four, One, Width};
 use crate::exact::{DRIVING, Tables};
@@ -46,7 +47,8 @@ use crate::observe::extremes::{Extremes, FIGURES};
 ///
 /// A lane whose contact changes leaves the common step. Its group is then held
 /// up until [`Batch::catch_up`] has followed it, together with those of other
-/// groups: one by one they would take longer than all the common steps.
+/// groups, which go on meanwhile: one by one they would take longer than all the
+/// common steps.
 #[derive(Debug, Clone)]
 pub struct Batch<W: Width> {
     width: W,
@@ -55,47 +57,6 @@ pub struct Batch<W: Width> {
     running: usize,
     leaving: Vec<Leaving>,
     contacts: Contacts<W>,
-}
-
-/// The lanes of a group, which have their steps in common.
-#[derive(Debug)]
-pub struct InStep<'a, W: Width> {
-    width: W,
-    shared: &'a mut Shared,
-    group: &'a mut Group<W>,
-    number: usize,
-    leaving: &'a mut Vec<Leaving>,
-}
-
-impl<W: Width> InStep<'_, W> {
-    /// β of every lane \[rad\].
-    #[inline(always)]
-    pub fn beta_rad(&self) -> W::Vector {
-        self.width.load(&self.group.track.now().state[0])
-    }
-
-    /// ε of every lane \[rad\].
-    #[inline(always)]
-    pub fn epsilon_rad(&self) -> W::Vector {
-        self.width.load(&self.group.track.now().state[2])
-    }
-
-    /// ẍ of every lane \[m/s²\].
-    #[inline(always)]
-    pub fn acceleration_mps2(&self) -> W::Vector {
-        self.width.load(&self.group.acceleration_mps2)
-    }
-
-    /// Advances every lane by a step of length number `phase`, under a voltage
-    /// \[V\] of its own; `command_m` is x_ref at the end of the step \[m\]. Returns
-    /// whether the group is now held up: [`Batch::catch_up`] then has to come
-    /// first, before it is asked for anything.
-    #[inline(always)]
-    pub fn advance(&mut self, phase: usize, voltage_v: W::Vector, command_m: W::Vector) -> bool {
-        let numbers = (self.number, phase);
-        self.group
-            .advance(self.shared, numbers, voltage_v, command_m, self.leaving)
-    }
 }
 
 impl<W: Width> Batch<W> {
@@ -124,7 +85,7 @@ impl<W: Width> Batch<W> {
             groups: Vec::new(),
             running: 0,
             leaving: Vec::new(),
-            contacts: Contacts::new(),
+            contacts: Contacts::new(lengths_ns.len()),
         })
     }
 
@@ -132,6 +93,7 @@ impl<W: Width> Batch<W> {
     /// lanes that are left over repeat the last one.
     pub fn start(&mut self, setups: &[LaneSetup]) {
         self.leaving.clear();
+        self.contacts.start();
         self.running = setups.len().div_ceil(W::LANES);
         let Some(last) = setups.last() else { return };
         while self.groups.len() < self.running {
@@ -151,21 +113,23 @@ impl<W: Width> Batch<W> {
     /// A group, to be advanced.
     #[inline(always)]
     pub fn group(&mut self, number: usize) -> InStep<'_, W> {
-        InStep {
-            width: self.width,
-            shared: &mut self.shared,
-            group: &mut self.groups[number],
-            number,
-            leaving: &mut self.leaving,
-        }
+        let (group, leaving) = (&mut self.groups[number], &mut self.leaving);
+        InStep::new(&mut self.shared, group, number, leaving)
     }
 
-    /// Follows the lanes that have left the common step.
+    /// True if lanes of a group have left the common step and wait to be followed.
     #[inline(always)]
-    pub fn catch_up(&mut self) {
-        let groups = &mut self.groups;
+    pub fn is_held_up(&self, group: usize) -> bool {
+        self.groups[group].held_up > 0
+    }
+
+    /// Follows lanes that have left the common step, as many of one kind at a time as
+    /// go side by side; fewer wait for others, unless `all` are to be followed.
+    #[inline(always)]
+    pub fn catch_up(&mut self, all: bool) {
+        let (groups, leaving) = (&mut self.groups, &mut self.leaving);
         self.contacts
-            .follow(self.width, &mut self.shared, groups, &mut self.leaving);
+            .follow(self.width, &mut self.shared, groups, (leaving, all));
     }
 
     /// State of a run.

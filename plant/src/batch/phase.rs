@@ -59,10 +59,7 @@ pub(super) fn numbers_of(table: &HeldTable) -> [f64; NUMBERS] {
         to[..DRIVING].copy_from_slice(&kernel.transition[state]);
         (to[DRIVING], to[DRIVING + 1]) = (kernel.drift[state], kernel.per_volt[state]);
     }
-    let gap = table.table.quantity(Quantity::Delta);
-    for (j, to) in numbers[HELD * PER_STATE..].iter_mut().enumerate() {
-        *to = BOUND_MARGIN * gap.bounds.per_change[j + 1];
-    }
+    numbers[HELD * PER_STATE..].copy_from_slice(&kernel.gap_bound);
     numbers
 }
 

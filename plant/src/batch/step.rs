@@ -3,7 +3,7 @@
 use super::group::{Group, Shared};
 use super::phase::dot_pairs;
 use super::width::Width;
-use crate::exact::DRIVING;
+use crate::exact::{DRIVING, HELD};
 use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT, State};
 use crate::numerics::count;
 use crate::observe::extremes::{CARRIAGE, FIGURES};
@@ -23,6 +23,7 @@ pub(super) struct Leaving {
 }
 
 /// One step of all lanes: the driving states at both ends, and more.
+#[derive(Clone, Copy)]
 pub(super) struct Step<W: Width> {
     /// `m·b` of `δ = ε − m·b`.
     pub(super) offset: W::Vector,
@@ -36,54 +37,158 @@ pub(super) struct Step<W: Width> {
     pub(super) change: [W::Vector; DRIVING],
 }
 
-impl<W: Width> Group<W> {
-    /// As [`super::InStep::advance`].
+/// The lanes of a group, which have their steps in common.
+#[derive(Debug)]
+pub struct InStep<'a, W: Width> {
+    shared: &'a mut Shared,
+    group: &'a mut Group<W>,
+    number: usize,
+    leaving: &'a mut Vec<Leaving>,
+    /// β, β̇, ε, ε̇ and I of every lane: those of the group's present slot.
+    y: [W::Vector; HELD],
+    acceleration_mps2: W::Vector,
+}
+
+impl<'a, W: Width> InStep<'a, W> {
     #[inline(always)]
-    pub(super) fn advance(
+    pub(super) fn new(
+        shared: &'a mut Shared,
+        group: &'a mut Group<W>,
+        number: usize,
+        leaving: &'a mut Vec<Leaving>,
+    ) -> Self {
+        let w = group.width;
+        let state = &group.track.now().state;
+        let y = [0, 1, 2, 3, 4].map(
+            #[inline(always)]
+            |i| w.load(&state[i]),
+        );
+        Self {
+            acceleration_mps2: w.load(&group.acceleration_mps2),
+            shared,
+            group,
+            number,
+            leaving,
+            y,
+        }
+    }
+
+    /// β of every lane \[rad\].
+    #[inline(always)]
+    pub fn beta_rad(&self) -> W::Vector {
+        self.y[BETA]
+    }
+
+    /// ε of every lane \[rad\].
+    #[inline(always)]
+    pub fn epsilon_rad(&self) -> W::Vector {
+        self.y[EPSILON]
+    }
+
+    /// ẍ of every lane \[m/s²\].
+    #[inline(always)]
+    pub fn acceleration_mps2(&self) -> W::Vector {
+        self.acceleration_mps2
+    }
+
+    /// Advances every lane by a step of length number `phase`, under a voltage
+    /// \[V\] of its own; `command_m` is x_ref at the end of the step \[m\]. Returns
+    /// whether the group is now held up (see [`super::Batch::catch_up`]): it must not be
+    /// asked for anything before it no longer is.
+    #[inline(always)]
+    pub fn advance(&mut self, phase: usize, voltage_v: W::Vector, command_m: W::Vector) -> bool {
+        let w = self.group.width;
+        if self.group.track.block_is_full() {
+            let (group, shared) = (&mut *self.group, &mut *self.shared);
+            w.apart(
+                #[inline(always)]
+                || group.change_block(shared),
+            );
+        }
+        let (group, shared) = (&mut *self.group, &mut *self.shared);
+        let all = (1_u64 << W::LANES) - 1;
+        let step = group.step(phase, &self.y, voltage_v);
+        let keeps = w.bits(group.keeps(phase, &step));
+        let epsilon = step.to[1] + step.offset;
+        // Outside the settling band at the end.
+        let p = w.splat(shared.axis.pitch_m_per_rad);
+        let carriage = p * (step.beta[1] - epsilon);
+        let distance = w.abs(w.load(&group.travel_m) - carriage);
+        let outside = w.bits(w.greater(distance, w.load(&group.band_m)));
+        let ends = [
+            group.acceleration_after(shared, &step, epsilon),
+            step.to[3],
+            command_m - carriage,
+            command_m - p * step.beta[1],
+        ];
+        self.acceleration_mps2 = ends[0];
+        self.y = [step.beta[1], step.to[0], epsilon, step.to[2], step.to[3]];
+        let plain = keeps == all
+            && if outside == all {
+                group.all_outside = count(group.track.now().time_ns);
+                true
+            } else {
+                outside == 0 && group.stays_inside(shared, phase, (&step, distance)) == all
+            };
+        if plain {
+            group.take(shared, (phase, 0), (&step, &ends), command_m, voltage_v);
+            return false;
+        }
+        let (number, leaving) = (self.number, &mut *self.leaving);
+        w.apart(
+            #[inline(always)]
+            move || {
+                let looked = (distance, outside, keeps);
+                let given = (voltage_v, command_m);
+                group.take_seldom(
+                    shared,
+                    (number, phase),
+                    (&step, &ends),
+                    looked,
+                    given,
+                    leaving,
+                )
+            },
+        )
+    }
+}
+
+impl<W: Width> Group<W> {
+    /// The lanes that are within the settling band over the whole step, at the end of which
+    /// they are this far from the travel.
+    #[inline(always)]
+    fn stays_inside(
+        &self,
+        shared: &Shared,
+        phase: usize,
+        (step, distance): (&Step<W>, W::Vector),
+    ) -> u64 {
+        let w = self.width;
+        let p = w.splat(shared.axis.pitch_m_per_rad);
+        let carriage = p * (step.beta[0] - (step.from[1] + step.offset));
+        let before = w.abs(w.load(&self.travel_m) - carriage);
+        let closed = w.greater(w.abs(w.load(&self.track.now().flank)), w.splat(0.5));
+        let strays = &shared.phases[phase].chords[CARRIAGE];
+        let farthest = w.max(distance, before) + dot_pairs(w, closed, strays, &step.change);
+        w.bits(w.at_most(farthest, w.load(&self.band_m)))
+    }
+
+    /// Takes a step that a lane may leave, or in which it may have left the settling
+    /// band; returns whether one leaves it.
+    #[inline(always)]
+    fn take_seldom(
         &mut self,
         shared: &mut Shared,
         (number, phase): (usize, usize),
-        voltage_v: W::Vector,
-        command: W::Vector,
+        (step, ends): (&Step<W>, &[W::Vector; FIGURES]),
+        (distance, outside, keeps): (W::Vector, u64, u64),
+        (voltage_v, command): (W::Vector, W::Vector),
         leaving: &mut Vec<Leaving>,
     ) -> bool {
-        let w = self.width;
         let all = (1_u64 << W::LANES) - 1;
-        if self.track.block_is_full() {
-            self.change_block(shared);
-        }
-        let step = self.step(phase, voltage_v);
-        let keeps = self.keeps(phase, &step);
-        // Outside the settling band at the end.
-        let p = w.splat(shared.axis.pitch_m_per_rad);
-        let epsilon = step.to[1] + step.offset;
-        let carriage = p * (step.beta[1] - epsilon);
-        let distance = w.abs(w.load(&self.travel_m) - carriage);
-        let outside = w.greater(distance, w.load(&self.band_m));
-        let ends = [
-            self.acceleration_after(shared, &step, epsilon),
-            step.to[3],
-            command - carriage,
-            command - p * step.beta[1],
-        ];
-        if w.bits(w.both(keeps, outside)) == all {
-            self.all_outside = count(self.track.now().time_ns);
-            self.take(shared, (phase, 0), (&step, &ends), command, voltage_v);
-            return false;
-        }
-        let moved = self.moved(shared, phase, (&step, keeps), voltage_v);
-        let mut wanted = !(w.bits(outside) | moved) & all;
-        if wanted != 0 {
-            // Or perhaps before it.
-            let carriage = p * (step.beta[0] - (step.from[1] + step.offset));
-            let before = w.abs(w.load(&self.travel_m) - carriage);
-            let flank = w.load(&self.track.now().flank);
-            let closed = w.greater(w.abs(flank), w.splat(0.5));
-            let strays = &shared.phases[phase].chords[CARRIAGE];
-            let stray = dot_pairs(w, closed, strays, &step.change);
-            let farthest = w.max(distance, before) + stray;
-            wanted &= !w.bits(w.at_most(farthest, w.load(&self.band_m)));
-        }
+        let moved = self.moved(shared, phase, (step, keeps), voltage_v);
+        // Inside at the end, but perhaps not before it.
+        let wanted = !(outside | moved | self.stays_inside(shared, phase, (step, distance))) & all;
         if wanted != 0 {
             self.look_at_band(shared, phase, wanted, voltage_v);
         }
@@ -92,7 +197,7 @@ impl<W: Width> Group<W> {
             self.leave((number, phase), moved, (voltage_v, command), leaving);
         }
         let now = count(self.track.now().time_ns);
-        let outside = w.bits(outside) & !moved;
+        let outside = outside & !moved;
         for (lane, last) in self.last_outside.as_mut().iter_mut().enumerate() {
             let before = last.max(self.all_outside);
             *last = if outside >> lane & 1 != 0 {
@@ -103,7 +208,7 @@ impl<W: Width> Group<W> {
         }
         self.all_outside = -1.0;
         let (peaks, joint_loss_j) = (self.track.ends, self.joint_loss_j);
-        self.take(shared, (phase, moved), (&step, &ends), command, voltage_v);
+        self.take(shared, (phase, moved), (step, ends), command, voltage_v);
         for left in &leaving[first..] {
             let lane = left.lane;
             self.joint_loss_j.as_mut()[lane] = joint_loss_j.as_ref()[lane];
@@ -135,17 +240,11 @@ impl<W: Width> Group<W> {
 
     /// `x(T) = Φ·x + ψ(T)·load + Γ·V`, in the order of `Kernel::step`.
     #[inline(always)]
-    fn step(&self, phase: usize, voltage_v: W::Vector) -> Step<W> {
+    fn step(&self, phase: usize, y: &[W::Vector; HELD], voltage_v: W::Vector) -> Step<W> {
         let (w, steps) = (self.width, &self.steps[phase]);
         let offset = w.load(&self.mode.offset_rad);
-        let state = &self.track.now().state;
-        let beta0 = w.load(&state[0]);
-        let from = [
-            w.load(&state[1]),
-            w.load(&state[2]) - offset,
-            w.load(&state[3]),
-            w.load(&state[4]),
-        ];
+        let beta0 = y[BETA];
+        let from = [y[BETA_DOT], y[EPSILON] - offset, y[EPSILON_DOT], y[CURRENT]];
         let mut to = from;
         for (to, state) in to.iter_mut().zip([BETA_DOT, EPSILON, EPSILON_DOT, CURRENT]) {
             *to = steps.row(w, state, &from, None, voltage_v);
@@ -181,12 +280,12 @@ impl<W: Width> Group<W> {
         &self,
         shared: &Shared,
         phase: usize,
-        (step, keeps): (&Step<W>, W::Mask),
+        (step, keeps): (&Step<W>, u64),
         voltage_v: W::Vector,
     ) -> u64 {
         let (w, mode) = (self.width, &self.mode);
         let all = (1_u64 << W::LANES) - 1;
-        let mut moved = !w.bits(keeps) & all;
+        let mut moved = !keeps & all;
         // Beyond the guard at the end, it has changed for certain.
         let beyond = w.bits(w.greater(w.splat(0.0), mode.guard(w, step.to[1])));
         let mut open = moved & !beyond;
@@ -276,12 +375,13 @@ impl<W: Width> Group<W> {
     /// Notes what the lanes of `moved` begin the step with.
     #[inline(always)]
     fn leave(
-        &self,
+        &mut self,
         (group, phase): (usize, usize),
         moved: u64,
         (voltage_v, command): (W::Vector, W::Vector),
         leaving: &mut Vec<Leaving>,
     ) {
+        self.held_up += moved.count_ones() as usize;
         let now = self.track.now();
         let held = self.width.stored(voltage_v);
         let command_m = self.width.stored(command);

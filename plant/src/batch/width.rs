@@ -56,6 +56,10 @@ pub trait Width: Copy {
     /// The smaller of the two, likewise.
     fn min(self, a: Self::Vector, b: Self::Vector) -> Self::Vector;
 
+    /// Does something that is seldom done with the width's instructions, but not
+    /// in the caller's code: what that keeps in registers stays there.
+    fn apart<R>(self, work: impl FnOnce() -> R) -> R;
+
     /// A copy in memory.
     #[inline(always)]
     fn stored(self, vector: Self::Vector) -> Self::Array {
@@ -175,6 +179,10 @@ impl Width for One {
     fn min(self, a: f64, b: f64) -> f64 {
         if b > a { a } else { b }
     }
+    #[inline(never)]
+    fn apart<R>(self, work: impl FnOnce() -> R) -> R {
+        work()
+    }
 }
 
 /// Runs side by side with the instructions that `S` stands for.
@@ -258,6 +266,10 @@ macro_rules! side_by_side {
             #[inline(always)]
             fn min(self, a: $vector<S>, b: $vector<S>) -> $vector<S> {
                 a.min(b)
+            }
+            #[inline(never)]
+            fn apart<R>(self, work: impl FnOnce() -> R) -> R {
+                self.0.vectorize(work)
             }
         }
     };

@@ -15,9 +15,11 @@ use crate::number::seconds;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pid<V> {
     /// `K_p`, `K_i` and `K_d`.
-    pub gains: [V; 3],
+    gains: [V; 3],
     /// `Δt` \[s\].
-    pub sample_time_s: V,
+    sample_time_s: V,
+    /// `k₁ = (K_p + K_i·Δt) + K_d/Δt` and `K_d/Δt`.
+    folded: [V; 2],
 }
 
 /// Memory of the sum.
@@ -43,16 +45,57 @@ impl<V> Pid<V>
 where
     V: Copy + Add<Output = V> + Sub<Output = V> + Mul<Output = V> + Div<Output = V>,
 {
+    /// With `K_p`, `K_i` \[1/s\] and `K_d` \[s\], and Δt \[s\].
+    #[inline(always)]
+    pub fn new(gains: [V; 3], sample_time_s: V) -> Self {
+        let [kp, ki, kd] = gains;
+        let kd_per_sample = kd / sample_time_s;
+        Self {
+            gains,
+            sample_time_s,
+            folded: [(kp + ki * sample_time_s) + kd_per_sample, kd_per_sample],
+        }
+    }
+
     /// `y = K_p·e + K_i·S + K_d·(e − e_prev)/Δt` \[codes\], eq. 23 sampled. The
     /// order of the operations is part of the law: decimal gains on whole
     /// counts put y + ½ exactly on integers, and another order moves codes.
     #[inline(always)]
     pub fn output(&self, state: &mut PidState<V>, e: V) -> V {
         let [kp, ki, kd] = self.gains;
-        let e_prev = state.previous_error.replace(e).unwrap_or(e);
-        state.sum = state.sum + e * self.sample_time_s;
+        let e_prev = self.take(state, e);
         ((kp * e) + (ki * state.sum)) + ((kd * (e - e_prev)) / self.sample_time_s)
     }
+
+    /// Takes an error into the sum; returns the one before it.
+    #[inline(always)]
+    pub(crate) fn take(&self, state: &mut PidState<V>, e: V) -> V {
+        state.sum = state.sum + e * self.sample_time_s;
+        state.previous_error.replace(e).unwrap_or(e)
+    }
+
+    /// `y = k₁·e + (K_i·S − K_d/Δt·e_prev)` with the sum S before this sample: the same
+    /// but for rounding, with one product and one sum after the error.
+    #[inline(always)]
+    pub(crate) fn folded(&self, state: &PidState<V>, e: V) -> Folded<V> {
+        let [_, ki, _] = self.gains;
+        let [k1, kd_per_sample] = self.folded;
+        let e_prev = state.previous_error.unwrap_or(e);
+        Folded {
+            proportional: k1 * e,
+            integral: ki * state.sum,
+            derivative: kd_per_sample * e_prev,
+        }
+    }
+}
+
+/// The terms of the folded sum.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Folded<V> {
+    /// `k₁·e`, `K_i·S` and `K_d/Δt·e_prev`.
+    pub(crate) proportional: V,
+    pub(crate) integral: V,
+    pub(crate) derivative: V,
 }
 
 /// The controller of rungs `sampled` and `quantised`.
@@ -70,10 +113,7 @@ impl SampledLaw {
         let gains = &case.controller.gains;
         Self {
             setpoint: Setpoint::new(case, period_ns),
-            pid: Pid {
-                gains: [gains.kp, gains.ki_per_s, gains.kd_s],
-                sample_time_s: seconds(period_ns),
-            },
+            pid: Pid::new([gains.kp, gains.ki_per_s, gains.kd_s], seconds(period_ns)),
             dac: case.dac,
             state: PidState::new(0.0),
         }

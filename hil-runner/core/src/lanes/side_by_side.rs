@@ -3,7 +3,7 @@
 use plant::{Batch, ExtremesSettings, LaneSetup, PlantError, Width};
 
 use super::family::{Commands, Family, SampleSteps};
-use super::laws::{Firmware, Held, LaneLaw, Sampled, Settings};
+use super::laws::{Firmware, Held, LaneLaw, LaneSample, Sampled, Settings};
 use crate::case::{Case, Law};
 use crate::controllers::{FirmwareOnCounts, Pid, PidState};
 use crate::error::RunError;
@@ -26,9 +26,9 @@ pub(crate) struct Lanes<W: Width> {
     seen: Vec<LaneSeen<W>>,
     firmware: Vec<Option<FirmwareOnCounts>>,
     refused: Vec<Option<QuantiseError>>,
-    /// Of each group, over its rows: `Σ(ẍ − ẍ_ref)²`, the largest code, and the time
-    /// under a held voltage at its limit \[ns\].
-    sums: Vec<[W::Array; 3]>,
+    /// Of each group, over its rows: `Σ(ẍ − ẍ_ref)²`, and the time under a held
+    /// voltage at its limit \[ns\].
+    sums: Vec<[W::Array; 2]>,
 }
 
 /// Progress of a group: the step of a sample that comes next, and everything that
@@ -41,7 +41,6 @@ struct Progress<V> {
     in_force: Held<V>,
     next: Held<V>,
     squared: V,
-    largest: V,
     limited_ns: V,
 }
 
@@ -102,10 +101,7 @@ impl<W: Width> Lanes<W> {
         let sample_time_s = w.splat(seconds(self.family.period_ns));
         let law = |settings: &Settings<W>| {
             let gains = settings.gains.each_ref().map(|array| w.load(array));
-            let pid = Pid {
-                gains,
-                sample_time_s,
-            };
+            let pid = Pid::new(gains, sample_time_s);
             Sampled(pid, PidState::new(w.splat(0.0)))
         };
         self.groups.iter().map(law).collect()
@@ -155,7 +151,7 @@ impl<W: Width> Lanes<W> {
         let zero = w.splat(0.0);
         let at_rest = Held {
             voltage_v: zero,
-            limited: zero,
+            limited: 0,
         };
         let start = Progress {
             tick: 0,
@@ -163,24 +159,28 @@ impl<W: Width> Lanes<W> {
             in_force: at_rest,
             next: at_rest,
             squared: zero,
-            largest: zero,
             limited_ns: zero,
         };
         let mut reached = vec![start; self.groups.len()];
-        let mut running = true;
-        while running {
-            running = false;
+        loop {
+            let (mut running, mut advanced) = (false, false);
             for (group, (progress, law)) in reached.iter_mut().zip(laws.iter_mut()).enumerate() {
-                if progress.tick <= self.family.samples {
-                    running |= self.advance(group, &steps, progress, law);
+                let held_up = self.batch.is_held_up(group);
+                running |= held_up || progress.tick <= self.family.samples;
+                if !held_up && progress.tick <= self.family.samples {
+                    advanced = true;
+                    self.advance(group, &steps, progress, law);
                 }
             }
-            self.batch.catch_up();
+            if !running {
+                break;
+            }
+            self.batch.catch_up(!advanced);
         }
         self.sums.clear();
         for progress in &reached {
-            let mut sums = [W::array(0.0); 3];
-            let vectors = [progress.squared, progress.largest, progress.limited_ns];
+            let mut sums = [W::array(0.0); 2];
+            let vectors = [progress.squared, progress.limited_ns];
             for (array, vector) in sums.iter_mut().zip(vectors) {
                 w.store(vector, array);
             }
@@ -188,7 +188,7 @@ impl<W: Width> Lanes<W> {
         }
     }
 
-    /// Advances a group until it is held up, `true`, or its runs are over.
+    /// Advances a group until it is held up or its runs are over.
     #[inline(always)]
     fn advance(
         &mut self,
@@ -196,9 +196,8 @@ impl<W: Width> Lanes<W> {
         steps: &SampleSteps,
         progress: &mut Progress<W::Vector>,
         law: &mut impl LaneLaw<W>,
-    ) -> bool {
+    ) {
         let (w, family, settings) = (self.width, &self.family, &self.groups[group]);
-        let z = w.splat(family.axis.transmission.gear_ratio);
         let p = w.splat(family.axis.transmission.screw_pitch_m_per_rad);
         let seen = &mut self.seen[group];
         let mut now = *progress;
@@ -206,15 +205,14 @@ impl<W: Width> Lanes<W> {
         while now.tick <= family.samples {
             let command = self.commands.at(now.tick);
             if now.step == 0 {
-                // 1. Sample.
-                let alpha = axes.beta_rad() / z;
-                // 2. Compute.
-                let [code, count] = law.code(w, settings, [alpha, w.splat(command.alpha_rad)]);
-                now.next = settings.held(w, code);
+                // 1. Sample, 2. compute.
+                let alpha_ref = w.splat(command.alpha_rad);
+                let LaneSample { code, count, held } =
+                    law.sample(w, settings, axes.beta_rad(), alpha_ref);
+                now.next = held;
                 // 3. Record.
                 let error = axes.acceleration_mps2() - w.splat(command.acceleration_mps2);
                 now.squared = now.squared + error * error;
-                now.largest = w.larger(w.abs(code), now.largest);
                 let carriage = p * (axes.beta_rad() - axes.epsilon_rad());
                 seen.add(w, now.tick, [code, count], carriage);
                 if now.tick == family.samples {
@@ -223,30 +221,27 @@ impl<W: Width> Lanes<W> {
                 }
             }
             // 4. Move: first under the code still in force, then under the new.
-            let mut held_up = false;
-            while now.step < steps.number && !held_up {
-                let step = now.step;
-                if step >= steps.first_new {
-                    now.in_force = now.next;
-                }
-                let length_ns = w.splat(steps.real_ns[step]);
-                now.limited_ns = now.limited_ns + now.in_force.limited * length_ns;
-                let end_m = w.splat(command.step_ends_m[step]);
-                held_up = axes.advance(step, now.in_force.voltage_v, end_m);
-                now.step += 1;
+            if now.step >= steps.first_new {
+                now.in_force = now.next;
             }
+            if now.in_force.limited != 0 {
+                let limited = w.lanes(now.in_force.limited);
+                let later_ns = now.limited_ns + w.splat(steps.real_ns[now.step]);
+                now.limited_ns = w.select(limited, later_ns, now.limited_ns);
+            }
+            let end_m = w.splat(command.step_ends_m[now.step]);
+            let held_up = axes.advance(now.step, now.in_force.voltage_v, end_m);
+            now.step += 1;
             if now.step == steps.number {
                 now.in_force = now.next;
                 now.step = 0;
                 now.tick += 1;
             }
             if held_up {
-                *progress = now;
-                return true;
+                break;
             }
         }
         *progress = now;
-        false
     }
 
     /// The figures of one run.
@@ -254,15 +249,17 @@ impl<W: Width> Lanes<W> {
     fn summary(&mut self, run: usize, case: &Case) -> Result<Summary, RunError> {
         let lane = run % W::LANES;
         let sums = self.sums[run / W::LANES].each_ref();
-        let [squared, largest, limited_ns] = sums.map(|array| array.as_ref()[lane]);
+        let [squared, limited_ns] = sums.map(|array| array.as_ref()[lane]);
         if let Some(refused) = self.refused.get_mut(run).and_then(Option::take) {
             return Err(RunError::Quantise(refused));
         }
+        let seen = self.seen[run / W::LANES].of(lane);
+        let codes = seen.codes();
         let rows = RowFigures {
             rows: self.family.samples + 1,
             squared_acc_error: squared,
-            max_abs_dac_code: Some(largest),
-            seen: self.seen[run / W::LANES].of(lane),
+            max_abs_dac_code: Some(codes.lowest.abs().max(codes.highest.abs())),
+            seen,
         };
         Ok(EndOfRun {
             case,
