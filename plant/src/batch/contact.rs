@@ -40,8 +40,8 @@ impl<W: Width> Contacts<W> {
         }
     }
 
-    /// Follows the lanes of `leaving`, as many of a kind at a time as there are
-    /// lanes; the rest wait, but with `all` until a group may go on.
+    /// Follows the lanes of `leaving` and those that wait, as many of a kind at a time
+    /// as there are lanes; the rest wait on, unless `all` are to be followed.
     #[inline(always)]
     pub(super) fn follow(
         &mut self,

@@ -59,9 +59,9 @@ impl<'a, W: Width> InStep<'a, W> {
     ) -> Self {
         let w = group.width;
         let state = &group.track.now().state;
-        let y = [0, 1, 2, 3, 4].map(
+        let y = state.each_ref().map(
             #[inline(always)]
-            |i| w.load(&state[i]),
+            |array| w.load(array),
         );
         Self {
             acceleration_mps2: w.load(&group.acceleration_mps2),

@@ -1,5 +1,6 @@
-//! The sampled laws side by side: the operations of `law`, in their order, so
-//! that every lane gets the codes of the single run.
+//! The sampled laws side by side: every lane gets the codes of the single run. Where
+//! a sum in another order tells the code for certain it is computed by that, else by
+//! the operations of the law in theirs.
 
 use plant::Width;
 
@@ -37,12 +38,16 @@ pub(crate) struct Firmware<'a>(pub(crate) &'a mut [Option<FirmwareOnCounts>]);
 
 /// Distance from a whole number beyond which a folded sum decides.
 ///
-/// A sum in another order, with K_enc/z, k₁ = K_p + K_i·Δt + K_d/Δt and K_d/Δt
-/// rounded beforehand, is off by less than 16 roundings of its largest term. With
-/// terms below [`FOLDED_TERMS`] = 2^25 that is less than 16·2^−53·2^25 = 6e-8: further
-/// from a step than this, the law as written takes the same whole number.
+/// Let M bound the folded terms k₁·e, K_i·S and K_d/Δt·e_prev, and u = 2^−53. No gain is
+/// negative, so that M bounds K_p·e, K_i·Δt·e and K_d/Δt·e too, and the law as written has
+/// no partial sum above 5M. Its roundings add up to less than 23·u·M, those of the folded
+/// sum, k₁ and K_d/Δt included, to less than 15·u·M (terms in u² left to the margin).
+/// With M = 2^23 both together are less than 40·2^−30 = 3.8e-8: further from a step than
+/// this distance, both have the same floor. Counts have four roundings, so that 2^27 will
+/// do for them.
 const FOLDED_STRAY: f64 = 1e-7;
-const FOLDED_TERMS: f64 = 33_554_432.0;
+const MOST_TERM: f64 = 8_388_608.0;
+const MOST_COUNT: f64 = 134_217_728.0;
 
 impl<W: Width> LaneLaw<W> for Sampled<W::Vector, true> {
     #[inline(always)]
@@ -62,11 +67,11 @@ impl<W: Width> LaneLaw<W> for Sampled<W::Vector, true> {
         let sum = folded.proportional + (before + half);
         let code = w.floor(sum);
         let asked_v = settings.asked_v(w, code);
-        // All of it is clear of steps and limits, but for one sample in a hundred.
+        // Usually all of it is clear of steps and limits.
         let largest = w.max(w.abs(folded.integral), w.abs(folded.derivative));
         let largest = w.max(w.abs(folded.proportional), largest);
         let tells = w.both(
-            w.greater(w.splat(FOLDED_TERMS), largest),
+            w.greater(w.splat(MOST_TERM), largest),
             w.greater(w.splat(0.5 - FOLDED_STRAY), w.abs(sum - code - half)),
         );
         let free = settings.is_free(w, code, asked_v);
@@ -226,7 +231,7 @@ impl<W: Width> Settings<W> {
         let inside = w.abs(position - count - w.splat(0.5));
         let told = w.both(
             w.greater(w.splat(0.5 - FOLDED_STRAY), inside),
-            w.greater(w.splat(FOLDED_TERMS), w.abs(position)),
+            w.greater(w.splat(MOST_COUNT), w.abs(position)),
         );
         (count, told)
     }

@@ -2,8 +2,8 @@
 //!
 //! Runs that share axis (but for b), command, timing and law are computed side
 //! by side in the lanes of the widest vector instructions; every other case by
-//! itself. Neither changes a bit of a figure: each lane sees the operations of the single run in their order, and
-//! nothing is added across lanes.
+//! itself. Neither changes a bit of a figure: each lane sees the plant's operations in the
+//! order of the single run and gets that run's codes, and nothing is added across lanes.
 //!
 //! ```text
 //! family     the runs that can go side by side, their command, and the work of a thread
