@@ -3,6 +3,7 @@
 
 use crate::exact::Tables;
 use crate::hybrid::{Automaton, PlantError};
+use crate::model::amplifier::AmplifierMode;
 use crate::model::axis::{Axis, AxisParameters, Drive};
 use crate::model::joint::Contact;
 use crate::model::state::State;
@@ -130,6 +131,12 @@ impl Plant {
     /// Motor voltage that `drive` gives now \[V\].
     pub fn voltage_v(&self, drive: &Drive<'_>) -> f64 {
         let now = &self.now;
+        if let (Drive::Feedback(pid), AmplifierMode::Linear) = (drive, now.mode.amplifier)
+            && let Some(carried) = self.tables.as_ref().and_then(|t| t.carried.as_ref())
+            && carried.is_at(now, pid)
+        {
+            return carried.demand_v;
+        }
         now.axis
             .voltage_v(&now.mode, drive, seconds(now.time_ns), &now.y)
     }

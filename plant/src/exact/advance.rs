@@ -7,14 +7,16 @@
 use super::crossing::Stop;
 use super::levels::BOUND_MARGIN;
 use super::piece::{FeedbackPiece, HeldPiece, Piece};
-use super::system::{Column, DELTA, FEEDBACK, HELD, feedback_state, held_state, to_plant_vector};
+use super::system::{
+    Column, DELTA, HELD, feedback_state, held_state, plant_vector, to_plant_vector, with_command,
+};
 use super::tables::{Carried, HeldTable, Quantity, Tables};
 use crate::hybrid::guard::Guards;
 use crate::hybrid::{Automaton, Interval, PlantError};
 use crate::model::amplifier::AmplifierMode;
 use crate::model::axis::Drive;
 use crate::model::joint::JointMode;
-use crate::model::motion::MotionPoint;
+use crate::model::motion::{MotionPoint, OscillatorStep};
 use crate::model::pid::ContinuousPid;
 use crate::model::resistance::GuideMode;
 use crate::model::state::{BETA_DOT, BETA_INTEGRAL, EPSILON_DOT, State, Vector};
@@ -317,18 +319,8 @@ impl Automaton {
                 )?;
             }
         }
-        if let Some((x, place)) = last {
-            let end_s = seconds(self.time_ns + length_ns);
-            let later = breaks_s.into_iter().filter(|&t| t >= end_s);
-            tables.carried = Some(Box::new(Carried {
-                pid: *pid,
-                time_ns: self.time_ns + length_ns,
-                length_ns,
-                y: self.y,
-                x,
-                place,
-                until_s: later.fold(f64::INFINITY, f64::min),
-            }));
+        if let Some(carried) = last {
+            tables.carried = Some(Box::new(carried));
         }
         Ok(())
     }
@@ -351,55 +343,47 @@ impl Automaton {
             && !self.axis.releases()
             && self.mode.guide == GuideMode::AsWritten;
         let (start_s, length_s) = (seconds(self.time_ns), seconds(length_ns));
-        let same = carried.time_ns == self.time_ns
-            && carried.length_ns == length_ns
-            && carried.y == self.y
-            && start_s + length_s <= carried.until_s
-            && carried.pid.is_same_law(pid);
+        let same = carried.length_ns == length_ns && start_s + length_s <= carried.until_s;
         let Some(table) = feedback.get(carried.place) else {
             return false;
         };
-        if !simple || !same || table.mode != self.mode {
+        if !simple || !same || !carried.is_at(self, pid) {
             return false;
         }
         let start = carried.x;
-        let end = start + (table.growth * start + table.drift);
-        let change = (end - start).abs();
-        let stray = |quantity: Quantity| {
-            let bound = &table.table.quantity(quantity).bounds.per_change;
-            BOUND_MARGIN * bound.dot(&change)
-        };
-        let strays = || stray(Quantity::Delta);
-        let joint_keeps =
-            self.joint_keeps(start[DELTA], end[DELTA], strays) && end.iter().all(|x| x.is_finite());
-        let demand = &table.table.quantity(Quantity::Demand);
-        let (v0, v1) = (demand.value(&start), demand.value(&end));
+        let command = carried.command.after(&table.command);
+        let end = with_command(&table.step(&start), &command);
+        // What is not finite strays for ever, or to what is not a number.
+        let [strays_rad, strays_v] = table.guards.times(&(end - start).abs());
+        let joint_keeps = self.joint_keeps(start[DELTA], end[DELTA], || strays_rad);
+        let demands_v = [carried.demand_v, table.demand_v(&end)];
+        let [v0, v1] = demands_v;
         let limit_v = pid.voltage_limit_v();
         let inside_v = match self.mode.amplifier {
             AmplifierMode::Linear => limit_v - v0.abs().max(v1.abs()),
             AmplifierMode::AtUpper => v0.min(v1) - limit_v,
             AmplifierMode::AtLower => (-v0).min(-v1) - limit_v,
         };
-        if !(joint_keeps && inside_v > stray(Quantity::Demand)) {
+        if !(joint_keeps && inside_v > strays_v) {
             return false;
         }
+        let offset_rad = self.axis.offset_rad(&self.mode);
+        let y = plant_vector(&end, (offset_rad, table.rad_per_m), &command.point);
         let piece = FeedbackPiece {
             table,
-            start,
-            offset_rad: self.axis.offset_rad(&self.mode),
-            pitch_m_per_rad: self.axis.pitch_m_per_rad,
+            motion: pid.motion(),
+            x: [start, end],
+            demands_v,
+            offset_rad,
         };
-        let y = piece.plant_vector(&end);
         self.move_along(drive, (start_s, length_s), y, &piece, watch);
         carried.time_ns += length_ns;
-        carried.x = end;
-        carried.y = y;
+        (carried.x, carried.y, carried.command, carried.demand_v) = (end, y, command, v1);
         true
     }
 
     /// From change to change up to `end_s` after the interval's start, within
-    /// one interval of the command. Returns the whole state at the end with the
-    /// place of its table.
+    /// one interval of the command. Returns where to go on from.
     fn advance_to(
         &mut self,
         tables: &mut Tables,
@@ -407,35 +391,54 @@ impl Automaton {
         (length_ns, end_s): (u64, f64),
         interval: &mut Interval,
         watch: &mut impl Watch,
-    ) -> Result<Option<(Column<FEEDBACK>, usize)>, PlantError> {
+    ) -> Result<Option<Carried>, PlantError> {
         self.settle(drive, interval, watch)?;
         loop {
             let (mode, offset_rad) = (self.mode, self.axis.offset_rad(&self.mode));
-            let command = pid.motion().oscillator(interval.now_s());
-            let place = tables.feedback(&self.axis, &mode, pid, command.omega_radps, length_ns);
+            let motion = pid.motion();
+            let command = motion.oscillator(interval.now_s());
+            let omega_radps = command.omega_radps;
+            let place = tables.feedback(&self.axis, &mode, pid, omega_radps, length_ns);
             let table = &tables.feedback[place];
-            let pitch_m_per_rad = self.axis.pitch_m_per_rad;
-            let start = feedback_state(&self.y, (offset_rad, pitch_m_per_rad), &command);
-            let terms = table.growth.row(DELTA).transpose().component_mul(&start);
-            let noise_rad = NOISE_ULPS * (start[DELTA].abs() + terms.abs().sum());
+            let counted = (offset_rad, table.rad_per_m);
+            let start = feedback_state(&self.y, counted, &command);
+            let noise_rad = table.rounding_of_delta(&start);
             self.axis.set_parting_noise(noise_rad, seconds(length_ns));
-            let piece = FeedbackPiece {
-                table,
-                start,
-                offset_rad,
-                pitch_m_per_rad,
-            };
             let (guards, limit_v) = (self.guards(drive), pid.voltage_limit_v());
             let linear = guards.map(|guard| Some(self.linear_guard(guard?, &table.table, limit_v)));
             let left_s = end_s - interval.done_s;
-            let zero = piece.flow().first_zero(&linear, left_s, 0);
+            let zero = table.flow(&start).first_zero(&linear, left_s, 0);
             let time_s = interval.now_s();
             let stop = zero.map_err(|_| PlantError::TooStiff { time_s })?;
-            let y = piece.plant_vector(&stop.x);
+            let command = command.after(&OscillatorStep::new(omega_radps, stop.time_s));
+            let piece = FeedbackPiece {
+                table,
+                motion,
+                x: [start, stop.x],
+                demands_v: [table.demand_v(&start), table.demand_v(&stop.x)],
+                offset_rad,
+            };
+            let y = plant_vector(&stop.x, counted, &command.point);
             self.move_over(drive, interval, &stop, y, &piece, watch)?;
+            let demand_v = piece.demands_v[1];
             if self.end_of_piece(interval, &stop, &guards, drive, watch)? {
+                let time_ns = self.time_ns + length_ns;
+                let end_s = seconds(time_ns);
+                let later = motion.breaks_s().into_iter().filter(|&t| t >= end_s);
+                let carried = Carried {
+                    pid: *pid,
+                    mode,
+                    time_ns,
+                    length_ns,
+                    y,
+                    x: stop.x,
+                    command,
+                    demand_v,
+                    place,
+                    until_s: later.fold(f64::INFINITY, f64::min),
+                };
                 let untouched = self.y == y && self.mode == mode;
-                return Ok(untouched.then_some((stop.x, place)));
+                return Ok(untouched.then_some(carried));
             }
         }
     }

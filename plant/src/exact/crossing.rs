@@ -100,7 +100,7 @@ impl<'a, const D: usize> Flow<'a, D> {
             let a = &self.table.levels.a;
             let rate = a * self.start + self.input;
             let local = grid.near(a, self.start, &rate, time_s);
-            return local.at(local.sigma(time_s));
+            return local.at(local.window.sigma(time_s));
         }
         let mut walk = self.walk(time_s, 0);
         while let Ok(Some(_)) = walk.next(|_| true) {}
@@ -314,9 +314,10 @@ impl<const D: usize> Flow<'_, D> {
         guards: &[Option<LinearGuard<'_, D>>],
         length_s: f64,
     ) -> Option<Stop<D>> {
-        let grid = self.table.grid.as_ref()?;
-        let rate = self.table.levels.a * self.start + self.input;
-        let theta = length_s / grid.length_s;
+        let (grid, levels) = (self.table.grid.as_ref(), &self.table.levels);
+        let rate = levels.a * self.start + self.input;
+        let near = |time_s| grid.map(|grid| grid.near(&levels.a, self.start, &rate, time_s));
+        let theta = length_s / levels.steps[0].length_s;
         let mut first: Option<(usize, &LinearGuard<'_, D>, [f64; 3])> = None;
         for (place, guard) in guards.iter().enumerate() {
             let Some(guard) = guard else { continue };
@@ -330,22 +331,28 @@ impl<const D: usize> Flow<'_, D> {
             }
         }
         let Some((place, guard, [zero, from, to])) = first else {
-            let local = grid.near(&self.table.levels.a, self.start, &rate, length_s);
             return Some(Stop {
                 time_s: length_s,
-                x: local.at(local.sigma(length_s)),
+                x: near(length_s).map_or_else(
+                    || self.at(length_s),
+                    |local| local.at(local.window.sigma(length_s)),
+                ),
                 guard: None,
             });
         };
-        let local = grid.near(&self.table.levels.a, self.start, &rate, zero * length_s);
-        let mut coefficients = local.quantity(&guard.linear.row).map(|c| guard.sign * c);
+        let local = near(zero * length_s);
+        let (window, coefficients) = match &local {
+            Some(local) => (local.window, local.quantity(&guard.linear.row)),
+            None => self.around(guard.linear, &rate, zero * length_s)?,
+        };
+        let mut coefficients = coefficients.map(|c| guard.sign * c);
         coefficients[0] += guard.offset;
-        let sigma = zero_near(&coefficients, local.sigma(zero * length_s))?;
-        let time_s = local.time_s(sigma);
+        let sigma = zero_near(&coefficients, window.sigma(zero * length_s))?;
+        let time_s = window.time_s(sigma);
         let within = (from * length_s..=to * length_s).contains(&time_s);
         (within && time_s > 0.0 && time_s <= length_s).then(|| Stop {
             time_s,
-            x: local.at(sigma),
+            x: local.map_or_else(|| self.at(time_s), |local| local.at(sigma)),
             guard: Some(place),
         })
     }

@@ -12,8 +12,8 @@ pub(crate) const CELLS: usize = 32;
 /// `(1/8)^10/11! = 2.3e-17` of its first term (see [`super::levels`]).
 pub(crate) const TERMS: usize = 10;
 
-/// Levels of a step that has a grid: `λT/2³ ≤ 1`.
-const MOST_LEVELS: usize = 4;
+/// Levels of a step that has a grid or a sketch: `λT/2³ ≤ 1`.
+pub(super) const MOST_LEVELS: usize = 4;
 
 /// Coefficients of a quantity around a point of the grid.
 pub(crate) type LocalCoefficients = [f64; TERMS + 1];
@@ -30,12 +30,18 @@ pub(crate) struct Grid<const D: usize> {
     pub(crate) terms: [Matrix<D>; TERMS],
 }
 
-/// The solution around one point of the grid, in `σ = (t − centre)/half`.
+/// The time around an instant, as `σ = (t − centre)/half`.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Local<const D: usize> {
-    centre_s: f64,
+pub(crate) struct Window {
+    pub(crate) centre_s: f64,
     /// Half a cell \[s\]: the unit of σ.
     pub(crate) half_s: f64,
+}
+
+/// The solution around one point of the grid, in powers of σ.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Local<const D: usize> {
+    pub(crate) window: Window,
     terms: [Column<D>; TERMS + 1],
 }
 
@@ -94,15 +100,15 @@ impl<const D: usize> Grid<D> {
         for (slot, matrix) in terms.iter_mut().skip(1).zip(&self.terms) {
             *slot = matrix * rate;
         }
+        let centre_s = cells * cell_s;
         Local {
-            centre_s: cells * cell_s,
-            half_s,
+            window: Window { centre_s, half_s },
             terms,
         }
     }
 }
 
-impl<const D: usize> Local<D> {
+impl Window {
     /// σ of a time.
     pub(crate) fn sigma(&self, time_s: f64) -> f64 {
         (time_s - self.centre_s) / self.half_s
@@ -112,7 +118,9 @@ impl<const D: usize> Local<D> {
     pub(crate) fn time_s(&self, sigma: f64) -> f64 {
         self.centre_s + sigma * self.half_s
     }
+}
 
+impl<const D: usize> Local<D> {
     /// The state at σ, by Horner's rule.
     pub(crate) fn at(&self, sigma: f64) -> Column<D> {
         let mut x = self.terms[TERMS];

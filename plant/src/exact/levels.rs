@@ -116,12 +116,21 @@ pub(crate) fn value_and_slope<const N: usize>(coefficients: &[f64; N], theta: f6
 /// `ψ(h) = Σ_{n≥1} A^(n−1)·hⁿ/n!` by its series, for a short h.
 pub(crate) fn integral<const D: usize>(a: &Matrix<D>, length_s: f64) -> Matrix<D> {
     // ψ = h·(1 + Ah/2·(1 + Ah/3·(…))): Horner's rule from the smallest term.
+    // Most entries of an axis' A are zero; the sum's rows stand as columns.
     let scaled = a * length_s;
+    let entry = |place| (place % D, place / D, scaled[place]);
+    let entries: Vec<_> = (0..D * D).map(entry).filter(|e| e.2 != 0.0).collect();
     let mut sum = Matrix::<D>::identity();
     for n in (2..=20_u32).rev() {
-        sum = Matrix::<D>::identity() + (scaled * sum) / f64::from(n);
+        let mut product = Matrix::<D>::zeros();
+        for &(i, k, value) in &entries {
+            for j in 0..D {
+                product[(j, i)] += value * sum[(j, k)];
+            }
+        }
+        sum = Matrix::<D>::identity() + product / f64::from(n);
     }
-    sum * length_s
+    sum.transpose() * length_s
 }
 
 /// `λ` of the bound above: an upper bound of the spectral radius of |A| that
@@ -129,6 +138,11 @@ pub(crate) fn integral<const D: usize>(a: &Matrix<D>, length_s: f64) -> Matrix<D
 /// `w ← |A|·w + small`, which turns w towards the Perron vector of |A|; any
 /// positive w gives a bound.
 pub(crate) fn growth_rate<const D: usize>(a: &Matrix<D>) -> f64 {
+    growth_down_to(a, 0.0)
+}
+
+/// The same, but no lower than where it is known to be at most `enough`.
+fn growth_down_to<const D: usize>(a: &Matrix<D>, enough: f64) -> f64 {
     let magnitude = a.abs();
     let mut w = Column::<D>::repeat(1.0);
     let mut bound = f64::INFINITY;
@@ -139,6 +153,9 @@ pub(crate) fn growth_rate<const D: usize>(a: &Matrix<D>) -> f64 {
             lambda = lambda.max(grown / weight);
         }
         bound = bound.min(lambda);
+        if bound <= enough {
+            break;
+        }
         // Half of the old keeps cyclic matrices from swinging to and fro and
         // every weight above zero.
         let scale = lambda.max(f64::MIN_POSITIVE);
@@ -178,6 +195,8 @@ pub(crate) struct ExactStep<const D: usize> {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Levels<const D: usize> {
     pub(crate) a: Matrix<D>,
+    /// λ \[1/s\].
+    pub(super) growth_per_s: f64,
     /// The longest first.
     pub(crate) steps: Vec<ExactStep<D>>,
     /// `e^{|A|h}` with the length h of the shortest.
@@ -228,10 +247,11 @@ impl<const D: usize> Levels<D> {
         let magnitude = a.abs();
         Self {
             a: *a,
-            inverse: steps[0]
-                .integral
-                .try_inverse()
-                .filter(|inverse| growth_rate(inverse) * length_s <= MOST_CONDITION),
+            growth_per_s: rate,
+            inverse: steps[0].integral.try_inverse().filter(|inverse| {
+                let most = MOST_CONDITION / length_s;
+                growth_down_to(inverse, 0.99 * most) * length_s <= MOST_CONDITION
+            }),
             steps,
             // e^{|A|h} = 1 + |A|·ψ_|A|(h)
             grown: Matrix::identity() + magnitude * integral(&magnitude, leaf_s),

@@ -49,7 +49,7 @@ struct Leg<const N: usize> {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Dissipation<const N: usize> {
     /// c \[N m s/rad\].
-    damping_nms_per_rad: f64,
+    pub(crate) damping_nms_per_rad: f64,
     /// Exact steps, the longest first.
     legs: Vec<Leg<N>>,
     /// `f·Aⁿ·hⁿ/n!` with the length h of the shortest.
@@ -68,9 +68,9 @@ impl Dissipation<DRIVING> {
 
 impl Dissipation<FEEDBACK> {
     /// The same under the continuous law.
-    pub(super) fn feedback(axis: &Axis, levels: &Levels<FEEDBACK>) -> Option<Box<Self>> {
+    pub(super) fn feedback(axis: &Axis, levels: &Levels<FEEDBACK>) -> Option<Self> {
         let c = axis.joint?.damping_nms_per_rad;
-        (c != 0.0).then(|| Box::new(Self::new(c, levels, |m| *m, DELTA)))
+        (c != 0.0).then(|| Self::new(c, levels, |m| *m, DELTA))
     }
 }
 

@@ -3,7 +3,7 @@
 //! the difference turns.
 
 use super::crossing::{Flow, Leg, Stretch};
-use super::grid::{Local, LocalCoefficients, derivative, zero_near};
+use super::grid::{LocalCoefficients, Window, derivative, zero_near};
 use super::levels::{BOUND_MARGIN, Coefficients, TERMS, Taylor, value_and_slope};
 use super::roots::Polynomial;
 use super::sketch::{Curve, Found, SLOPES};
@@ -109,12 +109,11 @@ impl<const D: usize> Flow<'_, D> {
         rate: &Column<D>,
         length_s: f64,
     ) -> Option<Curve> {
-        let grid = self.table.grid.as_ref()?;
         let sketch = sought.linear.sketch.as_ref()?;
         let start = sought.scale * sought.linear.value(self.start) + sought.offset;
         let own = sketch
             .curve(rate, sought.scale, start)
-            .until(length_s / grid.length_s);
+            .until(length_s / self.table.levels.steps[0].length_s);
         let Some((motion, start_s)) = sought.command else {
             return Some(own);
         };
@@ -129,6 +128,22 @@ impl<const D: usize> Flow<'_, D> {
         Some(Curve::new(x_m - start, slopes, own.stray + stray))
     }
 
+    /// A quantity around `time_s`; `None` without grid and sketch.
+    pub(crate) fn around(
+        &self,
+        linear: &Linear<D>,
+        rate: &Column<D>,
+        time_s: f64,
+    ) -> Option<(Window, LocalCoefficients)> {
+        if let Some(grid) = &self.table.grid {
+            let local = grid.near(&self.table.levels.a, self.start, rate, time_s);
+            return Some((local.window, local.quantity(&linear.row)));
+        }
+        let length_s = self.table.levels.steps[0].length_s;
+        let sketch = linear.sketch.as_ref()?;
+        Some(sketch.around(rate, linear.value(self.start), (time_s, length_s)))
+    }
+
     /// The magnitude at the one place within `length_s` where the quantity
     /// turns, unless it stays below `floor`. It does not depend on the floor.
     pub(crate) fn sketched_peak(
@@ -138,8 +153,7 @@ impl<const D: usize> Flow<'_, D> {
         length_s: f64,
         floor: f64,
     ) -> SketchedPeak {
-        let (Some(grid), Some(curve)) = (&self.table.grid, self.curve(sought, rate, length_s))
-        else {
+        let Some(curve) = self.curve(sought, rate, length_s) else {
             return SketchedPeak::Unclear;
         };
         if curve.upper() <= floor {
@@ -151,12 +165,14 @@ impl<const D: usize> Flow<'_, D> {
             Found::At { theta, .. } => theta,
         };
         let time_s = theta * length_s;
-        let local = grid.near(&self.table.levels.a, self.start, rate, time_s);
-        let mut q = local.quantity(&sought.linear.row).map(|c| sought.scale * c);
+        let Some((window, q)) = self.around(sought.linear, rate, time_s) else {
+            return SketchedPeak::Unclear;
+        };
+        let mut q = q.map(|c| sought.scale * c);
         q[0] += sought.offset;
-        let sigma = local.sigma(time_s);
+        let sigma = window.sigma(time_s);
         let peak = match sought.command {
-            Some(command) => peak_behind(&local, &q, command, sigma),
+            Some(command) => peak_behind(&window, &q, command, sigma),
             None => {
                 zero_near(&derivative(&q), sigma).map(|sigma| value_and_slope(&q, sigma).0.abs())
             }
@@ -289,16 +305,16 @@ const MOST_NEWTON: usize = 8;
 const CLOSE: f64 = 1e-9;
 
 /// The magnitude of |command − quantity| at its turn near σ.
-fn peak_behind<const D: usize>(
-    local: &Local<D>,
+fn peak_behind(
+    window: &Window,
     q: &LocalCoefficients,
     (motion, start_s): (&Motion, f64),
     mut sigma: f64,
 ) -> Option<f64> {
-    let h = local.half_s;
+    let h = window.half_s;
     let slopes = derivative(q);
     for _ in 0..MOST_NEWTON {
-        let command = motion.at(start_s + local.time_s(sigma));
+        let command = motion.at(start_s + window.time_s(sigma));
         let (speed, bend) = value_and_slope(&slopes, sigma);
         let step =
             (command.velocity_mps * h - speed) / (command.acceleration_mps2 * (h * h) - bend);
@@ -308,7 +324,7 @@ fn peak_behind<const D: usize>(
             return None;
         }
         if step.abs() <= CLOSE {
-            let x_m = motion.at(start_s + local.time_s(sigma)).displacement_m;
+            let x_m = motion.at(start_s + window.time_s(sigma)).displacement_m;
             return Some((x_m - value_and_slope(q, sigma).0).abs());
         }
     }

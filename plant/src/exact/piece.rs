@@ -2,12 +2,12 @@
 
 use super::crossing::Flow;
 use super::peak::{SketchedPeak, Sought};
-use super::system::{Column, FEEDBACK, HELD, plant_vector, to_plant_vector};
+use super::system::{Column, DELTA, FEEDBACK, HELD, plant_vector, to_plant_vector};
 use super::tables::{FeedbackTable, HeldTable, Quantity};
 use crate::model::amplifier::AmplifierMode;
 use crate::model::axis::{Axis, Mode};
 use crate::model::motion::{Motion, MotionPoint};
-use crate::model::state::{Vector, gamma};
+use crate::model::state::{BETA, CURRENT, Vector, gamma};
 use crate::observe::extremes::{CARRIAGE, Extremes, FIGURES, Seen, figures_at};
 use crate::observe::{Interior, Span};
 
@@ -149,34 +149,52 @@ impl<'a, const D: usize> Reach<'a, D> {
 pub(crate) struct Sights<'a, const D: usize> {
     reach: Reach<'a, D>,
     piece: Piece<'a>,
-    /// ẍ, I, and the command less p·γ and p·β.
-    figures: [Sought<'a, D>; FIGURES],
+    pitch_m_per_rad: f64,
+    /// `m·b` of δ and the constant part of γ̈.
+    constants: (f64, f64),
+    /// The state is counted from the command.
+    ahead: bool,
 }
 
 impl<'a, const D: usize> Sights<'a, D> {
     fn new(
         axis: &Axis,
         flow: Flow<'a, D>,
-        (offset_rad, screw_load): (f64, f64),
+        constants: (f64, f64),
         piece: Piece<'a>,
+        ahead: bool,
     ) -> Self {
-        let (p, table) = (axis.pitch_m_per_rad, flow.table);
-        let of = |quantity, scale, offset, command| Sought {
-            linear: table.quantity(quantity),
-            scale,
-            offset,
-            command,
-        };
-        let command = Some((piece.motion, piece.start_s));
         Self {
             reach: Reach::new(&flow, piece.length_s),
             piece,
-            figures: [
-                of(Quantity::ScrewAcceleration, p, p * screw_load, None),
-                of(Quantity::Current, 1.0, 0.0, None),
-                of(Quantity::ScrewAngle, p, -p * offset_rad, command),
-                of(Quantity::GearAngle, p, 0.0, command),
-            ],
+            pitch_m_per_rad: axis.pitch_m_per_rad,
+            constants,
+            ahead,
+        }
+    }
+
+    fn sought(&self, of: Quantity, scale: f64, offset: f64, commanded: bool) -> Sought<'a, D> {
+        let piece = &self.piece;
+        Sought {
+            linear: self.reach.flow.table.quantity(of),
+            scale,
+            offset,
+            command: commanded.then_some((piece.motion, piece.start_s)),
+        }
+    }
+
+    /// ẍ, I, or the command less p·γ or p·β.
+    fn figure(&self, figure: usize) -> Sought<'a, D> {
+        let (p, (offset_rad, screw_load)) = (self.pitch_m_per_rad, self.constants);
+        let behind = |of, offset: f64| match self.ahead {
+            true => self.sought(of, -p, offset, false),
+            false => self.sought(of, p, -offset, true),
+        };
+        match figure {
+            0 => self.sought(Quantity::ScrewAcceleration, p, p * screw_load, false),
+            1 => self.sought(Quantity::Current, 1.0, 0.0, false),
+            CARRIAGE => behind(Quantity::ScrewAngle, p * offset_rad),
+            _ => behind(Quantity::GearAngle, 0.0),
         }
     }
 
@@ -189,17 +207,21 @@ impl<'a, const D: usize> Sights<'a, D> {
     /// Raises the peaks whose bits are set in `which` to the suprema within the
     /// piece, those at its ends being known, and looks at the settling band.
     pub(crate) fn look(&self, mut peaks: [f64; FIGURES], which: u8, band_m: f64) -> Seen {
-        for (figure, peak) in peaks.iter_mut().enumerate() {
-            if which >> figure & 1 != 0 {
-                let [from, to] = &self.piece.ends;
-                let (sought, ends) = (&self.figures[figure], (from[figure], to[figure]));
-                self.reach.raise(sought, ends, peak);
-            }
-        }
+        self.raise(&mut peaks, which);
         let after_s = self.last_outside(band_m);
         Seen {
             peaks,
             last_outside_s: after_s.map(|t| self.piece.start_s + t),
+        }
+    }
+
+    fn raise(&self, peaks: &mut [f64; FIGURES], which: u8) {
+        for (figure, peak) in peaks.iter_mut().enumerate() {
+            if which >> figure & 1 != 0 {
+                let [from, to] = &self.piece.ends;
+                let ends = (from[figure], to[figure]);
+                self.reach.raise(&self.figure(figure), ends, peak);
+            }
         }
     }
 
@@ -220,13 +242,10 @@ impl<'a, const D: usize> Sights<'a, D> {
         if to_m > band_m {
             return Some(length_s);
         }
-        let carriage = &self.figures[CARRIAGE];
-        let distance = Sought {
-            scale: -carriage.scale,
-            offset: self.piece.motion.travel_m() - carriage.offset,
-            command: None,
-            ..*carriage
-        };
+        // The distance from the travel, or the command's from where it would be none.
+        let p = self.pitch_m_per_rad;
+        let offset_m = self.piece.motion.travel_m() + p * self.constants.0;
+        let distance = self.sought(Quantity::ScrewAngle, -p, offset_m, self.ahead);
         let chord = distance.chord_bound(self.reach.level, &self.reach.rate, length_s);
         if from_m.max(to_m) + self.reach.slack * chord <= band_m {
             return None;
@@ -263,7 +282,7 @@ impl HeldPiece<'_> {
 
     pub(super) fn sights<'a>(&'a self, axis: &Axis, piece: Piece<'a>) -> Sights<'a, HELD> {
         let constants = (self.offset_rad, self.table.system.screw_load);
-        Sights::new(axis, self.flow(), constants, piece)
+        Sights::new(axis, self.flow(), constants, piece, false)
     }
 
     /// Energy that the joint's damper takes over `length_s` of the piece \[J\].
@@ -281,49 +300,38 @@ impl HeldPiece<'_> {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct FeedbackPiece<'a> {
     pub(crate) table: &'a FeedbackTable,
-    pub(crate) start: Column<FEEDBACK>,
+    pub(crate) motion: &'a Motion,
+    /// The states at both ends, and the law's demand there \[V\].
+    pub(crate) x: [Column<FEEDBACK>; 2],
+    pub(crate) demands_v: [f64; 2],
     pub(crate) offset_rad: f64,
-    pub(crate) pitch_m_per_rad: f64,
 }
 
 impl FeedbackPiece<'_> {
-    /// The plant's own vector.
-    pub(crate) fn plant_vector(&self, x: &Column<FEEDBACK>) -> Vector {
-        plant_vector(x, (self.offset_rad, self.pitch_m_per_rad))
-    }
-
-    pub(crate) fn flow(&self) -> Flow<'_, FEEDBACK> {
-        Flow {
-            table: &self.table.table,
-            input: &self.table.input,
-            start: &self.start,
-        }
-    }
-
-    fn sights<'a>(&'a self, axis: &Axis, piece: Piece<'a>) -> Sights<'a, FEEDBACK> {
-        let constants = (self.offset_rad, self.table.screw_load);
-        Sights::new(axis, self.flow(), constants, piece)
-    }
-
     /// Raises `peak_v` to the supremum of the demand's magnitude within the
-    /// piece, which has `ends_v` at its ends.
-    fn raise_voltage(&self, length_s: f64, ends_v: (f64, f64), peak_v: &mut f64) {
+    /// piece, which at the ends is known.
+    fn raise_voltage(&self, length_s: f64, peak_v: &mut f64) {
         let demand = Sought {
             linear: self.table.table.quantity(Quantity::Demand),
             scale: 1.0,
             offset: 0.0,
             command: None,
         };
-        Reach::new(&self.flow(), length_s).raise(&demand, ends_v, peak_v);
+        let ends_v = (self.demands_v[0], self.demands_v[1]);
+        Reach::new(&self.table.flow(&self.x[0]), length_s).raise(&demand, ends_v, peak_v);
     }
 
     /// Energy that the joint's damper takes over `length_s` of the piece \[J\].
     fn joint_loss_j(&self, length_s: f64) -> f64 {
-        let Some(loss) = &self.table.loss else {
+        let (table, start) = (self.table, &self.x[0]);
+        let Some(loss) = &table.loss else {
             return 0.0;
         };
-        let rates = self.table.table.levels.a * self.start + self.table.input;
-        loss.over(rates, length_s)
+        if length_s == table.length_s() {
+            return loss.over_whole(start);
+        }
+        let rates = table.table.levels.a * start + table.input;
+        loss.of.over(rates, length_s)
     }
 }
 
@@ -346,20 +354,88 @@ impl Interior for HeldPiece<'_> {
 
 impl Interior for FeedbackPiece<'_> {
     fn vector_at(&self, span: &Span<'_>, theta: f64) -> Vector {
-        self.plant_vector(&self.flow().at(theta * span.length_s))
+        let time_s = theta * span.length_s;
+        let command = self.motion.at(span.start_s + time_s);
+        let x = self.table.flow(&self.x[0]).at(time_s);
+        plant_vector(&x, (self.offset_rad, self.table.rad_per_m), &command)
     }
 
+    /// A first test by the change of the state settles nearly every figure of
+    /// nearly every whole step.
     fn raise(&self, span: &Span<'_>, extremes: &mut Extremes) {
-        let ends_v = (span.voltage_at_v(0.0), span.voltage_at_v(1.0));
-        let peak_v = &mut extremes.peak_abs_voltage_v;
-        *peak_v = peak_v.max(ends_v.0.abs()).max(ends_v.1.abs());
-        if span.modes.0.amplifier == AmplifierMode::Linear {
-            self.raise_voltage(span.length_s, ends_v, peak_v);
+        let (table, length_s, offset_rad) = (self.table, span.length_s, self.offset_rad);
+        let p = span.axis.pitch_m_per_rad;
+        let linear = span.modes.0.amplifier == AmplifierMode::Linear;
+        let [from, to] = core::array::from_fn(|end| {
+            let x = &self.x[end];
+            let acceleration_mps2 = p * (table.screw_acceleration(x) + table.screw_load);
+            let carriage_rad = x[BETA] - x[DELTA] - offset_rad;
+            let voltage_v = if linear {
+                self.demands_v[end]
+            } else {
+                span.voltage_at_v(0.0)
+            };
+            let errors_m = [-p * carriage_rad, -p * x[BETA]];
+            [
+                acceleration_mps2,
+                x[CURRENT],
+                errors_m[0],
+                errors_m[1],
+                voltage_v,
+            ]
+        });
+        let change = (self.x[1] - self.x[0]).abs();
+        let strays = table.figures.times(&change);
+        let whole = length_s == table.length_s();
+        let [a, b, c, d] = extremes.peaks();
+        let mut peaks = [a, b, c, d, extremes.peak_abs_voltage_v];
+        let mut open = 0;
+        for i in 0..peaks.len() {
+            let size = larger(from[i].abs(), to[i].abs());
+            peaks[i] = larger(peaks[i], size);
+            open |= u8::from(!(whole && size + strays[i] <= peaks[i])) << i;
         }
-        let (piece, command) = Piece::over(span, extremes);
-        let seen = self.sights(span.axis, piece).look_at_all(extremes);
+        for i in 0..peaks.len() {
+            let monotone = || (to[i] - from[i]).abs() >= table.slopes[i].dot(&change);
+            if open >> i & 1 != 0 && whole && monotone() {
+                open &= !(1 << i);
+            }
+        }
+        if linear && open >> FIGURES != 0 {
+            self.raise_voltage(length_s, &mut peaks[FIGURES]);
+        }
+        let motion = &extremes.settings.motion;
+        let band_m = extremes.settings.settling_band_m;
+        let distances_m = [span.y.0, span.y.1].map(|y| motion.travel_m() - p * gamma(y));
+        let [from_m, to_m] = distances_m.map(f64::abs);
+        let bend_m = motion.peak_acceleration_mps2 * length_s * length_s / 8.0;
+        let inside = whole && larger(from_m, to_m) + strays[CARRIAGE] + bend_m <= band_m;
+        let [a, b, c, d, peak_v] = peaks;
+        let mut seen = Seen {
+            peaks: [a, b, c, d],
+            last_outside_s: (to_m > band_m).then(|| span.end_s()),
+        };
+        let which = open & 0xf;
+        if which != 0 || !inside && seen.last_outside_s.is_none() {
+            let piece = Piece {
+                motion,
+                start_s: span.start_s,
+                length_s,
+                ends: [from, to].map(|[a, b, c, d, _]| [a, b, c, d]),
+                distances_m,
+            };
+            let flow = table.flow(&self.x[0]);
+            let constants = (offset_rad, table.screw_load);
+            let sights = Sights::new(span.axis, flow, constants, piece, true);
+            seen = sights.look(seen.peaks, which, band_m);
+        }
         extremes.take(&seen);
-        extremes.command_at_end = Some((span.end_s(), command));
-        extremes.joint_loss_j += self.joint_loss_j(span.length_s);
+        extremes.peak_abs_voltage_v = peak_v;
+        extremes.joint_loss_j += self.joint_loss_j(length_s);
     }
+}
+
+/// The larger of two numbers, in one instruction: neither is anything else.
+fn larger(a: f64, b: f64) -> f64 {
+    if a > b { a } else { b }
 }

@@ -15,8 +15,8 @@
 //! whether the step crosses a guard or turns, and where. The places themselves
 //! then come from the solution ([`super::grid`]), not from the polynomial.
 
-use super::grid::{CELLS, Grid};
-use super::levels::integral;
+use super::grid::{CELLS, Grid, LocalCoefficients, MOST_LEVELS, TERMS, Window};
+use super::levels::{Levels, integral};
 use super::system::{Column, Matrix};
 use crate::numerics::bernstein::halves;
 
@@ -78,6 +78,48 @@ const fn fit() -> [[f64; SLOPES]; SLOPES] {
 /// rows of [`FIT`] sum up to less than 800.
 const ROUNDING: f64 = 800.0 * 16.0 * f64::EPSILON;
 
+/// Powers of the series about the middle of a step at most: over `λt ≤ 4`, as `λT` is at
+/// most 8. What the first n leave out is at most some `(λt)ⁿ/n!` of the first (see
+/// [`super::levels`]): of 33 powers, `4³³/33! = 8.5e-18`.
+const POWERS: usize = 33;
+
+/// τⁿ with τ = 2θ − 1, by its values at the points of interpolation, and the error of
+/// that: the eleventh derivative by θ is at most `2¹¹·n!/(n − 11)!`, which makes it
+/// `w·2¹¹·C(n, 11)`.
+const POWERS_FIT: [[f64; SLOPES]; POWERS] = powers_fit();
+const POWERS_STRAY: [f64; POWERS] = powers_stray();
+
+const fn powers_fit() -> [[f64; SLOPES]; POWERS] {
+    let mut powers = [[0.0; SLOPES]; POWERS];
+    let mut node = 0;
+    while node < SLOPES {
+        let tau = 2.0 * NODES[node] as f64 / CELLS as f64 - 1.0;
+        let (mut n, mut value) = (0, 1.0);
+        while n < POWERS {
+            let mut i = 0;
+            while i < SLOPES {
+                powers[n][i] += FIT[i][node] * value;
+                i += 1;
+            }
+            value *= tau;
+            n += 1;
+        }
+        node += 1;
+    }
+    powers
+}
+
+const fn powers_stray() -> [f64; POWERS] {
+    let mut strays = [0.0; POWERS];
+    let (mut n, mut binomial) = (SLOPES, 1.0);
+    while n < POWERS {
+        strays[n] = NODE_PRODUCT * 2048.0 * binomial;
+        n += 1;
+        binomial *= n as f64 / (n - SLOPES) as f64;
+    }
+    strays
+}
+
 /// A quantity over a step for any rate at its start.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Sketch<const D: usize> {
@@ -85,6 +127,8 @@ pub(crate) struct Sketch<const D: usize> {
     pub(crate) slopes: [Column<D>; SLOPES],
     /// Error of `T·q̇`, per |rate|.
     pub(crate) stray: Column<D>,
+    /// Without a grid: `T·q̇` as the series about the middle, per rate.
+    series: Vec<Column<D>>,
 }
 
 impl<const D: usize> Sketch<D> {
@@ -127,7 +171,80 @@ impl<const D: usize> Sketch<D> {
         Self {
             slopes,
             stray: (remainder + rounding * ROUNDING) * length_s,
+            series: Vec::new(),
         }
+    }
+
+    /// The quantity `row·x` over the longest step without its grid; `None` if that is
+    /// too long.
+    pub(crate) fn about_middle(levels: &Levels<D>, row: &Column<D>) -> Option<Self> {
+        if levels.steps.len() > MOST_LEVELS {
+            return None;
+        }
+        let (a, length_s) = (&levels.a, levels.steps[0].length_s);
+        let half_s = 0.5 * length_s;
+        let half = match levels.steps.get(1) {
+            Some(step) => step.transition,
+            None => Matrix::identity() + a * integral(a, half_s),
+        };
+        let scaled = (a * half_s).transpose();
+        let mut term = half.transpose() * row * length_s;
+        let (mut slopes, mut stray) = ([Column::zeros(); SLOPES], Column::zeros());
+        let mut series = Vec::with_capacity(POWERS);
+        let mut left_out = 1.0;
+        for (n, (weights, error)) in (1_u32..).zip(POWERS_FIT.iter().zip(POWERS_STRAY)) {
+            for (slope, weight) in slopes.iter_mut().zip(weights) {
+                *slope += term * *weight;
+            }
+            stray += term.abs() * (error + ROUNDING);
+            series.push(term);
+            term = scaled * term / f64::from(n);
+            left_out *= levels.growth_per_s * half_s / f64::from(n);
+            if left_out < 1e-17 {
+                break;
+            }
+        }
+        Some(Self {
+            slopes,
+            stray,
+            series,
+        })
+    }
+
+    /// The quantity, which is `start` at the start, around `time_s`: by the series about
+    /// the middle.
+    pub(crate) fn around(
+        &self,
+        rate: &Column<D>,
+        start: f64,
+        (time_s, length_s): (f64, f64),
+    ) -> (Window, LocalCoefficients) {
+        let mut slope = [0.0; POWERS];
+        for (slope, row) in slope.iter_mut().zip(&self.series) {
+            *slope = row.dot(rate);
+        }
+        let tau = 2.0 * (time_s / length_s) - 1.0;
+        // q(t) − q(0) is half the integral of T·q̇ over τ from −1 on.
+        let (mut here, mut there) = (0.0, 0.0);
+        for (n, c) in slope.iter().enumerate().rev() {
+            let c = c / (n + 1) as f64;
+            (here, there) = (here * tau + c, c - there);
+        }
+        let mut q = [start + 0.5 * (here * tau + there); TERMS + 1];
+        let mut scale = 0.5;
+        for (n, k) in (1_u32..).zip(0..TERMS) {
+            // Horner's rule leaves the coefficient of (τ − there)ᵏ.
+            for n in (k..POWERS - 1).rev() {
+                slope[n] += tau * slope[n + 1];
+            }
+            scale /= 32.0;
+            q[k + 1] = slope[k] * scale / f64::from(n);
+        }
+        let window = Window {
+            centre_s: time_s,
+            half_s: length_s / 64.0,
+        };
+        (window, q)
     }
 
     /// The quantity `scale·q + offset`, which is `value` at the start, over the

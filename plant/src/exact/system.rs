@@ -12,17 +12,19 @@
 //! ```
 //!
 //! so that b stands in no matrix and one set serves both flanks and every
-//! backlash. Under the continuous law `β̂ = ∫β dt` and the motion command
-//! follow, the command as an oscillator of its own: within one interval of
+//! backlash. Under the continuous law `β̂ = ∫β dt` follows, and what of the motion
+//! command drives the axis, as an oscillator of its own: within one interval of
 //! Fig. 6 its acceleration is constant, a sine or a cosine, and
 //!
 //! ```text
-//! x = (β − r, β̇ − ṙ, δ, ε̇, I, β̂ − r̂, x_ref, v_ref, ∫x_ref dt, a_ref, w),   ȧ_ref = ω·w,   ẇ = −ω·a_ref
+//! x = (β − r, β̇ − ṙ, δ, ε̇, I, β̂ − r̂, v_ref, a_ref, w),   ȧ_ref = ω·w,   ẇ = −ω·a_ref
 //! ```
 //!
 //! with the screw angle `r = x_ref/p` that the command asks for: what the loop
 //! keeps small is small in x, so that the bounds of [`super::levels`], which add
-//! magnitudes, do not count a motion that the axis follows.
+//! magnitudes, do not count a motion that the axis follows. The law sees nothing
+//! else, as its transmission is the axis', so that x_ref and its integral drive nothing;
+//! they are known in closed form ([`crate::model::motion`]).
 
 use nalgebra::{SMatrix, SVector};
 
@@ -30,7 +32,7 @@ use crate::model::amplifier::AmplifierMode;
 use crate::model::axis::Axis;
 use crate::model::axis::Mode;
 use crate::model::joint::JointMode;
-use crate::model::motion::Oscillator;
+use crate::model::motion::{MotionPoint, Oscillator};
 use crate::model::pid::ContinuousPid;
 use crate::model::resistance::GuideMode;
 use crate::model::state::{BETA, BETA_DOT, BETA_INTEGRAL, CURRENT, EPSILON, EPSILON_DOT, Vector};
@@ -38,15 +40,15 @@ use crate::model::state::{BETA, BETA_DOT, BETA_INTEGRAL, CURRENT, EPSILON, EPSIL
 /// States under a held voltage.
 pub(crate) const HELD: usize = 5;
 /// States under the continuous law, the command included.
-pub(crate) const FEEDBACK: usize = 11;
+pub(crate) const FEEDBACK: usize = 9;
+/// Those of them that are the axis' own, as in the plant's vector.
+pub(crate) const OWN: usize = 6;
 
 /// Place of δ: the place of ε in the plant's own vector.
 pub(crate) const DELTA: usize = EPSILON;
-const X_REF: usize = 6;
-const V_REF: usize = 7;
-const X_REF_INTEGRAL: usize = 8;
-const A_REF: usize = 9;
-const W_REF: usize = 10;
+pub(crate) const V_REF: usize = OWN;
+const A_REF: usize = 7;
+const W_REF: usize = 8;
 
 /// `A` of the affine system, without what drives it.
 pub(crate) type Matrix<const D: usize> = SMatrix<f64, D, D>;
@@ -168,16 +170,11 @@ impl AxisSystem {
 
 /// The demand of the continuous law as coefficients of its state, eq. 27.
 pub(crate) fn demand_row(pid: &ContinuousPid) -> Column<FEEDBACK> {
-    let (gains, k0) = (pid.gains, pid.loop_gain);
-    let (s, z) = (pid.radians_per_m, pid.gear_ratio);
-    let (kp, ki, kd) = (k0 * gains.kp, k0 * gains.ki_per_s, k0 * gains.kd_s);
+    let (gains, k) = (pid.gains, -pid.loop_gain / pid.gear_ratio);
     let mut row = Column::zeros();
-    row[X_REF] = kp * s;
-    row[X_REF_INTEGRAL] = ki * s;
-    row[V_REF] = kd * s;
-    row[BETA] = -kp / z;
-    row[BETA_DOT] = -kd / z;
-    row[BETA_INTEGRAL] = -ki / z;
+    row[BETA] = k * gains.kp;
+    row[BETA_DOT] = k * gains.kd_s;
+    row[BETA_INTEGRAL] = k * gains.ki_per_s;
     row
 }
 
@@ -190,9 +187,13 @@ pub(crate) fn feedback_system(
     omega: f64,
 ) -> (Matrix<FEEDBACK>, Column<FEEDBACK>) {
     let system = axis.system(mode);
+    let rad_per_m = 1.0 / axis.pitch_m_per_rad;
     let mut a = Matrix::<FEEDBACK>::zeros();
     let mut input = Column::<FEEDBACK>::zeros();
-    a.fixed_view_mut::<HELD, HELD>(0, 0).copy_from(&system.a);
+    for i in 0..HELD {
+        let row = from_command(&system.a.row(i).transpose(), rad_per_m);
+        a.set_row(i, &row.transpose());
+    }
     input.fixed_rows_mut::<HELD>(0).copy_from(&system.load);
     match mode.amplifier {
         AmplifierMode::Linear => {
@@ -203,39 +204,23 @@ pub(crate) fn feedback_system(
         AmplifierMode::AtUpper => input[CURRENT] += system.per_volt * pid.voltage_limit_v(),
         AmplifierMode::AtLower => input[CURRENT] -= system.per_volt * pid.voltage_limit_v(),
     }
-    // dβ̂/dt = β (eq. 29).
+    // The rates of what r, ṙ and r̂ are taken from are less by theirs; dβ̂/dt = β (eq. 29).
+    a[(BETA, V_REF)] = 0.0;
+    a[(BETA_DOT, A_REF)] = -rad_per_m;
     a[(BETA_INTEGRAL, BETA)] = 1.0;
-    a[(X_REF_INTEGRAL, X_REF)] = 1.0;
-    a[(X_REF, V_REF)] = 1.0;
     a[(V_REF, A_REF)] = 1.0;
     a[(A_REF, W_REF)] = omega;
     a[(W_REF, A_REF)] = -omega;
-    // From (β, β̇, β̂) to what they are ahead of the command by.
-    let ahead = ahead_of_command(axis.pitch_m_per_rad);
-    let back = ahead_of_command(-axis.pitch_m_per_rad);
-    (ahead * a * back, ahead * input)
+    (a, input)
 }
 
-/// The matrix that takes `r = x_ref/p` from β, and ṙ and r̂ likewise; with −p it
-/// adds them.
-fn ahead_of_command(pitch_m_per_rad: f64) -> Matrix<FEEDBACK> {
-    let mut matrix = Matrix::<FEEDBACK>::identity();
-    for (state, of_command) in COMMANDED {
-        matrix[(state, of_command)] = -1.0 / pitch_m_per_rad;
-    }
-    matrix
-}
-
-/// States that are counted from the command, and the command's part.
-const COMMANDED: [(usize, usize); 3] = [
-    (BETA, X_REF),
-    (BETA_DOT, V_REF),
-    (BETA_INTEGRAL, X_REF_INTEGRAL),
-];
-
-/// A quantity's coefficients for the state that is counted from the command.
-pub(crate) fn from_command(row: &Column<FEEDBACK>, pitch_m_per_rad: f64) -> Column<FEEDBACK> {
-    ahead_of_command(-pitch_m_per_rad).transpose() * row
+/// A quantity's coefficients for the state that is counted from the command: less
+/// what r itself makes of it.
+pub(crate) fn from_command(row: &Column<HELD>, rad_per_m: f64) -> Column<FEEDBACK> {
+    let mut all = Column::<FEEDBACK>::zeros();
+    all.fixed_rows_mut::<HELD>(0).copy_from(row);
+    all[V_REF] = row[BETA_DOT] * rad_per_m;
+    all
 }
 
 /// The plant's vector with δ for ε.
@@ -249,35 +234,51 @@ pub(crate) fn held_state(y: &Vector, offset_rad: f64) -> Column<HELD> {
     )
 }
 
+/// β, β̇ and β̂ with what the command asks of them, times p.
+fn commanded(point: &MotionPoint) -> [(usize, f64); 3] {
+    [
+        (BETA, point.displacement_m),
+        (BETA_DOT, point.velocity_mps),
+        (BETA_INTEGRAL, point.displacement_integral_ms),
+    ]
+}
+
 /// The plant's vector with δ for ε and counted from the command, which follows.
 pub(crate) fn feedback_state(
     y: &Vector,
-    (offset_rad, pitch_m_per_rad): (f64, f64),
+    (offset_rad, rad_per_m): (f64, f64),
     command: &Oscillator,
 ) -> Column<FEEDBACK> {
+    let mut ahead = *y;
+    ahead[DELTA] -= offset_rad;
+    for (state, of_command) in commanded(&command.point) {
+        ahead[state] -= of_command * rad_per_m;
+    }
+    with_command(&ahead, command)
+}
+
+/// The state under the continuous law from its own part and the command.
+#[inline]
+pub(crate) fn with_command(ahead: &Vector, command: &Oscillator) -> Column<FEEDBACK> {
     let mut x = Column::<FEEDBACK>::zeros();
-    x.fixed_rows_mut::<6>(0).copy_from(y);
-    x[DELTA] -= offset_rad;
-    x[X_REF] = command.point.displacement_m;
+    x.fixed_rows_mut::<OWN>(0).copy_from(ahead);
     x[V_REF] = command.point.velocity_mps;
-    x[X_REF_INTEGRAL] = command.point.displacement_integral_ms;
     x[A_REF] = command.point.acceleration_mps2;
     x[W_REF] = command.quadrature_mps2;
-    for (state, of_command) in COMMANDED {
-        x[state] -= x[of_command] / pitch_m_per_rad;
-    }
     x
 }
 
 /// The plant's vector from that.
+#[inline]
 pub(crate) fn plant_vector(
     x: &Column<FEEDBACK>,
-    (offset_rad, pitch_m_per_rad): (f64, f64),
+    (offset_rad, rad_per_m): (f64, f64),
+    command: &MotionPoint,
 ) -> Vector {
-    let mut y = x.fixed_rows::<6>(0).into_owned();
+    let mut y = x.fixed_rows::<OWN>(0).into_owned();
     y[DELTA] += offset_rad;
-    for (state, of_command) in COMMANDED {
-        y[state] += x[of_command] / pitch_m_per_rad;
+    for (state, of_command) in commanded(command) {
+        y[state] += of_command * rad_per_m;
     }
     y
 }

@@ -4,17 +4,25 @@
 //! Under a held voltage none of it depends on b, on the voltage or on which
 //! flank carries: two tables serve an axis, six one with dry friction.
 
+use std::sync::OnceLock;
+
+use super::advance::NOISE_ULPS;
+use super::crossing::Flow;
 use super::grid::Grid;
 use super::levels::{BOUND_MARGIN, ChordBounds, ExactStep, Levels};
 use super::loss::{DRIVING, Dissipation};
 use super::sketch::Sketch;
 use super::system::{
-    AxisSystem, Column, DELTA, FEEDBACK, HELD, Matrix, demand_row, feedback_system, from_command,
+    AxisSystem, Column, DELTA, FEEDBACK, HELD, Matrix, OWN, V_REF, demand_row, feedback_system,
+    from_command,
 };
+use crate::hybrid::Automaton;
+use crate::model::amplifier::AmplifierMode;
 use crate::model::axis::{Axis, Mode};
+use crate::model::motion::{Oscillator, OscillatorStep};
 use crate::model::pid::ContinuousPid;
 use crate::model::resistance::GuideMode;
-use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON_DOT, Vector};
+use crate::model::state::{BETA, BETA_DOT, BETA_INTEGRAL, CURRENT, EPSILON_DOT, Vector};
 use crate::numerics::seconds;
 
 /// Quantities that guards and figures look at.
@@ -49,7 +57,7 @@ const OF_FEEDBACK: usize = 9;
 pub(crate) struct Linear<const D: usize> {
     pub(crate) row: Column<D>,
     pub(crate) bounds: ChordBounds<D>,
-    /// On a table with a grid.
+    /// On a table whose step is not too long for it.
     pub(crate) sketch: Option<Sketch<D>>,
 }
 
@@ -70,26 +78,38 @@ impl<const D: usize> Linear<D> {
 pub(crate) struct Table<const D: usize> {
     pub(crate) levels: Levels<D>,
     pub(crate) grid: Option<Grid<D>>,
-    quantities: Vec<Linear<D>>,
+    rows: Vec<Column<D>>,
+    /// Made when first asked for.
+    quantities: Vec<OnceLock<Linear<D>>>,
 }
 
 impl<const D: usize> Table<D> {
     fn new(levels: Levels<D>, grid: Option<Grid<D>>, rows: &[Column<D>]) -> Self {
-        let linear = |row: &Column<D>| Linear {
-            row: *row,
-            bounds: levels.bounds(row),
-            sketch: grid.as_ref().map(|grid| Sketch::over(grid, &levels.a, row)),
-        };
-        let quantities = rows.iter().map(linear).collect();
         Self {
             levels,
             grid,
-            quantities,
+            rows: rows.to_vec(),
+            quantities: vec![OnceLock::new(); rows.len()],
         }
     }
 
+    #[inline]
     pub(crate) fn quantity(&self, quantity: Quantity) -> &Linear<D> {
-        &self.quantities[quantity as usize]
+        let place = quantity as usize;
+        self.quantities[place].get_or_init(|| self.linear(&self.rows[place]))
+    }
+
+    #[cold]
+    fn linear(&self, row: &Column<D>) -> Linear<D> {
+        let (levels, grid) = (&self.levels, self.grid.as_ref());
+        Linear {
+            row: *row,
+            bounds: levels.bounds(row),
+            sketch: match grid {
+                Some(grid) => Some(Sketch::over(grid, &levels.a, row)),
+                None => Sketch::about_middle(levels, row),
+            },
+        }
     }
 }
 
@@ -110,34 +130,106 @@ pub(crate) struct HeldTable {
 /// A table for the continuous law over one length in one mode.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct FeedbackTable {
-    length_ns: u64,
-    pub(super) mode: Mode,
-    omega: f64,
+    key: FeedbackKey,
     pub(crate) table: Table<FEEDBACK>,
     pub(crate) input: Column<FEEDBACK>,
+    /// `1/p`, which makes r of x_ref.
+    pub(crate) rad_per_m: f64,
     /// Constant part of γ̈.
     pub(crate) screw_load: f64,
     /// `e^{AT} − 1`, the rounding of which is that of what a step changes and
-    /// not of the whole state, and `ψ(T)·u`.
-    pub(crate) growth: Matrix<FEEDBACK>,
-    pub(crate) drift: Column<FEEDBACK>,
+    /// not of the whole state, and `ψ(T)·u`, without the command's part.
+    growth: Beside<OWN>,
+    drift: Vector,
+    pub(crate) command: OscillatorStep,
+    /// Bounds of how far δ and the demand stray from their chords over the whole step,
+    /// for the change of each state; not a number where there are none.
+    pub(crate) guards: Beside<2>,
+    /// The same of the figures and the demand.
+    pub(crate) figures: Beside<5>,
+    /// The changes above which these are monotone, for each state's.
+    pub(crate) slopes: [Column<FEEDBACK>; 5],
     /// Of a closed joint with damping.
-    pub(crate) loss: Option<Box<Dissipation<FEEDBACK>>>,
+    pub(crate) loss: Option<FeedbackLoss>,
+}
+
+/// The joint's loss, and R of the whole step times the rates.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct FeedbackLoss {
+    pub(crate) of: Dissipation<FEEDBACK>,
+    whole: Beside<FEEDBACK>,
+    constant: Column<FEEDBACK>,
+}
+
+impl FeedbackLoss {
+    /// Energy that the joint's damper takes over the whole step \[J\].
+    pub(crate) fn over_whole(&self, x: &Column<FEEDBACK>) -> f64 {
+        let mut sum = 0.0;
+        for (part, constant) in self.whole.times(x).iter().zip(self.constant.iter()) {
+            let part = part + constant;
+            sum += part * part;
+        }
+        self.of.damping_nms_per_rad * sum
+    }
+}
+
+/// What a table depends on: a joint that carries, guide, amplifier, ω and length.
+type FeedbackKey = (bool, GuideMode, AmplifierMode, f64, u64);
+
+/// N quantities side by side, the coefficients of each state together: their sums run
+/// beside each other and none waits for the other.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Beside<const N: usize>([[f64; N]; FEEDBACK]);
+
+impl<const N: usize> Beside<N> {
+    fn new(rows: &[Column<FEEDBACK>; N]) -> Self {
+        Self(core::array::from_fn(|j| rows.map(|row| row[j])))
+    }
+
+    /// With the first columns of a matrix for coefficients.
+    fn of_columns(rows: &Matrix<FEEDBACK>) -> Self {
+        Self::new(&core::array::from_fn(|i| rows.column(i).into_owned()))
+    }
+
+    /// Each quantity's value.
+    #[inline(always)]
+    pub(crate) fn times(&self, x: &Column<FEEDBACK>) -> [f64; N] {
+        let mut sums = [0.0; N];
+        for (column, x) in self.0.iter().zip(x.iter()) {
+            for (sum, coefficient) in sums.iter_mut().zip(column) {
+                *sum += coefficient * x;
+            }
+        }
+        sums
+    }
 }
 
 /// The whole state at the end of the last interval, to go on from.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Carried {
     pub(super) pid: ContinuousPid,
+    pub(super) mode: Mode,
     pub(super) time_ns: u64,
     pub(super) length_ns: u64,
     /// The plant's own vector, which must not have been touched.
     pub(super) y: Vector,
     pub(super) x: Column<FEEDBACK>,
+    pub(super) command: Oscillator,
+    pub(crate) demand_v: f64,
     /// Place of the table.
     pub(super) place: usize,
     /// Until when the command keeps to its interval \[s\].
     pub(super) until_s: f64,
+}
+
+impl Carried {
+    /// True if the axis still stands there, under the same law.
+    pub(crate) fn is_at(&self, now: &Automaton, pid: &ContinuousPid) -> bool {
+        self.time_ns == now.time_ns
+            && self.mode == now.mode
+            && self.y == now.y
+            && self.pid.is_same_law(pid)
+    }
 }
 
 /// The tables made so far. They are made when first needed; a sampled run
@@ -188,16 +280,16 @@ impl Tables {
             self.feedback.clear();
             self.pid = Some(Box::new(*pid));
         }
-        let key = (*mode, omega, length_ns);
+        let carries = mode.joint.carries();
+        let key = (carries, mode.guide, mode.amplifier, omega, length_ns);
         let mut tables = self.feedback.iter();
-        if let Some(place) = tables.position(|t| (t.mode, t.omega, t.length_ns) == key) {
+        if let Some(place) = tables.position(|t| t.key == key) {
             return place;
         }
         if self.feedback.len() >= MOST_TABLES {
             self.feedback.clear();
         }
-        self.feedback
-            .push(FeedbackTable::new(axis, mode, pid, omega, length_ns));
+        self.feedback.push(FeedbackTable::new(axis, mode, pid, key));
         self.feedback.len() - 1
     }
 }
@@ -253,34 +345,103 @@ impl HeldTable {
 }
 
 impl FeedbackTable {
-    fn new(axis: &Axis, mode: &Mode, pid: &ContinuousPid, omega: f64, length_ns: u64) -> Self {
+    fn new(axis: &Axis, mode: &Mode, pid: &ContinuousPid, key: FeedbackKey) -> Self {
+        let (carries, .., omega, length_ns) = key;
+        let length_s = seconds(length_ns);
+        let rad_per_m = 1.0 / axis.pitch_m_per_rad;
         let (a, input) = feedback_system(axis, mode, pid, omega);
         let system = axis.system(mode);
-        let mut rows = [Column::<FEEDBACK>::zeros(); OF_FEEDBACK];
+        let mut rows = [demand_row(pid); OF_FEEDBACK];
         for (row, held) in rows.iter_mut().zip(held_rows(axis, mode, &system)) {
-            row.fixed_rows_mut::<HELD>(0).copy_from(&held);
+            *row = from_command(&held, rad_per_m);
         }
-        rows[Quantity::Demand as usize] = demand_row(pid);
-        let p = axis.pitch_m_per_rad;
-        let rows = rows.map(|row| from_command(&row, p));
-        let levels = Levels::new(&a, seconds(length_ns));
-        let closed = mode.joint.carries();
-        let loss = closed
-            .then(|| Dissipation::feedback(axis, &levels))
-            .flatten();
+        let levels = Levels::new(&a, length_s);
+        let loss = carries.then(|| Dissipation::feedback(axis, &levels));
+        let loss = loss.flatten().map(|of| {
+            let factor = of.whole().1;
+            let rows = (factor * a).transpose();
+            FeedbackLoss {
+                of,
+                whole: Beside::of_columns(&rows),
+                constant: factor * input,
+            }
+        });
+        let whole = &levels.steps[0].integral;
+        let (growth, drift) = ((whole * a).transpose(), whole * input);
         let table = Table::new(levels, None, &rows);
-        let whole = &table.levels.steps[0];
-        let (growth, drift) = (whole.integral * a, whole.integral * input);
+        let bounds = |quantity, scale: f64| {
+            let bounds = &table.quantity(quantity).bounds;
+            let scale = scale.abs() * BOUND_MARGIN;
+            (bounds.per_change * scale, bounds.slope_per_change * scale)
+        };
+        let p = axis.pitch_m_per_rad;
+        let demand = bounds(Quantity::Demand, 1.0);
+        let of_figures = [
+            bounds(Quantity::ScrewAcceleration, p),
+            bounds(Quantity::Current, 1.0),
+            bounds(Quantity::ScrewAngle, p),
+            bounds(Quantity::GearAngle, p),
+            demand,
+        ];
         Self {
-            length_ns,
-            mode: *mode,
-            omega,
+            key,
+            growth: Beside::of_columns(&growth),
+            drift: drift.fixed_rows::<OWN>(0).into_owned(),
+            command: OscillatorStep::new(omega, length_s),
+            rad_per_m,
+            guards: Beside::new(&[bounds(Quantity::Delta, 1.0).0, demand.0]),
+            figures: Beside::new(&of_figures.map(|(chord, _)| chord)),
+            slopes: of_figures.map(|(_, slope)| slope),
             table,
+            loss,
             input,
             screw_load: system.screw_load,
-            growth,
-            drift,
-            loss,
+        }
+    }
+
+    /// Length of the step \[s\].
+    pub(crate) fn length_s(&self) -> f64 {
+        seconds(self.key.4)
+    }
+
+    /// What the whole step makes of the axis' own part of a state.
+    #[inline(always)]
+    pub(crate) fn step(&self, x: &Column<FEEDBACK>) -> Vector {
+        let changes = self.growth.times(x);
+        Vector::from_fn(|i, _| x[i] + (changes[i] + self.drift[i]))
+    }
+
+    /// Rounding of δ after the whole step.
+    pub(crate) fn rounding_of_delta(&self, x: &Column<FEEDBACK>) -> f64 {
+        let mut terms = x[DELTA].abs();
+        for (column, x) in self.growth.0.iter().zip(x.iter()) {
+            terms += (column[DELTA] * x).abs();
+        }
+        NOISE_ULPS * terms
+    }
+
+    /// γ̈ without its constant part; no more than five states make it.
+    #[inline(always)]
+    pub(crate) fn screw_acceleration(&self, x: &Column<FEEDBACK>) -> f64 {
+        let row = &self.table.rows[Quantity::ScrewAcceleration as usize];
+        let own = (row[BETA_DOT] * x[BETA_DOT] + row[DELTA] * x[DELTA])
+            + (row[EPSILON_DOT] * x[EPSILON_DOT] + row[CURRENT] * x[CURRENT]);
+        own + row[V_REF] * x[V_REF]
+    }
+
+    /// The law's demand \[V\].
+    #[inline]
+    pub(crate) fn demand_v(&self, x: &Column<FEEDBACK>) -> f64 {
+        let row = &self.table.rows[Quantity::Demand as usize];
+        (row[BETA] * x[BETA] + row[BETA_DOT] * x[BETA_DOT]) + row[BETA_INTEGRAL] * x[BETA_INTEGRAL]
+    }
+
+    /// The solution from a state on.
+    pub(crate) fn flow<'a>(&'a self, start: &'a Column<FEEDBACK>) -> Flow<'a, FEEDBACK> {
+        Flow {
+            table: &self.table,
+            input: &self.input,
+            start,
         }
     }
 }

@@ -132,7 +132,7 @@ proptest! {
             prop_assert!((steepness - slope).abs() <= curve.stray + rounding);
             prop_assert!(exact.abs() <= curve.upper() + rounding);
             let local = grid.near(&a, &Column::zeros(), &rate, theta * length_s);
-            let near = local.at(local.sigma(theta * length_s));
+            let near = local.at(local.window.sigma(theta * length_s));
             let size = change.abs() + rate.abs() * length_s;
             prop_assert!(row.dot(&(near - change)).abs() <= 1e-12 * row.abs().dot(&size));
             let within = change_after(&a, &rate, theta * end * length_s);

@@ -39,7 +39,7 @@ impl AxisParameters {
 pub enum Drive<'a> {
     /// Constant \[V\], already within the amplifier's limit: a sampled law.
     Held(f64),
-    /// The continuous law, behind the amplifier's limit.
+    /// The continuous law, behind the amplifier's limit; its transmission is the axis'.
     Feedback(&'a ContinuousPid),
 }
 

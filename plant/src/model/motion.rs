@@ -234,12 +234,20 @@ impl Motion {
         8.0 * f64::EPSILON * self.end_s
     }
 
-    /// The command at `time_s` as an oscillator, right-continuous.
+    /// The command at `time_s` as an oscillator, right-continuous. Where it does not
+    /// accelerate any ω will do, and the first one spares a solver another system.
     pub(crate) fn oscillator(&self, time_s: f64) -> Oscillator {
-        let still = |point: MotionPoint| Oscillator {
-            point,
-            quadrature_mps2: 0.0,
-            omega_radps: 0.0,
+        let still = |point: MotionPoint| {
+            let first = |s: &&Segment| s.duration_s > 0.0 && s.shape != Shape::Constant;
+            let first = self.segments.iter().find(first);
+            Oscillator {
+                point,
+                quadrature_mps2: 0.0,
+                omega_radps: match first {
+                    Some(first) if point.acceleration_mps2 == 0.0 => FRAC_PI_2 / first.duration_s,
+                    _ => 0.0,
+                },
+            }
         };
         match self.segment_at(time_s) {
             None => still(self.at(time_s)),
@@ -302,6 +310,66 @@ pub(crate) struct Oscillator {
     pub(crate) quadrature_mps2: f64,
     /// `ω` \[rad/s\].
     pub(crate) omega_radps: f64,
+}
+
+/// What a step of one length makes of the command within an interval, in closed form.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct OscillatorStep {
+    length_s: f64,
+    omega_radps: f64,
+    cos: f64,
+    sin: f64,
+    /// `cos ωt` integrated one to four times over the step.
+    integrals: [f64; 4],
+}
+
+impl OscillatorStep {
+    pub(crate) fn new(omega_radps: f64, length_s: f64) -> Self {
+        let (t, w) = (length_s, omega_radps);
+        let (sin, cos) = (libm::sin(w * t), libm::cos(w * t));
+        let integrals = if w == 0.0 {
+            [t, t * t / 2.0, t * t * t / 6.0, t * t * t * t / 24.0]
+        } else {
+            let (once, twice) = (sin / w, versine(w * t) / (w * w));
+            let (w, rest) = (w * w, t * t / 2.0 - twice);
+            [once, twice, (t - once) / w, rest / w]
+        };
+        Self {
+            length_s,
+            omega_radps,
+            cos,
+            sin,
+            integrals,
+        }
+    }
+}
+
+impl Oscillator {
+    /// The command a step later.
+    #[inline]
+    pub(crate) fn after(&self, step: &OscillatorStep) -> Self {
+        // a(t) = a·cos ωt + jerk·∫cos ωt dt, and so on for its integrals.
+        let (a, w, t) = (
+            self.point.acceleration_mps2,
+            self.quadrature_mps2,
+            step.length_s,
+        );
+        let jerk = w * step.omega_radps;
+        let [once, twice, thrice, last] = step.integrals;
+        let (v, x) = (self.point.velocity_mps, self.point.displacement_m);
+        let q = self.point.displacement_integral_ms;
+        Self {
+            point: MotionPoint {
+                acceleration_mps2: step.cos * a + step.sin * w,
+                velocity_mps: v + (once * a + twice * jerk),
+                displacement_m: x + (v * t + (twice * a + thrice * jerk)),
+                displacement_integral_ms: q
+                    + (x * t + (v * t * t / 2.0 + (thrice * a + last * jerk))),
+            },
+            quadrature_mps2: step.cos * w - step.sin * a,
+            omega_radps: self.omega_radps,
+        }
+    }
 }
 
 /// Shape of the acceleration within one interval.
