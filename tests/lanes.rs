@@ -339,3 +339,55 @@ fn the_last_bit_of_a_gain_shows() {
         assert_ne!(bits(ours), bits(theirs));
     }
 }
+
+/// A run that takes too much ends with the same words alone and side by side; one
+/// that may take it has the figures of a run without a limit, to the last bit.
+#[test]
+fn work_is_limited_alike() {
+    // Time constants of a ten-thousandth of a sample.
+    let stiff = "carriage.resistance_linear_ns_per_rad=1e7";
+    let short = "run.duration_s=0.02";
+    let settings: [&[&str]; 4] = [
+        &["controller.law=quantised"],
+        &["controller.law=quantised", stiff, short],
+        &["controller.law=continuous", stiff, short],
+        &["controller.law=firmware", "run.solver=dopri5"],
+    ];
+    for sets in settings {
+        let mut free = case("paper-2", sets);
+        free.run.events = false;
+        let ends = |limit: u64| {
+            let mut limited = free.clone();
+            limited.run.work_limit = limit;
+            let together = figures(&vec![limited.clone(); 3], threads(1)).unwrap();
+            let alone = single(&limited);
+            for beside in &together {
+                let words = |of: &Result<Summary, RunError>| match of {
+                    Ok(summary) => Ok(bits(summary)),
+                    Err(error) => Err(error.to_string()),
+                };
+                assert_eq!(words(beside), words(&alone), "{sets:?} {limit}");
+            }
+            alone
+        };
+        let RunError::OutOfWork { time_s, work, .. } = ends(3).unwrap_err() else {
+            panic!("{sets:?}");
+        };
+        assert!(work > 3 && time_s < 1.5, "{sets:?}");
+        // The contrast: as much as it takes, and no more.
+        let all = bits(&ends(free.run.work_limit).unwrap());
+        let (mut few, mut enough) = (3, free.run.work_limit);
+        while enough - few > 1 {
+            let middle = few.midpoint(enough);
+            let mut limited = free.clone();
+            limited.run.work_limit = middle;
+            match single(&limited) {
+                Ok(_) => enough = middle,
+                Err(_) => few = middle,
+            }
+        }
+        println!("{sets:?}: {enough}");
+        assert_eq!(bits(&ends(enough).unwrap()), all, "{sets:?}");
+        assert!(ends(few).is_err());
+    }
+}

@@ -302,6 +302,46 @@ fn state_that_leaves_the_finite_numbers_keeps_the_trace_so_far() {
     assert_eq!(files(folder.path()), ["t.csv"]);
 }
 
+/// A run that would take for ever ends with the reason, and keeps its trace; with
+/// more work, or time, it goes on.
+#[test]
+fn a_run_that_takes_too_long_ends_with_the_reason() {
+    let folder = folder();
+    let stiff = "--set carriage.resistance_linear_ns_per_rad=1e9";
+    for (limit, words) in [
+        (
+            format!("{stiff} --set run.work_limit=1000000"),
+            "run.work_limit = 1000000 allows no more",
+        ),
+        (
+            "--time-limit 1e-6".to_owned(),
+            "--time-limit 0.000001 allows no more seconds",
+        ),
+    ] {
+        let args = format!("run paper-2 --trace t.csv --summary s.json {limit}");
+        let output = ran(&folder, &args);
+        let told = stderr(&output);
+        assert_eq!(status(&output), 2, "{told}");
+        assert!(
+            told.contains("stopped at t = ") && told.contains(words),
+            "{told}"
+        );
+        assert_eq!(files(folder.path()), ["t.csv"]);
+        assert!(read(&folder, "t.csv").lines().count() > 1);
+    }
+    // The contrast.
+    let line = "run paper-2 --time-limit 600 --set run.work_limit=1000";
+    assert_eq!(status(&ran(&folder, line)), 0);
+    for bad in ["0", "-1", "inf", "soon"] {
+        let output = ran(&folder, &format!("run paper-2 --time-limit={bad}"));
+        assert_eq!(status(&output), 2);
+        assert!(
+            stderr(&output).contains("greater than 0 is allowed"),
+            "{bad}"
+        );
+    }
+}
+
 #[test]
 fn init_prints_a_case_that_runs() {
     let folder = folder();

@@ -86,6 +86,7 @@ pub fn random_case(draw: &mut Draw, laws: &[Law], sample_times_s: (f64, f64)) ->
             settling_band_um: 100.0,
             rest_window_ns: None,
             events: true,
+            work_limit: 20_000_000,
         },
         budget: None,
         keys_without_effect: Vec::new(),

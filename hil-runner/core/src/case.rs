@@ -202,6 +202,9 @@ pub struct RunSettings {
     pub rest_window_ns: Option<u64>,
     /// List every contact change in the summary.
     pub events: bool,
+    /// Work beyond the one step of a sample with which the run ends
+    /// ([`plant::Extremes::work`]).
+    pub work_limit: u64,
 }
 
 /// One entry of `[budget]`: the magnitude of a summary figure must not exceed it.

@@ -16,6 +16,23 @@ pub enum RunError {
     /// The plant could not be advanced.
     #[error(transparent)]
     Plant(#[from] PlantError),
+    /// The run took more work than `run.work_limit` allows.
+    #[error(
+        "stopped at t = {time_s} s of {duration_s} s with {work} steps and searches within the \
+         samples; run.work_limit = {limit} allows no more. Something is far faster than a sample \
+         (a time constant from a tiny inductance or inertia, a huge resistance, stiffness or \
+         damping) or rattles; a larger run.work_limit lets the run go on"
+    )]
+    OutOfWork {
+        /// Time reached \[s\].
+        time_s: f64,
+        /// Time of the whole run \[s\].
+        duration_s: f64,
+        /// Work that was counted.
+        work: u64,
+        /// `run.work_limit`.
+        limit: u64,
+    },
     /// The controller did not answer.
     #[error(transparent)]
     Link(#[from] LinkError),

@@ -1,6 +1,6 @@
 //! Controller and plant in lockstep, figures and verdicts at the end.
 
-use plant::{Contact, ContactChange, Drive, Plant, Solver, State};
+use plant::{Contact, ContactChange, Drive, Plant, PlantError, Solver, State, Watch};
 
 use crate::case::{Case, ComputationDelay};
 use crate::chip_cost::{ChipReport, ExecutionFigures};
@@ -144,10 +144,27 @@ impl<'a, 's> Lockstep<'a, 's> {
             let voltage_v = self.plant.voltage_v(&drive);
             self.row(time_ns, None, None, voltage_v)?;
             time_ns += interval_ns;
-            self.plant
-                .advance(&drive, time_ns.min(duration_ns), &mut self.recorder)?;
+            self.advance(&drive, time_ns.min(duration_ns))?;
         }
         Ok(())
+    }
+
+    /// Advances the plant, as long as the run's work allows.
+    fn advance(&mut self, drive: &Drive<'_>, until_ns: u64) -> Result<(), RunError> {
+        let advanced = self.plant.advance(drive, until_ns, &mut self.recorder);
+        let time_s = match advanced {
+            Err(PlantError::OutOfWork { time_s }) => time_s,
+            Err(error) => return Err(error.into()),
+            // A step whose extremes took too much.
+            Ok(()) if !self.recorder.work(0) => seconds(self.plant.time_ns()),
+            Ok(()) => return Ok(()),
+        };
+        Err(RunError::OutOfWork {
+            time_s,
+            duration_s: seconds(self.case.run.duration_ns),
+            work: self.recorder.extremes.work,
+            limit: self.case.run.work_limit,
+        })
     }
 
     /// Sampled rungs. At t_k the controller gets the encoder's position; its
@@ -235,8 +252,7 @@ impl<'a, 's> Lockstep<'a, 's> {
             plot.dac_code = Some(held.dac_code);
         }
         let drive = Drive::Held(held.voltage_v);
-        self.plant.advance(&drive, until_ns, &mut self.recorder)?;
-        Ok(())
+        self.advance(&drive, until_ns)
     }
 
     /// Records the row of `time_ns`, the plant standing there, with the count that

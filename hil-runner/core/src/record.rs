@@ -16,11 +16,13 @@ pub(crate) struct Recorder {
 
 impl Recorder {
     pub(crate) fn new(case: &Case, plot: bool, grid_ns: Option<u64>) -> Self {
+        let mut extremes = Extremes::new(ExtremesSettings {
+            motion: case.motion,
+            settling_band_m: 1e-6 * case.run.settling_band_um,
+        });
+        extremes.work_limit = case.run.work_limit;
         Self {
-            extremes: Extremes::new(ExtremesSettings {
-                motion: case.motion,
-                settling_band_m: 1e-6 * case.run.settling_band_um,
-            }),
+            extremes,
             events: (case.run.events || plot).then(Vec::new),
             plot: plot.then(|| PlotRecorder::new(case)),
             grid: grid_ns.map(|interval_ns| GridRecorder {
@@ -48,6 +50,10 @@ impl Watch for Recorder {
         if let Some(events) = &mut self.events {
             events.push(*change);
         }
+    }
+
+    fn work(&mut self, amount: u64) -> bool {
+        self.extremes.work(amount)
     }
 }
 

@@ -20,7 +20,7 @@ use super::options::{
     Cases, LINK_HELP, LinkName, Sets, again, explain, make_out_folder, once_each,
     refuse_other_laws, refuse_shared_paths, warn,
 };
-use super::terminal::{self, Progress};
+use super::terminal::{self, Progress, TimeLimit};
 
 /// The cases of the program without a verb, and its page.
 const PAPER: [&str; 4] = ["paper-1", "paper-2", "paper-3", "paper-4"];
@@ -63,6 +63,18 @@ pub(crate) struct Run {
     /// How the firmware reaches encoder and converter; the results are the same
     #[arg(long, value_enum, default_value_t = IoName::Direct)]
     io: IoName,
+    /// Wall-clock time that the runs may take; a run that takes longer fails, and its trace is kept
+    #[arg(long, value_name = "SECONDS", value_parser = time_limit)]
+    time_limit: Option<f64>,
+}
+
+/// A time limit of the command line.
+fn time_limit(words: &str) -> Result<f64, String> {
+    let seconds = words
+        .parse()
+        .ok()
+        .filter(|s: &f64| s.is_finite() && *s > 0.0);
+    seconds.ok_or_else(|| "a number of seconds greater than 0 is allowed".to_owned())
 }
 
 /// Names of the electronics on the command line.
@@ -136,12 +148,13 @@ impl Run {
             plot: report.is_some(),
             ..RunOptions::default()
         };
+        let limit = self.time_limit.and_then(TimeLimit::new);
         let mut runs = Vec::with_capacity(files.len());
         for file in files {
-            let mut progress = Progress::of(&file.case);
+            let mut progress = Progress::of(&file.case).within(limit);
             let mut sink = |row: &_| {
-                progress.row(row)?;
-                trace.as_mut().map_or(Ok(()), |trace| trace.row(row))
+                trace.as_mut().map_or(Ok(()), |trace| trace.row(row))?;
+                progress.row(row)
             };
             let run = match &mut chip {
                 Some(chip) => chip.run(&file.case, options, &mut sink),
@@ -157,7 +170,7 @@ impl Run {
             }
             let mut run = run.map_err(|error| explain(file, error))?;
             // Again, to see which digits of its figures hold.
-            let mut progress = Progress::labelled(&file.case, &again(&file.case));
+            let mut progress = Progress::labelled(&file.case, &again(&file.case)).within(limit);
             let confirmed = run.confirm(options, &mut |row| progress.row(row));
             confirmed.map_err(|error| explain(file, error))?;
             runs.push(run);

@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use anyhow::bail;
 use clap::{Args, Subcommand};
@@ -202,6 +203,7 @@ fn fill(
     let template = "{prefix}: {bar:30} {human_pos} of {human_len} runs, {per_sec}, {eta} left";
     let bar = terminal::bar(&study.name, of, template).with_position(done);
     bar.reset_eta();
+    let start = Instant::now();
     let made = make(study, results.missing_blocks(), threads, |block| {
         if check_signals().is_err() {
             return Ok(false);
@@ -212,6 +214,14 @@ fn fill(
         Ok(true)
     });
     bar.finish_and_clear();
+    let (runs, taken) = (results.progress().done - done, start.elapsed());
+    if runs > 0 {
+        let rate = runs as f64 / taken.as_secs_f64();
+        tell!(
+            "{runs} runs in {:.1} s, {rate:.0} runs/s\n",
+            taken.as_secs_f64()
+        );
+    }
     made
 }
 

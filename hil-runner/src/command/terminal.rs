@@ -8,6 +8,7 @@
 use std::io::{self, Write};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 use comfy_table::{CellAlignment, ContentArrangement, LineStyle, Row, Table, TableStyle};
 use hil_core::case::Case;
@@ -123,8 +124,10 @@ pub(super) fn check_signals() -> io::Result<()> {
     Ok(())
 }
 
-/// Rows between two looks at the bar: a look costs more than a sample.
-const ROWS_A_LOOK: u32 = 256;
+/// Time before the first look at the bar, and between two: a run that is over at
+/// once shows none.
+const FIRST_LOOK: Duration = Duration::from_secs(1);
+const NEXT_LOOK: Duration = Duration::from_millis(100);
 
 /// A bar that follows a run by its rows, silent where stderr is no terminal;
 /// gone when dropped.
@@ -132,6 +135,23 @@ const ROWS_A_LOOK: u32 = 256;
 pub(super) struct Progress {
     bar: ProgressBar,
     rows: u32,
+    next_look: Instant,
+    limit: Option<TimeLimit>,
+}
+
+/// Wall-clock time that the program's runs may take.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct TimeLimit {
+    end: Instant,
+    limit_s: f64,
+}
+
+impl TimeLimit {
+    /// A limit from now on; none that ends after the clock does.
+    pub(super) fn new(limit_s: f64) -> Option<Self> {
+        let end = Instant::now().checked_add(Duration::try_from_secs_f64(limit_s).ok()?)?;
+        Some(Self { end, limit_s })
+    }
 }
 
 impl Progress {
@@ -142,8 +162,18 @@ impl Progress {
     /// The same under another name than that of the case.
     pub(super) fn labelled(case: &Case, label: &str) -> Self {
         let microseconds = case.run.duration_ns / 1000;
-        let template = "{prefix}: {bar:30} t = {msg} s, {eta} left";
-        Self::new(label, microseconds, template)
+        let duration_s = seconds(case.run.duration_ns);
+        let template = format!(
+            "{{prefix}}: {{bar:30}} t = {{msg}} s of {duration_s} s ({{percent}} %), {{eta}} left"
+        );
+        Self::new(label, microseconds, &template)
+    }
+
+    /// The same, ended where a limit is reached.
+    #[must_use]
+    pub(super) fn within(mut self, limit: Option<TimeLimit>) -> Self {
+        self.limit = limit;
+        self
     }
 
     /// Follows so many rows that are no rows of a run.
@@ -154,19 +184,32 @@ impl Progress {
     fn new(label: &str, length: u64, template: &str) -> Self {
         watch_signals();
         let bar = bar(label, length, template);
-        Self { bar, rows: 0 }
+        Self {
+            bar,
+            rows: 0,
+            next_look: Instant::now() + FIRST_LOOK,
+            limit: None,
+        }
     }
 
     /// A row was computed.
     ///
     /// # Errors
-    /// If the run was interrupted.
+    /// If the run was interrupted, or has taken too long.
     pub(super) fn row(&mut self, row: &trace::Row) -> io::Result<()> {
-        self.step(|bar, _| {
+        let now = self.step(|bar, _| {
             // In whole microseconds.
             bar.set_position((row.t_s / seconds(1000)) as u64);
             bar.set_message(format!("{:.3}", row.t_s));
-        })
+        })?;
+        match self.limit {
+            Some(TimeLimit { end, limit_s }) if now >= end => Err(io::Error::other(format!(
+                "stopped at t = {} s: --time-limit {limit_s} allows no more seconds; the rows up \
+                 to there are in the trace, if one was asked for",
+                row.t_s
+            ))),
+            _ => Ok(()),
+        }
     }
 
     /// One of the rows that are no rows of a run.
@@ -174,15 +217,20 @@ impl Progress {
     /// # Errors
     /// If the program was interrupted.
     pub(super) fn one(&mut self) -> io::Result<()> {
-        self.step(|bar, rows| bar.set_position(rows.into()))
+        self.step(|bar, rows| bar.set_position(rows.into()))?;
+        Ok(())
     }
 
-    fn step(&mut self, look: impl FnOnce(&ProgressBar, u32)) -> io::Result<()> {
+    /// Counts a row, and looks at the bar if it is time; the time now.
+    fn step(&mut self, look: impl FnOnce(&ProgressBar, u32)) -> io::Result<Instant> {
         self.rows += 1;
-        if self.rows.is_multiple_of(ROWS_A_LOOK) {
+        let now = Instant::now();
+        if now >= self.next_look {
             look(&self.bar, self.rows);
+            self.next_look = now + NEXT_LOOK;
         }
-        check_signals()
+        check_signals()?;
+        Ok(now)
     }
 }
 

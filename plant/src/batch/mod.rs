@@ -37,7 +37,7 @@ use self::phase::Phase;
 pub use self::step::InStep;
 use self::step::Leaving;
 pub use self::width::{Eight, Four, One, Width};
-use crate::exact::{DRIVING, Tables};
+use crate::exact::{DRIVING, Tables, is_stiff};
 use crate::hybrid::PlantError;
 use crate::model::axis::{Axis, AxisParameters};
 use crate::model::state::State;
@@ -64,7 +64,9 @@ impl<W: Width> Batch<W> {
     /// computation delay divides it.
     ///
     /// # Errors
-    /// [`PlantError::NotAffine`] with a quadratic resistance.
+    /// [`PlantError::NotAffine`] with a quadratic resistance;
+    /// [`PlantError::TooStiff`] where a time constant is far below a step: what such
+    /// runs take is counted, which only a single run can.
     pub fn new(
         width: W,
         parameters: &AxisParameters,
@@ -73,10 +75,14 @@ impl<W: Width> Batch<W> {
         if !parameters.is_affine() {
             return Err(PlantError::NotAffine);
         }
+        let axis = Axis::new(parameters, 0.0);
+        if lengths_ns.iter().any(|&ns| is_stiff(&axis, ns)) {
+            return Err(PlantError::TooStiff { time_s: 0.0 });
+        }
         Ok(Self {
             width,
             shared: Shared {
-                axis: Axis::new(parameters, 0.0),
+                axis,
                 tables: Tables::default(),
                 phases: lengths_ns.iter().map(|&ns| Phase::new(ns)).collect(),
                 lengths_ns: lengths_ns.to_vec(),

@@ -4,8 +4,8 @@
 //! look at the bound of [`super::levels`]. Everything else is walked through
 //! ([`super::crossing`]) from change to change.
 
-use super::crossing::Stop;
-use super::levels::BOUND_MARGIN;
+use super::crossing::{Flow, Stop};
+use super::levels::{BOUND_MARGIN, NOISE_ULPS};
 use super::piece::{FeedbackPiece, HeldPiece, Piece};
 use super::system::{
     Column, DELTA, HELD, feedback_state, held_state, plant_vector, to_plant_vector, with_command,
@@ -23,9 +23,6 @@ use crate::model::state::{BETA_DOT, BETA_INTEGRAL, EPSILON_DOT, State, Vector};
 use crate::numerics::seconds;
 use crate::observe::extremes::{CARRIAGE, Extremes};
 use crate::observe::{Interior, Watch};
-
-/// Units in the last place of the terms of δ that its rounding may reach.
-pub(crate) const NOISE_ULPS: f64 = 4.0 * f64::EPSILON;
 
 impl Automaton {
     /// Solver `exact` over `length_ns` from now.
@@ -213,6 +210,7 @@ impl Automaton {
             let zero = piece.flow().first_zero(&linear, left_s, 1);
             let time_s = interval.now_s();
             let stop = zero.map_err(|_| PlantError::TooStiff { time_s })?;
+            interval.count_work(stop.work, watch)?;
             let mut end = stop.x;
             if stop.guard.is_none() && interval.done_s == 0.0 {
                 // The very step that the bound would have allowed.
@@ -407,9 +405,10 @@ impl Automaton {
             let (guards, limit_v) = (self.guards(drive), pid.voltage_limit_v());
             let linear = guards.map(|guard| Some(self.linear_guard(guard?, &table.table, limit_v)));
             let left_s = end_s - interval.done_s;
-            let zero = table.flow(&start).first_zero(&linear, left_s, 0);
+            let zero = Flow::feedback(table, &start).first_zero(&linear, left_s, 0);
             let time_s = interval.now_s();
             let stop = zero.map_err(|_| PlantError::TooStiff { time_s })?;
+            interval.count_work(stop.work, watch)?;
             let command = command.after(&OscillatorStep::new(omega_radps, stop.time_s));
             let piece = FeedbackPiece {
                 table,

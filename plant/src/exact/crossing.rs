@@ -19,8 +19,8 @@ use super::grid::zero_near;
 use super::levels::{BOUND_MARGIN, Levels, Taylor};
 use super::roots::Polynomial;
 use super::sketch::{Found, VALUES, first_zero as first_zero_of};
-use super::system::Column;
-use super::tables::{Linear, Quantity, Table};
+use super::system::{Column, FEEDBACK};
+use super::tables::{FeedbackTable, Linear, Quantity, Table};
 
 use crate::hybrid::Automaton;
 use crate::hybrid::guard::{Guard, speed_noise};
@@ -39,6 +39,17 @@ pub(crate) struct Flow<'a, const D: usize> {
     pub(crate) table: &'a Table<D>,
     pub(crate) input: &'a Column<D>,
     pub(crate) start: &'a Column<D>,
+}
+
+impl<'a> Flow<'a, FEEDBACK> {
+    /// The solution under the continuous law.
+    pub(crate) fn feedback(table: &'a FeedbackTable, start: &'a Column<FEEDBACK>) -> Self {
+        Self {
+            table: &table.table,
+            input: &table.input,
+            start,
+        }
+    }
 }
 
 /// One step along the solution.
@@ -113,6 +124,16 @@ impl<'a, const D: usize> Flow<'a, D> {
 const SPARE: f64 = 4.0 * f64::EPSILON;
 
 impl<const D: usize> Walk<'_, D> {
+    /// Work of the walk so far. A walk on any but a stiff table is so short that it
+    /// counts as none: runs side by side spare other ones than a single run.
+    pub(crate) fn work(&self) -> u64 {
+        if self.levels.is_stiff() {
+            u64::from(self.steps)
+        } else {
+            0
+        }
+    }
+
     /// The next stretch, `None` at the end of the walk.
     pub(crate) fn next(
         &mut self,
@@ -193,6 +214,8 @@ pub(crate) struct Stop<const D: usize> {
     pub(crate) x: Column<D>,
     /// Place of the guard among those given.
     pub(crate) guard: Option<usize>,
+    /// Work of finding it.
+    pub(crate) work: u64,
 }
 
 impl Automaton {
@@ -338,6 +361,7 @@ impl<const D: usize> Flow<'_, D> {
                     |local| local.at(local.window.sigma(length_s)),
                 ),
                 guard: None,
+                work: 0,
             });
         };
         let local = near(zero * length_s);
@@ -354,6 +378,7 @@ impl<const D: usize> Flow<'_, D> {
             time_s,
             x: local.map_or_else(|| self.at(time_s), |local| local.at(sigma)),
             guard: Some(place),
+            work: 0,
         })
     }
 
@@ -394,6 +419,7 @@ impl<const D: usize> Flow<'_, D> {
                     time_s: leg.start_s + theta / end * leg.length_s,
                     x: series.at(theta),
                     guard: Some(place),
+                    work: walk.work(),
                 });
             }
         }
@@ -401,6 +427,7 @@ impl<const D: usize> Flow<'_, D> {
             time_s: length_s,
             x: walk.x,
             guard: None,
+            work: walk.work(),
         })
     }
 }

@@ -170,6 +170,9 @@ fn growth_down_to<const D: usize>(a: &Matrix<D>, enough: f64) -> f64 {
 /// too small.
 pub(crate) const BOUND_MARGIN: f64 = 1.0 + 1e-9;
 
+/// Units in the last place of the terms of δ that its rounding may reach.
+pub(crate) const NOISE_ULPS: f64 = 4.0 * f64::EPSILON;
+
 /// Halvings of a sample after which the system is called too stiff. 2^40 of
 /// them would take hours; the walk's own limit is reached long before.
 const MOST_HALVINGS: u32 = 40;
@@ -219,7 +222,16 @@ pub(crate) struct ChordBounds<const D: usize> {
     pub(crate) slope_per_change: Column<D>,
 }
 
+/// Levels of the steps from which on a table is stiff: a walk over one of fewer takes
+/// some thousand steps at most.
+const STIFF: usize = 12;
+
 impl<const D: usize> Levels<D> {
+    /// True if a time constant is shorter than a thousandth of the longest step.
+    pub(crate) fn is_stiff(&self) -> bool {
+        self.steps.len() > STIFF
+    }
+
     /// The steps of a system over `length_s` and its binary fractions.
     pub(crate) fn new(a: &Matrix<D>, length_s: f64) -> Self {
         let rate = growth_rate(a);

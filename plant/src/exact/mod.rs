@@ -30,11 +30,10 @@ mod tables;
 #[cfg(test)]
 pub(crate) mod tests;
 
-pub(crate) use advance::NOISE_ULPS;
 pub(crate) use grid::{CELLS, MOST_NEWTON as MOST_POLISHING, TERMS};
-pub(crate) use levels::BOUND_MARGIN;
+pub(crate) use levels::{BOUND_MARGIN, NOISE_ULPS};
 pub(crate) use loss::DRIVING;
 pub(crate) use peak::command_slopes;
 pub(crate) use sketch::{CLOSE, EVALUATION, MOST_NEWTON, SLOPES, Sketch, VALUES, binomials};
 pub(crate) use system::{AxisSystem, Column, HELD, Matrix};
-pub(crate) use tables::{HeldTable, Quantity, Tables};
+pub(crate) use tables::{HeldTable, Quantity, Tables, is_stiff};

@@ -189,19 +189,20 @@ impl<const D: usize> Flow<'_, D> {
         sought: &Sought<'_, D>,
         length_s: f64,
         floor: f64,
+        work: &mut u64,
     ) -> Option<f64> {
         let ends = sought.value(self.start, 0.0).abs();
         let ends = ends.max(sought.value(&self.at(length_s), length_s).abs()) * ABOVE_THE_ENDS;
         let low = floor * BELOW_THE_FLOOR;
-        if low > ends && self.peak_above(sought, length_s, low) <= low {
+        if low > ends && self.peak_above(sought, length_s, low, work) <= low {
             return None;
         }
-        let peak = self.peak_above(sought, length_s, ends);
+        let peak = self.peak_above(sought, length_s, ends, work);
         (peak > ends.max(floor)).then_some(peak)
     }
 
     /// The supremum between the ends, or `floor` if that is larger.
-    fn peak_above(&self, sought: &Sought<'_, D>, length_s: f64, floor: f64) -> f64 {
+    fn peak_above(&self, sought: &Sought<'_, D>, length_s: f64, floor: f64, work: &mut u64) -> f64 {
         let mut peak = floor;
         let mut walk = self.walk(length_s, 0);
         // A walk as long as this one has been taken before, so it ends.
@@ -218,6 +219,7 @@ impl<const D: usize> Flow<'_, D> {
                 }
             }
         }
+        *work += walk.work();
         peak
     }
 
@@ -227,6 +229,7 @@ impl<const D: usize> Flow<'_, D> {
         sought: &Sought<'_, D>,
         band: f64,
         length_s: f64,
+        work: &mut u64,
     ) -> Option<f64> {
         let mut last = None;
         let mut walk = self.walk(length_s, 0);
@@ -253,6 +256,7 @@ impl<const D: usize> Flow<'_, D> {
                 last = Some(leg.start_s + theta / end * leg.length_s);
             }
         }
+        *work += walk.work();
         last
     }
 }

@@ -91,7 +91,13 @@ impl<'a, const D: usize> Reach<'a, D> {
 
     /// Raises `peak` to the supremum of the quantity's magnitude, which at the
     /// ends is known.
-    fn raise(&self, sought: &Sought<'a, D>, (from, to): (f64, f64), peak: &mut f64) {
+    fn raise(
+        &self,
+        sought: &Sought<'a, D>,
+        (from, to): (f64, f64),
+        peak: &mut f64,
+        work: &mut u64,
+    ) {
         let length_s = self.length_s;
         let chord = sought.chord_bound(self.level, &self.rate, length_s);
         if from.abs().max(to.abs()) + self.slack * chord <= *peak {
@@ -105,15 +111,15 @@ impl<'a, const D: usize> Reach<'a, D> {
         match self.flow.sketched_peak(sought, &self.rate, length_s, *peak) {
             SketchedPeak::None => {}
             SketchedPeak::At(within) => *peak = peak.max(within),
-            SketchedPeak::Unclear => self.search(sought, peak),
+            SketchedPeak::Unclear => self.search(sought, peak, work),
         }
     }
 
     /// Raises `peak` by searching the piece; where the command is not smooth,
     /// its parts.
-    fn search(&self, sought: &Sought<'a, D>, peak: &mut f64) {
+    fn search(&self, sought: &Sought<'a, D>, peak: &mut f64, work: &mut u64) {
         let Some((motion, start_s)) = sought.command else {
-            let within = self.flow.peak_within(sought, self.length_s, *peak);
+            let within = self.flow.peak_within(sought, self.length_s, *peak, work);
             *peak = within.map_or(*peak, |within| peak.max(within));
             return;
         };
@@ -136,7 +142,7 @@ impl<'a, const D: usize> Reach<'a, D> {
             if to_s < length_s {
                 *peak = peak.max(part.value(&self.flow.at(to_s), to_s - from_s).abs());
             }
-            if let Some(within) = flow.peak_within(&part, to_s - from_s, *peak) {
+            if let Some(within) = flow.peak_within(&part, to_s - from_s, *peak, work) {
                 *peak = peak.max(within);
             }
             from_s = to_s;
@@ -207,21 +213,19 @@ impl<'a, const D: usize> Sights<'a, D> {
     /// Raises the peaks whose bits are set in `which` to the suprema within the
     /// piece, those at its ends being known, and looks at the settling band.
     pub(crate) fn look(&self, mut peaks: [f64; FIGURES], which: u8, band_m: f64) -> Seen {
-        self.raise(&mut peaks, which);
-        let after_s = self.last_outside(band_m);
-        Seen {
-            peaks,
-            last_outside_s: after_s.map(|t| self.piece.start_s + t),
-        }
-    }
-
-    fn raise(&self, peaks: &mut [f64; FIGURES], which: u8) {
+        let mut work = 0;
         for (figure, peak) in peaks.iter_mut().enumerate() {
             if which >> figure & 1 != 0 {
                 let [from, to] = &self.piece.ends;
                 let ends = (from[figure], to[figure]);
-                self.reach.raise(&self.figure(figure), ends, peak);
+                self.reach.raise(&self.figure(figure), ends, peak, &mut work);
             }
+        }
+        let after_s = self.last_outside(band_m, &mut work);
+        Seen {
+            peaks,
+            last_outside_s: after_s.map(|t| self.piece.start_s + t),
+            work,
         }
     }
 
@@ -236,7 +240,7 @@ impl<'a, const D: usize> Sights<'a, D> {
 
     /// Last time at which the carriage is further than `band_m` from the travel, counted
     /// from the start of the piece \[s\].
-    fn last_outside(&self, band_m: f64) -> Option<f64> {
+    fn last_outside(&self, band_m: f64, work: &mut u64) -> Option<f64> {
         let length_s = self.piece.length_s;
         let [from_m, to_m] = self.piece.distances_m.map(f64::abs);
         if to_m > band_m {
@@ -250,7 +254,9 @@ impl<'a, const D: usize> Sights<'a, D> {
         if from_m.max(to_m) + self.reach.slack * chord <= band_m {
             return None;
         }
-        self.reach.flow.last_outside(&distance, band_m, length_s)
+        self.reach
+            .flow
+            .last_outside(&distance, band_m, length_s, work)
     }
 }
 
@@ -310,7 +316,7 @@ pub(crate) struct FeedbackPiece<'a> {
 impl FeedbackPiece<'_> {
     /// Raises `peak_v` to the supremum of the demand's magnitude within the
     /// piece, which at the ends is known.
-    fn raise_voltage(&self, length_s: f64, peak_v: &mut f64) {
+    fn raise_voltage(&self, length_s: f64, peak_v: &mut f64, work: &mut u64) {
         let demand = Sought {
             linear: self.table.table.quantity(Quantity::Demand),
             scale: 1.0,
@@ -318,7 +324,7 @@ impl FeedbackPiece<'_> {
             command: None,
         };
         let ends_v = (self.demands_v[0], self.demands_v[1]);
-        Reach::new(&self.table.flow(&self.x[0]), length_s).raise(&demand, ends_v, peak_v);
+        Reach::new(&Flow::feedback(self.table, &self.x[0]), length_s).raise(&demand, ends_v, peak_v, work);
     }
 
     /// Energy that the joint's damper takes over `length_s` of the piece \[J\].
@@ -356,7 +362,7 @@ impl Interior for FeedbackPiece<'_> {
     fn vector_at(&self, span: &Span<'_>, theta: f64) -> Vector {
         let time_s = theta * span.length_s;
         let command = self.motion.at(span.start_s + time_s);
-        let x = self.table.flow(&self.x[0]).at(time_s);
+        let x = Flow::feedback(self.table, &self.x[0]).at(time_s);
         plant_vector(&x, (self.offset_rad, self.table.rad_per_m), &command)
     }
 
@@ -402,7 +408,7 @@ impl Interior for FeedbackPiece<'_> {
             }
         }
         if linear && open >> FIGURES != 0 {
-            self.raise_voltage(length_s, &mut peaks[FIGURES]);
+            self.raise_voltage(length_s, &mut peaks[FIGURES], &mut extremes.work);
         }
         let motion = &extremes.settings.motion;
         let band_m = extremes.settings.settling_band_m;
@@ -414,6 +420,7 @@ impl Interior for FeedbackPiece<'_> {
         let mut seen = Seen {
             peaks: [a, b, c, d],
             last_outside_s: (to_m > band_m).then(|| span.end_s()),
+            work: 0,
         };
         let which = open & 0xf;
         if which != 0 || !inside && seen.last_outside_s.is_none() {
@@ -424,7 +431,7 @@ impl Interior for FeedbackPiece<'_> {
                 ends: [from, to].map(|[a, b, c, d, _]| [a, b, c, d]),
                 distances_m,
             };
-            let flow = table.flow(&self.x[0]);
+            let flow = Flow::feedback(table, &self.x[0]);
             let constants = (offset_rad, table.screw_load);
             let sights = Sights::new(span.axis, flow, constants, piece, true);
             seen = sights.look(seen.peaks, which, band_m);

@@ -6,10 +6,8 @@
 
 use std::sync::OnceLock;
 
-use super::advance::NOISE_ULPS;
-use super::crossing::Flow;
 use super::grid::Grid;
-use super::levels::{BOUND_MARGIN, ChordBounds, ExactStep, Levels};
+use super::levels::{BOUND_MARGIN, ChordBounds, ExactStep, Levels, NOISE_ULPS};
 use super::loss::{DRIVING, Dissipation};
 use super::sketch::Sketch;
 use super::system::{
@@ -19,6 +17,7 @@ use super::system::{
 use crate::hybrid::Automaton;
 use crate::model::amplifier::AmplifierMode;
 use crate::model::axis::{Axis, Mode};
+use crate::model::joint::{Flank, JointMode};
 use crate::model::motion::{Oscillator, OscillatorStep};
 use crate::model::pid::ContinuousPid;
 use crate::model::resistance::GuideMode;
@@ -294,6 +293,22 @@ impl Tables {
     }
 }
 
+/// True if a step over this length is stiff, the joint open or closed.
+pub(crate) fn is_stiff(axis: &Axis, length_ns: u64) -> bool {
+    let joints: &[JointMode] = match axis.joint {
+        Some(_) => &[JointMode::Open, JointMode::Loaded(Flank::Drive)],
+        None => &[JointMode::Rigid],
+    };
+    joints.iter().any(|&joint| {
+        let mode = Mode {
+            joint,
+            guide: GuideMode::AsWritten,
+            ..axis.mode_at_rest()
+        };
+        Levels::new(&axis.system(&mode).a, seconds(length_ns)).is_stiff()
+    })
+}
+
 /// The rows of the quantities that need no command.
 fn held_rows(axis: &Axis, mode: &Mode, system: &AxisSystem) -> [Column<HELD>; OF_HELD] {
     let unit = |place: usize| {
@@ -434,15 +449,6 @@ impl FeedbackTable {
     pub(crate) fn demand_v(&self, x: &Column<FEEDBACK>) -> f64 {
         let row = &self.table.rows[Quantity::Demand as usize];
         (row[BETA] * x[BETA] + row[BETA_DOT] * x[BETA_DOT]) + row[BETA_INTEGRAL] * x[BETA_INTEGRAL]
-    }
-
-    /// The solution from a state on.
-    pub(crate) fn flow<'a>(&'a self, start: &'a Column<FEEDBACK>) -> Flow<'a, FEEDBACK> {
-        Flow {
-            table: &self.table,
-            input: &self.input,
-            start,
-        }
     }
 }
 

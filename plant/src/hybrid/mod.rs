@@ -40,6 +40,12 @@ pub enum PlantError {
     /// Solver `exact` was asked to solve a plant with a quadratic resistance.
     #[error("solver exact needs a plant without quadratic resistance; dopri5 solves it")]
     NotAffine,
+    /// The run's work reached what its observer allows.
+    #[error("more work than the run may take by t = {time_s} s")]
+    OutOfWork {
+        /// Time \[s\].
+        time_s: f64,
+    },
     /// More mode changes in one interval than [`crate::Plant`] allows.
     #[error("the contact or the friction changes its mode without end at t = {time_s} s")]
     TooManyEvents {
@@ -81,6 +87,16 @@ impl Interval {
 
     pub(crate) fn now_s(&self) -> f64 {
         self.start_s + self.done_s
+    }
+
+    /// Counts work of the run.
+    pub(crate) fn count_work(&self, amount: u64, watch: &mut impl Watch) -> Result<(), PlantError> {
+        if !watch.work(amount) {
+            return Err(PlantError::OutOfWork {
+                time_s: self.now_s(),
+            });
+        }
+        Ok(())
     }
 
     pub(crate) fn count_event(&mut self) -> Result<(), PlantError> {
@@ -226,6 +242,9 @@ impl Automaton {
                 acceleration_before_mps2,
                 acceleration_after_mps2: self.acceleration_mps2(),
             });
+        } else {
+            // Whether it was too much is asked with the next piece.
+            let _ = watch.work(1);
         }
     }
 

@@ -33,6 +33,8 @@ pub(crate) struct Seen {
     pub(crate) peaks: [f64; FIGURES],
     /// Last instant outside the settling band, if the carriage was there \[s\].
     pub(crate) last_outside_s: Option<f64>,
+    /// Work of the look.
+    pub(crate) work: u64,
 }
 
 /// Command and band that following and settling are measured against.
@@ -73,6 +75,12 @@ pub struct Extremes {
     /// `∫ c·ε̇² dt` over the time in contact \[J\]: what the joint's damper has
     /// turned into heat.
     pub joint_loss_j: f64,
+    /// Work so far: steps of an adaptive solver, steps along the solution where a
+    /// time constant is far below the interval, and changes of mode. The same on
+    /// every machine, and for runs side by side.
+    pub work: u64,
+    /// Work with which the run ends.
+    pub work_limit: u64,
 }
 
 impl Extremes {
@@ -93,6 +101,8 @@ impl Extremes {
             impacts: 0,
             hardest_impact_radps: 0.0,
             joint_loss_j: 0.0,
+            work: 0,
+            work_limit: u64::MAX,
         }
     }
 
@@ -125,6 +135,7 @@ impl Extremes {
         if seen.last_outside_s > self.last_outside_band_s {
             self.last_outside_band_s = seen.last_outside_s;
         }
+        self.work += seen.work;
     }
 
     /// The command at the start of a span, which is the end of the last.

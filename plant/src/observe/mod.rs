@@ -20,6 +20,11 @@ pub trait Watch {
     fn span(&mut self, span: &Span<'_>);
     /// The joint took load or let go, between two spans.
     fn contact_change(&mut self, change: &ContactChange);
+    /// Takes note of steps and searches beyond the one step of an interval; `false`
+    /// ends the run.
+    fn work(&mut self, _amount: u64) -> bool {
+        true
+    }
 }
 
 /// Watches nothing.
@@ -142,10 +147,16 @@ impl Watch for Extremes {
 
     fn contact_change(&mut self, change: &ContactChange) {
         self.contact_changes += 1;
+        self.work += 1;
         self.impacts += u64::from(change.impact);
         if change.impact {
             let closing_radps = change.epsilon_dot_radps.abs();
             self.hardest_impact_radps = self.hardest_impact_radps.max(closing_radps);
         }
+    }
+
+    fn work(&mut self, amount: u64) -> bool {
+        self.work += amount;
+        self.work <= self.work_limit
     }
 }

@@ -75,6 +75,8 @@ impl Automaton {
             let step = dop853::step(|t, y| rates.at(t, y), time_s, &self.y, &f0, h);
             let error = error_norm(&step, &rates.noise(&step.y1), tolerance);
             interval.steps += 1.0;
+            // Beyond the one that any interval takes.
+            interval.count_work(u64::from(interval.steps > 1.0), watch)?;
             if !step.y1.iter().all(|v| v.is_finite()) && h < 1e-12 {
                 return Err(PlantError::NonFinite { time_s });
             }

@@ -4,6 +4,7 @@ use plant::{Batch, ExtremesSettings, LaneSetup, PlantError, Width};
 
 use super::family::{Commands, Family, SampleSteps};
 use super::laws::{Firmware, Held, LaneLaw, LaneSample, Sampled, Settings};
+use super::worker::alone;
 use crate::case::{Case, Law};
 use crate::controllers::{FirmwareOnCounts, Pid, PidState};
 use crate::error::RunError;
@@ -46,14 +47,16 @@ struct Progress<V> {
 
 impl<W: Width> Lanes<W> {
     /// # Errors
+    /// [`PlantError::TooStiff`] where only a single run counts what it takes.
     /// [`PlantError::NotAffine`], but for families that does not happen.
     pub(crate) fn new(width: W, family: Family) -> Result<Self, PlantError> {
         let steps = family.steps();
+        let batch = Batch::new(width, &family.axis, &steps.lengths_ns[..steps.number])?;
         Ok(Self {
             width,
             family,
             commands: Commands::new(&family),
-            batch: Batch::new(width, &family.axis, &steps.lengths_ns[..steps.number])?,
+            batch,
             setups: Vec::new(),
             groups: Vec::new(),
             seen: Vec::new(),
@@ -253,6 +256,11 @@ impl<W: Width> Lanes<W> {
         if let Some(refused) = self.refused.get_mut(run).and_then(Option::take) {
             return Err(RunError::Quantise(refused));
         }
+        let extremes = self.batch.extremes_of(run)?;
+        if extremes.work > case.run.work_limit {
+            // Where it ends, the run by itself says.
+            return alone(case);
+        }
         let seen = self.seen[run / W::LANES].of(lane);
         let codes = seen.codes();
         let rows = RowFigures {
@@ -265,7 +273,7 @@ impl<W: Width> Lanes<W> {
             case,
             solver: "exact",
             state: self.batch.state(run),
-            extremes: &self.batch.extremes_of(run)?,
+            extremes: &extremes,
             rows: &rows,
             // A sum of step lengths: whole and not negative.
             held_limit_ns: limited_ns as u64,

@@ -240,7 +240,7 @@ fn run_places<W: Width>(
 }
 
 /// A case that has to be run by itself.
-fn alone(case: &Case) -> Result<Summary, RunError> {
+pub(super) fn alone(case: &Case) -> Result<Summary, RunError> {
     let mut case = case.clone();
     case.run.events = false;
     run(&case, RunOptions::default(), &mut |_| Ok(())).map(|outcome| outcome.summary)

@@ -284,6 +284,16 @@ const RUN: &[Key] = &[
         .or(Value::Flag(true))
         .at(|c| Some(&mut c.run.events))
         .note(&["list every contact change in the summary"]),
+    // A step takes 0.3 to 2 µs, so that a run ends within a minute; the paper's
+    // count some hundreds.
+    whole("work_limit", 1, 1_000_000_000_000_000, "")
+        .meaning("number of steps and searches within the samples after which the run ends")
+        .or(Value::Whole(20_000_000))
+        .by(
+            |c, limit| c.run.work_limit = limit as u64,
+            |c| Some(c.run.work_limit as f64),
+        )
+        .note(&["steps and searches within the samples at most"]),
 ];
 
 /// One key for every figure of the summary, then those of a chip, and last the
