@@ -25,7 +25,7 @@ fn stops(sets: &[&str], cause: &str, tick: usize, [measured, limit]: [i64; 2]) -
     }
     assert_eq!(ran.summary().faults, Some(1));
     let verdict = ran.summary().verdicts.last().unwrap();
-    assert_eq!((verdict.figure.as_str(), verdict.pass), ("faults", false));
+    assert_eq!((verdict.figure, verdict.pass), ("faults", false));
     ran
 }
 

@@ -102,7 +102,7 @@ fn pairs_and_total_time_mean_what_they_say() {
 
 #[test]
 fn a_budget_keeps_its_order_and_an_empty_one_limits_nothing() {
-    let figures = |text: &str| -> Vec<(String, f64)> {
+    let figures = |text: &str| -> Vec<(&str, f64)> {
         let limits = parse(&format!("{BASE}{text}"), &[])
             .unwrap()
             .budget
@@ -113,9 +113,9 @@ fn a_budget_keeps_its_order_and_an_empty_one_limits_nothing() {
     assert_eq!(
         figures("[budget]\nsettling_time_s = 1\nimpacts = 0\nfinal_error_um = 2.5\n"),
         [
-            ("settling_time_s".to_owned(), 1.0),
-            ("impacts".to_owned(), 0.0),
-            ("final_error_um".to_owned(), 2.5)
+            ("settling_time_s", 1.0),
+            ("impacts", 0.0),
+            ("final_error_um", 2.5)
         ]
     );
 }

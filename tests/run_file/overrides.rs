@@ -26,7 +26,7 @@ fn values_are_toml_and_a_bare_word_is_a_string() {
     assert_eq!(case.motion.end_s(), 1.0);
     assert_eq!(case.name, "my run");
     let impacts = Limit {
-        figure: "impacts".to_owned(),
+        figure: "impacts",
         limit: 3.0,
     };
     assert_eq!(case.budget, Some(vec![impacts]));
@@ -82,7 +82,7 @@ fn a_missing_section_can_be_given_and_a_whole_one_replaced() {
 fn a_budget_figure_keeps_its_place() {
     let text = format!("{BASE}[budget]\nimpacts = 1\nfinal_error_um = 2\n");
     let limits = parse(&text, &["budget.impacts=7"]).unwrap().budget.unwrap();
-    let shown = limits.iter().map(|l| (l.figure.as_str(), l.limit));
+    let shown = limits.iter().map(|l| (l.figure, l.limit));
     assert!(shown.eq([("impacts", 7.0), ("final_error_um", 2.0)]));
 }
 

@@ -10,7 +10,7 @@ use crate::number::{self, seconds};
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Verdict {
     /// Key of the figure.
-    pub figure: String,
+    pub figure: &'static str,
     /// Its value, signed; null if the run gave none, which fails.
     pub value: Option<f64>,
     /// Largest allowed magnitude.
@@ -28,7 +28,7 @@ impl Verdict {
     pub fn new(limit: &Limit, value: Option<f64>, default: bool) -> Self {
         let margin = value.map(|value| limit.limit - value.abs());
         Self {
-            figure: limit.figure.clone(),
+            figure: limit.figure,
             value,
             limit: limit.limit,
             margin,
@@ -84,12 +84,11 @@ fn default_limits(case: &Case) -> Vec<Limit> {
 pub(crate) fn verdicts(case: &Case, figure: impl Fn(&str) -> Option<f64>) -> Vec<Verdict> {
     let (limits, default) = judged(case);
     let own = case.budget.iter().flatten();
-    let own: Vec<&str> = own.map(|limit| limit.figure.as_str()).collect();
     // A limit that nobody asked for is one of ours.
-    let is_default = |limit: &Limit| default || !own.contains(&limit.figure.as_str());
+    let is_default = |limit: &Limit| default || own.clone().all(|own| own.figure != limit.figure);
     let mut verdicts: Vec<Verdict> = limits
         .iter()
-        .map(|limit| Verdict::new(limit, figure(&limit.figure), is_default(limit)))
+        .map(|limit| Verdict::new(limit, figure(limit.figure), is_default(limit)))
         .collect();
     // Nor has a chip done its work that was not done with a code when the next
     // was due.

@@ -208,18 +208,17 @@ pub struct RunSettings {
 }
 
 /// One entry of `[budget]`: the magnitude of a summary figure must not exceed it.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limit {
     /// Key of the summary figure, such as `final_error_um`.
-    pub figure: String,
+    pub figure: &'static str,
     /// Largest allowed magnitude, in the figure's own unit, at least 0.
     pub limit: f64,
 }
 
 impl Limit {
     /// A limit on the figure of that key.
-    pub fn new(figure: &str, limit: f64) -> Self {
-        let figure = figure.to_owned();
+    pub fn new(figure: &'static str, limit: f64) -> Self {
         Self { figure, limit }
     }
 }

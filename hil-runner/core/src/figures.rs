@@ -94,12 +94,16 @@ pub const HOST_STEP_P99: Figure = figure(
     "µs",
 );
 
-/// Unit of the figure with this key; empty where there is none.
-pub fn unit(key: &str) -> &'static str {
+/// The figure with this key.
+pub fn find(key: &str) -> Option<&'static Figure> {
     SUMMARY_FIGURES
         .iter()
         .chain(&CHIP_FIGURES)
         .chain([&HOST_STEP_P99])
         .find(|figure| figure.key == key)
-        .map_or("", |figure| figure.unit)
+}
+
+/// Its unit; empty where there is none.
+pub fn unit(key: &str) -> &'static str {
+    find(key).map_or("", |figure| figure.unit)
 }

@@ -10,7 +10,7 @@ use crate::message::{AxisStatus, Command, Link, Measurement, Steps};
 use crate::number::seconds;
 use crate::quantise::{FixedPointGains, QuantiseError};
 use crate::record::{GridPoint, PlotPoint, PlotRecorder, Recorder};
-use crate::summary::{EndOfRun, RowFigures, Summary};
+use crate::summary::{EndOfCommand, EndOfRun, RowSums, Summary};
 use crate::trace::{Row, Sample};
 
 /// Choices of a run that change no figure: its electronics, and how much is kept.
@@ -98,7 +98,7 @@ struct Lockstep<'a, 's> {
     solver: &'static str,
     plant: Plant,
     recorder: Recorder,
-    rows: RowFigures,
+    rows: RowSums,
     inputs: Option<Vec<Measurement>>,
     held_limit_ns: u64,
     out_of_range_samples: u64,
@@ -122,7 +122,7 @@ impl<'a, 's> Lockstep<'a, 's> {
             },
             plant: Plant::new(&case.axis, solver),
             recorder: Recorder::new(case, options.plot, options.grid_ns),
-            rows: RowFigures::new(case),
+            rows: RowSums::new(case),
             inputs: options.inputs.then(Vec::new),
             held_limit_ns: 0,
             out_of_range_samples: 0,
@@ -291,12 +291,14 @@ impl<'a, 's> Lockstep<'a, 's> {
             grid.finish(self.case.run.duration_ns, &self.plant);
         }
         let events = self.recorder.events.unwrap_or_default();
+        let command = EndOfCommand::of(&self.case.motion, self.case.run.duration_ns);
         let summary = EndOfRun {
             case: self.case,
+            command,
             solver: self.solver,
             state: self.plant.state(),
             extremes: &self.recorder.extremes,
-            rows: &self.rows,
+            rows: &self.rows.figures(&command),
             held_limit_ns: self.held_limit_ns,
             events: Some(&events),
             axis: self.axis,

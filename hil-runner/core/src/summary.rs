@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use plant::{ContactChange, Extremes};
+use plant::{ContactChange, Extremes, Motion, One};
 use serde::Serialize;
 
 use crate::budget::{self, Verdict};
@@ -11,7 +11,7 @@ use crate::chip_cost::ChipReport;
 use crate::figures::SUMMARY_FIGURES;
 use crate::message::AxisStatus;
 use crate::number::{self, seconds};
-use crate::rest::Seen;
+use crate::rest::{Seen, SeenRows, Window};
 use crate::trace::Row;
 
 /// Key figures of a run; the keys are those of the summary file.
@@ -214,8 +214,8 @@ impl AxisReport {
     }
 }
 
-/// Collects over the rows what the plant's own observer does not see.
-#[derive(Debug, Clone, PartialEq)]
+/// What the rows tell of a run, which the plant's own observer does not see.
+#[derive(Debug)]
 pub(crate) struct RowFigures {
     pub(crate) rows: u64,
     pub(crate) squared_acc_error: f64,
@@ -223,13 +223,22 @@ pub(crate) struct RowFigures {
     pub(crate) seen: Seen,
 }
 
-impl RowFigures {
+/// Collects that from row to row.
+#[derive(Debug)]
+pub(crate) struct RowSums {
+    rows: u64,
+    squared_acc_error: f64,
+    max_abs_dac_code: Option<f64>,
+    seen: SeenRows<One>,
+}
+
+impl RowSums {
     pub(crate) fn new(case: &Case) -> Self {
         Self {
             rows: 0,
             squared_acc_error: 0.0,
             max_abs_dac_code: None,
-            seen: Seen::new(case),
+            seen: SeenRows::new(Window::of(case)),
         }
     }
 
@@ -243,9 +252,40 @@ impl RowFigures {
             self.max_abs_dac_code = Some(before.max(sample.dac_code.abs()));
         }
         let code = row.sample.map(|sample| sample.dac_code);
-        let sample = code.zip(count).map(|(code, count)| [code, count]);
-        self.seen.add(self.rows, sample, position_m);
+        let sample = [code, count].map(|steps| steps.unwrap_or(f64::NAN));
+        self.seen.add(One, self.rows, sample, position_m);
         self.rows += 1;
+    }
+
+    /// The figures of all rows.
+    pub(crate) fn figures(&self, end: &EndOfCommand) -> RowFigures {
+        let line = self.seen.line();
+        let at_rest = self.seen.at_rest(One, &line, end.x_ref_m);
+        RowFigures {
+            rows: self.rows,
+            squared_acc_error: self.squared_acc_error,
+            max_abs_dac_code: self.max_abs_dac_code,
+            seen: self.seen.of(0, &line, &at_rest),
+        }
+    }
+}
+
+/// The command as it was over a run, seen from its end.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct EndOfCommand {
+    /// Where it ends; at rest it stands there.
+    pub(crate) x_ref_m: f64,
+    /// sup of |ẍ_ref|.
+    pub(crate) peak_mps2: f64,
+}
+
+impl EndOfCommand {
+    pub(crate) fn of(motion: &Motion, duration_ns: u64) -> Self {
+        let end_s = seconds(duration_ns);
+        Self {
+            x_ref_m: motion.at(end_s).displacement_m,
+            peak_mps2: motion.peak_acceleration_until_mps2(end_s),
+        }
     }
 }
 
@@ -253,6 +293,7 @@ impl RowFigures {
 #[derive(Debug)]
 pub(crate) struct EndOfRun<'a> {
     pub(crate) case: &'a Case,
+    pub(crate) command: EndOfCommand,
     pub(crate) solver: &'static str,
     pub(crate) state: plant::State,
     pub(crate) extremes: &'a Extremes,
@@ -277,26 +318,23 @@ impl EndOfRun<'_> {
 
     fn figures(&self) -> Summary {
         let (case, extremes) = (self.case, self.extremes);
-        let end_s = seconds(case.run.duration_ns);
         let pitch = case.axis.transmission.screw_pitch_m_per_rad;
-        let x_ref_m = case.motion.at(end_s).displacement_m;
+        let EndOfCommand { x_ref_m, peak_mps2 } = self.command;
         let x_m = pitch * self.state.gamma_rad();
         let peak_abs_acc_mps2 = extremes.peak_abs_acceleration_mps2;
         let seen = &self.rows.seen;
         let ripple = seen.ripple();
-        // At rest the command stands where it ends.
-        let rest_error = seen.rest_error(x_ref_m);
+        let rest_error = seen.rest_error();
         // From this rung on codes and counts are whole numbers.
         let whole_numbers = case.controller.law >= Law::Quantised;
         let at_rest = seen.at_rest().filter(|_| whole_numbers);
-        let peak_command_mps2 = case.motion.peak_acceleration_until_mps2(end_s);
         Summary {
             name: case.name.clone(),
             law: case.controller.law.name(),
             solver: self.solver,
             keys_without_effect: case.keys_without_effect.clone(),
             peak_abs_acc_mps2,
-            peak_acc_overshoot_mps2: peak_abs_acc_mps2 - peak_command_mps2,
+            peak_acc_overshoot_mps2: peak_abs_acc_mps2 - peak_mps2,
             rms_acc_error_mps2: (self.rows.squared_acc_error / whole(self.rows.rows.max(1))).sqrt(),
             peak_following_error_mm: 1e3 * extremes.peak_following_error_m,
             final_error_um: 1e6 * (x_ref_m - x_m),

@@ -259,15 +259,15 @@ fn verdict_table(runs: &[CaseRun]) -> String {
         "case", "figure", "value", "limit", "margin", "unit", "verdict",
     ];
     let of = |run: &CaseRun, verdict: &Verdict| {
-        let digits = run.outcome.summary.digits(&verdict.figure);
+        let digits = run.outcome.summary.digits(verdict.figure);
         let default = if verdict.default { " (default)" } else { "" };
         [
             terminal::short(&run.outcome.summary.name),
-            verdict.figure.clone(),
+            verdict.figure.to_owned(),
             number::shown(verdict.value, digits),
             number::table(verdict.limit) + default,
             number::shown(verdict.margin, verdict.margin_digits(digits)),
-            figures::unit(&verdict.figure).to_owned(),
+            figures::unit(verdict.figure).to_owned(),
             if verdict.pass { "pass" } else { "FAIL" }.to_owned(),
         ]
     };

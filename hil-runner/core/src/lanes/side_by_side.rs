@@ -10,8 +10,8 @@ use crate::controllers::{FirmwareOnCounts, Pid, PidState};
 use crate::error::RunError;
 use crate::number::seconds;
 use crate::quantise::QuantiseError;
-use crate::rest::{Range, Seen, Window};
-use crate::summary::{EndOfRun, RowFigures, Summary};
+use crate::rest::{AtRest, Line, SeenRows};
+use crate::summary::{EndOfCommand, EndOfRun, RowFigures, Summary};
 
 /// The runs of a family, some groups of lanes at a time. What depends on the
 /// family alone is computed once.
@@ -24,7 +24,10 @@ pub(crate) struct Lanes<W: Width> {
     batch: Batch<W>,
     setups: Vec<LaneSetup>,
     groups: Vec<Settings<W>>,
-    seen: Vec<LaneSeen<W>>,
+    seen: Vec<SeenRows<W>>,
+    at_rest: Vec<AtRest<W>>,
+    line: Line,
+    end: EndOfCommand,
     firmware: Vec<Option<FirmwareOnCounts>>,
     refused: Vec<Option<QuantiseError>>,
     /// Of each group, over its rows: `Σ(ẍ − ẍ_ref)²`, and the time under a held
@@ -60,6 +63,9 @@ impl<W: Width> Lanes<W> {
             setups: Vec::new(),
             groups: Vec::new(),
             seen: Vec::new(),
+            at_rest: Vec::new(),
+            line: Line::default(),
+            end: EndOfCommand::of(&family.motion, family.samples * family.period_ns),
             firmware: Vec::new(),
             refused: Vec::new(),
             sums: Vec::new(),
@@ -92,6 +98,7 @@ impl<W: Width> Lanes<W> {
             }
         }
         self.batch.look_back();
+        self.look_at_rest();
         for (run, case) in cases.enumerate() {
             each(self.summary(run, case));
         }
@@ -117,11 +124,10 @@ impl<W: Width> Lanes<W> {
         self.firmware.clear();
         self.refused.clear();
         self.groups.clear();
-        self.seen
-            .resize_with(cases.len().div_ceil(W::LANES), LaneSeen::new);
-        for seen in &mut self.seen {
-            seen.start(self.family.window);
-        }
+        self.seen.resize_with(cases.len().div_ceil(W::LANES), || {
+            SeenRows::new(self.family.window)
+        });
+        self.seen.iter_mut().for_each(SeenRows::restart);
         for (run, case) in cases.enumerate() {
             if run % W::LANES == 0 {
                 self.groups.push(Settings::new());
@@ -247,6 +253,18 @@ impl<W: Width> Lanes<W> {
         *progress = now;
     }
 
+    #[inline(always)]
+    fn look_at_rest(&mut self) {
+        if self.line == Line::default() {
+            self.line = self.seen.first().map_or_else(Line::default, SeenRows::line);
+        }
+        let (w, line, x_ref_m) = (self.width, &self.line, self.end.x_ref_m);
+        let seen = self.seen.iter();
+        self.at_rest.clear();
+        self.at_rest
+            .extend(seen.map(|seen| seen.at_rest(w, line, x_ref_m)));
+    }
+
     /// The figures of one run.
     #[inline(never)]
     fn summary(&mut self, run: usize, case: &Case) -> Result<Summary, RunError> {
@@ -261,7 +279,7 @@ impl<W: Width> Lanes<W> {
             // Where it ends, the run by itself says.
             return alone(case);
         }
-        let seen = self.seen[run / W::LANES].of(lane);
+        let seen = self.seen[run / W::LANES].of(lane, &self.line, &self.at_rest[run / W::LANES]);
         let codes = seen.codes();
         let rows = RowFigures {
             rows: self.family.samples + 1,
@@ -271,6 +289,7 @@ impl<W: Width> Lanes<W> {
         };
         Ok(EndOfRun {
             case,
+            command: self.end,
             solver: "exact",
             state: self.batch.state(run),
             extremes: &extremes,
@@ -282,88 +301,5 @@ impl<W: Width> Lanes<W> {
             chip: None,
         }
         .summary())
-    }
-}
-
-/// Codes and counts so far, and the carriages in the window of rest. A lane
-/// without a run sees something too; nobody asks it.
-#[derive(Debug, Clone)]
-pub(crate) struct LaneSeen<W: Width> {
-    window: Option<Window>,
-    /// Lowest and highest codes and counts before the window, and in it.
-    before: [W::Array; 4],
-    now: [W::Array; 4],
-    positions_m: Vec<W::Array>,
-}
-
-/// The first row that is in no window.
-const NEVER: u64 = u64::MAX;
-
-impl<W: Width> LaneSeen<W> {
-    pub(crate) fn new() -> Self {
-        Self {
-            window: None,
-            before: Self::nothing(),
-            now: Self::nothing(),
-            positions_m: Vec::new(),
-        }
-    }
-
-    fn nothing() -> [W::Array; 4] {
-        let Range { lowest, highest } = Range::EMPTY;
-        [lowest, highest, lowest, highest].map(W::array)
-    }
-
-    /// Forgets everything.
-    pub(crate) fn start(&mut self, window: Option<Window>) {
-        self.window = window;
-        self.before = Self::nothing();
-        self.now = Self::nothing();
-        self.positions_m.clear();
-    }
-
-    /// Takes in row number `row`: code, count and carriage \[m\].
-    #[inline(always)]
-    pub(crate) fn add(
-        &mut self,
-        w: W,
-        row: u64,
-        [code, count]: [W::Vector; 2],
-        position_m: W::Vector,
-    ) {
-        let first = self.window.map_or(NEVER, |window| window.first);
-        if row >= first {
-            if row == first {
-                self.before = self.now;
-                self.now = Self::nothing();
-            }
-            let mut array = W::array(0.0);
-            w.store(position_m, &mut array);
-            self.positions_m.push(array);
-        }
-        let [lowest_code, highest_code, lowest_count, highest_count] = &mut self.now;
-        w.store(w.min(code, w.load(lowest_code)), lowest_code);
-        w.store(w.max(code, w.load(highest_code)), highest_code);
-        w.store(w.min(count, w.load(lowest_count)), lowest_count);
-        w.store(w.max(count, w.load(highest_count)), highest_count);
-    }
-
-    /// Codes, counts and carriage of a lane.
-    pub(crate) fn of(&self, lane: usize) -> Seen {
-        let range = |arrays: &[W::Array; 4], place: usize| Range {
-            lowest: arrays[place].as_ref()[lane],
-            highest: arrays[place + 1].as_ref()[lane],
-        };
-        let both = |place: usize| match self.window {
-            Some(_) => [range(&self.before, place), range(&self.now, place)],
-            None => [range(&self.now, place), Range::EMPTY],
-        };
-        let positions_m = self.positions_m.iter().map(|array| array.as_ref()[lane]);
-        Seen {
-            window: self.window,
-            codes: both(0),
-            counts: both(2),
-            positions_m: positions_m.collect(),
-        }
     }
 }

@@ -13,16 +13,19 @@
 //! seen too small or too slow.
 //!
 //! ```text
+//! seen      what the rows of runs side by side leave behind
 //! ripple    how far the carriage strays from a straight line, and whether regularly
 //! feeding   the quantiser, gap or friction that keeps a cycle going
 //! ```
 
 pub mod feeding;
 mod ripple;
+mod seen;
 #[cfg(test)]
 mod tests;
 
-use self::ripple::{Ripple, count};
+pub(crate) use self::ripple::Line;
+pub(crate) use self::seen::{AtRest, Seen, SeenRows};
 use crate::case::{Case, Law};
 use crate::message::whole;
 use crate::number::{self, seconds};
@@ -40,11 +43,6 @@ impl Range {
         lowest: f64::INFINITY,
         highest: f64::NEG_INFINITY,
     };
-
-    pub(crate) fn add(&mut self, value: f64) {
-        self.lowest = self.lowest.min(value);
-        self.highest = self.highest.max(value);
-    }
 
     /// The range of both.
     pub(crate) fn with(self, other: Self) -> Self {
@@ -85,85 +83,13 @@ pub(crate) struct RestError {
     pub(crate) rms_um: f64,
 }
 
-/// Codes and counts so far, and the carriage in the window of rest.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Seen {
-    pub(crate) window: Option<Window>,
-    /// Before the window, and in it.
-    pub(crate) codes: [Range; 2],
-    pub(crate) counts: [Range; 2],
-    pub(crate) positions_m: Vec<f64>,
-}
-
-impl Seen {
-    /// Nothing of a run yet.
-    pub(crate) fn new(case: &Case) -> Self {
-        Self {
-            window: Window::of(case),
-            codes: [Range::EMPTY; 2],
-            counts: [Range::EMPTY; 2],
-            positions_m: Vec::new(),
-        }
-    }
-
-    /// Takes in row number `row`: code and count, where there are any, and the
-    /// carriage.
-    pub(crate) fn add(&mut self, row: u64, sample: Option<[f64; 2]>, position_m: f64) {
-        let inside = self.window.is_some_and(|window| row >= window.first);
-        if let Some([code, count]) = sample {
-            let place = usize::from(inside);
-            self.codes[place].add(code);
-            self.counts[place].add(count);
-        }
-        if inside {
-            self.positions_m.push(position_m);
-        }
-    }
-
-    /// Codes of the whole run.
-    pub(crate) fn codes(&self) -> Range {
-        self.codes[0].with(self.codes[1])
-    }
-
-    /// Counts of the whole run.
-    pub(crate) fn counts(&self) -> Range {
-        self.counts[0].with(self.counts[1])
-    }
-
-    /// Codes and counts in the window, if there is one.
-    pub(crate) fn at_rest(&self) -> Option<[Range; 2]> {
-        self.window.map(|_| [self.codes[1], self.counts[1]])
-    }
-
-    /// Distance of the carriage from where it should rest, if there is a window.
-    pub(crate) fn rest_error(&self, x_ref_m: f64) -> Option<RestError> {
-        self.window?;
-        let errors_um = self.positions_m.iter().map(|x_m| 1e6 * (x_ref_m - x_m));
-        let (mut max_um, mut squares) = (0.0_f64, 0.0);
-        for error_um in errors_um {
-            max_um = max_um.max(error_um.abs());
-            squares += error_um * error_um;
-        }
-        Some(RestError {
-            max_um,
-            rms_um: (squares / count(self.positions_m.len())).sqrt(),
-        })
-    }
-
-    /// Ripple of the carriage, if there is a window.
-    pub(crate) fn ripple(&self) -> Option<Ripple> {
-        let interval_s = seconds(self.window?.interval_ns);
-        Some(Ripple::of(&self.positions_m, interval_s))
-    }
-}
-
 /// Rows of a window at least: a line takes two, three periods some more.
 pub const FEWEST: u64 = 8;
 
-/// Rows of a window at most that nobody asked for: 32 kB of positions.
+/// Rows of a window at most that nobody asked for: 64 kB of positions.
 pub(crate) const MOST: u64 = 4_096;
 
-/// Rows of `run.rest_window_s` at most: 8 MB of positions.
+/// Rows of `run.rest_window_s` at most: 16 MB of positions.
 const MOST_WANTED: u64 = 1_000_000;
 
 /// Difference at which two times are one \[s\]: the motion's end is a sum of seconds.

@@ -31,6 +31,8 @@
 //! most of the period. `tests/cases/limit-cycle.toml` has every other
 //! period half as large; its periods scatter by 0.13 to 0.17.
 
+use plant::Width;
+
 /// Ripple of the carriage in the window of rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Ripple {
@@ -42,70 +44,122 @@ pub(crate) struct Ripple {
     pub(crate) limit_cycle_period_s: Option<f64>,
 }
 
-impl Ripple {
-    /// From the positions of a window, `interval_s` apart.
-    pub(crate) fn of(positions_m: &[f64], interval_s: f64) -> Self {
-        let residual = Residual::of(positions_m);
-        let ripple_um = 1e6 * residual.amplitude_m();
-        let period = period_samples(&residual);
+/// The straight line of a window, but for how steep it is: what depends on the number
+/// of positions alone.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(crate) struct Line {
+    /// u of one position after the other, and `(1 − u²)²·u`.
+    places: Vec<(f64, f64)>,
+    /// `Σ (1 − u²)²·u²`.
+    inertia: f64,
+}
+
+impl Line {
+    /// Of as many positions at equal distances.
+    pub(super) fn of(positions: usize) -> Self {
+        let n = count(positions);
+        // From whole numbers.
+        let mut next = -1.0 - n;
+        let mut inertia = 0.0;
+        let place = |_| {
+            next += 2.0;
+            let u = next / n;
+            let root = 1.0 - u * u;
+            let arm = root * root * u;
+            inertia += arm * u;
+            (u, arm)
+        };
         Self {
+            places: (0..positions).map(place).collect(),
+            inertia,
+        }
+    }
+}
+
+/// Positions less a straight line, side by side; where the line lies does not
+/// matter, only how steep it is.
+#[derive(Debug, Clone)]
+pub(super) struct Residual<W: Width> {
+    /// The line from the window's middle to its end \[m\].
+    pub(super) slope_m: W::Array,
+    /// Lowest and highest in either half of the window \[m\].
+    halves_m: [[W::Array; 2]; 2],
+}
+
+impl<W: Width> Residual<W> {
+    /// Of positions at equal distances, as many as those of the line.
+    #[inline(always)]
+    pub(super) fn of(w: W, line: &Line, positions_m: &[W::Array]) -> Self {
+        // From the first on: what they share would cost the small ones digits.
+        let first_m = w.load(positions_m.first().unwrap_or(&W::array(0.0)));
+        let mut moment = w.splat(0.0);
+        for (position_m, (_, arm)) in positions_m.iter().zip(&line.places) {
+            moment = moment + w.splat(*arm) * (w.load(position_m) - first_m);
+        }
+        let slope_m = match line.inertia > 0.0 {
+            true => moment / w.splat(line.inertia),
+            false => w.splat(0.0),
+        };
+        let half = positions_m.len() / 2;
+        let halves_m = [0..half, half..positions_m.len()].map(|rows| {
+            let (mut lowest, mut highest) = (w.splat(f64::INFINITY), w.splat(f64::NEG_INFINITY));
+            let places = line.places[rows.clone()].iter();
+            for (position_m, (u, _)) in positions_m[rows].iter().zip(places) {
+                let value = (w.load(position_m) - first_m) - slope_m * w.splat(*u);
+                lowest = w.smaller(value, lowest);
+                highest = w.larger(value, highest);
+            }
+            [w.stored(lowest), w.stored(highest)]
+        });
+        Self {
+            slope_m: w.stored(slope_m),
+            halves_m,
+        }
+    }
+
+    /// Lowest and highest in both halves of a lane \[m\].
+    fn halves_m(&self, lane: usize) -> [[f64; 2]; 2] {
+        let of_lane = |array: &W::Array| array.as_ref()[lane];
+        self.halves_m
+            .each_ref()
+            .map(|half| half.each_ref().map(of_lane))
+    }
+
+    /// Half of the way from the lowest to the highest of a lane \[m\].
+    pub(super) fn amplitude_m(&self, lane: usize) -> f64 {
+        let [[low_1, high_1], [low_2, high_2]] = self.halves_m(lane);
+        0.5 * (high_1.max(high_2) - low_1.min(low_2))
+    }
+
+    /// Ripple of a lane's positions, `interval_s` apart.
+    pub(super) fn ripple(
+        &self,
+        lane: usize,
+        line: &Line,
+        positions_m: &[W::Array],
+        interval_s: f64,
+    ) -> Ripple {
+        let amplitude_m = self.amplitude_m(lane);
+        let ripple_um = 1e6 * amplitude_m;
+        let [first, second] = self.halves_m(lane).map(|[low, high]| high - low);
+        // Neither is a residual that is not a number.
+        let may_be = amplitude_m > ROUNDING_M && second >= SUSTAINED * first;
+        let period = may_be.then(|| {
+            let position_m = |array: &W::Array| array.as_ref()[lane];
+            let first_m = positions_m.first().map_or(0.0, position_m);
+            let slope_m = position_m(&self.slope_m);
+            let rows = positions_m.iter().zip(&line.places);
+            let values_m: Vec<f64> = rows
+                .map(|(row, (u, _))| (position_m(row) - first_m) - slope_m * u)
+                .collect();
+            period_samples(&values_m, amplitude_m)
+        });
+        let period = period.flatten();
+        Ripple {
             ripple_um,
             limit_cycle_um: period.map_or(0.0, |_| ripple_um),
             limit_cycle_period_s: period.map(|samples| samples * interval_s),
         }
-    }
-}
-
-/// Positions less a straight line; where the line lies does not matter, only how
-/// steep it is.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Residual {
-    /// \[m\], in order.
-    pub(super) values_m: Vec<f64>,
-    lowest_m: f64,
-    highest_m: f64,
-}
-
-impl Residual {
-    /// Of positions at equal distances.
-    pub(super) fn of(positions_m: &[f64]) -> Self {
-        // From the first on: what they share would cost the small ones digits.
-        let first_m = positions_m.first().copied().unwrap_or(0.0);
-        let n = count(positions_m.len());
-        // u of one position after the other, from whole numbers.
-        let places = || {
-            let mut next = -1.0 - n;
-            core::iter::repeat_with(move || {
-                next += 2.0;
-                next / n
-            })
-        };
-        let (mut moment, mut inertia) = (0.0, 0.0);
-        for (position_m, u) in positions_m.iter().zip(places()) {
-            let root = 1.0 - u * u;
-            let arm = root * root * u;
-            moment += arm * (position_m - first_m);
-            inertia += arm * u;
-        }
-        let slope_m = if inertia > 0.0 { moment / inertia } else { 0.0 };
-        let (mut lowest_m, mut highest_m) = (f64::INFINITY, f64::NEG_INFINITY);
-        let mut values_m = Vec::with_capacity(positions_m.len());
-        for (position_m, u) in positions_m.iter().zip(places()) {
-            let value = (position_m - first_m) - slope_m * u;
-            lowest_m = lowest_m.min(value);
-            highest_m = highest_m.max(value);
-            values_m.push(value);
-        }
-        Self {
-            values_m,
-            lowest_m,
-            highest_m,
-        }
-    }
-
-    /// Half of the way from the lowest to the highest \[m\].
-    pub(super) fn amplitude_m(&self) -> f64 {
-        0.5 * (self.highest_m - self.lowest_m)
     }
 }
 
@@ -133,16 +187,10 @@ const DRIFT: f64 = 0.15;
 /// Amplitude of rounding \[m\]: 10⁴ times that of a position of a metre.
 const ROUNDING_M: f64 = 1e-12;
 
-/// The period of a limit cycle \[samples\]; `None` if it is none.
-pub(super) fn period_samples(residual: &Residual) -> Option<f64> {
-    let amplitude_m = residual.amplitude_m();
-    // Also of a residual that is not a number.
-    if amplitude_m.is_nan() || amplitude_m <= ROUNDING_M {
-        return None;
-    }
-    let values = &residual.values_m;
-    let rises = rises(values, RISE * 2.0 * amplitude_m);
-    if rises.len() < FEWEST_RISES || !is_sustained(values) {
+/// The period of a sustained oscillation \[samples\]; `None` if it is no limit cycle.
+fn period_samples(values_m: &[f64], amplitude_m: f64) -> Option<f64> {
+    let rises = rises(values_m, RISE * 2.0 * amplitude_m);
+    if rises.len() < FEWEST_RISES {
         return None;
     }
     let periods: Vec<f64> = rises.windows(2).map(|pair| pair[1] - pair[0]).collect();
@@ -203,16 +251,6 @@ fn half_way(values: &[f64], from: usize, to: usize) -> f64 {
     let place = above.unwrap_or(to);
     let (before, value) = (values[place - 1], values[place]);
     count(place) - (value - half) / (value - before)
-}
-
-fn is_sustained(values: &[f64]) -> bool {
-    let peak_to_peak = |values: &[f64]| {
-        let highest = values.iter().fold(f64::NEG_INFINITY, |a, &b| a.max(b));
-        let lowest = values.iter().fold(f64::INFINITY, |a, &b| a.min(b));
-        highest - lowest
-    };
-    let (first, second) = values.split_at(values.len() / 2);
-    peak_to_peak(second) >= SUSTAINED * peak_to_peak(first)
 }
 
 fn is_regular(periods: &[f64]) -> bool {

@@ -3,7 +3,9 @@
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
-use super::ripple::Ripple;
+use plant::{One, Width};
+
+use super::ripple::{Line, Residual, Ripple};
 use super::*;
 
 const INTERVAL_S: f64 = 1e-3;
@@ -12,8 +14,10 @@ const TAU: f64 = core::f64::consts::TAU;
 /// A window of `n` positions \[µm\].
 fn look(n: u32, position_um: impl FnMut(f64) -> f64) -> Ripple {
     let mut position_um = position_um;
-    let positions: Vec<f64> = (0..n).map(|i| 1e-6 * position_um(f64::from(i))).collect();
-    Ripple::of(&positions, INTERVAL_S)
+    let positions = (0..n).map(|i| One::array(1e-6 * position_um(f64::from(i))));
+    let positions: Vec<_> = positions.collect();
+    let line = Line::of(positions.len());
+    Residual::of(One, &line, &positions).ripple(0, &line, &positions, INTERVAL_S)
 }
 
 fn sine(i: f64, period: f64) -> f64 {
@@ -208,9 +212,11 @@ fn what_is_no_number_is_no_cycle() {
 #[test]
 fn bits_are_those_of_the_range() {
     let range = |values: &[f64]| {
-        let mut range = Range::EMPTY;
-        values.iter().for_each(|&value| range.add(value));
-        range
+        let one = |&value| Range {
+            lowest: value,
+            highest: value,
+        };
+        values.iter().map(one).fold(Range::EMPTY, Range::with)
     };
     for (values, bits) in [
         (&[0.0][..], 1),
@@ -243,7 +249,7 @@ fn bits_are_those_of_the_range() {
 /// contrast is the line without weights.
 #[test]
 fn the_weights_keep_the_line_straight() {
-    use super::ripple::{Residual, count};
+    use super::ripple::count;
     const N: usize = 4096;
     let places: Vec<f64> = (0..N)
         .map(|i| (2.0 * count(i) + 1.0) / count(N) - 1.0)
@@ -261,9 +267,9 @@ fn the_weights_keep_the_line_straight() {
         for phase in 0..360 {
             let sine = |u: &f64| (0.5 * TAU * (periods * u + f64::from(phase) / 180.0)).sin();
             let positions: Vec<f64> = places.iter().map(sine).collect();
-            let residual = Residual::of(&positions);
-            // The first one is the line alone, as it counts from the first position.
-            let slope = residual.values_m[0] / -places[0];
+            let rows: Vec<_> = positions.iter().copied().map(One::array).collect();
+            let residual = Residual::of(One, &Line::of(N), &rows);
+            let slope = residual.slope_m.as_ref()[0];
             let moment: f64 = places.iter().zip(&positions).map(|(u, x)| u * x).sum();
             let slope_without = moment / places.iter().map(|u| u * u).sum::<f64>();
             let without: Vec<f64> = (places.iter().zip(&positions))
@@ -271,7 +277,7 @@ fn the_weights_keep_the_line_straight() {
                 .collect();
             let found = [
                 slope.abs(),
-                residual.amplitude_m() - 1.0,
+                residual.amplitude_m(0) - 1.0,
                 slope_without.abs(),
                 amplitude(&without) - 1.0,
             ];

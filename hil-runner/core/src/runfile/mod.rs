@@ -48,6 +48,7 @@ pub use values::Value;
 use crate::case::{
     Case, ComputationDelay, ControllerSettings, Law, Limit, RunSettings, TargetSettings,
 };
+use crate::figures;
 use crate::options::AxisOptions;
 use crate::rest::unfit_window;
 use check::Values;
@@ -139,7 +140,7 @@ fn case(source_name: &str, tree: &Table, values: &Values, motion: Motion) -> Cas
     case.budget = tree.section("budget").map(|budget| {
         let limit = |(figure, _): &(String, _)| {
             let limit = values.get(&keys::path("budget", figure))?;
-            Some(Limit::new(figure, limit))
+            Some(Limit::new(figures::find(figure)?.key, limit))
         };
         budget.entries.iter().filter_map(limit).collect()
     });

@@ -33,22 +33,20 @@ struct Filled {
 
 impl Filled {
     fn add(&mut self, cell: &Cell) {
-        let values = self.values();
         match (self.kind, cell) {
             (ColumnKind::Number, Cell::Number(number)) => self.numbers.push(*number),
             // A value that its key refuses may be too large: the reason has it.
-            (ColumnKind::Whole, cell) => self.whole.extend(cell.as_whole()),
+            (ColumnKind::Whole, cell) => match cell.as_whole() {
+                Some(whole) => self.whole.push(whole),
+                None => return self.levels.push(0),
+            },
             (ColumnKind::Flag, Cell::Flag(flag)) => self.flags.push(*flag),
             (ColumnKind::Text, Cell::Text(text)) => {
                 self.texts.push(text.as_bytes().to_vec().into())
             }
-            _ => {}
+            _ => return self.levels.push(0),
         }
-        self.levels.push(i16::from(self.values() > values));
-    }
-
-    fn values(&self) -> usize {
-        self.numbers.len() + self.whole.len() + self.flags.len() + self.texts.len()
+        self.levels.push(1);
     }
 }
 

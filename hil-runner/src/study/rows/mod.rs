@@ -132,6 +132,8 @@ impl Study {
 #[derive(Debug)]
 pub struct RowMaker<'s> {
     study: &'s Study,
+    /// Columns of a row.
+    width: usize,
     runs: Runs,
     margins: Margins,
 }
@@ -141,6 +143,7 @@ impl<'s> RowMaker<'s> {
     pub fn new(study: &'s Study) -> Self {
         Self {
             study,
+            width: columns(study).len(),
             runs: Runs::new(),
             margins: Margins::default(),
         }
@@ -203,7 +206,7 @@ impl<'s> RowMaker<'s> {
 
     /// Number, axes and rung.
     fn head(&self, planned: &PlannedRow<usize>) -> Vec<Cell> {
-        let mut row = Vec::with_capacity(64);
+        let mut row = Vec::with_capacity(self.width);
         row.push(Cell::number(planned.number as f64));
         let Point { chosen, values } = &planned.point;
         for ((axis, chosen), value) in self.study.axes.iter().zip(chosen).zip(values) {
@@ -246,14 +249,14 @@ impl<'s> RowMaker<'s> {
             Status::Excluded => Cell::Empty,
             _ => Cell::Flag(false),
         });
-        row.resize(columns(self.study).len(), Cell::Empty);
+        row.resize(self.width, Cell::Empty);
     }
 }
 
 /// Status, verdict and figures of a run.
 fn made(summary: &Summary, row: &mut Vec<Cell>) {
     let failed = summary.verdicts.iter().filter(|verdict| !verdict.pass);
-    let failed: Vec<&str> = failed.map(|verdict| verdict.figure.as_str()).collect();
+    let failed: Vec<&str> = failed.map(|verdict| verdict.figure).collect();
     row.extend([
         Cell::text(Status::Ok.name()),
         Cell::Empty,
