@@ -1,20 +1,22 @@
-//! The criterion groups `w1` to `w3` of the project's own solvers, and the
-//! fixed-step Runge-Kutta beside them. One iteration is one whole run from
-//! rest; the run file is read and the setpoints of the comparators are
+//! The programs of the workloads W1 to W3 that are the project's own, and the
+//! fixed-step Runge-Kutta and the reference loop beside them. One run is one
+//! move from rest; the run file is read and the setpoints of the comparators are
 //! computed before the clock starts.
 
-use std::convert::Infallible;
 use std::error::Error;
+use std::fmt;
 use std::hint::black_box;
+use std::time::{Duration, Instant};
 
 use criterion::BenchmarkGroup;
 use criterion::measurement::WallTime;
 use hil_core::lanes::Runs;
 use hil_core::run::{RunOptions, run};
-use plant::{Joint, Plant, Solver};
+use plant::{Plant, Solver};
 
 use crate::elastic_axis::ElasticAxis;
-use crate::lockstep::{Axis, ContinuousPlan, Plan};
+use crate::lockstep::{ContinuousPlan, Plan};
+use crate::reference_loop;
 use crate::rk4_axis::Rk4Axis;
 use crate::workload::{self, W1, W2, W3};
 
@@ -24,151 +26,158 @@ const SOLVERS: [&str; 2] = ["exact", "dopri5"];
 /// Step of the fixed-step comparators \[ns\].
 pub const RK4_STEP_NS: u64 = 10_000;
 
-type Group<'a> = BenchmarkGroup<'a, WallTime>;
-
-/// `w1/<rung>/<solver>`, `w1/quantised/rk4`, and what of the exact solver's
-/// time is not the plant's motion.
-///
-/// # Errors
-/// Those of the run file's checks.
-pub fn w1(group: &mut Group<'_>) -> Result<(), Box<dyn Error>> {
-    for law in ["quantised", "firmware"] {
-        own(group, law, W1, workload::W1_TOLERANCE)?;
-    }
-    bare(group, W1)?;
-    law_alone(group, W1)?;
-    gapless(group, W1)?;
-    rk4(group, W1)
+/// Something to be timed, ready to run.
+pub struct Program {
+    /// Its name within the workload, `<rung>/<solver>` for our own.
+    pub id: String,
+    /// Runs it so many times and returns the time of all.
+    pub runs: Box<dyn FnMut(u64) -> Duration>,
 }
 
-/// `w2/<rung>/<solver>`, `w2/quantised/exact-bare`, `…/law-alone` and `…/rk4`.
+impl Program {
+    /// The program whose one run is `once`.
+    pub fn new<T>(id: impl Into<String>, mut once: impl FnMut() -> T + 'static) -> Self {
+        let runs = move |runs| {
+            let start = Instant::now();
+            for _ in 0..runs {
+                black_box(once());
+            }
+            start.elapsed()
+        };
+        Self {
+            id: id.into(),
+            runs: Box::new(runs),
+        }
+    }
+}
+
+impl fmt::Debug for Program {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Program")
+            .field("id", &self.id)
+            .finish_non_exhaustive()
+    }
+}
+
+/// Measures programs with criterion.
+pub fn bench(group: &mut BenchmarkGroup<'_, WallTime>, programs: Vec<Program>) {
+    for Program { id, mut runs } in programs {
+        group.bench_function(id, |bencher| bencher.iter_custom(&mut runs));
+    }
+}
+
+/// `w1/<rung>/<solver>`, `w1/quantised/rk4`, and what a run without contacts
+/// takes, with figures and without.
 ///
 /// # Errors
-/// Those of the run file's checks.
-pub fn w2(group: &mut Group<'_>) -> Result<(), Box<dyn Error>> {
-    own(group, "quantised", W2, workload::W2_TOLERANCE)?;
-    bare(group, W2)?;
-    law_alone(group, W2)?;
-    rk4(group, W2)
+/// Those of the run file's checks; a comparator that does not agree.
+pub fn w1() -> Result<Vec<Program>, Box<dyn Error>> {
+    let mut programs = own("quantised", W1, workload::W1_TOLERANCE)?;
+    programs.extend(own("firmware", W1, workload::W1_TOLERANCE)?);
+    programs.push(bare(W1)?);
+    programs.push(reference(W1)?);
+    programs.push(gapless(W1)?);
+    programs.push(rk4(W1)?);
+    Ok(programs)
+}
+
+/// `w2/quantised/<solver>`, `w2/quantised/exact-bare`, `…/reference-loop` and `…/rk4`.
+///
+/// # Errors
+/// Those of the run file's checks; a comparator that does not agree.
+pub fn w2() -> Result<Vec<Program>, Box<dyn Error>> {
+    let mut programs = own("quantised", W2, workload::W2_TOLERANCE)?;
+    programs.push(bare(W2)?);
+    programs.push(reference(W2)?);
+    programs.push(rk4(W2)?);
+    Ok(programs)
 }
 
 /// `w3/continuous/<solver>` and `w3/continuous/exact-bare`.
 ///
 /// # Errors
 /// Those of the run file's checks.
-pub fn w3(group: &mut Group<'_>) -> Result<(), Box<dyn Error>> {
-    own(group, "continuous", W3, workload::W3_TOLERANCE)?;
+pub fn w3() -> Result<Vec<Program>, Box<dyn Error>> {
+    let mut programs = own("continuous", W3, workload::W3_TOLERANCE)?;
     let case = workload::case("continuous", W3, "exact", workload::W3_TOLERANCE)?;
     let plan = ContinuousPlan::new(&case);
     // As a study has it: the matrices are made before.
     let mut plant = Plant::new(&case.axis, Solver::Exact);
-    group.bench_function("continuous/exact-bare", |bencher| {
-        bencher.iter(|| {
-            plant.reset();
-            let result = plan.run(black_box(&mut plant));
-            (plant.state(), result)
-        });
-    });
-    Ok(())
+    programs.push(Program::new("continuous/exact-bare", move || {
+        plant.reset();
+        let result = plan.run(black_box(&mut plant));
+        (plant.state(), result)
+    }));
+    Ok(programs)
 }
 
 /// Our own solvers, with all figures of the summary. The exact one's sampled
 /// runs are prepared as a study's are: the matrices are made before.
-fn own(
-    group: &mut Group<'_>,
-    law: &str,
-    workload: &str,
-    tolerance: f64,
-) -> Result<(), Box<dyn Error>> {
+fn own(law: &str, workload: &str, tolerance: f64) -> Result<Vec<Program>, Box<dyn Error>> {
+    let mut programs = Vec::new();
     for solver in SOLVERS {
         let case = workload::case(law, workload, solver, tolerance)?;
         let id = format!("{law}/{solver}");
-        if solver == "exact" && law != "continuous" {
+        programs.push(if solver == "exact" && law != "continuous" {
             let mut runs = Runs::new();
             // A run that fails would be quick.
             runs.single(&case)?;
-            group.bench_function(id, |bencher| bencher.iter(|| runs.single(black_box(&case))));
-            continue;
-        }
-        group.bench_function(id, |bencher| {
-            bencher.iter(|| run(black_box(&case), RunOptions::default(), &mut |_| Ok(())));
+            Program::new(id, move || runs.single(black_box(&case)))
+        } else {
+            Program::new(id, move || {
+                run(black_box(&case), RunOptions::default(), &mut |_| Ok(()))
+            })
         });
     }
-    Ok(())
+    Ok(programs)
 }
 
 /// The exact solver without figures, as the comparators are.
-fn bare(group: &mut Group<'_>, workload: &str) -> Result<(), Box<dyn Error>> {
+fn bare(workload: &str) -> Result<Program, Box<dyn Error>> {
     let case = workload::case("quantised", workload, "exact", workload::W1_TOLERANCE)?;
     let plan = Plan::new(&case).ok_or("no sample time")?;
     let mut plant = Plant::new(&case.axis, Solver::Exact);
-    group.bench_function("quantised/exact-bare", |bencher| {
-        bencher.iter(|| {
-            plant.reset();
-            let result = plan.run(black_box(&mut plant), |_, _, _| ());
-            (plant.state(), result)
-        });
-    });
-    Ok(())
+    Ok(Program::new("quantised/exact-bare", move || {
+        plant.reset();
+        let result = plan.run(black_box(&mut plant), |_, _, _| ());
+        (plant.state(), result)
+    }))
 }
 
-/// The law as written with the shortest of all plants, β = β₀ + Γ·V: each sample
-/// needs the one before it.
-fn law_alone(group: &mut Group<'_>, workload: &str) -> Result<(), Box<dyn Error>> {
-    struct Shortest(f64);
-    impl Axis for Shortest {
-        type Error = Infallible;
-        fn beta_rad(&self) -> f64 {
-            self.0
-        }
-        fn hold(&mut self, voltage_v: f64, _: u64) -> Result<(), Infallible> {
-            self.0 = 0.5 + 1e-3 * voltage_v;
-            Ok(())
-        }
-    }
+/// The law and the exact map of a sample alone: see [`crate::reference_loop`].
+fn reference(workload: &str) -> Result<Program, Box<dyn Error>> {
     let case = workload::case("quantised", workload, "exact", workload::W1_TOLERANCE)?;
-    let plan = Plan::new(&case).ok_or("no sample time")?;
-    group.bench_function("quantised/law-alone", |bencher| {
-        bencher.iter(|| {
-            let mut axis = Shortest(black_box(0.0));
-            let result = plan.run(&mut axis, |_, _, _| ());
-            (axis.0, result)
-        });
-    });
-    Ok(())
+    let reference = reference_loop::checked(&case)?;
+    Ok(Program::new("quantised/reference-loop", move || {
+        black_box(&reference).run(|_| ())
+    }))
 }
 
 /// The same axis without a gap, figures and all: nothing to detect. What the
 /// contacts cost is the difference to `exact`.
-fn gapless(group: &mut Group<'_>, workload: &str) -> Result<(), Box<dyn Error>> {
-    let mut case = workload::case("quantised", workload, "exact", workload::W1_TOLERANCE)?;
-    if let Joint::Elastic(joint) = &mut case.axis.transmission.joint {
-        joint.backlash_half_rad = 0.0;
-    }
+fn gapless(workload: &str) -> Result<Program, Box<dyn Error>> {
+    let case = workload::case("quantised", workload, "exact", workload::W1_TOLERANCE)?;
+    let case = reference_loop::gapless(&case);
     let mut runs = Runs::new();
     let contacts = runs.single(&case)?.contact_changes;
     if contacts > 0 {
         return Err(format!("{contacts} changes of contact without a gap").into());
     }
-    group.bench_function("quantised/exact-gapless", |bencher| {
-        bencher.iter(|| runs.single(black_box(&case)));
-    });
-    Ok(())
+    Ok(Program::new("quantised/exact-gapless", move || {
+        runs.single(black_box(&case))
+    }))
 }
 
 /// The paper's way, without figures.
-fn rk4(group: &mut Group<'_>, workload: &str) -> Result<(), Box<dyn Error>> {
+fn rk4(workload: &str) -> Result<Program, Box<dyn Error>> {
     let case = workload::case("quantised", workload, "rk4", workload::W1_TOLERANCE)?;
     let plan = Plan::new(&case).ok_or("no sample time")?;
     let axis = ElasticAxis::new(&case).ok_or("a rigid joint")?;
-    group.bench_function("quantised/rk4", |bencher| {
-        bencher.iter(|| {
-            let mut axis = Rk4Axis::new(*black_box(&axis), RK4_STEP_NS);
-            let result = plan.run(&mut axis, |_, _, _| ());
-            (axis.y, result)
-        });
-    });
-    Ok(())
+    Ok(Program::new("quantised/rk4", move || {
+        let mut axis = Rk4Axis::new(*black_box(&axis), RK4_STEP_NS);
+        let result = plan.run(&mut axis, |_, _, _| ());
+        (axis.y, result)
+    }))
 }
 
 /// Ends the program with a message: a benchmark without its case is none.

@@ -58,10 +58,22 @@ impl Plan {
         &self.case
     }
 
+    /// The sample time \[ns\].
+    pub fn period_ns(&self) -> u64 {
+        self.period_ns
+    }
+
+    /// The setpoint of every sample, the last one's voltage unused.
+    pub fn setpoints(&self) -> &[f64] {
+        &self.setpoints
+    }
+
     /// One run from rest; `observe` gets sample, code and axis.
     ///
     /// # Errors
     /// Whatever the axis reports.
+    // Takes the caller's instructions, with `floor` among them or not.
+    #[inline(always)]
     pub fn run<A: Axis>(
         &self,
         axis: &mut A,

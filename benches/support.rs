@@ -1,6 +1,7 @@
 //! Shared set-up of the benchmarks: the workloads W1-W4, the lockstep that
-//! every program is driven by, the fixed-step Runge-Kutta of the paper, and
-//! the criterion groups of the project's own solvers.
+//! every program is driven by, the fixed-step Runge-Kutta of the paper, the
+//! reference loop that is their floor, and the criterion groups of the
+//! project's own solvers.
 //!
 //! Comparators with heavy dependencies are a workspace of their own,
 //! `benches/yardsticks`, which adds their figures to the same groups.
@@ -10,5 +11,6 @@
 pub mod elastic_axis;
 pub mod groups;
 pub mod lockstep;
+pub mod reference_loop;
 pub mod rk4_axis;
 pub mod workload;

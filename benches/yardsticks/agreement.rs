@@ -16,6 +16,7 @@ use hil_core::run::{Outcome, RunOptions, run};
 use hil_core::runfile::builtin_names;
 use plant::{Plant, Solver};
 use yardsticks::contact::Change;
+use yardsticks::odeint::{self, Odeint};
 use yardsticks::{diffsol_axis, diffsol_continuous};
 
 /// Codes and outcome of the project's own run.
@@ -63,6 +64,27 @@ fn diffsol_gives_the_events_of_w3() {
     let changes = diffsol_continuous::run(&case, 1e-8, |_| rows += 1).unwrap();
     assert_eq!(rows, 1501);
     assert_same_events(&changes, &own(&case).1);
+}
+
+/// Its own bound, and the contrast: a tolerance of 1e-4 does not pass.
+#[test]
+fn odeint_ends_where_the_exact_solver_does() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+    for (law, workload, tolerance) in [
+        ("quantised", W1, odeint::W1_TOLERANCE),
+        ("quantised", W2, odeint::W2_TOLERANCE),
+        ("continuous", W3, odeint::W3_TOLERANCE),
+    ] {
+        let case = workload::case(law, workload, "exact", 1e-10).unwrap();
+        let odeint = match Odeint::new(folder, &case, tolerance) {
+            Ok(odeint) => odeint,
+            Err(error) => return eprintln!("left out: Boost odeint: {error}"),
+        };
+        let agreement = odeint.agreement(&case).unwrap();
+        eprintln!("{workload}: {agreement:?}");
+        let loose = Odeint::new(folder, &case, 1e-4).unwrap();
+        assert!(loose.agreement(&case).is_err(), "{workload}");
+    }
 }
 
 /// Another order of the sums, so not the same bits, but the same method.

@@ -24,8 +24,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let folder = std::env::args().nth(1).ok_or("deviation FOLDER")?;
     println!("w   solver        tolerance      β       β̇       γ       γ̇       I       ε     ms");
     for (w, workload, every, tolerances) in [
-        (1, W1, 1, [1e-9, 1e-10, 1e-11]),
-        (2, W2, 10, [1e-7, 1e-8, 1e-9]),
+        (1, W1, 1, [1e-8, 1e-9, 1e-10, 1e-11]),
+        (2, W2, 10, [1e-7, 1e-8, 1e-9, 1e-10]),
     ] {
         let truth = truth(&folder, w)?;
         let case = workload::case("sampled", workload, "rk4", 1e-10)?;
@@ -61,7 +61,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         );
     }
     let truth = truth(&folder, 3)?;
-    for tolerance in [1e-7, 1e-8, 1e-9] {
+    for tolerance in [1e-7, 1e-8, 1e-9, 1e-10] {
         let case = workload::case("continuous", W3, "dopri5", tolerance)?;
         let mut rows = Vec::new();
         let start = Instant::now();

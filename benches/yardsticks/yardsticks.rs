@@ -6,3 +6,5 @@
 pub mod contact;
 pub mod diffsol_axis;
 pub mod diffsol_continuous;
+pub mod odeint;
+pub mod programs;

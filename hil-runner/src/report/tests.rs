@@ -243,9 +243,9 @@ fn figure(key: &str, label: &str, unit: &str, value: Option<f64>) -> FigureRow {
     }
 }
 
-fn verdict(figure: &str, value: Option<f64>, limit: f64, pass: bool) -> Verdict {
+fn verdict(figure: &'static str, value: Option<f64>, limit: f64, pass: bool) -> Verdict {
     Verdict {
-        figure: figure.into(),
+        figure,
         value,
         limit,
         margin: value.map(|value| limit - value.abs()),
