@@ -53,8 +53,7 @@ impl ReferenceLoop {
         let sample_s = seconds(case.controller.sample_time_ns?);
         // `δ` is counted from the flank, which without a gap lies at zero.
         let flank = axis.flank(true);
-        let mut a = Matrix::default();
-        for column in 0..SIZE {
+        let rates = |column: usize| -> State {
             let unit = |place| f64::from(u8::from(place == column));
             let y = [
                 unit(0) - unit(EPSILON),
@@ -70,16 +69,19 @@ impl ReferenceLoop {
                 epsilon_ddot,
                 current_dot,
             ] = axis.derivative(&flank, unit(VOLTAGE), &y);
-            let rates: State = [
+            [
                 gamma_dot + epsilon_dot,
                 (gamma_ddot + epsilon_ddot) * sample_s,
                 epsilon_dot,
                 epsilon_ddot * sample_s,
                 current_dot,
-            ];
-            for (row, rate) in rates.into_iter().enumerate() {
-                a[row][column] = rate * sample_s;
-            }
+            ]
+        };
+        let columns: [State; SIZE] = std::array::from_fn(rates);
+        // The voltage is held: its row is nothing.
+        let mut a = Matrix::default();
+        for (row, of_state) in a.iter_mut().take(VOLTAGE).enumerate() {
+            *of_state = columns.map(|rates| rates[row] * sample_s);
         }
         let map = exponential(&a);
         let column = |column: usize| -> [f64; ROWS] {

@@ -218,7 +218,8 @@ impl<'a, const D: usize> Sights<'a, D> {
             if which >> figure & 1 != 0 {
                 let [from, to] = &self.piece.ends;
                 let ends = (from[figure], to[figure]);
-                self.reach.raise(&self.figure(figure), ends, peak, &mut work);
+                self.reach
+                    .raise(&self.figure(figure), ends, peak, &mut work);
             }
         }
         let after_s = self.last_outside(band_m, &mut work);
@@ -324,7 +325,8 @@ impl FeedbackPiece<'_> {
             command: None,
         };
         let ends_v = (self.demands_v[0], self.demands_v[1]);
-        Reach::new(&Flow::feedback(self.table, &self.x[0]), length_s).raise(&demand, ends_v, peak_v, work);
+        Reach::new(&Flow::feedback(self.table, &self.x[0]), length_s)
+            .raise(&demand, ends_v, peak_v, work);
     }
 
     /// Energy that the joint's damper takes over `length_s` of the piece \[J\].

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 
 use super::grid::{CELLS, Grid};
-use super::levels::{ChordBounds, Levels};
+use super::levels::{self, ChordBounds, Levels};
 use super::levels::{TERMS, Taylor, growth_rate};
 use super::roots::Polynomial;
 use super::sketch::{Found, NODE_PRODUCT, NODES, Sketch, first_zero, value_and_slope};
@@ -135,6 +135,45 @@ proptest! {
             let near = local.at(local.window.sigma(theta * length_s));
             let size = change.abs() + rate.abs() * length_s;
             prop_assert!(row.dot(&(near - change)).abs() <= 1e-12 * row.abs().dot(&size));
+            let within = change_after(&a, &rate, theta * end * length_s);
+            let (value, _) = value_and_slope(&part.values, theta);
+            prop_assert!((value - 0.25 - 2.0 * row.dot(&within)).abs() <= part.stray + rounding);
+        }
+    }
+
+    /// So is the sketch without a grid, and its series about the middle.
+    #[test]
+    fn sketches_about_the_middle_hold(
+        a in systems(),
+        row in rows(),
+        rate in rates(),
+        growth in 1e-3..8.0_f64,
+        end in 0.05..1.0_f64,
+    ) {
+        let length_s = growth / growth_rate(&a);
+        let sketch = Sketch::about_middle(&Levels::new(&a, length_s), &row).unwrap();
+        let curve = sketch.curve(&rate, 2.0, 0.25);
+        let part = curve.until(end);
+        let rounding = 1e-13 * (row.abs().dot(&(a.abs() * rate.abs() * length_s + rate.abs()))) * length_s;
+        for i in 0..=40 {
+            let theta = f64::from(i) / 40.0;
+            let change = change_after(&a, &rate, theta * length_s);
+            let exact = 0.25 + 2.0 * row.dot(&change);
+            let slope = 2.0 * row.dot(&(a * change + rate)) * length_s;
+            let (value, _) = value_and_slope(&curve.values, theta);
+            let (steepness, _) = value_and_slope(&curve.slopes, theta);
+            prop_assert!((value - exact).abs() <= curve.stray + rounding);
+            prop_assert!((steepness - slope).abs() <= curve.stray + rounding);
+            prop_assert!(exact.abs() <= curve.upper() + rounding);
+            // At its centre, and a quarter of its width from there.
+            let (window, q) = sketch.around(&rate, 0.125, (theta * length_s, length_s));
+            for sigma in [0.0, 0.5] {
+                let time_s = window.time_s(sigma);
+                let change = change_after(&a, &rate, time_s);
+                let size = row.abs().dot(&(change.abs() + rate.abs() * length_s));
+                let near = levels::value_and_slope(&q, window.sigma(time_s)).0 - 0.125;
+                prop_assert!((near - row.dot(&change)).abs() <= 1e-12 * (size + 0.125));
+            }
             let within = change_after(&a, &rate, theta * end * length_s);
             let (value, _) = value_and_slope(&part.values, theta);
             prop_assert!((value - 0.25 - 2.0 * row.dot(&within)).abs() <= part.stray + rounding);
@@ -295,7 +334,7 @@ fn node_product_is_a_bound() {
     );
 }
 
-/// The contrast of `sketches_hold`: without its remainder a sketch of a fast
+/// The contrast of both: without its remainder a sketch of a fast
 /// oscillation is off by more than rounding.
 #[test]
 fn remainder_is_no_idle_one() {
@@ -306,15 +345,21 @@ fn remainder_is_no_idle_one() {
         Column::<3>::new(1.0, 0.0, 0.0),
         Column::<3>::new(0.0, w * w, 0.0),
     );
-    let grid = Grid::new(&Levels::new(&a, length_s)).unwrap();
-    let curve = Sketch::over(&grid, &a, &row).curve(&rate, 1.0, 0.0);
-    let mut off = 0.0_f64;
-    for i in 0..=400 {
-        let theta = f64::from(i) / 400.0;
-        let exact = row.dot(&change_after(&a, &rate, theta * length_s));
-        off = off.max((value_and_slope(&curve.values, theta).0 - exact).abs());
+    let levels = Levels::new(&a, length_s);
+    let grid = Grid::new(&levels).unwrap();
+    for sketch in [
+        Sketch::over(&grid, &a, &row),
+        Sketch::about_middle(&levels, &row).unwrap(),
+    ] {
+        let curve = sketch.curve(&rate, 1.0, 0.0);
+        let mut off = 0.0_f64;
+        for i in 0..=400 {
+            let theta = f64::from(i) / 400.0;
+            let exact = row.dot(&change_after(&a, &rate, theta * length_s));
+            off = off.max((value_and_slope(&curve.values, theta).0 - exact).abs());
+        }
+        assert!(off > 1e-9 && off < curve.stray, "{off} {}", curve.stray);
     }
-    assert!(off > 1e-9 && off < curve.stray, "{off} {}", curve.stray);
 }
 
 /// The series is as good as rounding where it may be used.
