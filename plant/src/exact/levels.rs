@@ -175,7 +175,7 @@ pub(crate) const NOISE_ULPS: f64 = 4.0 * f64::EPSILON;
 
 /// Halvings of a sample after which the system is called too stiff. 2^40 of
 /// them would take hours; the walk's own limit is reached long before.
-const MOST_HALVINGS: u32 = 40;
+const MOST_HALVINGS: usize = 40;
 
 /// `T·ρ(|ψ(T)⁻¹|)`, which no scaling of the states changes, up to which the change
 /// of the state tells what the rate was: the rounding of both, some 1e-16, stays
@@ -222,9 +222,25 @@ pub(crate) struct ChordBounds<const D: usize> {
     pub(crate) slope_per_change: Column<D>,
 }
 
-/// Levels of the steps from which on a table is stiff: a walk over one of fewer takes
-/// some thousand steps at most.
+/// Halvings of the longest step from which on a table is stiff: a walk over one of
+/// fewer takes some thousand steps at most.
 const STIFF: usize = 12;
+
+/// The part of a step that the Taylor series holds over \[s\], λ being the growth, and
+/// how often the step is halved down to it.
+fn leaf(growth_per_s: f64, mut length_s: f64) -> (f64, usize) {
+    let mut halvings = 0;
+    while growth_per_s * length_s > 1.0 && halvings < MOST_HALVINGS {
+        length_s *= 0.5;
+        halvings += 1;
+    }
+    (length_s, halvings)
+}
+
+/// True if a time constant is shorter than a thousandth of a step.
+pub(crate) fn is_stiff<const D: usize>(a: &Matrix<D>, length_s: f64) -> bool {
+    leaf(growth_rate(a), length_s).1 >= STIFF
+}
 
 impl<const D: usize> Levels<D> {
     /// True if a time constant is shorter than a thousandth of the longest step.
@@ -235,18 +251,14 @@ impl<const D: usize> Levels<D> {
     /// The steps of a system over `length_s` and its binary fractions.
     pub(crate) fn new(a: &Matrix<D>, length_s: f64) -> Self {
         let rate = growth_rate(a);
-        let (mut leaf_s, mut halvings) = (length_s, 0);
-        while rate * leaf_s > 1.0 && halvings < MOST_HALVINGS {
-            leaf_s *= 0.5;
-            halvings += 1;
-        }
+        let (leaf_s, halvings) = leaf(rate, length_s);
         let step = |length_s: f64, integral: Matrix<D>, transition: Matrix<D>| ExactStep {
             length_s,
             integral,
             transition,
         };
-        let leaf = integral(a, leaf_s);
-        let mut steps = vec![step(leaf_s, leaf, Matrix::identity() + a * leaf)];
+        let shortest = integral(a, leaf_s);
+        let mut steps = vec![step(leaf_s, shortest, Matrix::identity() + a * shortest)];
         for _ in 0..halvings {
             let last = steps[steps.len() - 1];
             steps.push(step(

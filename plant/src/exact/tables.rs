@@ -7,7 +7,7 @@
 use std::sync::OnceLock;
 
 use super::grid::Grid;
-use super::levels::{BOUND_MARGIN, ChordBounds, ExactStep, Levels, NOISE_ULPS};
+use super::levels::{self, BOUND_MARGIN, ChordBounds, ExactStep, Levels, NOISE_ULPS};
 use super::loss::{DRIVING, Dissipation};
 use super::sketch::Sketch;
 use super::system::{
@@ -305,7 +305,7 @@ pub(crate) fn is_stiff(axis: &Axis, length_ns: u64) -> bool {
             guide: GuideMode::AsWritten,
             ..axis.mode_at_rest()
         };
-        Levels::new(&axis.system(&mode).a, seconds(length_ns)).is_stiff()
+        levels::is_stiff(&axis.system(&mode).a, seconds(length_ns))
     })
 }
 

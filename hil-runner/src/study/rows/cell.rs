@@ -85,27 +85,24 @@ impl Cell {
     }
 
     /// Appends the cell to a record of CSV.
-    fn write(&self, csv: &mut Vec<u8>) {
+    ///
+    /// # Errors
+    /// Those of the writer.
+    fn write(
+        &self,
+        writer: &mut csv::Writer<Vec<u8>>,
+        buffer: &mut ryu::Buffer,
+    ) -> csv::Result<()> {
         match self {
-            Self::Empty => {}
+            Self::Empty => writer.write_field(b""),
             Self::Number(number) => {
-                let mut buffer = zmij::Buffer::new();
                 let text = buffer.format_finite(*number);
-                // Whole numbers without the fraction that says so, exponents without
-                // a plus, which only large ones have.
-                let text = text.strip_suffix(".0").unwrap_or(text);
-                let plus = (number.abs() >= 1e16).then(|| text.find('+')).flatten();
-                let (mantissa, exponent) = text.split_at(plus.unwrap_or(text.len()));
-                csv.extend_from_slice(mantissa.as_bytes());
-                csv.extend_from_slice(exponent.trim_start_matches('+').as_bytes());
+                // Whole numbers without the fraction that says so.
+                writer.write_field(text.strip_suffix(".0").unwrap_or(text))
             }
-            Self::Flag(true) => csv.extend_from_slice(b"true"),
-            Self::Flag(false) => csv.extend_from_slice(b"false"),
-            Self::Text(text) if text.contains(['"', ',', '\n', '\r']) => {
-                let quoted = format!("\"{}\"", text.replace('"', "\"\""));
-                csv.extend_from_slice(quoted.as_bytes());
-            }
-            Self::Text(text) => csv.extend_from_slice(text.as_bytes()),
+            Self::Flag(true) => writer.write_field(b"true"),
+            Self::Flag(false) => writer.write_field(b"false"),
+            Self::Text(text) => writer.write_field(text.as_bytes()),
         }
     }
 
@@ -126,19 +123,24 @@ impl Cell {
 }
 
 /// Rows of results as CSV, one record each.
-pub(super) fn to_csv(rows: &[Vec<Cell>]) -> Vec<u8> {
+///
+/// # Errors
+/// Those of the writer, which has no reason for any.
+pub(super) fn to_csv(rows: &[Vec<Cell>]) -> csv::Result<Vec<u8>> {
     let bytes_a_row = rows.first().map_or(0, |row| 24 * row.len());
-    let mut csv = Vec::with_capacity(bytes_a_row * rows.len());
+    let mut writer = csv::WriterBuilder::new()
+        .buffer_capacity(1 << 14)
+        .from_writer(Vec::with_capacity(bytes_a_row * rows.len()));
+    let mut buffer = ryu::Buffer::new();
     for row in rows {
-        for (place, cell) in row.iter().enumerate() {
-            if place > 0 {
-                csv.push(b',');
-            }
-            cell.write(&mut csv);
+        for cell in row {
+            cell.write(&mut writer, &mut buffer)?;
         }
-        csv.push(b'\n');
+        writer.write_record(None::<&[u8]>)?;
     }
-    csv
+    writer
+        .into_inner()
+        .map_err(|error| csv::Error::from(error.into_error()))
 }
 
 #[cfg(test)]
@@ -152,7 +154,7 @@ mod tests {
         let mut row: Vec<Cell> = numbers.map(Cell::Number).to_vec();
         let text = Cell::Text("a, \"b\"\nc".into());
         row.extend([Cell::Empty, Cell::Flag(true), text]);
-        let bytes = to_csv(std::slice::from_ref(&row));
+        let bytes = to_csv(std::slice::from_ref(&row)).unwrap();
         let mut reader = csv::ReaderBuilder::new()
             .has_headers(false)
             .from_reader(bytes.as_slice());
