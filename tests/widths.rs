@@ -307,6 +307,12 @@ fn widths() -> Vec<(&'static str, Compare)> {
     widths
 }
 
+/// True if runs of this axis do not go side by side: their work has to be counted.
+fn is_stiff(group: &Group) -> bool {
+    let made = Batch::new(One, &group.lanes[0].axis, &group.lengths_ns());
+    matches!(made, Err(PlantError::TooStiff { .. }))
+}
+
 fn check(groups: &[Group]) {
     let widths = widths();
     let names: Vec<_> = widths.iter().map(|(name, _)| *name).collect();
@@ -435,6 +441,7 @@ fn random_axes_have_the_bits_of_the_single_run() {
             lanes: (0..9).map(lane).collect(),
         }
     };
-    let groups: Vec<_> = (0..90).map(group).collect();
+    let (stiff, groups): (Vec<_>, Vec<_>) = (0..90).map(group).partition(is_stiff);
+    assert!((1..=20).contains(&stiff.len()), "{} are stiff", stiff.len());
     check(&groups);
 }

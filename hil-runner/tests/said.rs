@@ -55,7 +55,8 @@ fn refreshed(block: &Block) -> String {
     for command in block.line.lines() {
         fresh += &format!("$ {command}\n");
     }
-    for line in text.lines() {
+    // How long runs took is another matter every time.
+    for line in text.lines().filter(|line| !line.ends_with(" runs/s")) {
         fresh += format!("  {line}").trim_end();
         fresh += "\n";
     }

@@ -63,6 +63,8 @@ fn the_examples_of_the_docs_are_made() {
         let folder = folder_with(example);
         let output = study(&folder, "small.toml --out out");
         assert!(messages(&output, 0).is_empty(), "{file}");
+        let rate = String::from_utf8_lossy(&output.stderr);
+        assert!(rate.ends_with(" runs/s\n"), "{rate}");
         let drawn = std::fs::read_dir(folder.path().join("out")).unwrap();
         let svg = |entry: &std::fs::DirEntry| entry.path().extension() == Some("svg".as_ref());
         assert_eq!(drawn.flatten().filter(svg).count(), pictures, "{file}");

@@ -47,11 +47,12 @@ pub(crate) fn made(folder: impl AsRef<Path>, line: &str, name: &str) -> PathBuf 
     moved
 }
 
-/// The program's messages; it must end with `status`.
+/// The program's messages but for the rate of its runs; it must end with `status`.
 pub(crate) fn messages(output: &Output, status: i32) -> String {
-    let text = String::from_utf8_lossy(&output.stderr).into_owned();
+    let text = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(status), "{text}");
-    text
+    let lines = text.split_inclusive('\n');
+    lines.filter(|line| !line.ends_with(" runs/s\n")).collect()
 }
 
 /// Panics unless every line `arguments => words` of a table ends with status 2

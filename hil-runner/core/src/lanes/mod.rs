@@ -10,8 +10,10 @@
 //! laws       the sampled laws on all lanes, and gains, encoder and drive lane by lane
 //! side_by_side  laws and axes from sample to sample, and what their rows leave behind
 //! worker     what one thread keeps from run to run
+//! alone      whatever cannot go side by side
 //! ```
 
+mod alone;
 mod family;
 mod laws;
 mod side_by_side;

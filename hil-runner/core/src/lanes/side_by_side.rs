@@ -2,9 +2,9 @@
 
 use plant::{Batch, ExtremesSettings, LaneSetup, PlantError, Width};
 
+use super::alone::alone;
 use super::family::{Commands, Family, SampleSteps};
 use super::laws::{Firmware, Held, LaneLaw, LaneSample, Sampled, Settings};
-use super::worker::alone;
 use crate::case::{Case, Law};
 use crate::controllers::{FirmwareOnCounts, Pid, PidState};
 use crate::error::RunError;

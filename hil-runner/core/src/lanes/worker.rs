@@ -3,11 +3,11 @@
 use fearless_simd::{Level, Simd, dispatch};
 use plant::{Eight, Four, One, Width};
 
+use super::alone::alone;
 use super::family::{AT_A_TIME, Family, Parcel, groups};
 use super::side_by_side::Lanes;
 use crate::case::Case;
 use crate::error::RunError;
-use crate::run::{RunOptions, run};
 use crate::summary::Summary;
 
 /// A number of cases for which whole groups of lanes are not worth it.
@@ -237,11 +237,4 @@ fn run_places<W: Width>(
             each(place, figures);
         }
     });
-}
-
-/// A case that has to be run by itself.
-pub(super) fn alone(case: &Case) -> Result<Summary, RunError> {
-    let mut case = case.clone();
-    case.run.events = false;
-    run(&case, RunOptions::default(), &mut |_| Ok(())).map(|outcome| outcome.summary)
 }
