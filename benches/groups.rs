@@ -10,6 +10,7 @@ use std::time::{Duration, Instant};
 
 use criterion::BenchmarkGroup;
 use criterion::measurement::WallTime;
+use fearless_simd::Level;
 use hil_core::lanes::Runs;
 use hil_core::run::{RunOptions, run};
 use plant::{Plant, Solver};
@@ -178,6 +179,31 @@ fn rk4(workload: &str) -> Result<Program, Box<dyn Error>> {
         let result = plan.run(&mut axis, |_, _, _| ());
         (axis.y, result)
     }))
+}
+
+/// The widest vectors that the project's own programs use on this machine. What they
+/// ask for as AVX-512 is more than its first processors have; those count as AVX2.
+pub fn vectors() -> &'static str {
+    let level = Level::new();
+    #[cfg(target_arch = "x86_64")]
+    for (name, here) in [
+        ("AVX-512", level.as_avx512().is_some()),
+        ("AVX2", level.as_avx2().is_some()),
+        ("SSE4.2", level.as_sse4_2().is_some()),
+    ] {
+        if here {
+            return name;
+        }
+    }
+    #[cfg(target_arch = "aarch64")]
+    if level.as_neon().is_some() {
+        return "NEON";
+    }
+    if level.is_fallback() {
+        "none"
+    } else {
+        "the least of this architecture"
+    }
 }
 
 /// Ends the program with a message: a benchmark without its case is none.

@@ -8,7 +8,7 @@ use std::error::Error;
 use std::path::Path;
 use std::time::Duration;
 
-use bench_benches::groups::{Program, or_exit};
+use bench_benches::groups::{Program, or_exit, vectors};
 use yardsticks::programs;
 
 /// Rounds unless told otherwise.
@@ -92,23 +92,4 @@ fn rows(programs: Vec<Program>) -> Vec<Row> {
 fn least_and_median(numbers: &mut [f64]) -> (f64, f64) {
     numbers.sort_by(f64::total_cmp);
     (numbers[0], numbers[numbers.len() / 2])
-}
-
-/// The widest instructions that the project's own solvers can choose from here.
-fn vectors() -> &'static str {
-    #[cfg(target_arch = "x86_64")]
-    for (name, here) in [
-        ("AVX-512", std::arch::is_x86_feature_detected!("avx512f")),
-        ("AVX2", std::arch::is_x86_feature_detected!("avx2")),
-        ("SSE4.2", std::arch::is_x86_feature_detected!("sse4.2")),
-    ] {
-        if here {
-            return name;
-        }
-    }
-    if cfg!(target_arch = "aarch64") {
-        "NEON"
-    } else {
-        "SSE2 or none"
-    }
 }

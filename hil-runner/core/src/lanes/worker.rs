@@ -96,11 +96,11 @@ impl Runs {
         }
     }
 
-    /// The figures of a run, bit for bit those of [`run`] with
+    /// The figures of a run, bit for bit those of [`crate::run::run`] with
     /// `run.events = false`.
     ///
     /// # Errors
-    /// As [`run`].
+    /// As [`crate::run::run`].
     pub fn single(&mut self, case: &Case) -> Result<Summary, RunError> {
         let Some(family) = Family::of(case) else {
             return alone(case);
@@ -120,7 +120,7 @@ impl Runs {
     }
 
     /// Appends the figures of every case, in their order: bit for bit those of
-    /// [`run`] with `run.events = false`.
+    /// [`crate::run::run`] with `run.events = false`.
     pub fn figures(&mut self, cases: &[Case], figures: &mut Vec<Result<Summary, RunError>>) {
         let first = figures.len();
         figures.extend(cases.iter().map(|_| Err(RunError::Lost)));
