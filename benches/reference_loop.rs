@@ -1,4 +1,4 @@
-//! The floor that a run with contacts and figures is compared with: the law as
+//! What a run with contacts and figures is compared with: the law as
 //! written, in its order ([`Plan::run`]), and the exact map of one sample with
 //! the joint in one mode. Nobody looks for contacts and nothing is recorded.
 //!

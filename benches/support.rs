@@ -1,7 +1,6 @@
 //! Shared set-up of the benchmarks: the workloads W1-W4, the lockstep that
 //! every program is driven by, the fixed-step Runge-Kutta of the paper, the
-//! reference loop that is their floor, and the criterion groups of the
-//! project's own solvers.
+//! reference loop that they are compared with, and the project's own solvers.
 //!
 //! Comparators with heavy dependencies are a workspace of their own,
 //! `benches/yardsticks`, which adds their figures to the same groups.
