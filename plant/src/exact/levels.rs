@@ -237,13 +237,13 @@ fn leaf(growth_per_s: f64, mut length_s: f64) -> (f64, usize) {
     (length_s, halvings)
 }
 
-/// True if a time constant is shorter than a thousandth of a step.
+/// True if a time constant is shorter than a 2,048th of a step, as far as λ tells.
 pub(crate) fn is_stiff<const D: usize>(a: &Matrix<D>, length_s: f64) -> bool {
     leaf(growth_rate(a), length_s).1 >= STIFF
 }
 
 impl<const D: usize> Levels<D> {
-    /// True if a time constant is shorter than a thousandth of the longest step.
+    /// True if a time constant is shorter than a 2,048th of the longest step, likewise.
     pub(crate) fn is_stiff(&self) -> bool {
         self.steps.len() > STIFF
     }
