@@ -19,9 +19,9 @@ pub enum RunError {
     /// The run took more work than `run.work_limit` allows.
     #[error(
         "stopped at t = {time_s} s of {duration_s} s with {work} steps and searches within the \
-         samples; run.work_limit = {limit} allows no more. Something is far faster than a sample \
-         (a time constant from a tiny inductance or inertia, a huge resistance, stiffness or \
-         damping) or rattles; a larger run.work_limit lets the run go on"
+         samples; run.work_limit = {limit} allows no more. If that is not a small limit, something is far faster than a \
+         sample (a time constant from a tiny inductance or inertia, a huge resistance, stiffness \
+         or damping) or rattles; a larger run.work_limit lets the run go on"
     )]
     OutOfWork {
         /// Time reached \[s\].

@@ -64,7 +64,7 @@ pub(crate) struct Run {
     #[arg(long, value_enum, default_value_t = IoName::Direct)]
     io: IoName,
     /// Wall-clock time that the runs may take; a run that takes longer fails, and its trace is kept
-    #[arg(long, value_name = "SECONDS", value_parser = time_limit)]
+    #[arg(long, value_name = "SECONDS", value_parser = time_limit, allow_negative_numbers = true)]
     time_limit: Option<f64>,
 }
 
@@ -74,7 +74,7 @@ fn time_limit(words: &str) -> Result<f64, String> {
         .parse()
         .ok()
         .filter(|s: &f64| s.is_finite() && *s > 0.0);
-    seconds.ok_or_else(|| "a number of seconds greater than 0 is allowed".to_owned())
+    seconds.ok_or_else(|| "a finite number of seconds greater than 0 is allowed".to_owned())
 }
 
 /// Names of the electronics on the command line.

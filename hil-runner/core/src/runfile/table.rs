@@ -285,7 +285,7 @@ const RUN: &[Key] = &[
         .at(|c| Some(&mut c.run.events))
         .note(&["list every contact change in the summary"]),
     // A step takes 0.3 to 2 µs, so that a run ends within a minute; the paper's
-    // runs count 10 to 27, with `dopri5` some 12,000.
+    // runs count 10 to 29, with `dopri5` 9,000 to 12,000.
     whole("work_limit", 1, 1_000_000_000_000_000, "")
         .meaning("number of steps and searches within the samples after which the run ends")
         .or(Value::Whole(20_000_000))
