@@ -83,6 +83,34 @@ fn rows() -> impl Strategy<Value = Column<3>> {
     ]
 }
 
+/// Fails unless a sketch of `row·x` over a step of `length_s` is as near as it says,
+/// in value and slope, whole and up to `end`.
+fn sketch_holds(
+    sketch: &Sketch<3>,
+    (a, row, rate): (&Matrix<3>, &Column<3>, &Column<3>),
+    (length_s, end): (f64, f64),
+) -> Result<(), TestCaseError> {
+    let curve = sketch.curve(rate, 2.0, 0.25);
+    let part = curve.until(end);
+    let size = a.abs() * rate.abs() * length_s + rate.abs();
+    let rounding = 1e-13 * row.abs().dot(&size) * length_s;
+    for i in 0..=40 {
+        let theta = f64::from(i) / 40.0;
+        let change = change_after(a, rate, theta * length_s);
+        let exact = 0.25 + 2.0 * row.dot(&change);
+        let slope = 2.0 * row.dot(&(a * change + rate)) * length_s;
+        let (value, _) = value_and_slope(&curve.values, theta);
+        let (steepness, _) = value_and_slope(&curve.slopes, theta);
+        prop_assert!((value - exact).abs() <= curve.stray + rounding);
+        prop_assert!((steepness - slope).abs() <= curve.stray + rounding);
+        prop_assert!(exact.abs() <= curve.upper() + rounding);
+        let within = change_after(a, rate, theta * end * length_s);
+        let (value, _) = value_and_slope(&part.values, theta);
+        prop_assert!((value - 0.25 - 2.0 * row.dot(&within)).abs() <= part.stray + rounding);
+    }
+    Ok(())
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(256))]
 
@@ -116,28 +144,15 @@ proptest! {
         end in 0.05..1.0_f64,
     ) {
         let length_s = growth / growth_rate(&a);
-        let levels = Levels::new(&a, length_s);
-        let grid = Grid::new(&levels).unwrap();
-        let curve = Sketch::over(&grid, &a, &row).curve(&rate, 2.0, 0.25);
-        let part = curve.until(end);
-        let rounding = 1e-13 * (row.abs().dot(&(a.abs() * rate.abs() * length_s + rate.abs()))) * length_s;
+        let grid = Grid::new(&Levels::new(&a, length_s)).unwrap();
+        sketch_holds(&Sketch::over(&grid, &a, &row), (&a, &row, &rate), (length_s, end))?;
         for i in 0..=40 {
-            let theta = f64::from(i) / 40.0;
-            let change = change_after(&a, &rate, theta * length_s);
-            let exact = 0.25 + 2.0 * row.dot(&change);
-            let slope = 2.0 * row.dot(&(a * change + rate)) * length_s;
-            let (value, _) = value_and_slope(&curve.values, theta);
-            let (steepness, _) = value_and_slope(&curve.slopes, theta);
-            prop_assert!((value - exact).abs() <= curve.stray + rounding);
-            prop_assert!((steepness - slope).abs() <= curve.stray + rounding);
-            prop_assert!(exact.abs() <= curve.upper() + rounding);
-            let local = grid.near(&a, &Column::zeros(), &rate, theta * length_s);
-            let near = local.at(local.window.sigma(theta * length_s));
+            let time_s = f64::from(i) / 40.0 * length_s;
+            let change = change_after(&a, &rate, time_s);
+            let local = grid.near(&a, &Column::zeros(), &rate, time_s);
+            let near = local.at(local.window.sigma(time_s));
             let size = change.abs() + rate.abs() * length_s;
             prop_assert!(row.dot(&(near - change)).abs() <= 1e-12 * row.abs().dot(&size));
-            let within = change_after(&a, &rate, theta * end * length_s);
-            let (value, _) = value_and_slope(&part.values, theta);
-            prop_assert!((value - 0.25 - 2.0 * row.dot(&within)).abs() <= part.stray + rounding);
         }
     }
 
@@ -152,21 +167,11 @@ proptest! {
     ) {
         let length_s = growth / growth_rate(&a);
         let sketch = Sketch::about_middle(&Levels::new(&a, length_s), &row).unwrap();
-        let curve = sketch.curve(&rate, 2.0, 0.25);
-        let part = curve.until(end);
-        let rounding = 1e-13 * (row.abs().dot(&(a.abs() * rate.abs() * length_s + rate.abs()))) * length_s;
+        sketch_holds(&sketch, (&a, &row, &rate), (length_s, end))?;
         for i in 0..=40 {
-            let theta = f64::from(i) / 40.0;
-            let change = change_after(&a, &rate, theta * length_s);
-            let exact = 0.25 + 2.0 * row.dot(&change);
-            let slope = 2.0 * row.dot(&(a * change + rate)) * length_s;
-            let (value, _) = value_and_slope(&curve.values, theta);
-            let (steepness, _) = value_and_slope(&curve.slopes, theta);
-            prop_assert!((value - exact).abs() <= curve.stray + rounding);
-            prop_assert!((steepness - slope).abs() <= curve.stray + rounding);
-            prop_assert!(exact.abs() <= curve.upper() + rounding);
+            let centre_s = f64::from(i) / 40.0 * length_s;
+            let (window, q) = sketch.around(&rate, 0.125, (centre_s, length_s));
             // At its centre, and a quarter of its width from there.
-            let (window, q) = sketch.around(&rate, 0.125, (theta * length_s, length_s));
             for sigma in [0.0, 0.5] {
                 let time_s = window.time_s(sigma);
                 let change = change_after(&a, &rate, time_s);
@@ -174,9 +179,6 @@ proptest! {
                 let near = levels::value_and_slope(&q, window.sigma(time_s)).0 - 0.125;
                 prop_assert!((near - row.dot(&change)).abs() <= 1e-12 * (size + 0.125));
             }
-            let within = change_after(&a, &rate, theta * end * length_s);
-            let (value, _) = value_and_slope(&part.values, theta);
-            prop_assert!((value - 0.25 - 2.0 * row.dot(&within)).abs() <= part.stray + rounding);
         }
     }
 
