@@ -21,9 +21,8 @@ use firmware::monitor::{
 use firmware::output::{Output, Quantiser};
 use firmware::{
     Axis, AxisState, BacklashCompensation, CAPACITY, Controller, ControllerState, Dac, Event,
-    GainWord, Inputs, Motion, MotionPlan, PlannedMotion, Room, Trigger,
+    GainWord, Inputs, Motion, MotionPlan, PlannedMotion, Room, SetpointTable, Trigger,
 };
-use hil_core::quantise::setpoint_table;
 
 /// Samples of the move, at 1 ms.
 const SAMPLES: i64 = 1_000;
@@ -48,7 +47,10 @@ const PAPER: LawWords = LawWords {
 fn firmware_step(criterion: &mut Criterion) {
     let dac = Dac::with_bits(14).expect("14 bits");
     let law = Law::accept(PAPER, dac).expect("the paper's words");
-    let setpoints = setpoint_table::<CAPACITY>((0..=SAMPLES).map(setpoint)).expect("1001 of them");
+    let setpoints: Vec<i32> = (0..=SAMPLES)
+        .map(|k| firmware::counts::wrap(setpoint(k)))
+        .collect();
+    let setpoints = SetpointTable::<CAPACITY>::from_counts(&setpoints).expect("1001 of them");
     let controller = Controller::new(law, setpoints);
 
     // 12 ms behind, with a triangle of ±3 counts. 1024 of them so that the

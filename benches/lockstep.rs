@@ -106,7 +106,7 @@ impl Plan {
             if time_ns > case.run.duration_ns {
                 break;
             }
-            axis.hold(case.amplifier.output_v(case.dac.output_v(code)), time_ns)?;
+            axis.hold(case.amplifier.command(case.dac.output_v(code)), time_ns)?;
         }
         Ok(())
     }

@@ -8,18 +8,20 @@
 //!
 //! The integrals of this file are Gauss's rule on pieces of every span, so short
 //! that what it leaves out is rounding; none of them knows how `joint_loss_j` is
-//! computed.
+//! computed, nor `rms_current_a` and `energy_j`.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
-use bench_tests::case;
 use bench_tests::draw::Draw;
 use bench_tests::random_case::{SAMPLE_TIMES_S, fastest_rate, random_case};
+use bench_tests::{case, rows};
 use hil_core::case::{Case, Law};
 use hil_core::controllers::{Controller, IoKind};
 use hil_core::message::Measurement;
+use hil_runner::host::LinkKind;
 use plant::{
-    ContactChange, Drive, Extremes, ExtremesSettings, Joint, Plant, PlantError, Solver, Span, Watch,
+    ContactChange, Control, Drive, Extremes, ExtremesSettings, Joint, Plant, PlantError, Solver,
+    Span, Watch,
 };
 
 /// Gauss's rule with eight nodes on [0, 1].
@@ -46,6 +48,8 @@ struct Ledger {
     resistance: f64,
     /// Energy stored at the end.
     stored: f64,
+    /// Largest |V·I| that was seen \[W\].
+    peak_power_w: f64,
     /// `joint_loss_j` of the run.
     found_joint: f64,
 }
@@ -54,8 +58,11 @@ impl Ledger {
     /// Missing energy, as a share of all that has gone through.
     fn gap(&self, joint_loss_j: f64) -> f64 {
         let spent = self.copper + joint_loss_j + self.resistance + self.stored;
-        let through = self.electrical.abs() + self.copper + self.resistance.abs() + self.stored;
-        ((self.electrical - spent) / through).abs()
+        ((self.electrical - spent) / self.through()).abs()
+    }
+
+    fn through(&self) -> f64 {
+        self.electrical.abs() + self.copper + self.resistance.abs() + self.stored
     }
 }
 
@@ -98,6 +105,7 @@ impl Watch for Books<'_> {
                 }
                 let ledger = &mut self.ledger;
                 ledger.electrical += weight * weight_s * (v * i);
+                ledger.peak_power_w = ledger.peak_power_w.max((v * i).abs());
                 ledger.copper += weight * weight_s * (r * i * i);
                 ledger.resistance += weight * weight_s * (p * force_n * speed);
                 let slip = y.epsilon_dot_radps;
@@ -117,17 +125,23 @@ impl Watch for Books<'_> {
 
 /// Runs a case with a solver and keeps the books.
 fn books(case: &Case, solver: Solver) -> Result<(Ledger, Extremes, Vec<f64>), PlantError> {
+    let bandwidth_radps = match case.amplifier.control {
+        Control::Current {
+            bandwidth_radps, ..
+        } => bandwidth_radps,
+        Control::Voltage { .. } => None,
+    };
     let mut books = Books {
         case,
-        piece_s: PIECE / fastest_rate(&case.axis),
+        piece_s: PIECE / fastest_rate(&case.axis).max(bandwidth_radps.unwrap_or(0.0)),
         ledger: Ledger::default(),
         extremes: Extremes::new(ExtremesSettings {
-            motion: case.motion,
+            motion: case.motion.clone(),
             settling_band_m: 1e-4,
         }),
         impacts_radps: Vec::new(),
     };
-    let mut plant = Plant::new(&case.axis, solver);
+    let mut plant = Plant::within(&case.axis, &case.surroundings(), solver);
     let duration_ns = case.run.duration_ns;
     if case.controller.law == Law::Continuous {
         let pid = case.continuous_pid();
@@ -141,8 +155,8 @@ fn books(case: &Case, solver: Solver) -> Result<(Ledger, Extremes, Vec<f64>), Pl
         for tick in 0..duration_ns / period_ns {
             let command = controller.step(Measurement::new(case, tick, &plant.state()));
             let input_v = case.dac.output_v(command.dac_code.real());
-            let voltage_v = case.amplifier.output_v(input_v);
-            plant.advance(&Drive::Held(voltage_v), (tick + 1) * period_ns, &mut books)?;
+            let held = case.amplifier.command(input_v);
+            plant.advance(&Drive::Held(held), (tick + 1) * period_ns, &mut books)?;
         }
     }
     let current_a = plant.state().current_a;
@@ -159,9 +173,17 @@ fn books(case: &Case, solver: Solver) -> Result<(Ledger, Extremes, Vec<f64>), Pl
 /// every rung below the firmware's.
 const RUNS: &str = include_str!("energy/runs.txt");
 
+/// Runs with a rigid joint, one that lets go, a load, and the drives beyond the paper's:
+/// a current loop that saturates, an ideal one, a limit that holds the current.
+const DRIVES: &str = include_str!("energy/drives.txt");
+
 /// The cases of [`RUNS`], each with its line.
 fn runs() -> impl Iterator<Item = (&'static str, Case)> {
-    RUNS.lines().map(|line| {
+    cases(RUNS)
+}
+
+fn cases(lines: &'static str) -> impl Iterator<Item = (&'static str, Case)> {
+    lines.lines().map(|line| {
         let (name, sets) = line.split_once(' ').unwrap();
         (line, case(name, &[sets]))
     })
@@ -204,6 +226,84 @@ fn solvers_agree_about_the_loss() {
     }
 }
 
+/// What a motor is chosen by is the integral over the solution, on every rung and drive.
+/// The contrast are sums over the rows, which do not know what happens between them.
+///
+/// Measured: exact off by 5.6e-14 at most, dopri5 by 4.1e-13, rk4 by 1e-14 on a rigid axis
+/// to 9e-5 with an ideal current loop, the rows by 2e-8 to 2e-2.
+#[test]
+fn rms_current_and_energy_are_those_of_the_solution() {
+    for (run, case) in runs().chain(cases(DRIVES)) {
+        let resistance_ohm = case.axis.motor.resistance_ohm;
+        let duration_s = case.run.duration_ns as f64 / 1e9;
+        let rms_a = |copper_j: f64| (copper_j / resistance_ohm / duration_s).sqrt();
+        let off = |[rms, energy]: [f64; 2], of: [f64; 2]| {
+            ((rms / of[0] - 1.0).abs()).max((energy / of[1] - 1.0).abs())
+        };
+        let (ledger, _, _) = books(&case, Solver::Exact).unwrap();
+        let truth = [rms_a(ledger.copper), ledger.electrical];
+        let found = |solver| {
+            let (_, extremes, _) = books(&case, solver).unwrap();
+            [
+                rms_a(extremes.armature_loss_j),
+                extremes.electrical_energy_j,
+            ]
+        };
+        let (rows, outcome) = rows(&case, LinkKind::InProcess);
+        let summary = &outcome.summary;
+        let exact = off([summary.rms_current_a, summary.energy_j], truth);
+        let adaptive = off(found(Solver::Dopri5 { tolerance: 1e-11 }), truth);
+        let fixed = off(found(Solver::Rk4 { step_ns: 10_000 }), truth);
+        let step_s = rows[1].t_s;
+        let mut sums = [0.0; 2];
+        for row in &rows[..rows.len() - 1] {
+            sums[0] += row.current_a * row.current_a * step_s / duration_s;
+            sums[1] += row.motor_voltage_v * row.current_a * step_s;
+        }
+        let of_rows = off([sums[0].sqrt(), sums[1]], truth);
+        println!(
+            "{run}: {truth:?}, exact off by {exact:.1e}, dopri5 {adaptive:.1e}, rk4 {fixed:.1e}, \
+             rows {of_rows:.1e}; limited {} s, saturated {} s",
+            summary.current_limited_s, summary.voltage_saturated_s
+        );
+        assert!(exact < 1e-9, "{run}: {exact:e}");
+        assert!(adaptive < 1e-9, "{run}: {adaptive:e}");
+        assert_eq!(summary.mean_power_w, summary.energy_j / duration_s, "{run}");
+        assert!(of_rows > 1e-9, "{run}: {of_rows:e}");
+    }
+}
+
+/// The largest power is the supremum between the samples: two methods agree about it, no
+/// value of the solution is above it and one is near. The contrast are the rows.
+///
+/// The rule's last node lies 0.01 time constants before an end, by which a value may fall
+/// below the supremum there.
+///
+/// Measured: dopri5 off by 2.5e-13 at most, the nearest value by 2.7e-5; the rows miss 12 of
+/// 17 peaks, by up to 4e-3.
+#[test]
+fn peak_power_is_that_of_the_solution() {
+    let mut rows_miss = 0;
+    for (run, case) in runs().chain(cases(DRIVES)) {
+        let (ledger, extremes, _) = books(&case, Solver::Exact).unwrap();
+        let (_, other, _) = books(&case, Solver::Dopri5 { tolerance: 1e-11 }).unwrap();
+        let (rows, outcome) = rows(&case, LinkKind::InProcess);
+        let peak_w = outcome.summary.peak_power_w;
+        assert_eq!(peak_w, extremes.peak_abs_power_w, "{run}");
+        let adaptive = other.peak_abs_power_w / peak_w - 1.0;
+        let seen = ledger.peak_power_w / peak_w - 1.0;
+        let powers = rows
+            .iter()
+            .map(|row| (row.motor_voltage_v * row.current_a).abs());
+        let of_rows = powers.fold(0.0, f64::max) / peak_w - 1.0;
+        println!("{run}: {peak_w} W, dopri5 {adaptive:.1e}, seen {seen:.1e}, rows {of_rows:.1e}");
+        assert!(adaptive.abs() < 1e-9, "{run}: {adaptive:e}");
+        assert!(seen < 1e-12 && seen > -0.01, "{run}: {seen:e}");
+        rows_miss += u32::from(of_rows < -1e-9);
+    }
+    assert!(rows_miss > 5, "{rows_miss}");
+}
+
 /// The hardest impact is the largest of all closing speeds.
 #[test]
 fn hardest_impact_is_the_largest_closing_speed() {
@@ -222,13 +322,25 @@ fn hardest_impact_is_the_largest_closing_speed() {
 /// off by 4.1e-13 at most.
 #[test]
 fn random_axes_lose_what_the_rule_says() {
-    let (mut draw, mut runs, mut worst) = (Draw::new(3), 0, 0.0_f64);
+    let (mut draw, mut runs, mut worst, mut motor) = (Draw::new(3), 0, 0.0_f64, 0.0_f64);
     for number in 0..200 {
         let laws = [Law::Sampled, Law::Quantised, Law::Continuous];
         let case = random_case(&mut draw, &laws, SAMPLE_TIMES_S);
-        let Ok((ledger, _, _)) = books(&case, Solver::Exact) else {
+        let Ok((ledger, extremes, _)) = books(&case, Solver::Exact) else {
             continue;
         };
+        if ledger.copper == 0.0 {
+            // Nothing has moved.
+            assert_eq!(extremes.electrical_energy_j, 0.0, "{number}");
+            continue;
+        }
+        let heat = (extremes.armature_loss_j / ledger.copper - 1.0).abs();
+        let energy = (extremes.electrical_energy_j - ledger.electrical).abs() / ledger.through();
+        assert!(
+            heat.max(energy) < 1e-11,
+            "{number}: {heat:e} {energy:e} {ledger:?}\n{case:?}"
+        );
+        motor = motor.max(heat).max(energy);
         if ledger.joint == 0.0 {
             // Rigid, undamped, or never in contact.
             assert_eq!(ledger.found_joint, 0.0, "{number}");
@@ -238,6 +350,6 @@ fn random_axes_lose_what_the_rule_says() {
         assert!(off < 1e-11, "{number}: {off:e} {ledger:?}\n{case:?}");
         (runs, worst) = (runs + 1, worst.max(off));
     }
-    println!("{runs} runs, off by at most {worst:.1e}");
+    println!("{runs} runs, off by at most {worst:.1e}, the armature by {motor:.1e}");
     assert!(runs > 80, "{runs}");
 }

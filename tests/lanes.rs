@@ -299,13 +299,13 @@ fn what_overflows_fails_in_a_lane_too() {
     axis.transmission.screw_pitch_m_per_rad = 1e-3;
     axis.transmission.gear_ratio = 1.0;
     let extremes = ExtremesSettings {
-        motion: case.motion,
+        motion: case.motion.clone(),
         settling_band_m: 1e-4,
     };
     let mut lane = Batch::new(One, &axis, &[STEP_NS]).unwrap();
     lane.start(&[LaneSetup {
         backlash_half_rad: 0.0,
-        extremes,
+        extremes: extremes.clone(),
     }]);
     let mut plant = Plant::new(&axis, Solver::Exact);
     let mut seen = Extremes::new(extremes);

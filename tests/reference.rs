@@ -121,7 +121,7 @@ fn tomls() -> Vec<std::path::PathBuf> {
 
 fn all_agree(link: LinkKind, sets: &[&str]) {
     let tomls = tomls();
-    assert_eq!(tomls.len(), 14);
+    assert_eq!(tomls.len(), 23);
     for toml in tomls {
         if let Err(why) = compare(&toml, link, sets) {
             panic!("{}: {why}", toml.display());

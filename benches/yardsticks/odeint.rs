@@ -236,7 +236,7 @@ fn text(case: &Case, tolerance: f64) -> Result<String, Box<dyn Error>> {
 fn segments(case: &Case, p: f64) -> Vec<f64> {
     let (motion, mut start_s, mut numbers) = (&case.motion, 0.0, Vec::new());
     let rest_s = seconds(case.run.duration_ns) - motion.end_s();
-    for (index, length_s) in (0..).zip(motion.intervals_s().into_iter().chain([rest_s])) {
+    for (index, length_s) in (0..).zip(motion.intervals_s().into_iter().flatten().chain([rest_s])) {
         if length_s <= 0.0 {
             continue;
         }

@@ -6,7 +6,7 @@
 //! before eq. 20): entry `k` is the setpoint of sample `k` in counts modulo 2^32
 //! ([`crate::counts`]), from `k = 0` to the motion's end; from then on the last
 //! entry is held. It never reports an end: a motion that has ended is an axis at
-//! rest.
+//! rest. A table with rates ([`next_rated`]) has velocity and acceleration besides.
 
 use core::borrow::Borrow;
 use core::sync::atomic::{Ordering, compiler_fence};
@@ -443,12 +443,49 @@ impl<const N: usize> SetpointTable<N> {
 }
 
 /// Reads a [`SetpointTable`], its own or a borrowed one, from the first entry
-/// to the last. A table knows positions only: the velocity is the difference
-/// to the entry before, in whole counts per sample, the acceleration is 0.
+/// to the last. It knows positions only: the velocity is the difference to the
+/// entry before, in whole counts per sample, the acceleration is 0. A table with rates
+/// is read by [`next_rated`].
 #[derive(Debug, Clone)]
 pub struct TableSource<T, const N: usize> {
     table: T,
     place: TablePlace,
+}
+
+/// Words of a setpoint in a table with rates: position \[counts, modulo 2^32\], velocity
+/// and acceleration as in [`Setpoint`].
+pub const RATED_WORDS: usize = 3;
+
+/// The setpoint at word `at` of a table with rates, which is then behind it; the last one
+/// is held. Without one, or with a part of one, there is none: an underrun.
+///
+/// ```
+/// use firmware::Next;
+/// use firmware::reference::next_rated;
+///
+/// let (table, mut at) = ([10, 1, 0, 20, 0, -1], 0);
+/// assert!(matches!(next_rated(&table, &mut at), Next::Setpoint(first) if first.velocity == 1));
+/// assert!(matches!(next_rated(&table, &mut at), Next::Last(last) if last.position == 20));
+/// assert!(matches!(next_rated(&table, &mut at), Next::Last(last) if last.position == 20));
+/// assert_eq!(next_rated(&table[..5], &mut 3), Next::Underrun);
+/// ```
+#[inline(never)]
+pub fn next_rated(words: &[i32], at: &mut usize) -> Next {
+    let [position, velocity, acceleration, behind @ ..] = words.get(*at..).unwrap_or_default()
+    else {
+        return Next::Underrun;
+    };
+    let setpoint = Setpoint {
+        position: *position,
+        velocity: *velocity,
+        acceleration: *acceleration,
+        ahead: None,
+    };
+    if behind.is_empty() {
+        return Next::Last(setpoint);
+    }
+    *at = at.wrapping_add(RATED_WORDS);
+    Next::Setpoint(setpoint)
 }
 
 /// How far a table has been read.
@@ -466,8 +503,14 @@ impl TablePlace {
     /// The setpoint of the next entry, and from the last one on that.
     #[inline]
     pub fn next<const N: usize>(&mut self, table: &SetpointTable<N>) -> Next {
-        let (entries, before) = (&table.entries, self.before);
-        let position = entries.get(self.k).copied().unwrap_or(table.last);
+        self.next_of(&table.entries, table.last)
+    }
+
+    /// The same of entries wherever they are; behind them `last` is held \[counts\].
+    #[inline]
+    pub fn next_of(&mut self, entries: &[i32], last: i32) -> Next {
+        let before = self.before;
+        let position = entries.get(self.k).copied().unwrap_or(last);
         self.before = position;
         let mut setpoint = Setpoint {
             position,

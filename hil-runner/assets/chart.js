@@ -10,6 +10,12 @@ const cssColour = (name) =>
   getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 const tickFont = '12px system-ui, -apple-system, "Segoe UI", Roboto, Arial, sans-serif';
 
+function element(tag, properties = {}, ...children) {
+  const made = Object.assign(document.createElement(tag), properties);
+  made.append(...children);
+  return made;
+}
+
 // Four significant digits and no more decimals than the unit deserves.
 function reading(value, unit) {
   if (value == null) return MISSING;
@@ -144,27 +150,53 @@ function drawMarks(u, times) {
   }
 }
 
-// A path builder for uPlot: every point, at fractions of a pixel; a hole where
-// a value is null.
-function polyline(u, series, first, last) {
+// Leads `pen` along a curve: every point, at fractions of a pixel; a hole where
+// a value is null, steps where a value is held.
+function follow(u, series, first, last, pen, held) {
   const [xs, ys] = [u.data[0], u.data[series]];
-  const stroke = new Path2D();
-  let pen = false;
+  let before = null;
   // One point more on either side, so that a zoomed curve reaches the edge.
   for (let i = Math.max(0, first - 1); i <= Math.min(xs.length - 1, last + 1); i++) {
     if (ys[i] == null) {
-      pen = false;
+      before = null;
       continue;
     }
-    const point = [u.valToPos(xs[i], "x", true), u.valToPos(ys[i], "y", true)];
-    if (pen) stroke.lineTo(...point);
-    else stroke.moveTo(...point);
-    pen = true;
+    const [x, y] = [u.valToPos(xs[i], "x", true), u.valToPos(ys[i], "y", true)];
+    if (before == null) pen.moveTo(x, y);
+    else {
+      if (held) pen.lineTo(x, before);
+      pen.lineTo(x, y);
+    }
+    before = y;
   }
+}
+
+// A path builder for uPlot.
+function polyline(u, series, first, last) {
+  const stroke = new Path2D();
+  follow(u, series, first, last, stroke, false);
   return { stroke, fill: null, clip: null, band: null, gaps: null, flags: 1 };
 }
 
-// Draws `plot` = { x, curves: [{ label, y, unit, colour, width, dash, held }],
+// Names of curves are switches: a click, Enter or Space shows and hides.
+function switches(u, caption) {
+  const names = [...caption.querySelectorAll(".u-series th")].slice(1);
+  names.forEach((name, i) => {
+    name.tabIndex = 0;
+    name.setAttribute("role", "button");
+    name.title = "show or hide";
+    name.addEventListener("keydown", (event) => {
+      if (event.key !== "Enter" && event.key !== " ") return;
+      event.preventDefault();
+      name.click();
+    });
+    const tell = () => name.setAttribute("aria-pressed", u.series[i + 1].show);
+    u.hooks.setSeries = [...(u.hooks.setSeries ?? []), tell];
+    tell();
+  });
+}
+
+// Draws `plot` = { x, curves: [{ label, y, unit, column, colour, width, dash, held }],
 // yLabel, include, limits, marks, behind } into `figure`.
 function drawChart(figure, plot, group) {
   const box = figure.querySelector(".plot");
@@ -221,7 +253,8 @@ function drawChart(figure, plot, group) {
     const curve = plot.curves[i - (caption.querySelectorAll(".u-marker").length - plot.curves.length)];
     if (!curve) return;
     marker.style.borderTopColor = `var(--${curve.colour})`;
-    if (curve.dash) marker.style.borderTopStyle = "dashed";
+    if (curve.dash) marker.style.borderTopStyle = curve.dash[0] < 4 ? "dotted" : "dashed";
   });
+  if (plot.curves.length > 1) switches(chart, caption);
   return chart;
 }

@@ -4,16 +4,35 @@
 const data = JSON.parse(document.getElementById("plot-data").textContent);
 const ACCELERATION = "acceleration [m/s²]";
 
+// Columns of a run, in the order of the choice of quantities: words and unit.
+const QUANTITIES = {
+  acc_mps2: ["carriage acceleration", "m/s²"],
+  acc_ref_mps2: ["acceleration command", "m/s²"],
+  x_m: ["carriage position", "m"],
+  x_ref_m: ["position command", "m"],
+  v_mps: ["carriage velocity", "m/s"],
+  v_ref_mps: ["velocity command", "m/s"],
+  following_error_mm: ["following error x_ref − x", "mm"],
+  current_a: ["armature current", "A"],
+  motor_voltage_v: ["motor voltage", "V"],
+  dac_code: ["DAC code", ""],
+  gap_deg: ["joint gap ε", "°"],
+};
+
+// A column of a run as a curve.
+function curveOf(traces, column, look) {
+  const [label, unit] = QUANTITIES[column];
+  const held = column === "dac_code" || (column === "motor_voltage_v" && traces.voltage_held);
+  return { t: traces.t_s, y: traces[column], column, label, unit, held, colour: "c-plain", ...look };
+}
+const command = (traces, column) =>
+  curveOf(traces, column, { label: "command", colour: "c-command", dash: [6, 4] });
+const carriage = (traces, column) =>
+  curveOf(traces, column, { label: "carriage", colour: "c-carriage" });
+
 // Command and carriage of one case: the same vertical scale, else the eye
 // compares shapes that are not comparable.
 const accelerationRange = (traces) => extent(traces.acc_ref_mps2, traces.acc_mps2);
-const commandCurve = (traces, more) => ({
-  label: "command", y: traces.acc_ref_mps2, unit: "m/s²", colour: "c-command", ...more,
-});
-const carriageCurve = (traces, more) => ({
-  label: "carriage", y: traces.acc_mps2, unit: "m/s²", colour: "c-carriage", ...more,
-});
-const plainCurve = (label, y, unit, more) => [{ label, y, unit, colour: "c-plain", ...more }];
 
 // A limit far outside the picture would flatten the curve; it is named in the
 // caption instead. 30 % is where the curve still has a third of the height.
@@ -21,27 +40,35 @@ const LIMIT_IN_SIGHT = 0.3;
 
 const casePlots = {
   command: (traces) => ({
-    curves: [commandCurve(traces, { colour: "text" })],
+    curves: [{ ...command(traces, "acc_ref_mps2"), colour: "text", dash: undefined }],
     yLabel: ACCELERATION,
     include: accelerationRange(traces),
   }),
   carriage: (traces) => ({
-    curves: [carriageCurve(traces)],
+    curves: [carriage(traces, "acc_mps2")],
     yLabel: ACCELERATION,
     include: accelerationRange(traces),
   }),
   acceleration: (traces) => ({
-    curves: [commandCurve(traces, { dash: [6, 4] }), carriageCurve(traces)],
+    curves: [command(traces, "acc_ref_mps2"), carriage(traces, "acc_mps2")],
     yLabel: ACCELERATION,
     marks: traces.impacts_s,
   }),
+  position: (traces) => ({
+    curves: [command(traces, "x_ref_m"), carriage(traces, "x_m")],
+    yLabel: "position [m]",
+  }),
+  velocity: (traces) => ({
+    curves: [command(traces, "v_ref_mps"), carriage(traces, "v_mps")],
+    yLabel: "velocity [m/s]",
+  }),
   following_error: (traces) => ({
-    curves: plainCurve("error", traces.following_error_mm, "mm"),
+    curves: [curveOf(traces, "following_error_mm", { label: "error" })],
     yLabel: "x_ref − x [mm]",
     include: [0],
   }),
   voltage: (traces) => ({
-    curves: plainCurve("voltage", traces.motor_voltage_v, "V", { held: traces.voltage_held }),
+    curves: [curveOf(traces, "motor_voltage_v", { label: "voltage" })],
     yLabel: "voltage [V]",
     include: [-traces.voltage_limit_v, traces.voltage_limit_v],
     limits: [
@@ -50,7 +77,7 @@ const casePlots = {
     ],
   }),
   current: (traces) => ({
-    curves: plainCurve("current", traces.current_a, "A"),
+    curves: [curveOf(traces, "current_a", { label: "current" })],
     yLabel: "current [A]",
     include: [0],
   }),
@@ -60,7 +87,7 @@ const casePlots = {
 
 function codePlot(traces, figure) {
   const plot = {
-    curves: plainCurve("code", traces.dac_code, "", { held: true }),
+    curves: [curveOf(traces, "dac_code", { label: "code" })],
     yLabel: "code",
     include: [0],
   };
@@ -84,7 +111,8 @@ function codePlot(traces, figure) {
 // where the joint then is, so that colour is not the only sign.
 function gapPlot(traces) {
   const b = traces.backlash_half_deg;
-  const plot = { curves: plainCurve("ε", traces.gap_deg, "°"), yLabel: "gap ε [°]", include: [0] };
+  const curves = [curveOf(traces, "gap_deg", { label: "ε" })];
+  const plot = { curves, yLabel: "gap ε [°]", include: [0] };
   if (!(b > 0)) return plot;
   plot.include = [-1.2 * b, 1.2 * b];
   plot.limits = [
@@ -101,134 +129,157 @@ function gapPlot(traces) {
   return plot;
 }
 
+// Runs that can be laid over each other: the cases, or the rungs of the ladder.
+const runsOf = { cases: () => data.cases, ladder: () => data.ladder.rungs };
+const RUN_COLOURS = ["c-rung-3", "c-vermilion", "c-rung-2", "c-rung-4", "c-command"];
+
 // The lowest rung is broad and pale and every next one thinner, so that
-// curves that coincide can still be seen to do so.
-function ladderPlot() {
-  const { rungs } = data.ladder;
-  const { x, columns } = merged(rungs.map((rung) => [rung.t_s, rung.acc_mps2]));
-  const curve = (rung, i) => ({
-    label: rung.name,
-    y: columns[i],
-    unit: "",
-    colour: `c-rung-${Math.min(i, 4)}`,
-    width: Math.max(1, 5 - 1.2 * i),
+// curves that coincide can still be seen to do so. Cases have one width, and
+// dashes where the colours begin again.
+const looks = {
+  cases: (i) => ({
+    colour: RUN_COLOURS[i % RUN_COLOURS.length],
+    dash: [undefined, [8, 3], [4, 4]][Math.floor(i / RUN_COLOURS.length) % 3],
+  }),
+  ladder: (i) => ({ colour: `c-rung-${Math.min(i, 4)}`, width: Math.max(1, 5 - 1.2 * i) }),
+};
+
+// One quantity of all runs.
+function overlayPlot(of, column) {
+  const curves = [];
+  runsOf[of]().forEach(({ name, traces }, i) => {
+    if (!traces[column]) return;
+    curves.push(curveOf(traces, column, { label: name, of: name, ...looks[of](i) }));
   });
-  return { x, curves: rungs.map(curve), yLabel: ACCELERATION };
+  const [label, unit] = QUANTITIES[column];
+  return { curves, yLabel: unit ? `${label} [${unit}]` : label };
 }
 
-// Curves with times of their own on the times of all of them; between its own
-// points each is the straight line that it is drawn as. A time stands as often
-// as in the curve that jumps there.
-function merged(curves) {
-  const x = [];
-  const columns = curves.map(() => []);
-  const next = curves.map(() => 0);
-  for (;;) {
-    const t = Math.min(...curves.map(([times], i) => times[next[i]] ?? Infinity));
-    if (t === Infinity) return { x, columns };
-    const here = curves.map(([times], i) => {
-      let end = next[i];
-      while (times[end] === t) end++;
-      return end - next[i];
-    });
-    const rows = Math.max(...here);
-    for (let row = 0; row < rows; row++) {
-      x.push(t);
-      curves.forEach(([times, values], i) => {
-        const at = next[i];
-        if (here[i] > 0) columns[i].push(values[at + Math.min(row, here[i] - 1)]);
-        else columns[i].push(between(times, values, at, t));
-      });
-    }
-    here.forEach((points, i) => (next[i] += points));
-  }
-}
-
-// A curve at time t, which is before its point number `after`.
-function between(times, values, after, t) {
-  const [v0, v1] = [values[after - 1], values[after]];
-  if (v0 == null || v1 == null) return null;
-  const [t0, t1] = [times[after - 1], times[after]];
-  return v0 + ((v1 - v0) * (t - t0)) / (t1 - t0);
+// The measured log over the curves of the same columns, within their time.
+function withLog(plot) {
+  const logged = (data.log?.columns ?? []).filter(({ name }) =>
+    plot.curves.some(({ column }) => column === name),
+  );
+  const ends = plot.curves.flatMap(({ t }) => [t[0], t[t.length - 1]]);
+  const inTime = (_, i) => data.log.t_s[i] >= Math.min(...ends) && data.log.t_s[i] <= Math.max(...ends);
+  const t = logged.length ? data.log.t_s.filter(inTime) : [];
+  const measured = logged.map(({ name, values }) => {
+    const over = plot.curves.filter(({ column }) => column === name);
+    const label = logged.length > 1 ? `${over[0].label}, measured` : "measured";
+    const { unit } = over[0];
+    return {
+      t, y: values.filter(inTime), column: name, of: "measured", label, unit, colour: "text", dash: [2, 3],
+    };
+  });
+  return { ...plot, ...aligned([...plot.curves, ...measured]) };
 }
 
 function differencePlot(rung, column, label, unit) {
   const y = data.ladder.rungs[rung][column];
   if (!y) return null;
-  const curves = plainCurve("difference", y, unit, { colour: `c-rung-${Math.min(rung, 4)}`, width: 1.2 });
-  return { x: data.ladder.t_s, curves, yLabel: `${label} [${unit}]`, include: [0] };
+  const look = { colour: `c-rung-${Math.min(rung, 4)}`, width: 1.2 };
+  const curves = [{ t: data.ladder.t_s, y, column, label: "difference", unit, ...look }];
+  return { curves, yLabel: `${label} [${unit}]`, include: [0] };
 }
 
 function addKey(figure, text) {
-  const key = document.createElement("span");
-  key.className = "key";
-  key.textContent = text;
-  figure.querySelector("figcaption").append(key);
+  figure.querySelector("figcaption").append(element("span", { className: "key", textContent: text }));
 }
 
 function plotFor(figure) {
-  const { plot, case: index, rung } = figure.dataset;
-  if (plot === "ladder") return ladderPlot();
+  const { plot, of, column, case: index, rung } = figure.dataset;
+  if (plot === "overlay") return overlayPlot(of, column);
   if (plot === "acc_diff") return differencePlot(+rung, "acc_diff_mps2", "Δẍ", "m/s²");
   if (plot === "pos_diff") return differencePlot(+rung, "pos_diff_um", "Δx", "µm");
-  const traces = data.cases[+index].traces;
-  return { x: traces.t_s, ...casePlots[plot](traces, figure) };
+  return casePlots[plot](data.cases[+index].traces, figure);
 }
 
 // In place of a plot that would be empty or a line along zero.
 function noteInstead(figure, text) {
-  const note = document.createElement("p");
-  note.className = "plot-note";
-  note.textContent = text;
-  figure.querySelector(".plot").replaceWith(note);
+  figure.querySelector(".plot").replaceWith(element("p", { className: "plot-note", textContent: text }));
 }
 
-const charts = [];
+// All plots of the page: { figure, box, chart, plot, title }.
+const views = [];
+
+// Draws the plot of a figure, in place of what `view` has shown before.
+function draw(figure, section, view) {
+  const plan = plotFor(figure);
+  if (!plan || plan.curves[0].t.length < 2) return noteInstead(figure, "No curve recorded.");
+  if (figure.dataset.rung && extent(plan.curves[0].y).every((v) => v === 0)) {
+    return noteInstead(figure, "The same in every row.");
+  }
+  const plot = withLog(plan);
+  const box = figure.querySelector(".plot");
+  const chart = drawChart(figure, plot, section.dataset.group);
+  box.dataset.name ??= box.getAttribute("aria-label");
+  const name = box.dataset.name.replace("{quantity}", plot.yLabel);
+  const [low, high] = extent(...plot.curves.map((curve) => curve.y));
+  box.setAttribute("aria-label", `${name}; from ${reading(low)} to ${reading(high)}`);
+  const title = name.replace(/ \[.*| over time.*/, "");
+  chart.hooks.setScale = [(u, scale) => scale === "x" && tellZoom(section, u)];
+  view = Object.assign(view ?? { figure, box }, { chart, plot, title });
+  chart.hooks.draw.push(() => showCursors(view));
+  followPointer(view);
+  return view;
+}
+
+const whole = ({ data: [times] }) => ({ min: times[0], max: times[times.length - 1] });
+
+function tellZoom(section, { data: [times], scales }) {
+  const zoomed = scales.x.min > times[0] || scales.x.max < times[times.length - 1];
+  section.querySelector("button.reset").hidden = !zoomed;
+}
+
+// The choice of the quantity that an overlay shows; the zoom stays.
+function choice(view, section) {
+  const { figure } = view;
+  const runs = runsOf[figure.dataset.of]();
+  const has = (column) => runs.some(({ traces }) => traces[column]);
+  const options = Object.keys(QUANTITIES).filter(has).map((column) => {
+    const [label, unit] = QUANTITIES[column];
+    return element("option", { value: column, textContent: unit ? `${label} [${unit}]` : label });
+  });
+  const select = element("select", {}, ...options);
+  select.addEventListener("change", () => {
+    const { min, max } = view.chart.scales.x;
+    const shown = view.chart.series.map(({ show }) => show);
+    figure.querySelector(".u-legend").remove();
+    view.chart.destroy();
+    figure.dataset.column = select.value;
+    draw(figure, section, view);
+    view.chart.setScale("x", { min, max });
+    shown.forEach((show, i) => i > 0 && !show && view.chart.series[i] && view.chart.setSeries(i, { show }));
+  });
+  return element("label", { className: "choice" }, "Quantity ", select);
+}
 
 for (const section of document.querySelectorAll("[data-group]")) {
-  const reset = section.querySelector("button.reset");
-  const group = [];
+  const own = [];
   for (const figure of section.querySelectorAll("figure[data-plot]")) {
-    const plot = plotFor(figure);
-    if (!plot || plot.x.length < 2) {
-      noteInstead(figure, "No curve recorded.");
-      continue;
-    }
-    if (figure.dataset.rung && extent(plot.curves[0].y).every((v) => v === 0)) {
-      noteInstead(figure, "The same in every row.");
-      continue;
-    }
-    const chart = drawChart(figure, plot, section.dataset.group);
-    const box = figure.querySelector(".plot");
-    const [low, high] = extent(...plot.curves.map((curve) => curve.y));
-    box.setAttribute("aria-label", `${box.getAttribute("aria-label")}; from ${reading(low)} to ${reading(high)}`);
-    charts.push({ chart, box });
-    group.push(chart);
-    chart.hooks.setScale = [
-      (u, scale) => {
-        if (scale !== "x") return;
-        const times = u.data[0];
-        reset.hidden = u.scales.x.min <= times[0] && u.scales.x.max >= times[times.length - 1];
-      },
-    ];
+    const view = draw(figure, section);
+    if (!view) continue;
+    const caption = figure.querySelector("figcaption");
+    if (figure.dataset.plot === "overlay") caption.append(choice(view, section));
+    caption.append(saveMenu(view));
+    followKeys(view);
+    own.push(view);
   }
-  reset.addEventListener("click", () => {
-    for (const chart of group) {
-      const times = chart.data[0];
-      chart.setScale("x", { min: times[0], max: times[times.length - 1] });
-    }
+  views.push(...own);
+  section.querySelector("button.reset").addEventListener("click", () => {
+    for (const { chart } of own) chart.setScale("x", whole(chart));
   });
 }
 
 function fit() {
-  for (const { chart, box } of charts) {
+  for (const { chart, box } of views) {
     const size = { width: box.clientWidth, height: box.clientHeight };
     if (size.width !== chart.width || size.height !== chart.height) chart.setSize(size);
   }
 }
 
 function repaint() {
-  for (const { chart } of charts) chart.redraw(false);
+  for (const { chart } of views) chart.redraw(false);
 }
 
 const observer = new ResizeObserver(fit);

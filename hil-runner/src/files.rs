@@ -8,25 +8,45 @@ use std::borrow::Cow;
 use std::fs::{self, File};
 use std::io::{self, BufWriter, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
 
 use hil_core::case::Case;
 use hil_core::runfile::{RunFile, RunFileErrors, builtin_names, builtin_text};
+use serde::Serialize;
 use tempfile::NamedTempFile;
 
 /// Largest file that is read \[bytes\]. Run files have a few kilobytes; the
 /// bound keeps a wrong path such as `/dev/zero` from being read for ever.
 const LARGEST_FILE: u64 = 1 << 20;
 
-/// Reads a built-in case or a file and applies the overrides
-/// `section.key=value` of the command line.
+/// Usual size of run files.
+const OF_RUN_FILE: &str = "a run file has a few kilobytes";
+
+/// The name of standard input among outputs and run files.
+const STANDARD: &str = "-";
+
+/// The name of a run file that came over standard input, in messages and of its
+/// run.
+const STDIN: &str = "stdin";
+
+/// Reads a built-in case, a file or, as `-`, standard input, and applies the
+/// overrides `section.key=value` of the command line.
 ///
 /// A built-in name always means the built-in case, even next to a file of
-/// that name.
+/// that name. Standard input is read once; it is the same at every later call.
 ///
 /// # Errors
 /// Everything that is wrong with the file and the overrides.
 pub fn run_file(name_or_path: &str, sets: &[String]) -> Result<RunFile, RunFileErrors> {
-    RunFile::parse(name_or_path, &text(name_or_path)?, sets)
+    if name_or_path == STANDARD {
+        static TEXT: OnceLock<Result<String, RunFileErrors>> = OnceLock::new();
+        let text = TEXT.get_or_init(|| {
+            let text = text_of(io::stdin(), OF_RUN_FILE);
+            text.map_err(|why| RunFileErrors::unreadable(STDIN, why))
+        });
+        return RunFile::parse(STDIN, text.as_ref().map_err(Clone::clone)?, sets, profile);
+    }
+    RunFile::parse(name_or_path, &text(name_or_path)?, sets, profile)
 }
 
 /// The case alone; see [`run_file`].
@@ -37,10 +57,10 @@ pub fn case(name_or_path: &str, sets: &[String]) -> Result<Case, RunFileErrors> 
     run_file(name_or_path, sets).map(|file| file.case)
 }
 
-/// The text of a built-in case or a file.
+/// The text of a built-in case or a file that can be read again.
 ///
 /// # Errors
-/// One sentence if the file cannot be read.
+/// One sentence if the file cannot be read, or is standard input.
 pub fn text(name_or_path: &str) -> Result<Cow<'static, str>, RunFileErrors> {
     match builtin_text(name_or_path) {
         Some(text) => Ok(Cow::Borrowed(text)),
@@ -48,11 +68,26 @@ pub fn text(name_or_path: &str) -> Result<Cow<'static, str>, RunFileErrors> {
     }
 }
 
+/// The text of a file that a run file names, relative to its folder; see
+/// [`Beside`](hil_core::runfile::Beside).
+///
+/// # Errors
+/// The sentence that says why there is none.
+pub fn profile(run_file: &str, path: &str) -> Result<String, String> {
+    let folder = Path::new(run_file).parent().unwrap_or(Path::new(""));
+    let file = folder.join(path);
+    if file.is_dir() {
+        return Err(format!("{} is a directory", file.display()));
+    }
+    let missing = || "there is no such file".to_owned();
+    let text = contents(&file, missing, "a profile has some thousand points");
+    text.map_err(|why| format!("{}: {why}", file.display()))
+}
+
 /// The text of the file.
 ///
 /// # Errors
-/// One sentence if the file is missing, is not a file, cannot be read, is not
-/// UTF-8 or is far too large.
+/// One sentence if the file is missing, is not a file or has no text.
 fn read(path: &str) -> Result<String, RunFileErrors> {
     let refuse = |why: &str| RunFileErrors::unreadable(path, why.to_owned());
     if path.is_empty() {
@@ -62,25 +97,57 @@ fn read(path: &str) -> Result<String, RunFileErrors> {
         let words = "this is a directory; give a run file (TOML) or a built-in case";
         return Err(refuse(words));
     }
+    if path == STANDARD {
+        let words = "standard input is read once, and this needs its base again; give a run file";
+        return Err(refuse(words));
+    }
+    contents(Path::new(path), || not_found(path), OF_RUN_FILE).map_err(|why| refuse(&why))
+}
+
+/// The text of a file, or why there is none; `usual` says how large such files are.
+fn contents(path: &Path, missing: impl FnOnce() -> String, usual: &str) -> Result<String, String> {
+    let file = File::open(path).map_err(|error| match error.kind() {
+        ErrorKind::NotFound => missing(),
+        ErrorKind::PermissionDenied => "no permission to read this file".to_owned(),
+        _ => format!("cannot be read: {error}"),
+    })?;
+    text_of(file, usual)
+}
+
+/// What a file or standard input has, or why that is no text.
+fn text_of(source: impl Read, usual: &str) -> Result<String, String> {
     let mut bytes = Vec::new();
-    File::open(path)
-        .and_then(|file| file.take(LARGEST_FILE + 1).read_to_end(&mut bytes))
-        .map_err(|error| match error.kind() {
-            ErrorKind::NotFound => refuse(&not_found(path)),
-            ErrorKind::PermissionDenied => refuse("no permission to read this file"),
-            _ => refuse(&format!("cannot be read: {error}")),
-        })?;
+    let read = source.take(LARGEST_FILE + 1).read_to_end(&mut bytes);
+    read.map_err(|error| format!("cannot be read: {error}"))?;
     if bytes.len() as u64 > LARGEST_FILE {
-        return Err(refuse("more than 1 MiB; a run file has a few kilobytes"));
+        return Err(format!("more than 1 MiB; {usual}"));
     }
     String::from_utf8(bytes).map_err(|error| {
         let good = error.utf8_error().valid_up_to();
         let before = error.as_bytes().get(..good).unwrap_or_default();
         let line = before.iter().filter(|byte| **byte == b'\n').count() + 1;
-        refuse(&format!(
-            "not UTF-8 text (line {line}); save the file as UTF-8"
-        ))
+        format!("not UTF-8 text (line {line}); save the file as UTF-8")
     })
+}
+
+/// Largest log that is read \[bytes\]: all of it goes into the page.
+const LARGEST_LOG: u64 = 64 << 20;
+
+/// The text of a measured log.
+///
+/// # Errors
+/// If it cannot be read, is not UTF-8 or larger than 64 MiB.
+pub fn log_text(path: &Path) -> io::Result<String> {
+    let mut text = String::new();
+    let read = File::open(path)?
+        .take(LARGEST_LOG + 1)
+        .read_to_string(&mut text)?;
+    if read as u64 > LARGEST_LOG {
+        return Err(io::Error::other(
+            "more than 64 MiB; a part of the log is allowed",
+        ));
+    }
+    Ok(text)
 }
 
 fn not_found(path: &str) -> String {
@@ -134,6 +201,15 @@ impl OutputFile {
     pub fn write_whole(mut self, text: &str) -> io::Result<()> {
         self.write_all(text.as_bytes())?;
         self.commit()
+    }
+
+    /// Writes a value as JSON, on lines that a reader can follow, and commits the
+    /// file.
+    ///
+    /// # Errors
+    /// As [`OutputFile::commit`].
+    pub fn write_json(self, value: &impl Serialize) -> io::Result<()> {
+        self.write_whole(&(serde_json::to_string_pretty(value)? + "\n"))
     }
 
     /// Makes what was written so far appear at the path.

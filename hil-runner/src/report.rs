@@ -17,6 +17,7 @@
 //!     reserved: None,
 //!     cases: Vec::new(),
 //!     ladder: None,
+//!     log: None,
 //! };
 //! assert!(render(&report)?.starts_with("<!doctype html>"));
 //! # Ok::<(), hil_runner::report::ReportError>(())
@@ -41,19 +42,23 @@ use hil_core::number;
 use hil_core::report::Report;
 
 /// The page and its parts; `report.html` includes the others by these names.
-const TEMPLATES: [(&str, &str); 4] = [
+const TEMPLATES: [(&str, &str); 5] = [
     ("report.html", include_str!("../assets/report.html")),
     ("verdicts.html", include_str!("../assets/verdicts.html")),
     ("case.html", include_str!("../assets/case.html")),
     ("ladder.html", include_str!("../assets/ladder.html")),
+    ("log.html", include_str!("../assets/log.html")),
 ];
 
 const UPLOT_SCRIPT: &str = include_str!("../assets/uplot/uPlot.iife.min.js");
 const UPLOT_STYLE: &str = include_str!("../assets/uplot/uPlot.min.css");
 const UPLOT_LICENSE: &str = include_str!("../assets/uplot/LICENSE");
 const STYLE: &str = include_str!("../assets/report.css");
-const SCRIPTS: [&str; 2] = [
+const SCRIPTS: [&str; 5] = [
     include_str!("../assets/chart.js"),
+    include_str!("../assets/curves.js"),
+    include_str!("../assets/cursors.js"),
+    include_str!("../assets/save.js"),
     include_str!("../assets/report.js"),
 ];
 

@@ -137,15 +137,22 @@ fn data_on_standard_output_stays_alone() {
 fn trace_has_the_columns_of_its_rung() {
     let folder = folder();
     let header = |law: &str| {
-        let set = format!("controller.law={law}");
-        let output = ran(&folder, &format!("run paper-1 --set {set} --trace -"));
+        let output = ran(
+            &folder,
+            &format!("run paper-1 --set controller.law={law} --trace -"),
+        );
         stdout(&output).lines().next().unwrap().to_owned()
     };
     let reference = "t_s,x_ref_m,acc_ref_mps2";
-    let plant = "motor_voltage_v,current_a,beta_rad,beta_dot_radps,gamma_rad,gamma_dot_radps,acc_mps2,contact";
+    let plant = "motor_voltage_v,current_a,beta_rad,beta_dot_radps,gamma_rad,gamma_dot_radps,acc_mps2,contact,x_m,v_mps,v_ref_mps";
     assert_eq!(header("continuous"), format!("{reference},{plant}"));
     let codes = format!("{reference},error_counts,dac_code,{plant}");
     assert_eq!(header("firmware"), codes);
+    let supervised = "firmware --set controller.anti_windup=clamp";
+    assert_eq!(
+        header(supervised),
+        codes.replace("contact,", "contact,axis_state,")
+    );
 }
 
 #[test]
@@ -209,6 +216,44 @@ fn keys_that_the_rung_leaves_out_are_told() {
     assert!(!page.contains("leaves out"));
 }
 
+/// Values that a file still has from its template are told on every way out of a run.
+#[test]
+fn values_of_the_template_are_told() {
+    let folder = folder();
+    let init = |name: &str| ran(&folder, &format!("init --template {name}"));
+    let text = String::from_utf8(init("belt").stdout).unwrap();
+    let run = |text: &str| {
+        std::fs::write(folder.path().join("axis.toml"), text).unwrap();
+        let output = ran(&folder, "run axis.toml --summary s.json --report r.html");
+        let summary: serde_json::Value = serde_json::from_str(&read(&folder, "s.json")).unwrap();
+        (stderr(&output), summary, read(&folder, "r.html"))
+    };
+    let heavier = text.replace("mass_kg = 8.0", "mass_kg = 9.0");
+    assert_ne!(heavier, text);
+    let told = "values of template belt, not of an axis of your own: [motor] all; [transmission] all; \
+                [carriage] resistance_constant_n, resistance_linear_ns_per_m; ";
+    let (terminal, summary, page) = run(&heavier);
+    assert!(
+        terminal.contains(&format!("axis: warning: {told}")),
+        "{terminal}"
+    );
+    assert!(page.contains(told));
+    let values = summary["template_values"].as_array().unwrap();
+    assert!(
+        values.contains(&"carriage.resistance_constant_n".into()),
+        "{values:?}"
+    );
+    assert!(!values.contains(&"carriage.mass_kg".into()), "{values:?}");
+    // The contrast: a file that names no template.
+    let (terminal, summary, page) = run(&text.replace("template = ", "# template = "));
+    assert!(!terminal.contains("of template"), "{terminal}");
+    assert!(summary.get("template_values").is_none());
+    assert!(!page.contains("values of template"));
+    let unknown = stderr(&init("hydraulics"));
+    let names = "there is no template \"hydraulics\"; there are ballscrew, belt, rack, gearbox";
+    assert!(unknown.contains(names), "{unknown}");
+}
+
 /// A link stays one, and its target gets the data; the system's own, such as
 /// that of /dev/stdout to a pipe, leads where it always does.
 #[cfg(unix)]
@@ -229,6 +274,126 @@ fn links_lead_to_their_targets() {
     std::fs::remove_file(folder.path().join("t.csv")).unwrap();
     let output = ran(&folder, "run paper-1 --trace link.csv --summary t.csv");
     assert!(stderr(&output).contains("is given for two outputs"));
+}
+
+/// The curves of a page by name.
+fn curves(page: &str) -> serde_json::Value {
+    let (_, rest) = page.split_once("id=\"plot-data\">").unwrap();
+    serde_json::from_str(rest.split_once("</script>").unwrap().0).unwrap()
+}
+
+/// Rows of the trace stand in the page to its seven digits; the velocity of the
+/// command is what the steps of its position say.
+#[test]
+fn the_page_has_the_positions_and_velocities_of_the_trace() {
+    let folder = folder();
+    ran(&folder, "run paper-2 --trace t.csv --report r.html");
+    let data = curves(&read(&folder, "r.html"));
+    let traces = &data["cases"][0]["traces"];
+    let column = |name: &str| -> Vec<f64> {
+        let values = traces[name].as_array().unwrap().iter();
+        values.map(|value| value.as_f64().unwrap()).collect()
+    };
+    let [t, x_ref, x, v_ref, v] = ["t_s", "x_ref_m", "x_m", "v_ref_mps", "v_mps"].map(column);
+    let trace = read(&folder, "t.csv");
+    let mut reader = csv::Reader::from_reader(trace.as_bytes());
+    let header = reader.headers().unwrap().clone();
+    let rows: Vec<Vec<f64>> = reader
+        .records()
+        .map(|row| {
+            row.unwrap()
+                .iter()
+                .map(|cell| cell.parse().unwrap())
+                .collect()
+        })
+        .collect();
+    let place = |name: &str| header.iter().position(|head| head == name).unwrap();
+    let [time, reference, gamma, speed] =
+        ["t_s", "x_ref_m", "gamma_rad", "gamma_dot_radps"].map(place);
+    let pitch = 5e-3 / (2.0 * std::f64::consts::PI);
+    let near = |shown: f64, exact: f64| (shown - exact).abs() <= 0.51e-6 * exact.abs();
+    let (mut shown, mut late, mut slow) = (0, 0, 0);
+    for three in rows.windows(3) {
+        let [before, row, after] = three else {
+            panic!()
+        };
+        // Of a bucket of rows the page has four at most.
+        let Some(i) = t.iter().rposition(|t| *t == row[time]) else {
+            continue;
+        };
+        shown += 1;
+        assert!(
+            near(x_ref[i], row[reference]) && near(x[i], pitch * row[gamma]),
+            "{row:?}"
+        );
+        assert!(near(v[i], pitch * row[speed]), "{row:?}");
+        // The central difference errs by 1/6 of the jerk, below 10 m/s³, times Δt².
+        let rise = (after[reference] - before[reference]) / 2e-3;
+        assert!((rise - v_ref[i]).abs() < 2e-6, "{row:?}");
+        // The contrasts: the row after it, and the carriage's own velocity.
+        late += usize::from(near(x[i], pitch * after[gamma]));
+        slow += usize::from((rise - v[i]).abs() < 2e-6);
+    }
+    assert!(
+        shown > 1000 && late < 50 && slow < 50,
+        "{shown} {late} {slow}"
+    );
+}
+
+/// A log is compared with every run, on the terminal and in the page; what is not
+/// used is told. The differences of a trace to its own run are 0, 1 mm is 1 mm.
+#[test]
+fn a_measured_log_is_laid_over_the_runs() {
+    let folder = folder();
+    ran(&folder, "run paper-2 --trace t.csv");
+    let trace = read(&folder, "t.csv");
+    let mut lines = trace
+        .lines()
+        .map(|line| line.split(',').collect::<Vec<_>>());
+    let header = lines.next().unwrap();
+    let x_ref = header.iter().position(|name| *name == "x_ref_m").unwrap();
+    let mut log = "t_s,x_ref_m,note\n".to_owned();
+    for row in lines.step_by(10) {
+        let moved = row[x_ref].parse::<f64>().unwrap() + 1e-3;
+        let time = row[0].parse::<f64>().unwrap() + 0.5;
+        log += &format!("{time},{moved},hm\n");
+    }
+    std::fs::write(folder.path().join("m.csv"), log).unwrap();
+    let line = "run paper-2 paper-1 --log m.csv --log-offset -0.5 --report r.html";
+    let output = ran(&folder, line);
+    assert_eq!(status(&output), 0, "{}", stderr(&output));
+    let text = stdout(&output);
+    assert!(
+        text.contains("measured: x_ref_m of m.csv\nignored: note\n"),
+        "{text}"
+    );
+    let of = |case: &str| {
+        let row = text
+            .lines()
+            .find(|line| line.starts_with(case) && line.contains("x_ref_m"));
+        row.unwrap()
+            .split_whitespace()
+            .map(str::to_owned)
+            .collect::<Vec<_>>()
+    };
+    assert_eq!(of("paper-2")[2..7], ["151", "of", "151", "0.001", "−0.001"]);
+    // The contrast: another command.
+    assert_ne!(of("paper-1")[5], "0.001");
+    let page = read(&folder, "r.html");
+    let data = curves(&page);
+    assert_eq!(data["log"]["t_s"].as_array().unwrap().len(), 151);
+    assert!(page.contains("ignored: note") && page.contains("--log m.csv --log-offset -0.5"));
+    let ladder = ran(
+        &folder,
+        "ladder paper-2 --report l.html --log m.csv --log-offset -0.5",
+    );
+    let rungs = curves(&read(&folder, "l.html"))["ladder"]["rungs"].clone();
+    assert_eq!(status(&ladder), 0);
+    for rung in rungs.as_array().unwrap() {
+        let rms = rung["log"][0]["rms"].as_f64().unwrap();
+        assert!((rms - 1e-3).abs() < 1e-12, "{rms}");
+    }
+    assert!(rungs.as_array().unwrap().len() == 4);
 }
 
 /// An interrupt ends the run, keeps the trace so far and leaves no file behind;
@@ -346,7 +511,18 @@ fn a_run_that_takes_too_long_ends_with_the_reason() {
 fn init_prints_a_case_that_runs() {
     let folder = folder();
     let output = ran(&folder, "init paper-4");
-    std::fs::write(folder.path().join("mine.toml"), &output.stdout).unwrap();
+    let text = stdout(&output);
+    std::fs::write(folder.path().join("mine.toml"), &text).unwrap();
+    // Editors look for the schema where its first line says, and it says how it gets there.
+    let first = text.lines().next().unwrap();
+    let schema = first.strip_prefix("#:schema ./").unwrap();
+    let told = text
+        .lines()
+        .find_map(|line| line.strip_prefix("# Editors look for the schema there; "));
+    assert_eq!(
+        told.unwrap(),
+        format!("hil-runner schema > {schema} makes it.")
+    );
     let output = ran(&folder, "run mine.toml");
     assert_eq!(status(&output), 0, "{}", stderr(&output));
 }
@@ -374,9 +550,12 @@ fn ladder_compares_the_rungs() {
 
 #[test]
 fn schema_is_json() {
-    let output = ran(folder(), "schema");
-    let schema: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
-    assert_eq!(schema["additionalProperties"], false);
+    let schema = |of: &str| -> serde_json::Value {
+        serde_json::from_slice(&ran(folder(), of).stdout).unwrap()
+    };
+    assert_eq!(schema("schema"), hil_core::runfile::schema());
+    assert_eq!(schema("schema run-file"), hil_core::runfile::schema());
+    assert_eq!(schema("schema study"), hil_runner::study::schema());
 }
 
 /// Pages show the whole command, in quotes where a shell would take it apart;

@@ -39,6 +39,21 @@ fn the_page_names_every_key() {
     assert_eq!(documented(PAGE, "Summary").iter().collect::<Vec<_>>(), keys);
 }
 
+#[test]
+fn the_page_names_every_column_of_a_log() {
+    let (_, section) = PAGE
+        .split_once("### A measured log (`--log F.csv`)")
+        .unwrap();
+    let (list, _) = section.split_once("any order").unwrap();
+    let named: Vec<&str> = list.split('`').skip(1).step_by(2).collect();
+    let columns = hil_core::measured::COLUMNS.iter().map(|column| column.name);
+    let known: Vec<&str> = ["run", "ladder", "t_s"]
+        .into_iter()
+        .chain(columns)
+        .collect();
+    assert_eq!(named, known);
+}
+
 /// The contrast: a row that is missing is missed.
 #[test]
 fn a_missing_row_is_missed() {

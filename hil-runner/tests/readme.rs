@@ -1,6 +1,6 @@
-//! The README and two pages of the docs show what their commands print. Every
-//! block that begins with `$ hil-runner` is run and compared; lines about the
-//! host's clock are left out, as they are on the pages.
+//! The README and three pages of the docs show what their commands print. Every
+//! block that begins with `$ hil-runner` is run, those of a page in one folder, and
+//! compared; lines about the host's clock are left out, as they are on the pages.
 //!
 //! `BLESS=1 cargo test -p hil-runner --test readme` rewrites the blocks after
 //! an intended change; with `CI` set it refuses.
@@ -11,20 +11,29 @@ use std::path::Path;
 use std::process::Command;
 
 /// The pages, from the project's root, and the number of commands on each.
-const PAGES: [(&str, usize); 3] = [
+const PAGES: [(&str, usize); 4] = [
     ("README.md", 2),
     ("docs/OUTPUTS.md", 2),
     ("docs/RUN-FILES.md", 1),
+    ("docs/OWN-AXIS.md", 5),
 ];
 
-/// Output of a command: standard output, or the messages if there is none.
-fn output_of(arguments: &str) -> String {
-    let folder = tempfile::tempdir().unwrap();
+/// Output of a command: standard output, or the messages if there is none; nothing
+/// where it goes into a file of the folder.
+fn output_of(arguments: &str, folder: &Path) -> String {
+    let (arguments, file) = match arguments.split_once(" > ") {
+        Some((arguments, file)) => (arguments, Some(file)),
+        None => (arguments, None),
+    };
     let output = Command::new(env!("CARGO_BIN_EXE_hil-runner"))
         .args(arguments.split_whitespace())
-        .current_dir(folder.path())
+        .current_dir(folder)
         .output()
         .unwrap();
+    if let Some(file) = file {
+        std::fs::write(folder.join(file), output.stdout).unwrap();
+        return String::new();
+    }
     let bytes = match output.stdout.as_slice() {
         [] => &output.stderr,
         _ => &output.stdout,
@@ -39,6 +48,7 @@ fn output_of(arguments: &str) -> String {
 /// The text with the output of every command in it as it is now, and the
 /// number of commands.
 fn refreshed(text: &str) -> (String, usize) {
+    let folder = tempfile::tempdir().unwrap();
     let (mut fresh, mut commands, mut skipping) = (String::new(), 0, false);
     for line in text.lines() {
         if line == "```" {
@@ -50,7 +60,7 @@ fn refreshed(text: &str) -> (String, usize) {
         fresh += line;
         fresh += "\n";
         if let Some(arguments) = line.strip_prefix("$ hil-runner") {
-            fresh += &output_of(arguments);
+            fresh += &output_of(arguments, folder.path());
             commands += 1;
             skipping = true;
         }

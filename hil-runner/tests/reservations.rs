@@ -273,7 +273,8 @@ fn the_ladders_page_tells_and_draws_what_its_terminal_says() {
         let values = value.as_array().unwrap().iter();
         values.map(|value| value.as_f64().unwrap()).collect()
     };
-    let (t_s, acc) = (numbers(&rung["t_s"]), numbers(&rung["acc_mps2"]));
+    let traces = &rung["traces"];
+    let (t_s, acc) = (numbers(&traces["t_s"]), numbers(&traces["acc_mps2"]));
     assert!(t_s.is_sorted() && t_s.len() == acc.len());
     let peak = rung["peak_abs_acc_mps2"][0].as_f64().unwrap();
     let height =

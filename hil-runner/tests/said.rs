@@ -112,6 +112,40 @@ fn every_command_has_its_help_here() {
     }
 }
 
+/// The options of a command's help that none of its examples has.
+fn without_example(help: &str) -> Vec<&str> {
+    let (about, examples) = help.split_once("Example").unwrap_or((help, ""));
+    let (_, options) = about.split_once("Options:").unwrap_or_default();
+    let options = options.lines().filter_map(|line| {
+        let long = line.trim_start().strip_prefix("--")?;
+        long.split([' ', '\n']).next()
+    });
+    let shown = |name: &str| examples.contains(&format!(" --{name} "));
+    options.filter(|name| !shown(name)).collect()
+}
+
+/// Whoever looks an option up sees it used.
+#[test]
+fn every_option_has_an_example() {
+    let help = include_str!("said/help.txt").replace('\n', " \n");
+    let blocks = help
+        .split("\n# ")
+        .filter(|block| block.contains("Options:"));
+    let blocks: Vec<&str> = blocks.collect();
+    assert!(blocks.len() > 12);
+    for block in &blocks {
+        assert_eq!(without_example(block), [""; 0], "{block}");
+        assert!(block.contains("Example"), "{block}");
+    }
+    // The contrast: an option without its example.
+    let ladder = blocks
+        .iter()
+        .find(|block| block.starts_with("ladder"))
+        .unwrap();
+    let fewer = ladder.replace(" --junit verdicts.xml ", "");
+    assert_eq!(without_example(&fewer), ["junit"]);
+}
+
 /// The contrast: another word, another status and another command are found.
 #[test]
 fn a_change_is_found() {

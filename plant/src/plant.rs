@@ -2,11 +2,13 @@
 //! voltage update to the next.
 
 use crate::exact::Tables;
-use crate::hybrid::{Automaton, PlantError};
+use crate::hybrid::{Automaton, Interval, PlantError};
 use crate::model::amplifier::AmplifierMode;
 use crate::model::axis::{Axis, AxisParameters, Drive};
 use crate::model::joint::Contact;
-use crate::model::state::State;
+use crate::model::joint::Flank;
+use crate::model::state::{CURRENT, State};
+use crate::model::surroundings::Surroundings;
 use crate::numerics::seconds;
 use crate::observe::Watch;
 use crate::stepped::adaptive::StepSize;
@@ -41,10 +43,58 @@ pub struct Plant {
     steps: StepSize,
     /// Memory of solver `exact`: all that it has computed about the axis.
     tables: Option<Box<Tables>>,
+    /// The flank that the joint starts on.
+    flank: Option<Flank>,
+    forces: Forces,
+}
+
+/// Force of the loads over time.
+#[derive(Debug, Clone, PartialEq)]
+struct Forces {
+    /// The force from each instant on at which it changes \[ns, N\], the first at 0.
+    from: Vec<(u64, f64)>,
+    /// Place of the next change.
+    next: usize,
+    /// Instant of the next change \[ns\].
+    until_ns: u64,
+    /// The memory of solver `exact` for each other force.
+    tables: Vec<(f64, Box<Tables>)>,
+}
+
+impl Forces {
+    fn new(from: Vec<(u64, f64)>) -> Self {
+        let mut forces = Self {
+            from,
+            next: 1,
+            until_ns: 0,
+            tables: Vec::new(),
+        };
+        forces.look_ahead();
+        forces
+    }
+
+    fn look_ahead(&mut self) {
+        let next = self.from.get(self.next);
+        self.until_ns = next.map_or(u64::MAX, |(from_ns, _)| *from_ns);
+    }
+}
+
+/// What a motor and its carriage have just after a command was given.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Moment {
+    /// Motor voltage \[V\].
+    pub voltage_v: f64,
+    /// Armature current \[A\].
+    pub current_a: f64,
+    /// Carriage acceleration \[m/s²\].
+    pub acceleration_mps2: f64,
+    /// Contact of the joint.
+    pub contact: Contact,
 }
 
 impl Plant {
-    /// At rest at zero, the joint centred in its gap, time 0.
+    /// With the paper's surroundings: a voltage drive, no load; at rest at zero, the joint
+    /// centred in its gap, time 0.
     ///
     /// ```
     /// use plant::{AxisParameters, Carriage, Drive, Joint, Motor, Plant, Resistance, Solver};
@@ -69,15 +119,60 @@ impl Plant {
     /// # Ok::<(), plant::PlantError>(())
     /// ```
     pub fn new(parameters: &AxisParameters, solver: Solver) -> Self {
+        Self::within(parameters, &Surroundings::default(), solver)
+    }
+
+    /// Within these surroundings, at rest at their start, time 0.
+    ///
+    /// ```
+    /// use plant::{Amplifier, AxisParameters, Carriage, Control, Drive, Joint, Motor, Plant};
+    /// use plant::{Resistance, Solver, Surroundings, Transmission};
+    /// let motor = Motor {
+    ///     inertia_kg_m2: 2e-4,
+    ///     torque_constant_nm_per_a: 0.25,
+    ///     resistance_ohm: 1.5,
+    ///     inductance_h: 0.0065,
+    /// };
+    /// let transmission = Transmission {
+    ///     gear_ratio: 1.0,
+    ///     joint: Joint::Rigid,
+    ///     screw_inertia_kg_m2: 0.0,
+    ///     screw_pitch_m_per_rad: 1e-3,
+    /// };
+    /// let carriage = Carriage { mass_kg: 1.0, resistance: Resistance::default() };
+    /// let axis = AxisParameters { motor, transmission, carriage };
+    /// let control = Control::Current { current_limit_a: 5.0, bandwidth_radps: None };
+    /// let surroundings = Surroundings {
+    ///     amplifier: Amplifier { gain: 1.0, voltage_limit_v: 48.0, control },
+    ///     ..Surroundings::default()
+    /// };
+    /// let mut plant = Plant::within(&axis, &surroundings, Solver::Exact);
+    /// // 1 A for a second: J·β̈ = k_m·I.
+    /// plant.advance(&Drive::Held(1.0), 1_000_000_000, &mut ())?;
+    /// let expected = 0.25 / (2e-4 + 1e-6);
+    /// assert!((plant.state().beta_dot_radps / expected - 1.0).abs() < 1e-12);
+    /// # Ok::<(), plant::PlantError>(())
+    /// ```
+    pub fn within(
+        parameters: &AxisParameters,
+        surroundings: &Surroundings,
+        solver: Solver,
+    ) -> Self {
         let tolerance = match solver {
             Solver::Dopri5 { tolerance } => tolerance,
             Solver::Exact | Solver::Rk4 { .. } => 0.0,
         };
+        let flank = surroundings.start.flank(&parameters.transmission);
+        let forces = Forces::new(surroundings.forces());
+        let mut axis = Axis::new(parameters, surroundings, tolerance);
+        axis.load_force_n = forces.from.first().map_or(0.0, |(_, force_n)| *force_n);
         Self {
-            now: Automaton::new(Axis::new(parameters, tolerance)),
+            now: Automaton::new(axis, flank),
             solver,
             steps: StepSize::new(),
             tables: None,
+            flank,
+            forces,
         }
     }
 
@@ -93,7 +188,8 @@ impl Plant {
     /// Back to the start, at rest at zero; what solver `exact` has computed
     /// about the axis is kept.
     pub fn reset(&mut self) {
-        self.now = Automaton::new(self.now.axis);
+        self.change_force(0);
+        self.now = Automaton::new(self.now.axis, self.flank);
         self.steps = StepSize::new();
     }
 
@@ -102,8 +198,18 @@ impl Plant {
     pub fn resolved_with(&self, parameters: &AxisParameters, solver: Solver) -> Self {
         let mut plant = Self::new(parameters, solver);
         plant.now = Automaton {
-            axis: plant.now.axis,
+            axis: Axis {
+                stage: self.now.axis.stage,
+                load_force_n: self.now.axis.load_force_n,
+                start_rad: self.now.axis.start_rad,
+                ..plant.now.axis
+            },
             ..self.now
+        };
+        plant.flank = self.flank;
+        plant.forces = Forces {
+            tables: Vec::new(),
+            ..self.forces.clone()
         };
         plant
     }
@@ -137,8 +243,30 @@ impl Plant {
         {
             return carried.demand_v;
         }
+        if !now.axis.stage.is_papers() {
+            return self.just_after(drive).voltage_v;
+        }
         now.axis
             .voltage_v(&now.mode, drive, seconds(now.time_ns), &now.y)
+    }
+
+    /// What motor and carriage have just after `drive` has given its command, with the
+    /// changes of mode that it and the loads make at once.
+    pub fn just_after(&self, drive: &Drive<'_>) -> Moment {
+        let (mut there, time_s) = (self.now, seconds(self.now.time_ns));
+        there.take_up(drive);
+        if let Solver::Rk4 { .. } = self.solver {
+            there.mode = there.axis.mode_of_state(drive, time_s, &there.y);
+        } else {
+            // Modes without end are an error of the interval that follows.
+            let _ = there.settle(drive, &Interval::new(time_s, 0.0), &mut ());
+        }
+        Moment {
+            voltage_v: there.axis.voltage_v(&there.mode, drive, time_s, &there.y),
+            current_a: there.y[CURRENT],
+            acceleration_mps2: there.acceleration_mps2(),
+            contact: there.contact(),
+        }
     }
 
     /// Kinetic energy of both sides and the energy stored in the joint \[J\].
@@ -163,6 +291,57 @@ impl Plant {
         if length_ns == 0 {
             return Ok(());
         }
+        if until_ns >= self.forces.until_ns {
+            return self.advance_past_loads(drive, until_ns, watch);
+        }
+        self.advance_under_force(drive, length_ns, watch)
+    }
+
+    /// The same where loads come or go on the way.
+    #[cold]
+    #[inline(never)]
+    fn advance_past_loads(
+        &mut self,
+        drive: &Drive<'_>,
+        until_ns: u64,
+        watch: &mut impl Watch,
+    ) -> Result<(), PlantError> {
+        while self.now.time_ns < until_ns {
+            let end_ns = until_ns.min(self.forces.until_ns);
+            self.advance_under_force(drive, end_ns - self.now.time_ns, watch)?;
+            if end_ns == self.forces.until_ns {
+                self.change_force(self.forces.next);
+            }
+        }
+        Ok(())
+    }
+
+    /// From now on the force of that place acts.
+    fn change_force(&mut self, place: usize) {
+        let (from_n, to_n) = (self.now.axis.load_force_n, self.forces.from[place].1);
+        self.forces.next = place + 1;
+        self.forces.look_ahead();
+        if from_n == to_n {
+            return;
+        }
+        self.now.axis.load_force_n = to_n;
+        let others = &mut self.forces.tables;
+        if let Some(tables) = self.tables.take() {
+            others.push((from_n, tables));
+        }
+        let known = others.iter().position(|(force_n, _)| *force_n == to_n);
+        self.tables = known.map(|place| others.swap_remove(place).1);
+    }
+
+    /// Advances under the force that acts now.
+    #[inline(always)]
+    fn advance_under_force(
+        &mut self,
+        drive: &Drive<'_>,
+        length_ns: u64,
+        watch: &mut impl Watch,
+    ) -> Result<(), PlantError> {
+        let until_ns = self.now.time_ns + length_ns;
         let now = &mut self.now;
         match self.solver {
             Solver::Exact => {

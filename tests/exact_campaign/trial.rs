@@ -139,7 +139,7 @@ impl Trial {
             let code = law.step(Measurement::new(&case, tick, &plant.state()));
             let code = code.dac_code.real();
             applied_v = match excitation {
-                Excitation::Law => case.amplifier.output_v(case.dac.output_v(code)),
+                Excitation::Law => case.amplifier.command(case.dac.output_v(code)),
                 Excitation::Steps if draw.chance(0.9) && tick > 0 => applied_v,
                 _ => case.amplifier.voltage_limit_v * draw.between(-1.0, 1.0),
             };

@@ -82,7 +82,7 @@ fn codes_from(start: i32, counter_bits: u8) -> (Vec<i32>, i64) {
         };
         let output = state.tick(&inputs, &mut source);
         let code_v = case.dac.output_v(f64::from(output.code));
-        let drive = Drive::Held(case.amplifier.output_v(code_v));
+        let drive = Drive::Held(case.amplifier.command(code_v));
         let advanced = plant.advance(&drive, (tick + 1) * 1_000_000, &mut Nobody);
         advanced.unwrap();
         output.code

@@ -111,8 +111,13 @@ fn a_key_changes_nothing_where_it_does_not_act() {
         let path = path(section, key);
         let set = format!("{path}={}", another(key));
         let sets = [&beside(&path)[..], &[&set]].concat();
+        // A drive of another kind is not the plain axis.
+        let mut drive = beside(&path);
+        drive.retain(|set| set.starts_with("drive."));
         for (law, plain) in Law::ALL.into_iter().zip(&plain) {
             if !key.acts.on(law, |_| false) {
+                let same_drive = (!drive.is_empty()).then(|| outcome(law, &drive));
+                let plain = same_drive.as_ref().unwrap_or(plain);
                 assert!(outcome(law, &sets) == *plain, "{set} on {}", law.name());
                 same += 1;
             }

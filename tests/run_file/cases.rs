@@ -97,7 +97,7 @@ fn pairs_and_total_time_mean_what_they_say() {
     assert_eq!(case.dac.step_v, 20.0 / 4096.0);
     assert_eq!(case.encoder.counts_per_rad, 4000.0 / TAU);
     let found = case.motion.intervals_s();
-    assert_eq!(found, [0.5, 0.0, 0.5, 0.0, 0.5, 0.0, 0.5]);
+    assert_eq!(found, Some([0.5, 0.0, 0.5, 0.0, 0.5, 0.0, 0.5]));
 }
 
 #[test]
@@ -227,9 +227,9 @@ fn the_built_in_cases_are_commented_by_the_table() {
         if std::env::var_os("BLESS").is_some() {
             std::fs::write(&path, &commented).unwrap();
         }
-        let lines = commented.lines().zip(text.lines());
-        other.extend(lines.filter(|(a, b)| a != b).map(|(a, _)| a.to_owned()));
-        assert_eq!(commented.lines().count(), text.lines().count(), "{name}");
+        let mut lines = text.lines();
+        let moved = commented.lines().filter(|line| lines.next() != Some(line));
+        other.extend(moved.map(|line| format!("{name}: {line}")));
     }
     assert!(other.is_empty(), "{other:#?}");
 }

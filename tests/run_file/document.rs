@@ -9,39 +9,76 @@ use super::parse;
 pub(crate) struct Document(Vec<(&'static str, &'static Key, String)>);
 
 impl Document {
-    /// Every key with the first of its samples; of a pair the first only.
+    /// Every key with the first of its samples; of several ways the first only.
     pub(crate) fn full() -> Self {
-        let mut entries = Vec::new();
-        for (section, key) in all_keys() {
-            if entries
-                .iter()
-                .any(|(s, k, _): &(_, &Key, _)| *s == section.name && excludes(k, key))
-            {
-                continue;
-            }
-            entries.push((section.name, key, samples(key).0));
-        }
-        Self(entries)
+        let first = |(section, key): &(&Section, &Key)| {
+            let ways = section.ways_with(key.name);
+            let leads = ways.first().is_none_or(|way| way.contains(&key.name));
+            leads && !is_of_current_drive(key)
+        };
+        let entry = |(section, key): (&Section, &'static Key)| (section.name, key, samples(key).0);
+        Self(all_keys().filter(first).map(entry).collect())
     }
 
-    /// With another value for a key, which takes the place of its partner.
+    /// With another value for a key, in its way where there are several.
     pub(crate) fn with(mut self, section: &Section, key: &'static Key, value: &str) -> Self {
+        if is_of_current_drive(key) || (key.name, value) == ("kind", "\"current\"") {
+            self.make_current();
+        }
+        let is_it = |s: &str, k: &Key| s == section.name && k.name == key.name;
+        if !self.0.iter().any(|(s, k, _)| is_it(s, k)) {
+            let excluded =
+                |s: &str, k: &Key| s == section.name && section.excludes(key.name, k.name);
+            self.0.retain(|(s, k, _)| !excluded(s, k));
+            let mut ways = section.ways_with(key.name).iter();
+            let way = ways
+                .find(|way| way.contains(&key.name))
+                .copied()
+                .unwrap_or_default();
+            for name in way {
+                let key = section.key(name).unwrap();
+                if !self
+                    .0
+                    .iter()
+                    .any(|(s, k, _)| *s == section.name && k.name == *name)
+                {
+                    self.0.push((section.name, key, samples(key).0));
+                }
+            }
+        }
+        if !self.0.iter().any(|(s, k, _)| is_it(s, k)) {
+            self.0.push((section.name, key, String::new()));
+        }
         for (s, k, v) in &mut self.0 {
-            if *s == section.name && (k.name == key.name || excludes(k, key)) {
-                *k = key;
+            if is_it(s, k) {
                 *v = value.to_owned();
             }
         }
         self
     }
 
-    /// Without a key, its partner and what may stand only with it.
-    pub(crate) fn without(mut self, section: &Section, key: &Key) -> Self {
-        self.0.retain(|(s, k, _)| {
+    /// With a current drive.
+    fn make_current(&mut self) {
+        for (section, key, value) in &mut self.0 {
+            match (*section, key.name) {
+                ("drive", "kind") => *value = "\"current\"".to_owned(),
+                ("drive", "amplifier_gain") => {
+                    let drive = SECTIONS.iter().find(|section| section.name == "drive");
+                    *key = drive.unwrap().key("amplifier_gain_a_per_v").unwrap();
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// Without a key, other ways to give it and what may stand only with it.
+    pub(crate) fn without(self, section: &Section, key: &'static Key) -> Self {
+        let mut document = self.with(section, key, "1");
+        document.0.retain(|(s, k, _)| {
             let follows = k.need == Need::OnlyWith(key.name);
-            !(*s == section.name && (k.name == key.name || excludes(k, key) || follows))
+            !(*s == section.name && (k.name == key.name || follows))
         });
-        self
+        document
     }
 
     pub(crate) fn text(&self) -> String {
@@ -81,15 +118,18 @@ impl Document {
     }
 }
 
-/// True of a key that leaves no room for the other one of its section.
-fn excludes(key: &Key, other: &Key) -> bool {
-    matches!(key.need, Need::OneOf(partner) | Need::NotWith(partner) if partner == other.name)
-}
-
 pub(crate) fn all_keys() -> impl Iterator<Item = (&'static Section, &'static Key)> {
     SECTIONS
         .iter()
         .flat_map(|section| section.keys.iter().map(move |key| (section, key)))
+}
+
+/// True of a key that only a current drive has.
+pub(crate) fn is_of_current_drive(key: &Key) -> bool {
+    ["_a_per_v", "_a_per_rad", "_a_per_rad_s", "_as_per_rad"]
+        .iter()
+        .any(|unit| key.name.ends_with(unit))
+        || key.name == "current_bandwidth_hz"
 }
 
 /// Further keys without which a key cannot stand or acts on nothing, as sets.
@@ -119,7 +159,12 @@ pub(crate) fn samples(key: &Key) -> (String, String) {
         Kind::Number(Range::Between(low, high)) => {
             (format!("{low:e}"), format!("{:e}", (low + high) / 2.0))
         }
-        Kind::Number(_) => pair("2", "3.5"),
+        Kind::Number(_) => match key.name {
+            // A command of 2 mm that each of its limits limits.
+            "max_velocity_mps" => pair("0.05", "0.04"),
+            "max_jerk_mps3" => pair("1000", "2000"),
+            _ => pair("2", "3.5"),
+        },
         Kind::Whole(..) => pair("12", "14"),
         Kind::Time(Range::NotNegative) | Kind::TimeOrWord(..) => pair("0", "0.001"),
         Kind::Time(_) => match key.name {

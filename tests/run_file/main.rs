@@ -13,12 +13,15 @@ mod every_key;
 mod fields;
 mod fuzz;
 mod json_schema;
+mod motion;
 mod options;
 mod overrides;
 mod sentences;
+mod templates;
+mod ways;
 
 use hil_core::case::Case;
-use hil_core::runfile;
+use hil_core::runfile::{self, RunFile};
 
 /// A run file in which every required key is given, one a line.
 pub(crate) const BASE: &str = include_str!("base.toml");
@@ -39,5 +42,16 @@ pub(crate) fn messages(text: &str, sets: &[&str]) -> Vec<String> {
 
 pub(crate) fn parse(text: &str, sets: &[&str]) -> Result<Case, runfile::RunFileErrors> {
     let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
-    runfile::parse("cases/x.toml", text, &sets)
+    RunFile::parse("cases/x.toml", text, &sets, profile).map(|file| file.case)
+}
+
+/// Profiles beside the run file.
+fn profile(run_file: &str, path: &str) -> Result<String, String> {
+    assert_eq!(run_file, "cases/x.toml");
+    let last = match path {
+        "one" => "2,2",
+        "three" => return Err(format!("there is no {path}")),
+        _ => "2,3.5",
+    };
+    Ok(format!("t_s,x_mm\n0,0\n1,0.5\n{last}\n"))
 }

@@ -92,14 +92,3 @@ fn what_belongs_together_is_one_setting() {
         .dither_seed;
     assert_eq!(seed, u32::MAX);
 }
-
-#[test]
-fn only_a_table_has_a_capacity() {
-    // 100 001 setpoints.
-    let long = ["controller.law=firmware", "controller.sample_time_s=1e-5"];
-    assert!(parse(BASE, &long).is_err());
-    for origin in ["generator", "queue"] {
-        let set = format!("controller.setpoints={origin}");
-        assert!(parse(BASE, &[long[0], long[1], &set]).is_ok(), "{origin}");
-    }
-}

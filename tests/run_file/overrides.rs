@@ -60,7 +60,7 @@ fn one_of_a_pair_takes_the_place_of_the_file_s() {
         for sets in [[key, partner], [partner, key]] {
             let told = messages(&loaded, &sets);
             assert_eq!(told.len(), 1, "{told:?}");
-            assert!(told[0].contains("sets the same quantity; give one of the two"));
+            assert!(told[0].contains("gives the same in another way; give "));
         }
     }
     // What replaces a whole section has only what it has.

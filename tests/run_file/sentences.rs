@@ -70,7 +70,7 @@ fn all_errors_are_reported_at_once_in_the_order_of_the_file() {
         [
             "cases/x.toml: [motor] (line 1) lacks inductance_h: armature inductance L, H, greater than 0",
             "cases/x.toml:2: motor.inertia_kg_m2 = 0 is not allowed: the rotor inertia J_m must be greater than 0 kg m²",
-            "cases/x.toml:8: unknown key transmission.colour; the keys of [transmission] are gear_ratio, joint, stiffness_nm_per_rad, damping_nms_per_rad, backlash_half_deg, screw_inertia_kg_m2, screw_pitch_mm_per_rev, no_pull",
+            "cases/x.toml:8: unknown key transmission.colour; the keys of [transmission] are gear_ratio, joint, stiffness_nm_per_rad, damping_nms_per_rad, backlash_half_deg, screw_inertia_kg_m2, screw_inertia_kg_cm2, screw_pitch_mm_per_rev, stiffness_n_per_um, damping_ns_per_m, backlash_um, start, no_pull",
             "cases/x.toml:27: controller.law = \"analogue\" is not allowed: the control law must be \"continuous\", \"sampled\", \"quantised\" or \"firmware\"",
             "cases/x.toml:35: motion.intervals_s = [0, 0, 0, 0.0, 0.25, 0.0, 0.25] is not allowed: t1, t2 and t3 are all 0; the motion needs an acceleration",
             "--set motor: there is no =; write --set section.key=value",

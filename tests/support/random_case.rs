@@ -15,7 +15,7 @@ use hil_core::controllers::{Controller, IoKind};
 use hil_core::options::AxisOptions;
 use plant::{
     Amplifier, AxisParameters, Carriage, Dac, ElasticJoint, Encoder, Joint, Motion, Motor,
-    PidGains, Resistance, Transmission,
+    PidGains, Resistance, Start, Transmission,
 };
 
 use crate::draw::Draw;
@@ -44,6 +44,7 @@ pub fn random_case(draw: &mut Draw, laws: &[Law], sample_times_s: (f64, f64)) ->
     let amplifier = Amplifier {
         gain: draw.decades(0.3, 30.0),
         voltage_limit_v,
+        ..Amplifier::default()
     };
     let bits = draw.one_of(&[8, 10, 12, 14, 16, 20, 24]);
     // The converter's range is half to four times what the amplifier can use.
@@ -64,13 +65,19 @@ pub fn random_case(draw: &mut Draw, laws: &[Law], sample_times_s: (f64, f64)) ->
     let duration_s = sample_time_s * samples as f64;
     let mut case = Case {
         name: "random".to_owned(),
+        template: None,
+        template_values: Vec::new(),
         axis,
         dac,
         amplifier,
+        load_force_n: 0.0,
+        loads: Vec::new(),
+        start: Start::default(),
         encoder,
         controller: ControllerSettings {
             law: draw.one_of(laws),
             gains: random_gains(draw, &axis, encoder, volts_per_count, sample_time_s),
+            cascade: None,
             sample_time_ns: Some(sample_time_ns),
             computation_delay: ComputationDelay::Fixed(delay_ns),
         },

@@ -27,7 +27,7 @@ pub enum Request<'a> {
     /// the axis that runs, from the next sample on.
     Settings(&'a [u8]),
     /// The next words of the memory, 4 bytes each: setpoints of the table
-    /// \[counts\], or a plan ([`crate::plan::words`]).
+    /// \[counts\], with their rates or without, or a plan ([`crate::plan::words`]).
     Memory(&'a [u8]),
     /// The next words of the memory, which the chip plans itself; refused as unknown
     /// where it cannot.
@@ -56,6 +56,9 @@ pub enum SourceKind {
     Plan,
     /// They come with every [`Step`].
     Step,
+    /// The memory is a table of setpoints with their rates
+    /// ([`firmware::reference::next_rated`]).
+    Rates,
 }
 
 /// Inputs of one sample.
@@ -185,6 +188,7 @@ impl Request<'_> {
                     SourceKind::Table => 0,
                     SourceKind::Plan => 1,
                     SourceKind::Step => 2,
+                    SourceKind::Rates => 3,
                 });
             }
             Self::Step(step) => step.write(to, last_tick.wrapping_add(1)),
@@ -317,6 +321,7 @@ pub(crate) const fn begin(payload: &[u8]) -> Option<(u32, Events, SourceKind)> {
         0 => SourceKind::Table,
         1 => SourceKind::Plan,
         2 => SourceKind::Step,
+        3 => SourceKind::Rates,
         _ => return None,
     };
     let configuration = u32::from_le_bytes([a, b, c, d]);

@@ -21,7 +21,7 @@ use crate::reply::{self, Identity, Nak, Sample};
 use crate::request::{Arrived, Events, SourceKind, begin, kind, next};
 use firmware::axis::{AxisState, Inputs};
 use firmware::reference::{
-    InPlace, Next, Observed, SetpointSource, SetpointTable, Stretch, TablePlace,
+    InPlace, Next, Observed, SetpointSource, SetpointTable, Stretch, TablePlace, next_rated,
 };
 use firmware::settings::{Settings, Unfit, Words};
 
@@ -137,7 +137,7 @@ struct Progress {
     steps: u32,
     /// The tick that follows the last one.
     tick: u64,
-    /// The next word of a plan, or entry of a table.
+    /// The next word of a plan, or of a table with rates.
     at: usize,
     place: TablePlace,
 }
@@ -354,14 +354,17 @@ impl<const N: usize> SetpointSource for Source<'_, '_, N> {
 
     #[inline]
     fn next_in_place(&mut self, _: &Observed, stretch: &mut Stretch) -> InPlace {
-        match self.now.source {
-            SourceKind::Table => match self.now.place.next(self.memory) {
-                Next::Last(setpoint) => InPlace::Last(setpoint),
-                Next::Setpoint(setpoint) => InPlace::Setpoint(setpoint),
-                Next::Stretch(_) | Next::Underrun => InPlace::Underrun,
-            },
-            SourceKind::Plan => plan::next(self.memory.as_counts(), &mut self.now.at, stretch),
-            SourceKind::Step => next(self.given, stretch),
+        let (now, words) = (&mut *self.now, self.memory.as_counts());
+        let next = match now.source {
+            SourceKind::Table => now.place.next(self.memory),
+            SourceKind::Rates => next_rated(words, &mut now.at),
+            SourceKind::Plan => return plan::next(words, &mut now.at, stretch),
+            SourceKind::Step => return next(self.given, stretch),
+        };
+        match next {
+            Next::Last(setpoint) => InPlace::Last(setpoint),
+            Next::Setpoint(setpoint) => InPlace::Setpoint(setpoint),
+            Next::Stretch(_) | Next::Underrun => InPlace::Underrun,
         }
     }
 }

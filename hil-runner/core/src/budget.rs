@@ -66,16 +66,20 @@ pub fn judged(case: &Case) -> (Vec<Limit>, bool) {
 }
 
 /// Without `[budget]`: no saturation, at most twice the commanded
-/// acceleration, at most 2 % of the travel as following error.
+/// acceleration, at most 2 % of the travel (the largest displacement on the way) as
+/// following error; none of a command that does not move.
 fn default_limits(case: &Case) -> Vec<Limit> {
     let end_s = seconds(case.run.duration_ns);
     let peak_mps2 = case.motion.peak_acceleration_until_mps2(end_s);
-    let travel_m = case.motion.travel_m().abs();
-    vec![
-        Limit::new("voltage_saturated_s", 0.0),
-        Limit::new("peak_abs_acc_mps2", 2.0 * peak_mps2),
-        Limit::new("peak_following_error_mm", 1e3 * 0.02 * travel_m),
-    ]
+    let travel_m = case.motion.largest_displacement_m();
+    let mut limits = vec![Limit::new("voltage_saturated_s", 0.0)];
+    if peak_mps2 > 0.0 {
+        limits.push(Limit::new("peak_abs_acc_mps2", 2.0 * peak_mps2));
+    }
+    if travel_m > 0.0 {
+        limits.push(Limit::new("peak_following_error_mm", 1e3 * 0.02 * travel_m));
+    }
+    limits
 }
 
 /// The verdicts that follow from the figures of a summary, which `figure`

@@ -1,6 +1,9 @@
 //! One run, checked and in SI units: what a run file says.
 
-use plant::{Amplifier, AxisParameters, ContinuousPid, Dac, Encoder, Motion, PidGains, Solver};
+use plant::{
+    Amplifier, AxisParameters, ContinuousPid, Dac, Encoder, Load, Motion, PidGains, Solver, Start,
+    Surroundings,
+};
 
 use crate::options::AxisOptions;
 
@@ -13,12 +16,22 @@ pub const MASS_CHANGE: f64 = 1e-12;
 pub struct Case {
     /// Name of the run; the stem of its file unless the file says otherwise.
     pub name: String,
+    /// The template that its file was made from, if the file says so.
+    pub template: Option<AxisTemplate>,
+    /// Paths of the values that the file still has from it.
+    pub template_values: Vec<String>,
     /// Motor, transmission and carriage.
     pub axis: AxisParameters,
     /// D/A converter. `bits` acts from rung `quantised` up.
     pub dac: Dac,
     /// Power amplifier.
     pub amplifier: Amplifier,
+    /// Force on the carriage at all times, positive against positive x \[N\].
+    pub load_force_n: f64,
+    /// Forces that act for a time, on top.
+    pub loads: Vec<Load>,
+    /// Where the joint stands at the start.
+    pub start: Start,
     /// Encoder on the motor shaft.
     pub encoder: Encoder,
     /// Control law and its timing.
@@ -36,6 +49,19 @@ pub struct Case {
     /// Paths of the keys beyond the paper's law that the run file sets and the
     /// rung leaves out.
     pub keys_without_effect: Vec<String>,
+}
+
+/// A run file to make an axis of one's own from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum AxisTemplate {
+    /// A ball screw, driven directly.
+    Ballscrew,
+    /// A toothed belt behind a reducer.
+    Belt,
+    /// Rack and pinion behind a reducer.
+    Rack,
+    /// A ball screw behind a reducer.
+    Gearbox,
 }
 
 /// The controller that runs: the rungs of the ladder.
@@ -81,11 +107,49 @@ pub struct ControllerSettings {
     pub law: Law,
     /// Gains per encoder count.
     pub gains: PidGains,
+    /// The cascade that they were given as, if they were; the law has `gains` alone.
+    pub cascade: Option<CascadeGains>,
     /// Sample time Δt \[ns\], greater than 0; `None` only where the run file
     /// leaves it out, which only rung `continuous` allows.
     pub sample_time_ns: Option<u64>,
     /// From sample to new voltage.
     pub computation_delay: ComputationDelay,
+}
+
+/// Gains of a position loop around a PI velocity loop, volts at the motor, or with a
+/// current drive amperes, per radian of the motor.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CascadeGains {
+    /// `k_v` of the position loop \[1/s\].
+    pub kv_per_s: f64,
+    /// `k` of the velocity loop \[V s/rad, or with a current drive A s/rad\].
+    pub velocity_gain_vs_per_rad: f64,
+    /// `T_n` of the velocity loop \[s\].
+    pub velocity_reset_s: f64,
+}
+
+impl Default for CascadeGains {
+    /// No gain, and no integral part.
+    fn default() -> Self {
+        Self {
+            kv_per_s: 0.0,
+            velocity_gain_vs_per_rad: 0.0,
+            velocity_reset_s: f64::INFINITY,
+        }
+    }
+}
+
+impl CascadeGains {
+    /// `K_p` \[V/rad\], `K_i` \[V/(rad s)\] and `K_d` \[V s/rad\] of the same law:
+    /// `u = k·(1 + 1/(T_n·s))·(k_v·e + ė)`.
+    pub fn gains(self) -> [f64; 3] {
+        let (kv, k, tn_s) = (
+            self.kv_per_s,
+            self.velocity_gain_vs_per_rad,
+            self.velocity_reset_s,
+        );
+        [k * (kv + 1.0 / tn_s), k * kv / tn_s, k]
+    }
 }
 
 /// Time of a code from its sample to the motor.
@@ -144,9 +208,40 @@ pub enum SolverChoice {
 }
 
 impl Case {
+    /// `K_enc·K_a·K_dac`: what the amplifier gives for a radian of the motor with a gain
+    /// of one code per count \[V/rad\].
+    pub(crate) fn output_per_rad(&self) -> f64 {
+        self.encoder.counts_per_rad * self.amplifier.gain * self.dac.step_v
+    }
+
     /// True if the joint has a gap, so that it can be open.
     pub fn has_gap(&self) -> bool {
         self.axis.transmission.joint.backlash_half_rad() > 0.0
+    }
+
+    /// What surrounds the axis.
+    pub fn surroundings(&self) -> Surroundings {
+        Surroundings {
+            amplifier: self.amplifier,
+            load_force_n: self.load_force_n,
+            loads: self.loads.clone(),
+            start: self.start,
+        }
+    }
+
+    /// `β(0)`, where the motor encoder's zero is \[rad\].
+    pub fn start_rad(&self) -> f64 {
+        self.start.beta_rad(&self.axis.transmission)
+    }
+
+    /// Force of the loads on the carriage when the run ends \[N\].
+    pub fn resting_force_n(&self) -> f64 {
+        let acts = |load: &&Load| {
+            let end_ns = self.run.duration_ns;
+            load.from_ns <= end_ns && load.to_ns.is_none_or(|to_ns| end_ns < to_ns)
+        };
+        let acting = self.loads.iter().filter(acts);
+        acting.fold(self.load_force_n, |sum, load| sum + load.force_n)
     }
 
     /// The case of the second run: see [`MASS_CHANGE`].
@@ -165,7 +260,7 @@ impl Case {
             self.dac,
             self.amplifier,
             &self.axis.transmission,
-            self.motion,
+            self.motion.clone(),
         )
     }
 

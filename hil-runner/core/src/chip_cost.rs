@@ -46,6 +46,10 @@ pub struct ChipReport {
     pub stack_bytes: Option<u32>,
     /// The same by the state after the step.
     pub states: Vec<StateCost>,
+    /// Words of a table of setpoints that the chip's memory has no room for, and its room: the
+    /// setpoints came with the samples. The run tells it in a warning.
+    #[serde(skip)]
+    pub streamed_words: Option<[usize; 2]>,
 }
 
 impl ChipReport {

@@ -91,7 +91,6 @@ fn key_of(refusal: &Refusal) -> Option<&'static str> {
             return Some("motion.travel_mm");
         }
         What::Acceleration(_) => return Some("motion.travel_mm"),
-        What::Setpoints if refusal.value > 0 => return Some("controller.sample_time_s"),
         _ => return None,
     };
     Some(key(part))

@@ -43,7 +43,7 @@ macro_rules! figures {
 
 figures! {
     /// Every numeric figure of the summary, in its order.
-    SUMMARY_FIGURES: 26 = {
+    SUMMARY_FIGURES: 31 = {
         figure peak_abs_acc_mps2 "Peak carriage acceleration" "m/s²"
         figure peak_acc_overshoot_mps2 "Peak acceleration over the commanded peak" "m/s²"
         figure rms_acc_error_mps2 "RMS acceleration error" "m/s²"
@@ -59,6 +59,11 @@ figures! {
         figure peak_abs_voltage_v "Peak motor voltage" "V"
         figure voltage_saturated_s "Time at the voltage or code limit" "s"
         figure peak_abs_current_a "Peak current" "A"
+        figure rms_current_a "RMS current" "A"
+        figure energy_j "Electrical energy into the motor" "J"
+        figure mean_power_w "Mean electrical power" "W"
+        figure peak_power_w "Peak electrical power" "W"
+        figure current_limited_s "Time at the current limit" "s"
         figure max_abs_dac_code "Largest DAC code" "codes"
         count dac_bits_used "Bits of the converter in use" "bits"
         count encoder_bits_used "Bits of the counts travelled" "bits"

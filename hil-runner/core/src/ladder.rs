@@ -1,6 +1,8 @@
 //! The ladder: one case on every rung, and what each rung adds to the one
 //! below it.
 
+use serde::Serialize;
+
 use crate::case::{Case, Law};
 use crate::error::RunError;
 use crate::message::Link;
@@ -29,7 +31,7 @@ pub struct Rung {
 }
 
 /// RMS difference of the carriage to the rung below on common 1 ms rows.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Difference {
     /// Of the acceleration \[m/s²\].
     pub rms_acc_mps2: f64,

@@ -100,7 +100,10 @@ struct Lockstep<'a, 's> {
     recorder: Recorder,
     rows: RowSums,
     inputs: Option<Vec<Measurement>>,
-    held_limit_ns: u64,
+    /// Time under a held command at its limit, of the voltage and of the current.
+    held_limit_ns: [u64; 2],
+    /// Rows show what is just after their instant.
+    looks_ahead: bool,
     out_of_range_samples: u64,
     /// The last report of the axis.
     axis: Option<AxisStatus>,
@@ -112,7 +115,7 @@ struct Lockstep<'a, 's> {
 
 impl<'a, 's> Lockstep<'a, 's> {
     fn new(case: &'a Case, options: RunOptions, sink: &'a mut RowSink<'s>) -> Self {
-        let solver = case.solver();
+        let (solver, surroundings) = (case.solver(), case.surroundings());
         Self {
             case,
             solver: match solver {
@@ -120,11 +123,12 @@ impl<'a, 's> Lockstep<'a, 's> {
                 Solver::Dopri5 { .. } => "dopri5",
                 Solver::Rk4 { .. } => "rk4",
             },
-            plant: Plant::new(&case.axis, solver),
+            plant: Plant::within(&case.axis, &surroundings, solver),
             recorder: Recorder::new(case, options.plot, options.grid_ns),
             rows: RowSums::new(case),
             inputs: options.inputs.then(Vec::new),
-            held_limit_ns: 0,
+            held_limit_ns: [0; 2],
+            looks_ahead: !surroundings.is_papers(),
             out_of_range_samples: 0,
             axis: None,
             execution: ExecutionFigures::default(),
@@ -142,7 +146,7 @@ impl<'a, 's> Lockstep<'a, 's> {
         let mut time_ns = 0;
         while time_ns <= duration_ns {
             let voltage_v = self.plant.voltage_v(&drive);
-            self.row(time_ns, None, None, voltage_v)?;
+            self.row(time_ns, None, None, (voltage_v, drive))?;
             time_ns += interval_ns;
             self.advance(&drive, time_ns.min(duration_ns))?;
         }
@@ -215,7 +219,9 @@ impl<'a, 's> Lockstep<'a, 's> {
                 axis_state: command.axis.map(|axis| axis.state),
             };
             let count = measurement.position_counts.real();
-            self.row(time_ns, Some(sample), Some(count), next.voltage_v)?;
+            let acting = if delay_ns == 0 { next } else { in_force };
+            let drive = Drive::Held(acting.command);
+            self.row(time_ns, Some(sample), Some(count), (next.command, drive))?;
             // 4. Move: first under the code still in force, then under the new.
             self.hold(in_force, (time_ns + delay_ns).min(duration_ns))?;
             in_force = next;
@@ -224,7 +230,7 @@ impl<'a, 's> Lockstep<'a, 's> {
         Ok(())
     }
 
-    /// The voltage that a code gives.
+    /// The command that a code gives.
     fn held(&self, command: Command) -> Held {
         let (dac, amplifier) = (&self.case.dac, &self.case.amplifier);
         let dac_code = command.dac_code.real();
@@ -235,44 +241,57 @@ impl<'a, 's> Lockstep<'a, 's> {
                 code <= i64::from(dac.code_min()) || code >= i64::from(dac.code_max())
             }
         };
+        let at_limit = amplifier.is_limited(input_v);
+        // With a limit of the current the plant knows what the motor has.
+        let of_voltage = amplifier.current_limit_a().is_none();
         Held {
-            voltage_v: amplifier.output_v(input_v),
+            command: amplifier.command(input_v),
             dac_code,
-            limited: code_limited || amplifier.is_limited(input_v),
+            limited: [
+                code_limited || of_voltage && at_limit,
+                amplifier.is_current_drive() && at_limit,
+            ],
         }
     }
 
-    /// Advances the plant under a held voltage.
+    /// Advances the plant under a held command.
     fn hold(&mut self, held: Held, until_ns: u64) -> Result<(), RunError> {
         let length_ns = until_ns.saturating_sub(self.plant.time_ns());
-        if held.limited {
-            self.held_limit_ns += length_ns;
+        for (sum_ns, limited) in self.held_limit_ns.iter_mut().zip(held.limited) {
+            *sum_ns += if limited { length_ns } else { 0 };
         }
         if let Some(plot) = &mut self.recorder.plot {
             plot.dac_code = Some(held.dac_code);
         }
-        let drive = Drive::Held(held.voltage_v);
-        self.advance(&drive, until_ns)
+        let known_s = self.recorder.extremes.voltage_limited_s;
+        let advanced = self.advance(&Drive::Held(held.command), until_ns);
+        if held.limited[0] {
+            // That time has been counted as a whole.
+            self.recorder.extremes.voltage_limited_s = known_s;
+        }
+        advanced
     }
 
     /// Records the row of `time_ns`, the plant standing there, with the count that
-    /// its sample was computed from.
+    /// its sample was computed from. `voltage_v` is that of the code, `drive` the one from
+    /// now on.
     fn row(
         &mut self,
         time_ns: u64,
         sample: Option<Sample>,
         count: Option<f64>,
-        motor_voltage_v: f64,
+        (voltage_v, drive): (f64, Drive<'_>),
     ) -> Result<(), RunError> {
         let t_s = seconds(time_ns);
+        let pitch = self.case.axis.transmission.screw_pitch_m_per_rad;
         let command = self.case.motion.at(t_s);
         let state: State = self.plant.state();
-        let row = Row {
+        let mut row = Row {
             t_s,
             x_ref_m: command.displacement_m,
             acc_ref_mps2: command.acceleration_mps2,
             sample,
-            motor_voltage_v,
+            motor_voltage_v: voltage_v,
             current_a: state.current_a,
             beta_rad: state.beta_rad,
             beta_dot_radps: state.beta_dot_radps,
@@ -280,9 +299,19 @@ impl<'a, 's> Lockstep<'a, 's> {
             gamma_dot_radps: state.gamma_dot_radps(),
             acc_mps2: self.plant.acceleration_mps2(),
             contact: self.plant.contact().sign(),
+            x_m: pitch * state.gamma_rad(),
+            v_mps: pitch * state.gamma_dot_radps(),
+            v_ref_mps: command.velocity_mps,
         };
-        let pitch = self.case.axis.transmission.screw_pitch_m_per_rad;
-        self.rows.add(&row, count, pitch * row.gamma_rad);
+        if self.looks_ahead {
+            let after = self.plant.just_after(&drive);
+            row.acc_mps2 = after.acceleration_mps2;
+            row.contact = after.contact.sign();
+            if self.case.amplifier.current_limit_a().is_some() {
+                (row.motor_voltage_v, row.current_a) = (after.voltage_v, after.current_a);
+            }
+        }
+        self.rows.add(&row, count);
         (self.sink)(&row).map_err(RunError::Row)
     }
 
@@ -320,11 +349,11 @@ impl<'a, 's> Lockstep<'a, 's> {
     }
 }
 
-/// A code and the voltage it gives; 0 V before the first.
+/// A code and the command it gives, volts or amperes; 0 before the first.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 struct Held {
-    voltage_v: f64,
+    command: f64,
     dac_code: f64,
-    /// The code or the amplifier stands at its limit.
-    limited: bool,
+    /// The code or the voltage stands at its limit, and the commanded current.
+    limited: [bool; 2],
 }

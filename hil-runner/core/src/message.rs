@@ -63,7 +63,7 @@ pub struct Measurement {
 impl Measurement {
     /// The encoders of `case` over an axis in `state`.
     pub fn new(case: &Case, tick: u64, state: &plant::State) -> Self {
-        let alpha_rad = state.beta_rad / case.axis.transmission.gear_ratio;
+        let alpha_rad = (state.beta_rad - case.start_rad()) / case.axis.transmission.gear_ratio;
         let load = case.options.encoders.load;
         Self {
             tick,

@@ -1,4 +1,4 @@
-//! Fixed-point gains, and positions → the firmware's setpoints.
+//! Fixed-point gains.
 //!
 //! The firmware only accepts or rejects fixed-point gains; [`crate::scaling`] is
 //! where they are chosen. Per sample the law needs `Kp`, `Ki·Δt` and `Kd/Δt` in
@@ -18,8 +18,7 @@
 use core::fmt::Display;
 
 use firmware::law::Part;
-use firmware::refusal::What;
-use firmware::{GainWord, Refusal, SetpointTable};
+use firmware::{GainWord, Refusal};
 
 /// One gain of the law in fixed point.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -100,18 +99,6 @@ pub struct FixedPointGains {
     pub rows: Vec<FixedPointGain>,
     /// `E`: errors up to this size are within the declared range \[counts\].
     pub error_limit: i32,
-}
-
-/// The setpoint table of the positions of `k = 0, 1, …` \[counts\], each
-/// modulo 2^32 as an encoder register shows it.
-///
-/// # Errors
-/// [`QuantiseError::Refused`] without any position or with more than `N`.
-pub fn setpoint_table<const N: usize>(
-    positions: impl IntoIterator<Item = i64>,
-) -> Result<SetpointTable<N>, QuantiseError> {
-    let counts: Vec<i32> = positions.into_iter().map(firmware::counts::wrap).collect();
-    Ok(SetpointTable::from_counts(&counts)?)
 }
 
 /// The number with the most fraction bits, at most `max`, whose mantissa fits
@@ -230,17 +217,6 @@ impl QuantiseError {
     pub(crate) fn of<E: Display>(key: &'static str, value: f64) -> impl FnOnce(E) -> Self {
         move |refusal| Self::setting(key, value, refusal)
     }
-
-    /// The error of a motion with `needed` samples, for callers that know the
-    /// number before they have computed the samples.
-    pub fn too_long(needed: u64, capacity: usize) -> Self {
-        Self::Refused(Refusal {
-            what: What::Setpoints,
-            value: i64::try_from(needed).unwrap_or(i64::MAX),
-            least: 1,
-            most: i64::try_from(capacity).unwrap_or(i64::MAX),
-        })
-    }
 }
 
 /// One gain a line.
@@ -263,15 +239,5 @@ mod tests {
             assert!(off <= gain / 2_147_483_648.0, "{gain}");
             gain *= 1.037;
         }
-    }
-
-    #[test]
-    fn setpoints_wrap_and_too_many_are_refused() {
-        let table = setpoint_table::<2>([1 << 31, -1]).unwrap();
-        assert_eq!(table.as_counts(), [i32::MIN, -1]);
-        let error = setpoint_table::<2>([0, 1, 2]).unwrap_err();
-        assert!(error.to_string().contains("needs 3 setpoints"), "{error}");
-        assert_eq!(error, QuantiseError::too_long(3, 2));
-        assert!(setpoint_table::<2>([]).is_err());
     }
 }

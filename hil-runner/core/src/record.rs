@@ -1,6 +1,8 @@
 //! Observers of a run: what they keep while the plant is advanced.
 
-use plant::{Contact, ContactChange, Extremes, ExtremesSettings, Plant, Span, State, Watch};
+use plant::{
+    Contact, ContactChange, Course, Extremes, ExtremesSettings, Motion, Plant, Span, State, Watch,
+};
 
 use crate::case::Case;
 use crate::number::seconds;
@@ -17,7 +19,7 @@ pub(crate) struct Recorder {
 impl Recorder {
     pub(crate) fn new(case: &Case, plot: bool, grid_ns: Option<u64>) -> Self {
         let mut extremes = Extremes::new(ExtremesSettings {
-            motion: case.motion,
+            motion: case.motion.clone(),
             settling_band_m: 1e-6 * case.run.settling_band_um,
         });
         extremes.work_limit = case.run.work_limit;
@@ -95,7 +97,7 @@ pub(crate) struct PlotRecorder {
     jumps: usize,
     /// Code in force, set by the lockstep before each advance.
     pub(crate) dac_code: Option<f64>,
-    breaks_s: [f64; 7],
+    motion: Motion,
 }
 
 impl PlotRecorder {
@@ -107,21 +109,28 @@ impl PlotRecorder {
             bucket_length_s: seconds(case.run.duration_ns) / BUCKETS,
             jumps: 0,
             dac_code: None,
-            breaks_s: case.motion.breaks_s(),
+            motion: case.motion.clone(),
         }
     }
 
     fn span(&mut self, span: &Span<'_>) {
         self.add(self.point(span, 0.0), false);
         let (start_s, end_s) = (span.start_s(), span.end_s());
-        for break_s in self.breaks_s {
-            if break_s > start_s && break_s < end_s {
-                // Twice: the command may jump here.
-                let mut point = self.point(span, (break_s - start_s) / span.length_s());
-                point.t_s = break_s;
-                self.add(point, true);
-                self.add(point, true);
-            }
+        // A profile's acceleration jumps at its ends only.
+        let is_profile = matches!(self.motion.course(), Course::Profile(_));
+        let may_jump = |t: f64| !is_profile || t == self.motion.end_s();
+        let breaks_s = self.motion.breaks_between(start_s, end_s).iter();
+        let points: Vec<PlotPoint> = breaks_s
+            .filter(|&&t| may_jump(t))
+            .map(|&t_s| PlotPoint {
+                t_s,
+                ..self.point(span, (t_s - start_s) / span.length_s())
+            })
+            .collect();
+        for point in points {
+            // Twice: the command may jump here.
+            self.add(point, true);
+            self.add(point, true);
         }
         self.add(self.point(span, 1.0), false);
     }

@@ -5,12 +5,15 @@ use serde::Serialize;
 use crate::budget::{self, Verdict};
 use crate::case::{Case, ComputationDelay, Law};
 use crate::controllers::Controller;
+use crate::demand;
 use crate::error::RunError;
 use crate::figures::{CHIP_FIGURES, HOST_STEP_P99};
 use crate::io::IoKind;
 use crate::lockstep::run_continuous;
 use crate::quantise::QuantiseError;
+use crate::remarks;
 use crate::reservation::{self, Reservation};
+use crate::runfile::values_of_template;
 use crate::summary::Summary;
 
 pub use crate::lockstep::{Outcome, RowSink, RunOptions, run_over};
@@ -88,7 +91,7 @@ impl CaseRun {
 
     /// A case with its outcome, wherever it was run.
     pub fn of(case: &Case, outcome: Outcome) -> Self {
-        let (reservations, warnings) = remarks(case, &outcome);
+        let (reservations, warnings) = all_remarks(case, &outcome);
         let run = Self {
             case: case.clone(),
             outcome,
@@ -131,7 +134,7 @@ impl CaseRun {
         let again = run(&self.case.nudged(), options, sink)?;
         let summary = &mut self.outcome.summary;
         summary.digits_that_hold = summary.digits_confirmed_by(&again.summary);
-        (self.reservations, self.warnings) = remarks(&self.case, &self.outcome);
+        (self.reservations, self.warnings) = all_remarks(&self.case, &self.outcome);
         Ok(())
     }
 
@@ -153,7 +156,7 @@ impl CaseRun {
 }
 
 /// The reservations about a run, and everything that is to be said of it.
-fn remarks(case: &Case, outcome: &Outcome) -> (Vec<Reservation>, Vec<String>) {
+fn all_remarks(case: &Case, outcome: &Outcome) -> (Vec<Reservation>, Vec<String>) {
     let (reservations, mut sentences): (_, Vec<String>) =
         reservation::of(case, outcome).into_iter().unzip();
     sentences.extend(warnings(case, outcome));
@@ -170,9 +173,19 @@ fn warnings(case: &Case, outcome: &Outcome) -> Vec<String> {
             outcome.out_of_range_samples
         ));
     }
+    warnings.extend(demand::remarks(case));
     warnings.extend(fault_warning(outcome));
     warnings.extend(unknown_figures(&outcome.summary));
+    let chip = outcome.summary.chip.as_ref();
+    if let Some([words, room]) = chip.and_then(|chip| chip.streamed_words) {
+        warnings.push(format!(
+            "the table of setpoints has {words} words, the chip's memory room for {room}: they came \
+             with the samples, as from a queue"
+        ));
+    }
     warnings.extend(keys_without_effect([case]));
+    warnings.extend(values_of_template(case));
+    warnings.extend(remarks::of_case(case));
     if outcome.refused_requests > 0 {
         warnings.push(format!(
             "requests of [sequence] that the state of the axis did not allow: {}",

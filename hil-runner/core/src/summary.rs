@@ -27,6 +27,10 @@ pub struct Summary {
     /// out; left out where there are none.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub keys_without_effect: Vec<String>,
+    /// Keys whose values the run file still has from its template; left out where there
+    /// are none.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub template_values: Vec<String>,
     /// sup of |ẍ|, contact spikes included \[m/s²\].
     pub peak_abs_acc_mps2: f64,
     /// sup of |ẍ| − sup of |ẍ_ref| \[m/s²\].
@@ -58,6 +62,16 @@ pub struct Summary {
     pub voltage_saturated_s: f64,
     /// Largest current \[A\].
     pub peak_abs_current_a: f64,
+    /// `√(1/T·∫I² dt)` over the run of length T \[A\].
+    pub rms_current_a: f64,
+    /// `∫V·I dt`: electrical energy into the motor less what came back \[J\].
+    pub energy_j: f64,
+    /// That by the length of the run \[W\].
+    pub mean_power_w: f64,
+    /// Largest |V·I| \[W\].
+    pub peak_power_w: f64,
+    /// Time with the commanded or the real current at its limit \[s\].
+    pub current_limited_s: f64,
     /// Largest code after its clamp; `None` on rung `continuous`.
     pub max_abs_dac_code: Option<f64>,
     /// Bits of the smallest converter that has all codes of the run; `None`
@@ -130,6 +144,11 @@ impl Summary {
             "peak_abs_voltage_v" => Some(self.peak_abs_voltage_v),
             "voltage_saturated_s" => Some(self.voltage_saturated_s),
             "peak_abs_current_a" => Some(self.peak_abs_current_a),
+            "rms_current_a" => Some(self.rms_current_a),
+            "energy_j" => Some(self.energy_j),
+            "mean_power_w" => Some(self.mean_power_w),
+            "peak_power_w" => Some(self.peak_power_w),
+            "current_limited_s" => Some(self.current_limited_s),
             "max_abs_dac_code" => self.max_abs_dac_code,
             "dac_bits_used" => self.dac_bits_used.map(f64::from),
             "encoder_bits_used" => self.encoder_bits_used.map(f64::from),
@@ -243,8 +262,8 @@ impl RowSums {
     }
 
     /// Takes in a row with the count that it was computed from, if there was
-    /// one, and where the carriage is.
-    pub(crate) fn add(&mut self, row: &Row, count: Option<f64>, position_m: f64) {
+    /// one.
+    pub(crate) fn add(&mut self, row: &Row, count: Option<f64>) {
         let error = row.acc_mps2 - row.acc_ref_mps2;
         self.squared_acc_error += error * error;
         if let Some(sample) = row.sample {
@@ -253,7 +272,7 @@ impl RowSums {
         }
         let code = row.sample.map(|sample| sample.dac_code);
         let sample = [code, count].map(|steps| steps.unwrap_or(f64::NAN));
-        self.seen.add(One, self.rows, sample, position_m);
+        self.seen.add(One, self.rows, sample, row.x_m);
         self.rows += 1;
     }
 
@@ -298,8 +317,8 @@ pub(crate) struct EndOfRun<'a> {
     pub(crate) state: plant::State,
     pub(crate) extremes: &'a Extremes,
     pub(crate) rows: &'a RowFigures,
-    /// Time under a held voltage at its limit \[ns\].
-    pub(crate) held_limit_ns: u64,
+    /// Time under a held command at its limit, of the voltage and of the current \[ns\].
+    pub(crate) held_limit_ns: [u64; 2],
     /// Every change of contact, if they were kept.
     pub(crate) events: Option<&'a [ContactChange]>,
     /// Last report of the axis.
@@ -321,6 +340,9 @@ impl EndOfRun<'_> {
         let pitch = case.axis.transmission.screw_pitch_m_per_rad;
         let EndOfCommand { x_ref_m, peak_mps2 } = self.command;
         let x_m = pitch * self.state.gamma_rad();
+        let beta_rad = self.state.beta_rad - case.start_rad();
+        let duration_s = seconds(case.run.duration_ns);
+        let resistance_ohm = case.axis.motor.resistance_ohm;
         let peak_abs_acc_mps2 = extremes.peak_abs_acceleration_mps2;
         let seen = &self.rows.seen;
         let ripple = seen.ripple();
@@ -333,21 +355,27 @@ impl EndOfRun<'_> {
             law: case.controller.law.name(),
             solver: self.solver,
             keys_without_effect: case.keys_without_effect.clone(),
+            template_values: case.template_values.clone(),
             peak_abs_acc_mps2,
             peak_acc_overshoot_mps2: peak_abs_acc_mps2 - peak_mps2,
             rms_acc_error_mps2: (self.rows.squared_acc_error / whole(self.rows.rows.max(1))).sqrt(),
             peak_following_error_mm: 1e3 * extremes.peak_following_error_m,
             final_error_um: 1e6 * (x_ref_m - x_m),
             peak_motor_following_error_mm: 1e3 * extremes.peak_motor_following_error_m,
-            final_motor_error_um: 1e6 * (x_ref_m - pitch * self.state.beta_rad),
+            final_motor_error_um: 1e6 * (x_ref_m - pitch * beta_rad),
             settling_time_s: self.settling_time_s(x_m),
             contact_changes: extremes.contact_changes,
             impacts: extremes.impacts,
             hardest_impact_radps: extremes.hardest_impact_radps,
             joint_loss_j: extremes.joint_loss_j,
             peak_abs_voltage_v: extremes.peak_abs_voltage_v,
-            voltage_saturated_s: seconds(self.held_limit_ns) + extremes.voltage_limited_s,
+            voltage_saturated_s: seconds(self.held_limit_ns[0]) + extremes.voltage_limited_s,
             peak_abs_current_a: extremes.peak_abs_current_a,
+            rms_current_a: (extremes.armature_loss_j / (resistance_ohm * duration_s)).sqrt(),
+            energy_j: extremes.electrical_energy_j,
+            mean_power_w: extremes.electrical_energy_j / duration_s,
+            peak_power_w: extremes.peak_abs_power_w,
+            current_limited_s: seconds(self.held_limit_ns[1]) + extremes.current_limited_s,
             max_abs_dac_code: self.rows.max_abs_dac_code,
             dac_bits_used: whole_numbers.then(|| seen.codes().signed_bits()),
             encoder_bits_used: whole_numbers.then(|| seen.counts().bits_of_width()),

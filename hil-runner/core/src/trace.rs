@@ -32,6 +32,60 @@ pub struct Row {
     pub acc_mps2: f64,
     /// −1, 0 or +1.
     pub contact: i8,
+    /// Displacement of the carriage, p·γ \[m\].
+    pub x_m: f64,
+    /// Velocity of the carriage, p·γ̇ \[m/s\].
+    pub v_mps: f64,
+    /// Commanded velocity \[m/s\].
+    pub v_ref_mps: f64,
+}
+
+/// A value of a row.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Value {
+    /// A number.
+    Number(f64),
+    /// A whole number.
+    Whole(i8),
+    /// A name.
+    Word(&'static str),
+}
+
+impl Row {
+    /// The columns that the row has on its rung, by name, in the order of a trace.
+    pub fn columns(&self) -> impl Iterator<Item = (&'static str, Value)> + Clone {
+        // The sum turns −0 into 0, which is what a reader expects to see.
+        let number = |value: f64| Some(Value::Number(value + 0.0));
+        let sample = self.sample.as_ref();
+        let state = sample.and_then(|sample| sample.axis_state);
+        let columns = [
+            ("t_s", number(self.t_s)),
+            ("x_ref_m", number(self.x_ref_m)),
+            ("acc_ref_mps2", number(self.acc_ref_mps2)),
+            (
+                "error_counts",
+                sample.and_then(|sample| number(sample.error_counts)),
+            ),
+            (
+                "dac_code",
+                sample.and_then(|sample| number(sample.dac_code)),
+            ),
+            ("motor_voltage_v", number(self.motor_voltage_v)),
+            ("current_a", number(self.current_a)),
+            ("beta_rad", number(self.beta_rad)),
+            ("beta_dot_radps", number(self.beta_dot_radps)),
+            ("gamma_rad", number(self.gamma_rad)),
+            ("gamma_dot_radps", number(self.gamma_dot_radps)),
+            ("acc_mps2", number(self.acc_mps2)),
+            ("contact", Some(Value::Whole(self.contact))),
+            ("axis_state", state.map(|state| Value::Word(state.name()))),
+            ("x_m", number(self.x_m)),
+            ("v_mps", number(self.v_mps)),
+            ("v_ref_mps", number(self.v_ref_mps)),
+        ];
+        let there = |(name, value): (_, Option<_>)| Some((name, value?));
+        columns.into_iter().filter_map(there)
+    }
 }
 
 /// The controller's part of a row.
@@ -66,36 +120,18 @@ impl<W: Write> TraceWriter<W> {
     /// # Errors
     /// Whatever the sink reports.
     pub fn row(&mut self, row: &Row) -> std::io::Result<()> {
-        let sample = row.sample.as_ref();
-        let state = sample.and_then(|sample| sample.axis_state);
-        let columns = [
-            ("t_s", Some(row.t_s)),
-            ("x_ref_m", Some(row.x_ref_m)),
-            ("acc_ref_mps2", Some(row.acc_ref_mps2)),
-            ("error_counts", sample.map(|sample| sample.error_counts)),
-            ("dac_code", sample.map(|sample| sample.dac_code)),
-            ("motor_voltage_v", Some(row.motor_voltage_v)),
-            ("current_a", Some(row.current_a)),
-            ("beta_rad", Some(row.beta_rad)),
-            ("beta_dot_radps", Some(row.beta_dot_radps)),
-            ("gamma_rad", Some(row.gamma_rad)),
-            ("gamma_dot_radps", Some(row.gamma_dot_radps)),
-            ("acc_mps2", Some(row.acc_mps2)),
-            ("contact", Some(f64::from(row.contact))),
-        ];
-        let columns = columns.into_iter();
-        let columns = columns.filter_map(|(name, value)| Some((name, value?)));
         if !self.header_written {
-            let names = columns.clone().map(|(name, _)| name);
-            let names = names.chain(state.map(|_| "axis_state"));
+            let names = row.columns().map(|(name, _)| name);
             self.csv.write_record(names).map_err(io_error)?;
             self.header_written = true;
         }
-        for (_, value) in columns {
-            self.csv.write_field(shortest(value)).map_err(io_error)?;
-        }
-        if let Some(state) = state {
-            self.csv.write_field(state.name()).map_err(io_error)?;
+        for (_, value) in row.columns() {
+            match value {
+                Value::Number(number) => self.csv.write_field(shortest(number)),
+                Value::Whole(whole) => self.csv.write_field(whole.to_string()),
+                Value::Word(word) => self.csv.write_field(word),
+            }
+            .map_err(io_error)?;
         }
         self.csv.write_record(None::<&[u8]>).map_err(io_error)
     }
@@ -125,8 +161,6 @@ fn io_error(error: csv::Error) -> std::io::Error {
 /// The shortest text that reads back as the same number; whole numbers
 /// without a fraction, very small and very large ones with an exponent.
 fn shortest(value: f64) -> String {
-    // Adding 0 turns −0 into 0, which is what a reader expects to see.
-    let value = value + 0.0;
     match value.abs() {
         magnitude if magnitude != 0.0 && !(1e-5..1e16).contains(&magnitude) => format!("{value:e}"),
         _ => format!("{value}"),
@@ -143,7 +177,34 @@ mod tests {
         for value in [0.1, 1.0 / 3.0, 5e-324, 1e22, -6.02e-7, 12345678.9, power] {
             assert_eq!(shortest(value).parse::<f64>().unwrap(), value);
         }
-        assert_eq!(shortest(-0.0), "0");
         assert_eq!(shortest(-6200.0), "-6200");
+    }
+
+    /// No −0 is shown, and what a rung has not is no column.
+    #[test]
+    fn rows_have_the_columns_of_their_rung() {
+        let row = Row {
+            t_s: 0.0,
+            x_ref_m: -0.0,
+            acc_ref_mps2: 1.0,
+            sample: None,
+            motor_voltage_v: 0.0,
+            current_a: 0.0,
+            beta_rad: 0.0,
+            beta_dot_radps: 0.0,
+            gamma_rad: 0.0,
+            gamma_dot_radps: 0.0,
+            acc_mps2: 0.0,
+            contact: -1,
+            x_m: 0.25,
+            v_mps: 0.0,
+            v_ref_mps: -0.5,
+        };
+        let mut trace = TraceWriter::new(Vec::new());
+        trace.row(&row).unwrap();
+        let text = String::from_utf8(trace.finish().unwrap()).unwrap();
+        let (header, values) = text.split_once('\n').unwrap();
+        assert!(!header.contains("dac_code") && !header.contains("axis_state"));
+        assert_eq!(values, "0,0,1,0,0,0,0,0,0,0,-1,0.25,0,-0.5\n");
     }
 }

@@ -4,14 +4,13 @@
 use firmware::axis::Inputs;
 use firmware::law::Law as AxisLaw;
 use firmware::output::{Output, Quantiser};
-use firmware::{Axis, Dac, Next, Observed, Settings, State, counts};
+use firmware::{Axis, Dac, Next, Observed, SetpointSource, Settings, State, counts};
 use firmware_link::request::MOST_WORDS;
 use firmware_link::{Events, Identity, Request, SourceKind, Step, plan, settings as wire};
 use hil_core::case::{Case, Law};
 use hil_core::chip_cost::{ChipReport, ExecutionFigures};
 use hil_core::controllers::{
-    Arrivals, FROM_REST, Reported, Setpoint, Setup, Source, StreamedQueue, World, compensated,
-    papers_law,
+    Arrivals, FROM_REST, Reported, Setup, Source, World, compensated, papers_law,
 };
 use hil_core::error::RunError;
 use hil_core::message::{Command, Link, LinkError, Measurement};
@@ -27,6 +26,8 @@ pub struct ChipLaw<'c> {
     client: &'c mut Client,
     /// The host's part of an axis; none where the chip has the paper's law alone.
     axis: Option<Box<RemoteAxis>>,
+    /// The source, where the setpoints come with the samples.
+    source: Option<Source>,
     gains: FixedPointGains,
     /// The converter that the codes are for.
     dac: Dac,
@@ -41,8 +42,6 @@ struct RemoteAxis {
     /// The axis that the chip has, and its law from the gain change on.
     axis: Axis,
     next_law: Option<AxisLaw>,
-    /// The queue, where the setpoints come with the samples.
-    queue: Option<Box<StreamedQueue>>,
 }
 
 impl RemoteAxis {
@@ -50,6 +49,7 @@ impl RemoteAxis {
     fn prepare(
         &mut self,
         client: &mut Client,
+        source: Option<&mut Source>,
         tick: u64,
         arrivals: Arrivals,
     ) -> Result<Step, ChipError> {
@@ -78,11 +78,13 @@ impl RemoteAxis {
             failed_transfers: u32::from(shown.bus_fails),
         };
         let mut next = Next::Underrun;
-        if let Some(queue) = &mut self.queue {
-            queue.fill(arrivals.queue_is_dry);
-            // Only an axis that moves takes from the queue.
+        if let Some(source) = source {
+            if let Source::Queue(queue) = source {
+                queue.fill(arrivals.queue_is_dry);
+            }
+            // Only an axis that moves takes from it.
             if self.reported.state() == State::Moving {
-                next = queue.next(&Observed::default());
+                next = source.next(&Observed::default());
             }
         }
         Ok(Step {
@@ -108,10 +110,13 @@ impl ChipLaw<'_> {
                     ..Inputs::default()
                 },
                 motor_unread: false,
-                next: Next::Underrun,
+                next: (self.source.as_mut())
+                    .map_or(Next::Underrun, |source| source.next(&Observed::default())),
             },
             Some(axis) => match axis.world.at(measurement) {
-                Some(arrivals) => axis.prepare(self.client, tick, arrivals)?,
+                Some(arrivals) => {
+                    axis.prepare(self.client, self.source.as_mut(), tick, arrivals)?
+                }
                 None => return Ok(axis.reported.command(tick, false)),
             },
         };
@@ -170,6 +175,10 @@ impl Link for ChipLaw<'_> {
             ram_bytes: identity.ram_bytes,
             stack_bytes: Some(status.stack_bytes).filter(|bytes| *bytes > 0),
             clock_hz: self.meter.clock_hz(),
+            streamed_words: match &self.source {
+                Some(Source::Table(table)) => Some([table.words.len(), room(identity)]),
+                _ => None,
+            },
             ..ChipReport::default()
         };
         Ok(Some(execution.report(own, period_ns)))
@@ -189,16 +198,18 @@ impl<'c> ChipLaw<'c> {
         refuse_other_laws(case)?;
         let dac = Dac::with_bits(case.dac.bits).map_err(QuantiseError::Refused)?;
         client.begin_session()?;
-        let (axis, gains) = if case.options.is_off() {
-            (None, give_paper(client, case, period_ns)?)
+        let (axis, source, gains) = if case.options.is_off() {
+            let (source, gains) = give_paper(client, case, period_ns)?;
+            (None, source, gains)
         } else {
-            let (axis, gains) = give_axis(client, case, period_ns)?;
-            (Some(Box::new(axis)), gains)
+            let (axis, source, gains) = give_axis(client, case, period_ns)?;
+            (Some(Box::new(axis)), source, gains)
         };
         let meter = Meter::new(client.identity(), in_qemu, case.target);
         Ok(Self {
             client,
             axis,
+            source,
             gains,
             dac,
             meter,
@@ -212,18 +223,18 @@ fn give_paper(
     client: &mut Client,
     case: &Case,
     period_ns: u64,
-) -> Result<FixedPointGains, RunError> {
+) -> Result<(Option<Source>, FixedPointGains), RunError> {
     let scaled = papers_law(case, period_ns)?;
     let output = Output::unlimited(scaled.law.dac(), Quantiser::Nearest);
     give_settings(client, &Axis::new(scaled.law, output))?;
-    let table = Setpoint::new(case, period_ns).table()?;
-    send_table(client, table.as_counts())?;
+    let setup = Setup::of(case, period_ns)?;
+    let (kind, source) = give_source(client, setup.source(&scaled.law))?;
     let mut events = Events::default();
     for event in FROM_REST {
         events.insert(event);
     }
-    client.begin(SourceKind::Table, events)?;
-    Ok(scaled.fixed_point())
+    client.begin(kind, events)?;
+    Ok((source, scaled.fixed_point()))
 }
 
 /// Gives the chip the settings of an axis.
@@ -237,64 +248,67 @@ fn give_axis(
     client: &mut Client,
     case: &Case,
     period_ns: u64,
-) -> Result<(RemoteAxis, FixedPointGains), RunError> {
+) -> Result<(RemoteAxis, Option<Source>, FixedPointGains), RunError> {
     let setup = Setup::of(case, period_ns)?;
     let scaled = setup.law()?;
     let axis = compensated(&setup, scaled.law)?;
     give_settings(client, &axis)?;
-    let mut queue = None;
-    let source = match setup.source(&scaled.law)? {
-        Source::Table(table) => {
-            send_table(client, table.table().as_counts())?;
-            SourceKind::Table
-        }
-        Source::Generator(generator) => {
-            let words: Vec<i32> = plan::words(&generator.stretches, generator.end).collect();
-            let fewer = "a longer sample time or controller.setpoints = \"queue\"";
-            send_memory(client, &words, "words for its plan", fewer)?;
-            SourceKind::Plan
-        }
-        Source::Queue(streamed) => {
-            queue = Some(streamed);
-            SourceKind::Step
-        }
-    };
+    let (kind, source) = give_source(client, setup.source(&scaled.law))?;
     let mut events = Events::default();
     let mut reported = Reported::new(State::Disabled);
     for event in FROM_REST {
         reported.asked(event);
         events.insert(event);
     }
-    client.begin(source, events)?;
+    client.begin(kind, events)?;
     let remote = RemoteAxis {
         world: World::new(&case.options, period_ns),
         reported,
         axis,
         next_law: setup.next_law()?,
-        queue,
     };
-    Ok((remote, scaled.fixed_point()))
+    Ok((remote, source, scaled.fixed_point()))
 }
 
-fn send_table(client: &mut Client, setpoints: &[i32]) -> Result<(), ChipError> {
-    let fewer = "a longer sample time, a shorter motion or controller.setpoints = \"generator\"";
-    send_memory(client, setpoints, "setpoints", fewer)
-}
-
-/// Fills the chip's memory; `what` are the words, of which `fewer` needs fewer.
-fn send_memory(
+/// Puts the setpoints into the chip's memory, and what comes with the samples back: a queue,
+/// and a table that the memory has no room for.
+fn give_source(
     client: &mut Client,
-    words: &[i32],
-    what: &str,
-    fewer: &str,
-) -> Result<(), ChipError> {
-    let (needed, capacity) = (words.len(), client.identity().table_capacity);
-    if u32::try_from(needed).is_ok_and(|needed| needed > capacity) {
-        return Err(ChipError(format!(
-            "the motion needs {needed} {what} but the chip's table holds {capacity}; {fewer} \
-             needs fewer"
-        )));
-    }
+    source: Source,
+) -> Result<(SourceKind, Option<Source>), ChipError> {
+    let room = room(client.identity());
+    let kind = match &source {
+        Source::Table(table) if table.words.len() <= room => {
+            send_memory(client, &table.words)?;
+            match table.has_rates {
+                true => SourceKind::Rates,
+                false => SourceKind::Table,
+            }
+        }
+        Source::Generator(generator) => {
+            let words: Vec<i32> = plan::words(&generator.stretches, generator.end).collect();
+            let needed = words.len();
+            if needed > room {
+                return Err(ChipError(format!(
+                    "the motion needs {needed} words for its plan but the chip's table holds {room}; \
+                     a longer sample time or controller.setpoints = \"queue\" needs fewer"
+                )));
+            }
+            send_memory(client, &words)?;
+            SourceKind::Plan
+        }
+        Source::Table(_) | Source::Queue(_) => return Ok((SourceKind::Step, Some(source))),
+    };
+    Ok((kind, None))
+}
+
+/// Words of the chip's memory.
+fn room(identity: &Identity) -> usize {
+    usize::try_from(identity.table_capacity).unwrap_or(usize::MAX)
+}
+
+/// Fills the chip's memory.
+fn send_memory(client: &mut Client, words: &[i32]) -> Result<(), ChipError> {
     for some in words.chunks(MOST_WORDS) {
         let bytes: Vec<u8> = some.iter().flat_map(|word| word.to_le_bytes()).collect();
         client.take(&Request::Memory(&bytes))?;

@@ -14,6 +14,7 @@ use hil_runner::chip::image::Finder;
 use hil_runner::chip::installed;
 use hil_runner::chip::spec::{Target, Transport};
 use hil_runner::files::OutputFile;
+use serde_json::{Value, json};
 
 use super::terminal::{self, table, tell};
 
@@ -37,6 +38,9 @@ pub(crate) struct Budget {
     /// The folder of the goldens, in place of the project's
     #[arg(long, value_name = "FOLDER")]
     goldens: Option<PathBuf>,
+    /// Print a list of the targets as JSON in place of the tables
+    #[arg(long, conflicts_with = "bless")]
+    json: bool,
 }
 
 /// The project's folder of goldens.
@@ -60,6 +64,7 @@ impl Budget {
         if let Some(path) = paths.find(|path| !self.bless && !path.is_file()) {
             bail!("{} is not there; --bless writes it", path.display());
         }
+        let mut values = Vec::new();
         for target in here {
             let path = goldens_of(target);
             let mut tell = |text: &str| tell!("{text}\n");
@@ -70,7 +75,11 @@ impl Budget {
                 continue;
             }
             let judgements = known.judge(&measured.figures);
-            terminal::print(&tables(&measured, &judgements))?;
+            if self.json {
+                values.push(json_of(&measured, &judgements));
+            } else {
+                terminal::print(&tables(&measured, &judgements))?;
+            }
             if !judgements.iter().all(Judgement::pass) {
                 pass = false;
                 let goldens = self.goldens.as_ref();
@@ -82,6 +91,9 @@ impl Budget {
                     path.display(),
                 );
             }
+        }
+        if self.json {
+            terminal::print_json(&values)?;
         }
         Ok(pass)
     }
@@ -117,6 +129,25 @@ fn bless(measured: &TargetFigures, known: &Goldens, path: &Path) -> anyhow::Resu
         changes = format!("{name}: nothing has changed\n");
     }
     Ok(terminal::print(&changes)?)
+}
+
+/// A target with its figures as JSON.
+fn json_of(measured: &TargetFigures, judgements: &[Judgement]) -> Value {
+    json!({
+        "target": measured.target.name(),
+        "triple": measured.target.triple(),
+        "clock_hz": measured.meter.clock_hz(),
+        "figures": judgements.iter().map(figure_of).collect::<Vec<_>>(),
+    })
+}
+
+fn figure_of(judgement: &Judgement) -> Value {
+    json!({
+        "figure": judgement.figure,
+        "measured": judgement.measured,
+        "golden": judgement.golden,
+        "pass": judgement.pass(),
+    })
 }
 
 /// Sample time that shares are given of \[ns\]: that of the built-in cases.
@@ -218,4 +249,35 @@ fn verdict(judgement: &Judgement) -> &'static str {
 
 fn missing() -> String {
     number::MISSING.to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Bytes are a number, instructions have their parts; what is new has no golden and
+    /// does not pass.
+    #[test]
+    fn figures_are_numbers_and_parts() {
+        let bytes = Amount::Bytes(512);
+        let instructions = Amount::Instructions(Instructions {
+            max: 60,
+            p99: None,
+            median: 45,
+            first: Some(70),
+        });
+        let judged = |measured, golden| {
+            figure_of(&Judgement {
+                figure: "tick".to_owned(),
+                measured,
+                golden,
+            })
+        };
+        let expected = json!({"figure": "tick", "measured": 512, "golden": 512, "pass": true});
+        assert_eq!(judged(Some(bytes), Some(bytes)), expected);
+        let new = judged(Some(instructions), None);
+        let parts = json!({"max": 60, "p99": null, "median": 45, "first": 70});
+        assert_eq!((&new["measured"], &new["golden"]), (&parts, &Value::Null));
+        assert_eq!(new["pass"], false);
+    }
 }

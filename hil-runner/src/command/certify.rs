@@ -10,6 +10,8 @@ use hil_runner::chip::certify::{Comparison, HostTrace, TraceHash, VectorFile, re
 use hil_runner::chip::installed;
 use hil_runner::chip::spec::{ChipLink, Transport};
 
+use serde_json::{Value, json};
+
 #[cfg(unix)]
 use super::flips;
 use super::options::{Cases, OpenChip, Sets, explain, refuse_other_laws};
@@ -32,11 +34,14 @@ pub(crate) struct Certify {
     /// given several times. Without it, every target that can be run in QEMU here
     #[arg(long = "link", value_name = "LINK")]
     links: Vec<ChipLink>,
+    /// Print host and chips as a list in JSON in place of the table
+    #[arg(long)]
+    json: bool,
     /// Measure the comparison itself: invert a bit of so many executed instructions of
     /// the image in QEMU, one at a time, and tell which flips the vectors and then the
     /// cases find; one that survives is exit status 1
     #[cfg(unix)]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", conflicts_with = "json")]
     flips: Option<core::num::NonZeroUsize>,
     /// The draw of the flips
     #[cfg(unix)]
@@ -87,6 +92,34 @@ impl Certificate {
         let found = parts.filter_map(|part| part.all.difference.as_ref());
         found.map(|found| format!("{link}: {found}\n")).collect()
     }
+
+    /// The target's name: that of the link, or the host.
+    fn target(&self) -> String {
+        let link = self.link.as_ref().map(ToString::to_string);
+        link.unwrap_or_else(|| "host".to_owned())
+    }
+
+    /// CRC-32 of the image in hexadecimal digits.
+    fn image(&self) -> Option<String> {
+        self.image.map(|crc| format!("{crc:08x}"))
+    }
+
+    fn json(&self) -> Value {
+        let part = |Compared { begun, all }: &Compared, begun_key: &str, compared_key: &str| {
+            json!({
+                begun_key: begun,
+                compared_key: all.compared,
+                "difference": all.difference.as_ref().map(ToString::to_string),
+            })
+        };
+        json!({
+            "target": self.target(),
+            "image": self.image(),
+            "trace_hash": self.hash.to_string(),
+            "cases": part(&self.cases, "cases", "steps"),
+            "vectors": part(&self.vectors, "files", "rows"),
+        })
+    }
 }
 
 impl Certify {
@@ -121,7 +154,12 @@ impl Certify {
         }
         let differences = certificates.iter().map(Certificate::differences);
         let differences: String = differences.collect();
-        terminal::print(&(table(&certificates) + &differences))?;
+        if self.json {
+            let values = certificates.iter().map(Certificate::json);
+            terminal::print_json(&values.collect::<Vec<_>>())?;
+        } else {
+            terminal::print(&(table(&certificates) + &differences))?;
+        }
         if !errors.is_empty() {
             bail!("{}", errors.join("\n"));
         }
@@ -221,7 +259,7 @@ impl<'f> Bench<'f> {
 fn table(certificates: &[Certificate]) -> String {
     let header = "target|image|trace hash|cases|steps||vector\nfiles|rows|".split('|');
     let rows = certificates.iter().map(|certificate| {
-        let Certificate { link, image, .. } = certificate;
+        let link = &certificate.link;
         let part = |Compared { begun, all }: &Compared| {
             let verdict = match (link, &all.difference) {
                 (None, _) => "",
@@ -231,10 +269,9 @@ fn table(certificates: &[Certificate]) -> String {
             let compared = all.compared.to_string();
             [begun.to_string(), compared, verdict.to_owned()]
         };
-        let link = link.as_ref().map(ToString::to_string);
-        let image = image.map(|crc| format!("{crc:08x}"));
+        let image = certificate.image();
         let own = [
-            link.unwrap_or_else(|| "host".to_owned()),
+            certificate.target(),
             image.unwrap_or_else(|| number::MISSING.to_owned()),
             certificate.hash.to_string(),
         ];

@@ -6,13 +6,18 @@ use anyhow::{Context, anyhow};
 use clap::Args;
 use hil_core::case::{Case, ComputationDelay, Law};
 use hil_core::ladder::{Rung, climb, climb_over, confirm};
+use hil_core::measured::Comparison;
 use hil_core::number;
 use hil_core::run::{RunOptions, keys_without_effect};
-use hil_core::runfile::RunFile;
+use hil_core::runfile::{RunFile, values_of_template};
+use hil_core::trace::Row;
 use hil_runner::chip::spec::ChipLink;
 use hil_runner::files::OutputFile;
 use hil_runner::report::{self, command_line, each_with};
+use serde_json::{Value, json};
 
+use super::junit::Junit;
+use super::measured::{self, LogOption};
 use super::options::{OpenChip, Sets, again, explain, make_out_folder, refuse_shared_paths, warn};
 use super::terminal::{self, Progress, tell};
 
@@ -29,7 +34,7 @@ const REPORT: &str = "out/ladder.html";
     after_help = include_str!("help/ladder.txt").trim_ascii_end()
 )]
 pub(crate) struct Ladder {
-    /// Run file or built-in case
+    /// Run file, built-in case or `-`, a run file from standard input
     case: String,
     /// Page with the plots
     #[arg(long, value_name = "F.html", default_value = REPORT)]
@@ -37,14 +42,48 @@ pub(crate) struct Ladder {
     /// A chip for one rung more: qemu[:m4|m0|m3|rv32], qemu-uart[:…] or serial:PORT[@BAUD]
     #[arg(long, value_name = "LINK")]
     link: Option<ChipLink>,
+    /// Print every rung as JSON in place of the table: its summary, and its difference to the
+    /// rung below
+    #[arg(long)]
+    json: bool,
+    /// Write the verdicts on every rung as JUnit's XML; the exit status knows none of them
+    #[arg(long, value_name = "F.xml")]
+    junit: Option<PathBuf>,
+    #[command(flatten)]
+    log: LogOption,
     #[command(flatten)]
     sets: Sets,
 }
 
 impl Ladder {
     pub(crate) fn execute(&self) -> anyhow::Result<bool> {
+        let json = self.json.then_some(Path::new("-"));
+        let outputs = [Some(self.report.as_path()), self.junit.as_deref(), json];
+        let outputs: Vec<&Path> = outputs.into_iter().flatten().collect();
+        refuse_shared_paths(std::slice::from_ref(&self.case), &outputs)?;
+        let junit = Junit::create(self.junit.as_deref())?;
+        let made = self.make();
+        if let Some(mut junit) = junit {
+            for rung in made.iter().flatten() {
+                let summary = &rung.outcome.summary;
+                let name = format!("{}, {}", summary.name, rung.name());
+                junit.verdicts(&name, summary, summary.verdicts.iter());
+            }
+            if let Err(error) = &made {
+                junit.error(&self.case, error);
+            }
+            let written = junit.write();
+            return made.and_then(|_| written.map(|()| true));
+        }
+        made.map(|_| true)
+    }
+
+    /// Makes the rungs, shows them and writes their page.
+    fn make(&self) -> anyhow::Result<Vec<Rung>> {
         let files = self.load_rungs()?;
-        refuse_shared_paths(std::slice::from_ref(&self.case), &[&self.report])?;
+        let log = self
+            .log
+            .load(files.iter().map(|file| &file.case), &[&self.report])?;
         // The folder that this program makes by itself.
         if self.report.parent() == Path::new(REPORT).parent() {
             make_out_folder()?;
@@ -57,7 +96,20 @@ impl Ladder {
         let cases: Vec<Case> = files.iter().map(|file| file.case.clone()).collect();
         let first = files.first().context("a ladder has rungs")?;
         let mut progress = Progress::of(&first.case);
-        let mut sink = |row: &_| progress.row(row);
+        let climbed = cases.iter().chain(chip.iter().map(|_| &on_chip));
+        let compared = log
+            .iter()
+            .flat_map(|log| climbed.clone().map(|case| Comparison::new(log, case)));
+        let mut compared: Vec<Comparison> = compared.collect();
+        let mut begun = 0;
+        let mut sink = |row: &Row| {
+            // The rungs come one after the other.
+            begun += usize::from(row.t_s == 0.0);
+            if let Some(comparison) = compared.get_mut(begun.saturating_sub(1)) {
+                comparison.row(row);
+            }
+            progress.row(row)
+        };
         // The needles of the acceleration stand between the common rows.
         let options = RunOptions {
             plot: true,
@@ -88,20 +140,32 @@ impl Ladder {
             let rung = format!("rung {}", file.case.controller.law.name());
             explain(file, error).context(rung)
         })?;
-        let data = hil_core::report::ladder_report(&self.command_line(), &rungs);
+        let mut data = hil_core::report::ladder_report(&self.command_line(), &rungs);
+        let mut text = table(&rungs);
+        if let Some(log) = &log {
+            let differences = Vec::from_iter(compared.iter().map(Comparison::differences));
+            let names: Vec<String> = rungs.iter().map(Rung::name).collect();
+            text += &measured::table(log, names.iter().map(String::as_str), &differences);
+            data = data.with_log(log.clone(), differences);
+        }
         page.write_whole(&report::render(&data)?)?;
         let name = &first.case.name;
         for rung in &rungs {
             warn(&format!("{name}: rung {}", rung.name()), rung.warnings());
         }
         warn(name, keys_without_effect(&cases));
-        if self.report.as_os_str() == "-" {
-            terminal::print_error(&table(&rungs));
+        warn(name, values_of_template(&first.case));
+        if self.json {
+            terminal::print_json(&rungs.iter().map(json_of).collect::<Vec<_>>())?;
+        } else if [Some(&self.report), self.junit.as_ref()].contains(&Some(&PathBuf::from("-"))) {
+            terminal::print_error(&text);
         } else {
-            terminal::print(&table(&rungs))?;
+            terminal::print(&text)?;
+        }
+        if self.report.as_os_str() != "-" {
             tell!("plots: {}\n", self.report.display());
         }
-        Ok(true)
+        Ok(rungs)
     }
 
     /// The case with each law, checked as if the run file had asked for it.
@@ -124,8 +188,10 @@ impl Ladder {
 
     fn command_line(&self) -> String {
         let link = self.link.as_ref().map(ToString::to_string);
+        let log = self.log.words();
         let words = ["ladder", &self.case]
             .into_iter()
+            .chain(log.iter().map(String::as_str))
             .chain(each_with("--set", &self.sets.sets))
             .chain(each_with("--link", &link));
         command_line(words)
@@ -135,6 +201,16 @@ impl Ladder {
 /// The override that asks for a rung.
 fn on_rung(law: Law) -> String {
     format!("controller.law={}", law.name())
+}
+
+/// A rung as JSON.
+fn json_of(rung: &Rung) -> Value {
+    json!({
+        "rung": rung.name(),
+        "adds": rung.adds(),
+        "difference_to_rung_below": rung.difference,
+        "summary": rung.outcome.summary,
+    })
 }
 
 /// The rungs of a ladder.

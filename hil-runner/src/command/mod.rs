@@ -5,18 +5,23 @@ mod c_axis;
 mod certify;
 #[cfg(unix)]
 mod flips;
+mod junit;
 mod ladder;
+mod measured;
 mod options;
 mod run;
 mod rust_axis;
 mod scaling;
+mod schema;
 mod study;
 mod terminal;
+mod trace;
 
 use std::ffi::OsString;
+use std::path::PathBuf;
 
-use anyhow::bail;
-use clap::{Args, Parser, Subcommand};
+use anyhow::{Context, bail};
+use clap::{Args, CommandFactory, Parser, Subcommand};
 use hil_core::controllers::measure_gap;
 use hil_core::error::RunError;
 use hil_core::{number, runfile};
@@ -30,8 +35,15 @@ use terminal::say;
 /// Position-controlled servo axis on the bench: the controller firmware runs
 /// in lockstep with motor, gear, joint with backlash, screw and carriage.
 #[derive(Debug, Parser)]
-#[command(version, after_help = include_str!("help/main.txt").trim_ascii_end())]
+#[command(
+    version,
+    args_conflicts_with_subcommands = true,
+    after_help = include_str!("help/main.txt").trim_ascii_end()
+)]
 pub(crate) struct CommandLine {
+    /// Write the verdicts on the four simulations as JUnit's XML
+    #[arg(long, value_name = "F.xml")]
+    junit: Option<PathBuf>,
     #[command(subcommand)]
     command: Option<Command>,
 }
@@ -54,8 +66,12 @@ enum Command {
     Study(study::StudyCommand),
     /// Print a commented run file to start from
     Init(Init),
-    /// Print the JSON schema of run files, for editors
-    Schema(Schema),
+    /// Print the JSON schema of run files or study files, for editors
+    Schema(schema::Schema),
+    /// Print the completions of commands and options for a shell
+    Completions(Completions),
+    /// Write man pages, one for each command
+    Man(Man),
 }
 
 /// Verbs of earlier versions, and what they are called now.
@@ -66,8 +82,9 @@ impl CommandLine {
     /// verdict fails.
     pub(crate) fn execute() -> anyhow::Result<bool> {
         refuse_old_verb(std::env::args_os().skip(1))?;
-        match Self::parse().command {
-            None => run::main_job(),
+        let line = Self::parse();
+        match line.command {
+            None => run::main_job(line.junit),
             Some(Command::Run(run)) => run.execute(),
             Some(Command::Ladder(ladder)) => ladder.execute(),
             Some(Command::Scaling(scaling)) => scaling.execute(),
@@ -77,6 +94,8 @@ impl CommandLine {
             Some(Command::Study(study)) => study.execute(),
             Some(Command::Init(init)) => init.execute(),
             Some(Command::Schema(schema)) => schema.execute(),
+            Some(Command::Completions(completions)) => completions.execute(),
+            Some(Command::Man(man)) => man.execute(),
         }
     }
 }
@@ -101,7 +120,7 @@ fn refuse_old_verb(arguments: impl Iterator<Item = OsString>) -> anyhow::Result<
 #[derive(Debug, Args)]
 #[command(after_help = include_str!("help/measure-backlash.txt").trim_ascii_end())]
 struct MeasureBacklash {
-    /// Run file or built-in case
+    /// Run file, built-in case or `-`, a run file from standard input
     case: String,
     #[command(flatten)]
     sets: Sets,
@@ -128,37 +147,84 @@ impl MeasureBacklash {
 
 /// Print a commented run file to start from
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  hil-runner init paper-4 > axis.toml")]
+#[command(
+    after_help = "Examples:\n  hil-runner init paper-4 > axis.toml\n  hil-runner init --template belt > axis.toml"
+)]
 struct Init {
     /// Built-in case to start from
-    #[arg(default_value = "paper-2")]
+    #[arg(default_value = "paper-2", conflicts_with = "template")]
     case: String,
+    /// An axis of data sheets to start from: ballscrew, belt, rack or gearbox
+    #[arg(long, value_name = "NAME")]
+    template: Option<String>,
 }
 
 impl Init {
     fn execute(&self) -> anyhow::Result<bool> {
+        if let Some(name) = &self.template {
+            let Some(text) = runfile::template_text(name) else {
+                let names: Vec<&str> = runfile::template_names().collect();
+                bail!(
+                    "there is no template {name:?}; there are {}",
+                    names.join(", ")
+                );
+            };
+            terminal::print(text)?;
+            return Ok(true);
+        }
         let Some(text) = runfile::builtin_text(&self.case) else {
             let names: Vec<&str> = runfile::builtin_names().collect();
             let (case, names) = (&self.case, names.join(", "));
             bail!("there is no built-in case {case:?}; there are {names}");
         };
-        terminal::print(&runfile::commented(&self.case, text))?;
+        let text = runfile::commented(&self.case, text);
+        say!("{}{text}", schema::SchemaOf::RunFile.line())?;
         Ok(true)
     }
 }
 
-/// Print the JSON schema of run files
-///
-/// Editors with TOML support (taplo and others) complete and check run files
-/// with it.
-#[derive(Debug, Args)]
-#[command(after_help = "Example:\n  hil-runner schema > run-file.schema.json")]
-struct Schema {}
+/// The program as its help, its completions and its man pages name it.
+const PROGRAM: &str = env!("CARGO_PKG_NAME");
 
-impl Schema {
+/// Print the completions of commands and options for a shell
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:
+  hil-runner completions bash > ~/.local/share/bash-completion/completions/hil-runner
+  hil-runner completions zsh > ~/.zfunc/_hil-runner
+  hil-runner completions fish > ~/.config/fish/completions/hil-runner.fish")]
+struct Completions {
+    /// Shell
+    shell: clap_complete::Shell,
+}
+
+impl Completions {
     fn execute(&self) -> anyhow::Result<bool> {
-        let schema = serde_json::to_string_pretty(&runfile::schema())?;
-        say!("{schema}\n")?;
+        let mut text = Vec::new();
+        clap_complete::generate(self.shell, &mut CommandLine::command(), PROGRAM, &mut text);
+        // For bash, clap_complete 4.6 looks for commands of a program with a hyphen under two
+        // names: clap-rs/clap#6421.
+        let text = String::from_utf8(text)?.replace("hil__subcmd__runner", "hil__runner");
+        terminal::print(&text)?;
+        Ok(true)
+    }
+}
+
+/// Write man pages, one for each command
+#[derive(Debug, Args)]
+#[command(after_help = "Example:
+  hil-runner man ~/.local/share/man/man1 && man hil-runner-run")]
+struct Man {
+    /// Folder of the pages; it is made if it is not there
+    #[arg(value_name = "DIR")]
+    folder: PathBuf,
+}
+
+impl Man {
+    fn execute(&self) -> anyhow::Result<bool> {
+        let place = self.folder.display();
+        std::fs::create_dir_all(&self.folder)
+            .and_then(|()| clap_mangen::generate_to(CommandLine::command(), &self.folder))
+            .with_context(|| format!("{place} cannot be written"))?;
         Ok(true)
     }
 }

@@ -2,7 +2,7 @@
 //! controller and plant; remarks, and errors in the words of the run file.
 
 use std::collections::HashSet;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::str::FromStr;
 
 use anyhow::{Context, bail};
@@ -16,6 +16,7 @@ use hil_runner::chip::spec::ChipLink;
 use hil_runner::chip::{self, ChipLaw, name_of};
 use hil_runner::files::{self, same_file};
 use hil_runner::host::LinkKind;
+use serde::Serialize;
 
 use super::terminal::{self, tell};
 
@@ -30,7 +31,8 @@ pub(super) struct Sets {
 // As above.
 #[derive(Debug, Default, Args)]
 pub(super) struct Cases {
-    /// Run files or built-in cases (paper-1 … paper-4, paper-2-12bit)
+    /// Run files, built-in cases (paper-1 … paper-4, paper-2-12bit) or `-`, a run file from
+    /// standard input
     #[arg(required = true)]
     pub(super) cases: Vec<String>,
 }
@@ -38,6 +40,9 @@ pub(super) struct Cases {
 impl Sets {
     /// Reads the run files; all that is wrong with any of them in one message.
     pub(super) fn load(&self, cases: &[String]) -> anyhow::Result<Vec<RunFile>> {
+        if cases.iter().filter(|case| *case == "-").count() > 1 {
+            bail!("- is given for two cases; standard input has one run file");
+        }
         let mut found = Vec::with_capacity(cases.len());
         let mut mistakes = Vec::new();
         let mut told = HashSet::new();
@@ -85,15 +90,18 @@ pub(super) fn refuse_other_laws(files: &[RunFile], because: &str) -> anyhow::Res
 }
 
 /// An output must not replace a run file that is read, nor another output.
-pub(super) fn refuse_shared_paths(cases: &[String], outputs: &[&PathBuf]) -> anyhow::Result<()> {
+pub(super) fn refuse_shared_paths(cases: &[String], outputs: &[&Path]) -> anyhow::Result<()> {
     for (i, output) in outputs.iter().enumerate() {
         let path = output.display();
-        let same = |other: &&PathBuf| same_file(output, other);
+        let same = |other: &&Path| same_file(output, other);
         if outputs[i + 1..].iter().any(same) {
             bail!("{path} is given for two outputs; each needs its own");
         }
         let is_read = |case: &&String| {
-            runfile::builtin_text(case).is_none() && same_file(Path::new(case), output)
+            // What is read from standard input is not what is written to standard output.
+            *case != "-"
+                && runfile::builtin_text(case).is_none()
+                && same_file(Path::new(case), output)
         };
         if cases.iter().any(|case| is_read(&case)) {
             bail!("{path} is a run file of this command; an output would replace it");
@@ -131,6 +139,24 @@ pub(super) fn once_each(
         }
     }
     shown
+}
+
+/// What cases have in JSON: that of one case as it is, that of several as a list in
+/// their order.
+#[derive(Debug, Serialize)]
+#[serde(untagged)]
+pub(super) enum OfCases<'v, T> {
+    One(&'v T),
+    Several(&'v [T]),
+}
+
+impl<'v, T> From<&'v [T]> for OfCases<'v, T> {
+    fn from(values: &'v [T]) -> Self {
+        match values {
+            [one] => Self::One(one),
+            several => Self::Several(several),
+        }
+    }
 }
 
 /// The label of the second run of a case.

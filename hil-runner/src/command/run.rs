@@ -1,44 +1,48 @@
 //! `hil-runner run`: one or more cases with their outputs; without a verb the
 //! paper's four.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use hil_core::budget::Verdict;
 use hil_core::controllers::IoKind;
+use hil_core::measured::Comparison;
 use hil_core::reservation::kept_but;
 use hil_core::run::{CaseRun, RunOptions};
 use hil_core::runfile::RunFile;
-use hil_core::trace::TraceWriter;
 use hil_core::{figures, number};
 use hil_runner::files::OutputFile;
 use hil_runner::host::timed_run;
 use hil_runner::report::{self, command_line, each_with};
 
+use super::junit::Junit;
+use super::measured::{self, LogOption};
 use super::options::{
-    Cases, LINK_HELP, LinkName, Sets, again, explain, make_out_folder, once_each,
+    Cases, LINK_HELP, LinkName, OfCases, Sets, again, explain, make_out_folder, once_each,
     refuse_other_laws, refuse_shared_paths, warn,
 };
 use super::terminal::{self, Progress, TimeLimit};
+use super::trace::TraceFile;
 
 /// The cases of the program without a verb, and its page.
 const PAPER: [&str; 4] = ["paper-1", "paper-2", "paper-3", "paper-4"];
 const PAPER_PAGE: &str = "out/report.html";
 
 /// The paper's four simulations on the firmware rung.
-pub(super) fn main_job() -> anyhow::Result<bool> {
+pub(super) fn main_job(junit: Option<PathBuf>) -> anyhow::Result<bool> {
     make_out_folder()?;
     let run = Run {
         cases: Cases {
             cases: PAPER.map(str::to_owned).into(),
         },
         report: Some(PAPER_PAGE.into()),
+        junit,
         ..Run::default()
     };
     let title = ["The paper's four simulations", "hil-runner"].map(str::to_owned);
     let end = format!("plots and all figures: {PAPER_PAGE}\n");
-    run.make(&run.sets.load(&run.cases.cases)?, title, &end)
+    run.make(run.sets.load(&run.cases.cases), Some(title), &end)
 }
 
 /// Run one or more cases and check their budgets
@@ -47,15 +51,24 @@ pub(super) fn main_job() -> anyhow::Result<bool> {
 pub(crate) struct Run {
     #[command(flatten)]
     cases: Cases,
-    /// Write every row as CSV; `-` is standard output
+    /// Write every row as CSV, or as Parquet to a name that ends in .parquet; `-` is standard
+    /// output
     #[arg(long, value_name = "F.csv")]
     trace: Option<PathBuf>,
-    /// Write the key figures as JSON; `-` is standard output
+    /// Write the key figures as JSON, of several cases a list; `-` is standard output
     #[arg(long, value_name = "F.json")]
     summary: Option<PathBuf>,
+    /// Print what --summary writes, in place of the tables
+    #[arg(long)]
+    json: bool,
     /// Write a self-contained page with plots, all cases side by side
     #[arg(long, value_name = "F.html")]
     report: Option<PathBuf>,
+    /// Write the verdicts as JUnit's XML, a suite a case
+    #[arg(long, value_name = "F.xml")]
+    junit: Option<PathBuf>,
+    #[command(flatten)]
+    log: LogOption,
     #[command(flatten)]
     sets: Sets,
     #[arg(long, help = LINK_HELP, default_value_t)]
@@ -89,11 +102,10 @@ enum IoName {
 
 impl Run {
     pub(crate) fn execute(&self) -> anyhow::Result<bool> {
-        if self.cases.cases.len() > 1 && (self.trace.is_some() || self.summary.is_some()) {
-            bail!("--trace and --summary take one case; give several cases with --report");
+        if self.cases.cases.len() > 1 && self.trace.is_some() {
+            bail!("--trace takes one case; --summary, --report and --junit take several");
         }
-        let files = self.sets.load(&self.cases.cases)?;
-        self.make(&files, self.title(&files), "")
+        self.make(self.sets.load(&self.cases.cases), None, "")
     }
 
     /// A row of a study's results, with its report and its trace.
@@ -108,20 +120,54 @@ impl Run {
     }
 
     /// Heading and command of a page: the names of the cases, and this command.
-    pub(super) fn title(&self, files: &[RunFile]) -> [String; 2] {
+    fn title(&self, files: &[RunFile]) -> [String; 2] {
         let names = files.iter().map(|file| file.case.name.as_str());
         let names = names.collect::<Vec<_>>().join(", ");
         [names, self.command_line()]
     }
 
-    /// Runs the files of the cases; `end` stands below the tables.
+    /// Runs the files of the cases, if they could be read; heading and command of the
+    /// page are those of the cases unless `title` has others, `end` stands below
+    /// the tables.
     pub(super) fn make(
         &self,
-        files: &[RunFile],
-        [heading, command_line]: [String; 2],
+        files: anyhow::Result<Vec<RunFile>>,
+        title: Option<[String; 2]>,
         end: &str,
     ) -> anyhow::Result<bool> {
-        refuse_shared_paths(&self.cases.cases, &self.outputs().collect::<Vec<_>>())?;
+        let cases = &self.cases.cases;
+        refuse_shared_paths(cases, &self.outputs().collect::<Vec<_>>())?;
+        let Some(mut junit) = Junit::create(self.junit.as_deref())? else {
+            return self.make_all(&files?, title, end, &mut Vec::new());
+        };
+        let mut runs = Vec::with_capacity(cases.len());
+        let made = files.and_then(|files| self.make_all(&files, title, end, &mut runs));
+        for run in &runs {
+            let summary = &run.outcome.summary;
+            junit.verdicts(&summary.name, summary, run.verdicts());
+        }
+        if let Err(error) = &made {
+            for case in cases.iter().skip(runs.len()) {
+                junit.error(case, error);
+            }
+        }
+        let written = junit.write();
+        made.and_then(|passes| written.map(|()| passes))
+    }
+
+    /// The same without the verdicts' file; the runs that were made go to `runs`.
+    fn make_all(
+        &self,
+        files: &[RunFile],
+        title: Option<[String; 2]>,
+        end: &str,
+        runs: &mut Vec<CaseRun>,
+    ) -> anyhow::Result<bool> {
+        let outputs: Vec<_> = self.outputs().collect();
+        let log = self
+            .log
+            .load(files.iter().map(|file| &file.case), &outputs)?;
+        let [heading, command_line] = title.unwrap_or_else(|| self.title(files));
         if self.io == IoName::Spi {
             refuse_other_laws(files, "--io spi runs the firmware's drivers")?;
         }
@@ -136,7 +182,7 @@ impl Run {
         }
         // Every path is opened before the first run.
         let open = |path: &Option<PathBuf>| path.as_deref().map(OutputFile::create).transpose();
-        let mut trace = open(&self.trace)?.map(TraceWriter::new);
+        let mut trace = self.trace.as_deref().map(TraceFile::create).transpose()?;
         let summary = open(&self.summary)?;
         let report = open(&self.report)?;
         let (kind, mut chip) = self.link.open()?;
@@ -149,11 +195,15 @@ impl Run {
             ..RunOptions::default()
         };
         let limit = self.time_limit.and_then(TimeLimit::new);
-        let mut runs = Vec::with_capacity(files.len());
+        let mut differences = Vec::new();
         for file in files {
             let mut progress = Progress::of(&file.case).within(limit);
+            let mut comparison = log.as_ref().map(|log| Comparison::new(log, &file.case));
             let mut sink = |row: &_| {
                 trace.as_mut().map_or(Ok(()), |trace| trace.row(row))?;
+                if let Some(comparison) = &mut comparison {
+                    comparison.row(row);
+                }
                 progress.row(row)
             };
             let run = match &mut chip {
@@ -163,10 +213,8 @@ impl Run {
             drop(progress);
             // What was traced before an error is kept all the same; a run that was
             // refused has no rows and replaces nothing.
-            if let Some(trace) = trace.take()
-                && !trace.is_empty()
-            {
-                trace.finish()?.commit()?;
+            if let Some(trace) = trace.take() {
+                trace.finish()?;
             }
             let mut run = run.map_err(|error| explain(file, error))?;
             // Again, to see which digits of its figures hold.
@@ -174,25 +222,40 @@ impl Run {
             let confirmed = run.confirm(options, &mut |row| progress.row(row));
             confirmed.map_err(|error| explain(file, error))?;
             runs.push(run);
+            differences.extend(comparison.map(|comparison| comparison.differences()));
         }
         if let Some(chip) = &chip {
             chip.tell();
         }
-        if let (Some(file), Some(run)) = (summary, runs.first()) {
-            file.write_whole(&(serde_json::to_string_pretty(&run.outcome.summary)? + "\n"))?;
+        let summaries: Vec<_> = runs.iter().map(|run| &run.outcome.summary).collect();
+        let summaries = OfCases::from(summaries.as_slice());
+        if let Some(file) = summary {
+            file.write_json(&summaries)?;
         }
+        let names = runs.iter().map(|run| run.outcome.summary.name.as_str());
+        let compared = log
+            .as_ref()
+            .map(|log| measured::table(log, names, &differences));
         if let Some(file) = report {
-            let data = hil_core::report::report(&heading, &command_line, &runs);
+            let mut data = hil_core::report::report(&heading, &command_line, runs);
+            if let Some(log) = log {
+                data = data.with_log(log, differences);
+            }
             file.write_whole(&report::render(&data)?)?;
         }
-        let text = figure_table(&runs)
-            + &verdict_table(&runs)
-            + &gain_tables(&runs)
-            + &timing_lines(&runs)
-            + &chip_lines(&runs)
-            + end;
-        self.say(&text)?;
-        for run in &runs {
+        if self.json {
+            terminal::print_json(&summaries)?;
+        } else {
+            let text = figure_table(runs)
+                + &verdict_table(runs)
+                + &compared.unwrap_or_default()
+                + &gain_tables(runs)
+                + &timing_lines(runs)
+                + &chip_lines(runs)
+                + end;
+            self.say(&text)?;
+        }
+        for run in runs.iter() {
             warn(&run.outcome.summary.name, &run.warnings);
         }
         Ok(runs.iter().all(CaseRun::passes))
@@ -208,18 +271,20 @@ impl Run {
         terminal::print(text)
     }
 
-    fn outputs(&self) -> impl Iterator<Item = &PathBuf> {
-        [&self.trace, &self.summary, &self.report]
-            .into_iter()
-            .flatten()
+    fn outputs(&self) -> impl Iterator<Item = &Path> {
+        let files = [&self.trace, &self.summary, &self.report, &self.junit].into_iter();
+        let json = self.json.then_some(Path::new("-"));
+        files.flatten().map(PathBuf::as_path).chain(json)
     }
 
     /// The command without its outputs.
     pub(super) fn command_line(&self) -> String {
         let link = (self.link != LinkName::default()).then(|| self.link.to_string());
         let io = (self.io == IoName::Spi).then(|| "spi".to_owned());
+        let log = self.log.words();
         let words = core::iter::once("run")
             .chain(self.cases.cases.iter().map(String::as_str))
+            .chain(log.iter().map(String::as_str))
             .chain(each_with("--set", &self.sets.sets))
             .chain(each_with("--link", &link))
             .chain(each_with("--io", &io));

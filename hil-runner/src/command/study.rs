@@ -9,15 +9,18 @@ use clap::{Args, Subcommand};
 use hil_core::case::Law;
 use hil_core::number;
 use hil_core::runfile::RunFile;
-use hil_runner::files::{OutputFile, same_file};
+use hil_runner::files::{OutputFile, profile, same_file};
 use hil_runner::study::results::{Origin, Progress, Results, Shard, merge, shards_in_order};
 use hil_runner::study::{
     Changes, MOST_ROWS, Study, Tally, base_sentences, best_table, columns, draw, enough_pass,
     figure_rows, make, ready, render, unstable_words,
 };
 
+use serde_json::{Value, json};
+
 use super::options::{Sets, warn};
 use super::run::Run;
+use super::schema::SchemaOf;
 use super::terminal::{self, check_signals, say, tell, watch_signals_aloud};
 
 /// Run one case over many values of its keys
@@ -35,6 +38,9 @@ pub(crate) struct StudyCommand {
     /// List the ready studies
     #[arg(long, conflicts_with_all = ["study", "base", "sets", "rungs", "out", "threads", "shard"])]
     list: bool,
+    /// Print the list of --list as JSON
+    #[arg(long, requires = "list", conflicts_with = "study")]
+    json: bool,
     /// Print the file of a ready study around its base, to start from
     #[arg(long, conflicts_with_all = ["list", "sets", "rungs", "out", "threads", "shard"])]
     print: bool,
@@ -64,7 +70,7 @@ pub(crate) struct StudyCommand {
     /// Page with the plots of the row [default: row-N.html in the folder]
     #[arg(long, value_name = "F.html", requires = "row")]
     report: Option<PathBuf>,
-    /// Trace of the row as CSV [default: row-N.csv in the folder]
+    /// Trace of the row as CSV, or as Parquet [default: row-N.csv in the folder]
     #[arg(long, value_name = "F.csv", requires = "row")]
     trace: Option<PathBuf>,
 }
@@ -91,14 +97,21 @@ impl StudyCommand {
         match (&self.command, &self.study) {
             (Some(StudySubcommand::Merge(merge)), _) => merge.execute(),
             (None, _) if self.list => {
-                terminal::print(&list())?;
+                let studies = ready::names()
+                    .map(|name| Study::load(name, &Changes::default()))
+                    .collect::<Result<Vec<_>, _>>()?;
+                match self.json {
+                    true => terminal::print_json(&json_of(&studies))?,
+                    false => terminal::print(&list(&studies))?,
+                }
                 Ok(true)
             }
             (None, Some(name)) if self.print => {
                 if !ready::is_ready(name) {
                     bail!("{name} is no ready study; --list shows them");
                 }
-                terminal::print(&Study::text(name, &self.changes())?)?;
+                let text = Study::text(name, &self.changes())?;
+                say!("{}{text}", SchemaOf::Study.line())?;
                 Ok(true)
             }
             (None, Some(name)) => match self.row {
@@ -176,10 +189,9 @@ impl StudyCommand {
             trace.display()
         );
         let base = folder.join("base.toml").to_string_lossy().into_owned();
-        let file = RunFile::parse(&base, &origin.base_text, &sets)?;
+        let file = RunFile::parse(&base, &origin.base_text, &sets, profile)?;
         let run = Run::of_row(base, Sets { sets }, report, trace);
-        let files = [file];
-        let passes = run.make(&files, run.title(&files), "")?;
+        let passes = run.make(Ok(vec![file]), None, "")?;
         run.say(&(written + &format!("the same run: {}\n", run.command_line())))?;
         Ok(passes)
     }
@@ -245,13 +257,27 @@ fn default_folder(study: &Study, base: Option<&str>, shard: Shard) -> PathBuf {
 }
 
 /// The ready studies, a line each.
-fn list() -> String {
-    let rows = ready::names().filter_map(|name| {
-        let study = Study::load(name, &Changes::default()).ok()?;
+fn list(studies: &[Study]) -> String {
+    let rows = studies.iter().map(|study| {
         let (rows, rungs) = (study.rows().to_string(), study.rung_names());
-        Some([name.to_owned(), rows, rungs, study.title])
+        [study.name.clone(), rows, rungs, study.title.clone()]
     });
     terminal::table(["study", "rows", "rungs", "what it asks"], 1, rows)
+}
+
+/// The same as JSON.
+fn json_of(studies: &[Study]) -> Value {
+    let study = |study: &Study| {
+        let rungs = study.rungs.iter().map(|(law, _)| law.name());
+        json!({
+            "name": study.name,
+            "title": study.title,
+            "description": study.description,
+            "rows": study.rows(),
+            "rungs": rungs.collect::<Vec<_>>(),
+        })
+    };
+    studies.iter().map(study).collect()
 }
 
 impl Merge {

@@ -6,6 +6,7 @@
 //! message names the user.
 
 use std::io::{self, Write};
+use std::path::Path;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -14,7 +15,9 @@ use comfy_table::{CellAlignment, ContentArrangement, LineStyle, Row, Table, Tabl
 use hil_core::case::Case;
 use hil_core::number::seconds;
 use hil_core::trace;
+use hil_runner::files::OutputFile;
 use indicatif::{ProgressBar, ProgressStyle};
+use serde::Serialize;
 
 /// Writes formatted words to standard error.
 macro_rules! tell {
@@ -50,6 +53,11 @@ pub(crate) fn print(text: &str) -> io::Result<()> {
         Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
         result => result,
     }
+}
+
+/// Writes a value to standard output as JSON.
+pub(super) fn print_json(value: &impl Serialize) -> io::Result<()> {
+    OutputFile::create(Path::new("-"))?.write_json(value)
 }
 
 /// Writes a message to standard error; nobody there to read it is no error.

@@ -1,6 +1,7 @@
 //! Promises of the page: nothing is loaded, nothing leaves its place, all is there.
 
 use hil_core::budget::Verdict;
+use hil_core::measured::{LogDifference, MeasuredLog};
 use hil_core::report::{
     CaseReport, ContactInterval, FigureRow, LadderReport, LadderRung, Parameter, Report, Traces,
 };
@@ -114,7 +115,52 @@ fn every_plot_has_a_name_and_absent_curves_have_no_plot() {
     let plots = |name: &str| body.matches(&format!("data-plot=\"{name}\"")).count();
     assert_eq!(plots("carriage"), 2);
     assert_eq!((plots("code"), plots("gap")), (1, 1));
-    assert_eq!((plots("ladder"), plots("acc_diff")), (1, 2));
+    assert_eq!((plots("position"), plots("velocity")), (2, 2));
+    // One for the cases, one for the ladder.
+    assert_eq!((plots("overlay"), plots("acc_diff")), (2, 2));
+    let mut report = sample();
+    report.cases.truncate(1);
+    report.ladder = None;
+    assert!(!render(&report).unwrap().contains("data-plot=\"overlay\""));
+}
+
+#[test]
+fn a_log_has_its_curves_and_its_differences() {
+    assert!(!render(&sample()).unwrap().contains("id=\"log\""));
+    let text = "t_s,x_m,<b>\n0.5,0.012345678,\n0.75,2,\n";
+    let log = MeasuredLog::parse("<m>.csv", text, -0.25).unwrap();
+    let difference = |largest: f64| LogDifference {
+        column: "x_m",
+        unit: "m",
+        samples: 2,
+        rms: Some(0.012_345_678),
+        largest: Some(largest),
+        largest_at_s: Some(0.5),
+    };
+    // Two cases and a rung; the other rungs have none.
+    let of = [-1.0, -2.0, -3.0].map(|largest| vec![difference(largest)]);
+    let page = render(&sample().with_log(log, of.into())).unwrap();
+    let table = between(&page, "id=\"log\"", "</section>");
+    for part in [
+        "&lt;m&gt;.csv",
+        "ignored: &lt;b&gt;",
+        ">−0.25</data> s added",
+        "<data value=\"0.012345678\" title=\"0.012345678\">0.012346</data>",
+        ">−1</data>",
+        ">−2</data>",
+        ">−3</data>",
+    ] {
+        assert!(table.contains(part), "{part} {table}");
+    }
+    assert_eq!(table.matches("<code>x_m</code>").count(), 3);
+    let data = plot_data(&page);
+    assert_eq!(data["log"]["t_s"], serde_json::json!([0.25, 0.5]));
+    assert_eq!(data["log"]["columns"][0]["name"], "x_m");
+    assert_eq!(
+        data["log"]["columns"][0]["values"],
+        serde_json::json!([0.01234568, 2])
+    );
+    assert_eq!(data["cases"][1]["log"][0]["largest"], -2.0);
 }
 
 #[test]
@@ -197,6 +243,7 @@ fn sample() -> Report {
         reserved: None,
         cases: vec![elastic(), rigid],
         ladder: Some(ladder()),
+        log: None,
     }
 }
 
@@ -230,6 +277,7 @@ fn elastic() -> CaseReport {
         reserved: None,
         warnings: vec!["The code reaches its range.".into()],
         traces: traces(),
+        log: Vec::new(),
     }
 }
 
@@ -263,6 +311,10 @@ fn traces() -> Traces {
     Traces {
         acc_ref_mps2: curve(|t| 1.6 * (6.2 * t).sin()),
         acc_mps2,
+        x_ref_m: curve(|t| -0.04 * (6.2 * t).sin()),
+        x_m: curve(|t| -0.04 * (6.2 * (t - 0.02)).sin()),
+        v_ref_mps: curve(|t| -0.26 * (6.2 * t).cos()),
+        v_mps: curve(|t| -0.26 * (6.2 * (t - 0.02)).cos()),
         following_error_mm: curve(|t| 3.0 * (6.2 * t).cos()),
         motor_voltage_v: curve(|t| 90.0 * (6.2 * t).sin()),
         voltage_held: true,
@@ -283,7 +335,7 @@ fn traces() -> Traces {
 }
 
 fn ladder() -> LadderReport {
-    let Traces { t_s, acc_mps2, .. } = traces();
+    let t_s = traces().t_s;
     let difference = |size: f64| Some(t_s.iter().map(|t| size * (40.0 * t).sin()).collect());
     let rung = |name: &str, size: Option<f64>| LadderRung {
         name: name.into(),
@@ -295,8 +347,8 @@ fn ladder() -> LadderReport {
         rms_acc_diff_mps2: (size, None),
         rms_pos_diff_um: (size, None),
         warnings: Vec::new(),
-        t_s: t_s.clone(),
-        acc_mps2: acc_mps2.clone(),
+        traces: traces(),
+        log: Vec::new(),
         acc_diff_mps2: size.and_then(difference),
         pos_diff_um: size.and_then(difference),
     };

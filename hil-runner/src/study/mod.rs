@@ -27,6 +27,7 @@ pub use plan::points::{Constraint, MOST_SOBOL_AXES, Plan, PlanKind, Position};
 pub use plan::{Changes, LoopGain, Point, Study, Theory};
 pub use read::file::StudyFileError;
 pub use read::ready;
+pub use read::schema::schema;
 pub use rows::cell::{Cell, Column, ColumnKind};
 pub use rows::engine::{Block, EngineError, make};
 pub use rows::{PlannedRow, RowMaker, Status, columns};

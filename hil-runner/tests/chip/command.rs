@@ -159,3 +159,24 @@ fn another_code_on_a_board_is_told_and_fails() {
     // The vectors are replayed all the same.
     assert!(table.lines().any(|line| line.ends_with(" same")), "{table}");
 }
+
+/// The same in JSON: the difference in its words, and none where there is none.
+#[test]
+fn certificates_in_json_have_the_difference() {
+    let output = Board::start(Some(512)).certify(&["paper-2", "--json"]);
+    assert_eq!(output.status.code(), Some(1), "{output:?}");
+    let targets: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let (host, board) = (&targets[0], &targets[1]);
+    assert_eq!(
+        (&host["target"], &host["cases"]["steps"]),
+        (&"host".into(), &1501.into())
+    );
+    assert!(host["cases"]["difference"].is_null() && board["vectors"]["difference"].is_null());
+    let difference = board["cases"]["difference"].as_str().unwrap();
+    assert!(
+        difference.starts_with("differs at step 512 (0.512 s) of paper-2: "),
+        "{difference}"
+    );
+    assert_eq!(host["vectors"], board["vectors"]);
+    assert_ne!(host["trace_hash"], board["trace_hash"]);
+}

@@ -33,6 +33,23 @@ fn goldens_of_the_m4_hold_and_one_that_is_4_percent_off_does_not() {
         !text.contains("FAIL") && text.contains("tick, everything"),
         "{text}"
     );
+    let output = budget(&["m4", "--json"]);
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    let targets: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(targets[0]["target"], "m4");
+    let figures = targets[0]["figures"].as_array().unwrap();
+    let tick = figures
+        .iter()
+        .find(|row| row["figure"] == "tick, everything");
+    let most = tick.unwrap()["measured"]["max"].to_string();
+    let row = text
+        .lines()
+        .find(|line| line.starts_with("tick, everything "));
+    assert!(
+        row.unwrap().contains(&format!(" {most} ")),
+        "{most}: {row:?}"
+    );
+    assert!(figures.iter().all(|row| row["pass"] == true));
 
     // The same goldens, but for the most of one.
     let folder = tempfile::tempdir().unwrap();

@@ -1,12 +1,13 @@
 //! Over a line the run is the same, to the last bit.
 
 use hil_core::case::Case;
-use hil_core::run::{Outcome, RunOptions, run, run_over};
+use hil_core::run::{CaseRun, Outcome, RunOptions, run, run_over};
 use hil_core::trace::Row;
 use hil_runner::chip::ChipLaw;
 use hil_runner::chip::client::Client;
 use hil_runner::chip::line::Line;
 use hil_runner::files;
+use plant::Motion;
 
 use crate::loopback::Loopback;
 
@@ -40,7 +41,7 @@ pub(crate) fn on_chip(case: &Case, client: &mut Client) -> Result<(Vec<Row>, Out
 }
 
 /// Cases that use all that goes over a line.
-pub(crate) const CASES: [(&str, &[&str]); 9] = [
+pub(crate) const CASES: [(&str, &[&str]); 10] = [
     ("paper-1", &[]),
     ("paper-2", &[]),
     ("paper-3", &[]),
@@ -78,6 +79,19 @@ pub(crate) const CASES: [(&str, &[&str]); 9] = [
             "limits.count_jump_counts=1000",
             "sequence.reset_s=0.25",
             "sequence.enable_s=0.26",
+        ],
+    ),
+    (
+        "paper-2",
+        &[
+            "controller.velocity_ff_s=0.02685",
+            "controller.acceleration_ff_s2=0.0024",
+            "controller.friction_ff_codes=20",
+            "backlash.compensation=acceleration",
+            "limits.velocity_mps=1",
+            "limits.acceleration_mps2=5",
+            "limits.following_error_counts=500",
+            "limits.following_error_per_speed_s=0.01",
         ],
     ),
     (
@@ -120,6 +134,70 @@ pub(crate) fn agree(client: &mut Client) {
 fn a_chip_in_memory_gives_the_codes_of_the_host() {
     let line: Box<dyn Line> = Box::new(Loopback::new());
     agree(&mut Client::greet(line).unwrap());
+}
+
+/// Tables that the memory of the chip has no room for come with the samples, and the run
+/// says so: of the paper's law, of an axis, and with rates, three words a sample.
+#[test]
+fn a_table_longer_than_the_memory_comes_with_the_samples() {
+    let mut client = Client::greet(Box::new(Loopback::new())).unwrap();
+    let sets: [(&[&str], &str); 3] = [
+        (&["controller.sample_time_s=5e-5"], "20001"),
+        (
+            &[
+                "controller.sample_time_s=5e-5",
+                "controller.anti_windup=clamp",
+            ],
+            "20001",
+        ),
+        (
+            &[
+                "controller.sample_time_s=1.5e-4",
+                "controller.velocity_ff_s=0.02",
+            ],
+            "20004",
+        ),
+    ];
+    for (sets, words) in sets {
+        let case = case("paper-2", sets);
+        let (host_rows, host) = on_host(&case);
+        let (chip_rows, chip) = on_chip(&case, &mut client).unwrap();
+        assert_eq!(chip_rows, host_rows, "{sets:?}");
+        assert_eq!(of_the_run(&chip), host, "{sets:?}");
+        let told = CaseRun::of(&case, chip).warnings;
+        let wanted = format!(
+            "the table of setpoints has {words} words, the chip's memory room for 16384: they came \
+             with the samples, as from a queue"
+        );
+        assert!(told.contains(&wanted), "{told:?}");
+    }
+    // The contrast: one that has room.
+    let case = case("paper-2", &["controller.velocity_ff_s=0.02"]);
+    let (_, chip) = on_chip(&case, &mut client).unwrap();
+    let told = CaseRun::of(&case, chip).warnings;
+    assert!(
+        !told.iter().any(|told| told.contains("memory room")),
+        "{told:?}"
+    );
+}
+
+/// A row of moves goes over the line as a table, with rates or without, and as a queue.
+#[test]
+fn a_row_of_moves_gives_the_codes_of_the_host() {
+    let there = Motion::new(0.12, [0.1, 0.1, 0.1, 0.05, 0.1, 0.1, 0.1]).unwrap();
+    let back = Motion::new(-0.05, [0.12, 0.05, 0.12, 0.0, 0.12, 0.05, 0.12]).unwrap();
+    let row = Motion::row(&[(there, 0.0507), (back, 0.1)]).unwrap();
+    let mut client = Client::greet(Box::new(Loopback::new())).unwrap();
+    let ahead = "controller.velocity_ff_s=0.02685";
+    let sets: [&[&str]; 3] = [&[], &[ahead], &[ahead, "controller.setpoints=queue"]];
+    for sets in sets {
+        let mut case = case("paper-2", sets);
+        case.motion = row.clone();
+        let (host_rows, host) = on_host(&case);
+        let (chip_rows, chip) = on_chip(&case, &mut client).unwrap();
+        assert_eq!(chip_rows, host_rows, "{sets:?}");
+        assert_eq!(of_the_run(&chip), host, "{sets:?}");
+    }
 }
 
 /// The contrast: other words on the chip than on the host.

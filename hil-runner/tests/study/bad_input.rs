@@ -19,6 +19,32 @@ const OF_THE_AXIS: &str = include_str!("mistakes/of-the-axis.txt");
 
 const OF_THE_MAP: &str = include_str!("mistakes/of-the-map.txt");
 
+const PICTURE: &str = "[[picture]]\nkind = \"map\"\nfile = \"f\"\ntitle = \"T\"\n\
+                       x = \"controller.kp\"\ny = \"row\"\nz = \"impacts\"\n";
+
+/// Files that the mistakes of the tables end: none, with a base, an axis, a map.
+fn beginnings() -> [String; 4] {
+    let base = "base = \"paper-2\"\n".to_owned();
+    let axis = format!("{base}[[axis]]\nkey = \"controller.kp\"\n");
+    let map = format!("{axis}values = [1, 2]\n{PICTURE}");
+    [String::new(), base, axis, map]
+}
+
+/// Every study of the tables, with words of its sentence.
+pub(crate) fn mistakes() -> Vec<(String, String)> {
+    let tables = [WHOLE, OF_THE_BASE, OF_THE_AXIS, OF_THE_MAP];
+    let with = |(start, cases): (String, &str)| {
+        let cases = table(cases).into_iter();
+        let cases = cases.map(move |(rest, words)| (format!("{start}{rest}\n"), words));
+        cases.collect::<Vec<_>>()
+    };
+    beginnings()
+        .into_iter()
+        .zip(tables)
+        .flat_map(with)
+        .collect()
+}
+
 #[test]
 fn every_mistake_has_its_line() {
     let refused = |text: &str, words: &str| {
@@ -26,26 +52,15 @@ fn every_mistake_has_its_line() {
         assert!(told.contains(words), "{text}\n--- says\n{told}");
         told
     };
-    let base = "base = \"paper-2\"\n";
-    let axis = format!("{base}[[axis]]\nkey = \"controller.kp\"\n");
-    let picture = "[[picture]]\nkind = \"map\"\nfile = \"f\"\ntitle = \"T\"\n\
-                   x = \"controller.kp\"\ny = \"row\"\nz = \"impacts\"\n";
-    let map = format!("{axis}values = [1, 2]\n{picture}");
-    for (start, cases) in [
-        ("", WHOLE),
-        (base, OF_THE_BASE),
-        (&axis, OF_THE_AXIS),
-        (&map, OF_THE_MAP),
-    ] {
-        for (rest, words) in table(cases) {
-            refused(&format!("{start}{rest}\n"), &words);
-        }
+    for (text, words) in mistakes() {
+        refused(&text, &words);
     }
+    let [_, base, axis, map] = beginnings();
     let unknown = refused(&format!("{map}pass = \"no\"\n"), "have no column no");
     assert_eq!(unknown.lines().count(), 1, "{unknown}");
-    let drawn = axis.replace(base, &format!("{base}plan = \"sobol\"\nruns = 9\n"));
+    let drawn = axis.replace(&base, &format!("{base}plan = \"sobol\"\nruns = 9\n"));
     refused(
-        &format!("{drawn}from = 1\nto = 2\n{picture}"),
+        &format!("{drawn}from = 1\nto = 2\n{PICTURE}"),
         "picture \"f\": a map needs a grid, and plan = \"sobol\" draws controller.kp",
     );
     refused(

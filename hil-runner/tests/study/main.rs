@@ -17,6 +17,7 @@ mod repeat;
 mod resume;
 mod row;
 mod rows;
+mod schema;
 mod shards;
 mod support;
 #[path = "../table/mod.rs"]

@@ -10,7 +10,7 @@ use crate::model::axis::Drive;
 use crate::model::joint::Contact;
 use crate::model::state::State;
 use crate::numerics::seconds;
-use crate::observe::extremes::FIGURES;
+use crate::observe::extremes::{FIGURES, POWER};
 use crate::observe::{ContactChange, Watch};
 
 /// Lanes that wait to be followed, and room to follow them in.
@@ -147,8 +147,10 @@ impl<W: Width> Group<W> {
         run.raise(&self.peaks, lane);
         run.raise(&self.track.ends, lane);
         let mode = run.plant.mode;
-        // From here on the single run goes on with the sum.
-        run.extremes.joint_loss_j = self.joint_loss_j.as_ref()[lane];
+        // From here on the single run goes on with the sums.
+        for (sum, energy) in run.extremes.energies_mut().into_iter().zip(&self.energies) {
+            *sum = energy.as_ref()[lane];
+        }
         if run.result.is_ok() {
             run.result = run.plant.advance_exactly(
                 &mut shared.tables,
@@ -157,7 +159,14 @@ impl<W: Width> Group<W> {
                 &mut run.extremes,
             );
         }
-        self.joint_loss_j.as_mut()[lane] = run.extremes.joint_loss_j;
+        for (sum, energy) in run
+            .extremes
+            .energies_mut()
+            .into_iter()
+            .zip(&mut self.energies)
+        {
+            energy.as_mut()[lane] = *sum;
+        }
         let y = run.plant.state();
         let changed = run.plant.mode != mode || run.plant.fresh.is_some();
         self.raise_floors(lane);
@@ -218,19 +227,21 @@ impl<W: Width> Group<W> {
             }
         }
 
-        // One of the two pieces is closed.
         let step = (left.voltage_v, shared.phases[left.phase].length_ns);
-        let (state, flank, length_s) = match self.mode.joint.as_ref()[lane] {
-            0.0 => (&after, at(&transition.flank), left_s),
-            flank => (&left.y, flank, change_s),
-        };
-        let mut closed = run.plant.at(state, left.time_ns);
-        closed.set_contact(flank);
-        let loss_j = closed.joint_loss_j(&mut shared.tables, step, length_s);
-        self.joint_loss_j.as_mut()[lane] += loss_j;
+        let start_flank = self.mode.joint.as_ref()[lane];
+        for (state, flank, length_s) in [
+            (&left.y, start_flank, change_s),
+            (&after, at(&transition.flank), left_s),
+        ] {
+            let mut piece = run.plant.at(state, left.time_ns);
+            piece.set_contact(flank);
+            let energies = piece.energies_of_piece(&mut shared.tables, step, length_s);
+            for (sum, energy_j) in self.energies.iter_mut().zip(energies) {
+                sum.as_mut()[lane] += energy_j;
+            }
+        }
 
         let from = run.plant.contact();
-        let start_flank = self.mode.joint.as_ref()[lane];
         run.plant.set(&end, left.time_ns);
         run.plant.set_contact(at(&transition.flank));
         let to = run.plant.contact();
@@ -248,10 +259,12 @@ impl<W: Width> Group<W> {
             acceleration_after_mps2: accelerations[1][0],
         });
         let currents = [left.y.current_a, before.current_a, end.current_a];
-        for (i, sizes) in [accelerations.as_flattened(), &currents]
-            .into_iter()
-            .enumerate()
-        {
+        let powers = currents.map(|current_a| left.voltage_v * current_a);
+        for (i, sizes) in [
+            (0, accelerations.as_flattened()),
+            (1, &currents),
+            (POWER, &powers),
+        ] {
             let peak = &mut self.track.ends[i].as_mut()[lane];
             *peak = sizes.iter().fold(*peak, |peak, size| peak.max(size.abs()));
         }

@@ -288,5 +288,7 @@ pub(super) fn figures(axis: &Axis) -> [(Quantity, f64); FIGURES] {
         (Quantity::Current, 1.0),
         (Quantity::ScrewAngle, p),
         (Quantity::GearAngle, p),
+        // The power, per volt.
+        (Quantity::Current, 1.0),
     ]
 }

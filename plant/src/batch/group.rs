@@ -10,10 +10,10 @@ use crate::model::axis::Axis;
 use crate::model::resistance::GuideMode;
 use crate::model::state::State;
 use crate::numerics::{count, seconds};
-use crate::observe::extremes::{Extremes, ExtremesSettings, FIGURES};
+use crate::observe::extremes::{ENERGIES, Extremes, ExtremesSettings, FIGURES};
 
 /// The plant's parameters that are a run's own, and what it is measured against.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct LaneSetup {
     /// `b`, half the backlash \[rad\]; without meaning on a rigid axis.
     pub backlash_half_rad: f64,
@@ -97,8 +97,8 @@ pub(super) struct Group<W: Width> {
     /// Magnitudes that they are known to reach, between the ends too.
     pub(super) floors: [W::Array; FIGURES],
     pub(super) peak_abs_voltage_v: W::Array,
-    /// Energy that the joints' dampers have taken \[J\].
-    pub(super) joint_loss_j: W::Array,
+    /// Energies so far \[J\].
+    pub(super) energies: [W::Array; ENERGIES],
     /// Number of the last step that ended outside the settling band; of the last
     /// one in which no lane did anything else, where that is later.
     pub(super) last_outside: W::Array,
@@ -125,7 +125,7 @@ impl<W: Width> Group<W> {
             peaks: [zero; FIGURES],
             floors: [zero; FIGURES],
             peak_abs_voltage_v: zero,
-            joint_loss_j: zero,
+            energies: [zero; ENERGIES],
             last_outside: zero,
             all_outside: -1.0,
             travel_m: zero,
@@ -144,7 +144,7 @@ impl<W: Width> Group<W> {
         self.peaks = [zero; FIGURES];
         self.floors = [zero; FIGURES];
         self.peak_abs_voltage_v = zero;
-        self.joint_loss_j = zero;
+        self.energies = [zero; ENERGIES];
         self.last_outside = W::array(-1.0);
         self.all_outside = -1.0;
         for lane in 0..W::LANES {
@@ -155,7 +155,10 @@ impl<W: Width> Group<W> {
             self.bend_m.as_mut()[lane] = motion.peak_acceleration_mps2 * (longest_s * longest_s);
             let axis = shared.axis.with_backlash(setup.backlash_half_rad);
             self.backlash_half_rad.as_mut()[lane] = axis.backlash_half_rad();
-            let (plant, extremes) = (Automaton::new(axis), Extremes::new(setup.extremes));
+            let (plant, extremes) = (
+                Automaton::new(axis, None),
+                Extremes::new(setup.extremes.clone()),
+            );
             match self.lanes.get_mut(lane) {
                 Some(run) => {
                     let room = core::mem::take(&mut run.candidates);
@@ -186,7 +189,7 @@ impl<W: Width> Group<W> {
                 _ => {
                     let table = shared.tables.held(&axis, &mode, phase.length_ns);
                     learnt |= phase.learn(table, &axis);
-                    steps.set(lane, &numbers_of(table));
+                    steps.set(lane, &numbers_of(table, &axis));
                     steps.learn_loss(table);
                 }
             }
@@ -262,13 +265,15 @@ impl<W: Width> Group<W> {
     ) -> Result<Extremes, PlantError> {
         let run = &self.lanes[lane];
         run.result?;
-        let mut extremes = run.extremes;
+        let mut extremes = run.extremes.clone();
         for (peak, figure) in self.peaks.iter().zip(extremes.peaks_mut()) {
             *figure = figure.max(peak.as_ref()[lane]);
         }
         let voltage_v = self.peak_abs_voltage_v.as_ref()[lane];
         extremes.peak_abs_voltage_v = extremes.peak_abs_voltage_v.max(voltage_v);
-        extremes.joint_loss_j = self.joint_loss_j.as_ref()[lane];
+        for (sum, energy) in extremes.energies_mut().into_iter().zip(&self.energies) {
+            *sum = energy.as_ref()[lane];
+        }
         let start_ns = self.last_outside.as_ref()[lane].max(self.all_outside);
         if start_ns >= 0.0 {
             // The end of that step, summed as a span does.
@@ -310,6 +315,7 @@ pub(super) fn state_of<W: Width>(arrays: &[W::Array; HELD], lane: usize) -> Stat
         epsilon_dot_radps: value(3),
         current_a: value(4),
         beta_integral_rads: 0.0,
+        current_integral_as: 0.0,
     }
 }
 
@@ -351,9 +357,12 @@ pub(super) struct Track<W: Width> {
     pub(super) ends: [W::Array; FIGURES],
     pub(super) starts: [W::Array; FIGURES],
     pub(super) changes: [W::Array; DRIVING],
-    /// Of the block before: the larger of the first two, and the third.
+    /// And of the voltages.
+    pub(super) voltage_v: W::Array,
+    /// Of the block before: the larger of the first two, and the others.
     pub(super) sizes_before: [W::Array; FIGURES],
     pub(super) changes_before: [W::Array; DRIVING],
+    pub(super) voltage_before_v: W::Array,
 }
 
 impl<W: Width> Track<W> {
@@ -376,6 +385,8 @@ impl<W: Width> Track<W> {
             ends: [zero; FIGURES],
             starts: [zero; FIGURES],
             changes: [zero; DRIVING],
+            voltage_v: zero,
+            voltage_before_v: zero,
             sizes_before: [zero; FIGURES],
             changes_before: [zero; DRIVING],
         }
@@ -390,6 +401,7 @@ impl<W: Width> Track<W> {
         (slot.flank, slot.command_m, slot.time_ns) = (zero, zero, 0);
         (self.ends, self.starts) = ([zero; FIGURES], [zero; FIGURES]);
         self.changes = [zero; DRIVING];
+        self.voltage_v = zero;
     }
 
     /// Start of the next step.

@@ -41,6 +41,7 @@ use crate::exact::{DRIVING, Tables, is_stiff};
 use crate::hybrid::PlantError;
 use crate::model::axis::{Axis, AxisParameters};
 use crate::model::state::State;
+use crate::model::surroundings::Surroundings;
 use crate::observe::extremes::{Extremes, FIGURES};
 
 /// Many runs of one axis, in groups that each have one step for all lanes.
@@ -75,7 +76,7 @@ impl<W: Width> Batch<W> {
         if !parameters.is_affine() {
             return Err(PlantError::NotAffine);
         }
-        let axis = Axis::new(parameters, 0.0);
+        let axis = Axis::new(parameters, &Surroundings::default(), 0.0);
         if lengths_ns.iter().any(|&ns| is_stiff(&axis, ns)) {
             return Err(PlantError::TooStiff { time_s: 0.0 });
         }

@@ -15,7 +15,7 @@ use crate::exact::{DRIVING, SLOPES, VALUES, command_slopes};
 use crate::model::motion::Motion;
 use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT};
 use crate::numerics::seconds;
-use crate::observe::extremes::{CARRIAGE, FIGURES};
+use crate::observe::extremes::{CARRIAGE, FIGURES, POWER};
 
 /// The command over a step in Bernstein form: what each coefficient adds to the
 /// one before it, and what it and its slope may be off by.
@@ -29,7 +29,7 @@ impl CommandRises {
     fn new(motion: &Motion, candidate: &Candidate, length_ns: u64, bend_m: f64) -> Self {
         let (start_s, length_s) = (seconds(candidate.time_ns), seconds(length_ns));
         let end_s = start_s + length_s;
-        if motion.breaks_s().iter().any(|&t| start_s < t && t < end_s) {
+        if !motion.breaks_between(start_s, end_s).is_empty() {
             // Its chord, which a_ref bends by T²/8 at most.
             let [start_m, end_m] = candidate.commands_m;
             return Self {
@@ -110,6 +110,8 @@ impl<W: Width> Group<W> {
             w.store(w.abs(figure), &mut track.starts[i]);
         }
         track.changes_before = track.changes;
+        track.voltage_before_v = track.voltage_v;
+        track.voltage_v = W::array(0.0);
         track.ends = [W::array(0.0); FIGURES];
         track.changes = [W::array(0.0); DRIVING];
         (track.first, track.second) = (track.second, track.now);
@@ -130,8 +132,10 @@ impl<W: Width> Group<W> {
             for (most, change) in shared.most_chords[i].iter().zip(&track.changes_before) {
                 chord = chord + w.splat(*most) * w.load(change);
             }
-            if i >= CARRIAGE {
+            if (CARRIAGE..POWER).contains(&i) {
                 chord = chord + half_bend;
+            } else if i == POWER {
+                chord = w.load(&track.voltage_before_v) * chord;
             }
             let upper = w.load(&track.sizes_before[i]) + chord;
             *open = w.bits(w.at_most(upper, self.known(i))) & all != all;
@@ -172,11 +176,18 @@ impl<W: Width> Group<W> {
         let mut uppers = [W::array(f64::NEG_INFINITY); FIGURES];
         let mut lanes = 0;
         for i in (0..FIGURES).filter(|&i| open[i]) {
-            let start = self.figure_at(shared, from, (closed, i));
-            let end = self.figure_at(shared, to, (closed, i));
-            let size = w.max(w.abs(start), w.abs(end));
+            let mut start = self.figure_at(shared, from, (closed, i));
+            let mut end = self.figure_at(shared, to, (closed, i));
             let mut chord = dot_pairs(w, closed, &phase.chords[i], &changes);
-            if i >= CARRIAGE {
+            // The power is under one voltage all along.
+            let size_v = w.abs(w.load(&from.voltage_v));
+            if i == POWER {
+                for per_volt in [&mut start, &mut end, &mut chord] {
+                    *per_volt = size_v * *per_volt;
+                }
+            }
+            let size = w.max(w.abs(start), w.abs(end));
+            if (CARRIAGE..POWER).contains(&i) {
                 chord = chord + w.load(&self.bend_m) * w.splat(0.125);
             }
             let upper = size + chord;
@@ -185,7 +196,9 @@ impl<W: Width> Group<W> {
                 continue;
             }
             let mut slope = dot_pairs(w, closed, &phase.slopes[i], &changes);
-            if i >= CARRIAGE {
+            if i == POWER {
+                slope = size_v * slope;
+            } else if i >= CARRIAGE {
                 slope = slope + w.load(&self.bend_m) * w.splat(0.5);
             }
             let outdone = w.either(below, w.greater(w.abs(end - start), slope));
@@ -217,13 +230,14 @@ impl<W: Width> Group<W> {
         let w = self.width;
         let closed = w.greater(w.abs(w.load(&slot.flank)), w.splat(0.5));
         let mut figures = [w.splat(0.0); FIGURES];
-        for (i, figure) in figures.iter_mut().enumerate() {
+        // No power: its steps know theirs at both ends.
+        for (i, figure) in figures.iter_mut().enumerate().take(POWER) {
             *figure = self.figure_at(shared, slot, (closed, i));
         }
         figures
     }
 
-    /// A figure at a slot, with the joint open or closed.
+    /// A figure at a slot, with the joint open or closed; the power per volt.
     #[inline(always)]
     fn figure_at(
         &self,
@@ -251,7 +265,7 @@ impl<W: Width> Group<W> {
                 let force = w.load(&self.mode.resistance_n) + a1 * (y(BETA_DOT) - y(EPSILON_DOT));
                 p * ((torque - p * force) / w.splat(axis.moved_inertia()))
             }
-            1 => y(CURRENT),
+            1 | POWER => y(CURRENT),
             CARRIAGE => w.load(&slot.command_m) - p * (y(BETA) - y(EPSILON)),
             _ => w.load(&slot.command_m) - p * y(BETA),
         }
@@ -343,15 +357,20 @@ impl<W: Width> Group<W> {
         let start = match figure {
             0 => run.plant.acceleration_at_mps2(y, candidate.flank),
             1 => y.current_a,
+            POWER => candidate.voltage_v * y.current_a,
             CARRIAGE => start_m - p * (y.beta_rad - y.epsilon_rad),
             _ => start_m - p * y.beta_rad,
         };
         let sketch = &phase.figures[figure];
         let mut rises = sketch.rises(closed, &rates);
         let mut off = sketch.stray(closed, &rates, start.abs());
+        if figure == POWER {
+            rises = rises.map(|rise| candidate.voltage_v * rise);
+            off = candidate.voltage_v.abs() * sketch.stray(closed, &rates, y.current_a.abs());
+        }
         // The slope, per eleventh of a step, by which the polynomial is off.
         let mut slope_off = off / 11.0;
-        if figure >= CARRIAGE {
+        if (CARRIAGE..POWER).contains(&figure) {
             let command = match command {
                 Some(command) => command,
                 None => {

@@ -4,7 +4,7 @@
 use super::grid::{LaneGrid, figures};
 use super::width::Width;
 use crate::exact::{
-    AxisSystem, BOUND_MARGIN, DRIVING, HELD, HeldTable, Quantity, SLOPES, Sketch, VALUES,
+    AxisSystem, BOUND_MARGIN, DRIVING, HELD, HeldTable, PARTS, Quantity, SLOPES, Sketch, VALUES,
 };
 use crate::hybrid::Automaton;
 use crate::model::axis::Axis;
@@ -45,21 +45,30 @@ pub(super) struct Steps<W: Width> {
     pub(super) knows_loss: bool,
 }
 
-/// Numbers of a step: per state the driving states' coefficients, a constant
-/// and a coefficient of the voltage; and how far δ may stray from its chord, per
-/// change of the driving states.
-const NUMBERS: usize = HELD * PER_STATE + DRIVING;
+/// Numbers of a step: per state, and then per part of the armature's heat
+/// (`HeldArmature`), the driving states' coefficients, a constant
+/// and a coefficient of the voltage; how far δ may stray from its chord, per
+/// change of the driving states; and the charge per first part.
+const NUMBERS: usize = ROWS * PER_STATE + DRIVING + 1;
+const ROWS: usize = HELD + PARTS;
 const PER_STATE: usize = DRIVING + 2;
 
 /// The numbers of a table.
-pub(super) fn numbers_of(table: &HeldTable) -> [f64; NUMBERS] {
+pub(super) fn numbers_of(table: &HeldTable, axis: &Axis) -> [f64; NUMBERS] {
     let kernel = &table.kernel;
     let mut numbers = [0.0; NUMBERS];
     for (state, to) in numbers.chunks_exact_mut(PER_STATE).take(HELD).enumerate() {
         to[..DRIVING].copy_from_slice(&kernel.transition[state]);
         (to[DRIVING], to[DRIVING + 1]) = (kernel.drift[state], kernel.per_volt[state]);
     }
-    numbers[HELD * PER_STATE..].copy_from_slice(&kernel.gap_bound);
+    let armature = table.armature(axis);
+    let parts = numbers.chunks_exact_mut(PER_STATE).skip(HELD);
+    for (to, row) in parts.zip(&armature.rows) {
+        to.copy_from_slice(row);
+    }
+    let rest = &mut numbers[ROWS * PER_STATE..];
+    rest[..DRIVING].copy_from_slice(&kernel.gap_bound);
+    rest[DRIVING] = armature.charge_per_part;
     numbers
 }
 
@@ -116,7 +125,7 @@ impl Phase {
         if core::mem::replace(known, true) {
             return false;
         }
-        self.numbers[usize::from(closed)] = numbers_of(table);
+        self.numbers[usize::from(closed)] = numbers_of(table, axis);
         self.rates.set(closed, &table.system);
         let gap = table.table.quantity(Quantity::Delta);
         self.gap.set(closed, gap.sketch.as_ref(), 1.0);
@@ -198,9 +207,27 @@ impl<W: Width> Steps<W> {
     /// Bound of how far δ strays from its chord.
     #[inline(always)]
     pub(super) fn gap_strays(&self, w: W, change: &[W::Vector; DRIVING]) -> W::Vector {
-        let bound = |j: usize| w.load(&self.numbers[HELD * PER_STATE + j]);
+        let bound = |j: usize| w.load(&self.numbers[ROWS * PER_STATE + j]);
         (bound(0) * change[0] + bound(1) * change[1])
             + (bound(2) * change[2] + bound(3) * change[3])
+    }
+
+    /// `∫ I² dt` \[A² s\] and the charge \[A s\] of the step, in the order of
+    /// `HeldArmature::over_whole`.
+    #[inline(always)]
+    pub(super) fn armature(
+        &self,
+        w: W,
+        from: &[W::Vector; DRIVING],
+        voltage_v: W::Vector,
+    ) -> [W::Vector; 2] {
+        let first = self.row(w, HELD, from, None, voltage_v);
+        let mut sum = first * first;
+        for part in 1..PARTS {
+            let part = self.row(w, HELD + part, from, None, voltage_v);
+            sum = sum + part * part;
+        }
+        [sum, w.load(&self.numbers[NUMBERS - 1]) * first]
     }
 
     /// Takes over what the damper takes, if the table is that of a closed joint.

@@ -120,6 +120,10 @@ impl<'a, W: Width> InStep<'a, W> {
             step.to[3],
             command_m - carriage,
             command_m - p * step.beta[1],
+            w.max(
+                w.abs(voltage_v * step.from[3]),
+                w.abs(voltage_v * step.to[3]),
+            ),
         ];
         self.acceleration_mps2 = ends[0];
         self.y = [step.beta[1], step.to[0], epsilon, step.to[2], step.to[3]];
@@ -207,12 +211,12 @@ impl<W: Width> Group<W> {
             };
         }
         self.all_outside = -1.0;
-        let (peaks, joint_loss_j) = (self.track.ends, self.joint_loss_j);
+        let (peaks, energies) = (self.track.ends, self.energies);
         self.take(shared, (phase, moved), (step, ends), command, voltage_v);
         for left in &leaving[first..] {
             let lane = left.lane;
-            self.joint_loss_j.as_mut()[lane] = joint_loss_j.as_ref()[lane];
-            for (new, old) in self.track.ends.iter_mut().zip(&peaks) {
+            let sums = self.energies.iter_mut().zip(&energies);
+            for (new, old) in sums.chain(self.track.ends.iter_mut().zip(&peaks)) {
                 new.as_mut()[lane] = old.as_ref()[lane];
             }
         }
@@ -348,11 +352,15 @@ impl<W: Width> Group<W> {
         voltage_v: W::Vector,
     ) {
         let w = self.width;
-        let loss =
-            self.steps[phase]
-                .loss
-                .over_step(w, &step.from, &self.track.now().flank, voltage_v);
-        w.store(w.load(&self.joint_loss_j) + loss, &mut self.joint_loss_j);
+        let steps = &self.steps[phase];
+        let flank = &self.track.now().flank;
+        let joint = steps.loss.over_step(w, &step.from, flank, voltage_v);
+        let [squared, charge] = steps.armature(w, &step.from, voltage_v);
+        let armature = w.splat(shared.axis.motor.resistance_ohm) * squared;
+        let energies = [joint, armature, voltage_v * charge];
+        for (sum, energy) in self.energies.iter_mut().zip(energies) {
+            w.store(w.load(sum) + energy, sum);
+        }
         let length_ns = shared.phases[phase].length_ns;
         let slot = self.track.step(w, (phase, length_ns), voltage_v, moved);
         w.store(step.beta[1], &mut slot.state[0]);
@@ -368,8 +376,10 @@ impl<W: Width> Group<W> {
         for (largest, change) in self.track.changes.iter_mut().zip(&step.change) {
             w.store(w.max(*change, w.load(largest)), largest);
         }
-        let peak_v = w.max(w.abs(voltage_v), w.load(&self.peak_abs_voltage_v));
-        w.store(peak_v, &mut self.peak_abs_voltage_v);
+        let size_v = w.abs(voltage_v);
+        for largest in [&mut self.peak_abs_voltage_v, &mut self.track.voltage_v] {
+            w.store(w.max(size_v, w.load(largest)), largest);
+        }
     }
 
     /// Notes what the lanes of `moved` begin the step with.

@@ -8,7 +8,7 @@ use super::width::Width;
 use crate::exact::{DRIVING, HELD, NOISE_ULPS};
 use crate::model::axis::{Axis, NOISE_PER_BACKLASH};
 use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT};
-use crate::observe::extremes::{CARRIAGE, FIGURES};
+use crate::observe::extremes::{CARRIAGE, FIGURES, POWER};
 
 /// Starts of the lanes in the step.
 #[derive(Debug, Clone)]
@@ -171,8 +171,10 @@ impl<W: Width> TransitionStart<W> {
             );
             w.store(ends + two * strays[0], &mut uppers[piece][0]);
             let ends = w.max(w.abs(currents[piece]), w.abs(currents[piece + 1]));
-            w.store(ends + two * strays[1], &mut uppers[piece][1]);
-            for i in CARRIAGE..FIGURES {
+            let upper = ends + two * strays[1];
+            w.store(upper, &mut uppers[piece][1]);
+            w.store(w.abs(voltage_v) * upper, &mut uppers[piece][POWER]);
+            for i in CARRIAGE..POWER {
                 let ends = w.max(
                     behind_m[i - CARRIAGE][piece],
                     behind_m[i - CARRIAGE][piece + 1],

@@ -6,11 +6,12 @@
 
 use super::crossing::{Flow, Stop};
 use super::levels::{BOUND_MARGIN, NOISE_ULPS};
+use super::memory::{Carried, Tables};
 use super::piece::{FeedbackPiece, HeldPiece, Piece};
 use super::system::{
     Column, DELTA, HELD, feedback_state, held_state, plant_vector, to_plant_vector, with_command,
 };
-use super::tables::{Carried, HeldTable, Quantity, Tables};
+use super::tables::{HeldTable, Quantity};
 use crate::hybrid::guard::Guards;
 use crate::hybrid::{Automaton, Interval, PlantError};
 use crate::model::amplifier::AmplifierMode;
@@ -21,7 +22,7 @@ use crate::model::pid::ContinuousPid;
 use crate::model::resistance::GuideMode;
 use crate::model::state::{BETA_DOT, BETA_INTEGRAL, EPSILON_DOT, State, Vector};
 use crate::numerics::seconds;
-use crate::observe::extremes::{CARRIAGE, Extremes};
+use crate::observe::extremes::{CARRIAGE, Energies, Extremes};
 use crate::observe::{Interior, Watch};
 
 impl Automaton {
@@ -44,6 +45,9 @@ impl Automaton {
                 }
                 Ok(())
             }
+            Drive::Feedback(_) if !self.axis.stage.is_papers() => {
+                self.advance_staged(tables, drive, length_ns, watch)
+            }
             Drive::Feedback(pid) => self.advance_feedback(tables, drive, pid, length_ns, watch),
         }
     }
@@ -58,7 +62,11 @@ impl Automaton {
         length_ns: u64,
         watch: &mut impl Watch,
     ) -> bool {
-        if self.fresh.is_some() || self.axis.releases() || self.mode.guide == GuideMode::Stuck {
+        if self.fresh.is_some()
+            || !self.axis.stage.is_papers()
+            || self.axis.releases()
+            || self.mode.guide == GuideMode::Stuck
+        {
             return false;
         }
         let table = tables.held(&self.axis, &self.mode, length_ns);
@@ -130,7 +138,7 @@ impl Automaton {
         let solution = self.piece(table, voltage_v);
         let end = solution.whole_end(voltage_v);
         let times_s = (seconds(self.time_ns), seconds(length_ns));
-        self.look(&solution, times_s, &end, sought, extremes);
+        self.look((&solution, voltage_v), times_s, &end, sought, extremes);
     }
 
     /// The same for a piece of the step, which ends in `end`.
@@ -145,23 +153,25 @@ impl Automaton {
         let table = tables.held(&self.axis, &self.mode, length_ns);
         let solution = self.piece(table, voltage_v);
         let sought = (which, f64::INFINITY);
-        self.look(&solution, times_s, &end.to_vector(), sought, extremes);
+        let end = end.to_vector();
+        self.look((&solution, voltage_v), times_s, &end, sought, extremes);
     }
 
-    /// Energy that the joint's damper takes over a piece of the step \[J\].
-    pub(crate) fn joint_loss_j(
+    /// The energies of a piece of the step.
+    pub(crate) fn energies_of_piece(
         &self,
         tables: &mut Tables,
         (voltage_v, length_ns): (f64, u64),
         length_s: f64,
-    ) -> f64 {
+    ) -> Energies {
         let table = tables.held(&self.axis, &self.mode, length_ns);
-        self.piece(table, voltage_v).joint_loss_j(length_s)
+        let piece = self.piece(table, voltage_v);
+        piece.energies(&self.axis, voltage_v, length_s)
     }
 
     fn look(
         &self,
-        solution: &HeldPiece<'_>,
+        (solution, voltage_v): (&HeldPiece<'_>, f64),
         (start_s, length_s): (f64, f64),
         end: &Vector,
         (which, band_m): (u8, f64),
@@ -173,7 +183,8 @@ impl Automaton {
             commands = [motion.at(start_s), motion.at(start_s + length_s)];
         }
         let (ends, times_s) = ([&self.y, end], (start_s, length_s));
-        let piece = Piece::new(&self.axis, &self.mode, ends, (motion, commands), times_s);
+        let command = (motion, commands);
+        let piece = Piece::new(&self.axis, &self.mode, ends, command, times_s, voltage_v);
         let sights = solution.sights(&self.axis, piece);
         let mut peaks = extremes.peaks();
         for (i, (peak, size)) in peaks.iter_mut().zip(sights.sizes()).enumerate() {
@@ -196,6 +207,9 @@ impl Automaton {
         length_ns: u64,
         watch: &mut impl Watch,
     ) -> Result<(), PlantError> {
+        if !self.axis.stage.is_papers() {
+            return self.advance_staged(tables, drive, length_ns, watch);
+        }
         let mut interval = Interval::new(seconds(self.time_ns), seconds(length_ns));
         let table = tables.held(&self.axis, &self.mode, length_ns);
         self.set_parting_noise(table, voltage_v);
@@ -225,7 +239,7 @@ impl Automaton {
     }
 
     /// Emits the span up to `stop` and moves there.
-    fn move_over<const D: usize>(
+    pub(super) fn move_over<const D: usize>(
         &mut self,
         drive: &Drive<'_>,
         interval: &Interval,
@@ -255,7 +269,7 @@ impl Automaton {
 
     /// Switches at the guard that stopped the piece; `true` at the end of the
     /// interval.
-    fn end_of_piece<const D: usize>(
+    pub(super) fn end_of_piece<const D: usize>(
         &mut self,
         interval: &mut Interval,
         stop: &Stop<D>,
@@ -303,11 +317,11 @@ impl Automaton {
         tables.carried = None;
         let (start_s, length_s) = (seconds(self.time_ns), seconds(length_ns));
         let mut interval = Interval::new(start_s, length_s);
-        let breaks_s = pid.motion().breaks_s();
+        let breaks_s = pid.motion().breaks_from(start_s).iter();
+        let inside_s = breaks_s.map(|t| t - start_s).take_while(|&t| t < length_s);
         let mut last = None;
-        for end_s in breaks_s.map(|t| t - start_s).into_iter().chain([length_s]) {
-            let inside = end_s > interval.done_s && end_s < length_s;
-            if inside || end_s == length_s {
+        for end_s in inside_s.chain([length_s]) {
+            if end_s > interval.done_s || end_s == length_s {
                 last = self.advance_to(
                     tables,
                     (drive, pid),
@@ -356,7 +370,7 @@ impl Automaton {
         let joint_keeps = self.joint_keeps(start[DELTA], end[DELTA], || strays_rad);
         let demands_v = [carried.demand_v, table.demand_v(&end)];
         let [v0, v1] = demands_v;
-        let limit_v = pid.voltage_limit_v();
+        let limit_v = pid.limit();
         let inside_v = match self.mode.amplifier {
             AmplifierMode::Linear => limit_v - v0.abs().max(v1.abs()),
             AmplifierMode::AtUpper => v0.min(v1) - limit_v,
@@ -395,21 +409,21 @@ impl Automaton {
             let (mode, offset_rad) = (self.mode, self.axis.offset_rad(&self.mode));
             let motion = pid.motion();
             let command = motion.oscillator(interval.now_s());
-            let omega_radps = command.omega_radps;
-            let place = tables.feedback(&self.axis, &mode, pid, omega_radps, length_ns);
+            let coupling = command.coupling;
+            let place = tables.feedback(&self.axis, &mode, pid, coupling, length_ns);
             let table = &tables.feedback[place];
             let counted = (offset_rad, table.rad_per_m);
             let start = feedback_state(&self.y, counted, &command);
             let noise_rad = table.rounding_of_delta(&start);
             self.axis.set_parting_noise(noise_rad, seconds(length_ns));
-            let (guards, limit_v) = (self.guards(drive), pid.voltage_limit_v());
+            let (guards, limit_v) = (self.guards(drive), pid.limit());
             let linear = guards.map(|guard| Some(self.linear_guard(guard?, &table.table, limit_v)));
             let left_s = end_s - interval.done_s;
             let zero = Flow::feedback(table, &start).first_zero(&linear, left_s, 0);
             let time_s = interval.now_s();
             let stop = zero.map_err(|_| PlantError::TooStiff { time_s })?;
             interval.count_work(stop.work, watch)?;
-            let command = command.after(&OscillatorStep::new(omega_radps, stop.time_s));
+            let command = command.after(&OscillatorStep::new(coupling, stop.time_s));
             let piece = FeedbackPiece {
                 table,
                 motion,
@@ -423,9 +437,9 @@ impl Automaton {
             if self.end_of_piece(interval, &stop, &guards, drive, watch)? {
                 let time_ns = self.time_ns + length_ns;
                 let end_s = seconds(time_ns);
-                let later = motion.breaks_s().into_iter().filter(|&t| t >= end_s);
+                let later = motion.breaks_from(end_s).first();
                 let carried = Carried {
-                    pid: *pid,
+                    pid: pid.clone(),
                     mode,
                     time_ns,
                     length_ns,
@@ -434,7 +448,7 @@ impl Automaton {
                     command,
                     demand_v,
                     place,
-                    until_s: later.fold(f64::INFINITY, f64::min),
+                    until_s: later.copied().unwrap_or(f64::INFINITY),
                 };
                 let untouched = self.y == y && self.mode == mode;
                 return Ok(untouched.then_some(carried));

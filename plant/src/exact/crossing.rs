@@ -224,7 +224,7 @@ impl Automaton {
         &self,
         guard: Guard,
         table: &'t Table<D>,
-        limit_v: f64,
+        limit: f64,
     ) -> LinearGuard<'t, D> {
         let joint = self.axis.joint;
         let b = self.axis.backlash_half_rad();
@@ -238,9 +238,19 @@ impl Automaton {
             Guard::Release(f) => (Quantity::FlankTorque, f.sign(), 0.0, release_nm),
             Guard::Reload(f) => (Quantity::FlankTorque, -f.sign(), 0.0, 0.0),
             Guard::Stop(d) => (Quantity::ScrewSpeed, d.sign(), 0.0, speed_noise(&self.y)),
-            Guard::Break(d) => (Quantity::MovingTorque, -d.sign(), holding_nm, 0.0),
-            Guard::Limit(d) => (Quantity::Demand, -d.sign(), limit_v, 0.0),
-            Guard::Unlimit(d) => (Quantity::Demand, d.sign(), -limit_v, 0.0),
+            Guard::Break(d) => {
+                let holds_nm = holding_nm + d.sign() * self.axis.load_torque_nm();
+                (Quantity::MovingTorque, -d.sign(), holds_nm, 0.0)
+            }
+            Guard::Limit(d) => (Quantity::Demand, -d.sign(), limit, 0.0),
+            Guard::Unlimit(d) => (Quantity::Demand, d.sign(), -limit, 0.0),
+            // Behind the command of the paper's amplifier there is nothing.
+            Guard::Saturate(_)
+            | Guard::Desaturate(_)
+            | Guard::Hold(_)
+            | Guard::LetGo(_)
+            | Guard::Overrun(_)
+            | Guard::Return(_) => (Quantity::Delta, 0.0, 1.0, 0.0),
         };
         LinearGuard {
             linear: table.quantity(quantity),

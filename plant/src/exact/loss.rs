@@ -1,5 +1,6 @@
 //! Heat of the joint's damper, `∫ c·ε̇² dt`, along the exact
-//! solution and without a discretisation error.
+//! solution and without a discretisation error; likewise that of the armature,
+//! `∫ R·I² dt`, and of a linear resistance, `∫ p·a1·γ̇² dt`.
 //!
 //! Within a mode the input u is constant, so that the rates `v = ẋ = A·x + u`
 //! obey `v̇ = A·v`, and ε̇ is one of them, that of δ. Over a stretch of length T
@@ -23,9 +24,15 @@
 //! nodes do as `λ·h ≤ 1`. Over twice the length, as `W(2τ) = W(τ) +
 //! e^{Aᵀτ}·W(τ)·e^{Aτ}`, R(2τ) is the triangle of R(τ) above `R(τ)·e^{Aτ}`. Rows
 //! are taken in by Givens rotations, which do not square what is small.
+//!
+//! *A quantity that is no rate.* I and γ̇ are sums `q = f·x` of the states. With q itself
+//! ahead of the rates, `z = (q, v)` obeys `q̇ = f·v`, `v̇ = A·v`: the same with f the unit
+//! vector of q. The first row of `RᵀR·z` is then `∫ q dt`, as the first column of
+//! e^{At} is a 1 above zeros: `R₀₀·(R·z)₀`. For I that is the charge, and times a held
+//! voltage the electrical energy.
 
-use super::levels::{Levels, TERMS};
-use super::system::{AxisSystem, Column, DELTA, FEEDBACK, HELD, Matrix};
+use super::levels::{ExactStep, Levels, TERMS};
+use super::system::{AxisSystem, Column, DELTA, HELD, Matrix};
 use crate::model::axis::Axis;
 use crate::model::state::{BETA_DOT, CURRENT, EPSILON_DOT};
 use crate::numerics::GAUSS_8;
@@ -48,8 +55,8 @@ struct Leg<const N: usize> {
 /// Matrices that make the loss of a stretch from the rates at its start.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Dissipation<const N: usize> {
-    /// c \[N m s/rad\].
-    pub(crate) damping_nms_per_rad: f64,
+    /// What the square is multiplied with: c \[N m s/rad\], R \[Ω\], p·a1.
+    pub(crate) coefficient: f64,
     /// Exact steps, the longest first.
     legs: Vec<Leg<N>>,
     /// `f·Aⁿ·hⁿ/n!` with the length h of the shortest.
@@ -62,29 +69,52 @@ impl Dissipation<DRIVING> {
     pub(super) fn held(axis: &Axis, levels: &Levels<HELD>) -> Option<Box<Self>> {
         let driving = |m: &Matrix<HELD>| m.fixed_view::<4, 4>(BETA_DOT, BETA_DOT).into_owned();
         let c = axis.joint?.damping_nms_per_rad;
-        (c != 0.0).then(|| Box::new(Self::new(c, levels, driving, DRIVING_DELTA)))
-    }
-}
-
-impl Dissipation<FEEDBACK> {
-    /// The same under the continuous law.
-    pub(super) fn feedback(axis: &Axis, levels: &Levels<FEEDBACK>) -> Option<Self> {
-        let c = axis.joint?.damping_nms_per_rad;
-        (c != 0.0).then(|| Self::new(c, levels, |m| *m, DELTA))
+        let transition = |step: &ExactStep<HELD>| driving(&step.transition);
+        (c != 0.0).then(|| {
+            Box::new(Self::new(
+                c,
+                levels,
+                &driving(&levels.a),
+                transition,
+                DRIVING_DELTA,
+            ))
+        })
     }
 }
 
 impl<const N: usize> Dissipation<N> {
-    /// `part` takes the states that drive something out of a matrix; δ is number
-    /// `delta` of them.
-    fn new<const D: usize>(
-        damping_nms_per_rad: f64,
+    /// The same where all states drive.
+    pub(super) fn of_all(axis: &Axis, levels: &Levels<N>) -> Option<Self> {
+        let c = axis.joint?.damping_nms_per_rad;
+        (c != 0.0).then(|| Self::new(c, levels, &levels.a, |step| step.transition, DELTA))
+    }
+
+    /// That of `f·x`, which stands ahead of the rates of the last N − 1 states; the
+    /// others drive nothing.
+    pub(super) fn of_quantity<const D: usize>(
+        coefficient: f64,
         levels: &Levels<D>,
-        part: impl Fn(&Matrix<D>) -> Matrix<N>,
-        delta: usize,
+        f: &Column<D>,
+    ) -> Self {
+        let rates = behind(0.0, f, &levels.a);
+        let transition = |step: &ExactStep<D>| {
+            let growth = step.integral.transpose() * f;
+            behind(1.0, &growth, &step.transition)
+        };
+        Self::new(coefficient, levels, &rates, transition, 0)
+    }
+
+    /// Of the states that count, `rates` is A and `transition` makes e^{At}; the quantity
+    /// is the rate of number `place` of them.
+    fn new<const D: usize>(
+        coefficient: f64,
+        levels: &Levels<D>,
+        rates: &Matrix<N>,
+        transition: impl Fn(&ExactStep<D>) -> Matrix<N>,
+        place: usize,
     ) -> Self {
         let shortest_s = levels.steps[levels.steps.len() - 1].length_s;
-        let series = series(&part(&levels.a), delta, shortest_s);
+        let series = series(rates, place, shortest_s);
         let mut factor = shortest_factor(&series, shortest_s);
         let mut legs: Vec<Leg<N>> = Vec::new();
         for step in levels.steps.iter().rev() {
@@ -93,31 +123,38 @@ impl<const N: usize> Dissipation<N> {
             }
             legs.push(Leg {
                 length_s: step.length_s,
-                transition: part(&step.transition),
+                transition: transition(step),
                 factor,
             });
         }
         legs.reverse();
         Self {
-            damping_nms_per_rad,
+            coefficient,
             legs,
             series,
         }
     }
 
-    /// c and R of the longest step.
+    /// The coefficient and R of the longest step.
     pub(crate) fn whole(&self) -> (f64, Matrix<N>) {
         let factor = self.legs.first().map_or(Matrix::zeros(), |leg| leg.factor);
-        (self.damping_nms_per_rad, factor)
+        (self.coefficient, factor)
     }
 
-    /// `∫ c·ε̇² dt` \[J\] over `length_s`, at most that of the longest step,
+    /// The heat \[J\] over `length_s`, at most that of the longest step,
     /// from where the rates are `rate`.
-    pub(crate) fn over(&self, mut rate: Column<N>, length_s: f64) -> f64 {
-        let (mut sum, mut left_s) = (0.0, length_s);
+    pub(crate) fn over(&self, rate: Column<N>, length_s: f64) -> f64 {
+        self.with_integral(rate, length_s)[0]
+    }
+
+    /// The same, and `∫ q dt` where q stands ahead of the rates.
+    pub(crate) fn with_integral(&self, mut rate: Column<N>, length_s: f64) -> [f64; 2] {
+        let (mut sum, mut integral, mut left_s) = (0.0, 0.0, length_s);
         for leg in &self.legs {
             if leg.length_s <= left_s {
-                sum += squared(&leg.factor, &rate);
+                let (squared, first) = squared(&leg.factor, &rate);
+                sum += squared;
+                integral += leg.factor[(0, 0)] * first;
                 left_s -= leg.length_s;
                 if left_s > 0.0 {
                     rate = leg.transition * rate;
@@ -125,45 +162,66 @@ impl<const N: usize> Dissipation<N> {
             }
         }
         if left_s > 0.0 {
-            sum += self.over_rest(&rate, left_s);
+            let [squared, rest] = self.over_rest(&rate, left_s);
+            sum += squared;
+            integral += rest;
         }
-        self.damping_nms_per_rad * sum
+        [self.coefficient * sum, integral]
     }
 
-    /// `∫ ε̇² dt` over less than the shortest step.
+    /// `∫ q² dt` and `∫ q dt` over less than the shortest step.
     #[inline(never)]
-    fn over_rest(&self, rate: &Column<N>, length_s: f64) -> f64 {
+    fn over_rest(&self, rate: &Column<N>, length_s: f64) -> [f64; 2] {
         let Some(shortest) = self.legs.last() else {
-            return 0.0;
+            return [0.0; 2];
         };
-        // ε̇(θ·h) = Σ (f·Aⁿ·hⁿ/n!·v)·θⁿ
+        // q(θ·h) = Σ (f·Aⁿ·hⁿ/n!·v)·θⁿ
         let end = length_s / shortest.length_s;
         let coefficients = self.series.map(|row| row.dot(rate));
-        let mut sum = 0.0;
+        let (mut sum, mut integral) = (0.0, 0.0);
         for (theta, weight) in GAUSS_8 {
             let theta = theta * end;
-            let mut epsilon_dot = 0.0;
+            let mut q = 0.0;
             for c in coefficients.iter().rev() {
-                epsilon_dot = epsilon_dot * theta + c;
+                q = q * theta + c;
             }
-            sum += weight * (epsilon_dot * epsilon_dot);
+            sum += weight * (q * q);
+            integral += weight * q;
         }
-        sum * length_s
+        [sum * length_s, integral * length_s]
     }
 }
 
-/// `|R·v|²`, in this order.
+/// What f and the states' matrix are with q ahead of the rates of the last states: q
+/// itself is `own` times as large.
+fn behind<const D: usize, const N: usize>(own: f64, f: &Column<D>, m: &Matrix<D>) -> Matrix<N> {
+    let first = D + 1 - N;
+    let mut all = Matrix::<N>::zeros();
+    all[(0, 0)] = own;
+    for j in 1..N {
+        all[(0, j)] = f[first + j - 1];
+        for i in 1..N {
+            all[(i, j)] = m[(first + i - 1, first + j - 1)];
+        }
+    }
+    all
+}
+
+/// `|R·v|²`, in this order, and the first of `R·v`.
 #[inline(always)]
-fn squared<const N: usize>(factor: &Matrix<N>, rate: &Column<N>) -> f64 {
-    let mut sum = 0.0;
+fn squared<const N: usize>(factor: &Matrix<N>, rate: &Column<N>) -> (f64, f64) {
+    let (mut sum, mut first) = (0.0, 0.0);
     for i in 0..N {
         let mut part = factor[(i, i)] * rate[i];
         for j in i + 1..N {
             part += factor[(i, j)] * rate[j];
         }
+        if i == 0 {
+            first = part;
+        }
         sum += part * part;
     }
-    sum
+    (sum, first)
 }
 
 /// `f·Aⁿ·hⁿ/n!`.
@@ -274,7 +332,8 @@ mod tests {
     }
 
     fn loss(a: &Matrix<3>, length_s: f64) -> Dissipation<3> {
-        Dissipation::new(2.0, &Levels::new(a, length_s), |m| *m, 0)
+        let levels = Levels::new(a, length_s);
+        Dissipation::new(2.0, &levels, a, |step| step.transition, 0)
     }
 
     proptest! {

@@ -7,33 +7,45 @@
 //!             bound, with its proof
 //! grid        exact states anywhere within a step
 //! sketch      a quantity over a step as one polynomial, with a proven remainder; its first zero
-//! loss        what the joint's damper takes, as a sum of squares
+//! loss        what damper, armature and guide turn into heat, as a sum of squares
+//! armature    heat and charge of the armature over a step
 //! tables      all that the state does not change, made once; the step over a whole sample
+//! stage_table the same behind a current drive or a limit of the current
+//! memory      the tables made so far
 //! roots       zeros and extremes of polynomials, found for certain
 //! crossing    along the solution in the longest steps that will do; the first zero of a guard
 //! peak        extremes between the samples, also of what is behind the command
+//! power       largest magnitude of a product of two quantities
 //! piece       a piece of the solution, and what a run's figures look at on it
 //! advance     one sample: step, look, switch; the same under the continuous law
+//! stage       all that for a current drive and a limit of the current
 //! ```
 
 mod advance;
+mod armature;
 mod crossing;
 mod grid;
 mod levels;
 mod loss;
+mod memory;
 mod peak;
 mod piece;
+mod power;
 mod roots;
 mod sketch;
+mod stage;
+mod stage_table;
 mod system;
 mod tables;
 #[cfg(test)]
 pub(crate) mod tests;
 
+pub(crate) use armature::PARTS;
 pub(crate) use grid::{CELLS, MOST_NEWTON as MOST_POLISHING, TERMS};
 pub(crate) use levels::{BOUND_MARGIN, NOISE_ULPS};
 pub(crate) use loss::DRIVING;
+pub(crate) use memory::Tables;
 pub(crate) use peak::command_slopes;
 pub(crate) use sketch::{CLOSE, EVALUATION, MOST_NEWTON, SLOPES, Sketch, VALUES, binomials};
 pub(crate) use system::{AxisSystem, Column, HELD, Matrix};
-pub(crate) use tables::{HeldTable, Quantity, Tables, is_stiff};
+pub(crate) use tables::{HeldTable, Quantity, is_stiff};

@@ -22,7 +22,17 @@ pub(crate) struct Sought<'a, const D: usize> {
     pub(crate) command: Option<(&'a Motion, f64)>,
 }
 
-impl<const D: usize> Sought<'_, D> {
+impl<'a, const D: usize> Sought<'a, D> {
+    /// The quantity itself.
+    pub(super) fn plain(linear: &'a Linear<D>) -> Self {
+        Self {
+            linear,
+            scale: 1.0,
+            offset: 0.0,
+            command: None,
+        }
+    }
+
     pub(crate) fn value(&self, x: &Column<D>, time_s: f64) -> f64 {
         let q = self.scale * self.linear.value(x) + self.offset;
         match self.command {
@@ -65,7 +75,7 @@ impl<const D: usize> Sought<'_, D> {
             || from.abs().max(to.abs()) + self.chord_bound(level, rate, length_s) <= floor
     }
 
-    fn polynomial(&self, leg: &Leg<D>, series: &Taylor<D>, end: f64) -> Polynomial {
+    pub(super) fn polynomial(&self, leg: &Leg<D>, series: &Taylor<D>, end: f64) -> Polynomial {
         let mut q = series.quantity(&self.linear.row);
         for c in &mut q {
             *c *= self.scale;
@@ -118,7 +128,7 @@ impl<const D: usize> Flow<'_, D> {
             return Some(own);
         };
         let end_s = start_s + length_s;
-        if motion.breaks_s().iter().any(|&t| start_s < t && t < end_s) {
+        if !motion.breaks_between(start_s, end_s).is_empty() {
             return None;
         }
         let (x_m, mut slopes, stray) = command_slopes(motion, start_s, length_s);

@@ -1,14 +1,16 @@
 //! A piece of the exact solution, and what the figures of a run look at on it.
 
 use super::crossing::Flow;
+use super::loss::DRIVING;
 use super::peak::{SketchedPeak, Sought};
+use super::power::{Factor, raise_product, stays_below};
 use super::system::{Column, DELTA, FEEDBACK, HELD, plant_vector, to_plant_vector};
-use super::tables::{FeedbackTable, HeldTable, Quantity};
+use super::tables::{FeedbackTable, HeldTable, Linear, Quantity};
 use crate::model::amplifier::AmplifierMode;
-use crate::model::axis::{Axis, Mode};
+use crate::model::axis::{Axis, Drive, Mode};
 use crate::model::motion::{Motion, MotionPoint};
-use crate::model::state::{BETA, CURRENT, Vector, gamma};
-use crate::observe::extremes::{CARRIAGE, Extremes, FIGURES, Seen, figures_at};
+use crate::model::state::{BETA, CURRENT, Vector};
+use crate::observe::extremes::{CARRIAGE, Energies, Extremes, FIGURES, POWER, Seen, figures_at};
 use crate::observe::{Interior, Span};
 
 /// Ends and command of one piece of the solution, for the figures of a run.
@@ -17,6 +19,8 @@ pub(crate) struct Piece<'a> {
     pub(crate) motion: &'a Motion,
     pub(crate) start_s: f64,
     pub(crate) length_s: f64,
+    /// Voltage over the piece, where it is held.
+    pub(crate) voltage_v: f64,
     /// The figures at both ends.
     pub(crate) ends: [[f64; FIGURES]; 2],
     /// Distances of the carriage from the travel at both ends \[m\].
@@ -26,34 +30,42 @@ pub(crate) struct Piece<'a> {
 impl<'a> Piece<'a> {
     /// The piece within one mode between the states `ends`, where the command
     /// is `commands`.
+    #[inline(always)]
     pub(crate) fn new(
         axis: &Axis,
         mode: &Mode,
         ends: [&Vector; 2],
         (motion, commands): (&'a Motion, [MotionPoint; 2]),
         (start_s, length_s): (f64, f64),
+        voltage_v: f64,
     ) -> Self {
         let p = axis.pitch_m_per_rad;
-        let figures =
-            |place: usize| figures_at(axis, mode, ends[place], commands[place].displacement_m);
+        let figures = |place: usize| {
+            let given = (commands[place].displacement_m, voltage_v);
+            figures_at(axis, mode, ends[place], given)
+        };
         Self {
             motion,
             start_s,
             length_s,
+            voltage_v,
             ends: [figures(0), figures(1)],
-            distances_m: ends.map(|y| motion.travel_m() - p * gamma(y)),
+            distances_m: ends.map(|y| motion.travel_m() - p * axis.screw_angle_rad(y)),
         }
     }
 
     /// The piece over `span` as `extremes` measures it, and the command at its
     /// end.
-    fn over(span: &Span<'_>, extremes: &'a Extremes) -> (Self, MotionPoint) {
+    #[inline(always)]
+    pub(super) fn over(span: &Span<'_>, extremes: &'a Extremes) -> (Self, MotionPoint) {
         let motion = &extremes.settings.motion;
         let start = extremes.command_at(span.start_s());
         let commands = [start, motion.at(span.end_s())];
         let times_s = (span.start_s(), span.length_s());
         let ends = [span.y.0, span.y.1];
-        let piece = Self::new(span.axis, &span.modes.0, ends, (motion, commands), times_s);
+        let voltage_v = span.voltage_at_v(0.0);
+        let command = (motion, commands);
+        let piece = Self::new(span.axis, &span.modes.0, ends, command, times_s, voltage_v);
         (piece, commands[1])
     }
 }
@@ -125,9 +137,9 @@ impl<'a, const D: usize> Reach<'a, D> {
         };
         let length_s = self.length_s;
         let mut from_s = 0.0;
-        let inner = motion.breaks_s().map(|t| t - start_s);
-        for to_s in inner.into_iter().chain([length_s]) {
-            if to_s <= from_s || to_s > length_s {
+        let inner = motion.breaks_from(start_s).iter().map(|t| t - start_s);
+        for to_s in inner.take_while(|&t| t <= length_s).chain([length_s]) {
+            if to_s <= from_s {
                 continue;
             }
             let start: Column<D> = self.flow.at(from_s);
@@ -156,17 +168,17 @@ pub(crate) struct Sights<'a, const D: usize> {
     reach: Reach<'a, D>,
     piece: Piece<'a>,
     pitch_m_per_rad: f64,
-    /// `m·b` of δ and the constant part of γ̈.
+    /// `m·b` of δ less β(0), and the constant part of γ̈.
     constants: (f64, f64),
     /// The state is counted from the command.
     ahead: bool,
 }
 
 impl<'a, const D: usize> Sights<'a, D> {
-    fn new(
+    pub(super) fn new(
         axis: &Axis,
         flow: Flow<'a, D>,
-        constants: (f64, f64),
+        (offset_rad, screw_load): (f64, f64),
         piece: Piece<'a>,
         ahead: bool,
     ) -> Self {
@@ -174,7 +186,7 @@ impl<'a, const D: usize> Sights<'a, D> {
             reach: Reach::new(&flow, piece.length_s),
             piece,
             pitch_m_per_rad: axis.pitch_m_per_rad,
-            constants,
+            constants: (offset_rad - axis.start_rad, screw_load),
             ahead,
         }
     }
@@ -189,7 +201,7 @@ impl<'a, const D: usize> Sights<'a, D> {
         }
     }
 
-    /// ẍ, I, or the command less p·γ or p·β.
+    /// ẍ, I, the command less p·γ or p·β, or the power.
     fn figure(&self, figure: usize) -> Sought<'a, D> {
         let (p, (offset_rad, screw_load)) = (self.pitch_m_per_rad, self.constants);
         let behind = |of, offset: f64| match self.ahead {
@@ -200,6 +212,7 @@ impl<'a, const D: usize> Sights<'a, D> {
             0 => self.sought(Quantity::ScrewAcceleration, p, p * screw_load, false),
             1 => self.sought(Quantity::Current, 1.0, 0.0, false),
             CARRIAGE => behind(Quantity::ScrewAngle, p * offset_rad),
+            POWER => self.sought(Quantity::Current, self.piece.voltage_v, 0.0, false),
             _ => behind(Quantity::GearAngle, 0.0),
         }
     }
@@ -230,13 +243,16 @@ impl<'a, const D: usize> Sights<'a, D> {
         }
     }
 
-    /// All figures and the settling band, the ends of the piece included.
-    fn look_at_all(&self, extremes: &Extremes) -> Seen {
+    /// The figures whose bits are set in `which` and the settling band, the ends of the
+    /// piece included.
+    pub(super) fn look_at(&self, which: u8, extremes: &Extremes) -> Seen {
         let mut peaks = extremes.peaks();
-        for (peak, ends) in peaks.iter_mut().zip(self.sizes()) {
-            *peak = peak.max(ends);
+        for (i, (peak, ends)) in peaks.iter_mut().zip(self.sizes()).enumerate() {
+            if which >> i & 1 != 0 {
+                *peak = peak.max(ends);
+            }
         }
-        self.look(peaks, u8::MAX, extremes.settings.settling_band_m)
+        self.look(peaks, which, extremes.settings.settling_band_m)
     }
 
     /// Last time at which the carriage is further than `band_m` from the travel, counted
@@ -259,6 +275,22 @@ impl<'a, const D: usize> Sights<'a, D> {
             .flow
             .last_outside(&distance, band_m, length_s, work)
     }
+}
+
+/// Raises `peak` to the supremum of a quantity's magnitude, which at the ends is known.
+pub(super) fn raise_quantity<const D: usize>(
+    flow: &Flow<'_, D>,
+    (linear, offset): (&Linear<D>, f64),
+    [from, to]: [f64; 2],
+    length_s: f64,
+    peak: &mut f64,
+    work: &mut u64,
+) {
+    let sought = Sought {
+        offset,
+        ..Sought::plain(linear)
+    };
+    Reach::new(flow, length_s).raise(&sought, (from, to), peak, work);
 }
 
 /// A smooth piece of the solution under a held voltage.
@@ -292,16 +324,28 @@ impl HeldPiece<'_> {
         Sights::new(axis, self.flow(), constants, piece, false)
     }
 
-    /// Energy that the joint's damper takes over `length_s` of the piece \[J\].
+    /// The energies of `length_s` of the piece.
     #[inline(always)]
-    pub(crate) fn joint_loss_j(&self, length_s: f64) -> f64 {
-        let Some(loss) = &self.table.loss else {
-            return 0.0;
+    pub(crate) fn energies(&self, axis: &Axis, voltage_v: f64, length_s: f64) -> Energies {
+        let (table, start) = (self.table, &self.start);
+        let armature = table.armature(axis);
+        let whole = length_s == table.length_s();
+        let rates = match &table.loss {
+            None if whole => Column::<DRIVING>::zeros(),
+            _ => table.system.driving_rates(start, &self.input),
         };
-        let rates = self.table.system.driving_rates(&self.start, &self.input);
-        loss.over(rates, length_s)
+        let [armature_loss_j, charge_as] = match whole {
+            true => armature.over_whole(start, voltage_v),
+            false => armature.over(start, &rates, length_s),
+        };
+        let joint = table.loss.as_ref();
+        let joint_loss_j = joint.map_or(0.0, |loss| loss.over(rates, length_s));
+        [joint_loss_j, armature_loss_j, voltage_v * charge_as]
     }
 }
+
+/// Place of the voltage among what a piece under the continuous law looks at first.
+const VOLTAGE: usize = 4;
 
 /// A smooth piece of the solution under the continuous law.
 #[derive(Debug, Clone, Copy)]
@@ -318,15 +362,35 @@ impl FeedbackPiece<'_> {
     /// Raises `peak_v` to the supremum of the demand's magnitude within the
     /// piece, which at the ends is known.
     fn raise_voltage(&self, length_s: f64, peak_v: &mut f64, work: &mut u64) {
-        let demand = Sought {
+        let flow = Flow::feedback(self.table, &self.x[0]);
+        let demand = self.table.table.quantity(Quantity::Demand);
+        raise_quantity(&flow, (demand, 0.0), self.demands_v, length_s, peak_v, work);
+    }
+
+    /// Raises `peak_w` to the supremum of the power's magnitude, which at the ends is
+    /// known; the voltage is the demand or constant.
+    fn raise_power(
+        &self,
+        (linear, constant_v): (bool, f64),
+        length_s: f64,
+        peak_w: &mut f64,
+        work: &mut u64,
+    ) {
+        let flow = Flow::feedback(self.table, &self.x[0]);
+        let voltage = Sought {
             linear: self.table.table.quantity(Quantity::Demand),
-            scale: 1.0,
-            offset: 0.0,
+            scale: f64::from(u8::from(linear)),
+            offset: constant_v,
             command: None,
         };
-        let ends_v = (self.demands_v[0], self.demands_v[1]);
-        Reach::new(&Flow::feedback(self.table, &self.x[0]), length_s)
-            .raise(&demand, ends_v, peak_v, work);
+        let current = self.table.table.quantity(Quantity::Current);
+        raise_product(
+            &flow,
+            &[voltage, Sought::plain(current)],
+            length_s,
+            peak_w,
+            work,
+        );
     }
 
     /// Energy that the joint's damper takes over `length_s` of the piece \[J\].
@@ -350,13 +414,16 @@ impl Interior for HeldPiece<'_> {
     }
 
     fn raise(&self, span: &Span<'_>, extremes: &mut Extremes) {
-        let voltage_v = span.voltage_at_v(0.0).abs();
-        extremes.peak_abs_voltage_v = extremes.peak_abs_voltage_v.max(voltage_v);
+        let voltage_v = match span.drive {
+            Drive::Held(voltage_v) => *voltage_v,
+            Drive::Feedback(_) => span.voltage_at_v(0.0),
+        };
+        extremes.peak_abs_voltage_v = extremes.peak_abs_voltage_v.max(voltage_v.abs());
         let (piece, command) = Piece::over(span, extremes);
-        let seen = self.sights(span.axis, piece).look_at_all(extremes);
+        let seen = self.sights(span.axis, piece).look_at(u8::MAX, extremes);
         extremes.take(&seen);
         extremes.command_at_end = Some((span.end_s(), command));
-        extremes.joint_loss_j += self.joint_loss_j(span.length_s);
+        extremes.add(self.energies(span.axis, voltage_v, span.length_s));
     }
 }
 
@@ -377,7 +444,7 @@ impl Interior for FeedbackPiece<'_> {
         let [from, to] = core::array::from_fn(|end| {
             let x = &self.x[end];
             let acceleration_mps2 = p * (table.screw_acceleration(x) + table.screw_load);
-            let carriage_rad = x[BETA] - x[DELTA] - offset_rad;
+            let carriage_rad = x[BETA] - x[DELTA] - offset_rad + span.axis.start_rad;
             let voltage_v = if linear {
                 self.demands_v[end]
             } else {
@@ -395,7 +462,7 @@ impl Interior for FeedbackPiece<'_> {
         let change = (self.x[1] - self.x[0]).abs();
         let strays = table.figures.times(&change);
         let whole = length_s == table.length_s();
-        let [a, b, c, d] = extremes.peaks();
+        let [a, b, c, d, mut power_w] = extremes.peaks();
         let mut peaks = [a, b, c, d, extremes.peak_abs_voltage_v];
         let mut open = 0;
         for i in 0..peaks.len() {
@@ -409,18 +476,43 @@ impl Interior for FeedbackPiece<'_> {
                 open &= !(1 << i);
             }
         }
-        if linear && open >> FIGURES != 0 {
-            self.raise_voltage(length_s, &mut peaks[FIGURES], &mut extremes.work);
+        if linear && open >> VOLTAGE != 0 {
+            self.raise_voltage(length_s, &mut peaks[VOLTAGE], &mut extremes.work);
+        }
+        let factors = [VOLTAGE, 1].map(|i| Factor {
+            ends: [from[i], to[i]],
+            chord: if i == VOLTAGE && !linear {
+                0.0
+            } else {
+                strays[i]
+            },
+            slope: if i == VOLTAGE && !linear {
+                0.0
+            } else {
+                table.slopes[i].dot(&change)
+            },
+        });
+        let powers = [from, to].map(|ends| (ends[VOLTAGE] * ends[1]).abs());
+        power_w = larger(power_w, larger(powers[0], powers[1]));
+        if !(whole && stays_below(&factors, power_w)) {
+            let constant = if linear { 0.0 } else { from[VOLTAGE] };
+            self.raise_power(
+                (linear, constant),
+                length_s,
+                &mut power_w,
+                &mut extremes.work,
+            );
         }
         let motion = &extremes.settings.motion;
         let band_m = extremes.settings.settling_band_m;
-        let distances_m = [span.y.0, span.y.1].map(|y| motion.travel_m() - p * gamma(y));
+        let distances_m =
+            [span.y.0, span.y.1].map(|y| motion.travel_m() - p * span.axis.screw_angle_rad(y));
         let [from_m, to_m] = distances_m.map(f64::abs);
         let bend_m = motion.peak_acceleration_mps2 * length_s * length_s / 8.0;
         let inside = whole && larger(from_m, to_m) + strays[CARRIAGE] + bend_m <= band_m;
         let [a, b, c, d, peak_v] = peaks;
         let mut seen = Seen {
-            peaks: [a, b, c, d],
+            peaks: [a, b, c, d, power_w],
             last_outside_s: (to_m > band_m).then(|| span.end_s()),
             work: 0,
         };
@@ -430,7 +522,9 @@ impl Interior for FeedbackPiece<'_> {
                 motion,
                 start_s: span.start_s,
                 length_s,
-                ends: [from, to].map(|[a, b, c, d, _]| [a, b, c, d]),
+                // What is known of the power is all.
+                voltage_v: 0.0,
+                ends: [from, to].map(|[a, b, c, d, _]| [a, b, c, d, 0.0]),
                 distances_m,
             };
             let flow = Flow::feedback(table, &self.x[0]);
@@ -440,7 +534,9 @@ impl Interior for FeedbackPiece<'_> {
         }
         extremes.take(&seen);
         extremes.peak_abs_voltage_v = peak_v;
-        extremes.joint_loss_j += self.joint_loss_j(length_s);
+        let joint_j = self.joint_loss_j(length_s);
+        let [armature_j, guide_j] = table.heat_j(span.axis, &self.x[0], length_s);
+        extremes.add(span.balanced_energies(joint_j, armature_j, guide_j));
     }
 }
 

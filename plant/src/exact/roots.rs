@@ -199,6 +199,11 @@ impl Polynomial {
         stretched.peak_in(&b, 0.0, 1.0, b[0].abs().max(b[TERMS].abs()), MAX_HALVINGS)
     }
 
+    /// The Bernstein coefficients on \[0, `end`\].
+    pub(super) fn bernstein_until(&self, end: f64) -> [f64; N] {
+        self.stretched(end).bernstein()
+    }
+
     /// `q(end·θ)`.
     fn stretched(&self, end: f64) -> Self {
         let mut monomial = self.monomial;

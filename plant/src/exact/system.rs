@@ -13,12 +13,14 @@
 //!
 //! so that b stands in no matrix and one set serves both flanks and every
 //! backlash. Under the continuous law `β̂ = ∫β dt` follows, and what of the motion
-//! command drives the axis, as an oscillator of its own: within one interval of
-//! Fig. 6 its acceleration is constant, a sine or a cosine, and
+//! command drives the axis, as a system of its own: within one interval of Fig. 6 its
+//! acceleration is constant, a sine or a cosine, and
 //!
 //! ```text
 //! x = (β − r, β̇ − ṙ, δ, ε̇, I, β̂ − r̂, v_ref, a_ref, w),   ȧ_ref = ω·w,   ẇ = −ω·a_ref
 //! ```
+//!
+//! or on a profile, where its jerk is constant, `ȧ_ref = 1·w`, `ẇ = 0`;
 //!
 //! with the screw angle `r = x_ref/p` that the command asks for: what the loop
 //! keeps small is small in x, so that the bounds of [`super::levels`], which add
@@ -32,7 +34,7 @@ use crate::model::amplifier::AmplifierMode;
 use crate::model::axis::Axis;
 use crate::model::axis::Mode;
 use crate::model::joint::JointMode;
-use crate::model::motion::{MotionPoint, Oscillator};
+use crate::model::motion::{Coupling, MotionPoint, Oscillator};
 use crate::model::pid::ContinuousPid;
 use crate::model::resistance::GuideMode;
 use crate::model::state::{BETA, BETA_DOT, BETA_INTEGRAL, CURRENT, EPSILON, EPSILON_DOT, Vector};
@@ -99,7 +101,8 @@ impl Axis {
         if mode.guide != GuideMode::Stuck {
             let inertia = self.moved_inertia();
             screw = (self.moving_torque_row(mode) - self.screw_speed_row() * (p * a1)) / inertia;
-            screw_load = -(p * mode.guide.direction() * a0) / inertia;
+            let constant_n = mode.guide.direction() * a0 + self.load_force_n;
+            screw_load = -(p * constant_n) / inertia;
         }
         let mut a = Matrix::<HELD>::zeros();
         let mut load = Column::<HELD>::zeros();
@@ -179,14 +182,33 @@ pub(crate) fn demand_row(pid: &ContinuousPid) -> Column<FEEDBACK> {
 }
 
 /// The axis under the continuous law: `A` and u for one interval of the
-/// command with angular frequency `omega`.
+/// command.
 pub(crate) fn feedback_system(
     axis: &Axis,
     mode: &Mode,
     pid: &ContinuousPid,
-    omega: f64,
+    coupling: Coupling,
 ) -> (Matrix<FEEDBACK>, Column<FEEDBACK>) {
     let system = axis.system(mode);
+    let (mut a, mut input) = commanded_system(axis, &system, coupling);
+    match mode.amplifier {
+        AmplifierMode::Linear => {
+            for (j, coefficient) in demand_row(pid).iter().enumerate() {
+                a[(CURRENT, j)] += system.per_volt * coefficient;
+            }
+        }
+        AmplifierMode::AtUpper => input[CURRENT] += system.per_volt * pid.limit(),
+        AmplifierMode::AtLower => input[CURRENT] -= system.per_volt * pid.limit(),
+    }
+    (a, input)
+}
+
+/// The same without a voltage.
+pub(super) fn commanded_system(
+    axis: &Axis,
+    system: &AxisSystem,
+    coupling: Coupling,
+) -> (Matrix<FEEDBACK>, Column<FEEDBACK>) {
     let rad_per_m = 1.0 / axis.pitch_m_per_rad;
     let mut a = Matrix::<FEEDBACK>::zeros();
     let mut input = Column::<FEEDBACK>::zeros();
@@ -195,22 +217,13 @@ pub(crate) fn feedback_system(
         a.set_row(i, &row.transpose());
     }
     input.fixed_rows_mut::<HELD>(0).copy_from(&system.load);
-    match mode.amplifier {
-        AmplifierMode::Linear => {
-            for (j, coefficient) in demand_row(pid).iter().enumerate() {
-                a[(CURRENT, j)] += system.per_volt * coefficient;
-            }
-        }
-        AmplifierMode::AtUpper => input[CURRENT] += system.per_volt * pid.voltage_limit_v(),
-        AmplifierMode::AtLower => input[CURRENT] -= system.per_volt * pid.voltage_limit_v(),
-    }
     // The rates of what r, ṙ and r̂ are taken from are less by theirs; dβ̂/dt = β (eq. 29).
     a[(BETA, V_REF)] = 0.0;
     a[(BETA_DOT, A_REF)] = -rad_per_m;
     a[(BETA_INTEGRAL, BETA)] = 1.0;
     a[(V_REF, A_REF)] = 1.0;
-    a[(A_REF, W_REF)] = omega;
-    a[(W_REF, A_REF)] = -omega;
+    a[(A_REF, W_REF)] = coupling.up_per_s;
+    a[(W_REF, A_REF)] = -coupling.down_per_s;
     (a, input)
 }
 
@@ -249,7 +262,7 @@ pub(crate) fn feedback_state(
     (offset_rad, rad_per_m): (f64, f64),
     command: &Oscillator,
 ) -> Column<FEEDBACK> {
-    let mut ahead = *y;
+    let mut ahead = y.fixed_rows::<OWN>(0).into_owned();
     ahead[DELTA] -= offset_rad;
     for (state, of_command) in commanded(&command.point) {
         ahead[state] -= of_command * rad_per_m;
@@ -259,7 +272,7 @@ pub(crate) fn feedback_state(
 
 /// The state under the continuous law from its own part and the command.
 #[inline]
-pub(crate) fn with_command(ahead: &Vector, command: &Oscillator) -> Column<FEEDBACK> {
+pub(crate) fn with_command(ahead: &Column<OWN>, command: &Oscillator) -> Column<FEEDBACK> {
     let mut x = Column::<FEEDBACK>::zeros();
     x.fixed_rows_mut::<OWN>(0).copy_from(ahead);
     x[V_REF] = command.point.velocity_mps;
@@ -275,7 +288,9 @@ pub(crate) fn plant_vector(
     (offset_rad, rad_per_m): (f64, f64),
     command: &MotionPoint,
 ) -> Vector {
-    let mut y = x.fixed_rows::<OWN>(0).into_owned();
+    let mut y = Vector::zeros();
+    y.fixed_rows_mut::<OWN>(0)
+        .copy_from(&x.fixed_rows::<OWN>(0));
     y[DELTA] += offset_rad;
     for (state, of_command) in commanded(command) {
         y[state] += of_command * rad_per_m;
@@ -289,12 +304,13 @@ pub(crate) fn to_plant_vector(
     offset_rad: f64,
     beta_integral_rads: f64,
 ) -> Vector {
-    Vector::new(
+    Vector::from([
         x[BETA],
         x[BETA_DOT],
         x[DELTA] + offset_rad,
         x[EPSILON_DOT],
         x[CURRENT],
         beta_integral_rads,
-    )
+        0.0,
+    ])
 }

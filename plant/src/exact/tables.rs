@@ -6,6 +6,9 @@
 
 use std::sync::OnceLock;
 
+use nalgebra::SMatrix;
+
+use super::armature::HeldArmature;
 use super::grid::Grid;
 use super::levels::{self, BOUND_MARGIN, ChordBounds, ExactStep, Levels, NOISE_ULPS};
 use super::loss::{DRIVING, Dissipation};
@@ -14,14 +17,13 @@ use super::system::{
     AxisSystem, Column, DELTA, FEEDBACK, HELD, Matrix, OWN, V_REF, demand_row, feedback_system,
     from_command,
 };
-use crate::hybrid::Automaton;
 use crate::model::amplifier::AmplifierMode;
 use crate::model::axis::{Axis, Mode};
 use crate::model::joint::{Flank, JointMode};
-use crate::model::motion::{Oscillator, OscillatorStep};
+use crate::model::motion::{Coupling, OscillatorStep};
 use crate::model::pid::ContinuousPid;
 use crate::model::resistance::GuideMode;
-use crate::model::state::{BETA, BETA_DOT, BETA_INTEGRAL, CURRENT, EPSILON_DOT, Vector};
+use crate::model::state::{BETA, BETA_DOT, BETA_INTEGRAL, CURRENT, EPSILON_DOT};
 use crate::numerics::seconds;
 
 /// Quantities that guards and figures look at.
@@ -45,6 +47,10 @@ pub(crate) enum Quantity {
     ScrewAcceleration,
     /// The continuous law's demand.
     Demand,
+    /// Voltage at the motor, and what the guards of the amplifier look at, both less
+    /// their constant part: of drives beyond the paper's.
+    Voltage,
+    Beyond,
 }
 
 /// Quantities under a held voltage, and all of them.
@@ -83,7 +89,7 @@ pub(crate) struct Table<const D: usize> {
 }
 
 impl<const D: usize> Table<D> {
-    fn new(levels: Levels<D>, grid: Option<Grid<D>>, rows: &[Column<D>]) -> Self {
+    pub(super) fn new(levels: Levels<D>, grid: Option<Grid<D>>, rows: &[Column<D>]) -> Self {
         Self {
             levels,
             grid,
@@ -115,21 +121,23 @@ impl<const D: usize> Table<D> {
 /// A table for a held voltage.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct HeldTable {
-    length_ns: u64,
+    pub(super) length_ns: u64,
     /// Of a joint that carries torque.
     pub(crate) closed: bool,
-    guide: GuideMode,
+    pub(super) guide: GuideMode,
     pub(crate) system: AxisSystem,
     pub(crate) table: Table<HELD>,
     pub(crate) kernel: Kernel,
     /// Of a closed joint with damping.
     pub(crate) loss: Option<Box<Dissipation<DRIVING>>>,
+    /// Made when first asked for.
+    armature: OnceLock<Box<HeldArmature>>,
 }
 
 /// A table for the continuous law over one length in one mode.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct FeedbackTable {
-    key: FeedbackKey,
+    pub(super) key: FeedbackKey,
     pub(crate) table: Table<FEEDBACK>,
     pub(crate) input: Column<FEEDBACK>,
     /// `1/p`, which makes r of x_ref.
@@ -139,7 +147,7 @@ pub(crate) struct FeedbackTable {
     /// `e^{AT} − 1`, the rounding of which is that of what a step changes and
     /// not of the whole state, and `ψ(T)·u`, without the command's part.
     growth: Beside<OWN>,
-    drift: Vector,
+    drift: Column<OWN>,
     pub(crate) command: OscillatorStep,
     /// Bounds of how far δ and the demand stray from their chords over the whole step,
     /// for the change of each state; not a number where there are none.
@@ -149,31 +157,74 @@ pub(crate) struct FeedbackTable {
     /// The changes above which these are monotone, for each state's.
     pub(crate) slopes: [Column<FEEDBACK>; 5],
     /// Of a closed joint with damping.
-    pub(crate) loss: Option<FeedbackLoss>,
+    pub(crate) loss: Option<FeedbackLoss<FEEDBACK>>,
+    /// Of armature and guide, made when first asked for.
+    heat: OnceLock<Box<Heat<FeedbackLoss<BEHIND>>>>,
 }
 
-/// The joint's loss, and R of the whole step times the rates.
+/// Rates of all states with a quantity ahead of them.
+const BEHIND: usize = FEEDBACK + 1;
+
+/// Heat of the armature, and of a guide whose resistance has a linear part.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct FeedbackLoss {
-    pub(crate) of: Dissipation<FEEDBACK>,
-    whole: Beside<FEEDBACK>,
-    constant: Column<FEEDBACK>,
+pub(super) struct Heat<L> {
+    armature: L,
+    guide: Option<L>,
 }
 
-impl FeedbackLoss {
-    /// Energy that the joint's damper takes over the whole step \[J\].
+impl<L> Heat<L> {
+    /// `of` makes one from its coefficient and the row of its quantity in a table.
+    pub(super) fn new(axis: &Axis, of: impl Fn(f64, Quantity) -> L) -> Self {
+        let guide = axis.pitch_m_per_rad * axis.resistance.linear_ns_per_rad;
+        Self {
+            armature: of(axis.motor.resistance_ohm, Quantity::Current),
+            guide: (guide != 0.0).then(|| of(guide, Quantity::ScrewSpeed)),
+        }
+    }
+
+    /// The heat of both \[J\], that of the armature first.
+    pub(super) fn over(&self, of: impl Fn(&L, Quantity) -> f64) -> [f64; 2] {
+        let guide = self.guide.as_ref();
+        [
+            of(&self.armature, Quantity::Current),
+            guide.map_or(0.0, |guide| of(guide, Quantity::ScrewSpeed)),
+        ]
+    }
+}
+
+/// A loss, and R of the whole step times what it is made from.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct FeedbackLoss<const N: usize> {
+    pub(crate) of: Dissipation<N>,
+    whole: Beside<N>,
+    constant: Column<N>,
+}
+
+impl<const N: usize> FeedbackLoss<N> {
+    /// `of` is made from `from·x + constant`.
+    fn new(of: Dissipation<N>, from: &SMatrix<f64, N, FEEDBACK>, constant: &Column<N>) -> Self {
+        let factor = of.whole().1;
+        let rows = factor * from;
+        Self {
+            of,
+            whole: Beside::new(&core::array::from_fn(|i| rows.row(i).transpose())),
+            constant: factor * constant,
+        }
+    }
+
+    /// The energy that it takes over the whole step \[J\].
     pub(crate) fn over_whole(&self, x: &Column<FEEDBACK>) -> f64 {
         let mut sum = 0.0;
         for (part, constant) in self.whole.times(x).iter().zip(self.constant.iter()) {
             let part = part + constant;
             sum += part * part;
         }
-        self.of.damping_nms_per_rad * sum
+        self.of.coefficient * sum
     }
 }
 
-/// What a table depends on: a joint that carries, guide, amplifier, ω and length.
-type FeedbackKey = (bool, GuideMode, AmplifierMode, f64, u64);
+/// What a table depends on: a joint that carries, guide, amplifier, the command and length.
+pub(super) type FeedbackKey = (bool, GuideMode, AmplifierMode, Coupling, u64);
 
 /// N quantities side by side, the coefficients of each state together: their sums run
 /// beside each other and none waits for the other.
@@ -203,94 +254,15 @@ impl<const N: usize> Beside<N> {
     }
 }
 
-/// The whole state at the end of the last interval, to go on from.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Carried {
-    pub(super) pid: ContinuousPid,
-    pub(super) mode: Mode,
-    pub(super) time_ns: u64,
-    pub(super) length_ns: u64,
-    /// The plant's own vector, which must not have been touched.
-    pub(super) y: Vector,
-    pub(super) x: Column<FEEDBACK>,
-    pub(super) command: Oscillator,
-    pub(crate) demand_v: f64,
-    /// Place of the table.
-    pub(super) place: usize,
-    /// Until when the command keeps to its interval \[s\].
-    pub(super) until_s: f64,
-}
-
-impl Carried {
-    /// True if the axis still stands there, under the same law.
-    pub(crate) fn is_at(&self, now: &Automaton, pid: &ContinuousPid) -> bool {
-        self.time_ns == now.time_ns
-            && self.mode == now.mode
-            && self.y == now.y
-            && self.pid.is_same_law(pid)
-    }
-}
-
-/// The tables made so far. They are made when first needed; a sampled run
-/// needs two, one for each state of the joint.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub(crate) struct Tables {
-    held: Vec<HeldTable>,
-    pub(crate) feedback: Vec<FeedbackTable>,
-    pid: Option<Box<ContinuousPid>>,
-    pub(crate) carried: Option<Box<Carried>>,
-}
-
-/// Tables kept at most of each kind; a run with a delay uses twice three, a
-/// continuous one with all modes and segments about twenty.
-const MOST_TABLES: usize = 64;
-
-impl Tables {
-    /// The table for `mode` and `length_ns`, made if need be.
-    #[inline]
-    pub(crate) fn held(&mut self, axis: &Axis, mode: &Mode, length_ns: u64) -> &HeldTable {
-        let key = (mode.joint.carries(), mode.guide, length_ns);
-        let mut tables = self.held.iter();
-        let found = tables.position(|t| (t.closed, t.guide, t.length_ns) == key);
-        let place = found.unwrap_or_else(|| self.make_held(axis, mode, length_ns));
-        &self.held[place]
-    }
-
-    #[cold]
-    fn make_held(&mut self, axis: &Axis, mode: &Mode, length_ns: u64) -> usize {
-        if self.held.len() >= MOST_TABLES {
-            self.held.clear();
-        }
-        self.held.push(HeldTable::new(axis, mode, length_ns));
-        self.held.len() - 1
-    }
-
-    /// The place of that for the continuous law; `omega` is that of the command's
-    /// interval.
-    pub(crate) fn feedback(
-        &mut self,
-        axis: &Axis,
-        mode: &Mode,
-        pid: &ContinuousPid,
-        omega: f64,
-        length_ns: u64,
-    ) -> usize {
-        if self.pid.as_deref() != Some(pid) {
-            self.feedback.clear();
-            self.pid = Some(Box::new(*pid));
-        }
-        let carries = mode.joint.carries();
-        let key = (carries, mode.guide, mode.amplifier, omega, length_ns);
-        let mut tables = self.feedback.iter();
-        if let Some(place) = tables.position(|t| t.key == key) {
-            return place;
-        }
-        if self.feedback.len() >= MOST_TABLES {
-            self.feedback.clear();
-        }
-        self.feedback.push(FeedbackTable::new(axis, mode, pid, key));
-        self.feedback.len() - 1
-    }
+/// A quantity and the rates of all states.
+pub(super) fn ahead_of_rates<const D: usize, const N: usize>(
+    q: f64,
+    rates: &Column<D>,
+) -> Column<N> {
+    let mut z = Column::<N>::zeros();
+    z[0] = q;
+    z.rows_mut(1, D).copy_from(rates);
+    z
 }
 
 /// True if a step over this length is stiff, the joint open or closed.
@@ -310,7 +282,7 @@ pub(crate) fn is_stiff(axis: &Axis, length_ns: u64) -> bool {
 }
 
 /// The rows of the quantities that need no command.
-fn held_rows(axis: &Axis, mode: &Mode, system: &AxisSystem) -> [Column<HELD>; OF_HELD] {
+pub(super) fn held_rows(axis: &Axis, mode: &Mode, system: &AxisSystem) -> [Column<HELD>; OF_HELD] {
     let unit = |place: usize| {
         let mut row = Column::<HELD>::zeros();
         row[place] = 1.0;
@@ -335,7 +307,7 @@ impl HeldTable {
         seconds(self.length_ns)
     }
 
-    fn new(axis: &Axis, mode: &Mode, length_ns: u64) -> Self {
+    pub(super) fn new(axis: &Axis, mode: &Mode, length_ns: u64) -> Self {
         let system = axis.system(mode);
         let rows = held_rows(axis, mode, &system);
         let levels = Levels::new(&system.a, seconds(length_ns));
@@ -355,32 +327,32 @@ impl HeldTable {
             system,
             table,
             loss,
+            armature: OnceLock::new(),
         }
+    }
+
+    /// The armature over the step.
+    #[inline]
+    pub(crate) fn armature(&self, axis: &Axis) -> &HeldArmature {
+        self.armature
+            .get_or_init(|| Box::new(HeldArmature::new(axis, &self.system, &self.table.levels)))
     }
 }
 
 impl FeedbackTable {
-    fn new(axis: &Axis, mode: &Mode, pid: &ContinuousPid, key: FeedbackKey) -> Self {
-        let (carries, .., omega, length_ns) = key;
+    pub(super) fn new(axis: &Axis, mode: &Mode, pid: &ContinuousPid, key: FeedbackKey) -> Self {
+        let (carries, .., coupling, length_ns) = key;
         let length_s = seconds(length_ns);
         let rad_per_m = 1.0 / axis.pitch_m_per_rad;
-        let (a, input) = feedback_system(axis, mode, pid, omega);
+        let (a, input) = feedback_system(axis, mode, pid, coupling);
         let system = axis.system(mode);
         let mut rows = [demand_row(pid); OF_FEEDBACK];
         for (row, held) in rows.iter_mut().zip(held_rows(axis, mode, &system)) {
             *row = from_command(&held, rad_per_m);
         }
         let levels = Levels::new(&a, length_s);
-        let loss = carries.then(|| Dissipation::feedback(axis, &levels));
-        let loss = loss.flatten().map(|of| {
-            let factor = of.whole().1;
-            let rows = (factor * a).transpose();
-            FeedbackLoss {
-                of,
-                whole: Beside::of_columns(&rows),
-                constant: factor * input,
-            }
-        });
+        let loss = carries.then(|| Dissipation::of_all(axis, &levels));
+        let loss = loss.flatten().map(|of| FeedbackLoss::new(of, &a, &input));
         let whole = &levels.steps[0].integral;
         let (growth, drift) = ((whole * a).transpose(), whole * input);
         let table = Table::new(levels, None, &rows);
@@ -402,16 +374,40 @@ impl FeedbackTable {
             key,
             growth: Beside::of_columns(&growth),
             drift: drift.fixed_rows::<OWN>(0).into_owned(),
-            command: OscillatorStep::new(omega, length_s),
+            command: OscillatorStep::new(coupling, length_s),
             rad_per_m,
             guards: Beside::new(&[bounds(Quantity::Delta, 1.0).0, demand.0]),
             figures: Beside::new(&of_figures.map(|(chord, _)| chord)),
             slopes: of_figures.map(|(_, slope)| slope),
             table,
             loss,
+            heat: OnceLock::new(),
             input,
             screw_load: system.screw_load,
         }
+    }
+
+    /// Heat of armature and guide over a piece from `x` \[J\].
+    pub(crate) fn heat_j(&self, axis: &Axis, x: &Column<FEEDBACK>, length_s: f64) -> [f64; 2] {
+        let heat = self.heat.get_or_init(|| {
+            Box::new(Heat::new(axis, |coefficient, quantity| {
+                let levels = &self.table.levels;
+                let row = &self.table.quantity(quantity).row;
+                let mut from = SMatrix::<f64, BEHIND, FEEDBACK>::zeros();
+                from.set_row(0, &row.transpose());
+                from.fixed_rows_mut::<FEEDBACK>(1).copy_from(&levels.a);
+                let of = Dissipation::of_quantity(coefficient, levels, row);
+                FeedbackLoss::new(of, &from, &ahead_of_rates(0.0, &self.input))
+            }))
+        });
+        if length_s == self.length_s() {
+            return heat.over(|loss, _| loss.over_whole(x));
+        }
+        let rates = self.table.levels.a * x + self.input;
+        heat.over(|loss, quantity| {
+            let q = self.table.quantity(quantity).value(x);
+            loss.of.over(ahead_of_rates(q, &rates), length_s)
+        })
     }
 
     /// Length of the step \[s\].
@@ -421,9 +417,9 @@ impl FeedbackTable {
 
     /// What the whole step makes of the axis' own part of a state.
     #[inline(always)]
-    pub(crate) fn step(&self, x: &Column<FEEDBACK>) -> Vector {
+    pub(crate) fn step(&self, x: &Column<FEEDBACK>) -> Column<OWN> {
         let changes = self.growth.times(x);
-        Vector::from_fn(|i, _| x[i] + (changes[i] + self.drift[i]))
+        Column::<OWN>::from_fn(|i, _| x[i] + (changes[i] + self.drift[i]))
     }
 
     /// Rounding of δ after the whole step.

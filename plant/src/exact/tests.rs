@@ -5,14 +5,17 @@ use proptest::prelude::*;
 use super::grid::{CELLS, Grid};
 use super::levels::{self, ChordBounds, Levels};
 use super::levels::{TERMS, Taylor, growth_rate};
+use super::memory::Tables;
 use super::roots::Polynomial;
 use super::sketch::{Found, NODE_PRODUCT, NODES, Sketch, first_zero, value_and_slope};
 use super::system::{Column, Matrix};
-use super::tables::{Quantity, Tables};
+use super::tables::Quantity;
 use crate::model::axis::Axis;
 use crate::model::axis::Mode;
 use crate::model::joint::{Flank, JointMode};
-use crate::{AxisParameters, Carriage, ElasticJoint, Joint, Motor, Resistance, Transmission};
+use crate::{
+    AxisParameters, Carriage, ElasticJoint, Joint, Motor, Resistance, Surroundings, Transmission,
+};
 
 /// The paper's axis (Table 1) with another joint.
 pub(crate) fn of_the_paper(joint: Joint) -> AxisParameters {
@@ -297,7 +300,7 @@ fn the_papers_axis_has_sketches() {
         backlash_half_rad: 0.05,
         no_pull: false,
     });
-    let axis = Axis::new(&of_the_paper(joint), 0.0);
+    let axis = Axis::new(&of_the_paper(joint), &Surroundings::default(), 0.0);
     let has_sketch = |joint, length_ns| {
         let mode = Mode {
             joint,

@@ -10,31 +10,19 @@
 //!                             Released ──Ψ > 0──► Loaded
 //! guide      Forward, Backward ──γ̇ = 0──► Stuck or the other direction
 //!            Stuck ──|τ| = p·a0──► Forward, Backward
-//! amplifier  Linear ◄──|V| = V_max──► AtLimit            (continuous law only)
+//! amplifier  Linear ◄──|command| = its limit──► AtLimit    (continuous law only)
+//! stage      Follows ◄──|u| = V_max──► Saturated            (current loop)
+//!            Follows ──|I| = I_max──► Holding ──V_c within──► Follows
+//!            Holding ◄──no voltage holds it──► Overrun      (current limit)
 //! ```
 
-use crate::model::amplifier::AmplifierMode;
-use crate::model::axis::{Axis, Drive, Mode, demand_v};
+use crate::model::amplifier::{AmplifierMode, Stage, StageMode};
+use crate::model::axis::{Axis, Drive, Mode, demand};
+use crate::model::direction::Direction;
 use crate::model::joint::{ElasticJoint, Flank, JointMode};
 use crate::model::pid::Side;
 use crate::model::resistance::GuideMode;
-use crate::model::state::{BETA, BETA_DOT, EPSILON, EPSILON_DOT, Vector, gamma_dot};
-
-/// Direction of motion, torque or voltage.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Direction {
-    Positive,
-    Negative,
-}
-
-impl Direction {
-    pub(crate) fn sign(self) -> f64 {
-        match self {
-            Self::Positive => 1.0,
-            Self::Negative => -1.0,
-        }
-    }
-}
+use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT, Vector, gamma_dot};
 
 /// Reasons for which a mode ends.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -49,22 +37,34 @@ pub(crate) enum Guard {
     Reload(Flank),
     /// `s·γ̇`: sliding comes to rest.
     Stop(Direction),
-    /// `p·a0 − s·τ`: dry friction gives way.
+    /// `p·a0 − s·(τ − p·F_load)`: dry friction gives way.
     Break(Direction),
-    /// `V_max − s·V`: the demand reaches the limit.
+    /// `limit − s·command`: the demand reaches the limit.
     Limit(Direction),
-    /// `s·V − V_max`: the demand comes back from the limit.
+    /// `s·command − limit`: the demand comes back from the limit.
     Unlimit(Direction),
+    /// `V_max − s·u`: the current loop has all the voltage that there is.
+    Saturate(Direction),
+    /// `s·u − V_max`: it needs less again.
+    Desaturate(Direction),
+    /// `I_max − s·I`: the current reaches its limit.
+    Hold(Direction),
+    /// `s·(V_c − V_h)`: the commanded voltage no longer pushes the current, held by V_h, out.
+    LetGo(Direction),
+    /// `V_max + s·V_h`: the voltage that holds the current reaches its own limit.
+    Overrun(Direction),
+    /// `s·I − I_max`: the current comes back to its limit.
+    Return(Direction),
 }
 
-/// The guards of a mode: at most two each for joint, guide and amplifier.
-pub(crate) type Guards = [Option<Guard>; 6];
+/// The guards of a mode: at most two each for joint, guide, amplifier and stage.
+pub(crate) type Guards = [Option<Guard>; 8];
 
 impl Mode {
     /// The guards of this mode. `releases` says whether a loaded flank lets
-    /// go where it would pull, `feedback` whether the voltage follows the
+    /// go where it would pull, `feedback` whether the command follows the
     /// continuous law.
-    pub(crate) fn guards(&self, releases: bool, feedback: bool) -> Guards {
+    pub(crate) fn guards(&self, releases: bool, stage: Stage, feedback: bool) -> Guards {
         let [a, b] = match self.joint {
             JointMode::Rigid | JointMode::Gapless => [None, None],
             JointMode::Open => [
@@ -93,7 +93,18 @@ impl Mode {
             AmplifierMode::AtUpper => [Some(Guard::Unlimit(Direction::Positive)), None],
             AmplifierMode::AtLower => [Some(Guard::Unlimit(Direction::Negative)), None],
         };
-        [a, b, c, d, e, f]
+        let both = |guard: fn(Direction) -> Guard| {
+            [Direction::Positive, Direction::Negative].map(|d| Some(guard(d)))
+        };
+        let [g, h] = match (stage, self.stage) {
+            (Stage::Voltage | Stage::IdealCurrent, _) => [None, None],
+            (Stage::LimitedVoltage { .. }, StageMode::Follows) => both(Guard::Hold),
+            (Stage::CurrentLoop { .. }, StageMode::Follows) => both(Guard::Saturate),
+            (_, StageMode::Saturated(d)) => [Some(Guard::Desaturate(d)), None],
+            (_, StageMode::Holding(d)) => [Some(Guard::LetGo(d)), Some(Guard::Overrun(d))],
+            (_, StageMode::Overrun(d)) => [Some(Guard::Return(d)), None],
+        };
+        [a, b, c, d, e, f, g, h]
     }
 }
 
@@ -119,8 +130,19 @@ impl Guard {
             },
             Self::Limit(direction) => Self::Unlimit(direction),
             Self::Unlimit(direction) => Self::Limit(direction),
+            Self::Saturate(direction) => Self::Desaturate(direction),
+            Self::Desaturate(direction) => Self::Saturate(direction),
+            // The current still stands at its limit.
+            Self::LetGo(direction) => Self::Hold(direction),
+            Self::Overrun(direction) => Self::Return(direction),
+            Self::Hold(_) | Self::Return(_) => self,
         }
     }
+}
+
+/// A guard and its rate with the other sign.
+fn negated((value, rate): (f64, f64)) -> (f64, f64) {
+    (-value, -rate)
 }
 
 /// Rounding of γ̇ = β̇ − ε̇ \[rad/s\]: a screw that has
@@ -176,12 +198,17 @@ impl Axis {
                 let (beta, beta_dot, beta_ddot) = (y[BETA], dy[BETA], dy[BETA_DOT]);
                 let s = direction.sign();
                 (
-                    pid.voltage_limit_v() - s * demand_v(pid, time_s, y),
+                    pid.limit() - s * demand(pid, time_s, y),
                     -s * pid.demand_rate(time_s, side, beta, beta_dot, beta_ddot),
                 )
             }
         };
-        let negated = |(value, rate): (f64, f64)| (-value, -rate);
+        let behind = |guard: Guard| {
+            let command = self.command(mode, drive, time_s, y);
+            let rates = [dy[BETA], dy[BETA_DOT]];
+            let rate = self.command_rate(mode, drive, (time_s, side), y[BETA], rates);
+            self.stage_guard(guard, (command, rate), (y, dy))
+        };
         match (guard, self.joint) {
             (Guard::Meet(flank), Some(joint)) => negated(gap(flank, joint.backlash_half_rad)),
             (Guard::Part(flank), Some(joint)) => {
@@ -200,14 +227,55 @@ impl Axis {
             (Guard::Break(direction), _) => {
                 let s = direction.sign();
                 (
-                    self.holding_torque_nm - s * self.moving_torque_nm(mode, y),
+                    self.holding_torque_nm - s * self.driving_torque_nm(mode, y),
                     -s * self.moving_torque_rate(mode, dy),
                 )
             }
             (Guard::Limit(direction), _) => limit(direction),
             (Guard::Unlimit(direction), _) => negated(limit(direction)),
+            (
+                Guard::Saturate(_)
+                | Guard::Desaturate(_)
+                | Guard::Hold(_)
+                | Guard::LetGo(_)
+                | Guard::Overrun(_)
+                | Guard::Return(_),
+                _,
+            ) => behind(guard),
             // A rigid axis has no joint guards.
             (_, None) => (1.0, 0.0),
+        }
+    }
+
+    /// The same of a guard behind the command, which comes with its rate.
+    fn stage_guard(
+        &self,
+        guard: Guard,
+        (command, command_rate): (f64, f64),
+        (y, dy): (&Vector, &Vector),
+    ) -> (f64, f64) {
+        let (limit_v, limit_a, omega_radps) = self.stage.numbers();
+        let demanded = |d: Direction| {
+            let s = d.sign();
+            let rate = self.loop_voltage_v(omega_radps, command_rate, dy);
+            (
+                s * self.loop_voltage_v(omega_radps, command, y) - limit_v,
+                s * rate,
+            )
+        };
+        let current = |d: Direction| (d.sign() * y[CURRENT] - limit_a, d.sign() * dy[CURRENT]);
+        let (held_v, held_rate) = (self.holding_voltage_v(y), self.holding_voltage_v(dy));
+        match guard {
+            Guard::Saturate(d) => negated(demanded(d)),
+            Guard::Desaturate(d) => demanded(d),
+            Guard::Hold(d) => negated(current(d)),
+            Guard::Return(d) => current(d),
+            Guard::LetGo(d) => {
+                let s = d.sign();
+                (s * (command - held_v), s * (command_rate - held_rate))
+            }
+            Guard::Overrun(d) => (limit_v + d.sign() * held_v, d.sign() * held_rate),
+            _ => (1.0, 0.0),
         }
     }
 
@@ -233,7 +301,7 @@ impl Axis {
                 } else {
                     y[BETA_DOT] = 0.0;
                 }
-                let torque_nm = direction.sign() * self.moving_torque_nm(mode, y);
+                let torque_nm = direction.sign() * self.driving_torque_nm(mode, y);
                 next.guide = match (torque_nm, direction) {
                     (t, _) if t.abs() <= self.holding_torque_nm => GuideMode::Stuck,
                     (t, Direction::Positive) if t < 0.0 => GuideMode::Backward,
@@ -246,6 +314,13 @@ impl Axis {
             Guard::Limit(Direction::Positive) => next.amplifier = AmplifierMode::AtUpper,
             Guard::Limit(Direction::Negative) => next.amplifier = AmplifierMode::AtLower,
             Guard::Unlimit(_) => next.amplifier = AmplifierMode::Linear,
+            Guard::Saturate(d) => next.stage = StageMode::Saturated(d),
+            Guard::Hold(d) | Guard::Return(d) => {
+                y[CURRENT] = d.sign() * self.stage.numbers().1;
+                next.stage = StageMode::Holding(d);
+            }
+            Guard::Overrun(d) => next.stage = StageMode::Overrun(d),
+            Guard::Desaturate(_) | Guard::LetGo(_) => next.stage = StageMode::Follows,
         }
         next
     }

@@ -7,10 +7,12 @@
 pub(crate) mod guard;
 
 use self::guard::{Guard, Guards};
+use crate::model::amplifier::Stage;
 use crate::model::axis::{Axis, Drive, Mode};
 use crate::model::joint::{Contact, Flank, JointMode};
 use crate::model::pid::Side;
-use crate::model::state::{EPSILON_DOT, State, Vector};
+use crate::model::state::{CURRENT, EPSILON, EPSILON_DOT, State, Vector};
+use crate::numerics::seconds;
 use crate::observe::extremes::{FIGURES, figures_at};
 use crate::observe::{ContactChange, Interior, Span, Watch};
 
@@ -122,15 +124,20 @@ pub(crate) struct Automaton {
 }
 
 impl Automaton {
-    /// At rest at zero, the joint centred in its gap, time 0.
-    pub(crate) fn new(axis: Axis) -> Self {
-        Self {
+    /// At rest at zero, the joint centred in its gap or on a flank, time 0.
+    pub(crate) fn new(axis: Axis, flank: Option<Flank>) -> Self {
+        let mut start = Self {
             axis,
             mode: axis.mode_at_rest(),
             y: Vector::zeros(),
             time_ns: 0,
             fresh: None,
+        };
+        if let Some(flank) = flank {
+            start.mode.joint = JointMode::Loaded(flank);
+            start.y[EPSILON] = axis.start_rad;
         }
+        start
     }
 
     /// Takes over a state within the present mode.
@@ -162,7 +169,9 @@ impl Automaton {
 
     /// State now.
     pub(crate) fn state(&self) -> State {
-        State::from_vector(&self.y)
+        let mut state = State::from_vector(&self.y);
+        state.beta_rad += self.axis.start_rad;
+        state
     }
 
     /// Contact of the joint now.
@@ -170,9 +179,9 @@ impl Automaton {
         self.mode.joint.contact()
     }
 
-    /// The figures now, x_ref being `x_ref_m`.
+    /// The figures now, x_ref being `x_ref_m` and no voltage at the motor.
     pub(crate) fn figures(&self, x_ref_m: f64) -> [f64; FIGURES] {
-        figures_at(&self.axis, &self.mode, &self.y, x_ref_m)
+        figures_at(&self.axis, &self.mode, &self.y, (x_ref_m, 0.0))
     }
 
     /// `ẍ = p·γ̈` now \[m/s²\].
@@ -212,7 +221,16 @@ impl Automaton {
 
     pub(crate) fn guards(&self, drive: &Drive<'_>) -> Guards {
         let feedback = matches!(drive, Drive::Feedback(_));
-        self.mode.guards(self.axis.releases(), feedback)
+        self.mode
+            .guards(self.axis.releases(), self.axis.stage, feedback)
+    }
+
+    /// Gives the motor what an ideal current loop makes of a new command at once.
+    pub(crate) fn take_up(&mut self, drive: &Drive<'_>) {
+        if self.axis.stage == Stage::IdealCurrent {
+            let time_s = seconds(self.time_ns);
+            self.y[CURRENT] = self.axis.command(&self.mode, drive, time_s, &self.y);
+        }
     }
 
     /// Changes the mode at `guard` and reports a change of contact.
@@ -259,15 +277,23 @@ impl Automaton {
     ) -> Result<Vector, PlantError> {
         let time_s = interval.now_s();
         for _ in 0..MAX_EVENTS_AT_ONCE {
-            let dy = self.axis.derivative(&self.mode, drive, time_s, &self.y);
-            let (now, here) = ((time_s, Side::After), (&self.y, &dy));
-            let broken = self.guards(drive).into_iter().flatten().find(|&guard| {
+            let now = (time_s, Side::After);
+            let dy = self.axis.derivative(&self.mode, drive, now, &self.y);
+            let here = (&self.y, &dy);
+            let values = self.guards(drive).into_iter().flatten().map(|guard| {
                 let (value, rate) = self.axis.guard(guard, &self.mode, drive, now, here);
+                (guard, value, rate)
+            });
+            let broken = values.into_iter().find(|&(guard, value, rate)| {
                 self.fresh != Some(guard) && (value < 0.0 || value == 0.0 && rate < 0.0)
             });
-            match broken {
-                None => return Ok(dy),
-                Some(guard) => self.switch(guard, drive, interval, watch),
+            let Some((guard, value, _)) = broken else {
+                return Ok(dy);
+            };
+            self.switch(guard, drive, interval, watch);
+            // A command that jumps past the limit leaves the surface behind.
+            if value < 0.0 && matches!(guard, Guard::Saturate(_) | Guard::Desaturate(_)) {
+                self.fresh = None;
             }
         }
         Err(PlantError::TooManyEvents { time_s })

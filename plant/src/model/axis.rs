@@ -6,15 +6,19 @@
 //! J2·γ̈ = Ψ − p·F_r(γ̇)       J2 = J_v + M·p²
 //! L·İ  = V − R·I − k_m·β̇/z
 //! ```
+//!
+//! Loads on the carriage add to F_r. β is counted from where it stands at the start, so
+//! that the encoder's zero is that of β; γ is `β + β(0) − ε`.
 
-use crate::model::amplifier::AmplifierMode;
+use crate::model::amplifier::{AmplifierMode, Stage, StageMode};
 use crate::model::joint::{ElasticJoint, JointMode, Transmission};
 use crate::model::motor::Motor;
-use crate::model::pid::ContinuousPid;
+use crate::model::pid::{ContinuousPid, Side};
 use crate::model::resistance::{Carriage, GuideMode, Resistance};
 use crate::model::state::{
-    BETA, BETA_DOT, BETA_INTEGRAL, CURRENT, EPSILON, EPSILON_DOT, State, Vector, gamma_dot,
+    BETA, BETA_DOT, BETA_INTEGRAL, CURRENT, EPSILON, EPSILON_DOT, State, Vector, gamma, gamma_dot,
 };
+use crate::model::surroundings::Surroundings;
 
 /// Motor, transmission and carriage: everything that moves.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -34,10 +38,11 @@ impl AxisParameters {
     }
 }
 
-/// Source of the motor voltage.
+/// Source of the amplifier's command: a voltage \[V\], or of a current drive a current
+/// \[A\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Drive<'a> {
-    /// Constant \[V\], already within the amplifier's limit: a sampled law.
+    /// Constant, already within the amplifier's limit: a sampled law.
     Held(f64),
     /// The continuous law, behind the amplifier's limit; its transmission is the axis'.
     Feedback(&'a ContinuousPid),
@@ -49,6 +54,7 @@ pub(crate) struct Mode {
     pub(crate) joint: JointMode,
     pub(crate) guide: GuideMode,
     pub(crate) amplifier: AmplifierMode,
+    pub(crate) stage: StageMode,
 }
 
 /// The axis with what its equations need over and over.
@@ -61,10 +67,15 @@ pub(crate) struct Axis {
     /// `J1 = J_m/z²` \[kg m²\].
     pub(crate) gear_inertia: f64,
     /// `J2 = J_v + M·p²` \[kg m²\].
-    screw_inertia: f64,
+    pub(crate) screw_inertia: f64,
     /// `p·a0`, the torque that dry friction can hold at the screw \[N m\].
     pub(crate) holding_torque_nm: f64,
     pub(crate) joint: Option<ElasticJoint>,
+    pub(crate) stage: Stage,
+    /// Force of the loads that act now, besides the resistance \[N\].
+    pub(crate) load_force_n: f64,
+    /// `β(0)`, from which β is counted \[rad\].
+    pub(crate) start_rad: f64,
     /// Angle below b to which a loaded flank must fall to have come away \[rad\].
     ///
     /// A torque that dies away (the axis cruises, or rests on dry friction)
@@ -85,7 +96,11 @@ pub(crate) const NOISE_PER_BACKLASH: f64 = 16.0 * f64::EPSILON;
 
 impl Axis {
     /// `tolerance` is the error of ε that the solver allows itself \[rad\].
-    pub(crate) fn new(parameters: &AxisParameters, tolerance: f64) -> Self {
+    pub(crate) fn new(
+        parameters: &AxisParameters,
+        surroundings: &Surroundings,
+        tolerance: f64,
+    ) -> Self {
         let (t, c) = (&parameters.transmission, &parameters.carriage);
         let (z, p) = (t.gear_ratio, t.screw_pitch_m_per_rad);
         let joint = t.joint.elastic();
@@ -98,6 +113,9 @@ impl Axis {
             screw_inertia: t.screw_inertia_kg_m2 + c.mass_kg * p * p,
             holding_torque_nm: p * c.resistance.constant_n,
             joint,
+            stage: surroundings.amplifier.stage(),
+            load_force_n: surroundings.load_force_n,
+            start_rad: surroundings.start.beta_rad(t),
             parting_noise_rad: NOISE_PER_TOLERANCE * tolerance
                 + NOISE_PER_BACKLASH * joint.map_or(0.0, |joint| joint.backlash_half_rad),
             // The margin of a solver with a tolerance is that.
@@ -149,6 +167,7 @@ impl Axis {
             joint: joint.unwrap_or(JointMode::Rigid),
             guide: self.resistance.mode_at_rest(),
             amplifier: AmplifierMode::Linear,
+            stage: StageMode::Follows,
         }
     }
 
@@ -160,28 +179,54 @@ impl Axis {
         }
         mode.guide = self.resistance.mode_of_state(
             gamma_dot(y),
-            self.moving_torque_nm(&mode, y),
+            self.driving_torque_nm(&mode, y),
             self.holding_torque_nm,
         );
         if let Drive::Feedback(pid) = drive {
-            let demand_v = demand_v(pid, time_s, y);
-            mode.amplifier = match pid.voltage_limit_v() {
-                limit_v if demand_v >= limit_v => AmplifierMode::AtUpper,
-                limit_v if demand_v <= -limit_v => AmplifierMode::AtLower,
+            let demand = demand(pid, time_s, y);
+            mode.amplifier = match pid.limit() {
+                limit if demand >= limit => AmplifierMode::AtUpper,
+                limit if demand <= -limit => AmplifierMode::AtLower,
                 _ => AmplifierMode::Linear,
             };
+        }
+        if !self.stage.is_papers() {
+            mode.stage = self.stage_of_state(self.command(&mode, drive, time_s, y), y);
         }
         mode
     }
 
+    /// The amplifier's command \[V, or A with a current drive\].
+    pub(crate) fn command(&self, mode: &Mode, drive: &Drive<'_>, time_s: f64, y: &Vector) -> f64 {
+        match (drive, mode.amplifier) {
+            (Drive::Held(command), _) => *command,
+            (Drive::Feedback(pid), AmplifierMode::Linear) => demand(pid, time_s, y),
+            (Drive::Feedback(pid), AmplifierMode::AtUpper) => pid.limit(),
+            (Drive::Feedback(pid), AmplifierMode::AtLower) => -pid.limit(),
+        }
+    }
+
+    /// Its rate.
+    pub(crate) fn command_rate(
+        &self,
+        mode: &Mode,
+        drive: &Drive<'_>,
+        (time_s, side): (f64, Side),
+        beta: f64,
+        [beta_dot, beta_ddot]: [f64; 2],
+    ) -> f64 {
+        match (drive, mode.amplifier) {
+            (Drive::Feedback(pid), AmplifierMode::Linear) => {
+                pid.demand_rate(time_s, side, beta, beta_dot, beta_ddot)
+            }
+            _ => 0.0,
+        }
+    }
+
     /// Motor voltage `V_m` \[V\].
     pub(crate) fn voltage_v(&self, mode: &Mode, drive: &Drive<'_>, time_s: f64, y: &Vector) -> f64 {
-        match (drive, mode.amplifier) {
-            (Drive::Held(voltage_v), _) => *voltage_v,
-            (Drive::Feedback(pid), AmplifierMode::Linear) => demand_v(pid, time_s, y),
-            (Drive::Feedback(pid), AmplifierMode::AtUpper) => pid.voltage_limit_v(),
-            (Drive::Feedback(pid), AmplifierMode::AtLower) => -pid.voltage_limit_v(),
-        }
+        let command = self.command(mode, drive, time_s, y);
+        self.stage_voltage_v(mode.stage, command, y)
     }
 
     /// `dy/dt`, eq. 34 and 37 in the state of [`crate::State`].
@@ -189,7 +234,7 @@ impl Axis {
         &self,
         mode: &Mode,
         drive: &Drive<'_>,
-        time_s: f64,
+        now: (f64, Side),
         y: &Vector,
     ) -> Vector {
         let (z, motor) = (self.gear_ratio, &self.motor);
@@ -204,21 +249,29 @@ impl Axis {
                 (beta_ddot, beta_ddot - gamma_ddot)
             }
         };
-        let voltage_v = self.voltage_v(mode, drive, time_s, y);
-        let current_rate = motor.current_rate(voltage_v, current, beta_dot / z);
-        // β̂ is the continuous law's memory; a held voltage has none.
+        let command = self.command(mode, drive, now.0, y);
+        let [current_rate, current_integral_rate] = match self.stage {
+            Stage::Voltage => [motor.current_rate(command, current, beta_dot / z), 0.0],
+            _ => {
+                let rates = [beta_dot, beta_ddot];
+                let command_rate = self.command_rate(mode, drive, now, y[BETA], rates);
+                self.stage_rates(mode.stage, (command, command_rate), y)
+            }
+        };
+        // β̂ is the continuous law's memory; a held command has none.
         let beta_integral_rate = match drive {
             Drive::Held(_) => 0.0,
             Drive::Feedback(_) => y[BETA],
         };
-        Vector::new(
+        Vector::from([
             beta_dot,
             beta_ddot,
             epsilon_dot,
             epsilon_ddot,
             current_rate,
             beta_integral_rate,
-        )
+            current_integral_rate,
+        ])
     }
 
     /// `γ̈` \[rad/s²\]: eq. 15 with a joint, eq. 19 without, 0 while stuck.
@@ -227,7 +280,7 @@ impl Axis {
             return 0.0;
         }
         let resistance = &self.resistance;
-        let force_n = resistance.force_n(mode.guide, gamma_dot(y));
+        let force_n = resistance.force_n(mode.guide, gamma_dot(y)) + self.load_force_n;
         (self.moving_torque_nm(mode, y) - self.pitch_m_per_rad * force_n) / self.moved_inertia()
     }
 
@@ -248,6 +301,21 @@ impl Axis {
             None => self.motor.torque_nm(y[CURRENT]) / self.gear_ratio,
             Some(joint) => joint.torque_nm(mode.joint, y[EPSILON], y[EPSILON_DOT]),
         }
+    }
+
+    /// The same less that of the loads: what dry friction opposes \[N m\].
+    pub(crate) fn driving_torque_nm(&self, mode: &Mode, y: &Vector) -> f64 {
+        self.moving_torque_nm(mode, y) - self.load_torque_nm()
+    }
+
+    /// `p·F_load` \[N m\].
+    pub(crate) fn load_torque_nm(&self) -> f64 {
+        self.pitch_m_per_rad * self.load_force_n
+    }
+
+    /// Screw angle γ \[rad\].
+    pub(crate) fn screw_angle_rad(&self, y: &Vector) -> f64 {
+        gamma(y) + self.start_rad
     }
 
     pub(crate) fn moving_torque_rate(&self, mode: &Mode, dy: &Vector) -> f64 {
@@ -282,9 +350,25 @@ impl Axis {
                 .joint
                 .map_or(0.0, |j| j.stored_energy_j(state.epsilon_rad))
     }
+
+    /// Energy that a state holds within a mode \[J\], that of the armature's field included:
+    /// a joint that was let go has lost its own, and an ideal current loop knows no
+    /// inductance.
+    pub(crate) fn stored_energy_j(&self, mode: &Mode, y: &Vector) -> f64 {
+        let (w1, w2, current) = (y[BETA_DOT], gamma_dot(y), y[CURRENT]);
+        let joint = self.joint.filter(|_| mode.joint.carries());
+        let field_h = match self.stage {
+            Stage::IdealCurrent => 0.0,
+            _ => self.motor.inductance_h,
+        };
+        (0.5 * self.gear_inertia * w1 * w1 + 0.5 * self.screw_inertia * w2 * w2)
+            + (joint.map_or(0.0, |j| j.stored_energy_j(y[EPSILON]))
+                + 0.5 * field_h * current * current)
+    }
 }
 
-/// The continuous law's demand before the amplifier's limit \[V\].
-pub(crate) fn demand_v(pid: &ContinuousPid, time_s: f64, y: &Vector) -> f64 {
-    pid.demand_v(time_s, y[BETA_INTEGRAL], y[BETA], y[BETA_DOT])
+/// The continuous law's demand before the amplifier's limit \[V, or A with a current
+/// drive\].
+pub(crate) fn demand(pid: &ContinuousPid, time_s: f64, y: &Vector) -> f64 {
+    pid.demand(time_s, y[BETA_INTEGRAL], y[BETA], y[BETA_DOT])
 }

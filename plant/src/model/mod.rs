@@ -6,6 +6,7 @@
 pub(crate) mod amplifier;
 pub(crate) mod axis;
 pub(crate) mod dac;
+pub(crate) mod direction;
 pub(crate) mod encoder;
 pub(crate) mod joint;
 pub(crate) mod motion;
@@ -13,4 +14,6 @@ pub(crate) mod motor;
 pub(crate) mod pid;
 pub(crate) mod rates;
 pub(crate) mod resistance;
+pub(crate) mod stage;
 pub(crate) mod state;
+pub(crate) mod surroundings;

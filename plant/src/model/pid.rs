@@ -25,12 +25,12 @@ pub(crate) enum Side {
 }
 
 /// Continuous position controller together with its motion command.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct ContinuousPid {
     pub(crate) gains: PidGains,
-    /// `K_0 = K_a·K_enc·K_dac` of eq. 27 \[V/rad per unit of gain\].
+    /// `K_0 = K_a·K_enc·K_dac` of eq. 27 \[V/rad, or A/rad, per unit of gain\].
     pub(crate) loop_gain: f64,
-    voltage_limit_v: f64,
+    limit: f64,
     pub(crate) gear_ratio: f64,
     /// Carriage displacement to motor angle: `α = x/(p·z)`.
     pub(crate) radians_per_m: f64,
@@ -50,7 +50,7 @@ impl ContinuousPid {
         Self {
             gains,
             loop_gain: amplifier.gain * encoder.counts_per_rad * dac.step_v,
-            voltage_limit_v: amplifier.voltage_limit_v,
+            limit: amplifier.limit(),
             gear_ratio: transmission.gear_ratio,
             radians_per_m: 1.0 / (transmission.screw_pitch_m_per_rad * transmission.gear_ratio),
             motion,
@@ -62,31 +62,29 @@ impl ContinuousPid {
         &self.motion
     }
 
-    /// `±V_max` of the amplifier \[V\].
-    pub fn voltage_limit_v(&self) -> f64 {
-        self.voltage_limit_v
+    /// Limit of the amplifier's command, `±V_max` \[V\] or that of a current drive \[A\].
+    pub fn limit(&self) -> f64 {
+        self.limit
     }
 
-    /// True if two laws are the same; the motion is that of its travel and
-    /// intervals.
+    /// True if two laws are the same, to the bit but for the motion's sign of zero.
     pub(crate) fn is_same_law(&self, other: &Self) -> bool {
         let numbers = |pid: &Self| {
-            let (gains, [t1, t2, t3, t4, t5, t6, t7]) = (&pid.gains, pid.motion.intervals_s());
+            let gains = &pid.gains;
             let [kp, ki, kd] = [gains.kp, gains.ki_per_s, gains.kd_s];
-            let (k0, limit_v) = (pid.loop_gain, pid.voltage_limit_v);
-            let (z, s, travel_m) = (pid.gear_ratio, pid.radians_per_m, pid.motion.travel_m());
-            [
-                kp, ki, kd, k0, limit_v, z, s, travel_m, t1, t2, t3, t4, t5, t6, t7,
-            ]
+            let (k0, limit) = (pid.loop_gain, pid.limit);
+            let (z, s) = (pid.gear_ratio, pid.radians_per_m);
+            [kp, ki, kd, k0, limit, z, s]
         };
         // All of them without a branch: this is asked in every row.
         let pairs = numbers(self).into_iter().zip(numbers(other));
         pairs.fold(0, |differ, (a, b)| differ | (a.to_bits() ^ b.to_bits())) == 0
+            && self.motion == other.motion
     }
 
     /// `V_m = K_0·[K_p·e + K_i·∫e + K_d·ė]` before the amplifier's limit,
-    /// eq. 27-28 \[V\].
-    pub(crate) fn demand_v(&self, time_s: f64, beta_hat: f64, beta: f64, beta_dot: f64) -> f64 {
+    /// eq. 27-28 \[V, or A with a current drive\].
+    pub(crate) fn demand(&self, time_s: f64, beta_hat: f64, beta: f64, beta_dot: f64) -> f64 {
         let r = self.motion.at(time_s);
         self.weighted([
             (r.displacement_integral_ms, beta_hat),
@@ -95,7 +93,7 @@ impl ContinuousPid {
         ])
     }
 
-    /// Time derivative of the demand \[V/s\].
+    /// Time derivative of the demand.
     pub(crate) fn demand_rate(
         &self,
         time_s: f64,
@@ -125,7 +123,7 @@ impl ContinuousPid {
     }
 
     /// Bound of the demand's distance from the cubic through its ends, given how
-    /// far β̂, β, β̇ and the command (its integral, x_ref and v_ref) may be \[V\].
+    /// far β̂, β, β̇ and the command (its integral, x_ref and v_ref) may be.
     pub(crate) fn demand_reach(
         &self,
         beta_hat: f64,

@@ -3,8 +3,10 @@
 //! time calls, [`Axis::derivative`] without its case distinctions and
 //! divisions.
 
+use crate::model::amplifier::Stage;
 use crate::model::axis::{Axis, Drive, Mode};
 use crate::model::joint::JointMode;
+use crate::model::pid::Side;
 use crate::model::resistance::GuideMode;
 use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT, Vector, gamma_dot};
 
@@ -21,6 +23,7 @@ pub(crate) struct Rates<'a> {
     axis: &'a Axis,
     drive: &'a Drive<'a>,
     mode: Mode,
+    start_s: f64,
     stiffness: f64,
     damping: f64,
     rest_rad: f64,
@@ -37,7 +40,8 @@ pub(crate) struct Rates<'a> {
 }
 
 impl<'a> Rates<'a> {
-    pub(crate) fn new(axis: &'a Axis, mode: &Mode, drive: &'a Drive<'a>) -> Self {
+    /// For a step that starts at `start_s`.
+    pub(crate) fn new(axis: &'a Axis, mode: &Mode, drive: &'a Drive<'a>, start_s: f64) -> Self {
         let (z, motor) = (axis.gear_ratio, &axis.motor);
         let (km, l) = (motor.torque_constant_nm_per_a, motor.inductance_h);
         let (stiffness, damping, rest_rad) = match (axis.joint, mode.joint) {
@@ -54,10 +58,9 @@ impl<'a> Rates<'a> {
         let stuck = mode.guide == GuideMode::Stuck;
         let moves = if stuck { 0.0 } else { 1.0 };
         let screw_per_torque = moves / axis.moved_inertia();
-        let resistance = axis
-            .resistance
-            .polynomial(mode.guide)
-            .map(|a| screw_per_torque * axis.pitch_m_per_rad * a);
+        let [a0, a1, a2] = axis.resistance.polynomial(mode.guide);
+        let resistance =
+            [a0 + axis.load_force_n, a1, a2].map(|a| screw_per_torque * axis.pitch_m_per_rad * a);
         let (joined, rigid) = match axis.joint {
             Some(_) => (1.0, 0.0),
             None => (0.0, 1.0),
@@ -66,6 +69,7 @@ impl<'a> Rates<'a> {
             axis,
             drive,
             mode: *mode,
+            start_s,
             stiffness,
             damping,
             rest_rad,
@@ -103,24 +107,44 @@ impl<'a> Rates<'a> {
             - (f0 + (f1 + f2 * gamma_dot) * gamma_dot);
         let beta_ddot = (self.gear_per_current * current - self.gear_per_torque * psi)
             + self.rigid * gamma_ddot;
-        let (voltage_v, beta_integral_rate) = match self.drive {
-            Drive::Held(voltage_v) => (*voltage_v, 0.0),
+        let (command, beta_integral_rate) = match self.drive {
+            Drive::Held(command) => (*command, 0.0),
             Drive::Feedback(_) => {
-                let voltage_v = self.axis.voltage_v(&self.mode, self.drive, time_s, y);
-                (voltage_v, y[BETA])
+                let command = self.axis.command(&self.mode, self.drive, time_s, y);
+                (command, y[BETA])
             }
         };
-        let current_rate = (self.current_per_voltage * voltage_v
-            - self.current_per_current * current)
-            - self.current_per_speed * beta_dot;
-        Vector::new(
+        let [current_rate, current_integral_rate] = match self.axis.stage {
+            Stage::Voltage => {
+                let current_rate = (self.current_per_voltage * command
+                    - self.current_per_current * current)
+                    - self.current_per_speed * beta_dot;
+                [current_rate, 0.0]
+            }
+            _ => self.behind_stage((time_s, command), y, beta_ddot),
+        };
+        Vector::from([
             beta_dot,
             beta_ddot,
             epsilon_dot,
             beta_ddot - gamma_ddot,
             current_rate,
             beta_integral_rate,
-        )
+            current_integral_rate,
+        ])
+    }
+
+    /// İ and q̇ of any but the paper's amplifier. Where the command's acceleration jumps, a
+    /// step ends or starts.
+    fn behind_stage(&self, (time_s, command): (f64, f64), y: &Vector, beta_ddot: f64) -> [f64; 2] {
+        let side = match time_s > self.start_s {
+            true => Side::Before,
+            false => Side::After,
+        };
+        let rates = [y[BETA_DOT], beta_ddot];
+        let (axis, now) = (self.axis, (time_s, side));
+        let command_rate = axis.command_rate(&self.mode, self.drive, now, y[BETA], rates);
+        axis.stage_rates(self.mode.stage, (command, command_rate), y)
     }
 }
 
@@ -128,8 +152,9 @@ impl<'a> Rates<'a> {
 mod tests {
     use super::*;
     use crate::exact::tests::of_the_paper;
-    use crate::model::amplifier::AmplifierMode;
+    use crate::model::amplifier::{AmplifierMode, StageMode};
     use crate::model::joint::Flank;
+    use crate::model::surroundings::Surroundings;
     use crate::{ElasticJoint, Joint, Resistance};
 
     fn axis(joint: Joint) -> Axis {
@@ -141,7 +166,11 @@ mod tests {
             quadratic_ns2_per_rad2: 0.01,
             opposes_motion: true,
         };
-        Axis::new(&axis, 1e-11)
+        let surroundings = Surroundings {
+            load_force_n: 7.0,
+            ..Surroundings::default()
+        };
+        Axis::new(&axis, &surroundings, 1e-11)
     }
 
     /// In every mode the same numbers as the equations of [`Axis`].
@@ -167,7 +196,7 @@ mod tests {
             GuideMode::Backward,
             GuideMode::Stuck,
         ];
-        let y = Vector::new(3.0, 20.0, 0.06, -1.5, 4.0, 2.0);
+        let y = Vector::from([3.0, 20.0, 0.06, -1.5, 4.0, 2.0, 0.5]);
         let drive = Drive::Held(12.0);
         for (joint, joint_mode) in joints {
             let axis = axis(joint);
@@ -176,9 +205,10 @@ mod tests {
                     joint: joint_mode,
                     guide,
                     amplifier: AmplifierMode::Linear,
+                    stage: StageMode::Follows,
                 };
-                let expected = axis.derivative(&mode, &drive, 0.1, &y);
-                let rates = Rates::new(&axis, &mode, &drive).at(0.1, &y);
+                let expected = axis.derivative(&mode, &drive, (0.1, Side::After), &y);
+                let rates = Rates::new(&axis, &mode, &drive, 0.1).at(0.1, &y);
                 for (rate, expected) in rates.iter().zip(expected.iter()) {
                     let off = (rate - expected).abs();
                     assert!(off <= 1e-13 * expected.abs(), "{mode:?} {rate} {expected}");

@@ -5,12 +5,12 @@
 //! reaches hundreds of radians, the gap can be 1e-15 rad). β is kept and not
 //! γ because the encoder sees β: a motor at rest stands at exactly 0 counts
 //! whatever the carriage does. The paper's vector (eq. 33) is `u0 = β̂, u1 = β,
-//! u2 = β̇, u3 = γ, u4 = γ̇, u5 = I`.
+//! u2 = β̇, u3 = γ, u4 = γ̇, u5 = I`. A current drive's loop has a memory besides.
 
-use nalgebra::Vector6;
+use nalgebra::SVector;
 
 /// Components of the vector that the solvers advance.
-pub(crate) type Vector = Vector6<f64>;
+pub(crate) type Vector = SVector<f64, 7>;
 
 pub(crate) const BETA: usize = 0;
 pub(crate) const BETA_DOT: usize = 1;
@@ -18,6 +18,8 @@ pub(crate) const EPSILON: usize = 2;
 pub(crate) const EPSILON_DOT: usize = 3;
 pub(crate) const CURRENT: usize = 4;
 pub(crate) const BETA_INTEGRAL: usize = 5;
+/// The last one, so that it enters no sum of the others.
+pub(crate) const CURRENT_INTEGRAL: usize = 6;
 
 /// `γ = β − ε` of a vector of the plant.
 pub(crate) fn gamma(y: &Vector) -> f64 {
@@ -45,6 +47,8 @@ pub struct State {
     /// `β̂ = ∫β dt` \[rad s\] (eq. 29), the memory of the continuous law: a held
     /// voltage leaves it as it is.
     pub beta_integral_rads: f64,
+    /// `q`, the integral part of a current drive's loop \[A s\]; 0 without one.
+    pub current_integral_as: f64,
 }
 
 impl State {
@@ -59,14 +63,15 @@ impl State {
     }
 
     pub(crate) fn to_vector(self) -> Vector {
-        Vector::new(
+        Vector::from([
             self.beta_rad,
             self.beta_dot_radps,
             self.epsilon_rad,
             self.epsilon_dot_radps,
             self.current_a,
             self.beta_integral_rads,
-        )
+            self.current_integral_as,
+        ])
     }
 
     pub(crate) fn from_vector(y: &Vector) -> Self {
@@ -77,6 +82,7 @@ impl State {
             epsilon_dot_radps: y[EPSILON_DOT],
             current_a: y[CURRENT],
             beta_integral_rads: y[BETA_INTEGRAL],
+            current_integral_as: y[CURRENT_INTEGRAL],
         }
     }
 }

@@ -8,11 +8,12 @@ pub(crate) mod extremes;
 
 use core::fmt;
 
-use self::extremes::Extremes;
-use crate::model::amplifier::AmplifierMode;
+use self::extremes::{Energies, Extremes};
+use crate::model::amplifier::{AmplifierMode, Stage, StageMode};
 use crate::model::axis::{Axis, Drive, Mode};
 use crate::model::joint::Contact;
-use crate::model::state::{State, Vector};
+use crate::model::resistance::GuideMode;
+use crate::model::state::{State, Vector, gamma};
 
 /// Follows the plant as it is advanced.
 pub trait Watch {
@@ -95,7 +96,9 @@ impl Span<'_> {
     /// State at `start + θ·length`, 0 ≤ θ ≤ 1. Solver `rk4` has only the ends
     /// and a cubic between them.
     pub fn state_at(&self, theta: f64) -> State {
-        State::from_vector(&self.vector_at(theta))
+        let mut state = State::from_vector(&self.vector_at(theta));
+        state.beta_rad += self.axis.start_rad;
+        state
     }
 
     /// Carriage acceleration at `start + θ·length` \[m/s²\].
@@ -117,14 +120,63 @@ impl Span<'_> {
             .voltage_v(self.mode_at(theta), self.drive, time_s, &y)
     }
 
-    fn mode_at(&self, theta: f64) -> &Mode {
+    /// The energies of a piece of the exact solution, whatever the voltage is, from the heat of
+    /// joint, armature and a linear resistance \[J\]: what went in has become heat, work
+    /// against constant forces, or is stored.
+    ///
+    /// ```text
+    /// ∫V·I dt = ∫c·ε̇² dt + ∫R·I² dt + ∫p·a1·γ̇² dt + p·(±a0 + F_load)·Δγ + Δstored
+    /// ```
+    pub(crate) fn balanced_energies(
+        &self,
+        joint_j: f64,
+        armature_j: f64,
+        guide_j: f64,
+    ) -> Energies {
+        let (axis, mode, (start, end)) = (self.axis, &self.modes.0, self.y);
+        let mut electrical_j = (joint_j + armature_j)
+            + (axis.stored_energy_j(mode, end) - axis.stored_energy_j(mode, start));
+        // Stuck, nothing moves.
+        if mode.guide != GuideMode::Stuck {
+            let force_n = axis.resistance.polynomial(mode.guide)[0] + axis.load_force_n;
+            let moved_rad = gamma(end) - gamma(start);
+            electrical_j += guide_j + axis.pitch_m_per_rad * force_n * moved_rad;
+        }
+        [joint_j, armature_j, electrical_j]
+    }
+
+    pub(crate) fn mode_at(&self, theta: f64) -> &Mode {
         let (start, end) = &self.modes;
         if theta < 1.0 { start } else { end }
     }
 
-    /// True if the amplifier stands at its limit under the continuous law.
+    /// True if the motor has `±V_max`; of a held voltage without a current limit the
+    /// caller knows.
     pub fn is_voltage_limited(&self) -> bool {
-        self.modes.0.amplifier != AmplifierMode::Linear
+        let mode = &self.modes.0;
+        let at_limit = mode.amplifier != AmplifierMode::Linear;
+        match (self.axis.stage, mode.stage) {
+            (_, StageMode::Saturated(_) | StageMode::Overrun(_)) => true,
+            (Stage::Voltage, _) => at_limit,
+            (Stage::LimitedVoltage { limit_v, .. }, StageMode::Follows) => match self.drive {
+                Drive::Held(voltage_v) => voltage_v.abs() >= limit_v,
+                Drive::Feedback(_) => at_limit,
+            },
+            _ => false,
+        }
+    }
+
+    /// True if the current is held at its limit or beyond it, or its command stands at its
+    /// own; of a held command the caller knows.
+    pub fn is_current_limited(&self) -> bool {
+        let mode = &self.modes.0;
+        match self.axis.stage {
+            Stage::Voltage => false,
+            Stage::LimitedVoltage { .. } => mode.stage != StageMode::Follows,
+            Stage::IdealCurrent | Stage::CurrentLoop { .. } => {
+                mode.amplifier != AmplifierMode::Linear
+            }
+        }
     }
 
     pub(crate) fn vector_at(&self, theta: f64) -> Vector {
@@ -137,10 +189,24 @@ impl Span<'_> {
     }
 }
 
-impl Watch for Extremes {
-    fn span(&mut self, span: &Span<'_>) {
+impl Extremes {
+    /// Counts the time at a limit.
+    #[cold]
+    fn count_limits(&mut self, span: &Span<'_>) {
         if span.is_voltage_limited() {
             self.voltage_limited_s += span.length_s();
+        }
+        if span.is_current_limited() {
+            self.current_limited_s += span.length_s();
+        }
+    }
+}
+
+impl Watch for Extremes {
+    fn span(&mut self, span: &Span<'_>) {
+        let papers = span.axis.stage.is_papers();
+        if !papers || span.modes.0.amplifier != AmplifierMode::Linear {
+            self.count_limits(span);
         }
         span.interior.raise(span, self);
     }

@@ -10,9 +10,10 @@
 
 use super::dop853::{self, Step};
 use super::piece::{Reach, SteppedPiece};
-use crate::hybrid::guard::{Direction, Guard};
+use crate::hybrid::guard::Guard;
 use crate::hybrid::{Automaton, Interval, PlantError};
 use crate::model::axis::Drive;
+use crate::model::direction::Direction;
 use crate::model::pid::Side;
 use crate::model::rates::Rates;
 use crate::model::state::Vector;
@@ -38,14 +39,16 @@ impl Automaton {
     ) -> Result<(), PlantError> {
         let mut interval = Interval::new(seconds(self.time_ns), seconds(length_ns));
         let interval = &mut interval;
+        self.take_up(drive);
         if let Drive::Held(_) = drive {
-            // The voltage jumps at every interval's start.
+            // The command jumps at every interval's start.
             steps.restart();
         }
         if let Drive::Feedback(pid) = drive {
-            for break_s in pid.motion().breaks_s() {
-                let offset_s = break_s - interval.start_s;
-                if offset_s > interval.done_s && offset_s < interval.length_s {
+            let breaks_s = pid.motion().breaks_from(interval.start_s).iter();
+            let (start_s, length_s) = (interval.start_s, interval.length_s);
+            for offset_s in breaks_s.map(|t| t - start_s).take_while(|&t| t < length_s) {
+                if offset_s > interval.done_s {
                     self.advance_piece(steps, drive, interval, offset_s, tolerance, watch)?;
                 }
             }
@@ -71,7 +74,7 @@ impl Automaton {
             let h = even_share(left_s, steps.next_s);
             let last = h == left_s;
             let time_s = interval.now_s();
-            let rates = Rates::new(&axis, &self.mode, drive);
+            let rates = Rates::new(&axis, &self.mode, drive, time_s);
             let step = dop853::step(|t, y| rates.at(t, y), time_s, &self.y, &f0, h);
             let error = error_norm(&step, &rates.noise(&step.y1), tolerance);
             interval.steps += 1.0;
@@ -143,7 +146,7 @@ impl Automaton {
             let ends = match (guard, upper, drive) {
                 // The two limits are one demand seen from both sides.
                 (Guard::Limit(Direction::Negative), Some(ends), Drive::Feedback(pid)) => {
-                    mirrored(&ends, 2.0 * pid.voltage_limit_v())
+                    mirrored(&ends, 2.0 * pid.limit())
                 }
                 _ => {
                     let (start, start_rate) = look((start_s, Side::After), (&step.y0, step.f0()));

@@ -116,6 +116,28 @@ impl Step {
         sum * self.h
     }
 
+    /// The stages of the solution: the time of each within the step, its weight in the
+    /// sum and its state. A rate that the state decides is integrated by them as the method
+    /// would integrate a further state.
+    pub(crate) fn stages(&self) -> impl Iterator<Item = (f64, f64, Vector)> + '_ {
+        let state = |stage: usize| {
+            let k = &self.stages;
+            let sum = match stage {
+                0 => return self.y0,
+                5 => sum(&A5, k),
+                6 => sum(&A6, k),
+                7 => sum(&A7, k),
+                8 => sum(&A8, k),
+                9 => sum(&A9, k),
+                10 => sum(&A10, k),
+                _ => sum(&A11, k),
+            };
+            self.y0 + sum * self.h
+        };
+        B.into_iter()
+            .map(move |(stage, weight)| (C[stage], weight, state(stage)))
+    }
+
     /// Distance of the solution from the cubic through the ends of the
     /// step: less than this, by a factor of about two.
     ///

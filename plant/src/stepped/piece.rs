@@ -8,6 +8,7 @@
 
 use super::dop853::{Step, Stray};
 use crate::hybrid::guard::Guard;
+use crate::model::amplifier::{AmplifierMode, Stage, StageMode};
 use crate::model::axis::{Axis, Drive, Mode};
 use crate::model::joint::{ElasticJoint, JointMode};
 use crate::model::motion::{Motion, MotionPoint};
@@ -15,7 +16,8 @@ use crate::model::pid::Side;
 use crate::model::rates::Rates;
 use crate::model::resistance::GuideMode;
 use crate::model::state::{
-    BETA, BETA_DOT, BETA_INTEGRAL, CURRENT, EPSILON, EPSILON_DOT, Vector, gamma, gamma_dot,
+    BETA, BETA_DOT, BETA_INTEGRAL, CURRENT, CURRENT_INTEGRAL, EPSILON, EPSILON_DOT, Vector, gamma,
+    gamma_dot,
 };
 use crate::numerics::GAUSS_4;
 use crate::numerics::bernstein::{Ends, NODES, Polynomial};
@@ -92,6 +94,10 @@ impl Axis {
             Guard::Stop(_) => reach.stray.gamma_dot,
             Guard::Break(_) => self.torque_reach(reach, true),
             Guard::Limit(_) | Guard::Unlimit(_) => Self::demand_reach(drive, reach),
+            Guard::Saturate(_) | Guard::Desaturate(_) => self.loop_reach(drive, reach),
+            Guard::Hold(_) | Guard::Return(_) => reach.stray.states[CURRENT],
+            Guard::LetGo(_) => Self::demand_reach(drive, reach) + self.holding_reach(reach),
+            Guard::Overrun(_) => self.holding_reach(reach),
         }
     }
 
@@ -120,7 +126,34 @@ impl Axis {
         }
     }
 
-    /// Of the continuous law's demand, eq. 27-28 \[V\].
+    /// Of `R·I + k_m·β̇/z` \[V\].
+    fn holding_reach(&self, reach: &Reach) -> f64 {
+        let (states, motor) = (&reach.stray.states, &self.motor);
+        let km = motor.torque_constant_nm_per_a / self.gear_ratio;
+        motor.resistance_ohm * states[CURRENT] + km * states[BETA_DOT]
+    }
+
+    /// Of the voltage that a current loop asks for \[V\].
+    fn loop_reach(&self, drive: &Drive<'_>, reach: &Reach) -> f64 {
+        let (states, motor) = (&reach.stray.states, &self.motor);
+        let (.., omega_radps) = self.stage.numbers();
+        let error_a = Self::demand_reach(drive, reach) + states[CURRENT];
+        let integral = motor.resistance_ohm * states[CURRENT_INTEGRAL];
+        omega_radps * (motor.inductance_h * error_a + integral)
+    }
+
+    /// Of the voltage at the motor \[V\].
+    fn voltage_reach(&self, mode: &Mode, drive: &Drive<'_>, reach: &Reach) -> f64 {
+        match (self.stage, mode.stage) {
+            (_, StageMode::Saturated(_) | StageMode::Overrun(_)) => 0.0,
+            (Stage::IdealCurrent, _) | (_, StageMode::Holding(_)) => self.holding_reach(reach),
+            (Stage::CurrentLoop { .. }, _) => self.loop_reach(drive, reach),
+            _ if mode.amplifier != AmplifierMode::Linear => 0.0,
+            _ => Self::demand_reach(drive, reach),
+        }
+    }
+
+    /// Of the continuous law's demand, eq. 27-28.
     pub(crate) fn demand_reach(drive: &Drive<'_>, reach: &Reach) -> f64 {
         match drive {
             Drive::Held(_) => 0.0,
@@ -156,7 +189,7 @@ impl Interior for SteppedPiece<'_> {
     fn vector_at(&self, span: &Span<'_>, theta: f64) -> Vector {
         match self.dense {
             Some((step, from, to)) => {
-                let rates = Rates::new(span.axis, &span.modes.0, span.drive);
+                let rates = Rates::new(span.axis, &span.modes.0, span.drive, step.start_s);
                 step.at(|t, y| rates.at(t, y), from + theta * (to - from))
             }
             None => {
@@ -177,10 +210,16 @@ impl Interior for SteppedPiece<'_> {
             .raise(&mut extremes.peak_abs_acceleration_mps2);
         stepped.current().raise(&mut extremes.peak_abs_current_a);
         stepped.voltage().raise(&mut extremes.peak_abs_voltage_v);
-        let breaks_s = extremes.breaks_s;
-        stepped.split_at(&breaks_s, |part| follow(extremes, part));
+        stepped.power().raise(&mut extremes.peak_abs_power_w);
+        let motion = &extremes.settings.motion;
+        if motion.breaks_between(span.start_s, span.end_s()).is_empty() {
+            follow(extremes, &stepped);
+        } else {
+            stepped.split_at_breaks(&motion.clone(), |part| follow(extremes, part));
+        }
         settle(extremes, &stepped);
-        extremes.joint_loss_j += stepped.joint_loss_j();
+        let [armature_j, electrical_j] = stepped.electrical_energies();
+        extremes.add([stepped.joint_loss_j(), armature_j, electrical_j]);
     }
 }
 
@@ -204,6 +243,14 @@ impl<V: Fn(f64, &Vector) -> f64> Quantity<'_, V> {
             let time_s = span.start_s + theta * span.length_s;
             (self.value)(time_s, &span.vector_at(theta))
         }))
+    }
+
+    /// How far it may be from its start.
+    fn excursion(&self) -> f64 {
+        let ends = &self.ends;
+        let chord = ends.end - ends.start;
+        let bends = (ends.start_slope - chord).abs() + (ends.end_slope - chord).abs();
+        chord.abs() + 0.25 * bends + self.reach
     }
 
     /// Upper bound of |q| over the span, without looking into it.
@@ -290,23 +337,47 @@ impl Stepped<'_> {
     /// Motor voltage over the span \[V\].
     fn voltage(&self) -> Quantity<'_, impl Fn(f64, &Vector) -> f64> {
         let (axis, drive, mode) = (self.span.axis, self.span.drive, &self.span.modes.0);
-        let limited = self.span.is_voltage_limited();
-        let rate = |time_s: f64, side: Side, y: &Vector, dy: &Vector| match drive {
-            Drive::Feedback(pid) if !limited => {
-                pid.demand_rate(time_s, side, y[BETA], dy[BETA], dy[BETA_DOT])
-            }
-            _ => 0.0,
-        };
-        let reach = if limited {
-            0.0
-        } else {
-            Axis::demand_reach(drive, &self.piece.reach)
+        let rate = |now: (f64, Side), y: &Vector, dy: &Vector, mode: &Mode| {
+            let rates = [dy[BETA], dy[BETA_DOT]];
+            let command_rate = axis.command_rate(mode, drive, now, y[BETA], rates);
+            axis.stage_voltage_rate(mode.stage, command_rate, dy)
         };
         self.quantity(
-            |side, t, y, dy, mode| (axis.voltage_v(mode, drive, t, y), rate(t, side, y, dy)),
+            |side, t, y, dy, mode| {
+                let voltage_v = axis.voltage_v(mode, drive, t, y);
+                (voltage_v, rate((t, side), y, dy, mode))
+            },
             move |t, y| axis.voltage_v(mode, drive, t, y),
-            reach,
+            axis.voltage_reach(mode, drive, &self.piece.reach),
         )
+    }
+
+    /// Electrical power over the span \[W\]. With `V = V0 + v` and `I = I0 + i` it strays from
+    /// the cubic through its ends as V0·i and I0·v do, and by v·i and the cubic of that: less
+    /// than 8 products of their excursions (see [`Axis::acceleration_reach`]).
+    fn power(&self) -> Quantity<'_, impl Fn(f64, &Vector) -> f64> {
+        let (v, i) = (self.voltage(), self.current());
+        let reach = v.ends.start.abs() * i.reach
+            + i.ends.start.abs() * v.reach
+            + 8.0 * v.excursion() * i.excursion();
+        let slope = |v: [f64; 2], i: [f64; 2]| v[1] * i[0] + v[0] * i[1];
+        Quantity {
+            span: self.span,
+            ends: Ends {
+                start: v.ends.start * i.ends.start,
+                start_slope: slope(
+                    [v.ends.start, v.ends.start_slope],
+                    [i.ends.start, i.ends.start_slope],
+                ),
+                end: v.ends.end * i.ends.end,
+                end_slope: slope(
+                    [v.ends.end, v.ends.end_slope],
+                    [i.ends.end, i.ends.end_slope],
+                ),
+            },
+            reach,
+            value: move |t: f64, y: &Vector| (v.value)(t, y) * (i.value)(t, y),
+        }
     }
 
     /// `x_ref − p·angle` over the span \[m\], the angle being γ for the
@@ -319,6 +390,11 @@ impl Stepped<'_> {
         of_motor: bool,
     ) -> Quantity<'s, impl Fn(f64, &Vector) -> f64> {
         let (p, reach) = (self.span.axis.pitch_m_per_rad, &self.piece.reach);
+        let start_rad = if of_motor {
+            0.0
+        } else {
+            self.span.axis.start_rad
+        };
         let angle = move |v: &Vector| if of_motor { v[BETA] } else { gamma(v) };
         self.quantity(
             move |side, _, y, dy, _| {
@@ -327,11 +403,11 @@ impl Stepped<'_> {
                     Side::Before => &command.1,
                 };
                 (
-                    r.displacement_m - p * angle(y),
+                    r.displacement_m - p * (angle(y) + start_rad),
                     r.velocity_mps - p * angle(dy),
                 )
             },
-            move |t, y| motion.at(t).displacement_m - p * angle(y),
+            move |t, y| motion.at(t).displacement_m - p * (angle(y) + start_rad),
             reach.command(motion.fourth_derivatives.displacement_m)
                 + p.abs() * reach.angle(of_motor),
         )
@@ -339,10 +415,11 @@ impl Stepped<'_> {
 
     /// Distance of the carriage from `target_m` over the span \[m\].
     fn distance_to(&self, target_m: f64) -> Quantity<'_, impl Fn(f64, &Vector) -> f64> {
-        let p = self.span.axis.pitch_m_per_rad;
+        let axis = self.span.axis;
+        let p = axis.pitch_m_per_rad;
         self.quantity(
-            move |_, _, y, dy, _| (target_m - p * gamma(y), -p * gamma(dy)),
-            move |_, y| target_m - p * gamma(y),
+            move |_, _, y, dy, _| (target_m - p * axis.screw_angle_rad(y), -p * gamma(dy)),
+            move |_, y| target_m - p * axis.screw_angle_rad(y),
             p.abs() * self.piece.reach.angle(false),
         )
     }
@@ -376,16 +453,45 @@ impl Stepped<'_> {
         }
     }
 
-    /// Calls `look` with the parts of this span between the given instants.
-    fn split_at(&self, breaks_s: &[f64], mut look: impl FnMut(&Stepped<'_>)) {
-        let (start_s, end_s) = (self.span.start_s, self.span.end_s());
-        let inside = |t: f64| t > start_s && t < end_s;
-        if !breaks_s.iter().any(|&t| inside(t)) {
-            look(self);
-            return;
+    /// `∫ R·I² dt` and `∫ V·I dt` over the span \[J\], by the same sums.
+    fn electrical_energies(&self) -> [f64; 2] {
+        let span = self.span;
+        let (axis, drive) = (span.axis, span.drive);
+        let powers = |theta: f64, y: &Vector| {
+            let time_s = span.start_s + theta * span.length_s;
+            let voltage_v = axis.voltage_v(span.mode_at(theta), drive, time_s, y);
+            let current_a = y[CURRENT];
+            [
+                axis.motor.resistance_ohm * (current_a * current_a),
+                voltage_v * current_a,
+            ]
+        };
+        let mut sums = [0.0; 2];
+        let mut add = |weight: f64, powers: [f64; 2]| {
+            for (sum, power) in sums.iter_mut().zip(powers) {
+                *sum += weight * power;
+            }
+        };
+        match self.piece.dense {
+            Some((step, 0.0, 1.0)) => {
+                for (theta, weight, y) in step.stages() {
+                    add(weight, powers(theta, &y));
+                }
+            }
+            _ => {
+                for (theta, weight) in GAUSS_4 {
+                    add(weight, powers(theta, &span.vector_at(theta)));
+                }
+            }
         }
+        sums.map(|sum| sum * span.length_s)
+    }
+
+    /// Calls `look` with the parts of this span between the breaks of the command.
+    fn split_at_breaks(&self, motion: &Motion, mut look: impl FnMut(&Stepped<'_>)) {
+        let start_s = self.span.start_s;
         let mut from = 0.0;
-        let ends = breaks_s.iter().filter(|&&t| inside(t));
+        let ends = motion.breaks_between(start_s, self.span.end_s()).iter();
         let thetas = ends.map(|t| (t - start_s) / self.span.length_s);
         for to in thetas.chain([1.0]) {
             if to > from {
@@ -401,8 +507,10 @@ impl Stepped<'_> {
         let start_s = span.start_s + from * span.length_s;
         let length_s = (to - from) * span.length_s;
         let (y0, y1) = (span.vector_at(from), span.vector_at(to));
-        let rate = |t: f64, y: &Vector| span.axis.derivative(&span.modes.0, span.drive, t, y);
-        let (f0, f1) = (rate(start_s, &y0), rate(start_s + length_s, &y1));
+        let rate =
+            |now: (f64, Side), y: &Vector| span.axis.derivative(&span.modes.0, span.drive, now, y);
+        let f0 = rate((start_s, Side::After), &y0);
+        let f1 = rate((start_s + length_s, Side::Before), &y1);
         let piece = SteppedPiece {
             dense: self.piece.dense.map(|(step, first, last)| {
                 let theta = |share: f64| first + share * (last - first);

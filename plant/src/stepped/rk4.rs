@@ -8,6 +8,7 @@ use super::piece::{Reach, SteppedPiece};
 use crate::hybrid::{Automaton, PlantError};
 use crate::model::axis::Drive;
 use crate::model::joint::JointMode;
+use crate::model::pid::Side;
 use crate::model::state::{EPSILON_DOT, Vector};
 use crate::numerics::{count, seconds};
 use crate::observe::{ContactChange, Span, Watch};
@@ -30,10 +31,14 @@ impl Automaton {
         watch: &mut impl Watch,
     ) -> Result<(), PlantError> {
         let axis = self.axis;
-        let f = |t: f64, y: &Vector| axis.derivative(&axis.mode_of_state(drive, t, y), drive, t, y);
+        let f = |t: f64, y: &Vector| {
+            let mode = axis.mode_of_state(drive, t, y);
+            axis.derivative(&mode, drive, (t, Side::After), y)
+        };
         let start_s = seconds(self.time_ns);
         let steps = length_ns.div_ceil(step_ns.max(1));
         let h = seconds(length_ns) / count(steps);
+        self.take_up(drive);
         let mut dy0 = f(start_s, &self.y);
         self.mode = axis.mode_of_state(drive, start_s, &self.y);
         for i in 0..steps {
@@ -52,7 +57,7 @@ impl Automaton {
             let (before, end_s) = (self.mode, time_s + h);
             self.y = y1;
             self.mode = axis.mode_of_state(drive, end_s, &y1);
-            let dy1 = axis.derivative(&self.mode, drive, end_s, &y1);
+            let dy1 = axis.derivative(&self.mode, drive, (end_s, Side::After), &y1);
             let piece = SteppedPiece {
                 dense: None,
                 rates: (&dy0, &dy1),
@@ -90,9 +95,9 @@ mod tests {
     use super::*;
 
     fn error(n: u32) -> f64 {
-        let f = |_: f64, y: &Vector| Vector::new(y[1], -y[0], 0.0, 0.0, 0.0, 0.0);
+        let f = |_: f64, y: &Vector| Vector::from([y[1], -y[0], 0.0, 0.0, 0.0, 0.0, 0.0]);
         let h = 1.0 / f64::from(n);
-        let mut y = Vector::new(0.0, 1.0, 0.0, 0.0, 0.0, 0.0);
+        let mut y = Vector::from([0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
         for i in 0..n {
             let t = f64::from(i) * h;
             y = step(f, t, &y, f(t, &y), h);

@@ -27,7 +27,7 @@ type Field = (&'static str, usize, Unit);
 const HEADER: [Field; 3] = [("kind", 1, Hex), ("session", 2, Hex), ("number", 4, Whole)];
 
 const EVENTS: [&str; 4] = ["disable", "reset", "enable", "start"];
-const SOURCES: [&str; 3] = ["table", "plan", "step"];
+const SOURCES: [&str; 4] = ["table", "plan", "step", "rates"];
 const NAKS: [&str; 9] = [
     "damaged",
     "session",

@@ -86,11 +86,16 @@ fn states_causes_sources_and_refusals() {
         };
         begin.body(0, 0, 0).unwrap()[12]
     };
-    let sources = [SourceKind::Table, SourceKind::Plan, SourceKind::Step];
-    assert_eq!(sources.map(source), [0, 1, 2]);
+    let sources = [
+        SourceKind::Table,
+        SourceKind::Plan,
+        SourceKind::Step,
+        SourceKind::Rates,
+    ];
+    assert_eq!(sources.map(source), [0, 1, 2, 3]);
     assert_eq!(
         pairs("number | source"),
-        numbered(&["table", "plan", "step"])
+        numbered(&["table", "plan", "step", "rates"])
     );
 
     let naks = [

@@ -73,7 +73,12 @@ fn the_requests() {
         Request::Memory(PAYLOAD),
         Request::Status,
     ];
-    let sources = [SourceKind::Table, SourceKind::Plan, SourceKind::Step];
+    let sources = [
+        SourceKind::Table,
+        SourceKind::Plan,
+        SourceKind::Step,
+        SourceKind::Rates,
+    ];
     let begins = sources.map(|source| Request::Begin {
         configuration: 0xdead_beef,
         source,
@@ -81,7 +86,7 @@ fn the_requests() {
     });
     let requests = others.into_iter().chain(begins).chain(steps());
     let bodies = requests.map(|request| request.body(0x1f2e, 0x0a0b_0c0d, 41).unwrap());
-    assert_eq!(crc_of(bodies), 3_333_444_584);
+    assert_eq!(crc_of(bodies), 2_036_959_284);
 }
 
 #[test]

@@ -12,6 +12,7 @@ mod frames;
 mod parameters;
 mod planned;
 mod plans;
+mod rates;
 mod serving;
 
 use firmware_link::Nak;

@@ -1,7 +1,7 @@
-//! Rung `firmware`: the `firmware` crate on the host, with the setpoint table
-//! that the chip would hold.
+//! Rung `firmware`: the `firmware` crate on the host, with the setpoints of the run.
 
-use firmware::{CAPACITY, Controller, ControllerState, SetpointTable, counts};
+use firmware::law::Law;
+use firmware::{Controller, ControllerOutput, ControllerState, SetpointTable, counts};
 
 use super::setpoint::Setpoint;
 use super::setup::Setup;
@@ -14,8 +14,9 @@ use crate::scaling::ScaledLaw;
 /// The firmware's controller with its memory.
 #[derive(Debug, Clone)]
 pub struct FirmwareLaw {
-    controller: Controller<CAPACITY>,
-    state: ControllerState,
+    on_counts: FirmwareOnCounts,
+    /// Setpoints of the samples from 0 on, the last of which is held \[counts modulo 2^32\].
+    setpoints: Vec<i32>,
     /// The gains in fixed point, with their rounding.
     pub(super) gains: FixedPointGains,
     /// Chips and drivers that count and code go through.
@@ -26,15 +27,12 @@ impl FirmwareLaw {
     /// The controller of `case` before its first sample.
     ///
     /// # Errors
-    /// [`QuantiseError`] if a gain has no fixed-point form or the motion is longer
-    /// than the setpoint table.
+    /// [`QuantiseError`] if a gain has no fixed-point form.
     pub fn new(case: &Case, period_ns: u64, io: IoKind) -> Result<Self, QuantiseError> {
         let scaled = papers_law(case, period_ns)?;
-        let table = Setpoint::new(case, period_ns).table()?;
-        let controller = Controller::new(scaled.law, table);
         Ok(Self {
-            state: ControllerState::start(&controller),
-            controller,
+            on_counts: FirmwareOnCounts::of(scaled.law),
+            setpoints: Setpoint::new(case, period_ns).positions(),
             gains: scaled.fixed_point(),
             io: io.chips(case)?,
         })
@@ -47,7 +45,10 @@ impl FirmwareLaw {
             None => counts::wrap(counts),
             Some(io) => io.read(counts),
         };
-        let output = self.controller.tick(&mut self.state, count);
+        let tick = usize::try_from(measurement.tick).ok();
+        let setpoint = tick.and_then(|tick| self.setpoints.get(tick));
+        let setpoint = setpoint.or(self.setpoints.last()).copied().unwrap_or(0);
+        let output = self.on_counts.tick(setpoint, count);
         let code = match &mut self.io {
             None => output.code,
             Some(io) => io.drive(output.code),
@@ -62,15 +63,13 @@ impl FirmwareLaw {
 /// The law of a case that asks for no more than the paper's.
 ///
 /// # Errors
-/// [`QuantiseError`] if a gain has no fixed-point form or the motion is longer
-/// than the setpoint table.
+/// [`QuantiseError`] if a gain has no fixed-point form.
 pub fn papers_law(case: &Case, period_ns: u64) -> Result<ScaledLaw, QuantiseError> {
-    Setpoint::new(case, period_ns).last_in_table()?;
     Setup::of(case, period_ns)?.law()
 }
 
-/// The firmware's law on errors `r − c`: every code is that of [`FirmwareLaw`],
-/// without a table for every run.
+/// The firmware's controller behind setpoints that come with the samples: it rests at 0,
+/// and counts from the setpoint on, which changes no code ([`firmware::counts`]).
 #[derive(Debug, Clone)]
 pub struct FirmwareOnCounts {
     controller: Controller<1>,
@@ -81,19 +80,27 @@ impl FirmwareOnCounts {
     /// # Errors
     /// Those of [`FirmwareLaw::new`].
     pub fn new(case: &Case, period_ns: u64) -> Result<Self, QuantiseError> {
-        let law = papers_law(case, period_ns)?.law;
+        Ok(Self::of(papers_law(case, period_ns)?.law))
+    }
+
+    fn of(law: Law) -> Self {
         let controller = Controller::new(law, SetpointTable::resting_at(0));
-        Ok(Self {
+        Self {
             state: ControllerState::start(&controller),
             controller,
-        })
+        }
+    }
+
+    #[inline]
+    fn tick(&mut self, setpoint: i32, count: i32) -> ControllerOutput {
+        let relative = counts::difference(count, setpoint);
+        self.controller.tick(&mut self.state, relative)
     }
 
     /// The code for setpoint and position in whole counts.
     #[inline]
     pub fn code(&mut self, setpoint_counts: f64, position_counts: f64) -> f64 {
         let [setpoint, count] = [setpoint_counts, position_counts].map(|n| counts::wrap(whole(n)));
-        let relative = counts::difference(count, setpoint);
-        f64::from(self.controller.tick(&mut self.state, relative).code)
+        f64::from(self.tick(setpoint, count).code)
     }
 }

@@ -50,8 +50,7 @@ impl Controller {
     /// sample time.
     ///
     /// # Errors
-    /// [`QuantiseError`] on rung `firmware`, if a gain has no fixed-point form or
-    /// the motion is longer than the setpoint table.
+    /// [`QuantiseError`] on rung `firmware`, if a gain has no fixed-point form.
     pub fn new(case: &Case, io: IoKind) -> Result<Option<Self>, QuantiseError> {
         let Some(period_ns) = case.controller.sample_time_ns else {
             return Ok(None);

@@ -99,7 +99,7 @@ pub(crate) struct Folded<V> {
 }
 
 /// The controller of rungs `sampled` and `quantised`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct SampledLaw {
     setpoint: Setpoint,
     pid: Pid<f64>,

@@ -1,19 +1,24 @@
 //! The motion command in counts, sample by sample.
 
-use firmware::{CAPACITY, SetpointTable};
+use firmware::counts;
+use firmware::law::words::LARGEST_RATE;
 use plant::{Encoder, Motion};
 
+use super::world::Table;
 use crate::case::Case;
 use crate::message::whole;
 use crate::number::seconds;
-use crate::quantise::{QuantiseError, setpoint_table};
+use crate::quantise::{QuantiseError, power_of_two};
+use crate::scaling::RateBits;
 
 /// The motor angle that the motion asks for.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Setpoint {
     motion: Motion,
     encoder: Encoder,
     period_ns: u64,
+    /// Length of the run \[ns\].
+    duration_ns: u64,
     /// Carriage displacement per motor angle, `p·z` \[m/rad\].
     metres_per_rad: f64,
 }
@@ -23,9 +28,10 @@ impl Setpoint {
     pub fn new(case: &Case, period_ns: u64) -> Self {
         let transmission = &case.axis.transmission;
         Self {
-            motion: case.motion,
+            motion: case.motion.clone(),
             encoder: case.encoder,
             period_ns,
+            duration_ns: case.run.duration_ns,
             metres_per_rad: transmission.screw_pitch_m_per_rad * transmission.gear_ratio,
         }
     }
@@ -50,10 +56,9 @@ impl Setpoint {
         self.encoder.position_counts(travel_rad)
     }
 
-    /// Largest speed of the motion, where its acceleration ends \[m/s\].
+    /// Largest speed of the motion \[m/s\].
     pub(super) fn peak_mps(&self) -> f64 {
-        let [t1, t2, t3, ..] = self.motion.intervals_s();
-        self.motion.at(t1 + t2 + t3).velocity_mps.abs()
+        self.motion.peak_velocity_mps()
     }
 
     /// `α_ref(t_k)` \[rad\].
@@ -75,33 +80,82 @@ impl Setpoint {
     /// The first sample at or after the motion's end.
     pub(super) fn last_tick(&self) -> u64 {
         let end_s = self.motion.end_s();
-        let estimate = whole((end_s / seconds(self.period_ns)).floor());
-        let mut tick = u64::try_from(estimate).unwrap_or(0).saturating_sub(1);
-        while seconds(tick.saturating_mul(self.period_ns)) < end_s {
-            tick += 1;
-        }
-        tick
+        let quotient = whole((end_s / seconds(self.period_ns)).floor());
+        // Rounding puts the quotient off by one at most; a motion beyond the clock's
+        // range has no such sample.
+        let first = u64::try_from(quotient).unwrap_or(0).saturating_sub(1);
+        let ended = |tick: &u64| seconds(tick.saturating_mul(self.period_ns)) >= end_s;
+        (first..first + 3).find(ended).unwrap_or(first + 3)
     }
 
-    /// The last sample, if a table holds the setpoints up to it: refused before 10^9
-    /// samples of a motion are computed for it.
-    ///
-    /// # Errors
-    /// [`QuantiseError::Refused`] if the motion is longer than the table.
-    pub(super) fn last_in_table(&self) -> Result<u64, QuantiseError> {
-        let last = self.last_tick();
-        let needed = last.saturating_add(1);
-        match usize::try_from(needed) {
-            Ok(needed) if needed <= CAPACITY => Ok(last),
-            _ => Err(QuantiseError::too_long(needed, CAPACITY)),
-        }
+    /// Velocity \[counts/sample\] and acceleration \[counts/sample²\] from those of the
+    /// carriage \[m/s, m/s²\].
+    fn per_sample(&self, velocity_mps: f64, acceleration_mps2: f64) -> [f64; 2] {
+        let dt_s = seconds(self.period_ns);
+        let counts_per_m = self.counts_per_m();
+        [
+            velocity_mps * counts_per_m * dt_s,
+            acceleration_mps2 * counts_per_m * (dt_s * dt_s),
+        ]
     }
 
-    /// The setpoints of the whole motion.
+    /// The finest rates of a table that stay below the largest that a law takes, 2^24 units:
+    /// as the firmware's generator chooses them.
     ///
     /// # Errors
-    /// [`QuantiseError`] if the motion is longer than the table.
-    pub fn table(&self) -> Result<SetpointTable<CAPACITY>, QuantiseError> {
-        setpoint_table((0..=self.last_in_table()?).map(|tick| self.count(tick)))
+    /// [`QuantiseError::Setting`] if the motion is too fast for whole counts.
+    pub(super) fn rate_bits(&self) -> Result<RateBits, QuantiseError> {
+        let peak_mps2 = (self.motion).peak_acceleration_until_mps2(self.motion.end_s());
+        let peaks = self.per_sample(self.peak_mps(), peak_mps2);
+        let most = (LARGEST_RATE - 1) as f64;
+        let finest = |(peak, unit): (f64, &str)| {
+            // A rounded peak stays below as well.
+            let holds = |&bits: &u8| (peak * power_of_two(bits)).round() <= most;
+            (0..=60).rev().find(holds).ok_or_else(|| {
+                let because = format!(
+                    "the motion reaches {peak:.0} counts per {unit}; it must stay below 2^24, \
+                     with a longer motion or a shorter sample time"
+                );
+                QuantiseError::setting("controller.sample_time_s", seconds(self.period_ns), because)
+            })
+        };
+        let [velocity, acceleration] = peaks;
+        Ok(RateBits {
+            velocity: finest((velocity, "sample"))?,
+            acceleration: finest((acceleration, "sample²"))?,
+        })
+    }
+
+    /// Velocity and acceleration of the command at a sample, in these fractions of counts.
+    fn rates(&self, tick: u64, bits: RateBits) -> [i32; 2] {
+        let point = self.motion.at(seconds(tick.saturating_mul(self.period_ns)));
+        let [v, a] = self.per_sample(point.velocity_mps, point.acceleration_mps2);
+        // Below 2^24 by the choice of the fractions.
+        let word = |rate: f64, bits| (rate * power_of_two(bits)).round() as i32;
+        [word(v, bits.velocity), word(a, bits.acceleration)]
+    }
+
+    /// The samples of a table: up to the motion's end, or to the first behind the run.
+    fn ticks(&self) -> impl Iterator<Item = u64> {
+        let behind = self.duration_ns / self.period_ns + 1;
+        0..=self.last_tick().min(behind)
+    }
+
+    /// The setpoints of the run \[counts modulo 2^32\], the last of which is held.
+    pub(super) fn positions(&self) -> Vec<i32> {
+        let position = |tick| counts::wrap(self.count(tick));
+        self.ticks().map(position).collect()
+    }
+
+    /// The table of them, with the rates where these are given in such fractions.
+    pub(super) fn table(&self, rates: Option<RateBits>) -> Table {
+        let Some(bits) = rates else {
+            return Table::new(self.positions(), false);
+        };
+        let rated = |tick| {
+            let [v, a] = self.rates(tick, bits);
+            [counts::wrap(self.count(tick)), v, a]
+        };
+        Table::new(self.ticks().flat_map(rated).collect(), true)
     }
 }

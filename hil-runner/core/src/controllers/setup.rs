@@ -9,7 +9,6 @@ use firmware::monitor::{
 use firmware::motion::MotionPlan;
 use firmware::output::{Output, Quantiser};
 use firmware::position::CounterParameters;
-use firmware::reference::TableSource;
 use firmware::{Dac, Event};
 use plant::Encoder;
 
@@ -17,7 +16,7 @@ use super::setpoint::Setpoint;
 use super::world::{Generator, Source, StreamedQueue};
 use crate::case::Case;
 use crate::message::whole;
-use crate::options::{self, Feedback, RestIntegrator, SetpointOrigin};
+use crate::options::{self, Compensation, Feedback, RestIntegrator, SetpointOrigin};
 use crate::quantise::{PARTS, QuantiseError, finest_word, key};
 use crate::scaling::{
     FOLLOWING_ERROR, FOLLOWING_ERROR_PER_SPEED, RateBits, ScaledLaw, ScalingRequest,
@@ -48,6 +47,8 @@ pub struct Setup<'a> {
     /// The encoder at the load, where the position comes from it.
     load: Option<Encoder>,
     plan: Option<MotionPlan>,
+    /// Fractions of the rates that come with the setpoints; none where these are positions.
+    rates: Option<RateBits>,
 }
 
 impl<'a> Setup<'a> {
@@ -62,7 +63,7 @@ impl<'a> Setup<'a> {
             Some(load) => Setpoint::of_load(case, period_ns, load),
             None => Setpoint::new(case, period_ns),
         };
-        let travel_counts = setpoint.travel_counts();
+        let travel_counts = case.motion.largest_displacement_m() * setpoint.counts_per_m();
         if travel_counts.abs() >= 2_147_483_648.0 {
             let because = format!(
                 "it makes {} encoder counts; a travel must be shorter than 2^31 = 2147483648",
@@ -74,7 +75,17 @@ impl<'a> Setup<'a> {
         }
         let plan = match case.options.law.setpoints {
             SetpointOrigin::Table => None,
+            // What no plan makes, the queue has from a table.
+            SetpointOrigin::Queue if case.motion.intervals_s().is_none() => None,
             _ => Some(plan(case, period_ns, &setpoint)?),
+        };
+        let rates = match &plan {
+            Some(plan) => Some(RateBits {
+                velocity: plan.head().velocity_fraction_bits,
+                acceleration: plan.head().acceleration_fraction_bits,
+            }),
+            None if reads_rates(case) => Some(setpoint.rate_bits()?),
+            None => None,
         };
         Ok(Self {
             case,
@@ -82,6 +93,7 @@ impl<'a> Setup<'a> {
             setpoint,
             load,
             plan,
+            rates,
         })
     }
 
@@ -193,21 +205,22 @@ impl<'a> Setup<'a> {
     }
 
     /// The setpoints of the run, with the feed-forward of the law.
-    ///
-    /// # Errors
-    /// [`QuantiseError::Refused`] if the motion is longer than the table.
-    pub fn source(&self, law: &Law) -> Result<Source, QuantiseError> {
-        Ok(match (self.case.options.law.setpoints, &self.plan) {
+    pub fn source(&self, law: &Law) -> Source {
+        match (self.case.options.law.setpoints, &self.plan) {
             (SetpointOrigin::Generator, Some(plan)) => {
                 Source::Generator(Box::new(Generator::new(plan, law)))
             }
             (SetpointOrigin::Queue, Some(plan)) => {
                 let generator = Generator::new(plan, law);
-                let queue = StreamedQueue::new(generator, self.rates().velocity);
+                let queue = StreamedQueue::of_stretches(generator, self.rates().velocity);
                 Source::Queue(Box::new(queue))
             }
-            _ => Source::Table(Box::new(TableSource::new(self.setpoint.table()?))),
-        })
+            (SetpointOrigin::Queue, None) => {
+                let table = self.setpoint.table(self.rates);
+                Source::Queue(Box::new(StreamedQueue::of_table(table)))
+            }
+            _ => Source::Table(self.setpoint.table(self.rates)),
+        }
     }
 
     /// `ρ`: motor counts per count of the position's encoder.
@@ -230,12 +243,7 @@ impl<'a> Setup<'a> {
     }
 
     fn rates(&self) -> RateBits {
-        self.plan
-            .as_ref()
-            .map_or(RateBits::default(), |plan| RateBits {
-                velocity: plan.head().velocity_fraction_bits,
-                acceleration: plan.head().acceleration_fraction_bits,
-            })
+        self.rates.unwrap_or_default()
     }
 
     fn quantiser(&self) -> Quantiser {
@@ -303,11 +311,30 @@ impl<'a> Setup<'a> {
     }
 }
 
+/// True of an axis that asks for more of a setpoint than its position.
+fn reads_rates(case: &Case) -> bool {
+    let options = &case.options;
+    let ahead = &options.law.feed_forward;
+    let gains = [
+        ahead.velocity_s,
+        ahead.acceleration_s2,
+        ahead.friction_codes,
+    ];
+    let lag = options.limits.following_error;
+    gains.iter().any(|gain| *gain > 0.0)
+        || lag.is_some_and(|limit| limit.per_speed_s > 0.0)
+        || options.backlash.compensation != Compensation::None
+}
+
 /// The plan of the motion for the firmware's generator.
 fn plan(case: &Case, period_ns: u64, setpoint: &Setpoint) -> Result<MotionPlan, QuantiseError> {
     let travel = setpoint.travel_counts() * 4_294_967_296.0;
     let period = u32::try_from(period_ns).unwrap_or(u32::MAX);
-    let intervals_s = case.motion.intervals_s();
+    let intervals_s = case.motion.intervals_s().ok_or_else(|| {
+        let because = "controller.setpoints = \"generator\" plans one move in seven intervals; a row \
+                       of moves and a profile need \"table\" or \"queue\"";
+        QuantiseError::Bench(because.to_owned())
+    })?;
     let intervals_ps = intervals_s.map(|t_s| (t_s * 1e12).round() as u64);
     let travel = whole(travel.round());
     Ok(MotionPlan::new(travel, intervals_ps, period)?)

@@ -2,10 +2,10 @@
 //! requests, injected faults, a queue that runs dry; and the axis' reports so far.
 
 use firmware::law::Law;
-use firmware::reference::TableSource;
+use firmware::reference::{TablePlace, next_rated};
 use firmware::{
-    CAPACITY, Event, Fault, MotionPlan, Next, Observed, Setpoint, SetpointSource, SetpointTable,
-    State, Stream, Streamed, Stretch, counts,
+    Event, Fault, MotionPlan, Next, Observed, Setpoint, SetpointSource, State, Stream, Streamed,
+    Stretch, counts,
 };
 
 use crate::message::{AxisStatus, Command, Measurement};
@@ -199,7 +199,7 @@ impl Reported {
 #[derive(Debug, Clone)]
 pub enum Source {
     /// The table in the controller's memory.
-    Table(Box<TableSource<SetpointTable<CAPACITY>, CAPACITY>>),
+    Table(Table),
     /// The firmware's generator.
     Generator(Box<Generator>),
     /// A queue that the host keeps filled.
@@ -209,10 +209,40 @@ pub enum Source {
 impl SetpointSource for Source {
     fn next(&mut self, observed: &Observed) -> Next {
         match self {
-            Self::Table(table) => table.next(observed),
+            Self::Table(table) => table.next(),
             Self::Generator(generator) => generator.next(),
             Self::Queue(queue) => queue.next(observed),
         }
+    }
+}
+
+/// A table as words of a controller's memory, and how far it has been read.
+#[derive(Debug, Clone)]
+pub struct Table {
+    /// Positions, or three words a sample where the rates stand beside them.
+    pub words: Vec<i32>,
+    /// Velocity and acceleration follow each position.
+    pub has_rates: bool,
+    place: TablePlace,
+    at: usize,
+}
+
+impl Table {
+    pub(super) const fn new(words: Vec<i32>, has_rates: bool) -> Self {
+        Self {
+            words,
+            has_rates,
+            place: TablePlace::START,
+            at: 0,
+        }
+    }
+
+    fn next(&mut self) -> Next {
+        if self.has_rates {
+            return next_rated(&self.words, &mut self.at);
+        }
+        let last = self.words.last().copied().unwrap_or(0);
+        self.place.next_of(&self.words, last)
     }
 }
 
@@ -251,14 +281,51 @@ impl Generator {
 /// Setpoints that wait between the link and the axis.
 const WAITING: usize = 16;
 
-/// A queue that the host keeps full from a generator of its own.
+/// Setpoints for a queue, one after the other.
+#[derive(Debug, Clone)]
+enum Supply {
+    /// From a generator of the host: the present stretch at the last sample, what is left of
+    /// it, and the fraction bits of its velocity.
+    Stretches(Generator, Stretch, u32, u8),
+    /// From a table, where no generator makes the motion.
+    Table(Table),
+}
+
+impl Supply {
+    fn next(&mut self) -> Streamed {
+        let (generator, stretch, left, bits) = match self {
+            Self::Stretches(generator, stretch, left, bits) => (generator, stretch, left, *bits),
+            Self::Table(table) => {
+                return match table.next() {
+                    Next::Setpoint(setpoint) => Streamed::Setpoint(setpoint),
+                    Next::Last(setpoint) => Streamed::Last(setpoint),
+                    // A table has a setpoint at least and no stretches.
+                    Next::Stretch(_) | Next::Underrun => Streamed::Last(Setpoint::default()),
+                };
+            }
+        };
+        if *left > 0 {
+            stretch.advance();
+            *left -= 1;
+        } else {
+            match generator.next() {
+                Next::Stretch(next) => (*stretch, *left) = (next, next.samples - 1),
+                _ => {
+                    return Streamed::Last(Setpoint {
+                        position: generator.end,
+                        ..Setpoint::default()
+                    });
+                }
+            }
+        }
+        Streamed::Setpoint(stretch.first(bits))
+    }
+}
+
+/// A queue that the host keeps full.
 #[derive(Debug, Clone)]
 pub struct StreamedQueue {
-    generator: Generator,
-    /// The present stretch at the last sample that was sent, and what is left of it.
-    stretch: Stretch,
-    left: u32,
-    velocity_fraction_bits: u8,
+    supply: Supply,
     stream: Stream<WAITING>,
     /// The end of the motion was sent.
     ended: bool,
@@ -267,12 +334,23 @@ pub struct StreamedQueue {
 }
 
 impl StreamedQueue {
-    pub(super) fn new(generator: Generator, velocity_fraction_bits: u8) -> Self {
-        Self {
+    pub(super) fn of_stretches(generator: Generator, velocity_fraction_bits: u8) -> Self {
+        let stretch = Stretch::default();
+        Self::new(Supply::Stretches(
             generator,
-            stretch: Stretch::default(),
-            left: 0,
+            stretch,
+            0,
             velocity_fraction_bits,
+        ))
+    }
+
+    pub(super) fn of_table(table: Table) -> Self {
+        Self::new(Supply::Table(table))
+    }
+
+    fn new(supply: Supply) -> Self {
+        Self {
+            supply,
             stream: Stream::new(),
             ended: false,
             last: None,
@@ -283,22 +361,8 @@ impl StreamedQueue {
     pub fn fill(&mut self, broken: bool) {
         let (mut sender, _) = self.stream.split();
         while !broken && !self.ended && sender.room() > 0 {
-            if self.left > 0 {
-                self.stretch.advance();
-                self.left -= 1;
-            } else if let Next::Stretch(stretch) = self.generator.next() {
-                (self.stretch, self.left) = (stretch, stretch.samples - 1);
-            } else {
-                self.ended = true;
-            }
-            let item = if self.ended {
-                Streamed::Last(Setpoint {
-                    position: self.generator.end,
-                    ..Setpoint::default()
-                })
-            } else {
-                Streamed::Setpoint(self.stretch.first(self.velocity_fraction_bits))
-            };
+            let item = self.supply.next();
+            self.ended = matches!(item, Streamed::Last(_));
             // There is room, by the loop's condition.
             let _ = sender.send(item);
         }

@@ -11,7 +11,7 @@ use crate::rest::{MOST, Window};
 /// Everything that runs must share to go side by side: the axis but for b, which
 /// is 0 here, the command, the timing and the law. Gains, encoder, converter, amplifier,
 /// settling band and budget are each run's own.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Family {
     pub(crate) axis: AxisParameters,
     pub(crate) motion: Motion,
@@ -27,7 +27,7 @@ pub(crate) struct Family {
 impl Family {
     /// The family of a case; none where the run has to be made by itself:
     /// another solver, the continuous law, an axis with more than the paper's
-    /// law, a delay that is measured, a duration that ends within a sample, or a
+    /// law, drive or loads, a delay that is measured, a duration that ends within a sample, or a
     /// window of rest that takes too much memory side by side.
     pub(crate) fn of(case: &Case) -> Option<Self> {
         let period_ns = case.controller.sample_time_ns.filter(|&ns| ns > 0)?;
@@ -38,6 +38,7 @@ impl Family {
             && (law != Law::Firmware || case.options.is_off())
             && case.solver() == Solver::Exact
             && case.axis.is_affine()
+            && case.surroundings().is_papers()
             && delay_ns <= period_ns
             && duration_ns.is_multiple_of(period_ns);
         if !fits {
@@ -53,7 +54,7 @@ impl Family {
         }
         Some(Self {
             axis,
-            motion: case.motion,
+            motion: case.motion.clone(),
             law,
             period_ns,
             delay_ns,
@@ -113,7 +114,7 @@ pub struct Parcel {
 pub fn parcels(cases: &[Case], threads: usize) -> Vec<Parcel> {
     let mut parcels = Vec::new();
     for Parcel { family, places } in groups(cases) {
-        let share = match family {
+        let share = match &family {
             None => 1,
             Some(_) => {
                 let share = places.len().div_ceil(threads);
@@ -121,7 +122,7 @@ pub fn parcels(cases: &[Case], threads: usize) -> Vec<Parcel> {
             }
         };
         parcels.extend(places.chunks(share).map(|places| Parcel {
-            family,
+            family: family.clone(),
             places: places.to_vec(),
         }));
     }
@@ -179,7 +180,7 @@ impl Commands {
     pub(crate) fn new(family: &Family) -> Self {
         let transmission = &family.axis.transmission;
         let mut commands = Self {
-            motion: family.motion,
+            motion: family.motion.clone(),
             period_ns: family.period_ns,
             steps_ns: family.steps().lengths_ns,
             metres_per_rad: transmission.screw_pitch_m_per_rad * transmission.gear_ratio,

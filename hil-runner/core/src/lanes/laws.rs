@@ -292,7 +292,7 @@ mod tests {
     fn the_folded_sum_gives_the_codes_of_the_law_as_written() {
         let mut case = runfile::builtin("paper-2", &["controller.law=quantised".into()]).unwrap();
         let period_ns = case.controller.sample_time_ns.unwrap();
-        let motion = case.motion;
+        let motion = case.motion.clone();
         let transmission = case.axis.transmission;
         let metres_per_rad = transmission.screw_pitch_m_per_rad * transmission.gear_ratio;
         let beta_per_count = transmission.gear_ratio / case.encoder.counts_per_rad;

@@ -57,15 +57,15 @@ impl<W: Width> Lanes<W> {
         let batch = Batch::new(width, &family.axis, &steps.lengths_ns[..steps.number])?;
         Ok(Self {
             width,
-            family,
             commands: Commands::new(&family),
+            end: EndOfCommand::of(&family.motion, family.samples * family.period_ns),
+            family,
             batch,
             setups: Vec::new(),
             groups: Vec::new(),
             seen: Vec::new(),
             at_rest: Vec::new(),
             line: Line::default(),
-            end: EndOfCommand::of(&family.motion, family.samples * family.period_ns),
             firmware: Vec::new(),
             refused: Vec::new(),
             sums: Vec::new(),
@@ -138,7 +138,7 @@ impl<W: Width> Lanes<W> {
             self.setups.push(LaneSetup {
                 backlash_half_rad: case.axis.transmission.joint.backlash_half_rad(),
                 extremes: ExtremesSettings {
-                    motion: case.motion,
+                    motion: case.motion.clone(),
                     settling_band_m: 1e-6 * case.run.settling_band_um,
                 },
             });
@@ -295,7 +295,7 @@ impl<W: Width> Lanes<W> {
             extremes: &extremes,
             rows: &rows,
             // A sum of step lengths: whole and not negative.
-            held_limit_ns: limited_ns as u64,
+            held_limit_ns: [limited_ns as u64, 0],
             events: None,
             axis: None,
             chip: None,

@@ -139,7 +139,7 @@ impl Runs {
         mut each: impl FnMut(usize, Result<Summary, RunError>),
     ) {
         for places in parcel.places.chunks(Self::AT_A_TIME) {
-            let prepared = match parcel.family {
+            let prepared = match &parcel.family {
                 Some(family) if places.len() > MOST_ALONE => self.prepared(family).ok(),
                 _ => None,
             };
@@ -154,12 +154,12 @@ impl Runs {
     }
 
     /// The lanes for a family: those at hand if there are such.
-    fn prepared(&mut self, family: Family) -> Result<&mut dyn SideBySide, RunError> {
+    fn prepared(&mut self, family: &Family) -> Result<&mut dyn SideBySide, RunError> {
         let mut known = self.families.iter();
-        let known = known.position(|lanes| *lanes.family() == family);
+        let known = known.position(|lanes| lanes.family() == family);
         let lanes = match known {
             Some(place) => self.families.remove(place),
-            None => side_by_side(self.level, family)?,
+            None => side_by_side(self.level, family.clone())?,
         };
         if self.families.len() >= MOST_FAMILIES {
             self.families.remove(0);

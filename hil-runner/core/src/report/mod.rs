@@ -14,10 +14,12 @@ use crate::budget::Verdict;
 use crate::chip_cost::{ChipReport, StateCost};
 use crate::figures::{CHIP_FIGURES, Figure, HOST_STEP_P99, SUMMARY_FIGURES};
 use crate::ladder::{GRID_NS, Rung};
+use crate::measured::{LogDifference, MeasuredLog};
 use crate::number::{column, column_option, seconds};
 use crate::record::GridPoint;
 use crate::reservation::kept_but;
 use crate::run::{CaseRun, HostTiming, keys_without_effect};
+use crate::runfile::values_of_template;
 use crate::summary::Summary;
 use parameters::{text, value};
 
@@ -43,6 +45,28 @@ pub struct Report {
     pub cases: Vec<CaseReport>,
     /// The rungs of one case side by side, from `hil-runner ladder`.
     pub ladder: Option<LadderReport>,
+    /// The measured log that is laid over all of them.
+    pub log: Option<MeasuredLog>,
+}
+
+impl Report {
+    /// The same with a measured log over it; `differences` are those of the cases,
+    /// or of the rungs, in their order.
+    #[must_use]
+    pub fn with_log(mut self, log: MeasuredLog, differences: Vec<Vec<LogDifference>>) -> Self {
+        let rungs = self.ladder.iter_mut().flat_map(|ladder| &mut ladder.rungs);
+        let of_rungs = rungs.map(|rung| &mut rung.log);
+        let places = self
+            .cases
+            .iter_mut()
+            .map(|case| &mut case.log)
+            .chain(of_rungs);
+        for (place, differences) in places.zip(differences) {
+            *place = differences;
+        }
+        self.log = Some(log);
+        self
+    }
 }
 
 /// The report of one or more runs.
@@ -55,6 +79,7 @@ pub fn report(title: &str, command_line: &str, runs: &[CaseRun]) -> Report {
         cases: runs.iter().map(CaseReport::of).collect(),
         reserved: kept_but(&named),
         ladder: None,
+        log: None,
     }
 }
 
@@ -92,6 +117,8 @@ pub struct CaseReport {
     pub warnings: Vec<String>,
     /// The curves.
     pub traces: Traces,
+    /// Differences to the columns of the log.
+    pub log: Vec<LogDifference>,
 }
 
 impl CaseReport {
@@ -123,6 +150,7 @@ impl CaseReport {
             reserved: kept_but(&[run.named_reservations()]),
             warnings: run.warnings.clone(),
             traces: Traces::of(case, &run.outcome),
+            log: Vec::new(),
         }
     }
 }
@@ -223,7 +251,14 @@ impl LadderReport {
         let below = std::iter::once(None).chain(rungs.iter().map(Some));
         Self {
             case: case.to_owned(),
-            warnings: Vec::from_iter(keys_without_effect(rungs.iter().map(|rung| &rung.case))),
+            warnings: keys_without_effect(rungs.iter().map(|rung| &rung.case))
+                .into_iter()
+                .chain(
+                    rungs
+                        .first()
+                        .and_then(|rung| values_of_template(&rung.case)),
+                )
+                .collect(),
             t_s: ticks.map(|tick| seconds(tick * GRID_NS)).collect(),
             rungs: rungs
                 .iter()
@@ -256,13 +291,10 @@ pub struct LadderRung {
     pub rms_pos_diff_um: Held,
     /// Remarks that the reader must see, one sentence each.
     pub warnings: Vec<String>,
-    /// Times of its own acceleration \[s\], never descending: the same time
-    /// stands twice where it jumps, so that needles have their full height.
-    #[serde(serialize_with = "column")]
-    pub t_s: Vec<f64>,
-    /// Carriage acceleration ẍ at these times \[m/s²\].
-    #[serde(serialize_with = "column")]
-    pub acc_mps2: Vec<f64>,
+    /// Its curves.
+    pub traces: Traces,
+    /// Differences to the columns of the log.
+    pub log: Vec<LogDifference>,
     /// Difference of ẍ to the rung below on the rows \[m/s²\].
     #[serde(serialize_with = "column_option")]
     pub acc_diff_mps2: Option<Vec<f64>>,
@@ -273,7 +305,7 @@ pub struct LadderRung {
 
 impl LadderRung {
     fn of(rung: &Rung, below: Option<&Rung>) -> Self {
-        let (summary, plot) = (&rung.outcome.summary, &rung.outcome.plot);
+        let summary = &rung.outcome.summary;
         let held = |key: &str| (summary.figure(key), summary.digits(key));
         let [acc_digits, position_digits] = rung.difference_digits;
         let difference = |of: fn(&GridPoint, &GridPoint) -> f64| {
@@ -291,8 +323,8 @@ impl LadderRung {
             rms_acc_diff_mps2: (rung.difference.map(|d| d.rms_acc_mps2), acc_digits),
             rms_pos_diff_um: (rung.difference.map(|d| d.rms_position_um), position_digits),
             warnings: rung.warnings(),
-            t_s: plot.iter().map(|point| point.t_s).collect(),
-            acc_mps2: plot.iter().map(|point| point.acc_mps2).collect(),
+            traces: Traces::of(&rung.case, &rung.outcome),
+            log: Vec::new(),
             acc_diff_mps2: difference(|u, l| u.acc_mps2 - l.acc_mps2),
             pos_diff_um: difference(|u, l| 1e6 * (u.x_m - l.x_m)),
         }

@@ -2,10 +2,13 @@
 //! that a run file can say, less what the rung does not use and what is off. The
 //! words are those of the table of keys.
 
+use plant::Load;
 use serde::Serialize;
 
+use plant::Course;
+
 use crate::case::Case;
-use crate::number;
+use crate::number::{self, seconds};
 use crate::quantise::FixedPointGains;
 use crate::runfile::{Key, SECTIONS, Value};
 
@@ -53,9 +56,40 @@ pub(crate) fn of(case: &Case) -> Vec<Parameter> {
             block = first.unwrap_or(block);
             rows.extend(row(key, case).map(|row| (block, row)));
         }
+        if section.name == "motion" {
+            rows.extend(moves(case).map(|row| (block, row)));
+        }
     }
     rows.sort_by_key(|(block, _)| *block);
-    rows.into_iter().map(|(_, row)| row).collect()
+    let rows = rows.into_iter().map(|(_, row)| row);
+    rows.chain(case.loads.iter().map(load)).collect()
+}
+
+/// A load that acts for a time.
+fn load(load: &Load) -> Parameter {
+    let from_s = number::table(seconds(load.from_ns));
+    let label = match load.to_ns {
+        Some(to_ns) => {
+            let to_s = number::table(seconds(to_ns));
+            format!("Load from {from_s} s to {to_s} s")
+        }
+        None => format!("Load from {from_s} s on"),
+    };
+    value(&label, load.force_n, "N")
+}
+
+/// The moves of a row, a line each.
+fn moves(case: &Case) -> impl Iterator<Item = Parameter> {
+    let moves: &[_] = match case.motion.course() {
+        Course::Row(moves) => moves,
+        _ => &[],
+    };
+    (1..).zip(moves).map(|(place, (motion, dwell_s))| {
+        let [travel, time, dwell] =
+            [1e3 * motion.travel_m(), motion.end_s(), *dwell_s].map(number::table);
+        let words = format!("{travel} mm in {time} s, then {dwell} s of rest");
+        text(&format!("Move {place}"), &words, "")
+    })
 }
 
 /// One setting; nothing where it is not shown.
@@ -95,4 +129,31 @@ pub(crate) fn of_words(words: &FixedPointGains) -> Vec<Parameter> {
     let limit = words.error_limit.to_string();
     let range = text("Declared range of |e|", &limit, "counts");
     gains.chain([range]).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::runfile::{self, builtin_text};
+
+    #[test]
+    fn limits_and_moves_are_shown() {
+        let shown = |lines: &str, label: &str| {
+            let text = builtin_text("paper-1").unwrap();
+            let (before, rest) = text.split_once("[motion]\n").unwrap();
+            let (_, after) = rest.split_once("\n[").unwrap();
+            let case = runfile::parse("x.toml", &format!("{before}{lines}\n[{after}"), &[]);
+            let found = of(&case.unwrap())
+                .into_iter()
+                .find(|row| row.label == label);
+            found.map(|row| format!("{} {}", row.value, row.unit))
+        };
+        let limits = "[motion]\ntravel_mm = 40\nmax_acceleration_mps2 = 4\n";
+        let found = shown(limits, "Motion's acceleration limit");
+        assert_eq!(found.unwrap(), "4 m/s²");
+        assert_eq!(shown(limits, "Motion's jerk limit"), None);
+        let moves = limits.replace("[motion]", "[[move]]") + "dwell_s = 0.5\n";
+        let found = shown(&moves, "Move 1");
+        assert_eq!(found.unwrap(), "40 mm in 0.2 s, then 0.5 s of rest ");
+    }
 }

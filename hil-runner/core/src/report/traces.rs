@@ -29,6 +29,18 @@ pub struct Traces {
     /// Carriage acceleration ẍ \[m/s²\].
     #[serde(serialize_with = "column")]
     pub acc_mps2: Vec<f64>,
+    /// Commanded displacement of the carriage \[m\].
+    #[serde(serialize_with = "column")]
+    pub x_ref_m: Vec<f64>,
+    /// Displacement of the carriage x = p·γ \[m\].
+    #[serde(serialize_with = "column")]
+    pub x_m: Vec<f64>,
+    /// Commanded velocity of the carriage \[m/s\].
+    #[serde(serialize_with = "column")]
+    pub v_ref_mps: Vec<f64>,
+    /// Velocity of the carriage v = p·γ̇ \[m/s\].
+    #[serde(serialize_with = "column")]
+    pub v_mps: Vec<f64>,
     /// x_ref − x at the carriage \[mm\].
     #[serde(serialize_with = "column")]
     pub following_error_mm: Vec<f64>,
@@ -84,6 +96,10 @@ impl Traces {
             t_s: of_points(&|p| p.t_s),
             acc_ref_mps2: points.iter().enumerate().map(acc_ref).collect(),
             acc_mps2: of_points(&|p| p.acc_mps2),
+            x_ref_m: of_points(&|p| case.motion.at(p.t_s).displacement_m),
+            x_m: of_points(&|p| pitch * p.state.gamma_rad()),
+            v_ref_mps: of_points(&|p| case.motion.at(p.t_s).velocity_mps),
+            v_mps: of_points(&|p| pitch * p.state.gamma_dot_radps()),
             following_error_mm: of_points(&|p| {
                 1e3 * (case.motion.at(p.t_s).displacement_m - pitch * p.state.gamma_rad())
             }),

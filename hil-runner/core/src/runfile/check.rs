@@ -5,9 +5,10 @@
 use super::errors::{Findings, Place, Problem, one_line};
 use super::key_path::{self, Hint};
 use super::keys::{
-    Key, Kind, LARGEST_MAGNITUDE, LONGEST_TIME_S, Need, Range, SMALLEST_MAGNITUDE, Section, path,
+    Key, Kind, LARGEST_MAGNITUDE, LONGEST_TIME_S, List, Need, Range, SMALLEST_MAGNITUDE, Section,
+    Way, path,
 };
-use super::table::{self, SECTIONS};
+use super::table::{self, LISTS, SECTIONS};
 use super::tree::{Node, Number, Table, Toml, nanoseconds};
 use super::values::{Setting, Value, show_number};
 use crate::case::Law;
@@ -19,6 +20,7 @@ pub(super) fn check(tree: &Table, findings: &mut Findings) -> Values {
     for section in SECTIONS {
         let node = tree.get(section.name);
         let table = tree.section(section.name);
+        let list = table::list_instead_of(section).filter(|list| tree.get(list.row.name).is_some());
         match node {
             Some(node) if table.is_none() => {
                 let because = format!("{0} is a section; write [{0}]", section.name);
@@ -27,46 +29,104 @@ pub(super) fn check(tree: &Table, findings: &mut Findings) -> Values {
             }
             None if table.is_none()
                 && section.is_required()
+                && list.is_none()
                 && !meant.contains(&("", section.name)) =>
             {
                 findings.push_missing(None, lacks_section(section));
             }
+            Some(node) if let Some(list) = list => {
+                let because = match &node.place {
+                    Place::Line(line) => format!("[{}] (line {line})", section.name),
+                    _ => format!("[{}]", section.name),
+                };
+                let because = format!("{because} is there too; a file has one of them");
+                if let Some(rows) = tree.get(list.row.name) {
+                    not_allowed(findings, rows, list.row.name, because);
+                }
+            }
             _ => {}
         }
-        for key in section.keys {
-            let entry = if let Some(node) = table.and_then(|table| table.get(key.name)) {
-                let checked = check_value(key, node).map_err(|because| {
-                    not_allowed(findings, node, &path(section.name, key.name), because);
-                });
-                Some(Entry {
-                    place: Some(node.place.clone()),
-                    text: node.text.clone(),
-                    value: checked.ok(),
-                })
-            } else {
-                let excused = meant.contains(&(section.name, key.name));
-                if let Some(table) = table.filter(|_| !excused)
-                    && let Some(words) = missing_words(key, section, table, tree)
-                {
-                    let place = node.map(|node| &node.place);
-                    let line = match place {
-                        Some(Place::Line(line)) => format!(" (line {line})"),
-                        _ => String::new(),
-                    };
-                    let sentence = format!("[{}]{line} lacks {words}", section.name);
-                    findings.push_missing(place, sentence);
-                }
-                key.default().map(|value| Entry {
-                    place: None,
-                    text: value.to_toml(),
-                    value: Some(value),
-                })
-            };
-            let entry = entry.map(|entry| (section.name, key, entry));
-            values.entries.extend(entry);
+        let found = check_keys(section, (section.name, node, table), tree, &meant, findings);
+        let named = |(key, entry)| (section.name, key, entry);
+        values.entries.extend(found.into_iter().map(named));
+    }
+    for list in LISTS {
+        let name = list.row.name;
+        let Some(node) = tree.get(name) else { continue };
+        let items = match &node.value {
+            Toml::Array(items) => items.as_slice(),
+            _ => &[],
+        };
+        let tables = items.iter().filter_map(|item| match &item.value {
+            Toml::Table(table) => Some((item, table)),
+            _ => None,
+        });
+        let tables: Vec<_> = tables.collect();
+        if tables.len() != items.len() || items.is_empty() {
+            let because = format!("{name} is a list of sections; write [[{name}]] for each");
+            not_allowed(findings, node, name, because);
+            continue;
+        }
+        for (index, (node, table)) in tables.into_iter().enumerate() {
+            let path = format!("{name}.{}", index + 1);
+            let at = (path.as_str(), Some(node), Some(table));
+            let found = check_keys(&list.row, at, tree, &meant, findings);
+            values.rows.push((list, found));
         }
     }
     values
+}
+
+/// The keys of a section, or of a row, that are given or have a default; `named` is how
+/// messages call it.
+fn check_keys(
+    section: &'static Section,
+    (named, node, table): (&str, Option<&Node>, Option<&Table>),
+    tree: &Table,
+    meant: &[(&'static str, &'static str)],
+    findings: &mut Findings,
+) -> Vec<(&'static Key, Entry)> {
+    let mut entries = Vec::new();
+    for key in section.keys {
+        let entry = if let Some(node) = table.and_then(|table| table.get(key.name)) {
+            let checked = check_value(key, node).map_err(|because| {
+                not_allowed(findings, node, &path(named, key.name), because);
+            });
+            Some(Entry {
+                place: Some(node.place.clone()),
+                text: node.text.clone(),
+                value: checked.ok(),
+            })
+        } else {
+            let is_there = |name: &str| {
+                meant.contains(&(section.name, name))
+                    || table.is_some_and(|table| table.get(name).is_some())
+            };
+            if table.is_some()
+                && !is_there(key.name)
+                && let Some(words) = missing_words(key, section, &is_there, tree)
+            {
+                let place = node.map(|node| &node.place);
+                let line = match place {
+                    Some(Place::Line(line)) => format!(" (line {line})"),
+                    _ => String::new(),
+                };
+                let sentence = format!("[{named}]{line} lacks {words}");
+                findings.push_missing(place, sentence);
+            }
+            // Another way than that of the default is taken.
+            let mut given = table.iter().flat_map(|table| &table.entries);
+            let is_excluded = given.any(|(name, _)| section.excludes(key.name, name));
+            let default = key.default().filter(|_| !is_excluded);
+            default.map(|value| Entry {
+                place: None,
+                text: value.to_toml(),
+                value: Some(value),
+            })
+        };
+        entries.extend(entry.map(|entry| (key, entry)));
+    }
+    entries
 }
 
 /// A key as a message shows it: in quotes if TOML would need them.
@@ -110,6 +170,23 @@ fn report_unknown(tree: &Table, findings: &mut Findings) -> Vec<(&'static str, &
             }
             (Some(_), _) => {}
             (None, _) if of_top(name) => {}
+            (None, value) if let Some(list) = table::find_list(name) => {
+                let Toml::Array(items) = value else { continue };
+                let tables = items.iter().filter_map(|item| match &item.value {
+                    Toml::Table(table) => Some(table),
+                    _ => None,
+                });
+                let entries = tables.flat_map(|table| &table.entries);
+                for (name, node) in entries.filter(|(name, _)| list.row.key(name).is_none()) {
+                    let what = format!("key {}.{}", list.row.name, show_key(name));
+                    tell(
+                        list.row.name,
+                        what,
+                        node,
+                        key_path::key(list.row.name, name),
+                    );
+                }
+            }
             (None, Toml::Table(_) | Toml::Array(_)) => {
                 let what = format!("section [{}]", show_key(name));
                 tell("", what, node, key_path::section(name));
@@ -123,13 +200,19 @@ fn report_unknown(tree: &Table, findings: &mut Findings) -> Vec<(&'static str, &
     meant
 }
 
-/// The key that is missing if this one is not there, with its description.
-fn missing_words(key: &Key, section: &Section, table: &Table, tree: &Table) -> Option<String> {
+/// The words for what is missing if this key is not there: the key with its
+/// description, or with the first of the keys of which one way would do, all the ways.
+fn missing_words(
+    key: &Key,
+    section: &Section,
+    is_there: &impl Fn(&str) -> bool,
+    tree: &Table,
+) -> Option<String> {
     let told = |section: &str, key: &str| match tree.section(section)?.get(key)?.value {
         Toml::Text(ref text) => Some(text.as_str()),
         _ => None,
     };
-    let missing = match key.need {
+    let lacks = |key: &Key| match key.need {
         Need::Always => true,
         Need::ElasticJoint => told("transmission", "joint") != Some("rigid"),
         // An unknown law is reported as such; what it needs is not known.
@@ -137,32 +220,74 @@ fn missing_words(key: &Key, section: &Section, table: &Table, tree: &Table) -> O
             told("controller", "law"),
             Some("sampled" | "quantised" | "firmware")
         ),
-        Need::OneOf(partner) => {
-            if table.get(partner).is_some() || !section.leads(key) {
-                return None;
-            }
-            let description = section.key(partner).map(Key::description);
-            let description = description.unwrap_or_default();
-            let (name, own) = (key.name, key.description());
-            return Some(format!("{name} or {partner}: {own}; or {description}"));
+        Need::CurrentDrive => told("drive", "kind") == Some("current"),
+        Need::VoltageAtLimit => {
+            told("drive", "kind") != Some("current") || is_there("current_bandwidth_hz")
         }
         _ => false,
     };
-    missing.then(|| format!("{}: {}", key.name, key.description()))
+    let own = || format!("{}: {}", key.name, key.description());
+    let ways = section.ways_with(key.name);
+    if ways.is_empty() {
+        return lacks(key).then(own);
+    }
+    // The ways that what is there leaves open, each with what it lacks. Without any
+    // there are keys of two ways, which is told on its own.
+    let names = ways.iter().copied().flatten().copied();
+    let given: Vec<&str> = names.filter(|name| is_there(name)).collect();
+    let open: Vec<Way> = (ways.iter().copied())
+        .filter(|way| given.iter().all(|name| way.contains(name)))
+        .collect();
+    let missing = |way: &Way| -> Vec<&'static Key> {
+        let keys = way.iter().filter(|name| !is_there(name));
+        keys.filter_map(|name| section.key(name))
+            .filter(|key| lacks(key))
+            .collect()
+    };
+    let missing: Vec<Vec<&Key>> = open.iter().map(missing).collect();
+    let has = |keys: &[&Key], name: &str| keys.iter().any(|key| key.name == name);
+    if missing.iter().any(Vec::is_empty) || missing.is_empty() {
+        return None;
+    }
+    if missing.iter().all(|keys| has(keys, key.name)) {
+        // What --set has begun, --set must bring to its end.
+        let mut nodes = given
+            .iter()
+            .filter_map(|name| tree.section(section.name)?.get(name));
+        let set = nodes.find_map(|node| match &node.place {
+            Place::Set(text) => Some(format!("; with --set {text} it must come by --set too")),
+            _ => None,
+        });
+        return Some(own() + &set.unwrap_or_default());
+    }
+    let first = missing.first().and_then(|keys| keys.first())?;
+    (first.name == key.name).then(|| {
+        let leading = missing.iter().filter_map(|keys| keys.first());
+        let described: Vec<String> = leading.map(|key| key.description()).collect();
+        format!("{}: {}", section.ways_words(&open), described.join("; or "))
+    })
 }
 
 fn lacks_section(section: &Section) -> String {
-    let name_of = |key: &Key| match key.need {
-        // The pair is named with its first key.
-        Need::OneOf(partner) => section
-            .leads(key)
-            .then(|| format!("{} or {partner}", key.name)),
-        Need::Always | Need::ElasticJoint | Need::SampledLaw => Some(key.name.to_owned()),
-        _ => None,
+    let name_of = |key: &Key| match section.ways_with(key.name) {
+        [] => key.need.is_required().then(|| key.name.to_owned()),
+        // All ways stand where the first key of the first one would.
+        ways @ [first, ..] => {
+            let leads = section
+                .parts(first)
+                .0
+                .first()
+                .is_some_and(|k| k.name == key.name);
+            leads.then(|| section.ways_words(ways))
+        }
     };
     let keys: Vec<String> = section.keys.iter().filter_map(name_of).collect();
     let name = section.name;
-    format!("lacks the section [{name}] with {}", keys.join(", "))
+    let rows = match table::list_instead_of(section) {
+        Some(list) => format!(", or [[{}]]", list.row.name),
+        None => String::new(),
+    };
+    format!("lacks the section [{name}] with {}{rows}", keys.join(", "))
 }
 
 /// The value if it is what the key allows.
@@ -303,15 +428,54 @@ pub(super) struct Entry {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Values {
     entries: Vec<(&'static str, &'static Key, Entry)>,
+    /// The rows of lists, each in the order of the file.
+    rows: Vec<(&'static List, Vec<(&'static Key, Entry)>)>,
 }
 
 impl Values {
     pub(super) fn entry(&self, key: &str) -> Option<&Entry> {
         let (section, name) = key.rsplit_once('.').unwrap_or(("", key));
+        if let Some((list, number)) = section.split_once('.') {
+            let row = number.parse::<usize>().ok()?.checked_sub(1)?;
+            let (_, keys) = self.rows_of(list).nth(row)?;
+            return keys
+                .iter()
+                .find(|(key, _)| key.name == name)
+                .map(|(_, entry)| entry);
+        }
         self.entries
             .iter()
             .find(|(s, k, _)| *s == section && k.name == name)
             .map(|(_, _, entry)| entry)
+    }
+
+    fn rows_of(
+        &self,
+        list: &str,
+    ) -> impl Iterator<Item = &(&'static List, Vec<(&'static Key, Entry)>)> {
+        self.rows
+            .iter()
+            .filter(move |(row, _)| row.row.name == list)
+    }
+
+    /// How messages and [`Values::entry`] call the rows of a list: `load.1`.
+    pub(super) fn row_names(&self, list: &str) -> Vec<String> {
+        let count = self.rows_of(list).count();
+        (1..=count)
+            .map(|number| format!("{list}.{number}"))
+            .collect()
+    }
+
+    /// The rows of all lists, each with its keys that have a value.
+    pub(super) fn rows(
+        &self,
+    ) -> impl Iterator<Item = (&'static List, impl Iterator<Item = (&'static Key, Value)>)> {
+        self.rows.iter().map(|(list, keys)| {
+            let valid = keys
+                .iter()
+                .filter_map(|(key, entry)| Some((*key, entry.value?)));
+            (*list, valid)
+        })
     }
 
     /// True if the file or the command line says anything about the key, right
@@ -320,15 +484,21 @@ impl Values {
         self.entry(key).is_some_and(|entry| entry.place.is_some())
     }
 
-    /// Section, key and entry of what the file or the command line sets to
-    /// another value than its default.
+    /// Section, key and entry of what the file or the command line says.
+    pub(super) fn given(&self) -> impl Iterator<Item = (&'static str, &'static Key, &Entry)> {
+        let given = self
+            .entries
+            .iter()
+            .filter(|(_, _, entry)| entry.place.is_some());
+        given.map(|(section, key, entry)| (*section, *key, entry))
+    }
+
+    /// The same where it is another value than the default.
     pub(super) fn set(&self) -> impl Iterator<Item = (&'static str, &'static Key, &Entry)> {
-        let entries = self.entries.iter();
         let other =
             |key: &Key, entry: &Entry| entry.value.is_none() || entry.value != key.default();
-        entries
-            .filter(move |(_, key, entry)| entry.place.is_some() && other(key, entry))
-            .map(|(section, key, entry)| (*section, *key, entry))
+        self.given()
+            .filter(move |(_, key, entry)| other(key, entry))
     }
 
     /// Every key that has a value, in the order of the table.
@@ -369,5 +539,83 @@ impl Values {
             .filter(|(_, key, _)| key.is_of_firmware() && law != Law::Firmware)
             .map(|(section, key, _)| path(section, key.name))
             .collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::keys::{section, value};
+    use super::super::tree::parse_document;
+    use super::*;
+
+    /// A quantity of which one key belongs to two of three ways, and some may be left out.
+    const MOTION: &[Key] = &[
+        value("travel_mm", Kind::Number(Range::Any), "mm").meaning("travel"),
+        value("intervals_s", Kind::Intervals, "s").meaning("intervals"),
+        value("total_time_s", Kind::Number(Range::Positive), "s").optional("1.0"),
+        value("acceleration", Kind::Number(Range::Positive), "m/s²").meaning("acceleration"),
+        value("jerk", Kind::Number(Range::Positive), "m/s³").optional("1.0"),
+        value("profile", Kind::Text, "").meaning("profile"),
+    ];
+
+    const WAYS: &[Way] = &[
+        &["travel_mm", "intervals_s", "total_time_s"],
+        &["travel_mm", "acceleration", "jerk"],
+        &["profile"],
+    ];
+
+    /// What is missing beside these keys, a sentence each.
+    fn missing(given: &str) -> Vec<String> {
+        let section = section("motion", MOTION).ways(&[WAYS]);
+        let lines = given.split_whitespace().map(|name| format!("{name} = 1\n"));
+        let tree = parse_document(&format!("[motion]\n{}", lines.collect::<String>())).unwrap();
+        let is_there = |name: &str| given.split_whitespace().any(|given| given == name);
+        let keys = MOTION.iter().filter(|key| !is_there(key.name));
+        keys.filter_map(|key| missing_words(key, &section, &is_there, &tree))
+            .collect()
+    }
+
+    #[test]
+    fn what_is_missing_is_that_of_the_ways_still_open() {
+        for complete in [
+            "travel_mm intervals_s",
+            "travel_mm intervals_s total_time_s",
+            "travel_mm acceleration",
+            "travel_mm acceleration jerk",
+            "profile",
+        ] {
+            assert_eq!(missing(complete), [""; 0], "{complete}");
+        }
+        let any = "travel_mm + intervals_s (+ total_time_s), travel_mm + acceleration (+ jerk) or profile: \
+                   travel, mm, a finite number; or travel, mm, a finite number; or profile, \
+                   a string that is not empty";
+        let two = "travel_mm + intervals_s (+ total_time_s) or travel_mm + acceleration (+ jerk): \
+                   intervals, seven numbers of seconds t1 to t7, each at least 0; or \
+                   acceleration, m/s², greater than 0";
+        assert_eq!(missing(""), [any]);
+        assert_eq!(missing("travel_mm"), [two]);
+        assert_eq!(
+            missing("intervals_s"),
+            ["travel_mm: travel, mm, a finite number"]
+        );
+        assert_eq!(missing("jerk").len(), 2);
+        // Two ways at once are told elsewhere.
+        assert_eq!(missing("profile jerk"), [""; 0]);
+    }
+
+    #[test]
+    fn keys_of_two_ways_exclude_each_other() {
+        let section = section("motion", MOTION).ways(&[WAYS]);
+        assert!(section.is_required());
+        let excluded = |key: &str| -> Vec<&str> {
+            let names = MOTION.iter().map(|key| key.name);
+            names.filter(|other| section.excludes(key, other)).collect()
+        };
+        assert_eq!(excluded("travel_mm"), ["profile"]);
+        assert_eq!(
+            excluded("total_time_s"),
+            ["acceleration", "jerk", "profile"]
+        );
+        assert_eq!(excluded("strange"), [""; 0]);
     }
 }

@@ -4,12 +4,13 @@
 //! what hangs on that choice is judged there alone, so that one file serves
 //! all rungs.
 
-use plant::{Motion, MotionError};
+use plant::{Course, Motion, MotionError, MotionLimits};
 
 use super::check::Values;
 use super::errors::{Findings, Place, Problem};
-use super::keys::{Key, Need, Section, path};
-use super::table::{SECTIONS, pitch_m_per_rad};
+use super::keys::{Key, Need, Section, Way, path};
+use super::table::{self, LISTS, SECTIONS, gains, pitch_m_per_rad};
+use super::tree::{Table, Toml};
 use super::values::{Value, show_number};
 use crate::case::{ComputationDelay, Law, SolverChoice};
 use crate::options::{
@@ -39,9 +40,17 @@ fn refused(key: &str, because: String) -> Refusal {
 
 /// Reports what does not go together, and gives the motion. A value that was
 /// refused on its own is left out of it.
-pub(super) fn check(v: &Values, findings: &mut Findings) -> Option<Motion> {
-    let mut refusals = pairs(v);
+pub(super) fn check(
+    v: &Values,
+    tree: &Table,
+    profile: &ProfilePoints<'_>,
+    findings: &mut Findings,
+) -> Option<Motion> {
+    let mut refusals = two_ways(v);
+    refusals.extend(partners(v));
     refusals.extend(resistance(v));
+    refusals.extend(drive(v));
+    refusals.extend(loads(v));
     refusals.extend(exact_needs_affine(v));
     let must = "the delay must be at most the sample time";
     refusals.extend(times(v, [DELAY, SAMPLE_TIME], u64::gt, must));
@@ -54,17 +63,15 @@ pub(super) fn check(v: &Values, findings: &mut Findings) -> Option<Motion> {
     refusals.extend(measured_gap(v));
     refusals.extend(enable(v));
     if law(v) == Some(Law::Firmware) {
-        refusals.extend(setpoint_origin(v));
+        refusals.extend(underrun(v));
         refusals.extend(damping(v));
         refusals.extend(gap_before_the_chip(v));
     }
-    let motion = motion(v).and_then(|motion| {
-        let refuse = |error: MotionError| refused("motion.intervals_s", error.to_string());
-        motion.map_err(|error| refusals.push(refuse(error))).ok()
-    });
+    let motion = motion(v, tree, profile);
+    let motion = motion.and_then(|motion| motion.map_err(|why| refusals.push(why)).ok());
     if let Some(motion) = &motion {
-        refusals.extend(setpoint_table(v, motion));
         refusals.extend(travel(v, motion));
+        refusals.extend(planned_on_the_chip(v, motion));
     }
     refusals.extend(rows(v));
     refusals.extend(rk4_steps(v));
@@ -75,67 +82,171 @@ pub(super) fn check(v: &Values, findings: &mut Findings) -> Option<Motion> {
     motion
 }
 
-/// The motion command, or why the intervals make none. They are judged even
-/// while the travel is missing.
-fn motion(v: &Values) -> Option<Result<Motion, MotionError>> {
-    let Some(Value::Intervals(mut intervals_s)) = v.value("motion.intervals_s") else {
+/// The points of the profile at a path, or the sentence that says why there are none.
+type ProfilePoints<'a> = dyn Fn(&str) -> Result<Vec<(f64, f64)>, String> + 'a;
+
+/// The motion command, or why there is none.
+fn motion(
+    v: &Values,
+    tree: &Table,
+    profile: &ProfilePoints<'_>,
+) -> Option<Result<Motion, Refusal>> {
+    let rows = v.row_names("move");
+    if !rows.is_empty() {
+        let moves = rows.iter().map(|row| {
+            let dwell_s = v.get(&format!("{row}.dwell_s"))?;
+            Some(one_move(v, row)?.map(|motion| (motion, dwell_s)))
+        });
+        let moves: Option<Result<Vec<_>, Refusal>> = moves.collect();
+        let row =
+            |moves: Vec<_>| Motion::row(&moves).map_err(|error| refused("move", error.to_string()));
+        return Some(moves?.and_then(row));
+    }
+    let key = "motion.profile";
+    if v.value(key).is_none() {
+        return one_move(v, "motion");
+    }
+    let Toml::Text(path) = &tree.section("motion")?.get("profile")?.value else {
         return None;
     };
-    let sum_s: f64 = intervals_s.iter().sum();
-    if let Some(total_s) = v.get::<f64>("motion.total_time_s")
-        && sum_s > 0.0
-    {
-        intervals_s = intervals_s.map(|interval_s| interval_s * (total_s / sum_s));
-    }
-    let travel_mm: Option<f64> = v.get("motion.travel_mm");
+    let spline = |points: Vec<_>| Motion::profile(&points).map_err(|error| error.to_string());
+    let motion = profile(path).and_then(spline);
+    Some(motion.map_err(|because| refused(key, because)))
+}
+
+/// The command of `[motion]` or of a row. Intervals are judged even while the travel is
+/// missing.
+fn one_move(v: &Values, at: &str) -> Option<Result<Motion, Refusal>> {
+    let number = |name| v.get::<f64>(&path(at, name));
+    let refuse = |name, error: MotionError| refused(&path(at, name), error.to_string());
     // mm → m
-    match Motion::new(travel_mm.unwrap_or(1.0) * 1e-3, intervals_s) {
-        Ok(_) if travel_mm.is_none() => None,
-        motion => Some(motion),
+    let travel_m = number("travel_mm").map(|travel_mm| travel_mm * 1e-3);
+    if let Some(Value::Intervals(mut intervals_s)) = v.value(&path(at, "intervals_s")) {
+        let sum_s: f64 = intervals_s.iter().sum();
+        if let Some(total_s) = number("total_time_s")
+            && sum_s > 0.0
+        {
+            intervals_s = intervals_s.map(|interval_s| interval_s * (total_s / sum_s));
+        }
+        return match Motion::new(travel_m.unwrap_or(1e-3), intervals_s) {
+            Ok(_) if travel_m.is_none() => None,
+            motion => Some(motion.map_err(|error| refuse("intervals_s", error))),
+        };
     }
+    let limits = MotionLimits {
+        acceleration_mps2: number("max_acceleration_mps2")?,
+        velocity_mps: number("max_velocity_mps").unwrap_or(f64::INFINITY),
+        jerk_mps3: number("max_jerk_mps3").unwrap_or(f64::INFINITY),
+    };
+    let motion = Motion::limited(travel_m?, limits);
+    Some(motion.map_err(|error| refuse("max_acceleration_mps2", error)))
+}
+
+/// The firmware's generator plans single moves; a queue brings any command.
+fn planned_on_the_chip(v: &Values, motion: &Motion) -> Option<Refusal> {
+    let what = match motion.course() {
+        _ if motion.intervals_s().is_some() => return None,
+        Course::Profile(_) => "a profile",
+        _ => "several moves",
+    };
+    let key = "controller.setpoints";
+    let planned = v.get(key) == Some(SetpointOrigin::Generator);
+    (law(v) == Some(Law::Firmware) && planned).then(|| {
+        let because = format!(
+            "the firmware plans one move at a time, and this motion is {what}; use \"table\" or \"queue\""
+        );
+        refused(key, because)
+    })
 }
 
 fn law(v: &Values) -> Option<Law> {
     v.get("controller.law")
 }
 
-/// Keys that exclude each other, and keys that mean something only beside
-/// another one.
-fn pairs(v: &Values) -> Vec<Refusal> {
-    let keys = SECTIONS
+/// Keys of two ways to give one quantity.
+fn two_ways(v: &Values) -> Vec<Refusal> {
+    let sections = SECTIONS
         .iter()
-        .flat_map(|section| section.keys.iter().map(move |key| (section, key)));
-    let of_key = |(section, key): (&Section, &Key)| {
-        let name = path(section.name, key.name);
-        match key.need {
-            Need::OneOf(partner) | Need::NotWith(partner) if section.leads(key) => {
-                only_one_of(v, &name, &path(section.name, partner))
-            }
-            Need::OnlyWith(partner) => {
-                let partner = path(section.name, partner);
-                (v.is_given(&name) && !v.is_given(&partner))
-                    .then(|| refused(&name, format!("it needs {partner}")))
-            }
-            _ => None,
-        }
+        .map(|section| (section, section.name.to_owned()));
+    let rows = LISTS.iter().map(|list| &list.row);
+    let rows = rows.flat_map(|row| v.row_names(row.name).into_iter().map(move |at| (row, at)));
+    let ways = |(section, at): (&'static Section, String)| {
+        let of_section = section.ways.iter();
+        let refusals = of_section.filter_map(|ways| one_way(v, (section, &at), ways));
+        refusals.collect::<Vec<_>>()
     };
-    keys.filter_map(of_key).collect()
+    sections.chain(rows).flat_map(ways).collect()
 }
 
-fn only_one_of(v: &Values, key: &str, partner: &str) -> Option<Refusal> {
+/// `at` is the section's name, or that of the row.
+fn one_way(v: &Values, (section, at): (&Section, &str), ways: &[Way]) -> Option<Refusal> {
     let line = |key: &str| match v.entry(key)?.place.as_ref()? {
         Place::Line(line) => Some(*line),
         _ => Some(usize::MAX),
     };
+    let names = section.keys.iter().map(|key| key.name);
+    let names = names.filter(|name| ways.iter().any(|way| way.contains(name)));
+    let given = names.filter_map(|name| Some((line(&path(at, name))?, name)));
+    let mut given: Vec<(usize, &str)> = given.collect();
+    given.sort_by_key(|(line, _)| *line);
     // The message stands with the later line.
-    let (key, partner) = if line(key)? > line(partner)? {
-        (key, partner)
+    let (other, key) = given.iter().enumerate().find_map(|(place, (_, key))| {
+        let mut before = given.iter().take(place);
+        let other = before.find(|(_, other)| section.excludes(key, other))?;
+        Some((other.1, *key))
+    })?;
+    let quoted = v.quote(&path(at, other));
+    let because = format!(
+        "{quoted} gives the same in another way; give {}",
+        section.ways_words(ways)
+    );
+    Some(refused(&path(at, key), because))
+}
+
+/// Loads that end before they begin.
+fn loads(v: &Values) -> Vec<Refusal> {
+    let must = "the load must end after it begins";
+    let rows = v.row_names("load").into_iter();
+    let ends = rows.filter_map(|row| {
+        let keys = ["to_s", "from_s"].map(|key| format!("{row}.{key}"));
+        times(v, [&keys[0], &keys[1]], u64::le, must)
+    });
+    ends.collect()
+}
+
+/// Keys of the other kind of drive.
+fn drive(v: &Values) -> Vec<Refusal> {
+    let is_current = v.value("drive.kind") == Some(Value::Choice("current"));
+    let (of_drive, gains, because): (&[&str], _, _) = if is_current {
+        let because = "drive.kind = \"current\" commands amperes: give amplifier_gain_a_per_v, and gains as \
+                       kp_a_per_rad …, velocity_gain_as_per_rad or in codes";
+        (&["amplifier_gain"], gains::OF_VOLTAGE_DRIVE, because)
     } else {
-        (partner, key)
+        let of_drive = &["amplifier_gain_a_per_v", "current_bandwidth_hz"];
+        let because = "it needs drive.kind = \"current\"";
+        (of_drive, gains::OF_CURRENT_DRIVE, because)
     };
-    let quoted = v.quote(partner);
-    let because = format!("{quoted} sets the same quantity; give one of the two");
-    Some(refused(key, because))
+    let of_drive = of_drive.iter().map(|key| path("drive", key));
+    let of_gains = ["controller", "gain_change"].into_iter();
+    let of_gains = of_gains.flat_map(|section| gains.map(|key| path(section, key)));
+    let given = of_drive.chain(of_gains).filter(|key| v.is_given(key));
+    given.map(|key| refused(&key, because.to_owned())).collect()
+}
+
+/// Keys that mean something only beside another one.
+fn partners(v: &Values) -> Vec<Refusal> {
+    let keys = SECTIONS
+        .iter()
+        .flat_map(|section| section.keys.iter().map(move |key| (section, key)));
+    let of_key = |(section, key): (&Section, &Key)| {
+        let Need::OnlyWith(partner) = key.need else {
+            return None;
+        };
+        let (name, partner) = (path(section.name, key.name), path(section.name, partner));
+        (v.is_given(&name) && !v.is_given(&partner))
+            .then(|| refused(&name, format!("it needs {partner}")))
+    };
+    keys.filter_map(of_key).collect()
 }
 
 fn resistance(v: &Values) -> Vec<Refusal> {
@@ -183,10 +294,12 @@ fn times(
 }
 
 fn gain_change(v: &Values) -> Option<Refusal> {
-    let given = |key| v.is_given(key);
-    let gains = ["gain_change.kp", "gain_change.ki_per_s", "gain_change.kd_s"];
-    (given("gain_change.at_s") && !gains.into_iter().any(given)).then(|| {
-        let because = "no gain changes; give gain_change.kp, ki_per_s or kd_s".to_owned();
+    let section = table::find("gain_change")?;
+    let given = |key: &Key| v.is_given(&path(section.name, key.name));
+    let mut gains = section.keys.iter().filter(|key| key.name != "at_s");
+    (v.is_given("gain_change.at_s") && !gains.any(given)).then(|| {
+        let ways = section.ways.iter().map(|ways| section.ways_words(ways));
+        let because = format!("no gain changes; give {}", ways.collect::<String>());
         refused("gain_change.at_s", because)
     })
 }
@@ -268,31 +381,14 @@ fn enable(v: &Values) -> Option<Refusal> {
     })
 }
 
-fn setpoint_origin(v: &Values) -> Vec<Refusal> {
-    let mut refusals = Vec::new();
-    let Some(origin) = v.get::<SetpointOrigin>("controller.setpoints") else {
-        return refusals;
-    };
-    let quoted = v.quote("controller.setpoints");
-    if origin == SetpointOrigin::Table {
-        let because =
-            format!("{quoted} knows positions only; use setpoints = \"generator\" or \"queue\"");
-        for key in ["velocity_ff_s", "acceleration_ff_s2", "friction_ff_codes"] {
-            let key = path("controller", key);
-            if v.get(&key).is_some_and(|gain: f64| gain > 0.0) {
-                refusals.push(refused(&key, because.clone()));
-            }
-        }
-        if v.get(COMPENSATION) == Some(Compensation::Acceleration) {
-            refusals.push(refused(COMPENSATION, because));
-        }
-    }
-    let underrun = "inject.setpoint_underrun_s";
-    if origin != SetpointOrigin::Queue && v.is_given(underrun) {
+fn underrun(v: &Values) -> Option<Refusal> {
+    let (origin, underrun) = ("controller.setpoints", "inject.setpoint_underrun_s");
+    let is_queue = v.get::<SetpointOrigin>(origin)? == SetpointOrigin::Queue;
+    (!is_queue && v.is_given(underrun)).then(|| {
+        let quoted = v.quote(origin);
         let because = format!("{quoted} cannot run dry; it needs setpoints = \"queue\"");
-        refusals.push(refused(underrun, because));
-    }
-    refusals
+        refused(underrun, because)
+    })
 }
 
 /// With two encoders the error is the load's, and its derivative no damping of
@@ -324,27 +420,6 @@ fn gap_before_the_chip(v: &Values) -> Option<Refusal> {
     })
 }
 
-/// One setpoint a sample from k = 0 to the motion's end must fit into the
-/// firmware's table.
-fn setpoint_table(v: &Values, motion: &Motion) -> Option<Refusal> {
-    let sample_ns: u64 = v.get(SAMPLE_TIME)?;
-    // The sum of seven decimal intervals may miss a whole sample by a few
-    // units in the last place; a millionth of a sample is rounding.
-    let samples = motion.end_s() * 1e9 / sample_ns as f64 - 1e-6;
-    let needed = samples.ceil().max(0.0) + 1.0;
-    let capacity = firmware::CAPACITY;
-    let from_table =
-        law(v)? == Law::Firmware && v.get("controller.setpoints") == Some(SetpointOrigin::Table);
-    (from_table && needed > capacity as f64).then(|| {
-        let end = show_number(motion.end_s());
-        let because = format!(
-            "the motion of {end} s would make {needed} setpoints; the firmware's table holds {capacity}; \
-             controller.setpoints = \"generator\" needs none"
-        );
-        refused(SAMPLE_TIME, because)
-    })
-}
-
 /// On the rungs with an encoder every position is a whole number of counts,
 /// which `f64` must be able to tell from its neighbours.
 fn travel(v: &Values, motion: &Motion) -> Option<Refusal> {
@@ -354,7 +429,7 @@ fn travel(v: &Values, motion: &Motion) -> Option<Refusal> {
     let per_rad = number("encoder.counts_per_rad").or_else(of_lines)?;
     // γ = x/p and α = γ/z, eq. 3
     let pitch_m = pitch_m_per_rad(number("transmission.screw_pitch_mm_per_rev")?);
-    let screw_rad = motion.travel_m() / pitch_m;
+    let screw_rad = motion.largest_displacement_m() / pitch_m;
     let shaft_rad = screw_rad / number("transmission.gear_ratio")?;
     let of_motor = (per_rad * shaft_rad).abs();
     // Only rung `firmware` has a second encoder.
@@ -367,8 +442,17 @@ fn travel(v: &Values, motion: &Motion) -> Option<Refusal> {
     (law(v)? >= Law::Quantised && counts > MOST_COUNTS).then(|| {
         let (counts, most) = (show_number(counts), show_number(MOST_COUNTS));
         let because = format!("it makes {counts} encoder counts; at most {most} are allowed");
-        refused("motion.travel_mm", because)
+        refused(motion_key(motion), because)
     })
+}
+
+/// The key that says how far a motion goes.
+fn motion_key(motion: &Motion) -> &'static str {
+    match motion.course() {
+        Course::Intervals(_) | Course::Limits(..) => "motion.travel_mm",
+        Course::Profile(_) => "motion.profile",
+        Course::Row(_) => "move.1.travel_mm",
+    }
 }
 
 fn rows(v: &Values) -> Option<Refusal> {

@@ -2,8 +2,8 @@
 //! names.
 
 use super::errors::Problem;
-use super::keys::{Key, Kind, Need, either, path};
-use super::table::{self, SECTIONS};
+use super::keys::{Key, Kind, Way, either, path};
+use super::table::{self, LISTS, SECTIONS};
 use crate::number::seconds;
 
 /// A key of the run file by its path, such as `controller.kp`.
@@ -52,15 +52,27 @@ impl KeyPath {
         path(self.section, self.key.name)
     }
 
-    /// The key that says the same in another way, such as `lines` and
-    /// `counts_per_rad`; only one of the two can be given.
-    pub fn partner(&self) -> Option<Self> {
-        match self.key.need {
-            Need::OneOf(partner) | Need::NotWith(partner) => {
-                Self::find(&path(self.section, partner)).ok()
-            }
-            _ => None,
-        }
+    /// The ways of the quantity that the key gives; none for a key that is the only one.
+    pub fn ways(&self) -> &'static [Way] {
+        let section = table::find(self.section);
+        section.map_or(&[], |section| section.ways_with(self.key.name))
+    }
+
+    /// True if the two give one quantity in two ways, such as `lines` and
+    /// `counts_per_rad`: only one of them can be given, and by `--set` it takes the
+    /// place of the other.
+    ///
+    /// ```
+    /// use hil_core::runfile::KeyPath;
+    ///
+    /// let [lines, counts] = ["encoder.lines", "encoder.counts_per_rad"].map(KeyPath::find);
+    /// assert!(lines?.excludes(&counts?));
+    /// # Ok::<(), String>(())
+    /// ```
+    pub fn excludes(&self, other: &Self) -> bool {
+        self.section == other.section
+            && table::find(self.section)
+                .is_some_and(|section| section.excludes(self.key.name, other.key.name))
     }
 
     /// A number as a value of this key: times in whole nanoseconds, whole
@@ -200,8 +212,9 @@ fn near(
 
 /// Hint for a section that does not exist.
 pub(super) fn section(unknown: &str) -> Hint {
+    let lists = LISTS.iter().map(|list| list.row.name);
     let names = SECTIONS.iter().skip(1).map(|section| section.name);
-    let names: Vec<&str> = names.collect();
+    let names: Vec<&str> = names.chain(lists).collect();
     let otherwise = format!("the sections are {}", names.join(", "));
     near(unknown, &names, |name| format!("[{name}]"), otherwise)
 }
@@ -211,7 +224,9 @@ pub(super) fn section(unknown: &str) -> Hint {
 pub(super) fn key(section: &str, unknown: &str) -> Hint {
     // A name that is right, but in the wrong place: TOML puts every key into
     // the section whose header stands above it.
-    if let Some(home) = SECTIONS.iter().find(|s| s.key(unknown).is_some()) {
+    let lists = LISTS.iter().map(|list| &list.row);
+    let mut all = SECTIONS.iter().chain(lists);
+    if let Some(home) = all.find(|s| s.key(unknown).is_some()) {
         return Hint::of_text(if home.name.is_empty() {
             format!("{unknown} stands at the top of the file, before the first section")
         } else {
@@ -221,7 +236,8 @@ pub(super) fn key(section: &str, unknown: &str) -> Hint {
     if table::find(unknown).is_some() {
         return Hint::of_text(format!("{unknown} is a section; write [{unknown}]"));
     }
-    let known = table::find(section);
+    let of_list = || table::find_list(section).map(|list| &list.row);
+    let known = table::find(section).or_else(of_list);
     let renamed = renamed(unknown).filter(|name| known.is_some_and(|s| s.key(name).is_some()));
     if renamed.is_some() {
         return Hint {
@@ -235,7 +251,7 @@ pub(super) fn key(section: &str, unknown: &str) -> Hint {
         .map(|key| key.name)
         .collect();
     let otherwise = if section.is_empty() {
-        "only name stands outside the sections".to_owned()
+        "only name and template stand outside the sections".to_owned()
     } else {
         format!("the keys of [{section}] are {}", names.join(", "))
     };
@@ -283,7 +299,10 @@ mod tests {
     fn slips_are_recognised_and_strangers_are_not() {
         assert_eq!(section("moter").meant, ["motor"]);
         assert_eq!(section("quaternion").meant, [""; 0]);
-        assert_eq!(key("motor", "inertia").meant, ["inertia_kg_m2"]);
+        assert_eq!(
+            key("motor", "inertia").meant,
+            ["inertia_kg_m2", "inertia_kg_cm2"]
+        );
         assert_eq!(key("budget", "final_eror_um").meant, ["final_error_um"]);
         assert_eq!(key("motor", "Resistance-Ohm").meant, ["resistance_ohm"]);
         assert!(key("motor", "kp").text.contains("belongs to [controller]"));

@@ -15,7 +15,26 @@ pub struct Section {
     pub meaning: &'static str,
     /// Its keys.
     pub keys: &'static [Key],
+    /// The quantities that can be given in several ways, each with its ways: a file
+    /// gives the keys of one way. A key stands in the ways of one quantity at most,
+    /// there in as many as it belongs to, and its need is that within its way. The
+    /// first way is the one in which a case holds the quantity.
+    pub ways: &'static [&'static [Way]],
 }
+
+/// A section of which a file may have several, `[[load]]`, each a row of a list.
+#[derive(Debug)]
+pub struct List {
+    /// Name, subject and keys of a row.
+    pub row: Section,
+    /// The section that a file with rows of it does without; empty if there is none.
+    pub instead_of: &'static str,
+    /// Adds a row to a case, which the keys of the row then fill.
+    pub(super) begin: fn(&mut Case),
+}
+
+/// The keys of a section that together give a quantity in one way.
+pub type Way = &'static [&'static str];
 
 impl Section {
     pub(super) const fn meaning(mut self, meaning: &'static str) -> Self {
@@ -28,20 +47,58 @@ impl Section {
         self.keys.iter().find(|key| key.name == name)
     }
 
-    /// True if a key stands before its partner, where it has one.
-    pub(super) fn leads(&self, key: &Key) -> bool {
-        let (Need::OneOf(partner) | Need::NotWith(partner)) = key.need else {
-            return true;
+    pub(super) const fn ways(mut self, ways: &'static [&'static [Way]]) -> Self {
+        self.ways = ways;
+        self
+    }
+
+    /// The ways of the quantity that a key gives; none for a key that is the only one.
+    pub fn ways_with(&self, key: &str) -> &'static [Way] {
+        let mut quantities = self.ways.iter();
+        let found = quantities.find(|ways| ways.iter().any(|way| way.contains(&key)));
+        found.copied().unwrap_or_default()
+    }
+
+    /// True of two keys that give one quantity and stand together in no way.
+    pub fn excludes(&self, key: &str, other: &str) -> bool {
+        let ways = self.ways_with(key);
+        ways.iter().any(|way| way.contains(&other))
+            && !ways
+                .iter()
+                .any(|way| way.contains(&key) && way.contains(&other))
+    }
+
+    /// The keys of a way that must be given in it, and the others.
+    pub(super) fn parts(&self, way: Way) -> (Vec<&'static Key>, Vec<&'static Key>) {
+        let keys = way.iter().filter_map(|name| self.key(name));
+        keys.partition(|key| key.need.is_required())
+    }
+
+    /// `travel_mm + intervals_s (+ total_time_s) or profile`.
+    pub(super) fn ways_words(&self, ways: &[Way]) -> String {
+        let names = |keys: &[&Key], between| {
+            let names: Vec<&str> = keys.iter().map(|key| key.name).collect();
+            names.join(between)
         };
-        let mut names = self.keys.iter().map(|key| key.name);
-        names.find(|name| [key.name, partner].contains(name)) == Some(key.name)
+        let words = |way: &Way| match self.parts(way) {
+            (required, optional) if optional.is_empty() => names(&required, " + "),
+            (required, optional) if required.is_empty() => names(&optional, " / "),
+            (required, optional) => {
+                format!("{} (+ {})", names(&required, " + "), names(&optional, ", "))
+            }
+        };
+        either(&ways.iter().map(words).collect::<Vec<_>>())
     }
 
     /// True if the section must be there for every run.
     pub fn is_required(&self) -> bool {
-        self.keys
+        let always = |key: &&Key| key.need == Need::Always;
+        let has_always = |way: &Way| self.parts(way).0.iter().any(always);
+        let mut alone = self
+            .keys
             .iter()
-            .any(|key| matches!(key.need, Need::Always | Need::OneOf(_)))
+            .filter(|key| self.ways_with(key.name).is_empty());
+        alone.any(|key| always(&key)) || self.ways.iter().any(|ways| ways.iter().all(has_always))
     }
 }
 
@@ -195,7 +252,8 @@ impl Range {
     }
 }
 
-/// When a key must be given, and what holds if it is not.
+/// When a key must be given, and what holds if it is not; of a quantity with several
+/// ways ([`field@Section::ways`]) once its way is taken.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Need {
     /// Required.
@@ -204,10 +262,10 @@ pub enum Need {
     ElasticJoint,
     /// Required on the rungs that sample: all but `continuous`.
     SampledLaw,
-    /// Exactly one of this key and the named one of the same section.
-    OneOf(&'static str),
-    /// At most one of this key and the named one of the same section.
-    NotWith(&'static str),
+    /// Required with `drive.kind = "current"`, else it may be left out.
+    CurrentDrive,
+    /// Required unless the drive has an ideal current loop.
+    VoltageAtLimit,
     /// May be left out; then nothing takes its place.
     Optional,
     /// May be left out; given only together with the named key of the same
@@ -219,6 +277,16 @@ pub enum Need {
     FileStem,
     /// May be left out; then this holds.
     Default(Value),
+}
+
+impl Need {
+    /// True if the key must be given, at least on some rung or with some joint.
+    pub fn is_required(self) -> bool {
+        matches!(
+            self,
+            Self::Always | Self::ElasticJoint | Self::SampledLaw | Self::VoltageAtLimit
+        )
+    }
 }
 
 /// Largest time that a run file may give \[s\]: 31 years. 1e18 ns fit well
@@ -460,6 +528,7 @@ pub(super) const fn section(name: &'static str, keys: &'static [Key]) -> Section
         name,
         meaning: "",
         keys,
+        ways: &[],
     }
 }
 

@@ -25,6 +25,8 @@ mod key_path;
 mod keys;
 mod overrides;
 mod pages;
+mod profile;
+mod starter;
 mod table;
 mod template;
 mod tree;
@@ -32,16 +34,19 @@ mod values;
 
 use std::path::Path;
 
-use plant::{Amplifier, AxisParameters, Dac, Encoder, Motion, PidGains};
+use plant::{Amplifier, AxisParameters, Dac, Encoder, Motion, PidGains, Start};
 
 pub use consistency::{MOST_COUNTS, MOST_RK4_STEPS, MOST_ROWS};
 pub use errors::{MOST_MISTAKES, Place, Problem, RunFileError, RunFileErrors, list_mistakes};
 pub use key_path::{KeyPath, KeyValue, renamed};
 pub use keys::{
-    Acts, Key, Kind, LARGEST_MAGNITUDE, LONGEST_TIME_S, Need, Range, SMALLEST_MAGNITUDE, Section,
+    Acts, Key, Kind, LARGEST_MAGNITUDE, LONGEST_TIME_S, List, Need, Range, SMALLEST_MAGNITUDE,
+    Section, Way,
 };
 pub use pages::{commented, key_reference, schema};
-pub use table::SECTIONS;
+pub use profile::Beside;
+pub use starter::{template_names, template_text, values_of_template};
+pub use table::{LISTS, SECTIONS};
 pub use template::Template;
 pub use values::Value;
 
@@ -66,11 +71,16 @@ pub struct RunFile {
 
 impl RunFile {
     /// Reads a run file from its text; `source_name` stands in messages, and
-    /// its stem is the default of `name`.
+    /// its stem is the default of `name`. A profile comes from `beside`.
     ///
     /// # Errors
     /// Everything that is wrong with the text and the overrides.
-    pub fn parse(source_name: &str, text: &str, sets: &[String]) -> Result<Self, RunFileErrors> {
+    pub fn parse(
+        source_name: &str,
+        text: &str,
+        sets: &[String],
+        beside: Beside,
+    ) -> Result<Self, RunFileErrors> {
         let mut findings = Findings::new(source_name);
         let mut tree = match tree::parse_document(text) {
             Ok(tree) => tree,
@@ -81,15 +91,19 @@ impl RunFile {
         };
         overrides::apply(&mut tree, sets, &mut findings);
         let values = check::check(&tree, &mut findings);
-        match consistency::check(&values, &mut findings) {
+        let profile = |path: &str| profile::points(path, &beside(source_name, path)?);
+        match consistency::check(&values, &tree, &profile, &mut findings) {
             Some(motion) if findings.is_empty() => {
                 let file = Self {
                     case: case(source_name, &tree, &values, motion),
                     source_name: source_name.to_owned(),
                     values,
                 };
-                match unfit_window(&file.case) {
-                    Some(because) => Err(file.refuse("run.rest_window_s", &because)),
+                if let Some(because) = unfit_window(&file.case) {
+                    return Err(file.refuse("run.rest_window_s", &because));
+                }
+                match file.unfit_conversion() {
+                    Some((key, because)) => Err(file.refuse(&key, &because)),
                     None => Ok(file),
                 }
             }
@@ -107,7 +121,8 @@ impl RunFile {
     /// use hil_core::runfile::{RunFile, builtin_text};
     ///
     /// let text = builtin_text("paper-1").unwrap_or_default();
-    /// let file = RunFile::parse("x.toml", text, &["controller.kp=1e9".to_owned()])?;
+    /// let none = |_: &str, _: &str| Err("no profile is needed".to_owned());
+    /// let file = RunFile::parse("x.toml", text, &["controller.kp=1e9".to_owned()], none)?;
     /// assert_eq!(
     ///     file.refuse("controller.kp", "no word can hold more than 1e6").to_string(),
     ///     "--set controller.kp=1e9: controller.kp = 1e9 is not allowed: no word can hold more than 1e6",
@@ -116,9 +131,63 @@ impl RunFile {
     /// ```
     pub fn refuse(&self, key: &str, because: &str) -> RunFileErrors {
         let mut findings = Findings::new(&self.source_name);
-        let (place, problem) = consistency::refusal(&self.values, key, because.to_owned());
+        let (place, problem) = match self.given_instead(key) {
+            // The file says it in another way, of which it is made.
+            Some((given, text)) => {
+                let because = format!("{because}; {} makes it", self.values.quote(&given));
+                let (place, _) = consistency::refusal(&self.values, &given, String::new());
+                let key = key.to_owned();
+                (place, Problem::NotAllowed { key, text, because })
+            }
+            None => consistency::refusal(&self.values, key, because.to_owned()),
+        };
         findings.push(place, problem);
         findings.into_errors()
+    }
+
+    /// The first key that the file gives in the place of another one, and what it makes
+    /// of that.
+    fn given_instead(&self, key: &str) -> Option<(String, String)> {
+        let known = KeyPath::find(key).ok()?;
+        let section = table::find(known.section)?;
+        let keys = section
+            .keys
+            .iter()
+            .filter(|other| section.excludes(known.key.name, other.name));
+        let mut paths = keys.map(|other| keys::path(section.name, other.name));
+        let given = paths.find(|path| self.values.is_given(path))?;
+        Some((given, known.key.get(&self.case)?.to_toml()))
+    }
+
+    /// A key whose value is right and makes something out of bounds of what a case
+    /// holds, and the sentence that says so.
+    fn unfit_conversion(&self) -> Option<(String, String)> {
+        for section in SECTIONS {
+            for (first, way) in section.ways.iter().flat_map(|ways| {
+                let first = ways.first();
+                first
+                    .into_iter()
+                    .flat_map(|first| ways.iter().skip(1).map(move |way| (first, way)))
+            }) {
+                let mut paths = way.iter().map(|name| keys::path(section.name, name));
+                let Some(given) = paths.find(|path| self.values.is_given(path)) else {
+                    continue;
+                };
+                let held = first.iter().filter_map(|name| section.key(name));
+                for key in held.filter(|key| key.need.is_required()) {
+                    if let (Kind::Number(range), Some(Value::Number(number))) =
+                        (key.kind, key.get(&self.case))
+                        && let Err(words) = check::check_number(number, range, key)
+                    {
+                        let number = values::show_number(number);
+                        let because =
+                            format!("it makes {} = {number}, which must be {words}", key.name);
+                        return Some((given, because));
+                    }
+                }
+            }
+        }
+        None
     }
 }
 
@@ -127,6 +196,12 @@ fn case(source_name: &str, tree: &Table, values: &Values, motion: Motion) -> Cas
     let mut case = blank(motion);
     for (key, value) in values.valid() {
         key.set(&mut case, value);
+    }
+    for (list, keys) in values.rows() {
+        (list.begin)(&mut case);
+        for (key, value) in keys {
+            key.set(&mut case, value);
+        }
     }
     case.name = match tree.get("name").map(|node| &node.value) {
         Some(Toml::Text(name)) => name.clone(),
@@ -145,6 +220,7 @@ fn case(source_name: &str, tree: &Table, values: &Values, motion: Motion) -> Cas
         budget.entries.iter().filter_map(limit).collect()
     });
     case.keys_without_effect = values.without_effect(case.controller.law);
+    case.template_values = starter::unchanged(case.template, values);
     case
 }
 
@@ -153,13 +229,19 @@ fn case(source_name: &str, tree: &Table, values: &Values, motion: Motion) -> Cas
 fn blank(motion: Motion) -> Case {
     Case {
         name: String::new(),
+        template: None,
+        template_values: Vec::new(),
         axis: AxisParameters::default(),
         dac: Dac::with_range(0, 0.0),
         amplifier: Amplifier::default(),
+        load_force_n: 0.0,
+        loads: Vec::new(),
+        start: Start::default(),
         encoder: Encoder::with_lines(0.0),
         controller: ControllerSettings {
             law: Law::Continuous,
             gains: PidGains::default(),
+            cascade: None,
             sample_time_ns: None,
             computation_delay: ComputationDelay::Fixed(0),
         },
@@ -219,7 +301,7 @@ pub fn builtin_text(name: &str) -> Option<&'static str> {
 /// let errors = runfile::builtin("paper-2", &["motor.inertia=1".to_owned()]).unwrap_err();
 /// assert_eq!(
 ///     errors.to_string(),
-///     "--set motor.inertia=1: unknown key motor.inertia; did you mean inertia_kg_m2?",
+///     "--set motor.inertia=1: unknown key motor.inertia; did you mean inertia_kg_m2 or inertia_kg_cm2?",
 /// );
 /// # Ok::<(), runfile::RunFileErrors>(())
 /// ```
@@ -232,10 +314,11 @@ pub fn builtin(name: &str, sets: &[String]) -> Result<Case, RunFileErrors> {
     parse(name, text, sets)
 }
 
-/// The case that the text of a run file describes; see [`RunFile::parse`].
+/// The case that the text of a run file describes, with no other file to read; see
+/// [`RunFile::parse`].
 ///
 /// # Errors
 /// Everything that is wrong with the text and the overrides.
 pub fn parse(source_name: &str, text: &str, sets: &[String]) -> Result<Case, RunFileErrors> {
-    RunFile::parse(source_name, text, sets).map(|file| file.case)
+    RunFile::parse(source_name, text, sets, profile::nothing_beside).map(|file| file.case)
 }

@@ -2,16 +2,18 @@
 //! of the file before anything is checked.
 
 use super::errors::{Findings, Place, Problem, one_line};
-use super::key_path::KeyPath;
+use super::keys::Section;
 use super::table;
 use super::tree::{Node, Table, Toml, parse_value};
 
 /// Longest override that a message repeats \[characters\].
 const ECHO: usize = 80;
 
-/// Applies the overrides in their order: the last one of a key wins. One of a
-/// pair, such as `lines` where the file has `counts_per_rad`, takes the place of
-/// the file's; both of a pair stay, and are refused further on.
+/// Applies the overrides in their order: the last one of a key wins. One that gives
+/// a quantity in another way than the file, such as `lines` where that has
+/// `counts_per_rad`, takes the place of all that the file says in its way; the rest
+/// of the new way must come by overrides too. Overrides of two ways stay, and are
+/// refused further on.
 pub(super) fn apply(tree: &mut Table, sets: &[String], findings: &mut Findings) {
     for set in sets {
         let place = Place::Set(one_line(set, ECHO));
@@ -36,11 +38,18 @@ fn apply_one(tree: &mut Table, set: &str, place: &Place) -> Result<(), String> {
     let node = read_value(text, place)?;
     match path.as_slice() {
         [name] => set_top(tree, name, node),
+        [list, key] if table::find_list(list).is_some() => Err(format!(
+            "{list} has rows; write {list}.1.{key} for that of the first"
+        )),
         [section, key] => {
             set_in_section(tree, section, key, node);
-            remove_partner(tree, section, key);
+            let table = tree.get_mut(section).map(|node| &mut node.value);
+            if let (Some(Toml::Table(table)), Some(known)) = (table, table::find(section)) {
+                remove_other_ways(table, known, key);
+            }
             Ok(())
         }
+        [list, row, key] => set_in_row(tree, list, row, (key, node)),
         _ => Err("the key is too deep; write --set section.key=value".to_owned()),
     }
 }
@@ -93,15 +102,38 @@ fn set_in_section(tree: &mut Table, section: &str, key: &str, node: Node) {
     }
 }
 
-/// Removes from the file what says the same as a key in another way.
-fn remove_partner(tree: &mut Table, section: &str, key: &str) {
-    let known = KeyPath::find(&format!("{section}.{key}"));
-    let Some(partner) = known.ok().and_then(|key| key.partner()) else {
-        return;
+/// Sets a key of a row that the file has; rows are counted from 1.
+fn set_in_row(
+    tree: &mut Table,
+    list: &str,
+    row: &str,
+    (key, node): (&str, Node),
+) -> Result<(), String> {
+    let Some(known) = table::find_list(list) else {
+        return Err("the key is too deep; write --set section.key=value".to_owned());
     };
-    if let Some(Toml::Table(table)) = tree.get_mut(section).map(|node| &mut node.value) {
-        table.entries.retain(|(name, node)| {
-            name != partner.key.name || !matches!(node.place, Place::Line(_))
-        });
+    let rows = match tree.get_mut(list).map(|node| &mut node.value) {
+        Some(Toml::Array(rows)) => rows.as_mut_slice(),
+        _ => &mut [],
+    };
+    let count = rows.len();
+    let number = row.parse::<usize>().ok();
+    let found = number.and_then(|number| rows.get_mut(number.checked_sub(1)?));
+    match found.map(|node| &mut node.value) {
+        Some(Toml::Table(table)) => {
+            table.set(key, node);
+            remove_other_ways(table, &known.row, key);
+            Ok(())
+        }
+        _ => Err(format!(
+            "there is no row {row}: the file has {count} [[{list}]]"
+        )),
     }
+}
+
+/// Removes from the file what gives the same as a key in another way.
+fn remove_other_ways(table: &mut Table, known: &Section, key: &str) {
+    table
+        .entries
+        .retain(|(name, node)| !known.excludes(key, name) || !matches!(node.place, Place::Line(_)));
 }

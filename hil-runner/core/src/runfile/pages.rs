@@ -3,8 +3,8 @@
 
 use serde_json::{Map, Value, json};
 
-use super::keys::{Acts, Key, Kind, LONGEST_TIME_S, Need, Range, Section};
-use super::table::SECTIONS;
+use super::keys::{Acts, Key, Kind, LONGEST_TIME_S, Need, Range, Section, Way, either};
+use super::table::{LISTS, SECTIONS, list_instead_of};
 use super::values;
 use crate::number::seconds;
 
@@ -21,16 +21,25 @@ use crate::number::seconds;
 /// ```
 pub fn schema() -> Value {
     let mut properties = Map::new();
-    let mut required = Vec::new();
+    let (mut required, mut rules) = (Vec::new(), Vec::new());
     for section in SECTIONS {
         if section.name.is_empty() {
             properties.extend(keys(section));
         } else {
             properties.insert(section.name.to_owned(), section_schema(section));
         }
-        if section.is_required() {
-            required.push(section.name);
+        match list_instead_of(section) {
+            _ if !section.is_required() => {}
+            None => required.push(section.name),
+            Some(list) => rules.push(json!({"oneOf": [
+                {"required": [section.name]},
+                {"required": [list.row.name]},
+            ]})),
         }
+    }
+    for list in LISTS {
+        let rows = json!({"type": "array", "minItems": 1, "items": section_schema(&list.row)});
+        properties.insert(list.row.name.to_owned(), rows);
     }
     json!({
         "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -39,6 +48,7 @@ pub fn schema() -> Value {
         "type": "object",
         "properties": properties,
         "required": required,
+        "allOf": rules,
         "additionalProperties": false,
     })
 }
@@ -49,47 +59,73 @@ fn keys(section: &Section) -> Map<String, Value> {
 }
 
 fn section_schema(section: &Section) -> Value {
-    let named = |need: Need| -> Vec<&str> {
-        let keys = section.keys.iter().filter(|key| key.need == need);
-        keys.map(|key| key.name).collect()
-    };
-    let mut rules = Vec::new();
+    let is_needed = |need: Need| section.keys.iter().any(|key| key.need == need);
+    let always = needed(section, Need::Always);
+    let mut rules: Vec<Value> = always["allOf"].as_array().cloned().unwrap_or_default();
     for key in section.keys {
-        match key.need {
-            Need::OneOf(partner) if key.name < partner => rules.push(json!({"oneOf": [
-                {"required": [key.name]},
-                {"required": [partner]},
-            ]})),
-            Need::NotWith(partner) if key.name < partner => {
-                rules.push(json!({"not": {"required": [key.name, partner]}}));
-            }
-            Need::OnlyWith(partner) => {
-                rules.push(json!({"dependentRequired": {key.name: [partner]}}));
-            }
-            _ => {}
+        if let Need::OnlyWith(partner) = key.need {
+            rules.push(json!({"dependentRequired": {key.name: [partner]}}));
         }
     }
-    let elastic = named(Need::ElasticJoint);
-    if !elastic.is_empty() {
+    if is_needed(Need::ElasticJoint) {
         let rigid = json!({"properties": {"joint": {"const": "rigid"}}, "required": ["joint"]});
-        rules.push(json!({"if": rigid, "else": {"required": elastic}}));
+        rules.push(json!({"if": rigid, "else": needed(section, Need::ElasticJoint)}));
     }
-    let sampled = named(Need::SampledLaw);
-    if !sampled.is_empty() {
+    if is_needed(Need::SampledLaw) {
         let continuous = json!({"properties": {"law": {"const": "continuous"}}});
-        rules.push(json!({"if": continuous, "else": {"required": sampled}}));
+        rules.push(json!({"if": continuous, "else": needed(section, Need::SampledLaw)}));
+    }
+    if is_needed(Need::CurrentDrive) {
+        let current = json!({"properties": {"kind": {"const": "current"}}, "required": ["kind"]});
+        let mut then = needed(section, Need::CurrentDrive);
+        then["properties"] = json!({"amplifier_gain": false});
+        let of_current = ["amplifier_gain_a_per_v", "current_bandwidth_hz"];
+        let of_current = of_current.map(|key| (key.to_owned(), Value::Bool(false)));
+        let other = json!({"properties": Map::from_iter(of_current)});
+        rules.push(json!({"if": current, "then": then, "else": other}));
+        let ideal = json!({"allOf": [current, {"properties": {"current_bandwidth_hz": false}}]});
+        rules.push(json!({"if": ideal, "else": needed(section, Need::VoltageAtLimit)}));
     }
     let mut schema = json!({
         "description": section.meaning,
         "type": "object",
         "properties": keys(section),
-        "required": named(Need::Always),
+        "required": always["required"],
         "additionalProperties": false,
     });
     if !rules.is_empty() {
         schema["allOf"] = Value::Array(rules);
     }
     schema
+}
+
+/// The keys with this need that must be there, and of what can be given in several
+/// ways the keys of one.
+fn needed(section: &Section, need: Need) -> Value {
+    let names = section.keys.iter().map(|key| key.name);
+    let counts = |name: &&str| section.key(name).is_some_and(|key| key.need == need);
+    let alone = names.filter(|name| section.ways_with(name).is_empty());
+    let required: Vec<&str> = alone.filter(counts).collect();
+    let mut rule = json!({"required": required});
+    let concerned = |ways: &&&[Way]| {
+        let mut names = ways.iter().copied().flatten();
+        need == Need::Always || names.any(counts)
+    };
+    let of_ways = section.ways.iter().filter(concerned).map(|ways| {
+        let of_way = |way: &Way| {
+            let required: Vec<&str> = way.iter().copied().filter(|name| counts(name)).collect();
+            let all = ways.iter().copied().flatten();
+            let others = all.filter(|name| !way.contains(name));
+            let others = others.map(|name| ((*name).to_owned(), Value::Bool(false)));
+            json!({"required": required, "properties": others.collect::<Map<_, _>>()})
+        };
+        json!({"anyOf": ways.iter().map(of_way).collect::<Vec<_>>()})
+    });
+    let of_ways: Vec<Value> = of_ways.collect();
+    if !of_ways.is_empty() {
+        rule["allOf"] = Value::Array(of_ways);
+    }
+    rule
 }
 
 fn key_schema(key: &Key) -> Value {
@@ -152,39 +188,77 @@ pub fn key_reference() -> String {
          other than 0 lie between 1e-50 and 1e50 in magnitude. Times of the run (marked \"ns\") are\n\
          whole nanoseconds and at most 1e9 s. `hil-runner schema` prints the same as a JSON schema.\n",
     );
-    for section in SECTIONS {
+    let sections = SECTIONS
+        .iter()
+        .map(|section| (section, format!("`[{}]`", section.name)));
+    let lists = LISTS
+        .iter()
+        .map(|list| (&list.row, format!("`[[{}]]`", list.row.name)));
+    for (section, name) in sections.chain(lists) {
         let title = if section.name.is_empty() {
             "Top of the file".to_owned()
         } else {
-            format!("`[{}]`", section.name)
+            name
         };
         page.push_str(&format!("\n## {title}\n\n{}\n\n", section.meaning));
         page.push_str("| key | unit | allowed | if left out | acts on | meaning |\n");
         page.push_str("| --- | --- | --- | --- | --- | --- |\n");
         for key in section.keys {
-            page.push_str(&row(key));
+            page.push_str(&row(section, key));
+        }
+        let several = |ways: &&&[Way]| ways.iter().any(|way| way.len() > 1);
+        for ways in section.ways.iter().filter(several) {
+            page.push_str(&format!("\nOne way of {}.\n", section.ways_words(ways)));
         }
     }
     page
 }
 
-fn row(key: &Key) -> String {
+fn row(section: &Section, key: &Key) -> String {
     let unit = match key.kind {
         Kind::Time(_) | Kind::TimeOrWord(..) => "s (ns)",
         _ => key.unit,
     };
-    let absent = match key.need {
-        Need::Always => "required".to_owned(),
-        Need::ElasticJoint => "required unless the joint is rigid".to_owned(),
-        Need::SampledLaw => "required unless the law is \"continuous\"".to_owned(),
-        Need::OneOf(partner) => format!("required unless `{partner}` is given; never both"),
-        Need::NotWith(partner) => format!("–; never with `{partner}`"),
+    // Of each other way the first key that does not stand in one with this key.
+    let other_of = |way: &Way| {
+        let mut names = way.iter().filter(|name| section.excludes(key.name, name));
+        names.next().map(|name| format!("`{name}`"))
+    };
+    let others = section.ways_with(key.name).iter().filter_map(other_of);
+    let mut others: Vec<String> = others.collect();
+    others.sort();
+    others.dedup();
+    let others = either(&others);
+    let mut absent = match key.need {
+        Need::Always | Need::ElasticJoint | Need::SampledLaw | Need::VoltageAtLimit => {
+            let mut excuses = Vec::new();
+            match key.need {
+                Need::ElasticJoint => excuses.push("the joint is rigid".to_owned()),
+                Need::SampledLaw => excuses.push("the law is \"continuous\"".to_owned()),
+                Need::VoltageAtLimit => excuses.push("the current loop is ideal".to_owned()),
+                _ => {}
+            }
+            if !others.is_empty() {
+                excuses.push(format!("{others} is given"));
+            }
+            match either(&excuses) {
+                none if none.is_empty() => "required".to_owned(),
+                excuses => format!("required unless {excuses}"),
+            }
+        }
+        Need::CurrentDrive => "required of a current drive".to_owned(),
         Need::Optional => "–".to_owned(),
         Need::OnlyWith(partner) => format!("–; only with `{partner}`"),
         Need::Limit => "no limit".to_owned(),
         Need::FileStem => "stem of the file's name".to_owned(),
         Need::Default(default) => format!("`{}`", default.to_toml()),
     };
+    if !others.is_empty() {
+        absent += &match key.need.is_required() {
+            true => "; never both".to_owned(),
+            false => format!("; never with {others}"),
+        };
+    }
     let (name, allowed) = (key.name, key.range_words());
     let acts = key.acts.words();
     let meaning = key.meaning.trim_end_matches(',');

@@ -6,20 +6,22 @@
 //! on those above it: `lines` on nothing, `counts_per_mm` on the screw's pitch.
 
 mod controller;
+pub(super) mod gains;
 
 use core::f64::consts::{PI, TAU};
 
-use plant::{Dac, ElasticJoint, Joint, Solver};
+use plant::{Control, Course, Dac, ElasticJoint, Joint, Load, MotionLimits, Solver, Start};
 
 use self::controller::{
     BACKLASH, CONTROLLER, ENCODER, GAIN_CHANGE, INJECT, LIMITS, LOAD_ENCODER, SEQUENCE, radians,
 };
 use super::keys::Range::{Any, Between, NotNegative, Positive};
 use super::keys::{
-    Acts, Key, Kind, Need, Section, choice, flag, number, of_firmware, section, time, value, whole,
+    Acts, Key, Kind, List, Need, Section, Way, choice, flag, number, of_firmware, section, time,
+    value, whole,
 };
-use super::values::Value;
-use crate::case::{Case, SolverChoice};
+use super::values::{Stored, Value};
+use crate::case::{AxisTemplate, Case, SolverChoice};
 use crate::figures::{CHIP_FIGURES, Figure, HOST_STEP_P99, SUMMARY_FIGURES};
 
 /// The sections in the order in which a run file usually has them.
@@ -27,29 +29,46 @@ pub static SECTIONS: &[Section] = &[
     section("", NAME)
         .meaning("the run"),
     section("motor", MOTOR)
-        .meaning("DC motor with permanent magnets (paper, Fig. 5)"),
+        .meaning("DC motor with permanent magnets (paper, Fig. 5)")
+        .ways(&[&[&["inertia_kg_m2"], &["inertia_kg_cm2"]]]),
     section("transmission", TRANSMISSION)
-        .meaning("gear, joint with backlash, and screw (paper, Fig. 2)"),
+        .meaning("gear, joint with backlash, and screw (paper, Fig. 2)")
+        .ways(&[
+            &[&["stiffness_nm_per_rad"], &["stiffness_n_per_um"]],
+            &[&["damping_nms_per_rad"], &["damping_ns_per_m"]],
+            &[&["backlash_half_deg"], &["backlash_um"]],
+            &[&["screw_inertia_kg_m2"], &["screw_inertia_kg_cm2"]],
+        ]),
     section("carriage", CARRIAGE)
-        .meaning("carriage and guide; resistance F_r = a0 + a1·γ̇ + a2·γ̇² (eq. 13)"),
+        .meaning("carriage and guide; resistance F_r = a0 + a1·γ̇ + a2·γ̇² (eq. 13)")
+        .ways(&[&[&["resistance_linear_ns_per_rad"], &["resistance_linear_ns_per_m"]]]),
     section("drive", DRIVE)
-        .meaning("D/A converter and power amplifier (paper, Fig. 4)"),
+        .meaning("D/A converter and power amplifier (paper, Fig. 4)")
+        .ways(&[
+            &[&["dac_lsb_v"], &["dac_range_v"]],
+            &[&["amplifier_gain"], &["amplifier_gain_a_per_v"]],
+        ]),
     section("encoder", ENCODER)
-        .meaning("encoder on the motor shaft (eq. 21)"),
+        .meaning("encoder on the motor shaft (eq. 21)")
+        .ways(&[&[&["counts_per_rad"], &["lines"]]]),
     section("load_encoder", LOAD_ENCODER)
-        .meaning("encoder on the load side, at the screw or at the carriage"),
+        .meaning("encoder on the load side, at the screw or at the carriage")
+        .ways(&[&[&["counts_per_rad"], &["counts_per_mm"]]]),
     section("controller", CONTROLLER)
-        .meaning("position controller (eq. 23) and its timing"),
+        .meaning("position controller (eq. 23) and its timing")
+        .ways(&[gains::WAYS]),
     section("limits", LIMITS)
         .meaning("what the controller's supervision allows; a limit that is left out is not monitored"),
     section("backlash", BACKLASH)
         .meaning("backlash compensation in the reference, and backlash measurement before the motion"),
     section("motion", MOTION)
-        .meaning("motion command with seven intervals (paper, Fig. 6)"),
+        .meaning("motion command: seven intervals (paper, Fig. 6), limits that they follow from, or a profile")
+        .ways(&[MOTION_WAYS]),
     section("sequence", SEQUENCE)
         .meaning("requests to the controller at given times"),
     section("gain_change", GAIN_CHANGE)
-        .meaning("gains that hold from a given time on"),
+        .meaning("gains that hold from a given time on")
+        .ways(&[gains::WAYS_TO_CHANGE]),
     section("inject", INJECT)
         .meaning("hardware that misbehaves at given times"),
     section("target", TARGET)
@@ -60,20 +79,64 @@ pub static SECTIONS: &[Section] = &[
         .meaning("limits on the magnitude of summary figures; without this section the default budget holds, an empty one limits nothing; from instructions_per_step_max to stack_bytes the figures are those of a chip, and without a link to one they fail"),
 ];
 
+/// The lists.
+pub static LISTS: &[List] = &[
+    List {
+        row: section("load", LOAD).meaning("force on the carriage for a time; several add up"),
+        instead_of: "",
+        begin: |case| case.loads.push(Load::default()),
+    },
+    // The rows make one command, as the keys of [motion] do.
+    List {
+        row: section("move", MOVE)
+            .meaning("moves one after the other, in the place of [motion]")
+            .ways(&[MOVE_WAYS]),
+        instead_of: "motion",
+        begin: |_| {},
+    },
+];
+
+/// The list that stands in the place of a section.
+pub(super) fn list_instead_of(section: &Section) -> Option<&'static List> {
+    let mut lists = LISTS.iter();
+    lists.find(|list| list.instead_of == section.name && !section.name.is_empty())
+}
+
+/// The list of that name.
+pub(super) fn find_list(name: &str) -> Option<&'static List> {
+    LISTS.iter().find(|list| list.row.name == name)
+}
+
 /// The section of that name.
 pub(super) fn find(name: &str) -> Option<&'static Section> {
     SECTIONS.iter().find(|section| section.name == name)
 }
 
-const NAME: &[Key] = &[value("name", Kind::Text, "")
-    .meaning("name of the run")
-    .needed(Need::FileStem)
-    .note(&["default: the file's name without .toml"])];
+const NAME: &[Key] = &[
+    value("name", Kind::Text, "")
+        .meaning("name of the run")
+        .needed(Need::FileStem)
+        .note(&["default: the file's name without .toml"]),
+    choice::<AxisTemplate>("template")
+        .meaning("template that the file was made from (`init --template`)")
+        .optional("\"ballscrew\"")
+        .at(|c| Some(&mut c.template))
+        .note(&["of init --template: its values are named after a run"]),
+];
 
 const MOTOR: &[Key] = &[
     number("inertia_kg_m2", Positive, "kg m²")
         .named("rotor inertia J_m", "Rotor inertia J_m")
         .alone_at(|c| Some(&mut c.axis.motor.inertia_kg_m2)),
+    number("inertia_kg_cm2", Positive, "kg cm²")
+        .named("rotor inertia J_m", "Rotor inertia, in kg cm²")
+        .needing(Need::Always, "2.0")
+        .by(
+            |c, kg_cm2| c.axis.motor.inertia_kg_m2 = kg_cm2 / 1e4,
+            |c| Some(1e4 * c.axis.motor.inertia_kg_m2),
+        )
+        .alone()
+        .note(&["instead of inertia_kg_m2"]),
     number("torque_constant_nm_per_a", Positive, "N m/A")
         .named("torque and back-e.m.f. constant k_m", "Torque constant k_m")
         .alone_at(|c| Some(&mut c.axis.motor.torque_constant_nm_per_a)),
@@ -129,12 +192,84 @@ const TRANSMISSION: &[Key] = &[
     number("screw_inertia_kg_m2", Positive, "kg m²")
         .named("screw inertia J_v", "Screw inertia J_v")
         .alone_at(|c| Some(&mut c.axis.transmission.screw_inertia_kg_m2)),
+    number("screw_inertia_kg_cm2", Positive, "kg cm²")
+        .named("screw inertia J_v", "Screw inertia, in kg cm²")
+        .needing(Need::Always, "8.5")
+        .by(
+            |c, kg_cm2| c.axis.transmission.screw_inertia_kg_m2 = kg_cm2 / 1e4,
+            |c| Some(1e4 * c.axis.transmission.screw_inertia_kg_m2),
+        )
+        .alone()
+        .note(&["instead of screw_inertia_kg_m2"]),
     number("screw_pitch_mm_per_rev", Positive, "mm/rev")
         .named("screw pitch p", "Screw pitch p")
         .by(
             |c, pitch_mm| c.axis.transmission.screw_pitch_m_per_rad = pitch_m_per_rad(pitch_mm),
             |c| Some(1e3 * c.axis.transmission.screw_pitch_m_per_rad * 2.0 * PI),
         ),
+    // Δx = p·Δγ and a torque of p·F: k and c at the screw are p² times those at the carriage.
+    number("stiffness_n_per_um", Positive, "N/µm")
+        .named(
+            "contact stiffness k/p² at the carriage",
+            "Stiffness at the carriage",
+        )
+        .needing(Need::ElasticJoint, "550.0")
+        .by(
+            |c, n_per_um| {
+                let per_um = 1e6 * pitch_squared(c);
+                if let Some(joint) = elastic(c) {
+                    joint.stiffness_nm_per_rad = n_per_um * per_um;
+                }
+            },
+            |c| Some(elastic(&mut c.clone())?.stiffness_nm_per_rad / (1e6 * pitch_squared(c))),
+        )
+        .alone()
+        .note(&["instead of stiffness_nm_per_rad: at the carriage"]),
+    number("damping_ns_per_m", NotNegative, "N s/m")
+        .named(
+            "contact damping c/p² at the carriage",
+            "Damping at the carriage",
+        )
+        .needing(Need::ElasticJoint, "3e5")
+        .by(
+            |c, ns_per_m| {
+                let per_m = pitch_squared(c);
+                if let Some(joint) = elastic(c) {
+                    joint.damping_nms_per_rad = ns_per_m * per_m;
+                }
+            },
+            |c| Some(elastic(&mut c.clone())?.damping_nms_per_rad / pitch_squared(c)),
+        )
+        .alone()
+        .note(&["instead of damping_nms_per_rad: at the carriage"]),
+    number("backlash_um", NotNegative, "µm")
+        .named(
+            "whole backlash 2·b·p at the carriage",
+            "Backlash at the carriage",
+        )
+        .needing(Need::ElasticJoint, "80.0")
+        .by(
+            |c, whole_um| {
+                let pitch_m = c.axis.transmission.screw_pitch_m_per_rad;
+                if let Some(joint) = elastic(c) {
+                    joint.backlash_half_rad = whole_um / 2e6 / pitch_m;
+                }
+            },
+            |c| {
+                let pitch_m = c.axis.transmission.screw_pitch_m_per_rad;
+                Some(2e6 * elastic(&mut c.clone())?.backlash_half_rad * pitch_m)
+            },
+        )
+        .alone()
+        .note(&["instead of backlash_half_deg: the whole gap, at the carriage"]),
+    choice::<Start>("start")
+        .named("place of the joint in its gap at the start", "Start")
+        .at(|c| Some(&mut c.start))
+        .words(&[
+            ("positive_flank", "on the drive flank"),
+            ("negative_flank", "on the coast flank"),
+        ])
+        .note(&["or \"positive_flank\", \"negative_flank\": ε = +b, −b"]),
     flag("no_pull")
         .meaning("switch that keeps the joint's flanks from pulling")
         .at(|c| Some(&mut elastic(c)?.no_pull))
@@ -142,6 +277,12 @@ const TRANSMISSION: &[Key] = &[
         .words(&[("true", "cannot pull")])
         .note(&["true: a separating flank cannot pull back"]),
 ];
+
+/// `p²` \[m²/rad²\].
+fn pitch_squared(case: &Case) -> f64 {
+    let pitch_m = case.axis.transmission.screw_pitch_m_per_rad;
+    pitch_m * pitch_m
+}
 
 /// mm/rev → m/rad
 pub(super) fn pitch_m_per_rad(pitch_mm_per_rev: f64) -> f64 {
@@ -162,6 +303,23 @@ const CARRIAGE: &[Key] = &[
         .or(Value::Number(0.0))
         .at(|c| Some(&mut c.axis.carriage.resistance.linear_ns_per_rad))
         .note(&["a1"]),
+    number("resistance_linear_ns_per_m", Any, "N s/m")
+        .named(
+            "linear resistance a1/p, per carriage speed,",
+            "Resistance a1/p",
+        )
+        .optional("100.0")
+        .by(
+            |c, ns_per_m| {
+                let pitch_m = c.axis.transmission.screw_pitch_m_per_rad;
+                c.axis.carriage.resistance.linear_ns_per_rad = ns_per_m * pitch_m;
+            },
+            |c| {
+                let pitch_m = c.axis.transmission.screw_pitch_m_per_rad;
+                Some(c.axis.carriage.resistance.linear_ns_per_rad / pitch_m)
+            },
+        )
+        .note(&["instead of resistance_linear_ns_per_rad"]),
     number("resistance_quadratic_ns2_per_rad2", Any, "N s²/rad²")
         .meaning("quadratic resistance a2, per screw speed squared,")
         .or(Value::Number(0.0))
@@ -174,9 +332,52 @@ const CARRIAGE: &[Key] = &[
         .shown("Resistance")
         .words(&[("true", "opposes motion")])
         .note(&["true: real friction, the screw can stick"]),
+    number("load_force_n", Any, "N")
+        .named(
+            "force of a load at all times, positive against positive x,",
+            "Load",
+        )
+        .or(Value::Number(0.0))
+        .at(|c| Some(&mut c.load_force_n))
+        .note(&["weight of a hanging axis; no part of the friction"]),
+];
+
+/// The gain, unless the drive is of another kind.
+fn gain(case: &mut Case, of_current: bool) -> Option<&mut dyn Stored> {
+    let amplifier = &mut case.amplifier;
+    (amplifier.is_current_drive() == of_current).then_some(&mut amplifier.gain)
+}
+
+/// The load whose row is read.
+fn last_load(case: &mut Case) -> Option<&mut Load> {
+    case.loads.last_mut()
+}
+
+const LOAD: &[Key] = &[
+    time("from_s", NotNegative)
+        .meaning("first instant of the load")
+        .or(Value::Nanoseconds(0))
+        .at(|c| Some(&mut last_load(c)?.from_ns)),
+    time("to_s", Positive)
+        .meaning("instant from which on it acts no more")
+        .optional("0.5")
+        .at(|c| Some(&mut last_load(c)?.to_ns))
+        .note(&["default: for ever"]),
+    number("force_n", Any, "N")
+        .meaning("force, positive against positive x,")
+        .needing(Need::Always, "200.0")
+        .at(|c| Some(&mut last_load(c)?.force_n)),
 ];
 
 const DRIVE: &[Key] = &[
+    value("kind", Kind::Choice(&["voltage", "current"]), "")
+        .named("quantity that the amplifier's input commands", "Drive")
+        .or(Value::Choice("voltage"))
+        .at(|c| Some(&mut c.amplifier.control))
+        .words(&[("current", "current-controlled")])
+        .note(&[
+            "or \"current\": a servo amplifier with a current loop; then amplifier_gain_a_per_v",
+        ]),
     whole("dac_bits", 2, 24, "bits")
         .meaning("width n of the D/A converter")
         .or(Value::Whole(16))
@@ -186,13 +387,13 @@ const DRIVE: &[Key] = &[
         .note(&["n"]),
     number("dac_lsb_v", Positive, "V")
         .meaning("D/A step K_dac, volts per code,")
-        .needing(Need::OneOf("dac_range_v"), "0.00488")
+        .needing(Need::Always, "0.00488")
         .at(|c| Some(&mut c.dac.step_v))
         .shown_in("DAC step K_dac", 1e3, "mV")
         .note(&["K_dac, volts per code"]),
     number("dac_range_v", Positive, "V")
         .meaning("full span ΔV of the D/A converter")
-        .needing(Need::OneOf("dac_lsb_v"), "20.0")
+        .needing(Need::Always, "20.0")
         .by(
             |c, range_v| c.dac = Dac::with_range(c.dac.bits, range_v),
             |c| Some(c.dac.step_v * f64::from(1_u32 << c.dac.bits)),
@@ -200,26 +401,139 @@ const DRIVE: &[Key] = &[
         .note(&["instead of dac_lsb_v: full span ΔV, step ΔV/2^n"]),
     number("amplifier_gain", Positive, "")
         .named("amplifier gain K_a", "Amplifier gain K_a")
-        .alone_at(|c| Some(&mut c.amplifier.gain)),
+        .at(|c| gain(c, false))
+        .alone()
+        .note(&["volts at the motor per volt of the converter"]),
+    number("amplifier_gain_a_per_v", Positive, "A/V")
+        .named("gain K_a of a current drive", "Amplifier gain K_a")
+        .needing(Need::Always, "0.8")
+        .at(|c| gain(c, true))
+        .note(&["of a current drive: rated current at 10 V, by 10 V"]),
     number("voltage_limit_v", Positive, "V")
         .named("amplifier's output limit V_max", "Amplifier limit V_max")
+        .needed(Need::VoltageAtLimit)
         .alone_at(|c| Some(&mut c.amplifier.voltage_limit_v)),
+    number("current_limit_a", Positive, "A")
+        .named("amplifier's current limit I_max", "Current limit I_max")
+        .needing(Need::CurrentDrive, "20.0")
+        .at(|c| {
+            Some(match &mut c.amplifier.control {
+                Control::Voltage { current_limit_a } => current_limit_a,
+                Control::Current {
+                    current_limit_a, ..
+                } => current_limit_a,
+            })
+        })
+        .note(&["default of a voltage drive: no limit"]),
+    number("current_bandwidth_hz", Positive, "Hz")
+        .meaning("bandwidth ω_c/2π of a current drive's loop")
+        .optional("1000.0")
+        .by(
+            |c, bandwidth_hz| {
+                if let Control::Current {
+                    bandwidth_radps, ..
+                } = &mut c.amplifier.control
+                {
+                    *bandwidth_radps = Some(TAU * bandwidth_hz);
+                }
+            },
+            |c| match c.amplifier.control {
+                Control::Current {
+                    bandwidth_radps, ..
+                } => Some(bandwidth_radps? / TAU),
+                Control::Voltage { .. } => None,
+            },
+        )
+        .shown("Current loop's bandwidth")
+        .note(&["of a current drive; default: the current is the command's at once"]),
 ];
 
-/// The three make one command, which goes into a case as a whole.
+const MOVE_WAYS: &[Way] = &[BY_INTERVALS, BY_LIMITS];
+const MOTION_WAYS: &[Way] = &[BY_INTERVALS, BY_LIMITS, &["profile"]];
+const BY_INTERVALS: Way = &["travel_mm", "intervals_s", "total_time_s"];
+const BY_LIMITS: Way = &[
+    "travel_mm",
+    "max_acceleration_mps2",
+    "max_velocity_mps",
+    "max_jerk_mps3",
+];
+
+/// The limits of a command that has any.
+fn limits(case: &Case) -> Option<&MotionLimits> {
+    match case.motion.course() {
+        Course::Limits(limits, _) => Some(limits),
+        _ => None,
+    }
+}
+
+const TRAVEL: Key = number("travel_mm", Any, "mm")
+    .named("travel h of the carriage", "Travel h")
+    .by(|_, _| {}, |c| Some(1e3 * c.motion.travel_m()));
+const INTERVALS: Key = value("intervals_s", Kind::Intervals, "s")
+    .named("list of the motion's intervals", "Intervals t1 … t7")
+    .text(|c| Some(c.motion.intervals_s()?.map(crate::number::table).join(", ")));
+const TOTAL_TIME: Key = number("total_time_s", Positive, "s")
+    .meaning("total time T_0 to which the intervals are stretched")
+    .optional("1.0")
+    .by(|_, _| {}, |c| Some(c.motion.end_s()))
+    .shown("Motion time")
+    .note(&["stretches all seven to this sum; default: as they are"]);
+const MAX_ACCELERATION: Key = number("max_acceleration_mps2", Positive, "m/s²")
+    .named(
+        "largest acceleration of the command",
+        "Motion's acceleration limit",
+    )
+    .needing(Need::Always, "4.0")
+    .by(|_, _| {}, |c| Some(limits(c)?.acceleration_mps2))
+    .note(&["instead of intervals_s: the fastest move within the limits"]);
+const MAX_VELOCITY: Key = number("max_velocity_mps", Positive, "m/s")
+    .named("largest speed of the command", "Motion's velocity limit")
+    .optional("0.6")
+    .by(
+        |_, _| {},
+        |c| Some(limits(c)?.velocity_mps).filter(|v| v.is_finite()),
+    )
+    .note(&["makes the command; [limits] velocity_mps is the axis's own"]);
+const MAX_JERK: Key = number("max_jerk_mps3", Positive, "m/s³")
+    .named("largest jerk of the command", "Motion's jerk limit")
+    .optional("80.0")
+    .by(
+        |_, _| {},
+        |c| Some(limits(c)?.jerk_mps3).filter(|j| j.is_finite()),
+    )
+    .note(&["default: no limit, the acceleration jumps"]);
+
+/// They make one command, which goes into a case as a whole.
 const MOTION: &[Key] = &[
-    number("travel_mm", Any, "mm")
-        .named("travel h of the carriage", "Travel h")
-        .by(|_, _| {}, |c| Some(1e3 * c.motion.travel_m())),
-    value("intervals_s", Kind::Intervals, "s")
-        .named("list of the motion's intervals", "Intervals t1 … t7")
-        .text(|c| Some(c.motion.intervals_s().map(crate::number::table).join(", "))),
-    number("total_time_s", Positive, "s")
-        .meaning("total time T_0 to which the intervals are stretched")
-        .optional("1.0")
-        .by(|_, _| {}, |c| Some(c.motion.end_s()))
-        .shown("Motion time")
-        .note(&["stretches all seven to this sum; default: as they are"]),
+    TRAVEL,
+    INTERVALS,
+    TOTAL_TIME,
+    MAX_ACCELERATION,
+    MAX_VELOCITY,
+    MAX_JERK,
+    value("profile", Kind::Text, "")
+        .named(
+            "CSV file with the points of the command, relative to the run file,",
+            "Profile",
+        )
+        .needing(Need::Always, "\"profile.csv\"")
+        .text(|c| match c.motion.course() {
+            Course::Profile(profile) => Some(format!("{} points", profile.points)),
+            _ => None,
+        })
+        .note(&["instead of all these: columns t_s,x_mm, a cubic spline between"]),
+];
+
+const MOVE: &[Key] = &[
+    TRAVEL,
+    INTERVALS,
+    TOTAL_TIME,
+    MAX_ACCELERATION,
+    MAX_VELOCITY,
+    MAX_JERK,
+    number("dwell_s", NotNegative, "s")
+        .meaning("rest after the move")
+        .or(Value::Number(0.0)),
 ];
 
 const TARGET: &[Key] = &of_firmware([

@@ -10,6 +10,8 @@ use super::check::check_number;
 use super::errors::{Place, RunFileErrors};
 use super::key_path::{KeyPath, KeyValue};
 use super::keys::{Key, Kind, path};
+use super::profile::Beside;
+use super::table;
 use super::values::Value;
 use crate::case::Case;
 
@@ -19,7 +21,11 @@ pub struct Template {
     source_name: String,
     text: String,
     sets: Vec<String>,
+    beside: Beside,
     file: RunFile,
+    /// What the file gives in another way than the case holds it; other keys may
+    /// count in it.
+    converted: Vec<(&'static Key, Value)>,
 }
 
 impl Template {
@@ -28,12 +34,30 @@ impl Template {
     ///
     /// # Errors
     /// Everything that is wrong with the text and the overrides.
-    pub fn parse(source_name: &str, text: &str, sets: &[String]) -> Result<Self, RunFileErrors> {
+    pub fn parse(
+        source_name: &str,
+        text: &str,
+        sets: &[String],
+        beside: Beside,
+    ) -> Result<Self, RunFileErrors> {
+        let file = RunFile::parse(source_name, text, sets, beside)?;
+        let is_converted = |(section, key): (&str, &Key)| {
+            let section = table::find(section);
+            let ways = section.map_or(&[][..], |section| section.ways_with(key.name));
+            ways.iter().skip(1).any(|way| way.contains(&key.name))
+        };
+        let set = file.values.set();
+        let set = set.filter(|(section, key, _)| is_converted((section, key)));
+        let converted = set.filter_map(|(section, key, _)| {
+            Some((key, file.values.value(&path(section, key.name))?))
+        });
         Ok(Self {
-            file: RunFile::parse(source_name, text, sets)?,
+            converted: converted.collect(),
+            file,
             source_name: source_name.to_owned(),
             text: text.to_owned(),
             sets: sets.to_owned(),
+            beside,
         })
     }
 
@@ -55,6 +79,12 @@ impl Template {
     /// Value of a key without any change, where that is a number.
     pub fn number(&self, key: &KeyPath) -> Option<f64> {
         self.file.values.value(&key.path())?.number()
+    }
+
+    /// The same, or what the base makes of it where it gives the quantity in another way.
+    pub fn own_number(&self, key: &KeyPath) -> Option<f64> {
+        let of_case = || key.key.get(self.base())?.number();
+        self.number(key).or_else(of_case)
     }
 
     /// Section, key and value, as it was written, of what the overrides set to
@@ -95,48 +125,67 @@ impl Template {
     ) -> Result<RunFile, RunFileErrors> {
         let mut sets = self.sets.clone();
         sets.extend(changes.map(|(key, value)| format!("{}={}", key.path(), value.to_toml())));
-        RunFile::parse(&self.source_name, &self.text, &sets)
+        RunFile::parse(&self.source_name, &self.text, &sets, self.beside)
     }
 
     /// The run, if every change can be written straight into the case.
     fn written<'v>(
         &self,
-        changes: impl Iterator<Item = (&'v KeyPath, &'v KeyValue)>,
+        changes: impl Iterator<Item = (&'v KeyPath, &'v KeyValue)> + Clone,
     ) -> Option<Case> {
         // What an axis adds to the paper's law may depend on any of the keys.
         if !self.base().options.is_off() {
             return None;
         }
         let mut case = None;
-        for (key, value) in changes {
+        for (key, value) in changes.clone() {
             let (Kind::Number(range), KeyValue::Number(number)) = (key.key.kind, value) else {
                 return None;
             };
             // The text of a file has no −0 either.
             let number = check_number(*number + 0.0, range, key.key).ok()?;
+            if !key.key.alone || self.takes_another_way(key) {
+                return None;
+            }
             let case = case.get_or_insert_with(|| self.base().clone());
-            key.key
-                .alone
-                .then(|| key.key.set(case, Value::Number(number)))?;
+            key.key.set(case, Value::Number(number));
         }
-        case
+        let case = case.as_mut()?;
+        for (key, value) in &self.converted {
+            let mut changes = changes.clone();
+            let changed = changes.find(|(path, _)| core::ptr::eq(path.key, *key));
+            let changed = changed.and_then(|(_, value)| value.number());
+            key.set(case, changed.map_or(*value, Value::Number));
+        }
+        Some(case.clone())
+    }
+
+    /// True if the base gives what a key gives in another way.
+    fn takes_another_way(&self, key: &KeyPath) -> bool {
+        !key.ways().is_empty() && !self.is_given(key.section, key.key.name)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::runfile::profile::nothing_beside;
     use crate::runfile::{SECTIONS, builtin_text};
 
     fn template(sets: &[&str]) -> Template {
         let sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
-        Template::parse("paper-2", builtin_text("paper-2").unwrap(), &sets).unwrap()
+        Template::parse(
+            "paper-2",
+            builtin_text("paper-2").unwrap(),
+            &sets,
+            nothing_beside,
+        )
+        .unwrap()
     }
 
     /// Every key that is written straight gives the case that the file would.
     #[test]
     fn what_is_written_is_what_the_file_says() {
-        let template = template(&[]);
         let mut written = 0;
         for section in SECTIONS {
             for key in section.keys {
@@ -144,19 +193,55 @@ mod tests {
                 if !key.key.alone {
                     continue;
                 }
+                let mut ways = section.ways_with(key.key.name).iter();
+                let way = ways.find(|way| way.contains(&key.key.name));
+                let sets = way.into_iter().copied().flatten();
+                let sets: Vec<String> = sets
+                    .map(|name| format!("{}=0.7", path(section.name, name)))
+                    .collect();
+                let sets: Vec<&str> = sets.iter().map(String::as_str).collect();
+                let template = template(&sets);
                 for number in [0.001, 0.3, 1.0 / 3.0, 2.0, 17.77] {
                     let value = KeyValue::Number(number);
                     let change = [(&key, &value)];
                     let quick = template.written(change.into_iter()).unwrap();
                     let set = format!("{}={}", key.path(), value.to_toml());
-                    let slow = RunFile::parse("paper-2", template.text(), &[set]).unwrap();
+                    let sets = [template.sets(), &[set]].concat();
+                    let text = template.text();
+                    let slow = RunFile::parse("paper-2", text, &sets, nothing_beside).unwrap();
                     assert_eq!(quick, slow.case, "{} = {number}", key.path());
                     assert_ne!(&quick, template.base(), "{} has no effect", key.path());
                     written += 1;
                 }
             }
         }
-        assert_eq!(written, 14 * 5);
+        assert_eq!(written, 25 * 5);
+    }
+
+    /// A gain in volts per radian stays that whatever the amplifier has.
+    #[test]
+    fn what_the_file_gives_in_another_way_is_converted_anew() {
+        let kp = "controller.kp_v_per_rad";
+        let sets = [
+            &format!("{kp}=30"),
+            "controller.ki_v_per_rad_s=46",
+            "controller.kd_vs_per_rad=0.5",
+        ];
+        let template = template(&sets.map(|set| set as &str));
+        let find = |path: &str| KeyPath::find(path).unwrap();
+        let (amplifier, kp) = (find("drive.amplifier_gain"), find(kp));
+        let (doubled, twenty) = (amplifier.value(6.0), kp.value(20.0));
+        let changes = [(&kp, &twenty), (&amplifier, &doubled)];
+        let quick = template.written(changes.into_iter()).unwrap();
+        assert_eq!(quick, template.file(changes.into_iter()).unwrap().case);
+        let base = template.base().controller.gains;
+        assert_eq!(quick.controller.gains.ki_per_s, base.ki_per_s / 2.0);
+        assert_ne!(quick.controller.gains.kp, base.kp / 2.0);
+        // Another way than the base's is no number beside it, and goes the way of a file.
+        let codes = find("controller.kp");
+        let one = codes.value(1.0);
+        assert_eq!(template.written([(&codes, &one)].into_iter()), None);
+        assert!(template.file([(&codes, &one)].into_iter()).is_err());
     }
 
     #[test]
@@ -199,7 +284,15 @@ mod tests {
         assert_eq!(case.dac, plant::Dac::with_range(14, 80.0));
         // Both at once are refused.
         let sets = ["drive.dac_range_v=80", "drive.dac_lsb_v=0.1"].map(str::to_owned);
-        assert!(Template::parse("paper-2", builtin_text("paper-2").unwrap(), &sets).is_err());
+        assert!(
+            Template::parse(
+                "paper-2",
+                builtin_text("paper-2").unwrap(),
+                &sets,
+                nothing_beside
+            )
+            .is_err()
+        );
     }
 
     #[test]

@@ -1,8 +1,8 @@
 //! Values of keys, and the types of a case that they become.
 
-use plant::{ElasticJoint, Joint};
+use plant::{Control, ElasticJoint, Joint, Start};
 
-use crate::case::{ComputationDelay, Law, SolverChoice};
+use crate::case::{AxisTemplate, ComputationDelay, Law, SolverChoice};
 use crate::number::seconds;
 use crate::options::{
     AntiWindup, Compensation, Derivative, EncoderGlitch, EncoderLoss, Feedback, FlankDetection,
@@ -140,6 +140,26 @@ impl Setting for Joint {
     }
 }
 
+/// Keys of a current drive have their place inside.
+impl Setting for Control {
+    fn of(value: Value) -> Option<Self> {
+        Some(match value {
+            Value::Choice("current") => Self::Current {
+                current_limit_a: 0.0,
+                bandwidth_radps: None,
+            },
+            _ => Self::default(),
+        })
+    }
+
+    fn value(&self) -> Value {
+        Value::Choice(match self {
+            Self::Current { .. } => "current",
+            Self::Voltage { .. } => "voltage",
+        })
+    }
+}
+
 /// Settings of several keys, of which the first makes them; the others then
 /// have their place inside.
 macro_rules! led_by {
@@ -194,6 +214,8 @@ macro_rules! choices {
 }
 
 choices! {
+    Start { Centred = "centred", PositiveFlank = "positive_flank", NegativeFlank = "negative_flank" }
+    AxisTemplate { Ballscrew = "ballscrew", Belt = "belt", Rack = "rack", Gearbox = "gearbox" }
     SolverChoice { Auto = "auto", Exact = "exact", Dopri5 = "dopri5", Rk4 = "rk4" }
     Derivative { Error = "error", Measurement = "measurement" }
     AntiWindup { None = "none", Clamp = "clamp", BackCalculation = "back-calculation" }

@@ -28,7 +28,8 @@ use crate::case::{Case, Law};
 use crate::options::{Feedback, RestIntegrator};
 
 /// `K_p`, `K_i` and `K_d` times `K_0 = K_enc·K_dac·K_a`, eq. 27: encoder,
-/// converter and amplifier act on the linear loop as this product alone.
+/// converter and amplifier act on the linear loop as this product alone. With a current
+/// drive the volts are amperes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LoopGains {
     /// `K_0·K_p` \[V/rad\].
@@ -100,14 +101,14 @@ pub fn is_papers_loop(case: &Case) -> bool {
 /// The part of the loop that does not depend on the gains.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Characteristic {
-    /// `N(w)/z_gear`, of degree 5 or 3.
+    /// `N(w)/z_gear`, of degree 6 at most.
     zeros: Polynomial,
-    /// `P(w)`, of degree 4 or 2.
+    /// `P(w)`, of degree 5 at most.
     poles: Polynomial,
     period_s: f64,
     /// `z²·w²·P(w)`, the poles of the open loop.
     open: Polynomial,
-    /// Its degree, 8 or 6.
+    /// Its degree, 9 at most.
     degree: usize,
     /// `B(w)` for 1 V/rad of K_p, 1 V/(rad s) of K_i, 1 V s/rad of K_d.
     per_gain: [Polynomial; 3],
@@ -145,15 +146,15 @@ impl Characteristic {
         let i = gains.ki_v_per_rads * self.period_s;
         let d = gains.kd_vs_per_rad / self.period_s;
         let law = zw * gains.kp_v_per_rad + zz * i + ww * d;
-        let axis = self.zeros.at::<5>(w);
-        law * axis / (zz * ww * self.poles.at::<4>(w))
+        let axis = self.zeros.at::<6>(w);
+        law * axis / (zz * ww * self.poles.at::<5>(w))
     }
 
     /// `L(e^{jθ})` of each gain alone.
     pub(crate) fn parts(&self, theta: f64) -> [Complex<f64>; 3] {
         let w = on_circle(theta);
         let z = w + 1.0;
-        let axis = self.zeros.at::<5>(w) / (z * w * self.poles.at::<4>(w));
+        let axis = self.zeros.at::<6>(w) / (z * w * self.poles.at::<5>(w));
         [
             axis,
             axis * (z / w * self.period_s),

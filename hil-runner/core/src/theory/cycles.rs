@@ -119,7 +119,7 @@ fn prediction(cycles: &[Cycle], case: &Case, shortest_s: f64) -> Option<Cycle> {
             amplifier.gain * case.dac.output_v(f64::from(case.dac.code_max()))
         }
     };
-    let limit_v = amplifier.voltage_limit_v.min(range_v);
+    let limit_v = amplifier.limit().min(range_v);
     let mut fitting = cycles.iter().filter(|cycle| {
         cycle.stability == CycleStability::Attracting
             && cycle.distortion <= MOST_DISTORTION
@@ -184,7 +184,9 @@ pub fn gap_cycle(case: &Case) -> Option<Cycle> {
 /// as without steps.
 pub fn gap_cycles(case: &Case) -> Vec<Cycle> {
     let resistance = &case.axis.carriage.resistance;
-    let odd = resistance.constant_n == 0.0 && resistance.quadratic_ns2_per_rad2 == 0.0;
+    let odd = resistance.constant_n == 0.0
+        && resistance.quadratic_ns2_per_rad2 == 0.0
+        && case.resting_force_n() == 0.0;
     let b = case.axis.transmission.joint.backlash_half_rad();
     let delayed = DelayedLoop::of(case, JointState::Contact);
     let Some(delayed) = delayed.filter(|_| b > 0.0 && odd && is_papers_loop(case)) else {
@@ -304,23 +306,26 @@ impl SteppedLoop {
             return None;
         }
         let (transmission, motor) = (&case.axis.transmission, &case.axis.motor);
-        let weight_n = resistance.constant_n;
+        let weight_n = resistance.constant_n + case.resting_force_n();
         let b = transmission.joint.backlash_half_rad();
         let room_rad = (b > 0.0 && weight_n == 0.0).then_some(b);
         let joint = match room_rad {
             Some(_) => JointState::Gap,
             None => JointState::Contact,
         };
-        // p·a0 = k_m·I/z and V = R·I hold it.
+        // p·F = k_m·I/z holds it, and V = R·I.
         let current_a = transmission.screw_pitch_m_per_rad * weight_n * transmission.gear_ratio
             / motor.torque_constant_nm_per_a;
-        let holding_v = motor.resistance_ohm * current_a;
+        let holding = match case.amplifier.is_current_drive() {
+            true => current_a,
+            false => motor.resistance_ohm * current_a,
+        };
         Some(Self {
-            axis: LinearAxis::new(&case.axis, joint)?,
+            axis: LinearAxis::new(&case.axis, &case.amplifier, joint)?,
             family: LoopFamily::of(case, joint)?,
             gains: LoopGains::of(case),
             period_s: seconds(case.controller.sample_time_ns?),
-            mean: holding_v / (case.dac.step_v * case.amplifier.gain),
+            mean: holding / (case.dac.step_v * case.amplifier.gain),
             room_rad,
         })
     }

@@ -75,7 +75,7 @@ impl DelayedLoop {
             ),
         };
         Some(Self {
-            axis: LinearAxis::new(&case.axis, joint)?,
+            axis: LinearAxis::new(&case.axis, &case.amplifier, joint)?,
             gains: LoopGains::of(case),
             period_s,
             delay_s,
@@ -167,7 +167,8 @@ impl DelayedLoop {
         let held = self.gains.kp_v_per_rad != 0.0 || self.gains.ki_v_per_rads != 0.0;
         let first = argument(points[0].1 + 1.0);
         let mut turned = first;
-        if first > PI / 2.0 {
+        // One is the law's, one or two are the axis': at −π/2, ±π or −3π/2.
+        if first > PI / 4.0 {
             turned -= 2.0 * PI;
         }
         for pair in points.windows(2) {

@@ -6,7 +6,7 @@
 use core::f64::consts::PI;
 
 use nalgebra::Complex;
-use plant::AxisParameters;
+use plant::{Amplifier, AxisParameters};
 
 use super::characteristic::{Characteristic, LoopGains, is_papers_loop};
 use super::curve::{Curve, Limits, Margin, bends, refined, signed};
@@ -47,15 +47,16 @@ pub enum LoopError {
     },
 }
 
-/// All loops of one axis, sample time, delay and state of the joint: gains,
-/// encoder, converter and amplifier are open.
+/// All loops of one axis, kind of drive, sample time, delay and state of the joint: gains,
+/// encoder, converter and the amplifier's gain are open.
 ///
 /// ```
 /// use hil_core::runfile;
 /// use hil_core::theory::{JointState, LoopFamily, LoopGains};
 ///
 /// let case = runfile::builtin("paper-2", &[])?;
-/// let family = LoopFamily::new(&case.axis, 1_000_000, 0, JointState::Contact)?;
+/// let contact = JointState::Contact;
+/// let family = LoopFamily::new(&case.axis, &case.amplifier, [1_000_000, 0], contact)?;
 /// let gains = LoopGains::of(&case);
 /// assert!(family.margin(&gains).stable);
 /// assert!(!family.margin(&gains.times(200.0)).stable);
@@ -89,11 +90,11 @@ impl LoopFamily {
     /// cannot be.
     pub fn new(
         axis: &AxisParameters,
-        period_ns: u64,
-        delay_ns: u64,
+        amplifier: &Amplifier,
+        [period_ns, delay_ns]: [u64; 2],
         joint: JointState,
     ) -> Result<Self, LoopError> {
-        let axis = LinearAxis::new(axis, joint).ok_or(LoopError::RigidHasNoGap)?;
+        let axis = LinearAxis::new(axis, amplifier, joint).ok_or(LoopError::RigidHasNoGap)?;
         if period_ns == 0 {
             return Err(LoopError::NoSampleTime);
         }
@@ -131,19 +132,19 @@ impl LoopFamily {
     pub fn of(case: &Case, joint: JointState) -> Option<Self> {
         let period_ns = case.controller.sample_time_ns?;
         let delay_ns = case.controller.computation_delay.fixed_ns()?;
-        Self::new(&case.axis, period_ns, delay_ns, joint).ok()
+        Self::new(&case.axis, &case.amplifier, [period_ns, delay_ns], joint).ok()
     }
 
     /// Equal for two families exactly if they are the same.
     pub fn key(
         axis: &AxisParameters,
-        period_ns: u64,
-        delay_ns: u64,
+        amplifier: &Amplifier,
+        timing_ns: [u64; 2],
         joint: JointState,
     ) -> FamilyKey {
         FamilyKey {
-            axis: LinearAxis::new(axis, joint),
-            timing_ns: [period_ns, delay_ns],
+            axis: LinearAxis::new(axis, amplifier, joint),
+            timing_ns,
         }
     }
 

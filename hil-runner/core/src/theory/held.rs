@@ -20,7 +20,7 @@
 
 use nalgebra::{Complex, SMatrix, SVector};
 
-use super::linear_axis::{LinearAxis, ONE, TWO};
+use super::linear_axis::LinearAxis;
 
 /// One sample of a linear axis with N states, the first being β.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -70,15 +70,10 @@ fn integral<const N: usize>(
 }
 
 impl<const N: usize> HeldStep<N> {
-    /// The step of `axis`, whose states go by `a`, over `period_s` with the new
-    /// voltage after `delay_s`.
-    pub(crate) fn new(
-        axis: &LinearAxis,
-        a: &SMatrix<f64, N, N>,
-        period_s: f64,
-        delay_s: f64,
-    ) -> Self {
-        let b = axis.per_volt();
+    /// The step of an axis over `period_s` with the new voltage after `delay_s`; of a
+    /// current drive the commanded current.
+    pub(crate) fn new(axis: &LinearAxis, period_s: f64, delay_s: f64) -> Self {
+        let (a, b) = &axis.system();
         let (whole, _) = integral(a, period_s);
         let (rest, after) = integral(a, period_s - delay_s);
         let (delayed, _) = integral(a, delay_s);
@@ -94,7 +89,7 @@ impl<const N: usize> HeldStep<N> {
 /// `(present·z + past)/(z·w·poles)`, the pole at w = 0 being β itself.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct PulseResponse {
-    /// Poles of the axis but for the angle, degree 4 or 2.
+    /// Poles of the axis but for the angle, degree 1 to 5.
     pub(crate) poles: Polynomial,
     /// That degree.
     pub(crate) degree: usize,
@@ -107,9 +102,12 @@ pub(crate) struct PulseResponse {
 impl PulseResponse {
     /// The response of a linear axis.
     pub(crate) fn new(axis: &LinearAxis, period_s: f64, delay_s: f64) -> Self {
-        match axis.two() {
-            None => Self::of::<ONE, 2>(&HeldStep::new(axis, &axis.one(), period_s, delay_s)),
-            Some(a) => Self::of::<TWO, 4>(&HeldStep::new(axis, &a, period_s, delay_s)),
+        match axis.states() {
+            2 => Self::of::<2, 1>(&HeldStep::new(axis, period_s, delay_s)),
+            3 => Self::of::<3, 2>(&HeldStep::new(axis, period_s, delay_s)),
+            4 => Self::of::<4, 3>(&HeldStep::new(axis, period_s, delay_s)),
+            5 => Self::of::<5, 4>(&HeldStep::new(axis, period_s, delay_s)),
+            _ => Self::of::<6, 5>(&HeldStep::new(axis, period_s, delay_s)),
         }
     }
 
@@ -146,9 +144,9 @@ impl PulseResponse {
     }
 }
 
-/// Highest degree: five states of the axis, the voltage of the last sample, the
+/// Highest degree: six states of the axis, the voltage of the last sample, the
 /// integrator and the last error.
-pub(crate) const DEGREE: usize = 8;
+pub(crate) const DEGREE: usize = 9;
 
 /// `Σ c_k·w^k` with real coefficients, the constant one first.
 #[derive(Debug, Clone, Copy, PartialEq)]

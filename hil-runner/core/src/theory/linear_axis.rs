@@ -1,7 +1,7 @@
 //! The axis as a linear system, in contact or in the gap.
 
 use nalgebra::{Complex, SMatrix, SVector};
-use plant::{AxisParameters, Joint};
+use plant::{Amplifier, AxisParameters, Control, Joint};
 
 /// State of the joint in the linear picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -14,13 +14,14 @@ pub enum JointState {
 }
 
 /// The linear axis, `J1·β̈ = k_m·I/z − Ψ`, `J2·γ̈ = Ψ − p·a1·γ̇`,
-/// `L·İ = V − R·I − k_m·β̇/z` (eq. 11, 15, 26). Constant and quadratic
+/// and what the amplifier makes of the current. Constant and quadratic
 /// resistance have no linear part at rest; nor has dry friction once the screw
 /// slides.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct LinearAxis {
     /// `k_m/z` \[N m/A\].
     torque_nm_per_a: f64,
+    actuator: Actuator,
     resistance_ohm: f64,
     inductance_h: f64,
     /// J1; of one body all that moves.
@@ -36,6 +37,20 @@ pub(crate) struct LinearAxis {
     pub(crate) gear_ratio: f64,
 }
 
+/// The amplifier with the armature, within all limits.
+///
+/// ```text
+/// voltage drive   L·İ = V − R·I − κ·β̇                                    eq. 26
+/// current loop    İ = ω_c·(i_cmd − I) + ω_c·R/L·q − R/L·I − κ/L·β̇,   q̇ = i_cmd − I
+/// ideal           I = i_cmd
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Actuator {
+    Voltage,
+    CurrentLoop { omega_radps: f64 },
+    IdealCurrent,
+}
+
 /// A second body, and `Ψ = k·ε + c·ε̇` between the two.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Load {
@@ -45,14 +60,13 @@ struct Load {
     damping_nms_per_rad: f64,
 }
 
-/// States of one body: β, β̇, I.
-pub(crate) const ONE: usize = 3;
-/// States of two: β, β̇, ε, ε̇, I.
-pub(crate) const TWO: usize = 5;
-
 impl LinearAxis {
     /// The linear axis; none within the gap of a rigid axis, which has none.
-    pub(crate) fn new(axis: &AxisParameters, joint: JointState) -> Option<Self> {
+    pub(crate) fn new(
+        axis: &AxisParameters,
+        amplifier: &Amplifier,
+        joint: JointState,
+    ) -> Option<Self> {
         let (motor, transmission) = (&axis.motor, &axis.transmission);
         let (z, p) = (transmission.gear_ratio, transmission.screw_pitch_m_per_rad);
         // J1 = J_m/z², J2 = J_v + M·p² (eq. 11, 15).
@@ -67,16 +81,32 @@ impl LinearAxis {
                 (gear_kg_m2 + screw_kg_m2, drag_nms_per_rad, None)
             }
             (Joint::Elastic(joint), JointState::Contact) => {
+                let (k, c) = (joint.stiffness_nm_per_rad, joint.damping_nms_per_rad);
+                let least = match amplifier.control {
+                    Control::Current { .. } => LEAST_DAMPING_RATIO * (k * screw_kg_m2).sqrt(),
+                    Control::Voltage { .. } => 0.0,
+                };
                 let load = Load {
                     screw_kg_m2,
-                    stiffness_nm_per_rad: joint.stiffness_nm_per_rad,
-                    damping_nms_per_rad: joint.damping_nms_per_rad,
+                    stiffness_nm_per_rad: k,
+                    damping_nms_per_rad: c.max(least),
                 };
                 (gear_kg_m2, drag_nms_per_rad, Some(load))
             }
         };
         Some(Self {
             torque_nm_per_a: motor.torque_constant_nm_per_a / z,
+            actuator: match amplifier.control {
+                Control::Voltage { .. } => Actuator::Voltage,
+                Control::Current {
+                    bandwidth_radps: None,
+                    ..
+                } => Actuator::IdealCurrent,
+                Control::Current {
+                    bandwidth_radps: Some(omega_radps),
+                    ..
+                } => Actuator::CurrentLoop { omega_radps },
+            },
             resistance_ohm: motor.resistance_ohm,
             inductance_h: motor.inductance_h,
             gear_kg_m2,
@@ -96,46 +126,71 @@ impl LinearAxis {
         self
     }
 
-    /// A of one body, x = (β, β̇, I).
-    pub(crate) fn one(&self) -> SMatrix<f64, ONE, ONE> {
-        let (km, r, l) = self.armature();
-        let (j, d) = (self.gear_kg_m2, self.drag_nms_per_rad);
-        let mut a = SMatrix::<f64, ONE, ONE>::zeros();
-        a[(0, 1)] = 1.0;
-        a[(1, 1)] = -d / j;
-        a[(1, 2)] = km / j;
-        a[(2, 1)] = -km / l;
-        a[(2, 2)] = -r / l;
-        a
+    /// The number of states: β, β̇, of two bodies ε, ε̇, then I unless it is the input, and
+    /// q of a current loop.
+    pub(crate) fn states(&self) -> usize {
+        let of_bodies = if self.has_joint() { 4 } else { 2 };
+        let of_actuator = match self.actuator {
+            Actuator::IdealCurrent => 0,
+            Actuator::Voltage => 1,
+            Actuator::CurrentLoop { .. } => 2,
+        };
+        of_bodies + of_actuator
     }
 
-    /// A of two bodies, x = (β, β̇, ε, ε̇, I); none for one body.
-    pub(crate) fn two(&self) -> Option<SMatrix<f64, TWO, TWO>> {
-        let load = self.load?;
-        let (j1, j2, d) = (self.gear_kg_m2, load.screw_kg_m2, self.drag_nms_per_rad);
-        let (k, c) = (load.stiffness_nm_per_rad, load.damping_nms_per_rad);
+    /// True of two bodies.
+    pub(crate) fn has_joint(&self) -> bool {
+        self.load.is_some()
+    }
+
+    /// A and B, B of a volt or an ampere of the command; N is [`Self::states`].
+    pub(crate) fn system<const N: usize>(&self) -> (SMatrix<f64, N, N>, SVector<f64, N>) {
         let (km, r, l) = self.armature();
-        // β̈ = (k_m/z·I − k·ε − c·ε̇)/J1
-        let gear = [0.0, 0.0, -k / j1, -c / j1, km / j1];
-        // γ̈ = (k·ε + c·ε̇ − d·(β̇ − ε̇))/J2
-        let screw = [0.0, -d / j2, k / j2, (c + d) / j2, 0.0];
-        let mut a = SMatrix::<f64, TWO, TWO>::zeros();
+        let (j1, d) = (self.gear_kg_m2, self.drag_nms_per_rad);
+        let mut a = SMatrix::<f64, N, N>::zeros();
+        let mut b = SVector::<f64, N>::zeros();
+        // The bodies with a torque of one newton metre on the first.
+        let mut per_torque = SVector::<f64, N>::zeros();
+        per_torque[1] = 1.0 / j1;
         a[(0, 1)] = 1.0;
-        a[(2, 3)] = 1.0;
-        for j in 0..TWO {
-            a[(1, j)] = gear[j];
-            a[(3, j)] = gear[j] - screw[j];
+        match self.load {
+            None => a[(1, 1)] = -d / j1,
+            Some(load) => {
+                let (j2, k, c) = (
+                    load.screw_kg_m2,
+                    load.stiffness_nm_per_rad,
+                    load.damping_nms_per_rad,
+                );
+                // β̈ = (τ − k·ε − c·ε̇)/J1
+                let gear = [0.0, 0.0, -k / j1, -c / j1];
+                // γ̈ = (k·ε + c·ε̇ − d·(β̇ − ε̇))/J2
+                let screw = [0.0, -d / j2, k / j2, (c + d) / j2];
+                a[(2, 3)] = 1.0;
+                for j in 0..gear.len() {
+                    a[(1, j)] = gear[j];
+                    a[(3, j)] = gear[j] - screw[j];
+                }
+                per_torque[3] = 1.0 / j1;
+            }
         }
-        a[(4, 1)] = -km / l;
-        a[(4, 4)] = -r / l;
-        Some(a)
-    }
-
-    /// `B`: a volt drives the current alone.
-    pub(crate) fn per_volt<const N: usize>(&self) -> SVector<f64, N> {
-        let mut b = SVector::zeros();
-        b[N - 1] = 1.0 / self.inductance_h;
-        b
+        let bodies = if self.has_joint() { 4 } else { 2 };
+        if let Actuator::IdealCurrent = self.actuator {
+            return (a, per_torque * km);
+        }
+        let (current, memory) = (bodies, bodies + 1);
+        a.set_column(current, &(per_torque.map(|share| share * km)));
+        a[(current, 1)] = -km / l;
+        a[(current, current)] = -r / l;
+        match self.actuator {
+            Actuator::CurrentLoop { omega_radps } => {
+                a[(current, current)] -= omega_radps;
+                a[(current, memory)] = omega_radps * r / l;
+                a[(memory, current)] = -1.0;
+                (b[current], b[memory]) = (omega_radps, 1.0);
+            }
+            _ => b[current] = 1.0 / l,
+        }
+        (a, b)
     }
 
     /// `k_m/z`, R and L.
@@ -143,20 +198,33 @@ impl LinearAxis {
         (self.torque_nm_per_a, self.resistance_ohm, self.inductance_h)
     }
 
-    /// `β(s)/V(s)` of the continuous axis \[rad/V\]:
+    /// `β(s)/u(s)` of the continuous axis, u the command \[rad/V, or rad/A\]:
     ///
     /// ```text
-    /// β/V = κ·(m + q)/((R + L·s)·(J1·s²·(m + q) + q·m) + κ²·s·(m + q))
-    /// κ = k_m/z,   q = k + c·s,   m = J2·s² + d·s
+    /// β/u = κ·(m + q)·n/(D·(J1·s²·(m + q) + q·m) + κ²·s·(m + q)·g)
+    /// κ = k_m/z,   q = k + c·s,   m = J2·s² + d·s,   D·I = n·u − g·κ·s·β
     /// ```
     pub(crate) fn response(&self, s: Complex<f64>) -> Complex<f64> {
-        let (km, r, l) = self.armature();
+        let km = self.torque_nm_per_a;
         let j1 = self.gear_kg_m2;
         let (free, load) = match self.joint_and_screw(s) {
             None => (Complex::from(1.0), s * (s * j1 + self.drag_nms_per_rad)),
             Some((q, m)) => (m + q, s * s * j1 * (m + q) + q * m),
         };
-        free * km / ((s * l + r) * load + s * free * (km * km))
+        let [divisor, per_command, per_induced] = self.actuation(s);
+        free * km * per_command / (divisor * load + s * free * (km * km) * per_induced)
+    }
+
+    /// D, n and g of `D·I = n·u − g·κ·s·β`.
+    fn actuation(&self, s: Complex<f64>) -> [Complex<f64>; 3] {
+        let (_, r, l) = self.armature();
+        let (armature, one) = (s * l + r, Complex::from(1.0));
+        match self.actuator {
+            Actuator::Voltage => [armature, one, one],
+            // (s + ω_c)·I = ω_c·i_cmd − s/(R + L·s)·κ·s·β: the zero on the pole.
+            Actuator::CurrentLoop { omega_radps: w } => [armature * (s + w), armature * w, s],
+            Actuator::IdealCurrent => [one, one, Complex::from(0.0)],
+        }
     }
 
     /// `γ(s)/ε(s)`, as m·γ = q·ε; none where the screw does not follow the motor
@@ -166,16 +234,18 @@ impl LinearAxis {
     }
 
     /// `−(k + c·s)·(1/Z + 1/m)`: ε for a deflection of the joint, whose torque
-    /// the screw, `m = J2·s² + d·s`, and the motor take. `law` is the voltage
-    /// against β, and `Z = J1·s² + κ·(κ·s + law)/(R + L·s)`. None for one body.
+    /// the screw, `m = J2·s² + d·s`, and the motor take. `law` is the command
+    /// against β, and `Z = J1·s² + κ·(g·κ·s + n·law)/D`. None for one body.
     pub(crate) fn joint_response(
         &self,
         s: Complex<f64>,
         law: Complex<f64>,
     ) -> Option<Complex<f64>> {
-        let (km, r, l) = self.armature();
+        let km = self.torque_nm_per_a;
         let (q, m) = self.joint_and_screw(s)?;
-        let motor = s * s * self.gear_kg_m2 + (s * km + law) * km / (s * l + r);
+        let [divisor, per_command, per_induced] = self.actuation(s);
+        let against = s * km * per_induced + law * per_command;
+        let motor = s * s * self.gear_kg_m2 + against * km / divisor;
         Some(-q * (motor.inv() + m.inv()))
     }
 
@@ -193,18 +263,36 @@ impl LinearAxis {
     }
 
     /// Angular frequencies at which the response bends: the run-up of the
-    /// motor, the armature, and the joint's antiresonance and resonance.
+    /// motor, the armature, and the joint's antiresonance and resonance; with a current
+    /// drive its loop instead of the run-up.
     pub(crate) fn corners_radps(&self) -> [f64; 4] {
         let (km, r, l) = self.armature();
         let j1 = self.gear_kg_m2;
         let run_up = |j: f64| (km * km / r + self.drag_nms_per_rad) / j;
+        let electrical = |j: f64| match self.actuator {
+            Actuator::Voltage => [run_up(j), r / l],
+            Actuator::CurrentLoop { omega_radps } => [omega_radps, r / l],
+            // A double integrator has no corner; any frequency will do.
+            Actuator::IdealCurrent => [IDEAL_CORNER_RADPS; 2],
+        };
         match self.load {
-            None => [run_up(j1), r / l, run_up(j1), r / l],
+            None => {
+                let [one, other] = electrical(j1);
+                [one, other, one, other]
+            }
             Some(load) => {
                 let (j2, k) = (load.screw_kg_m2, load.stiffness_nm_per_rad);
                 let (antiresonance, resonance) = ((k / j2).sqrt(), (k / j1 + k / j2).sqrt());
-                [run_up(j1 + j2), r / l, antiresonance, resonance]
+                let [one, other] = electrical(j1 + j2);
+                [one, other, antiresonance, resonance]
             }
         }
     }
 }
+
+/// Damping of the joint that the linear picture has at least with a current drive. Nothing
+/// else need damp it there, and poles on the axis leave Nyquist's criterion no turn to count.
+const LEAST_DAMPING_RATIO: f64 = 1e-6;
+
+/// Frequency about which an ideal current drive is looked at.
+const IDEAL_CORNER_RADPS: f64 = 100.0;

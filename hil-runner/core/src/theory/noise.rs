@@ -24,7 +24,7 @@ use nalgebra::{SMatrix, SVector};
 use super::characteristic::{LoopGains, is_papers_loop};
 use super::family::LoopFamily;
 use super::held::HeldStep;
-use super::linear_axis::{JointState, LinearAxis, ONE, TWO};
+use super::linear_axis::{JointState, LinearAxis};
 use crate::case::{Case, Law};
 use crate::number::seconds;
 use crate::options::Quantiser;
@@ -54,8 +54,9 @@ pub struct NoiseFigures {
     pub position_um: f64,
     /// Its acceleration \[m/s²\].
     pub acceleration_mps2: f64,
-    /// Motor voltage, that of the sample's own code \[V\].
-    pub voltage_v: f64,
+    /// Motor voltage, that of the sample's own code \[V\]; of a current drive the commanded
+    /// current \[A\].
+    pub command: f64,
 }
 
 impl NoiseFigures {
@@ -64,7 +65,7 @@ impl NoiseFigures {
         Self {
             position_um: 1e6 * position,
             acceleration_mps2: acceleration,
-            voltage_v: voltage,
+            command: voltage,
         }
     }
 }
@@ -81,7 +82,7 @@ pub fn quantisation_noise(case: &Case) -> Option<Noise> {
     if !nearest || !is_papers_loop(case) {
         return None;
     }
-    let axis = LinearAxis::new(&case.axis, JointState::Contact)?;
+    let axis = LinearAxis::new(&case.axis, &case.amplifier, JointState::Contact)?;
     let period_s = seconds(case.controller.sample_time_ns.filter(|&ns| ns > 0)?);
     let delay_s = seconds(case.controller.computation_delay.fixed_ns()?);
     let gains = LoopGains::of(case);
@@ -92,21 +93,13 @@ pub fn quantisation_noise(case: &Case) -> Option<Noise> {
         return None;
     }
     let steps = [rad_per_count, volts_per_code].map(|step| step / 12.0_f64.sqrt());
-    let [of_error, of_code] = match axis.two() {
-        None => {
-            let a = axis.one();
-            let step = HeldStep::<ONE>::new(&axis, &a, period_s, delay_s);
-            let closed = ClosedLoop::<6>::new(&step, &gains, axis.gear_ratio, period_s);
-            let outputs = outputs(&axis, a.row(1).transpose(), None);
-            variances(&closed, &outputs, steps)
-        }
-        Some(a) => {
-            let step = HeldStep::<TWO>::new(&axis, &a, period_s, delay_s);
-            let closed = ClosedLoop::<8>::new(&step, &gains, axis.gear_ratio, period_s);
-            // γ̈ = β̈ − ε̈
-            let screw = (a.row(1) - a.row(3)).transpose();
-            variances(&closed, &outputs(&axis, screw, Some(2)), steps)
-        }
+    let timing_s = (period_s, delay_s);
+    let [of_error, of_code] = match axis.states() {
+        2 => of_axis::<2, 5>(&axis, &gains, timing_s, steps),
+        3 => of_axis::<3, 6>(&axis, &gains, timing_s, steps),
+        4 => of_axis::<4, 7>(&axis, &gains, timing_s, steps),
+        5 => of_axis::<5, 8>(&axis, &gains, timing_s, steps),
+        _ => of_axis::<6, 9>(&axis, &gains, timing_s, steps),
     };
     let together = core::array::from_fn(|k| 2.0 * of_error[k] + of_code[k]);
     let per_motor_rad = axis.pitch_m_per_rad * axis.gear_ratio;
@@ -119,38 +112,65 @@ pub fn quantisation_noise(case: &Case) -> Option<Noise> {
     })
 }
 
-/// Carriage position \[m\] and acceleration \[m/s²\] as coefficients of the
-/// closed loop's state; `epsilon` is where ε stands.
-fn outputs<const N: usize, const D: usize>(
+/// [`variances`] of an axis with N states.
+fn of_axis<const N: usize, const D: usize>(
     axis: &LinearAxis,
-    screw_acceleration: SVector<f64, N>,
-    epsilon: Option<usize>,
-) -> [SVector<f64, D>; 2] {
+    gains: &LoopGains,
+    (period_s, delay_s): (f64, f64),
+    steps: [f64; 2],
+) -> [[f64; 3]; 2] {
+    let step = HeldStep::<N>::new(axis, period_s, delay_s);
+    let closed = ClosedLoop::<D>::new(&step, gains, axis.gear_ratio, period_s);
+    let (a, b) = axis.system::<N>();
+    // γ̈ = β̈ − ε̈
+    let (screw, per_command) = match axis.has_joint() {
+        true => ((a.row(1) - a.row(3)).transpose(), b[1] - b[3]),
+        false => (a.row(1).transpose(), b[1]),
+    };
     let p = axis.pitch_m_per_rad;
     let mut position = SVector::<f64, D>::zeros();
-    let mut acceleration = SVector::<f64, D>::zeros();
     position[0] = p;
-    if let Some(epsilon) = epsilon {
-        position[epsilon] = -p;
+    if axis.has_joint() {
+        position[2] = -p;
     }
-    acceleration
-        .fixed_rows_mut::<N>(0)
-        .copy_from(&(screw_acceleration * p));
-    [position, acceleration]
+    let mut acceleration = Output::<D> {
+        row: SVector::zeros(),
+        per_command: 0.0,
+    };
+    let own = &mut acceleration.row.fixed_rows_mut::<N>(0);
+    own.copy_from(&(screw * p));
+    // A current that is the command's at once: that of the new code, or of the last.
+    if delay_s == 0.0 {
+        acceleration.row += closed.voltage * (p * per_command);
+        acceleration.per_command = p * per_command;
+    } else {
+        acceleration.row[N] += p * per_command;
+    }
+    variances(&closed, &position, &acceleration, steps)
+}
+
+/// A quantity as coefficients of the closed loop's state and of what a sample adds to its
+/// own command.
+struct Output<const D: usize> {
+    row: SVector<f64, D>,
+    per_command: f64,
 }
 
 /// Variances of position, acceleration and voltage from one source of error and from
 /// the codes, whose standard deviations are `error_rad` and `voltage_v`.
 fn variances<const D: usize>(
     closed: &ClosedLoop<D>,
-    outputs: &[SVector<f64, D>; 2],
+    position: &SVector<f64, D>,
+    acceleration: &Output<D>,
     [error_rad, voltage_v]: [f64; 2],
 ) -> [[f64; 3]; 2] {
     let of = |state: SVector<f64, D>, direct_v: f64| {
         let p = covariance(&closed.transition, &state);
         let variance = |row: &SVector<f64, D>| row.dot(&(p * row)).max(0.0);
         let voltage = variance(&closed.voltage) + direct_v * direct_v;
-        [variance(&outputs[0]), variance(&outputs[1]), voltage]
+        let direct = acceleration.per_command * direct_v;
+        let acceleration = variance(&acceleration.row) + direct * direct;
+        [variance(position), acceleration, voltage]
     };
     let direct_v = closed.voltage_per_error * error_rad;
     [

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::Path;
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 use crate::chip::line::ChipError;
 use crate::chip::spec::Target;
@@ -19,7 +19,8 @@ pub struct Figure {
 }
 
 /// A measured amount.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(untagged)]
 pub enum Amount {
     /// Instructions of a sample.
     Instructions(Instructions),
@@ -28,7 +29,7 @@ pub enum Amount {
 }
 
 /// Instructions of the samples of one kind.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Instructions {
     /// Most.

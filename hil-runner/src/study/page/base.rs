@@ -1,8 +1,6 @@
 //! The base of a study: numbers of its keys, its facts in words, and
 //! what the study puts in their place.
 
-use core::f64::consts::FRAC_PI_2;
-
 use plant::Joint;
 
 use crate::study::plan::Study;
@@ -11,23 +9,7 @@ use hil_core::figures::{CHIP_FIGURES, Figure, HOST_STEP_P99};
 use hil_core::number::{self, seconds};
 use hil_core::rest::Window;
 use hil_core::run::rungs_leave_out;
-use hil_core::runfile::{KeyPath, Template};
-
-/// The number that a key has in a base, or that its partner says.
-pub(in crate::study) fn own_number(base: &Template, key: &KeyPath) -> Option<f64> {
-    let case = base.base();
-    let span_v = case.dac.step_v * f64::from(case.dac.bits).exp2();
-    let of_partner = || match key.path().as_str() {
-        // Four counts a line.
-        "encoder.lines" => Some(case.encoder.counts_per_rad * FRAC_PI_2),
-        "encoder.counts_per_rad" => Some(case.encoder.counts_per_rad),
-        "drive.dac_lsb_v" => Some(case.dac.step_v),
-        "drive.dac_range_v" => Some(span_v),
-        "motion.total_time_s" => Some(case.motion.end_s()),
-        _ => None,
-    };
-    base.number(key).or_else(of_partner)
-}
+use hil_core::runfile::{KeyPath, values_of_template};
 
 /// The base and what becomes of it, a sentence each.
 pub fn base_sentences(study: &Study) -> Vec<String> {
@@ -42,6 +24,7 @@ impl Study {
     pub fn warnings(&self) -> Vec<String> {
         let mut warnings = Vec::from_iter(self.keys_without_effect());
         let case = self.template().base();
+        warnings.extend(values_of_template(case));
         let limited = |figure: &&Figure| {
             let limits = case.budget.iter().flatten();
             limits.into_iter().any(|limit| limit.figure == figure.key)
@@ -121,7 +104,7 @@ fn facts(name: &str, case: &Case) -> String {
         "Base {name}: rung {}, {} mm in {} s{}, {} bits over {} V, {} counts/rad, {joint}, \
          K_p = {}, K_i = {} 1/s, K_d = {} s.",
         case.controller.law.name(),
-        shown(1e3 * case.motion.travel_m()),
+        shown(1e3 * case.motion.largest_displacement_m()),
         shown(case.motion.end_s()),
         period.unwrap_or_default(),
         case.dac.bits,
@@ -142,9 +125,9 @@ fn replaced(study: &Study) -> Option<String> {
         let Ok(key) = KeyPath::find(path.trim()) else {
             continue;
         };
-        let now = own_number(study.template(), &key);
+        let now = study.template().own_number(&key);
         let changed = format!("{} = {}", key.path(), value.trim());
-        match (own_number(&study.reference, &key), now) {
+        match (study.reference.own_number(&key), now) {
             (Some(own), Some(now)) if (own - now).abs() <= 1e-9 * own.abs() => {}
             (Some(own), Some(_)) => {
                 words.push(format!("{changed} instead of {}", number::table(own)));

@@ -1,7 +1,6 @@
 //! The pictures of a study: what is wrong with them before anything is run, the
 //! border of stability that theory knows, and their drawing from the results.
 
-use super::base::own_number;
 use crate::study::picture::{
     self, Border, Curve, Field, Kind, Map, Picture, PictureError, Table, Values,
 };
@@ -72,7 +71,7 @@ impl PictureRows {
 
 /// A table of these columns without rows.
 fn empty_table<'c>(study: &Study, columns: impl Iterator<Item = &'c Column>) -> Table {
-    let own = |name: &str| own_number(&study.reference, &KeyPath::find(name).ok()?);
+    let own = |name: &str| study.reference.own_number(&KeyPath::find(name).ok()?);
     let empty = |column: &Column| picture::Column {
         name: column.name.clone(),
         values: match column.kind.is_number() {

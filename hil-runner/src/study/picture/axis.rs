@@ -1,5 +1,6 @@
 //! One axis: title, scale from a number to its place, numbers.
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::PictureError;
@@ -10,7 +11,7 @@ use super::unit::{Shown, Unit, decade_below, power_of_ten};
 use hil_core::number::{self, significant};
 
 /// Division of an axis.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Spacing {
     /// Evenly.
@@ -21,7 +22,7 @@ pub enum Spacing {
 }
 
 /// The keys of a picture for one of its axes.
-#[derive(Debug, Clone, PartialEq, Default, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Default, Deserialize, JsonSchema)]
 pub struct AxisKeys {
     /// Words instead of those of the column's name.
     pub label: Option<String>,

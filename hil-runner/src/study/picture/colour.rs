@@ -1,6 +1,7 @@
 //! The colours: series for every eye, scales for maps.
 
 use plotters::style::RGBColor;
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 /// A colour of a picture.
@@ -55,7 +56,7 @@ pub(super) fn series(index: usize, count: usize, ordered: bool) -> Colour {
 
 /// Colours of a map. Both scales rise evenly in lightness, so that they can be
 /// read in grey, and by readers with colour vision deficiency.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum ColourScale {
     /// From violet over green to yellow (Smith and van der Walt 2015).

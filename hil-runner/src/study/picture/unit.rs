@@ -10,7 +10,8 @@ const SUFFIXES: &str = "\
     _s s, _us µs, _m m, _mm mm, _um µm, _mps m/s, _mps2 m/s², _ms m s, _rad rad, _radps rad/s, \
     _rads rad s, _deg °, _m_per_rad m/rad, _mm_per_rev mm/rev, _kg kg, _kg_m2 kg m², _n N, \
     _ns_per_rad N s/rad, _ns2_per_rad2 N s²/rad², _nm N m, _nm_per_rad N m/rad, \
-    _nms_per_rad N m s/rad, _nm_per_a N m/A, _j J, _v V, _a A, _ohm Ω, _h H, _w W, _hz Hz, \
+    _nms_per_rad N m s/rad, _nm_per_a N m/A, _kg_cm2 kg cm², _n_per_um N/µm, _ns_per_m N s/m, \
+    _v_per_rad V/rad, _v_per_rad_s V/(rad s), _vs_per_rad V s/rad, _j J, _v V, _a A, _ohm Ω, _h H, _w W, _hz Hz, \
     _per_s 1/s, _counts counts, _counts_per_rad counts/rad, _counts_per_mm counts/mm, \
     _counts_per_s counts/s, _codes codes, _codes_per_s codes/s, _bits bits, _bytes bytes, \
     _percent %, _db dB, _mv mV, _ma mA";

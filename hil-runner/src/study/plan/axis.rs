@@ -5,13 +5,14 @@
 use core::f64::consts::SQRT_2;
 use core::fmt;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use super::points::Position;
 use hil_core::runfile::{KeyPath, KeyValue};
 
 /// Spacing of the steps of a range (`scale`).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Scale {
     /// Equal differences.
@@ -165,7 +166,7 @@ impl AxisValue {
 }
 
 /// Scatter of a parameter.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(tag = "kind", rename_all = "kebab-case", deny_unknown_fields)]
 pub enum Distribution {
     /// Every value from `low` to `high` is as likely as another.
@@ -196,7 +197,7 @@ pub enum Distribution {
 }
 
 /// The normal distribution; what lies outside `low` and `high` is never drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Normal {
     /// Mean μ.

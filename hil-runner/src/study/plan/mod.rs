@@ -8,6 +8,7 @@ pub(super) mod axis;
 mod loop_gain;
 pub(super) mod points;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 
 use self::axis::{Axis, AxisValue};
@@ -19,10 +20,11 @@ use hil_core::runfile::{KeyPath, KeyValue, RunFileErrors, Template};
 
 /// Fate of the loop where steps of encoder or converter change
 /// (`loop_gain`).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum LoopGain {
-    /// Gains stay in codes per count: with finer steps the loop changes.
+    /// Gains stay as the base gives them: in codes per count the loop changes with
+    /// finer steps, in volts per radian it does not.
     #[default]
     PerCount,
     /// Gains, feed-forward and limits keep their volts and radians, those that
@@ -31,7 +33,7 @@ pub enum LoopGain {
 }
 
 /// A prediction (`theory`).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum Theory {
     /// The margin of the continuous loop with half a sample and the delay as
@@ -139,7 +141,7 @@ impl Study {
                     continue;
                 };
                 let factor = match of_base {
-                    true => self.template().number(&times),
+                    true => self.template().own_number(&times),
                     false => self.number(&values, &times),
                 };
                 let factor = factor.unwrap_or(f64::NAN);

@@ -7,6 +7,7 @@ use core::fmt;
 use hil_core::runfile::KeyPath;
 use rand_pcg::Pcg64;
 use rand_pcg::rand_core::Rng;
+use schemars::JsonSchema;
 use serde::Deserialize;
 use sobol::Sobol;
 use sobol::params::JoeKuoD6;
@@ -19,7 +20,7 @@ pub const MOST_SOBOL_AXES: usize = 100;
 const SOBOL_BITS: usize = 40;
 
 /// Kind of plan (`plan`).
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum PlanKind {
     /// Every value of every axis with every value of the others, the last axis

@@ -35,17 +35,18 @@ fn axis(file: &AxisFile, key: KeyPath, others: &[Axis], plan: PlanKind) -> Resul
         let words = "give the rungs at the top: rungs = [\"sampled\", \"quantised\"]";
         return Err(words.to_owned());
     }
-    if path == "name" || matches!(key.section, "budget" | "target") {
+    if matches!(path.as_str(), "name" | "template") || matches!(key.section, "budget" | "target") {
         let words = "it changes nothing in the runs of a study; an axis is over a key that does";
         return Err(words.to_owned());
     }
-    let is_axis = |path: &String| others.iter().any(|other| other.key.path() == *path);
-    if is_axis(&path) {
+    if others.iter().any(|other| other.key.path() == path) {
         return Err("there is an axis over this key already".to_owned());
     }
-    let partner = key.partner().map(|partner| partner.path());
-    if let Some(partner) = partner.filter(is_axis) {
-        return Err(format!("the axis over {partner} sets the same quantity"));
+    if let Some(other) = others.iter().find(|other| key.excludes(&other.key)) {
+        let other = other.key.path();
+        return Err(format!(
+            "the axis over {other} gives the same in another way"
+        ));
     }
     let times = file.times.as_ref();
     let times = times.map(|times| KeyPath::find(times.get_ref()));

@@ -20,6 +20,7 @@ use core::ops::Range;
 use std::io::Read as _;
 use std::path::Path;
 
+use schemars::JsonSchema;
 use serde::Deserialize;
 use toml::Spanned;
 use toml::de::DeTable;
@@ -32,11 +33,13 @@ use crate::study::plan::{LoopGain, Theory};
 use hil_core::runfile::list_mistakes;
 
 /// A study file as it is written.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct StudyFile {
     /// Name of the study; the file's stem if left out.
+    #[schemars(regex(pattern = r"^[\p{L}\p{N}_-]{1,100}$"))]
     pub(super) name: Option<String>,
+    /// Title of the page; the name if left out.
     pub(super) title: Option<String>,
     /// Question of the study, in a sentence or two.
     #[serde(default)]
@@ -45,23 +48,35 @@ pub(super) struct StudyFile {
     #[serde(default)]
     pub(super) notes: Vec<String>,
     /// Built-in case, or path beside the study file.
+    #[schemars(with = "String")]
     pub(super) base: Spanned<String>,
+    /// Points of the axes' space that are run.
     #[serde(default)]
     pub(super) plan: PlanKind,
+    /// Number of points of a plan that draws.
+    #[schemars(with = "Option<u64>", range(min = 1))]
     pub(super) runs: Option<Spanned<u64>>,
+    /// Seed of a plan that draws.
     #[serde(default)]
     pub(super) seed: u64,
     /// Rungs that every point is run on; that of the base if left out.
+    #[schemars(with = "Option<Vec<String>>", length(min = 1))]
     pub(super) rungs: Option<Spanned<Vec<String>>>,
+    /// Comparisons such as `controller.kd_s < 0.1`; points that break one are left out.
     #[serde(default)]
+    #[schemars(with = "Vec<String>")]
     pub(super) constraints: Vec<Spanned<String>>,
     /// Keys that differ from the base in every run.
     #[serde(default)]
+    #[schemars(skip)]
     pub(super) set: toml::Table,
     /// Limits instead of those of the base.
+    #[schemars(skip)]
     pub(super) budget: Option<toml::Table>,
+    /// Keys of the run file with the values that they take.
     #[serde(default)]
     pub(super) axis: Vec<AxisFile>,
+    /// Fate of the loop where steps of encoder or converter change.
     #[serde(default)]
     pub(super) loop_gain: LoopGain,
     /// Predictions that stand beside the figures.
@@ -74,7 +89,9 @@ pub(super) struct StudyFile {
     #[serde(default)]
     pub(super) differences: bool,
     /// Part of the runs that must pass \[%\].
+    #[schemars(with = "Option<f64>", range(min = 0, max = 100))]
     pub(super) required_yield_percent: Option<Spanned<f64>>,
+    /// Pictures of the results.
     #[serde(default)]
     pub(super) picture: Vec<Picture>,
 }
@@ -84,19 +101,30 @@ fn yes() -> bool {
 }
 
 /// One `[[axis]]`.
-#[derive(Debug, Clone, Deserialize)]
+#[derive(Debug, Clone, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub(super) struct AxisFile {
+    /// Key of the run file, section.key.
+    #[schemars(with = "String")]
     pub(super) key: Spanned<String>,
     /// Key by whose value the axis' own is multiplied.
+    #[schemars(with = "Option<String>")]
     pub(super) times: Option<Spanned<String>>,
+    /// The values themselves.
+    #[schemars(with = "Option<Vec<serde_json::Value>>", length(min = 1))]
     pub(super) values: Option<Spanned<Vec<toml::Value>>>,
     /// Names of the values in results.
     pub(super) labels: Option<Vec<String>>,
+    /// First value of a range.
     pub(super) from: Option<f64>,
+    /// Last value of a range.
     pub(super) to: Option<f64>,
+    /// Number of values of a range, on a grid.
+    #[schemars(range(min = 1, max = 1_000_000_000))]
     pub(super) points: Option<u64>,
+    /// Spacing of a range.
     pub(super) scale: Option<Scale>,
+    /// Distribution that the values are drawn from.
     pub(super) distribution: Option<Distribution>,
 }
 

@@ -3,6 +3,7 @@
 mod axes;
 pub(super) mod file;
 pub mod ready;
+pub(super) mod schema;
 
 use core::ops::Range;
 use std::path::Path;
@@ -53,7 +54,8 @@ impl Study {
         }
         let refuse = |why: String| StudyFileError::of(name_or_path, why);
         let name = changes.base.as_deref().unwrap_or(ready::BASE);
-        let base = files::text(name).and_then(|text| Template::parse(name, &text, &changes.sets));
+        let base = files::text(name)
+            .and_then(|text| Template::parse(name, &text, &changes.sets, files::profile));
         let base = base.map_err(|errors| {
             let lines = errors.entries().iter().map(|e| format!("base: {e}"));
             refuse(lines.collect::<Vec<_>>().join("\n"))
@@ -85,9 +87,9 @@ impl Study {
             None if builtin_text(own).is_some() => own.clone(),
             None => file::beside(source_name, own),
         };
-        reading.rungs = reading.rungs(&base);
-        // A base that only the study's own keys make a run stands for itself.
         let reference = base_with(&base, changes, &changes.sets).ok();
+        reading.rungs = reading.rungs(&base, reference.as_ref());
+        // A base that only the study's own keys make a run stands for itself.
         let reference = reference.or_else(|| Some(reading.rungs.first()?.1.clone()));
         let constraints = reading.constraints();
         let plan = reading.plan();
@@ -203,19 +205,24 @@ impl Reading<'_> {
             let (path, _) = set.split_once('=').unwrap_or((set, ""));
             path.split_whitespace().collect()
         };
-        let partner = |path: &str| Some(KeyPath::find(path).ok()?.partner()?.path());
         let over = |path: &str| -> Option<String> {
-            let other = partner(path);
-            let mut axes = self.axes.iter().map(|axis| axis.key.path());
-            axes.find(|axis| *axis == path || Some(axis) == other.as_ref())
+            let known = KeyPath::find(path).ok();
+            let excludes = |axis: &KeyPath| known.is_some_and(|key| key.excludes(axis));
+            let mut axes = self.axes.iter().map(|axis| &axis.key);
+            let axis = axes.find(|axis| axis.path() == path || excludes(axis))?;
+            Some(axis.path())
         };
-        // Of a pair, too, what comes later takes the place of what was before.
+        // In another way, too, what comes later takes the place of what was before.
         let (mut earlier, later) = match around_base {
             true => (self.changes.sets.clone(), sets),
             false => (sets, self.changes.sets.clone()),
         };
-        let replaced: Vec<String> = later.iter().filter_map(|set| partner(&path(set))).collect();
-        earlier.retain(|set| !replaced.contains(&path(set)));
+        let known = |set: &String| KeyPath::find(&path(set)).ok();
+        let later_keys: Vec<KeyPath> = later.iter().filter_map(known).collect();
+        earlier.retain(|set| {
+            let is_replaced = |key: KeyPath| later_keys.iter().any(|later| key.excludes(later));
+            !known(set).is_some_and(is_replaced)
+        });
         if around_base {
             // The axes have been made from it.
             earlier.retain(|set| over(&path(set)).is_none());
@@ -223,7 +230,7 @@ impl Reading<'_> {
         let sets = [earlier, later].concat();
         for set in &sets {
             let path = path(set);
-            if !path.contains('.') && !matches!(path.as_str(), "budget" | "name") {
+            if !path.contains('.') && !matches!(path.as_str(), "budget" | "name" | "template") {
                 self.findings.push_whole(format!(
                     "{set}: a study takes a section's keys one by one, section.key=value"
                 ));
@@ -242,8 +249,23 @@ impl Reading<'_> {
         sets
     }
 
+    /// The base's own numbers for the keys of axes that belong to another way of several
+    /// keys than the base takes: with the sets of the study they make the new way whole.
+    fn begun_ways(&self, reference: &Template) -> Vec<String> {
+        let begins = |key: &&KeyPath| {
+            key.key.need.is_required()
+                && key.ways().iter().any(|way| way.len() > 1)
+                && !reference.is_given(key.section, key.key.name)
+        };
+        let keys = self.axes.iter().map(|axis| &axis.key).filter(begins);
+        let own = keys.filter_map(|key| Some((key, reference.own_number(key)?)));
+        own.map(|(key, number)| format!("{}={number:?}", key.path()))
+            .collect()
+    }
+
     /// The rungs that the command line or the file asks for, or that of the base.
-    fn rungs(&mut self, base: &str) -> Vec<(Law, Template)> {
+    fn rungs(&mut self, base: &str, reference: Option<&Template>) -> Vec<(Law, Template)> {
+        let begun = reference.map_or(Vec::new(), |reference| self.begun_ways(reference));
         let (file, changes, findings) = (&self.file, self.changes, &mut self.findings);
         let asked: Option<Vec<&str>> = match (&changes.rungs, &file.rungs) {
             (Some(laws), _) => Some(laws.iter().map(|law| law.name()).collect()),
@@ -253,21 +275,22 @@ impl Reading<'_> {
         if file.differences && asked.as_ref().map_or(1, Vec::len) == 1 {
             findings.push_whole("differences = true needs at least two rungs to compare");
         }
-        let mut load = |sets: &[String], law: Range<usize>| match base_with(base, changes, sets) {
-            Ok(template) => Some(template),
-            Err(errors) => {
-                for error in errors.entries() {
-                    match &error.place {
-                        Place::Set(set) if changes.sets.contains(set) => findings.push_whole(error),
-                        Place::Set(set) => {
-                            let place = findings.place_of(set, &error.problem.to_string());
-                            findings.push(place.unwrap_or(law.clone()), &error.problem);
-                        }
-                        _ => findings.push(file.base.span(), format!("base: {error}")),
+        let mut load = |sets: &[String], law: Range<usize>| {
+            let errors = match base_with(base, changes, &[&begun, sets].concat()) {
+                Ok(template) => return Some(template),
+                Err(errors) => errors,
+            };
+            for error in errors.entries() {
+                match &error.place {
+                    Place::Set(set) if changes.sets.contains(set) => findings.push_whole(error),
+                    Place::Set(set) => {
+                        let place = findings.place_of(set, &error.problem.to_string());
+                        findings.push(place.unwrap_or(law.clone()), &error.problem);
                     }
+                    _ => findings.push(file.base.span(), format!("base: {error}")),
                 }
-                None
             }
+            None
         };
         let Some(names) = asked else {
             let own = load(&self.sets, file.base.span());
@@ -366,9 +389,15 @@ impl Reading<'_> {
             let Some(times) = &axis.times else { continue };
             let (key, path) = (axis.key.path(), times.path());
             let other = self.axes.iter().find(|other| other.key.path() == path);
-            let others: &[Axis] = if axis.is_of_base() { &[] } else { &self.axes };
             let is_factor = |other: &Axis| other.times.is_some() && !other.is_of_base();
-            let what = match has_number(times, others, &self.rungs) {
+            let has_number = match axis.is_of_base() {
+                true => self
+                    .rungs
+                    .first()
+                    .is_none_or(|(_, base)| base.own_number(times).is_some()),
+                false => has_number(times, &self.axes, &self.rungs),
+            };
+            let what = match has_number {
                 _ if !axis.is_of_base() && other.is_some_and(is_factor) => {
                     "is itself an axis with times"
                 }
@@ -421,19 +450,18 @@ impl Reading<'_> {
 /// Mistakes in the base and the values.
 fn base_with(base: &str, changes: &Changes, sets: &[String]) -> Result<Template, RunFileErrors> {
     match &changes.base_text {
-        Some(text) => Template::parse(base, text, sets),
-        None => Template::parse(base, &files::text(base)?, sets),
+        Some(text) => Template::parse(base, text, sets, files::profile),
+        None => Template::parse(base, &files::text(base)?, sets, files::profile),
     }
 }
 
 /// True if a key has a number in every run.
 fn has_number(key: &KeyPath, axes: &[Axis], rungs: &[(Law, Template)]) -> bool {
     let path = key.path();
-    let partner = key.partner().map(|partner| partner.path());
     match axes.iter().find(|axis| axis.key.path() == path) {
         Some(axis) => axis.is_numeric(),
-        // An axis over its partner takes its place.
-        None if axes.iter().any(|axis| Some(axis.key.path()) == partner) => false,
+        // An axis that gives the same in another way takes its place.
+        None if axes.iter().any(|axis| key.excludes(&axis.key)) => false,
         None => rungs
             .first()
             .is_none_or(|(_, template)| template.number(key).is_some()),

@@ -10,7 +10,6 @@ use minijinja::{AutoEscape, Environment, Error, ErrorKind, UndefinedBehavior, Va
 use plant::Joint;
 
 use crate::report;
-use crate::study::page::base::own_number;
 use hil_core::budget::limits;
 use hil_core::case::Law;
 use hil_core::number;
@@ -86,7 +85,11 @@ fn environment(base: &Template, rungs: Option<&[Law]>) -> Result<Environment<'st
     environment.add_function("key", move |path: &str| -> Result<Value, Error> {
         let key =
             KeyPath::find(path).map_err(|why| Error::new(ErrorKind::BadSerialization, why))?;
-        Ok(own_number(&values, &key).map_or(Value::from(()), Value::from))
+        Ok(values.own_number(&key).map_or(Value::from(()), Value::from))
+    });
+    let values = base.clone();
+    environment.add_function("given", move |path: &str| -> bool {
+        KeyPath::find(path).is_ok_and(|key| values.is_given(key.section, key.key.name))
     });
     let (allowed, _) = limits(base.base());
     environment.add_function("limit", move |figure: &str| {
@@ -96,10 +99,12 @@ fn environment(base: &Template, rungs: Option<&[Law]>) -> Result<Environment<'st
     let intervals_s = base.base().motion.intervals_s();
     environment.add_function("is_shape_of_base", move |shape: Vec<f64>| {
         let whole = |of: &[f64]| of.iter().sum::<f64>();
-        let alike = |(own, other): (&f64, &f64)| {
-            (own / whole(&intervals_s) - other / whole(&shape)).abs() < 1e-6
-        };
-        shape.len() == intervals_s.len() && intervals_s.iter().zip(&shape).all(alike)
+        intervals_s.is_some_and(|own_s| {
+            let alike = |(own, other): (&f64, &f64)| {
+                (own / whole(&own_s) - other / whole(&shape)).abs() < 1e-6
+            };
+            shape.len() == own_s.len() && own_s.iter().zip(&shape).all(alike)
+        })
     });
     let (law, asked) = (base.base().controller.law, rungs.map(<[Law]>::to_vec));
     environment.add_function("rungs", move |least: Vec<String>| -> Vec<&'static str> {
@@ -162,7 +167,7 @@ fn words_of(base_name: &str, base: &Template, rungs: Option<&[Law]>) -> Value {
         motion_time_s => motion.end_s(),
         // After all requests and faults: a study may run longer than its base.
         rest_from_s => rest_from_s(&endless),
-        intervals_s => motion.intervals_s().to_vec(),
+        intervals_s => motion.intervals_s().map(Vec::from),
         duration_s => hil_core::number::seconds(case.run.duration_ns),
         dac_bits => case.dac.bits,
         dac_range_v => case.dac.step_v * f64::from(case.dac.bits).exp2(),

@@ -24,6 +24,7 @@ use std::path::Path;
 
 pub use folder::{Progress, Results, merge};
 pub use origin::{Origin, Shard, shards_in_order};
+pub use parquet::Parquet;
 
 /// Results that cannot be written or read, a sentence. Nothing that lay there
 /// before has been changed.

@@ -1,7 +1,8 @@
-//! The rows once more as Apache Parquet: `results.parquet`, in groups of 32,768.
-//! It appears under its name when it is complete.
+//! Rows as Apache Parquet, in groups of 32,768: those of results once more,
+//! `results.parquet`, which appears under its name when it is complete.
 
 use std::fs::{self, File};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -50,26 +51,26 @@ impl Filled {
     }
 }
 
-/// Writes rows in their order.
+/// Writes rows of cells in their order.
 #[derive(Debug)]
-pub(super) struct ParquetFile {
-    path: PathBuf,
-    /// Name until it is complete; one that is left over is written anew.
-    unfinished: PathBuf,
-    writer: SerializedFileWriter<File>,
+pub struct Parquet<W: Write + Send> {
+    writer: SerializedFileWriter<W>,
     columns: Vec<Filled>,
     rows: usize,
 }
 
-impl ParquetFile {
-    /// The file of a folder, which says of itself what the metadata have.
-    pub(super) fn create(
-        folder: &Path,
+impl<W: Write + Send> Parquet<W> {
+    /// Begins a file with these columns, which says of itself its name and what the
+    /// metadata have.
+    ///
+    /// # Errors
+    /// Whatever the sink reports.
+    pub fn new(
+        sink: W,
+        name: &str,
         columns: &[Column],
         metadata: &[(&str, String)],
-    ) -> Result<Self, ResultsError> {
-        let unfinished = folder.join("results.parquet.part");
-        let file = File::create(&unfinished).map_err(io(&unfinished))?;
+    ) -> Result<Self, ParquetError> {
         let filled = |column: &Column| Filled {
             kind: column.kind,
             ..Filled::default()
@@ -83,27 +84,26 @@ impl ParquetFile {
             .set_dictionary_enabled(false)
             .set_key_value_metadata(Some(metadata.iter().map(pair).collect()))
             .build();
-        let writer = schema(columns)
-            .and_then(|schema| SerializedFileWriter::new(file, schema, Arc::new(properties)));
         Ok(Self {
-            path: folder.join("results.parquet"),
-            writer: writer.map_err(io(&unfinished))?,
-            unfinished,
+            writer: SerializedFileWriter::new(sink, schema(name, columns)?, Arc::new(properties))?,
             columns: columns.iter().map(filled).collect(),
             rows: 0,
         })
     }
 
     /// Adds a row; the last one of a group writes it.
-    pub(super) fn add(&mut self, row: &[Cell]) -> Result<(), ResultsError> {
-        for (cell, column) in row.iter().zip(&mut self.columns) {
+    ///
+    /// # Errors
+    /// Whatever the sink reports.
+    pub fn add<'c>(&mut self, row: impl IntoIterator<Item = &'c Cell>) -> Result<(), ParquetError> {
+        for (cell, column) in row.into_iter().zip(&mut self.columns) {
             column.add(cell);
         }
         self.rows += 1;
-        if self.rows == GROUP_ROWS {
-            self.write_group().map_err(io(&self.unfinished))?;
+        match self.rows {
+            GROUP_ROWS => self.write_group(),
+            _ => Ok(()),
         }
-        Ok(())
     }
 
     fn write_group(&mut self) -> Result<(), ParquetError> {
@@ -131,15 +131,55 @@ impl ParquetFile {
         Ok(())
     }
 
+    /// Writes what is left, and returns the sink.
+    ///
+    /// # Errors
+    /// Whatever the sink reports.
+    pub fn finish(mut self) -> Result<W, ParquetError> {
+        if self.rows > 0 {
+            self.write_group()?;
+        }
+        self.writer.into_inner()
+    }
+}
+
+/// `results.parquet` of a folder.
+#[derive(Debug)]
+pub(super) struct ParquetFile {
+    path: PathBuf,
+    /// Name until it is complete; one that is left over is written anew.
+    unfinished: PathBuf,
+    rows: Parquet<File>,
+}
+
+impl ParquetFile {
+    /// The file of a folder, which says of itself what the metadata have.
+    pub(super) fn create(
+        folder: &Path,
+        columns: &[Column],
+        metadata: &[(&str, String)],
+    ) -> Result<Self, ResultsError> {
+        let unfinished = folder.join("results.parquet.part");
+        let file = File::create(&unfinished).map_err(io(&unfinished))?;
+        let rows = Parquet::new(file, "study", columns, metadata);
+        Ok(Self {
+            path: folder.join("results.parquet"),
+            rows: rows.map_err(io(&unfinished))?,
+            unfinished,
+        })
+    }
+
+    /// Adds a row.
+    pub(super) fn add(&mut self, row: &[Cell]) -> Result<(), ResultsError> {
+        self.rows.add(row).map_err(io(&self.unfinished))
+    }
+
     /// Ends the file: under its name if it is complete, else there is none.
-    pub(super) fn close(mut self, is_complete: bool) -> Result<(), ResultsError> {
+    pub(super) fn close(self, is_complete: bool) -> Result<(), ResultsError> {
         if !is_complete {
             return fs::remove_file(&self.unfinished).map_err(io(&self.unfinished));
         }
-        if self.rows > 0 {
-            self.write_group().map_err(io(&self.unfinished))?;
-        }
-        self.writer.close().map_err(io(&self.unfinished))?;
+        self.rows.finish().map_err(io(&self.unfinished))?;
         fs::rename(&self.unfinished, &self.path).map_err(io(&self.path))
     }
 }
@@ -152,7 +192,7 @@ fn write<T: DataType>(
     column.typed::<T>().write_batch(values, Some(levels), None)
 }
 
-fn schema(columns: &[Column]) -> Result<TypePtr, ParquetError> {
+fn schema(name: &str, columns: &[Column]) -> Result<TypePtr, ParquetError> {
     let field = |column: &Column| {
         let (physical, logical) = match column.kind {
             ColumnKind::Number => (PhysicalType::DOUBLE, None),
@@ -167,6 +207,6 @@ fn schema(columns: &[Column]) -> Result<TypePtr, ParquetError> {
             .map(Arc::new)
     };
     let fields: Result<Vec<TypePtr>, ParquetError> = columns.iter().map(field).collect();
-    let schema = Type::group_type_builder("study").with_fields(fields?);
+    let schema = Type::group_type_builder(name).with_fields(fields?);
     Ok(Arc::new(schema.build()?))
 }

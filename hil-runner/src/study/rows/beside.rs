@@ -48,7 +48,7 @@ impl Margins {
     fn family(&mut self, case: &Case, joint: JointState) -> Option<&LoopFamily> {
         let period_ns = case.controller.sample_time_ns?;
         let delay_ns = case.controller.computation_delay.fixed_ns()?;
-        let key = LoopFamily::key(&case.axis, period_ns, delay_ns, joint);
+        let key = LoopFamily::key(&case.axis, &case.amplifier, [period_ns, delay_ns], joint);
         let place = self.known.iter().position(|(known, _)| *known == key);
         let place = place.unwrap_or_else(|| {
             // The oldest makes room.
@@ -98,10 +98,11 @@ impl Theory {
             }
             Self::QuantisationNoise => {
                 let noise = theory::quantisation_noise(case).map(|noise| noise.together);
+                let is_current = case.amplifier.is_current_drive();
                 vec![
                     noise.map(|noise| noise.position_um),
                     noise.map(|noise| noise.acceleration_mps2),
-                    noise.map(|noise| noise.voltage_v),
+                    noise.filter(|_| !is_current).map(|noise| noise.command),
                 ]
             }
         };

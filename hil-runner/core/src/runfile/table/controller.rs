@@ -10,6 +10,7 @@ use super::super::keys::{
     Acts, Key, Kind, Need, choice, flag, number, of_firmware, time, value, whole,
 };
 use super::super::values::{MEASURED, Value};
+use super::gains::{NEW_PER_RAD, OF_CASCADE, PER_RAD};
 use crate::case::{Case, Law};
 use crate::options::{
     AntiWindup, Compensation, Derivative, Feedback, FlankDetection, GainChange, GapSource,
@@ -19,12 +20,12 @@ use crate::options::{
 pub(super) const ENCODER: &[Key] = &[
     number("counts_per_rad", Positive, "counts/rad")
         .named("encoder resolution K_enc", "Encoder K_enc")
-        .needing(Need::OneOf("lines"), "636.0")
+        .needing(Need::Always, "636.0")
         .at(|c| Some(&mut c.encoder.counts_per_rad))
         .note(&["K_enc"]),
     whole("lines", 1, 1_000_000_000, "")
         .meaning("number N of encoder lines per revolution")
-        .needing(Need::OneOf("counts_per_rad"), "1000")
+        .needing(Need::Always, "1000")
         .by(
             |c, lines| c.encoder = Encoder::with_lines(lines),
             // Four counts a line.
@@ -43,7 +44,7 @@ pub(super) const ENCODER: &[Key] = &[
 pub(super) const LOAD_ENCODER: &[Key] = &of_firmware([
     number("counts_per_rad", Positive, "counts/rad")
         .named("resolution of an encoder on the screw", "Load encoder")
-        .needing(Need::NotWith("counts_per_mm"), "1600.0")
+        .optional("1600.0")
         .by(
             |c, counts_per_rad| c.options.encoders.load = Some(Encoder { counts_per_rad }),
             |c| Some(c.options.encoders.load?.counts_per_rad),
@@ -51,7 +52,7 @@ pub(super) const LOAD_ENCODER: &[Key] = &of_firmware([
         .note(&["on the screw"]),
     number("counts_per_mm", Positive, "counts/mm")
         .meaning("resolution of a scale at the carriage")
-        .needing(Need::NotWith("counts_per_rad"), "1000.0")
+        .optional("1000.0")
         .by(
             |c, counts_per_mm| {
                 // counts/mm → counts/m, and m/rad of the screw
@@ -74,16 +75,31 @@ pub(super) const CONTROLLER: &[Key] = &[
         .at(|c| Some(&mut c.controller.law)),
     number("kp", NotNegative, "codes/count")
         .named("proportional gain K_p", "Gain Kp")
+        .needing(Need::Always, "3.2")
         .alone_at(|c| Some(&mut c.controller.gains.kp))
         .field("law.words.kp"),
     number("ki_per_s", NotNegative, "codes/(count s)")
         .named("integral gain K_i", "Gain Ki")
+        .needing(Need::Always, "5.0")
         .alone_at(|c| Some(&mut c.controller.gains.ki_per_s))
         .field("law.words.ki_dt"),
     number("kd_s", NotNegative, "codes s/count")
         .named("derivative gain K_d", "Gain Kd")
+        .needing(Need::Always, "0.05")
         .alone_at(|c| Some(&mut c.controller.gains.kd_s))
         .field("law.words.kd_per_dt"),
+    PER_RAD[0]
+        .alone()
+        .note(&["instead of kp, ki_per_s, kd_s: volts per radian of the motor"]),
+    PER_RAD[1].alone().note(&["volts per radian and second"]),
+    PER_RAD[2].alone().note(&["volts per (radian per second)"]),
+    PER_RAD[3].note(&["of a current drive: amperes per radian of the motor"]),
+    PER_RAD[4],
+    PER_RAD[5],
+    OF_CASCADE[0],
+    OF_CASCADE[1].alone(),
+    OF_CASCADE[2],
+    OF_CASCADE[3],
     time("sample_time_s", Positive)
         .meaning("sample time Δt")
         .needed(Need::SampledLaw)
@@ -169,21 +185,21 @@ pub(super) const CONTROLLER: &[Key] = &[
         .shown("Slew limit")
         .note(&["default: no limit"]),
     number("velocity_ff_s", NotNegative, "codes s/count")
-        .meaning("feed-forward per reference velocity, which a setpoint table does not know,")
+        .meaning("feed-forward per reference velocity")
         .or(Value::Number(0.0))
         .firmware_at(|c| Some(&mut c.options.law.feed_forward.velocity_s))
         .field("law.words.velocity_ff")
         .shown("Velocity feed-forward")
         .note(&["feed-forward, codes per (count per second)"]),
     number("acceleration_ff_s2", NotNegative, "codes s²/count")
-        .meaning("feed-forward per reference acceleration, which a setpoint table does not know,")
+        .meaning("feed-forward per reference acceleration")
         .or(Value::Number(0.0))
         .firmware_at(|c| Some(&mut c.options.law.feed_forward.acceleration_s2))
         .field("law.words.acceleration_ff")
         .shown("Acceleration feed-forward")
         .note(&["codes per (count per second squared)"]),
     number("friction_ff_codes", NotNegative, "codes")
-        .meaning("feed-forward with the sign of the reference velocity, which a setpoint table does not know,")
+        .meaning("feed-forward with the sign of the reference velocity")
         .or(Value::Number(0.0))
         .firmware_at(|c| Some(&mut c.options.law.feed_forward.friction_codes))
         .field("law.words.friction_ff")
@@ -281,7 +297,10 @@ pub(super) const LIMITS: &[Key] = &of_firmware([
         .optional("1.0")
         .at(|c| Some(&mut c.options.limits.velocity_mps))
         .shown("Axis velocity limit")
-        .note(&["the axis's limits, which [backlash] needs"]),
+        .note(&[
+            "the axis's limits, which [backlash] needs and keeps to;",
+            "[motion] max_velocity_mps makes a command",
+        ]),
     number("acceleration_mps2", Positive, "m/s²")
         .meaning("largest acceleration of the axis, for the backlash compensation,")
         .optional("5.0")
@@ -392,6 +411,12 @@ pub(super) const GAIN_CHANGE: &[Key] = &of_firmware([
         .meaning("new derivative gain K_d")
         .needing(Need::OnlyWith("at_s"), "0.06")
         .at(|c| Some(&mut gain_change(c)?.kd_s)),
+    NEW_PER_RAD[0].note(&["instead of kp, ki_per_s, kd_s: volts per radian of the motor"]),
+    NEW_PER_RAD[1],
+    NEW_PER_RAD[2],
+    NEW_PER_RAD[3].note(&["of a current drive: amperes"]),
+    NEW_PER_RAD[4],
+    NEW_PER_RAD[5],
 ]);
 
 pub(super) const INJECT: &[Key] = &of_firmware([

@@ -29,7 +29,8 @@ fn halving_the_sample_time_quarters_the_difference() {
                     case.controller.computation_delay = ComputationDelay::Fixed(delay_ns);
                     let sampled = margin(&case, JointState::Contact).unwrap().modulus;
                     let delayed = margin_by_delay(&case).unwrap().modulus;
-                    let axis = LinearAxis::new(&case.axis, JointState::Contact).unwrap();
+                    let axis =
+                        LinearAxis::new(&case.axis, &case.amplifier, JointState::Contact).unwrap();
                     let continuous = DelayedLoop {
                         axis,
                         gains: LoopGains::of(&case),
@@ -81,11 +82,12 @@ fn the_papers_axis_at_longer_sample_times() {
 #[test]
 fn nyquist_agrees_with_a_very_short_sample_time() {
     let mut draw = Draw::new(5);
-    let (mut counts, mut worst) = ([0; 2], 0.0_f64);
-    for _ in 0..2000 {
+    let (mut counts, mut worst, mut left_out) = ([0; 2], 0.0_f64, 0);
+    for trial in 0..2000 {
         let axis = draw.axis();
+        let amplifier = draw.amplifier(trial % 3);
         let gains = draw.gains();
-        let linear = LinearAxis::new(&axis, JointState::Contact).unwrap();
+        let linear = LinearAxis::new(&axis, &amplifier, JointState::Contact).unwrap();
         let continuous = DelayedLoop {
             axis: linear,
             gains,
@@ -93,7 +95,7 @@ fn nyquist_agrees_with_a_very_short_sample_time() {
             delay_s: 0.0,
         };
         let continuous = continuous.margin();
-        let family = LoopFamily::new(&axis, 1000, 0, JointState::Contact).unwrap();
+        let family = LoopFamily::new(&axis, &amplifier, [1000, 0], JointState::Contact).unwrap();
         let sampled = family.margin(&gains);
         counts[usize::from(continuous.stable)] += 1;
         let near = sampled.modulus < 0.01;
@@ -102,11 +104,27 @@ fn nyquist_agrees_with_a_very_short_sample_time() {
             "{continuous:?} {sampled:?}"
         );
         let off = (continuous.modulus - sampled.modulus).abs();
+        // A current drive's loop may be weakest where even this sample time is long, or at
+        // the needle of a joint that nothing damps.
+        let undamped = axis
+            .transmission
+            .joint
+            .elastic()
+            .unwrap()
+            .damping_nms_per_rad
+            == 0.0;
+        if trial % 3 != 0 && (sampled.weakest_radps > 1e5 || undamped) {
+            left_out += 1;
+            continue;
+        }
         worst = worst.max(off);
         assert!(off < 0.01, "{continuous:?} {sampled:?}");
     }
-    println!("unstable, stable: {counts:?}; modulus within {worst:.4}");
-    assert!(counts.iter().all(|&n| n > 40));
+    println!("unstable, stable: {counts:?}; modulus within {worst:.4}; {left_out} left out");
+    assert!(
+        counts.iter().all(|&n| n > 40) && left_out < 400,
+        "{counts:?}, {left_out}"
+    );
 }
 
 /// The field is the case's margin at its own gains, and changes its sign where

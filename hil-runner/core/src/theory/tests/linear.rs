@@ -8,11 +8,11 @@ use super::super::characteristic::Characteristic;
 use super::super::characteristic::LoopGains;
 use super::super::family::LoopFamily;
 use super::super::held::HeldStep;
-use super::super::linear_axis::{JointState, LinearAxis, ONE, TWO};
+use super::super::linear_axis::{JointState, LinearAxis};
 use super::super::noise::ClosedLoop;
 use super::Draw;
 use crate::number::seconds;
-use plant::Joint;
+use plant::{Amplifier, Joint};
 
 /// Largest magnitude of the closed loop's poles, by the QR algorithm on its
 /// matrix; the integrator is left out where it drives nothing.
@@ -26,19 +26,42 @@ pub(super) fn spectral_radius(
         let magnitudes = poles.iter().map(|z| z.norm_sqr().sqrt());
         magnitudes.fold(0.0, f64::max)
     };
-    match axis.two() {
-        None => {
-            let step = HeldStep::<ONE>::new(axis, &axis.one(), period_s, delay_s);
-            let closed = ClosedLoop::<6>::new(&step, gains, axis.gear_ratio, period_s);
-            let moving = without_idle_integrator(closed.transition, ONE + 1, gains);
-            largest(moving.complex_eigenvalues().as_slice())
-        }
-        Some(a) => {
-            let step = HeldStep::<TWO>::new(axis, &a, period_s, delay_s);
-            let closed = ClosedLoop::<8>::new(&step, gains, axis.gear_ratio, period_s);
-            let moving = without_idle_integrator(closed.transition, TWO + 1, gains);
-            largest(moving.complex_eigenvalues().as_slice())
-        }
+    fn poles<const N: usize, const D: usize>(
+        axis: &LinearAxis,
+        gains: &LoopGains,
+        (period_s, delay_s): (f64, f64),
+    ) -> SMatrix<f64, D, D> {
+        let step = HeldStep::<N>::new(axis, period_s, delay_s);
+        let closed = ClosedLoop::<D>::new(&step, gains, axis.gear_ratio, period_s);
+        without_idle_integrator(closed.transition, N + 1, gains)
+    }
+    let timing_s = (period_s, delay_s);
+    match axis.states() {
+        2 => largest(
+            poles::<2, 5>(axis, gains, timing_s)
+                .complex_eigenvalues()
+                .as_slice(),
+        ),
+        3 => largest(
+            poles::<3, 6>(axis, gains, timing_s)
+                .complex_eigenvalues()
+                .as_slice(),
+        ),
+        4 => largest(
+            poles::<4, 7>(axis, gains, timing_s)
+                .complex_eigenvalues()
+                .as_slice(),
+        ),
+        5 => largest(
+            poles::<5, 8>(axis, gains, timing_s)
+                .complex_eigenvalues()
+                .as_slice(),
+        ),
+        _ => largest(
+            poles::<6, 9>(axis, gains, timing_s)
+                .complex_eigenvalues()
+                .as_slice(),
+        ),
     }
 }
 
@@ -74,8 +97,10 @@ fn stability_agrees_with_eigenvalues() {
             1 => period_ns,
             _ => (draw.uniform() * period_ns as f64) as u64,
         };
-        let family = LoopFamily::new(&axis, period_ns, delay_ns, joint).unwrap();
-        let linear = LinearAxis::new(&axis, joint).unwrap();
+        let amplifier = draw.amplifier(trial / 5 % 3);
+        let timing_ns = [period_ns, delay_ns];
+        let family = LoopFamily::new(&axis, &amplifier, timing_ns, joint).unwrap();
+        let linear = LinearAxis::new(&axis, &amplifier, joint).unwrap();
         let (period_s, delay_s) = (seconds(period_ns), seconds(delay_ns));
         let radius = spectral_radius(&linear, &gains, period_s, delay_s);
         let stable = family.is_stable(&gains);
@@ -91,16 +116,10 @@ fn stability_agrees_with_eigenvalues() {
 }
 
 /// `L(e^{jθ})` by solving with the whole matrix in z.
-fn solved(
-    step: &HeldStep<TWO>,
-    z_gear: f64,
-    gains: &LoopGains,
-    t: f64,
-    theta: f64,
-) -> Complex<f64> {
+fn solved(step: &HeldStep<5>, z_gear: f64, gains: &LoopGains, t: f64, theta: f64) -> Complex<f64> {
     let z = Complex::new(theta.cos(), theta.sin());
     let matrix =
-        SMatrix::<Complex<f64>, TWO, TWO>::identity() * (z - 1.0) - step.change.map(Complex::from);
+        SMatrix::<Complex<f64>, 5, 5>::identity() * (z - 1.0) - step.change.map(Complex::from);
     let right = step.present.map(Complex::from) + step.past.map(Complex::from) / z;
     let beta = matrix.lu().solve(&right).unwrap()[0];
     let law = gains.kp_v_per_rad
@@ -121,11 +140,12 @@ fn modulus_margin_agrees_with_brute_force() {
         let gains = draw.gains();
         let period_ns = draw.decades(1e4, 1e7).round() as u64;
         let delay_ns = [0, period_ns / 3, period_ns][trial % 3];
-        let family = LoopFamily::new(&axis, period_ns, delay_ns, JointState::Contact).unwrap();
-        let linear = LinearAxis::new(&axis, JointState::Contact).unwrap();
+        let (amplifier, joint) = (Amplifier::default(), JointState::Contact);
+        let timing_ns = [period_ns, delay_ns];
+        let family = LoopFamily::new(&axis, &amplifier, timing_ns, joint).unwrap();
+        let linear = LinearAxis::new(&axis, &amplifier, joint).unwrap();
         let t = seconds(period_ns);
-        let a = linear.two().unwrap();
-        let step = HeldStep::<TWO>::new(&linear, &a, t, seconds(delay_ns));
+        let step = HeldStep::<5>::new(&linear, t, seconds(delay_ns));
         let distance = |theta: f64| {
             let l = solved(&step, linear.gear_ratio, &gains, t, theta);
             (l + 1.0).norm_sqr().sqrt()
@@ -199,7 +219,8 @@ fn held_response_tends_to_the_continuous_one() {
         if trial % 5 == 0 {
             axis.transmission.joint = Joint::Rigid;
         }
-        let Some(linear) = LinearAxis::new(&axis, joint) else {
+        let amplifier = draw.amplifier(trial / 2 % 3);
+        let Some(linear) = LinearAxis::new(&axis, &amplifier, joint) else {
             continue;
         };
         let gains = LoopGains {

@@ -3,7 +3,7 @@
 use std::f64::consts::PI;
 
 use nalgebra::Complex;
-use plant::{AxisParameters, Joint};
+use plant::{Amplifier, AxisParameters, Control, Joint};
 
 use super::super::characteristic::LoopGains;
 use super::super::family::{LoopError, LoopFamily};
@@ -96,7 +96,7 @@ fn gain_and_phase_margin_lead_to_the_border() {
 fn what_cannot_be_is_refused() {
     let mut axis = Draw::new(4).axis();
     let new = |axis: &AxisParameters, period, delay, joint| {
-        LoopFamily::new(axis, period, delay, joint).err()
+        LoopFamily::new(axis, &Amplifier::default(), [period, delay], joint).err()
     };
     assert_eq!(new(&axis, 1000, 1000, JointState::Gap), None);
     let found = new(&axis, 0, 0, JointState::Contact);
@@ -116,7 +116,15 @@ fn what_cannot_be_is_refused() {
 #[test]
 fn keys_tell_families_apart() {
     let case = case("paper-2", &[]);
-    let key = |axis: &AxisParameters| LoopFamily::key(axis, 1000, 0, JointState::Contact);
+    let (contact, amplifier) = (JointState::Contact, case.amplifier);
+    let key = |axis: &AxisParameters| LoopFamily::key(axis, &amplifier, [1000, 0], contact);
+    let ideal = Amplifier {
+        control: Control::Current {
+            current_limit_a: 1.0,
+            bandwidth_radps: None,
+        },
+        ..amplifier
+    };
     let mut axis = case.axis;
     if let Joint::Elastic(joint) = &mut axis.transmission.joint {
         joint.backlash_half_rad = 0.0;
@@ -124,7 +132,7 @@ fn keys_tell_families_apart() {
     axis.carriage.resistance.constant_n = 5.0;
     assert_eq!(key(&axis), key(&case.axis));
     // Two masses of one inertia, to the last bit, are one family.
-    let family = |axis: &AxisParameters| LoopFamily::new(axis, 1000, 0, JointState::Contact);
+    let family = |axis: &AxisParameters| LoopFamily::new(axis, &amplifier, [1000, 0], contact);
     for change in [1e-15, 1e-12] {
         axis.carriage.mass_kg = case.axis.carriage.mass_kg * (1.0 + change);
         let same = key(&axis) == key(&case.axis);
@@ -132,9 +140,10 @@ fn keys_tell_families_apart() {
     }
     assert_ne!(key(&axis), key(&case.axis));
     let other = [
-        LoopFamily::key(&case.axis, 1001, 0, JointState::Contact),
-        LoopFamily::key(&case.axis, 1000, 1, JointState::Contact),
-        LoopFamily::key(&case.axis, 1000, 0, JointState::Gap),
+        LoopFamily::key(&case.axis, &amplifier, [1001, 0], contact),
+        LoopFamily::key(&case.axis, &amplifier, [1000, 1], contact),
+        LoopFamily::key(&case.axis, &amplifier, [1000, 0], JointState::Gap),
+        LoopFamily::key(&case.axis, &ideal, [1000, 0], contact),
     ];
     assert!(other.iter().all(|other| *other != key(&case.axis)));
 }

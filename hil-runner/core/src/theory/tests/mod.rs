@@ -11,7 +11,10 @@ mod simulated;
 mod step_cycles;
 mod swing;
 
-use plant::{AxisParameters, Carriage, ElasticJoint, Joint, Motor, Resistance, Transmission};
+use plant::{
+    Amplifier, AxisParameters, Carriage, Control, ElasticJoint, Joint, Motor, Resistance,
+    Transmission,
+};
 use rand_pcg::Pcg64Mcg;
 use rand_pcg::rand_core::{Rng, SeedableRng};
 
@@ -92,6 +95,19 @@ impl Draw {
                 },
             },
         }
+    }
+
+    /// A voltage drive, a current drive with a loop, an ideal one.
+    fn amplifier(&mut self, kind: usize) -> Amplifier {
+        let bandwidth_radps = (kind == 1).then(|| self.decades(300.0, 3e4));
+        let mut amplifier = Amplifier::default();
+        if kind > 0 {
+            amplifier.control = Control::Current {
+                current_limit_a: 1.0,
+                bandwidth_radps,
+            };
+        }
+        amplifier
     }
 
     fn gains(&mut self) -> LoopGains {

@@ -28,7 +28,7 @@ fn difference(case: &Case, from_s: f64, to_s: f64) -> (f64, NoiseFigures) {
     let figures = NoiseFigures {
         position_um: 1e6 * position_m,
         acceleration_mps2,
-        voltage_v,
+        command: voltage_v,
     };
     (1e6 * mean_m, figures)
 }
@@ -37,7 +37,7 @@ fn ratios(name: &str, predicted: &NoiseFigures, measured: &NoiseFigures) -> [f64
     let ratios = [
         predicted.position_um / measured.position_um,
         predicted.acceleration_mps2 / measured.acceleration_mps2,
-        predicted.voltage_v / measured.voltage_v,
+        predicted.command / measured.command,
     ];
     println!(
         "{name}: position {:.4} µm for {:.4} ({:.2}), acceleration {:.5} m/s² for {:.5} ({:.2}), \
@@ -48,8 +48,8 @@ fn ratios(name: &str, predicted: &NoiseFigures, measured: &NoiseFigures) -> [f64
         predicted.acceleration_mps2,
         measured.acceleration_mps2,
         ratios[1],
-        predicted.voltage_v,
-        measured.voltage_v,
+        predicted.command,
+        measured.command,
         ratios[2]
     );
     ratios
@@ -131,7 +131,7 @@ fn both(a: &NoiseFigures, b: &NoiseFigures) -> NoiseFigures {
     NoiseFigures {
         position_um: a.position_um.hypot(b.position_um),
         acceleration_mps2: a.acceleration_mps2.hypot(b.acceleration_mps2),
-        voltage_v: a.voltage_v.hypot(b.voltage_v),
+        command: a.command.hypot(b.command),
     }
 }
 
@@ -174,7 +174,7 @@ fn variance_is_the_sum_of_the_squared_impulse_response() {
             per_count * sum(&|row| row.acc_mps2).sqrt(),
         ),
         (
-            noise.encoder.voltage_v,
+            noise.encoder.command,
             per_count * sum(&|row| row.motor_voltage_v).sqrt(),
         ),
     ];

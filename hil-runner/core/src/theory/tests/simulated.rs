@@ -52,7 +52,7 @@ fn two_per_cent_beside_the_border() {
         let gains = LoopGains::of(&case);
         let border = family.margin(&gains).gain.unwrap();
         let written = case.controller.gains;
-        let linear = LinearAxis::new(&case.axis, JointState::Contact).unwrap();
+        let linear = LinearAxis::new(&case.axis, &case.amplifier, JointState::Contact).unwrap();
         let period_s = seconds(case.controller.sample_time_ns.unwrap());
         let delay_s = seconds(case.controller.computation_delay.fixed_ns().unwrap());
         for factor in [0.98 * border, 1.02 * border] {

@@ -1,5 +1,8 @@
 //! The kinds of pictures, and the limit of a figure.
 
+use std::borrow::Cow;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer};
 
 use super::kind_keys;
@@ -29,14 +32,16 @@ pub struct Lines {
 }
 
 /// One plot of a picture of lines.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Panel {
     /// Simulated columns: marks and lines.
     #[serde(default, deserialize_with = "columns")]
+    #[schemars(with = "Columns")]
     pub y: Vec<String>,
     /// Columns of theory: dashed lines.
     #[serde(default, deserialize_with = "columns")]
+    #[schemars(with = "Columns")]
     pub theory: Vec<String>,
     /// The axis of y: `y_scale`, `y_label`, `y_unit`, `y_range`.
     #[serde(default, rename = "y_*")]
@@ -60,14 +65,15 @@ impl Panel {
     }
 }
 
-/// Reads one column or several.
+/// One column or several.
+#[derive(Deserialize, JsonSchema)]
+#[serde(untagged, expecting = "a column or a list of columns")]
+enum Columns {
+    One(String),
+    Several(Vec<String>),
+}
+
 fn columns<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<String>, D::Error> {
-    #[derive(Deserialize)]
-    #[serde(untagged, expecting = "a column or a list of columns")]
-    enum Columns {
-        One(String),
-        Several(Vec<String>),
-    }
     Ok(match Columns::deserialize(deserializer)? {
         Columns::One(name) => vec![name],
         Columns::Several(names) => names,
@@ -75,9 +81,9 @@ fn columns<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Vec<String>, D:
 }
 
 /// Keys of a picture of lines, among them those of its only panel.
-#[derive(Deserialize)]
+#[derive(Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-struct LinesKeys {
+pub(super) struct LinesKeys {
     x: String,
     #[serde(default, rename = "x_*")]
     x_axis: AxisKeys,
@@ -85,13 +91,16 @@ struct LinesKeys {
     marks: Option<String>,
     dashes: Option<String>,
     #[serde(default, deserialize_with = "columns")]
+    #[schemars(with = "Columns")]
     y: Vec<String>,
     #[serde(default, deserialize_with = "columns")]
+    #[schemars(with = "Columns")]
     theory: Vec<String>,
     #[serde(rename = "y_*")]
     y_axis: Option<AxisKeys>,
     limit: Option<Limit>,
     #[serde(default)]
+    #[schemars(with = "Vec<Panel>")]
     panel: Vec<toml::Table>,
 }
 
@@ -136,7 +145,7 @@ impl Lines {
 ///
 /// Rows that share a cell show their median; the cell fails if one of them
 /// does.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Map {
     /// Column along x; words are places in the order of the rows.
@@ -196,7 +205,7 @@ impl Map {
 }
 
 /// A border of stability.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, JsonSchema)]
 #[serde(rename_all = "lowercase")]
 pub enum Border {
     /// Of the loop in contact.
@@ -209,7 +218,7 @@ pub enum Border {
 ///
 /// Rows that share category and series are one bar: their median, with a line
 /// from the smallest to the largest.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Bars {
     /// Column of the categories.
@@ -228,7 +237,7 @@ pub struct Bars {
 }
 
 /// Distribution of a figure over the runs.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Histogram {
     /// Column of the figure.
@@ -253,7 +262,7 @@ impl Histogram {
 }
 
 /// One mark per run, by verdict.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Scatter {
     /// Column along x.
@@ -300,6 +309,26 @@ impl Limit {
             Some(value) => (asked.value, asked.of_budget) = (value, false),
             None => *limit = None,
         }
+    }
+}
+
+impl JsonSchema for Limit {
+    fn schema_name() -> Cow<'static, str> {
+        "Limit".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        let value =
+            json_schema!({"anyOf": [{"type": "number", "minimum": 0}, {"const": "budget"}]});
+        json_schema!({"anyOf": [
+            value,
+            {
+                "type": "object",
+                "properties": {"value": value, "label": {"type": "string"}},
+                "required": ["value"],
+                "additionalProperties": false,
+            },
+        ]})
     }
 }
 

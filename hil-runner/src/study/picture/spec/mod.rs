@@ -7,11 +7,16 @@
 mod kinds;
 mod wanted;
 
+use std::borrow::Cow;
+
 pub use kinds::{Bars, Border, Histogram, Limit, Lines, Map, Panel, Scatter};
 pub use wanted::{Atom, Condition};
 
+use kinds::LinesKeys;
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::Deserialize;
 use serde::de::{DeserializeOwned, Error};
+use serde_json::json;
 
 use super::axis::AxisKeys;
 
@@ -80,6 +85,57 @@ impl<'de> Deserialize<'de> for Picture {
     fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         let table = toml::Table::deserialize(deserializer)?;
         read(table).map_err(D::Error::custom)
+    }
+}
+
+impl JsonSchema for Picture {
+    fn schema_name() -> Cow<'static, str> {
+        "Picture".into()
+    }
+
+    /// The keys of each kind with those of every picture; `x_*` stands for the keys of
+    /// an axis, as in the structures.
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let kinds = [
+            ("lines", LinesKeys::json_schema(generator)),
+            ("map", Map::json_schema(generator)),
+            ("bars", Bars::json_schema(generator)),
+            ("histogram", Histogram::json_schema(generator)),
+            ("scatter", Scatter::json_schema(generator)),
+        ];
+        let of_kind = |(kind, mut keys): (&str, Schema)| {
+            let object = keys.ensure_object();
+            let mut insert = |key: &str, required: bool, schema: serde_json::Value| {
+                object["properties"][key] = schema;
+                if required && let Some(required) = object["required"].as_array_mut() {
+                    required.push(json!(key));
+                }
+            };
+            let stem = r"^[\p{L}\p{N}_-]{1,100}$";
+            insert("kind", true, json!({"const": kind}));
+            insert(
+                "file",
+                true,
+                json!({"type": "string", "pattern": stem, "description": "Stem of the file's name"}),
+            );
+            insert(
+                "title",
+                true,
+                json!({"type": "string", "description": "Title, shown above the plots"}),
+            );
+            insert(
+                "caption",
+                false,
+                json!({"type": "string", "description": "Words for the report on the thing to be seen"}),
+            );
+            insert(
+                "where",
+                false,
+                json!({"type": "object", "description": "Columns, each with the value or the values that a row must have to be shown"}),
+            );
+            keys
+        };
+        json_schema!({"oneOf": kinds.map(of_kind)})
     }
 }
 

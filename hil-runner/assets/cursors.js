@@ -1,0 +1,137 @@
+
+// Cursors A and B: two times, the same in every plot, with the values of the
+// visible curves there and their differences.
+
+const cursors = { A: null, B: null };
+// The one that a click or an arrow key moves.
+let chosen = "A";
+const seconds = (t) => (t == null ? MISSING : minus(`${+t.toFixed(6)} s`));
+const less = (a, b) => (a == null || b == null ? null : b - a);
+
+// Rows of a readout: names, at A, at B, difference; times first.
+function readings({ chart, plot }) {
+  const { A, B } = cursors;
+  const rows = plot.curves.map(({ label, unit, held }, i) => {
+    const at = (t) => (t == null ? null : valueAt(chart.data[0], chart.data[i + 1], t, held));
+    const [a, b] = [at(A), at(B)];
+    return [label, ...[a, b, less(a, b)].map((value) => reading(value, unit))];
+  });
+  return [
+    ["", seconds(A), seconds(B), seconds(less(A, B))],
+    ...rows.filter((row, i) => chart.series[i + 1].show),
+  ];
+}
+
+function readout(view) {
+  const [times, ...rows] = readings(view);
+  const choose = (name, time) => {
+    const button = element("button", { type: "button", textContent: `${name} ${time}` });
+    button.title = `a click into a plot or the arrow keys move cursor ${name}`;
+    button.setAttribute("aria-pressed", name === chosen);
+    button.addEventListener("click", () => moveCursor(view, name, cursors[name]));
+    return element("th", { scope: "col" }, button);
+  };
+  const clear = element("button", { type: "button", textContent: "Clear" });
+  clear.addEventListener("click", clearCursors);
+  const head = element(
+    "tr", {}, element("td", {}, clear), choose("A", times[1]), choose("B", times[2]),
+    element("th", { scope: "col", textContent: `B − A ${times[3]}` }),
+  );
+  const line = ([name, ...values]) =>
+    element(
+      "tr", {}, element("th", { scope: "row", textContent: name }),
+      ...values.map((value) => element("td", { textContent: value })),
+    );
+  return element("table", { className: "readout" }, head, ...rows.map(line));
+}
+
+// The lines over a plot and the table below it.
+function showCursors(view) {
+  const { chart, figure } = view;
+  for (const name of ["A", "B"]) {
+    chart.over.querySelector(`.cursor-${name}`)?.remove();
+    if (!inSight(chart, cursors[name])) continue;
+    const line = element("div", { className: `cursor cursor-${name}`, textContent: name });
+    line.style.left = `${chart.valToPos(cursors[name], "x")}px`;
+    chart.over.append(line);
+  }
+  const old = figure.querySelector(".readout");
+  const any = cursors.A != null || cursors.B != null;
+  const focused = old?.contains(document.activeElement) && document.activeElement.textContent[0];
+  const table = any ? readout(view) : null;
+  if (old) table ? old.replaceWith(table) : old.remove();
+  else if (table) figure.append(table);
+  const buttons = [...(table?.querySelectorAll("button") ?? [])];
+  buttons.find((button) => button.textContent[0] === focused)?.focus();
+}
+
+function inSight(chart, t) {
+  const { min, max } = chart.scales.x;
+  return t != null && t >= min && t <= max;
+}
+
+function showAllCursors() {
+  views.forEach(showCursors);
+}
+
+function clearCursors() {
+  cursors.A = cursors.B = null;
+  chosen = "A";
+  showAllCursors();
+}
+
+// Moves a cursor in all plots and tells the values of this one.
+function moveCursor(view, name, t) {
+  const top = view.figure.getBoundingClientRect().top;
+  cursors[name] = t;
+  chosen = name;
+  showAllCursors();
+  // Tables that have come above would push the plot away.
+  scrollBy(0, view.figure.getBoundingClientRect().top - top);
+  const column = name === "A" ? 1 : 2;
+  const [times, ...rows] = readings(view);
+  const told = rows.map((row) => `${row[0]} ${row[column]}`).join(", ");
+  document.getElementById("told").textContent = `cursor ${name} ${times[column]}: ${told}`;
+}
+
+function followPointer(view) {
+  const { over } = view.chart;
+  let before = {};
+  over.addEventListener("click", (event) => {
+    if (event.detail > 1) return;
+    before = { ...cursors };
+    const t = view.chart.posToVal(event.clientX - over.getBoundingClientRect().left, "x");
+    if (!event.shiftKey) return moveCursor(view, chosen, t);
+    const first = chosen;
+    moveCursor(view, first === "A" ? "B" : "A", t);
+    chosen = first;
+    showAllCursors();
+  });
+  // Two clicks reset the zoom and move no cursor.
+  over.addEventListener("dblclick", () => {
+    Object.assign(cursors, before);
+    showAllCursors();
+  });
+}
+
+// Keys on a plot: A and B choose a cursor, arrows move it by a pixel, with Shift by
+// ten, Escape takes both away.
+function followKeys(view) {
+  const { box } = view;
+  box.tabIndex = 0;
+  box.setAttribute("aria-keyshortcuts", "A B ArrowLeft ArrowRight Escape");
+  box.addEventListener("keydown", (event) => {
+    if (event.ctrlKey || event.altKey || event.metaKey) return;
+    const { chart } = view;
+    const { min, max } = chart.scales.x;
+    const from = (name) => (inSight(chart, cursors[name]) ? cursors[name] : (min + max) / 2);
+    const step = ((max - min) / chart.over.clientWidth) * (event.shiftKey ? 10 : 1);
+    const key = event.key.toUpperCase();
+    if (key === "A" || key === "B") moveCursor(view, key, from(key));
+    else if (key === "ARROWLEFT") moveCursor(view, chosen, Math.max(min, from(chosen) - step));
+    else if (key === "ARROWRIGHT") moveCursor(view, chosen, Math.min(max, from(chosen) + step));
+    else if (key === "ESCAPE") clearCursors();
+    else return;
+    event.preventDefault();
+  });
+}

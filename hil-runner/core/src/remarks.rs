@@ -1,0 +1,91 @@
+//! Remarks on drive and loads of a case that its figures do not make plain.
+
+use core::f64::consts::TAU;
+
+use plant::{Control, Start};
+
+use crate::case::{Case, Law};
+use crate::number::{self, seconds};
+use crate::theory::{JointState, margin};
+
+/// All that is to be said of a case, a sentence each.
+pub(crate) fn of_case(case: &Case) -> impl Iterator<Item = String> {
+    slow_current_loop(case).into_iter().chain(unheld_load(case))
+}
+
+/// Bandwidth of a current loop, as a multiple of the position loop's crossover, below which
+/// its lag is no longer small beside the loop's own margins: atan(1/3) is 18°.
+const LEAST_BANDWIDTH: f64 = 3.0;
+
+/// A current loop that is slow beside the position loop around it.
+fn slow_current_loop(case: &Case) -> Option<String> {
+    let Control::Current {
+        bandwidth_radps: Some(bandwidth_radps),
+        ..
+    } = case.amplifier.control
+    else {
+        return None;
+    };
+    let crossover_radps = margin(case, JointState::Contact)?.crossover_radps?;
+    let ratio = bandwidth_radps / crossover_radps;
+    (ratio < LEAST_BANDWIDTH).then(|| {
+        let [loop_hz, crossover_hz] = [bandwidth_radps, crossover_radps].map(|w| w / TAU);
+        format!(
+            "the current loop of {} Hz is {} times as fast as the position loop, which crosses over \
+             at {} Hz; below {LEAST_BANDWIDTH} times its lag takes much of the phase margin",
+            number::table(loop_hz),
+            number::table(ratio),
+            number::table(crossover_hz),
+        )
+    })
+}
+
+/// A load at the start that neither friction nor a code holds yet: the first code finds no
+/// error, the second one acts a sample later.
+fn unheld_load(case: &Case) -> Option<String> {
+    let period_ns = case.controller.sample_time_ns?;
+    if case.controller.law == Law::Continuous {
+        return None;
+    }
+    let delay_ns = case
+        .controller
+        .computation_delay
+        .fixed_ns()
+        .unwrap_or(period_ns);
+    let (carriage, transmission) = (&case.axis.carriage, &case.axis.transmission);
+    let resistance = &carriage.resistance;
+    let at_start = case.loads.iter().filter(|load| load.from_ns == 0);
+    let force_n = at_start.fold(case.load_force_n, |sum, load| sum + load.force_n);
+    let held_n = match resistance.opposes_motion {
+        true => resistance.constant_n,
+        false => 0.0,
+    };
+    let falling_n = force_n.abs() - held_n;
+    if falling_n <= 0.0 {
+        return None;
+    }
+    let p = transmission.screw_pitch_m_per_rad;
+    let mass_kg = carriage.mass_kg + transmission.screw_inertia_kg_m2 / (p * p);
+    let time_s = seconds(period_ns + delay_ns);
+    let fall_um = 1e6 * 0.5 * falling_n / mass_kg * time_s * time_s;
+    let brakes = match case.amplifier.is_current_drive() {
+        true => "; a current drive does not brake",
+        false => "",
+    };
+    let (towards, flank) = match force_n > 0.0 {
+        true => ("-x", "positive_flank"),
+        false => ("+x", "negative_flank"),
+    };
+    let rests = match case.has_gap() && case.start == Start::Centred {
+        true => format!("; at rest it lies on the {flank} (transmission.start)"),
+        false => String::new(),
+    };
+    Some(format!(
+        "nothing holds the load of {} N before the first code that knows of it, {} ms after the \
+         start: it moves the carriage by up to {} µm towards {towards} by then, and further until \
+         the law holds it{brakes}{rests}",
+        number::table(force_n),
+        number::table(1e3 * time_s),
+        number::table(fall_um),
+    ))
+}

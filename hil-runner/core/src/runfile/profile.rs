@@ -1,0 +1,81 @@
+//! The points of a profile, from a CSV file beside the run file.
+
+use csv::{ReaderBuilder, StringRecord};
+
+use super::errors::one_line;
+use super::keys::LARGEST_MAGNITUDE;
+
+/// Reader of a file that a run file names: the run file's own name and the path that
+/// it gives, relative to it, make the text or a sentence that says why there is none.
+pub type Beside = fn(run_file: &str, path: &str) -> Result<String, String>;
+
+/// Of a run file without a folder.
+pub(super) fn nothing_beside(_: &str, _: &str) -> Result<String, String> {
+    Err("it cannot be read here; a run file on disk may name files".to_owned())
+}
+
+const COLUMNS: [&str; 2] = ["t_s", "x_mm"];
+
+/// Time \[s\] and displacement \[m\] of every point in the text of the file at `path`.
+///
+/// # Errors
+/// The sentence that names file, line, column and what is allowed.
+pub(super) fn points(path: &str, text: &str) -> Result<Vec<(f64, f64)>, String> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let mut reader = ReaderBuilder::new()
+        .has_headers(false)
+        .flexible(true)
+        .from_reader(text.as_bytes());
+    let mut points: Vec<(f64, f64)> = Vec::new();
+    let mut is_header = true;
+    for record in reader.records() {
+        let record = record.map_err(|error| format!("{path}: {error}"))?;
+        let line = record.position().map_or(0, csv::Position::line);
+        let refuse = |because: String| Err(format!("{path}:{line}: {because}"));
+        let shown = || one_line(&record.iter().collect::<Vec<_>>().join(","), 60);
+        if is_header {
+            is_header = false;
+            if !record.iter().map(str::trim).eq(COLUMNS) {
+                return refuse(format!("the columns must be t_s,x_mm, not {}", shown()));
+            }
+            continue;
+        }
+        if record.len() != COLUMNS.len() {
+            return refuse(format!("{} must be two numbers t_s,x_mm", shown()));
+        }
+        let mut numbers = [0.0; 2];
+        for (column, number) in numbers.iter_mut().enumerate() {
+            *number = finite(&record, column).map_err(|why| format!("{path}:{line}: {why}"))?;
+        }
+        let [t_s, x_mm] = numbers;
+        match points.last() {
+            None if numbers != [0.0, 0.0] => {
+                return refuse(format!("the first row must be 0,0, not {}", shown()));
+            }
+            Some((last_s, _)) if t_s <= *last_s => {
+                return refuse(format!(
+                    "t_s = {t_s} must be greater than {last_s}, that of the row before"
+                ));
+            }
+            _ => points.push((t_s, 1e-3 * x_mm)),
+        }
+    }
+    match points.len() {
+        0 | 1 => Err(format!(
+            "{path}: a profile needs the columns t_s,x_mm and at least two rows"
+        )),
+        _ => Ok(points),
+    }
+}
+
+/// # Errors
+/// The sentence that says what the number must be.
+fn finite(record: &StringRecord, column: usize) -> Result<f64, String> {
+    let text = record.get(column).unwrap_or_default().trim();
+    let number = text.parse::<f64>().ok();
+    let number = number.filter(|number| number.abs() <= LARGEST_MAGNITUDE);
+    number.ok_or_else(|| {
+        let (name, text) = (COLUMNS[column], one_line(text, 60));
+        format!("{name} = {text} is not allowed: it must be a number from -1e50 to 1e50")
+    })
+}

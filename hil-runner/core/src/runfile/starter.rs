@@ -1,0 +1,131 @@
+//! Run files to make an axis of one's own from (`hil-runner init --template`), and which
+//! of their values a run file still has.
+//!
+//! A file names its template by the key `template`. A value is the template's while the
+//! file writes it as the template does; one that is right by chance is written in
+//! another way, `0.170` for `0.17`.
+
+use std::sync::LazyLock;
+
+use super::check::{self, Values};
+use super::errors::{Findings, Place};
+use super::keys::{Key, Kind, path};
+use super::tree;
+use super::values::Choices;
+use crate::case::{AxisTemplate, Case};
+
+/// The run files, in the order of [`AxisTemplate`].
+const TEXTS: [&str; 4] = [
+    include_str!("../../../../cases/templates/ballscrew.toml"),
+    include_str!("../../../../cases/templates/belt.toml"),
+    include_str!("../../../../cases/templates/rack.toml"),
+    include_str!("../../../../cases/templates/gearbox.toml"),
+];
+
+/// Names of the templates.
+pub fn template_names() -> impl Iterator<Item = &'static str> {
+    AxisTemplate::NAMES.iter().copied()
+}
+
+/// The run file of a template.
+///
+/// ```
+/// use hil_core::runfile::template_text;
+///
+/// assert!(template_text("belt").is_some_and(|text| text.contains("mass_kg = 8.0")));
+/// assert!(template_text("hydraulics").is_none());
+/// ```
+pub fn template_text(name: &str) -> Option<&'static str> {
+    let mut texts = template_names().zip(TEXTS);
+    texts
+        .find(|(known, _)| *known == name)
+        .map(|(_, text)| text)
+}
+
+/// Paths of the values of every template, and how it writes them.
+static OWN: LazyLock<Vec<Vec<(String, String)>>> = LazyLock::new(|| {
+    let of = |text: &&str| {
+        let tree = tree::parse_document(text).unwrap_or_default();
+        let values = check::check(&tree, &mut Findings::new("template"));
+        written(&values).collect()
+    };
+    TEXTS.iter().map(of).collect()
+});
+
+/// Paths of the values of a file that describe an axis, and how it writes them: numbers,
+/// but for those of `[run]`.
+fn written(values: &Values) -> impl Iterator<Item = (String, String)> {
+    let describes = |section: &str, key: &Key| {
+        let number = matches!(
+            key.kind,
+            Kind::Number(_)
+                | Kind::Whole(..)
+                | Kind::Time(_)
+                | Kind::TimeOrWord(..)
+                | Kind::Intervals
+        );
+        number && section != "run"
+    };
+    let given = values.given();
+    given.filter_map(move |(section, key, entry)| {
+        let in_file = matches!(entry.place, Some(Place::Line(_)));
+        (in_file && describes(section, key)).then(|| (path(section, key.name), entry.text.clone()))
+    })
+}
+
+/// The values of a template.
+fn own(template: AxisTemplate) -> &'static [(String, String)] {
+    let own = OWN.get(template as usize);
+    own.map_or(&[], Vec::as_slice)
+}
+
+/// Paths of the values that a file still has from its template.
+pub(super) fn unchanged(template: Option<AxisTemplate>, values: &Values) -> Vec<String> {
+    let Some(template) = template else {
+        return Vec::new();
+    };
+    let own = own(template);
+    let unchanged = written(values).filter(|value| own.contains(value));
+    unchanged.map(|(path, _)| path).collect()
+}
+
+/// The sentence about the values that a case still has from its template; none where it
+/// has none.
+pub fn values_of_template(case: &Case) -> Option<String> {
+    let template = case.template?;
+    let section_of = |path: &str| {
+        path.split_once('.')
+            .map_or("", |(section, _)| section)
+            .to_owned()
+    };
+    let mut sections: Vec<String> = case
+        .template_values
+        .iter()
+        .map(|path| section_of(path))
+        .collect();
+    sections.dedup();
+    let words = |section: &String| {
+        let keys = case
+            .template_values
+            .iter()
+            .filter(|path| section_of(path) == *section);
+        let all = own(template)
+            .iter()
+            .filter(|(path, _)| section_of(path) == *section);
+        let names: Vec<&str> = keys
+            .filter_map(|path| Some(path.split_once('.')?.1))
+            .collect();
+        match names.len() == all.count() {
+            true => format!("[{section}] all"),
+            false => format!("[{section}] {}", names.join(", ")),
+        }
+    };
+    let words: Vec<String> = sections.iter().map(words).collect();
+    let name = AxisTemplate::NAMES.get(template as usize)?;
+    (!words.is_empty()).then(|| {
+        format!(
+            "values of template {name}, not of an axis of your own: {}",
+            words.join("; ")
+        )
+    })
+}

@@ -1,0 +1,124 @@
+//! The run files to make an axis of one's own from.
+
+use hil_core::case::Law;
+use hil_core::run::{RunOptions, run};
+use hil_core::runfile::{template_names, template_text, values_of_template};
+use hil_runner::study::{Changes, Study, ready};
+
+use super::parse;
+
+fn texts() -> impl Iterator<Item = (&'static str, &'static str)> {
+    template_names().map(|name| (name, template_text(name).unwrap()))
+}
+
+/// What is told of a file, or nothing.
+fn told(text: &str, sets: &[&str]) -> String {
+    let case = parse(text, sets).unwrap_or_else(|errors| panic!("{errors}"));
+    let told = values_of_template(&case).unwrap_or_default();
+    assert_eq!(told.is_empty(), case.template_values.is_empty());
+    told
+}
+
+#[test]
+fn each_passes_its_own_budget_on_every_rung() {
+    for (name, text) in texts() {
+        for law in Law::ALL {
+            let law = format!("controller.law={}", law.name());
+            let verdicts = |sets: &[&str]| -> Vec<(&'static str, bool)> {
+                let case = parse(text, sets).unwrap_or_else(|errors| panic!("{errors}"));
+                let outcome = run(&case, RunOptions::default(), &mut |_| Ok(())).unwrap();
+                let verdicts = outcome.summary.verdicts.iter();
+                verdicts
+                    .map(|verdict| (verdict.figure, verdict.pass))
+                    .collect()
+            };
+            let own = verdicts(&[&law]);
+            assert!(own.len() >= 6, "{name}: {own:?}");
+            assert!(own.iter().all(|(_, pass)| *pass), "{name} {law}: {own:?}");
+            // The limits judge: a tenth of the velocity loop's gain is too little.
+            let weak = verdicts(&[&law, "controller.velocity_gain_vs_per_rad=0.02"]);
+            assert!(weak.iter().any(|(_, pass)| !pass), "{name} {law}: {weak:?}");
+        }
+    }
+}
+
+#[test]
+fn each_value_says_where_it_is_found() {
+    for (name, text) in texts() {
+        assert!(text.contains(&format!("template = \"{name}\"")));
+        for line in text.lines().filter(|line| line.contains(" = ")) {
+            assert!(
+                line.starts_with('#') || line.contains(" # "),
+                "{name}: {line}"
+            );
+        }
+    }
+}
+
+#[test]
+fn values_that_are_still_the_templates_are_told() {
+    for (name, text) in texts() {
+        let start = format!(
+            "values of template {name}, not of an axis of your own: [motor] all; [transmission] all; \
+             [carriage] all; [drive] all; [encoder] all; [controller] all; [motion] all; [budget] all"
+        );
+        assert_eq!(told(text, &[]), start);
+    }
+    let text = template_text("ballscrew").unwrap();
+    let edited = |from: &str, to: &str| {
+        assert_eq!(text.matches(from).count(), 1, "{from}");
+        told(&text.replace(from, to), &[])
+    };
+    let but_the_mass = "[carriage] resistance_constant_n, resistance_linear_ns_per_m; [drive] all";
+    // Another value, or the same one by whoever knows that it is right.
+    assert!(edited("mass_kg = 40.0", "mass_kg = 41.0").contains(but_the_mass));
+    assert!(edited("mass_kg = 40.0", "mass_kg = 40").contains(but_the_mass));
+    assert!(told(text, &["carriage.mass_kg=40.0"]).contains(but_the_mass));
+    assert!(!edited("mass_kg = 40.0", "mass_kg  =  40.0").contains(but_the_mass));
+    // Gains in another way are not the template's.
+    let codes = [
+        "controller.kp=1",
+        "controller.ki_per_s=1",
+        "controller.kd_s=1",
+    ];
+    assert!(told(text, &codes).contains("[controller] sample_time_s; [motion] all"));
+    assert_eq!(edited("template = \"ballscrew\"", ""), "");
+}
+
+/// Every ready study finds its numbers, and its first, a middle and its last point are
+/// runs.
+#[test]
+fn every_ready_study_is_one_around_each() {
+    let (mut cases, mut refused) = (0, 0);
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../cases/templates");
+    for name in template_names() {
+        for study in ready::names() {
+            let changes = Changes {
+                base: Some(format!("{folder}/{name}.toml")),
+                ..Changes::default()
+            };
+            let read = Study::load(study, &changes);
+            let read = read.unwrap_or_else(|error| panic!("{study} of {name}: {error}"));
+            let points = read.plan.points();
+            for point in [0, points / 2, points - 1] {
+                for rung in 0..read.rungs.len() {
+                    match read.case(&read.point(point), rung) {
+                        Ok(case) => {
+                            assert!(case.controller.gains.kp > 0.0);
+                            cases += 1;
+                        }
+                        // A row that is refused: the shortest sample times need a generator.
+                        Err(errors) => {
+                            let told = errors.to_string();
+                            let table = told.contains("the firmware's table holds");
+                            assert!(table && study == "sample-time", "{study} of {name}: {told}");
+                            refused += 1;
+                        }
+                    }
+                }
+            }
+        }
+    }
+    assert!(refused <= 4, "{refused}");
+    assert!(cases >= 4 * 7 * 3, "{cases}");
+}
