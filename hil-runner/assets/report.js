@@ -67,15 +67,7 @@ const casePlots = {
     yLabel: "x_ref − x [mm]",
     include: [0],
   }),
-  voltage: (traces) => ({
-    curves: [curveOf(traces, "motor_voltage_v", { label: "voltage" })],
-    yLabel: "voltage [V]",
-    include: [-traces.voltage_limit_v, traces.voltage_limit_v],
-    limits: [
-      { value: traces.voltage_limit_v, label: `+V_max = ${traces.voltage_limit_v} V`, below: true },
-      { value: -traces.voltage_limit_v, label: `−V_max = −${traces.voltage_limit_v} V` },
-    ],
-  }),
+  voltage: voltagePlot,
   current: (traces) => ({
     curves: [curveOf(traces, "current_a", { label: "current" })],
     yLabel: "current [A]",
@@ -84,6 +76,22 @@ const casePlots = {
   code: codePlot,
   gap: gapPlot,
 };
+
+function voltagePlot(traces) {
+  const limit = traces.voltage_limit_v;
+  const plot = {
+    curves: [curveOf(traces, "motor_voltage_v", { label: "voltage" })],
+    yLabel: "voltage [V]",
+    include: [0],
+  };
+  if (limit === null) return plot;
+  plot.include = [-limit, limit];
+  plot.limits = [
+    { value: limit, label: `+V_max = ${limit} V`, below: true },
+    { value: -limit, label: `−V_max = −${limit} V` },
+  ];
+  return plot;
+}
 
 function codePlot(traces, figure) {
   const plot = {

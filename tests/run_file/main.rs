@@ -51,6 +51,7 @@ fn profile(run_file: &str, path: &str) -> Result<String, String> {
     let last = match path {
         "one" => "2,2",
         "three" => return Err(format!("there is no {path}")),
+        "blank" => "\n\n1,2",
         _ => "2,3.5",
     };
     Ok(format!("t_s,x_mm\n0,0\n1,0.5\n{last}\n"))

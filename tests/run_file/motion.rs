@@ -97,6 +97,11 @@ fn mistakes_are_told_where_they_stand() {
         profile.ends_with("motion.profile = \"three\" is not allowed: there is no three"),
         "{profile}"
     );
+    let blank = told("[motion]\nprofile = \"blank\"\n", &[]);
+    assert!(
+        blank.contains("blank:6: t_s = 1 must be greater"),
+        "{blank}"
+    );
     let both = told(&format!("{LIMITS}{MOVES}"), &[]);
     assert!(both.contains("there too; a file has one of them"), "{both}");
     let mixed = told(&format!("{MOVES}intervals_s = [1, 1, 1, 1, 1, 1, 1]"), &[]);

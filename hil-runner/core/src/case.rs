@@ -1,8 +1,8 @@
 //! One run, checked and in SI units: what a run file says.
 
 use plant::{
-    Amplifier, AxisParameters, ContinuousPid, Dac, Encoder, Load, Motion, PidGains, Solver, Start,
-    Surroundings,
+    Amplifier, AxisParameters, ContinuousPid, Control, Dac, Encoder, Load, Motion, PidGains,
+    Solver, Start, Surroundings,
 };
 
 use crate::options::AxisOptions;
@@ -208,10 +208,22 @@ pub enum SolverChoice {
 }
 
 impl Case {
-    /// `K_enc·K_a·K_dac`: what the amplifier gives for a radian of the motor with a gain
+    /// `K_enc·K_dac·K_a`: what the amplifier gives for a radian of the motor with a gain
     /// of one code per count \[V/rad\].
     pub(crate) fn output_per_rad(&self) -> f64 {
-        self.encoder.counts_per_rad * self.amplifier.gain * self.dac.step_v
+        self.encoder.counts_per_rad * self.dac.step_v * self.amplifier.gain
+    }
+
+    /// `V_max` \[V\]; `None` of an ideal current loop, which it does not limit.
+    pub fn voltage_limit_v(&self) -> Option<f64> {
+        let is_ideal = matches!(
+            self.amplifier.control,
+            Control::Current {
+                bandwidth_radps: None,
+                ..
+            }
+        );
+        (!is_ideal).then_some(self.amplifier.voltage_limit_v)
     }
 
     /// True if the joint has a gap, so that it can be open.
@@ -236,12 +248,16 @@ impl Case {
 
     /// Force of the loads on the carriage when the run ends \[N\].
     pub fn resting_force_n(&self) -> f64 {
-        let acts = |load: &&Load| {
-            let end_ns = self.run.duration_ns;
-            load.from_ns <= end_ns && load.to_ns.is_none_or(|to_ns| end_ns < to_ns)
+        self.surroundings().force_at_n(self.run.duration_ns)
+    }
+
+    /// True if the motor's voltage is held from code to code: under a sampled law, unless
+    /// the current is limited or controlled within the amplifier.
+    pub fn holds_the_voltage(&self) -> bool {
+        let makes_a_voltage = Control::Voltage {
+            current_limit_a: None,
         };
-        let acting = self.loads.iter().filter(acts);
-        acting.fold(self.load_force_n, |sum, load| sum + load.force_n)
+        self.controller.law != Law::Continuous && self.amplifier.control == makes_a_voltage
     }
 
     /// The case of the second run: see [`MASS_CHANGE`].

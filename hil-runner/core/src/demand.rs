@@ -1,7 +1,7 @@
 //! What a command asks of drive and motor, were the axis to follow it: remarks for a
 //! user who cannot see it in the command.
 
-use plant::{Control, Course, Load};
+use plant::{Course, MotionPoint};
 
 use crate::case::Case;
 use crate::number::{rounded, seconds};
@@ -14,30 +14,25 @@ pub(crate) fn remarks(case: &Case) -> Vec<String> {
     let mut remarks = Vec::new();
     if let Course::Profile(profile) = case.motion.course() {
         // Below an atom's width it is rounding.
-        let beyond_mm = match 1e3 * profile.overshoot_m {
-            rounding if rounding < 1e-7 => "0".to_owned(),
-            beyond_mm => rounded(beyond_mm, 3),
+        let goes = match 1e3 * profile.overshoot_m {
+            rounding if rounding < 1e-7 => "stays between the points".to_owned(),
+            beyond_mm => format!(
+                "goes up to {} mm beyond the points around it",
+                rounded(beyond_mm, 3)
+            ),
         };
         remarks.push(format!(
-            "the profile is a cubic spline through {} points, at rest at both ends: it goes up to {} mm \
-             beyond the points around it, and its acceleration jumps by {} m/s² at the start and {} m/s² at \
-             the end",
+            "the profile is a cubic spline through {} points, at rest at both ends: it {goes}, and its \
+             acceleration jumps by {} m/s² at the start and {} m/s² at the end",
             profile.points,
-            beyond_mm,
             rounded(profile.start_jump_mps2, 3),
             rounded(profile.end_jump_mps2, 3),
         ));
     }
     let needed = Needed::of(case);
-    let limit_v = case.amplifier.voltage_limit_v;
-    let is_ideal = matches!(
-        case.amplifier.control,
-        Control::Current {
-            bandwidth_radps: None,
-            ..
-        }
-    );
-    if !is_ideal && needed.voltage_v > limit_v {
+    if let Some(limit_v) = case.voltage_limit_v()
+        && needed.voltage_v > limit_v
+    {
         remarks.push(format!(
             "the motion asks for a speed or force beyond drive and motor: at {} s it needs k_m·{} rad/s + R·{} A = \
              {} V, and voltage_limit_v is {limit_v} V",
@@ -73,10 +68,21 @@ struct Needed {
 
 impl Needed {
     fn of(case: &Case) -> Self {
-        let motion = &case.motion;
-        let (mut needed, mut start_s) = (Self::default(), 0.0);
+        let (motion, surroundings) = (&case.motion, case.surroundings());
         let end_s = motion.end_s().min(seconds(case.run.duration_ns));
-        for &break_s in motion.breaks_s().iter().filter(|&&t| t <= end_s) {
+        let edges = case
+            .loads
+            .iter()
+            .flat_map(|load| [Some(load.from_ns), load.to_ns]);
+        let edges_s = edges.flatten().map(seconds);
+        let breaks_s = motion.breaks_s().iter().copied();
+        let mut breaks_s: Vec<f64> = breaks_s.chain(edges_s).chain([end_s]).collect();
+        breaks_s.retain(|&t| t <= end_s);
+        breaks_s.sort_unstable_by(f64::total_cmp);
+        let (mut needed, mut start_s) = (Self::default(), 0.0);
+        for break_s in breaks_s {
+            // The nearest nanosecond: an edge of a load is one.
+            let load_n = surroundings.force_at_n(libm::round(1e9 * start_s) as u64);
             for i in 0..=INSTANTS {
                 let share = f64::from(i) / f64::from(INSTANTS);
                 let now_s = start_s + share * (break_s - start_s);
@@ -84,17 +90,17 @@ impl Needed {
                 if i == INSTANTS {
                     point.acceleration_mps2 = motion.acceleration_before_mps2(break_s);
                 }
-                needed.look(case, now_s, point.velocity_mps, point.acceleration_mps2);
+                needed.look(case, now_s, &point, load_n);
             }
             start_s = break_s;
         }
         needed
     }
 
-    fn look(&mut self, case: &Case, now_s: f64, velocity_mps: f64, acceleration_mps2: f64) {
+    fn look(&mut self, case: &Case, now_s: f64, point: &MotionPoint, load_n: f64) {
         let (motor, transmission) = (&case.axis.motor, &case.axis.transmission);
         let (z, p) = (transmission.gear_ratio, transmission.screw_pitch_m_per_rad);
-        let (screw_radps, k_m) = (velocity_mps / p, motor.torque_constant_nm_per_a);
+        let (screw_radps, k_m) = (point.velocity_mps / p, motor.torque_constant_nm_per_a);
         // J1 + J2 of a rigid joint, eq. 16
         let inertia_kg_m2 = motor.inertia_kg_m2 / (z * z)
             + transmission.screw_inertia_kg_m2
@@ -106,21 +112,11 @@ impl Needed {
             false => 1.0,
         };
         let squared = resistance.quadratic_ns2_per_rad2 * screw_radps * screw_radps;
-        let acts = |load: &&Load| {
-            let ends_s = load.to_ns.map_or(f64::INFINITY, seconds);
-            (seconds(load.from_ns)..ends_s).contains(&now_s)
-        };
-        let load_n: f64 = case
-            .loads
-            .iter()
-            .filter(acts)
-            .map(|load| load.force_n)
-            .sum();
         let force_n = direction * (resistance.constant_n + squared)
             + resistance.linear_ns_per_rad * screw_radps
-            + (case.load_force_n + load_n);
+            + load_n;
         // k_m·I/z = (J1 + J2)·γ̈ + p·F_r,  V = k_m·γ̇/z + R·I
-        let torque_nm = inertia_kg_m2 * (acceleration_mps2 / p) + p * force_n;
+        let torque_nm = inertia_kg_m2 * (point.acceleration_mps2 / p) + p * force_n;
         let (current_a, speed_radps) = (torque_nm * z / k_m, screw_radps / z);
         let voltage_v = (k_m * speed_radps + motor.resistance_ohm * current_a).abs();
         self.peak_current_a = self.peak_current_a.max(current_a.abs());
@@ -133,6 +129,8 @@ impl Needed {
 
 #[cfg(test)]
 mod tests {
+    use plant::Load;
+
     use super::*;
     use crate::runfile;
 
@@ -191,11 +189,13 @@ mod tests {
         let without = Needed::of(&case);
         case.loads.push(Load {
             from_ns: 100_000_000,
-            to_ns: Some(200_000_000),
+            to_ns: Some(250_000_000),
             force_n: 1e3,
         });
         assert!(Needed::of(&case).peak_current_a > without.peak_current_a + 1.0);
-        case.loads[0].to_ns = Some(100_000_001);
+        // The contrast: one that acts when the motion is over.
+        let after_ns = (1e9 * case.motion.end_s()) as u64 + 1;
+        (case.loads[0].from_ns, case.loads[0].to_ns) = (after_ns, None);
         assert_eq!(Needed::of(&case).peak_current_a, without.peak_current_a);
     }
 }

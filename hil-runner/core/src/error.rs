@@ -3,11 +3,11 @@
 use firmware::Refusal;
 use firmware::law::Part;
 use firmware::refusal::What;
-use plant::PlantError;
+use plant::{Motion, PlantError};
 
 use crate::message::LinkError;
 use crate::quantise::{QuantiseError, key};
-use crate::runfile::RunFile;
+use crate::runfile::{RunFile, motion_key};
 
 /// A run that could not be made or finished. Rows up to there were delivered.
 #[derive(Debug, thiserror::Error)]
@@ -66,7 +66,7 @@ pub fn explain(file: &RunFile, error: &RunError) -> String {
             return lines.collect::<Vec<_>>().join("\n");
         }
         QuantiseError::Setting { key, because, .. } => return refuse(key, because),
-        QuantiseError::Refused(refusal) => key_of(refusal),
+        QuantiseError::Refused(refusal) => key_of(refusal, &file.case.motion),
         QuantiseError::DelayUnknown => Some("controller.computation_delay_s"),
         _ => None,
     };
@@ -77,7 +77,7 @@ pub fn explain(file: &RunFile, error: &RunError) -> String {
 }
 
 /// The key that a refusal of the firmware is best laid at, if there is one.
-fn key_of(refusal: &Refusal) -> Option<&'static str> {
+fn key_of(refusal: &Refusal, motion: &Motion) -> Option<&'static str> {
     let part = match refusal.what {
         What::Gain(part, _) | What::FractionBits(part, _) | What::Term(part, _) => part,
         What::Terms => Part::Proportional,
@@ -87,10 +87,13 @@ fn key_of(refusal: &Refusal) -> Option<&'static str> {
             return Some("controller.derivative_filter_s");
         }
         What::Tracking => return Some("controller.tracking_time_s"),
-        What::Period | What::Travel | What::Rise | What::Fall | What::Duration | What::Velocity => {
-            return Some("motion.travel_mm");
-        }
-        What::Acceleration(_) => return Some("motion.travel_mm"),
+        What::Period
+        | What::Travel
+        | What::Rise
+        | What::Fall
+        | What::Duration
+        | What::Velocity
+        | What::Acceleration(_) => return Some(motion_key(motion)),
         _ => return None,
     };
     Some(key(part))

@@ -3,12 +3,13 @@
 //! A log is CSV: the first line names its columns, `t_s` and any of [`COLUMNS`],
 //! which are those of a trace and of the report; others are ignored, and listed.
 //! Between two rows of the run the simulation is the straight line; codes,
-//! voltages of sampled laws and contacts hold.
+//! voltages that a sampled law holds and contacts hold.
 
 use serde::Serialize;
 
-use crate::case::{Case, Law};
+use crate::case::Case;
 use crate::number::{column, seconds};
+use crate::runfile::csv_line;
 use crate::trace::Row;
 
 /// A column that logs and runs have in common.
@@ -19,7 +20,7 @@ pub struct Column {
     /// Its unit.
     pub unit: &'static str,
     /// True where it holds its value from row to row.
-    held: fn(Law) -> bool,
+    held: fn(&Case) -> bool,
     /// Its value in a row; `None` where the case has no such thing.
     of: fn(&Case, &Row) -> Option<f64>,
 }
@@ -56,7 +57,7 @@ pub const COLUMNS: [Column; 17] = [
         ..line("dac_code", "codes", |_, row| Some(row.sample?.dac_code))
     },
     Column {
-        held: |law| law != Law::Continuous,
+        held: Case::holds_the_voltage,
         ..line("motor_voltage_v", "V", |_, row| Some(row.motor_voltage_v))
     },
     line("current_a", "A", |_, row| Some(row.current_a)),
@@ -134,14 +135,7 @@ impl MeasuredLog {
         let mut csv = csv::ReaderBuilder::new()
             .trim(csv::Trim::All)
             .from_reader(text.as_bytes());
-        // The reader's position is before empty lines, which it passes over.
-        let line_of = |position: Option<&csv::Position>| {
-            let Some(position) = position else { return 1 };
-            let start = usize::try_from(position.byte()).unwrap_or(0);
-            let rest = text.as_bytes().get(start..).unwrap_or_default();
-            let empty = rest.iter().take_while(|byte| b"\r\n".contains(byte));
-            position.line() + empty.filter(|byte| **byte == b'\n').count() as u64
-        };
+        let line_of = |position: Option<&csv::Position>| csv_line(text, position);
         let malformed = |error: &csv::Error| {
             let line = line_of(error.position());
             let problem = match error.kind() {
@@ -309,7 +303,7 @@ impl<'a> Comparison<'a> {
             let value = |row: &Row| of(self.case, row);
             let simulated = match &self.last {
                 Some(last) if t_s < row.t_s => value(last).zip(value(row)).map(|(from, to)| {
-                    if held(self.case.controller.law) {
+                    if held(self.case) {
                         return from;
                     }
                     from + (to - from) * ((t_s - last.t_s) / (row.t_s - last.t_s))

@@ -97,6 +97,8 @@ pub(crate) struct PlotRecorder {
     jumps: usize,
     /// Code in force, set by the lockstep before each advance.
     pub(crate) dac_code: Option<f64>,
+    /// The voltage changes at codes alone.
+    voltage_is_held: bool,
     motion: Motion,
 }
 
@@ -109,6 +111,7 @@ impl PlotRecorder {
             bucket_length_s: seconds(case.run.duration_ns) / BUCKETS,
             jumps: 0,
             dac_code: None,
+            voltage_is_held: case.holds_the_voltage(),
             motion: case.motion.clone(),
         }
     }
@@ -152,7 +155,7 @@ impl PlotRecorder {
                 // Both sides, or the spike is drawn as a slope.
                 self.jumps += 1;
                 (*last_kept, keep) = (true, true);
-            } else if last.voltage_v != point.voltage_v {
+            } else if self.voltage_is_held && last.voltage_v != point.voltage_v {
                 // Held from here on; the value before needs no second point.
                 self.jumps += 1;
                 keep = true;

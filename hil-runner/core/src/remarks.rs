@@ -10,7 +10,20 @@ use crate::theory::{JointState, margin};
 
 /// All that is to be said of a case, a sentence each.
 pub(crate) fn of_case(case: &Case) -> impl Iterator<Item = String> {
-    slow_current_loop(case).into_iter().chain(unheld_load(case))
+    let of_drive = slow_current_loop(case).or_else(|| idle_voltage_limit(case));
+    of_drive.into_iter().chain(unheld_load(case))
+}
+
+/// A limit of the voltage that an ideal current loop does not have.
+fn idle_voltage_limit(case: &Case) -> Option<String> {
+    let limit_v = case.amplifier.voltage_limit_v;
+    (limit_v > 0.0 && case.voltage_limit_v().is_none()).then(|| {
+        format!(
+            "drive.voltage_limit_v = {} limits nothing: the current loop is ideal; with \
+             current_bandwidth_hz it has a voltage",
+            number::table(limit_v)
+        )
+    })
 }
 
 /// Bandwidth of a current loop, as a multiple of the position loop's crossover, below which
@@ -19,14 +32,16 @@ const LEAST_BANDWIDTH: f64 = 3.0;
 
 /// A current loop that is slow beside the position loop around it.
 fn slow_current_loop(case: &Case) -> Option<String> {
+    // The loop that the amplifier was tuned for: its own lag would lower the crossover.
+    let mut ideal = case.clone();
     let Control::Current {
-        bandwidth_radps: Some(bandwidth_radps),
-        ..
-    } = case.amplifier.control
+        bandwidth_radps, ..
+    } = &mut ideal.amplifier.control
     else {
         return None;
     };
-    let crossover_radps = margin(case, JointState::Contact)?.crossover_radps?;
+    let bandwidth_radps = bandwidth_radps.take()?;
+    let crossover_radps = margin(&ideal, JointState::Contact)?.crossover_radps?;
     let ratio = bandwidth_radps / crossover_radps;
     (ratio < LEAST_BANDWIDTH).then(|| {
         let [loop_hz, crossover_hz] = [bandwidth_radps, crossover_radps].map(|w| w / TAU);
@@ -54,8 +69,7 @@ fn unheld_load(case: &Case) -> Option<String> {
         .unwrap_or(period_ns);
     let (carriage, transmission) = (&case.axis.carriage, &case.axis.transmission);
     let resistance = &carriage.resistance;
-    let at_start = case.loads.iter().filter(|load| load.from_ns == 0);
-    let force_n = at_start.fold(case.load_force_n, |sum, load| sum + load.force_n);
+    let force_n = case.surroundings().force_at_n(0);
     let held_n = match resistance.opposes_motion {
         true => resistance.constant_n,
         false => 0.0,

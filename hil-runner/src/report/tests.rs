@@ -321,7 +321,7 @@ fn traces() -> Traces {
         current_a: curve(|t| 4.0 * (6.2 * t).cos()),
         dac_code: Some(curve(|t| (6147.0 * (6.2 * t).sin()).round())),
         gap_deg: Some(curve(|t| 1.2 * (6.2 * t).cos())),
-        voltage_limit_v: 150.0,
+        voltage_limit_v: Some(150.0),
         code_limits: Some((-8192.0, 8191.0)),
         backlash_half_deg: 1.0,
         contact_intervals: vec![ContactInterval {

@@ -15,6 +15,13 @@ pub struct Load {
     pub force_n: f64,
 }
 
+impl Load {
+    /// True at the instants at which it acts \[ns\].
+    pub fn acts_at(&self, now_ns: u64) -> bool {
+        self.from_ns <= now_ns && self.to_ns.is_none_or(|to_ns| now_ns < to_ns)
+    }
+}
+
 /// Where the joint stands at the start, the carriage at zero and all at rest.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Start {
@@ -69,6 +76,12 @@ impl Surroundings {
             && self.start == Start::Centred
     }
 
+    /// The force on the carriage at an instant \[ns\], in newtons.
+    pub fn force_at_n(&self, now_ns: u64) -> f64 {
+        let acting = self.loads.iter().filter(|load| load.acts_at(now_ns));
+        acting.fold(self.load_force_n, |sum, load| sum + load.force_n)
+    }
+
     /// The force from each instant on at which it changes \[ns, N\], the first at 0.
     pub(crate) fn forces(&self) -> Vec<(u64, f64)> {
         let edges = self.loads.iter().flat_map(|load| {
@@ -78,16 +91,9 @@ impl Surroundings {
         let mut instants: Vec<u64> = edges.chain([0]).collect();
         instants.sort_unstable();
         instants.dedup();
-        let acts = |load: &&Load, now_ns: u64| {
-            load.from_ns <= now_ns && load.to_ns.is_none_or(|to_ns| now_ns < to_ns)
-        };
-        let force_at = |now_ns| {
-            let acting = self.loads.iter().filter(|load| acts(load, now_ns));
-            acting.fold(self.load_force_n, |sum, load| sum + load.force_n)
-        };
         instants
             .iter()
-            .map(|&now_ns| (now_ns, force_at(now_ns)))
+            .map(|&now_ns| (now_ns, self.force_at_n(now_ns)))
             .collect()
     }
 }

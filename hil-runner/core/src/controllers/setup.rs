@@ -18,6 +18,7 @@ use crate::case::Case;
 use crate::message::whole;
 use crate::options::{self, Compensation, Feedback, RestIntegrator, SetpointOrigin};
 use crate::quantise::{PARTS, QuantiseError, finest_word, key};
+use crate::runfile::motion_key;
 use crate::scaling::{
     FOLLOWING_ERROR, FOLLOWING_ERROR_PER_SPEED, RateBits, ScaledLaw, ScalingRequest,
 };
@@ -69,8 +70,8 @@ impl<'a> Setup<'a> {
                 "it makes {} encoder counts; a travel must be shorter than 2^31 = 2147483648",
                 travel_counts.round()
             );
-            let travel_mm = case.motion.travel_m() * 1e3;
-            let key = "motion.travel_mm";
+            let travel_mm = case.motion.largest_displacement_m() * 1e3;
+            let key = motion_key(&case.motion);
             return Err(QuantiseError::setting(key, travel_mm, because));
         }
         let plan = match case.options.law.setpoints {

@@ -47,8 +47,8 @@ pub struct Traces {
     /// Motor voltage \[V\].
     #[serde(serialize_with = "column")]
     pub motor_voltage_v: Vec<f64>,
-    /// True where the voltage holds its value until the next entry (sampled
-    /// laws) and is drawn as steps; else it is a continuous curve.
+    /// True where the voltage holds its value until the next entry and is drawn
+    /// as steps; else it is a continuous curve.
     pub voltage_held: bool,
     /// Armature current \[A\].
     #[serde(serialize_with = "column")]
@@ -59,8 +59,9 @@ pub struct Traces {
     /// Joint gap ε = β − γ \[°\]; `None` where the joint is rigid.
     #[serde(serialize_with = "column_option")]
     pub gap_deg: Option<Vec<f64>>,
-    /// Amplifier limit V_max \[V\]; drawn at plus and minus this value.
-    pub voltage_limit_v: f64,
+    /// Amplifier limit V_max \[V\], drawn at plus and minus this value; `None` where there
+    /// is none.
+    pub voltage_limit_v: Option<f64>,
     /// Lowest and highest DAC code; `None` where the code has no range.
     pub code_limits: Option<(f64, f64)>,
     /// Half backlash b \[°\].
@@ -104,13 +105,13 @@ impl Traces {
                 1e3 * (case.motion.at(p.t_s).displacement_m - pitch * p.state.gamma_rad())
             }),
             motor_voltage_v: of_points(&|p| p.voltage_v),
-            voltage_held: has_codes,
+            voltage_held: case.holds_the_voltage(),
             current_a: of_points(&|p| p.state.current_a),
             dac_code: has_codes.then(|| of_points(&|p| p.dac_code.unwrap_or(0.0))),
             gap_deg: joint
                 .elastic()
                 .map(|_| of_points(&|p| p.state.epsilon_rad.to_degrees())),
-            voltage_limit_v: case.amplifier.voltage_limit_v,
+            voltage_limit_v: case.voltage_limit_v(),
             code_limits: (case.controller.law >= Law::Quantised).then_some(limits.into()),
             backlash_half_deg: joint.backlash_half_rad().to_degrees(),
             contact_intervals: contact_intervals(points, changes, end_s),

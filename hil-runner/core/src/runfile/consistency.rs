@@ -447,7 +447,7 @@ fn travel(v: &Values, motion: &Motion) -> Option<Refusal> {
 }
 
 /// The key that says how far a motion goes.
-fn motion_key(motion: &Motion) -> &'static str {
+pub(crate) fn motion_key(motion: &Motion) -> &'static str {
     match motion.course() {
         Course::Intervals(_) | Course::Limits(..) => "motion.travel_mm",
         Course::Profile(_) => "motion.profile",

@@ -33,6 +33,13 @@ impl KeyPath {
     /// ```
     pub fn find(path: &str) -> Result<Self, String> {
         let (section_name, key_name) = path.split_once('.').unwrap_or(("", path));
+        if let Some(list) = table::find_list(section_name) {
+            let name = list.row.name;
+            return Err(format!(
+                "{path} is a key of a row: each [[{name}]] has its own; --set {name}.1.{key_name} sets \
+                 that of the first"
+            ));
+        }
         let Some(known) = table::find(section_name) else {
             let what = format!("section [{section_name}] in {path}");
             return Err(section(section_name).problem(what).to_string());
@@ -210,13 +217,21 @@ fn near(
     }
 }
 
+/// The header that a section or a row of a list has in a file.
+fn header(name: &str) -> String {
+    match table::find_list(name) {
+        Some(_) => format!("[[{name}]]"),
+        None => format!("[{name}]"),
+    }
+}
+
 /// Hint for a section that does not exist.
 pub(super) fn section(unknown: &str) -> Hint {
     let lists = LISTS.iter().map(|list| list.row.name);
     let names = SECTIONS.iter().skip(1).map(|section| section.name);
     let names: Vec<&str> = names.chain(lists).collect();
     let otherwise = format!("the sections are {}", names.join(", "));
-    near(unknown, &names, |name| format!("[{name}]"), otherwise)
+    near(unknown, &names, |name| header(name), otherwise)
 }
 
 /// Hint for a key that its section does not have; `section` is empty at the
@@ -230,7 +245,7 @@ pub(super) fn key(section: &str, unknown: &str) -> Hint {
         return Hint::of_text(if home.name.is_empty() {
             format!("{unknown} stands at the top of the file, before the first section")
         } else {
-            format!("{unknown} belongs to [{}]", home.name)
+            format!("{unknown} belongs to {}", header(home.name))
         });
     }
     if table::find(unknown).is_some() {
@@ -253,7 +268,7 @@ pub(super) fn key(section: &str, unknown: &str) -> Hint {
     let otherwise = if section.is_empty() {
         "only name and template stand outside the sections".to_owned()
     } else {
-        format!("the keys of [{section}] are {}", names.join(", "))
+        format!("the keys of {} are {}", header(section), names.join(", "))
     };
     near(unknown, &names, |name| (*name).to_owned(), otherwise)
 }
@@ -293,7 +308,7 @@ fn distance(unknown: &str, name: &str) -> Option<usize> {
 
 #[cfg(test)]
 mod tests {
-    use super::{key, nearest, section};
+    use super::{KeyPath, key, nearest, section};
 
     #[test]
     fn slips_are_recognised_and_strangers_are_not() {
@@ -306,6 +321,10 @@ mod tests {
         assert_eq!(key("budget", "final_eror_um").meant, ["final_error_um"]);
         assert_eq!(key("motor", "Resistance-Ohm").meant, ["resistance_ohm"]);
         assert!(key("motor", "kp").text.contains("belongs to [controller]"));
+        assert!(key("motor", "force_n").text.contains("belongs to [[load]]"));
+        assert_eq!(section("loads").text, "did you mean [[load]]?");
+        let row = KeyPath::find("load.force_n").unwrap_err();
+        assert!(row.contains("--set load.1.force_n sets"), "{row}");
         assert_eq!(nearest("zz", &["kp", "kd_s"]), [""; 0]);
     }
 

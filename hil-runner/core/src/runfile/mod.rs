@@ -36,6 +36,7 @@ use std::path::Path;
 
 use plant::{Amplifier, AxisParameters, Dac, Encoder, Motion, PidGains, Start};
 
+pub(crate) use consistency::motion_key;
 pub use consistency::{MOST_COUNTS, MOST_RK4_STEPS, MOST_ROWS};
 pub use errors::{MOST_MISTAKES, Place, Problem, RunFileError, RunFileErrors, list_mistakes};
 pub use key_path::{KeyPath, KeyValue, renamed};
@@ -45,6 +46,7 @@ pub use keys::{
 };
 pub use pages::{commented, key_reference, schema};
 pub use profile::Beside;
+pub(crate) use profile::csv_line;
 pub use starter::{template_names, template_text, values_of_template};
 pub use table::{LISTS, SECTIONS};
 pub use template::Template;

@@ -38,6 +38,9 @@ fn apply_one(tree: &mut Table, set: &str, place: &Place) -> Result<(), String> {
     let node = read_value(text, place)?;
     match path.as_slice() {
         [name] => set_top(tree, name, node),
+        [list, row] if table::find_list(list).is_some() && row.parse::<usize>().is_ok() => Err(
+            format!("{list}.{row} is a row; write {list}.{row}.key=value for a key of it"),
+        ),
         [list, key] if table::find_list(list).is_some() => Err(format!(
             "{list} has rows; write {list}.1.{key} for that of the first"
         )),

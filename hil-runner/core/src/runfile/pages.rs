@@ -179,7 +179,7 @@ fn number_schema(range: Range) -> Value {
 ///
 /// ```
 /// let page = hil_core::runfile::key_reference();
-/// assert!(page.contains("| `inertia_kg_m2` | kg m² | greater than 0 | required | every rung |"));
+/// assert!(page.contains("| `mass_kg` | kg | greater than 0 | required | every rung |"));
 /// ```
 pub fn key_reference() -> String {
     let mut page = String::from(

@@ -14,6 +14,16 @@ pub(super) fn nothing_beside(_: &str, _: &str) -> Result<String, String> {
     Err("it cannot be read here; a run file on disk may name files".to_owned())
 }
 
+/// The line of a record of `text`, from 1: a reader's position is before the empty lines that
+/// it passes over.
+pub(crate) fn csv_line(text: &str, position: Option<&csv::Position>) -> u64 {
+    let Some(position) = position else { return 1 };
+    let start = usize::try_from(position.byte()).unwrap_or(0);
+    let rest = text.as_bytes().get(start..).unwrap_or_default();
+    let empty = rest.iter().take_while(|byte| b"\r\n".contains(byte));
+    position.line() + empty.filter(|byte| **byte == b'\n').count() as u64
+}
+
 const COLUMNS: [&str; 2] = ["t_s", "x_mm"];
 
 /// Time \[s\] and displacement \[m\] of every point in the text of the file at `path`.
@@ -30,7 +40,7 @@ pub(super) fn points(path: &str, text: &str) -> Result<Vec<(f64, f64)>, String> 
     let mut is_header = true;
     for record in reader.records() {
         let record = record.map_err(|error| format!("{path}: {error}"))?;
-        let line = record.position().map_or(0, csv::Position::line);
+        let line = csv_line(text, record.position());
         let refuse = |because: String| Err(format!("{path}:{line}: {because}"));
         let shown = || one_line(&record.iter().collect::<Vec<_>>().join(","), 60);
         if is_header {

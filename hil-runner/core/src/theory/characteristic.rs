@@ -77,7 +77,7 @@ impl LoopGains {
 
 /// `K_0 = K_enc·K_dac·K_a` of a case \[V/rad per code/count\], eq. 27.
 pub fn loop_gain(case: &Case) -> f64 {
-    case.encoder.counts_per_rad * case.dac.step_v * case.amplifier.gain
+    case.output_per_rad()
 }
 
 /// True if the linear loop of a case is that of the paper's law.
