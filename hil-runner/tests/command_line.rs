@@ -340,6 +340,25 @@ fn the_page_has_the_positions_and_velocities_of_the_trace() {
     );
 }
 
+/// Between two codes a loop or a limit within the amplifier moves the voltage, which is a
+/// curve then; else it holds, and is drawn as steps.
+#[test]
+fn the_voltage_is_drawn_held_where_it_is() {
+    let folder = folder();
+    let limited = "drive.current_limit_a=5";
+    for (sets, held) in [
+        ("", true),
+        (limited, false),
+        ("controller.law=continuous", false),
+    ] {
+        let set = if sets.is_empty() { "" } else { " --set " };
+        let line = format!("run paper-2 --report r.html{set}{sets}");
+        ran(&folder, &line);
+        let data = curves(&read(&folder, "r.html"));
+        assert_eq!(data["cases"][0]["traces"]["voltage_held"], held, "{line}");
+    }
+}
+
 /// A log is compared with every run, on the terminal and in the page; what is not
 /// used is told. The differences of a trace to its own run are 0, 1 mm is 1 mm.
 #[test]
@@ -394,6 +413,16 @@ fn a_measured_log_is_laid_over_the_runs() {
         assert!((rms - 1e-3).abs() < 1e-12, "{rms}");
     }
     assert!(rungs.as_array().unwrap().len() == 4);
+    // No output may replace the log, and JSON stays alone on standard output.
+    for command in ["run", "ladder --report l.html"] {
+        let line = format!("{command} paper-2 --log m.csv --junit m.csv");
+        let refused = ran(&folder, &line);
+        assert!(stderr(&refused).contains("m.csv is the log of this command"));
+        let line = format!("{command} paper-2 --log t.csv --json");
+        let output = ran(&folder, &line);
+        assert!(serde_json::from_str::<serde_json::Value>(&stdout(&output)).is_ok());
+        assert!(stderr(&output).contains("of t.csv"), "{}", stderr(&output));
+    }
 }
 
 /// An interrupt ends the run, keeps the trace so far and leaves no file behind;

@@ -4,12 +4,14 @@
 use serde::Serialize;
 
 use crate::case::{Case, Law};
+use crate::demand;
 use crate::error::RunError;
 use crate::message::Link;
 use crate::number;
 use crate::record::GridPoint;
+use crate::remarks;
 use crate::reservation;
-use crate::run::{Outcome, RowSink, RunOptions, fault_warning, run, run_over};
+use crate::run::{Outcome, RowSink, RunOptions, fault_warning, run, run_over, streamed_setpoints};
 
 /// Interval of the rows that all rungs have in common \[ns\].
 pub const GRID_NS: u64 = 1_000_000;
@@ -66,7 +68,14 @@ impl Rung {
         let reservations = reservation::of(&self.case, &self.outcome);
         let mut warnings: Vec<String> = reservations.into_iter().map(|(_, words)| words).collect();
         warnings.extend(fault_warning(&self.outcome));
-        if self.law() == Law::Firmware && self.target.is_none() && !self.case.options.is_off() {
+        warnings.extend(streamed_setpoints(&self.outcome.summary));
+        let is_top = self.law() == Law::Firmware && self.target.is_none();
+        // What is to be said of the axis is said once.
+        if is_top {
+            warnings.extend(demand::remarks(&self.case));
+            warnings.extend(remarks::of_case(&self.case));
+        }
+        if is_top && !self.case.options.is_off() {
             warnings.push(
                 "it adds what the run file asks of the controller beyond the paper's law, not word \
                  lengths alone"

@@ -176,13 +176,7 @@ fn warnings(case: &Case, outcome: &Outcome) -> Vec<String> {
     warnings.extend(demand::remarks(case));
     warnings.extend(fault_warning(outcome));
     warnings.extend(unknown_figures(&outcome.summary));
-    let chip = outcome.summary.chip.as_ref();
-    if let Some([words, room]) = chip.and_then(|chip| chip.streamed_words) {
-        warnings.push(format!(
-            "the table of setpoints has {words} words, the chip's memory room for {room}: they came \
-             with the samples, as from a queue"
-        ));
-    }
+    warnings.extend(streamed_setpoints(&outcome.summary));
     warnings.extend(keys_without_effect([case]));
     warnings.extend(values_of_template(case));
     warnings.extend(remarks::of_case(case));
@@ -193,6 +187,15 @@ fn warnings(case: &Case, outcome: &Outcome) -> Vec<String> {
         ));
     }
     warnings
+}
+
+/// A table that the chip has no room for.
+pub(crate) fn streamed_setpoints(summary: &Summary) -> Option<String> {
+    let [words, room] = summary.chip.as_ref()?.streamed_words?;
+    Some(format!(
+        "the table of setpoints has {words} words, the chip's memory room for {room}: they came with \
+         the samples, as from a queue"
+    ))
 }
 
 /// The reason why limits on a chip's figures fail where there is no figure.

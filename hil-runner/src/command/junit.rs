@@ -1,5 +1,6 @@
 //! Verdicts as JUnit's XML, which systems for continuous integration show: a suite a
-//! run, in it a test a limit. A run that could not be made is an error.
+//! run, in it a test a limit. A run that could not be made is an error, one that was not
+//! begun for another's sake is skipped.
 
 use std::path::Path;
 
@@ -27,15 +28,16 @@ struct Suite {
     tests: Vec<Test>,
     failures: usize,
     errors: usize,
+    skipped: usize,
 }
 
-/// A limit with the reason why it does not hold, or a run with that why it could not
-/// be made.
-#[derive(Debug, Serialize)]
+/// A limit with the reason why it does not hold, or a run with that why there is none.
+#[derive(Debug, Default, Serialize)]
 struct Test {
     name: &'static str,
     failure: Option<String>,
     error: Option<String>,
+    skipped: bool,
 }
 
 impl Junit {
@@ -61,7 +63,7 @@ impl Junit {
         let test = |verdict: &Verdict| Test {
             name: verdict.figure,
             failure: (!verdict.pass).then(|| broken(summary, verdict)),
-            error: None,
+            ..Test::default()
         };
         self.add(name, verdicts.map(test).collect());
     }
@@ -70,8 +72,18 @@ impl Junit {
     pub(super) fn error(&mut self, name: &str, error: &anyhow::Error) {
         let test = Test {
             name: "run",
-            failure: None,
             error: Some(xml_text(&format!("{error:#}"))),
+            ..Test::default()
+        };
+        self.add(name, vec![test]);
+    }
+
+    /// Adds a run that was not begun because another one could not be made.
+    pub(super) fn skipped(&mut self, name: &str) {
+        let test = Test {
+            name: "run",
+            skipped: true,
+            ..Test::default()
         };
         self.add(name, vec![test]);
     }
@@ -82,6 +94,7 @@ impl Junit {
             name: xml_text(name),
             failures: count(|test| test.failure.is_some()),
             errors: count(|test| test.error.is_some()),
+            skipped: count(|test| test.skipped),
             tests,
         });
     }

@@ -57,25 +57,27 @@ pub(crate) struct Ladder {
 
 impl Ladder {
     pub(crate) fn execute(&self) -> anyhow::Result<bool> {
-        let json = self.json.then_some(Path::new("-"));
-        let outputs = [Some(self.report.as_path()), self.junit.as_deref(), json];
-        let outputs: Vec<&Path> = outputs.into_iter().flatten().collect();
-        refuse_shared_paths(std::slice::from_ref(&self.case), &outputs)?;
-        let junit = Junit::create(self.junit.as_deref())?;
+        refuse_shared_paths(std::slice::from_ref(&self.case), &self.outputs())?;
+        let Some(mut junit) = Junit::create(self.junit.as_deref())? else {
+            return self.make().map(|_| true);
+        };
         let made = self.make();
-        if let Some(mut junit) = junit {
-            for rung in made.iter().flatten() {
-                let summary = &rung.outcome.summary;
-                let name = format!("{}, {}", summary.name, rung.name());
-                junit.verdicts(&name, summary, summary.verdicts.iter());
-            }
-            if let Err(error) = &made {
-                junit.error(&self.case, error);
-            }
-            let written = junit.write();
-            return made.and_then(|_| written.map(|()| true));
+        for rung in made.iter().flatten() {
+            let summary = &rung.outcome.summary;
+            let name = format!("{}, {}", summary.name, rung.name());
+            junit.verdicts(&name, summary, summary.verdicts.iter());
         }
-        made.map(|_| true)
+        if let Err(error) = &made {
+            junit.error(&self.case, error);
+        }
+        let written = junit.write();
+        made.and_then(|_| written.map(|()| true))
+    }
+
+    fn outputs(&self) -> Vec<&Path> {
+        let json = self.json.then_some(Path::new("-"));
+        let files = [Some(self.report.as_path()), self.junit.as_deref(), json];
+        files.into_iter().flatten().collect()
     }
 
     /// Makes the rungs, shows them and writes their page.
@@ -83,7 +85,7 @@ impl Ladder {
         let files = self.load_rungs()?;
         let log = self
             .log
-            .load(files.iter().map(|file| &file.case), &[&self.report])?;
+            .load(files.iter().map(|file| &file.case), &self.outputs())?;
         // The folder that this program makes by itself.
         if self.report.parent() == Path::new(REPORT).parent() {
             make_out_folder()?;
@@ -141,11 +143,11 @@ impl Ladder {
             explain(file, error).context(rung)
         })?;
         let mut data = hil_core::report::ladder_report(&self.command_line(), &rungs);
-        let mut text = table(&rungs);
+        let mut compared_text = String::new();
         if let Some(log) = &log {
             let differences = Vec::from_iter(compared.iter().map(Comparison::differences));
             let names: Vec<String> = rungs.iter().map(Rung::name).collect();
-            text += &measured::table(log, names.iter().map(String::as_str), &differences);
+            compared_text = measured::table(log, names.iter().map(String::as_str), &differences);
             data = data.with_log(log.clone(), differences);
         }
         page.write_whole(&report::render(&data)?)?;
@@ -157,10 +159,11 @@ impl Ladder {
         warn(name, values_of_template(&first.case));
         if self.json {
             terminal::print_json(&rungs.iter().map(json_of).collect::<Vec<_>>())?;
-        } else if [Some(&self.report), self.junit.as_ref()].contains(&Some(&PathBuf::from("-"))) {
-            terminal::print_error(&text);
+            terminal::print_error(&compared_text);
+        } else if self.outputs().contains(&Path::new("-")) {
+            terminal::print_error(&(table(&rungs) + &compared_text));
         } else {
-            terminal::print(&text)?;
+            terminal::print(&(table(&rungs) + &compared_text))?;
         }
         if self.report.as_os_str() != "-" {
             tell!("plots: {}\n", self.report.display());

@@ -147,12 +147,29 @@ impl Run {
             junit.verdicts(&summary.name, summary, run.verdicts());
         }
         if let Err(error) = &made {
-            for case in cases.iter().skip(runs.len()) {
-                junit.error(case, error);
-            }
+            self.add_unmade(&mut junit, runs.len(), error);
         }
         let written = junit.write();
         made.and_then(|passes| written.map(|()| passes))
+    }
+
+    /// Adds the cases after those that were made: an error where the reason is the case's,
+    /// else skipped. Of an error after all runs the case is the program.
+    fn add_unmade(&self, junit: &mut Junit, made: usize, error: &anyhow::Error) {
+        let cases = &self.cases.cases;
+        let unreadable = cases.iter().map(|case| self.sets.load_one(case).err());
+        let unreadable: Vec<_> = unreadable.collect();
+        let all_read = unreadable.iter().all(Option::is_none);
+        for (i, (case, own)) in cases.iter().zip(&unreadable).enumerate().skip(made) {
+            match own {
+                Some(own) => junit.error(case, own),
+                None if all_read && i == made => junit.error(case, error),
+                None => junit.skipped(case),
+            }
+        }
+        if made == cases.len() {
+            junit.error(env!("CARGO_PKG_NAME"), error);
+        }
     }
 
     /// The same without the verdicts' file; the runs that were made go to `runs`.
@@ -245,6 +262,7 @@ impl Run {
         }
         if self.json {
             terminal::print_json(&summaries)?;
+            terminal::print_error(&compared.unwrap_or_default());
         } else {
             let text = figure_table(runs)
                 + &verdict_table(runs)
