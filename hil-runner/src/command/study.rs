@@ -16,6 +16,7 @@ use hil_runner::study::{
     figure_rows, make, ready, render, unstable_words,
 };
 
+use plant::Course;
 use serde_json::{Value, json};
 
 use super::options::{Sets, warn};
@@ -188,7 +189,12 @@ impl StudyCommand {
             report.display(),
             trace.display()
         );
-        let base = folder.join("base.toml").to_string_lossy().into_owned();
+        let template = study.template();
+        let base = match template.base().motion.course() {
+            // Its points lie beside the first base.
+            Course::Profile(_) => template.source_name().to_owned(),
+            _ => folder.join("base.toml").to_string_lossy().into_owned(),
+        };
         let file = RunFile::parse(&base, &origin.base_text, &sets, profile)?;
         let run = Run::of_row(base, Sets { sets }, report, trace);
         let passes = run.make(Ok(vec![file]), None, "")?;

@@ -147,6 +147,36 @@ fn the_plan_alone_decides_what_a_row_is() {
     assert!(trace(first) != trace(last));
 }
 
+/// A profile lies beside the base, not among the results: a row finds it there, and other
+/// points are another study.
+#[test]
+fn the_points_of_a_profile_are_part_of_the_study() {
+    let base = hil_core::runfile::builtin_text("paper-2").unwrap();
+    let of_intervals =
+        |line: &&str| line.starts_with("travel_mm") || line.starts_with("intervals_s");
+    let base: String = (base.lines().filter(|line| !of_intervals(line)))
+        .map(|line| line.to_owned() + "\n")
+        .collect();
+    let base = base.replace("[motion]\n", "[motion]\nprofile = \"move.csv\"\n");
+    let text = "base = \"axis.toml\"\n[[axis]]\nkey = \"controller.kp\"\nvalues = [3, 4]\n";
+    let folder = folder_with(text);
+    let write = |file: &str, text: &str| fs::write(folder.path().join(file), text).unwrap();
+    write("axis.toml", &base);
+    write("move.csv", "t_s,x_mm\n0,0\n0.5,40\n1,100\n");
+    let out = made(&folder, "small.toml", "results");
+    let output = study(&folder, "results --row 1");
+    assert!(output.status.code().unwrap() < 2, "{output:?}");
+    let line = command(&String::from_utf8(output.stdout).unwrap());
+    let again = shell(folder.path(), &format!("{line} --trace again.csv"));
+    assert!(again.status.code().unwrap() < 2, "{again:?}");
+    let bytes = |path: &std::path::Path| fs::read(path).unwrap();
+    let again = bytes(&folder.path().join("again.csv"));
+    assert!(bytes(&out.join("row-1.csv")) == again);
+    write("move.csv", "t_s,x_mm\n0,0\n0.5,40\n1,101\n");
+    let told = messages(&study(&folder, "small.toml --out results"), 2);
+    assert!(told.contains("holds results of another study"), "{told}");
+}
+
 #[test]
 fn mistakes_have_a_sentence() {
     let text = STUDY

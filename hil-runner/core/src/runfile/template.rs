@@ -66,6 +66,11 @@ impl Template {
         &self.file.case
     }
 
+    /// The name of the file in messages, beside which its profile lies.
+    pub fn source_name(&self) -> &str {
+        &self.source_name
+    }
+
     /// The overrides that hold for every run.
     pub fn sets(&self) -> &[String] {
         &self.sets

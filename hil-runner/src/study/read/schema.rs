@@ -2,7 +2,7 @@
 //! and from the table of the run file's keys.
 
 use hil_core::case::Law;
-use hil_core::runfile;
+use hil_core::runfile::{self, LISTS};
 use schemars::generate::SchemaSettings;
 use serde_json::{Map, Value, json};
 
@@ -49,8 +49,12 @@ fn paths(sections: &Value) -> Vec<String> {
     keys.filter(|path| path != "controller.law").collect()
 }
 
-/// The sections of a run file of which none and no key must be there.
+/// The sections of a run file of which none and no key must be there; without its lists,
+/// whose rows `[set]` does not reach.
 fn set(mut sections: Value) -> Value {
+    if let Some(sections) = sections.as_object_mut() {
+        sections.retain(|name, _| LISTS.iter().all(|list| list.row.name != name));
+    }
     for section in sections
         .as_object_mut()
         .into_iter()

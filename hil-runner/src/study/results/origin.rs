@@ -9,6 +9,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use crc::{CRC_64_XZ, Crc};
+use plant::Course;
 use serde::{Deserialize, Serialize};
 
 use super::{ResultsError, damaged, io};
@@ -103,7 +104,7 @@ pub struct Origin {
     /// Names of the columns.
     pub columns: Vec<String>,
     /// Checksum of every key that the runs have of study and command line, in
-    /// their order.
+    /// their order, and of a profile's points.
     pub sets_crc64: String,
     /// Checksum of `study.toml`.
     pub study_crc64: String,
@@ -131,7 +132,7 @@ impl Origin {
             sets: changes.sets.clone(),
             rungs: rungs.map(|laws| laws.map(|law| law.name().to_owned()).collect()),
             columns: columns.map(|column| column.name).collect(),
-            sets_crc64: crc64(study.sets.join("\n").as_bytes()),
+            sets_crc64: crc64(keys_of_runs(study).as_bytes()),
             study_crc64: crc64(study.text.as_bytes()),
             base_crc64: crc64(base_text.as_bytes()),
             crc64: String::new(),
@@ -298,6 +299,16 @@ impl Origin {
                 (name.starts_with("study.") || name.starts_with("base.")) && name.ends_with(".part")
             }
         }
+    }
+}
+
+/// All that the runs have of study and command line, and what lies in a file of its own.
+fn keys_of_runs(study: &Study) -> String {
+    let keys = study.sets.join("\n");
+    let motion = &study.template().base().motion;
+    match motion.course() {
+        Course::Profile(_) => format!("{keys}\n{motion:?}"),
+        _ => keys,
     }
 }
 
