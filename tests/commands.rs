@@ -4,6 +4,7 @@
 
 use std::f64::consts::PI;
 
+use bench_tests::quadrature::integral;
 use bench_tests::{case, rows};
 use hil_core::case::Case;
 use hil_core::trace::Row;
@@ -214,13 +215,6 @@ fn no_travel_is_no_motion_and_a_limit_of_nothing_is_refused() {
 /// integrals of the acceleration, velocity and displacement over it, of the largest of
 /// each: Gauss's rule with five nodes on eight parts.
 fn off_its_integrals(motion: &Motion, at: impl Fn(f64) -> MotionPoint) -> f64 {
-    const GAUSS: [(f64, f64); 5] = [
-        (-0.906_179_845_938_664, 0.236_926_885_056_189_1),
-        (-0.538_469_310_105_683_1, 0.478_628_670_499_366_5),
-        (0.0, 0.568_888_888_888_888_9),
-        (0.538_469_310_105_683_1, 0.478_628_670_499_366_5),
-        (0.906_179_845_938_664, 0.236_926_885_056_189_1),
-    ];
     let values = |p: MotionPoint| {
         [
             p.acceleration_mps2,
@@ -232,20 +226,10 @@ fn off_its_integrals(motion: &Motion, at: impl Fn(f64) -> MotionPoint) -> f64 {
     let (mut start_s, mut off, mut sizes) = (0.0, [0.0_f64; 3], [f64::MIN_POSITIVE; 3]);
     let end_s = motion.end_s() + 0.1;
     for &break_s in motion.breaks_s().iter().chain([&end_s]) {
-        let half_s = (break_s - start_s) / 16.0;
-        let mut sums = [0.0; 3];
-        for part in 0..8 {
-            let middle_s = start_s + half_s * f64::from(2 * part + 1);
-            for (node, weight) in GAUSS {
-                let point = values(at(middle_s + half_s * node));
-                for (sum, value) in sums.iter_mut().zip(point) {
-                    *sum += half_s * weight * value;
-                }
-            }
-        }
         let (from, to) = (values(at(start_s)), values(at(break_s)));
         for i in 0..3 {
-            off[i] = off[i].max((from[i + 1] + sums[i] - to[i + 1]).abs());
+            let rise = integral(|t| values(at(t))[i], start_s, break_s, 8);
+            off[i] = off[i].max((from[i + 1] + rise - to[i + 1]).abs());
             sizes[i] = sizes[i].max(to[i + 1].abs());
         }
         start_s = break_s;

@@ -5,6 +5,7 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
+use bench_tests::quadrature::integral;
 use plant::{Motion, MotionError, MotionPoint};
 use proptest::prelude::*;
 
@@ -16,35 +17,15 @@ const PAPER: [[f64; 7]; 4] = [
     [0.1, 0.1, 0.1, 0.1, 0.2, 0.2, 0.2],
 ];
 
-/// Nodes and weights of the five-point Gauss rule on −1 to 1.
-const GAUSS: [(f64, f64); 5] = [
-    (-0.906_179_845_938_664, 0.236_926_885_056_189_1),
-    (-0.538_469_310_105_683_1, 0.478_628_670_499_366_5),
-    (0.0, 0.568_888_888_888_888_9),
-    (0.538_469_310_105_683_1, 0.478_628_670_499_366_5),
-    (0.906_179_845_938_664, 0.236_926_885_056_189_1),
-];
-
-/// Panels per integral. Over a panel of width `h` the rule is off by
-/// `h^11·(5!)^4/(11·(10!)^3)·f^(10)`. The worst integrand is a quarter sine,
-/// `ω·h = π/8`: 1.3e-17 of `A/ω` per panel, below the rounding of one sum.
-const PANELS: u32 = 4;
-
-fn integral(f: impl Fn(f64) -> f64, from: f64, to: f64) -> f64 {
-    let half = (to - from) / (2.0 * f64::from(PANELS));
-    let panel = |i: u32| {
-        let middle = from + half * f64::from(2 * i + 1);
-        let values = GAUSS.map(|(node, weight)| weight * f(middle + half * node));
-        half * values.iter().sum::<f64>()
-    };
-    (0..PANELS).map(panel).sum()
-}
+/// Parts of an integral. The worst integrand is a quarter sine, `ω·h = π/8`: Gauss's rule is
+/// off by 1.3e-17 of `A/ω` per part, below the rounding of one sum.
+const PARTS: u32 = 4;
 
 /// Errors in velocity, displacement and its integral that rounding explains.
 ///
 /// A time is off by half an ulp of the end and moves each quantity by its
 /// rate times that; each quantity is a sum of terms no larger than its peak.
-/// Nothing is left of the quadrature itself ([`PANELS`]).
+/// Nothing is left of the quadrature itself ([`PARTS`]).
 #[derive(Debug, Clone, Copy)]
 struct Rounding {
     velocity: f64,
@@ -93,10 +74,10 @@ fn carried(at: impl Fn(f64) -> MotionPoint, from: f64, to: f64) -> MotionPoint {
     let start = at(from);
     MotionPoint {
         acceleration_mps2: 0.0,
-        velocity_mps: start.velocity_mps + integral(|t| at(t).acceleration_mps2, from, to),
-        displacement_m: start.displacement_m + integral(|t| at(t).velocity_mps, from, to),
+        velocity_mps: start.velocity_mps + integral(|t| at(t).acceleration_mps2, from, to, PARTS),
+        displacement_m: start.displacement_m + integral(|t| at(t).velocity_mps, from, to, PARTS),
         displacement_integral_ms: start.displacement_integral_ms
-            + integral(|t| at(t).displacement_m, from, to),
+            + integral(|t| at(t).displacement_m, from, to, PARTS),
     }
 }
 

@@ -12,7 +12,7 @@ const SUFFIXES: &str = "\
     _s s, _ns ns, _m m, _mps m/s, _mps2 m/s², _ms m s, _rad rad, _radps rad/s, _rads rad s, \
     _m_per_rad m/rad, _kg kg, _kg_m2 kg m², _n N, _ns_per_rad N s/rad, \
     _ns2_per_rad2 N s²/rad², _nm N m, _nm_per_rad N m/rad, _nms_per_rad N m s/rad, \
-    _nm_per_a N m/A, _vs_per_rad V s/rad, _j J, _v V, _a A, _ohm Ω, _h H, _per_s 1/s, _counts counts, \
+    _nm_per_a N m/A, _vs_per_rad V s/rad, _j J, _v V, _a A, _as A s, _ohm Ω, _h H, _per_s 1/s, _counts counts, \
     _counts_per_rad counts/rad";
 
 fn suffixes() -> impl Iterator<Item = (&'static str, &'static str)> {

@@ -5,8 +5,11 @@
 // this page has none of, does not find it.
 const SVG_NAME = ["http", "//www.w3.org/2000/svg"].join(":");
 
+// XML has no place for most control characters.
 const escaped = (text) =>
-  String(text).replace(/[&<>"]/g, (sign) => `&#${sign.charCodeAt(0)};`);
+  String(text)
+    .replace(/[\0-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]/g, "\ufffd")
+    .replace(/[&<>"]/g, (sign) => `&#${sign.charCodeAt(0)};`);
 const round = (value) => +value.toFixed(2);
 
 // Colour with its opacity apart: editors of SVG know no rgba().

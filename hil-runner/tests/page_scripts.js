@@ -54,7 +54,7 @@ function view(change = {}) {
   };
   const limits = [{ value: 9, label: "+V_max" }];
   const behind = (u) => shade(u, "c-band", [null, null], [1, 2]);
-  return { chart, plot: { curves, limits, behind, marks: [1] }, title: "case & plot" };
+  return { chart, plot: { curves, limits, behind, marks: [1] }, title: "case & plot\u0001" };
 }
 
 // What is hidden is left out, numbers have all their digits, holes are empty.
@@ -70,7 +70,7 @@ for (const part of [
   'd="M50 110L150 90L150 70L250 106.67"',
   'd="M50 10M150 100L250 100L250 90"',
   'stroke-dasharray="4 6"',
-  ">a&#60;b&#62; [m/s²]<", ">measured [V]<", "<title>case &#38; plot</title>",
+  ">a&#60;b&#62; [m/s²]<", ">measured [V]<", "<title>case &#38; plot\ufffd</title>",
   ">t [s]<", ">acc [m/s²]<", ">10<", ">+V_max<", ">A<",
   '<rect x="50" y="90" width="200" height="10" fill="rgb(90, 100, 110)" fill-opacity="0.1"/>',
   '<svg xmlns="http://www.w3.org/2000/svg" width="150"',

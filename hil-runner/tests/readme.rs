@@ -89,6 +89,39 @@ fn pages_show_what_their_commands_print() {
     }
 }
 
+/// The table of margins in docs/OWN-AXIS.md is what the study above it writes.
+#[test]
+fn the_table_of_margins_is_that_of_its_study() {
+    const COLUMNS: [&str; 4] = [
+        "controller.velocity_gain_vs_per_rad",
+        "peak_following_error_mm",
+        "modulus_margin_contact",
+        "modulus_margin_gap",
+    ];
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/OWN-AXIS.md");
+    let page = std::fs::read_to_string(page).unwrap();
+    let (_, study) = page.split_once("# margins.toml\n").unwrap();
+    let (study, below) = study.split_once("```").unwrap();
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("margins.toml"), study).unwrap();
+    output_of("init --template ballscrew > axis.toml", folder.path());
+    output_of("study margins.toml", folder.path());
+    let results = folder.path().join("out/study-margins/results.csv");
+    let mut results = csv::Reader::from_path(results).unwrap();
+    let heads = results.headers().unwrap().clone();
+    let places = COLUMNS.map(|name| heads.iter().position(|head| head == name).unwrap());
+    let rows = results.records().map(|row| {
+        let row = row.unwrap();
+        let [gain, figures @ ..] = places.map(|place| row[place].parse::<f64>().unwrap());
+        let figures = figures.map(|figure| format!("{figure:.2}"));
+        format!("| {gain} | {} |", figures.join(" | "))
+    });
+    let rows: Vec<String> = rows.collect();
+    let shown = below.lines().filter(|line| line.starts_with("| 0"));
+    assert_eq!(rows, shown.collect::<Vec<_>>());
+    assert_eq!(rows.len(), 5);
+}
+
 /// The README is a first page, and the rest stands in the docs.
 #[test]
 fn readme_is_short() {

@@ -2,6 +2,7 @@
 
 pub mod digest;
 pub mod draw;
+pub mod quadrature;
 pub mod random_case;
 pub mod solvers;
 
