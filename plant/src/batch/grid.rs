@@ -89,7 +89,10 @@ impl LaneGrid {
                 let bound = table.table.quantity(quantity).bounds.per_rate[0];
                 driving(&(bound * (scale.abs() * BOUND_MARGIN)))
             }),
-            delta_terms: (kernel.transition[EPSILON], kernel.per_volt[EPSILON]),
+            delta_terms: {
+                let [w, d, e, c, _, v] = kernel.rows.row(EPSILON);
+                ([w, d, e, c], v)
+            },
             stiffness: carries * joint.stiffness_nm_per_rad,
             damping: carries * joint.damping_nms_per_rad,
         })

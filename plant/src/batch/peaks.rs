@@ -111,6 +111,8 @@ impl<W: Width> Group<W> {
         }
         track.changes_before = track.changes;
         track.voltage_before_v = track.voltage_v;
+        let peak_v = w.max(w.load(&track.voltage_v), w.load(&self.peak_abs_voltage_v));
+        w.store(peak_v, &mut self.peak_abs_voltage_v);
         track.voltage_v = W::array(0.0);
         track.ends = [W::array(0.0); FIGURES];
         track.changes = [W::array(0.0); DRIVING];

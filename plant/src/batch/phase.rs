@@ -4,13 +4,14 @@
 use super::grid::{LaneGrid, figures};
 use super::width::Width;
 use crate::exact::{
-    AxisSystem, BOUND_MARGIN, DRIVING, HELD, HeldTable, PARTS, Quantity, SLOPES, Sketch, VALUES,
+    AxisSystem, BOUND_MARGIN, DRIVING, HELD, HeldTable, PARTS, PER_ROW, Quantity, SLOPES, Sketch,
+    VALUES,
 };
 use crate::hybrid::Automaton;
 use crate::model::axis::Axis;
 use crate::model::joint::JointMode;
 use crate::model::resistance::GuideMode;
-use crate::model::state::{BETA_DOT, CURRENT, EPSILON_DOT};
+use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON_DOT};
 use crate::observe::extremes::FIGURES;
 
 /// One step of all groups: what depends on the state of the joint alone.
@@ -39,34 +40,31 @@ pub(super) struct Phase {
 /// by number (see [`numbers_of`]).
 #[derive(Debug, Clone)]
 pub(super) struct Steps<W: Width> {
-    numbers: [W::Array; NUMBERS],
+    numbers: [W::Constant; NUMBERS],
+    /// Room for what [`Width::in_pairs`] stores.
+    room: [f64; ROWS],
     /// Numbers of the energy that the joint's damper takes.
     pub(super) loss: LaneLoss<W>,
     pub(super) knows_loss: bool,
 }
 
-/// Numbers of a step: per state, and then per part of the armature's heat
-/// (`HeldArmature`), the driving states' coefficients, a constant
-/// and a coefficient of the voltage; how far δ may stray from its chord, per
-/// change of the driving states; and the charge per first part.
-const NUMBERS: usize = ROWS * PER_STATE + DRIVING + 1;
+/// Numbers of a step: the driving states' coefficients, a constant and a coefficient of the
+/// voltage, each for all states and then all parts of the armature's heat (`HeldArmature`);
+/// how far δ may stray from its chord, per change of the driving states; and the charge per
+/// first part.
+const NUMBERS: usize = ROWS * PER_ROW + DRIVING + 1;
 const ROWS: usize = HELD + PARTS;
-const PER_STATE: usize = DRIVING + 2;
 
 /// The numbers of a table.
 pub(super) fn numbers_of(table: &HeldTable, axis: &Axis) -> [f64; NUMBERS] {
-    let kernel = &table.kernel;
+    let (kernel, armature) = (&table.kernel, table.armature(axis));
     let mut numbers = [0.0; NUMBERS];
-    for (state, to) in numbers.chunks_exact_mut(PER_STATE).take(HELD).enumerate() {
-        to[..DRIVING].copy_from_slice(&kernel.transition[state]);
-        (to[DRIVING], to[DRIVING + 1]) = (kernel.drift[state], kernel.per_volt[state]);
+    let columns = kernel.rows.0.iter().zip(&armature.rows.0);
+    for (to, (states, parts)) in numbers.chunks_exact_mut(ROWS).zip(columns) {
+        to[..HELD].copy_from_slice(states);
+        to[HELD..].copy_from_slice(parts);
     }
-    let armature = table.armature(axis);
-    let parts = numbers.chunks_exact_mut(PER_STATE).skip(HELD);
-    for (to, row) in parts.zip(&armature.rows) {
-        to.copy_from_slice(row);
-    }
-    let rest = &mut numbers[ROWS * PER_STATE..];
+    let rest = &mut numbers[ROWS * PER_ROW..];
     rest[..DRIVING].copy_from_slice(&kernel.gap_bound);
     rest[DRIVING] = armature.charge_per_part;
     numbers
@@ -176,58 +174,53 @@ impl Phase {
 impl<W: Width> Steps<W> {
     pub(super) fn new() -> Self {
         Self {
-            numbers: [W::array(0.0); NUMBERS],
+            numbers: [W::constant(0.0); NUMBERS],
+            room: [0.0; ROWS],
             loss: LaneLoss::none(),
             knows_loss: false,
         }
     }
 
-    /// A state at the end of the step, in the order of `Kernel::step`, from the
-    /// driving states; β itself is added to what it gains.
     #[inline(always)]
-    pub(super) fn row(
-        &self,
+    fn number(&self, w: W, place: usize) -> W::Vector {
+        w.load_constant(&self.numbers[place])
+    }
+
+    /// The states at the end of the step, in the order of `Kernel::step`, from the driving
+    /// states and β; and `∫ I² dt` \[A² s\] and the charge \[A s\], in that of
+    /// `HeldArmature::over_whole`.
+    #[inline(always)]
+    pub(super) fn step(
+        &mut self,
         w: W,
-        state: usize,
+        beta: W::Vector,
         from: &[W::Vector; DRIVING],
-        beta: Option<W::Vector>,
         voltage_v: W::Vector,
-    ) -> W::Vector {
-        let number = |j: usize| w.load(&self.numbers[state * PER_STATE + j]);
-        let rotor = number(0) * from[0] + number(1) * from[1];
-        let joint = number(2) * from[2] + number(3) * from[3];
-        let drift = number(DRIVING);
-        let base = match beta {
-            Some(beta) => beta + drift,
-            None => drift,
-        };
-        ((rotor + joint) + base) + number(DRIVING + 1) * voltage_v
+    ) -> ([W::Vector; HELD], [W::Vector; 2]) {
+        let mut rows = [beta; ROWS];
+        for (i, row) in rows.iter_mut().enumerate() {
+            let number = |j: usize| self.number(w, j * ROWS + i);
+            let rotor = number(0) * from[0] + number(1) * from[1];
+            let joint = number(2) * from[2] + number(3) * from[3];
+            let drift = number(DRIVING);
+            let base = if i == BETA { beta + drift } else { drift };
+            *row = ((rotor + joint) + base) + number(DRIVING + 1) * voltage_v;
+        }
+        w.in_pairs(&rows, &mut self.room);
+        let [a, b, c, d, e, first, parts @ ..] = rows;
+        let mut sum = first * first;
+        for part in parts {
+            sum = sum + part * part;
+        }
+        ([a, b, c, d, e], [sum, self.number(w, NUMBERS - 1) * first])
     }
 
     /// Bound of how far δ strays from its chord.
     #[inline(always)]
     pub(super) fn gap_strays(&self, w: W, change: &[W::Vector; DRIVING]) -> W::Vector {
-        let bound = |j: usize| w.load(&self.numbers[ROWS * PER_STATE + j]);
+        let bound = |j: usize| self.number(w, ROWS * PER_ROW + j);
         (bound(0) * change[0] + bound(1) * change[1])
             + (bound(2) * change[2] + bound(3) * change[3])
-    }
-
-    /// `∫ I² dt` \[A² s\] and the charge \[A s\] of the step, in the order of
-    /// `HeldArmature::over_whole`.
-    #[inline(always)]
-    pub(super) fn armature(
-        &self,
-        w: W,
-        from: &[W::Vector; DRIVING],
-        voltage_v: W::Vector,
-    ) -> [W::Vector; 2] {
-        let first = self.row(w, HELD, from, None, voltage_v);
-        let mut sum = first * first;
-        for part in 1..PARTS {
-            let part = self.row(w, HELD + part, from, None, voltage_v);
-            sum = sum + part * part;
-        }
-        [sum, w.load(&self.numbers[NUMBERS - 1]) * first]
     }
 
     /// Takes over what the damper takes, if the table is that of a closed joint.

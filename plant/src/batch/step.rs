@@ -35,6 +35,8 @@ pub(super) struct Step<W: Width> {
     pub(super) to: [W::Vector; DRIVING],
     /// |to − from|
     pub(super) change: [W::Vector; DRIVING],
+    /// `∫ I² dt` \[A² s\] and the charge \[A s\].
+    pub(super) armature: [W::Vector; 2],
 }
 
 /// The lanes of a group, which have their steps in common.
@@ -120,10 +122,7 @@ impl<'a, W: Width> InStep<'a, W> {
             step.to[3],
             command_m - carriage,
             command_m - p * step.beta[1],
-            w.max(
-                w.abs(voltage_v * step.from[3]),
-                w.abs(voltage_v * step.to[3]),
-            ),
+            voltage_v * w.max(w.abs(step.from[3]), w.abs(step.to[3])),
         ];
         self.acceleration_mps2 = ends[0];
         self.y = [step.beta[1], step.to[0], epsilon, step.to[2], step.to[3]];
@@ -244,16 +243,12 @@ impl<W: Width> Group<W> {
 
     /// `x(T) = Φ·x + ψ(T)·load + Γ·V`, in the order of `Kernel::step`.
     #[inline(always)]
-    fn step(&self, phase: usize, y: &[W::Vector; HELD], voltage_v: W::Vector) -> Step<W> {
-        let (w, steps) = (self.width, &self.steps[phase]);
+    fn step(&mut self, phase: usize, y: &[W::Vector; HELD], voltage_v: W::Vector) -> Step<W> {
+        let (w, steps) = (self.width, &mut self.steps[phase]);
         let offset = w.load(&self.mode.offset_rad);
         let beta0 = y[BETA];
         let from = [y[BETA_DOT], y[EPSILON] - offset, y[EPSILON_DOT], y[CURRENT]];
-        let mut to = from;
-        for (to, state) in to.iter_mut().zip([BETA_DOT, EPSILON, EPSILON_DOT, CURRENT]) {
-            *to = steps.row(w, state, &from, None, voltage_v);
-        }
-        let beta1 = steps.row(w, BETA, &from, Some(beta0), voltage_v);
+        let ([beta1, to @ ..], armature) = steps.step(w, beta0, &from, voltage_v);
         let change = [
             w.abs(to[0] - from[0]),
             w.abs(to[1] - from[1]),
@@ -266,6 +261,7 @@ impl<W: Width> Group<W> {
             from,
             to,
             change,
+            armature,
         }
     }
 
@@ -355,7 +351,7 @@ impl<W: Width> Group<W> {
         let steps = &self.steps[phase];
         let flank = &self.track.now().flank;
         let joint = steps.loss.over_step(w, &step.from, flank, voltage_v);
-        let [squared, charge] = steps.armature(w, &step.from, voltage_v);
+        let [squared, charge] = step.armature;
         let armature = w.splat(shared.axis.motor.resistance_ohm) * squared;
         let energies = [joint, armature, voltage_v * charge];
         for (sum, energy) in self.energies.iter_mut().zip(energies) {
@@ -376,10 +372,8 @@ impl<W: Width> Group<W> {
         for (largest, change) in self.track.changes.iter_mut().zip(&step.change) {
             w.store(w.max(*change, w.load(largest)), largest);
         }
-        let size_v = w.abs(voltage_v);
-        for largest in [&mut self.peak_abs_voltage_v, &mut self.track.voltage_v] {
-            w.store(w.max(size_v, w.load(largest)), largest);
-        }
+        let largest_v = &mut self.track.voltage_v;
+        w.store(w.max(w.abs(voltage_v), w.load(largest_v)), largest_v);
     }
 
     /// Notes what the lanes of `moved` begin the step with.

@@ -38,15 +38,15 @@ impl Automaton {
         if self.axis.resistance.quadratic_ns2_per_rad2 != 0.0 {
             return Err(PlantError::NotAffine);
         }
+        if !self.axis.stage.is_papers() {
+            return self.advance_staged(tables, drive, length_ns, watch);
+        }
         match drive {
             Drive::Held(voltage_v) => {
                 if !self.keeps_mode(tables, drive, *voltage_v, length_ns, watch) {
                     self.advance_held(tables, drive, *voltage_v, length_ns, watch)?;
                 }
                 Ok(())
-            }
-            Drive::Feedback(_) if !self.axis.stage.is_papers() => {
-                self.advance_staged(tables, drive, length_ns, watch)
             }
             Drive::Feedback(pid) => self.advance_feedback(tables, drive, pid, length_ns, watch),
         }
@@ -62,11 +62,7 @@ impl Automaton {
         length_ns: u64,
         watch: &mut impl Watch,
     ) -> bool {
-        if self.fresh.is_some()
-            || !self.axis.stage.is_papers()
-            || self.axis.releases()
-            || self.mode.guide == GuideMode::Stuck
-        {
+        if self.fresh.is_some() || self.axis.releases() || self.mode.guide == GuideMode::Stuck {
             return false;
         }
         let table = tables.held(&self.axis, &self.mode, length_ns);
@@ -179,20 +175,14 @@ impl Automaton {
     ) {
         let motion = &extremes.settings.motion;
         let mut commands = [MotionPoint::default(); 2];
-        if which >> CARRIAGE != 0 {
+        if which >> CARRIAGE & 0b11 != 0 {
             commands = [motion.at(start_s), motion.at(start_s + length_s)];
         }
         let (ends, times_s) = ([&self.y, end], (start_s, length_s));
         let command = (motion, commands);
         let piece = Piece::new(&self.axis, &self.mode, ends, command, times_s, voltage_v);
         let sights = solution.sights(&self.axis, piece);
-        let mut peaks = extremes.peaks();
-        for (i, (peak, size)) in peaks.iter_mut().zip(sights.sizes()).enumerate() {
-            if which >> i & 1 != 0 {
-                *peak = peak.max(size);
-            }
-        }
-        let seen = sights.look(peaks, which, band_m);
+        let seen = sights.look_at(which, band_m, extremes);
         extremes.take(&seen);
     }
 
@@ -207,9 +197,6 @@ impl Automaton {
         length_ns: u64,
         watch: &mut impl Watch,
     ) -> Result<(), PlantError> {
-        if !self.axis.stage.is_papers() {
-            return self.advance_staged(tables, drive, length_ns, watch);
-        }
         let mut interval = Interval::new(seconds(self.time_ns), seconds(length_ns));
         let table = tables.held(&self.axis, &self.mode, length_ns);
         self.set_parting_noise(table, voltage_v);

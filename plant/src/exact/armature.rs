@@ -5,6 +5,7 @@
 //! of a batch, each in its own mode, need nothing but their rows. The energy is the
 //! voltage times the charge.
 
+use super::held_rows::HeldRows;
 use super::levels::Levels;
 use super::loss::{DRIVING, Dissipation};
 use super::system::{AxisSystem, Column, HELD};
@@ -18,9 +19,8 @@ pub(crate) const PARTS: usize = DRIVING + 1;
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct HeldArmature {
     of: Dissipation<PARTS>,
-    /// Of each part of the whole step: the driving states' coefficients, a constant
-    /// and a coefficient of the voltage.
-    pub(crate) rows: [[f64; DRIVING + 2]; PARTS],
+    /// The parts of the whole step.
+    pub(crate) rows: HeldRows<PARTS>,
     /// The charge of the whole step per first part.
     pub(crate) charge_per_part: f64,
 }
@@ -49,7 +49,7 @@ impl HeldArmature {
             ]
         };
         Self {
-            rows: core::array::from_fn(row),
+            rows: HeldRows::new(row),
             charge_per_part: factor[(0, 0)],
             of,
         }
@@ -59,11 +59,7 @@ impl HeldArmature {
     /// lanes.
     #[inline(always)]
     pub(super) fn over_whole(&self, x: &Column<HELD>, voltage_v: f64) -> [f64; 2] {
-        let parts = self.rows.each_ref().map(|row| {
-            let rotor = row[0] * x[BETA_DOT] + row[1] * x[EPSILON];
-            let joint = row[2] * x[EPSILON_DOT] + row[3] * x[CURRENT];
-            ((rotor + joint) + row[4]) + row[5] * voltage_v
-        });
+        let parts = self.rows.times(x, &self.rows.0[DRIVING], voltage_v);
         let mut sum = 0.0;
         for part in parts {
             sum += part * part;

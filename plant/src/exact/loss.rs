@@ -156,16 +156,15 @@ impl<const N: usize> Dissipation<N> {
                 sum += squared;
                 integral += leg.factor[(0, 0)] * first;
                 left_s -= leg.length_s;
-                if left_s > 0.0 {
-                    rate = leg.transition * rate;
+                if left_s <= 0.0 {
+                    return [self.coefficient * sum, integral];
                 }
+                rate = leg.transition * rate;
             }
         }
-        if left_s > 0.0 {
-            let [squared, rest] = self.over_rest(&rate, left_s);
-            sum += squared;
-            integral += rest;
-        }
+        let [squared, rest] = self.over_rest(&rate, left_s);
+        sum += squared;
+        integral += rest;
         [self.coefficient * sum, integral]
     }
 
@@ -178,13 +177,16 @@ impl<const N: usize> Dissipation<N> {
         // q(θ·h) = Σ (f·Aⁿ·hⁿ/n!·v)·θⁿ
         let end = length_s / shortest.length_s;
         let coefficients = self.series.map(|row| row.dot(rate));
-        let (mut sum, mut integral) = (0.0, 0.0);
-        for (theta, weight) in GAUSS_8 {
-            let theta = theta * end;
-            let mut q = 0.0;
-            for c in coefficients.iter().rev() {
-                q = q * theta + c;
+        // Node beside node, as none waits for the other.
+        let thetas = GAUSS_8.map(|(theta, _)| theta * end);
+        let mut values = [0.0; GAUSS_8.len()];
+        for c in coefficients.iter().rev() {
+            for (q, theta) in values.iter_mut().zip(thetas) {
+                *q = *q * theta + c;
             }
+        }
+        let (mut sum, mut integral) = (0.0, 0.0);
+        for (q, (_, weight)) in values.into_iter().zip(GAUSS_8) {
             sum += weight * (q * q);
             integral += weight * q;
         }

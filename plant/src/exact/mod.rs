@@ -8,6 +8,7 @@
 //! grid        exact states anywhere within a step
 //! sketch      a quantity over a step as one polynomial, with a proven remainder; its first zero
 //! loss        what damper, armature and guide turn into heat, as a sum of squares
+//! held_rows   numbers at the end of a step as sums over the state at its start
 //! armature    heat and charge of the armature over a step
 //! tables      all that the state does not change, made once; the step over a whole sample
 //! stage_table the same behind a current drive or a limit of the current
@@ -25,6 +26,7 @@ mod advance;
 mod armature;
 mod crossing;
 mod grid;
+mod held_rows;
 mod levels;
 mod loss;
 mod memory;
@@ -42,6 +44,7 @@ pub(crate) mod tests;
 
 pub(crate) use armature::PARTS;
 pub(crate) use grid::{CELLS, MOST_NEWTON as MOST_POLISHING, TERMS};
+pub(crate) use held_rows::PER_ROW;
 pub(crate) use levels::{BOUND_MARGIN, NOISE_ULPS};
 pub(crate) use loss::DRIVING;
 pub(crate) use memory::Tables;

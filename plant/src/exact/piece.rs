@@ -54,16 +54,19 @@ impl<'a> Piece<'a> {
         }
     }
 
-    /// The piece over `span` as `extremes` measures it, and the command at its
-    /// end.
+    /// The piece over `span` as `extremes` measures it, under a held voltage, and the
+    /// command at its end.
     #[inline(always)]
-    pub(super) fn over(span: &Span<'_>, extremes: &'a Extremes) -> (Self, MotionPoint) {
+    pub(super) fn over(
+        span: &Span<'_>,
+        voltage_v: f64,
+        extremes: &'a Extremes,
+    ) -> (Self, MotionPoint) {
         let motion = &extremes.settings.motion;
         let start = extremes.command_at(span.start_s());
         let commands = [start, motion.at(span.end_s())];
         let times_s = (span.start_s(), span.length_s());
         let ends = [span.y.0, span.y.1];
-        let voltage_v = span.voltage_at_v(0.0);
         let command = (motion, commands);
         let piece = Self::new(span.axis, &span.modes.0, ends, command, times_s, voltage_v);
         (piece, commands[1])
@@ -245,14 +248,14 @@ impl<'a, const D: usize> Sights<'a, D> {
 
     /// The figures whose bits are set in `which` and the settling band, the ends of the
     /// piece included.
-    pub(super) fn look_at(&self, which: u8, extremes: &Extremes) -> Seen {
+    pub(super) fn look_at(&self, which: u8, band_m: f64, extremes: &Extremes) -> Seen {
         let mut peaks = extremes.peaks();
         for (i, (peak, ends)) in peaks.iter_mut().zip(self.sizes()).enumerate() {
             if which >> i & 1 != 0 {
                 *peak = peak.max(ends);
             }
         }
-        self.look(peaks, which, extremes.settings.settling_band_m)
+        self.look(peaks, which, band_m)
     }
 
     /// Last time at which the carriage is further than `band_m` from the travel, counted
@@ -419,8 +422,11 @@ impl Interior for HeldPiece<'_> {
             Drive::Feedback(_) => span.voltage_at_v(0.0),
         };
         extremes.peak_abs_voltage_v = extremes.peak_abs_voltage_v.max(voltage_v.abs());
-        let (piece, command) = Piece::over(span, extremes);
-        let seen = self.sights(span.axis, piece).look_at(u8::MAX, extremes);
+        let (piece, command) = Piece::over(span, voltage_v, extremes);
+        let band_m = extremes.settings.settling_band_m;
+        let seen = self
+            .sights(span.axis, piece)
+            .look_at(u8::MAX, band_m, extremes);
         extremes.take(&seen);
         extremes.command_at_end = Some((span.end_s(), command));
         extremes.add(self.energies(span.axis, voltage_v, span.length_s));
@@ -460,7 +466,15 @@ impl Interior for FeedbackPiece<'_> {
             ]
         });
         let change = (self.x[1] - self.x[0]).abs();
-        let strays = table.figures.times(&change);
+        let mut strays = table.figures.times(&change);
+        // At the limit the voltage is constant.
+        if !linear {
+            strays[VOLTAGE] = 0.0;
+        }
+        let slope = |i: usize| match i {
+            VOLTAGE if !linear => 0.0,
+            _ => table.slopes[i].dot(&change),
+        };
         let whole = length_s == table.length_s();
         let [a, b, c, d, mut power_w] = extremes.peaks();
         let mut peaks = [a, b, c, d, extremes.peak_abs_voltage_v];
@@ -471,7 +485,7 @@ impl Interior for FeedbackPiece<'_> {
             open |= u8::from(!(whole && size + strays[i] <= peaks[i])) << i;
         }
         for i in 0..peaks.len() {
-            let monotone = || (to[i] - from[i]).abs() >= table.slopes[i].dot(&change);
+            let monotone = || (to[i] - from[i]).abs() >= slope(i);
             if open >> i & 1 != 0 && whole && monotone() {
                 open &= !(1 << i);
             }
@@ -481,20 +495,12 @@ impl Interior for FeedbackPiece<'_> {
         }
         let factors = [VOLTAGE, 1].map(|i| Factor {
             ends: [from[i], to[i]],
-            chord: if i == VOLTAGE && !linear {
-                0.0
-            } else {
-                strays[i]
-            },
-            slope: if i == VOLTAGE && !linear {
-                0.0
-            } else {
-                table.slopes[i].dot(&change)
-            },
+            chord: strays[i],
         });
+        let slopes = || [VOLTAGE, 1].map(slope);
         let powers = [from, to].map(|ends| (ends[VOLTAGE] * ends[1]).abs());
         power_w = larger(power_w, larger(powers[0], powers[1]));
-        if !(whole && stays_below(&factors, power_w)) {
+        if !(whole && stays_below(&factors, slopes, power_w)) {
             let constant = if linear { 0.0 } else { from[VOLTAGE] };
             self.raise_power(
                 (linear, constant),

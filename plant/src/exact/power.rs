@@ -21,23 +21,17 @@ use crate::numerics::bernstein::Polynomial;
 const FACTOR: usize = TERMS + 1;
 const PRODUCT: usize = 2 * TERMS + 1;
 
-/// A factor over a step: its values at both ends, how far it may stray from its chord,
-/// and its slope from that of the chord, times the step.
+/// A factor over a step: its values at both ends, and how far it may stray from its chord.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Factor {
     pub(super) ends: [f64; 2],
     pub(super) chord: f64,
-    pub(super) slope: f64,
 }
 
 impl Factor {
-    fn of<const D: usize>(sought: &Sought<'_, D>, leg: &Leg<D>) -> Self {
-        let (level, rate, length_s) = (leg.level, &leg.rate, leg.length_s);
-        Self {
-            ends: [&leg.from, &leg.to].map(|x| sought.value(x, 0.0)),
-            chord: sought.chord_bound(level, rate, length_s),
-            slope: sought.slope_bound(level, rate, length_s),
-        }
+    fn size(&self) -> f64 {
+        let [from, to] = self.ends.map(f64::abs);
+        from.max(to) + self.chord
     }
 
     fn range(&self) -> [f64; 2] {
@@ -45,9 +39,10 @@ impl Factor {
         [from.min(to) - self.chord, from.max(to) + self.chord]
     }
 
-    fn slopes(&self) -> [f64; 2] {
+    /// Lowest and highest slope, times the step, where it is within `slope` of the chord's.
+    fn slopes(&self, slope: f64) -> [f64; 2] {
         let rise = self.ends[1] - self.ends[0];
-        [rise - self.slope, rise + self.slope]
+        [rise - slope, rise + slope]
     }
 }
 
@@ -60,14 +55,28 @@ fn times([a, b]: [f64; 2], [c, d]: [f64; 2]) -> [f64; 2] {
     ]
 }
 
-/// True if within a step a product is nowhere larger than `peak` or than at the ends.
-pub(super) fn stays_below([a, b]: &[Factor; 2], peak: f64) -> bool {
-    let [low, high] = times(a.range(), b.range());
-    if high.max(-low) <= peak {
+/// True if within a step a product is nowhere larger than `peak` or than at the ends; the
+/// factors' slopes are within `slopes` of their chords'.
+pub(super) fn stays_below(
+    [a, b]: &[Factor; 2],
+    slopes: impl FnOnce() -> [f64; 2],
+    peak: f64,
+) -> bool {
+    let (size_a, size_b) = (a.size(), b.size());
+    if size_a * size_b <= peak {
         return true;
     }
+    let [slope_a, slope_b] = slopes();
+    // A bound that is none makes products that are no numbers, and an interval of none.
+    if ![size_a, size_b, slope_a, slope_b]
+        .iter()
+        .all(|x| x.is_finite())
+    {
+        return false;
+    }
     // (a·b)' = a'·b + a·b'
-    let (left, right) = (times(a.slopes(), b.range()), times(a.range(), b.slopes()));
+    let left = times(a.slopes(slope_a), b.range());
+    let right = times(a.range(), b.slopes(slope_b));
     left[0] + right[0] >= 0.0 || left[1] + right[1] <= 0.0
 }
 
@@ -81,8 +90,17 @@ pub(super) fn raise_product<const D: usize>(
 ) {
     let mut walk = flow.walk(length_s, 0);
     let known = |leg: &Leg<D>, peak: f64| {
-        let over = factors.each_ref().map(|sought| Factor::of(sought, leg));
-        stays_below(&over, peak)
+        let (level, rate, length_s) = (leg.level, &leg.rate, leg.length_s);
+        let over = factors.each_ref().map(|sought| Factor {
+            ends: [&leg.from, &leg.to].map(|x| sought.value(x, 0.0)),
+            chord: sought.chord_bound(level, rate, length_s),
+        });
+        let slopes = || {
+            factors
+                .each_ref()
+                .map(|sought| sought.slope_bound(level, rate, length_s))
+        };
+        stays_below(&over, slopes, peak)
     };
     // A walk that the mode's guards took too, so it ends.
     while let Ok(Some(stretch)) = walk.next(|leg| known(leg, *peak)) {
@@ -130,14 +148,35 @@ mod tests {
         let peak = product(&rising, &falling).peak_above(0.0);
         assert!((peak - 0.25).abs() < 1e-14, "{peak}");
         let ends = [[0.0, 1.0], [1.0, 0.0]];
-        let factors = ends.map(|ends| Factor {
-            ends,
-            chord: 0.0,
-            slope: 0.0,
-        });
-        assert!(!stays_below(&factors, 0.2));
-        assert!(stays_below(&factors, 1.0));
+        let straight = || [0.0; 2];
+        let factors = ends.map(|ends| Factor { ends, chord: 0.0 });
+        assert!(!stays_below(&factors, straight, 0.2));
+        assert!(stays_below(&factors, straight, 1.0));
         // Where both grow, the product does.
-        assert!(stays_below(&[factors[0]; 2], 0.2));
+        assert!(stays_below(&[factors[0]; 2], straight, 0.2));
+    }
+
+    /// Of a factor without a bound nothing is known, even where the other is zero.
+    #[test]
+    fn no_bound_excludes_nothing() {
+        let with = |chord: f64| Factor {
+            ends: [0.0, 1.0],
+            chord,
+        };
+        let zero = Factor {
+            ends: [0.0; 2],
+            chord: 0.0,
+        };
+        assert!(stays_below(&[with(0.0), zero], || [0.0; 2], 0.2));
+        for none in [f64::NAN, f64::INFINITY] {
+            assert!(!stays_below(&[with(none), zero], || [0.0; 2], 0.2));
+            assert!(!stays_below(&[zero, with(none)], || [0.0; 2], 0.2));
+            let falling = Factor {
+                ends: [1.0, 0.0],
+                chord: 0.0,
+            };
+            assert!(!stays_below(&[with(0.0), falling], || [none, 0.0], 0.2));
+            assert!(!stays_below(&[with(0.0), falling], || [0.0, none], 0.2));
+        }
     }
 }

@@ -93,11 +93,13 @@ impl Interior for StagePiece<'_> {
         );
         self.raise_voltage_and_power(span.length_s, peaks, &mut work);
         extremes.work += work;
-        let (piece, command) = Piece::over(span, extremes);
+        // What is known of the power is all.
+        let (piece, command) = Piece::over(span, 0.0, extremes);
         let constants = (self.counted.0, self.table.screw_load);
         let counted = self.motion.is_some();
         let sights = Sights::new(span.axis, self.flow(), constants, piece, counted);
-        let seen = sights.look_at(!(1 << POWER), extremes);
+        let band_m = extremes.settings.settling_band_m;
+        let seen = sights.look_at(!(1 << POWER), band_m, extremes);
         extremes.take(&seen);
         extremes.command_at_end = Some((span.end_s(), command));
         let rates = self.table.table.levels.a * self.start + self.input;
@@ -128,6 +130,8 @@ fn to_plant(x: &Column<STAGE>, counted: (f64, f64), point: &MotionPoint) -> Vect
 
 impl Automaton {
     /// One interval with a drive beyond the paper's.
+    #[cold]
+    #[inline(never)]
     pub(super) fn advance_staged(
         &mut self,
         tables: &mut Tables,

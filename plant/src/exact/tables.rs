@@ -10,6 +10,7 @@ use nalgebra::SMatrix;
 
 use super::armature::HeldArmature;
 use super::grid::Grid;
+use super::held_rows::HeldRows;
 use super::levels::{self, BOUND_MARGIN, ChordBounds, ExactStep, Levels, NOISE_ULPS};
 use super::loss::{DRIVING, Dissipation};
 use super::sketch::Sketch;
@@ -452,12 +453,8 @@ impl FeedbackTable {
 /// the entries that are not zero: β drives nothing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Kernel {
-    /// Φ, the columns of β̇, δ, ε̇ and I.
-    pub(crate) transition: [[f64; 4]; HELD],
-    /// `ψ(T)·load`.
-    pub(crate) drift: [f64; HELD],
-    /// `Γ = ψ(T)·(0, 0, 0, 0, 1/L)`.
-    pub(crate) per_volt: [f64; HELD],
+    /// Φ, `ψ(T)·load` and `Γ = ψ(T)·(0, 0, 0, 0, 1/L)`.
+    pub(crate) rows: HeldRows<HELD>,
     /// `G` of δ, raised by its rounding, for β̇, δ, ε̇ and I.
     pub(crate) gap_bound: [f64; 4],
 }
@@ -471,49 +468,35 @@ impl Kernel {
         let mut volt = Column::<HELD>::zeros();
         volt[CURRENT] = system.per_volt;
         let (drift, per_volt) = (whole.integral * system.load, whole.integral * volt);
-        let column = |j: usize| whole.transition.column(j).into_owned();
-        let (w, d, e, i) = (
-            column(BETA_DOT),
-            column(DELTA),
-            column(EPSILON_DOT),
-            column(CURRENT),
-        );
         Self {
-            transition: core::array::from_fn(|row| [w[row], d[row], e[row], i[row]]),
-            drift: drift.into(),
-            per_volt: per_volt.into(),
+            rows: HeldRows::new(|i| {
+                let phi = |j: usize| whole.transition[(i, j)];
+                let [w, d, e, c] = [BETA_DOT, DELTA, EPSILON_DOT, CURRENT].map(phi);
+                [w, d, e, c, drift[i], per_volt[i]]
+            }),
             gap_bound: core::array::from_fn(|j| BOUND_MARGIN * gap.per_change[j + 1]),
         }
     }
 
     /// Sum of the magnitudes of the terms that make up δ after a step.
     pub(crate) fn terms_of_delta(&self, x: &Column<HELD>, voltage_v: f64) -> f64 {
-        let phi = &self.transition[DELTA];
+        let [w, d, e, c, _, v] = self.rows.row(DELTA);
         let terms = [
-            phi[0] * x[BETA_DOT],
-            phi[1] * x[DELTA],
-            phi[2] * x[EPSILON_DOT],
-            phi[3] * x[CURRENT],
-            self.per_volt[DELTA] * voltage_v,
+            w * x[BETA_DOT],
+            d * x[DELTA],
+            e * x[EPSILON_DOT],
+            c * x[CURRENT],
+            v * voltage_v,
         ];
         terms.iter().map(|term| term.abs()).sum()
     }
 
-    /// One step. The order of the sums is part of the results: the voltage
-    /// comes last because it is known last.
+    /// One step.
     #[inline(always)]
     pub(crate) fn step(&self, x: &Column<HELD>, voltage_v: f64) -> Column<HELD> {
-        Column::<HELD>::from_fn(|row, _| {
-            let phi = &self.transition[row];
-            let base = if row == BETA {
-                x[BETA] + self.drift[row]
-            } else {
-                self.drift[row]
-            };
-            let rotor = phi[0] * x[BETA_DOT] + phi[1] * x[DELTA];
-            let joint = phi[2] * x[EPSILON_DOT] + phi[3] * x[CURRENT];
-            ((rotor + joint) + base) + self.per_volt[row] * voltage_v
-        })
+        let mut base = self.rows.0[DRIVING];
+        base[BETA] += x[BETA];
+        self.rows.times(x, &base, voltage_v).into()
     }
 
     /// Bound of how far δ strays from its chord over the step.

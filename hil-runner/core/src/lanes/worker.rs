@@ -16,12 +16,13 @@ const MOST_ALONE: usize = 2;
 /// Families whose tables are kept.
 const MOST_FAMILIES: usize = 4;
 
-/// Instructions for a single run: one with `floor`. The compiler uses wider
-/// ones to gather what lies apart, which takes longer than it saves.
+/// Instructions for a single run: those for four numbers at most, which the rows of a step
+/// are computed with. The compiler uses wider ones to gather what lies apart, which takes
+/// longer than it saves.
 fn for_one(level: Level) -> Level {
     #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-    if let Some(narrow) = level.as_sse4_2() {
-        return Level::Sse4_2(narrow);
+    if let Some(narrow) = level.as_avx2() {
+        return Level::Avx2(narrow);
     }
     level
 }
