@@ -199,6 +199,34 @@ fn a_start_on_a_flank_is_no_impact() {
     assert_eq!(flank.contact_changes + 1, centred.contact_changes);
 }
 
+/// A first motion away leaves the flank at once, however slowly it begins: with the sine it
+/// is of the fifth order in t, which rounding of b hides for tens of microseconds.
+#[test]
+fn a_first_motion_away_leaves_the_flank_at_once() {
+    for solver in ["exact", "dopri5"] {
+        for (start, pull, load) in [
+            ("negative_flank", "false", 0),
+            ("negative_flank", "true", 0),
+            ("positive_flank", "false", -100),
+        ] {
+            let sets = format!(
+                "controller.law=continuous run.solver={solver} transmission.start={start} \
+                 transmission.no_pull={pull} carriage.load_force_n={load}"
+            );
+            let away = run_of(&case("paper-2", &[&sets])).outcome.contact_changes;
+            assert_eq!(away[0].time_s, 0.0, "{sets}");
+            assert!(away[1].time_s > 1e-3, "{sets}");
+            // The contrast: towards the flank.
+            let sets = match load {
+                0 => sets.replace("negative", "positive"),
+                _ => sets.replace("=-100", "=100"),
+            };
+            let towards = run_of(&case("paper-2", &[&sets])).outcome.contact_changes;
+            assert!(towards[0].time_s > 1e-3, "{sets}");
+        }
+    }
+}
+
 #[test]
 fn both_links_and_the_firmware_take_a_current_drive() {
     let name = "quantised-load-pulse";
@@ -264,4 +292,55 @@ fn a_slow_loop_and_a_load_that_nothing_holds_are_told() {
     ];
     let told = run_of(&case("paper-2", &[&sets[..], &held].concat())).warnings;
     assert!(!told.iter().any(|told| told.contains("nothing holds")));
+    // What holds the joint on one flank hides its gap.
+    let measured = [
+        "controller.law=firmware",
+        "backlash.gap=measured",
+        "backlash.backlash_measurement_detection=effort",
+        "carriage.load_force_n=100",
+    ];
+    let hides = |sets: &[&str]| {
+        let told = run_of(&case("paper-2", &[&measured[..], sets].concat())).warnings;
+        told.iter().any(|told| told.contains("finds no gap there"))
+    };
+    assert!(hides(&[]) && !hides(&held));
+}
+
+/// What a run is asked for and does not come to.
+#[test]
+fn what_comes_after_the_end_is_told() {
+    let told = |sets: &[&str]| run_of(&case("paper-2", sets)).warnings.join("\n");
+    let late = told(&["load=[{force_n=100,from_s=1.5}]", "sequence.disable_s=2"]);
+    for path in ["load.1.from_s = 1.5 is", "sequence.disable_s = 2 is"] {
+        assert!(
+            late.contains(path) && late.contains("run.duration_s = 1.5"),
+            "{late}"
+        );
+    }
+    let within = told(&[
+        "load=[{force_n=100,from_s=1.499}]",
+        "sequence.disable_s=1.4",
+    ]);
+    assert!(!within.contains("nothing comes of it"), "{within}");
+}
+
+/// The converter's range is a limit as the amplifier's is, where codes have a range.
+#[test]
+fn a_converter_that_is_too_small_is_told() {
+    let sets = [
+        "motion.max_acceleration_mps2=2",
+        "motion.max_velocity_mps=0.5",
+    ];
+    let told = |law: &str, more: &str| {
+        let law = format!("controller.law={law}");
+        let told = run_of(&case("paper-2", &[&sets[..], &[&law, more]].concat())).warnings;
+        told.into_iter()
+            .find(|told| told.contains("beyond drive and motor"))
+    };
+    let bits = "drive.dac_bits=12";
+    let small = told("quantised", bits).unwrap_or_default();
+    // 2047 codes of 4.88 mV, three times as much at the motor.
+    assert!(small.contains("the largest code asks for 30 V"), "{small}");
+    assert_eq!(told("sampled", bits), None);
+    assert_eq!(told("quantised", "drive.dac_bits=16"), None);
 }

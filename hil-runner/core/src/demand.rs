@@ -3,7 +3,7 @@
 
 use plant::{Course, MotionPoint};
 
-use crate::case::Case;
+use crate::case::{Case, Law};
 use crate::number::{rounded, seconds};
 
 /// Instants within each interval of the command that are looked at.
@@ -30,25 +30,49 @@ pub(crate) fn remarks(case: &Case) -> Vec<String> {
         ));
     }
     let needed = Needed::of(case);
-    if let Some(limit_v) = case.voltage_limit_v()
+    // What the largest code asks of the amplifier, where codes have a range.
+    let of_codes = case.amplifier.gain * case.dac.output_v(case.dac.code_max().into());
+    let of_codes = (case.controller.law >= Law::Quantised).then_some(of_codes);
+    let is_current_drive = case.amplifier.is_current_drive();
+    let lower = |limit: Option<f64>, name: &'static str, is_commanded: bool| {
+        let of_codes = of_codes.filter(|_| is_commanded);
+        let of_codes = of_codes.map(|most| (most, "the largest code asks for"));
+        let limit = limit.map(|most| (most, name));
+        [limit, of_codes]
+            .into_iter()
+            .flatten()
+            .min_by(|a, b| a.0.total_cmp(&b.0))
+    };
+    let voltage = lower(
+        case.voltage_limit_v(),
+        "voltage_limit_v is",
+        !is_current_drive,
+    );
+    if let Some((limit_v, name)) = voltage
         && needed.voltage_v > limit_v
     {
         remarks.push(format!(
             "the motion asks for a speed or force beyond drive and motor: at {} s it needs k_m·{} rad/s + R·{} A = \
-             {} V, and voltage_limit_v is {limit_v} V",
+             {} V, and {name} {} V",
             rounded(needed.at_s, 3),
             rounded(needed.speed_radps, 3),
             rounded(needed.current_a, 3),
             rounded(needed.voltage_v, 3),
+            rounded(limit_v, 3),
         ));
     }
-    if let Some(limit_a) = case.amplifier.current_limit_a()
+    let current = lower(
+        case.amplifier.current_limit_a(),
+        "current_limit_a is",
+        is_current_drive,
+    );
+    if let Some((limit_a, name)) = current
         && needed.peak_current_a > limit_a
     {
         remarks.push(format!(
-            "the motion asks for a force beyond drive and motor: it needs up to {} A, and \
-             current_limit_a is {limit_a} A",
+            "the motion asks for a force beyond drive and motor: it needs up to {} A, and {name} {} A",
             rounded(needed.peak_current_a, 3),
+            rounded(limit_a, 3),
         ));
     }
     remarks
@@ -139,6 +163,7 @@ mod tests {
         let mut sets: Vec<String> = sets.iter().map(|set| (*set).to_owned()).collect();
         sets.push("motion.max_acceleration_mps2=5".to_owned());
         sets.push(format!("motion.max_velocity_mps={velocity_mps}"));
+        sets.push("drive.dac_bits=16".to_owned());
         remarks(&runfile::builtin("paper-2", &sets).unwrap())
     }
 

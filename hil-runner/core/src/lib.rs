@@ -42,7 +42,7 @@ pub mod number;
 pub mod options;
 pub mod quantise;
 pub mod record;
-mod remarks;
+pub mod remarks;
 pub mod report;
 pub mod reservation;
 pub mod rest;

@@ -162,8 +162,13 @@ impl MeasuredLog {
             ));
         }
         let Some(time) = names.iter().position(|name| name == "t_s") else {
-            let problem = "there is no column t_s; the first line names the columns, t_s and at \
-                           least one of ";
+            let commas = match names.len() {
+                1 => " between commas",
+                _ => "",
+            };
+            let problem = format!(
+                "there is no column t_s; the first line names the columns{commas}, t_s and at least one of "
+            );
             return Err(refuse(1, format!("{problem}{}", known())));
         };
         let (mut columns, mut ignored) = (Vec::new(), Vec::new());

@@ -6,12 +6,83 @@ use plant::{Control, Start};
 
 use crate::case::{Case, Law};
 use crate::number::{self, seconds};
+use crate::options::GapSource;
+use crate::runfile::{Kind, SECTIONS};
 use crate::theory::{JointState, margin};
 
 /// All that is to be said of a case, a sentence each.
 pub(crate) fn of_case(case: &Case) -> impl Iterator<Item = String> {
     let of_drive = slow_current_loop(case).or_else(|| idle_voltage_limit(case));
-    of_drive.into_iter().chain(unheld_load(case))
+    let measures = case.options.backlash.gap == GapSource::Measured;
+    of_drive
+        .into_iter()
+        .chain(unheld_load(case))
+        .chain(gap_under_load(case).filter(|_| measures))
+        .chain(start_without_a_flank(case))
+        .chain(late_loads(case))
+        .chain(late_events(case))
+}
+
+/// A load that keeps the joint on one flank while its gap is measured.
+pub fn gap_under_load(case: &Case) -> Option<String> {
+    let force_n = case.surroundings().force_at_n(0);
+    let held_n = held_n(case);
+    (force_n.abs() > held_n).then(|| {
+        format!(
+            "a load of {} N, of which friction holds {} N, keeps the joint on one flank: a backlash \
+             measurement finds no gap there",
+            number::table(force_n),
+            number::table(held_n)
+        )
+    })
+}
+
+/// A start on a flank that the joint does not have.
+fn start_without_a_flank(case: &Case) -> Option<String> {
+    (case.start != Start::Centred && !case.has_gap()).then(|| {
+        "transmission.start changes nothing: the joint has no gap whose flanks it could lie on"
+            .to_owned()
+    })
+}
+
+/// Loads that begin when the run is over.
+fn late_loads(case: &Case) -> impl Iterator<Item = String> {
+    let times = (1..).zip(&case.loads);
+    let late = times.filter(|(_, load)| load.from_ns >= case.run.duration_ns);
+    late.map(|(row, load)| late_time(case, &format!("load.{row}.from_s"), seconds(load.from_ns)))
+}
+
+/// Requests, faults and gain changes that come when the run is over.
+fn late_events(case: &Case) -> impl Iterator<Item = String> {
+    let sections = SECTIONS
+        .iter()
+        .filter(|section| ["sequence", "gain_change", "inject"].contains(&section.name));
+    let keys = sections.flat_map(|section| section.keys.iter().map(move |key| (section.name, key)));
+    let times = keys.filter_map(|(section, key)| {
+        let is_time =
+            matches!(key.kind, Kind::Time(_)) && key.acts.on(case.controller.law, |_| false);
+        let time_s = key.get(case)?.number().filter(|_| is_time)?;
+        Some((format!("{section}.{}", key.name), time_s))
+    });
+    let end_s = seconds(case.run.duration_ns);
+    let late = times.filter(move |(_, time_s)| *time_s >= end_s);
+    late.map(|(path, time_s)| late_time(case, &path, time_s))
+}
+
+fn late_time(case: &Case, path: &str, time_s: f64) -> String {
+    format!(
+        "{path} = {time_s} is not before the end of the run, run.duration_s = {}: nothing comes of it",
+        seconds(case.run.duration_ns)
+    )
+}
+
+/// Force that friction holds at rest \[N\].
+fn held_n(case: &Case) -> f64 {
+    let resistance = &case.axis.carriage.resistance;
+    match resistance.opposes_motion {
+        true => resistance.constant_n,
+        false => 0.0,
+    }
 }
 
 /// A limit of the voltage that an ideal current loop does not have.
@@ -68,13 +139,8 @@ fn unheld_load(case: &Case) -> Option<String> {
         .fixed_ns()
         .unwrap_or(period_ns);
     let (carriage, transmission) = (&case.axis.carriage, &case.axis.transmission);
-    let resistance = &carriage.resistance;
     let force_n = case.surroundings().force_at_n(0);
-    let held_n = match resistance.opposes_motion {
-        true => resistance.constant_n,
-        false => 0.0,
-    };
-    let falling_n = force_n.abs() - held_n;
+    let falling_n = force_n.abs() - held_n(case);
     if falling_n <= 0.0 {
         return None;
     }
@@ -86,11 +152,11 @@ fn unheld_load(case: &Case) -> Option<String> {
         true => "; a current drive does not brake",
         false => "",
     };
-    let (towards, flank) = match force_n > 0.0 {
-        true => ("-x", "positive_flank"),
-        false => ("+x", "negative_flank"),
+    let (towards, start, flank) = match force_n > 0.0 {
+        true => ("-x", Start::PositiveFlank, "positive_flank"),
+        false => ("+x", Start::NegativeFlank, "negative_flank"),
     };
-    let rests = match case.has_gap() && case.start == Start::Centred {
+    let rests = match case.has_gap() && case.start != start {
         true => format!("; at rest it lies on the {flank} (transmission.start)"),
         false => String::new(),
     };

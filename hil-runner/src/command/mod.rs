@@ -24,10 +24,11 @@ use anyhow::{Context, bail};
 use clap::{Args, CommandFactory, Parser, Subcommand};
 use hil_core::controllers::measure_gap;
 use hil_core::error::RunError;
+use hil_core::remarks::gap_under_load;
 use hil_core::{number, runfile};
 use hil_runner::report::command_line;
 
-use options::{Sets, explain};
+use options::{Sets, explain, warn};
 
 pub(crate) use terminal::print_error;
 use terminal::say;
@@ -141,6 +142,7 @@ impl MeasureBacklash {
             number::table(gap.true_half_counts),
             number::table(gap.duration_s),
         )?;
+        warn(&file.case.name, gap_under_load(&file.case));
         Ok(true)
     }
 }

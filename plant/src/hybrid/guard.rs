@@ -247,6 +247,31 @@ impl Axis {
         }
     }
 
+    /// True if an axis that rests on a flank without a load first moves away from it. Value
+    /// and rate of the guard are nothing there: what comes first of an acceleration, a
+    /// current and a command of the continuous law says so.
+    pub(crate) fn leaves_from_rest(
+        &self,
+        guard: Guard,
+        (drive, time_s): (&Drive<'_>, f64),
+        (y, dy): (&Vector, &Vector),
+    ) -> bool {
+        let (Guard::Part(flank) | Guard::Release(flank)) = guard else {
+            return false;
+        };
+        let s = flank.sign();
+        let at_rest = s * y[EPSILON] == self.backlash_half_rad()
+            && [EPSILON_DOT, BETA_DOT, CURRENT]
+                .iter()
+                .all(|&i| y[i] == 0.0);
+        let first = match drive {
+            _ if dy[EPSILON_DOT] != 0.0 => dy[EPSILON_DOT],
+            Drive::Feedback(pid) if dy[CURRENT] == 0.0 => pid.first_direction(time_s),
+            _ => dy[CURRENT],
+        };
+        at_rest && s * first < 0.0
+    }
+
     /// The same of a guard behind the command, which comes with its rate.
     fn stage_guard(
         &self,

@@ -219,6 +219,7 @@ impl Automaton {
         self.y = y;
     }
 
+    #[inline]
     pub(crate) fn guards(&self, drive: &Drive<'_>) -> Guards {
         let feedback = matches!(drive, Drive::Feedback(_));
         self.mode
@@ -284,12 +285,21 @@ impl Automaton {
                 let (value, rate) = self.axis.guard(guard, &self.mode, drive, now, here);
                 (guard, value, rate)
             });
+            let leaves = |guard| self.axis.leaves_from_rest(guard, (drive, time_s), here);
             let broken = values.into_iter().find(|&(guard, value, rate)| {
-                self.fresh != Some(guard) && (value < 0.0 || value == 0.0 && rate < 0.0)
+                let is_broken = value < 0.0 || value == 0.0 && rate < 0.0 || leaves(guard);
+                self.fresh != Some(guard) && is_broken
             });
             let Some((guard, value, _)) = broken else {
                 return Ok(dy);
             };
+            let is_at_rest = leaves(guard);
+            if is_at_rest {
+                // By as much as an event is found behind its surface, so that no rounding
+                // takes it back.
+                let noise_rad = self.axis.parting_noise_rad;
+                self.y[EPSILON] -= noise_rad.copysign(self.y[EPSILON]);
+            }
             self.switch(guard, drive, interval, watch);
             // A command that jumps past the limit leaves the surface behind.
             if value < 0.0 && matches!(guard, Guard::Saturate(_) | Guard::Desaturate(_)) {

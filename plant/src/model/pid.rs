@@ -62,6 +62,18 @@ impl ContinuousPid {
         &self.motion
     }
 
+    /// Sign of the output with which an axis at rest begins to follow the command; 0 where
+    /// the command rests, or there is no gain.
+    pub(crate) fn first_direction(&self, time_s: f64) -> f64 {
+        let PidGains { kp, ki_per_s, kd_s } = self.gains;
+        let at = |time_s| self.motion.at(time_s).acceleration_mps2;
+        // An acceleration that begins at zero has its sign a nanosecond later.
+        let first = [at(time_s), at(time_s + 1e-9)]
+            .into_iter()
+            .find(|a| *a != 0.0);
+        first.filter(|_| kp + ki_per_s + kd_s > 0.0).unwrap_or(0.0)
+    }
+
     /// Limit of the amplifier's command, `±V_max` \[V\] or that of a current drive \[A\].
     pub fn limit(&self) -> f64 {
         self.limit
