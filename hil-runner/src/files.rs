@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use hil_core::case::Case;
-use hil_core::runfile::{RunFile, RunFileErrors, builtin_names, builtin_text};
+use hil_core::runfile::{RunFile, RunFileErrors, builtin_names, builtin_text, file_beside};
 use serde::Serialize;
 use tempfile::NamedTempFile;
 
@@ -74,8 +74,7 @@ pub fn text(name_or_path: &str) -> Result<Cow<'static, str>, RunFileErrors> {
 /// # Errors
 /// The sentence that says why there is none.
 pub fn profile(run_file: &str, path: &str) -> Result<String, String> {
-    let folder = Path::new(run_file).parent().unwrap_or(Path::new(""));
-    let file = folder.join(path);
+    let file = file_beside(run_file, path);
     if file.is_dir() {
         return Err(format!("{} is a directory", file.display()));
     }

@@ -413,11 +413,26 @@ fn a_measured_log_is_laid_over_the_runs() {
         assert!((rms - 1e-3).abs() < 1e-12, "{rms}");
     }
     assert!(rungs.as_array().unwrap().len() == 4);
+    // Nor the points of a profile.
+    std::fs::write(folder.path().join("p.csv"), "t_s,x_mm\n0,0\n1,9\n").unwrap();
+    for command in ["run", "ladder"] {
+        for output in ["--report", "--junit"] {
+            let line = format!("{command} paper-2 {output} p.csv --set motion.profile=p.csv");
+            let refused = ran(&folder, &line);
+            let told = stderr(&refused);
+            assert!(
+                told.contains("p.csv is a profile of this command"),
+                "{told}"
+            );
+            assert!(read(&folder, "p.csv").starts_with("t_s,x_mm"));
+        }
+    }
     // No output may replace the log, and JSON stays alone on standard output.
     for command in ["run", "ladder --report l.html"] {
         let line = format!("{command} paper-2 --log m.csv --junit m.csv");
         let refused = ran(&folder, &line);
         assert!(stderr(&refused).contains("m.csv is the log of this command"));
+        assert!(read(&folder, "m.csv").starts_with("t_s,x_ref_m"));
         let line = format!("{command} paper-2 --log t.csv --json");
         let output = ran(&folder, &line);
         assert!(serde_json::from_str::<serde_json::Value>(&stdout(&output)).is_ok());

@@ -18,7 +18,9 @@ use serde_json::{Value, json};
 
 use super::junit::Junit;
 use super::measured::{self, LogOption};
-use super::options::{OpenChip, Sets, again, explain, make_out_folder, refuse_shared_paths, warn};
+use super::options::{
+    OpenChip, Sets, again, explain, make_out_folder, refuse_profiles, refuse_shared_paths, warn,
+};
 use super::terminal::{self, Progress, tell};
 
 const REPORT: &str = "out/ladder.html";
@@ -57,7 +59,10 @@ pub(crate) struct Ladder {
 
 impl Ladder {
     pub(crate) fn execute(&self) -> anyhow::Result<bool> {
-        refuse_shared_paths(std::slice::from_ref(&self.case), &self.outputs())?;
+        let outputs = self.outputs();
+        refuse_shared_paths(std::slice::from_ref(&self.case), &outputs)?;
+        self.log.refuse_outputs(&outputs)?;
+        refuse_profiles(self.load_rungs().as_deref().unwrap_or_default(), &outputs)?;
         let Some(mut junit) = Junit::create(self.junit.as_deref())? else {
             return self.make().map(|_| true);
         };
@@ -83,9 +88,7 @@ impl Ladder {
     /// Makes the rungs, shows them and writes their page.
     fn make(&self) -> anyhow::Result<Vec<Rung>> {
         let files = self.load_rungs()?;
-        let log = self
-            .log
-            .load(files.iter().map(|file| &file.case), &self.outputs())?;
+        let log = self.log.load(files.iter().map(|file| &file.case))?;
         // The folder that this program makes by itself.
         if self.report.parent() == Path::new(REPORT).parent() {
             make_out_folder()?;

@@ -29,20 +29,26 @@ fn seconds(words: &str) -> Result<f64, String> {
 }
 
 impl LogOption {
-    /// Reads the log, which no output may replace and of which at least one instant
-    /// must lie within each run.
+    /// An output must not replace the log.
+    pub(super) fn refuse_outputs(&self, outputs: &[&Path]) -> anyhow::Result<()> {
+        match &self.log {
+            Some(path) if outputs.iter().any(|output| same_file(output, path)) => {
+                let name = path.display();
+                bail!("{name} is the log of this command; an output would replace it")
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// Reads the log, of which at least one instant must lie within each run.
     pub(super) fn load<'c>(
         &self,
         cases: impl IntoIterator<Item = &'c Case>,
-        outputs: &[&Path],
     ) -> anyhow::Result<Option<MeasuredLog>> {
         let Some(path) = &self.log else {
             return Ok(None);
         };
         let name = path.display().to_string();
-        if outputs.iter().any(|output| same_file(output, path)) {
-            bail!("{name} is the log of this command; an output would replace it");
-        }
         let text = log_text(path).map_err(|error| anyhow!("{name} cannot be read: {error}"))?;
         let log = MeasuredLog::parse(&name, &text, self.log_offset.unwrap_or(0.0))?;
         match cases.into_iter().find_map(|case| log.is_apart_from(case)) {

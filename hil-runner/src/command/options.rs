@@ -110,6 +110,17 @@ pub(super) fn refuse_shared_paths(cases: &[String], outputs: &[&Path]) -> anyhow
     Ok(())
 }
 
+/// An output must not replace the profile of a run file.
+pub(super) fn refuse_profiles(files: &[RunFile], outputs: &[&Path]) -> anyhow::Result<()> {
+    for profile in files.iter().filter_map(|file| file.profile.as_deref()) {
+        if outputs.iter().any(|output| same_file(output, profile)) {
+            let profile = profile.display();
+            bail!("{profile} is a profile of this command; an output would replace it");
+        }
+    }
+    Ok(())
+}
+
 /// The folder of the outputs that nobody has given a path for.
 pub(super) fn make_out_folder() -> anyhow::Result<()> {
     std::fs::create_dir_all("out").context("the folder out cannot be made")

@@ -20,7 +20,7 @@ use super::junit::Junit;
 use super::measured::{self, LogOption};
 use super::options::{
     Cases, LINK_HELP, LinkName, OfCases, Sets, again, explain, make_out_folder, once_each,
-    refuse_other_laws, refuse_shared_paths, warn,
+    refuse_other_laws, refuse_profiles, refuse_shared_paths, warn,
 };
 use super::terminal::{self, Progress, TimeLimit};
 use super::trace::TraceFile;
@@ -136,7 +136,10 @@ impl Run {
         end: &str,
     ) -> anyhow::Result<bool> {
         let cases = &self.cases.cases;
-        refuse_shared_paths(cases, &self.outputs().collect::<Vec<_>>())?;
+        let outputs: Vec<&Path> = self.outputs().collect();
+        refuse_shared_paths(cases, &outputs)?;
+        self.log.refuse_outputs(&outputs)?;
+        refuse_profiles(files.as_deref().unwrap_or_default(), &outputs)?;
         let Some(mut junit) = Junit::create(self.junit.as_deref())? else {
             return self.make_all(&files?, title, end, &mut Vec::new());
         };
@@ -180,10 +183,7 @@ impl Run {
         end: &str,
         runs: &mut Vec<CaseRun>,
     ) -> anyhow::Result<bool> {
-        let outputs: Vec<_> = self.outputs().collect();
-        let log = self
-            .log
-            .load(files.iter().map(|file| &file.case), &outputs)?;
+        let log = self.log.load(files.iter().map(|file| &file.case))?;
         let [heading, command_line] = title.unwrap_or_else(|| self.title(files));
         if self.io == IoName::Spi {
             refuse_other_laws(files, "--io spi runs the firmware's drivers")?;

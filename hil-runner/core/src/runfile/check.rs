@@ -37,6 +37,7 @@ pub(super) fn check(tree: &Table, findings: &mut Findings) -> Values {
             Some(node) if let Some(list) = list => {
                 let because = match &node.place {
                     Place::Line(line) => format!("[{}] (line {line})", section.name),
+                    Place::Set(set) => format!("--set {set}"),
                     _ => format!("[{}]", section.name),
                 };
                 let because = format!("{because} is there too; a file has one of them");

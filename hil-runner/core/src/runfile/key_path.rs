@@ -36,8 +36,8 @@ impl KeyPath {
         if let Some(list) = table::find_list(section_name) {
             let name = list.row.name;
             return Err(format!(
-                "{path} is a key of a row: each [[{name}]] has its own; --set {name}.1.{key_name} sets \
-                 that of the first"
+                "{path} is a key of a row: each [[{name}]] has its own, and only a run file and the \
+                 --set of a run reach it"
             ));
         }
         let Some(known) = table::find(section_name) else {
@@ -324,7 +324,7 @@ mod tests {
         assert!(key("motor", "force_n").text.contains("belongs to [[load]]"));
         assert_eq!(section("loads").text, "did you mean [[load]]?");
         let row = KeyPath::find("load.force_n").unwrap_err();
-        assert!(row.contains("--set load.1.force_n sets"), "{row}");
+        assert!(row.contains("each [[load]] has its own"), "{row}");
         assert_eq!(nearest("zz", &["kp", "kd_s"]), [""; 0]);
     }
 

@@ -32,7 +32,7 @@ mod template;
 mod tree;
 mod values;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use plant::{Amplifier, AxisParameters, Dac, Encoder, Motion, PidGains, Start};
 
@@ -45,8 +45,8 @@ pub use keys::{
     Section, Way,
 };
 pub use pages::{commented, key_reference, schema};
-pub use profile::Beside;
 pub(crate) use profile::csv_line;
+pub use profile::{Beside, file_beside};
 pub use starter::{template_names, template_text, values_of_template};
 pub use table::{LISTS, SECTIONS};
 pub use template::Template;
@@ -67,6 +67,8 @@ use tree::{Table, Toml};
 pub struct RunFile {
     /// The run that it describes.
     pub case: Case,
+    /// The file of the motion's profile, if it is one.
+    pub profile: Option<PathBuf>,
     source_name: String,
     values: Values,
 }
@@ -96,9 +98,15 @@ impl RunFile {
         let profile = |path: &str| profile::points(path, &beside(source_name, path)?);
         match consistency::check(&values, &tree, &profile, &mut findings) {
             Some(motion) if findings.is_empty() => {
+                let path = tree.section("motion").and_then(|keys| keys.get("profile"));
+                let path = path.and_then(|node| match &node.value {
+                    Toml::Text(path) => Some(file_beside(source_name, path)),
+                    _ => None,
+                });
                 let file = Self {
                     case: case(source_name, &tree, &values, motion),
                     source_name: source_name.to_owned(),
+                    profile: path,
                     values,
                 };
                 if let Some(because) = unfit_window(&file.case) {

@@ -1,5 +1,7 @@
 //! The points of a profile, from a CSV file beside the run file.
 
+use std::path::{Path, PathBuf};
+
 use csv::{ReaderBuilder, StringRecord};
 
 use super::errors::one_line;
@@ -8,6 +10,12 @@ use super::keys::LARGEST_MAGNITUDE;
 /// Reader of a file that a run file names: the run file's own name and the path that
 /// it gives, relative to it, make the text or a sentence that says why there is none.
 pub type Beside = fn(run_file: &str, path: &str) -> Result<String, String>;
+
+/// The file at a path that a run file gives: relative to the folder of the run file.
+pub fn file_beside(run_file: &str, path: &str) -> PathBuf {
+    let folder = Path::new(run_file).parent();
+    folder.unwrap_or(Path::new("")).join(path)
+}
 
 /// Of a run file without a folder.
 pub(super) fn nothing_beside(_: &str, _: &str) -> Result<String, String> {

@@ -266,8 +266,8 @@ const TRANSMISSION: &[Key] = &[
         .named("place of the joint in its gap at the start", "Start")
         .at(|c| Some(&mut c.start))
         .words(&[
-            ("positive_flank", "on the drive flank"),
-            ("negative_flank", "on the coast flank"),
+            ("positive_flank", "on the positive flank"),
+            ("negative_flank", "on the negative flank"),
         ])
         .note(&["or \"positive_flank\", \"negative_flank\": ε = +b, −b"]),
     flag("no_pull")
