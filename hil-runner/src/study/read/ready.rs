@@ -7,7 +7,7 @@
 //! `--print` prints and the folder of the results keeps.
 
 use minijinja::{AutoEscape, Environment, Error, ErrorKind, UndefinedBehavior, Value, context};
-use plant::Joint;
+use plant::{Course, Joint};
 
 use crate::report;
 use hil_core::budget::limits;
@@ -163,7 +163,11 @@ fn words_of(base_name: &str, base: &Template, rungs: Option<&[Law]>) -> Value {
         has_gap => case.has_gap(),
         // Whether theory has a linear loop of the runs.
         has_loop => law != Law::Continuous && margin(&on(law), JointState::Contact).is_some(),
-        travel_mm => number::significant(1e3 * motion.travel_m(), 9),
+        // Moves may end where they began.
+        travel_mm => number::significant(1e3 * match motion.course() {
+            Course::Row(_) | Course::Profile(_) => motion.largest_displacement_m(),
+            _ => motion.travel_m(),
+        }, 9),
         motion_time_s => motion.end_s(),
         // After all requests and faults: a study may run longer than its base.
         rest_from_s => rest_from_s(&endless),

@@ -272,7 +272,7 @@ fn refuse_other_study(folder: &Path, wanted: &Origin) -> Result<(), ResultsError
         format!("study {}, not {}", found.study, wanted.study)
     } else if !found.is_same_study(wanted) {
         let study = &found.study;
-        format!("another study {study}: its file, its base case or a --set differs")
+        format!("another study {study}: its file, its base case, a profile or a --set differs")
     } else if found.shard != wanted.shard {
         format!("shard {}, not {}", found.shard, wanted.shard)
     } else {

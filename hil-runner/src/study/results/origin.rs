@@ -262,7 +262,10 @@ impl Origin {
         let study = Study::parse(&self.source, &self.study_text, &changes)
             .map_err(|error| damaged(&path, format!("is no study: {error}")))?;
         if Self::new(&study, self.shard, &self.source, &changes) != *self {
-            return Err(damaged(&path, "gives another study than study.json says"));
+            return Err(damaged(
+                &path,
+                "gives another study than study.json says, or the profile of its base has changed",
+            ));
         }
         Ok(study)
     }
