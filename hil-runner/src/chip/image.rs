@@ -176,11 +176,15 @@ impl Finder {
         let failed = |output: String| not_built(target, &output);
         let workspace = self.workspace();
         let toolchain = Toolchain::find(target, &self.compilers, &workspace)?;
-        // What changes during the build is not in it.
         let folder = self.built(target);
-        let sources = fs::create_dir_all(&folder)
-            .and_then(|()| Contents::of_sources(&self.project))
-            .map_err(|error| failed(format!("{}: {error}", folder.display())))?;
+        let told = |error: io::Error| failed(format!("{}: {error}", folder.display()));
+        fs::create_dir_all(&folder).map_err(told)?;
+        // One builder at a time: what another one is about to write is not to be judged. A
+        // file system without locks has no other builders to wait for.
+        let builder = File::create(folder.with_file_name("images.lock")).map_err(told)?;
+        let _ = builder.lock();
+        // What changes during the build is not in it.
+        let sources = Contents::of_sources(&self.project).map_err(told)?;
         if let Ok(last) = Contents::read(&self.record(target)) {
             last.show_changes(&sources, &self.project, &folder);
         }
@@ -208,7 +212,7 @@ impl Finder {
             Ok(_) => sources
                 .with_images(&folder)
                 .and_then(|contents| contents.write(&self.record(target)))
-                .map_err(|error| failed(format!("{}: {error}", folder.display()))),
+                .map_err(told),
         }
     }
 }
