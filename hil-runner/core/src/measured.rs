@@ -118,6 +118,67 @@ pub struct LogError {
     pub problem: String,
 }
 
+/// The names in the first line of a log.
+struct Names {
+    /// Cell of the times.
+    time: usize,
+    /// Cells of the columns that are used, and these without a value yet.
+    columns: Vec<(usize, LogColumn)>,
+    ignored: Vec<String>,
+}
+
+impl Names {
+    /// # Errors
+    /// The sentence that says what is missing, or stands twice.
+    fn of(names: &csv::StringRecord) -> Result<Self, String> {
+        let known = || {
+            let names = COLUMNS.iter().map(|column| column.name);
+            names.collect::<Vec<_>>().join(", ")
+        };
+        if let Some(twice) = (names.iter().enumerate())
+            .find_map(|(i, name)| names.iter().take(i).find(|before| *before == name))
+        {
+            return Err(format!("column {twice} stands twice; once is allowed"));
+        }
+        let Some(time) = names.iter().position(|name| name == "t_s") else {
+            let commas = match names.len() {
+                1 => " between commas",
+                _ => "",
+            };
+            return Err(format!(
+                "there is no column t_s; the first line names the columns{commas}, t_s and at least one of {}",
+                known()
+            ));
+        };
+        let (mut columns, mut ignored) = (Vec::new(), Vec::new());
+        for (cell, name) in names.iter().enumerate().filter(|(cell, _)| *cell != time) {
+            match COLUMNS.iter().position(|column| column.name == name) {
+                Some(place) => {
+                    let (name, values) = (COLUMNS[place].name, Vec::new());
+                    let column = LogColumn {
+                        name,
+                        place,
+                        values,
+                    };
+                    columns.push((cell, column));
+                }
+                None => ignored.push(name.to_owned()),
+            }
+        }
+        if columns.is_empty() {
+            return Err(format!(
+                "no column besides t_s is known; at least one is needed of {}",
+                known()
+            ));
+        }
+        Ok(Self {
+            time,
+            columns,
+            ignored,
+        })
+    }
+}
+
 impl MeasuredLog {
     /// Reads a log; `offset_s` \[s\] is added to its times.
     ///
@@ -148,50 +209,12 @@ impl MeasuredLog {
             };
             refuse(line, problem)
         };
-        let names = csv.headers().map_err(|error| malformed(&error))?.clone();
-        let known = || {
-            let names = COLUMNS.iter().map(|column| column.name);
-            names.collect::<Vec<_>>().join(", ")
-        };
-        if let Some(twice) = (names.iter().enumerate())
-            .find_map(|(i, name)| names.iter().take(i).find(|before| *before == name))
-        {
-            return Err(refuse(
-                1,
-                format!("column {twice} stands twice; once is allowed"),
-            ));
-        }
-        let Some(time) = names.iter().position(|name| name == "t_s") else {
-            let commas = match names.len() {
-                1 => " between commas",
-                _ => "",
-            };
-            let problem = format!(
-                "there is no column t_s; the first line names the columns{commas}, t_s and at least one of "
-            );
-            return Err(refuse(1, format!("{problem}{}", known())));
-        };
-        let (mut columns, mut ignored) = (Vec::new(), Vec::new());
-        for (cell, name) in names.iter().enumerate().filter(|(cell, _)| *cell != time) {
-            match COLUMNS.iter().position(|column| column.name == name) {
-                Some(place) => {
-                    let (name, values) = (COLUMNS[place].name, Vec::new());
-                    columns.push((
-                        cell,
-                        LogColumn {
-                            name,
-                            place,
-                            values,
-                        },
-                    ));
-                }
-                None => ignored.push(name.to_owned()),
-            }
-        }
-        if columns.is_empty() {
-            let problem = "no column besides t_s is known; at least one is needed of ";
-            return Err(refuse(1, format!("{problem}{}", known())));
-        }
+        let names = csv.headers().map_err(|error| malformed(&error))?;
+        let Names {
+            time,
+            mut columns,
+            ignored,
+        } = Names::of(names).map_err(|problem| refuse(1, problem))?;
         let (mut t_s, mut before_s) = (Vec::new(), f64::NEG_INFINITY);
         for record in csv.records() {
             let record = record.map_err(|error| malformed(&error))?;
@@ -365,20 +388,10 @@ mod tests {
     fn row(t_s: f64) -> Row {
         Row {
             t_s,
-            x_ref_m: 0.0,
-            acc_ref_mps2: 0.0,
-            sample: None,
             motor_voltage_v: 10.0 * t_s,
-            current_a: 0.0,
-            beta_rad: 0.0,
-            beta_dot_radps: 0.0,
-            gamma_rad: 0.0,
-            gamma_dot_radps: 0.0,
-            acc_mps2: 0.0,
-            contact: 0,
             x_m: 2.0 * t_s,
             v_mps: 2.0,
-            v_ref_mps: 0.0,
+            ..Row::default()
         }
     }
 

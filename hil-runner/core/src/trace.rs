@@ -5,7 +5,7 @@ use std::io::Write;
 use firmware::State;
 
 /// One row: the plant at t_k and what the controller computed from it.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Row {
     /// `t_k` \[s\].
     pub t_s: f64,
@@ -184,21 +184,12 @@ mod tests {
     #[test]
     fn rows_have_the_columns_of_their_rung() {
         let row = Row {
-            t_s: 0.0,
             x_ref_m: -0.0,
             acc_ref_mps2: 1.0,
-            sample: None,
-            motor_voltage_v: 0.0,
-            current_a: 0.0,
-            beta_rad: 0.0,
-            beta_dot_radps: 0.0,
-            gamma_rad: 0.0,
-            gamma_dot_radps: 0.0,
-            acc_mps2: 0.0,
             contact: -1,
             x_m: 0.25,
-            v_mps: 0.0,
             v_ref_mps: -0.5,
+            ..Row::default()
         };
         let mut trace = TraceWriter::new(Vec::new());
         trace.row(&row).unwrap();

@@ -62,11 +62,13 @@ impl Ladder {
         let outputs = self.outputs();
         refuse_shared_paths(std::slice::from_ref(&self.case), &outputs)?;
         self.log.refuse_outputs(&outputs)?;
-        refuse_profiles(self.load_rungs().as_deref().unwrap_or_default(), &outputs)?;
-        let Some(mut junit) = Junit::create(self.junit.as_deref())? else {
-            return self.make().map(|_| true);
+        let files = self.load_rungs();
+        refuse_profiles(files.as_deref().unwrap_or_default(), &outputs)?;
+        let junit = Junit::create(self.junit.as_deref())?;
+        let made = files.and_then(|files| self.make(&files));
+        let Some(mut junit) = junit else {
+            return made.map(|_| true);
         };
-        let made = self.make();
         for rung in made.iter().flatten() {
             let summary = &rung.outcome.summary;
             let name = format!("{}, {}", summary.name, rung.name());
@@ -86,8 +88,7 @@ impl Ladder {
     }
 
     /// Makes the rungs, shows them and writes their page.
-    fn make(&self) -> anyhow::Result<Vec<Rung>> {
-        let files = self.load_rungs()?;
+    fn make(&self, files: &[RunFile]) -> anyhow::Result<Vec<Rung>> {
         let log = self.log.load(files.iter().map(|file| &file.case))?;
         // The folder that this program makes by itself.
         if self.report.parent() == Path::new(REPORT).parent() {

@@ -185,18 +185,7 @@ impl Run {
     ) -> anyhow::Result<bool> {
         let log = self.log.load(files.iter().map(|file| &file.case))?;
         let [heading, command_line] = title.unwrap_or_else(|| self.title(files));
-        if self.io == IoName::Spi {
-            refuse_other_laws(files, "--io spi runs the firmware's drivers")?;
-        }
-        if let LinkName::Chip(link) = &self.link {
-            refuse_other_laws(files, &format!("--link {link} runs the firmware"))?;
-            if self.io == IoName::Spi {
-                bail!(
-                    "--io spi is for a controller on this host; a chip has electronics of its own \
-                     (--link {link})"
-                );
-            }
-        }
+        self.refuse_laws(files)?;
         // Every path is opened before the first run.
         let open = |path: &Option<PathBuf>| path.as_deref().map(OutputFile::create).transpose();
         let mut trace = self.trace.as_deref().map(TraceFile::create).transpose()?;
@@ -277,6 +266,23 @@ impl Run {
             warn(&run.outcome.summary.name, &run.warnings);
         }
         Ok(runs.iter().all(CaseRun::passes))
+    }
+
+    /// Refuses laws that electronics and link do not have.
+    fn refuse_laws(&self, files: &[RunFile]) -> anyhow::Result<()> {
+        if self.io == IoName::Spi {
+            refuse_other_laws(files, "--io spi runs the firmware's drivers")?;
+        }
+        if let LinkName::Chip(link) = &self.link {
+            refuse_other_laws(files, &format!("--link {link} runs the firmware"))?;
+            if self.io == IoName::Spi {
+                bail!(
+                    "--io spi is for a controller on this host; a chip has electronics of its own \
+                     (--link {link})"
+                );
+            }
+        }
+        Ok(())
     }
 
     /// Prints a text, but to standard error where an output goes to standard output:

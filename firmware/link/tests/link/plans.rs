@@ -8,7 +8,6 @@ use firmware::{
     Axis, AxisState, Codes, Counts, Dac, Event, GainWord, Inputs, Motion, MotionPlan, Next,
     PlannedMotion, Setpoint, State, Stretch,
 };
-use firmware_link::request::MOST_WORDS;
 use firmware_link::{Events, Nak, Reply, Request, SourceKind, Step, plan};
 
 use crate::serving::{Host, payload, step};
@@ -45,14 +44,7 @@ type Planned = PlannedMotion<128>;
 
 /// An axis that was sent a plan; the answer to its BEGIN, and the next number.
 fn begun(words: &[i32]) -> (Host<ROOM>, Reply, u32) {
-    let mut host = Host::greeted(1);
-    host.part(1, 1, &Request::Settings(&payload(&axis())));
-    let mut number = 2;
-    for part in words.chunks(MOST_WORDS) {
-        let bytes: Vec<u8> = part.iter().flat_map(|word| word.to_le_bytes()).collect();
-        assert_eq!(host.part(1, number, &Request::Memory(&bytes)), Reply::Taken);
-        number += 1;
-    }
+    let (mut host, number) = Host::loaded(&axis(), words);
     let begin = Request::Begin {
         configuration: host.configuration,
         source: SourceKind::Plan,

@@ -3,11 +3,10 @@
 
 use firmware::reference::RATED_WORDS;
 use firmware::{Axis, Event, Next, Setpoint, State};
-use firmware_link::request::MOST_WORDS;
 use firmware_link::{Events, Reply, Request, SourceKind, Step};
 
 use crate::plans;
-use crate::serving::{Host, payload, step};
+use crate::serving::{Host, step};
 
 /// Words of the memory.
 const ROOM: usize = 512;
@@ -34,14 +33,7 @@ fn axis() -> Axis {
 
 /// An axis in motion, and the number of its first sample.
 fn begun(words: &[i32], source: SourceKind) -> (Host<ROOM>, u32) {
-    let mut host = Host::greeted(1);
-    host.part(1, 1, &Request::Settings(&payload(&axis())));
-    let mut number = 2;
-    for part in words.chunks(MOST_WORDS) {
-        let bytes: Vec<u8> = part.iter().flat_map(|word| word.to_le_bytes()).collect();
-        assert_eq!(host.part(1, number, &Request::Memory(&bytes)), Reply::Taken);
-        number += 1;
-    }
+    let (mut host, number) = Host::loaded(&axis(), words);
     let mut events = Events::default();
     events.insert(Event::Enable);
     events.insert(Event::Start);

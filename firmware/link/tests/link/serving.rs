@@ -6,6 +6,7 @@ use firmware::output::{Output, Quantiser};
 use firmware::{Dac, Event, GainWord, Next, SetpointTable, Settings, State};
 use firmware_link::body::{Header, VERSION};
 use firmware_link::frame::{LARGEST_FRAME, Received, Receiver, crc32_on, encode};
+use firmware_link::request::MOST_WORDS;
 use firmware_link::settings::write;
 use firmware_link::{Events, Identity, Nak, Reply, Request, Server, SourceKind, Step, Target};
 
@@ -56,6 +57,20 @@ impl<const N: usize> Host<N> {
         let hello = host.ask(session, 0, &Request::Hello);
         assert!(matches!(hello, Reply::Hello(_)));
         host
+    }
+
+    /// In session 1, with the settings of an axis and words in its memory; and the number
+    /// of the next request.
+    pub(crate) fn loaded(axis: &Axis, words: &[i32]) -> (Self, u32) {
+        let mut host = Self::greeted(1);
+        host.part(1, 1, &Request::Settings(&payload(axis)));
+        let mut number = 2;
+        for part in words.chunks(MOST_WORDS) {
+            let bytes: Vec<u8> = part.iter().flat_map(|word| word.to_le_bytes()).collect();
+            assert_eq!(host.part(1, number, &Request::Memory(&bytes)), Reply::Taken);
+            number += 1;
+        }
+        (host, number)
     }
 
     pub(crate) fn ask(&mut self, session: u16, number: u32, request: &Request<'_>) -> Reply {

@@ -16,9 +16,9 @@ const MOST_ALONE: usize = 2;
 /// Families whose tables are kept.
 const MOST_FAMILIES: usize = 4;
 
-/// Instructions for a single run: those for four numbers at most, which the rows of a step
-/// are computed with. The compiler uses wider ones to gather what lies apart, which takes
-/// longer than it saves.
+/// Instructions for a single run: those for four numbers at most, with which the rows of a
+/// step are quicker than with two. Wider ones gathered what lies apart while a step was
+/// computed row by row, which took longer than it saved; they have not been tried since.
 fn for_one(level: Level) -> Level {
     #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
     if let Some(narrow) = level.as_avx2() {
