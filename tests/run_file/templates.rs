@@ -3,6 +3,7 @@
 use hil_core::case::Law;
 use hil_core::run::{RunOptions, run};
 use hil_core::runfile::{template_names, template_text, values_of_template};
+use hil_core::theory::{JointState, margin};
 use hil_runner::study::{Changes, Study, ready};
 
 use super::parse;
@@ -39,6 +40,36 @@ fn each_passes_its_own_budget_on_every_rung() {
             let weak = verdicts(&[&law, "controller.velocity_gain_vs_per_rad=0.02"]);
             assert!(weak.iter().any(|(_, pass)| !pass), "{name} {law}: {weak:?}");
         }
+    }
+}
+
+/// The margins that the remark at the gains promises; theory has no loop with dry friction.
+#[test]
+fn the_gains_have_the_margins_that_they_promise() {
+    let free = [
+        "carriage.resistance_opposes_motion=false",
+        "carriage.resistance_constant_n=0",
+    ];
+    for (name, text) in texts() {
+        assert!(
+            text.contains("these have modulus margins above 0.5"),
+            "{name}"
+        );
+        let margins = |sets: &[&str]| {
+            let case = parse(text, &[&free[..], sets].concat()).unwrap();
+            [JointState::Contact, JointState::Gap]
+                .map(|joint| margin(&case, joint).unwrap().modulus)
+        };
+        let own = margins(&[]);
+        assert!(own.iter().all(|margin| *margin > 0.5), "{name}: {own:?}");
+        // The contrast: three times the velocity loop's gain.
+        let gain = text.split("velocity_gain_vs_per_rad = ").nth(1).unwrap();
+        let gain: f64 = gain.split_whitespace().next().unwrap().parse().unwrap();
+        let high = margins(&[&format!(
+            "controller.velocity_gain_vs_per_rad={}",
+            3.0 * gain
+        )]);
+        assert!(high.iter().any(|margin| *margin < 0.5), "{name}: {high:?}");
     }
 }
 
