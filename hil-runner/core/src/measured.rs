@@ -3,7 +3,7 @@
 //! A log is CSV: the first line names its columns, `t_s` and any of [`COLUMNS`],
 //! which are those of a trace and of the report; others are ignored, and listed.
 //! Between two rows of the run the simulation is the straight line; codes,
-//! voltages that a sampled law holds and contacts hold.
+//! contacts and voltages that change with codes alone hold.
 
 use serde::Serialize;
 
