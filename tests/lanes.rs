@@ -2,13 +2,14 @@
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 
 use bench_tests::{case, reference_folder};
 use hil_core::case::{Case, Law};
 use hil_core::error::RunError;
 use hil_core::figures::SUMMARY_FIGURES;
-use hil_core::lanes::Runs;
+use hil_core::lanes::{OneByOne, Runs};
 use hil_core::run::{RunOptions, run};
 use hil_core::runfile::{Kind, SECTIONS};
 use hil_core::summary::Summary;
@@ -284,8 +285,6 @@ fn runs_keep_the_tables_of_their_axes() {
     }
 }
 
-/// The comparison sees a last bit: another gain in its last place is not the
-/// same run.
 /// A resistance that drives the carriage leads out of the numbers. Without a
 /// joint, which looks at δ, the lanes once went on with infinite figures.
 #[test]
@@ -324,6 +323,8 @@ fn what_overflows_fails_in_a_lane_too() {
     assert!(alone.is_err());
 }
 
+/// The comparison sees a last bit: another gain in its last place is not the
+/// same run.
 #[test]
 fn the_last_bit_of_a_gain_shows() {
     let case = case("paper-2", &["controller.law=sampled"]);
@@ -389,5 +390,49 @@ fn work_is_limited_alike() {
         println!("{sets:?}: {enough}");
         assert_eq!(bits(&ends(enough).unwrap()), all, "{sets:?}");
         assert!(ends(few).is_err());
+    }
+}
+
+/// Runs that lanes cannot take are counted with their reason; the contrast is the same case
+/// without the setting, of which none is.
+#[test]
+fn what_is_made_by_itself_is_counted() {
+    const LIMIT: &str = "drive.current_limit_a=20";
+    const STIFF: &str = "carriage.resistance_linear_ns_per_rad=1e7";
+    let settings: [(&[&str], Option<OneByOne>); 10] = [
+        (&[], None),
+        (&["controller.law=continuous"], Some(OneByOne::Continuous)),
+        (&["run.solver=dopri5"], Some(OneByOne::Solver)),
+        (&[LIMIT], Some(OneByOne::Surroundings)),
+        (
+            &["controller.rest_dead_band_counts=3"],
+            Some(OneByOne::Options),
+        ),
+        (&["run.duration_s=1.2345"], Some(OneByOne::Duration)),
+        (
+            &["controller.sample_time_s=5e-5", "run.rest_window_s=0.3"],
+            Some(OneByOne::Rest),
+        ),
+        (&[STIFF, "run.duration_s=0.02"], Some(OneByOne::Stiff)),
+        (&["run.work_limit=3"], Some(OneByOne::Work)),
+        // That option acts on rung `firmware` alone.
+        (
+            &[
+                "controller.law=quantised",
+                "controller.rest_dead_band_counts=3",
+            ],
+            None,
+        ),
+    ];
+    let mut runs = Runs::new();
+    for (sets, why) in settings {
+        let sets = [&["controller.law=firmware"], sets].concat();
+        for number in [1, 5] {
+            let mut figures = Vec::new();
+            runs.figures(&vec![case("paper-2", &sets); number], &mut figures);
+            let expected = why.map(|why| (why, number as u64));
+            let expected = BTreeMap::from_iter(expected);
+            assert_eq!(runs.take_one_by_one(), expected, "{sets:?} {number}");
+        }
     }
 }

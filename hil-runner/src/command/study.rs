@@ -1,5 +1,6 @@
 //! `hil-runner study`: one case over many values of its keys.
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -7,6 +8,7 @@ use std::time::Instant;
 use anyhow::bail;
 use clap::{Args, Subcommand};
 use hil_core::case::Law;
+use hil_core::lanes::OneByOne;
 use hil_core::number;
 use hil_core::runfile::RunFile;
 use hil_runner::files::{OutputFile, profile, same_file};
@@ -222,12 +224,16 @@ fn fill(
     let bar = terminal::bar(&study.name, of, template).with_position(done);
     bar.reset_eta();
     let start = Instant::now();
+    let mut one_by_one = BTreeMap::new();
     let made = make(study, results.missing_blocks(), threads, |block| {
         if check_signals().is_err() {
             return Ok(false);
         }
         block.rows.iter().for_each(|row| tally.add(row));
         results.add(&block)?;
+        for (why, runs) in block.one_by_one {
+            *one_by_one.entry(why).or_default() += runs;
+        }
         bar.set_position(results.progress().done);
         Ok(true)
     });
@@ -236,11 +242,26 @@ fn fill(
     if runs > 0 {
         let rate = runs as f64 / taken.as_secs_f64();
         tell!(
-            "{runs} runs in {:.1} s, {rate:.0} runs/s\n",
-            taken.as_secs_f64()
+            "{runs} runs in {:.1} s{}, {rate:.0} runs/s\n",
+            taken.as_secs_f64(),
+            by_themselves(&one_by_one)
         );
     }
     made
+}
+
+/// How many runs were not made side by side with others, and why; nothing if all were.
+fn by_themselves(one_by_one: &BTreeMap<OneByOne, u64>) -> String {
+    let reasons = one_by_one
+        .iter()
+        .map(|(why, runs)| format!("{runs} for {why}"));
+    match one_by_one.values().sum::<u64>() {
+        0 => String::new(),
+        all => format!(
+            ", {all} of them one by one ({})",
+            reasons.collect::<Vec<_>>().join(", ")
+        ),
+    }
 }
 
 /// A rung of the command line.

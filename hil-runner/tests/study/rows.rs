@@ -232,3 +232,31 @@ run.work_limit = [3] => run.work_limit = 3 allows no more
         assert_eq!(tail(field("reason")), tail(&told));
     }
 }
+
+/// A study says how many of its runs did not go side by side, and why, in the line with their
+/// rate; the contrast is a study of which all do.
+#[test]
+fn runs_that_go_one_by_one_are_told() {
+    const FEW: &str = "name = 'few'\nbase = 'paper-2'\nrungs = ['continuous', 'quantised']\n\
+        plan = 'grid'\n[set]\nrun.duration_s = 0.3\n\
+        [[axis]]\nkey = 'controller.kp'\nvalues = [3.0, 4.0, 5.0]\n";
+    let rate = |line: &str| {
+        let output = study(folder_with(FEW), line);
+        assert!(output.status.success(), "{output:?}");
+        let lines = String::from_utf8_lossy(&output.stderr).into_owned();
+        let rate = lines.lines().find(|line| line.ends_with(" runs/s"));
+        rate.unwrap_or_default().to_owned()
+    };
+    let mixed = rate("small.toml --set run.duration_s=0.3");
+    let told = "3 of them one by one (3 for rung continuous), ";
+    assert!(
+        mixed.starts_with("6 runs in ") && mixed.contains(told),
+        "{mixed}"
+    );
+    let driven = rate("small.toml --rungs quantised --set drive.current_limit_a=20");
+    let told =
+        "3 of them one by one (3 for a current drive or limit, a load or a start on a flank), ";
+    assert!(driven.contains(told), "{driven}");
+    let together = rate("small.toml --rungs quantised");
+    assert!(!together.contains("one by one"), "{together}");
+}

@@ -2,6 +2,8 @@
 //!
 //! The motion command at the samples is computed once for all runs of a family.
 
+use std::fmt;
+
 use plant::{AxisParameters, Joint, Motion, Solver};
 
 use crate::case::{Case, Law};
@@ -24,35 +26,84 @@ pub(crate) struct Family {
     pub(crate) window: Option<Window>,
 }
 
+/// Why a run is made by itself and not side by side with others.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[non_exhaustive]
+pub enum OneByOne {
+    /// Rung `continuous` has no samples.
+    Continuous,
+    /// The plant is solved by steps.
+    Solver,
+    /// The plant has a drive, a load or a start that the lanes do not know.
+    Surroundings,
+    /// The firmware has more than the paper's law to compute.
+    Options,
+    /// The delay is no fixed part of the sample.
+    Delay,
+    /// The last sample is cut short.
+    Duration,
+    /// Side by side, the samples at rest take too much memory.
+    Rest,
+    /// A time constant is far below a sample: what that takes is counted step by step.
+    Stiff,
+    /// The run has come to its work limit.
+    Work,
+}
+
+impl fmt::Display for OneByOne {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Continuous => "rung continuous",
+            Self::Solver => "a solver other than exact",
+            Self::Surroundings => "a current drive or limit, a load or a start on a flank",
+            Self::Options => "options of the firmware",
+            Self::Delay => "a measured delay",
+            Self::Duration => "a duration that ends within a sample",
+            Self::Rest => "many samples at rest",
+            Self::Stiff => "a time constant far below a sample",
+            Self::Work => "the work limit",
+        })
+    }
+}
+
 impl Family {
-    /// The family of a case; none where the run has to be made by itself:
-    /// another solver, the continuous law, an axis with more than the paper's
-    /// law, drive or loads, a delay that is measured, a duration that ends within a sample, or a
-    /// window of rest that takes too much memory side by side.
-    pub(crate) fn of(case: &Case) -> Option<Self> {
-        let period_ns = case.controller.sample_time_ns.filter(|&ns| ns > 0)?;
-        let delay_ns = case.controller.computation_delay.fixed_ns()?;
+    /// The family of a case.
+    ///
+    /// # Errors
+    /// Why the run has to be made by itself.
+    pub(crate) fn of(case: &Case) -> Result<Self, OneByOne> {
         let law = case.controller.law;
+        let sample_time_ns = case.controller.sample_time_ns.filter(|&ns| ns > 0);
+        let period_ns = sample_time_ns.filter(|_| law != Law::Continuous);
+        let period_ns = period_ns.ok_or(OneByOne::Continuous)?;
+        let delay_ns = case.controller.computation_delay.fixed_ns();
+        let delay_ns = delay_ns.filter(|&ns| ns <= period_ns);
         let duration_ns = case.run.duration_ns;
-        let fits = law != Law::Continuous
-            && (law != Law::Firmware || case.options.is_off())
-            && case.solver() == Solver::Exact
-            && case.axis.is_affine()
-            && case.surroundings().is_papers()
-            && delay_ns <= period_ns
-            && duration_ns.is_multiple_of(period_ns);
-        if !fits {
-            return None;
-        }
         let (samples, window) = (duration_ns / period_ns, Window::of(case));
-        if window.is_some_and(|window| samples + 1 - window.first > MOST) {
-            return None;
+        let at_rest = window.map_or(0, |window| samples + 1 - window.first);
+        for (fits, otherwise) in [
+            (
+                case.solver() == Solver::Exact && case.axis.is_affine(),
+                OneByOne::Solver,
+            ),
+            (case.surroundings().is_papers(), OneByOne::Surroundings),
+            (
+                law != Law::Firmware || case.options.is_off(),
+                OneByOne::Options,
+            ),
+            (duration_ns.is_multiple_of(period_ns), OneByOne::Duration),
+            (at_rest <= MOST, OneByOne::Rest),
+        ] {
+            if !fits {
+                return Err(otherwise);
+            }
         }
+        let delay_ns = delay_ns.ok_or(OneByOne::Delay)?;
         let mut axis = case.axis;
         if let Joint::Elastic(joint) = &mut axis.transmission.joint {
             joint.backlash_half_rad = 0.0;
         }
-        Some(Self {
+        Ok(Self {
             axis,
             motion: case.motion.clone(),
             law,
@@ -102,10 +153,11 @@ pub(super) const AT_A_TIME: usize = 64;
 /// Lanes of the widest vectors.
 const LANES: usize = 8;
 
-/// Cases of one family, or cases without one: a piece of work for one thread.
+/// Cases of one family, or cases that are made by themselves: a piece of work for one
+/// thread.
 #[derive(Debug)]
 pub struct Parcel {
-    pub(super) family: Option<Family>,
+    pub(super) family: Result<Family, OneByOne>,
     pub(super) places: Vec<usize>,
 }
 
@@ -115,8 +167,8 @@ pub fn parcels(cases: &[Case], threads: usize) -> Vec<Parcel> {
     let mut parcels = Vec::new();
     for Parcel { family, places } in groups(cases) {
         let share = match &family {
-            None => 1,
-            Some(_) => {
+            Err(_) => 1,
+            Ok(_) => {
                 let share = places.len().div_ceil(threads);
                 share.next_multiple_of(LANES).min(AT_A_TIME)
             }

@@ -19,7 +19,7 @@ mod laws;
 mod side_by_side;
 mod worker;
 
-pub use family::{Parcel, parcels};
+pub use family::{OneByOne, Parcel, parcels};
 pub use worker::Runs;
 
 #[cfg(target_arch = "x86_64")]

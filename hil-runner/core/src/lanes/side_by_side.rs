@@ -2,7 +2,6 @@
 
 use plant::{Batch, ExtremesSettings, LaneSetup, PlantError, Width};
 
-use super::alone::alone;
 use super::family::{Commands, Family, SampleSteps};
 use super::laws::{Firmware, Held, LaneLaw, LaneSample, Sampled, Settings};
 use crate::case::{Case, Law};
@@ -12,6 +11,10 @@ use crate::number::seconds;
 use crate::quantise::QuantiseError;
 use crate::rest::{AtRest, Line, SeenRows};
 use crate::summary::{EndOfCommand, EndOfRun, RowFigures, Summary};
+
+/// The figures of a run, or `None` where the run by itself has to say at which time its
+/// work limit ends it.
+pub(crate) type Outcome = Option<Result<Summary, RunError>>;
 
 /// The runs of a family, some groups of lanes at a time. What depends on the
 /// family alone is computed once.
@@ -78,7 +81,7 @@ impl<W: Width> Lanes<W> {
     pub(crate) fn run<'a>(
         &mut self,
         cases: impl ExactSizeIterator<Item = &'a Case> + Clone,
-        mut each: impl FnMut(Result<Summary, RunError>),
+        mut each: impl FnMut(Outcome),
     ) {
         self.start(cases.clone());
         match self.family.law {
@@ -267,18 +270,18 @@ impl<W: Width> Lanes<W> {
 
     /// The figures of one run.
     #[inline(never)]
-    fn summary(&mut self, run: usize, case: &Case) -> Result<Summary, RunError> {
+    fn summary(&mut self, run: usize, case: &Case) -> Outcome {
         let lane = run % W::LANES;
         let sums = self.sums[run / W::LANES].each_ref();
         let [squared, limited_ns] = sums.map(|array| array.as_ref()[lane]);
         if let Some(refused) = self.refused.get_mut(run).and_then(Option::take) {
-            return Err(RunError::Quantise(refused));
+            return Some(Err(RunError::Quantise(refused)));
         }
-        let extremes = self.batch.extremes_of(run)?;
-        if extremes.work > case.run.work_limit {
-            // Where it ends, the run by itself says.
-            return alone(case);
-        }
+        let extremes = match self.batch.extremes_of(run) {
+            Ok(extremes) if extremes.work > case.run.work_limit => return None,
+            Ok(extremes) => extremes,
+            Err(error) => return Some(Err(error.into())),
+        };
         let seen = self.seen[run / W::LANES].of(lane, &self.line, &self.at_rest[run / W::LANES]);
         let codes = seen.codes();
         let rows = RowFigures {
@@ -287,7 +290,7 @@ impl<W: Width> Lanes<W> {
             max_abs_dac_code: Some(codes.lowest.abs().max(codes.highest.abs())),
             seen,
         };
-        Ok(EndOfRun {
+        let end = EndOfRun {
             case,
             command: self.end,
             solver: "exact",
@@ -299,7 +302,7 @@ impl<W: Width> Lanes<W> {
             events: None,
             axis: None,
             chip: None,
-        }
-        .summary())
+        };
+        Some(Ok(end.summary()))
     }
 }

@@ -1,11 +1,13 @@
 //! Tables that one thread keeps from run to run.
 
+use std::collections::BTreeMap;
+
 use fearless_simd::{Level, Simd, dispatch};
 use plant::{Eight, Four, One, Width};
 
 use super::alone::alone;
-use super::family::{AT_A_TIME, Family, Parcel, groups};
-use super::side_by_side::Lanes;
+use super::family::{AT_A_TIME, Family, OneByOne, Parcel, groups};
+use super::side_by_side::{Lanes, Outcome};
 use crate::case::Case;
 use crate::error::RunError;
 use crate::summary::Summary;
@@ -28,8 +30,8 @@ fn for_one(level: Level) -> Level {
 }
 
 #[inline(always)]
-fn one<S: Simd>(_: S, lanes: &mut Lanes<One>, case: &Case) -> Result<Summary, RunError> {
-    let mut result = Err(RunError::Lost);
+fn one<S: Simd>(_: S, lanes: &mut Lanes<One>, case: &Case) -> Outcome {
+    let mut result = Some(Err(RunError::Lost));
     lanes.run(std::iter::once(case), |figures| result = figures);
     result
 }
@@ -71,6 +73,7 @@ pub struct Runs {
     families: Vec<Box<dyn SideBySide>>,
     /// For cases that are alone in their family.
     single: Option<Lanes<One>>,
+    one_by_one: BTreeMap<OneByOne, u64>,
 }
 
 impl Default for Runs {
@@ -94,6 +97,7 @@ impl Runs {
             level,
             families: Vec::new(),
             single: None,
+            one_by_one: BTreeMap::new(),
         }
     }
 
@@ -103,21 +107,34 @@ impl Runs {
     /// # Errors
     /// As [`crate::run::run`].
     pub fn single(&mut self, case: &Case) -> Result<Summary, RunError> {
-        let Some(family) = Family::of(case) else {
-            return alone(case);
+        let family = match Family::of(case) {
+            Ok(family) => family,
+            Err(why) => return self.alone(case, why),
         };
         let known = self.single.take();
         let lanes = match known.filter(|lanes| lanes.family == family) {
             Some(fitting) => fitting,
             None => match Lanes::new(One, family) {
                 Ok(lanes) => lanes,
-                // Not a family after all: the run by itself says why.
-                Err(_) => return alone(case),
+                Err(_) => return self.alone(case, OneByOne::Stiff),
             },
         };
         let lanes = self.single.insert(lanes);
         // The scalar code, too, is faster with an instruction for `floor`.
-        dispatch!(for_one(self.level), simd => one(simd, lanes, case))
+        let figures = dispatch!(for_one(self.level), simd => one(simd, lanes, case));
+        figures.unwrap_or_else(|| self.alone(case, OneByOne::Work))
+    }
+
+    /// The figures of a run that is made by itself, which is counted.
+    fn alone(&mut self, case: &Case, why: OneByOne) -> Result<Summary, RunError> {
+        *self.one_by_one.entry(why).or_default() += 1;
+        alone(case)
+    }
+
+    /// How many runs were made by themselves since this was last asked, and why: they
+    /// take some times as long.
+    pub fn take_one_by_one(&mut self) -> BTreeMap<OneByOne, u64> {
+        std::mem::take(&mut self.one_by_one)
     }
 
     /// Appends the figures of every case, in their order: bit for bit those of
@@ -141,11 +158,18 @@ impl Runs {
     ) {
         for places in parcel.places.chunks(Self::AT_A_TIME) {
             let prepared = match &parcel.family {
-                Some(family) if places.len() > MOST_ALONE => self.prepared(family).ok(),
+                Ok(family) if places.len() > MOST_ALONE => self.prepared(family).ok(),
                 _ => None,
             };
             if let Some(lanes) = prepared {
-                lanes.run(cases, places, &mut each);
+                let mut left = Vec::new();
+                lanes.run(cases, places, &mut |place, outcome| match outcome {
+                    Some(figures) => each(place, figures),
+                    None => left.push(place),
+                });
+                for place in left {
+                    each(place, self.alone(&cases[place], OneByOne::Work));
+                }
                 continue;
             }
             for &place in places {
@@ -175,12 +199,7 @@ impl Runs {
 trait SideBySide: std::fmt::Debug + Send {
     fn family(&self) -> &Family;
     /// Runs some of the cases, no more than [`Runs::AT_A_TIME`].
-    fn run(
-        &mut self,
-        cases: &[Case],
-        places: &[usize],
-        each: &mut dyn FnMut(usize, Result<Summary, RunError>),
-    );
+    fn run(&mut self, cases: &[Case], places: &[usize], each: &mut dyn FnMut(usize, Outcome));
 }
 
 /// Lanes with given instructions, as many as a vector holds: a narrower one
@@ -210,7 +229,7 @@ macro_rules! in_lanes {
                 &mut self,
                 cases: &[Case],
                 places: &[usize],
-                each: &mut dyn FnMut(usize, Result<Summary, RunError>),
+                each: &mut dyn FnMut(usize, Outcome),
             ) {
                 self.width.0.vectorize(
                     #[inline(always)]
@@ -229,7 +248,7 @@ fn run_places<W: Width>(
     lanes: &mut Lanes<W>,
     cases: &[Case],
     places: &[usize],
-    each: &mut dyn FnMut(usize, Result<Summary, RunError>),
+    each: &mut dyn FnMut(usize, Outcome),
 ) {
     let mut done = places.iter();
     let chosen = places.iter().map(|&place| &cases[place]);

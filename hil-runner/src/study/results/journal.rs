@@ -7,6 +7,7 @@
 //! ```
 
 use core::ops::Range;
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read, Seek};
 use std::path::{Path, PathBuf};
@@ -212,6 +213,7 @@ impl<'c> CsvReader<'c> {
             rows,
             csv,
             crc,
+            one_by_one: BTreeMap::new(),
         })
     }
 }

@@ -11,7 +11,7 @@ use std::ops::Range;
 use super::RowMaker;
 use super::cell::{Cell, checksum, to_csv};
 use crate::study::plan::Study;
-use hil_core::lanes::Runs;
+use hil_core::lanes::{OneByOne, Runs};
 
 /// Blocks under way for each thread, at most: enough to hide a slow block.
 const BLOCKS_A_THREAD: usize = 8;
@@ -37,6 +37,9 @@ pub struct Block {
     pub csv: Vec<u8>,
     /// Checksum of the CSV.
     pub crc: u32,
+    /// How many of its runs were not made side by side with others, and why; nothing of a
+    /// block that was read back.
+    pub one_by_one: BTreeMap<OneByOne, u64>,
 }
 
 impl Study {
@@ -115,6 +118,7 @@ pub fn make<E: From<EngineError> + Send>(
                     rows,
                     csv,
                     crc,
+                    one_by_one: maker.take_one_by_one(),
                 };
                 if give.send(block).is_err() {
                     return;
