@@ -37,18 +37,16 @@ pub(crate) struct TooManySteps;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Flow<'a, const D: usize> {
     pub(crate) table: &'a Table<D>,
-    pub(crate) input: &'a Column<D>,
+    input: &'a Column<D>,
     pub(crate) start: &'a Column<D>,
+    /// dx/dt at the start.
+    pub(crate) rate: Column<D>,
 }
 
 impl<'a> Flow<'a, FEEDBACK> {
     /// The solution under the continuous law.
     pub(crate) fn feedback(table: &'a FeedbackTable, start: &'a Column<FEEDBACK>) -> Self {
-        Self {
-            table: &table.table,
-            input: &table.input,
-            start,
-        }
+        Self::new(&table.table, &table.input, start)
     }
 }
 
@@ -87,9 +85,29 @@ pub(crate) struct Walk<'a, const D: usize> {
     level: usize,
     steps: u32,
     pub(crate) x: Column<D>,
+    /// dx/dt there, once it is known.
+    rate: Option<Column<D>>,
 }
 
 impl<'a, const D: usize> Flow<'a, D> {
+    pub(crate) fn new(table: &'a Table<D>, input: &'a Column<D>, start: &'a Column<D>) -> Self {
+        let rate = table.levels.a * start + input;
+        Self {
+            table,
+            input,
+            start,
+            rate,
+        }
+    }
+
+    /// The same solution from another state on it.
+    pub(crate) fn from<'b>(&self, start: &'b Column<D>) -> Flow<'b, D>
+    where
+        'a: 'b,
+    {
+        Flow::new(self.table, self.input, start)
+    }
+
     /// A walk that tries steps from `first_level` on.
     pub(crate) fn walk(&self, length_s: f64, first_level: usize) -> Walk<'a, D> {
         let levels = &self.table.levels;
@@ -101,6 +119,7 @@ impl<'a, const D: usize> Flow<'a, D> {
             level: first_level.min(levels.steps.len() - 1),
             steps: 0,
             x: *self.start,
+            rate: Some(self.rate),
         }
     }
 
@@ -109,8 +128,7 @@ impl<'a, const D: usize> Flow<'a, D> {
     pub(crate) fn at(&self, time_s: f64) -> Column<D> {
         if let Some(grid) = &self.table.grid {
             let a = &self.table.levels.a;
-            let rate = a * self.start + self.input;
-            let local = grid.near(a, self.start, &rate, time_s);
+            let local = grid.near(a, self.start, &self.rate, time_s);
             return local.at(local.window.sigma(time_s));
         }
         let mut walk = self.walk(time_s, 0);
@@ -146,7 +164,8 @@ impl<const D: usize> Walk<'_, D> {
         if left_s <= spare_s {
             return Ok(None);
         }
-        let rate = self.levels.a * self.x + self.input;
+        let rate = self.rate.take();
+        let rate = rate.unwrap_or_else(|| self.levels.a * self.x + self.input);
         loop {
             self.steps += 1;
             if self.steps > MOST_STEPS {
@@ -279,10 +298,10 @@ impl<const D: usize> LinearGuard<'_, D> {
     }
 
     /// First zero of the guard over a step, as far as its sketch tells.
-    fn sketched_zero(&self, flow: &Flow<'_, D>, rate: &Column<D>, theta: f64) -> Option<Found> {
+    fn sketched_zero(&self, flow: &Flow<'_, D>, theta: f64) -> Option<Found> {
         let start = self.offset + self.sign * self.linear.row.dot(flow.start);
         let sketch = self.linear.sketch.as_ref()?;
-        let curve = sketch.curve(rate, self.sign, start);
+        let curve = sketch.curve(&flow.rate, self.sign, start);
         let found = if self.fresh {
             let rest = without_start(&curve.values);
             if rest.iter().all(|&b| b > curve.stray) {
@@ -348,13 +367,12 @@ impl<const D: usize> Flow<'_, D> {
         length_s: f64,
     ) -> Option<Stop<D>> {
         let (grid, levels) = (self.table.grid.as_ref(), &self.table.levels);
-        let rate = levels.a * self.start + self.input;
-        let near = |time_s| grid.map(|grid| grid.near(&levels.a, self.start, &rate, time_s));
+        let near = |time_s| grid.map(|grid| grid.near(&levels.a, self.start, &self.rate, time_s));
         let theta = length_s / levels.steps[0].length_s;
         let mut first: Option<(usize, &LinearGuard<'_, D>, [f64; 3])> = None;
         for (place, guard) in guards.iter().enumerate() {
             let Some(guard) = guard else { continue };
-            let Found::At { theta, from, to } = guard.sketched_zero(self, &rate, theta)? else {
+            let Found::At { theta, from, to } = guard.sketched_zero(self, theta)? else {
                 continue;
             };
             match first {
@@ -364,20 +382,12 @@ impl<const D: usize> Flow<'_, D> {
             }
         }
         let Some((place, guard, [zero, from, to])) = first else {
-            return Some(Stop {
-                time_s: length_s,
-                x: near(length_s).map_or_else(
-                    || self.at(length_s),
-                    |local| local.at(local.window.sigma(length_s)),
-                ),
-                guard: None,
-                work: 0,
-            });
+            return Some(self.end(length_s));
         };
         let local = near(zero * length_s);
         let (window, coefficients) = match &local {
             Some(local) => (local.window, local.quantity(&guard.linear.row)),
-            None => self.around(guard.linear, &rate, zero * length_s)?,
+            None => self.around(guard.linear, zero * length_s)?,
         };
         let mut coefficients = coefficients.map(|c| guard.sign * c);
         coefficients[0] += guard.offset;
@@ -392,6 +402,33 @@ impl<const D: usize> Flow<'_, D> {
         })
     }
 
+    /// The end, no guard having a zero before it.
+    fn end(&self, length_s: f64) -> Stop<D> {
+        Stop {
+            time_s: length_s,
+            x: self.at(length_s),
+            guard: None,
+            work: 0,
+        }
+    }
+
+    /// True if the chord bound excludes a zero of every guard over the whole of the table's
+    /// step.
+    pub(super) fn all_hold(&self, guards: &[Option<LinearGuard<'_, D>>], length_s: f64) -> bool {
+        let step = &self.table.levels.steps[0];
+        let leg = Leg {
+            start_s: 0.0,
+            length_s,
+            from: *self.start,
+            rate: self.rate,
+            to: self.start + step.integral * self.rate,
+            level: 0,
+        };
+        step.length_s == length_s
+            && !self.table.levels.is_stiff()
+            && (guards.iter().flatten()).all(|guard| !guard.fresh && guard.holds_over(&leg))
+    }
+
     /// The first zero of a guard within `length_s`, or the end.
     pub(crate) fn first_zero(
         &self,
@@ -399,6 +436,9 @@ impl<const D: usize> Flow<'_, D> {
         length_s: f64,
         first_level: usize,
     ) -> Result<Stop<D>, TooManySteps> {
+        if first_level == 0 && self.all_hold(guards, length_s) {
+            return Ok(self.end(length_s));
+        }
         if let Some(stop) = self.sketched_zero(guards, length_s) {
             return Ok(stop);
         }

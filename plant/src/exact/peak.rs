@@ -113,16 +113,11 @@ pub(crate) enum SketchedPeak {
 impl<const D: usize> Flow<'_, D> {
     /// The quantity over `length_s` as a sketch; `None` without a grid, and where
     /// the command is not smooth.
-    pub(crate) fn curve(
-        &self,
-        sought: &Sought<'_, D>,
-        rate: &Column<D>,
-        length_s: f64,
-    ) -> Option<Curve> {
+    pub(crate) fn curve(&self, sought: &Sought<'_, D>, length_s: f64) -> Option<Curve> {
         let sketch = sought.linear.sketch.as_ref()?;
         let start = sought.scale * sought.linear.value(self.start) + sought.offset;
         let own = sketch
-            .curve(rate, sought.scale, start)
+            .curve(&self.rate, sought.scale, start)
             .until(length_s / self.table.levels.steps[0].length_s);
         let Some((motion, start_s)) = sought.command else {
             return Some(own);
@@ -142,16 +137,15 @@ impl<const D: usize> Flow<'_, D> {
     pub(crate) fn around(
         &self,
         linear: &Linear<D>,
-        rate: &Column<D>,
         time_s: f64,
     ) -> Option<(Window, LocalCoefficients)> {
         if let Some(grid) = &self.table.grid {
-            let local = grid.near(&self.table.levels.a, self.start, rate, time_s);
+            let local = grid.near(&self.table.levels.a, self.start, &self.rate, time_s);
             return Some((local.window, local.quantity(&linear.row)));
         }
         let length_s = self.table.levels.steps[0].length_s;
         let sketch = linear.sketch.as_ref()?;
-        Some(sketch.around(rate, linear.value(self.start), (time_s, length_s)))
+        Some(sketch.around(&self.rate, linear.value(self.start), (time_s, length_s)))
     }
 
     /// The magnitude at the one place within `length_s` where the quantity
@@ -159,11 +153,10 @@ impl<const D: usize> Flow<'_, D> {
     pub(crate) fn sketched_peak(
         &self,
         sought: &Sought<'_, D>,
-        rate: &Column<D>,
         length_s: f64,
         floor: f64,
     ) -> SketchedPeak {
-        let Some(curve) = self.curve(sought, rate, length_s) else {
+        let Some(curve) = self.curve(sought, length_s) else {
             return SketchedPeak::Unclear;
         };
         if curve.upper() <= floor {
@@ -175,7 +168,7 @@ impl<const D: usize> Flow<'_, D> {
             Found::At { theta, .. } => theta,
         };
         let time_s = theta * length_s;
-        let Some((window, q)) = self.around(sought.linear, rate, time_s) else {
+        let Some((window, q)) = self.around(sought.linear, time_s) else {
             return SketchedPeak::Unclear;
         };
         let mut q = q.map(|c| sought.scale * c);

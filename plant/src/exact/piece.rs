@@ -78,7 +78,6 @@ impl<'a> Piece<'a> {
 struct Reach<'a, const D: usize> {
     flow: Flow<'a, D>,
     length_s: f64,
-    rate: Column<D>,
     /// The shortest of the table's steps that is no shorter than the piece.
     level: usize,
     /// 1 where the piece is as long as that step. The chord of a shorter one
@@ -98,7 +97,6 @@ impl<'a, const D: usize> Reach<'a, D> {
         Self {
             flow: *flow,
             length_s,
-            rate: levels.a * flow.start + flow.input,
             level,
             slack: if whole { 1.0 } else { 2.0 },
         }
@@ -114,16 +112,16 @@ impl<'a, const D: usize> Reach<'a, D> {
         work: &mut u64,
     ) {
         let length_s = self.length_s;
-        let chord = sought.chord_bound(self.level, &self.rate, length_s);
+        let chord = sought.chord_bound(self.level, &self.flow.rate, length_s);
         if from.abs().max(to.abs()) + self.slack * chord <= *peak {
             return;
         }
         if self.slack == 1.0
-            && (to - from).abs() >= sought.slope_bound(self.level, &self.rate, length_s)
+            && (to - from).abs() >= sought.slope_bound(self.level, &self.flow.rate, length_s)
         {
             return;
         }
-        match self.flow.sketched_peak(sought, &self.rate, length_s, *peak) {
+        match self.flow.sketched_peak(sought, length_s, *peak) {
             SketchedPeak::None => {}
             SketchedPeak::At(within) => *peak = peak.max(within),
             SketchedPeak::Unclear => self.search(sought, peak, work),
@@ -146,10 +144,7 @@ impl<'a, const D: usize> Reach<'a, D> {
                 continue;
             }
             let start: Column<D> = self.flow.at(from_s);
-            let flow = Flow {
-                start: &start,
-                ..self.flow
-            };
+            let flow = self.flow.from(&start);
             let part = Sought {
                 command: Some((motion, start_s + from_s)),
                 ..*sought
@@ -270,7 +265,7 @@ impl<'a, const D: usize> Sights<'a, D> {
         let p = self.pitch_m_per_rad;
         let offset_m = self.piece.motion.travel_m() + p * self.constants.0;
         let distance = self.sought(Quantity::ScrewAngle, -p, offset_m, self.ahead);
-        let chord = distance.chord_bound(self.reach.level, &self.reach.rate, length_s);
+        let chord = distance.chord_bound(self.reach.level, &self.reach.flow.rate, length_s);
         if from_m.max(to_m) + self.reach.slack * chord <= band_m {
             return None;
         }
@@ -315,11 +310,7 @@ impl HeldPiece<'_> {
     }
 
     pub(crate) fn flow(&self) -> Flow<'_, HELD> {
-        Flow {
-            table: &self.table.table,
-            input: &self.input,
-            start: &self.start,
-        }
+        Flow::new(&self.table.table, &self.input, &self.start)
     }
 
     pub(super) fn sights<'a>(&'a self, axis: &Axis, piece: Piece<'a>) -> Sights<'a, HELD> {

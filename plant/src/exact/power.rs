@@ -80,6 +80,25 @@ pub(super) fn stays_below(
     left[0] + right[0] >= 0.0 || left[1] + right[1] <= 0.0
 }
 
+/// True if the bounds of the table's step show that a product, whose factors are known at
+/// both ends, is nowhere larger than `peak` within the whole of it.
+pub(super) fn stays_below_over_step<const D: usize>(
+    flow: &Flow<'_, D>,
+    (factors, ends): (&[Sought<'_, D>; 2], [[f64; 2]; 2]),
+    length_s: f64,
+    peak: f64,
+) -> bool {
+    let [a, b] = factors;
+    let chord = |sought: &Sought<'_, D>| sought.chord_bound(0, &flow.rate, length_s);
+    let slope = |sought: &Sought<'_, D>| sought.slope_bound(0, &flow.rate, length_s);
+    let over = [(a, ends[0]), (b, ends[1])].map(|(sought, ends)| Factor {
+        ends,
+        chord: chord(sought),
+    });
+    flow.table.levels.steps[0].length_s == length_s
+        && stays_below(&over, || [slope(a), slope(b)], peak)
+}
+
 /// Raises `peak` to the supremum of `|a·b|` over `length_s`, which at the ends is known.
 pub(super) fn raise_product<const D: usize>(
     flow: &Flow<'_, D>,

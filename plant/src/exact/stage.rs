@@ -9,7 +9,7 @@ use super::crossing::{Flow, LinearGuard};
 use super::memory::Tables;
 use super::peak::Sought;
 use super::piece::{Piece, Sights, raise_quantity};
-use super::power::raise_product;
+use super::power::{raise_product, stays_below_over_step};
 use super::stage_table::{LOOP, STAGE, StageTable, wide};
 use super::system::{Column, FEEDBACK, feedback_state, plant_vector};
 use super::tables::Quantity;
@@ -27,8 +27,7 @@ use crate::observe::{Interior, Span, Watch};
 #[derive(Debug, Clone, Copy)]
 struct StagePiece<'a> {
     table: &'a StageTable,
-    input: &'a Column<STAGE>,
-    start: &'a Column<STAGE>,
+    flow: Flow<'a, STAGE>,
     end: &'a Column<STAGE>,
     /// The motion that the state is counted from.
     motion: Option<&'a Motion>,
@@ -37,14 +36,6 @@ struct StagePiece<'a> {
 }
 
 impl StagePiece<'_> {
-    fn flow(&self) -> Flow<'_, STAGE> {
-        Flow {
-            table: &self.table.table,
-            input: self.input,
-            start: self.start,
-        }
-    }
-
     /// Raises the peaks of voltage and power to the suprema of their magnitudes.
     fn raise_voltage_and_power(
         &self,
@@ -54,10 +45,11 @@ impl StagePiece<'_> {
     ) {
         let voltage = self.table.table.quantity(Quantity::Voltage);
         let offset_v = self.table.voltage.offset(self.held);
-        let ends_v = [self.start, self.end].map(|x| voltage.value(x) + offset_v);
+        let ends = [self.flow.start, self.end];
+        let ends_v = ends.map(|x| voltage.value(x) + offset_v);
         *peak_v = peak_v.max(ends_v[0].abs()).max(ends_v[1].abs());
         raise_quantity(
-            &self.flow(),
+            &self.flow,
             (voltage, offset_v),
             ends_v,
             length_s,
@@ -68,12 +60,16 @@ impl StagePiece<'_> {
             offset: offset_v,
             ..Sought::plain(voltage)
         };
-        let currents_a = [self.start, self.end].map(|x| x[CURRENT]);
+        let currents_a = ends.map(|x| x[CURRENT]);
         for (voltage_v, current_a) in ends_v.into_iter().zip(currents_a) {
             *peak_w = peak_w.max((voltage_v * current_a).abs());
         }
         let current = Sought::plain(self.table.table.quantity(Quantity::Current));
-        raise_product(&self.flow(), &[voltage, current], length_s, peak_w, work);
+        let quantities = [voltage, current];
+        let known = [ends_v, currents_a];
+        if !stays_below_over_step(&self.flow, (&quantities, known), length_s, *peak_w) {
+            raise_product(&self.flow, &quantities, length_s, peak_w, work);
+        }
     }
 }
 
@@ -82,7 +78,7 @@ impl Interior for StagePiece<'_> {
         let time_s = theta * span.length_s;
         let now_s = span.start_s + time_s;
         let point = self.motion.map_or(MotionPoint::default(), |m| m.at(now_s));
-        to_plant(&self.flow().at(time_s), self.counted, &point)
+        to_plant(&self.flow.at(time_s), self.counted, &point)
     }
 
     fn raise(&self, span: &Span<'_>, extremes: &mut Extremes) {
@@ -97,17 +93,17 @@ impl Interior for StagePiece<'_> {
         let (piece, command) = Piece::over(span, 0.0, extremes);
         let constants = (self.counted.0, self.table.screw_load);
         let counted = self.motion.is_some();
-        let sights = Sights::new(span.axis, self.flow(), constants, piece, counted);
+        let sights = Sights::new(span.axis, self.flow, constants, piece, counted);
         let band_m = extremes.settings.settling_band_m;
         let seen = sights.look_at(!(1 << POWER), band_m, extremes);
         extremes.take(&seen);
         extremes.command_at_end = Some((span.end_s(), command));
-        let rates = self.table.table.levels.a * self.start + self.input;
+        let rates = self.flow.rate;
         let joint_j = match &self.table.loss {
             Some(loss) => loss.over(rates, span.length_s),
             None => 0.0,
         };
-        let at_start = (self.start, &rates);
+        let at_start = (self.flow.start, &rates);
         let [armature_j, guide_j] = self.table.heat_j(span.axis, at_start, span.length_s);
         extremes.add(span.balanced_energies(joint_j, armature_j, guide_j));
     }
@@ -186,11 +182,7 @@ impl Automaton {
             let guards = self.guards(drive);
             let limit = pid.map_or(0.0, ContinuousPid::limit);
             let linear = guards.map(|guard| Some(self.staged_guard(guard?, table, held, limit)));
-            let flow = Flow {
-                table: &table.table,
-                input: &input,
-                start: &start,
-            };
+            let flow = Flow::new(&table.table, &input, &start);
             let zero = flow.first_zero(&linear, end_s - interval.done_s, 0);
             let time_s = interval.now_s();
             let stop = zero.map_err(|_| PlantError::TooStiff { time_s })?;
@@ -204,8 +196,7 @@ impl Automaton {
             };
             let piece = StagePiece {
                 table,
-                input: &input,
-                start: &start,
+                flow,
                 end: &stop.x,
                 motion: pid.map(ContinuousPid::motion),
                 held,
