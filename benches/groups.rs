@@ -67,8 +67,8 @@ pub fn bench(group: &mut BenchmarkGroup<'_, WallTime>, programs: Vec<Program>) {
     }
 }
 
-/// `w1/<rung>/<solver>`, `w1/quantised/rk4`, and what a run without contacts
-/// takes, with figures and without.
+/// `w1/<rung>/<solver>`, `w1/quantised/rk4`, what a run without contacts takes, with
+/// figures and without, and one with a limit of the current.
 ///
 /// # Errors
 /// Those of the run file's checks; a comparator that does not agree.
@@ -78,6 +78,7 @@ pub fn w1() -> Result<Vec<Program>, Box<dyn Error>> {
     programs.push(bare(W1)?);
     programs.push(reference(W1)?);
     programs.push(gapless(W1)?);
+    programs.push(limited(W1)?);
     programs.push(rk4(W1)?);
     Ok(programs)
 }
@@ -165,6 +166,25 @@ fn gapless(workload: &str) -> Result<Program, Box<dyn Error>> {
         return Err(format!("{contacts} changes of contact without a gap").into());
     }
     Ok(Program::new("quantised/exact-gapless", move || {
+        runs.single(black_box(&case))
+    }))
+}
+
+/// The axis with a limit of the current, figures and all, as a study makes it: a run that
+/// does not go side by side with others.
+fn limited(workload: &str) -> Result<Program, Box<dyn Error>> {
+    let sets = [
+        "controller.law=firmware",
+        "drive.current_limit_a=20",
+        workload,
+    ];
+    let case = workload::paper_2(&sets)?;
+    let mut runs = Runs::new();
+    runs.single(&case)?;
+    if runs.take_one_by_one().is_empty() {
+        return Err("a run with a limit of the current went side by side".into());
+    }
+    Ok(Program::new("firmware/exact-current-limit", move || {
         runs.single(black_box(&case))
     }))
 }
