@@ -399,11 +399,14 @@ fn work_is_limited_alike() {
 fn what_is_made_by_itself_is_counted() {
     const LIMIT: &str = "drive.current_limit_a=20";
     const STIFF: &str = "carriage.resistance_linear_ns_per_rad=1e7";
-    let settings: [(&[&str], Option<OneByOne>); 10] = [
+    const MEASURED: &str = "controller.computation_delay_s=\"measured\"";
+    let settings: [(&[&str], Option<OneByOne>); 11] = [
         (&[], None),
         (&["controller.law=continuous"], Some(OneByOne::Continuous)),
         (&["run.solver=dopri5"], Some(OneByOne::Solver)),
         (&[LIMIT], Some(OneByOne::Surroundings)),
+        // Which fails without a chip, but is counted.
+        (&[MEASURED], Some(OneByOne::Delay)),
         (
             &["controller.rest_dead_band_counts=3"],
             Some(OneByOne::Options),

@@ -15,6 +15,7 @@ use super::crossing::{Flow, Leg, Stretch};
 use super::levels::TERMS;
 use super::peak::Sought;
 use super::sketch::binomials;
+use super::system::Column;
 use crate::numerics::bernstein::Polynomial;
 
 /// Coefficients of a factor and of the product.
@@ -88,15 +89,27 @@ pub(super) fn stays_below_over_step<const D: usize>(
     length_s: f64,
     peak: f64,
 ) -> bool {
-    let [a, b] = factors;
-    let chord = |sought: &Sought<'_, D>| sought.chord_bound(0, &flow.rate, length_s);
-    let slope = |sought: &Sought<'_, D>| sought.slope_bound(0, &flow.rate, length_s);
-    let over = [(a, ends[0]), (b, ends[1])].map(|(sought, ends)| Factor {
-        ends,
-        chord: chord(sought),
-    });
     flow.table.levels.steps[0].length_s == length_s
-        && stays_below(&over, || [slope(a), slope(b)], peak)
+        && stays_below_over(factors, ends, (0, &flow.rate, length_s), peak)
+}
+
+/// The same over a step of a level that begins with a rate.
+fn stays_below_over<const D: usize>(
+    factors: &[Sought<'_, D>; 2],
+    [a, b]: [[f64; 2]; 2],
+    (level, rate, length_s): (usize, &Column<D>, f64),
+    peak: f64,
+) -> bool {
+    let [chord_a, chord_b] = factors
+        .each_ref()
+        .map(|sought| sought.chord_bound(level, rate, length_s));
+    let over = [(a, chord_a), (b, chord_b)].map(|(ends, chord)| Factor { ends, chord });
+    let slopes = || {
+        factors
+            .each_ref()
+            .map(|sought| sought.slope_bound(level, rate, length_s))
+    };
+    stays_below(&over, slopes, peak)
 }
 
 /// Raises `peak` to the supremum of `|a·b|` over `length_s`, which at the ends is known.
@@ -109,17 +122,9 @@ pub(super) fn raise_product<const D: usize>(
 ) {
     let mut walk = flow.walk(length_s, 0);
     let known = |leg: &Leg<D>, peak: f64| {
-        let (level, rate, length_s) = (leg.level, &leg.rate, leg.length_s);
-        let over = factors.each_ref().map(|sought| Factor {
-            ends: [&leg.from, &leg.to].map(|x| sought.value(x, 0.0)),
-            chord: sought.chord_bound(level, rate, length_s),
-        });
-        let slopes = || {
-            factors
-                .each_ref()
-                .map(|sought| sought.slope_bound(level, rate, length_s))
-        };
-        stays_below(&over, slopes, peak)
+        let ends = |sought: &Sought<'_, D>| [&leg.from, &leg.to].map(|x| sought.value(x, 0.0));
+        let over = (leg.level, &leg.rate, leg.length_s);
+        stays_below_over(factors, factors.each_ref().map(ends), over, peak)
     };
     // A walk that the mode's guards took too, so it ends.
     while let Ok(Some(stretch)) = walk.next(|leg| known(leg, *peak)) {

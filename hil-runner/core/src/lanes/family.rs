@@ -78,6 +78,7 @@ impl Family {
         let period_ns = period_ns.ok_or(OneByOne::Continuous)?;
         let delay_ns = case.controller.computation_delay.fixed_ns();
         let delay_ns = delay_ns.filter(|&ns| ns <= period_ns);
+        let delay_ns = delay_ns.ok_or(OneByOne::Delay)?;
         let duration_ns = case.run.duration_ns;
         let (samples, window) = (duration_ns / period_ns, Window::of(case));
         let at_rest = window.map_or(0, |window| samples + 1 - window.first);
@@ -98,7 +99,6 @@ impl Family {
                 return Err(otherwise);
             }
         }
-        let delay_ns = delay_ns.ok_or(OneByOne::Delay)?;
         let mut axis = case.axis;
         if let Joint::Elastic(joint) = &mut axis.transmission.joint {
             joint.backlash_half_rad = 0.0;
