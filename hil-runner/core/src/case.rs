@@ -5,6 +5,7 @@ use plant::{
     Solver, Start, Surroundings,
 };
 
+use crate::figures;
 use crate::options::AxisOptions;
 
 /// By how much of its mass the carriage is heavier in a second run, which tells how
@@ -318,12 +319,13 @@ pub struct RunSettings {
     pub work_limit: u64,
 }
 
-/// One entry of `[budget]`: the magnitude of a summary figure must not exceed it.
+/// One entry of `[budget]`: the magnitude of a summary figure must not exceed it; of a
+/// figure of which more is better it is the least value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limit {
     /// Key of the summary figure, such as `final_error_um`.
     pub figure: &'static str,
-    /// Largest allowed magnitude, in the figure's own unit, at least 0.
+    /// Largest allowed magnitude or least value, in the figure's own unit, at least 0.
     pub limit: f64,
 }
 
@@ -331,5 +333,10 @@ impl Limit {
     /// A limit on the figure of that key.
     pub fn new(figure: &'static str, limit: f64) -> Self {
         Self { figure, limit }
+    }
+
+    /// True if it is a least value.
+    pub fn is_least(&self) -> bool {
+        figures::find(self.figure).is_some_and(|figure| figure.at_least)
     }
 }

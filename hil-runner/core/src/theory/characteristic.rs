@@ -1,30 +1,39 @@
 //! The sampled loop: its gains in volts at the motor per radian of its shaft, its
 //! polynomials, and whether it is stable.
 //!
-//! The law `y = K_p·e + K_i·S + K_d·(e − e_prev)/T`, with S including the
-//! present error, is
+//! The law `y = K_p·e + K_i·S + K_d·v/T`, with S including the present error and
+//! `v = v_prev + a·(e − e_prev − v_prev)`, is
 //!
 //! ```text
-//! C(z) = K_p + K_i·T·z/(z − 1) + K_d/T·(z − 1)/z
+//! C(z) = K_p + K_i·T·z/(z − 1) + K_d/T·a·(z − 1)/(z − 1 + a)      a = T/(T_f + T)
 //! ```
 //!
-//! With the axis `β/V = N(w)/(z·w·P(w))`, `w = z − 1`, and `α = β/z_gear`:
+//! The filter of the derivative, the backward difference of `1/(T_f·s + 1)`
+//! (`firmware/src/law/filter.rs`), moves its pole from z = 0, a = 1, to 1 − a. The
+//! derivative of the measurement is the same in the loop.
+//!
+//! With the axis `β/V = N(w)/(z·w·P(w))`, `w = z − 1`, and `α = β/z_gear`, and with
+//! `f = w + a`, which without a filter is z:
 //!
 //! ```text
-//!        K_p·z·w + K_i·T·z² + K_d/T·w²   N(w)/z_gear        B(w)
-//! L(z) = ───────────────────────────── · ─────────── =  ────────────
-//!                    z·w                  z·w·P(w)       z²·w²·P(w)
+//!        K_p·f·w + K_i·T·z·f + a·K_d/T·w²   N(w)/z_gear         B(w)
+//! L(z) = ──────────────────────────────── · ─────────── =  ─────────────
+//!                     f·w                    z·w·P(w)       z·f·w²·P(w)
 //! ```
 //!
-//! and the poles of the closed loop are the roots of `z²·w²·P(w) + B(w)`, which
-//! is linear in the gains.
+//! and the poles of the closed loop are the roots of `z·f·w²·P(w) + B(w)`, which
+//! is linear in the gains. Where the position comes from the load's encoder, K_p and
+//! K_i have the screw's N(w), `γ/V`, and K_d keeps the motor's: their gains are per
+//! motor count, one load count being `K_enc/(z_gear·K_load)` of them, so that
+//! they see γ/z_gear. The loop is broken at the code.
 
 use nalgebra::Complex;
 use plant::PidGains;
 
 use super::held::{DEGREE, Polynomial, PulseResponse, all_roots_within_circle, on_circle};
-use super::linear_axis::LinearAxis;
+use super::linear_axis::{LinearAxis, Shaft};
 use crate::case::{Case, Law};
+use crate::number::seconds;
 use crate::options::{Feedback, RestIntegrator};
 
 /// `K_p`, `K_i` and `K_d` times `K_0 = K_enc·K_dac·K_a`, eq. 27: encoder,
@@ -38,39 +47,71 @@ pub struct LoopGains {
     pub ki_v_per_rads: f64,
     /// `K_0·K_d` \[V s/rad\].
     pub kd_vs_per_rad: f64,
+    /// `a` of the derivative's filter, above 0; 1 without one.
+    pub smoothing: f64,
 }
 
 impl LoopGains {
-    /// Gains per count times `K_0` \[V/rad per code/count\].
+    /// Gains per count times `K_0` \[V/rad per code/count\], without a filter.
     pub fn new(gains: &PidGains, k0: f64) -> Self {
         Self {
             kp_v_per_rad: k0 * gains.kp,
             ki_v_per_rads: k0 * gains.ki_per_s,
             kd_vs_per_rad: k0 * gains.kd_s,
+            smoothing: 1.0,
         }
     }
 
-    /// Those of a case.
+    /// Those of a case at its start, as its run file has them.
     pub fn of(case: &Case) -> Self {
-        Self::new(&case.controller.gains, loop_gain(case))
+        Self::with(&case.controller.gains, case)
     }
 
-    /// `C(e^{jθ}) = K_p + K_i·T·z/(z − 1) + K_d/T·(z − 1)/z`, the law's response
-    /// to the error at the motor \[V/rad\].
+    /// Those from the gain change on; none where there is no change, and on rungs
+    /// below `firmware`, which know none.
+    pub fn after_change(case: &Case) -> Option<Self> {
+        let change = case.options.gain_change?;
+        let start = case.controller.gains;
+        let gains = PidGains {
+            kp: change.kp.unwrap_or(start.kp),
+            ki_per_s: change.ki_per_s.unwrap_or(start.ki_per_s),
+            kd_s: change.kd_s.unwrap_or(start.kd_s),
+        };
+        (case.controller.law == Law::Firmware).then(|| Self::with(&gains, case))
+    }
+
+    fn with(gains: &PidGains, case: &Case) -> Self {
+        let filter_s = case.options.law.derivative_filter_s;
+        let smoothing = match case.controller.sample_time_ns {
+            Some(period_ns) if case.controller.law == Law::Firmware && filter_s > 0.0 => {
+                let period_s = seconds(period_ns);
+                period_s / (filter_s + period_s)
+            }
+            _ => 1.0,
+        };
+        Self {
+            smoothing,
+            ..Self::new(gains, loop_gain(case))
+        }
+    }
+
+    /// `C(e^{jθ}) = K_p + K_i·T·z/(z − 1) + K_d/T·a·(z − 1)/(z − 1 + a)`, the law's
+    /// response to the error at the motor \[V/rad\].
     pub(crate) fn law(&self, theta: f64, period_s: f64) -> Complex<f64> {
         let w = on_circle(theta);
         let z = w + 1.0;
         z / w * (self.ki_v_per_rads * period_s)
-            + w / z * (self.kd_vs_per_rad / period_s)
+            + w / (w + self.smoothing) * (self.kd_vs_per_rad * self.smoothing / period_s)
             + self.kp_v_per_rad
     }
 
-    /// All three times `factor`.
+    /// All three gains times `factor`.
     pub fn times(&self, factor: f64) -> Self {
         Self {
             kp_v_per_rad: factor * self.kp_v_per_rad,
             ki_v_per_rads: factor * self.ki_v_per_rads,
             kd_vs_per_rad: factor * self.kd_vs_per_rad,
+            smoothing: self.smoothing,
         }
     }
 }
@@ -101,15 +142,24 @@ pub fn is_papers_loop(case: &Case) -> bool {
 /// The part of the loop that does not depend on the gains.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Characteristic {
-    /// `N(w)/z_gear`, of degree 6 at most.
+    /// `N(w)/z_gear` of the motor, of degree 6 at most.
     zeros: Polynomial,
+    /// The screw's, where the position comes from there.
+    screw_zeros: Option<Polynomial>,
     /// `P(w)`, of degree 5 at most.
     poles: Polynomial,
     period_s: f64,
-    /// `z²·w²·P(w)`, the poles of the open loop.
-    open: Polynomial,
-    /// Its degree, 9 at most.
+    /// Degree of the closed loop's polynomial, 9 at most.
     degree: usize,
+    /// That polynomial without a filter.
+    unfiltered: ClosedPolynomial,
+}
+
+/// `z·f·w²·P(w) + B(w)`, linear in the gains.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct ClosedPolynomial {
+    /// `z·f·w²·P(w)`, the poles of the open loop.
+    open: Polynomial,
     /// `B(w)` for 1 V/rad of K_p, 1 V/(rad s) of K_i, 1 V s/rad of K_d.
     per_gain: [Polynomial; 3],
 }
@@ -118,22 +168,26 @@ impl Characteristic {
     pub(crate) fn new(axis: &LinearAxis, period_s: f64, delay_s: f64) -> Self {
         let pulse = PulseResponse::new(axis, period_s, delay_s);
         let z = Polynomial::new(&[1.0, 1.0]);
-        let w = Polynomial::new(&[0.0, 1.0]);
-        let (zw, zz, ww) = (z.times(&w), z.times(&z), w.times(&w));
         // N(w) = present·z + past, and the gear between β and α.
-        let zeros = pulse.present.times(&z).plus(&pulse.past);
-        let zeros = zeros.scaled(1.0 / axis.gear_ratio);
+        let zeros = |pulse: &PulseResponse| {
+            let zeros = pulse.present.times(&z).plus(&pulse.past);
+            zeros.scaled(1.0 / axis.gear_ratio)
+        };
+        let (motor, poles) = (zeros(&pulse), pulse.poles);
+        let screw = (axis.position_of == Shaft::Screw)
+            .then(|| zeros(&PulseResponse::of_screw(axis, period_s, delay_s)));
         Self {
-            zeros,
-            poles: pulse.poles,
+            zeros: motor,
+            screw_zeros: screw,
+            poles,
             period_s,
-            open: zz.times(&ww).times(&pulse.poles),
             degree: pulse.degree + 4,
-            per_gain: [
-                zw.times(&zeros),
-                zz.times(&zeros).scaled(period_s),
-                ww.times(&zeros).scaled(1.0 / period_s),
-            ],
+            unfiltered: ClosedPolynomial::new(
+                [&screw.unwrap_or(motor), &motor],
+                &poles,
+                period_s,
+                1.0,
+            ),
         }
     }
 
@@ -141,24 +195,33 @@ impl Characteristic {
     #[inline]
     pub(crate) fn at(&self, gains: &LoopGains, theta: f64) -> Complex<f64> {
         let w = on_circle(theta);
-        let z = w + 1.0;
-        let (zw, zz, ww) = (z * w, z * z, w * w);
+        let (z, f) = (w + 1.0, w + gains.smoothing);
+        let (fw, zf, ww) = (f * w, z * f, w * w);
         let i = gains.ki_v_per_rads * self.period_s;
-        let d = gains.kd_vs_per_rad / self.period_s;
-        let law = zw * gains.kp_v_per_rad + zz * i + ww * d;
-        let axis = self.zeros.at::<6>(w);
-        law * axis / (zz * ww * self.poles.at::<5>(w))
+        let d = gains.kd_vs_per_rad * gains.smoothing / self.period_s;
+        let held = fw * gains.kp_v_per_rad + zf * i;
+        let motor = self.zeros.at::<6>(w);
+        let b = match &self.screw_zeros {
+            None => (held + ww * d) * motor,
+            Some(screw) => held * screw.at::<6>(w) + ww * d * motor,
+        };
+        b / (zf * ww * self.poles.at::<5>(w))
     }
 
-    /// `L(e^{jθ})` of each gain alone.
+    /// `L(e^{jθ})` of each gain alone, without a filter.
     pub(crate) fn parts(&self, theta: f64) -> [Complex<f64>; 3] {
         let w = on_circle(theta);
         let z = w + 1.0;
-        let axis = self.zeros.at::<6>(w) / (z * w * self.poles.at::<5>(w));
+        let poles = z * w * self.poles.at::<5>(w);
+        let motor = self.zeros.at::<6>(w) / poles;
+        let held = match &self.screw_zeros {
+            None => motor,
+            Some(screw) => screw.at::<6>(w) / poles,
+        };
         [
-            axis,
-            axis * (z / w * self.period_s),
-            axis * (w / z / self.period_s),
+            held,
+            held * (z / w * self.period_s),
+            motor * (w / z / self.period_s),
         ]
     }
 
@@ -166,11 +229,40 @@ impl Characteristic {
     /// integrator drives nothing and is left out; without K_p and K_i nothing
     /// holds the axis in place, and the loop is not stable.
     pub(crate) fn is_stable(&self, gains: &LoopGains) -> bool {
-        let [p, i, d] = &self.per_gain;
+        let filtered = (gains.smoothing != 1.0).then(|| {
+            let held = self.screw_zeros.unwrap_or(self.zeros);
+            let (zeros, poles) = ([&held, &self.zeros], &self.poles);
+            ClosedPolynomial::new(zeros, poles, self.period_s, gains.smoothing)
+        });
+        let ClosedPolynomial { open, per_gain } = filtered.as_ref().unwrap_or(&self.unfiltered);
+        let [p, i, d] = per_gain;
         let (kp, ki, kd) = (gains.kp_v_per_rad, gains.ki_v_per_rads, gains.kd_vs_per_rad);
         let closed: [f64; DEGREE + 1] =
-            core::array::from_fn(|k| self.open.0[k] + (kp * p.0[k] + ki * i.0[k] + kd * d.0[k]));
+            core::array::from_fn(|k| open.0[k] + (kp * p.0[k] + ki * i.0[k] + kd * d.0[k]));
         let first = usize::from(ki == 0.0);
         all_roots_within_circle(&closed[first..=self.degree])
+    }
+}
+
+impl ClosedPolynomial {
+    /// From `N(w)/z_gear` of what K_p and K_i see and of the motor, and from P(w).
+    fn new(
+        [held, motor]: [&Polynomial; 2],
+        poles: &Polynomial,
+        period_s: f64,
+        smoothing: f64,
+    ) -> Self {
+        let z = Polynomial::new(&[1.0, 1.0]);
+        let w = Polynomial::new(&[0.0, 1.0]);
+        let f = Polynomial::new(&[smoothing, 1.0]);
+        let (fw, zf, ww) = (f.times(&w), z.times(&f), w.times(&w));
+        Self {
+            open: zf.times(&ww).times(poles),
+            per_gain: [
+                fw.times(held),
+                zf.times(held).scaled(period_s),
+                ww.times(motor).scaled(smoothing / period_s),
+            ],
+        }
     }
 }

@@ -31,6 +31,8 @@ pub(crate) struct Curve<'a, F> {
 struct Marks {
     /// |L| passes 1.
     unit_gain: bool,
+    /// |L/(1 + L)| passes 1/√2.
+    half_power: bool,
     /// L passes the real axis.
     real: bool,
     /// A chord may come nearer to −1 than the points.
@@ -185,10 +187,14 @@ impl<F: Fn(f64) -> Complex<f64>> Curve<'_, F> {
         (three[0].0, squared_distance(three[0].1))
     }
 
-    /// Every `|L| = 1` in the block from `start`: its frequency, whether |L|
+    /// Every zero of `excess(L)` in the block from `start`: its frequency, whether it
     /// falls there, and L.
-    fn each_unit_gain(&self, start: usize, mut found: impl FnMut(f64, bool, Complex<f64>)) {
-        let excess = |value: Complex<f64>| value.norm_sqr() - 1.0;
+    fn each_passage(
+        &self,
+        start: usize,
+        excess: fn(Complex<f64>) -> f64,
+        mut found: impl FnMut(f64, bool, Complex<f64>),
+    ) {
         for i in start..(start + BLOCK).min(self.re.len() - 1) {
             let ends = [i, i + 1].map(|k| excess(self.point(k)));
             if (ends[0] < 0.0) != (ends[1] < 0.0) {
@@ -271,6 +277,9 @@ pub struct Margin {
     /// Lowest frequency at which |L| falls to 1 \[rad/s\]: up to there the loop
     /// follows. `None` where it never does.
     pub crossover_radps: Option<f64>,
+    /// Bandwidth: lowest frequency at which |T| of `T = L/(1 + L)` falls below 1/√2
+    /// \[rad/s\]. `None` for an unstable loop, or where it never does.
+    pub bandwidth_radps: Option<f64>,
 }
 
 impl Margin {
@@ -284,6 +293,7 @@ impl Margin {
         let lowest = curve.lowest();
         let (weakest, distance) = curve.closest(lowest);
         let (mut crossover, mut phase): (Option<f64>, Option<f64>) = (None, None);
+        let mut bandwidth: Option<f64> = None;
         // The largest |L| below 1 where L is negative; 0 without any.
         let mut magnitude = 0.0_f64;
         let mut negative = |at: f64| {
@@ -293,7 +303,7 @@ impl Margin {
         };
         for (start, marks) in curve.marked(lowest.1) {
             if marks.unit_gain {
-                curve.each_unit_gain(start, |frequency, falls, value| {
+                curve.each_passage(start, over_unit_gain, |frequency, falls, value| {
                     if falls && crossover.is_none() {
                         crossover = Some(frequency);
                     }
@@ -301,6 +311,13 @@ impl Margin {
                     let lag = libm::atan2(-value.im, -value.re);
                     if phase.is_none_or(|phase| lag.abs() < phase.abs()) {
                         phase = Some(lag);
+                    }
+                });
+            }
+            if marks.half_power && stable && bandwidth.is_none() {
+                curve.each_passage(start, over_half_power, |frequency, falls, _| {
+                    if falls && bandwidth.is_none() {
+                        bandwidth = Some(frequency);
                     }
                 });
             }
@@ -316,6 +333,7 @@ impl Margin {
             phase_rad: phase.filter(|_| stable),
             gain: (stable && magnitude > 0.0).then(|| 1.0 / magnitude),
             crossover_radps: crossover,
+            bandwidth_radps: bandwidth,
         }
     }
 }
@@ -327,10 +345,12 @@ impl Margin {
 fn marks(re: &[f64], im: &[f64], bound: f64) -> Marks {
     let n = re.len() - 1;
     let (re0, re1, im0, im1) = (&re[..n], &re[1..=n], &im[..n], &im[1..=n]);
-    let (mut unit_gain, mut real, mut near) = (false, false, false);
+    let (mut unit_gain, mut half_power, mut real, mut near) = (false, false, false, false);
+    let within = |re: f64, im: f64| (re - 1.0) * (re - 1.0) + im * im < 2.0;
     for k in 0..n {
         let (r0, r1, i0, i1) = (re0[k], re1[k], im0[k], im1[k]);
         unit_gain |= (r0 * r0 + i0 * i0 < 1.0) != (r1 * r1 + i1 * i1 < 1.0);
+        half_power |= within(r0, i0) != within(r1, i1);
         real |= (i0 < 0.0) != (i1 < 0.0);
         let (x0, x1) = (1.0 + r0, 1.0 + r1);
         near |=
@@ -338,17 +358,28 @@ fn marks(re: &[f64], im: &[f64], bound: f64) -> Marks {
     }
     Marks {
         unit_gain,
+        half_power,
         real,
         near,
     }
 }
 
-/// `|1 + L|²`.
 /// A modulus, below 0 where the loop is unstable.
 pub(crate) fn signed(stable: bool, modulus: f64) -> f64 {
     if stable { modulus } else { -modulus }
 }
 
+/// `|L|² − 1`.
+fn over_unit_gain(value: Complex<f64>) -> f64 {
+    value.norm_sqr() - 1.0
+}
+
+/// `|L − 1|² − 2`, above 0 where `|L/(1 + L)| > 1/√2`: `2·|L|² > |1 + L|²`.
+fn over_half_power(value: Complex<f64>) -> f64 {
+    (value - 1.0).norm_sqr() - 2.0
+}
+
+/// `|1 + L|²`.
 fn squared_distance(value: Complex<f64>) -> f64 {
     let re = 1.0 + value.re;
     re * re + value.im * value.im

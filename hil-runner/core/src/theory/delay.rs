@@ -94,6 +94,7 @@ impl DelayedLoop {
             kp_v_per_rad: kp,
             ki_v_per_rads: ki,
             kd_vs_per_rad: kd,
+            ..
         } = self.gains;
         let s = Complex::new(0.0, radps);
         let half = turn(-0.5 * radps * self.period_s);

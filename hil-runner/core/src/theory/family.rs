@@ -1,18 +1,19 @@
 //! The loops of one axis and one timing, and the margins of a case.
 //!
 //! L is linear in the three gains: each part is kept on a grid of frequencies, and
-//! a loop costs three products a point.
+//! a loop costs three products a point. The derivative's filter is a factor of its
+//! part, so that it is open as the gains are.
 
 use core::f64::consts::PI;
 
 use nalgebra::Complex;
 use plant::{Amplifier, AxisParameters};
 
-use super::characteristic::{Characteristic, LoopGains, is_papers_loop};
+use super::characteristic::{Characteristic, LoopGains};
 use super::curve::{Curve, Limits, Margin, bends, refined, signed};
-use super::delay::DelayedLoop;
-use super::linear_axis::{JointState, LinearAxis};
-use crate::case::{Case, Law};
+use super::held::on_circle;
+use super::linear_axis::{JointState, LinearAxis, Shaft};
+use crate::case::Case;
 use crate::number::seconds;
 
 /// An axis of the paper's kind needs about a hundred points.
@@ -47,8 +48,9 @@ pub enum LoopError {
     },
 }
 
-/// All loops of one axis, kind of drive, sample time, delay and state of the joint: gains,
-/// encoder, converter and the amplifier's gain are open.
+/// All loops of one axis, kind of drive, encoders of position, sample time, delay and
+/// state of the joint: gains, the derivative's filter, encoder steps, converter and the
+/// amplifier's gain are open.
 ///
 /// ```
 /// use hil_core::runfile;
@@ -69,32 +71,46 @@ pub struct LoopFamily {
     /// Angles θ = ωΔt up to π.
     pub(super) theta: Vec<f64>,
     /// The parts of `L(e^{jθ})` for K_p, K_i and K_d.
-    re: [Vec<f64>; 3],
-    im: [Vec<f64>; 3],
+    pub(super) parts: [Parts; 3],
+    /// `w = e^{jθ} − 1`.
+    w: Parts,
 }
 
-/// Everything that a family depends on. b, dry and quadratic resistance, motion and
-/// everything that is open have no part in it.
+/// Real and imaginary parts, point by point.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub(super) struct Parts {
+    pub(super) re: Vec<f64>,
+    pub(super) im: Vec<f64>,
+}
+
+impl Parts {
+    pub(super) fn push(&mut self, value: Complex<f64>) {
+        self.re.push(value.re);
+        self.im.push(value.im);
+    }
+}
+
+/// Everything that a family depends on: equal for two families exactly if they are the
+/// same. b, dry and quadratic resistance, motion and everything that is open have no part
+/// in it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FamilyKey {
-    axis: Option<LinearAxis>,
+    pub(super) axis: LinearAxis,
     timing_ns: [u64; 2],
 }
 
-impl LoopFamily {
-    /// Works out the responses on a grid of frequencies and the characteristic
-    /// polynomial: some ten microseconds to a millisecond.
-    ///
-    /// # Errors
-    /// [`LoopError`] for a rigid axis in a gap, and for a timing that
-    /// cannot be.
-    pub fn new(
-        axis: &AxisParameters,
-        amplifier: &Amplifier,
-        [period_ns, delay_ns]: [u64; 2],
-        joint: JointState,
-    ) -> Result<Self, LoopError> {
-        let axis = LinearAxis::new(axis, amplifier, joint).ok_or(LoopError::RigidHasNoGap)?;
+impl FamilyKey {
+    /// The key of a case's family; none where it has no fixed sample time and delay, or
+    /// no such loop.
+    pub fn of(case: &Case, joint: JointState) -> Option<Self> {
+        let period_ns = case.controller.sample_time_ns?;
+        let delay_ns = case.controller.computation_delay.fixed_ns()?;
+        let axis = LinearAxis::of(case, joint)?;
+        Self::new(axis, [period_ns, delay_ns]).ok()
+    }
+
+    fn new(axis: LinearAxis, timing_ns: [u64; 2]) -> Result<Self, LoopError> {
+        let [period_ns, delay_ns] = timing_ns;
         if period_ns == 0 {
             return Err(LoopError::NoSampleTime);
         }
@@ -104,48 +120,66 @@ impl LoopFamily {
                 period_ns,
             });
         }
-        Ok(Self::of_axis(&axis, seconds(period_ns), seconds(delay_ns)))
+        Ok(Self { axis, timing_ns })
+    }
+
+    /// T and τ \[s\].
+    pub(super) fn timing_s(&self) -> [f64; 2] {
+        self.timing_ns.map(seconds)
+    }
+
+    /// The family.
+    pub(super) fn family(&self) -> LoopFamily {
+        let [period_s, delay_s] = self.timing_s();
+        LoopFamily::of_axis(&self.axis, period_s, delay_s)
+    }
+}
+
+impl LoopFamily {
+    /// Works out the responses on a grid of frequencies and the characteristic
+    /// polynomial: some ten microseconds to a millisecond. The position is the motor's.
+    ///
+    /// # Errors
+    /// [`LoopError`] for a rigid axis in a gap, and for a timing that
+    /// cannot be.
+    pub fn new(
+        axis: &AxisParameters,
+        amplifier: &Amplifier,
+        timing_ns: [u64; 2],
+        joint: JointState,
+    ) -> Result<Self, LoopError> {
+        let axis = LinearAxis::new(axis, amplifier, joint).ok_or(LoopError::RigidHasNoGap)?;
+        Ok(FamilyKey::new(axis, timing_ns)?.family())
     }
 
     /// The same for an axis that is linear already.
     pub(crate) fn of_axis(axis: &LinearAxis, period_s: f64, delay_s: f64) -> Self {
         let characteristic = Characteristic::new(axis, period_s, delay_s);
         let mut family = Self {
-            theta: angles(&characteristic, &axis.corners_radps(), period_s),
+            theta: angles(&characteristic, axis, period_s),
             characteristic,
             period_s,
-            re: Default::default(),
-            im: Default::default(),
+            parts: Default::default(),
+            w: Parts::default(),
         };
         for &theta in &family.theta {
-            for (k, part) in family.characteristic.parts(theta).iter().enumerate() {
-                family.re[k].push(part.re);
-                // In the middle of the spectrum every response is real.
-                family.im[k].push(if theta == PI { 0.0 } else { part.im });
+            // In the middle of the spectrum every response is real.
+            let real = |value: Complex<f64>| match theta == PI {
+                true => Complex::from(value.re),
+                false => value,
+            };
+            for (of, part) in family.parts.iter_mut().zip(characteristic.parts(theta)) {
+                of.push(real(part));
             }
+            family.w.push(real(on_circle(theta)));
         }
         family
     }
 
     /// The family of a case; none where it has no fixed sample time and delay,
-    /// or no such joint.
+    /// or no such loop.
     pub fn of(case: &Case, joint: JointState) -> Option<Self> {
-        let period_ns = case.controller.sample_time_ns?;
-        let delay_ns = case.controller.computation_delay.fixed_ns()?;
-        Self::new(&case.axis, &case.amplifier, [period_ns, delay_ns], joint).ok()
-    }
-
-    /// Equal for two families exactly if they are the same.
-    pub fn key(
-        axis: &AxisParameters,
-        amplifier: &Amplifier,
-        timing_ns: [u64; 2],
-        joint: JointState,
-    ) -> FamilyKey {
-        FamilyKey {
-            axis: LinearAxis::new(axis, amplifier, joint),
-            timing_ns,
-        }
+        Some(FamilyKey::of(case, joint)?.family())
     }
 
     /// The margins of the closed loop: a microsecond or two.
@@ -154,7 +188,9 @@ impl LoopFamily {
         let at = |theta: f64| self.at(gains, theta);
         let mut margin = self.with_curve(gains, &at, |curve| Margin::of(curve, stable));
         margin.weakest_radps /= self.period_s;
-        margin.crossover_radps = margin.crossover_radps.map(|theta| theta / self.period_s);
+        for frequency in [&mut margin.crossover_radps, &mut margin.bandwidth_radps] {
+            *frequency = frequency.map(|theta| theta / self.period_s);
+        }
         margin
     }
 
@@ -184,7 +220,7 @@ impl LoopFamily {
         at: &F,
         use_curve: impl FnOnce(&Curve<'_, F>) -> T,
     ) -> T {
-        let (re, im) = (combine(&self.re, gains), combine(&self.im, gains));
+        let Parts { re, im } = self.combine(&self.parts, gains);
         if re[0] * re[0] + im[0] * im[0] > 4.0 {
             return use_curve(&Curve {
                 frequency: &self.theta,
@@ -216,19 +252,51 @@ impl LoopFamily {
             ends_real: true,
         })
     }
+
+    /// `kp·P + ki·I + kd·F·D` on the grid, with the filter `F = a·z/(w + a)` of the
+    /// derivative.
+    pub(super) fn combine(&self, parts: &[Parts; 3], gains: &LoopGains) -> Parts {
+        let [p, i, d] = parts;
+        let filtered = (gains.smoothing != 1.0).then(|| filtered(d, &self.w, gains.smoothing));
+        let d = filtered.as_ref().unwrap_or(d);
+        Parts {
+            re: combine([&p.re, &i.re, &d.re], gains),
+            im: combine([&p.im, &i.im, &d.im], gains),
+        }
+    }
 }
 
 /// `kp·P + ki·I + kd·D`, point by point.
-fn combine(parts: &[Vec<f64>; 3], gains: &LoopGains) -> Vec<f64> {
+fn combine([p, i, d]: [&[f64]; 3], gains: &LoopGains) -> Vec<f64> {
     let (kp, ki, kd) = (gains.kp_v_per_rad, gains.ki_v_per_rads, gains.kd_vs_per_rad);
-    let [p, i, d] = parts;
     let points = p.iter().zip(i).zip(d);
     points.map(|((p, i), d)| kp * p + ki * i + kd * d).collect()
 }
 
+/// `a·z/(w + a)·D`, point by point:
+/// `a·((1 + w)·(w* + a))/|w + a|² = a·((1 + u)·(u + a) + v² − j·v·(1 − a))/|w + a|²`
+/// with w = u + jv.
+fn filtered(d: &Parts, w: &Parts, a: f64) -> Parts {
+    let mut filtered = Parts {
+        re: Vec::with_capacity(d.re.len()),
+        im: Vec::with_capacity(d.re.len()),
+    };
+    for (((re, im), u), v) in d.re.iter().zip(&d.im).zip(&w.re).zip(&w.im) {
+        let scale = a / ((u + a) * (u + a) + v * v);
+        let (fr, fi) = (
+            scale * ((1.0 + u) * (u + a) + v * v),
+            scale * (v * (a - 1.0)),
+        );
+        filtered.re.push(fr * re - fi * im);
+        filtered.im.push(fr * im + fi * re);
+    }
+    filtered
+}
+
 /// Angles from far below the lowest corner to π, closer where the response
 /// bends.
-fn angles(characteristic: &Characteristic, corners_radps: &[f64; 4], period_s: f64) -> Vec<f64> {
+fn angles(characteristic: &Characteristic, axis: &LinearAxis, period_s: f64) -> Vec<f64> {
+    let corners_radps = axis.corners_radps();
     let slowest = corners_radps.iter().copied().fold(f64::INFINITY, f64::min);
     let mut theta = (slowest * period_s / 30.0).clamp(1e-12, 0.01);
     let mut base = Vec::new();
@@ -243,24 +311,15 @@ fn angles(characteristic: &Characteristic, corners_radps: &[f64; 4], period_s: f
         (turns - (turns + 0.5).floor()).abs() * 2.0 * PI
     });
     // The axis with K_p alone: K_i and K_d add a slope that is as smooth.
-    let response = |theta: f64| characteristic.parts(theta)[0];
-    let points = refined(base, &folded, LIMITS, response, bends);
-    points.iter().map(|&(theta, _)| theta).collect()
-}
-
-/// The margins of a case's linear loop: sampled, with hold and delay as they
-/// are, or on rung `continuous` the paper's own. `None` where the loop is not
-/// the paper's ([`is_papers_loop`]), its sample time or delay is not known, or
-/// a rigid axis is asked for its gap.
-///
-/// Works out a family for one case; whoever has many of one axis and timing
-/// keeps the [`LoopFamily`].
-pub fn margin(case: &Case, joint: JointState) -> Option<Margin> {
-    if !is_papers_loop(case) {
-        return None;
+    let of_part = |base: Vec<f64>, part: usize| -> Vec<f64> {
+        let response = |theta: f64| characteristic.parts(theta)[part];
+        let points = refined(base, &folded, LIMITS, response, bends);
+        points.iter().map(|&(theta, _)| theta).collect()
+    };
+    let theta = of_part(base, 0);
+    match axis.position_of {
+        Shaft::Motor => theta,
+        // What K_d sees bends elsewhere.
+        Shaft::Screw => of_part(theta, 2),
     }
-    if case.controller.law == Law::Continuous {
-        return Some(DelayedLoop::of(case, joint)?.margin());
-    }
-    Some(LoopFamily::of(case, joint)?.margin(&LoopGains::of(case)))
 }

@@ -73,7 +73,11 @@ impl<const N: usize> HeldStep<N> {
     /// The step of an axis over `period_s` with the new voltage after `delay_s`; of a
     /// current drive the commanded current.
     pub(crate) fn new(axis: &LinearAxis, period_s: f64, delay_s: f64) -> Self {
-        let (a, b) = &axis.system();
+        Self::of(&axis.system(), period_s, delay_s)
+    }
+
+    /// The step of `ẋ = A·x + B·u`.
+    fn of((a, b): &(SMatrix<f64, N, N>, SVector<f64, N>), period_s: f64, delay_s: f64) -> Self {
         let (whole, _) = integral(a, period_s);
         let (rest, after) = integral(a, period_s - delay_s);
         let (delayed, _) = integral(a, delay_s);
@@ -108,6 +112,18 @@ impl PulseResponse {
             4 => Self::of::<4, 3>(&HeldStep::new(axis, period_s, delay_s)),
             5 => Self::of::<5, 4>(&HeldStep::new(axis, period_s, delay_s)),
             _ => Self::of::<6, 5>(&HeldStep::new(axis, period_s, delay_s)),
+        }
+    }
+
+    /// `γ/V` of an axis of two bodies, the pole at w = 0 being γ itself.
+    pub(crate) fn of_screw(axis: &LinearAxis, period_s: f64, delay_s: f64) -> Self {
+        fn step<const N: usize>(axis: &LinearAxis, t: f64, delay: f64) -> HeldStep<N> {
+            HeldStep::of(&axis.system_of_screw(), t, delay)
+        }
+        match axis.states() {
+            4 => Self::of::<4, 3>(&step(axis, period_s, delay_s)),
+            5 => Self::of::<5, 4>(&step(axis, period_s, delay_s)),
+            _ => Self::of::<6, 5>(&step(axis, period_s, delay_s)),
         }
     }
 

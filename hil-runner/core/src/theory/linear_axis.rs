@@ -3,6 +3,9 @@
 use nalgebra::{Complex, SMatrix, SVector};
 use plant::{Amplifier, AxisParameters, Control, Joint};
 
+use crate::case::{Case, Law};
+use crate::options::Feedback;
+
 /// State of the joint in the linear picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum JointState {
@@ -35,6 +38,23 @@ pub(crate) struct LinearAxis {
     pub(crate) pitch_m_per_rad: f64,
     /// `z`.
     pub(crate) gear_ratio: f64,
+    /// The shaft whose encoder K_p and K_i see; K_d sees the motor's.
+    pub(crate) position_of: Shaft,
+}
+
+/// A shaft with an encoder.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Shaft {
+    /// The motor's, α = β/z.
+    Motor,
+    /// The screw's, γ, behind the joint.
+    Screw,
+}
+
+/// True if the position comes from the load's encoder: on rung `firmware` with
+/// `controller.feedback = "dual"`.
+pub(crate) fn has_dual_feedback(case: &Case) -> bool {
+    case.controller.law == Law::Firmware && case.options.law.feedback == Feedback::Dual
 }
 
 /// The amplifier with the armature, within all limits.
@@ -61,7 +81,26 @@ struct Load {
 }
 
 impl LinearAxis {
-    /// The linear axis; none within the gap of a rigid axis, which has none.
+    /// The linear axis of a case with the encoders that close its loop; none within
+    /// the gap of a rigid axis, and none there of a position that comes from the load,
+    /// which does not see the motor.
+    pub(crate) fn of(case: &Case, joint: JointState) -> Option<Self> {
+        let axis = Self::new(&case.axis, &case.amplifier, joint)?;
+        if !has_dual_feedback(case) {
+            return Some(axis);
+        }
+        // One body is its own load.
+        let position_of = match axis.has_joint() {
+            true => Shaft::Screw,
+            false => Shaft::Motor,
+        };
+        (joint == JointState::Contact).then_some(Self {
+            position_of,
+            ..axis
+        })
+    }
+
+    /// The linear axis, its position from the motor; none within the gap of a rigid axis, which has none.
     pub(crate) fn new(
         axis: &AxisParameters,
         amplifier: &Amplifier,
@@ -114,6 +153,7 @@ impl LinearAxis {
             load,
             pitch_m_per_rad: p,
             gear_ratio: z,
+            position_of: Shaft::Motor,
         })
     }
 
@@ -193,6 +233,23 @@ impl LinearAxis {
         (a, b)
     }
 
+    /// The same of two bodies with the screw first: γ = β − ε and γ̇ for β and β̇.
+    /// The screw's own row keeps the digits that a difference of two large answers
+    /// would lose.
+    pub(crate) fn system_of_screw<const N: usize>(&self) -> (SMatrix<f64, N, N>, SVector<f64, N>) {
+        let (mut a, mut b) = self.system::<N>();
+        for (first, joint) in [(0, 2), (1, 3)] {
+            let row = a.row(first) - a.row(joint);
+            a.set_row(first, &row);
+            b[first] -= b[joint];
+        }
+        for (first, joint) in [(0, 2), (1, 3)] {
+            let column = a.column(joint) + a.column(first);
+            a.set_column(joint, &column);
+        }
+        (a, b)
+    }
+
     /// `k_m/z`, R and L.
     fn armature(&self) -> (f64, f64, f64) {
         (self.torque_nm_per_a, self.resistance_ohm, self.inductance_h)
@@ -213,6 +270,34 @@ impl LinearAxis {
         };
         let [divisor, per_command, per_induced] = self.actuation(s);
         free * km * per_command / (divisor * load + s * free * (km * km) * per_induced)
+    }
+
+    /// Answers of gear and screw to the command and to a force on the carriage,
+    /// `[[β/u, β/F], [γ/u, γ/F]]` \[rad/V or rad/A, rad/N\], with F against
+    /// positive x, whose torque on the screw is −p·F:
+    ///
+    /// ```text
+    /// (Z + D·q)·β − D·q·γ = κ·n·u         Z = D·J1·s² + κ²·g·s
+    /// (m + q)·γ − q·β = −p·F              Δ = Z·(m + q) + D·q·m
+    /// ```
+    pub(crate) fn answers(&self, s: Complex<f64>) -> [[Complex<f64>; 2]; 2] {
+        let (km, p) = (self.torque_nm_per_a, self.pitch_m_per_rad);
+        let [divisor, per_command, per_induced] = self.actuation(s);
+        let drive = per_command * km;
+        let motor = divisor * s * s * self.gear_kg_m2 + s * per_induced * (km * km);
+        match self.joint_and_screw(s) {
+            None => {
+                let all = motor + divisor * s * self.drag_nms_per_rad;
+                let answers = [drive / all, -divisor * p / all];
+                [answers, answers]
+            }
+            Some((q, m)) => {
+                let all = motor * (m + q) + divisor * q * m;
+                let gear = [drive * (m + q) / all, -divisor * q * p / all];
+                let screw = [drive * q / all, -(motor + divisor * q) * p / all];
+                [gear, screw]
+            }
+        }
     }
 
     /// D, n and g of `D·I = n·u − g·κ·s·β`.

@@ -6,11 +6,12 @@
 //!           in contact     Φ, Γ0, Γ1    β/V in w = z − 1   L(e^{jωΔt})        Routh
 //!           or in the gap                                       │
 //!                    LoopFamily = Characteristic + Grid ────────┴──► Margin
+//!                                            Loops, LoopCurves ──► LoopFigures, plots
 //! ```
 //!
 //! | question | function |
 //! | --- | --- |
-//! | how far from instability? | [`LoopFamily::margin`], [`margin`] |
+//! | how far from instability, how fast, how stiff? | [`Loops::figures`], [`margin`] |
 //! | what do hold and delay cost, to first order? | [`margin_by_delay`] |
 //! | does the axis cycle in its gap? | [`gap_cycle`] |
 //! | does it cycle by steps of encoder or converter? | [`encoder_cycle`], [`dac_cycle`] |
@@ -22,22 +23,27 @@
 
 mod characteristic;
 mod curve;
+mod curves;
 mod cycles;
 mod delay;
 mod family;
 mod held;
 mod linear_axis;
+mod loops;
 mod noise;
+mod stiffness;
 #[cfg(test)]
 mod tests;
 
 pub use characteristic::{LoopGains, is_papers_loop, loop_gain};
 pub use curve::Margin;
+pub use curves::{LoopCurve, LoopCurves};
 pub use cycles::{
     Cycle, CycleStability, FEWEST_SAMPLES, MOST_DISTORTION, dac_cycle, dac_cycles, encoder_cycle,
     encoder_cycles, gap_cycle, gap_cycles, joint_share, quantiser, quantiser_bias,
 };
 pub use delay::margin_by_delay;
-pub use family::{FamilyKey, LoopError, LoopFamily, margin};
+pub use family::{FamilyKey, LoopError, LoopFamily};
 pub use linear_axis::JointState;
+pub use loops::{JOINT_STATES, LoopFigures, Loops, left_out, margin, no_figure, no_loop};
 pub use noise::{Noise, NoiseFigures, quantisation_noise};

@@ -227,6 +227,7 @@ fn held_response_tends_to_the_continuous_one() {
             kp_v_per_rad: 1.0,
             ki_v_per_rads: 0.0,
             kd_vs_per_rad: 0.0,
+            smoothing: 1.0,
         };
         let radps = draw.decades(1.0, 3000.0);
         let (t, s) = (1e-7, Complex::new(0.0, radps));

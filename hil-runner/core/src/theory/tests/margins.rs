@@ -6,10 +6,12 @@ use nalgebra::Complex;
 use plant::{Amplifier, AxisParameters, Control, Joint};
 
 use super::super::characteristic::LoopGains;
-use super::super::family::{LoopError, LoopFamily};
+use super::super::family::{FamilyKey, LoopError, LoopFamily};
 use super::super::linear_axis::JointState;
 use super::{Draw, case};
+use crate::case::{Case, ComputationDelay};
 use crate::number::seconds;
+use crate::options::Feedback;
 
 /// Gains so small that the loop crosses over below the grid.
 #[test]
@@ -20,6 +22,7 @@ fn a_slow_loop_is_read_below_the_grid() {
         kp_v_per_rad: 1e-3,
         ki_v_per_rads: 0.0,
         kd_vs_per_rad: 0.0,
+        smoothing: 1.0,
     };
     let margin = family.margin(&gains);
     // Far below the run-up L = K/(k_m·s).
@@ -57,6 +60,7 @@ fn a_loop_without_position_is_not_stable() {
         kp_v_per_rad: kp,
         ki_v_per_rads: ki,
         kd_vs_per_rad: kd,
+        smoothing: 1.0,
     };
     assert!(!family.is_stable(&gains(0.0, 0.0, 0.5)));
     assert!(!family.is_stable(&gains(0.0, 0.0, 0.0)));
@@ -117,7 +121,13 @@ fn what_cannot_be_is_refused() {
 fn keys_tell_families_apart() {
     let case = case("paper-2", &[]);
     let (contact, amplifier) = (JointState::Contact, case.amplifier);
-    let key = |axis: &AxisParameters| LoopFamily::key(axis, &amplifier, [1000, 0], contact);
+    let of = |change: &dyn Fn(&mut Case), joint: JointState| {
+        let mut case = case.clone();
+        case.controller.sample_time_ns = Some(1000);
+        change(&mut case);
+        FamilyKey::of(&case, joint).unwrap()
+    };
+    let key = |axis: &AxisParameters| of(&|case| case.axis = *axis, contact);
     let ideal = Amplifier {
         control: Control::Current {
             current_limit_a: 1.0,
@@ -140,10 +150,14 @@ fn keys_tell_families_apart() {
     }
     assert_ne!(key(&axis), key(&case.axis));
     let other = [
-        LoopFamily::key(&case.axis, &amplifier, [1001, 0], contact),
-        LoopFamily::key(&case.axis, &amplifier, [1000, 1], contact),
-        LoopFamily::key(&case.axis, &amplifier, [1000, 0], JointState::Gap),
-        LoopFamily::key(&case.axis, &ideal, [1000, 0], contact),
+        of(&|case| case.controller.sample_time_ns = Some(1001), contact),
+        of(
+            &|case| case.controller.computation_delay = ComputationDelay::Fixed(1),
+            contact,
+        ),
+        of(&|_| (), JointState::Gap),
+        of(&|case| case.amplifier = ideal, contact),
+        of(&|case| case.options.law.feedback = Feedback::Dual, contact),
     ];
     assert!(other.iter().all(|other| *other != key(&case.axis)));
 }

@@ -5,10 +5,13 @@ mod delay;
 mod describing;
 mod gap_cycles;
 mod linear;
+mod loops;
 mod margins;
+mod matrices;
 mod noise;
 mod simulated;
 mod step_cycles;
+mod stiffness;
 mod swing;
 
 use plant::{
@@ -124,6 +127,7 @@ impl Draw {
             } else {
                 kp * self.decades(1e-4, 0.1)
             },
+            smoothing: 1.0,
         }
     }
 }

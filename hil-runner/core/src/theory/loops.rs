@@ -1,0 +1,316 @@
+//! Figures of a case's linear loop, joint state by joint state: margins, crossover,
+//! bandwidth and stiffness, and the reason where there is none.
+//!
+//! The loop is the exact sampled one of the case: hold, delay, the derivative's filter, the
+//! encoders that close it, the kind of drive. The options act on rung `firmware` alone; the
+//! gains are those of the run file before they are rounded. Nonlinear parts
+//! are left out: limits of converter, amplifier and current, with them anti-windup, the
+//! steps of encoder and converter, and what [`left_out`] names. Feed-forward, compensation
+//! in the reference and supervision stand outside of the loop, and the derivative of the
+//! measurement is in it what that of the error is.
+//!
+//! Where gains change during the run, a joint state's figures are, all of them, those of the
+//! gains with the smaller signed modulus margin.
+
+use std::collections::VecDeque;
+
+use core::f64::consts::{PI, TAU};
+
+use serde::Serialize;
+
+use super::characteristic::LoopGains;
+use super::curve::Margin;
+use super::delay::DelayedLoop;
+use super::family::{FamilyKey, LoopFamily};
+use super::linear_axis::{JointState, has_dual_feedback};
+use super::stiffness::Compliance;
+use crate::case::{Case, Law};
+use crate::figures;
+use crate::options::RestIntegrator;
+
+/// Families that are kept: those of neighbouring points of a grid, or of the corners of an
+/// axis.
+const KEPT: usize = 32;
+
+/// Both joint states, in the order of a pair of figures.
+pub const JOINT_STATES: [JointState; 2] = [JointState::Contact, JointState::Gap];
+
+/// Figures of a case's linear sampled loop; `None` where there is no such loop
+/// ([`no_loop`]), and for a figure that this loop does not have.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct LoopFigures {
+    /// Modulus margin 1/M_s in contact, negative where the loop is unstable.
+    pub modulus_margin_contact: Option<f64>,
+    /// The same in the gap.
+    pub modulus_margin_gap: Option<f64>,
+    /// Gain margin in contact \[dB\]; none of an unstable loop, or where no gain makes it so.
+    pub gain_margin_contact_db: Option<f64>,
+    /// The same in the gap.
+    pub gain_margin_gap_db: Option<f64>,
+    /// Phase margin in contact \[°\], a lag if above 0; none of an unstable loop.
+    pub phase_margin_contact_deg: Option<f64>,
+    /// The same in the gap.
+    pub phase_margin_gap_deg: Option<f64>,
+    /// Lowest frequency at which |L| falls to 1 in contact \[Hz\], of an unstable loop too.
+    pub crossover_contact_hz: Option<f64>,
+    /// The same in the gap.
+    pub crossover_gap_hz: Option<f64>,
+    /// Lowest frequency at which |T| falls below 1/√2 in contact \[Hz\], of `T = L/(1 + L)`
+    /// with L broken at the code: the motor's position against its setpoint, and with two
+    /// encoders, or the derivative of the measurement, the same without what those leave
+    /// out of the setpoint's way. None of an unstable loop.
+    pub bandwidth_contact_hz: Option<f64>,
+    /// The same in the gap.
+    pub bandwidth_gap_hz: Option<f64>,
+    /// Least dynamic stiffness against a force on the carriage, in contact, up to half of
+    /// the sample rate \[N/µm\]; none of an unstable loop.
+    pub least_stiffness_n_per_um: Option<f64>,
+}
+
+impl LoopFigures {
+    /// The worse of each figure of two loops. A state of the joint that one of them does not
+    /// have is that of the other.
+    #[must_use]
+    pub fn worse(&self, other: &Self) -> Self {
+        let least = |a: Option<f64>, b: Option<f64>| Some(a?.min(b?));
+        let worse = |loops: [Option<f64>; 2], of: fn(&Self) -> Option<f64>| match loops {
+            [_, None] => of(self),
+            [None, _] => of(other),
+            _ => least(of(self), of(other)),
+        };
+        let contact = [self.modulus_margin_contact, other.modulus_margin_contact];
+        let gap = [self.modulus_margin_gap, other.modulus_margin_gap];
+        Self {
+            modulus_margin_contact: worse(contact, |of| of.modulus_margin_contact),
+            modulus_margin_gap: worse(gap, |of| of.modulus_margin_gap),
+            gain_margin_contact_db: worse(contact, |of| of.gain_margin_contact_db),
+            gain_margin_gap_db: worse(gap, |of| of.gain_margin_gap_db),
+            phase_margin_contact_deg: worse(contact, |of| of.phase_margin_contact_deg),
+            phase_margin_gap_deg: worse(gap, |of| of.phase_margin_gap_deg),
+            crossover_contact_hz: worse(contact, |of| of.crossover_contact_hz),
+            crossover_gap_hz: worse(gap, |of| of.crossover_gap_hz),
+            bandwidth_contact_hz: worse(contact, |of| of.bandwidth_contact_hz),
+            bandwidth_gap_hz: worse(gap, |of| of.bandwidth_gap_hz),
+            least_stiffness_n_per_um: worse(contact, |of| of.least_stiffness_n_per_um),
+        }
+    }
+
+    /// A figure by its key.
+    pub fn figure(&self, key: &str) -> Option<f64> {
+        match key {
+            "modulus_margin_contact" => self.modulus_margin_contact,
+            "modulus_margin_gap" => self.modulus_margin_gap,
+            "gain_margin_contact_db" => self.gain_margin_contact_db,
+            "gain_margin_gap_db" => self.gain_margin_gap_db,
+            "phase_margin_contact_deg" => self.phase_margin_contact_deg,
+            "phase_margin_gap_deg" => self.phase_margin_gap_deg,
+            "crossover_contact_hz" => self.crossover_contact_hz,
+            "crossover_gap_hz" => self.crossover_gap_hz,
+            "bandwidth_contact_hz" => self.bandwidth_contact_hz,
+            "bandwidth_gap_hz" => self.bandwidth_gap_hz,
+            "least_stiffness_n_per_um" => self.least_stiffness_n_per_um,
+            _ => None,
+        }
+    }
+}
+
+/// Figures of loops, with the families that were asked for last.
+///
+/// ```
+/// use hil_core::runfile;
+/// use hil_core::theory::Loops;
+///
+/// let filtered = "controller.derivative_filter_s=0.002".to_owned();
+/// let case = runfile::builtin("paper-2", &[filtered])?;
+/// let figures = Loops::default().figures(&case);
+/// assert!(figures.modulus_margin_contact > Some(0.5));
+/// assert!(figures.modulus_margin_gap < figures.modulus_margin_contact);
+/// # Ok::<(), runfile::RunFileErrors>(())
+/// ```
+#[derive(Debug, Default)]
+pub struct Loops {
+    known: VecDeque<Known>,
+}
+
+/// A family, and the compliances of its loops once they were asked for.
+#[derive(Debug)]
+struct Known {
+    key: FamilyKey,
+    family: LoopFamily,
+    compliance: Option<Compliance>,
+}
+
+impl Loops {
+    /// All figures of a case: some microseconds, and about a hundred for each new family.
+    pub fn figures(&mut self, case: &Case) -> LoopFigures {
+        match LoopGains::after_change(case) {
+            None => self.figures_of(case, &[LoopGains::of(case)]),
+            Some(after) => self.figures_of(case, &[LoopGains::of(case), after]),
+        }
+    }
+
+    /// Those of a case with other gains; of several, each joint state's with the smallest
+    /// signed modulus margin.
+    pub fn figures_of(&mut self, case: &Case, gains: &[LoopGains]) -> LoopFigures {
+        let [contact, gap] = JOINT_STATES.map(|joint| {
+            let family = &self.known(case, joint)?.family;
+            worst(family, gains.iter().copied())
+        });
+        let stiffness = contact
+            .filter(|(margin, _)| margin.stable)
+            .and_then(|(_, gains)| Some(self.known(case, JointState::Contact)?.stiffness(&gains)));
+        let [contact, gap] = [contact, gap].map(|worst| worst.map(|(margin, _)| margin));
+        let gain_db = |margin: Option<Margin>| Some(20.0 * libm::log10(margin?.gain?));
+        let phase_deg = |margin: Option<Margin>| Some(margin?.phase_rad? * (180.0 / PI));
+        let crossover_hz = |margin: Option<Margin>| Some(margin?.crossover_radps? / TAU);
+        let bandwidth_hz = |margin: Option<Margin>| Some(margin?.bandwidth_radps? / TAU);
+        LoopFigures {
+            modulus_margin_contact: contact.map(|margin| margin.signed()),
+            modulus_margin_gap: gap.map(|margin| margin.signed()),
+            gain_margin_contact_db: gain_db(contact),
+            gain_margin_gap_db: gain_db(gap),
+            phase_margin_contact_deg: phase_deg(contact),
+            phase_margin_gap_deg: phase_deg(gap),
+            crossover_contact_hz: crossover_hz(contact),
+            crossover_gap_hz: crossover_hz(gap),
+            bandwidth_contact_hz: bandwidth_hz(contact),
+            bandwidth_gap_hz: bandwidth_hz(gap),
+            least_stiffness_n_per_um: stiffness,
+        }
+    }
+
+    /// The signed modulus margins alone, in contact and in the gap.
+    pub fn signed_modulus(&mut self, case: &Case) -> [Option<f64>; 2] {
+        JOINT_STATES.map(|joint| {
+            let family = &self.known(case, joint)?.family;
+            let of_gains = each_gains(case).map(|gains| family.signed_modulus(&gains));
+            of_gains.min_by(f64::total_cmp)
+        })
+    }
+
+    /// The family of a case; none where it has no such loop.
+    fn known(&mut self, case: &Case, joint: JointState) -> Option<&mut Known> {
+        if no_loop(case, joint).is_some() {
+            return None;
+        }
+        let key = FamilyKey::of(case, joint)?;
+        let place = self.known.iter().position(|known| known.key == key);
+        let place = place.unwrap_or_else(|| {
+            // The oldest makes room.
+            self.known.truncate(KEPT - 1);
+            self.known.push_front(Known {
+                key,
+                family: key.family(),
+                compliance: None,
+            });
+            0
+        });
+        self.known.get_mut(place)
+    }
+}
+
+impl Known {
+    /// The least stiffness \[N/µm\].
+    fn stiffness(&mut self, gains: &LoopGains) -> f64 {
+        let (key, family) = (&self.key, &self.family);
+        let compliance = &mut self.compliance;
+        let compliance = compliance.get_or_insert_with(|| Compliance::new(key, family));
+        compliance.least_n_per_um(family, gains)
+    }
+}
+
+/// The gains of a run: those at its start, and those after a change.
+fn each_gains(case: &Case) -> impl Iterator<Item = LoopGains> {
+    core::iter::once(LoopGains::of(case)).chain(LoopGains::after_change(case))
+}
+
+/// Margins and gains of the loop with the smallest signed modulus margin.
+fn worst(
+    family: &LoopFamily,
+    gains: impl Iterator<Item = LoopGains>,
+) -> Option<(Margin, LoopGains)> {
+    let of_gains = gains.map(|gains| (family.margin(&gains), gains));
+    of_gains.min_by(|(one, _), (other, _)| one.signed().total_cmp(&other.signed()))
+}
+
+/// The margins of a case's linear loop: sampled, with hold and delay as they
+/// are, or on rung `continuous` the paper's own; where gains change, those of
+/// the smaller signed modulus margin. `None` where sample time or delay is not known, or
+/// there is no such loop.
+///
+/// Works out a family for one case; whoever has many keeps [`Loops`].
+pub fn margin(case: &Case, joint: JointState) -> Option<Margin> {
+    if case.controller.law == Law::Continuous {
+        return Some(DelayedLoop::of(case, joint)?.margin());
+    }
+    let family = LoopFamily::of(case, joint)?;
+    worst(&family, each_gains(case)).map(|(margin, _)| margin)
+}
+
+/// The reason why a case has no linear sampled loop in a state of its joint; `None` where
+/// it has one.
+pub fn no_loop(case: &Case, joint: JointState) -> Option<&'static str> {
+    let controller = &case.controller;
+    if controller.law == Law::Continuous {
+        return Some("rung continuous has no sampled loop");
+    }
+    if joint == JointState::Gap {
+        if case.axis.transmission.joint.elastic().is_none() {
+            return Some("a rigid joint has no gap");
+        }
+        if !case.has_gap() {
+            return Some("a joint with transmission.backlash_half_deg = 0 has no gap");
+        }
+        if has_dual_feedback(case) {
+            return Some(
+                "in the gap the load does not see the motor: with controller.feedback = \"dual\" \
+                 there is no position loop",
+            );
+        }
+    }
+    if controller
+        .sample_time_ns
+        .is_none_or(|period_ns| period_ns == 0)
+    {
+        return Some("without controller.sample_time_s there is no sampled loop");
+    }
+    if controller.computation_delay.fixed_ns().is_none() {
+        return Some("a measured computation delay is another one for every sample");
+    }
+    None
+}
+
+/// The note on a case whose linear loop is without some of its options.
+pub fn left_out(case: &Case) -> Option<String> {
+    if case.controller.law != Law::Firmware {
+        return None;
+    }
+    let law = &case.options.law;
+    let keys = [
+        (
+            "controller.slew_limit_codes_per_s",
+            law.slew_limit_codes_per_s.is_some(),
+        ),
+        (
+            "controller.rest_dead_band_counts",
+            law.rest_dead_band_counts > 0,
+        ),
+        (
+            "controller.rest_integrator",
+            law.rest_integrator != RestIntegrator::Run,
+        ),
+    ];
+    let keys: Vec<&str> = keys.iter().filter(|key| key.1).map(|key| key.0).collect();
+    (!keys.is_empty()).then(|| format!("the linear loop leaves out {}", keys.join(", ")))
+}
+
+/// The reason why a case has no figure of that key; `None` where it has a loop, or where the
+/// figure is none of a loop.
+pub fn no_figure(case: &Case, figure: &str) -> Option<&'static str> {
+    let is_of_loop = figures::find(figure).is_some_and(|figure| figure.at_least);
+    let joint = match figure.contains("_gap") {
+        true => JointState::Gap,
+        false => JointState::Contact,
+    };
+    is_of_loop.then(|| no_loop(case, joint)).flatten()
+}
