@@ -83,7 +83,8 @@ impl Document {
 
     pub(crate) fn text(&self) -> String {
         let mut text = String::new();
-        for section in SECTIONS {
+        // [tune] makes no case, and cannot stand without its keys.
+        for section in SECTIONS.iter().filter(|section| section.name != "tune") {
             if !section.name.is_empty() {
                 text.push_str(&format!("[{}]\n", section.name));
             }
@@ -118,9 +119,11 @@ impl Document {
     }
 }
 
+/// Every key that makes the case; those of `[tune]` change none.
 pub(crate) fn all_keys() -> impl Iterator<Item = (&'static Section, &'static Key)> {
     SECTIONS
         .iter()
+        .filter(|section| section.name != "tune")
         .flat_map(|section| section.keys.iter().map(move |key| (section, key)))
 }
 
@@ -159,7 +162,7 @@ pub(crate) fn samples(key: &Key) -> (String, String) {
         Kind::Number(Range::Between(low, high)) => {
             (format!("{low:e}"), format!("{:e}", (low + high) / 2.0))
         }
-        Kind::Number(_) => match key.name {
+        Kind::Number(_) | Kind::NumberOrWord(..) => match key.name {
             // A command of 2 mm that each of its limits limits.
             "max_velocity_mps" => pair("0.05", "0.04"),
             "max_jerk_mps3" => pair("1000", "2000"),
@@ -174,5 +177,7 @@ pub(crate) fn samples(key: &Key) -> (String, String) {
             _ => pair("0.002", "0.001"),
         },
         Kind::Intervals => pair("[1, 0, 1, 0, 1, 0, 1]", "[1, 0.5, 1, 0, 1, 0, 1]"),
+        Kind::Strings => pair("[\"one\"]", "[\"two\"]"),
+        Kind::Table => pair("{ one = 1 }", "{ two = 2 }"),
     }
 }

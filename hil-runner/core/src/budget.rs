@@ -13,11 +13,13 @@ pub struct Verdict {
     pub figure: &'static str,
     /// Its value, signed; null if the run gave none, which fails.
     pub value: Option<f64>,
-    /// Largest allowed magnitude.
+    /// Largest allowed magnitude, or with `at_least` the least value.
     pub limit: f64,
-    /// Limit less magnitude; negative where the limit is exceeded.
+    /// True if the limit is a least value.
+    pub at_least: bool,
+    /// Limit less magnitude, or value less limit; negative where the limit is broken.
     pub margin: Option<f64>,
-    /// True if the magnitude is within the limit.
+    /// True if the limit is kept.
     pub pass: bool,
     /// True if the limit is a default, the run file having no `[budget]`.
     pub default: bool,
@@ -26,11 +28,16 @@ pub struct Verdict {
 impl Verdict {
     /// The verdict on a value; no value fails.
     pub fn new(limit: &Limit, value: Option<f64>, default: bool) -> Self {
-        let margin = value.map(|value| limit.limit - value.abs());
+        let at_least = limit.is_least();
+        let margin = value.map(|value| match at_least {
+            true => value - limit.limit,
+            false => limit.limit - value.abs(),
+        });
         Self {
             figure: limit.figure,
             value,
             limit: limit.limit,
+            at_least,
             margin,
             pass: margin.is_some_and(|margin| margin >= 0.0),
             default,
@@ -104,7 +111,8 @@ pub(crate) fn verdicts(case: &Case, figure: impl Fn(&str) -> Option<f64>) -> Vec
     verdicts
 }
 
-/// The least part of a limit that is left over, 1 − |value|/limit, below 0 where
+/// The least part of a limit that is left over, 1 − |value|/limit or of a least value
+/// value/limit − 1, below 0 where
 /// one is exceeded; `None` without a limit above 0, or where a value is missing
 /// or a limit of 0 is not kept: then no part of a limit says how far.
 pub fn least_relative_margin(verdicts: &[Verdict]) -> Option<f64> {
@@ -152,6 +160,20 @@ mod tests {
         assert_eq!(least(&[verdict(0.0, Some(1.0))]), None);
         assert_eq!(least(&[verdict(10.0, None)]), None);
         assert_eq!(least_relative_margin(&[]), None);
+    }
+
+    #[test]
+    fn a_margin_has_a_least_value() {
+        let at_least = Limit::new("modulus_margin_contact", 0.5);
+        let verdict = |value| Verdict::new(&at_least, Some(value), false);
+        assert!(verdict(0.6).pass && verdict(0.6).at_least);
+        // An unstable loop has a negative margin, whose magnitude is no excuse.
+        assert_eq!(
+            (verdict(-0.75).pass, verdict(-0.75).margin),
+            (false, Some(-1.25))
+        );
+        assert!(!Verdict::new(&limit(50.0), Some(40.0), false).at_least);
+        assert_eq!(least_relative_margin(&[verdict(0.75)]), Some(0.5));
     }
 
     #[test]

@@ -12,6 +12,8 @@ pub struct Figure {
     pub unit: &'static str,
     /// True if it is a whole number in every run.
     pub whole: bool,
+    /// True if more is better: a limit on it is a least value.
+    pub at_least: bool,
 }
 
 const fn figure(key: &'static str, label: &'static str, unit: &'static str) -> Figure {
@@ -20,6 +22,7 @@ const fn figure(key: &'static str, label: &'static str, unit: &'static str) -> F
         label,
         unit,
         whole: false,
+        at_least: false,
     }
 }
 
@@ -27,6 +30,14 @@ const fn figure(key: &'static str, label: &'static str, unit: &'static str) -> F
 const fn count(key: &'static str, label: &'static str, unit: &'static str) -> Figure {
     Figure {
         whole: true,
+        ..figure(key, label, unit)
+    }
+}
+
+/// A figure of which a budget wants a least value.
+const fn least(key: &'static str, label: &'static str, unit: &'static str) -> Figure {
+    Figure {
+        at_least: true,
         ..figure(key, label, unit)
     }
 }
@@ -43,7 +54,7 @@ macro_rules! figures {
 
 figures! {
     /// Every numeric figure of the summary, in its order.
-    SUMMARY_FIGURES: 31 = {
+    SUMMARY_FIGURES: 42 = {
         figure peak_abs_acc_mps2 "Peak carriage acceleration" "m/s²"
         figure peak_acc_overshoot_mps2 "Peak acceleration over the commanded peak" "m/s²"
         figure rms_acc_error_mps2 "RMS acceleration error" "m/s²"
@@ -74,6 +85,17 @@ figures! {
         count rest_encoder_counts "Range of the counts at rest" "counts"
         figure rest_error_max_um "Largest error at rest" "µm"
         figure rest_error_rms_um "RMS error at rest" "µm"
+        least modulus_margin_contact "Modulus margin in contact" ""
+        least modulus_margin_gap "Modulus margin in the gap" ""
+        least gain_margin_contact_db "Gain margin in contact" "dB"
+        least gain_margin_gap_db "Gain margin in the gap" "dB"
+        least phase_margin_contact_deg "Phase margin in contact" "°"
+        least phase_margin_gap_deg "Phase margin in the gap" "°"
+        least crossover_contact_hz "Crossover in contact" "Hz"
+        least crossover_gap_hz "Crossover in the gap" "Hz"
+        least bandwidth_contact_hz "Bandwidth in contact" "Hz"
+        least bandwidth_gap_hz "Bandwidth in the gap" "Hz"
+        least least_stiffness_n_per_um "Least stiffness against a force on the carriage" "N/µm"
         count faults "Faults of the axis" ""
     }
 

@@ -5,6 +5,7 @@ use core::f64::consts::TAU;
 use plant::{Control, Start};
 
 use crate::case::{Case, Law};
+use crate::feed_forward::bias_without_a_sign;
 use crate::number::{self, seconds};
 use crate::options::GapSource;
 use crate::runfile::{Kind, SECTIONS};
@@ -19,6 +20,7 @@ pub(crate) fn of_case(case: &Case) -> impl Iterator<Item = String> {
         .chain(unheld_load(case))
         .chain(gap_under_load(case).filter(|_| measures))
         .chain(start_without_a_flank(case))
+        .chain(bias_without_a_sign(case))
         .chain(late_loads(case))
         .chain(late_events(case))
 }

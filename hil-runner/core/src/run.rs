@@ -9,12 +9,13 @@ use crate::demand;
 use crate::error::RunError;
 use crate::figures::{CHIP_FIGURES, HOST_STEP_P99};
 use crate::io::IoKind;
-use crate::lockstep::run_continuous;
+use crate::lockstep::{run_continuous, run_over_among};
 use crate::quantise::QuantiseError;
 use crate::remarks;
 use crate::reservation::{self, Reservation};
 use crate::runfile::values_of_template;
 use crate::summary::Summary;
+use crate::theory::{self, Loops};
 
 pub use crate::lockstep::{Outcome, RowSink, RunOptions, run_over};
 
@@ -25,10 +26,24 @@ pub use crate::lockstep::{Outcome, RowSink, RunOptions, run_over};
 /// cannot without a chip, or a state leaves the finite numbers; the rows up to
 /// there have been delivered.
 pub fn run(case: &Case, options: RunOptions, sink: &mut RowSink<'_>) -> Result<Outcome, RunError> {
+    run_among(case, options, &mut Loops::default(), sink)
+}
+
+/// The same among runs whose loops are known.
+///
+/// # Errors
+/// As [`run`].
+pub(crate) fn run_among(
+    case: &Case,
+    options: RunOptions,
+    loops: &mut Loops,
+    sink: &mut RowSink<'_>,
+) -> Result<Outcome, RunError> {
     if case.controller.law == Law::Continuous {
-        return run_continuous(case, options, sink);
+        return run_continuous(case, options, loops, sink);
     }
-    run_over(case, options, &mut controller(case, options.io)?, sink)
+    let mut controller = controller(case, options.io)?;
+    run_over_among(case, options, &mut controller, loops, sink)
 }
 
 /// The controller of a sampled rung, ready for its first sample.
@@ -176,6 +191,7 @@ fn warnings(case: &Case, outcome: &Outcome) -> Vec<String> {
     warnings.extend(demand::remarks(case));
     warnings.extend(fault_warning(outcome));
     warnings.extend(unknown_figures(&outcome.summary));
+    warnings.extend(missing_loops(case, &outcome.summary));
     warnings.extend(streamed_setpoints(&outcome.summary));
     warnings.extend(keys_without_effect([case]));
     warnings.extend(values_of_template(case));
@@ -214,6 +230,15 @@ fn unknown_figures(summary: &Summary) -> Option<String> {
         Some(_) => "this chip does not tell such figures; a board counts no instructions",
     };
     Some(format!("{} cannot pass: {because}", unknown.join(", ")))
+}
+
+/// The reasons why limits on figures of a loop fail where there is no such loop.
+fn missing_loops(case: &Case, summary: &Summary) -> impl Iterator<Item = String> {
+    let unknown = summary.verdicts.iter().filter(|of| of.value.is_none());
+    unknown.filter_map(|of| {
+        let because = theory::no_figure(case, of.figure)?;
+        Some(format!("budget.{} cannot pass: {because}", of.figure))
+    })
 }
 
 /// The sentence about the keys beyond the paper's law that are set and that the

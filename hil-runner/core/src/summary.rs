@@ -12,6 +12,7 @@ use crate::figures::SUMMARY_FIGURES;
 use crate::message::AxisStatus;
 use crate::number::{self, seconds};
 use crate::rest::{Seen, SeenRows, Window};
+use crate::theory::LoopFigures;
 use crate::trace::Row;
 
 /// Key figures of a run; the keys are those of the summary file.
@@ -95,6 +96,9 @@ pub struct Summary {
     pub rest_error_max_um: Option<f64>,
     /// RMS of x_ref − x over the same rows \[µm\].
     pub rest_error_rms_um: Option<f64>,
+    /// Margins of the linear sampled loop; each `None` where there is no such loop.
+    #[serde(flatten)]
+    pub loops: LoopFigures,
     /// Number of times that the supervision stopped the axis; left out where none runs.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub faults: Option<u32>,
@@ -161,7 +165,10 @@ impl Summary {
             "rest_error_rms_um" => self.rest_error_rms_um,
             // Without supervision there is none.
             "faults" => Some(f64::from(self.faults.unwrap_or(0))),
-            _ => self.chip.as_ref()?.figure(key),
+            key => {
+                let of_chip = || self.chip.as_ref()?.figure(key);
+                self.loops.figure(key).or_else(of_chip)
+            }
         }
     }
 
@@ -325,6 +332,7 @@ pub(crate) struct EndOfRun<'a> {
     pub(crate) axis: Option<AxisStatus>,
     /// Report of its chip.
     pub(crate) chip: Option<ChipReport>,
+    pub(crate) loops: LoopFigures,
 }
 
 impl EndOfRun<'_> {
@@ -386,6 +394,7 @@ impl EndOfRun<'_> {
             rest_encoder_counts: at_rest.map(|[_, counts]| counts.width()),
             rest_error_max_um: rest_error.map(|error| error.max_um),
             rest_error_rms_um: rest_error.map(|error| error.rms_um),
+            loops: self.loops,
             faults: self.axis.map(|axis| axis.faults),
             axis: self
                 .axis

@@ -122,7 +122,11 @@ fn broken(summary: &Summary, verdict: &Verdict) -> String {
     };
     let default = if verdict.default { " (default)" } else { "" };
     let limit = with_unit(number::table(verdict.limit));
-    format!("{} = {value}, limit {limit}{default}", verdict.figure)
+    let at_least = if verdict.at_least { "at least " } else { "" };
+    format!(
+        "{} = {value}, limit {at_least}{limit}{default}",
+        verdict.figure
+    )
 }
 
 /// The text without the characters that XML cannot have.

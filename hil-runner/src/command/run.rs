@@ -8,6 +8,7 @@ use clap::{Args, ValueEnum};
 use hil_core::budget::Verdict;
 use hil_core::controllers::IoKind;
 use hil_core::measured::Comparison;
+use hil_core::quantise::from_plant;
 use hil_core::reservation::kept_but;
 use hil_core::run::{CaseRun, RunOptions};
 use hil_core::runfile::RunFile;
@@ -350,11 +351,12 @@ fn verdict_table(runs: &[CaseRun]) -> String {
     let of = |run: &CaseRun, verdict: &Verdict| {
         let digits = run.outcome.summary.digits(verdict.figure);
         let default = if verdict.default { " (default)" } else { "" };
+        let at_least = if verdict.at_least { "≥ " } else { "" };
         [
             terminal::short(&run.outcome.summary.name),
             verdict.figure.to_owned(),
             number::shown(verdict.value, digits),
-            number::table(verdict.limit) + default,
+            format!("{at_least}{}{default}", number::table(verdict.limit)),
             number::shown(verdict.margin, verdict.margin_digits(digits)),
             figures::unit(verdict.figure).to_owned(),
             if verdict.pass { "pass" } else { "FAIL" }.to_owned(),
@@ -402,7 +404,10 @@ fn gain_tables(runs: &[CaseRun]) -> String {
             ]
         });
         let name = run.outcome.summary.name.clone();
-        tables.push((name, terminal::table(header, 1, rows)));
+        tables.push((
+            name,
+            terminal::table(header, 1, rows) + &from_plant(&gains.rows),
+        ));
     }
     let titled = once_each(tables).into_iter();
     let titled = titled.map(|(names, table)| format!("fixed-point gains of {names}\n{table}"));

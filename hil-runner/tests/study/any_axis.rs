@@ -175,9 +175,7 @@ fn a_change_of_resolution_alone_changes_no_loop() {
                 worst = worst.max((own.unwrap_or(0.0) - here.unwrap_or(0.0)).abs());
             }
             let feed = |case: &Case| {
-                case.options.law.feed_forward.velocity_s
-                    * case.encoder.counts_per_rad
-                    * case.dac.step_v
+                case.feed_forward()[0] * case.encoder.counts_per_rad * case.dac.step_v
             };
             let change = (feed(&case) - feed(&base)).abs();
             assert!(change <= 1e-12 * feed(&base), "{axis}");

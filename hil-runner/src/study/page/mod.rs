@@ -190,7 +190,10 @@ fn plan(study: &Study) -> Vec<String> {
         format!("Each on rung {}.", study.rung_names()),
     ];
     let (limits, default) = judged(study.template().base());
-    let limit = |limit: &Limit| format!("{} ≤ {}", limit.figure, number::table(limit.limit));
+    let limit = |limit: &Limit| {
+        let sign = if limit.is_least() { '≥' } else { '≤' };
+        format!("{} {sign} {}", limit.figure, number::table(limit.limit))
+    };
     let limits: Vec<String> = limits.iter().map(limit).collect();
     let whose = match default {
         true => ", the defaults for the base",

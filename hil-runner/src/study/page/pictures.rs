@@ -7,11 +7,11 @@ use crate::study::picture::{
 use crate::study::plan::Study;
 use crate::study::plan::axis::{Axis, Spread};
 use crate::study::plan::points::PlanKind;
-use crate::study::rows::beside::Margins;
 use crate::study::rows::cell::{Cell, Column};
 use crate::study::rows::columns;
 use hil_core::runfile::KeyPath;
 use hil_core::runfile::renamed;
+use hil_core::theory::Loops;
 
 /// Rows that pictures show: the first ones. Of a plan that draws, these are
 /// drawn like all others.
@@ -112,7 +112,7 @@ fn borders(study: &Study, map: &Map) -> Vec<Curve> {
     let (Some((x_place, x)), Some((y_place, y))) = (axis(&map.x), axis(&map.y)) else {
         return Vec::new();
     };
-    let mut margins = Margins::default();
+    let mut loops = Loops::default();
     let mut fields = [Vec::new(), Vec::new()];
     for &y in &y {
         for &x in &x {
@@ -121,10 +121,9 @@ fn borders(study: &Study, map: &Map) -> Vec<Curve> {
                 point.values[place] = study.axes[place].key.value(value);
             }
             let case = study.case(&point, study.rungs.len() - 1);
-            let none = [Cell::Empty, Cell::Empty];
-            let cells = case.map_or(none, |case| margins.cells(&case));
-            for (field, cell) in fields.iter_mut().zip(cells) {
-                field.push(cell.as_number());
+            let margins = case.map_or([None, None], |case| loops.signed_modulus(&case));
+            for (field, margin) in fields.iter_mut().zip(margins) {
+                field.push(margin);
             }
         }
     }

@@ -2,7 +2,6 @@
 
 use super::pictures::PictureRows;
 use crate::study::plan::Study;
-use crate::study::rows::beside::MARGINS;
 use crate::study::rows::cell::{Cell, Column};
 use crate::study::rows::{LEAST_MARGIN, Status};
 use hil_core::number;
@@ -146,7 +145,7 @@ impl Tally {
             axes: axes.iter().map(|column| column.name.clone()).collect(),
             pictures: PictureRows::new(study, columns),
             places,
-            margins: [MARGINS[0], MARGINS[1], LEAST_MARGIN].map(place),
+            margins: ["modulus_margin_contact", "modulus_margin_gap", LEAST_MARGIN].map(place),
             figures: figures.collect(),
         }
     }

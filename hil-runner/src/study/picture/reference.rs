@@ -20,9 +20,12 @@ pub(super) const LIMIT_LINE: Stroke = Stroke::dashed(LIMIT, 1.6, &[16.0, 4.0, 2.
 /// A limit holds for the magnitude: where data are below 0 it has two lines.
 pub(super) fn limits(limit: Option<&Limit>, span: Option<(f64, f64)>, log: bool) -> Vec<f64> {
     let mut limits = Vec::new();
-    if let Some(&Limit { value, .. }) = limit {
+    if let Some(&Limit {
+        value, at_least, ..
+    }) = limit
+    {
         limits.extend((!log || value > 0.0).then_some(value));
-        let both_sides = span.is_some_and(|(low, _)| low < 0.0) && value > 0.0;
+        let both_sides = !at_least && span.is_some_and(|(low, _)| low < 0.0) && value > 0.0;
         limits.extend(both_sides.then_some(-value));
     }
     limits

@@ -1,64 +1,16 @@
-//! Columns beside the summary of a run: margins of its linearised loop,
-//! predictions of theory, feeding of its limit cycle, distance from the rung
-//! before it.
-
-use std::collections::VecDeque;
+//! Columns beside the summary of a run: predictions of theory, feeding of its limit
+//! cycle, distance from the rung before it.
 
 use super::cell::Cell;
 use crate::study::plan::Theory;
-use hil_core::case::{Case, Law};
+use hil_core::case::Case;
 use hil_core::error::RunError;
 use hil_core::ladder;
 use hil_core::lanes::Runs;
 use hil_core::record::GridPoint;
 use hil_core::rest::feeding::{baseline, counterfactuals, fed_by};
 use hil_core::summary::Summary;
-use hil_core::theory::{self, FamilyKey, JointState, LoopFamily, LoopGains, is_papers_loop};
-
-/// Families that are kept: those of neighbouring points of a grid.
-const KEPT: usize = 8;
-
-/// Names of the columns.
-pub(in crate::study) const MARGINS: [&str; 2] = ["modulus_margin_contact", "modulus_margin_gap"];
-
-/// Loops of the last families.
-#[derive(Debug, Default)]
-pub(in crate::study) struct Margins {
-    known: VecDeque<(FamilyKey, Option<LoopFamily>)>,
-}
-
-impl Margins {
-    /// The signed modulus margins of a run; empty where it has none: on rung
-    /// `continuous`, with a law that is not the paper's, with a delay that is
-    /// measured, and of a joint without a gap the open one.
-    pub(in crate::study) fn cells(&mut self, case: &Case) -> [Cell; 2] {
-        if case.controller.law == Law::Continuous || !is_papers_loop(case) {
-            return [Cell::Empty, Cell::Empty];
-        }
-        let gains = LoopGains::of(case);
-        [JointState::Contact, JointState::Gap].map(|joint| {
-            if joint == JointState::Gap && !case.has_gap() {
-                return Cell::Empty;
-            }
-            let family = self.family(case, joint);
-            Cell::number(family.map(|family| family.signed_modulus(&gains)))
-        })
-    }
-
-    fn family(&mut self, case: &Case, joint: JointState) -> Option<&LoopFamily> {
-        let period_ns = case.controller.sample_time_ns?;
-        let delay_ns = case.controller.computation_delay.fixed_ns()?;
-        let key = LoopFamily::key(&case.axis, &case.amplifier, [period_ns, delay_ns], joint);
-        let place = self.known.iter().position(|(known, _)| *known == key);
-        let place = place.unwrap_or_else(|| {
-            // The oldest makes room.
-            self.known.truncate(KEPT - 1);
-            self.known.push_front((key, LoopFamily::of(case, joint)));
-            0
-        });
-        self.known[place].1.as_ref()
-    }
-}
+use hil_core::theory;
 
 impl Theory {
     /// Names of its columns.

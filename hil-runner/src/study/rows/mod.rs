@@ -6,7 +6,7 @@ pub(super) mod engine;
 
 use std::collections::BTreeMap;
 
-use self::beside::{DIFFERENCES, MARGINS, Margins, differences, feeding};
+use self::beside::{DIFFERENCES, differences, feeding};
 use self::cell::{Cell, Column, ColumnKind};
 use super::plan::axis::AxisValue;
 use super::plan::{Point, Study};
@@ -85,7 +85,6 @@ pub fn columns(study: &Study) -> Vec<Column> {
     if study.feeding {
         columns.push(column("limit_cycle_fed_by", ColumnKind::Text));
     }
-    columns.extend(MARGINS.map(|name| column(name, ColumnKind::Number)));
     if study.differences {
         columns.extend(DIFFERENCES.map(|name| column(name, ColumnKind::Number)));
     }
@@ -137,7 +136,6 @@ pub struct RowMaker<'s> {
     /// Columns of a row.
     width: usize,
     runs: Runs,
-    margins: Margins,
 }
 
 impl<'s> RowMaker<'s> {
@@ -147,7 +145,6 @@ impl<'s> RowMaker<'s> {
             study,
             width: columns(study).len(),
             runs: Runs::new(),
-            margins: Margins::default(),
         }
     }
 
@@ -189,7 +186,6 @@ impl<'s> RowMaker<'s> {
                 Ok(summary) => {
                     made(summary, &mut row);
                     row.extend(fed_by.iter().map(|cells| cells[place].clone()));
-                    row.extend(self.margins.cells(&cases[place]));
                     row.extend(differences.iter().flat_map(|cells| cells[place].clone()));
                     for theory in &study.theory {
                         row.extend(theory.cells(&cases[place]));
