@@ -153,15 +153,30 @@ pub enum RestIntegrator {
     Hold,
 }
 
-/// Feed-forward gains, each at least 0; 0 turns one off.
+/// Feed-forward gains; in numbers [`Case::feed_forward`](crate::case::Case::feed_forward).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FeedForward {
     /// Output per reference velocity \[codes s/count\].
-    pub velocity_s: f64,
+    pub velocity_s: FeedForwardGain,
     /// Output per reference acceleration \[codes s²/count\].
-    pub acceleration_s2: f64,
+    pub acceleration_s2: FeedForwardGain,
     /// Output with the sign of the reference velocity \[codes\].
-    pub friction_codes: f64,
+    pub friction_codes: FeedForwardGain,
+}
+
+/// Origin of a feed-forward gain.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum FeedForwardGain {
+    /// This number, at least 0; 0 turns it off.
+    Given(f64),
+    /// What the model of the plant needs, whatever its values are.
+    Plant,
+}
+
+impl Default for FeedForwardGain {
+    fn default() -> Self {
+        Self::Given(0.0)
+    }
 }
 
 /// Encoders as the controller sees them.

@@ -20,6 +20,8 @@ use core::fmt::Display;
 use firmware::law::Part;
 use firmware::{GainWord, Refusal};
 
+use crate::number::table;
+
 /// One gain of the law in fixed point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FixedPointGain {
@@ -27,6 +29,8 @@ pub struct FixedPointGain {
     pub part: Part,
     /// Value in the run file, in its key's unit.
     pub value: f64,
+    /// Its formula, if it is from the plant.
+    pub from_plant: Option<&'static str>,
     /// The gain that the law multiplies by, per sample.
     pub wanted: f64,
     /// The fixed-point number that stands for it.
@@ -47,6 +51,14 @@ impl FixedPointGain {
     /// Its unit in the law: rates come in units of their own.
     pub fn unit(&self) -> &'static str {
         words(self.part)[2]
+    }
+
+    /// Number and formula of one from the plant: `velocity_ff_s = 0.026849 from the plant: …`.
+    pub fn of_plant(&self) -> Option<String> {
+        let key = self.key().trim_start_matches("controller.");
+        let value = table(self.value);
+        let formula = self.from_plant?;
+        Some(format!("{key} = {value} from the plant: {formula}"))
     }
 
     /// True for one of the three gains of eq. 23, which are shown even
@@ -90,6 +102,12 @@ fn words(part: Part) -> [&'static str; 3] {
 /// The run file's key of a gain.
 pub fn key(part: Part) -> &'static str {
     words(part)[0]
+}
+
+/// Number and formula of the gains that are from the plant, a line each.
+pub fn from_plant(rows: &[FixedPointGain]) -> String {
+    let lines = rows.iter().filter_map(FixedPointGain::of_plant);
+    lines.map(|line| line + "\n").collect()
 }
 
 /// The gains of a run as tables and reports show them.
@@ -147,6 +165,8 @@ pub struct UnfitGain {
     pub key: &'static str,
     /// Value in the run file.
     pub value: f64,
+    /// True of one that the plant makes.
+    pub from_plant: bool,
     /// Largest value that fits this sample time and error range.
     pub largest: f64,
     /// The errors that are allowed \[counts\].
@@ -156,15 +176,19 @@ pub struct UnfitGain {
 impl UnfitGain {
     /// The allowed, as the second half of a sentence.
     pub fn because(&self) -> String {
+        let made = match self.from_plant {
+            true => format!("the plant makes it {}; ", table(self.value)),
+            false => String::new(),
+        };
         if self.value.is_finite() && self.value >= 0.0 {
             format!(
-                "the firmware's fixed-point gains hold at most {} at this sample time and errors \
+                "{made}the firmware's fixed-point gains hold at most {} at this sample time and errors \
                  up to {} counts",
                 rounded_down(self.largest, 6),
                 self.error_limit
             )
         } else {
-            "a gain must be finite and at least 0".to_owned()
+            format!("{made}a gain must be finite and at least 0")
         }
     }
 }

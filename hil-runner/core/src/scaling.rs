@@ -47,6 +47,8 @@ pub struct ScalingRequest {
     pub settings: LawSettings,
     /// Gains per motor count and feed-forward, in the order of [`PARTS`].
     pub gains: [f64; 6],
+    /// The formulas of the gains that are from the plant.
+    pub from_plant: [Option<&'static str>; 6],
     /// `Δt` \[ns\].
     pub sample_time_ns: u64,
     /// Limit of the following error \[counts of the encoder that the position comes
@@ -226,6 +228,7 @@ impl ScalingRequest {
         core::array::from_fn(|index| FixedPointGain {
             part: PARTS[index],
             value: self.gains[index],
+            from_plant: self.from_plant[index],
             wanted: wanted[index],
             word: GainWord::new(0, 0),
         })
@@ -352,9 +355,12 @@ impl ScalingRequest {
         let gains = PARTS.into_iter().zip(self.gains).enumerate();
         let unfit = gains.filter_map(|(index, (part, value))| {
             let largest = self.largest_gain(index);
-            (value > 0.0 && largest > 0.0 && largest < value).then_some(UnfitGain {
+            let too_large = value > 0.0 && largest > 0.0 && largest < value;
+            // A resistance that pushes makes one from the plant less than 0.
+            (too_large || value < 0.0).then_some(UnfitGain {
                 key: key(part),
                 value,
+                from_plant: self.from_plant[index].is_some(),
                 largest,
                 error_limit,
             })

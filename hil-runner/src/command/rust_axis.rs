@@ -7,6 +7,7 @@ use firmware::law::FilterWords;
 use firmware::monitor::{EncoderLossMonitor, FollowingErrorMonitor, SaturationMonitor};
 use firmware::position::CounterParameters;
 use firmware::word::GainWord;
+use hil_core::quantise::FixedPointGain;
 use hil_core::scaling::ScalingRequest;
 
 /// The constant `AXIS` of the case `name`, whose gains were made from `request`.
@@ -73,6 +74,11 @@ pub(super) fn declared(request: &ScalingRequest, axis: &Axis) -> Vec<String> {
         ),
     ];
     lines.extend(rates(request, axis));
+    let scaled = request
+        .scaled_law()
+        .map_or(Vec::new(), |scaled| scaled.rows);
+    let of_plant = |gain: &FixedPointGain| Some(format!("{}: {}.", gain.word, gain.of_plant()?));
+    lines.extend(scaled.iter().filter_map(of_plant));
     lines
 }
 

@@ -12,7 +12,7 @@ use hil_core::controllers::{
 };
 use hil_core::error::RunError;
 use hil_core::number;
-use hil_core::quantise::{FixedPointGain, QuantiseError};
+use hil_core::quantise::{FixedPointGain, QuantiseError, from_plant};
 use hil_core::runfile::{RunFile, SECTIONS, Way};
 use hil_core::scaling::{ScaledLaw, ScalingRequest};
 use serde_json::{Value, json};
@@ -177,7 +177,9 @@ impl Scaled {
             number::table(self.request.sample_time_ns as f64 / 1e3),
             number::table(self.smallest_ns as f64 / 1e3),
         );
-        let mut text = self.gain_table() + &ranges + "the same as a run file can give it:\n";
+        let from_plant = from_plant(&self.scaled.rows);
+        let mut text =
+            self.gain_table() + &from_plant + &ranges + "the same as a run file can give it:\n";
         for (section, ways) in in_all_ways(&self.case) {
             let one = |(name, value): &(&str, f64)| format!("{name} = {}", number::table(*value));
             let way = |way: &InOneWay| way.iter().map(one).collect::<Vec<_>>().join(", ");
@@ -199,6 +201,7 @@ impl Scaled {
             json!({
                 "key": gain.row.key(),
                 "value": gain.row.value,
+                "from_plant": gain.row.from_plant,
                 "per_sample": gain.row.wanted,
                 "unit": gain.row.unit(),
                 "mantissa": gain.row.word.mantissa,

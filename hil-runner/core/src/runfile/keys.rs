@@ -214,6 +214,8 @@ pub enum Kind {
     Choice(&'static [&'static str]),
     /// A finite number; integers serve.
     Number(Range),
+    /// The same, or this string.
+    NumberOrWord(Range, &'static str),
     /// A whole number within these limits, both included.
     Whole(i64, i64),
     /// A time of the run: a number of seconds that is a whole number of
@@ -223,6 +225,10 @@ pub enum Kind {
     TimeOrWord(Range, &'static str),
     /// The seven durations of the motion, each a finite number of at least 0.
     Intervals,
+    /// A list of strings, with a reader of its own.
+    Strings,
+    /// A table, with a reader of its own.
+    Table,
 }
 
 /// Range of a number.
@@ -306,7 +312,9 @@ impl Key {
     pub fn allowed(&self) -> String {
         let (words, unit) = (self.range_words(), self.unit);
         match self.kind {
-            Kind::TimeOrWord(range, word) => format!("{} {unit} or \"{word}\"", range.words()),
+            Kind::NumberOrWord(range, word) | Kind::TimeOrWord(range, word) => {
+                format!("{} {unit} or \"{word}\"", range.words())
+            }
             Kind::Number(_) | Kind::Time(_) if unit.is_empty() => words,
             Kind::Number(Range::Any) => format!("{words} of {unit}"),
             Kind::Number(_) | Kind::Time(_) => format!("{words} {unit}"),
@@ -344,10 +352,19 @@ impl Key {
                 either(&quoted)
             }
             Kind::Number(range) | Kind::Time(range) => range.words(),
-            Kind::TimeOrWord(range, word) => format!("{} or \"{word}\"", range.words()),
+            Kind::NumberOrWord(range, word) | Kind::TimeOrWord(range, word) => {
+                format!("{} or \"{word}\"", range.words())
+            }
             Kind::Whole(low, high) => format!("a whole number from {low} to {high}"),
             Kind::Intervals => "seven numbers of seconds t1 to t7, each at least 0".to_owned(),
+            Kind::Strings => "a list of strings".to_owned(),
+            Kind::Table => "a table".to_owned(),
         }
+    }
+
+    /// True if the key alone has a place in a case.
+    pub(super) fn has_place(&self) -> bool {
+        !matches!(self.access, Access::None)
     }
 
     /// Puts a value that the key allows into a case.

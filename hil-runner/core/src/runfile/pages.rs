@@ -136,7 +136,12 @@ fn key_schema(key: &Key) -> Value {
         Kind::Number(range) => number_schema(range),
         Kind::Whole(low, high) => json!({"type": "integer", "minimum": low, "maximum": high}),
         Kind::Time(range) => time_schema(range),
+        Kind::NumberOrWord(range, word) => {
+            json!({"anyOf": [number_schema(range), {"const": word}]})
+        }
         Kind::TimeOrWord(range, word) => json!({"anyOf": [time_schema(range), {"const": word}]}),
+        Kind::Strings => json!({"type": "array", "items": {"type": "string"}}),
+        Kind::Table => json!({"type": "object"}),
         Kind::Intervals => json!({
             "type": "array",
             "items": number_schema(Range::NotNegative),

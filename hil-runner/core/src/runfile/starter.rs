@@ -59,6 +59,7 @@ fn written(values: &Values) -> impl Iterator<Item = (String, String)> {
         let number = matches!(
             key.kind,
             Kind::Number(_)
+                | Kind::NumberOrWord(..)
                 | Kind::Whole(..)
                 | Kind::Time(_)
                 | Kind::TimeOrWord(..)

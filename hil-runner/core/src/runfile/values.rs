@@ -5,8 +5,9 @@ use plant::{Control, ElasticJoint, Joint, Start};
 use crate::case::{AxisTemplate, ComputationDelay, Law, SolverChoice};
 use crate::number::seconds;
 use crate::options::{
-    AntiWindup, Compensation, Derivative, EncoderGlitch, EncoderLoss, Feedback, FlankDetection,
-    FollowingErrorLimit, GainChange, GapSource, Quantiser, RestIntegrator, SetpointOrigin,
+    AntiWindup, Compensation, Derivative, EncoderGlitch, EncoderLoss, FeedForwardGain, Feedback,
+    FlankDetection, FollowingErrorLimit, GainChange, GapSource, Quantiser, RestIntegrator,
+    SetpointOrigin,
 };
 
 /// A value of the type and in the range that its key asks for.
@@ -120,6 +121,25 @@ impl Setting for ComputationDelay {
     fn value(&self) -> Value {
         self.fixed_ns()
             .map_or(Value::Choice(MEASURED), Value::Nanoseconds)
+    }
+}
+
+/// The word for a feed-forward that the model of the plant gives.
+pub(super) const PLANT: &str = "plant";
+
+impl Setting for FeedForwardGain {
+    fn of(value: Value) -> Option<Self> {
+        match value {
+            Value::Choice(_) => Some(Self::Plant),
+            _ => f64::of(value).map(Self::Given),
+        }
+    }
+
+    fn value(&self) -> Value {
+        match self {
+            Self::Given(number) => Value::Number(*number),
+            Self::Plant => Value::Choice(PLANT),
+        }
     }
 }
 

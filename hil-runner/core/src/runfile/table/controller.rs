@@ -9,9 +9,10 @@ use super::super::keys::Range::{NotNegative, Positive};
 use super::super::keys::{
     Acts, Key, Kind, Need, choice, flag, number, of_firmware, time, value, whole,
 };
-use super::super::values::{MEASURED, Value};
+use super::super::values::{MEASURED, PLANT, Value};
 use super::gains::{NEW_PER_RAD, OF_CASCADE, PER_RAD};
 use crate::case::{Case, Law};
+use crate::number::table;
 use crate::options::{
     AntiWindup, Compensation, Derivative, Feedback, FlankDetection, GainChange, GapSource,
     Quantiser, RestIntegrator, SetpointOrigin,
@@ -184,27 +185,30 @@ pub(super) const CONTROLLER: &[Key] = &[
         .field("output.slew")
         .shown("Slew limit")
         .note(&["default: no limit"]),
-    number("velocity_ff_s", NotNegative, "codes s/count")
+    value("velocity_ff_s", OR_PLANT, "codes s/count")
         .meaning("feed-forward per reference velocity")
         .or(Value::Number(0.0))
         .firmware_at(|c| Some(&mut c.options.law.feed_forward.velocity_s))
         .field("law.words.velocity_ff")
         .shown("Velocity feed-forward")
-        .note(&["feed-forward, codes per (count per second)"]),
-    number("acceleration_ff_s2", NotNegative, "codes s²/count")
+        .text(|c| shown_ahead(c, 0))
+        .note(&["feed-forward, codes per (count per second); or \"plant\": what the model needs"]),
+    value("acceleration_ff_s2", OR_PLANT, "codes s²/count")
         .meaning("feed-forward per reference acceleration")
         .or(Value::Number(0.0))
         .firmware_at(|c| Some(&mut c.options.law.feed_forward.acceleration_s2))
         .field("law.words.acceleration_ff")
         .shown("Acceleration feed-forward")
-        .note(&["codes per (count per second squared)"]),
-    number("friction_ff_codes", NotNegative, "codes")
+        .text(|c| shown_ahead(c, 1))
+        .note(&["codes per (count per second squared), or \"plant\""]),
+    value("friction_ff_codes", OR_PLANT, "codes")
         .meaning("feed-forward with the sign of the reference velocity")
         .or(Value::Number(0.0))
         .firmware_at(|c| Some(&mut c.options.law.feed_forward.friction_codes))
         .field("law.words.friction_ff")
         .shown("Friction feed-forward")
-        .note(&["codes with the sign of the velocity"]),
+        .text(|c| shown_ahead(c, 2))
+        .note(&["codes with the sign of the velocity, or \"plant\""]),
     choice::<SetpointOrigin>("setpoints")
         .named("source of the setpoints", "Setpoints")
         .firmware_at(|c| Some(&mut c.options.law.setpoints))
@@ -232,6 +236,16 @@ pub(super) const CONTROLLER: &[Key] = &[
         .words(&[("hold", "held")])
         .note(&["or \"hold\": while the axis stands"]),
 ];
+
+/// A feed-forward gain: a number, or what the model of the plant needs.
+const OR_PLANT: Kind = Kind::NumberOrWord(NotNegative, PLANT);
+
+/// A feed-forward gain as a report shows it.
+fn shown_ahead(case: &Case, part: usize) -> Option<String> {
+    let (number, formula) = *case.with_formulas().get(part)?;
+    let origin = formula.map_or("", |_| "from the plant: ");
+    Some(format!("{origin}{}", table(number)))
+}
 
 /// Largest following error or glitch \[counts\]: beyond any axis, and below half
 /// the range of a counter of 32 bits, so that neither wraps around.
