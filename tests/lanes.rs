@@ -5,11 +5,13 @@
 use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 
+use bench_tests::draw::Draw;
 use bench_tests::{case, reference_folder};
 use hil_core::case::{Case, Law};
 use hil_core::error::RunError;
 use hil_core::figures::SUMMARY_FIGURES;
 use hil_core::lanes::{OneByOne, Runs};
+use hil_core::options::AxisOptions;
 use hil_core::run::{RunOptions, run};
 use hil_core::runfile::{Kind, SECTIONS};
 use hil_core::summary::Summary;
@@ -185,6 +187,142 @@ fn every_key_may_differ_from_run_to_run() {
         }
         assert!(walked >= 40 && windows == 1, "{law}: {walked}");
     }
+}
+
+/// Options of rung `firmware`: words as on the command line, in which `#` is a whole number
+/// between the bounds.
+const OPTIONS: [(&str, [u64; 2]); 34] = [
+    ("controller.velocity_ff_s=#e-3", [1, 90]),
+    ("controller.acceleration_ff_s2=#e-5", [1, 90]),
+    ("controller.friction_ff_codes=#", [1, 60]),
+    ("controller.derivative=measurement", [0, 0]),
+    ("controller.derivative_filter_s=#e-4", [1, 50]),
+    ("controller.anti_windup=clamp", [0, 0]),
+    (
+        "controller.anti_windup=back-calculation controller.tracking_time_s=#e-3",
+        [2, 50],
+    ),
+    ("controller.word_bits=#", [8, 30]),
+    ("controller.gain_fraction_bits=#", [12, 32]),
+    ("controller.quantiser=error-feedback", [0, 0]),
+    (
+        "controller.quantiser=dither controller.dither_seed=#",
+        [0, 99],
+    ),
+    ("controller.slew_limit_codes_per_s=#e3", [50, 900]),
+    ("controller.setpoints=generator", [0, 0]),
+    ("controller.setpoints=queue", [0, 0]),
+    ("controller.rest_dead_band_counts=#", [1, 20]),
+    ("controller.rest_integrator=hold", [0, 0]),
+    ("encoder.counter_bits=#", [12, 31]),
+    ("load_encoder.counts_per_rad=#", [500, 3000]),
+    (
+        "load_encoder.counts_per_mm=# controller.feedback=dual",
+        [100, 2000],
+    ),
+    (
+        "backlash.compensation=velocity limits.velocity_mps=# limits.acceleration_mps2=20",
+        [1, 3],
+    ),
+    (
+        "backlash.compensation=acceleration limits.velocity_mps=2 limits.acceleration_mps2=# \
+         backlash.half_gap_deg=3",
+        [5, 40],
+    ),
+    ("limits.following_error_counts=#", [300, 3000]),
+    (
+        "limits.following_error_counts=200 limits.following_error_per_speed_s=#e-3",
+        [10, 90],
+    ),
+    ("limits.count_jump_counts=#", [20, 300]),
+    (
+        "limits.encoder_loss_s=0.02 limits.encoder_loss_codes=#",
+        [20, 400],
+    ),
+    ("limits.saturation_s=#e-3", [5, 200]),
+    ("limits.missed_ticks=true", [0, 0]),
+    ("sequence.disable_s=0.4 sequence.enable_s=0.#", [41, 95]),
+    (
+        "sequence.emergency_stop_s=0.6 sequence.emergency_stop_release_s=0.7 sequence.reset_s=0.#",
+        [71, 99],
+    ),
+    (
+        "gain_change.at_s=0.# gain_change.kp=2 gain_change.kd_s=0.03",
+        [1, 9],
+    ),
+    (
+        "inject.encoder_glitch_s=0.5 inject.encoder_glitch_counts=#",
+        [10, 500],
+    ),
+    ("inject.encoder_freeze_s=0.#", [31, 89]),
+    (
+        "inject.missed_tick_s=0.# inject.setpoint_underrun_s=0.8",
+        [31, 89],
+    ),
+    ("inject.bus_error_s=0.#", [31, 89]),
+];
+
+/// The draws of W4 on rung `firmware`, each with some options, those behind `most` left
+/// out; combinations that the run file refuses are drawn again.
+fn with_options(draw: &mut Draw, most: usize, number: usize) -> Vec<Case> {
+    let base = case("paper-2", &["controller.law=firmware"]);
+    let drawn = drawn(&base, 0, number);
+    let with_some = |mut of: Case| {
+        loop {
+            let mut sets = vec!["controller.law=firmware".to_owned()];
+            for (words, [low, high]) in &OPTIONS[..most] {
+                if draw.chance(0.15) {
+                    let number = draw.whole(*low, *high).to_string();
+                    let words = words.replace('#', &number);
+                    sets.extend(words.split_whitespace().map(str::to_owned));
+                }
+            }
+            if let Ok(case) = files::case("paper-2", &sets) {
+                of.options = case.options;
+                return of;
+            }
+        }
+    };
+    drawn.into_iter().map(with_some).collect()
+}
+
+/// The axis of a lane is that of the single run, with its report, its faults and the
+/// power that they take away.
+#[test]
+fn options_of_the_firmware_go_side_by_side() {
+    let mut draw = Draw::new(21);
+    // Without a load's encoder, or anything that stops the axis, as a tune has them.
+    let calm = with_options(&mut draw, 17, 150);
+    let all = with_options(&mut draw, OPTIONS.len(), 150);
+    for cases in [&calm, &all] {
+        let contacts = assert_same(cases, threads(1));
+        assert!(contacts > 500, "{contacts}");
+    }
+    let mut runs = Runs::new();
+    let mut results = Vec::new();
+    runs.figures(&[calm.clone(), all].concat(), &mut results);
+    assert_eq!(runs.take_one_by_one(), BTreeMap::new());
+    // All of it happens: refusals, faults of several causes, and runs without any.
+    let (mut causes, mut without) = (BTreeMap::new(), 0);
+    for summary in results.iter().flatten() {
+        match summary.axis.as_ref().map(|axis| &axis.fault) {
+            Some(Some(fault)) => *causes.entry(fault.cause).or_insert(0) += 1,
+            Some(None) => without += 1,
+            None => {}
+        }
+    }
+    let refused = results.iter().filter(|result| result.is_err()).count();
+    println!("{refused} refused, {without} without a fault, {causes:?}");
+    assert!(refused > 0 && without > 150 && causes.len() >= 5);
+    // The contrast: an option that is left out shows.
+    let unlike = calm.iter().zip(&results).filter(|(case, with)| {
+        let mut paper = (*case).clone();
+        paper.options = AxisOptions::default();
+        let paper = single(&paper).unwrap();
+        !case.options.is_off() && with.as_ref().is_ok_and(|with| bits(with) != bits(&paper))
+    });
+    let unlike = unlike.count();
+    assert!(unlike > 100, "{unlike}");
 }
 
 /// Families of their own, cases without one, and cases that fail, all mixed.
@@ -400,17 +538,23 @@ fn what_is_made_by_itself_is_counted() {
     const LIMIT: &str = "drive.current_limit_a=20";
     const STIFF: &str = "carriage.resistance_linear_ns_per_rad=1e7";
     const MEASURED: &str = "controller.computation_delay_s=\"measured\"";
-    let settings: [(&[&str], Option<OneByOne>); 11] = [
+    const LOAD_ENCODER: &str = "load_encoder.counts_per_rad=1600";
+    const COMPENSATED: &str = "load_encoder.counts_per_rad=1600 limits.velocity_mps=2 \
+                               limits.acceleration_mps2=20 backlash.compensation=velocity";
+    const SUPERVISED: &str = "controller.rest_dead_band_counts=3 limits.saturation_s=0.02 \
+                              sequence.disable_s=0.4 inject.encoder_freeze_s=0.3";
+    let settings: [(&[&str], Option<OneByOne>); 14] = [
         (&[], None),
         (&["controller.law=continuous"], Some(OneByOne::Continuous)),
         (&["run.solver=dopri5"], Some(OneByOne::Solver)),
         (&[LIMIT], Some(OneByOne::Surroundings)),
         // Which fails without a chip, but is counted.
         (&[MEASURED], Some(OneByOne::Delay)),
-        (
-            &["controller.rest_dead_band_counts=3"],
-            Some(OneByOne::Options),
-        ),
+        (&[COMPENSATED, "backlash.gap=measured"], Some(OneByOne::Gap)),
+        // Nobody asks for the gap.
+        (&[LOAD_ENCODER, "backlash.gap=measured"], None),
+        (&[COMPENSATED], None),
+        (&[SUPERVISED], None),
         (&["run.duration_s=1.2345"], Some(OneByOne::Duration)),
         (
             &["controller.sample_time_s=5e-5", "run.rest_window_s=0.3"],
@@ -418,11 +562,12 @@ fn what_is_made_by_itself_is_counted() {
         ),
         (&[STIFF, "run.duration_s=0.02"], Some(OneByOne::Stiff)),
         (&["run.work_limit=3"], Some(OneByOne::Work)),
-        // That option acts on rung `firmware` alone.
+        // Which acts on rung `firmware` alone.
         (
             &[
+                COMPENSATED,
+                "backlash.gap=measured",
                 "controller.law=quantised",
-                "controller.rest_dead_band_counts=3",
             ],
             None,
         ),

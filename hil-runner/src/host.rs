@@ -10,6 +10,7 @@
 use std::hint::black_box;
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use crossbeam_channel::{Receiver, Sender};
@@ -214,28 +215,52 @@ pub fn figures(
     cases: &[Case],
     threads: NonZeroUsize,
 ) -> Result<Vec<Result<Summary, RunError>>, rayon::ThreadPoolBuildError> {
-    let threads = threads.get();
-    if threads == 1 {
-        let mut results = Vec::with_capacity(cases.len());
-        Runs::new().figures(cases, &mut results);
-        return Ok(results);
+    Ok(Team::new(threads)?.figures(cases))
+}
+
+/// Threads that keep their tables from call to call.
+#[derive(Debug)]
+pub struct Team {
+    pool: Option<rayon::ThreadPool>,
+    runs: Vec<Mutex<Runs>>,
+}
+
+impl Team {
+    /// So many threads; a single one is the caller's.
+    ///
+    /// # Errors
+    /// The threads cannot be started.
+    pub fn new(threads: NonZeroUsize) -> Result<Self, rayon::ThreadPoolBuildError> {
+        let threads = threads.get();
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+        let pool = (threads > 1).then(|| pool.build()).transpose()?;
+        let runs = (0..threads).map(|_| Mutex::new(Runs::new())).collect();
+        Ok(Self { pool, runs })
     }
-    let pool = rayon::ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .build()?;
-    let parcels = parcels(cases, threads);
-    let next = AtomicUsize::new(0);
-    let done = pool.broadcast(|_| {
-        let mut runs = Runs::new();
-        let mut done = Vec::new();
-        while let Some(parcel) = parcels.get(next.fetch_add(1, Ordering::Relaxed)) {
-            runs.of_parcel(cases, parcel, |place, figures| done.push((place, figures)));
-        }
-        done
-    });
-    let mut done: Vec<_> = done.into_iter().flatten().collect();
-    done.sort_unstable_by_key(|(place, _)| *place);
-    Ok(done.into_iter().map(|(_, figures)| figures).collect())
+
+    /// As [`figures`].
+    pub fn figures(&self, cases: &[Case]) -> Vec<Result<Summary, RunError>> {
+        let parcels = parcels(cases, self.runs.len());
+        let next = AtomicUsize::new(0);
+        let work = |thread: usize| {
+            let mut done = Vec::new();
+            let Some(runs) = self.runs.get(thread) else {
+                return done;
+            };
+            let mut runs = runs.lock().unwrap_or_else(PoisonError::into_inner);
+            while let Some(parcel) = parcels.get(next.fetch_add(1, Ordering::Relaxed)) {
+                runs.of_parcel(cases, parcel, |place, figures| done.push((place, figures)));
+            }
+            done
+        };
+        let done = match &self.pool {
+            None => vec![work(0)],
+            Some(pool) => pool.broadcast(|thread| work(thread.index())),
+        };
+        let mut done: Vec<_> = done.into_iter().flatten().collect();
+        done.sort_unstable_by_key(|(place, _)| *place);
+        done.into_iter().map(|(_, figures)| figures).collect()
+    }
 }
 
 #[cfg(test)]

@@ -11,6 +11,7 @@ use crate::number::seconds;
 use crate::quantise::{FixedPointGains, QuantiseError};
 use crate::record::{GridPoint, PlotPoint, PlotRecorder, Recorder};
 use crate::summary::{EndOfCommand, EndOfRun, RowSums, Summary};
+use crate::theory::Loops;
 use crate::trace::{Row, Sample};
 
 /// Choices of a run that change no figure: its electronics, and how much is kept.
@@ -64,11 +65,12 @@ pub type RowSink<'a> = dyn FnMut(&Row) -> std::io::Result<()> + Send + 'a;
 pub(crate) fn run_continuous(
     case: &Case,
     options: RunOptions,
+    loops: &mut Loops,
     sink: &mut RowSink<'_>,
 ) -> Result<Outcome, RunError> {
     let mut lockstep = Lockstep::new(case, options, sink);
     lockstep.continuous()?;
-    Ok(lockstep.outcome(None))
+    Ok(lockstep.outcome(None, loops))
 }
 
 /// Runs a case with whatever controller is at the end of `link`. Where the
@@ -83,13 +85,27 @@ pub fn run_over(
     link: &mut impl Link,
     sink: &mut RowSink<'_>,
 ) -> Result<Outcome, RunError> {
+    run_over_among(case, options, link, &mut Loops::default(), sink)
+}
+
+/// The same among runs whose loops are known.
+///
+/// # Errors
+/// As [`run_over`].
+pub(crate) fn run_over_among(
+    case: &Case,
+    options: RunOptions,
+    link: &mut impl Link,
+    loops: &mut Loops,
+    sink: &mut RowSink<'_>,
+) -> Result<Outcome, RunError> {
     let period_ns = case.controller.sample_time_ns;
     let period_ns = period_ns.ok_or(QuantiseError::NoSampleTime)?;
     let mut lockstep = Lockstep::new(case, options, sink);
     lockstep.sampled(link, period_ns)?;
     let execution = std::mem::take(&mut lockstep.execution);
     lockstep.chip = link.cost(execution, period_ns)?;
-    Ok(lockstep.outcome(link.gains()))
+    Ok(lockstep.outcome(link.gains(), loops))
 }
 
 /// A run in progress.
@@ -315,7 +331,7 @@ impl<'a, 's> Lockstep<'a, 's> {
         (self.sink)(&row).map_err(RunError::Row)
     }
 
-    fn outcome(mut self, gains: Option<FixedPointGains>) -> Outcome {
+    fn outcome(mut self, gains: Option<FixedPointGains>, loops: &mut Loops) -> Outcome {
         if let Some(grid) = &mut self.recorder.grid {
             grid.finish(self.case.run.duration_ns, &self.plant);
         }
@@ -332,6 +348,7 @@ impl<'a, 's> Lockstep<'a, 's> {
             events: Some(&events),
             axis: self.axis,
             chip: self.chip,
+            loops: loops.figures(self.case),
         }
         .summary();
         let plot = self.recorder.plot.map(PlotRecorder::finish);

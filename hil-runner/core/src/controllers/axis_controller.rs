@@ -10,11 +10,12 @@ use firmware::law::Law;
 
 use super::backlash::compensated;
 use super::board::BenchBoard;
+use super::setpoint::LastTable;
 use super::setup::{Setup, started};
-use super::world::{Reported, Source, World};
+use super::world::{Arrivals, Reported, Source, World};
 use crate::case::Case;
 use crate::io::IoKind;
-use crate::message::{Command, Measurement};
+use crate::message::{AxisStatus, Command, Measurement};
 use crate::options::GapSource;
 use crate::quantise::{FixedPointGains, QuantiseError};
 
@@ -75,6 +76,19 @@ impl AxisController {
     /// generated, the gap cannot be measured or crossed, or the board has no such
     /// converter.
     pub fn new(case: &Case, period_ns: u64, io: IoKind) -> Result<Self, QuantiseError> {
+        Self::with_table(case, period_ns, io, &mut LastTable::default())
+    }
+
+    /// The same with the last table of setpoints, if that is the case's.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn with_table(
+        case: &Case,
+        period_ns: u64,
+        io: IoKind,
+        last: &mut LastTable,
+    ) -> Result<Self, QuantiseError> {
         let setup = Setup::of(case, period_ns)?;
         let scaled = setup.law()?;
         let axis = compensated(&setup, scaled.law)?;
@@ -87,16 +101,54 @@ impl AxisController {
             gains: scaled.fixed_point(),
             state,
             board: BenchBoard::new(case, io)?,
-            source: setup.source(&scaled.law),
+            source: setup.source_with(&scaled.law, last),
         })
     }
 
     /// One sample.
     pub fn step(&mut self, measurement: Measurement) -> Command {
+        let out_of_range = self.sample(measurement);
+        self.reported.command(measurement.tick, out_of_range)
+    }
+
+    /// The code in force after one sample.
+    pub fn code(&mut self, measurement: Measurement) -> i32 {
+        self.sample(measurement);
+        self.reported.code()
+    }
+
+    /// The report so far.
+    pub fn status(&self) -> AxisStatus {
+        self.reported.status()
+    }
+
+    /// Takes a sample; whether it was outside the declared ranges.
+    fn sample(&mut self, measurement: Measurement) -> bool {
         let tick = measurement.tick;
-        let Some(arrivals) = self.world.at(measurement) else {
-            return self.reported.command(tick, false);
-        };
+        let mut queue_is_dry = false;
+        if self.world.is_quiet(tick) {
+            self.board.set_inputs(self.world.shown(measurement));
+        } else {
+            let Some(arrivals) = self.world.at(measurement) else {
+                return false;
+            };
+            self.take(&arrivals);
+            self.board.set_inputs(arrivals.shown);
+            queue_is_dry = arrivals.queue_is_dry;
+        }
+        if let Source::Queue(queue) = &mut self.source {
+            queue.fill(queue_is_dry);
+        }
+        let output = serve(&mut self.state, &mut self.board, &mut self.source, tick);
+        let code = self.board.code_in_force();
+        let fault = self.state.fault().copied();
+        self.reported
+            .sampled(output.state, output.error_counts, code, fault);
+        output.out_of_range
+    }
+
+    /// Requests and other gains before a sample.
+    fn take(&mut self, arrivals: &Arrivals) {
         for event in arrivals.events.into_iter().flatten() {
             self.reported.asked(event);
             // The report has counted a refusal.
@@ -108,15 +160,5 @@ impl AxisController {
             self.axis.set_law(law);
             self.state.change(&self.axis);
         }
-        if let Source::Queue(queue) = &mut self.source {
-            queue.fill(arrivals.queue_is_dry);
-        }
-        self.board.set_inputs(arrivals.shown);
-        let output = serve(&mut self.state, &mut self.board, &mut self.source, tick);
-        let code = self.board.code_in_force();
-        let fault = self.state.fault().copied();
-        self.reported
-            .sampled(output.state, output.error_counts, code, fault);
-        self.reported.command(tick, output.out_of_range)
     }
 }

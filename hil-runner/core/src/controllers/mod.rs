@@ -30,7 +30,7 @@ pub use axis_controller::{AxisController, accepted, smallest_sample_time_ns};
 pub use backlash::{GapMeasurement, compensated, measure_gap};
 pub use firmware_law::{FirmwareLaw, FirmwareOnCounts, papers_law};
 pub use sampled::{Pid, PidState, SampledLaw};
-pub use setpoint::Setpoint;
+pub use setpoint::{LastTable, Setpoint};
 pub use setup::{FROM_REST, Setup, scaling_request};
 pub use world::{Arrivals, Reported, Shown, Source, StreamedQueue, World};
 

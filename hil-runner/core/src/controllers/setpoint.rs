@@ -2,7 +2,7 @@
 
 use firmware::counts;
 use firmware::law::words::LARGEST_RATE;
-use plant::{Encoder, Motion};
+use plant::{Encoder, Motion, MotionPoint};
 
 use super::world::Table;
 use crate::case::Case;
@@ -61,20 +61,28 @@ impl Setpoint {
         self.motion.peak_velocity_mps()
     }
 
-    /// `α_ref(t_k)` \[rad\].
-    fn alpha_rad(&self, tick: u64) -> f64 {
-        let time_s = seconds(tick.saturating_mul(self.period_ns));
-        self.motion.at(time_s).displacement_m / self.metres_per_rad
+    /// The command at `t_k`.
+    fn at(&self, tick: u64) -> MotionPoint {
+        self.motion.at(seconds(tick.saturating_mul(self.period_ns)))
+    }
+
+    /// `α_ref` of a command \[rad\].
+    fn alpha_rad(&self, command: &MotionPoint) -> f64 {
+        command.displacement_m / self.metres_per_rad
     }
 
     /// `K_enc·α_ref(t_k)`, a real number of counts.
     pub(super) fn position_counts(&self, tick: u64) -> f64 {
-        self.encoder.position_counts(self.alpha_rad(tick))
+        self.encoder.position_counts(self.alpha_rad(&self.at(tick)))
     }
 
     /// `floor(K_enc·α_ref(t_k) + ½)` \[counts\].
     pub fn count(&self, tick: u64) -> i64 {
-        whole(self.encoder.setpoint_count(self.alpha_rad(tick)))
+        self.count_of(&self.at(tick))
+    }
+
+    fn count_of(&self, command: &MotionPoint) -> i64 {
+        whole(self.encoder.setpoint_count(self.alpha_rad(command)))
     }
 
     /// The first sample at or after the motion's end.
@@ -126,10 +134,9 @@ impl Setpoint {
         })
     }
 
-    /// Velocity and acceleration of the command at a sample, in these fractions of counts.
-    fn rates(&self, tick: u64, bits: RateBits) -> [i32; 2] {
-        let point = self.motion.at(seconds(tick.saturating_mul(self.period_ns)));
-        let [v, a] = self.per_sample(point.velocity_mps, point.acceleration_mps2);
+    /// Velocity and acceleration of a command, in these fractions of counts.
+    fn rates(&self, command: &MotionPoint, bits: RateBits) -> [i32; 2] {
+        let [v, a] = self.per_sample(command.velocity_mps, command.acceleration_mps2);
         // Below 2^24 by the choice of the fractions.
         let word = |rate: f64, bits| (rate * power_of_two(bits)).round() as i32;
         [word(v, bits.velocity), word(a, bits.acceleration)]
@@ -147,15 +154,31 @@ impl Setpoint {
         self.ticks().map(position).collect()
     }
 
-    /// The table of them, with the rates where these are given in such fractions.
-    pub(super) fn table(&self, rates: Option<RateBits>) -> Table {
+    /// The table of them before its first sample, with the rates where these are given in
+    /// such fractions.
+    fn table(&self, rates: Option<RateBits>) -> Table {
         let Some(bits) = rates else {
             return Table::new(self.positions(), false);
         };
         let rated = |tick| {
-            let [v, a] = self.rates(tick, bits);
-            [counts::wrap(self.count(tick)), v, a]
+            let command = self.at(tick);
+            let [v, a] = self.rates(&command, bits);
+            [counts::wrap(self.count_of(&command)), v, a]
         };
         Table::new(self.ticks().flat_map(rated).collect(), true)
+    }
+}
+
+/// The table that was made last, for runs that differ in nothing that it depends on.
+#[derive(Debug, Clone, Default)]
+pub struct LastTable(Option<(Setpoint, Option<RateBits>, Table)>);
+
+impl LastTable {
+    /// The table of these setpoints, made if it is another one.
+    pub(super) fn of(&mut self, setpoint: &Setpoint, rates: Option<RateBits>) -> Table {
+        let known = self.0.take();
+        let known = known.filter(|(of, with, _)| of == setpoint && *with == rates);
+        let make = || (setpoint.clone(), rates, setpoint.table(rates));
+        self.0.insert(known.unwrap_or_else(make)).2.clone()
     }
 }

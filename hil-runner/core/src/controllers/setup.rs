@@ -12,7 +12,7 @@ use firmware::position::CounterParameters;
 use firmware::{Dac, Event};
 use plant::Encoder;
 
-use super::setpoint::Setpoint;
+use super::setpoint::{LastTable, Setpoint};
 use super::world::{Generator, Source, StreamedQueue};
 use crate::case::Case;
 use crate::message::whole;
@@ -185,17 +185,18 @@ impl<'a> Setup<'a> {
     /// Everything that the fixed-point gains depend on.
     pub(super) fn request(&self) -> ScalingRequest {
         let (gains, settings) = (&self.case.controller.gains, self.case.options.law);
-        let ahead = &settings.feed_forward;
+        let [velocity, acceleration, friction] = self.case.with_formulas();
         ScalingRequest {
             settings,
             gains: [
                 gains.kp,
                 gains.ki_per_s,
                 gains.kd_s,
-                ahead.velocity_s,
-                ahead.acceleration_s2,
-                ahead.friction_codes,
+                velocity.0,
+                acceleration.0,
+                friction.0,
             ],
+            from_plant: [None, None, None, velocity.1, acceleration.1, friction.1],
             sample_time_ns: self.period_ns,
             following_error: self.case.options.limits.following_error,
             peak_speed_counts_per_s: self.setpoint.peak_mps() * self.setpoint.counts_per_m(),
@@ -207,6 +208,11 @@ impl<'a> Setup<'a> {
 
     /// The setpoints of the run, with the feed-forward of the law.
     pub fn source(&self, law: &Law) -> Source {
+        self.source_with(law, &mut LastTable::default())
+    }
+
+    /// The same, from the last table if that is theirs.
+    pub(super) fn source_with(&self, law: &Law, last: &mut LastTable) -> Source {
         match (self.case.options.law.setpoints, &self.plan) {
             (SetpointOrigin::Generator, Some(plan)) => {
                 Source::Generator(Box::new(Generator::new(plan, law)))
@@ -217,10 +223,10 @@ impl<'a> Setup<'a> {
                 Source::Queue(Box::new(queue))
             }
             (SetpointOrigin::Queue, None) => {
-                let table = self.setpoint.table(self.rates);
+                let table = last.of(&self.setpoint, self.rates);
                 Source::Queue(Box::new(StreamedQueue::of_table(table)))
             }
-            _ => Source::Table(self.setpoint.table(self.rates)),
+            _ => Source::Table(last.of(&self.setpoint, self.rates)),
         }
     }
 
@@ -315,14 +321,8 @@ impl<'a> Setup<'a> {
 /// True of an axis that asks for more of a setpoint than its position.
 fn reads_rates(case: &Case) -> bool {
     let options = &case.options;
-    let ahead = &options.law.feed_forward;
-    let gains = [
-        ahead.velocity_s,
-        ahead.acceleration_s2,
-        ahead.friction_codes,
-    ];
     let lag = options.limits.following_error;
-    gains.iter().any(|gain| *gain > 0.0)
+    case.feed_forward().iter().any(|gain| *gain > 0.0)
         || lag.is_some_and(|limit| limit.per_speed_s > 0.0)
         || options.backlash.compensation != Compensation::None
 }

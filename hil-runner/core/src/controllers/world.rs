@@ -1,6 +1,8 @@
 //! A run as its axis sees it, sample by sample, wherever the axis runs: setpoints,
 //! requests, injected faults, a queue that runs dry; and the axis' reports so far.
 
+use std::sync::Arc;
+
 use firmware::law::Law;
 use firmware::reference::{TablePlace, next_rated};
 use firmware::{
@@ -52,6 +54,8 @@ pub struct World {
     glitch: Option<(u64, i32)>,
     bus_error: Option<u64>,
     missed: Option<u64>,
+    /// The first sample with which any of these comes.
+    first: u64,
     /// The bits of the motor's register, and of the load's.
     masks: [u32; 2],
     /// The count at which the encoder froze.
@@ -69,7 +73,7 @@ impl World {
         // A counter of n bits shows n bits; the load's is as wide where it closes the loop.
         let mask = u32::MAX >> (u32::BITS - options.encoders.counter_bits);
         let glitch = injections.encoder_glitch;
-        Self {
+        let mut world = Self {
             requests: [
                 (once(requests.disable_ns), Event::Disable),
                 (once(requests.reset_ns), Event::Reset),
@@ -83,24 +87,67 @@ impl World {
             glitch: once(glitch.map(|glitch| glitch.at_ns)).zip(glitch.map(|glitch| glitch.counts)),
             bus_error: once(injections.bus_error_ns),
             missed,
+            first: u64::MAX,
             masks: match options.law.feedback {
                 Feedback::Dual => [mask, mask],
                 Feedback::Motor => [mask, u32::MAX],
             },
             frozen_counts: None,
+        };
+        let [disable, reset, enable] = world.requests.map(|(at, _)| at);
+        let ticks = [
+            disable,
+            reset,
+            enable,
+            world.gain_change,
+            world.dry,
+            world.stop,
+            world.stop_release,
+            world.freeze,
+            world.glitch.map(|(at, _)| at),
+            world.bus_error,
+            world.missed,
+        ];
+        world.first = ticks.into_iter().flatten().min().unwrap_or(u64::MAX);
+        world
+    }
+
+    /// True of a sample before any of it comes.
+    pub fn is_quiet(&self, tick: u64) -> bool {
+        tick < self.first
+    }
+
+    /// The hardware at a quiet sample.
+    #[inline]
+    pub fn shown(&self, measurement: Measurement) -> Shown {
+        let [_, load_mask] = self.masks;
+        let load_counts = measurement.load_counts;
+        Shown {
+            load_register: load_counts.map(|counts| register(counts, load_mask)),
+            ..self.motor_at(measurement.position_counts.whole())
+        }
+    }
+
+    /// The motor's encoder at so many counts.
+    fn motor_at(&self, motor_counts: i64) -> Shown {
+        let [motor_mask, _] = self.masks;
+        Shown {
+            motor_counts,
+            motor_register: register(motor_counts, motor_mask),
+            ..Shown::default()
         }
     }
 
     /// Everything that comes with a sample; `None` where it does not come itself: the
     /// loop does not run, and everything stays as it is.
     pub fn at(&mut self, measurement: Measurement) -> Option<Arrivals> {
-        let tick = measurement.tick;
+        let (tick, quiet) = (measurement.tick, self.shown(measurement));
         let comes = |at: Option<u64>| at == Some(tick);
         let since = |from: Option<u64>| from.is_some_and(|from| tick >= from);
         if comes(self.missed) {
             return None;
         }
-        let position = measurement.position_counts.whole();
+        let position = quiet.motor_counts;
         if comes(self.freeze) {
             self.frozen_counts = Some(position);
         }
@@ -110,23 +157,23 @@ impl World {
         {
             motor_counts = motor_counts.saturating_add(counts.into());
         }
-        let [motor_mask, load_mask] = self.masks;
-        let register = |counts, mask| counts::wrap(counts).cast_unsigned() & mask;
         Some(Arrivals {
             events: self.requests.map(|(at, event)| comes(at).then_some(event)),
             gains_change: comes(self.gain_change),
             queue_is_dry: since(self.dry),
             shown: Shown {
-                motor_counts,
-                motor_register: register(motor_counts, motor_mask),
-                load_register: measurement
-                    .load_counts
-                    .map(|counts| register(counts, load_mask)),
+                load_register: quiet.load_register,
                 emergency_stop: since(self.stop) && !since(self.stop_release),
                 bus_fails: comes(self.bus_error),
+                ..self.motor_at(motor_counts)
             },
         })
     }
+}
+
+/// A counter's register: so many bits of its counts.
+fn register(counts: i64, mask: u32) -> u32 {
+    counts::wrap(counts).cast_unsigned() & mask
 }
 
 /// Reports of the axis so far.
@@ -160,6 +207,16 @@ impl Reported {
     /// The state after the last request or sample.
     pub fn state(&self) -> State {
         self.status.state
+    }
+
+    /// The report so far.
+    pub fn status(&self) -> AxisStatus {
+        self.status
+    }
+
+    /// The code in force.
+    pub fn code(&self) -> i32 {
+        self.code
     }
 
     /// A request before a sample, that leads to another state or is refused.
@@ -220,7 +277,7 @@ impl SetpointSource for Source {
 #[derive(Debug, Clone)]
 pub struct Table {
     /// Positions, or three words a sample where the rates stand beside them.
-    pub words: Vec<i32>,
+    pub words: Arc<[i32]>,
     /// Velocity and acceleration follow each position.
     pub has_rates: bool,
     place: TablePlace,
@@ -228,9 +285,9 @@ pub struct Table {
 }
 
 impl Table {
-    pub(super) const fn new(words: Vec<i32>, has_rates: bool) -> Self {
+    pub(super) fn new(words: Vec<i32>, has_rates: bool) -> Self {
         Self {
-            words,
+            words: words.into(),
             has_rates,
             place: TablePlace::START,
             at: 0,

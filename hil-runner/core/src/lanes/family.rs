@@ -3,16 +3,18 @@
 //! The motion command at the samples is computed once for all runs of a family.
 
 use std::fmt;
+use std::sync::Arc;
 
 use plant::{AxisParameters, Joint, Motion, Solver};
 
 use crate::case::{Case, Law};
 use crate::number::seconds;
+use crate::options::{Compensation, GapSource};
 use crate::rest::{MOST, Window};
 
 /// Everything that runs must share to go side by side: the axis but for b, which
-/// is 0 here, the command, the timing and the law. Gains, encoder, converter, amplifier,
-/// settling band and budget are each run's own.
+/// is 0 here, the command, the timing and the law. Gains, options of the controller, encoders,
+/// converter, amplifier, settling band and budget are each run's own.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Family {
     pub(crate) axis: AxisParameters,
@@ -36,8 +38,8 @@ pub enum OneByOne {
     Solver,
     /// The plant has a drive, a load or a start that the lanes do not know.
     Surroundings,
-    /// The firmware has more than the paper's law to compute.
-    Options,
+    /// The gap is measured before the run.
+    Gap,
     /// The delay is no fixed part of the sample.
     Delay,
     /// The last sample is cut short.
@@ -56,7 +58,7 @@ impl fmt::Display for OneByOne {
             Self::Continuous => "rung continuous",
             Self::Solver => "a solver other than exact",
             Self::Surroundings => "a current drive or limit, a load or a start on a flank",
-            Self::Options => "options of the firmware",
+            Self::Gap => "a measured gap",
             Self::Delay => "a measured delay",
             Self::Duration => "a duration that ends within a sample",
             Self::Rest => "many samples at rest",
@@ -88,10 +90,7 @@ impl Family {
                 OneByOne::Solver,
             ),
             (case.surroundings().is_papers(), OneByOne::Surroundings),
-            (
-                law != Law::Firmware || case.options.is_off(),
-                OneByOne::Options,
-            ),
+            (!measures_the_gap(case), OneByOne::Gap),
             (duration_ns.is_multiple_of(period_ns), OneByOne::Duration),
             (at_rest <= MOST, OneByOne::Rest),
         ] {
@@ -129,6 +128,14 @@ impl Family {
             first_new: usize::from(delay_ns > 0),
         }
     }
+}
+
+/// True of a run before which the firmware's routine runs on an axis of its own.
+fn measures_the_gap(case: &Case) -> bool {
+    let backlash = &case.options.backlash;
+    case.controller.law == Law::Firmware
+        && backlash.gap == GapSource::Measured
+        && backlash.compensation != Compensation::None
 }
 
 /// Steps of a sample at most.
@@ -218,28 +225,53 @@ pub(crate) struct Command {
     pub(crate) step_ends_m: [f64; MOST_STEPS],
 }
 
-/// The command from sample to sample.
-#[derive(Debug, Clone)]
-pub(crate) struct Commands {
+/// What the command at the samples follows from.
+#[derive(Debug, Clone, PartialEq)]
+struct Timing {
     motion: Motion,
     period_ns: u64,
     steps_ns: [u64; MOST_STEPS],
     metres_per_rad: f64,
-    kept: Vec<Command>,
+    samples: u64,
 }
 
-impl Commands {
-    pub(crate) fn new(family: &Family) -> Self {
+impl Timing {
+    fn of(family: &Family) -> Self {
         let transmission = &family.axis.transmission;
-        let mut commands = Self {
+        Self {
             motion: family.motion.clone(),
             period_ns: family.period_ns,
             steps_ns: family.steps().lengths_ns,
             metres_per_rad: transmission.screw_pitch_m_per_rad * transmission.gear_ratio,
+            samples: family.samples,
+        }
+    }
+}
+
+/// The command from sample to sample.
+#[derive(Debug, Clone)]
+pub(crate) struct Commands {
+    of: Timing,
+    kept: Vec<Command>,
+}
+
+impl Commands {
+    /// Those of a family: the known ones where they serve, which then are those that are
+    /// known. Axes that differ in a mass have the same.
+    pub(crate) fn of(family: &Family, known: &mut Option<Arc<Self>>) -> Arc<Self> {
+        let of = Timing::of(family);
+        let fitting = known.take().filter(|commands| commands.of == of);
+        let commands = fitting.unwrap_or_else(|| Arc::new(Self::new(of)));
+        Arc::clone(known.insert(commands))
+    }
+
+    fn new(of: Timing) -> Self {
+        let number = of.samples.saturating_add(1).min(MOST_KEPT);
+        let mut commands = Self {
+            of,
             kept: Vec::new(),
         };
-        let kept = family.samples.saturating_add(1).min(MOST_KEPT);
-        commands.kept = (0..kept).map(|tick| commands.compute(tick)).collect();
+        commands.kept = (0..number).map(|tick| commands.compute(tick)).collect();
         commands
     }
 
@@ -254,16 +286,17 @@ impl Commands {
 
     #[inline(never)]
     fn compute(&self, tick: u64) -> Command {
-        let mut time_ns = tick * self.period_ns;
-        let now = self.motion.at(seconds(time_ns));
-        let step_ends_m = self.steps_ns.map(|length_ns| {
+        let of = &self.of;
+        let mut time_ns = tick * of.period_ns;
+        let now = of.motion.at(seconds(time_ns));
+        let step_ends_m = of.steps_ns.map(|length_ns| {
             // The end of a step as the plant's spans have it.
             let end_s = seconds(time_ns) + seconds(length_ns);
             time_ns += length_ns;
-            self.motion.at(end_s).displacement_m
+            of.motion.at(end_s).displacement_m
         });
         Command {
-            alpha_rad: now.displacement_m / self.metres_per_rad,
+            alpha_rad: now.displacement_m / of.metres_per_rad,
             acceleration_mps2: now.acceleration_mps2,
             step_ends_m,
         }

@@ -2,21 +2,32 @@
 //! a sum in another order tells the code for certain it is computed by that, else by
 //! the operations of the law in theirs.
 
-use plant::Width;
+use plant::{Encoder, Width};
 
 use crate::case::{Case, Law};
-use crate::controllers::{FirmwareOnCounts, Pid, PidState};
+use crate::controllers::{AxisController, FirmwareOnCounts, IoKind, LastTable, Pid, PidState};
+use crate::message::{AxisStatus, Measurement, Steps, whole};
+use crate::quantise::QuantiseError;
 
 /// A law in all lanes, with its memory.
 pub(crate) trait LaneLaw<W: Width> {
-    /// One sample of the axes at β \[rad\], of which α_ref is asked \[rad\].
+    /// One sample.
     fn sample(
         &mut self,
         w: W,
         settings: &Settings<W>,
-        beta: W::Vector,
-        alpha_ref: W::Vector,
+        now: Instant<W::Vector>,
     ) -> LaneSample<W::Vector>;
+}
+
+/// The axes at a sample and what is asked of them.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Instant<V> {
+    pub(crate) tick: u64,
+    /// β, γ and α_ref \[rad\].
+    pub(crate) beta: V,
+    pub(crate) gamma: V,
+    pub(crate) alpha_ref: V,
 }
 
 /// Codes, the counts that they were computed from, and the voltages that they give.
@@ -34,7 +45,49 @@ pub(crate) struct Sampled<V, const WHOLE: bool>(pub(crate) Pid<V>, pub(crate) Pi
 /// Rung `firmware`: the `firmware` crate, lane after lane. A lane without a
 /// controller gets the code 0.
 #[derive(Debug)]
-pub(crate) struct Firmware<'a>(pub(crate) &'a mut [Option<FirmwareOnCounts>]);
+pub(crate) struct Firmware<'a>(pub(crate) &'a mut [Option<LaneController>]);
+
+/// The controller of a lane on rung `firmware`.
+#[allow(
+    clippy::large_enum_variant,
+    reason = "the paper's law is the common one, and lies beside its neighbours"
+)]
+#[derive(Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "the paper's law is stepped where it lies"
+)]
+pub(crate) enum LaneController {
+    /// The paper's law alone.
+    Paper(FirmwareOnCounts),
+    /// The axis with everything beyond it: the single run's controller itself. With the
+    /// encoder at its load.
+    Axis(Box<AxisController>, Option<Encoder>),
+}
+
+impl LaneController {
+    /// # Errors
+    /// Those of the single run's controller.
+    pub(crate) fn new(
+        case: &Case,
+        period_ns: u64,
+        last: &mut LastTable,
+    ) -> Result<Self, QuantiseError> {
+        if case.options.is_off() {
+            return FirmwareOnCounts::new(case, period_ns).map(Self::Paper);
+        }
+        let axis = AxisController::with_table(case, period_ns, IoKind::default(), last)?;
+        Ok(Self::Axis(Box::new(axis), case.options.encoders.load))
+    }
+
+    /// The report of the axis, where there is one.
+    pub(crate) fn status(&self) -> Option<AxisStatus> {
+        match self {
+            Self::Paper(_) => None,
+            Self::Axis(axis, _) => Some(axis.status()),
+        }
+    }
+}
 
 /// Distance from a whole number beyond which a folded sum decides.
 ///
@@ -55,10 +108,10 @@ impl<W: Width> LaneLaw<W> for Sampled<W::Vector, true> {
         &mut self,
         w: W,
         settings: &Settings<W>,
-        beta: W::Vector,
-        alpha_ref: W::Vector,
+        now: Instant<W::Vector>,
     ) -> LaneSample<W::Vector> {
         let Self(pid, state) = self;
+        let (beta, alpha_ref) = (now.beta, now.alpha_ref);
         let setpoint = settings.setpoint_count(w, alpha_ref);
         let (count, told) = settings.folded_count(w, beta);
         let folded = pid.folded(state, setpoint - count);
@@ -99,11 +152,10 @@ impl<W: Width> LaneLaw<W> for Sampled<W::Vector, false> {
         &mut self,
         w: W,
         settings: &Settings<W>,
-        beta: W::Vector,
-        alpha_ref: W::Vector,
+        now: Instant<W::Vector>,
     ) -> LaneSample<W::Vector> {
-        let count = w.load(&settings.counts_per_rad) * (beta / w.load(&settings.gear_ratio));
-        let setpoint = w.load(&settings.counts_per_rad) * alpha_ref;
+        let count = w.load(&settings.counts_per_rad) * (now.beta / w.load(&settings.gear_ratio));
+        let setpoint = w.load(&settings.counts_per_rad) * now.alpha_ref;
         let code = self.0.output(&mut self.1, setpoint - count);
         let held = settings.held(w, code);
         LaneSample { code, count, held }
@@ -116,22 +168,30 @@ impl<W: Width> LaneLaw<W> for Firmware<'_> {
         &mut self,
         w: W,
         settings: &Settings<W>,
-        beta: W::Vector,
-        alpha_ref: W::Vector,
+        now: Instant<W::Vector>,
     ) -> LaneSample<W::Vector> {
-        let setpoint = settings.setpoint_count(w, alpha_ref);
-        let (mut count, told) = settings.folded_count(w, beta);
+        let setpoint = settings.setpoint_count(w, now.alpha_ref);
+        let (mut count, told) = settings.folded_count(w, now.beta);
         if w.bits(told) != all::<W>() {
-            count = settings.count(w, beta);
+            count = settings.count(w, now.beta);
         }
         let (positions, setpoints) = (w.stored(count), w.stored(setpoint));
+        let gammas = w.stored(now.gamma);
         let mut codes = W::array(0.0);
-        let inputs = setpoints.as_ref().iter().zip(positions.as_ref());
-        let lanes = codes.as_mut().iter_mut().zip(self.0.iter_mut());
-        for ((code, controller), (&setpoint, &position)) in lanes.zip(inputs) {
-            if let Some(controller) = controller {
-                *code = controller.code(setpoint, position);
-            }
+        for (lane, controller) in self.0.iter_mut().enumerate() {
+            let position = positions.as_ref()[lane];
+            codes.as_mut()[lane] = match controller {
+                None => 0.0,
+                Some(LaneController::Paper(law)) => law.code(setpoints.as_ref()[lane], position),
+                Some(LaneController::Axis(axis, load)) => {
+                    let at_load = |encoder: Encoder| whole(encoder.count(gammas.as_ref()[lane]));
+                    f64::from(axis.code(Measurement {
+                        tick: now.tick,
+                        position_counts: Steps::Whole(whole(position)),
+                        load_counts: load.map(at_load),
+                    }))
+                }
+            };
         }
         let code = w.load(&codes);
         let held = settings.held(w, code);
@@ -282,7 +342,6 @@ mod tests {
 
     use super::*;
     use crate::controllers::SampledLaw;
-    use crate::message::{Measurement, Steps, whole};
     use crate::number::seconds;
     use crate::runfile;
 
@@ -323,7 +382,13 @@ mod tests {
                     load_counts: None,
                 };
                 let expected = written.step(measured).dac_code.real();
-                let found = lane.sample(One, &settings, beta, alpha_ref);
+                let now = Instant {
+                    tick,
+                    beta,
+                    gamma: beta,
+                    alpha_ref,
+                };
+                let found = lane.sample(One, &settings, now);
                 assert_eq!(found.count.to_bits(), count.to_bits(), "{variant} {tick}");
                 assert_eq!(found.code.to_bits(), expected.to_bits(), "{variant} {tick}");
                 let e = case.encoder.setpoint_count(alpha_ref) - count;

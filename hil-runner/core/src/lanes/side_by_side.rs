@@ -1,16 +1,21 @@
 //! Controllers and axes of one family in lockstep, as many as there are lanes.
 
+use std::sync::Arc;
+
 use plant::{Batch, ExtremesSettings, LaneSetup, PlantError, Width};
 
 use super::family::{Commands, Family, SampleSteps};
-use super::laws::{Firmware, Held, LaneLaw, LaneSample, Sampled, Settings};
+use super::laws::{
+    Firmware, Held, Instant, LaneController, LaneLaw, LaneSample, Sampled, Settings,
+};
 use crate::case::{Case, Law};
-use crate::controllers::{FirmwareOnCounts, Pid, PidState};
+use crate::controllers::{LastTable, Pid, PidState};
 use crate::error::RunError;
 use crate::number::seconds;
 use crate::quantise::QuantiseError;
 use crate::rest::{AtRest, Line, SeenRows};
 use crate::summary::{EndOfCommand, EndOfRun, RowFigures, Summary};
+use crate::theory::Loops;
 
 /// The figures of a run, or `None` where the run by itself has to say at which time its
 /// work limit ends it.
@@ -23,7 +28,7 @@ pub(crate) struct Lanes<W: Width> {
     pub(crate) width: W,
     /// The family whose runs these are.
     pub(crate) family: Family,
-    commands: Commands,
+    commands: Arc<Commands>,
     batch: Batch<W>,
     setups: Vec<LaneSetup>,
     groups: Vec<Settings<W>>,
@@ -31,7 +36,8 @@ pub(crate) struct Lanes<W: Width> {
     at_rest: Vec<AtRest<W>>,
     line: Line,
     end: EndOfCommand,
-    firmware: Vec<Option<FirmwareOnCounts>>,
+    firmware: Vec<Option<LaneController>>,
+    last_table: LastTable,
     refused: Vec<Option<QuantiseError>>,
     /// Of each group, over its rows: `Σ(ẍ − ẍ_ref)²`, and the time under a held
     /// voltage at its limit \[ns\].
@@ -55,12 +61,16 @@ impl<W: Width> Lanes<W> {
     /// # Errors
     /// [`PlantError::TooStiff`] where only a single run counts what it takes.
     /// [`PlantError::NotAffine`], but for families that does not happen.
-    pub(crate) fn new(width: W, family: Family) -> Result<Self, PlantError> {
+    pub(crate) fn new(
+        width: W,
+        family: Family,
+        known: &mut Option<Arc<Commands>>,
+    ) -> Result<Self, PlantError> {
         let steps = family.steps();
         let batch = Batch::new(width, &family.axis, &steps.lengths_ns[..steps.number])?;
         Ok(Self {
             width,
-            commands: Commands::new(&family),
+            commands: Commands::of(&family, known),
             end: EndOfCommand::of(&family.motion, family.samples * family.period_ns),
             family,
             batch,
@@ -70,6 +80,7 @@ impl<W: Width> Lanes<W> {
             at_rest: Vec::new(),
             line: Line::default(),
             firmware: Vec::new(),
+            last_table: LastTable::default(),
             refused: Vec::new(),
             sums: Vec::new(),
         })
@@ -81,6 +92,7 @@ impl<W: Width> Lanes<W> {
     pub(crate) fn run<'a>(
         &mut self,
         cases: impl ExactSizeIterator<Item = &'a Case> + Clone,
+        loops: &mut Loops,
         mut each: impl FnMut(Outcome),
     ) {
         self.start(cases.clone());
@@ -103,7 +115,7 @@ impl<W: Width> Lanes<W> {
         self.batch.look_back();
         self.look_at_rest();
         for (run, case) in cases.enumerate() {
-            each(self.summary(run, case));
+            each(self.summary(run, case, loops));
         }
     }
 
@@ -146,7 +158,7 @@ impl<W: Width> Lanes<W> {
                 },
             });
             if self.family.law == Law::Firmware {
-                let made = FirmwareOnCounts::new(case, self.family.period_ns);
+                let made = LaneController::new(case, self.family.period_ns, &mut self.last_table);
                 self.refused.push(made.as_ref().err().cloned());
                 self.firmware.push(made.ok());
             }
@@ -218,15 +230,19 @@ impl<W: Width> Lanes<W> {
             let command = self.commands.at(now.tick);
             if now.step == 0 {
                 // 1. Sample, 2. compute.
-                let alpha_ref = w.splat(command.alpha_rad);
-                let LaneSample { code, count, held } =
-                    law.sample(w, settings, axes.beta_rad(), alpha_ref);
+                let gamma = axes.beta_rad() - axes.epsilon_rad();
+                let instant = Instant {
+                    tick: now.tick,
+                    beta: axes.beta_rad(),
+                    gamma,
+                    alpha_ref: w.splat(command.alpha_rad),
+                };
+                let LaneSample { code, count, held } = law.sample(w, settings, instant);
                 now.next = held;
                 // 3. Record.
                 let error = axes.acceleration_mps2() - w.splat(command.acceleration_mps2);
                 now.squared = now.squared + error * error;
-                let carriage = p * (axes.beta_rad() - axes.epsilon_rad());
-                seen.add(w, now.tick, [code, count], carriage);
+                seen.add(w, now.tick, [code, count], p * gamma);
                 if now.tick == family.samples {
                     now.tick += 1;
                     break;
@@ -270,7 +286,7 @@ impl<W: Width> Lanes<W> {
 
     /// The figures of one run.
     #[inline(never)]
-    fn summary(&mut self, run: usize, case: &Case) -> Outcome {
+    fn summary(&mut self, run: usize, case: &Case, loops: &mut Loops) -> Outcome {
         let lane = run % W::LANES;
         let sums = self.sums[run / W::LANES].each_ref();
         let [squared, limited_ns] = sums.map(|array| array.as_ref()[lane]);
@@ -290,6 +306,7 @@ impl<W: Width> Lanes<W> {
             max_abs_dac_code: Some(codes.lowest.abs().max(codes.highest.abs())),
             seen,
         };
+        let controller = self.firmware.get(run).and_then(Option::as_ref);
         let end = EndOfRun {
             case,
             command: self.end,
@@ -300,8 +317,9 @@ impl<W: Width> Lanes<W> {
             // A sum of step lengths: whole and not negative.
             held_limit_ns: [limited_ns as u64, 0],
             events: None,
-            axis: None,
+            axis: controller.and_then(LaneController::status),
             chip: None,
+            loops: loops.figures(case),
         };
         Some(Ok(end.summary()))
     }

@@ -1,16 +1,18 @@
 //! Tables that one thread keeps from run to run.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use fearless_simd::{Level, Simd, dispatch};
 use plant::{Eight, Four, One, Width};
 
 use super::alone::alone;
-use super::family::{AT_A_TIME, Family, OneByOne, Parcel, groups};
+use super::family::{AT_A_TIME, Commands, Family, OneByOne, Parcel, groups};
 use super::side_by_side::{Lanes, Outcome};
 use crate::case::Case;
 use crate::error::RunError;
 use crate::summary::Summary;
+use crate::theory::Loops;
 
 /// A number of cases for which whole groups of lanes are not worth it.
 const MOST_ALONE: usize = 2;
@@ -30,9 +32,9 @@ fn for_one(level: Level) -> Level {
 }
 
 #[inline(always)]
-fn one<S: Simd>(_: S, lanes: &mut Lanes<One>, case: &Case) -> Outcome {
+fn one<S: Simd>(_: S, lanes: &mut Lanes<One>, case: &Case, loops: &mut Loops) -> Outcome {
     let mut result = Some(Err(RunError::Lost));
-    lanes.run(std::iter::once(case), |figures| result = figures);
+    lanes.run(std::iter::once(case), loops, |figures| result = figures);
     result
 }
 
@@ -73,6 +75,9 @@ pub struct Runs {
     families: Vec<Box<dyn SideBySide>>,
     /// For cases that are alone in their family.
     single: Option<Lanes<One>>,
+    /// The commands that were asked for last.
+    commands: Option<Arc<Commands>>,
+    loops: Loops,
     one_by_one: BTreeMap<OneByOne, u64>,
 }
 
@@ -97,6 +102,8 @@ impl Runs {
             level,
             families: Vec::new(),
             single: None,
+            commands: None,
+            loops: Loops::default(),
             one_by_one: BTreeMap::new(),
         }
     }
@@ -114,21 +121,22 @@ impl Runs {
         let known = self.single.take();
         let lanes = match known.filter(|lanes| lanes.family == family) {
             Some(fitting) => fitting,
-            None => match Lanes::new(One, family) {
+            None => match Lanes::new(One, family, &mut self.commands) {
                 Ok(lanes) => lanes,
                 Err(_) => return self.alone(case, OneByOne::Stiff),
             },
         };
         let lanes = self.single.insert(lanes);
         // The scalar code, too, is faster with an instruction for `floor`.
-        let figures = dispatch!(for_one(self.level), simd => one(simd, lanes, case));
+        let loops = &mut self.loops;
+        let figures = dispatch!(for_one(self.level), simd => one(simd, lanes, case, loops));
         figures.unwrap_or_else(|| self.alone(case, OneByOne::Work))
     }
 
     /// The figures of a run that is made by itself, which is counted.
     fn alone(&mut self, case: &Case, why: OneByOne) -> Result<Summary, RunError> {
         *self.one_by_one.entry(why).or_default() += 1;
-        alone(case)
+        alone(case, &mut self.loops)
     }
 
     /// How many runs were made by themselves since this was last asked, and why: they
@@ -161,9 +169,9 @@ impl Runs {
                 Ok(family) if places.len() > MOST_ALONE => self.prepared(family).ok(),
                 _ => None,
             };
-            if let Some(lanes) = prepared {
+            if let Some((lanes, loops)) = prepared {
                 let mut left = Vec::new();
-                lanes.run(cases, places, &mut |place, outcome| match outcome {
+                lanes.run(cases, places, loops, &mut |place, outcome| match outcome {
                     Some(figures) => each(place, figures),
                     None => left.push(place),
                 });
@@ -178,20 +186,20 @@ impl Runs {
         }
     }
 
-    /// The lanes for a family: those at hand if there are such.
-    fn prepared(&mut self, family: &Family) -> Result<&mut dyn SideBySide, RunError> {
+    /// The lanes for a family, those at hand if there are such, and the loops.
+    fn prepared(&mut self, family: &Family) -> Result<(&mut dyn SideBySide, &mut Loops), RunError> {
         let mut known = self.families.iter();
         let known = known.position(|lanes| lanes.family() == family);
         let lanes = match known {
             Some(place) => self.families.remove(place),
-            None => side_by_side(self.level, family.clone())?,
+            None => side_by_side(self.level, family.clone(), &mut self.commands)?,
         };
         if self.families.len() >= MOST_FAMILIES {
             self.families.remove(0);
         }
         self.families.push(lanes);
         let last = self.families.last_mut().ok_or(RunError::Lost)?;
-        Ok(last.as_mut())
+        Ok((last.as_mut(), &mut self.loops))
     }
 }
 
@@ -199,22 +207,36 @@ impl Runs {
 trait SideBySide: std::fmt::Debug + Send {
     fn family(&self) -> &Family;
     /// Runs some of the cases, no more than [`Runs::AT_A_TIME`].
-    fn run(&mut self, cases: &[Case], places: &[usize], each: &mut dyn FnMut(usize, Outcome));
+    fn run(
+        &mut self,
+        cases: &[Case],
+        places: &[usize],
+        loops: &mut Loops,
+        each: &mut dyn FnMut(usize, Outcome),
+    );
 }
 
 /// Lanes with given instructions, as many as a vector holds: a narrower one
 /// would need more steps, of a wider one too few halves fit in the registers.
-fn side_by_side(level: Level, family: Family) -> Result<Box<dyn SideBySide>, RunError> {
+fn side_by_side(
+    level: Level,
+    family: Family,
+    known: &mut Option<Arc<Commands>>,
+) -> Result<Box<dyn SideBySide>, RunError> {
     #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
     if let Level::Avx512(simd) = level {
-        return Ok(Box::new(Lanes::new(Eight(simd), family)?));
+        return Ok(Box::new(Lanes::new(Eight(simd), family, known)?));
     }
-    dispatch!(level, simd => four(simd, family))
+    dispatch!(level, simd => four(simd, family, known))
 }
 
 #[inline(always)]
-fn four<S: Simd>(simd: S, family: Family) -> Result<Box<dyn SideBySide>, RunError> {
-    Ok(Box::new(Lanes::new(Four(simd), family)?))
+fn four<S: Simd>(
+    simd: S,
+    family: Family,
+    known: &mut Option<Arc<Commands>>,
+) -> Result<Box<dyn SideBySide>, RunError> {
+    Ok(Box::new(Lanes::new(Four(simd), family, known)?))
 }
 
 /// As [`SideBySide`], for a width with instructions of its own.
@@ -229,11 +251,12 @@ macro_rules! in_lanes {
                 &mut self,
                 cases: &[Case],
                 places: &[usize],
+                loops: &mut Loops,
                 each: &mut dyn FnMut(usize, Outcome),
             ) {
                 self.width.0.vectorize(
                     #[inline(always)]
-                    || run_places(self, cases, places, each),
+                    || run_places(self, cases, places, loops, each),
                 );
             }
         }
@@ -248,11 +271,12 @@ fn run_places<W: Width>(
     lanes: &mut Lanes<W>,
     cases: &[Case],
     places: &[usize],
+    loops: &mut Loops,
     each: &mut dyn FnMut(usize, Outcome),
 ) {
     let mut done = places.iter();
     let chosen = places.iter().map(|&place| &cases[place]);
-    lanes.run(chosen, |figures| {
+    lanes.run(chosen, loops, |figures| {
         if let Some(&place) = done.next() {
             each(place, figures);
         }
