@@ -16,13 +16,14 @@ mod read;
 pub mod results;
 mod rows;
 
+pub use hil_core::distribution::{Distribution, Normal};
 pub use page::base::base_sentences;
 pub use page::pictures::{Drawn, MOST_ROWS, draw};
 pub use page::tally::{Best, RungTally, Spread as FigureSpread, Tally};
 pub use page::{
     FigureTable, StudyPageError, best_table, enough_pass, figure_rows, render, unstable_words,
 };
-pub use plan::axis::{Axis, AxisValue, Distribution, Normal, Range, Scale, Spread};
+pub use plan::axis::{Axis, AxisValue, Range, Scale, Spread};
 pub use plan::points::{Constraint, MOST_SOBOL_AXES, Plan, PlanKind, Position};
 pub use plan::{Changes, LoopGain, Point, Study, Theory};
 pub use read::file::StudyFileError;

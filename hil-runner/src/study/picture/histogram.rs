@@ -115,7 +115,7 @@ fn draw_bin(canvas: &mut Canvas, frame: &Frame, bin: &Bin) {
 
 /// The yield over all runs: one without a figure does not keep the limit.
 fn legend(limit: &Limit, values: &[f64], runs: usize, label: &Label) -> Vec<Group> {
-    let within = values.iter().filter(|value| value.abs() <= limit.value);
+    let within = values.iter().filter(|value| limit.is_kept(**value));
     let within = within.count();
     let beyond = values.len() - within;
     let missing = runs - values.len();
@@ -176,7 +176,7 @@ fn bins(sorted: &[f64], histogram: &Histogram, log: bool) -> Vec<Bin> {
     };
     let within = |value: f64| {
         let limit = histogram.limit.as_ref();
-        limit.is_none_or(|limit| value.abs() <= limit.value)
+        limit.is_none_or(|limit| limit.is_kept(value))
     };
     let mut found: Vec<Bin> = Vec::new();
     for (&value, &place) in sorted.iter().zip(&places) {
@@ -248,6 +248,7 @@ mod tests {
             bins: Some(10),
             limit: limit.map(|value| Limit {
                 value,
+                at_least: false,
                 label: String::new(),
                 of_budget: false,
             }),

@@ -27,9 +27,10 @@ use toml::de::DeTable;
 
 use super::ready;
 use crate::study::picture::Picture;
-use crate::study::plan::axis::{Distribution, Scale};
+use crate::study::plan::axis::Scale;
 use crate::study::plan::points::PlanKind;
 use crate::study::plan::{LoopGain, Theory};
+use hil_core::distribution::Distribution;
 use hil_core::runfile::list_mistakes;
 
 /// A study file as it is written.

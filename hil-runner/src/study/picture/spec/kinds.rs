@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use hil_core::figures;
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer};
 
@@ -285,8 +286,10 @@ pub struct Scatter {
 /// Limit of the magnitude of a figure, in the unit of its column.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Limit {
-    /// Largest magnitude.
+    /// Largest magnitude, or least value.
     pub value: f64,
+    /// It is a least value.
+    pub at_least: bool,
     /// Words for it.
     pub label: String,
     /// The value is still to be taken from the budget of the study's base
@@ -295,19 +298,31 @@ pub struct Limit {
 }
 
 impl Limit {
-    /// Puts the budget's limit of a column for the value, if it is to be; no
-    /// limit where the budget has none.
+    /// Takes from the column whether the limit is a least value, and from the budget the
+    /// value, if it is to be; no limit where the budget has none.
     pub(super) fn resolve(
         limit: &mut Option<Self>,
         column: &str,
         budget: &impl Fn(&str) -> Option<f64>,
     ) {
-        let Some(asked) = limit.as_mut().filter(|limit| limit.of_budget) else {
+        let Some(asked) = limit.as_mut() else {
             return;
         };
+        asked.at_least = figures::find(column).is_some_and(|figure| figure.at_least);
+        if !asked.of_budget {
+            return;
+        }
         match budget(column) {
             Some(value) => (asked.value, asked.of_budget) = (value, false),
             None => *limit = None,
+        }
+    }
+
+    /// True if a value keeps it.
+    pub fn is_kept(&self, value: f64) -> bool {
+        match self.at_least {
+            true => value >= self.value,
+            false => value.abs() <= self.value,
         }
     }
 }
@@ -376,6 +391,7 @@ impl<'de> Deserialize<'de> for Limit {
         }
         Ok(Self {
             value,
+            at_least: false,
             label: label.unwrap_or_else(|| "allowed".to_owned()),
             of_budget,
         })
