@@ -25,6 +25,18 @@ function reading(value, unit) {
   return minus(text) + (unit ? ` ${unit}` : "");
 }
 
+// What a plot is over: the name of its axis and of its column, a place on it in words, and
+// the cursors on it, which every plot over the same has.
+const over = (label, column, at, log = false) => ({ label, column, at, log, cursors: { A: null, B: null } });
+const TIME = over("t [s]", "t_s", (t) => `${+t.toFixed(6)} s`);
+const FREQUENCY = over("f [Hz]", "f_hz", (f) => reading(f, "Hz"), true);
+
+// Ticks of a logarithmic axis; those without room are null.
+function logTicks(u, splits) {
+  const plain = (v) => v >= 1e-3 && v < 1e6;
+  return splits.map((v) => (v == null ? null : plain(v) ? String(+v.toPrecision(6)) : minus(v.toExponential(0))));
+}
+
 // Ticks with as many decimals as the step between them has, not the
 // browser's language: two readers of one report see the same numbers.
 function ticks(u, splits, axis, space, step) {
@@ -39,8 +51,9 @@ function ticks(u, splits, axis, space, step) {
   return splits.map((v) => (v == null ? null : minus(digits(Math.abs(v) < step / 1e6 ? 0 : v))));
 }
 
-function axis(label, size, space) {
+function axis(label, size, space, log, incrs) {
   return {
+    ...(incrs ? { incrs } : {}),
     label,
     space,
     labelSize: 18,
@@ -52,7 +65,7 @@ function axis(label, size, space) {
     stroke: () => cssColour("muted"),
     grid: { stroke: () => cssColour("grid"), width: 1 },
     ticks: { stroke: () => cssColour("rule"), width: 1, size: 4 },
-    values: ticks,
+    values: log ? logTicks : ticks,
   };
 }
 
@@ -133,7 +146,8 @@ function apart(paint) {
 function drawZero(u) {
   const { ctx, bbox } = u;
   const y = u.valToPos(0, "y", true);
-  if (y < bbox.top || y > bbox.top + bbox.height) return;
+  // A logarithmic axis has none.
+  if (!(y >= bbox.top && y <= bbox.top + bbox.height)) return;
   ctx.fillStyle = cssColour("rule");
   ctx.fillRect(bbox.left, Math.round(y), bbox.width, Math.max(1, Math.round(devicePixelRatio)));
 }
@@ -150,10 +164,13 @@ function drawMarks(u, times) {
   }
 }
 
+// x and y of a curve: those of a plane have an x of their own.
+const columns = (u, series) => (u.data[0] ? [u.data[0], u.data[series]] : u.data[series]);
+
 // Leads `pen` along a curve: every point, at fractions of a pixel; a hole where
 // a value is null, steps where a value is held.
 function follow(u, series, first, last, pen, held) {
-  const [xs, ys] = [u.data[0], u.data[series]];
+  const [xs, ys] = columns(u, series);
   let before = null;
   // One point more on either side, so that a zoomed curve reaches the edge.
   for (let i = Math.max(0, first - 1); i <= Math.min(xs.length - 1, last + 1); i++) {
@@ -196,8 +213,18 @@ function switches(u, caption) {
   });
 }
 
-// Draws `plot` = { x, curves: [{ label, y, unit, column, colour, width, dash, held }],
-// yLabel, include, limits, marks, behind } into `figure`.
+// The legend is the document's, not the canvas's: CSS colours it.
+function colourMarkers(caption, curves) {
+  const markers = [...caption.querySelectorAll(".u-marker")];
+  markers.slice(-curves.length).forEach((marker, i) => {
+    const { colour, dash } = curves[i];
+    marker.style.borderTopColor = `var(--${colour})`;
+    if (dash) marker.style.borderTopStyle = dash[0] < 4 ? "dotted" : "dashed";
+  });
+}
+
+// Draws `plot` = { over, x, curves: [{ label, y, unit, column, colour, width, dash, held }],
+// yLabel, yLog, ySteps, include, limits, marks, behind } into `figure`.
 function drawChart(figure, plot, group) {
   const box = figure.querySelector(".plot");
   const caption = figure.querySelector("figcaption");
@@ -220,10 +247,15 @@ function drawChart(figure, plot, group) {
       mount: (u, element) => caption.appendChild(element),
       markers: { show: true, width: 0 },
     },
-    scales: { x: { time: false }, y: { range: verticalRange(plot.include ?? []) } },
-    axes: [axis("t [s]", 22, 50), axis(plot.yLabel, 46, 20)],
+    scales: {
+      x: plot.over.log ? { time: false, distr: 3, range: (u, low, high) => [low, high] } : { time: false },
+      y: plot.yLog
+        ? { distr: 3, range: (u, low, high) => uPlot.rangeLog(low, high, 10, true) }
+        : { range: verticalRange(plot.include ?? []) },
+    },
+    axes: [axis(plot.over.label, 22, 50, plot.over.log), axis(plot.yLabel, 46, 20, plot.yLog, plot.ySteps)],
     series: [
-      { label: "t", value: (u, t) => (t == null ? MISSING : `${+t.toFixed(6)} s`) },
+      { label: plot.over.label[0], value: (u, x) => (x == null ? MISSING : plot.over.at(x)) },
       ...plot.curves.map((curve) => ({
         label: curve.label,
         value: (u, v) => reading(v, curve.unit),
@@ -248,13 +280,7 @@ function drawChart(figure, plot, group) {
   };
   const chart = new uPlot(options, [plot.x, ...plot.curves.map((curve) => curve.y)], box);
   caption.classList.toggle("alone", plot.curves.length === 1);
-  // The legend is the document's, not the canvas's: CSS colours it.
-  caption.querySelectorAll(".u-marker").forEach((marker, i) => {
-    const curve = plot.curves[i - (caption.querySelectorAll(".u-marker").length - plot.curves.length)];
-    if (!curve) return;
-    marker.style.borderTopColor = `var(--${curve.colour})`;
-    if (curve.dash) marker.style.borderTopStyle = curve.dash[0] < 4 ? "dotted" : "dashed";
-  });
+  colourMarkers(caption, plot.curves);
   if (plot.curves.length > 1) switches(chart, caption);
   return chart;
 }

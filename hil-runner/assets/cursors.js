@@ -1,23 +1,22 @@
 
-// Cursors A and B: two times, the same in every plot, with the values of the
-// visible curves there and their differences.
+// Cursors A and B: two times, the same in every plot over time, with the values of the
+// visible curves there and their differences; two frequencies likewise.
 
-const cursors = { A: null, B: null };
 // The one that a click or an arrow key moves.
 let chosen = "A";
-const seconds = (t) => (t == null ? MISSING : minus(`${+t.toFixed(6)} s`));
 const less = (a, b) => (a == null || b == null ? null : b - a);
 
 // Rows of a readout: names, at A, at B, difference; times first.
 function readings({ chart, plot }) {
-  const { A, B } = cursors;
+  const { A, B } = plot.over.cursors;
+  const place = (x) => (x == null ? MISSING : minus(plot.over.at(x)));
   const rows = plot.curves.map(({ label, unit, held }, i) => {
     const at = (t) => (t == null ? null : valueAt(chart.data[0], chart.data[i + 1], t, held));
     const [a, b] = [at(A), at(B)];
     return [label, ...[a, b, less(a, b)].map((value) => reading(value, unit))];
   });
   return [
-    ["", seconds(A), seconds(B), seconds(less(A, B))],
+    ["", place(A), place(B), place(less(A, B))],
     ...rows.filter((row, i) => chart.series[i + 1].show),
   ];
 }
@@ -28,11 +27,11 @@ function readout(view) {
     const button = element("button", { type: "button", textContent: `${name} ${time}` });
     button.title = `a click into a plot or the arrow keys move cursor ${name}`;
     button.setAttribute("aria-pressed", name === chosen);
-    button.addEventListener("click", () => moveCursor(view, name, cursors[name]));
+    button.addEventListener("click", () => moveCursor(view, name, view.plot.over.cursors[name]));
     return element("th", { scope: "col" }, button);
   };
   const clear = element("button", { type: "button", textContent: "Clear" });
-  clear.addEventListener("click", clearCursors);
+  clear.addEventListener("click", () => clearCursors(view));
   const head = element(
     "tr", {}, element("td", {}, clear), choose("A", times[1]), choose("B", times[2]),
     element("th", { scope: "col", textContent: `B − A ${times[3]}` }),
@@ -48,6 +47,9 @@ function readout(view) {
 // The lines over a plot and the table below it.
 function showCursors(view) {
   const { chart, figure } = view;
+  const { cursors } = view.plot.over;
+  // A plane marks the places in its picture.
+  if (!chart.over) return chart.redraw();
   for (const name of ["A", "B"]) {
     chart.over.querySelector(`.cursor-${name}`)?.remove();
     if (!inSight(chart, cursors[name])) continue;
@@ -74,8 +76,8 @@ function showAllCursors() {
   views.forEach(showCursors);
 }
 
-function clearCursors() {
-  cursors.A = cursors.B = null;
+function clearCursors({ plot }) {
+  Object.assign(plot.over.cursors, { A: null, B: null });
   chosen = "A";
   showAllCursors();
 }
@@ -83,7 +85,7 @@ function clearCursors() {
 // Moves a cursor in all plots and tells the values of this one.
 function moveCursor(view, name, t) {
   const top = view.figure.getBoundingClientRect().top;
-  cursors[name] = t;
+  view.plot.over.cursors[name] = t;
   chosen = name;
   showAllCursors();
   // Tables that have come above would push the plot away.
@@ -94,18 +96,24 @@ function moveCursor(view, name, t) {
   document.getElementById("told").textContent = `cursor ${name} ${times[column]}: ${told}`;
 }
 
+// Sets the chosen cursor, or the other one, which does not become the chosen one.
+function setCursor(view, other, t) {
+  if (!other) return moveCursor(view, chosen, t);
+  const first = chosen;
+  moveCursor(view, first === "A" ? "B" : "A", t);
+  chosen = first;
+  showAllCursors();
+}
+
 function followPointer(view) {
   const { over } = view.chart;
+  const { cursors } = view.plot.over;
   let before = {};
   over.addEventListener("click", (event) => {
     if (event.detail > 1) return;
     before = { ...cursors };
     const t = view.chart.posToVal(event.clientX - over.getBoundingClientRect().left, "x");
-    if (!event.shiftKey) return moveCursor(view, chosen, t);
-    const first = chosen;
-    moveCursor(view, first === "A" ? "B" : "A", t);
-    chosen = first;
-    showAllCursors();
+    setCursor(view, event.shiftKey, t);
   });
   // Two clicks reset the zoom and move no cursor.
   over.addEventListener("dblclick", () => {
@@ -122,15 +130,21 @@ function followKeys(view) {
   box.setAttribute("aria-keyshortcuts", "A B ArrowLeft ArrowRight Escape");
   box.addEventListener("keydown", (event) => {
     if (event.ctrlKey || event.altKey || event.metaKey) return;
-    const { chart } = view;
+    const { chart, plot } = view;
     const { min, max } = chart.scales.x;
-    const from = (name) => (inSight(chart, cursors[name]) ? cursors[name] : (min + max) / 2);
-    const step = ((max - min) / chart.over.clientWidth) * (event.shiftKey ? 10 : 1);
+    const { cursors } = plot.over;
+    const middle = chart.over.clientWidth / 2;
+    const from = (name) => (inSight(chart, cursors[name]) ? cursors[name] : chart.posToVal(middle, "x"));
+    const moved = (pixels) => {
+      const to = chart.posToVal(chart.valToPos(from(chosen), "x") + pixels, "x");
+      moveCursor(view, chosen, Math.min(max, Math.max(min, to)));
+    };
+    const step = event.shiftKey ? 10 : 1;
     const key = event.key.toUpperCase();
     if (key === "A" || key === "B") moveCursor(view, key, from(key));
-    else if (key === "ARROWLEFT") moveCursor(view, chosen, Math.max(min, from(chosen) - step));
-    else if (key === "ARROWRIGHT") moveCursor(view, chosen, Math.min(max, from(chosen) + step));
-    else if (key === "ESCAPE") clearCursors();
+    else if (key === "ARROWLEFT") moved(-step);
+    else if (key === "ARROWRIGHT") moved(step);
+    else if (key === "ESCAPE") clearCursors(view);
     else return;
     event.preventDefault();
   });

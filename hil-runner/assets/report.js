@@ -93,7 +93,7 @@ function voltagePlot(traces) {
   return plot;
 }
 
-function codePlot(traces, figure) {
+function codePlot(traces) {
   const plot = {
     curves: [curveOf(traces, "dac_code", { label: "code" })],
     yLabel: "code",
@@ -110,7 +110,7 @@ function codePlot(traces, figure) {
       { value: low, label: minus(`${low}`) },
     ];
   } else {
-    addKey(figure, minus(`range ${low} … ${high}, at most ${Math.ceil(100 * used)} % used`));
+    plot.key = minus(`range ${low} … ${high}, at most ${Math.ceil(100 * used)} % used`);
   }
   return plot;
 }
@@ -190,16 +190,43 @@ function differencePlot(rung, column, label, unit) {
   return { curves, yLabel: `${label} [${unit}]`, include: [0] };
 }
 
-function addKey(figure, text) {
-  figure.querySelector("figcaption").append(element("span", { className: "key", textContent: text }));
+// Two runs of a case over each other: the plot of each with the curves of both.
+function comparePlot(name) {
+  const [before, after] = data.cases.map(({ traces }) => traces[TRACE_OF[name] ?? "t_s"] && casePlots[name](traces));
+  if (!before || !after) return before || after;
+  const named = (plot, word, look) =>
+    plot.curves
+      .filter(({ label }) => label !== "command" || !data.compare.one_command || word === "after")
+      .map((curve) => {
+        const command = curve.label === "command";
+        const label = plot.curves.length === 1 ? word : command && data.compare.one_command ? "command" : `${curve.label} ${word}`;
+        return { ...curve, of: word, label, ...(command ? { dash: word === "before" ? [2, 3] : [6, 4] } : look) };
+      });
+  return {
+    ...before,
+    ...after,
+    key: after.key && `after: ${after.key}`,
+    include: [...(before.include ?? []), ...(after.include ?? [])],
+    curves: [
+      ...named(before, "before", { colour: "c-rung-4", dash: [6, 4] }),
+      ...named(after, "after", { colour: "c-carriage", dash: undefined }),
+    ],
+  };
 }
+// Columns without which there is no such plot.
+const TRACE_OF = { code: "dac_code", gap: "gap_deg" };
+
+const runsFor = ({ dataset }) => (dataset.of === "compare" ? data.cases : [data.cases[+dataset.case]]);
 
 function plotFor(figure) {
   const { plot, of, column, case: index, rung } = figure.dataset;
+  if (loopPlots[plot]) return { over: FREQUENCY, ...loopPlots[plot](loopsOf(runsFor(figure))) };
+  if (plot === "front") return frontPlot(JSON.parse(document.getElementById("tune-data").textContent));
+  if (of === "compare") return comparePlot(plot);
   if (plot === "overlay") return overlayPlot(of, column);
   if (plot === "acc_diff") return differencePlot(+rung, "acc_diff_mps2", "Δẍ", "m/s²");
   if (plot === "pos_diff") return differencePlot(+rung, "pos_diff_um", "Δx", "µm");
-  return casePlots[plot](data.cases[+index].traces, figure);
+  return casePlots[plot](data.cases[+index].traces);
 }
 
 // In place of a plot that would be empty or a line along zero.
@@ -207,24 +234,29 @@ function noteInstead(figure, text) {
   figure.querySelector(".plot").replaceWith(element("p", { className: "plot-note", textContent: text }));
 }
 
+const nameOf = (box) => (box.dataset.name ??= box.getAttribute("aria-label"));
+const titleOf = (name) => name.replace(/ \[.*| over (time|frequency).*/, "");
+
 // All plots of the page: { figure, box, chart, plot, title }.
 const views = [];
 
 // Draws the plot of a figure, in place of what `view` has shown before.
 function draw(figure, section, view) {
   const plan = plotFor(figure);
-  if (!plan || plan.curves[0].t.length < 2) return noteInstead(figure, "No curve recorded.");
+  if (!plan?.curves.length || plan.curves[0].t.length < 2) {
+    return noteInstead(figure, plan?.missing ?? "No curve recorded.");
+  }
   if (figure.dataset.rung && extent(plan.curves[0].y).every((v) => v === 0)) {
     return noteInstead(figure, "The same in every row.");
   }
-  const plot = withLog(plan);
+  const plot = withLog({ over: TIME, ...plan });
   const box = figure.querySelector(".plot");
   const chart = drawChart(figure, plot, section.dataset.group);
-  box.dataset.name ??= box.getAttribute("aria-label");
-  const name = box.dataset.name.replace("{quantity}", plot.yLabel);
+  if (plot.key) figure.querySelector("figcaption").append(element("span", { className: "key", textContent: plot.key }));
+  const name = nameOf(box).replace("{quantity}", plot.yLabel);
   const [low, high] = extent(...plot.curves.map((curve) => curve.y));
   box.setAttribute("aria-label", `${name}; from ${reading(low)} to ${reading(high)}`);
-  const title = name.replace(/ \[.*| over time.*/, "");
+  const title = titleOf(name);
   chart.hooks.setScale = [(u, scale) => scale === "x" && tellZoom(section, u)];
   view = Object.assign(view ?? { figure, box }, { chart, plot, title });
   chart.hooks.draw.push(() => showCursors(view));
@@ -263,17 +295,22 @@ function choice(view, section) {
 }
 
 for (const section of document.querySelectorAll("[data-group]")) {
-  const own = [];
+  const [own, planes] = [[], []];
   for (const figure of section.querySelectorAll("figure[data-plot]")) {
-    const view = draw(figure, section);
+    const plane = "plane" in figure.dataset;
+    const view = plane
+      ? drawPlane(figure, plotFor(figure), titleOf(nameOf(figure.querySelector(".plot"))))
+      : draw(figure, section);
     if (!view) continue;
     const caption = figure.querySelector("figcaption");
     if (figure.dataset.plot === "overlay") caption.append(choice(view, section));
     caption.append(saveMenu(view));
-    followKeys(view);
-    own.push(view);
+    if (figure.dataset.plot === "front") followFront(view, [...section.querySelectorAll("tbody tr")].filter((row) => !figure.contains(row)));
+    (plane ? planes : own).push(view);
+    if (!plane) followKeys(view);
   }
-  views.push(...own);
+  views.push(...own, ...planes);
+  joinPlanes(own, planes);
   section.querySelector("button.reset").addEventListener("click", () => {
     for (const { chart } of own) chart.setScale("x", whole(chart));
   });

@@ -60,11 +60,14 @@ class VectorPen {
   }
 }
 
-// The plot as SVG, in pixels of the canvas that it is a copy of.
-function svgOf({ chart, plot, title }) {
+// The plot as SVG, in pixels of the canvas that it is a copy of; `bare` without title and
+// legend, for the page, which has them.
+function svgOf({ chart, plot, title }, bare = false) {
   const px = devicePixelRatio;
   const pen = new VectorPen();
   const { left, top, width, height } = chart.bbox;
+  // Within a page the name of an area is its own.
+  const { area = "area" } = chart;
   const [right, bottom] = [left + width, top + height];
   // uPlot's place and scales, our pen.
   const u = {
@@ -85,7 +88,7 @@ function svgOf({ chart, plot, title }) {
     pen.fillText(text, x, y, turned);
   };
   const clipped = (draw) => {
-    pen.text += '<g clip-path="url(#area)">\n';
+    pen.text += `<g clip-path="url(#${area})">\n`;
     draw();
     pen.text += "</g>\n";
   };
@@ -108,7 +111,6 @@ function svgOf({ chart, plot, title }) {
   words(xAxis.label, left + width / 2, bottom + 24 * px, "muted", "center", "top");
   words(yAxis.label, 12 * px, top + height / 2, "muted", "center", "middle", true);
   drawZero(u);
-  const [first, last] = chart.series[0].idxs;
   const shown = plot.curves.map((curve, i) => [curve, i + 1]);
   const visible = shown.filter(([, series]) => chart.series[series].show);
   const look = ({ colour, width: thick, dash }) => ({
@@ -120,6 +122,7 @@ function svgOf({ chart, plot, title }) {
     for (const [curve, series] of visible) {
       Object.assign(pen, look(curve));
       pen.beginPath();
+      const [first, last] = chart.series[0].idxs ?? [0, columns(u, series)[0].length - 1];
       follow(u, series, first, last, pen, curve.held);
       pen.stroke();
     }
@@ -127,19 +130,21 @@ function svgOf({ chart, plot, title }) {
   for (const limit of plot.limits ?? []) drawLimit(u, limit);
   if (plot.marks) drawMarks(u, plot.marks);
   pen.font = `${12 * px}px`;
-  for (const name of ["A", "B"]) {
+  const { cursors } = plot.over;
+  for (const name of chart.scales ? ["A", "B"] : []) {
     if (!inSight(chart, cursors[name])) continue;
     const x = u.valToPos(cursors[name], "x");
     line(x, top, x, bottom, "text");
     words(name, x + 3 * px, top, "text", "left", "top");
   }
+  if (!chart.scales) drawPlaces(u, pen, plot, chart.series);
   // Title and legend above all this; a name that has no room begins a line.
   const inner = pen.text;
   pen.text = "";
   const whole = chart.width * px;
-  words(title, left, 6 * px, "text", "left", "top");
+  if (!bare) words(title, left, 6 * px, "text", "left", "top");
   let [x, y] = [left, 32 * px];
-  for (const [curve] of visible) {
+  for (const [curve] of bare ? [] : visible) {
     const label = curve.unit ? `${curve.label} [${curve.unit}]` : curve.label;
     const needed = 24 * px + 0.6 * 12 * px * label.length;
     if (x > left && x + needed > whole) [x, y] = [left, y + 18 * px];
@@ -151,30 +156,40 @@ function svgOf({ chart, plot, title }) {
     words(label, x + 23 * px, y, "text", "left", "middle");
     x += needed;
   }
-  const head = y + 12 * px;
+  const head = bare ? 0 : y + 12 * px;
   const tall = chart.height * px + head;
   return (
     `<svg xmlns="${SVG_NAME}" width="${chart.width}" height="${round(tall / px)}" ` +
     `viewBox="0 0 ${round(whole)} ${round(tall)}" font-family="system-ui, sans-serif">\n` +
     `<title>${escaped(title)}</title>\n` +
-    `<clipPath id="area"><rect x="${round(left)}" y="${round(top)}" width="${round(width)}" height="${round(height)}"/></clipPath>\n` +
+    `<clipPath id="${area}"><rect x="${round(left)}" y="${round(top)}" width="${round(width)}" height="${round(height)}"/></clipPath>\n` +
     `<rect width="100%" height="100%" ${paint("fill", cssColour("ground"))}/>\n` +
     `${pen.text}<g transform="translate(0 ${round(head)})">\n${inner}</g>\n</svg>\n`
   );
 }
 
+const cell = (text) => (/[",\r\n]/.test(text) ? `"${text.replace(/"/g, '""')}"` : text);
+const csvLines = (lines) => lines.map((line) => line.join(",") + "\n").join("");
+
 // The visible curves within the visible time; names of columns carry the unit.
 function csvOf({ chart, plot }) {
+  if (!chart.scales) return csvOfPlane(chart, plot);
   const { min, max } = chart.scales.x;
   const visible = plot.curves
     .map((curve, i) => [curve, chart.data[i + 1]])
     .filter((_, i) => chart.series[i + 1].show);
-  const cell = (text) => (/[",\r\n]/.test(text) ? `"${text.replace(/"/g, '""')}"` : text);
-  const lines = [["t_s", ...visible.map(([{ column, of }]) => cell(of ? `${of}.${column}` : column))]];
+  const lines = [[plot.over.column, ...visible.map(([{ column, of }]) => cell(of ? `${of}.${column}` : column))]];
   chart.data[0].forEach((t, i) => {
     if (t >= min && t <= max) lines.push([t, ...visible.map(([, y]) => y[i] ?? "")]);
   });
-  return lines.map((line) => line.join(",") + "\n").join("");
+  return csvLines(lines);
+}
+
+// The visible curves of a plane one below the other: each has frequencies of its own.
+function csvOfPlane(chart, plot) {
+  const visible = plot.curves.filter(({ f }, i) => f && chart.series[i + 1].show);
+  const rows = visible.flatMap(({ f, x, y, of }) => f.map((frequency, i) => [cell(of), frequency, x[i], y[i]]));
+  return csvLines([["loop", plot.over.column, ...plot.columns], ...rows]);
 }
 
 // The picture of an SVG, two pixels for each of its own.

@@ -16,6 +16,7 @@
 //!     generated_by: "hil-runner 0.1.0".into(),
 //!     reserved: None,
 //!     cases: Vec::new(),
+//!     compare: None,
 //!     ladder: None,
 //!     log: None,
 //! };
@@ -34,6 +35,8 @@
 //! * A content security policy forbids every load, so that "no network" does
 //!   not rest on our word.
 
+pub mod tune;
+
 use minijinja::syntax::SyntaxConfig;
 use minijinja::value::Serde;
 use minijinja::{AutoEscape, Environment, Value, context};
@@ -42,10 +45,12 @@ use hil_core::number;
 use hil_core::report::Report;
 
 /// The page and its parts; `report.html` includes the others by these names.
-const TEMPLATES: [(&str, &str); 5] = [
+const TEMPLATES: [(&str, &str); 7] = [
     ("report.html", include_str!("../assets/report.html")),
     ("verdicts.html", include_str!("../assets/verdicts.html")),
     ("case.html", include_str!("../assets/case.html")),
+    ("compare.html", include_str!("../assets/compare.html")),
+    ("loop.html", include_str!("../assets/loop.html")),
     ("ladder.html", include_str!("../assets/ladder.html")),
     ("log.html", include_str!("../assets/log.html")),
 ];
@@ -54,11 +59,14 @@ const UPLOT_SCRIPT: &str = include_str!("../assets/uplot/uPlot.iife.min.js");
 const UPLOT_STYLE: &str = include_str!("../assets/uplot/uPlot.min.css");
 const UPLOT_LICENSE: &str = include_str!("../assets/uplot/LICENSE");
 const STYLE: &str = include_str!("../assets/report.css");
-const SCRIPTS: [&str; 5] = [
+const SCRIPTS: [&str; 8] = [
     include_str!("../assets/chart.js"),
     include_str!("../assets/curves.js"),
     include_str!("../assets/cursors.js"),
     include_str!("../assets/save.js"),
+    include_str!("../assets/loops.js"),
+    include_str!("../assets/plane.js"),
+    include_str!("../assets/front.js"),
     include_str!("../assets/report.js"),
 ];
 
@@ -82,8 +90,15 @@ pub enum ReportError {
 /// Only if the program's own template or data is at fault, see
 /// [`ReportError`]; no value in the report can cause it.
 pub fn render(report: &Report) -> Result<String, ReportError> {
+    render_extended(report, "{% extends \"report.html\" %}", context! {})
+}
+
+/// Renders a page that extends `report.html`: its template fills the blocks `links`, of the
+/// list of sections, and `sections`, from the report and from `more`.
+fn render_extended(report: &Report, page: &str, more: Value) -> Result<String, ReportError> {
     let mut environment = environment()?;
     environment.add_filter("number", number_cell);
+    environment.add_filter("setting", setting_cell);
     environment.add_filter("share", share);
     environment.add_filter("standing", standing);
     environment.add_filter("margin_digits", margin_digits);
@@ -92,15 +107,16 @@ pub fn render(report: &Report) -> Result<String, ReportError> {
     }
     let data = Value::from(Serde(report));
     let verdicts = report.cases.iter().flat_map(|case| &case.verdicts);
-    let page = environment.get_template("report.html")?.render(context! {
+    let contents = context! {
         verdicts => Value::from(Serde(verdicts.collect::<Vec<_>>())),
         plot_data => Value::from_safe_string(plot_data(&data)?),
         style => Value::from_safe_string([UPLOT_STYLE, "\n", STYLE].concat()),
         uplot => Value::from_safe_string(uplot_with_license()),
         script => Value::from_safe_string(SCRIPTS.concat()),
         ..data.clone()
-    })?;
-    Ok(page)
+    };
+    let contents = context! { ..contents, ..more };
+    Ok(environment.render_named_str("page.html", page, contents)?)
 }
 
 /// The environment of templates of pages: every value is escaped.
@@ -126,6 +142,14 @@ fn plot_data(report: &Value) -> Result<String, ReportError> {
 /// The licence asks to travel with every copy, and the page is one.
 fn uplot_with_license() -> String {
     format!("/*!\n{}\n*/\n{UPLOT_SCRIPT}", UPLOT_LICENSE.trim())
+}
+
+/// A value of a run file: a number as in any other cell, a word without its quotes.
+fn setting_cell(text: &str) -> Value {
+    match text.parse::<f64>() {
+        Ok(number) => number_cell(Value::from(number), None),
+        Err(_) => Value::from(text.trim_matches('"')),
+    }
 }
 
 /// Filter `number`: a table figure that carries its full value, or the digits

@@ -3,9 +3,12 @@
 use hil_core::budget::Verdict;
 use hil_core::measured::{LogDifference, MeasuredLog};
 use hil_core::report::{
-    CaseReport, ContactInterval, FigureRow, LadderReport, LadderRung, Parameter, Report, Traces,
+    CaseReport, ContactInterval, FigureRow, LadderReport, LadderRung, LoopReport, NamedLoop,
+    Parameter, Report, Traces, compared,
 };
-use hil_core::run::HostTiming;
+use hil_core::run::{CaseRun, HostTiming, RunOptions};
+use hil_core::runfile;
+use hil_core::theory::{LoopCurves, LoopGains};
 
 use super::*;
 
@@ -124,6 +127,127 @@ fn every_plot_has_a_name_and_absent_curves_have_no_plot() {
     assert!(!render(&report).unwrap().contains("data-plot=\"overlay\""));
 }
 
+/// The plots of the loop, one of each.
+const LOOP_PLOTS: [&str; 5] = ["bode_gain", "bode_phase", "nyquist", "nichols", "stiffness"];
+
+#[test]
+fn a_loop_has_its_plots_its_figures_and_its_notes() {
+    let page = render(&sample()).unwrap();
+    let body = between(&page, "<body>", "id=\"plot-data\"");
+    // The first case has a loop, the second none.
+    assert!(body.contains("id=\"loop-1\"") && !body.contains("id=\"loop-2\""));
+    for plot in LOOP_PLOTS {
+        assert_eq!(body.matches(&format!("data-plot=\"{plot}\"")).count(), 1);
+    }
+    let section = between(body, "id=\"loop-1\"", "</section>");
+    assert!(section.contains("Besides, the linear loop leaves out &lt;b&gt;."));
+    let row = between(section, ">Modulus margin 1&#x2f;M_s<", "</tr>");
+    assert!(row.contains(">0.57</data>") && row.contains(">0.31</data>"));
+    let row = between(section, ">Least stiffness<", "</tr>");
+    assert!(row.contains(">1.24</data>"));
+    assert!(between(section, ">Gain margin<", "</tr>").contains("–"));
+
+    let data = plot_data(&page);
+    let curves = &data["cases"][0]["loop_curves"]["loops"][0]["curves"];
+    for (joint, has_stiffness) in [("contact", true), ("gap", false)] {
+        let length = |column: &str| curves[joint][column].as_array().map(Vec::len);
+        assert!(length("frequency_hz") > Some(100));
+        assert_eq!(length("re"), length("frequency_hz"));
+        assert_eq!(length("im"), length("frequency_hz"));
+        assert_eq!(length("stiffness_n_per_um").is_some(), has_stiffness);
+    }
+    assert_eq!(data["cases"][1]["loop_curves"], serde_json::Value::Null);
+    // Without figures there is no table of them.
+    let mut report = sample();
+    report.cases[0].figures.clear();
+    assert!(!render(&report).unwrap().contains("Figures of the loop"));
+}
+
+/// A built-in case with changes, run.
+fn ran(sets: &[&str]) -> CaseRun {
+    let sets: Vec<String> = sets.iter().map(|&set| set.to_owned()).collect();
+    let case = runfile::builtin("paper-2", &sets).unwrap();
+    let options = RunOptions {
+        plot: true,
+        ..RunOptions::default()
+    };
+    CaseRun::new(&case, options, &mut |_| Ok(())).unwrap()
+}
+
+#[test]
+fn before_and_after_lie_over_each_other() {
+    let report = compared("Tuned", "tune", &[ran(&[]), ran(&["controller.kp=4.5"])]);
+    let page = render(&report).unwrap();
+    let body = between(&page, "<body>", "id=\"plot-data\"");
+    let plots = body.matches("data-plot=").count();
+    assert_eq!(plots, body.matches("data-of=\"compare\"").count());
+    assert_eq!(plots, 8 + LOOP_PLOTS.len());
+    for single in [
+        "class=\"case\"",
+        "id=\"overlay\"",
+        "id=\"overview\"",
+        "#case-",
+    ] {
+        assert!(!body.contains(single), "{single}");
+    }
+    for target in ["compare", "loop-compare", "comparison", "verdicts"] {
+        assert!(body.contains(&format!("id=\"{target}\"")), "{target}");
+    }
+    let settings = between(body, "Settings that differ</caption>", "</table>");
+    assert!(
+        settings.contains(">3.2</td><td class=\"n\">4.5</td>"),
+        "{settings}"
+    );
+    assert!(!settings.contains("Sample time"));
+    let data = plot_data(&page);
+    assert_eq!(data["cases"][0]["name"], "before");
+    assert_eq!(data["compare"]["one_command"], true);
+    let loops = |case: usize| &data["cases"][case]["loop_curves"]["loops"];
+    assert_ne!(loops(0), loops(1));
+    if let Some(directory) = std::env::var_os("REPORT_SAMPLE_DIR") {
+        std::fs::write(std::path::Path::new(&directory).join("compare.html"), &page).unwrap();
+    }
+
+    // The contrasts: nothing differs, and the command does.
+    let same = compared("", "", &[ran(&[]), ran(&[])]).compare.unwrap();
+    assert!(same.one_command && same.changes.is_empty());
+    let slower = compared("", "", &[ran(&[]), ran(&["motion.travel_mm=20"])]);
+    let slower = slower.compare.unwrap();
+    assert!(!slower.one_command);
+    assert_eq!(slower.changes[0].after.as_deref(), Some("20"));
+}
+
+/// Sections of another page, from data of its own, stand between the report's.
+#[test]
+fn a_page_can_have_more_sections() {
+    let report = compared("Tuned", "tune", &[ran(&[]), ran(&["controller.kp=4.5"])]);
+    let template = "{% extends \"report.html\" %}\
+        {% block links %}<li>{{ front }}</li>{% endblock %}\
+        {% block sections %}<section>{{ front }}, {{ cases | length }}</section>{% endblock %}";
+    let page = render_extended(&report, template, context! { front => "<1>" }).unwrap();
+    assert!(between(&page, "<nav", "</nav>").contains("<li>&lt;1&gt;</li>"));
+    let (before, after) = page.split_once("<section>&lt;1&gt;, 2</section>").unwrap();
+    assert!(before.contains("id=\"comparison\"") && after.contains("<footer>"));
+    assert!(!render(&report).unwrap().contains("&lt;1&gt;"));
+}
+
+/// Gains that change have a loop before it and one after it.
+#[test]
+fn a_gain_change_has_two_loops() {
+    let loops = |sets: &[&str]| {
+        let runs = [ran(sets)];
+        let report = hil_core::report::report("", "", &runs).cases.remove(0);
+        report.loop_curves.unwrap().loops
+    };
+    let plain = loops(&[]);
+    let changed = loops(&["gain_change.at_s=0.3", "gain_change.kp=4.5"]);
+    let names: Vec<&str> = changed.iter().map(|set| set.name.as_str()).collect();
+    assert_eq!(names, ["until 0.3 s", "from 0.3 s"]);
+    assert_eq!(changed[0].curves, plain[0].curves);
+    assert_ne!(changed[1].curves, plain[0].curves);
+    assert_eq!((plain.len(), plain[0].name.as_str()), (1, ""));
+}
+
 #[test]
 fn a_log_has_its_curves_and_its_differences() {
     assert!(!render(&sample()).unwrap().contains("id=\"log\""));
@@ -182,7 +306,7 @@ fn sample_page_is_one_file() {
         .map_or_else(|| temporary.path().to_owned(), Into::into);
     let path = directory.join("sample.html");
     std::fs::write(&path, render(&sample()).unwrap()).unwrap();
-    assert!(std::fs::metadata(&path).unwrap().len() < 300_000);
+    assert!(std::fs::metadata(&path).unwrap().len() < 350_000);
 }
 
 /// Signs that a shell would take apart or put something else in the place of.
@@ -224,6 +348,7 @@ fn sample() -> Report {
         host_timing: None,
         reserved: None,
         warnings: Vec::new(),
+        loop_curves: None,
         traces: Traces {
             dac_code: None,
             code_limits: None,
@@ -242,6 +367,7 @@ fn sample() -> Report {
         generated_by: "hil-runner 0.0.0".into(),
         reserved: None,
         cases: vec![elastic(), rigid],
+        compare: None,
         ladder: Some(ladder()),
         log: None,
     }
@@ -265,6 +391,9 @@ fn elastic() -> CaseReport {
         figures: vec![
             figure("peak_abs_acc_mps2", "Peak |ẍ|", "m/s²", Some(1.588_165_799)),
             figure("settling_time_s", "Settling time", "s", None),
+            figure("modulus_margin_contact", "Modulus margin", "", Some(0.57)),
+            figure("modulus_margin_gap", "Modulus margin", "", Some(0.31)),
+            figure("least_stiffness_n_per_um", "Stiffness", "N/µm", Some(1.24)),
         ],
         host_timing: Some(HostTiming {
             steps: 1501,
@@ -277,7 +406,20 @@ fn elastic() -> CaseReport {
         reserved: None,
         warnings: vec!["The code reaches its range.".into()],
         traces: traces(),
+        loop_curves: Some(loops()),
         log: Vec::new(),
+    }
+}
+
+/// The loop of a case of the paper, with a note that it does not have.
+fn loops() -> LoopReport {
+    let case = runfile::builtin("paper-2", &[]).unwrap();
+    LoopReport {
+        loops: vec![NamedLoop {
+            name: String::new(),
+            curves: LoopCurves::of(&case, &LoopGains::of(&case)),
+        }],
+        notes: vec!["Besides, the linear loop leaves out <b>.".into()],
     }
 }
 
@@ -296,6 +438,7 @@ fn verdict(figure: &'static str, value: Option<f64>, limit: f64, pass: bool) -> 
         figure,
         value,
         limit,
+        at_least: false,
         margin: value.map(|value| limit - value.abs()),
         pass,
         default: figure == "peak_abs_acc_mps2",

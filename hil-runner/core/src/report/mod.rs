@@ -5,7 +5,9 @@
 //! settings and curves as rows and columns that a page can show without knowing
 //! a case.
 
-mod parameters;
+mod compare;
+mod loops;
+pub(crate) mod parameters;
 mod traces;
 
 use serde::Serialize;
@@ -23,6 +25,8 @@ use crate::runfile::values_of_template;
 use crate::summary::Summary;
 use parameters::{text, value};
 
+pub use compare::{Change, CompareReport, compared};
+pub use loops::{LoopReport, NamedLoop};
 pub use parameters::Parameter;
 pub use traces::{ContactInterval, Traces};
 
@@ -43,6 +47,8 @@ pub struct Report {
     pub reserved: Option<String>,
     /// The runs, in the order in which they are shown.
     pub cases: Vec<CaseReport>,
+    /// Set where the runs are one case before and after a change, in this order.
+    pub compare: Option<CompareReport>,
     /// The rungs of one case side by side, from `hil-runner ladder`.
     pub ladder: Option<LadderReport>,
     /// The measured log that is laid over all of them.
@@ -78,6 +84,7 @@ pub fn report(title: &str, command_line: &str, runs: &[CaseRun]) -> Report {
         generated_by: concat!("hil-runner ", env!("CARGO_PKG_VERSION")).to_owned(),
         cases: runs.iter().map(CaseReport::of).collect(),
         reserved: kept_but(&named),
+        compare: None,
         ladder: None,
         log: None,
     }
@@ -117,6 +124,8 @@ pub struct CaseReport {
     pub warnings: Vec<String>,
     /// The curves.
     pub traces: Traces,
+    /// The linear loop; `None` where there is no sampled one in contact.
+    pub loop_curves: Option<LoopReport>,
     /// Differences to the columns of the log.
     pub log: Vec<LogDifference>,
 }
@@ -150,6 +159,7 @@ impl CaseReport {
             reserved: kept_but(&[run.named_reservations()]),
             warnings: run.warnings.clone(),
             traces: Traces::of(case, &run.outcome),
+            loop_curves: LoopReport::of(case),
             log: Vec::new(),
         }
     }

@@ -123,6 +123,10 @@ pub(crate) fn of_words(words: &FixedPointGains) -> Vec<Parameter> {
     let gains = words.rows.iter().map(|gain| {
         let rounding = number::relative_error(gain.relative_error());
         let word = format!("{} ({rounding})", gain.word);
+        let word = match gain.of_plant() {
+            Some(of_plant) => format!("{word}, {of_plant}"),
+            None => word,
+        };
         let label = format!("{} in fixed point (rounding)", gain.name());
         text(&label, &word, gain.unit())
     });
