@@ -78,6 +78,26 @@ pub(super) fn check(tree: &Table, findings: &mut Findings) -> Values {
     values
 }
 
+/// Checks the keys of one section of a tree that is no run file.
+pub(super) fn section(tree: &Table, name: &str, findings: &mut Findings) -> Values {
+    let mut values = Values::default();
+    if let (Some(section), Some(table)) = (table::find(name), tree.section(name)) {
+        for (key, node) in &table.entries {
+            if section.key(key).is_none() {
+                let problem = key_path::key(name, key).problem(format!("key {}", path(name, key)));
+                findings.push(node.place.clone(), problem);
+            }
+        }
+        let at = (name, tree.get(name), Some(table));
+        let found = check_keys(section, at, tree, &[], findings);
+        let entries = found
+            .into_iter()
+            .map(|(key, entry)| (section.name, key, entry));
+        values.entries.extend(entries);
+    }
+    values
+}
+
 /// The keys of a section, or of a row, that are given or have a default; `named` is how
 /// messages call it.
 fn check_keys(
@@ -315,7 +335,12 @@ pub(super) fn check_value(key: &Key, node: &Node) -> Result<Value, String> {
                 None => must(&key.allowed()),
             }
         }
-        (Kind::Number(range), Toml::Number(number)) => {
+        (Kind::NumberOrWord(_, word) | Kind::TimeOrWord(_, word), Toml::Text(text))
+            if text == word =>
+        {
+            Ok(Value::Choice(word))
+        }
+        (Kind::Number(range) | Kind::NumberOrWord(range, _), Toml::Number(number)) => {
             let checked = check_number(number.value, range, key);
             checked.map(Value::Number).or_else(|words| must(&words))
         }
@@ -327,18 +352,26 @@ pub(super) fn check_value(key: &Key, node: &Node) -> Result<Value, String> {
             }
             Ok(Value::Whole(*value as i64))
         }
-        (Kind::TimeOrWord(_, word), Toml::Text(text)) if text == word => Ok(Value::Choice(word)),
         (Kind::Time(range) | Kind::TimeOrWord(range, _), Toml::Number(number)) => {
             let time = check_time(number, range, key);
             time.map(Value::Nanoseconds).or_else(|words| must(&words))
         }
         (Kind::Intervals, Toml::Array(items)) => check_intervals(items, key),
-        (Kind::Number(Range::Any) | Kind::Whole(..) | Kind::Text | Kind::Intervals, _) => {
-            wrong_type("")
-        }
+        (Kind::Strings, Toml::Array(_)) | (Kind::Table, Toml::Table(_)) => Ok(Value::Text),
+        (
+            Kind::Number(Range::Any)
+            | Kind::Whole(..)
+            | Kind::Text
+            | Kind::Intervals
+            | Kind::Strings
+            | Kind::Table,
+            _,
+        ) => wrong_type(""),
         (Kind::Number(_) | Kind::Time(_), _) => wrong_type("a number, "),
         // A string may be the right type and the wrong word.
-        (Kind::TimeOrWord(..), _) => must(&format!("a number, {}", key.allowed())),
+        (Kind::NumberOrWord(..) | Kind::TimeOrWord(..), _) => {
+            must(&format!("a number, {}", key.allowed()))
+        }
         (Kind::Flag | Kind::Choice(_), _) => must(&key.allowed()),
     }
 }

@@ -4,6 +4,8 @@
 use super::errors::Problem;
 use super::keys::{Key, Kind, Way, either, path};
 use super::table::{self, LISTS, SECTIONS};
+use super::values::Value;
+use crate::case::Case;
 use crate::number::seconds;
 
 /// A key of the run file by its path, such as `controller.kp`.
@@ -59,6 +61,16 @@ impl KeyPath {
         path(self.section, self.key.name)
     }
 
+    /// Puts a value in its range into a case, with no check of several keys; false where the
+    /// case has no place for the key alone, as for those of the motion.
+    pub(crate) fn put(&self, case: &mut Case, value: Value) -> bool {
+        let has_place = self.key.has_place();
+        if has_place {
+            self.key.set(case, value);
+        }
+        has_place
+    }
+
     /// The ways of the quantity that the key gives; none for a key that is the only one.
     pub fn ways(&self) -> &'static [Way] {
         let section = table::find(self.section);
@@ -99,6 +111,12 @@ fn nearest_whole(number: f64) -> Option<i64> {
     const MOST: f64 = 9_007_199_254_740_992.0; // 2^53
     let whole = libm::round(number);
     (whole.abs() <= MOST).then_some(whole as i64)
+}
+
+impl PartialEq for KeyPath {
+    fn eq(&self, other: &Self) -> bool {
+        core::ptr::eq(self.key, other.key)
+    }
 }
 
 /// Another value of a key.

@@ -30,6 +30,8 @@ mod starter;
 mod table;
 mod template;
 mod tree;
+mod tune;
+pub mod tune_settings;
 mod values;
 
 use std::path::{Path, PathBuf};
@@ -61,6 +63,7 @@ use crate::rest::unfit_window;
 use check::Values;
 use errors::Findings;
 use tree::{Table, Toml};
+use tune_settings::TuneSettings;
 
 /// A run file that was read and found right.
 #[derive(Debug, Clone)]
@@ -69,6 +72,8 @@ pub struct RunFile {
     pub case: Case,
     /// The file of the motion's profile, if it is one.
     pub profile: Option<PathBuf>,
+    /// What `tune` is asked for, if the file says it.
+    pub tune: Option<TuneSettings>,
     source_name: String,
     values: Values,
 }
@@ -95,6 +100,7 @@ impl RunFile {
         };
         overrides::apply(&mut tree, sets, &mut findings);
         let values = check::check(&tree, &mut findings);
+        let tune = tune::read(&tree, &values, &values, &mut findings);
         let profile = |path: &str| profile::points(path, &beside(source_name, path)?);
         match consistency::check(&values, &tree, &profile, &mut findings) {
             Some(motion) if findings.is_empty() => {
@@ -107,6 +113,7 @@ impl RunFile {
                     case: case(source_name, &tree, &values, motion),
                     source_name: source_name.to_owned(),
                     profile: path,
+                    tune,
                     values,
                 };
                 if let Some(because) = unfit_window(&file.case) {
@@ -119,6 +126,19 @@ impl RunFile {
             }
             _ => Err(findings.into_errors()),
         }
+    }
+
+    /// What a file of its own, with overrides of its keys, asks `tune` for.
+    ///
+    /// # Errors
+    /// Everything that is wrong with the text.
+    pub fn tune_of(
+        &self,
+        source_name: &str,
+        text: &str,
+        sets: &[String],
+    ) -> Result<TuneSettings, RunFileErrors> {
+        tune::read_file(source_name, text, sets, &self.values)
     }
 
     /// The error for a value that is refused further on, by whoever knows a

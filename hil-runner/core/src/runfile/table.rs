@@ -75,6 +75,8 @@ pub static SECTIONS: &[Section] = &[
         .meaning("the chip, as far as the time of a step in QEMU depends on it: without clock_hz m4 has 168 MHz, m0 16 MHz, m3 72 MHz and rv32 108 MHz; a board tells its own clock and counts cycles"),
     section("run", RUN)
         .meaning("duration, solver (\"dopri5\" is DOP853) and what is recorded"),
+    section("tune", TUNE)
+        .meaning("what `tune` searches; other commands check it and do without"),
     section("budget", &BUDGET)
         .meaning("limits on the magnitude of summary figures; without this section the default budget holds, an empty one limits nothing; from instructions_per_step_max to stack_bytes the figures are those of a chip, and without a link to one they fail"),
 ];
@@ -610,9 +612,37 @@ const RUN: &[Key] = &[
         .note(&["steps and searches within the samples at most"]),
 ];
 
+/// Read by [`super::tune`].
+const TUNE: &[Key] = &[
+    value("keys", Kind::Strings, "")
+        .meaning("keys that are tuned")
+        .optional("[\"controller.kp\", \"controller.ki_per_s\", \"controller.kd_s\"]"),
+    value("range", Kind::Table, "")
+        .meaning("lowest and highest value of a tuned key, such as \"controller.kp\" = [1, 30]; without it from theory, which is shown,")
+        .optional("{ \"controller.kp\" = [1, 30] }"),
+    value("minimise", Kind::Table, "")
+        .meaning("figures to make small, each with its weight: the sum of weight · ln(figure / its limit in the budget), of a margin its negative; without it peak_following_error_mm and peak_abs_acc_mps2, 1 each,")
+        .optional("{ peak_following_error_mm = 1, peak_abs_acc_mps2 = 1 }"),
+    value("require", Kind::Strings, "")
+        .meaning("bounds on figures, a number or the word before, what the file's own setting gives on the same axis; without them modulus_margin_contact >= 0.5, modulus_margin_gap >= 0.3 where the joint has a gap, voltage_saturated_s <= 0, rest_ripple_um <= 10 and with `over` no aim worse than before,")
+        .optional("[\"modulus_margin_contact >= 0.5\", \"rest_ripple_um <= 10\"]"),
+    value("over", Kind::Table, "")
+        .meaning("keys of the axis with the values that the setting has to serve: \"0.5..2 x\" and \"0.5, 1, 2 x\" are factors of the file's own, a list has values, a table a distribution; the worst counts,")
+        .optional("{ \"transmission.backlash_half_deg\" = \"0.5..2 x\" }"),
+    whole("draws", 0, 1000, "")
+        .meaning("number of axes that are drawn from the distributions; without it 16 where there are any,")
+        .optional("16"),
+    whole("seed", 0, 4_294_967_295, "")
+        .meaning("seed of the search and of what is drawn")
+        .or(Value::Whole(1)),
+    whole("runs", 1, 1_000_000_000, "")
+        .meaning("number of simulated runs, about; without it 10000, over several axes 3000 for each,")
+        .optional("10000"),
+];
+
 /// One key for every figure of the summary, then those of a chip, and last the
 /// one of the clock.
-const BUDGET: [Key; SUMMARY_FIGURES.len() + CHIP_FIGURES.len() + 1] = {
+static BUDGET: [Key; SUMMARY_FIGURES.len() + CHIP_FIGURES.len() + 1] = {
     let mut keys = [limit(&HOST_STEP_P99); SUMMARY_FIGURES.len() + CHIP_FIGURES.len() + 1];
     let mut index = 0;
     while index < keys.len() - 1 {

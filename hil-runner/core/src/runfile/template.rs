@@ -61,6 +61,14 @@ impl Template {
         })
     }
 
+    /// The same file with other overrides that hold for every run.
+    ///
+    /// # Errors
+    /// As [`Template::parse`].
+    pub fn with_sets(&self, sets: &[String]) -> Result<Self, RunFileErrors> {
+        Self::parse(&self.source_name, &self.text, sets, self.beside)
+    }
+
     /// The run without any change.
     pub fn base(&self) -> &Case {
         &self.file.case

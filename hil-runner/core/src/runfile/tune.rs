@@ -1,0 +1,517 @@
+//! `[tune]`: which keys are tuned, for what, and over which axes.
+
+use serde::Deserialize;
+
+use super::check::{self, Values};
+use super::errors::{Findings, Problem, RunFileErrors};
+use super::key_path::{KeyPath, renamed};
+use super::keys::{Kind, Range, path};
+use super::overrides;
+use super::tree::{self, Node, Table, Toml};
+use super::tune_settings::{
+    Bound, Drawn, Objective, Over, OverSpread, Requirement, TuneSettings, TunedKey,
+};
+use super::values::show_number;
+use crate::distribution::Distribution;
+use crate::figures::{self, SUMMARY_FIGURES};
+
+/// Axes that are drawn where there is a distribution and no number of them.
+const DRAWS: u64 = 16;
+
+/// Reads `[tune]` from a file of its own, with the overrides of its keys, for the run file
+/// with the values `of_case`.
+///
+/// # Errors
+/// Everything that is wrong with the text.
+pub(super) fn read_file(
+    source_name: &str,
+    text: &str,
+    sets: &[String],
+    of_case: &Values,
+) -> Result<TuneSettings, RunFileErrors> {
+    let mut findings = Findings::new(source_name);
+    let mut tree = match tree::parse_document(text) {
+        Ok(tree) => tree,
+        Err((place, problem)) => {
+            findings.push(place, problem);
+            return Err(findings.into_errors());
+        }
+    };
+    overrides::apply(&mut tree, sets, &mut findings);
+    for (name, node) in tree.entries.iter().filter(|(name, _)| name != "tune") {
+        let problem = Problem::NotAllowed {
+            key: name.clone(),
+            text: node.text.clone(),
+            because: "a file for --tune has the section [tune] alone".to_owned(),
+        };
+        findings.push(node.place.clone(), problem);
+    }
+    let values = check::section(&tree, "tune", &mut findings);
+    let settings = read(&tree, &values, of_case, &mut findings);
+    match settings {
+        Some(settings) if findings.is_empty() => Ok(settings),
+        _ => {
+            if findings.is_empty() {
+                findings.push_missing(None, "lacks the section [tune] with keys".to_owned());
+            }
+            Err(findings.into_errors())
+        }
+    }
+}
+
+/// Reads `[tune]` of a tree whose keys have been checked; `of_case` has the values of the run
+/// file. Nothing if there is none.
+pub(super) fn read(
+    tree: &Table,
+    values: &Values,
+    of_case: &Values,
+    findings: &mut Findings,
+) -> Option<TuneSettings> {
+    let table = tree.section("tune")?;
+    let mut reader = Reader { findings, of_case };
+    let keys = match table.get("keys") {
+        Some(node) => reader.keys(node),
+        None => {
+            let place = tree.get("tune").map(|node| &node.place);
+            let sentence = "[tune] lacks keys: keys that are tuned, a list of strings".to_owned();
+            reader.findings.push_missing(place, sentence);
+            Vec::new()
+        }
+    };
+    let keys = reader.ranges(table.get("range"), keys);
+    let minimise = table.get("minimise").map(|node| reader.minimise(node));
+    let require = table.get("require").map(|node| reader.require(node));
+    let over = table.get("over").map(|node| reader.over(node, &keys));
+    let over = over.unwrap_or_default();
+    let whole = |key: &str| {
+        let number = values.value(&path("tune", key))?.number()?;
+        Some(number as u64)
+    };
+    let is_drawn = |over: &Over| matches!(over.spread, OverSpread::Drawn(_));
+    let usual = if over.iter().any(is_drawn) { DRAWS } else { 0 };
+    if let Some(node) = table.get("draws")
+        && (usual > 0) == (whole("draws") == Some(0))
+    {
+        let because = match usual {
+            0 => "tune.over has no distribution to draw from",
+            _ => "tune.over has a distribution, of which at least one axis has to be drawn",
+        };
+        reader.refuse(node, "draws", because.to_owned());
+    }
+    Some(TuneSettings {
+        keys,
+        minimise: minimise.unwrap_or_else(|| {
+            let usual = ["peak_following_error_mm", "peak_abs_acc_mps2"];
+            usual
+                .map(|figure| Objective {
+                    figure,
+                    weight: 1.0,
+                })
+                .to_vec()
+        }),
+        require,
+        draws: whole("draws").unwrap_or(usual),
+        seed: whole("seed").unwrap_or(1),
+        runs: whole("runs"),
+        over,
+    })
+}
+
+struct Reader<'r> {
+    findings: &'r mut Findings,
+    of_case: &'r Values,
+}
+
+impl Reader<'_> {
+    fn refuse(&mut self, node: &Node, key: &str, because: String) {
+        let problem = Problem::NotAllowed {
+            key: format!("tune.{key}"),
+            text: node.text.clone(),
+            because,
+        };
+        self.findings.push(node.place.clone(), problem);
+    }
+
+    /// The strings of a list, each with its node.
+    fn strings<'n>(&mut self, node: &'n Node, key: &str) -> Vec<(&'n Node, &'n str)> {
+        let Toml::Array(items) = &node.value else {
+            return Vec::new();
+        };
+        if items.is_empty() {
+            self.refuse(
+                node,
+                key,
+                "the list is empty; it has at least one string".to_owned(),
+            );
+        }
+        let mut strings = Vec::new();
+        for item in items {
+            match &item.value {
+                Toml::Text(text) => strings.push((item, text.as_str())),
+                other => {
+                    let is = other.type_words();
+                    self.refuse(item, key, format!("the list has strings, and this is {is}"));
+                }
+            }
+        }
+        strings
+    }
+
+    fn keys(&mut self, node: &Node) -> Vec<TunedKey> {
+        let mut keys: Vec<TunedKey> = Vec::new();
+        for (item, text) in self.strings(node, "keys") {
+            match self.key(text, &keys) {
+                Ok(key) => keys.push(key),
+                Err(because) => self.refuse(item, "keys", because),
+            }
+        }
+        keys
+    }
+
+    /// # Errors
+    /// The sentence that says what can be tuned.
+    fn key(&self, text: &str, others: &[TunedKey]) -> Result<TunedKey, String> {
+        let (base, element) =
+            match text.rsplit_once('.') {
+                Some((base, number)) if base == "motion.intervals_s" => {
+                    let number = number
+                        .parse()
+                        .ok()
+                        .filter(|number| (1..=7).contains(number));
+                    (
+                        base,
+                        Some(number.ok_or(
+                            "the intervals are motion.intervals_s.1 to motion.intervals_s.7",
+                        )?),
+                    )
+                }
+                _ => (text, None),
+            };
+        let key = KeyPath::find(base)?;
+        let tuned = TunedKey {
+            key,
+            element,
+            range: None,
+        };
+        let is_number = matches!(key.key.kind, Kind::Number(_) | Kind::NumberOrWord(..));
+        let is_word = matches!(base, "controller.feedback" | "backlash.compensation");
+        let has_section = matches!(key.section, "controller" | "backlash" | "motion");
+        if base == "motion.travel_mm"
+            || !(has_section && (is_number || is_word || element.is_some()))
+        {
+            return Err(
+                "what can be tuned are numbers of [controller], [backlash] and [motion] but for the travel, \
+                 controller.feedback, backlash.compensation, and motion.intervals_s.1 to 7"
+                    .to_owned(),
+            );
+        }
+        if others.iter().any(|other| other.path() == tuned.path()) {
+            return Err("it is there already".to_owned());
+        }
+        if let Some(other) = others.iter().find(|other| key.excludes(&other.key)) {
+            return Err(format!("{} gives the same in another way", other.path()));
+        }
+        // What the file gives in another way would stand beside what is written.
+        let in_another_way = key.ways().iter().flat_map(|way| way.iter()).find(|name| {
+            let path = path(key.section, name);
+            KeyPath::find(&path).is_ok_and(|other| key.excludes(&other))
+                && self.of_case.is_given(&path)
+        });
+        if let Some(other) = in_another_way {
+            return Err(format!(
+                "the run file gives the same by {}; tune that",
+                path(key.section, other)
+            ));
+        }
+        if element.is_some() && !self.of_case.is_given("motion.intervals_s") {
+            return Err("the run file has no intervals_s".to_owned());
+        }
+        Ok(tuned)
+    }
+
+    /// The keys with their ranges.
+    fn ranges(&mut self, node: Option<&Node>, mut keys: Vec<TunedKey>) -> Vec<TunedKey> {
+        for (name, item) in self.entries(node) {
+            let key = format!("range.\"{name}\"");
+            let Some(tuned) = keys.iter_mut().find(|tuned| tuned.path() == name) else {
+                self.refuse(item, &key, "a range is for one of tune.keys".to_owned());
+                continue;
+            };
+            match range(item, tuned) {
+                Ok(range) => tuned.range = Some(range),
+                Err(because) => self.refuse(item, &key, because),
+            }
+        }
+        keys
+    }
+
+    fn entries<'n>(&self, node: Option<&'n Node>) -> Vec<(&'n str, &'n Node)> {
+        match node.map(|node| &node.value) {
+            Some(Toml::Table(table)) => {
+                let entries = table.entries.iter();
+                entries.map(|(name, node)| (name.as_str(), node)).collect()
+            }
+            _ => Vec::new(),
+        }
+    }
+
+    fn minimise(&mut self, node: &Node) -> Vec<Objective> {
+        let mut objectives = Vec::new();
+        let entries = self.entries(Some(node));
+        if entries.is_empty() {
+            self.refuse(
+                node,
+                "minimise",
+                "the table is empty; it has at least one figure".to_owned(),
+            );
+        }
+        for (name, item) in entries {
+            let key = format!("minimise.{name}");
+            let weight = match &item.value {
+                Toml::Number(number) if number.value.is_finite() && number.value > 0.0 => {
+                    Ok(number.value)
+                }
+                _ => Err("a weight is a finite number greater than 0".to_owned()),
+            };
+            match figure(name).and_then(|figure| Ok((figure, weight?))) {
+                Ok((figure, weight)) => objectives.push(Objective { figure, weight }),
+                Err(because) => self.refuse(item, &key, because),
+            }
+        }
+        objectives
+    }
+
+    fn require(&mut self, node: &Node) -> Vec<Requirement> {
+        let mut requirements = Vec::new();
+        for (item, text) in self.strings(node, "require") {
+            match requirement(text) {
+                Ok(requirement) => requirements.push(requirement),
+                Err(because) => self.refuse(item, "require", because),
+            }
+        }
+        requirements
+    }
+
+    fn over(&mut self, node: &Node, tuned: &[TunedKey]) -> Vec<Over> {
+        let mut all: Vec<Over> = Vec::new();
+        for (name, item) in self.entries(Some(node)) {
+            match over(name, item, tuned) {
+                Ok(over) => all.push(over),
+                Err(because) => self.refuse(item, &format!("over.\"{name}\""), because),
+            }
+        }
+        all
+    }
+}
+
+/// # Errors
+/// The sentence that says what is allowed.
+fn range(node: &Node, tuned: &TunedKey) -> Result<[f64; 2], String> {
+    let key = tuned.key.key;
+    if let Kind::Choice(_) = key.kind {
+        return Err("a key with words is tuned over all of them".to_owned());
+    }
+    let needs = || "a range is two finite numbers, the lower one first".to_owned();
+    let Toml::Array(items) = &node.value else {
+        return Err(needs());
+    };
+    let numbers: Option<Vec<f64>> = items.iter().map(number).collect();
+    let [low, high] = numbers.ok_or_else(needs)?.try_into().map_err(|_| needs())?;
+    if !(low.is_finite() && high.is_finite() && low < high) {
+        return Err(needs());
+    }
+    let allowed = match key.kind {
+        Kind::Number(range) | Kind::NumberOrWord(range, _) => range,
+        _ => Range::NotNegative,
+    };
+    for end in [low, high] {
+        check::check_number(end, allowed, key)
+            .map_err(|words| format!("each end must be {words}"))?;
+    }
+    Ok([low, high])
+}
+
+fn number(node: &Node) -> Option<f64> {
+    match &node.value {
+        Toml::Number(number) => Some(number.value),
+        _ => None,
+    }
+}
+
+/// The key of a figure of the summary.
+///
+/// # Errors
+/// The sentence that names what may have been meant.
+fn figure(name: &str) -> Result<&'static str, String> {
+    let known = SUMMARY_FIGURES.iter().find(|figure| figure.key == name);
+    known
+        .map(|figure| figure.key)
+        .ok_or_else(|| match renamed(name) {
+            Some(now) => format!("{name} is now {now}"),
+            None => match KeyPath::find(&format!("budget.{name}")) {
+                Ok(_) => format!("{name} is no figure of the summary of a run on this host"),
+                Err(unknown) => unknown
+                    .replace("budget.", "")
+                    .replace("unknown key", "unknown figure"),
+            },
+        })
+}
+
+/// # Errors
+/// The sentence that says what is allowed.
+fn requirement(text: &str) -> Result<Requirement, String> {
+    let sides = [(">=", Bound::AtLeast), ("<=", Bound::AtMost)];
+    let parts = sides
+        .iter()
+        .find_map(|(sign, bound)| Some((text.split_once(sign)?, *bound)));
+    let Some(((name, limit), bound)) = parts else {
+        return Err(
+            "a requirement is \"FIGURE >= NUMBER\", \"FIGURE <= NUMBER\" or \"FIGURE <= before\""
+                .to_owned(),
+        );
+    };
+    let of_before = limit.trim() == "before";
+    let number = limit.trim().parse::<f64>().ok();
+    let limit = number
+        .or(of_before.then_some(1.0))
+        .filter(|limit| limit.is_finite())
+        .ok_or("the limit of a requirement is a finite number, or the word before")?;
+    if bound == Bound::AtMost && limit < 0.0 {
+        return Err("what is limited is a magnitude: the limit is at least 0".to_owned());
+    }
+    let figure = figure(name.trim())?;
+    let is_least = figures::find(figure).is_some_and(|figure| figure.at_least);
+    if is_least != (bound == Bound::AtLeast) {
+        let (sign, why) = match is_least {
+            true => (">=", "more of it is better"),
+            false => ("<=", "less of it is better"),
+        };
+        return Err(format!("{figure} takes {sign}: {why}"));
+    }
+    if of_before && is_least {
+        return Err(format!(
+            "{figure} takes a number: before serves a figure of runs"
+        ));
+    }
+    Ok(Requirement {
+        figure,
+        bound: if of_before { Bound::OfBefore } else { bound },
+        limit,
+    })
+}
+
+/// # Errors
+/// The sentence that says what is allowed.
+fn over(name: &str, node: &Node, tuned: &[TunedKey]) -> Result<Over, String> {
+    let key = KeyPath::find(name)?;
+    let is_of_axis = matches!(
+        key.section,
+        "motor" | "transmission" | "carriage" | "drive" | "encoder" | "load_encoder"
+    );
+    let is_number = matches!(key.key.kind, Kind::Number(_));
+    let is_start = name == "transmission.start";
+    if !is_of_axis || !(is_number || is_start) {
+        let words = "an axis differs in numbers of [motor], [transmission], [carriage], [drive], [encoder] \
+                     and [load_encoder], and in transmission.start";
+        return Err(words.to_owned());
+    }
+    if tuned.iter().any(|tuned| tuned.key == key) {
+        return Err("it is tuned".to_owned());
+    }
+    Ok(Over {
+        key,
+        spread: spread(node, &key)?,
+    })
+}
+
+/// # Errors
+/// The sentence that says what is allowed.
+fn spread(node: &Node, key: &KeyPath) -> Result<OverSpread, String> {
+    match (&node.value, key.key.kind) {
+        (Toml::Array(items), Kind::Choice(words)) => {
+            let known = |item: &Node| match &item.value {
+                Toml::Text(text) if words.contains(&text.as_str()) => Ok(text.clone()),
+                _ => Err(format!("it must be {}", key.key.allowed())),
+            };
+            let all: Vec<String> = items.iter().map(known).collect::<Result<_, _>>()?;
+            Some(all)
+                .filter(|all| !all.is_empty())
+                .map(OverSpread::Words)
+                .ok_or("the list is empty".to_owned())
+        }
+        (_, Kind::Choice(_)) => Err("it takes a list of its words".to_owned()),
+        (Toml::Array(items), _) => {
+            let values: Option<Vec<f64>> = items.iter().map(number).collect();
+            values
+                .filter(|values| !values.is_empty() && values.iter().all(|value| value.is_finite()))
+                .map(OverSpread::Values)
+                .ok_or_else(|| "a list has finite numbers, at least one".to_owned())
+        }
+        (Toml::Text(text), _) => factors_or_values(text),
+        (Toml::Table(table), _) => drawn(table).map(OverSpread::Drawn),
+        _ => Err(WORDS.to_owned()),
+    }
+}
+
+const WORDS: &str = "it takes \"0.5..2 x\", \"0.5, 1, 2 x\" (factors of the file's own value), \"LOW..HIGH\", a \
+                     list of numbers, or a distribution";
+
+/// `0.5..2 x`, `0.5, 1, 2 x`; without the x values.
+fn factors_or_values(text: &str) -> Result<OverSpread, String> {
+    let text = text.trim();
+    let (numbers, are_factors) = match text.strip_suffix(['x', '×']) {
+        Some(numbers) => (numbers, true),
+        None => (text, false),
+    };
+    let parse = |number: &str| {
+        number
+            .trim()
+            .parse::<f64>()
+            .ok()
+            .filter(|number| number.is_finite())
+    };
+    let values: Option<Vec<f64>> = match numbers.split_once("..") {
+        None => numbers.split(',').map(parse).collect(),
+        Some((low, high)) => match (parse(low), parse(high)) {
+            (Some(low), Some(high)) if low < high => {
+                let own = (are_factors && low < 1.0 && 1.0 < high).then_some(1.0);
+                Some([Some(low), own, Some(high)].into_iter().flatten().collect())
+            }
+            (Some(low), Some(high)) => {
+                let (low, high) = (show_number(low), show_number(high));
+                return Err(format!("{low}..{high} is empty: the lower one comes first"));
+            }
+            _ => None,
+        },
+    };
+    let values = values.ok_or_else(|| WORDS.to_owned())?;
+    Ok(match are_factors {
+        true => OverSpread::Factors(values),
+        false => OverSpread::Values(values),
+    })
+}
+
+/// A distribution as in studies; `times = true` makes its values factors of the file's own.
+fn drawn(table: &Table) -> Result<Drawn, String> {
+    let mut plain = toml::Table::new();
+    let mut is_factor = false;
+    for (name, node) in &table.entries {
+        let value = match &node.value {
+            Toml::Flag(flag) if name == "times" => {
+                is_factor = *flag;
+                continue;
+            }
+            Toml::Text(text) => toml::Value::String(text.clone()),
+            Toml::Number(number) => toml::Value::Float(number.value),
+            other => return Err(format!("{name} is {}; {WORDS}", other.type_words())),
+        };
+        plain.insert(name.clone(), value);
+    }
+    let read = Distribution::deserialize(toml::Value::Table(plain));
+    let distribution = read.map_err(|error| error.message().trim().to_owned())?;
+    distribution.check()?;
+    Ok(Drawn {
+        distribution,
+        is_factor,
+    })
+}

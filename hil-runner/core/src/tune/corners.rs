@@ -1,0 +1,241 @@
+//! The axes that a setting has to serve: the file's own, its corners, and axes drawn from
+//! distributions; and those on which its yield is told.
+
+use rand_pcg::Pcg64Mcg;
+use rand_pcg::rand_core::{Rng, SeedableRng};
+
+use super::problem::Corner;
+use crate::distribution::{Distribution, Normal};
+use crate::number;
+use crate::runfile::tune_settings::{Drawn, Over, OverSpread};
+use crate::runfile::{KeyPath, KeyValue, Template};
+
+/// Corners at most: four keys of three values.
+pub const MOST_CORNERS: usize = 81;
+
+/// The corners of a template, its own axis first: every value of every key with every value
+/// of the others, then axes drawn from the distributions with the other keys as they are.
+///
+/// # Errors
+/// The sentence that says which corner makes no run, or that there are too many.
+pub fn corners(
+    template: &Template,
+    over: &[Over],
+    draws: u64,
+    seed: u64,
+) -> Result<Vec<Corner>, String> {
+    let mut points: Vec<Vec<(KeyPath, KeyValue)>> = vec![Vec::new()];
+    for over in over {
+        let values = values(template, over)?;
+        if values.is_empty() {
+            continue;
+        }
+        let rest = points.clone();
+        points.clear();
+        for value in &values {
+            points.extend(rest.iter().map(|point| {
+                let mut point = point.clone();
+                point.push((over.key, value.clone()));
+                point
+            }));
+        }
+        if points.len() > MOST_CORNERS {
+            return Err(format!("tune.over makes more than {MOST_CORNERS} corners"));
+        }
+    }
+    let drawn: Vec<(KeyPath, Drawn)> = over
+        .iter()
+        .filter_map(|over| match &over.spread {
+            OverSpread::Drawn(drawn) => Some((over.key, drawn.clone())),
+            _ => None,
+        })
+        .collect();
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    for _ in 0..draws {
+        points.push(drawn_point(template, &drawn, &mut random)?);
+    }
+    // The file's own comes first, whether or not the corners have it.
+    let own = template.base();
+    let mut corners = vec![Corner::new("as in the file".to_owned(), own.clone())];
+    for point in points {
+        let label = label(&point);
+        let case = template.case(point.iter().map(|(key, value)| (key, value)));
+        let case = case
+            .map_err(|errors| format!("the corner {label} of tune.over makes no run: {errors}"))?;
+        let corner = Corner::new(label, case);
+        if corners.iter().all(|known| known.case != corner.case) {
+            corners.push(corner);
+        }
+    }
+    Ok(corners)
+}
+
+/// The values of a key; none of one that is drawn.
+fn values(template: &Template, over: &Over) -> Result<Vec<KeyValue>, String> {
+    Ok(match &over.spread {
+        OverSpread::Values(values) => values.iter().map(|value| over.key.value(*value)).collect(),
+        OverSpread::Factors(factors) => {
+            let own = own(template, &over.key)?;
+            if own == 0.0 {
+                let path = over.key.path();
+                return Err(format!(
+                    "tune.over has factors of {path}, which is 0; give values"
+                ));
+            }
+            factors
+                .iter()
+                .map(|factor| over.key.value(factor * own))
+                .collect()
+        }
+        OverSpread::Words(words) => words
+            .iter()
+            .map(|word| KeyValue::Toml(format!("\"{word}\"")))
+            .collect(),
+        OverSpread::Drawn(_) => Vec::new(),
+    })
+}
+
+/// The file's own value of a key.
+fn own(template: &Template, key: &KeyPath) -> Result<f64, String> {
+    let path = key.path();
+    template.own_number(key).ok_or_else(|| {
+        format!("tune.over has factors of {path}, which the file does not give; give values")
+    })
+}
+
+/// A value of every key.
+fn drawn_point(
+    template: &Template,
+    drawn: &[(KeyPath, Drawn)],
+    random: &mut Pcg64Mcg,
+) -> Result<Vec<(KeyPath, KeyValue)>, String> {
+    let value = |(key, drawn): &(KeyPath, Drawn)| {
+        let part = (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64;
+        let value = drawn.distribution.quantile(part);
+        let factor = if drawn.is_factor {
+            own(template, key)?
+        } else {
+            1.0
+        };
+        Ok((*key, key.value(factor * value)))
+    };
+    drawn.iter().map(value).collect()
+}
+
+/// Axes on which a yield is told, drawn from what `[tune]` is over, corners as uniform
+/// distributions between their ends; without any from the tolerances of the ready study
+/// `tolerance`; and what they are drawn from, in words. Axes that make no run are left out.
+///
+/// # Errors
+/// As [`corners`].
+pub fn tolerance(
+    template: &Template,
+    over: &[Over],
+    axes: u64,
+    seed: u64,
+) -> Result<(Vec<Corner>, Vec<String>), String> {
+    let mut drawn = Vec::new();
+    for over in over {
+        let uniform = |values: &[f64], is_factor| {
+            let low = values.iter().copied().fold(f64::INFINITY, f64::min);
+            let high = values.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+            let distribution = Distribution::Uniform { low, high };
+            (low < high).then_some(Drawn {
+                distribution,
+                is_factor,
+            })
+        };
+        let spread = match &over.spread {
+            OverSpread::Factors(factors) => uniform(factors, true),
+            OverSpread::Values(values) => uniform(values, false),
+            OverSpread::Words(_) => None,
+            OverSpread::Drawn(drawn) => Some(drawn.clone()),
+        };
+        drawn.extend(spread.map(|spread| (over.key, spread)));
+    }
+    if drawn.is_empty() {
+        drawn = usual(template);
+    }
+    let mut random = Pcg64Mcg::seed_from_u64(seed);
+    let mut all = Vec::new();
+    for _ in 0..axes {
+        let point = drawn_point(template, &drawn, &mut random)?;
+        let case = template.case(point.iter().map(|(key, value)| (key, value)));
+        all.extend(case.map(|case| Corner::new(String::new(), case)));
+    }
+    let words = drawn.iter().map(|(key, drawn)| {
+        let factor = if drawn.is_factor { "× " } else { "" };
+        format!("{} {factor}{}", key.path(), drawn.distribution)
+    });
+    Ok((all, words.collect()))
+}
+
+/// The tolerances of the ready study of that name, of the keys that the file gives.
+fn usual(template: &Template) -> Vec<(KeyPath, Drawn)> {
+    let normal = |deviation, low, high| {
+        Distribution::Normal(Normal {
+            mean: 1.0,
+            deviation,
+            low: Some(low),
+            high,
+        })
+    };
+    let spreads = [
+        (
+            "transmission.backlash_half_deg",
+            Distribution::Triangular {
+                low: 0.4,
+                mode: 1.0,
+                high: 1.3,
+            },
+        ),
+        ("transmission.stiffness_nm_per_rad", normal(0.1, 0.6, None)),
+        (
+            "transmission.damping_nms_per_rad",
+            Distribution::LogUniform {
+                low: 0.5,
+                high: 2.0,
+            },
+        ),
+        (
+            "carriage.mass_kg",
+            Distribution::Uniform {
+                low: 0.8,
+                high: 1.2,
+            },
+        ),
+        (
+            "motor.torque_constant_nm_per_a",
+            normal(0.03, 0.8, Some(1.2)),
+        ),
+        ("motor.resistance_ohm", normal(0.05, 0.8, Some(1.2))),
+        ("drive.amplifier_gain", normal(0.01, 0.9, Some(1.1))),
+        ("drive.amplifier_gain_a_per_v", normal(0.01, 0.9, Some(1.1))),
+    ];
+    let known = spreads.into_iter().filter_map(|(path, distribution)| {
+        let key = KeyPath::find(path).ok()?;
+        let has = template.own_number(&key).is_some_and(|own| own > 0.0);
+        has.then_some((
+            key,
+            Drawn {
+                distribution,
+                is_factor: true,
+            },
+        ))
+    });
+    known.collect()
+}
+
+/// The keys and values of a corner in words.
+fn label(point: &[(KeyPath, KeyValue)]) -> String {
+    let part = |(key, value): &(KeyPath, KeyValue)| {
+        let value = value
+            .number()
+            .map_or_else(|| value.to_toml(), number::table);
+        format!("{} = {value}", key.key.name)
+    };
+    match point {
+        [] => "as in the file".to_owned(),
+        point => point.iter().map(part).collect::<Vec<_>>().join(", "),
+    }
+}

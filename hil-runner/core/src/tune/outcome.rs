@@ -1,0 +1,463 @@
+//! What a tune tells: keys, starts, requirements, front and all that the settings seen have
+//! to say, in rows that a terminal, a page and a script show alike.
+
+use serde::Serialize;
+
+use super::archive::{front, other_optima, prices};
+use super::prepare::Prepared;
+use super::problem::{Problem, Seen, is_of_loop};
+use super::search::Found;
+use super::variable::Span;
+use crate::case::Case;
+use crate::error::RunError;
+use crate::runfile::tune_settings::Bound;
+use crate::summary::Summary;
+
+/// Everything that a tune tells.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct TuneOutcome {
+    /// Name of the case.
+    pub name: String,
+    /// Settings looked at, and runs made for them.
+    pub settings: u64,
+    /// Simulated runs.
+    pub runs: u64,
+    /// Seed of the search.
+    pub seed: u64,
+    /// True if the setting keeps every requirement.
+    pub feasible: bool,
+    /// The tuned keys.
+    pub keys: Vec<KeyRow>,
+    /// Keys that are set besides.
+    pub needed: Vec<NeededRow>,
+    /// The axes that the setting has to serve.
+    pub corners: Vec<String>,
+    /// The figures that the search makes small.
+    pub aims: Vec<AimRow>,
+    /// The requirements.
+    pub requirements: Vec<RequirementRow>,
+    /// The starts.
+    pub starts: Vec<StartReport>,
+    /// The front of the first two aims, by the first.
+    pub front: Vec<Point>,
+    /// Optima of other searches that are nearly as good.
+    pub others: Vec<Point>,
+    /// Change of each aim for a key that is a tenth smaller or larger.
+    pub sensitivity: Vec<SensitivityRow>,
+    /// Yield on axes drawn from the tolerance, before and after.
+    pub tolerance: Option<Tolerance>,
+}
+
+/// A tuned key.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct KeyRow {
+    /// Its path.
+    pub key: String,
+    /// Its unit.
+    pub unit: &'static str,
+    /// Lowest and highest value, numbers or words.
+    pub range: [String; 2],
+    /// Where the range comes from; empty where the file gives it.
+    pub origin: String,
+    /// The value before and after, as a file has it.
+    pub before: String,
+    /// See `before`.
+    pub after: String,
+}
+
+/// A key that is set besides the tuned ones.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct NeededRow {
+    /// Its path.
+    pub key: String,
+    /// Its value, as a file has it.
+    pub value: String,
+    /// The sentence that says why.
+    pub because: String,
+}
+
+/// A figure that the search makes small, or large where more is better.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct AimRow {
+    /// Its key.
+    pub figure: &'static str,
+    /// Its weight.
+    pub weight: f64,
+    /// The worst over the corners before and after; none where there is none.
+    pub before: Option<f64>,
+    /// See `before`.
+    pub after: Option<f64>,
+}
+
+/// A requirement.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RequirementRow {
+    /// Key of the figure.
+    pub figure: &'static str,
+    /// True if the limit is a least value.
+    pub at_least: bool,
+    /// True if limit and values are parts of what the figure was before on the same axis.
+    pub of_before: bool,
+    /// The limit.
+    pub limit: f64,
+    /// The worst over the corners before and after.
+    pub before: Option<f64>,
+    /// See `before`.
+    pub after: Option<f64>,
+    /// True if it is kept.
+    pub kept: bool,
+    /// What a part of the limit less would buy, where it binds.
+    pub price: Option<PriceRow>,
+    /// The value that it would have to give way to for all others to be kept; of a tune
+    /// without a feasible setting.
+    pub gives_way_at: Option<f64>,
+}
+
+/// What a requirement costs.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PriceRow {
+    /// Part of the limit that is given up.
+    pub relaxed_by: f64,
+    /// Change of each aim, in its unit.
+    pub change: Vec<Option<f64>>,
+}
+
+/// A start.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct StartReport {
+    /// Its name.
+    pub name: String,
+    /// Where it comes from.
+    pub source: String,
+    /// Why there is none.
+    pub none: Option<String>,
+    /// The setting.
+    pub point: Option<Point>,
+}
+
+/// A setting: its keys, the aims' figures, and those of the requirements.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Point {
+    /// Values of the keys, as a file has them.
+    pub values: Vec<String>,
+    /// The aims' figures.
+    pub aims: Vec<Option<f64>>,
+    /// The requirements' figures.
+    pub requirements: Vec<Option<f64>>,
+    /// True if all requirements are kept.
+    pub feasible: bool,
+}
+
+/// How the aims follow a key.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SensitivityRow {
+    /// Its path.
+    pub key: String,
+    /// Change of each aim for a value that is a tenth smaller, and a tenth larger \[%\]; none
+    /// where that makes no run.
+    pub change_percent: Vec<[Option<f64>; 2]>,
+    /// Keys of the requirements that the smaller value breaks, and the larger one.
+    pub breaks: [Vec<&'static str>; 2],
+}
+
+/// Yield on axes drawn from the tolerance.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Tolerance {
+    /// Axes drawn.
+    pub axes: usize,
+    /// What they are drawn from, a key each.
+    pub drawn: Vec<String>,
+    /// Parts that keep all requirements and all limits of the budget, before and after \[%\].
+    pub yield_percent: [f64; 2],
+    /// The same of each requirement and each limit.
+    pub each: Vec<ToleranceRow>,
+}
+
+/// The yield in one figure.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ToleranceRow {
+    /// Its key.
+    pub figure: &'static str,
+    /// True if the limit is a least value.
+    pub at_least: bool,
+    /// The limit.
+    pub limit: f64,
+    /// Parts of the axes that keep it, before and after \[%\].
+    pub kept_percent: [f64; 2],
+    /// The value that 95 of 100 axes keep, before and after.
+    pub of_95: [Option<f64>; 2],
+}
+
+impl TuneOutcome {
+    /// All that is to be told of a search.
+    pub fn new(
+        prepared: &Prepared,
+        found: &Found,
+        seed: u64,
+        tolerance: Option<Tolerance>,
+    ) -> Self {
+        let Prepared {
+            problem,
+            starts,
+            needed,
+            template,
+        } = prepared;
+        let case = template.base();
+        let own = found.starts.first();
+        let best = &found.best;
+        let at = |seen: Option<&Seen>, place: usize| *seen?.figures.get(place)?;
+        let place_of_requirements = problem.aims.len();
+        let priced = prices(problem, &found.archive, best);
+        let feasible = best.is_feasible();
+        let ends: Vec<Seen> = found.ends.clone();
+        Self {
+            name: case.name.clone(),
+            settings: found.archive.len() as u64,
+            runs: found.archive.iter().map(|seen| seen.runs).sum(),
+            seed,
+            feasible,
+            keys: keys(problem, own, best),
+            needed: needed
+                .iter()
+                .map(|need| NeededRow {
+                    key: need.key.path(),
+                    value: need.value.to_toml(),
+                    because: need.because.clone(),
+                })
+                .collect(),
+            corners: problem
+                .corners
+                .iter()
+                .map(|corner| corner.label.clone())
+                .collect(),
+            aims: (problem.aims.iter().enumerate())
+                .map(|(place, aim)| AimRow {
+                    figure: aim.figure,
+                    weight: aim.weight,
+                    before: at(own, place),
+                    after: at(Some(best), place),
+                })
+                .collect(),
+            requirements: (problem.requirements.iter().enumerate())
+                .map(|(place, required)| {
+                    let price = priced.iter().find(|price| price.requirement == place);
+                    RequirementRow {
+                        figure: required.figure,
+                        at_least: required.bound == Bound::AtLeast,
+                        of_before: required.bound == Bound::OfBefore,
+                        limit: required.limit,
+                        before: at(own, place_of_requirements + place),
+                        after: at(Some(best), place_of_requirements + place),
+                        kept: best.missed.get(place).is_some_and(|missed| *missed <= 0.0)
+                            && at(Some(best), place_of_requirements + place).is_some(),
+                        price: price.and_then(|price| {
+                            let (relaxed_by, figures) = price.relaxed.as_ref()?;
+                            let change = (0..problem.aims.len())
+                                .map(|aim| Some((*figures.get(aim)?)? - at(Some(best), aim)?));
+                            Some(PriceRow {
+                                relaxed_by: *relaxed_by,
+                                change: change.collect(),
+                            })
+                        }),
+                        gives_way_at: (!feasible)
+                            .then(|| way_out(problem, &found.archive, place))
+                            .flatten(),
+                    }
+                })
+                .collect(),
+            starts: (starts.iter())
+                .map(|start| {
+                    let seen = start.values.as_ref().ok();
+                    let seen = seen
+                        .and_then(|values| found.starts.iter().find(|seen| seen.values == *values));
+                    let refused = seen.filter(|seen| seen.figures.iter().all(Option::is_none));
+                    let why = "the firmware refuses its gains";
+                    StartReport {
+                        name: start.name.clone(),
+                        source: start.source.clone(),
+                        none: (start.values.as_ref().err().cloned())
+                            .or(refused.map(|_| why.to_owned())),
+                        point: seen.map(|seen| point(problem, seen)),
+                    }
+                })
+                .collect(),
+            front: front(problem, &found.archive)
+                .into_iter()
+                .map(|seen| point(problem, seen))
+                .collect(),
+            others: other_optima(problem, &ends, best)
+                .iter()
+                .map(|seen| point(problem, seen))
+                .collect(),
+            sensitivity: (found.sides.iter())
+                .map(|(place, sides)| sensitivity(problem, best, *place, sides))
+                .collect(),
+            tolerance,
+        }
+    }
+}
+
+/// What a key that is a tenth smaller, and a tenth larger, does, in runs.
+fn sensitivity(problem: &Problem, best: &Seen, place: usize, sides: &[Seen; 2]) -> SensitivityRow {
+    let change = |aim: usize| {
+        sides.each_ref().map(|side| {
+            let (now, own) = (*side.figures.get(aim)?, *best.figures.get(aim)?);
+            Some(100.0 * (now? / own? - 1.0)).filter(|change| change.is_finite())
+        })
+    };
+    let breaks = sides.each_ref().map(|side| {
+        let requirements = problem.requirements.iter().zip(&side.missed);
+        let broken = requirements.filter(|(_, missed)| **missed > 0.0);
+        broken.map(|(required, _)| required.figure).collect()
+    });
+    SensitivityRow {
+        key: problem.variables[place].path(),
+        change_percent: (0..problem.aims.len()).map(change).collect(),
+        breaks,
+    }
+}
+
+/// Where a requirement would have to give way: the best of its figure among the settings that
+/// keep all others.
+fn way_out(problem: &Problem, archive: &[Seen], place: usize) -> Option<f64> {
+    let others_kept = |seen: &&Seen| {
+        let requirements = seen.figures.iter().skip(problem.aims.len());
+        let mut each = seen.missed.iter().zip(requirements).enumerate();
+        each.all(|(k, (missed, figure))| k == place || *missed <= 0.0 && figure.is_some())
+    };
+    let at = problem.aims.len() + place;
+    let values = archive
+        .iter()
+        .filter(others_kept)
+        .filter_map(|seen| *seen.figures.get(at)?);
+    match problem.requirements.get(place)?.bound {
+        Bound::AtLeast => values.reduce(f64::max),
+        Bound::AtMost | Bound::OfBefore => values.map(f64::abs).reduce(f64::min),
+    }
+}
+
+fn keys(problem: &Problem, own: Option<&Seen>, best: &Seen) -> Vec<KeyRow> {
+    let rows = problem
+        .variables
+        .iter()
+        .enumerate()
+        .map(|(place, variable)| {
+            let shown = |value: f64| variable.key_value(value).to_toml();
+            let of = |seen: &Seen| {
+                seen.values
+                    .get(place)
+                    .map_or_else(String::new, |value| shown(*value))
+            };
+            let range = match variable.span {
+                Span::Linear { low, high } | Span::Log { low, high } => [low, high].map(shown),
+                Span::Words(words) => {
+                    let word = |word: Option<&&str>| {
+                        word.map_or_else(String::new, |word| format!("\"{word}\""))
+                    };
+                    [word(words.first()), word(words.last())]
+                }
+            };
+            KeyRow {
+                key: variable.path(),
+                unit: variable.tuned.key.key.unit,
+                range,
+                origin: variable.origin.clone(),
+                before: own.map_or_else(String::new, of),
+                after: of(best),
+            }
+        });
+    rows.collect()
+}
+
+/// A setting as it is shown.
+fn point(problem: &Problem, seen: &Seen) -> Point {
+    let values = problem.variables.iter().zip(&seen.values);
+    let aims = problem.aims.len();
+    Point {
+        values: values
+            .map(|(variable, value)| variable.key_value(*value).to_toml())
+            .collect(),
+        aims: seen.figures.iter().take(aims).copied().collect(),
+        requirements: seen.figures.iter().skip(aims).copied().collect(),
+        feasible: seen.is_feasible(),
+    }
+}
+
+/// The yield of the runs of some axes, before and after, in the requirements and the limits
+/// of the budget.
+pub fn tolerance(
+    problem: &Problem,
+    case: &Case,
+    drawn: Vec<String>,
+    runs: [&[Result<Summary, RunError>]; 2],
+) -> Tolerance {
+    let (budget, _) = crate::budget::limits(case);
+    let requirements = problem.requirements.iter();
+    let of_requirements = requirements.filter(|required| required.bound != Bound::OfBefore);
+    let of_requirements = of_requirements.map(|required| {
+        (
+            required.figure,
+            required.bound == Bound::AtLeast,
+            required.limit,
+        )
+    });
+    let of_budget = budget
+        .iter()
+        .map(|limit| (limit.figure, limit.is_least(), limit.limit));
+    let mut limits: Vec<(&'static str, bool, f64)> = of_requirements.collect();
+    for limit in of_budget.filter(|(figure, _, _)| *figure != crate::figures::HOST_STEP_P99.key) {
+        if !limits.contains(&limit) {
+            limits.push(limit);
+        }
+    }
+    let keeps = |summary: &Summary, &(figure, at_least, limit): &(&'static str, bool, f64)| {
+        summary.figure(figure).is_some_and(|value| match at_least {
+            true => value >= limit,
+            false => value.abs() <= limit,
+        })
+    };
+    let percent = |part: usize, of: usize| 100.0 * part as f64 / of.max(1) as f64;
+    let part = |runs: &[Result<Summary, RunError>], kept: &dyn Fn(&Summary) -> bool| {
+        let made = runs.iter().filter(|run| run.as_ref().is_ok_and(kept));
+        percent(made.count(), runs.len())
+    };
+    Tolerance {
+        axes: runs[0].len(),
+        drawn,
+        yield_percent: runs.map(|runs| {
+            part(runs, &|summary| {
+                limits.iter().all(|limit| keeps(summary, limit))
+            })
+        }),
+        each: limits
+            .iter()
+            .map(|limit| ToleranceRow {
+                figure: limit.0,
+                at_least: limit.1,
+                limit: limit.2,
+                kept_percent: runs.map(|runs| part(runs, &|summary| keeps(summary, limit))),
+                of_95: runs.map(|runs| of_95(runs, limit.0, limit.1)),
+            })
+            .collect(),
+    }
+}
+
+/// The value that 95 of 100 runs keep: nearest rank, runs without the figure the worst.
+fn of_95(runs: &[Result<Summary, RunError>], figure: &str, at_least: bool) -> Option<f64> {
+    let value = |run: &Result<Summary, RunError>| run.as_ref().ok()?.figure(figure);
+    let mut values: Vec<f64> = runs.iter().filter_map(value).collect();
+    match at_least {
+        true => values.sort_by(|a, b| b.total_cmp(a)),
+        false => {
+            values.iter_mut().for_each(|value| *value = value.abs());
+            values.sort_by(f64::total_cmp);
+        }
+    }
+    let rank = (95 * runs.len()).div_ceil(100);
+    values.get(rank.checked_sub(1)?).copied()
+}
+
+/// True of an aim of which more is better.
+pub fn more_is_better(figure: &str) -> bool {
+    is_of_loop(figure)
+}

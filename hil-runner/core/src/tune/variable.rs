@@ -1,0 +1,207 @@
+//! A tuned key as a number of the unit box, as a value in the key's unit, and as a
+//! decimal of a few digits.
+
+use crate::case::Case;
+use crate::runfile::tune_settings::TunedKey;
+use crate::runfile::{Key, KeyPath, KeyValue, Kind, Value};
+
+/// A tuned key with its range.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Variable {
+    /// The key, and of a list the place in it.
+    pub tuned: TunedKey,
+    /// Values between which it is looked for.
+    pub span: Span,
+    /// Where the range comes from, in words; empty where the file gives it.
+    pub origin: String,
+}
+
+/// The values of a variable.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Span {
+    /// Equal differences are equal steps.
+    Linear {
+        /// Lowest value.
+        low: f64,
+        /// Highest value.
+        high: f64,
+    },
+    /// Equal ratios are equal steps.
+    Log {
+        /// Lowest value, greater than 0.
+        low: f64,
+        /// Highest value.
+        high: f64,
+    },
+    /// The words that the key allows, each by its place.
+    Words(&'static [&'static str]),
+}
+
+/// Significant digits of a tuned gain, and of a feed-forward, of which a per cent counts.
+const DIGITS: usize = 3;
+const DIGITS_OF_FEED_FORWARD: usize = 4;
+
+impl Variable {
+    /// Its path in a file.
+    pub fn path(&self) -> String {
+        self.tuned.path()
+    }
+
+    /// The value at a place of the unit box.
+    pub fn value(&self, unit: f64) -> f64 {
+        let u = unit.clamp(0.0, 1.0);
+        match self.span {
+            Span::Linear { low, high } => low + u * (high - low),
+            Span::Log { low, high } => libm::exp(libm::log(low) + u * libm::log(high / low)),
+            Span::Words(words) => (u * words.len() as f64)
+                .floor()
+                .min(words.len() as f64 - 1.0),
+        }
+    }
+
+    /// The place of a value in the unit box.
+    pub fn unit(&self, value: f64) -> f64 {
+        let unit = match self.span {
+            Span::Linear { low, high } => (value - low) / (high - low),
+            Span::Log { low, .. } if value <= low => 0.0,
+            Span::Log { low, high } => libm::log(value / low) / libm::log(high / low),
+            Span::Words(words) => (value + 0.5) / words.len() as f64,
+        };
+        unit.clamp(0.0, 1.0)
+    }
+
+    /// The value, or the end of the range that is nearer.
+    pub fn within(&self, value: f64) -> f64 {
+        match self.span {
+            Span::Linear { low, high } | Span::Log { low, high } => value.clamp(low, high),
+            Span::Words(_) => value,
+        }
+    }
+
+    /// The value that a case has.
+    pub fn of(&self, case: &Case) -> Option<f64> {
+        if let Some(element) = self.tuned.element {
+            let intervals_s = case.motion.intervals_s()?;
+            return intervals_s.get(element - 1).copied();
+        }
+        match (self.span, self.tuned.key.key.get(case)?) {
+            (Span::Words(words), Value::Choice(word)) => {
+                let place = words.iter().position(|known| *known == word)?;
+                Some(place as f64)
+            }
+            (_, value) => value.number(),
+        }
+    }
+
+    /// The value as the key takes it.
+    pub fn key_value(&self, value: f64) -> KeyValue {
+        match self.span {
+            Span::Words(words) => {
+                let word = words.get(value as usize).copied().unwrap_or_default();
+                KeyValue::Toml(format!("\"{word}\""))
+            }
+            _ => self.tuned.key.value(value),
+        }
+    }
+
+    /// The nearest decimal of the digits that the key is written with.
+    pub fn rounded(&self, value: f64) -> f64 {
+        self.stepped(value, 0)
+    }
+
+    /// That decimal, so many units of its last digit up or down, within the range.
+    pub fn stepped(&self, value: f64, steps: i32) -> f64 {
+        let (low, high) = match self.span {
+            Span::Linear { low, high } | Span::Log { low, high } => (low, high),
+            Span::Words(words) => {
+                return (value + f64::from(steps)).clamp(0.0, words.len() as f64 - 1.0);
+            }
+        };
+        if value == 0.0 && steps == 0 {
+            return value;
+        }
+        // A decimal of no size is told from 0 by the range alone.
+        let size = if value == 0.0 {
+            1e-3 * high.abs()
+        } else {
+            value.abs()
+        };
+        let exponent = libm::floor(libm::log10(size)) as i32 - (self.digits() as i32 - 1);
+        let unit = decimal(1.0, exponent);
+        let count = libm::round(value / unit) + f64::from(steps);
+        let stepped = decimal(count, exponent);
+        match stepped {
+            // The ends themselves may have more digits.
+            below if below < low => low,
+            above if above > high => high,
+            inside => inside,
+        }
+    }
+
+    fn digits(&self) -> usize {
+        match is_feed_forward(self.tuned.key.key) {
+            true => DIGITS_OF_FEED_FORWARD,
+            false => DIGITS,
+        }
+    }
+}
+
+/// `count·10^exponent`, the number nearest to the decimal.
+fn decimal(count: f64, exponent: i32) -> f64 {
+    format!("{count}e{exponent}").parse().unwrap_or(count)
+}
+
+/// True of the gains of the feed-forward.
+pub(super) fn is_feed_forward(key: &Key) -> bool {
+    matches!(
+        key.name,
+        "velocity_ff_s" | "acceleration_ff_s2" | "friction_ff_codes"
+    )
+}
+
+/// True of a gain of the law, in whatever way it is given.
+pub(super) fn is_gain(key: &KeyPath) -> bool {
+    let ways = key.ways();
+    key.section == "controller" && ways.iter().any(|way| way.contains(&key.key.name))
+}
+
+/// Puts values into a case; false if one of them needs the whole file to be read.
+pub(super) fn put(variables: &[Variable], values: &[f64], case: &mut Case) -> bool {
+    variables.iter().zip(values).all(|(variable, &value)| {
+        // A motion is planned from all of its keys.
+        if variable.tuned.key.section == "motion" {
+            return false;
+        }
+        let value = match (variable.span, variable.tuned.key.key.kind) {
+            (Span::Words(words), _) => words.get(value as usize).map(|word| Value::Choice(word)),
+            (_, Kind::Number(_) | Kind::NumberOrWord(..)) => Some(Value::Number(value)),
+            (_, Kind::Whole(..)) => Some(Value::Whole(libm::round(value) as i64)),
+            (_, Kind::Time(_)) => Some(Value::Nanoseconds(libm::round(1e9 * value) as u64)),
+            _ => None,
+        };
+        value.is_some_and(|value| variable.tuned.key.put(case, value))
+    })
+}
+
+/// The values as a file gives them: of a list with a tuned place the whole list.
+pub(super) fn changes(
+    variables: &[Variable],
+    values: &[f64],
+    base: &Case,
+) -> Vec<(KeyPath, KeyValue)> {
+    let mut changes: Vec<(KeyPath, KeyValue)> = Vec::new();
+    let mut intervals_s = base.motion.intervals_s().unwrap_or_default();
+    for (variable, &value) in variables.iter().zip(values) {
+        let key = variable.tuned.key;
+        let Some(element) = variable.tuned.element else {
+            changes.push((key, variable.key_value(value)));
+            continue;
+        };
+        if let Some(place) = intervals_s.get_mut(element - 1) {
+            *place = value;
+        }
+        changes.retain(|(known, _)| known.path() != key.path());
+        changes.push((key, KeyValue::Toml(format!("{intervals_s:?}"))));
+    }
+    changes
+}
