@@ -10,3 +10,4 @@ pub mod files;
 pub mod host;
 pub mod report;
 pub mod study;
+pub mod tune;

@@ -6,16 +6,20 @@ const assert = require("node:assert");
 const fs = require("node:fs");
 
 // Names of the scripts are the program's own; the last ones draw at once and need a page.
-const files = ["chart", "curves", "cursors", "save"];
+const files = ["chart", "curves", "cursors", "save", "loops", "plane", "front"];
 const assets = `${__dirname}/../assets/`;
 const sources = files.map((file) => fs.readFileSync(`${assets}${file}.js`, "utf8")).join("");
 globalThis.document = { documentElement: {} };
 globalThis.getComputedStyle = () => ({ getPropertyValue: (name) => ` ${COLOURS[name] ?? "#000"}` });
 globalThis.devicePixelRatio = 2;
 const COLOURS = { "--c-band": "rgba(90, 100, 110, 0.1)", "--ground": "#fff" };
-const { aligned, valueAt, svgOf, csvOf, cursors, shade } = new Function(
-  `${sources}; return { aligned, valueAt, svgOf, csvOf, cursors, shade };`,
-)();
+const names =
+  "aligned, valueAt, svgOf, csvOf, shade, TIME, FREQUENCY, logTicks, " +
+  "decibels, phases, modulusCircle, loopsOf, loopPlots, planeOf, placeAt, nearest, frontPlot";
+const {
+  aligned, valueAt, svgOf, csvOf, shade, TIME, FREQUENCY, logTicks,
+  decibels, phases, modulusCircle, loopsOf, loopPlots, planeOf, placeAt, nearest, frontPlot,
+} = new Function(`${sources}; return { ${names} };`)();
 
 // A curve that jumps at 1 from 2 to 4, and one that holds, on times of their own.
 const jumping = { t: [0, 1, 1, 2], y: [0, 2, 4, 6] };
@@ -54,7 +58,7 @@ function view(change = {}) {
   };
   const limits = [{ value: 9, label: "+V_max" }];
   const behind = (u) => shade(u, "c-band", [null, null], [1, 2]);
-  return { chart, plot: { curves, limits, behind, marks: [1] }, title: "case & plot\u0001" };
+  return { chart, plot: { over: TIME, curves, limits, behind, marks: [1] }, title: "case & plot\u0001" };
 }
 
 // What is hidden is left out, numbers have all their digits, holes are empty.
@@ -63,7 +67,7 @@ assert.strictEqual(csvOf(view()), csv);
 const zoomed = csvOf(view({ scales: { x: { min: 0.5, max: 1.5 } } }));
 assert.strictEqual(zoomed, 't_s,"x,""y"".acc_mps2",motor_voltage_v\n1,2,\n1,4,1\n');
 
-cursors.A = 0.5;
+TIME.cursors.A = 0.5;
 const svg = svgOf(view());
 for (const part of [
   // The curve at its places, the jump upright; the held one in steps, after its hole.
@@ -85,3 +89,125 @@ const moved = view();
 moved.chart.data[1][1] = 3;
 assert.ok(svgOf(moved).includes('d="M50 110L150 80L150 70'));
 process.stdout.write(svg);
+
+const close = (value, wanted, by = 1e-9) =>
+  assert.ok(Math.abs(value - wanted) <= by, `${value} is not ${wanted}`);
+const polar = (degrees) => ({
+  re: Math.cos((degrees * Math.PI) / 180),
+  im: Math.sin((degrees * Math.PI) / 180),
+});
+const columnsOf = (points) => [points.map(({ re }) => re), points.map(({ im }) => im)];
+
+// A phase that falls through −180° and −360° goes on falling; the raw angle jumps back.
+const falling = [-90, -170, -190, -300, -390, -540];
+const unwrapped = phases(...columnsOf(falling.map((degrees) => polar(degrees))));
+unwrapped.forEach((phase, i) => close(phase, falling[i]));
+const raw = falling.map((degrees) => Math.atan2(polar(degrees).im, polar(degrees).re) * (180 / Math.PI));
+close(raw[2], 170);
+close(raw[4], -30);
+// The low end: two integrators begin at −180° from either side, a sign turned at 0°.
+close(phases(...columnsOf([polar(179)]))[0], -181);
+close(phases(...columnsOf([polar(-179)]))[0], -179);
+close(phases(...columnsOf([polar(0)]))[0], 0);
+decibels([10, 0, -0.5], [0, 0.1, 0]).forEach((db, i) => close(db, [20, -20, -6.0205999132796][i]));
+
+// Every point of the circle is 1/2 from −1; a circle around −1.1 would not be.
+const circle = modulusCircle();
+const distances = (centre) => circle.re.map((re, i) => Math.hypot(re - centre, circle.im[i]));
+distances(-1).forEach((distance) => close(distance, 0.5));
+assert.ok(distances(-1.1).some((distance) => Math.abs(distance - 0.5) > 0.09));
+// In the Nichols plot it reaches from L = −1/2 to −3/2, and to ±30° where a line from 0 touches
+// it: sin 30° = 1/2. The contour of M_s = 1.6 would reach to ±38.7°.
+const [angles, gains] = [phases(circle.re, circle.im), decibels(circle.re, circle.im)];
+close(Math.max(...gains), 3.5218251811136);
+close(Math.min(...gains), -6.0205999132796);
+close(Math.max(...angles), -150);
+close(Math.min(...angles), -210);
+angles.forEach((phase, i) => i && assert.ok(Math.abs(phase - angles[i - 1]) < 5));
+
+// L = 10/(jω) at ω = 1, 10, 100, in the gap a tenth of it, as a run has them.
+const integrator = (gain) => ({
+  frequency_hz: [1, 10, 100], re: [0, 0, 0], im: [-gain, -gain / 10, -gain / 100], stiffness_n_per_um: null,
+});
+const loop = (name, gain) => ({ name, curves: { contact: integrator(gain), gap: integrator(gain / 10) } });
+const run = (name, ...loops) => ({ name, loop_curves: { loops } });
+const one = loopsOf([run("x", loop("", 10))]);
+assert.deepStrictEqual(one.map(({ label, look }) => [label, look.dash]), [
+  ["in contact", undefined], ["in the gap", undefined],
+]);
+// Before is dashed, after is not; gains that hold no longer are dotted.
+const pair = loopsOf([run("before", loop("", 10)), run("after", loop("until 1 s", 5), loop("from 1 s", 2))]);
+assert.deepStrictEqual(pair.filter((_, i) => i % 2 === 0).map(({ label, look }) => [label, look.dash]), [
+  ["before, in contact", [6, 4]], ["after, until 1 s, in contact", [2, 3]], ["after, from 1 s, in contact", undefined],
+]);
+assert.strictEqual(loopsOf([{ name: "continuous", loop_curves: null }]).length, 0);
+
+const gain = loopPlots.bode_gain(one);
+gain.curves[0].y.forEach((db, i) => close(db, 20 - 20 * i));
+gain.curves[1].y.forEach((db, i) => close(db, -20 * i));
+assert.ok(loopPlots.bode_phase(one).curves.every(({ y }) => y.every((phase) => Math.abs(phase + 90) < 1e-9)));
+// An unstable loop has no stiffness, and the picture says so.
+assert.strictEqual(loopPlots.stiffness(one).curves.length, 0);
+const stiff = loopsOf([run("x", { name: "", curves: { contact: { ...integrator(10), stiffness_n_per_um: [3, 2, 50] } } })]);
+assert.strictEqual(loopPlots.stiffness(stiff).limits[0].value, 2);
+
+// A plane of 578 by 296 pixels has 500 by 250 within: a unit is 50 pixels on both axes.
+const nyquist = { over: FREQUENCY, ...loopPlots.nyquist(one) };
+const plane = (plot) => ({ series: [{}, ...plot.curves.map(() => ({ show: true }))], ...planeOf(plot, 578, 296) });
+const chart = plane(nyquist);
+const at2 = (x, y) => [chart.valToPos(x, "x") / 2, chart.valToPos(y, "y") / 2];
+const [[x0, y0], [x1, y1]] = [at2(-1, 0), at2(0, 1)];
+close(x1 - x0, 50);
+close(y0 - y1, 50);
+close(x0, 64 + 250 - 25);
+close(y0, 6 + 125);
+// The contrast: without the same unit the plane fills its place.
+const stretched = planeOf({ ...nyquist, square: false }, 578, 296);
+close((stretched.valToPos(0, "x") - stretched.valToPos(-1, "x")) / 2, 100);
+// The pointer at −j, or a little beside it, is at 10 Hz; farther than its reach at none.
+const near = (x, y) => nearest({ chart, plot: nyquist }, 2 * at2(x, y)[0], 2 * at2(x, y)[1], 40);
+assert.deepStrictEqual([near(0, -1), near(0.1, -1.1), near(2, 2)], [10, 10, null]);
+assert.deepStrictEqual(placeAt(nyquist.curves[0], 55), [0, -0.55]);
+assert.deepStrictEqual([placeAt(nyquist.curves[0], 200), placeAt(nyquist.curves[2], 10)], [null, null]);
+
+FREQUENCY.cursors.A = 10;
+const drawn = { chart: { ...chart, area: "area-7" }, plot: nyquist, title: "Nyquist" };
+const saved = svgOf(drawn);
+const [mark, there] = [at2(0, -1), (value) => +(2 * value).toFixed(2)];
+for (const part of [
+  `x="${there(mark[0]) - 6}" y="${there(mark[1]) - 6}" width="12" height="12"`,
+  ">A<", ">Re L<", ">Im L<", "<title>Nyquist</title>", ">|1 + L| = 0.5 (M_s = 2)<", 'id="area-7"', "url(#area-7)",
+]) {
+  assert.ok(saved.includes(part), `${part} is not in\n${saved}`);
+}
+const bare = svgOf(drawn, true);
+assert.ok(!bare.includes(">|1 + L|") && !`${saved}${bare}`.includes("NaN"));
+FREQUENCY.cursors.A = 20000;
+assert.ok(!svgOf(drawn).includes(">A<"));
+chart.series[2].show = false;
+assert.strictEqual(
+  csvOf({ chart, plot: nyquist }), "loop,f_hz,re,im\ncontact,1,0,-10\ncontact,10,0,-1\ncontact,100,0,-0.1\n",
+);
+// The Nichols plot reaches from −225° to −90° at least, and to where a loop is in sight.
+assert.deepStrictEqual(loopPlots.nichols(one).x.range, [-225, -90]);
+const late = { ...integrator(10), re: [-0.1, 0, 10], im: [0, 0.1, 0] };
+assert.deepStrictEqual(
+  loopPlots.nichols(loopsOf([run("x", { name: "", curves: { contact: late } })])).x.range, [-360, -90],
+);
+assert.deepStrictEqual(logTicks(null, [0.1, null, 2000, 1e7]), ["0.1", null, "2000", "1e+7"]);
+
+// A front: both axes with their units, all points and the setting that is written in sight.
+const tuned = frontPlot({
+  front: [{ aims: [1, 9] }, { aims: [2, 4] }, { aims: [5, 3] }],
+  after: [2, 12],
+  labels: [{ key: "peak_following_error_mm", label: "Following", unit: "mm" }, { key: "passes", label: "Passes", unit: "" }],
+});
+assert.deepStrictEqual([tuned.x.label, tuned.y.label], ["Following [mm]", "Passes"]);
+assert.deepStrictEqual([tuned.x.range, tuned.y.range], [[0.76, 5.24], [2.46, 12.54]]);
+assert.deepStrictEqual([tuned.curves[0].f, tuned.curves[0].x, tuned.curves[0].y], [[1, 2, 3], [1, 2, 5], [9, 4, 3]]);
+const front = plane(tuned);
+const pointed = (x, y) => nearest({ chart: front, plot: tuned }, front.valToPos(x, "x"), front.valToPos(y, "y"), 40);
+assert.deepStrictEqual([pointed(2, 4), pointed(5, 3.2), pointed(4, 10)], [2, 3, null]);
+const marked = svgOf({ chart: { ...front, area: "area-8" }, plot: tuned, title: "front" });
+const squares = (size) => marked.split(`width="${size}" height="${size}"`).length - 1;
+assert.deepStrictEqual([squares(20), squares(10)], [1, 3]);

@@ -7,6 +7,7 @@ mod certify;
 mod flips;
 mod junit;
 mod ladder;
+mod margins;
 mod measured;
 mod options;
 mod run;
@@ -16,6 +17,7 @@ mod schema;
 mod study;
 mod terminal;
 mod trace;
+mod tune;
 
 use std::ffi::OsString;
 use std::path::PathBuf;
@@ -55,6 +57,8 @@ enum Command {
     Run(run::Run),
     /// Run one case on every rung and show what each rung adds
     Ladder(ladder::Ladder),
+    /// Show the margins of a case's linear loop, without a run
+    Margins(margins::Margins),
     /// Show a case's fixed-point gains: lengths, headroom, rounding, and what fits
     Scaling(scaling::Scaling),
     /// Measure the joint's gap as the firmware does: creep until the load follows
@@ -65,6 +69,8 @@ enum Command {
     Budget(budget::Budget),
     /// Run one case over many values of its keys, and draw what comes out
     Study(study::StudyCommand),
+    /// Search the setting of some keys that serves best
+    Tune(tune::Tune),
     /// Print a commented run file to start from
     Init(Init),
     /// Print the JSON schema of run files or study files, for editors
@@ -88,11 +94,13 @@ impl CommandLine {
             None => run::main_job(line.junit),
             Some(Command::Run(run)) => run.execute(),
             Some(Command::Ladder(ladder)) => ladder.execute(),
+            Some(Command::Margins(margins)) => margins.execute(),
             Some(Command::Scaling(scaling)) => scaling.execute(),
             Some(Command::MeasureBacklash(measurement)) => measurement.execute(),
             Some(Command::Certify(certify)) => certify.execute(),
             Some(Command::Budget(budget)) => budget.execute(),
             Some(Command::Study(study)) => study.execute(),
+            Some(Command::Tune(tune)) => tune.execute(),
             Some(Command::Init(init)) => init.execute(),
             Some(Command::Schema(schema)) => schema.execute(),
             Some(Command::Completions(completions)) => completions.execute(),

@@ -1,0 +1,420 @@
+//! `hil-runner tune`: the setting of some keys that serves a case best.
+
+use std::num::NonZeroUsize;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use anyhow::{Context, bail};
+use clap::Args;
+use hil_core::case::Case;
+use hil_core::error::RunError;
+use hil_core::number;
+use hil_core::report::compared;
+use hil_core::run::{CaseRun, RunOptions};
+use hil_core::runfile::tune_settings::TuneSettings;
+use hil_core::runfile::{KeyPath, KeyValue, RunFile, Template};
+use hil_core::summary::Summary;
+use hil_core::tune::corners;
+use hil_core::tune::outcome::{self, TuneOutcome};
+use hil_core::tune::prepare::{NeededKey, Prepared, prepare};
+use hil_core::tune::problem::{NEARLY, Problem, Seen, with_controller_of};
+use hil_core::tune::search::{Found, fewest_runs, idle, probes, search};
+use hil_runner::files::{self, OutputFile};
+use hil_runner::host::Team;
+use hil_runner::report::tune::render_tune;
+use hil_runner::report::{command_line, each_with};
+use hil_runner::tune::settings_file::{SettingsError, SettingsFile};
+use hil_runner::tune::tuned_file::with_values;
+
+mod tables;
+
+use super::options::Sets;
+use super::terminal::{self, check_signals, tell, watch_signals_aloud};
+
+/// Runs that a search may make for one axis, and for each of several.
+const RUNS: u64 = 10_000;
+const RUNS_A_CORNER: u64 = 3_000;
+
+/// Axes drawn from the tolerance, and runs of them between two looks at the clock.
+const AXES: u64 = 1_000;
+const A_TURN: usize = 256;
+
+/// Progress in runs.
+const BAR: &str = "{prefix}: {bar:30} {human_pos} of {human_len} runs, {eta} left";
+
+/// Search the setting of some keys that serves best
+#[derive(Debug, Args)]
+#[command(after_help = include_str!("help/tune.txt").trim_ascii_end())]
+pub(crate) struct Tune {
+    /// Run file or built-in case
+    case: String,
+    /// File with [tune], instead of the one in the run file
+    #[arg(long, value_name = "F.toml")]
+    tune: Option<PathBuf>,
+    #[command(flatten)]
+    sets: Sets,
+    /// Folder of the results [default: out/tune-NAME]
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Threads that compute, at most 1024 [default: one for each core]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+    /// Print what tune.json has, in place of the tables
+    #[arg(long)]
+    json: bool,
+}
+
+impl Tune {
+    pub(crate) fn execute(&self) -> anyhow::Result<bool> {
+        let file = self.of_case().load_one(&self.case)?;
+        let text = files::text(&self.case).map_err(anyhow::Error::msg)?;
+        let settings = self.settings(&file)?;
+        let sets = self.of_case().sets;
+        let template = Template::parse(&self.case, &text, &sets, files::profile)?;
+        let mut prepared = prepare(&template, &settings)?;
+        let problem = &prepared.problem;
+        let many = problem.corners.len() as u64;
+        let usual = if many > 1 { RUNS_A_CORNER * many } else { RUNS };
+        let runs = settings.runs.unwrap_or(usual);
+        let fewest = fewest_runs(problem);
+        if runs < fewest {
+            bail!(
+                "tune.runs = {runs} is not allowed: a search over {} keys and {many} axes needs at least {fewest}",
+                problem.variables.len()
+            );
+        }
+        let name = file.case.name.replace(['/', '\\'], "_");
+        let usual = || Path::new("out").join(format!("tune-{name}"));
+        let folder = self.out.clone().unwrap_or_else(usual);
+        let path = folder.join("tuned.toml");
+        if std::fs::canonicalize(&path)
+            .is_ok_and(|path| std::fs::canonicalize(&self.case).is_ok_and(|case| case == path))
+        {
+            bail!(
+                "{} would be overwritten: give another --out",
+                path.display()
+            );
+        }
+        let profile = profile_beside(&self.case, &text, &folder)?;
+        prepared.needed.extend(profile);
+        let origin = self.origin(&text, &template)?;
+        let mut known = SettingsFile::open(&folder, &origin, problem)?;
+        if known.read() > 0 {
+            tell!(
+                "{}: {} settings are there already\n",
+                folder.display(),
+                known.read()
+            );
+        }
+        let team = Team::new(self.threads())?;
+        let begun = Instant::now();
+        let found = self.search(&mut prepared, [runs, settings.seed], &mut known, &team);
+        if let Err(error) = &found
+            && known.read() == 0
+            && !error.is::<SettingsError>()
+        {
+            // What was refused must not stand in the way of what is asked for better.
+            known.remove()?;
+        }
+        let found = found?;
+        let found = found.with_context(|| {
+            let command = self.command_line();
+            format!(
+                "interrupted: every setting looked at is in {}; to go on: {command}",
+                folder.display()
+            )
+        })?;
+        let tolerance = match found.best.is_feasible() {
+            true => Some(self.tolerance(&template, &settings, &prepared, &found, &team)?),
+            false => None,
+        };
+        let outcome = TuneOutcome::new(&prepared, &found, settings.seed, tolerance);
+        let looked = begun.elapsed().as_secs_f64();
+        tell!(
+            "{} settings, {} runs in {looked:.1} s\n",
+            outcome.settings,
+            outcome.runs
+        );
+        OutputFile::create(&folder.join("tune.json"))?.write_json(&outcome)?;
+        let mut end = String::new();
+        if outcome.feasible {
+            let tuned = tuned_text(&text, &prepared, &found)?;
+            let sets = sets_beside(&sets, &outcome);
+            // What is written is what was found.
+            RunFile::parse(&path.to_string_lossy(), &tuned, &sets, files::profile)?;
+            OutputFile::create(&path)?.write_whole(&tuned)?;
+            let words = ["run".into(), path.to_string_lossy()];
+            let words = words.iter().map(AsRef::as_ref);
+            end = format!("{}\n", command_line(words.chain(each_with("--set", &sets))));
+        } else if path.exists() {
+            // That of an earlier tune in this folder is not this one's.
+            std::fs::remove_file(&path).with_context(|| path.display().to_string())?;
+        }
+        let page = folder.join("report.html");
+        let runs = both_runs(&prepared, &found)?;
+        let mut sentences = tables::sentences(&outcome);
+        if outcome.feasible {
+            sentences.extend(broken_budget(&runs[1]));
+        }
+        let title = format!("{}, tuned", template.base().name);
+        let report = compared(&title, &self.command_line(), &runs);
+        let html = render_tune(&report, &outcome, &sentences)?;
+        OutputFile::create(&page)?.write_whole(&html)?;
+        tell!("{}\n", page.display());
+        match self.json {
+            true => terminal::print_json(&outcome)?,
+            false => terminal::print(&(tables::tables(&outcome, &sentences) + &end))?,
+        }
+        Ok(outcome.feasible)
+    }
+
+    /// The overrides of [tune], and the others.
+    fn split(&self) -> (Vec<String>, Vec<String>) {
+        let sets = self.sets.sets.iter().cloned();
+        sets.partition(|set| {
+            let set = set.trim_start();
+            set.starts_with("tune.") || set.starts_with("tune=") || set.starts_with("tune ")
+        })
+    }
+
+    /// The overrides that are those of the case: where [tune] has a file of its own, all but
+    /// those of [tune].
+    fn of_case(&self) -> Sets {
+        match self.tune {
+            Some(_) => Sets {
+                sets: self.split().1,
+            },
+            None => self.sets.clone(),
+        }
+    }
+
+    /// What is asked for: in the run file, or in a file of its own.
+    fn settings(&self, file: &RunFile) -> anyhow::Result<TuneSettings> {
+        match (&self.tune, &file.tune) {
+            (Some(path), _) => {
+                let name = path.to_string_lossy();
+                let text = files::text(&name).map_err(anyhow::Error::msg)?;
+                let (of_tune, _) = self.split();
+                Ok(file.tune_of(&name, &text, &of_tune)?)
+            }
+            (None, Some(settings)) => Ok(settings.clone()),
+            (None, None) => bail!(
+                "{} has no [tune]: write one with keys = [\"controller.kp\", …] into it, or give --tune FILE",
+                self.case
+            ),
+        }
+    }
+
+    /// What makes a tune another one: the texts of the files, the overrides, the program.
+    fn origin(&self, text: &str, template: &Template) -> anyhow::Result<String> {
+        let version = env!("CARGO_PKG_VERSION");
+        let tune = match &self.tune {
+            Some(path) => {
+                let text = files::text(&path.to_string_lossy());
+                text.map_err(anyhow::Error::msg)?.into_owned()
+            }
+            None => String::new(),
+        };
+        let sum = crc::Crc::<u64>::new(&crc::CRC_64_XZ);
+        // The command over time stands for a profile, which is a file of its own.
+        let case = template.base();
+        let at = |k: u64| {
+            case.motion
+                .at(number::seconds(case.run.duration_ns / 1_000 * k))
+        };
+        let motion: Vec<f64> = (0..=1_000).map(|k| at(k).displacement_m).collect();
+        let all = format!("{text}\n{tune}\n{:?}\n{motion:?}", self.sets.sets);
+        let sum = sum.checksum(all.as_bytes());
+        Ok(format!(
+            "hil-runner {version} tune of {}, inputs {sum:016x}",
+            self.case
+        ))
+    }
+
+    fn threads(&self) -> NonZeroUsize {
+        let given = self
+            .threads
+            .and_then(|threads| NonZeroUsize::new(threads.into()));
+        let cores = || std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
+        given.unwrap_or_else(cores)
+    }
+
+    /// Searches; nothing if the user has ended it.
+    fn search(
+        &self,
+        prepared: &mut Prepared,
+        budget: [u64; 2],
+        known: &mut SettingsFile,
+        team: &Team,
+    ) -> anyhow::Result<Option<Found>> {
+        watch_signals_aloud("ending after the runs under way; nothing is lost\n");
+        let bar = terminal::bar("tune", budget[0], BAR);
+        let starts: Vec<Vec<f64>> = prepared
+            .starts
+            .iter()
+            .filter_map(|row| row.values.clone().ok())
+            .collect();
+        let problem = &mut prepared.problem;
+        let mut runner = |cases: &[Case]| team.figures(cases);
+        problem
+            .run_before(&mut runner)
+            .map_err(anyhow::Error::msg)?;
+        let mut look = |problem: &mut Problem,
+                        settings: Vec<Vec<f64>>,
+                        most: f64|
+         -> anyhow::Result<Vec<Seen>> {
+            check_signals()?;
+            let seen = known.look(problem, settings, |problem, settings| {
+                problem.look(settings, most, &mut runner)
+            })?;
+            bar.inc(seen.iter().map(|seen| seen.runs).sum());
+            Ok(seen)
+        };
+        let made = (|| {
+            // Starts are shown, whatever margins they have.
+            let first = look(problem, starts.clone(), f64::INFINITY)?;
+            let asked = probes(problem, &first);
+            let probed = look(problem, asked, NEARLY)?;
+            if let Some(sentence) = idle(problem, &first, &probed) {
+                bail!(sentence);
+            }
+            search(problem, first, budget, &mut look)
+        })();
+        bar.finish_and_clear();
+        match made {
+            Err(_) if check_signals().is_err() => Ok(None),
+            made => made.map(Some),
+        }
+    }
+
+    /// The yield on axes drawn from the tolerance.
+    fn tolerance(
+        &self,
+        template: &Template,
+        settings: &TuneSettings,
+        prepared: &Prepared,
+        found: &Found,
+        team: &Team,
+    ) -> anyhow::Result<outcome::Tolerance> {
+        let axes = corners::tolerance(&prepared.template, &settings.over, AXES, settings.seed);
+        let (axes, drawn) = axes.map_err(anyhow::Error::msg)?;
+        let own = found.starts.first().map_or(&found.best, |own| own);
+        let tuned = [own, &found.best].map(|seen| prepared.problem.tuned(&seen.values));
+        let [Some(before), Some(after)] = &tuned else {
+            bail!("the setting that was found makes no run");
+        };
+        // Both side by side: they have the tables of their axis in common.
+        let cases: Vec<Case> = axes
+            .iter()
+            .flat_map(|axis| [before, after].map(|tuned| with_controller_of(&axis.case, tuned)))
+            .collect();
+        let bar = terminal::bar("yield", cases.len() as u64, BAR);
+        let mut made = Vec::with_capacity(cases.len());
+        for some in cases.chunks(A_TURN) {
+            check_signals()?;
+            made.extend(team.figures(some));
+            bar.inc(some.len() as u64);
+        }
+        bar.finish_and_clear();
+        let mut made = made.into_iter();
+        let mut runs: [Vec<Result<Summary, RunError>>; 2] = [Vec::new(), Vec::new()];
+        while let (Some(before), Some(after)) = (made.next(), made.next()) {
+            runs[0].push(before);
+            runs[1].push(after);
+        }
+        let runs = runs.each_ref().map(Vec::as_slice);
+        Ok(outcome::tolerance(
+            &prepared.problem,
+            template.base(),
+            drawn,
+            runs,
+        ))
+    }
+
+    fn command_line(&self) -> String {
+        let path = |path: &Option<PathBuf>| {
+            path.as_ref()
+                .map(|path| path.to_string_lossy().into_owned())
+        };
+        let (tune, out) = (path(&self.tune), path(&self.out));
+        let words = ["tune", &self.case].into_iter();
+        let words = words
+            .chain(each_with("--tune", &tune))
+            .chain(each_with("--set", &self.sets.sets));
+        command_line(words.chain(each_with("--out", &out)))
+    }
+}
+
+/// The runs of the file's own setting and of the best one.
+fn both_runs(prepared: &Prepared, found: &Found) -> anyhow::Result<[CaseRun; 2]> {
+    let own = prepared.template.base();
+    let best = prepared.problem.tuned(&found.best.values);
+    let best = best.map_or_else(|| own.clone(), |best| with_controller_of(own, &best));
+    let options = RunOptions {
+        plot: true,
+        ..RunOptions::default()
+    };
+    let run = |case: &Case| -> Result<CaseRun, RunError> {
+        let mut run = CaseRun::new(case, options, &mut |_| Ok(()))?;
+        run.confirm(options, &mut |_| Ok(()))?;
+        Ok(run)
+    };
+    Ok([run(own)?, run(&best)?])
+}
+
+/// The sentence about limits of the budget that a tune was not asked to keep.
+fn broken_budget(run: &CaseRun) -> Option<String> {
+    let verdicts = &run.outcome.summary.verdicts;
+    let broken = verdicts.iter().filter(|verdict| !verdict.pass);
+    let broken: Vec<&str> = broken.map(|verdict| verdict.figure).collect();
+    (!broken.is_empty()).then(|| {
+        format!(
+            "tuned.toml breaks the budget, of which no requirement was made: {}",
+            broken.join(", ")
+        )
+    })
+}
+
+/// The overrides that the tuned file leaves in force: those of [tune] and of the keys that it
+/// has are no longer.
+fn sets_beside(sets: &[String], outcome: &TuneOutcome) -> Vec<String> {
+    let is_in_the_file = |path: &str| {
+        let tuned = outcome.keys.iter().map(|row| &row.key);
+        let mut all = tuned.chain(outcome.needed.iter().map(|row| &row.key));
+        path.starts_with("tune") || all.any(|key| key == path)
+    };
+    let path = |set: &String| set.split('=').next().unwrap_or_default().trim().to_owned();
+    let beside = sets.iter().filter(|set| !is_in_the_file(&path(set)));
+    beside.cloned().collect()
+}
+
+/// The profile of a run file, if it has one, as the file in another folder has to name it.
+fn profile_beside(case: &str, text: &str, folder: &Path) -> anyhow::Result<Option<NeededKey>> {
+    let file: toml_edit::DocumentMut = text.parse()?;
+    let profile = file.get("motion").and_then(|motion| motion.get("profile"));
+    let Some(profile) = profile.and_then(toml_edit::Item::as_str) else {
+        return Ok(None);
+    };
+    let beside = Path::new(case).parent().unwrap_or(Path::new(""));
+    let absolute = std::path::absolute(beside.join(profile))?;
+    if std::path::absolute(folder)?.join(profile) == absolute {
+        return Ok(None);
+    }
+    let value = toml_edit::Value::from(absolute.to_string_lossy().as_ref());
+    Ok(Some(NeededKey {
+        key: KeyPath::find("motion.profile").map_err(anyhow::Error::msg)?,
+        value: KeyValue::Toml(value.to_string()),
+        because: "tuned.toml lies in another folder".to_owned(),
+    }))
+}
+
+/// The run file with the tuned keys, and those that they need.
+fn tuned_text(text: &str, prepared: &Prepared, found: &Found) -> anyhow::Result<String> {
+    let needed = prepared
+        .needed
+        .iter()
+        .map(|need| (need.key, need.value.clone()));
+    let mut values: Vec<(KeyPath, KeyValue)> = needed.collect();
+    values.extend(prepared.problem.changes(&found.best.values));
+    Ok(with_values(text, &values)?)
+}

@@ -1,0 +1,216 @@
+//! `settings.csv`, a line for each setting that a tune has looked at, in order: its keys, its
+//! figures and the runs that it took. A tune that was interrupted reads them back in the place
+//! of runs and goes on.
+//!
+//! ```text
+//! # what was tuned, as it was asked for: a tune of anything else does not go on here
+//! controller.kp,controller.ki_per_s,peak_following_error_mm,…,runs
+//! 3.2,5,3.4353,…,1
+//! ```
+
+use std::collections::VecDeque;
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use hil_core::tune::problem::{Problem, Seen};
+
+/// Name of the file.
+pub const SETTINGS: &str = "settings.csv";
+
+/// A file that cannot be gone on with.
+#[derive(Debug, thiserror::Error)]
+pub enum SettingsError {
+    /// It cannot be read or written.
+    #[error("{}: {error}", .path.display())]
+    Io {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        error: io::Error,
+    },
+    /// It is that of another tune.
+    #[error(
+        "{} holds the settings of another tune: the case, [tune], --set or the program have changed; \
+         give another --out, or remove the file", .0.display()
+    )]
+    Other(PathBuf),
+    /// A line is no setting of this tune, or not the one that comes next.
+    #[error("{}:{line}: this is not what the tune writes there; remove the file to begin anew", .path.display())]
+    Damaged {
+        /// The file.
+        path: PathBuf,
+        /// Its line, from 1.
+        line: usize,
+    },
+}
+
+/// A setting of the file: values, figures and runs.
+type Line = (Vec<f64>, Vec<Option<f64>>, u64);
+
+/// The settings of a tune.
+#[derive(Debug)]
+pub struct SettingsFile {
+    path: PathBuf,
+    file: File,
+    known: VecDeque<Line>,
+    read: usize,
+}
+
+impl SettingsFile {
+    /// Opens the file in a folder, which is made if it is not there, and reads the settings
+    /// that it has. `origin` says what is tuned: lines of text that begin the file.
+    ///
+    /// # Errors
+    /// [`SettingsError`].
+    pub fn open(folder: &Path, origin: &str, problem: &Problem) -> Result<Self, SettingsError> {
+        let path = folder.join(SETTINGS);
+        let io = |error| SettingsError::Io {
+            path: path.clone(),
+            error,
+        };
+        fs::create_dir_all(folder).map_err(io)?;
+        let head = head(origin, problem);
+        let text = match fs::read(&path) {
+            Ok(bytes) => bytes,
+            Err(error) if error.kind() == io::ErrorKind::NotFound => Vec::new(),
+            Err(error) => return Err(io(error)),
+        };
+        // A line without its end was cut off.
+        let whole = text
+            .iter()
+            .rposition(|&byte| byte == b'\n')
+            .map_or(0, |last| last + 1);
+        let (mut known, mut first) = (VecDeque::new(), head.lines().count() + 1);
+        let whole = if head.as_bytes().starts_with(&text) {
+            0
+        } else {
+            let lines = core::str::from_utf8(&text[..whole]).ok();
+            let Some(lines) = lines.and_then(|text| text.strip_prefix(head.as_str())) else {
+                return Err(SettingsError::Other(path));
+            };
+            for line in lines.lines() {
+                let setting = parse(line, problem);
+                let setting = setting.ok_or_else(|| SettingsError::Damaged {
+                    path: path.clone(),
+                    line: first,
+                });
+                known.push_back(setting?);
+                first += 1;
+            }
+            whole
+        };
+        let options = OpenOptions::new()
+            .create(true)
+            .write(true)
+            .truncate(false)
+            .open(&path);
+        let mut file = options.map_err(io)?;
+        file.set_len(whole as u64).map_err(io)?;
+        io::Seek::seek(&mut file, io::SeekFrom::End(0)).map_err(io)?;
+        if whole == 0 {
+            file.write_all(head.as_bytes()).map_err(io)?;
+        }
+        let read = known.len();
+        Ok(Self {
+            path,
+            file,
+            known,
+            read,
+        })
+    }
+
+    /// Removes the file: of a tune that was refused before it had anything.
+    ///
+    /// # Errors
+    /// [`SettingsError::Io`].
+    pub fn remove(&self) -> Result<(), SettingsError> {
+        let path = self.path.clone();
+        fs::remove_file(&path).map_err(|error| SettingsError::Io { path, error })
+    }
+
+    /// Settings that were there.
+    pub fn read(&self) -> usize {
+        self.read
+    }
+
+    /// The settings in the order asked: those that are known, then those that `look` makes,
+    /// which are written.
+    ///
+    /// # Errors
+    /// [`SettingsError`]; the file has what was looked at before.
+    pub fn look(
+        &mut self,
+        problem: &mut Problem,
+        settings: Vec<Vec<f64>>,
+        look: impl FnOnce(&mut Problem, Vec<Vec<f64>>) -> Vec<Seen>,
+    ) -> Result<Vec<Seen>, SettingsError> {
+        let mut seen = Vec::with_capacity(settings.len());
+        let mut settings = settings.into_iter();
+        while let Some((values, figures, runs)) = self.known.pop_front() {
+            let Some(asked) = settings.next() else {
+                self.known.push_front((values, figures, runs));
+                break;
+            };
+            if asked != values {
+                let line = self.read - self.known.len();
+                return Err(SettingsError::Damaged {
+                    path: self.path.clone(),
+                    line,
+                });
+            }
+            seen.push(problem.judge(values, figures, runs));
+        }
+        let rest: Vec<Vec<f64>> = settings.collect();
+        if rest.is_empty() {
+            return Ok(seen);
+        }
+        let made = look(problem, rest);
+        let lines: String = made.iter().map(line).collect();
+        let written = self.file.write_all(lines.as_bytes());
+        written.map_err(|error| SettingsError::Io {
+            path: self.path.clone(),
+            error,
+        })?;
+        seen.extend(made);
+        Ok(seen)
+    }
+}
+
+/// The lines before the first setting.
+fn head(origin: &str, problem: &Problem) -> String {
+    let origin: String = origin.lines().map(|line| format!("# {line}\n")).collect();
+    let keys = problem.variables.iter().map(|variable| variable.path());
+    let figures = problem.figures().map(str::to_owned);
+    let columns: Vec<String> = keys.chain(figures).chain(["runs".to_owned()]).collect();
+    format!("{origin}{}\n", columns.join(","))
+}
+
+fn line(seen: &Seen) -> String {
+    let values = seen.values.iter().map(|value| Some(*value));
+    let figures = values.chain(seen.figures.iter().copied());
+    let cells = figures.map(|value| value.map_or_else(String::new, |value| format!("{value:?}")));
+    let cells: Vec<String> = cells.chain([seen.runs.to_string()]).collect();
+    cells.join(",") + "\n"
+}
+
+fn parse(line: &str, problem: &Problem) -> Option<Line> {
+    let mut cells = line.split(',');
+    let mut values = Vec::new();
+    for _ in &problem.variables {
+        values.push(cells.next()?.parse().ok()?);
+    }
+    let mut figures = Vec::new();
+    for _ in problem.figures() {
+        figures.push(match cells.next()? {
+            "" => None,
+            cell => Some(cell.parse().ok()?),
+        });
+    }
+    let runs = cells.next()?.parse().ok()?;
+    let numbers = figures.iter().flatten().chain(&values);
+    if runs > problem.corners.len() as u64 || numbers.copied().any(f64::is_nan) {
+        return None;
+    }
+    cells.next().is_none().then_some((values, figures, runs))
+}
