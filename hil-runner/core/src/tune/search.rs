@@ -132,11 +132,14 @@ pub fn search<E>(
     let from = problem.units(&first.values);
     let mut restarts = Restarts::new(&from, population(problem), settings, seed);
     let for_search = (FOR_SEARCH * runs as f64) as u64;
-    while spent(&archive) < for_search {
+    let mut found = archive.iter().any(Seen::is_feasible);
+    // Without a setting that keeps all requirements there is no front to look for.
+    while spent(&archive) < if found { for_search } else { runs } {
         let Some(asked) = restarts.ask() else { break };
         let values = asked.iter().map(|units| problem.values(units)).collect();
         let seen = look(problem, values, NEARLY)?;
         restarts.tell(&seen.iter().map(Seen::judged).collect::<Vec<_>>());
+        found |= seen.iter().any(Seen::is_feasible);
         archive.extend(seen);
     }
 

@@ -197,10 +197,9 @@ fn sentence(outcome: &TuneOutcome, required: &RequirementRow) -> Option<String> 
     }
     let at = required.gives_way_at.filter(|_| !required.kept)?;
     Some(format!(
-        "INFEASIBLE: {figure} {} would have to give way to {} {} for the other requirements to be kept",
+        "INFEASIBLE: {figure} {} would have to give way to {} for the other requirements to be kept",
         limit(required),
-        number::table(at),
-        unit(required)
+        format!("{} {}", number::table(at), unit(required)).trim_end()
     ))
 }
 
