@@ -171,6 +171,38 @@ fn the_requirement_that_must_give_way_is_named() {
     assert!(!folder.path().join("out/tune-paper-2/tuned.toml").exists());
 }
 
+/// Before is what the file has, in or out of the ranges; and the yield's usual tolerances are
+/// those of the ready study of that name.
+#[test]
+fn before_is_the_file_and_the_tolerance_the_ready_studys() {
+    let folder = tempfile::tempdir().unwrap();
+    let range = r#"tune.range={ "controller.kp" = [3.5, 20] }"#;
+    let found = json(&tune(folder.path(), &["--set", range, "--json"]).stdout);
+    assert_eq!(found["keys"][0]["before"], "3.2");
+    let after: f64 = found["keys"][0]["after"].as_str().unwrap().parse().unwrap();
+    assert!(after >= 3.5, "{after}");
+    let paper = json(&hil_runner(folder.path(), &["run", "paper-2", "--json"]).stdout);
+    let aim = "peak_following_error_mm";
+    assert_eq!(
+        number(&of(&found["aims"], aim)["before"]),
+        number(&paper[aim])
+    );
+
+    let study = hil_runner(
+        folder.path(),
+        &["study", "tolerance", "--base", "paper-2", "--print"],
+    );
+    let study: toml::Table = String::from_utf8(study.stdout).unwrap().parse().unwrap();
+    let drawn = study["axis"].as_array().unwrap().iter().map(|axis| {
+        let distribution = axis["distribution"].clone();
+        let distribution: hil_core::distribution::Distribution = distribution.try_into().unwrap();
+        assert_eq!(axis["times"], axis["key"]);
+        format!("{} × {distribution}", axis["key"].as_str().unwrap())
+    });
+    let drawn: Vec<Value> = drawn.map(Value::from).collect();
+    assert_eq!(found["tolerance"]["drawn"], Value::Array(drawn));
+}
+
 /// Over several axes no aim gets worse on any of them; where only margins are required, the
 /// acceleration gives way to the following error on one.
 #[test]

@@ -64,41 +64,26 @@ pub(crate) struct Tune {
     json: bool,
 }
 
+/// What a tune is made of, as it was read.
+struct Input {
+    /// Text of the run file, and of the file with [tune] where it has one of its own.
+    text: String,
+    of_tune: Option<(String, String)>,
+    /// Overrides of the case.
+    sets: Vec<String>,
+    template: Template,
+    settings: TuneSettings,
+}
+
 impl Tune {
     pub(crate) fn execute(&self) -> anyhow::Result<bool> {
-        let file = self.of_case().load_one(&self.case)?;
-        let text = files::text(&self.case).map_err(anyhow::Error::msg)?;
-        let settings = self.settings(&file)?;
-        let sets = self.of_case().sets;
-        let template = Template::parse(&self.case, &text, &sets, files::profile)?;
-        let mut prepared = prepare(&template, &settings)?;
-        let problem = &prepared.problem;
-        let many = problem.corners.len() as u64;
-        let usual = if many > 1 { RUNS_A_CORNER * many } else { RUNS };
-        let runs = settings.runs.unwrap_or(usual);
-        let fewest = fewest_runs(problem);
-        if runs < fewest {
-            bail!(
-                "tune.runs = {runs} is not allowed: a search over {} keys and {many} axes needs at least {fewest}",
-                problem.variables.len()
-            );
-        }
-        let name = file.case.name.replace(['/', '\\'], "_");
-        let usual = || Path::new("out").join(format!("tune-{name}"));
-        let folder = self.out.clone().unwrap_or_else(usual);
-        let path = folder.join("tuned.toml");
-        if std::fs::canonicalize(&path)
-            .is_ok_and(|path| std::fs::canonicalize(&self.case).is_ok_and(|case| case == path))
-        {
-            bail!(
-                "{} would be overwritten: give another --out",
-                path.display()
-            );
-        }
-        let profile = profile_beside(&self.case, &text, &folder)?;
+        let input = self.input()?;
+        let mut prepared = prepare(&input.template, &input.settings)?;
+        let runs = runs(&input.settings, &prepared.problem)?;
+        let folder = self.folder(&input.template.base().name)?;
+        let profile = profile_beside(&self.case, &input.text, &folder)?;
         prepared.needed.extend(profile);
-        let origin = self.origin(&text, &template)?;
-        let mut known = SettingsFile::open(&folder, &origin, problem)?;
+        let mut known = SettingsFile::open(&folder, &self.origin(&input), &prepared.problem)?;
         if known.read() > 0 {
             tell!(
                 "{}: {} settings are there already\n",
@@ -108,7 +93,8 @@ impl Tune {
         }
         let team = Team::new(self.threads())?;
         let begun = Instant::now();
-        let found = self.search(&mut prepared, [runs, settings.seed], &mut known, &team);
+        let budget = [runs, input.settings.seed];
+        let found = self.search(&mut prepared, budget, &mut known, &team);
         if let Err(error) = &found
             && known.read() == 0
             && !error.is::<SettingsError>()
@@ -116,8 +102,7 @@ impl Tune {
             // What was refused must not stand in the way of what is asked for better.
             known.remove()?;
         }
-        let found = found?;
-        let found = found.with_context(|| {
+        let found = found?.with_context(|| {
             let command = self.command_line();
             format!(
                 "interrupted: every setting looked at is in {}; to go on: {command}",
@@ -125,110 +110,152 @@ impl Tune {
             )
         })?;
         let tolerance = match found.best.is_feasible() {
-            true => Some(self.tolerance(&template, &settings, &prepared, &found, &team)?),
+            true => Some(tolerance(&input, &prepared, &found, &team)?),
             false => None,
         };
-        let outcome = TuneOutcome::new(&prepared, &found, settings.seed, tolerance);
+        let outcome = TuneOutcome::new(&prepared, &found, input.settings.seed, tolerance);
+        let of_yield = outcome.tolerance.as_ref().map_or(0, |of| 2 * of.axes);
         let looked = begun.elapsed().as_secs_f64();
-        tell!(
-            "{} settings, {} runs in {looked:.1} s\n",
-            outcome.settings,
-            outcome.runs
-        );
+        let (settings, runs) = (outcome.settings, outcome.runs);
+        tell!("{settings} settings, {runs} runs and {of_yield} for the yield in {looked:.1} s\n");
         OutputFile::create(&folder.join("tune.json"))?.write_json(&outcome)?;
-        let mut end = String::new();
-        if outcome.feasible {
-            let tuned = tuned_text(&text, &prepared, &found)?;
-            let sets = sets_beside(&sets, &outcome);
-            // What is written is what was found.
-            RunFile::parse(&path.to_string_lossy(), &tuned, &sets, files::profile)?;
-            OutputFile::create(&path)?.write_whole(&tuned)?;
-            let words = ["run".into(), path.to_string_lossy()];
-            let words = words.iter().map(AsRef::as_ref);
-            end = format!("{}\n", command_line(words.chain(each_with("--set", &sets))));
-        } else if path.exists() {
-            // That of an earlier tune in this folder is not this one's.
-            std::fs::remove_file(&path).with_context(|| path.display().to_string())?;
-        }
-        let page = folder.join("report.html");
-        let runs = both_runs(&prepared, &found)?;
-        let mut sentences = tables::sentences(&outcome);
-        if outcome.feasible {
-            sentences.extend(broken_budget(&runs[1]));
-        }
-        let title = format!("{}, tuned", template.base().name);
-        let report = compared(&title, &self.command_line(), &runs);
-        let html = render_tune(&report, &outcome, &sentences)?;
-        OutputFile::create(&page)?.write_whole(&html)?;
-        tell!("{}\n", page.display());
+        let run = self.write_file(
+            &folder.join("tuned.toml"),
+            &input,
+            &prepared,
+            (&found, &outcome),
+        )?;
+        let sentences =
+            self.write_page(&folder.join("report.html"), &prepared, (&found, &outcome))?;
         match self.json {
             true => terminal::print_json(&outcome)?,
-            false => terminal::print(&(tables::tables(&outcome, &sentences) + &end))?,
+            false => terminal::print(&(tables::tables(&outcome, &sentences) + &run))?,
         }
         Ok(outcome.feasible)
     }
 
-    /// The overrides of [tune], and the others.
-    fn split(&self) -> (Vec<String>, Vec<String>) {
-        let sets = self.sets.sets.iter().cloned();
-        sets.partition(|set| {
-            let set = set.trim_start();
-            set.starts_with("tune.") || set.starts_with("tune=") || set.starts_with("tune ")
-        })
-    }
-
-    /// The overrides that are those of the case: where [tune] has a file of its own, all but
-    /// those of [tune].
-    fn of_case(&self) -> Sets {
-        match self.tune {
-            Some(_) => Sets {
-                sets: self.split().1,
-            },
-            None => self.sets.clone(),
-        }
-    }
-
-    /// What is asked for: in the run file, or in a file of its own.
-    fn settings(&self, file: &RunFile) -> anyhow::Result<TuneSettings> {
-        match (&self.tune, &file.tune) {
-            (Some(path), _) => {
-                let name = path.to_string_lossy();
-                let text = files::text(&name).map_err(anyhow::Error::msg)?;
-                let (of_tune, _) = self.split();
-                Ok(file.tune_of(&name, &text, &of_tune)?)
-            }
-            (None, Some(settings)) => Ok(settings.clone()),
+    /// Reads the case and what is asked for: in the run file, or in a file of its own.
+    fn input(&self) -> anyhow::Result<Input> {
+        let (of_tune, of_case): (Vec<String>, Vec<String>) =
+            self.sets.sets.iter().cloned().partition(|set| {
+                let set = set.trim_start();
+                set.starts_with("tune.") || set.starts_with("tune=") || set.starts_with("tune ")
+            });
+        let sets = match self.tune {
+            Some(_) => of_case,
+            None => self.sets.sets.clone(),
+        };
+        let text = files::text(&self.case).map_err(anyhow::Error::msg)?;
+        let file = RunFile::parse(&self.case, &text, &sets, files::profile)?;
+        let read = |path: &PathBuf| -> anyhow::Result<(String, String)> {
+            let name = path.to_string_lossy().into_owned();
+            let text = files::text(&name).map_err(anyhow::Error::msg)?;
+            Ok((name, text.into_owned()))
+        };
+        let tune = self.tune.as_ref().map(read).transpose()?;
+        let settings = match (&tune, &file.tune) {
+            (Some((name, text)), _) => file.tune_of(name, text, &of_tune)?,
+            (None, Some(settings)) => settings.clone(),
             (None, None) => bail!(
                 "{} has no [tune]: write one with keys = [\"controller.kp\", …] into it, or give --tune FILE",
                 self.case
             ),
+        };
+        Ok(Input {
+            template: Template::parse(&self.case, &text, &sets, files::profile)?,
+            text: text.into_owned(),
+            of_tune: tune,
+            sets,
+            settings,
+        })
+    }
+
+    /// The folder of the results, in which the run file itself is not.
+    fn folder(&self, name: &str) -> anyhow::Result<PathBuf> {
+        let name = name.replace(['/', '\\'], "_");
+        let usual = || Path::new("out").join(format!("tune-{name}"));
+        let folder = self.out.clone().unwrap_or_else(usual);
+        let path = folder.join("tuned.toml");
+        let there = std::fs::canonicalize(&path).ok();
+        if there.is_some() && there == std::fs::canonicalize(&self.case).ok() {
+            bail!(
+                "{} would be overwritten: give another --out",
+                path.display()
+            );
         }
+        Ok(folder)
+    }
+
+    /// Writes the run file with what was found; the command that runs it. Without a setting
+    /// that keeps all requirements, none, and that of an earlier tune goes.
+    fn write_file(
+        &self,
+        path: &Path,
+        input: &Input,
+        prepared: &Prepared,
+        (found, outcome): (&Found, &TuneOutcome),
+    ) -> anyhow::Result<String> {
+        if !outcome.feasible {
+            if path.exists() {
+                std::fs::remove_file(path).with_context(|| path.display().to_string())?;
+            }
+            return Ok(String::new());
+        }
+        let tuned = tuned_text(&input.text, prepared, found)?;
+        let sets = sets_beside(&input.sets, outcome);
+        // What is written is what was found.
+        RunFile::parse(&path.to_string_lossy(), &tuned, &sets, files::profile)?;
+        OutputFile::create(path)?.write_whole(&tuned)?;
+        let words = ["run".into(), path.to_string_lossy()];
+        let words = words.iter().map(AsRef::as_ref);
+        let command = command_line(words.chain(each_with("--set", &sets)));
+        Ok(format!("{command}\n"))
+    }
+
+    /// Writes the page, before and after over each other; the sentences that it has, for the
+    /// terminal.
+    fn write_page(
+        &self,
+        path: &Path,
+        prepared: &Prepared,
+        (found, outcome): (&Found, &TuneOutcome),
+    ) -> anyhow::Result<Vec<String>> {
+        let runs = both_runs(prepared, found)?;
+        let mut sentences = tables::sentences(outcome);
+        if outcome.feasible {
+            sentences.extend(broken_budget(&runs[1]));
+        }
+        let report = compared(
+            &format!("{}, tuned", outcome.name),
+            &self.command_line(),
+            &runs,
+        );
+        let html = render_tune(&report, outcome, &sentences)?;
+        OutputFile::create(path)?.write_whole(&html)?;
+        tell!("{}\n", path.display());
+        Ok(sentences)
     }
 
     /// What makes a tune another one: the texts of the files, the overrides, the program.
-    fn origin(&self, text: &str, template: &Template) -> anyhow::Result<String> {
+    fn origin(&self, input: &Input) -> String {
         let version = env!("CARGO_PKG_VERSION");
-        let tune = match &self.tune {
-            Some(path) => {
-                let text = files::text(&path.to_string_lossy());
-                text.map_err(anyhow::Error::msg)?.into_owned()
-            }
-            None => String::new(),
-        };
-        let sum = crc::Crc::<u64>::new(&crc::CRC_64_XZ);
+        let (case, tune) = (
+            input.template.base(),
+            input.of_tune.as_ref().map(|(_, text)| text),
+        );
         // The command over time stands for a profile, which is a file of its own.
-        let case = template.base();
         let at = |k: u64| {
-            case.motion
-                .at(number::seconds(case.run.duration_ns / 1_000 * k))
+            let time_ns = case.run.duration_ns / 1_000 * k;
+            case.motion.at(number::seconds(time_ns)).displacement_m
         };
-        let motion: Vec<f64> = (0..=1_000).map(|k| at(k).displacement_m).collect();
-        let all = format!("{text}\n{tune}\n{:?}\n{motion:?}", self.sets.sets);
-        let sum = sum.checksum(all.as_bytes());
-        Ok(format!(
+        let motion: Vec<f64> = (0..=1_000).map(at).collect();
+        let (text, sets) = (&input.text, &self.sets.sets);
+        let all = format!("{text}\n{tune:?}\n{sets:?}\n{motion:?}");
+        let sum = crc::Crc::<u64>::new(&crc::CRC_64_XZ).checksum(all.as_bytes());
+        format!(
             "hil-runner {version} tune of {}, inputs {sum:016x}",
             self.case
-        ))
+        )
     }
 
     fn threads(&self) -> NonZeroUsize {
@@ -278,57 +305,14 @@ impl Tune {
             if let Some(sentence) = idle(problem, &first, &probed) {
                 bail!(sentence);
             }
-            search(problem, first, budget, &mut look)
+            let own = first.first().context("the file's own setting is a start")?;
+            search(problem, (own.clone(), first), budget, &mut look)
         })();
         bar.finish_and_clear();
         match made {
             Err(_) if check_signals().is_err() => Ok(None),
             made => made.map(Some),
         }
-    }
-
-    /// The yield on axes drawn from the tolerance.
-    fn tolerance(
-        &self,
-        template: &Template,
-        settings: &TuneSettings,
-        prepared: &Prepared,
-        found: &Found,
-        team: &Team,
-    ) -> anyhow::Result<outcome::Tolerance> {
-        let axes = corners::tolerance(&prepared.template, &settings.over, AXES, settings.seed);
-        let (axes, drawn) = axes.map_err(anyhow::Error::msg)?;
-        let own = found.starts.first().map_or(&found.best, |own| own);
-        let tuned = [own, &found.best].map(|seen| prepared.problem.tuned(&seen.values));
-        let [Some(before), Some(after)] = &tuned else {
-            bail!("the setting that was found makes no run");
-        };
-        // Both side by side: they have the tables of their axis in common.
-        let cases: Vec<Case> = axes
-            .iter()
-            .flat_map(|axis| [before, after].map(|tuned| with_controller_of(&axis.case, tuned)))
-            .collect();
-        let bar = terminal::bar("yield", cases.len() as u64, BAR);
-        let mut made = Vec::with_capacity(cases.len());
-        for some in cases.chunks(A_TURN) {
-            check_signals()?;
-            made.extend(team.figures(some));
-            bar.inc(some.len() as u64);
-        }
-        bar.finish_and_clear();
-        let mut made = made.into_iter();
-        let mut runs: [Vec<Result<Summary, RunError>>; 2] = [Vec::new(), Vec::new()];
-        while let (Some(before), Some(after)) = (made.next(), made.next()) {
-            runs[0].push(before);
-            runs[1].push(after);
-        }
-        let runs = runs.each_ref().map(Vec::as_slice);
-        Ok(outcome::tolerance(
-            &prepared.problem,
-            template.base(),
-            drawn,
-            runs,
-        ))
     }
 
     fn command_line(&self) -> String {
@@ -343,6 +327,66 @@ impl Tune {
             .chain(each_with("--set", &self.sets.sets));
         command_line(words.chain(each_with("--out", &out)))
     }
+}
+
+/// Runs that a search may make.
+///
+/// # Errors
+/// They are too few to begin with.
+fn runs(settings: &TuneSettings, problem: &Problem) -> anyhow::Result<u64> {
+    let axes = problem.corners.len() as u64;
+    let usual = if axes > 1 { RUNS_A_CORNER * axes } else { RUNS };
+    let (runs, fewest) = (settings.runs.unwrap_or(usual), fewest_runs(problem));
+    if runs < fewest {
+        let of = |number: u64, one: &str, many: &str| match number {
+            1 => format!("1 {one}"),
+            number => format!("{number} {many}"),
+        };
+        bail!(
+            "tune.runs = {runs} is not allowed: a search over {} and {} needs at least {fewest}",
+            of(problem.variables.len() as u64, "key", "keys"),
+            of(axes, "axis", "axes")
+        );
+    }
+    Ok(runs)
+}
+
+/// The yield on axes drawn from their tolerance.
+fn tolerance(
+    input: &Input,
+    prepared: &Prepared,
+    found: &Found,
+    team: &Team,
+) -> anyhow::Result<outcome::Tolerance> {
+    let Input { settings, .. } = input;
+    let axes = corners::tolerance(&prepared.template, &settings.over, AXES, settings.seed);
+    let (axes, drawn) = axes.map_err(anyhow::Error::msg)?;
+    let tuned = [&found.own, &found.best].map(|seen| prepared.problem.tuned(&seen.values));
+    let [Some(before), Some(after)] = &tuned else {
+        bail!("the setting that was found makes no run");
+    };
+    // Both side by side: they have the tables of their axis in common.
+    let cases: Vec<Case> = axes
+        .iter()
+        .flat_map(|axis| [before, after].map(|tuned| with_controller_of(&axis.case, tuned)))
+        .collect();
+    let bar = terminal::bar("yield", cases.len() as u64, BAR);
+    let mut made = Vec::with_capacity(cases.len());
+    for some in cases.chunks(A_TURN) {
+        check_signals()?;
+        made.extend(team.figures(some));
+        bar.inc(some.len() as u64);
+    }
+    bar.finish_and_clear();
+    let mut made = made.into_iter();
+    let mut runs: [Vec<Result<Summary, RunError>>; 2] = [Vec::new(), Vec::new()];
+    while let (Some(before), Some(after)) = (made.next(), made.next()) {
+        runs[0].push(before);
+        runs[1].push(after);
+    }
+    let runs = runs.each_ref().map(Vec::as_slice);
+    let (problem, case) = (&prepared.problem, input.template.base());
+    Ok(outcome::tolerance(problem, case, drawn, runs))
 }
 
 /// The runs of the file's own setting and of the best one.

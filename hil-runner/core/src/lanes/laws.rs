@@ -48,10 +48,6 @@ pub(crate) struct Sampled<V, const WHOLE: bool>(pub(crate) Pid<V>, pub(crate) Pi
 pub(crate) struct Firmware<'a>(pub(crate) &'a mut [Option<LaneController>]);
 
 /// The controller of a lane on rung `firmware`.
-#[allow(
-    clippy::large_enum_variant,
-    reason = "the paper's law is the common one, and lies beside its neighbours"
-)]
 #[derive(Debug)]
 #[expect(
     clippy::large_enum_variant,

@@ -91,14 +91,9 @@ impl RunFile {
         beside: Beside,
     ) -> Result<Self, RunFileErrors> {
         let mut findings = Findings::new(source_name);
-        let mut tree = match tree::parse_document(text) {
-            Ok(tree) => tree,
-            Err((place, problem)) => {
-                findings.push(place, problem);
-                return Err(findings.into_errors());
-            }
+        let Some(tree) = overrides::document(text, sets, &mut findings) else {
+            return Err(findings.into_errors());
         };
-        overrides::apply(&mut tree, sets, &mut findings);
         let values = check::check(&tree, &mut findings);
         let tune = tune::read(&tree, &values, &values, &mut findings);
         let profile = |path: &str| profile::points(path, &beside(source_name, path)?);

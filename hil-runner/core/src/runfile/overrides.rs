@@ -4,17 +4,31 @@
 use super::errors::{Findings, Place, Problem, one_line};
 use super::keys::Section;
 use super::table;
-use super::tree::{Node, Table, Toml, parse_value};
+use super::tree::{Node, Table, Toml, parse_document, parse_value};
 
 /// Longest override that a message repeats \[characters\].
 const ECHO: usize = 80;
+
+/// The tree of a text with its overrides; none where the text is no TOML, which is found.
+pub(super) fn document(text: &str, sets: &[String], findings: &mut Findings) -> Option<Table> {
+    match parse_document(text) {
+        Ok(mut tree) => {
+            apply(&mut tree, sets, findings);
+            Some(tree)
+        }
+        Err((place, problem)) => {
+            findings.push(place, problem);
+            None
+        }
+    }
+}
 
 /// Applies the overrides in their order: the last one of a key wins. One that gives
 /// a quantity in another way than the file, such as `lines` where that has
 /// `counts_per_rad`, takes the place of all that the file says in its way; the rest
 /// of the new way must come by overrides too. Overrides of two ways stay, and are
 /// refused further on.
-pub(super) fn apply(tree: &mut Table, sets: &[String], findings: &mut Findings) {
+fn apply(tree: &mut Table, sets: &[String], findings: &mut Findings) {
     for set in sets {
         let place = Place::Set(one_line(set, ECHO));
         if let Err(why) = apply_one(tree, set, &place) {

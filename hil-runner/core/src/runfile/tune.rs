@@ -7,7 +7,7 @@ use super::errors::{Findings, Problem, RunFileErrors};
 use super::key_path::{KeyPath, renamed};
 use super::keys::{Kind, Range, path};
 use super::overrides;
-use super::tree::{self, Node, Table, Toml};
+use super::tree::{Node, Table, Toml};
 use super::tune_settings::{
     Bound, Drawn, Objective, Over, OverSpread, Requirement, TuneSettings, TunedKey,
 };
@@ -30,14 +30,9 @@ pub(super) fn read_file(
     of_case: &Values,
 ) -> Result<TuneSettings, RunFileErrors> {
     let mut findings = Findings::new(source_name);
-    let mut tree = match tree::parse_document(text) {
-        Ok(tree) => tree,
-        Err((place, problem)) => {
-            findings.push(place, problem);
-            return Err(findings.into_errors());
-        }
+    let Some(tree) = overrides::document(text, sets, &mut findings) else {
+        return Err(findings.into_errors());
     };
-    overrides::apply(&mut tree, sets, &mut findings);
     for (name, node) in tree.entries.iter().filter(|(name, _)| name != "tune") {
         let problem = Problem::NotAllowed {
             key: name.clone(),

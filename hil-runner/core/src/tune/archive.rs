@@ -89,8 +89,6 @@ pub fn front<'s>(problem: &Problem, archive: &'s [Seen]) -> Vec<&'s Seen> {
 pub struct Price {
     /// Its place among the requirements.
     pub requirement: usize,
-    /// Part of its limit that is left over; 0 where it binds.
-    pub left: f64,
     /// Part of the limit by which the setting misses it that is the best without it; none
     /// where no setting seen would be better.
     pub relaxed: Option<(f64, Vec<Option<f64>>)>,
@@ -105,8 +103,7 @@ pub fn prices(problem: &Problem, archive: &[Seen], best: &Seen) -> Vec<Price> {
     let figures = best.figures.iter().skip(problem.aims.len());
     let pairs = problem.requirements.iter().zip(figures).enumerate();
     let priced = pairs.filter_map(|(place, (required, value))| {
-        let left = required.left((*value)?);
-        if left > BINDS {
+        if required.left((*value)?) > BINDS {
             return None;
         }
         let others_kept = |seen: &&Seen| {
@@ -126,7 +123,6 @@ pub fn prices(problem: &Problem, archive: &[Seen], best: &Seen) -> Vec<Price> {
             .map(|seen| (seen.missed[place], seen.figures.clone()));
         Some(Price {
             requirement: place,
-            left,
             relaxed,
         })
     });

@@ -4,13 +4,14 @@
 use serde::Serialize;
 
 use super::archive::{front, other_optima, prices};
-use super::prepare::Prepared;
-use super::problem::{Problem, Seen, is_of_loop};
+use super::prepare::{Prepared, StartRow};
+use super::problem::{Problem, Seen};
 use super::search::Found;
 use super::variable::Span;
-use crate::case::Case;
+use crate::budget::{Verdict, judged};
+use crate::case::{Case, Limit};
 use crate::error::RunError;
-use crate::runfile::tune_settings::Bound;
+use crate::runfile::tune_settings::{Bound, Requirement};
 use crate::summary::Summary;
 
 /// Everything that a tune tells.
@@ -202,21 +203,16 @@ impl TuneOutcome {
             needed,
             template,
         } = prepared;
-        let case = template.base();
-        let own = found.starts.first();
-        let best = &found.best;
-        let at = |seen: Option<&Seen>, place: usize| *seen?.figures.get(place)?;
-        let place_of_requirements = problem.aims.len();
-        let priced = prices(problem, &found.archive, best);
-        let feasible = best.is_feasible();
-        let ends: Vec<Seen> = found.ends.clone();
+        let Found { best, archive, .. } = found;
+        let points = |seen: Vec<&Seen>| seen.into_iter().map(|seen| point(problem, seen)).collect();
+        let others = other_optima(problem, &found.ends, best);
         Self {
-            name: case.name.clone(),
-            settings: found.archive.len() as u64,
-            runs: found.archive.iter().map(|seen| seen.runs).sum(),
+            name: template.base().name.clone(),
+            settings: archive.len() as u64,
+            runs: archive.iter().map(|seen| seen.runs).sum(),
             seed,
-            feasible,
-            keys: keys(problem, own, best),
+            feasible: best.is_feasible(),
+            keys: keys(problem, &found.own, best),
             needed: needed
                 .iter()
                 .map(|need| NeededRow {
@@ -234,66 +230,73 @@ impl TuneOutcome {
                 .map(|(place, aim)| AimRow {
                     figure: aim.figure,
                     weight: aim.weight,
-                    before: at(own, place),
-                    after: at(Some(best), place),
+                    before: figure(&found.own, place),
+                    after: figure(best, place),
                 })
                 .collect(),
-            requirements: (problem.requirements.iter().enumerate())
-                .map(|(place, required)| {
-                    let price = priced.iter().find(|price| price.requirement == place);
-                    RequirementRow {
-                        figure: required.figure,
-                        at_least: required.bound == Bound::AtLeast,
-                        of_before: required.bound == Bound::OfBefore,
-                        limit: required.limit,
-                        before: at(own, place_of_requirements + place),
-                        after: at(Some(best), place_of_requirements + place),
-                        kept: best.missed.get(place).is_some_and(|missed| *missed <= 0.0)
-                            && at(Some(best), place_of_requirements + place).is_some(),
-                        price: price.and_then(|price| {
-                            let (relaxed_by, figures) = price.relaxed.as_ref()?;
-                            let change = (0..problem.aims.len())
-                                .map(|aim| Some((*figures.get(aim)?)? - at(Some(best), aim)?));
-                            Some(PriceRow {
-                                relaxed_by: *relaxed_by,
-                                change: change.collect(),
-                            })
-                        }),
-                        gives_way_at: (!feasible)
-                            .then(|| way_out(problem, &found.archive, place))
-                            .flatten(),
-                    }
-                })
-                .collect(),
-            starts: (starts.iter())
-                .map(|start| {
-                    let seen = start.values.as_ref().ok();
-                    let seen = seen
-                        .and_then(|values| found.starts.iter().find(|seen| seen.values == *values));
-                    let refused = seen.filter(|seen| seen.figures.iter().all(Option::is_none));
-                    let why = "the firmware refuses its gains";
-                    StartReport {
-                        name: start.name.clone(),
-                        source: start.source.clone(),
-                        none: (start.values.as_ref().err().cloned())
-                            .or(refused.map(|_| why.to_owned())),
-                        point: seen.map(|seen| point(problem, seen)),
-                    }
-                })
-                .collect(),
-            front: front(problem, &found.archive)
-                .into_iter()
-                .map(|seen| point(problem, seen))
-                .collect(),
-            others: other_optima(problem, &ends, best)
+            requirements: requirements(problem, found),
+            starts: starts
                 .iter()
-                .map(|seen| point(problem, seen))
+                .map(|start| start_report(problem, found, start))
                 .collect(),
+            front: points(front(problem, archive)),
+            others: points(others.iter().collect()),
             sensitivity: (found.sides.iter())
                 .map(|(place, sides)| sensitivity(problem, best, *place, sides))
                 .collect(),
             tolerance,
         }
+    }
+}
+
+/// A figure of a setting by its place.
+fn figure(seen: &Seen, place: usize) -> Option<f64> {
+    *seen.figures.get(place)?
+}
+
+/// The requirements, with what those cost that bind, or where they would have to give way.
+fn requirements(problem: &Problem, found: &Found) -> Vec<RequirementRow> {
+    let Found { best, archive, .. } = found;
+    let priced = prices(problem, archive, best);
+    let row = |(place, required): (usize, &Requirement)| {
+        let at = problem.aims.len() + place;
+        let price = priced.iter().find(|price| price.requirement == place);
+        let way_out = || way_out(problem, archive, place);
+        RequirementRow {
+            figure: required.figure,
+            at_least: required.bound == Bound::AtLeast,
+            of_before: required.bound == Bound::OfBefore,
+            limit: required.limit,
+            before: figure(&found.own, at),
+            after: figure(best, at),
+            kept: figure(best, at).is_some_and(|value| required.left(value) >= 0.0),
+            price: price.and_then(|price| {
+                let (relaxed_by, figures) = price.relaxed.as_ref()?;
+                let change = |aim: usize| Some((*figures.get(aim)?)? - figure(best, aim)?);
+                Some(PriceRow {
+                    relaxed_by: *relaxed_by,
+                    change: (0..problem.aims.len()).map(change).collect(),
+                })
+            }),
+            gives_way_at: if best.is_feasible() { None } else { way_out() },
+        }
+    };
+    problem.requirements.iter().enumerate().map(row).collect()
+}
+
+/// A start as it is shown.
+fn start_report(problem: &Problem, found: &Found, start: &StartRow) -> StartReport {
+    let values = start.values.as_ref().ok();
+    let seen = values.and_then(|values| found.starts.iter().find(|seen| seen.values == *values));
+    let refused = seen.is_some_and(|seen| seen.figures.iter().all(Option::is_none));
+    StartReport {
+        name: start.name.clone(),
+        source: start.source.clone(),
+        none: match &start.values {
+            Err(why) => Some(why.clone()),
+            Ok(_) => refused.then(|| "the firmware refuses its gains".to_owned()),
+        },
+        point: seen.map(|seen| point(problem, seen)),
     }
 }
 
@@ -336,7 +339,7 @@ fn way_out(problem: &Problem, archive: &[Seen], place: usize) -> Option<f64> {
     }
 }
 
-fn keys(problem: &Problem, own: Option<&Seen>, best: &Seen) -> Vec<KeyRow> {
+fn keys(problem: &Problem, own: &Seen, best: &Seen) -> Vec<KeyRow> {
     let rows = problem
         .variables
         .iter()
@@ -362,7 +365,7 @@ fn keys(problem: &Problem, own: Option<&Seen>, best: &Seen) -> Vec<KeyRow> {
                 unit: variable.tuned.key.key.unit,
                 range,
                 origin: variable.origin.clone(),
-                before: own.map_or_else(String::new, of),
+                before: of(own),
                 after: of(best),
             }
         });
@@ -391,52 +394,36 @@ pub fn tolerance(
     drawn: Vec<String>,
     runs: [&[Result<Summary, RunError>]; 2],
 ) -> Tolerance {
-    let (budget, _) = crate::budget::limits(case);
     let requirements = problem.requirements.iter();
     let of_requirements = requirements.filter(|required| required.bound != Bound::OfBefore);
-    let of_requirements = of_requirements.map(|required| {
-        (
-            required.figure,
-            required.bound == Bound::AtLeast,
-            required.limit,
-        )
-    });
-    let of_budget = budget
-        .iter()
-        .map(|limit| (limit.figure, limit.is_least(), limit.limit));
-    let mut limits: Vec<(&'static str, bool, f64)> = of_requirements.collect();
-    for limit in of_budget.filter(|(figure, _, _)| *figure != crate::figures::HOST_STEP_P99.key) {
+    let mut limits: Vec<Limit> = of_requirements
+        .map(|required| Limit::new(required.figure, required.limit))
+        .collect();
+    for limit in judged(case).0 {
         if !limits.contains(&limit) {
             limits.push(limit);
         }
     }
-    let keeps = |summary: &Summary, &(figure, at_least, limit): &(&'static str, bool, f64)| {
-        summary.figure(figure).is_some_and(|value| match at_least {
-            true => value >= limit,
-            false => value.abs() <= limit,
-        })
+    let keeps = |summary: &Summary, limit: &Limit| {
+        Verdict::new(limit, summary.figure(limit.figure), false).pass
     };
-    let percent = |part: usize, of: usize| 100.0 * part as f64 / of.max(1) as f64;
-    let part = |runs: &[Result<Summary, RunError>], kept: &dyn Fn(&Summary) -> bool| {
+    let percent = |runs: &[Result<Summary, RunError>], kept: &dyn Fn(&Summary) -> bool| {
         let made = runs.iter().filter(|run| run.as_ref().is_ok_and(kept));
-        percent(made.count(), runs.len())
+        100.0 * made.count() as f64 / runs.len().max(1) as f64
     };
+    let keeps_all = |summary: &Summary| limits.iter().all(|limit| keeps(summary, limit));
     Tolerance {
         axes: runs[0].len(),
         drawn,
-        yield_percent: runs.map(|runs| {
-            part(runs, &|summary| {
-                limits.iter().all(|limit| keeps(summary, limit))
-            })
-        }),
+        yield_percent: runs.map(|runs| percent(runs, &keeps_all)),
         each: limits
             .iter()
             .map(|limit| ToleranceRow {
-                figure: limit.0,
-                at_least: limit.1,
-                limit: limit.2,
-                kept_percent: runs.map(|runs| part(runs, &|summary| keeps(summary, limit))),
-                of_95: runs.map(|runs| of_95(runs, limit.0, limit.1)),
+                figure: limit.figure,
+                at_least: limit.is_least(),
+                limit: limit.limit,
+                kept_percent: runs.map(|runs| percent(runs, &|summary| keeps(summary, limit))),
+                of_95: runs.map(|runs| of_95(runs, limit.figure, limit.is_least())),
             })
             .collect(),
     }
@@ -455,9 +442,4 @@ fn of_95(runs: &[Result<Summary, RunError>], figure: &str, at_least: bool) -> Op
     }
     let rank = (95 * runs.len()).div_ceil(100);
     values.get(rank.checked_sub(1)?).copied()
-}
-
-/// True of an aim of which more is better.
-pub fn more_is_better(figure: &str) -> bool {
-    is_of_loop(figure)
 }

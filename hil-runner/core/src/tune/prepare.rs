@@ -104,24 +104,18 @@ pub fn prepare(file: &Template, settings: &TuneSettings) -> Result<Prepared, Tun
             .find(|required| required.bound == Bound::AtLeast)
             .map(|required| required.limit)
     });
-    let rules = starts(base, least);
-    let own = ("as in the file", String::new(), Ok(base.controller.gains));
-    let rules = rules
-        .into_iter()
-        .map(|rule| (rule.name, rule.source.to_owned(), rule.gains));
-    let all: Vec<(&str, String, Result<PidGains, String>)> =
-        core::iter::once(own).chain(rules).collect();
+    let rules: Vec<Rule> = (starts(base, least).into_iter())
+        .map(|rule| Rule {
+            name: rule.name,
+            source: rule.source,
+            case: rule.gains.map(|gains| with_gains(base, gains)),
+        })
+        .collect();
 
     // Kessler's and the relay's gains may be far off: the ranges are those around the file's
-    // own and the largest K_i.
-    let known = all
-        .iter()
-        .take(2)
-        .filter_map(|(_, _, gains)| gains.as_ref().ok());
-    let known = known.map(|gains| with_gains(base, *gains));
-    let known: Vec<Case> = core::iter::once(base.clone())
-        .chain(known.skip(1))
-        .collect();
+    // own and the largest K_i, the first of the rules.
+    let largest_ki = rules.first().and_then(|rule| rule.case.as_ref().ok());
+    let known: Vec<&Case> = core::iter::once(base).chain(largest_ki).collect();
     let variables = settings
         .keys
         .iter()
@@ -152,7 +146,7 @@ pub fn prepare(file: &Template, settings: &TuneSettings) -> Result<Prepared, Tun
     let aims = settings.minimise.iter().map(aim).collect();
     let corners = corners(&template, &settings.over, settings.draws, settings.seed);
     let corners = corners.map_err(TuneError::Sentence)?;
-    let starts = rows(base, &variables, all);
+    let starts = rows(base, &variables, rules);
     let problem = Problem::new(template.clone(), variables, aims, requirements, corners);
     Ok(Prepared {
         problem,
@@ -275,7 +269,7 @@ fn cascade(case: &Case, gains: PidGains) -> CascadeGains {
 ///
 /// # Errors
 /// The sentence that asks for a range where there is none to go by.
-fn variable(tuned: TunedKey, known: &[Case], template: &Template) -> Result<Variable, String> {
+fn variable(tuned: TunedKey, known: &[&Case], template: &Template) -> Result<Variable, String> {
     let base = template.base();
     let key = tuned.key.key;
     if let Kind::Choice(words) = key.kind {
@@ -395,39 +389,40 @@ fn with_plant(base: &Case) -> Case {
     case
 }
 
-/// The starts: the file's own setting, then each rule's gains, and the first again with the
-/// plant's feed-forward where some is tuned.
-fn rows(
-    base: &Case,
-    variables: &[Variable],
-    all: Vec<(&str, String, Result<PidGains, String>)>,
-) -> Vec<StartRow> {
-    let ahead = variables
-        .iter()
-        .any(|variable| is_feed_forward(variable.tuned.key.key));
-    let values = |case: &Case| {
-        let value = |variable: &Variable| {
-            let value = variable.of(case).unwrap_or(0.0);
-            // A start outside of a range begins at its end.
-            variable.within(value)
-        };
-        variables.iter().map(value).collect::<Vec<f64>>()
+/// A rule, and the case with its gains, or why it has none.
+struct Rule {
+    name: &'static str,
+    source: &'static str,
+    case: Result<Case, String>,
+}
+
+/// The starts: the file's own setting, then each rule's gains; where some feed-forward is
+/// tuned with the plant's, and the file's own setting once more with it.
+fn rows(base: &Case, variables: &[Variable], rules: Vec<Rule>) -> Vec<StartRow> {
+    const OWN: &str = "as in the file";
+    // A start outside of a range begins at its end.
+    let within = |variable: &Variable, case: &Case| {
+        let value = variable.of(case).unwrap_or(0.0);
+        variable.within(value)
     };
-    let mut rows = Vec::new();
-    for (place, (name, source, gains)) in all.into_iter().enumerate() {
-        // The file's own gains as it gives them: of a cascade there are two with the same sum.
-        let case = gains.map(|gains| match place {
-            0 => base.clone(),
-            _ => with_gains(base, gains),
-        });
-        if place == 0 && ahead {
-            let own = case.as_ref().map(&values).map_err(Clone::clone);
-            rows.push(StartRow {
-                name: name.to_owned(),
-                source: source.clone(),
-                values: own,
-            });
-        }
+    // The file's own setting is what it is, whatever the ranges are.
+    let own = |variable: &Variable| {
+        let value = variable.of(base);
+        value.unwrap_or_else(|| within(variable, base))
+    };
+    let mut rows = vec![StartRow {
+        name: OWN.to_owned(),
+        source: String::new(),
+        values: Ok(variables.iter().map(own).collect()),
+    }];
+    let mut variables_ahead = variables.iter().map(|variable| variable.tuned.key.key);
+    let ahead = variables_ahead.any(is_feed_forward);
+    let once_more = ahead.then(|| Rule {
+        name: OWN,
+        source: "",
+        case: Ok(base.clone()),
+    });
+    for Rule { name, source, case } in once_more.into_iter().chain(rules) {
         let (name, case) = match ahead {
             true => (
                 format!("{name}, plant's ff"),
@@ -435,10 +430,11 @@ fn rows(
             ),
             false => (name.to_owned(), case),
         };
+        let values = |case: &Case| variables.iter().map(|of| within(of, case)).collect();
         rows.push(StartRow {
             name,
-            source,
-            values: case.map(|case| values(&case)),
+            source: source.to_owned(),
+            values: case.as_ref().map(values).map_err(Clone::clone),
         });
     }
     rows

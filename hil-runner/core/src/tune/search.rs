@@ -20,8 +20,10 @@ pub struct Found {
     /// The best setting in decimals of the keys' digits: the last of the archive that no
     /// other one beats.
     pub best: Seen,
-    /// The starts, in their order.
+    /// The starts, in their order, the file's own first.
     pub starts: Vec<Seen>,
+    /// The file's own setting.
+    pub own: Seen,
     /// Every setting that was looked at, in order.
     pub archive: Vec<Seen>,
     /// The best setting of each search of the restarts.
@@ -104,29 +106,20 @@ pub fn idle(problem: &Problem, starts: &[Seen], probed: &[Seen]) -> Option<Strin
     ))
 }
 
-/// Searches from starts that were looked at, within about so many runs.
+/// Searches from the file's own setting and other starts that were looked at, within about
+/// so many runs.
 ///
 /// # Errors
 /// Those of `look`.
 pub fn search<E>(
     problem: &mut Problem,
-    starts: Vec<Seen>,
+    (own, starts): (Seen, Vec<Seen>),
     [runs, seed]: [u64; 2],
     look: &mut Look<'_, E>,
 ) -> Result<Found, E> {
     let mut archive = starts.clone();
     let spent = |archive: &[Seen]| archive.iter().map(|seen| seen.runs).sum::<u64>();
-    let Some(first) = best_of(&archive).cloned() else {
-        let best = problem.judge(Vec::new(), Vec::new(), 0);
-        return Ok(Found {
-            best,
-            starts,
-            archive,
-            ends: Vec::new(),
-            sides: Vec::new(),
-        });
-    };
-
+    let first = best_of(&archive).unwrap_or(&own).clone();
     let settings = SETTINGS_A_RUN * runs / problem.corners.len().max(1) as u64;
     let settings = usize::try_from(settings).unwrap_or(usize::MAX);
     let from = problem.units(&first.values);
@@ -183,6 +176,7 @@ pub fn search<E>(
     Ok(Found {
         best,
         starts,
+        own,
         archive,
         ends,
         sides,
