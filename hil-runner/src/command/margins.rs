@@ -4,8 +4,7 @@ use clap::Args;
 use hil_core::case::Case;
 use hil_core::figures::SUMMARY_FIGURES;
 use hil_core::number;
-use hil_core::runfile::RunFile;
-use hil_core::theory::{LoopFigures, Loops, left_out, no_figure};
+use hil_core::theory::{LoopFigures, LoopGains, Loops, left_out, no_figure};
 use serde_json::{Value, json};
 
 use super::options::{Cases, Sets, warn};
@@ -35,10 +34,13 @@ impl Margins {
     pub(crate) fn execute(&self) -> anyhow::Result<bool> {
         let files = self.sets.load(&self.cases.cases)?;
         let mut loops = Loops::default();
-        let each: Vec<(String, Case)> = files.iter().flat_map(gains_of).collect();
-        let figures: Vec<LoopFigures> = each.iter().map(|(_, case)| loops.figures(case)).collect();
+        let each: Vec<(String, &Case, LoopFigures)> = files
+            .iter()
+            .flat_map(|file| gains_of(&file.case))
+            .map(|(name, case, gains)| (name, case, loops.figures_of(case, &[gains])))
+            .collect();
         if self.json {
-            let of = |((name, _), figures): (&(String, Case), &LoopFigures)| {
+            let of = |(name, _, figures): &(String, &Case, LoopFigures)| {
                 let mut value = json!({ "name": name });
                 if let (Value::Object(all), Ok(Value::Object(own))) =
                     (&mut value, serde_json::to_value(figures))
@@ -47,13 +49,13 @@ impl Margins {
                 }
                 value
             };
-            let all: Vec<Value> = each.iter().zip(&figures).map(of).collect();
+            let all: Vec<Value> = each.iter().map(of).collect();
             match all.as_slice() {
                 [one] => terminal::print_json(one)?,
                 all => terminal::print_json(&all)?,
             }
         } else {
-            terminal::print(&table(&each, &figures))?;
+            terminal::print(&table(&each))?;
         }
         for file in &files {
             warn(&file.case.name, left_out(&file.case));
@@ -62,28 +64,21 @@ impl Margins {
     }
 }
 
-/// The case by its name; where gains change, with those before and those after.
-fn gains_of(file: &RunFile) -> Vec<(String, Case)> {
-    let (name, case) = (&file.case.name, &file.case);
-    let Some(change) = case.options.gain_change else {
-        return vec![(name.clone(), case.clone())];
-    };
-    let mut before = case.clone();
-    before.options.gain_change = None;
-    let mut after = before.clone();
-    let gains = &mut after.controller.gains;
-    gains.kp = change.kp.unwrap_or(gains.kp);
-    gains.ki_per_s = change.ki_per_s.unwrap_or(gains.ki_per_s);
-    gains.kd_s = change.kd_s.unwrap_or(gains.kd_s);
-    vec![
-        (format!("{name}, before"), before),
-        (format!("{name}, after the change"), after),
-    ]
+/// The case by its name, with its gains; where they change, with those before and after.
+fn gains_of(case: &Case) -> Vec<(String, &Case, LoopGains)> {
+    let (name, start) = (&case.name, LoopGains::of(case));
+    match LoopGains::after_change(case) {
+        None => vec![(name.clone(), case, start)],
+        Some(after) => vec![
+            (format!("{name}, before"), case, start),
+            (format!("{name}, after the change"), case, after),
+        ],
+    }
 }
 
 /// A line a figure, a column a loop; the reasons for what is missing below.
-fn table(each: &[(String, Case)], figures: &[LoopFigures]) -> String {
-    let names = each.iter().map(|(name, _)| terminal::short(name));
+fn table(each: &[(String, &Case, LoopFigures)]) -> String {
+    let names = each.iter().map(|(name, ..)| terminal::short(name));
     let header: Vec<String> = ["figure".to_owned()]
         .into_iter()
         .chain(names)
@@ -91,14 +86,14 @@ fn table(each: &[(String, Case)], figures: &[LoopFigures]) -> String {
         .collect();
     let of_loop = SUMMARY_FIGURES.iter().filter(|figure| figure.at_least);
     let rows = of_loop.clone().map(|figure| {
-        let values = figures
+        let values = each
             .iter()
-            .map(|of| number::shown(of.figure(figure.key), None));
+            .map(|(.., of)| number::shown(of.figure(figure.key), None));
         let row = core::iter::once(figure.label.to_owned()).chain(values);
         row.chain([figure.unit.to_owned()]).collect::<Vec<String>>()
     });
     let mut text = terminal::table(header, 1, rows);
-    for ((name, case), of) in each.iter().zip(figures) {
+    for (name, case, of) in each {
         for (margin, joint) in [
             (of.modulus_margin_contact, "in contact"),
             (of.modulus_margin_gap, "in the gap"),

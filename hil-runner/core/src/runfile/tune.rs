@@ -169,10 +169,11 @@ impl Reader<'_> {
         let (base, element) =
             match text.rsplit_once('.') {
                 Some((base, number)) if base == "motion.intervals_s" => {
+                    // A sign would make another word of the same place.
                     let number = number
                         .parse()
                         .ok()
-                        .filter(|number| (1..=7).contains(number));
+                        .filter(|place| (1..=7).contains(place) && number.len() == 1);
                     (
                         base,
                         Some(number.ok_or(
@@ -253,7 +254,7 @@ impl Reader<'_> {
     fn minimise(&mut self, node: &Node) -> Vec<Objective> {
         let mut objectives = Vec::new();
         let entries = self.entries(Some(node));
-        if entries.is_empty() {
+        if entries.is_empty() && matches!(node.value, Toml::Table(_)) {
             self.refuse(
                 node,
                 "minimise",

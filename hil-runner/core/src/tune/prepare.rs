@@ -364,7 +364,6 @@ fn is_factor_like(tuned: &TunedKey) -> bool {
 fn within(kind: Kind, [low, high]: [f64; 2]) -> [f64; 2] {
     match kind {
         Kind::Number(Range::Between(least, most)) => [low.max(least), high.min(most)],
-        Kind::Whole(least, most) => [low.max(least as f64), high.min(most as f64)],
         _ => [low, high],
     }
 }

@@ -175,8 +175,6 @@ pub(super) fn put(variables: &[Variable], values: &[f64], case: &mut Case) -> bo
         let value = match (variable.span, variable.tuned.key.key.kind) {
             (Span::Words(words), _) => words.get(value as usize).map(|word| Value::Choice(word)),
             (_, Kind::Number(_) | Kind::NumberOrWord(..)) => Some(Value::Number(value)),
-            (_, Kind::Whole(..)) => Some(Value::Whole(libm::round(value) as i64)),
-            (_, Kind::Time(_)) => Some(Value::Nanoseconds(libm::round(1e9 * value) as u64)),
             _ => None,
         };
         value.is_some_and(|value| variable.tuned.key.put(case, value))
