@@ -7,7 +7,7 @@ use plant::{Motion, PlantError};
 
 use crate::message::LinkError;
 use crate::quantise::{QuantiseError, key};
-use crate::runfile::{RunFile, motion_key};
+use crate::runfile::{RunFile, RunFileErrors, motion_key};
 
 /// A run that could not be made or finished. Rows up to there were delivered.
 #[derive(Debug, thiserror::Error)]
@@ -56,24 +56,33 @@ impl RunError {
 
 /// The error of a run of this file as the user should read it.
 pub fn explain(file: &RunFile, error: &RunError) -> String {
-    let refuse = |key: &str, because: &str| file.refuse(key, because).to_string();
-    let RunError::Quantise(refused) = error else {
+    let lines = refusals(file, error);
+    if lines.is_empty() {
         return format!("{}: {error}", file.case.name);
+    }
+    let lines = lines.iter().map(ToString::to_string);
+    lines.collect::<Vec<_>>().join("\n")
+}
+
+/// The keys of this file at which the error of a run is best laid, if it is at one.
+pub fn refusals(file: &RunFile, error: &RunError) -> Vec<RunFileErrors> {
+    let RunError::Quantise(refused) = error else {
+        return Vec::new();
     };
     let key = match refused {
         QuantiseError::Gains(unfit) => {
-            let lines = unfit.iter().map(|gain| refuse(gain.key, &gain.because()));
-            return lines.collect::<Vec<_>>().join("\n");
+            let each = unfit
+                .iter()
+                .map(|gain| file.refuse(gain.key, &gain.because()));
+            return each.collect();
         }
-        QuantiseError::Setting { key, because, .. } => return refuse(key, because),
+        QuantiseError::Setting { key, because, .. } => return vec![file.refuse(key, because)],
         QuantiseError::Refused(refusal) => key_of(refusal, &file.case.motion),
         QuantiseError::DelayUnknown => Some("controller.computation_delay_s"),
         _ => None,
     };
-    match key {
-        Some(key) => refuse(key, &refused.to_string()),
-        None => format!("{}: {refused}", file.case.name),
-    }
+    let refuse = |key| file.refuse(key, &refused.to_string());
+    key.map(refuse).into_iter().collect()
 }
 
 /// The key that a refusal of the firmware is best laid at, if there is one.

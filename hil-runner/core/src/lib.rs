@@ -36,6 +36,7 @@ mod feed_forward;
 pub mod figures;
 pub mod io;
 pub mod ladder;
+#[cfg(feature = "lanes")]
 pub mod lanes;
 mod lockstep;
 pub mod measured;
@@ -46,6 +47,7 @@ pub mod quantise;
 pub mod record;
 pub mod remarks;
 pub mod report;
+pub mod requests;
 pub mod reservation;
 pub mod rest;
 pub mod run;

@@ -12,7 +12,7 @@ use hil_core::number;
 use hil_core::report::compared;
 use hil_core::run::{CaseRun, RunOptions};
 use hil_core::runfile::tune_settings::TuneSettings;
-use hil_core::runfile::{KeyPath, KeyValue, RunFile, Template};
+use hil_core::runfile::{KeyPath, KeyValue, RunFile, Template, with_sets};
 use hil_core::summary::Summary;
 use hil_core::tune::corners;
 use hil_core::tune::outcome::{self, TuneOutcome};
@@ -21,14 +21,14 @@ use hil_core::tune::problem::{NEARLY, Problem, Seen, with_controller_of};
 use hil_core::tune::search::{Found, fewest_runs, idle, probes, search};
 use hil_runner::files::{self, OutputFile};
 use hil_runner::host::Team;
+use hil_runner::live::{Live, LiveCase};
 use hil_runner::report::tune::render_tune;
 use hil_runner::report::{command_line, each_with};
 use hil_runner::tune::settings_file::{SettingsError, SettingsFile};
-use hil_runner::tune::tuned_file::with_values;
 
 mod tables;
 
-use super::options::Sets;
+use super::options::{Sets, live};
 use super::terminal::{self, check_signals, tell, watch_signals_aloud};
 
 /// Runs that a search may make for one axis, and for each of several.
@@ -62,6 +62,9 @@ pub(crate) struct Tune {
     /// Print what tune.json has, in place of the tables
     #[arg(long)]
     json: bool,
+    /// Carry the simulator in the page: a click on a setting of the front opens it
+    #[arg(long)]
+    live: bool,
 }
 
 /// What a tune is made of, as it was read.
@@ -81,6 +84,7 @@ impl Tune {
         let mut prepared = prepare(&input.template, &input.settings)?;
         let runs = runs(&input.settings, &prepared.problem)?;
         let folder = self.folder(&input.template.base().name)?;
+        let live = self.live(&input)?;
         let profile = profile_beside(&self.case, &input.text, &folder)?;
         prepared.needed.extend(profile);
         let mut known = SettingsFile::open(&folder, &self.origin(&input), &prepared.problem)?;
@@ -125,8 +129,12 @@ impl Tune {
             &prepared,
             (&found, &outcome),
         )?;
-        let sentences =
-            self.write_page(&folder.join("report.html"), &prepared, (&found, &outcome))?;
+        let sentences = self.write_page(
+            &folder.join("report.html"),
+            &prepared,
+            (&found, &outcome),
+            live,
+        )?;
         match self.json {
             true => terminal::print_json(&outcome)?,
             false => terminal::print(&(tables::tables(&outcome, &sentences) + &run))?,
@@ -136,11 +144,12 @@ impl Tune {
 
     /// Reads the case and what is asked for: in the run file, or in a file of its own.
     fn input(&self) -> anyhow::Result<Input> {
-        let (of_tune, of_case): (Vec<String>, Vec<String>) =
-            self.sets.sets.iter().cloned().partition(|set| {
-                let set = set.trim_start();
-                set.starts_with("tune.") || set.starts_with("tune=") || set.starts_with("tune ")
-            });
+        let (of_tune, of_case): (Vec<String>, Vec<String>) = self
+            .sets
+            .sets
+            .iter()
+            .cloned()
+            .partition(|set| is_of_tune(set));
         let sets = match self.tune {
             Some(_) => of_case,
             None => self.sets.sets.clone(),
@@ -212,6 +221,14 @@ impl Tune {
         Ok(format!("{command}\n"))
     }
 
+    /// The simulator for the page, where it is asked for.
+    fn live(&self, input: &Input) -> anyhow::Result<Option<Live>> {
+        let sets = input.sets.iter().filter(|set| !is_of_tune(set)).cloned();
+        let sets: Vec<String> = sets.collect();
+        let of = || live(LiveCase::new(&self.case, &input.text, &sets)?);
+        self.live.then(of).transpose()
+    }
+
     /// Writes the page, before and after over each other; the sentences that it has, for the
     /// terminal.
     fn write_page(
@@ -219,6 +236,7 @@ impl Tune {
         path: &Path,
         prepared: &Prepared,
         (found, outcome): (&Found, &TuneOutcome),
+        live: Option<Live>,
     ) -> anyhow::Result<Vec<String>> {
         let runs = both_runs(prepared, found)?;
         let mut sentences = tables::sentences(outcome);
@@ -230,7 +248,7 @@ impl Tune {
             &self.command_line(),
             &runs,
         );
-        let html = render_tune(&report, outcome, &sentences)?;
+        let html = render_tune(&report, outcome, &sentences, live.as_ref())?;
         OutputFile::create(path)?.write_whole(&html)?;
         tell!("{}\n", path.display());
         Ok(sentences)
@@ -327,6 +345,12 @@ impl Tune {
             .chain(each_with("--set", &self.sets.sets));
         command_line(words.chain(each_with("--out", &out)))
     }
+}
+
+/// True for an override of [tune].
+fn is_of_tune(set: &str) -> bool {
+    let path = set.split('=').next().unwrap_or_default().trim();
+    path == "tune" || path.starts_with("tune.")
 }
 
 /// Runs that a search may make.
@@ -458,7 +482,9 @@ fn tuned_text(text: &str, prepared: &Prepared, found: &Found) -> anyhow::Result<
         .needed
         .iter()
         .map(|need| (need.key, need.value.clone()));
-    let mut values: Vec<(KeyPath, KeyValue)> = needed.collect();
-    values.extend(prepared.problem.changes(&found.best.values));
-    Ok(with_values(text, &values)?)
+    let changes = prepared.problem.changes(&found.best.values);
+    let sets = needed
+        .chain(changes)
+        .map(|(key, value)| format!("{}={}", key.path(), value.to_toml()));
+    Ok(with_sets("tuned.toml", text, &sets.collect::<Vec<_>>())?)
 }

@@ -77,7 +77,7 @@ where
     /// `y = k₁·e + (K_i·S − K_d/Δt·e_prev)` with the sum S before this sample: the same
     /// but for rounding, with one product and one sum after the error.
     #[inline(always)]
-    pub(crate) fn folded(&self, state: &PidState<V>, e: V) -> Folded<V> {
+    pub fn folded(&self, state: &PidState<V>, e: V) -> Folded<V> {
         let [_, ki, _] = self.gains;
         let [k1, kd_per_sample] = self.folded;
         let e_prev = state.previous_error.unwrap_or(e);
@@ -91,11 +91,13 @@ where
 
 /// The terms of the folded sum.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Folded<V> {
-    /// `k₁·e`, `K_i·S` and `K_d/Δt·e_prev`.
-    pub(crate) proportional: V,
-    pub(crate) integral: V,
-    pub(crate) derivative: V,
+pub struct Folded<V> {
+    /// `k₁·e`.
+    pub proportional: V,
+    /// `K_i·S`.
+    pub integral: V,
+    /// `K_d/Δt·e_prev`.
+    pub derivative: V,
 }
 
 /// The controller of rungs `sampled` and `quantised`.

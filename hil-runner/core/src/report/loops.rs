@@ -26,7 +26,7 @@ pub struct NamedLoop {
 
 impl LoopReport {
     /// The loop of a case; none where it has no sampled one in contact.
-    pub(super) fn of(case: &Case) -> Option<Self> {
+    pub fn of(case: &Case) -> Option<Self> {
         if no_loop(case, JointState::Contact).is_some() {
             return None;
         }

@@ -132,6 +132,15 @@ pub struct CaseReport {
 
 impl CaseReport {
     fn of(run: &CaseRun) -> Self {
+        Self {
+            traces: Traces::of(&run.case, &run.outcome),
+            loop_curves: LoopReport::of(&run.case),
+            ..Self::without_curves(run)
+        }
+    }
+
+    /// Everything but the curves of the run and of its loop.
+    pub fn without_curves(run: &CaseRun) -> Self {
         let (case, summary) = (&run.case, &run.outcome.summary);
         let chip = summary.chip.iter();
         let gains = run.outcome.gains.iter();
@@ -158,8 +167,8 @@ impl CaseReport {
             host_timing: run.timing,
             reserved: kept_but(&[run.named_reservations()]),
             warnings: run.warnings.clone(),
-            traces: Traces::of(case, &run.outcome),
-            loop_curves: LoopReport::of(case),
+            traces: Traces::default(),
+            loop_curves: None,
             log: Vec::new(),
         }
     }

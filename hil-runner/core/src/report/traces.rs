@@ -75,7 +75,7 @@ pub struct Traces {
 
 impl Traces {
     /// The curves of a run, of the points that it kept for plots.
-    pub(super) fn of(case: &Case, outcome: &Outcome) -> Self {
+    pub fn of(case: &Case, outcome: &Outcome) -> Self {
         let (points, changes) = (&outcome.plot, &outcome.contact_changes);
         let of_points =
             |of: &dyn Fn(&PlotPoint) -> f64| points.iter().map(of).collect::<Vec<f64>>();

@@ -24,8 +24,11 @@ mod seen;
 #[cfg(test)]
 mod tests;
 
+#[cfg(feature = "lanes")]
 pub(crate) use self::ripple::Line;
-pub(crate) use self::seen::{AtRest, Seen, SeenRows};
+#[cfg(feature = "lanes")]
+pub(crate) use self::seen::AtRest;
+pub(crate) use self::seen::{Seen, SeenRows};
 use crate::case::{Case, Law};
 use crate::message::whole;
 use crate::number::{self, seconds};

@@ -38,6 +38,7 @@ impl<W: Width> SeenRows<W> {
     }
 
     /// Forgets all rows.
+    #[cfg(feature = "lanes")]
     pub(crate) fn restart(&mut self) {
         self.before = Self::nothing();
         self.now = Self::nothing();

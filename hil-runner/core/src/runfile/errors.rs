@@ -84,6 +84,15 @@ pub struct RunFileError {
 }
 
 impl RunFileError {
+    /// Path of the key that it is about, where there is one.
+    pub fn key(&self) -> Option<&str> {
+        match (&self.place, &self.problem) {
+            (_, Problem::NotAllowed { key, .. } | Problem::Renamed { key, .. }) => Some(key),
+            (Place::Set(text), _) => text.split_once('=').map(|(key, _)| key.trim()),
+            _ => None,
+        }
+    }
+
     /// `x.toml:12`, with the column where the text is not TOML.
     fn origin(&self) -> String {
         match (&self.place, &self.problem) {

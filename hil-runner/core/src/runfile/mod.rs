@@ -20,7 +20,9 @@
 
 mod check;
 mod consistency;
+mod edited;
 mod errors;
+mod form;
 mod key_path;
 mod keys;
 mod overrides;
@@ -40,7 +42,9 @@ use plant::{Amplifier, AxisParameters, Dac, Encoder, Motion, PidGains, Start};
 
 pub(crate) use consistency::motion_key;
 pub use consistency::{MOST_COUNTS, MOST_RK4_STEPS, MOST_ROWS};
+pub use edited::with_sets;
 pub use errors::{MOST_MISTAKES, Place, Problem, RunFileError, RunFileErrors, list_mistakes};
+pub use form::{FormKey, FormSection};
 pub use key_path::{KeyPath, KeyValue, renamed};
 pub use keys::{
     Acts, Key, Kind, LARGEST_MAGNITUDE, LONGEST_TIME_S, List, Need, Range, SMALLEST_MAGNITUDE,
@@ -80,7 +84,7 @@ pub struct RunFile {
 
 impl RunFile {
     /// Reads a run file from its text; `source_name` stands in messages, and
-    /// its stem is the default of `name`. A profile comes from `beside`.
+    /// its stem is the default of `name`. A profile comes from `beside`, see [`Beside`].
     ///
     /// # Errors
     /// Everything that is wrong with the text and the overrides.
@@ -88,7 +92,7 @@ impl RunFile {
         source_name: &str,
         text: &str,
         sets: &[String],
-        beside: Beside,
+        beside: impl Fn(&str, &str) -> Result<String, String>,
     ) -> Result<Self, RunFileErrors> {
         let mut findings = Findings::new(source_name);
         let Some(tree) = overrides::document(text, sets, &mut findings) else {
