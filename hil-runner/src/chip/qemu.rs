@@ -21,9 +21,9 @@ use rustix::fs::{Mode, OFlags, open};
 use rustix::io::{Errno, read, write};
 
 use super::guard::{Guarded, not_started};
-use super::image::on_path;
 use super::line::{ChipError, Line, SerialLine};
 use super::spec::{DEFAULT_BAUD, Target, Transport};
+use crate::image::on_path;
 
 /// Virtual time per instruction is 2^7 ns, whatever the host does meanwhile:
 /// the chip's timer counts instructions. An idle chip does not wait for the

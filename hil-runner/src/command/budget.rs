@@ -52,7 +52,7 @@ fn target(name: &str) -> Result<Target, String> {
 
 impl Budget {
     pub(crate) fn execute(&self) -> anyhow::Result<bool> {
-        let own = || Finder::from_environment().project.join(GOLDENS);
+        let own = || Finder::from_environment().builder.project.join(GOLDENS);
         let folder = self.goldens.clone().unwrap_or_else(own);
         if !folder.is_dir() {
             let place = folder.display();
