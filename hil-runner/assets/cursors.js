@@ -1,17 +1,24 @@
+import { element, MISSING, minus, reading, within } from "./chart.js";
+import { valueAt } from "./curves.js";
+import { views } from "./views.js";
 
 // Cursors A and B: two times, the same in every plot over time, with the values of the
 // visible curves there and their differences; two frequencies likewise.
 
 // The one that a click or an arrow key moves.
+/** @import { View } from "./chart.js" */
+
 let chosen = "A";
+/** @param {number | null} a @param {number | null} b */
 const less = (a, b) => (a == null || b == null ? null : b - a);
 
 // Rows of a readout: names, at A, at B, difference; times first.
+/** @param {View} view @returns {string[][]} */
 function readings({ chart, plot }) {
   const { A, B } = plot.over.cursors;
-  const place = (x) => (x == null ? MISSING : minus(plot.over.at(x)));
+  const place = (/** @type {number | null} */ x) => (x == null ? MISSING : minus(plot.over.at(x)));
   const rows = plot.curves.map(({ label, unit, held }, i) => {
-    const at = (t) => (t == null ? null : valueAt(chart.data[0], chart.data[i + 1], t, held));
+    const at = (/** @type {number | null} */ t) => (t == null ? null : valueAt(chart.data[0], chart.data[i + 1], t, held));
     const [a, b] = [at(A), at(B)];
     return [label, ...[a, b, less(a, b)].map((value) => reading(value, unit))];
   });
@@ -21,12 +28,13 @@ function readings({ chart, plot }) {
   ];
 }
 
+/** @param {View} view */
 function readout(view) {
   const [times, ...rows] = readings(view);
-  const choose = (name, time) => {
+  const choose = (/** @type {string} */ name, /** @type {string} */ time) => {
     const button = element("button", { type: "button", textContent: `${name} ${time}` });
     button.title = `a click into a plot or the arrow keys move cursor ${name}`;
-    button.setAttribute("aria-pressed", name === chosen);
+    button.setAttribute("aria-pressed", String(name === chosen));
     button.addEventListener("click", () => moveCursor(view, name, view.plot.over.cursors[name]));
     return element("th", { scope: "col" }, button);
   };
@@ -36,7 +44,7 @@ function readout(view) {
     "tr", {}, element("td", {}, clear), choose("A", times[1]), choose("B", times[2]),
     element("th", { scope: "col", textContent: `B − A ${times[3]}` }),
   );
-  const line = ([name, ...values]) =>
+  const line = (/** @type {string[]} */ [name, ...values]) =>
     element(
       "tr", {}, element("th", { scope: "row", textContent: name }),
       ...values.map((value) => element("td", { textContent: value })),
@@ -45,7 +53,8 @@ function readout(view) {
 }
 
 // The lines over a plot and the table below it.
-function showCursors(view) {
+/** @param {View} view */
+export function showCursors(view) {
   const { chart, figure } = view;
   const { cursors } = view.plot.over;
   // A plane marks the places in its picture.
@@ -59,7 +68,7 @@ function showCursors(view) {
   }
   const old = figure.querySelector(".readout");
   const any = cursors.A != null || cursors.B != null;
-  const focused = old?.contains(document.activeElement) && document.activeElement.textContent[0];
+  const focused = old?.contains(document.activeElement) && document.activeElement?.textContent?.[0];
   const table = any ? readout(view) : null;
   if (old) table ? old.replaceWith(table) : old.remove();
   else if (table) figure.append(table);
@@ -67,7 +76,8 @@ function showCursors(view) {
   buttons.find((button) => button.textContent[0] === focused)?.focus();
 }
 
-function inSight(chart, t) {
+/** @param {any} chart @param {number | null} t */
+export function inSight(chart, t) {
   const { min, max } = chart.scales.x;
   return t != null && t >= min && t <= max;
 }
@@ -76,6 +86,7 @@ function showAllCursors() {
   views.forEach(showCursors);
 }
 
+/** @param {View} view */
 function clearCursors({ plot }) {
   Object.assign(plot.over.cursors, { A: null, B: null });
   chosen = "A";
@@ -83,6 +94,7 @@ function clearCursors({ plot }) {
 }
 
 // Moves a cursor in all plots and tells the values of this one.
+/** @param {View} view @param {string} name @param {number | null} t */
 function moveCursor(view, name, t) {
   const top = view.figure.getBoundingClientRect().top;
   view.plot.over.cursors[name] = t;
@@ -93,11 +105,12 @@ function moveCursor(view, name, t) {
   const column = name === "A" ? 1 : 2;
   const [times, ...rows] = readings(view);
   const told = rows.map((row) => `${row[0]} ${row[column]}`).join(", ");
-  document.getElementById("told").textContent = `cursor ${name} ${times[column]}: ${told}`;
+  within(document, "#told").textContent = `cursor ${name} ${times[column]}: ${told}`;
 }
 
 // Sets the chosen cursor, or the other one, which does not become the chosen one.
-function setCursor(view, other, t) {
+/** @param {View} view @param {boolean} other @param {number} t */
+export function setCursor(view, other, t) {
   if (!other) return moveCursor(view, chosen, t);
   const first = chosen;
   moveCursor(view, first === "A" ? "B" : "A", t);
@@ -105,11 +118,12 @@ function setCursor(view, other, t) {
   showAllCursors();
 }
 
-function followPointer(view) {
+/** @param {View} view */
+export function followPointer(view) {
   const { over } = view.chart;
   const { cursors } = view.plot.over;
   let before = {};
-  over.addEventListener("click", (event) => {
+  over.addEventListener("click", (/** @type {MouseEvent} */ event) => {
     if (event.detail > 1) return;
     before = { ...cursors };
     const t = view.chart.posToVal(event.clientX - over.getBoundingClientRect().left, "x");
@@ -124,7 +138,8 @@ function followPointer(view) {
 
 // Keys on a plot: A and B choose a cursor, arrows move it by a pixel, with Shift by
 // ten, Escape takes both away.
-function followKeys(view) {
+/** @param {View} view */
+export function followKeys(view) {
   const { box } = view;
   box.tabIndex = 0;
   box.setAttribute("aria-keyshortcuts", "A B ArrowLeft ArrowRight Escape");
@@ -134,8 +149,8 @@ function followKeys(view) {
     const { min, max } = chart.scales.x;
     const { cursors } = plot.over;
     const middle = chart.over.clientWidth / 2;
-    const from = (name) => (inSight(chart, cursors[name]) ? cursors[name] : chart.posToVal(middle, "x"));
-    const moved = (pixels) => {
+    const from = (/** @type {string} */ name) => (inSight(chart, cursors[name]) ? cursors[name] : chart.posToVal(middle, "x"));
+    const moved = (/** @type {number} */ pixels) => {
       const to = chart.posToVal(chart.valToPos(from(chosen), "x") + pixels, "x");
       moveCursor(view, chosen, Math.min(max, Math.max(min, to)));
     };

@@ -4,10 +4,18 @@
 // Curves { t, y, held, … } on the times of all of them; between its own points
 // each is the straight line that it is drawn as, or holds. A time stands as often
 // as in the curve that jumps there.
-function aligned(curves) {
+/** @import { Column } from "./chart.js" */
+
+/**
+ * @template {{ t?: Column, y: Column, held?: boolean }} Timed
+ * @param {Timed[]} all @returns {{ x: Column, curves: Timed[] }}
+ */
+export function aligned(all) {
+  const curves = all.map((curve) => ({ ...curve, t: curve.t ?? [] }));
   if (curves.every(({ t }) => t === curves[0].t)) return { x: curves[0].t, curves };
+  /** @type {Column} */
   const x = [];
-  const columns = curves.map(() => []);
+  const columns = curves.map(() => /** @type {Column} */ ([]));
   const next = curves.map(() => 0);
   for (;;) {
     const t = Math.min(...curves.map((curve, i) => curve.t[next[i]] ?? Infinity));
@@ -32,6 +40,7 @@ function aligned(curves) {
 }
 
 // A curve at time t, which is before its point number `after`.
+/** @param {Column} times @param {Column} values @param {number} after @param {number} t @param {boolean} [held] */
 function between(times, values, after, t, held) {
   const [v0, v1] = [values[after - 1], values[after]];
   if (v0 == null || v1 == null) return null;
@@ -41,7 +50,8 @@ function between(times, values, after, t, held) {
 }
 
 // A curve at any time; where it jumps, just after.
-function valueAt(times, values, t, held) {
+/** @param {Column} times @param {Column} values @param {number} t @param {boolean} [held] */
+export function valueAt(times, values, t, held) {
   let [low, high] = [0, times.length];
   while (low < high) {
     const middle = (low + high) >> 1;

@@ -1,3 +1,5 @@
+import { cssColour, element, extent, reading } from "./chart.js";
+import { nearest } from "./plane.js";
 
 // The Pareto front of a tune: a point for each setting that no other one beats in both figures.
 
@@ -12,7 +14,7 @@ function roomy(values) {
 }
 
 // `tune` as its page has it: { front: [{ aims }], setting, labels: [{ label, unit }] }.
-function frontPlot({ front, after, labels: [xLabel, yLabel] }) {
+export function frontPlot({ front, after, labels: [xLabel, yLabel] }) {
   const points = front.map(({ aims: [x, y] }) => [x, y]);
   const [x, y] = [0, 1].map((k) => points.map((point) => point[k]));
   const named = ({ label, unit }) => (unit ? `${label} [${unit}]` : label);
@@ -41,20 +43,36 @@ function frontPlot({ front, after, labels: [xLabel, yLabel] }) {
 }
 const labels = (...of) => of.map(({ key }) => key);
 
-// The point under the pointer, and its row of the table below, which points likewise.
-function followFront(view, rows) {
+// The point under the pointer, and its row of the table below, which points likewise. With the
+// overrides of each point, a click on one opens it in the page's simulator.
+export function followFront(view, rows, sets) {
   const show = (i) => {
     view.point(i);
     rows.forEach((row, k) => row.classList.toggle("pointed", k + 1 === i));
   };
-  view.box.addEventListener("pointermove", (event) => {
+  const at = (event) => {
     const { left, top } = view.box.getBoundingClientRect();
     const px = devicePixelRatio;
-    show(nearest(view, (event.clientX - left) * px, (event.clientY - top) * px, 40 * px));
-  });
+    return nearest(view, (event.clientX - left) * px, (event.clientY - top) * px, 40 * px);
+  };
+  view.box.addEventListener("pointermove", (event) => show(at(event)));
   view.box.addEventListener("pointerleave", () => show(null));
   rows.forEach((row, k) => {
     row.addEventListener("pointerenter", () => show(k + 1));
     row.addEventListener("pointerleave", () => show(null));
+  });
+  if (!sets) return;
+  const open = (i) => {
+    const detail = { title: `point ${i} of the front`, sets: sets[i - 1] };
+    document.dispatchEvent(new CustomEvent("open-row", { detail }));
+  };
+  view.box.addEventListener("click", (event) => {
+    const i = at(event);
+    if (i) open(i);
+  });
+  rows.forEach((row, k) => {
+    const button = element("button", { type: "button", textContent: k + 1, title: "Open in the simulator" });
+    button.addEventListener("click", () => open(k + 1));
+    row.cells[0].replaceChildren(button);
   });
 }

@@ -1,15 +1,25 @@
+import { extent, FREQUENCY, minus, reading } from "./chart.js";
 
 // Pictures of the linear loop L(e^{jωΔt}): Bode, Nyquist, Nichols, and the stiffness.
 
 // 1/M_s that is asked of |1 + L|: a circle around −1.
+/** @import { Curve } from "./chart.js" */
+/**
+ * @typedef {{ frequency_hz: number[], re: number[], im: number[], stiffness_n_per_um: number[] | null }} LoopCurve
+ * @typedef {{ loops: { name: string, curves: Record<string, LoopCurve | null> }[], notes: string[] }} LoopReport
+ * @typedef {{ label: string, of: string, curve: LoopCurve, look: { colour: string, dash?: number[] } }} Loop
+ */
+
 const MODULUS = 0.5;
 const DEGREES = 180 / Math.PI;
 
-const decibels = (re, im) => re.map((x, i) => 20 * Math.log10(Math.hypot(x, im[i])));
+/** @param {number[]} re @param {number[]} im */
+export const decibels = (re, im) => re.map((x, i) => 20 * Math.log10(Math.hypot(x, im[i])));
 
 // The phase of L in degrees, at the low end between −270 and 90, from there on without
 // jumps.
-function phases(re, im) {
+/** @param {number[]} re @param {number[]} im */
+export function phases(re, im) {
   let before = -90;
   return re.map((x, i) => {
     const phase = Math.atan2(im[i], x) * DEGREES;
@@ -19,7 +29,7 @@ function phases(re, im) {
 }
 
 // |1 + L| = 1/M_s: L = −1 + e^{jφ}/M_s. It does not go around 0, so that its phase comes back.
-function modulusCircle(points = 120) {
+export function modulusCircle(points = 120) {
   const angles = Array.from({ length: points + 1 }, (_, i) => (2 * Math.PI * i) / points);
   return {
     re: angles.map((angle) => -1 + MODULUS * Math.cos(angle)),
@@ -29,7 +39,9 @@ function modulusCircle(points = 120) {
 
 // The loops of a figure: { label, of, curve, look } for each joint state of each set of gains of
 // each run; all but the last run and the last gains are dashed.
-function loopsOf(runs) {
+/** @param {{ name: string, loop_curves: LoopReport | null }[]} runs */
+export function loopsOf(runs) {
+  /** @type {Loop[]} */
   const loops = [];
   runs.forEach(({ name, loop_curves }, run) => {
     (loop_curves?.loops ?? []).forEach((set, i, sets) => {
@@ -47,6 +59,7 @@ function loopsOf(runs) {
 }
 
 // Curves over frequency.
+/** @param {Loop[]} loops @param {string} column @param {string} unit @param {(curve: LoopCurve) => number[] | null} y @returns {Curve[]} */
 function overFrequency(loops, column, unit, y) {
   return loops.flatMap(({ label, of, curve, look }) => {
     const values = y(curve);
@@ -54,7 +67,8 @@ function overFrequency(loops, column, unit, y) {
   });
 }
 
-const loopPlots = {
+/** @type {Record<string, (loops: Loop[]) => any>} */
+export const loopPlots = {
   bode_gain: (loops) => ({
     over: FREQUENCY,
     curves: overFrequency(loops, "gain_db", "dB", ({ re, im }) => decibels(re, im)),
@@ -94,7 +108,7 @@ const loopPlots = {
       y: { label: "Im L", range: [-2.5, 2.5], steps: [0.5, 1, 2, 5] },
       square: true,
       columns: ["re", "im"],
-      read: (x, y) => minus(`${+x.toPrecision(3)}`) + (y < 0 ? " − " : " + ") + `${+Math.abs(y).toPrecision(3)}j`,
+      read: (/** @type {number} */ x, /** @type {number} */ y) => minus(`${+x.toPrecision(3)}`) + (y < 0 ? " − " : " + ") + `${+Math.abs(y).toPrecision(3)}j`,
     };
   },
   nichols: (loops) => {
@@ -114,7 +128,7 @@ const loopPlots = {
       x: { label: "arg L [°]", range: [45 * Math.floor(low / 45), 45 * Math.ceil(high / 45)], steps: [15, 45, 90, 180] },
       y,
       columns: ["phase_deg", "gain_db"],
-      read: (x, y) => `${reading(y, "dB")}, ${reading(x, "°")}`,
+      read: (/** @type {number} */ x, /** @type {number} */ y) => `${reading(y, "dB")}, ${reading(x, "°")}`,
     };
   },
 };

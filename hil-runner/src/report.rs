@@ -20,7 +20,7 @@
 //!     ladder: None,
 //!     log: None,
 //! };
-//! assert!(render(&report)?.starts_with("<!doctype html>"));
+//! assert!(render(&report, None)?.starts_with("<!doctype html>"));
 //! # Ok::<(), hil_runner::report::ReportError>(())
 //! ```
 //!
@@ -32,20 +32,23 @@
 //!   the report as JSON in the page. Curves are rounded to
 //!   [`PLOT_DIGITS`](hil_core::number::PLOT_DIGITS) significant digits, which no screen can tell from
 //!   the original and which halves the file.
-//! * A content security policy forbids every load, so that "no network" does
-//!   not rest on our word.
+//! * A content security policy forbids every load and every script but the page's own, so that
+//!   "no network" does not rest on our word.
 
 pub mod tune;
 
-use minijinja::syntax::SyntaxConfig;
 use minijinja::value::Serde;
-use minijinja::{AutoEscape, Environment, Value, context};
+use minijinja::{Value, context};
 
 use hil_core::number;
 use hil_core::report::Report;
 
+use crate::live::{self, Live};
+use crate::page::policy::policy;
+use crate::page::{environment, in_script, script, style};
+
 /// The page and its parts; `report.html` includes the others by these names.
-const TEMPLATES: [(&str, &str); 7] = [
+const TEMPLATES: [(&str, &str); 8] = [
     ("report.html", include_str!("../assets/report.html")),
     ("verdicts.html", include_str!("../assets/verdicts.html")),
     ("case.html", include_str!("../assets/case.html")),
@@ -53,22 +56,17 @@ const TEMPLATES: [(&str, &str); 7] = [
     ("loop.html", include_str!("../assets/loop.html")),
     ("ladder.html", include_str!("../assets/ladder.html")),
     ("log.html", include_str!("../assets/log.html")),
+    live::TEMPLATE,
 ];
 
-const UPLOT_SCRIPT: &str = include_str!("../assets/uplot/uPlot.iife.min.js");
-const UPLOT_STYLE: &str = include_str!("../assets/uplot/uPlot.min.css");
-const UPLOT_LICENSE: &str = include_str!("../assets/uplot/LICENSE");
-const STYLE: &str = include_str!("../assets/report.css");
-const SCRIPTS: [&str; 8] = [
-    include_str!("../assets/chart.js"),
-    include_str!("../assets/curves.js"),
-    include_str!("../assets/cursors.js"),
-    include_str!("../assets/save.js"),
-    include_str!("../assets/loops.js"),
-    include_str!("../assets/plane.js"),
+/// Modules besides those of plots.
+pub(crate) const MODULES: [&str; 2] = [
     include_str!("../assets/front.js"),
     include_str!("../assets/report.js"),
 ];
+
+/// Marks the page as one whose scripts run, before anything of it is shown.
+const FIRST: &str = "document.documentElement.classList.add(\"js\");";
 
 /// The report could not be rendered. No file was written; the run itself and
 /// its other outputs are not affected.
@@ -81,21 +79,30 @@ pub enum ReportError {
     /// The plot data could not be written as JSON.
     #[error("the report's plot data failed: {0}")]
     Data(#[from] serde_json::Error),
+    /// The simulator cannot be shown.
+    #[error(transparent)]
+    Live(#[from] live::LiveError),
 }
 
-/// Renders the whole page; the same report gives the same bytes.
+/// Renders the whole page, with a simulator below its runs where there is one; the same report
+/// gives the same bytes.
 ///
 /// # Errors
 ///
 /// Only if the program's own template or data is at fault, see
 /// [`ReportError`]; no value in the report can cause it.
-pub fn render(report: &Report) -> Result<String, ReportError> {
-    render_extended(report, "{% extends \"report.html\" %}", context! {})
+pub fn render(report: &Report, live: Option<&Live>) -> Result<String, ReportError> {
+    render_extended(report, "{% extends \"report.html\" %}", context! {}, live)
 }
 
 /// Renders a page that extends `report.html`: its template fills the blocks `links`, of the
 /// list of sections, and `sections`, from the report and from `more`.
-fn render_extended(report: &Report, page: &str, more: Value) -> Result<String, ReportError> {
+fn render_extended(
+    report: &Report,
+    page: &str,
+    more: Value,
+    live: Option<&Live>,
+) -> Result<String, ReportError> {
     let mut environment = environment()?;
     environment.add_filter("number", number_cell);
     environment.add_filter("setting", setting_cell);
@@ -107,41 +114,19 @@ fn render_extended(report: &Report, page: &str, more: Value) -> Result<String, R
     }
     let data = Value::from(Serde(report));
     let verdicts = report.cases.iter().flat_map(|case| &case.verdicts);
+    let script = script(&[&MODULES, live::modules(live)].concat());
     let contents = context! {
         verdicts => Value::from(Serde(verdicts.collect::<Vec<_>>())),
-        plot_data => Value::from_safe_string(plot_data(&data)?),
-        style => Value::from_safe_string([UPLOT_STYLE, "\n", STYLE].concat()),
-        uplot => Value::from_safe_string(uplot_with_license()),
-        script => Value::from_safe_string(SCRIPTS.concat()),
+        plot_data => Value::from_safe_string(in_script(&data)?),
+        policy => Value::from_safe_string(policy(&[FIRST, &script], live.is_some())),
+        style => Value::from_safe_string(style(live::added_style(live))),
+        first_script => Value::from_safe_string(FIRST.to_owned()),
+        script => Value::from_safe_string(script),
+        live => live.map(Live::section).transpose()?,
         ..data.clone()
     };
     let contents = context! { ..contents, ..more };
     Ok(environment.render_named_str("page.html", page, contents)?)
-}
-
-/// The environment of templates of pages: every value is escaped.
-pub(crate) fn environment<'s>() -> Result<Environment<'s>, minijinja::Error> {
-    let mut environment = Environment::new();
-    environment.set_syntax(
-        SyntaxConfig::builder()
-            .trim_blocks(true)
-            .lstrip_blocks(true)
-            .keep_trailing_newline(true)
-            .build()?,
-    );
-    environment.set_auto_escape_callback(|_| AutoEscape::Html);
-    Ok(environment)
-}
-
-/// The report as JSON that cannot end the `<script>` it stands in: in JSON
-/// `<` occurs in strings only, where the escape means the same.
-fn plot_data(report: &Value) -> Result<String, ReportError> {
-    Ok(serde_json::to_string(report)?.replace('<', "\\u003c"))
-}
-
-/// The licence asks to travel with every copy, and the page is one.
-fn uplot_with_license() -> String {
-    format!("/*!\n{}\n*/\n{UPLOT_SCRIPT}", UPLOT_LICENSE.trim())
 }
 
 /// A value of a run file: a number as in any other cell, a word without its quotes.

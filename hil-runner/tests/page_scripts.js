@@ -1,4 +1,4 @@
-// The page's scripts without a browser: hand-made curves through the functions that
+// The pages' scripts without a browser: hand-made curves through the functions that
 // align, read and save them. Prints the SVG, which the Rust test reads as XML.
 "use strict";
 
@@ -6,10 +6,13 @@ const assert = require("node:assert");
 const fs = require("node:fs");
 
 // Names of the scripts are the program's own; the last ones draw at once and need a page.
-const files = ["chart", "curves", "cursors", "save", "loops", "plane", "front"];
+const files = ["chart", "curves", "views", "cursors", "save", "loops", "plane", "plots", "front"];
 const assets = `${__dirname}/../assets/`;
-const sources = files.map((file) => fs.readFileSync(`${assets}${file}.js`, "utf8")).join("");
+// Linked as the program does it, but for the comments.
+const linked = (text) => text.replace(/^import [^;]*;\n/gm, "").replace(/^export /gm, "");
+const sources = files.map((file) => linked(fs.readFileSync(`${assets}${file}.js`, "utf8"))).join("");
 globalThis.document = { documentElement: {} };
+globalThis.ResizeObserver = class {};
 globalThis.getComputedStyle = () => ({ getPropertyValue: (name) => ` ${COLOURS[name] ?? "#000"}` });
 globalThis.devicePixelRatio = 2;
 const COLOURS = { "--c-band": "rgba(90, 100, 110, 0.1)", "--ground": "#fff" };
@@ -211,3 +214,115 @@ assert.deepStrictEqual([pointed(2, 4), pointed(5, 3.2), pointed(4, 10)], [2, 3, 
 const marked = svgOf({ chart: { ...front, area: "area-8" }, plot: tuned, title: "front" });
 const squares = (size) => marked.split(`width="${size}" height="${size}"`).length - 1;
 assert.deepStrictEqual([squares(20), squares(10)], [1, 3]);
+
+// The live page's modules: linked after the shared ones they parse as one script, in which no name stands twice.
+{
+  const page = `${__dirname}/../web/page/`;
+  const ofPage = (...names) => names.map((file) => linked(fs.readFileSync(`${page}${file}.js`, "utf8"))).join("");
+  const modules = ["../../assets/packed", "simulator", "state", "keys", "pictures", "figures", "map", "share", "live", "start"];
+  new Function(sources + ofPage(...modules));
+  assert.throws(() => new Function(sources + ofPage(...modules, "state")), /already been declared/);
+
+  const live = "State, fragmentOf, readFragment, rangeOf, valueAtShare, shareOf, numberOf, setWords, commandOf, standingOf";
+  const {
+    State, fragmentOf, readFragment, rangeOf, valueAtShare, shareOf, numberOf, setWords, commandOf, standingOf,
+  } = new Function(`${sources}${ofPage("state", "keys", "share", "figures")}; return { ${live} };`)();
+
+  // A link is a run: what goes into the address comes out of it, whatever its letters.
+  const base = { name: "axis", file: "axis.toml", text: "", sets: ["controller.kp=2", "run.duration_s=2"], hash: "abc", version: "1" };
+  const known = (path) => path.startsWith("controller.") || path === "motion.profile";
+  const changes = { "controller.kp": "4", "motion.profile": "a&b=c %.csv" };
+  const address = fragmentOf({ base, changes });
+  assert.strictEqual(address, "#controller.kp=4&motion.profile=a%26b%3Dc%20%25.csv&v=1&case=abc");
+  assert.deepStrictEqual(readFragment(address, base, known), { changes, sentences: [] });
+  assert.strictEqual(fragmentOf({ base, changes: {} }), "");
+  // What was tampered with is left out and told, the rest is taken.
+  const told = (fragment) => readFragment(fragment, base, known);
+  for (const [part, word] of [["x.y=1", "no key"], ["%zz=1", "percent-coded"], ["controller.kp=", "percent-coded"], ["v=2", "version 2"], ["case=d", "another case"], ["controller.kd_s=2", "twice"]]) {
+    const { changes: taken, sentences } = told(`#controller.kd_s=1&${part}`);
+    assert.deepStrictEqual(taken, { "controller.kd_s": "1" });
+    assert.ok(sentences.length === 1 && sentences[0].includes(word), `${part}: ${sentences}`);
+  }
+
+  // A key of the page stands for the command line's, and for the other ways to say the same.
+  const state = new State(base);
+  state.excludes = { "controller.kp_v": ["controller.kp"], "controller.kp": ["controller.kp_v"] };
+  state.set("controller.kp_v", "30");
+  assert.deepStrictEqual(state.sets, ["run.duration_s=2", "controller.kp_v=30"]);
+  state.keep();
+  state.set("controller.kp", "5");
+  assert.deepStrictEqual(state.sets, ["run.duration_s=2", "controller.kp=5"]);
+  assert.ok(state.step(-1));
+  assert.deepStrictEqual(state.now.changes, { "controller.kp_v": "30" });
+  assert.ok(state.step(-1) && !state.step(-1));
+  assert.deepStrictEqual(state.sets, base.sets);
+  assert.ok(state.step(1) && state.step(1) && !state.step(1));
+  assert.deepStrictEqual(state.now.changes, { "controller.kp": "5" });
+
+  // Sliders: a decade each way of a gain, 0 at the left end where it is allowed; a narrow range whole.
+  const gain = { kind: "number", low: 0, high: null, above: false };
+  const range = rangeOf(gain, 3.2);
+  close(range.low, 0.32, 1e-12);
+  assert.deepStrictEqual([0, 0.5, 1].map((share) => valueAtShare(gain, range, share)), [0, 3.2, 32]);
+  assert.strictEqual(valueAtShare({ ...gain, above: true }, range, 0), 0.32);
+  close(shareOf(range, 3.2), 0.5, 1e-12);
+  const bits = { kind: "whole", low: 2, high: 24, above: false };
+  assert.deepStrictEqual([0, 0.49, 1].map((share) => valueAtShare(bits, rangeOf(bits, 14), share)), [2, 13, 24]);
+  const force = { kind: "number", low: null, high: null, above: false };
+  assert.deepStrictEqual([0, 0.5, 1].map((share) => valueAtShare(force, rangeOf(force, -30), share)), [-60, 0, 60]);
+  assert.deepStrictEqual(["1_000", "1e-3", "plant", "", null].map(numberOf), [1000, 0.001, null, null, null]);
+
+  // Words for a POSIX shell.
+  assert.strictEqual(setWords(["a.b=4", "c.d=[1, 2]", "e=it's"]), "--set a.b=4 --set 'c.d=[1, 2]' --set 'e=it'\\''s'");
+  assert.strictEqual(commandOf("my axis.toml", []), "hil-runner run 'my axis.toml'");
+
+  const verdicts = [{ pass: true }, { pass: false }];
+  assert.deepStrictEqual(standingOf({ verdicts, reserved: null }).kind, "fail");
+  assert.deepStrictEqual(standingOf({ verdicts: [{ pass: true }], reserved: "All limits kept, but: x" }).kind, "reserved");
+  assert.deepStrictEqual(standingOf({ verdicts: [{ pass: true }], reserved: null }).kind, "pass");
+}
+// The page of a study, but for what draws at once: rows exactly, lines, places.
+const page = ["packed", "study"].map((file) => linked(fs.readFileSync(`${assets}${file}.js`, "utf8"))).join("").split("\nasync function start")[0];
+const { RowTable, numbers, folded, fitted, quoted } = new Function(
+  `${page}; return { RowTable, numbers, folded, fitted, quoted };`,
+)();
+const exact = [0.1, 1e-300, -3, 5e-324];
+const bytes = exact.map((value) => [...Buffer.from(new Float64Array([value]).buffer)]);
+const planes = (of) => Buffer.from([0, 1, 2, 3, 4, 5, 6, 7].flatMap((at) => of.map((byte) => byte[at]))).toString("base64");
+assert.deepStrictEqual(numbers(planes(bytes), 4).map(Number), exact);
+// The contrast: the planes of other rows.
+assert.notDeepStrictEqual(numbers(planes([...bytes].reverse()), 4).map(Number), exact);
+
+const table = new RowTable({
+  study: "s", base: "paper-2", rows: 2, of: 3, digits: 6, axes: ["controller.kp"],
+  sets: [
+    { key: "controller.law", value: "sampled" },
+    { key: "controller.kp", values: ["3.2", "6.4"] },
+    { key: "motion.intervals_s", values: ["[0, 1]", null] },
+  ],
+  columns: [
+    { name: "controller.kp", label: "K_p", unit: "" },
+    { name: "pass", label: "Pass", unit: "", values: [true, false] },
+    { name: "peak_mm", label: "Peak", unit: "mm", values: [null, 2.5] },
+  ],
+});
+assert.deepStrictEqual(table.run(1), {
+  row: 1,
+  sets: ["controller.law=sampled", "controller.kp=6.4"],
+  figures: { "controller.kp": 6.4, pass: false, peak_mm: 2.5 },
+});
+assert.strictEqual(table.run(0).sets.at(-1), "motion.intervals_s=[0, 1]");
+assert.deepStrictEqual(table.run(0).figures, { "controller.kp": 3.2, pass: true });
+assert.deepStrictEqual([table.has(1), table.has(2)], [true, false]);
+assert.deepStrictEqual(["a.b=1e-3", "a=[0, 1]"].map(quoted), ["a.b=1e-3", "'a=[0, 1]'"]);
+
+assert.deepStrictEqual(folded("a bc def", 4), ["a bc", "def"]);
+const specification = {
+  width: 740,
+  title: { text: ["A title of many words that a phone has no room for"], subtitle: [] },
+  config: { legend: {}, axis: {} },
+  layer: [{ encoding: { color: { legend: { columns: 6 } } } }],
+};
+const phone = fitted(specification, 330);
+assert(phone.width < 330 && phone.title.text.length > 1 && phone.layer[0].encoding.color.legend.columns === 1);
+assert.deepStrictEqual([fitted(specification, 2000).width, specification.width], [740, 740]);

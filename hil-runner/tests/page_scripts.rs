@@ -1,4 +1,4 @@
-//! The scripts of the report's page, run by Node.js: left out where there is none,
+//! The scripts of the pages, run by Node.js: left out where there is none,
 //! required with `CI` set.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
@@ -6,7 +6,7 @@
 use std::process::Command;
 
 #[test]
-fn curves_are_aligned_read_and_saved() {
+fn scripts_do_what_their_pages_need() {
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/page_scripts.js");
     let output = match Command::new("node").arg(script).output() {
         Err(error) if std::env::var_os("CI").is_none() => {

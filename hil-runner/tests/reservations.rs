@@ -33,7 +33,7 @@ fn ran(name: &str, sets: &[&str]) -> CaseRun {
 
 fn page(run: &CaseRun) -> String {
     let data = hil_core::report::report("title", "command", std::slice::from_ref(run));
-    report::render(&data).unwrap()
+    report::render(&data, None).unwrap()
 }
 
 fn hil_runner(folder: &Path, args: &[&str]) -> Output {

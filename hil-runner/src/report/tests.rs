@@ -11,6 +11,8 @@ use hil_core::runfile;
 use hil_core::theory::{LoopCurves, LoopGains};
 
 use super::*;
+use crate::live::{Images, LiveCase};
+use crate::page::policy::tests::is_exact;
 
 /// The text between `start` and the next `end`.
 fn between<'a>(page: &'a str, start: &str, end: &str) -> &'a str {
@@ -24,7 +26,7 @@ fn plot_data(page: &str) -> serde_json::Value {
 
 #[test]
 fn nothing_is_loaded() {
-    let page = render(&sample()).unwrap();
+    let page = render(&sample(), None).unwrap();
     assert!(page.contains("default-src 'none'"));
     let (markup, _) = page.split_once("id=\"plot-data\"").unwrap();
     for load in ["src=", "@import", "url(", "http:", "https:", "<iframe"] {
@@ -39,16 +41,45 @@ fn nothing_is_loaded() {
 }
 
 #[test]
+fn policy_lets_the_own_scripts_and_no_other() {
+    let page = render(&sample(), None).unwrap();
+    assert!(is_exact(&page));
+    assert!(!page.contains("wasm-unsafe-eval") && !page.contains("worker-src"));
+    // The contrast: a byte of a script.
+    let other = page.replacen("classList.add", "classList.sub", 1);
+    assert!(!is_exact(&other));
+}
+
+/// A simulator is a section of a page, whose policy lets its scripts too.
+#[test]
+fn simulator_is_a_section() {
+    let text = runfile::builtin_text("paper-1").unwrap();
+    let case = LiveCase::new("paper-1", text, &[]).unwrap();
+    let live = Live::new(case, &Images::default()).unwrap();
+    let page = render(&sample(), Some(&live)).unwrap();
+    assert!(is_exact(&page) && page.contains("'wasm-unsafe-eval'"));
+    for id in ["simulator", "live", "live-data", "live-worker"] {
+        assert_eq!(page.matches(&format!(" id=\"{id}\"")).count(), 1, "{id}");
+        // The contrast: a report without one.
+        let without = render(&sample(), None).unwrap();
+        assert!(!without.contains(&format!(" id=\"{id}\"")), "{id}");
+    }
+}
+
+#[test]
 fn same_report_same_bytes() {
     let report = sample();
-    assert_eq!(render(&report).unwrap(), render(&report).unwrap());
+    assert_eq!(
+        render(&report, None).unwrap(),
+        render(&report, None).unwrap()
+    );
 }
 
 #[test]
 fn names_cannot_leave_their_place() {
     let hostile = "</script><script>alert(1)</script><!--\"'&";
     let mut report = sample();
-    let clean = render(&report).unwrap();
+    let clean = render(&report, None).unwrap();
     report.title = hostile.into();
     report.command_line = hostile.into();
     report.cases[0].name = hostile.into();
@@ -58,7 +89,7 @@ fn names_cannot_leave_their_place() {
     if let Some(ladder) = &mut report.ladder {
         ladder.rungs[1].name = hostile.into();
     }
-    let page = render(&report).unwrap();
+    let page = render(&report, None).unwrap();
     for tag in ["<script", "</script", "<!--", "alert(1)<"] {
         let count = |page: &str| page.matches(tag).count();
         assert_eq!(count(&page), count(&clean), "{tag}");
@@ -69,7 +100,7 @@ fn names_cannot_leave_their_place() {
 
 #[test]
 fn missing_figures_are_dashes_and_holes_are_null() {
-    let page = render(&sample()).unwrap();
+    let page = render(&sample(), None).unwrap();
     assert!(page.contains("<td class=\"n\">–</td>"));
     for word in ["NaN", "none</td>", "undefined</td>"] {
         let (tables, _) = page.split_once("id=\"plot-data\"").unwrap();
@@ -89,29 +120,29 @@ fn missing_figures_are_dashes_and_holes_are_null() {
 
 #[test]
 fn tables_round_and_carry_the_full_value() {
-    let page = render(&sample()).unwrap();
+    let page = render(&sample(), None).unwrap();
     assert!(page.contains("<data value=\"-650.535923\" title=\"-650.535923\">−650.54</data>"));
 }
 
 #[test]
 fn verdicts_come_first() {
     let mut report = sample();
-    let page = render(&report).unwrap();
+    let page = render(&report, None).unwrap();
     let overall = between(&page, "class=\"overall fail\"", "</p>");
     assert!(overall.contains("FAIL") && overall.contains("2 of 3 verdicts fail"));
     assert!(page.find("class=\"overall").unwrap() < page.find("<table").unwrap());
 
     report.cases[0].verdicts.truncate(1);
-    let page = render(&report).unwrap();
+    let page = render(&report, None).unwrap();
     assert!(between(&page, "class=\"overall pass\"", "</p>").contains("PASS"));
 
     report.cases[0].verdicts.clear();
-    assert!(!render(&report).unwrap().contains("class=\"overall"));
+    assert!(!render(&report, None).unwrap().contains("class=\"overall"));
 }
 
 #[test]
 fn every_plot_has_a_name_and_absent_curves_have_no_plot() {
-    let page = render(&sample()).unwrap();
+    let page = render(&sample(), None).unwrap();
     let body = between(&page, "<body>", "id=\"plot-data\"");
     let found = body.matches("<figure").count();
     assert_eq!(found, body.matches("role=\"img\" aria-label=\"").count());
@@ -124,7 +155,11 @@ fn every_plot_has_a_name_and_absent_curves_have_no_plot() {
     let mut report = sample();
     report.cases.truncate(1);
     report.ladder = None;
-    assert!(!render(&report).unwrap().contains("data-plot=\"overlay\""));
+    assert!(
+        !render(&report, None)
+            .unwrap()
+            .contains("data-plot=\"overlay\"")
+    );
 }
 
 /// The plots of the loop, one of each.
@@ -132,7 +167,7 @@ const LOOP_PLOTS: [&str; 5] = ["bode_gain", "bode_phase", "nyquist", "nichols", 
 
 #[test]
 fn a_loop_has_its_plots_its_figures_and_its_notes() {
-    let page = render(&sample()).unwrap();
+    let page = render(&sample(), None).unwrap();
     let body = between(&page, "<body>", "id=\"plot-data\"");
     // The first case has a loop, the second none.
     assert!(body.contains("id=\"loop-1\"") && !body.contains("id=\"loop-2\""));
@@ -160,7 +195,11 @@ fn a_loop_has_its_plots_its_figures_and_its_notes() {
     // Without figures there is no table of them.
     let mut report = sample();
     report.cases[0].figures.clear();
-    assert!(!render(&report).unwrap().contains("Figures of the loop"));
+    assert!(
+        !render(&report, None)
+            .unwrap()
+            .contains("Figures of the loop")
+    );
 }
 
 /// A built-in case with changes, run.
@@ -177,7 +216,7 @@ fn ran(sets: &[&str]) -> CaseRun {
 #[test]
 fn before_and_after_lie_over_each_other() {
     let report = compared("Tuned", "tune", &[ran(&[]), ran(&["controller.kp=4.5"])]);
-    let page = render(&report).unwrap();
+    let page = render(&report, None).unwrap();
     let body = between(&page, "<body>", "id=\"plot-data\"");
     let plots = body.matches("data-plot=").count();
     assert_eq!(plots, body.matches("data-of=\"compare\"").count());
@@ -224,11 +263,11 @@ fn a_page_can_have_more_sections() {
     let template = "{% extends \"report.html\" %}\
         {% block links %}<li>{{ front }}</li>{% endblock %}\
         {% block sections %}<section>{{ front }}, {{ cases | length }}</section>{% endblock %}";
-    let page = render_extended(&report, template, context! { front => "<1>" }).unwrap();
+    let page = render_extended(&report, template, context! { front => "<1>" }, None).unwrap();
     assert!(between(&page, "<nav", "</nav>").contains("<li>&lt;1&gt;</li>"));
     let (before, after) = page.split_once("<section>&lt;1&gt;, 2</section>").unwrap();
     assert!(before.contains("id=\"comparison\"") && after.contains("<footer>"));
-    assert!(!render(&report).unwrap().contains("&lt;1&gt;"));
+    assert!(!render(&report, None).unwrap().contains("&lt;1&gt;"));
 }
 
 /// Gains that change have a loop before it and one after it.
@@ -250,7 +289,7 @@ fn a_gain_change_has_two_loops() {
 
 #[test]
 fn a_log_has_its_curves_and_its_differences() {
-    assert!(!render(&sample()).unwrap().contains("id=\"log\""));
+    assert!(!render(&sample(), None).unwrap().contains("id=\"log\""));
     let text = "t_s,x_m,<b>\n0.5,0.012345678,\n0.75,2,\n";
     let log = MeasuredLog::parse("<m>.csv", text, -0.25).unwrap();
     let difference = |largest: f64| LogDifference {
@@ -263,7 +302,7 @@ fn a_log_has_its_curves_and_its_differences() {
     };
     // Two cases and a rung; the other rungs have none.
     let of = [-1.0, -2.0, -3.0].map(|largest| vec![difference(largest)]);
-    let page = render(&sample().with_log(log, of.into())).unwrap();
+    let page = render(&sample().with_log(log, of.into()), None).unwrap();
     let table = between(&page, "id=\"log\"", "</section>");
     for part in [
         "&lt;m&gt;.csv",
@@ -292,7 +331,7 @@ fn the_page_holds_the_figures_in_full_and_the_curves_rounded() {
     let mut report = sample();
     report.cases[0].figures[0].value = Some(0.123_456_789_012);
     report.cases[0].traces.current_a[0] = 0.123_456_789_012;
-    let data = plot_data(&render(&report).unwrap());
+    let data = plot_data(&render(&report, None).unwrap());
     assert_eq!(data["cases"][0]["figures"][0]["value"], 0.123_456_789_012);
     assert_eq!(data["cases"][0]["traces"]["current_a"][0], 0.123_456_8);
 }
@@ -305,7 +344,7 @@ fn sample_page_is_one_file() {
     let directory = std::env::var_os("REPORT_SAMPLE_DIR")
         .map_or_else(|| temporary.path().to_owned(), Into::into);
     let path = directory.join("sample.html");
-    std::fs::write(&path, render(&sample()).unwrap()).unwrap();
+    std::fs::write(&path, render(&sample(), None).unwrap()).unwrap();
     assert!(std::fs::metadata(&path).unwrap().len() < 350_000);
 }
 

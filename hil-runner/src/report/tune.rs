@@ -5,12 +5,14 @@ use std::collections::BTreeMap;
 
 use hil_core::figures::{self, Figure};
 use hil_core::report::Report;
-use hil_core::tune::outcome::TuneOutcome;
+use hil_core::tune::outcome::{Point, TuneOutcome};
 use minijinja::value::Serde;
 use minijinja::{Value, context};
 use serde_json::json;
 
-use super::{ReportError, plot_data, render_extended};
+use super::{ReportError, render_extended};
+use crate::live::Live;
+use crate::page::in_script;
 
 const PAGE: &str = include_str!("../../assets/tune.html");
 
@@ -24,6 +26,7 @@ pub fn render_tune(
     report: &Report,
     outcome: &TuneOutcome,
     sentences: &[String],
+    live: Option<&Live>,
 ) -> Result<String, ReportError> {
     let aims = outcome.aims.iter().map(|aim| aim.figure);
     let requirements = outcome.requirements.iter().map(|row| row.figure);
@@ -36,8 +39,21 @@ pub fn render_tune(
     let words: BTreeMap<&str, Value> = figures
         .filter_map(|key| Some((key, words(figures::find(key)?))))
         .collect();
+    let sets = |point: &Point| -> Vec<String> {
+        // A page has the profile in itself.
+        let needed = outcome
+            .needed
+            .iter()
+            .filter(|row| row.key != "motion.profile");
+        let needed = needed.map(|row| (&row.key, &row.value));
+        let keys = outcome.keys.iter().map(|row| &row.key);
+        let all = needed.chain(keys.zip(&point.values));
+        all.map(|(key, value)| format!("{key}={value}")).collect()
+    };
     let front = json!({
         "front": outcome.front,
+        // What a click on each opens in the simulator.
+        "sets": live.map(|_| outcome.front.iter().map(sets).collect::<Vec<_>>()),
         "after": outcome.aims.iter().map(|aim| aim.after).collect::<Vec<_>>(),
         "labels": aims.filter_map(figures::find).map(|figure| {
             json!({ "key": figure.key, "label": figure.label, "unit": figure.unit })
@@ -47,9 +63,9 @@ pub fn render_tune(
         tune => Value::from(Serde(outcome)),
         words,
         sentences => Value::from(Serde(sentences)),
-        front_data => Value::from_safe_string(plot_data(&Value::from(Serde(front)))?),
+        front_data => Value::from_safe_string(in_script(&front)?),
     };
-    render_extended(report, PAGE, more)
+    render_extended(report, PAGE, more, live)
 }
 
 fn words(figure: &Figure) -> Value {
