@@ -38,15 +38,25 @@ const STDIN: &str = "stdin";
 /// # Errors
 /// Everything that is wrong with the file and the overrides.
 pub fn run_file(name_or_path: &str, sets: &[String]) -> Result<RunFile, RunFileErrors> {
-    if name_or_path == STANDARD {
-        static TEXT: OnceLock<Result<String, RunFileErrors>> = OnceLock::new();
-        let text = TEXT.get_or_init(|| {
-            let text = text_of(io::stdin(), OF_RUN_FILE);
-            text.map_err(|why| RunFileErrors::unreadable(STDIN, why))
-        });
-        return RunFile::parse(STDIN, text.as_ref().map_err(Clone::clone)?, sets, profile);
+    let (name, text) = named_text(name_or_path)?;
+    RunFile::parse(name, &text, sets, profile)
+}
+
+/// The name in messages and the text of what [`run_file`] reads.
+///
+/// # Errors
+/// One sentence if it cannot be read.
+pub fn named_text(name_or_path: &str) -> Result<(&str, Cow<'static, str>), RunFileErrors> {
+    if name_or_path != STANDARD {
+        return Ok((name_or_path, text(name_or_path)?));
     }
-    RunFile::parse(name_or_path, &text(name_or_path)?, sets, profile)
+    static TEXT: OnceLock<Result<String, RunFileErrors>> = OnceLock::new();
+    let text = TEXT.get_or_init(|| {
+        let text = text_of(io::stdin(), OF_RUN_FILE);
+        text.map_err(|why| RunFileErrors::unreadable(STDIN, why))
+    });
+    let text = text.as_ref().map_err(Clone::clone)?;
+    Ok((STDIN, Cow::Borrowed(text)))
 }
 
 /// The case alone; see [`run_file`].

@@ -8,6 +8,9 @@
 pub mod chip;
 pub mod files;
 pub mod host;
+pub mod image;
+pub mod live;
+mod page;
 pub mod report;
 pub mod study;
 pub mod tune;

@@ -17,6 +17,7 @@ mod meter;
 #[cfg(unix)]
 pub mod qemu;
 pub mod spec;
+pub mod wasm;
 
 pub use chip_law::{ChipLaw, name_of};
 pub use line::ChipError;

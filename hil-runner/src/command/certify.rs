@@ -1,15 +1,23 @@
 //! `hil-runner certify`: the controller on chips held against the one that was
 //! simulated.
 
+use std::fmt;
+use std::str::FromStr;
+
 use anyhow::{anyhow, bail};
 use clap::Args;
-use hil_core::case::ComputationDelay;
+use hil_core::case::{ComputationDelay, Law};
 use hil_core::number;
 use hil_core::runfile::RunFile;
-use hil_runner::chip::certify::{Comparison, HostTrace, TraceHash, VectorFile, replay, stored};
-use hil_runner::chip::installed;
+use hil_runner::chip::certify::{
+    Comparison, HostTrace, TraceHash, VectorFile, compare_run, replay, stored,
+};
+use hil_runner::chip::client::Client;
 use hil_runner::chip::spec::{ChipLink, Transport};
-
+use hil_runner::chip::wasm::{Page, PageLine};
+use hil_runner::chip::{ChipLaw, installed};
+use hil_runner::files;
+use hil_runner::live::{Images, LiveCase};
 use serde_json::{Value, json};
 
 #[cfg(unix)]
@@ -30,10 +38,11 @@ use super::terminal::{self, Progress, check_signals, tell};
 pub(crate) struct Certify {
     #[command(flatten)]
     cases: Cases,
-    /// Chip: qemu[:m4|m0|m3|rv32], qemu-uart[:m4|m0|m3|rv32] or serial:PORT[@BAUD]; may be
-    /// given several times. Without it, every target that can be run in QEMU here
+    /// Chip: qemu[:m4|m0|m3|rv32], qemu-uart[:m4|m0|m3|rv32] or serial:PORT[@BAUD]; or wasm, the
+    /// simulator of web pages, of which all rungs are held; may be given several times. Without
+    /// it, every target that can be run in QEMU here
     #[arg(long = "link", value_name = "LINK")]
-    links: Vec<ChipLink>,
+    links: Vec<Held>,
     /// Print host and chips as a list in JSON in place of the table
     #[arg(long)]
     json: bool,
@@ -51,11 +60,45 @@ pub(crate) struct Certify {
     sets: Sets,
 }
 
+/// What is held against the host.
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum Held {
+    /// A controller on a chip.
+    Chip(ChipLink),
+    /// The simulator of web pages.
+    Page,
+}
+
+const PAGE: &str = "wasm";
+
+impl FromStr for Held {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text {
+            PAGE => Ok(Self::Page),
+            text => text
+                .parse()
+                .map(Self::Chip)
+                .map_err(|unknown| format!("{unknown}, or {PAGE} for the simulator of web pages")),
+        }
+    }
+}
+
+impl fmt::Display for Held {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Chip(link) => link.fmt(f),
+            Self::Page => f.write_str(PAGE),
+        }
+    }
+}
+
 /// A computation, and its place.
 #[derive(Debug, Default)]
 struct Certificate {
-    /// The link to the chip; none is the host.
-    link: Option<ChipLink>,
+    /// What is held; none is the host itself.
+    held: Option<Held>,
     /// CRC-32 of the chip's image.
     image: Option<u32>,
     /// Over the steps of the cases.
@@ -64,6 +107,8 @@ struct Certificate {
     cases: Compared,
     /// Files of vectors and their rows.
     vectors: Compared,
+    /// Whole runs of a page's simulator, and their numbers.
+    runs: Compared,
 }
 
 /// Cases or files that were begun, and what they have up to the first difference.
@@ -86,17 +131,16 @@ impl Compared {
 impl Certificate {
     /// The first differences, a line each.
     fn differences(&self) -> String {
-        let link = self.link.as_ref().map(ToString::to_string);
-        let link = link.unwrap_or_default();
-        let parts = [&self.cases, &self.vectors].into_iter();
+        let target = self.target();
+        let parts = [&self.cases, &self.vectors, &self.runs].into_iter();
         let found = parts.filter_map(|part| part.all.difference.as_ref());
-        found.map(|found| format!("{link}: {found}\n")).collect()
+        found.map(|found| format!("{target}: {found}\n")).collect()
     }
 
     /// The target's name: that of the link, or the host.
     fn target(&self) -> String {
-        let link = self.link.as_ref().map(ToString::to_string);
-        link.unwrap_or_else(|| "host".to_owned())
+        let held = self.held.as_ref().map(ToString::to_string);
+        held.unwrap_or_else(|| "host".to_owned())
     }
 
     /// CRC-32 of the image in hexadecimal digits.
@@ -112,13 +156,17 @@ impl Certificate {
                 "difference": all.difference.as_ref().map(ToString::to_string),
             })
         };
-        json!({
+        let mut json = json!({
             "target": self.target(),
             "image": self.image(),
             "trace_hash": self.hash.to_string(),
             "cases": part(&self.cases, "cases", "steps"),
             "vectors": part(&self.vectors, "files", "rows"),
-        })
+        });
+        if self.held == Some(Held::Page) {
+            json["runs"] = part(&self.runs, "runs", "numbers");
+        }
+        json
     }
 }
 
@@ -139,6 +187,11 @@ impl Certify {
         };
         #[cfg(unix)]
         if let Some(count) = self.flips {
+            let chip = |held: &Held| match held {
+                Held::Chip(link) => Ok(link.clone()),
+                Held::Page => bail!("--flips needs an image in QEMU, not {PAGE}"),
+            };
+            let links: Vec<ChipLink> = links.iter().map(chip).collect::<Result<_, _>>()?;
             return flips::execute(&files, &links, count.get(), self.seed);
         }
         let (bench, host) = Bench::on_host(&files, stored())?;
@@ -146,7 +199,11 @@ impl Certify {
         let mut certificates = vec![host];
         let mut errors = Vec::new();
         for link in links {
-            match bench.of_chip(&link, rows) {
+            let made = match &link {
+                Held::Chip(link) => bench.of_chip(link, rows),
+                Held::Page => bench.of_page(&self.live_cases()?, rows),
+            };
+            match made {
                 Ok(certificate) => certificates.push(certificate),
                 Err(error) => errors.push(format!("{error:#}")),
             }
@@ -165,15 +222,24 @@ impl Certify {
         }
         Ok(differences.is_empty())
     }
+
+    /// The cases as a page has them.
+    fn live_cases(&self) -> anyhow::Result<Vec<LiveCase>> {
+        let case = |case: &String| {
+            let (name, text) = files::named_text(case)?;
+            Ok(LiveCase::new(name, &text, &self.sets.sets)?)
+        };
+        self.cases.cases.iter().map(case).collect()
+    }
 }
 
 /// Every target that runs in QEMU here, over its FIFOs; the others are named.
-fn installed_links() -> anyhow::Result<Vec<ChipLink>> {
+fn installed_links() -> anyhow::Result<Vec<Held>> {
     let transport = Transport::Fifo;
     let mut links = Vec::new();
     for (target, missing) in installed(transport) {
         match missing {
-            Ok(()) => links.push(ChipLink::Qemu { target, transport }),
+            Ok(()) => links.push(Held::Chip(ChipLink::Qemu { target, transport })),
             Err(error) => tell!("left out: {}: {error}\n", target.name()),
         }
     }
@@ -222,46 +288,78 @@ impl<'f> Bench<'f> {
 
     fn of_chip(&self, link: &ChipLink, rows: u64) -> anyhow::Result<Certificate> {
         let mut chip = OpenChip::open(link)?;
+        let certificate = self.over(Held::Chip(link.clone()), &mut chip.client, rows)?;
+        chip.tell();
+        Ok(certificate)
+    }
+
+    /// The cases step by step and the vectors with the firmware in a page's simulator, and the
+    /// cases as whole runs on every rung.
+    fn of_page(&self, cases: &[LiveCase], rows: u64) -> anyhow::Result<Certificate> {
+        let mut tell = |text: &str| tell!("{text}\n");
+        let image = Images::find(&mut tell)?.simulator;
+        let line = PageLine::new(Page::start(&image)?);
+        let mut certificate = self.over(Held::Page, &mut Client::greet(Box::new(line))?, rows)?;
+        let mut page = Page::start(&image)?;
+        certificate.image = Some(page.crc());
+        let runs = cases.len() * Law::ALL.len();
+        let mut progress = Progress::of_rows(&format!("{PAGE}, whole runs"), runs as u64);
+        for case in cases {
+            for law in Law::ALL {
+                progress.one()?;
+                if certificate.runs.add(compare_run(case, &mut page, law)?) {
+                    return Ok(certificate);
+                }
+            }
+        }
+        Ok(certificate)
+    }
+
+    /// The cases step by step, then the vectors.
+    fn over(&self, held: Held, client: &mut Client, rows: u64) -> anyhow::Result<Certificate> {
         let mut certificate = Certificate {
-            link: Some(link.clone()),
-            image: Some(chip.client.identity().image_crc),
+            image: Some(client.identity().image_crc),
             ..Certificate::default()
         };
         for (file, host) in self.files.iter().zip(&self.hosts) {
             let mut progress =
-                Progress::labelled(&file.case, &format!("{link}, {}", file.case.name));
+                Progress::labelled(&file.case, &format!("{held}, {}", file.case.name));
             let mut sink = |row: &_| progress.row(row);
-            let law = chip.law(&file.case);
+            // Times are no part of what is compared.
+            let law = ChipLaw::new(client, &file.case, true);
             let compared =
                 law.and_then(|mut law| host.compare(&mut law, &mut certificate.hash, &mut sink));
             let compared =
-                compared.map_err(|error| explain(file, error).context(link.to_string()))?;
+                compared.map_err(|error| explain(file, error).context(held.to_string()))?;
             if certificate.cases.add(compared) {
                 break;
             }
         }
-        let mut progress = Progress::of_rows(&format!("{link}, vectors"), rows);
+        let mut progress = Progress::of_rows(&format!("{held}, vectors"), rows);
         let mut on_row = || progress.one();
         for file in &self.vectors {
-            let replayed = replay(&mut chip.client, file, &mut on_row)
-                .map_err(|error| anyhow!("{link}: {error}"))?;
+            let replayed =
+                replay(client, file, &mut on_row).map_err(|error| anyhow!("{held}: {error}"))?;
             if certificate.vectors.add(replayed) {
                 break;
             }
         }
-        drop(progress);
-        chip.tell();
+        certificate.held = Some(held);
         Ok(certificate)
     }
 }
 
 /// The computations of the host and of every chip, a line each.
 fn table(certificates: &[Certificate]) -> String {
-    let header = "target|image|trace hash|cases|steps||vector\nfiles|rows|".split('|');
+    let mut header = "target|image|trace hash|cases|steps||vector\nfiles|rows|".to_owned();
+    let has_runs = certificates.iter().any(|of| of.runs.begun > 0);
+    if has_runs {
+        header += "|whole\nruns|numbers|";
+    }
     let rows = certificates.iter().map(|certificate| {
-        let link = &certificate.link;
+        let held = &certificate.held;
         let part = |Compared { begun, all }: &Compared| {
-            let verdict = match (link, &all.difference) {
+            let verdict = match (held, &all.difference) {
                 (None, _) => "",
                 (Some(_), None) => "same",
                 (Some(_), Some(_)) => "differs",
@@ -275,7 +373,13 @@ fn table(certificates: &[Certificate]) -> String {
             image.unwrap_or_else(|| number::MISSING.to_owned()),
             certificate.hash.to_string(),
         ];
-        [own, part(&certificate.cases), part(&certificate.vectors)].concat()
+        let mut row = [own, part(&certificate.cases), part(&certificate.vectors)].concat();
+        match certificate.runs.begun {
+            0 if has_runs => row.extend([number::MISSING, number::MISSING, ""].map(str::to_owned)),
+            0 => {}
+            _ => row.extend(part(&certificate.runs)),
+        }
+        row
     });
-    terminal::table(header, 3, rows)
+    terminal::table(header.split('|'), 3, rows)
 }

@@ -19,7 +19,8 @@ use serde_json::{Value, json};
 use super::junit::Junit;
 use super::measured::{self, LogOption};
 use super::options::{
-    OpenChip, Sets, again, explain, make_out_folder, refuse_profiles, refuse_shared_paths, warn,
+    OpenChip, Sets, again, explain, live, live_case, make_out_folder, refuse_profiles,
+    refuse_shared_paths, warn,
 };
 use super::terminal::{self, Progress, tell};
 
@@ -41,6 +42,9 @@ pub(crate) struct Ladder {
     /// Page with the plots
     #[arg(long, value_name = "F.html", default_value = REPORT)]
     report: PathBuf,
+    /// Carry the simulator in the page, with all rungs over each other
+    #[arg(long, conflicts_with = "link")]
+    live: bool,
     /// A chip for one rung more: qemu[:m4|m0|m3|rv32], qemu-uart[:…] or serial:PORT[@BAUD]
     #[arg(long, value_name = "LINK")]
     link: Option<ChipLink>,
@@ -95,6 +99,9 @@ impl Ladder {
             make_out_folder()?;
         }
         let page = OutputFile::create(&self.report)?;
+        let live = || live(live_case(&self.case, &self.sets)?.on_all_rungs());
+        let live = self.live.then(live);
+        let live = live.transpose()?;
         let mut chip = self.link.as_ref().map(OpenChip::open).transpose()?;
         // The one that was asked for, on rung `firmware`.
         let on_chip = self.sets.and(on_rung(Law::Firmware));
@@ -154,7 +161,7 @@ impl Ladder {
             compared_text = measured::table(log, names.iter().map(String::as_str), &differences);
             data = data.with_log(log.clone(), differences);
         }
-        page.write_whole(&report::render(&data)?)?;
+        page.write_whole(&report::render(&data, live.as_ref())?)?;
         let name = &first.case.name;
         for rung in &rungs {
             warn(&format!("{name}: rung {}", rung.name()), rung.warnings());

@@ -7,6 +7,7 @@ mod certify;
 mod flips;
 mod junit;
 mod ladder;
+mod live;
 mod margins;
 mod measured;
 mod options;
@@ -57,6 +58,8 @@ enum Command {
     Run(run::Run),
     /// Run one case on every rung and show what each rung adds
     Ladder(ladder::Ladder),
+    /// Make a page in which every key of a case can be moved: the simulator in one file
+    Live(live::LivePage),
     /// Show the margins of a case's linear loop, without a run
     Margins(margins::Margins),
     /// Show a case's fixed-point gains: lengths, headroom, rounding, and what fits
@@ -94,6 +97,7 @@ impl CommandLine {
             None => run::main_job(line.junit),
             Some(Command::Run(run)) => run.execute(),
             Some(Command::Ladder(ladder)) => ladder.execute(),
+            Some(Command::Live(live)) => live.execute(),
             Some(Command::Margins(margins)) => margins.execute(),
             Some(Command::Scaling(scaling)) => scaling.execute(),
             Some(Command::MeasureBacklash(measurement)) => measurement.execute(),

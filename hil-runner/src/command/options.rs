@@ -16,6 +16,7 @@ use hil_runner::chip::spec::ChipLink;
 use hil_runner::chip::{self, ChipLaw, name_of};
 use hil_runner::files::{self, same_file};
 use hil_runner::host::LinkKind;
+use hil_runner::live::{Images, Live, LiveCase};
 use serde::Serialize;
 
 use super::terminal::{self, tell};
@@ -124,6 +125,18 @@ pub(super) fn refuse_profiles(files: &[RunFile], outputs: &[&Path]) -> anyhow::R
 /// The folder of the outputs that nobody has given a path for.
 pub(super) fn make_out_folder() -> anyhow::Result<()> {
     std::fs::create_dir_all("out").context("the folder out cannot be made")
+}
+
+/// The case of a run file with overrides, as its page carries it.
+pub(super) fn live_case(name_or_path: &str, sets: &Sets) -> anyhow::Result<LiveCase> {
+    let (file, text) = files::named_text(name_or_path)?;
+    Ok(LiveCase::new(file, &text, &sets.sets)?)
+}
+
+/// A case with its simulator, which is built where there is none; that is said on stderr.
+pub(super) fn live(case: LiveCase) -> anyhow::Result<Live> {
+    let images = Images::find(&mut |line| tell!("{line}\n"))?;
+    Ok(Live::new(case, &images)?)
 }
 
 /// The error of a run of this file as the user should read it.

@@ -15,13 +15,14 @@ use hil_core::runfile::RunFile;
 use hil_core::{figures, number};
 use hil_runner::files::OutputFile;
 use hil_runner::host::timed_run;
+use hil_runner::live::Live;
 use hil_runner::report::{self, command_line, each_with};
 
 use super::junit::Junit;
 use super::measured::{self, LogOption};
 use super::options::{
-    Cases, LINK_HELP, LinkName, OfCases, Sets, again, explain, make_out_folder, once_each,
-    refuse_other_laws, refuse_profiles, refuse_shared_paths, warn,
+    Cases, LINK_HELP, LinkName, OfCases, Sets, again, explain, live, live_case, make_out_folder,
+    once_each, refuse_other_laws, refuse_profiles, refuse_shared_paths, warn,
 };
 use super::terminal::{self, Progress, TimeLimit};
 use super::trace::TraceFile;
@@ -65,6 +66,9 @@ pub(crate) struct Run {
     /// Write a self-contained page with plots, all cases side by side
     #[arg(long, value_name = "F.html")]
     report: Option<PathBuf>,
+    /// Carry the simulator of the case in the page, of several cases that of the first
+    #[arg(long, requires = "report", conflicts_with = "link")]
+    live: bool,
     /// Write the verdicts as JUnit's XML, a suite a case
     #[arg(long, value_name = "F.xml")]
     junit: Option<PathBuf>,
@@ -192,6 +196,7 @@ impl Run {
         let mut trace = self.trace.as_deref().map(TraceFile::create).transpose()?;
         let summary = open(&self.summary)?;
         let report = open(&self.report)?;
+        let live = self.live()?;
         let (kind, mut chip) = self.link.open()?;
         let options = RunOptions {
             io: match self.io {
@@ -248,7 +253,7 @@ impl Run {
             if let Some(log) = log {
                 data = data.with_log(log, differences);
             }
-            file.write_whole(&report::render(&data)?)?;
+            file.write_whole(&report::render(&data, live.as_ref())?)?;
         }
         if self.json {
             terminal::print_json(&summaries)?;
@@ -267,6 +272,13 @@ impl Run {
             warn(&run.outcome.summary.name, &run.warnings);
         }
         Ok(runs.iter().all(CaseRun::passes))
+    }
+
+    /// The simulator for the page, where it is asked for.
+    fn live(&self) -> anyhow::Result<Option<Live>> {
+        let first = self.cases.cases.first().filter(|_| self.live);
+        let of = |case: &String| live(live_case(case, &self.sets)?);
+        first.map(of).transpose()
     }
 
     /// Refuses laws that electronics and link do not have.

@@ -12,16 +12,17 @@ use hil_core::lanes::OneByOne;
 use hil_core::number;
 use hil_core::runfile::RunFile;
 use hil_runner::files::{OutputFile, profile, same_file};
+use hil_runner::live::{Live, LiveCase};
 use hil_runner::study::results::{Origin, Progress, Results, Shard, merge, shards_in_order};
 use hil_runner::study::{
-    Changes, MOST_ROWS, Study, Tally, base_sentences, best_table, columns, draw, enough_pass,
-    figure_rows, make, ready, render, unstable_words,
+    Changes, MOST_ROWS, Specified, Study, Tally, base_sentences, best_table, columns, enough_pass,
+    figure_rows, make, ready, render, specify, unstable_words,
 };
 
 use plant::Course;
 use serde_json::{Value, json};
 
-use super::options::{Sets, warn};
+use super::options::{Sets, live, warn};
 use super::run::Run;
 use super::schema::SchemaOf;
 use super::terminal::{self, check_signals, say, tell, watch_signals_aloud};
@@ -66,6 +67,9 @@ pub(crate) struct StudyCommand {
     /// Make only part I of N of the rows, to be merged later
     #[arg(long, value_name = "I/N")]
     shard: Option<Shard>,
+    /// Carry the simulator in the report: a click on a row of a picture opens that run
+    #[arg(long, conflicts_with_all = ["list", "print", "shard", "row"])]
+    live: bool,
     /// Run row N of a folder of results (from 0) once more, with report and trace
     #[arg(long, value_name = "N",
           conflicts_with_all = ["list", "print", "base", "sets", "rungs", "out", "threads", "shard"])]
@@ -86,13 +90,18 @@ enum StudySubcommand {
 
 /// Put the shards of a study together
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  hil-runner study merge results part-1 part-2")]
+#[command(
+    after_help = "Examples:\n  hil-runner study merge results part-1 part-2\n  hil-runner study merge --live results part-1 part-2"
+)]
 struct Merge {
     /// Folder of the whole results
     out: PathBuf,
     /// Folders of all shards, in any order
     #[arg(required = true)]
     shards: Vec<PathBuf>,
+    /// Carry the simulator in the report: a click on a row of a picture opens that run
+    #[arg(long)]
+    live: bool,
 }
 
 impl StudyCommand {
@@ -142,6 +151,7 @@ impl StudyCommand {
         let folder = self.out.clone().unwrap_or_else(usual);
         let columns = columns(&study);
         let mut tally = Tally::new(&study, &columns);
+        let live = live_of(&study, self.live)?;
         let origin = Origin::new(&study, shard, name, &changes);
         let command_line = origin.command_line(self.out.as_deref());
         let mut results = Results::open(&folder, &origin, &columns, &command_line, |row| {
@@ -161,7 +171,7 @@ impl StudyCommand {
             tell!("shard {shard} is complete: {of} rows in {place}\n");
             return Ok(true);
         }
-        finish(&study, &folder, &tally, &command_line)
+        finish(&study, &folder, &tally, &command_line, live)
     }
 
     /// Runs one row of a folder of results from what lies there alone. Makes its
@@ -314,6 +324,7 @@ impl Merge {
             bail!("give the folders of all shards");
         };
         let study = first.study(folder)?;
+        let live = live_of(&study, self.live)?;
         let columns = columns(&study);
         let mut tally = Tally::new(&study, &columns);
         let command_line = first.whole().command_line(Some(&self.out));
@@ -321,28 +332,55 @@ impl Merge {
             tally.add(row)
         })?;
         tell!("{} rows in {}\n", done.of, self.out.display());
-        finish(&study, &self.out, &tally, &command_line)
+        finish(&study, &self.out, &tally, &command_line, live)
     }
 }
 
+/// The simulator of a study's base for its report, where it is asked for.
+fn live_of(study: &Study, is_asked: bool) -> anyhow::Result<Option<Live>> {
+    let template = study.template();
+    let of = || {
+        live(LiveCase::new(
+            template.source_name(),
+            template.text(),
+            &study.sets,
+        )?)
+    };
+    is_asked.then(of).transpose()
+}
+
 /// Prints the table, writes pictures and report; whether enough runs pass.
-fn finish(study: &Study, folder: &Path, tally: &Tally, command_line: &str) -> anyhow::Result<bool> {
+fn finish(
+    study: &Study,
+    folder: &Path,
+    tally: &Tally,
+    command_line: &str,
+    live: Option<Live>,
+) -> anyhow::Result<bool> {
     let sentences = base_sentences(study).into_iter();
     let sentences: String = sentences.map(|sentence| sentence + "\n").collect();
     terminal::print(&(sentences + &table(tally)))?;
     warn(&study.name, study.warnings());
-    let drawn = draw(study, &tally.pictures);
-    if study.rows() > MOST_ROWS && !drawn.is_empty() {
+    let pictures = specify(study, &tally.pictures);
+    if study.rows() > MOST_ROWS && !pictures.is_empty() {
         tell!("the pictures show the first {MOST_ROWS} rows\n");
     }
-    for drawn in &drawn {
-        match &drawn.svg {
-            Ok(svg) => write(&folder.join(format!("{}.svg", drawn.picture.file)), svg)?,
+    for Specified {
+        picture,
+        specification,
+    } in &pictures
+    {
+        let path = folder.join(format!("{}.vl.json", picture.file));
+        match specification {
+            Ok(specification) => write(&path, &format!("{specification}\n"))?,
             Err(error) => tell!("{error}\n"),
         }
     }
     let report = folder.join("report.html");
-    write(&report, &render(study, tally, &drawn, command_line)?)?;
+    write(
+        &report,
+        &render(study, tally, &pictures, command_line, live.as_ref())?,
+    )?;
     say!("pictures, plan and all figures: {}\n", report.display())?;
     if tally.rungs.iter().all(|rung| rung.made == 0) {
         let results = folder.join("results.csv");

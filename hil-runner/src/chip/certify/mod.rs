@@ -18,6 +18,7 @@
 #[cfg(unix)]
 pub mod flips;
 mod vectors;
+mod whole_runs;
 
 use core::fmt;
 use std::slice::Iter;
@@ -35,6 +36,7 @@ use hil_core::quantise::QuantiseError;
 use hil_core::run::{RowSink, RunOptions, run_over};
 
 pub use vectors::{VectorFile, replay, stored};
+pub use whole_runs::compare_run;
 
 /// A run of a case with the host's controller, step by step; about 400 bytes
 /// each.
@@ -358,11 +360,11 @@ impl NumberPair {
 /// The first step of a case, or row of a file of vectors, at which a chip differs.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Difference {
-    /// Number of the step, k, or of the line, from 1.
+    /// Number of the step, k, or of the line, from 1; 0 of a whole run.
     pub at: u64,
     /// The place in words: "step 512 (0.512 s) of paper-2".
     pub place: String,
-    /// The numbers that differ, at least one.
+    /// The numbers that differ; none of a whole run, whose place has them.
     pub numbers: Vec<NumberPair>,
     /// The origin of the numbers that the chip's are held against: "here".
     pub other: &'static str,
@@ -372,6 +374,9 @@ pub struct Difference {
 /// fault on the chip, moving here".
 impl fmt::Display for Difference {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.numbers.is_empty() {
+            return write!(f, "differs in {}", self.place);
+        }
         write!(f, "differs at {}: ", self.place)?;
         for (place, NumberPair { name, chip, wanted }) in self.numbers.iter().enumerate() {
             let separator = if place == 0 { "" } else { "; " };
