@@ -18,7 +18,8 @@ mod rows;
 
 pub use hil_core::distribution::{Distribution, Normal};
 pub use page::base::base_sentences;
-pub use page::pictures::{Drawn, MOST_ROWS, draw};
+pub use page::pictures::{MOST_ROWS, Specified, specify};
+pub use page::rows::PageRows;
 pub use page::tally::{Best, RungTally, Spread as FigureSpread, Tally};
 pub use page::{
     FigureTable, StudyPageError, best_table, enough_pass, figure_rows, render, unstable_words,

@@ -1,6 +1,6 @@
 //! The keys of `[[picture]]`: every one acts.
 
-use super::samples::{Sample, draw_sample};
+use super::samples::{Sample, specified};
 use super::tables::Rows;
 use hil_runner::study::picture::{Picture, Table};
 use serde::Deserialize;
@@ -41,9 +41,9 @@ fn every_key_acts() {
             Some(from) => renamed(table, from),
             None => table,
         };
-        let draw = |keys: &str| draw_sample(&Sample::of("p", keys, table.clone()));
+        let specify = |keys: &str| specified(&Sample::of("p", keys, table.clone()));
         for key in group.further.lines() {
-            let acts = draw(&keys) != draw(&format!("{keys}{key}"));
+            let acts = specify(&keys) != specify(&format!("{keys}{key}"));
             assert!(acts, "{key} does nothing in\n{keys}");
         }
     }

@@ -1,16 +1,16 @@
-//! Pictures of studies, read back from their SVG.
+//! Pictures of studies: their specifications, held against Vega-Lite's grammar and
+//! against the rows that they show.
 
 #![allow(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 #![allow(clippy::panic, reason = "a test that cannot go on has failed")]
 
+mod check;
+mod grammar;
 mod keys;
-mod lines;
-mod map;
+mod kinds;
 mod mistakes;
-mod others;
-mod rules;
+mod rows;
 mod samples;
-mod sheet;
 #[path = "../table/mod.rs"]
 mod table;
 mod tables;

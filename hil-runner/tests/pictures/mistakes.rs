@@ -3,7 +3,7 @@
 use super::keys::{HISTOGRAM, LINES, MAP, parsed};
 use super::table::table;
 use super::tables::{Rows, numbers, sample_times};
-use hil_runner::study::picture::{Picture, Table, draw};
+use hil_runner::study::picture::{Picture, Table, specify};
 use serde::Deserialize;
 
 const WHOLE: &str = include_str!("mistakes/whole.txt");
@@ -56,7 +56,7 @@ struct Mistake {
 #[track_caller]
 fn refused(keys: &str, table: &Table, report: &str) {
     let picture = parsed(keys).unwrap();
-    let message = draw(&picture, table, &[]).unwrap_err().to_string();
+    let message = specify(&picture, table, &[]).unwrap_err().to_string();
     let report = format!("picture \"f\": {report}");
     assert!(message.starts_with(&report), "{message}, not {report}");
 }

@@ -1,12 +1,13 @@
-//! Tables and pictures to draw: ordinary ones and awkward ones.
+//! Tables and pictures to specify: ordinary ones and awkward ones.
 
-use hil_runner::study::picture::{Curve, Picture, Table, Values, draw};
+use hil_runner::study::picture::{Curve, Picture, Table, Values, specify};
 
 use serde::Deserialize;
+use serde_json::Value;
 
 use super::tables::{Rows, border};
 
-/// One picture with what it is drawn from.
+/// One picture with what it is made from.
 #[derive(Debug, Clone)]
 pub(super) struct Sample {
     pub(super) name: String,
@@ -30,17 +31,11 @@ impl Sample {
         toml::from_str(&text).unwrap_or_else(|error| panic!("{}: {error}", self.name))
     }
 
-    pub(super) fn has_words(&self) -> bool {
-        let mut columns = self.table.columns.iter();
-        columns.any(|column| matches!(column.values, Values::Text(_)))
-    }
-
-    pub(super) fn turn_rows_round(&mut self) {
-        for column in &mut self.table.columns {
-            match &mut column.values {
-                Values::Number(values) => values.reverse(),
-                Values::Text(values) => values.reverse(),
-            }
+    /// A number of a column that a mark shows.
+    pub(super) fn value(&self, column: &str, row: usize) -> Option<f64> {
+        match &self.table.find(column)?.values {
+            Values::Number(values) => values[row],
+            Values::Text(_) => None,
         }
     }
 
@@ -53,9 +48,9 @@ impl Sample {
     }
 }
 
-pub(super) fn draw_sample(sample: &Sample) -> String {
-    let svg = draw(&sample.picture(), &sample.table, &sample.curves);
-    svg.unwrap_or_else(|error| panic!("{}: {error}", sample.name))
+pub(super) fn specified(sample: &Sample) -> Value {
+    let specification = specify(&sample.picture(), &sample.table, &sample.curves);
+    specification.unwrap_or_else(|error| panic!("{}: {error}", sample.name))
 }
 
 /// What stands in `samples.toml`.
@@ -68,7 +63,6 @@ struct Written {
 struct WrittenSample {
     name: String,
     table: Rows,
-    curve: Option<Vec<(f64, f64)>>,
     keys: String,
 }
 
@@ -77,11 +71,6 @@ pub(super) fn all() -> Vec<Sample> {
     let written: Written = toml::from_str(include_str!("samples.toml")).unwrap();
     let samples = written.sample.into_iter().map(|written| {
         let mut sample = Sample::of(&written.name, &written.keys, written.table.table());
-        let given = written.curve.map(|points| Curve {
-            label: "given".into(),
-            points,
-        });
-        sample.curves.extend(given);
         if sample.name == "map" {
             sample.curves.push(border());
         }

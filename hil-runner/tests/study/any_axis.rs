@@ -247,12 +247,13 @@ fn every_study_and_picture_can_be_made_of_any_axis() {
         assert!(said.starts_with(&begin), "{said}");
         let out = folder.path().join(format!("out/study-{name}-{axis}"));
         for picture in &read.pictures {
-            let svg = fs::read_to_string(out.join(format!("{}.svg", picture.file))).unwrap();
+            let file = out.join(format!("{}.vl.json", picture.file));
+            let specification = fs::read_to_string(file).unwrap();
             let what = format!("{name} of {axis}: {}", picture.file);
-            assert!(!svg.contains("No value to show"), "{what}");
+            assert!(!specification.contains("no values"), "{what}");
             let mut names = of_the_paper();
             names.retain(|w| w.contains("m") || w.contains('a'));
-            assert_eq!(found(&svg, &names), [""; 0], "{what}");
+            assert_eq!(found(&specification, &names), [""; 0], "{what}");
         }
         let page = fs::read_to_string(out.join("report.html")).unwrap();
         assert!(page.contains(&format!("Base {base}")), "{name} of {axis}");

@@ -10,6 +10,8 @@
 mod any_axis;
 mod around_base;
 mod bad_input;
+#[path = "../pictures/check.rs"]
+mod check;
 mod origin;
 mod parquet;
 mod ready;

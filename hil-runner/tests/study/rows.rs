@@ -119,10 +119,10 @@ fn an_axis_can_scatter_around_the_base() {
         ]
     );
     // The budget's limit stands in the picture of its figure alone.
-    let svg = |file: &str| fs::read_to_string(out.join(file)).unwrap();
-    assert!(svg("f.svg").contains("Allowed: 1\u{a0}mm/s²"));
-    assert!(!svg("g.svg").contains("Allowed"));
-    let report = svg("report.html");
+    let text = |file: &str| fs::read_to_string(out.join(file)).unwrap();
+    assert!(text("f.vl.json").contains("Allowed: 1\u{a0}mm/s²"));
+    assert!(!text("g.vl.json").contains("Allowed"));
+    let report = text("report.html");
     assert!(report.contains("Limits: peak_abs_acc_mps2 ≤ 0.001."));
     assert!(report.contains("required are 99"));
 }

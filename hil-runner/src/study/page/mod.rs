@@ -1,32 +1,36 @@
 //! The report of a study from the study, its results and its pictures: one HTML
-//! file that needs no network and no scripts. No clock, no file: the same study has
-//! the same bytes.
+//! file that needs no network. Its tables need no scripts; pictures and rows do. No
+//! clock, no file: the same study has the same bytes.
 
 pub(super) mod base;
+mod libraries;
 pub(super) mod pictures;
+pub(super) mod rows;
 pub(super) mod tally;
 
 use minijinja::{Value, context};
+use serde_json::json;
 
 use self::base::base_sentences;
-use self::pictures::Drawn;
+use self::libraries::libraries;
+use self::pictures::Specified;
 use self::tally::{Best, RungTally, Tally};
 use super::picture::Label;
 use super::plan::axis::{Axis, Scale, Spread};
 use super::plan::points::PlanKind;
 use super::plan::{LoopGain, Study};
-use crate::report::environment;
+use crate::live::{self, Live, LiveError};
+use crate::page::policy::policy;
+use crate::page::{self, PACKED, environment, linked, packed, style};
 use hil_core::budget::judged;
 use hil_core::case::Limit;
 use hil_core::figures;
 use hil_core::number;
 
 const TEMPLATE: &str = include_str!("../../../assets/study.html");
-/// The style of the other reports, and what pictures need beyond it.
-const STYLES: [&str; 2] = [
-    include_str!("../../../assets/report.css"),
-    include_str!("../../../assets/study.css"),
-];
+/// The style beyond that of the other reports.
+const STYLE: &str = include_str!("../../../assets/study.css");
+const SCRIPT: [&str; 2] = [PACKED, include_str!("../../../assets/study.js")];
 
 /// A table of texts. A column is set as numbers if all its cells are.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -42,6 +46,12 @@ pub struct FigureTable {
 #[error("{0}")]
 pub struct StudyPageError(String);
 
+impl From<std::io::Error> for StudyPageError {
+    fn from(error: std::io::Error) -> Self {
+        Self(format!("the study's report cannot be packed: {error}"))
+    }
+}
+
 impl From<minijinja::Error> for StudyPageError {
     fn from(error: minijinja::Error) -> Self {
         Self(format!(
@@ -50,31 +60,47 @@ impl From<minijinja::Error> for StudyPageError {
     }
 }
 
-/// Renders the whole page; `command_line` makes the study again.
+impl From<LiveError> for StudyPageError {
+    fn from(error: LiveError) -> Self {
+        Self(error.to_string())
+    }
+}
+
+/// Renders the whole page, with a simulator below where there is one; `command_line` makes the
+/// study again.
 ///
 /// # Errors
 ///
-/// A picture that is no SVG, a row of the key figures without its cells, or a
-/// fault of the program's own template.
+/// A row of the key figures without its cells, or a fault of the program's own
+/// template.
 pub fn render(
     study: &Study,
     tally: &Tally,
-    drawn: &[Drawn],
+    specified: &[Specified],
     command_line: &str,
+    live: Option<&Live>,
 ) -> Result<String, StudyPageError> {
     let mut warnings = warnings(tally);
     warnings.extend(study.warnings());
-    let mut pictures = Vec::new();
-    for Drawn { picture, svg } in drawn {
-        let caption = picture.caption.as_deref().unwrap_or_default();
-        match svg {
-            Ok(svg) => pictures.push(shown(&picture.file, svg, caption)?),
+    let (mut pictures, mut specifications) = (Vec::new(), Vec::new());
+    for Specified {
+        picture,
+        specification,
+    } in specified
+    {
+        let (file, title) = (&picture.file, &picture.title);
+        match specification {
+            Ok(specification) => {
+                pictures.push(context! { file, title, caption => picture.caption.as_deref().unwrap_or_default() });
+                specifications.push(json!({"file": file, "specification": specification}));
+            }
             Err(error) => warnings.push(error.to_string()),
         }
     }
+    let data = json!({"rows": tally.rows.data(study), "pictures": specifications});
     let words = study.description.split_whitespace();
     let axes = study.axes.iter();
-    filled(context! {
+    let page = context! {
         title => study.title.as_str(),
         description => [words.collect::<Vec<_>>().join(" ")],
         generated_by => format!("hil-runner {}", env!("CARGO_PKG_VERSION")),
@@ -85,6 +111,7 @@ pub fn render(
         axes => axes.map(|axis| axis_row(axis, study.plan.kind)).collect::<Vec<_>>(),
         best => shown_table(&best_table(tally))?,
         pictures,
+        packed_data => Value::from_safe_string(packed(data.to_string().as_bytes())?),
         figures => shown_table(&figure_table(tally))?,
         validity => study.notes.clone(),
         repeat => [command_line.to_owned()],
@@ -95,29 +122,37 @@ pub fn render(
             ["base.toml", "the run file of the base case"],
             ["study.json", "version, --base and --set as given, checksums"],
         ],
-    })
+    };
+    filled(page, live)
 }
 
 /// The template with these values; what is empty or not there is left out.
-fn filled(page: Value) -> Result<String, StudyPageError> {
+fn filled(page: Value, live: Option<&Live>) -> Result<String, StudyPageError> {
+    let libraries = libraries();
+    let script = linked(&SCRIPT);
+    let simulator = live.map(|_| page::script(live::modules(live)));
+    let has_pictures = page.get_attr("pictures")?.is_true();
+    let own = if has_pictures {
+        &[libraries.as_str(), script.as_str()][..]
+    } else {
+        &[]
+    };
+    let scripts: Vec<&str> = own.iter().copied().chain(simulator.as_deref()).collect();
+    let page = context! {
+        policy => Value::from_safe_string(policy(&scripts, live.is_some())),
+        style => Value::from_safe_string(style(live::added_style(live)) + STYLE),
+        packed_libraries => Value::from_safe_string(packed(libraries.as_bytes())?),
+        script => Value::from_safe_string(script),
+        live => live.map(Live::section).transpose()?,
+        live_script => simulator.map(Value::from_safe_string),
+        ..page
+    };
     let mut environment = environment()?;
     environment.add_filter("words", |column: &str| Label::of(column).words);
     environment.add_filter("unit", |column: &str| Label::of(column).unit);
-    environment.add_template("study.html", TEMPLATE)?;
-    let style = Value::from_safe_string(STYLES.concat());
-    Ok(environment
-        .get_template("study.html")?
-        .render(context! { style, ..page })?)
-}
-
-/// A picture for the page: an SVG that brings nothing along, as it goes in as it is.
-fn shown(file: &str, svg: &str, caption: &str) -> Result<Value, StudyPageError> {
-    let whole = svg.trim().starts_with("<svg ") && svg.trim().ends_with("</svg>");
-    if !whole || svg.contains("<script") || svg.contains("<foreignObject") {
-        let words = format!("picture \"{file}\" is no SVG without scripts");
-        return Err(StudyPageError(words));
-    }
-    Ok(context! { file, svg, caption })
+    let (name, section) = live::TEMPLATE;
+    environment.add_template(name, section)?;
+    Ok(environment.render_named_str("study.html", TEMPLATE, page)?)
 }
 
 /// A table for the page, with a flag for each column that has nothing but numbers
@@ -310,10 +345,6 @@ pub fn figure_rows(rung: &RungTally) -> impl Iterator<Item = [String; 8]> + '_ {
 mod tests {
     use super::*;
 
-    fn svg(words: &str) -> String {
-        format!("<svg xmlns=\"http://www.w3.org/2000/svg\"><desc>{words}</desc></svg>\n")
-    }
-
     /// A page, with other words in some of its places where there are any.
     fn page(other: Option<&str>) -> String {
         let words = |own: &'static str| other.unwrap_or(own).to_owned();
@@ -326,7 +357,8 @@ mod tests {
             heads: texts(&["Figure", "Value"]),
             rows: vec![vec![words("Error"), "−1.5".into()], texts(&["Cycle", "–"])],
         };
-        let picture = shown("a-file", &svg("a picture"), &words("A caption."));
+        let (title, caption) = (words("A figure"), words("A caption."));
+        let picture = context! { file => "a-file", title, caption };
         let page = context! {
             title => words("A title"),
             description => [words("A first paragraph."), "A second one.".into()],
@@ -340,13 +372,14 @@ mod tests {
                 column => "controller.sample_time_s",
                 values => words("0.001, 0.002"),
             }],
-            pictures => [picture.unwrap()],
+            pictures => [picture],
+            packed_data => "data",
             figures => shown_table(&figures).unwrap(),
             validity => ["A remark on validity."],
             repeat => [words("hil-runner study a-study")],
             files => [["results.csv".to_owned(), words("every run")]],
         };
-        filled(page).unwrap()
+        filled(page, None).unwrap()
     }
 
     #[test]
@@ -363,7 +396,9 @@ mod tests {
             "Sample time Δt",
             "<code>controller.sample_time_s</code>",
             "0.001, 0.002",
-            "<desc>a picture</desc>",
+            "<div class=\"drawing\" role=\"img\" aria-label=\"A figure\"></div>",
+            "a-file.vl.json",
+            "<script type=\"text/plain\" data-packed=\"data\">data</script>",
             "A caption.",
             "<th scope=\"col\" class=\"n\">Value</th>",
             "<td class=\"n\">−1.5</td>",
@@ -386,20 +421,23 @@ mod tests {
         let table = shown_table(&none).unwrap();
         let empty =
             context! { title => "", verdict => (), best => table.clone(), figures => table };
-        assert_eq!(headings(&filled(empty).unwrap()), 0);
-        assert_eq!(headings(&page(None)), 6);
+        let empty = filled(empty, None).unwrap();
+        assert_eq!((headings(&empty), headings(&page(None))), (0, 7));
+        // Without pictures no script, and no library.
+        assert!(!empty.contains("<script") && page(None).len() > empty.len() + 300_000);
     }
 
     #[test]
     fn nothing_is_loaded() {
         let html = page(None);
         assert!(html.contains("default-src 'none'"));
-        let html = html.replace("xmlns=\"http://www.w3.org/2000/svg\"", "");
-        for load in [
-            "src=", "@import", "url(", "http:", "https:", "<script", "<iframe",
-        ] {
+        for load in ["src=", "@import", "url(", "http:", "https:", "<iframe"] {
             assert!(!html.contains(load), "{load}");
         }
+        // What is packed is text; one script runs, and the policy names it and what it enters.
+        let scripts = |tag: &str| html.matches(tag).count();
+        assert_eq!((scripts("<script"), scripts("<script>")), (3, 1));
+        assert_eq!(scripts("&#x27;sha256-") + scripts("'sha256-"), 2);
     }
 
     #[test]
@@ -409,18 +447,6 @@ mod tests {
         let html = page(Some(hostile));
         assert_eq!(tags(&html), tags(&page(None)));
         assert!(html.contains("&lt;script&gt;alert(1)"));
-    }
-
-    #[test]
-    fn pictures_bring_no_scripts() {
-        for svg in [
-            "<p>no picture</p>".to_owned(),
-            svg("").replace("<desc>", "<script>1</script><desc>"),
-            svg("") + "<p>more</p>",
-        ] {
-            let error = shown("a-file", &svg, "").unwrap_err().to_string();
-            assert_eq!(error, "picture \"a-file\" is no SVG without scripts");
-        }
     }
 
     #[test]

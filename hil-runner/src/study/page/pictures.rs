@@ -1,5 +1,5 @@
 //! The pictures of a study: what is wrong with them before anything is run, the
-//! border of stability that theory knows, and their drawing from the results.
+//! border of stability that theory knows, and their specification from the results.
 
 use crate::study::picture::{
     self, Border, Curve, Field, Kind, Map, Picture, PictureError, Table, Values,
@@ -12,18 +12,19 @@ use crate::study::rows::columns;
 use hil_core::runfile::KeyPath;
 use hil_core::runfile::renamed;
 use hil_core::theory::Loops;
+use serde_json::Value;
 
 /// Rows that pictures show: the first ones. Of a plan that draws, these are
 /// drawn like all others.
 pub const MOST_ROWS: u64 = 100_000;
 
-/// A picture that has been drawn.
+/// A picture that has been specified.
 #[derive(Debug, Clone)]
-pub struct Drawn {
+pub struct Specified {
     /// The picture that was asked for.
     pub picture: Picture,
-    /// The picture, or why there is none.
-    pub svg: Result<String, PictureError>,
+    /// Its Vega-Lite specification, or why there is none.
+    pub specification: Result<Value, PictureError>,
 }
 
 /// The columns that any of the pictures needs, and those that every picture may
@@ -85,17 +86,17 @@ fn empty_table<'c>(study: &Study, columns: impl Iterator<Item = &'c Column>) -> 
     }
 }
 
-/// Draws the pictures of a study from its rows.
-pub fn draw(study: &Study, rows: &PictureRows) -> Vec<Drawn> {
+/// Specifies the pictures of a study from its rows.
+pub fn specify(study: &Study, rows: &PictureRows) -> Vec<Specified> {
     let curves = |picture: &Picture| match &picture.kind {
         Kind::Map(map) if !map.border.is_empty() => borders(study, map),
         _ => Vec::new(),
     };
-    let drawn = study.pictures.iter().map(|picture| Drawn {
+    let specified = study.pictures.iter().map(|picture| Specified {
         picture: picture.clone(),
-        svg: picture::draw(picture, &rows.table, &curves(picture)),
+        specification: picture::specify(picture, &rows.table, &curves(picture)),
     });
-    drawn.collect()
+    specified.collect()
 }
 
 /// Points along each axis at which the margin is computed.
@@ -180,7 +181,7 @@ pub(in crate::study) fn mistakes_in_pictures(study: &Study) -> Vec<String> {
         }
         // With no row at all: what does not fit together does not then either.
         if wanted.iter().all(known)
-            && let Err(error) = picture::draw(picture, &table, &[])
+            && let Err(error) = picture::specify(picture, &table, &[])
         {
             mistakes.push(error.to_string());
         }

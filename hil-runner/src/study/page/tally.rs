@@ -1,6 +1,7 @@
 //! Sums over all rows of a study, row by row: no more memory for more rows.
 
 use super::pictures::PictureRows;
+use super::rows::PageRows;
 use crate::study::plan::Study;
 use crate::study::rows::cell::{Cell, Column};
 use crate::study::rows::{LEAST_MARGIN, Status};
@@ -119,6 +120,8 @@ pub struct Tally {
     pub axes: Vec<String>,
     /// The rows that pictures show.
     pub pictures: PictureRows,
+    /// The rows that the page carries.
+    pub rows: PageRows,
     /// Places of `rung`, `status`, `reason` and `pass`.
     places: [usize; 4],
     /// Places of the two stability margins, and of the least margin.
@@ -144,6 +147,7 @@ impl Tally {
             rungs: Vec::new(),
             axes: axes.iter().map(|column| column.name.clone()).collect(),
             pictures: PictureRows::new(study, columns),
+            rows: PageRows::new(columns),
             places,
             margins: ["modulus_margin_contact", "modulus_margin_gap", LEAST_MARGIN].map(place),
             figures: figures.collect(),
@@ -153,6 +157,7 @@ impl Tally {
     /// Adds a row.
     pub fn add(&mut self, row: &[Cell]) {
         self.pictures.add(row);
+        self.rows.add(row);
         let [rung, status, reason, pass] = self.places.map(|place| row.get(place));
         let text = |cell: Option<&Cell>| match cell {
             Some(Cell::Text(text)) => text.clone(),

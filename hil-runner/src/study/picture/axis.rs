@@ -1,14 +1,13 @@
-//! One axis: title, scale from a number to its place, numbers.
+//! One axis: title, unit, ends, numbers.
 
 use schemars::JsonSchema;
 use serde::Deserialize;
+use serde_json::{Value, json};
 
 use super::PictureError;
 use super::label::Label;
-use super::text::{LINE, TICK_PX, width};
-use super::ticks::{LogNumbers, Tick, linear, logarithmic};
-use super::unit::{Shown, Unit, decade_below, power_of_ten};
-use hil_core::number::{self, significant};
+use super::unit::{decade_below, power_of_ten};
+use hil_core::number::significant;
 
 /// Division of an axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
@@ -65,25 +64,23 @@ impl AxisKeys {
     }
 }
 
-/// Direction in which an axis runs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Direction {
-    Across,
-    Up,
-}
-
-/// An axis with its numbers; values go in in the column's unit.
+/// An axis; values go in in the column's unit, and the specification has those of
+/// the shown unit.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Axis {
     /// Words and shown unit.
     pub(super) title: String,
-    pub(super) ticks: Vec<Tick>,
-    /// Further lines of the grid, in the shown unit.
-    pub(super) fine: Vec<f64>,
-    scale: Scale,
-    /// Shown number = number · factor.
-    pub(super) factor: f64,
-    numbers: LogNumbers,
+    /// Ends in the shown unit.
+    pub(super) ends: (f64, f64),
+    pub(super) log: bool,
+    /// Names of places: value 0 is the first.
+    pub(super) names: Option<Vec<String>>,
+    /// Shown number = number · 10^`shift`.
+    shift: i32,
+    /// Numbers in the place of the usual ones.
+    ticks: Option<Vec<f64>>,
+    /// Numbers between whole ones would mean nothing.
+    is_whole: bool,
 }
 
 impl Axis {
@@ -96,181 +93,164 @@ impl Axis {
     ) -> Result<Self, PictureError> {
         let unit = label.unit();
         let range = keys.range.map(|[low, high]| (low, high));
-        let extent = range.or(extent).unwrap_or(match keys.spacing {
-            Spacing::Linear => (0.0, 1.0),
-            Spacing::Log => (1.0, 10.0),
-        });
-        let largest = extent.0.abs().max(extent.1.abs());
+        let log = keys.spacing == Spacing::Log;
+        let usual = if log { (1.0, 10.0) } else { (0.0, 1.0) };
+        let extent = range.or(extent).unwrap_or(usual);
         let words = keys.words(label);
-        let mut shown = match &keys.unit {
+        if words.chars().count() > MOST_LETTERS {
+            let sentence = "the words beside the plot leave no room for it";
+            return Err(PictureError::new(sentence));
+        }
+        let shown = match &keys.unit {
             Some(symbol) => unit.asked(&words, symbol)?,
-            None => suited(&unit, keys.spacing, largest),
+            // A logarithmic axis takes the unit of its middle, and no power of ten: its
+            // numbers are powers already.
+            None if log => match unit.suited(extent.0.sqrt() * extent.1.sqrt()) {
+                suited if suited.base.is_none() => unit.plain(),
+                suited => suited,
+            },
+            None => unit.suited(extent.0.abs().max(extent.1.abs())),
         };
-        let numbers = match keys.spacing {
-            Spacing::Log => log_numbers(&mut shown, extent, keys.unit.is_some()),
-            Spacing::Linear => LogNumbers::Decimal,
-        };
-        let factor = power_of_ten(shown.shift);
-        let (low, high) = (extent.0 * factor, extent.1 * factor);
-        let scale = match (keys.spacing, keys.range) {
-            (Spacing::Linear, Some(_)) => Scale::Linear(low, high),
-            (Spacing::Log, Some(_)) => Scale::Log(low, high),
-            (Spacing::Linear, None) => Scale::linear(low, high, margin),
-            (Spacing::Log, None) => Scale::log(low, high, margin),
-        };
-        let unit = match numbers {
-            LogNumbers::Prefixes(_) => String::new(),
-            _ => shown.symbol,
+        let (low, high) = (scaled(extent.0, shown.shift), scaled(extent.1, shown.shift));
+        let ends = match (log, range) {
+            (_, Some(_)) => (low, high),
+            (false, None) => linear(low, high, margin),
+            (true, None) => logarithmic(low, high, margin),
         };
         Ok(Self {
-            title: Label { words, unit }.title(),
-            ticks: Vec::new(),
-            fine: Vec::new(),
-            scale,
-            factor,
-            numbers,
+            title: Label {
+                words,
+                unit: shown.symbol,
+            }
+            .title(),
+            ends,
+            log,
+            names: None,
+            shift: shown.shift,
+            ticks: log.then(|| log_ticks(ends)),
+            is_whole: false,
         })
     }
 
-    /// An axis of places with names: value 0 is the middle of the first.
-    pub(super) fn of_places(title: String, names: &[String]) -> Self {
-        let ticks = names.iter().enumerate();
-        let ticks = ticks.map(|(at, name)| Tick::new(at as f64, short(name)));
+    /// An axis of places with names.
+    pub(super) fn of_places(title: String, names: Vec<String>) -> Self {
+        let count = names.len().max(1) as f64;
         Self {
             title,
-            ticks: ticks.collect(),
-            fine: Vec::new(),
-            scale: Scale::Places(names.len().max(1)),
-            factor: 1.0,
-            numbers: LogNumbers::Decimal,
+            ends: (-0.5, count - 0.5),
+            log: false,
+            ticks: Some((0..names.len()).map(|at| at as f64).collect()),
+            names: Some(names),
+            shift: 0,
+            is_whole: false,
         }
     }
 
-    /// True where its places have names.
-    pub(super) fn has_places(&self) -> bool {
-        matches!(self.scale, Scale::Places(_))
+    /// The axis of a column with these values: no numbers between whole ones.
+    pub(super) fn of_values(mut self, values: impl IntoIterator<Item = f64>) -> Self {
+        self.is_whole = values
+            .into_iter()
+            .all(|value| self.shown(value).fract() == 0.0);
+        self
     }
 
-    /// Finds the numbers that have room on `length` pixels.
-    pub(super) fn fit(&mut self, length_px: f64, direction: Direction) {
-        let fits = |ticks: &[Tick]| self.have_room(ticks, 16.0, length_px, direction);
-        let per_tick = match direction {
-            Direction::Across => 75.0,
-            Direction::Up => 42.0,
+    /// Has numbers at these values, if they are few and round.
+    pub(super) fn with_ticks(mut self, values: &[f64]) -> Self {
+        let shown: Vec<f64> = values.iter().map(|&value| self.shown(value)).collect();
+        self.is_whole = shown.iter().all(|value| value.fract() == 0.0);
+        let round = |&value: &f64| (significant(value, 3) - value).abs() <= 1e-9 * value.abs();
+        if self.names.is_none()
+            && (2..=MOST_TICKS).contains(&shown.len())
+            && shown.iter().all(round)
+        {
+            self.ticks = Some(shown);
+        }
+        self
+    }
+
+    /// A value in the shown unit, without the digits that rounding adds.
+    pub(super) fn shown(&self, value: f64) -> f64 {
+        significant(scaled(value, self.shift), self.digits())
+    }
+
+    /// Digits of a number on this axis: 10⁻⁷ of it can be told apart.
+    fn digits(&self) -> usize {
+        let (low, high) = self.ends;
+        let size = low.abs().max(high.abs());
+        let lost = if self.log {
+            0
+        } else {
+            decade_below(size) - decade_below(high - low)
         };
-        let most = (length_px / per_tick).max(3.0) as usize;
-        (self.ticks, self.fine) = match self.scale {
-            Scale::Places(_) => return,
-            Scale::Linear(low, high) => (linear(low, high, most, &fits), Vec::new()),
-            Scale::Log(low, high) => logarithmic(low, high, self.numbers, most, &fits),
-        };
-        for tick in &mut self.ticks {
-            if tick.label.chars().count() > LONGEST_NUMBER {
-                tick.label = number::table(tick.at);
-            }
-        }
-    }
-
-    /// Takes these values for ticks if they are round and have room.
-    pub(super) fn fit_values(&mut self, values: &[f64], length_px: f64, direction: Direction) {
-        self.fit(length_px, direction);
-        let round = |value: &f64| {
-            let shown = value * self.factor;
-            (significant(shown, 3) - shown).abs() <= 1e-9 * shown.abs()
-        };
-        let prefixes = matches!(self.numbers, LogNumbers::Prefixes(_));
-        if self.has_places() || prefixes || values.is_empty() || !values.iter().all(round) {
-            return;
-        }
-        let ticks = values.iter().map(|value| value * self.factor);
-        let ticks = ticks.map(|at| Tick::new(at, number::rounded(at, 3)));
-        let ticks: Vec<Tick> = ticks.collect();
-        if self.have_room(&ticks, 12.0, length_px, direction) {
-            (self.ticks, self.fine) = (ticks, Vec::new());
-        }
-    }
-
-    /// True of ticks whose numbers stand apart: side by side by `gap_px`, one above
-    /// the other by a line.
-    fn have_room(&self, ticks: &[Tick], gap_px: f64, length_px: f64, direction: Direction) -> bool {
-        let least_px = |a: &Tick, b: &Tick| match direction {
-            Direction::Across => gap_px + 0.5 * (a.width() + b.width()),
-            Direction::Up => TICK_PX * LINE,
-        };
-        let pairs = ticks.iter().zip(ticks.iter().skip(1));
-        let px =
-            |from: &Tick, to: &Tick| (self.of_shown(to.at) - self.of_shown(from.at)) * length_px;
-        pairs.into_iter().all(|(a, b)| px(a, b) >= least_px(a, b))
-    }
-
-    /// Share of the axis at a value, 0 at its start and 1 at its end; `None`
-    /// for what a logarithmic axis does not have.
-    pub(super) fn share(&self, value: f64) -> Option<f64> {
-        if matches!(self.scale, Scale::Log(..)) && value <= 0.0 {
-            return None;
-        }
-        Some(self.of_shown(value * self.factor)).filter(|share| share.is_finite())
-    }
-
-    /// The same for a value in the shown unit.
-    pub(super) fn of_shown(&self, shown: f64) -> f64 {
-        self.scale.share(shown)
+        (DIGITS as i32 + lost).clamp(DIGITS as i32, 17) as usize
     }
 
     /// True of a value that lies on the axis.
     pub(super) fn holds(&self, value: f64) -> bool {
+        let (low, high) = self.ends;
         // Rounding alone must not throw out an end.
-        let slack = 1e-9;
-        let share = self.share(value);
-        share.is_some_and(|share| (-slack..=1.0 + slack).contains(&share))
+        let slack = if self.log {
+            1e-9 * low
+        } else {
+            1e-9 * (high - low)
+        };
+        (low - slack..=high + slack).contains(&self.shown(value))
     }
 
-    /// Width of the widest number \[px\].
-    pub(super) fn widest_px(&self) -> f64 {
-        self.ticks.iter().map(Tick::width).fold(0.0, f64::max)
-    }
-}
-
-/// Characters of a number, and width of a name \[px\], that a plot leaves room
-/// for.
-const LONGEST_NUMBER: usize = 16;
-const WIDEST_NAME_PX: f64 = 300.0;
-
-/// A name with its end left out where it is long.
-fn short(name: &str) -> String {
-    let mut start = name.to_owned();
-    while width(&start, TICK_PX) > WIDEST_NAME_PX {
-        start.truncate(start.floor_char_boundary(start.len() * 9 / 10));
-    }
-    if start.len() < name.len() {
-        start.push('…');
-    }
-    start
-}
-
-/// A logarithmic axis takes no power of ten: its numbers are powers already.
-fn suited(unit: &Unit, spacing: Spacing, largest: f64) -> Shown {
-    let shown = unit.suited(largest);
-    match (spacing, shown.base) {
-        (Spacing::Log, None) => unit.plain(),
-        _ => shown,
-    }
-}
-
-/// The form in which the numbers of a logarithmic axis, from one end to the
-/// other, read best.
-fn log_numbers(shown: &mut Shown, extent: (f64, f64), asked: bool) -> LogNumbers {
-    let factor = power_of_ten(shown.shift);
-    let ends = [extent.0, extent.1].map(|end| decade_below((end * factor).abs()));
-    let wide = |least: i32, most: i32| ends[0] < least || ends[1] > most;
-    match shown.base {
-        Some((base, power)) if !asked && wide(-2, 4) => {
-            // From here on in the base unit; each number has its own prefix.
-            shown.shift += power;
-            LogNumbers::Prefixes(base)
+    /// The channel of a field on this axis.
+    pub(super) fn channel(&self, field: &str) -> Value {
+        let (low, high) = self.ends;
+        let kind = if self.log { "log" } else { "linear" };
+        let mut axis = match &self.ticks {
+            Some(ticks) => json!({"values": ticks, "tickCount": ticks.len()}),
+            None if self.is_whole => json!({"tickMinStep": 1}),
+            None => json!({}),
+        };
+        if self.log {
+            axis["format"] = json!("~g");
         }
-        _ if wide(-4, 4) => LogNumbers::Powers,
-        _ => LogNumbers::Decimal,
+        if let Some(names) = &self.names {
+            axis["grid"] = json!(false);
+            axis["labelExpr"] = json!(format!("{}[datum.value]", json!(names)));
+        }
+        json!({
+            "field": field, "type": "quantitative", "title": self.title, "axis": axis,
+            "scale": {"type": kind, "domain": [low, high], "nice": false},
+        })
+    }
+}
+
+/// Digits of a number in a specification where the axis begins near 0.
+const DIGITS: usize = 7;
+/// Letters of a title: five lines beside a plot or so.
+const MOST_LETTERS: usize = 300;
+/// Values of a column that can be the numbers of its axis.
+const MOST_TICKS: usize = 12;
+
+/// A number times a power of ten.
+fn scaled(value: f64, shift: i32) -> f64 {
+    value * power_of_ten(shift)
+}
+
+/// Numbers of a logarithmic axis: 1, 2 and 5 of every decade if they are few, else
+/// powers of ten.
+fn log_ticks((low, high): (f64, f64)) -> Vec<f64> {
+    let decades = decade_below(low)..=decade_below(high);
+    let every = (decades.clone().count() / 9 + 1) as i32;
+    let digits: &[f64] = match high / low {
+        ratio if ratio < 30.0 => &[1.0, 2.0, 3.0, 5.0, 7.0],
+        ratio if ratio < 3000.0 => &[1.0, 2.0, 5.0],
+        _ => &[1.0],
+    };
+    let all = decades.filter(|decade| decade % every == 0);
+    let all = all.flat_map(|decade| digits.iter().map(move |digit| scaled(*digit, decade)));
+    let slack = 1e-9;
+    let inside = |tick: &f64| low * (1.0 - slack) <= *tick && *tick <= high * (1.0 + slack);
+    let all = all.map(|tick| significant(tick, 3)).filter(inside);
+    match all.collect::<Vec<f64>>() {
+        // Within a part of a decade its ends are the numbers.
+        few if few.len() < 2 => vec![significant(low, 3), significant(high, 3)],
+        ticks => ticks,
     }
 }
 
@@ -285,71 +265,44 @@ pub(super) enum Margin {
     None,
 }
 
-/// Ends in the shown unit.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Scale {
-    Linear(f64, f64),
-    Log(f64, f64),
-    /// That many places of equal width.
-    Places(usize),
-}
-
 /// Share of an axis that is left free at either end.
 const FREE: f64 = 0.04;
 
-impl Scale {
-    /// An even scale for data that span from `low` to `high`.
-    pub(super) fn linear(low: f64, high: f64, margin: Margin) -> Self {
-        let size = low.abs().max(high.abs());
-        // One value, or values that differ by rounding alone.
-        let (low, high) = if high - low > 1e-12 * size {
-            (low, high)
-        } else if size == 0.0 {
-            return Self::Linear(0.0, 1.0);
-        } else {
-            (low - 0.1 * size, high + 0.1 * size)
-        };
-        let free = FREE * (high - low);
-        match margin {
-            Margin::None => Self::Linear(low, high),
-            Margin::FromZero if low >= 0.0 && low < 0.5 * high => {
-                Self::Linear(0.0, high + FREE * high)
-            }
-            Margin::FromZero if high <= 0.0 && high > 0.5 * low => {
-                Self::Linear(low + FREE * low, 0.0)
-            }
-            // No axis shows negative times because of a margin.
-            _ if low >= 0.0 => Self::Linear((low - free).max(0.0), high + free),
-            _ => Self::Linear(low - free, high + free),
-        }
+/// Ends of an even axis for data that span from `low` to `high`.
+fn linear(low: f64, high: f64, margin: Margin) -> (f64, f64) {
+    let size = low.abs().max(high.abs());
+    // One value, or values that differ by rounding alone.
+    let (low, high) = if high - low > 1e-12 * size {
+        (low, high)
+    } else if size == 0.0 {
+        return (0.0, 1.0);
+    } else {
+        (low - 0.1 * size, high + 0.1 * size)
+    };
+    let free = FREE * (high - low);
+    match margin {
+        Margin::None => (low, high),
+        Margin::FromZero if low >= 0.0 && low < 0.5 * high => (0.0, high + FREE * high),
+        Margin::FromZero if high <= 0.0 && high > 0.5 * low => (low + FREE * low, 0.0),
+        // No axis shows negative times because of a margin.
+        _ if low >= 0.0 => ((low - free).max(0.0), high + free),
+        _ => (low - free, high + free),
     }
+}
 
-    /// A logarithmic scale for data above 0.
-    pub(super) fn log(low: f64, high: f64, margin: Margin) -> Self {
-        let span = libm::log10(high / low);
-        let (low, high, span) = if span > 1e-9 {
-            (low, high, span)
-        } else {
-            (low / 3.0, high * 3.0, 1.0)
-        };
-        let free = match margin {
-            Margin::None => 1.0,
-            _ => libm::pow(10.0, FREE * span),
-        };
-        Self::Log(low / free, high * free)
-    }
-
-    /// Share of the axis at a number, 0 at its start and 1 at its end.
-    pub(super) fn share(self, shown: f64) -> f64 {
-        match self {
-            Self::Linear(low, high) => (shown - low) / (high - low),
-            Self::Log(low, high) => {
-                let (from, to) = (libm::log10(low), libm::log10(high));
-                (libm::log10(shown) - from) / (to - from)
-            }
-            Self::Places(count) => (shown + 0.5) / count as f64,
-        }
-    }
+/// Ends of a logarithmic axis for data above 0.
+fn logarithmic(low: f64, high: f64, margin: Margin) -> (f64, f64) {
+    let span = libm::log10(high / low);
+    let (low, high, span) = if span > 1e-9 {
+        (low, high, span)
+    } else {
+        (low / 3.0, high * 3.0, 1.0)
+    };
+    let free = match margin {
+        Margin::None => 1.0,
+        _ => libm::pow(10.0, FREE * span),
+    };
+    (low / free, high * free)
 }
 
 /// Smallest and largest of some numbers.

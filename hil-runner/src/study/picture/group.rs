@@ -111,31 +111,29 @@ pub(super) fn in_words(value: f64, label: &Label) -> String {
     }
 }
 
-/// Several values of one place.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// Several runs of one place.
+#[derive(Debug, Clone, PartialEq)]
 pub(super) struct Spread {
     pub(super) median: f64,
     pub(super) low: f64,
     pub(super) high: f64,
+    /// The runs, by their value.
+    pub(super) rows: Vec<usize>,
 }
 
 impl Spread {
-    /// The spread of some values, if there are any.
-    pub(super) fn of(mut values: Vec<f64>) -> Option<Self> {
-        values.sort_by(f64::total_cmp);
-        let (low, high) = (*values.first()?, *values.last()?);
-        let count = values.len();
-        let median = f64::midpoint(values[(count - 1) / 2], values[count / 2]);
-        Some(Self { median, low, high })
-    }
-
-    /// The spread in another unit; `factor` is above 0.
-    pub(super) fn scaled(self, factor: f64) -> Self {
-        Self {
-            median: self.median * factor,
-            low: self.low * factor,
-            high: self.high * factor,
-        }
+    /// The spread of some runs and their values, if there are any.
+    pub(super) fn of(mut runs: Vec<(usize, f64)>) -> Option<Self> {
+        runs.sort_by(|(_, a), (_, b)| a.total_cmp(b));
+        let ((_, low), (_, high)) = (*runs.first()?, *runs.last()?);
+        let count = runs.len();
+        let median = f64::midpoint(runs[(count - 1) / 2].1, runs[count / 2].1);
+        Some(Self {
+            median,
+            low,
+            high,
+            rows: runs.into_iter().map(|(row, _)| row).collect(),
+        })
     }
 }
 
@@ -163,10 +161,11 @@ mod tests {
 
     #[test]
     fn medians_of_even_and_odd_counts() {
-        let spread = |values: &[f64]| Spread::of(values.to_vec());
+        let spread = |values: &[f64]| Spread::of(values.iter().copied().enumerate().collect());
         assert_eq!(spread(&[]), None);
         assert_eq!(spread(&[3.0, 1.0, 2.0]).unwrap().median, 2.0);
         let even = spread(&[4.0, 1.0, 2.0, 3.0]).unwrap();
         assert_eq!((even.median, even.low, even.high), (2.5, 1.0, 4.0));
+        assert_eq!(even.rows, [1, 2, 3, 0]);
     }
 }

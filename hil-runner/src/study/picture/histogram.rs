@@ -1,16 +1,14 @@
 //! Kind `histogram`: how a figure is distributed over the runs, and the yield.
 
-use super::axis::{Axis, AxisKeys, Direction, Margin, Spacing, extent};
-use super::canvas::{Area, Canvas, Stroke};
-use super::colour::{FAIL, PASS, WHITE};
-use super::frame::{Frame, room_below, room_left, room_right};
+use serde_json::{Value, json};
+
+use super::axis::{Axis, Margin, Spacing, extent};
+use super::colour::{FAIL, PASS};
 use super::label::Label;
-use super::legend::{Entry, Group, Key};
-use super::mark::Hatch;
-use super::note::{Chosen, LeftOut};
-use super::reference::{draw_limits, limit_entry, limits, with_limits};
-use super::sheet::{EDGE, Sheet, WIDTH};
-use super::spec::{Histogram, Limit, Picture};
+use super::note::{Chosen, counted};
+use super::reference::{add_limits, legend_of_lines, limit_sign, limits, with_limits};
+use super::sheet::{Plot, brush, choice, fading, of_marks, whole};
+use super::spec::{Histogram, Picture};
 use super::unit::{decade_below, power_of_ten};
 use super::{PictureError, Table};
 
@@ -19,143 +17,112 @@ const HEIGHT: f64 = 360.0;
 /// Intervals that are still to be told apart.
 const MOST_BINS: f64 = 80.0;
 
-pub(super) fn draw(
-    spec: &Picture,
+pub(super) fn specify(
+    picture: &Picture,
     histogram: &Histogram,
     table: &Table,
-) -> Result<String, PictureError> {
-    let Chosen { rows, mut notes } = Chosen::of(spec, table)?;
-    let column = table.column(&histogram.x)?;
-    let all = column.numbers()?;
+) -> Result<Value, PictureError> {
+    let Chosen {
+        rows,
+        mut notes,
+        mut left_out,
+    } = Chosen::of(picture, table)?;
+    let all = table.column(&histogram.x)?.numbers()?;
     let log = histogram.x_axis.spacing == Spacing::Log;
-    let values: Vec<f64> = rows.iter().filter_map(|&row| all[row]).collect();
-    let mut left_out = LeftOut {
-        of: rows.len(),
-        missing: rows.len() - values.len(),
-        ..LeftOut::default()
-    };
+    let values: Vec<(usize, f64)> = rows
+        .iter()
+        .filter_map(|&row| Some((row, all[row]?)))
+        .collect();
+    (left_out.of, left_out.missing) = (rows.len(), rows.len() - values.len());
     let mut shown = values.clone();
-    shown.retain(|value| !log || *value > 0.0);
-    shown.sort_by(f64::total_cmp);
+    shown.retain(|(_, value)| !log || *value > 0.0);
+    shown.sort_by(|(_, a), (_, b)| a.total_cmp(b));
     left_out.not_above_0 = values.len() - shown.len();
     let label = Label::of(&histogram.x);
-    let span = extent(shown.iter().copied());
-    let limits = limits(histogram.limit.as_ref(), span, log);
+    let span = extent(shown.iter().map(|(_, value)| *value));
+    let limit = histogram.limit.as_ref();
+    let limits = limits(limit, span, log);
     let bins = bins(&shown, histogram, log);
     let ends = extent(bins.iter().flat_map(|bin| [bin.from, bin.to]));
     let span = with_limits(ends.or(span), &limits, log);
-    let mut x = Axis::new(&histogram.x_axis, &label, span, Margin::Around)?;
-    left_out.beyond = shown.iter().filter(|&&value| !x.holds(value)).count();
-    let tallest = bins.iter().map(|bin| bin.within + bin.beyond).max();
-    let mut y = count_axis(tallest.unwrap_or(0))?;
-    y.fit(HEIGHT, Direction::Up);
-    let left = EDGE + room_left(&y, HEIGHT);
-    x.fit(WIDTH - EDGE - left - 22.0, Direction::Across);
-    let right = WIDTH - room_right(&x);
-    let limit = histogram.limit.as_ref();
-    let groups = limit.map(|limit| legend(limit, &values, rows.len(), &label));
-    let groups = groups.unwrap_or_default();
+    let x = Axis::new(&histogram.x_axis, &label, span, Margin::Around)?;
+    left_out.beyond = shown.iter().filter(|(_, value)| !x.holds(*value)).count();
+    let kept = |(_, value): &&(usize, f64)| limit.is_none_or(|limit| limit.is_kept(*value));
+    let within = values.iter().filter(kept).count();
+    if limit.is_some() && !rows.is_empty() {
+        let share = percent(within, rows.len());
+        let runs = counted(rows.len(), "run", "runs");
+        notes.insert(
+            0,
+            format!("Yield {share}: {within} of {runs} keep the limit."),
+        );
+    }
     notes.extend(left_out.notes(""));
-    let sheet = Sheet::new(&spec.title, &groups, &notes);
-    let up = [sheet.top(), sheet.top() + HEIGHT];
-    let frame = Frame::of([left, right], up, [&x, &y]);
-    let bottom = frame.area.bottom + room_below(&x, right - left);
-    sheet.draw(bottom, &spec.words(), |canvas: &mut Canvas| {
-        frame.draw_grid(canvas);
-        for bin in &bins {
-            draw_bin(canvas, &frame, bin);
-        }
-        frame.draw_axes(canvas, true);
-        if bins.is_empty() {
-            return frame.draw_nothing(canvas);
-        }
-        draw_limits(canvas, &frame, &limits, Direction::Across);
-    })
-}
-
-/// The axis of counts.
-fn count_axis(tallest: usize) -> Result<Axis, PictureError> {
-    let label = Label {
-        words: "Runs".to_owned(),
-        unit: String::new(),
-    };
-    let keys = AxisKeys {
-        // A count below 4 needs no tenths between its numbers.
-        range: (tallest < 4).then_some([0.0, 4.0]),
-        ..AxisKeys::default()
-    };
-    Axis::new(&keys, &label, Some((0.0, tallest as f64)), Margin::FromZero)
-}
-
-/// Draws the runs that keep the limit from the axis up, the others on top.
-fn draw_bin(canvas: &mut Canvas, frame: &Frame, bin: &Bin) {
-    let area = &frame.area;
-    let inside = |x: f64| x.clamp(area.left, area.right);
-    let (Some(left), Some(right)) = (frame.across(bin.from), frame.across(bin.to)) else {
-        return;
-    };
-    let (left, right) = (inside(left), inside(right));
-    if right <= left {
-        return;
-    }
-    let mut counted = 0;
-    for (count, colour) in [(bin.within, PASS), (bin.beyond, FAIL)] {
-        let (from, to) = (counted, counted + count);
-        counted = to;
-        let (Some(bottom), Some(top)) = (frame.up(from as f64), frame.up(to as f64)) else {
-            continue;
-        };
-        if count > 0 {
-            let field = Area::of([left, right], [top, bottom]);
-            canvas.fill(&field, colour);
-            canvas.outline(&field, &Stroke::solid(WHITE, 0.8));
-        }
-    }
-}
-
-/// The yield over all runs: one without a figure does not keep the limit.
-fn legend(limit: &Limit, values: &[f64], runs: usize, label: &Label) -> Vec<Group> {
-    let within = values.iter().filter(|value| limit.is_kept(**value));
-    let within = within.count();
-    let beyond = values.len() - within;
-    let missing = runs - values.len();
-    let mut heading = String::new();
-    if runs > 0 {
-        let share = percent(within, runs);
-        heading = format!("Yield {share}: {within} of {runs} runs keep the limit");
-    }
-    let mut entries = vec![
-        limit_entry(limit, label),
-        Entry::new(Key::Field(PASS), format!("within: {within}")),
-        Entry::new(Key::Field(FAIL), format!("beyond: {beyond}")),
+    let names = [
+        format!("within: {within}"),
+        format!("beyond: {}", values.len() - within),
     ];
-    if missing > 0 {
-        let words = format!("without a value, not in the plot: {missing}");
-        entries.push(Entry::new(Key::Hatched(Hatch::Plain), words));
+    let mut plot = Plot::new(HEIGHT);
+    for bin in &bins {
+        let mut from = 0;
+        for (rows, name) in bin
+            .rows
+            .iter()
+            .zip(&names)
+            .filter(|(rows, _)| !rows.is_empty())
+        {
+            let to = from + rows.len();
+            plot.marks.push(json!({
+                "rows": rows, "name": name,
+                "x": x.shown(bin.from), "x2": x.shown(bin.to), "y": from, "y2": to,
+            }));
+            from = to;
+        }
     }
-    let yielded = Group {
-        heading,
-        entries: Vec::new(),
+    let legend = match limit {
+        Some(_) => json!({"symbolType": "square"}),
+        None => Value::Null,
     };
-    vec![yielded, Group::of(entries)]
+    let mut y =
+        json!({"field": "y", "type": "quantitative", "title": "Runs", "axis": {"tickMinStep": 1}});
+    if plot.marks.is_empty() {
+        y["scale"] = json!({"domain": [0, 4]});
+    }
+    let encoding = json!({
+        "x": x.channel("x"), "x2": {"field": "x2"}, "y": y, "y2": {"field": "y2"},
+        "color": {"field": "name", "type": "nominal", "title": null, "legend": legend,
+                  "scale": {"domain": names, "range": [PASS, FAIL]}},
+        "opacity": fading(1.0),
+        "tooltip": [{"field": "name"}, {"field": "x", "title": "from"}, {"field": "x2", "title": "to"}],
+    });
+    let mark = json!({"type": "rect", "clip": true, "stroke": "white", "strokeWidth": 0.8});
+    let mut layer = of_marks(mark, encoding);
+    brush(&mut layer, 0, &["x"]);
+    choice(&mut layer);
+    plot.layers.push(layer);
+    add_limits(&mut plot, &limits, &x, "x");
+    let signs: Vec<_> = limit
+        .iter()
+        .map(|limit| limit_sign(limit, &label))
+        .collect();
+    plot.layers.extend(legend_of_lines(&signs));
+    Ok(whole(picture, &notes, &left_out, vec![plot]))
 }
 
 /// One interval.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, PartialEq)]
 struct Bin {
     from: f64,
     to: f64,
-    /// Runs that keep the limit, or all if there is none.
-    within: usize,
-    /// Runs that do not.
-    beyond: usize,
+    /// Runs that keep the limit, or all if there is none; and runs that do not.
+    rows: [Vec<usize>; 2],
 }
 
 /// Intervals of equal width (of equal ratio where the axis is logarithmic)
 /// whose edges are round.
-fn bins(sorted: &[f64], histogram: &Histogram, log: bool) -> Vec<Bin> {
+fn bins(sorted: &[(usize, f64)], histogram: &Histogram, log: bool) -> Vec<Bin> {
     let measure = |value: f64| if log { libm::log10(value) } else { value };
-    let places: Vec<f64> = sorted.iter().map(|&value| measure(value)).collect();
+    let places: Vec<f64> = sorted.iter().map(|&(_, value)| measure(value)).collect();
     let (Some(&low), Some(&high)) = (places.first(), places.last()) else {
         return Vec::new();
     };
@@ -179,21 +146,18 @@ fn bins(sorted: &[f64], histogram: &Histogram, log: bool) -> Vec<Bin> {
         limit.is_none_or(|limit| limit.is_kept(value))
     };
     let mut found: Vec<Bin> = Vec::new();
-    for (&value, &place) in sorted.iter().zip(&places) {
+    for (&(row, value), &place) in sorted.iter().zip(&places) {
         let at = ((place - first) / step).floor().max(0.0);
         let from = edge(at);
         if found.last().is_none_or(|bin| bin.from < from) {
             found.push(Bin {
                 from,
                 to: edge(at + 1.0),
-                within: 0,
-                beyond: 0,
+                rows: [Vec::new(), Vec::new()],
             });
         }
         if let Some(bin) = found.last_mut() {
-            let within = within(value);
-            bin.within += usize::from(within);
-            bin.beyond += usize::from(!within);
+            bin.rows[usize::from(!within(value))].push(row);
         }
     }
     found
@@ -240,6 +204,7 @@ fn percent(part: usize, whole: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::study::picture::{AxisKeys, Limit};
 
     fn of(values: &[f64], limit: Option<f64>, log: bool) -> Vec<Bin> {
         let histogram = Histogram {
@@ -253,8 +218,8 @@ mod tests {
                 of_budget: false,
             }),
         };
-        let mut values = values.to_vec();
-        values.sort_by(f64::total_cmp);
+        let mut values: Vec<(usize, f64)> = values.iter().copied().enumerate().collect();
+        values.sort_by(|(_, a), (_, b)| a.total_cmp(b));
         bins(&values, &histogram, log)
     }
 
@@ -263,7 +228,7 @@ mod tests {
         let values: Vec<f64> = (0..500).map(|i| libm::sin(f64::from(i)) + 1.5).collect();
         for log in [false, true] {
             let bins = of(&values, Some(1.7), log);
-            let sum: usize = bins.iter().map(|bin| bin.within + bin.beyond).sum();
+            let sum: usize = bins.iter().flat_map(|bin| &bin.rows).map(Vec::len).sum();
             assert_eq!(sum, 500);
             for bin in &bins {
                 let rounding = 1e-9 * bin.to;
@@ -271,12 +236,10 @@ mod tests {
                     .iter()
                     .filter(|&&v| v >= bin.from - rounding && v < bin.to - rounding);
                 let inside = inside.count();
-                assert!(
-                    inside.abs_diff(bin.within + bin.beyond) <= 1,
-                    "{bin:?} {inside}"
-                );
+                let counted = bin.rows[0].len() + bin.rows[1].len();
+                assert!(inside.abs_diff(counted) <= 1, "{bin:?} {inside}");
             }
-            let within: usize = bins.iter().map(|bin| bin.within).sum();
+            let within: usize = bins.iter().map(|bin| bin.rows[0].len()).sum();
             assert_eq!(within, values.iter().filter(|&&v| v <= 1.7).count());
             assert!(within < 500, "the limit must part the values");
         }

@@ -1,49 +1,47 @@
-//! Pictures of the results of a study, as SVG.
+//! Pictures of the results of a study, as Vega-Lite specifications.
 //!
 //! ```text
 //! [[picture]] ──► Picture ─┐
-//! results ──► Table ───────┼──► draw ──► SVG text
+//! results ──► Table ───────┼──► specify ──► Vega-Lite specification
 //! theory ──► Curve ────────┘
 //! ```
 //!
-//! The drawing is deterministic: same picture, table and curves, same bytes on
-//! every machine. `plotters` writes the SVG; layout and axes are our own, since
-//! a picture must have its units by prefix, its numbers without overlaps, and a
-//! legend beside the data, and the library knows no widths of text without
-//! fonts. Coordinates are tenths of a pixel; the text of all labels is text.
+//! What a mark stands for is decided here: rows that share a place, bins, cells,
+//! contours, units by prefix, what is left out. A mark has `rows`, the runs behind
+//! it by their value, so that a reader can ask for them; Vega only draws. The
+//! specification is deterministic: same picture, table and curves, same bytes on
+//! every machine.
 //!
 //! Nothing is left out in silence: values that are missing, not above 0 on a
-//! logarithmic axis, or beyond its ends are counted in a remark below the plot.
+//! logarithmic axis, or beyond its ends are counted below the title, and as numbers
+//! in `usermeta`.
 
 mod axis;
 mod bars;
-mod canvas;
-mod clip;
 mod colour;
+mod contour;
 mod error;
-mod frame;
+mod grid;
 mod group;
 mod histogram;
 mod label;
-mod legend;
 mod lines;
 mod map;
-mod mark;
 mod note;
 mod reference;
 mod scatter;
 mod sheet;
 mod spec;
 mod table;
-mod text;
-mod ticks;
 mod unit;
+
+use serde_json::Value;
 
 pub use axis::{AxisKeys, Spacing};
 pub use colour::ColourScale;
+pub(in crate::study) use contour::Field;
 pub use error::PictureError;
 pub use label::Label;
-pub(in crate::study) use map::Field;
 pub(in crate::study) use spec::is_text;
 pub use spec::{
     Atom, Bars, Border, Condition, Histogram, Kind, Limit, Lines, Map, Panel, Picture, Scatter,
@@ -60,13 +58,12 @@ pub struct Curve {
     pub points: Vec<(f64, f64)>,
 }
 
-/// Draws a picture.
+/// Specifies a picture.
 ///
-/// The curves are drawn where there are two axes for them: in the first panel
-/// of kind `lines`, in `map` and in `scatter`.
+/// The curves are drawn over a `map`.
 ///
 /// ```
-/// use hil_runner::study::picture::{Column, Picture, Table, Values, draw};
+/// use hil_runner::study::picture::{Column, Picture, Table, Values, specify};
 ///
 /// let column = |name: &str, values: [f64; 3]| Column {
 ///     name: name.to_owned(),
@@ -83,8 +80,10 @@ pub struct Curve {
 ///     "kind = \"lines\"\nfile = \"error\"\ntitle = \"Error\"\n\
 ///      x = \"controller.sample_time_s\"\ny = \"peak_following_error_mm\"",
 /// )?;
-/// let svg = draw(&picture, &table, &[])?;
-/// assert!(svg.contains("Sample time Δt [ms]"));
+/// let specification = specify(&picture, &table, &[])?;
+/// let first = &specification["datasets"]["runs_0"][0];
+/// assert_eq!((&first["rows"][0], &first["x"]), (&0.into(), &0.25.into()));
+/// assert!(specification.to_string().contains("Sample time Δt [ms]"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 ///
@@ -93,23 +92,13 @@ pub struct Curve {
 /// A mistake, with the name of the picture: a column that the table lacks, words
 /// where numbers are needed, two units on one axis, a map of rows that are no
 /// grid.
-pub fn draw(spec: &Picture, table: &Table, curves: &[Curve]) -> Result<String, PictureError> {
-    let drawn = table.check().and_then(|()| match &spec.kind {
-        Kind::Lines(lines) => lines::draw(spec, lines, table, curves),
-        Kind::Map(map) => map::draw(spec, map, table, curves),
-        Kind::Bars(bars) => bars::draw(spec, bars, table),
-        Kind::Histogram(histogram) => histogram::draw(spec, histogram, table),
-        Kind::Scatter(scatter) => scatter::draw(spec, scatter, table, curves),
+pub fn specify(spec: &Picture, table: &Table, curves: &[Curve]) -> Result<Value, PictureError> {
+    let specified = table.check().and_then(|()| match &spec.kind {
+        Kind::Lines(lines) => lines::specify(spec, lines, table),
+        Kind::Map(map) => map::specify(spec, map, table, curves),
+        Kind::Bars(bars) => bars::specify(spec, bars, table),
+        Kind::Histogram(histogram) => histogram::specify(spec, histogram, table),
+        Kind::Scatter(scatter) => scatter::specify(spec, scatter, table),
     });
-    drawn.map_err(|error| PictureError::new(format!("picture \"{}\": {error}", spec.file)))
-}
-
-impl Picture {
-    /// The picture in words, for those who cannot see it.
-    fn words(&self) -> String {
-        match &self.caption {
-            Some(caption) => format!("{}. {caption}", self.title),
-            None => self.title.clone(),
-        }
-    }
+    specified.map_err(|error| PictureError::new(format!("picture \"{}\": {error}", spec.file)))
 }

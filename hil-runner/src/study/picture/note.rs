@@ -1,5 +1,7 @@
 //! Remarks below the plots: what is left out, and what stands for what.
 
+use serde_json::{Value, json};
+
 use super::PictureError;
 use super::spec::{Kind, Picture};
 use super::table::{Table, Values};
@@ -8,6 +10,7 @@ use super::table::{Table, Values};
 pub(super) struct Chosen {
     pub(super) rows: Vec<usize>,
     pub(super) notes: Vec<String>,
+    pub(super) left_out: LeftOut,
 }
 
 impl Chosen {
@@ -36,7 +39,16 @@ impl Chosen {
             let points = counted(left_out.len(), "point", "points");
             notes.push(format!("The study's constraints leave out {points}."));
         }
-        Ok(Self { rows, notes })
+        let left_out = LeftOut {
+            unwanted: kept.iter().filter(|kept| !**kept).count(),
+            excluded: left_out.len(),
+            ..LeftOut::default()
+        };
+        Ok(Self {
+            rows,
+            notes,
+            left_out,
+        })
     }
 }
 
@@ -54,6 +66,9 @@ fn excluded(spec: &Picture, table: &Table) -> Vec<bool> {
 /// Counts of the values that a picture does not show, or not one by one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) struct LeftOut {
+    /// Runs that `where` leaves out, and points that the study's constraints do.
+    pub(super) unwanted: usize,
+    pub(super) excluded: usize,
     /// Runs or values that are none.
     pub(super) missing: usize,
     /// Of so many.
@@ -67,6 +82,14 @@ pub(super) struct LeftOut {
 }
 
 impl LeftOut {
+    /// The counts as a specification carries them.
+    pub(super) fn counts(&self) -> Value {
+        json!({
+            "unwanted": self.unwanted, "excluded": self.excluded, "missing": self.missing,
+            "not_above_0": self.not_above_0, "beyond": self.beyond,
+        })
+    }
+
     /// The remarks; `shared` says how several runs of a place are shown.
     pub(super) fn notes(&self, shared: &str) -> Vec<String> {
         let mut notes = Vec::new();

@@ -2,20 +2,49 @@
 //! of the study's base, a line across plots over one of its keys and a diamond in
 //! maps over two.
 
-use super::axis::{Axis, Direction, extent};
-use super::canvas::{Canvas, Point, Stroke};
-use super::clip::clipped;
-use super::colour::{INK, LIMIT, WHITE};
-use super::frame::Frame;
+use serde_json::{Value, json};
+
+use super::axis::{Axis, extent};
+use super::colour::{INK, LIMIT};
 use super::group::in_words;
 use super::label::{Label, capital};
-use super::legend::{Entry, Key};
-use super::mark::{Mark, Shape};
+use super::sheet::Plot;
 use super::spec::Limit;
 use super::table::Table;
 
-/// The line of a limit.
-pub(super) const LIMIT_LINE: Stroke = Stroke::dashed(LIMIT, 1.6, &[16.0, 4.0, 2.0, 4.0]);
+/// A line that the legend explains.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Sign {
+    pub(super) words: String,
+    pub(super) colour: &'static str,
+    pub(super) dash: &'static [f64],
+}
+
+/// Dashes of limits, and of the base's place.
+const LIMIT_DASH: &[f64] = &[12.0, 4.0, 2.0, 4.0];
+const BASE_DASH: &[f64] = &[1.5, 4.0];
+
+/// A layer without marks whose legend explains lines.
+pub(super) fn legend_of_lines(signs: &[Sign]) -> Option<Value> {
+    let of = |value: fn(&Sign) -> Value| signs.iter().map(value).collect::<Vec<Value>>();
+    let words = of(|sign| json!(sign.words));
+    let channel = |range: Vec<Value>| {
+        json!({
+            "field": "sign", "type": "nominal", "title": null,
+            "scale": {"domain": words, "range": range},
+            "legend": {"symbolType": "stroke", "symbolSize": 900, "columns": 3},
+        })
+    };
+    (!signs.is_empty()).then(|| {
+        json!({
+            "data": {"values": []}, "mark": "rule",
+            "encoding": {
+                "stroke": channel(of(|sign| json!(sign.colour))),
+                "strokeDash": channel(of(|sign| json!(if sign.dash.is_empty() { &[1.0, 0.0] } else { sign.dash }))),
+            },
+        })
+    })
+}
 
 /// A limit holds for the magnitude: where data are below 0 it has two lines.
 pub(super) fn limits(limit: Option<&Limit>, span: Option<(f64, f64)>, log: bool) -> Vec<f64> {
@@ -49,86 +78,70 @@ pub(super) fn with_limits(
     extent(limits.chain([low, high]))
 }
 
-/// Draws limits across a plot, of values that run in a direction.
-pub(super) fn draw_limits(
-    canvas: &mut Canvas,
-    frame: &Frame,
-    limits: &[f64],
-    direction: Direction,
-) {
-    let area = &frame.area;
-    for &limit in limits {
-        let line = match direction {
-            Direction::Across => frame
-                .across(limit)
-                .map(|x| [(x, area.top), (x, area.bottom)]),
-            Direction::Up => frame.up(limit).map(|y| [(area.left, y), (area.right, y)]),
-        };
-        for part in line.iter().flat_map(|line| clipped(line, area)) {
-            canvas.path(&part, &LIMIT_LINE);
-        }
+/// Adds lines at limits, across the axis of that channel.
+pub(super) fn add_limits(plot: &mut Plot, limits: &[f64], axis: &Axis, channel: &str) {
+    add_rules(
+        plot,
+        limits,
+        axis,
+        channel,
+        "limit",
+        (LIMIT, LIMIT_DASH, 1.8),
+    );
+}
+
+/// Explanation of a limit of a column with that label.
+pub(super) fn limit_sign(limit: &Limit, label: &Label) -> Sign {
+    let words = format!("{}: {}", limit.label, in_words(limit.value, label));
+    Sign {
+        words: capital(&words),
+        colour: LIMIT,
+        dash: LIMIT_DASH,
     }
 }
 
-/// Entry of the legend for a limit of a column with that label.
-pub(super) fn limit_entry(limit: &Limit, label: &Label) -> Entry {
-    let words = format!("{}: {}", limit.label, in_words(limit.value, label));
-    Entry::new(Key::Line(LIMIT_LINE, None), capital(&words))
+fn add_rules(
+    plot: &mut Plot,
+    values: &[f64],
+    axis: &Axis,
+    channel: &str,
+    name: &str,
+    (colour, dash, width): (&str, &[f64], f64),
+) {
+    let inside = values.iter().filter(|value| axis.holds(**value));
+    let data: Vec<Value> = inside
+        .map(|value| json!({channel: axis.shown(*value)}))
+        .collect();
+    let mark = json!({"type": "rule", "style": name, "color": colour, "strokeDash": dash, "strokeWidth": width});
+    plot.add(&data, mark, json!({channel: axis.channel(channel)}));
 }
-
-/// Line at the base's own value.
-const BASE_LINE: Stroke = Stroke::dashed(INK, 1.2, &[1.5, 4.0]);
-const DIAMOND: Mark = Mark {
-    shape: Shape::Diamond,
-    colour: INK,
-    hollow: true,
-};
-/// Radius of the diamond, and of the light edge around it \[px\].
-const RADIUS: f64 = 7.0;
-const EDGE: f64 = 9.0;
 
 /// The base's value of a column, where the axis has a place for it.
-fn value(table: &Table, column: &str, axis: &Axis) -> Option<f64> {
+fn own_value(table: &Table, column: &str, axis: &Axis) -> Option<f64> {
     let own = table.find(column)?.own?;
-    (!axis.has_places() && axis.holds(own)).then_some(own)
+    (axis.names.is_none() && axis.holds(own)).then_some(own)
 }
 
-/// The same in words.
-fn words(table: &Table, column: &str, axis: &Axis) -> Option<String> {
-    Some(in_words(value(table, column, axis)?, &Label::of(column)))
+/// Adds a line at the base's value of `x`; its explanation, if it has one.
+pub(super) fn add_base_line(plot: &mut Plot, table: &Table, x: &str, axis: &Axis) -> Option<Sign> {
+    let own = own_value(table, x, axis)?;
+    add_rules(plot, &[own], axis, "x", "base", (INK, BASE_DASH, 1.4));
+    Some(Sign {
+        words: format!("the base, {}", in_words(own, &Label::of(x))),
+        colour: INK,
+        dash: BASE_DASH,
+    })
 }
 
-/// Entry of the legend for a line at the base's value of `x`.
-pub(super) fn base_line_entry(table: &Table, x: &str, axis: &Axis) -> Option<Entry> {
-    let words = format!("the base, {}", words(table, x, axis)?);
-    Some(Entry::new(Key::Line(BASE_LINE, None), words))
-}
-
-/// Draws that line over the whole height of a plot.
-pub(super) fn draw_base_line(canvas: &mut Canvas, frame: &Frame, table: &Table, x: &str) {
-    let place = value(table, x, frame.x).and_then(|own| frame.across(own));
-    if let Some(x) = place {
-        canvas.path(&[(x, frame.area.top), (x, frame.area.bottom)], &BASE_LINE);
-    }
-}
-
-/// Entry of the legend for a diamond at the base's values of `x` and `y`.
-pub(super) fn diamond_entry(table: &Table, [x, y]: [&str; 2], axes: [&Axis; 2]) -> Option<Entry> {
-    let (x, y) = (words(table, x, axes[0])?, words(table, y, axes[1])?);
-    let words = format!("the base, {x} and {y}");
-    Some(Entry::new(Key::Mark(DIAMOND), words))
-}
-
-/// Draws that diamond.
-pub(super) fn draw_diamond(canvas: &mut Canvas, frame: &Frame, table: &Table, [x, y]: [&str; 2]) {
-    let place =
-        || -> Option<Point> { frame.point(value(table, x, frame.x)?, value(table, y, frame.y)?) };
-    if let Some(at) = place() {
-        let edge = Mark {
-            colour: WHITE,
-            ..DIAMOND
-        };
-        edge.draw(canvas, at, EDGE);
-        DIAMOND.draw(canvas, at, RADIUS);
-    }
+/// The base's values of `x` and `y`, in the shown units, and the words for them.
+pub(super) fn base_point(
+    table: &Table,
+    [x, y]: [&str; 2],
+    axes: [&Axis; 2],
+) -> Option<(Value, String)> {
+    let (own_x, own_y) = (own_value(table, x, axes[0])?, own_value(table, y, axes[1])?);
+    let words = |value: f64, column: &str| in_words(value, &Label::of(column));
+    let words = format!("the base, {} and {}", words(own_x, x), words(own_y, y));
+    let place = json!({"x": axes[0].shown(own_x), "y": axes[1].shown(own_y)});
+    Some((place, words))
 }

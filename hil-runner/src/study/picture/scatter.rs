@@ -1,103 +1,106 @@
 //! Kind `scatter`: one mark per run, by verdict.
 
-use super::axis::{Axis, Direction, Margin, Spacing, extent};
-use super::canvas::{Canvas, Point, Stroke};
-use super::colour::{FAIL, INK, MUTED, PASS};
-use super::frame::{Frame, room_below, room_left, room_right};
+use std::collections::BTreeMap;
+
+use serde_json::{Value, json};
+
+use super::axis::{Axis, Margin, Spacing, extent};
+use super::colour::{FAIL, MUTED, PASS};
 use super::label::Label;
-use super::legend::{Entry, Group, Key};
-use super::map::parts;
-use super::mark::{Mark, Shape};
+use super::map::CROSS;
 use super::note::{Chosen, LeftOut};
 use super::reference::{
-    base_line_entry, draw_base_line, draw_limits, limit_entry, limits, with_limits,
+    add_base_line, add_limits, legend_of_lines, limit_sign, limits, with_limits,
 };
-use super::sheet::{EDGE, Sheet, WIDTH};
+use super::sheet::{Plot, WIDTH, brush, choice, fading, of_marks, whole};
 use super::spec::{Picture, Scatter};
-use super::{Curve, PictureError, Table};
+use super::{PictureError, Table};
 
 /// Height of the plot \[px\].
 const HEIGHT: f64 = 440.0;
-/// Radius of a mark \[px\].
-const RADIUS: f64 = 3.0;
-/// More runs than this are thinned: of those whose middles fall into one
-/// square of [`SQUARE`] only the first has a mark.
+/// More runs than this are thinned: those of one verdict whose middles fall into one
+/// square of [`SQUARE`] share a mark.
 const MOST_MARKS: usize = 4_000;
 /// Side of a square \[px\].
 const SQUARE: f64 = 4.0;
 
-/// Line of the caller's curves.
-const CURVE: Stroke = Stroke::solid(INK, 2.2);
-
 /// A run's place and verdict.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Run {
+    row: usize,
     x: f64,
     y: f64,
     pass: Option<bool>,
 }
 
-pub(super) fn draw(
-    spec: &Picture,
+pub(super) fn specify(
+    picture: &Picture,
     scatter: &Scatter,
     table: &Table,
-    curves: &[Curve],
-) -> Result<String, PictureError> {
-    let Chosen { rows, mut notes } = Chosen::of(spec, table)?;
-    let mut left_out = LeftOut::default();
-    let runs = runs(scatter, table, &rows, &mut left_out)?;
+) -> Result<Value, PictureError> {
+    let Chosen {
+        rows,
+        mut notes,
+        mut left_out,
+    } = Chosen::of(picture, table)?;
+    let mut runs = runs(scatter, table, &rows, &mut left_out)?;
     let span = extent(runs.iter().map(|run| run.x));
-    let label = Label::of(&scatter.x);
-    let mut x = Axis::new(&scatter.x_axis, &label, span, Margin::Around)?;
+    let x = Axis::new(
+        &scatter.x_axis,
+        &Label::of(&scatter.x),
+        span,
+        Margin::Around,
+    )?;
     let label = Label::of(&scatter.y);
     let log = scatter.y_axis.spacing == Spacing::Log;
     let span = extent(runs.iter().map(|run| run.y));
     let limits = limits(scatter.limit.as_ref(), span, log);
     let span = with_limits(span, &limits, log);
-    let mut y = Axis::new(&scatter.y_axis, &label, span, Margin::Around)?;
-    let beyond = |run: &&Run| !(x.holds(run.x) && y.holds(run.y));
-    left_out.beyond = runs.iter().filter(beyond).count();
-    y.fit(HEIGHT, Direction::Up);
-    let left = EDGE + room_left(&y, HEIGHT);
-    x.fit(WIDTH - EDGE - left - 22.0, Direction::Across);
-    let right = WIDTH - room_right(&x);
-    let mut entries = legend(&runs);
-    let of_curve = |curve: &Curve| Entry::new(Key::Line(CURVE, None), &curve.label);
-    entries.extend(curves.iter().map(of_curve));
-    entries.extend(scatter.limit.iter().map(|limit| limit_entry(limit, &label)));
-    entries.extend(base_line_entry(table, &scatter.x, &x));
-    let frame = |top: f64| Frame::of([left, right], [top, top + HEIGHT], [&x, &y]);
+    let y = Axis::new(&scatter.y_axis, &label, span, Margin::Around)?;
+    let all = runs.len();
+    runs.retain(|run| x.holds(run.x) && y.holds(run.y));
+    left_out.beyond = all - runs.len();
     notes.extend(left_out.notes(""));
-    // Which squares runs share does not depend on how far down the plot is.
-    let marks = marks(&runs, &frame(0.0));
-    let inside = runs.len() - left_out.beyond;
-    if marks.len() < inside {
+    let mut plot = Plot::new(HEIGHT);
+    let names = names(&runs);
+    plot.marks = marks(&runs, &names, [&x, &y]);
+    if plot.marks.len() < runs.len() {
         notes.push(format!(
-            "{inside} runs, {} marks: runs of one verdict closer than {SQUARE} px share one.",
-            marks.len()
+            "{} runs, {} marks: runs of one verdict closer than {SQUARE} px share one.",
+            runs.len(),
+            plot.marks.len()
         ));
     }
-    let sheet = Sheet::new(&spec.title, &[Group::of(entries)], &notes);
-    let top = sheet.top();
-    let frame = frame(top);
-    let bottom = frame.area.bottom + room_below(&x, right - left);
-    sheet.draw(bottom, &spec.words(), |canvas: &mut Canvas| {
-        frame.draw_grid(canvas);
-        frame.draw_axes(canvas, true);
-        if runs.is_empty() {
-            return frame.draw_nothing(canvas);
-        }
-        for ((x, y), mark) in marks {
-            mark.draw(canvas, (x, y + top), RADIUS);
-        }
-        for curve in curves {
-            for part in parts(curve, &frame) {
-                canvas.path(&part, &CURVE);
-            }
-        }
-        draw_base_line(canvas, &frame, table, &scatter.x);
-        draw_limits(canvas, &frame, &limits, Direction::Up);
-    })
+    let judged = names.iter().filter(|(_, name)| !name.is_empty());
+    let judged: Vec<(Look, &String)> = judged.map(|(pass, name)| (look(*pass), name)).collect();
+    let words: Vec<&String> = judged.iter().map(|(_, name)| *name).collect();
+    let channel = |range: Vec<&str>| json!({"field": "name", "type": "nominal", "title": null, "scale": {"domain": words, "range": range}});
+    let mut encoding = json!({
+        "x": x.channel("x"), "y": y.channel("y"),
+        "opacity": fading(1.0),
+        "tooltip": [{"field": "rows", "title": "row"}, {"field": "x", "title": x.title}, {"field": "y", "title": y.title}],
+    });
+    let mut mark = json!({"type": "point", "filled": true, "size": 26, "clip": true});
+    if judged.is_empty() {
+        mark["color"] = json!(PASS);
+    } else {
+        encoding["color"] = channel(judged.iter().map(|(look, _)| look.colour).collect());
+        encoding["shape"] = channel(judged.iter().map(|(look, _)| look.shape).collect());
+    }
+    let mut layer = of_marks(mark, encoding);
+    brush(&mut layer, 0, &["x", "y"]);
+    if judged.is_empty() {
+        layer["encoding"]["opacity"] = json!({"value": 1});
+    } else {
+        choice(&mut layer);
+    }
+    plot.layers.push(layer);
+    let mut signs = Vec::new();
+    signs.extend(scatter.limit.iter().map(|limit| limit_sign(limit, &label)));
+    signs.extend(add_base_line(&mut plot, table, &scatter.x, &x));
+    add_limits(&mut plot, &limits, &y, "y");
+    plot.layers.extend(legend_of_lines(&signs));
+    Ok(whole(picture, &notes, &left_out, vec![plot]))
 }
 
 /// The runs that have a place on both axes.
@@ -123,57 +126,73 @@ fn runs(
             continue;
         }
         let pass = pass.and_then(|pass| pass.verdict(row));
-        runs.push(Run { x, y, pass });
+        runs.push(Run { row, x, y, pass });
     }
-    // Which runs lie on top, or stand for others, is no matter of their order.
-    runs.sort_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
     Ok(runs)
 }
 
-fn mark(pass: Option<bool>) -> Mark {
-    match pass {
-        Some(true) => Mark::filled(Shape::Circle, PASS),
-        Some(false) => Mark::filled(Shape::Cross, FAIL),
-        None => Mark::filled(Shape::Diamond, MUTED),
-    }
+/// Colour and shape of a verdict.
+struct Look {
+    colour: &'static str,
+    shape: &'static str,
 }
 
-/// Marks in the plot, those that fail on top; thinned where there are many.
-fn marks(runs: &[Run], frame: &Frame) -> Vec<(Point, Mark)> {
-    let thin = runs.len() > MOST_MARKS;
-    let mut marks = Vec::new();
+fn look(pass: Option<bool>) -> Look {
+    let (colour, shape) = match pass {
+        Some(true) => (PASS, "circle"),
+        Some(false) => (FAIL, CROSS),
+        None => (MUTED, "diamond"),
+    };
+    Look { colour, shape }
+}
+
+/// The verdicts, each with its words and its runs counted; no words where nobody
+/// judges. Those that fail come last, on top.
+fn names(runs: &[Run]) -> Vec<(Option<bool>, String)> {
     let judged = runs.iter().any(|run| run.pass.is_some());
-    for verdict in [None, Some(true), Some(false)] {
-        // Runs that nobody judges are not grey.
-        let mark = mark(if judged { verdict } else { Some(true) });
-        let mut taken = std::collections::BTreeSet::new();
-        for run in runs.iter().filter(|run| run.pass == verdict) {
-            let point = frame.point(run.x, run.y);
-            let Some(point) = point.filter(|&point| frame.area.holds(point)) else {
-                continue;
+    let verdicts = [
+        (None, "no verdict"),
+        (Some(true), "keeps its limits"),
+        (Some(false), "does not"),
+    ];
+    let named = |(pass, words): (Option<bool>, &str)| {
+        let count = runs.iter().filter(|run| run.pass == pass).count();
+        let words = if judged {
+            format!("{words}: {count}")
+        } else {
+            String::new()
+        };
+        (count > 0).then_some((pass, words))
+    };
+    verdicts.into_iter().filter_map(named).collect()
+}
+
+/// The marks; where there are many runs those of a square of the plot share one.
+fn marks(runs: &[Run], names: &[(Option<bool>, String)], [x, y]: [&Axis; 2]) -> Vec<Value> {
+    let thin = runs.len() > MOST_MARKS;
+    let square = |axis: &Axis, value: f64, px: f64| {
+        let measure = |value: f64| if axis.log { libm::log10(value) } else { value };
+        let (low, high) = (measure(axis.ends.0), measure(axis.ends.1));
+        ((measure(axis.shown(value)) - low) / (high - low) * px / SQUARE) as usize
+    };
+    let mut marks = Vec::new();
+    for (pass, name) in names {
+        let mut of_square: BTreeMap<[usize; 3], Vec<&Run>> = BTreeMap::new();
+        for (at, run) in runs.iter().filter(|run| run.pass == *pass).enumerate() {
+            let place = match thin {
+                true => [square(x, run.x, WIDTH), square(y, run.y, HEIGHT), 0],
+                false => [0, 0, at],
             };
-            let square = [point.0, point.1].map(|place| (place / SQUARE).floor() as i32);
-            if !thin || taken.insert(square) {
-                marks.push((point, mark));
+            of_square.entry(place).or_default().push(run);
+        }
+        for runs in of_square.values() {
+            let rows: Vec<usize> = runs.iter().map(|run| run.row).collect();
+            let mut mark = json!({"rows": rows, "x": x.shown(runs[0].x), "y": y.shown(runs[0].y)});
+            if !name.is_empty() {
+                mark["name"] = json!(name);
             }
+            marks.push(mark);
         }
     }
     marks
-}
-
-/// Counts the runs of each verdict, if there are verdicts.
-fn legend(runs: &[Run]) -> Vec<Entry> {
-    if runs.iter().all(|run| run.pass.is_none()) {
-        return Vec::new();
-    }
-    let verdicts = [
-        (Some(true), "keeps its limits"),
-        (Some(false), "does not"),
-        (None, "no verdict"),
-    ];
-    let entry = |(pass, words): (Option<bool>, &str)| {
-        let count = runs.iter().filter(|run| run.pass == pass).count();
-        (count > 0).then(|| Entry::new(Key::Mark(mark(pass)), format!("{words}: {count}")))
-    };
-    verdicts.into_iter().filter_map(entry).collect()
 }

@@ -162,7 +162,7 @@ impl Unit {
 
 /// The power of 1000 at or below a decade for which a base unit has a prefix,
 /// and the unit with it.
-pub(super) fn prefixed(base: &str, decade: i32) -> (i32, String) {
+fn prefixed(base: &str, decade: i32) -> (i32, String) {
     let most = WITH_PREFIX.iter().find(|(name, _)| *name == base);
     let power = (decade.div_euclid(3) * 3).clamp(-12, most.map_or(0, |(_, most)| *most));
     let prefix = PREFIXES.iter().find(|(_, of)| *of == power);

@@ -9,7 +9,7 @@
 use minijinja::{AutoEscape, Environment, Error, ErrorKind, UndefinedBehavior, Value, context};
 use plant::{Course, Joint};
 
-use crate::report;
+use crate::page;
 use hil_core::budget::limits;
 use hil_core::case::Law;
 use hil_core::number;
@@ -78,7 +78,7 @@ pub(super) fn render(
 
 /// Functions that a template can call.
 fn environment(base: &Template, rungs: Option<&[Law]>) -> Result<Environment<'static>, Error> {
-    let mut environment = report::environment()?;
+    let mut environment = page::environment()?;
     environment.set_undefined_behavior(UndefinedBehavior::Strict);
     environment.set_auto_escape_callback(|_| AutoEscape::None);
     let values = base.clone();

@@ -1,6 +1,6 @@
 //! Keys of a picture in a study file: `[[picture]]`.
 //!
-//! Keys of every kind: `file` (stem of the SVG's name), `title`, `kind`,
+//! Keys of every kind: `file` (stem of the specification's name), `title`, `kind`,
 //! `caption`, and `where`, a table of columns and the value or values that a
 //! row must have to be shown. The others are those of the kind.
 

@@ -3,7 +3,8 @@
 
 use std::collections::BTreeMap;
 
-use crate::study::picture::canvas::Point;
+/// A point on the plane.
+pub(super) type Point = (f64, f64);
 
 /// Values on a grid of points, row by row.
 pub(in crate::study) struct Field<'a> {

@@ -30,8 +30,8 @@ pub(super) struct Cell {
     pub(super) fails: bool,
     /// Reason for a missing figure; `None` where there is one or no run at all.
     pub(super) state: Option<String>,
-    /// Number of runs.
-    pub(super) runs: usize,
+    /// The runs, those with a figure by its size.
+    pub(super) runs: Vec<usize>,
 }
 
 /// Cells row by row from below, `across` of them in each.
@@ -167,11 +167,12 @@ impl Grid {
             left_out.shared = left_out.shared.max(rows.len());
             let mut made = rows.clone();
             made.retain(|&row| word(state, row).is_none());
-            let median = |values: &[Option<f64>]| {
-                let values = made.iter().filter_map(|&row| values[row]);
-                Spread::of(values.collect()).map(|spread| spread.median)
+            let spread = |values: &[Option<f64>]| {
+                let runs = made.iter().filter_map(|&row| Some((row, values[row]?)));
+                Spread::of(runs.collect())
             };
-            let value = median(&z);
+            let seen = spread(&z);
+            let value = seen.as_ref().map(|spread| spread.median);
             let z = value.filter(|&z| !log || z > 0.0);
             let why = || match value {
                 Some(_) => NOT_ABOVE_0.to_owned(),
@@ -183,10 +184,10 @@ impl Grid {
             let fails = |row: &usize| pass.and_then(|pass| pass.verdict(*row)) == Some(false);
             Cell {
                 z,
-                level: median(&level),
+                level: spread(&level).map(|spread| spread.median),
                 fails: made.iter().any(fails),
                 state: (z.is_none() && !rows.is_empty()).then(why),
-                runs: rows.len(),
+                runs: seen.map_or_else(|| rows.clone(), |spread| spread.rows),
             }
         });
         let cells = cells.collect();

@@ -1,0 +1,571 @@
+//! Kind `lines`: curves over a parameter, simulated and of theory.
+
+use serde_json::{Value, json};
+
+use super::axis::{Axis, Margin, Spacing, extent};
+use super::colour::{INK, MUTED, series};
+use super::group::{Different, Spread};
+use super::label::{Label, within};
+use super::map::CROSS;
+use super::note::{Chosen, LeftOut};
+use super::reference::{
+    Sign, add_base_line, add_limits, legend_of_lines, limit_sign, limits, with_limits,
+};
+use super::sheet::{Plot, WIDTH, brush, choice, fading, of_marks, whole};
+use super::spec::{Lines, Panel, Picture};
+use super::unit::power_of_ten;
+use super::{PictureError, Table};
+
+/// Height of one of so many plots \[px\].
+fn height(count: usize) -> f64 {
+    match count {
+        1 => 400.0,
+        2 => 270.0,
+        _ => 210.0,
+    }
+}
+
+/// Dashes of theory \[px\], by column.
+const THEORY: [&[f64]; 3] = [&[8.0, 5.0], &[2.5, 3.5], &[14.0, 4.0, 3.0, 4.0]];
+/// Marks, one shape per series.
+const SHAPES: [&str; 7] = [
+    "circle",
+    "square",
+    "triangle-up",
+    "diamond",
+    "triangle-down",
+    CROSS,
+    "cross",
+];
+/// Points closer than this have small marks \[px\].
+const MARK_ROOM: f64 = 9.0;
+
+pub(super) fn specify(
+    picture: &Picture,
+    lines: &Lines,
+    table: &Table,
+) -> Result<Value, PictureError> {
+    let (data, mut left_out) = Data::of(picture, lines, table)?;
+    let x = data.x_axis(lines)?;
+    let names = Names::of(lines, &data);
+    let mut plots = Vec::new();
+    let mut signs = names.signs(lines);
+    signs.extend(limit_signs(lines));
+    let last = lines.panels.len().saturating_sub(1);
+    for (at, panel) in lines.panels.iter().enumerate() {
+        let mut drawing = Drawing {
+            plot: Plot::new(height(lines.panels.len())),
+            data: &data,
+            panel,
+            names: &names,
+            x: &x,
+            place: at,
+            has_legend: plots.iter().all(|plot: &Plot| plot.marks.is_empty()),
+            is_last: at == last,
+        };
+        let base = drawing.fill(lines, &mut left_out)?;
+        let mut plot = drawing.plot;
+        if at == 0 {
+            signs.extend(base);
+            plot.layers.extend(legend_of_lines(&signs));
+        }
+        plots.push(plot);
+    }
+    let mut notes = data.notes;
+    notes.extend(left_out.notes("Lines: medians, bands: smallest to largest"));
+    Ok(whole(picture, &notes, &left_out, plots))
+}
+
+/// One explanation per limit; where panels differ it says of what.
+fn limit_signs(lines: &Lines) -> Vec<Sign> {
+    let several = lines.panels.len() > 1;
+    let sign = |panel: &Panel| {
+        let label = Label::of(panel.first_column());
+        let mut sign = limit_sign(panel.limit.as_ref()?, &label);
+        if several {
+            sign.words += &format!(" ({})", within(&panel.y_axis.words(&label)));
+        }
+        Some(sign)
+    };
+    lines.panels.iter().filter_map(sign).collect()
+}
+
+/// Title and unit of the axis: those of the column if there is only one.
+fn title(panel: &Panel) -> Label {
+    let mut label = Label::of(panel.first_column());
+    if panel.y.len() > 1 || panel.y.is_empty() && panel.theory.len() > 1 {
+        label.words = "Value".to_owned();
+    }
+    label
+}
+
+/// What the curves are told apart by: the series, or without them the columns.
+struct Names {
+    simulated: Vec<String>,
+    theory: Vec<String>,
+    /// Words of the legend of colours, in order.
+    coloured: Vec<String>,
+    /// Title of that legend; without series there is none.
+    heading: Option<String>,
+    colours: [Vec<&'static str>; 2],
+    /// One simulated column and one of theory at most per panel: the titles of
+    /// the axes say which.
+    alike: bool,
+}
+
+impl Names {
+    fn of(lines: &Lines, data: &Data) -> Self {
+        let columns = |of: fn(&Panel) -> &Vec<String>| {
+            let mut names: Vec<String> = Vec::new();
+            for name in lines.panels.iter().flat_map(of) {
+                if !names.contains(name) {
+                    names.push(name.clone());
+                }
+            }
+            names
+        };
+        let single = |panel: &Panel| panel.y.len() < 2 && panel.theory.len() < 2;
+        let alike = lines.panels.iter().all(single);
+        let simulated = columns(|panel| &panel.y);
+        let theory = columns(|panel| &panel.theory);
+        let heading = lines
+            .series
+            .as_ref()
+            .map(|column| format!("{}:", Label::of(column).words));
+        let coloured = match &heading {
+            Some(_) => data.series.names.clone(),
+            None if alike => vec!["simulated".to_owned()],
+            None => simulated
+                .iter()
+                .map(|column| Label::of(column).words)
+                .collect(),
+        };
+        Self {
+            colours: series(coloured.len(), data.series.numbers.is_some()),
+            simulated,
+            theory,
+            coloured,
+            heading,
+            alike,
+        }
+    }
+
+    /// The name of a curve that the colours go by.
+    fn name(&self, column: &str, series: usize) -> String {
+        match &self.heading {
+            Some(_) => self.coloured[series].clone(),
+            None if self.alike => "simulated".to_owned(),
+            None => Label::of(column).words,
+        }
+    }
+
+    /// Place of a column among those of its kind, where columns look different.
+    fn place(&self, of: &[String], column: &str) -> usize {
+        match self.alike {
+            true => 0,
+            false => of.iter().position(|name| name == column).unwrap_or(0),
+        }
+    }
+
+    /// What the dashes of theory mean, and beside series of other colours full lines,
+    /// where titles of axes and colours do not say it.
+    fn signs(&self, lines: &Lines) -> Vec<Sign> {
+        let words = |column: &str, own: &Option<String>, usual: &str| match (self.alike, own) {
+            (false, _) => Label::of(column).words,
+            (true, Some(own)) => own.clone(),
+            (true, None) => usual.to_owned(),
+        };
+        let most = if self.alike { 1 } else { usize::MAX };
+        let mut signs = Vec::new();
+        if (self.heading.is_some() || self.alike) && !(self.alike && self.theory.is_empty()) {
+            let colour = if self.heading.is_some() {
+                MUTED
+            } else {
+                self.colours[0][0]
+            };
+            signs.extend(self.simulated.iter().take(most).map(|column| Sign {
+                words: words(column, &lines.marks, "simulated"),
+                colour,
+                dash: &[],
+            }));
+        }
+        signs.extend(
+            self.theory
+                .iter()
+                .take(most)
+                .enumerate()
+                .map(|(at, column)| Sign {
+                    words: words(column, &lines.dashes, "theory"),
+                    colour: if self.heading.is_some() { MUTED } else { INK },
+                    dash: THEORY[at % THEORY.len()],
+                }),
+        );
+        signs
+    }
+
+    /// The channels of colour and shape; the legend stands in one plot only.
+    fn channels(&self, with_legend: bool) -> [Value; 2] {
+        let legend = match with_legend && self.coloured.len() > usize::from(self.heading.is_none())
+        {
+            true => json!({"columns": 6}),
+            false => Value::Null,
+        };
+        let channel = |range: Value| {
+            json!({
+                "field": "name", "type": "nominal", "title": self.heading,
+                "scale": {"domain": self.coloured, "range": range}, "legend": legend,
+            })
+        };
+        let shapes = (0..self.coloured.len()).map(|at| SHAPES[at % SHAPES.len()]);
+        let shapes: Vec<&str> = shapes.collect();
+        [channel(json!(self.colours[0])), channel(json!(shapes))]
+    }
+}
+
+/// A panel on its way.
+struct Drawing<'a> {
+    plot: Plot,
+    data: &'a Data<'a>,
+    panel: &'a Panel,
+    names: &'a Names,
+    x: &'a Axis,
+    place: usize,
+    /// The legend of the colours, and the choice in it, are those of this plot: the
+    /// first that has marks.
+    has_legend: bool,
+    is_last: bool,
+}
+
+/// The points of a column, series by series.
+struct Curves {
+    column: String,
+    points: Vec<Points>,
+}
+
+impl Drawing<'_> {
+    /// Adds all layers; the explanation of the base's line.
+    fn fill(
+        &mut self,
+        lines: &Lines,
+        left_out: &mut LeftOut,
+    ) -> Result<Option<Sign>, PictureError> {
+        let panel = self.panel;
+        let label = title(panel);
+        let mut columns = Vec::new();
+        let log = panel.y_axis.spacing == Spacing::Log;
+        for name in panel.y.iter().chain(&panel.theory) {
+            columns.push(self.curves(name, &label, log, left_out)?);
+        }
+        let on_x = |at: f64| self.x.holds(at);
+        let points = || columns.iter().flat_map(|of| of.points.iter().flatten());
+        let spreads = || {
+            points()
+                .filter(|(at, _)| on_x(*at))
+                .filter_map(|(_, spread)| spread.as_ref())
+        };
+        let span = extent(spreads().flat_map(|spread| [spread.low, spread.high]));
+        let limits = limits(panel.limit.as_ref(), span, log);
+        let span = with_limits(span, &limits, log);
+        let y = Axis::new(&panel.y_axis, &label, span, Margin::FromZero)?;
+        let beyond = spreads().filter(|spread| !y.holds(spread.median));
+        left_out.beyond += beyond.map(|spread| spread.rows.len()).sum::<usize>();
+        let outside = points()
+            .filter(|(at, _)| !on_x(*at))
+            .filter_map(|(_, spread)| spread.as_ref());
+        left_out.beyond += outside.map(|spread| spread.rows.len()).sum::<usize>();
+        let base = add_base_line(&mut self.plot, self.data.table, &lines.x, self.x);
+        if spreads().next().is_some() {
+            add_limits(&mut self.plot, &limits, &y, "y");
+        }
+        for (at, of) in columns.iter().enumerate() {
+            self.add_curves(of, at >= panel.y.len(), &y);
+        }
+        // The axes of the plot are those of its marks.
+        let (x_channel, y_channel) = (self.x_channel(), y.channel("y"));
+        for layer in &mut self.plot.layers {
+            let encoding = &mut layer["encoding"];
+            if !encoding["x"].is_null() {
+                encoding["x"] = x_channel.clone();
+            }
+            if !encoding["y"].is_null() {
+                encoding["y"] = y_channel.clone();
+            }
+        }
+        Ok(base)
+    }
+
+    fn x_channel(&self) -> Value {
+        let mut channel = self.x.channel("x");
+        if !self.is_last {
+            channel["title"] = Value::Null;
+            channel["axis"]["labels"] = json!(false);
+        }
+        channel
+    }
+
+    /// The points of a column; what a logarithmic axis does not have is left out.
+    fn curves(
+        &self,
+        name: &str,
+        label: &Label,
+        log: bool,
+        left_out: &mut LeftOut,
+    ) -> Result<Curves, PictureError> {
+        let column = self.data.table.column(name)?;
+        let unit = Label::of(name).unit();
+        let first = (self.panel.first_column(), label.unit.as_str());
+        let apart = || PictureError::units([first, (name, &unit.symbol)]);
+        let factor = power_of_ten(unit.shift_to(&label.unit()).ok_or_else(apart)?);
+        let values = column.numbers()?.into_iter();
+        let values: Vec<Option<f64>> = values.map(|value| Some(value? * factor)).collect();
+        let mut points = Vec::new();
+        let of_none = |row: &&usize| self.data.series.of_row[**row].is_none();
+        let of_none = self.data.rows.iter().filter(of_none).count();
+        left_out.of += of_none;
+        left_out.missing += of_none;
+        for series in 0..self.data.series.len() {
+            let mut of_series = self.data.points(&values, series, self.x, left_out);
+            for (_, spread) in &mut of_series {
+                if log && let Some(seen) = spread.take_if(|spread| spread.low <= 0.0) {
+                    left_out.not_above_0 += seen.rows.len();
+                }
+            }
+            points.push(of_series);
+        }
+        Ok(Curves {
+            column: name.to_owned(),
+            points,
+        })
+    }
+
+    /// Band, line and marks of a column.
+    fn add_curves(&mut self, curves: &Curves, is_theory: bool, y: &Axis) {
+        let mut marks = Vec::new();
+        let (mut has_band, mut crowded) = (false, false);
+        for (series, points) in curves.points.iter().enumerate() {
+            let name = self.names.name(&curves.column, series);
+            let shown = points.iter().filter(|(_, spread)| spread.is_some()).count();
+            crowded |= shown as f64 * MARK_ROOM > WIDTH;
+            let mut part = 0;
+            for (place, (at, spread)) in points.iter().enumerate() {
+                let Some(spread) = spread else {
+                    part += 1;
+                    continue;
+                };
+                let is_none = |at: Option<usize>| {
+                    at.and_then(|at| points.get(at))
+                        .is_none_or(|(_, spread)| spread.is_none())
+                };
+                let is_alone = is_none(place.checked_sub(1)) && is_none(Some(place + 1));
+                has_band |= spread.high > spread.low;
+                let mut mark = json!({
+                    "rows": spread.rows, "column": curves.column, "name": name,
+                    "part": format!("{series}.{part}"),
+                    "x": self.x.shown(*at), "y": y.shown(spread.median),
+                });
+                if spread.rows.len() > 1 {
+                    (mark["low"], mark["high"]) =
+                        (json!(y.shown(spread.low)), json!(y.shown(spread.high)));
+                }
+                if is_alone {
+                    mark["alone"] = json!(true);
+                }
+                marks.push(mark);
+            }
+        }
+        if marks.is_empty() {
+            return;
+        }
+        // A mark at the end of an axis is whole, if none lies beyond.
+        let points = || curves.points.iter().flatten();
+        let inside = |(at, spread): &(f64, Option<Spread>)| {
+            let spread = spread.as_ref();
+            spread.is_none_or(|spread| self.x.holds(*at) && y.holds(spread.median))
+        };
+        let clip = !points().all(inside);
+        let is_first = self.plot.marks.is_empty();
+        self.plot.marks.extend(marks);
+        let has_choice = is_first && self.has_legend;
+        let [colour, shape] = self.names.channels(self.has_legend);
+        let only = json!([{"filter": format!("datum.column === {}", json!(curves.column))}]);
+        let channels = |colour: &str, value: Value| {
+            let mut encoding = json!({
+                "x": self.x.channel("x"), "y": y.channel("y"), "detail": {"field": "part"}, "opacity": fading(1.0),
+            });
+            encoding[colour] = value;
+            encoding
+        };
+        let mut layers = Vec::new();
+        if has_band {
+            let mut encoding = channels("color", colour.clone());
+            encoding["y"]["field"] = json!("low");
+            encoding["y2"] = json!({"field": "high"});
+            encoding["opacity"] = fading(0.16);
+            layers.push((json!({"type": "area", "clip": true}), encoding));
+        }
+        if is_theory {
+            let place = self.names.place(&self.names.theory, &curves.column);
+            let dash = THEORY[place % THEORY.len()];
+            let mut mark =
+                json!({"type": "line", "clip": true, "strokeWidth": 2, "strokeDash": dash});
+            let [without_legend, _] = self.names.channels(false);
+            let mut encoding = channels("stroke", without_legend);
+            match self.names.heading {
+                Some(_) => encoding["stroke"]["scale"]["range"] = json!(self.names.colours[1]),
+                None => {
+                    encoding["stroke"] = json!({"value": INK});
+                    mark["style"] = json!("ink");
+                }
+            }
+            layers.push((mark, encoding));
+        } else {
+            let mark = json!({"type": "line", "clip": true, "strokeWidth": 2});
+            layers.push((mark, channels("color", colour.clone())));
+        }
+        let place = self.names.place(&self.names.simulated, &curves.column);
+        let hollow = self.names.heading.is_some() && place > 0;
+        let size = if crowded { 12 } else { 60 };
+        let mut mark = json!({"type": "point", "clip": clip, "filled": !hollow, "size": size});
+        let mut encoding = channels("color", colour);
+        if is_theory {
+            // There for the pointer; to be seen where a point stands alone.
+            mark["size"] = json!(24);
+            encoding["color"] = json!({"value": INK});
+            encoding["opacity"] =
+                json!({"condition": {"test": "datum.alone", "value": 1}, "value": 0});
+        } else {
+            encoding["shape"] = shape;
+        }
+        encoding["tooltip"] = json!([
+            {"field": "rows", "title": "row"}, {"field": "name"},
+            {"field": "x", "title": self.x.title}, {"field": "y", "title": y.title},
+        ]);
+        layers.push((mark, encoding));
+        let last = layers.len() - 1;
+        for (at, (mark, encoding)) in layers.into_iter().enumerate() {
+            let mut layer = of_marks(mark, encoding);
+            layer["transform"] = only.clone();
+            if at == last && is_first {
+                brush(&mut layer, self.place, &["x"]);
+            }
+            // The legend is that of the first layer, and so must its choice be.
+            if at == 0 && has_choice {
+                choice(&mut layer);
+            }
+            self.plot.layers.push(layer);
+        }
+    }
+}
+
+/// A place along x with the values there; none where every run lacks one.
+type Points = Vec<(f64, Option<Spread>)>;
+
+/// Rows with their places and series.
+struct Data<'a> {
+    table: &'a Table,
+    rows: Vec<usize>,
+    /// Remarks about the choice of rows.
+    notes: Vec<String>,
+    /// The series; one without a name if the picture names no column.
+    series: Different,
+    /// Value of x per row of the table; the number of a word.
+    x_of_row: Vec<Option<f64>>,
+    /// Words of x, if it has words.
+    x_names: Option<Vec<String>>,
+}
+
+impl<'a> Data<'a> {
+    fn of(
+        spec: &Picture,
+        lines: &Lines,
+        table: &'a Table,
+    ) -> Result<(Self, LeftOut), PictureError> {
+        let Chosen {
+            rows,
+            notes,
+            left_out,
+        } = Chosen::of(spec, table)?;
+        let series = match &lines.series {
+            Some(name) => Different::series(table.column(name)?, &rows)?,
+            None => Different {
+                of_row: vec![Some(0); table.rows()],
+                names: vec![String::new()],
+                numbers: None,
+            },
+        };
+        let x = Different::of(table.column(&lines.x)?, &rows)?;
+        let value = |at: usize| match &x.numbers {
+            Some(numbers) => numbers[at],
+            None => at as f64,
+        };
+        let x_of_row = x.of_row.iter().map(|at| at.map(value)).collect();
+        let x_names = x.numbers.is_none().then_some(x.names);
+        let data = Self {
+            table,
+            rows,
+            notes,
+            series,
+            x_of_row,
+            x_names,
+        };
+        Ok((data, left_out))
+    }
+
+    /// The axis along x, over all rows, whether they have values or not.
+    fn x_axis(&self, lines: &Lines) -> Result<Axis, PictureError> {
+        let label = Label::of(&lines.x);
+        if let Some(names) = &self.x_names {
+            return Ok(Axis::of_places(lines.x_axis.words(&label), names.clone()));
+        }
+        let log = lines.x_axis.spacing == Spacing::Log;
+        let values = || self.rows.iter().filter_map(|&row| self.x_of_row[row]);
+        let drawn = |value: &f64| !log || *value > 0.0;
+        let span = extent(values().filter(drawn));
+        Ok(Axis::new(&lines.x_axis, &label, span, Margin::Around)?.of_values(values()))
+    }
+
+    /// The points of one series of a column, ascending in x.
+    fn points(
+        &self,
+        values: &[Option<f64>],
+        series: usize,
+        x: &Axis,
+        left_out: &mut LeftOut,
+    ) -> Points {
+        let mut rows: Vec<(f64, usize)> = Vec::new();
+        for &row in &self.rows {
+            if self.series.of_row[row] != Some(series) {
+                continue;
+            }
+            match self.x_of_row[row] {
+                Some(at) if !x.log || at > 0.0 => rows.push((at, row)),
+                Some(_) => {
+                    left_out.of += 1;
+                    left_out.not_above_0 += 1;
+                }
+                None => {
+                    left_out.of += 1;
+                    left_out.missing += 1;
+                }
+            }
+        }
+        rows.sort_by(|(a, _), (b, _)| a.total_cmp(b));
+        // Values of x are those of `Different`.
+        let places = rows.chunk_by(|(a, _), (b, _)| a == b);
+        let mut points = Points::new();
+        for place in places {
+            let Some(&(at, _)) = place.first() else {
+                continue;
+            };
+            let runs = place
+                .iter()
+                .filter_map(|&(_, row)| Some((row, values[row]?)));
+            let runs: Vec<(usize, f64)> = runs.collect();
+            left_out.of += place.len();
+            left_out.missing += place.len() - runs.len();
+            left_out.shared = left_out.shared.max(runs.len());
+            points.push((at, Spread::of(runs)));
+        }
+        points
+    }
+}
