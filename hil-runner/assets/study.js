@@ -423,7 +423,6 @@ async function start() {
   enter(libraries);
   const { rows, pictures } = JSON.parse(data);
   const study = new Study(rows, pictures);
-  page.openRow = (/** @type {number} */ row) => study.choose(study.section, [row]);
   const { dataset } = document.documentElement;
   for (const drawn of study.drawn) {
     await drawn.draw();

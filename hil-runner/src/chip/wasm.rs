@@ -3,6 +3,7 @@
 
 use std::collections::VecDeque;
 use std::fmt;
+use std::io::Read;
 use std::time::Duration;
 
 use firmware_link::frame::crc32;
@@ -102,11 +103,9 @@ impl Line for PageLine {
     }
 
     fn receive(&mut self, buffer: &mut [u8], _: Duration) -> Result<usize, ChipError> {
-        let count = buffer.len().min(self.replies.len());
-        for (place, byte) in buffer.iter_mut().zip(self.replies.drain(..count)) {
-            *place = byte;
-        }
-        Ok(count)
+        self.replies
+            .read(buffer)
+            .map_err(|error| ChipError(error.to_string()))
     }
 
     fn patience(&self) -> Duration {

@@ -16,13 +16,12 @@ use hil_runner::chip::client::Client;
 use hil_runner::chip::spec::{ChipLink, Transport};
 use hil_runner::chip::wasm::{Page, PageLine};
 use hil_runner::chip::{ChipLaw, installed};
-use hil_runner::files;
 use hil_runner::live::{Images, LiveCase};
 use serde_json::{Value, json};
 
 #[cfg(unix)]
 use super::flips;
-use super::options::{Cases, OpenChip, Sets, explain, refuse_other_laws};
+use super::options::{Cases, OpenChip, Sets, explain, live_case, refuse_other_laws};
 use super::terminal::{self, Progress, check_signals, tell};
 
 /// Hold the controller on chips against the host's, bit for bit
@@ -201,7 +200,11 @@ impl Certify {
         for link in links {
             let made = match &link {
                 Held::Chip(link) => bench.of_chip(link, rows),
-                Held::Page => bench.of_page(&self.live_cases()?, rows),
+                Held::Page => {
+                    let cases = self.cases.cases.iter();
+                    let cases = cases.map(|case| live_case(case, &self.sets));
+                    bench.of_page(&cases.collect::<Result<Vec<_>, _>>()?, rows)
+                }
             };
             match made {
                 Ok(certificate) => certificates.push(certificate),
@@ -221,15 +224,6 @@ impl Certify {
             bail!("{}", errors.join("\n"));
         }
         Ok(differences.is_empty())
-    }
-
-    /// The cases as a page has them.
-    fn live_cases(&self) -> anyhow::Result<Vec<LiveCase>> {
-        let case = |case: &String| {
-            let (name, text) = files::named_text(case)?;
-            Ok(LiveCase::new(name, &text, &self.sets.sets)?)
-        };
-        self.cases.cases.iter().map(case).collect()
     }
 }
 

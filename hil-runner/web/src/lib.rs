@@ -10,32 +10,11 @@
 //! of 8 bytes, and the values as `f64`, all lowest byte first. To [`serve`] bytes of the line go in
 //! and bytes of the line come out, as at the end of a chip's ([`served`]).
 
+pub mod buffer;
 pub mod served;
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
-
+use buffer::replaced;
 use hil_core::requests::{self, Answer};
-
-static BUFFER: Mutex<Vec<u8>> = Mutex::new(Vec::new());
-
-fn buffer() -> MutexGuard<'static, Vec<u8>> {
-    BUFFER.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// Makes room for a request.
-#[unsafe(no_mangle)]
-pub extern "C" fn room(bytes: usize) -> *mut u8 {
-    let mut buffer = buffer();
-    buffer.clear();
-    buffer.resize(bytes, 0);
-    buffer.as_mut_ptr()
-}
-
-/// The place of the answer.
-#[unsafe(no_mangle)]
-pub extern "C" fn answer() -> *const u8 {
-    buffer().as_ptr()
-}
 
 /// Answers with the form of a run file.
 #[unsafe(no_mangle)]
@@ -63,12 +42,4 @@ pub extern "C" fn serve() -> usize {
 
 fn answered(request: fn(&[u8]) -> Answer) -> usize {
     replaced(|bytes| request(bytes).to_bytes())
-}
-
-/// Puts an answer in the place of the request; its length.
-fn replaced(answer: impl FnOnce(&[u8]) -> Vec<u8>) -> usize {
-    let mut buffer = buffer();
-    let answer = answer(&buffer);
-    *buffer = answer;
-    buffer.len()
 }

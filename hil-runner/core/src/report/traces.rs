@@ -1,6 +1,6 @@
 //! The curves of one run, as columns.
 
-use plant::ContactChange;
+use plant::{ContactChange, MotionPoint};
 use serde::Serialize;
 
 use crate::case::{Case, Law};
@@ -80,13 +80,18 @@ impl Traces {
         let of_points =
             |of: &dyn Fn(&PlotPoint) -> f64| points.iter().map(of).collect::<Vec<f64>>();
         let pitch = case.axis.transmission.screw_pitch_m_per_rad;
+        let command: Vec<MotionPoint> = points.iter().map(|p| case.motion.at(p.t_s)).collect();
+        let of_command = |of: fn(&MotionPoint) -> f64| command.iter().map(of).collect::<Vec<f64>>();
         let acc_ref = |(i, point): (usize, &PlotPoint)| {
             // Of two points at one instant the first shows the limit before.
             if points.get(i + 1).is_some_and(|next| next.t_s == point.t_s) {
                 case.motion.acceleration_before_mps2(point.t_s)
             } else {
-                case.motion.at(point.t_s).acceleration_mps2
+                command[i].acceleration_mps2
             }
+        };
+        let following_error_mm = |(point, command): (&PlotPoint, &MotionPoint)| {
+            1e3 * (command.displacement_m - pitch * point.state.gamma_rad())
         };
         let end_s = seconds(case.run.duration_ns);
         let has_codes = case.controller.law != Law::Continuous;
@@ -97,13 +102,15 @@ impl Traces {
             t_s: of_points(&|p| p.t_s),
             acc_ref_mps2: points.iter().enumerate().map(acc_ref).collect(),
             acc_mps2: of_points(&|p| p.acc_mps2),
-            x_ref_m: of_points(&|p| case.motion.at(p.t_s).displacement_m),
+            x_ref_m: of_command(|m| m.displacement_m),
             x_m: of_points(&|p| pitch * p.state.gamma_rad()),
-            v_ref_mps: of_points(&|p| case.motion.at(p.t_s).velocity_mps),
+            v_ref_mps: of_command(|m| m.velocity_mps),
             v_mps: of_points(&|p| pitch * p.state.gamma_dot_radps()),
-            following_error_mm: of_points(&|p| {
-                1e3 * (case.motion.at(p.t_s).displacement_m - pitch * p.state.gamma_rad())
-            }),
+            following_error_mm: points
+                .iter()
+                .zip(&command)
+                .map(following_error_mm)
+                .collect(),
             motor_voltage_v: of_points(&|p| p.voltage_v),
             voltage_held: case.holds_the_voltage(),
             current_a: of_points(&|p| p.state.current_a),

@@ -34,6 +34,8 @@ pub struct Request {
     pub loops: bool,
     /// True for a second run, which tells the digits that hold.
     pub confirm: bool,
+    /// True for all that `--summary` writes besides.
+    pub summary: bool,
 }
 
 impl Request {
@@ -62,7 +64,6 @@ pub fn describe(bytes: &[u8]) -> Answer {
     answer(bytes, |request| {
         let file = request.file().map_err(refused)?;
         Ok(Answer::of(json!({
-            "version": env!("CARGO_PKG_VERSION"),
             "sections": file.form(),
             "rungs": Law::ALL.map(Law::name),
         })))
@@ -110,7 +111,7 @@ fn shown(run: &CaseRun, request: &Request) -> Answer {
         "reserved": report.reserved,
         "warnings": report.warnings,
         "parameters": report.parameters,
-        "summary": run.outcome.summary,
+        "summary": request.summary.then_some(&run.outcome.summary),
         "loops": request.loops.then(|| LoopReport::of(&run.case)),
     }));
     if request.columns {

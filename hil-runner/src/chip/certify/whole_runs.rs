@@ -47,6 +47,7 @@ fn request(case: &LiveCase, law: Law) -> Value {
         "sets": sets,
         "columns": true,
         "loops": true,
+        "summary": true,
     })
 }
 

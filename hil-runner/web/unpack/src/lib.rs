@@ -3,38 +3,15 @@
 //! is packed, [`unpack`], and the place of the answer, which is empty where nothing can be
 //! unpacked.
 
-use std::sync::{Mutex, MutexGuard, PoisonError};
+#[path = "../../src/buffer.rs"]
+pub mod buffer;
 
 use lzma_rust2::{Action, LzmaStream};
-
-static BUFFER: Mutex<Vec<u8>> = Mutex::new(Vec::new());
-
-fn buffer() -> MutexGuard<'static, Vec<u8>> {
-    BUFFER.lock().unwrap_or_else(PoisonError::into_inner)
-}
-
-/// Makes room for what is packed.
-#[unsafe(no_mangle)]
-pub extern "C" fn room(bytes: usize) -> *mut u8 {
-    let mut buffer = buffer();
-    buffer.clear();
-    buffer.resize(bytes, 0);
-    buffer.as_mut_ptr()
-}
-
-/// The place of what is unpacked.
-#[unsafe(no_mangle)]
-pub extern "C" fn answer() -> *const u8 {
-    buffer().as_ptr()
-}
 
 /// Unpacks; the length.
 #[unsafe(no_mangle)]
 pub extern "C" fn unpack() -> usize {
-    let mut buffer = buffer();
-    let unpacked = unpacked(&buffer).unwrap_or_default();
-    *buffer = unpacked;
-    buffer.len()
+    buffer::replaced(|packed| unpacked(packed).unwrap_or_default())
 }
 
 /// The bytes of a file of LZMA that tells their number.
