@@ -264,6 +264,8 @@ class Study {
     this.panel.setAttribute("role", "region");
     this.panel.setAttribute("aria-live", "polite");
     document.body.append(this.tip);
+    // What it says is no longer below the pointer.
+    addEventListener("scroll", () => (this.tip.hidden = true), { passive: true });
     this.drawn = pictures.map((picture) => {
       const figure = /** @type {HTMLElement} */ (document.getElementById(picture.file));
       return new Drawn(picture, figure, this);
