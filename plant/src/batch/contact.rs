@@ -8,6 +8,7 @@ use super::width::Width;
 use crate::exact::HELD;
 use crate::model::axis::Drive;
 use crate::model::joint::Contact;
+use crate::model::resistance::GuideMode;
 use crate::model::state::State;
 use crate::numerics::seconds;
 use crate::observe::extremes::{FIGURES, POWER};
@@ -177,7 +178,10 @@ impl<W: Width> Group<W> {
     /// True if the joint of a lane is closed; `None` where its step is not one
     /// to be followed side by side.
     fn contact_is_closed(&self, lane: usize) -> Option<bool> {
-        let simple = !self.mode.is_unsure(lane) && self.lanes[lane].result.is_ok();
+        let run = &self.lanes[lane];
+        let simple = !self.mode.is_unsure(lane)
+            && run.plant.mode.guide == GuideMode::AsWritten
+            && run.result.is_ok();
         simple.then(|| self.mode.joint.as_ref()[lane] != 0.0)
     }
 
@@ -228,13 +232,12 @@ impl<W: Width> Group<W> {
         }
 
         let step = (left.voltage_v, shared.phases[left.phase].length_ns);
-        let start_flank = self.mode.joint.as_ref()[lane];
-        for (state, flank, length_s) in [
-            (&left.y, start_flank, change_s),
-            (&after, at(&transition.flank), left_s),
-        ] {
+        let start_mode = run.plant.mode;
+        let end_mode = start_mode.with_contact(at(&transition.flank));
+        for (state, mode, length_s) in [(&left.y, start_mode, change_s), (&after, end_mode, left_s)]
+        {
             let mut piece = run.plant.at(state, left.time_ns);
-            piece.set_contact(flank);
+            piece.mode = mode;
             let energies = piece.energies_of_piece(&mut shared.tables, step, length_s);
             for (sum, energy_j) in self.energies.iter_mut().zip(energies) {
                 sum.as_mut()[lane] += energy_j;
@@ -243,7 +246,7 @@ impl<W: Width> Group<W> {
 
         let from = run.plant.contact();
         run.plant.set(&end, left.time_ns);
-        run.plant.set_contact(at(&transition.flank));
+        run.plant.mode = end_mode;
         let to = run.plant.contact();
         let accelerations = transition
             .acceleration_mps2
@@ -268,7 +271,7 @@ impl<W: Width> Group<W> {
             let peak = &mut self.track.ends[i].as_mut()[lane];
             *peak = sizes.iter().fold(*peak, |peak, size| peak.max(size.abs()));
         }
-        for (piece, flank) in [start_flank, at(&transition.flank)].into_iter().enumerate() {
+        for (piece, mode) in [start_mode, end_mode].into_iter().enumerate() {
             let upper: [f64; FIGURES] = transition.uppers[piece].each_ref().map(at);
             if exceeds(&upper, &self.known_of(lane)) == 0 {
                 continue;
@@ -277,7 +280,7 @@ impl<W: Width> Group<W> {
             let candidate = Candidate {
                 upper,
                 state: if second { after } else { left.y },
-                flank,
+                mode,
                 voltage_v: left.voltage_v,
                 phase: left.phase,
                 time_ns: left.time_ns,

@@ -2,11 +2,11 @@
 //! have reached, and the steps that have not been looked at: the last ones, and
 //! those that wait as candidates for an extreme.
 
-use super::phase::{ModeNumbers, Phase, Steps, numbers_of};
+use super::phase::{Kind, ModeNumbers, Phase, Steps};
 use super::width::Width;
 use crate::exact::{DRIVING, HELD, Tables};
 use crate::hybrid::{Automaton, PlantError};
-use crate::model::axis::Axis;
+use crate::model::axis::{Axis, Mode};
 use crate::model::resistance::GuideMode;
 use crate::model::state::State;
 use crate::numerics::{count, seconds};
@@ -25,6 +25,8 @@ pub struct LaneSetup {
 #[derive(Debug, Clone)]
 pub(super) struct Shared {
     pub(super) axis: Axis,
+    /// True if dry friction can hold the screw.
+    pub(super) has_stiction: bool,
     pub(super) tables: Tables,
     pub(super) phases: Vec<Phase>,
     pub(super) lengths_ns: Vec<u64>,
@@ -89,8 +91,6 @@ pub(super) struct Group<W: Width> {
     pub(super) track: Track<W>,
     pub(super) mode: ModeNumbers<W>,
     pub(super) backlash_half_rad: W::Array,
-    /// ẍ now \[m/s²\].
-    pub(super) acceleration_mps2: W::Array,
     /// Sup of the figures' magnitudes over the ends of the steps before the
     /// present block.
     pub(super) peaks: [W::Array; FIGURES],
@@ -121,7 +121,6 @@ impl<W: Width> Group<W> {
             track: Track::new(),
             mode: ModeNumbers::new(),
             backlash_half_rad: zero,
-            acceleration_mps2: zero,
             peaks: [zero; FIGURES],
             floors: [zero; FIGURES],
             peak_abs_voltage_v: zero,
@@ -176,22 +175,19 @@ impl<W: Width> Group<W> {
         let plant = &self.lanes[lane].plant;
         let (mode, axis) = (plant.mode, plant.axis);
         self.mode.set(lane, plant);
-        self.track.now_mut().flank.as_mut()[lane] = self.mode.joint.as_ref()[lane];
-        let closed = mode.joint.carries();
+        let slot = self.track.now_mut();
+        slot.flank.as_mut()[lane] = self.mode.joint.as_ref()[lane];
+        slot.guide.as_mut()[lane] = self.mode.guide.as_ref()[lane];
+        let kind = Kind::of(&mode);
         let mut learnt = false;
         for (phase, steps) in shared.phases.iter_mut().zip(&mut self.steps) {
-            match phase.numbers(closed) {
-                Some(numbers)
-                    if mode.guide == GuideMode::AsWritten && (steps.knows_loss || !closed) =>
-                {
-                    steps.set(lane, numbers);
-                }
-                _ => {
-                    let table = shared.tables.held(&axis, &mode, phase.length_ns);
-                    learnt |= phase.learn(table, &axis);
-                    steps.set(lane, &numbers_of(table, &axis));
-                    steps.learn_loss(table);
-                }
+            if phase.numbers(kind).is_none() {
+                let table = shared.tables.held(&axis, &mode, phase.length_ns);
+                phase.learn(kind, table, &axis);
+                learnt = true;
+            }
+            if let Some(numbers) = phase.numbers(kind) {
+                steps.set(lane, numbers);
             }
         }
         if learnt {
@@ -202,12 +198,24 @@ impl<W: Width> Group<W> {
     /// Sets a lane's figures and peaks at the start of the motion.
     fn take_figures(&mut self, lane: usize) {
         let figures = self.lanes[lane].plant.figures(0.0);
-        self.acceleration_mps2.as_mut()[lane] = figures[0];
+        self.track.now_mut().acceleration_mps2.as_mut()[lane] = figures[0];
         let starts = self.track.starts.iter_mut().zip(&mut self.peaks);
         for ((start, peak), figure) in starts.zip(figures) {
             start.as_mut()[lane] = figure.abs();
             peak.as_mut()[lane] = figure.abs();
         }
+    }
+
+    /// Mode of a lane at a slot.
+    pub(super) fn mode_at(&self, slot: &Slot<W>, lane: usize) -> Mode {
+        let mut mode = self.lanes[lane]
+            .plant
+            .mode
+            .with_contact(slot.flank.as_ref()[lane]);
+        if mode.guide != GuideMode::AsWritten {
+            mode.guide = GuideMode::towards(slot.guide.as_ref()[lane]);
+        }
+        mode
     }
 
     /// State of a lane.
@@ -227,7 +235,7 @@ impl<W: Width> Group<W> {
             array.as_mut()[lane] = value;
         }
         let figures = self.lanes[lane].plant.figures(command_m);
-        self.acceleration_mps2.as_mut()[lane] = figures[0];
+        self.track.now_mut().acceleration_mps2.as_mut()[lane] = figures[0];
         for (start, figure) in self.track.starts.iter_mut().zip(figures) {
             let start = &mut start.as_mut()[lane];
             *start = start.max(figure.abs());
@@ -332,6 +340,10 @@ pub(super) struct Slot<W: Width> {
     pub(super) state: [W::Array; HELD],
     /// The flank in contact: −1, 0 or 1; 1 without a gap.
     pub(super) flank: W::Array,
+    /// Direction in which the guide slides: −1, 1, or 0 where it is stuck.
+    pub(super) guide: W::Array,
+    /// ẍ \[m/s²\].
+    pub(super) acceleration_mps2: W::Array,
     /// x_ref \[m\].
     pub(super) command_m: W::Array,
     pub(super) time_ns: u64,
@@ -371,6 +383,8 @@ impl<W: Width> Track<W> {
         let slot = Slot {
             state: [zero; HELD],
             flank: zero,
+            guide: zero,
+            acceleration_mps2: zero,
             command_m: zero,
             time_ns: 0,
             voltage_v: zero,
@@ -427,10 +441,10 @@ impl<W: Width> Track<W> {
         let slot = self.now_mut();
         w.store(voltage_v, &mut slot.voltage_v);
         (slot.phase, slot.moved) = (phase, moved);
-        let (flank, time_ns) = (slot.flank, slot.time_ns + length_ns);
+        let (flank, guide, time_ns) = (slot.flank, slot.guide, slot.time_ns + length_ns);
         self.now += 1;
         let slot = self.now_mut();
-        (slot.flank, slot.time_ns) = (flank, time_ns);
+        (slot.flank, slot.guide, slot.time_ns) = (flank, guide, time_ns);
         slot
     }
 
@@ -447,8 +461,7 @@ pub(super) struct Candidate {
     /// Upper bounds of the figures' magnitudes; −∞ where there is no candidate.
     pub(super) upper: [f64; FIGURES],
     pub(super) state: State,
-    /// The flank in contact: −1, 0 or 1.
-    pub(super) flank: f64,
+    pub(super) mode: Mode,
     pub(super) voltage_v: f64,
     pub(super) phase: usize,
     pub(super) time_ns: u64,

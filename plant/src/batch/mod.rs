@@ -83,6 +83,7 @@ impl<W: Width> Batch<W> {
         Ok(Self {
             width,
             shared: Shared {
+                has_stiction: axis.resistance.has_stiction(),
                 axis,
                 tables: Tables::default(),
                 phases: lengths_ns.iter().map(|&ns| Phase::new(ns)).collect(),
@@ -132,11 +133,14 @@ impl<W: Width> Batch<W> {
 
     /// Follows lanes that have left the common step, as many of one kind at a time as
     /// go side by side; fewer wait for others, unless `all` are to be followed.
-    #[inline(always)]
     pub fn catch_up(&mut self, all: bool) {
-        let (groups, leaving) = (&mut self.groups, &mut self.leaving);
-        self.contacts
-            .follow(self.width, &mut self.shared, groups, (leaving, all));
+        let (w, shared) = (self.width, &mut self.shared);
+        let (contacts, groups) = (&mut self.contacts, &mut self.groups);
+        let leaving = &mut self.leaving;
+        w.apart(
+            #[inline(always)]
+            || contacts.follow(w, shared, groups, (leaving, all)),
+        );
     }
 
     /// State of a run.
@@ -145,16 +149,21 @@ impl<W: Width> Batch<W> {
     }
 
     /// Looks at what still waits for a look in any run.
-    #[inline(always)]
     pub fn look_back(&mut self) {
-        for group in &mut self.groups[..self.running] {
-            group.look_back(&mut self.shared);
-        }
+        let (groups, shared) = (&mut self.groups[..self.running], &mut self.shared);
+        self.width.apart(
+            #[inline(always)]
+            || {
+                groups.iter_mut().for_each(
+                    #[inline(always)]
+                    |group| group.look_back(shared),
+                )
+            },
+        );
     }
 
-    /// Extremes of a run so far, or the error that ended it; [`Batch::look_back`]
-    /// has to come first: it wants a caller whose code has the instructions of the
-    /// width, and this does not.
+    /// Extremes of a run so far, or the error that ended it; [`Batch::look_back`] has to
+    /// come first.
     ///
     /// # Errors
     /// The [`PlantError`] that stopped the run; it stands where it stopped.

@@ -9,7 +9,7 @@
 //! bound.
 
 use super::group::{Candidate, Group, PLACES, Shared, Slot, exceeds, state_of};
-use super::phase::dot_pairs;
+use super::phase::{Kind, dot_pairs};
 use super::width::Width;
 use crate::exact::{DRIVING, SLOPES, VALUES, command_slopes};
 use crate::model::motion::Motion;
@@ -178,8 +178,8 @@ impl<W: Width> Group<W> {
         let mut uppers = [W::array(f64::NEG_INFINITY); FIGURES];
         let mut lanes = 0;
         for i in (0..FIGURES).filter(|&i| open[i]) {
-            let mut start = self.figure_at(shared, from, (closed, i));
-            let mut end = self.figure_at(shared, to, (closed, i));
+            let mut start = self.figure_at(shared, from, i);
+            let mut end = self.figure_at(shared, to, i);
             let mut chord = dot_pairs(w, closed, &phase.chords[i], &changes);
             // The power is under one voltage all along.
             let size_v = w.abs(w.load(&from.voltage_v));
@@ -214,7 +214,7 @@ impl<W: Width> Group<W> {
             let candidate = Candidate {
                 upper: uppers.each_ref().map(of),
                 state: state_of::<W>(&from.state, lane),
-                flank: of(&from.flank),
+                mode: self.mode_at(from, lane),
                 voltage_v: of(&from.voltage_v),
                 phase: from.phase,
                 time_ns: from.time_ns,
@@ -229,44 +229,22 @@ impl<W: Width> Group<W> {
     /// The figures at a slot.
     #[inline(always)]
     fn figures_at(&self, shared: &Shared, slot: &Slot<W>) -> [W::Vector; FIGURES] {
-        let w = self.width;
-        let closed = w.greater(w.abs(w.load(&slot.flank)), w.splat(0.5));
-        let mut figures = [w.splat(0.0); FIGURES];
+        let mut figures = [self.width.splat(0.0); FIGURES];
         // No power: its steps know theirs at both ends.
         for (i, figure) in figures.iter_mut().enumerate().take(POWER) {
-            *figure = self.figure_at(shared, slot, (closed, i));
+            *figure = self.figure_at(shared, slot, i);
         }
         figures
     }
 
-    /// A figure at a slot, with the joint open or closed; the power per volt.
+    /// A figure at a slot; the power per volt.
     #[inline(always)]
-    fn figure_at(
-        &self,
-        shared: &Shared,
-        slot: &Slot<W>,
-        (closed, figure): (W::Mask, usize),
-    ) -> W::Vector {
+    fn figure_at(&self, shared: &Shared, slot: &Slot<W>, figure: usize) -> W::Vector {
         let w = self.width;
-        let axis = &shared.axis;
-        let p = w.splat(axis.pitch_m_per_rad);
+        let p = w.splat(shared.axis.pitch_m_per_rad);
         let y = |state: usize| w.load(&slot.state[state]);
         match figure {
-            0 => {
-                let mut torque = w.splat(0.0);
-                if let Some(joint) = axis.joint {
-                    let delta = y(EPSILON) - w.load(&slot.flank) * w.load(&self.backlash_half_rad);
-                    let carries = w.splat(joint.stiffness_nm_per_rad) * delta
-                        + w.splat(joint.damping_nms_per_rad) * y(EPSILON_DOT);
-                    torque = w.select(closed, carries, torque);
-                } else {
-                    let motor = axis.motor.torque_constant_nm_per_a / axis.gear_ratio;
-                    torque = w.splat(motor) * y(CURRENT);
-                }
-                let a1 = w.splat(axis.resistance.linear_ns_per_rad);
-                let force = w.load(&self.mode.resistance_n) + a1 * (y(BETA_DOT) - y(EPSILON_DOT));
-                p * ((torque - p * force) / w.splat(axis.moved_inertia()))
-            }
+            0 => w.load(&slot.acceleration_mps2),
             1 | POWER => y(CURRENT),
             CARRIAGE => w.load(&slot.command_m) - p * (y(BETA) - y(EPSILON)),
             _ => w.load(&slot.command_m) - p * y(BETA),
@@ -350,25 +328,26 @@ impl<W: Width> Group<W> {
         let phase = &shared.phases[candidate.phase];
         let run = &self.lanes[lane];
         let y = &candidate.state;
-        let closed = candidate.flank != 0.0;
-        let delta = y.epsilon_rad - candidate.flank * run.plant.axis.backlash_half_rad();
+        let (axis, mode) = (&run.plant.axis, &candidate.mode);
+        let kind = Kind::of(mode);
+        let delta = y.epsilon_rad - axis.offset_rad(mode);
         let from = [y.beta_dot_radps, delta, y.epsilon_dot_radps, y.current_a];
-        let rates = phase.rates.at(closed, &from, candidate.voltage_v);
+        let rates = phase.rates.at(kind, &from, candidate.voltage_v);
         let p = shared.axis.pitch_m_per_rad;
         let start_m = candidate.commands_m[0];
         let start = match figure {
-            0 => run.plant.acceleration_at_mps2(y, candidate.flank),
+            0 => axis.carriage_acceleration_mps2(mode, &y.to_vector()),
             1 => y.current_a,
             POWER => candidate.voltage_v * y.current_a,
             CARRIAGE => start_m - p * (y.beta_rad - y.epsilon_rad),
             _ => start_m - p * y.beta_rad,
         };
         let sketch = &phase.figures[figure];
-        let mut rises = sketch.rises(closed, &rates);
-        let mut off = sketch.stray(closed, &rates, start.abs());
+        let mut rises = sketch.rises(kind, &rates);
+        let mut off = sketch.stray(kind, &rates, start.abs());
         if figure == POWER {
             rises = rises.map(|rise| candidate.voltage_v * rise);
-            off = candidate.voltage_v.abs() * sketch.stray(closed, &rates, y.current_a.abs());
+            off = candidate.voltage_v.abs() * sketch.stray(kind, &rates, y.current_a.abs());
         }
         // The slope, per eleventh of a step, by which the polynomial is off.
         let mut slope_off = off / 11.0;
@@ -434,7 +413,7 @@ impl<W: Width> Group<W> {
             run.raise(&self.peaks, lane);
             run.raise(&self.track.ends, lane);
             let mut plant = run.plant.at(&candidate.state, candidate.time_ns);
-            plant.set_contact(candidate.flank);
+            plant.mode = candidate.mode;
             let (tables, extremes) = (&mut shared.tables, &mut run.extremes);
             let length_ns = shared.phases[candidate.phase].length_ns;
             let step = (candidate.voltage_v, length_ns);

@@ -8,31 +8,53 @@ use crate::exact::{
     VALUES,
 };
 use crate::hybrid::Automaton;
-use crate::model::axis::Axis;
+use crate::model::axis::{Axis, Mode};
 use crate::model::joint::JointMode;
 use crate::model::resistance::GuideMode;
 use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON_DOT};
 use crate::observe::extremes::FIGURES;
 
-/// One step of all groups: what depends on the state of the joint alone.
+/// What the numbers of a step depend on: whether the joint carries torque, and what the
+/// guide does.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Kind(usize);
+
+/// Number of kinds.
+const KINDS: usize = 6;
+
+impl Kind {
+    pub(super) fn of(mode: &Mode) -> Self {
+        let guide = match mode.guide {
+            // No axis has both.
+            GuideMode::AsWritten | GuideMode::Forward => 0,
+            GuideMode::Backward => 1,
+            GuideMode::Stuck => 2,
+        };
+        Self(2 * guide + usize::from(mode.joint.carries()))
+    }
+
+    fn is_closed(self) -> bool {
+        self.0 % 2 == 1
+    }
+}
+
+/// One step of all groups: what depends on the kind of mode alone.
 #[derive(Debug, Clone)]
 pub(super) struct Phase {
     pub(super) length_ns: u64,
-    /// True where the numbers of the open and the closed joint are known.
-    known: [bool; 2],
-    /// Those of the step, for the lanes.
-    numbers: [[f64; NUMBERS]; 2],
+    /// Numbers of the step for the lanes, where they are known.
+    numbers: [Option<Box<[f64; NUMBERS]>>; KINDS],
     pub(super) rates: LaneRates,
     /// δ and the figures as polynomials over the step.
     pub(super) gap: LaneSketch,
     pub(super) figures: [LaneSketch; FIGURES],
     /// Changes of ẍ, I, p·γ and p·β above which they are monotone, per change of
     /// the driving states, and how far they may stray from their chords, with
-    /// the joint open and closed.
+    /// the joint open and closed, whatever the guide does.
     pub(super) slopes: [[[f64; DRIVING]; 2]; FIGURES],
     pub(super) chords: [[[f64; DRIVING]; 2]; FIGURES],
-    /// The numbers of changes of contact, with the joint open and closed, where
-    /// they can be followed side by side.
+    /// The numbers of changes of contact of a guide without friction, with the joint open
+    /// and closed, where they can be followed side by side.
     pub(super) grids: [Option<LaneGrid>; 2],
 }
 
@@ -43,17 +65,19 @@ pub(super) struct Steps<W: Width> {
     numbers: [W::Constant; NUMBERS],
     /// Room for what [`Width::in_pairs`] stores.
     room: [f64; ROWS],
-    /// Numbers of the energy that the joint's damper takes.
-    pub(super) loss: LaneLoss<W>,
-    pub(super) knows_loss: bool,
 }
 
 /// Numbers of a step: the driving states' coefficients, a constant and a coefficient of the
 /// voltage, each for all states and then all parts of the armature's heat (`HeldArmature`);
-/// how far δ may stray from its chord, per change of the driving states; and the charge per
-/// first part.
-const NUMBERS: usize = ROWS * PER_ROW + DRIVING + 1;
+/// how far δ may stray from its chord, per change of the driving states; the charge per
+/// first part; those of the damper's heat ([`loss_numbers`]); and how far what the guide's
+/// guard looks at may stray from its chord.
+const NUMBERS: usize = GUIDE_BOUND + DRIVING;
 const ROWS: usize = HELD + PARTS;
+const GAP_BOUND: usize = ROWS * PER_ROW;
+const CHARGE: usize = GAP_BOUND + DRIVING;
+const LOSS: usize = CHARGE + 1;
+const GUIDE_BOUND: usize = LOSS + LOSS_NUMBERS;
 
 /// The numbers of a table.
 pub(super) fn numbers_of(table: &HeldTable, axis: &Axis) -> [f64; NUMBERS] {
@@ -64,30 +88,39 @@ pub(super) fn numbers_of(table: &HeldTable, axis: &Axis) -> [f64; NUMBERS] {
         to[..HELD].copy_from_slice(states);
         to[HELD..].copy_from_slice(parts);
     }
-    let rest = &mut numbers[ROWS * PER_ROW..];
-    rest[..DRIVING].copy_from_slice(&kernel.gap_bound);
-    rest[DRIVING] = armature.charge_per_part;
+    numbers[GAP_BOUND..CHARGE].copy_from_slice(&kernel.gap_bound);
+    numbers[CHARGE] = armature.charge_per_part;
+    numbers[LOSS..GUIDE_BOUND].copy_from_slice(&loss_numbers(table));
+    let of_guide = match table.guide {
+        GuideMode::AsWritten => return numbers,
+        GuideMode::Forward | GuideMode::Backward => Quantity::ScrewSpeed,
+        GuideMode::Stuck => Quantity::MovingTorque,
+    };
+    let bounds = &table.table.quantity(of_guide).bounds;
+    let driving = bounds.per_change.iter().skip(1);
+    for (to, bound) in numbers[GUIDE_BOUND..].iter_mut().zip(driving) {
+        *to = BOUND_MARGIN * bound;
+    }
     numbers
 }
 
-/// β̈, ε̈ and İ at the start of a step with the joint open and closed: per
-/// driving state, constant, and per volt.
+/// β̈, ε̈ and İ at the start of a step in each kind of mode: per driving state, constant,
+/// and per volt.
 #[derive(Debug, Clone)]
 pub(super) struct LaneRates {
-    rows: [[[f64; DRIVING]; 3]; 2],
-    load: [[f64; 3]; 2],
+    rows: [[[f64; DRIVING]; 3]; KINDS],
+    load: [[f64; 3]; KINDS],
     per_volt: f64,
 }
 
-/// A quantity over the step in Bernstein form (see [`Sketch`]), with the joint
-/// open and closed.
+/// A quantity over the step in Bernstein form (see [`Sketch`]), in each kind of mode.
 #[derive(Debug, Clone)]
 pub(super) struct LaneSketch {
     /// Rise of each coefficient over the one before it, rate by rate.
-    columns: [[[f64; VALUES]; HELD]; 2],
+    columns: [[[f64; VALUES]; HELD]; KINDS],
     /// Error of the polynomial, per |rate|. At first a bound that
     /// excludes nothing, and so it stays without a sketch.
-    stray: [[f64; HELD]; 2],
+    stray: [[f64; HELD]; KINDS],
 }
 
 /// The states that [`LaneRates`] has numbers for.
@@ -96,16 +129,15 @@ const ACCELERATED: [usize; 3] = [BETA_DOT, EPSILON_DOT, CURRENT];
 impl Phase {
     pub(super) fn new(length_ns: u64) -> Self {
         let sketch = LaneSketch {
-            columns: [[[0.0; VALUES]; HELD]; 2],
-            stray: [[f64::INFINITY; HELD]; 2],
+            columns: [[[0.0; VALUES]; HELD]; KINDS],
+            stray: [[f64::INFINITY; HELD]; KINDS],
         };
         Self {
             length_ns,
-            known: [false; 2],
-            numbers: [[0.0; NUMBERS]; 2],
+            numbers: [const { None }; KINDS],
             rates: LaneRates {
-                rows: [[[0.0; DRIVING]; 3]; 2],
-                load: [[0.0; 3]; 2],
+                rows: [[[0.0; DRIVING]; 3]; KINDS],
+                load: [[0.0; 3]; KINDS],
                 per_volt: 0.0,
             },
             figures: core::array::from_fn(|_| sketch.clone()),
@@ -116,30 +148,31 @@ impl Phase {
         }
     }
 
-    /// Takes over the numbers of a table; `false` if they are there already.
-    pub(super) fn learn(&mut self, table: &HeldTable, axis: &Axis) -> bool {
-        let closed = table.closed;
-        let known = &mut self.known[usize::from(closed)];
-        if core::mem::replace(known, true) {
-            return false;
-        }
-        self.numbers[usize::from(closed)] = numbers_of(table, axis);
-        self.rates.set(closed, &table.system);
+    /// Takes over the numbers of a table for modes of this kind.
+    pub(super) fn learn(&mut self, kind: Kind, table: &HeldTable, axis: &Axis) {
+        let numbers = numbers_of(table, axis);
+        self.numbers[kind.0] = Some(Box::new(numbers));
+        self.rates.set(kind, &table.system);
         let gap = table.table.quantity(Quantity::Delta);
-        self.gap.set(closed, gap.sketch.as_ref(), 1.0);
+        self.gap.set(kind, gap.sketch.as_ref(), 1.0);
+        let place = usize::from(kind.is_closed());
         for (i, (quantity, scale)) in figures(axis).into_iter().enumerate() {
             let linear = table.table.quantity(quantity);
-            self.figures[i].set(closed, linear.sketch.as_ref(), scale);
+            self.figures[i].set(kind, linear.sketch.as_ref(), scale);
             let bounds = &linear.bounds;
-            for j in 0..DRIVING {
-                let (slope, chord) = (bounds.slope_per_change[j + 1], bounds.per_change[j + 1]);
-                let place = usize::from(closed);
-                self.slopes[i][place][j] = BOUND_MARGIN * scale.abs() * slope;
-                self.chords[i][place][j] = BOUND_MARGIN * scale.abs() * chord;
+            let of_step = [
+                (&mut self.slopes[i][place], &bounds.slope_per_change),
+                (&mut self.chords[i][place], &bounds.per_change),
+            ];
+            for (largest, bounds) in of_step {
+                for (largest, bound) in largest.iter_mut().zip(bounds.iter().skip(1)) {
+                    *largest = largest.max(BOUND_MARGIN * scale.abs() * bound);
+                }
             }
         }
-        self.grids[usize::from(closed)] = LaneGrid::of(table, axis);
-        true
+        if !axis.resistance.has_stiction() {
+            self.grids[place] = LaneGrid::of(table, axis);
+        }
     }
 
     /// True if a guard of δ stays positive over a step of one lane, by the sketch:
@@ -147,14 +180,14 @@ impl Phase {
     #[inline(always)]
     pub(super) fn gap_holds(
         &self,
-        closed: bool,
+        kind: Kind,
         from: &[f64; DRIVING],
         voltage_v: f64,
         guard: impl Fn(f64) -> f64,
     ) -> bool {
-        let rates = self.rates.at(closed, from, voltage_v);
-        let rises = self.gap.rises(closed, &rates);
-        let stray = self.gap.stray(closed, &rates, from[1].abs());
+        let rates = self.rates.at(kind, from, voltage_v);
+        let rises = self.gap.rises(kind, &rates);
+        let stray = self.gap.stray(kind, &rates, from[1].abs());
         let mut delta = from[1];
         let mut holds = guard(delta) > stray;
         for rise in &rises[..SLOPES] {
@@ -164,10 +197,9 @@ impl Phase {
         holds
     }
 
-    /// The numbers of a step with the joint open or closed and nothing else that
-    /// matters, if they are known.
-    pub(super) fn numbers(&self, closed: bool) -> Option<&[f64; NUMBERS]> {
-        self.known[usize::from(closed)].then(|| &self.numbers[usize::from(closed)])
+    /// The numbers of a step in a mode of this kind, if they are known.
+    pub(super) fn numbers(&self, kind: Kind) -> Option<&[f64; NUMBERS]> {
+        self.numbers[kind.0].as_deref()
     }
 }
 
@@ -176,8 +208,6 @@ impl<W: Width> Steps<W> {
         Self {
             numbers: [W::constant(0.0); NUMBERS],
             room: [0.0; ROWS],
-            loss: LaneLoss::none(),
-            knows_loss: false,
         }
     }
 
@@ -212,23 +242,26 @@ impl<W: Width> Steps<W> {
         for part in parts {
             sum = sum + part * part;
         }
-        ([a, b, c, d, e], [sum, self.number(w, NUMBERS - 1) * first])
+        ([a, b, c, d, e], [sum, self.number(w, CHARGE) * first])
     }
 
     /// Bound of how far δ strays from its chord.
     #[inline(always)]
     pub(super) fn gap_strays(&self, w: W, change: &[W::Vector; DRIVING]) -> W::Vector {
-        let bound = |j: usize| self.number(w, ROWS * PER_ROW + j);
-        (bound(0) * change[0] + bound(1) * change[1])
-            + (bound(2) * change[2] + bound(3) * change[3])
+        self.strays(w, GAP_BOUND, change)
     }
 
-    /// Takes over what the damper takes, if the table is that of a closed joint.
-    pub(super) fn learn_loss(&mut self, table: &HeldTable) {
-        if table.closed && !self.knows_loss {
-            self.loss.set(table);
-            self.knows_loss = true;
-        }
+    /// Bound of how far what the guide's guard looks at strays from its chord.
+    #[inline(always)]
+    pub(super) fn guide_strays(&self, w: W, change: &[W::Vector; DRIVING]) -> W::Vector {
+        self.strays(w, GUIDE_BOUND, change)
+    }
+
+    #[inline(always)]
+    fn strays(&self, w: W, first: usize, change: &[W::Vector; DRIVING]) -> W::Vector {
+        let bound = |j: usize| self.number(w, first + j);
+        (bound(0) * change[0] + bound(1) * change[1])
+            + (bound(2) * change[2] + bound(3) * change[3])
     }
 
     /// Sets one lane to numbers of its own.
@@ -237,12 +270,43 @@ impl<W: Width> Steps<W> {
             to.as_mut()[lane] = *from;
         }
     }
+
+    /// Energy that the dampers take in a step \[J\]: `c·|R·v|²` with the rates v at its
+    /// start, in the order of `Dissipation::over`; 0 with the numbers of an open joint.
+    #[inline(always)]
+    pub(super) fn joint_loss(
+        &self,
+        w: W,
+        from: &[W::Vector; DRIVING],
+        voltage_v: W::Vector,
+    ) -> W::Vector {
+        let [beta_dot, delta, epsilon_dot, current] = *from;
+        let number = |place: usize| self.number(w, LOSS + place);
+        // Without the terms that are zero, which change no sum.
+        let gear = number(0) * delta + (number(1) * epsilon_dot + number(2) * current);
+        let joint = (number(3) * beta_dot + number(4) * delta)
+            + (number(5) * epsilon_dot + number(6) * current)
+            + number(7);
+        let armature = (number(8) * beta_dot + number(9) * current) + number(10) * voltage_v;
+        let rates = [gear, epsilon_dot, joint, armature];
+        let (mut sum, mut place) = (w.splat(0.0), 11);
+        for i in 0..DRIVING {
+            let mut part = number(place) * rates[i];
+            for rate in &rates[i + 1..] {
+                place += 1;
+                part = part + number(place) * *rate;
+            }
+            place += 1;
+            sum = sum + part * part;
+        }
+        number(place) * sum
+    }
 }
 
 impl LaneRates {
-    /// Sets the numbers of the open or the closed joint.
-    fn set(&mut self, closed: bool, system: &AxisSystem) {
-        let place = usize::from(closed);
+    /// Sets the numbers of a kind.
+    fn set(&mut self, kind: Kind, system: &AxisSystem) {
+        let Kind(place) = kind;
         for (i, state) in ACCELERATED.into_iter().enumerate() {
             for (j, to) in self.rows[place][i].iter_mut().enumerate() {
                 *to = system.a[(state, j + 1)];
@@ -253,8 +317,8 @@ impl LaneRates {
     }
 
     /// The rates of all states: β, β̇, δ, ε̇ and I.
-    pub(super) fn at(&self, closed: bool, from: &[f64; DRIVING], voltage_v: f64) -> [f64; HELD] {
-        let place = usize::from(closed);
+    pub(super) fn at(&self, kind: Kind, from: &[f64; DRIVING], voltage_v: f64) -> [f64; HELD] {
+        let Kind(place) = kind;
         let mut rates = self.load[place];
         for (rate, row) in rates.iter_mut().zip(&self.rows[place]) {
             let rotor = row[0] * from[0] + row[1] * from[1];
@@ -266,10 +330,9 @@ impl LaneRates {
 }
 
 impl LaneSketch {
-    /// Sets the numbers of the open or the closed joint.
-    fn set(&mut self, closed: bool, sketch: Option<&Sketch<HELD>>, scale: f64) {
+    /// Sets the numbers of a kind.
+    fn set(&mut self, Kind(place): Kind, sketch: Option<&Sketch<HELD>>, scale: f64) {
         let Some(sketch) = sketch else { return };
-        let place = usize::from(closed);
         for (i, slopes) in sketch.slopes.iter().enumerate() {
             for (column, slope) in self.columns[place].iter_mut().zip(slopes.iter()) {
                 column[i] = scale * slope / 11.0;
@@ -281,9 +344,9 @@ impl LaneSketch {
     }
 
     /// Rise of each coefficient over the one before it; the last number is 0.
-    pub(super) fn rises(&self, closed: bool, rates: &[f64; HELD]) -> [f64; VALUES] {
+    pub(super) fn rises(&self, Kind(place): Kind, rates: &[f64; HELD]) -> [f64; VALUES] {
         let mut rises = [0.0; VALUES];
-        for (column, rate) in self.columns[usize::from(closed)].iter().zip(rates) {
+        for (column, rate) in self.columns[place].iter().zip(rates) {
             for (rise, number) in rises.iter_mut().zip(column) {
                 *rise += number * rate;
             }
@@ -293,9 +356,9 @@ impl LaneSketch {
 
     /// Error of the polynomial, its own rounding and that of a start
     /// of the given size included.
-    pub(super) fn stray(&self, closed: bool, rates: &[f64; HELD], size: f64) -> f64 {
+    pub(super) fn stray(&self, Kind(place): Kind, rates: &[f64; HELD], size: f64) -> f64 {
         let mut sum = size * ROUNDING;
-        for (stray, rate) in self.stray[usize::from(closed)].iter().zip(rates) {
+        for (stray, rate) in self.stray[place].iter().zip(rates) {
             sum += stray * rate.abs();
         }
         sum
@@ -327,89 +390,35 @@ pub(super) fn dot_pairs<W: Width>(
 /// row by row, upper triangular; c.
 const LOSS_NUMBERS: usize = 3 + 5 + 3 + DRIVING * (DRIVING + 1) / 2 + 1;
 
-/// The numbers, each in every lane: a vector in memory costs no instruction.
-#[derive(Debug, Clone)]
-pub(super) struct LaneLoss<W: Width>([W::Array; LOSS_NUMBERS]);
-
-impl<W: Width> LaneLoss<W> {
-    /// As long as no joint was closed.
-    pub(super) fn none() -> Self {
-        Self([W::array(0.0); LOSS_NUMBERS])
+/// The numbers of a table; zeros where the joint is open or has no damping.
+fn loss_numbers(table: &HeldTable) -> [f64; LOSS_NUMBERS] {
+    let mut all = [0.0; LOSS_NUMBERS];
+    let Some(loss) = &table.loss else {
+        return all;
+    };
+    let (damping_nms_per_rad, factor) = loss.whole();
+    let system = &table.system;
+    let row = |state: usize| -> [f64; DRIVING] {
+        core::array::from_fn(|j| system.a[(state, BETA_DOT + j)])
+    };
+    let ([_, delta, speed, current], joint) = (row(BETA_DOT), row(EPSILON_DOT));
+    let [induced, _, _, resistive] = row(CURRENT);
+    let triangle = (0..DRIVING).flat_map(|i| (i..DRIVING).map(move |j| factor[(i, j)]));
+    let numbers = [delta, speed, current]
+        .into_iter()
+        .chain(joint)
+        .chain([
+            system.load[EPSILON_DOT],
+            induced,
+            resistive,
+            system.per_volt,
+        ])
+        .chain(triangle)
+        .chain([damping_nms_per_rad]);
+    for (to, number) in all.iter_mut().zip(numbers) {
+        *to = number;
     }
-
-    /// Takes over those of a table of the closed joint; without damping there are
-    /// none.
-    pub(super) fn set(&mut self, table: &HeldTable) {
-        let Some(loss) = &table.loss else {
-            return;
-        };
-        let (damping_nms_per_rad, factor) = loss.whole();
-        let system = &table.system;
-        let row = |state: usize| -> [f64; DRIVING] {
-            core::array::from_fn(|j| system.a[(state, BETA_DOT + j)])
-        };
-        let ([_, delta, speed, current], joint) = (row(BETA_DOT), row(EPSILON_DOT));
-        let [induced, _, _, resistive] = row(CURRENT);
-        let triangle = (0..DRIVING).flat_map(|i| (i..DRIVING).map(move |j| factor[(i, j)]));
-        let numbers = [delta, speed, current]
-            .into_iter()
-            .chain(joint)
-            .chain([
-                system.load[EPSILON_DOT],
-                induced,
-                resistive,
-                system.per_volt,
-            ])
-            .chain(triangle)
-            .chain([damping_nms_per_rad]);
-        for (to, number) in self.0.iter_mut().zip(numbers) {
-            *to = W::array(number);
-        }
-    }
-
-    /// True if there is a damper that has been in contact.
-    fn is_some(&self) -> bool {
-        self.0[LOSS_NUMBERS - 1].as_ref()[0] != 0.0
-    }
-
-    /// Energy that the dampers take in a step \[J\]: `c·|R·v|²` with the rates v at its
-    /// start, 0 where the joint is open, in the order of
-    /// `Dissipation::over`.
-    #[inline(always)]
-    pub(super) fn over_step(
-        &self,
-        w: W,
-        from: &[W::Vector; DRIVING],
-        flank: &W::Array,
-        voltage_v: W::Vector,
-    ) -> W::Vector {
-        let zero = w.splat(0.0);
-        if !self.is_some() {
-            return zero;
-        }
-        let [beta_dot, delta, epsilon_dot, current] = *from;
-        let number = |place: usize| w.load(&self.0[place]);
-        // Without the terms that are zero, which change no sum.
-        let gear = number(0) * delta + (number(1) * epsilon_dot + number(2) * current);
-        let joint = (number(3) * beta_dot + number(4) * delta)
-            + (number(5) * epsilon_dot + number(6) * current)
-            + number(7);
-        let armature = (number(8) * beta_dot + number(9) * current) + number(10) * voltage_v;
-        let rates = [gear, epsilon_dot, joint, armature];
-        let (mut sum, mut place) = (zero, 11);
-        for i in 0..DRIVING {
-            let mut part = number(place) * rates[i];
-            for rate in &rates[i + 1..] {
-                place += 1;
-                part = part + number(place) * *rate;
-            }
-            place += 1;
-            sum = sum + part * part;
-        }
-        let flank = w.load(flank);
-        let open = w.at_most(w.abs(flank), w.splat(0.5));
-        w.select(open, zero, number(place) * sum)
-    }
+    all
 }
 
 /// The numbers of every lane's mode.
@@ -421,6 +430,11 @@ pub(super) struct ModeNumbers<W: Width> {
     pub(super) base: W::Array,
     side: W::Array,
     open: W::Array,
+    /// That of the guide, `base + side·γ̇ − |τ|` where it is stuck, else without τ.
+    guide_base: W::Array,
+    guide_side: W::Array,
+    /// 1 where dry friction holds the screw, else 0.
+    stuck: W::Array,
     /// `k` and `c` while a flank carries, else 0.
     pub(super) stiffness: W::Array,
     pub(super) damping: W::Array,
@@ -428,6 +442,8 @@ pub(super) struct ModeNumbers<W: Width> {
     pub(super) resistance_n: W::Array,
     /// The flank in contact: −1, 0 or 1.
     pub(super) joint: W::Array,
+    /// Direction in which the guide slides: −1, 1, or 0 where it is stuck.
+    pub(super) guide: W::Array,
 }
 
 impl<W: Width> ModeNumbers<W> {
@@ -438,10 +454,14 @@ impl<W: Width> ModeNumbers<W> {
             base: zero,
             side: zero,
             open: zero,
+            guide_base: zero,
+            guide_side: zero,
+            stuck: zero,
             stiffness: zero,
             damping: zero,
             resistance_n: zero,
             joint: zero,
+            guide: zero,
         }
     }
 
@@ -457,6 +477,19 @@ impl<W: Width> ModeNumbers<W> {
         (of(&self.base) + of(&self.side) * delta) - of(&self.open) * delta.abs()
     }
 
+    /// The guard of the guide, with the torque that turns the screw.
+    #[inline(always)]
+    pub(super) fn guide_guard(&self, w: W, speed: W::Vector, torque: W::Vector) -> W::Vector {
+        let slides = w.load(&self.guide_base) + w.load(&self.guide_side) * speed;
+        slides - w.load(&self.stuck) * w.abs(torque)
+    }
+
+    /// The lanes in which dry friction holds the screw.
+    #[inline(always)]
+    pub(super) fn is_stuck(&self, w: W) -> W::Mask {
+        w.greater(w.load(&self.stuck), w.splat(0.5))
+    }
+
     /// True if no bound can tell that the lane keeps its mode.
     pub(super) fn is_unsure(&self, lane: usize) -> bool {
         self.base.as_ref()[lane] == f64::NEG_INFINITY
@@ -466,14 +499,18 @@ impl<W: Width> ModeNumbers<W> {
     pub(super) fn set(&mut self, lane: usize, plant: &Automaton) {
         let (mode, axis) = (&plant.mode, &plant.axis);
         let never = f64::NEG_INFINITY;
-        let simple =
-            !axis.releases() && mode.guide == GuideMode::AsWritten && plant.fresh.is_none();
+        let simple = !axis.releases() && plant.fresh.is_none();
         let (base, side, open) = match mode.joint {
             _ if !simple => (never, 0.0, 0.0),
             JointMode::Rigid | JointMode::Gapless => (f64::INFINITY, 0.0, 0.0),
             JointMode::Open => (axis.backlash_half_rad(), 0.0, 1.0),
             JointMode::Loaded(flank) => (0.0, flank.sign(), 0.0),
             JointMode::Released(_) => (never, 0.0, 0.0),
+        };
+        let (guide_base, guide_side, stuck) = match mode.guide {
+            GuideMode::AsWritten => (f64::INFINITY, 0.0, 0.0),
+            GuideMode::Forward | GuideMode::Backward => (0.0, mode.guide.direction(), 0.0),
+            GuideMode::Stuck => (axis.holding_torque_nm, 0.0, 1.0),
         };
         let (stiffness, damping) = match (mode.joint, axis.joint) {
             (JointMode::Gapless | JointMode::Loaded(_), Some(joint)) => {
@@ -487,10 +524,14 @@ impl<W: Width> ModeNumbers<W> {
             (&mut self.base, base),
             (&mut self.side, side),
             (&mut self.open, open),
+            (&mut self.guide_base, guide_base),
+            (&mut self.guide_side, guide_side),
+            (&mut self.stuck, stuck),
             (&mut self.stiffness, stiffness),
             (&mut self.damping, damping),
             (&mut self.resistance_n, resistance_n),
             (&mut self.joint, f64::from(mode.joint.contact().sign())),
+            (&mut self.guide, mode.guide.direction()),
         ] {
             array.as_mut()[lane] = value;
         }

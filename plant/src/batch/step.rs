@@ -1,9 +1,10 @@
 //! The step that all lanes of a group take, and which of them leave it.
 
 use super::group::{Group, Shared};
-use super::phase::dot_pairs;
+use super::phase::{Kind, dot_pairs};
 use super::width::Width;
 use crate::exact::{DRIVING, HELD};
+use crate::model::axis::Axis;
 use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT, State};
 use crate::numerics::count;
 use crate::observe::extremes::{CARRIAGE, FIGURES};
@@ -60,13 +61,13 @@ impl<'a, W: Width> InStep<'a, W> {
         leaving: &'a mut Vec<Leaving>,
     ) -> Self {
         let w = group.width;
-        let state = &group.track.now().state;
-        let y = state.each_ref().map(
+        let now = group.track.now();
+        let y = now.state.each_ref().map(
             #[inline(always)]
             |array| w.load(array),
         );
         Self {
-            acceleration_mps2: w.load(&group.acceleration_mps2),
+            acceleration_mps2: w.load(&now.acceleration_mps2),
             shared,
             group,
             number,
@@ -109,8 +110,8 @@ impl<'a, W: Width> InStep<'a, W> {
         }
         let (group, shared) = (&mut *self.group, &mut *self.shared);
         let all = (1_u64 << W::LANES) - 1;
-        let step = group.step(phase, &self.y, voltage_v);
-        let keeps = w.bits(group.keeps(phase, &step));
+        let step = group.step(shared, phase, &self.y, voltage_v);
+        let keeps = group.keeps(shared, phase, &step);
         let epsilon = step.to[1] + step.offset;
         // Outside the settling band at the end.
         let p = w.splat(shared.axis.pitch_m_per_rad);
@@ -126,7 +127,7 @@ impl<'a, W: Width> InStep<'a, W> {
         ];
         self.acceleration_mps2 = ends[0];
         self.y = [step.beta[1], step.to[0], epsilon, step.to[2], step.to[3]];
-        let plain = keeps == all
+        let plain = keeps == [all; 2]
             && if outside == all {
                 group.all_outside = count(group.track.now().time_ns);
                 true
@@ -184,7 +185,7 @@ impl<W: Width> Group<W> {
         shared: &mut Shared,
         (number, phase): (usize, usize),
         (step, ends): (&Step<W>, &[W::Vector; FIGURES]),
-        (distance, outside, keeps): (W::Vector, u64, u64),
+        (distance, outside, keeps): (W::Vector, u64, [u64; 2]),
         (voltage_v, command): (W::Vector, W::Vector),
         leaving: &mut Vec<Leaving>,
     ) -> bool {
@@ -238,23 +239,41 @@ impl<W: Width> Group<W> {
         }
         let a1 = w.splat(axis.resistance.linear_ns_per_rad);
         let force = w.load(&mode.resistance_n) + a1 * (to[0] - to[2]);
-        p * ((torque - p * force) / w.splat(axis.moved_inertia()))
+        let slides = p * ((torque - p * force) / w.splat(axis.moved_inertia()));
+        match shared.has_stiction {
+            true => w.select(mode.is_stuck(w), w.splat(0.0), slides),
+            false => slides,
+        }
     }
 
     /// `x(T) = Φ·x + ψ(T)·load + Γ·V`, in the order of `Kernel::step`.
     #[inline(always)]
-    fn step(&mut self, phase: usize, y: &[W::Vector; HELD], voltage_v: W::Vector) -> Step<W> {
+    fn step(
+        &mut self,
+        shared: &Shared,
+        phase: usize,
+        y: &[W::Vector; HELD],
+        voltage_v: W::Vector,
+    ) -> Step<W> {
         let (w, steps) = (self.width, &mut self.steps[phase]);
         let offset = w.load(&self.mode.offset_rad);
         let beta0 = y[BETA];
         let from = [y[BETA_DOT], y[EPSILON] - offset, y[EPSILON_DOT], y[CURRENT]];
-        let ([beta1, to @ ..], armature) = steps.step(w, beta0, &from, voltage_v);
+        let ([beta1, mut to @ ..], armature) = steps.step(w, beta0, &from, voltage_v);
         let change = [
             w.abs(to[0] - from[0]),
             w.abs(to[1] - from[1]),
             w.abs(to[2] - from[2]),
             w.abs(to[3] - from[3]),
         ];
+        if shared.has_stiction {
+            // γ̇ = 0 to the last bit.
+            let stuck = self.mode.is_stuck(w);
+            match shared.axis.joint {
+                Some(_) => to[2] = w.select(stuck, to[0], to[2]),
+                None => to[0] = w.select(stuck, w.splat(0.0), to[0]),
+            }
+        }
         Step {
             offset,
             beta: [beta0, beta1],
@@ -265,30 +284,51 @@ impl<W: Width> Group<W> {
         }
     }
 
-    /// The lanes whose joint keeps its mode over the step, by the chord bound.
+    /// The lanes whose joint keeps its mode over the step, and those whose guide does, by
+    /// the chord bounds.
     #[inline(always)]
-    fn keeps(&self, phase: usize, step: &Step<W>) -> W::Mask {
-        let (w, mode) = (self.width, &self.mode);
+    fn keeps(&self, shared: &Shared, phase: usize, step: &Step<W>) -> [u64; 2] {
+        let (w, mode, steps) = (self.width, &self.mode, &self.steps[phase]);
         let ends = w.min(mode.guard(w, step.from[1]), mode.guard(w, step.to[1]));
-        w.greater(ends, self.steps[phase].gap_strays(w, &step.change))
+        let joint = w.bits(w.greater(ends, steps.gap_strays(w, &step.change)));
+        if !shared.has_stiction {
+            return [joint, (1 << W::LANES) - 1];
+        }
+        let (from, to) = (
+            self.guide_guard(&shared.axis, &step.from),
+            self.guide_guard(&shared.axis, &step.to),
+        );
+        let strays = steps.guide_strays(w, &step.change);
+        [joint, w.bits(w.greater(w.min(from, to), strays))]
     }
 
-    /// Of the lanes that do not, those in which the sketch does not exclude a
-    /// change either.
+    /// The guard of the guide, from the driving states.
+    #[inline(always)]
+    fn guide_guard(&self, axis: &Axis, x: &[W::Vector; DRIVING]) -> W::Vector {
+        let (w, mode) = (self.width, &self.mode);
+        let torque = match axis.joint {
+            Some(_) => w.load(&mode.stiffness) * x[1] + w.load(&mode.damping) * x[2],
+            None => w.splat(axis.motor.torque_nm(1.0) / axis.gear_ratio) * x[3],
+        };
+        mode.guide_guard(w, x[0] - x[2], torque)
+    }
+
+    /// Of the lanes that do not keep their mode for certain, those in which the sketch of
+    /// the gap does not exclude a change either.
     #[inline(always)]
     fn moved(
         &self,
         shared: &Shared,
         phase: usize,
-        (step, keeps): (&Step<W>, u64),
+        (step, [joint, guide]): (&Step<W>, [u64; 2]),
         voltage_v: W::Vector,
     ) -> u64 {
         let (w, mode) = (self.width, &self.mode);
         let all = (1_u64 << W::LANES) - 1;
-        let mut moved = !keeps & all;
+        let mut moved = !(joint & guide) & all;
         // Beyond the guard at the end, it has changed for certain.
         let beyond = w.bits(w.greater(w.splat(0.0), mode.guard(w, step.to[1])));
-        let mut open = moved & !beyond;
+        let mut open = moved & guide & !beyond;
         if open == 0 {
             return moved;
         }
@@ -303,9 +343,9 @@ impl<W: Width> Group<W> {
         let held = w.stored(voltage_v);
         for lane in (0..W::LANES).filter(|lane| open >> lane & 1 != 0) {
             let x = from.each_ref().map(|array| array.as_ref()[lane]);
-            let closed = self.track.now().flank.as_ref()[lane] != 0.0;
+            let kind = Kind::of(&self.lanes[lane].plant.mode);
             let guard = |delta: f64| mode.guard_of(lane, delta);
-            if shared.phases[phase].gap_holds(closed, &x, held.as_ref()[lane], guard) {
+            if shared.phases[phase].gap_holds(kind, &x, held.as_ref()[lane], guard) {
                 moved &= !(1 << lane);
             }
         }
@@ -349,8 +389,7 @@ impl<W: Width> Group<W> {
     ) {
         let w = self.width;
         let steps = &self.steps[phase];
-        let flank = &self.track.now().flank;
-        let joint = steps.loss.over_step(w, &step.from, flank, voltage_v);
+        let joint = steps.joint_loss(w, &step.from, voltage_v);
         let [squared, charge] = step.armature;
         let armature = w.splat(shared.axis.motor.resistance_ohm) * squared;
         let energies = [joint, armature, voltage_v * charge];
@@ -365,7 +404,7 @@ impl<W: Width> Group<W> {
         w.store(step.to[2], &mut slot.state[3]);
         w.store(step.to[3], &mut slot.state[4]);
         w.store(command_m, &mut slot.command_m);
-        w.store(ends[0], &mut self.acceleration_mps2);
+        w.store(ends[0], &mut slot.acceleration_mps2);
         for (largest, end) in self.track.ends.iter_mut().zip(ends) {
             w.store(w.max(w.abs(*end), w.load(largest)), largest);
         }

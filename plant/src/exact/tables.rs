@@ -125,7 +125,7 @@ pub(crate) struct HeldTable {
     pub(super) length_ns: u64,
     /// Of a joint that carries torque.
     pub(crate) closed: bool,
-    pub(super) guide: GuideMode,
+    pub(crate) guide: GuideMode,
     pub(crate) system: AxisSystem,
     pub(crate) table: Table<HELD>,
     pub(crate) kernel: Kernel,

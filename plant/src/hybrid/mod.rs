@@ -155,18 +155,6 @@ impl Automaton {
         }
     }
 
-    /// Puts a joint with a gap into contact with the flank of this sign, or
-    /// opens it at 0.
-    pub(crate) fn set_contact(&mut self, sign: f64) {
-        if matches!(self.mode.joint, JointMode::Open | JointMode::Loaded(_)) {
-            self.mode.joint = match sign {
-                s if s > 0.0 => JointMode::Loaded(Flank::Drive),
-                s if s < 0.0 => JointMode::Loaded(Flank::Coast),
-                _ => JointMode::Open,
-            };
-        }
-    }
-
     /// State now.
     pub(crate) fn state(&self) -> State {
         let mut state = State::from_vector(&self.y);
@@ -187,13 +175,6 @@ impl Automaton {
     /// `ẍ = p·γ̈` now \[m/s²\].
     pub(crate) fn acceleration_mps2(&self) -> f64 {
         self.axis.carriage_acceleration_mps2(&self.mode, &self.y)
-    }
-
-    /// ẍ in a state, the flank of this sign being in contact \[m/s²\].
-    pub(crate) fn acceleration_at_mps2(&self, state: &State, flank: f64) -> f64 {
-        let mut there = self.at(state, self.time_ns);
-        there.set_contact(flank);
-        there.acceleration_mps2()
     }
 
     /// Moves on to `y`, and hands the piece of the solution that leads there to the

@@ -11,7 +11,7 @@
 //! that the encoder's zero is that of β; γ is `β + β(0) − ε`.
 
 use crate::model::amplifier::{AmplifierMode, Stage, StageMode};
-use crate::model::joint::{ElasticJoint, JointMode, Transmission};
+use crate::model::joint::{ElasticJoint, Flank, JointMode, Transmission};
 use crate::model::motor::Motor;
 use crate::model::pid::{ContinuousPid, Side};
 use crate::model::resistance::{Carriage, GuideMode, Resistance};
@@ -55,6 +55,21 @@ pub(crate) struct Mode {
     pub(crate) guide: GuideMode,
     pub(crate) amplifier: AmplifierMode,
     pub(crate) stage: StageMode,
+}
+
+impl Mode {
+    /// The same with a joint that has a gap in contact with the flank of this sign, or
+    /// open at 0.
+    pub(crate) fn with_contact(mut self, sign: f64) -> Self {
+        if matches!(self.joint, JointMode::Open | JointMode::Loaded(_)) {
+            self.joint = match sign {
+                s if s > 0.0 => JointMode::Loaded(Flank::Drive),
+                s if s < 0.0 => JointMode::Loaded(Flank::Coast),
+                _ => JointMode::Open,
+            };
+        }
+        self
+    }
 }
 
 /// The axis with what its equations need over and over.

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::{Level, Simd};
 use plant::{Eight, Four, One, Width};
 
 use super::alone::alone;
@@ -20,15 +20,31 @@ const MOST_ALONE: usize = 2;
 /// Families whose tables are kept.
 const MOST_FAMILIES: usize = 4;
 
-/// Instructions for a single run: those for four numbers at most, with which the rows of a
-/// step are quicker than with two. Wider ones gathered what lies apart while a step was
-/// computed row by row, which took longer than it saved; they have not been tried since.
-fn for_one(level: Level) -> Level {
-    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
-    if let Some(narrow) = level.as_avx2() {
-        return Level::Avx2(narrow);
-    }
-    level
+/// Evaluates an expression with one of the sets of instructions that runs are compiled for,
+/// the widest that the level has: each makes the whole of them once more. A single run
+/// takes those for four numbers at most, with which the rows of a step are quicker than with
+/// two; wider ones gathered what lies apart while a step was computed row by row, which took
+/// longer than it saved, and have not been tried since.
+macro_rules! with_instructions {
+    ($level:expr, $simd:ident => $op:expr, none: $none:expr) => {{
+        #[cfg(target_arch = "x86_64")]
+        let result = if let Some($simd) = $level.as_avx2() {
+            $simd.vectorize(
+                #[inline(always)]
+                || $op,
+            )
+        } else if let Some($simd) = $level.as_sse2() {
+            $simd.vectorize(
+                #[inline(always)]
+                || $op,
+            )
+        } else {
+            $none
+        };
+        #[cfg(not(target_arch = "x86_64"))]
+        let result = fearless_simd::dispatch!($level, $simd => $op);
+        result
+    }};
 }
 
 #[inline(always)]
@@ -129,7 +145,7 @@ impl Runs {
         let lanes = self.single.insert(lanes);
         // The scalar code, too, is faster with an instruction for `floor`.
         let loops = &mut self.loops;
-        let figures = dispatch!(for_one(self.level), simd => one(simd, lanes, case, loops));
+        let figures = with_instructions!(self.level, simd => one(simd, lanes, case, loops), none: Some(Err(RunError::Lost)));
         figures.unwrap_or_else(|| self.alone(case, OneByOne::Work))
     }
 
@@ -223,11 +239,11 @@ fn side_by_side(
     family: Family,
     known: &mut Option<Arc<Commands>>,
 ) -> Result<Box<dyn SideBySide>, RunError> {
-    #[cfg(any(target_arch = "x86", target_arch = "x86_64"))]
+    #[cfg(target_arch = "x86_64")]
     if let Level::Avx512(simd) = level {
         return Ok(Box::new(Lanes::new(Eight(simd), family, known)?));
     }
-    dispatch!(level, simd => four(simd, family, known))
+    with_instructions!(level, simd => four(simd, family, known), none: Err(RunError::Lost))
 }
 
 #[inline(always)]
