@@ -68,7 +68,7 @@ pub fn bench(group: &mut BenchmarkGroup<'_, WallTime>, programs: Vec<Program>) {
 }
 
 /// `w1/<rung>/<solver>`, `w1/quantised/rk4`, what a run without contacts takes, with
-/// figures and without, and one with a limit of the current.
+/// figures and without, and one of a current drive.
 ///
 /// # Errors
 /// Those of the run file's checks; a comparator that does not agree.
@@ -170,11 +170,13 @@ fn gapless(workload: &str) -> Result<Program, Box<dyn Error>> {
     }))
 }
 
-/// The axis with a limit of the current, figures and all, as a study makes it: a run that
-/// does not go side by side with others.
+/// The axis with a current drive, figures and all, as a study makes it: a run that does not
+/// go side by side with others.
 fn limited(workload: &str) -> Result<Program, Box<dyn Error>> {
     let sets = [
         "controller.law=firmware",
+        "drive.kind=current",
+        "drive.amplifier_gain_a_per_v=2",
         "drive.current_limit_a=20",
         workload,
     ];
@@ -182,9 +184,9 @@ fn limited(workload: &str) -> Result<Program, Box<dyn Error>> {
     let mut runs = Runs::new();
     runs.single(&case)?;
     if runs.take_one_by_one().is_empty() {
-        return Err("a run with a limit of the current went side by side".into());
+        return Err("a run of a current drive went side by side".into());
     }
-    Ok(Program::new("firmware/exact-current-limit", move || {
+    Ok(Program::new("firmware/exact-current-drive", move || {
         runs.single(black_box(&case))
     }))
 }

@@ -19,6 +19,7 @@ use hil_runner::files;
 use hil_runner::host::figures;
 use plant::{
     Batch, Dac, Drive, Encoder, Extremes, ExtremesSettings, Joint, LaneSetup, One, Plant, Solver,
+    Surroundings,
 };
 
 /// b \[rad\], K_p and K_d of 300 draws.
@@ -439,7 +440,7 @@ fn what_overflows_fails_in_a_lane_too() {
         motion: case.motion.clone(),
         settling_band_m: 1e-4,
     };
-    let mut lane = Batch::new(One, &axis, &[STEP_NS]).unwrap();
+    let mut lane = Batch::new(One, &axis, &Surroundings::default(), &[STEP_NS]).unwrap();
     lane.start(&[LaneSetup {
         backlash_half_rad: 0.0,
         extremes: extremes.clone(),
@@ -449,7 +450,7 @@ fn what_overflows_fails_in_a_lane_too() {
     let mut alone = Ok(());
     for step in 1..1000 {
         alone = plant.advance(&Drive::Held(1.0), step * STEP_NS, &mut seen);
-        if lane.group(0).advance(0, 1.0, case.motion.travel_m()) {
+        if lane.group(0).advance(0, 1.0, case.motion.travel_m(), 0) {
             lane.catch_up(true);
         }
         lane.look_back();
@@ -536,6 +537,8 @@ fn work_is_limited_alike() {
 #[test]
 fn what_is_made_by_itself_is_counted() {
     const LIMIT: &str = "drive.current_limit_a=20";
+    const CURRENT: &str =
+        "drive.kind=current drive.amplifier_gain_a_per_v=2 drive.current_limit_a=20";
     const STIFF: &str = "carriage.resistance_linear_ns_per_rad=1e7";
     const MEASURED: &str = "controller.computation_delay_s=\"measured\"";
     const LOAD_ENCODER: &str = "load_encoder.counts_per_rad=1600";
@@ -543,11 +546,19 @@ fn what_is_made_by_itself_is_counted() {
                                limits.acceleration_mps2=20 backlash.compensation=velocity";
     const SUPERVISED: &str = "controller.rest_dead_band_counts=3 limits.saturation_s=0.02 \
                               sequence.disable_s=0.4 inject.encoder_freeze_s=0.3";
-    let settings: [(&[&str], Option<OneByOne>); 14] = [
+    let settings: [(&[&str], Option<OneByOne>); 16] = [
         (&[], None),
         (&["controller.law=continuous"], Some(OneByOne::Continuous)),
         (&["run.solver=dopri5"], Some(OneByOne::Solver)),
-        (&[LIMIT], Some(OneByOne::Surroundings)),
+        (&[LIMIT], None),
+        (&[CURRENT], Some(OneByOne::Surroundings)),
+        (
+            &[
+                "carriage.load_force_n=491",
+                "transmission.start=negative_flank",
+            ],
+            None,
+        ),
         // Which fails without a chip, but is counted.
         (&[MEASURED], Some(OneByOne::Delay)),
         (&[COMPENSATED, "backlash.gap=measured"], Some(OneByOne::Gap)),

@@ -17,8 +17,8 @@ use hil_core::case::{Case, Law};
 use hil_core::controllers::{Controller, IoKind};
 use hil_core::message::{Measurement, Steps, whole};
 use plant::{
-    Batch, Drive, Eight, Extremes, ExtremesSettings, Four, Joint, LaneSetup, Motion, One, Plant,
-    PlantError, Solver, State, Width,
+    Batch, Control, Drive, Eight, Extremes, ExtremesSettings, Four, Joint, LaneSetup, Motion, One,
+    Plant, PlantError, Solver, Start, State, Width,
 };
 
 /// One run after a step as seen from outside, in bits.
@@ -158,7 +158,7 @@ fn seconds(ns: u64) -> f64 {
 fn single(group: &Group) -> Vec<Vec<Look>> {
     let (lengths_ns, delayed) = (group.lengths_ns(), group.is_delayed());
     let of = |case: &Case| {
-        let mut plant = Plant::new(&case.axis, Solver::Exact);
+        let mut plant = Plant::within(&case.axis, &case.surroundings(), Solver::Exact);
         let mut extremes = Extremes::new(settings(case));
         let mut law = controller(case);
         let mut looks = Vec::new();
@@ -207,7 +207,8 @@ fn compare_at<W: Width>(
     rhythm: usize,
 ) -> Result<(), String> {
     let (lengths_ns, delayed) = (group.lengths_ns(), group.is_delayed());
-    let mut batch = Batch::new(width, &group.lanes[0].axis, &lengths_ns).unwrap();
+    let case = &group.lanes[0];
+    let mut batch = Batch::new(width, &case.axis, &case.surroundings(), &lengths_ns).unwrap();
     for (cases, expected) in group.lanes.chunks(W::LANES).zip(expected.chunks(W::LANES)) {
         let setups = cases.iter().map(|case| LaneSetup {
             backlash_half_rad: backlash(case),
@@ -231,7 +232,7 @@ fn compare_at<W: Width>(
                     command.as_mut()[lane] = case.motion.at(end_s).displacement_m;
                 }
                 let (voltage_v, command_m) = (width.load(voltage), width.load(&command));
-                if batch.group(0).advance(phase, voltage_v, command_m) {
+                if batch.group(0).advance(phase, voltage_v, command_m, 0) {
                     batch.catch_up(true);
                 }
                 time_ns += length_ns;
@@ -309,7 +310,8 @@ fn widths() -> Vec<(&'static str, Compare)> {
 
 /// True if runs of this axis do not go side by side: their work has to be counted.
 fn is_stiff(group: &Group) -> bool {
-    let made = Batch::new(One, &group.lanes[0].axis, &group.lengths_ns());
+    let case = &group.lanes[0];
+    let made = Batch::new(One, &case.axis, &case.surroundings(), &group.lengths_ns());
     matches!(made, Err(PlantError::TooStiff { .. }))
 }
 
@@ -389,7 +391,7 @@ fn w4_has_the_bits_of_the_single_run() {
 
 #[test]
 fn variants_have_the_bits_of_the_single_run() {
-    let variants: [(&str, &str); 13] = [
+    let variants: [(&str, &str); 20] = [
         ("delay", "controller.computation_delay_s=0.0003"),
         ("whole delay", "controller.computation_delay_s=0.001"),
         ("0.1 ms", "controller.sample_time_s=1e-4"),
@@ -421,8 +423,51 @@ fn variants_have_the_bits_of_the_single_run() {
                  carriage.resistance_linear_ns_per_rad=3",
         ),
         ("limited", "drive.voltage_limit_v=40"),
+        ("current limit", "drive.current_limit_a=12"),
+        (
+            "both limits",
+            "drive.current_limit_a=9 drive.voltage_limit_v=45 controller.computation_delay_s=0.0003",
+        ),
+        (
+            "current limit, friction",
+            "drive.current_limit_a=9 drive.voltage_limit_v=30 carriage.resistance_constant_n=60 \
+                 carriage.resistance_opposes_motion=true",
+        ),
+        (
+            "hanging",
+            "carriage.load_force_n=491 transmission.start=negative_flank",
+        ),
+        (
+            "hanging, friction",
+            "carriage.load_force_n=491 transmission.start=negative_flank \
+                 carriage.resistance_constant_n=100 carriage.resistance_opposes_motion=true",
+        ),
+        (
+            "held by friction",
+            "carriage.load_force_n=90 transmission.start=positive_flank \
+                 carriage.resistance_constant_n=100 carriage.resistance_opposes_motion=true",
+        ),
+        ("on a flank", "transmission.start=positive_flank"),
     ];
     check(&variants.map(|(name, sets)| draws(name, &[sets], 20)));
+}
+
+/// A load at all times, a start on a flank and a limit of the current, each in some cases.
+fn surround(draw: &mut Draw, case: &mut Case) {
+    if draw.chance(0.3) {
+        case.load_force_n = case.axis.carriage.mass_kg * draw.between(-10.0, 10.0);
+    }
+    if draw.chance(0.3) {
+        case.start = match draw.chance(0.5) {
+            true => Start::PositiveFlank,
+            false => Start::NegativeFlank,
+        };
+    }
+    if draw.chance(0.3) {
+        let most_a = case.amplifier.voltage_limit_v / case.axis.motor.resistance_ohm;
+        let current_limit_a = Some(most_a * draw.decades(1e-3, 1.0));
+        case.amplifier.control = Control::Voltage { current_limit_a };
+    }
 }
 
 /// Over all that the equations allow; the lanes differ in b, gains and travel.
@@ -430,7 +475,8 @@ fn variants_have_the_bits_of_the_single_run() {
 fn random_axes_have_the_bits_of_the_single_run() {
     let group = |seed| {
         let draw = &mut Draw::new(seed);
-        let first = random_case(draw, &[Law::Quantised, Law::Firmware], (50e-6, 20e-3));
+        let mut first = random_case(draw, &[Law::Quantised, Law::Firmware], (50e-6, 20e-3));
+        surround(draw, &mut first);
         let lane = |_| {
             let mut case = first.clone();
             if let Joint::Elastic(joint) = &mut case.axis.transmission.joint

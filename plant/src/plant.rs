@@ -161,7 +161,8 @@ impl Plant {
             Solver::Dopri5 { tolerance } => tolerance,
             Solver::Exact | Solver::Rk4 { .. } => 0.0,
         };
-        let flank = surroundings.start.flank(&parameters.transmission);
+        let b = parameters.transmission.joint.backlash_half_rad();
+        let flank = surroundings.start.flank(b);
         let forces = Forces::new(surroundings.forces());
         let mut axis = Axis::new(parameters, surroundings, tolerance);
         axis.load_force_n = forces.from.first().map_or(0.0, |(_, force_n)| *force_n);

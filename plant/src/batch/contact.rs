@@ -130,6 +130,7 @@ impl<W: Width> Contacts<W> {
                 (&mut start.flank, group.mode.joint.as_ref()[left.lane]),
                 (&mut start.backlash_half_rad, b),
                 (&mut start.bend_m, group.bend_m.as_ref()[left.lane]),
+                (&mut start.start_rad, group.start_rad.as_ref()[left.lane]),
             ] {
                 array.as_mut()[place] = value;
             }
@@ -152,6 +153,7 @@ impl<W: Width> Group<W> {
         for (sum, energy) in run.extremes.energies_mut().into_iter().zip(&self.energies) {
             *sum = energy.as_ref()[lane];
         }
+        let known_s = run.extremes.voltage_limited_s;
         if run.result.is_ok() {
             run.result = run.plant.advance_exactly(
                 &mut shared.tables,
@@ -159,6 +161,9 @@ impl<W: Width> Group<W> {
                 shared.phases[left.phase].length_ns,
                 &mut run.extremes,
             );
+        }
+        if left.counted {
+            run.extremes.voltage_limited_s = known_s;
         }
         for (sum, energy) in run
             .extremes
@@ -168,7 +173,7 @@ impl<W: Width> Group<W> {
         {
             energy.as_mut()[lane] = *sum;
         }
-        let y = run.plant.state();
+        let y = State::from_vector(&run.plant.y);
         let changed = run.plant.mode != mode || run.plant.fresh.is_some();
         self.raise_floors(lane);
         let changed = changed || self.mode.is_unsure(lane);
@@ -179,8 +184,12 @@ impl<W: Width> Group<W> {
     /// to be followed side by side.
     fn contact_is_closed(&self, lane: usize) -> Option<bool> {
         let run = &self.lanes[lane];
+        // One at rest on a flank may leave it at once.
+        let moves = self.state(lane).current_a != 0.0;
         let simple = !self.mode.is_unsure(lane)
             && run.plant.mode.guide == GuideMode::AsWritten
+            && run.plant.axis.stage.is_papers()
+            && (run.plant.axis.start_rad == 0.0 || moves)
             && run.result.is_ok();
         simple.then(|| self.mode.joint.as_ref()[lane] != 0.0)
     }
@@ -214,7 +223,8 @@ impl<W: Width> Group<W> {
             run.extremes.settings.motion.travel_m(),
             run.extremes.settings.settling_band_m,
         );
-        let distance_m = |y: &State| (travel_m - p * y.gamma_rad()).abs();
+        let start_rad = run.plant.axis.start_rad;
+        let distance_m = |y: &State| (travel_m - p * (y.gamma_rad() + start_rad)).abs();
         if distance_m(&end) > band_m {
             let outside_s = Some(middle_s + left_s);
             if outside_s > run.extremes.last_outside_band_s {

@@ -5,10 +5,11 @@
 use super::phase::{Kind, ModeNumbers, Phase, Steps};
 use super::width::Width;
 use crate::exact::{DRIVING, HELD, Tables};
-use crate::hybrid::{Automaton, PlantError};
-use crate::model::axis::{Axis, Mode};
+use crate::hybrid::{Automaton, Interval, PlantError};
+use crate::model::axis::{Axis, Drive, Mode};
 use crate::model::resistance::GuideMode;
-use crate::model::state::State;
+use crate::model::state::{EPSILON, State};
+use crate::model::surroundings::Start;
 use crate::numerics::{count, seconds};
 use crate::observe::extremes::{ENERGIES, Extremes, ExtremesSettings, FIGURES};
 
@@ -27,6 +28,10 @@ pub(super) struct Shared {
     pub(super) axis: Axis,
     /// True if dry friction can hold the screw.
     pub(super) has_stiction: bool,
+    /// `V_max` \[V\] and `I_max` \[A\] where the current is limited.
+    pub(super) limited: Option<[f64; 2]>,
+    /// Where the joints stand at the start.
+    pub(super) start: Start,
     pub(super) tables: Tables,
     pub(super) phases: Vec<Phase>,
     pub(super) lengths_ns: Vec<u64>,
@@ -91,6 +96,8 @@ pub(super) struct Group<W: Width> {
     pub(super) track: Track<W>,
     pub(super) mode: ModeNumbers<W>,
     pub(super) backlash_half_rad: W::Array,
+    /// `β(0)`, from which β is counted \[rad\].
+    pub(super) start_rad: W::Array,
     /// Sup of the figures' magnitudes over the ends of the steps before the
     /// present block.
     pub(super) peaks: [W::Array; FIGURES],
@@ -121,6 +128,7 @@ impl<W: Width> Group<W> {
             track: Track::new(),
             mode: ModeNumbers::new(),
             backlash_half_rad: zero,
+            start_rad: zero,
             peaks: [zero; FIGURES],
             floors: [zero; FIGURES],
             peak_abs_voltage_v: zero,
@@ -152,12 +160,24 @@ impl<W: Width> Group<W> {
             self.travel_m.as_mut()[lane] = motion.travel_m();
             self.band_m.as_mut()[lane] = setup.extremes.settling_band_m;
             self.bend_m.as_mut()[lane] = motion.peak_acceleration_mps2 * (longest_s * longest_s);
-            let axis = shared.axis.with_backlash(setup.backlash_half_rad);
+            let flank = shared.start.flank(match shared.axis.joint {
+                Some(_) => setup.backlash_half_rad,
+                None => 0.0,
+            });
+            let axis = shared.axis.with_backlash(setup.backlash_half_rad, flank);
             self.backlash_half_rad.as_mut()[lane] = axis.backlash_half_rad();
-            let (plant, extremes) = (
-                Automaton::new(axis, None),
+            self.start_rad.as_mut()[lane] = axis.start_rad;
+            let (mut plant, mut extremes) = (
+                Automaton::new(axis, flank),
                 Extremes::new(setup.extremes.clone()),
             );
+            if shared.has_stiction {
+                // A load that friction does not hold moves the axis from the first instant on,
+                // whatever the voltage is. Modes without end are an error of the first step.
+                let (at_once, none) = (Interval::new(0.0, 0.0), Drive::Held(0.0));
+                let _ = plant.settle(&none, &at_once, &mut extremes);
+            }
+            self.track.now_mut().state[EPSILON].as_mut()[lane] = plant.y[EPSILON];
             match self.lanes.get_mut(lane) {
                 Some(run) => {
                     let room = core::mem::take(&mut run.candidates);

@@ -39,6 +39,7 @@ use self::step::Leaving;
 pub use self::width::{Eight, Four, One, Width};
 use crate::exact::{DRIVING, Tables, is_stiff};
 use crate::hybrid::PlantError;
+use crate::model::amplifier::Stage;
 use crate::model::axis::{Axis, AxisParameters};
 use crate::model::state::State;
 use crate::model::surroundings::Surroundings;
@@ -65,18 +66,23 @@ impl<W: Width> Batch<W> {
     /// computation delay divides it.
     ///
     /// # Errors
-    /// [`PlantError::NotAffine`] with a quadratic resistance;
+    /// [`PlantError::NotAffine`] with a quadratic resistance; [`PlantError::NotSideBySide`]
+    /// within other surroundings than those that [`Surroundings::go_side_by_side`] says;
     /// [`PlantError::TooStiff`] where a time constant is far below a step: what such
     /// runs take is counted, which only a single run can.
     pub fn new(
         width: W,
         parameters: &AxisParameters,
+        surroundings: &Surroundings,
         lengths_ns: &[u64],
     ) -> Result<Self, PlantError> {
         if !parameters.is_affine() {
             return Err(PlantError::NotAffine);
         }
-        let axis = Axis::new(parameters, &Surroundings::default(), 0.0);
+        if !surroundings.go_side_by_side() {
+            return Err(PlantError::NotSideBySide);
+        }
+        let axis = Axis::new(parameters, surroundings, 0.0);
         if lengths_ns.iter().any(|&ns| is_stiff(&axis, ns)) {
             return Err(PlantError::TooStiff { time_s: 0.0 });
         }
@@ -84,6 +90,11 @@ impl<W: Width> Batch<W> {
             width,
             shared: Shared {
                 has_stiction: axis.resistance.has_stiction(),
+                limited: match axis.stage {
+                    Stage::LimitedVoltage { limit_v, limit_a } => Some([limit_v, limit_a]),
+                    _ => None,
+                },
+                start: surroundings.start,
                 axis,
                 tables: Tables::default(),
                 phases: lengths_ns.iter().map(|&ns| Phase::new(ns)).collect(),
@@ -145,7 +156,10 @@ impl<W: Width> Batch<W> {
 
     /// State of a run.
     pub fn state(&self, run: usize) -> State {
-        self.groups[run / W::LANES].state(run % W::LANES)
+        let (group, lane) = (&self.groups[run / W::LANES], run % W::LANES);
+        let mut state = group.state(lane);
+        state.beta_rad += group.start_rad.as_ref()[lane];
+        state
     }
 
     /// Looks at what still waits for a look in any run.

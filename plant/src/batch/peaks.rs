@@ -246,7 +246,10 @@ impl<W: Width> Group<W> {
         match figure {
             0 => w.load(&slot.acceleration_mps2),
             1 | POWER => y(CURRENT),
-            CARRIAGE => w.load(&slot.command_m) - p * (y(BETA) - y(EPSILON)),
+            CARRIAGE => {
+                let gamma = (y(BETA) - y(EPSILON)) + w.load(&self.start_rad);
+                w.load(&slot.command_m) - p * gamma
+            }
             _ => w.load(&slot.command_m) - p * y(BETA),
         }
     }
@@ -339,7 +342,7 @@ impl<W: Width> Group<W> {
             0 => axis.carriage_acceleration_mps2(mode, &y.to_vector()),
             1 => y.current_a,
             POWER => candidate.voltage_v * y.current_a,
-            CARRIAGE => start_m - p * (y.beta_rad - y.epsilon_rad),
+            CARRIAGE => start_m - p * ((y.beta_rad - y.epsilon_rad) + axis.start_rad),
             _ => start_m - p * y.beta_rad,
         };
         let sketch = &phase.figures[figure];

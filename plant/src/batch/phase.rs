@@ -8,6 +8,7 @@ use crate::exact::{
     VALUES,
 };
 use crate::hybrid::Automaton;
+use crate::model::amplifier::StageMode;
 use crate::model::axis::{Axis, Mode};
 use crate::model::joint::JointMode;
 use crate::model::resistance::GuideMode;
@@ -70,14 +71,15 @@ pub(super) struct Steps<W: Width> {
 /// Numbers of a step: the driving states' coefficients, a constant and a coefficient of the
 /// voltage, each for all states and then all parts of the armature's heat (`HeldArmature`);
 /// how far δ may stray from its chord, per change of the driving states; the charge per
-/// first part; those of the damper's heat ([`loss_numbers`]); and how far what the guide's
-/// guard looks at may stray from its chord.
+/// first part; those of the damper's heat ([`loss_numbers`]); and how far the current, and
+/// what the guide's guard looks at, may stray from their chords.
 const NUMBERS: usize = GUIDE_BOUND + DRIVING;
 const ROWS: usize = HELD + PARTS;
 const GAP_BOUND: usize = ROWS * PER_ROW;
 const CHARGE: usize = GAP_BOUND + DRIVING;
 const LOSS: usize = CHARGE + 1;
-const GUIDE_BOUND: usize = LOSS + LOSS_NUMBERS;
+const CURRENT_BOUND: usize = LOSS + LOSS_NUMBERS;
+const GUIDE_BOUND: usize = CURRENT_BOUND + DRIVING;
 
 /// The numbers of a table.
 pub(super) fn numbers_of(table: &HeldTable, axis: &Axis) -> [f64; NUMBERS] {
@@ -90,16 +92,23 @@ pub(super) fn numbers_of(table: &HeldTable, axis: &Axis) -> [f64; NUMBERS] {
     }
     numbers[GAP_BOUND..CHARGE].copy_from_slice(&kernel.gap_bound);
     numbers[CHARGE] = armature.charge_per_part;
-    numbers[LOSS..GUIDE_BOUND].copy_from_slice(&loss_numbers(table));
+    numbers[LOSS..CURRENT_BOUND].copy_from_slice(&loss_numbers(table));
     let of_guide = match table.guide {
-        GuideMode::AsWritten => return numbers,
-        GuideMode::Forward | GuideMode::Backward => Quantity::ScrewSpeed,
-        GuideMode::Stuck => Quantity::MovingTorque,
+        GuideMode::AsWritten => None,
+        GuideMode::Forward | GuideMode::Backward => Some(Quantity::ScrewSpeed),
+        GuideMode::Stuck => Some(Quantity::MovingTorque),
     };
-    let bounds = &table.table.quantity(of_guide).bounds;
-    let driving = bounds.per_change.iter().skip(1);
-    for (to, bound) in numbers[GUIDE_BOUND..].iter_mut().zip(driving) {
-        *to = BOUND_MARGIN * bound;
+    let guarded = [
+        (CURRENT_BOUND, Some(Quantity::Current)),
+        (GUIDE_BOUND, of_guide),
+    ];
+    for (first, quantity) in guarded {
+        let Some(quantity) = quantity else { continue };
+        let bounds = &table.table.quantity(quantity).bounds;
+        let driving = bounds.per_change.iter().skip(1);
+        for (to, bound) in numbers[first..].iter_mut().zip(driving) {
+            *to = BOUND_MARGIN * bound;
+        }
     }
     numbers
 }
@@ -249,6 +258,12 @@ impl<W: Width> Steps<W> {
     #[inline(always)]
     pub(super) fn gap_strays(&self, w: W, change: &[W::Vector; DRIVING]) -> W::Vector {
         self.strays(w, GAP_BOUND, change)
+    }
+
+    /// The same of the current.
+    #[inline(always)]
+    pub(super) fn current_strays(&self, w: W, change: &[W::Vector; DRIVING]) -> W::Vector {
+        self.strays(w, CURRENT_BOUND, change)
     }
 
     /// Bound of how far what the guide's guard looks at strays from its chord.
@@ -499,7 +514,8 @@ impl<W: Width> ModeNumbers<W> {
     pub(super) fn set(&mut self, lane: usize, plant: &Automaton) {
         let (mode, axis) = (&plant.mode, &plant.axis);
         let never = f64::NEG_INFINITY;
-        let simple = !axis.releases() && plant.fresh.is_none();
+        let follows = mode.stage == StageMode::Follows;
+        let simple = !axis.releases() && plant.fresh.is_none() && follows;
         let (base, side, open) = match mode.joint {
             _ if !simple => (never, 0.0, 0.0),
             JointMode::Rigid | JointMode::Gapless => (f64::INFINITY, 0.0, 0.0),

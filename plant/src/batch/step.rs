@@ -6,7 +6,7 @@ use super::width::Width;
 use crate::exact::{DRIVING, HELD};
 use crate::model::axis::Axis;
 use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT, State};
-use crate::numerics::count;
+use crate::numerics::{count, seconds};
 use crate::observe::extremes::{CARRIAGE, FIGURES};
 
 /// A lane that has left the common step, with what it began that with.
@@ -21,6 +21,8 @@ pub(super) struct Leaving {
     pub(super) commands_m: [f64; 2],
     /// Number of the step.
     pub(super) time_ns: u64,
+    /// The caller counts its time at the limit of the voltage.
+    pub(super) counted: bool,
 }
 
 /// One step of all lanes: the driving states at both ends, and more.
@@ -79,7 +81,8 @@ impl<'a, W: Width> InStep<'a, W> {
     /// β of every lane \[rad\].
     #[inline(always)]
     pub fn beta_rad(&self) -> W::Vector {
-        self.y[BETA]
+        let w = self.group.width;
+        self.y[BETA] + w.load(&self.group.start_rad)
     }
 
     /// ε of every lane \[rad\].
@@ -95,11 +98,18 @@ impl<'a, W: Width> InStep<'a, W> {
     }
 
     /// Advances every lane by a step of length number `phase`, under a voltage
-    /// \[V\] of its own; `command_m` is x_ref at the end of the step \[m\]. Returns
+    /// \[V\] of its own; `command_m` is x_ref at the end of the step \[m\], and of the lanes
+    /// in `counted` the caller counts the time at the limit of the voltage. Returns
     /// whether the group is now held up (see [`super::Batch::catch_up`]): it must not be
     /// asked for anything before it no longer is.
     #[inline(always)]
-    pub fn advance(&mut self, phase: usize, voltage_v: W::Vector, command_m: W::Vector) -> bool {
+    pub fn advance(
+        &mut self,
+        phase: usize,
+        voltage_v: W::Vector,
+        command_m: W::Vector,
+        counted: u64,
+    ) -> bool {
         let w = self.group.width;
         if self.group.track.block_is_full() {
             let (group, shared) = (&mut *self.group, &mut *self.shared);
@@ -115,7 +125,8 @@ impl<'a, W: Width> InStep<'a, W> {
         let epsilon = step.to[1] + step.offset;
         // Outside the settling band at the end.
         let p = w.splat(shared.axis.pitch_m_per_rad);
-        let carriage = p * (step.beta[1] - epsilon);
+        let start = w.load(&group.start_rad);
+        let carriage = p * ((step.beta[1] - epsilon) + start);
         let distance = w.abs(w.load(&group.travel_m) - carriage);
         let outside = w.bits(w.greater(distance, w.load(&group.band_m)));
         let ends = [
@@ -128,6 +139,7 @@ impl<'a, W: Width> InStep<'a, W> {
         self.acceleration_mps2 = ends[0];
         self.y = [step.beta[1], step.to[0], epsilon, step.to[2], step.to[3]];
         let plain = keeps == [all; 2]
+            && group.has_voltage_to_spare(shared, voltage_v)
             && if outside == all {
                 group.all_outside = count(group.track.now().time_ns);
                 true
@@ -143,7 +155,7 @@ impl<'a, W: Width> InStep<'a, W> {
             #[inline(always)]
             move || {
                 let looked = (distance, outside, keeps);
-                let given = (voltage_v, command_m);
+                let given = (voltage_v, command_m, counted);
                 group.take_seldom(
                     shared,
                     (number, phase),
@@ -169,7 +181,8 @@ impl<W: Width> Group<W> {
     ) -> u64 {
         let w = self.width;
         let p = w.splat(shared.axis.pitch_m_per_rad);
-        let carriage = p * (step.beta[0] - (step.from[1] + step.offset));
+        let start = w.load(&self.start_rad);
+        let carriage = p * ((step.beta[0] - (step.from[1] + step.offset)) + start);
         let before = w.abs(w.load(&self.travel_m) - carriage);
         let closed = w.greater(w.abs(w.load(&self.track.now().flank)), w.splat(0.5));
         let strays = &shared.phases[phase].chords[CARRIAGE];
@@ -186,7 +199,7 @@ impl<W: Width> Group<W> {
         (number, phase): (usize, usize),
         (step, ends): (&Step<W>, &[W::Vector; FIGURES]),
         (distance, outside, keeps): (W::Vector, u64, [u64; 2]),
-        (voltage_v, command): (W::Vector, W::Vector),
+        (voltage_v, command, counted): (W::Vector, W::Vector, u64),
         leaving: &mut Vec<Leaving>,
     ) -> bool {
         let all = (1_u64 << W::LANES) - 1;
@@ -198,8 +211,10 @@ impl<W: Width> Group<W> {
         }
         let first = leaving.len();
         if moved != 0 {
-            self.leave((number, phase), moved, (voltage_v, command), leaving);
+            let given = (voltage_v, command, counted);
+            self.leave((number, phase), moved, given, leaving);
         }
+        self.count_limits(shared, phase, !(moved | counted) & all, voltage_v);
         let now = count(self.track.now().time_ns);
         let outside = outside & !moved;
         for (lane, last) in self.last_outside.as_mut().iter_mut().enumerate() {
@@ -212,9 +227,14 @@ impl<W: Width> Group<W> {
         }
         self.all_outside = -1.0;
         let (peaks, energies) = (self.track.ends, self.energies);
+        let largest_v = self.track.voltage_v;
         self.take(shared, (phase, moved), (step, ends), command, voltage_v);
         for left in &leaving[first..] {
             let lane = left.lane;
+            if shared.limited.is_some() {
+                // The motor has less than was commanded, perhaps.
+                self.track.voltage_v.as_mut()[lane] = largest_v.as_ref()[lane];
+            }
             let sums = self.energies.iter_mut().zip(&energies);
             for (new, old) in sums.chain(self.track.ends.iter_mut().zip(&peaks)) {
                 new.as_mut()[lane] = old.as_ref()[lane];
@@ -239,6 +259,7 @@ impl<W: Width> Group<W> {
         }
         let a1 = w.splat(axis.resistance.linear_ns_per_rad);
         let force = w.load(&mode.resistance_n) + a1 * (to[0] - to[2]);
+        let force = force + w.splat(axis.load_force_n);
         let slides = p * ((torque - p * force) / w.splat(axis.moved_inertia()));
         match shared.has_stiction {
             true => w.select(mode.is_stuck(w), w.splat(0.0), slides),
@@ -284,22 +305,53 @@ impl<W: Width> Group<W> {
         }
     }
 
-    /// The lanes whose joint keeps its mode over the step, and those whose guide does, by
-    /// the chord bounds.
+    /// The lanes whose joint keeps its mode over the step, and those whose guide and current
+    /// do, by the chord bounds.
     #[inline(always)]
     fn keeps(&self, shared: &Shared, phase: usize, step: &Step<W>) -> [u64; 2] {
         let (w, mode, steps) = (self.width, &self.mode, &self.steps[phase]);
         let ends = w.min(mode.guard(w, step.from[1]), mode.guard(w, step.to[1]));
         let joint = w.bits(w.greater(ends, steps.gap_strays(w, &step.change)));
+        let mut within = (1 << W::LANES) - 1;
+        if let Some([_, limit_a]) = shared.limited {
+            let ends = w.max(w.abs(step.from[3]), w.abs(step.to[3]));
+            let strays = steps.current_strays(w, &step.change);
+            within = w.bits(w.greater(w.splat(limit_a) - ends, strays));
+        }
         if !shared.has_stiction {
-            return [joint, (1 << W::LANES) - 1];
+            return [joint, within];
         }
         let (from, to) = (
             self.guide_guard(&shared.axis, &step.from),
             self.guide_guard(&shared.axis, &step.to),
         );
         let strays = steps.guide_strays(w, &step.change);
-        [joint, w.bits(w.greater(w.min(from, to), strays))]
+        let guide = w.bits(w.greater(w.min(from, to), strays));
+        [joint, guide & within]
+    }
+
+    /// True if no lane has a limited current and all the voltage that there is.
+    #[inline(always)]
+    fn has_voltage_to_spare(&self, shared: &Shared, voltage_v: W::Vector) -> bool {
+        let w = self.width;
+        shared
+            .limited
+            .is_none_or(|[limit_v, _]| w.bits(w.at_most(w.splat(limit_v), w.abs(voltage_v))) == 0)
+    }
+
+    /// Counts the step as time at the limit of the voltage where the current is limited, in
+    /// the lanes of `asked`.
+    fn count_limits(&mut self, shared: &Shared, phase: usize, asked: u64, voltage_v: W::Vector) {
+        let Some([limit_v, _]) = shared.limited else {
+            return;
+        };
+        let length_s = seconds(shared.phases[phase].length_ns);
+        let held = self.width.stored(voltage_v);
+        for (lane, voltage_v) in held.as_ref().iter().enumerate() {
+            if asked >> lane & 1 != 0 && voltage_v.abs() >= limit_v {
+                self.lanes[lane].extremes.voltage_limited_s += length_s;
+            }
+        }
     }
 
     /// The guard of the guide, from the driving states.
@@ -310,7 +362,7 @@ impl<W: Width> Group<W> {
             Some(_) => w.load(&mode.stiffness) * x[1] + w.load(&mode.damping) * x[2],
             None => w.splat(axis.motor.torque_nm(1.0) / axis.gear_ratio) * x[3],
         };
-        mode.guide_guard(w, x[0] - x[2], torque)
+        mode.guide_guard(w, x[0] - x[2], torque - w.splat(axis.load_torque_nm()))
     }
 
     /// Of the lanes that do not keep their mode for certain, those in which the sketch of
@@ -320,15 +372,15 @@ impl<W: Width> Group<W> {
         &self,
         shared: &Shared,
         phase: usize,
-        (step, [joint, guide]): (&Step<W>, [u64; 2]),
+        (step, [joint, others]): (&Step<W>, [u64; 2]),
         voltage_v: W::Vector,
     ) -> u64 {
         let (w, mode) = (self.width, &self.mode);
         let all = (1_u64 << W::LANES) - 1;
-        let mut moved = !(joint & guide) & all;
+        let mut moved = !(joint & others) & all;
         // Beyond the guard at the end, it has changed for certain.
         let beyond = w.bits(w.greater(w.splat(0.0), mode.guard(w, step.to[1])));
-        let mut open = moved & guide & !beyond;
+        let mut open = moved & others & !beyond;
         if open == 0 {
             return moved;
         }
@@ -421,7 +473,7 @@ impl<W: Width> Group<W> {
         &mut self,
         (group, phase): (usize, usize),
         moved: u64,
-        (voltage_v, command): (W::Vector, W::Vector),
+        (voltage_v, command, counted): (W::Vector, W::Vector, u64),
         leaving: &mut Vec<Leaving>,
     ) {
         self.held_up += moved.count_ones() as usize;
@@ -437,6 +489,7 @@ impl<W: Width> Group<W> {
                 voltage_v: held.as_ref()[lane],
                 commands_m: [now.command_m.as_ref()[lane], command_m.as_ref()[lane]],
                 time_ns: now.time_ns,
+                counted: counted >> lane & 1 != 0,
             });
         }
     }

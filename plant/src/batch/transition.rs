@@ -23,6 +23,8 @@ pub(super) struct TransitionStart<W: Width> {
     pub(super) commands_m: [W::Array; 2],
     /// `T²·sup|a_ref|` \[m\].
     pub(super) bend_m: W::Array,
+    /// `β(0)`, from which β is counted \[rad\].
+    pub(super) start_rad: W::Array,
 }
 
 /// Step of the lanes of `known`.
@@ -55,6 +57,7 @@ impl<W: Width> TransitionStart<W> {
             backlash_half_rad: zero,
             commands_m: [zero; 2],
             bend_m: zero,
+            start_rad: zero,
         }
     }
 
@@ -236,11 +239,12 @@ impl<W: Width> TransitionStart<W> {
         let moved = p * w.abs(after[EPSILON] - before[EPSILON]);
         let off =
             w.load(&self.bend_m) * w.splat(0.125) + sizes * w.splat(64.0 * f64::EPSILON) + moved;
+        let start = w.load(&self.start_rad);
         let mut behind_m = [
             [
-                from_m - p * (beta - epsilon),
-                then_m - p * (after[BETA] - after[EPSILON]),
-                end_m - p * (end[BETA] - end[EPSILON]),
+                from_m - p * ((beta - epsilon) + start),
+                then_m - p * ((after[BETA] - after[EPSILON]) + start),
+                end_m - p * ((end[BETA] - end[EPSILON]) + start),
             ],
             [
                 from_m - p * beta,
@@ -283,6 +287,7 @@ fn acceleration<W: Width>(
     let torque = w.splat(grid.stiffness) * delta + w.splat(grid.damping) * y[EPSILON_DOT];
     let speed = y[BETA_DOT] - y[EPSILON_DOT];
     let force = w.splat(resistance.constant_n) + w.splat(resistance.linear_ns_per_rad) * speed;
+    let force = force + w.splat(axis.load_force_n);
     // No torque is 0, not −0.
     let torque = torque + w.splat(0.0);
     p * ((torque - p * force) / w.splat(axis.moved_inertia()))

@@ -14,13 +14,13 @@ use super::system::{
 use super::tables::{HeldTable, Quantity};
 use crate::hybrid::guard::Guards;
 use crate::hybrid::{Automaton, Interval, PlantError};
-use crate::model::amplifier::AmplifierMode;
+use crate::model::amplifier::{AmplifierMode, Stage, StageMode};
 use crate::model::axis::Drive;
 use crate::model::joint::JointMode;
 use crate::model::motion::{MotionPoint, OscillatorStep};
 use crate::model::pid::ContinuousPid;
 use crate::model::resistance::GuideMode;
-use crate::model::state::{BETA_DOT, BETA_INTEGRAL, EPSILON_DOT, State, Vector};
+use crate::model::state::{BETA_DOT, BETA_INTEGRAL, CURRENT, EPSILON_DOT, State, Vector};
 use crate::numerics::seconds;
 use crate::observe::extremes::{CARRIAGE, Energies, Extremes};
 use crate::observe::{Interior, Watch};
@@ -38,10 +38,10 @@ impl Automaton {
         if self.axis.resistance.quadratic_ns2_per_rad2 != 0.0 {
             return Err(PlantError::NotAffine);
         }
-        if !self.axis.stage.is_papers() {
-            return self.advance_staged(tables, drive, length_ns, watch);
-        }
         match drive {
+            _ if !self.has_voltage_of(drive) => {
+                self.advance_staged(tables, drive, length_ns, watch)
+            }
             Drive::Held(voltage_v) => {
                 if !self.keeps_mode(tables, drive, *voltage_v, length_ns, watch) {
                     self.advance_held(tables, drive, *voltage_v, length_ns, watch)?;
@@ -49,6 +49,19 @@ impl Automaton {
                 Ok(())
             }
             Drive::Feedback(pid) => self.advance_feedback(tables, drive, pid, length_ns, watch),
+        }
+    }
+
+    /// True if the motor has the voltage of the command, so that the tables of the paper's
+    /// drive serve.
+    #[inline(always)]
+    fn has_voltage_of(&self, drive: &Drive<'_>) -> bool {
+        match self.axis.stage {
+            Stage::Voltage => true,
+            Stage::LimitedVoltage { .. } => {
+                self.mode.stage == StageMode::Follows && matches!(drive, Drive::Held(_))
+            }
+            Stage::IdealCurrent | Stage::CurrentLoop { .. } => false,
         }
     }
 
@@ -84,7 +97,15 @@ impl Automaton {
             GuideMode::Backward => slides(-1.0),
             GuideMode::Stuck => false,
         };
-        if !(joint_keeps && guide_keeps) {
+        let current_keeps = || match self.axis.stage {
+            Stage::LimitedVoltage { limit_a, .. } => {
+                let bound = &table.table.quantity(Quantity::Current).bounds.per_change;
+                let stray = BOUND_MARGIN * bound.dot(&(end - start).abs());
+                limit_a - start[CURRENT].abs().max(end[CURRENT].abs()) > stray
+            }
+            _ => true,
+        };
+        if !(joint_keeps && guide_keeps && current_keeps()) {
             return false;
         }
         let y = to_plant_vector(&end, offset_rad, self.y[BETA_INTEGRAL]);
@@ -202,6 +223,10 @@ impl Automaton {
         self.set_parting_noise(table, voltage_v);
         self.settle(drive, &interval, watch)?;
         loop {
+            if !self.has_voltage_of(drive) {
+                let ends = (length_ns, interval.length_s);
+                return self.advance_staged_to(tables, drive, ends, &mut interval, watch);
+            }
             let (mode, offset_rad) = (self.mode, self.axis.offset_rad(&self.mode));
             let table = tables.held(&self.axis, &mode, length_ns);
             let piece = self.piece(table, voltage_v);

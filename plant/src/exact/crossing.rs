@@ -263,10 +263,13 @@ impl Automaton {
             }
             Guard::Limit(d) => (Quantity::Demand, -d.sign(), limit, 0.0),
             Guard::Unlimit(d) => (Quantity::Demand, d.sign(), -limit, 0.0),
-            // Behind the command of the paper's amplifier there is nothing.
+            Guard::Hold(d) => {
+                let (_, limit_a, _) = self.axis.stage.numbers();
+                (Quantity::Current, -d.sign(), limit_a, 0.0)
+            }
+            // Behind the command of the paper's amplifier there is nothing else.
             Guard::Saturate(_)
             | Guard::Desaturate(_)
-            | Guard::Hold(_)
             | Guard::LetGo(_)
             | Guard::Overrun(_)
             | Guard::Return(_) => (Quantity::Delta, 0.0, 1.0, 0.0),

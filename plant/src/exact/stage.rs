@@ -153,7 +153,8 @@ impl Automaton {
 
     /// From change to change up to `end_s` after the interval's start, within one interval
     /// of the command.
-    fn advance_staged_to(
+    #[inline(never)]
+    pub(super) fn advance_staged_to(
         &mut self,
         tables: &mut Tables,
         drive: &Drive<'_>,
@@ -224,7 +225,6 @@ impl Automaton {
             Guard::Saturate(d) => (Quantity::Beyond, -d.sign(), limit_v - d.sign() * beyond),
             Guard::Desaturate(d) => (Quantity::Beyond, d.sign(), d.sign() * beyond - limit_v),
             Guard::LetGo(d) => (Quantity::Beyond, d.sign(), d.sign() * beyond),
-            Guard::Hold(d) => (Quantity::Current, -d.sign(), limit_a),
             Guard::Return(d) => (Quantity::Current, d.sign(), -limit_a),
             Guard::Overrun(d) => {
                 let holding_v = d.sign() * table.voltage.offset(held);

@@ -42,6 +42,10 @@ pub enum PlantError {
     /// Solver `exact` was asked to solve a plant with a quadratic resistance.
     #[error("solver exact needs a plant without quadratic resistance; dopri5 solves it")]
     NotAffine,
+    /// Runs side by side were asked for that do not go so: with a current drive, or a load
+    /// that comes and goes.
+    #[error("only voltage drives and loads that act at all times go side by side")]
+    NotSideBySide,
     /// The run's work reached what its observer allows.
     #[error("more work than the run may take by t = {time_s} s")]
     OutOfWork {

@@ -138,11 +138,12 @@ impl Axis {
         }
     }
 
-    /// The same axis with another b; a rigid one is as it was.
-    pub(crate) fn with_backlash(mut self, backlash_half_rad: f64) -> Self {
+    /// The same axis with another b, on a flank of which it starts; a rigid one is as it was.
+    pub(crate) fn with_backlash(mut self, backlash_half_rad: f64, flank: Option<Flank>) -> Self {
         if let Some(joint) = &mut self.joint {
             joint.backlash_half_rad = backlash_half_rad;
         }
+        self.start_rad = flank.map_or(0.0, |flank| flank.sign() * backlash_half_rad);
         self.set_parting_noise(0.0, f64::INFINITY);
         self
     }

@@ -35,9 +35,9 @@ pub enum Start {
 }
 
 impl Start {
-    /// The flank in contact, if the joint has a gap.
-    pub(crate) fn flank(self, transmission: &Transmission) -> Option<Flank> {
-        let has_gap = transmission.joint.backlash_half_rad() > 0.0;
+    /// The flank in contact, if the joint has a gap: twice b \[rad\].
+    pub(crate) fn flank(self, backlash_half_rad: f64) -> Option<Flank> {
+        let has_gap = backlash_half_rad > 0.0;
         match self {
             Self::PositiveFlank if has_gap => Some(Flank::Drive),
             Self::NegativeFlank if has_gap => Some(Flank::Coast),
@@ -48,8 +48,7 @@ impl Start {
     /// `β(0)`, where the encoder's zero is \[rad\].
     pub fn beta_rad(self, transmission: &Transmission) -> f64 {
         let b = transmission.joint.backlash_half_rad();
-        self.flank(transmission)
-            .map_or(0.0, |flank| flank.sign() * b)
+        self.flank(b).map_or(0.0, |flank| flank.sign() * b)
     }
 }
 
@@ -74,6 +73,12 @@ impl Surroundings {
             && self.load_force_n == 0.0
             && self.loads.is_empty()
             && self.start == Start::Centred
+    }
+
+    /// True if runs within them go side by side ([`crate::Batch`]): the amplifier is a
+    /// voltage drive, and the load acts at all times.
+    pub fn go_side_by_side(&self) -> bool {
+        !self.amplifier.is_current_drive() && self.loads.is_empty()
     }
 
     /// The force on the carriage at an instant \[ns\], in newtons.

@@ -5,7 +5,7 @@
 use std::fmt;
 use std::sync::Arc;
 
-use plant::{AxisParameters, Joint, Motion, Solver};
+use plant::{Amplifier, AxisParameters, Joint, Motion, Solver, Surroundings};
 
 use crate::case::{Case, Law};
 use crate::number::seconds;
@@ -13,11 +13,13 @@ use crate::options::{Compensation, GapSource};
 use crate::rest::{MOST, Window};
 
 /// Everything that runs must share to go side by side: the axis but for b, which
-/// is 0 here, the command, the timing and the law. Gains, options of the controller, encoders,
-/// converter, amplifier, settling band and budget are each run's own.
+/// is 0 here, its surroundings, the command, the timing and the law. Gains, options of the
+/// controller, encoders, converter, an amplifier without a limit of the current, settling band
+/// and budget are each run's own.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Family {
     pub(crate) axis: AxisParameters,
+    pub(crate) surroundings: Surroundings,
     pub(crate) motion: Motion,
     pub(crate) law: Law,
     pub(crate) period_ns: u64,
@@ -36,7 +38,7 @@ pub enum OneByOne {
     Continuous,
     /// The plant is solved by steps.
     Solver,
-    /// The plant has a drive, a load or a start that the lanes do not know.
+    /// The plant has a drive or a load that the lanes do not know.
     Surroundings,
     /// The gap is measured before the run.
     Gap,
@@ -57,7 +59,7 @@ impl fmt::Display for OneByOne {
         f.write_str(match self {
             Self::Continuous => "rung continuous",
             Self::Solver => "a solver other than exact",
-            Self::Surroundings => "a current drive or limit, a load or a start on a flank",
+            Self::Surroundings => "a current drive, or a load that comes or goes",
             Self::Gap => "a measured gap",
             Self::Delay => "a measured delay",
             Self::Duration => "a duration that ends within a sample",
@@ -82,6 +84,7 @@ impl Family {
         let delay_ns = delay_ns.filter(|&ns| ns <= period_ns);
         let delay_ns = delay_ns.ok_or(OneByOne::Delay)?;
         let duration_ns = case.run.duration_ns;
+        let mut surroundings = case.surroundings();
         let (samples, window) = (duration_ns / period_ns, Window::of(case));
         let at_rest = window.map_or(0, |window| samples + 1 - window.first);
         for (fits, otherwise) in [
@@ -89,7 +92,7 @@ impl Family {
                 case.solver() == Solver::Exact && case.axis.is_affine(),
                 OneByOne::Solver,
             ),
-            (case.surroundings().is_papers(), OneByOne::Surroundings),
+            (surroundings.go_side_by_side(), OneByOne::Surroundings),
             (!measures_the_gap(case), OneByOne::Gap),
             (duration_ns.is_multiple_of(period_ns), OneByOne::Duration),
             (at_rest <= MOST, OneByOne::Rest),
@@ -102,8 +105,13 @@ impl Family {
         if let Joint::Elastic(joint) = &mut axis.transmission.joint {
             joint.backlash_half_rad = 0.0;
         }
+        if surroundings.amplifier.current_limit_a().is_none() {
+            // Each run has its own.
+            surroundings.amplifier = Amplifier::default();
+        }
         Ok(Self {
             axis,
+            surroundings,
             motion: case.motion.clone(),
             law,
             period_ns,

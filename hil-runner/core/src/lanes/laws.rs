@@ -218,6 +218,11 @@ pub(crate) struct Settings<W: Width> {
     /// `K_a` and `V_max`.
     amplifier_gain: W::Array,
     voltage_limit_v: W::Array,
+    /// With a limit of the current the plant knows what the motor has: the limit of the
+    /// voltage counts there, and only that of the code here.
+    current_is_limited: bool,
+    /// `β(0)` \[rad\].
+    pub(crate) start_rad: W::Array,
 }
 
 /// The voltage of a code, and the lanes in which code or amplifier stands at its
@@ -241,10 +246,13 @@ impl<W: Width> Settings<W> {
             step_v: zero,
             amplifier_gain: zero,
             voltage_limit_v: zero,
+            current_is_limited: false,
+            start_rad: zero,
         }
     }
 
     pub(crate) fn set(&mut self, lane: usize, case: &Case) {
+        self.current_is_limited = case.amplifier.current_limit_a().is_some();
         let gains = &case.controller.gains;
         let [kp, ki, kd] = &mut self.gains;
         let (code_min, code_max) = match case.controller.law {
@@ -267,6 +275,7 @@ impl<W: Width> Settings<W> {
             (&mut self.step_v, case.dac.step_v),
             (&mut self.amplifier_gain, case.amplifier.gain),
             (&mut self.voltage_limit_v, case.amplifier.voltage_limit_v),
+            (&mut self.start_rad, case.start_rad()),
         ] {
             array.as_mut()[lane] = value;
         }
@@ -308,9 +317,15 @@ impl<W: Width> Settings<W> {
     #[inline(always)]
     fn is_free(&self, w: W, code: W::Vector, asked_v: W::Vector) -> W::Mask {
         let within = w.greater(w.load(&self.voltage_limit_v), w.abs(asked_v));
+        w.both(within, self.code_is_free(w, code))
+    }
+
+    /// Where the code does not stand at its limit.
+    #[inline(always)]
+    fn code_is_free(&self, w: W, code: W::Vector) -> W::Mask {
         let above = w.greater(code, w.load(&self.code_min));
         let below = w.greater(w.load(&self.code_max), code);
-        w.both(within, w.both(above, below))
+        w.both(above, below)
     }
 
     /// `V_m = clamp(K_a·K_dac·code, ±V_max)`.
@@ -318,7 +333,10 @@ impl<W: Width> Settings<W> {
     pub(crate) fn held(&self, w: W, code: W::Vector) -> Held<W::Vector> {
         let limit_v = w.load(&self.voltage_limit_v);
         let asked_v = self.asked_v(w, code);
-        let free = self.is_free(w, code, asked_v);
+        let free = match self.current_is_limited {
+            true => self.code_is_free(w, code),
+            false => self.is_free(w, code, asked_v),
+        };
         Held {
             voltage_v: clamp(w, asked_v, w.splat(0.0) - limit_v, limit_v),
             limited: all::<W>() & !w.bits(free),

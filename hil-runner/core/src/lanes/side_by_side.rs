@@ -67,7 +67,9 @@ impl<W: Width> Lanes<W> {
         known: &mut Option<Arc<Commands>>,
     ) -> Result<Self, PlantError> {
         let steps = family.steps();
-        let batch = Batch::new(width, &family.axis, &steps.lengths_ns[..steps.number])?;
+        let (axis, surroundings) = (&family.axis, &family.surroundings);
+        let lengths_ns = &steps.lengths_ns[..steps.number];
+        let batch = Batch::new(width, axis, surroundings, lengths_ns)?;
         Ok(Self {
             width,
             commands: Commands::of(&family, known),
@@ -233,7 +235,8 @@ impl<W: Width> Lanes<W> {
                 let gamma = axes.beta_rad() - axes.epsilon_rad();
                 let instant = Instant {
                     tick: now.tick,
-                    beta: axes.beta_rad(),
+                    // The encoder's zero is where the axis starts.
+                    beta: axes.beta_rad() - w.load(&settings.start_rad),
                     gamma,
                     alpha_ref: w.splat(command.alpha_rad),
                 };
@@ -258,7 +261,8 @@ impl<W: Width> Lanes<W> {
                 now.limited_ns = w.select(limited, later_ns, now.limited_ns);
             }
             let end_m = w.splat(command.step_ends_m[now.step]);
-            let held_up = axes.advance(now.step, now.in_force.voltage_v, end_m);
+            let Held { voltage_v, limited } = now.in_force;
+            let held_up = axes.advance(now.step, voltage_v, end_m, limited);
             now.step += 1;
             if now.step == steps.number {
                 now.in_force = now.next;
