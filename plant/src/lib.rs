@@ -11,7 +11,7 @@
 //! numbers are the paper's. Each folder uses those above it and none below:
 //!
 //! ```text
-//! numerics  polynomials known for certain, quadrature
+//! numerics  polynomials known for certain, quadrature, numbers side by side
 //! model     a file for each physical part, which knows no other; axis puts them together
 //! observe   the solution piece by piece, contact changes, largest values
 //! hybrid    modes of the axis, guards that end them, changes from one to the next
@@ -34,7 +34,7 @@ mod observe;
 mod plant;
 mod stepped;
 
-pub use batch::{Batch, Eight, Four, InStep, LaneSetup, One, Width};
+pub use batch::{Batch, InStep, LaneSetup};
 pub use hybrid::PlantError;
 pub use model::amplifier::{Amplifier, Control};
 pub use model::axis::{AxisParameters, Drive};
@@ -47,6 +47,7 @@ pub use model::pid::{ContinuousPid, PidGains};
 pub use model::resistance::{Carriage, Resistance};
 pub use model::state::State;
 pub use model::surroundings::{Load, Start, Surroundings};
+pub use numerics::width::{Eight, Four, One, Width};
 pub use observe::extremes::{Extremes, ExtremesSettings};
 pub use observe::{ContactChange, Span, Watch};
 pub use plant::{Moment, Plant, Solver};

@@ -2,15 +2,15 @@
 //! followed side by side, whatever else happens as single runs.
 
 use super::group::{Candidate, Group, Piece, Shared, exceeds, state_of, values_of};
+use super::phase::{KINDS, Kind};
 use super::step::Leaving;
 use super::transition::{Transition, TransitionStart};
-use super::width::Width;
 use crate::exact::HELD;
 use crate::model::axis::Drive;
 use crate::model::joint::Contact;
-use crate::model::resistance::GuideMode;
 use crate::model::state::State;
 use crate::numerics::seconds;
+use crate::numerics::width::Width;
 use crate::observe::extremes::{FIGURES, POWER};
 use crate::observe::{ContactChange, Watch};
 
@@ -18,9 +18,8 @@ use crate::observe::{ContactChange, Watch};
 #[derive(Debug, Clone)]
 pub(super) struct Contacts<W: Width> {
     start: TransitionStart<W>,
-    /// By phase, those of open and of closed joints: only steps of one kind go side by
-    /// side.
-    waiting: Vec<[Vec<Leaving>; 2]>,
+    /// By phase and kind of mode: only steps of one kind go side by side.
+    waiting: Vec<[Vec<Leaving>; KINDS]>,
     /// Of these, the ones that are followed now.
     chunk: Vec<Leaving>,
 }
@@ -29,7 +28,7 @@ impl<W: Width> Contacts<W> {
     pub(super) fn new(phases: usize) -> Self {
         Self {
             start: TransitionStart::new(),
-            waiting: (0..phases).map(|_| [Vec::new(), Vec::new()]).collect(),
+            waiting: (0..phases).map(|_| [const { Vec::new() }; KINDS]).collect(),
             chunk: Vec::with_capacity(W::LANES),
         }
     }
@@ -53,8 +52,8 @@ impl<W: Width> Contacts<W> {
     ) {
         for left in leaving.drain(..) {
             let group = &mut groups[left.group];
-            match group.contact_is_closed(left.lane) {
-                Some(closed) => self.waiting[left.phase][usize::from(closed)].push(left),
+            match group.kind_of(left.lane) {
+                Some(kind) => self.waiting[left.phase][kind.place()].push(left),
                 None => {
                     group.advance_lane(shared, &left);
                     group.held_up -= 1;
@@ -62,17 +61,18 @@ impl<W: Width> Contacts<W> {
             }
         }
         let most = if all { 1 } else { W::LANES };
-        for place in 0..2 * self.waiting.len() {
-            let (phase, closed) = (place / 2, place % 2 == 1);
-            loop {
-                let list = &mut self.waiting[phase][usize::from(closed)];
-                if list.len() < most {
-                    break;
+        for phase in 0..self.waiting.len() {
+            for kind in Kind::all() {
+                loop {
+                    let list = &mut self.waiting[phase][kind.place()];
+                    if list.len() < most {
+                        break;
+                    }
+                    self.chunk.clear();
+                    let rest = list.len().saturating_sub(W::LANES);
+                    self.chunk.extend(list.drain(rest..));
+                    self.follow_chunk(w, shared, groups, (phase, kind));
                 }
-                self.chunk.clear();
-                let rest = list.len().saturating_sub(W::LANES);
-                self.chunk.extend(list.drain(rest..));
-                self.follow_chunk(w, shared, groups, (phase, closed));
             }
         }
     }
@@ -84,18 +84,18 @@ impl<W: Width> Contacts<W> {
         w: W,
         shared: &mut Shared,
         groups: &mut [Group<W>],
-        (phase, closed): (usize, bool),
+        (phase, kind): (usize, Kind),
     ) {
-        let [open, flank] = &shared.phases[phase].grids;
+        let grids = &shared.phases[phase].grids;
+        let next = kind.after_contact_change();
         let mut transition = None;
         // No closures around vectors: a function of its own would not get the
         // instructions that this one is compiled for.
-        if let (Some(open), Some(flank)) = (open, flank) {
+        if let (Some(from), Some(to)) = (&grids[kind.place()], &grids[next.place()]) {
             self.gather(groups);
             let asked = (1_u64 << self.chunk.len()) - 1;
-            let (from, to) = if closed { (flank, open) } else { (open, flank) };
-            let start = &self.start;
-            transition = Some(start.follow(w, &shared.axis, (closed, from, to), asked));
+            let (start, over) = (&self.start, (kind.is_closed(), &**from, &**to));
+            transition = Some(start.follow(w, &shared.axis, over, asked));
         }
         for (place, left) in self.chunk.iter().enumerate() {
             let group = &mut groups[left.group];
@@ -180,18 +180,14 @@ impl<W: Width> Group<W> {
         self.put(shared, (lane, changed), &y, left.commands_m[1]);
     }
 
-    /// True if the joint of a lane is closed; `None` where its step is not one
-    /// to be followed side by side.
-    fn contact_is_closed(&self, lane: usize) -> Option<bool> {
+    /// The kind of a lane's mode; `None` where its step is not one to be followed side by
+    /// side.
+    fn kind_of(&self, lane: usize) -> Option<Kind> {
         let run = &self.lanes[lane];
         // One at rest on a flank may leave it at once.
-        let moves = self.state(lane).current_a != 0.0;
-        let simple = !self.mode.is_unsure(lane)
-            && run.plant.mode.guide == GuideMode::AsWritten
-            && run.plant.axis.stage.is_papers()
-            && (run.plant.axis.start_rad == 0.0 || moves)
-            && run.result.is_ok();
-        simple.then(|| self.mode.joint.as_ref()[lane] != 0.0)
+        let moves = run.plant.axis.start_rad == 0.0 || self.state(lane).current_a != 0.0;
+        let simple = moves && !self.mode.is_unsure(lane) && run.result.is_ok();
+        simple.then(|| Kind::of(&run.plant.mode))
     }
 
     /// Takes over what lane number `place` of a transition has done; `false` where its
@@ -241,19 +237,24 @@ impl<W: Width> Group<W> {
             }
         }
 
-        let step = (left.voltage_v, shared.phases[left.phase].length_ns);
-        let start_mode = run.plant.mode;
-        let end_mode = start_mode.with_contact(at(&transition.flank));
-        for (state, mode, length_s) in [(&left.y, start_mode, change_s), (&after, end_mode, left_s)]
-        {
-            let mut piece = run.plant.at(state, left.time_ns);
-            piece.mode = mode;
-            let energies = piece.energies_of_piece(&mut shared.tables, step, length_s);
-            for (sum, energy_j) in self.energies.iter_mut().zip(energies) {
-                sum.as_mut()[lane] += energy_j;
+        if let Some([limit_v, _]) = shared.limited {
+            let voltage_v = left.voltage_v.abs();
+            let peak_v = &mut run.extremes.peak_abs_voltage_v;
+            *peak_v = peak_v.max(voltage_v);
+            if voltage_v >= limit_v && !left.counted {
+                for piece_s in [change_s, left_s] {
+                    run.extremes.voltage_limited_s += piece_s;
+                }
+            }
+        }
+        for piece_j in &transition.energies_j {
+            for (sum, energy_j) in self.energies.iter_mut().zip(piece_j) {
+                sum.as_mut()[lane] += at(energy_j);
             }
         }
 
+        let start_mode = run.plant.mode;
+        let end_mode = start_mode.with_contact(at(&transition.flank));
         let from = run.plant.contact();
         run.plant.set(&end, left.time_ns);
         run.plant.mode = end_mode;

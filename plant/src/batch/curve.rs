@@ -3,8 +3,8 @@
 //! look closer, this gives up: the lane is then a single run.
 
 use super::grid::{LaneGrid, States};
-use super::width::Width;
 use crate::exact::{CLOSE, DRIVING, EVALUATION, MOST_NEWTON, SLOPES, VALUES, binomials};
+use crate::numerics::width::Width;
 
 /// A guard in Bernstein form, and what it may be off by.
 pub(super) struct Curve<W: Width> {

@@ -5,14 +5,16 @@
 //! Numbers that are zero for every axis are left out: β drives nothing, and the
 //! slopes of β and δ are states.
 
-use super::width::Width;
 use crate::exact::{
-    BOUND_MARGIN, CELLS, Column, DRIVING, HELD, HeldTable, MOST_POLISHING, Matrix, Quantity,
-    SLOPES, TERMS,
+    BOUND_MARGIN, CELLS, Column, DRIVING, Dissipation, HELD, HeldTable, MOST_POLISHING, Matrix,
+    PARTS, Quantity, SLOPES, TERMS,
 };
+use crate::model::amplifier::Stage;
 use crate::model::axis::Axis;
+use crate::model::resistance::GuideMode;
 use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT};
-use crate::observe::extremes::FIGURES;
+use crate::numerics::width::Width;
+use crate::observe::extremes::{ENERGIES, FIGURES};
 
 /// States in lanes: β, β̇, δ, ε̇ and I.
 pub(super) type States<W> = [<W as Width>::Vector; HELD];
@@ -42,11 +44,20 @@ pub(crate) struct LaneGrid {
     pub(super) chords: [[f64; DRIVING]; FIGURES],
     /// The terms of δ after a step: per driving state, and per volt.
     pub(super) delta_terms: ([f64; DRIVING], f64),
+    guide: GuideMode,
+    /// a0 against the motion \[N\].
+    resistance_n: f64,
+    /// Bound of how far what the guide's guard looks at strays from its chord over the step,
+    /// or twice that over a part of it; 0 without friction.
+    guide_chord: [f64; DRIVING],
     /// k and c while a flank carries, else 0.
     pub(super) stiffness: f64,
     pub(super) damping: f64,
     /// See `Axis::current_noise`.
     pub(super) current_noise: f64,
+    /// What makes the energies of a part of the step.
+    loss: Option<Box<Dissipation<DRIVING>>>,
+    armature: Dissipation<PARTS>,
 }
 
 impl LaneGrid {
@@ -89,13 +100,133 @@ impl LaneGrid {
                 let bound = table.table.quantity(quantity).bounds.per_rate[0];
                 driving(&(bound * (scale.abs() * BOUND_MARGIN)))
             }),
+            guide: table.guide,
+            resistance_n: table.guide.direction() * axis.resistance.constant_n,
+            guide_chord: guide_quantity(table.guide).map_or([0.0; DRIVING], |quantity| {
+                let bound = table.table.quantity(quantity).bounds.per_rate[0];
+                driving(&(bound * BOUND_MARGIN))
+            }),
             delta_terms: {
                 let [w, d, e, c, _, v] = kernel.rows.row(EPSILON);
                 ([w, d, e, c], v)
             },
             stiffness: carries * joint.stiffness_nm_per_rad,
             damping: carries * joint.damping_nms_per_rad,
+            loss: table.loss.clone(),
+            armature: table.armature(axis).of.clone(),
         })
+    }
+
+    /// The energies of a part of the step from `x`, in the order of `HeldPiece::energies`.
+    #[inline(always)]
+    pub(super) fn energies<W: Width>(
+        &self,
+        w: W,
+        x: &States<W>,
+        voltage_v: W::Vector,
+        length_s: W::Vector,
+    ) -> [W::Vector; ENERGIES] {
+        let mut rates = [x[BETA_DOT], x[EPSILON_DOT], x[EPSILON_DOT], x[CURRENT]];
+        for (i, place) in [0, 2, 3].into_iter().enumerate() {
+            let number = &self.a[i];
+            let rotor = w.splat(number[0]) * x[1] + w.splat(number[1]) * x[2];
+            let joint = w.splat(number[2]) * x[3] + w.splat(number[3]) * x[4];
+            let mut input = w.splat(self.load[i]);
+            if place == 3 {
+                input = input + w.splat(self.per_volt) * voltage_v;
+            }
+            rates[place] = (rotor + joint) + input;
+        }
+        let mut joint_j = w.splat(0.0);
+        if let Some(loss) = &self.loss {
+            [joint_j, _] = loss.with_integral(w, rates, length_s);
+        }
+        let [a, b, c, d] = rates;
+        let z = [x[CURRENT], a, b, c, d];
+        let [armature_j, charge_as] = self.armature.with_integral(w, z, length_s);
+        [joint_j, armature_j, voltage_v * charge_as]
+    }
+
+    /// ẍ \[m/s²\] with δ counted from an offset, in the order of
+    /// `Axis::carriage_acceleration_mps2`.
+    #[inline(always)]
+    pub(super) fn acceleration<W: Width>(
+        &self,
+        w: W,
+        axis: &Axis,
+        offset: W::Vector,
+        y: &States<W>,
+    ) -> W::Vector {
+        if self.guide == GuideMode::Stuck {
+            return w.splat(0.0);
+        }
+        let p = w.splat(axis.pitch_m_per_rad);
+        let linear = w.splat(axis.resistance.linear_ns_per_rad);
+        let speed = y[BETA_DOT] - y[EPSILON_DOT];
+        let force = w.splat(self.resistance_n) + linear * speed;
+        let force = force + w.splat(axis.load_force_n);
+        // No torque is 0, not −0.
+        let torque = self.flank_torque(w, offset, y) + w.splat(0.0);
+        p * ((torque - p * force) / w.splat(axis.moved_inertia()))
+    }
+
+    /// Ψ while a flank carries, else 0.
+    #[inline(always)]
+    fn flank_torque<W: Width>(&self, w: W, offset: W::Vector, y: &States<W>) -> W::Vector {
+        let delta = y[EPSILON] - offset;
+        w.splat(self.stiffness) * delta + w.splat(self.damping) * y[EPSILON_DOT]
+    }
+
+    /// The lanes in which guide and current keep their modes over a part of the step between
+    /// two states; the magnitudes of the rates at its start, and how far the current may
+    /// stray from its chord, are these.
+    #[inline(always)]
+    pub(super) fn others_hold<W: Width>(
+        &self,
+        w: W,
+        (axis, offset): (&Axis, W::Vector),
+        [from, to]: [&States<W>; 2],
+        (sizes, current_strays): (&States<W>, W::Vector),
+    ) -> u64 {
+        let mut holds = (1 << W::LANES) - 1;
+        let two = w.splat(2.0);
+        if let Stage::LimitedVoltage { limit_a, .. } = axis.stage {
+            let ends = w.max(w.abs(from[CURRENT]), w.abs(to[CURRENT]));
+            let within = w.splat(limit_a) - ends;
+            holds &= w.bits(w.greater(within, two * current_strays));
+        }
+        if self.guide != GuideMode::AsWritten {
+            let strays = two * sum(w, &self.guide_chord, sizes);
+            let (from, to) = (
+                self.guide_guard(w, (axis, offset), from),
+                self.guide_guard(w, (axis, offset), to),
+            );
+            holds &= w.bits(w.greater(w.min(from, to), strays));
+        }
+        holds
+    }
+
+    /// The guard of a guide with friction.
+    #[inline(always)]
+    fn guide_guard<W: Width>(
+        &self,
+        w: W,
+        (axis, offset): (&Axis, W::Vector),
+        y: &States<W>,
+    ) -> W::Vector {
+        if self.guide == GuideMode::Stuck {
+            let torque = self.flank_torque(w, offset, y) - w.splat(axis.load_torque_nm());
+            return w.splat(axis.holding_torque_nm) - w.abs(torque);
+        }
+        w.splat(self.guide.direction()) * (y[BETA_DOT] - y[EPSILON_DOT])
+    }
+
+    /// Makes γ̇ = 0 to the last bit where friction holds the screw.
+    #[inline(always)]
+    pub(super) fn hold<W: Width>(&self, y: &mut States<W>) {
+        if self.guide == GuideMode::Stuck {
+            y[EPSILON_DOT] = y[BETA_DOT];
+        }
     }
 
     /// `A·x + u`.
@@ -280,6 +411,15 @@ impl<W: Width> Local<W> {
             }
         }
         (sigma, found)
+    }
+}
+
+/// The quantity that the guard of a guide with friction looks at.
+pub(super) fn guide_quantity(guide: GuideMode) -> Option<Quantity> {
+    match guide {
+        GuideMode::AsWritten => None,
+        GuideMode::Forward | GuideMode::Backward => Some(Quantity::ScrewSpeed),
+        GuideMode::Stuck => Some(Quantity::MovingTorque),
     }
 }
 

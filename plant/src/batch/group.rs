@@ -3,13 +3,13 @@
 //! those that wait as candidates for an extreme.
 
 use super::phase::{Kind, ModeNumbers, Phase, Steps};
-use super::width::Width;
 use crate::exact::{DRIVING, HELD, Tables};
 use crate::hybrid::{Automaton, Interval, PlantError};
 use crate::model::axis::{Axis, Drive, Mode};
 use crate::model::resistance::GuideMode;
 use crate::model::state::{EPSILON, State};
 use crate::model::surroundings::Start;
+use crate::numerics::width::Width;
 use crate::numerics::{count, seconds};
 use crate::observe::extremes::{ENERGIES, Extremes, ExtremesSettings, FIGURES};
 

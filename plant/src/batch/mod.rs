@@ -1,7 +1,6 @@
 //! Many runs of one axis side by side: what studies are made of.
 //!
 //! ```text
-//! width       how many lanes, and with which instructions
 //! grid        the solution around a change of contact
 //! curve       a guard over a step, and where it is zero
 //! transition  a step with one change of contact
@@ -28,7 +27,6 @@ mod peaks;
 mod phase;
 mod step;
 mod transition;
-mod width;
 
 use self::contact::Contacts;
 pub use self::group::LaneSetup;
@@ -36,13 +34,13 @@ use self::group::{Group, Shared};
 use self::phase::Phase;
 pub use self::step::InStep;
 use self::step::Leaving;
-pub use self::width::{Eight, Four, One, Width};
 use crate::exact::{DRIVING, Tables, is_stiff};
 use crate::hybrid::PlantError;
 use crate::model::amplifier::Stage;
 use crate::model::axis::{Axis, AxisParameters};
 use crate::model::state::State;
 use crate::model::surroundings::Surroundings;
+use crate::numerics::width::Width;
 use crate::observe::extremes::{Extremes, FIGURES};
 
 /// Many runs of one axis, in groups that each have one step for all lanes.

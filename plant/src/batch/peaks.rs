@@ -10,11 +10,11 @@
 
 use super::group::{Candidate, Group, PLACES, Shared, Slot, exceeds, state_of};
 use super::phase::{Kind, dot_pairs};
-use super::width::Width;
 use crate::exact::{DRIVING, SLOPES, VALUES, command_slopes};
 use crate::model::motion::Motion;
 use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT};
 use crate::numerics::seconds;
+use crate::numerics::width::Width;
 use crate::observe::extremes::{CARRIAGE, FIGURES, POWER};
 
 /// The command over a step in Bernstein form: what each coefficient adds to the

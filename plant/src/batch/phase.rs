@@ -1,8 +1,7 @@
 //! The numbers of one step: those that all lanes share, and those that a lane's
 //! mode decides.
 
-use super::grid::{LaneGrid, figures};
-use super::width::Width;
+use super::grid::{LaneGrid, figures, guide_quantity};
 use crate::exact::{
     AxisSystem, BOUND_MARGIN, DRIVING, HELD, HeldTable, PARTS, PER_ROW, Quantity, SLOPES, Sketch,
     VALUES,
@@ -13,6 +12,7 @@ use crate::model::axis::{Axis, Mode};
 use crate::model::joint::JointMode;
 use crate::model::resistance::GuideMode;
 use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON_DOT};
+use crate::numerics::width::Width;
 use crate::observe::extremes::FIGURES;
 
 /// What the numbers of a step depend on: whether the joint carries torque, and what the
@@ -21,7 +21,7 @@ use crate::observe::extremes::FIGURES;
 pub(super) struct Kind(usize);
 
 /// Number of kinds.
-const KINDS: usize = 6;
+pub(super) const KINDS: usize = 6;
 
 impl Kind {
     pub(super) fn of(mode: &Mode) -> Self {
@@ -34,8 +34,21 @@ impl Kind {
         Self(2 * guide + usize::from(mode.joint.carries()))
     }
 
-    fn is_closed(self) -> bool {
+    pub(super) fn is_closed(self) -> bool {
         self.0 % 2 == 1
+    }
+
+    pub(super) fn place(self) -> usize {
+        self.0
+    }
+
+    /// The same with the other state of the joint.
+    pub(super) fn after_contact_change(self) -> Self {
+        Self(self.0 ^ 1)
+    }
+
+    pub(super) fn all() -> impl Iterator<Item = Self> {
+        (0..KINDS).map(Self)
     }
 }
 
@@ -54,9 +67,8 @@ pub(super) struct Phase {
     /// the joint open and closed, whatever the guide does.
     pub(super) slopes: [[[f64; DRIVING]; 2]; FIGURES],
     pub(super) chords: [[[f64; DRIVING]; 2]; FIGURES],
-    /// The numbers of changes of contact of a guide without friction, with the joint open
-    /// and closed, where they can be followed side by side.
-    pub(super) grids: [Option<LaneGrid>; 2],
+    /// The numbers of changes of contact, where they can be followed side by side.
+    pub(super) grids: [Option<Box<LaneGrid>>; KINDS],
 }
 
 /// One step of the lanes of a group: what depends on each lane's mode, number
@@ -93,14 +105,9 @@ pub(super) fn numbers_of(table: &HeldTable, axis: &Axis) -> [f64; NUMBERS] {
     numbers[GAP_BOUND..CHARGE].copy_from_slice(&kernel.gap_bound);
     numbers[CHARGE] = armature.charge_per_part;
     numbers[LOSS..CURRENT_BOUND].copy_from_slice(&loss_numbers(table));
-    let of_guide = match table.guide {
-        GuideMode::AsWritten => None,
-        GuideMode::Forward | GuideMode::Backward => Some(Quantity::ScrewSpeed),
-        GuideMode::Stuck => Some(Quantity::MovingTorque),
-    };
     let guarded = [
         (CURRENT_BOUND, Some(Quantity::Current)),
-        (GUIDE_BOUND, of_guide),
+        (GUIDE_BOUND, guide_quantity(table.guide)),
     ];
     for (first, quantity) in guarded {
         let Some(quantity) = quantity else { continue };
@@ -153,7 +160,7 @@ impl Phase {
             gap: sketch,
             slopes: [[[0.0; DRIVING]; 2]; FIGURES],
             chords: [[[0.0; DRIVING]; 2]; FIGURES],
-            grids: [None, None],
+            grids: [const { None }; KINDS],
         }
     }
 
@@ -179,9 +186,7 @@ impl Phase {
                 }
             }
         }
-        if !axis.resistance.has_stiction() {
-            self.grids[place] = LaneGrid::of(table, axis);
-        }
+        self.grids[kind.0] = LaneGrid::of(table, axis).map(Box::new);
     }
 
     /// True if a guard of δ stays positive over a step of one lane, by the sketch:

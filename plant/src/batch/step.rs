@@ -2,10 +2,10 @@
 
 use super::group::{Group, Shared};
 use super::phase::{Kind, dot_pairs};
-use super::width::Width;
 use crate::exact::{DRIVING, HELD};
 use crate::model::axis::Axis;
 use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT, State};
+use crate::numerics::width::Width;
 use crate::numerics::{count, seconds};
 use crate::observe::extremes::{CARRIAGE, FIGURES};
 

@@ -4,11 +4,11 @@
 
 use super::curve::DeltaSlopes;
 use super::grid::{LaneGrid, States};
-use super::width::Width;
 use crate::exact::{DRIVING, HELD, NOISE_ULPS};
 use crate::model::axis::{Axis, NOISE_PER_BACKLASH};
-use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT};
-use crate::observe::extremes::{CARRIAGE, FIGURES, POWER};
+use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON};
+use crate::numerics::width::Width;
+use crate::observe::extremes::{CARRIAGE, ENERGIES, FIGURES, POWER};
 
 /// Starts of the lanes in the step.
 #[derive(Debug, Clone)]
@@ -39,6 +39,8 @@ pub(super) struct Transition<W: Width> {
     pub(super) before: [W::Array; HELD],
     pub(super) after: [W::Array; HELD],
     pub(super) end: [W::Array; HELD],
+    /// Energies of the two pieces \[J\].
+    pub(super) energies_j: [[W::Array; ENERGIES]; 2],
     /// ẍ at both ends of the two pieces.
     pub(super) acceleration_mps2: [[W::Array; 2]; 2],
     /// Upper bounds of the figures' magnitudes on the two pieces, and how far
@@ -117,6 +119,7 @@ impl<W: Width> TransitionStart<W> {
         known &= w.bits(w.both(w.both(late, early), within));
         let mut before = local.at(sigma);
         before[EPSILON] = before[EPSILON] + start_offset;
+        grid.hold::<W>(&mut before);
 
         // The change, and the joint's other state.
         let mut after = before;
@@ -129,6 +132,7 @@ impl<W: Width> TransitionStart<W> {
         } else {
             after[EPSILON] = end_offset;
         }
+        let first_j = grid.energies(w, &x, voltage_v, change_s);
         let mut x = after;
         x[EPSILON] = after[EPSILON] - end_offset;
         let left_s = length_s - change_s;
@@ -148,6 +152,7 @@ impl<W: Width> TransitionStart<W> {
         let local = next.near(w, &x, &next_rate, left_s);
         let mut end = local.at(local.sigma(left_s));
         end[EPSILON] = end[EPSILON] + end_offset;
+        next.hold::<W>(&mut end);
         let mut size = zero;
         for (before, end) in before.iter().zip(&end) {
             size = size + (w.abs(*before) + w.abs(*end));
@@ -155,13 +160,18 @@ impl<W: Width> TransitionStart<W> {
         known &= w.bits(w.at_most(size, w.splat(f64::MAX)));
 
         let acceleration = [
-            acceleration(w, axis, (grid, start_offset), &y),
-            acceleration(w, axis, (grid, start_offset), &before),
-            acceleration(w, axis, (next, end_offset), &after),
-            acceleration(w, axis, (next, end_offset), &end),
+            grid.acceleration(w, axis, start_offset, &y),
+            grid.acceleration(w, axis, start_offset, &before),
+            next.acceleration(w, axis, end_offset, &after),
+            next.acceleration(w, axis, end_offset, &end),
         ];
         let behind_m = self.behind(w, axis, [&before, &after, &end], change_s / length_s);
-        let strays = [strays(w, grid, &rate), strays(w, next, &next_rate)];
+        let sizes = [sizes(w, &rate), sizes(w, &next_rate)];
+        let strays = [strays(w, grid, &sizes[0]), strays(w, next, &sizes[1])];
+        let first = (axis, start_offset);
+        known &= grid.others_hold(w, first, [&y, &before], (&sizes[0], strays[0][1]));
+        let second = (axis, end_offset);
+        known &= next.others_hold(w, second, [&after, &end], (&sizes[1], strays[1][1]));
         let (bend, two) = (w.load(&self.bend_m) * w.splat(0.125), w.splat(2.0));
         let mut uppers = [[W::array(0.0); FIGURES]; 2];
         let mut carriage_strays_m = [W::array(0.0); 2];
@@ -186,8 +196,16 @@ impl<W: Width> TransitionStart<W> {
             }
             w.store(two * strays[CARRIAGE], &mut carriage_strays_m[piece]);
         }
+        let pieces_j = [first_j, next.energies(w, &x, voltage_v, left_s)];
+        let mut energies_j = [[W::array(0.0); ENERGIES]; 2];
+        for (piece, energies) in energies_j.iter_mut().zip(&pieces_j) {
+            for (array, energy_j) in piece.iter_mut().zip(energies) {
+                w.store(*energy_j, array);
+            }
+        }
         let [a, b, c, d] = acceleration;
         Transition {
+            energies_j,
             known,
             change_s: w.stored(change_s),
             flank: w.stored(flank),
@@ -259,38 +277,24 @@ impl<W: Width> TransitionStart<W> {
     }
 }
 
-/// Bounds of how far the figures stray from their chords.
+/// Magnitudes of the rates.
 #[inline(always)]
-fn strays<W: Width>(w: W, grid: &LaneGrid, rate: &States<W>) -> [W::Vector; FIGURES] {
+fn sizes<W: Width>(w: W, rate: &States<W>) -> States<W> {
     let mut sizes = *rate;
     for rate in &mut sizes {
         *rate = w.abs(*rate);
     }
-    let mut strays = [sizes[0]; FIGURES];
-    for (stray, row) in strays.iter_mut().zip(&grid.chords) {
-        *stray = super::grid::sum(w, row, &sizes);
-    }
-    strays
+    sizes
 }
 
-/// ẍ \[m/s²\], in the order of `Axis::carriage_acceleration_mps2`.
+/// Bounds of how far the figures stray from their chords.
 #[inline(always)]
-fn acceleration<W: Width>(
-    w: W,
-    axis: &Axis,
-    (grid, offset): (&LaneGrid, W::Vector),
-    y: &States<W>,
-) -> W::Vector {
-    let resistance = &axis.resistance;
-    let p = w.splat(axis.pitch_m_per_rad);
-    let delta = y[EPSILON] - offset;
-    let torque = w.splat(grid.stiffness) * delta + w.splat(grid.damping) * y[EPSILON_DOT];
-    let speed = y[BETA_DOT] - y[EPSILON_DOT];
-    let force = w.splat(resistance.constant_n) + w.splat(resistance.linear_ns_per_rad) * speed;
-    let force = force + w.splat(axis.load_force_n);
-    // No torque is 0, not −0.
-    let torque = torque + w.splat(0.0);
-    p * ((torque - p * force) / w.splat(axis.moved_inertia()))
+fn strays<W: Width>(w: W, grid: &LaneGrid, sizes: &States<W>) -> [W::Vector; FIGURES] {
+    let mut strays = [sizes[0]; FIGURES];
+    for (stray, row) in strays.iter_mut().zip(&grid.chords) {
+        *stray = super::grid::sum(w, row, sizes);
+    }
+    strays
 }
 
 #[inline(always)]

@@ -22,7 +22,7 @@ use crate::model::pid::ContinuousPid;
 use crate::model::resistance::GuideMode;
 use crate::model::state::{BETA_DOT, BETA_INTEGRAL, CURRENT, EPSILON_DOT, State, Vector};
 use crate::numerics::seconds;
-use crate::observe::extremes::{CARRIAGE, Energies, Extremes};
+use crate::observe::extremes::{CARRIAGE, Extremes};
 use crate::observe::{Interior, Watch};
 
 impl Automaton {
@@ -172,18 +172,6 @@ impl Automaton {
         let sought = (which, f64::INFINITY);
         let end = end.to_vector();
         self.look((&solution, voltage_v), times_s, &end, sought, extremes);
-    }
-
-    /// The energies of a piece of the step.
-    pub(crate) fn energies_of_piece(
-        &self,
-        tables: &mut Tables,
-        (voltage_v, length_ns): (f64, u64),
-        length_s: f64,
-    ) -> Energies {
-        let table = tables.held(&self.axis, &self.mode, length_ns);
-        let piece = self.piece(table, voltage_v);
-        piece.energies(&self.axis, voltage_v, length_s)
     }
 
     fn look(

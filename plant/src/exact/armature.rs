@@ -11,6 +11,7 @@ use super::loss::{DRIVING, Dissipation};
 use super::system::{AxisSystem, Column, HELD};
 use crate::model::axis::Axis;
 use crate::model::state::{BETA_DOT, CURRENT, EPSILON, EPSILON_DOT};
+use crate::numerics::width::One;
 
 /// Parts of `R·z`: I and the rates of what drives.
 pub(crate) const PARTS: usize = DRIVING + 1;
@@ -18,7 +19,7 @@ pub(crate) const PARTS: usize = DRIVING + 1;
 /// The armature over one length in one mode.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct HeldArmature {
-    of: Dissipation<PARTS>,
+    pub(crate) of: Dissipation<PARTS>,
     /// The parts of the whole step.
     pub(crate) rows: HeldRows<PARTS>,
     /// The charge of the whole step per first part.
@@ -74,9 +75,8 @@ impl HeldArmature {
         rates: &Column<DRIVING>,
         length_s: f64,
     ) -> [f64; 2] {
-        let mut z = Column::<PARTS>::zeros();
-        z[0] = x[CURRENT];
-        z.fixed_rows_mut::<DRIVING>(1).copy_from(rates);
-        self.of.with_integral(z, length_s)
+        let mut z = [x[CURRENT]; PARTS];
+        z[1..].copy_from_slice(rates.as_slice());
+        self.of.with_integral(One, z, length_s)
     }
 }

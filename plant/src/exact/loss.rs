@@ -36,6 +36,7 @@ use super::system::{AxisSystem, Column, DELTA, HELD, Matrix};
 use crate::model::axis::Axis;
 use crate::model::state::{BETA_DOT, CURRENT, EPSILON_DOT};
 use crate::numerics::GAUSS_8;
+use crate::numerics::width::{One, Width};
 
 /// The states under a held voltage that drive something: β̇, δ, ε̇ and I.
 pub(crate) const DRIVING: usize = 4;
@@ -144,51 +145,78 @@ impl<const N: usize> Dissipation<N> {
     /// The heat \[J\] over `length_s`, at most that of the longest step,
     /// from where the rates are `rate`.
     pub(crate) fn over(&self, rate: Column<N>, length_s: f64) -> f64 {
-        self.with_integral(rate, length_s)[0]
+        self.with_integral(One, rate.into(), length_s)[0]
     }
 
-    /// The same, and `∫ q dt` where q stands ahead of the rates.
-    pub(crate) fn with_integral(&self, mut rate: Column<N>, length_s: f64) -> [f64; 2] {
-        let (mut sum, mut integral, mut left_s) = (0.0, 0.0, length_s);
+    /// The same in every lane, and `∫ q dt` where q stands ahead of the rates.
+    #[inline(always)]
+    pub(crate) fn with_integral<W: Width>(
+        &self,
+        w: W,
+        mut rate: [W::Vector; N],
+        length_s: W::Vector,
+    ) -> [W::Vector; 2] {
+        let (zero, coefficient) = (w.splat(0.0), w.splat(self.coefficient));
+        let (mut sum, mut integral, mut left_s) = (zero, zero, length_s);
         for leg in &self.legs {
-            if leg.length_s <= left_s {
-                let (squared, first) = squared(&leg.factor, &rate);
-                sum += squared;
-                integral += leg.factor[(0, 0)] * first;
-                left_s -= leg.length_s;
-                if left_s <= 0.0 {
-                    return [self.coefficient * sum, integral];
-                }
-                rate = leg.transition * rate;
+            let leg_s = w.splat(leg.length_s);
+            let takes = w.at_most(leg_s, left_s);
+            if w.bits(takes) == 0 {
+                continue;
+            }
+            let (squared, first) = squared(w, &leg.factor, &rate);
+            let more = w.splat(leg.factor[(0, 0)]) * first;
+            sum = w.select(takes, sum + squared, sum);
+            integral = w.select(takes, integral + more, integral);
+            left_s = w.select(takes, left_s - leg_s, left_s);
+            if w.bits(w.greater(left_s, zero)) == 0 {
+                return [coefficient * sum, integral];
+            }
+            let end = times(w, &leg.transition, &rate);
+            for (rate, end) in rate.iter_mut().zip(end) {
+                *rate = w.select(takes, end, *rate);
             }
         }
-        let [squared, rest] = self.over_rest(&rate, left_s);
-        sum += squared;
-        integral += rest;
-        [self.coefficient * sum, integral]
+        let [squared, rest] = self.over_rest(w, &rate, left_s);
+        let goes_on = w.greater(left_s, zero);
+        sum = w.select(goes_on, sum + squared, sum);
+        integral = w.select(goes_on, integral + rest, integral);
+        [coefficient * sum, integral]
     }
 
     /// `∫ q² dt` and `∫ q dt` over less than the shortest step.
-    #[inline(never)]
-    fn over_rest(&self, rate: &Column<N>, length_s: f64) -> [f64; 2] {
+    #[inline(always)]
+    fn over_rest<W: Width>(
+        &self,
+        w: W,
+        rate: &[W::Vector; N],
+        length_s: W::Vector,
+    ) -> [W::Vector; 2] {
+        let zero = w.splat(0.0);
         let Some(shortest) = self.legs.last() else {
-            return [0.0; 2];
+            return [zero; 2];
         };
         // q(θ·h) = Σ (f·Aⁿ·hⁿ/n!·v)·θⁿ
-        let end = length_s / shortest.length_s;
-        let coefficients = self.series.map(|row| row.dot(rate));
+        let end = length_s / w.splat(shortest.length_s);
         // Node beside node, as none waits for the other.
-        let thetas = GAUSS_8.map(|(theta, _)| theta * end);
-        let mut values = [0.0; GAUSS_8.len()];
-        for c in coefficients.iter().rev() {
+        let mut thetas = [end; GAUSS_8.len()];
+        for (at, (theta, _)) in thetas.iter_mut().zip(GAUSS_8) {
+            *at = w.splat(theta) * end;
+        }
+        let mut values = [zero; GAUSS_8.len()];
+        for row in self.series.iter().rev() {
+            let mut c = w.splat(row[0]) * rate[0];
+            for j in 1..N {
+                c = c + w.splat(row[j]) * rate[j];
+            }
             for (q, theta) in values.iter_mut().zip(thetas) {
                 *q = *q * theta + c;
             }
         }
-        let (mut sum, mut integral) = (0.0, 0.0);
+        let (mut sum, mut integral) = (zero, zero);
         for (q, (_, weight)) in values.into_iter().zip(GAUSS_8) {
-            sum += weight * (q * q);
-            integral += weight * q;
+            sum = sum + w.splat(weight) * (q * q);
+            integral = integral + w.splat(weight) * q;
         }
         [sum * length_s, integral * length_s]
     }
@@ -211,19 +239,37 @@ fn behind<const D: usize, const N: usize>(own: f64, f: &Column<D>, m: &Matrix<D>
 
 /// `|R·v|²`, in this order, and the first of `R·v`.
 #[inline(always)]
-fn squared<const N: usize>(factor: &Matrix<N>, rate: &Column<N>) -> (f64, f64) {
-    let (mut sum, mut first) = (0.0, 0.0);
+fn squared<W: Width, const N: usize>(
+    w: W,
+    factor: &Matrix<N>,
+    rate: &[W::Vector; N],
+) -> (W::Vector, W::Vector) {
+    let zero = w.splat(0.0);
+    let (mut sum, mut first) = (zero, zero);
     for i in 0..N {
-        let mut part = factor[(i, i)] * rate[i];
+        let mut part = w.splat(factor[(i, i)]) * rate[i];
         for j in i + 1..N {
-            part += factor[(i, j)] * rate[j];
+            part = part + w.splat(factor[(i, j)]) * rate[j];
         }
         if i == 0 {
             first = part;
         }
-        sum += part * part;
+        sum = sum + part * part;
     }
     (sum, first)
+}
+
+/// `M·v`.
+#[inline(always)]
+fn times<W: Width, const N: usize>(w: W, matrix: &Matrix<N>, v: &[W::Vector; N]) -> [W::Vector; N] {
+    let mut product = *v;
+    for (i, sum) in product.iter_mut().enumerate() {
+        *sum = w.splat(matrix[(i, 0)]) * v[0];
+        for j in 1..N {
+            *sum = *sum + w.splat(matrix[(i, j)]) * v[j];
+        }
+    }
+    product
 }
 
 /// `f·Aⁿ·hⁿ/n!`.

@@ -46,7 +46,7 @@ pub(crate) use armature::PARTS;
 pub(crate) use grid::{CELLS, MOST_NEWTON as MOST_POLISHING, TERMS};
 pub(crate) use held_rows::PER_ROW;
 pub(crate) use levels::{BOUND_MARGIN, NOISE_ULPS};
-pub(crate) use loss::DRIVING;
+pub(crate) use loss::{DRIVING, Dissipation};
 pub(crate) use memory::Tables;
 pub(crate) use peak::command_slopes;
 pub(crate) use sketch::{CLOSE, EVALUATION, MOST_NEWTON, SLOPES, Sketch, VALUES, binomials};

@@ -1,6 +1,7 @@
 //! Polynomials that are known for certain, quadrature, and time as a number.
 
 pub(crate) mod bernstein;
+pub(crate) mod width;
 
 /// Nanoseconds as seconds, correctly rounded.
 pub(crate) fn seconds(ns: u64) -> f64 {
