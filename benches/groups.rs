@@ -10,8 +10,7 @@ use std::time::{Duration, Instant};
 
 use criterion::BenchmarkGroup;
 use criterion::measurement::WallTime;
-use fearless_simd::Level;
-use hil_core::lanes::Runs;
+use hil_core::lanes::{self, Runs, Vectors};
 use hil_core::run::{RunOptions, run};
 use plant::{Plant, Solver};
 
@@ -62,6 +61,7 @@ impl fmt::Debug for Program {
 
 /// Measures programs with criterion.
 pub fn bench(group: &mut BenchmarkGroup<'_, WallTime>, programs: Vec<Program>) {
+    println!("vectors: {}", or_exit(vectors()));
     for Program { id, mut runs } in programs {
         group.bench_function(id, |bencher| bencher.iter_custom(&mut runs));
     }
@@ -116,6 +116,7 @@ pub fn w3() -> Result<Vec<Program>, Box<dyn Error>> {
 /// Our own solvers, with all figures of the summary. The exact one's sampled
 /// runs are prepared as a study's are: the matrices are made before.
 fn own(law: &str, workload: &str, tolerance: f64) -> Result<Vec<Program>, Box<dyn Error>> {
+    vectors()?;
     let mut programs = Vec::new();
     for solver in SOLVERS {
         let case = workload::case(law, workload, solver, tolerance)?;
@@ -203,29 +204,19 @@ fn rk4(workload: &str) -> Result<Program, Box<dyn Error>> {
     }))
 }
 
-/// The widest vectors that the project's own programs use on this machine. What they
-/// ask for as AVX-512 is more than its first processors have; those count as AVX2.
-pub fn vectors() -> &'static str {
-    let level = Level::new();
-    #[cfg(target_arch = "x86_64")]
-    for (name, here) in [
-        ("AVX-512", level.as_avx512().is_some()),
-        ("AVX2", level.as_avx2().is_some()),
-        ("SSE4.2", level.as_sse4_2().is_some()),
-    ] {
-        if here {
-            return name;
-        }
+/// The vectors that the project's own programs use, no wider than the environment's
+/// `VECTORS` says: criterion and libtest take no options of others.
+///
+/// # Errors
+/// One sentence if that is no set of instructions.
+pub fn vectors() -> Result<&'static str, Box<dyn Error>> {
+    if let Some(name) = std::env::var_os("VECTORS") {
+        let name = name.to_string_lossy();
+        name.parse::<Vectors>()
+            .map_err(|error| format!("VECTORS = {error}"))?
+            .limit();
     }
-    #[cfg(target_arch = "aarch64")]
-    if level.as_neon().is_some() {
-        return "NEON";
-    }
-    if level.is_fallback() {
-        "none"
-    } else {
-        "the least of this architecture"
-    }
+    Ok(lanes::used())
 }
 
 /// Ends the program with a message: a benchmark without its case is none.

@@ -8,7 +8,7 @@ use criterion::{Criterion, Throughput};
 use hil_core::case::Case;
 use hil_runner::host;
 
-use crate::groups::or_exit;
+use crate::groups::{or_exit, vectors};
 
 /// Numbers of threads to be measured.
 const THREADS: [usize; 2] = [1, 2];
@@ -19,6 +19,7 @@ pub fn bench(
     name: &str,
     workload: impl Fn(&str) -> Result<Vec<Case>, Box<dyn Error>>,
 ) {
+    println!("vectors: {}", or_exit(vectors()));
     let mut group = criterion.benchmark_group(name);
     group.sample_size(10);
     for law in ["quantised", "firmware"] {

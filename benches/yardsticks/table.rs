@@ -46,7 +46,7 @@ fn table() -> Result<(), Box<dyn Error>> {
             row.times.push(time);
         }
     }
-    println!("{rounds} rounds, vectors of this machine: {}\n", vectors());
+    println!("{rounds} rounds, vectors: {}\n", vectors()?);
     println!("| | | least | median | times `{YARDSTICK}` |");
     println!("| --- | --- | --- | --- | --- |");
     for (workload, rows) in &tables {

@@ -2,7 +2,6 @@
 //!
 //! ```text
 //! grid        the solution around a change of contact
-//! curve       a guard over a step, and where it is zero
 //! transition  a step with one change of contact
 //! phase       the numbers of one step, those of all lanes and those of each
 //! group       the runs of a group, and their steps that have not been looked at
@@ -11,7 +10,7 @@
 //! contact     lanes that leave the common step, of all groups together
 //! ```
 //!
-//! The lanes share motor, gear, screw, carriage, joint stiffness and the
+//! The lanes share motor, gear, screw, carriage, joint stiffness, drive, load and the
 //! lengths of the steps; b, the command, encoder, converter and gains are free.
 //! A step computes all lanes at once and looks at each lane's bounds. A lane
 //! whose mode may change is taken out of it. A change of contact and nothing
@@ -20,7 +19,6 @@
 //! every lane ends with the bits of the single run.
 
 mod contact;
-mod curve;
 mod grid;
 mod group;
 mod peaks;

@@ -2,9 +2,8 @@
 //! does with it, in the same order of operations. Lanes in which something else
 //! happens, or in which the sketches leave a question open, are told apart.
 
-use super::curve::DeltaSlopes;
-use super::grid::{LaneGrid, States};
-use crate::exact::{DRIVING, HELD, NOISE_ULPS};
+use super::grid::{LaneGrid, States, sum};
+use crate::exact::{Curve, DRIVING, HELD, NOISE_ULPS, SLOPES};
 use crate::model::axis::{Axis, NOISE_PER_BACKLASH};
 use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON};
 use crate::numerics::width::Width;
@@ -292,7 +291,7 @@ fn sizes<W: Width>(w: W, rate: &States<W>) -> States<W> {
 fn strays<W: Width>(w: W, grid: &LaneGrid, sizes: &States<W>) -> [W::Vector; FIGURES] {
     let mut strays = [sizes[0]; FIGURES];
     for (stray, row) in strays.iter_mut().zip(&grid.chords) {
-        *stray = super::grid::sum(w, row, sizes);
+        *stray = sum(w, row, sizes);
     }
     strays
 }
@@ -304,4 +303,47 @@ fn stored_all<W: Width>(w: W, vectors: &States<W>) -> [W::Array; HELD] {
         w.store(*vector, array);
     }
     arrays
+}
+
+/// Slopes of δ over a step, and what they may be off by.
+pub(super) struct DeltaSlopes<W: Width> {
+    slopes: [W::Vector; SLOPES],
+    stray: W::Vector,
+}
+
+impl<W: Width> DeltaSlopes<W> {
+    /// Over the step that begins with `rate`.
+    #[inline(always)]
+    pub(super) fn new(w: W, grid: &LaneGrid, rate: &States<W>) -> Self {
+        let mut slopes = [rate[0]; SLOPES];
+        for (slope, row) in slopes.iter_mut().zip(&grid.slopes) {
+            *slope = sum(w, row, rate);
+        }
+        let mut stray = w.splat(grid.stray[0]) * w.abs(rate[1]);
+        for j in 1..DRIVING {
+            stray = stray + w.splat(grid.stray[j]) * w.abs(rate[j + 1]);
+        }
+        Self { slopes, stray }
+    }
+
+    /// About where δ ends that starts here.
+    #[inline(always)]
+    pub(super) fn end(&self, w: W, start: W::Vector) -> W::Vector {
+        let mut change = self.slopes[0];
+        for slope in &self.slopes[1..] {
+            change = change + *slope;
+        }
+        start + change / w.splat(11.0)
+    }
+
+    /// The guard `sign·δ + offset`, which is `start` at the start; `sign` is 1 or
+    /// −1.
+    #[inline(always)]
+    pub(super) fn guard(&self, w: W, sign: W::Vector, start: W::Vector) -> Curve<W> {
+        let mut slopes = self.slopes;
+        for slope in &mut slopes {
+            *slope = sign * *slope;
+        }
+        Curve::new(w, start, slopes, self.stray)
+    }
 }

@@ -15,15 +15,16 @@
 //! that of the polynomial's coefficients (relative 1e-15 of its terms) cannot
 //! be told from a touch.
 
+use super::curve::{Found, first_zero as first_zero_of, without_start};
 use super::grid::zero_near;
 use super::levels::{BOUND_MARGIN, Levels, Taylor};
 use super::roots::Polynomial;
-use super::sketch::{Found, VALUES, first_zero as first_zero_of};
 use super::system::{Column, FEEDBACK};
 use super::tables::{FeedbackTable, Linear, Quantity, Table};
 
 use crate::hybrid::Automaton;
 use crate::hybrid::guard::{Guard, speed_noise};
+use crate::numerics::width::One;
 
 /// Steps of one walk after which the plant is called too stiff: a sample of
 /// the stiffest axis that was tried takes some thousands.
@@ -306,11 +307,11 @@ impl<const D: usize> LinearGuard<'_, D> {
         let sketch = self.linear.sketch.as_ref()?;
         let curve = sketch.curve(&flow.rate, self.sign, start);
         let found = if self.fresh {
-            let rest = without_start(&curve.values);
+            let rest = without_start(One, &curve.values);
             if rest.iter().all(|&b| b > curve.stray) {
                 return Some(Found::None);
             }
-            let rest = without_start(&curve.values_until(theta));
+            let rest = without_start(One, &curve.values_until(theta));
             first_zero_of(&rest, curve.stray, 0.0, HALVINGS)
         } else if curve.values.iter().all(|&b| b > curve.stray) {
             Found::None
@@ -321,7 +322,7 @@ impl<const D: usize> LinearGuard<'_, D> {
         match found {
             // One zero only.
             Found::At { from, to, .. }
-                if from > 0.0 && curve.falls_within(theta * from, theta * to) =>
+                if from > 0.0 && curve.falls_within(One, theta * from, theta * to) =>
             {
                 Some(found)
             }
@@ -343,19 +344,6 @@ impl<const D: usize> LinearGuard<'_, D> {
         let theta = q.raised(self.noise).first_negative(end)?;
         Some(q.zero_before(theta).unwrap_or(theta))
     }
-}
-
-/// `(q(θ) − q(0))/θ`, whose remainder is that of the slope: the zero at the
-/// start divided out. It begins with the slope, known not to fall.
-fn without_start(values: &[f64; VALUES]) -> [f64; VALUES - 1] {
-    let start = values[0];
-    let mut b = [0.0; VALUES - 1];
-    let mut count = 1.0;
-    for (b, value) in b.iter_mut().zip(&values[1..]) {
-        *b = (value - start) * (11.0 / count);
-        count += 1.0;
-    }
-    b
 }
 
 /// Halvings of a sketch before it is called unclear.

@@ -6,7 +6,8 @@
 //! levels      exact steps over a sample and its halves, the shortest a power series; the chord
 //!             bound, with its proof
 //! grid        exact states anywhere within a step
-//! sketch      a quantity over a step as one polynomial, with a proven remainder; its first zero
+//! sketch      a quantity over a step as one polynomial, with a proven remainder
+//! curve       that polynomial for one run or many side by side; its first zero
 //! loss        what damper, armature and guide turn into heat, as a sum of squares
 //! held_rows   numbers at the end of a step as sums over the state at its start
 //! armature    heat and charge of the armature over a step
@@ -25,6 +26,7 @@
 mod advance;
 mod armature;
 mod crossing;
+mod curve;
 mod grid;
 mod held_rows;
 mod levels;
@@ -43,12 +45,13 @@ mod tables;
 pub(crate) mod tests;
 
 pub(crate) use armature::PARTS;
+pub(crate) use curve::{Curve, SLOPES, VALUES};
 pub(crate) use grid::{CELLS, MOST_NEWTON as MOST_POLISHING, TERMS};
 pub(crate) use held_rows::PER_ROW;
 pub(crate) use levels::{BOUND_MARGIN, NOISE_ULPS};
 pub(crate) use loss::{DRIVING, Dissipation};
 pub(crate) use memory::Tables;
 pub(crate) use peak::command_slopes;
-pub(crate) use sketch::{CLOSE, EVALUATION, MOST_NEWTON, SLOPES, Sketch, VALUES, binomials};
+pub(crate) use sketch::Sketch;
 pub(crate) use system::{AxisSystem, Column, HELD, Matrix};
 pub(crate) use tables::{HeldTable, Quantity, is_stiff};

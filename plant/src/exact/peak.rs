@@ -3,13 +3,14 @@
 //! the difference turns.
 
 use super::crossing::{Flow, Leg, Stretch};
+use super::curve::{Curve, Found, SLOPES};
 use super::grid::{LocalCoefficients, Window, derivative, zero_near};
 use super::levels::{BOUND_MARGIN, Coefficients, TERMS, Taylor, value_and_slope};
 use super::roots::Polynomial;
-use super::sketch::{Curve, Found, SLOPES};
 use super::system::Column;
 use super::tables::Linear;
 use crate::model::motion::Motion;
+use crate::numerics::width::One;
 
 /// A quantity `scale·row·x + offset`, or the command less that.
 #[derive(Debug, Clone, Copy)]
@@ -113,7 +114,7 @@ pub(crate) enum SketchedPeak {
 impl<const D: usize> Flow<'_, D> {
     /// The quantity over `length_s` as a sketch; `None` without a grid, and where
     /// the command is not smooth.
-    pub(crate) fn curve(&self, sought: &Sought<'_, D>, length_s: f64) -> Option<Curve> {
+    pub(crate) fn curve(&self, sought: &Sought<'_, D>, length_s: f64) -> Option<Curve<One>> {
         let sketch = sought.linear.sketch.as_ref()?;
         let start = sought.scale * sought.linear.value(self.start) + sought.offset;
         let own = sketch
@@ -130,7 +131,7 @@ impl<const D: usize> Flow<'_, D> {
         for (slope, own) in slopes.iter_mut().zip(&own.slopes) {
             *slope -= own;
         }
-        Some(Curve::new(x_m - start, slopes, own.stray + stray))
+        Some(Curve::new(One, x_m - start, slopes, own.stray + stray))
     }
 
     /// A quantity around `time_s`; `None` without grid and sketch.

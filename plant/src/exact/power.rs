@@ -12,9 +12,9 @@
 //! its ends, and its slope within the slope's bound of its chord's.
 
 use super::crossing::{Flow, Leg, Stretch};
+use super::curve::binomials;
 use super::levels::TERMS;
 use super::peak::Sought;
-use super::sketch::binomials;
 use super::system::Column;
 use crate::numerics::bernstein::Polynomial;
 

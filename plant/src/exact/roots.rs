@@ -8,6 +8,7 @@
 
 use super::levels::{Coefficients, TERMS, value_and_slope};
 use crate::numerics::bernstein::halves;
+use crate::numerics::width::One;
 
 const N: usize = TERMS + 1;
 
@@ -132,7 +133,7 @@ impl Polynomial {
             _ if halvings == 0 || self.is_rounding(b) => return (b[TERMS] < 0.0).then_some(to),
             _ => {}
         }
-        let (left, right) = halves(b);
+        let (left, right) = halves(One, b);
         let middle = 0.5 * (from + to);
         self.first_negative_in(&left, from, middle, halvings - 1)
             .or_else(|| self.first_negative_in(&right, middle, to, halvings - 1))
@@ -155,7 +156,7 @@ impl Polynomial {
             _ if halvings == 0 || self.is_rounding(b) => return None,
             _ => {}
         }
-        let (left, right) = halves(b);
+        let (left, right) = halves(One, b);
         let middle = 0.5 * (from + to);
         self.last_negative_in(&right, middle, to, halvings - 1)
             .or_else(|| self.last_negative_in(&left, from, middle, halvings - 1))
@@ -232,7 +233,7 @@ impl Polynomial {
         if one_way {
             return floor.max(self.extreme_between(b, from, to).abs());
         }
-        let (left, right) = halves(b);
+        let (left, right) = halves(One, b);
         let middle = 0.5 * (from + to);
         let floor = floor.max(right[0].abs());
         let floor = self.peak_in(&left, from, middle, floor, halvings - 1);

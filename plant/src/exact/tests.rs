@@ -3,17 +3,19 @@
 use proptest::prelude::*;
 
 use super::crossing::{Flow, LinearGuard};
+use super::curve::{Found, first_zero, value_and_slope};
 use super::grid::{CELLS, Grid};
 use super::levels::{self, ChordBounds, Levels};
 use super::levels::{TERMS, Taylor, growth_rate};
 use super::memory::Tables;
 use super::roots::Polynomial;
-use super::sketch::{Found, NODE_PRODUCT, NODES, Sketch, first_zero, value_and_slope};
+use super::sketch::{NODE_PRODUCT, NODES, Sketch};
 use super::system::{Column, Matrix};
 use super::tables::{Quantity, Table};
 use crate::model::axis::Axis;
 use crate::model::axis::Mode;
 use crate::model::joint::{Flank, JointMode};
+use crate::numerics::width::One;
 use crate::{
     AxisParameters, Carriage, ElasticJoint, Joint, Motor, Resistance, Surroundings, Transmission,
 };
@@ -123,13 +125,13 @@ fn sketch_holds(
         let change = change_after(a, rate, theta * length_s);
         let exact = 0.25 + 2.0 * row.dot(&change);
         let slope = 2.0 * row.dot(&(a * change + rate)) * length_s;
-        let (value, _) = value_and_slope(&curve.values, theta);
-        let (steepness, _) = value_and_slope(&curve.slopes, theta);
+        let (value, _) = value_and_slope(One, &curve.values, theta);
+        let (steepness, _) = value_and_slope(One, &curve.slopes, theta);
         prop_assert!((value - exact).abs() <= curve.stray + rounding);
         prop_assert!((steepness - slope).abs() <= curve.stray + rounding);
         prop_assert!(exact.abs() <= curve.upper() + rounding);
         let within = change_after(a, rate, theta * end * length_s);
-        let (value, _) = value_and_slope(&part.values, theta);
+        let (value, _) = value_and_slope(One, &part.values, theta);
         prop_assert!((value - 0.25 - 2.0 * row.dot(&within)).abs() <= part.stray + rounding);
     }
     Ok(())
@@ -417,7 +419,7 @@ fn remainder_is_no_idle_one() {
         for i in 0..=400 {
             let theta = f64::from(i) / 400.0;
             let exact = row.dot(&change_after(&a, &rate, theta * length_s));
-            off = off.max((value_and_slope(&curve.values, theta).0 - exact).abs());
+            off = off.max((value_and_slope(One, &curve.values, theta).0 - exact).abs());
         }
         assert!(off > 1e-9 && off < curve.stray, "{off} {}", curve.stray);
     }

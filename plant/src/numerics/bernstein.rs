@@ -11,6 +11,8 @@
 //! can be from them often says enough; else four nodes between them make the
 //! polynomial.
 
+use super::width::{One, Width};
+
 /// Halvings after which an undecided interval is called a touch, not a
 /// crossing: 2^-40 of a step is below the clock's resolution.
 const MAX_HALVINGS: u32 = 40;
@@ -98,18 +100,22 @@ impl<const N: usize> Polynomial<N> {
     }
 
     fn halves(&self) -> (Self, Self) {
-        let (left, right) = halves(&self.bernstein);
+        let (left, right) = halves(One, &self.bernstein);
         (Self { bernstein: left }, Self { bernstein: right })
     }
 }
 
 /// Bernstein coefficients of both halves: de Casteljau at θ = ½.
-pub(crate) fn halves<const N: usize>(b: &[f64; N]) -> ([f64; N], [f64; N]) {
-    let (mut left, mut right) = ([0.0; N], *b);
+#[inline(always)]
+pub(crate) fn halves<W: Width, const N: usize>(
+    w: W,
+    b: &[W::Vector; N],
+) -> ([W::Vector; N], [W::Vector; N]) {
+    let (mut left, mut right) = (*b, *b);
     for (i, corner) in left.iter_mut().enumerate() {
         *corner = right[0];
         for j in 0..N - 1 - i {
-            right[j] = 0.5 * (right[j] + right[j + 1]);
+            right[j] = w.splat(0.5) * (right[j] + right[j + 1]);
         }
     }
     (left, right)

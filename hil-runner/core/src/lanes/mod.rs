@@ -10,6 +10,7 @@
 //! laws       the sampled laws on all lanes, and gains, encoder and drive lane by lane
 //! side_by_side  laws and axes from sample to sample, and what their rows leave behind
 //! worker     what one thread keeps from run to run
+//! vectors    the instructions that runs are made with
 //! alone      whatever cannot go side by side
 //! ```
 
@@ -17,9 +18,11 @@ mod alone;
 mod family;
 mod laws;
 mod side_by_side;
+mod vectors;
 mod worker;
 
 pub use family::{OneByOne, Parcel, parcels};
+pub use vectors::{Vectors, used};
 pub use worker::Runs;
 
 #[cfg(target_arch = "x86_64")]
@@ -46,7 +49,6 @@ mod tests {
         let widest = Level::new();
         let levels = [
             widest.as_sse2().map(Level::Sse2),
-            widest.as_sse4_2().map(Level::Sse4_2),
             widest.as_avx2().map(Level::Avx2),
         ];
         let figures = |level| -> Vec<Summary> {

@@ -9,6 +9,7 @@ use plant::{Eight, Four, One, Width};
 use super::alone::alone;
 use super::family::{AT_A_TIME, Commands, Family, OneByOne, Parcel, groups};
 use super::side_by_side::{Lanes, Outcome};
+use super::vectors::widest;
 use crate::case::Case;
 use crate::error::RunError;
 use crate::summary::Summary;
@@ -109,7 +110,7 @@ impl Runs {
 
     /// Nothing computed yet.
     pub fn new() -> Self {
-        Self::with(Level::new())
+        Self::with(widest())
     }
 
     /// With given instructions.

@@ -1,0 +1,80 @@
+//! The vector instructions that runs are made with: the widest that the processor has,
+//! unless fewer are asked for. They decide about speed alone.
+
+use std::str::FromStr;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use fearless_simd::Level;
+
+/// Sets of vector instructions of x86-64, the narrowest first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Vectors {
+    /// SSE2, which every processor has.
+    Sse2,
+    /// AVX2.
+    Avx2,
+    /// AVX-512, of the processors that have all of it that is asked for.
+    Avx512,
+}
+
+/// Place of the widest set that may be used.
+static MOST: AtomicUsize = AtomicUsize::new(Vectors::Avx512 as usize);
+
+impl Vectors {
+    /// Runs that are begun from now on use no wider ones. What the processor lacks is not
+    /// used either, and other processors know none of these.
+    pub fn limit(self) {
+        MOST.store(self as usize, Ordering::Relaxed);
+    }
+}
+
+impl FromStr for Vectors {
+    type Err = String;
+
+    fn from_str(name: &str) -> Result<Self, String> {
+        match name {
+            "sse2" => Ok(Self::Sse2),
+            "avx2" => Ok(Self::Avx2),
+            "avx512" => Ok(Self::Avx512),
+            _ => Err(format!("{name:?}: sse2, avx2 or avx512")),
+        }
+    }
+}
+
+/// The widest instructions that may be used.
+pub(super) fn widest() -> Level {
+    let level = Level::new();
+    #[cfg(target_arch = "x86_64")]
+    {
+        let most = MOST.load(Ordering::Relaxed);
+        let lowered = match most {
+            most if most == Vectors::Sse2 as usize => level.as_sse2().map(Level::Sse2),
+            most if most == Vectors::Avx2 as usize => level.as_avx2().map(Level::Avx2),
+            _ => None,
+        };
+        return lowered.unwrap_or(level);
+    }
+    #[cfg(not(target_arch = "x86_64"))]
+    level
+}
+
+/// Name of the instructions that runs use now.
+pub fn used() -> &'static str {
+    let level = widest();
+    #[cfg(target_arch = "x86_64")]
+    return match (level.as_avx512(), level.as_avx2()) {
+        (Some(_), _) => "AVX-512",
+        (None, Some(_)) => "AVX2",
+        (None, None) => "SSE2",
+    };
+    #[cfg(target_arch = "aarch64")]
+    return match level.as_neon() {
+        Some(_) => "NEON",
+        None => "none",
+    };
+    #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
+    match level.is_fallback() {
+        true => "none",
+        false => "the least of this architecture",
+    }
+}
