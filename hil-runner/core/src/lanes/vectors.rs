@@ -44,36 +44,43 @@ impl FromStr for Vectors {
 /// The widest instructions that may be used.
 pub(super) fn widest() -> Level {
     let level = Level::new();
-    #[cfg(target_arch = "x86_64")]
-    {
-        let most = MOST.load(Ordering::Relaxed);
-        let lowered = match most {
-            most if most == Vectors::Sse2 as usize => level.as_sse2().map(Level::Sse2),
-            most if most == Vectors::Avx2 as usize => level.as_avx2().map(Level::Avx2),
-            _ => None,
-        };
-        return lowered.unwrap_or(level);
+    lowered(level).unwrap_or(level)
+}
+
+/// Narrower ones, where those of the level may not be used.
+#[cfg(target_arch = "x86_64")]
+fn lowered(level: Level) -> Option<Level> {
+    match MOST.load(Ordering::Relaxed) {
+        most if most == Vectors::Sse2 as usize => level.as_sse2().map(Level::Sse2),
+        most if most == Vectors::Avx2 as usize => level.as_avx2().map(Level::Avx2),
+        _ => None,
     }
-    #[cfg(not(target_arch = "x86_64"))]
-    level
+}
+
+#[cfg(not(target_arch = "x86_64"))]
+fn lowered(_: Level) -> Option<Level> {
+    None
 }
 
 /// Name of the instructions that runs use now.
+#[cfg(target_arch = "x86_64")]
 pub fn used() -> &'static str {
     let level = widest();
-    #[cfg(target_arch = "x86_64")]
-    return match (level.as_avx512(), level.as_avx2()) {
+    match (level.as_avx512(), level.as_avx2()) {
         (Some(_), _) => "AVX-512",
         (None, Some(_)) => "AVX2",
         (None, None) => "SSE2",
-    };
+    }
+}
+
+/// Name of the instructions that runs use now.
+#[cfg(not(target_arch = "x86_64"))]
+pub fn used() -> &'static str {
     #[cfg(target_arch = "aarch64")]
-    return match level.as_neon() {
-        Some(_) => "NEON",
-        None => "none",
-    };
-    #[cfg(not(any(target_arch = "x86_64", target_arch = "aarch64")))]
-    match level.is_fallback() {
+    if widest().as_neon().is_some() {
+        return "NEON";
+    }
+    match widest().is_fallback() {
         true => "none",
         false => "the least of this architecture",
     }
