@@ -120,6 +120,50 @@ fn random_cases_have_the_figures_of_single_runs() {
     }
 }
 
+/// Loads, starts on a flank, friction and limits of the current; codes and voltages at their
+/// limits beside, whose time is counted once.
+#[test]
+fn surroundings_go_side_by_side() {
+    const LIMITED: &str = "drive.current_limit_a=8 drive.voltage_limit_v=40";
+    const CODES: &str = "drive.current_limit_a=9 drive.dac_bits=8 drive.dac_range_v=40";
+    const HANGING: &str = "carriage.load_force_n=491 transmission.start=negative_flank";
+    const FRICTION: &str =
+        "carriage.resistance_constant_n=60 carriage.resistance_opposes_motion=true";
+    let settings: [&[&str]; 7] = [
+        &[LIMITED],
+        &[CODES],
+        &[HANGING],
+        &[LIMITED, FRICTION],
+        &[CODES, HANGING],
+        &[HANGING, FRICTION, "controller.computation_delay_s=0.0004"],
+        &[
+            FRICTION,
+            "transmission.start=positive_flank",
+            "carriage.load_force_n=-50",
+        ],
+    ];
+    let (mut saturated, mut limited) = (0, 0);
+    for law in ["sampled", "quantised", "firmware"] {
+        let law = format!("controller.law={law}");
+        for sets in settings {
+            let sets = [&[law.as_str()], sets].concat();
+            let cases = drawn(&case("paper-2", &sets), 100, 20);
+            let contacts = assert_same(&cases, threads(1));
+            assert!(contacts > 10, "{sets:?}: {contacts}");
+            let mut runs = Runs::new();
+            let mut results = Vec::new();
+            runs.figures(&cases, &mut results);
+            assert_eq!(runs.take_one_by_one(), BTreeMap::new(), "{sets:?}");
+            for summary in results.into_iter().flatten() {
+                saturated += u32::from(summary.voltage_saturated_s > 0.0);
+                limited += u32::from(summary.current_limited_s > 0.0);
+            }
+        }
+    }
+    // All of it happens.
+    assert!(saturated > 50 && limited > 50, "{saturated} {limited}");
+}
+
 #[test]
 fn lanes_need_not_be_full() {
     let case = case("paper-3", &["controller.law=quantised"]);
