@@ -253,9 +253,9 @@ fn runs_that_go_one_by_one_are_told() {
         mixed.starts_with("6 runs in ") && mixed.contains(told),
         "{mixed}"
     );
-    let driven = rate("small.toml --rungs quantised --set drive.current_limit_a=20");
-    let told =
-        "3 of them one by one (3 for a current drive or limit, a load or a start on a flank), ";
+    let load = "load=[{force_n=100,from_s=0.1}]";
+    let driven = rate(&format!("small.toml --rungs quantised --set {load}"));
+    let told = "3 of them one by one (3 for a current drive, or a load that comes or goes), ";
     assert!(driven.contains(told), "{driven}");
     let together = rate("small.toml --rungs quantised");
     assert!(!together.contains("one by one"), "{together}");

@@ -52,7 +52,7 @@ impl<W: Width> Contacts<W> {
     ) {
         for left in leaving.drain(..) {
             let group = &mut groups[left.group];
-            match group.kind_of(left.lane) {
+            match group.kind_of(&left) {
                 Some(kind) => self.waiting[left.phase][kind.place()].push(left),
                 None => {
                     group.advance_lane(shared, &left);
@@ -182,11 +182,11 @@ impl<W: Width> Group<W> {
 
     /// The kind of a lane's mode; `None` where its step is not one to be followed side by
     /// side.
-    fn kind_of(&self, lane: usize) -> Option<Kind> {
-        let run = &self.lanes[lane];
+    fn kind_of(&self, left: &Leaving) -> Option<Kind> {
+        let run = &self.lanes[left.lane];
         // One at rest on a flank may leave it at once.
-        let moves = run.plant.axis.start_rad == 0.0 || self.state(lane).current_a != 0.0;
-        let simple = moves && !self.mode.is_unsure(lane) && run.result.is_ok();
+        let moves = run.plant.axis.start_rad == 0.0 || left.y.current_a != 0.0;
+        let simple = moves && !self.mode.is_unsure(left.lane) && run.result.is_ok();
         simple.then(|| Kind::of(&run.plant.mode))
     }
 
