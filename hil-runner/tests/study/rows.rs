@@ -253,8 +253,9 @@ fn runs_that_go_one_by_one_are_told() {
         mixed.starts_with("6 runs in ") && mixed.contains(told),
         "{mixed}"
     );
-    let load = "load=[{force_n=100,from_s=0.1}]";
-    let driven = rate(&format!("small.toml --rungs quantised --set {load}"));
+    let drive = "drive.kind=current --set drive.amplifier_gain_a_per_v=2 --set \
+        drive.current_limit_a=20";
+    let driven = rate(&format!("small.toml --rungs quantised --set {drive}"));
     let told = "3 of them one by one (3 for a current drive, or a load that comes or goes), ";
     assert!(driven.contains(told), "{driven}");
     let together = rate("small.toml --rungs quantised");
