@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 use criterion::BenchmarkGroup;
 use criterion::measurement::WallTime;
-use hil_core::lanes::{self, Runs, Vectors};
+use hil_core::lanes::{Runs, Vectors};
 use hil_core::run::{RunOptions, run};
 use plant::{Plant, Solver};
 
@@ -216,7 +216,7 @@ pub fn vectors() -> Result<&'static str, Box<dyn Error>> {
             .map_err(|error| format!("VECTORS = {error}"))?
             .limit();
     }
-    Ok(lanes::used())
+    Ok(Vectors::in_use())
 }
 
 /// Ends the program with a message: a benchmark without its case is none.

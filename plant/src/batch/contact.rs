@@ -237,7 +237,7 @@ impl<W: Width> Group<W> {
             }
         }
 
-        if let Some([limit_v, _]) = shared.limited {
+        if let Some([limit_v, _]) = shared.axis.stage.limits() {
             let voltage_v = left.voltage_v.abs();
             let peak_v = &mut run.extremes.peak_abs_voltage_v;
             *peak_v = peak_v.max(voltage_v);

@@ -9,7 +9,6 @@ use crate::exact::{
     BOUND_MARGIN, CELLS, Column, DRIVING, Dissipation, HELD, HeldTable, MOST_POLISHING, Matrix,
     PARTS, Quantity, SLOPES, TERMS,
 };
-use crate::model::amplifier::Stage;
 use crate::model::axis::Axis;
 use crate::model::resistance::GuideMode;
 use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT};
@@ -190,7 +189,7 @@ impl LaneGrid {
     ) -> u64 {
         let mut holds = (1 << W::LANES) - 1;
         let two = w.splat(2.0);
-        if let Stage::LimitedVoltage { limit_a, .. } = axis.stage {
+        if let Some([_, limit_a]) = axis.stage.limits() {
             let ends = w.max(w.abs(from[CURRENT]), w.abs(to[CURRENT]));
             let within = w.splat(limit_a) - ends;
             holds &= w.bits(w.greater(within, two * current_strays));

@@ -28,8 +28,6 @@ pub(super) struct Shared {
     pub(super) axis: Axis,
     /// True if dry friction can hold the screw.
     pub(super) has_stiction: bool,
-    /// `V_max` \[V\] and `I_max` \[A\] where the current is limited.
-    pub(super) limited: Option<[f64; 2]>,
     /// Where the joints stand at the start.
     pub(super) start: Start,
     pub(super) tables: Tables,
@@ -197,7 +195,7 @@ impl<W: Width> Group<W> {
         self.mode.set(lane, plant);
         let slot = self.track.now_mut();
         slot.flank.as_mut()[lane] = self.mode.joint.as_ref()[lane];
-        slot.guide.as_mut()[lane] = self.mode.guide.as_ref()[lane];
+        slot.guide.as_mut()[lane] = self.mode.guide_direction.as_ref()[lane];
         let kind = Kind::of(&mode);
         let mut learnt = false;
         for (phase, steps) in shared.phases.iter_mut().zip(&mut self.steps) {

@@ -34,7 +34,6 @@ pub use self::step::InStep;
 use self::step::Leaving;
 use crate::exact::{DRIVING, Tables, is_stiff};
 use crate::hybrid::PlantError;
-use crate::model::amplifier::Stage;
 use crate::model::axis::{Axis, AxisParameters};
 use crate::model::state::State;
 use crate::model::surroundings::Surroundings;
@@ -86,10 +85,6 @@ impl<W: Width> Batch<W> {
             width,
             shared: Shared {
                 has_stiction: axis.resistance.has_stiction(),
-                limited: match axis.stage {
-                    Stage::LimitedVoltage { limit_v, limit_a } => Some([limit_v, limit_a]),
-                    _ => None,
-                },
                 start: surroundings.start,
                 axis,
                 tables: Tables::default(),

@@ -450,9 +450,10 @@ pub(super) struct ModeNumbers<W: Width> {
     pub(super) base: W::Array,
     side: W::Array,
     open: W::Array,
-    /// That of the guide, `base + side·γ̇ − |τ|` where it is stuck, else without τ.
+    /// That of a guide with friction: `base + direction·γ̇`, less |τ| where it is stuck.
     guide_base: W::Array,
-    guide_side: W::Array,
+    /// Direction in which the guide slides: −1, 1, or 0 where it is stuck.
+    pub(super) guide_direction: W::Array,
     /// 1 where dry friction holds the screw, else 0.
     stuck: W::Array,
     /// `k` and `c` while a flank carries, else 0.
@@ -462,8 +463,6 @@ pub(super) struct ModeNumbers<W: Width> {
     pub(super) resistance_n: W::Array,
     /// The flank in contact: −1, 0 or 1.
     pub(super) joint: W::Array,
-    /// Direction in which the guide slides: −1, 1, or 0 where it is stuck.
-    pub(super) guide: W::Array,
 }
 
 impl<W: Width> ModeNumbers<W> {
@@ -475,13 +474,12 @@ impl<W: Width> ModeNumbers<W> {
             side: zero,
             open: zero,
             guide_base: zero,
-            guide_side: zero,
+            guide_direction: zero,
             stuck: zero,
             stiffness: zero,
             damping: zero,
             resistance_n: zero,
             joint: zero,
-            guide: zero,
         }
     }
 
@@ -500,7 +498,7 @@ impl<W: Width> ModeNumbers<W> {
     /// The guard of the guide, with the torque that turns the screw.
     #[inline(always)]
     pub(super) fn guide_guard(&self, w: W, speed: W::Vector, torque: W::Vector) -> W::Vector {
-        let slides = w.load(&self.guide_base) + w.load(&self.guide_side) * speed;
+        let slides = w.load(&self.guide_base) + w.load(&self.guide_direction) * speed;
         slides - w.load(&self.stuck) * w.abs(torque)
     }
 
@@ -528,10 +526,9 @@ impl<W: Width> ModeNumbers<W> {
             JointMode::Loaded(flank) => (0.0, flank.sign(), 0.0),
             JointMode::Released(_) => (never, 0.0, 0.0),
         };
-        let (guide_base, guide_side, stuck) = match mode.guide {
-            GuideMode::AsWritten => (f64::INFINITY, 0.0, 0.0),
-            GuideMode::Forward | GuideMode::Backward => (0.0, mode.guide.direction(), 0.0),
-            GuideMode::Stuck => (axis.holding_torque_nm, 0.0, 1.0),
+        let (guide_base, stuck) = match mode.guide {
+            GuideMode::Stuck => (axis.holding_torque_nm, 1.0),
+            _ => (0.0, 0.0),
         };
         let (stiffness, damping) = match (mode.joint, axis.joint) {
             (JointMode::Gapless | JointMode::Loaded(_), Some(joint)) => {
@@ -546,13 +543,12 @@ impl<W: Width> ModeNumbers<W> {
             (&mut self.side, side),
             (&mut self.open, open),
             (&mut self.guide_base, guide_base),
-            (&mut self.guide_side, guide_side),
+            (&mut self.guide_direction, mode.guide.direction()),
             (&mut self.stuck, stuck),
             (&mut self.stiffness, stiffness),
             (&mut self.damping, damping),
             (&mut self.resistance_n, resistance_n),
             (&mut self.joint, f64::from(mode.joint.contact().sign())),
-            (&mut self.guide, mode.guide.direction()),
         ] {
             array.as_mut()[lane] = value;
         }

@@ -231,7 +231,7 @@ impl<W: Width> Group<W> {
         self.take(shared, (phase, moved), (step, ends), command, voltage_v);
         for left in &leaving[first..] {
             let lane = left.lane;
-            if shared.limited.is_some() {
+            if shared.axis.stage.limits().is_some() {
                 // The motor has less than was commanded, perhaps.
                 self.track.voltage_v.as_mut()[lane] = largest_v.as_ref()[lane];
             }
@@ -313,7 +313,7 @@ impl<W: Width> Group<W> {
         let ends = w.min(mode.guard(w, step.from[1]), mode.guard(w, step.to[1]));
         let joint = w.bits(w.greater(ends, steps.gap_strays(w, &step.change)));
         let mut within = (1 << W::LANES) - 1;
-        if let Some([_, limit_a]) = shared.limited {
+        if let Some([_, limit_a]) = shared.axis.stage.limits() {
             let ends = w.max(w.abs(step.from[3]), w.abs(step.to[3]));
             let strays = steps.current_strays(w, &step.change);
             within = w.bits(w.greater(w.splat(limit_a) - ends, strays));
@@ -334,15 +334,14 @@ impl<W: Width> Group<W> {
     #[inline(always)]
     fn has_voltage_to_spare(&self, shared: &Shared, voltage_v: W::Vector) -> bool {
         let w = self.width;
-        shared
-            .limited
-            .is_none_or(|[limit_v, _]| w.bits(w.at_most(w.splat(limit_v), w.abs(voltage_v))) == 0)
+        let limits = shared.axis.stage.limits();
+        limits.is_none_or(|[limit_v, _]| w.bits(w.at_most(w.splat(limit_v), w.abs(voltage_v))) == 0)
     }
 
     /// Counts the step as time at the limit of the voltage where the current is limited, in
     /// the lanes of `asked`.
     fn count_limits(&mut self, shared: &Shared, phase: usize, asked: u64, voltage_v: W::Vector) {
-        let Some([limit_v, _]) = shared.limited else {
+        let Some([limit_v, _]) = shared.axis.stage.limits() else {
             return;
         };
         let length_s = seconds(shared.phases[phase].length_ns);

@@ -97,13 +97,13 @@ impl Automaton {
             GuideMode::Backward => slides(-1.0),
             GuideMode::Stuck => false,
         };
-        let current_keeps = || match self.axis.stage {
-            Stage::LimitedVoltage { limit_a, .. } => {
+        let current_keeps = || match self.axis.stage.limits() {
+            Some([_, limit_a]) => {
                 let bound = &table.table.quantity(Quantity::Current).bounds.per_change;
                 let stray = BOUND_MARGIN * bound.dot(&(end - start).abs());
                 limit_a - start[CURRENT].abs().max(end[CURRENT].abs()) > stray
             }
-            _ => true,
+            None => true,
         };
         if !(joint_keeps && guide_keeps && current_keeps()) {
             return false;

@@ -96,6 +96,15 @@ impl Stage {
         matches!(self, Self::Voltage)
     }
 
+    /// `V_max` \[V\] and `I_max` \[A\] of a voltage drive with a limit of the current.
+    #[inline]
+    pub(crate) fn limits(self) -> Option<[f64; 2]> {
+        match self {
+            Self::LimitedVoltage { limit_v, limit_a } => Some([limit_v, limit_a]),
+            Self::Voltage | Self::IdealCurrent | Self::CurrentLoop { .. } => None,
+        }
+    }
+
     /// `V_max` \[V\], `I_max` \[A\] and ω_c \[rad/s\], of which each stage has its own.
     pub(crate) fn numbers(self) -> (f64, f64, f64) {
         match self {

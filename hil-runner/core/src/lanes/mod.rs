@@ -22,7 +22,7 @@ mod vectors;
 mod worker;
 
 pub use family::{OneByOne, Parcel, parcels};
-pub use vectors::{Vectors, used};
+pub use vectors::Vectors;
 pub use worker::Runs;
 
 #[cfg(target_arch = "x86_64")]

@@ -26,6 +26,29 @@ impl Vectors {
     pub fn limit(self) {
         MOST.store(self as usize, Ordering::Relaxed);
     }
+
+    /// Name of the instructions that runs use now.
+    pub fn in_use() -> &'static str {
+        let level = widest();
+        #[cfg(target_arch = "x86_64")]
+        for (name, here) in [
+            ("AVX-512", level.as_avx512().is_some()),
+            ("AVX2", level.as_avx2().is_some()),
+            ("SSE2", level.as_sse2().is_some()),
+        ] {
+            if here {
+                return name;
+            }
+        }
+        #[cfg(target_arch = "aarch64")]
+        if level.as_neon().is_some() {
+            return "NEON";
+        }
+        match level.is_fallback() {
+            true => "none",
+            false => "the least of this architecture",
+        }
+    }
 }
 
 impl FromStr for Vectors {
@@ -60,28 +83,4 @@ fn lowered(level: Level) -> Option<Level> {
 #[cfg(not(target_arch = "x86_64"))]
 fn lowered(_: Level) -> Option<Level> {
     None
-}
-
-/// Name of the instructions that runs use now.
-#[cfg(target_arch = "x86_64")]
-pub fn used() -> &'static str {
-    let level = widest();
-    match (level.as_avx512(), level.as_avx2()) {
-        (Some(_), _) => "AVX-512",
-        (None, Some(_)) => "AVX2",
-        (None, None) => "SSE2",
-    }
-}
-
-/// Name of the instructions that runs use now.
-#[cfg(not(target_arch = "x86_64"))]
-pub fn used() -> &'static str {
-    #[cfg(target_arch = "aarch64")]
-    if widest().as_neon().is_some() {
-        return "NEON";
-    }
-    match widest().is_fallback() {
-        true => "none",
-        false => "the least of this architecture",
-    }
 }
