@@ -2,7 +2,7 @@
 //! followed side by side, whatever else happens as single runs.
 
 use super::group::{Candidate, Group, Piece, Shared, exceeds, state_of, values_of};
-use super::phase::{KINDS, Kind};
+use super::phase::{KINDS, Kind, KindOfStep};
 use super::step::Leaving;
 use super::transition::{Transition, TransitionStart};
 use crate::exact::HELD;
@@ -86,15 +86,19 @@ impl<W: Width> Contacts<W> {
         groups: &mut [Group<W>],
         (phase, kind): (usize, Kind),
     ) {
-        let grids = &shared.phases[phase].grids;
+        let numbers = |kind| {
+            shared.phases[phase]
+                .of(kind)
+                .and_then(KindOfStep::of_contact)
+        };
         let next = kind.after_contact_change();
         let mut transition = None;
         // No closures around vectors: a function of its own would not get the
         // instructions that this one is compiled for.
-        if let (Some(from), Some(to)) = (&grids[kind.place()], &grids[next.place()]) {
+        if let (Some(from), Some(to)) = (numbers(kind), numbers(next)) {
             self.gather(groups);
             let asked = (1_u64 << self.chunk.len()) - 1;
-            let (start, over) = (&self.start, (kind.is_closed(), &**from, &**to));
+            let (start, over) = (&self.start, (kind.is_closed(), from, to));
             transition = Some(start.follow(w, &shared.axis, over, asked));
         }
         for (place, left) in self.chunk.iter().enumerate() {
@@ -295,7 +299,6 @@ impl<W: Width> Group<W> {
                 voltage_v: left.voltage_v,
                 phase: left.phase,
                 time_ns: left.time_ns,
-                commands_m: left.commands_m,
                 piece: Some(Piece {
                     start_s: if second { middle_s } else { start_s },
                     length_s: if second { left_s } else { change_s },

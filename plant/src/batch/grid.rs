@@ -7,7 +7,7 @@
 
 use crate::exact::{
     BOUND_MARGIN, CELLS, Column, DRIVING, Dissipation, HELD, HeldTable, MOST_POLISHING, Matrix,
-    PARTS, Quantity, SLOPES, TERMS,
+    PARTS, Quantity, SLOPES, TERMS, heat_of_part,
 };
 use crate::model::axis::Axis;
 use crate::model::resistance::GuideMode;
@@ -23,13 +23,11 @@ const ACCELERATED: [usize; 3] = [BETA_DOT, EPSILON_DOT, CURRENT];
 
 /// The numbers of one step.
 #[derive(Debug, Clone)]
-pub(crate) struct LaneGrid {
+pub(super) struct LaneGrid {
     pub(super) length_s: f64,
     half_s: f64,
-    /// The rates of [`ACCELERATED`]: per driving state, constant, per volt.
+    /// The rates of [`ACCELERATED`] per driving state.
     a: [[f64; DRIVING]; 3],
-    load: [f64; 3],
-    per_volt: f64,
     /// `ψ` at the points of the grid: β per β̇, and all states per rate of the
     /// driving ones.
     points: Vec<(f64, [[f64; DRIVING]; HELD])>,
@@ -41,8 +39,6 @@ pub(crate) struct LaneGrid {
     /// Bounds of how far the figures stray from their chords over the step, or twice
     /// that over a part of it.
     pub(super) chords: [[f64; DRIVING]; FIGURES],
-    /// The terms of δ after a step: per driving state, and per volt.
-    pub(super) delta_terms: ([f64; DRIVING], f64),
     guide: GuideMode,
     /// a0 against the motion \[N\].
     resistance_n: f64,
@@ -55,7 +51,7 @@ pub(crate) struct LaneGrid {
     /// See `Axis::current_noise`.
     pub(super) current_noise: f64,
     /// What makes the energies of a part of the step.
-    loss: Option<Box<Dissipation<DRIVING>>>,
+    loss: Option<Dissipation<DRIVING>>,
     armature: Dissipation<PARTS>,
 }
 
@@ -77,7 +73,6 @@ impl LaneGrid {
             *to = rows(matrix);
         }
         let carries = if table.closed { 1.0 } else { 0.0 };
-        let kernel = &table.kernel;
         let mut noisy = *axis;
         noisy.set_parting_noise(0.0, table.length_s());
         Some(Self {
@@ -85,8 +80,6 @@ impl LaneGrid {
             length_s: grid.length_s,
             half_s: grid.length_s / 32.0 / 2.0,
             a: ACCELERATED.map(|i| core::array::from_fn(|j| system.a[(i, j + 1)])),
-            load: ACCELERATED.map(|i| system.load[i]),
-            per_volt: system.per_volt,
             points: grid
                 .integrals
                 .iter()
@@ -96,53 +89,33 @@ impl LaneGrid {
             slopes: sketch.slopes.each_ref().map(driving),
             stray: driving(&sketch.stray),
             chords: figures(axis).map(|(quantity, scale)| {
-                let bound = table.table.quantity(quantity).bounds.per_rate[0];
-                driving(&(bound * (scale.abs() * BOUND_MARGIN)))
+                let linear = table.table.quantity(quantity);
+                linear.chords(scale.abs() * BOUND_MARGIN)
             }),
             guide: table.guide,
             resistance_n: table.guide.direction() * axis.resistance.constant_n,
-            guide_chord: guide_quantity(table.guide).map_or([0.0; DRIVING], |quantity| {
-                let bound = table.table.quantity(quantity).bounds.per_rate[0];
-                driving(&(bound * BOUND_MARGIN))
+            guide_chord: Quantity::of_guide(table.guide).map_or([0.0; DRIVING], |quantity| {
+                table.table.quantity(quantity).chords(BOUND_MARGIN)
             }),
-            delta_terms: {
-                let [w, d, e, c, _, v] = kernel.rows.row(EPSILON);
-                ([w, d, e, c], v)
-            },
             stiffness: carries * joint.stiffness_nm_per_rad,
             damping: carries * joint.damping_nms_per_rad,
             loss: table.loss.clone(),
-            armature: table.armature(axis).of.clone(),
+            armature: table.armature.clone(),
         })
     }
 
-    /// The energies of a part of the step from `x`, in the order of `HeldPiece::energies`.
+    /// The energies of a part of the step from where the current and the rates are these.
     #[inline(always)]
     pub(super) fn energies<W: Width>(
         &self,
         w: W,
-        x: &States<W>,
+        (current, rate): (W::Vector, &States<W>),
         voltage_v: W::Vector,
         length_s: W::Vector,
     ) -> [W::Vector; ENERGIES] {
-        let mut rates = [x[BETA_DOT], x[EPSILON_DOT], x[EPSILON_DOT], x[CURRENT]];
-        for (i, place) in [0, 2, 3].into_iter().enumerate() {
-            let number = &self.a[i];
-            let rotor = w.splat(number[0]) * x[1] + w.splat(number[1]) * x[2];
-            let joint = w.splat(number[2]) * x[3] + w.splat(number[3]) * x[4];
-            let mut input = w.splat(self.load[i]);
-            if place == 3 {
-                input = input + w.splat(self.per_volt) * voltage_v;
-            }
-            rates[place] = (rotor + joint) + input;
-        }
-        let mut joint_j = w.splat(0.0);
-        if let Some(loss) = &self.loss {
-            [joint_j, _] = loss.with_integral(w, rates, length_s);
-        }
-        let [a, b, c, d] = rates;
-        let z = [x[CURRENT], a, b, c, d];
-        let [armature_j, charge_as] = self.armature.with_integral(w, z, length_s);
+        let [_, rates @ ..] = *rate;
+        let heat = (self.loss.as_ref(), &self.armature);
+        let [joint_j, armature_j, charge_as] = heat_of_part(w, heat, (current, &rates), length_s);
         [joint_j, armature_j, voltage_v * charge_as]
     }
 
@@ -166,7 +139,7 @@ impl LaneGrid {
         let force = force + w.splat(axis.load_force_n);
         // No torque is 0, not −0.
         let torque = self.flank_torque(w, offset, y) + w.splat(0.0);
-        p * ((torque - p * force) / w.splat(axis.moved_inertia()))
+        (torque - p * force) * w.splat(axis.pitch_per_inertia)
     }
 
     /// Ψ while a flank carries, else 0.
@@ -226,18 +199,6 @@ impl LaneGrid {
         if self.guide == GuideMode::Stuck {
             y[EPSILON_DOT] = y[BETA_DOT];
         }
-    }
-
-    /// `A·x + u`.
-    #[inline(always)]
-    pub(super) fn rate<W: Width>(&self, w: W, x: &States<W>, voltage_v: W::Vector) -> States<W> {
-        let driven = self.driven(w, x);
-        let mut rate = [x[BETA_DOT], driven[0], x[EPSILON_DOT], driven[1], driven[2]];
-        rate[BETA_DOT] = driven[0] + w.splat(self.load[0]);
-        rate[EPSILON_DOT] = driven[1] + w.splat(self.load[1]);
-        let input = w.splat(self.load[2]) + w.splat(self.per_volt) * voltage_v;
-        rate[CURRENT] = driven[2] + input;
-        rate
     }
 
     /// `A·x` but for what are states.
@@ -410,15 +371,6 @@ impl<W: Width> Local<W> {
             }
         }
         (sigma, found)
-    }
-}
-
-/// The quantity that the guard of a guide with friction looks at.
-pub(super) fn guide_quantity(guide: GuideMode) -> Option<Quantity> {
-    match guide {
-        GuideMode::AsWritten => None,
-        GuideMode::Forward | GuideMode::Backward => Some(Quantity::ScrewSpeed),
-        GuideMode::Stuck => Some(Quantity::MovingTorque),
     }
 }
 

@@ -2,8 +2,8 @@
 //! have reached, and the steps that have not been looked at: the last ones, and
 //! those that wait as candidates for an extreme.
 
-use super::phase::{Kind, ModeNumbers, Phase, Steps};
-use crate::exact::{DRIVING, HELD, Tables};
+use super::phase::{Kind, Kinds, ModeNumbers, Phase};
+use crate::exact::{DRIVING, HELD, ROWS, Tables};
 use crate::hybrid::{Automaton, Interval, PlantError};
 use crate::model::axis::{Axis, Drive, Mode};
 use crate::model::resistance::GuideMode;
@@ -28,6 +28,8 @@ pub(super) struct Shared {
     pub(super) axis: Axis,
     /// True if dry friction can hold the screw.
     pub(super) has_stiction: bool,
+    /// Number of kinds of mode that there may be.
+    pub(super) kinds: usize,
     /// Where the joints stand at the start.
     pub(super) start: Start,
     pub(super) tables: Tables,
@@ -83,13 +85,15 @@ impl Lane {
 #[derive(Debug, Clone)]
 pub(super) struct Group<W: Width> {
     pub(super) width: W,
-    /// The step of each length with the numbers of every lane's mode.
-    pub(super) steps: Vec<Steps<W>>,
     pub(super) lanes: Vec<Lane>,
     /// Number of them that are runs; the others repeat the last.
     pub(super) runs: usize,
     /// Number of lanes that have left the step and wait to be followed.
     pub(super) held_up: usize,
+    /// The lanes in each kind of mode.
+    pub(super) kinds: Kinds,
+    /// Room for what [`Width::in_pairs`] stores.
+    pub(super) room: [f64; ROWS],
     /// The last steps.
     pub(super) track: Track<W>,
     pub(super) mode: ModeNumbers<W>,
@@ -104,10 +108,8 @@ pub(super) struct Group<W: Width> {
     pub(super) peak_abs_voltage_v: W::Array,
     /// Energies so far \[J\].
     pub(super) energies: [W::Array; ENERGIES],
-    /// Number of the last step that ended outside the settling band; of the last
-    /// one in which no lane did anything else, where that is later.
+    /// Start of the last step that ended outside the settling band \[ns\]; −1 without one.
     pub(super) last_outside: W::Array,
-    pub(super) all_outside: f64,
     pub(super) travel_m: W::Array,
     pub(super) band_m: W::Array,
     /// `T²·sup|a_ref|` with the longest of the steps' lengths T \[m\].
@@ -115,11 +117,12 @@ pub(super) struct Group<W: Width> {
 }
 
 impl<W: Width> Group<W> {
-    pub(super) fn new(width: W, phases: usize) -> Self {
+    pub(super) fn new(width: W) -> Self {
         let zero = W::array(0.0);
         Self {
             width,
-            steps: (0..phases).map(|_| Steps::new()).collect(),
+            kinds: Kinds::NONE,
+            room: [0.0; ROWS],
             lanes: Vec::with_capacity(W::LANES),
             runs: 0,
             held_up: 0,
@@ -132,7 +135,6 @@ impl<W: Width> Group<W> {
             peak_abs_voltage_v: zero,
             energies: [zero; ENERGIES],
             last_outside: zero,
-            all_outside: -1.0,
             travel_m: zero,
             band_m: zero,
             bend_m: zero,
@@ -151,7 +153,6 @@ impl<W: Width> Group<W> {
         self.peak_abs_voltage_v = zero;
         self.energies = [zero; ENERGIES];
         self.last_outside = W::array(-1.0);
-        self.all_outside = -1.0;
         for lane in 0..W::LANES {
             let setup = setups.get(lane).unwrap_or(last);
             let motion = &setup.extremes.motion;
@@ -193,19 +194,17 @@ impl<W: Width> Group<W> {
         let plant = &self.lanes[lane].plant;
         let (mode, axis) = (plant.mode, plant.axis);
         self.mode.set(lane, plant);
+        let kind = Kind::of(&mode);
+        self.kinds.set(lane, kind);
         let slot = self.track.now_mut();
         slot.flank.as_mut()[lane] = self.mode.joint.as_ref()[lane];
-        slot.guide.as_mut()[lane] = self.mode.guide_direction.as_ref()[lane];
-        let kind = Kind::of(&mode);
+        slot.kinds = self.kinds;
         let mut learnt = false;
-        for (phase, steps) in shared.phases.iter_mut().zip(&mut self.steps) {
-            if phase.numbers(kind).is_none() {
+        for phase in &mut shared.phases {
+            if phase.of(kind).is_none() {
                 let table = shared.tables.held(&axis, &mode, phase.length_ns);
                 phase.learn(kind, table, &axis);
                 learnt = true;
-            }
-            if let Some(numbers) = phase.numbers(kind) {
-                steps.set(lane, numbers);
             }
         }
         if learnt {
@@ -231,7 +230,7 @@ impl<W: Width> Group<W> {
             .mode
             .with_contact(slot.flank.as_ref()[lane]);
         if mode.guide != GuideMode::AsWritten {
-            mode.guide = GuideMode::towards(slot.guide.as_ref()[lane]);
+            mode.guide = slot.kinds.of(lane).guide();
         }
         mode
     }
@@ -300,7 +299,7 @@ impl<W: Width> Group<W> {
         for (sum, energy) in extremes.energies_mut().into_iter().zip(&self.energies) {
             *sum = energy.as_ref()[lane];
         }
-        let start_ns = self.last_outside.as_ref()[lane].max(self.all_outside);
+        let start_ns = self.last_outside.as_ref()[lane];
         if start_ns >= 0.0 {
             // The end of that step, summed as a span does.
             let length_s = seconds(length_at(lengths_ns, start_ns));
@@ -358,8 +357,8 @@ pub(super) struct Slot<W: Width> {
     pub(super) state: [W::Array; HELD],
     /// The flank in contact: −1, 0 or 1; 1 without a gap.
     pub(super) flank: W::Array,
-    /// Direction in which the guide slides: −1, 1, or 0 where it is stuck.
-    pub(super) guide: W::Array,
+    /// The lanes in each kind of mode.
+    pub(super) kinds: Kinds,
     /// ẍ \[m/s²\].
     pub(super) acceleration_mps2: W::Array,
     /// x_ref \[m\].
@@ -383,15 +382,15 @@ pub(super) struct Track<W: Width> {
     pub(super) second: usize,
     /// Of the present block: sup of the figures' magnitudes over the ends of its
     /// steps, over what its first one and those after a change of contact begin
-    /// with, and of the changes of the driving states.
+    /// with, and of the rates of the driving states.
     pub(super) ends: [W::Array; FIGURES],
     pub(super) starts: [W::Array; FIGURES],
-    pub(super) changes: [W::Array; DRIVING],
+    pub(super) rates: [W::Array; DRIVING],
     /// And of the voltages.
     pub(super) voltage_v: W::Array,
     /// Of the block before: the larger of the first two, and the others.
     pub(super) sizes_before: [W::Array; FIGURES],
-    pub(super) changes_before: [W::Array; DRIVING],
+    pub(super) rates_before: [W::Array; DRIVING],
     pub(super) voltage_before_v: W::Array,
 }
 
@@ -401,7 +400,7 @@ impl<W: Width> Track<W> {
         let slot = Slot {
             state: [zero; HELD],
             flank: zero,
-            guide: zero,
+            kinds: Kinds::NONE,
             acceleration_mps2: zero,
             command_m: zero,
             time_ns: 0,
@@ -416,11 +415,11 @@ impl<W: Width> Track<W> {
             second: 0,
             ends: [zero; FIGURES],
             starts: [zero; FIGURES],
-            changes: [zero; DRIVING],
+            rates: [zero; DRIVING],
             voltage_v: zero,
             voltage_before_v: zero,
             sizes_before: [zero; FIGURES],
-            changes_before: [zero; DRIVING],
+            rates_before: [zero; DRIVING],
         }
     }
 
@@ -432,7 +431,7 @@ impl<W: Width> Track<W> {
         slot.state = [zero; HELD];
         (slot.flank, slot.command_m, slot.time_ns) = (zero, zero, 0);
         (self.ends, self.starts) = ([zero; FIGURES], [zero; FIGURES]);
-        self.changes = [zero; DRIVING];
+        self.rates = [zero; DRIVING];
         self.voltage_v = zero;
     }
 
@@ -459,10 +458,10 @@ impl<W: Width> Track<W> {
         let slot = self.now_mut();
         w.store(voltage_v, &mut slot.voltage_v);
         (slot.phase, slot.moved) = (phase, moved);
-        let (flank, guide, time_ns) = (slot.flank, slot.guide, slot.time_ns + length_ns);
+        let (flank, kinds, time_ns) = (slot.flank, slot.kinds, slot.time_ns + length_ns);
         self.now += 1;
         let slot = self.now_mut();
-        (slot.flank, slot.guide, slot.time_ns) = (flank, guide, time_ns);
+        (slot.flank, slot.kinds, slot.time_ns) = (flank, kinds, time_ns);
         slot
     }
 
@@ -483,8 +482,6 @@ pub(super) struct Candidate {
     pub(super) voltage_v: f64,
     pub(super) phase: usize,
     pub(super) time_ns: u64,
-    /// x_ref at both ends of a whole step \[m\].
-    pub(super) commands_m: [f64; 2],
     /// The piece, where it is one.
     pub(super) piece: Option<Piece>,
     /// True if the upper bounds are those of the sketches.

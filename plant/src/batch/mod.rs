@@ -85,6 +85,7 @@ impl<W: Width> Batch<W> {
             width,
             shared: Shared {
                 has_stiction: axis.resistance.has_stiction(),
+                kinds: phase::kinds_of(&axis),
                 start: surroundings.start,
                 axis,
                 tables: Tables::default(),
@@ -107,7 +108,7 @@ impl<W: Width> Batch<W> {
         self.running = setups.len().div_ceil(W::LANES);
         let Some(last) = setups.last() else { return };
         while self.groups.len() < self.running {
-            let group = Group::new(self.width, self.shared.phases.len());
+            let group = Group::new(self.width);
             self.groups.push(group);
         }
         for (group, setups) in self.groups.iter_mut().zip(setups.chunks(W::LANES)) {

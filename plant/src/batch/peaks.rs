@@ -9,37 +9,39 @@
 //! bound.
 
 use super::group::{Candidate, Group, PLACES, Shared, Slot, exceeds, state_of};
-use super::phase::{Kind, dot_pairs};
-use crate::exact::{DRIVING, SLOPES, VALUES, command_slopes};
+use super::phase::{Kind, times_sizes_of};
+use crate::exact::{DRIVING, SLOPES, VALUES, command_slopes, left_of, times_sizes};
 use crate::model::motion::Motion;
-use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT};
+use crate::model::state::{BETA, CURRENT, EPSILON};
 use crate::numerics::seconds;
-use crate::numerics::width::Width;
+use crate::numerics::width::{One, Width};
 use crate::observe::extremes::{CARRIAGE, FIGURES, POWER};
 
-/// The command over a step in Bernstein form: what each coefficient adds to the
-/// one before it, and what it and its slope may be off by.
+/// The command over a step or a piece of one in Bernstein form: where it starts, what each
+/// coefficient adds to the one before it, and what it and its slope may be off by.
 struct CommandRises {
+    start_m: f64,
     rises: [f64; SLOPES],
     off_m: f64,
     slope_off_m: f64,
 }
 
 impl CommandRises {
-    fn new(motion: &Motion, candidate: &Candidate, length_ns: u64, bend_m: f64) -> Self {
-        let (start_s, length_s) = (seconds(candidate.time_ns), seconds(length_ns));
+    fn new(motion: &Motion, (start_s, length_s): (f64, f64), bend_m: f64) -> Self {
         let end_s = start_s + length_s;
         if !motion.breaks_between(start_s, end_s).is_empty() {
             // Its chord, which a_ref bends by T²/8 at most.
-            let [start_m, end_m] = candidate.commands_m;
+            let [start_m, end_m] = [start_s, end_s].map(|t| motion.at(t).displacement_m);
             return Self {
+                start_m,
                 rises: [(end_m - start_m) / 11.0; SLOPES],
                 off_m: 0.125 * bend_m,
                 slope_off_m: 0.5 * bend_m / 11.0,
             };
         }
-        let (_, slopes, stray) = command_slopes(motion, start_s, length_s);
+        let (start_m, slopes, stray) = command_slopes(motion, start_s, length_s);
         Self {
+            start_m,
             rises: slopes.map(|slope| slope / 11.0),
             off_m: stray,
             slope_off_m: stray / 11.0,
@@ -109,13 +111,13 @@ impl<W: Width> Group<W> {
             w.store(size, &mut track.sizes_before[i]);
             w.store(w.abs(figure), &mut track.starts[i]);
         }
-        track.changes_before = track.changes;
+        track.rates_before = track.rates;
         track.voltage_before_v = track.voltage_v;
         let peak_v = w.max(w.load(&track.voltage_v), w.load(&self.peak_abs_voltage_v));
         w.store(peak_v, &mut self.peak_abs_voltage_v);
         track.voltage_v = W::array(0.0);
         track.ends = [W::array(0.0); FIGURES];
-        track.changes = [W::array(0.0); DRIVING];
+        track.rates = [W::array(0.0); DRIVING];
         (track.first, track.second) = (track.second, track.now);
     }
 
@@ -129,11 +131,12 @@ impl<W: Width> Group<W> {
         let all = (1_u64 << W::LANES) - 1;
         let half_bend = w.load(&self.bend_m) * w.splat(0.125);
         let mut open = [false; FIGURES];
+        let sizes = track.rates_before.each_ref().map(
+            #[inline(always)]
+            |array| w.load(array),
+        );
         for (i, open) in open.iter_mut().enumerate() {
-            let mut chord = w.splat(0.0);
-            for (most, change) in shared.most_chords[i].iter().zip(&track.changes_before) {
-                chord = chord + w.splat(*most) * w.load(change);
-            }
+            let mut chord = times_sizes(w, &shared.most_chords[i], &sizes);
             if (CARRIAGE..POWER).contains(&i) {
                 chord = chord + half_bend;
             } else if i == POWER {
@@ -167,20 +170,14 @@ impl<W: Width> Group<W> {
         let (from, to) = (&slots[step % PLACES], &slots[(step + 1) % PLACES]);
         let phase = &shared.phases[from.phase];
         let closed = w.greater(w.abs(w.load(&from.flank)), w.splat(0.5));
-        let mut changes = [w.splat(0.0); DRIVING];
-        for (change, state) in changes
-            .iter_mut()
-            .zip([BETA_DOT, EPSILON, EPSILON_DOT, CURRENT])
-        {
-            *change = w.abs(w.load(&to.state[state]) - w.load(&from.state[state]));
-        }
+        let sizes = self.rate_sizes(shared, from);
         let never = w.splat(f64::NEG_INFINITY);
         let mut uppers = [W::array(f64::NEG_INFINITY); FIGURES];
         let mut lanes = 0;
         for i in (0..FIGURES).filter(|&i| open[i]) {
             let mut start = self.figure_at(shared, from, i);
             let mut end = self.figure_at(shared, to, i);
-            let mut chord = dot_pairs(w, closed, &phase.chords[i], &changes);
+            let mut chord = times_sizes_of(w, closed, &phase.chords[i], &sizes);
             // The power is under one voltage all along.
             let size_v = w.abs(w.load(&from.voltage_v));
             if i == POWER {
@@ -197,7 +194,7 @@ impl<W: Width> Group<W> {
             if (w.bits(below) | from.moved) & all == all {
                 continue;
             }
-            let mut slope = dot_pairs(w, closed, &phase.slopes[i], &changes);
+            let mut slope = times_sizes_of(w, closed, &phase.slopes[i], &sizes);
             if i == POWER {
                 slope = size_v * slope;
             } else if i >= CARRIAGE {
@@ -208,8 +205,7 @@ impl<W: Width> Group<W> {
             lanes |= !(w.bits(outdone) | from.moved) & all;
         }
         for lane in (0..self.runs).filter(|lane| lanes >> lane & 1 != 0) {
-            let slots = &self.track.slots;
-            let (from, to) = (&slots[step % PLACES], &slots[(step + 1) % PLACES]);
+            let from = &self.track.slots[step % PLACES];
             let of = |array: &W::Array| array.as_ref()[lane];
             let candidate = Candidate {
                 upper: uppers.each_ref().map(of),
@@ -218,12 +214,34 @@ impl<W: Width> Group<W> {
                 voltage_v: of(&from.voltage_v),
                 phase: from.phase,
                 time_ns: from.time_ns,
-                commands_m: [of(&from.command_m), of(&to.command_m)],
                 piece: None,
                 enclosed: false,
             };
             self.add_candidate(shared, lane, candidate);
         }
+    }
+
+    /// Magnitudes of the rates of the driving states at a slot.
+    #[inline(always)]
+    fn rate_sizes(&self, shared: &Shared, slot: &Slot<W>) -> [W::Vector; DRIVING] {
+        let w = self.width;
+        let y = slot.state.each_ref().map(
+            #[inline(always)]
+            |array| w.load(array),
+        );
+        let offset = w.load(&slot.flank) * w.load(&self.backlash_half_rad);
+        let x = [y[0], y[1], y[2] - offset, y[3], y[4]];
+        let mut sizes = [w.splat(0.0); DRIVING];
+        for (kind, lanes) in slot.kinds.present(shared.kinds) {
+            let Some(of_kind) = shared.phases[slot.phase].of(kind) else {
+                continue;
+            };
+            let [_, rates @ ..] = of_kind.step.rates(w, &x, w.load(&slot.voltage_v));
+            for (size, rate) in sizes.iter_mut().zip(rates) {
+                *size = w.select(w.lanes(lanes), w.abs(rate), *size);
+            }
+        }
+        sizes
     }
 
     /// The figures at a slot.
@@ -300,7 +318,7 @@ impl<W: Width> Group<W> {
         let mut candidates = core::mem::take(&mut self.lanes[lane].candidates);
         let mut known = self.known_of(lane);
         for candidate in candidates.iter_mut().rev() {
-            if !candidate.enclosed && candidate.piece.is_none() {
+            if !candidate.enclosed {
                 let open = exceeds(&candidate.upper, &known);
                 let mut command = None;
                 for figure in (0..FIGURES).filter(|figure| open >> figure & 1 != 0) {
@@ -318,7 +336,7 @@ impl<W: Width> Group<W> {
         }
     }
 
-    /// Lowers the upper bound of a figure in a whole step; returns what it
+    /// Lowers the upper bound of a figure in a step or a piece of one; returns what it
     /// reaches for certain. `command` is kept from figure to figure.
     #[inline(always)]
     fn enclose(
@@ -332,62 +350,75 @@ impl<W: Width> Group<W> {
         let run = &self.lanes[lane];
         let y = &candidate.state;
         let (axis, mode) = (&run.plant.axis, &candidate.mode);
-        let kind = Kind::of(mode);
-        let delta = y.epsilon_rad - axis.offset_rad(mode);
-        let from = [y.beta_dot_radps, delta, y.epsilon_dot_radps, y.current_a];
-        let rates = phase.rates.at(kind, &from, candidate.voltage_v);
-        let p = shared.axis.pitch_m_per_rad;
-        let start_m = candidate.commands_m[0];
-        let start = match figure {
-            0 => axis.carriage_acceleration_mps2(mode, &y.to_vector()),
-            1 => y.current_a,
-            POWER => candidate.voltage_v * y.current_a,
-            CARRIAGE => start_m - p * ((y.beta_rad - y.epsilon_rad) + axis.start_rad),
-            _ => start_m - p * y.beta_rad,
+        let Some(of_kind) = phase.of(Kind::of(mode)) else {
+            return f64::NEG_INFINITY;
         };
-        let sketch = &phase.figures[figure];
-        let mut rises = sketch.rises(kind, &rates);
-        let mut off = sketch.stray(kind, &rates, start.abs());
-        if figure == POWER {
-            rises = rises.map(|rise| candidate.voltage_v * rise);
-            off = candidate.voltage_v.abs() * sketch.stray(kind, &rates, y.current_a.abs());
+        let delta = y.epsilon_rad - axis.offset_rad(mode);
+        let (w, i) = (y.epsilon_dot_radps, y.current_a);
+        let x = [y.beta_rad, y.beta_dot_radps, delta, w, i];
+        let rates = of_kind.step.rates(One, &x, candidate.voltage_v);
+        let whole_s = seconds(phase.length_ns);
+        let (start_s, length_s) = match &candidate.piece {
+            None => (seconds(candidate.time_ns), whole_s),
+            Some(piece) => (piece.start_s, piece.length_s),
+        };
+        let p = shared.axis.pitch_m_per_rad;
+        // What the plant makes of it, from the start of the piece on, over the whole step.
+        let sketch = &of_kind.figures[figure];
+        let own = match figure {
+            0 => axis.carriage_acceleration_mps2(mode, &y.to_vector()),
+            CARRIAGE => p * ((y.beta_rad - y.epsilon_rad) + axis.start_rad),
+            1 | POWER => y.current_a,
+            _ => p * y.beta_rad,
+        };
+        let scale = if figure == POWER {
+            candidate.voltage_v
+        } else {
+            1.0
+        };
+        let mut off = scale.abs() * sketch.stray(&rates, own.abs());
+        let mut values = [0.0; VALUES];
+        for (i, rise) in sketch.rises(&rates).iter().take(SLOPES).enumerate() {
+            values[i + 1] = values[i] + scale * rise;
         }
-        // The slope, per eleventh of a step, by which the polynomial is off.
-        let mut slope_off = off / 11.0;
+        let theta = length_s / whole_s;
+        if candidate.piece.is_some() {
+            values = left_of(One, &values, theta);
+        }
+        // The slope, per eleventh of the piece, by which the polynomial is off.
+        let mut slope_off = theta * off / 11.0;
+        let mut start = scale * own;
         if (CARRIAGE..POWER).contains(&figure) {
-            let command = match command {
-                Some(command) => command,
-                None => {
-                    let bend_m = self.bend_m.as_ref()[lane];
-                    let motion = &run.extremes.settings.motion;
-                    command.insert(CommandRises::new(
-                        motion,
-                        candidate,
-                        phase.length_ns,
-                        bend_m,
-                    ))
-                }
-            };
-            for (rise, of_command) in rises.iter_mut().zip(&command.rises) {
-                *rise = of_command - *rise;
+            let command = command.get_or_insert_with(|| {
+                let motion = &run.extremes.settings.motion;
+                CommandRises::new(motion, (start_s, length_s), self.bend_m.as_ref()[lane])
+            });
+            let mut ahead_m = 0.0;
+            for (i, value) in values.iter_mut().enumerate() {
+                *value = ahead_m - *value;
+                ahead_m += command.rises.get(i).copied().unwrap_or(0.0);
             }
-            let size = (start_m.abs() + p * y.beta_rad.abs()) * ROUNDING;
+            start = command.start_m - own;
+            let size = (command.start_m.abs() + p * y.beta_rad.abs()) * ROUNDING;
             off += command.off_m + size;
             slope_off += command.slope_off_m + size;
         }
-        let mut values = [start; VALUES];
         let (mut lowest, mut highest) = (f64::INFINITY, f64::NEG_INFINITY);
         let mut upper = start.abs();
-        for i in 1..VALUES {
-            let rise = rises[i - 1];
+        for pair in values.windows(2) {
+            let rise = pair[1] - pair[0];
             lowest = lowest.min(rise);
             highest = highest.max(rise);
-            values[i] = values[i - 1] + rise;
-            upper = upper.max(values[i].abs());
+        }
+        for value in &mut values {
+            *value += start;
+            upper = upper.max(value.abs());
         }
         upper += off;
         let before = &mut candidate.upper[figure];
-        if lowest.max(-highest) > slope_off {
+        // What a piece has at its ends is known but for the errors.
+        let ends_known = candidate.piece.is_none() || !(CARRIAGE..POWER).contains(&figure);
+        if ends_known && lowest.max(-highest) > slope_off {
             *before = f64::NEG_INFINITY;
         } else if *before > upper || before.is_nan() {
             *before = upper;

@@ -1,18 +1,15 @@
-//! The numbers of one step: those that all lanes share, and those that a lane's
-//! mode decides.
+//! The numbers of one step in each kind of mode, which all lanes share, and those that a
+//! lane's mode decides.
 
-use super::grid::{LaneGrid, figures, guide_quantity};
-use crate::exact::{
-    AxisSystem, BOUND_MARGIN, DRIVING, HELD, HeldTable, PARTS, PER_ROW, Quantity, SLOPES, Sketch,
-    VALUES,
-};
+use super::grid::{LaneGrid, figures};
+use crate::exact::{BOUND_MARGIN, times_sizes};
+use crate::exact::{DRIVING, HELD, HeldTable, Linear, Quantity, SLOPES, VALUES, WholeStep};
 use crate::hybrid::Automaton;
 use crate::model::amplifier::StageMode;
 use crate::model::axis::{Axis, Mode};
 use crate::model::joint::JointMode;
 use crate::model::resistance::GuideMode;
-use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON_DOT};
-use crate::numerics::width::Width;
+use crate::numerics::width::{One, Width};
 use crate::observe::extremes::FIGURES;
 
 /// What the numbers of a step depend on: whether the joint carries torque, and what the
@@ -23,6 +20,15 @@ pub(super) struct Kind(usize);
 /// Number of kinds.
 pub(super) const KINDS: usize = 6;
 
+/// How many of them an axis may have: two without friction.
+pub(super) fn kinds_of(axis: &Axis) -> usize {
+    if axis.resistance.has_stiction() {
+        KINDS
+    } else {
+        2
+    }
+}
+
 impl Kind {
     pub(super) fn of(mode: &Mode) -> Self {
         let guide = match mode.guide {
@@ -32,6 +38,16 @@ impl Kind {
             GuideMode::Stuck => 2,
         };
         Self(2 * guide + usize::from(mode.joint.carries()))
+    }
+
+    /// What the guide does, on an axis with friction.
+    pub(super) fn guide(self) -> GuideMode {
+        [GuideMode::Forward, GuideMode::Backward, GuideMode::Stuck][self.0 / 2]
+    }
+
+    /// True if friction holds the screw.
+    pub(super) fn is_stuck(self) -> bool {
+        self.0 / 2 == 2
     }
 
     pub(super) fn is_closed(self) -> bool {
@@ -52,157 +68,131 @@ impl Kind {
     }
 }
 
-/// One step of all groups: what depends on the kind of mode alone.
+/// The lanes in each kind of mode, as bits.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Kinds([u8; KINDS]);
+
+impl Kinds {
+    pub(super) const NONE: Self = Self([0; KINDS]);
+
+    /// Puts a lane into a kind.
+    pub(super) fn set(&mut self, lane: usize, Kind(place): Kind) {
+        for (other, lanes) in self.0.iter_mut().enumerate() {
+            *lanes &= !(1 << lane);
+            *lanes |= u8::from(other == place) << lane;
+        }
+    }
+
+    /// The kind of a lane.
+    pub(super) fn of(&self, lane: usize) -> Kind {
+        let mut lanes = self.0.iter();
+        Kind(lanes.position(|lanes| lanes >> lane & 1 != 0).unwrap_or(0))
+    }
+
+    /// The kinds that there are, of the first `most`, each with its lanes.
+    #[inline(always)]
+    pub(super) fn present(self, most: usize) -> impl Iterator<Item = (Kind, u64)> {
+        let all = self.0.into_iter().take(most).enumerate();
+        all.filter(|(_, lanes)| *lanes != 0)
+            .map(|(place, lanes)| (Kind(place), u64::from(lanes)))
+    }
+}
+
+/// One step of all groups.
 #[derive(Debug, Clone)]
 pub(super) struct Phase {
     pub(super) length_ns: u64,
-    /// Numbers of the step for the lanes, where they are known.
-    numbers: [Option<Box<[f64; NUMBERS]>>; KINDS],
-    pub(super) rates: LaneRates,
-    /// δ and the figures as polynomials over the step.
-    pub(super) gap: LaneSketch,
-    pub(super) figures: [LaneSketch; FIGURES],
-    /// Changes of ẍ, I, p·γ and p·β above which they are monotone, per change of
-    /// the driving states, and how far they may stray from their chords, with
-    /// the joint open and closed, whatever the guide does.
+    /// The step in each kind of mode, where it is known.
+    kinds: [Option<Box<KindOfStep>>; KINDS],
+    /// Changes of ẍ, I, p·γ and p·β above which they are monotone, per rate of the driving
+    /// states, and how far they may stray from their chords, with the joint open and closed,
+    /// whatever the guide does.
     pub(super) slopes: [[[f64; DRIVING]; 2]; FIGURES],
     pub(super) chords: [[[f64; DRIVING]; 2]; FIGURES],
+}
+
+/// One step in one kind of mode.
+#[derive(Debug, Clone)]
+pub(super) struct KindOfStep {
+    pub(super) step: WholeStep,
+    /// δ and the figures as polynomials over the step.
+    gap: LaneSketch,
+    pub(super) figures: [LaneSketch; FIGURES],
     /// The numbers of changes of contact, where they can be followed side by side.
-    pub(super) grids: [Option<Box<LaneGrid>>; KINDS],
+    grid: Option<LaneGrid>,
 }
 
-/// One step of the lanes of a group: what depends on each lane's mode, number
-/// by number (see [`numbers_of`]).
-#[derive(Debug, Clone)]
-pub(super) struct Steps<W: Width> {
-    numbers: [W::Constant; NUMBERS],
-    /// Room for what [`Width::in_pairs`] stores.
-    room: [f64; ROWS],
-}
-
-/// Numbers of a step: the driving states' coefficients, a constant and a coefficient of the
-/// voltage, each for all states and then all parts of the armature's heat (`HeldArmature`);
-/// how far δ may stray from its chord, per change of the driving states; the charge per
-/// first part; those of the damper's heat ([`loss_numbers`]); and how far the current, and
-/// what the guide's guard looks at, may stray from their chords.
-const NUMBERS: usize = GUIDE_BOUND + DRIVING;
-const ROWS: usize = HELD + PARTS;
-const GAP_BOUND: usize = ROWS * PER_ROW;
-const CHARGE: usize = GAP_BOUND + DRIVING;
-const LOSS: usize = CHARGE + 1;
-const CURRENT_BOUND: usize = LOSS + LOSS_NUMBERS;
-const GUIDE_BOUND: usize = CURRENT_BOUND + DRIVING;
-
-/// The numbers of a table.
-pub(super) fn numbers_of(table: &HeldTable, axis: &Axis) -> [f64; NUMBERS] {
-    let (kernel, armature) = (&table.kernel, table.armature(axis));
-    let mut numbers = [0.0; NUMBERS];
-    let columns = kernel.rows.0.iter().zip(&armature.rows.0);
-    for (to, (states, parts)) in numbers.chunks_exact_mut(ROWS).zip(columns) {
-        to[..HELD].copy_from_slice(states);
-        to[HELD..].copy_from_slice(parts);
-    }
-    numbers[GAP_BOUND..CHARGE].copy_from_slice(&kernel.gap_bound);
-    numbers[CHARGE] = armature.charge_per_part;
-    numbers[LOSS..CURRENT_BOUND].copy_from_slice(&loss_numbers(table));
-    let guarded = [
-        (CURRENT_BOUND, Some(Quantity::Current)),
-        (GUIDE_BOUND, guide_quantity(table.guide)),
-    ];
-    for (first, quantity) in guarded {
-        let Some(quantity) = quantity else { continue };
-        let bounds = &table.table.quantity(quantity).bounds;
-        let driving = bounds.per_change.iter().skip(1);
-        for (to, bound) in numbers[first..].iter_mut().zip(driving) {
-            *to = BOUND_MARGIN * bound;
-        }
-    }
-    numbers
-}
-
-/// β̈, ε̈ and İ at the start of a step in each kind of mode: per driving state, constant,
-/// and per volt.
-#[derive(Debug, Clone)]
-pub(super) struct LaneRates {
-    rows: [[[f64; DRIVING]; 3]; KINDS],
-    load: [[f64; 3]; KINDS],
-    per_volt: f64,
-}
-
-/// A quantity over the step in Bernstein form (see [`Sketch`]), in each kind of mode.
+/// A quantity over the step in Bernstein form (see [`crate::exact::Sketch`]).
 #[derive(Debug, Clone)]
 pub(super) struct LaneSketch {
     /// Rise of each coefficient over the one before it, rate by rate.
-    columns: [[[f64; VALUES]; HELD]; KINDS],
-    /// Error of the polynomial, per |rate|. At first a bound that
-    /// excludes nothing, and so it stays without a sketch.
-    stray: [[f64; HELD]; KINDS],
+    columns: [[f64; VALUES]; HELD],
+    /// Error of the polynomial, per |rate|; a bound that excludes nothing without a sketch.
+    stray: [f64; HELD],
 }
-
-/// The states that [`LaneRates`] has numbers for.
-const ACCELERATED: [usize; 3] = [BETA_DOT, EPSILON_DOT, CURRENT];
 
 impl Phase {
     pub(super) fn new(length_ns: u64) -> Self {
-        let sketch = LaneSketch {
-            columns: [[[0.0; VALUES]; HELD]; KINDS],
-            stray: [[f64::INFINITY; HELD]; KINDS],
-        };
         Self {
             length_ns,
-            numbers: [const { None }; KINDS],
-            rates: LaneRates {
-                rows: [[[0.0; DRIVING]; 3]; KINDS],
-                load: [[0.0; 3]; KINDS],
-                per_volt: 0.0,
-            },
-            figures: core::array::from_fn(|_| sketch.clone()),
-            gap: sketch,
+            kinds: [const { None }; KINDS],
             slopes: [[[0.0; DRIVING]; 2]; FIGURES],
             chords: [[[0.0; DRIVING]; 2]; FIGURES],
-            grids: [const { None }; KINDS],
         }
     }
 
     /// Takes over the numbers of a table for modes of this kind.
     pub(super) fn learn(&mut self, kind: Kind, table: &HeldTable, axis: &Axis) {
-        let numbers = numbers_of(table, axis);
-        self.numbers[kind.0] = Some(Box::new(numbers));
-        self.rates.set(kind, &table.system);
-        let gap = table.table.quantity(Quantity::Delta);
-        self.gap.set(kind, gap.sketch.as_ref(), 1.0);
+        let figures =
+            figures(axis).map(|(quantity, scale)| (table.table.quantity(quantity), scale));
         let place = usize::from(kind.is_closed());
-        for (i, (quantity, scale)) in figures(axis).into_iter().enumerate() {
-            let linear = table.table.quantity(quantity);
-            self.figures[i].set(kind, linear.sketch.as_ref(), scale);
-            let bounds = &linear.bounds;
-            let of_step = [
-                (&mut self.slopes[i][place], &bounds.slope_per_change),
-                (&mut self.chords[i][place], &bounds.per_change),
-            ];
-            for (largest, bounds) in of_step {
-                for (largest, bound) in largest.iter_mut().zip(bounds.iter().skip(1)) {
-                    *largest = largest.max(BOUND_MARGIN * scale.abs() * bound);
+        for (i, (linear, scale)) in figures.iter().enumerate() {
+            let scale = BOUND_MARGIN * scale.abs();
+            for (largest, bounds) in [
+                (&mut self.slopes[i][place], linear.slopes(scale)),
+                (&mut self.chords[i][place], linear.chords(scale)),
+            ] {
+                for (largest, bound) in largest.iter_mut().zip(bounds) {
+                    *largest = largest.max(bound);
                 }
             }
         }
-        self.grids[kind.0] = LaneGrid::of(table, axis).map(Box::new);
+        let gap = table.table.quantity(Quantity::Delta);
+        self.kinds[kind.0] = Some(Box::new(KindOfStep {
+            step: table.step.clone(),
+            gap: LaneSketch::of(gap, 1.0),
+            figures: figures.map(|(linear, scale)| LaneSketch::of(linear, scale)),
+            grid: LaneGrid::of(table, axis),
+        }));
     }
 
-    /// True if a guard of δ stays positive over a step of one lane, by the sketch:
-    /// `guard` of every coefficient exceeds what that may be off by.
+    /// The step in a mode of this kind, if it is known.
+    #[inline(always)]
+    pub(super) fn of(&self, Kind(place): Kind) -> Option<&KindOfStep> {
+        self.kinds[place].as_deref()
+    }
+}
+
+impl KindOfStep {
+    /// The numbers of changes of contact.
+    #[inline(always)]
+    pub(super) fn of_contact(&self) -> Option<(&WholeStep, &LaneGrid)> {
+        Some((&self.step, self.grid.as_ref()?))
+    }
+
+    /// True if a guard of δ stays positive over a step of one lane from x = (β, β̇, δ, ε̇, I),
+    /// by the sketch: `guard` of every coefficient exceeds what that may be off by.
     #[inline(always)]
     pub(super) fn gap_holds(
         &self,
-        kind: Kind,
-        from: &[f64; DRIVING],
+        x: &[f64; HELD],
         voltage_v: f64,
         guard: impl Fn(f64) -> f64,
     ) -> bool {
-        let rates = self.rates.at(kind, from, voltage_v);
-        let rises = self.gap.rises(kind, &rates);
-        let stray = self.gap.stray(kind, &rates, from[1].abs());
-        let mut delta = from[1];
+        let rates = self.step.rates(One, x, voltage_v);
+        let rises = self.gap.rises(&rates);
+        let mut delta = x[2];
+        let stray = self.gap.stray(&rates, delta.abs());
         let mut holds = guard(delta) > stray;
         for rise in &rises[..SLOPES] {
             delta += rise;
@@ -210,163 +200,32 @@ impl Phase {
         }
         holds
     }
-
-    /// The numbers of a step in a mode of this kind, if they are known.
-    pub(super) fn numbers(&self, kind: Kind) -> Option<&[f64; NUMBERS]> {
-        self.numbers[kind.0].as_deref()
-    }
-}
-
-impl<W: Width> Steps<W> {
-    pub(super) fn new() -> Self {
-        Self {
-            numbers: [W::constant(0.0); NUMBERS],
-            room: [0.0; ROWS],
-        }
-    }
-
-    #[inline(always)]
-    fn number(&self, w: W, place: usize) -> W::Vector {
-        w.load_constant(&self.numbers[place])
-    }
-
-    /// The states at the end of the step, in the order of `Kernel::step`, from the driving
-    /// states and β; and `∫ I² dt` \[A² s\] and the charge \[A s\], in that of
-    /// `HeldArmature::over_whole`.
-    #[inline(always)]
-    pub(super) fn step(
-        &mut self,
-        w: W,
-        beta: W::Vector,
-        from: &[W::Vector; DRIVING],
-        voltage_v: W::Vector,
-    ) -> ([W::Vector; HELD], [W::Vector; 2]) {
-        let mut rows = [beta; ROWS];
-        for (i, row) in rows.iter_mut().enumerate() {
-            let number = |j: usize| self.number(w, j * ROWS + i);
-            let rotor = number(0) * from[0] + number(1) * from[1];
-            let joint = number(2) * from[2] + number(3) * from[3];
-            let drift = number(DRIVING);
-            let base = if i == BETA { beta + drift } else { drift };
-            *row = ((rotor + joint) + base) + number(DRIVING + 1) * voltage_v;
-        }
-        w.in_pairs(&rows, &mut self.room);
-        let [a, b, c, d, e, first, parts @ ..] = rows;
-        let mut sum = first * first;
-        for part in parts {
-            sum = sum + part * part;
-        }
-        ([a, b, c, d, e], [sum, self.number(w, CHARGE) * first])
-    }
-
-    /// Bound of how far δ strays from its chord.
-    #[inline(always)]
-    pub(super) fn gap_strays(&self, w: W, change: &[W::Vector; DRIVING]) -> W::Vector {
-        self.strays(w, GAP_BOUND, change)
-    }
-
-    /// The same of the current.
-    #[inline(always)]
-    pub(super) fn current_strays(&self, w: W, change: &[W::Vector; DRIVING]) -> W::Vector {
-        self.strays(w, CURRENT_BOUND, change)
-    }
-
-    /// Bound of how far what the guide's guard looks at strays from its chord.
-    #[inline(always)]
-    pub(super) fn guide_strays(&self, w: W, change: &[W::Vector; DRIVING]) -> W::Vector {
-        self.strays(w, GUIDE_BOUND, change)
-    }
-
-    #[inline(always)]
-    fn strays(&self, w: W, first: usize, change: &[W::Vector; DRIVING]) -> W::Vector {
-        let bound = |j: usize| self.number(w, first + j);
-        (bound(0) * change[0] + bound(1) * change[1])
-            + (bound(2) * change[2] + bound(3) * change[3])
-    }
-
-    /// Sets one lane to numbers of its own.
-    pub(super) fn set(&mut self, lane: usize, numbers: &[f64; NUMBERS]) {
-        for (to, from) in self.numbers.iter_mut().zip(numbers) {
-            to.as_mut()[lane] = *from;
-        }
-    }
-
-    /// Energy that the dampers take in a step \[J\]: `c·|R·v|²` with the rates v at its
-    /// start, in the order of `Dissipation::over`; 0 with the numbers of an open joint.
-    #[inline(always)]
-    pub(super) fn joint_loss(
-        &self,
-        w: W,
-        from: &[W::Vector; DRIVING],
-        voltage_v: W::Vector,
-    ) -> W::Vector {
-        let [beta_dot, delta, epsilon_dot, current] = *from;
-        let number = |place: usize| self.number(w, LOSS + place);
-        // Without the terms that are zero, which change no sum.
-        let gear = number(0) * delta + (number(1) * epsilon_dot + number(2) * current);
-        let joint = (number(3) * beta_dot + number(4) * delta)
-            + (number(5) * epsilon_dot + number(6) * current)
-            + number(7);
-        let armature = (number(8) * beta_dot + number(9) * current) + number(10) * voltage_v;
-        let rates = [gear, epsilon_dot, joint, armature];
-        let (mut sum, mut place) = (w.splat(0.0), 11);
-        for i in 0..DRIVING {
-            let mut part = number(place) * rates[i];
-            for rate in &rates[i + 1..] {
-                place += 1;
-                part = part + number(place) * *rate;
-            }
-            place += 1;
-            sum = sum + part * part;
-        }
-        number(place) * sum
-    }
-}
-
-impl LaneRates {
-    /// Sets the numbers of a kind.
-    fn set(&mut self, kind: Kind, system: &AxisSystem) {
-        let Kind(place) = kind;
-        for (i, state) in ACCELERATED.into_iter().enumerate() {
-            for (j, to) in self.rows[place][i].iter_mut().enumerate() {
-                *to = system.a[(state, j + 1)];
-            }
-            self.load[place][i] = system.load[state];
-        }
-        self.per_volt = system.per_volt;
-    }
-
-    /// The rates of all states: β, β̇, δ, ε̇ and I.
-    pub(super) fn at(&self, kind: Kind, from: &[f64; DRIVING], voltage_v: f64) -> [f64; HELD] {
-        let Kind(place) = kind;
-        let mut rates = self.load[place];
-        for (rate, row) in rates.iter_mut().zip(&self.rows[place]) {
-            let rotor = row[0] * from[0] + row[1] * from[1];
-            *rate += rotor + (row[2] * from[2] + row[3] * from[3]);
-        }
-        let current = rates[2] + self.per_volt * voltage_v;
-        [from[0], rates[0], from[2], rates[1], current]
-    }
 }
 
 impl LaneSketch {
-    /// Sets the numbers of a kind.
-    fn set(&mut self, Kind(place): Kind, sketch: Option<&Sketch<HELD>>, scale: f64) {
-        let Some(sketch) = sketch else { return };
+    fn of(linear: &Linear<HELD>, scale: f64) -> Self {
+        let mut all = Self {
+            columns: [[0.0; VALUES]; HELD],
+            stray: [f64::INFINITY; HELD],
+        };
+        let Some(sketch) = &linear.sketch else {
+            return all;
+        };
         for (i, slopes) in sketch.slopes.iter().enumerate() {
-            for (column, slope) in self.columns[place].iter_mut().zip(slopes.iter()) {
+            for (column, slope) in all.columns.iter_mut().zip(slopes.iter()) {
                 column[i] = scale * slope / 11.0;
             }
         }
-        for (to, stray) in self.stray[place].iter_mut().zip(sketch.stray.iter()) {
+        for (to, stray) in all.stray.iter_mut().zip(sketch.stray.iter()) {
             *to = BOUND_MARGIN * scale.abs() * stray;
         }
+        all
     }
 
     /// Rise of each coefficient over the one before it; the last number is 0.
-    pub(super) fn rises(&self, Kind(place): Kind, rates: &[f64; HELD]) -> [f64; VALUES] {
+    pub(super) fn rises(&self, rates: &[f64; HELD]) -> [f64; VALUES] {
         let mut rises = [0.0; VALUES];
-        for (column, rate) in self.columns[place].iter().zip(rates) {
+        for (column, rate) in self.columns.iter().zip(rates) {
             for (rise, number) in rises.iter_mut().zip(column) {
                 *rise += number * rate;
             }
@@ -376,9 +235,9 @@ impl LaneSketch {
 
     /// Error of the polynomial, its own rounding and that of a start
     /// of the given size included.
-    pub(super) fn stray(&self, Kind(place): Kind, rates: &[f64; HELD], size: f64) -> f64 {
+    pub(super) fn stray(&self, rates: &[f64; HELD], size: f64) -> f64 {
         let mut sum = size * ROUNDING;
-        for (stray, rate) in self.stray[place].iter().zip(rates) {
+        for (stray, rate) in self.stray.iter().zip(rates) {
             sum += stray * rate.abs();
         }
         sum
@@ -388,57 +247,20 @@ impl LaneSketch {
 /// Twelve additions, and what the terms at the start have lost.
 const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
-/// `Σ row_j·x_j` over the driving states, with the numbers of the open or the
-/// closed joint, lane by lane.
+/// `Σ row_j·|v_j|` over the driving states, with the numbers of the open or the closed
+/// joint, lane by lane.
 #[inline(always)]
-pub(super) fn dot_pairs<W: Width>(
+pub(super) fn times_sizes_of<W: Width>(
     w: W,
     closed: W::Mask,
     [open_row, closed_row]: &[[f64; DRIVING]; 2],
-    x: &[W::Vector; DRIVING],
+    sizes: &[W::Vector; DRIVING],
 ) -> W::Vector {
-    let mut sum = w.splat(0.0);
-    for j in 0..DRIVING {
-        let number = w.select(closed, w.splat(closed_row[j]), w.splat(open_row[j]));
-        sum = sum + number * x[j];
-    }
-    sum
-}
-
-/// Numbers of the closed joint, in the order in which they are needed: β̈ from
-/// δ, ε̇ and I; ε̈ from β̇, δ, ε̇ and I, and its constant part; İ from β̇, I and V; R
-/// row by row, upper triangular; c.
-const LOSS_NUMBERS: usize = 3 + 5 + 3 + DRIVING * (DRIVING + 1) / 2 + 1;
-
-/// The numbers of a table; zeros where the joint is open or has no damping.
-fn loss_numbers(table: &HeldTable) -> [f64; LOSS_NUMBERS] {
-    let mut all = [0.0; LOSS_NUMBERS];
-    let Some(loss) = &table.loss else {
-        return all;
-    };
-    let (damping_nms_per_rad, factor) = loss.whole();
-    let system = &table.system;
-    let row = |state: usize| -> [f64; DRIVING] {
-        core::array::from_fn(|j| system.a[(state, BETA_DOT + j)])
-    };
-    let ([_, delta, speed, current], joint) = (row(BETA_DOT), row(EPSILON_DOT));
-    let [induced, _, _, resistive] = row(CURRENT);
-    let triangle = (0..DRIVING).flat_map(|i| (i..DRIVING).map(move |j| factor[(i, j)]));
-    let numbers = [delta, speed, current]
-        .into_iter()
-        .chain(joint)
-        .chain([
-            system.load[EPSILON_DOT],
-            induced,
-            resistive,
-            system.per_volt,
-        ])
-        .chain(triangle)
-        .chain([damping_nms_per_rad]);
-    for (to, number) in all.iter_mut().zip(numbers) {
-        *to = number;
-    }
-    all
+    let (open, shut) = (
+        times_sizes(w, open_row, sizes),
+        times_sizes(w, closed_row, sizes),
+    );
+    w.select(closed, shut, open)
 }
 
 /// The numbers of every lane's mode.

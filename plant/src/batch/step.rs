@@ -1,13 +1,14 @@
 //! The step that all lanes of a group take, and which of them leave it.
 
 use super::group::{Group, Shared};
-use super::phase::{Kind, dot_pairs};
-use crate::exact::{DRIVING, HELD};
+use super::phase::{Kind, times_sizes_of};
+use crate::exact::{DRIVING, HELD, ROWS, WholeStep};
 use crate::model::axis::Axis;
 use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT, State};
+use crate::model::surroundings::Start;
 use crate::numerics::width::Width;
 use crate::numerics::{count, seconds};
-use crate::observe::extremes::{CARRIAGE, FIGURES};
+use crate::observe::extremes::{CARRIAGE, ENERGIES, FIGURES};
 
 /// A lane that has left the common step, with what it began that with.
 #[derive(Debug, Clone, Copy)]
@@ -25,6 +26,9 @@ pub(super) struct Leaving {
     pub(super) counted: bool,
 }
 
+/// Quantities of guards: δ, the current and what the guide's looks at.
+const STRAYS: usize = 3;
+
 /// One step of all lanes: the driving states at both ends, and more.
 #[derive(Clone, Copy)]
 pub(super) struct Step<W: Width> {
@@ -36,10 +40,87 @@ pub(super) struct Step<W: Width> {
     pub(super) from: [W::Vector; DRIVING],
     /// The same at the end.
     pub(super) to: [W::Vector; DRIVING],
-    /// |to − from|
-    pub(super) change: [W::Vector; DRIVING],
-    /// `∫ I² dt` \[A² s\] and the charge \[A s\].
-    pub(super) armature: [W::Vector; 2],
+    /// Magnitudes of the rates at the start.
+    pub(super) sizes: [W::Vector; DRIVING],
+    /// Energies \[J\].
+    pub(super) energies: [W::Vector; ENERGIES],
+    /// Control points of δ between its ends.
+    pub(super) inner: [W::Vector; 2],
+    /// How far δ may stray from these, and a limited current and what the guide's guard looks
+    /// at from their chords.
+    pub(super) strays: [W::Vector; STRAYS],
+}
+
+impl<W: Width> Step<W> {
+    /// Takes over the numbers of some lanes.
+    #[inline(always)]
+    fn take_lanes(&mut self, w: W, lanes: u64, other: &Self) {
+        let lanes = w.lanes(lanes);
+        self.beta[1] = w.select(lanes, other.beta[1], self.beta[1]);
+        for i in 0..DRIVING {
+            self.to[i] = w.select(lanes, other.to[i], self.to[i]);
+            self.sizes[i] = w.select(lanes, other.sizes[i], self.sizes[i]);
+        }
+        for i in 0..ENERGIES {
+            self.energies[i] = w.select(lanes, other.energies[i], self.energies[i]);
+        }
+        for i in 0..2 {
+            self.inner[i] = w.select(lanes, other.inner[i], self.inner[i]);
+        }
+        for i in 0..STRAYS {
+            self.strays[i] = w.select(lanes, other.strays[i], self.strays[i]);
+        }
+    }
+}
+
+impl<W: Width> Step<W> {
+    /// The same start with the numbers of a kind of mode.
+    #[inline(always)]
+    fn of_kind(
+        &self,
+        w: W,
+        shared: &Shared,
+        (kind, whole): (Kind, &WholeStep),
+        voltage_v: W::Vector,
+        room: &mut [f64; ROWS],
+    ) -> Self {
+        let [a, b, c, d] = self.from;
+        let sums = whole.take(w, &[self.beta[0], a, b, c, d], voltage_v);
+        w.in_pairs(&sums.0, room);
+        let ([beta, mut to @ ..], rates) = (sums.end(), sums.rates(c));
+        let sizes = rates.map(
+            #[inline(always)]
+            |rate| w.abs(rate),
+        );
+        if kind.is_stuck() {
+            // γ̇ = 0 to the last bit.
+            match shared.axis.joint {
+                Some(_) => to[2] = to[0],
+                None => to[0] = w.splat(0.0),
+            }
+        }
+        let [joint_j, armature_j, charge_as] = whole.heat(w, d, &rates);
+        let zero = w.splat(0.0);
+        Self {
+            beta: [self.beta[0], beta],
+            to,
+            sizes,
+            energies: [joint_j, armature_j, voltage_v * charge_as],
+            inner: whole.inner_points(w, [b, to[1]], [c, to[2]]),
+            strays: [
+                whole.gap_strays(w, &sizes),
+                match shared.axis.stage.limits() {
+                    Some(_) => whole.current_strays(w, &sizes),
+                    None => zero,
+                },
+                match shared.has_stiction {
+                    true => whole.guide_strays(w, &sizes),
+                    false => zero,
+                },
+            ],
+            ..*self
+        }
+    }
 }
 
 /// The lanes of a group, which have their steps in common.
@@ -85,6 +166,16 @@ impl<'a, W: Width> InStep<'a, W> {
         self.y[BETA] + w.load(&self.group.start_rad)
     }
 
+    /// β of every lane from where its axis starts \[rad\].
+    #[inline(always)]
+    pub fn beta_from_start_rad(&self) -> W::Vector {
+        match self.shared.start {
+            Start::Centred => self.y[BETA],
+            // As whoever has β makes it.
+            _ => self.beta_rad() - self.group.width.load(&self.group.start_rad),
+        }
+    }
+
     /// ε of every lane \[rad\].
     #[inline(always)]
     pub fn epsilon_rad(&self) -> W::Vector {
@@ -121,14 +212,14 @@ impl<'a, W: Width> InStep<'a, W> {
         let (group, shared) = (&mut *self.group, &mut *self.shared);
         let all = (1_u64 << W::LANES) - 1;
         let step = group.step(shared, phase, &self.y, voltage_v);
-        let keeps = group.keeps(shared, phase, &step);
+        let keeps = group.keeps(shared, &step);
         let epsilon = step.to[1] + step.offset;
         // Outside the settling band at the end.
         let p = w.splat(shared.axis.pitch_m_per_rad);
         let start = w.load(&group.start_rad);
         let carriage = p * ((step.beta[1] - epsilon) + start);
         let distance = w.abs(w.load(&group.travel_m) - carriage);
-        let outside = w.bits(w.greater(distance, w.load(&group.band_m)));
+        let outside = w.greater(distance, w.load(&group.band_m));
         let ends = [
             group.acceleration_after(shared, &step, epsilon),
             step.to[3],
@@ -140,13 +231,10 @@ impl<'a, W: Width> InStep<'a, W> {
         self.y = [step.beta[1], step.to[0], epsilon, step.to[2], step.to[3]];
         let plain = keeps == [all; 2]
             && group.has_voltage_to_spare(shared, voltage_v)
-            && if outside == all {
-                group.all_outside = count(group.track.now().time_ns);
-                true
-            } else {
-                outside == 0 && group.stays_inside(shared, phase, (&step, distance)) == all
-            };
+            && (w.bits(outside) == all
+                || w.bits(outside) | group.stays_inside(shared, phase, (&step, distance)) == all);
         if plain {
+            group.note_outside(outside);
             group.take(shared, (phase, 0), (&step, &ends), command_m, voltage_v);
             return false;
         }
@@ -186,8 +274,16 @@ impl<W: Width> Group<W> {
         let before = w.abs(w.load(&self.travel_m) - carriage);
         let closed = w.greater(w.abs(w.load(&self.track.now().flank)), w.splat(0.5));
         let strays = &shared.phases[phase].chords[CARRIAGE];
-        let farthest = w.max(distance, before) + dot_pairs(w, closed, strays, &step.change);
+        let farthest = w.max(distance, before) + times_sizes_of(w, closed, strays, &step.sizes);
         w.bits(w.at_most(farthest, w.load(&self.band_m)))
+    }
+
+    /// Notes the step that begins now as the last one that ends outside the settling band.
+    #[inline(always)]
+    fn note_outside(&mut self, outside: W::Mask) {
+        let (w, now) = (self.width, count(self.track.now().time_ns));
+        let last = w.select(outside, w.splat(now), w.load(&self.last_outside));
+        w.store(last, &mut self.last_outside);
     }
 
     /// Takes a step that a lane may leave, or in which it may have left the settling
@@ -198,13 +294,14 @@ impl<W: Width> Group<W> {
         shared: &mut Shared,
         (number, phase): (usize, usize),
         (step, ends): (&Step<W>, &[W::Vector; FIGURES]),
-        (distance, outside, keeps): (W::Vector, u64, [u64; 2]),
+        (distance, outside, keeps): (W::Vector, W::Mask, [u64; 2]),
         (voltage_v, command, counted): (W::Vector, W::Vector, u64),
         leaving: &mut Vec<Leaving>,
     ) -> bool {
         let all = (1_u64 << W::LANES) - 1;
         let moved = self.moved(shared, phase, (step, keeps), voltage_v);
         // Inside at the end, but perhaps not before it.
+        let outside = self.width.bits(outside) & !moved;
         let wanted = !(outside | moved | self.stays_inside(shared, phase, (step, distance))) & all;
         if wanted != 0 {
             self.look_at_band(shared, phase, wanted, voltage_v);
@@ -215,17 +312,7 @@ impl<W: Width> Group<W> {
             self.leave((number, phase), moved, given, leaving);
         }
         self.count_limits(shared, phase, !(moved | counted) & all, voltage_v);
-        let now = count(self.track.now().time_ns);
-        let outside = outside & !moved;
-        for (lane, last) in self.last_outside.as_mut().iter_mut().enumerate() {
-            let before = last.max(self.all_outside);
-            *last = if outside >> lane & 1 != 0 {
-                now
-            } else {
-                before
-            };
-        }
-        self.all_outside = -1.0;
+        self.note_outside(self.width.lanes(outside));
         let (peaks, energies) = (self.track.ends, self.energies);
         let largest_v = self.track.voltage_v;
         self.take(shared, (phase, moved), (step, ends), command, voltage_v);
@@ -260,14 +347,14 @@ impl<W: Width> Group<W> {
         let a1 = w.splat(axis.resistance.linear_ns_per_rad);
         let force = w.load(&mode.resistance_n) + a1 * (to[0] - to[2]);
         let force = force + w.splat(axis.load_force_n);
-        let slides = p * ((torque - p * force) / w.splat(axis.moved_inertia()));
+        let slides = (torque - p * force) * w.splat(axis.pitch_per_inertia);
         match shared.has_stiction {
             true => w.select(mode.is_stuck(w), w.splat(0.0), slides),
             false => slides,
         }
     }
 
-    /// `x(T) = Φ·x + ψ(T)·load + Γ·V`, in the order of `Kernel::step`.
+    /// The step of every lane: a pass for each kind of mode that there is.
     #[inline(always)]
     fn step(
         &mut self,
@@ -276,47 +363,53 @@ impl<W: Width> Group<W> {
         y: &[W::Vector; HELD],
         voltage_v: W::Vector,
     ) -> Step<W> {
-        let (w, steps) = (self.width, &mut self.steps[phase]);
+        let (w, zero) = (self.width, self.width.splat(0.0));
         let offset = w.load(&self.mode.offset_rad);
-        let beta0 = y[BETA];
         let from = [y[BETA_DOT], y[EPSILON] - offset, y[EPSILON_DOT], y[CURRENT]];
-        let ([beta1, mut to @ ..], armature) = steps.step(w, beta0, &from, voltage_v);
-        let change = [
-            w.abs(to[0] - from[0]),
-            w.abs(to[1] - from[1]),
-            w.abs(to[2] - from[2]),
-            w.abs(to[3] - from[3]),
-        ];
-        if shared.has_stiction {
-            // γ̇ = 0 to the last bit.
-            let stuck = self.mode.is_stuck(w);
-            match shared.axis.joint {
-                Some(_) => to[2] = w.select(stuck, to[0], to[2]),
-                None => to[0] = w.select(stuck, w.splat(0.0), to[0]),
+        let mut step = Step {
+            offset,
+            beta: [y[BETA]; 2],
+            from,
+            to: from,
+            sizes: [zero; DRIVING],
+            inner: [zero; 2],
+            energies: [zero; ENERGIES],
+            strays: [zero; STRAYS],
+        };
+        let mut kinds = self.kinds.present(shared.kinds);
+        let numbers = |kind| Some((kind, &shared.phases[phase].of(kind)?.step));
+        let Some(first) = kinds.next().and_then(|(kind, _)| numbers(kind)) else {
+            return step;
+        };
+        step = step.of_kind(w, shared, first, voltage_v, &mut self.room);
+        if W::LANES > 1 {
+            for (kind, lanes) in kinds {
+                if let Some(numbers) = numbers(kind) {
+                    let other = step.of_kind(w, shared, numbers, voltage_v, &mut self.room);
+                    step.take_lanes(w, lanes, &other);
+                }
             }
         }
-        Step {
-            offset,
-            beta: [beta0, beta1],
-            from,
-            to,
-            change,
-            armature,
-        }
+        step
     }
 
     /// The lanes whose joint keeps its mode over the step, and those whose guide and current
     /// do, by the chord bounds.
     #[inline(always)]
-    fn keeps(&self, shared: &Shared, phase: usize, step: &Step<W>) -> [u64; 2] {
-        let (w, mode, steps) = (self.width, &self.mode, &self.steps[phase]);
+    fn keeps(&self, shared: &Shared, step: &Step<W>) -> [u64; 2] {
+        let (w, mode) = (self.width, &self.mode);
+        let [gap, current, guide] = step.strays;
         let ends = w.min(mode.guard(w, step.from[1]), mode.guard(w, step.to[1]));
-        let joint = w.bits(w.greater(ends, steps.gap_strays(w, &step.change)));
+        let inner = w.min(mode.guard(w, step.inner[0]), mode.guard(w, step.inner[1]));
+        let ends = w.min(ends, inner);
+        // No number where a state is not finite, which excludes nothing.
+        let [a, b, c, d] = step.to;
+        let none = w.splat(0.0) * ((step.beta[1] + a) + ((b + c) + d));
+        let joint = w.bits(w.greater(ends, gap + none));
         let mut within = (1 << W::LANES) - 1;
         if let Some([_, limit_a]) = shared.axis.stage.limits() {
             let ends = w.max(w.abs(step.from[3]), w.abs(step.to[3]));
-            let strays = steps.current_strays(w, &step.change);
-            within = w.bits(w.greater(w.splat(limit_a) - ends, strays));
+            within = w.bits(w.greater(w.splat(limit_a) - ends, current));
         }
         if !shared.has_stiction {
             return [joint, within];
@@ -325,8 +418,7 @@ impl<W: Width> Group<W> {
             self.guide_guard(&shared.axis, &step.from),
             self.guide_guard(&shared.axis, &step.to),
         );
-        let strays = steps.guide_strays(w, &step.change);
-        let guide = w.bits(w.greater(w.min(from, to), strays));
+        let guide = w.bits(w.greater(w.min(from, to), guide));
         [joint, guide & within]
     }
 
@@ -390,13 +482,18 @@ impl<W: Width> Group<W> {
         }
         open &= w.bits(w.at_most(size, w.splat(f64::MAX)));
         let [a, b, c, d] = step.from;
-        let from = [w.stored(a), w.stored(b), w.stored(c), w.stored(d)];
+        let from = [step.beta[0], a, b, c, d];
+        let mut stored = [W::array(0.0); HELD];
+        for (array, vector) in stored.iter_mut().zip(from) {
+            w.store(vector, array);
+        }
         let held = w.stored(voltage_v);
         for lane in (0..W::LANES).filter(|lane| open >> lane & 1 != 0) {
-            let x = from.each_ref().map(|array| array.as_ref()[lane]);
+            let x = stored.each_ref().map(|array| array.as_ref()[lane]);
             let kind = Kind::of(&self.lanes[lane].plant.mode);
             let guard = |delta: f64| mode.guard_of(lane, delta);
-            if shared.phases[phase].gap_holds(kind, &x, held.as_ref()[lane], guard) {
+            let of_kind = shared.phases[phase].of(kind);
+            if of_kind.is_some_and(|of| of.gap_holds(&x, held.as_ref()[lane], guard)) {
                 moved &= !(1 << lane);
             }
         }
@@ -439,12 +536,7 @@ impl<W: Width> Group<W> {
         voltage_v: W::Vector,
     ) {
         let w = self.width;
-        let steps = &self.steps[phase];
-        let joint = steps.joint_loss(w, &step.from, voltage_v);
-        let [squared, charge] = step.armature;
-        let armature = w.splat(shared.axis.motor.resistance_ohm) * squared;
-        let energies = [joint, armature, voltage_v * charge];
-        for (sum, energy) in self.energies.iter_mut().zip(energies) {
+        for (sum, energy) in self.energies.iter_mut().zip(step.energies) {
             w.store(w.load(sum) + energy, sum);
         }
         let length_ns = shared.phases[phase].length_ns;
@@ -459,8 +551,8 @@ impl<W: Width> Group<W> {
         for (largest, end) in self.track.ends.iter_mut().zip(ends) {
             w.store(w.max(w.abs(*end), w.load(largest)), largest);
         }
-        for (largest, change) in self.track.changes.iter_mut().zip(&step.change) {
-            w.store(w.max(*change, w.load(largest)), largest);
+        for (largest, size) in self.track.rates.iter_mut().zip(&step.sizes) {
+            w.store(w.max(*size, w.load(largest)), largest);
         }
         let largest_v = &mut self.track.voltage_v;
         w.store(w.max(w.abs(voltage_v), w.load(largest_v)), largest_v);

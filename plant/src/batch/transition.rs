@@ -3,7 +3,7 @@
 //! happens, or in which the sketches leave a question open, are told apart.
 
 use super::grid::{LaneGrid, States, sum};
-use crate::exact::{Curve, DRIVING, HELD, NOISE_ULPS, SLOPES};
+use crate::exact::{Curve, DRIVING, ELEVENTH, HELD, NOISE_ULPS, SLOPES, WholeStep};
 use crate::model::axis::{Axis, NOISE_PER_BACKLASH};
 use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON};
 use crate::numerics::width::Width;
@@ -25,6 +25,9 @@ pub(super) struct TransitionStart<W: Width> {
     /// `β(0)`, from which β is counted \[rad\].
     pub(super) start_rad: W::Array,
 }
+
+/// What is known of a step in one kind of mode.
+type Numbers<'a> = (&'a WholeStep, &'a LaneGrid);
 
 /// Step of the lanes of `known`.
 #[derive(Debug, Clone)]
@@ -70,7 +73,7 @@ impl<W: Width> TransitionStart<W> {
         &self,
         w: W,
         axis: &Axis,
-        (closed, grid, next): (bool, &LaneGrid, &LaneGrid),
+        (closed, (step, grid), (next_step, next)): (bool, Numbers<'_>, Numbers<'_>),
         asked: u64,
     ) -> Transition<W> {
         let (zero, one) = (w.splat(0.0), w.splat(1.0));
@@ -83,13 +86,13 @@ impl<W: Width> TransitionStart<W> {
         let start_offset = start_flank * b;
         let mut x = y;
         x[EPSILON] = y[EPSILON] - start_offset;
-        let rate = grid.rate(w, &x, voltage_v);
+        let rate = step.rates(w, &x, voltage_v);
         let slopes = DeltaSlopes::new(w, grid, &rate);
 
         // The guard `sign·δ + offset` that may fall.
         let mut known = asked;
         let (sign, offset, noise) = if closed {
-            let noise = self.part_noise(w, axis, grid, &x);
+            let noise = self.part_noise(w, axis, (step, grid), &x);
             let value = start_flank * y[EPSILON] - (b - noise);
             known &= w.bits(w.greater(value, zero));
             (start_flank, zero, noise)
@@ -131,12 +134,12 @@ impl<W: Width> TransitionStart<W> {
         } else {
             after[EPSILON] = end_offset;
         }
-        let first_j = grid.energies(w, &x, voltage_v, change_s);
+        let first_j = grid.energies(w, (x[CURRENT], &rate), voltage_v, change_s);
         let mut x = after;
         x[EPSILON] = after[EPSILON] - end_offset;
         let left_s = length_s - change_s;
         let theta = left_s / length_s;
-        let next_rate = next.rate(w, &x, voltage_v);
+        let next_rate = next_step.rates(w, &x, voltage_v);
         let slopes = DeltaSlopes::new(w, next, &next_rate);
         if closed {
             let fresh = zero - start_flank;
@@ -195,7 +198,8 @@ impl<W: Width> TransitionStart<W> {
             }
             w.store(two * strays[CARRIAGE], &mut carriage_strays_m[piece]);
         }
-        let pieces_j = [first_j, next.energies(w, &x, voltage_v, left_s)];
+        let second_j = next.energies(w, (x[CURRENT], &next_rate), voltage_v, left_s);
+        let pieces_j = [first_j, second_j];
         let mut energies_j = [[W::array(0.0); ENERGIES]; 2];
         for (piece, energies) in energies_j.iter_mut().zip(&pieces_j) {
             for (array, energy_j) in piece.iter_mut().zip(energies) {
@@ -220,13 +224,8 @@ impl<W: Width> TransitionStart<W> {
     /// Angle by which a loaded flank must fall to have come away (see
     /// `Axis::release_noise_nm`) \[rad\].
     #[inline(always)]
-    fn part_noise(&self, w: W, axis: &Axis, grid: &LaneGrid, x: &States<W>) -> W::Vector {
-        let (rows, per_volt) = &grid.delta_terms;
-        let mut terms = w.abs(w.splat(rows[0]) * x[1]);
-        for j in 1..DRIVING {
-            terms = terms + w.abs(w.splat(rows[j]) * x[j + 1]);
-        }
-        terms = terms + w.abs(w.splat(*per_volt) * w.load(&self.voltage_v));
+    fn part_noise(&self, w: W, axis: &Axis, (step, grid): Numbers<'_>, x: &States<W>) -> W::Vector {
+        let terms = step.terms_of_delta(w, x, w.load(&self.voltage_v));
         let b = w.load(&self.backlash_half_rad);
         let parting = w.splat(NOISE_ULPS) * terms + w.splat(NOISE_PER_BACKLASH) * b;
         let motor = &axis.motor;
@@ -333,7 +332,7 @@ impl<W: Width> DeltaSlopes<W> {
         for slope in &self.slopes[1..] {
             change = change + *slope;
         }
-        start + change / w.splat(11.0)
+        start + change * w.splat(ELEVENTH)
     }
 
     /// The guard `sign·δ + offset`, which is `start` at the start; `sign` is 1 or

@@ -5,13 +5,14 @@
 //! ([`super::crossing`]) from change to change.
 
 use super::crossing::{Flow, Stop};
-use super::levels::{BOUND_MARGIN, NOISE_ULPS};
+use super::held_table::HeldTable;
+use super::levels::NOISE_ULPS;
+use super::loss::DRIVING;
 use super::memory::{Carried, Tables};
 use super::piece::{FeedbackPiece, HeldPiece, Piece};
 use super::system::{
     Column, DELTA, HELD, feedback_state, held_state, plant_vector, to_plant_vector, with_command,
 };
-use super::tables::{HeldTable, Quantity};
 use crate::hybrid::guard::Guards;
 use crate::hybrid::{Automaton, Interval, PlantError};
 use crate::model::amplifier::{AmplifierMode, Stage, StageMode};
@@ -22,8 +23,19 @@ use crate::model::pid::ContinuousPid;
 use crate::model::resistance::GuideMode;
 use crate::model::state::{BETA_DOT, BETA_INTEGRAL, CURRENT, EPSILON_DOT, State, Vector};
 use crate::numerics::seconds;
+use crate::numerics::width::One;
 use crate::observe::extremes::{CARRIAGE, Extremes};
 use crate::observe::{Interior, Watch};
+
+/// The larger of two numbers, the first where it is none.
+fn larger(a: f64, b: f64) -> f64 {
+    if a <= b { b } else { a }
+}
+
+/// The smaller of two numbers, the first where it is none.
+fn smaller(a: f64, b: f64) -> f64 {
+    if a >= b { b } else { a }
+}
 
 impl Automaton {
     /// Solver `exact` over `length_ns` from now.
@@ -81,15 +93,18 @@ impl Automaton {
         let table = tables.held(&self.axis, &self.mode, length_ns);
         let offset_rad = self.axis.offset_rad(&self.mode);
         let start = held_state(&self.y, offset_rad);
-        let end = table.kernel.step(&start, voltage_v);
-        let strays = || table.kernel.gap_strays(&start, &end);
-        let joint_keeps =
-            self.joint_keeps(start[DELTA], end[DELTA], strays) && end.iter().all(|x| x.is_finite());
+        let sums = table.step.take(One, &start.into(), voltage_v);
+        let (end, rates) = (Column::from(sums.end()), sums.rates(start[EPSILON_DOT]));
+        let sizes = rates.map(f64::abs);
+        let deltas = [start[DELTA], end[DELTA]];
+        let speeds = [start[EPSILON_DOT], end[EPSILON_DOT]];
+        let [c, d] = table.step.inner_points(One, deltas, speeds);
+        let strays = || table.step.gap_strays(One, &sizes);
+        let joint_keeps = self.joint_keeps([deltas[0], c, d, deltas[1]], strays)
+            && end.iter().all(|x| x.is_finite());
         let slides = |s: f64| {
             let speed = |x: &Column<HELD>| s * (x[BETA_DOT] - x[EPSILON_DOT]);
-            let bound = &table.table.quantity(Quantity::ScrewSpeed).bounds.per_change;
-            let stray = BOUND_MARGIN * bound.dot(&(end - start).abs());
-            speed(&start).min(speed(&end)) > stray
+            speed(&start).min(speed(&end)) > table.step.guide_strays(One, &sizes)
         };
         let guide_keeps = match self.mode.guide {
             GuideMode::AsWritten => true,
@@ -99,9 +114,8 @@ impl Automaton {
         };
         let current_keeps = || match self.axis.stage.limits() {
             Some([_, limit_a]) => {
-                let bound = &table.table.quantity(Quantity::Current).bounds.per_change;
-                let stray = BOUND_MARGIN * bound.dot(&(end - start).abs());
-                limit_a - start[CURRENT].abs().max(end[CURRENT].abs()) > stray
+                let largest = start[CURRENT].abs().max(end[CURRENT].abs());
+                limit_a - largest > table.step.current_strays(One, &sizes)
             }
             None => true,
         };
@@ -109,20 +123,28 @@ impl Automaton {
             return false;
         }
         let y = to_plant_vector(&end, offset_rad, self.y[BETA_INTEGRAL]);
-        let piece = self.piece(table, voltage_v);
+        let piece = self.piece_with(table, voltage_v, &rates);
         let times_s = (seconds(self.time_ns), seconds(length_ns));
         self.move_along(drive, times_s, y, &piece, watch);
         true
     }
 
-    /// True if the joint keeps its mode over a step from `start` to `end` of δ,
-    /// which strays from its chord by at most `strays`.
+    /// True if the joint keeps its mode over a step over which δ strays from the range of
+    /// these points by at most `strays`.
     #[inline(always)]
-    fn joint_keeps(&self, start: f64, end: f64, strays: impl FnOnce() -> f64) -> bool {
+    fn joint_keeps<const N: usize>(&self, points: [f64; N], strays: impl FnOnce() -> f64) -> bool {
         let lowest = match self.mode.joint {
             JointMode::Rigid | JointMode::Gapless => return true,
-            JointMode::Open => self.axis.backlash_half_rad() - start.abs().max(end.abs()),
-            JointMode::Loaded(flank) => (flank.sign() * start).min(flank.sign() * end),
+            JointMode::Open => {
+                let largest = points
+                    .into_iter()
+                    .fold(0.0, |m, point| larger(point.abs(), m));
+                self.axis.backlash_half_rad() - largest
+            }
+            JointMode::Loaded(flank) => {
+                let values = points.map(|point| flank.sign() * point);
+                values.into_iter().fold(f64::INFINITY, smaller)
+            }
             JointMode::Released(_) => return false,
         };
         lowest > strays()
@@ -131,11 +153,26 @@ impl Automaton {
     /// The solution from here on under a held voltage.
     #[inline(always)]
     fn piece<'t>(&self, table: &'t HeldTable, voltage_v: f64) -> HeldPiece<'t> {
+        let start = held_state(&self.y, self.axis.offset_rad(&self.mode));
+        let [_, rates @ ..] = table.step.rates(One, &start.into(), voltage_v);
+        self.piece_with(table, voltage_v, &rates)
+    }
+
+    /// The same where the rates of β̇, δ, ε̇ and I are known.
+    #[inline(always)]
+    fn piece_with<'t>(
+        &self,
+        table: &'t HeldTable,
+        voltage_v: f64,
+        [a, b, c, d]: &[f64; DRIVING],
+    ) -> HeldPiece<'t> {
         let offset_rad = self.axis.offset_rad(&self.mode);
+        let start = held_state(&self.y, offset_rad);
         HeldPiece {
             table,
             input: table.system.input(voltage_v),
-            start: held_state(&self.y, offset_rad),
+            rate: Column::<HELD>::new(start[BETA_DOT], *a, *b, *c, *d),
+            start,
             offset_rad,
             beta_integral_rads: self.y[BETA_INTEGRAL],
         }
@@ -228,7 +265,11 @@ impl Automaton {
             let mut end = stop.x;
             if stop.guard.is_none() && interval.done_s == 0.0 {
                 // The very step that the bound would have allowed.
-                end = table.kernel.step(&piece.start, voltage_v);
+                end = table
+                    .step
+                    .take(One, &piece.start.into(), voltage_v)
+                    .end()
+                    .into();
             }
             let y = to_plant_vector(&end, offset_rad, piece.beta_integral_rads);
             self.move_over(drive, &interval, &stop, y, &piece, watch)?;
@@ -293,7 +334,7 @@ impl Automaton {
     /// rounding of the terms that make up δ, and of b itself.
     fn set_parting_noise(&mut self, table: &HeldTable, voltage_v: f64) {
         let x = held_state(&self.y, self.axis.offset_rad(&self.mode));
-        let terms = table.kernel.terms_of_delta(&x, voltage_v);
+        let terms = table.step.terms_of_delta(One, &x.into(), voltage_v);
         let length_s = table.length_s();
         self.axis.set_parting_noise(NOISE_ULPS * terms, length_s);
     }
@@ -367,7 +408,7 @@ impl Automaton {
         let end = with_command(&table.step(&start), &command);
         // What is not finite strays for ever, or to what is not a number.
         let [strays_rad, strays_v] = table.guards.times(&(end - start).abs());
-        let joint_keeps = self.joint_keeps(start[DELTA], end[DELTA], || strays_rad);
+        let joint_keeps = self.joint_keeps([start[DELTA], end[DELTA]], || strays_rad);
         let demands_v = [carried.demand_v, table.demand_v(&end)];
         let [v0, v1] = demands_v;
         let limit_v = pid.limit();

@@ -16,11 +16,12 @@
 //! be told from a touch.
 
 use super::curve::{Found, first_zero as first_zero_of, without_start};
+use super::feedback_table::FeedbackTable;
 use super::grid::zero_near;
 use super::levels::{BOUND_MARGIN, Levels, Taylor};
 use super::roots::Polynomial;
 use super::system::{Column, FEEDBACK};
-use super::tables::{FeedbackTable, Linear, Quantity, Table};
+use super::table::{Linear, Quantity, Table};
 
 use crate::hybrid::Automaton;
 use crate::hybrid::guard::{Guard, speed_noise};
@@ -93,6 +94,21 @@ pub(crate) struct Walk<'a, const D: usize> {
 impl<'a, const D: usize> Flow<'a, D> {
     pub(crate) fn new(table: &'a Table<D>, input: &'a Column<D>, start: &'a Column<D>) -> Self {
         let rate = table.levels.a * start + input;
+        Self {
+            table,
+            input,
+            start,
+            rate,
+        }
+    }
+
+    /// The same where the rate at the start is known.
+    pub(crate) fn with_rate(
+        table: &'a Table<D>,
+        input: &'a Column<D>,
+        start: &'a Column<D>,
+        rate: Column<D>,
+    ) -> Self {
         Self {
             table,
             input,

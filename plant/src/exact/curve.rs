@@ -30,6 +30,9 @@ pub(crate) struct Zero<W: Width> {
     pub(crate) known: u64,
 }
 
+/// What a coefficient of the slope adds to the one of the quantity.
+pub(crate) const ELEVENTH: f64 = 1.0 / 11.0;
+
 /// Rounding of the values, and of a look at them.
 const EVALUATION: f64 = 16.0 * f64::EPSILON;
 
@@ -45,7 +48,7 @@ impl<W: Width> Curve<W> {
         let mut values = [start; VALUES];
         let mut size = w.abs(start);
         for (i, slope) in slopes.iter().enumerate() {
-            values[i + 1] = values[i] + *slope / w.splat(11.0);
+            values[i + 1] = values[i] + *slope * w.splat(ELEVENTH);
             size = size + w.abs(*slope);
         }
         Self {
@@ -381,7 +384,11 @@ pub(crate) fn without_start<W: Width>(
 
 /// Coefficients of the part up to θ.
 #[inline(always)]
-fn left_of<W: Width, const N: usize>(w: W, b: &[W::Vector; N], theta: W::Vector) -> [W::Vector; N] {
+pub(crate) fn left_of<W: Width, const N: usize>(
+    w: W,
+    b: &[W::Vector; N],
+    theta: W::Vector,
+) -> [W::Vector; N] {
     let (mut left, mut row) = (*b, *b);
     let rest = w.splat(1.0) - theta;
     for (i, corner) in left.iter_mut().enumerate() {

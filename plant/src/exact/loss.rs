@@ -32,14 +32,17 @@
 //! voltage the electrical energy.
 
 use super::levels::{ExactStep, Levels, TERMS};
-use super::system::{AxisSystem, Column, DELTA, HELD, Matrix};
+use super::system::{Column, DELTA, HELD, Matrix};
 use crate::model::axis::Axis;
-use crate::model::state::{BETA_DOT, CURRENT, EPSILON_DOT};
+use crate::model::state::BETA_DOT;
 use crate::numerics::GAUSS_8;
 use crate::numerics::width::{One, Width};
 
 /// The states under a held voltage that drive something: β̇, δ, ε̇ and I.
 pub(crate) const DRIVING: usize = 4;
+
+/// I and the rates of these: what makes the heat of the armature.
+pub(crate) const PARTS: usize = DRIVING + 1;
 
 /// Place of δ among them.
 const DRIVING_DELTA: usize = DELTA - BETA_DOT;
@@ -67,19 +70,12 @@ pub(crate) struct Dissipation<const N: usize> {
 impl Dissipation<DRIVING> {
     /// That of a joint in contact under a held voltage, whose β drives nothing;
     /// `None` without damping.
-    pub(super) fn held(axis: &Axis, levels: &Levels<HELD>) -> Option<Box<Self>> {
+    pub(super) fn held(axis: &Axis, levels: &Levels<HELD>) -> Option<Self> {
         let driving = |m: &Matrix<HELD>| m.fixed_view::<4, 4>(BETA_DOT, BETA_DOT).into_owned();
         let c = axis.joint?.damping_nms_per_rad;
         let transition = |step: &ExactStep<HELD>| driving(&step.transition);
-        (c != 0.0).then(|| {
-            Box::new(Self::new(
-                c,
-                levels,
-                &driving(&levels.a),
-                transition,
-                DRIVING_DELTA,
-            ))
-        })
+        let rates = driving(&levels.a);
+        (c != 0.0).then(|| Self::new(c, levels, &rates, transition, DRIVING_DELTA))
     }
 }
 
@@ -239,7 +235,7 @@ fn behind<const D: usize, const N: usize>(own: f64, f: &Column<D>, m: &Matrix<D>
 
 /// `|R·v|²`, in this order, and the first of `R·v`.
 #[inline(always)]
-fn squared<W: Width, const N: usize>(
+pub(super) fn squared<W: Width, const N: usize>(
     w: W,
     factor: &Matrix<N>,
     rate: &[W::Vector; N],
@@ -330,23 +326,22 @@ fn length(a: f64, b: f64) -> f64 {
     size * (a * a + b * b).sqrt()
 }
 
-impl AxisSystem {
-    /// The rates of β̇, δ, ε̇ and I, summed in the order of the lanes.
-    #[inline(always)]
-    pub(super) fn driving_rates(&self, x: &Column<HELD>, input: &Column<HELD>) -> Column<DRIVING> {
-        let rate = |state: usize| {
-            let row = |j: usize| self.a[(state, j)] * x[j];
-            let rotor = row(BETA_DOT) + row(DELTA);
-            let joint = row(EPSILON_DOT) + row(CURRENT);
-            (rotor + joint) + input[state]
-        };
-        Column::<DRIVING>::new(
-            rate(BETA_DOT),
-            x[EPSILON_DOT],
-            rate(EPSILON_DOT),
-            rate(CURRENT),
-        )
+/// Heat \[J\] of damper and armature over a part of a step from where the current and the
+/// rates of β̇, δ, ε̇ and I are these, and the charge \[A s\].
+#[inline(always)]
+pub(crate) fn heat_of_part<W: Width>(
+    w: W,
+    (joint, armature): (Option<&Dissipation<DRIVING>>, &Dissipation<PARTS>),
+    (current, rates): (W::Vector, &[W::Vector; DRIVING]),
+    length_s: W::Vector,
+) -> [W::Vector; 3] {
+    let mut joint_j = w.splat(0.0);
+    if let Some(joint) = joint {
+        [joint_j, _] = joint.with_integral(w, *rates, length_s);
     }
+    let [a, b, c, d] = *rates;
+    let [armature_j, charge_as] = armature.with_integral(w, [current, a, b, c, d], length_s);
+    [joint_j, armature_j, charge_as]
 }
 
 #[cfg(test)]

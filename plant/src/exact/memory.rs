@@ -1,8 +1,9 @@
 //! What solver `exact` has computed about an axis, to be used again.
 
+use super::feedback_table::FeedbackTable;
+use super::held_table::HeldTable;
 use super::stage_table::StageTable;
 use super::system::{Column, FEEDBACK};
-use super::tables::{FeedbackTable, HeldTable};
 use crate::hybrid::Automaton;
 use crate::model::axis::{Axis, Mode};
 use crate::model::motion::{Coupling, Oscillator};

@@ -9,9 +9,10 @@
 //! sketch      a quantity over a step as one polynomial, with a proven remainder
 //! curve       that polynomial for one run or many side by side; its first zero
 //! loss        what damper, armature and guide turn into heat, as a sum of squares
-//! held_rows   numbers at the end of a step as sums over the state at its start
-//! armature    heat and charge of the armature over a step
-//! tables      all that the state does not change, made once; the step over a whole sample
+//! table       a system's quantities with their bounds, made once
+//! whole_step  a whole sample under a held voltage: states, rates, bounds and heat
+//! held_table  all that the state does not change under a held voltage
+//! feedback_table  the same under the continuous law
 //! stage_table the same behind a current drive or a limit of the current
 //! memory      the tables made so far
 //! roots       zeros and extremes of polynomials, found for certain
@@ -24,11 +25,11 @@
 //! ```
 
 mod advance;
-mod armature;
 mod crossing;
 mod curve;
+mod feedback_table;
 mod grid;
-mod held_rows;
+mod held_table;
 mod levels;
 mod loss;
 mod memory;
@@ -40,18 +41,18 @@ mod sketch;
 mod stage;
 mod stage_table;
 mod system;
-mod tables;
+mod table;
 #[cfg(test)]
 pub(crate) mod tests;
+mod whole_step;
 
-pub(crate) use armature::PARTS;
-pub(crate) use curve::{Curve, SLOPES, VALUES};
+pub(crate) use curve::{Curve, ELEVENTH, SLOPES, VALUES, left_of};
 pub(crate) use grid::{CELLS, MOST_NEWTON as MOST_POLISHING, TERMS};
-pub(crate) use held_rows::PER_ROW;
+pub(crate) use held_table::{HeldTable, is_stiff};
 pub(crate) use levels::{BOUND_MARGIN, NOISE_ULPS};
-pub(crate) use loss::{DRIVING, Dissipation};
+pub(crate) use loss::{DRIVING, Dissipation, PARTS, heat_of_part};
 pub(crate) use memory::Tables;
 pub(crate) use peak::command_slopes;
-pub(crate) use sketch::Sketch;
-pub(crate) use system::{AxisSystem, Column, HELD, Matrix};
-pub(crate) use tables::{HeldTable, Quantity, is_stiff};
+pub(crate) use system::{Column, HELD, Matrix};
+pub(crate) use table::{Linear, Quantity};
+pub(crate) use whole_step::{ROWS, WholeStep, times_sizes};

@@ -8,7 +8,7 @@ use super::grid::{LocalCoefficients, Window, derivative, zero_near};
 use super::levels::{BOUND_MARGIN, Coefficients, TERMS, Taylor, value_and_slope};
 use super::roots::Polynomial;
 use super::system::Column;
-use super::tables::Linear;
+use super::table::Linear;
 use crate::model::motion::Motion;
 use crate::numerics::width::One;
 

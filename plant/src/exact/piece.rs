@@ -1,15 +1,18 @@
 //! A piece of the exact solution, and what the figures of a run look at on it.
 
 use super::crossing::Flow;
-use super::loss::DRIVING;
+use super::feedback_table::FeedbackTable;
+use super::held_table::HeldTable;
+use super::loss::heat_of_part;
 use super::peak::{SketchedPeak, Sought};
 use super::power::{Factor, raise_product, stays_below};
 use super::system::{Column, DELTA, FEEDBACK, HELD, plant_vector, to_plant_vector};
-use super::tables::{FeedbackTable, HeldTable, Linear, Quantity};
+use super::table::{Linear, Quantity};
 use crate::model::amplifier::AmplifierMode;
 use crate::model::axis::{Axis, Drive, Mode};
 use crate::model::motion::{Motion, MotionPoint};
 use crate::model::state::{BETA, CURRENT, Vector};
+use crate::numerics::width::One;
 use crate::observe::extremes::{CARRIAGE, Energies, Extremes, FIGURES, POWER, Seen, figures_at};
 use crate::observe::{Interior, Span};
 
@@ -297,6 +300,8 @@ pub(crate) struct HeldPiece<'a> {
     pub(crate) table: &'a HeldTable,
     pub(crate) input: Column<HELD>,
     pub(crate) start: Column<HELD>,
+    /// dx/dt at the start.
+    pub(crate) rate: Column<HELD>,
     pub(crate) offset_rad: f64,
     /// β̂, which a held voltage does not advance.
     pub(crate) beta_integral_rads: f64,
@@ -305,12 +310,16 @@ pub(crate) struct HeldPiece<'a> {
 impl HeldPiece<'_> {
     /// End of the whole step.
     pub(super) fn whole_end(&self, voltage_v: f64) -> Vector {
-        let end = self.table.kernel.step(&self.start, voltage_v);
-        to_plant_vector(&end, self.offset_rad, self.beta_integral_rads)
+        let end = self
+            .table
+            .step
+            .take(One, &self.start.into(), voltage_v)
+            .end();
+        to_plant_vector(&end.into(), self.offset_rad, self.beta_integral_rads)
     }
 
     pub(crate) fn flow(&self) -> Flow<'_, HELD> {
-        Flow::new(&self.table.table, &self.input, &self.start)
+        Flow::with_rate(&self.table.table, &self.input, &self.start, self.rate)
     }
 
     pub(super) fn sights<'a>(&'a self, axis: &Axis, piece: Piece<'a>) -> Sights<'a, HELD> {
@@ -320,20 +329,18 @@ impl HeldPiece<'_> {
 
     /// The energies of `length_s` of the piece.
     #[inline(always)]
-    pub(crate) fn energies(&self, axis: &Axis, voltage_v: f64, length_s: f64) -> Energies {
-        let (table, start) = (self.table, &self.start);
-        let armature = table.armature(axis);
-        let whole = length_s == table.length_s();
-        let rates = match &table.loss {
-            None if whole => Column::<DRIVING>::zeros(),
-            _ => table.system.driving_rates(start, &self.input),
+    pub(crate) fn energies(&self, voltage_v: f64, length_s: f64) -> Energies {
+        let (table, current) = (self.table, self.start[CURRENT]);
+        let [_, rates @ ..]: [f64; HELD] = self.rate.into();
+        let [joint_loss_j, armature_loss_j, charge_as] = match length_s == table.length_s() {
+            true => table.step.heat(One, current, &rates),
+            false => heat_of_part(
+                One,
+                (table.loss.as_ref(), &table.armature),
+                (current, &rates),
+                length_s,
+            ),
         };
-        let [armature_loss_j, charge_as] = match whole {
-            true => armature.over_whole(start, voltage_v),
-            false => armature.over(start, &rates, length_s),
-        };
-        let joint = table.loss.as_ref();
-        let joint_loss_j = joint.map_or(0.0, |loss| loss.over(rates, length_s));
         [joint_loss_j, armature_loss_j, voltage_v * charge_as]
     }
 }
@@ -407,6 +414,7 @@ impl Interior for HeldPiece<'_> {
         to_plant_vector(&x, self.offset_rad, self.beta_integral_rads)
     }
 
+    #[inline(always)]
     fn raise(&self, span: &Span<'_>, extremes: &mut Extremes) {
         let voltage_v = match span.drive {
             Drive::Held(voltage_v) => *voltage_v,
@@ -420,7 +428,7 @@ impl Interior for HeldPiece<'_> {
             .look_at(u8::MAX, band_m, extremes);
         extremes.take(&seen);
         extremes.command_at_end = Some((span.end_s(), command));
-        extremes.add(self.energies(span.axis, voltage_v, span.length_s));
+        extremes.add(self.energies(voltage_v, span.length_s));
     }
 }
 
@@ -434,6 +442,7 @@ impl Interior for FeedbackPiece<'_> {
 
     /// A first test by the change of the state settles nearly every figure of
     /// nearly every whole step.
+    #[inline(always)]
     fn raise(&self, span: &Span<'_>, extremes: &mut Extremes) {
         let (table, length_s, offset_rad) = (self.table, span.length_s, self.offset_rad);
         let p = span.axis.pitch_m_per_rad;

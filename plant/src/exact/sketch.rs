@@ -70,6 +70,49 @@ const fn fit() -> [[f64; SLOPES]; SLOPES] {
     rows
 }
 
+/// `sup_t |f·(TA)ⁿ·e^{At}|`, entry by entry, from `f·e^{At}` at every point of the grid.
+fn largest_derivative<const D: usize>(
+    a: &Matrix<D>,
+    rows: &[Column<D>],
+    length_s: f64,
+    n: usize,
+) -> Column<D> {
+    // Functions of A commute.
+    let scaled = (a * length_s).transpose();
+    let mut largest = Column::<D>::zeros();
+    for row in rows {
+        let mut derivative = *row;
+        for _ in 0..n {
+            derivative = scaled * derivative;
+        }
+        largest = largest.sup(&derivative.abs());
+    }
+    let magnitude = a.abs();
+    let cell_s = length_s / 32.0;
+    let grown = Matrix::<D>::identity() + magnitude * integral(&magnitude, cell_s);
+    grown.transpose() * largest
+}
+
+/// How far the quantity `row·x` is from the cubic with its values and slopes at both ends of
+/// the step that has this grid, per rate at its start: `T⁴/384·sup_t |f·A³·e^{At}·v|`
+/// (Hermite's remainder).
+pub(super) fn cubic_strays<const D: usize>(
+    grid: &Grid<D>,
+    a: &Matrix<D>,
+    row: &Column<D>,
+) -> Column<D> {
+    let (rows, length_s) = (along(grid, a, row), grid.length_s);
+    largest_derivative(a, &rows, length_s, 3) * (length_s / 384.0)
+}
+
+/// `f·e^{At} = f + (f·ψ(t))·A` at the points of a grid.
+fn along<const D: usize>(grid: &Grid<D>, a: &Matrix<D>, row: &Column<D>) -> Vec<Column<D>> {
+    let points = grid.integrals.iter();
+    points
+        .map(|psi| row + a.transpose() * (psi.transpose() * row))
+        .collect()
+}
+
 /// Rounding of the coefficients, relative to the largest of them: the
 /// rows of [`FIT`] sum up to less than 800.
 const ROUNDING: f64 = 800.0 * 16.0 * f64::EPSILON;
@@ -130,13 +173,7 @@ pub(crate) struct Sketch<const D: usize> {
 impl<const D: usize> Sketch<D> {
     /// The quantity `row·x` over the step that has this grid.
     pub(crate) fn over(grid: &Grid<D>, a: &Matrix<D>, row: &Column<D>) -> Self {
-        // f·e^{At} = f + (f·ψ(t))·A at the points of the grid.
-        let slopes: Vec<Column<D>> = grid
-            .integrals
-            .iter()
-            .map(|psi| row + a.transpose() * (psi.transpose() * row))
-            .collect();
-        Self::new(a, &slopes, grid.length_s)
+        Self::new(a, &along(grid, a, row), grid.length_s)
     }
 
     /// From `f·e^{At}` at every point of the grid.
@@ -148,22 +185,8 @@ impl<const D: usize> Sketch<D> {
             }
             sum
         });
-        // T¹¹·f·A¹¹·e^{At} at the grid's points; functions of A commute.
-        let scaled = (a * length_s).transpose();
-        let mut largest = Column::<D>::zeros();
-        let mut rounding = Column::<D>::zeros();
-        for row in rows {
-            let mut derivative = *row;
-            for _ in 0..SLOPES {
-                derivative = scaled * derivative;
-            }
-            largest = largest.sup(&derivative.abs());
-            rounding = rounding.sup(&row.abs());
-        }
-        let magnitude = a.abs();
-        let cell_s = length_s / 32.0;
-        let grown = Matrix::<D>::identity() + magnitude * integral(&magnitude, cell_s);
-        let remainder = grown.transpose() * largest * REMAINDER;
+        let rounding = largest_derivative(a, rows, length_s, 0);
+        let remainder = largest_derivative(a, rows, length_s, SLOPES) * REMAINDER;
         Self {
             slopes,
             stray: (remainder + rounding * ROUNDING) * length_s,

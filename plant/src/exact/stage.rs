@@ -12,7 +12,7 @@ use super::piece::{Piece, Sights, raise_quantity};
 use super::power::{raise_product, stays_below_over_step};
 use super::stage_table::{LOOP, STAGE, StageTable, wide};
 use super::system::{Column, FEEDBACK, feedback_state, plant_vector};
-use super::tables::Quantity;
+use super::table::Quantity;
 use crate::hybrid::guard::Guard;
 use crate::hybrid::{Automaton, Interval, PlantError};
 use crate::model::axis::Drive;

@@ -4,12 +4,13 @@
 
 use std::sync::OnceLock;
 
+use super::feedback_table::{Heat, ahead_of_rates};
 use super::levels::{Levels, NOISE_ULPS};
 use super::loss::Dissipation;
 use super::system::{
     AxisSystem, Column, DELTA, FEEDBACK, HELD, Matrix, commanded_system, demand_row, from_command,
 };
-use super::tables::{Heat, Quantity, Table, ahead_of_rates, held_rows};
+use super::table::{Quantity, Table, held_rows};
 use crate::model::amplifier::{AmplifierMode, Stage, StageMode};
 use crate::model::axis::{Axis, Mode};
 use crate::model::motion::Coupling;

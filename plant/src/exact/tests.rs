@@ -11,7 +11,7 @@ use super::memory::Tables;
 use super::roots::Polynomial;
 use super::sketch::{NODE_PRODUCT, NODES, Sketch};
 use super::system::{Column, Matrix};
-use super::tables::{Quantity, Table};
+use super::table::{Quantity, Table};
 use crate::model::axis::Axis;
 use crate::model::axis::Mode;
 use crate::model::joint::{Flank, JointMode};

@@ -83,6 +83,8 @@ pub(crate) struct Axis {
     pub(crate) gear_inertia: f64,
     /// `J2 = J_v + M·p²` \[kg m²\].
     pub(crate) screw_inertia: f64,
+    /// `p/J`, with the inertia that the torque on the screw moves \[m/(kg m²)\].
+    pub(crate) pitch_per_inertia: f64,
     /// `p·a0`, the torque that dry friction can hold at the screw \[N m\].
     pub(crate) holding_torque_nm: f64,
     pub(crate) joint: Option<ElasticJoint>,
@@ -119,13 +121,17 @@ impl Axis {
         let (t, c) = (&parameters.transmission, &parameters.carriage);
         let (z, p) = (t.gear_ratio, t.screw_pitch_m_per_rad);
         let joint = t.joint.elastic();
+        let gear_inertia = parameters.motor.inertia_kg_m2 / (z * z);
+        let screw_inertia = t.screw_inertia_kg_m2 + c.mass_kg * p * p;
+        let own = if joint.is_none() { gear_inertia } else { 0.0 };
         Self {
             motor: parameters.motor,
             gear_ratio: z,
             pitch_m_per_rad: p,
             resistance: c.resistance,
-            gear_inertia: parameters.motor.inertia_kg_m2 / (z * z),
-            screw_inertia: t.screw_inertia_kg_m2 + c.mass_kg * p * p,
+            gear_inertia,
+            screw_inertia,
+            pitch_per_inertia: p / (screw_inertia + own),
             holding_torque_nm: p * c.resistance.constant_n,
             joint,
             stage: surroundings.amplifier.stage(),
@@ -295,9 +301,14 @@ impl Axis {
         if mode.guide == GuideMode::Stuck {
             return 0.0;
         }
+        self.accelerating_torque_nm(mode, y) / self.moved_inertia()
+    }
+
+    /// Torque that turns the screw less what resistance and loads take of it \[N m\].
+    fn accelerating_torque_nm(&self, mode: &Mode, y: &Vector) -> f64 {
         let resistance = &self.resistance;
         let force_n = resistance.force_n(mode.guide, gamma_dot(y)) + self.load_force_n;
-        (self.moving_torque_nm(mode, y) - self.pitch_m_per_rad * force_n) / self.moved_inertia()
+        self.moving_torque_nm(mode, y) - self.pitch_m_per_rad * force_n
     }
 
     /// `d³γ/dt³` \[rad/s³\] from the state and its derivative.
@@ -354,7 +365,10 @@ impl Axis {
 
     /// `ẍ = p·γ̈` \[m/s²\].
     pub(crate) fn carriage_acceleration_mps2(&self, mode: &Mode, y: &Vector) -> f64 {
-        self.pitch_m_per_rad * self.screw_acceleration(mode, y)
+        if mode.guide == GuideMode::Stuck {
+            return 0.0;
+        }
+        self.accelerating_torque_nm(mode, y) * self.pitch_per_inertia
     }
 
     /// Kinetic energy and the energy stored in the joint, eq. 4-5 \[J\].

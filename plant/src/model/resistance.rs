@@ -46,15 +46,6 @@ impl GuideMode {
             Self::Stuck => 0.0,
         }
     }
-
-    /// The mode of that direction where friction opposes the motion.
-    pub(crate) fn towards(direction: f64) -> Self {
-        match direction {
-            d if d > 0.0 => Self::Forward,
-            d if d < 0.0 => Self::Backward,
-            _ => Self::Stuck,
-        }
-    }
 }
 
 impl Resistance {

@@ -1,139 +1,25 @@
-//! Everything about a step that the state does not change: matrices, rows of
-//! the quantities that guards and figures look at, and their bounds.
-//!
-//! Under a held voltage none of it depends on b, on the voltage or on which
-//! flank carries: two tables serve an axis, six one with dry friction.
+//! A table for the continuous law: the axis with its command over one length in one mode.
 
 use std::sync::OnceLock;
 
 use nalgebra::SMatrix;
 
-use super::armature::HeldArmature;
-use super::grid::Grid;
-use super::held_rows::HeldRows;
-use super::levels::{self, BOUND_MARGIN, ChordBounds, ExactStep, Levels, NOISE_ULPS};
-use super::loss::{DRIVING, Dissipation};
-use super::sketch::Sketch;
+use super::levels::{BOUND_MARGIN, Levels, NOISE_ULPS};
+use super::loss::Dissipation;
 use super::system::{
-    AxisSystem, Column, DELTA, FEEDBACK, HELD, Matrix, OWN, V_REF, demand_row, feedback_system,
-    from_command,
+    Column, DELTA, FEEDBACK, Matrix, OWN, V_REF, demand_row, feedback_system, from_command,
 };
+use super::table::{Quantity, Table, held_rows};
 use crate::model::amplifier::AmplifierMode;
 use crate::model::axis::{Axis, Mode};
-use crate::model::joint::{Flank, JointMode};
 use crate::model::motion::{Coupling, OscillatorStep};
 use crate::model::pid::ContinuousPid;
 use crate::model::resistance::GuideMode;
 use crate::model::state::{BETA, BETA_DOT, BETA_INTEGRAL, CURRENT, EPSILON_DOT};
 use crate::numerics::seconds;
 
-/// Quantities that guards and figures look at.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Quantity {
-    /// `δ = ε − m·b`.
-    Delta,
-    /// `k·δ + c·ε̇`, whether or not the flank carries.
-    FlankTorque,
-    /// Torque that turns the screw: Ψ, or `k_m·I/z` without a joint.
-    MovingTorque,
-    /// γ̇.
-    ScrewSpeed,
-    /// I.
-    Current,
-    /// `β − δ`: γ and the flank's offset.
-    ScrewAngle,
-    /// β.
-    GearAngle,
-    /// `γ̈` less its constant part.
-    ScrewAcceleration,
-    /// The continuous law's demand.
-    Demand,
-    /// Voltage at the motor, and what the guards of the amplifier look at, both less
-    /// their constant part: of drives beyond the paper's.
-    Voltage,
-    Beyond,
-}
-
-/// Quantities under a held voltage, and all of them.
-const OF_HELD: usize = 8;
+/// Quantities of it.
 const OF_FEEDBACK: usize = 9;
-
-/// A quantity's coefficients and bounds.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Linear<const D: usize> {
-    pub(crate) row: Column<D>,
-    pub(crate) bounds: ChordBounds<D>,
-    /// On a table whose step is not too long for it.
-    pub(crate) sketch: Option<Sketch<D>>,
-}
-
-impl<const D: usize> Linear<D> {
-    /// `f·x`, summed in the order of the states.
-    #[inline]
-    pub(crate) fn value(&self, x: &Column<D>) -> f64 {
-        let mut sum = 0.0;
-        for (f, x) in self.row.iter().zip(x.iter()) {
-            sum += f * x;
-        }
-        sum
-    }
-}
-
-/// A system with its exact steps and quantities.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Table<const D: usize> {
-    pub(crate) levels: Levels<D>,
-    pub(crate) grid: Option<Grid<D>>,
-    rows: Vec<Column<D>>,
-    /// Made when first asked for.
-    quantities: Vec<OnceLock<Linear<D>>>,
-}
-
-impl<const D: usize> Table<D> {
-    pub(super) fn new(levels: Levels<D>, grid: Option<Grid<D>>, rows: &[Column<D>]) -> Self {
-        Self {
-            levels,
-            grid,
-            rows: rows.to_vec(),
-            quantities: vec![OnceLock::new(); rows.len()],
-        }
-    }
-
-    #[inline]
-    pub(crate) fn quantity(&self, quantity: Quantity) -> &Linear<D> {
-        let place = quantity as usize;
-        self.quantities[place].get_or_init(|| self.linear(&self.rows[place]))
-    }
-
-    #[cold]
-    fn linear(&self, row: &Column<D>) -> Linear<D> {
-        let (levels, grid) = (&self.levels, self.grid.as_ref());
-        Linear {
-            row: *row,
-            bounds: levels.bounds(row),
-            sketch: match grid {
-                Some(grid) => Some(Sketch::over(grid, &levels.a, row)),
-                None => Sketch::about_middle(levels, row),
-            },
-        }
-    }
-}
-
-/// A table for a held voltage.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct HeldTable {
-    pub(super) length_ns: u64,
-    /// Of a joint that carries torque.
-    pub(crate) closed: bool,
-    pub(crate) guide: GuideMode,
-    pub(crate) system: AxisSystem,
-    pub(crate) table: Table<HELD>,
-    pub(crate) kernel: Kernel,
-    /// Of a closed joint with damping.
-    pub(crate) loss: Option<Box<Dissipation<DRIVING>>>,
-    /// Made when first asked for.
-    armature: OnceLock<Box<HeldArmature>>,
-}
 
 /// A table for the continuous law over one length in one mode.
 #[derive(Debug, Clone, PartialEq)]
@@ -266,80 +152,6 @@ pub(super) fn ahead_of_rates<const D: usize, const N: usize>(
     z
 }
 
-/// True if a step over this length is stiff, the joint open or closed.
-pub(crate) fn is_stiff(axis: &Axis, length_ns: u64) -> bool {
-    let joints: &[JointMode] = match axis.joint {
-        Some(_) => &[JointMode::Open, JointMode::Loaded(Flank::Drive)],
-        None => &[JointMode::Rigid],
-    };
-    joints.iter().any(|&joint| {
-        let mode = Mode {
-            joint,
-            guide: GuideMode::AsWritten,
-            ..axis.mode_at_rest()
-        };
-        levels::is_stiff(&axis.system(&mode).a, seconds(length_ns))
-    })
-}
-
-/// The rows of the quantities that need no command.
-pub(super) fn held_rows(axis: &Axis, mode: &Mode, system: &AxisSystem) -> [Column<HELD>; OF_HELD] {
-    let unit = |place: usize| {
-        let mut row = Column::<HELD>::zeros();
-        row[place] = 1.0;
-        row
-    };
-    // In the order of `Quantity`.
-    [
-        unit(DELTA),
-        axis.flank_torque_row(),
-        axis.moving_torque_row(mode),
-        axis.screw_speed_row(),
-        unit(CURRENT),
-        unit(BETA) - unit(DELTA),
-        unit(BETA),
-        system.screw,
-    ]
-}
-
-impl HeldTable {
-    /// Length of the step \[s\].
-    pub(crate) fn length_s(&self) -> f64 {
-        seconds(self.length_ns)
-    }
-
-    pub(super) fn new(axis: &Axis, mode: &Mode, length_ns: u64) -> Self {
-        let system = axis.system(mode);
-        let rows = held_rows(axis, mode, &system);
-        let levels = Levels::new(&system.a, seconds(length_ns));
-        let grid = Grid::new(&levels);
-        let closed = mode.joint.carries();
-        let loss = closed.then(|| Dissipation::held(axis, &levels)).flatten();
-        let table = Table::new(levels, grid, &rows);
-        Self {
-            length_ns,
-            closed,
-            guide: mode.guide,
-            kernel: Kernel::new(
-                &system,
-                &table.levels.steps[0],
-                &table.quantity(Quantity::Delta).bounds,
-            ),
-            system,
-            table,
-            loss,
-            armature: OnceLock::new(),
-        }
-    }
-
-    /// The armature over the step.
-    #[inline]
-    pub(crate) fn armature(&self, axis: &Axis) -> &HeldArmature {
-        self.armature
-            .get_or_init(|| Box::new(HeldArmature::new(axis, &self.system, &self.table.levels)))
-    }
-}
-
 impl FeedbackTable {
     pub(super) fn new(axis: &Axis, mode: &Mode, pid: &ContinuousPid, key: FeedbackKey) -> Self {
         let (carries, .., coupling, length_ns) = key;
@@ -435,7 +247,7 @@ impl FeedbackTable {
     /// γ̈ without its constant part; no more than five states make it.
     #[inline(always)]
     pub(crate) fn screw_acceleration(&self, x: &Column<FEEDBACK>) -> f64 {
-        let row = &self.table.rows[Quantity::ScrewAcceleration as usize];
+        let row = self.table.row(Quantity::ScrewAcceleration);
         let own = (row[BETA_DOT] * x[BETA_DOT] + row[DELTA] * x[DELTA])
             + (row[EPSILON_DOT] * x[EPSILON_DOT] + row[CURRENT] * x[CURRENT]);
         own + row[V_REF] * x[V_REF]
@@ -444,67 +256,7 @@ impl FeedbackTable {
     /// The law's demand \[V\].
     #[inline]
     pub(crate) fn demand_v(&self, x: &Column<FEEDBACK>) -> f64 {
-        let row = &self.table.rows[Quantity::Demand as usize];
+        let row = self.table.row(Quantity::Demand);
         (row[BETA] * x[BETA] + row[BETA_DOT] * x[BETA_DOT]) + row[BETA_INTEGRAL] * x[BETA_INTEGRAL]
-    }
-}
-
-/// The exact step over the whole length, `x(T) = Φ·x + ψ(T)·load + Γ·V`, with
-/// the entries that are not zero: β drives nothing.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Kernel {
-    /// Φ, `ψ(T)·load` and `Γ = ψ(T)·(0, 0, 0, 0, 1/L)`.
-    pub(crate) rows: HeldRows<HELD>,
-    /// `G` of δ, raised by its rounding, for β̇, δ, ε̇ and I.
-    pub(crate) gap_bound: [f64; 4],
-}
-
-impl Kernel {
-    pub(super) fn new(
-        system: &AxisSystem,
-        whole: &ExactStep<HELD>,
-        gap: &ChordBounds<HELD>,
-    ) -> Self {
-        let mut volt = Column::<HELD>::zeros();
-        volt[CURRENT] = system.per_volt;
-        let (drift, per_volt) = (whole.integral * system.load, whole.integral * volt);
-        Self {
-            rows: HeldRows::new(|i| {
-                let phi = |j: usize| whole.transition[(i, j)];
-                let [w, d, e, c] = [BETA_DOT, DELTA, EPSILON_DOT, CURRENT].map(phi);
-                [w, d, e, c, drift[i], per_volt[i]]
-            }),
-            gap_bound: core::array::from_fn(|j| BOUND_MARGIN * gap.per_change[j + 1]),
-        }
-    }
-
-    /// Sum of the magnitudes of the terms that make up δ after a step.
-    pub(crate) fn terms_of_delta(&self, x: &Column<HELD>, voltage_v: f64) -> f64 {
-        let [w, d, e, c, _, v] = self.rows.row(DELTA);
-        let terms = [
-            w * x[BETA_DOT],
-            d * x[DELTA],
-            e * x[EPSILON_DOT],
-            c * x[CURRENT],
-            v * voltage_v,
-        ];
-        terms.iter().map(|term| term.abs()).sum()
-    }
-
-    /// One step.
-    #[inline(always)]
-    pub(crate) fn step(&self, x: &Column<HELD>, voltage_v: f64) -> Column<HELD> {
-        let mut base = self.rows.0[DRIVING];
-        base[BETA] += x[BETA];
-        self.rows.times(x, &base, voltage_v).into()
-    }
-
-    /// Bound of how far δ strays from its chord over the step.
-    #[inline(always)]
-    pub(crate) fn gap_strays(&self, from: &Column<HELD>, to: &Column<HELD>) -> f64 {
-        let change = |state: usize| (to[state] - from[state]).abs();
-        let g = &self.gap_bound;
-        (g[0] * change(BETA_DOT) + g[1] * change(DELTA))
-            + (g[2] * change(EPSILON_DOT) + g[3] * change(CURRENT))
     }
 }
