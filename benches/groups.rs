@@ -12,7 +12,7 @@ use criterion::BenchmarkGroup;
 use criterion::measurement::WallTime;
 use hil_core::lanes::{Runs, Vectors};
 use hil_core::run::{RunOptions, run};
-use plant::{Plant, Solver};
+use plant::{Plant, Solver, widest, with_four};
 
 use crate::elastic_axis::ElasticAxis;
 use crate::lockstep::{ContinuousPlan, Plan};
@@ -139,10 +139,15 @@ fn own(law: &str, workload: &str, tolerance: f64) -> Result<Vec<Program>, Box<dy
 fn bare(workload: &str) -> Result<Program, Box<dyn Error>> {
     let case = workload::case("quantised", workload, "exact", workload::W1_TOLERANCE)?;
     let plan = Plan::new(&case).ok_or("no sample time")?;
-    let mut plant = Plant::new(&case.axis, Solver::Exact);
+    let (mut plant, level) = (Plant::new(&case.axis, Solver::Exact), widest());
     Ok(Program::new("quantised/exact-bare", move || {
         plant.reset();
-        let result = plan.run(black_box(&mut plant), |_, _, _| ());
+        // As a single run of the project.
+        let result = with_four(
+            level,
+            #[inline(always)]
+            || plan.run(black_box(&mut plant), |_, _, _| ()),
+        );
         (plant.state(), result)
     }))
 }

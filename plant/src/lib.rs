@@ -47,6 +47,7 @@ pub use model::pid::{ContinuousPid, PidGains};
 pub use model::resistance::{Carriage, Resistance};
 pub use model::state::State;
 pub use model::surroundings::{Load, Start, Surroundings};
+pub use numerics::vectors::{Vectors, widest, with_four};
 pub use numerics::width::{Eight, Four, One, Width};
 pub use observe::extremes::{Extremes, ExtremesSettings};
 pub use observe::{ContactChange, Span, Watch};

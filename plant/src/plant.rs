@@ -1,6 +1,8 @@
 //! The plant: an axis with its state and the solver that advances it from one
 //! voltage update to the next.
 
+use fearless_simd::Level;
+
 use crate::exact::Tables;
 use crate::hybrid::{Automaton, Interval, PlantError};
 use crate::model::amplifier::AmplifierMode;
@@ -9,6 +11,7 @@ use crate::model::joint::{Contact, Flank};
 use crate::model::state::{CURRENT, State};
 use crate::model::surroundings::Surroundings;
 use crate::numerics::seconds;
+use crate::numerics::vectors::{widest, with_four};
 use crate::observe::Watch;
 use crate::stepped::adaptive::StepSize;
 
@@ -45,6 +48,17 @@ pub struct Plant {
     /// The flank that the joint starts on.
     flank: Option<Flank>,
     forces: Forces,
+    instructions: Instructions,
+}
+
+/// The vector instructions that the plant uses, which no result depends on.
+#[derive(Debug, Clone, Copy)]
+struct Instructions(Level);
+
+impl PartialEq for Instructions {
+    fn eq(&self, _: &Self) -> bool {
+        true
+    }
 }
 
 /// Force of the loads over time.
@@ -173,6 +187,7 @@ impl Plant {
             tables: None,
             flank,
             forces,
+            instructions: Instructions(widest()),
         }
     }
 
@@ -346,7 +361,11 @@ impl Plant {
         match self.solver {
             Solver::Exact => {
                 let tables = self.tables.get_or_insert_default();
-                now.advance_exactly(tables, drive, length_ns, watch)?;
+                with_four(
+                    self.instructions.0,
+                    #[inline(always)]
+                    || now.advance_exactly(tables, drive, length_ns, watch),
+                )?;
             }
             Solver::Dopri5 { tolerance } => {
                 now.advance_smoothly(&mut self.steps, drive, length_ns, tolerance, watch)?;

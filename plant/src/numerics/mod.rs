@@ -1,6 +1,7 @@
 //! Polynomials that are known for certain, quadrature, and time as a number.
 
 pub(crate) mod bernstein;
+pub(crate) mod vectors;
 pub(crate) mod width;
 
 /// Nanoseconds as seconds, correctly rounded.

@@ -10,7 +10,6 @@
 //! laws       the sampled laws on all lanes, and gains, encoder and drive lane by lane
 //! side_by_side  laws and axes from sample to sample, and what their rows leave behind
 //! worker     what one thread keeps from run to run
-//! vectors    the instructions that runs are made with
 //! alone      whatever cannot go side by side
 //! ```
 
@@ -18,11 +17,10 @@ mod alone;
 mod family;
 mod laws;
 mod side_by_side;
-mod vectors;
 mod worker;
 
 pub use family::{OneByOne, Parcel, parcels};
-pub use vectors::Vectors;
+pub use plant::Vectors;
 pub use worker::Runs;
 
 #[cfg(target_arch = "x86_64")]

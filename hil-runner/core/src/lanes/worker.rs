@@ -4,12 +4,11 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use fearless_simd::{Level, Simd};
-use plant::{Eight, Four, One, Width};
+use plant::{Eight, Four, One, Width, widest, with_four};
 
 use super::alone::alone;
 use super::family::{AT_A_TIME, Commands, Family, OneByOne, Parcel, groups};
 use super::side_by_side::{Lanes, Outcome};
-use super::vectors::widest;
 use crate::case::Case;
 use crate::error::RunError;
 use crate::summary::Summary;
@@ -22,10 +21,7 @@ const MOST_ALONE: usize = 2;
 const MOST_FAMILIES: usize = 4;
 
 /// Evaluates an expression with one of the sets of instructions that runs are compiled for,
-/// the widest that the level has: each makes the whole of them once more. A single run
-/// takes those for four numbers at most, with which the rows of a step are quicker than with
-/// two; wider ones gathered what lies apart while a step was computed row by row, which took
-/// longer than it saved, and have not been tried since.
+/// the widest that the level has: each makes the whole of them once more.
 macro_rules! with_instructions {
     ($level:expr, $simd:ident => $op:expr, none: $none:expr) => {{
         #[cfg(target_arch = "x86_64")]
@@ -46,13 +42,6 @@ macro_rules! with_instructions {
         let result = fearless_simd::dispatch!($level, $simd => $op);
         result
     }};
-}
-
-#[inline(always)]
-fn one<S: Simd>(_: S, lanes: &mut Lanes<One>, case: &Case, loops: &mut Loops) -> Outcome {
-    let mut result = Some(Err(RunError::Lost));
-    lanes.run(std::iter::once(case), loops, |figures| result = figures);
-    result
 }
 
 /// Figures of many runs at a time, side by side, on one thread: what a thread
@@ -144,9 +133,13 @@ impl Runs {
             },
         };
         let lanes = self.single.insert(lanes);
-        // The scalar code, too, is faster with an instruction for `floor`.
         let loops = &mut self.loops;
-        let figures = with_instructions!(self.level, simd => one(simd, lanes, case, loops), none: Some(Err(RunError::Lost)));
+        let mut figures = Some(Err(RunError::Lost));
+        with_four(
+            self.level,
+            #[inline(always)]
+            || lanes.run(std::iter::once(case), loops, |of_case| figures = of_case),
+        );
         figures.unwrap_or_else(|| self.alone(case, OneByOne::Work))
     }
 

@@ -4,7 +4,7 @@
 use std::str::FromStr;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use fearless_simd::Level;
+use fearless_simd::{Level, Simd};
 
 /// Sets of vector instructions of x86-64, the narrowest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -65,9 +65,23 @@ impl FromStr for Vectors {
 }
 
 /// The widest instructions that may be used.
-pub(super) fn widest() -> Level {
+pub fn widest() -> Level {
     let level = Level::new();
     lowered(level).unwrap_or(level)
+}
+
+/// Does something of a single run with the instructions for four numbers, where a level has
+/// them: the rows of a step are quicker with these than with two, and `floor` is one of them.
+/// Wider ones gathered what lies apart while a step was computed row by row, which took longer
+/// than it saved, and have not been tried since.
+#[inline(always)]
+pub fn with_four<R>(level: Level, work: impl FnOnce() -> R) -> R {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(simd) = level.as_avx2() {
+        return simd.vectorize(work);
+    }
+    let _ = level;
+    work()
 }
 
 /// Narrower ones, where those of the level may not be used.
