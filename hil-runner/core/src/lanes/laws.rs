@@ -221,8 +221,6 @@ pub(crate) struct Settings<W: Width> {
     /// With a limit of the current the plant knows what the motor has: the limit of the
     /// voltage counts there, and only that of the code here.
     current_is_limited: bool,
-    /// `β(0)` \[rad\].
-    pub(crate) start_rad: W::Array,
 }
 
 /// The voltage of a code, and the lanes in which code or amplifier stands at its
@@ -247,7 +245,6 @@ impl<W: Width> Settings<W> {
             amplifier_gain: zero,
             voltage_limit_v: zero,
             current_is_limited: false,
-            start_rad: zero,
         }
     }
 
@@ -275,7 +272,6 @@ impl<W: Width> Settings<W> {
             (&mut self.step_v, case.dac.step_v),
             (&mut self.amplifier_gain, case.amplifier.gain),
             (&mut self.voltage_limit_v, case.amplifier.voltage_limit_v),
-            (&mut self.start_rad, case.start_rad()),
         ] {
             array.as_mut()[lane] = value;
         }

@@ -236,7 +236,7 @@ impl<W: Width> Lanes<W> {
                 let instant = Instant {
                     tick: now.tick,
                     // The encoder's zero is where the axis starts.
-                    beta: axes.beta_rad() - w.load(&settings.start_rad),
+                    beta: axes.beta_from_start_rad(),
                     gamma,
                     alpha_ref: w.splat(command.alpha_rad),
                 };
