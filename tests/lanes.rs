@@ -164,6 +164,35 @@ fn surroundings_go_side_by_side() {
     assert!(saturated > 50 && limited > 50, "{saturated} {limited}");
 }
 
+/// A run may end within a sample, before or after the delay of its last code.
+#[test]
+fn the_last_sample_may_be_cut_short() {
+    for law in ["sampled", "quantised", "firmware"] {
+        for delay in ["0", "0.0003", "0.001"] {
+            for duration in ["1.0902", "1.0903", "1.0907"] {
+                let sets = [
+                    format!("controller.law={law}"),
+                    format!("controller.computation_delay_s={delay}"),
+                    format!("run.duration_s={duration}"),
+                ];
+                let sets = sets.each_ref().map(String::as_str);
+                let cases = drawn(&case("paper-2", &sets), 40, 12);
+                let contacts = assert_same(&cases, threads(1));
+                assert!(contacts > 20, "{sets:?}: {contacts}");
+                // The contrast: the end shows.
+                let shorter = drawn(
+                    &case("paper-2", &[sets[0], sets[1], "run.duration_s=1.09"]),
+                    40,
+                    1,
+                );
+                let [short, long] =
+                    [&shorter[0], &cases[0]].map(|case| bits(&single(case).unwrap()));
+                assert_ne!(short, long, "{sets:?}");
+            }
+        }
+    }
+}
+
 #[test]
 fn lanes_need_not_be_full() {
     let case = case("paper-3", &["controller.law=quantised"]);
@@ -610,7 +639,7 @@ fn what_is_made_by_itself_is_counted() {
         (&[LOAD_ENCODER, "backlash.gap=measured"], None),
         (&[COMPENSATED], None),
         (&[SUPERVISED], None),
-        (&["run.duration_s=1.2345"], Some(OneByOne::Duration)),
+        (&["run.duration_s=1.2345"], None),
         (
             &["controller.sample_time_s=5e-5", "run.rest_window_s=0.3"],
             Some(OneByOne::Rest),

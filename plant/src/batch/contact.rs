@@ -212,7 +212,7 @@ impl<W: Width> Group<W> {
         );
         let at = |array: &W::Array| array.as_ref()[place];
         // As spans sum it up.
-        let length_s = seconds(shared.phases[left.phase].length_ns);
+        let length_s = shared.phases[left.phase].length_s;
         let change_s = at(&transition.change_s);
         let start_s = seconds(left.time_ns);
         let (middle_s, left_s) = (start_s + change_s, length_s - change_s);

@@ -9,8 +9,8 @@ use crate::model::axis::{Axis, Drive, Mode};
 use crate::model::resistance::GuideMode;
 use crate::model::state::{EPSILON, State};
 use crate::model::surroundings::Start;
+use crate::numerics::seconds;
 use crate::numerics::width::Width;
-use crate::numerics::{count, seconds};
 use crate::observe::extremes::{ENERGIES, Extremes, ExtremesSettings, FIGURES};
 
 /// The plant's parameters that are a run's own, and what it is measured against.
@@ -34,7 +34,6 @@ pub(super) struct Shared {
     pub(super) start: Start,
     pub(super) tables: Tables,
     pub(super) phases: Vec<Phase>,
-    pub(super) lengths_ns: Vec<u64>,
     /// The largest of the phases' chords, whatever the joint does.
     pub(super) most_chords: [[f64; DRIVING]; FIGURES],
 }
@@ -108,7 +107,7 @@ pub(super) struct Group<W: Width> {
     pub(super) peak_abs_voltage_v: W::Array,
     /// Energies so far \[J\].
     pub(super) energies: [W::Array; ENERGIES],
-    /// Start of the last step that ended outside the settling band \[ns\]; −1 without one.
+    /// End of the last step that ended outside the settling band \[s\]; −1 without one.
     pub(super) last_outside: W::Array,
     pub(super) travel_m: W::Array,
     pub(super) band_m: W::Array,
@@ -283,11 +282,7 @@ impl<W: Width> Group<W> {
     }
 
     /// Extremes of a lane so far, where nothing waits.
-    pub(super) fn extremes_of(
-        &self,
-        lengths_ns: &[u64],
-        lane: usize,
-    ) -> Result<Extremes, PlantError> {
+    pub(super) fn extremes_of(&self, lane: usize) -> Result<Extremes, PlantError> {
         let run = &self.lanes[lane];
         run.result?;
         let mut extremes = run.extremes.clone();
@@ -299,24 +294,13 @@ impl<W: Width> Group<W> {
         for (sum, energy) in extremes.energies_mut().into_iter().zip(&self.energies) {
             *sum = energy.as_ref()[lane];
         }
-        let start_ns = self.last_outside.as_ref()[lane];
-        if start_ns >= 0.0 {
-            // The end of that step, summed as a span does.
-            let length_s = seconds(length_at(lengths_ns, start_ns));
-            let end_s = start_ns / 1e9 + length_s;
+        let end_s = self.last_outside.as_ref()[lane];
+        if end_s >= 0.0 {
             let last_s = extremes.last_outside_band_s.map_or(end_s, |t| t.max(end_s));
             extremes.last_outside_band_s = Some(last_s);
         }
         Ok(extremes)
     }
-}
-
-/// Length of the step that began at `start_ns`.
-fn length_at(lengths_ns: &[u64], start_ns: f64) -> u64 {
-    let sample_ns: u64 = lengths_ns.iter().sum();
-    let into_ns = start_ns % count(sample_ns);
-    let second = lengths_ns.len() > 1 && into_ns != 0.0;
-    lengths_ns[usize::from(second)]
 }
 
 /// β, β̇, ε, ε̇ and I.

@@ -58,7 +58,7 @@ pub struct Batch<W: Width> {
 
 impl<W: Width> Batch<W> {
     /// Runs with steps of the given lengths \[ns\]: one a sample, or two where a
-    /// computation delay divides it.
+    /// computation delay divides it, and those after the last sample.
     ///
     /// # Errors
     /// [`PlantError::NotAffine`] with a quadratic resistance; [`PlantError::NotSideBySide`]
@@ -90,7 +90,6 @@ impl<W: Width> Batch<W> {
                 axis,
                 tables: Tables::default(),
                 phases: lengths_ns.iter().map(|&ns| Phase::new(ns)).collect(),
-                lengths_ns: lengths_ns.to_vec(),
                 most_chords: [[0.0; DRIVING]; FIGURES],
             },
             groups: Vec::new(),
@@ -174,6 +173,6 @@ impl<W: Width> Batch<W> {
     /// # Errors
     /// The [`PlantError`] that stopped the run; it stands where it stopped.
     pub fn extremes_of(&self, run: usize) -> Result<Extremes, PlantError> {
-        self.groups[run / W::LANES].extremes_of(&self.shared.lengths_ns, run % W::LANES)
+        self.groups[run / W::LANES].extremes_of(run % W::LANES)
     }
 }

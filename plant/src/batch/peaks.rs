@@ -357,7 +357,7 @@ impl<W: Width> Group<W> {
         let (w, i) = (y.epsilon_dot_radps, y.current_a);
         let x = [y.beta_rad, y.beta_dot_radps, delta, w, i];
         let rates = of_kind.step.rates(One, &x, candidate.voltage_v);
-        let whole_s = seconds(phase.length_ns);
+        let whole_s = phase.length_s;
         let (start_s, length_s) = match &candidate.piece {
             None => (seconds(candidate.time_ns), whole_s),
             Some(piece) => (piece.start_s, piece.length_s),

@@ -9,6 +9,7 @@ use crate::model::amplifier::StageMode;
 use crate::model::axis::{Axis, Mode};
 use crate::model::joint::JointMode;
 use crate::model::resistance::GuideMode;
+use crate::numerics::seconds;
 use crate::numerics::width::{One, Width};
 use crate::observe::extremes::FIGURES;
 
@@ -102,6 +103,7 @@ impl Kinds {
 #[derive(Debug, Clone)]
 pub(super) struct Phase {
     pub(super) length_ns: u64,
+    pub(super) length_s: f64,
     /// The step in each kind of mode, where it is known.
     kinds: [Option<Box<KindOfStep>>; KINDS],
     /// Changes of ẍ, I, p·γ and p·β above which they are monotone, per rate of the driving
@@ -135,6 +137,7 @@ impl Phase {
     pub(super) fn new(length_ns: u64) -> Self {
         Self {
             length_ns,
+            length_s: seconds(length_ns),
             kinds: [const { None }; KINDS],
             slopes: [[[0.0; DRIVING]; 2]; FIGURES],
             chords: [[[0.0; DRIVING]; 2]; FIGURES],

@@ -6,8 +6,8 @@ use crate::exact::{DRIVING, HELD, ROWS, WholeStep};
 use crate::model::axis::Axis;
 use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT, State};
 use crate::model::surroundings::Start;
+use crate::numerics::seconds;
 use crate::numerics::width::Width;
-use crate::numerics::{count, seconds};
 use crate::observe::extremes::{CARRIAGE, ENERGIES, FIGURES};
 
 /// A lane that has left the common step, with what it began that with.
@@ -234,7 +234,7 @@ impl<'a, W: Width> InStep<'a, W> {
             && (w.bits(outside) == all
                 || w.bits(outside) | group.stays_inside(shared, phase, (&step, distance)) == all);
         if plain {
-            group.note_outside(outside);
+            group.note_outside(shared.phases[phase].length_s, outside);
             group.take(shared, (phase, 0), (&step, &ends), command_m, voltage_v);
             return false;
         }
@@ -280,9 +280,10 @@ impl<W: Width> Group<W> {
 
     /// Notes the step that begins now as the last one that ends outside the settling band.
     #[inline(always)]
-    fn note_outside(&mut self, outside: W::Mask) {
-        let (w, now) = (self.width, count(self.track.now().time_ns));
-        let last = w.select(outside, w.splat(now), w.load(&self.last_outside));
+    fn note_outside(&mut self, length_s: f64, outside: W::Mask) {
+        // The end as spans sum it up.
+        let (w, end_s) = (self.width, seconds(self.track.now().time_ns) + length_s);
+        let last = w.select(outside, w.splat(end_s), w.load(&self.last_outside));
         w.store(last, &mut self.last_outside);
     }
 
@@ -312,7 +313,8 @@ impl<W: Width> Group<W> {
             self.leave((number, phase), moved, given, leaving);
         }
         self.count_limits(shared, phase, !(moved | counted) & all, voltage_v);
-        self.note_outside(self.width.lanes(outside));
+        let outside = self.width.lanes(outside);
+        self.note_outside(shared.phases[phase].length_s, outside);
         let (peaks, energies) = (self.track.ends, self.energies);
         let largest_v = self.track.voltage_v;
         self.take(shared, (phase, moved), (step, ends), command, voltage_v);
@@ -436,7 +438,7 @@ impl<W: Width> Group<W> {
         let Some([limit_v, _]) = shared.axis.stage.limits() else {
             return;
         };
-        let length_s = seconds(shared.phases[phase].length_ns);
+        let length_s = shared.phases[phase].length_s;
         let held = self.width.stored(voltage_v);
         for (lane, voltage_v) in held.as_ref().iter().enumerate() {
             if asked >> lane & 1 != 0 && voltage_v.abs() >= limit_v {

@@ -26,6 +26,8 @@ pub(crate) struct Family {
     pub(crate) delay_ns: u64,
     /// Samples after the one at 0.
     pub(crate) samples: u64,
+    /// From the last one to the end.
+    pub(crate) tail_ns: u64,
     /// The samples at rest.
     pub(crate) window: Option<Window>,
 }
@@ -44,8 +46,6 @@ pub enum OneByOne {
     Gap,
     /// The delay is no fixed part of the sample.
     Delay,
-    /// The last sample is cut short.
-    Duration,
     /// Side by side, the samples at rest take too much memory.
     Rest,
     /// A time constant is far below a sample: what that takes is counted step by step.
@@ -62,7 +62,6 @@ impl fmt::Display for OneByOne {
             Self::Surroundings => "a current drive, or a load that comes or goes",
             Self::Gap => "a measured gap",
             Self::Delay => "a measured delay",
-            Self::Duration => "a duration that ends within a sample",
             Self::Rest => "many samples at rest",
             Self::Stiff => "a time constant far below a sample",
             Self::Work => "the work limit",
@@ -94,7 +93,6 @@ impl Family {
             ),
             (surroundings.go_side_by_side(), OneByOne::Surroundings),
             (!measures_the_gap(case), OneByOne::Gap),
-            (duration_ns.is_multiple_of(period_ns), OneByOne::Duration),
             (at_rest <= MOST, OneByOne::Rest),
         ] {
             if !fits {
@@ -117,24 +115,16 @@ impl Family {
             period_ns,
             delay_ns,
             samples,
+            tail_ns: duration_ns % period_ns,
             window,
         })
     }
 
-    /// Steps of a sample: up to the delay, and after it. A delay of 0 or of a whole
-    /// sample leaves one.
-    pub(crate) fn steps(&self) -> SampleSteps {
-        let (delay_ns, rest_ns) = (self.delay_ns, self.period_ns - self.delay_ns);
-        let (lengths_ns, number) = match (delay_ns, rest_ns) {
-            (0, length_ns) | (length_ns, 0) => ([length_ns, 0], 1),
-            both => (both.into(), 2),
-        };
-        SampleSteps {
-            lengths_ns,
-            real_ns: lengths_ns.map(|length_ns| length_ns as f64),
-            number,
-            first_new: usize::from(delay_ns > 0),
-        }
+    /// Steps of a sample, and of what follows the last one.
+    pub(crate) fn steps(&self) -> [SampleSteps; 2] {
+        let sample = SampleSteps::of(self.period_ns, self.delay_ns, 0);
+        let tail = SampleSteps::of(self.tail_ns, self.delay_ns, sample.number);
+        [sample, tail]
     }
 }
 
@@ -149,9 +139,12 @@ fn measures_the_gap(case: &Case) -> bool {
 /// Steps of a sample at most.
 pub(crate) const MOST_STEPS: usize = 2;
 
-/// The steps of a sample.
+/// The steps of a sample: up to the delay, and after it. A delay of 0, or of all that there
+/// is, leaves one.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct SampleSteps {
+    /// Number of the first among those of the plant.
+    pub(crate) first: usize,
     pub(crate) lengths_ns: [u64; MOST_STEPS],
     /// The same as real numbers.
     pub(crate) real_ns: [f64; MOST_STEPS],
@@ -159,6 +152,29 @@ pub(crate) struct SampleSteps {
     /// The first one under the new code; a step that there is not where the code
     /// waits for the next sample.
     pub(crate) first_new: usize,
+}
+
+impl SampleSteps {
+    fn of(length_ns: u64, delay_ns: u64, first: usize) -> Self {
+        let delayed_ns = delay_ns.min(length_ns);
+        let (lengths_ns, number) = match (delayed_ns, length_ns - delayed_ns) {
+            (0, 0) => ([0, 0], 0),
+            (0, length_ns) | (length_ns, 0) => ([length_ns, 0], 1),
+            both => (both.into(), 2),
+        };
+        Self {
+            first,
+            lengths_ns,
+            real_ns: lengths_ns.map(|length_ns| length_ns as f64),
+            number,
+            first_new: usize::from(delay_ns > 0),
+        }
+    }
+
+    /// Their lengths \[ns\].
+    pub(crate) fn lengths_ns(&self) -> &[u64] {
+        &self.lengths_ns[..self.number]
+    }
 }
 
 /// Runs at a time: so many that the lanes whose contact changes make full
@@ -278,7 +294,8 @@ pub(crate) struct Command {
 struct Timing {
     motion: Motion,
     period_ns: u64,
-    steps_ns: [u64; MOST_STEPS],
+    /// Of a sample, and of what follows the last one.
+    steps_ns: [[u64; MOST_STEPS]; 2],
     metres_per_rad: f64,
     samples: u64,
 }
@@ -289,7 +306,7 @@ impl Timing {
         Self {
             motion: family.motion.clone(),
             period_ns: family.period_ns,
-            steps_ns: family.steps().lengths_ns,
+            steps_ns: family.steps().map(|steps| steps.lengths_ns),
             metres_per_rad: transmission.screw_pitch_m_per_rad * transmission.gear_ratio,
             samples: family.samples,
         }
@@ -337,7 +354,8 @@ impl Commands {
         let of = &self.of;
         let mut time_ns = tick * of.period_ns;
         let now = of.motion.at(seconds(time_ns));
-        let step_ends_m = of.steps_ns.map(|length_ns| {
+        let steps_ns = of.steps_ns[usize::from(tick == of.samples)];
+        let step_ends_m = steps_ns.map(|length_ns| {
             // The end of a step as the plant's spans have it.
             let end_s = seconds(time_ns) + seconds(length_ns);
             time_ns += length_ns;

@@ -68,12 +68,15 @@ impl<W: Width> Lanes<W> {
     ) -> Result<Self, PlantError> {
         let steps = family.steps();
         let (axis, surroundings) = (&family.axis, &family.surroundings);
-        let lengths_ns = &steps.lengths_ns[..steps.number];
-        let batch = Batch::new(width, axis, surroundings, lengths_ns)?;
+        let lengths_ns = steps.each_ref().map(SampleSteps::lengths_ns).concat();
+        let batch = Batch::new(width, axis, surroundings, &lengths_ns)?;
         Ok(Self {
             width,
             commands: Commands::of(&family, known),
-            end: EndOfCommand::of(&family.motion, family.samples * family.period_ns),
+            end: EndOfCommand::of(
+                &family.motion,
+                family.samples * family.period_ns + family.tail_ns,
+            ),
             family,
             batch,
             setups: Vec::new(),
@@ -219,7 +222,7 @@ impl<W: Width> Lanes<W> {
     fn advance(
         &mut self,
         group: usize,
-        steps: &SampleSteps,
+        [of_sample, tail]: &[SampleSteps; 2],
         progress: &mut Progress<W::Vector>,
         law: &mut impl LaneLaw<W>,
     ) {
@@ -246,10 +249,12 @@ impl<W: Width> Lanes<W> {
                 let error = axes.acceleration_mps2() - w.splat(command.acceleration_mps2);
                 now.squared = now.squared + error * error;
                 seen.add(w, now.tick, [code, count], p * gamma);
-                if now.tick == family.samples {
-                    now.tick += 1;
-                    break;
-                }
+            }
+            let last = now.tick == family.samples;
+            let steps = if last { tail } else { of_sample };
+            if last && steps.number == 0 {
+                now.tick += 1;
+                break;
             }
             // 4. Move: first under the code still in force, then under the new.
             if now.step >= steps.first_new {
@@ -262,7 +267,7 @@ impl<W: Width> Lanes<W> {
             }
             let end_m = w.splat(command.step_ends_m[now.step]);
             let Held { voltage_v, limited } = now.in_force;
-            let held_up = axes.advance(now.step, voltage_v, end_m, limited);
+            let held_up = axes.advance(steps.first + now.step, voltage_v, end_m, limited);
             now.step += 1;
             if now.step == steps.number {
                 now.in_force = now.next;
