@@ -169,10 +169,12 @@ impl FeedbackTable {
         let whole = &levels.steps[0].integral;
         let (growth, drift) = ((whole * a).transpose(), whole * input);
         let table = Table::new(levels, None, &rows);
+        let inverse = table.levels.inverse();
         let bounds = |quantity, scale: f64| {
-            let bounds = &table.quantity(quantity).bounds;
+            let row = table.row(quantity);
             let scale = scale.abs() * BOUND_MARGIN;
-            (bounds.per_change * scale, bounds.slope_per_change * scale)
+            let [chord, slope] = table.levels.bounds_per_change(row, inverse.as_ref());
+            (chord * scale, slope * scale)
         };
         let p = axis.pitch_m_per_rad;
         let demand = bounds(Quantity::Demand, 1.0);

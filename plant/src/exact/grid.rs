@@ -28,6 +28,10 @@ pub(crate) struct Grid<const D: usize> {
     /// `Aⁿ·hⁿ⁺¹/(n + 1)!` with half a cell h: what the terms of a local series
     /// make of the rate, each by itself, so that none waits for another.
     pub(crate) terms: [Matrix<D>; TERMS],
+    /// Transposes of `(TA)³`, `(TA)¹¹` and of `e^{|A|h}` over a cell.
+    pub(super) third: Matrix<D>,
+    pub(super) eleventh: Matrix<D>,
+    pub(super) grown: Matrix<D>,
 }
 
 /// The time around an instant, as `σ = (t − centre)/half`.
@@ -69,10 +73,18 @@ impl<const D: usize> Grid<D> {
         for n in 1..TERMS {
             terms[n] = (a * terms[n - 1]) * (half_s / (n + 1) as f64);
         }
+        let scaled = (a * length_s).transpose();
+        let third = scaled * scaled * scaled;
+        let magnitude = a.abs();
+        // e^{|A|h} = 1 + |A|·ψ_|A|(h)
+        let grown = Matrix::identity() + magnitude * integral(&magnitude, length_s / 32.0);
         Some(Self {
             length_s,
             integrals,
             terms,
+            third,
+            eleventh: third * third * third * (scaled * scaled),
+            grown: grown.transpose(),
         })
     }
 

@@ -204,22 +204,15 @@ pub(crate) struct Levels<const D: usize> {
     pub(crate) steps: Vec<ExactStep<D>>,
     /// `e^{|A|h}` with the length h of the shortest.
     grown: Matrix<D>,
-    /// `ψ(T)⁻¹` of the longest, where it can be told.
-    inverse: Option<Matrix<D>>,
 }
 
-/// Bounds of a quantity's deviation from its chord: `|v|`, or the change of
-/// the state over the longest step, is multiplied with this and summed.
+/// Bounds of a quantity's deviation from its chord: `|v|` is multiplied with this and summed.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct ChordBounds<const D: usize> {
     /// `H` of every level.
     pub(crate) per_rate: Vec<Column<D>>,
     /// `E` of every level.
     pub(crate) slope_per_rate: Vec<Column<D>>,
-    /// `G` of the longest step; infinite where there is none.
-    pub(crate) per_change: Column<D>,
-    /// `E` of the longest step for the change of the state; infinite likewise.
-    pub(crate) slope_per_change: Column<D>,
 }
 
 /// Halvings of the longest step from which on a table is stiff: a walk over one of
@@ -239,7 +232,8 @@ fn leaf(growth_per_s: f64, mut length_s: f64) -> (f64, usize) {
 
 /// True if a time constant is shorter than a 2,048th of a step, as far as λ tells.
 pub(crate) fn is_stiff<const D: usize>(a: &Matrix<D>, length_s: f64) -> bool {
-    leaf(growth_rate(a), length_s).1 >= STIFF
+    let most = f64::from(1_u32 << (STIFF - 1)) / length_s;
+    leaf(growth_down_to(a, most), length_s).1 >= STIFF
 }
 
 impl<const D: usize> Levels<D> {
@@ -272,10 +266,6 @@ impl<const D: usize> Levels<D> {
         Self {
             a: *a,
             growth_per_s: rate,
-            inverse: steps[0].integral.try_inverse().filter(|inverse| {
-                let most = MOST_CONDITION / length_s;
-                growth_down_to(inverse, 0.99 * most) * length_s <= MOST_CONDITION
-            }),
             steps,
             // e^{|A|h} = 1 + |A|·ψ_|A|(h)
             grown: Matrix::identity() + magnitude * integral(&magnitude, leaf_s),
@@ -287,19 +277,39 @@ impl<const D: usize> Levels<D> {
         let (mut per_rate, mut slope_per_rate) = self.bounds_times(row, &Matrix::identity());
         per_rate.reverse();
         slope_per_rate.reverse();
-        let last = |bounds: Vec<Column<D>>| bounds.last().copied();
-        let (per_change, slope_per_change) = self
-            .inverse
-            .map(|inverse| self.bounds_times(row, &inverse))
-            .and_then(|(chords, slopes)| Some((last(chords)?, last(slopes)?)))
-            .filter(|(chord, slope)| chord.iter().chain(slope.iter()).all(|b| b.is_finite()))
-            .unwrap_or_else(|| (Column::repeat(f64::INFINITY), Column::repeat(f64::INFINITY)));
         ChordBounds {
             per_rate,
             slope_per_rate,
-            per_change,
-            slope_per_change,
         }
+    }
+
+    /// `ψ(T)⁻¹` of the longest step, where it can be told.
+    pub(super) fn inverse(&self) -> Option<Matrix<D>> {
+        let step = &self.steps[0];
+        step.integral.try_inverse().filter(|inverse| {
+            let most = MOST_CONDITION / step.length_s;
+            growth_down_to(inverse, 0.99 * most) * step.length_s <= MOST_CONDITION
+        })
+    }
+
+    /// `G` and `E` of the longest step, for the change of the state over it; infinite where
+    /// there is no inverse.
+    pub(super) fn bounds_per_change(
+        &self,
+        row: &Column<D>,
+        inverse: Option<&Matrix<D>>,
+    ) -> [Column<D>; 2] {
+        let last = |bounds: Vec<Column<D>>| bounds.last().copied();
+        inverse
+            .map(|inverse| self.bounds_times(row, inverse))
+            .and_then(|(chords, slopes)| Some([last(chords)?, last(slopes)?]))
+            .filter(|bounds| {
+                bounds
+                    .iter()
+                    .flat_map(|of| of.iter())
+                    .all(|b| b.is_finite())
+            })
+            .unwrap_or([Column::repeat(f64::INFINITY); 2])
     }
 
     /// `H` and `E` of `g(t)·m`, the shortest step first; `m` commutes with A.

@@ -70,27 +70,19 @@ const fn fit() -> [[f64; SLOPES]; SLOPES] {
     rows
 }
 
-/// `sup_t |f·(TA)ⁿ·e^{At}|`, entry by entry, from `f·e^{At}` at every point of the grid.
+/// The largest magnitudes, entry by entry.
+fn largest<const D: usize>(rows: impl Iterator<Item = Column<D>>) -> Column<D> {
+    rows.fold(Column::zeros(), |most, row| most.sup(&row.abs()))
+}
+
+/// `sup_t |f·(TA)ⁿ·e^{At}|`, entry by entry, from `f·e^{At}` at every point of the grid and the
+/// transpose of `(TA)ⁿ`: functions of A commute.
 fn largest_derivative<const D: usize>(
-    a: &Matrix<D>,
+    grid: &Grid<D>,
     rows: &[Column<D>],
-    length_s: f64,
-    n: usize,
+    power: &Matrix<D>,
 ) -> Column<D> {
-    // Functions of A commute.
-    let scaled = (a * length_s).transpose();
-    let mut largest = Column::<D>::zeros();
-    for row in rows {
-        let mut derivative = *row;
-        for _ in 0..n {
-            derivative = scaled * derivative;
-        }
-        largest = largest.sup(&derivative.abs());
-    }
-    let magnitude = a.abs();
-    let cell_s = length_s / 32.0;
-    let grown = Matrix::<D>::identity() + magnitude * integral(&magnitude, cell_s);
-    grown.transpose() * largest
+    grid.grown * largest(rows.iter().map(|row| power * row))
 }
 
 /// How far the quantity `row·x` is from the cubic with its values and slopes at both ends of
@@ -101,8 +93,8 @@ pub(super) fn cubic_strays<const D: usize>(
     a: &Matrix<D>,
     row: &Column<D>,
 ) -> Column<D> {
-    let (rows, length_s) = (along(grid, a, row), grid.length_s);
-    largest_derivative(a, &rows, length_s, 3) * (length_s / 384.0)
+    let rows = along(grid, a, row);
+    largest_derivative(grid, &rows, &grid.third) * (grid.length_s / 384.0)
 }
 
 /// `f·e^{At} = f + (f·ψ(t))·A` at the points of a grid.
@@ -173,11 +165,12 @@ pub(crate) struct Sketch<const D: usize> {
 impl<const D: usize> Sketch<D> {
     /// The quantity `row·x` over the step that has this grid.
     pub(crate) fn over(grid: &Grid<D>, a: &Matrix<D>, row: &Column<D>) -> Self {
-        Self::new(a, &along(grid, a, row), grid.length_s)
+        Self::new(grid, &along(grid, a, row))
     }
 
     /// From `f·e^{At}` at every point of the grid.
-    fn new(a: &Matrix<D>, rows: &[Column<D>], length_s: f64) -> Self {
+    fn new(grid: &Grid<D>, rows: &[Column<D>]) -> Self {
+        let length_s = grid.length_s;
         let slopes = FIT.map(|weights| {
             let mut sum = Column::<D>::zeros();
             for (weight, node) in weights.iter().zip(NODES) {
@@ -185,8 +178,8 @@ impl<const D: usize> Sketch<D> {
             }
             sum
         });
-        let rounding = largest_derivative(a, rows, length_s, 0);
-        let remainder = largest_derivative(a, rows, length_s, SLOPES) * REMAINDER;
+        let rounding = largest(rows.iter().copied());
+        let remainder = largest_derivative(grid, rows, &grid.eleventh) * REMAINDER;
         Self {
             slopes,
             stray: (remainder + rounding * ROUNDING) * length_s,

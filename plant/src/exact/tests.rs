@@ -9,7 +9,7 @@ use super::levels::{self, ChordBounds, Levels};
 use super::levels::{TERMS, Taylor, growth_rate};
 use super::memory::Tables;
 use super::roots::Polynomial;
-use super::sketch::{NODE_PRODUCT, NODES, Sketch};
+use super::sketch::{NODE_PRODUCT, NODES, Sketch, cubic_strays};
 use super::system::{Column, Matrix};
 use super::table::{Quantity, Table};
 use crate::model::axis::Axis;
@@ -137,6 +137,35 @@ fn sketch_holds(
     Ok(())
 }
 
+/// How far `row·x` is from the cubic with its values and slopes at both ends, what it may be,
+/// and the rounding of both.
+fn off_the_cubic(
+    (grid, a, row, rate): (&Grid<3>, &Matrix<3>, &Column<3>, &Column<3>),
+) -> (f64, f64, f64) {
+    let length_s = grid.length_s;
+    let end = change_after(a, rate, length_s);
+    let slopes = [*rate, a * end + rate].map(|rate| row.dot(&rate) * length_s / 3.0);
+    let value = row.dot(&end);
+    let cubic = [0.0, slopes[0], value - slopes[1], value];
+    let off = (0..=40).map(|i| {
+        let theta = f64::from(i) / 40.0;
+        let exact = row.dot(&change_after(a, rate, theta * length_s));
+        let rest = 1.0 - theta;
+        let weights = [
+            rest * rest * rest,
+            3.0 * rest * rest * theta,
+            3.0 * rest * theta * theta,
+            theta * theta * theta,
+        ];
+        let on_cubic: f64 = weights.iter().zip(cubic).map(|(w, c)| w * c).sum();
+        (exact - on_cubic).abs()
+    });
+    let size = a.abs() * rate.abs() * length_s + rate.abs();
+    let rounding = 1e-13 * row.abs().dot(&size) * length_s;
+    let bound = cubic_strays(grid, a, row).dot(&rate.abs());
+    (off.fold(0.0, f64::max), bound, rounding)
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(256))]
 
@@ -155,8 +184,9 @@ proptest! {
         let rounding = 1e-9 * (row.abs().dot(&change.abs()) + row.abs().dot(&rate.abs()) * length_s);
         prop_assert!(chord <= bounds.over(0, &rate) + rounding);
         prop_assert!(slope <= bounds.slope_over(0, &rate) + rounding);
-        prop_assert!(chord <= bounds.per_change.dot(&change.abs()) * (1.0 + 1e-6) + rounding);
-        prop_assert!(slope <= bounds.slope_per_change.dot(&change.abs()) * (1.0 + 1e-6) + rounding);
+        let [chords, slopes] = per_change(&levels, &row);
+        prop_assert!(chord <= chords.dot(&change.abs()) * (1.0 + 1e-6) + rounding);
+        prop_assert!(slope <= slopes.dot(&change.abs()) * (1.0 + 1e-6) + rounding);
     }
 
     /// A guard that passes over a step has no zero in it.
@@ -190,6 +220,8 @@ proptest! {
         let length_s = growth / growth_rate(&a);
         let grid = Grid::new(&Levels::new(&a, length_s)).unwrap();
         sketch_holds(&Sketch::over(&grid, &a, &row), (&a, &row, &rate), (length_s, end))?;
+        let (off, bound, rounding) = off_the_cubic((&grid, &a, &row, &rate));
+        prop_assert!(off <= bound + rounding, "{off} {bound}");
         for i in 0..=40 {
             let time_s = f64::from(i) / 40.0 * length_s;
             let change = change_after(&a, &rate, time_s);
@@ -310,6 +342,19 @@ fn half_the_bound_is_too_small() {
     assert!(slope > 0.5 * bounds.slope_over(0, &rate));
 }
 
+/// The same of the cubic: of a slow swing the bound is no more than a third too large.
+#[test]
+fn the_cubics_bound_is_no_idle_one() {
+    let a = Matrix::<3>::new(0.0, 1.0, 0.0, -0.01, 0.0, 0.0, 0.0, 0.0, -1e-6);
+    let (row, rate) = (
+        Column::<3>::new(1.0, 0.0, 0.0),
+        Column::<3>::new(0.0, 3.0, 0.0),
+    );
+    let grid = Grid::new(&Levels::new(&a, 1.0)).unwrap();
+    let (off, bound, _) = off_the_cubic((&grid, &a, &row, &rate));
+    assert!(off > 0.75 * bound, "{off} {bound}");
+}
+
 /// An undamped joint that swings a whole number of times in a step is back
 /// where it was, whatever it did in between. To the last bits that is not so,
 /// and the inverse exists; it tells nothing, and once a crossing was missed.
@@ -321,14 +366,18 @@ fn a_whole_number_of_swings_has_no_bound_per_change() {
             let w = swings * core::f64::consts::TAU / length_s * (1.0 + detuning);
             let a = Matrix::<3>::new(0.0, 1.0, 0.0, -w * w, 0.0, 0.0, 0.0, 0.0, -1.0);
             let row = Column::<3>::new(1.0, 0.0, 0.0);
-            let bounds = Levels::new(&a, length_s).bounds(&row);
-            assert_eq!(bounds.per_change[0], f64::INFINITY, "{swings} {detuning}");
+            let [chords, _] = per_change(&Levels::new(&a, length_s), &row);
+            assert_eq!(chords[0], f64::INFINITY, "{swings} {detuning}");
         }
     }
     // The contrast: a step that is not.
     let a = Matrix::<3>::new(0.0, 1.0, 0.0, -1e6, 0.0, 0.0, 0.0, 0.0, -1.0);
-    let bounds = Levels::new(&a, length_s).bounds(&Column::<3>::new(1.0, 0.0, 0.0));
-    assert!(bounds.per_change[0] < 10.0);
+    let [chords, _] = per_change(&Levels::new(&a, length_s), &Column::<3>::new(1.0, 0.0, 0.0));
+    assert!(chords[0] < 10.0);
+}
+
+fn per_change(levels: &Levels<3>, row: &Column<3>) -> [Column<3>; 2] {
+    levels.bounds_per_change(row, levels.inverse().as_ref())
 }
 
 /// Ends above zero show nothing: a swing of a whole step dips below it in between.
