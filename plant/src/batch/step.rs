@@ -71,9 +71,7 @@ impl<W: Width> Step<W> {
             self.strays[i] = w.select(lanes, other.strays[i], self.strays[i]);
         }
     }
-}
 
-impl<W: Width> Step<W> {
     /// The same start with the numbers of a kind of mode.
     #[inline(always)]
     fn of_kind(

@@ -1,4 +1,4 @@
-//! Polynomials that are known for certain, quadrature, and time as a number.
+//! Polynomials that are known for certain, quadrature, vectors, and time as a number.
 
 pub(crate) mod bernstein;
 pub(crate) mod vectors;

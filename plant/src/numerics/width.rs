@@ -15,8 +15,6 @@ pub trait Width: Copy {
     const LANES: usize;
     /// One number per lane in memory.
     type Array: Copy + core::fmt::Debug + AsRef<[f64]> + AsMut<[f64]>;
-    /// The same of what no step changes, next to its neighbours.
-    type Constant: Copy + core::fmt::Debug + AsMut<[f64]>;
     /// One number per lane in registers.
     type Vector: Copy
         + Add<Output = Self::Vector>
@@ -28,14 +26,10 @@ pub trait Width: Copy {
 
     /// The same number in every lane of memory.
     fn array(value: f64) -> Self::Array;
-    /// The same number in every lane of memory that no step changes.
-    fn constant(value: f64) -> Self::Constant;
     /// The same number in every lane.
     fn splat(self, value: f64) -> Self::Vector;
     /// From memory.
     fn load(self, array: &Self::Array) -> Self::Vector;
-    /// From memory.
-    fn load_constant(self, constant: &Self::Constant) -> Self::Vector;
     /// To memory.
     fn store(self, vector: Self::Vector, array: &mut Self::Array);
     /// The largest whole number that is no larger.
@@ -123,29 +117,15 @@ in_memory!(
     Alone, 16, 1
 );
 
-in_memory!(
-    /// One number in memory, right beside others.
-    Neighbour, 8, 1
-);
-
 impl Width for One {
     const LANES: usize = 1;
     type Array = Alone;
-    type Constant = Neighbour;
     type Vector = f64;
     type Mask = bool;
 
     #[inline(always)]
     fn array(value: f64) -> Alone {
         Alone([value])
-    }
-    #[inline(always)]
-    fn constant(value: f64) -> Neighbour {
-        Neighbour([value])
-    }
-    #[inline(always)]
-    fn load_constant(self, constant: &Neighbour) -> f64 {
-        constant.0[0]
     }
     #[inline(always)]
     fn splat(self, value: f64) -> f64 {
@@ -232,21 +212,12 @@ macro_rules! side_by_side {
         impl<S: Simd> Width for $width<S> {
             const LANES: usize = $lanes;
             type Array = $array;
-            type Constant = $array;
             type Vector = $vector<S>;
             type Mask = $mask<S>;
 
             #[inline(always)]
             fn array(value: f64) -> $array {
                 $array([value; $lanes])
-            }
-            #[inline(always)]
-            fn constant(value: f64) -> $array {
-                Self::array(value)
-            }
-            #[inline(always)]
-            fn load_constant(self, constant: &$array) -> $vector<S> {
-                self.load(constant)
             }
             #[inline(always)]
             fn splat(self, value: f64) -> $vector<S> {
