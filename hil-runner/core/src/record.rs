@@ -37,7 +37,6 @@ impl Recorder {
 }
 
 impl Watch for Recorder {
-    #[inline(always)]
     fn span(&mut self, span: &Span<'_>) {
         self.extremes.span(span);
         if let Some(plot) = &mut self.plot {
@@ -117,7 +116,6 @@ impl PlotRecorder {
         }
     }
 
-    #[inline(always)]
     fn span(&mut self, span: &Span<'_>) {
         self.add(self.point(span, 0.0), false);
         let (start_s, end_s) = (span.start_s(), span.end_s());
@@ -243,7 +241,6 @@ impl GridRecorder {
         seconds(done.saturating_mul(self.interval_ns))
     }
 
-    #[inline(always)]
     fn span(&mut self, span: &Span<'_>) {
         while self.next_s() < span.end_s() {
             let theta = ((self.next_s() - span.start_s()) / span.length_s()).clamp(0.0, 1.0);

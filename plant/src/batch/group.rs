@@ -28,8 +28,6 @@ pub(super) struct Shared {
     pub(super) axis: Axis,
     /// True if dry friction can hold the screw.
     pub(super) has_stiction: bool,
-    /// Number of kinds of mode that there may be.
-    pub(super) kinds: usize,
     /// Where the joints stand at the start.
     pub(super) start: Start,
     pub(super) tables: Tables,

@@ -85,7 +85,6 @@ impl<W: Width> Batch<W> {
             width,
             shared: Shared {
                 has_stiction: axis.resistance.has_stiction(),
-                kinds: phase::kinds_of(&axis),
                 start: surroundings.start,
                 axis,
                 tables: Tables::default(),

@@ -1,14 +1,14 @@
 //! Peaks between the ends of the steps.
 //!
 //! Steps are looked at a block at a time, one block late: by then most are
-//! outdone. The largest change of each state in a block bounds how far a figure
+//! outdone. The largest rate of each state in a block bounds how far a figure
 //! may stray from its ends; only where that leaves it open are the steps looked
 //! at one by one. A step in which a figure may have exceeded its peak, or a piece
 //! of one between changes of contact, is a candidate. Most of these are outdone
 //! by what comes later, so they wait until they are many: a search by branch and
 //! bound.
 
-use super::group::{Candidate, Group, PLACES, Shared, Slot, exceeds, state_of};
+use super::group::{Candidate, Group, PLACES, Shared, Slot, exceeds, state_of, values_of};
 use super::phase::{Kind, times_sizes_of};
 use crate::exact::{DRIVING, SLOPES, VALUES, command_slopes, left_of, times_sizes};
 use crate::model::motion::Motion;
@@ -232,7 +232,7 @@ impl<W: Width> Group<W> {
         let offset = w.load(&slot.flank) * w.load(&self.backlash_half_rad);
         let x = [y[0], y[1], y[2] - offset, y[3], y[4]];
         let mut sizes = [w.splat(0.0); DRIVING];
-        for (kind, lanes) in slot.kinds.present(shared.kinds) {
+        for (kind, lanes) in slot.kinds.present(shared.has_stiction) {
             let Some(of_kind) = shared.phases[slot.phase].of(kind) else {
                 continue;
             };
@@ -353,9 +353,8 @@ impl<W: Width> Group<W> {
         let Some(of_kind) = phase.of(Kind::of(mode)) else {
             return f64::NEG_INFINITY;
         };
-        let delta = y.epsilon_rad - axis.offset_rad(mode);
-        let (w, i) = (y.epsilon_dot_radps, y.current_a);
-        let x = [y.beta_rad, y.beta_dot_radps, delta, w, i];
+        let mut x = values_of(y);
+        x[EPSILON] -= axis.offset_rad(mode);
         let rates = of_kind.step.rates(One, &x, candidate.voltage_v);
         let whole_s = phase.length_s;
         let (start_s, length_s) = match &candidate.piece {

@@ -21,15 +21,6 @@ pub(super) struct Kind(usize);
 /// Number of kinds.
 pub(super) const KINDS: usize = 6;
 
-/// How many of them an axis may have: two without friction.
-pub(super) fn kinds_of(axis: &Axis) -> usize {
-    if axis.resistance.has_stiction() {
-        KINDS
-    } else {
-        2
-    }
-}
-
 impl Kind {
     pub(super) fn of(mode: &Mode) -> Self {
         let guide = match mode.guide {
@@ -90,9 +81,10 @@ impl Kinds {
         Kind(lanes.position(|lanes| lanes >> lane & 1 != 0).unwrap_or(0))
     }
 
-    /// The kinds that there are, of the first `most`, each with its lanes.
+    /// The kinds that there are, each with its lanes. Without friction there are two at most.
     #[inline(always)]
-    pub(super) fn present(self, most: usize) -> impl Iterator<Item = (Kind, u64)> {
+    pub(super) fn present(self, has_stiction: bool) -> impl Iterator<Item = (Kind, u64)> {
+        let most = if has_stiction { KINDS } else { 2 };
         let all = self.0.into_iter().take(most).enumerate();
         all.filter(|(_, lanes)| *lanes != 0)
             .map(|(place, lanes)| (Kind(place), u64::from(lanes)))

@@ -376,7 +376,7 @@ impl<W: Width> Group<W> {
             energies: [zero; ENERGIES],
             strays: [zero; STRAYS],
         };
-        let mut kinds = self.kinds.present(shared.kinds);
+        let mut kinds = self.kinds.present(shared.has_stiction);
         let numbers = |kind| Some((kind, &shared.phases[phase].of(kind)?.step));
         let Some(first) = kinds.next().and_then(|(kind, _)| numbers(kind)) else {
             return step;
@@ -394,7 +394,7 @@ impl<W: Width> Group<W> {
     }
 
     /// The lanes whose joint keeps its mode over the step, and those whose guide and current
-    /// do, by the chord bounds.
+    /// do, by the cubic and the chords.
     #[inline(always)]
     fn keeps(&self, shared: &Shared, step: &Step<W>) -> [u64; 2] {
         let (w, mode) = (self.width, &self.mode);

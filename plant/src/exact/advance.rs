@@ -23,19 +23,9 @@ use crate::model::pid::ContinuousPid;
 use crate::model::resistance::GuideMode;
 use crate::model::state::{BETA_DOT, BETA_INTEGRAL, CURRENT, EPSILON_DOT, State, Vector};
 use crate::numerics::seconds;
-use crate::numerics::width::One;
+use crate::numerics::width::{One, Width};
 use crate::observe::extremes::{CARRIAGE, Extremes};
 use crate::observe::{Interior, Watch};
-
-/// The larger of two numbers, the first where it is none.
-fn larger(a: f64, b: f64) -> f64 {
-    if a <= b { b } else { a }
-}
-
-/// The smaller of two numbers, the first where it is none.
-fn smaller(a: f64, b: f64) -> f64 {
-    if a >= b { b } else { a }
-}
 
 impl Automaton {
     /// Solver `exact` over `length_ns` from now.
@@ -136,14 +126,13 @@ impl Automaton {
         let lowest = match self.mode.joint {
             JointMode::Rigid | JointMode::Gapless => return true,
             JointMode::Open => {
-                let largest = points
-                    .into_iter()
-                    .fold(0.0, |m, point| larger(point.abs(), m));
+                let sizes = points.map(f64::abs);
+                let largest = sizes.into_iter().fold(0.0, |m, size| One.max(size, m));
                 self.axis.backlash_half_rad() - largest
             }
             JointMode::Loaded(flank) => {
                 let values = points.map(|point| flank.sign() * point);
-                values.into_iter().fold(f64::INFINITY, smaller)
+                (values.into_iter()).fold(f64::INFINITY, |m, value| One.min(value, m))
             }
             JointMode::Released(_) => return false,
         };

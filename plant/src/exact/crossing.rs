@@ -93,13 +93,7 @@ pub(crate) struct Walk<'a, const D: usize> {
 
 impl<'a, const D: usize> Flow<'a, D> {
     pub(crate) fn new(table: &'a Table<D>, input: &'a Column<D>, start: &'a Column<D>) -> Self {
-        let rate = table.levels.a * start + input;
-        Self {
-            table,
-            input,
-            start,
-            rate,
-        }
+        Self::with_rate(table, input, start, table.levels.a * start + input)
     }
 
     /// The same where the rate at the start is known.

@@ -12,7 +12,7 @@ use crate::model::amplifier::AmplifierMode;
 use crate::model::axis::{Axis, Drive, Mode};
 use crate::model::motion::{Motion, MotionPoint};
 use crate::model::state::{BETA, CURRENT, Vector};
-use crate::numerics::width::One;
+use crate::numerics::width::{One, Width};
 use crate::observe::extremes::{CARRIAGE, Energies, Extremes, FIGURES, POWER, Seen, figures_at};
 use crate::observe::{Interior, Span};
 
@@ -414,7 +414,6 @@ impl Interior for HeldPiece<'_> {
         to_plant_vector(&x, self.offset_rad, self.beta_integral_rads)
     }
 
-    #[inline(always)]
     fn raise(&self, span: &Span<'_>, extremes: &mut Extremes) {
         let voltage_v = match span.drive {
             Drive::Held(voltage_v) => *voltage_v,
@@ -442,7 +441,6 @@ impl Interior for FeedbackPiece<'_> {
 
     /// A first test by the change of the state settles nearly every figure of
     /// nearly every whole step.
-    #[inline(always)]
     fn raise(&self, span: &Span<'_>, extremes: &mut Extremes) {
         let (table, length_s, offset_rad) = (self.table, span.length_s, self.offset_rad);
         let p = span.axis.pitch_m_per_rad;
@@ -480,8 +478,8 @@ impl Interior for FeedbackPiece<'_> {
         let mut peaks = [a, b, c, d, extremes.peak_abs_voltage_v];
         let mut open = 0;
         for i in 0..peaks.len() {
-            let size = larger(from[i].abs(), to[i].abs());
-            peaks[i] = larger(peaks[i], size);
+            let size = One.max(from[i].abs(), to[i].abs());
+            peaks[i] = One.max(peaks[i], size);
             open |= u8::from(!(whole && size + strays[i] <= peaks[i])) << i;
         }
         for i in 0..peaks.len() {
@@ -499,7 +497,7 @@ impl Interior for FeedbackPiece<'_> {
         });
         let slopes = || [VOLTAGE, 1].map(slope);
         let powers = [from, to].map(|ends| (ends[VOLTAGE] * ends[1]).abs());
-        power_w = larger(power_w, larger(powers[0], powers[1]));
+        power_w = One.max(power_w, One.max(powers[0], powers[1]));
         if !(whole && stays_below(&factors, slopes, power_w)) {
             let constant = if linear { 0.0 } else { from[VOLTAGE] };
             self.raise_power(
@@ -515,7 +513,7 @@ impl Interior for FeedbackPiece<'_> {
             [span.y.0, span.y.1].map(|y| motion.travel_m() - p * span.axis.screw_angle_rad(y));
         let [from_m, to_m] = distances_m.map(f64::abs);
         let bend_m = motion.peak_acceleration_mps2 * length_s * length_s / 8.0;
-        let inside = whole && larger(from_m, to_m) + strays[CARRIAGE] + bend_m <= band_m;
+        let inside = whole && One.max(from_m, to_m) + strays[CARRIAGE] + bend_m <= band_m;
         let [a, b, c, d, peak_v] = peaks;
         let mut seen = Seen {
             peaks: [a, b, c, d, power_w],
@@ -544,9 +542,4 @@ impl Interior for FeedbackPiece<'_> {
         let [armature_j, guide_j] = table.heat_j(span.axis, &self.x[0], length_s);
         extremes.add(span.balanced_energies(joint_j, armature_j, guide_j));
     }
-}
-
-/// The larger of two numbers, in one instruction: neither is anything else.
-fn larger(a: f64, b: f64) -> f64 {
-    if a > b { a } else { b }
 }

@@ -123,15 +123,14 @@ impl Axis {
         let joint = t.joint.elastic();
         let gear_inertia = parameters.motor.inertia_kg_m2 / (z * z);
         let screw_inertia = t.screw_inertia_kg_m2 + c.mass_kg * p * p;
-        let own = if joint.is_none() { gear_inertia } else { 0.0 };
-        Self {
+        let mut axis = Self {
             motor: parameters.motor,
             gear_ratio: z,
             pitch_m_per_rad: p,
             resistance: c.resistance,
             gear_inertia,
             screw_inertia,
-            pitch_per_inertia: p / (screw_inertia + own),
+            pitch_per_inertia: 0.0,
             holding_torque_nm: p * c.resistance.constant_n,
             joint,
             stage: surroundings.amplifier.stage(),
@@ -141,7 +140,9 @@ impl Axis {
                 + NOISE_PER_BACKLASH * joint.map_or(0.0, |joint| joint.backlash_half_rad),
             // The margin of a solver with a tolerance is that.
             current_noise: 0.0,
-        }
+        };
+        axis.pitch_per_inertia = p / axis.moved_inertia();
+        axis
     }
 
     /// The same axis with another b, on a flank of which it starts; a rigid one is as it was.

@@ -203,7 +203,6 @@ impl Extremes {
 }
 
 impl Watch for Extremes {
-    #[inline(always)]
     fn span(&mut self, span: &Span<'_>) {
         let papers = span.axis.stage.is_papers();
         if !papers || span.modes.0.amplifier != AmplifierMode::Linear {
