@@ -1,7 +1,7 @@
 //! The plant: an axis with its state and the solver that advances it from one
 //! voltage update to the next.
 
-use fearless_simd::Level;
+use fearless_simd::{Level, Simd};
 
 use crate::exact::Tables;
 use crate::hybrid::{Automaton, Interval, PlantError};
@@ -11,7 +11,7 @@ use crate::model::joint::{Contact, Flank};
 use crate::model::state::{CURRENT, State};
 use crate::model::surroundings::Surroundings;
 use crate::numerics::seconds;
-use crate::numerics::vectors::{widest, with_four};
+use crate::numerics::vectors::{in_fours, widest};
 use crate::observe::Watch;
 use crate::stepped::adaptive::StepSize;
 
@@ -254,9 +254,10 @@ impl Plant {
         let now = &self.now;
         if let (Drive::Feedback(pid), AmplifierMode::Linear) = (drive, now.mode.amplifier)
             && let Some(carried) = self.tables.as_ref().and_then(|t| t.carried.as_ref())
+            && now.axis.stage.is_papers()
             && carried.is_at(now, pid)
         {
-            return carried.demand_v;
+            return carried.demand;
         }
         if !now.axis.stage.is_papers() {
             return self.just_after(drive).voltage_v;
@@ -361,10 +362,9 @@ impl Plant {
         match self.solver {
             Solver::Exact => {
                 let tables = self.tables.get_or_insert_default();
-                with_four(
+                in_fours!(
                     self.instructions.0,
-                    #[inline(always)]
-                    || now.advance_exactly(tables, drive, length_ns, watch),
+                    simd => now.advance_exactly(simd, tables, drive, length_ns, watch)
                 )?;
             }
             Solver::Dopri5 { tolerance } => {

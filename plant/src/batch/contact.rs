@@ -1,6 +1,8 @@
 //! Lanes that have left the common step, of all groups: changes of contact are
 //! followed side by side, whatever else happens as single runs.
 
+use fearless_simd::Simd;
+
 use super::group::{Candidate, Group, Piece, Shared, exceeds, state_of, values_of};
 use super::phase::{KINDS, Kind, KindOfStep};
 use super::step::Leaving;
@@ -10,6 +12,7 @@ use crate::model::axis::Drive;
 use crate::model::joint::Contact;
 use crate::model::state::State;
 use crate::numerics::seconds;
+use crate::numerics::vectors::{in_fours, widest};
 use crate::numerics::width::Width;
 use crate::observe::extremes::{FIGURES, POWER};
 use crate::observe::{ContactChange, Watch};
@@ -159,11 +162,13 @@ impl<W: Width> Group<W> {
         }
         let known_s = run.extremes.voltage_limited_s;
         if run.result.is_ok() {
-            run.result = run.plant.advance_exactly(
-                &mut shared.tables,
-                &Drive::Held(left.voltage_v),
-                shared.phases[left.phase].length_ns,
-                &mut run.extremes,
+            let drive = Drive::Held(left.voltage_v);
+            let length_ns = shared.phases[left.phase].length_ns;
+            let (plant, tables) = (&mut run.plant, &mut shared.tables);
+            let extremes = &mut run.extremes;
+            run.result = in_fours!(
+                widest(),
+                simd => plant.advance_exactly(simd, tables, &drive, length_ns, extremes)
             );
         }
         if left.counted {

@@ -4,22 +4,21 @@
 //! look at the bound of [`super::levels`]. Everything else is walked through
 //! ([`super::crossing`]) from change to change.
 
-use super::crossing::{Flow, Stop};
+use fearless_simd::Simd;
+
+use super::crossing::Stop;
 use super::held_table::HeldTable;
 use super::levels::NOISE_ULPS;
 use super::loss::DRIVING;
-use super::memory::{Carried, Tables};
-use super::piece::{FeedbackPiece, HeldPiece, Piece};
-use super::system::{
-    Column, DELTA, HELD, feedback_state, held_state, plant_vector, to_plant_vector, with_command,
-};
+use super::memory::Tables;
+use super::piece::{HeldPiece, Piece};
+use super::system::{Column, DELTA, HELD, held_state, to_plant_vector};
 use crate::hybrid::guard::Guards;
 use crate::hybrid::{Automaton, Interval, PlantError};
-use crate::model::amplifier::{AmplifierMode, Stage, StageMode};
+use crate::model::amplifier::{Stage, StageMode};
 use crate::model::axis::Drive;
 use crate::model::joint::JointMode;
-use crate::model::motion::{MotionPoint, OscillatorStep};
-use crate::model::pid::ContinuousPid;
+use crate::model::motion::MotionPoint;
 use crate::model::resistance::GuideMode;
 use crate::model::state::{BETA_DOT, BETA_INTEGRAL, CURRENT, EPSILON_DOT, State, Vector};
 use crate::numerics::seconds;
@@ -32,6 +31,7 @@ impl Automaton {
     #[inline(always)]
     pub(crate) fn advance_exactly(
         &mut self,
+        simd: impl Simd,
         tables: &mut Tables,
         drive: &Drive<'_>,
         length_ns: u64,
@@ -41,28 +41,22 @@ impl Automaton {
             return Err(PlantError::NotAffine);
         }
         match drive {
-            _ if !self.has_voltage_of(drive) => {
-                self.advance_staged(tables, drive, length_ns, watch)
-            }
-            Drive::Held(voltage_v) => {
+            Drive::Held(voltage_v) if self.has_voltage_of_command() => {
                 if !self.keeps_mode(tables, drive, *voltage_v, length_ns, watch) {
                     self.advance_held(tables, drive, *voltage_v, length_ns, watch)?;
                 }
                 Ok(())
             }
-            Drive::Feedback(pid) => self.advance_feedback(tables, drive, pid, length_ns, watch),
+            _ => self.advance_commanded(simd, tables, drive, length_ns, watch),
         }
     }
 
-    /// True if the motor has the voltage of the command, so that the tables of the paper's
-    /// drive serve.
+    /// True if the motor has the voltage of the command.
     #[inline(always)]
-    fn has_voltage_of(&self, drive: &Drive<'_>) -> bool {
+    fn has_voltage_of_command(&self) -> bool {
         match self.axis.stage {
             Stage::Voltage => true,
-            Stage::LimitedVoltage { .. } => {
-                self.mode.stage == StageMode::Follows && matches!(drive, Drive::Held(_))
-            }
+            Stage::LimitedVoltage { .. } => self.mode.stage == StageMode::Follows,
             Stage::IdealCurrent | Stage::CurrentLoop { .. } => false,
         }
     }
@@ -122,7 +116,11 @@ impl Automaton {
     /// True if the joint keeps its mode over a step over which δ strays from the range of
     /// these points by at most `strays`.
     #[inline(always)]
-    fn joint_keeps<const N: usize>(&self, points: [f64; N], strays: impl FnOnce() -> f64) -> bool {
+    pub(super) fn joint_keeps<const N: usize>(
+        &self,
+        points: [f64; N],
+        strays: impl FnOnce() -> f64,
+    ) -> bool {
         let lowest = match self.mode.joint {
             JointMode::Rigid | JointMode::Gapless => return true,
             JointMode::Open => {
@@ -237,9 +235,10 @@ impl Automaton {
         self.set_parting_noise(table, voltage_v);
         self.settle(drive, &interval, watch)?;
         loop {
-            if !self.has_voltage_of(drive) {
+            if !self.has_voltage_of_command() {
                 let ends = (length_ns, interval.length_s);
-                return self.advance_staged_to(tables, drive, ends, &mut interval, watch);
+                self.advance_commanded_to(tables, drive, ends, &mut interval, watch)?;
+                return Ok(());
             }
             let (mode, offset_rad) = (self.mode, self.axis.offset_rad(&self.mode));
             let table = tables.held(&self.axis, &mode, length_ns);
@@ -326,163 +325,5 @@ impl Automaton {
         let terms = table.step.terms_of_delta(One, &x.into(), voltage_v);
         let length_s = table.length_s();
         self.axis.set_parting_noise(NOISE_ULPS * terms, length_s);
-    }
-}
-
-/// The continuous law (eq. 27-37): the command is part of the state, so that an
-/// interval without a change is one product with a matrix.
-impl Automaton {
-    /// One interval under the continuous law.
-    fn advance_feedback(
-        &mut self,
-        tables: &mut Tables,
-        drive: &Drive<'_>,
-        pid: &ContinuousPid,
-        length_ns: u64,
-        watch: &mut impl Watch,
-    ) -> Result<(), PlantError> {
-        if self.carries_on(tables, drive, pid, length_ns, watch) {
-            return Ok(());
-        }
-        tables.carried = None;
-        let (start_s, length_s) = (seconds(self.time_ns), seconds(length_ns));
-        let mut interval = Interval::new(start_s, length_s);
-        let breaks_s = pid.motion().breaks_from(start_s).iter();
-        let inside_s = breaks_s.map(|t| t - start_s).take_while(|&t| t < length_s);
-        let mut last = None;
-        for end_s in inside_s.chain([length_s]) {
-            if end_s > interval.done_s || end_s == length_s {
-                last = self.advance_to(
-                    tables,
-                    (drive, pid),
-                    (length_ns, end_s),
-                    &mut interval,
-                    watch,
-                )?;
-            }
-        }
-        if let Some(carried) = last {
-            tables.carried = Some(Box::new(carried));
-        }
-        Ok(())
-    }
-
-    /// Takes the whole interval in one step from where the last one ended, if
-    /// the bounds exclude a change.
-    fn carries_on(
-        &mut self,
-        tables: &mut Tables,
-        drive: &Drive<'_>,
-        pid: &ContinuousPid,
-        length_ns: u64,
-        watch: &mut impl Watch,
-    ) -> bool {
-        let Tables {
-            carried, feedback, ..
-        } = tables;
-        let Some(carried) = carried else { return false };
-        let simple = self.fresh.is_none()
-            && !self.axis.releases()
-            && self.mode.guide == GuideMode::AsWritten;
-        let (start_s, length_s) = (seconds(self.time_ns), seconds(length_ns));
-        let same = carried.length_ns == length_ns && start_s + length_s <= carried.until_s;
-        let Some(table) = feedback.get(carried.place) else {
-            return false;
-        };
-        if !simple || !same || !carried.is_at(self, pid) {
-            return false;
-        }
-        let start = carried.x;
-        let command = carried.command.after(&table.command);
-        let end = with_command(&table.step(&start), &command);
-        // What is not finite strays for ever, or to what is not a number.
-        let [strays_rad, strays_v] = table.guards.times(&(end - start).abs());
-        let joint_keeps = self.joint_keeps([start[DELTA], end[DELTA]], || strays_rad);
-        let demands_v = [carried.demand_v, table.demand_v(&end)];
-        let [v0, v1] = demands_v;
-        let limit_v = pid.limit();
-        let inside_v = match self.mode.amplifier {
-            AmplifierMode::Linear => limit_v - v0.abs().max(v1.abs()),
-            AmplifierMode::AtUpper => v0.min(v1) - limit_v,
-            AmplifierMode::AtLower => (-v0).min(-v1) - limit_v,
-        };
-        if !(joint_keeps && inside_v > strays_v) {
-            return false;
-        }
-        let offset_rad = self.axis.offset_rad(&self.mode);
-        let y = plant_vector(&end, (offset_rad, table.rad_per_m), &command.point);
-        let piece = FeedbackPiece {
-            table,
-            motion: pid.motion(),
-            x: [start, end],
-            demands_v,
-            offset_rad,
-        };
-        self.move_along(drive, (start_s, length_s), y, &piece, watch);
-        carried.time_ns += length_ns;
-        (carried.x, carried.y, carried.command, carried.demand_v) = (end, y, command, v1);
-        true
-    }
-
-    /// From change to change up to `end_s` after the interval's start, within
-    /// one interval of the command. Returns where to go on from.
-    fn advance_to(
-        &mut self,
-        tables: &mut Tables,
-        (drive, pid): (&Drive<'_>, &ContinuousPid),
-        (length_ns, end_s): (u64, f64),
-        interval: &mut Interval,
-        watch: &mut impl Watch,
-    ) -> Result<Option<Carried>, PlantError> {
-        self.settle(drive, interval, watch)?;
-        loop {
-            let (mode, offset_rad) = (self.mode, self.axis.offset_rad(&self.mode));
-            let motion = pid.motion();
-            let command = motion.oscillator(interval.now_s());
-            let coupling = command.coupling;
-            let place = tables.feedback(&self.axis, &mode, pid, coupling, length_ns);
-            let table = &tables.feedback[place];
-            let counted = (offset_rad, table.rad_per_m);
-            let start = feedback_state(&self.y, counted, &command);
-            let noise_rad = table.rounding_of_delta(&start);
-            self.axis.set_parting_noise(noise_rad, seconds(length_ns));
-            let (guards, limit_v) = (self.guards(drive), pid.limit());
-            let linear = guards.map(|guard| Some(self.linear_guard(guard?, &table.table, limit_v)));
-            let left_s = end_s - interval.done_s;
-            let zero = Flow::feedback(table, &start).first_zero(&linear, left_s, 0);
-            let time_s = interval.now_s();
-            let stop = zero.map_err(|_| PlantError::TooStiff { time_s })?;
-            interval.count_work(stop.work, watch)?;
-            let command = command.after(&OscillatorStep::new(coupling, stop.time_s));
-            let piece = FeedbackPiece {
-                table,
-                motion,
-                x: [start, stop.x],
-                demands_v: [table.demand_v(&start), table.demand_v(&stop.x)],
-                offset_rad,
-            };
-            let y = plant_vector(&stop.x, counted, &command.point);
-            self.move_over(drive, interval, &stop, y, &piece, watch)?;
-            let demand_v = piece.demands_v[1];
-            if self.end_of_piece(interval, &stop, &guards, drive, watch)? {
-                let time_ns = self.time_ns + length_ns;
-                let end_s = seconds(time_ns);
-                let later = motion.breaks_from(end_s).first();
-                let carried = Carried {
-                    pid: pid.clone(),
-                    mode,
-                    time_ns,
-                    length_ns,
-                    y,
-                    x: stop.x,
-                    command,
-                    demand_v,
-                    place,
-                    until_s: later.copied().unwrap_or(f64::INFINITY),
-                };
-                let untouched = self.y == y && self.mode == mode;
-                return Ok(untouched.then_some(carried));
-            }
-        }
     }
 }

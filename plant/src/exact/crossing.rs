@@ -16,11 +16,10 @@
 //! be told from a touch.
 
 use super::curve::{Found, first_zero as first_zero_of, without_start};
-use super::feedback_table::FeedbackTable;
 use super::grid::zero_near;
 use super::levels::{BOUND_MARGIN, Levels, Taylor};
 use super::roots::Polynomial;
-use super::system::{Column, FEEDBACK};
+use super::system::Column;
 use super::table::{Linear, Quantity, Table};
 
 use crate::hybrid::Automaton;
@@ -43,13 +42,6 @@ pub(crate) struct Flow<'a, const D: usize> {
     pub(crate) start: &'a Column<D>,
     /// dx/dt at the start.
     pub(crate) rate: Column<D>,
-}
-
-impl<'a> Flow<'a, FEEDBACK> {
-    /// The solution under the continuous law.
-    pub(crate) fn feedback(table: &'a FeedbackTable, start: &'a Column<FEEDBACK>) -> Self {
-        Self::new(&table.table, &table.input, start)
-    }
 }
 
 /// One step along the solution.

@@ -37,13 +37,6 @@
 //! If both ends of a guard lie further from zero, on the positive side, than
 //! `Σ_j H_j·|v_j|`, the guard has no zero in between.
 //!
-//! *Without v.* A step knows how much the state changes, `x(T) − x = ψ(T)·v`.
-//! Functions of A commute, so everything above holds for `g_T(t)·ψ(T)⁻¹` too:
-//! `|deviation| ≤ Σ_j G_j·|x_j(T) − x_j(0)|`, with `|A·ψ(T)⁻¹|` for |A| at the
-//! start and `d·ψ(T)⁻¹` for d. Where ψ(T) is singular or nearly so (an undamped
-//! joint that swings a whole number of times in a step) there is no G; H does
-//! not care.
-//!
 //! # The series
 //!
 //! The last of the steps is so short that the Taylor series converges at once.
@@ -177,12 +170,6 @@ pub(crate) const NOISE_ULPS: f64 = 4.0 * f64::EPSILON;
 /// them would take hours; the walk's own limit is reached long before.
 const MOST_HALVINGS: usize = 40;
 
-/// `T·ρ(|ψ(T)⁻¹|)`, which no scaling of the states changes, up to which the change
-/// of the state tells what the rate was: the rounding of both, some 1e-16, stays
-/// below the margin of the bounds, 1e-9. An undamped joint that swings a whole
-/// number of times in a step returns to where it was.
-const MOST_CONDITION: f64 = 1e6;
-
 /// One exact step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct ExactStep<const D: usize> {
@@ -274,64 +261,29 @@ impl<const D: usize> Levels<D> {
 
     /// The bounds for a quantity with coefficients `row`.
     pub(crate) fn bounds(&self, row: &Column<D>) -> ChordBounds<D> {
-        let (mut per_rate, mut slope_per_rate) = self.bounds_times(row, &Matrix::identity());
+        let leaf = self.steps[self.steps.len() - 1];
+        let h = leaf.length_s;
+        let grown = self.grown.transpose() * row.abs();
+        let curvature = (self.a.abs().transpose() * grown) * (h * h);
+        let (mut chord, mut slope) = (curvature / 8.0, curvature / 2.0);
+        let (mut per_rate, mut slope_per_rate) = (vec![chord], vec![slope]);
+        for pair in self.steps.windows(2).rev() {
+            let (long, short) = (&pair[0], &pair[1]);
+            // d = f·ψ(τ) − ½·f·ψ(2τ)
+            let middle = short.integral - long.integral * 0.5;
+            let d = (middle.transpose() * row).abs();
+            let carry = short.transition.abs().transpose();
+            chord = chord.sup(&(carry * chord)) + d;
+            slope = (slope.sup(&(carry * slope)) + d) * 2.0;
+            per_rate.push(chord);
+            slope_per_rate.push(slope);
+        }
         per_rate.reverse();
         slope_per_rate.reverse();
         ChordBounds {
             per_rate,
             slope_per_rate,
         }
-    }
-
-    /// `ψ(T)⁻¹` of the longest step, where it can be told.
-    pub(super) fn inverse(&self) -> Option<Matrix<D>> {
-        let step = &self.steps[0];
-        step.integral.try_inverse().filter(|inverse| {
-            let most = MOST_CONDITION / step.length_s;
-            growth_down_to(inverse, 0.99 * most) * step.length_s <= MOST_CONDITION
-        })
-    }
-
-    /// `G` and `E` of the longest step, for the change of the state over it; infinite where
-    /// there is no inverse.
-    pub(super) fn bounds_per_change(
-        &self,
-        row: &Column<D>,
-        inverse: Option<&Matrix<D>>,
-    ) -> [Column<D>; 2] {
-        let last = |bounds: Vec<Column<D>>| bounds.last().copied();
-        inverse
-            .map(|inverse| self.bounds_times(row, inverse))
-            .and_then(|(chords, slopes)| Some([last(chords)?, last(slopes)?]))
-            .filter(|bounds| {
-                bounds
-                    .iter()
-                    .flat_map(|of| of.iter())
-                    .all(|b| b.is_finite())
-            })
-            .unwrap_or([Column::repeat(f64::INFINITY); 2])
-    }
-
-    /// `H` and `E` of `g(t)·m`, the shortest step first; `m` commutes with A.
-    fn bounds_times(&self, row: &Column<D>, m: &Matrix<D>) -> (Vec<Column<D>>, Vec<Column<D>>) {
-        let leaf = self.steps[self.steps.len() - 1];
-        let h = leaf.length_s;
-        let curved = (self.a * m).abs();
-        let curvature = (curved.transpose() * (self.grown.transpose() * row.abs())) * (h * h);
-        let (mut chord, mut slope) = (curvature / 8.0, curvature / 2.0);
-        let (mut chords, mut slopes) = (vec![chord], vec![slope]);
-        for pair in self.steps.windows(2).rev() {
-            let (long, short) = (&pair[0], &pair[1]);
-            // d = f·ψ(τ) − ½·f·ψ(2τ)
-            let middle = short.integral - long.integral * 0.5;
-            let d = (m.transpose() * (middle.transpose() * row)).abs();
-            let carry = short.transition.abs().transpose();
-            chord = chord.sup(&(carry * chord)) + d;
-            slope = (slope.sup(&(carry * slope)) + d) * 2.0;
-            chords.push(chord);
-            slopes.push(slope);
-        }
-        (chords, slopes)
     }
 }
 

@@ -1,16 +1,15 @@
 //! What solver `exact` has computed about an axis, to be used again.
 
-use super::feedback_table::FeedbackTable;
+use super::commanded_table::{CommandedTable, Key};
 use super::held_table::HeldTable;
-use super::stage_table::StageTable;
-use super::system::{Column, FEEDBACK};
+use super::system::{COMMANDED, Column};
 use crate::hybrid::Automaton;
 use crate::model::axis::{Axis, Mode};
-use crate::model::motion::{Coupling, Oscillator};
+use crate::model::motion::Oscillator;
 use crate::model::pid::ContinuousPid;
 use crate::model::state::Vector;
 
-/// The whole state at the end of the last interval, to go on from.
+/// The whole state at the end of the last interval under the continuous law, to go on from.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Carried {
     pub(super) pid: ContinuousPid,
@@ -19,9 +18,9 @@ pub(crate) struct Carried {
     pub(super) length_ns: u64,
     /// The plant's own vector, which must not have been touched.
     pub(super) y: Vector,
-    pub(super) x: Column<FEEDBACK>,
+    pub(super) x: Column<COMMANDED>,
     pub(super) command: Oscillator,
-    pub(crate) demand_v: f64,
+    pub(crate) demand: f64,
     /// Place of the table.
     pub(super) place: usize,
     /// Until when the command keeps to its interval \[s\].
@@ -43,8 +42,7 @@ impl Carried {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Tables {
     held: Vec<HeldTable>,
-    pub(crate) feedback: Vec<FeedbackTable>,
-    pub(super) stages: Vec<StageTable>,
+    pub(super) commanded: Vec<CommandedTable>,
     pid: Option<Box<ContinuousPid>>,
     pub(crate) carried: Option<Box<Carried>>,
 }
@@ -73,67 +71,28 @@ impl Tables {
         self.held.len() - 1
     }
 
-    /// The place of that for the continuous law; `coupling` is that of the command's
-    /// interval.
-    pub(crate) fn feedback(
+    /// The place of the table for a mode of whatever else gives the voltage.
+    pub(super) fn commanded(
         &mut self,
         axis: &Axis,
         mode: &Mode,
-        pid: &ContinuousPid,
-        coupling: Coupling,
-        length_ns: u64,
+        pid: Option<&ContinuousPid>,
+        key: Key,
     ) -> usize {
-        self.of_law(Some(pid));
-        let carries = mode.joint.carries();
-        let key = (carries, mode.guide, mode.amplifier, coupling, length_ns);
-        let mut tables = self.feedback.iter();
+        if pid.is_some() && self.pid.as_deref() != pid {
+            // All of them are of another law.
+            self.commanded.clear();
+            self.pid = pid.cloned().map(Box::new);
+        }
+        let mut tables = self.commanded.iter();
         if let Some(place) = tables.position(|t| t.key == key) {
             return place;
         }
-        if self.feedback.len() >= MOST_TABLES {
-            self.feedback.clear();
+        if self.commanded.len() >= MOST_TABLES {
+            self.commanded.clear();
         }
-        self.feedback.push(FeedbackTable::new(axis, mode, pid, key));
-        self.feedback.len() - 1
-    }
-
-    /// Forgets what is of another law.
-    fn of_law(&mut self, pid: Option<&ContinuousPid>) {
-        if let Some(pid) = pid
-            && self.pid.as_deref() != Some(pid)
-        {
-            self.feedback.clear();
-            self.stages.clear();
-            self.pid = Some(Box::new(pid.clone()));
-        }
-    }
-
-    /// The place of the table for this mode; `coupling` is that of the command's interval.
-    pub(super) fn stage(
-        &mut self,
-        axis: &Axis,
-        mode: &Mode,
-        (pid, coupling): (Option<&ContinuousPid>, Option<Coupling>),
-        length_ns: u64,
-    ) -> usize {
-        self.of_law(pid);
-        let carries = mode.joint.carries();
-        let key = (
-            carries,
-            mode.guide,
-            mode.amplifier,
-            mode.stage,
-            coupling,
-            length_ns,
-        );
-        let mut tables = self.stages.iter();
-        if let Some(place) = tables.position(|t| t.key == key) {
-            return place;
-        }
-        if self.stages.len() >= MOST_TABLES {
-            self.stages.clear();
-        }
-        self.stages.push(StageTable::new(axis, mode, pid, key));
-        self.stages.len() - 1
+        self.commanded
+            .push(CommandedTable::new(axis, mode, pid, key));
+        self.commanded.len() - 1
     }
 }

@@ -12,22 +12,22 @@
 //! table       a system's quantities with their bounds, made once
 //! whole_step  a whole sample under a held voltage: states, rates, bounds and heat
 //! held_table  all that the state does not change under a held voltage
-//! feedback_table  the same under the continuous law
-//! stage_table the same behind a current drive or a limit of the current
+//! commanded_table  the same under the continuous law and behind other amplifiers
 //! memory      the tables made so far
 //! roots       zeros and extremes of polynomials, found for certain
 //! crossing    along the solution in the longest steps that will do; the first zero of a guard
 //! peak        extremes between the samples, also of what is behind the command
 //! power       largest magnitude of a product of two quantities
 //! piece       a piece of the solution, and what a run's figures look at on it
-//! advance     one sample: step, look, switch; the same under the continuous law
-//! stage       all that for a current drive and a limit of the current
+//! advance     one sample under a held voltage: step, look, switch
+//! commanded   the same under the continuous law and behind other amplifiers
 //! ```
 
 mod advance;
+mod commanded;
+mod commanded_table;
 mod crossing;
 mod curve;
-mod feedback_table;
 mod grid;
 mod held_table;
 mod levels;
@@ -38,8 +38,6 @@ mod piece;
 mod power;
 mod roots;
 mod sketch;
-mod stage;
-mod stage_table;
 mod system;
 mod table;
 #[cfg(test)]

@@ -1,18 +1,15 @@
 //! A piece of the exact solution, and what the figures of a run look at on it.
 
 use super::crossing::Flow;
-use super::feedback_table::FeedbackTable;
 use super::held_table::HeldTable;
 use super::loss::heat_of_part;
 use super::peak::{SketchedPeak, Sought};
-use super::power::{Factor, raise_product, stays_below};
-use super::system::{Column, DELTA, FEEDBACK, HELD, plant_vector, to_plant_vector};
+use super::system::{Column, HELD, to_plant_vector};
 use super::table::{Linear, Quantity};
-use crate::model::amplifier::AmplifierMode;
 use crate::model::axis::{Axis, Drive, Mode};
 use crate::model::motion::{Motion, MotionPoint};
-use crate::model::state::{BETA, CURRENT, Vector};
-use crate::numerics::width::{One, Width};
+use crate::model::state::{CURRENT, Vector};
+use crate::numerics::width::One;
 use crate::observe::extremes::{CARRIAGE, Energies, Extremes, FIGURES, POWER, Seen, figures_at};
 use crate::observe::{Interior, Span};
 
@@ -345,69 +342,6 @@ impl HeldPiece<'_> {
     }
 }
 
-/// Place of the voltage among what a piece under the continuous law looks at first.
-const VOLTAGE: usize = 4;
-
-/// A smooth piece of the solution under the continuous law.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct FeedbackPiece<'a> {
-    pub(crate) table: &'a FeedbackTable,
-    pub(crate) motion: &'a Motion,
-    /// The states at both ends, and the law's demand there \[V\].
-    pub(crate) x: [Column<FEEDBACK>; 2],
-    pub(crate) demands_v: [f64; 2],
-    pub(crate) offset_rad: f64,
-}
-
-impl FeedbackPiece<'_> {
-    /// Raises `peak_v` to the supremum of the demand's magnitude within the
-    /// piece, which at the ends is known.
-    fn raise_voltage(&self, length_s: f64, peak_v: &mut f64, work: &mut u64) {
-        let flow = Flow::feedback(self.table, &self.x[0]);
-        let demand = self.table.table.quantity(Quantity::Demand);
-        raise_quantity(&flow, (demand, 0.0), self.demands_v, length_s, peak_v, work);
-    }
-
-    /// Raises `peak_w` to the supremum of the power's magnitude, which at the ends is
-    /// known; the voltage is the demand or constant.
-    fn raise_power(
-        &self,
-        (linear, constant_v): (bool, f64),
-        length_s: f64,
-        peak_w: &mut f64,
-        work: &mut u64,
-    ) {
-        let flow = Flow::feedback(self.table, &self.x[0]);
-        let voltage = Sought {
-            linear: self.table.table.quantity(Quantity::Demand),
-            scale: f64::from(u8::from(linear)),
-            offset: constant_v,
-            command: None,
-        };
-        let current = self.table.table.quantity(Quantity::Current);
-        raise_product(
-            &flow,
-            &[voltage, Sought::plain(current)],
-            length_s,
-            peak_w,
-            work,
-        );
-    }
-
-    /// Energy that the joint's damper takes over `length_s` of the piece \[J\].
-    fn joint_loss_j(&self, length_s: f64) -> f64 {
-        let (table, start) = (self.table, &self.x[0]);
-        let Some(loss) = &table.loss else {
-            return 0.0;
-        };
-        if length_s == table.length_s() {
-            return loss.over_whole(start);
-        }
-        let rates = table.table.levels.a * start + table.input;
-        loss.of.over(rates, length_s)
-    }
-}
-
 impl Interior for HeldPiece<'_> {
     fn vector_at(&self, span: &Span<'_>, theta: f64) -> Vector {
         let x = self.flow().at(theta * span.length_s);
@@ -428,118 +362,5 @@ impl Interior for HeldPiece<'_> {
         extremes.take(&seen);
         extremes.command_at_end = Some((span.end_s(), command));
         extremes.add(self.energies(voltage_v, span.length_s));
-    }
-}
-
-impl Interior for FeedbackPiece<'_> {
-    fn vector_at(&self, span: &Span<'_>, theta: f64) -> Vector {
-        let time_s = theta * span.length_s;
-        let command = self.motion.at(span.start_s + time_s);
-        let x = Flow::feedback(self.table, &self.x[0]).at(time_s);
-        plant_vector(&x, (self.offset_rad, self.table.rad_per_m), &command)
-    }
-
-    /// A first test by the change of the state settles nearly every figure of
-    /// nearly every whole step.
-    fn raise(&self, span: &Span<'_>, extremes: &mut Extremes) {
-        let (table, length_s, offset_rad) = (self.table, span.length_s, self.offset_rad);
-        let p = span.axis.pitch_m_per_rad;
-        let linear = span.modes.0.amplifier == AmplifierMode::Linear;
-        let [from, to] = core::array::from_fn(|end| {
-            let x = &self.x[end];
-            let acceleration_mps2 = p * (table.screw_acceleration(x) + table.screw_load);
-            let carriage_rad = x[BETA] - x[DELTA] - offset_rad + span.axis.start_rad;
-            let voltage_v = if linear {
-                self.demands_v[end]
-            } else {
-                span.voltage_at_v(0.0)
-            };
-            let errors_m = [-p * carriage_rad, -p * x[BETA]];
-            [
-                acceleration_mps2,
-                x[CURRENT],
-                errors_m[0],
-                errors_m[1],
-                voltage_v,
-            ]
-        });
-        let change = (self.x[1] - self.x[0]).abs();
-        let mut strays = table.figures.times(&change);
-        // At the limit the voltage is constant.
-        if !linear {
-            strays[VOLTAGE] = 0.0;
-        }
-        let slope = |i: usize| match i {
-            VOLTAGE if !linear => 0.0,
-            _ => table.slopes[i].dot(&change),
-        };
-        let whole = length_s == table.length_s();
-        let [a, b, c, d, mut power_w] = extremes.peaks();
-        let mut peaks = [a, b, c, d, extremes.peak_abs_voltage_v];
-        let mut open = 0;
-        for i in 0..peaks.len() {
-            let size = One.max(from[i].abs(), to[i].abs());
-            peaks[i] = One.max(peaks[i], size);
-            open |= u8::from(!(whole && size + strays[i] <= peaks[i])) << i;
-        }
-        for i in 0..peaks.len() {
-            let monotone = || (to[i] - from[i]).abs() >= slope(i);
-            if open >> i & 1 != 0 && whole && monotone() {
-                open &= !(1 << i);
-            }
-        }
-        if linear && open >> VOLTAGE != 0 {
-            self.raise_voltage(length_s, &mut peaks[VOLTAGE], &mut extremes.work);
-        }
-        let factors = [VOLTAGE, 1].map(|i| Factor {
-            ends: [from[i], to[i]],
-            chord: strays[i],
-        });
-        let slopes = || [VOLTAGE, 1].map(slope);
-        let powers = [from, to].map(|ends| (ends[VOLTAGE] * ends[1]).abs());
-        power_w = One.max(power_w, One.max(powers[0], powers[1]));
-        if !(whole && stays_below(&factors, slopes, power_w)) {
-            let constant = if linear { 0.0 } else { from[VOLTAGE] };
-            self.raise_power(
-                (linear, constant),
-                length_s,
-                &mut power_w,
-                &mut extremes.work,
-            );
-        }
-        let motion = &extremes.settings.motion;
-        let band_m = extremes.settings.settling_band_m;
-        let distances_m =
-            [span.y.0, span.y.1].map(|y| motion.travel_m() - p * span.axis.screw_angle_rad(y));
-        let [from_m, to_m] = distances_m.map(f64::abs);
-        let bend_m = motion.peak_acceleration_mps2 * length_s * length_s / 8.0;
-        let inside = whole && One.max(from_m, to_m) + strays[CARRIAGE] + bend_m <= band_m;
-        let [a, b, c, d, peak_v] = peaks;
-        let mut seen = Seen {
-            peaks: [a, b, c, d, power_w],
-            last_outside_s: (to_m > band_m).then(|| span.end_s()),
-            work: 0,
-        };
-        let which = open & 0xf;
-        if which != 0 || !inside && seen.last_outside_s.is_none() {
-            let piece = Piece {
-                motion,
-                start_s: span.start_s,
-                length_s,
-                // What is known of the power is all.
-                voltage_v: 0.0,
-                ends: [from, to].map(|[a, b, c, d, _]| [a, b, c, d, 0.0]),
-                distances_m,
-            };
-            let flow = Flow::feedback(table, &self.x[0]);
-            let constants = (offset_rad, table.screw_load);
-            let sights = Sights::new(span.axis, flow, constants, piece, true);
-            seen = sights.look(seen.peaks, which, band_m);
-        }
-        extremes.take(&seen);
-        extremes.peak_abs_voltage_v = peak_v;
-        let joint_j = self.joint_loss_j(length_s);
-        let [armature_j, guide_j] = table.heat_j(span.axis, &self.x[0], length_s);
-        extremes.add(span.balanced_energies(joint_j, armature_j, guide_j));
     }
 }

@@ -5,11 +5,12 @@
 //! Bernstein form
 //!
 //! ```text
-//! c_k = Σ_{i+j=k} C(n,i)·C(n,j)/C(2n,k)·a_i·b_j
+//! c_k = Σ_{i+j=k} (C(n,i)·a_i)·(C(n,j)·b_j)/C(2n,k)
 //! ```
 //!
 //! Longer steps are settled by intervals: each factor lies within its chord's bound of
-//! its ends, and its slope within the slope's bound of its chord's.
+//! its ends, and its slope within the slope's bound of its chord's; or both within their
+//! sketches' remainders of these.
 
 use super::crossing::{Flow, Leg, Stretch};
 use super::curve::binomials;
@@ -22,94 +23,88 @@ use crate::numerics::bernstein::Polynomial;
 const FACTOR: usize = TERMS + 1;
 const PRODUCT: usize = 2 * TERMS + 1;
 
-/// A factor over a step: its values at both ends, and how far it may stray from its chord.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Factor {
-    pub(super) ends: [f64; 2],
-    pub(super) chord: f64,
+/// Lowest and highest value of something.
+type Range = [f64; 2];
+
+/// The range of a factor over a step of which it strays that far from its chord.
+pub(super) fn about_chord([from, to]: [f64; 2], chord: f64) -> Range {
+    [from.min(to) - chord, from.max(to) + chord]
 }
 
-impl Factor {
-    fn size(&self) -> f64 {
-        let [from, to] = self.ends.map(f64::abs);
-        from.max(to) + self.chord
-    }
+/// That of its slope, times the step, where that is within `slope` of the chord's.
+pub(super) fn slopes_about_chord([from, to]: [f64; 2], slope: f64) -> Range {
+    let rise = to - from;
+    [rise - slope, rise + slope]
+}
 
-    fn range(&self) -> [f64; 2] {
-        let [from, to] = self.ends;
-        [from.min(to) - self.chord, from.max(to) + self.chord]
-    }
-
-    /// Lowest and highest slope, times the step, where it is within `slope` of the chord's.
-    fn slopes(&self, slope: f64) -> [f64; 2] {
-        let rise = self.ends[1] - self.ends[0];
-        [rise - slope, rise + slope]
-    }
+/// Those of numbers that are off by that much.
+fn range_of(numbers: &[f64], off: f64) -> Range {
+    let ends = [f64::INFINITY, f64::NEG_INFINITY];
+    let [low, high] = numbers.iter().fold(ends, |[low, high], &number| {
+        [low.min(number), high.max(number)]
+    });
+    [low - off, high + off]
 }
 
 /// Lowest and highest product of two numbers within these.
-fn times([a, b]: [f64; 2], [c, d]: [f64; 2]) -> [f64; 2] {
-    let products = [a * c, a * d, b * c, b * d];
-    [
-        products.iter().copied().fold(f64::INFINITY, f64::min),
-        products.iter().copied().fold(f64::NEG_INFINITY, f64::max),
-    ]
+fn times([a, b]: Range, [c, d]: Range) -> Range {
+    range_of(&[a * c, a * d, b * c, b * d], 0.0)
 }
 
-/// True if within a step a product is nowhere larger than `peak` or than at the ends; the
-/// factors' slopes are within `slopes` of their chords'.
+/// True if within a step a product is nowhere larger than `peak` or than at the ends, the
+/// factors and their slopes being within these ranges.
 pub(super) fn stays_below(
-    [a, b]: &[Factor; 2],
-    slopes: impl FnOnce() -> [f64; 2],
+    [a, b]: [Range; 2],
+    slopes: impl FnOnce() -> [Range; 2],
     peak: f64,
 ) -> bool {
-    let (size_a, size_b) = (a.size(), b.size());
-    if size_a * size_b <= peak {
+    let size = |[low, high]: Range| low.abs().max(high.abs());
+    if size(a) * size(b) <= peak {
         return true;
     }
     let [slope_a, slope_b] = slopes();
     // A bound that is none makes products that are no numbers, and an interval of none.
-    if ![size_a, size_b, slope_a, slope_b]
-        .iter()
-        .all(|x| x.is_finite())
-    {
+    let ranges = [a, b, slope_a, slope_b];
+    if !ranges.as_flattened().iter().all(|x| x.is_finite()) {
         return false;
     }
     // (a·b)' = a'·b + a·b'
-    let left = times(a.slopes(slope_a), b.range());
-    let right = times(a.range(), b.slopes(slope_b));
+    let (left, right) = (times(slope_a, b), times(a, slope_b));
     left[0] + right[0] >= 0.0 || left[1] + right[1] <= 0.0
 }
 
-/// True if the bounds of the table's step show that a product, whose factors are known at
-/// both ends, is nowhere larger than `peak` within the whole of it.
-pub(super) fn stays_below_over_step<const D: usize>(
+/// True if the sketches of the factors show that.
+fn sketches_stay_below<const D: usize>(
     flow: &Flow<'_, D>,
-    (factors, ends): (&[Sought<'_, D>; 2], [[f64; 2]; 2]),
+    factors: &[Sought<'_, D>; 2],
     length_s: f64,
     peak: f64,
 ) -> bool {
-    flow.table.levels.steps[0].length_s == length_s
-        && stays_below_over(factors, ends, (0, &flow.rate, length_s), peak)
+    let [Some(a), Some(b)] = factors.each_ref().map(|of| flow.curve(of, length_s)) else {
+        return false;
+    };
+    let values = [&a, &b].map(|curve| range_of(&curve.values, curve.stray));
+    let slopes = || [&a, &b].map(|curve| range_of(&curve.slopes, curve.stray));
+    stays_below(values, slopes, peak)
 }
 
-/// The same over a step of a level that begins with a rate.
+/// True if the chords' bounds show it over a step of a level that begins with a rate, the
+/// factors being known at both ends.
 fn stays_below_over<const D: usize>(
     factors: &[Sought<'_, D>; 2],
-    [a, b]: [[f64; 2]; 2],
+    ends: [[f64; 2]; 2],
     (level, rate, length_s): (usize, &Column<D>, f64),
     peak: f64,
 ) -> bool {
-    let [chord_a, chord_b] = factors
-        .each_ref()
-        .map(|sought| sought.chord_bound(level, rate, length_s));
-    let over = [(a, chord_a), (b, chord_b)].map(|(ends, chord)| Factor { ends, chord });
-    let slopes = || {
-        factors
-            .each_ref()
-            .map(|sought| sought.slope_bound(level, rate, length_s))
+    let over = |i: usize| {
+        let chord = factors[i].chord_bound(level, rate, length_s);
+        about_chord(ends[i], chord)
     };
-    stays_below(&over, slopes, peak)
+    let slope = |i: usize| {
+        let slope = factors[i].slope_bound(level, rate, length_s);
+        slopes_about_chord(ends[i], slope)
+    };
+    stays_below([over(0), over(1)], || [slope(0), slope(1)], peak)
 }
 
 /// Raises `peak` to the supremum of `|a·b|` over `length_s`, which at the ends is known.
@@ -120,6 +115,9 @@ pub(super) fn raise_product<const D: usize>(
     peak: &mut f64,
     work: &mut u64,
 ) {
+    if sketches_stay_below(flow, factors, length_s, *peak) {
+        return;
+    }
     let mut walk = flow.walk(length_s, 0);
     let known = |leg: &Leg<D>, peak: f64| {
         let ends = |sought: &Sought<'_, D>| [&leg.from, &leg.to].map(|x| sought.value(x, 0.0));
@@ -148,12 +146,21 @@ pub(super) fn raise_product<const D: usize>(
 fn product(a: &[f64; FACTOR], b: &[f64; FACTOR]) -> Polynomial<PRODUCT> {
     let of_factor = const { binomials::<FACTOR>(TERMS) };
     let of_product = const { binomials::<PRODUCT>(2 * TERMS) };
+    let [a, b] = [a, b].map(|factor| {
+        let mut scaled = *factor;
+        for (b, choices) in scaled.iter_mut().zip(&of_factor) {
+            *b *= choices;
+        }
+        scaled
+    });
     let mut bernstein = [0.0; PRODUCT];
     for (i, a) in a.iter().enumerate() {
-        for (j, b) in b.iter().enumerate() {
-            let weight = of_factor[i] * of_factor[j] / of_product[i + j];
-            bernstein[i + j] += weight * (a * b);
+        for (sum, b) in bernstein[i..].iter_mut().zip(&b) {
+            *sum += a * b;
         }
+    }
+    for (sum, choices) in bernstein.iter_mut().zip(&of_product) {
+        *sum /= choices;
     }
     Polynomial { bernstein }
 }
@@ -172,35 +179,28 @@ mod tests {
         let peak = product(&rising, &falling).peak_above(0.0);
         assert!((peak - 0.25).abs() < 1e-14, "{peak}");
         let ends = [[0.0, 1.0], [1.0, 0.0]];
-        let straight = || [0.0; 2];
-        let factors = ends.map(|ends| Factor { ends, chord: 0.0 });
-        assert!(!stays_below(&factors, straight, 0.2));
-        assert!(stays_below(&factors, straight, 1.0));
+        let values = ends.map(|ends| about_chord(ends, 0.0));
+        let slopes =
+            |places: [usize; 2]| move || places.map(|place| slopes_about_chord(ends[place], 0.0));
+        assert!(!stays_below(values, slopes([0, 1]), 0.2));
+        assert!(stays_below(values, slopes([0, 1]), 1.0));
         // Where both grow, the product does.
-        assert!(stays_below(&[factors[0]; 2], straight, 0.2));
+        assert!(stays_below([values[0]; 2], slopes([0, 0]), 0.2));
     }
 
     /// Of a factor without a bound nothing is known, even where the other is zero.
     #[test]
     fn no_bound_excludes_nothing() {
-        let with = |chord: f64| Factor {
-            ends: [0.0, 1.0],
-            chord,
-        };
-        let zero = Factor {
-            ends: [0.0; 2],
-            chord: 0.0,
-        };
-        assert!(stays_below(&[with(0.0), zero], || [0.0; 2], 0.2));
+        let with = |chord: f64| about_chord([0.0, 1.0], chord);
+        let (zero, straight) = ([0.0; 2], [[0.0; 2]; 2]);
+        assert!(stays_below([with(0.0), zero], || straight, 0.2));
         for none in [f64::NAN, f64::INFINITY] {
-            assert!(!stays_below(&[with(none), zero], || [0.0; 2], 0.2));
-            assert!(!stays_below(&[zero, with(none)], || [0.0; 2], 0.2));
-            let falling = Factor {
-                ends: [1.0, 0.0],
-                chord: 0.0,
-            };
-            assert!(!stays_below(&[with(0.0), falling], || [none, 0.0], 0.2));
-            assert!(!stays_below(&[with(0.0), falling], || [0.0, none], 0.2));
+            assert!(!stays_below([with(none), zero], || straight, 0.2));
+            assert!(!stays_below([zero, with(none)], || straight, 0.2));
+            let falling = [0.0, 1.0];
+            let steep = slopes_about_chord([0.0, 1.0], none);
+            assert!(!stays_below([with(0.0), falling], || [steep, zero], 0.2));
+            assert!(!stays_below([with(0.0), falling], || [zero, steep], 0.2));
         }
     }
 }

@@ -263,11 +263,7 @@ impl<const D: usize> Sketch<D> {
     /// step that begins with `rate`.
     pub(crate) fn curve(&self, rate: &Column<D>, scale: f64, value: f64) -> Curve<One> {
         let stray = scale.abs() * self.stray.dot(&rate.abs());
-        Curve::new(
-            One,
-            value,
-            self.slopes.map(|row| scale * row.dot(rate)),
-            stray,
-        )
+        let slopes = core::array::from_fn(|i| scale * self.slopes[i].dot(rate));
+        Curve::new(One, value, slopes, stray)
     }
 }

@@ -12,12 +12,13 @@
 //! ```
 //!
 //! so that b stands in no matrix and one set serves both flanks and every
-//! backlash. Under the continuous law `β̂ = ∫β dt` follows, and what of the motion
-//! command drives the axis, as a system of its own: within one interval of Fig. 6 its
-//! acceleration is constant, a sine or a cosine, and
+//! backlash. Under the continuous law `β̂ = ∫β dt` follows, what of the motion
+//! command drives the axis, as a system of its own, and the memory q of a current loop:
+//! within one interval of Fig. 6 the command's acceleration is constant, a sine or a cosine,
+//! and
 //!
 //! ```text
-//! x = (β − r, β̇ − ṙ, δ, ε̇, I, β̂ − r̂, v_ref, a_ref, w),   ȧ_ref = ω·w,   ẇ = −ω·a_ref
+//! x = (β − r, β̇ − ṙ, δ, ε̇, I, β̂ − r̂, v_ref, a_ref, w, q),   ȧ_ref = ω·w,   ẇ = −ω·a_ref
 //! ```
 //!
 //! or on a profile, where its jerk is constant, `ȧ_ref = 1·w`, `ẇ = 0`;
@@ -26,31 +27,35 @@
 //! keeps small is small in x, so that the bounds of [`super::levels`], which add
 //! magnitudes, do not count a motion that the axis follows. The law sees nothing
 //! else, as its transmission is the axis', so that x_ref and its integral drive nothing;
-//! they are known in closed form ([`crate::model::motion`]).
+//! they are known in closed form ([`crate::model::motion`]). A drive beyond the paper's
+//! behind a held command is the same with a command of the motion that rests.
 
 use nalgebra::{SMatrix, SVector};
 
-use crate::model::amplifier::AmplifierMode;
 use crate::model::axis::Axis;
 use crate::model::axis::Mode;
 use crate::model::joint::JointMode;
 use crate::model::motion::{Coupling, MotionPoint, Oscillator};
 use crate::model::pid::ContinuousPid;
 use crate::model::resistance::GuideMode;
-use crate::model::state::{BETA, BETA_DOT, BETA_INTEGRAL, CURRENT, EPSILON, EPSILON_DOT, Vector};
+use crate::model::state::{
+    BETA, BETA_DOT, BETA_INTEGRAL, CURRENT, CURRENT_INTEGRAL, EPSILON, EPSILON_DOT, Vector,
+};
 
 /// States under a held voltage.
 pub(crate) const HELD: usize = 5;
-/// States under the continuous law, the command included.
-pub(crate) const FEEDBACK: usize = 9;
-/// Those of them that are the axis' own, as in the plant's vector.
+/// States of whatever else gives the voltage, the command included.
+pub(crate) const COMMANDED: usize = 10;
+/// Those of them that are the axis' own and stand as in the plant's vector.
 pub(crate) const OWN: usize = 6;
 
 /// Place of δ: the place of ε in the plant's own vector.
 pub(crate) const DELTA: usize = EPSILON;
 pub(crate) const V_REF: usize = OWN;
-const A_REF: usize = 7;
-const W_REF: usize = 8;
+pub(crate) const A_REF: usize = 7;
+pub(crate) const W_REF: usize = 8;
+/// Place of q, the memory of a current loop.
+pub(crate) const LOOP: usize = 9;
 
 /// `A` of the affine system, without what drives it.
 pub(crate) type Matrix<const D: usize> = SMatrix<f64, D, D>;
@@ -172,7 +177,7 @@ impl AxisSystem {
 }
 
 /// The demand of the continuous law as coefficients of its state, eq. 27.
-pub(crate) fn demand_row(pid: &ContinuousPid) -> Column<FEEDBACK> {
+pub(crate) fn demand_row(pid: &ContinuousPid) -> Column<COMMANDED> {
     let (gains, k) = (pid.gains, -pid.loop_gain / pid.gear_ratio);
     let mut row = Column::zeros();
     row[BETA] = k * gains.kp;
@@ -181,37 +186,16 @@ pub(crate) fn demand_row(pid: &ContinuousPid) -> Column<FEEDBACK> {
     row
 }
 
-/// The axis under the continuous law: `A` and u for one interval of the
-/// command.
-pub(crate) fn feedback_system(
-    axis: &Axis,
-    mode: &Mode,
-    pid: &ContinuousPid,
-    coupling: Coupling,
-) -> (Matrix<FEEDBACK>, Column<FEEDBACK>) {
-    let system = axis.system(mode);
-    let (mut a, mut input) = commanded_system(axis, &system, coupling);
-    match mode.amplifier {
-        AmplifierMode::Linear => {
-            for (j, coefficient) in demand_row(pid).iter().enumerate() {
-                a[(CURRENT, j)] += system.per_volt * coefficient;
-            }
-        }
-        AmplifierMode::AtUpper => input[CURRENT] += system.per_volt * pid.limit(),
-        AmplifierMode::AtLower => input[CURRENT] -= system.per_volt * pid.limit(),
-    }
-    (a, input)
-}
-
-/// The same without a voltage.
+/// The axis counted from its command, within one interval of that and without a voltage: `A`
+/// and u.
 pub(super) fn commanded_system(
     axis: &Axis,
     system: &AxisSystem,
     coupling: Coupling,
-) -> (Matrix<FEEDBACK>, Column<FEEDBACK>) {
+) -> (Matrix<COMMANDED>, Column<COMMANDED>) {
     let rad_per_m = 1.0 / axis.pitch_m_per_rad;
-    let mut a = Matrix::<FEEDBACK>::zeros();
-    let mut input = Column::<FEEDBACK>::zeros();
+    let mut a = Matrix::<COMMANDED>::zeros();
+    let mut input = Column::<COMMANDED>::zeros();
     for i in 0..HELD {
         let row = from_command(&system.a.row(i).transpose(), rad_per_m);
         a.set_row(i, &row.transpose());
@@ -229,8 +213,8 @@ pub(super) fn commanded_system(
 
 /// A quantity's coefficients for the state that is counted from the command: less
 /// what r itself makes of it.
-pub(crate) fn from_command(row: &Column<HELD>, rad_per_m: f64) -> Column<FEEDBACK> {
-    let mut all = Column::<FEEDBACK>::zeros();
+pub(crate) fn from_command(row: &Column<HELD>, rad_per_m: f64) -> Column<COMMANDED> {
+    let mut all = Column::<COMMANDED>::zeros();
     all.fixed_rows_mut::<HELD>(0).copy_from(row);
     all[V_REF] = row[BETA_DOT] * rad_per_m;
     all
@@ -257,34 +241,35 @@ fn commanded(point: &MotionPoint) -> [(usize, f64); 3] {
 }
 
 /// The plant's vector with δ for ε and counted from the command, which follows.
-pub(crate) fn feedback_state(
+pub(crate) fn commanded_state(
     y: &Vector,
     (offset_rad, rad_per_m): (f64, f64),
     command: &Oscillator,
-) -> Column<FEEDBACK> {
-    let mut ahead = y.fixed_rows::<OWN>(0).into_owned();
-    ahead[DELTA] -= offset_rad;
+) -> Column<COMMANDED> {
+    let mut x = Column::<COMMANDED>::zeros();
+    x.fixed_rows_mut::<OWN>(0)
+        .copy_from(&y.fixed_rows::<OWN>(0));
+    x[DELTA] -= offset_rad;
     for (state, of_command) in commanded(&command.point) {
-        ahead[state] -= of_command * rad_per_m;
+        x[state] -= of_command * rad_per_m;
     }
-    with_command(&ahead, command)
+    x[LOOP] = y[CURRENT_INTEGRAL];
+    set_command(&mut x, command);
+    x
 }
 
-/// The state under the continuous law from its own part and the command.
+/// Sets the command's part of a state.
 #[inline]
-pub(crate) fn with_command(ahead: &Column<OWN>, command: &Oscillator) -> Column<FEEDBACK> {
-    let mut x = Column::<FEEDBACK>::zeros();
-    x.fixed_rows_mut::<OWN>(0).copy_from(ahead);
+pub(crate) fn set_command(x: &mut Column<COMMANDED>, command: &Oscillator) {
     x[V_REF] = command.point.velocity_mps;
     x[A_REF] = command.point.acceleration_mps2;
     x[W_REF] = command.quadrature_mps2;
-    x
 }
 
 /// The plant's vector from that.
 #[inline]
 pub(crate) fn plant_vector(
-    x: &Column<FEEDBACK>,
+    x: &Column<COMMANDED>,
     (offset_rad, rad_per_m): (f64, f64),
     command: &MotionPoint,
 ) -> Vector {
@@ -295,6 +280,7 @@ pub(crate) fn plant_vector(
     for (state, of_command) in commanded(command) {
         y[state] += of_command * rad_per_m;
     }
+    y[CURRENT_INTEGRAL] = x[LOOP];
     y
 }
 

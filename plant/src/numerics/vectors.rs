@@ -84,6 +84,25 @@ pub fn with_four<R>(level: Level, work: impl FnOnce() -> R) -> R {
     work()
 }
 
+/// The same where the work names its instructions: `simd` is the set of them.
+macro_rules! in_fours {
+    ($level:expr, $simd:ident => $work:expr) => {{
+        #[cfg(target_arch = "x86_64")]
+        let result = if let Some($simd) = $level.as_avx2() {
+            $simd.vectorize(
+                #[inline(always)]
+                || $work,
+            )
+        } else {
+            fearless_simd::dispatch!($level, $simd => $work)
+        };
+        #[cfg(not(target_arch = "x86_64"))]
+        let result = fearless_simd::dispatch!($level, $simd => $work);
+        result
+    }};
+}
+pub(crate) use in_fours;
+
 /// Narrower ones, where those of the level may not be used.
 #[cfg(target_arch = "x86_64")]
 fn lowered(level: Level) -> Option<Level> {

@@ -1,0 +1,462 @@
+//! Solver `exact` where more than a held voltage drives the motor: the continuous law
+//! (eq. 27-37), and the amplifiers beyond the paper's behind that or behind a held command.
+//!
+//! In each mode all of it is affine ([`super::commanded_table`]): under the continuous law the
+//! command is part of the state, so that an interval without a change is one product with a
+//! matrix; behind a held command nothing is counted from a motion, and the command enters as
+//! an input.
+
+use fearless_simd::Simd;
+
+use super::commanded_table::{CommandedTable, FIGURES};
+use super::crossing::{Flow, LinearGuard};
+use super::memory::{Carried, Tables};
+use super::peak::Sought;
+use super::piece::{Piece, Sights, raise_quantity};
+use super::power::{about_chord, raise_product, slopes_about_chord, stays_below};
+use super::system::{COMMANDED, Column, DELTA, commanded_state, plant_vector};
+use super::table::Quantity;
+use crate::hybrid::guard::Guard;
+use crate::hybrid::{Automaton, Interval, PlantError};
+use crate::model::amplifier::{AmplifierMode, Stage, StageMode};
+use crate::model::axis::{Drive, Mode};
+use crate::model::motion::{Motion, MotionPoint, Oscillator, OscillatorStep};
+use crate::model::pid::ContinuousPid;
+use crate::model::resistance::GuideMode;
+use crate::model::state::{BETA, CURRENT, Vector};
+use crate::numerics::seconds;
+use crate::numerics::vectors::{in_fours, widest};
+use crate::numerics::width::{One, Width};
+use crate::observe::extremes::{CARRIAGE, Extremes, POWER, Seen};
+use crate::observe::{Interior, Span, Watch};
+
+/// Place of the voltage among what a piece looks at first.
+const VOLTAGE: usize = 4;
+
+/// A smooth piece of the solution.
+#[derive(Debug, Clone, Copy)]
+struct CommandedPiece<'a> {
+    table: &'a CommandedTable,
+    flow: Flow<'a, COMMANDED>,
+    end: &'a Column<COMMANDED>,
+    /// The motion that the state is counted from; none behind a held command.
+    motion: Option<&'a Motion>,
+    held: f64,
+    offset_rad: f64,
+}
+
+impl CommandedPiece<'_> {
+    /// ẍ, I, how far carriage and motor are behind the command, and the voltage at both ends;
+    /// and the command at the end.
+    #[inline(always)]
+    fn ends(&self, span: &Span<'_>, extremes: &Extremes) -> ([[f64; FIGURES]; 2], MotionPoint) {
+        let (table, p) = (self.table, span.axis.pitch_m_per_rad);
+        let mut point = MotionPoint::default();
+        let mut commands_m = [0.0; 2];
+        if self.motion.is_none() {
+            let start = extremes.command_at(span.start_s());
+            point = extremes.settings.motion.at(span.end_s());
+            commands_m = [start, point].map(|point| point.displacement_m);
+        }
+        let voltage = table.table.quantity(Quantity::Voltage);
+        let offset_v = table.voltage.offset(self.held);
+        let ends = [(self.flow.start, commands_m[0]), (self.end, commands_m[1])];
+        let mut figures = [[0.0; FIGURES]; 2];
+        for (figures, (x, command_m)) in figures.iter_mut().zip(ends) {
+            let carriage_rad = x[BETA] - x[DELTA] - self.offset_rad + span.axis.start_rad;
+            *figures = [
+                p * (table.screw_acceleration(x) + table.screw_load),
+                x[CURRENT],
+                command_m - p * carriage_rad,
+                command_m - p * x[BETA],
+                voltage.value(x) + offset_v,
+            ];
+        }
+        (figures, point)
+    }
+}
+
+impl Interior for CommandedPiece<'_> {
+    fn vector_at(&self, span: &Span<'_>, theta: f64) -> Vector {
+        let time_s = theta * span.length_s;
+        let now_s = span.start_s + time_s;
+        let point = self.motion.map_or(MotionPoint::default(), |m| m.at(now_s));
+        let counted = (self.offset_rad, self.table.rad_per_m);
+        plant_vector(&self.flow.at(time_s), counted, &point)
+    }
+
+    fn raise(&self, span: &Span<'_>, extremes: &mut Extremes) {
+        in_fours!(widest(), simd => self.raise_by_rates(simd, span, extremes));
+    }
+}
+
+impl CommandedPiece<'_> {
+    /// A first test by the rates settles nearly every figure of nearly every whole step.
+    #[inline(always)]
+    fn raise_by_rates(&self, simd: impl Simd, span: &Span<'_>, extremes: &mut Extremes) {
+        let (table, length_s) = (self.table, span.length_s);
+        let (start, rates) = (self.flow.start, &self.flow.rate);
+        let ([from, to], command) = self.ends(span, extremes);
+        let motion = &extremes.settings.motion;
+        let bend_m = motion.peak_acceleration_mps2 * length_s * length_s;
+        // The command bends too, where the state is not counted from it.
+        let of_command = |i: usize, share: f64| match self.motion {
+            None if (CARRIAGE..POWER).contains(&i) => bend_m * share,
+            _ => 0.0,
+        };
+        let whole = length_s == table.length_s();
+        let mut strays = table.strays(simd, rates);
+        for (i, stray) in strays.iter_mut().enumerate() {
+            *stray += of_command(i, 0.125);
+        }
+        let slope = |i: usize| table.slope(i, rates) + of_command(i, 0.5);
+        let [a, b, c, d, mut power_w] = extremes.peaks();
+        let mut peaks = [a, b, c, d, extremes.peak_abs_voltage_v];
+        let mut open = 0;
+        for i in 0..FIGURES {
+            let size = One.max(from[i].abs(), to[i].abs());
+            peaks[i] = One.max(peaks[i], size);
+            open |= u8::from(!(whole && size + strays[i] <= peaks[i])) << i;
+        }
+        for i in 0..FIGURES {
+            let monotone = || (to[i] - from[i]).abs() >= slope(i);
+            if open >> i & 1 != 0 && whole && monotone() {
+                open &= !(1 << i);
+            }
+        }
+        let offset_v = table.voltage.offset(self.held);
+        let voltage = Sought {
+            offset: offset_v,
+            ..Sought::plain(table.table.quantity(Quantity::Voltage))
+        };
+        if open >> VOLTAGE != 0 {
+            let (of, ends_v) = ((voltage.linear, offset_v), [from[VOLTAGE], to[VOLTAGE]]);
+            let (peak_v, work) = (&mut peaks[VOLTAGE], &mut extremes.work);
+            raise_quantity(&self.flow, of, ends_v, length_s, peak_v, work);
+        }
+        let ends = |i: usize| [from[i], to[i]];
+        let factors = [VOLTAGE, 1].map(|i| about_chord(ends(i), strays[i]));
+        let slopes = || [VOLTAGE, 1].map(|i| slopes_about_chord(ends(i), slope(i)));
+        let powers = [from, to].map(|ends| (ends[VOLTAGE] * ends[1]).abs());
+        power_w = One.max(power_w, One.max(powers[0], powers[1]));
+        if !(whole && stays_below(factors, slopes, power_w)) {
+            let current = Sought::plain(table.table.quantity(Quantity::Current));
+            let (quantities, work) = ([voltage, current], &mut extremes.work);
+            raise_product(&self.flow, &quantities, length_s, &mut power_w, work);
+        }
+        let motion = &extremes.settings.motion;
+        let band_m = extremes.settings.settling_band_m;
+        let p = span.axis.pitch_m_per_rad;
+        let distances_m =
+            [span.y.0, span.y.1].map(|y| motion.travel_m() - p * span.axis.screw_angle_rad(y));
+        let [from_m, to_m] = distances_m.map(f64::abs);
+        let inside = whole && One.max(from_m, to_m) + strays[CARRIAGE] + bend_m / 8.0 <= band_m;
+        let [a, b, c, d, peak_v] = peaks;
+        let mut seen = Seen {
+            peaks: [a, b, c, d, power_w],
+            last_outside_s: (to_m > band_m).then(|| span.end_s()),
+            work: 0,
+        };
+        let which = open & 0xf;
+        if which != 0 || !inside && seen.last_outside_s.is_none() {
+            let piece = Piece {
+                motion,
+                start_s: span.start_s,
+                length_s,
+                // What is known of the power is all.
+                voltage_v: 0.0,
+                ends: [from, to].map(|[a, b, c, d, _]| [a, b, c, d, 0.0]),
+                distances_m,
+            };
+            let (constants, counted) = ((self.offset_rad, table.screw_load), self.motion.is_some());
+            let sights = Sights::new(span.axis, self.flow, constants, piece, counted);
+            seen = sights.look(seen.peaks, which, band_m);
+        }
+        extremes.take(&seen);
+        extremes.peak_abs_voltage_v = peak_v;
+        if self.motion.is_none() {
+            extremes.command_at_end = Some((span.end_s(), command));
+        }
+        let [joint_j, armature_j, guide_j] =
+            table.heat_j(simd, span.axis, (start, rates), length_s);
+        extremes.add(span.balanced_energies(joint_j, armature_j, guide_j));
+    }
+}
+
+/// A held command, 0 under the continuous law, and that law.
+fn parts<'a>(drive: &Drive<'a>) -> (f64, Option<&'a ContinuousPid>) {
+    match drive {
+        Drive::Held(held) => (*held, None),
+        Drive::Feedback(pid) => (0.0, Some(*pid)),
+    }
+}
+
+impl Automaton {
+    /// One interval.
+    #[inline(always)]
+    pub(super) fn advance_commanded(
+        &mut self,
+        simd: impl Simd,
+        tables: &mut Tables,
+        drive: &Drive<'_>,
+        length_ns: u64,
+        watch: &mut impl Watch,
+    ) -> Result<(), PlantError> {
+        if matches!(drive, Drive::Held(_)) {
+            self.take_up(drive);
+        }
+        match self.keeps_all_modes(simd, tables, drive, length_ns, watch) {
+            true => Ok(()),
+            false => self.advance_from_change_to_change(tables, drive, length_ns, watch),
+        }
+    }
+
+    /// The same where a mode may change, or the continuous law begins.
+    #[inline(never)]
+    fn advance_from_change_to_change(
+        &mut self,
+        tables: &mut Tables,
+        drive: &Drive<'_>,
+        length_ns: u64,
+        watch: &mut impl Watch,
+    ) -> Result<(), PlantError> {
+        let (_, pid) = parts(drive);
+        self.take_up(drive);
+        tables.carried = None;
+        let (start_s, length_s) = (seconds(self.time_ns), seconds(length_ns));
+        let mut interval = Interval::new(start_s, length_s);
+        let breaks_s = pid.map_or(&[][..], |pid| pid.motion().breaks_from(start_s));
+        let inside_s = breaks_s.iter().map(|t| t - start_s);
+        let inside_s = inside_s.take_while(|&t| t < length_s);
+        let mut last = None;
+        for end_s in inside_s.chain([length_s]) {
+            if end_s > interval.done_s || end_s == length_s {
+                let ends = (length_ns, end_s);
+                last = self.advance_commanded_to(tables, drive, ends, &mut interval, watch)?;
+            }
+        }
+        tables.carried = last.map(Box::new);
+        Ok(())
+    }
+
+    /// Takes the whole interval in one step if the bounds exclude a change; under the
+    /// continuous law from where the last one ended.
+    #[inline(always)]
+    fn keeps_all_modes(
+        &mut self,
+        simd: impl Simd,
+        tables: &mut Tables,
+        drive: &Drive<'_>,
+        length_ns: u64,
+        watch: &mut impl Watch,
+    ) -> bool {
+        let mode = self.mode;
+        let simple = self.fresh.is_none()
+            && !self.axis.releases()
+            && (mode.guide, mode.stage) == (GuideMode::AsWritten, StageMode::Follows);
+        if !simple {
+            return false;
+        }
+        let (start_s, length_s) = (seconds(self.time_ns), seconds(length_ns));
+        let (held, pid) = parts(drive);
+        let offset_rad = self.axis.offset_rad(&mode);
+        let (place, start, command) = match (pid, &tables.carried) {
+            (None, _) => {
+                let command = Oscillator::default();
+                let counted = (offset_rad, 1.0 / self.axis.pitch_m_per_rad);
+                let start = commanded_state(&self.y, counted, &command);
+                let key = (mode.joint.carries(), mode.guide, mode.amplifier);
+                let key = (key.0, key.1, key.2, mode.stage, None, length_ns);
+                (
+                    tables.commanded(&self.axis, &mode, None, key),
+                    start,
+                    command,
+                )
+            }
+            (Some(pid), Some(carried))
+                if carried.length_ns == length_ns
+                    && start_s + length_s <= carried.until_s
+                    && carried.is_at(self, pid) =>
+            {
+                (carried.place, carried.x, carried.command)
+            }
+            _ => return false,
+        };
+        let Tables {
+            carried, commanded, ..
+        } = tables;
+        let Some(table) = commanded.get(place) else {
+            return false;
+        };
+        let behind_held;
+        let input = match pid {
+            Some(_) => table.own_input(),
+            None => {
+                behind_held = table.input(held);
+                &behind_held
+            }
+        };
+        let rates = table.rates(simd, &start, input);
+        let command = command.after(&table.command);
+        let end = table.step(simd, &start, held, &command);
+        // What is not finite strays for ever, or to what is not a number.
+        let [delta_rad, of_demand, of_beyond, of_current] = table.strays_of_guards(simd, &rates);
+        let joint_keeps = self.joint_keeps([start[DELTA], end[DELTA]], || delta_rad)
+            && end.iter().all(|x| x.is_finite());
+        let mut demand = 0.0;
+        let command_keeps = match (pid, carried.as_ref()) {
+            (Some(pid), Some(carried)) => {
+                demand = table.demand(&end);
+                let (a, b, limit) = (carried.demand, demand, pid.limit());
+                let inside = match mode.amplifier {
+                    AmplifierMode::Linear => limit - a.abs().max(b.abs()),
+                    AmplifierMode::AtUpper => a.min(b) - limit,
+                    AmplifierMode::AtLower => (-a).min(-b) - limit,
+                };
+                inside > of_demand
+            }
+            _ => true,
+        };
+        let stage_keeps = match self.axis.stage {
+            Stage::Voltage | Stage::IdealCurrent => true,
+            Stage::LimitedVoltage { limit_a, .. } => {
+                let largest = start[CURRENT].abs().max(end[CURRENT].abs());
+                limit_a - largest > of_current
+            }
+            Stage::CurrentLoop { limit_v, .. } => {
+                let beyond = table.table.quantity(Quantity::Beyond);
+                let offset = table.beyond.offset(held);
+                let ends = [&start, &end].map(|x| (beyond.value(x) + offset).abs());
+                limit_v - ends[0].max(ends[1]) > of_beyond
+            }
+        };
+        if !(joint_keeps && command_keeps && stage_keeps) {
+            return false;
+        }
+        let y = plant_vector(&end, (offset_rad, table.rad_per_m), &command.point);
+        let piece = CommandedPiece {
+            table,
+            flow: Flow::with_rate(&table.table, input, &start, rates),
+            end: &end,
+            motion: pid.map(ContinuousPid::motion),
+            held,
+            offset_rad,
+        };
+        self.move_along(drive, (start_s, length_s), y, &piece, watch);
+        if let (Some(_), Some(carried)) = (pid, carried) {
+            carried.time_ns += length_ns;
+            (carried.x, carried.y, carried.command, carried.demand) = (end, y, command, demand);
+        }
+        true
+    }
+
+    /// From change to change up to `end_s` after the interval's start, within one interval
+    /// of the command. Returns where to go on from under the continuous law.
+    #[inline(never)]
+    pub(super) fn advance_commanded_to(
+        &mut self,
+        tables: &mut Tables,
+        drive: &Drive<'_>,
+        (length_ns, end_s): (u64, f64),
+        interval: &mut Interval,
+        watch: &mut impl Watch,
+    ) -> Result<Option<Carried>, PlantError> {
+        self.settle(drive, interval, watch)?;
+        let (held, pid) = parts(drive);
+        let motion = pid.map(ContinuousPid::motion);
+        loop {
+            let mode = self.mode;
+            let command = motion.map(|motion| motion.oscillator(interval.now_s()));
+            let coupling = command.map(|command| command.coupling);
+            let command = command.unwrap_or_default();
+            let carries = mode.joint.carries();
+            let Mode {
+                guide,
+                amplifier,
+                stage,
+                ..
+            } = mode;
+            let key = (carries, guide, amplifier, stage, coupling, length_ns);
+            let place = tables.commanded(&self.axis, &mode, pid, key);
+            let table = &tables.commanded[place];
+            let offset_rad = self.axis.offset_rad(&mode);
+            let counted = (offset_rad, table.rad_per_m);
+            let start = commanded_state(&self.y, counted, &command);
+            let input = table.input(held);
+            let noise_rad = table.rounding_of_delta(&start);
+            self.axis.set_parting_noise(noise_rad, seconds(length_ns));
+            let guards = self.guards(drive);
+            let limit = pid.map_or(0.0, ContinuousPid::limit);
+            let linear = guards.map(|guard| Some(self.commanded_guard(guard?, table, held, limit)));
+            let flow = Flow::new(&table.table, &input, &start);
+            let zero = flow.first_zero(&linear, end_s - interval.done_s, 0);
+            let time_s = interval.now_s();
+            let stop = zero.map_err(|_| PlantError::TooStiff { time_s })?;
+            interval.count_work(stop.work, watch)?;
+            let command = match pid {
+                None => command,
+                Some(_) => command.after(&OscillatorStep::new(command.coupling, stop.time_s)),
+            };
+            let piece = CommandedPiece {
+                table,
+                flow,
+                end: &stop.x,
+                motion,
+                held,
+                offset_rad,
+            };
+            let demand = table.demand(&stop.x);
+            let y = plant_vector(&stop.x, counted, &command.point);
+            self.move_over(drive, interval, &stop, y, &piece, watch)?;
+            if self.end_of_piece(interval, &stop, &guards, drive, watch)? {
+                let Some(pid) = pid else { return Ok(None) };
+                let time_ns = self.time_ns + length_ns;
+                let later = pid.motion().breaks_from(seconds(time_ns)).first();
+                let carried = Carried {
+                    pid: pid.clone(),
+                    mode,
+                    time_ns,
+                    length_ns,
+                    y,
+                    x: stop.x,
+                    command,
+                    demand,
+                    place,
+                    until_s: later.copied().unwrap_or(f64::INFINITY),
+                };
+                let untouched = self.y == y && self.mode == mode;
+                return Ok(untouched.then_some(carried));
+            }
+        }
+    }
+
+    /// A guard as a linear function of the table's state.
+    fn commanded_guard<'t>(
+        &self,
+        guard: Guard,
+        table: &'t CommandedTable,
+        held: f64,
+        limit: f64,
+    ) -> LinearGuard<'t, COMMANDED> {
+        let (limit_v, limit_a, _) = self.axis.stage.numbers();
+        let beyond = table.beyond.offset(held);
+        let (quantity, sign, offset) = match guard {
+            Guard::Saturate(d) => (Quantity::Beyond, -d.sign(), limit_v - d.sign() * beyond),
+            Guard::Desaturate(d) => (Quantity::Beyond, d.sign(), d.sign() * beyond - limit_v),
+            Guard::LetGo(d) => (Quantity::Beyond, d.sign(), d.sign() * beyond),
+            Guard::Return(d) => (Quantity::Current, d.sign(), -limit_a),
+            Guard::Overrun(d) => {
+                let holding_v = d.sign() * table.voltage.offset(held);
+                (Quantity::Voltage, d.sign(), limit_v + holding_v)
+            }
+            _ => return self.linear_guard(guard, &table.table, limit),
+        };
+        LinearGuard {
+            linear: table.table.quantity(quantity),
+            sign,
+            offset,
+            noise: 0.0,
+            fresh: self.fresh == Some(guard),
+        }
+    }
+}
