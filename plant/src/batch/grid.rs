@@ -1,41 +1,27 @@
-//! The solution around a change of contact, lane by lane: the numbers of one
-//! step with the joint open or closed, and the operations of `exact::grid` on
-//! them in their order, so that every lane sees those of the single run.
-//!
-//! Numbers that are zero for every axis are left out: β drives nothing, and the
-//! slopes of β and δ are states.
+//! What a lane needs around a change of contact: the solution within a step with the joint
+//! open or closed, the bounds of its figures and guards, and its energies.
 
 use crate::exact::{
-    BOUND_MARGIN, CELLS, Column, DRIVING, Dissipation, HELD, HeldTable, MOST_POLISHING, Matrix,
-    PARTS, Quantity, SLOPES, TERMS, heat_of_part,
+    BOUND_MARGIN, DRIVING, Dissipation, Grid, HELD, HeldTable, Matrix, PARTS, Quantity, Sketch,
+    heat_of_part,
 };
 use crate::model::axis::Axis;
 use crate::model::resistance::GuideMode;
-use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT};
+use crate::model::state::{BETA_DOT, CURRENT, EPSILON, EPSILON_DOT};
 use crate::numerics::width::Width;
 use crate::observe::extremes::{ENERGIES, FIGURES};
 
 /// States in lanes: β, β̇, δ, ε̇ and I.
 pub(super) type States<W> = [<W as Width>::Vector; HELD];
 
-/// The states whose rates are no states themselves.
-const ACCELERATED: [usize; 3] = [BETA_DOT, EPSILON_DOT, CURRENT];
-
 /// The numbers of one step.
 #[derive(Debug, Clone)]
 pub(super) struct LaneGrid {
     pub(super) length_s: f64,
-    half_s: f64,
-    /// The rates of [`ACCELERATED`] per driving state.
-    a: [[f64; DRIVING]; 3],
-    /// `ψ` at the points of the grid: β per β̇, and all states per rate of the
-    /// driving ones.
-    points: Vec<(f64, [[f64; DRIVING]; HELD])>,
-    /// `Aⁿ·hⁿ⁺¹/(n + 1)!` from n = 1 on.
-    terms: [[[f64; DRIVING]; HELD]; TERMS - 1],
-    /// δ over the step as a sketch.
-    pub(super) slopes: [[f64; DRIVING]; SLOPES],
-    pub(super) stray: [f64; DRIVING],
+    pub(super) a: Matrix<HELD>,
+    pub(super) grid: Grid<HELD>,
+    /// δ over the step.
+    pub(super) sketch: Sketch<HELD>,
     /// Bounds of how far the figures stray from their chords over the step, or twice
     /// that over a part of it.
     pub(super) chords: [[f64; DRIVING]; FIGURES],
@@ -61,33 +47,16 @@ impl LaneGrid {
     pub(super) fn of(table: &HeldTable, axis: &Axis) -> Option<Self> {
         let joint = axis.joint?;
         let grid = table.table.grid.as_ref()?;
-        let gap = table.table.quantity(Quantity::Delta);
-        let sketch = gap.sketch.as_ref()?;
-        let system = &table.system;
-        let driving = |row: &Column<HELD>| core::array::from_fn(|j| row[j + 1]);
-        let rows = |matrix: &Matrix<HELD>| {
-            core::array::from_fn(|i| core::array::from_fn(|j| matrix[(i, j + 1)]))
-        };
-        let mut terms = [[[0.0; DRIVING]; HELD]; TERMS - 1];
-        for (to, matrix) in terms.iter_mut().zip(&grid.terms[1..]) {
-            *to = rows(matrix);
-        }
+        let sketch = table.table.quantity(Quantity::Delta).sketch.as_ref()?;
         let carries = if table.closed { 1.0 } else { 0.0 };
         let mut noisy = *axis;
         noisy.set_parting_noise(0.0, table.length_s());
         Some(Self {
             current_noise: noisy.current_noise,
             length_s: grid.length_s,
-            half_s: grid.length_s / 32.0 / 2.0,
-            a: ACCELERATED.map(|i| core::array::from_fn(|j| system.a[(i, j + 1)])),
-            points: grid
-                .integrals
-                .iter()
-                .map(|psi| (psi[(BETA, BETA)], rows(psi)))
-                .collect(),
-            terms,
-            slopes: sketch.slopes.each_ref().map(driving),
-            stray: driving(&sketch.stray),
+            a: table.system.a,
+            grid: grid.clone(),
+            sketch: sketch.clone(),
             chords: figures(axis).map(|(quantity, scale)| {
                 let linear = table.table.quantity(quantity);
                 linear.chords(scale.abs() * BOUND_MARGIN)
@@ -200,89 +169,6 @@ impl LaneGrid {
             y[EPSILON_DOT] = y[BETA_DOT];
         }
     }
-
-    /// `A·x` but for what are states.
-    #[inline(always)]
-    fn driven<W: Width>(&self, w: W, x: &States<W>) -> [W::Vector; 3] {
-        let [a, b, c] = &self.a;
-        [sum(w, a, x), sum(w, b, x), sum(w, c, x)]
-    }
-
-    /// The solution around `time_s`, from `x` with that rate.
-    #[inline(always)]
-    pub(super) fn near<W: Width>(
-        &self,
-        w: W,
-        x: &States<W>,
-        rate: &States<W>,
-        time_s: W::Vector,
-    ) -> Local<W> {
-        let cell_s = w.splat(self.length_s / 32.0);
-        let mut cells = w.splat(0.0);
-        for count in [16.0, 8.0, 4.0, 2.0, 1.0, 1.0] {
-            let further = cells + w.splat(count);
-            let beyond = w.greater(time_s, (further - w.splat(0.5)) * cell_s);
-            cells = w.select(beyond, further, cells);
-        }
-        // The lanes' points of the grid, gathered.
-        let numbers = w.stored(cells);
-        let mut own = W::array(0.0);
-        let mut psi = [[W::array(0.0); DRIVING]; HELD];
-        for (lane, &cell) in numbers.as_ref().iter().enumerate() {
-            let Some((beta, rows)) = self.points.get(index(cell)) else {
-                continue;
-            };
-            own.as_mut()[lane] = *beta;
-            for (to, from) in psi.iter_mut().zip(rows) {
-                for (to, from) in to.iter_mut().zip(from) {
-                    to.as_mut()[lane] = *from;
-                }
-            }
-        }
-        let mut change = *rate;
-        for (state, (change, row)) in change.iter_mut().zip(&psi).enumerate() {
-            let mut sum = w.load(&row[0]) * rate[1];
-            if state == BETA {
-                sum = w.load(&own) * rate[BETA] + sum;
-            }
-            for j in 1..DRIVING {
-                sum = sum + w.load(&row[j]) * rate[j + 1];
-            }
-            *change = sum;
-        }
-        let mut centre = *x;
-        for (x, change) in centre.iter_mut().zip(&change) {
-            *x = *x + *change;
-        }
-        // A·x(t) + u = v + A·ψ(t)·v
-        let driven = self.driven(w, &change);
-        let more = [
-            change[BETA_DOT],
-            driven[0],
-            change[EPSILON_DOT],
-            driven[1],
-            driven[2],
-        ];
-        let mut here = *rate;
-        for (rate, more) in here.iter_mut().zip(more) {
-            *rate = *rate + more;
-        }
-        let half_s = w.splat(self.half_s);
-        let mut terms = [centre; TERMS + 1];
-        for (term, rate) in terms[1].iter_mut().zip(&here) {
-            *term = half_s * *rate;
-        }
-        for (slot, matrix) in terms[2..].iter_mut().zip(&self.terms) {
-            for (to, row) in slot.iter_mut().zip(matrix) {
-                *to = sum(w, row, &here);
-            }
-        }
-        Local {
-            centre_s: cells * cell_s,
-            half_s,
-            terms,
-        }
-    }
 }
 
 /// `Σ row_j·x_j` over the driving states, in their order.
@@ -293,85 +179,6 @@ pub(super) fn sum<W: Width>(w: W, row: &[f64; DRIVING], x: &States<W>) -> W::Vec
         sum = sum + w.splat(row[j]) * x[j + 1];
     }
     sum
-}
-
-/// The number of a point of the grid.
-// A whole number from 0 to the number of cells.
-fn index(cell: f64) -> usize {
-    (cell as usize).min(CELLS)
-}
-
-/// The solution around one point of the grid, in `σ = (t − centre)/half`.
-pub(super) struct Local<W: Width> {
-    centre_s: W::Vector,
-    half_s: W::Vector,
-    terms: [States<W>; TERMS + 1],
-}
-
-impl<W: Width> Local<W> {
-    /// σ of a time.
-    #[inline(always)]
-    pub(super) fn sigma(&self, time_s: W::Vector) -> W::Vector {
-        (time_s - self.centre_s) / self.half_s
-    }
-
-    /// The time at σ \[s\].
-    #[inline(always)]
-    pub(super) fn time_s(&self, sigma: W::Vector) -> W::Vector {
-        self.centre_s + sigma * self.half_s
-    }
-
-    /// The state at σ.
-    #[inline(always)]
-    pub(super) fn at(&self, sigma: W::Vector) -> States<W> {
-        let mut x = self.terms[TERMS];
-        for term in self.terms.iter().rev().skip(1) {
-            for (x, term) in x.iter_mut().zip(term) {
-                *x = *x * sigma + *term;
-            }
-        }
-        x
-    }
-
-    /// A zero of `sign·δ + offset` near σ, and the lanes of `asked` in which
-    /// there is one.
-    #[inline(always)]
-    pub(super) fn zero_near(
-        &self,
-        w: W,
-        (sign, offset): (W::Vector, W::Vector),
-        mut sigma: W::Vector,
-        asked: u64,
-    ) -> (W::Vector, u64) {
-        let mut coefficients = [sign; TERMS + 1];
-        for (coefficient, term) in coefficients.iter_mut().zip(&self.terms) {
-            *coefficient = sign * term[EPSILON];
-        }
-        coefficients[0] = coefficients[0] + offset;
-        let mut rounding = w.splat(0.0);
-        for c in &coefficients {
-            rounding = rounding + w.splat(f64::EPSILON) * w.abs(*c);
-        }
-        let (mut done, mut left) = (w.greater(w.splat(0.0), w.splat(0.0)), asked);
-        let mut found = 0;
-        for _ in 0..MOST_POLISHING {
-            let (mut value, mut slope) = (coefficients[TERMS], w.splat(0.0));
-            for c in coefficients.iter().rev().skip(1) {
-                slope = slope * sigma + value;
-                value = value * sigma + *c;
-            }
-            let step = value / slope;
-            sigma = w.select(done, sigma, sigma - step);
-            left &= w.bits(w.at_most(w.abs(sigma), w.splat(1.25)));
-            let small = w.at_most(w.abs(step), w.splat(8.0 * f64::EPSILON));
-            done = w.either(done, w.either(w.at_most(w.abs(value), rounding), small));
-            found = left & w.bits(done);
-            if found == left {
-                break;
-            }
-        }
-        (sigma, found)
-    }
 }
 
 /// The quantities behind the figures, and what they are multiplied with.

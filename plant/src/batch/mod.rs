@@ -158,10 +158,9 @@ impl<W: Width> Batch<W> {
         self.width.apart(
             #[inline(always)]
             || {
-                groups.iter_mut().for_each(
-                    #[inline(always)]
-                    |group| group.look_back(shared),
-                )
+                for group in groups {
+                    group.look_back(shared);
+                }
             },
         );
     }

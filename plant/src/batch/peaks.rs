@@ -375,9 +375,10 @@ impl<W: Width> Group<W> {
         } else {
             1.0
         };
-        let mut off = scale.abs() * sketch.stray(&rates, own.abs());
+        let (rises, stray) = sketch.over(&rates, own.abs());
+        let mut off = scale.abs() * stray;
         let mut values = [0.0; VALUES];
-        for (i, rise) in sketch.rises(&rates).iter().take(SLOPES).enumerate() {
+        for (i, rise) in rises.iter().enumerate() {
             values[i + 1] = values[i] + scale * rise;
         }
         let theta = length_s / whole_s;

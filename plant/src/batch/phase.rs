@@ -3,7 +3,9 @@
 
 use super::grid::{LaneGrid, figures};
 use crate::exact::{BOUND_MARGIN, times_sizes};
-use crate::exact::{DRIVING, HELD, HeldTable, Linear, Quantity, SLOPES, VALUES, WholeStep};
+use crate::exact::{
+    DRIVING, ELEVENTH, HELD, HeldTable, Linear, Quantity, SLOPES, Sketch, WholeStep,
+};
 use crate::hybrid::Automaton;
 use crate::model::amplifier::StageMode;
 use crate::model::axis::{Axis, Mode};
@@ -116,13 +118,11 @@ pub(super) struct KindOfStep {
     grid: Option<LaneGrid>,
 }
 
-/// A quantity over the step in Bernstein form (see [`crate::exact::Sketch`]).
+/// A quantity over the step as a polynomial, times a scale.
 #[derive(Debug, Clone)]
 pub(super) struct LaneSketch {
-    /// Rise of each coefficient over the one before it, rate by rate.
-    columns: [[f64; VALUES]; HELD],
-    /// Error of the polynomial, per |rate|; a bound that excludes nothing without a sketch.
-    stray: [f64; HELD],
+    sketch: Option<Sketch<HELD>>,
+    scale: f64,
 }
 
 impl Phase {
@@ -185,11 +185,10 @@ impl KindOfStep {
         guard: impl Fn(f64) -> f64,
     ) -> bool {
         let rates = self.step.rates(One, x, voltage_v);
-        let rises = self.gap.rises(&rates);
         let mut delta = x[2];
-        let stray = self.gap.stray(&rates, delta.abs());
+        let (rises, stray) = self.gap.over(&rates, delta.abs());
         let mut holds = guard(delta) > stray;
-        for rise in &rises[..SLOPES] {
+        for rise in &rises {
             delta += rise;
             holds &= guard(delta) > stray;
         }
@@ -199,43 +198,24 @@ impl KindOfStep {
 
 impl LaneSketch {
     fn of(linear: &Linear<HELD>, scale: f64) -> Self {
-        let mut all = Self {
-            columns: [[0.0; VALUES]; HELD],
-            stray: [f64::INFINITY; HELD],
-        };
-        let Some(sketch) = &linear.sketch else {
-            return all;
-        };
-        for (i, slopes) in sketch.slopes.iter().enumerate() {
-            for (column, slope) in all.columns.iter_mut().zip(slopes.iter()) {
-                column[i] = scale * slope / 11.0;
-            }
+        Self {
+            sketch: linear.sketch.clone(),
+            scale,
         }
-        for (to, stray) in all.stray.iter_mut().zip(sketch.stray.iter()) {
-            *to = BOUND_MARGIN * scale.abs() * stray;
-        }
-        all
     }
 
-    /// Rise of each coefficient over the one before it; the last number is 0.
-    pub(super) fn rises(&self, rates: &[f64; HELD]) -> [f64; VALUES] {
-        let mut rises = [0.0; VALUES];
-        for (column, rate) in self.columns.iter().zip(rates) {
-            for (rise, number) in rises.iter_mut().zip(column) {
-                *rise += number * rate;
-            }
-        }
-        rises
-    }
-
-    /// Error of the polynomial, its own rounding and that of a start
-    /// of the given size included.
-    pub(super) fn stray(&self, rates: &[f64; HELD], size: f64) -> f64 {
-        let mut sum = size * ROUNDING;
-        for (stray, rate) in self.stray.iter().zip(rates) {
-            sum += stray * rate.abs();
-        }
-        sum
+    /// Rise of each coefficient over the one before it from these rates, and the error of the
+    /// polynomial, its own rounding and that of a start of the given size included; one that
+    /// excludes nothing without a sketch.
+    #[inline(always)]
+    pub(super) fn over(&self, rates: &[f64; HELD], size: f64) -> ([f64; SLOPES], f64) {
+        let Some(sketch) = &self.sketch else {
+            return ([0.0; SLOPES], f64::INFINITY);
+        };
+        let (slopes, stray) = sketch.slopes(One, rates);
+        let off = BOUND_MARGIN * self.scale.abs() * stray;
+        let rise = self.scale * ELEVENTH;
+        (slopes.map(|slope| rise * slope), off + size * ROUNDING)
     }
 }
 

@@ -3,7 +3,7 @@
 //! happens, or in which the sketches leave a question open, are told apart.
 
 use super::grid::{LaneGrid, States, sum};
-use crate::exact::{Curve, DRIVING, ELEVENTH, HELD, NOISE_ULPS, SLOPES, WholeStep};
+use crate::exact::{Curve, DELTA, ELEVENTH, HELD, NOISE_ULPS, SLOPES, WholeStep, zero_near};
 use crate::model::axis::{Axis, NOISE_PER_BACKLASH};
 use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON};
 use crate::numerics::width::Width;
@@ -111,10 +111,11 @@ impl<W: Width> TransitionStart<W> {
         let length_s = w.splat(grid.length_s);
         let first = curve.first_zero(w, noise, known);
         let near_s = first.theta * length_s;
-        let local = grid.near(w, &x, &rate, near_s);
-        let near = local.sigma(near_s);
-        let (sigma, mut known) = local.zero_near(w, (sign, offset), near, first.known);
-        let change_s = local.time_s(sigma);
+        let local = grid.grid.near(w, &grid.a, (&x, &rate), near_s);
+        let near = local.window.sigma(near_s);
+        let guard = local.state(DELTA, (sign, offset));
+        let (sigma, mut known) = zero_near(w, &guard, near, first.known);
+        let change_s = local.window.time_s(sigma);
         let late = w.at_most(first.from * length_s, change_s);
         let early = w.at_most(change_s, first.to * length_s);
         let within = w.both(w.greater(change_s, zero), w.greater(length_s, change_s));
@@ -151,8 +152,8 @@ impl<W: Width> TransitionStart<W> {
             let curve = slopes.guard(w, flank, zero + flank * x[EPSILON]);
             known &= curve.holds_after_start(w, theta);
         }
-        let local = next.near(w, &x, &next_rate, left_s);
-        let mut end = local.at(local.sigma(left_s));
+        let local = next.grid.near(w, &next.a, (&x, &next_rate), left_s);
+        let mut end = local.at(local.window.sigma(left_s));
         end[EPSILON] = end[EPSILON] + end_offset;
         next.hold::<W>(&mut end);
         let mut size = zero;
@@ -305,7 +306,7 @@ fn stored_all<W: Width>(w: W, vectors: &States<W>) -> [W::Array; HELD] {
 }
 
 /// Slopes of δ over a step, and what they may be off by.
-pub(super) struct DeltaSlopes<W: Width> {
+struct DeltaSlopes<W: Width> {
     slopes: [W::Vector; SLOPES],
     stray: W::Vector,
 }
@@ -313,21 +314,14 @@ pub(super) struct DeltaSlopes<W: Width> {
 impl<W: Width> DeltaSlopes<W> {
     /// Over the step that begins with `rate`.
     #[inline(always)]
-    pub(super) fn new(w: W, grid: &LaneGrid, rate: &States<W>) -> Self {
-        let mut slopes = [rate[0]; SLOPES];
-        for (slope, row) in slopes.iter_mut().zip(&grid.slopes) {
-            *slope = sum(w, row, rate);
-        }
-        let mut stray = w.splat(grid.stray[0]) * w.abs(rate[1]);
-        for j in 1..DRIVING {
-            stray = stray + w.splat(grid.stray[j]) * w.abs(rate[j + 1]);
-        }
+    fn new(w: W, grid: &LaneGrid, rate: &States<W>) -> Self {
+        let (slopes, stray) = grid.sketch.slopes(w, rate);
         Self { slopes, stray }
     }
 
     /// About where δ ends that starts here.
     #[inline(always)]
-    pub(super) fn end(&self, w: W, start: W::Vector) -> W::Vector {
+    fn end(&self, w: W, start: W::Vector) -> W::Vector {
         let mut change = self.slopes[0];
         for slope in &self.slopes[1..] {
             change = change + *slope;
@@ -338,7 +332,7 @@ impl<W: Width> DeltaSlopes<W> {
     /// The guard `sign·δ + offset`, which is `start` at the start; `sign` is 1 or
     /// −1.
     #[inline(always)]
-    pub(super) fn guard(&self, w: W, sign: W::Vector, start: W::Vector) -> Curve<W> {
+    fn guard(&self, w: W, sign: W::Vector, start: W::Vector) -> Curve<W> {
         let mut slopes = self.slopes;
         for slope in &mut slopes {
             *slope = sign * *slope;

@@ -16,7 +16,7 @@
 //! be told from a touch.
 
 use super::curve::{Found, first_zero as first_zero_of, without_start};
-use super::grid::zero_near;
+use super::grid::{Local, sole_zero_near};
 use super::levels::{BOUND_MARGIN, Levels, Taylor};
 use super::roots::Polynomial;
 use super::system::Column;
@@ -126,13 +126,18 @@ impl<'a, const D: usize> Flow<'a, D> {
         }
     }
 
+    /// The solution around `time_s`, where the table has a grid.
+    pub(crate) fn near(&self, time_s: f64) -> Option<Local<One, D>> {
+        let grid = self.table.grid.as_ref()?;
+        let from = (&(*self.start).into(), &self.rate.into());
+        Some(grid.near(One, &self.table.levels.a, from, time_s))
+    }
+
     /// The state after `time_s`. Every leg is settled, so that the number of
     /// steps is at most that of the halvings.
     pub(crate) fn at(&self, time_s: f64) -> Column<D> {
-        if let Some(grid) = &self.table.grid {
-            let a = &self.table.levels.a;
-            let local = grid.near(a, self.start, &self.rate, time_s);
-            return local.at(local.window.sigma(time_s));
+        if let Some(local) = self.near(time_s) {
+            return local.at(local.window.sigma(time_s)).into();
         }
         let mut walk = self.walk(time_s, 0);
         while let Ok(Some(_)) = walk.next(|_| true) {}
@@ -359,9 +364,7 @@ impl<const D: usize> Flow<'_, D> {
         guards: &[Option<LinearGuard<'_, D>>],
         length_s: f64,
     ) -> Option<Stop<D>> {
-        let (grid, levels) = (self.table.grid.as_ref(), &self.table.levels);
-        let near = |time_s| grid.map(|grid| grid.near(&levels.a, self.start, &self.rate, time_s));
-        let theta = length_s / levels.steps[0].length_s;
+        let theta = length_s / self.table.levels.steps[0].length_s;
         let mut first: Option<(usize, &LinearGuard<'_, D>, [f64; 3])> = None;
         for (place, guard) in guards.iter().enumerate() {
             let Some(guard) = guard else { continue };
@@ -377,19 +380,19 @@ impl<const D: usize> Flow<'_, D> {
         let Some((place, guard, [zero, from, to])) = first else {
             return Some(self.end(length_s));
         };
-        let local = near(zero * length_s);
+        let local = self.near(zero * length_s);
         let (window, coefficients) = match &local {
             Some(local) => (local.window, local.quantity(&guard.linear.row)),
             None => self.around(guard.linear, zero * length_s)?,
         };
         let mut coefficients = coefficients.map(|c| guard.sign * c);
         coefficients[0] += guard.offset;
-        let sigma = zero_near(&coefficients, window.sigma(zero * length_s))?;
+        let sigma = sole_zero_near(&coefficients, window.sigma(zero * length_s))?;
         let time_s = window.time_s(sigma);
         let within = (from * length_s..=to * length_s).contains(&time_s);
         (within && time_s > 0.0 && time_s <= length_s).then(|| Stop {
             time_s,
-            x: local.map_or_else(|| self.at(time_s), |local| local.at(sigma)),
+            x: local.map_or_else(|| self.at(time_s), |local| local.at(sigma).into()),
             guard: Some(place),
             work: 0,
         })

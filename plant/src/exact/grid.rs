@@ -1,8 +1,9 @@
-//! Exact states anywhere within a step: at 32 points of it by one product each,
-//! and around these by a short Taylor series.
+//! Exact states anywhere within a step, of one run or of many side by side: at 32 points of
+//! it by one product each, and around these by a short Taylor series.
 
-use super::levels::{Levels, integral, value_and_slope};
+use super::levels::{Levels, integral};
 use super::system::{Column, Matrix};
+use crate::numerics::width::{One, Width};
 
 /// Cells that a step is divided into.
 pub(crate) const CELLS: usize = 32;
@@ -16,7 +17,7 @@ pub(crate) const TERMS: usize = 10;
 pub(super) const MOST_LEVELS: usize = 4;
 
 /// Coefficients of a quantity around a point of the grid.
-pub(crate) type LocalCoefficients = [f64; TERMS + 1];
+pub(crate) type LocalCoefficients<W> = [<W as Width>::Vector; TERMS + 1];
 
 /// Exact steps to the points of a grid over a step of length T.
 #[derive(Debug, Clone, PartialEq)]
@@ -36,17 +37,17 @@ pub(crate) struct Grid<const D: usize> {
 
 /// The time around an instant, as `σ = (t − centre)/half`.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Window {
-    pub(crate) centre_s: f64,
+pub(crate) struct Window<W: Width> {
+    pub(crate) centre_s: W::Vector,
     /// Half a cell \[s\]: the unit of σ.
-    pub(crate) half_s: f64,
+    pub(crate) half_s: W::Vector,
 }
 
 /// The solution around one point of the grid, in powers of σ.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Local<const D: usize> {
-    pub(crate) window: Window,
-    terms: [Column<D>; TERMS + 1],
+#[derive(Clone, Copy)]
+pub(crate) struct Local<W: Width, const D: usize> {
+    pub(crate) window: Window<W>,
+    terms: [[W::Vector; D]; TERMS + 1],
 }
 
 impl<const D: usize> Grid<D> {
@@ -89,67 +90,127 @@ impl<const D: usize> Grid<D> {
     }
 
     /// The solution around `time_s`, from `x` with `rate = A·x + u`.
-    pub(crate) fn near(
+    #[inline(always)]
+    pub(crate) fn near<W: Width>(
         &self,
+        w: W,
         a: &Matrix<D>,
-        x: &Column<D>,
-        rate: &Column<D>,
-        time_s: f64,
-    ) -> Local<D> {
-        let cell_s = self.length_s / 32.0;
-        let (mut j, mut cells) = (0, 0.0);
-        for (more, count) in [(16, 16.0), (8, 8.0), (4, 4.0), (2, 2.0), (1, 1.0), (1, 1.0)] {
-            if time_s > (cells + count - 0.5) * cell_s {
-                j += more;
-                cells += count;
+        (x, rate): (&[W::Vector; D], &[W::Vector; D]),
+        time_s: W::Vector,
+    ) -> Local<W, D> {
+        let cell_s = w.splat(self.length_s / 32.0);
+        let mut cells = w.splat(0.0);
+        for count in [16.0, 8.0, 4.0, 2.0, 1.0, 1.0] {
+            let further = cells + w.splat(count);
+            let beyond = w.greater(time_s, (further - w.splat(0.5)) * cell_s);
+            cells = w.select(beyond, further, cells);
+        }
+        let change = self.change(w, cells, rate);
+        // A·x(t) + u = v + A·ψ(t)·v
+        let (mut centre, mut here) = (*x, *rate);
+        for (i, (x, rate)) in centre.iter_mut().zip(&mut here).enumerate() {
+            *x = *x + change[i];
+            *rate = *rate + sum(w, a, i, &change);
+        }
+        let mut terms = [centre; TERMS + 1];
+        for (slot, matrix) in terms.iter_mut().skip(1).zip(&self.terms) {
+            for (i, term) in slot.iter_mut().enumerate() {
+                *term = sum(w, matrix, i, &here);
             }
         }
-        let change = self.integrals[j] * rate;
-        let half_s = cell_s / 2.0;
-        let mut terms = [x + change; TERMS + 1];
-        // A·x(t) + u = v + A·ψ(t)·v
-        let rate = rate + a * change;
-        for (slot, matrix) in terms.iter_mut().skip(1).zip(&self.terms) {
-            *slot = matrix * rate;
+        let window = Window {
+            centre_s: cells * cell_s,
+            half_s: w.splat(self.length_s / 64.0),
+        };
+        Local { window, terms }
+    }
+
+    /// `ψ(t)·v` with t at a point of each lane's own.
+    #[inline(always)]
+    fn change<W: Width>(&self, w: W, cells: W::Vector, rate: &[W::Vector; D]) -> [W::Vector; D] {
+        let mut psi = [[W::array(0.0); D]; D];
+        for (lane, &cell) in w.stored(cells).as_ref().iter().enumerate() {
+            // A whole number from 0 to the number of cells.
+            let of_lane = &self.integrals[(cell as usize).min(CELLS)];
+            for (i, row) in psi.iter_mut().enumerate() {
+                for (j, to) in row.iter_mut().enumerate() {
+                    to.as_mut()[lane] = of_lane[(i, j)];
+                }
+            }
         }
-        let centre_s = cells * cell_s;
-        Local {
-            window: Window { centre_s, half_s },
-            terms,
+        let mut change = *rate;
+        for (change, row) in change.iter_mut().zip(&psi) {
+            *change = w.load(&row[0]) * rate[0];
+            for j in 1..D {
+                *change = *change + w.load(&row[j]) * rate[j];
+            }
         }
+        change
     }
 }
 
-impl Window {
+/// `Σ_j m_ij·x_j`, in the order of the states.
+#[inline(always)]
+fn sum<W: Width, const D: usize>(w: W, m: &Matrix<D>, i: usize, x: &[W::Vector; D]) -> W::Vector {
+    let mut sum = w.splat(m[(i, 0)]) * x[0];
+    for j in 1..D {
+        sum = sum + w.splat(m[(i, j)]) * x[j];
+    }
+    sum
+}
+
+impl<W: Width> Window<W> {
     /// σ of a time.
-    pub(crate) fn sigma(&self, time_s: f64) -> f64 {
+    #[inline(always)]
+    pub(crate) fn sigma(&self, time_s: W::Vector) -> W::Vector {
         (time_s - self.centre_s) / self.half_s
     }
 
     /// The time at σ \[s\].
-    pub(crate) fn time_s(&self, sigma: f64) -> f64 {
+    #[inline(always)]
+    pub(crate) fn time_s(&self, sigma: W::Vector) -> W::Vector {
         self.centre_s + sigma * self.half_s
     }
 }
 
-impl<const D: usize> Local<D> {
+impl<W: Width, const D: usize> Local<W, D> {
     /// The state at σ, by Horner's rule.
-    pub(crate) fn at(&self, sigma: f64) -> Column<D> {
+    #[inline(always)]
+    pub(crate) fn at(&self, sigma: W::Vector) -> [W::Vector; D] {
         let mut x = self.terms[TERMS];
         for term in self.terms.iter().rev().skip(1) {
-            x = x * sigma + term;
+            for (x, term) in x.iter_mut().zip(term) {
+                *x = *x * sigma + *term;
+            }
         }
         x
     }
 
+    /// `scale·x_i + offset` as a polynomial in σ.
+    #[inline(always)]
+    pub(crate) fn state(
+        &self,
+        state: usize,
+        (scale, offset): (W::Vector, W::Vector),
+    ) -> LocalCoefficients<W> {
+        let mut coefficients = [scale; TERMS + 1];
+        for (coefficient, term) in coefficients.iter_mut().zip(&self.terms) {
+            *coefficient = scale * term[state];
+        }
+        coefficients[0] = coefficients[0] + offset;
+        coefficients
+    }
+}
+
+impl<const D: usize> Local<One, D> {
     /// `row·x` as a polynomial in σ.
-    pub(crate) fn quantity(&self, row: &Column<D>) -> LocalCoefficients {
-        self.terms.map(|term| row.dot(&term))
+    pub(crate) fn quantity(&self, row: &Column<D>) -> LocalCoefficients<One> {
+        self.terms.map(|term| row.dot(&Column::from(term)))
     }
 }
 
 /// Coefficients of the slope.
-pub(crate) fn derivative(coefficients: &LocalCoefficients) -> LocalCoefficients {
+pub(crate) fn derivative(coefficients: &LocalCoefficients<One>) -> LocalCoefficients<One> {
     let mut slope = [0.0; TERMS + 1];
     for (n, (s, c)) in (1_u32..).zip(slope.iter_mut().zip(&coefficients[1..])) {
         *s = f64::from(n) * c;
@@ -158,26 +219,44 @@ pub(crate) fn derivative(coefficients: &LocalCoefficients) -> LocalCoefficients 
 }
 
 /// Newton steps at most; the start is known to a ten-thousandth of the step.
-pub(crate) const MOST_NEWTON: usize = 8;
+const MOST_NEWTON: usize = 8;
 
-/// A zero near σ by Newton's rule, down to the rounding of the value; `None` if
-/// it leaves the cell.
-pub(crate) fn zero_near(coefficients: &LocalCoefficients, mut sigma: f64) -> Option<f64> {
-    let mut rounding = 0.0;
+/// A zero near σ by Newton's rule, down to the rounding of the value, and the lanes of
+/// `asked` in which there is one: it must not leave the cell.
+#[inline(always)]
+pub(crate) fn zero_near<W: Width>(
+    w: W,
+    coefficients: &LocalCoefficients<W>,
+    mut sigma: W::Vector,
+    asked: u64,
+) -> (W::Vector, u64) {
+    let mut rounding = w.splat(0.0);
     for c in coefficients {
-        rounding += f64::EPSILON * c.abs();
+        rounding = rounding + w.splat(f64::EPSILON) * w.abs(*c);
     }
+    let (mut done, mut left) = (w.greater(w.splat(0.0), w.splat(0.0)), asked);
+    let mut found = 0;
     for _ in 0..MOST_NEWTON {
-        let (value, slope) = value_and_slope(coefficients, sigma);
-        let step = value / slope;
-        sigma -= step;
-        let inside = sigma.abs() <= 1.25;
-        if !inside {
-            return None;
+        let (mut value, mut slope) = (coefficients[TERMS], w.splat(0.0));
+        for c in coefficients.iter().rev().skip(1) {
+            slope = slope * sigma + value;
+            value = value * sigma + *c;
         }
-        if value.abs() <= rounding || step.abs() <= 8.0 * f64::EPSILON {
-            return Some(sigma);
+        let step = value / slope;
+        sigma = w.select(done, sigma, sigma - step);
+        left &= w.bits(w.at_most(w.abs(sigma), w.splat(1.25)));
+        let small = w.at_most(w.abs(step), w.splat(8.0 * f64::EPSILON));
+        done = w.either(done, w.either(w.at_most(w.abs(value), rounding), small));
+        found = left & w.bits(done);
+        if found == left {
+            break;
         }
     }
-    None
+    (sigma, found)
+}
+
+/// The same of a single run.
+pub(crate) fn sole_zero_near(coefficients: &LocalCoefficients<One>, sigma: f64) -> Option<f64> {
+    let (sigma, found) = zero_near(One, coefficients, sigma, 1);
+    (found != 0).then_some(sigma)
 }

@@ -45,12 +45,13 @@ pub(crate) mod tests;
 mod whole_step;
 
 pub(crate) use curve::{Curve, ELEVENTH, SLOPES, VALUES, left_of};
-pub(crate) use grid::{CELLS, MOST_NEWTON as MOST_POLISHING, TERMS};
+pub(crate) use grid::{Grid, zero_near};
 pub(crate) use held_table::{HeldTable, is_stiff};
 pub(crate) use levels::{BOUND_MARGIN, NOISE_ULPS};
 pub(crate) use loss::{DRIVING, Dissipation, PARTS, heat_of_part};
 pub(crate) use memory::Tables;
 pub(crate) use peak::command_slopes;
-pub(crate) use system::{Column, HELD, Matrix};
+pub(crate) use sketch::Sketch;
+pub(crate) use system::{DELTA, HELD, Matrix};
 pub(crate) use table::{Linear, Quantity};
 pub(crate) use whole_step::{ROWS, WholeStep, times_sizes};

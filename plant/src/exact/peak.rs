@@ -4,7 +4,7 @@
 
 use super::crossing::{Flow, Leg, Stretch};
 use super::curve::{Curve, Found, SLOPES};
-use super::grid::{LocalCoefficients, Window, derivative, zero_near};
+use super::grid::{LocalCoefficients, Window, derivative, sole_zero_near};
 use super::levels::{BOUND_MARGIN, Coefficients, TERMS, Taylor, value_and_slope};
 use super::roots::Polynomial;
 use super::system::Column;
@@ -139,9 +139,8 @@ impl<const D: usize> Flow<'_, D> {
         &self,
         linear: &Linear<D>,
         time_s: f64,
-    ) -> Option<(Window, LocalCoefficients)> {
-        if let Some(grid) = &self.table.grid {
-            let local = grid.near(&self.table.levels.a, self.start, &self.rate, time_s);
+    ) -> Option<(Window<One>, LocalCoefficients<One>)> {
+        if let Some(local) = self.near(time_s) {
             return Some((local.window, local.quantity(&linear.row)));
         }
         let length_s = self.table.levels.steps[0].length_s;
@@ -177,9 +176,8 @@ impl<const D: usize> Flow<'_, D> {
         let sigma = window.sigma(time_s);
         let peak = match sought.command {
             Some(command) => peak_behind(&window, &q, command, sigma),
-            None => {
-                zero_near(&derivative(&q), sigma).map(|sigma| value_and_slope(&q, sigma).0.abs())
-            }
+            None => sole_zero_near(&derivative(&q), sigma)
+                .map(|sigma| value_and_slope(&q, sigma).0.abs()),
         };
         peak.map_or(SketchedPeak::Unclear, SketchedPeak::At)
     }
@@ -314,8 +312,8 @@ const CLOSE: f64 = 1e-9;
 
 /// The magnitude of |command − quantity| at its turn near σ.
 fn peak_behind(
-    window: &Window,
-    q: &LocalCoefficients,
+    window: &Window<One>,
+    q: &LocalCoefficients<One>,
     (motion, start_s): (&Motion, f64),
     mut sigma: f64,
 ) -> Option<f64> {

@@ -19,7 +19,7 @@ use super::curve::{Curve, SLOPES};
 use super::grid::{CELLS, Grid, LocalCoefficients, MOST_LEVELS, TERMS, Window};
 use super::levels::{Levels, integral};
 use super::system::{Column, Matrix};
-use crate::numerics::width::One;
+use crate::numerics::width::{One, Width};
 
 /// The points of interpolation, in cells: near those of Lobatto and Chebyshev.
 pub(crate) const NODES: [usize; SLOPES] = [0, 1, 3, 7, 11, 16, 21, 25, 29, 31, 32];
@@ -230,7 +230,7 @@ impl<const D: usize> Sketch<D> {
         rate: &Column<D>,
         start: f64,
         (time_s, length_s): (f64, f64),
-    ) -> (Window, LocalCoefficients) {
+    ) -> (Window<One>, LocalCoefficients<One>) {
         let mut slope = [0.0; POWERS];
         for (slope, row) in slope.iter_mut().zip(&self.series) {
             *slope = row.dot(rate);
@@ -259,11 +259,35 @@ impl<const D: usize> Sketch<D> {
         (window, q)
     }
 
+    /// The slopes over the step that begins with `rate`, and what they may be off by.
+    #[inline(always)]
+    pub(crate) fn slopes<W: Width>(
+        &self,
+        w: W,
+        rate: &[W::Vector; D],
+    ) -> ([W::Vector; SLOPES], W::Vector) {
+        let mut slopes = [rate[0]; SLOPES];
+        for (slope, row) in slopes.iter_mut().zip(&self.slopes) {
+            *slope = w.splat(row[0]) * rate[0];
+            for j in 1..D {
+                *slope = *slope + w.splat(row[j]) * rate[j];
+            }
+        }
+        let [first, rest @ ..] = rate.as_slice() else {
+            return (slopes, w.splat(0.0));
+        };
+        let mut stray = w.splat(self.stray[0]) * w.abs(*first);
+        for (rate, of_rate) in rest.iter().zip(self.stray.iter().skip(1)) {
+            stray = stray + w.splat(*of_rate) * w.abs(*rate);
+        }
+        (slopes, stray)
+    }
+
     /// The quantity `scale·q + offset`, which is `value` at the start, over the
     /// step that begins with `rate`.
     pub(crate) fn curve(&self, rate: &Column<D>, scale: f64, value: f64) -> Curve<One> {
-        let stray = scale.abs() * self.stray.dot(&rate.abs());
-        let slopes = core::array::from_fn(|i| scale * self.slopes[i].dot(rate));
-        Curve::new(One, value, slopes, stray)
+        let (slopes, stray) = self.slopes(One, &(*rate).into());
+        let slopes = slopes.map(|slope| scale * slope);
+        Curve::new(One, value, slopes, scale.abs() * stray)
     }
 }

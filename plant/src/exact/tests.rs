@@ -222,8 +222,8 @@ proptest! {
         for i in 0..=40 {
             let time_s = f64::from(i) / 40.0 * length_s;
             let change = change_after(&a, &rate, time_s);
-            let local = grid.near(&a, &Column::zeros(), &rate, time_s);
-            let near = local.at(local.window.sigma(time_s));
+            let local = grid.near(One, &a, (&[0.0; 3], &rate.into()), time_s);
+            let near = Column::from(local.at(local.window.sigma(time_s)));
             let size = change.abs() + rate.abs() * length_s;
             prop_assert!(row.dot(&(near - change)).abs() <= 1e-12 * row.abs().dot(&size));
         }
