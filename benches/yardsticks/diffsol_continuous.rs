@@ -43,7 +43,7 @@ impl Law {
         let k0 = case.amplifier.gain * case.encoder.counts_per_rad * case.dac.step_v
             / transmission.gear_ratio;
         Self {
-            motion: case.motion,
+            motion: case.motion.clone(),
             proportional: k0 * gains.kp,
             integral: k0 * gains.ki_per_s,
             derivative: k0 * gains.kd_s,
