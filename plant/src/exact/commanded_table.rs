@@ -75,8 +75,8 @@ impl Affine {
     }
 }
 
-/// What a table depends on: a joint that carries, guide, amplifier, ω of the command (none
-/// where it is held) and length.
+/// What a table depends on: a joint that carries, guide, limit of the command, amplifier
+/// behind it, how fast the command changes (none where it is held) and length.
 pub(super) type Key = (
     bool,
     GuideMode,
@@ -101,7 +101,7 @@ pub(crate) struct CommandedTable {
     /// The rows of A whose rates are no states, and how fast the command changes.
     accelerated: Beside<1>,
     coupling: Coupling,
-    /// β̂ counts.
+    /// True under the continuous law, whose memory β̂ is; behind a held command it rests.
     counts: bool,
     /// `e^{AT} − 1`, the rounding of which is that of what a step changes and
     /// not of the whole state, and `ψ(T)·u`, without the command's part: the axis' own states
@@ -121,7 +121,7 @@ pub(crate) struct CommandedTable {
     behind: OnceLock<Box<[Option<Heat<BEHIND>>; 2]>>,
 }
 
-/// ẍ, I, p·γ, p·β and the voltage.
+/// What a piece looks at first: ẍ, I, p·γ, p·β and the voltage.
 pub(super) const FIGURES: usize = 5;
 
 /// Rates of all states with a quantity ahead of them.

@@ -185,8 +185,6 @@ pub(crate) struct ExactStep<const D: usize> {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Levels<const D: usize> {
     pub(crate) a: Matrix<D>,
-    /// λ \[1/s\].
-    pub(super) growth_per_s: f64,
     /// The longest first.
     pub(crate) steps: Vec<ExactStep<D>>,
     /// `e^{|A|h}` with the length h of the shortest.
@@ -231,8 +229,7 @@ impl<const D: usize> Levels<D> {
 
     /// The steps of a system over `length_s` and its binary fractions.
     pub(crate) fn new(a: &Matrix<D>, length_s: f64) -> Self {
-        let rate = growth_rate(a);
-        let (leaf_s, halvings) = leaf(rate, length_s);
+        let (leaf_s, halvings) = leaf(growth_rate(a), length_s);
         let step = |length_s: f64, integral: Matrix<D>, transition: Matrix<D>| ExactStep {
             length_s,
             integral,
@@ -252,7 +249,6 @@ impl<const D: usize> Levels<D> {
         let magnitude = a.abs();
         Self {
             a: *a,
-            growth_per_s: rate,
             steps,
             // e^{|A|h} = 1 + |A|·ψ_|A|(h)
             grown: Matrix::identity() + magnitude * integral(&magnitude, leaf_s),

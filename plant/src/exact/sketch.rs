@@ -109,9 +109,10 @@ fn along<const D: usize>(grid: &Grid<D>, a: &Matrix<D>, row: &Column<D>) -> Vec<
 /// rows of [`FIT`] sum up to less than 800.
 const ROUNDING: f64 = 800.0 * 16.0 * f64::EPSILON;
 
-/// Powers of the series about the middle of a step at most: over `λt ≤ 4`, as `λT` is at
-/// most 8. What the first n leave out is at most some `(λt)ⁿ/n!` of the first (see
-/// [`super::levels`]): of 33 powers, `4³³/33! = 8.5e-18`.
+/// Powers of the series about the middle of a step: over `λt ≤ 4`, as `λT` is at most 8.
+/// In the norm of [`super::levels`] what they leave out is some `4³³/33! = 8.5e-18` of the
+/// first. That norm says nothing about fewer: of states that only integrate one another λ
+/// is zero, whereas the last of them takes as many powers as there are states.
 const POWERS: usize = 33;
 
 /// τⁿ with τ = 2θ − 1, by its values at the points of interpolation, and the error of
@@ -203,7 +204,6 @@ impl<const D: usize> Sketch<D> {
         let mut term = half.transpose() * row * length_s;
         let (mut slopes, mut stray) = ([Column::zeros(); SLOPES], Column::zeros());
         let mut series = Vec::with_capacity(POWERS);
-        let mut left_out = 1.0;
         for (n, (weights, error)) in (1_u32..).zip(POWERS_FIT.iter().zip(POWERS_STRAY)) {
             for (slope, weight) in slopes.iter_mut().zip(weights) {
                 *slope += term * *weight;
@@ -211,10 +211,6 @@ impl<const D: usize> Sketch<D> {
             stray += term.abs() * (error + ROUNDING);
             series.push(term);
             term = scaled * term / f64::from(n);
-            left_out *= levels.growth_per_s * half_s / f64::from(n);
-            if left_out < 1e-17 {
-                break;
-            }
         }
         Some(Self {
             slopes,

@@ -446,6 +446,33 @@ fn remainder_is_no_idle_one() {
     }
 }
 
+/// States that only integrate one another have a growth rate of zero, and a sketch of
+/// them is the polynomial that the last of them is.
+#[test]
+fn a_chain_of_integrators_has_its_sketch() {
+    let a = Matrix::<3>::new(0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0);
+    let (rate, length_s) = (Column::<3>::new(0.25, -1.0, 3.0), 0.5);
+    let row = Column::<3>::new(1.0, 0.0, 0.0);
+    assert!(growth_rate(&a) < 1e-12);
+    let sketch = Sketch::about_middle(&Levels::new(&a, length_s), &row).unwrap();
+    let curve = sketch.curve(&rate, 1.0, 0.0);
+    let (mut off, mut parabola_off) = (0.0_f64, 0.0_f64);
+    for i in 0..=40 {
+        let theta = f64::from(i) / 40.0;
+        let t = theta * length_s;
+        let parabola = 0.25 * t - t * t / 2.0;
+        let exact = parabola + 3.0 * t * t * t / 6.0;
+        let (window, q) = sketch.around(&rate, 0.0, (t, length_s));
+        let near = levels::value_and_slope(&q, window.sigma(t)).0;
+        let whole = value_and_slope(One, &curve.values, theta).0;
+        off = off.max((near - exact).abs()).max((whole - exact).abs());
+        parabola_off = parabola_off.max((parabola - exact).abs());
+    }
+    assert!(off < 1e-15, "{off:e}");
+    // The contrast: a power less.
+    assert!(parabola_off > 0.05, "{parabola_off}");
+}
+
 /// The series is as good as rounding where it may be used.
 #[test]
 fn series_reproduces_an_oscillation() {
