@@ -275,19 +275,24 @@ impl Automaton {
                 let is_broken = value < 0.0 || value == 0.0 && rate < 0.0 || leaves(guard);
                 self.fresh != Some(guard) && is_broken
             });
-            let Some((guard, value, _)) = broken else {
+            let Some((mut guard, value, _)) = broken else {
                 return Ok(dy);
             };
-            let is_at_rest = leaves(guard);
-            if is_at_rest {
+            let left = match guard {
+                Guard::Part(flank) | Guard::Release(flank) if leaves(guard) => Some(flank),
+                _ => None,
+            };
+            if let Some(flank) = left {
                 // By as much as an event is found behind its surface, so that no rounding
-                // takes it back.
+                // takes it back. Of no torque there is nothing to let go of first.
                 let noise_rad = self.axis.parting_noise_rad;
                 self.y[EPSILON] -= noise_rad.copysign(self.y[EPSILON]);
+                guard = Guard::Part(flank);
             }
             self.switch(guard, drive, interval, watch);
-            // A command that jumps past the limit leaves the surface behind.
-            if value < 0.0 && matches!(guard, Guard::Saturate(_) | Guard::Desaturate(_)) {
+            // That way, and by a command that jumps past the limit, the surface is left behind.
+            let jumps = value < 0.0 && matches!(guard, Guard::Saturate(_) | Guard::Desaturate(_));
+            if left.is_some() || jumps {
                 self.fresh = None;
             }
         }
