@@ -1,7 +1,7 @@
 //! The plant: an axis with its state and the solver that advances it from one
 //! voltage update to the next.
 
-use fearless_simd::{Level, Simd};
+use fearless_simd::Level;
 
 use crate::exact::Tables;
 use crate::hybrid::{Automaton, Interval, PlantError};

@@ -1,8 +1,6 @@
 //! Lanes that have left the common step, of all groups: changes of contact are
 //! followed side by side, whatever else happens as single runs.
 
-use fearless_simd::Simd;
-
 use super::group::{Candidate, Group, Piece, Shared, exceeds, state_of, values_of};
 use super::phase::{KINDS, Kind, KindOfStep};
 use super::step::Leaving;

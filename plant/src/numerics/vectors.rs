@@ -4,7 +4,7 @@
 use std::str::FromStr;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use fearless_simd::{Level, Simd};
+use fearless_simd::Level;
 
 /// Sets of vector instructions of x86-64, the narrowest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -78,7 +78,7 @@ pub fn widest() -> Level {
 pub fn with_four<R>(level: Level, work: impl FnOnce() -> R) -> R {
     #[cfg(target_arch = "x86_64")]
     if let Some(simd) = level.as_avx2() {
-        return simd.vectorize(work);
+        return fearless_simd::Simd::vectorize(simd, work);
     }
     let _ = level;
     work()
@@ -89,7 +89,8 @@ macro_rules! in_fours {
     ($level:expr, $simd:ident => $work:expr) => {{
         #[cfg(target_arch = "x86_64")]
         let result = if let Some($simd) = $level.as_avx2() {
-            $simd.vectorize(
+            fearless_simd::Simd::vectorize(
+                $simd,
                 #[inline(always)]
                 || $work,
             )
