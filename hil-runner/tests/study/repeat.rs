@@ -80,7 +80,7 @@ fn the_line_has_what_was_given() {
 /// The message of a study that was interrupted shows the line that goes on.
 #[test]
 fn the_line_of_an_interrupted_study_goes_on() {
-    let folder = folder_with(&support::STUDY.replace("runs = 1500", "runs = 6000"));
+    let folder = folder_with(&support::STUDY.replace("runs = 1500", "runs = 20000"));
     let whole = made(&folder, "small.toml", "whole");
     let out = folder.path().join("out");
     let mut child = program(&folder, "small.toml --threads 1 --out out");
