@@ -252,15 +252,14 @@ impl Plant {
     /// Motor voltage that `drive` gives now \[V\].
     pub fn voltage_v(&self, drive: &Drive<'_>) -> f64 {
         let now = &self.now;
+        if !now.axis.stage.is_papers() {
+            return self.just_after(drive).voltage_v;
+        }
         if let (Drive::Feedback(pid), AmplifierMode::Linear) = (drive, now.mode.amplifier)
             && let Some(carried) = self.tables.as_ref().and_then(|t| t.carried.as_ref())
-            && now.axis.stage.is_papers()
             && carried.is_at(now, pid)
         {
             return carried.demand;
-        }
-        if !now.axis.stage.is_papers() {
-            return self.just_after(drive).voltage_v;
         }
         now.axis
             .voltage_v(&now.mode, drive, seconds(now.time_ns), &now.y)

@@ -2,9 +2,9 @@
 //! lane's mode decides.
 
 use super::grid::{LaneGrid, figures};
-use crate::exact::{BOUND_MARGIN, times_sizes};
 use crate::exact::{
-    DRIVING, ELEVENTH, HELD, HeldTable, Linear, Quantity, SLOPES, Sketch, WholeStep,
+    BOUND_MARGIN, DRIVING, ELEVENTH, HELD, HeldTable, Linear, Quantity, SLOPES, Sketch, WholeStep,
+    times_sizes,
 };
 use crate::hybrid::Automaton;
 use crate::model::amplifier::StageMode;

@@ -19,7 +19,7 @@ use super::table::Quantity;
 use crate::hybrid::guard::Guard;
 use crate::hybrid::{Automaton, Interval, PlantError};
 use crate::model::amplifier::{AmplifierMode, Stage, StageMode};
-use crate::model::axis::{Drive, Mode};
+use crate::model::axis::Drive;
 use crate::model::motion::{Motion, MotionPoint, Oscillator, OscillatorStep};
 use crate::model::pid::ContinuousPid;
 use crate::model::resistance::GuideMode;
@@ -265,13 +265,8 @@ impl Automaton {
                 let command = Oscillator::default();
                 let counted = (offset_rad, 1.0 / self.axis.pitch_m_per_rad);
                 let start = commanded_state(&self.y, counted, &command);
-                let key = (mode.joint.carries(), mode.guide, mode.amplifier);
-                let key = (key.0, key.1, key.2, mode.stage, None, length_ns);
-                (
-                    tables.commanded(&self.axis, &mode, None, key),
-                    start,
-                    command,
-                )
+                let place = tables.commanded(&self.axis, &mode, None, (None, length_ns));
+                (place, start, command)
             }
             (Some(pid), Some(carried))
                 if carried.length_ns == length_ns
@@ -369,15 +364,7 @@ impl Automaton {
             let command = motion.map(|motion| motion.oscillator(interval.now_s()));
             let coupling = command.map(|command| command.coupling);
             let command = command.unwrap_or_default();
-            let carries = mode.joint.carries();
-            let Mode {
-                guide,
-                amplifier,
-                stage,
-                ..
-            } = mode;
-            let key = (carries, guide, amplifier, stage, coupling, length_ns);
-            let place = tables.commanded(&self.axis, &mode, pid, key);
+            let place = tables.commanded(&self.axis, &mode, pid, (coupling, length_ns));
             let table = &tables.commanded[place];
             let offset_rad = self.axis.offset_rad(&mode);
             let counted = (offset_rad, table.rad_per_m);

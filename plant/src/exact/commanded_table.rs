@@ -75,16 +75,30 @@ impl Affine {
     }
 }
 
-/// What a table depends on: a joint that carries, guide, limit of the command, amplifier
-/// behind it, how fast the command changes (none where it is held) and length.
-pub(super) type Key = (
-    bool,
-    GuideMode,
-    AmplifierMode,
-    StageMode,
-    Option<Coupling>,
-    u64,
-);
+/// What a table depends on besides axis and law.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Key {
+    carries: bool,
+    guide: GuideMode,
+    amplifier: AmplifierMode,
+    stage: StageMode,
+    /// How fast the command changes; none where it is held.
+    coupling: Option<Coupling>,
+    length_ns: u64,
+}
+
+impl Key {
+    pub(super) fn new(mode: &Mode, coupling: Option<Coupling>, length_ns: u64) -> Self {
+        Self {
+            carries: mode.joint.carries(),
+            guide: mode.guide,
+            amplifier: mode.amplifier,
+            stage: mode.stage,
+            coupling,
+            length_ns,
+        }
+    }
+}
 
 /// The axis with its amplifier in one mode, over one length.
 #[derive(Debug, Clone, PartialEq)]
@@ -98,11 +112,8 @@ pub(crate) struct CommandedTable {
     input: [Column<COMMANDED>; 2],
     pub(super) voltage: Affine,
     pub(super) beyond: Affine,
-    /// The rows of A whose rates are no states, and how fast the command changes.
+    /// The rows of A whose rates are no states.
     accelerated: Beside<1>,
-    coupling: Coupling,
-    /// True under the continuous law, whose memory β̂ is; behind a held command it rests.
-    counts: bool,
     /// `e^{AT} − 1`, the rounding of which is that of what a step changes and
     /// not of the whole state, and `ψ(T)·u`, without the command's part: the axis' own states
     /// and q.
@@ -117,8 +128,8 @@ pub(crate) struct CommandedTable {
     slopes: [Column<COMMANDED>; FIGURES],
     /// Of a closed joint with damping.
     loss: Option<Heat<COMMANDED>>,
-    /// Of armature and guide, made when first asked for.
-    behind: OnceLock<Box<[Option<Heat<BEHIND>>; 2]>>,
+    /// Of the armature, and of a guide with linear friction, made when first asked for.
+    behind: OnceLock<Box<(Heat<BEHIND>, Option<Heat<BEHIND>>)>>,
 }
 
 /// What a piece looks at first: ẍ, I, p·γ, p·β and the voltage.
@@ -223,8 +234,10 @@ const STEPPED: [usize; OWN + 1] = [0, 1, 2, 3, 4, 5, LOOP];
 
 impl CommandedTable {
     pub(super) fn new(axis: &Axis, mode: &Mode, pid: Option<&ContinuousPid>, key: Key) -> Self {
-        let (carries, .., coupling, length_ns) = key;
-        let length_s = seconds(length_ns);
+        let Key {
+            carries, coupling, ..
+        } = key;
+        let length_s = seconds(key.length_ns);
         let system = axis.system(mode);
         let rad_per_m = 1.0 / axis.pitch_m_per_rad;
         let armature = Armature::new(axis, mode, pid);
@@ -264,8 +277,6 @@ impl CommandedTable {
         Self {
             key,
             accelerated: Beside::new(|i| accelerated[i]),
-            coupling: coupling.unwrap_or_default(),
-            counts: coupling.is_some(),
             growth: Beside::new(|i| STEPPED.get(i).map_or(none, |&state| row_of(&growth, state))),
             drift: drift.map(|drift| STEPPED.map(|state| drift[state])),
             command: OscillatorStep::new(coupling.unwrap_or_default(), length_s),
@@ -285,7 +296,7 @@ impl CommandedTable {
 
     /// Length of the step \[s\].
     pub(super) fn length_s(&self) -> f64 {
-        seconds(self.key.5)
+        seconds(self.key.length_ns)
     }
 
     /// u without a held command.
@@ -310,8 +321,13 @@ impl CommandedTable {
         let Coupling {
             up_per_s,
             down_per_s,
-        } = self.coupling;
-        let counted = if self.counts { x[BETA] } else { 0.0 };
+        } = self.key.coupling.unwrap_or_default();
+        // β̂ is the continuous law's memory.
+        let counted = if self.key.coupling.is_some() {
+            x[BETA]
+        } else {
+            0.0
+        };
         let mut rates = Column::<COMMANDED>::from([
             x[BETA_DOT],
             0.0,
@@ -350,8 +366,9 @@ impl CommandedTable {
         end
     }
 
-    /// How far what the guards look at, δ, the law's demand, what those of the amplifier do and
-    /// I, may stray over the whole step that begins with these rates; not a number where one of them is none.
+    /// How far what the guards look at (δ, the law's demand, what those of the amplifier do, I)
+    /// may stray over the whole step that begins with these rates; not a number where one of
+    /// them is none.
     #[inline(always)]
     pub(super) fn strays_of_guards(&self, simd: impl Simd, rates: &Column<COMMANDED>) -> [f64; 4] {
         let [strays] = self.guards.times(simd, &rates.abs());
@@ -386,20 +403,18 @@ impl CommandedTable {
             Some(loss) if whole => loss.over_whole(simd, 0.0, rates),
             Some(loss) => loss.of.over(*rates, length_s),
         };
-        let [armature, guide] = &**self.behind.get_or_init(|| self.heat_behind(axis));
-        let speed = || self.table.quantity(Quantity::ScrewSpeed).value(x);
-        let [mut armature_j, mut guide_j] = [0.0; 2];
-        if let Some(heat) = armature {
-            armature_j = heat.over_piece(simd, (whole, length_s), x[CURRENT], rates);
-        }
-        if let Some(heat) = guide {
-            guide_j = heat.over_piece(simd, (whole, length_s), speed(), rates);
+        let (armature, guide) = &**self.behind.get_or_init(|| self.heat_behind(axis));
+        let armature_j = armature.over_piece(simd, (whole, length_s), x[CURRENT], rates);
+        let mut guide_j = 0.0;
+        if let Some(guide) = guide {
+            let speed_radps = self.table.quantity(Quantity::ScrewSpeed).value(x);
+            guide_j = guide.over_piece(simd, (whole, length_s), speed_radps, rates);
         }
         [joint_j, armature_j, guide_j]
     }
 
     #[cold]
-    fn heat_behind(&self, axis: &Axis) -> Box<[Option<Heat<BEHIND>>; 2]> {
+    fn heat_behind(&self, axis: &Axis) -> Box<(Heat<BEHIND>, Option<Heat<BEHIND>>)> {
         let of = |coefficient, quantity| {
             let row = self.table.row(quantity);
             Heat::new(Dissipation::of_quantity(
@@ -408,12 +423,11 @@ impl CommandedTable {
                 row,
             ))
         };
-        // The guide's resistance may have no linear part.
         let guide = axis.pitch_m_per_rad * axis.resistance.linear_ns_per_rad;
-        Box::new([
-            Some(of(axis.motor.resistance_ohm, Quantity::Current)),
+        Box::new((
+            of(axis.motor.resistance_ohm, Quantity::Current),
             (guide != 0.0).then(|| of(guide, Quantity::ScrewSpeed)),
-        ])
+        ))
     }
 
     /// Rounding of δ after the whole step.

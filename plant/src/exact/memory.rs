@@ -5,7 +5,7 @@ use super::held_table::HeldTable;
 use super::system::{COMMANDED, Column};
 use crate::hybrid::Automaton;
 use crate::model::axis::{Axis, Mode};
-use crate::model::motion::Oscillator;
+use crate::model::motion::{Coupling, Oscillator};
 use crate::model::pid::ContinuousPid;
 use crate::model::state::Vector;
 
@@ -77,8 +77,9 @@ impl Tables {
         axis: &Axis,
         mode: &Mode,
         pid: Option<&ContinuousPid>,
-        key: Key,
+        (coupling, length_ns): (Option<Coupling>, u64),
     ) -> usize {
+        let key = Key::new(mode, coupling, length_ns);
         if pid.is_some() && self.pid.as_deref() != pid {
             // All of them are of another law.
             self.commanded.clear();
