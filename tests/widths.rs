@@ -232,7 +232,8 @@ fn compare_at<W: Width>(
                     command.as_mut()[lane] = case.motion.at(end_s).displacement_m;
                 }
                 let (voltage_v, command_m) = (width.load(voltage), width.load(&command));
-                if batch.group(0).advance(phase, voltage_v, command_m, 0) {
+                batch.group(0).advance(phase, voltage_v, command_m, 0);
+                while batch.is_held_up(0) {
                     batch.catch_up(true);
                 }
                 time_ns += length_ns;

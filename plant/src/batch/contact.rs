@@ -1,8 +1,9 @@
 //! Lanes that have left the common step, of all groups: changes of contact are
 //! followed side by side, whatever else happens as single runs.
 
-use super::group::{Candidate, Group, Piece, Shared, exceeds, state_of, values_of};
+use super::group::{Group, Shared, state_of, values_of};
 use super::phase::{KINDS, Kind, KindOfStep};
+use super::questions::{Piece, Question, Topic, is_behind};
 use super::step::Leaving;
 use super::transition::{Transition, TransitionStart};
 use crate::exact::HELD;
@@ -12,7 +13,7 @@ use crate::model::state::State;
 use crate::numerics::seconds;
 use crate::numerics::vectors::{in_fours, widest};
 use crate::numerics::width::Width;
-use crate::observe::extremes::{FIGURES, POWER};
+use crate::observe::extremes::{POWER, figures_at};
 use crate::observe::{ContactChange, Watch};
 
 /// Lanes that wait to be followed, and room to follow them in.
@@ -42,14 +43,15 @@ impl<W: Width> Contacts<W> {
     }
 
     /// Follows the lanes of `leaving` and those that wait, as many of a kind at a time
-    /// as there are lanes; the rest wait on, unless `all` are to be followed.
+    /// as there are lanes; the rest wait on. If no group can go on without them, those that
+    /// are most numerous are followed.
     #[inline(always)]
     pub(super) fn follow(
         &mut self,
         w: W,
         shared: &mut Shared,
         groups: &mut [Group<W>],
-        (leaving, all): (&mut Vec<Leaving>, bool),
+        (leaving, none_goes_on): (&mut Vec<Leaving>, bool),
     ) {
         for left in leaving.drain(..) {
             let group = &mut groups[left.group];
@@ -61,21 +63,23 @@ impl<W: Width> Contacts<W> {
                 }
             }
         }
-        let most = if all { 1 } else { W::LANES };
-        for phase in 0..self.waiting.len() {
-            for kind in Kind::all() {
-                loop {
-                    let list = &mut self.waiting[phase][kind.place()];
-                    if list.len() < most {
-                        break;
-                    }
-                    self.chunk.clear();
-                    let rest = list.len().saturating_sub(W::LANES);
-                    self.chunk.extend(list.drain(rest..));
-                    self.follow_chunk(w, shared, groups, (phase, kind));
-                }
-            }
+        let mut least = if none_goes_on { 1 } else { W::LANES };
+        while let Some((phase, kind)) = self.longest(least) {
+            let list = &mut self.waiting[phase][kind.place()];
+            let rest = list.len().saturating_sub(W::LANES);
+            self.chunk.clear();
+            self.chunk.extend(list.drain(rest..));
+            self.follow_chunk(w, shared, groups, (phase, kind));
+            least = W::LANES;
         }
+    }
+
+    /// Phase and kind of mode of the longest list that has this many lanes at least.
+    fn longest(&self, least: usize) -> Option<(usize, Kind)> {
+        let all =
+            (0..self.waiting.len()).flat_map(|phase| Kind::all().map(move |kind| (phase, kind)));
+        let number = |&(phase, kind): &(usize, Kind)| self.waiting[phase][kind.place()].len();
+        all.max_by_key(number).filter(|of| number(of) >= least)
     }
 
     /// Follows the lanes of the chunk, all in the same phase and kind of mode.
@@ -182,7 +186,7 @@ impl<W: Width> Group<W> {
         }
         let y = State::from_vector(&run.plant.y);
         let changed = run.plant.mode != mode || run.plant.fresh.is_some();
-        self.raise_floors(lane);
+        self.take_peaks(lane);
         let changed = changed || self.mode.is_unsure(lane);
         self.put(shared, (lane, changed), &y, left.commands_m[1]);
     }
@@ -289,27 +293,48 @@ impl<W: Width> Group<W> {
             let peak = &mut self.track.ends[i].as_mut()[lane];
             *peak = sizes.iter().fold(*peak, |peak, size| peak.max(size.abs()));
         }
-        for (piece, mode) in [start_mode, end_mode].into_iter().enumerate() {
-            let upper: [f64; FIGURES] = transition.uppers[piece].each_ref().map(at);
-            if exceeds(&upper, &self.known_of(lane)) == 0 {
-                continue;
+        for (piece, uppers) in transition.uppers.iter().enumerate() {
+            for (figure, upper) in uppers.iter().enumerate() {
+                let upper = at(upper);
+                if upper <= self.known_of(lane, figure) || lane >= self.runs {
+                    continue;
+                }
+                let (mode, state, end, start_s, length_s) = match piece {
+                    0 => (&start_mode, &left.y, &before, start_s, change_s),
+                    _ => (&end_mode, &after, &end, middle_s, left_s),
+                };
+                if is_behind(figure) {
+                    // At the ends, where it is not known yet.
+                    let run = &self.lanes[lane];
+                    let motion = &run.extremes.settings.motion;
+                    for (y, time_s) in [(state, start_s), (end, start_s + length_s)] {
+                        let given = (motion.at(time_s).displacement_m, left.voltage_v);
+                        let y = y.to_vector();
+                        let figures = figures_at(&run.plant.axis, mode, &y, given);
+                        let peak = &mut self.track.ends[figure].as_mut()[lane];
+                        *peak = peak.max(figures[figure].abs());
+                    }
+                }
+                let topic = Topic {
+                    phase: left.phase,
+                    kind: Kind::of(mode),
+                    figure,
+                };
+                let question = Question {
+                    upper,
+                    lane,
+                    state: *state,
+                    mode: *mode,
+                    voltage_v: left.voltage_v,
+                    time_ns: left.time_ns,
+                    piece: Some(Piece {
+                        start_s,
+                        length_s,
+                        end: *end,
+                    }),
+                };
+                self.ask(shared, topic, question);
             }
-            let second = piece == 1;
-            let candidate = Candidate {
-                upper,
-                state: if second { after } else { left.y },
-                mode,
-                voltage_v: left.voltage_v,
-                phase: left.phase,
-                time_ns: left.time_ns,
-                piece: Some(Piece {
-                    start_s: if second { middle_s } else { start_s },
-                    length_s: if second { left_s } else { change_s },
-                    end: if second { end } else { before },
-                }),
-                enclosed: false,
-            };
-            self.add_candidate(shared, lane, candidate);
         }
         self.put(shared, (lane, true), &end, left.commands_m[1]);
         true

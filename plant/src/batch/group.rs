@@ -1,8 +1,8 @@
 //! The runs of one group: their beginning, what they have in common, what they
-//! have reached, and the steps that have not been looked at: the last ones, and
-//! those that wait as candidates for an extreme.
+//! have reached, and the last steps, which have not been looked at.
 
 use super::phase::{Kind, Kinds, ModeNumbers, Phase};
+use super::questions::Questions;
 use crate::exact::{DRIVING, HELD, ROWS, Tables};
 use crate::hybrid::{Automaton, Interval, PlantError};
 use crate::model::axis::{Axis, Drive, Mode};
@@ -54,20 +54,38 @@ pub(super) struct Lane {
     pub(super) plant: Automaton,
     pub(super) extremes: Extremes,
     pub(super) result: Result<(), PlantError>,
-    /// Steps in which a figure may have exceeded its peak.
-    pub(super) candidates: Vec<Candidate>,
+    /// The last step that has ended within the settling band and may have been outside.
+    pub(super) entry: Option<Entry>,
+}
+
+/// A step that ends within the settling band and may have been outside before.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Entry {
+    pub(super) state: State,
+    pub(super) mode: Mode,
+    pub(super) voltage_v: f64,
+    pub(super) phase: usize,
+    pub(super) time_ns: u64,
 }
 
 impl Lane {
-    /// The lane of a run, with the room for candidates that another one left.
-    fn new(plant: Automaton, extremes: Extremes, mut candidates: Vec<Candidate>) -> Self {
-        candidates.clear();
+    fn new(plant: Automaton, extremes: Extremes) -> Self {
         Self {
             plant,
             extremes,
             result: Ok(()),
-            candidates,
+            entry: None,
         }
+    }
+
+    /// Looks for the last instant outside the settling band within a step.
+    pub(super) fn look_at_entry(&mut self, shared: &mut Shared, entry: &Entry) {
+        let mut plant = self.plant.at(&entry.state, entry.time_ns);
+        plant.mode = entry.mode;
+        let (tables, extremes) = (&mut shared.tables, &mut self.extremes);
+        let step = (entry.voltage_v, shared.phases[entry.phase].length_ns);
+        let sought = (0, extremes.settings.settling_band_m);
+        plant.look_at_step(tables, step, sought, extremes);
     }
 
     /// Raises the run's peaks to those of the batch.
@@ -98,10 +116,10 @@ pub(super) struct Group<W: Width> {
     /// `β(0)`, from which β is counted \[rad\].
     pub(super) start_rad: W::Array,
     /// Sup of the figures' magnitudes over the ends of the steps before the
-    /// present block.
+    /// present block, and over what has been found between ends.
     pub(super) peaks: [W::Array; FIGURES],
-    /// Magnitudes that they are known to reach, between the ends too.
-    pub(super) floors: [W::Array; FIGURES],
+    /// Where they may be larger.
+    pub(super) questions: Questions,
     pub(super) peak_abs_voltage_v: W::Array,
     /// Energies so far \[J\].
     pub(super) energies: [W::Array; ENERGIES],
@@ -128,7 +146,7 @@ impl<W: Width> Group<W> {
             backlash_half_rad: zero,
             start_rad: zero,
             peaks: [zero; FIGURES],
-            floors: [zero; FIGURES],
+            questions: Questions::default(),
             peak_abs_voltage_v: zero,
             energies: [zero; ENERGIES],
             last_outside: zero,
@@ -146,7 +164,7 @@ impl<W: Width> Group<W> {
         self.track.start();
         (self.runs, self.held_up) = (setups.len(), 0);
         self.peaks = [zero; FIGURES];
-        self.floors = [zero; FIGURES];
+        self.questions.clear(shared.phases.len());
         self.peak_abs_voltage_v = zero;
         self.energies = [zero; ENERGIES];
         self.last_outside = W::array(-1.0);
@@ -175,11 +193,8 @@ impl<W: Width> Group<W> {
             }
             self.track.now_mut().state[EPSILON].as_mut()[lane] = plant.y[EPSILON];
             match self.lanes.get_mut(lane) {
-                Some(run) => {
-                    let room = core::mem::take(&mut run.candidates);
-                    *run = Lane::new(plant, extremes, room);
-                }
-                None => self.lanes.push(Lane::new(plant, extremes, Vec::new())),
+                Some(run) => *run = Lane::new(plant, extremes),
+                None => self.lanes.push(Lane::new(plant, extremes)),
             }
             self.take_mode(shared, lane);
             self.take_figures(lane);
@@ -259,23 +274,18 @@ impl<W: Width> Group<W> {
         }
     }
 
-    /// Magnitudes that a lane is known to reach.
-    pub(super) fn known_of(&self, lane: usize) -> [f64; FIGURES] {
-        core::array::from_fn(|i| {
-            let (peak, end) = (
-                self.peaks[i].as_ref()[lane],
-                self.track.ends[i].as_ref()[lane],
-            );
-            peak.max(end).max(self.floors[i].as_ref()[lane])
-        })
+    /// Magnitude of a figure that a lane is known to reach.
+    pub(super) fn known_of(&self, lane: usize, figure: usize) -> f64 {
+        let (peaks, ends) = (&self.peaks[figure], &self.track.ends[figure]);
+        peaks.as_ref()[lane].max(ends.as_ref()[lane])
     }
 
-    /// Raises a lane's floors to the peaks of its single run.
-    pub(super) fn raise_floors(&mut self, lane: usize) {
+    /// Raises a lane's peaks to those of its single run.
+    pub(super) fn take_peaks(&mut self, lane: usize) {
         let known = self.lanes[lane].extremes.peaks();
-        for (floor, known) in self.floors.iter_mut().zip(known) {
-            let floor = &mut floor.as_mut()[lane];
-            *floor = floor.max(known);
+        for (peak, known) in self.peaks.iter_mut().zip(known) {
+            let peak = &mut peak.as_mut()[lane];
+            *peak = peak.max(known);
         }
     }
 
@@ -452,38 +462,4 @@ impl<W: Width> Track<W> {
     pub(super) fn block_is_full(&self) -> bool {
         self.now - self.second == BLOCK
     }
-}
-
-/// A step to be looked at again, or a piece of one.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Candidate {
-    /// Upper bounds of the figures' magnitudes; −∞ where there is no candidate.
-    pub(super) upper: [f64; FIGURES],
-    pub(super) state: State,
-    pub(super) mode: Mode,
-    pub(super) voltage_v: f64,
-    pub(super) phase: usize,
-    pub(super) time_ns: u64,
-    /// The piece, where it is one.
-    pub(super) piece: Option<Piece>,
-    /// True if the upper bounds are those of the sketches.
-    pub(super) enclosed: bool,
-}
-
-/// A piece of a step.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Piece {
-    pub(super) start_s: f64,
-    pub(super) length_s: f64,
-    pub(super) end: State,
-}
-
-/// The figures whose upper bounds exceed what is known, as bits.
-pub(super) fn exceeds(upper: &[f64; FIGURES], known: &[f64; FIGURES]) -> u8 {
-    let mut open = 0;
-    for (i, (upper, known)) in upper.iter().zip(known).enumerate() {
-        let outdone = upper <= known;
-        open |= u8::from(!outdone) << i;
-    }
-    open
 }

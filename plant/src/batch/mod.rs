@@ -5,7 +5,9 @@
 //! transition  a step with one change of contact
 //! phase       the numbers of one step, those of all lanes and those of each
 //! group       the runs of a group, and their steps that have not been looked at
-//! peaks       extremes between the ends of the steps
+//! peaks       which figures may exceed their peaks between the ends of the steps
+//! questions   those of them that wait for an answer
+//! answers     the answers
 //! step        the step that they take, and which of them leave it
 //! contact     lanes that leave the common step, of all groups together
 //! ```
@@ -18,11 +20,13 @@
 //! run ([`crate::Plant`]) in their order; anything else by the code of that. So
 //! every lane ends with the bits of the single run.
 
+mod answers;
 mod contact;
 mod grid;
 mod group;
 mod peaks;
 mod phase;
+mod questions;
 mod step;
 mod transition;
 
@@ -133,14 +137,14 @@ impl<W: Width> Batch<W> {
     }
 
     /// Follows lanes that have left the common step, as many of one kind at a time as
-    /// go side by side; fewer wait for others, unless `all` are to be followed.
-    pub fn catch_up(&mut self, all: bool) {
+    /// go side by side; fewer wait for others, unless no group can go on without them.
+    pub fn catch_up(&mut self, none_goes_on: bool) {
         let (w, shared) = (self.width, &mut self.shared);
         let (contacts, groups) = (&mut self.contacts, &mut self.groups);
         let leaving = &mut self.leaving;
         w.apart(
             #[inline(always)]
-            || contacts.follow(w, shared, groups, (leaving, all)),
+            || contacts.follow(w, shared, groups, (leaving, none_goes_on)),
         );
     }
 

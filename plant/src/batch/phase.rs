@@ -1,18 +1,17 @@
 //! The numbers of one step in each kind of mode, which all lanes share, and those that a
 //! lane's mode decides.
 
+use std::sync::Arc;
+
 use super::grid::{LaneGrid, figures};
-use crate::exact::{
-    BOUND_MARGIN, DRIVING, ELEVENTH, HELD, HeldTable, Linear, Quantity, SLOPES, Sketch, WholeStep,
-    times_sizes,
-};
+use crate::exact::{BOUND_MARGIN, DRIVING, HeldTable, WholeStep, times_sizes};
 use crate::hybrid::Automaton;
 use crate::model::amplifier::StageMode;
 use crate::model::axis::{Axis, Mode};
 use crate::model::joint::JointMode;
 use crate::model::resistance::GuideMode;
 use crate::numerics::seconds;
-use crate::numerics::width::{One, Width};
+use crate::numerics::width::Width;
 use crate::observe::extremes::FIGURES;
 
 /// What the numbers of a step depend on: whether the joint carries torque, and what the
@@ -62,34 +61,47 @@ impl Kind {
     }
 }
 
-/// The lanes in each kind of mode, as bits.
+/// The lanes in each kind of mode: byte k has those of kind k, as bits.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Kinds([u8; KINDS]);
+pub(super) struct Kinds(u64);
+
+/// A bit in every byte.
+const EVERY: u64 = 0x0101_0101_0101_0101;
 
 impl Kinds {
-    pub(super) const NONE: Self = Self([0; KINDS]);
+    pub(super) const NONE: Self = Self(0);
 
     /// Puts a lane into a kind.
     pub(super) fn set(&mut self, lane: usize, Kind(place): Kind) {
-        for (other, lanes) in self.0.iter_mut().enumerate() {
-            *lanes &= !(1 << lane);
-            *lanes |= u8::from(other == place) << lane;
-        }
+        self.0 = self.0 & !(EVERY << lane) | 1 << (8 * place + lane);
     }
 
     /// The kind of a lane.
-    pub(super) fn of(&self, lane: usize) -> Kind {
-        let mut lanes = self.0.iter();
-        Kind(lanes.position(|lanes| lanes >> lane & 1 != 0).unwrap_or(0))
+    pub(super) fn of(self, lane: usize) -> Kind {
+        Kind((self.0 >> lane & EVERY).trailing_zeros() as usize / 8 % KINDS)
     }
 
-    /// The kinds that there are, each with its lanes. Without friction there are two at most.
+    /// The kinds that there are, each with its lanes.
     #[inline(always)]
-    pub(super) fn present(self, has_stiction: bool) -> impl Iterator<Item = (Kind, u64)> {
-        let most = if has_stiction { KINDS } else { 2 };
-        let all = self.0.into_iter().take(most).enumerate();
-        all.filter(|(_, lanes)| *lanes != 0)
-            .map(|(place, lanes)| (Kind(place), u64::from(lanes)))
+    pub(super) fn present(self) -> impl Iterator<Item = (Kind, u64)> {
+        let mut left = self.0;
+        core::iter::from_fn(
+            #[inline(always)]
+            move || {
+                let place = (left != 0).then_some(left.trailing_zeros() as usize / 8)?;
+                let lanes = left >> (8 * place) & 0xff;
+                left &= !(0xff << (8 * place));
+                Some((Kind(place), lanes))
+            },
+        )
+    }
+
+    /// The first of them, and the others.
+    #[inline(always)]
+    pub(super) fn first_and_others(self) -> (Kind, impl Iterator<Item = (Kind, u64)>) {
+        let mut kinds = self.present();
+        let first = kinds.next().map_or(Kind(0), |(kind, _)| kind);
+        (first, kinds)
     }
 }
 
@@ -99,7 +111,7 @@ pub(super) struct Phase {
     pub(super) length_ns: u64,
     pub(super) length_s: f64,
     /// The step in each kind of mode, where it is known.
-    kinds: [Option<Box<KindOfStep>>; KINDS],
+    kinds: [Option<KindOfStep>; KINDS],
     /// Changes of ẍ, I, p·γ and p·β above which they are monotone, per rate of the driving
     /// states, and how far they may stray from their chords, with the joint open and closed,
     /// whatever the guide does.
@@ -110,19 +122,9 @@ pub(super) struct Phase {
 /// One step in one kind of mode.
 #[derive(Debug, Clone)]
 pub(super) struct KindOfStep {
-    pub(super) step: WholeStep,
-    /// δ and the figures as polynomials over the step.
-    gap: LaneSketch,
-    pub(super) figures: [LaneSketch; FIGURES],
+    pub(super) table: Arc<HeldTable>,
     /// The numbers of changes of contact, where they can be followed side by side.
-    grid: Option<LaneGrid>,
-}
-
-/// A quantity over the step as a polynomial, times a scale.
-#[derive(Debug, Clone)]
-pub(super) struct LaneSketch {
-    sketch: Option<Sketch<HELD>>,
-    scale: f64,
+    grid: Option<Box<LaneGrid>>,
 }
 
 impl Phase {
@@ -137,7 +139,7 @@ impl Phase {
     }
 
     /// Takes over the numbers of a table for modes of this kind.
-    pub(super) fn learn(&mut self, kind: Kind, table: &HeldTable, axis: &Axis) {
+    pub(super) fn learn(&mut self, kind: Kind, table: &Arc<HeldTable>, axis: &Axis) {
         let figures =
             figures(axis).map(|(quantity, scale)| (table.table.quantity(quantity), scale));
         let place = usize::from(kind.is_closed());
@@ -152,19 +154,16 @@ impl Phase {
                 }
             }
         }
-        let gap = table.table.quantity(Quantity::Delta);
-        self.kinds[kind.0] = Some(Box::new(KindOfStep {
-            step: table.step.clone(),
-            gap: LaneSketch::of(gap, 1.0),
-            figures: figures.map(|(linear, scale)| LaneSketch::of(linear, scale)),
-            grid: LaneGrid::of(table, axis),
-        }));
+        self.kinds[kind.0] = Some(KindOfStep {
+            table: Arc::clone(table),
+            grid: LaneGrid::of(table, axis).map(Box::new),
+        });
     }
 
     /// The step in a mode of this kind, if it is known.
     #[inline(always)]
     pub(super) fn of(&self, Kind(place): Kind) -> Option<&KindOfStep> {
-        self.kinds[place].as_deref()
+        self.kinds.get(place)?.as_ref()
     }
 }
 
@@ -172,55 +171,9 @@ impl KindOfStep {
     /// The numbers of changes of contact.
     #[inline(always)]
     pub(super) fn of_contact(&self) -> Option<(&WholeStep, &LaneGrid)> {
-        Some((&self.step, self.grid.as_ref()?))
-    }
-
-    /// True if a guard of δ stays positive over a step of one lane from x = (β, β̇, δ, ε̇, I),
-    /// by the sketch: `guard` of every coefficient exceeds what that may be off by.
-    #[inline(always)]
-    pub(super) fn gap_holds(
-        &self,
-        x: &[f64; HELD],
-        voltage_v: f64,
-        guard: impl Fn(f64) -> f64,
-    ) -> bool {
-        let rates = self.step.rates(One, x, voltage_v);
-        let mut delta = x[2];
-        let (rises, stray) = self.gap.over(&rates, delta.abs());
-        let mut holds = guard(delta) > stray;
-        for rise in &rises {
-            delta += rise;
-            holds &= guard(delta) > stray;
-        }
-        holds
+        Some((&self.table.step, self.grid.as_ref()?))
     }
 }
-
-impl LaneSketch {
-    fn of(linear: &Linear<HELD>, scale: f64) -> Self {
-        Self {
-            sketch: linear.sketch.clone(),
-            scale,
-        }
-    }
-
-    /// Rise of each coefficient over the one before it from these rates, and the error of the
-    /// polynomial, its own rounding and that of a start of the given size included; one that
-    /// excludes nothing without a sketch.
-    #[inline(always)]
-    pub(super) fn over(&self, rates: &[f64; HELD], size: f64) -> ([f64; SLOPES], f64) {
-        let Some(sketch) = &self.sketch else {
-            return ([0.0; SLOPES], f64::INFINITY);
-        };
-        let (slopes, stray) = sketch.slopes(One, rates);
-        let off = BOUND_MARGIN * self.scale.abs() * stray;
-        let rise = self.scale * ELEVENTH;
-        (slopes.map(|slope| rise * slope), off + size * ROUNDING)
-    }
-}
-
-/// Twelve additions, and what the terms at the start have lost.
-const ROUNDING: f64 = 32.0 * f64::EPSILON;
 
 /// `Σ row_j·|v_j|` over the driving states, with the numbers of the open or the closed
 /// joint, lane by lane.
@@ -286,10 +239,16 @@ impl<W: Width> ModeNumbers<W> {
         (w.load(&self.base) + w.load(&self.side) * delta) - w.load(&self.open) * w.abs(delta)
     }
 
-    /// The guard of one lane.
-    pub(super) fn guard_of(&self, lane: usize, delta: f64) -> f64 {
-        let of = |array: &W::Array| array.as_ref()[lane];
-        (of(&self.base) + of(&self.side) * delta) - of(&self.open) * delta.abs()
+    /// The lowest guard over values of δ.
+    #[inline(always)]
+    pub(super) fn lowest_guard(&self, w: W, deltas: &[W::Vector]) -> W::Vector {
+        let (mut low, mut high) = (deltas[0], deltas[0]);
+        for delta in &deltas[1..] {
+            (low, high) = (w.min(*delta, low), w.max(*delta, high));
+        }
+        let side = w.load(&self.side);
+        let loaded = w.load(&self.base) + w.min(side * low, side * high);
+        loaded - w.load(&self.open) * w.max(w.abs(low), w.abs(high))
     }
 
     /// The guard of the guide, with the torque that turns the screw.

@@ -1,8 +1,8 @@
 //! The step that all lanes of a group take, and which of them leave it.
 
-use super::group::{Group, Shared};
+use super::group::{Entry, Group, Shared};
 use super::phase::{Kind, times_sizes_of};
-use crate::exact::{DRIVING, HELD, ROWS, WholeStep};
+use crate::exact::{Curve, DRIVING, HELD, Quantity, ROWS, Sums, WholeStep};
 use crate::model::axis::Axis;
 use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT, State};
 use crate::model::surroundings::Start;
@@ -40,7 +40,9 @@ pub(super) struct Step<W: Width> {
     pub(super) from: [W::Vector; DRIVING],
     /// The same at the end.
     pub(super) to: [W::Vector; DRIVING],
-    /// Magnitudes of the rates at the start.
+    /// Rates at the start.
+    rates: [W::Vector; DRIVING],
+    /// Magnitudes of these.
     pub(super) sizes: [W::Vector; DRIVING],
     /// Energies \[J\].
     pub(super) energies: [W::Vector; ENERGIES],
@@ -52,71 +54,55 @@ pub(super) struct Step<W: Width> {
 }
 
 impl<W: Width> Step<W> {
-    /// Takes over the numbers of some lanes.
+    /// The sums of a step from `y` = (β, β̇, ε, ε̇, I); everything else comes with
+    /// [`Step::weigh`].
     #[inline(always)]
-    fn take_lanes(&mut self, w: W, lanes: u64, other: &Self) {
-        let lanes = w.lanes(lanes);
-        self.beta[1] = w.select(lanes, other.beta[1], self.beta[1]);
-        for i in 0..DRIVING {
-            self.to[i] = w.select(lanes, other.to[i], self.to[i]);
-            self.sizes[i] = w.select(lanes, other.sizes[i], self.sizes[i]);
-        }
-        for i in 0..ENERGIES {
-            self.energies[i] = w.select(lanes, other.energies[i], self.energies[i]);
-        }
-        for i in 0..2 {
-            self.inner[i] = w.select(lanes, other.inner[i], self.inner[i]);
-        }
-        for i in 0..STRAYS {
-            self.strays[i] = w.select(lanes, other.strays[i], self.strays[i]);
+    fn new(w: W, y: &[W::Vector; HELD], offset: W::Vector, sums: &Sums<W>) -> Self {
+        let zero = w.splat(0.0);
+        let from = [y[BETA_DOT], y[EPSILON] - offset, y[EPSILON_DOT], y[CURRENT]];
+        let [end, to @ ..] = sums.end();
+        Self {
+            offset,
+            beta: [y[BETA], end],
+            from,
+            to,
+            rates: sums.rates(from[2]),
+            sizes: [zero; DRIVING],
+            energies: [zero; ENERGIES],
+            inner: [zero; 2],
+            strays: [zero; STRAYS],
         }
     }
 
-    /// The same start with the numbers of a kind of mode.
+    /// Heat and bounds with the numbers of a kind of mode, in the lanes of `lanes`.
     #[inline(always)]
-    fn of_kind(
-        &self,
+    fn weigh(
+        &mut self,
         w: W,
         shared: &Shared,
-        (kind, whole): (Kind, &WholeStep),
+        (whole, lanes): (&WholeStep, Option<u64>),
         voltage_v: W::Vector,
-        room: &mut [f64; ROWS],
-    ) -> Self {
-        let [a, b, c, d] = self.from;
-        let sums = whole.take(w, &[self.beta[0], a, b, c, d], voltage_v);
-        w.in_pairs(&sums.0, room);
-        let ([beta, mut to @ ..], rates) = (sums.end(), sums.rates(c));
-        let sizes = rates.map(
-            #[inline(always)]
-            |rate| w.abs(rate),
-        );
-        if kind.is_stuck() {
-            // γ̇ = 0 to the last bit.
-            match shared.axis.joint {
-                Some(_) => to[2] = to[0],
-                None => to[0] = w.splat(0.0),
-            }
+    ) {
+        let [joint_j, armature_j, charge_as] = whole.heat(w, self.from[3], &self.rates);
+        let energies = [joint_j, armature_j, voltage_v * charge_as];
+        let mut strays = self.strays;
+        strays[0] = whole.gap_strays(w, &self.sizes);
+        if shared.axis.stage.limits().is_some() {
+            strays[1] = whole.current_strays(w, &self.sizes);
         }
-        let [joint_j, armature_j, charge_as] = whole.heat(w, d, &rates);
-        let zero = w.splat(0.0);
-        Self {
-            beta: [self.beta[0], beta],
-            to,
-            sizes,
-            energies: [joint_j, armature_j, voltage_v * charge_as],
-            inner: whole.inner_points(w, [b, to[1]], [c, to[2]]),
-            strays: [
-                whole.gap_strays(w, &sizes),
-                match shared.axis.stage.limits() {
-                    Some(_) => whole.current_strays(w, &sizes),
-                    None => zero,
-                },
-                match shared.has_stiction {
-                    true => whole.guide_strays(w, &sizes),
-                    false => zero,
-                },
-            ],
-            ..*self
+        if shared.has_stiction {
+            strays[2] = whole.guide_strays(w, &self.sizes);
+        }
+        let Some(lanes) = lanes else {
+            (self.energies, self.strays) = (energies, strays);
+            return;
+        };
+        let lanes = w.lanes(lanes);
+        for (all, of_kind) in self.energies.iter_mut().zip(energies) {
+            *all = w.select(lanes, of_kind, *all);
+        }
+        for (all, of_kind) in self.strays.iter_mut().zip(strays) {
+            *all = w.select(lanes, of_kind, *all);
         }
     }
 }
@@ -209,7 +195,8 @@ impl<'a, W: Width> InStep<'a, W> {
         }
         let (group, shared) = (&mut *self.group, &mut *self.shared);
         let all = (1_u64 << W::LANES) - 1;
-        let step = group.step(shared, phase, &self.y, voltage_v);
+        let mut step = group.begin(shared, phase, &self.y, voltage_v);
+        group.weigh(shared, phase, &mut step, voltage_v);
         let keeps = group.keeps(shared, &step);
         let epsilon = step.to[1] + step.offset;
         // Outside the settling band at the end.
@@ -255,6 +242,29 @@ impl<'a, W: Width> InStep<'a, W> {
     }
 }
 
+/// The sums of a step in one kind of mode.
+#[inline(always)]
+fn sums_of_kind<W: Width>(
+    w: W,
+    shared: &Shared,
+    (phase, kind): (usize, Kind),
+    x: &[W::Vector; HELD],
+    voltage_v: W::Vector,
+) -> Sums<W> {
+    let Some(of_kind) = shared.phases[phase].of(kind) else {
+        return Sums([x[BETA]; ROWS]);
+    };
+    let mut sums = of_kind.table.step.take(w, x, voltage_v);
+    if shared.has_stiction && kind.is_stuck() {
+        // γ̇ = 0 to the last bit.
+        match shared.axis.joint {
+            Some(_) => sums.0[EPSILON_DOT] = sums.0[BETA_DOT],
+            None => sums.0[BETA_DOT] = w.splat(0.0),
+        }
+    }
+    sums
+}
+
 impl<W: Width> Group<W> {
     /// The lanes that are within the settling band over the whole step, at the end of which
     /// they are this far from the travel.
@@ -266,14 +276,21 @@ impl<W: Width> Group<W> {
         (step, distance): (&Step<W>, W::Vector),
     ) -> u64 {
         let w = self.width;
-        let p = w.splat(shared.axis.pitch_m_per_rad);
-        let start = w.load(&self.start_rad);
-        let carriage = p * ((step.beta[0] - (step.from[1] + step.offset)) + start);
-        let before = w.abs(w.load(&self.travel_m) - carriage);
+        let before = self.distance_before(shared, step);
         let closed = w.greater(w.abs(w.load(&self.track.now().flank)), w.splat(0.5));
         let strays = &shared.phases[phase].chords[CARRIAGE];
         let farthest = w.max(distance, before) + times_sizes_of(w, closed, strays, &step.sizes);
         w.bits(w.at_most(farthest, w.load(&self.band_m)))
+    }
+
+    /// How far the carriage is from the travel at the start of a step \[m\].
+    #[inline(always)]
+    fn distance_before(&self, shared: &Shared, step: &Step<W>) -> W::Vector {
+        let w = self.width;
+        let p = w.splat(shared.axis.pitch_m_per_rad);
+        let start = w.load(&self.start_rad);
+        let carriage = p * ((step.beta[0] - (step.from[1] + step.offset)) + start);
+        w.abs(w.load(&self.travel_m) - carriage)
     }
 
     /// Notes the step that begins now as the last one that ends outside the settling band.
@@ -298,12 +315,19 @@ impl<W: Width> Group<W> {
         leaving: &mut Vec<Leaving>,
     ) -> bool {
         let all = (1_u64 << W::LANES) - 1;
-        let moved = self.moved(shared, phase, (step, keeps), voltage_v);
+        let moved = self.moved(shared, phase, (step, keeps));
         // Inside at the end, but perhaps not before it.
         let outside = self.width.bits(outside) & !moved;
-        let wanted = !(outside | moved | self.stays_inside(shared, phase, (step, distance))) & all;
+        let inside = self.stays_inside(shared, phase, (step, distance));
+        let mut wanted = !(outside | moved | inside) & all;
         if wanted != 0 {
-            self.look_at_band(shared, phase, wanted, voltage_v);
+            wanted = self.may_leave_band(shared, phase, (step, wanted));
+        }
+        if wanted != 0 {
+            let before = self.distance_before(shared, step);
+            let starts_outside = self.width.greater(before, self.width.load(&self.band_m));
+            let starts_outside = self.width.bits(starts_outside);
+            self.note_entry(shared, phase, (wanted, starts_outside), voltage_v);
         }
         let first = leaving.len();
         if moved != 0 {
@@ -344,8 +368,11 @@ impl<W: Width> Group<W> {
             let motor = axis.motor.torque_constant_nm_per_a;
             torque = (w.splat(motor) * to[3]) / w.splat(axis.gear_ratio);
         }
-        let a1 = w.splat(axis.resistance.linear_ns_per_rad);
-        let force = w.load(&mode.resistance_n) + a1 * (to[0] - to[2]);
+        let a1 = axis.resistance.linear_ns_per_rad;
+        let mut force = w.load(&mode.resistance_n);
+        if a1 != 0.0 {
+            force = force + w.splat(a1) * (to[0] - to[2]);
+        }
         let force = force + w.splat(axis.load_force_n);
         let slides = (torque - p * force) * w.splat(axis.pitch_per_inertia);
         match shared.has_stiction {
@@ -354,43 +381,55 @@ impl<W: Width> Group<W> {
         }
     }
 
-    /// The step of every lane: a pass for each kind of mode that there is.
+    /// States and rates of every lane's step: a pass for each kind of mode that there is.
     #[inline(always)]
-    fn step(
+    fn begin(
         &mut self,
         shared: &Shared,
         phase: usize,
         y: &[W::Vector; HELD],
         voltage_v: W::Vector,
     ) -> Step<W> {
-        let (w, zero) = (self.width, self.width.splat(0.0));
+        let w = self.width;
         let offset = w.load(&self.mode.offset_rad);
-        let from = [y[BETA_DOT], y[EPSILON] - offset, y[EPSILON_DOT], y[CURRENT]];
-        let mut step = Step {
-            offset,
-            beta: [y[BETA]; 2],
-            from,
-            to: from,
-            sizes: [zero; DRIVING],
-            inner: [zero; 2],
-            energies: [zero; ENERGIES],
-            strays: [zero; STRAYS],
-        };
-        let mut kinds = self.kinds.present(shared.has_stiction);
-        let numbers = |kind| Some((kind, &shared.phases[phase].of(kind)?.step));
-        let Some(first) = kinds.next().and_then(|(kind, _)| numbers(kind)) else {
-            return step;
-        };
-        step = step.of_kind(w, shared, first, voltage_v, &mut self.room);
+        let x = [y[0], y[1], y[2] - offset, y[3], y[4]];
+        let (first, others) = self.kinds.first_and_others();
+        let mut sums = sums_of_kind(w, shared, (phase, first), &x, voltage_v);
         if W::LANES > 1 {
-            for (kind, lanes) in kinds {
-                if let Some(numbers) = numbers(kind) {
-                    let other = step.of_kind(w, shared, numbers, voltage_v, &mut self.room);
-                    step.take_lanes(w, lanes, &other);
+            for (kind, lanes) in others {
+                let of_kind = sums_of_kind(w, shared, (phase, kind), &x, voltage_v);
+                let lanes = w.lanes(lanes);
+                for (all, of_kind) in sums.0.iter_mut().zip(of_kind.0) {
+                    *all = w.select(lanes, of_kind, *all);
                 }
             }
         }
-        step
+        w.in_pairs(&sums.0, &mut self.room);
+        Step::new(w, y, offset, &sums)
+    }
+
+    /// Heat and bounds of every lane's step.
+    #[inline(always)]
+    fn weigh(&self, shared: &Shared, phase: usize, step: &mut Step<W>, voltage_v: W::Vector) {
+        let w = self.width;
+        step.sizes = step.rates.map(
+            #[inline(always)]
+            |rate| w.abs(rate),
+        );
+        let (first, others) = self.kinds.first_and_others();
+        let whole = |kind| Some(&shared.phases[phase].of(kind)?.table.step);
+        let Some(first) = whole(first) else { return };
+        step.weigh(w, shared, (first, None), voltage_v);
+        // A third of the step: all kinds have the same.
+        let (deltas, speeds) = ([step.from[1], step.to[1]], [step.from[2], step.to[2]]);
+        step.inner = first.inner_points(w, deltas, speeds);
+        if W::LANES > 1 {
+            for (kind, lanes) in others {
+                if let Some(whole) = whole(kind) {
+                    step.weigh(w, shared, (whole, Some(lanes)), voltage_v);
+                }
+            }
+        }
     }
 
     /// The lanes whose joint keeps its mode over the step, and those whose guide and current
@@ -399,13 +438,12 @@ impl<W: Width> Group<W> {
     fn keeps(&self, shared: &Shared, step: &Step<W>) -> [u64; 2] {
         let (w, mode) = (self.width, &self.mode);
         let [gap, current, guide] = step.strays;
-        let ends = w.min(mode.guard(w, step.from[1]), mode.guard(w, step.to[1]));
-        let inner = w.min(mode.guard(w, step.inner[0]), mode.guard(w, step.inner[1]));
-        let ends = w.min(ends, inner);
+        let [c, d] = step.inner;
+        let lowest = mode.lowest_guard(w, &[step.from[1], c, d, step.to[1]]);
         // No number where a state is not finite, which excludes nothing.
         let [a, b, c, d] = step.to;
         let none = w.splat(0.0) * ((step.beta[1] + a) + ((b + c) + d));
-        let joint = w.bits(w.greater(ends, gap + none));
+        let joint = w.bits(w.greater(lowest, gap + none));
         let mut within = (1 << W::LANES) - 1;
         if let Some([_, limit_a]) = shared.axis.stage.limits() {
             let ends = w.max(w.abs(step.from[3]), w.abs(step.to[3]));
@@ -464,7 +502,6 @@ impl<W: Width> Group<W> {
         shared: &Shared,
         phase: usize,
         (step, [joint, others]): (&Step<W>, [u64; 2]),
-        voltage_v: W::Vector,
     ) -> u64 {
         let (w, mode) = (self.width, &self.mode);
         let all = (1_u64 << W::LANES) - 1;
@@ -481,47 +518,96 @@ impl<W: Width> Group<W> {
             size = size + w.abs(*to);
         }
         open &= w.bits(w.at_most(size, w.splat(f64::MAX)));
-        let [a, b, c, d] = step.from;
-        let from = [step.beta[0], a, b, c, d];
-        let mut stored = [W::array(0.0); HELD];
-        for (array, vector) in stored.iter_mut().zip(from) {
-            w.store(vector, array);
-        }
-        let held = w.stored(voltage_v);
-        for lane in (0..W::LANES).filter(|lane| open >> lane & 1 != 0) {
-            let x = stored.each_ref().map(|array| array.as_ref()[lane]);
-            let kind = Kind::of(&self.lanes[lane].plant.mode);
-            let guard = |delta: f64| mode.guard_of(lane, delta);
-            let of_kind = shared.phases[phase].of(kind);
-            if of_kind.is_some_and(|of| of.gap_holds(&x, held.as_ref()[lane], guard)) {
-                moved &= !(1 << lane);
-            }
-        }
+        let gap = [w.splat(1.0), w.splat(0.0)];
+        self.with_sketches(
+            (shared, phase),
+            (step, open),
+            (Quantity::Delta, gap),
+            #[inline(always)]
+            |asked, curve| {
+                let lowest = mode.lowest_guard(w, &curve.values);
+                moved &= !(asked & w.bits(w.greater(lowest, curve.stray)));
+            },
+        );
         moved
     }
 
-    /// Looks at the settling band in the step that begins now, in the lanes of
-    /// `wanted`.
+    /// The sketches of a quantity, times a scale and with an offset, over the step that begins
+    /// now, in the lanes of `asked`: one for each kind of mode.
+    #[inline(always)]
+    fn with_sketches(
+        &self,
+        (shared, phase): (&Shared, usize),
+        (step, asked): (&Step<W>, u64),
+        (quantity, [scale, offset]): (Quantity, [W::Vector; 2]),
+        mut look: impl FnMut(u64, &Curve<W>),
+    ) {
+        let w = self.width;
+        let ([a, b, c, d], [e, f, g, h]) = (step.from, step.rates);
+        let from = (&[step.beta[0], a, b, c, d], &[a, e, f, g, h]);
+        for (kind, lanes) in self.kinds.present() {
+            let asked = asked & lanes;
+            if asked == 0 {
+                continue;
+            }
+            let of_kind = shared.phases[phase].of(kind);
+            let linear = of_kind.map(|of_kind| of_kind.table.table.quantity(quantity));
+            if let Some(curve) = linear.and_then(
+                #[inline(always)]
+                |linear| linear.curve(w, from, (scale, offset)),
+            ) {
+                look(asked, &curve);
+            }
+        }
+    }
+
+    /// Of the lanes of `asked`, those in which the sketch of the carriage's distance from the
+    /// travel does not exclude that it leaves the settling band.
+    #[inline(always)]
+    fn may_leave_band(&self, shared: &Shared, phase: usize, (step, asked): (&Step<W>, u64)) -> u64 {
+        let w = self.width;
+        let p = w.splat(shared.axis.pitch_m_per_rad);
+        let behind_m = p * (step.offset - w.load(&self.start_rad));
+        let distance = [w.splat(0.0) - p, w.load(&self.travel_m) + behind_m];
+        let band_m = w.load(&self.band_m);
+        let mut inside = 0;
+        self.with_sketches(
+            (shared, phase),
+            (step, asked),
+            (Quantity::ScrewAngle, distance),
+            #[inline(always)]
+            |asked, curve| inside |= asked & w.bits(w.at_most(curve.upper(w), band_m)),
+        );
+        asked & !inside
+    }
+
+    /// Notes the step that begins now in the lanes of `wanted`: it ends within the settling
+    /// band, but may have been outside. Only the last such step counts, unless it stays inside.
     #[cold]
     #[inline(never)]
-    pub(super) fn look_at_band(
+    fn note_entry(
         &mut self,
         shared: &mut Shared,
         phase: usize,
-        wanted: u64,
+        (wanted, starts_outside): (u64, u64),
         voltage_v: W::Vector,
     ) {
-        let time_ns = self.track.now().time_ns;
         let held = self.width.stored(voltage_v);
         for lane in (0..W::LANES).filter(|lane| wanted >> lane & 1 != 0) {
-            let y = self.state(lane);
-            let run = &mut self.lanes[lane];
-            run.plant.set(&y, time_ns);
-            let length_ns = shared.phases[phase].length_ns;
-            let (tables, extremes) = (&mut shared.tables, &mut run.extremes);
-            let sought = (0, extremes.settings.settling_band_m);
-            let step = (held.as_ref()[lane], length_ns);
-            run.plant.look_at_step(tables, step, sought, extremes);
+            let run = &self.lanes[lane];
+            let entry = Entry {
+                state: self.state(lane),
+                mode: run.plant.mode,
+                voltage_v: held.as_ref()[lane],
+                phase,
+                time_ns: self.track.now().time_ns,
+            };
+            let before = self.lanes[lane].entry.replace(entry);
+            if let Some(before) = before
+                && starts_outside >> lane & 1 == 0
+            {
+                self.lanes[lane].look_at_entry(shared, &before);
+            }
         }
     }
 

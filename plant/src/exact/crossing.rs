@@ -318,12 +318,12 @@ impl<const D: usize> LinearGuard<'_, D> {
             if rest.iter().all(|&b| b > curve.stray) {
                 return Some(Found::None);
             }
-            let rest = without_start(One, &curve.values_until(theta));
+            let rest = without_start(One, &curve.values_until(One, theta));
             first_zero_of(&rest, curve.stray, 0.0, HALVINGS)
         } else if curve.values.iter().all(|&b| b > curve.stray) {
             Found::None
         } else {
-            let values = curve.values_until(theta);
+            let values = curve.values_until(One, theta);
             first_zero_of(&values, curve.stray, self.noise, HALVINGS)
         };
         match found {
@@ -382,7 +382,7 @@ impl<const D: usize> Flow<'_, D> {
         };
         let local = self.near(zero * length_s);
         let (window, coefficients) = match &local {
-            Some(local) => (local.window, local.quantity(&guard.linear.row)),
+            Some(local) => (local.window, local.quantity(One, &guard.linear.row)),
             None => self.around(guard.linear, zero * length_s)?,
         };
         let mut coefficients = coefficients.map(|c| guard.sign * c);

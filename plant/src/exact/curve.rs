@@ -127,45 +127,81 @@ impl<W: Width> Curve<W> {
     }
 }
 
-impl Curve<One> {
+impl<W: Width> Curve<W> {
     /// The values up to θ; the slopes stay those of the whole step.
-    pub(crate) fn values_until(&self, theta: f64) -> [f64; VALUES] {
-        if theta >= 1.0 {
-            return self.values;
-        }
-        left_of(One, &self.values, theta)
+    #[inline(always)]
+    pub(crate) fn values_until(&self, w: W, theta: W::Vector) -> [W::Vector; VALUES] {
+        part_of(w, &self.values, theta)
     }
 
     /// The part up to θ.
-    pub(crate) fn until(&self, theta: f64) -> Self {
-        if theta >= 1.0 {
-            return *self;
+    #[inline(always)]
+    pub(crate) fn until(&self, w: W, theta: W::Vector) -> Self {
+        let one = w.splat(1.0);
+        let whole = w.at_most(one, theta);
+        let mut slopes = part_of(w, &self.slopes, theta);
+        for slope in &mut slopes {
+            *slope = w.select(whole, one, theta) * *slope;
         }
         Self {
-            values: self.values_until(theta),
-            slopes: left_of(One, &self.slopes, theta).map(|slope| theta * slope),
+            values: self.values_until(w, theta),
+            slopes,
             stray: self.stray,
         }
     }
 
-    /// Upper bound of the magnitude.
-    pub(crate) fn upper(&self) -> f64 {
-        self.values.iter().fold(0.0, |m: f64, b| m.max(b.abs())) + self.stray
+    /// A quantity that starts at `start` and has these slopes, known to within `stray`, less
+    /// this one.
+    #[inline(always)]
+    pub(crate) fn less_from(
+        &self,
+        w: W,
+        (start, mut slopes, stray): (W::Vector, [W::Vector; SLOPES], W::Vector),
+    ) -> Self {
+        for (slope, own) in slopes.iter_mut().zip(&self.slopes) {
+            *slope = *slope - *own;
+        }
+        Self::new(w, start - self.values[0], slopes, self.stray + stray)
     }
 
-    /// Turn of the quantity, if it has one.
-    pub(crate) fn turn(&self) -> Found {
-        let rises = self.slopes[0] > 0.0;
-        let slopes = if rises {
-            self.slopes
-        } else {
-            self.slopes.map(|s| -s)
-        };
-        match first_zero(&slopes, self.stray, 0.0, 0) {
-            // It must not turn back within the remainder either.
-            Found::At { .. } if falls_once(One, &slopes, -self.stray) == 0 => Found::Unclear,
-            found => found,
+    /// Upper bound of the magnitude.
+    #[inline(always)]
+    pub(crate) fn upper(&self, w: W) -> W::Vector {
+        let mut upper = w.splat(0.0);
+        for value in &self.values {
+            upper = w.max(w.abs(*value), upper);
         }
+        upper + self.stray
+    }
+
+    /// The lanes in which the quantity does not turn.
+    #[inline(always)]
+    pub(crate) fn is_monotone(&self, w: W) -> u64 {
+        w.bits(exceeding(w, &self.rising_first(w), self.stray))
+    }
+
+    /// The slopes, of the other sign where the first one is not positive.
+    #[inline(always)]
+    fn rising_first(&self, w: W) -> [W::Vector; SLOPES] {
+        let rises = w.greater(self.slopes[0], w.splat(0.0));
+        let sign = w.select(rises, w.splat(1.0), w.splat(-1.0));
+        let mut slopes = self.slopes;
+        for slope in &mut slopes {
+            *slope = sign * *slope;
+        }
+        slopes
+    }
+
+    /// θ of the one turn of the quantity, and the lanes of `asked` in which it is known. The
+    /// sketch tells nothing about others that are not monotone.
+    #[inline(always)]
+    pub(crate) fn turn(&self, w: W, asked: u64) -> (W::Vector, u64) {
+        let slopes = self.rising_first(w);
+        let zero = w.splat(0.0);
+        let turn = sole_zero(w, &slopes, (self.stray, zero), asked);
+        // It must not turn back within the remainder either.
+        let known = turn.known & falls_once(w, &slopes, zero - self.stray);
+        (turn.theta, known)
     }
 }
 
@@ -380,6 +416,20 @@ pub(crate) fn without_start<W: Width>(
         count += 1.0;
     }
     b
+}
+
+/// The same, or all of them from θ = 1 on.
+#[inline(always)]
+fn part_of<W: Width, const N: usize>(w: W, b: &[W::Vector; N], theta: W::Vector) -> [W::Vector; N] {
+    let whole = w.at_most(w.splat(1.0), theta);
+    if w.bits(whole) == (1 << W::LANES) - 1 {
+        return *b;
+    }
+    let mut part = left_of(w, b, theta);
+    for (part, b) in part.iter_mut().zip(b) {
+        *part = w.select(whole, *b, *part);
+    }
+    part
 }
 
 /// Coefficients of the part up to θ.

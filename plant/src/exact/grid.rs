@@ -202,20 +202,58 @@ impl<W: Width, const D: usize> Local<W, D> {
     }
 }
 
-impl<const D: usize> Local<One, D> {
+impl<W: Width, const D: usize> Local<W, D> {
     /// `row·x` as a polynomial in σ.
-    pub(crate) fn quantity(&self, row: &Column<D>) -> LocalCoefficients<One> {
-        self.terms.map(|term| row.dot(&Column::from(term)))
+    #[inline(always)]
+    pub(crate) fn quantity(&self, w: W, row: &Column<D>) -> LocalCoefficients<W> {
+        let mut coefficients = [w.splat(0.0); TERMS + 1];
+        for (coefficient, term) in coefficients.iter_mut().zip(&self.terms) {
+            *coefficient = product(w, row, term);
+        }
+        coefficients
     }
 }
 
+/// `f·x`, summed in the order of the states.
+#[inline(always)]
+pub(crate) fn product<W: Width, const D: usize>(
+    w: W,
+    row: &Column<D>,
+    x: &[W::Vector; D],
+) -> W::Vector {
+    let mut sum = w.splat(0.0);
+    for (f, x) in row.iter().zip(x) {
+        sum = sum + w.splat(*f) * *x;
+    }
+    sum
+}
+
 /// Coefficients of the slope.
-pub(crate) fn derivative(coefficients: &LocalCoefficients<One>) -> LocalCoefficients<One> {
-    let mut slope = [0.0; TERMS + 1];
+#[inline(always)]
+pub(crate) fn derivative<W: Width>(
+    w: W,
+    coefficients: &LocalCoefficients<W>,
+) -> LocalCoefficients<W> {
+    let mut slope = [w.splat(0.0); TERMS + 1];
     for (n, (s, c)) in (1_u32..).zip(slope.iter_mut().zip(&coefficients[1..])) {
-        *s = f64::from(n) * c;
+        *s = w.splat(f64::from(n)) * *c;
     }
     slope
+}
+
+/// Value and slope of a polynomial, by Horner's rule.
+#[inline(always)]
+pub(crate) fn horner<W: Width, const N: usize>(
+    w: W,
+    coefficients: &[W::Vector; N],
+    at: W::Vector,
+) -> (W::Vector, W::Vector) {
+    let (mut value, mut slope) = (w.splat(0.0), w.splat(0.0));
+    for c in coefficients.iter().rev() {
+        slope = slope * at + value;
+        value = value * at + *c;
+    }
+    (value, slope)
 }
 
 /// Newton steps at most; the start is known to a ten-thousandth of the step.

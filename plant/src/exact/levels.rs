@@ -96,16 +96,6 @@ impl<const D: usize> Taylor<D> {
     }
 }
 
-/// Value and slope of `Σ c_n·θⁿ`, by Horner's rule.
-pub(crate) fn value_and_slope<const N: usize>(coefficients: &[f64; N], theta: f64) -> (f64, f64) {
-    let (mut value, mut slope) = (0.0, 0.0);
-    for c in coefficients.iter().rev() {
-        slope = slope * theta + value;
-        value = value * theta + c;
-    }
-    (value, slope)
-}
-
 /// `ψ(h) = Σ_{n≥1} A^(n−1)·hⁿ/n!` by its series, for a short h.
 pub(crate) fn integral<const D: usize>(a: &Matrix<D>, length_s: f64) -> Matrix<D> {
     // ψ = h·(1 + Ah/2·(1 + Ah/3·(…))): Horner's rule from the smallest term.

@@ -1,5 +1,7 @@
 //! What solver `exact` has computed about an axis, to be used again.
 
+use std::sync::Arc;
+
 use super::commanded_table::{CommandedTable, Key};
 use super::held_table::HeldTable;
 use super::system::{COMMANDED, Column};
@@ -41,7 +43,7 @@ impl Carried {
 /// needs two, one for each state of the joint.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Tables {
-    held: Vec<HeldTable>,
+    held: Vec<Arc<HeldTable>>,
     pub(super) commanded: Vec<CommandedTable>,
     pid: Option<Box<ContinuousPid>>,
     pub(crate) carried: Option<Box<Carried>>,
@@ -54,7 +56,7 @@ const MOST_TABLES: usize = 64;
 impl Tables {
     /// The table for `mode` and `length_ns`, made if need be.
     #[inline]
-    pub(crate) fn held(&mut self, axis: &Axis, mode: &Mode, length_ns: u64) -> &HeldTable {
+    pub(crate) fn held(&mut self, axis: &Axis, mode: &Mode, length_ns: u64) -> &Arc<HeldTable> {
         let key = (mode.joint.carries(), mode.guide, length_ns);
         let mut tables = self.held.iter();
         let found = tables.position(|t| (t.closed, t.guide, t.length_ns) == key);
@@ -67,7 +69,8 @@ impl Tables {
         if self.held.len() >= MOST_TABLES {
             self.held.clear();
         }
-        self.held.push(HeldTable::new(axis, mode, length_ns));
+        let table = HeldTable::new(axis, mode, length_ns);
+        self.held.push(Arc::new(table));
         self.held.len() - 1
     }
 

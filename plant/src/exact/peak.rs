@@ -3,14 +3,14 @@
 //! the difference turns.
 
 use super::crossing::{Flow, Leg, Stretch};
-use super::curve::{Curve, Found, SLOPES};
-use super::grid::{LocalCoefficients, Window, derivative, sole_zero_near};
-use super::levels::{BOUND_MARGIN, Coefficients, TERMS, Taylor, value_and_slope};
+use super::curve::{Curve, SLOPES};
+use super::grid::{LocalCoefficients, Window, derivative, horner, zero_near};
+use super::levels::{BOUND_MARGIN, Coefficients, TERMS, Taylor};
 use super::roots::Polynomial;
 use super::system::Column;
 use super::table::Linear;
 use crate::model::motion::Motion;
-use crate::numerics::width::One;
+use crate::numerics::width::{One, Width};
 
 /// A quantity `scale·row·x + offset`, or the command less that.
 #[derive(Debug, Clone, Copy)]
@@ -115,23 +115,17 @@ impl<const D: usize> Flow<'_, D> {
     /// The quantity over `length_s` as a sketch; `None` without a grid, and where
     /// the command is not smooth.
     pub(crate) fn curve(&self, sought: &Sought<'_, D>, length_s: f64) -> Option<Curve<One>> {
-        let sketch = sought.linear.sketch.as_ref()?;
-        let start = sought.scale * sought.linear.value(self.start) + sought.offset;
-        let own = sketch
-            .curve(&self.rate, sought.scale, start)
-            .until(length_s / self.table.levels.steps[0].length_s);
-        let Some((motion, start_s)) = sought.command else {
-            return Some(own);
-        };
-        let end_s = start_s + length_s;
-        if !motion.breaks_between(start_s, end_s).is_empty() {
-            return None;
+        let given = (sought.scale, sought.offset);
+        let from = (&(*self.start).into(), &self.rate.into());
+        let whole = sought.linear.curve(One, from, given)?;
+        let own = whole.until(One, length_s / self.table.levels.steps[0].length_s);
+        match sought.command {
+            None => Some(own),
+            Some((motion, start_s)) => {
+                let command = command_slopes(motion, start_s, length_s)?;
+                Some(own.less_from(One, command))
+            }
         }
-        let (x_m, mut slopes, stray) = command_slopes(motion, start_s, length_s);
-        for (slope, own) in slopes.iter_mut().zip(&own.slopes) {
-            *slope -= own;
-        }
-        Some(Curve::new(One, x_m - start, slopes, own.stray + stray))
     }
 
     /// A quantity around `time_s`; `None` without grid and sketch.
@@ -141,7 +135,7 @@ impl<const D: usize> Flow<'_, D> {
         time_s: f64,
     ) -> Option<(Window<One>, LocalCoefficients<One>)> {
         if let Some(local) = self.near(time_s) {
-            return Some((local.window, local.quantity(&linear.row)));
+            return Some((local.window, local.quantity(One, &linear.row)));
         }
         let length_s = self.table.levels.steps[0].length_s;
         let sketch = linear.sketch.as_ref()?;
@@ -159,27 +153,30 @@ impl<const D: usize> Flow<'_, D> {
         let Some(curve) = self.curve(sought, length_s) else {
             return SketchedPeak::Unclear;
         };
-        if curve.upper() <= floor {
+        if curve.upper(One) <= floor || curve.is_monotone(One) != 0 {
             return SketchedPeak::None;
         }
-        let theta = match curve.turn() {
-            Found::None => return SketchedPeak::None,
-            Found::Unclear => return SketchedPeak::Unclear,
-            Found::At { theta, .. } => theta,
-        };
+        let (theta, known) = curve.turn(One, 1);
+        if known == 0 {
+            return SketchedPeak::Unclear;
+        }
         let time_s = theta * length_s;
         let Some((window, q)) = self.around(sought.linear, time_s) else {
             return SketchedPeak::Unclear;
         };
-        let mut q = q.map(|c| sought.scale * c);
-        q[0] += sought.offset;
+        let q = scaled::<One>(q, (sought.scale, sought.offset));
         let sigma = window.sigma(time_s);
-        let peak = match sought.command {
-            Some(command) => peak_behind(&window, &q, command, sigma),
-            None => sole_zero_near(&derivative(&q), sigma)
-                .map(|sigma| value_and_slope(&q, sigma).0.abs()),
+        let (magnitude, known) = match sought.command {
+            Some(command) => match magnitude_behind(&window, &q, command, sigma) {
+                Some(magnitude) => (magnitude, 1),
+                None => (0.0, 0),
+            },
+            None => magnitude_at_turn(One, &q, sigma, 1),
         };
-        peak.map_or(SketchedPeak::Unclear, SketchedPeak::At)
+        match known {
+            0 => SketchedPeak::Unclear,
+            _ => SketchedPeak::At(magnitude),
+        }
     }
 
     /// The supremum of the quantity's magnitude within `length_s`, if it is
@@ -287,14 +284,18 @@ const fn elevate() -> [[f64; 3]; SLOPES] {
 /// the same values and slopes at both ends: √3/216 (Hermite's remainder).
 const HERMITE_SLOPE: f64 = 0.008_02;
 
-/// The command over a stretch without a break as slopes of a sketch, with the
-/// bound of their error.
+/// The command over a stretch as its start and the slopes of a sketch, with the bound of their
+/// error; none over a break.
 pub(crate) fn command_slopes(
     motion: &Motion,
     start_s: f64,
     length_s: f64,
-) -> (f64, [f64; SLOPES], f64) {
-    let (from, to) = (motion.at(start_s), motion.at(start_s + length_s));
+) -> Option<(f64, [f64; SLOPES], f64)> {
+    let end_s = start_s + length_s;
+    if !motion.breaks_between(start_s, end_s).is_empty() {
+        return None;
+    }
+    let (from, to) = (motion.at(start_s), motion.at(end_s));
     let (v0, v1) = (from.velocity_mps * length_s, to.velocity_mps * length_s);
     let change = to.displacement_m - from.displacement_m;
     let middle = 3.0 * change - (v0 + v1);
@@ -302,7 +303,33 @@ pub(crate) fn command_slopes(
     let size = from.displacement_m.abs() + to.displacement_m.abs() + v0.abs() + v1.abs();
     let rough = motion.fourth_derivatives.displacement_m * length_s * length_s;
     let stray = HERMITE_SLOPE * rough * length_s * length_s + 16.0 * f64::EPSILON * size;
-    (from.displacement_m, slopes, stray)
+    Some((from.displacement_m, slopes, stray))
+}
+
+/// `scale·q + offset`.
+#[inline(always)]
+pub(crate) fn scaled<W: Width>(
+    mut q: LocalCoefficients<W>,
+    (scale, offset): (W::Vector, W::Vector),
+) -> LocalCoefficients<W> {
+    for c in &mut q {
+        *c = scale * *c;
+    }
+    q[0] = q[0] + offset;
+    q
+}
+
+/// The magnitude of a quantity at its turn near σ, and the lanes of `asked` in which that is
+/// there.
+#[inline(always)]
+pub(crate) fn magnitude_at_turn<W: Width>(
+    w: W,
+    q: &LocalCoefficients<W>,
+    sigma: W::Vector,
+    asked: u64,
+) -> (W::Vector, u64) {
+    let (sigma, known) = zero_near(w, &derivative(w, q), sigma, asked);
+    (w.abs(horner(w, q, sigma).0), known)
 }
 
 /// Newton steps at most towards a turn of |command − quantity|, and the step,
@@ -311,17 +338,17 @@ const MOST_NEWTON: usize = 8;
 const CLOSE: f64 = 1e-9;
 
 /// The magnitude of |command − quantity| at its turn near σ.
-fn peak_behind(
+pub(crate) fn magnitude_behind(
     window: &Window<One>,
     q: &LocalCoefficients<One>,
     (motion, start_s): (&Motion, f64),
     mut sigma: f64,
 ) -> Option<f64> {
     let h = window.half_s;
-    let slopes = derivative(q);
+    let slopes = derivative(One, q);
     for _ in 0..MOST_NEWTON {
         let command = motion.at(start_s + window.time_s(sigma));
-        let (speed, bend) = value_and_slope(&slopes, sigma);
+        let (speed, bend) = horner(One, &slopes, sigma);
         let step =
             (command.velocity_mps * h - speed) / (command.acceleration_mps2 * (h * h) - bend);
         sigma -= step;
@@ -331,7 +358,7 @@ fn peak_behind(
         }
         if step.abs() <= CLOSE {
             let x_m = motion.at(start_s + window.time_s(sigma)).displacement_m;
-            return Some((x_m - value_and_slope(q, sigma).0).abs());
+            return Some((x_m - horner(One, q, sigma).0).abs());
         }
     }
     None

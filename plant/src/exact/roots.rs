@@ -6,7 +6,8 @@
 //! sign excludes a root, one proves that there is exactly one; anything else
 //! is halved (de Casteljau).
 
-use super::levels::{Coefficients, TERMS, value_and_slope};
+use super::grid::horner;
+use super::levels::{Coefficients, TERMS};
 use crate::numerics::bernstein::halves;
 use crate::numerics::width::One;
 
@@ -92,7 +93,7 @@ impl Polynomial {
     }
 
     fn value_and_slope(&self, theta: f64) -> (f64, f64) {
-        value_and_slope(&self.monomial, theta)
+        horner(One, &self.monomial, theta)
     }
 
     /// The first θ in \[0, `end`\] at which the polynomial falls below zero. A

@@ -3,7 +3,8 @@
 
 use std::sync::OnceLock;
 
-use super::grid::Grid;
+use super::curve::Curve;
+use super::grid::{Grid, product};
 use super::levels::{ChordBounds, Levels};
 use super::loss::DRIVING;
 use super::sketch::Sketch;
@@ -11,6 +12,7 @@ use super::system::{AxisSystem, Column, DELTA, HELD};
 use crate::model::axis::{Axis, Mode};
 use crate::model::resistance::GuideMode;
 use crate::model::state::{BETA, CURRENT};
+use crate::numerics::width::{One, Width};
 
 /// Quantities that guards and figures look at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -66,11 +68,7 @@ impl<const D: usize> Linear<D> {
     /// `f·x`, summed in the order of the states.
     #[inline]
     pub(crate) fn value(&self, x: &Column<D>) -> f64 {
-        let mut sum = 0.0;
-        for (f, x) in self.row.iter().zip(x.iter()) {
-            sum += f * x;
-        }
-        sum
+        product(One, &self.row, &(*x).into())
     }
 }
 
@@ -118,6 +116,25 @@ impl<const D: usize> Table<D> {
                 None => Sketch::about_middle(levels, row),
             },
         }
+    }
+}
+
+impl<const D: usize> Linear<D> {
+    /// `scale·f·x + offset` as a sketch over the step that begins with x and its rate; none
+    /// where that is too long.
+    #[inline(always)]
+    pub(crate) fn curve<W: Width>(
+        &self,
+        w: W,
+        (x, rate): (&[W::Vector; D], &[W::Vector; D]),
+        (scale, offset): (W::Vector, W::Vector),
+    ) -> Option<Curve<W>> {
+        let (mut slopes, stray) = self.sketch.as_ref()?.slopes(w, rate);
+        for slope in &mut slopes {
+            *slope = scale * *slope;
+        }
+        let start = scale * product(w, &self.row, x) + offset;
+        Some(Curve::new(w, start, slopes, w.abs(scale) * stray))
     }
 }
 

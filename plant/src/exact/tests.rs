@@ -4,9 +4,9 @@ use proptest::prelude::*;
 
 use super::crossing::{Flow, LinearGuard};
 use super::curve::{Found, first_zero, value_and_slope};
-use super::grid::{CELLS, Grid};
-use super::levels::{self, ChordBounds, Levels};
-use super::levels::{TERMS, Taylor, growth_rate};
+use super::grid::{CELLS, Grid, horner};
+
+use super::levels::{ChordBounds, Levels, TERMS, Taylor, growth_rate};
 use super::memory::Tables;
 use super::roots::Polynomial;
 use super::sketch::{NODE_PRODUCT, NODES, Sketch, cubic_strays};
@@ -117,7 +117,7 @@ fn sketch_holds(
     (length_s, end): (f64, f64),
 ) -> Result<(), TestCaseError> {
     let curve = sketch.curve(rate, 2.0, 0.25);
-    let part = curve.until(end);
+    let part = curve.until(One, end);
     let size = a.abs() * rate.abs() * length_s + rate.abs();
     let rounding = 1e-13 * row.abs().dot(&size) * length_s;
     for i in 0..=40 {
@@ -129,7 +129,7 @@ fn sketch_holds(
         let (steepness, _) = value_and_slope(One, &curve.slopes, theta);
         prop_assert!((value - exact).abs() <= curve.stray + rounding);
         prop_assert!((steepness - slope).abs() <= curve.stray + rounding);
-        prop_assert!(exact.abs() <= curve.upper() + rounding);
+        prop_assert!(exact.abs() <= curve.upper(One) + rounding);
         let within = change_after(a, rate, theta * end * length_s);
         let (value, _) = value_and_slope(One, &part.values, theta);
         prop_assert!((value - 0.25 - 2.0 * row.dot(&within)).abs() <= part.stray + rounding);
@@ -249,7 +249,7 @@ proptest! {
                 let time_s = window.time_s(sigma);
                 let change = change_after(&a, &rate, time_s);
                 let size = row.abs().dot(&(change.abs() + rate.abs() * length_s));
-                let near = levels::value_and_slope(&q, window.sigma(time_s)).0 - 0.125;
+                let near = horner(One, &q, window.sigma(time_s)).0 - 0.125;
                 prop_assert!((near - row.dot(&change)).abs() <= 1e-12 * (size + 0.125));
             }
         }
@@ -463,7 +463,7 @@ fn a_chain_of_integrators_has_its_sketch() {
         let parabola = 0.25 * t - t * t / 2.0;
         let exact = parabola + 3.0 * t * t * t / 6.0;
         let (window, q) = sketch.around(&rate, 0.0, (t, length_s));
-        let near = levels::value_and_slope(&q, window.sigma(t)).0;
+        let near = horner(One, &q, window.sigma(t)).0;
         let whole = value_and_slope(One, &curve.values, theta).0;
         off = off.max((near - exact).abs()).max((whole - exact).abs());
         parabola_off = parabola_off.max((parabola - exact).abs());
