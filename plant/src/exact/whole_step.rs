@@ -26,9 +26,25 @@ const ACCELERATED: [usize; 3] = [BETA_DOT, EPSILON_DOT, CURRENT];
 /// Sums of a step.
 pub(crate) const ROWS: usize = HELD + ACCELERATED.len();
 
+/// Which of the sums' terms there are. What is left out is zero, so that the bits of the sums
+/// are those of all their terms.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Terms {
+    /// All of them.
+    All,
+    /// An elastic axis: β̈ has no term of β̇, İ none of the joint, and neither β̈ nor ε̈ one of
+    /// the voltage.
+    Coupled,
+    /// The same with an open joint: β, β̇ and I have no terms of δ and ε̇.
+    Open,
+}
+
 /// The numbers of a whole step.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct WholeStep {
+    terms: Terms,
+    /// True if a sum has a constant.
+    drifts: bool,
     /// What every sum has per β̇, δ, ε̇ and I, its constant, and what it has per volt.
     columns: [[f64; ROWS]; DRIVING + 2],
     /// T/3 \[s\].
@@ -39,8 +55,25 @@ pub(crate) struct WholeStep {
     strays: [[f64; DRIVING]; 3],
     /// c and R of the damper's heat, where there is one.
     joint: Option<(f64, Matrix<DRIVING>)>,
-    /// Those of the armature's.
+    /// Those of the armature's, and its R over I, β̈ and İ alone.
     armature: (f64, Matrix<PARTS>),
+    armature_alone: Matrix<3>,
+}
+
+impl Terms {
+    fn of(columns: &[[f64; ROWS]; DRIVING + 2]) -> Self {
+        let [a, b, c, _, constants, volts] = columns;
+        let [beta_ddot, epsilon_ddot, current_dot] = [HELD, HELD + 1, HELD + 2];
+        let none = |terms: &[f64]| terms.iter().all(|term| *term == 0.0);
+        let of_rates = [a[beta_ddot], constants[beta_ddot], volts[beta_ddot]];
+        let of_current = [b[current_dot], c[current_dot], constants[current_dot]];
+        if !(none(&of_rates) && none(&of_current) && volts[epsilon_ddot] == 0.0) {
+            return Self::All;
+        }
+        let motor = [BETA, BETA_DOT, CURRENT, beta_ddot];
+        let open = motor.iter().all(|&row| none(&[b[row], c[row]]));
+        if open { Self::Open } else { Self::Coupled }
+    }
 }
 
 /// Every sum of a step, of all lanes.
@@ -105,16 +138,21 @@ impl WholeStep {
             // The points of the cubic lie about the ends: its chord is no worse.
             None => strays(Some(Quantity::Delta)),
         };
+        let (resistance_ohm, factor) = armature.whole();
+        let alone = [0, 1, PARTS - 1];
         Self {
+            terms: Terms::of(&columns),
+            drifts: columns[DRIVING].iter().any(|constant| *constant != 0.0),
             columns,
             third_s: whole.length_s / 3.0,
             strays: [gap, strays(limited), strays(Quantity::of_guide(guide))],
             joint: joint.map(Dissipation::whole),
-            armature: armature.whole(),
+            armature: (resistance_ohm, factor),
+            armature_alone: Matrix::from_fn(|i, j| factor[(alone[i], alone[j])]),
         }
     }
 
-    /// Sum number `row`. The voltage comes last because it is known last.
+    /// Sum number `row` with all its terms. The voltage comes last because it is known last.
     #[inline(always)]
     fn sum<W: Width>(
         &self,
@@ -123,16 +161,47 @@ impl WholeStep {
         x: &[W::Vector; HELD],
         voltage_v: W::Vector,
     ) -> W::Vector {
-        let [a, b, c, d, constants, volts] = &self.columns;
+        self.before_voltage(w, row, x) + w.splat(self.columns[DRIVING + 1][row]) * voltage_v
+    }
+
+    #[inline(always)]
+    fn before_voltage<W: Width>(&self, w: W, row: usize, x: &[W::Vector; HELD]) -> W::Vector {
+        let [a, b, c, d, ..] = &self.columns;
         let rotor = w.splat(a[row]) * x[BETA_DOT] + w.splat(b[row]) * x[DELTA];
         let joint = w.splat(c[row]) * x[EPSILON_DOT] + w.splat(d[row]) * x[CURRENT];
-        let constant = w.splat(constants[row]);
-        let drift = if row == BETA {
-            x[BETA] + constant
-        } else {
-            constant
-        };
-        ((rotor + joint) + drift) + w.splat(volts[row]) * voltage_v
+        self.drifting(w, row, x, rotor + joint)
+    }
+
+    /// The same without terms of the joint.
+    #[inline(always)]
+    fn of_motor<W: Width>(
+        &self,
+        w: W,
+        row: usize,
+        x: &[W::Vector; HELD],
+        voltage_v: W::Vector,
+    ) -> W::Vector {
+        let [a, _, _, d, _, volts] = &self.columns;
+        let driven = w.splat(a[row]) * x[BETA_DOT] + w.splat(d[row]) * x[CURRENT];
+        self.drifting(w, row, x, driven) + w.splat(volts[row]) * voltage_v
+    }
+
+    /// Adds the constant, and β to its own sum.
+    #[inline(always)]
+    fn drifting<W: Width>(
+        &self,
+        w: W,
+        row: usize,
+        x: &[W::Vector; HELD],
+        sum: W::Vector,
+    ) -> W::Vector {
+        let constant = w.splat(self.columns[DRIVING][row]);
+        match (row == BETA, self.drifts) {
+            (true, true) => sum + (x[BETA] + constant),
+            (true, false) => sum + x[BETA],
+            (false, true) => sum + constant,
+            (false, false) => sum,
+        }
     }
 
     /// Every sum from x = (β, β̇, δ, ε̇, I).
@@ -144,9 +213,14 @@ impl WholeStep {
         voltage_v: W::Vector,
     ) -> Sums<W> {
         let mut sums = [x[BETA]; ROWS];
-        for (row, sum) in sums.iter_mut().enumerate() {
-            *sum = self.sum(w, row, x, voltage_v);
+        for (row, sum) in sums.iter_mut().enumerate().take(HELD) {
+            *sum = match (self.terms, row) {
+                (Terms::Open, BETA | BETA_DOT | CURRENT) => self.of_motor(w, row, x, voltage_v),
+                _ => self.sum(w, row, x, voltage_v),
+            };
         }
+        let [_, beta_ddot, _, epsilon_ddot, current_dot] = self.rates(w, x, voltage_v);
+        (sums[HELD], sums[HELD + 1], sums[HELD + 2]) = (beta_ddot, epsilon_ddot, current_dot);
         Sums(sums)
     }
 
@@ -158,11 +232,27 @@ impl WholeStep {
         x: &[W::Vector; HELD],
         voltage_v: W::Vector,
     ) -> [W::Vector; HELD] {
-        let mut rates = [x[BETA_DOT], x[BETA], x[EPSILON_DOT], x[BETA], x[BETA]];
-        for (row, state) in (HELD..).zip(ACCELERATED) {
-            rates[state] = self.sum(w, row, x, voltage_v);
-        }
-        rates
+        let [_, b, c, d, ..] = &self.columns;
+        let [beta_ddot, epsilon_ddot, current_dot] = [HELD, HELD + 1, HELD + 2];
+        let [first, second, third] = match self.terms {
+            Terms::All => [beta_ddot, epsilon_ddot, current_dot].map(
+                #[inline(always)]
+                |row| self.sum(w, row, x, voltage_v),
+            ),
+            Terms::Coupled | Terms::Open => {
+                let mut driven = w.splat(d[beta_ddot]) * x[CURRENT];
+                if self.terms == Terms::Coupled {
+                    let joint = w.splat(c[beta_ddot]) * x[EPSILON_DOT] + driven;
+                    driven = w.splat(b[beta_ddot]) * x[DELTA] + joint;
+                }
+                [
+                    driven,
+                    self.before_voltage(w, epsilon_ddot, x),
+                    self.of_motor(w, current_dot, x, voltage_v),
+                ]
+            }
+        };
+        [x[BETA_DOT], first, x[EPSILON_DOT], second, third]
     }
 
     /// The control points of δ's cubic between its ends, in Bernstein form: all four bound it.
@@ -210,7 +300,10 @@ impl WholeStep {
         }
         let [a, b, c, d] = *rates;
         let (resistance_ohm, factor) = &self.armature;
-        let (sum, first) = squared(w, factor, &[current, a, b, c, d]);
+        let (sum, first) = match self.terms {
+            Terms::Open => squared(w, &self.armature_alone, &[current, a, d]),
+            _ => squared(w, factor, &[current, a, b, c, d]),
+        };
         let charge = w.splat(factor[(0, 0)]) * first;
         [joint_j, w.splat(*resistance_ohm) * sum, charge]
     }
