@@ -10,7 +10,11 @@
 //! without a branch, and only those with a mark are searched. [`refined`] chooses
 //! the frequencies: closer where the response bends.
 
+use fearless_simd::Level;
 use nalgebra::Complex;
+use plant::{widest, with_four};
+
+use super::search::{Border, Minimum, Zero};
 
 /// Points of L, and L between them.
 #[derive(Debug, Clone, Copy)]
@@ -26,97 +30,83 @@ pub(crate) struct Curve<'a, F> {
     pub(crate) ends_real: bool,
 }
 
-/// Marks of what there is to find in a block of chords.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-struct Marks {
-    /// |L| passes 1.
-    unit_gain: bool,
-    /// |L/(1 + L)| passes 1/√2.
-    half_power: bool,
-    /// L passes the real axis.
-    real: bool,
-    /// A chord may come nearer to −1 than the points.
-    near: bool,
+/// What there is to find on a curve: room that is kept from one to the next.
+#[derive(Debug)]
+pub(crate) struct Finds {
+    pub(crate) level: Level,
+    blocks: Vec<Block>,
+    zeros: Vec<Zero>,
+    minima: Vec<Minimum>,
 }
+
+impl Default for Finds {
+    fn default() -> Self {
+        Self {
+            level: widest(),
+            blocks: Vec::new(),
+            zeros: Vec::new(),
+            minima: Vec::new(),
+        }
+    }
+}
+
+/// What there is to find in a block of chords.
+#[derive(Debug, Clone, Copy)]
+struct Block {
+    /// Some of the marks below.
+    marks: u64,
+    /// Least squared distance of a point from −1.
+    lowest: f64,
+}
+
+/// |L| passes 1.
+const UNIT_GAIN: u64 = 1;
+/// |L/(1 + L)| passes 1/√2.
+const HALF_POWER: u64 = 2;
+/// L passes the real axis.
+const REAL: u64 = 4;
+/// A chord is seen from −1 under more than a right angle.
+const WIDE: u64 = 8;
 
 /// Chords of a block.
 const BLOCK: usize = 8;
 /// Chords that are looked into: up to this times the lowest squared distance of
 /// a point. A chord is off its curve by a few per cent at most.
 const CANDIDATE: f64 = 1.2;
-/// Steps of the search for a minimum; two or three are the rule.
-const MOST_STEPS: usize = 12;
-/// Steps of the search for a zero; likewise.
-const MOST_ROOT_STEPS: usize = 40;
+/// Chords whose ends are farther than this times that distance, and seen from −1 under
+/// less than a right angle, are none of them: such a chord is at least `1/√2` times as far
+/// away as the nearer end.
+pub(crate) const NEAR: f64 = 2.0 * CANDIDATE;
 /// |L| at which no loop is closed any more: the zero of an undamped joint.
 const NOTHING: f64 = 1e-9;
-/// Remainder of |L|² − 1, or of Im L in units of |L|, at a zero.
-const ROOT: f64 = 1e-7;
 
 impl<F: Fn(f64) -> Complex<f64>> Curve<'_, F> {
     fn point(&self, i: usize) -> Complex<f64> {
         Complex::new(self.re[i], self.im[i])
     }
 
-    /// The point nearest to −1 and its squared distance.
-    fn lowest(&self) -> (usize, f64) {
-        const LANES: usize = 4;
-        let squared = |re: f64, im: f64| (1.0 + re) * (1.0 + re) + im * im;
-        let mut lanes = [f64::INFINITY; LANES];
-        let (re, im) = (self.re.chunks_exact(LANES), self.im.chunks_exact(LANES));
-        let rest = re.remainder().iter().zip(im.remainder());
-        let mut lowest = rest.fold(f64::INFINITY, |low, (re, im)| low.min(squared(*re, *im)));
-        for (re, im) in re.zip(im) {
-            for lane in 0..LANES {
-                let d = squared(re[lane], im[lane]);
-                lanes[lane] = if d < lanes[lane] { d } else { lanes[lane] };
-            }
-        }
-        lowest = lanes.iter().fold(lowest, |low, lane| low.min(*lane));
-        let mut points = self.re.iter().zip(self.im);
-        let at = points.position(|(re, im)| squared(*re, *im) == lowest);
-        (at.unwrap_or(0), lowest)
-    }
-
     /// `min |1 + L|`, without what else a [`Margin`] tells.
-    pub(crate) fn modulus(&self) -> f64 {
-        self.closest(self.lowest()).1.sqrt()
+    pub(crate) fn modulus(&self, finds: &mut Finds) -> f64 {
+        let lowest = look_over(self.re, self.im, finds);
+        finds.zeros.clear();
+        self.mark_minima(lowest, finds);
+        finds.search(self.at);
+        let closest = finds.closest();
+        closest
+            .map_or(lowest, |(_, value)| value.min(lowest))
+            .sqrt()
     }
 
-    /// Frequency at which −1 is nearest, and its squared distance, from the point
-    /// nearest to it.
-    fn closest(&self, lowest: (usize, f64)) -> (f64, f64) {
-        let (mut weakest, mut distance) = (self.frequency[lowest.0], lowest.1);
-        for (start, marks) in self.marked(lowest.1) {
-            if marks.near {
-                self.each_minimum(start, lowest.1, |frequency, value| {
-                    if value < distance {
-                        (weakest, distance) = (frequency, value);
-                    }
-                });
-            }
-        }
-        (weakest, distance)
-    }
-
-    /// The blocks with something to find, by their first chord.
-    fn marked(&self, lowest: f64) -> impl Iterator<Item = (usize, Marks)> {
-        let bound = 2.0 * CANDIDATE * lowest;
-        let chords = self.re.len() - 1;
-        (0..chords).step_by(BLOCK).filter_map(move |start| {
-            let end = (start + BLOCK).min(chords);
-            let marks = marks(&self.re[start..=end], &self.im[start..=end], bound);
-            (marks != Marks::default()).then_some((start, marks))
-        })
-    }
-
-    /// Squared distance of −1 from the chord behind point `i`; infinite behind
-    /// the last.
-    fn chord(&self, i: usize) -> f64 {
+    /// Squared distance of −1 from the chord behind point `i`; infinite where it is no
+    /// candidate, and behind the last.
+    fn chord(&self, i: usize, lowest: f64) -> f64 {
         if i + 1 >= self.re.len() {
             return f64::INFINITY;
         }
         let (from, to) = (self.point(i) + 1.0, self.point(i + 1) + 1.0);
+        if !is_near(from, to, lowest) {
+            return f64::INFINITY;
+        }
         let along = to - from;
         let length = along.norm_sqr();
         if length == 0.0 {
@@ -126,98 +116,68 @@ impl<F: Fn(f64) -> Complex<f64>> Curve<'_, F> {
         (from + along * share).norm_sqr()
     }
 
-    /// Every local minimum of |1 + L|² in the block from `start` that may be
-    /// the lowest: frequency and value. The chords tell where it can be, L
-    /// itself then where it is.
-    fn each_minimum(&self, start: usize, lowest: f64, mut found: impl FnMut(f64, f64)) {
+    /// Marks every local minimum of |1 + L|² that may be the lowest. The chords tell
+    /// where it can be, L itself then where it is.
+    fn mark_minima(&self, lowest: f64, finds: &mut Finds) {
+        finds.minima.clear();
         let bound = CANDIDATE * lowest;
-        let mut before = match start {
-            0 => f64::INFINITY,
-            start => self.chord(start - 1),
-        };
-        let mut here = self.chord(start);
-        for i in start..(start + BLOCK).min(self.re.len() - 1) {
-            let after = self.chord(i + 1);
-            // Of two chords that meet in the closest point, the first.
-            if here < before && here <= after && here <= bound {
-                let (frequency, value) = self.minimum(i);
-                found(frequency, value);
-            }
-            (before, here) = (here, after);
-        }
-    }
-
-    /// The minimum of the squared distance near the chord behind point `i`: the
-    /// parabola through L at three points is put for L, which is smooth where
-    /// |1 + L| has its kink, and its nearest point is the next of the three.
-    fn minimum(&self, i: usize) -> (f64, f64) {
-        let n = self.re.len();
-        let middle = i.clamp(1, n - 2);
-        let lowest = self.frequency[i.saturating_sub(1)];
-        let highest = self.frequency[(i + 2).min(n - 1)];
-        let point = |k: usize| (self.frequency[k], self.point(k));
-        let mut three = [point(middle - 1), point(middle), point(middle + 1)];
-        three.sort_by(|a, b| squared_distance(a.1).total_cmp(&squared_distance(b.1)));
-        for _ in 0..MOST_STEPS {
-            let [(x1, l1), (x0, l0), (x2, l2)] = three;
-            let (slope_0, slope_2) = ((l1 - l0) / (x1 - x0), (l2 - l1) / (x2 - x1));
-            let bend = (slope_2 - slope_0) / (x2 - x0);
-            let slope = slope_0 + bend * (x1 - x0);
-            let step = nearest(l1 + 1.0, slope, bend);
-            let mut x = (x1 + step).clamp(lowest, highest);
-            if x == x0 || x == x2 {
-                // The parabola leads back to a known point: half way.
-                x = 0.5 * (x1 + x);
-            }
-            if (x - x1).abs() <= 1e-9 * x1 {
-                break;
-            }
-            let here = (x, (self.at)(x));
-            let (before, after) = (squared_distance(l1), squared_distance(here.1));
-            // The farthest of the four goes.
-            three = if after < before {
-                [here, three[0], three[1]]
-            } else {
-                [three[0], here, three[1]]
-            };
-            if (before - after).abs() <= 1e-9 * before {
-                break;
-            }
-        }
-        (three[0].0, squared_distance(three[0].1))
-    }
-
-    /// Every zero of `excess(L)` in the block from `start`: its frequency, whether it
-    /// falls there, and L.
-    fn each_passage(
-        &self,
-        start: usize,
-        excess: fn(Complex<f64>) -> f64,
-        mut found: impl FnMut(f64, bool, Complex<f64>),
-    ) {
-        for i in start..(start + BLOCK).min(self.re.len() - 1) {
-            let ends = [i, i + 1].map(|k| excess(self.point(k)));
-            if (ends[0] < 0.0) != (ends[1] < 0.0) {
-                let (frequency, value) = self.zero(i, ends, excess);
-                found(frequency, ends[0] >= 0.0, value);
-            }
-        }
-    }
-
-    /// |L| at every point of the block from `start` on the negative real axis.
-    fn each_phase_crossing(&self, start: usize, mut found: impl FnMut(f64)) {
-        let last = self.re.len() - 1;
-        // The chord to a real end crosses nothing.
-        let chords = if self.ends_real { last - 1 } else { last };
-        for i in start..(start + BLOCK).min(chords) {
-            let ends = [self.im[i], self.im[i + 1]];
-            if (ends[0] < 0.0) == (ends[1] < 0.0) || self.re[i] >= 0.0 && self.re[i + 1] >= 0.0 {
+        for (number, block) in finds.blocks.iter().enumerate() {
+            if block.lowest > NEAR * lowest && block.marks & WIDE == 0 {
                 continue;
             }
-            let size = self.re[i].abs().max(self.re[i + 1].abs());
-            let (_, value) = self.zero(i, ends.map(|im| im / size), |value| value.im / size);
-            if value.re < -NOTHING {
-                found(-value.re);
+            let start = number * BLOCK;
+            let mut before = match start {
+                0 => f64::INFINITY,
+                start => self.chord(start - 1, lowest),
+            };
+            let mut here = self.chord(start, lowest);
+            for i in start..(start + BLOCK).min(self.re.len() - 1) {
+                let after = self.chord(i + 1, lowest);
+                // Of two chords that meet in the closest point, the first.
+                if here < before && here <= after && here <= bound {
+                    finds.minima.push(self.minimum(i));
+                }
+                (before, here) = (here, after);
+            }
+        }
+    }
+
+    /// The search for the minimum near the chord behind point `i`.
+    fn minimum(&self, i: usize) -> Minimum {
+        let n = self.re.len();
+        let middle = i.clamp(1, n - 2);
+        let point = |k: usize| (self.frequency[k], self.point(k));
+        let three = [point(middle - 1), point(middle), point(middle + 1)];
+        let lowest = self.frequency[i.saturating_sub(1)];
+        let highest = self.frequency[(i + 2).min(n - 1)];
+        Minimum::new(three, [lowest, highest])
+    }
+
+    /// Marks what a [`Margin`] of the loop needs besides.
+    fn mark_zeros(&self, stable: bool, finds: &mut Finds) {
+        finds.zeros.clear();
+        let chords = self.re.len() - 1;
+        // The chord to a real end crosses nothing.
+        let crossing = if self.ends_real { chords - 1 } else { chords };
+        let mut narrows = stable;
+        for (number, block) in finds.blocks.iter().enumerate() {
+            let start = number * BLOCK;
+            let (end, zeros) = ((start + BLOCK).min(chords), &mut finds.zeros);
+            let ends = |i: usize| [i, i + 1].map(|k| (self.frequency[k], self.point(k)));
+            if block.marks & UNIT_GAIN != 0 {
+                let passes = (start..end).filter_map(|i| Zero::new(Border::UnitGain, ends(i)));
+                zeros.extend(passes);
+            }
+            if narrows && block.marks & HALF_POWER != 0 {
+                let passes = (start..end).filter_map(|i| Zero::new(Border::HalfPower, ends(i)));
+                let first = passes.into_iter().find(|pass| pass.falls);
+                narrows = first.is_none();
+                zeros.extend(first);
+            }
+            if stable && block.marks & REAL != 0 {
+                let turned = |i: usize| self.re[i] < 0.0 || self.re[i + 1] < 0.0;
+                let places = (start..end.min(crossing)).filter(|&i| turned(i));
+                zeros.extend(places.filter_map(|i| Zero::new(Border::RealAxis, ends(i))));
             }
         }
     }
@@ -227,34 +187,88 @@ impl<F: Fn(f64) -> Complex<f64>> Curve<'_, F> {
         let last = self.re[self.re.len() - 1];
         (self.ends_real && last < 0.0).then_some(-last)
     }
+}
 
-    /// The zero of `f(L)` behind point `i`, by false position (Illinois), and L
-    /// there.
-    fn zero(
-        &self,
-        i: usize,
-        ends: [f64; 2],
-        f: impl Fn(Complex<f64>) -> f64,
-    ) -> (f64, Complex<f64>) {
-        let (mut a, mut b) = (self.frequency[i], self.frequency[i + 1]);
-        let [mut fa, mut fb] = ends;
-        let mut best = (b, self.point(i + 1));
-        for _ in 0..MOST_ROOT_STEPS {
-            let x = b - fb * (b - a) / (fb - fa);
-            let value = (self.at)(x);
-            let fx = f(value);
-            best = (x, value);
-            if fx.abs() <= ROOT || (b - a).abs() <= 1e-12 * x {
-                break;
+impl Finds {
+    /// Searches everything that is marked, one step of each in turn: none waits for
+    /// another, and the processor works on several.
+    fn search(&mut self, at: &impl Fn(f64) -> Complex<f64>) {
+        loop {
+            let mut open = false;
+            for zero in self.zeros.iter_mut().filter(|zero| !zero.done) {
+                zero.step(at);
+                open = true;
             }
-            if (fx < 0.0) == (fb < 0.0) {
-                fa *= 0.5;
-            } else {
-                (a, fa) = (b, fb);
+            for minimum in self.minima.iter_mut().filter(|minimum| !minimum.done) {
+                minimum.step(at);
+                open = true;
             }
-            (b, fb) = (x, fx);
+            if !open {
+                return;
+            }
         }
-        best
+    }
+
+    /// Frequency and value of the lowest minimum.
+    fn closest(&self) -> Option<(f64, f64)> {
+        let minima = self.minima.iter().map(Minimum::found);
+        minima.reduce(|least, here| if here.1 < least.1 { here } else { least })
+    }
+}
+
+/// True if the chord between two points `1 + L` may be a candidate.
+fn is_near(from: Complex<f64>, to: Complex<f64>, lowest: f64) -> bool {
+    let bound = NEAR * lowest;
+    from.re * to.re + from.im * to.im < 0.0 || from.norm_sqr() <= bound || to.norm_sqr() <= bound
+}
+
+/// Looks over a curve, block by block: the least squared distance of a point from −1.
+fn look_over(re: &[f64], im: &[f64], finds: &mut Finds) -> f64 {
+    let (level, blocks) = (finds.level, &mut finds.blocks);
+    blocks.clear();
+    with_four(
+        level,
+        #[inline(always)]
+        || {
+            let mut lowest = f64::INFINITY;
+            for start in (0..re.len() - 1).step_by(BLOCK) {
+                let block = Block::new(&filled(&re[start..]), &filled(&im[start..]));
+                lowest = lowest.min(block.lowest);
+                blocks.push(block);
+            }
+            lowest
+        },
+    )
+}
+
+/// The points of a block; behind the end of the curve, its last one.
+#[inline(always)]
+fn filled(points: &[f64]) -> [f64; BLOCK + 1] {
+    match points.first_chunk() {
+        Some(all) => *all,
+        None => core::array::from_fn(|k| points[k.min(points.len() - 1)]),
+    }
+}
+
+impl Block {
+    /// Looks without a branch.
+    #[inline(always)]
+    fn new(re: &[f64; BLOCK + 1], im: &[f64; BLOCK + 1]) -> Self {
+        let within = |re: f64, im: f64| (re - 1.0) * (re - 1.0) + im * im < 2.0;
+        let mark = |holds: bool, mark: u64| if holds { mark } else { 0 };
+        let distance = |k: usize| (1.0 + re[k]) * (1.0 + re[k]) + im[k] * im[k];
+        let (mut marks, mut lowest) = (0, distance(BLOCK));
+        for k in 0..BLOCK {
+            let (r0, r1, i0, i1) = (re[k], re[k + 1], im[k], im[k + 1]);
+            let passes = (r0 * r0 + i0 * i0 < 1.0) != (r1 * r1 + i1 * i1 < 1.0);
+            marks |= mark(passes, UNIT_GAIN);
+            marks |= mark(within(r0, i0) != within(r1, i1), HALF_POWER);
+            marks |= mark((i0 < 0.0) != (i1 < 0.0), REAL);
+            marks |= mark((1.0 + r0) * (1.0 + r1) + i0 * i1 < 0.0, WIDE);
+            let here = distance(k);
+            lowest = if here < lowest { here } else { lowest };
+        }
+        Self { marks, lowest }
     }
 }
 
@@ -289,11 +303,25 @@ impl Margin {
     }
 
     /// Reads a curve, frequencies in its unit.
-    pub(crate) fn of<F: Fn(f64) -> Complex<f64>>(curve: &Curve<'_, F>, stable: bool) -> Self {
-        let lowest = curve.lowest();
-        let (weakest, distance) = curve.closest(lowest);
+    pub(crate) fn of<F: Fn(f64) -> Complex<f64>>(
+        curve: &Curve<'_, F>,
+        stable: bool,
+        finds: &mut Finds,
+    ) -> Self {
+        let lowest = look_over(curve.re, curve.im, finds);
+        curve.mark_minima(lowest, finds);
+        curve.mark_zeros(stable, finds);
+        finds.search(curve.at);
+        let (weakest, distance) = match finds.closest() {
+            Some(closest) if closest.1 < lowest => closest,
+            _ => {
+                let mut points = (0..curve.re.len()).map(|i| curve.point(i) + 1.0);
+                let place = points.position(|point| point.norm_sqr() == lowest);
+                (curve.frequency[place.unwrap_or(0)], lowest)
+            }
+        };
         let (mut crossover, mut phase): (Option<f64>, Option<f64>) = (None, None);
-        let mut bandwidth: Option<f64> = None;
+        let mut bandwidth = None;
         // The largest |L| below 1 where L is negative; 0 without any.
         let mut magnitude = 0.0_f64;
         let mut negative = |at: f64| {
@@ -301,10 +329,11 @@ impl Margin {
                 magnitude = magnitude.max(at);
             }
         };
-        for (start, marks) in curve.marked(lowest.1) {
-            if marks.unit_gain {
-                curve.each_passage(start, over_unit_gain, |frequency, falls, value| {
-                    if falls && crossover.is_none() {
+        for zero in &finds.zeros {
+            let (frequency, value) = zero.found;
+            match zero.border {
+                Border::UnitGain => {
+                    if zero.falls && crossover.is_none() {
                         crossover = Some(frequency);
                     }
                     // arg(−L): what turns L to −1.
@@ -312,17 +341,10 @@ impl Margin {
                     if phase.is_none_or(|phase| lag.abs() < phase.abs()) {
                         phase = Some(lag);
                     }
-                });
-            }
-            if marks.half_power && stable && bandwidth.is_none() {
-                curve.each_passage(start, over_half_power, |frequency, falls, _| {
-                    if falls && bandwidth.is_none() {
-                        bandwidth = Some(frequency);
-                    }
-                });
-            }
-            if marks.real && stable {
-                curve.each_phase_crossing(start, &mut negative);
+                }
+                Border::HalfPower => bandwidth = Some(frequency),
+                Border::RealAxis if value.re < -NOTHING => negative(-value.re),
+                Border::RealAxis => (),
             }
         }
         curve.real_end().into_iter().for_each(negative);
@@ -338,67 +360,9 @@ impl Margin {
     }
 }
 
-/// Looks over a block of chords without a branch.
-///
-/// A chord whose ends are seen from −1 under less than a right angle is at
-/// least `1/√2` times as far away as the nearer end.
-fn marks(re: &[f64], im: &[f64], bound: f64) -> Marks {
-    let n = re.len() - 1;
-    let (re0, re1, im0, im1) = (&re[..n], &re[1..=n], &im[..n], &im[1..=n]);
-    let (mut unit_gain, mut half_power, mut real, mut near) = (false, false, false, false);
-    let within = |re: f64, im: f64| (re - 1.0) * (re - 1.0) + im * im < 2.0;
-    for k in 0..n {
-        let (r0, r1, i0, i1) = (re0[k], re1[k], im0[k], im1[k]);
-        unit_gain |= (r0 * r0 + i0 * i0 < 1.0) != (r1 * r1 + i1 * i1 < 1.0);
-        half_power |= within(r0, i0) != within(r1, i1);
-        real |= (i0 < 0.0) != (i1 < 0.0);
-        let (x0, x1) = (1.0 + r0, 1.0 + r1);
-        near |=
-            (x0 * x1 + i0 * i1 < 0.0) | (x0 * x0 + i0 * i0 <= bound) | (x1 * x1 + i1 * i1 <= bound);
-    }
-    Marks {
-        unit_gain,
-        half_power,
-        real,
-        near,
-    }
-}
-
 /// A modulus, below 0 where the loop is unstable.
 pub(crate) fn signed(stable: bool, modulus: f64) -> f64 {
     if stable { modulus } else { -modulus }
-}
-
-/// `|L|² − 1`.
-fn over_unit_gain(value: Complex<f64>) -> f64 {
-    value.norm_sqr() - 1.0
-}
-
-/// `|L − 1|² − 2`, above 0 where `|L/(1 + L)| > 1/√2`: `2·|L|² > |1 + L|²`.
-fn over_half_power(value: Complex<f64>) -> f64 {
-    (value - 1.0).norm_sqr() - 2.0
-}
-
-/// `|1 + L|²`.
-fn squared_distance(value: Complex<f64>) -> f64 {
-    let re = 1.0 + value.re;
-    re * re + value.im * value.im
-}
-
-/// The h near 0 at which `|e + s·h + c·h²|` is smallest, by Newton on the
-/// derivative of its square.
-fn nearest(e: Complex<f64>, s: Complex<f64>, c: Complex<f64>) -> f64 {
-    let product = |a: Complex<f64>, b: Complex<f64>| a.re * b.re + a.im * b.im;
-    let mut h = 0.0;
-    for _ in 0..4 {
-        let value = e + (s + c * h) * h;
-        let slope = s + c * (2.0 * h);
-        let first = product(value, slope);
-        let steep = slope.norm_sqr();
-        let second = steep + 2.0 * product(value, c);
-        h -= first / if second > 0.1 * steep { second } else { steep };
-    }
-    h
 }
 
 /// Distance that the response half way may have from what its neighbours suggest,

@@ -23,7 +23,7 @@ use core::f64::consts::PI;
 use nalgebra::Complex;
 
 use super::characteristic::{LoopGains, is_papers_loop};
-use super::curve::{Curve, Limits, Margin, bends, refined};
+use super::curve::{Curve, Finds, Limits, Margin, bends, refined};
 use super::linear_axis::{JointState, LinearAxis};
 use crate::case::{Case, Law};
 use crate::number::seconds;
@@ -125,7 +125,7 @@ impl DelayedLoop {
             at: &at,
             ends_real: false,
         };
-        Margin::of(&curve, self.is_stable(&points))
+        Margin::of(&curve, self.is_stable(&points), &mut Finds::default())
     }
 
     /// L at rising frequencies, close enough that 1 + L hides no turn.

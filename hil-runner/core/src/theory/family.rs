@@ -6,11 +6,12 @@
 
 use core::f64::consts::PI;
 
+use fearless_simd::Level;
 use nalgebra::Complex;
-use plant::{Amplifier, AxisParameters};
+use plant::{Amplifier, AxisParameters, with_four};
 
 use super::characteristic::{Characteristic, LoopGains};
-use super::curve::{Curve, Limits, Margin, bends, refined, signed};
+use super::curve::{Curve, Finds, Limits, Margin, bends, refined, signed};
 use super::held::on_circle;
 use super::linear_axis::{JointState, LinearAxis, Shaft};
 use crate::case::Case;
@@ -182,11 +183,18 @@ impl LoopFamily {
         Some(FamilyKey::of(case, joint)?.family())
     }
 
-    /// The margins of the closed loop: a microsecond or two.
+    /// The margins of the closed loop: a microsecond.
     pub fn margin(&self, gains: &LoopGains) -> Margin {
+        self.margin_in(&mut Room::default(), gains)
+    }
+
+    /// The same in room that is there already.
+    pub(super) fn margin_in(&self, room: &mut Room, gains: &LoopGains) -> Margin {
         let stable = self.is_stable(gains);
         let at = |theta: f64| self.at(gains, theta);
-        let mut margin = self.with_curve(gains, &at, |curve| Margin::of(curve, stable));
+        let mut margin = self.with_curve(room, gains, &at, |curve, finds| {
+            Margin::of(curve, stable, finds)
+        });
         margin.weakest_radps /= self.period_s;
         for frequency in [&mut margin.crossover_radps, &mut margin.bandwidth_radps] {
             *frequency = frequency.map(|theta| theta / self.period_s);
@@ -196,8 +204,13 @@ impl LoopFamily {
 
     /// [`Margin::signed`] alone, without a look at phase and gain.
     pub fn signed_modulus(&self, gains: &LoopGains) -> f64 {
+        self.signed_modulus_in(&mut Room::default(), gains)
+    }
+
+    /// The same in room that is there already.
+    pub(super) fn signed_modulus_in(&self, room: &mut Room, gains: &LoopGains) -> f64 {
         let at = |theta: f64| self.at(gains, theta);
-        let distance = self.with_curve(gains, &at, |curve| curve.modulus());
+        let distance = self.with_curve(room, gains, &at, |curve, finds| curve.modulus(finds));
         signed(self.is_stable(gains), distance)
     }
 
@@ -216,19 +229,23 @@ impl LoopFamily {
     /// very small gains crosses over below the axis' own frequencies.
     fn with_curve<F: Fn(f64) -> Complex<f64>, T>(
         &self,
+        room: &mut Room,
         gains: &LoopGains,
         at: &F,
-        use_curve: impl FnOnce(&Curve<'_, F>) -> T,
+        use_curve: impl FnOnce(&Curve<'_, F>, &mut Finds) -> T,
     ) -> T {
-        let Parts { re, im } = self.combine(&self.parts, gains);
+        let Room { l, finds, .. } = room;
+        self.combine(&self.parts, gains, finds.level, l);
+        let Parts { re, im } = l;
         if re[0] * re[0] + im[0] * im[0] > 4.0 {
-            return use_curve(&Curve {
+            let curve = Curve {
                 frequency: &self.theta,
-                re: &re,
-                im: &im,
+                re,
+                im,
                 at,
                 ends_real: true,
-            });
+            };
+            return use_curve(&curve, finds);
         }
         let mut below = Vec::new();
         let mut theta = self.theta[0];
@@ -244,33 +261,58 @@ impl LoopFamily {
         let chain = |of: fn(&(f64, Complex<f64>)) -> f64, rest: &[f64]| -> Vec<f64> {
             below.iter().map(of).chain(rest.iter().copied()).collect()
         };
-        use_curve(&Curve {
+        let curve = Curve {
             frequency: &chain(|(theta, _)| *theta, &self.theta),
-            re: &chain(|(_, value)| value.re, &re),
-            im: &chain(|(_, value)| value.im, &im),
+            re: &chain(|(_, value)| value.re, re),
+            im: &chain(|(_, value)| value.im, im),
             at,
             ends_real: true,
-        })
+        };
+        use_curve(&curve, finds)
     }
 
     /// `kp·P + ki·I + kd·F·D` on the grid, with the filter `F = a·z/(w + a)` of the
     /// derivative.
-    pub(super) fn combine(&self, parts: &[Parts; 3], gains: &LoopGains) -> Parts {
+    pub(super) fn combine(
+        &self,
+        parts: &[Parts; 3],
+        gains: &LoopGains,
+        level: Level,
+        sum: &mut Parts,
+    ) {
         let [p, i, d] = parts;
         let filtered = (gains.smoothing != 1.0).then(|| filtered(d, &self.w, gains.smoothing));
         let d = filtered.as_ref().unwrap_or(d);
-        Parts {
-            re: combine([&p.re, &i.re, &d.re], gains),
-            im: combine([&p.im, &i.im, &d.im], gains),
-        }
+        with_four(
+            level,
+            #[inline(always)]
+            || {
+                combine([&p.re, &i.re, &d.re], gains, &mut sum.re);
+                combine([&p.im, &i.im, &d.im], gains, &mut sum.im);
+            },
+        );
     }
 }
 
+/// Room for the curves of one loop, kept for the next.
+#[derive(Debug, Default)]
+pub(super) struct Room {
+    /// L on the grid.
+    pub(super) l: Parts,
+    /// What the stiffness has on the grid.
+    pub(super) compliance: Parts,
+    pub(super) stiffness: Parts,
+    pub(super) finds: Finds,
+}
+
 /// `kp·P + ki·I + kd·D`, point by point.
-fn combine([p, i, d]: [&[f64]; 3], gains: &LoopGains) -> Vec<f64> {
+#[inline(always)]
+fn combine([p, i, d]: [&[f64]; 3], gains: &LoopGains, sum: &mut Vec<f64>) {
     let (kp, ki, kd) = (gains.kp_v_per_rad, gains.ki_v_per_rads, gains.kd_vs_per_rad);
-    let points = p.iter().zip(i).zip(d);
-    points.map(|((p, i), d)| kp * p + ki * i + kd * d).collect()
+    sum.resize(p.len(), 0.0);
+    for (((sum, p), i), d) in sum.iter_mut().zip(p).zip(i).zip(d) {
+        *sum = kp * p + ki * i + kd * d;
+    }
 }
 
 /// `a·z/(w + a)·D`, point by point:

@@ -21,7 +21,7 @@ use serde::Serialize;
 use super::characteristic::LoopGains;
 use super::curve::Margin;
 use super::delay::DelayedLoop;
-use super::family::{FamilyKey, LoopFamily};
+use super::family::{FamilyKey, LoopFamily, Room};
 use super::linear_axis::{JointState, has_dual_feedback};
 use super::stiffness::Compliance;
 use crate::case::{Case, Law};
@@ -130,6 +130,7 @@ impl LoopFigures {
 #[derive(Debug, Default)]
 pub struct Loops {
     known: VecDeque<Known>,
+    room: Room,
 }
 
 /// A family, and the compliances of its loops once they were asked for.
@@ -153,12 +154,15 @@ impl Loops {
     /// signed modulus margin.
     pub fn figures_of(&mut self, case: &Case, gains: &[LoopGains]) -> LoopFigures {
         let [contact, gap] = JOINT_STATES.map(|joint| {
-            let family = &self.known(case, joint)?.family;
-            worst(family, gains.iter().copied())
+            let (known, room) = self.known(case, joint)?;
+            worst(&known.family, room, gains.iter().copied())
         });
         let stiffness = contact
             .filter(|(margin, _)| margin.stable)
-            .and_then(|(_, gains)| Some(self.known(case, JointState::Contact)?.stiffness(&gains)));
+            .and_then(|(_, gains)| {
+                let (known, room) = self.known(case, JointState::Contact)?;
+                Some(known.stiffness(room, &gains))
+            });
         let [contact, gap] = [contact, gap].map(|worst| worst.map(|(margin, _)| margin));
         let gain_db = |margin: Option<Margin>| Some(20.0 * libm::log10(margin?.gain?));
         let phase_deg = |margin: Option<Margin>| Some(margin?.phase_rad? * (180.0 / PI));
@@ -182,14 +186,15 @@ impl Loops {
     /// The signed modulus margins alone, in contact and in the gap.
     pub fn signed_modulus(&mut self, case: &Case) -> [Option<f64>; 2] {
         JOINT_STATES.map(|joint| {
-            let family = &self.known(case, joint)?.family;
-            let of_gains = each_gains(case).map(|gains| family.signed_modulus(&gains));
+            let (known, room) = self.known(case, joint)?;
+            let family = &known.family;
+            let of_gains = each_gains(case).map(|gains| family.signed_modulus_in(room, &gains));
             of_gains.min_by(f64::total_cmp)
         })
     }
 
-    /// The family of a case; none where it has no such loop.
-    fn known(&mut self, case: &Case, joint: JointState) -> Option<&mut Known> {
+    /// The family of a case, and room for its curves; none where it has no such loop.
+    fn known(&mut self, case: &Case, joint: JointState) -> Option<(&mut Known, &mut Room)> {
         if no_loop(case, joint).is_some() {
             return None;
         }
@@ -205,17 +210,17 @@ impl Loops {
             });
             0
         });
-        self.known.get_mut(place)
+        Some((self.known.get_mut(place)?, &mut self.room))
     }
 }
 
 impl Known {
     /// The least stiffness \[N/µm\].
-    fn stiffness(&mut self, gains: &LoopGains) -> f64 {
+    fn stiffness(&mut self, room: &mut Room, gains: &LoopGains) -> f64 {
         let (key, family) = (&self.key, &self.family);
         let compliance = &mut self.compliance;
         let compliance = compliance.get_or_insert_with(|| Compliance::new(key, family));
-        compliance.least_n_per_um(family, gains)
+        compliance.least_n_per_um(family, room, gains)
     }
 }
 
@@ -227,9 +232,10 @@ fn each_gains(case: &Case) -> impl Iterator<Item = LoopGains> {
 /// Margins and gains of the loop with the smallest signed modulus margin.
 fn worst(
     family: &LoopFamily,
+    room: &mut Room,
     gains: impl Iterator<Item = LoopGains>,
 ) -> Option<(Margin, LoopGains)> {
-    let of_gains = gains.map(|gains| (family.margin(&gains), gains));
+    let of_gains = gains.map(|gains| (family.margin_in(room, &gains), gains));
     of_gains.min_by(|(one, _), (other, _)| one.signed().total_cmp(&other.signed()))
 }
 
@@ -244,7 +250,7 @@ pub fn margin(case: &Case, joint: JointState) -> Option<Margin> {
         return Some(DelayedLoop::of(case, joint)?.margin());
     }
     let family = LoopFamily::of(case, joint)?;
-    worst(&family, each_gains(case)).map(|(margin, _)| margin)
+    worst(&family, &mut Room::default(), each_gains(case)).map(|(margin, _)| margin)
 }
 
 /// The reason why a case has no linear sampled loop in a state of its joint; `None` where

@@ -31,6 +31,7 @@ mod held;
 mod linear_axis;
 mod loops;
 mod noise;
+mod search;
 mod stiffness;
 #[cfg(test)]
 mod tests;

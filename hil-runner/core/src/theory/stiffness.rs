@@ -22,11 +22,14 @@
 //! is finite at ω = 0. Where the position comes from the load's encoder, K_p and K_i see
 //! γ/z instead of α.
 
+use core::ops::Range;
+
 use nalgebra::Complex;
+use plant::with_four;
 
 use super::characteristic::LoopGains;
-use super::curve::Curve;
-use super::family::{FamilyKey, LoopFamily, Parts};
+use super::curve::{Curve, NEAR};
+use super::family::{FamilyKey, LoopFamily, Parts, Room};
 use super::held::on_circle;
 use super::linear_axis::{LinearAxis, Shaft};
 
@@ -115,29 +118,24 @@ impl Compliance {
 
     /// The least stiffness up to the middle of the sampled spectrum \[N/µm\], of a loop
     /// that is stable.
-    pub(crate) fn least_n_per_um(&self, family: &LoopFamily, gains: &LoopGains) -> f64 {
-        let (fed_back, l) = (
-            family.combine(&self.parts, gains),
-            family.combine(&family.parts, gains),
+    pub(crate) fn least_n_per_um(
+        &self,
+        family: &LoopFamily,
+        room: &mut Room,
+        gains: &LoopGains,
+    ) -> f64 {
+        let level = room.finds.level;
+        family.combine(&family.parts, gains, level, &mut room.l);
+        family.combine(&self.parts, gains, level, &mut room.compliance);
+        let Room { l, compliance, .. } = &mut *room;
+        with_four(
+            level,
+            #[inline(always)]
+            || closed(&self.free, l, compliance),
         );
-        let points = 0..family.theta.len();
-        let on_grid: Vec<Complex<f64>> = points
-            .map(|k| {
-                let fed_back = Complex::new(fed_back.re[k], fed_back.im[k]);
-                let free = Complex::new(self.free.re[k], self.free.im[k]);
-                free - fed_back / Complex::new(1.0 + l.re[k], l.im[k])
-            })
-            .collect();
-        let largest = |points: &[Complex<f64>]| {
-            let sizes = points.iter().map(Complex::norm_sqr).enumerate();
-            sizes.fold(
-                (0, 0.0),
-                |most, here| if here.1 > most.1 { here } else { most },
-            )
-        };
-        let (place, size) = largest(&on_grid);
+        let (place, size) = largest(compliance);
         if place > 0 {
-            return self.least_on(family, gains, &family.theta, &on_grid, size);
+            return self.least_on(family, gains, room, &family.theta, size);
         }
         let (mut theta, mut lower) = (family.theta[0], Vec::new());
         for _ in 0..MOST_BELOW {
@@ -147,14 +145,16 @@ impl Compliance {
                 break;
             }
         }
-        let lower = || lower.iter().rev();
-        let theta: Vec<f64> = lower()
+        lower.reverse();
+        let theta = lower
+            .iter()
             .map(|at| at.0)
-            .chain(family.theta.iter().copied())
-            .collect();
-        let points: Vec<Complex<f64>> = lower().map(|at| at.1).chain(on_grid).collect();
-        let (_, size) = largest(&points);
-        self.least_on(family, gains, &theta, &points, size)
+            .chain(family.theta.iter().copied());
+        let theta: Vec<f64> = theta.collect();
+        compliance.re.splice(0..0, lower.iter().map(|at| at.1.re));
+        compliance.im.splice(0..0, lower.iter().map(|at| at.1.im));
+        let (_, size) = largest(compliance);
+        self.least_on(family, gains, room, &theta, size)
     }
 
     /// The same from `x/F` at rising angles, the largest squared size of which is known:
@@ -163,23 +163,77 @@ impl Compliance {
         &self,
         family: &LoopFamily,
         gains: &LoopGains,
+        room: &mut Room,
         theta: &[f64],
-        compliance: &[Complex<f64>],
         largest_squared: f64,
     ) -> f64 {
         let unit = largest_squared.sqrt();
         let stiffness = |compliance: Complex<f64>| compliance.inv() * unit - 1.0;
         let at = |theta: f64| stiffness(self.at(family, gains, theta));
-        let points: Vec<Complex<f64>> = compliance.iter().map(|&x| stiffness(x)).collect();
-        let re: Vec<f64> = points.iter().map(|point| point.re).collect();
-        let im: Vec<f64> = points.iter().map(|point| point.im).collect();
+        let Room {
+            compliance,
+            stiffness: points,
+            finds,
+            ..
+        } = room;
+        let near = near(compliance, largest_squared);
+        points.re.clear();
+        points.im.clear();
+        for (re, im) in compliance.re[near.clone()]
+            .iter()
+            .zip(&compliance.im[near.clone()])
+        {
+            points.push(stiffness(Complex::new(*re, *im)));
+        }
         let curve = Curve {
-            frequency: theta,
-            re: &re,
-            im: &im,
+            frequency: &theta[near],
+            re: &points.re,
+            im: &points.im,
             at: &at,
             ends_real: false,
         };
-        1e-6 * curve.modulus() / unit
+        1e-6 * curve.modulus(finds) / unit
     }
+}
+
+/// `G_xF − C/(1 + L)` in the place of C, point by point.
+#[inline(always)]
+fn closed(free: &Parts, l: &Parts, compliance: &mut Parts) {
+    let free = free.re.iter().zip(&free.im);
+    let l = l.re.iter().zip(&l.im);
+    let points = compliance.re.iter_mut().zip(&mut compliance.im);
+    for (((re, im), (free_re, free_im)), (l_re, l_im)) in points.zip(free).zip(l) {
+        let distance = Complex::new(1.0 + l_re, *l_im);
+        let fed_back = Complex::new(*re, *im) / distance;
+        (*re, *im) = (free_re - fed_back.re, free_im - fed_back.im);
+    }
+}
+
+/// Place and squared size of the largest.
+fn largest(points: &Parts) -> (usize, f64) {
+    let sizes = points
+        .re
+        .iter()
+        .zip(&points.im)
+        .map(|(re, im)| re * re + im * im);
+    sizes.enumerate().fold(
+        (0, 0.0),
+        |most, here| if here.1 > most.1 { here } else { most },
+    )
+}
+
+/// The points within which the least stiffness is, and two more to each side: those at
+/// which it may be half as large again as that of the largest `x/F`.
+fn near(compliance: &Parts, largest_squared: f64) -> Range<usize> {
+    let Parts { re, im } = compliance;
+    let is_near = |&i: &usize| {
+        let size = |i: usize| NEAR * (re[i] * re[i] + im[i] * im[i]);
+        size(i) >= largest_squared
+            || size(i + 1) >= largest_squared
+            || re[i] * re[i + 1] + im[i] * im[i + 1] < 0.0
+    };
+    let chords = 0..re.len() - 1;
+    let first = chords.clone().find(is_near).unwrap_or(0);
+    let last = chords.clone().rfind(is_near).unwrap_or(chords.end);
+    first.saturating_sub(2)..(last + 4).min(re.len())
 }

@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use super::super::Loops;
 use super::super::characteristic::LoopGains;
-use super::super::family::{FamilyKey, LoopFamily};
+use super::super::family::{FamilyKey, LoopFamily, Room};
 use super::super::linear_axis::JointState;
 use super::super::stiffness::Compliance;
 use super::loops::DUAL;
@@ -85,7 +85,7 @@ fn least_stiffness_agrees_with_brute_force() {
         if !family.is_stable(&case.gains) {
             continue;
         }
-        let least = compliance.least_n_per_um(&family, &case.gains);
+        let least = compliance.least_n_per_um(&family, &mut Room::default(), &case.gains);
         let size = |theta: f64| {
             let x = compliance.at(&family, &case.gains, theta);
             1e-6 / x.norm_sqr().sqrt()
