@@ -15,7 +15,7 @@ use crate::number::seconds;
 use crate::quantise::QuantiseError;
 use crate::rest::{AtRest, Line, SeenRows};
 use crate::summary::{EndOfCommand, EndOfRun, RowFigures, Summary};
-use crate::theory::Loops;
+use crate::theory::{LoopFigures, Loops};
 
 /// The figures of a run, or `None` where the run by itself has to say at which time its
 /// work limit ends it.
@@ -119,7 +119,8 @@ impl<W: Width> Lanes<W> {
         }
         self.batch.look_back();
         self.look_at_rest();
-        for (run, case) in cases.enumerate() {
+        let loops = loops.of_cases(&cases.clone().collect::<Vec<_>>());
+        for (run, (case, loops)) in cases.zip(loops).enumerate() {
             each(self.summary(run, case, loops));
         }
     }
@@ -295,7 +296,7 @@ impl<W: Width> Lanes<W> {
 
     /// The figures of one run.
     #[inline(never)]
-    fn summary(&mut self, run: usize, case: &Case, loops: &mut Loops) -> Outcome {
+    fn summary(&mut self, run: usize, case: &Case, loops: LoopFigures) -> Outcome {
         let lane = run % W::LANES;
         let sums = self.sums[run / W::LANES].each_ref();
         let [squared, limited_ns] = sums.map(|array| array.as_ref()[lane]);
@@ -328,7 +329,7 @@ impl<W: Width> Lanes<W> {
             events: None,
             axis: controller.and_then(LaneController::status),
             chip: None,
-            loops: loops.figures(case),
+            loops,
         };
         Some(Ok(end.summary()))
     }

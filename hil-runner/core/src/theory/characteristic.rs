@@ -27,8 +27,10 @@
 //! motor count, one load count being `K_enc/(z_gear·K_load)` of them, so that
 //! they see γ/z_gear. The loop is broken at the code.
 
+use core::ops::{Add, Mul, Sub};
+
 use nalgebra::Complex;
-use plant::PidGains;
+use plant::{One, PidGains, Width};
 
 use super::held::{DEGREE, Polynomial, PulseResponse, all_roots_within_circle, on_circle};
 use super::linear_axis::{LinearAxis, Shaft};
@@ -105,6 +107,17 @@ impl LoopGains {
             + self.kp_v_per_rad
     }
 
+    /// K_p, K_i, K_d and the filter's a.
+    #[inline]
+    pub(crate) fn in_order(&self) -> [f64; 4] {
+        [
+            self.kp_v_per_rad,
+            self.ki_v_per_rads,
+            self.kd_vs_per_rad,
+            self.smoothing,
+        ]
+    }
+
     /// All three gains times `factor`.
     pub fn times(&self, factor: f64) -> Self {
         Self {
@@ -137,6 +150,21 @@ pub fn is_papers_loop(case: &Case) -> bool {
             && law.rest_dead_band_counts == 0
             && law.rest_integrator == RestIntegrator::Run
             && options.gain_change.is_none()
+}
+
+/// The sum of two complex numbers a lane.
+#[inline(always)]
+fn sum<V: Add<Output = V>>(a: Complex<V>, b: Complex<V>) -> Complex<V> {
+    Complex::new(a.re + b.re, a.im + b.im)
+}
+
+/// Their product.
+#[inline(always)]
+fn product<V>(a: Complex<V>, b: Complex<V>) -> Complex<V>
+where
+    V: Copy + Add<Output = V> + Sub<Output = V> + Mul<Output = V>,
+{
+    Complex::new(a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re)
 }
 
 /// The part of the loop that does not depend on the gains.
@@ -194,29 +222,51 @@ impl Characteristic {
     /// `L(e^{jθ})` of the loop with `gains`.
     #[inline]
     pub(crate) fn at(&self, gains: &LoopGains, theta: f64) -> Complex<f64> {
-        let w = on_circle(theta);
-        let (z, f) = (w + 1.0, w + gains.smoothing);
-        let (fw, zf, ww) = (f * w, z * f, w * w);
-        let i = gains.ki_v_per_rads * self.period_s;
-        let d = gains.kd_vs_per_rad * gains.smoothing / self.period_s;
-        let held = fw * gains.kp_v_per_rad + zf * i;
-        let motor = self.zeros.at::<6>(w);
+        self.at_each(One, gains.in_order(), on_circle(theta))
+    }
+
+    /// The same of loops side by side, each with gains and a `w = e^{jθ} − 1` of its own.
+    #[inline(always)]
+    pub(crate) fn at_each<W: Width>(
+        &self,
+        width: W,
+        [kp, ki, kd, smoothing]: [W::Vector; 4],
+        w: Complex<W::Vector>,
+    ) -> Complex<W::Vector> {
+        let period_s = width.splat(self.period_s);
+        let scaled = |a: Complex<W::Vector>, by| Complex::new(a.re * by, a.im * by);
+        let (z, f) = (
+            Complex::new(w.re + width.splat(1.0), w.im),
+            Complex::new(w.re + smoothing, w.im),
+        );
+        let (fw, zf, ww) = (product(f, w), product(z, f), product(w, w));
+        let (i, d) = (ki * period_s, kd * smoothing / period_s);
+        let held = sum(scaled(fw, kp), scaled(zf, i));
+        let motor = self.zeros.at::<6, W>(width, w);
         let b = match &self.screw_zeros {
-            None => (held + ww * d) * motor,
-            Some(screw) => held * screw.at::<6>(w) + ww * d * motor,
+            None => product(sum(held, scaled(ww, d)), motor),
+            Some(screw) => sum(
+                product(held, screw.at::<6, W>(width, w)),
+                product(scaled(ww, d), motor),
+            ),
         };
-        b / (zf * ww * self.poles.at::<5>(w))
+        let a = product(product(zf, ww), self.poles.at::<5, W>(width, w));
+        let size = a.re * a.re + a.im * a.im;
+        Complex::new(
+            (b.re * a.re + b.im * a.im) / size,
+            (b.im * a.re - b.re * a.im) / size,
+        )
     }
 
     /// `L(e^{jθ})` of each gain alone, without a filter.
     pub(crate) fn parts(&self, theta: f64) -> [Complex<f64>; 3] {
         let w = on_circle(theta);
         let z = w + 1.0;
-        let poles = z * w * self.poles.at::<5>(w);
-        let motor = self.zeros.at::<6>(w) / poles;
+        let poles = z * w * self.poles.at::<5, One>(One, w);
+        let motor = self.zeros.at::<6, One>(One, w) / poles;
         let held = match &self.screw_zeros {
             None => motor,
-            Some(screw) => screw.at::<6>(w) / poles,
+            Some(screw) => screw.at::<6, One>(One, w) / poles,
         };
         [
             held,

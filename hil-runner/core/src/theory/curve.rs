@@ -14,26 +14,25 @@ use fearless_simd::Level;
 use nalgebra::Complex;
 use plant::{widest, with_four};
 
-use super::search::{Border, Minimum, Zero};
+use super::search::{Border, Minimum, Response, Zero, search};
 
-/// Points of L, and L between them.
+/// Points of L.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Curve<'a, F> {
-    /// Rising, in whatever unit `at` takes them; three points at least.
+pub(crate) struct Curve<'a> {
+    /// Rising, in whatever unit; three points at least.
     pub(crate) frequency: &'a [f64],
     pub(crate) re: &'a [f64],
     pub(crate) im: &'a [f64],
-    /// `L` between the points.
-    pub(crate) at: &'a F,
     /// The last point is the middle of a sampled spectrum, where L is
     /// real.
     pub(crate) ends_real: bool,
 }
 
-/// What there is to find on a curve: room that is kept from one to the next.
+/// What there is to find on the curves of some runs: in room that is kept.
 #[derive(Debug)]
 pub(crate) struct Finds {
     pub(crate) level: Level,
+    runs: Vec<Run>,
     blocks: Vec<Block>,
     zeros: Vec<Zero>,
     minima: Vec<Minimum>,
@@ -43,11 +42,25 @@ impl Default for Finds {
     fn default() -> Self {
         Self {
             level: widest(),
+            runs: Vec::new(),
             blocks: Vec::new(),
             zeros: Vec::new(),
             minima: Vec::new(),
         }
     }
+}
+
+/// What is known of a run before anything is searched.
+#[derive(Debug, Clone, Copy)]
+struct Run {
+    /// The point nearest to −1: its frequency and squared distance.
+    lowest: (f64, f64),
+    stable: bool,
+    /// |L| in the middle of the spectrum, where L is negative there.
+    real_end: Option<f64>,
+    /// Numbers of zeros and minima up to those of this run.
+    zeros: usize,
+    minima: usize,
 }
 
 /// What there is to find in a block of chords.
@@ -80,21 +93,18 @@ pub(crate) const NEAR: f64 = 2.0 * CANDIDATE;
 /// |L| at which no loop is closed any more: the zero of an undamped joint.
 const NOTHING: f64 = 1e-9;
 
-impl<F: Fn(f64) -> Complex<f64>> Curve<'_, F> {
+impl Curve<'_> {
     fn point(&self, i: usize) -> Complex<f64> {
         Complex::new(self.re[i], self.im[i])
     }
 
-    /// `min |1 + L|`, without what else a [`Margin`] tells.
-    pub(crate) fn modulus(&self, finds: &mut Finds) -> f64 {
-        let lowest = look_over(self.re, self.im, finds);
-        finds.zeros.clear();
-        self.mark_minima(lowest, finds);
-        finds.search(self.at);
-        let closest = finds.closest();
-        closest
-            .map_or(lowest, |(_, value)| value.min(lowest))
-            .sqrt()
+    /// The point nearest to −1, from its squared distance: its frequency.
+    fn lowest(&self, blocks: &[Block], lowest: f64) -> f64 {
+        let block = blocks.iter().position(|block| block.lowest == lowest);
+        let start = BLOCK * block.unwrap_or(0);
+        let mut points = (start..self.re.len()).map(|i| self.point(i) + 1.0);
+        let place = points.position(|point| point.norm_sqr() == lowest);
+        self.frequency[place.map_or(0, |place| start + place)]
     }
 
     /// Squared distance of −1 from the chord behind point `i`; infinite where it is no
@@ -116,12 +126,11 @@ impl<F: Fn(f64) -> Complex<f64>> Curve<'_, F> {
         (from + along * share).norm_sqr()
     }
 
-    /// Marks every local minimum of |1 + L|² that may be the lowest. The chords tell
-    /// where it can be, L itself then where it is.
-    fn mark_minima(&self, lowest: f64, finds: &mut Finds) {
-        finds.minima.clear();
+    /// Every local minimum of |1 + L|² that may be the lowest. The chords tell where it
+    /// can be, L itself then where it is.
+    fn minima(&self, lowest: f64, blocks: &[Block], mut found: impl FnMut(usize)) {
         let bound = CANDIDATE * lowest;
-        for (number, block) in finds.blocks.iter().enumerate() {
+        for (number, block) in blocks.iter().enumerate() {
             if block.lowest > NEAR * lowest && block.marks & WIDE == 0 {
                 continue;
             }
@@ -135,85 +144,153 @@ impl<F: Fn(f64) -> Complex<f64>> Curve<'_, F> {
                 let after = self.chord(i + 1, lowest);
                 // Of two chords that meet in the closest point, the first.
                 if here < before && here <= after && here <= bound {
-                    finds.minima.push(self.minimum(i));
+                    found(i);
                 }
                 (before, here) = (here, after);
             }
         }
     }
 
-    /// The search for the minimum near the chord behind point `i`.
-    fn minimum(&self, i: usize) -> Minimum {
-        let n = self.re.len();
-        let middle = i.clamp(1, n - 2);
-        let point = |k: usize| (self.frequency[k], self.point(k));
-        let three = [point(middle - 1), point(middle), point(middle + 1)];
-        let lowest = self.frequency[i.saturating_sub(1)];
-        let highest = self.frequency[(i + 2).min(n - 1)];
-        Minimum::new(three, [lowest, highest])
-    }
-
-    /// Marks what a [`Margin`] of the loop needs besides.
-    fn mark_zeros(&self, stable: bool, finds: &mut Finds) {
-        finds.zeros.clear();
+    /// Every passage that a [`Margin`] needs.
+    fn passages(&self, stable: bool, blocks: &[Block], mut found: impl FnMut(Border, usize)) {
         let chords = self.re.len() - 1;
         // The chord to a real end crosses nothing.
         let crossing = if self.ends_real { chords - 1 } else { chords };
         let mut narrows = stable;
-        for (number, block) in finds.blocks.iter().enumerate() {
+        for (number, block) in blocks.iter().enumerate() {
             let start = number * BLOCK;
-            let (end, zeros) = ((start + BLOCK).min(chords), &mut finds.zeros);
-            let ends = |i: usize| [i, i + 1].map(|k| (self.frequency[k], self.point(k)));
+            let end = (start + BLOCK).min(chords);
+            let ends = |i: usize, over: fn(Complex<f64>) -> f64| {
+                [i, i + 1].map(|k| over(self.point(k)) < 0.0)
+            };
             if block.marks & UNIT_GAIN != 0 {
-                let passes = (start..end).filter_map(|i| Zero::new(Border::UnitGain, ends(i)));
-                zeros.extend(passes);
+                for i in start..end {
+                    let [from, to] = ends(i, over_unit_gain);
+                    if from != to {
+                        found(Border::UnitGain, i);
+                    }
+                }
             }
             if narrows && block.marks & HALF_POWER != 0 {
-                let passes = (start..end).filter_map(|i| Zero::new(Border::HalfPower, ends(i)));
-                let first = passes.into_iter().find(|pass| pass.falls);
+                let first = (start..end).find(|&i| ends(i, over_half_power) == [false, true]);
                 narrows = first.is_none();
-                zeros.extend(first);
+                first.into_iter().for_each(|i| found(Border::HalfPower, i));
             }
             if stable && block.marks & REAL != 0 {
-                let turned = |i: usize| self.re[i] < 0.0 || self.re[i + 1] < 0.0;
-                let places = (start..end.min(crossing)).filter(|&i| turned(i));
-                zeros.extend(places.filter_map(|i| Zero::new(Border::RealAxis, ends(i))));
+                for i in start..end.min(crossing) {
+                    let [from, to] = ends(i, |value| value.im);
+                    if from != to && (self.re[i] < 0.0 || self.re[i + 1] < 0.0) {
+                        found(Border::RealAxis, i);
+                    }
+                }
             }
         }
-    }
-
-    /// |L| in the middle of a sampled spectrum, where L is negative there.
-    fn real_end(&self) -> Option<f64> {
-        let last = self.re[self.re.len() - 1];
-        (self.ends_real && last < 0.0).then_some(-last)
     }
 }
 
 impl Finds {
-    /// Searches everything that is marked, one step of each in turn: none waits for
-    /// another, and the processor works on several.
-    fn search(&mut self, at: &impl Fn(f64) -> Complex<f64>) {
-        loop {
-            let mut open = false;
-            for zero in self.zeros.iter_mut().filter(|zero| !zero.done) {
-                zero.step(at);
-                open = true;
-            }
-            for minimum in self.minima.iter_mut().filter(|minimum| !minimum.done) {
-                minimum.step(at);
-                open = true;
-            }
-            if !open {
-                return;
-            }
+    /// Begins with other runs.
+    pub(crate) fn clear(&mut self) {
+        self.runs.clear();
+        self.zeros.clear();
+        self.minima.clear();
+    }
+
+    /// Looks for a run's distance from −1 alone.
+    pub(crate) fn add_modulus(&mut self, curve: &Curve<'_>) {
+        let (run, minima) = (self.runs.len(), &mut self.minima);
+        let lowest = look_over(curve.re, curve.im, self.level, &mut self.blocks);
+        let n = curve.re.len();
+        let point = |i: usize| (curve.frequency[i], curve.point(i));
+        curve.minima(lowest, &self.blocks, |i| {
+            let middle = i.clamp(1, n - 2);
+            minima.push(Minimum {
+                run,
+                three: [point(middle - 1), point(middle), point(middle + 1)],
+                within: [i.saturating_sub(1), (i + 2).min(n - 1)].map(|i| curve.frequency[i]),
+                found: (curve.frequency[i], f64::INFINITY),
+            });
+        });
+        self.runs.push(Run {
+            lowest: (curve.lowest(&self.blocks, lowest), lowest),
+            stable: false,
+            real_end: None,
+            zeros: self.zeros.len(),
+            minima: self.minima.len(),
+        });
+    }
+
+    /// Looks for everything that a [`Margin`] needs.
+    pub(crate) fn add(&mut self, curve: &Curve<'_>, stable: bool) {
+        self.add_modulus(curve);
+        let (run, zeros) = (self.runs.len() - 1, &mut self.zeros);
+        let point = |i: usize| (curve.frequency[i], curve.point(i));
+        curve.passages(stable, &self.blocks, |border, i| {
+            zeros.push(Zero {
+                run,
+                border,
+                ends: [point(i), point(i + 1)],
+                found: point(i + 1),
+            });
+        });
+        let end = curve.re[curve.re.len() - 1];
+        if let Some(run) = self.runs.last_mut() {
+            run.stable = stable;
+            run.zeros = zeros.len();
+            run.real_end = (curve.ends_real && end < 0.0).then_some(-end);
         }
     }
 
-    /// Frequency and value of the lowest minimum.
-    fn closest(&self) -> Option<(f64, f64)> {
-        let minima = self.minima.iter().map(Minimum::found);
-        minima.reduce(|least, here| if here.1 < least.1 { here } else { least })
+    /// Searches everything that there is to find.
+    pub(crate) fn search(&mut self, response: &impl Response) {
+        search(self.level, &mut self.zeros, &mut self.minima, response);
     }
+
+    /// Margins of every run, frequencies in the unit of its curve.
+    pub(crate) fn margins(&self) -> Vec<Margin> {
+        let (mut zeros, mut minima) = (0, 0);
+        let margin = |run: &Run| {
+            let of_run = (
+                &self.zeros[zeros..run.zeros],
+                &self.minima[minima..run.minima],
+            );
+            (zeros, minima) = (run.zeros, run.minima);
+            Margin::of(run, of_run.0, of_run.1)
+        };
+        self.runs.iter().map(margin).collect()
+    }
+
+    /// `min |1 + L|` of every run.
+    pub(crate) fn moduli(&self) -> Vec<f64> {
+        let mut minima = 0;
+        let modulus = |run: &Run| {
+            let of_run = &self.minima[minima..run.minima];
+            minima = run.minima;
+            run.closest(of_run).1.sqrt()
+        };
+        self.runs.iter().map(modulus).collect()
+    }
+}
+
+impl Run {
+    /// Frequency and value of the lowest of the minima, or of the points.
+    fn closest(&self, minima: &[Minimum]) -> (f64, f64) {
+        let minima = minima.iter().map(|minimum| minimum.found);
+        minima.fold(
+            self.lowest,
+            |least, here| if here.1 < least.1 { here } else { least },
+        )
+    }
+}
+
+/// `|L|² − 1`.
+fn over_unit_gain(value: Complex<f64>) -> f64 {
+    value.norm_sqr() - 1.0
+}
+
+/// `|L − 1|² − 2`, above 0 where `|L/(1 + L)| > 1/√2`.
+fn over_half_power(value: Complex<f64>) -> f64 {
+    (value - 1.0).norm_sqr() - 2.0
 }
 
 /// True if the chord between two points `1 + L` may be a candidate.
@@ -223,8 +300,7 @@ fn is_near(from: Complex<f64>, to: Complex<f64>, lowest: f64) -> bool {
 }
 
 /// Looks over a curve, block by block: the least squared distance of a point from −1.
-fn look_over(re: &[f64], im: &[f64], finds: &mut Finds) -> f64 {
-    let (level, blocks) = (finds.level, &mut finds.blocks);
+fn look_over(re: &[f64], im: &[f64], level: Level, blocks: &mut Vec<Block>) -> f64 {
     blocks.clear();
     with_four(
         level,
@@ -302,24 +378,9 @@ impl Margin {
         signed(self.stable, self.modulus)
     }
 
-    /// Reads a curve, frequencies in its unit.
-    pub(crate) fn of<F: Fn(f64) -> Complex<f64>>(
-        curve: &Curve<'_, F>,
-        stable: bool,
-        finds: &mut Finds,
-    ) -> Self {
-        let lowest = look_over(curve.re, curve.im, finds);
-        curve.mark_minima(lowest, finds);
-        curve.mark_zeros(stable, finds);
-        finds.search(curve.at);
-        let (weakest, distance) = match finds.closest() {
-            Some(closest) if closest.1 < lowest => closest,
-            _ => {
-                let mut points = (0..curve.re.len()).map(|i| curve.point(i) + 1.0);
-                let place = points.position(|point| point.norm_sqr() == lowest);
-                (curve.frequency[place.unwrap_or(0)], lowest)
-            }
-        };
+    /// Reads what was found of a run.
+    fn of(run: &Run, zeros: &[Zero], minima: &[Minimum]) -> Self {
+        let (weakest, distance) = run.closest(minima);
         let (mut crossover, mut phase): (Option<f64>, Option<f64>) = (None, None);
         let mut bandwidth = None;
         // The largest |L| below 1 where L is negative; 0 without any.
@@ -329,11 +390,12 @@ impl Margin {
                 magnitude = magnitude.max(at);
             }
         };
-        for zero in &finds.zeros {
+        for zero in zeros {
             let (frequency, value) = zero.found;
             match zero.border {
                 Border::UnitGain => {
-                    if zero.falls && crossover.is_none() {
+                    let falls = over_unit_gain(zero.ends[0].1) >= 0.0;
+                    if falls && crossover.is_none() {
                         crossover = Some(frequency);
                     }
                     // arg(−L): what turns L to −1.
@@ -347,7 +409,8 @@ impl Margin {
                 Border::RealAxis => (),
             }
         }
-        curve.real_end().into_iter().for_each(negative);
+        run.real_end.into_iter().for_each(negative);
+        let stable = run.stable;
         Self {
             stable,
             modulus: distance.sqrt(),

@@ -25,6 +25,7 @@ use nalgebra::Complex;
 use super::characteristic::{LoopGains, is_papers_loop};
 use super::curve::{Curve, Finds, Limits, Margin, bends, refined};
 use super::linear_axis::{JointState, LinearAxis};
+use super::search::LaneByLane;
 use crate::case::{Case, Law};
 use crate::number::seconds;
 
@@ -117,15 +118,16 @@ impl DelayedLoop {
         let frequency: Vec<f64> = points.iter().map(|(radps, _)| *radps).collect();
         let re: Vec<f64> = points.iter().map(|(_, l)| l.re).collect();
         let im: Vec<f64> = points.iter().map(|(_, l)| l.im).collect();
-        let at = |radps: f64| self.at(radps);
+        let mut finds = Finds::default();
         let curve = Curve {
             frequency: &frequency,
             re: &re,
             im: &im,
-            at: &at,
             ends_real: false,
         };
-        Margin::of(&curve, self.is_stable(&points), &mut Finds::default())
+        finds.add(&curve, self.is_stable(&points));
+        finds.search(&LaneByLane(|_, radps| self.at(radps)));
+        finds.margins()[0]
     }
 
     /// L at rising frequencies, close enough that 1 + L hides no turn.

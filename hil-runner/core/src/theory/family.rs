@@ -8,12 +8,13 @@ use core::f64::consts::PI;
 
 use fearless_simd::Level;
 use nalgebra::Complex;
-use plant::{Amplifier, AxisParameters, with_four};
+use plant::{Amplifier, AxisParameters, Width, with_four};
 
 use super::characteristic::{Characteristic, LoopGains};
 use super::curve::{Curve, Finds, Limits, Margin, bends, refined, signed};
 use super::held::on_circle;
 use super::linear_axis::{JointState, LinearAxis, Shaft};
+use super::search::{MOST_LANES, Response, by_lane};
 use crate::case::Case;
 use crate::number::seconds;
 
@@ -183,23 +184,24 @@ impl LoopFamily {
         Some(FamilyKey::of(case, joint)?.family())
     }
 
-    /// The margins of the closed loop: a microsecond.
+    /// The margins of the closed loop: a microsecond or two.
     pub fn margin(&self, gains: &LoopGains) -> Margin {
-        self.margin_in(&mut Room::default(), gains)
+        self.margins(&mut Room::default(), &[*gains])[0]
     }
 
-    /// The same in room that is there already.
-    pub(super) fn margin_in(&self, room: &mut Room, gains: &LoopGains) -> Margin {
-        let stable = self.is_stable(gains);
-        let at = |theta: f64| self.at(gains, theta);
-        let mut margin = self.with_curve(room, gains, &at, |curve, finds| {
-            Margin::of(curve, stable, finds)
+    /// Those of several, each as by itself: side by side they take less.
+    pub(super) fn margins(&self, room: &mut Room, gains: &[LoopGains]) -> Vec<Margin> {
+        self.search(room, gains, |finds, curve, gains| {
+            finds.add(curve, self.is_stable(gains));
         });
-        margin.weakest_radps /= self.period_s;
-        for frequency in [&mut margin.crossover_radps, &mut margin.bandwidth_radps] {
-            *frequency = frequency.map(|theta| theta / self.period_s);
+        let mut margins = room.finds.margins();
+        for margin in &mut margins {
+            margin.weakest_radps /= self.period_s;
+            for frequency in [&mut margin.crossover_radps, &mut margin.bandwidth_radps] {
+                *frequency = frequency.map(|theta| theta / self.period_s);
+            }
         }
-        margin
+        margins
     }
 
     /// [`Margin::signed`] alone, without a look at phase and gain.
@@ -209,8 +211,8 @@ impl LoopFamily {
 
     /// The same in room that is there already.
     pub(super) fn signed_modulus_in(&self, room: &mut Room, gains: &LoopGains) -> f64 {
-        let at = |theta: f64| self.at(gains, theta);
-        let distance = self.with_curve(room, gains, &at, |curve, finds| curve.modulus(finds));
+        self.search(room, &[*gains], |finds, curve, _| finds.add_modulus(curve));
+        let distance = room.finds.moduli()[0];
         signed(self.is_stable(gains), distance)
     }
 
@@ -225,33 +227,46 @@ impl LoopFamily {
         self.characteristic.at(gains, theta)
     }
 
-    /// L on the grid, carried on below it until |L| is above 2: a loop with
-    /// very small gains crosses over below the axis' own frequencies.
-    fn with_curve<F: Fn(f64) -> Complex<f64>, T>(
+    /// Searches the curves of loops with `gains` for what `add` looks for on each.
+    fn search(
         &self,
         room: &mut Room,
-        gains: &LoopGains,
-        at: &F,
-        use_curve: impl FnOnce(&Curve<'_, F>, &mut Finds) -> T,
-    ) -> T {
-        let Room { l, finds, .. } = room;
-        self.combine(&self.parts, gains, finds.level, l);
-        let Parts { re, im } = l;
-        if re[0] * re[0] + im[0] * im[0] > 4.0 {
-            let curve = Curve {
+        gains: &[LoopGains],
+        add: impl Fn(&mut Finds, &Curve<'_>, &LoopGains),
+    ) {
+        room.finds.clear();
+        for of_loop in gains {
+            let l = &mut room.l;
+            self.combine(&self.parts, of_loop, room.finds.level, l);
+            let mut curve = Curve {
                 frequency: &self.theta,
-                re,
-                im,
-                at,
+                re: &l.re,
+                im: &l.im,
                 ends_real: true,
             };
-            return use_curve(&curve, finds);
+            let below;
+            if l.re[0] * l.re[0] + l.im[0] * l.im[0] <= 4.0 {
+                below = self.carried_on(l, of_loop);
+                curve.frequency = &below.0;
+                (curve.re, curve.im) = (&below.1.re, &below.1.im);
+            }
+            add(&mut room.finds, &curve, of_loop);
         }
+        let loops = SideBySide {
+            characteristic: &self.characteristic,
+            gains,
+        };
+        room.finds.search(&loops);
+    }
+
+    /// Angles and L, carried on below the grid until |L| is above 2: a loop with
+    /// very small gains crosses over below the axis' own frequencies.
+    fn carried_on(&self, l: &Parts, gains: &LoopGains) -> (Vec<f64>, Parts) {
         let mut below = Vec::new();
         let mut theta = self.theta[0];
         for _ in 0..MOST_BELOW {
             theta /= RATIO;
-            let value = at(theta);
+            let value = self.at(gains, theta);
             below.push((theta, value));
             if value.norm_sqr() > 4.0 {
                 break;
@@ -261,14 +276,11 @@ impl LoopFamily {
         let chain = |of: fn(&(f64, Complex<f64>)) -> f64, rest: &[f64]| -> Vec<f64> {
             below.iter().map(of).chain(rest.iter().copied()).collect()
         };
-        let curve = Curve {
-            frequency: &chain(|(theta, _)| *theta, &self.theta),
-            re: &chain(|(_, value)| value.re, re),
-            im: &chain(|(_, value)| value.im, im),
-            at,
-            ends_real: true,
+        let l = Parts {
+            re: chain(|(_, value)| value.re, &l.re),
+            im: chain(|(_, value)| value.im, &l.im),
         };
-        use_curve(&curve, finds)
+        (chain(|(theta, _)| *theta, &self.theta), l)
     }
 
     /// `kp·P + ki·I + kd·F·D` on the grid, with the filter `F = a·z/(w + a)` of the
@@ -291,6 +303,32 @@ impl LoopFamily {
                 combine([&p.im, &i.im, &d.im], gains, &mut sum.im);
             },
         );
+    }
+}
+
+/// Loops of a family with gains of their own.
+struct SideBySide<'a> {
+    characteristic: &'a Characteristic,
+    gains: &'a [LoopGains],
+}
+
+impl Response for SideBySide<'_> {
+    #[inline(always)]
+    fn at<W: Width>(
+        &self,
+        w: W,
+        runs: [usize; MOST_LANES],
+        theta: W::Vector,
+    ) -> Complex<W::Vector> {
+        let mut gains = [W::array(0.0); 4];
+        for (lane, &run) in runs[..W::LANES].iter().enumerate() {
+            for (slot, gain) in gains.iter_mut().zip(self.gains[run].in_order()) {
+                slot.as_mut()[lane] = gain;
+            }
+        }
+        let gains = gains.each_ref().map(|array| w.load(array));
+        let on_circle = by_lane(w, theta, |_, theta| on_circle(theta));
+        self.characteristic.at_each(w, gains, on_circle)
     }
 }
 

@@ -19,6 +19,7 @@
 //! Goodwin, "Digital Control and Estimation", 1990).
 
 use nalgebra::{Complex, SMatrix, SVector};
+use plant::Width;
 
 use super::linear_axis::LinearAxis;
 
@@ -202,15 +203,19 @@ impl Polynomial {
         Self(self.0.map(|c| factor * c))
     }
 
-    /// The value at a complex w of a polynomial of degree D at most, by
+    /// The value at a complex x of a polynomial of degree D at most, by
     /// Horner's rule.
-    #[inline]
-    pub(crate) fn at<const D: usize>(&self, w: Complex<f64>) -> Complex<f64> {
-        let mut value = Complex::new(self.0[D], 0.0);
+    #[inline(always)]
+    pub(crate) fn at<const D: usize, W: Width>(
+        &self,
+        w: W,
+        x: Complex<W::Vector>,
+    ) -> Complex<W::Vector> {
+        let mut value = Complex::new(w.splat(self.0[D]), w.splat(0.0));
         for c in self.0[..D].iter().rev() {
             value = Complex::new(
-                value.re * w.re - value.im * w.im + c,
-                value.re * w.im + value.im * w.re,
+                value.re * x.re - value.im * x.im + w.splat(*c),
+                value.re * x.im + value.im * x.re,
             );
         }
         value

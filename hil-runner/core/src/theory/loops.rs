@@ -144,61 +144,89 @@ struct Known {
 impl Loops {
     /// All figures of a case: some microseconds, and about a hundred for each new family.
     pub fn figures(&mut self, case: &Case) -> LoopFigures {
-        match LoopGains::after_change(case) {
-            None => self.figures_of(case, &[LoopGains::of(case)]),
-            Some(after) => self.figures_of(case, &[LoopGains::of(case), after]),
-        }
+        self.of_cases(&[case]).pop().unwrap_or_default()
+    }
+
+    /// Those of several cases, each as by itself: side by side they take less.
+    pub fn of_cases(&mut self, cases: &[&Case]) -> Vec<LoopFigures> {
+        let loops = cases.iter().enumerate().flat_map(|(place, &case)| {
+            each_gains(case).map(move |gains| Loop { place, case, gains })
+        });
+        self.of_loops(cases.len(), &loops.collect::<Vec<_>>())
     }
 
     /// Those of a case with other gains; of several, each joint state's with the smallest
     /// signed modulus margin.
     pub fn figures_of(&mut self, case: &Case, gains: &[LoopGains]) -> LoopFigures {
+        let with = |&gains: &LoopGains| Loop {
+            place: 0,
+            case,
+            gains,
+        };
+        let loops: Vec<_> = gains.iter().map(with).collect();
+        self.of_loops(1, &loops).pop().unwrap_or_default()
+    }
+
+    /// Those of as many cases, from all of their loops.
+    fn of_loops(&mut self, cases: usize, loops: &[Loop<'_>]) -> Vec<LoopFigures> {
         let [contact, gap] = JOINT_STATES.map(|joint| {
-            let (known, room) = self.known(case, joint)?;
-            worst(&known.family, room, gains.iter().copied())
-        });
-        let stiffness = contact
-            .filter(|(margin, _)| margin.stable)
-            .and_then(|(_, gains)| {
-                let (known, room) = self.known(case, JointState::Contact)?;
-                Some(known.stiffness(room, &gains))
+            let margins = self.of_families(joint, loops, |known, room, gains| {
+                known.family.margins(room, gains)
             });
-        let [contact, gap] = [contact, gap].map(|worst| worst.map(|(margin, _)| margin));
-        let gain_db = |margin: Option<Margin>| Some(20.0 * libm::log10(margin?.gain?));
-        let phase_deg = |margin: Option<Margin>| Some(margin?.phase_rad? * (180.0 / PI));
-        let crossover_hz = |margin: Option<Margin>| Some(margin?.crossover_radps? / TAU);
-        let bandwidth_hz = |margin: Option<Margin>| Some(margin?.bandwidth_radps? / TAU);
-        LoopFigures {
-            modulus_margin_contact: contact.map(|margin| margin.signed()),
-            modulus_margin_gap: gap.map(|margin| margin.signed()),
-            gain_margin_contact_db: gain_db(contact),
-            gain_margin_gap_db: gain_db(gap),
-            phase_margin_contact_deg: phase_deg(contact),
-            phase_margin_gap_deg: phase_deg(gap),
-            crossover_contact_hz: crossover_hz(contact),
-            crossover_gap_hz: crossover_hz(gap),
-            bandwidth_contact_hz: bandwidth_hz(contact),
-            bandwidth_gap_hz: bandwidth_hz(gap),
-            least_stiffness_n_per_um: stiffness,
+            worst(cases, loops, &margins)
+        });
+        let stable = contact.iter().flatten();
+        let stable = stable.filter(|(margin, _)| margin.stable);
+        let stable: Vec<_> = stable.map(|&(_, of)| of).collect();
+        let least = self.of_families(JointState::Contact, &stable, Known::stiffness);
+        let mut stiffness = vec![None; cases];
+        for (of, least) in stable.iter().zip(least) {
+            stiffness[of.place] = least;
         }
+        let margins = contact.iter().zip(&gap).zip(stiffness);
+        let figures = margins.map(|((contact, gap), stiffness)| {
+            let margin = |worst: &Option<(Margin, Loop<'_>)>| worst.map(|(margin, _)| margin);
+            LoopFigures::new(margin(contact), margin(gap), stiffness)
+        });
+        figures.collect()
+    }
+
+    /// What the family of each loop has for its gains, in their order; none where there is
+    /// no such loop.
+    fn of_families<T: Clone>(
+        &mut self,
+        joint: JointState,
+        loops: &[Loop<'_>],
+        figures: impl Fn(&mut Known, &mut Room, &[LoopGains]) -> Vec<T>,
+    ) -> Vec<Option<T>> {
+        let keys = loops.iter().map(|of| (key(of.case, joint), of.gains));
+        let keys: Vec<_> = keys.collect();
+        let mut all = Vec::with_capacity(loops.len());
+        let mut gains = Vec::new();
+        for same in keys.chunk_by(|a, b| a.0 == b.0) {
+            let Some((known, room)) = same[0].0.and_then(|key| self.known(key)) else {
+                all.resize(all.len() + same.len(), None);
+                continue;
+            };
+            gains.clear();
+            gains.extend(same.iter().map(|(_, gains)| *gains));
+            all.extend(figures(known, room, &gains).into_iter().map(Some));
+        }
+        all
     }
 
     /// The signed modulus margins alone, in contact and in the gap.
     pub fn signed_modulus(&mut self, case: &Case) -> [Option<f64>; 2] {
         JOINT_STATES.map(|joint| {
-            let (known, room) = self.known(case, joint)?;
+            let (known, room) = self.known(key(case, joint)?)?;
             let family = &known.family;
             let of_gains = each_gains(case).map(|gains| family.signed_modulus_in(room, &gains));
             of_gains.min_by(f64::total_cmp)
         })
     }
 
-    /// The family of a case, and room for its curves; none where it has no such loop.
-    fn known(&mut self, case: &Case, joint: JointState) -> Option<(&mut Known, &mut Room)> {
-        if no_loop(case, joint).is_some() {
-            return None;
-        }
-        let key = FamilyKey::of(case, joint)?;
+    /// The family of a key, and room for its curves.
+    fn known(&mut self, key: FamilyKey) -> Option<(&mut Known, &mut Room)> {
         let place = self.known.iter().position(|known| known.key == key);
         let place = place.unwrap_or_else(|| {
             // The oldest makes room.
@@ -214,13 +242,52 @@ impl Loops {
     }
 }
 
+/// One loop of a case.
+#[derive(Debug, Clone, Copy)]
+struct Loop<'a> {
+    /// Place of the case among others.
+    place: usize,
+    case: &'a Case,
+    gains: LoopGains,
+}
+
+impl LoopFigures {
+    fn new(contact: Option<Margin>, gap: Option<Margin>, stiffness: Option<f64>) -> Self {
+        let gain_db = |margin: Option<Margin>| Some(20.0 * libm::log10(margin?.gain?));
+        let phase_deg = |margin: Option<Margin>| Some(margin?.phase_rad? * (180.0 / PI));
+        let crossover_hz = |margin: Option<Margin>| Some(margin?.crossover_radps? / TAU);
+        let bandwidth_hz = |margin: Option<Margin>| Some(margin?.bandwidth_radps? / TAU);
+        Self {
+            modulus_margin_contact: contact.map(|margin| margin.signed()),
+            modulus_margin_gap: gap.map(|margin| margin.signed()),
+            gain_margin_contact_db: gain_db(contact),
+            gain_margin_gap_db: gain_db(gap),
+            phase_margin_contact_deg: phase_deg(contact),
+            phase_margin_gap_deg: phase_deg(gap),
+            crossover_contact_hz: crossover_hz(contact),
+            crossover_gap_hz: crossover_hz(gap),
+            bandwidth_contact_hz: bandwidth_hz(contact),
+            bandwidth_gap_hz: bandwidth_hz(gap),
+            least_stiffness_n_per_um: stiffness,
+        }
+    }
+}
+
 impl Known {
-    /// The least stiffness \[N/µm\].
-    fn stiffness(&mut self, room: &mut Room, gains: &LoopGains) -> f64 {
+    /// The least stiffness with each of some gains \[N/µm\].
+    fn stiffness(&mut self, room: &mut Room, gains: &[LoopGains]) -> Vec<f64> {
         let (key, family) = (&self.key, &self.family);
         let compliance = &mut self.compliance;
         let compliance = compliance.get_or_insert_with(|| Compliance::new(key, family));
         compliance.least_n_per_um(family, room, gains)
+    }
+}
+
+/// The key of a case's family; none where it has no such loop.
+fn key(case: &Case, joint: JointState) -> Option<FamilyKey> {
+    match no_loop(case, joint) {
+        None => FamilyKey::of(case, joint),
+        Some(_) => None,
     }
 }
 
@@ -229,14 +296,22 @@ fn each_gains(case: &Case) -> impl Iterator<Item = LoopGains> {
     core::iter::once(LoopGains::of(case)).chain(LoopGains::after_change(case))
 }
 
-/// Margins and gains of the loop with the smallest signed modulus margin.
-fn worst(
-    family: &LoopFamily,
-    room: &mut Room,
-    gains: impl Iterator<Item = LoopGains>,
-) -> Option<(Margin, LoopGains)> {
-    let of_gains = gains.map(|gains| (family.margin_in(room, &gains), gains));
-    of_gains.min_by(|(one, _), (other, _)| one.signed().total_cmp(&other.signed()))
+/// Of each case, the loop with the smallest signed modulus margin.
+fn worst<'a>(
+    cases: usize,
+    loops: &[Loop<'a>],
+    margins: &[Option<Margin>],
+) -> Vec<Option<(Margin, Loop<'a>)>> {
+    let mut worst: Vec<Option<(Margin, Loop<'a>)>> = vec![None; cases];
+    for (of, margin) in loops.iter().zip(margins) {
+        let worst = &mut worst[of.place];
+        let Some(margin) = margin else { continue };
+        let is_worse = |(known, _): (Margin, _)| margin.signed().total_cmp(&known.signed()).is_lt();
+        if worst.is_none_or(is_worse) {
+            *worst = Some((*margin, *of));
+        }
+    }
+    worst
 }
 
 /// The margins of a case's linear loop: sampled, with hold and delay as they
@@ -250,7 +325,8 @@ pub fn margin(case: &Case, joint: JointState) -> Option<Margin> {
         return Some(DelayedLoop::of(case, joint)?.margin());
     }
     let family = LoopFamily::of(case, joint)?;
-    worst(&family, &mut Room::default(), each_gains(case)).map(|(margin, _)| margin)
+    let margins = each_gains(case).map(|gains| family.margin(&gains));
+    margins.min_by(|one, other| one.signed().total_cmp(&other.signed()))
 }
 
 /// The reason why a case has no linear sampled loop in a state of its joint; `None` where

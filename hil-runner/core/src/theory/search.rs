@@ -1,7 +1,13 @@
-//! Searches along a curve L, a step at a time: where it passes a border, and where it is
+//! Searches along curves L, side by side: where one passes a border, and where it is
 //! nearest to −1.
+//!
+//! A search is a chain of steps that wait for one another; those of other borders, and of
+//! other loops, wait for none of it. Each lane has one, with the operations of a search by
+//! itself in their order.
 
+use fearless_simd::Level;
 use nalgebra::Complex;
+use plant::{Four, Width};
 
 /// Steps of the search for a minimum; two or three are the rule.
 const MOST_STEPS: u32 = 12;
@@ -9,9 +15,56 @@ const MOST_STEPS: u32 = 12;
 const MOST_ROOT_STEPS: u32 = 40;
 /// Remainder of |L|² − 1, or of Im L in units of |L|, at a zero.
 const ROOT: f64 = 1e-7;
+/// Lanes at most.
+pub(super) const MOST_LANES: usize = 8;
 
 /// A frequency, and L there.
 type Point = (f64, Complex<f64>);
+
+/// L of several runs.
+pub(super) trait Response {
+    /// L of the run of each lane, at a frequency of its own.
+    fn at<W: Width>(
+        &self,
+        w: W,
+        runs: [usize; MOST_LANES],
+        frequency: W::Vector,
+    ) -> Complex<W::Vector>;
+}
+
+/// L lane by lane, from run and frequency.
+pub(super) struct LaneByLane<F>(pub(super) F);
+
+impl<F: Fn(usize, f64) -> Complex<f64>> Response for LaneByLane<F> {
+    #[inline(always)]
+    fn at<W: Width>(
+        &self,
+        w: W,
+        runs: [usize; MOST_LANES],
+        frequency: W::Vector,
+    ) -> Complex<W::Vector> {
+        by_lane(w, frequency, |lane, frequency| {
+            (self.0)(runs[lane], frequency)
+        })
+    }
+}
+
+/// Lane by lane, what a function of the lane's number makes of it.
+#[inline(always)]
+pub(super) fn by_lane<W: Width>(
+    w: W,
+    numbers: W::Vector,
+    f: impl Fn(usize, f64) -> Complex<f64>,
+) -> Complex<W::Vector> {
+    let numbers = w.stored(numbers);
+    let (mut re, mut im) = (W::array(0.0), W::array(0.0));
+    for (lane, number) in numbers.as_ref().iter().enumerate() {
+        let value = f(lane, *number);
+        re.as_mut()[lane] = value.re;
+        im.as_mut()[lane] = value.im;
+    }
+    Complex::new(w.load(&re), w.load(&im))
+}
 
 /// What L passes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -24,138 +77,216 @@ pub(super) enum Border {
     RealAxis,
 }
 
-impl Border {
-    /// What changes its sign there, `Im L` in units of `size`.
-    #[inline(always)]
-    fn excess(self, value: Complex<f64>, size: f64) -> f64 {
-        match self {
-            Self::UnitGain => value.norm_sqr() - 1.0,
-            Self::HalfPower => (value - 1.0).norm_sqr() - 2.0,
-            Self::RealAxis => value.im / size,
-        }
-    }
-}
-
-/// The search for a passage, by false position (Illinois).
+/// A passage between two points.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Zero {
+    pub(super) run: usize,
     pub(super) border: Border,
-    /// True if the excess falls below 0 with the frequency.
-    pub(super) falls: bool,
-    /// The last frequency, and L there.
+    pub(super) ends: [Point; 2],
+    /// Where it was found.
     pub(super) found: Point,
-    pub(super) done: bool,
-    /// |L| about here.
-    size: f64,
-    /// Both ends, and the excess there.
-    a: [f64; 2],
-    b: [f64; 2],
-    steps: u32,
 }
 
 impl Zero {
-    /// Between two points; none where L stays on one side.
-    #[inline(always)]
-    pub(super) fn new(border: Border, ends: [Point; 2]) -> Option<Self> {
-        let sides = match border {
-            Border::RealAxis => ends.map(|(_, value)| value.im),
-            _ => ends.map(|(_, value)| border.excess(value, 1.0)),
-        };
-        if (sides[0] < 0.0) == (sides[1] < 0.0) {
-            return None;
+    /// The centre of the border's circle, its squared radius, and the unit of Im L, 0 of a
+    /// circle.
+    fn border(&self) -> [f64; 3] {
+        match self.border {
+            Border::UnitGain => [0.0, 1.0, 0.0],
+            Border::HalfPower => [1.0, 2.0, 0.0],
+            Border::RealAxis => {
+                let [from, to] = self.ends.map(|(_, value)| value.re.abs());
+                [0.0, 0.0, from.max(to)]
+            }
         }
-        let size = ends[0].1.re.abs().max(ends[1].1.re.abs());
-        let [a, b] = ends.map(|(at, value)| [at, border.excess(value, size)]);
-        Some(Self {
-            border,
-            falls: sides[0] >= 0.0,
-            found: ends[1],
-            done: false,
-            size,
-            a,
-            b,
-            steps: 0,
-        })
-    }
-
-    /// One step.
-    #[inline(always)]
-    pub(super) fn step(&mut self, l: &impl Fn(f64) -> Complex<f64>) {
-        let ([a, fa], [b, fb]) = (self.a, self.b);
-        let x = b - fb * (b - a) / (fb - fa);
-        let value = l(x);
-        let fx = self.border.excess(value, self.size);
-        self.found = (x, value);
-        self.steps += 1;
-        self.done = fx.abs() <= ROOT || (b - a).abs() <= 1e-12 * x || self.steps == MOST_ROOT_STEPS;
-        if (fx < 0.0) == (fb < 0.0) {
-            self.a[1] = 0.5 * fa;
-        } else {
-            self.a = self.b;
-        }
-        self.b = [x, fx];
     }
 }
 
-/// The search for a minimum of `|1 + L|`: the parabola through L at three points is put
-/// for L, which is smooth where |1 + L| has its kink, and its nearest point is the next of
-/// the three.
+/// A minimum of |1 + L| near three points.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Minimum {
-    pub(super) done: bool,
-    /// The nearest first.
-    three: [Point; 3],
+    pub(super) run: usize,
+    pub(super) three: [Point; 3],
     /// Lowest and highest frequency.
-    within: [f64; 2],
-    steps: u32,
+    pub(super) within: [f64; 2],
+    /// Frequency and squared distance.
+    pub(super) found: (f64, f64),
 }
 
-impl Minimum {
-    /// From three points.
-    pub(super) fn new(mut three: [Point; 3], within: [f64; 2]) -> Self {
-        three.sort_by(|a, b| squared_distance(a.1).total_cmp(&squared_distance(b.1)));
-        Self {
-            done: false,
-            three,
-            within,
-            steps: 0,
+/// Finds all of them.
+pub(super) fn search(
+    level: Level,
+    zeros: &mut [Zero],
+    minima: &mut [Minimum],
+    response: &impl Response,
+) {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(simd) = level.as_avx512() {
+        use fearless_simd::Simd;
+        return simd.vectorize(
+            #[inline(always)]
+            || side_by_side(plant::Eight(simd), zeros, minima, response),
+        );
+    }
+    fearless_simd::dispatch!(level, simd => side_by_side(Four(simd), zeros, minima, response));
+}
+
+#[inline(always)]
+fn side_by_side<W: Width>(
+    w: W,
+    zeros: &mut [Zero],
+    minima: &mut [Minimum],
+    response: &impl Response,
+) {
+    for zeros in zeros.chunks_mut(W::LANES) {
+        find_zeros(w, zeros, response);
+    }
+    for minima in minima.chunks_mut(W::LANES) {
+        find_minima(w, minima, response);
+    }
+}
+
+/// One number of each lane's search; lanes without one repeat the last.
+#[inline(always)]
+fn gathered<W: Width, T>(w: W, searches: &[T], of: impl Fn(&T) -> f64) -> W::Vector {
+    let mut numbers = W::array(0.0);
+    for (lane, number) in numbers.as_mut().iter_mut().enumerate() {
+        *number = of(&searches[lane.min(searches.len() - 1)]);
+    }
+    w.load(&numbers)
+}
+
+#[inline(always)]
+fn point<W: Width, T>(
+    w: W,
+    searches: &[T],
+    of: impl Fn(&T) -> Point,
+) -> (W::Vector, Complex<W::Vector>) {
+    let re = gathered(w, searches, |search| of(search).1.re);
+    let im = gathered(w, searches, |search| of(search).1.im);
+    (
+        gathered(w, searches, |search| of(search).0),
+        Complex::new(re, im),
+    )
+}
+
+fn runs<T>(searches: &[T], of: impl Fn(&T) -> usize) -> [usize; MOST_LANES] {
+    core::array::from_fn(|lane| of(&searches[lane.min(searches.len() - 1)]))
+}
+
+/// Finds zeros by false position (Illinois), one a lane.
+#[inline(always)]
+fn find_zeros<W: Width>(w: W, zeros: &mut [Zero], response: &impl Response) {
+    let runs = runs(zeros, |zero| zero.run);
+    let border = [0, 1, 2].map(|k| gathered(w, zeros, |zero| zero.border()[k]));
+    let [centre, squared, size] = border;
+    let (zero, half) = (w.splat(0.0), w.splat(0.5));
+    let is_line = w.greater(size, zero);
+    let excess = |value: Complex<W::Vector>| {
+        let re = value.re - centre;
+        let circle = re * re + value.im * value.im - squared;
+        w.select(is_line, value.im / size, circle)
+    };
+    let (mut a, from) = point(w, zeros, |zero| zero.ends[0]);
+    let (mut b, to) = point(w, zeros, |zero| zero.ends[1]);
+    let (mut fa, mut fb) = (excess(from), excess(to));
+    let mut found = [b, to.re, to.im];
+    let mut open = u64::MAX >> (u64::BITS as usize - W::LANES);
+    for _ in 0..MOST_ROOT_STEPS {
+        let x = b - fb * (b - a) / (fb - fa);
+        let value = response.at(w, runs, x);
+        let fx = excess(value);
+        let is_open = w.lanes(open);
+        for (found, here) in found.iter_mut().zip([x, value.re, value.im]) {
+            *found = w.select(is_open, here, *found);
         }
+        let is_root = w.at_most(w.abs(fx), w.splat(ROOT));
+        let is_short = w.at_most(w.abs(b - a), w.splat(1e-12) * x);
+        open &= !w.bits(w.either(is_root, is_short));
+        if open == 0 {
+            break;
+        }
+        let sides = w.bits(w.greater(zero, fx)) ^ w.bits(w.greater(zero, fb));
+        let passed = w.lanes(sides);
+        a = w.select(passed, b, a);
+        fa = w.select(passed, fb, half * fa);
+        (b, fb) = (x, fx);
     }
-
-    /// Frequency and squared distance of the nearest point.
-    pub(super) fn found(&self) -> (f64, f64) {
-        let (frequency, value) = self.three[0];
-        (frequency, squared_distance(value))
+    let [at, re, im] = found.map(|found| w.stored(found));
+    for (lane, zero) in zeros.iter_mut().enumerate() {
+        let value = Complex::new(re.as_ref()[lane], im.as_ref()[lane]);
+        zero.found = (at.as_ref()[lane], value);
     }
+}
 
-    /// One step.
-    #[inline(always)]
-    pub(super) fn step(&mut self, l: &impl Fn(f64) -> Complex<f64>) {
-        let three = self.three;
+/// Finds minima, one a lane: the parabola through L at three points is put for L, which is
+/// smooth where |1 + L| has its kink, and its nearest point is the next of the three.
+#[inline(always)]
+fn find_minima<W: Width>(w: W, minima: &mut [Minimum], response: &impl Response) {
+    for minimum in &mut *minima {
+        // The nearest first.
+        let distance = |point: &Point| squared_distance(point.1);
+        let three = &mut minimum.three;
+        three.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
+    }
+    let runs = runs(minima, |minimum| minimum.run);
+    let [lowest, highest] = [0, 1].map(|k| gathered(w, minima, |minimum| minimum.within[k]));
+    let mut three = [0, 1, 2].map(|k| point(w, minima, |minimum| minimum.three[k]));
+    let squared = |value: Complex<W::Vector>| {
+        let re = w.splat(1.0) + value.re;
+        re * re + value.im * value.im
+    };
+    let is = |mask, a: (W::Vector, Complex<W::Vector>), b: (W::Vector, Complex<W::Vector>)| {
+        let value = Complex::new(
+            w.select(mask, a.1.re, b.1.re),
+            w.select(mask, a.1.im, b.1.im),
+        );
+        (w.select(mask, a.0, b.0), value)
+    };
+    let mut open = u64::MAX >> (u64::BITS as usize - W::LANES);
+    for _ in 0..MOST_STEPS {
         let [(x1, l1), (x0, l0), (x2, l2)] = three;
-        let (slope_0, slope_2) = ((l1 - l0) / (x1 - x0), (l2 - l1) / (x2 - x1));
-        let bend = (slope_2 - slope_0) / (x2 - x0);
-        let slope = slope_0 + bend * (x1 - x0);
-        let step = nearest(l1 + 1.0, slope, bend);
-        let mut x = (x1 + step).clamp(self.within[0], self.within[1]);
-        if x == x0 || x == x2 {
-            // The parabola leads back to a known point: half way.
-            x = 0.5 * (x1 + x);
-        }
-        self.steps += 1;
-        self.done = (x - x1).abs() <= 1e-9 * x1 || self.steps == MOST_STEPS;
-        if (x - x1).abs() <= 1e-9 * x1 {
-            return;
-        }
-        let here = (x, l(x));
-        let (before, after) = (squared_distance(l1), squared_distance(here.1));
-        // The farthest of the four goes.
-        self.three = if after < before {
-            [here, three[0], three[1]]
-        } else {
-            [three[0], here, three[1]]
+        let slope = |(x1, l1): (W::Vector, Complex<W::Vector>),
+                     (x0, l0): (W::Vector, Complex<W::Vector>)| {
+            let along = x1 - x0;
+            Complex::new((l1.re - l0.re) / along, (l1.im - l0.im) / along)
         };
-        self.done |= (before - after).abs() <= 1e-9 * before;
+        let (slope_0, slope_2) = (slope((x1, l1), (x0, l0)), slope((x2, l2), (x1, l1)));
+        let (_, bend) = (x2, slope((x2, slope_2), (x0, slope_0)));
+        let first = Complex::new(
+            slope_0.re + bend.re * (x1 - x0),
+            slope_0.im + bend.im * (x1 - x0),
+        );
+        let from = Complex::new(l1.re + w.splat(1.0), l1.im);
+        let x = x1 + nearest(w, from, first, bend);
+        let x = w.select(w.greater(lowest, x), lowest, x);
+        let x = w.select(w.greater(x, highest), highest, x);
+        // The parabola leads back to a known point: half way.
+        let is_known = |known| w.both(w.at_most(x, known), w.at_most(known, x));
+        let halved = w.splat(0.5) * (x1 + x);
+        let x = w.select(w.either(is_known(x0), is_known(x2)), halved, x);
+        open &= !w.bits(w.at_most(w.abs(x - x1), w.splat(1e-9) * x1));
+        if open == 0 {
+            break;
+        }
+        let here = (x, response.at(w, runs, x));
+        let (before, after) = (squared(l1), squared(here.1));
+        // The farthest of the four goes.
+        let (is_open, is_nearer) = (w.lanes(open), w.greater(before, after));
+        let next = [
+            is(is_nearer, here, three[0]),
+            is(is_nearer, three[0], here),
+            three[1],
+        ];
+        three = [0, 1, 2].map(|k| is(is_open, next[k], three[k]));
+        open &= !w.bits(w.at_most(w.abs(before - after), w.splat(1e-9) * before));
+        if open == 0 {
+            break;
+        }
+    }
+    let [at, value] = [three[0].0, squared(three[0].1)].map(|found| w.stored(found));
+    for (lane, minimum) in minima.iter_mut().enumerate() {
+        minimum.found = (at.as_ref()[lane], value.as_ref()[lane]);
     }
 }
 
@@ -167,16 +298,23 @@ fn squared_distance(value: Complex<f64>) -> f64 {
 
 /// The h near 0 at which `|e + s·h + c·h²|` is smallest, by Newton on the
 /// derivative of its square.
-fn nearest(e: Complex<f64>, s: Complex<f64>, c: Complex<f64>) -> f64 {
-    let product = |a: Complex<f64>, b: Complex<f64>| a.re * b.re + a.im * b.im;
-    let mut h = 0.0;
+#[inline(always)]
+fn nearest<W: Width>(
+    w: W,
+    e: Complex<W::Vector>,
+    s: Complex<W::Vector>,
+    c: Complex<W::Vector>,
+) -> W::Vector {
+    let product = |a: Complex<W::Vector>, b: Complex<W::Vector>| a.re * b.re + a.im * b.im;
+    let (two, tenth) = (w.splat(2.0), w.splat(0.1));
+    let mut h = w.splat(0.0);
     for _ in 0..4 {
-        let value = e + (s + c * h) * h;
-        let slope = s + c * (2.0 * h);
+        let value = Complex::new(e.re + (s.re + c.re * h) * h, e.im + (s.im + c.im * h) * h);
+        let slope = Complex::new(s.re + c.re * (two * h), s.im + c.im * (two * h));
         let first = product(value, slope);
-        let steep = slope.norm_sqr();
-        let second = steep + 2.0 * product(value, c);
-        h -= first / if second > 0.1 * steep { second } else { steep };
+        let steep = product(slope, slope);
+        let second = steep + two * product(value, c);
+        h = h - first / w.select(w.greater(second, tenth * steep), second, steep);
     }
     h
 }

@@ -32,6 +32,7 @@ use super::curve::{Curve, NEAR};
 use super::family::{FamilyKey, LoopFamily, Parts, Room};
 use super::held::on_circle;
 use super::linear_axis::{LinearAxis, Shaft};
+use super::search::LaneByLane;
 
 /// `x/F` of all loops of a family, on its grid.
 #[derive(Debug, Clone, PartialEq)]
@@ -116,27 +117,76 @@ impl Compliance {
         free - fed_back / (family.at(gains, theta) + 1.0)
     }
 
-    /// The least stiffness up to the middle of the sampled spectrum \[N/µm\], of a loop
-    /// that is stable.
+    /// The least stiffness up to the middle of the sampled spectrum \[N/µm\] of each of
+    /// some loops that are stable.
     pub(crate) fn least_n_per_um(
         &self,
         family: &LoopFamily,
         room: &mut Room,
-        gains: &LoopGains,
-    ) -> f64 {
-        let level = room.finds.level;
-        family.combine(&family.parts, gains, level, &mut room.l);
-        family.combine(&self.parts, gains, level, &mut room.compliance);
-        let Room { l, compliance, .. } = &mut *room;
+        gains: &[LoopGains],
+    ) -> Vec<f64> {
+        room.finds.clear();
+        let units = gains
+            .iter()
+            .map(|gains| self.look_over(family, room, gains));
+        let units: Vec<f64> = units.collect();
+        room.finds.search(&LaneByLane(|run: usize, theta| {
+            in_units(self.at(family, &gains[run], theta), units[run])
+        }));
+        let moduli = room.finds.moduli().into_iter().zip(&units);
+        moduli
+            .map(|(modulus, unit)| 1e-6 * modulus / unit)
+            .collect()
+    }
+
+    /// Looks over the curve of `F/x − 1`, in units of the least |F/x|: the largest |x/F| of a
+    /// point.
+    fn look_over(&self, family: &LoopFamily, room: &mut Room, gains: &LoopGains) -> f64 {
+        let Room {
+            l,
+            compliance,
+            stiffness,
+            finds,
+        } = room;
+        family.combine(&family.parts, gains, finds.level, l);
+        family.combine(&self.parts, gains, finds.level, compliance);
         with_four(
-            level,
+            finds.level,
             #[inline(always)]
             || closed(&self.free, l, compliance),
         );
-        let (place, size) = largest(compliance);
-        if place > 0 {
-            return self.least_on(family, gains, room, &family.theta, size);
+        let (place, mut size) = largest(compliance);
+        let mut theta = &family.theta;
+        let with_lower;
+        if place == 0 {
+            let lower = self.lower(family, gains);
+            let angles = lower.iter().map(|at| at.0);
+            with_lower = angles.chain(theta.iter().copied()).collect();
+            theta = &with_lower;
+            compliance.re.splice(0..0, lower.iter().map(|at| at.1.re));
+            compliance.im.splice(0..0, lower.iter().map(|at| at.1.im));
+            (_, size) = largest(compliance);
         }
+        let (unit, near) = (size.sqrt(), near(compliance, size));
+        stiffness.re.clear();
+        stiffness.im.clear();
+        for (re, im) in compliance.re[near.clone()]
+            .iter()
+            .zip(&compliance.im[near.clone()])
+        {
+            stiffness.push(in_units(Complex::new(*re, *im), unit));
+        }
+        finds.add_modulus(&Curve {
+            frequency: &theta[near],
+            re: &stiffness.re,
+            im: &stiffness.im,
+            ends_real: false,
+        });
+        unit
+    }
+
+    /// Rising angles below the grid, and `x/F` there.
+    fn lower(&self, family: &LoopFamily, gains: &LoopGains) -> Vec<(f64, Complex<f64>)> {
         let (mut theta, mut lower) = (family.theta[0], Vec::new());
         for _ in 0..MOST_BELOW {
             theta /= RATIO;
@@ -146,54 +196,13 @@ impl Compliance {
             }
         }
         lower.reverse();
-        let theta = lower
-            .iter()
-            .map(|at| at.0)
-            .chain(family.theta.iter().copied());
-        let theta: Vec<f64> = theta.collect();
-        compliance.re.splice(0..0, lower.iter().map(|at| at.1.re));
-        compliance.im.splice(0..0, lower.iter().map(|at| at.1.im));
-        let (_, size) = largest(compliance);
-        self.least_on(family, gains, room, &theta, size)
+        lower
     }
+}
 
-    /// The same from `x/F` at rising angles, the largest squared size of which is known:
-    /// `|F/x|` in units of the least is the distance of `F/x − 1` from −1.
-    fn least_on(
-        &self,
-        family: &LoopFamily,
-        gains: &LoopGains,
-        room: &mut Room,
-        theta: &[f64],
-        largest_squared: f64,
-    ) -> f64 {
-        let unit = largest_squared.sqrt();
-        let stiffness = |compliance: Complex<f64>| compliance.inv() * unit - 1.0;
-        let at = |theta: f64| stiffness(self.at(family, gains, theta));
-        let Room {
-            compliance,
-            stiffness: points,
-            finds,
-            ..
-        } = room;
-        let near = near(compliance, largest_squared);
-        points.re.clear();
-        points.im.clear();
-        for (re, im) in compliance.re[near.clone()]
-            .iter()
-            .zip(&compliance.im[near.clone()])
-        {
-            points.push(stiffness(Complex::new(*re, *im)));
-        }
-        let curve = Curve {
-            frequency: &theta[near],
-            re: &points.re,
-            im: &points.im,
-            at: &at,
-            ends_real: false,
-        };
-        1e-6 * curve.modulus(finds) / unit
-    }
+/// `F/x − 1` in units of the least, from x/F: |F/x| is its distance from −1.
+fn in_units(compliance: Complex<f64>, unit: f64) -> Complex<f64> {
+    compliance.inv() * unit - 1.0
 }
 
 /// `G_xF − C/(1 + L)` in the place of C, point by point.

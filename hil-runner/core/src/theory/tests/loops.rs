@@ -1,6 +1,8 @@
 //! Figures of linear loops with options, and the loops that have none.
 
-use super::super::{JOINT_STATES, LoopCurves, LoopGains, Loops, left_out, margin, no_loop};
+use super::super::{
+    JOINT_STATES, LoopCurves, LoopFigures, LoopGains, Loops, left_out, margin, no_loop,
+};
 use super::case;
 
 /// Settings of a position from the load.
@@ -124,6 +126,33 @@ fn each_loop_of_a_gain_change_can_be_had() {
     let then = loops.figures_of(&case, &[after]);
     assert!(then.modulus_margin_contact < start.modulus_margin_contact);
     assert_eq!(loops.figures(&case), then);
+}
+
+/// Cases side by side have the figures of each by itself, to the bit: of other families
+/// and none, of two sets of gains, stable and not.
+#[test]
+fn cases_side_by_side_are_those_alone() {
+    let change: &[&str] = &["gain_change.at_s=0.3", "gain_change.kp=12"];
+    let rigid: &[&str] = &["transmission.joint=rigid"];
+    let filter: &[&str] = &["controller.derivative_filter_s=0.002"];
+    let mut cases = Vec::new();
+    for sets in [&[][..], change, rigid, filter, &DUAL] {
+        for kp in ["0.01", "1", "3", "4", "12", "300"] {
+            let kp = format!("controller.kp={kp}");
+            cases.push(case("paper-2", &[sets, &[kp.as_str()]].concat()));
+        }
+    }
+    let all: Vec<_> = cases.iter().collect();
+    for number in [1, 3, 5, all.len()] {
+        let mut loops = Loops::default();
+        let figures = all.chunks(number).flat_map(|cases| loops.of_cases(cases));
+        let figures: Vec<_> = figures.collect();
+        let alone = cases.iter().map(|case| Loops::default().figures(case));
+        assert_eq!(figures, alone.collect::<Vec<_>>(), "{number}");
+        let is_stable = |figures: &&LoopFigures| figures.modulus_margin_contact > Some(0.0);
+        let stable = figures.iter().filter(is_stable).count();
+        assert!((10..cases.len() - 3).contains(&stable), "{stable}");
+    }
 }
 
 /// The figures can be read from the curves that are plotted.

@@ -85,7 +85,8 @@ fn least_stiffness_agrees_with_brute_force() {
         if !family.is_stable(&case.gains) {
             continue;
         }
-        let least = compliance.least_n_per_um(&family, &mut Room::default(), &case.gains);
+        let room = &mut Room::default();
+        let least = compliance.least_n_per_um(&family, room, &[case.gains])[0];
         let size = |theta: f64| {
             let x = compliance.at(&family, &case.gains, theta);
             1e-6 / x.norm_sqr().sqrt()
