@@ -202,7 +202,7 @@ impl<W: Width> Group<W> {
         let (quantity, scale) = sought(w, (&shared.axis, table, figure), given);
         let linear = table.table.quantity(quantity);
         let rates = table.step.rates(w, &x, voltage_v);
-        let Some(whole) = linear.curve(w, (&x, &rates), scale) else {
+        let Some(whole) = linear.curve(w, &table.table.levels, (&x, &rates), scale) else {
             return 0;
         };
         let mut curve = whole.until(w, length_s / w.splat(phase.length_s));

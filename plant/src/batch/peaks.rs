@@ -211,8 +211,9 @@ impl<W: Width> Group<W> {
         };
         let given = [course.offset_rad, w.load(&self.start_rad), course.voltage_v];
         let (quantity, scale) = sought(w, (&shared.axis, &of_kind.table, figure), given);
-        let linear = of_kind.table.table.quantity(quantity);
-        let Some(mut curve) = linear.curve(w, (&course.x, &course.rates), scale) else {
+        let (table, start) = (&of_kind.table.table, (&course.x, &course.rates));
+        let linear = table.quantity(quantity);
+        let Some(mut curve) = linear.curve(w, &table.levels, start, scale) else {
             return (asked, chord);
         };
         let mut smooth = asked;

@@ -550,12 +550,12 @@ impl<W: Width> Group<W> {
             if asked == 0 {
                 continue;
             }
-            let of_kind = shared.phases[phase].of(kind);
-            let linear = of_kind.map(|of_kind| of_kind.table.table.quantity(quantity));
-            if let Some(curve) = linear.and_then(
-                #[inline(always)]
-                |linear| linear.curve(w, from, (scale, offset)),
-            ) {
+            let Some(of_kind) = shared.phases[phase].of(kind) else {
+                continue;
+            };
+            let table = &of_kind.table.table;
+            let linear = table.quantity(quantity);
+            if let Some(curve) = linear.curve(w, &table.levels, from, (scale, offset)) {
                 look(asked, &curve);
             }
         }

@@ -38,7 +38,7 @@ pub(crate) struct TooManySteps;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Flow<'a, const D: usize> {
     pub(crate) table: &'a Table<D>,
-    input: &'a Column<D>,
+    pub(super) input: &'a Column<D>,
     pub(crate) start: &'a Column<D>,
     /// dx/dt at the start.
     pub(crate) rate: Column<D>,
@@ -311,7 +311,7 @@ impl<const D: usize> LinearGuard<'_, D> {
     /// First zero of the guard over a step, as far as its sketch tells.
     fn sketched_zero(&self, flow: &Flow<'_, D>, theta: f64) -> Option<Found> {
         let start = self.offset + self.sign * self.linear.row.dot(flow.start);
-        let sketch = self.linear.sketch.as_ref()?;
+        let sketch = self.linear.sketch(&flow.table.levels)?;
         let curve = sketch.curve(&flow.rate, self.sign, start);
         let found = if self.fresh {
             let rest = without_start(One, &curve.values);

@@ -51,7 +51,13 @@
 //! with `λ·h ≤ 1` what [`TERMS`] terms leave out is at most
 //! `h·|v|_w·(λh)^16/17!·(1 + 1/17) < 4e-15·h·|v|_w`: what rounding leaves too.
 
+use std::sync::OnceLock;
+
+use fearless_simd::Simd;
+
+use super::sums::{add_times, times};
 use super::system::{Column, Matrix};
+use crate::numerics::vectors::{in_fours, widest};
 
 /// Terms after the constant one.
 pub(crate) const TERMS: usize = 16;
@@ -68,11 +74,21 @@ pub(crate) struct Taylor<const D: usize> {
 impl<const D: usize> Taylor<D> {
     /// The series from `x` with `rate = A·x + u`, over `length_s`.
     pub(crate) fn new(a: &Matrix<D>, x: &Column<D>, rate: &Column<D>, length_s: f64) -> Self {
+        in_fours!(widest(), simd => Self::with(simd, a, (x, rate), length_s))
+    }
+
+    #[inline(always)]
+    fn with(
+        simd: impl Simd,
+        a: &Matrix<D>,
+        (x, rate): (&Column<D>, &Column<D>),
+        length_s: f64,
+    ) -> Self {
         let mut terms = [*x; TERMS + 1];
         let mut term = rate * length_s;
         for (n, slot) in (1_u32..).zip(terms.iter_mut().skip(1)) {
             *slot = term;
-            term = (a * term) * (length_s / f64::from(n + 1));
+            term = times(simd, a, &term) * (length_s / f64::from(n + 1));
         }
         Self { terms }
     }
@@ -98,39 +114,46 @@ impl<const D: usize> Taylor<D> {
 
 /// `ψ(h) = Σ_{n≥1} A^(n−1)·hⁿ/n!` by its series, for a short h.
 pub(crate) fn integral<const D: usize>(a: &Matrix<D>, length_s: f64) -> Matrix<D> {
+    in_fours!(widest(), simd => integral_with(simd, a, length_s))
+}
+
+#[inline(always)]
+fn integral_with<const D: usize>(simd: impl Simd, a: &Matrix<D>, length_s: f64) -> Matrix<D> {
     // ψ = h·(1 + Ah/2·(1 + Ah/3·(…))): Horner's rule from the smallest term.
-    // Most entries of an axis' A are zero; the sum's rows stand as columns.
+    // Most entries of an axis' A are zero.
     let scaled = a * length_s;
     let entry = |place| (place % D, place / D, scaled[place]);
     let entries: Vec<_> = (0..D * D).map(entry).filter(|e| e.2 != 0.0).collect();
-    let mut sum = Matrix::<D>::identity();
+    let mut sum: [[f64; D]; D] = Matrix::<D>::identity().into();
     for n in (2..=20_u32).rev() {
-        let mut product = Matrix::<D>::zeros();
+        let mut product = [[0.0; D]; D];
         for &(i, k, value) in &entries {
-            for j in 0..D {
-                product[(j, i)] += value * sum[(j, k)];
+            add_times(simd, &mut product[i], &sum[k], value);
+        }
+        for (i, (row, product)) in sum.iter_mut().zip(&product).enumerate() {
+            for (j, (sum, product)) in row.iter_mut().zip(product).enumerate() {
+                *sum = if i == j { 1.0 } else { 0.0 } + product / f64::from(n);
             }
         }
-        sum = Matrix::<D>::identity() + product / f64::from(n);
     }
-    sum.transpose() * length_s
+    Matrix::from_fn(|i, j| sum[i][j]) * length_s
 }
 
 /// `λ` of the bound above: an upper bound of the spectral radius of |A| that
-/// no scaling of the states can spoil. The weights come from iterating
-/// `w ← |A|·w + small`, which turns w towards the Perron vector of |A|; any
-/// positive w gives a bound.
-pub(crate) fn growth_rate<const D: usize>(a: &Matrix<D>) -> f64 {
-    growth_down_to(a, 0.0)
+/// no scaling of the states can spoil; no lower than where it is known to be at most
+/// `enough`. The weights come from iterating `w ← |A|·w + small`, which turns w towards
+/// the Perron vector of |A|; any positive w gives a bound.
+pub(super) fn growth_down_to<const D: usize>(a: &Matrix<D>, enough: f64) -> f64 {
+    in_fours!(widest(), simd => growth_with(simd, a, enough))
 }
 
-/// The same, but no lower than where it is known to be at most `enough`.
-fn growth_down_to<const D: usize>(a: &Matrix<D>, enough: f64) -> f64 {
+#[inline(always)]
+fn growth_with<const D: usize>(simd: impl Simd, a: &Matrix<D>, enough: f64) -> f64 {
     let magnitude = a.abs();
     let mut w = Column::<D>::repeat(1.0);
     let mut bound = f64::INFINITY;
     for _ in 0..64 {
-        let next = magnitude * w;
+        let next = times(simd, &magnitude, &w);
         let mut lambda = 0.0_f64;
         for (grown, weight) in next.iter().zip(w.iter()) {
             lambda = lambda.max(grown / weight);
@@ -177,8 +200,13 @@ pub(crate) struct Levels<const D: usize> {
     pub(crate) a: Matrix<D>,
     /// The longest first.
     pub(crate) steps: Vec<ExactStep<D>>,
-    /// `e^{|A|h}` with the length h of the shortest.
+    /// Transposes of |A| and `e^{|A|h}` with the length h of the shortest.
+    magnitude: Matrix<D>,
     grown: Matrix<D>,
+    /// Transposes of `ψ(τ) − ½·ψ(2τ)` and of `|e^{Aτ}|`, τ half of each step but the shortest.
+    halves: Vec<[Matrix<D>; 2]>,
+    /// Transposes of `e^{AT/2}` and `A·T/2` of the longest, made when first asked for.
+    middle: OnceLock<[Matrix<D>; 2]>,
 }
 
 /// Bounds of a quantity's deviation from its chord: `|v|` is multiplied with this and summed.
@@ -219,7 +247,9 @@ impl<const D: usize> Levels<D> {
 
     /// The steps of a system over `length_s` and its binary fractions.
     pub(crate) fn new(a: &Matrix<D>, length_s: f64) -> Self {
-        let (leaf_s, halvings) = leaf(growth_rate(a), length_s);
+        // Of less growth than one over the step nothing is halved.
+        let growth_per_s = growth_down_to(a, 1.0 / length_s);
+        let (leaf_s, halvings) = leaf(growth_per_s, length_s);
         let step = |length_s: f64, integral: Matrix<D>, transition: Matrix<D>| ExactStep {
             length_s,
             integral,
@@ -237,30 +267,50 @@ impl<const D: usize> Levels<D> {
         }
         steps.reverse();
         let magnitude = a.abs();
+        let halves = steps.windows(2).map(|pair| {
+            let middle = pair[1].integral - pair[0].integral * 0.5;
+            [middle.transpose(), pair[1].transition.abs().transpose()]
+        });
         Self {
             a: *a,
+            halves: halves.collect(),
+            middle: OnceLock::new(),
             steps,
             // e^{|A|h} = 1 + |A|·ψ_|A|(h)
-            grown: Matrix::identity() + magnitude * integral(&magnitude, leaf_s),
+            grown: (Matrix::identity() + magnitude * integral(&magnitude, leaf_s)).transpose(),
+            magnitude: magnitude.transpose(),
         }
+    }
+
+    /// Transposes of `e^{AT/2}` and `A·T/2` of the longest step.
+    pub(super) fn middle(&self) -> &[Matrix<D>; 2] {
+        self.middle.get_or_init(|| {
+            let (a, half_s) = (&self.a, 0.5 * self.steps[0].length_s);
+            let half = match self.steps.get(1) {
+                Some(step) => step.transition,
+                None => Matrix::identity() + a * integral(a, half_s),
+            };
+            [half.transpose(), (a * half_s).transpose()]
+        })
     }
 
     /// The bounds for a quantity with coefficients `row`.
     pub(crate) fn bounds(&self, row: &Column<D>) -> ChordBounds<D> {
-        let leaf = self.steps[self.steps.len() - 1];
-        let h = leaf.length_s;
-        let grown = self.grown.transpose() * row.abs();
-        let curvature = (self.a.abs().transpose() * grown) * (h * h);
+        in_fours!(widest(), simd => self.bounds_with(simd, row))
+    }
+
+    #[inline(always)]
+    fn bounds_with(&self, simd: impl Simd, row: &Column<D>) -> ChordBounds<D> {
+        let h = self.steps[self.steps.len() - 1].length_s;
+        let grown = times(simd, &self.grown, &row.abs());
+        let curvature = times(simd, &self.magnitude, &grown) * (h * h);
         let (mut chord, mut slope) = (curvature / 8.0, curvature / 2.0);
         let (mut per_rate, mut slope_per_rate) = (vec![chord], vec![slope]);
-        for pair in self.steps.windows(2).rev() {
-            let (long, short) = (&pair[0], &pair[1]);
+        for [middle, carry] in self.halves.iter().rev() {
             // d = f·ψ(τ) − ½·f·ψ(2τ)
-            let middle = short.integral - long.integral * 0.5;
-            let d = (middle.transpose() * row).abs();
-            let carry = short.transition.abs().transpose();
-            chord = chord.sup(&(carry * chord)) + d;
-            slope = (slope.sup(&(carry * slope)) + d) * 2.0;
+            let d = times(simd, middle, row).abs();
+            chord = chord.sup(&times(simd, carry, &chord)) + d;
+            slope = (slope.sup(&times(simd, carry, &slope)) + d) * 2.0;
             per_rate.push(chord);
             slope_per_rate.push(slope);
         }

@@ -348,7 +348,7 @@ pub(crate) fn heat_of_part<W: Width>(
 mod tests {
     use proptest::prelude::*;
 
-    use super::super::levels::{Taylor, growth_rate};
+    use super::super::levels::{Taylor, growth_down_to};
     use super::*;
 
     /// A joint that swings at `w` with damping ratio `zeta`, driven by a state
@@ -360,7 +360,7 @@ mod tests {
     /// `∫ v_0² dt` by Gauss's rule on pieces of the power series, each so short
     /// that it converges; none of the tables is used.
     fn quadrature(a: &Matrix<3>, rate: &Column<3>, length_s: f64) -> f64 {
-        let pieces = (growth_rate(a) * length_s).ceil().max(1.0);
+        let pieces = (growth_down_to(a, 0.0) * length_s).ceil().max(1.0);
         let (mut v, mut sum, mut done) = (*rate, 0.0, 0.0);
         while done < pieces {
             let series = Taylor::new(a, &v, &(a * v), length_s / pieces);

@@ -32,9 +32,11 @@ pub(crate) struct Carried {
 impl Carried {
     /// True if the axis still stands there, under the same law.
     pub(crate) fn is_at(&self, now: &Automaton, pid: &ContinuousPid) -> bool {
+        // This is asked in every row: the state without a branch.
+        let pairs = self.y.iter().zip(now.y.iter());
         self.time_ns == now.time_ns
+            && pairs.fold(0, |differ, (a, b)| differ | (a.to_bits() ^ b.to_bits())) == 0
             && self.mode == now.mode
-            && self.y == now.y
             && self.pid.is_same_law(pid)
     }
 }
@@ -44,7 +46,7 @@ impl Carried {
 #[derive(Debug, Clone, PartialEq, Default)]
 pub(crate) struct Tables {
     held: Vec<Arc<HeldTable>>,
-    pub(super) commanded: Vec<CommandedTable>,
+    pub(super) commanded: Vec<Box<CommandedTable>>,
     pid: Option<Box<ContinuousPid>>,
     pub(crate) carried: Option<Box<Carried>>,
 }
@@ -95,8 +97,8 @@ impl Tables {
         if self.commanded.len() >= MOST_TABLES {
             self.commanded.clear();
         }
-        self.commanded
-            .push(CommandedTable::new(axis, mode, pid, key));
+        let table = CommandedTable::new(axis, mode, pid, key);
+        self.commanded.push(Box::new(table));
         self.commanded.len() - 1
     }
 }

@@ -3,6 +3,7 @@
 //!
 //! ```text
 //! system      A and u of the axis in one mode
+//! sums        weighted sums of columns
 //! levels      exact steps over a sample and its halves, the shortest a power series; the chord
 //!             bound, with its proof
 //! grid        exact states anywhere within a step
@@ -38,6 +39,7 @@ mod piece;
 mod power;
 mod roots;
 mod sketch;
+mod sums;
 mod system;
 mod table;
 #[cfg(test)]

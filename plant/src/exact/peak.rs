@@ -117,7 +117,7 @@ impl<const D: usize> Flow<'_, D> {
     pub(crate) fn curve(&self, sought: &Sought<'_, D>, length_s: f64) -> Option<Curve<One>> {
         let given = (sought.scale, sought.offset);
         let from = (&(*self.start).into(), &self.rate.into());
-        let whole = sought.linear.curve(One, from, given)?;
+        let whole = sought.linear.curve(One, &self.table.levels, from, given)?;
         let own = whole.until(One, length_s / self.table.levels.steps[0].length_s);
         match sought.command {
             None => Some(own),
@@ -138,7 +138,7 @@ impl<const D: usize> Flow<'_, D> {
             return Some((local.window, local.quantity(One, &linear.row)));
         }
         let length_s = self.table.levels.steps[0].length_s;
-        let sketch = linear.sketch.as_ref()?;
+        let sketch = linear.sketch(&self.table.levels)?;
         Some(sketch.around(&self.rate, linear.value(self.start), (time_s, length_s)))
     }
 

@@ -15,10 +15,14 @@
 //! whether the step crosses a guard or turns, and where. The places themselves
 //! then come from the solution ([`super::grid`]), not from the polynomial.
 
+use fearless_simd::Simd;
+
 use super::curve::{Curve, SLOPES};
 use super::grid::{CELLS, Grid, LocalCoefficients, MOST_LEVELS, TERMS, Window};
-use super::levels::{Levels, integral};
+use super::levels::Levels;
+use super::sums::{times, weighted};
 use super::system::{Column, Matrix};
+use crate::numerics::vectors::{in_fours, widest};
 use crate::numerics::width::{One, Width};
 
 /// The points of interpolation, in cells: near those of Lobatto and Chebyshev.
@@ -118,11 +122,11 @@ const POWERS: usize = 33;
 /// τⁿ with τ = 2θ − 1, by its values at the points of interpolation, and the error of
 /// that: the eleventh derivative by θ is at most `2¹¹·n!/(n − 11)!`, which makes it
 /// `w·2¹¹·C(n, 11)`.
-const POWERS_FIT: [[f64; SLOPES]; POWERS] = powers_fit();
+const POWERS_FIT: [[f64; POWERS]; SLOPES] = powers_fit();
 const POWERS_STRAY: [f64; POWERS] = powers_stray();
 
-const fn powers_fit() -> [[f64; SLOPES]; POWERS] {
-    let mut powers = [[0.0; SLOPES]; POWERS];
+const fn powers_fit() -> [[f64; POWERS]; SLOPES] {
+    let mut powers = [[0.0; POWERS]; SLOPES];
     let mut node = 0;
     while node < SLOPES {
         let tau = 2.0 * NODES[node] as f64 / CELLS as f64 - 1.0;
@@ -130,7 +134,7 @@ const fn powers_fit() -> [[f64; SLOPES]; POWERS] {
         while n < POWERS {
             let mut i = 0;
             while i < SLOPES {
-                powers[n][i] += FIT[i][node] * value;
+                powers[i][n] += FIT[i][node] * value;
                 i += 1;
             }
             value *= tau;
@@ -194,29 +198,31 @@ impl<const D: usize> Sketch<D> {
         if levels.steps.len() > MOST_LEVELS {
             return None;
         }
-        let (a, length_s) = (&levels.a, levels.steps[0].length_s);
-        let half_s = 0.5 * length_s;
-        let half = match levels.steps.get(1) {
-            Some(step) => step.transition,
-            None => Matrix::identity() + a * integral(a, half_s),
-        };
-        let scaled = (a * half_s).transpose();
-        let mut term = half.transpose() * row * length_s;
-        let (mut slopes, mut stray) = ([Column::zeros(); SLOPES], Column::zeros());
-        let mut series = Vec::with_capacity(POWERS);
-        for (n, (weights, error)) in (1_u32..).zip(POWERS_FIT.iter().zip(POWERS_STRAY)) {
-            for (slope, weight) in slopes.iter_mut().zip(weights) {
-                *slope += term * *weight;
-            }
+        Some(in_fours!(widest(), simd => Self::of_series(simd, levels, row)))
+    }
+
+    /// The same of a step that is not.
+    #[inline(always)]
+    fn of_series(simd: impl Simd, levels: &Levels<D>, row: &Column<D>) -> Self {
+        let length_s = levels.steps[0].length_s;
+        let [half, scaled] = levels.middle();
+        let mut term = times(simd, half, row) * length_s;
+        let mut series = [[0.0; D]; POWERS];
+        let mut stray = Column::zeros();
+        for ((n, slot), error) in (1_u32..).zip(&mut series).zip(POWERS_STRAY) {
+            *slot = term.into();
             stray += term.abs() * (error + ROUNDING);
-            series.push(term);
-            term = scaled * term / f64::from(n);
+            term = times(simd, scaled, &term) / f64::from(n);
         }
-        Some(Self {
+        let mut slopes = [Column::zeros(); SLOPES];
+        for (slope, weights) in slopes.iter_mut().zip(&POWERS_FIT) {
+            *slope = weighted(simd, &series, weights).into();
+        }
+        Self {
             slopes,
             stray,
-            series,
-        })
+            series: series.map(Column::from).to_vec(),
+        }
     }
 
     /// The quantity, which is `start` at the start, around `time_s`: by the series about

@@ -60,8 +60,10 @@ const OF_HELD: usize = 8;
 pub(crate) struct Linear<const D: usize> {
     pub(crate) row: Column<D>,
     pub(crate) bounds: ChordBounds<D>,
-    /// On a table whose step is not too long for it.
+    /// On a table with a grid.
     pub(crate) sketch: Option<Sketch<D>>,
+    /// Without one, made when first asked for.
+    about_middle: OnceLock<Option<Sketch<D>>>,
 }
 
 impl<const D: usize> Linear<D> {
@@ -69,6 +71,13 @@ impl<const D: usize> Linear<D> {
     #[inline]
     pub(crate) fn value(&self, x: &Column<D>) -> f64 {
         product(One, &self.row, &(*x).into())
+    }
+
+    /// The sketch over the step that has these levels, if that is not too long for one.
+    pub(super) fn sketch(&self, levels: &Levels<D>) -> Option<&Sketch<D>> {
+        let made = || Sketch::about_middle(levels, &self.row);
+        let without_grid = || self.about_middle.get_or_init(made).as_ref();
+        self.sketch.as_ref().or_else(without_grid)
     }
 }
 
@@ -111,10 +120,8 @@ impl<const D: usize> Table<D> {
         Linear {
             row: *row,
             bounds: levels.bounds(row),
-            sketch: match grid {
-                Some(grid) => Some(Sketch::over(grid, &levels.a, row)),
-                None => Sketch::about_middle(levels, row),
-            },
+            sketch: grid.map(|grid| Sketch::over(grid, &levels.a, row)),
+            about_middle: OnceLock::new(),
         }
     }
 }
@@ -126,10 +133,11 @@ impl<const D: usize> Linear<D> {
     pub(crate) fn curve<W: Width>(
         &self,
         w: W,
+        levels: &Levels<D>,
         (x, rate): (&[W::Vector; D], &[W::Vector; D]),
         (scale, offset): (W::Vector, W::Vector),
     ) -> Option<Curve<W>> {
-        let (mut slopes, stray) = self.sketch.as_ref()?.slopes(w, rate);
+        let (mut slopes, stray) = self.sketch(levels)?.slopes(w, rate);
         for slope in &mut slopes {
             *slope = scale * *slope;
         }

@@ -5,8 +5,7 @@ use proptest::prelude::*;
 use super::crossing::{Flow, LinearGuard};
 use super::curve::{Found, first_zero, value_and_slope};
 use super::grid::{CELLS, Grid, horner};
-
-use super::levels::{ChordBounds, Levels, TERMS, Taylor, growth_rate};
+use super::levels::{ChordBounds, Levels, TERMS, Taylor, growth_down_to};
 use super::memory::Tables;
 use super::roots::Polynomial;
 use super::sketch::{NODE_PRODUCT, NODES, Sketch, cubic_strays};
@@ -56,7 +55,7 @@ fn rates() -> impl Strategy<Value = Column<3>> {
 /// The state's change after `time_s`, by the series over pieces so short that
 /// it converges; none of the tables is used.
 fn change_after(a: &Matrix<3>, rate: &Column<3>, time_s: f64) -> Column<3> {
-    let pieces = (growth_rate(a) * time_s).ceil().max(1.0);
+    let pieces = (growth_down_to(a, 0.0) * time_s).ceil().max(1.0);
     let (mut x, mut v) = (Column::zeros(), *rate);
     let mut done = 0.0;
     while done < pieces {
@@ -186,6 +185,27 @@ proptest! {
         prop_assert!(slope <= bounds.slope_over(0, &rate) + rounding);
     }
 
+    /// So does no slope: the rates are a solution too, which begins with the rate A·v.
+    #[test]
+    fn bounds_hold_for_slopes(
+        a in systems(),
+        row in rows(),
+        rate in rates(),
+        length_s in 1e-6..0.02_f64,
+    ) {
+        let bounds: ChordBounds<3> = Levels::new(&a, length_s).bounds(&row);
+        let bend = a * rate;
+        let slope = |share: f64| row.dot(&(rate + a * change_after(&a, &rate, share * length_s)));
+        let (from, to) = (slope(0.0), slope(1.0));
+        let size = a.abs() * change_after(&a, &rate, length_s).abs() + rate.abs();
+        let rounding = 1e-9 * row.abs().dot(&size);
+        for i in 0..=40 {
+            let share = f64::from(i) / 40.0;
+            let stray = (slope(share) - (from + share * (to - from))).abs();
+            prop_assert!(stray <= bounds.over(0, &bend) + rounding);
+        }
+    }
+
     /// A guard that passes over a step has no zero in it.
     #[test]
     fn guards_that_hold_have_no_zero(
@@ -195,7 +215,7 @@ proptest! {
         growth in 1e-3..8.0_f64,
         above in 0.5..4.0_f64,
     ) {
-        let length_s = growth / growth_rate(&a);
+        let length_s = growth / growth_down_to(&a, 0.0);
         let guard = |i: u32| row.dot(&change_after(&a, &rate, f64::from(i) / 60.0 * length_s));
         let lowest = (0..=60).map(guard).fold(0.0, f64::min);
         // Above zero, or below it by as much as half of the dip.
@@ -214,7 +234,7 @@ proptest! {
         growth in 1e-3..8.0_f64,
         end in 0.05..1.0_f64,
     ) {
-        let length_s = growth / growth_rate(&a);
+        let length_s = growth / growth_down_to(&a, 0.0);
         let grid = Grid::new(&Levels::new(&a, length_s)).unwrap();
         sketch_holds(&Sketch::over(&grid, &a, &row), (&a, &row, &rate), (length_s, end))?;
         let (off, bound, rounding) = off_the_cubic((&grid, &a, &row, &rate));
@@ -238,7 +258,7 @@ proptest! {
         growth in 1e-3..8.0_f64,
         end in 0.05..1.0_f64,
     ) {
-        let length_s = growth / growth_rate(&a);
+        let length_s = growth / growth_down_to(&a, 0.0);
         let sketch = Sketch::about_middle(&Levels::new(&a, length_s), &row).unwrap();
         sketch_holds(&sketch, (&a, &row, &rate), (length_s, end))?;
         for i in 0..=40 {
@@ -424,7 +444,7 @@ fn node_product_is_a_bound() {
 fn remainder_is_no_idle_one() {
     let w = 1e3;
     let a = Matrix::<3>::new(0.0, 1.0, 0.0, -w * w, 0.0, 0.0, 0.0, 0.0, 0.0);
-    let length_s = 7.9 / growth_rate(&a);
+    let length_s = 7.9 / growth_down_to(&a, 0.0);
     let (row, rate) = (
         Column::<3>::new(1.0, 0.0, 0.0),
         Column::<3>::new(0.0, w * w, 0.0),
@@ -453,7 +473,7 @@ fn a_chain_of_integrators_has_its_sketch() {
     let a = Matrix::<3>::new(0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0);
     let (rate, length_s) = (Column::<3>::new(0.25, -1.0, 3.0), 0.5);
     let row = Column::<3>::new(1.0, 0.0, 0.0);
-    assert!(growth_rate(&a) < 1e-12);
+    assert!(growth_down_to(&a, 0.0) < 1e-12);
     let sketch = Sketch::about_middle(&Levels::new(&a, length_s), &row).unwrap();
     let curve = sketch.curve(&rate, 1.0, 0.0);
     let (mut off, mut parabola_off) = (0.0_f64, 0.0_f64);
@@ -478,7 +498,7 @@ fn a_chain_of_integrators_has_its_sketch() {
 fn series_reproduces_an_oscillation() {
     let w = 1e3;
     let a = Matrix::<3>::new(0.0, 1.0, 0.0, -w * w, 0.0, 0.0, 0.0, 0.0, 0.0);
-    let h = 1.0 / growth_rate(&a);
+    let h = 1.0 / growth_down_to(&a, 0.0);
     let x = Column::<3>::new(0.0, w, 0.0);
     let end = Taylor::new(&a, &x, &(a * x), h).at(1.0);
     assert!((end[0] - libm::sin(w * h)).abs() < 4e-15);
