@@ -6,14 +6,17 @@
 //! matrix; behind a held command nothing is counted from a motion, and the command enters as
 //! an input.
 
+use core::array;
+
 use fearless_simd::Simd;
 
 use super::commanded_table::{CommandedTable, FIGURES};
 use super::crossing::{Flow, LinearGuard};
+use super::levels::BOUND_MARGIN;
 use super::memory::{Carried, Tables};
 use super::peak::Sought;
 use super::piece::{Piece, Sights, raise_quantity};
-use super::power::{about_chord, raise_product, slopes_about_chord, stays_below};
+use super::power::{about_chord, are_below, is_monotone, raise_product};
 use super::system::{COMMANDED, Column, DELTA, commanded_state, plant_vector};
 use super::table::Quantity;
 use crate::hybrid::guard::Guard;
@@ -91,6 +94,39 @@ impl Interior for CommandedPiece<'_> {
 }
 
 impl CommandedPiece<'_> {
+    /// Ranges of the figures' slopes, times the step: they stray up to `slack` times as far from
+    /// their chords as they may over the whole step.
+    #[inline(always)]
+    fn slopes(
+        &self,
+        simd: impl Simd,
+        span: &Span<'_>,
+        (extremes, command): (&Extremes, &MotionPoint),
+        slack: f64,
+    ) -> [[f64; 2]; FIGURES] {
+        let (table, input) = (self.table, self.flow.input);
+        let rates = [self.flow.rate, table.rates(simd, self.end, input)];
+        let [mut from, mut to, strays] = table.slopes(simd, rates.each_ref());
+        let mut strays = strays.map(|stray| slack * stray);
+        if self.motion.is_none() {
+            let (motion, start) = (&extremes.settings.motion, extremes.command_at(span.start_s));
+            let step_s = table.length_s();
+            // T·ẋ_ref strays from its chord by T²/2·sup|a_ref|, between two breaks by
+            // T³/8·sup|jerk| too.
+            let mut bend_m = motion.peak_acceleration_mps2 * step_s * step_s / 2.0;
+            if motion.breaks_between(span.start_s, span.end_s()).is_empty() {
+                let jerk_mps3 = motion.fourth_derivatives.displacement_integral_ms;
+                bend_m = bend_m.min(jerk_mps3 * step_s * step_s * step_s / 8.0);
+            }
+            for i in CARRIAGE..POWER {
+                from[i] += start.velocity_mps * step_s;
+                to[i] += command.velocity_mps * step_s;
+                strays[i] += bend_m * BOUND_MARGIN;
+            }
+        }
+        array::from_fn(|i| about_chord([from[i], to[i]], strays[i]))
+    }
+
     /// A first test by the rates settles nearly every figure of nearly every whole step.
     #[inline(always)]
     fn raise_by_rates(&self, simd: impl Simd, span: &Span<'_>, extremes: &mut Extremes) {
@@ -98,31 +134,41 @@ impl CommandedPiece<'_> {
         let (start, rates) = (self.flow.start, &self.flow.rate);
         let ([from, to], command) = self.ends(span, extremes);
         let motion = &extremes.settings.motion;
-        let bend_m = motion.peak_acceleration_mps2 * length_s * length_s;
-        // The command bends too, where the state is not counted from it.
-        let of_command = |i: usize, share: f64| match self.motion {
-            None if (CARRIAGE..POWER).contains(&i) => bend_m * share,
-            _ => 0.0,
-        };
-        let whole = length_s == table.length_s();
+        let step_s = table.length_s();
+        let bend_m = motion.peak_acceleration_mps2 * step_s * step_s;
+        // The chord of a part of the step lies up to once the deviation from the step's.
+        let slack = if length_s == step_s { 1.0 } else { 2.0 };
         let mut strays = table.strays(simd, rates);
-        for (i, stray) in strays.iter_mut().enumerate() {
-            *stray += of_command(i, 0.125);
+        for stray in &mut strays {
+            *stray *= slack;
         }
-        let slope = |i: usize| table.slope(i, rates) + of_command(i, 0.5);
+        if self.motion.is_none() {
+            // The command bends too, where the state is not counted from it.
+            for stray in &mut strays[CARRIAGE..POWER] {
+                *stray += bend_m / 8.0;
+            }
+        }
         let [a, b, c, d, mut power_w] = extremes.peaks();
         let mut peaks = [a, b, c, d, extremes.peak_abs_voltage_v];
         let mut open = 0;
         for i in 0..FIGURES {
             let size = One.max(from[i].abs(), to[i].abs());
             peaks[i] = One.max(peaks[i], size);
-            open |= u8::from(!(whole && size + strays[i] <= peaks[i])) << i;
+            let outdone = size + strays[i] <= peaks[i];
+            open |= u8::from(!outdone) << i;
         }
-        for i in 0..FIGURES {
-            let monotone = || (to[i] - from[i]).abs() >= slope(i);
-            if open >> i & 1 != 0 && whole && monotone() {
-                open &= !(1 << i);
+        let powers = [from, to].map(|ends| (ends[VOLTAGE] * ends[1]).abs());
+        power_w = One.max(power_w, One.max(powers[0], powers[1]));
+        let factors = [VOLTAGE, 1].map(|i| about_chord([from[i], to[i]], strays[i]));
+        let mut power_open = !are_below(factors, power_w);
+        if open != 0 || power_open {
+            let slopes = self.slopes(simd, span, (extremes, &command), slack);
+            for (i, [low, high]) in slopes.iter().enumerate() {
+                if *low >= 0.0 || *high <= 0.0 {
+                    open &= !(1 << i);
+                }
             }
+            power_open &= !is_monotone(factors, [VOLTAGE, 1].map(|i| slopes[i]));
         }
         let offset_v = table.voltage.offset(self.held);
         let voltage = Sought {
@@ -134,12 +180,7 @@ impl CommandedPiece<'_> {
             let (peak_v, work) = (&mut peaks[VOLTAGE], &mut extremes.work);
             raise_quantity(&self.flow, of, ends_v, length_s, peak_v, work);
         }
-        let ends = |i: usize| [from[i], to[i]];
-        let factors = [VOLTAGE, 1].map(|i| about_chord(ends(i), strays[i]));
-        let slopes = || [VOLTAGE, 1].map(|i| slopes_about_chord(ends(i), slope(i)));
-        let powers = [from, to].map(|ends| (ends[VOLTAGE] * ends[1]).abs());
-        power_w = One.max(power_w, One.max(powers[0], powers[1]));
-        if !(whole && stays_below(factors, slopes, power_w)) {
+        if power_open {
             let current = Sought::plain(table.table.quantity(Quantity::Current));
             let (quantities, work) = ([voltage, current], &mut extremes.work);
             raise_product(&self.flow, &quantities, length_s, &mut power_w, work);
@@ -150,7 +191,7 @@ impl CommandedPiece<'_> {
         let distances_m =
             [span.y.0, span.y.1].map(|y| motion.travel_m() - p * span.axis.screw_angle_rad(y));
         let [from_m, to_m] = distances_m.map(f64::abs);
-        let inside = whole && One.max(from_m, to_m) + strays[CARRIAGE] + bend_m / 8.0 <= band_m;
+        let inside = One.max(from_m, to_m) + strays[CARRIAGE] + bend_m / 8.0 <= band_m;
         let [a, b, c, d, peak_v] = peaks;
         let mut seen = Seen {
             peaks: [a, b, c, d, power_w],

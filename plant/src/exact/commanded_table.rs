@@ -124,8 +124,8 @@ pub(crate) struct CommandedTable {
     /// rate.
     guards: Beside<1>,
     figures: Beside<2>,
-    /// The changes above which the figures are monotone.
-    slopes: [Column<COMMANDED>; FIGURES],
+    /// The figures' slopes times the step, per rate.
+    slopes: Beside<2>,
     /// Of a closed joint with damping.
     loss: Option<Heat<COMMANDED>>,
     /// Of the armature, and of a guide with linear friction, made when first asked for.
@@ -218,6 +218,16 @@ impl<const N: usize> Beside<N> {
     }
 }
 
+impl Beside<2> {
+    /// The same of the figures.
+    #[inline(always)]
+    fn five(&self, simd: impl Simd, x: &Column<COMMANDED>) -> [f64; FIGURES] {
+        let [four, rest] = self.times(simd, x);
+        let ([a, b, c, d], [e, ..]) = (numbers(four), numbers(rest));
+        [a, b, c, d, e]
+    }
+}
+
 /// The numbers of a vector.
 #[inline(always)]
 fn numbers<S: Simd>(vector: f64x4<S>) -> [f64; 4] {
@@ -257,32 +267,41 @@ impl CommandedTable {
         let row_of = |m: &Matrix<COMMANDED>, i: usize| m.row(i).transpose();
         let accelerated = ACCELERATED.map(|state| row_of(&a, state));
         let table = Table::new(levels, None, &rows);
-        let bounds = |quantity, scale: f64| {
-            let bounds = table.levels.bounds(table.row(quantity));
-            let scale = scale.abs() * BOUND_MARGIN;
-            (bounds.per_rate[0] * scale, bounds.slope_per_rate[0] * scale)
-        };
         let p = axis.pitch_m_per_rad;
         let of_figures = [
-            bounds(Quantity::ScrewAcceleration, p),
-            bounds(Quantity::Current, 1.0),
-            bounds(Quantity::ScrewAngle, p),
-            bounds(Quantity::GearAngle, p),
-            bounds(Quantity::Voltage, 1.0),
+            (Quantity::ScrewAcceleration, p),
+            (Quantity::Current, 1.0),
+            (Quantity::ScrewAngle, -p),
+            (Quantity::GearAngle, -p),
+            (Quantity::Voltage, 1.0),
         ];
-        let [a, b, c, d, e] = of_figures.map(|(chord, _)| chord);
-        let guards = [Quantity::Delta, Quantity::Demand, Quantity::Beyond];
-        let [f, g, h] = guards.map(|quantity| bounds(quantity, 1.0).0);
-        let none = Column::zeros();
+        let strays = |quantity| table.quantity(quantity).bounds.per_rate[0] * BOUND_MARGIN;
+        let guards = [
+            Quantity::Delta,
+            Quantity::Demand,
+            Quantity::Beyond,
+            Quantity::Current,
+        ];
+        let guards = guards.map(strays);
+        let figures = of_figures.map(|(quantity, scale)| {
+            let strays = strays(quantity) * scale.abs();
+            (strays, table.row(quantity) * (scale * length_s))
+        });
+        let none = (Column::zeros(), Column::zeros());
+        let figure = |i: usize| *figures.get(i).unwrap_or(&none);
         Self {
             key,
             accelerated: Beside::new(|i| accelerated[i]),
-            growth: Beside::new(|i| STEPPED.get(i).map_or(none, |&state| row_of(&growth, state))),
+            growth: Beside::new(|i| {
+                STEPPED
+                    .get(i)
+                    .map_or(none.0, |&state| row_of(&growth, state))
+            }),
             drift: drift.map(|drift| STEPPED.map(|state| drift[state])),
             command: OscillatorStep::new(coupling.unwrap_or_default(), length_s),
-            guards: Beside::new(|i| [f, g, h, b][i]),
-            figures: Beside::new(|i| [a, b, c, d, e].get(i).copied().unwrap_or(none)),
-            slopes: of_figures.map(|(_, slope)| slope),
+            guards: Beside::new(|i| guards[i]),
+            figures: Beside::new(|i| figure(i).0),
+            slopes: Beside::new(|i| figure(i).1),
             table,
             rad_per_m,
             input,
@@ -378,14 +397,25 @@ impl CommandedTable {
     /// The same of the figures.
     #[inline(always)]
     pub(super) fn strays(&self, simd: impl Simd, rates: &Column<COMMANDED>) -> [f64; FIGURES] {
-        let [four, rest] = self.figures.times(simd, &rates.abs());
-        let ([a, b, c, d], [e, ..]) = (numbers(four), numbers(rest));
-        [a, b, c, d, e]
+        self.figures.five(simd, &rates.abs())
     }
 
-    /// The change above which a figure is monotone over the whole step.
-    pub(super) fn slope(&self, figure: usize, rates: &Column<COMMANDED>) -> f64 {
-        self.slopes[figure].dot(&rates.abs())
+    /// The figures' slopes where these are the rates, at the ends of the whole step or a part of
+    /// it, and how far they stray from their chords over the whole; all of it times the step.
+    /// The rates are a solution too, `v̇ = A·v`, and the slope of `f·x` is `f·v`.
+    #[inline(always)]
+    pub(super) fn slopes(
+        &self,
+        simd: impl Simd,
+        [from, to]: [&Column<COMMANDED>; 2],
+    ) -> [[f64; FIGURES]; 3] {
+        let bends = self.rates(simd, from, &Column::zeros());
+        let strays = self.strays(simd, &(bends * self.length_s()));
+        [
+            self.slopes.five(simd, from),
+            self.slopes.five(simd, to),
+            strays,
+        ]
     }
 
     /// Heat of joint, armature and guide over a piece from `x` with these rates \[J\].

@@ -51,18 +51,15 @@ fn times([a, b]: Range, [c, d]: Range) -> Range {
     range_of(&[a * c, a * d, b * c, b * d], 0.0)
 }
 
-/// True if within a step a product is nowhere larger than `peak` or than at the ends, the
-/// factors and their slopes being within these ranges.
-pub(super) fn stays_below(
-    [a, b]: [Range; 2],
-    slopes: impl FnOnce() -> [Range; 2],
-    peak: f64,
-) -> bool {
+/// True if a product is nowhere larger than `peak`, the factors being within these ranges.
+pub(super) fn are_below([a, b]: [Range; 2], peak: f64) -> bool {
     let size = |[low, high]: Range| low.abs().max(high.abs());
-    if size(a) * size(b) <= peak {
-        return true;
-    }
-    let [slope_a, slope_b] = slopes();
+    size(a) * size(b) <= peak
+}
+
+/// True if within a step a product is nowhere larger than at the ends, the factors and their
+/// slopes being within these ranges.
+pub(super) fn is_monotone([a, b]: [Range; 2], [slope_a, slope_b]: [Range; 2]) -> bool {
     // A bound that is none makes products that are no numbers, and an interval of none.
     let ranges = [a, b, slope_a, slope_b];
     if !ranges.as_flattened().iter().all(|x| x.is_finite()) {
@@ -73,7 +70,8 @@ pub(super) fn stays_below(
     left[0] + right[0] >= 0.0 || left[1] + right[1] <= 0.0
 }
 
-/// True if the sketches of the factors show that.
+/// True if the sketches of the factors show that the product is nowhere larger than `peak` or
+/// than at the ends.
 fn sketches_stay_below<const D: usize>(
     flow: &Flow<'_, D>,
     factors: &[Sought<'_, D>; 2],
@@ -85,7 +83,7 @@ fn sketches_stay_below<const D: usize>(
     };
     let values = [&a, &b].map(|curve| range_of(&curve.values, curve.stray));
     let slopes = || [&a, &b].map(|curve| range_of(&curve.slopes, curve.stray));
-    stays_below(values, slopes, peak)
+    are_below(values, peak) || is_monotone(values, slopes())
 }
 
 /// True if the chords' bounds show it over a step of a level that begins with a rate, the
@@ -104,7 +102,8 @@ fn stays_below_over<const D: usize>(
         let slope = factors[i].slope_bound(level, rate, length_s);
         slopes_about_chord(ends[i], slope)
     };
-    stays_below([over(0), over(1)], || [slope(0), slope(1)], peak)
+    let values = [over(0), over(1)];
+    are_below(values, peak) || is_monotone(values, [slope(0), slope(1)])
 }
 
 /// Raises `peak` to the supremum of `|a·b|` over `length_s`, which at the ends is known.
@@ -180,12 +179,11 @@ mod tests {
         assert!((peak - 0.25).abs() < 1e-14, "{peak}");
         let ends = [[0.0, 1.0], [1.0, 0.0]];
         let values = ends.map(|ends| about_chord(ends, 0.0));
-        let slopes =
-            |places: [usize; 2]| move || places.map(|place| slopes_about_chord(ends[place], 0.0));
-        assert!(!stays_below(values, slopes([0, 1]), 0.2));
-        assert!(stays_below(values, slopes([0, 1]), 1.0));
+        let slopes = |places: [usize; 2]| places.map(|place| slopes_about_chord(ends[place], 0.0));
+        assert!(!are_below(values, 0.2) && are_below(values, 1.0));
+        assert!(!is_monotone(values, slopes([0, 1])));
         // Where both grow, the product does.
-        assert!(stays_below([values[0]; 2], slopes([0, 0]), 0.2));
+        assert!(is_monotone([values[0]; 2], slopes([0, 0])));
     }
 
     /// Of a factor without a bound nothing is known, even where the other is zero.
@@ -193,14 +191,15 @@ mod tests {
     fn no_bound_excludes_nothing() {
         let with = |chord: f64| about_chord([0.0, 1.0], chord);
         let (zero, straight) = ([0.0; 2], [[0.0; 2]; 2]);
-        assert!(stays_below([with(0.0), zero], || straight, 0.2));
+        assert!(are_below([with(0.0), zero], 0.2));
         for none in [f64::NAN, f64::INFINITY] {
-            assert!(!stays_below([with(none), zero], || straight, 0.2));
-            assert!(!stays_below([zero, with(none)], || straight, 0.2));
+            for factors in [[with(none), zero], [zero, with(none)]] {
+                assert!(!are_below(factors, 0.2) && !is_monotone(factors, straight));
+            }
             let falling = [0.0, 1.0];
             let steep = slopes_about_chord([0.0, 1.0], none);
-            assert!(!stays_below([with(0.0), falling], || [steep, zero], 0.2));
-            assert!(!stays_below([with(0.0), falling], || [zero, steep], 0.2));
+            assert!(!is_monotone([with(0.0), falling], [steep, zero]));
+            assert!(!is_monotone([with(0.0), falling], [zero, steep]));
         }
     }
 }
