@@ -139,12 +139,12 @@ pub(super) const FIGURES: usize = 5;
 const BEHIND: usize = COMMANDED + 1;
 
 /// A heat over a piece of the step, and R of the whole of it: per rate, and per quantity ahead of
-/// the rates.
+/// the rates, of which the first row alone is made.
 #[derive(Debug, Clone, PartialEq)]
 struct Heat<const N: usize> {
     of: Dissipation<N>,
     rates: Beside<3>,
-    ahead: [[f64; 4]; 3],
+    ahead: [f64; 4],
 }
 
 impl<const N: usize> Heat<N> {
@@ -152,10 +152,10 @@ impl<const N: usize> Heat<N> {
         let (_, factor) = of.whole();
         let entry = |i: usize, j: usize| if i < N { factor[(i, j)] } else { 0.0 };
         let first = N - COMMANDED;
-        let ahead = |i: usize| if first > 0 { entry(i, 0) } else { 0.0 };
+        let ahead = if first > 0 { entry(0, 0) } else { 0.0 };
         Self {
             rates: Beside::new(|i| Column::from_fn(|j, _| entry(i, first + j))),
-            ahead: core::array::from_fn(|i| core::array::from_fn(|k| ahead(4 * i + k))),
+            ahead: [ahead, 0.0, 0.0, 0.0],
             of,
         }
     }
@@ -163,12 +163,12 @@ impl<const N: usize> Heat<N> {
     /// The heat of the whole step \[J\].
     #[inline(always)]
     fn over_whole<S: Simd>(&self, simd: S, ahead: f64, rates: &Column<COMMANDED>) -> f64 {
-        let (mut sum, ahead) = (f64x4::splat(simd, 0.0), f64x4::splat(simd, ahead));
-        for (part, own) in self.rates.times(simd, rates).into_iter().zip(&self.ahead) {
-            let part = part + f64x4::from_slice(simd, own) * ahead;
-            sum += part * part;
-        }
-        let [a, b, c, d] = numbers(sum);
+        let [mut first, second, third] = match N - COMMANDED {
+            0 => self.rates.triangle::<_, 0>(simd, rates),
+            _ => self.rates.triangle::<_, 1>(simd, rates),
+        };
+        first += f64x4::from_slice(simd, &self.ahead) * f64x4::splat(simd, ahead);
+        let [a, b, c, d] = numbers(first * first + second * second + third * third);
         self.of.coefficient * ((a + b) + (c + d))
     }
 }
@@ -212,6 +212,28 @@ impl<const N: usize> Beside<N> {
             let x = f64x4::splat(simd, *x);
             for (sum, coefficients) in sums.iter_mut().zip(column) {
                 *sum += f64x4::from_slice(simd, coefficients) * x;
+            }
+        }
+        sums
+    }
+}
+
+impl Beside<3> {
+    /// The same of an upper triangle: quantity number i has no part of the states before number
+    /// `i − FIRST`.
+    #[inline(always)]
+    fn triangle<S: Simd, const FIRST: usize>(
+        &self,
+        simd: S,
+        x: &Column<COMMANDED>,
+    ) -> [f64x4<S>; 3] {
+        let mut sums = [f64x4::splat(simd, 0.0); 3];
+        for j in 0..COMMANDED {
+            let x = f64x4::splat(simd, x[j]);
+            for (i, sum) in sums.iter_mut().enumerate() {
+                if 4 * i <= FIRST + j {
+                    *sum += f64x4::from_slice(simd, &self.0[j][i]) * x;
+                }
             }
         }
         sums

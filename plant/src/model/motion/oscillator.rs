@@ -77,7 +77,7 @@ impl OscillatorStep {
 
 impl Oscillator {
     /// The command a step later.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn after(&self, step: &OscillatorStep) -> Self {
         // a(t) = a·cos ωt + jerk·∫cos ωt dt, and so on for its integrals.
         let (a, w, t) = (
