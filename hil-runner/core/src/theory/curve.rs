@@ -6,13 +6,14 @@
 //! number covers gain and phase at once: a loop with modulus m endures any gain
 //! from 1/(1+m) to 1/(1−m) and a lag of 2·asin(m/2).
 //!
-//! Nothing happens on most of a curve: blocks of it are first looked over
-//! without a branch, and only those with a mark are searched. [`refined`] chooses
-//! the frequencies: closer where the response bends.
+//! Nothing happens on most of a curve: it is first looked over without a branch, and
+//! only chords with a mark are searched, those of several curves side by side. [`refined`]
+//! chooses the frequencies: closer where the response bends.
 
-use fearless_simd::Level;
+use fearless_simd::prelude::*;
+use fearless_simd::{Level, Simd, f64x8};
 use nalgebra::Complex;
-use plant::{widest, with_four};
+use plant::widest;
 
 use super::search::{Border, Minimum, Response, Zero, search};
 
@@ -63,23 +64,18 @@ struct Run {
     minima: usize,
 }
 
-/// What there is to find in a block of chords.
+/// What there is to find in a block of chords: bit i for the one behind its point i.
 #[derive(Debug, Clone, Copy)]
 struct Block {
-    /// Some of the marks below.
-    marks: u64,
-    /// Least squared distance of a point from −1.
-    lowest: f64,
+    /// |L| passes 1.
+    unit_gain: u64,
+    /// |L/(1 + L)| falls below 1/√2.
+    half_power: u64,
+    /// L passes the real axis.
+    real: u64,
+    /// The chord may come nearest to −1.
+    near: u64,
 }
-
-/// |L| passes 1.
-const UNIT_GAIN: u64 = 1;
-/// |L/(1 + L)| passes 1/√2.
-const HALF_POWER: u64 = 2;
-/// L passes the real axis.
-const REAL: u64 = 4;
-/// A chord is seen from −1 under more than a right angle.
-const WIDE: u64 = 8;
 
 /// Chords of a block.
 const BLOCK: usize = 8;
@@ -98,25 +94,16 @@ impl Curve<'_> {
         Complex::new(self.re[i], self.im[i])
     }
 
-    /// The point nearest to −1, from its squared distance: its frequency.
+    /// Frequency of the point nearest to −1, from its squared distance.
     fn lowest(&self, blocks: &[Block], lowest: f64) -> f64 {
-        let block = blocks.iter().position(|block| block.lowest == lowest);
-        let start = BLOCK * block.unwrap_or(0);
-        let mut points = (start..self.re.len()).map(|i| self.point(i) + 1.0);
-        let place = points.position(|point| point.norm_sqr() == lowest);
-        self.frequency[place.map_or(0, |place| start + place)]
+        let mut ends = each_bit(blocks, |block| block.near).flat_map(|i| [i, i + 1]);
+        let place = ends.find(|&i| (self.point(i) + 1.0).norm_sqr() == lowest);
+        self.frequency[place.unwrap_or(0)]
     }
 
-    /// Squared distance of −1 from the chord behind point `i`; infinite where it is no
-    /// candidate, and behind the last.
-    fn chord(&self, i: usize, lowest: f64) -> f64 {
-        if i + 1 >= self.re.len() {
-            return f64::INFINITY;
-        }
+    /// Squared distance of −1 from the chord behind point `i`.
+    fn chord(&self, i: usize) -> f64 {
         let (from, to) = (self.point(i) + 1.0, self.point(i + 1) + 1.0);
-        if !is_near(from, to, lowest) {
-            return f64::INFINITY;
-        }
         let along = to - from;
         let length = along.norm_sqr();
         if length == 0.0 {
@@ -130,59 +117,43 @@ impl Curve<'_> {
     /// can be, L itself then where it is.
     fn minima(&self, lowest: f64, blocks: &[Block], mut found: impl FnMut(usize)) {
         let bound = CANDIDATE * lowest;
-        for (number, block) in blocks.iter().enumerate() {
-            if block.lowest > NEAR * lowest && block.marks & WIDE == 0 {
-                continue;
+        // Chords that are not near are farther than all that are looked for.
+        let far = f64::INFINITY;
+        let (mut place, mut before, mut here) = (self.re.len(), far, far);
+        let mut look = |i: usize, before: f64, here: f64, after: f64| {
+            // Of two chords that meet in the closest point, the first.
+            if here < before && here <= after && here <= bound {
+                found(i);
             }
-            let start = number * BLOCK;
-            let mut before = match start {
-                0 => f64::INFINITY,
-                start => self.chord(start - 1, lowest),
-            };
-            let mut here = self.chord(start, lowest);
-            for i in start..(start + BLOCK).min(self.re.len() - 1) {
-                let after = self.chord(i + 1, lowest);
-                // Of two chords that meet in the closest point, the first.
-                if here < before && here <= after && here <= bound {
-                    found(i);
-                }
-                (before, here) = (here, after);
+        };
+        for i in each_bit(blocks, |block| block.near) {
+            let next = self.chord(i);
+            if i == place + 1 {
+                look(place, before, here, next);
+                before = here;
+            } else {
+                look(place, before, here, far);
+                before = far;
             }
+            (place, here) = (i, next);
         }
+        look(place, before, here, far);
     }
 
     /// Every passage that a [`Margin`] needs.
     fn passages(&self, stable: bool, blocks: &[Block], mut found: impl FnMut(Border, usize)) {
-        let chords = self.re.len() - 1;
+        each_bit(blocks, |block| block.unit_gain).for_each(|i| found(Border::UnitGain, i));
+        if !stable {
+            return;
+        }
+        if let Some(i) = each_bit(blocks, |block| block.half_power).next() {
+            found(Border::HalfPower, i);
+        }
         // The chord to a real end crosses nothing.
-        let crossing = if self.ends_real { chords - 1 } else { chords };
-        let mut narrows = stable;
-        for (number, block) in blocks.iter().enumerate() {
-            let start = number * BLOCK;
-            let end = (start + BLOCK).min(chords);
-            let ends = |i: usize, over: fn(Complex<f64>) -> f64| {
-                [i, i + 1].map(|k| over(self.point(k)) < 0.0)
-            };
-            if block.marks & UNIT_GAIN != 0 {
-                for i in start..end {
-                    let [from, to] = ends(i, over_unit_gain);
-                    if from != to {
-                        found(Border::UnitGain, i);
-                    }
-                }
-            }
-            if narrows && block.marks & HALF_POWER != 0 {
-                let first = (start..end).find(|&i| ends(i, over_half_power) == [false, true]);
-                narrows = first.is_none();
-                first.into_iter().for_each(|i| found(Border::HalfPower, i));
-            }
-            if stable && block.marks & REAL != 0 {
-                for i in start..end.min(crossing) {
-                    let [from, to] = ends(i, |value| value.im);
-                    if from != to && (self.re[i] < 0.0 || self.re[i + 1] < 0.0) {
-                        found(Border::RealAxis, i);
-                    }
-                }
+        let crossing = self.re.len() - if self.ends_real { 2 } else { 1 };
+        for i in each_bit(blocks, |block| block.real) {
+            if i < crossing && (self.re[i] < 0.0 || self.re[i + 1] < 0.0) {
+                found(Border::RealAxis, i);
             }
         }
     }
@@ -199,10 +170,11 @@ impl Finds {
     /// Looks for a run's distance from −1 alone.
     pub(crate) fn add_modulus(&mut self, curve: &Curve<'_>) {
         let (run, minima) = (self.runs.len(), &mut self.minima);
-        let lowest = look_over(curve.re, curve.im, self.level, &mut self.blocks);
+        let (level, blocks) = (self.level, &mut self.blocks);
+        let lowest = fearless_simd::dispatch!(level, simd => look_over(simd, curve, blocks));
         let n = curve.re.len();
         let point = |i: usize| (curve.frequency[i], curve.point(i));
-        curve.minima(lowest, &self.blocks, |i| {
+        curve.minima(lowest, blocks, |i| {
             let middle = i.clamp(1, n - 2);
             minima.push(Minimum {
                 run,
@@ -212,7 +184,7 @@ impl Finds {
             });
         });
         self.runs.push(Run {
-            lowest: (curve.lowest(&self.blocks, lowest), lowest),
+            lowest: (curve.lowest(blocks, lowest), lowest),
             stable: false,
             real_end: None,
             zeros: self.zeros.len(),
@@ -288,63 +260,84 @@ fn over_unit_gain(value: Complex<f64>) -> f64 {
     value.norm_sqr() - 1.0
 }
 
-/// `|L − 1|² − 2`, above 0 where `|L/(1 + L)| > 1/√2`.
-fn over_half_power(value: Complex<f64>) -> f64 {
-    (value - 1.0).norm_sqr() - 2.0
+/// The chords of a curve with a bit set, by their first point.
+fn each_bit(blocks: &[Block], of: impl Fn(&Block) -> u64) -> impl Iterator<Item = usize> {
+    blocks.iter().enumerate().flat_map(move |(number, block)| {
+        let bits =
+            core::iter::successors(Some(of(block)), |bits| Some(bits & bits.wrapping_sub(1)));
+        let bits = bits.take_while(|bits| *bits != 0);
+        bits.map(move |bits| number * BLOCK + bits.trailing_zeros() as usize)
+    })
 }
 
-/// True if the chord between two points `1 + L` may be a candidate.
-fn is_near(from: Complex<f64>, to: Complex<f64>, lowest: f64) -> bool {
-    let bound = NEAR * lowest;
-    from.re * to.re + from.im * to.im < 0.0 || from.norm_sqr() <= bound || to.norm_sqr() <= bound
-}
-
-/// Looks over a curve, block by block: the least squared distance of a point from −1.
-fn look_over(re: &[f64], im: &[f64], level: Level, blocks: &mut Vec<Block>) -> f64 {
+/// Looks over a curve without a branch: the least squared distance of a point from −1.
+#[inline(always)]
+fn look_over<S: Simd>(simd: S, curve: &Curve<'_>, blocks: &mut Vec<Block>) -> f64 {
+    let [zero, one, two] = [0.0, 1.0, 2.0].map(|number| f64x8::splat(simd, number));
+    let [re_room, im_room] = &mut [[0.0; BLOCK + 1]; 2];
     blocks.clear();
-    with_four(
-        level,
-        #[inline(always)]
-        || {
-            let mut lowest = f64::INFINITY;
-            for start in (0..re.len() - 1).step_by(BLOCK) {
-                let block = Block::new(&filled(&re[start..]), &filled(&im[start..]));
-                lowest = lowest.min(block.lowest);
-                blocks.push(block);
-            }
-            lowest
-        },
-    )
+    let mut least = f64x8::splat(simd, f64::INFINITY);
+    for start in (0..curve.re.len() - 1).step_by(BLOCK) {
+        let (re, im) = (
+            chunk(&curve.re[start..], re_room),
+            chunk(&curve.im[start..], im_room),
+        );
+        let sides = [0, 1].map(|end| {
+            let re = f64x8::from_slice(simd, &re[end..end + BLOCK]);
+            let im = f64x8::from_slice(simd, &im[end..end + BLOCK]);
+            let (before, behind) = (re - one, one + re);
+            let distance = behind * behind + im * im;
+            least = distance.simd_lt(least).select(distance, least);
+            [
+                (re * re + im * im).simd_lt(one),
+                (before * before + im * im).simd_lt(two),
+                im.simd_lt(zero),
+            ]
+            .map(|side| side.to_bitmask())
+        });
+        let [from, to] = sides;
+        blocks.push(Block {
+            unit_gain: from[0] ^ to[0],
+            half_power: !from[1] & to[1],
+            real: from[2] ^ to[2],
+            near: 0,
+        });
+    }
+    let least: [f64; BLOCK] = least.into();
+    let lowest = least.into_iter().fold(f64::INFINITY, f64::min);
+    let bound = f64x8::splat(simd, NEAR * lowest);
+    for (number, block) in blocks.iter_mut().enumerate() {
+        let start = number * BLOCK;
+        let (re, im) = (
+            chunk(&curve.re[start..], re_room),
+            chunk(&curve.im[start..], im_room),
+        );
+        let [(re_0, im_0), (re_1, im_1)] = [0, 1].map(|end| {
+            let re = f64x8::from_slice(simd, &re[end..end + BLOCK]);
+            (one + re, f64x8::from_slice(simd, &im[end..end + BLOCK]))
+        });
+        let near = [
+            (re_0 * re_1 + im_0 * im_1).simd_lt(zero),
+            (re_0 * re_0 + im_0 * im_0).simd_le(bound),
+            (re_1 * re_1 + im_1 * im_1).simd_le(bound),
+        ];
+        let [wide, from, to] = near.map(|near| near.to_bitmask());
+        // Behind the end there is none.
+        let chords = BLOCK.min(curve.re.len() - 1 - start);
+        block.near = (wide | from | to) & u64::MAX >> (u64::BITS as usize - chords);
+    }
+    lowest
 }
 
 /// The points of a block; behind the end of the curve, its last one.
 #[inline(always)]
-fn filled(points: &[f64]) -> [f64; BLOCK + 1] {
+fn chunk<'a>(points: &'a [f64], room: &'a mut [f64; BLOCK + 1]) -> &'a [f64; BLOCK + 1] {
     match points.first_chunk() {
-        Some(all) => *all,
-        None => core::array::from_fn(|k| points[k.min(points.len() - 1)]),
-    }
-}
-
-impl Block {
-    /// Looks without a branch.
-    #[inline(always)]
-    fn new(re: &[f64; BLOCK + 1], im: &[f64; BLOCK + 1]) -> Self {
-        let within = |re: f64, im: f64| (re - 1.0) * (re - 1.0) + im * im < 2.0;
-        let mark = |holds: bool, mark: u64| if holds { mark } else { 0 };
-        let distance = |k: usize| (1.0 + re[k]) * (1.0 + re[k]) + im[k] * im[k];
-        let (mut marks, mut lowest) = (0, distance(BLOCK));
-        for k in 0..BLOCK {
-            let (r0, r1, i0, i1) = (re[k], re[k + 1], im[k], im[k + 1]);
-            let passes = (r0 * r0 + i0 * i0 < 1.0) != (r1 * r1 + i1 * i1 < 1.0);
-            marks |= mark(passes, UNIT_GAIN);
-            marks |= mark(within(r0, i0) != within(r1, i1), HALF_POWER);
-            marks |= mark((i0 < 0.0) != (i1 < 0.0), REAL);
-            marks |= mark((1.0 + r0) * (1.0 + r1) + i0 * i1 < 0.0, WIDE);
-            let here = distance(k);
-            lowest = if here < lowest { here } else { lowest };
+        Some(all) => all,
+        None => {
+            *room = core::array::from_fn(|k| points[k.min(points.len() - 1)]);
+            room
         }
-        Self { marks, lowest }
     }
 }
 

@@ -8,13 +8,13 @@ use core::f64::consts::PI;
 
 use fearless_simd::Level;
 use nalgebra::Complex;
-use plant::{Amplifier, AxisParameters, Width, with_four};
+use plant::{Amplifier, AxisParameters, One, Width, with_four};
 
 use super::characteristic::{Characteristic, LoopGains};
 use super::curve::{Curve, Finds, Limits, Margin, bends, refined, signed};
 use super::held::on_circle;
 use super::linear_axis::{JointState, LinearAxis, Shaft};
-use super::search::{MOST_LANES, Response, by_lane};
+use super::search::{Response, by_lane};
 use crate::case::Case;
 use crate::number::seconds;
 
@@ -227,6 +227,11 @@ impl LoopFamily {
         self.characteristic.at(gains, theta)
     }
 
+    /// The same from `w = e^{jθ} − 1`.
+    pub(super) fn at_circle(&self, gains: &LoopGains, w: Complex<f64>) -> Complex<f64> {
+        self.characteristic.at_each(One, gains.in_order(), w)
+    }
+
     /// Searches the curves of loops with `gains` for what `add` looks for on each.
     fn search(
         &self,
@@ -314,20 +319,16 @@ struct SideBySide<'a> {
 
 impl Response for SideBySide<'_> {
     #[inline(always)]
-    fn at<W: Width>(
-        &self,
-        w: W,
-        runs: [usize; MOST_LANES],
-        theta: W::Vector,
-    ) -> Complex<W::Vector> {
+    fn at<W: Width>(&self, w: W, runs: &[usize], theta: W::Vector) -> Complex<W::Vector> {
         let mut gains = [W::array(0.0); 4];
-        for (lane, &run) in runs[..W::LANES].iter().enumerate() {
+        for lane in 0..W::LANES {
+            let run = runs[lane.min(runs.len() - 1)];
             for (slot, gain) in gains.iter_mut().zip(self.gains[run].in_order()) {
                 slot.as_mut()[lane] = gain;
             }
         }
         let gains = gains.each_ref().map(|array| w.load(array));
-        let on_circle = by_lane(w, theta, |_, theta| on_circle(theta));
+        let on_circle = by_lane(w, runs.len(), theta, |_, theta| on_circle(theta));
         self.characteristic.at_each(w, gains, on_circle)
     }
 }

@@ -16,20 +16,18 @@ const MOST_ROOT_STEPS: u32 = 40;
 /// Remainder of |L|² − 1, or of Im L in units of |L|, at a zero.
 const ROOT: f64 = 1e-7;
 /// Lanes at most.
-pub(super) const MOST_LANES: usize = 8;
+const MOST_LANES: usize = 8;
 
 /// A frequency, and L there.
 type Point = (f64, Complex<f64>);
+/// One a lane.
+type Points<W> = (<W as Width>::Vector, Complex<<W as Width>::Vector>);
 
 /// L of several runs.
 pub(super) trait Response {
-    /// L of the run of each lane, at a frequency of its own.
-    fn at<W: Width>(
-        &self,
-        w: W,
-        runs: [usize; MOST_LANES],
-        frequency: W::Vector,
-    ) -> Complex<W::Vector>;
+    /// L of the run of each lane, at a frequency of its own; what a lane without a run has
+    /// is not read.
+    fn at<W: Width>(&self, w: W, runs: &[usize], frequency: W::Vector) -> Complex<W::Vector>;
 }
 
 /// L lane by lane, from run and frequency.
@@ -37,28 +35,24 @@ pub(super) struct LaneByLane<F>(pub(super) F);
 
 impl<F: Fn(usize, f64) -> Complex<f64>> Response for LaneByLane<F> {
     #[inline(always)]
-    fn at<W: Width>(
-        &self,
-        w: W,
-        runs: [usize; MOST_LANES],
-        frequency: W::Vector,
-    ) -> Complex<W::Vector> {
-        by_lane(w, frequency, |lane, frequency| {
+    fn at<W: Width>(&self, w: W, runs: &[usize], frequency: W::Vector) -> Complex<W::Vector> {
+        by_lane(w, runs.len(), frequency, |lane, frequency| {
             (self.0)(runs[lane], frequency)
         })
     }
 }
 
-/// Lane by lane, what a function of the lane's number makes of it.
+/// In the first lanes, what a function of the lane's number makes of each.
 #[inline(always)]
 pub(super) fn by_lane<W: Width>(
     w: W,
+    lanes: usize,
     numbers: W::Vector,
     f: impl Fn(usize, f64) -> Complex<f64>,
 ) -> Complex<W::Vector> {
     let numbers = w.stored(numbers);
     let (mut re, mut im) = (W::array(0.0), W::array(0.0));
-    for (lane, number) in numbers.as_ref().iter().enumerate() {
+    for (lane, number) in numbers.as_ref().iter().enumerate().take(lanes) {
         let value = f(lane, *number);
         re.as_mut()[lane] = value.re;
         im.as_mut()[lane] = value.im;
@@ -156,12 +150,9 @@ fn gathered<W: Width, T>(w: W, searches: &[T], of: impl Fn(&T) -> f64) -> W::Vec
     w.load(&numbers)
 }
 
+/// The same of a point.
 #[inline(always)]
-fn point<W: Width, T>(
-    w: W,
-    searches: &[T],
-    of: impl Fn(&T) -> Point,
-) -> (W::Vector, Complex<W::Vector>) {
+fn points<W: Width, T>(w: W, searches: &[T], of: impl Fn(&T) -> Point) -> Points<W> {
     let re = gathered(w, searches, |search| of(search).1.re);
     let im = gathered(w, searches, |search| of(search).1.im);
     (
@@ -170,14 +161,23 @@ fn point<W: Width, T>(
     )
 }
 
-fn runs<T>(searches: &[T], of: impl Fn(&T) -> usize) -> [usize; MOST_LANES] {
-    core::array::from_fn(|lane| of(&searches[lane.min(searches.len() - 1)]))
+/// The run of each search.
+fn runs_of<'a, T>(
+    searches: &[T],
+    room: &'a mut [usize; MOST_LANES],
+    of: impl Fn(&T) -> usize,
+) -> &'a [usize] {
+    for (run, search) in room.iter_mut().zip(searches) {
+        *run = of(search);
+    }
+    &room[..searches.len()]
 }
 
 /// Finds zeros by false position (Illinois), one a lane.
 #[inline(always)]
 fn find_zeros<W: Width>(w: W, zeros: &mut [Zero], response: &impl Response) {
-    let runs = runs(zeros, |zero| zero.run);
+    let mut runs = [0; MOST_LANES];
+    let runs = runs_of(zeros, &mut runs, |zero| zero.run);
     let border = [0, 1, 2].map(|k| gathered(w, zeros, |zero| zero.border()[k]));
     let [centre, squared, size] = border;
     let (zero, half) = (w.splat(0.0), w.splat(0.5));
@@ -187,11 +187,11 @@ fn find_zeros<W: Width>(w: W, zeros: &mut [Zero], response: &impl Response) {
         let circle = re * re + value.im * value.im - squared;
         w.select(is_line, value.im / size, circle)
     };
-    let (mut a, from) = point(w, zeros, |zero| zero.ends[0]);
-    let (mut b, to) = point(w, zeros, |zero| zero.ends[1]);
+    let (mut a, from) = points(w, zeros, |zero| zero.ends[0]);
+    let (mut b, to) = points(w, zeros, |zero| zero.ends[1]);
     let (mut fa, mut fb) = (excess(from), excess(to));
     let mut found = [b, to.re, to.im];
-    let mut open = u64::MAX >> (u64::BITS as usize - W::LANES);
+    let mut open = u64::MAX >> (u64::BITS as usize - runs.len());
     for _ in 0..MOST_ROOT_STEPS {
         let x = b - fb * (b - a) / (fb - fa);
         let value = response.at(w, runs, x);
@@ -229,36 +229,34 @@ fn find_minima<W: Width>(w: W, minima: &mut [Minimum], response: &impl Response)
         let three = &mut minimum.three;
         three.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
     }
-    let runs = runs(minima, |minimum| minimum.run);
+    let mut runs = [0; MOST_LANES];
+    let runs = runs_of(minima, &mut runs, |minimum| minimum.run);
     let [lowest, highest] = [0, 1].map(|k| gathered(w, minima, |minimum| minimum.within[k]));
-    let mut three = [0, 1, 2].map(|k| point(w, minima, |minimum| minimum.three[k]));
+    let mut three = [0, 1, 2].map(|k| points(w, minima, |minimum| minimum.three[k]));
     let squared = |value: Complex<W::Vector>| {
         let re = w.splat(1.0) + value.re;
         re * re + value.im * value.im
     };
-    let is = |mask, a: (W::Vector, Complex<W::Vector>), b: (W::Vector, Complex<W::Vector>)| {
-        let value = Complex::new(
-            w.select(mask, a.1.re, b.1.re),
-            w.select(mask, a.1.im, b.1.im),
+    let select = |mask, (x, l): Points<W>, (other_x, other_l): Points<W>| {
+        let (re, im) = (
+            w.select(mask, l.re, other_l.re),
+            w.select(mask, l.im, other_l.im),
         );
-        (w.select(mask, a.0, b.0), value)
+        (w.select(mask, x, other_x), Complex::new(re, im))
     };
-    let mut open = u64::MAX >> (u64::BITS as usize - W::LANES);
+    let slope = |(x1, l1): Points<W>, (x0, l0): Points<W>| {
+        let along = x1 - x0;
+        Complex::new((l1.re - l0.re) / along, (l1.im - l0.im) / along)
+    };
+    let mut open = u64::MAX >> (u64::BITS as usize - runs.len());
     for _ in 0..MOST_STEPS {
-        let [(x1, l1), (x0, l0), (x2, l2)] = three;
-        let slope = |(x1, l1): (W::Vector, Complex<W::Vector>),
-                     (x0, l0): (W::Vector, Complex<W::Vector>)| {
-            let along = x1 - x0;
-            Complex::new((l1.re - l0.re) / along, (l1.im - l0.im) / along)
-        };
-        let (slope_0, slope_2) = (slope((x1, l1), (x0, l0)), slope((x2, l2), (x1, l1)));
-        let (_, bend) = (x2, slope((x2, slope_2), (x0, slope_0)));
-        let first = Complex::new(
-            slope_0.re + bend.re * (x1 - x0),
-            slope_0.im + bend.im * (x1 - x0),
-        );
+        let [(x1, l1), (x0, _), (x2, _)] = three;
+        let (slope_0, slope_2) = (slope(three[0], three[1]), slope(three[2], three[0]));
+        let bend = slope((x2, slope_2), (x0, slope_0));
+        let along = x1 - x0;
+        let here = Complex::new(slope_0.re + bend.re * along, slope_0.im + bend.im * along);
         let from = Complex::new(l1.re + w.splat(1.0), l1.im);
-        let x = x1 + nearest(w, from, first, bend);
+        let x = x1 + nearest(w, from, here, bend);
         let x = w.select(w.greater(lowest, x), lowest, x);
         let x = w.select(w.greater(x, highest), highest, x);
         // The parabola leads back to a known point: half way.
@@ -274,11 +272,11 @@ fn find_minima<W: Width>(w: W, minima: &mut [Minimum], response: &impl Response)
         // The farthest of the four goes.
         let (is_open, is_nearer) = (w.lanes(open), w.greater(before, after));
         let next = [
-            is(is_nearer, here, three[0]),
-            is(is_nearer, three[0], here),
+            select(is_nearer, here, three[0]),
+            select(is_nearer, three[0], here),
             three[1],
         ];
-        three = [0, 1, 2].map(|k| is(is_open, next[k], three[k]));
+        three = [0, 1, 2].map(|k| select(is_open, next[k], three[k]));
         open &= !w.bits(w.at_most(w.abs(before - after), w.splat(1e-9) * before));
         if open == 0 {
             break;

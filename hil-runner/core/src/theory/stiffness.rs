@@ -72,7 +72,7 @@ impl Compliance {
             parts: Default::default(),
         };
         for &theta in &family.theta {
-            let (free, parts) = compliance.parts_at(theta);
+            let (free, parts) = compliance.parts_at(theta, on_circle(theta));
             compliance.free.push(free);
             for (of, part) in compliance.parts.iter_mut().zip(parts) {
                 of.push(part);
@@ -81,8 +81,8 @@ impl Compliance {
         compliance
     }
 
-    /// `G_xF`, and `G_xu·H·C·G_αF` of each gain alone.
-    fn parts_at(&self, theta: f64) -> (Complex<f64>, [Complex<f64>; 3]) {
+    /// `G_xF`, and `G_xu·H·C·G_αF` of each gain alone, at an angle and its `w = e^{jθ} − 1`.
+    fn parts_at(&self, theta: f64, w: Complex<f64>) -> (Complex<f64>, [Complex<f64>; 3]) {
         let (axis, t) = (&self.axis, self.period_s);
         let s = Complex::new(0.0, theta / t);
         let [gear, screw] = axis.answers(s);
@@ -96,7 +96,6 @@ impl Compliance {
             Shaft::Motor => motor,
             Shaft::Screw => screw_per_force / axis.gear_ratio,
         };
-        let w = on_circle(theta);
         let z = w + 1.0;
         let (sin, cos) = libm::sincos(theta * (self.delay_s / t));
         // 1 − e^{−jθ} = −w*
@@ -108,13 +107,13 @@ impl Compliance {
 
     /// `x/F` at an angle \[m/N\].
     pub(crate) fn at(&self, family: &LoopFamily, gains: &LoopGains, theta: f64) -> Complex<f64> {
-        let (free, [p, i, d]) = self.parts_at(theta);
         let w = on_circle(theta);
+        let (free, [p, i, d]) = self.parts_at(theta, w);
         let a = gains.smoothing;
         let filter = (w + 1.0) * a / (w + a);
         let fed_back =
             p * gains.kp_v_per_rad + i * gains.ki_v_per_rads + d * filter * gains.kd_vs_per_rad;
-        free - fed_back / (family.at(gains, theta) + 1.0)
+        free - fed_back / (family.at_circle(gains, w) + 1.0)
     }
 
     /// The least stiffness up to the middle of the sampled spectrum \[N/µm\] of each of
