@@ -3,15 +3,14 @@
 //! leaves open is searched as in a single run.
 
 use super::group::{Group, Shared};
-use super::questions::{KEPT, MOST, Question, Topic, is_behind};
+use super::questions::{KEPT, MOST, Question, Topic};
 use crate::exact::{
-    Curve, HELD, HeldTable, Quantity, SLOPES, Window, command_slopes, held_state,
-    magnitude_at_turn, magnitude_behind, scaled,
+    Curve, HELD, SLOPES, Window, behind_figure, command_slopes, held_state, magnitude_at_turn,
+    magnitude_behind, scaled,
 };
-use crate::model::axis::Axis;
 use crate::model::motion::Motion;
 use crate::numerics::width::{One, Width};
-use crate::observe::extremes::{CARRIAGE, POWER};
+use crate::observe::extremes::is_following_error;
 
 /// The command of every lane over its step or piece, as a sketch.
 pub(super) struct CommandSketch<W: Width> {
@@ -61,31 +60,6 @@ impl<W: Width> CommandSketch<W> {
             *slope = w.load(array);
         }
         own.less_from(w, (w.load(&self.start_m), slopes, w.load(&self.stray)))
-    }
-}
-
-/// The quantity behind a figure, or behind what the command exceeds it by, and its scale and
-/// offset, with the offset of δ, the angle at the start and the voltage of every lane: as
-/// `Sights::figure` has them.
-#[inline(always)]
-pub(super) fn sought<W: Width>(
-    w: W,
-    (axis, table, figure): (&Axis, &HeldTable, usize),
-    [offset_rad, start_rad, voltage_v]: [W::Vector; 3],
-) -> (Quantity, (W::Vector, W::Vector)) {
-    let (zero, p) = (w.splat(0.0), w.splat(axis.pitch_m_per_rad));
-    match figure {
-        0 => {
-            let offset = w.splat(axis.pitch_m_per_rad * table.system.screw_load);
-            (Quantity::ScrewAcceleration, (p, offset))
-        }
-        1 => (Quantity::Current, (w.splat(1.0), zero)),
-        CARRIAGE => {
-            let offset = w.splat(-1.0) * (p * (offset_rad - start_rad));
-            (Quantity::ScrewAngle, (p, offset))
-        }
-        POWER => (Quantity::Current, (voltage_v, zero)),
-        _ => (Quantity::GearAngle, (p, w.splat(-0.0))),
     }
 }
 
@@ -178,18 +152,17 @@ impl<W: Width> Group<W> {
         };
         let zero = W::array(0.0);
         let (mut x, mut known) = ([zero; HELD], zero);
-        let (mut offset_rad, mut start_rad, mut voltage_v) = (zero, zero, zero);
+        let (mut offset_rad, mut voltage_v) = (zero, zero);
         let mut length_s = W::array(phase.length_s);
         for (place, question) in chunk.iter().enumerate() {
             let axis = &self.lanes[question.lane].plant.axis;
-            let offset = axis.offset_rad(&question.mode);
-            let start = held_state(&question.state.to_vector(), offset);
+            let offset = axis.offset_rad(&question.step.mode);
+            let start = held_state(&question.step.state.to_vector(), offset);
             for (array, value) in x.iter_mut().zip(start.iter()) {
                 array.as_mut()[place] = *value;
             }
-            offset_rad.as_mut()[place] = offset;
-            start_rad.as_mut()[place] = axis.start_rad;
-            voltage_v.as_mut()[place] = question.voltage_v;
+            offset_rad.as_mut()[place] = offset - axis.start_rad;
+            voltage_v.as_mut()[place] = question.step.voltage_v;
             length_s.as_mut()[place] = question.times_s(phase.length_s).1;
             known.as_mut()[place] = self.known_of(question.lane, figure);
         }
@@ -198,8 +171,9 @@ impl<W: Width> Group<W> {
             |array| w.load(array),
         );
         let [voltage_v, length_s] = [w.load(&voltage_v), w.load(&length_s)];
-        let given = [w.load(&offset_rad), w.load(&start_rad), voltage_v];
-        let (quantity, scale) = sought(w, (&shared.axis, table, figure), given);
+        let of_axis = [shared.axis.pitch_m_per_rad, table.system.screw_load];
+        let given = [w.load(&offset_rad), voltage_v];
+        let (quantity, scale) = behind_figure(w, figure, of_axis, given);
         let linear = table.table.quantity(quantity);
         let rates = table.step.rates(w, &x, voltage_v);
         let Some(whole) = linear.curve(w, &table.table.levels, (&x, &rates), scale) else {
@@ -213,7 +187,7 @@ impl<W: Width> Group<W> {
             let motion = &self.lanes[question.lane].extremes.settings.motion;
             Some((motion, start_s, length_s))
         };
-        if is_behind(figure) {
+        if is_following_error(figure) {
             let command = CommandSketch::<W>::new(motion_of);
             asked &= command.smooth;
             curve = command.less(w, &curve);
@@ -228,7 +202,7 @@ impl<W: Width> Group<W> {
         let local = grid.near(w, &table.system.a, (&x, &rates), time_s);
         let q = scaled::<W>(local.quantity(w, &linear.row), scale);
         let sigma = local.window.sigma(time_s);
-        let (magnitude, mut found) = match is_behind(figure) {
+        let (magnitude, mut found) = match is_following_error(figure) {
             false => magnitude_at_turn(w, &q, sigma, turns),
             true => {
                 let (mut magnitudes, mut found) = (zero, 0);
@@ -271,21 +245,12 @@ impl<W: Width> Group<W> {
     #[cold]
     #[inline(never)]
     fn search(&mut self, shared: &mut Shared, topic: Topic, question: &Question) {
-        let (lane, which) = (question.lane, 1 << topic.figure);
+        let lane = question.lane;
         let run = &mut self.lanes[lane];
         run.raise(&self.peaks, lane);
         run.raise(&self.track.ends, lane);
-        let mut plant = run.plant.at(&question.state, question.time_ns);
-        plant.mode = question.mode;
-        let (tables, extremes) = (&mut shared.tables, &mut run.extremes);
-        let step = (question.voltage_v, shared.phases[topic.phase].length_ns);
-        match &question.piece {
-            None => plant.look_at_step(tables, step, (which, f64::INFINITY), extremes),
-            Some(piece) => {
-                let times_s = (piece.start_s, piece.length_s);
-                plant.look_at_piece(tables, step, times_s, (&piece.end, which), extremes);
-            }
-        }
+        let sought = (1 << topic.figure, f64::INFINITY);
+        run.look_at(shared, (&question.step, question.piece.as_ref()), sought);
         self.take_peaks(lane);
     }
 }

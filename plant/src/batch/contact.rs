@@ -3,7 +3,7 @@
 
 use super::group::{Group, Shared, state_of, values_of};
 use super::phase::{KINDS, Kind, KindOfStep};
-use super::questions::{Piece, Question, Topic, is_behind};
+use super::questions::{PastStep, Piece, Question, Topic};
 use super::step::Leaving;
 use super::transition::{Transition, TransitionStart};
 use crate::exact::HELD;
@@ -13,7 +13,7 @@ use crate::model::state::State;
 use crate::numerics::seconds;
 use crate::numerics::vectors::{in_fours, widest};
 use crate::numerics::width::Width;
-use crate::observe::extremes::{POWER, figures_at};
+use crate::observe::extremes::{POWER, figures_at, is_following_error};
 use crate::observe::{ContactChange, Watch};
 
 /// Lanes that wait to be followed, and room to follow them in.
@@ -303,7 +303,7 @@ impl<W: Width> Group<W> {
                     0 => (&start_mode, &left.y, &before, start_s, change_s),
                     _ => (&end_mode, &after, &end, middle_s, left_s),
                 };
-                if is_behind(figure) {
+                if is_following_error(figure) {
                     // At the ends, where it is not known yet.
                     let run = &self.lanes[lane];
                     let motion = &run.extremes.settings.motion;
@@ -323,10 +323,13 @@ impl<W: Width> Group<W> {
                 let question = Question {
                     upper,
                     lane,
-                    state: *state,
-                    mode: *mode,
-                    voltage_v: left.voltage_v,
-                    time_ns: left.time_ns,
+                    step: PastStep {
+                        state: *state,
+                        mode: *mode,
+                        voltage_v: left.voltage_v,
+                        phase: left.phase,
+                        time_ns: left.time_ns,
+                    },
                     piece: Some(Piece {
                         start_s,
                         length_s,

@@ -2,7 +2,7 @@
 //! have reached, and the last steps, which have not been looked at.
 
 use super::phase::{Kind, Kinds, ModeNumbers, Phase};
-use super::questions::Questions;
+use super::questions::{PastStep, Piece, Questions};
 use crate::exact::{DRIVING, HELD, ROWS, Tables};
 use crate::hybrid::{Automaton, Interval, PlantError};
 use crate::model::axis::{Axis, Drive, Mode};
@@ -55,17 +55,7 @@ pub(super) struct Lane {
     pub(super) extremes: Extremes,
     pub(super) result: Result<(), PlantError>,
     /// The last step that has ended within the settling band and may have been outside.
-    pub(super) entry: Option<Entry>,
-}
-
-/// A step that ends within the settling band and may have been outside before.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Entry {
-    pub(super) state: State,
-    pub(super) mode: Mode,
-    pub(super) voltage_v: f64,
-    pub(super) phase: usize,
-    pub(super) time_ns: u64,
+    pub(super) entry: Option<PastStep>,
 }
 
 impl Lane {
@@ -78,14 +68,31 @@ impl Lane {
         }
     }
 
-    /// Looks for the last instant outside the settling band within a step.
-    pub(super) fn look_at_entry(&mut self, shared: &mut Shared, entry: &Entry) {
-        let mut plant = self.plant.at(&entry.state, entry.time_ns);
-        plant.mode = entry.mode;
+    /// Looks at a step again, or a piece of one, for the figures whose bits are set and for when
+    /// the carriage is last further than this from the travel, in a whole step.
+    pub(super) fn look_at(
+        &mut self,
+        shared: &mut Shared,
+        (step, piece): (&PastStep, Option<&Piece>),
+        (which, band_m): (u8, f64),
+    ) {
+        let mut plant = self.plant.at(&step.state, step.time_ns);
+        plant.mode = step.mode;
         let (tables, extremes) = (&mut shared.tables, &mut self.extremes);
-        let step = (entry.voltage_v, shared.phases[entry.phase].length_ns);
-        let sought = (0, extremes.settings.settling_band_m);
-        plant.look_at_step(tables, step, sought, extremes);
+        let held = (step.voltage_v, shared.phases[step.phase].length_ns);
+        match piece {
+            None => plant.look_at_step(tables, held, (which, band_m), extremes),
+            Some(piece) => {
+                let times_s = (piece.start_s, piece.length_s);
+                plant.look_at_piece(tables, held, times_s, (&piece.end, which), extremes);
+            }
+        }
+    }
+
+    /// Looks for the last instant outside the settling band within a step.
+    pub(super) fn look_at_entry(&mut self, shared: &mut Shared, entry: &PastStep) {
+        let band_m = self.extremes.settings.settling_band_m;
+        self.look_at(shared, (entry, None), (0, band_m));
     }
 
     /// Raises the run's peaks to those of the batch.
@@ -286,6 +293,21 @@ impl<W: Width> Group<W> {
         for (peak, known) in self.peaks.iter_mut().zip(known) {
             let peak = &mut peak.as_mut()[lane];
             *peak = peak.max(known);
+        }
+    }
+
+    /// Looks at the last steps that have ended within the settling band, where nothing later
+    /// was outside.
+    pub(super) fn look_at_entries(&mut self, shared: &mut Shared) {
+        for (run, last_s) in self.lanes.iter_mut().zip(self.last_outside.as_ref()) {
+            let Some(entry) = run.entry.take() else {
+                continue;
+            };
+            let end_s = seconds(entry.time_ns + shared.phases[entry.phase].length_ns);
+            let later_s = run.extremes.last_outside_band_s.unwrap_or(-1.0);
+            if end_s > later_s.max(*last_s) {
+                run.look_at_entry(shared, &entry);
+            }
         }
     }
 

@@ -6,15 +6,15 @@
 //! at one by one, and their sketches asked. What remains is a question that waits
 //! ([`super::questions`]).
 
-use super::answers::{CommandSketch, sought};
+use super::answers::CommandSketch;
 use super::group::{Group, PLACES, Shared, Slot, state_of};
 use super::phase::times_sizes_of;
-use super::questions::{Question, Topic, is_behind};
-use crate::exact::{DRIVING, HELD, times_sizes};
+use super::questions::{PastStep, Question, Topic};
+use crate::exact::{DRIVING, HELD, behind_figure, times_sizes};
 use crate::model::state::{BETA, CURRENT, EPSILON};
 use crate::numerics::seconds;
 use crate::numerics::width::Width;
-use crate::observe::extremes::{CARRIAGE, FIGURES, POWER};
+use crate::observe::extremes::{CARRIAGE, FIGURES, POWER, is_following_error};
 
 /// The solution over a step, of all lanes.
 struct Course<W: Width> {
@@ -35,16 +35,7 @@ impl<W: Width> Group<W> {
         self.change_block(shared);
         self.change_block(shared);
         self.answer_all(shared);
-        for lane in 0..self.runs {
-            if let Some(entry) = self.lanes[lane].entry.take() {
-                let end_s = seconds(entry.time_ns + shared.phases[entry.phase].length_ns);
-                let run = &mut self.lanes[lane];
-                let later_s = run.extremes.last_outside_band_s.unwrap_or(-1.0);
-                if end_s > later_s.max(self.last_outside.as_ref()[lane]) {
-                    run.look_at_entry(shared, &entry);
-                }
-            }
-        }
+        self.look_at_entries(shared);
     }
 
     /// Looks at the block before the present one, which takes its place.
@@ -88,7 +79,7 @@ impl<W: Width> Group<W> {
         );
         for (i, open) in open.iter_mut().enumerate() {
             let mut chord = times_sizes(w, &shared.most_chords[i], &sizes);
-            if (CARRIAGE..POWER).contains(&i) {
+            if is_following_error(i) {
                 chord = chord + half_bend;
             } else if i == POWER {
                 chord = w.load(&track.voltage_before_v) * chord;
@@ -135,10 +126,13 @@ impl<W: Width> Group<W> {
                     let question = Question {
                         upper: uppers.as_ref()[lane],
                         lane,
-                        state: state_of::<W>(&from.state, lane),
-                        mode: self.mode_at(from, lane),
-                        voltage_v: from.voltage_v.as_ref()[lane],
-                        time_ns: from.time_ns,
+                        step: PastStep {
+                            state: state_of::<W>(&from.state, lane),
+                            mode: self.mode_at(from, lane),
+                            voltage_v: from.voltage_v.as_ref()[lane],
+                            phase: from.phase,
+                            time_ns: from.time_ns,
+                        },
                         piece: None,
                     };
                     self.ask(shared, topic, question);
@@ -172,7 +166,7 @@ impl<W: Width> Group<W> {
             }
         }
         let bend = w.load(&self.bend_m);
-        if is_behind(figure) {
+        if is_following_error(figure) {
             chord = chord + bend * w.splat(0.125);
         }
         let upper = w.max(w.abs(start), w.abs(end)) + chord;
@@ -185,7 +179,7 @@ impl<W: Width> Group<W> {
         let mut slope = times_sizes_of(w, closed, &phase.slopes[figure], &course.sizes);
         if figure == POWER {
             slope = size_v * slope;
-        } else if is_behind(figure) {
+        } else if is_following_error(figure) {
             slope = slope + bend * w.splat(0.5);
         }
         let monotone = w.greater(w.abs(end - start), slope);
@@ -209,15 +203,17 @@ impl<W: Width> Group<W> {
         let Some(of_kind) = phase.of(topic.kind) else {
             return (asked, chord);
         };
-        let given = [course.offset_rad, w.load(&self.start_rad), course.voltage_v];
-        let (quantity, scale) = sought(w, (&shared.axis, &of_kind.table, figure), given);
+        let screw_load = of_kind.table.system.screw_load;
+        let of_axis = [shared.axis.pitch_m_per_rad, screw_load];
+        let offset_rad = course.offset_rad - w.load(&self.start_rad);
+        let (quantity, scale) = behind_figure(w, figure, of_axis, [offset_rad, course.voltage_v]);
         let (table, start) = (&of_kind.table.table, (&course.x, &course.rates));
         let linear = table.quantity(quantity);
         let Some(mut curve) = linear.curve(w, &table.levels, start, scale) else {
             return (asked, chord);
         };
         let mut smooth = asked;
-        if is_behind(figure) {
+        if is_following_error(figure) {
             let start_s = seconds(from.time_ns);
             let command = command.get_or_insert_with(|| {
                 CommandSketch::new(|lane| {

@@ -5,7 +5,18 @@ use super::phase::{KINDS, Kind};
 use crate::model::axis::Mode;
 use crate::model::state::State;
 use crate::numerics::seconds;
-use crate::observe::extremes::{CARRIAGE, FIGURES, POWER};
+use crate::observe::extremes::FIGURES;
+
+/// A step of one run, to be looked at again.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct PastStep {
+    /// Where it begins, or the piece of it.
+    pub(super) state: State,
+    pub(super) mode: Mode,
+    pub(super) voltage_v: f64,
+    pub(super) phase: usize,
+    pub(super) time_ns: u64,
+}
 
 /// A figure over a step of one run, or over a piece of one.
 #[derive(Debug, Clone, Copy)]
@@ -13,12 +24,7 @@ pub(super) struct Question {
     /// Upper bound of its magnitude.
     pub(super) upper: f64,
     pub(super) lane: usize,
-    /// Where the step or the piece begins.
-    pub(super) state: State,
-    pub(super) mode: Mode,
-    pub(super) voltage_v: f64,
-    /// Start of the step.
-    pub(super) time_ns: u64,
+    pub(super) step: PastStep,
     /// The piece, where it is one.
     pub(super) piece: Option<Piece>,
 }
@@ -35,7 +41,7 @@ impl Question {
     /// Start and length of the step or piece \[s\].
     pub(super) fn times_s(&self, step_s: f64) -> (f64, f64) {
         match &self.piece {
-            None => (seconds(self.time_ns), step_s),
+            None => (seconds(self.step.time_ns), step_s),
             Some(piece) => (piece.start_s, piece.length_s),
         }
     }
@@ -87,9 +93,4 @@ impl Questions {
         self.lists.resize_with(phases * KINDS * FIGURES, Vec::new);
         self.lists.iter_mut().for_each(Vec::clear);
     }
-}
-
-/// True if a figure is what the command exceeds a quantity by.
-pub(super) fn is_behind(figure: usize) -> bool {
-    (CARRIAGE..POWER).contains(&figure)
 }

@@ -1,7 +1,8 @@
 //! The step that all lanes of a group take, and which of them leave it.
 
-use super::group::{Entry, Group, Shared};
+use super::group::{Group, Shared};
 use super::phase::{Kind, times_sizes_of};
+use super::questions::PastStep;
 use crate::exact::{Curve, DRIVING, HELD, Quantity, ROWS, Sums, WholeStep};
 use crate::model::axis::Axis;
 use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT, State};
@@ -593,11 +594,10 @@ impl<W: Width> Group<W> {
         voltage_v: W::Vector,
     ) {
         let held = self.width.stored(voltage_v);
-        for lane in (0..W::LANES).filter(|lane| wanted >> lane & 1 != 0) {
-            let run = &self.lanes[lane];
-            let entry = Entry {
+        for lane in (0..self.runs).filter(|lane| wanted >> lane & 1 != 0) {
+            let entry = PastStep {
                 state: self.state(lane),
-                mode: run.plant.mode,
+                mode: self.lanes[lane].plant.mode,
                 voltage_v: held.as_ref()[lane],
                 phase,
                 time_ns: self.track.now().time_ns,

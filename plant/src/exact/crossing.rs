@@ -310,9 +310,9 @@ impl<const D: usize> LinearGuard<'_, D> {
 
     /// First zero of the guard over a step, as far as its sketch tells.
     fn sketched_zero(&self, flow: &Flow<'_, D>, theta: f64) -> Option<Found> {
-        let start = self.offset + self.sign * self.linear.row.dot(flow.start);
-        let sketch = self.linear.sketch(&flow.table.levels)?;
-        let curve = sketch.curve(&flow.rate, self.sign, start);
+        let from = (&(*flow.start).into(), &flow.rate.into());
+        let given = (self.sign, self.offset);
+        let curve = self.linear.curve(One, &flow.table.levels, from, given)?;
         let found = if self.fresh {
             let rest = without_start(One, &curve.values);
             if rest.iter().all(|&b| b > curve.stray) {

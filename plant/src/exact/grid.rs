@@ -275,11 +275,7 @@ pub(crate) fn zero_near<W: Width>(
     let (mut done, mut left) = (w.greater(w.splat(0.0), w.splat(0.0)), asked);
     let mut found = 0;
     for _ in 0..MOST_NEWTON {
-        let (mut value, mut slope) = (coefficients[TERMS], w.splat(0.0));
-        for c in coefficients.iter().rev().skip(1) {
-            slope = slope * sigma + value;
-            value = value * sigma + *c;
-        }
+        let (value, slope) = horner(w, coefficients, sigma);
         let step = value / slope;
         sigma = w.select(done, sigma, sigma - step);
         left &= w.bits(w.at_most(w.abs(sigma), w.splat(1.25)));

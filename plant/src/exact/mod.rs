@@ -53,6 +53,7 @@ pub(crate) use levels::{BOUND_MARGIN, NOISE_ULPS};
 pub(crate) use loss::{DRIVING, Dissipation, PARTS, heat_of_part};
 pub(crate) use memory::Tables;
 pub(crate) use peak::{command_slopes, magnitude_at_turn, magnitude_behind, scaled};
+pub(crate) use piece::behind_figure;
 pub(crate) use sketch::Sketch;
 pub(crate) use system::{DELTA, HELD, Matrix, held_state};
 pub(crate) use table::Quantity;

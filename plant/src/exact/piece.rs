@@ -9,8 +9,10 @@ use super::table::{Linear, Quantity};
 use crate::model::axis::{Axis, Drive, Mode};
 use crate::model::motion::{Motion, MotionPoint};
 use crate::model::state::{CURRENT, Vector};
-use crate::numerics::width::One;
-use crate::observe::extremes::{CARRIAGE, Energies, Extremes, FIGURES, POWER, Seen, figures_at};
+use crate::numerics::width::{One, Width};
+use crate::observe::extremes::{
+    CARRIAGE, Energies, Extremes, FIGURES, POWER, Seen, figures_at, is_following_error,
+};
 use crate::observe::{Interior, Span};
 
 /// Ends and command of one piece of the solution, for the figures of a run.
@@ -202,16 +204,11 @@ impl<'a, const D: usize> Sights<'a, D> {
     /// ẍ, I, the command less p·γ or p·β, or the power.
     fn figure(&self, figure: usize) -> Sought<'a, D> {
         let (p, (offset_rad, screw_load)) = (self.pitch_m_per_rad, self.constants);
-        let behind = |of, offset: f64| match self.ahead {
-            true => self.sought(of, -p, offset, false),
-            false => self.sought(of, p, -offset, true),
-        };
-        match figure {
-            0 => self.sought(Quantity::ScrewAcceleration, p, p * screw_load, false),
-            1 => self.sought(Quantity::Current, 1.0, 0.0, false),
-            CARRIAGE => behind(Quantity::ScrewAngle, p * offset_rad),
-            POWER => self.sought(Quantity::Current, self.piece.voltage_v, 0.0, false),
-            _ => behind(Quantity::GearAngle, 0.0),
+        let lanes = [offset_rad, self.piece.voltage_v];
+        let (of, (scale, offset)) = behind_figure(One, figure, [p, screw_load], lanes);
+        match is_following_error(figure) && self.ahead {
+            true => self.sought(of, -scale, -offset, false),
+            false => self.sought(of, scale, offset, is_following_error(figure)),
         }
     }
 
@@ -272,6 +269,28 @@ impl<'a, const D: usize> Sights<'a, D> {
         self.reach
             .flow
             .last_outside(&distance, band_m, length_s, work)
+    }
+}
+
+/// The quantity behind a figure, or that the command exceeds by it, and its scale and offset:
+/// from p and the constant part of γ̈, and of every lane `m·b` of δ less β(0), and the voltage.
+#[inline(always)]
+pub(crate) fn behind_figure<W: Width>(
+    w: W,
+    figure: usize,
+    [pitch_m_per_rad, screw_load]: [f64; 2],
+    [offset_rad, voltage_v]: [W::Vector; 2],
+) -> (Quantity, (W::Vector, W::Vector)) {
+    let (zero, p) = (w.splat(0.0), w.splat(pitch_m_per_rad));
+    match figure {
+        0 => {
+            let offset = w.splat(pitch_m_per_rad * screw_load);
+            (Quantity::ScrewAcceleration, (p, offset))
+        }
+        1 => (Quantity::Current, (w.splat(1.0), zero)),
+        CARRIAGE => (Quantity::ScrewAngle, (p, zero - p * offset_rad)),
+        POWER => (Quantity::Current, (voltage_v, zero)),
+        _ => (Quantity::GearAngle, (p, zero)),
     }
 }
 

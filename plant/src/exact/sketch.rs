@@ -287,9 +287,17 @@ impl<const D: usize> Sketch<D> {
 
     /// The quantity `scale·q + offset`, which is `value` at the start, over the
     /// step that begins with `rate`.
-    pub(crate) fn curve(&self, rate: &Column<D>, scale: f64, value: f64) -> Curve<One> {
-        let (slopes, stray) = self.slopes(One, &(*rate).into());
-        let slopes = slopes.map(|slope| scale * slope);
-        Curve::new(One, value, slopes, scale.abs() * stray)
+    #[inline(always)]
+    pub(crate) fn curve<W: Width>(
+        &self,
+        w: W,
+        rate: &[W::Vector; D],
+        (scale, value): (W::Vector, W::Vector),
+    ) -> Curve<W> {
+        let (mut slopes, stray) = self.slopes(w, rate);
+        for slope in &mut slopes {
+            *slope = scale * *slope;
+        }
+        Curve::new(w, value, slopes, w.abs(scale) * stray)
     }
 }

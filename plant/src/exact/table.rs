@@ -137,12 +137,8 @@ impl<const D: usize> Linear<D> {
         (x, rate): (&[W::Vector; D], &[W::Vector; D]),
         (scale, offset): (W::Vector, W::Vector),
     ) -> Option<Curve<W>> {
-        let (mut slopes, stray) = self.sketch(levels)?.slopes(w, rate);
-        for slope in &mut slopes {
-            *slope = scale * *slope;
-        }
         let start = scale * product(w, &self.row, x) + offset;
-        Some(Curve::new(w, start, slopes, w.abs(scale) * stray))
+        Some(self.sketch(levels)?.curve(w, rate, (scale, start)))
     }
 }
 

@@ -115,7 +115,7 @@ fn sketch_holds(
     (a, row, rate): (&Matrix<3>, &Column<3>, &Column<3>),
     (length_s, end): (f64, f64),
 ) -> Result<(), TestCaseError> {
-    let curve = sketch.curve(rate, 2.0, 0.25);
+    let curve = sketch.curve(One, &(*rate).into(), (2.0, 0.25));
     let part = curve.until(One, end);
     let size = a.abs() * rate.abs() * length_s + rate.abs();
     let rounding = 1e-13 * row.abs().dot(&size) * length_s;
@@ -455,7 +455,7 @@ fn remainder_is_no_idle_one() {
         Sketch::over(&grid, &a, &row),
         Sketch::about_middle(&levels, &row).unwrap(),
     ] {
-        let curve = sketch.curve(&rate, 1.0, 0.0);
+        let curve = sketch.curve(One, &rate.into(), (1.0, 0.0));
         let mut off = 0.0_f64;
         for i in 0..=400 {
             let theta = f64::from(i) / 400.0;
@@ -475,7 +475,7 @@ fn a_chain_of_integrators_has_its_sketch() {
     let row = Column::<3>::new(1.0, 0.0, 0.0);
     assert!(growth_down_to(&a, 0.0) < 1e-12);
     let sketch = Sketch::about_middle(&Levels::new(&a, length_s), &row).unwrap();
-    let curve = sketch.curve(&rate, 1.0, 0.0);
+    let curve = sketch.curve(One, &rate.into(), (1.0, 0.0));
     let (mut off, mut parabola_off) = (0.0_f64, 0.0_f64);
     for i in 0..=40 {
         let theta = f64::from(i) / 40.0;

@@ -26,8 +26,8 @@ const ACCELERATED: [usize; 3] = [BETA_DOT, EPSILON_DOT, CURRENT];
 /// Sums of a step.
 pub(crate) const ROWS: usize = HELD + ACCELERATED.len();
 
-/// Which of the sums' terms there are. What is left out is zero, so that the bits of the sums
-/// are those of all their terms.
+/// Which of the sums' terms there are. What is left out is zero, so that the sums are those of
+/// all their terms to the bit, but for the sign of a zero.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Terms {
     /// All of them.
@@ -164,6 +164,7 @@ impl WholeStep {
         self.before_voltage(w, row, x) + w.splat(self.columns[DRIVING + 1][row]) * voltage_v
     }
 
+    /// The same without the voltage's.
     #[inline(always)]
     fn before_voltage<W: Width>(&self, w: W, row: usize, x: &[W::Vector; HELD]) -> W::Vector {
         let [a, b, c, d, ..] = &self.columns;
@@ -172,7 +173,7 @@ impl WholeStep {
         self.drifting(w, row, x, rotor + joint)
     }
 
-    /// The same without terms of the joint.
+    /// Sum number `row` without terms of the joint.
     #[inline(always)]
     fn of_motor<W: Width>(
         &self,
@@ -334,4 +335,60 @@ pub(crate) fn times_sizes<W: Width>(
         |number| w.splat(number),
     );
     (a * sizes[0] + b * sizes[1]) + (c * sizes[2] + d * sizes[3])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::memory::Tables;
+    use super::super::tests::of_the_paper;
+    use super::*;
+    use crate::model::joint::JointMode;
+    use crate::numerics::width::One;
+    use crate::{ElasticJoint, Joint, Surroundings};
+
+    /// All sums and the heat of a step with the terms that there are, against all of them.
+    fn differ(step: &WholeStep, terms: Terms) -> bool {
+        let all = WholeStep {
+            terms: Terms::All,
+            drifts: true,
+            ..step.clone()
+        };
+        let step = WholeStep {
+            terms,
+            ..step.clone()
+        };
+        let x = [3.0, 20.0, -0.03, 0.7, 1.3];
+        let numbers = |step: &WholeStep| {
+            let sums = step.take(One, &x, -9.7);
+            let heat = step.heat(One, x[CURRENT], &sums.rates(x[EPSILON_DOT]));
+            (sums.0.map(f64::to_bits), heat.map(f64::to_bits))
+        };
+        numbers(&step) != numbers(&all)
+    }
+
+    /// What a mode leaves out is zero; the contrast is a joint that is said to be open.
+    #[test]
+    fn terms_that_are_left_out_are_zero() {
+        let joint = Joint::Elastic(ElasticJoint {
+            stiffness_nm_per_rad: 350.0,
+            damping_nms_per_rad: 0.2,
+            backlash_half_rad: 0.05,
+            no_pull: false,
+        });
+        let axis = Axis::new(&of_the_paper(joint), &Surroundings::default(), 0.0);
+        let mut tables = Tables::default();
+        for (joint, terms) in [
+            (JointMode::Open, Terms::Open),
+            (JointMode::Gapless, Terms::Coupled),
+        ] {
+            let mode = crate::model::axis::Mode {
+                joint,
+                ..axis.mode_at_rest()
+            };
+            let step = &tables.held(&axis, &mode, 1_000_000).step;
+            assert_eq!((step.terms, step.drifts), (terms, false));
+            assert!(!differ(step, terms));
+            assert_eq!(differ(step, Terms::Open), terms != Terms::Open);
+        }
+    }
 }

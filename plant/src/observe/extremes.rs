@@ -18,6 +18,11 @@ pub(crate) const CARRIAGE: usize = 2;
 /// Place of the power.
 pub(crate) const POWER: usize = 4;
 
+/// True if a figure is what the command exceeds a quantity by.
+pub(crate) fn is_following_error(figure: usize) -> bool {
+    (CARRIAGE..POWER).contains(&figure)
+}
+
 /// The figures in a state, x_ref and the voltage being these.
 pub(crate) fn figures_at(
     axis: &Axis,
