@@ -143,10 +143,9 @@ impl<W: Width> Group<W> {
     fn answer_at_turns(&mut self, shared: &Shared, topic: Topic, chunk: &[Question]) -> u64 {
         let (w, figure) = (self.width, topic.figure);
         let phase = &shared.phases[topic.phase];
-        let Some(of_kind) = phase.of(topic.kind) else {
+        let Some(table) = phase.of(topic.kind) else {
             return 0;
         };
-        let table = &of_kind.table;
         let Some(grid) = &table.table.grid else {
             return 0;
         };

@@ -2,10 +2,10 @@
 //! followed side by side, whatever else happens as single runs.
 
 use super::group::{Group, Shared, state_of, values_of};
-use super::phase::{KINDS, Kind, KindOfStep};
+use super::phase::{KINDS, Kind};
 use super::questions::{PastStep, Piece, Question, Topic};
 use super::step::Leaving;
-use super::transition::{Transition, TransitionStart};
+use super::transition::{KindOfStep, Transition, TransitionStart};
 use crate::exact::HELD;
 use crate::model::axis::Drive;
 use crate::model::joint::Contact;
@@ -91,20 +91,13 @@ impl<W: Width> Contacts<W> {
         groups: &mut [Group<W>],
         (phase, kind): (usize, Kind),
     ) {
-        let numbers = |kind| {
-            shared.phases[phase]
-                .of(kind)
-                .and_then(KindOfStep::of_contact)
-        };
-        let next = kind.after_contact_change();
+        let steps = [kind, kind.after_contact_change()]
+            .map(|kind| KindOfStep::new(&shared.axis, &shared.phases[phase], kind));
         let mut transition = None;
-        // No closures around vectors: a function of its own would not get the
-        // instructions that this one is compiled for.
-        if let (Some(from), Some(to)) = (numbers(kind), numbers(next)) {
+        if let [Some(from), Some(to)] = steps {
             self.gather(groups);
             let asked = (1_u64 << self.chunk.len()) - 1;
-            let (start, over) = (&self.start, (kind.is_closed(), from, to));
-            transition = Some(start.follow(w, &shared.axis, over, asked));
+            transition = Some(self.start.follow(w, [from, to], asked));
         }
         for (place, left) in self.chunk.iter().enumerate() {
             let group = &mut groups[left.group];
@@ -248,7 +241,7 @@ impl<W: Width> Group<W> {
             }
         }
 
-        if let Some([limit_v, _]) = shared.axis.stage.limits() {
+        if let Some([limit_v, _]) = shared.limits {
             let voltage_v = left.voltage_v.abs();
             let peak_v = &mut run.extremes.peak_abs_voltage_v;
             *peak_v = peak_v.max(voltage_v);

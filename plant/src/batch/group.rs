@@ -3,7 +3,7 @@
 
 use super::phase::{Kind, Kinds, ModeNumbers, Phase};
 use super::questions::{PastStep, Piece, Questions};
-use crate::exact::{DRIVING, HELD, ROWS, Tables};
+use crate::exact::{DRIVING, HELD, Tables};
 use crate::hybrid::{Automaton, Interval, PlantError};
 use crate::model::axis::{Axis, Drive, Mode};
 use crate::model::resistance::GuideMode;
@@ -28,6 +28,8 @@ pub(super) struct Shared {
     pub(super) axis: Axis,
     /// True if dry friction can hold the screw.
     pub(super) has_stiction: bool,
+    /// `V_max` \[V\] and `I_max` \[A\] where the current is limited.
+    pub(super) limits: Option<[f64; 2]>,
     /// Where the joints stand at the start.
     pub(super) start: Start,
     pub(super) tables: Tables,
@@ -114,8 +116,6 @@ pub(super) struct Group<W: Width> {
     pub(super) held_up: usize,
     /// The lanes in each kind of mode.
     pub(super) kinds: Kinds,
-    /// Room for what [`Width::in_pairs`] stores.
-    pub(super) room: [f64; ROWS],
     /// The last steps.
     pub(super) track: Track<W>,
     pub(super) mode: ModeNumbers<W>,
@@ -144,7 +144,6 @@ impl<W: Width> Group<W> {
         Self {
             width,
             kinds: Kinds::NONE,
-            room: [0.0; ROWS],
             lanes: Vec::with_capacity(W::LANES),
             runs: 0,
             held_up: 0,

@@ -1,7 +1,6 @@
 //! Many runs of one axis side by side: what studies are made of.
 //!
 //! ```text
-//! grid        the solution around a change of contact
 //! transition  a step with one change of contact
 //! phase       the numbers of one step, those of all lanes and those of each
 //! group       the runs of a group, and their steps that have not been looked at
@@ -22,7 +21,6 @@
 
 mod answers;
 mod contact;
-mod grid;
 mod group;
 mod peaks;
 mod phase;
@@ -89,6 +87,7 @@ impl<W: Width> Batch<W> {
             width,
             shared: Shared {
                 has_stiction: axis.resistance.has_stiction(),
+                limits: axis.stage.limits(),
                 start: surroundings.start,
                 axis,
                 tables: Tables::default(),

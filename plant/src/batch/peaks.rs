@@ -200,14 +200,14 @@ impl<W: Width> Group<W> {
     ) -> (u64, W::Vector) {
         let (w, figure) = (self.width, topic.figure);
         let phase = &shared.phases[topic.phase];
-        let Some(of_kind) = phase.of(topic.kind) else {
+        let Some(held) = phase.of(topic.kind) else {
             return (asked, chord);
         };
-        let screw_load = of_kind.table.system.screw_load;
+        let screw_load = held.system.screw_load;
         let of_axis = [shared.axis.pitch_m_per_rad, screw_load];
         let offset_rad = course.offset_rad - w.load(&self.start_rad);
         let (quantity, scale) = behind_figure(w, figure, of_axis, [offset_rad, course.voltage_v]);
-        let (table, start) = (&of_kind.table.table, (&course.x, &course.rates));
+        let (table, start) = (&held.table, (&course.x, &course.rates));
         let linear = table.quantity(quantity);
         let Some(mut curve) = linear.curve(w, &table.levels, start, scale) else {
             return (asked, chord);
@@ -243,10 +243,10 @@ impl<W: Width> Group<W> {
         let voltage_v = w.load(&slot.voltage_v);
         let mut rates = [w.splat(0.0); HELD];
         for (kind, lanes) in slot.kinds.present() {
-            let Some(of_kind) = shared.phases[slot.phase].of(kind) else {
+            let Some(table) = shared.phases[slot.phase].of(kind) else {
                 continue;
             };
-            let of_kind = of_kind.table.step.rates(w, &x, voltage_v);
+            let of_kind = table.step.rates(w, &x, voltage_v);
             for (rate, of_kind) in rates.iter_mut().zip(of_kind) {
                 *rate = w.select(w.lanes(lanes), of_kind, *rate);
             }

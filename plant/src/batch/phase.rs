@@ -3,15 +3,14 @@
 
 use std::sync::Arc;
 
-use super::grid::{LaneGrid, figures};
-use crate::exact::{BOUND_MARGIN, DRIVING, HeldTable, WholeStep, times_sizes};
+use crate::exact::{BOUND_MARGIN, DRIVING, HeldTable, behind_figure, times_sizes};
 use crate::hybrid::Automaton;
 use crate::model::amplifier::StageMode;
 use crate::model::axis::{Axis, Mode};
 use crate::model::joint::JointMode;
 use crate::model::resistance::GuideMode;
 use crate::numerics::seconds;
-use crate::numerics::width::Width;
+use crate::numerics::width::{One, Width};
 use crate::observe::extremes::FIGURES;
 
 /// What the numbers of a step depend on: whether the joint carries torque, and what the
@@ -111,20 +110,12 @@ pub(super) struct Phase {
     pub(super) length_ns: u64,
     pub(super) length_s: f64,
     /// The step in each kind of mode, where it is known.
-    kinds: [Option<KindOfStep>; KINDS],
+    kinds: [Option<Arc<HeldTable>>; KINDS],
     /// Changes of ẍ, I, p·γ and p·β above which they are monotone, per rate of the driving
     /// states, and how far they may stray from their chords, with the joint open and closed,
     /// whatever the guide does.
     pub(super) slopes: [[[f64; DRIVING]; 2]; FIGURES],
     pub(super) chords: [[[f64; DRIVING]; 2]; FIGURES],
-}
-
-/// One step in one kind of mode.
-#[derive(Debug, Clone)]
-pub(super) struct KindOfStep {
-    pub(super) table: Arc<HeldTable>,
-    /// The numbers of changes of contact, where they can be followed side by side.
-    grid: Option<Box<LaneGrid>>,
 }
 
 impl Phase {
@@ -140,38 +131,28 @@ impl Phase {
 
     /// Takes over the numbers of a table for modes of this kind.
     pub(super) fn learn(&mut self, kind: Kind, table: &Arc<HeldTable>, axis: &Axis) {
-        let figures =
-            figures(axis).map(|(quantity, scale)| (table.table.quantity(quantity), scale));
         let place = usize::from(kind.is_closed());
-        for (i, (linear, scale)) in figures.iter().enumerate() {
-            let scale = BOUND_MARGIN * scale.abs();
+        for figure in 0..FIGURES {
+            // The power per volt.
+            let given = [axis.pitch_m_per_rad, 0.0];
+            let (quantity, (scale, _)) = behind_figure(One, figure, given, [0.0, 1.0]);
+            let (linear, scale) = (table.table.quantity(quantity), BOUND_MARGIN * scale.abs());
             for (largest, bounds) in [
-                (&mut self.slopes[i][place], linear.slopes(scale)),
-                (&mut self.chords[i][place], linear.chords(scale)),
+                (&mut self.slopes[figure][place], linear.slopes(scale)),
+                (&mut self.chords[figure][place], linear.chords(scale)),
             ] {
                 for (largest, bound) in largest.iter_mut().zip(bounds) {
                     *largest = largest.max(bound);
                 }
             }
         }
-        self.kinds[kind.0] = Some(KindOfStep {
-            table: Arc::clone(table),
-            grid: LaneGrid::of(table, axis).map(Box::new),
-        });
+        self.kinds[kind.0] = Some(Arc::clone(table));
     }
 
     /// The step in a mode of this kind, if it is known.
     #[inline(always)]
-    pub(super) fn of(&self, Kind(place): Kind) -> Option<&KindOfStep> {
-        self.kinds.get(place)?.as_ref()
-    }
-}
-
-impl KindOfStep {
-    /// The numbers of changes of contact.
-    #[inline(always)]
-    pub(super) fn of_contact(&self) -> Option<(&WholeStep, &LaneGrid)> {
-        Some((&self.table.step, self.grid.as_ref()?))
+    pub(super) fn of(&self, Kind(place): Kind) -> Option<&HeldTable> {
+        self.kinds.get(place)?.as_deref()
     }
 }
 

@@ -3,7 +3,7 @@
 use super::group::{Group, Shared};
 use super::phase::{Kind, times_sizes_of};
 use super::questions::PastStep;
-use crate::exact::{Curve, DRIVING, HELD, Quantity, ROWS, Sums, WholeStep};
+use crate::exact::{Curve, DRIVING, HELD, Quantity, WholeStep};
 use crate::model::axis::Axis;
 use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT, State};
 use crate::model::surroundings::Start;
@@ -55,55 +55,74 @@ pub(super) struct Step<W: Width> {
 }
 
 impl<W: Width> Step<W> {
-    /// The sums of a step from `y` = (β, β̇, ε, ε̇, I); everything else comes with
-    /// [`Step::weigh`].
+    /// The step from `y` = (β, β̇, ε, ε̇, I) in one kind of mode.
     #[inline(always)]
-    fn new(w: W, y: &[W::Vector; HELD], offset: W::Vector, sums: &Sums<W>) -> Self {
-        let zero = w.splat(0.0);
-        let from = [y[BETA_DOT], y[EPSILON] - offset, y[EPSILON_DOT], y[CURRENT]];
-        let [end, to @ ..] = sums.end();
+    fn in_kind(
+        w: W,
+        shared: &Shared,
+        (kind, whole): (Kind, &WholeStep),
+        (y, offset): (&[W::Vector; HELD], W::Vector),
+        voltage_v: W::Vector,
+    ) -> Self {
+        let x = [
+            y[BETA],
+            y[BETA_DOT],
+            y[EPSILON] - offset,
+            y[EPSILON_DOT],
+            y[CURRENT],
+        ];
+        let [end, mut to @ ..] = whole.end(w, &x, voltage_v);
+        if shared.has_stiction && kind.is_stuck() {
+            // γ̇ = 0 to the last bit.
+            match shared.axis.joint {
+                Some(_) => to[2] = to[0],
+                None => to[0] = w.splat(0.0),
+            }
+        }
+        let [_, rates @ ..] = whole.rates(w, &x, voltage_v);
+        let sizes = rates.map(
+            #[inline(always)]
+            |rate| w.abs(rate),
+        );
+        let mut strays = [w.splat(0.0); STRAYS];
+        strays[0] = whole.gap_strays(w, &sizes);
+        if shared.limits.is_some() {
+            strays[1] = whole.current_strays(w, &sizes);
+        }
+        if shared.has_stiction {
+            strays[2] = whole.guide_strays(w, &sizes);
+        }
+        let [_, from @ ..] = x;
         Self {
             offset,
             beta: [y[BETA], end],
             from,
             to,
-            rates: sums.rates(from[2]),
-            sizes: [zero; DRIVING],
-            energies: [zero; ENERGIES],
-            inner: [zero; 2],
-            strays: [zero; STRAYS],
+            rates,
+            sizes,
+            energies: whole.energies(w, (x[CURRENT], &rates), voltage_v),
+            // A third of the step: all kinds have the same.
+            inner: whole.inner_points(w, [from[1], to[1]], [from[2], to[2]]),
+            strays,
         }
     }
 
-    /// Heat and bounds with the numbers of a kind of mode, in the lanes of `lanes`.
+    /// Takes over the lanes of `lanes` from the step in another kind of mode.
     #[inline(always)]
-    fn weigh(
-        &mut self,
-        w: W,
-        shared: &Shared,
-        (whole, lanes): (&WholeStep, Option<u64>),
-        voltage_v: W::Vector,
-    ) {
-        let [joint_j, armature_j, charge_as] = whole.heat(w, self.from[3], &self.rates);
-        let energies = [joint_j, armature_j, voltage_v * charge_as];
-        let mut strays = self.strays;
-        strays[0] = whole.gap_strays(w, &self.sizes);
-        if shared.axis.stage.limits().is_some() {
-            strays[1] = whole.current_strays(w, &self.sizes);
-        }
-        if shared.has_stiction {
-            strays[2] = whole.guide_strays(w, &self.sizes);
-        }
-        let Some(lanes) = lanes else {
-            (self.energies, self.strays) = (energies, strays);
-            return;
-        };
+    fn blend(&mut self, w: W, lanes: u64, other: &Self) {
         let lanes = w.lanes(lanes);
-        for (all, of_kind) in self.energies.iter_mut().zip(energies) {
-            *all = w.select(lanes, of_kind, *all);
-        }
-        for (all, of_kind) in self.strays.iter_mut().zip(strays) {
-            *all = w.select(lanes, of_kind, *all);
+        for (all, of_kind) in [
+            (&mut self.beta[1..], &other.beta[1..]),
+            (&mut self.to, &other.to),
+            (&mut self.rates, &other.rates),
+            (&mut self.sizes, &other.sizes),
+            (&mut self.energies, &other.energies),
+            (&mut self.inner, &other.inner),
+            (&mut self.strays, &other.strays),
+        ] {
+            for (all, of_kind) in all.iter_mut().zip(of_kind) {
+                *all = w.select(lanes, *of_kind, *all);
+            }
         }
     }
 }
@@ -196,8 +215,9 @@ impl<'a, W: Width> InStep<'a, W> {
         }
         let (group, shared) = (&mut *self.group, &mut *self.shared);
         let all = (1_u64 << W::LANES) - 1;
-        let mut step = group.begin(shared, phase, &self.y, voltage_v);
-        group.weigh(shared, phase, &mut step, voltage_v);
+        let Some(step) = group.begin(shared, phase, &self.y, voltage_v) else {
+            return false;
+        };
         let keeps = group.keeps(shared, &step);
         let epsilon = step.to[1] + step.offset;
         // Outside the settling band at the end.
@@ -241,29 +261,6 @@ impl<'a, W: Width> InStep<'a, W> {
             },
         )
     }
-}
-
-/// The sums of a step in one kind of mode.
-#[inline(always)]
-fn sums_of_kind<W: Width>(
-    w: W,
-    shared: &Shared,
-    (phase, kind): (usize, Kind),
-    x: &[W::Vector; HELD],
-    voltage_v: W::Vector,
-) -> Sums<W> {
-    let Some(of_kind) = shared.phases[phase].of(kind) else {
-        return Sums([x[BETA]; ROWS]);
-    };
-    let mut sums = of_kind.table.step.take(w, x, voltage_v);
-    if shared.has_stiction && kind.is_stuck() {
-        // γ̇ = 0 to the last bit.
-        match shared.axis.joint {
-            Some(_) => sums.0[EPSILON_DOT] = sums.0[BETA_DOT],
-            None => sums.0[BETA_DOT] = w.splat(0.0),
-        }
-    }
-    sums
 }
 
 impl<W: Width> Group<W> {
@@ -343,7 +340,7 @@ impl<W: Width> Group<W> {
         self.take(shared, (phase, moved), (step, ends), command, voltage_v);
         for left in &leaving[first..] {
             let lane = left.lane;
-            if shared.axis.stage.limits().is_some() {
+            if shared.limits.is_some() {
                 // The motor has less than was commanded, perhaps.
                 self.track.voltage_v.as_mut()[lane] = largest_v.as_ref()[lane];
             }
@@ -382,55 +379,28 @@ impl<W: Width> Group<W> {
         }
     }
 
-    /// States and rates of every lane's step: a pass for each kind of mode that there is.
+    /// Every lane's step: a pass for each kind of mode that there is.
     #[inline(always)]
     fn begin(
-        &mut self,
+        &self,
         shared: &Shared,
         phase: usize,
         y: &[W::Vector; HELD],
         voltage_v: W::Vector,
-    ) -> Step<W> {
-        let w = self.width;
-        let offset = w.load(&self.mode.offset_rad);
-        let x = [y[0], y[1], y[2] - offset, y[3], y[4]];
+    ) -> Option<Step<W>> {
+        let (w, phase) = (self.width, &shared.phases[phase]);
+        let start = (y, w.load(&self.mode.offset_rad));
         let (first, others) = self.kinds.first_and_others();
-        let mut sums = sums_of_kind(w, shared, (phase, first), &x, voltage_v);
+        let whole = &phase.of(first)?.step;
+        let mut step = Step::in_kind(w, shared, (first, whole), start, voltage_v);
         if W::LANES > 1 {
             for (kind, lanes) in others {
-                let of_kind = sums_of_kind(w, shared, (phase, kind), &x, voltage_v);
-                let lanes = w.lanes(lanes);
-                for (all, of_kind) in sums.0.iter_mut().zip(of_kind.0) {
-                    *all = w.select(lanes, of_kind, *all);
-                }
+                let whole = &phase.of(kind)?.step;
+                let of_kind = Step::in_kind(w, shared, (kind, whole), start, voltage_v);
+                step.blend(w, lanes, &of_kind);
             }
         }
-        w.in_pairs(&sums.0, &mut self.room);
-        Step::new(w, y, offset, &sums)
-    }
-
-    /// Heat and bounds of every lane's step.
-    #[inline(always)]
-    fn weigh(&self, shared: &Shared, phase: usize, step: &mut Step<W>, voltage_v: W::Vector) {
-        let w = self.width;
-        step.sizes = step.rates.map(
-            #[inline(always)]
-            |rate| w.abs(rate),
-        );
-        let (first, others) = self.kinds.first_and_others();
-        let whole = |kind| Some(&shared.phases[phase].of(kind)?.table.step);
-        let Some(first) = whole(first) else { return };
-        step.weigh(w, shared, (first, None), voltage_v);
-        // A third of the step: all kinds have the same.
-        let (deltas, speeds) = ([step.from[1], step.to[1]], [step.from[2], step.to[2]]);
-        step.inner = first.inner_points(w, deltas, speeds);
-        if W::LANES > 1 {
-            for (kind, lanes) in others {
-                if let Some(whole) = whole(kind) {
-                    step.weigh(w, shared, (whole, Some(lanes)), voltage_v);
-                }
-            }
-        }
+        Some(step)
     }
 
     /// The lanes whose joint keeps its mode over the step, and those whose guide and current
@@ -446,7 +416,7 @@ impl<W: Width> Group<W> {
         let none = w.splat(0.0) * ((step.beta[1] + a) + ((b + c) + d));
         let joint = w.bits(w.greater(lowest, gap + none));
         let mut within = (1 << W::LANES) - 1;
-        if let Some([_, limit_a]) = shared.axis.stage.limits() {
+        if let Some([_, limit_a]) = shared.limits {
             let ends = w.max(w.abs(step.from[3]), w.abs(step.to[3]));
             within = w.bits(w.greater(w.splat(limit_a) - ends, current));
         }
@@ -465,14 +435,15 @@ impl<W: Width> Group<W> {
     #[inline(always)]
     fn has_voltage_to_spare(&self, shared: &Shared, voltage_v: W::Vector) -> bool {
         let w = self.width;
-        let limits = shared.axis.stage.limits();
-        limits.is_none_or(|[limit_v, _]| w.bits(w.at_most(w.splat(limit_v), w.abs(voltage_v))) == 0)
+        shared
+            .limits
+            .is_none_or(|[limit_v, _]| w.bits(w.at_most(w.splat(limit_v), w.abs(voltage_v))) == 0)
     }
 
     /// Counts the step as time at the limit of the voltage where the current is limited, in
     /// the lanes of `asked`.
     fn count_limits(&mut self, shared: &Shared, phase: usize, asked: u64, voltage_v: W::Vector) {
-        let Some([limit_v, _]) = shared.axis.stage.limits() else {
+        let Some([limit_v, _]) = shared.limits else {
             return;
         };
         let length_s = shared.phases[phase].length_s;
@@ -551,10 +522,10 @@ impl<W: Width> Group<W> {
             if asked == 0 {
                 continue;
             }
-            let Some(of_kind) = shared.phases[phase].of(kind) else {
+            let Some(held) = shared.phases[phase].of(kind) else {
                 continue;
             };
-            let table = &of_kind.table.table;
+            let table = &held.table;
             let linear = table.quantity(quantity);
             if let Some(curve) = linear.curve(w, &table.levels, from, (scale, offset)) {
                 look(asked, &curve);

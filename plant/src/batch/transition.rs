@@ -2,12 +2,23 @@
 //! does with it, in the same order of operations. Lanes in which something else
 //! happens, or in which the sketches leave a question open, are told apart.
 
-use super::grid::{LaneGrid, States, sum};
-use crate::exact::{Curve, DELTA, ELEVENTH, HELD, NOISE_ULPS, SLOPES, WholeStep, zero_near};
+use super::phase::{Kind, Phase};
+use crate::exact::{
+    Curve, DELTA, DRIVING, ELEVENTH, Grid, HELD, HeldTable, NOISE_ULPS, Quantity, SLOPES, Sketch,
+    times_sizes, zero_near,
+};
 use crate::model::axis::{Axis, NOISE_PER_BACKLASH};
-use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON};
+use crate::model::joint::ElasticJoint;
+use crate::model::resistance::GuideMode;
+use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT};
 use crate::numerics::width::Width;
 use crate::observe::extremes::{CARRIAGE, ENERGIES, FIGURES, POWER};
+
+/// States in lanes: β, β̇, δ, ε̇ and I.
+type States<W> = [<W as Width>::Vector; HELD];
+
+/// Numbers in lanes per β̇, δ, ε̇ and I.
+type Driving<W> = [<W as Width>::Vector; DRIVING];
 
 /// Starts of the lanes in the step.
 #[derive(Debug, Clone)]
@@ -26,8 +37,117 @@ pub(super) struct TransitionStart<W: Width> {
     pub(super) start_rad: W::Array,
 }
 
-/// What is known of a step in one kind of mode.
-type Numbers<'a> = (&'a WholeStep, &'a LaneGrid);
+/// A step in one kind of mode, as a change of contact within it needs it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct KindOfStep<'a> {
+    axis: &'a Axis,
+    joint: &'a ElasticJoint,
+    table: &'a HeldTable,
+    grid: &'a Grid<HELD>,
+    /// δ over the step.
+    sketch: &'a Sketch<HELD>,
+    /// Bounds of how far the figures stray from their chords over the step, or twice that over
+    /// a part of it, with the joint open and closed.
+    chords: &'a [[[f64; DRIVING]; 2]; FIGURES],
+}
+
+impl<'a> KindOfStep<'a> {
+    /// `None` where a sample has no sketch, or the joint no gap.
+    pub(super) fn new(axis: &'a Axis, phase: &'a Phase, kind: Kind) -> Option<Self> {
+        let table = phase.of(kind)?;
+        Some(Self {
+            axis,
+            joint: axis.joint.as_ref()?,
+            table,
+            grid: table.table.grid.as_ref()?,
+            sketch: table.table.quantity(Quantity::Delta).sketch.as_ref()?,
+            chords: &phase.chords,
+        })
+    }
+
+    /// Bounds of how far the figures stray from their chords, by the magnitudes of the rates.
+    #[inline(always)]
+    fn strays<W: Width>(&self, w: W, sizes: &Driving<W>) -> [W::Vector; FIGURES] {
+        let mut strays = [sizes[0]; FIGURES];
+        for (stray, rows) in strays.iter_mut().zip(self.chords) {
+            *stray = times_sizes(w, &rows[usize::from(self.table.closed)], sizes);
+        }
+        strays
+    }
+
+    /// ẍ \[m/s²\] with δ counted from an offset, in the order of
+    /// `Axis::carriage_acceleration_mps2`.
+    #[inline(always)]
+    fn acceleration<W: Width>(&self, w: W, offset: W::Vector, y: &States<W>) -> W::Vector {
+        let (axis, guide) = (self.axis, self.table.guide);
+        if guide == GuideMode::Stuck {
+            return w.splat(0.0);
+        }
+        let p = w.splat(axis.pitch_m_per_rad);
+        let resistance = &axis.resistance;
+        let linear = w.splat(resistance.linear_ns_per_rad) * (y[BETA_DOT] - y[EPSILON_DOT]);
+        let force = w.splat(guide.direction() * resistance.constant_n) + linear;
+        let force = force + w.splat(axis.load_force_n);
+        // No torque is 0, not −0.
+        let torque = self.flank_torque(w, offset, y) + w.splat(0.0);
+        (torque - p * force) * w.splat(axis.pitch_per_inertia)
+    }
+
+    /// Ψ while a flank carries, else 0.
+    #[inline(always)]
+    fn flank_torque<W: Width>(&self, w: W, offset: W::Vector, y: &States<W>) -> W::Vector {
+        let carries = if self.table.closed { 1.0 } else { 0.0 };
+        let k = w.splat(carries * self.joint.stiffness_nm_per_rad);
+        let c = w.splat(carries * self.joint.damping_nms_per_rad);
+        k * (y[EPSILON] - offset) + c * y[EPSILON_DOT]
+    }
+
+    /// The lanes in which guide and current keep their modes over a part of the step between
+    /// two states, where the magnitudes of the rates at its start are these.
+    #[inline(always)]
+    fn others_hold<W: Width>(
+        &self,
+        w: W,
+        offset: W::Vector,
+        [from, to]: [&States<W>; 2],
+        sizes: &Driving<W>,
+    ) -> u64 {
+        let mut holds = (1 << W::LANES) - 1;
+        let (two, step) = (w.splat(2.0), &self.table.step);
+        if let Some([_, limit_a]) = self.axis.stage.limits() {
+            let ends = w.max(w.abs(from[CURRENT]), w.abs(to[CURRENT]));
+            let within = w.splat(limit_a) - ends;
+            holds &= w.bits(w.greater(within, two * step.current_strays(w, sizes)));
+        }
+        if self.table.guide != GuideMode::AsWritten {
+            let (from, to) = (
+                self.guide_guard(w, offset, from),
+                self.guide_guard(w, offset, to),
+            );
+            let strays = two * step.guide_strays(w, sizes);
+            holds &= w.bits(w.greater(w.min(from, to), strays));
+        }
+        holds
+    }
+
+    /// The guard of a guide with friction.
+    #[inline(always)]
+    fn guide_guard<W: Width>(&self, w: W, offset: W::Vector, y: &States<W>) -> W::Vector {
+        if self.table.guide == GuideMode::Stuck {
+            let torque = self.flank_torque(w, offset, y) - w.splat(self.axis.load_torque_nm());
+            return w.splat(self.axis.holding_torque_nm) - w.abs(torque);
+        }
+        w.splat(self.table.guide.direction()) * (y[BETA_DOT] - y[EPSILON_DOT])
+    }
+
+    /// Makes γ̇ = 0 to the last bit where friction holds the screw.
+    #[inline(always)]
+    fn hold<W: Width>(&self, y: &mut States<W>) {
+        if self.table.guide == GuideMode::Stuck {
+            y[EPSILON_DOT] = y[BETA_DOT];
+        }
+    }
+}
 
 /// Step of the lanes of `known`.
 #[derive(Debug, Clone)]
@@ -65,17 +185,16 @@ impl<W: Width> TransitionStart<W> {
         }
     }
 
-    /// Follows the lanes of `asked`, the joint of which is open or closed, over
-    /// a step with these numbers; the second ones are those of the other state
-    /// of the joint.
+    /// Follows the lanes of `asked` over a step that begins in the first kind of mode and ends
+    /// in the second, with the other state of the joint.
     #[inline(always)]
     pub(super) fn follow(
         &self,
         w: W,
-        axis: &Axis,
-        (closed, (step, grid), (next_step, next)): (bool, Numbers<'_>, Numbers<'_>),
+        [first, next]: [KindOfStep<'_>; 2],
         asked: u64,
     ) -> Transition<W> {
+        let closed = first.table.closed;
         let (zero, one) = (w.splat(0.0), w.splat(1.0));
         let mut y = [zero; HELD];
         for (vector, array) in y.iter_mut().zip(&self.y) {
@@ -86,13 +205,13 @@ impl<W: Width> TransitionStart<W> {
         let start_offset = start_flank * b;
         let mut x = y;
         x[EPSILON] = y[EPSILON] - start_offset;
-        let rate = step.rates(w, &x, voltage_v);
-        let slopes = DeltaSlopes::new(w, grid, &rate);
+        let rate = first.table.step.rates(w, &x, voltage_v);
+        let slopes = DeltaSlopes::new(w, first.sketch, &rate);
 
         // The guard `sign·δ + offset` that may fall.
         let mut known = asked;
         let (sign, offset, noise) = if closed {
-            let noise = self.part_noise(w, axis, (step, grid), &x);
+            let noise = self.part_noise(w, &first, &x);
             let value = start_flank * y[EPSILON] - (b - noise);
             known &= w.bits(w.greater(value, zero));
             (start_flank, zero, noise)
@@ -108,21 +227,23 @@ impl<W: Width> TransitionStart<W> {
             let other = zero - sign;
             known &= slopes.guard(w, other, offset + other * x[EPSILON]).holds(w);
         }
-        let length_s = w.splat(grid.length_s);
-        let first = curve.first_zero(w, noise, known);
-        let near_s = first.theta * length_s;
-        let local = grid.grid.near(w, &grid.a, (&x, &rate), near_s);
+        let length_s = w.splat(first.table.length_s());
+        let crossing = curve.first_zero(w, noise, known);
+        let near_s = crossing.theta * length_s;
+        let local = first
+            .grid
+            .near(w, &first.table.system.a, (&x, &rate), near_s);
         let near = local.window.sigma(near_s);
         let guard = local.state(DELTA, (sign, offset));
-        let (sigma, mut known) = zero_near(w, &guard, near, first.known);
+        let (sigma, mut known) = zero_near(w, &guard, near, crossing.known);
         let change_s = local.window.time_s(sigma);
-        let late = w.at_most(first.from * length_s, change_s);
-        let early = w.at_most(change_s, first.to * length_s);
+        let late = w.at_most(crossing.from * length_s, change_s);
+        let early = w.at_most(change_s, crossing.to * length_s);
         let within = w.both(w.greater(change_s, zero), w.greater(length_s, change_s));
         known &= w.bits(w.both(w.both(late, early), within));
         let mut before = local.at(sigma);
         before[EPSILON] = before[EPSILON] + start_offset;
-        grid.hold::<W>(&mut before);
+        first.hold::<W>(&mut before);
 
         // The change, and the joint's other state.
         let mut after = before;
@@ -135,13 +256,15 @@ impl<W: Width> TransitionStart<W> {
         } else {
             after[EPSILON] = end_offset;
         }
-        let first_j = grid.energies(w, (x[CURRENT], &rate), voltage_v, change_s);
+        let [_, rates @ ..] = rate;
+        let start = (x[CURRENT], &rates);
+        let first_j = first.table.energies_of_part(w, start, voltage_v, change_s);
         let mut x = after;
         x[EPSILON] = after[EPSILON] - end_offset;
         let left_s = length_s - change_s;
         let theta = left_s / length_s;
-        let next_rate = next_step.rates(w, &x, voltage_v);
-        let slopes = DeltaSlopes::new(w, next, &next_rate);
+        let next_rate = next.table.step.rates(w, &x, voltage_v);
+        let slopes = DeltaSlopes::new(w, next.sketch, &next_rate);
         if closed {
             let fresh = zero - start_flank;
             let curve = slopes.guard(w, fresh, b + fresh * x[EPSILON]);
@@ -152,7 +275,9 @@ impl<W: Width> TransitionStart<W> {
             let curve = slopes.guard(w, flank, zero + flank * x[EPSILON]);
             known &= curve.holds_after_start(w, theta);
         }
-        let local = next.grid.near(w, &next.a, (&x, &next_rate), left_s);
+        let local = next
+            .grid
+            .near(w, &next.table.system.a, (&x, &next_rate), left_s);
         let mut end = local.at(local.window.sigma(left_s));
         end[EPSILON] = end[EPSILON] + end_offset;
         next.hold::<W>(&mut end);
@@ -163,18 +288,17 @@ impl<W: Width> TransitionStart<W> {
         known &= w.bits(w.at_most(size, w.splat(f64::MAX)));
 
         let acceleration = [
-            grid.acceleration(w, axis, start_offset, &y),
-            grid.acceleration(w, axis, start_offset, &before),
-            next.acceleration(w, axis, end_offset, &after),
-            next.acceleration(w, axis, end_offset, &end),
+            first.acceleration(w, start_offset, &y),
+            first.acceleration(w, start_offset, &before),
+            next.acceleration(w, end_offset, &after),
+            next.acceleration(w, end_offset, &end),
         ];
-        let behind_m = self.behind(w, axis, [&before, &after, &end], change_s / length_s);
-        let sizes = [sizes(w, &rate), sizes(w, &next_rate)];
-        let strays = [strays(w, grid, &sizes[0]), strays(w, next, &sizes[1])];
-        let first = (axis, start_offset);
-        known &= grid.others_hold(w, first, [&y, &before], (&sizes[0], strays[0][1]));
-        let second = (axis, end_offset);
-        known &= next.others_hold(w, second, [&after, &end], (&sizes[1], strays[1][1]));
+        let behind_m = self.behind(w, first.axis, [&before, &after, &end], change_s / length_s);
+        let [_, next_rates @ ..] = next_rate;
+        let sizes = [sizes(w, &rates), sizes(w, &next_rates)];
+        let strays = [first.strays(w, &sizes[0]), next.strays(w, &sizes[1])];
+        known &= first.others_hold(w, start_offset, [&y, &before], &sizes[0]);
+        known &= next.others_hold(w, end_offset, [&after, &end], &sizes[1]);
         let (bend, two) = (w.load(&self.bend_m) * w.splat(0.125), w.splat(2.0));
         let mut uppers = [[W::array(0.0); FIGURES]; 2];
         let mut carriage_strays_m = [W::array(0.0); 2];
@@ -199,7 +323,8 @@ impl<W: Width> TransitionStart<W> {
             }
             w.store(two * strays[CARRIAGE], &mut carriage_strays_m[piece]);
         }
-        let second_j = next.energies(w, (x[CURRENT], &next_rate), voltage_v, left_s);
+        let start = (x[CURRENT], &next_rates);
+        let second_j = next.table.energies_of_part(w, start, voltage_v, left_s);
         let pieces_j = [first_j, second_j];
         let mut energies_j = [[W::array(0.0); ENERGIES]; 2];
         for (piece, energies) in energies_j.iter_mut().zip(&pieces_j) {
@@ -225,15 +350,20 @@ impl<W: Width> TransitionStart<W> {
     /// Angle by which a loaded flank must fall to have come away (see
     /// `Axis::release_noise_nm`) \[rad\].
     #[inline(always)]
-    fn part_noise(&self, w: W, axis: &Axis, (step, grid): Numbers<'_>, x: &States<W>) -> W::Vector {
-        let terms = step.terms_of_delta(w, x, w.load(&self.voltage_v));
+    fn part_noise(&self, w: W, from: &KindOfStep<'_>, x: &States<W>) -> W::Vector {
+        let mut axis = *from.axis;
+        axis.set_parting_noise(0.0, from.table.length_s());
+        let terms = from
+            .table
+            .step
+            .terms_of_delta(w, x, w.load(&self.voltage_v));
         let b = w.load(&self.backlash_half_rad);
         let parting = w.splat(NOISE_ULPS) * terms + w.splat(NOISE_PER_BACKLASH) * b;
         let motor = &axis.motor;
         let km = w.splat(motor.torque_constant_nm_per_a / axis.gear_ratio);
         let braking = km * w.abs(km * x[BETA_DOT]) / w.splat(motor.resistance_ohm);
-        let stiffness = w.splat(grid.stiffness);
-        let release = stiffness * parting + w.splat(grid.current_noise) * braking;
+        let stiffness = w.splat(from.joint.stiffness_nm_per_rad);
+        let release = stiffness * parting + w.splat(axis.current_noise) * braking;
         release / stiffness
     }
 
@@ -278,22 +408,11 @@ impl<W: Width> TransitionStart<W> {
 
 /// Magnitudes of the rates.
 #[inline(always)]
-fn sizes<W: Width>(w: W, rate: &States<W>) -> States<W> {
-    let mut sizes = *rate;
-    for rate in &mut sizes {
-        *rate = w.abs(*rate);
-    }
-    sizes
-}
-
-/// Bounds of how far the figures stray from their chords.
-#[inline(always)]
-fn strays<W: Width>(w: W, grid: &LaneGrid, sizes: &States<W>) -> [W::Vector; FIGURES] {
-    let mut strays = [sizes[0]; FIGURES];
-    for (stray, row) in strays.iter_mut().zip(&grid.chords) {
-        *stray = sum(w, row, sizes);
-    }
-    strays
+fn sizes<W: Width>(w: W, rates: &Driving<W>) -> Driving<W> {
+    rates.map(
+        #[inline(always)]
+        |rate| w.abs(rate),
+    )
 }
 
 #[inline(always)]
@@ -314,8 +433,8 @@ struct DeltaSlopes<W: Width> {
 impl<W: Width> DeltaSlopes<W> {
     /// Over the step that begins with `rate`.
     #[inline(always)]
-    fn new(w: W, grid: &LaneGrid, rate: &States<W>) -> Self {
-        let (slopes, stray) = grid.sketch.slopes(w, rate);
+    fn new(w: W, sketch: &Sketch<HELD>, rate: &States<W>) -> Self {
+        let (slopes, stray) = sketch.slopes(w, rate);
         Self { slopes, stray }
     }
 

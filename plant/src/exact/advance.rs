@@ -77,8 +77,9 @@ impl Automaton {
         let table = tables.held(&self.axis, &self.mode, length_ns);
         let offset_rad = self.axis.offset_rad(&self.mode);
         let start = held_state(&self.y, offset_rad);
-        let sums = table.step.take(One, &start.into(), voltage_v);
-        let (end, rates) = (Column::from(sums.end()), sums.rates(start[EPSILON_DOT]));
+        let x = start.into();
+        let end = Column::from(table.step.end(One, &x, voltage_v));
+        let [_, rates @ ..] = table.step.rates(One, &x, voltage_v);
         let sizes = rates.map(f64::abs);
         let deltas = [start[DELTA], end[DELTA]];
         let speeds = [start[EPSILON_DOT], end[EPSILON_DOT]];
@@ -253,11 +254,7 @@ impl Automaton {
             let mut end = stop.x;
             if stop.guard.is_none() && interval.done_s == 0.0 {
                 // The very step that the bound would have allowed.
-                end = table
-                    .step
-                    .take(One, &piece.start.into(), voltage_v)
-                    .end()
-                    .into();
+                end = table.step.end(One, &piece.start.into(), voltage_v).into();
             }
             let y = to_plant_vector(&end, offset_rad, piece.beta_integral_rads);
             self.move_over(drive, &interval, &stop, y, &piece, watch)?;

@@ -12,6 +12,8 @@ use crate::model::joint::{Flank, JointMode};
 use crate::model::resistance::GuideMode;
 use crate::model::state::CURRENT;
 use crate::numerics::seconds;
+use crate::numerics::width::Width;
+use crate::observe::extremes::ENERGIES;
 
 /// The axis over one length in one mode.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,8 +26,8 @@ pub(crate) struct HeldTable {
     pub(crate) table: Table<HELD>,
     pub(crate) step: WholeStep,
     /// Of a closed joint with damping.
-    pub(crate) loss: Option<Dissipation<DRIVING>>,
-    pub(crate) armature: Dissipation<PARTS>,
+    loss: Option<Dissipation<DRIVING>>,
+    armature: Dissipation<PARTS>,
 }
 
 /// True if a step over this length is stiff, the joint open or closed.
@@ -48,6 +50,25 @@ impl HeldTable {
     /// Length of the step \[s\].
     pub(crate) fn length_s(&self) -> f64 {
         seconds(self.length_ns)
+    }
+
+    /// The energies \[J\] of a part of the step from where the current and the rates are these.
+    #[inline(always)]
+    pub(crate) fn energies_of_part<W: Width>(
+        &self,
+        w: W,
+        (current, rates): (W::Vector, &[W::Vector; DRIVING]),
+        voltage_v: W::Vector,
+        length_s: W::Vector,
+    ) -> [W::Vector; ENERGIES] {
+        let mut joint_j = w.splat(0.0);
+        if let Some(joint) = &self.loss {
+            [joint_j, _] = joint.with_integral(w, *rates, length_s);
+        }
+        let [a, b, c, d] = *rates;
+        let parts = [current, a, b, c, d];
+        let [armature_j, charge_as] = self.armature.with_integral(w, parts, length_s);
+        [joint_j, armature_j, voltage_v * charge_as]
     }
 
     pub(super) fn new(axis: &Axis, mode: &Mode, length_ns: u64) -> Self {

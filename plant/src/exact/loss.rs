@@ -326,24 +326,6 @@ fn length(a: f64, b: f64) -> f64 {
     size * (a * a + b * b).sqrt()
 }
 
-/// Heat \[J\] of damper and armature over a part of a step from where the current and the
-/// rates of β̇, δ, ε̇ and I are these, and the charge \[A s\].
-#[inline(always)]
-pub(crate) fn heat_of_part<W: Width>(
-    w: W,
-    (joint, armature): (Option<&Dissipation<DRIVING>>, &Dissipation<PARTS>),
-    (current, rates): (W::Vector, &[W::Vector; DRIVING]),
-    length_s: W::Vector,
-) -> [W::Vector; 3] {
-    let mut joint_j = w.splat(0.0);
-    if let Some(joint) = joint {
-        [joint_j, _] = joint.with_integral(w, *rates, length_s);
-    }
-    let [a, b, c, d] = *rates;
-    let [armature_j, charge_as] = armature.with_integral(w, [current, a, b, c, d], length_s);
-    [joint_j, armature_j, charge_as]
-}
-
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;

@@ -2,7 +2,6 @@
 
 use super::crossing::Flow;
 use super::held_table::HeldTable;
-use super::loss::heat_of_part;
 use super::peak::{SketchedPeak, Sought};
 use super::system::{Column, HELD, to_plant_vector};
 use super::table::{Linear, Quantity};
@@ -326,11 +325,7 @@ pub(crate) struct HeldPiece<'a> {
 impl HeldPiece<'_> {
     /// End of the whole step.
     pub(super) fn whole_end(&self, voltage_v: f64) -> Vector {
-        let end = self
-            .table
-            .step
-            .take(One, &self.start.into(), voltage_v)
-            .end();
+        let end = self.table.step.end(One, &self.start.into(), voltage_v);
         to_plant_vector(&end.into(), self.offset_rad, self.beta_integral_rads)
     }
 
@@ -348,16 +343,10 @@ impl HeldPiece<'_> {
     pub(crate) fn energies(&self, voltage_v: f64, length_s: f64) -> Energies {
         let (table, current) = (self.table, self.start[CURRENT]);
         let [_, rates @ ..]: [f64; HELD] = self.rate.into();
-        let [joint_loss_j, armature_loss_j, charge_as] = match length_s == table.length_s() {
-            true => table.step.heat(One, current, &rates),
-            false => heat_of_part(
-                One,
-                (table.loss.as_ref(), &table.armature),
-                (current, &rates),
-                length_s,
-            ),
-        };
-        [joint_loss_j, armature_loss_j, voltage_v * charge_as]
+        match length_s == table.length_s() {
+            true => table.step.energies(One, (current, &rates), voltage_v),
+            false => table.energies_of_part(One, (current, &rates), voltage_v, length_s),
+        }
     }
 }
 

@@ -19,12 +19,13 @@ use crate::model::axis::Axis;
 use crate::model::resistance::GuideMode;
 use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON_DOT};
 use crate::numerics::width::Width;
+use crate::observe::extremes::ENERGIES;
 
 /// The states whose rates are no states.
 const ACCELERATED: [usize; 3] = [BETA_DOT, EPSILON_DOT, CURRENT];
 
 /// Sums of a step.
-pub(crate) const ROWS: usize = HELD + ACCELERATED.len();
+const ROWS: usize = HELD + ACCELERATED.len();
 
 /// Which of the sums' terms there are. What is left out is zero, so that the sums are those of
 /// all their terms to the bit, but for the sign of a zero.
@@ -73,26 +74,6 @@ impl Terms {
         let motor = [BETA, BETA_DOT, CURRENT, beta_ddot];
         let open = motor.iter().all(|&row| none(&[b[row], c[row]]));
         if open { Self::Open } else { Self::Coupled }
-    }
-}
-
-/// Every sum of a step, of all lanes.
-#[derive(Clone, Copy)]
-pub(crate) struct Sums<W: Width>(pub(crate) [W::Vector; ROWS]);
-
-impl<W: Width> Sums<W> {
-    /// β, β̇, δ, ε̇ and I at the end.
-    #[inline(always)]
-    pub(crate) fn end(&self) -> [W::Vector; HELD] {
-        let [a, b, c, d, e, ..] = self.0;
-        [a, b, c, d, e]
-    }
-
-    /// The rates of β̇, δ, ε̇ and I at the start, where ε̇ is this.
-    #[inline(always)]
-    pub(crate) fn rates(&self, epsilon_dot: W::Vector) -> [W::Vector; DRIVING] {
-        let [.., a, b, c] = self.0;
-        [a, epsilon_dot, b, c]
     }
 }
 
@@ -205,24 +186,22 @@ impl WholeStep {
         }
     }
 
-    /// Every sum from x = (β, β̇, δ, ε̇, I).
+    /// x(T) from x = (β, β̇, δ, ε̇, I).
     #[inline(always)]
-    pub(crate) fn take<W: Width>(
+    pub(crate) fn end<W: Width>(
         &self,
         w: W,
         x: &[W::Vector; HELD],
         voltage_v: W::Vector,
-    ) -> Sums<W> {
-        let mut sums = [x[BETA]; ROWS];
-        for (row, sum) in sums.iter_mut().enumerate().take(HELD) {
-            *sum = match (self.terms, row) {
+    ) -> [W::Vector; HELD] {
+        let mut end = *x;
+        for (row, end) in end.iter_mut().enumerate() {
+            *end = match (self.terms, row) {
                 (Terms::Open, BETA | BETA_DOT | CURRENT) => self.of_motor(w, row, x, voltage_v),
                 _ => self.sum(w, row, x, voltage_v),
             };
         }
-        let [_, beta_ddot, _, epsilon_ddot, current_dot] = self.rates(w, x, voltage_v);
-        (sums[HELD], sums[HELD + 1], sums[HELD + 2]) = (beta_ddot, epsilon_ddot, current_dot);
-        Sums(sums)
+        end
     }
 
     /// The rates of all states at x.
@@ -287,14 +266,14 @@ impl WholeStep {
         times_sizes(w, &self.strays[2], sizes)
     }
 
-    /// Heat of damper and armature \[J\] and the charge through it \[A s\].
+    /// The energies of the step \[J\] from where the current and the rates are these.
     #[inline(always)]
-    pub(crate) fn heat<W: Width>(
+    pub(crate) fn energies<W: Width>(
         &self,
         w: W,
-        current: W::Vector,
-        rates: &[W::Vector; DRIVING],
-    ) -> [W::Vector; 3] {
+        (current, rates): (W::Vector, &[W::Vector; DRIVING]),
+        voltage_v: W::Vector,
+    ) -> [W::Vector; ENERGIES] {
         let mut joint_j = w.splat(0.0);
         if let Some((damping_nms_per_rad, factor)) = &self.joint {
             joint_j = w.splat(*damping_nms_per_rad) * squared(w, factor, rates).0;
@@ -305,8 +284,9 @@ impl WholeStep {
             Terms::Open => squared(w, &self.armature_alone, &[current, a, d]),
             _ => squared(w, factor, &[current, a, b, c, d]),
         };
-        let charge = w.splat(factor[(0, 0)]) * first;
-        [joint_j, w.splat(*resistance_ohm) * sum, charge]
+        let charge_as = w.splat(factor[(0, 0)]) * first;
+        let armature_j = w.splat(*resistance_ohm) * sum;
+        [joint_j, armature_j, voltage_v * charge_as]
     }
 
     /// Sum of the magnitudes of the terms that make up δ at the end.
@@ -346,7 +326,7 @@ mod tests {
     use crate::numerics::width::One;
     use crate::{ElasticJoint, Joint, Surroundings};
 
-    /// All sums and the heat of a step with the terms that there are, against all of them.
+    /// All sums and the energies of a step with the terms that there are, against all of them.
     fn differ(step: &WholeStep, terms: Terms) -> bool {
         let all = WholeStep {
             terms: Terms::All,
@@ -359,9 +339,15 @@ mod tests {
         };
         let x = [3.0, 20.0, -0.03, 0.7, 1.3];
         let numbers = |step: &WholeStep| {
-            let sums = step.take(One, &x, -9.7);
-            let heat = step.heat(One, x[CURRENT], &sums.rates(x[EPSILON_DOT]));
-            (sums.0.map(f64::to_bits), heat.map(f64::to_bits))
+            let (end, rates) = (step.end(One, &x, -9.7), step.rates(One, &x, -9.7));
+            let [_, driving @ ..] = rates;
+            let energies = step.energies(One, (x[CURRENT], &driving), -9.7);
+            [end, rates]
+                .concat()
+                .into_iter()
+                .chain(energies)
+                .map(f64::to_bits)
+                .collect::<Vec<_>>()
         };
         numbers(&step) != numbers(&all)
     }

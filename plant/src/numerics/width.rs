@@ -60,10 +60,6 @@ pub trait Width: Copy {
     /// in the caller's code: what that keeps in registers stays there.
     fn apart<R>(self, work: impl FnOnce() -> R) -> R;
 
-    /// Stores numbers that nobody reads, of a single run: where neighbours are stored, the
-    /// compiler computes them in pairs.
-    fn in_pairs<const N: usize>(self, numbers: &[Self::Vector; N], room: &mut [f64; N]);
-
     /// A copy in memory.
     #[inline(always)]
     fn stored(self, vector: Self::Vector) -> Self::Array {
@@ -187,10 +183,6 @@ impl Width for One {
     fn apart<R>(self, work: impl FnOnce() -> R) -> R {
         work()
     }
-    #[inline(always)]
-    fn in_pairs<const N: usize>(self, numbers: &[f64; N], room: &mut [f64; N]) {
-        *room = *numbers;
-    }
 }
 
 /// Runs side by side with the instructions that `S` stands for.
@@ -279,8 +271,6 @@ macro_rules! side_by_side {
             fn apart<R>(self, work: impl FnOnce() -> R) -> R {
                 self.0.vectorize(work)
             }
-            #[inline(always)]
-            fn in_pairs<const N: usize>(self, _: &[$vector<S>; N], _: &mut [f64; N]) {}
         }
     };
 }
