@@ -3,7 +3,7 @@
 use super::group::{Group, Shared};
 use super::phase::{Kind, times_sizes_of};
 use super::questions::PastStep;
-use crate::exact::{Curve, DRIVING, HELD, Quantity, WholeStep};
+use crate::exact::{DRIVING, HELD, Quantity, WholeStep};
 use crate::model::axis::Axis;
 use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT, State};
 use crate::model::surroundings::Start;
@@ -317,10 +317,7 @@ impl<W: Width> Group<W> {
         // Inside at the end, but perhaps not before it.
         let outside = self.width.bits(outside) & !moved;
         let inside = self.stays_inside(shared, phase, (step, distance));
-        let mut wanted = !(outside | moved | inside) & all;
-        if wanted != 0 {
-            wanted = self.may_leave_band(shared, phase, (step, wanted));
-        }
+        let wanted = !(outside | moved | inside) & all;
         if wanted != 0 {
             let before = self.distance_before(shared, step);
             let starts_outside = self.width.greater(before, self.width.load(&self.band_m));
@@ -490,67 +487,24 @@ impl<W: Width> Group<W> {
             size = size + w.abs(*to);
         }
         open &= w.bits(w.at_most(size, w.splat(f64::MAX)));
-        let gap = [w.splat(1.0), w.splat(0.0)];
-        self.with_sketches(
-            (shared, phase),
-            (step, open),
-            (Quantity::Delta, gap),
-            #[inline(always)]
-            |asked, curve| {
-                let lowest = mode.lowest_guard(w, &curve.values);
-                moved &= !(asked & w.bits(w.greater(lowest, curve.stray)));
-            },
-        );
-        moved
-    }
-
-    /// The sketches of a quantity, times a scale and with an offset, over the step that begins
-    /// now, in the lanes of `asked`: one for each kind of mode.
-    #[inline(always)]
-    fn with_sketches(
-        &self,
-        (shared, phase): (&Shared, usize),
-        (step, asked): (&Step<W>, u64),
-        (quantity, [scale, offset]): (Quantity, [W::Vector; 2]),
-        mut look: impl FnMut(u64, &Curve<W>),
-    ) {
-        let w = self.width;
         let ([a, b, c, d], [e, f, g, h]) = (step.from, step.rates);
         let from = (&[step.beta[0], a, b, c, d], &[a, e, f, g, h]);
+        let gap = (w.splat(1.0), w.splat(0.0));
         for (kind, lanes) in self.kinds.present() {
-            let asked = asked & lanes;
+            let asked = open & lanes;
             if asked == 0 {
                 continue;
             }
             let Some(held) = shared.phases[phase].of(kind) else {
                 continue;
             };
-            let table = &held.table;
-            let linear = table.quantity(quantity);
-            if let Some(curve) = linear.curve(w, &table.levels, from, (scale, offset)) {
-                look(asked, &curve);
+            let linear = held.table.quantity(Quantity::Delta);
+            if let Some(curve) = linear.curve(w, &held.table.levels, from, gap) {
+                let lowest = mode.lowest_guard(w, &curve.values);
+                moved &= !(asked & w.bits(w.greater(lowest, curve.stray)));
             }
         }
-    }
-
-    /// Of the lanes of `asked`, those in which the sketch of the carriage's distance from the
-    /// travel does not exclude that it leaves the settling band.
-    #[inline(always)]
-    fn may_leave_band(&self, shared: &Shared, phase: usize, (step, asked): (&Step<W>, u64)) -> u64 {
-        let w = self.width;
-        let p = w.splat(shared.axis.pitch_m_per_rad);
-        let behind_m = p * (step.offset - w.load(&self.start_rad));
-        let distance = [w.splat(0.0) - p, w.load(&self.travel_m) + behind_m];
-        let band_m = w.load(&self.band_m);
-        let mut inside = 0;
-        self.with_sketches(
-            (shared, phase),
-            (step, asked),
-            (Quantity::ScrewAngle, distance),
-            #[inline(always)]
-            |asked, curve| inside |= asked & w.bits(w.at_most(curve.upper(w), band_m)),
-        );
-        asked & !inside
+        moved
     }
 
     /// Notes the step that begins now in the lanes of `wanted`: it ends within the settling
