@@ -7,8 +7,8 @@
 //! x(T) = Φ·x + ψ(T)·load + ψ(T)·(0, 0, 0, 1/L)·V,   v = A·x + u
 //! ```
 //!
-//! are sums of one shape: five for the states, three for the rates of β̇, ε̇ and I; that of δ
-//! is a state. The sums stand as columns, as those of neighbours then run beside each other.
+//! are sums of one shape: five for the states, three for the rates of β̇, ε̇ and I; those of β
+//! and δ are states. The sums stand as columns, as those of neighbours then run beside each other.
 
 use super::levels::BOUND_MARGIN;
 use super::loss::{DRIVING, Dissipation, PARTS, squared};
@@ -27,25 +27,9 @@ const ACCELERATED: [usize; 3] = [BETA_DOT, EPSILON_DOT, CURRENT];
 /// Sums of a step.
 const ROWS: usize = HELD + ACCELERATED.len();
 
-/// Which of the sums' terms there are. What is left out is zero, so that the sums are those of
-/// all their terms to the bit, but for the sign of a zero.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Terms {
-    /// All of them.
-    All,
-    /// An elastic axis: β̈ has no term of β̇, İ none of the joint, and neither β̈ nor ε̈ one of
-    /// the voltage.
-    Coupled,
-    /// The same with an open joint: β, β̇ and I have no terms of δ and ε̇.
-    Open,
-}
-
 /// The numbers of a whole step.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct WholeStep {
-    terms: Terms,
-    /// True if a sum has a constant.
-    drifts: bool,
     /// What every sum has per β̇, δ, ε̇ and I, its constant, and what it has per volt.
     columns: [[f64; ROWS]; DRIVING + 2],
     /// T/3 \[s\].
@@ -56,25 +40,8 @@ pub(crate) struct WholeStep {
     strays: [[f64; DRIVING]; 3],
     /// c and R of the damper's heat, where there is one.
     joint: Option<(f64, Matrix<DRIVING>)>,
-    /// Those of the armature's, and its R over I, β̈ and İ alone.
+    /// Those of the armature's.
     armature: (f64, Matrix<PARTS>),
-    armature_alone: Matrix<3>,
-}
-
-impl Terms {
-    fn of(columns: &[[f64; ROWS]; DRIVING + 2]) -> Self {
-        let [a, b, c, _, constants, volts] = columns;
-        let [beta_ddot, epsilon_ddot, current_dot] = [HELD, HELD + 1, HELD + 2];
-        let none = |terms: &[f64]| terms.iter().all(|term| *term == 0.0);
-        let of_rates = [a[beta_ddot], constants[beta_ddot], volts[beta_ddot]];
-        let of_current = [b[current_dot], c[current_dot], constants[current_dot]];
-        if !(none(&of_rates) && none(&of_current) && volts[epsilon_ddot] == 0.0) {
-            return Self::All;
-        }
-        let motor = [BETA, BETA_DOT, CURRENT, beta_ddot];
-        let open = motor.iter().all(|&row| none(&[b[row], c[row]]));
-        if open { Self::Open } else { Self::Coupled }
-    }
 }
 
 impl WholeStep {
@@ -119,21 +86,16 @@ impl WholeStep {
             // The points of the cubic lie about the ends: its chord is no worse.
             None => strays(Some(Quantity::Delta)),
         };
-        let (resistance_ohm, factor) = armature.whole();
-        let alone = [0, 1, PARTS - 1];
         Self {
-            terms: Terms::of(&columns),
-            drifts: columns[DRIVING].iter().any(|constant| *constant != 0.0),
             columns,
             third_s: whole.length_s / 3.0,
             strays: [gap, strays(limited), strays(Quantity::of_guide(guide))],
             joint: joint.map(Dissipation::whole),
-            armature: (resistance_ohm, factor),
-            armature_alone: Matrix::from_fn(|i, j| factor[(alone[i], alone[j])]),
+            armature: armature.whole(),
         }
     }
 
-    /// Sum number `row` with all its terms. The voltage comes last because it is known last.
+    /// Sum number `row`. The voltage comes last because it is known last.
     #[inline(always)]
     fn sum<W: Width>(
         &self,
@@ -142,48 +104,14 @@ impl WholeStep {
         x: &[W::Vector; HELD],
         voltage_v: W::Vector,
     ) -> W::Vector {
-        self.before_voltage(w, row, x) + w.splat(self.columns[DRIVING + 1][row]) * voltage_v
-    }
-
-    /// The same without the voltage's.
-    #[inline(always)]
-    fn before_voltage<W: Width>(&self, w: W, row: usize, x: &[W::Vector; HELD]) -> W::Vector {
-        let [a, b, c, d, ..] = &self.columns;
+        let [a, b, c, d, constants, volts] = &self.columns;
         let rotor = w.splat(a[row]) * x[BETA_DOT] + w.splat(b[row]) * x[DELTA];
         let joint = w.splat(c[row]) * x[EPSILON_DOT] + w.splat(d[row]) * x[CURRENT];
-        self.drifting(w, row, x, rotor + joint)
-    }
-
-    /// Sum number `row` without terms of the joint.
-    #[inline(always)]
-    fn of_motor<W: Width>(
-        &self,
-        w: W,
-        row: usize,
-        x: &[W::Vector; HELD],
-        voltage_v: W::Vector,
-    ) -> W::Vector {
-        let [a, _, _, d, _, volts] = &self.columns;
-        let driven = w.splat(a[row]) * x[BETA_DOT] + w.splat(d[row]) * x[CURRENT];
-        self.drifting(w, row, x, driven) + w.splat(volts[row]) * voltage_v
-    }
-
-    /// Adds the constant, and β to its own sum.
-    #[inline(always)]
-    fn drifting<W: Width>(
-        &self,
-        w: W,
-        row: usize,
-        x: &[W::Vector; HELD],
-        sum: W::Vector,
-    ) -> W::Vector {
-        let constant = w.splat(self.columns[DRIVING][row]);
-        match (row == BETA, self.drifts) {
-            (true, true) => sum + (x[BETA] + constant),
-            (true, false) => sum + x[BETA],
-            (false, true) => sum + constant,
-            (false, false) => sum,
+        let mut constant = w.splat(constants[row]);
+        if row == BETA {
+            constant = x[BETA] + constant;
         }
+        ((rotor + joint) + constant) + w.splat(volts[row]) * voltage_v
     }
 
     /// x(T) from x = (β, β̇, δ, ε̇, I).
@@ -196,10 +124,7 @@ impl WholeStep {
     ) -> [W::Vector; HELD] {
         let mut end = *x;
         for (row, end) in end.iter_mut().enumerate() {
-            *end = match (self.terms, row) {
-                (Terms::Open, BETA | BETA_DOT | CURRENT) => self.of_motor(w, row, x, voltage_v),
-                _ => self.sum(w, row, x, voltage_v),
-            };
+            *end = self.sum(w, row, x, voltage_v);
         }
         end
     }
@@ -212,27 +137,17 @@ impl WholeStep {
         x: &[W::Vector; HELD],
         voltage_v: W::Vector,
     ) -> [W::Vector; HELD] {
-        let [_, b, c, d, ..] = &self.columns;
-        let [beta_ddot, epsilon_ddot, current_dot] = [HELD, HELD + 1, HELD + 2];
-        let [first, second, third] = match self.terms {
-            Terms::All => [beta_ddot, epsilon_ddot, current_dot].map(
-                #[inline(always)]
-                |row| self.sum(w, row, x, voltage_v),
-            ),
-            Terms::Coupled | Terms::Open => {
-                let mut driven = w.splat(d[beta_ddot]) * x[CURRENT];
-                if self.terms == Terms::Coupled {
-                    let joint = w.splat(c[beta_ddot]) * x[EPSILON_DOT] + driven;
-                    driven = w.splat(b[beta_ddot]) * x[DELTA] + joint;
-                }
-                [
-                    driven,
-                    self.before_voltage(w, epsilon_ddot, x),
-                    self.of_motor(w, current_dot, x, voltage_v),
-                ]
-            }
-        };
-        [x[BETA_DOT], first, x[EPSILON_DOT], second, third]
+        let mut rates = [
+            x[BETA_DOT],
+            x[BETA_DOT],
+            x[EPSILON_DOT],
+            x[EPSILON_DOT],
+            x[CURRENT],
+        ];
+        for (row, state) in (HELD..).zip(ACCELERATED) {
+            rates[state] = self.sum(w, row, x, voltage_v);
+        }
+        rates
     }
 
     /// The control points of δ's cubic between its ends, in Bernstein form: all four bound it.
@@ -280,10 +195,7 @@ impl WholeStep {
         }
         let [a, b, c, d] = *rates;
         let (resistance_ohm, factor) = &self.armature;
-        let (sum, first) = match self.terms {
-            Terms::Open => squared(w, &self.armature_alone, &[current, a, d]),
-            _ => squared(w, factor, &[current, a, b, c, d]),
-        };
+        let (sum, first) = squared(w, factor, &[current, a, b, c, d]);
         let charge_as = w.splat(factor[(0, 0)]) * first;
         let armature_j = w.splat(*resistance_ohm) * sum;
         [joint_j, armature_j, voltage_v * charge_as]
@@ -315,66 +227,4 @@ pub(crate) fn times_sizes<W: Width>(
         |number| w.splat(number),
     );
     (a * sizes[0] + b * sizes[1]) + (c * sizes[2] + d * sizes[3])
-}
-
-#[cfg(test)]
-mod tests {
-    use super::super::memory::Tables;
-    use super::super::tests::of_the_paper;
-    use super::*;
-    use crate::model::joint::JointMode;
-    use crate::numerics::width::One;
-    use crate::{ElasticJoint, Joint, Surroundings};
-
-    /// All sums and the energies of a step with the terms that there are, against all of them.
-    fn differ(step: &WholeStep, terms: Terms) -> bool {
-        let all = WholeStep {
-            terms: Terms::All,
-            drifts: true,
-            ..step.clone()
-        };
-        let step = WholeStep {
-            terms,
-            ..step.clone()
-        };
-        let x = [3.0, 20.0, -0.03, 0.7, 1.3];
-        let numbers = |step: &WholeStep| {
-            let (end, rates) = (step.end(One, &x, -9.7), step.rates(One, &x, -9.7));
-            let [_, driving @ ..] = rates;
-            let energies = step.energies(One, (x[CURRENT], &driving), -9.7);
-            [end, rates]
-                .concat()
-                .into_iter()
-                .chain(energies)
-                .map(f64::to_bits)
-                .collect::<Vec<_>>()
-        };
-        numbers(&step) != numbers(&all)
-    }
-
-    /// What a mode leaves out is zero; the contrast is a joint that is said to be open.
-    #[test]
-    fn terms_that_are_left_out_are_zero() {
-        let joint = Joint::Elastic(ElasticJoint {
-            stiffness_nm_per_rad: 350.0,
-            damping_nms_per_rad: 0.2,
-            backlash_half_rad: 0.05,
-            no_pull: false,
-        });
-        let axis = Axis::new(&of_the_paper(joint), &Surroundings::default(), 0.0);
-        let mut tables = Tables::default();
-        for (joint, terms) in [
-            (JointMode::Open, Terms::Open),
-            (JointMode::Gapless, Terms::Coupled),
-        ] {
-            let mode = crate::model::axis::Mode {
-                joint,
-                ..axis.mode_at_rest()
-            };
-            let step = &tables.held(&axis, &mode, 1_000_000).step;
-            assert_eq!((step.terms, step.drifts), (terms, false));
-            assert!(!differ(step, terms));
-            assert_eq!(differ(step, Terms::Open), terms != Terms::Open);
-        }
-    }
 }
