@@ -7,7 +7,8 @@ use crate::exact::Tables;
 use crate::hybrid::{Automaton, Interval, PlantError};
 use crate::model::amplifier::AmplifierMode;
 use crate::model::axis::{Axis, AxisParameters, Drive};
-use crate::model::joint::{Contact, Flank};
+use crate::model::direction::Direction;
+use crate::model::joint::Contact;
 use crate::model::state::{CURRENT, State};
 use crate::model::surroundings::Surroundings;
 use crate::numerics::seconds;
@@ -46,7 +47,7 @@ pub struct Plant {
     /// Memory of solver `exact`: all that it has computed about the axis.
     tables: Option<Box<Tables>>,
     /// The flank that the joint starts on.
-    flank: Option<Flank>,
+    flank: Option<Direction>,
     forces: Forces,
     instructions: Instructions,
 }

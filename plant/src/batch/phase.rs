@@ -7,6 +7,7 @@ use crate::exact::{BOUND_MARGIN, DRIVING, HeldTable, behind_figure, times_sizes}
 use crate::hybrid::Automaton;
 use crate::model::amplifier::StageMode;
 use crate::model::axis::{Axis, Mode};
+use crate::model::direction::Direction;
 use crate::model::joint::JointMode;
 use crate::model::resistance::GuideMode;
 use crate::numerics::seconds;
@@ -25,8 +26,8 @@ impl Kind {
     pub(super) fn of(mode: &Mode) -> Self {
         let guide = match mode.guide {
             // No axis has both.
-            GuideMode::AsWritten | GuideMode::Forward => 0,
-            GuideMode::Backward => 1,
+            GuideMode::AsWritten | GuideMode::Slides(Direction::Positive) => 0,
+            GuideMode::Slides(Direction::Negative) => 1,
             GuideMode::Stuck => 2,
         };
         Self(2 * guide + usize::from(mode.joint.carries()))
@@ -34,7 +35,8 @@ impl Kind {
 
     /// What the guide does, on an axis with friction.
     pub(super) fn guide(self) -> GuideMode {
-        [GuideMode::Forward, GuideMode::Backward, GuideMode::Stuck][self.0 / 2]
+        let [forward, backward] = Direction::BOTH.map(GuideMode::Slides);
+        [forward, backward, GuideMode::Stuck][self.0 / 2]
     }
 
     /// True if friction holds the screw.

@@ -93,8 +93,7 @@ impl Automaton {
         };
         let guide_keeps = match self.mode.guide {
             GuideMode::AsWritten => true,
-            GuideMode::Forward => slides(1.0),
-            GuideMode::Backward => slides(-1.0),
+            GuideMode::Slides(direction) => slides(direction.sign()),
             GuideMode::Stuck => false,
         };
         let current_keeps = || match self.axis.stage.limits() {

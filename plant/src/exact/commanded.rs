@@ -346,8 +346,7 @@ impl Automaton {
                 let (a, b, limit) = (carried.demand, demand, pid.limit());
                 let inside = match mode.amplifier {
                     AmplifierMode::Linear => limit - a.abs().max(b.abs()),
-                    AmplifierMode::AtUpper => a.min(b) - limit,
-                    AmplifierMode::AtLower => (-a).min(-b) - limit,
+                    AmplifierMode::AtLimit(d) => (d.sign() * a).min(d.sign() * b) - limit,
                 };
                 inside > of_demand
             }

@@ -532,8 +532,7 @@ impl<'a> Armature<'a> {
                 ..Affine::constant(0.0)
             },
             (Some(pid), AmplifierMode::Linear) => Affine::of(demand_row(pid)),
-            (Some(pid), AmplifierMode::AtUpper) => Affine::constant(pid.limit()),
-            (Some(pid), AmplifierMode::AtLower) => Affine::constant(-pid.limit()),
+            (Some(pid), AmplifierMode::AtLimit(d)) => Affine::constant(d.sign() * pid.limit()),
         };
         // V_h = R·I + k_m·β̇/z
         let mut own = Column::<HELD>::zeros();

@@ -8,7 +8,8 @@ use super::system::{AxisSystem, Column, HELD};
 use super::table::{Table, held_rows};
 use super::whole_step::WholeStep;
 use crate::model::axis::{Axis, Mode};
-use crate::model::joint::{Flank, JointMode};
+use crate::model::direction::Direction;
+use crate::model::joint::JointMode;
 use crate::model::resistance::GuideMode;
 use crate::model::state::CURRENT;
 use crate::numerics::seconds;
@@ -33,7 +34,7 @@ pub(crate) struct HeldTable {
 /// True if a step over this length is stiff, the joint open or closed.
 pub(crate) fn is_stiff(axis: &Axis, length_ns: u64) -> bool {
     let joints: &[JointMode] = match axis.joint {
-        Some(_) => &[JointMode::Open, JointMode::Loaded(Flank::Drive)],
+        Some(_) => &[JointMode::Open, JointMode::Loaded(Direction::Positive)],
         None => &[JointMode::Rigid],
     };
     joints.iter().any(|&joint| {

@@ -84,7 +84,8 @@ impl<'a, const D: usize> Sought<'a, D> {
         q[0] += self.offset;
         if let Some((motion, start_s)) = self.command {
             let mut command: Coefficients = [0.0; TERMS + 1];
-            motion.series(start_s + leg.start_s, leg.length_s / end, &mut command);
+            let now = motion.oscillator(start_s + leg.start_s);
+            now.series(leg.length_s / end, &mut command);
             for (q, command) in q.iter_mut().zip(command) {
                 *q = command - *q;
             }

@@ -46,7 +46,7 @@ impl Quantity {
     pub(crate) fn of_guide(guide: GuideMode) -> Option<Self> {
         match guide {
             GuideMode::AsWritten => None,
-            GuideMode::Forward | GuideMode::Backward => Some(Self::ScrewSpeed),
+            GuideMode::Slides(_) => Some(Self::ScrewSpeed),
             GuideMode::Stuck => Some(Self::MovingTorque),
         }
     }

@@ -13,7 +13,8 @@ use super::system::{Column, Matrix};
 use super::table::{Quantity, Table};
 use crate::model::axis::Axis;
 use crate::model::axis::Mode;
-use crate::model::joint::{Flank, JointMode};
+use crate::model::direction::Direction;
+use crate::model::joint::JointMode;
 use crate::numerics::width::One;
 use crate::{
     AxisParameters, Carriage, ElasticJoint, Joint, Motor, Resistance, Surroundings, Transmission,
@@ -410,10 +411,13 @@ fn the_papers_axis_has_sketches() {
         let quantity = table.table.quantity(Quantity::Delta);
         quantity.sketch.is_some()
     };
-    for joint in [JointMode::Open, JointMode::Loaded(Flank::Drive)] {
+    for joint in [JointMode::Open, JointMode::Loaded(Direction::Positive)] {
         assert!(has_sketch(joint, 100_000) && has_sketch(joint, 1_400_000));
     }
-    assert!(!has_sketch(JointMode::Loaded(Flank::Drive), 1_500_000));
+    assert!(!has_sketch(
+        JointMode::Loaded(Direction::Positive),
+        1_500_000
+    ));
 }
 
 /// The largest product of the distances from the nodes, between neighbouring

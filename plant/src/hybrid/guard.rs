@@ -19,22 +19,22 @@
 use crate::model::amplifier::{AmplifierMode, Stage, StageMode};
 use crate::model::axis::{Axis, Drive, Mode, demand};
 use crate::model::direction::Direction;
-use crate::model::joint::{ElasticJoint, Flank, JointMode};
+use crate::model::joint::{ElasticJoint, JointMode};
 use crate::model::pid::Side;
 use crate::model::resistance::GuideMode;
 use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT, Vector, gamma_dot};
 
-/// Reasons for which a mode ends.
+/// Reasons for which a mode ends, with the flank or direction; s is its sign.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Guard {
     /// `b − s·ε`: the gap closes on a flank.
-    Meet(Flank),
+    Meet(Direction),
     /// `s·ε − b`: the flank comes away.
-    Part(Flank),
+    Part(Direction),
     /// `s·Ψ`: the flank would have to pull.
-    Release(Flank),
+    Release(Direction),
     /// `−s·Ψ` of the released flank: it would push again.
-    Reload(Flank),
+    Reload(Direction),
     /// `s·γ̇`: sliding comes to rest.
     Stop(Direction),
     /// `p·a0 − s·(τ − p·F_load)`: dry friction gives way.
@@ -65,39 +65,27 @@ impl Mode {
     /// go where it would pull, `feedback` whether the command follows the
     /// continuous law.
     pub(crate) fn guards(&self, releases: bool, stage: Stage, feedback: bool) -> Guards {
+        let both = |guard: fn(Direction) -> Guard| Direction::BOTH.map(|d| Some(guard(d)));
+        let none = [None, None];
         let [a, b] = match self.joint {
-            JointMode::Rigid | JointMode::Gapless => [None, None],
-            JointMode::Open => [
-                Some(Guard::Meet(Flank::Drive)),
-                Some(Guard::Meet(Flank::Coast)),
-            ],
+            JointMode::Rigid | JointMode::Gapless => none,
+            JointMode::Open => both(Guard::Meet),
             JointMode::Loaded(flank) if releases => [Some(Guard::Release(flank)), None],
             JointMode::Loaded(flank) => [Some(Guard::Part(flank)), None],
             JointMode::Released(flank) => [Some(Guard::Part(flank)), Some(Guard::Reload(flank))],
         };
         let [c, d] = match self.guide {
-            GuideMode::AsWritten => [None, None],
-            GuideMode::Forward => [Some(Guard::Stop(Direction::Positive)), None],
-            GuideMode::Backward => [Some(Guard::Stop(Direction::Negative)), None],
-            GuideMode::Stuck => [
-                Some(Guard::Break(Direction::Positive)),
-                Some(Guard::Break(Direction::Negative)),
-            ],
+            GuideMode::AsWritten => none,
+            GuideMode::Slides(d) => [Some(Guard::Stop(d)), None],
+            GuideMode::Stuck => both(Guard::Break),
         };
         let [e, f] = match self.amplifier {
-            _ if !feedback => [None, None],
-            AmplifierMode::Linear => [
-                Some(Guard::Limit(Direction::Positive)),
-                Some(Guard::Limit(Direction::Negative)),
-            ],
-            AmplifierMode::AtUpper => [Some(Guard::Unlimit(Direction::Positive)), None],
-            AmplifierMode::AtLower => [Some(Guard::Unlimit(Direction::Negative)), None],
-        };
-        let both = |guard: fn(Direction) -> Guard| {
-            [Direction::Positive, Direction::Negative].map(|d| Some(guard(d)))
+            _ if !feedback => none,
+            AmplifierMode::Linear => both(Guard::Limit),
+            AmplifierMode::AtLimit(d) => [Some(Guard::Unlimit(d)), None],
         };
         let [g, h] = match (stage, self.stage) {
-            (Stage::Voltage | Stage::IdealCurrent, _) => [None, None],
+            (Stage::Voltage | Stage::IdealCurrent, _) => none,
             (Stage::LimitedVoltage { .. }, StageMode::Follows) => both(Guard::Hold),
             (Stage::CurrentLoop { .. }, StageMode::Follows) => both(Guard::Saturate),
             (_, StageMode::Saturated(d)) => [Some(Guard::Desaturate(d)), None],
@@ -112,37 +100,24 @@ impl Guard {
     /// The guard on the same surface in the mode that this one leads to; its
     /// value there is zero at first and must not be found again.
     pub(crate) fn opposite(self, next: &Mode) -> Self {
-        let turned = |d: Direction| match d {
-            Direction::Positive => Direction::Negative,
-            Direction::Negative => Direction::Positive,
-        };
         match self {
-            Self::Meet(flank) => Self::Part(flank),
-            Self::Part(flank) => Self::Meet(flank),
-            Self::Release(flank) => Self::Reload(flank),
-            Self::Reload(flank) => Self::Release(flank),
-            Self::Break(direction) => Self::Stop(direction),
+            Self::Meet(d) => Self::Part(d),
+            Self::Part(d) => Self::Meet(d),
+            Self::Release(d) => Self::Reload(d),
+            Self::Reload(d) => Self::Release(d),
+            Self::Break(d) => Self::Stop(d),
             // From sliding straight into the other direction, or on.
-            Self::Stop(direction) => match (next.guide, direction) {
-                (GuideMode::Backward, Direction::Positive)
-                | (GuideMode::Forward, Direction::Negative) => Self::Stop(turned(direction)),
-                _ => self,
-            },
-            Self::Limit(direction) => Self::Unlimit(direction),
-            Self::Unlimit(direction) => Self::Limit(direction),
-            Self::Saturate(direction) => Self::Desaturate(direction),
-            Self::Desaturate(direction) => Self::Saturate(direction),
+            Self::Stop(d) if next.guide == GuideMode::Slides(d.turned()) => Self::Stop(d.turned()),
+            Self::Limit(d) => Self::Unlimit(d),
+            Self::Unlimit(d) => Self::Limit(d),
+            Self::Saturate(d) => Self::Desaturate(d),
+            Self::Desaturate(d) => Self::Saturate(d),
             // The current still stands at its limit.
-            Self::LetGo(direction) => Self::Hold(direction),
-            Self::Overrun(direction) => Self::Return(direction),
-            Self::Hold(_) | Self::Return(_) => self,
+            Self::LetGo(d) => Self::Hold(d),
+            Self::Overrun(d) => Self::Return(d),
+            Self::Stop(_) | Self::Hold(_) | Self::Return(_) => self,
         }
     }
-}
-
-/// A guard and its rate with the other sign.
-fn negated((value, rate): (f64, f64)) -> (f64, f64) {
-    (-value, -rate)
 }
 
 /// Rounding of γ̇ = β̇ − ε̇ \[rad/s\]: a screw that has
@@ -177,73 +152,76 @@ impl Axis {
         guard: Guard,
         mode: &Mode,
         drive: &Drive<'_>,
-        (time_s, side): (f64, Side),
+        now: (f64, Side),
         (y, dy): (&Vector, &Vector),
     ) -> (f64, f64) {
-        let gap = |flank: Flank, b: f64| {
-            let s = flank.sign();
-            (s * y[EPSILON] - b, s * dy[EPSILON])
+        // `s·q − limit` and its rate, and the same with the other sign.
+        let beyond = |d: Direction, (q, rate): (f64, f64), limit: f64| {
+            (d.sign() * q - limit, d.sign() * rate)
         };
-        let torque = |joint: ElasticJoint, flank: Flank| {
-            let s = flank.sign();
+        let within = |d, q, limit| {
+            let (value, rate) = beyond(d, q, limit);
+            (-value, -rate)
+        };
+        // No mode without a joint has guards of one.
+        let joint = self.joint.unwrap_or_default();
+        let b = joint.backlash_half_rad;
+        let epsilon = (y[EPSILON], dy[EPSILON]);
+        let torque = |flank| {
+            let torque_nm = joint.flank_torque_nm(flank, y[EPSILON], y[EPSILON_DOT]);
+            let rate = joint.flank_torque_rate(dy[EPSILON], dy[EPSILON_DOT]);
+            (torque_nm, rate)
+        };
+        let (limit_v, limit_a, omega_radps) = self.stage.numbers();
+        let command = || {
+            let rates = [dy[BETA], dy[BETA_DOT]];
+            let rate = self.command_rate(mode, drive, now, y[BETA], rates);
+            (self.command(mode, drive, now.0, y), rate)
+        };
+        let loop_voltage = || {
+            let (command, rate) = command();
             (
-                s * joint.flank_torque_nm(flank, y[EPSILON], y[EPSILON_DOT]),
-                s * joint.flank_torque_rate(dy[EPSILON], dy[EPSILON_DOT]),
+                self.loop_voltage_v(omega_radps, command, y),
+                self.loop_voltage_v(omega_radps, rate, dy),
             )
         };
-        let limit = |direction: Direction| match drive {
-            // A held voltage has no limit left to reach.
-            Drive::Held(_) => (1.0, 0.0),
-            Drive::Feedback(pid) => {
-                let (beta, beta_dot, beta_ddot) = (y[BETA], dy[BETA], dy[BETA_DOT]);
-                let s = direction.sign();
-                (
-                    pid.limit() - s * demand(pid, time_s, y),
-                    -s * pid.demand_rate(time_s, side, beta, beta_dot, beta_ddot),
-                )
-            }
-        };
-        let behind = |guard: Guard| {
-            let command = self.command(mode, drive, time_s, y);
-            let rates = [dy[BETA], dy[BETA_DOT]];
-            let rate = self.command_rate(mode, drive, (time_s, side), y[BETA], rates);
-            self.stage_guard(guard, (command, rate), (y, dy))
-        };
-        match (guard, self.joint) {
-            (Guard::Meet(flank), Some(joint)) => negated(gap(flank, joint.backlash_half_rad)),
-            (Guard::Part(flank), Some(joint)) => {
+        let held = || (self.holding_voltage_v(y), self.holding_voltage_v(dy));
+        let current = (y[CURRENT], dy[CURRENT]);
+        match guard {
+            Guard::Meet(d) => within(d, epsilon, b),
+            Guard::Part(d) => {
                 let noise_rad = self.release_noise_nm(joint, y) / joint.stiffness_nm_per_rad;
-                gap(flank, joint.backlash_half_rad - noise_rad)
+                beyond(d, epsilon, b - noise_rad)
             }
-            (Guard::Release(flank), Some(joint)) => {
-                let (value, rate) = torque(joint, flank);
-                (value + self.release_noise_nm(joint, y), rate)
+            Guard::Release(d) => beyond(d, torque(d), -self.release_noise_nm(joint, y)),
+            Guard::Reload(d) => within(d, torque(d), 0.0),
+            Guard::Stop(d) => beyond(d, (gamma_dot(y), gamma_dot(dy)), -speed_noise(y)),
+            Guard::Break(d) => {
+                let rate = self.moving_torque_rate(mode, dy);
+                let torque = (self.driving_torque_nm(mode, y), rate);
+                within(d, torque, self.holding_torque_nm)
             }
-            (Guard::Reload(flank), Some(joint)) => negated(torque(joint, flank)),
-            (Guard::Stop(direction), _) => {
-                let s = direction.sign();
-                (speed_noise(y) + s * gamma_dot(y), s * gamma_dot(dy))
+            Guard::Limit(d) | Guard::Unlimit(d) => {
+                let Drive::Feedback(pid) = drive else {
+                    // A held voltage has no limit left to reach.
+                    return (1.0, 0.0);
+                };
+                let rate = pid.demand_rate(now.0, now.1, y[BETA], dy[BETA], dy[BETA_DOT]);
+                let demand = (demand(pid, now.0, y), rate);
+                match guard {
+                    Guard::Limit(_) => within(d, demand, pid.limit()),
+                    _ => beyond(d, demand, pid.limit()),
+                }
             }
-            (Guard::Break(direction), _) => {
-                let s = direction.sign();
-                (
-                    self.holding_torque_nm - s * self.driving_torque_nm(mode, y),
-                    -s * self.moving_torque_rate(mode, dy),
-                )
+            Guard::Saturate(d) => within(d, loop_voltage(), limit_v),
+            Guard::Desaturate(d) => beyond(d, loop_voltage(), limit_v),
+            Guard::Hold(d) => within(d, current, limit_a),
+            Guard::Return(d) => beyond(d, current, limit_a),
+            Guard::LetGo(d) => {
+                let ((command, rate), (held_v, held_rate)) = (command(), held());
+                beyond(d, (command - held_v, rate - held_rate), 0.0)
             }
-            (Guard::Limit(direction), _) => limit(direction),
-            (Guard::Unlimit(direction), _) => negated(limit(direction)),
-            (
-                Guard::Saturate(_)
-                | Guard::Desaturate(_)
-                | Guard::Hold(_)
-                | Guard::LetGo(_)
-                | Guard::Overrun(_)
-                | Guard::Return(_),
-                _,
-            ) => behind(guard),
-            // A rigid axis has no joint guards.
-            (_, None) => (1.0, 0.0),
+            Guard::Overrun(d) => beyond(d, held(), -limit_v),
         }
     }
 
@@ -272,46 +250,13 @@ impl Axis {
         at_rest && s * first < 0.0
     }
 
-    /// The same of a guard behind the command, which comes with its rate.
-    fn stage_guard(
-        &self,
-        guard: Guard,
-        (command, command_rate): (f64, f64),
-        (y, dy): (&Vector, &Vector),
-    ) -> (f64, f64) {
-        let (limit_v, limit_a, omega_radps) = self.stage.numbers();
-        let demanded = |d: Direction| {
-            let s = d.sign();
-            let rate = self.loop_voltage_v(omega_radps, command_rate, dy);
-            (
-                s * self.loop_voltage_v(omega_radps, command, y) - limit_v,
-                s * rate,
-            )
-        };
-        let current = |d: Direction| (d.sign() * y[CURRENT] - limit_a, d.sign() * dy[CURRENT]);
-        let (held_v, held_rate) = (self.holding_voltage_v(y), self.holding_voltage_v(dy));
-        match guard {
-            Guard::Saturate(d) => negated(demanded(d)),
-            Guard::Desaturate(d) => demanded(d),
-            Guard::Hold(d) => negated(current(d)),
-            Guard::Return(d) => current(d),
-            Guard::LetGo(d) => {
-                let s = d.sign();
-                (s * (command - held_v), s * (command_rate - held_rate))
-            }
-            Guard::Overrun(d) => (limit_v + d.sign() * held_v, d.sign() * held_rate),
-            _ => (1.0, 0.0),
-        }
-    }
-
     /// The mode after `guard` has reached zero. Where the next mode starts on
     /// the same surface, the state is put exactly onto it.
     pub(crate) fn switch(&self, guard: Guard, mode: &Mode, y: &mut Vector) -> Mode {
         let mut next = *mode;
-        let b = self.joint.map_or(0.0, |joint| joint.backlash_half_rad);
         match guard {
             Guard::Meet(flank) => {
-                y[EPSILON] = flank.sign() * b;
+                y[EPSILON] = flank.sign() * self.backlash_half_rad();
                 next.joint = JointMode::Loaded(flank);
             }
             // Not moved back by the parting noise: the torque of that last
@@ -327,17 +272,14 @@ impl Axis {
                     y[BETA_DOT] = 0.0;
                 }
                 let torque_nm = direction.sign() * self.driving_torque_nm(mode, y);
-                next.guide = match (torque_nm, direction) {
-                    (t, _) if t.abs() <= self.holding_torque_nm => GuideMode::Stuck,
-                    (t, Direction::Positive) if t < 0.0 => GuideMode::Backward,
-                    (t, Direction::Negative) if t < 0.0 => GuideMode::Forward,
-                    _ => mode.guide,
-                };
+                if torque_nm.abs() <= self.holding_torque_nm {
+                    next.guide = GuideMode::Stuck;
+                } else if torque_nm < 0.0 {
+                    next.guide = GuideMode::Slides(direction.turned());
+                }
             }
-            Guard::Break(Direction::Positive) => next.guide = GuideMode::Forward,
-            Guard::Break(Direction::Negative) => next.guide = GuideMode::Backward,
-            Guard::Limit(Direction::Positive) => next.amplifier = AmplifierMode::AtUpper,
-            Guard::Limit(Direction::Negative) => next.amplifier = AmplifierMode::AtLower,
+            Guard::Break(d) => next.guide = GuideMode::Slides(d),
+            Guard::Limit(d) => next.amplifier = AmplifierMode::AtLimit(d),
             Guard::Unlimit(_) => next.amplifier = AmplifierMode::Linear,
             Guard::Saturate(d) => next.stage = StageMode::Saturated(d),
             Guard::Hold(d) | Guard::Return(d) => {

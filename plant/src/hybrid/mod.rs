@@ -9,7 +9,8 @@ pub(crate) mod guard;
 use self::guard::{Guard, Guards};
 use crate::model::amplifier::Stage;
 use crate::model::axis::{Axis, Drive, Mode};
-use crate::model::joint::{Contact, Flank, JointMode};
+use crate::model::direction::Direction;
+use crate::model::joint::{Contact, JointMode};
 use crate::model::pid::Side;
 use crate::model::state::{CURRENT, EPSILON, EPSILON_DOT, State, Vector};
 use crate::numerics::seconds;
@@ -129,7 +130,7 @@ pub(crate) struct Automaton {
 
 impl Automaton {
     /// At rest at zero, the joint centred in its gap or on a flank, time 0.
-    pub(crate) fn new(axis: Axis, flank: Option<Flank>) -> Self {
+    pub(crate) fn new(axis: Axis, flank: Option<Direction>) -> Self {
         let mut start = Self {
             axis,
             mode: axis.mode_at_rest(),

@@ -57,10 +57,8 @@ impl Default for Control {
 pub(crate) enum AmplifierMode {
     /// The command follows the demand, or is held.
     Linear,
-    /// The command stands at its upper limit.
-    AtUpper,
-    /// The command stands at its lower limit.
-    AtLower,
+    /// The command stands at its limit.
+    AtLimit(Direction),
 }
 
 /// State of the amplifier behind its command.

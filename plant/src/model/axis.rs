@@ -11,7 +11,8 @@
 //! that the encoder's zero is that of β; γ is `β + β(0) − ε`.
 
 use crate::model::amplifier::{AmplifierMode, Stage, StageMode};
-use crate::model::joint::{ElasticJoint, Flank, JointMode, Transmission};
+use crate::model::direction::Direction;
+use crate::model::joint::{ElasticJoint, JointMode, Transmission};
 use crate::model::motor::Motor;
 use crate::model::pid::{ContinuousPid, Side};
 use crate::model::resistance::{Carriage, GuideMode, Resistance};
@@ -63,9 +64,8 @@ impl Mode {
     pub(crate) fn with_contact(mut self, sign: f64) -> Self {
         if matches!(self.joint, JointMode::Open | JointMode::Loaded(_)) {
             self.joint = match sign {
-                s if s > 0.0 => JointMode::Loaded(Flank::Drive),
-                s if s < 0.0 => JointMode::Loaded(Flank::Coast),
-                _ => JointMode::Open,
+                0.0 => JointMode::Open,
+                _ => JointMode::Loaded(Direction::of(sign)),
             };
         }
         self
@@ -146,7 +146,11 @@ impl Axis {
     }
 
     /// The same axis with another b, on a flank of which it starts; a rigid one is as it was.
-    pub(crate) fn with_backlash(mut self, backlash_half_rad: f64, flank: Option<Flank>) -> Self {
+    pub(crate) fn with_backlash(
+        mut self,
+        backlash_half_rad: f64,
+        flank: Option<Direction>,
+    ) -> Self {
         if let Some(joint) = &mut self.joint {
             joint.backlash_half_rad = backlash_half_rad;
         }
@@ -207,11 +211,9 @@ impl Axis {
         );
         if let Drive::Feedback(pid) = drive {
             let demand = demand(pid, time_s, y);
-            mode.amplifier = match pid.limit() {
-                limit if demand >= limit => AmplifierMode::AtUpper,
-                limit if demand <= -limit => AmplifierMode::AtLower,
-                _ => AmplifierMode::Linear,
-            };
+            if demand.abs() >= pid.limit() {
+                mode.amplifier = AmplifierMode::AtLimit(Direction::of(demand));
+            }
         }
         if !self.stage.is_papers() {
             mode.stage = self.stage_of_state(self.command(&mode, drive, time_s, y), y);
@@ -224,8 +226,7 @@ impl Axis {
         match (drive, mode.amplifier) {
             (Drive::Held(command), _) => *command,
             (Drive::Feedback(pid), AmplifierMode::Linear) => demand(pid, time_s, y),
-            (Drive::Feedback(pid), AmplifierMode::AtUpper) => pid.limit(),
-            (Drive::Feedback(pid), AmplifierMode::AtLower) => -pid.limit(),
+            (Drive::Feedback(pid), AmplifierMode::AtLimit(d)) => d.sign() * pid.limit(),
         }
     }
 
@@ -260,27 +261,22 @@ impl Axis {
         now: (f64, Side),
         y: &Vector,
     ) -> Vector {
-        let (z, motor) = (self.gear_ratio, &self.motor);
-        let (beta_dot, epsilon_dot, current) = (y[BETA_DOT], y[EPSILON_DOT], y[CURRENT]);
+        let (beta_dot, epsilon_dot) = (y[BETA_DOT], y[EPSILON_DOT]);
         let gamma_ddot = self.screw_acceleration(mode, y);
         let (beta_ddot, epsilon_ddot) = match self.joint {
             None => (gamma_ddot, 0.0),
             Some(joint) => {
                 // β̈ = (k_m·I/z − Ψ)/J1, eq. 11 and 15.
                 let psi = joint.torque_nm(mode.joint, y[EPSILON], epsilon_dot);
-                let beta_ddot = (motor.torque_nm(current) / z - psi) / self.gear_inertia;
+                let motor_nm = self.motor.torque_nm(y[CURRENT]) / self.gear_ratio;
+                let beta_ddot = (motor_nm - psi) / self.gear_inertia;
                 (beta_ddot, beta_ddot - gamma_ddot)
             }
         };
         let command = self.command(mode, drive, now.0, y);
-        let [current_rate, current_integral_rate] = match self.stage {
-            Stage::Voltage => [motor.current_rate(command, current, beta_dot / z), 0.0],
-            _ => {
-                let rates = [beta_dot, beta_ddot];
-                let command_rate = self.command_rate(mode, drive, now, y[BETA], rates);
-                self.stage_rates(mode.stage, (command, command_rate), y)
-            }
-        };
+        let command_rate = || self.command_rate(mode, drive, now, y[BETA], [beta_dot, beta_ddot]);
+        let [current_rate, current_integral_rate] =
+            self.stage_rates(mode.stage, command, command_rate, y);
         // β̂ is the continuous law's memory; a held command has none.
         let beta_integral_rate = match drive {
             Drive::Held(_) => 0.0,
@@ -307,8 +303,7 @@ impl Axis {
 
     /// Torque that turns the screw less what resistance and loads take of it \[N m\].
     fn accelerating_torque_nm(&self, mode: &Mode, y: &Vector) -> f64 {
-        let resistance = &self.resistance;
-        let force_n = resistance.force_n(mode.guide, gamma_dot(y)) + self.load_force_n;
+        let force_n = self.resistance.force_n(mode.guide, gamma_dot(y)) + self.load_force_n;
         self.moving_torque_nm(mode, y) - self.pitch_m_per_rad * force_n
     }
 
@@ -317,8 +312,8 @@ impl Axis {
         if mode.guide == GuideMode::Stuck {
             return 0.0;
         }
-        let resistance = &self.resistance;
-        let force_rate = resistance.slope(mode.guide, gamma_dot(y)) * gamma_dot(dy);
+        let [_, a1, a2] = self.resistance.polynomial(mode.guide);
+        let force_rate = (2.0 * a2 * gamma_dot(y) + a1) * gamma_dot(dy);
         (self.moving_torque_rate(mode, dy) - self.pitch_m_per_rad * force_rate)
             / self.moved_inertia()
     }
@@ -347,12 +342,12 @@ impl Axis {
     }
 
     pub(crate) fn moving_torque_rate(&self, mode: &Mode, dy: &Vector) -> f64 {
-        match (self.joint, mode.joint) {
-            (None, _) => self.motor.torque_nm(dy[CURRENT]) / self.gear_ratio,
-            (Some(joint), JointMode::Gapless | JointMode::Loaded(_)) => {
+        match self.joint {
+            None => self.motor.torque_nm(dy[CURRENT]) / self.gear_ratio,
+            Some(joint) if mode.joint.carries() => {
                 joint.flank_torque_rate(dy[EPSILON], dy[EPSILON_DOT])
             }
-            _ => 0.0,
+            Some(_) => 0.0,
         }
     }
 

@@ -12,6 +12,8 @@
 //! jumps there. That is the paper's model; it also lets a separating flank
 //! pull for a moment. With `no_pull` the torque is cut off at 0 instead.
 
+use super::direction::Direction;
+
 /// Gear, joint and screw (paper, section 2, Fig. 2).
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Transmission {
@@ -86,29 +88,6 @@ impl Contact {
     }
 }
 
-/// One of the two flanks.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Flank {
-    Drive,
-    Coast,
-}
-
-impl Flank {
-    pub(crate) fn sign(self) -> f64 {
-        match self {
-            Self::Drive => 1.0,
-            Self::Coast => -1.0,
-        }
-    }
-
-    pub(crate) fn contact(self) -> Contact {
-        match self {
-            Self::Drive => Contact::Drive,
-            Self::Coast => Contact::Coast,
-        }
-    }
-}
-
 /// Mode of the joint; the equations are smooth within each mode.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum JointMode {
@@ -119,16 +98,16 @@ pub(crate) enum JointMode {
     /// |ε| ≤ b: no torque.
     Open,
     /// The flank carries torque.
-    Loaded(Flank),
+    Loaded(Direction),
     /// `no_pull` only: |ε| > b, but the flank would have to pull.
-    Released(Flank),
+    Released(Direction),
 }
 
 impl JointMode {
     pub(crate) fn contact(self) -> Contact {
         match self {
-            Self::Gapless => Contact::Drive,
-            Self::Loaded(flank) => flank.contact(),
+            Self::Gapless | Self::Loaded(Direction::Positive) => Contact::Drive,
+            Self::Loaded(Direction::Negative) => Contact::Coast,
             Self::Rigid | Self::Open | Self::Released(_) => Contact::Open,
         }
     }
@@ -140,43 +119,45 @@ impl JointMode {
 }
 
 impl ElasticJoint {
+    /// ε at which a joint in this mode carries nothing but damping \[rad\]; none where it
+    /// carries no torque at all.
+    pub(crate) fn rest_rad(&self, mode: JointMode) -> Option<f64> {
+        match mode {
+            JointMode::Gapless => Some(0.0),
+            JointMode::Loaded(flank) => Some(flank.sign() * self.backlash_half_rad),
+            JointMode::Rigid | JointMode::Open | JointMode::Released(_) => None,
+        }
+    }
+
     /// `Ψ_e + Ψ_v = k·(ε ∓ b) + c·ε̇` on a flank, eq. 8-10 \[N m\], whether or
     /// not the flank can pull.
-    pub(crate) fn flank_torque_nm(&self, flank: Flank, epsilon: f64, epsilon_dot: f64) -> f64 {
-        let (k, c, b) = self.coefficients();
-        k * (epsilon - flank.sign() * b) + c * epsilon_dot
+    pub(crate) fn flank_torque_nm(&self, flank: Direction, epsilon: f64, epsilon_dot: f64) -> f64 {
+        self.torque_nm(JointMode::Loaded(flank), epsilon, epsilon_dot)
     }
 
     /// `Ψ`, torque from the gear output to the screw in a given mode \[N m\].
     pub(crate) fn torque_nm(&self, mode: JointMode, epsilon: f64, epsilon_dot: f64) -> f64 {
-        match mode {
-            JointMode::Gapless => {
-                let (k, c, _) = self.coefficients();
-                k * epsilon + c * epsilon_dot
-            }
-            JointMode::Loaded(flank) => self.flank_torque_nm(flank, epsilon, epsilon_dot),
-            JointMode::Rigid | JointMode::Open | JointMode::Released(_) => 0.0,
-        }
+        self.rest_rad(mode).map_or(0.0, |rest_rad| {
+            self.stiffness_nm_per_rad * (epsilon - rest_rad)
+                + self.damping_nms_per_rad * epsilon_dot
+        })
     }
 
     /// `Ψ̇ = k·ε̇ + c·ε̈` of a flank \[N m/s\].
     pub(crate) fn flank_torque_rate(&self, epsilon_dot: f64, epsilon_ddot: f64) -> f64 {
-        let (k, c, _) = self.coefficients();
-        k * epsilon_dot + c * epsilon_ddot
+        self.stiffness_nm_per_rad * epsilon_dot + self.damping_nms_per_rad * epsilon_ddot
     }
 
     /// The mode that the state alone suggests: what a solver that locates
     /// nothing uses.
     pub(crate) fn mode_of_state(&self, epsilon: f64, epsilon_dot: f64) -> JointMode {
-        let b = self.backlash_half_rad;
-        if b == 0.0 {
+        if self.backlash_half_rad == 0.0 {
             return JointMode::Gapless;
         }
-        let flank = match epsilon {
-            e if e > b => Flank::Drive,
-            e if e < -b => Flank::Coast,
-            _ => return JointMode::Open,
-        };
+        if epsilon.abs() <= self.backlash_half_rad {
+            return JointMode::Open;
+        }
+        let flank = Direction::of(epsilon);
         let pulls = flank.sign() * self.flank_torque_nm(flank, epsilon, epsilon_dot) < 0.0;
         if self.releases() && pulls {
             JointMode::Released(flank)
@@ -194,16 +175,7 @@ impl ElasticJoint {
     /// `U = ½·k·(|ε| − b)²` outside the gap, energy stored in the contact:
     /// eq. 5 less the gap \[J\].
     pub fn stored_energy_j(&self, epsilon_rad: f64) -> f64 {
-        let (k, _, b) = self.coefficients();
-        let squeeze = (epsilon_rad.abs() - b).max(0.0);
-        0.5 * k * squeeze * squeeze
-    }
-
-    fn coefficients(&self) -> (f64, f64, f64) {
-        (
-            self.stiffness_nm_per_rad,
-            self.damping_nms_per_rad,
-            self.backlash_half_rad,
-        )
+        let squeeze = (epsilon_rad.abs() - self.backlash_half_rad).max(0.0);
+        0.5 * self.stiffness_nm_per_rad * squeeze * squeeze
     }
 }

@@ -133,21 +133,4 @@ impl ContinuousPid {
         let (kp, ki, kd) = (self.gains.kp, self.gains.ki_per_s, self.gains.kd_s);
         self.loop_gain * (kp * e + ki * e_hat + kd * e_dot)
     }
-
-    /// Bound of the demand's distance from the cubic through its ends, given how
-    /// far β̂, β, β̇ and the command (its integral, x_ref and v_ref) may be.
-    pub(crate) fn demand_reach(
-        &self,
-        beta_hat: f64,
-        beta: f64,
-        beta_dot: f64,
-        [integral, displacement, velocity]: [f64; 3],
-    ) -> f64 {
-        let (s, z) = (self.radians_per_m.abs(), self.gear_ratio.abs());
-        let (kp, ki, kd) = (self.gains.kp, self.gains.ki_per_s, self.gains.kd_s);
-        let sum = kp * (displacement * s + beta / z)
-            + ki * (integral * s + beta_hat / z)
-            + kd * (velocity * s + beta_dot / z);
-        self.loop_gain.abs() * sum
-    }
 }

@@ -5,7 +5,6 @@
 
 use crate::model::amplifier::Stage;
 use crate::model::axis::{Axis, Drive, Mode};
-use crate::model::joint::JointMode;
 use crate::model::pid::Side;
 use crate::model::resistance::GuideMode;
 use crate::model::state::{BETA, BETA_DOT, CURRENT, EPSILON, EPSILON_DOT, Vector, gamma_dot};
@@ -44,35 +43,24 @@ impl<'a> Rates<'a> {
     pub(crate) fn new(axis: &'a Axis, mode: &Mode, drive: &'a Drive<'a>, start_s: f64) -> Self {
         let (z, motor) = (axis.gear_ratio, &axis.motor);
         let (km, l) = (motor.torque_constant_nm_per_a, motor.inductance_h);
-        let (stiffness, damping, rest_rad) = match (axis.joint, mode.joint) {
-            (Some(joint), JointMode::Gapless) => {
-                (joint.stiffness_nm_per_rad, joint.damping_nms_per_rad, 0.0)
-            }
-            (Some(joint), JointMode::Loaded(flank)) => (
-                joint.stiffness_nm_per_rad,
-                joint.damping_nms_per_rad,
-                flank.sign() * joint.backlash_half_rad,
-            ),
-            _ => (0.0, 0.0, 0.0),
-        };
+        let joint = axis.joint.unwrap_or_default();
+        let carried = |number: f64| if mode.joint.carries() { number } else { 0.0 };
         let stuck = mode.guide == GuideMode::Stuck;
         let moves = if stuck { 0.0 } else { 1.0 };
         let screw_per_torque = moves / axis.moved_inertia();
         let [a0, a1, a2] = axis.resistance.polynomial(mode.guide);
         let resistance =
             [a0 + axis.load_force_n, a1, a2].map(|a| screw_per_torque * axis.pitch_m_per_rad * a);
-        let (joined, rigid) = match axis.joint {
-            Some(_) => (1.0, 0.0),
-            None => (0.0, 1.0),
-        };
+        let rigid = if axis.joint.is_none() { 1.0 } else { 0.0 };
+        let joined = 1.0 - rigid;
         Self {
             axis,
             drive,
             mode: *mode,
             start_s,
-            stiffness,
-            damping,
-            rest_rad,
+            stiffness: carried(joint.stiffness_nm_per_rad),
+            damping: carried(joint.damping_nms_per_rad),
+            rest_rad: joint.rest_rad(mode.joint).unwrap_or(0.0),
             screw_per_torque,
             screw_per_current: rigid * screw_per_torque * km / z,
             resistance,
@@ -121,7 +109,7 @@ impl<'a> Rates<'a> {
                     - self.current_per_speed * beta_dot;
                 [current_rate, 0.0]
             }
-            _ => self.behind_stage((time_s, command), y, beta_ddot),
+            _ => self.behind_stage(time_s, command, y, beta_ddot),
         };
         Vector::from([
             beta_dot,
@@ -136,15 +124,18 @@ impl<'a> Rates<'a> {
 
     /// İ and q̇ of any but the paper's amplifier. Where the command's acceleration jumps, a
     /// step ends or starts.
-    fn behind_stage(&self, (time_s, command): (f64, f64), y: &Vector, beta_ddot: f64) -> [f64; 2] {
+    fn behind_stage(&self, time_s: f64, command: f64, y: &Vector, beta_ddot: f64) -> [f64; 2] {
         let side = match time_s > self.start_s {
             true => Side::Before,
             false => Side::After,
         };
-        let rates = [y[BETA_DOT], beta_ddot];
-        let (axis, now) = (self.axis, (time_s, side));
-        let command_rate = axis.command_rate(&self.mode, self.drive, now, y[BETA], rates);
-        axis.stage_rates(self.mode.stage, (command, command_rate), y)
+        let (now, rates) = ((time_s, side), [y[BETA_DOT], beta_ddot]);
+        let command_rate = || {
+            self.axis
+                .command_rate(&self.mode, self.drive, now, y[BETA], rates)
+        };
+        self.axis
+            .stage_rates(self.mode.stage, command, command_rate, y)
     }
 }
 
@@ -152,8 +143,8 @@ impl<'a> Rates<'a> {
 mod tests {
     use super::*;
     use crate::exact::tests::of_the_paper;
-    use crate::model::amplifier::{AmplifierMode, StageMode};
-    use crate::model::joint::Flank;
+    use crate::model::direction::Direction;
+    use crate::model::joint::JointMode;
     use crate::model::surroundings::Surroundings;
     use crate::{ElasticJoint, Joint, Resistance};
 
@@ -186,16 +177,12 @@ mod tests {
             (Joint::Rigid, JointMode::Rigid),
             (elastic, JointMode::Gapless),
             (elastic, JointMode::Open),
-            (elastic, JointMode::Loaded(Flank::Drive)),
-            (elastic, JointMode::Loaded(Flank::Coast)),
-            (elastic, JointMode::Released(Flank::Drive)),
+            (elastic, JointMode::Loaded(Direction::Positive)),
+            (elastic, JointMode::Loaded(Direction::Negative)),
+            (elastic, JointMode::Released(Direction::Positive)),
         ];
-        let guides = [
-            GuideMode::AsWritten,
-            GuideMode::Forward,
-            GuideMode::Backward,
-            GuideMode::Stuck,
-        ];
+        let [forward, backward] = Direction::BOTH.map(GuideMode::Slides);
+        let guides = [GuideMode::AsWritten, forward, backward, GuideMode::Stuck];
         let y = Vector::from([3.0, 20.0, 0.06, -1.5, 4.0, 2.0, 0.5]);
         let drive = Drive::Held(12.0);
         for (joint, joint_mode) in joints {
@@ -204,8 +191,7 @@ mod tests {
                 let mode = Mode {
                     joint: joint_mode,
                     guide,
-                    amplifier: AmplifierMode::Linear,
-                    stage: StageMode::Follows,
+                    ..axis.mode_at_rest()
                 };
                 let expected = axis.derivative(&mode, &drive, (0.1, Side::After), &y);
                 let rates = Rates::new(&axis, &mode, &drive, 0.1).at(0.1, &y);

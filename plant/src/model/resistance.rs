@@ -1,6 +1,8 @@
 //! Carriage and the resistance of its guide (paper, eq. 2 and 13), and the
 //! variant that opposes the motion and can hold the screw.
 
+use super::direction::Direction;
+
 /// Carriage on its guide.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Carriage {
@@ -29,10 +31,8 @@ pub struct Resistance {
 pub(crate) enum GuideMode {
     /// Eq. 13 as it stands, without regard to direction.
     AsWritten,
-    /// Sliding with γ̇ ≥ 0.
-    Forward,
-    /// Sliding with γ̇ ≤ 0.
-    Backward,
+    /// Sliding that way, or about to: γ̇ may be 0.
+    Slides(Direction),
     /// Held at γ̇ = 0 by dry friction.
     Stuck,
 }
@@ -41,8 +41,8 @@ impl GuideMode {
     /// Sign of the motion: of γ̇, or of what γ̇ is about to become.
     pub(crate) fn direction(self) -> f64 {
         match self {
-            Self::Backward => -1.0,
-            Self::AsWritten | Self::Forward => 1.0,
+            Self::AsWritten => 1.0,
+            Self::Slides(direction) => direction.sign(),
             Self::Stuck => 0.0,
         }
     }
@@ -52,26 +52,23 @@ impl Resistance {
     /// `F_r(γ̇)` \[N\]: eq. 13, or with `opposes_motion`
     /// `sign(γ̇)·(a0 + a2·γ̇²) + a1·γ̇`. Not meaningful while stuck.
     pub(crate) fn force_n(&self, mode: GuideMode, gamma_dot: f64) -> f64 {
-        let (a0, a1, a2) = self.coefficients();
-        mode.direction() * (a0 + a2 * gamma_dot * gamma_dot) + a1 * gamma_dot
-    }
-
-    /// `dF_r/dγ̇` \[N s/rad\].
-    pub(crate) fn slope(&self, mode: GuideMode, gamma_dot: f64) -> f64 {
-        let (_, a1, a2) = self.coefficients();
-        mode.direction() * 2.0 * a2 * gamma_dot + a1
+        let [a0, a1, a2] = self.polynomial(mode);
+        a0 + a2 * gamma_dot * gamma_dot + a1 * gamma_dot
     }
 
     /// `F_r` as a polynomial in γ̇: its coefficients from degree 0 to 2.
     pub(crate) fn polynomial(&self, mode: GuideMode) -> [f64; 3] {
-        let (a0, a1, a2) = self.coefficients();
-        [mode.direction() * a0, a1, mode.direction() * a2]
+        let s = mode.direction();
+        [
+            s * self.constant_n,
+            self.linear_ns_per_rad,
+            s * self.quadratic_ns2_per_rad2,
+        ]
     }
 
     /// True if direction matters: with `a1` alone both readings agree.
     pub(crate) fn has_stiction(&self) -> bool {
-        let (a0, _, a2) = self.coefficients();
-        self.opposes_motion && (a0 != 0.0 || a2 != 0.0)
+        self.opposes_motion && (self.constant_n != 0.0 || self.quadratic_ns2_per_rad2 != 0.0)
     }
 
     /// The mode of an axis at rest.
@@ -88,19 +85,10 @@ impl Resistance {
     pub(crate) fn mode_of_state(&self, gamma_dot: f64, torque_nm: f64, hold_nm: f64) -> GuideMode {
         match gamma_dot {
             _ if !self.has_stiction() => GuideMode::AsWritten,
-            v if v > 0.0 => GuideMode::Forward,
-            v if v < 0.0 => GuideMode::Backward,
-            _ if torque_nm > hold_nm => GuideMode::Forward,
-            _ if torque_nm < -hold_nm => GuideMode::Backward,
+            v if v != 0.0 => GuideMode::Slides(Direction::of(v)),
+            _ if torque_nm > hold_nm => GuideMode::Slides(Direction::Positive),
+            _ if torque_nm < -hold_nm => GuideMode::Slides(Direction::Negative),
             _ => GuideMode::Stuck,
         }
-    }
-
-    fn coefficients(&self) -> (f64, f64, f64) {
-        (
-            self.constant_n,
-            self.linear_ns_per_rad,
-            self.quadratic_ns2_per_rad2,
-        )
     }
 }

@@ -36,18 +36,20 @@ impl Axis {
         }
     }
 
-    /// İ \[A/s\] and q̇ \[A\] from the command and its rate.
+    /// İ \[A/s\] and q̇ \[A\] from the command and its rate, which few stages ask for.
+    #[inline]
     pub(crate) fn stage_rates(
         &self,
         mode: StageMode,
-        (command, command_rate): (f64, f64),
+        command: f64,
+        command_rate: impl FnOnce() -> f64,
         y: &Vector,
     ) -> [f64; 2] {
         let (motor, current) = (&self.motor, y[CURRENT]);
         let voltage_v = self.stage_voltage_v(mode, command, y);
         let free = motor.current_rate(voltage_v, current, y[BETA_DOT] / self.gear_ratio);
         match (self.stage, mode) {
-            (Stage::IdealCurrent, _) => [command_rate, 0.0],
+            (Stage::IdealCurrent, _) => [command_rate(), 0.0],
             (Stage::LimitedVoltage { .. }, StageMode::Holding(_)) => [0.0, 0.0],
             (Stage::CurrentLoop { omega_radps, .. }, StageMode::Saturated(_)) => {
                 let (l, r) = (motor.inductance_h, motor.resistance_ohm);
@@ -74,20 +76,16 @@ impl Axis {
 
     /// The mode that the state alone suggests.
     pub(crate) fn stage_of_state(&self, command: f64, y: &Vector) -> StageMode {
-        let towards = |positive| match positive {
-            true => Direction::Positive,
-            false => Direction::Negative,
-        };
         match self.stage {
             Stage::CurrentLoop {
                 limit_v,
                 omega_radps,
             } => match self.loop_voltage_v(omega_radps, command, y) {
-                u if u.abs() > limit_v => StageMode::Saturated(towards(u > 0.0)),
+                u if u.abs() > limit_v => StageMode::Saturated(Direction::of(u)),
                 _ => StageMode::Follows,
             },
             Stage::LimitedVoltage { limit_v, limit_a } if y[CURRENT].abs() >= limit_a => {
-                let direction = towards(y[CURRENT] > 0.0);
+                let direction = Direction::of(y[CURRENT]);
                 let (s, holding_v) = (direction.sign(), self.holding_voltage_v(y));
                 match s * (command - holding_v) {
                     out_v if out_v <= 0.0 => StageMode::Follows,

@@ -2,7 +2,8 @@
 //! where it starts.
 
 use super::amplifier::Amplifier;
-use super::joint::{Flank, Transmission};
+use super::direction::Direction;
+use super::joint::Transmission;
 
 /// A force on the carriage for a time, positive against positive x.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -36,11 +37,11 @@ pub enum Start {
 
 impl Start {
     /// The flank in contact, if the joint has a gap: twice b \[rad\].
-    pub(crate) fn flank(self, backlash_half_rad: f64) -> Option<Flank> {
+    pub(crate) fn flank(self, backlash_half_rad: f64) -> Option<Direction> {
         let has_gap = backlash_half_rad > 0.0;
         match self {
-            Self::PositiveFlank if has_gap => Some(Flank::Drive),
-            Self::NegativeFlank if has_gap => Some(Flank::Coast),
+            Self::PositiveFlank if has_gap => Some(Direction::Positive),
+            Self::NegativeFlank if has_gap => Some(Direction::Negative),
             _ => None,
         }
     }

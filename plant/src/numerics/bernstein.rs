@@ -132,18 +132,29 @@ pub(crate) const NODES: [f64; 4] = [0.2, 0.4, 0.6, 0.8];
 /// Values and slopes of a quantity at both ends of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Ends {
-    pub(crate) start: f64,
-    /// Change over the whole step if the slope at its start lasted.
-    pub(crate) start_slope: f64,
-    pub(crate) end: f64,
-    /// As `start_slope`, for the slope at the end.
-    pub(crate) end_slope: f64,
+    pub(crate) values: [f64; 2],
+    /// Change over the whole step if the slope at that end lasted.
+    pub(crate) slopes: [f64; 2],
 }
 
 /// Share of `reach` in the middle coefficient of [`Ends::hull`], see there.
 const HULL_PER_REACH: f64 = 12.0;
 
 impl Ends {
+    /// From the value and its rate at both ends.
+    pub(crate) fn new(start: (f64, f64), end: (f64, f64), length: f64) -> Self {
+        Self {
+            values: [start.0, end.0],
+            slopes: [start.1 * length, end.1 * length],
+        }
+    }
+
+    /// Bernstein coefficients of the cubic through the ends.
+    fn cubic(&self) -> [f64; 4] {
+        let ([start, end], [start_slope, end_slope]) = (self.values, self.slopes);
+        [start, start + start_slope / 3.0, end - end_slope / 3.0, end]
+    }
+
     /// Range of the quantity over the step, from its ends alone: at least as
     /// wide as the quantity, if it strays from the cubic through the ends by
     /// less than `reach`.
@@ -154,8 +165,7 @@ impl Ends {
     /// ±m. A constant S makes the largest |r| S/16, so that m = 16/6 of the
     /// reach would do; 12 leaves S room to vary by 4.5 times over the step.
     pub(crate) fn hull(&self, reach: f64) -> (f64, f64) {
-        let (b0, b3) = (self.start, self.end);
-        let (b1, b2) = (b0 + self.start_slope / 3.0, b3 - self.end_slope / 3.0);
+        let [b0, b1, b2, b3] = self.cubic();
         // One degree up.
         let (c1, c2, c3) = (
             0.25 * (b0 + 3.0 * b1),
@@ -182,8 +192,7 @@ impl Ends {
     /// where a product and a higher degree are weighted sums of coefficients:
     /// `B_{i,3}·θ²·(1 − θ)² = C(3,i)/C(7,i+2)·B_{i+2,7}`.
     pub(crate) fn septic(&self, nodes: [f64; 4]) -> Polynomial<8> {
-        let (h0, h3) = (self.start, self.end);
-        let (h1, h2) = (h0 + self.start_slope / 3.0, h3 - self.end_slope / 3.0);
+        let [h0, h1, h2, h3] = self.cubic();
         let mut left = [0.0; 4];
         for ((left, theta), value) in left.iter_mut().zip(NODES).zip(nodes) {
             let rest = 1.0 - theta;
@@ -242,12 +251,7 @@ mod tests {
     }
 
     fn sampled(q: impl Fn(f64) -> f64, slope: impl Fn(f64) -> f64) -> (Ends, Polynomial<8>) {
-        let ends = Ends {
-            start: q(0.0),
-            start_slope: slope(0.0),
-            end: q(1.0),
-            end_slope: slope(1.0),
-        };
+        let ends = Ends::new((q(0.0), slope(0.0)), (q(1.0), slope(1.0)), 1.0);
         (ends, ends.septic(NODES.map(q)))
     }
 
@@ -287,7 +291,7 @@ mod tests {
         let (ends, q) = sampled(|t| (t - r) * (t - s), |t| 2.0 * t - r - s);
         let root = q.first_negative().unwrap();
         assert!((root - r).abs() < 1e-10, "{root}");
-        assert!(ends.start > 0.0 && ends.end > 0.0);
+        assert!(ends.values.iter().all(|&end| end > 0.0));
         assert!(ends.hull(0.0).0 < 0.0);
         // The contrast: lifted off zero there is nothing to find.
         assert_eq!(q.affine(1e-8, 1.0).first_negative(), None);

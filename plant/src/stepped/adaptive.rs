@@ -137,27 +137,23 @@ impl Automaton {
         reach: &Reach,
     ) -> Option<(Guard, f64)> {
         let mut first: Option<(Guard, f64)> = None;
-        let mut upper = None;
+        let mut upper: Option<Ends> = None;
+        let (start_s, end_s) = (step.start_s, step.start_s + step.h);
         for guard in self.guards(drive).into_iter().flatten() {
             let look = |now: (f64, Side), here: (&Vector, &Vector)| {
                 self.axis.guard(guard, &self.mode, drive, now, here)
             };
-            let (start_s, end_s) = (step.start_s, step.start_s + step.h);
             let ends = match (guard, upper, drive) {
                 // The two limits are one demand seen from both sides.
-                (Guard::Limit(Direction::Negative), Some(ends), Drive::Feedback(pid)) => {
-                    mirrored(&ends, 2.0 * pid.limit())
-                }
-                _ => {
-                    let (start, start_rate) = look((start_s, Side::After), (&step.y0, step.f0()));
-                    let (end, end_rate) = look((end_s, Side::Before), (&step.y1, &step.f1));
-                    Ends {
-                        start,
-                        start_slope: start_rate * step.h,
-                        end,
-                        end_slope: end_rate * step.h,
-                    }
-                }
+                (Guard::Limit(Direction::Negative), Some(upper), Drive::Feedback(pid)) => Ends {
+                    values: upper.values.map(|value| 2.0 * pid.limit() - value),
+                    slopes: upper.slopes.map(|slope| -slope),
+                },
+                _ => Ends::new(
+                    look((start_s, Side::After), (&step.y0, step.f0())),
+                    look((end_s, Side::Before), (&step.y1, &step.f1)),
+                    step.h,
+                ),
             };
             if guard == Guard::Limit(Direction::Positive) {
                 upper = Some(ends);
@@ -245,16 +241,6 @@ impl Automaton {
             trial = dop853::step(f, time_s, &step.y0, f0, h);
         }
         (trial, true)
-    }
-}
-
-/// `sum − q`.
-fn mirrored(q: &Ends, sum: f64) -> Ends {
-    Ends {
-        start: sum - q.start,
-        start_slope: -q.start_slope,
-        end: sum - q.end,
-        end_slope: -q.end_slope,
     }
 }
 

@@ -11,8 +11,7 @@ use crate::hybrid::guard::Guard;
 use crate::model::amplifier::{AmplifierMode, Stage, StageMode};
 use crate::model::axis::{Axis, Drive, Mode};
 use crate::model::joint::{ElasticJoint, JointMode};
-use crate::model::motion::{Motion, MotionPoint};
-use crate::model::pid::Side;
+use crate::model::pid::{PidGains, Side};
 use crate::model::rates::Rates;
 use crate::model::resistance::GuideMode;
 use crate::model::state::{
@@ -21,7 +20,7 @@ use crate::model::state::{
 };
 use crate::numerics::GAUSS_4;
 use crate::numerics::bernstein::{Ends, NODES, Polynomial};
-use crate::observe::extremes::Extremes;
+use crate::observe::extremes::{Energies, Extremes};
 use crate::observe::{Interior, Span};
 
 /// A step: its length, how far its states may be from the cubics through their
@@ -59,20 +58,28 @@ impl Reach {
         }
     }
 
-    /// Of β for the motor, or of γ \[rad\].
-    pub(crate) fn angle(&self, of_motor: bool) -> f64 {
-        if of_motor {
-            self.stray.states[BETA]
-        } else {
-            self.stray.gamma
-        }
-    }
-
     /// Of a command whose fourth derivative is at most this: the error of the
     /// cubic through two values and slopes is `|q⁗|·h⁴/384`.
     fn command(&self, fourth_derivative: f64) -> f64 {
         let square = self.length_s * self.length_s;
         fourth_derivative * square * square / 384.0
+    }
+
+    /// Of the continuous law's demand, eq. 27-28.
+    fn demand(&self, drive: &Drive<'_>) -> f64 {
+        let Drive::Feedback(pid) = drive else {
+            return 0.0;
+        };
+        let (s, z) = (pid.radians_per_m.abs(), pid.gear_ratio.abs());
+        let error = |fourth_derivative: f64, state: usize| {
+            self.command(fourth_derivative) * s + self.stray.states[state] / z
+        };
+        let command = pid.motion().fourth_derivatives;
+        let PidGains { kp, ki_per_s, kd_s } = pid.gains;
+        let sum = kp * error(command.displacement_m, BETA)
+            + ki_per_s * error(command.displacement_integral_ms, BETA_INTEGRAL)
+            + kd_s * error(command.velocity_mps, BETA_DOT);
+        pid.loop_gain.abs() * sum
     }
 
     /// `k·ε + c·ε̇` of a flank \[N m\].
@@ -93,10 +100,10 @@ impl Axis {
             // The margin of this guard is rounding, and so is how far it strays.
             Guard::Stop(_) => reach.stray.gamma_dot,
             Guard::Break(_) => self.torque_reach(reach, true),
-            Guard::Limit(_) | Guard::Unlimit(_) => Self::demand_reach(drive, reach),
+            Guard::Limit(_) | Guard::Unlimit(_) => reach.demand(drive),
             Guard::Saturate(_) | Guard::Desaturate(_) => self.loop_reach(drive, reach),
             Guard::Hold(_) | Guard::Return(_) => reach.stray.states[CURRENT],
-            Guard::LetGo(_) => Self::demand_reach(drive, reach) + self.holding_reach(reach),
+            Guard::LetGo(_) => reach.demand(drive) + self.holding_reach(reach),
             Guard::Overrun(_) => self.holding_reach(reach),
         }
     }
@@ -104,7 +111,7 @@ impl Axis {
     /// Of `ẍ = p·γ̈` \[m/s²\]. With `γ̇ = γ̇0 + w` the square γ̇² differs from the
     /// cubic through its ends by what 2·γ̇0·w does, and by w² and its own cubic:
     /// at most `max w² + w1² + 8/27·|w1·ẇ1·h|`, which 8 excursions² exceed.
-    pub(crate) fn acceleration_reach(&self, mode: &Mode, reach: &Reach) -> f64 {
+    fn acceleration_reach(&self, mode: &Mode, reach: &Reach) -> f64 {
         if mode.guide == GuideMode::Stuck {
             return 0.0;
         }
@@ -137,7 +144,7 @@ impl Axis {
     fn loop_reach(&self, drive: &Drive<'_>, reach: &Reach) -> f64 {
         let (states, motor) = (&reach.stray.states, &self.motor);
         let (.., omega_radps) = self.stage.numbers();
-        let error_a = Self::demand_reach(drive, reach) + states[CURRENT];
+        let error_a = reach.demand(drive) + states[CURRENT];
         let integral = motor.resistance_ohm * states[CURRENT_INTEGRAL];
         omega_radps * (motor.inductance_h * error_a + integral)
     }
@@ -149,27 +156,7 @@ impl Axis {
             (Stage::IdealCurrent, _) | (_, StageMode::Holding(_)) => self.holding_reach(reach),
             (Stage::CurrentLoop { .. }, _) => self.loop_reach(drive, reach),
             _ if mode.amplifier != AmplifierMode::Linear => 0.0,
-            _ => Self::demand_reach(drive, reach),
-        }
-    }
-
-    /// Of the continuous law's demand, eq. 27-28.
-    pub(crate) fn demand_reach(drive: &Drive<'_>, reach: &Reach) -> f64 {
-        match drive {
-            Drive::Held(_) => 0.0,
-            Drive::Feedback(pid) => {
-                let command = pid.motion().fourth_derivatives;
-                pid.demand_reach(
-                    reach.stray.states[BETA_INTEGRAL],
-                    reach.stray.states[BETA],
-                    reach.stray.states[BETA_DOT],
-                    [
-                        reach.command(command.displacement_integral_ms),
-                        reach.command(command.displacement_m),
-                        reach.command(command.velocity_mps),
-                    ],
-                )
-            }
+            _ => reach.demand(drive),
         }
     }
 }
@@ -205,21 +192,22 @@ impl Interior for SteppedPiece<'_> {
 
     fn raise(&self, span: &Span<'_>, extremes: &mut Extremes) {
         let stepped = Stepped { span, piece: self };
-        stepped
-            .acceleration()
-            .raise(&mut extremes.peak_abs_acceleration_mps2);
-        stepped.current().raise(&mut extremes.peak_abs_current_a);
-        stepped.voltage().raise(&mut extremes.peak_abs_voltage_v);
-        stepped.power().raise(&mut extremes.peak_abs_power_w);
+        let (current, voltage) = (stepped.current(), stepped.voltage());
+        let peak_mps2 = &mut extremes.peak_abs_acceleration_mps2;
+        stepped.acceleration().raise(peak_mps2);
+        current.raise(&mut extremes.peak_abs_current_a);
+        voltage.raise(&mut extremes.peak_abs_voltage_v);
+        voltage
+            .times(&current)
+            .raise(&mut extremes.peak_abs_power_w);
         let motion = &extremes.settings.motion;
         if motion.breaks_between(span.start_s, span.end_s()).is_empty() {
-            follow(extremes, &stepped);
+            stepped.follow(extremes);
         } else {
-            stepped.split_at_breaks(&motion.clone(), |part| follow(extremes, part));
+            stepped.follow_in_parts(extremes);
         }
-        settle(extremes, &stepped);
-        let [armature_j, electrical_j] = stepped.electrical_energies();
-        extremes.add([stepped.joint_loss_j(), armature_j, electrical_j]);
+        stepped.settle(extremes);
+        extremes.add(stepped.energies());
     }
 }
 
@@ -235,7 +223,7 @@ struct Quantity<'a, V> {
     value: V,
 }
 
-impl<V: Fn(f64, &Vector) -> f64> Quantity<'_, V> {
+impl<'a, V: Fn(f64, &Vector) -> f64> Quantity<'a, V> {
     /// The polynomial through the ends and the nodes between them.
     fn septic(&self) -> Polynomial<8> {
         let span = self.span;
@@ -247,26 +235,44 @@ impl<V: Fn(f64, &Vector) -> f64> Quantity<'_, V> {
 
     /// How far it may be from its start.
     fn excursion(&self) -> f64 {
-        let ends = &self.ends;
-        let chord = ends.end - ends.start;
-        let bends = (ends.start_slope - chord).abs() + (ends.end_slope - chord).abs();
-        chord.abs() + 0.25 * bends + self.reach
-    }
-
-    /// Upper bound of |q| over the span, without looking into it.
-    fn bound(&self) -> f64 {
-        self.ends.bound(self.reach)
+        let ([start, end], slopes) = (self.ends.values, self.ends.slopes);
+        let chord = end - start;
+        let [start_bend, end_bend] = slopes.map(|slope| (slope - chord).abs());
+        chord.abs() + 0.25 * (start_bend + end_bend) + self.reach
     }
 
     /// Raises `peak` to the supremum of |q| over the span.
     fn raise(&self, peak: &mut f64) {
-        let bound = self.bound();
+        let bound = self.ends.bound(self.reach);
         if bound > *peak {
-            *peak = peak.max(self.ends.start.abs()).max(self.ends.end.abs());
+            let [start, end] = self.ends.values;
+            *peak = peak.max(start.abs()).max(end.abs());
             // Where the quantity grows throughout, the end is the largest.
             if bound > *peak {
                 *peak = self.septic().peak_above(*peak);
             }
+        }
+    }
+
+    /// The product with another quantity. With `V = V0 + v` and `I = I0 + i` it strays from
+    /// the cubic through its ends as V0·i and I0·v do, and by v·i and the cubic of that: less
+    /// than 8 products of their excursions (see [`Axis::acceleration_reach`]).
+    fn times<'b, W: Fn(f64, &Vector) -> f64>(
+        &'b self,
+        other: &'b Quantity<'a, W>,
+    ) -> Quantity<'b, impl Fn(f64, &Vector) -> f64> {
+        let (v, i) = (&self.ends, &other.ends);
+        Quantity {
+            span: self.span,
+            ends: Ends {
+                values: [0, 1].map(|end| v.values[end] * i.values[end]),
+                slopes: [0, 1]
+                    .map(|end| v.slopes[end] * i.values[end] + v.values[end] * i.slopes[end]),
+            },
+            reach: v.values[0].abs() * other.reach
+                + i.values[0].abs() * self.reach
+                + 8.0 * self.excursion() * other.excursion(),
+            value: |t: f64, y: &Vector| (self.value)(t, y) * (other.value)(t, y),
         }
     }
 }
@@ -278,296 +284,207 @@ struct Stepped<'a> {
     piece: &'a SteppedPiece<'a>,
 }
 
-/// A quantity with its rate at one end of a span.
-type Probe = (f64, f64);
-
-impl Stepped<'_> {
+impl<'a> Stepped<'a> {
     /// A quantity over the span, from its value and rate at both ends (given
-    /// side, time, state, derivative, mode), its value between them and how
+    /// instant, state, derivative, mode), its value between them and how
     /// far it may be from the cubic through its ends.
     fn quantity<V: Fn(f64, &Vector) -> f64>(
         &self,
-        probe: impl Fn(Side, f64, &Vector, &Vector, &Mode) -> Probe,
+        probe: impl Fn((f64, Side), &Vector, &Vector, &Mode) -> (f64, f64),
         value: V,
         reach: f64,
-    ) -> Quantity<'_, V> {
-        let (start_s, h) = (self.span.start_s, self.span.length_s);
-        let ((m0, m1), (y0, y1)) = (&self.span.modes, self.span.y);
-        let (f0, f1) = self.piece.rates;
-        let (start, start_rate) = probe(Side::After, start_s, y0, f0, m0);
-        let (end, end_rate) = probe(Side::Before, start_s + h, y1, f1, m1);
+    ) -> Quantity<'a, V> {
+        let (span, (f0, f1)) = (self.span, self.piece.rates);
+        let start = probe((span.start_s, Side::After), span.y.0, f0, &span.modes.0);
+        let end = probe((span.end_s(), Side::Before), span.y.1, f1, &span.modes.1);
         Quantity {
-            span: self.span,
-            ends: Ends {
-                start,
-                start_slope: start_rate * h,
-                end,
-                end_slope: end_rate * h,
-            },
+            span,
+            ends: Ends::new(start, end, span.length_s),
             reach,
             value,
         }
     }
 
     /// Carriage acceleration `p·γ̈` over the span \[m/s²\].
-    fn acceleration(&self) -> Quantity<'_, impl Fn(f64, &Vector) -> f64> {
+    fn acceleration(&self) -> Quantity<'a, impl Fn(f64, &Vector) -> f64> {
         let (axis, mode) = (self.span.axis, &self.span.modes.0);
-        let p = axis.pitch_m_per_rad;
+        let value = |mode: &Mode, y: &Vector| axis.carriage_acceleration_mps2(mode, y);
+        let rate = |mode: &Mode, y: &Vector, dy: &Vector| {
+            axis.pitch_m_per_rad * axis.screw_jerk(mode, y, dy)
+        };
         self.quantity(
-            move |_, _, y, dy, mode| {
-                (
-                    axis.carriage_acceleration_mps2(mode, y),
-                    p * axis.screw_jerk(mode, y, dy),
-                )
-            },
-            move |_, y| axis.carriage_acceleration_mps2(mode, y),
+            |_, y, dy, mode| (value(mode, y), rate(mode, y, dy)),
+            move |_, y| value(mode, y),
             axis.acceleration_reach(mode, &self.piece.reach),
         )
     }
 
     /// Armature current over the span \[A\].
-    fn current(&self) -> Quantity<'_, impl Fn(f64, &Vector) -> f64> {
+    fn current(&self) -> Quantity<'a, impl Fn(f64, &Vector) -> f64> {
         self.quantity(
-            |_, _, y, dy, _| (y[CURRENT], dy[CURRENT]),
+            |_, y, dy, _| (y[CURRENT], dy[CURRENT]),
             |_, y| y[CURRENT],
             self.piece.reach.stray.states[CURRENT],
         )
     }
 
     /// Motor voltage over the span \[V\].
-    fn voltage(&self) -> Quantity<'_, impl Fn(f64, &Vector) -> f64> {
+    fn voltage(&self) -> Quantity<'a, impl Fn(f64, &Vector) -> f64> {
         let (axis, drive, mode) = (self.span.axis, self.span.drive, &self.span.modes.0);
-        let rate = |now: (f64, Side), y: &Vector, dy: &Vector, mode: &Mode| {
+        let rate = |now, y: &Vector, dy: &Vector, mode: &Mode| {
             let rates = [dy[BETA], dy[BETA_DOT]];
             let command_rate = axis.command_rate(mode, drive, now, y[BETA], rates);
             axis.stage_voltage_rate(mode.stage, command_rate, dy)
         };
         self.quantity(
-            |side, t, y, dy, mode| {
-                let voltage_v = axis.voltage_v(mode, drive, t, y);
-                (voltage_v, rate((t, side), y, dy, mode))
+            |now, y, dy, mode| {
+                let voltage_v = axis.voltage_v(mode, drive, now.0, y);
+                (voltage_v, rate(now, y, dy, mode))
             },
             move |t, y| axis.voltage_v(mode, drive, t, y),
             axis.voltage_reach(mode, drive, &self.piece.reach),
         )
     }
 
-    /// Electrical power over the span \[W\]. With `V = V0 + v` and `I = I0 + i` it strays from
-    /// the cubic through its ends as V0·i and I0·v do, and by v·i and the cubic of that: less
-    /// than 8 products of their excursions (see [`Axis::acceleration_reach`]).
-    fn power(&self) -> Quantity<'_, impl Fn(f64, &Vector) -> f64> {
-        let (v, i) = (self.voltage(), self.current());
-        let reach = v.ends.start.abs() * i.reach
-            + i.ends.start.abs() * v.reach
-            + 8.0 * v.excursion() * i.excursion();
-        let slope = |v: [f64; 2], i: [f64; 2]| v[1] * i[0] + v[0] * i[1];
-        Quantity {
-            span: self.span,
-            ends: Ends {
-                start: v.ends.start * i.ends.start,
-                start_slope: slope(
-                    [v.ends.start, v.ends.start_slope],
-                    [i.ends.start, i.ends.start_slope],
-                ),
-                end: v.ends.end * i.ends.end,
-                end_slope: slope(
-                    [v.ends.end, v.ends.end_slope],
-                    [i.ends.end, i.ends.end_slope],
-                ),
-            },
-            reach,
-            value: move |t: f64, y: &Vector| (v.value)(t, y) * (i.value)(t, y),
+    /// Notes when the carriage was last outside the settling band.
+    fn settle(&self, extremes: &mut Extremes) {
+        let (span, axis) = (self.span, self.span.axis);
+        let (band_m, p) = (extremes.settings.settling_band_m, axis.pitch_m_per_rad);
+        let target_m = extremes.settings.motion.travel_m();
+        let value = |y: &Vector| target_m - p * axis.screw_angle_rad(y);
+        let distance = self.quantity(
+            |_, y, dy, _| (value(y), -p * gamma(dy)),
+            |_, y| value(y),
+            p.abs() * self.piece.reach.stray.gamma,
+        );
+        if distance.ends.values[1].abs() > band_m {
+            extremes.last_outside_band_s = Some(span.end_s());
+        } else if distance.ends.bound(distance.reach) > band_m
+            && let Some(theta) = last_outside(distance.septic(), band_m)
+        {
+            extremes.last_outside_band_s = Some(span.start_s + theta * span.length_s);
         }
     }
 
-    /// `x_ref − p·angle` over the span \[m\], the angle being γ for the
-    /// carriage or β for the motor; `command` holds x_ref and v_ref at both
-    /// ends. The command must be smooth within the span.
-    fn following_error<'s>(
-        &'s self,
-        motion: &'s Motion,
-        command: &'s (MotionPoint, MotionPoint),
-        of_motor: bool,
-    ) -> Quantity<'s, impl Fn(f64, &Vector) -> f64> {
-        let (p, reach) = (self.span.axis.pitch_m_per_rad, &self.piece.reach);
-        let start_rad = if of_motor {
-            0.0
-        } else {
-            self.span.axis.start_rad
+    /// Raises the following errors, where the command is smooth.
+    fn follow(&self, extremes: &mut Extremes) {
+        let (span, reach) = (self.span, &self.piece.reach);
+        let start = extremes.command_at(span.start_s);
+        let motion = &extremes.settings.motion;
+        let end = motion.at(span.end_s());
+        // `x_ref − p·angle` with the angle of the carriage, γ, or of the motor, β.
+        let error = |angle: fn(&Vector) -> f64, start_rad: f64, stray_rad: f64| {
+            let p = span.axis.pitch_m_per_rad;
+            self.quantity(
+                move |(_, side), y, dy, _| {
+                    let command = if side == Side::After { start } else { end };
+                    (
+                        command.displacement_m - p * (angle(y) + start_rad),
+                        command.velocity_mps - p * angle(dy),
+                    )
+                },
+                move |t, y| motion.at(t).displacement_m - p * (angle(y) + start_rad),
+                reach.command(motion.fourth_derivatives.displacement_m) + p.abs() * stray_rad,
+            )
         };
-        let angle = move |v: &Vector| if of_motor { v[BETA] } else { gamma(v) };
-        self.quantity(
-            move |side, _, y, dy, _| {
-                let r = match side {
-                    Side::After => &command.0,
-                    Side::Before => &command.1,
-                };
-                (
-                    r.displacement_m - p * (angle(y) + start_rad),
-                    r.velocity_mps - p * angle(dy),
-                )
-            },
-            move |t, y| motion.at(t).displacement_m - p * (angle(y) + start_rad),
-            reach.command(motion.fourth_derivatives.displacement_m)
-                + p.abs() * reach.angle(of_motor),
-        )
+        error(gamma, span.axis.start_rad, reach.stray.gamma)
+            .raise(&mut extremes.peak_following_error_m);
+        error(|y| y[BETA], 0.0, reach.stray.states[BETA])
+            .raise(&mut extremes.peak_motor_following_error_m);
+        extremes.command_at_end = Some((span.end_s(), end));
     }
 
-    /// Distance of the carriage from `target_m` over the span \[m\].
-    fn distance_to(&self, target_m: f64) -> Quantity<'_, impl Fn(f64, &Vector) -> f64> {
-        let axis = self.span.axis;
-        let p = axis.pitch_m_per_rad;
-        self.quantity(
-            move |_, _, y, dy, _| (target_m - p * axis.screw_angle_rad(y), -p * gamma(dy)),
-            move |_, y| target_m - p * axis.screw_angle_rad(y),
-            p.abs() * self.piece.reach.angle(false),
-        )
-    }
-
-    /// Energy that the joint's damper takes over the span \[J\]: by the method's own sum
-    /// where there is one, so to the order of the solution; by Gauss's rule on
-    /// the cubic of solver `rk4`, whose step may be in contact in a part only.
-    fn joint_loss_j(&self) -> f64 {
-        let Some(joint) = self.span.axis.joint else {
-            return 0.0;
-        };
-        let (start, end) = (self.span.modes.0.joint, self.span.modes.1.joint);
-        let c = joint.damping_nms_per_rad;
-        match self.piece.dense {
-            _ if c == 0.0 || !(start.carries() || end.carries()) => 0.0,
-            // The rate of ε is ε̇.
-            Some((step, 0.0, 1.0)) => c * step.squared_rate(EPSILON),
-            _ => {
-                let mut sum = 0.0;
-                for (theta, weight) in GAUSS_4 {
-                    let y = self.span.vector_at(theta);
-                    let (epsilon, epsilon_dot) = (y[EPSILON], y[EPSILON_DOT]);
-                    let closed =
-                        start == end || joint.mode_of_state(epsilon, epsilon_dot).carries();
-                    if closed {
-                        sum += weight * (epsilon_dot * epsilon_dot);
-                    }
-                }
-                c * sum * self.span.length_s
+    /// The same where it has breaks: between each two of them.
+    fn follow_in_parts(&self, extremes: &mut Extremes) {
+        let (span, start_s, length_s) = (self.span, self.span.start_s, self.span.length_s);
+        let motion = extremes.settings.motion.clone();
+        let breaks_s = motion.breaks_between(start_s, span.end_s()).iter();
+        let thetas = breaks_s.map(|t| (t - start_s) / length_s).chain([1.0]);
+        let mut from = 0.0;
+        for to in thetas {
+            if to <= from {
+                continue;
             }
+            let (start_s, length_s) = (start_s + from * length_s, (to - from) * length_s);
+            let (y0, y1) = (span.vector_at(from), span.vector_at(to));
+            let rate = |now, y: &Vector| span.axis.derivative(&span.modes.0, span.drive, now, y);
+            let f0 = rate((start_s, Side::After), &y0);
+            let f1 = rate((start_s + length_s, Side::Before), &y1);
+            let piece = SteppedPiece {
+                dense: self.piece.dense.map(|(step, first, last)| {
+                    let theta = |share: f64| first + share * (last - first);
+                    (step, theta(from), theta(to))
+                }),
+                rates: (&f0, &f1),
+                reach: self.piece.reach,
+            };
+            let part = Span {
+                start_s,
+                length_s,
+                y: (&y0, &y1),
+                interior: &piece,
+                ..*span
+            };
+            let (span, piece) = (&part, &piece);
+            Stepped { span, piece }.follow(extremes);
+            from = to;
         }
     }
 
-    /// `∫ R·I² dt` and `∫ V·I dt` over the span \[J\], by the same sums.
-    fn electrical_energies(&self) -> [f64; 2] {
+    /// Energies over the span \[J\]: that which the joint's damper takes, `∫ R·I² dt` and
+    /// `∫ V·I dt`, by the method's own sum where there is one, so to the order of the
+    /// solution; by Gauss's rule on the cubic of solver `rk4`, whose step may be in contact
+    /// in a part only.
+    fn energies(&self) -> Energies {
         let span = self.span;
-        let (axis, drive) = (span.axis, span.drive);
-        let powers = |theta: f64, y: &Vector| {
+        let (axis, (start, end)) = (span.axis, (span.modes.0.joint, span.modes.1.joint));
+        let joint = axis.joint.unwrap_or_default();
+        let carries = |y: &Vector| match start == end {
+            true => start.carries(),
+            false => {
+                (start.carries() || end.carries())
+                    && joint.mode_of_state(y[EPSILON], y[EPSILON_DOT]).carries()
+            }
+        };
+        let mut sums = [0.0; 3];
+        let mut add = |theta: f64, weight: f64, y: &Vector| {
             let time_s = span.start_s + theta * span.length_s;
-            let voltage_v = axis.voltage_v(span.mode_at(theta), drive, time_s, y);
-            let current_a = y[CURRENT];
-            [
+            let voltage_v = axis.voltage_v(span.mode_at(theta), span.drive, time_s, y);
+            let (epsilon_dot, current_a) = (y[EPSILON_DOT], y[CURRENT]);
+            let powers = [
+                if carries(y) {
+                    epsilon_dot * epsilon_dot
+                } else {
+                    0.0
+                },
                 axis.motor.resistance_ohm * (current_a * current_a),
                 voltage_v * current_a,
-            ]
-        };
-        let mut sums = [0.0; 2];
-        let mut add = |weight: f64, powers: [f64; 2]| {
+            ];
             for (sum, power) in sums.iter_mut().zip(powers) {
                 *sum += weight * power;
             }
         };
-        match self.piece.dense {
-            Some((step, 0.0, 1.0)) => {
-                for (theta, weight, y) in step.stages() {
-                    add(weight, powers(theta, &y));
-                }
+        let (c, h) = (joint.damping_nms_per_rad, span.length_s);
+        if let Some((step, ..)) = self.piece.dense {
+            for (theta, weight, y) in step.stages() {
+                add(theta, weight, &y);
             }
-            _ => {
-                for (theta, weight) in GAUSS_4 {
-                    add(weight, powers(theta, &span.vector_at(theta)));
-                }
+            let [joint, armature, electrical] = sums;
+            [c * (joint * h), armature * h, electrical * h]
+        } else {
+            for (theta, weight) in GAUSS_4 {
+                add(theta, weight, &span.vector_at(theta));
             }
-        }
-        sums.map(|sum| sum * span.length_s)
-    }
-
-    /// Calls `look` with the parts of this span between the breaks of the command.
-    fn split_at_breaks(&self, motion: &Motion, mut look: impl FnMut(&Stepped<'_>)) {
-        let start_s = self.span.start_s;
-        let mut from = 0.0;
-        let ends = motion.breaks_between(start_s, self.span.end_s()).iter();
-        let thetas = ends.map(|t| (t - start_s) / self.span.length_s);
-        for to in thetas.chain([1.0]) {
-            if to > from {
-                self.part(from, to, &mut look);
-                from = to;
-            }
+            let [joint, armature, electrical] = sums;
+            [c * joint * h, armature * h, electrical * h]
         }
     }
-
-    /// Calls `look` with the part between two θ.
-    fn part(&self, from: f64, to: f64, look: &mut impl FnMut(&Stepped<'_>)) {
-        let span = self.span;
-        let start_s = span.start_s + from * span.length_s;
-        let length_s = (to - from) * span.length_s;
-        let (y0, y1) = (span.vector_at(from), span.vector_at(to));
-        let rate =
-            |now: (f64, Side), y: &Vector| span.axis.derivative(&span.modes.0, span.drive, now, y);
-        let f0 = rate((start_s, Side::After), &y0);
-        let f1 = rate((start_s + length_s, Side::Before), &y1);
-        let piece = SteppedPiece {
-            dense: self.piece.dense.map(|(step, first, last)| {
-                let theta = |share: f64| first + share * (last - first);
-                (step, theta(from), theta(to))
-            }),
-            rates: (&f0, &f1),
-            reach: self.piece.reach,
-        };
-        let part = Span {
-            start_s,
-            length_s,
-            y: (&y0, &y1),
-            interior: &piece,
-            ..*span
-        };
-        look(&Stepped {
-            span: &part,
-            piece: &piece,
-        });
-    }
-}
-
-/// Notes when the carriage was last outside the settling band.
-fn settle(extremes: &mut Extremes, stepped: &Stepped<'_>) {
-    let band_m = extremes.settings.settling_band_m;
-    let span = stepped.span;
-    let distance = stepped.distance_to(extremes.settings.motion.travel_m());
-    if distance.ends.end.abs() > band_m {
-        extremes.last_outside_band_s = Some(span.end_s());
-    } else if distance.bound() > band_m
-        && let Some(theta) = last_outside(distance.septic(), band_m)
-    {
-        extremes.last_outside_band_s = Some(span.start_s() + theta * span.length_s());
-    }
-}
-
-/// Raises the following errors, where the command is smooth.
-fn follow(extremes: &mut Extremes, stepped: &Stepped<'_>) {
-    let span = stepped.span;
-    let motion = &extremes.settings.motion;
-    let start = extremes.command_at(span.start_s());
-    let end = motion.at(span.end_s());
-    let command = (start, end);
-    let of_carriage = stepped.following_error(motion, &command, false);
-    of_carriage.raise(&mut extremes.peak_following_error_m);
-    let of_motor = stepped.following_error(motion, &command, true);
-    of_motor.raise(&mut extremes.peak_motor_following_error_m);
-    extremes.command_at_end = Some((span.end_s(), end));
 }
 
 /// The last θ in \[0, 1\] at which |distance| exceeds the band.
 fn last_outside(distance: Polynomial<8>, band_m: f64) -> Option<f64> {
     let backwards = distance.reversed();
-    let above = backwards.affine(band_m, -1.0).first_negative();
-    let below = backwards.affine(band_m, 1.0).first_negative();
-    match (above, below) {
-        (Some(a), Some(b)) => Some(1.0 - a.min(b)),
-        (one, other) => one.or(other).map(|theta| 1.0 - theta),
-    }
+    let beyond = [-1.0, 1.0].map(|sign| backwards.affine(band_m, sign).first_negative());
+    let first = beyond.into_iter().flatten().reduce(f64::min);
+    first.map(|theta| 1.0 - theta)
 }

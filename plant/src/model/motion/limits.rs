@@ -2,7 +2,7 @@
 
 use core::f64::consts::{FRAC_PI_2, PI};
 
-use super::{Course, Motion, MotionError};
+use super::{Course, Motion, MotionError, MotionPoint};
 
 /// Limits of a move; an infinite one is none.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -51,10 +51,8 @@ impl Motion {
         }
         let h = travel_m.abs();
         if h == 0.0 {
-            return Ok(Self {
-                course: Course::Limits(limits, [0.0; 7]),
-                ..Self::rest()
-            });
+            let course = Course::Limits(limits, [0.0; 7]);
+            return Self::of_segments(Vec::new(), Vec::new(), MotionPoint::default(), course);
         }
         // Rise and fall of the velocity take T_a = v/a + (π−2)·a/j each.
         let round = PI - 2.0;

@@ -19,7 +19,6 @@
 
 mod limits;
 mod oscillator;
-mod point;
 mod profile;
 mod segment;
 
@@ -28,9 +27,34 @@ use std::sync::Arc;
 
 pub use limits::MotionLimits;
 pub(crate) use oscillator::{Coupling, Oscillator, OscillatorStep};
-pub use point::MotionPoint;
 pub use profile::Profile;
 use segment::{Segment, Shape};
+
+/// The command at one instant.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct MotionPoint {
+    /// Acceleration \[m/s²\]; right-continuous where it jumps.
+    pub acceleration_mps2: f64,
+    /// Velocity \[m/s\].
+    pub velocity_mps: f64,
+    /// Displacement \[m\].
+    pub displacement_m: f64,
+    /// Integral of the displacement from 0 \[m s\] (the hat of eq. 29).
+    pub displacement_integral_ms: f64,
+}
+
+impl MotionPoint {
+    /// The command of a move that starts from this rest, `since_s` after its start.
+    pub(super) fn and(&self, of_move: &Self, since_s: f64) -> Self {
+        let x_m = self.displacement_m;
+        Self {
+            displacement_m: x_m + of_move.displacement_m,
+            displacement_integral_ms: self.displacement_integral_ms
+                + (x_m * since_s + of_move.displacement_integral_ms),
+            ..*of_move
+        }
+    }
+}
 
 /// A motion command. Clones share its segments.
 #[derive(Debug, Clone)]
@@ -263,22 +287,6 @@ impl Motion {
         Self::of_segments(segments, breaks_s, here, Course::Row(moves.into()))
     }
 
-    /// No motion at all.
-    fn rest() -> Self {
-        Self {
-            course: Course::Intervals([0.0; 7]),
-            segments: Arc::new([]),
-            breaks_s: Arc::new([]),
-            end: MotionPoint::default(),
-            end_s: 0.0,
-            largest_displacement_m: 0.0,
-            peak_velocity_mps: 0.0,
-            still: Coupling::default(),
-            fourth_derivatives: MotionPoint::default(),
-            peak_acceleration_mps2: 0.0,
-        }
-    }
-
     /// The motion of segments that are not empty, in the order of time.
     fn of_segments(
         segments: Vec<Segment>,
@@ -286,42 +294,44 @@ impl Motion {
         end: MotionPoint,
         course: Course,
     ) -> Result<Self, MotionError> {
-        let mut motion = Self {
+        let end_s = breaks_s.last().copied().unwrap_or(0.0);
+        let peak_mps2 = |s: &Segment| {
+            let at_end_mps2 = s.peak_acceleration_mps2(s.duration_s);
+            s.amplitude_mps2.abs().max(at_end_mps2)
+        };
+        let ends = [end.displacement_m, end.displacement_integral_ms, end_s];
+        let mut numbers = segments.iter().map(peak_mps2).chain(ends);
+        if !numbers.all(f64::is_finite) {
+            return Err(MotionError::OutOfRange);
+        }
+        let largest = |of: fn(&Segment) -> f64| segments.iter().map(of).fold(0.0, f64::max);
+        Ok(Self {
             course,
             end,
-            end_s: breaks_s.last().copied().unwrap_or(0.0),
+            end_s,
+            // The end is exact, the last segment's is not.
+            largest_displacement_m: largest(|s| {
+                let (lowest_m, highest_m) = s.displacements_m();
+                highest_m.max(-lowest_m)
+            })
+            .max(end.displacement_m.abs()),
+            peak_velocity_mps: largest(Segment::peak_velocity_mps),
             still: segments
                 .iter()
                 .find_map(Segment::coupling)
                 .unwrap_or_default(),
-            ..Self::rest()
-        };
-        let mut finite = end.displacement_m.is_finite()
-            && end.displacement_integral_ms.is_finite()
-            && motion.end_s.is_finite();
-        let largest = &mut motion.fourth_derivatives;
-        for segment in &segments {
-            let fourth = segment.fourth_derivatives();
-            largest.velocity_mps = largest.velocity_mps.max(fourth.velocity_mps);
-            largest.displacement_m = largest.displacement_m.max(fourth.displacement_m);
-            largest.displacement_integral_ms = largest
-                .displacement_integral_ms
-                .max(fourth.displacement_integral_ms);
-            let at_end_mps2 = segment.peak_acceleration_mps2(segment.duration_s);
-            let peak_mps2 = segment.amplitude_mps2.abs().max(at_end_mps2);
-            finite &= peak_mps2.is_finite();
-            motion.peak_acceleration_mps2 = motion.peak_acceleration_mps2.max(peak_mps2);
-            motion.peak_velocity_mps = motion.peak_velocity_mps.max(segment.peak_velocity_mps());
-            let (lowest_m, highest_m) = segment.displacements_m();
-            let far_m = highest_m.max(-lowest_m);
-            motion.largest_displacement_m = motion.largest_displacement_m.max(far_m);
-        }
-        // The end is exact, the last segment's is not.
-        let end_m = end.displacement_m.abs();
-        motion.largest_displacement_m = motion.largest_displacement_m.max(end_m);
-        motion.segments = segments.into();
-        motion.breaks_s = breaks_s.into();
-        finite.then_some(motion).ok_or(MotionError::OutOfRange)
+            fourth_derivatives: MotionPoint {
+                acceleration_mps2: 0.0,
+                velocity_mps: largest(|s| s.fourth_derivatives().velocity_mps),
+                displacement_m: largest(|s| s.fourth_derivatives().displacement_m),
+                displacement_integral_ms: largest(|s| {
+                    s.fourth_derivatives().displacement_integral_ms
+                }),
+            },
+            peak_acceleration_mps2: largest(peak_mps2),
+            segments: segments.into(),
+            breaks_s: breaks_s.into(),
+        })
     }
 
     /// Displacement at the end, the sum of all travels \[m\].
@@ -457,12 +467,6 @@ impl Motion {
                 },
             }
         })
-    }
-
-    /// Coefficients of x_ref as a power series in θ = t/length from `time_s`
-    /// on, valid until the interval of the command ends.
-    pub(crate) fn series(&self, time_s: f64, length_s: f64, coefficients: &mut [f64]) {
-        self.oscillator(time_s).series(length_s, coefficients);
     }
 }
 

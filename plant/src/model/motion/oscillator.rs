@@ -1,6 +1,6 @@
 //! The command as the state of a linear system, for solver `exact`.
 
-use super::point::MotionPoint;
+use super::MotionPoint;
 
 /// Rates of the linear system `ȧ = up·w`, `ẇ = −down·a` that an interval of the
 /// command is: both ω for a sine or a cosine, 1 and 0 for a constant jerk, 0 and 0
@@ -102,8 +102,9 @@ impl Oscillator {
         }
     }
 
-    /// Coefficients of x_ref as a power series in θ = t/length.
-    pub(super) fn series(&self, length_s: f64, coefficients: &mut [f64]) {
+    /// Coefficients of x_ref as a power series in θ = t/length, valid until the interval of
+    /// the command ends.
+    pub(crate) fn series(&self, length_s: f64, coefficients: &mut [f64]) {
         let (point, w) = (&self.point, self.quadrature_mps2);
         let phases = [self.coupling.up_per_s, self.coupling.down_per_s].map(|rate| rate * length_s);
         // x, v·h and then a·h²/2!, up·w·h³/3!, −up·down·a·h⁴/4!, …

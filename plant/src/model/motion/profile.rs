@@ -1,8 +1,7 @@
 //! A command through given points: the clamped cubic spline.
 
-use super::point::MotionPoint;
 use super::segment::{Segment, Shape};
-use super::{Course, Motion, MotionError};
+use super::{Course, Motion, MotionError, MotionPoint};
 
 impl Motion {
     /// The twice continuously differentiable cubic spline through the points, time
